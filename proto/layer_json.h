@@ -1,0 +1,41 @@
+#pragma once
+// layer.json: what a quantized-mesh tile set says of itself (TileJSON 2.1 dialect of globe clients).
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tind::proto {
+
+/// Inclusive ranges of tile columns and rows, TMS.
+struct TileRange {
+  std::uint32_t start_x = 0, start_y = 0, end_x = 0, end_y = 0;
+  friend bool operator==(const TileRange&, const TileRange&) = default;
+};
+
+struct LayerJson {
+  std::string name, description, attribution;
+  std::string version = "1.0.0";
+  std::string format = "quantized-mesh-1.0";
+  std::string scheme = "tms";
+  std::string projection = "EPSG:4326";
+  std::vector<std::string> tiles = {"{z}/{x}/{y}.terrain?v={version}"};
+  std::array<double, 4> bounds = {-180, -90, 180, 90};  // west, south, east, north, degrees
+  int minzoom = 0, maxzoom = 0;
+  std::vector<std::vector<TileRange>> available;  // by absolute level from 0
+  std::vector<std::string> extensions;            // e.g. octvertexnormals, metadata
+
+  bool contains(int z, std::uint32_t x, std::uint32_t y) const;
+};
+
+/// Every field, deterministic order and digits.
+std::string encode_layer_json(const LayerJson&);
+
+/// Accepts what other makers write (missing optional fields); nothing and a reason in `error` when
+/// it is not a layer.json of quantized-mesh tiles.
+std::optional<LayerJson> decode_layer_json(std::string_view text, std::string& error);
+
+}  // namespace tind::proto

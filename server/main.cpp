@@ -1,0 +1,30 @@
+// tind: the table of subcommands.
+
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <cstdio>
+#include <exception>
+
+#include "server/cli/commands.h"
+
+#ifndef TIND_VERSION
+#define TIND_VERSION "0"
+#endif
+
+int main(int argc, char** argv) {
+  CLI::App app{"tind: terrain meshes whose error is known. DEMs in, simplified TINs and tiles out."};
+  app.set_version_flag("--version", "tind " TIND_VERSION);
+  app.require_subcommand(1);
+  int exit = tind::cli::kOk;
+  // subcommands: one line each
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? tind::cli::kOk : tind::cli::kUsage;
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "tind: internal error: %s\n", e.what());
+    return tind::cli::kInternal;
+  }
+  return exit;
+}

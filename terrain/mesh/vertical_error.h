@@ -1,0 +1,27 @@
+#pragma once
+// The referee: how far is a mesh from every post of a DEM, vertically? (papers/001's "Delaunay
+// selector", over all samples.)
+
+#include <cstdint>
+
+#include "terrain/mesh/tin.h"
+#include "terrain/raster/height_grid.h"
+
+namespace tind {
+
+struct VerticalError {
+  double max_m = 0, rms_m = 0, mean_m = 0;      // of |mesh - post| over covered valid posts
+  double p50_m = 0, p95_m = 0, p99_m = 0;
+  double max_above_m = 0, max_below_m = 0;      // mesh above the post / below it, both >= 0
+  int max_col = -1, max_row = -1;               // where the maximum is
+  std::uint64_t posts = 0;                      // valid posts measured
+  std::uint64_t uncovered = 0;                  // valid posts that no triangle covers
+};
+
+/// Measures `mesh`, whose x, y are POST coordinates with y = -row (so that triangles are
+/// counter-clockwise), against all valid posts of `grid`. Each triangle is scan-converted in double
+/// precision; a post on a shared edge is measured in both triangles and the larger error counts.
+/// Flipped triangles are measured too. O(posts + triangles); 5 bytes per post of memory.
+VerticalError vertical_error(const Tin& mesh, const HeightGrid& grid, int threads = 1);
+
+}  // namespace tind

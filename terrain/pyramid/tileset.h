@@ -1,0 +1,53 @@
+#pragma once
+// A dataset as tiles: made from a DEM on demand, or read from a store. The same bytes both ways.
+
+#include <cstdint>
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "proto/layer_json.h"
+#include "terrain/base/result.h"
+#include "terrain/geo/tiling_scheme.h"
+#include "terrain/raster/dem_source.h"
+
+namespace tind {
+
+/// One finished tile: quantized-mesh-1.0 with all the extensions that tind makes (octvertexnormals,
+/// metadata), not compressed.
+struct TileBytes {
+  std::vector<std::uint8_t> bytes;
+  double max_error_m = 0;
+  bool exact = true;  // max_error_m is the maximum over all posts, not only a bound of it
+};
+
+class TileSet {
+ public:
+  virtual ~TileSet() = default;
+  virtual const proto::LayerJson& layer() const = 0;
+  virtual bool available(TileId) const = 0;
+  /// Blocking and CPU-heavy for a DEM: call it on a worker. Thread-safe. not_found outside
+  /// availability; any other error is the source's and must not be cached.
+  virtual Result<TileBytes> tile(TileId, std::stop_token) const = 0;
+  /// The DEM behind it; null for a store.
+  virtual const DemSource* dem() const = 0;
+};
+
+struct TileSetOptions {
+  double max_error_m = 0;      // at the leaves; 0: 1/32 of the post spacing
+  double error_factor = 1;     // budget of level z: level_error(z) * factor
+  int min_level = 0;
+  int max_level = -1;          // -1: the first level at least as fine as the source
+  std::string side = "both";   // both | above | below
+  std::string effort = "normal";
+};
+
+/// The tiles of a DEM, made when asked for. Fails with `unsupported` for a DEM without CRS.
+Result<std::unique_ptr<TileSet>> open_dem_tiles(std::shared_ptr<const DemSource>,
+                                                const TileSetOptions&);
+
+/// The tiles of a directory made by `tind build` (or anyone): layer.json and z/x/y.terrain.
+Result<std::unique_ptr<TileSet>> open_stored_tiles(const std::string& directory);
+
+}  // namespace tind

@@ -1,0 +1,101 @@
+#pragma once
+// A DEM on disk: one raster, or several that share a grid, seen as one array of posts in metres.
+// The only user of GDAL.
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "terrain/base/result.h"
+#include "terrain/geo/coordinates.h"
+#include "terrain/raster/height_grid.h"
+
+namespace tind {
+
+enum class VerticalDatum { unknown, ellipsoid, egm96 };
+enum class TargetDatum { same, ellipsoid };
+const char* name(VerticalDatum);
+
+struct DemOptions {
+  /// What the heights are above. `unknown`: take it from the file's compound CRS if it says so.
+  VerticalDatum from_datum = VerticalDatum::unknown;
+  /// `ellipsoid` converts egm96 heights; unknown heights are passed as they are (info() says so).
+  TargetDatum to_datum = TargetDatum::same;
+  /// VRT files can name any other file: only when the operator says so.
+  bool allow_vrt = false;
+  /// Heights in the raster's own unit instead of metres (only `tind simplify --units source`).
+  bool keep_source_units = false;
+  /// Bound of the block cache of one source, bytes.
+  std::size_t cache_bytes = 64u << 20;
+};
+
+enum class CrsKind { none, geographic, projected };
+
+struct DemInfo {
+  std::vector<std::string> files;
+  std::string driver;             // of the first file, e.g. "GTiff"
+  std::int64_t cols = 0, rows = 0;
+  bool has_geotransform = false;
+  Affine post_to_crs;             // identity with y = -row where the file has no geotransform
+  CrsKind crs_kind = CrsKind::none;
+  std::string crs_wkt, crs_name;  // empty without a CRS
+  double crs_unit_m = 1;          // metres per crs unit (projected); 1 for geographic or none
+  double z_unit_m = 1;            // metres per unit of the raster's heights (after scale/offset)
+  VerticalDatum datum = VerticalDatum::unknown;  // of the heights that read() returns
+  VerticalDatum source_datum = VerticalDatum::unknown;
+  /// Bounding box of the posts. Longitudes are brought to -180..180; a source that crosses the
+  /// antimeridian or goes around the globe gets west = -180, east = 180. Latitudes are clipped to
+  /// +-90. Meaningless without a CRS.
+  GeoRect bounds;
+  bool wraps_longitude = false;   // columns go around the globe: col and col + period are one place
+  double period_cols = 0;         // 360 degrees in columns; 0 where not geographic
+  double spacing_x_m = 1, spacing_y_m = 1;  // ground distance of neighbouring posts at the centre
+  /// Bound of |stored float - true height|: 0 for integer and float32 metres, else half an ulp of
+  /// the largest height (feet, scaled or datum-shifted sources).
+  double rounding_m = 0;
+  /// Identifies the content (sizes, times and headers of all files and these options).
+  std::string fingerprint;
+};
+
+class DemSource {
+ public:
+  /// Opens one raster, or several that share CRS and grid (adjacent or overlapping: the first file
+  /// that has a valid post wins). Errors name the file and say what to do.
+  static Result<std::shared_ptr<const DemSource>> open(std::span<const std::string> files,
+                                                       const DemOptions& options = {});
+  virtual ~DemSource() = default;
+
+  virtual const DemInfo& info() const = 0;
+
+  /// Posts [col, col + cols) x [row, row + rows); those outside the source are voids; columns wrap
+  /// where the source does. A read error is an error, never a void. Thread-safe.
+  virtual Result<HeightGrid> read(std::int64_t col, std::int64_t row, int cols, int rows) const = 0;
+
+  /// Every `step`-th post: heights of posts (col + i * step, row + j * step). Reads no more memory
+  /// than the result and a few blocks.
+  virtual Result<HeightGrid> read_decimated(std::int64_t col, std::int64_t row, int cols, int rows,
+                                            int step) const = 0;
+
+  /// Geographic <-> post, exact (PROJ), batched, in place; a point that cannot be transformed
+  /// becomes NaN. For a wrapping source, columns lie in [0, period). REQUIRES: a CRS. Thread-safe.
+  virtual void to_post(std::span<const Geographic> in, std::span<Vec2> out) const = 0;
+  virtual void to_geographic(std::span<const Vec2> in, std::span<Geographic> out) const = 0;
+
+  /// True where post <-> geographic is one affine map without rotation (a WGS84 lon/lat raster).
+  virtual bool is_plain_geographic() const = 0;
+};
+
+/// What a position query finds.
+enum class Coverage { value, void_, outside };
+struct HeightAt {
+  Coverage coverage = Coverage::outside;
+  double height_m = 0;
+};
+
+/// Bilinear height at a place, the H of the design: at a post its height; between posts bilinear
+/// over the four around it; where some are void, linear over three, else void. Reads 2 x 2 posts.
+Result<HeightAt> height_at(const DemSource&, Geographic);
+
+}  // namespace tind

@@ -1,0 +1,59 @@
+#pragma once
+// The table of methods: one entry point for every way of simplifying a DEM.
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "terrain/base/progress.h"
+#include "terrain/base/result.h"
+#include "terrain/mesh/tin.h"
+#include "terrain/raster/height_grid.h"
+
+namespace tind {
+
+/// When to stop. Exactly one is set; `ratio` is of the full grid's triangle count.
+struct StopAt {
+  std::optional<std::uint64_t> triangles;
+  std::optional<double> ratio;        // 0 < ratio <= 1
+  std::optional<double> max_error_m;  // strict: over every valid post, in double precision
+};
+
+/// Options of all methods; each method reads its own and the table says which.
+struct SimplifyOptions {
+  std::string method = "edge-cost";
+  StopAt stop;
+  double alpha = 0, beta = 0;        // edge-cost; NaN-free, dimensionless (algorithms: edge cost)
+  std::string term = "all";          // edge-cost: all | length | height | degree
+  std::string effort = "normal";     // bounded: fast | normal | best
+  std::string side = "both";         // bounded: both | above | below
+  bool subset_placement = false;     // qem
+  bool border_constraints = false;   // qem
+  int threads = 1;
+};
+
+struct Simplified {
+  Tin tin;                  // x = col, y = -row (post coordinates), z metres
+  std::uint64_t steps = 0;  // collapses, insertions or removals made
+  std::uint64_t input_triangles = 0;
+  std::string note;         // why it stopped short, if it did; empty otherwise
+  std::map<std::string, double> details;  // method's own figures, e.g. the scale of alpha
+};
+
+struct MethodInfo {
+  std::string name, minimises, stops, guarantees, source;
+};
+
+/// All methods, in the order in which help lists them.
+std::span<const MethodInfo> methods();
+
+/// Simplifies the terrain mesh of `grid`. Post spacing is in metres, so that lengths and
+/// circumradii make sense. Voids are left out: a triangle with a void corner is not part of the
+/// input mesh. GUARANTEES: every triangle counter-clockwise with positive area, every valid post
+/// that the input mesh covers still covered; may stop short, and `note` says why.
+Result<Simplified> simplify(const HeightGrid& grid, double spacing_x_m, double spacing_y_m,
+                            const SimplifyOptions& options, const Progress& progress = {});
+
+}  // namespace tind
