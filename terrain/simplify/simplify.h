@@ -16,9 +16,9 @@ namespace tind {
 
 /// When to stop. Exactly one is set; `ratio` is of the full grid's triangle count.
 struct StopAt {
-  std::optional<std::uint64_t> triangles;
-  std::optional<double> ratio;        // 0 < ratio <= 1
-  std::optional<double> max_error_m;  // strict: over every valid post, in double precision
+  std::optional<std::uint64_t> triangles = {};
+  std::optional<double> ratio = {};        // 0 < ratio <= 1
+  std::optional<double> max_error_m = {};  // strict: over every valid post, in double precision
 };
 
 /// Options of all methods; each method reads its own and the table says which.
@@ -31,6 +31,8 @@ struct SimplifyOptions {
   std::string side = "both";         // bounded: both | above | below
   bool subset_placement = false;     // qem
   bool border_constraints = false;   // qem
+  std::string criterion = "plane";   // vertex-removal: plane | degree | k-degree
+  int k = 6;                         // vertex-removal k-degree: neighbours that break a tie
   int threads = 1;
 };
 
