@@ -1,0 +1,250 @@
+#pragma once
+// The engine that all edge-collapse methods share, in four words:
+//
+//   cost       what collapsing an edge costs            } Cost::propose
+//   placement  where the merged vertex goes             }
+//   filter     whether the collapse may happen at all     Filter::allows
+//   stop       when enough has been collapsed             CollapseStop
+//
+// A method brings Cost and Filter as plain types (no virtual call per edge):
+//
+//   struct Cost {
+//     /// True when no collapse ever makes another edge cheaper (sums of quadrics). The engine then
+//     /// evaluates an edge only when its turn comes, never around a collapse.
+//     static constexpr bool kOnlyGrows;
+//     /// Cost (>= 0) and position for edge h, which is any one of the two half-edges; kNever when
+//     /// this edge must stay. Called anew each time: nothing is stored per edge.
+//     Proposal propose(const HalfedgeMesh&, Index h);
+//     /// Just before the collapse of h (origin(h) vanishes into dest(h)) to `at`: merge quadrics
+//     etc. void merge(const HalfedgeMesh&, Index h, const Vec3& at);
+//   };
+//   struct Filter {
+//     /// True when the star that the collapse of h to `at` leaves is acceptable.
+//     bool allows(const HalfedgeMesh&, Index h, const Vec3& at);
+//   };
+//   void observer(const Collapse&);   // called before each collapse; for progressive meshes
+//
+// Which end vanishes: the one that is not on the border; when both or none are, origin(h).
+// The link condition is the engine's own business. Edges that a filter refuses are put aside and
+// get another chance when something near them has changed.
+//
+// Order: cheapest first to within 4 % (BucketQueue); inside a bucket in rounds, and a vertex that
+// has been merged in a round waits for the next, so that equal costs (plateaus) thin out evenly
+// instead of rolling one vertex over the whole plateau. Deterministic. O((collapses + edges) *
+// degree).
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "terrain/base/progress.h"
+#include "terrain/mesh/halfedge_mesh.h"
+#include "terrain/simplify/bucket_queue.h"
+
+namespace tind {
+
+inline constexpr float kNever = std::numeric_limits<float>::infinity();
+
+struct Proposal {
+  float cost = kNever;
+  Vec3 position;
+};
+
+struct CollapseStop {
+  std::size_t triangles = 0;  // stop before fewer than this would be left
+  float cost = kNever;        // stop at the first bucket above this cost
+};
+
+/// One collapse, enough to undo it: `kept` moves from before to after, `removed` goes; `left` and
+/// `right` are the apexes of the two triangles that go (right: kNone on the border).
+struct Collapse {
+  HalfedgeMesh::Index removed, kept, left, right;
+  Vec3 removed_position, kept_before, kept_after;
+  float cost;
+};
+
+struct CollapseRun {
+  std::uint64_t collapses = 0;
+  bool reached = false;  // stop.triangles (to one triangle, as parity allows) or stop.cost reached
+  bool cancelled = false;
+};
+
+struct IgnoreCollapses {
+  void operator()(const Collapse&) const {}
+};
+
+/// True iff h may collapse without changing the topology; as HalfedgeMesh::link_ok, but fast for
+/// edges inside the mesh.
+bool collapse_keeps_manifold(const HalfedgeMesh&, HalfedgeMesh::Index h);
+
+/// Collapses edges of `mesh` in place until `stop`, or until no edge is left that may go.
+template <class Cost, class Filter, class Observer = IgnoreCollapses>
+CollapseRun collapse_edges(HalfedgeMesh& mesh, Cost& cost, Filter& filter, const CollapseStop& stop,
+                           const Progress& progress = {}, Observer&& observer = {});
+
+// ---- implementation -------------------------------------------------------------------------
+
+namespace detail {
+
+template <class Cost, class Filter, class Observer>
+class CollapseEngine {
+ public:
+  using Index = HalfedgeMesh::Index;
+  static constexpr Index kNone = HalfedgeMesh::kNone;
+  using Bucket = BucketQueue::Bucket;
+
+  CollapseEngine(HalfedgeMesh& mesh, Cost& cost, Filter& filter, const CollapseStop& stop,
+                 const Progress& progress, Observer& observer)
+      : mesh_(mesh),
+        cost_(cost),
+        filter_(filter),
+        stop_(stop),
+        progress_(progress),
+        observer_(observer),
+        queue_(mesh.halfedge_slots()),
+        merged_in_(mesh.vertex_slots(), 0),
+        near_change_(mesh.vertex_slots(), 1),
+        start_(mesh.triangle_count()) {}
+
+  CollapseRun run() {
+    do {
+      const std::uint64_t before = run_.collapses;
+      push_all();
+      drain();
+      if (run_.collapses == before) break;
+    } while (!run_.reached && !run_.cancelled);
+    return run_;
+  }
+
+ private:
+  HalfedgeMesh& mesh_;
+  Cost& cost_;
+  Filter& filter_;
+  const CollapseStop& stop_;
+  const Progress& progress_;
+  Observer& observer_;
+  BucketQueue queue_;
+  std::vector<std::uint32_t> merged_in_;   // per vertex: the round of its last merge
+  std::vector<std::uint8_t> near_change_;  // per vertex: its star changed since the last push_all
+  std::vector<Index> batch_;
+  CollapseRun run_;
+  std::uint32_t round_ = 0;
+  std::size_t start_;
+
+  /// An edge is entered under the lower of its two half-edges.
+  Index edge(Index h) const {
+    const Index g = mesh_.twin(h);
+    return g < h ? g : h;
+  }
+
+  /// So oriented that the end which vanishes is the origin.
+  Index oriented(Index h) const {
+    const Index g = mesh_.twin(h);
+    if (g == kNone) return h;
+    return mesh_.on_border(mesh_.origin(h)) && !mesh_.on_border(mesh_.dest(h)) ? g : h;
+  }
+
+  void push(Index e) {
+    const float c = cost_.propose(mesh_, e).cost;
+    if (c < kNever) queue_.push(e, BucketQueue::bucket_of(c));
+  }
+
+  bool enough() const { return mesh_.triangle_count() <= stop_.triangles + 1; }
+
+  void push_all() {
+    for (Index h = 0; h < mesh_.halfedge_slots(); ++h) {
+      if (!mesh_.alive_triangle(h / 3) || edge(h) != h || queue_.queued(h)) continue;
+      if (near_change_[mesh_.origin(h)] | near_change_[mesh_.dest(h)]) push(h);
+    }
+    std::fill(near_change_.begin(), near_change_.end(), 0);
+  }
+
+  void drain() {
+    const Bucket last =
+        stop_.cost < kNever ? BucketQueue::bucket_of(stop_.cost) : BucketQueue::kAbsent;
+    for (;;) {
+      if (enough()) {
+        run_.reached = true;
+        return;
+      }
+      const Bucket b = queue_.next_batch(batch_);
+      if (b == BucketQueue::kAbsent) return;
+      if (b > last) {
+        run_.reached = true;
+        return;
+      }
+      ++round_;
+      for (const Index h : batch_) {
+        if (!queue_.take(h, b)) continue;
+        if (!mesh_.alive_triangle(h / 3) || edge(h) != h) continue;
+        if (merged_in_[mesh_.origin(h)] == round_ || merged_in_[mesh_.dest(h)] == round_) {
+          queue_.push(h, b);
+          continue;
+        }
+        visit(h, b);
+        if (enough()) break;
+      }
+      if (progress_.stopped()) {
+        run_.cancelled = true;
+        return;
+      }
+      const std::size_t goal = start_ - std::min(stop_.triangles, start_);
+      if (goal > 0) progress_.at(double(start_ - mesh_.triangle_count()) / double(goal));
+    }
+  }
+
+  /// The turn of edge e, queued in bucket b: what does it cost now, may it go?
+  void visit(Index e, Bucket b) {
+    const Index h = oriented(e);
+    const Proposal p = cost_.propose(mesh_, h);
+    if (!(p.cost < kNever)) return;
+    const Bucket now = BucketQueue::bucket_of(p.cost);
+    if (now > b) {
+      queue_.push(e, now);
+      return;
+    }
+    if (!filter_.allows(mesh_, h, p.position) || !collapse_keeps_manifold(mesh_, h)) return;
+    apply(h, p);
+  }
+
+  void apply(Index h, const Proposal& p) {
+    const Index g = mesh_.twin(h);
+    const Index removed = mesh_.origin(h), kept = mesh_.dest(h);
+    observer_(Collapse{removed, kept, mesh_.apex(h), g == kNone ? kNone : mesh_.apex(g),
+                       mesh_.position(removed), mesh_.position(kept), p.position, p.cost});
+    cost_.merge(mesh_, h, p.position);
+    mesh_.collapse(h);
+    mesh_.position(kept) = p.position;
+    merged_in_[kept] = round_;
+    ++run_.collapses;
+    near_change_[kept] = 1;
+    mesh_.for_each_out(kept, [&](Index k) {
+      near_change_[mesh_.dest(k)] = 1;
+      requeue(k);
+      // The last spoke of a border fan has no half-edge that leaves `kept`.
+      if (mesh_.twin(HalfedgeMesh::prev(k)) == kNone) {
+        near_change_[mesh_.apex(k)] = 1;
+        requeue(HalfedgeMesh::prev(k));
+      }
+      if constexpr (!Cost::kOnlyGrows) push(edge(HalfedgeMesh::next(k)));
+    });
+  }
+
+  /// A spoke of a merged vertex. Where costs only grow, its place in the queue is still a lower
+  /// bound and stays; otherwise it may have become cheaper.
+  void requeue(Index k) {
+    const Index e = edge(k);
+    if (!Cost::kOnlyGrows || !queue_.queued(e)) push(e);
+  }
+};
+
+}  // namespace detail
+
+template <class Cost, class Filter, class Observer>
+CollapseRun collapse_edges(HalfedgeMesh& mesh, Cost& cost, Filter& filter, const CollapseStop& stop,
+                           const Progress& progress, Observer&& observer) {
+  return detail::CollapseEngine(mesh, cost, filter, stop, progress, observer).run();
+}
+
+}  // namespace tind

@@ -1,0 +1,61 @@
+#pragma once
+// The full-resolution mesh of a height grid, ready for collapsing: post coordinates, and for each
+// vertex how it may move without uncovering anything.
+
+#include <cstdint>
+#include <vector>
+
+#include "terrain/mesh/halfedge_mesh.h"
+#include "terrain/raster/height_grid.h"
+
+namespace tind {
+
+/// How a vertex may move. A vertex at a void never moves; on the rectangle's sides only along them.
+enum class VertexKind : std::uint8_t { interior, along_x, along_y, fixed };
+
+struct TerrainMesh {
+  HalfedgeMesh mesh;                  // x = col, y = -row, z metres
+  std::vector<VertexKind> kind;       // per vertex slot
+  double metres_x = 1, metres_y = 1;  // per post; scales x and y to the metric frame
+
+  Vec3 metric(const Vec3& p) const { return {p.x * metres_x, p.y * metres_y, p.z}; }
+};
+
+/// Two triangles for each cell without a void, one for a cell with one void corner, else none.
+/// Where voids leave two fans at one post, the post becomes two vertices. Fails (bad_data) when no
+/// triangle is left, (invalid_argument) for a grid of less than 2 x 2 posts.
+Result<TerrainMesh> terrain_mesh(const HeightGrid&, double metres_x, double metres_y);
+
+/// Where the two ends of edge h allow the merged vertex to be.
+enum class Merge : std::uint8_t {
+  never,      // a chord, two fixed ends, two different sides
+  free,       // both ends interior
+  at_dest,    // only the position of dest(h)
+  at_origin,  // only the position of origin(h)
+  along_x,    // a border edge on a side: anywhere between the ends
+  along_y,
+};
+Merge merge_rule(const TerrainMesh&, HalfedgeMesh::Index h);
+
+/// What the merged vertex may do afterwards.
+inline VertexKind merged_kind(VertexKind a, VertexKind b) { return a > b ? a : b; }
+
+/// True when moving both ends of h to `at` leaves every surviving triangle of the star surely
+/// counter-clockwise seen from above.
+bool star_stays_ccw(const HalfedgeMesh&, HalfedgeMesh::Index h, const Vec3& at);
+
+/// Positions of merged vertices are multiples of 1/1024 of a post: small triangles then keep a
+/// signed area far above the rounding of any later change of frame.
+inline double snap_to_lattice(double v) {
+  constexpr double kLattice = 1024, kRound = 6755399441055744.0;  // 1.5 * 2^52
+  return (v * kLattice + kRound - kRound) / kLattice;
+}
+
+/// The filter of every terrain method: nothing flips.
+struct NoFlip {
+  bool allows(const HalfedgeMesh& mesh, HalfedgeMesh::Index h, const Vec3& at) const {
+    return star_stays_ccw(mesh, h, at);
+  }
+};
+
+}  // namespace tind
