@@ -1,14 +1,171 @@
+// layer.json: written with every field that some client requires (CesiumJS, cesium-native, QGIS and
+// 3d-tiles-renderer each need different ones; docs/formats.md has the table), read leniently.
+
 #include "proto/layer_json.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
 
 namespace tind::proto {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Level = std::vector<TileRange>;
+
+constexpr int kDeepestLevel = 30;  // beyond it, columns leave 32 bits
+
+Json to_json(const TileRange& r) {
+  return {{"startX", r.start_x}, {"startY", r.start_y}, {"endX", r.end_x}, {"endY", r.end_y}};
+}
+
+/// Reads members of one object; remembers the first thing that is wrong.
+class Fields {
+ public:
+  Fields(const Json& object, std::string& error) : object_(object), error_(error) {}
+
+  bool ok() const { return ok_; }
+  void reject(const std::string& why) {
+    if (ok_) error_ = "layer.json: " + why;
+    ok_ = false;
+  }
+  const Json* find(const char* key) const {
+    const auto it = object_.find(key);
+    return it == object_.end() || it->is_null() ? nullptr : &*it;
+  }
+  void text(const char* key, std::string& out) {
+    const Json* value = find(key);
+    if (!value) return;
+    if (!value->is_string()) return reject(std::string(key) + " is not a string");
+    out = value->get<std::string>();
+  }
+  void texts(const char* key, std::vector<std::string>& out) {
+    const Json* value = find(key);
+    if (!value) return;
+    if (!value->is_array()) return reject(std::string(key) + " is not an array of strings");
+    out.clear();
+    for (const Json& item : *value) {
+      if (!item.is_string()) return reject(std::string(key) + " is not an array of strings");
+      out.push_back(item.get<std::string>());
+    }
+  }
+  void level(const char* key, int& out) {
+    const Json* value = find(key);
+    if (!value) return;
+    if (!value->is_number_integer() || *value < 0 || *value > kDeepestLevel)
+      return reject(std::string(key) + " is not a level, 0.." + std::to_string(kDeepestLevel));
+    out = value->get<int>();
+  }
+  void bounds(std::array<double, 4>& out) {
+    const Json* value = find("bounds");
+    if (!value) return;
+    if (!value->is_array() || value->size() != 4) return reject("bounds are not four numbers");
+    for (std::size_t i = 0; i < 4; ++i) {
+      if (!(*value)[i].is_number()) return reject("bounds are not four numbers");
+      out[i] = (*value)[i].get<double>();
+    }
+  }
+  void available(std::vector<Level>& out) {
+    const Json* value = find("available");
+    if (!value) return;
+    if (!value->is_array() || value->size() > kDeepestLevel + 1)
+      return reject("available is not an array of at most 31 levels");
+    for (const Json& level : *value) {
+      out.emplace_back();
+      if (!level.is_array()) return reject("a level of available is not an array");
+      for (const Json& range : level) {
+        TileRange r;
+        if (!read_range(range, r))
+          return reject("available, level " + std::to_string(out.size() - 1) +
+                        ": not a range {startX, startY, endX, endY}");
+        out.back().push_back(r);
+      }
+    }
+  }
+
+ private:
+  static bool read_number(const Json& range, const char* key, std::uint32_t& out) {
+    const auto it = range.find(key);
+    if (it == range.end() || !it->is_number_integer()) return false;
+    if (*it < 0 || *it > std::numeric_limits<std::uint32_t>::max()) return false;
+    out = it->get<std::uint32_t>();
+    return true;
+  }
+  static bool read_range(const Json& range, TileRange& r) {
+    return range.is_object() && read_number(range, "startX", r.start_x) &&
+           read_number(range, "startY", r.start_y) && read_number(range, "endX", r.end_x) &&
+           read_number(range, "endY", r.end_y) && r.start_x <= r.end_x && r.start_y <= r.end_y;
+  }
+
+  const Json& object_;
+  std::string& error_;
+  bool ok_ = true;
+};
+
+}  // namespace
 
 bool LayerJson::contains(int z, std::uint32_t x, std::uint32_t y) const {
   if (z < 0 || std::size_t(z) >= available.size()) return false;
   return std::ranges::any_of(available[std::size_t(z)], [&](const TileRange& r) {
     return x >= r.start_x && x <= r.end_x && y >= r.start_y && y <= r.end_y;
   });
+}
+
+std::string encode_layer_json(const LayerJson& layer) {
+  Json available = Json::array();
+  for (const Level& level : layer.available) {
+    Json ranges = Json::array();
+    for (const TileRange& range : level) ranges.push_back(to_json(range));
+    available.push_back(std::move(ranges));
+  }
+  const Json json = {{"tilejson", "2.1.0"},
+                     {"name", layer.name},
+                     {"description", layer.description},
+                     {"attribution", layer.attribution},
+                     {"version", layer.version},
+                     {"format", layer.format},
+                     {"scheme", layer.scheme},
+                     {"projection", layer.projection},
+                     {"tiles", layer.tiles},
+                     {"bounds", layer.bounds},
+                     {"minzoom", layer.minzoom},
+                     {"maxzoom", layer.maxzoom},
+                     {"extensions", layer.extensions},
+                     {"available", std::move(available)}};
+  // A name that is not UTF-8 (a file name can be anything) must not stop the tiles.
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::optional<LayerJson> decode_layer_json(std::string_view text, std::string& error) {
+  const Json json = Json::parse(text, nullptr, false);
+  if (json.is_discarded() || !json.is_object()) {
+    error = "layer.json: not a JSON object";
+    return std::nullopt;
+  }
+  LayerJson layer;
+  Fields fields(json, error);
+  if (!fields.find("format")) fields.reject("no format");
+  if (!fields.find("tiles")) fields.reject("no tiles");
+  fields.text("format", layer.format);
+  if (!layer.format.starts_with("quantized-mesh-1."))
+    fields.reject("format is " + layer.format + ", not quantized-mesh-1.x");
+  fields.text("name", layer.name);
+  fields.text("description", layer.description);
+  fields.text("attribution", layer.attribution);
+  fields.text("version", layer.version);
+  fields.text("scheme", layer.scheme);
+  fields.text("projection", layer.projection);
+  fields.texts("tiles", layer.tiles);
+  if (layer.tiles.empty()) fields.reject("tiles is empty");
+  fields.texts("extensions", layer.extensions);
+  fields.bounds(layer.bounds);
+  fields.available(layer.available);
+  fields.level("minzoom", layer.minzoom);
+  layer.maxzoom = std::max(0, int(layer.available.size()) - 1);
+  fields.level("maxzoom", layer.maxzoom);
+  if (!fields.ok()) return std::nullopt;
+  return layer;
 }
 
 }  // namespace tind::proto

@@ -1,5 +1,6 @@
 #pragma once
-// layer.json: what a quantized-mesh tile set says of itself (TileJSON 2.1 dialect of globe clients).
+// layer.json: what a quantized-mesh tile set says of itself (TileJSON 2.1 dialect of globe
+// clients).
 
 #include <array>
 #include <cstdint>

@@ -13,16 +13,16 @@
 namespace tind::proto {
 
 struct QuantizedMesh {
-  std::array<double, 3> center{};              // ecef, metres
-  float min_height = 0, max_height = 0;        // metres above the ellipsoid
-  std::array<double, 4> bounding_sphere{};     // ecef centre and radius, metres
-  std::array<double, 3> horizon_occlusion{};   // ellipsoid-scaled ecef
-  std::vector<std::uint16_t> u, v, h;          // 0..32767; u east, v north
-  std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise
-  std::vector<std::uint32_t> west, south, east, north;  // vertices on each side
-  std::vector<std::array<std::uint8_t, 2>> oct_normals; // extension 1; empty: absent
-  std::vector<std::uint8_t> water_mask;                 // extension 2: 1 or 65536 bytes; or absent
-  std::string metadata;                                 // extension 4, JSON text; empty: absent
+  std::array<double, 3> center{};                        // ecef, metres
+  float min_height = 0, max_height = 0;                  // metres above the ellipsoid
+  std::array<double, 4> bounding_sphere{};               // ecef centre and radius, metres
+  std::array<double, 3> horizon_occlusion{};             // ellipsoid-scaled ecef
+  std::vector<std::uint16_t> u, v, h;                    // 0..32767; u east, v north
+  std::vector<std::array<std::uint32_t, 3>> triangles;   // counter-clockwise
+  std::vector<std::uint32_t> west, south, east, north;   // vertices on each side
+  std::vector<std::array<std::uint8_t, 2>> oct_normals;  // extension 1; empty: absent
+  std::vector<std::uint8_t> water_mask;                  // extension 2: 1 or 65536 bytes; or absent
+  std::string metadata;                                  // extension 4, JSON text; empty: absent
 };
 
 /// Puts vertices into first-use order of the triangles (which the high-water-mark code needs),

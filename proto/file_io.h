@@ -1,0 +1,18 @@
+#pragma once
+// Whole files in and out, with the operating system's reason when it does not work.
+
+#include <expected>
+#include <string>
+#include <string_view>
+
+namespace tind::proto {
+
+/// The bytes of a file, or "cannot read PATH: reason".
+std::expected<std::string, std::string> read_whole_file(const std::string& path);
+
+/// Writes PATH by way of a temporary file in the same folder and a rename: whoever looks sees the
+/// old file or the new one, never a part; a failed write leaves nothing behind. A symbolic link is
+/// followed; something that is not a regular file (/dev/stdout, a pipe) is written directly.
+std::expected<void, std::string> write_whole_file(const std::string& path, std::string_view bytes);
+
+}  // namespace tind::proto

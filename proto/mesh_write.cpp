@@ -1,0 +1,221 @@
+// PLY, OBJ and STL writers (mesh_io.h). Numbers in text are the shortest that read back as the same
+// double (std::to_chars); binary is little endian.
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <limits>
+
+#include "proto/file_io.h"
+#include "proto/mesh_io.h"
+
+namespace tind::proto {
+namespace {
+
+template <class T>
+void put(std::string& out, T value) {
+  auto bytes = std::bit_cast<std::array<char, sizeof(T)>>(value);
+  if constexpr (std::endian::native == std::endian::big) std::ranges::reverse(bytes);
+  out.append(bytes.data(), bytes.size());
+}
+
+template <class T>
+void put_text(std::string& out, T value) {
+  char digits[32];
+  out.append(digits, std::to_chars(digits, digits + sizeof digits, value).ptr);
+}
+
+std::uint8_t to_byte(float channel) {
+  return std::uint8_t(std::lround(std::clamp(channel, 0.0f, 1.0f) * 255));
+}
+
+/// A comment ends with its line.
+std::string one_line(std::string_view text) {
+  std::string line(text);
+  std::ranges::replace_if(
+      line, [](char c) { return c == '\n' || c == '\r'; }, ' ');
+  return line;
+}
+
+// ---- ply ----
+
+std::string ply_header(const Mesh& m, const PlyOptions& options) {
+  const char* position = options.float_positions ? "float" : "double";
+  const char* channel = options.float_colours ? "float" : "uchar";
+  std::string h = "ply\nformat binary_little_endian 1.0\ncomment tind\n";
+  if (!m.texture.empty()) h += "comment TextureFile " + one_line(m.texture) + "\n";
+  h += "element vertex " + std::to_string(m.positions.size()) + "\n";
+  const auto property = [&](const char* type, const char* name) {
+    h += std::string("property ") + type + " " + name + "\n";
+  };
+  for (const char* name : {"x", "y", "z"}) property(position, name);
+  if (!m.normals.empty())
+    for (const char* name : {"nx", "ny", "nz"}) property("float", name);
+  if (!m.colours.empty())
+    for (const char* name : {"red", "green", "blue"}) property(channel, name);
+  if (!m.texcoords.empty())
+    for (const char* name : {"s", "t"}) property("float", name);
+  h += "element face " + std::to_string(m.triangles.size()) + "\n";
+  h += "property list uchar int vertex_indices\nend_header\n";
+  return h;
+}
+
+// ---- obj ----
+
+template <class Row>
+void put_row(std::string& out, const char* word, const Row& row) {
+  out += word;
+  for (const auto x : row) {
+    out += ' ';
+    put_text(out, x);
+  }
+}
+
+void put_face(std::string& out, const Mesh& m, const std::array<std::uint32_t, 3>& triangle) {
+  const bool uv = !m.texcoords.empty(), normal = !m.normals.empty();
+  out += 'f';
+  for (const std::uint32_t index : triangle) {
+    out += ' ';
+    put_text(out, index + 1);
+    if (uv || normal) out += '/';
+    if (uv) put_text(out, index + 1);
+    if (normal) {
+      out += '/';
+      put_text(out, index + 1);
+    }
+  }
+  out += '\n';
+}
+
+// ---- stl ----
+
+/// Zero where float32 resolves the mesh well anyway, else the middle in whole units.
+std::array<double, 3> stl_origin(const Mesh& m) {
+  std::array<double, 3> low, high, origin{};
+  low.fill(std::numeric_limits<double>::infinity());
+  high.fill(-std::numeric_limits<double>::infinity());
+  for (const auto& p : m.positions)
+    for (int i = 0; i < 3; ++i) {
+      low[i] = std::min(low[i], p[i]);
+      high[i] = std::max(high[i], p[i]);
+    }
+  if (m.positions.empty()) return origin;
+  const double size = std::hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]);
+  for (int i = 0; i < 3; ++i)
+    if (std::max(std::abs(low[i]), std::abs(high[i])) > 16 * size)
+      origin[i] = std::round((low[i] + high[i]) / 2);
+  return origin;
+}
+
+using Float3 = std::array<float, 3>;
+
+Float3 face_normal(const Float3& a, const Float3& b, const Float3& c) {
+  const double x1 = double(b[0]) - a[0], y1 = double(b[1]) - a[1], z1 = double(b[2]) - a[2];
+  const double x2 = double(c[0]) - a[0], y2 = double(c[1]) - a[1], z2 = double(c[2]) - a[2];
+  const double x = y1 * z2 - z1 * y2, y = z1 * x2 - x1 * z2, z = x1 * y2 - y1 * x2;
+  const double length = std::hypot(x, y, z);
+  if (!(length > 0)) return {};
+  return {float(x / length), float(y / length), float(z / length)};
+}
+
+std::string lower_extension(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  std::ranges::transform(extension, extension.begin(),
+                         [](unsigned char c) { return std::tolower(c); });
+  return extension;
+}
+
+}  // namespace
+
+std::string encode_ply(const Mesh& m, const PlyOptions& options) {
+  std::string out = ply_header(m, options);
+  out.reserve(out.size() + m.positions.size() * 56 + m.triangles.size() * 13);
+  for (std::size_t i = 0; i < m.positions.size(); ++i) {
+    for (const double x : m.positions[i])
+      options.float_positions ? put(out, float(x)) : put(out, x);
+    if (!m.normals.empty())
+      for (const float x : m.normals[i]) put(out, x);
+    if (!m.colours.empty())
+      for (const float x : m.colours[i]) options.float_colours ? put(out, x) : put(out, to_byte(x));
+    if (!m.texcoords.empty())
+      for (const float x : m.texcoords[i]) put(out, x);
+  }
+  for (const auto& triangle : m.triangles) {
+    out += char(3);
+    for (const std::uint32_t index : triangle) put(out, index);
+  }
+  return out;
+}
+
+std::string encode_obj(const Mesh& m, std::string_view material_library) {
+  std::string out = "# tind\n";
+  out.reserve(m.positions.size() * 60 + m.triangles.size() * 28);
+  if (!material_library.empty())
+    out += "mtllib " + one_line(material_library) + "\nusemtl surface\n";
+  for (std::size_t i = 0; i < m.positions.size(); ++i) {
+    put_row(out, "v", m.positions[i]);
+    if (!m.colours.empty()) put_row(out, "", m.colours[i]);
+    out += '\n';
+  }
+  for (const auto& st : m.texcoords) put_row(out, "vt", st), out += '\n';
+  for (const auto& normal : m.normals) put_row(out, "vn", normal), out += '\n';
+  for (const auto& triangle : m.triangles) put_face(out, m, triangle);
+  return out;
+}
+
+Stl encode_stl(const Mesh& m) {
+  Stl stl{.bytes = "tind origin", .origin = stl_origin(m)};
+  for (const double x : stl.origin) put_text(stl.bytes += ' ', x);
+  stl.bytes.resize(80, ' ');
+  put(stl.bytes, std::uint32_t(m.triangles.size()));
+  stl.bytes.reserve(84 + 50 * m.triangles.size());
+  const auto local = [&](std::uint32_t index) {
+    Float3 p;
+    for (int i = 0; i < 3; ++i) p[i] = float(m.positions[index][i] - stl.origin[i]);
+    return p;
+  };
+  for (const auto& [a, b, c] : m.triangles) {
+    const Float3 corners[] = {local(a), local(b), local(c)};
+    for (const float x : face_normal(corners[0], corners[1], corners[2])) put(stl.bytes, x);
+    for (const Float3& corner : corners)
+      for (const float x : corner) put(stl.bytes, x);
+    put(stl.bytes, std::uint16_t(0));
+  }
+  return stl;
+}
+
+MeshResult<void> write_ply(const std::string& path, const Mesh& m, const PlyOptions& options) {
+  return write_whole_file(path, encode_ply(m, options));
+}
+
+MeshResult<void> write_obj(const std::string& path, const Mesh& m) {
+  if (m.texture.empty()) return write_whole_file(path, encode_obj(m));
+  const auto library = std::filesystem::path(path).replace_extension(".mtl");
+  const std::string mtl = "newmtl surface\nKd 1 1 1\nmap_Kd " + one_line(m.texture) + "\n";
+  if (auto done = write_whole_file(library.string(), mtl); !done) return done;
+  return write_whole_file(path, encode_obj(m, library.filename().string()));
+}
+
+MeshResult<std::array<double, 3>> write_stl(const std::string& path, const Mesh& m) {
+  const Stl stl = encode_stl(m);
+  if (auto done = write_whole_file(path, stl.bytes); !done) return std::unexpected(done.error());
+  return stl.origin;
+}
+
+MeshResult<void> write_mesh(const std::string& path, const Mesh& m) {
+  const std::string extension = lower_extension(path);
+  if (extension == ".ply") return write_ply(path, m);
+  if (extension == ".obj") return write_obj(path, m);
+  if (extension == ".stl") {
+    if (auto done = write_stl(path, m); !done) return std::unexpected(done.error());
+    return {};
+  }
+  return std::unexpected("cannot write " + path + ": the extension must be .ply, .obj or .stl");
+}
+
+}  // namespace tind::proto
