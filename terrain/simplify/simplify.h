@@ -25,14 +25,14 @@ struct StopAt {
 struct SimplifyOptions {
   std::string method = "edge-cost";
   StopAt stop;
-  double alpha = 0, beta = 0;        // edge-cost; NaN-free, dimensionless (algorithms: edge cost)
-  std::string term = "all";          // edge-cost: all | length | height | degree
-  std::string effort = "normal";     // bounded: fast | normal | best
-  std::string side = "both";         // bounded: both | above | below
-  bool subset_placement = false;     // qem
-  bool border_constraints = false;   // qem
-  std::string criterion = "plane";   // vertex-removal: plane | degree | k-degree
-  int k = 6;                         // vertex-removal k-degree: neighbours that break a tie
+  double alpha = 0, beta = 0;       // edge-cost; NaN-free, dimensionless (algorithms: edge cost)
+  std::string term = "all";         // edge-cost: all | length | height | degree
+  std::string effort = "normal";    // bounded: fast | normal | best
+  std::string side = "both";        // bounded: both | above | below
+  bool subset_placement = false;    // qem
+  bool border_constraints = false;  // qem
+  std::string criterion = "plane";  // vertex-removal: plane | degree | k-degree
+  int k = 6;                        // vertex-removal k-degree: neighbours that break a tie
   int threads = 1;
 };
 
@@ -40,7 +40,7 @@ struct Simplified {
   Tin tin;                  // x = col, y = -row (post coordinates), z metres
   std::uint64_t steps = 0;  // collapses, insertions or removals made
   std::uint64_t input_triangles = 0;
-  std::string note;         // why it stopped short, if it did; empty otherwise
+  std::string note;                       // why it stopped short, if it did; empty otherwise
   std::map<std::string, double> details;  // method's own figures, e.g. the scale of alpha
 };
 

@@ -1,0 +1,124 @@
+// The referee. Every triangle is scan-converted over the posts that it covers; a post keeps the
+// largest error that any triangle gives it, so the order of triangles does not matter, and bands of
+// rows can be done by different threads. Largest errors are kept in double; the others as float
+// (relative 6e-8), whose sums run in double and in post order.
+
+#include "terrain/mesh/vertical_error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "terrain/base/parallel.h"
+#include "terrain/mesh/scan_triangle.h"
+
+namespace tind {
+
+namespace {
+
+constexpr float kUncovered = -1;
+
+struct Extreme {
+  double error = -1;
+  int col = -1, row = -1;
+
+  /// The larger; of equals the first post, so that the answer does not depend on triangle order.
+  void take(double e, int c, int r) {
+    if (e < error || (e == error && (r > row || (r == row && c >= col)))) return;
+    *this = {e, c, r};
+  }
+};
+
+struct Band {
+  Extreme above, below;
+};
+
+/// Measures all triangles over rows [begin, end); `worst` holds the largest error per post.
+Band measure_band(const Tin& mesh, const HeightGrid& grid, int begin, int end,
+                  std::vector<float>& worst) {
+  Band band;
+  const int cols = grid.cols();
+  for (const Triangle& t : mesh.triangles) {
+    scan_triangle(mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]], begin, end, cols,
+                  [&](const PostSpan& span) {
+                    const float* const posts = grid.row(span.row).data();
+                    float* const out = worst.data() + std::size_t(span.row) * cols;
+                    for (int c = span.first; c <= span.last; ++c) {
+                      const double d = span.height(c) - posts[c];  // NaN at a void: compares false
+                      const float e = float(std::fabs(d));
+                      if (e > out[c]) out[c] = e;
+                      if (d >= band.above.error) band.above.take(d, c, span.row);
+                      if (-d >= band.below.error) band.below.take(-d, c, span.row);
+                    }
+                    return true;
+                  });
+  }
+  return band;
+}
+
+/// The smallest value that at least `share` of all are not above (nearest rank).
+double percentile(std::vector<float>& values, double share) {
+  const std::size_t rank = std::size_t(std::ceil(share * double(values.size())));
+  const auto nth = values.begin() + std::ptrdiff_t(std::max<std::size_t>(rank, 1) - 1);
+  std::nth_element(values.begin(), nth, values.end());
+  return *nth;
+}
+
+/// Counts, sums and percentiles over the valid posts; leaves only these in `worst`.
+void summarise(const HeightGrid& grid, std::vector<float>& worst, VerticalError& out) {
+  double sum = 0, sum2 = 0;
+  std::size_t kept = 0;
+  const std::span<const float> heights = grid.values();
+  for (std::size_t i = 0; i < heights.size(); ++i) {
+    if (std::isnan(heights[i])) continue;
+    if (worst[i] == kUncovered) {
+      ++out.uncovered;
+      continue;
+    }
+    const double e = worst[i];
+    sum += e;
+    sum2 += e * e;
+    worst[kept++] = worst[i];
+  }
+  worst.resize(kept);
+  out.posts = kept;
+  if (kept == 0) return;
+  out.mean_m = sum / double(kept);
+  out.rms_m = std::sqrt(sum2 / double(kept));
+  out.p50_m = percentile(worst, 0.50);
+  out.p95_m = percentile(worst, 0.95);
+  out.p99_m = percentile(worst, 0.99);
+}
+
+}  // namespace
+
+VerticalError vertical_error(const Tin& mesh, const HeightGrid& grid, int threads) {
+  if (threads <= 0) threads = hardware_threads();
+  std::vector<float> worst(grid.size(), kUncovered);
+  std::vector<Band> bands(std::size_t(std::clamp(threads, 1, std::max(1, grid.rows()))));
+  parallel_for(bands.size(), threads, [&](std::size_t i) {
+    const auto edge = [&](std::size_t k) {
+      return int(std::int64_t(grid.rows()) * std::int64_t(k) / std::int64_t(bands.size()));
+    };
+    bands[i] = measure_band(mesh, grid, edge(i), edge(i + 1), worst);
+  });
+  Extreme above, below;
+  for (const Band& b : bands) {
+    above.take(b.above.error, b.above.col, b.above.row);
+    below.take(b.below.error, b.below.col, b.below.row);
+  }
+  VerticalError out;
+  out.max_above_m = std::max(0.0, above.error);
+  out.max_below_m = std::max(0.0, below.error);
+  Extreme most = above;
+  most.take(below.error, below.col, below.row);
+  if (most.col >= 0) {
+    out.max_m = std::max(0.0, most.error);
+    out.max_col = most.col;
+    out.max_row = most.row;
+  }
+  summarise(grid, worst, out);
+  return out;
+}
+
+}  // namespace tind

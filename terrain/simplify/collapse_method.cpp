@@ -1,0 +1,25 @@
+#include "terrain/simplify/collapse_method.h"
+
+#include <string>
+
+namespace tind {
+
+std::size_t target_triangles(const StopAt& stop, std::size_t input) {
+  if (stop.triangles) return *stop.triangles;
+  if (stop.ratio) return std::size_t(std::llround(*stop.ratio * double(input)));
+  return 0;
+}
+
+std::string stop_note(const StopAt& stop, std::size_t input, std::size_t left) {
+  if (stop.max_error_m) return {};
+  const std::size_t target = target_triangles(stop, input);
+  if (target > input) {
+    return "the full mesh has only " + std::to_string(input) + " triangles, not " +
+           std::to_string(target);
+  }
+  if (left <= target + 1) return {};
+  return "stopped at " + std::to_string(left) + " triangles, not " + std::to_string(target) +
+         ": any further collapse would flip a triangle or move the border";
+}
+
+}  // namespace tind

@@ -1,0 +1,90 @@
+// The table of methods, and the one place where options are checked before a method sees them.
+
+#include "terrain/simplify/simplify.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "terrain/simplify/edge_cost.h"
+#include "terrain/simplify/quadric.h"
+
+namespace tind {
+
+namespace {
+
+using Method = Result<Simplified> (*)(const HeightGrid&, double, double, const SimplifyOptions&,
+                                      const Progress&);
+
+constexpr const char* kValid = "0 flipped, 0 uncovered";
+constexpr const char* kAllStops = "triangles, ratio, max error";
+
+struct Row {
+  MethodInfo info;
+  Method run;
+};
+
+const std::vector<Row>& table() {
+  static const std::vector<Row> rows = {
+      {{"edge-cost", "edge length x circumradius, height difference and degree", kAllStops, kValid,
+        "Kim, Yu, Park, Cho: a terrain edge cost (papers/001)"},
+       simplify_edge_cost},
+      {{"qem", "squared distance to the planes of all merged triangles", kAllStops, kValid,
+        "Garland and Heckbert 1997"},
+       simplify_qem},
+  };
+  return rows;
+}
+
+std::string names() {
+  std::string all;
+  for (const Row& row : table()) all += (all.empty() ? "" : ", ") + row.info.name;
+  return all;
+}
+
+Result<void> check_stop(const StopAt& stop) {
+  if (int(stop.triangles.has_value()) + stop.ratio.has_value() + stop.max_error_m.has_value() !=
+      1) {
+    return fail(Errc::invalid_argument,
+                "give exactly one of a triangle count, a ratio and a maximum error");
+  }
+  if (stop.triangles && *stop.triangles == 0)
+    return fail(Errc::invalid_argument, "the triangle count must be at least 1");
+  if (stop.ratio && !(*stop.ratio > 0 && *stop.ratio <= 1))
+    return fail(Errc::invalid_argument, "the ratio must be above 0 and at most 1");
+  if (stop.max_error_m && !(*stop.max_error_m >= 0 && std::isfinite(*stop.max_error_m)))
+    return fail(Errc::invalid_argument, "the maximum error must be a number of metres >= 0");
+  return {};
+}
+
+}  // namespace
+
+std::span<const MethodInfo> methods() {
+  static const std::vector<MethodInfo> infos = [] {
+    std::vector<MethodInfo> all;
+    for (const Row& row : table()) all.push_back(row.info);
+    return all;
+  }();
+  return infos;
+}
+
+Result<Simplified> simplify(const HeightGrid& grid, double spacing_x_m, double spacing_y_m,
+                            const SimplifyOptions& options, const Progress& progress) {
+  const auto row =
+      std::ranges::find_if(table(), [&](const Row& r) { return r.info.name == options.method; });
+  if (row == table().end()) {
+    return fail(Errc::invalid_argument,
+                "there is no method '" + options.method + "'; there are " + names());
+  }
+  if (const Result<void> ok = check_stop(options.stop); !ok) return std::unexpected(ok.error());
+  if (!(spacing_x_m > 0 && spacing_y_m > 0 && std::isfinite(spacing_x_m * spacing_y_m)))
+    return fail(Errc::invalid_argument, "the post spacing must be positive");
+  if (grid.cols() < 2 || grid.rows() < 2) {
+    return fail(Errc::invalid_argument, "a grid of " + std::to_string(grid.cols()) + " x " +
+                                            std::to_string(grid.rows()) +
+                                            " posts has no triangles; at least 2 x 2 are needed");
+  }
+  return row->run(grid, spacing_x_m, spacing_y_m, options, progress);
+}
+
+}  // namespace tind
