@@ -1,0 +1,50 @@
+#pragma once
+// Coordinate reference systems: what a raster's CRS says, and the exact way to WGS84 and back.
+
+#include <memory>
+#include <span>
+#include <string>
+
+#include "terrain/base/result.h"
+#include "terrain/geo/coordinates.h"
+#include "terrain/raster/dem_source.h"
+
+class OGRSpatialReference;
+
+namespace tind::gdal {
+
+struct CrsFacts {
+  CrsKind kind = CrsKind::none;
+  std::string wkt, name;     // horizontal part (WKT 2), full name
+  double unit_m = 1;         // metres per unit (projected)
+  double turn = 0;           // 360 degrees in crs units (geographic), else 0
+  bool plain_wgs84 = false;  // longitude and latitude, degrees, WGS84, Greenwich
+  VerticalDatum datum = VerticalDatum::unknown;
+  double vertical_unit_m = 0;  // 0 where the CRS has no vertical part
+};
+
+/// Reads a CRS; nullptr and local (engineering) systems are CrsKind::none.
+Result<CrsFacts> describe(const OGRSpatialReference*);
+
+/// Whether two horizontal systems (CrsFacts::wkt) are the same place for the same numbers.
+bool same_crs(const std::string& wkt_a, const std::string& wkt_b);
+
+/// crs <-> geographic. One operation is chosen where the DEM lies and kept for all points, so the
+/// result for a point does not depend on which points are asked for with it. Thread-safe.
+class ToGeographic {
+ public:
+  /// `where`: a point of the DEM, in its crs.
+  static Result<std::unique_ptr<ToGeographic>> make(const std::string& wkt, Vec2 where);
+  ~ToGeographic();
+
+  /// In place, traditional GIS order; NaN where there is no result.
+  void to_geographic(std::span<Vec2> points) const;
+  void to_crs(std::span<Vec2> points) const;
+
+ private:
+  struct Pool;
+  explicit ToGeographic(std::unique_ptr<Pool>);
+  std::unique_ptr<Pool> pool_;
+};
+
+}  // namespace tind::gdal

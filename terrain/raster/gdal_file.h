@@ -1,0 +1,87 @@
+#pragma once
+// One raster file: what it says of itself, and its heights. Hostile until proven otherwise.
+
+#include <cstdint>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+
+#include "terrain/base/result.h"
+#include "terrain/raster/gdal_crs.h"
+
+namespace tind::gdal {
+
+/// Bounds of what is opened at all.
+struct RasterLimits {
+  std::int64_t max_side = std::int64_t(1) << 30;  // posts
+  std::int64_t max_block_bytes = 64 << 20;        // one block, decoded
+  std::int64_t max_whole_bytes = 512 << 20;       // formats that are decoded as a whole
+};
+inline constexpr RasterLimits kRasterLimits;
+
+struct FileFacts {
+  std::string path, driver;
+  std::int64_t cols = 0, rows = 0;
+  bool has_geotransform = false;
+  Affine post_to_crs;      // posts are pixel centres
+  CrsFacts crs;            // none without a geotransform
+  double z_unit_m = 1;     // metres per unit, as stated by band or vertical CRS
+  bool exact = true;       // every stored value is a float in its own unit
+  double max_abs_raw = 0;  // bound by the sample type; infinite for floating point
+};
+
+class RasterFile;
+
+/// Open datasets that nobody reads from just now, of all files of one source; the longest unused is
+/// closed when there are more than `kMaxIdle`. Thread-safe.
+class IdleHandles {
+ public:
+  static constexpr std::size_t kMaxIdle = 32;
+  struct Handle;  // a GDAL dataset and the memory it may live in
+  IdleHandles();
+  ~IdleHandles();
+  std::unique_ptr<Handle> take(const RasterFile* owner);
+  void give(const RasterFile* owner, std::unique_ptr<Handle>);
+
+ private:
+  struct Entry;
+  std::mutex mutex_;
+  std::list<Entry> idle_;  // most recently used first
+};
+
+class RasterFile {
+ public:
+  /// Opens and judges the file: driver, sizes, bands, CRS. `path` may be "x.hgt.zip".
+  static Result<std::unique_ptr<RasterFile>> open(const std::string& path, bool allow_vrt,
+                                                  bool keep_source_units,
+                                                  std::shared_ptr<IdleHandles> idle);
+  ~RasterFile();
+
+  const FileFacts& facts() const { return facts_; }
+
+  /// Heights of a window inside the file, in metres (or the file's unit): `NaN` is a void. Any
+  /// failure that GDAL reports is an error, even where it returns data. Thread-safe.
+  Result<void> read(int col, int row, int cols, int rows, std::span<double> out) const;
+
+  /// Text that changes when the content does: sizes, times, hashes of first and last 64 KiB of
+  /// this file and of those it refers to.
+  Result<std::string> fingerprint() const;
+
+ private:
+  RasterFile(std::string path, bool allow_vrt, std::shared_ptr<IdleHandles> idle);
+  Result<std::unique_ptr<IdleHandles::Handle>> open_handle() const;
+  Result<void> learn(IdleHandles::Handle&, bool keep_source_units);
+  bool is_void(double raw) const;
+
+  std::string path_;
+  bool allow_vrt_;
+  std::shared_ptr<IdleHandles> idle_;
+  FileFacts facts_;
+  double scale_ = 1, offset_ = 0;
+  bool has_nodata_ = false, is_float_ = false, masked_ = false;
+  double nodata_ = 0;
+};
+
+}  // namespace tind::gdal

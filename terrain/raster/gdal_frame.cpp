@@ -1,0 +1,154 @@
+// Post <-> geographic: an affine map, then (unless the CRS is WGS84 longitude and latitude) PROJ.
+// The rest is longitudes: rasters run 0..360, cross the antimeridian, or go around the globe with
+// a column too many or too few.
+
+#include "terrain/raster/gdal_frame.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "terrain/geo/ellipsoid.h"
+
+namespace tind::gdal {
+namespace {
+
+/// A whole turn in columns must be whole to this, or the raster does not close around the globe.
+/// (A 5' globe whose step is rounded to 6 digits is off by 0.04.)
+constexpr double kWholePeriod = 0.05;
+
+/// The value of a + k * period in [from, from + period), exactly `a` where that is in it.
+double wrapped(double a, double from, double period) {
+  const double turns = std::floor((a - from) / period);
+  return turns == 0 ? a : a - turns * period;
+}
+
+/// -180 <= lon < 180.
+double normal(double lon) { return wrapped(lon, -180, 360); }
+
+/// Posts along the raster's edge, densely enough that a bulge between two is under a decimetre for
+/// rasters of a hundred kilometres.
+std::vector<Vec2> rim(double last_col, double last_row) {
+  constexpr int kPerSide = 512;
+  std::vector<Vec2> posts;
+  for (int i = 0; i < kPerSide; ++i) posts.push_back({last_col * i / kPerSide, 0});
+  for (int i = 0; i < kPerSide; ++i) posts.push_back({last_col, last_row * i / kPerSide});
+  for (int i = kPerSide; i > 0; --i) posts.push_back({last_col * i / kPerSide, last_row});
+  for (int i = kPerSide; i >= 0; --i) posts.push_back({0, last_row * i / kPerSide});
+  return posts;
+}
+
+/// Unwrapped west and east, any size, to -180..180; around the globe where they cross +-180.
+void set_longitudes(GeoRect& r, double west, double east) {
+  constexpr double kTouch = 1e-9;
+  const double shift = -360 * std::floor((west + kTouch + 180) / 360);
+  west = std::max(west + shift, -180.0);
+  east += shift;
+  const bool crosses = east > 180 + kTouch;
+  r.west = crosses ? -180 : west;
+  r.east = crosses ? 180 : std::min(east, 180.0);
+}
+
+}  // namespace
+
+Result<Frame> Frame::make(const CrsFacts& crs, const Affine& post_to_crs, std::int64_t cols,
+                          std::int64_t rows) {
+  Frame frame;
+  frame.map_ = post_to_crs;
+  frame.cols_ = cols;
+  frame.rows_ = rows;
+  frame.kind_ = crs.kind;
+  frame.unit_m_ = crs.unit_m;
+  frame.find_period(crs);
+  const bool upright = post_to_crs.x_row == 0 && post_to_crs.y_col == 0;
+  frame.plain_ = crs.plain_wgs84 && upright;
+  if (crs.kind != CrsKind::none && !frame.plain_) {
+    auto made = ToGeographic::make(crs.wkt, post_to_crs.apply(double(cols) / 2, double(rows) / 2));
+    if (!made) return std::unexpected(made.error());
+    frame.transform_ = std::move(*made);
+  }
+  return frame;
+}
+
+void Frame::find_period(const CrsFacts& crs) {
+  if (crs.kind != CrsKind::geographic || map_.x_row != 0 || map_.y_col != 0) return;
+  turn_ = crs.turn;
+  period_ = turn_ / std::abs(map_.x_col);
+  const double whole = std::round(period_);
+  wraps_ = whole > 1 && std::abs(period_ - whole) <= kWholePeriod && double(cols_) >= whole - 1;
+  if (!wraps_) return;
+  period_ = whole;
+  map_.x_col = std::copysign(turn_ / whole, map_.x_col);
+}
+
+void Frame::to_post(std::span<const Geographic> in, std::span<Vec2> out) const {
+  for (std::size_t i = 0; i < in.size(); ++i) out[i] = {in[i].lon, in[i].lat};
+  if (transform_) transform_->to_crs(out.first(in.size()));
+  // Without wrapping, a longitude means the turn that lies nearest to the raster's middle.
+  const double from = wraps_ ? 0 : (double(cols_) - 1 - period_) / 2;
+  for (Vec2& p : out.first(in.size())) {
+    p = map_.invert(p.x, p.y);
+    if (period_ > 0 && std::isfinite(p.x)) p.x = wrapped(p.x, from, period_);
+  }
+}
+
+void Frame::to_geographic(std::span<const Vec2> in, std::span<Geographic> out) const {
+  std::vector<Vec2> crs(in.size());
+  for (std::size_t i = 0; i < in.size(); ++i) crs[i] = map_.apply(in[i].x, in[i].y);
+  if (transform_) transform_->to_geographic(crs);
+  for (std::size_t i = 0; i < in.size(); ++i) out[i] = {normal(crs[i].x), crs[i].y};
+}
+
+Geographic Frame::geographic(Vec2 post) const {
+  Geographic p;
+  to_geographic({&post, 1}, {&p, 1});
+  return p;
+}
+
+GeoRect Frame::bounds() const {
+  GeoRect r{-180, -90, 180, 90};
+  if (kind_ == CrsKind::none) return r;
+  const std::vector<Vec2> posts = rim(double(cols_ - 1), double(rows_ - 1));
+  std::vector<Geographic> places(posts.size());
+  to_geographic(posts, places);
+  double lon = places[0].lon, west = lon, east = lon;
+  r.south = 90, r.north = -90;
+  for (const Geographic& p : places) {
+    if (!std::isfinite(p.lon) || !std::isfinite(p.lat)) return {-180, -90, 180, 90};
+    lon += normal(p.lon - lon);  // continue around the rim without jumps of 360
+    west = std::min(west, lon);
+    east = std::max(east, lon);
+    r.south = std::min(r.south, p.lat);
+    r.north = std::max(r.north, p.lat);
+  }
+  for (const double pole : {-90.0, 90.0}) {
+    if (kind_ != CrsKind::projected) break;
+    const Geographic p{0, pole};
+    Vec2 post;
+    to_post({&p, 1}, {&post, 1});
+    if (!(post.x >= 0 && post.y >= 0 && post.x <= double(cols_ - 1) && post.y <= double(rows_ - 1)))
+      continue;
+    (pole < 0 ? r.south : r.north) = pole;
+    west = -180, east = 180;
+  }
+  r.south = std::max(r.south, -90.0);
+  r.north = std::min(r.north, 90.0);
+  if (wraps_ || east - west >= 360)
+    r.west = -180, r.east = 180;
+  else
+    set_longitudes(r, west, east);
+  return r;
+}
+
+Vec2 Frame::spacing_m() const {
+  if (kind_ == CrsKind::none)
+    return {std::hypot(map_.x_col, map_.y_col), std::hypot(map_.x_row, map_.y_row)};
+  const Vec2 centre{(double(cols_) - 1) / 2, (double(rows_) - 1) / 2};
+  const auto distance = [&](Vec2 a, Vec2 b) {
+    return length(wgs84::to_ecef(geographic(a), 0) - wgs84::to_ecef(geographic(b), 0));
+  };
+  return {distance({centre.x - 0.5, centre.y}, {centre.x + 0.5, centre.y}),
+          distance({centre.x, centre.y - 0.5}, {centre.x, centre.y + 0.5})};
+}
+
+}  // namespace tind::gdal

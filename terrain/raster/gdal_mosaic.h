@@ -1,0 +1,47 @@
+#pragma once
+// Several raster files on one grid, as one array of posts.
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "terrain/raster/gdal_file.h"
+
+namespace tind::gdal {
+
+class Mosaic {
+ public:
+  /// The files must share CRS, vertical datum and grid: steps equal to 1e-6, offsets whole posts to
+  /// within 0.01. They may lie apart, touch or overlap.
+  static Result<Mosaic> open(std::span<const std::string> paths, const DemOptions&);
+
+  std::int64_t cols() const { return cols_; }
+  std::int64_t rows() const { return rows_; }
+  const Affine& post_to_crs() const { return post_to_crs_; }
+  /// Of the first file.
+  const FileFacts& facts() const { return parts_[0].file->facts(); }
+  /// Every file stores floats as they are.
+  bool exact() const;
+
+  /// Heights of a window inside [0, cols) x [0, rows): the first file with a valid post wins, NaN
+  /// where none has. Thread-safe.
+  Result<void> read(std::int64_t col, std::int64_t row, int cols, int rows,
+                    std::span<double> out) const;
+
+  Result<std::string> fingerprint() const;
+
+ private:
+  struct Part {
+    std::unique_ptr<RasterFile> file;
+    std::int64_t col = 0, row = 0;  // of its first post
+  };
+  Result<void> add(std::unique_ptr<RasterFile>);
+  void move_origin();
+
+  std::vector<Part> parts_;
+  std::int64_t cols_ = 0, rows_ = 0;
+  Affine post_to_crs_;
+};
+
+}  // namespace tind::gdal

@@ -1,0 +1,94 @@
+// GDAL opens whatever its drivers recognise: a ".tif" that is really a VRT or an MRF can read and
+// write files and URLs of its author's choosing. So only the drivers of a short list are ever
+// registered (an unregistered driver cannot be reached, not even by a nested open), sidecar
+// metadata and the network are off, and options are pinned because their defaults change by
+// version.
+
+#include "terrain/raster/gdal_setup.h"
+
+#include <cpl_conv.h>
+#include <cpl_error.h>
+#include <gdal.h>
+#include <gdal_frmts.h>
+
+#include <algorithm>
+#include <mutex>
+#include <utility>
+
+namespace tind::gdal {
+namespace {
+
+constexpr std::pair<const char*, const char*> kOptions[] = {
+    {"GDAL_DRIVER_PATH", "disable"},             // no plugins
+    {"GDAL_PAM_ENABLED", "NO"},                  // no .aux.xml that changes what a file says
+    {"GDAL_DISABLE_READDIR_ON_OPEN", "TRUE"},    // world files are found, folders are not listed
+    {"GDAL_VRT_ENABLE_PYTHON", "NO"},            //
+    {"CPL_VSIL_CURL_ALLOWED_FILENAME", "none"},  // no remote file
+    {"GDAL_HTTP_MAX_RETRY", "0"},                //
+    {"GDAL_HTTP_TIMEOUT", "1"},                  //
+    {"GDAL_NUM_THREADS", "1"},                   // threads are ours to make
+    {"GDAL_MAX_DATASET_POOL_SIZE", "64"},        //
+    {"GDAL_MAX_BAND_COUNT", "64"},               //
+    {"VSI_CACHE", "NO"},                         //
+    {"GTIFF_IGNORE_READ_ERRORS", "NO"},          // an unreadable block is an error, never zeros
+    {"GTIFF_VIRTUAL_MEM_IO", "NO"},              // a truncated file must not become SIGBUS
+    {"GTIFF_DIRECT_IO", "NO"},                   //
+    {"GTIFF_REPORT_COMPD_CS", "YES"},            // the vertical datum, where a file states it
+    {"REPORT_COMPD_CS", "YES"},                  // the same for DTED and SRTM
+    {"GTIFF_POINT_GEO_IGNORE", "NO"},            //
+};
+
+// Shared by all handles of the process; one decoded block is at most 64 MiB (see gdal_file.cpp).
+constexpr GIntBig kCacheBytes = 128 << 20;
+
+void CPL_STDCALL keep(CPLErr level, CPLErrorNum, const char* message) {
+  if (level < CE_Failure) return;
+  static_cast<Complaints*>(CPLGetErrorHandlerUserData())->add(message);
+}
+
+}  // namespace
+
+void set_up() {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    for (const auto& [name, value] : kOptions) CPLSetConfigOption(name, value);
+    CPLSetErrorHandler(CPLQuietErrorHandler);  // what nobody collects is not printed either
+    GDALRegister_GTiff();                      // also reads COG
+    GDALRegister_SRTMHGT();
+    GDALRegister_DTED();
+    GDALRegister_USGSDEM();
+    GDALRegister_AAIGrid();
+    GDALRegister_PNG();
+    GDALRegister_MEM();
+    GDALSetCacheMax64(kCacheBytes);
+  });
+}
+
+void register_vrt() {
+  set_up();
+  static std::once_flag once;
+  std::call_once(once, [] { GDALRegister_VRT(); });
+}
+
+const char* const* raster_drivers(bool with_vrt) {
+  static constexpr const char* kPlain[] = {"GTiff",   "SRTMHGT", "DTED", "USGSDEM",
+                                           "AAIGrid", "PNG",     nullptr};
+  static constexpr const char* kWithVrt[] = {"GTiff",   "SRTMHGT", "DTED", "USGSDEM",
+                                             "AAIGrid", "PNG",     "VRT",  nullptr};
+  return with_vrt ? kWithVrt : kPlain;
+}
+
+Complaints::Complaints() { CPLPushErrorHandlerEx(keep, this); }
+Complaints::~Complaints() { CPLPopErrorHandler(); }
+
+void Complaints::add(std::string message) {
+  if (std::exchange(failed_, true)) return;
+  std::replace(message.begin(), message.end(), '\n', ' ');
+  first_ = std::move(message);
+}
+
+std::string Complaints::text(const std::string& otherwise) const {
+  return first_.empty() ? otherwise : first_;
+}
+
+}  // namespace tind::gdal

@@ -1,0 +1,40 @@
+#pragma once
+// GDAL, tamed: which formats it may read, what it may not do, and where its complaints go.
+// Used only by the gdal_* and *_source files of this room.
+
+#include <string>
+
+namespace tind::gdal {
+
+/// Registers the allowed raster drivers and pins every option that matters, once per process.
+/// Thread-safe; every entry to GDAL calls it first.
+void set_up();
+
+/// Adds the VRT driver. A VRT can name any file, and is opened only where the caller of
+/// DemSource::open says so; its sources are limited to the same allow-list.
+void register_vrt();
+
+/// Null-terminated list of driver names for GDALOpenEx.
+const char* const* raster_drivers(bool with_vrt);
+
+/// While it lives, GDAL's messages of this thread come here instead of to stderr.
+class Complaints {
+ public:
+  Complaints();
+  ~Complaints();
+  Complaints(const Complaints&) = delete;
+  Complaints& operator=(const Complaints&) = delete;
+
+  /// GDAL reported at least one failure (warnings do not count), whatever its calls returned.
+  bool failed() const { return failed_; }
+  /// The first failure in one line, or `otherwise` where GDAL had nothing to say.
+  std::string text(const std::string& otherwise) const;
+  /// Called by the handler.
+  void add(std::string message);
+
+ private:
+  bool failed_ = false;
+  std::string first_;
+};
+
+}  // namespace tind::gdal
