@@ -8,6 +8,7 @@
 
 #include "terrain/simplify/edge_cost.h"
 #include "terrain/simplify/quadric.h"
+#include "terrain/simplify/vertex_removal.h"
 
 namespace tind {
 
@@ -32,6 +33,10 @@ const std::vector<Row>& table() {
       {{"qem", "squared distance to the planes of all merged triangles", kAllStops, kValid,
         "Garland and Heckbert 1997"},
        simplify_qem},
+      {{"vertex-removal",
+        "distance to the ring's average plane, or the degree (--criterion plane|degree|k-degree)",
+        kAllStops, kValid, "Schroeder, Zarge, Lorensen 1992; papers/001"},
+       simplify_vertex_removal},
   };
   return rows;
 }
