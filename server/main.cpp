@@ -13,11 +13,14 @@
 #endif
 
 int main(int argc, char** argv) {
-  CLI::App app{"tind: terrain meshes whose error is known. DEMs in, simplified TINs and tiles out."};
+  CLI::App app{
+      "tind: terrain meshes whose error is known. DEMs in, simplified TINs and tiles out."};
   app.set_version_flag("--version", "tind " TIND_VERSION);
   app.require_subcommand(1);
   int exit = tind::cli::kOk;
   // subcommands: one line each
+  tind::cli::add_simplify(app, exit);
+  tind::cli::add_methods(app, exit);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -7,14 +7,20 @@ namespace tind::cli {
 Exit exit_code(Errc code) {
   switch (code) {
     case Errc::invalid_argument:
-    case Errc::out_of_range: return kUsage;
+    case Errc::out_of_range:
+      return kUsage;
     case Errc::bad_data:
-    case Errc::unsupported: return kBadData;
-    case Errc::not_found: return kSourceMissing;
-    case Errc::io: return kIo;
+    case Errc::unsupported:
+      return kBadData;
+    case Errc::not_found:
+      return kSourceMissing;
+    case Errc::io:
+      return kIo;
     case Errc::busy:
-    case Errc::cancelled: return kTryAgain;
-    case Errc::internal: return kInternal;
+    case Errc::cancelled:
+      return kTryAgain;
+    case Errc::internal:
+      return kInternal;
   }
   return kInternal;
 }

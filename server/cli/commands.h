@@ -12,12 +12,12 @@ namespace tind::cli {
 enum Exit : int {
   kOk = 0,
   kInternal = 1,
-  kUsage = 2,            // wrong arguments
-  kBadData = 65,         // an input is corrupt or not what it says
-  kSourceMissing = 69,   // an input cannot be opened
-  kCannotCreate = 73,    // an output cannot be created
-  kIo = 74,              // reading or writing failed on the way
-  kTryAgain = 75,        // stopped by a signal: run again to go on
+  kUsage = 2,           // wrong arguments
+  kBadData = 65,        // an input is corrupt or not what it says
+  kSourceMissing = 69,  // an input cannot be opened
+  kCannotCreate = 73,   // an output cannot be created
+  kIo = 74,             // reading or writing failed on the way
+  kTryAgain = 75,       // stopped by a signal: run again to go on
 };
 
 /// The one table from what went wrong to how the program ends.
@@ -25,5 +25,8 @@ Exit exit_code(Errc);
 
 /// Prints "tind: what" on stderr and returns the exit code.
 int complain(const Error&);
+
+void add_simplify(CLI::App& program, int& exit);
+void add_methods(CLI::App& program, int& exit);
 
 }  // namespace tind::cli

@@ -1,0 +1,78 @@
+#include "server/cli/mesh_quality.h"
+
+#include <fmt/format.h>
+
+#include "terrain/mesh/validity.h"
+
+namespace tind::cli {
+
+namespace {
+
+/// Valid posts that are in no cell with three valid corners: no triangle of neighbours holds them.
+std::uint64_t isolated_posts(const HeightGrid& grid) {
+  const auto valid = [&](int c, int r) { return grid.inside(c, r) && !grid.is_void(c, r); };
+  std::uint64_t isolated = 0;
+  for (int r = 0; r < grid.rows(); ++r) {
+    for (int c = 0; c < grid.cols(); ++c) {
+      if (grid.is_void(c, r)) continue;
+      bool held = false;
+      for (const int dc : {-1, 1})
+        for (const int dr : {-1, 1})
+          held |= valid(c + dc, r) + valid(c, r + dr) + valid(c + dc, r + dr) >= 2;
+      isolated += !held;
+    }
+  }
+  return isolated;
+}
+
+}  // namespace
+
+MeshQuality mesh_quality(const Tin& mesh, const MeshMap& map, const HeightGrid& posts,
+                         int threads) {
+  MeshQuality q;
+  q.triangles = mesh.triangles.size();
+  q.vertices = mesh.vertices.size();
+  const MeshValidity validity = check_validity(mesh);
+  q.flipped = validity.flipped;
+  q.non_manifold = validity.non_manifold;
+  q.error = vertical_error(map.to_posts(mesh), posts, threads);
+  if (q.error.uncovered > 0) q.isolated = std::min(q.error.uncovered, isolated_posts(posts));
+  q.uncovered = q.error.uncovered - q.isolated;
+  return q;
+}
+
+nlohmann::ordered_json quality_json(const MeshQuality& q) {
+  const VerticalError& e = q.error;
+  return {{"triangles", q.triangles},
+          {"vertices", q.vertices},
+          {"max_error_m", e.max_m},
+          {"rms_error_m", e.rms_m},
+          {"mean_error_m", e.mean_m},
+          {"p50_m", e.p50_m},
+          {"p95_m", e.p95_m},
+          {"p99_m", e.p99_m},
+          {"max_above_m", e.max_above_m},
+          {"max_below_m", e.max_below_m},
+          {"max_at", {{"col", e.max_col}, {"row", e.max_row}}},
+          {"posts", e.posts},
+          {"flipped", q.flipped},
+          {"non_manifold", q.non_manifold},
+          {"uncovered", q.uncovered},
+          {"isolated", q.isolated}};
+}
+
+std::string quality_text(const MeshQuality& q) {
+  const VerticalError& e = q.error;
+  std::string text = fmt::format(
+      "{} triangles, {} vertices; {} flipped, {} posts uncovered\n"
+      "vertical error over {} posts: max {:.3f} m (at column {}, row {}), RMS {:.3f} m, "
+      "mean {:.3f} m, 50/95/99 % below {:.3f}/{:.3f}/{:.3f} m\n",
+      q.triangles, q.vertices, q.flipped, q.uncovered, e.posts, e.max_m, e.max_col, e.max_row,
+      e.rms_m, e.mean_m, e.p50_m, e.p95_m, e.p99_m);
+  if (q.isolated > 0)
+    text += fmt::format("{} valid posts stand alone among voids and belong to no triangle\n",
+                        q.isolated);
+  return text;
+}
+
+}  // namespace tind::cli

@@ -1,0 +1,29 @@
+#pragma once
+// The referee's verdict on a mesh of a DEM, as `tind simplify` and `tind measure` report it.
+
+#include <nlohmann/json.hpp>
+
+#include "terrain/mesh/mesh_frame.h"
+#include "terrain/mesh/vertical_error.h"
+
+namespace tind::cli {
+
+struct MeshQuality {
+  VerticalError error;
+  std::size_t triangles = 0, vertices = 0;
+  std::size_t flipped = 0;  // in the mesh's own frame, as written
+  std::size_t non_manifold = 0;
+  std::uint64_t uncovered = 0;  // valid posts outside the mesh that some mesh of the DEM could hold
+  std::uint64_t isolated = 0;   // valid posts with too few valid neighbours for any triangle
+};
+
+/// Measures `mesh`, in the frame of `map`, against all posts.
+MeshQuality mesh_quality(const Tin& mesh, const MeshMap& map, const HeightGrid& posts, int threads);
+
+/// triangles, vertices, max_error_m ... p99_m, max_at, posts, flipped, uncovered, isolated.
+nlohmann::ordered_json quality_json(const MeshQuality&);
+
+/// Two or three lines for a person.
+std::string quality_text(const MeshQuality&);
+
+}  // namespace tind::cli

@@ -1,0 +1,47 @@
+// tind methods: what each method minimises, where it can stop, what it guarantees.
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "server/cli/commands.h"
+#include "terrain/simplify/simplify.h"
+
+namespace tind::cli {
+
+namespace {
+
+void print_methods(bool json) {
+  if (json) {
+    nlohmann::ordered_json all = nlohmann::ordered_json::array();
+    for (const MethodInfo& m : methods()) {
+      all.push_back({{"name", m.name},
+                     {"minimises", m.minimises},
+                     {"stops", m.stops},
+                     {"guarantees", m.guarantees},
+                     {"source", m.source}});
+    }
+    std::printf("%s\n", all.dump(2).c_str());
+    return;
+  }
+  for (const MethodInfo& m : methods()) {
+    fmt::print("{}\n  minimises   {}\n  stops at    {}\n  guarantees  {}\n  source      {}\n",
+               m.name, m.minimises, m.stops, m.guarantees, m.source);
+  }
+}
+
+}  // namespace
+
+void add_methods(CLI::App& program, int& exit) {
+  auto json = std::make_shared<bool>(false);
+  CLI::App* app = program.add_subcommand("methods", "List the methods of 'tind simplify'");
+  app->add_flag("--json", *json, "as JSON");
+  app->callback([json, &exit] {
+    print_methods(*json);
+    exit = kOk;
+  });
+}
+
+}  // namespace tind::cli

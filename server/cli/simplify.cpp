@@ -1,0 +1,224 @@
+// tind simplify: a DEM in, one mesh and its report out.
+
+#include "terrain/simplify/simplify.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "proto/file_io.h"
+#include "proto/mesh_io.h"
+#include "server/cli/commands.h"
+#include "server/cli/dem_input.h"
+#include "server/cli/mesh_quality.h"
+#include "server/cli/progress_bar.h"
+#include "terrain/mesh/mesh_frame.h"
+
+namespace tind::cli {
+
+namespace {
+
+struct Arguments {
+  DemInput input;
+  std::string output, report;
+  SimplifyOptions options;
+  std::string frame = "source", units = "metres", progress = "auto";
+  bool json = false;
+};
+
+struct Seconds {
+  double read = 0, simplify = 0, measure = 0, write = 0;
+};
+
+class Stopwatch {
+ public:
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double s = std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+    return s;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+std::string extension(const std::string& path) {
+  const std::size_t dot = path.rfind('.');
+  std::string e = dot == std::string::npos ? "" : path.substr(dot);
+  std::ranges::transform(e, e.begin(), [](unsigned char c) { return std::tolower(c); });
+  return e;
+}
+
+/// What can be refused before a large file is read.
+Result<void> check(const Arguments& a) {
+  const std::string e = extension(a.output);
+  if (e != ".ply" && e != ".obj" && e != ".stl")
+    return fail(Errc::invalid_argument,
+                "cannot tell the format of " + a.output + ": name it .ply, .obj or .stl");
+  std::string names;
+  for (const MethodInfo& m : methods()) {
+    if (m.name == a.options.method) return {};
+    names += (names.empty() ? "" : ", ") + m.name;
+  }
+  return fail(Errc::invalid_argument,
+              "there is no method '" + a.options.method + "'; there are " + names);
+}
+
+nlohmann::ordered_json report_json(const Arguments& a, const DemInfo& info, const Simplified& made,
+                                   const MeshQuality& quality, const Seconds& seconds) {
+  nlohmann::ordered_json j = {{"method", a.options.method},
+                              {"steps", made.steps},
+                              {"input_triangles", made.input_triangles}};
+  j.update(quality_json(quality));
+  j["frame"] = a.frame;
+  j["units"] = a.units;
+  j["crs"] = info.crs_name;
+  j["vertical_datum"] = name(info.datum);
+  j["spacing_m"] = {info.spacing_x_m, info.spacing_y_m};
+  j["seconds"] = {{"read", seconds.read},
+                  {"simplify", seconds.simplify},
+                  {"measure", seconds.measure},
+                  {"write", seconds.write}};
+  j["details"] = nlohmann::ordered_json::object();
+  for (const auto& [key, value] : made.details) j["details"][key] = value;
+  j["note"] = made.note;
+  j["input"] = info.files;
+  j["output"] = a.output;
+  return j;
+}
+
+/// Writes the mesh and gives it back as it stands in the file: STL has 32-bit coordinates only,
+/// relative to an origin; the other formats lose nothing.
+Result<Tin> write(const std::string& path, Tin tin) {
+  if (extension(path) != ".stl") {
+    const auto ok = proto::write_mesh(path, to_file_mesh(tin));
+    if (!ok) return fail(Errc::io, ok.error());
+    return tin;
+  }
+  const auto origin = proto::write_stl(path, to_file_mesh(tin));
+  if (!origin) return fail(Errc::io, origin.error());
+  const auto& [x, y, z] = *origin;
+  for (Vec3& v : tin.vertices) v = {x + float(v.x - x), y + float(v.y - y), z + float(v.z - z)};
+  return tin;
+}
+
+void print(const Arguments& a, const nlohmann::ordered_json& report, const Simplified& made,
+           const MeshQuality& quality, const Seconds& s) {
+  if (a.json) {
+    std::printf("%s\n", report.dump(2).c_str());
+    return;
+  }
+  fmt::print("{}: {} of {} triangles in {} steps\n{}", a.options.method, quality.triangles,
+             made.input_triangles, made.steps, quality_text(quality));
+  fmt::print("seconds: read {:.3f}, simplify {:.3f}, write {:.3f}, measure {:.3f}\n", s.read,
+             s.simplify, s.write, s.measure);
+  if (!made.note.empty()) fmt::print("note: {}\n", made.note);
+}
+
+int run(const Arguments& a) {
+  if (const Result<void> ok = check(a); !ok) return complain(ok.error());
+  Seconds seconds;
+  Stopwatch watch;
+  const auto dem = open_dem(a.input);
+  if (!dem) return complain(dem.error());
+  const DemInfo& info = (*dem)->info();
+  const Result<HeightGrid> grid = read_all(**dem);
+  if (!grid) return complain(grid.error());
+  seconds.read = watch.lap();
+
+  Result<Simplified> made;
+  {
+    ProgressBar bar(a.options.method, progress_style(a.progress));
+    made = simplify(*grid, info.spacing_x_m, info.spacing_y_m, a.options, bar.progress());
+  }
+  if (!made) return complain(made.error());
+  seconds.simplify = watch.lap();
+
+  const MeshFrame frame = a.frame == "metric" ? MeshFrame::metric : MeshFrame::source;
+  const MeshMap map = mesh_map(info, frame, a.units == "source");
+  const Result<Tin> written = write(a.output, map.from_posts(std::move(made->tin)));
+  if (!written) {
+    complain(written.error());
+    return kCannotCreate;
+  }
+  seconds.write = watch.lap();
+  const MeshQuality quality = mesh_quality(*written, map, *grid, a.options.threads);
+  seconds.measure = watch.lap();
+
+  const nlohmann::ordered_json report = report_json(a, info, *made, quality, seconds);
+  if (!a.report.empty()) {
+    if (const auto ok = proto::write_whole_file(a.report, report.dump(2) + "\n"); !ok) {
+      complain({Errc::io, ok.error()});
+      return kCannotCreate;
+    }
+  }
+  print(a, report, *made, quality, seconds);
+  return kOk;
+}
+
+void add_stop(CLI::App& app, StopAt& stop) {
+  CLI::Option_group* group = app.add_option_group("Stop at (exactly one)");
+  group->add_option("--triangles", stop.triangles,
+                    "this many triangles (one more where parity asks)");
+  group->add_option("--ratio", stop.ratio, "this share of the full mesh's triangles, 0..1");
+  group->add_option("--max-error", stop.max_error_m,
+                    "the fewest triangles within this vertical error of every post, metres");
+  group->require_option(1);
+}
+
+void add_method_options(CLI::App& app, SimplifyOptions& o) {
+  app.add_option("--method", o.method, "how; 'tind methods' describes them")->capture_default_str();
+  app.add_option("--alpha", o.alpha, "edge-cost: weight of the height difference")
+      ->capture_default_str();
+  app.add_option("--beta", o.beta, "edge-cost: weight of the degree")->capture_default_str();
+  app.add_option("--term", o.term, "edge-cost: all terms, or one alone")
+      ->check(CLI::IsMember({"all", "length", "height", "degree"}))
+      ->capture_default_str();
+  app.add_flag("--subset-placement", o.subset_placement,
+               "qem: keep a subset of the posts as vertices");
+  app.add_flag("--border-constraints", o.border_constraints, "qem: hold the border's profile");
+  app.add_option("--effort", o.effort, "bounded: how hard to search")
+      ->check(CLI::IsMember({"fast", "normal", "best"}))
+      ->capture_default_str();
+  app.add_option("--side", o.side, "bounded: the mesh on both sides of the terrain, above, below")
+      ->check(CLI::IsMember({"both", "above", "below"}))
+      ->capture_default_str();
+  app.add_option("--criterion", o.criterion, "vertex-removal: which vertices go first")
+      ->check(CLI::IsMember({"plane", "degree", "k-degree"}))
+      ->capture_default_str();
+  app.add_option("--k", o.k, "vertex-removal by k-degree: neighbours that break a tie")
+      ->capture_default_str();
+  app.add_option("--threads", o.threads, "threads to use, 0: one per core")->capture_default_str();
+}
+
+}  // namespace
+
+void add_simplify(CLI::App& program, int& exit) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* app = program.add_subcommand(
+      "simplify", "Simplify a DEM to one triangle mesh whose error is measured on every post");
+  app->add_option("input", a->input.files, "a DEM, or several that share one grid")->required();
+  app->add_option("-o,--output", a->output, "the mesh: .ply, .obj or .stl")->required();
+  add_stop(*app, a->options.stop);
+  add_method_options(*app, a->options);
+  add_dem_options(*app, a->input);
+  app->add_option("--frame", a->frame,
+                  "x and y in the DEM's own CRS, or metres from its first post")
+      ->check(CLI::IsMember({"source", "metric"}))
+      ->capture_default_str();
+  app->add_option("--units", a->units, "z in metres, or in the DEM's own unit")
+      ->check(CLI::IsMember({"metres", "source"}))
+      ->capture_default_str();
+  app->add_option("--report", a->report, "write the figures here, as JSON");
+  app->add_flag("--json", a->json, "print the figures as JSON");
+  app->add_option("--progress", a->progress, "auto, bar, lines or none")
+      ->check(CLI::IsMember({"auto", "bar", "lines", "none"}))
+      ->capture_default_str();
+  app->callback([a, &exit] { exit = run(*a); });
+}
+
+}  // namespace tind::cli

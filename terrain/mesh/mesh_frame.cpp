@@ -1,0 +1,67 @@
+#include "terrain/mesh/mesh_frame.h"
+
+#include <utility>
+
+namespace tind {
+
+namespace {
+
+bool turns_over(const Affine& a) {  // (col, -row) to (x, y)
+  return a.x_row * a.y_col - a.x_col * a.y_row < 0;
+}
+
+void turn_triangles(Tin& tin) {
+  for (Triangle& t : tin.triangles) std::swap(t[1], t[2]);
+}
+
+}  // namespace
+
+const char* name(MeshFrame frame) { return frame == MeshFrame::source ? "source" : "metric"; }
+
+Tin MeshMap::from_posts(Tin tin) const {
+  for (Vec3& v : tin.vertices) {
+    const Vec2 p = xy.apply(v.x, -v.y);
+    v = {p.x, p.y, z_per_metre == 1 ? v.z : v.z * z_per_metre};
+  }
+  if (turns_over(xy)) turn_triangles(tin);
+  return tin;
+}
+
+Tin MeshMap::to_posts(Tin tin) const {
+  for (Vec3& v : tin.vertices) {
+    const Vec2 p = xy.invert(v.x, v.y);
+    v = {p.x, -p.y, z_per_metre == 1 ? v.z : v.z / z_per_metre};
+  }
+  if (turns_over(xy)) turn_triangles(tin);
+  return tin;
+}
+
+MeshMap mesh_map(const DemInfo& info, MeshFrame frame, bool source_units) {
+  MeshMap map{info.post_to_crs, source_units ? 1 / info.z_unit_m : 1};
+  if (frame == MeshFrame::metric) map.xy = {0, info.spacing_x_m, 0, 0, 0, -info.spacing_y_m};
+  return map;
+}
+
+proto::Mesh to_file_mesh(Tin tin) {
+  proto::Mesh mesh;
+  mesh.positions.reserve(tin.vertices.size());
+  for (const Vec3& v : tin.vertices) mesh.positions.push_back({v.x, v.y, v.z});
+  mesh.triangles = std::move(tin.triangles);
+  mesh.colours = std::move(tin.colours);
+  mesh.normals = std::move(tin.normals);
+  mesh.texcoords = std::move(tin.texcoords);
+  return mesh;
+}
+
+Tin from_file_mesh(proto::Mesh mesh) {
+  Tin tin;
+  tin.vertices.reserve(mesh.positions.size());
+  for (const auto& p : mesh.positions) tin.vertices.push_back({p[0], p[1], p[2]});
+  tin.triangles = std::move(mesh.triangles);
+  tin.colours = std::move(mesh.colours);
+  tin.normals = std::move(mesh.normals);
+  tin.texcoords = std::move(mesh.texcoords);
+  return tin;
+}
+
+}  // namespace tind

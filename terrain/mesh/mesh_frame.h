@@ -1,0 +1,35 @@
+#pragma once
+// From the frame in which tind works (post coordinates, metres up) to the frames in which people
+// want their meshes, and back for measuring.
+
+#include "proto/mesh_io.h"
+#include "terrain/mesh/tin.h"
+#include "terrain/raster/dem_source.h"
+
+namespace tind {
+
+enum class MeshFrame {
+  source,  // x, y in the DEM's own CRS and units, by its geotransform (none: x = col, y = -row)
+  metric,  // metres east and north of the DEM's first post
+};
+const char* name(MeshFrame);
+
+/// An affine map for x and y, a factor for z; and its inverse.
+struct MeshMap {
+  Affine xy;  // of (col, row)
+  double z_per_metre = 1;
+
+  /// Post coordinates (y = -row) to the mesh's frame. Triangles that the map turns over (a raster
+  /// whose rows go north) are turned back, so that they are counter-clockwise in the new frame.
+  Tin from_posts(Tin) const;
+  Tin to_posts(Tin) const;
+};
+
+/// `source_units`: z in the raster's own unit instead of metres.
+MeshMap mesh_map(const DemInfo&, MeshFrame, bool source_units);
+
+/// The arrays of a mesh file. Nothing is converted.
+proto::Mesh to_file_mesh(Tin);
+Tin from_file_mesh(proto::Mesh);
+
+}  // namespace tind
