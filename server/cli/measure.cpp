@@ -1,0 +1,79 @@
+// tind measure: how far is a mesh from a DEM, whoever made it?
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+
+#include "proto/mesh_io.h"
+#include "server/cli/commands.h"
+#include "server/cli/dem_input.h"
+#include "server/cli/mesh_quality.h"
+
+namespace tind::cli {
+
+namespace {
+
+struct Arguments {
+  std::string mesh;
+  DemInput dem;
+  std::string frame = "source", units = "metres";
+  int threads = 1;
+  bool json = false;
+};
+
+Result<Tin> read_tin(const std::string& path) {
+  auto mesh = proto::read_mesh(path);
+  if (!mesh) return fail(Errc::bad_data, mesh.error());
+  for (const auto& p : mesh->positions)
+    if (!std::isfinite(p[0] + p[1] + p[2]))
+      return fail(Errc::bad_data, path + ": a vertex has a coordinate that is not a number");
+  return from_file_mesh(std::move(*mesh));
+}
+
+int run(const Arguments& a) {
+  const Result<Tin> mesh = read_tin(a.mesh);
+  if (!mesh) return complain(mesh.error());
+  const auto dem = open_dem(a.dem);
+  if (!dem) return complain(dem.error());
+  const Result<HeightGrid> posts = read_all(**dem);
+  if (!posts) return complain(posts.error());
+  const MeshFrame frame = a.frame == "metric" ? MeshFrame::metric : MeshFrame::source;
+  const MeshMap map = mesh_map((*dem)->info(), frame, a.units == "source");
+  const MeshQuality quality = mesh_quality(*mesh, map, *posts, a.threads);
+  if (a.json) {
+    nlohmann::ordered_json j = quality_json(quality);
+    j["frame"] = a.frame;
+    j["mesh"] = a.mesh;
+    j["dem"] = a.dem.files;
+    std::printf("%s\n", j.dump(2).c_str());
+  } else {
+    fmt::print("{}", quality_text(quality));
+  }
+  if (quality.error.posts == 0)
+    return complain({Errc::bad_data, "the mesh covers no post of the DEM: are both in one frame?"});
+  return kOk;
+}
+
+}  // namespace
+
+void add_measure(CLI::App& program, int& exit) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* app = program.add_subcommand(
+      "measure", "Measure the vertical error of a mesh against every post of a DEM");
+  app->add_option("mesh", a->mesh, "a PLY, OBJ or STL file")->required();
+  app->add_option("dem", a->dem.files, "the DEM, or several that share one grid")->required();
+  add_dem_options(*app, a->dem);
+  app->add_option("--frame", a->frame, "the mesh's x and y: source (the DEM's CRS) or metric")
+      ->check(CLI::IsMember({"source", "metric"}))
+      ->capture_default_str();
+  app->add_option("--units", a->units, "the mesh's z: metres, or source (the DEM's own unit)")
+      ->check(CLI::IsMember({"metres", "source"}))
+      ->capture_default_str();
+  app->add_option("--threads", a->threads, "threads to use, 0: one per core")
+      ->capture_default_str();
+  app->add_flag("--json", a->json, "print the figures as JSON");
+  app->callback([a, &exit] { exit = run(*a); });
+}
+
+}  // namespace tind::cli
