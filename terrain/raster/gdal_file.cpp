@@ -2,9 +2,9 @@
 // judged before the first block is decoded, since one hostile block can ask for gigabytes.
 // Reading: one dataset per concurrent reader, because a GDAL dataset is not thread-safe.
 //
-// SRTM tiles come as "N41E001.hgt.zip". Random access inside a zip restarts decompression, and a
-// CRC is checked only by who reads to the end; so the entry is unpacked into memory once per
-// handle (at most 25 MB for a 1" tile).
+// SRTM tiles come as "N41E001.hgt.zip". Random access inside a zip restarts decompression, and GDAL
+// does not compare its checksum; so the tile is unpacked into memory, once per handle (26 MB for
+// 1").
 
 #include "terrain/raster/gdal_file.h"
 
@@ -20,12 +20,18 @@
 #include <limits>
 
 #include "terrain/raster/gdal_setup.h"
+#include "terrain/raster/gdal_verify.h"
+#include "terrain/raster/zip_entry.h"
 
 namespace tind::gdal {
 namespace {
 
 namespace fs = std::filesystem;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+struct CloseFile {
+  void operator()(VSILFILE* file) const { VSIFCloseL(file); }
+};
+using File = std::unique_ptr<VSILFILE, CloseFile>;
 constexpr double kFoot = 0.3048, kUsFoot = 1200.0 / 3937.0;
 
 std::string lower(std::string text) {
@@ -43,49 +49,17 @@ Result<std::string> real_file(const std::string& path) {
   return fs::absolute(path).string();
 }
 
-/// The one raster inside a zip, as a path below /vsizip/.
-Result<std::string> entry_of_zip(const std::string& path, const std::string& real) {
-  const std::string folder = "/vsizip/" + real;
-  const CPLStringList names(VSIReadDir(folder.c_str()));
-  std::string found;
-  for (int i = 0; i < names.Count(); ++i) {
-    const char* name = names[i];
-    if (!lower(name).ends_with(".hgt") || std::string(name).find('/') != std::string::npos)
-      continue;
-    if (!found.empty())
-      return fail(Errc::unsupported, path + ": holds several .hgt files; unzip it first");
-    found = folder + "/" + name;
-  }
-  if (found.empty())
-    return fail(Errc::unsupported, path + ": a zip must hold one .hgt file; unzip it first");
-  return found;
-}
-
-/// Unpacks a zip entry to /vsimem/, whose path is returned. Reading to the end checks the CRC.
-Result<std::string> unpack(const std::string& path, const std::string& entry) {
-  VSIStatBufL stat;
-  if (VSIStatL(entry.c_str(), &stat) != 0)
-    return fail(Errc::bad_data, path + ": the zip is damaged");
-  const auto size = std::int64_t(stat.st_size);
-  if (size <= 0 || size > kRasterLimits.max_block_bytes)
-    return fail(Errc::out_of_range,
-                fmt::format("{}: unpacks to {} bytes, more than {}; unzip it first", path, size,
-                            kRasterLimits.max_block_bytes));
-  auto* bytes = static_cast<GByte*>(VSI_MALLOC_VERBOSE(std::size_t(size) + 1));
-  VSILFILE* file = bytes ? VSIFOpenL(entry.c_str(), "rb") : nullptr;
-  // One byte more than there should be: the end of the stream, and its CRC, must be reached.
-  const bool whole = file && VSIFReadL(bytes, 1, std::size_t(size) + 1, file) == std::size_t(size);
-  if (file) VSIFCloseL(file);
+/// Unpacks an SRTM tile to /vsimem/, whose path is returned; the driver goes by its name.
+Result<std::string> unpack(const std::string& path) {
+  auto entry = read_zip_entry(path, ".hgt", std::size_t(kRasterLimits.max_block_bytes));
+  if (!entry) return std::unexpected(entry.error());
   static std::atomic<unsigned> counter{0};
   const std::string target =
-      fmt::format("/vsimem/tind/{}/{}", counter++, CPLGetFilename(entry.c_str()));
-  VSILFILE* memory =
-      whole ? VSIFileFromMemBuffer(target.c_str(), bytes, vsi_l_offset(size), TRUE) : nullptr;
-  if (!memory) {
-    VSIFree(bytes);
-    return fail(Errc::bad_data, path + ": the zip is truncated or damaged");
-  }
-  VSIFCloseL(memory);
+      fmt::format("/vsimem/tind/{}/{}", counter++, CPLGetFilename(entry->name.c_str()));
+  const File memory(VSIFOpenL(target.c_str(), "wb"));
+  if (!memory ||
+      VSIFWriteL(entry->bytes.data(), 1, entry->bytes.size(), memory.get()) != entry->bytes.size())
+    return fail(Errc::io, path + ": no memory to unpack it");
   return target;
 }
 
@@ -158,16 +132,15 @@ Result<void> preflight(const std::string& path, GDALDataset& set) {
 
 std::string hash_of_ends(const std::string& path, std::uint64_t size) {
   constexpr std::uint64_t kEnd = 64 << 10;
-  VSILFILE* file = VSIFOpenL(path.c_str(), "rb");
+  const File file(VSIFOpenL(path.c_str(), "rb"));
   if (!file) return "unreadable";
   std::string bytes(std::min(size, 2 * kEnd), '\0');
   const std::size_t head = std::min<std::size_t>(bytes.size(), kEnd);
-  std::size_t got = VSIFReadL(bytes.data(), 1, head, file);
+  std::size_t got = VSIFReadL(bytes.data(), 1, head, file.get());
   if (bytes.size() > head) {
-    VSIFSeekL(file, size - (bytes.size() - head), SEEK_SET);
-    got += VSIFReadL(bytes.data() + head, 1, bytes.size() - head, file);
+    VSIFSeekL(file.get(), size - (bytes.size() - head), SEEK_SET);
+    got += VSIFReadL(bytes.data() + head, 1, bytes.size() - head, file.get());
   }
-  VSIFCloseL(file);
   return fmt::format("{:016x}", XXH3_64bits(bytes.data(), got));
 }
 
@@ -224,9 +197,7 @@ Result<std::unique_ptr<IdleHandles::Handle>> RasterFile::open_handle() const {
   auto handle = std::make_unique<IdleHandles::Handle>();
   std::string target = *real;
   if (is_zip(path_)) {
-    auto entry = entry_of_zip(path_, *real);
-    if (!entry) return std::unexpected(entry.error());
-    auto memory = unpack(path_, *entry);
+    auto memory = unpack(path_);
     if (!memory) return std::unexpected(memory.error());
     target = handle->memory = *memory;
   }
@@ -293,6 +264,10 @@ Result<void> RasterFile::learn(IdleHandles::Handle& handle, bool keep_source_uni
   nodata_ = band.GetNoDataValue(&has);
   has_nodata_ = has != 0;
   masked_ = (band.GetMaskFlags() & GMF_PER_DATASET) != 0;
+  sums_ = std::make_unique<BlockSums>(set);
+  if (facts_.driver == "AAIGrid")
+    if (auto ok = check_ascii_grid(path_, facts_.cols * facts_.rows); !ok)
+      return fail(path_, ok.error());
   if (complaints.failed()) return fail(Errc::bad_data, path_ + ": " + complaints.text(""));
   return {};
 }
@@ -317,17 +292,23 @@ bool RasterFile::is_void(double raw) const {
   return raw == nodata_ || (is_float_ && float(raw) == float(nodata_));
 }
 
+Result<std::unique_ptr<IdleHandles::Handle>> RasterFile::borrow() const {
+  if (auto idle = idle_->take(this)) return idle;
+  auto handle = open_handle();
+  if (!handle) return handle;
+  GDALDataset& set = *(*handle)->set;
+  if (set.GetRasterXSize() != facts_.cols || set.GetRasterYSize() != facts_.rows)
+    return fail(Errc::bad_data, path_ + ": the file changed while it was open");
+  return handle;
+}
+
 Result<void> RasterFile::read(int col, int row, int cols, int rows, std::span<double> out) const {
-  auto handle = idle_->take(this);
-  if (!handle) {
-    auto opened = open_handle();
-    if (!opened) return std::unexpected(opened.error());
-    handle = std::move(*opened);
-    if (handle->set->GetRasterXSize() != facts_.cols ||
-        handle->set->GetRasterYSize() != facts_.rows)
-      return fail(Errc::bad_data, path_ + ": the file changed while it was open");
-  }
+  auto borrowed = borrow();
+  if (!borrowed) return std::unexpected(borrowed.error());
+  auto handle = std::move(*borrowed);
   const Complaints complaints;
+  if (auto ok = sums_->check(*handle->set, path_, col, row, cols, rows); !ok)
+    return fail(path_, ok.error());
   GDALRasterBand& band = *handle->set->GetRasterBand(1);
   CPLErr status = band.RasterIO(GF_Read, col, row, cols, rows, out.data(), cols, rows, GDT_Float64,
                                 0, 0, nullptr);
@@ -352,9 +333,10 @@ Result<void> RasterFile::read(int col, int row, int cols, int rows, std::span<do
 
 Result<std::string> RasterFile::fingerprint() const {
   const Complaints silence;
-  auto handle = open_handle();
+  auto handle = borrow();
   if (!handle) return std::unexpected(handle.error());
   CPLStringList files((*handle)->set->GetFileList());
+  idle_->give(this, std::move(*handle));
   if (is_zip(path_)) {
     files.Clear();
     files.AddString(path_.c_str());

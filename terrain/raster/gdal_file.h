@@ -32,6 +32,7 @@ struct FileFacts {
   double max_abs_raw = 0;  // bound by the sample type; infinite for floating point
 };
 
+class BlockSums;
 class RasterFile;
 
 /// Open datasets that nobody reads from just now, of all files of one source; the longest unused is
@@ -72,6 +73,8 @@ class RasterFile {
  private:
   RasterFile(std::string path, bool allow_vrt, std::shared_ptr<IdleHandles> idle);
   Result<std::unique_ptr<IdleHandles::Handle>> open_handle() const;
+  /// An idle handle, or a new one.
+  Result<std::unique_ptr<IdleHandles::Handle>> borrow() const;
   Result<void> learn(IdleHandles::Handle&, bool keep_source_units);
   bool is_void(double raw) const;
 
@@ -79,6 +82,7 @@ class RasterFile {
   bool allow_vrt_;
   std::shared_ptr<IdleHandles> idle_;
   FileFacts facts_;
+  std::unique_ptr<BlockSums> sums_;
   double scale_ = 1, offset_ = 0;
   bool has_nodata_ = false, is_float_ = false, masked_ = false;
   double nodata_ = 0;
