@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "terrain/simplify/clustering.h"
 #include "terrain/simplify/edge_cost.h"
 #include "terrain/simplify/quadric.h"
 #include "terrain/simplify/vertex_removal.h"
@@ -37,6 +38,9 @@ const std::vector<Row>& table() {
         "distance to the ring's average plane, or the degree (--criterion plane|degree|k-degree)",
         kAllStops, kValid, "Schroeder, Zarge, Lorensen 1992; papers/001"},
        simplify_vertex_removal},
+      {{"cluster", "squared distance to the planes of each cell of a uniform grid", kAllStops,
+        kValid, "Rossignac and Borrel 1993; Lindstrom 2000"},
+       simplify_cluster},
   };
   return rows;
 }

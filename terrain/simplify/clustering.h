@@ -1,0 +1,46 @@
+#pragma once
+// `cluster`: all posts of a cell of a coarse uniform grid become one vertex.
+//
+// Papers: J. Rossignac, P. Borrel, "Multi-resolution 3D approximations" (1993), with the
+// quadric-optimal representative of P. Lindstrom, "Out-of-core simplification of large polygonal
+// models" (2000). One pass over the rows of the source: memory is 100 bytes a cluster and one row,
+// whatever the size of the source.
+//
+// Valid by construction: each vertex stays strictly inside its cell (on the rectangle's side or
+// corner for outer cells). The four vertices around a point where four cells meet lie in its four
+// quadrants, so their quadrilateral is star-shaped around that point, is simple, and has a diagonal
+// that leaves two counter-clockwise triangles. A triangle whose cells hold voids stays when it may
+// cover a valid post: the mesh covers all valid posts and reaches into voids by less than a cell.
+
+#include <functional>
+#include <span>
+
+#include "terrain/simplify/simplify.h"
+
+namespace tind {
+
+/// A division of cols x rows posts into clusters: `across` by `down` cells of whole posts.
+struct ClusterGrid {
+  int cols = 0, rows = 0;
+  int across = 2, down = 2;  // 2 <= across <= cols, 2 <= down <= rows
+};
+
+/// The division with cells as square (in metres) as can be and at most `triangles` triangles, but
+/// no fewer than 2 x 2 clusters.
+ClusterGrid cluster_grid(int cols, int rows, double spacing_x_m, double spacing_y_m,
+                         std::uint64_t triangles);
+
+/// Fills `heights` with row `row` (NaN: void). Called once for each row, from the first on.
+using ReadRow = std::function<Result<void>(int row, std::span<float> heights)>;
+
+/// One streaming pass. Fails with what `read` fails with, (bad_data) when no post is valid, or
+/// (cancelled).
+Result<Tin> cluster_rows(const ClusterGrid&, double spacing_x_m, double spacing_y_m,
+                         const ReadRow& read, const Progress& progress = {});
+
+/// The method. Clusters come in whole rows and columns, so a triangle count is met from below, to
+/// about one row of cells; an error bound by trying cell sizes (steps: the number of passes).
+Result<Simplified> simplify_cluster(const HeightGrid&, double spacing_x_m, double spacing_y_m,
+                                    const SimplifyOptions&, const Progress&);
+
+}  // namespace tind

@@ -1,0 +1,116 @@
+#pragma once
+// Generalised error quadrics: the squared distance to the planes of triangles in R^N.
+//
+// Papers/000 and /004 (Han, Chun, Min: EQEM), after Garland and Heckbert 1998. A vertex is a point
+// of R^N: position, then attributes. Triangle (p, q, r) spans a plane with orthonormal e1, e2
+// (Gram-Schmidt); the squared distance of v to it is v^T A v + 2 b.v + c with
+//     A = I - e1 e1^T - e2 e2^T,   b = (p.e1) e1 + (p.e2) e2 - p,   c = p.p - (p.e1)^2 - (p.e2)^2
+// Here every quadric is kept relative to a point of its own (its vertex), where b and c of a fresh
+// one vanish and float is enough. (N + 1)(N + 2) / 2 coefficients: 10, 21, 28 and 55 for N = 3
+// (geometry), 5 (+ texture), 6 (+ colour) and 9 (+ colour + normal).
+
+#include <array>
+#include <cmath>
+
+namespace tind {
+
+template <int N>
+using PointN = std::array<double, N>;
+
+template <int N>
+struct QuadricN {
+  static constexpr int kMatrix = N * (N + 1) / 2;
+  static constexpr int kCoefficients = kMatrix + N + 1;
+
+  std::array<float, kMatrix> a{};  // upper triangle by rows
+  std::array<float, N> b{};
+  float c = 0;
+
+  static constexpr int at(int i, int j) { return i * N - i * (i - 1) / 2 + (j - i); }  // i <= j
+
+  /// `weight` times the squared distance to the plane of pqr, relative to any of the three, plus
+  /// `spring` times the squared distance to that point. A degenerate triangle adds its spring only.
+  static QuadricN of_triangle(const PointN<N>& p, const PointN<N>& q, const PointN<N>& r,
+                              double weight, double spring) {
+    QuadricN out;
+    PointN<N> e1, e2;
+    double l1 = 0, l2 = 0, along = 0;
+    for (int i = 0; i < N; ++i) l1 += (e1[i] = q[i] - p[i]) * e1[i];
+    const double s1 = l1 > 0 ? 1 / std::sqrt(l1) : 0;
+    for (int i = 0; i < N; ++i) along += (e1[i] *= s1) * (r[i] - p[i]);
+    for (int i = 0; i < N; ++i) l2 += (e2[i] = r[i] - p[i] - along * e1[i]) * e2[i];
+    const double s2 = l2 > 1e-20 * l1 ? 1 / std::sqrt(l2) : 0;
+    if (s1 == 0 || s2 == 0) weight = 0;
+    for (int i = 0; i < N; ++i) e2[i] *= s2;
+    for (int i = 0; i < N; ++i) {
+      for (int j = i; j < N; ++j)
+        out.a[at(i, j)] = float(weight * ((i == j) - e1[i] * e1[j] - e2[i] * e2[j]));
+      out.a[at(i, i)] += float(spring);
+    }
+    return out;
+  }
+
+  void add(const QuadricN& q) {
+    for (int i = 0; i < kMatrix; ++i) a[i] += q.a[i];
+    for (int i = 0; i < N; ++i) b[i] += q.b[i];
+    c += q.c;
+  }
+
+  /// A d.
+  std::array<float, N> times(const std::array<float, N>& d) const {
+    std::array<float, N> out{};
+    for (int i = 0, k = 0; i < N; ++i) {
+      out[i] += a[k++] * d[i];
+      for (int j = i + 1; j < N; ++j, ++k) {
+        out[i] += a[k] * d[j];
+        out[j] += a[k] * d[i];
+      }
+    }
+    return out;
+  }
+
+  float value(const std::array<float, N>& d) const {
+    const std::array<float, N> ad = times(d);
+    float sum = c;
+    for (int i = 0; i < N; ++i) sum += d[i] * (ad[i] + 2 * b[i]);
+    return sum;
+  }
+
+  /// The same function, relative to a point moved by `d`.
+  void move_origin(const std::array<float, N>& d) {
+    const std::array<float, N> ad = times(d);
+    for (int i = 0; i < N; ++i) {
+      c += d[i] * (ad[i] + 2 * b[i]);
+      b[i] += ad[i];
+    }
+  }
+
+  /// Where the function is least when the first `given` coordinates of `d` are as they stand; fills
+  /// the others. LDL^T without pivoting: the springs keep the matrix positive definite; a pivot
+  /// that rounding has eaten leaves its coordinate where it is.
+  void least(std::array<float, N>& d, int given) const {
+    std::array<float, kMatrix> l = a;
+    std::array<float, N> x{};
+    for (int i = given; i < N; ++i) {
+      x[i] = -b[i];
+      for (int j = 0; j < given; ++j) x[i] -= a[at(j, i)] * d[j];
+    }
+    for (int i = given; i < N; ++i) {
+      const float pivot = l[at(i, i)];
+      const float inverse = pivot > 1e-7f * a[at(i, i)] ? 1 / pivot : 0;
+      l[at(i, i)] = inverse;
+      for (int j = i + 1; j < N; ++j) {
+        const float f = l[at(i, j)] * inverse;
+        for (int k = j; k < N; ++k) l[at(j, k)] -= f * l[at(i, k)];
+        x[j] -= f * x[i];
+      }
+    }
+    for (int i = N - 1; i >= given; --i) {
+      float sum = x[i];
+      for (int j = i + 1; j < N; ++j) sum -= l[at(i, j)] * d[j];
+      d[i] = sum * l[at(i, i)];
+    }
+  }
+};
+
+}  // namespace tind
