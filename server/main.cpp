@@ -22,6 +22,7 @@ int main(int argc, char** argv) {
   tind::cli::add_simplify(app, exit);
   tind::cli::add_measure(app, exit);
   tind::cli::add_methods(app, exit);
+  tind::cli::add_info(app, exit);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
