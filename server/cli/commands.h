@@ -3,6 +3,8 @@
 // program and, when it is chosen, runs it and stores its exit code.
 
 #include <CLI/App.hpp>
+#include <CLI/Config.hpp>     // whoever makes a subcommand emits
+#include <CLI/Formatter.hpp>  // the tables of these two
 
 #include "terrain/base/result.h"
 
