@@ -1,0 +1,88 @@
+#pragma once
+// The working parts of `bounded` (see bounded.h for what it promises and why it works): a mesh, the
+// samples that it must stay close to, and the edits that keep it so.
+//
+// Invariant between edits: every valid sample lies within `eps` of the mesh (unless insertion gave
+// it up, which `unreached` counts), and every triangle is counter-clockwise for certain.
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "terrain/base/progress.h"
+#include "terrain/mesh/halfedge_mesh.h"
+#include "terrain/simplify/delaunay_insertion.h"
+#include "terrain/simplify/samples.h"
+
+namespace tind {
+
+struct BoundedOptions {
+  double eps = 1;            // half width of the band, metres
+  double x_scale = 1;        // metric length of an x unit over that of a y unit
+  bool locked_border = false;    // border vertices stay as they are (tiles)
+  bool integer_lattice = false;  // vertices on integers in [0, lattice_max] (tiles)
+  double lattice_max = 0;
+  double height_step = 0;    // vertex heights are multiples of it (0: free)
+  double search_step_min = 1;    // smallest move of a vertex in xy, mesh units
+  bool search = true;        // directed search for edges that nearly collapse
+  int rounds = 1;            // rounds of moving vertices and sweeping again
+};
+
+struct BoundedStats {
+  std::uint64_t inserted = 0, swept = 0, searched = 0, yielded = 0, moved = 0;
+};
+
+template <class Samples>
+class BoundedMesher {
+ public:
+  using Index = HalfedgeMesh::Index;
+  static constexpr Index kNone = HalfedgeMesh::kNone;
+
+  BoundedMesher(HalfedgeMesh mesh, const Samples& samples, const BoundedOptions& options);
+
+  /// The whole algorithm: insert, sweep, search, rounds.
+  void run(const Progress& progress = {});
+
+  HalfedgeMesh& mesh() { return mesh_; }
+  const BoundedStats& stats() const { return stats_; }
+
+ private:
+  /// The room that the samples of a star leave for its apex's height; empty when lo > hi.
+  struct Interval {
+    double lo, hi;
+    double gap() const { return lo - hi; }
+  };
+  using RingEdge = std::array<Index, 2>;  // seen counter-clockwise from the apex
+
+  HalfedgeMesh mesh_;
+  const Samples& samples_;
+  BoundedOptions options_;
+  double eps_;  // a hair less than options_.eps, so that rounding cannot break the bound
+  BoundedStats stats_;
+  std::vector<RingEdge> ring_;
+  std::vector<std::uint8_t> dirty_;  // by vertex: worth another try
+
+  void insert(const Progress&);
+  std::vector<Index> spatial_order() const;
+  std::uint64_t sweep(bool search, const Progress&);
+  bool try_targets(Index v, bool search);
+  bool collapse_at(Index h, const Vec3& apex);
+  bool directed_search(Index h, Vec3 start, double gap);
+  bool yield_ring(Index h, const Vec3& apex);
+  std::uint64_t relax(const Progress&);
+  bool move_vertex(Index v);
+
+  bool gather_ring(Index h);
+  void gather_fan(Index v);
+  bool may_vanish(Index v) const;
+  bool straight_border(Index v) const;
+  Index border_before(Index v) const;
+  bool ring_ccw(const Vec3& apex) const;
+  bool narrow(const Vec3& w, RingEdge e, Interval& room, double eps, bool stop_when_empty) const;
+  Interval room(const Vec3& apex, Interval start, bool stop_when_empty);
+  bool choose_height(Interval room, double& height) const;
+  bool triangle_within(Index a, Index b, Index c, const Vec3& pa) const;
+  void mark_ring();
+};
+
+}  // namespace tind
