@@ -126,7 +126,7 @@ bool BoundedMesher<S>::straight_border(Index v) const {
 
 template <class S>
 bool BoundedMesher<S>::may_vanish(Index v) const {
-  if (!mesh_.alive_vertex(v)) return false;
+  if (!mesh_.alive_vertex(v) || v < options_.pinned) return false;
   return !mesh_.on_border(v) || (!options_.locked_border && straight_border(v));
 }
 

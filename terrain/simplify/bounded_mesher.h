@@ -23,6 +23,7 @@ struct BoundedOptions {
   bool integer_lattice = false;  // vertices on integers in [0, lattice_max] (tiles)
   double lattice_max = 0;
   double height_step = 0;    // vertex heights are multiples of it (0: free)
+  std::uint32_t pinned = 0;      // the first vertices of the mesh keep their place and never vanish
   double search_step_min = 1;    // smallest move of a vertex in xy, mesh units
   bool search = true;        // directed search for edges that nearly collapse
   int rounds = 1;            // rounds of moving vertices and sweeping again

@@ -67,6 +67,13 @@ class DelaunayInsertion {
   }
   const std::vector<Index>& touched() const { return touched_; }
 
+  /// Makes p a vertex (p must lie in the domain). False when a vertex is there already.
+  bool insert_point(const Vec3& p) {
+    Index t = 0;
+    while (!mesh_.alive_triangle(t)) ++t;
+    return insert_at(t, p, true);
+  }
+
   void run_passes(const Progress& progress = {}) {
     std::vector<Index> now, next;
     for (Index t = 0; t < mesh_.triangle_slots(); ++t)
@@ -155,26 +162,30 @@ class DelaunayInsertion {
       p.y = std::clamp(std::nearbyint(p.y), 1.0, options_.lattice_max - 1);
     }
     p.z = snap_height(p.z, options_.height_step);
-    // Walk: rounding may have moved p across an edge.
+    return insert_at(t, p, !options_.integer_lattice) || give_up(i);
+  }
+
+  /// Makes p a vertex; looks for its triangle from t on (rounding may have moved p across an edge).
+  bool insert_at(Index t, const Vec3& p, bool may_split_border) {
     Index on = kNone;
-    for (int steps = 0; steps < 64; ++steps) {
+    for (std::size_t steps = 0;; ++steps) {
       Index out = kNone;
       int zeros = 0;
       on = kNone;
       for (Index h = 3 * t; h < 3 * t + 3; ++h) {
-        const double side = orient2d(mesh_.position(mesh_.origin(h)), mesh_.position(mesh_.dest(h)), p);
+        const double side =
+            orient2d(mesh_.position(mesh_.origin(h)), mesh_.position(mesh_.dest(h)), p);
         if (side < 0) out = h;
         if (side == 0) on = h, ++zeros;
       }
       if (out == kNone) {
-        if (zeros >= 2) return give_up(i);  // it is a vertex already
+        if (zeros >= 2) return false;  // it is a vertex already
         break;
       }
-      if (mesh_.twin(out) == kNone) return give_up(i);
+      if (mesh_.twin(out) == kNone || steps > mesh_.triangle_slots()) return false;
       t = HalfedgeMesh::triangle(mesh_.twin(out));
-      if (steps == 63) return give_up(i);
     }
-    if (on != kNone && mesh_.twin(on) == kNone && options_.integer_lattice) return give_up(i);
+    if (on != kNone && mesh_.twin(on) == kNone && !may_split_border) return false;
     const Index v = on == kNone ? mesh_.split_triangle(t, p) : mesh_.split_edge(on, p);
     ++insertions_;
     legalise(v);

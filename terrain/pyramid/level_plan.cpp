@@ -1,0 +1,152 @@
+#include "terrain/pyramid/level_plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "terrain/geo/ellipsoid.h"
+
+namespace tind {
+
+namespace {
+
+constexpr int kTileCells = 64;       // the leaf level's grid is at least as fine as the source
+constexpr double kLargestStep = 0.25;    // metres; no reason to round heights more coarsely
+constexpr double kSmallestStep = 1.0 / 1024;  // float32 headers hold its multiples up to 16 km
+
+double power_of_two_at_most(double x) { return std::exp2(std::floor(std::log2(x))); }
+double power_of_two_at_least(double x) { return std::exp2(std::ceil(std::log2(x))); }
+
+/// Clients draw triangles straight through space. So that a tile's chord stays within a quarter of
+/// its level's error above the ellipsoid, coarse tiles keep a lattice of n cells a side:
+/// sagitta R (pi / (2^z n))^2 / 8 <= level_error(z) / 4.
+int curvature_cells(int level) {
+  const double angle = std::numbers::pi / double(1u << level);
+  const double cells =
+      angle * std::sqrt(wgs84::kSemiMajor / 8 / (tiling::level_error(level) / 4));
+  return cells <= 1 ? 1 : int(power_of_two_at_least(cells));
+}
+
+int leaf_level(const DemInfo& info) {
+  const double lat = (info.bounds.south + info.bounds.north) / 2;
+  const Vec2 degree = wgs84::metres_per_degree(std::clamp(lat, -80.0, 80.0));
+  const double spacing = std::min(info.spacing_x_m / degree.x, info.spacing_y_m / degree.y);
+  for (int z = 0; z < tiling::kMaxLevel; ++z)
+    if (tiling::tile_degrees(z) / kTileCells <= spacing * (1 + 1e-6)) return z;
+  return tiling::kMaxLevel;
+}
+
+}  // namespace
+
+Result<HeightRange> scan_heights(const DemSource& source, const Progress& progress) {
+  const DemInfo& info = source.info();
+  constexpr std::int64_t kChunk = 256;  // the source's own blocks
+  HeightRange range{HUGE_VAL, -HUGE_VAL, 0};
+  const std::int64_t width = std::min<std::int64_t>(info.cols, 1 << 14);
+  for (std::int64_t row = 0; row < info.rows; row += kChunk) {
+    for (std::int64_t col = 0; col < info.cols; col += width) {
+      if (progress.stopped()) return fail(Errc::cancelled, "stopped while reading heights");
+      const auto grid = source.read(col, row, int(std::min(width, info.cols - col)),
+                                    int(std::min(kChunk, info.rows - row)));
+      if (!grid) return std::unexpected(grid.error());
+      for (const float z : grid->values()) {
+        if (std::isnan(z)) continue;
+        range.min_m = std::min<double>(range.min_m, z);
+        range.max_m = std::max<double>(range.max_m, z);
+        ++range.valid;
+      }
+    }
+    progress.at(double(row) / double(info.rows));
+  }
+  if (range.valid == 0) return fail(Errc::bad_data, "the DEM holds no valid height at all");
+  return range;
+}
+
+Result<TilePlan> TilePlan::make(const DemInfo& info, const HeightRange& range,
+                                const TileSetOptions& options) {
+  if (info.crs_kind == CrsKind::none) {
+    return fail(Errc::unsupported, info.files.front() +
+                                       " has no coordinate reference system, so its place on the "
+                                       "globe is unknown: it can be simplified, but not tiled "
+                                       "(assign one, e.g. gdal_edit.py -a_srs EPSG:4326)");
+  }
+  if (!(options.error_factor > 0) || !(options.max_error_m >= 0))
+    return fail(Errc::invalid_argument, "error bounds must be positive numbers of metres");
+  TilePlan plan;
+  plan.options_ = options;
+  plan.range_ = range;
+  plan.bounds_ = info.bounds;
+  plan.max_level_ = options.max_level >= 0 ? options.max_level : leaf_level(info);
+  plan.min_level_ = options.min_level;
+  if (plan.max_level_ > tiling::kMaxLevel || plan.min_level_ < 0 || plan.min_level_ > plan.max_level_) {
+    return fail(Errc::invalid_argument, "levels must lie in 0-" + std::to_string(tiling::kMaxLevel) +
+                                            ", lower end first");
+  }
+  const double spacing = std::sqrt(info.spacing_x_m * info.spacing_y_m);
+  const double leaf_error = options.max_error_m > 0 ? options.max_error_m : spacing / 32;
+  const double latitude_degree = 111320;
+  for (int z = 0; z <= plan.max_level_; ++z) {
+    LevelPlan level;
+    level.budget_m = tiling::level_error(z) * options.error_factor;
+    if (z == plan.max_level_) level.budget_m = std::min(level.budget_m, leaf_error);
+    // Heights of a tile: posts, 0 where there are none, and half a band beyond either.
+    const double relief = std::max(range.max_m, 0.0) - std::min(range.min_m, 0.0) +
+                          2 * std::min(level.budget_m, 1000.0);
+    const double needed = power_of_two_at_least(std::max(relief, 1.0) / 32767);
+    level.border_step_m = std::clamp(power_of_two_at_most(level.budget_m / 16),
+                                     std::max(needed, kSmallestStep), std::max(needed, kLargestStep));
+    level.border_tolerance_m = 0.7 * level.budget_m;
+    level.curvature_cells = curvature_cells(z);
+    level.normal_reach_deg = std::max(spacing / latitude_degree, tiling::tile_degrees(z) / 128);
+    plan.levels_.push_back(level);
+  }
+  return plan;
+}
+
+proto::TileRange TilePlan::tiles(int z) const {
+  if (z == 0) return {0, 0, 1, 0};
+  const double side = tiling::tile_degrees(z);
+  auto index = [&](double degrees, std::uint32_t count, bool upper) {
+    const double t = degrees / side;
+    // A tile that only touches the bounds from outside holds nothing but an edge.
+    const double i = upper ? std::ceil(t) - 1 : std::floor(t);
+    return std::uint32_t(std::clamp(i, 0.0, double(count - 1)));
+  };
+  const std::uint32_t columns = tiling::columns(z), rows = tiling::rows(z);
+  proto::TileRange r{index(bounds_.west + 180, columns, false), index(bounds_.south + 90, rows, false),
+                     index(bounds_.east + 180, columns, true), index(bounds_.north + 90, rows, true)};
+  r.end_x = std::max(r.end_x, r.start_x);
+  r.end_y = std::max(r.end_y, r.start_y);
+  return r;
+}
+
+bool TilePlan::available(TileId t) const {
+  if (t.level < min_level_ || t.level > max_level_) return false;
+  const proto::TileRange r = tiles(t.level);
+  return t.x >= r.start_x && t.x <= r.end_x && t.y >= r.start_y && t.y <= r.end_y;
+}
+
+std::uint64_t TilePlan::tile_count() const {
+  std::uint64_t n = 0;
+  for (int z = min_level_; z <= max_level_; ++z) {
+    const proto::TileRange r = tiles(z);
+    n += std::uint64_t(r.end_x - r.start_x + 1) * (r.end_y - r.start_y + 1);
+  }
+  return n;
+}
+
+proto::LayerJson TilePlan::layer(const std::string& name) const {
+  proto::LayerJson layer;
+  layer.name = name;
+  layer.bounds = {bounds_.west, bounds_.south, bounds_.east, bounds_.north};
+  layer.minzoom = min_level_;
+  layer.maxzoom = max_level_;
+  for (int z = 0; z <= max_level_; ++z) {
+    if (z < min_level_) layer.available.emplace_back();
+    else layer.available.push_back({tiles(z)});
+  }
+  layer.extensions = {"octvertexnormals", "metadata"};
+  return layer;
+}
+
+}  // namespace tind

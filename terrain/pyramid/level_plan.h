@@ -1,0 +1,58 @@
+#pragma once
+// What is decided before the first tile is made: levels, error budgets, height steps, availability.
+// A pure function of the source's facts and the options.
+
+#include <vector>
+
+#include "proto/layer_json.h"
+#include "terrain/base/progress.h"
+#include "terrain/base/result.h"
+#include "terrain/geo/tiling_scheme.h"
+#include "terrain/pyramid/tileset.h"
+#include "terrain/raster/dem_source.h"
+
+namespace tind {
+
+/// The lowest and highest valid post of a source.
+struct HeightRange {
+  double min_m = 0, max_m = 0;
+  std::uint64_t valid = 0;  // posts
+};
+
+/// One streaming pass over all posts. Fails on the first unreadable block.
+Result<HeightRange> scan_heights(const DemSource&, const Progress& = {});
+
+struct LevelPlan {
+  double budget_m = 0;        // no post of a tile may be farther than this from its mesh
+  double border_tolerance_m = 0;
+  double border_step_m = 0;   // heights on tile borders are multiples of this power of two
+  int curvature_cells = 1;    // a tile keeps the vertices of a lattice of this many cells a side
+  double normal_reach_deg = 0;  // normals are taken from H's differences over +- this
+};
+
+class TilePlan {
+ public:
+  /// Fails with `unsupported` for a source without CRS, `invalid_argument` for bad options.
+  static Result<TilePlan> make(const DemInfo&, const HeightRange&, const TileSetOptions&);
+
+  int min_level() const { return min_level_; }
+  int max_level() const { return max_level_; }
+  const LevelPlan& level(int z) const { return levels_[std::size_t(z)]; }
+  const TileSetOptions& options() const { return options_; }
+  const HeightRange& range() const { return range_; }
+
+  /// Tiles of a level that touch the source's bounds; level 0 always has both roots.
+  proto::TileRange tiles(int level) const;
+  bool available(TileId) const;
+  std::uint64_t tile_count() const;
+  proto::LayerJson layer(const std::string& name) const;
+
+ private:
+  int min_level_ = 0, max_level_ = 0;
+  std::vector<LevelPlan> levels_;
+  TileSetOptions options_;
+  HeightRange range_;
+  GeoRect bounds_;
+};
+
+}  // namespace tind

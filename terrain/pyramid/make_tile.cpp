@@ -1,0 +1,332 @@
+// One tile, from posts to bytes.
+//
+// The mesh lives in the tile's own integer grid (u, v in 0..32767, heights on a power-of-two step)
+// from its first triangle on. So orientation is exact, quantisation is not a step that could break
+// anything afterwards, and what is measured is what a client decodes.
+
+#include "terrain/pyramid/make_tile.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "proto/quantized_mesh.h"
+#include "terrain/geo/ellipsoid.h"
+#include "terrain/simplify/bounded_mesher.h"
+#include "terrain/tile/border.h"
+#include "terrain/tile/culling.h"
+#include "terrain/tile/height_field.h"
+#include "terrain/tile/normals.h"
+#include "terrain/tile/post_warp.h"
+#include "terrain/tile/tile_posts.h"
+
+namespace tind {
+
+namespace {
+
+constexpr std::int64_t kMeshPosts = 320;        // posts a side that a mesh is fitted to at most
+constexpr std::int64_t kChunkPosts = 1 << 21;   // posts that the referee holds at a time
+
+double power_of_two_at_least(double x) { return std::exp2(std::ceil(std::log2(x))); }
+
+/// Everything about one tile that several steps need.
+struct Job {
+  const DemSource& source;
+  const TilePlan& plan;
+  TileId id;
+  GeoRect rect;
+  const LevelPlan& level;
+  PostWindow window;
+  HeightField field;
+  std::array<std::vector<BorderVertex>, 4> borders;  // west, south, east, north
+
+  Job(const DemSource& s, const TilePlan& p, TileId t)
+      : source(s), plan(p), id(t), rect(tiling::rect(t)), level(p.level(t.level)), field(s) {
+    window = post_window(source, rect);
+  }
+};
+
+/// Posts to be skipped between those that the mesh is fitted to: a power of two.
+int decimation(const PostWindow& w) {
+  int step = 1;
+  while (std::max(w.cols, w.rows) / step > kMeshPosts) step *= 2;
+  return step;
+}
+
+/// The posts around the tile, so that H is a matter of memory; coarse tiles ask the source instead.
+Result<void> load_heights(Job& job) {
+  if (job.window.empty() || decimation(job.window) > 1) return {};
+  const DemInfo& info = job.source.info();
+  const int margin = 2 + int(std::ceil(job.level.normal_reach_deg * 111320 /
+                                       std::min(info.spacing_x_m, info.spacing_y_m)));
+  return job.field.load(job.window.col - margin, job.window.row - margin,
+                        int(job.window.cols) + 2 * margin, int(job.window.rows) + 2 * margin);
+}
+
+Result<void> derive_borders(Job& job) {
+  BorderOptions o;
+  o.tolerance_m = job.level.border_tolerance_m;
+  o.height_step = job.level.border_step_m;
+  o.fixed_cells = job.level.curvature_cells;
+  o.samples = 256;
+  for (const Side side : {Side::west, Side::south, Side::east, Side::north})
+    job.borders[std::size_t(side)] =
+        make_border(tile_edge(job.id, side), job.field, job.source, o);
+  if (job.field.error()) return fail("tile " + job.id.text(), *job.field.error());
+  return {};
+}
+
+/// Minimum height and step of the tile's own height lattice: the finest power of two for which
+/// 32767 steps span every height the tile can hold; borders stay on it, because their step is a
+/// multiple.
+struct HeightLattice {
+  double min = 0, step = 1;
+  std::uint16_t index(double h) const { return std::uint16_t(std::lround((h - min) / step)); }
+};
+
+HeightLattice height_lattice(const Job& job, const TilePosts& posts, double eps) {
+  double low = HUGE_VAL, high = -HUGE_VAL;
+  for (const auto& border : job.borders) {
+    for (const BorderVertex& v : border) low = std::min(low, v.height), high = std::max(high, v.height);
+  }
+  if (posts.inside() > 0) {
+    low = std::min(low, posts.min_m() - eps);
+    high = std::max(high, posts.max_m() + eps);
+  }
+  low -= 1, high += 1;  // a void's filled height may lie between posts that are not the tile's own
+  const double step = std::clamp(power_of_two_at_least((high - low) / 32766), 1.0 / 1024,
+                                 job.level.border_step_m);
+  return {std::floor(low / step) * step, step};
+}
+
+/// The rectangle with its borders and, on coarse levels, the lattice against the earth's curvature.
+template <class Samples>
+HalfedgeMesh frame_mesh(Job& job, const Samples& samples, double x_scale, double height_step) {
+  constexpr double kE = kTileExtent;
+  const auto& [west, south, east, north] = job.borders;
+  Tin corners;
+  corners.vertices = {{0, 0, south.front().height},
+                      {kE, 0, south.back().height},
+                      {kE, kE, north.back().height},
+                      {0, kE, north.front().height}};
+  corners.triangles = {{0, 1, 2}, {0, 2, 3}};
+  HalfedgeMesh mesh = *HalfedgeMesh::from_tin(corners);
+  InsertionOptions o;
+  o.x_scale = x_scale;
+  DelaunayInsertion<Samples> insertion(mesh, samples, o);
+  auto inner = [](const std::vector<BorderVertex>& line, auto&& place) {
+    for (std::size_t i = 1; i + 1 < line.size(); ++i) place(line[i]);
+  };
+  inner(west, [&](const BorderVertex& v) { insertion.insert_point({0, double(v.t), v.height}); });
+  inner(south, [&](const BorderVertex& v) { insertion.insert_point({double(v.t), 0, v.height}); });
+  inner(east, [&](const BorderVertex& v) { insertion.insert_point({kE, double(v.t), v.height}); });
+  inner(north, [&](const BorderVertex& v) { insertion.insert_point({double(v.t), kE, v.height}); });
+  const int cells = job.level.curvature_cells;
+  std::vector<Geographic> places;
+  std::vector<Vec3> points;
+  for (int j = 1; j < cells; ++j) {
+    for (int i = 1; i < cells; ++i) {
+      const double u = std::round(i * kE / cells), v = std::round(j * kE / cells);
+      points.push_back({u, v, 0});
+      places.push_back({job.rect.west + u / kE * job.rect.width(),
+                        job.rect.south + v / kE * job.rect.height()});
+    }
+  }
+  std::vector<double> heights(places.size());
+  job.field.at(places, heights);
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    points[k].z = snap_height(job.field.filled(places[k], heights[k]), height_step);
+    insertion.insert_point(points[k]);
+  }
+  return mesh;
+}
+
+struct Measured {
+  double max_error = 0;
+  std::uint64_t posts = 0;
+};
+
+/// The referee: every valid post of the closed rectangle against the mesh. Streams the window.
+Result<Measured> measure(const Job& job, const Tin& mesh, std::stop_token stop) {
+  Measured m;
+  if (job.window.empty()) return m;
+  const std::int64_t rows_at_once = std::max<std::int64_t>(2, kChunkPosts / job.window.cols);
+  for (std::int64_t r = 0; r < job.window.rows; r += rows_at_once) {
+    if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
+    PostWindow part = job.window;
+    part.row += r;
+    part.rows = std::min(rows_at_once, job.window.rows - r);
+    const auto posts = TilePosts::read(job.source, part, job.id, 1);
+    if (!posts) return std::unexpected(posts.error());
+    m.posts += posts->inside();
+    if (posts->inside() == 0) continue;
+    posts->visit([&](const auto& samples) {
+      for (const Triangle& t : mesh.triangles) {
+        const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
+        const double area = orient2d(a, b, c);
+        const double gx = ((b.z - a.z) * (c.y - a.y) - (c.z - a.z) * (b.y - a.y)) / area;
+        const double gy = ((c.z - a.z) * (b.x - a.x) - (b.z - a.z) * (c.x - a.x)) / area;
+        samples.scan(a, b, c, [&](double x, double y, double z, std::size_t) {
+          const double e = std::abs(a.z + gx * (x - a.x) + gy * (y - a.y) - z);
+          m.max_error = std::max(m.max_error, e);
+          return true;
+        });
+      }
+    });
+  }
+  return m;
+}
+
+struct Meshed {
+  Tin mesh;
+  HeightLattice lattice;
+  Measured measured;
+};
+
+/// Fits a mesh within `eps` of every `step`-th post, then measures it over all posts.
+Result<Meshed> fit(Job& job, double eps, int step, std::stop_token stop) {
+  const auto posts = TilePosts::read(job.source, job.window, job.id, step);
+  if (!posts) return std::unexpected(posts.error());
+  Meshed result;
+  result.lattice = height_lattice(job, *posts, eps);
+  const double lat = (job.rect.south + job.rect.north) / 2 * std::numbers::pi / 180;
+  BoundedOptions o;
+  o.eps = eps;
+  o.x_scale = std::max(0.1, std::cos(lat));
+  o.locked_border = o.integer_lattice = true;
+  o.lattice_max = kTileExtent;
+  o.height_step = result.lattice.step;
+  o.search = job.plan.options().effort != "fast";
+  o.rounds = job.plan.options().effort == "best" ? 7 : 1;
+  o.search_step_min = 16;
+  Progress progress;
+  progress.stop = stop;
+  posts->visit([&](const auto& samples) {
+    HalfedgeMesh frame = frame_mesh(job, samples, o.x_scale, o.height_step);
+    o.pinned = std::uint32_t(frame.vertex_slots());
+    BoundedMesher mesher(std::move(frame), samples, o);
+    mesher.run(progress);
+    result.mesh = mesher.mesh().to_tin();
+  });
+  if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
+  auto measured = measure(job, result.mesh, stop);
+  if (!measured) return std::unexpected(measured.error());
+  result.measured = *measured;
+  return result;
+}
+
+/// Tries the cheapest fit first: fewer posts, then all of them; keeps the best.
+Result<Meshed> fit_within_budget(Job& job, std::stop_token stop) {
+  const double margin = job.source.info().rounding_m;
+  double eps = job.level.budget_m - margin;
+  Result<Meshed> best = fail(Errc::internal, "no fit tried");
+  for (int step = decimation(job.window);; step /= 2) {
+    // Posts that the fit does not see get a share of the band to themselves.
+    auto meshed = fit(job, step == 1 ? eps : 0.7 * eps, step, stop);
+    if (!meshed) return meshed;
+    meshed->measured.max_error += margin;
+    const bool better = !best || meshed->measured.max_error < best->measured.max_error;
+    if (better) best = std::move(meshed);
+    const bool too_big = job.window.cols * job.window.rows / step / step > 4 * kMeshPosts * kMeshPosts;
+    if (best->measured.max_error <= job.level.budget_m || step == 1 || too_big) return best;
+  }
+}
+
+// --- encoding ------------------------------------------------------------------------------------
+
+Geographic place_of(const Job& job, const Vec3& v) {
+  const auto mix = [](double a, double b, double t) {
+    return t == 0 ? a : t == kTileExtent ? b : a + t / kTileExtent * (b - a);
+  };
+  return {mix(job.rect.west, job.rect.east, v.x), mix(job.rect.south, job.rect.north, v.y)};
+}
+
+/// One normal per vertex from H itself, so that both tiles at an edge get the same.
+std::vector<std::array<std::uint8_t, 2>> normals_of(const Job& job, const Tin& mesh) {
+  const double reach = job.level.normal_reach_deg;
+  std::vector<Geographic> places;
+  places.reserve(5 * mesh.vertices.size());
+  for (const Vec3& v : mesh.vertices) {
+    const Geographic p = place_of(job, v);
+    places.push_back(p);
+    places.push_back({p.lon - reach, p.lat});
+    places.push_back({p.lon + reach, p.lat});
+    places.push_back({p.lon, std::max(-90.0, p.lat - reach)});
+    places.push_back({p.lon, std::min(90.0, p.lat + reach)});
+  }
+  std::vector<double> h(places.size());
+  job.field.at(places, h);
+  auto slope = [](double before, double here, double after, double metres) {
+    if (metres <= 0) return 0.0;
+    if (!std::isnan(before) && !std::isnan(after)) return (after - before) / (2 * metres);
+    if (!std::isnan(here) && !std::isnan(after)) return (after - here) / metres;
+    if (!std::isnan(here) && !std::isnan(before)) return (here - before) / metres;
+    return 0.0;
+  };
+  std::vector<std::array<std::uint8_t, 2>> normals;
+  normals.reserve(mesh.vertices.size());
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    const Geographic p = places[5 * i];
+    const double* at = &h[5 * i];
+    const Vec2 degree = wgs84::metres_per_degree(p.lat);
+    const double east = slope(at[1], at[0], at[2], reach * std::max(degree.x, 1.0));
+    const double north = slope(at[3], at[0], at[4], reach * degree.y);
+    normals.push_back(oct_encode(ecef_normal(p, east, north)));
+  }
+  return normals;
+}
+
+double round_up(double x) { return std::ceil(x * 1e6) / 1e6; }
+
+TileBytes encode_tile(Job& job, const Meshed& meshed) {
+  proto::QuantizedMesh q;
+  const HeightLattice& lattice = meshed.lattice;
+  std::vector<Vec3> places;
+  places.reserve(meshed.mesh.vertices.size());
+  for (const Vec3& v : meshed.mesh.vertices) {
+    q.u.push_back(std::uint16_t(v.x));
+    q.v.push_back(std::uint16_t(v.y));
+    q.h.push_back(lattice.index(v.z));
+    const Geographic p = place_of(job, v);
+    places.push_back({p.lon, p.lat, v.z});
+  }
+  q.triangles = meshed.mesh.triangles;
+  q.oct_normals = normals_of(job, meshed.mesh);
+  q.min_height = float(lattice.min);
+  q.max_height = float(lattice.min + 32767 * lattice.step);
+  const CullingVolumes volumes = culling_volumes(job.rect, places);
+  q.center = {volumes.center.x, volumes.center.y, volumes.center.z};
+  q.bounding_sphere = {volumes.sphere_center.x, volumes.sphere_center.y, volumes.sphere_center.z,
+                       volumes.sphere_radius};
+  q.horizon_occlusion = {volumes.horizon_occlusion.x, volumes.horizon_occlusion.y,
+                         volumes.horizon_occlusion.z};
+  TileBytes tile;
+  tile.max_error_m = round_up(meshed.measured.max_error);
+  nlohmann::ordered_json metadata;
+  metadata["geometricerror"] = tile.max_error_m;
+  metadata["max_error_m"] = tile.max_error_m;
+  metadata["error_kind"] = "exact";
+  metadata["posts"] = meshed.measured.posts;
+  q.metadata = metadata.dump();
+  proto::arrange(q);
+  tile.bytes = proto::encode(q);
+  return tile;
+}
+
+}  // namespace
+
+Result<TileBytes> make_tile(const DemSource& source, const TilePlan& plan, TileId id,
+                            std::stop_token stop) {
+  Job job(source, plan, id);
+  if (auto done = load_heights(job); !done) return fail("tile " + id.text(), done.error());
+  if (auto done = derive_borders(job); !done) return std::unexpected(done.error());
+  auto meshed = fit_within_budget(job, stop);
+  if (!meshed) return fail("tile " + id.text(), meshed.error());
+  TileBytes tile = encode_tile(job, *meshed);
+  if (job.field.error()) return fail("tile " + id.text(), *job.field.error());
+  return tile;
+}
+
+}  // namespace tind

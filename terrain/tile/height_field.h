@@ -1,0 +1,46 @@
+#pragma once
+// H, the one height function of a source: what every tile, border and query derives heights from.
+//
+// H depends on the source and the place alone, never on who asks: so two tiles, two runs and two
+// machines agree on it to the last bit.
+
+#include <optional>
+#include <span>
+
+#include "terrain/base/result.h"
+#include "terrain/geo/coordinates.h"
+#include "terrain/raster/dem_source.h"
+
+namespace tind {
+
+/// Bilinear over the four posts around a place; a plane over three where one is void; NaN else.
+/// Within half a post spacing outside the grid the outermost posts count on.
+class HeightField {
+ public:
+  explicit HeightField(const DemSource& source) : source_(source), info_(source.info()) {}
+
+  /// Keeps the posts [col, col + cols) x [row, row + rows) in memory, which makes H fast there.
+  /// Elsewhere H reads the source, 2 x 2 posts at a time.
+  Result<void> load(std::int64_t col, std::int64_t row, int cols, int rows);
+
+  /// H at post coordinates; NaN for void and outside. A read error is kept and shows in error().
+  double at_post(Vec2 post) const;
+  /// H at many places.
+  void at(std::span<const Geographic> places, std::span<double> heights) const;
+  /// A height for a place where H is void: the nearest valid post within 64, else 0.
+  double filled(Geographic place, double h) const;
+
+  const HeightGrid& window() const { return window_; }
+  std::int64_t window_col() const { return col_; }
+  std::int64_t window_row() const { return row_; }
+  const std::optional<Error>& error() const { return error_; }
+
+ private:
+  const DemSource& source_;
+  const DemInfo& info_;
+  HeightGrid window_;
+  std::int64_t col_ = 0, row_ = 0;
+  mutable std::optional<Error> error_;
+};
+
+}  // namespace tind

@@ -1,0 +1,134 @@
+#include "terrain/tile/tile_posts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "terrain/tile/post_warp.h"
+
+namespace tind {
+
+namespace {
+
+constexpr int kMargin = 2;  // posts around the rectangle, for H between them
+
+PostWindow clipped(const DemInfo& info, double col0, double col1, double row0, double row1) {
+  PostWindow w;
+  double first = std::floor(std::min(col0, col1)) - kMargin, last = std::ceil(std::max(col0, col1)) + kMargin;
+  if (!info.wraps_longitude) {
+    first = std::max(first, 0.0);
+    last = std::min(last, double(info.cols - 1));
+  }
+  const double top = std::max(std::floor(std::min(row0, row1)) - kMargin, 0.0);
+  const double bottom = std::min(std::ceil(std::max(row0, row1)) + kMargin, double(info.rows - 1));
+  w.col = std::int64_t(first);
+  w.row = std::int64_t(top);
+  w.cols = std::int64_t(last - first) + 1;
+  w.rows = std::int64_t(bottom - top) + 1;
+  if (last < first) w.cols = 0;
+  if (bottom < top) w.rows = 0;
+  return w;
+}
+
+PostWindow plain_window(const DemInfo& info, const GeoRect& r) {
+  const Affine& a = info.post_to_crs;
+  PostWindow best;
+  for (const double shift : {0.0, 360.0, -360.0}) {
+    const Vec2 nw = a.invert(r.west + shift, r.north), se = a.invert(r.east + shift, r.south);
+    PostWindow w = clipped(info, nw.x, se.x, nw.y, se.y);
+    w.lon_shift = -shift;
+    if (w.empty()) continue;
+    if (best.empty() || w.cols > best.cols) best = w;
+    if (info.wraps_longitude) break;  // its columns have no end: any turn is as good
+  }
+  return best;
+}
+
+/// The rectangle's outline and inside, seen in posts. Where PROJ cannot say (far from the
+/// projection's area), the whole source is the window.
+PostWindow projected_window(const DemSource& source, const GeoRect& r) {
+  const DemInfo& info = source.info();
+  constexpr int kSide = 17;
+  std::vector<Geographic> points;
+  for (int j = 0; j < kSide; ++j)
+    for (int i = 0; i < kSide; ++i)
+      points.push_back({r.west + r.width() * i / (kSide - 1), r.south + r.height() * j / (kSide - 1)});
+  std::vector<Vec2> posts(points.size());
+  source.to_post(points, posts);
+  Vec2 low{HUGE_VAL, HUGE_VAL}, high{-HUGE_VAL, -HUGE_VAL};
+  bool known = r.height() < 6;  // larger tiles: projections bend too much between the points
+  for (const Vec2& p : posts) {
+    known = known && std::isfinite(p.x) && std::isfinite(p.y);
+    low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+  }
+  if (!known) return clipped(info, 0, double(info.cols - 1), 0, double(info.rows - 1));
+  const double bend = 0.01 * std::max(high.x - low.x, high.y - low.y);
+  return clipped(info, low.x - bend, high.x + bend, low.y - bend, high.y + bend);
+}
+
+}  // namespace
+
+PostWindow post_window(const DemSource& source, const GeoRect& rect) {
+  if (!rect.overlaps(source.info().bounds)) {
+    const GeoRect& b = source.info().bounds;
+    if (rect.west > b.east || rect.east < b.west || rect.south > b.north || rect.north < b.south)
+      return {};
+  }
+  return source.is_plain_geographic() ? plain_window(source.info(), rect)
+                                      : projected_window(source, rect);
+}
+
+Result<TilePosts> TilePosts::read(const DemSource& source, const PostWindow& w, TileId tile,
+                                  int step) {
+  TilePosts posts;
+  posts.plain_ = source.is_plain_geographic() && source.info().post_to_crs.x_col > 0 &&
+                 source.info().post_to_crs.y_row < 0;
+  if (w.empty()) return posts;
+  const GeoRect rect = tiling::rect(tile);
+  // Decimated posts are the multiples of `step`, counted from the source's corner.
+  const std::int64_t col = (w.col + step - 1) / step * step, row = (w.row + step - 1) / step * step;
+  const int cols = int((w.col + w.cols - 1 - col) / step + 1);
+  const int rows = int((w.row + w.rows - 1 - row) / step + 1);
+  if (cols <= 0 || rows <= 0) return posts;
+  auto heights = step == 1 ? source.read(col, row, cols, rows)
+                           : source.read_decimated(col, row, cols, rows, step);
+  if (!heights) return std::unexpected(heights.error());
+  posts.heights_ = std::move(*heights);
+
+  const double per_lon = kTileExtent / rect.width(), per_lat = kTileExtent / rect.height();
+  posts.min_m_ = HUGE_VAL, posts.max_m_ = -HUGE_VAL;
+  auto count = [&](double u, double v, float z) {
+    if (std::isnan(z) || u < 0 || v < 0 || u > kTileExtent || v > kTileExtent) return;
+    ++posts.inside_;
+    posts.min_m_ = std::min<double>(posts.min_m_, z);
+    posts.max_m_ = std::max<double>(posts.max_m_, z);
+  };
+  if (posts.plain_) {
+    const Affine& a = source.info().post_to_crs;
+    GridSamples& g = posts.grid_;
+    g.cols = cols, g.rows = rows;
+    g.x0 = (a.x0 + double(col) * a.x_col + w.lon_shift - rect.west) * per_lon;
+    g.y0 = (a.y0 + double(row) * a.y_row - rect.south) * per_lat;
+    g.dx = a.x_col * step * per_lon;
+    g.dy = -a.y_row * step * per_lat;
+    g.z = posts.heights_.values().data();
+    for (int j = 0; j < rows; ++j)
+      for (int i = 0; i < cols; ++i)
+        count(g.x0 + i * g.dx, g.y0 - j * g.dy, posts.heights_.at(i, j));
+    return posts;
+  }
+  const std::vector<Geographic> places = post_positions(source, col, row, cols, rows, step);
+  std::vector<Vec3> points;
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    const double u = (places[k].lon - rect.west) * per_lon, v = (places[k].lat - rect.south) * per_lat;
+    const float z = posts.heights_.values()[k];
+    if (std::isnan(z) || !(u >= 0 && v >= 0 && u <= kTileExtent && v <= kTileExtent)) continue;
+    count(u, v, z);
+    points.push_back({u, v, z});
+  }
+  posts.scattered_ = ScatteredSamples(points, kTileExtent);
+  posts.heights_ = {};
+  return posts;
+}
+
+}  // namespace tind

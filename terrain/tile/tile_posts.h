@@ -1,0 +1,51 @@
+#pragma once
+// The posts that concern one tile, in tile coordinates (u, v of coordinates.h, not rounded).
+
+#include <functional>
+#include <stop_token>
+#include <variant>
+
+#include "terrain/base/result.h"
+#include "terrain/geo/tiling_scheme.h"
+#include "terrain/raster/dem_source.h"
+#include "terrain/simplify/samples.h"
+
+namespace tind {
+
+/// A window of posts: all that can lie in a rectangle, and a few more around.
+struct PostWindow {
+  std::int64_t col = 0, row = 0, cols = 0, rows = 0;  // clipped to the source; empty: no post
+  double lon_shift = 0;  // add to the source's longitudes (plain lon/lat sources, 0..360)
+  bool empty() const { return cols <= 0 || rows <= 0; }
+};
+PostWindow post_window(const DemSource&, const GeoRect&);
+
+/// Posts of a window, or every `step`-th of them, as samples of the tile's mesh. Owns the heights.
+class TilePosts {
+ public:
+  TilePosts(TilePosts&&) = default;
+  TilePosts& operator=(TilePosts&&) = default;
+
+  static Result<TilePosts> read(const DemSource&, const PostWindow&, TileId, int step);
+
+  /// Calls f with the samples as whichever kind they are.
+  template <class F>
+  auto visit(F&& f) const {
+    return plain_ ? f(grid_) : f(scattered_);
+  }
+  double min_m() const { return min_m_; }
+  double max_m() const { return max_m_; }
+  std::uint64_t inside() const { return inside_; }  // valid posts in the closed rectangle
+
+ private:
+  TilePosts() = default;
+
+  bool plain_ = false;
+  HeightGrid heights_;
+  GridSamples grid_;
+  ScatteredSamples scattered_;
+  double min_m_ = 0, max_m_ = 0;
+  std::uint64_t inside_ = 0;
+};
+
+}  // namespace tind
