@@ -1,0 +1,208 @@
+#include "terrain/pyramid/build.h"
+
+#include <fcntl.h>
+#include <libdeflate.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <mutex>
+#include <optional>
+#include <nlohmann/json.hpp>
+
+#include "terrain/base/parallel.h"
+#include "terrain/pyramid/make_tile.h"
+
+namespace tind {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* kRecord = "tind-build.json";
+
+Error system_error(const std::string& what) {
+  return {Errc::io, what + ": " + std::strerror(errno)};
+}
+
+/// Writes aside and renames: whoever looks sees the whole file or none.
+Result<void> write_whole(const std::string& path, std::span<const std::uint8_t> bytes) {
+  const std::string aside = path + ".tmp" + std::to_string(getpid());
+  const int fd = ::open(aside.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (fd < 0) return std::unexpected(system_error("cannot create " + aside));
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t n = ::write(fd, bytes.data() + done, bytes.size() - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) break;
+    done += std::size_t(n);
+  }
+  const bool written = done == bytes.size();
+  if (!written || ::close(fd) != 0 || ::rename(aside.c_str(), path.c_str()) != 0) {
+    const Error error = system_error("cannot write " + path);
+    if (!written) ::close(fd);
+    ::unlink(aside.c_str());
+    return std::unexpected(error);
+  }
+  return {};
+}
+
+Result<void> write_text(const std::string& path, const std::string& text) {
+  return write_whole(path, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+}
+
+std::vector<std::uint8_t> gzipped(const std::vector<std::uint8_t>& bytes) {
+  libdeflate_compressor* c = libdeflate_alloc_compressor(9);
+  std::vector<std::uint8_t> out(libdeflate_gzip_compress_bound(c, bytes.size()));
+  out.resize(libdeflate_gzip_compress(c, bytes.data(), bytes.size(), out.data(), out.size()));
+  libdeflate_free_compressor(c);
+  return out;
+}
+
+/// What the tiles in a directory depend on.
+std::string record_of(const DemSource& source, const BuildOptions& o) {
+  nlohmann::ordered_json j;
+  j["made_by"] = "tind build";
+  j["format"] = 1;
+  j["source"] = source.info().fingerprint;
+  j["max_error_m"] = o.tiles.max_error_m;
+  j["error_factor"] = o.tiles.error_factor;
+  j["min_level"] = o.tiles.min_level;
+  j["max_level"] = o.tiles.max_level;
+  j["side"] = o.tiles.side;
+  j["effort"] = o.tiles.effort;
+  j["gzip"] = o.gzip;
+  return j.dump(1) + "\n";
+}
+
+Result<void> claim_directory(const DemSource& source, const BuildOptions& o) {
+  std::error_code error;
+  fs::create_directories(o.output, error);
+  if (error) return fail(Errc::io, "cannot create " + o.output + ": " + error.message());
+  const std::string path = o.output + "/" + kRecord, wanted = record_of(source, o);
+  std::ifstream in(path, std::ios::binary);
+  if (in) {
+    const std::string found((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+    if (found == wanted) return {};
+    if (!o.force) {
+      return fail(Errc::invalid_argument,
+                  o.output + " holds tiles of another source or of other options (see " + path +
+                      "): choose another directory, or --force to replace them");
+    }
+  } else if (fs::exists(o.output + "/layer.json") && !o.force) {
+    return fail(Errc::invalid_argument, o.output + " holds a tile set that tind build did not make: "
+                                                   "choose another directory, or --force");
+  }
+  // Others' tiles go first, so that none of them can be taken for ours.
+  fs::remove(o.output + "/layer.json", error);
+  for (int z = 0; z <= tiling::kMaxLevel; ++z) fs::remove_all(o.output + "/" + std::to_string(z), error);
+  return write_text(path, wanted);
+}
+
+std::vector<TileId> tiles_of(const TilePlan& plan) {
+  std::vector<TileId> ids;
+  for (int z = plan.max_level(); z >= plan.min_level(); --z) {
+    const proto::TileRange r = plan.tiles(z);
+    for (std::uint32_t y = r.end_y + 1; y-- > r.start_y;)  // from north to south, as rasters lie
+      for (std::uint32_t x = r.start_x; x <= r.end_x; ++x) ids.push_back({z, x, y});
+  }
+  return ids;
+}
+
+}  // namespace
+
+Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const BuildOptions& o,
+                                const Progress& progress) {
+  Progress reading = progress;
+  reading.report = [&](double share) { progress.at(0.02 * share); };
+  const auto range = scan_heights(*source, reading);
+  if (!range) return std::unexpected(range.error());
+  const auto plan = TilePlan::make(source->info(), *range, o.tiles);
+  if (!plan) return std::unexpected(plan.error());
+  if (auto claimed = claim_directory(*source, o); !claimed) return std::unexpected(claimed.error());
+
+  const std::vector<TileId> ids = tiles_of(*plan);
+  for (int z = plan->min_level(); z <= plan->max_level(); ++z) {
+    const proto::TileRange r = plan->tiles(z);
+    std::error_code error;
+    for (std::uint32_t x = r.start_x; x <= r.end_x && !error; ++x)
+      fs::create_directories(o.output + "/" + std::to_string(z) + "/" + std::to_string(x), error);
+    if (error) return fail(Errc::io, "cannot create folders in " + o.output + ": " + error.message());
+  }
+
+  BuildReport report;
+  report.tiles = ids.size();
+  report.threads = o.threads > 0 ? o.threads : hardware_threads();
+  for (int z = 0; z <= plan->max_level(); ++z)
+    report.levels.push_back({z, 0, 0, plan->level(z).budget_m, 0});
+  std::mutex mutex;
+  std::optional<Error> first_error;
+  std::atomic<bool> give_up = false;
+  std::atomic<std::size_t> done = 0;
+  double worst_excess = 0;
+  parallel_for(ids.size(), o.threads, [&](std::size_t i) {
+    if (give_up || progress.stopped()) return;
+    const TileId id = ids[i];
+    const std::string path = o.output + "/" + id.text() + ".terrain";
+    std::error_code error;
+    const auto there = fs::file_size(path, error);
+    std::size_t bytes = error ? 0 : std::size_t(there);
+    double max_error = 0;
+    if (error) {
+      auto tile = make_tile(*source, *plan, id, progress.stop);
+      Result<void> written;
+      if (tile) {
+        max_error = tile->max_error_m;
+        if (o.gzip) tile->bytes = gzipped(tile->bytes);
+        bytes = tile->bytes.size();
+        written = write_whole(path, tile->bytes);
+      }
+      if (!tile || !written) {
+        const std::lock_guard lock(mutex);
+        if (!first_error) first_error = tile ? written.error() : tile.error();
+        give_up = true;
+        return;
+      }
+    }
+    {
+      const std::lock_guard lock(mutex);
+      LevelReport& level = report.levels[std::size_t(id.level)];
+      ++level.tiles;
+      level.bytes += bytes;
+      level.worst_error_m = std::max(level.worst_error_m, max_error);
+      report.bytes += bytes;
+      ++(error ? report.built : report.reused);
+      if (max_error > level.budget_m) {
+        ++report.over_budget;
+        if (max_error / level.budget_m > worst_excess) {
+          worst_excess = max_error / level.budget_m;
+          report.worst_over_budget = id.text();
+        }
+      }
+    }
+    const std::size_t n = ++done;
+    if (n % std::max<std::size_t>(1, ids.size() / 500) == 0)
+      progress.at(0.02 + 0.98 * double(n) / double(ids.size()));
+  });
+  if (first_error) return std::unexpected(*first_error);
+  if (progress.stopped()) {
+    return fail(Errc::cancelled, "stopped after " + std::to_string(done) + " of " +
+                                     std::to_string(ids.size()) +
+                                     " tiles; run the same command to go on");
+  }
+  ::sync();
+  const std::string& file = source->info().files.front();
+  const std::string name = file.substr(file.find_last_of('/') + 1);
+  const proto::LayerJson layer = plan->layer(name.substr(0, name.find('.')));
+  if (auto w = write_text(o.output + "/layer.json", proto::encode_layer_json(layer)); !w)
+    return std::unexpected(w.error());
+  progress.at(1);
+  return report;
+}
+
+}  // namespace tind
