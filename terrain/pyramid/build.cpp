@@ -12,8 +12,8 @@
 #include <fstream>
 #include <iterator>
 #include <mutex>
-#include <optional>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "terrain/base/parallel.h"
 #include "terrain/pyramid/make_tile.h"
@@ -95,12 +95,14 @@ Result<void> claim_directory(const DemSource& source, const BuildOptions& o) {
                       "): choose another directory, or --force to replace them");
     }
   } else if (fs::exists(o.output + "/layer.json") && !o.force) {
-    return fail(Errc::invalid_argument, o.output + " holds a tile set that tind build did not make: "
-                                                   "choose another directory, or --force");
+    return fail(Errc::invalid_argument, o.output +
+                                            " holds a tile set that tind build did not make: "
+                                            "choose another directory, or --force");
   }
   // Others' tiles go first, so that none of them can be taken for ours.
   fs::remove(o.output + "/layer.json", error);
-  for (int z = 0; z <= tiling::kMaxLevel; ++z) fs::remove_all(o.output + "/" + std::to_string(z), error);
+  for (int z = 0; z <= tiling::kMaxLevel; ++z)
+    fs::remove_all(o.output + "/" + std::to_string(z), error);
   return write_text(path, wanted);
 }
 
@@ -132,7 +134,8 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
     std::error_code error;
     for (std::uint32_t x = r.start_x; x <= r.end_x && !error; ++x)
       fs::create_directories(o.output + "/" + std::to_string(z) + "/" + std::to_string(x), error);
-    if (error) return fail(Errc::io, "cannot create folders in " + o.output + ": " + error.message());
+    if (error)
+      return fail(Errc::io, "cannot create folders in " + o.output + ": " + error.message());
   }
 
   BuildReport report;

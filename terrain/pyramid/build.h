@@ -13,10 +13,10 @@ namespace tind {
 
 struct BuildOptions {
   TileSetOptions tiles;
-  std::string output;   // directory, made if need be
-  int threads = 0;      // 0: one per core
-  bool gzip = false;    // store tiles compressed (the server then has to say so)
-  bool force = false;   // replace a directory that holds another source's tiles
+  std::string output;  // directory, made if need be
+  int threads = 0;     // 0: one per core
+  bool gzip = false;   // store tiles compressed (the server then has to say so)
+  bool force = false;  // replace a directory that holds another source's tiles
 };
 
 struct LevelReport {
@@ -27,14 +27,14 @@ struct LevelReport {
 
 struct BuildReport {
   std::uint64_t tiles = 0, built = 0, reused = 0, bytes = 0;
-  std::uint64_t over_budget = 0;        // tiles that say a larger error than their level's budget
-  std::string worst_over_budget;        // z/x/y of the worst of them
+  std::uint64_t over_budget = 0;  // tiles that say a larger error than their level's budget
+  std::string worst_over_budget;  // z/x/y of the worst of them
   std::vector<LevelReport> levels;
   int threads = 1;
 };
 
-/// Makes what is missing: a tile that is there is whole (each is written aside, then renamed) and is
-/// kept, so a build that was killed goes on where it was. The directory remembers source and
+/// Makes what is missing: a tile that is there is whole (each is written aside, then renamed) and
+/// is kept, so a build that was killed goes on where it was. The directory remembers source and
 /// options; others are refused unless `force`. layer.json comes last, and only when all tiles are
 /// there. On a stop: Errc::cancelled, nothing torn, run again to go on.
 Result<BuildReport> build_tiles(std::shared_ptr<const DemSource>, const BuildOptions&,

@@ -10,8 +10,9 @@ namespace tind {
 
 namespace {
 
-constexpr int kTileCells = 64;       // the leaf level's grid is at least as fine as the source
-constexpr double kLargestStep = 0.25;    // metres; no reason to round heights more coarsely
+constexpr int kTileCells = 64;         // the leaf level's grid is at least as fine as the source
+constexpr double kLargestError = 500;  // metres; a globe seen from afar still has its mountains
+constexpr double kLargestStep = 0.25;  // metres; no reason to round heights more coarsely
 constexpr double kSmallestStep = 1.0 / 1024;  // float32 headers hold its multiples up to 16 km
 
 double power_of_two_at_most(double x) { return std::exp2(std::floor(std::log2(x))); }
@@ -22,8 +23,7 @@ double power_of_two_at_least(double x) { return std::exp2(std::ceil(std::log2(x)
 /// sagitta R (pi / (2^z n))^2 / 8 <= level_error(z) / 4.
 int curvature_cells(int level) {
   const double angle = std::numbers::pi / double(1u << level);
-  const double cells =
-      angle * std::sqrt(wgs84::kSemiMajor / 8 / (tiling::level_error(level) / 4));
+  const double cells = angle * std::sqrt(wgs84::kSemiMajor / 8 / (tiling::level_error(level) / 4));
   return cells <= 1 ? 1 : int(power_of_two_at_least(cells));
 }
 
@@ -78,9 +78,10 @@ Result<TilePlan> TilePlan::make(const DemInfo& info, const HeightRange& range,
   plan.bounds_ = info.bounds;
   plan.max_level_ = options.max_level >= 0 ? options.max_level : leaf_level(info);
   plan.min_level_ = options.min_level;
-  if (plan.max_level_ > tiling::kMaxLevel || plan.min_level_ < 0 || plan.min_level_ > plan.max_level_) {
-    return fail(Errc::invalid_argument, "levels must lie in 0-" + std::to_string(tiling::kMaxLevel) +
-                                            ", lower end first");
+  if (plan.max_level_ > tiling::kMaxLevel || plan.min_level_ < 0 ||
+      plan.min_level_ > plan.max_level_) {
+    return fail(Errc::invalid_argument,
+                "levels must lie in 0-" + std::to_string(tiling::kMaxLevel) + ", lower end first");
   }
   const double spacing = std::sqrt(info.spacing_x_m * info.spacing_y_m);
   const double leaf_error = options.max_error_m > 0 ? options.max_error_m : spacing / 32;
@@ -89,13 +90,15 @@ Result<TilePlan> TilePlan::make(const DemInfo& info, const HeightRange& range,
     LevelPlan level;
     level.budget_m = tiling::level_error(z) * options.error_factor;
     if (z == plan.max_level_) level.budget_m = std::min(level.budget_m, leaf_error);
+    level.fit_error_m = std::min(level.budget_m, kLargestError);
     // Heights of a tile: posts, 0 where there are none, and half a band beyond either.
     const double relief = std::max(range.max_m, 0.0) - std::min(range.min_m, 0.0) +
-                          2 * std::min(level.budget_m, 1000.0);
+                          2 * level.fit_error_m + 4 * kLargestStep;
     const double needed = power_of_two_at_least(std::max(relief, 1.0) / 32767);
-    level.border_step_m = std::clamp(power_of_two_at_most(level.budget_m / 16),
-                                     std::max(needed, kSmallestStep), std::max(needed, kLargestStep));
-    level.border_tolerance_m = 0.7 * level.budget_m;
+    level.border_step_m =
+        std::clamp(power_of_two_at_most(level.fit_error_m / 16), std::max(needed, kSmallestStep),
+                   std::max(needed, kLargestStep));
+    level.border_tolerance_m = 0.7 * level.fit_error_m;
     level.curvature_cells = curvature_cells(z);
     level.normal_reach_deg = std::max(spacing / latitude_degree, tiling::tile_degrees(z) / 128);
     plan.levels_.push_back(level);
@@ -113,8 +116,9 @@ proto::TileRange TilePlan::tiles(int z) const {
     return std::uint32_t(std::clamp(i, 0.0, double(count - 1)));
   };
   const std::uint32_t columns = tiling::columns(z), rows = tiling::rows(z);
-  proto::TileRange r{index(bounds_.west + 180, columns, false), index(bounds_.south + 90, rows, false),
-                     index(bounds_.east + 180, columns, true), index(bounds_.north + 90, rows, true)};
+  proto::TileRange r{
+      index(bounds_.west + 180, columns, false), index(bounds_.south + 90, rows, false),
+      index(bounds_.east + 180, columns, true), index(bounds_.north + 90, rows, true)};
   r.end_x = std::max(r.end_x, r.start_x);
   r.end_y = std::max(r.end_y, r.start_y);
   return r;
@@ -142,8 +146,10 @@ proto::LayerJson TilePlan::layer(const std::string& name) const {
   layer.minzoom = min_level_;
   layer.maxzoom = max_level_;
   for (int z = 0; z <= max_level_; ++z) {
-    if (z < min_level_) layer.available.emplace_back();
-    else layer.available.push_back({tiles(z)});
+    if (z < min_level_)
+      layer.available.emplace_back();
+    else
+      layer.available.push_back({tiles(z)});
   }
   layer.extensions = {"octvertexnormals", "metadata"};
   return layer;

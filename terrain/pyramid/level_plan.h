@@ -23,10 +23,11 @@ struct HeightRange {
 Result<HeightRange> scan_heights(const DemSource&, const Progress& = {});
 
 struct LevelPlan {
-  double budget_m = 0;        // no post of a tile may be farther than this from its mesh
+  double budget_m = 0;     // no post of a tile may be farther than this from its mesh
+  double fit_error_m = 0;  // what the mesh is fitted to: the budget, or less where it is huge
   double border_tolerance_m = 0;
-  double border_step_m = 0;   // heights on tile borders are multiples of this power of two
-  int curvature_cells = 1;    // a tile keeps the vertices of a lattice of this many cells a side
+  double border_step_m = 0;     // heights on tile borders are multiples of this power of two
+  int curvature_cells = 1;      // a tile keeps the vertices of a lattice of this many cells a side
   double normal_reach_deg = 0;  // normals are taken from H's differences over +- this
 };
 

@@ -26,8 +26,8 @@ namespace tind {
 
 namespace {
 
-constexpr std::int64_t kMeshPosts = 320;        // posts a side that a mesh is fitted to at most
-constexpr std::int64_t kChunkPosts = 1 << 21;   // posts that the referee holds at a time
+constexpr std::int64_t kMeshPosts = 320;       // posts a side that a mesh is fitted to at most
+constexpr std::int64_t kChunkPosts = 1 << 21;  // posts that the referee holds at a time
 
 double power_of_two_at_least(double x) { return std::exp2(std::ceil(std::log2(x))); }
 
@@ -72,8 +72,7 @@ Result<void> derive_borders(Job& job) {
   o.fixed_cells = job.level.curvature_cells;
   o.samples = 256;
   for (const Side side : {Side::west, Side::south, Side::east, Side::north})
-    job.borders[std::size_t(side)] =
-        make_border(tile_edge(job.id, side), job.field, job.source, o);
+    job.borders[std::size_t(side)] = make_border(tile_edge(job.id, side), job.field, job.source, o);
   if (job.field.error()) return fail("tile " + job.id.text(), *job.field.error());
   return {};
 }
@@ -83,27 +82,29 @@ Result<void> derive_borders(Job& job) {
 /// multiple.
 struct HeightLattice {
   double min = 0, step = 1;
+  double max() const { return min + 32767 * step; }
   std::uint16_t index(double h) const { return std::uint16_t(std::lround((h - min) / step)); }
 };
 
 HeightLattice height_lattice(const Job& job, const TilePosts& posts, double eps) {
   double low = HUGE_VAL, high = -HUGE_VAL;
   for (const auto& border : job.borders) {
-    for (const BorderVertex& v : border) low = std::min(low, v.height), high = std::max(high, v.height);
+    for (const BorderVertex& v : border)
+      low = std::min(low, v.height), high = std::max(high, v.height);
   }
   if (posts.inside() > 0) {
     low = std::min(low, posts.min_m() - eps);
     high = std::max(high, posts.max_m() + eps);
   }
-  low -= 1, high += 1;  // a void's filled height may lie between posts that are not the tile's own
-  const double step = std::clamp(power_of_two_at_least((high - low) / 32766), 1.0 / 1024,
-                                 job.level.border_step_m);
+  const double step =
+      std::clamp(power_of_two_at_least((high - low) / 32766), 1.0 / 1024, job.level.border_step_m);
   return {std::floor(low / step) * step, step};
 }
 
 /// The rectangle with its borders and, on coarse levels, the lattice against the earth's curvature.
 template <class Samples>
-HalfedgeMesh frame_mesh(Job& job, const Samples& samples, double x_scale, double height_step) {
+HalfedgeMesh frame_mesh(Job& job, const Samples& samples, double x_scale,
+                        const HeightLattice& lattice) {
   constexpr double kE = kTileExtent;
   const auto& [west, south, east, north] = job.borders;
   Tin corners;
@@ -130,14 +131,17 @@ HalfedgeMesh frame_mesh(Job& job, const Samples& samples, double x_scale, double
     for (int i = 1; i < cells; ++i) {
       const double u = std::round(i * kE / cells), v = std::round(j * kE / cells);
       points.push_back({u, v, 0});
-      places.push_back({job.rect.west + u / kE * job.rect.width(),
-                        job.rect.south + v / kE * job.rect.height()});
+      places.push_back(
+          {job.rect.west + u / kE * job.rect.width(), job.rect.south + v / kE * job.rect.height()});
     }
   }
   std::vector<double> heights(places.size());
   job.field.at(places, heights);
   for (std::size_t k = 0; k < points.size(); ++k) {
-    points[k].z = snap_height(job.field.filled(places[k], heights[k]), height_step);
+    // Where H is void, what fills it may come from a post that is not the tile's own.
+    const double h =
+        std::clamp(job.field.filled(places[k], heights[k]), lattice.min, lattice.max());
+    points[k].z = snap_height(h, lattice.step);
     insertion.insert_point(points[k]);
   }
   return mesh;
@@ -198,13 +202,15 @@ Result<Meshed> fit(Job& job, double eps, int step, std::stop_token stop) {
   o.locked_border = o.integer_lattice = true;
   o.lattice_max = kTileExtent;
   o.height_step = result.lattice.step;
+  o.height_min = result.lattice.min;
+  o.height_max = result.lattice.max();
   o.search = job.plan.options().effort != "fast";
   o.rounds = job.plan.options().effort == "best" ? 7 : 1;
   o.search_step_min = 16;
   Progress progress;
   progress.stop = stop;
   posts->visit([&](const auto& samples) {
-    HalfedgeMesh frame = frame_mesh(job, samples, o.x_scale, o.height_step);
+    HalfedgeMesh frame = frame_mesh(job, samples, o.x_scale, result.lattice);
     o.pinned = std::uint32_t(frame.vertex_slots());
     BoundedMesher mesher(std::move(frame), samples, o);
     mesher.run(progress);
@@ -220,7 +226,7 @@ Result<Meshed> fit(Job& job, double eps, int step, std::stop_token stop) {
 /// Tries the cheapest fit first: fewer posts, then all of them; keeps the best.
 Result<Meshed> fit_within_budget(Job& job, std::stop_token stop) {
   const double margin = job.source.info().rounding_m;
-  double eps = job.level.budget_m - margin;
+  const double eps = job.level.fit_error_m - margin;
   Result<Meshed> best = fail(Errc::internal, "no fit tried");
   for (int step = decimation(job.window);; step /= 2) {
     // Posts that the fit does not see get a share of the band to themselves.
@@ -229,7 +235,8 @@ Result<Meshed> fit_within_budget(Job& job, std::stop_token stop) {
     meshed->measured.max_error += margin;
     const bool better = !best || meshed->measured.max_error < best->measured.max_error;
     if (better) best = std::move(meshed);
-    const bool too_big = job.window.cols * job.window.rows / step / step > 4 * kMeshPosts * kMeshPosts;
+    const bool too_big =
+        job.window.cols * job.window.rows / step / step > 4 * kMeshPosts * kMeshPosts;
     if (best->measured.max_error <= job.level.budget_m || step == 1 || too_big) return best;
   }
 }
@@ -249,7 +256,8 @@ std::vector<std::array<std::uint8_t, 2>> normals_of(const Job& job, const Tin& m
   std::vector<Geographic> places;
   places.reserve(5 * mesh.vertices.size());
   for (const Vec3& v : mesh.vertices) {
-    const Geographic p = place_of(job, v);
+    Geographic p = place_of(job, v);
+    if (p.lon == 180) p.lon = -180;  // one place, one normal
     places.push_back(p);
     places.push_back({p.lon - reach, p.lat});
     places.push_back({p.lon + reach, p.lat});
@@ -295,7 +303,7 @@ TileBytes encode_tile(Job& job, const Meshed& meshed) {
   q.triangles = meshed.mesh.triangles;
   q.oct_normals = normals_of(job, meshed.mesh);
   q.min_height = float(lattice.min);
-  q.max_height = float(lattice.min + 32767 * lattice.step);
+  q.max_height = float(lattice.max());
   const CullingVolumes volumes = culling_volumes(job.rect, places);
   q.center = {volumes.center.x, volumes.center.y, volumes.center.z};
   q.bounding_sphere = {volumes.sphere_center.x, volumes.sphere_center.y, volumes.sphere_center.z,

@@ -35,10 +35,12 @@ bool is_gzip(const std::vector<std::uint8_t>& b) {
   return b.size() > 18 && b[0] == 0x1f && b[1] == 0x8b;
 }
 
-Result<std::vector<std::uint8_t>> gunzip(const std::vector<std::uint8_t>& in, const std::string& path) {
+Result<std::vector<std::uint8_t>> gunzip(const std::vector<std::uint8_t>& in,
+                                         const std::string& path) {
   // The last four bytes hold the size, which a damaged file can lie about: bounded.
   const std::size_t n = in.size();
-  const std::size_t size = in[n - 4] | in[n - 3] << 8 | in[n - 2] << 16 | std::size_t(in[n - 1]) << 24;
+  const std::size_t size =
+      in[n - 4] | in[n - 3] << 8 | in[n - 2] << 16 | std::size_t(in[n - 1]) << 24;
   if (size > kLargestTile) return fail(Errc::bad_data, path + ": damaged gzip data");
   std::vector<std::uint8_t> out(size);
   libdeflate_decompressor* d = libdeflate_alloc_decompressor();
@@ -92,8 +94,9 @@ Result<std::unique_ptr<TileSet>> open_stored_tiles(const std::string& directory)
   const std::string path = directory + "/layer.json";
   const auto bytes = read_file(path);
   if (!bytes) {
-    return fail(bytes.error().code, path + " cannot be read: is this a directory made by tind build "
-                                           "that was finished?");
+    return fail(bytes.error().code, path +
+                                        " cannot be read: is this a directory made by tind build "
+                                        "that was finished?");
   }
   std::string reason;
   auto layer = proto::decode_layer_json(

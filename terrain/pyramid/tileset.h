@@ -35,11 +35,11 @@ class TileSet {
 };
 
 struct TileSetOptions {
-  double max_error_m = 0;      // at the leaves; 0: 1/32 of the post spacing
-  double error_factor = 1;     // budget of level z: level_error(z) * factor
+  double max_error_m = 0;   // at the leaves; 0: 1/32 of the post spacing
+  double error_factor = 1;  // budget of level z: level_error(z) * factor
   int min_level = 0;
-  int max_level = -1;          // -1: the first level at least as fine as the source
-  std::string side = "both";   // both | above | below
+  int max_level = -1;         // -1: the first level at least as fine as the source
+  std::string side = "both";  // both | above | below
   std::string effort = "normal";
 };
 

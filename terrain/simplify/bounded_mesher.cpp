@@ -96,14 +96,25 @@ typename BoundedMesher<S>::Interval BoundedMesher<S>::room(const Vec3& apex, Int
   return start;
 }
 
-/// The centre of the room, on the height step if there is one; false when nothing fits.
+/// The centre of the room, on the height step if there is one; false when nothing fits. Where the
+/// samples say little (a wide room: they carry hardly any weight of the apex) the apex stays in the
+/// range of what is around it rather than to fly off.
 template <class S>
-bool BoundedMesher<S>::choose_height(Interval room, double& height) const {
+bool BoundedMesher<S>::choose_height(Interval room, double before, double& height) const {
   if (!(room.lo <= room.hi)) return false;
-  if (room.lo == -kInfinity && room.hi == kInfinity) return true;  // no sample: any height will do
-  double h = room.lo == -kInfinity ? room.hi : room.hi == kInfinity ? room.lo : (room.lo + room.hi) / 2;
+  double h = (room.lo + room.hi) / 2;
+  if (!(room.hi - room.lo <= 4 * eps_)) {
+    double low = before, high = before;
+    for (const RingEdge& e : ring_) {
+      low = std::min(low, mesh_.position(e[0]).z);
+      high = std::max(high, mesh_.position(e[0]).z);
+    }
+    if (!std::isfinite(h)) h = before;
+    h = std::clamp(std::clamp(h, low, high), room.lo, room.hi);
+  }
   h = snap_height(h, options_.height_step);
-  if (h < room.lo || h > room.hi) return false;
+  if (h < room.lo || h > room.hi || h < options_.height_min || h > options_.height_max)
+    return false;
   height = h;
   return true;
 }
@@ -142,7 +153,8 @@ std::vector<typename BoundedMesher<S>::Index> BoundedMesher<S>::spatial_order() 
   }
   const std::size_t n = mesh_.vertex_slots();
   const int side = std::clamp(int(std::sqrt(double(n) / 16)), 1, 4096);
-  const double sx = side / std::max(1e-9, high.x - low.x), sy = side / std::max(1e-9, high.y - low.y);
+  const double sx = side / std::max(1e-9, high.x - low.x),
+               sy = side / std::max(1e-9, high.y - low.y);
   auto key = [&](Index v) {
     const Vec3& p = mesh_.position(v);
     const int i = std::min(side - 1, int((p.x - low.x) * sx));
@@ -225,7 +237,7 @@ bool BoundedMesher<S>::try_targets(Index v, bool search) {
     const Interval start = fixed ? Interval{target.z, target.z} : Interval{-kInfinity, kInfinity};
     Vec3 apex = target;
     const Interval r = room(target, start, true);
-    if (choose_height(r, apex.z)) {
+    if (choose_height(r, target.z, apex.z)) {
       if (collapse_at(h, apex)) {
         ++stats_.swept;
         return true;

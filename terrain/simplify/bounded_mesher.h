@@ -17,16 +17,17 @@
 namespace tind {
 
 struct BoundedOptions {
-  double eps = 1;            // half width of the band, metres
-  double x_scale = 1;        // metric length of an x unit over that of a y unit
+  double eps = 1;                // half width of the band, metres
+  double x_scale = 1;            // metric length of an x unit over that of a y unit
   bool locked_border = false;    // border vertices stay as they are (tiles)
   bool integer_lattice = false;  // vertices on integers in [0, lattice_max] (tiles)
   double lattice_max = 0;
-  double height_step = 0;    // vertex heights are multiples of it (0: free)
-  std::uint32_t pinned = 0;      // the first vertices of the mesh keep their place and never vanish
-  double search_step_min = 1;    // smallest move of a vertex in xy, mesh units
-  bool search = true;        // directed search for edges that nearly collapse
-  int rounds = 1;            // rounds of moving vertices and sweeping again
+  double height_step = 0;                        // vertex heights are multiples of it (0: free)
+  double height_min = -1e30, height_max = 1e30;  // of every vertex
+  std::uint32_t pinned = 0;    // the first vertices of the mesh keep their place and never vanish
+  double search_step_min = 1;  // smallest move of a vertex in xy, mesh units
+  bool search = true;          // directed search for edges that nearly collapse
+  int rounds = 1;              // rounds of moving vertices and sweeping again
 };
 
 struct BoundedStats {
@@ -81,7 +82,7 @@ class BoundedMesher {
   bool ring_ccw(const Vec3& apex) const;
   bool narrow(const Vec3& w, RingEdge e, Interval& room, double eps, bool stop_when_empty) const;
   Interval room(const Vec3& apex, Interval start, bool stop_when_empty);
-  bool choose_height(Interval room, double& height) const;
+  bool choose_height(Interval room, double before, double& height) const;
   bool triangle_within(Index a, Index b, Index c, const Vec3& pa) const;
   void mark_ring();
 };

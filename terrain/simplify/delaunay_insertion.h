@@ -21,8 +21,8 @@
 namespace tind {
 
 struct InsertionOptions {
-  double limit = 0;          // a sample farther than this from its triangle is inserted
-  double x_scale = 1;        // metric length of an x unit over that of a y unit (Delaunay test)
+  double limit = 0;              // a sample farther than this from its triangle is inserted
+  double x_scale = 1;            // metric length of an x unit over that of a y unit (Delaunay test)
   bool integer_lattice = false;  // vertices go to the nearest integer position ...
   double lattice_max = 0;        // ... within [1, lattice_max - 1]: borders are locked
   double height_step = 0;        // vertex heights are multiples of this (0: free)

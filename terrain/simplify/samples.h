@@ -87,9 +87,7 @@ class ScatteredSamples {
   ScatteredSamples(std::span<const Vec3> points, double extent, double per_bucket = 2);
 
   std::size_t size() const { return points_.size(); }
-  Vec3 sample(std::size_t i) const {
-    return {points_[i].x, points_[i].y, points_[i].z + offset};
-  }
+  Vec3 sample(std::size_t i) const { return {points_[i].x, points_[i].y, points_[i].z + offset}; }
 
   template <class F>
   bool scan(const Vec3& a, const Vec3& b, const Vec3& c, F&& f) const {
@@ -118,7 +116,7 @@ class ScatteredSamples {
   int side_ = 1;
   double scale_ = 0;
   std::vector<Vec3> points_;
-  std::vector<std::uint32_t> start_;
+  std::vector<std::uint32_t> start_ = {0, 0};
 
   int bucket(double t) const { return std::clamp(int(t * scale_), 0, side_ - 1); }
 };

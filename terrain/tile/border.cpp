@@ -10,23 +10,24 @@ namespace tind {
 
 namespace {
 
+constexpr int kMostPosts = 1 << 16;  // along one edge
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr int kExtent = int(kTileExtent);
 
 double snapped(double h, double step) { return step > 0 ? std::nearbyint(h / step) * step : h; }
 
-Geographic along(const TileEdge& e, int t) {
-  if (t == kExtent) return e.end;
-  const double s = double(t) / kTileExtent;
+Geographic along(const TileEdge& e, double t) {
+  if (t == kTileExtent) return e.end;
+  const double s = t / kTileExtent;
   return {e.start.lon + s * (e.end.lon - e.start.lon), e.start.lat + s * (e.end.lat - e.start.lat)};
 }
 
 /// Where H has its own breaks along the edge: the places where it crosses the post grid's lines.
 /// Only a plain lon/lat grid is crossed in even steps; others are sampled densely instead.
-std::vector<int> sample_places(const TileEdge& e, const DemSource& source, const BorderOptions& o) {
-  std::vector<int> places;
+std::vector<double> sample_places(const TileEdge& e, const DemSource& source,
+                                  const BorderOptions& o) {
+  std::vector<double> places;
   for (int i = 0; i <= o.samples; ++i)
-    places.push_back(int(std::lround(double(i) * kTileExtent / o.samples)));
+    places.push_back(std::round(double(i) * kTileExtent / o.samples));
   const DemInfo& info = source.info();
   if (source.is_plain_geographic() && info.post_to_crs.x_row == 0 && info.post_to_crs.y_col == 0) {
     const bool northward = e.start.lon == e.end.lon;
@@ -34,12 +35,16 @@ std::vector<int> sample_places(const TileEdge& e, const DemSource& source, const
     const double width = northward ? e.end.lat - e.start.lat : e.end.lon - e.start.lon;
     const double origin = northward ? info.post_to_crs.y0 : info.post_to_crs.x0;
     const double step = std::abs(northward ? info.post_to_crs.y_row : info.post_to_crs.x_col);
-    if (width / step <= o.samples) {
+    // Where the edge runs along a line of posts, no interior vertex can help those: all count.
+    const Vec2 at = info.post_to_crs.invert(e.start.lon, e.start.lat);
+    const double across = northward ? at.x : at.y, quantum = width / kTileExtent / step;
+    const bool on_posts = std::abs(across - std::round(across)) <= quantum;
+    if (width / step <= (on_posts ? kMostPosts : o.samples)) {
       const double k0 = std::ceil((first - origin) / step);
       for (int i = 0;; ++i) {
         const double t = (origin + (k0 + i) * step - first) / width * kTileExtent;
         if (t > kTileExtent) break;
-        if (t > 0) places.push_back(int(std::lround(t)));
+        if (t > 0) places.push_back(t);
       }
     }
   }
@@ -49,9 +54,10 @@ std::vector<int> sample_places(const TileEdge& e, const DemSource& source, const
 }
 
 struct Sample {
-  int t;
+  double t;
   double h;  // NaN: void
   bool fixed;
+  int place() const { return int(std::lround(t)); }  // where a vertex can stand
 };
 
 /// The cone of slopes that keep a line from `from` within the tolerance of the samples seen.
@@ -59,6 +65,7 @@ struct Cone {
   double lo = -kInfinity, hi = kInfinity;
   bool narrow(const BorderVertex& from, const Sample& s, double tolerance) {
     const double run = s.t - from.t;
+    if (run < 0.5) return true;  // the vertex stands here
     const double l = std::max(lo, (s.h - tolerance - from.height) / run);
     const double h = std::min(hi, (s.h + tolerance - from.height) / run);
     if (l > h) return false;
@@ -75,7 +82,7 @@ struct Cone {
 void run_to(std::vector<BorderVertex>& line, const std::vector<Sample>& samples, std::size_t begin,
             std::size_t end, double end_height, double tolerance, double step) {
   std::size_t at = begin;
-  const BorderVertex goal{samples[end].t, end_height};
+  const BorderVertex goal{samples[end].place(), end_height};
   while (at < end) {
     const BorderVertex from = line.back();
     Cone cone;
@@ -85,15 +92,16 @@ void run_to(std::vector<BorderVertex>& line, const std::vector<Sample>& samples,
     for (std::size_t i = at + 1; i < end && open; ++i) {
       if (std::isnan(samples[i].h)) continue;
       open = cone.narrow(from, samples[i], tolerance);
-      if (open) reached = i, slope = cone.middle();
+      if (open && samples[i].place() > from.t && samples[i].place() < goal.t)
+        reached = i, slope = cone.middle();
     }
     const double direct = (goal.height - from.height) / double(goal.t - from.t);
     if (open && direct >= cone.lo && direct <= cone.hi) break;
     // Not in one go: a vertex at the farthest sample that the cone reached (the next sample at
     // least: a single sample always fits).
     if (reached == at) break;
-    line.push_back({samples[reached].t,
-                    snapped(from.height + slope * (samples[reached].t - from.t), step)});
+    const int place = samples[reached].place();
+    line.push_back({place, snapped(from.height + slope * (place - from.t), step)});
     at = reached;
   }
   line.push_back(goal);
@@ -102,28 +110,33 @@ void run_to(std::vector<BorderVertex>& line, const std::vector<Sample>& samples,
 }  // namespace
 
 TileEdge tile_edge(TileId tile, Side side) {
-  const GeoRect r = tiling::rect(tile);
+  GeoRect r = tiling::rect(tile);
+  if (side == Side::east && r.east == 180) r.east = -180;  // the antimeridian is one line
   switch (side) {
-    case Side::west: return {{r.west, r.south}, {r.west, r.north}};
-    case Side::south: return {{r.west, r.south}, {r.east, r.south}};
-    case Side::east: return {{r.east, r.south}, {r.east, r.north}};
-    case Side::north: return {{r.west, r.north}, {r.east, r.north}};
+    case Side::west:
+      return {{r.west, r.south}, {r.west, r.north}};
+    case Side::south:
+      return {{r.west, r.south}, {r.east, r.south}};
+    case Side::east:
+      return {{r.east, r.south}, {r.east, r.north}};
+    case Side::north:
+      return {{r.west, r.north}, {r.east, r.north}};
   }
   return {};
 }
 
 std::vector<BorderVertex> make_border(const TileEdge& edge, const HeightField& field,
                                       const DemSource& source, const BorderOptions& o) {
-  const std::vector<int> places = sample_places(edge, source, o);
+  const std::vector<double> places = sample_places(edge, source, o);
   std::vector<Geographic> points;
-  for (const int t : places) points.push_back(along(edge, t));
+  for (const double t : places) points.push_back(along(edge, t));
   std::vector<double> heights(points.size());
   field.at(points, heights);
 
   std::vector<Sample> samples;
   for (std::size_t i = 0; i < places.size(); ++i) samples.push_back({places[i], heights[i], false});
   for (int k = 0; k <= o.fixed_cells; ++k) {
-    const int t = int(std::lround(double(k) * kTileExtent / o.fixed_cells));
+    const double t = std::round(double(k) * kTileExtent / o.fixed_cells);
     for (Sample& s : samples) s.fixed |= s.t == t;
   }
   // Snapping moves a vertex by half a step; two snapped ends move the line by as much.

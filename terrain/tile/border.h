@@ -1,9 +1,9 @@
 #pragma once
 // The line that two neighbouring tiles share. (Promise 2: no cracks.)
 //
-// A border is a function of (edge, level, source) alone: both tiles derive the same vertices, at the
-// same integer places with heights on the same power-of-two step, so what a client decodes is the
-// same to the last bit. The interior of a tile never touches its border.
+// A border is a function of (edge, level, source) alone: both tiles derive the same vertices, at
+// the same integer places with heights on the same power-of-two step, so what a client decodes is
+// the same to the last bit. The interior of a tile never touches its border.
 
 #include <vector>
 
@@ -21,10 +21,10 @@ enum class Side { west, south, east, north };
 TileEdge tile_edge(TileId, Side);
 
 struct BorderOptions {
-  double tolerance_m = 1;   // of the line against H, at H's own samples
-  double height_step = 0;   // heights are multiples of this
-  int fixed_cells = 1;      // vertices at every 1 / fixed_cells of the edge stay (earth curvature)
-  int samples = 64;         // at which H is asked when the source's posts do not say (power of two)
+  double tolerance_m = 1;  // of the line against H, at H's own samples
+  double height_step = 0;  // heights are multiples of this
+  int fixed_cells = 1;     // vertices at every 1 / fixed_cells of the edge stay (earth curvature)
+  int samples = 64;        // at which H is asked when the source's posts do not say (power of two)
 };
 
 /// A vertex of a border: t = 0..32767 along the edge.

@@ -12,6 +12,9 @@ namespace {
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 constexpr int kFillReach = 64;  // posts
 
+/// A place that is a post but for rounding is that post: its neighbours, void perhaps, have no say.
+double on_post(double t) { return std::abs(t - std::round(t)) < 1e-6 ? std::round(t) : t; }
+
 /// nw, ne, sw, se: the four posts; s, t: shares of the way to the east and to the south.
 double blend(double nw, double ne, double sw, double se, double s, double t) {
   const int voids = std::isnan(nw) + std::isnan(ne) + std::isnan(sw) + std::isnan(se);
@@ -41,6 +44,7 @@ Result<void> HeightField::load(std::int64_t col, std::int64_t row, int cols, int
 
 double HeightField::at_post(Vec2 post) const {
   if (std::isnan(post.x) || std::isnan(post.y)) return kNothing;
+  post = {on_post(post.x), on_post(post.y)};
   const double max_col = double(info_.cols - 1), max_row = double(info_.rows - 1);
   if (!(post.y >= -0.5 && post.y <= max_row + 0.5)) return kNothing;
   post.y = std::clamp(post.y, 0.0, max_row);
@@ -49,7 +53,8 @@ double HeightField::at_post(Vec2 post) const {
     post.x = std::clamp(post.x, 0.0, max_col);
   }
   std::int64_t c = std::int64_t(std::floor(post.x)), r = std::int64_t(std::floor(post.y));
-  if (!info_.wraps_longitude) c = std::clamp<std::int64_t>(c, 0, std::max<std::int64_t>(0, info_.cols - 2));
+  if (!info_.wraps_longitude)
+    c = std::clamp<std::int64_t>(c, 0, std::max<std::int64_t>(0, info_.cols - 2));
   r = std::clamp<std::int64_t>(r, 0, std::max<std::int64_t>(0, info_.rows - 2));
   const double s = post.x - double(c), t = post.y - double(r);
   const std::int64_t period = info_.wraps_longitude ? std::llround(info_.period_cols) : 0;
@@ -79,11 +84,13 @@ double HeightField::filled(Geographic place, double h) const {
   if (!std::isnan(h)) return h;
   Vec2 post;
   source_.to_post({&place, 1}, {&post, 1});
-  const bool near = post.x >= -0.5 && post.y >= -0.5 && post.x <= double(info_.cols) - 0.5 &&
-                    post.y <= double(info_.rows) - 0.5;
-  if (!near) return 0;
+  const bool near = post.x >= -kFillReach && post.y >= -kFillReach &&
+                    post.x <= double(info_.cols + kFillReach) &&
+                    post.y <= double(info_.rows + kFillReach);
+  if (!near) return 0;  // (not near either: NaN, where the projection cannot say)
   const std::int64_t c = std::llround(post.x), r = std::llround(post.y);
-  const auto around = source_.read(c - kFillReach, r - kFillReach, 2 * kFillReach + 1, 2 * kFillReach + 1);
+  const auto around =
+      source_.read(c - kFillReach, r - kFillReach, 2 * kFillReach + 1, 2 * kFillReach + 1);
   if (!around) {
     if (!error_) error_ = around.error();
     return 0;

@@ -46,7 +46,8 @@ std::vector<Geographic> post_positions(const DemSource& source, std::int64_t col
   const std::int64_t cell_col = floor_div(col, kCell), cell_row = floor_div(row, kCell);
   const std::int64_t end_col = floor_div(col + std::int64_t(cols - 1) * step, kCell) + 1;
   const std::int64_t end_row = floor_div(row + std::int64_t(rows - 1) * step, kCell) + 1;
-  const int node_cols = int(end_col - cell_col) * 3 + 1, node_rows = int(end_row - cell_row) * 3 + 1;
+  const int node_cols = int(end_col - cell_col) * 3 + 1,
+            node_rows = int(end_row - cell_row) * 3 + 1;
   std::vector<Geographic> nodes =
       exact(source, cell_col * kCell, cell_row * kCell, node_cols, node_rows, kNodeStep);
 

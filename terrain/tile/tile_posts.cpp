@@ -13,7 +13,8 @@ constexpr int kMargin = 2;  // posts around the rectangle, for H between them
 
 PostWindow clipped(const DemInfo& info, double col0, double col1, double row0, double row1) {
   PostWindow w;
-  double first = std::floor(std::min(col0, col1)) - kMargin, last = std::ceil(std::max(col0, col1)) + kMargin;
+  double first = std::floor(std::min(col0, col1)) - kMargin,
+         last = std::ceil(std::max(col0, col1)) + kMargin;
   if (!info.wraps_longitude) {
     first = std::max(first, 0.0);
     last = std::min(last, double(info.cols - 1));
@@ -51,7 +52,8 @@ PostWindow projected_window(const DemSource& source, const GeoRect& r) {
   std::vector<Geographic> points;
   for (int j = 0; j < kSide; ++j)
     for (int i = 0; i < kSide; ++i)
-      points.push_back({r.west + r.width() * i / (kSide - 1), r.south + r.height() * j / (kSide - 1)});
+      points.push_back(
+          {r.west + r.width() * i / (kSide - 1), r.south + r.height() * j / (kSide - 1)});
   std::vector<Vec2> posts(points.size());
   source.to_post(points, posts);
   Vec2 low{HUGE_VAL, HUGE_VAL}, high{-HUGE_VAL, -HUGE_VAL};
@@ -120,7 +122,8 @@ Result<TilePosts> TilePosts::read(const DemSource& source, const PostWindow& w, 
   const std::vector<Geographic> places = post_positions(source, col, row, cols, rows, step);
   std::vector<Vec3> points;
   for (std::size_t k = 0; k < places.size(); ++k) {
-    const double u = (places[k].lon - rect.west) * per_lon, v = (places[k].lat - rect.south) * per_lat;
+    const double u = (places[k].lon - rect.west) * per_lon,
+                 v = (places[k].lat - rect.south) * per_lat;
     const float z = posts.heights_.values()[k];
     if (std::isnan(z) || !(u >= 0 && v >= 0 && u <= kTileExtent && v <= kTileExtent)) continue;
     count(u, v, z);

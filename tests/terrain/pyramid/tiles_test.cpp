@@ -1,0 +1,253 @@
+// Whole pyramids: every tile of every level is decoded and held against its neighbours, against the
+// rules of a valid mesh and against the posts of its DEM.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "proto/quantized_mesh.h"
+#include "terrain/pyramid/build.h"
+#include "tests/support/support.h"
+
+namespace tind {
+namespace {
+
+using test::TempDir;
+
+std::shared_ptr<const DemSource> open_dem(const std::vector<std::string>& files) {
+  auto source = DemSource::open(files);
+  if (!source) throw std::runtime_error(source.error().what);
+  return *source;
+}
+
+std::vector<std::uint8_t> read_bytes(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+using Pyramid = std::map<TileId, proto::QuantizedMesh>;
+
+Pyramid decode_all(const std::string& directory) {
+  Pyramid tiles;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(directory)) {
+    if (entry.path().extension() != ".terrain") continue;
+    const auto relative = std::filesystem::relative(entry.path(), directory);
+    auto part = relative.begin();
+    const int z = std::stoi(part->string());
+    const int x = std::stoi((++part)->string());
+    const int y = std::stoi((++part)->stem().string());
+    std::string reason;
+    auto mesh = proto::decode(read_bytes(entry.path()), reason);
+    EXPECT_TRUE(mesh) << relative << ": " << reason;
+    if (mesh) tiles.emplace(*tiling::tile(z, x, y), std::move(*mesh));
+  }
+  return tiles;
+}
+
+double height(const proto::QuantizedMesh& q, std::size_t i) {
+  return q.min_height + q.h[i] * ((double(q.max_height) - q.min_height) / 32767);
+}
+
+/// Position along the side -> decoded height and normal.
+using SideLine = std::map<int, std::pair<double, std::array<std::uint8_t, 2>>>;
+SideLine side_line(const proto::QuantizedMesh& q, const std::vector<std::uint32_t>& side,
+                   bool by_u) {
+  SideLine line;
+  for (const auto i : side) line[by_u ? q.u[i] : q.v[i]] = {height(q, i), q.oct_normals[i]};
+  return line;
+}
+
+void expect_no_cracks(const Pyramid& tiles) {
+  std::size_t pairs = 0;
+  for (const auto& [id, q] : tiles) {
+    const auto east = tiles.find(TileId{id.level, (id.x + 1) % tiling::columns(id.level), id.y});
+    if (east != tiles.end() && east->first != id) {
+      EXPECT_EQ(side_line(q, q.east, false), side_line(east->second, east->second.west, false))
+          << id.text() << " east";
+      ++pairs;
+    }
+    const auto north = tiles.find(TileId{id.level, id.x, id.y + 1});
+    if (north != tiles.end()) {
+      EXPECT_EQ(side_line(q, q.north, true), side_line(north->second, north->second.south, true))
+          << id.text() << " north";
+      ++pairs;
+    }
+  }
+  EXPECT_GT(pairs, tiles.size() / 2);
+}
+
+void expect_valid(const TileId& id, const proto::QuantizedMesh& q) {
+  std::int64_t area = 0;
+  for (const auto& t : q.triangles) {
+    const std::int64_t ax = q.u[t[0]], ay = q.v[t[0]];
+    const std::int64_t twice =
+        (q.u[t[1]] - ax) * (q.v[t[2]] - ay) - (q.v[t[1]] - ay) * (q.u[t[2]] - ax);
+    ASSERT_GT(twice, 0) << id.text();
+    area += twice;
+  }
+  EXPECT_EQ(area, std::int64_t(2) * 32767 * 32767) << id.text();
+}
+
+/// The largest error over all posts in the tile, straight from the definition.
+double true_error(const DemSource& source, const TileId& id, const proto::QuantizedMesh& q) {
+  const GeoRect rect = tiling::rect(id);
+  const DemInfo& info = source.info();
+  const auto grid = source.read(0, 0, int(info.cols), int(info.rows));
+  std::vector<Vec2> posts;
+  for (int r = 0; r < info.rows; ++r)
+    for (int c = 0; c < info.cols; ++c) posts.push_back({double(c), double(r)});
+  std::vector<Geographic> places(posts.size());
+  source.to_geographic(posts, places);
+  double worst = 0;
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    const float z = grid->values()[k];
+    if (std::isnan(z) || !rect.contains(places[k])) continue;
+    const double u = (places[k].lon - rect.west) / rect.width() * 32767;
+    const double v = (places[k].lat - rect.south) / rect.height() * 32767;
+    bool covered = false;
+    for (const auto& t : q.triangles) {
+      const double ax = q.u[t[0]], ay = q.v[t[0]], bx = q.u[t[1]], by = q.v[t[1]];
+      const double cx = q.u[t[2]], cy = q.v[t[2]];
+      const double area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
+      const double wa = ((bx - u) * (cy - v) - (by - v) * (cx - u)) / area;
+      const double wb = ((cx - u) * (ay - v) - (cy - v) * (ax - u)) / area;
+      const double wc = 1 - wa - wb;
+      if (wa < -1e-9 || wb < -1e-9 || wc < -1e-9) continue;
+      covered = true;
+      worst = std::max(
+          worst, std::abs(wa * height(q, t[0]) + wb * height(q, t[1]) + wc * height(q, t[2]) - z));
+    }
+    EXPECT_TRUE(covered) << id.text();
+  }
+  return worst;
+}
+
+double stated_error(const proto::QuantizedMesh& q) {
+  return nlohmann::json::parse(q.metadata)["max_error_m"];
+}
+
+void check_pyramid(const std::vector<std::string>& files, const TileSetOptions& options,
+                   std::size_t every) {
+  const auto source = open_dem(files);
+  TempDir dir;
+  BuildOptions o;
+  o.tiles = options;
+  o.output = dir.file("tiles");
+  const auto report = build_tiles(source, o);
+  ASSERT_TRUE(report) << report.error().what;
+  EXPECT_EQ(report->over_budget, 0u) << report->worst_over_budget;
+  const Pyramid tiles = decode_all(o.output);
+  ASSERT_EQ(tiles.size(), report->tiles);
+  expect_no_cracks(tiles);
+  std::size_t n = 0;
+  for (const auto& [id, q] : tiles) {
+    expect_valid(id, q);
+    if (n++ % every == 0) {
+      EXPECT_LE(true_error(*source, id, q), stated_error(q) + 1e-9) << id.text();
+    }
+    EXPECT_LE(stated_error(q), tiling::level_error(id.level) + 1e-6);
+  }
+}
+
+TEST(Tiles, geographic_pyramid_is_valid_without_cracks_and_within_its_errors) {
+  TileSetOptions options;
+  options.max_error_m = 20;
+  check_pyramid({test::testdata("rainier.tif")}, options, 25);
+}
+
+TEST(Tiles, projected_pyramid_is_valid_without_cracks_and_within_its_errors) {
+  check_pyramid({test::testdata("bigtujunga_crop.tif")}, {}, 20);
+}
+
+TEST(Tiles, two_adjacent_rasters_make_one_seamless_pyramid) {
+  TIND_NEEDS_SHARED_DATA(west, "dem/N49W124.tif");
+  TIND_NEEDS_SHARED_DATA(east, "dem/N49W123.tif");
+  TileSetOptions options;
+  options.max_error_m = 18;
+  check_pyramid({west, east}, options, 400);
+}
+
+TEST(Tiles, same_bytes_for_any_number_of_threads_on_demand_and_in_batch) {
+  const auto source = open_dem({test::testdata("rainier.tif")});
+  TempDir dir;
+  BuildOptions o;
+  o.tiles.max_error_m = 40;
+  o.output = dir.file("one");
+  o.threads = 1;
+  ASSERT_TRUE(build_tiles(source, o));
+  o.output = dir.file("three");
+  o.threads = 3;
+  const auto report = build_tiles(source, o);
+  ASSERT_TRUE(report);
+  const auto on_demand = open_dem_tiles(source, o.tiles);
+  ASSERT_TRUE(on_demand);
+  std::size_t compared = 0;
+  for (const auto& [id, q] : decode_all(o.output)) {
+    const auto bytes = read_bytes(dir.file("one/" + id.text() + ".terrain"));
+    EXPECT_EQ(bytes, read_bytes(dir.file("three/" + id.text() + ".terrain")));
+    EXPECT_EQ(bytes, (*on_demand)->tile(id, {})->bytes);
+    ++compared;
+  }
+  EXPECT_EQ(compared, report->tiles);
+}
+
+TEST(Tiles, a_build_that_was_stopped_goes_on_and_ends_the_same) {
+  const auto source = open_dem({test::testdata("rainier.tif")});
+  TempDir dir;
+  BuildOptions o;
+  o.tiles.max_error_m = 40;
+  o.output = dir.file("whole");
+  const auto whole = build_tiles(source, o);
+  ASSERT_TRUE(whole);
+  o.output = dir.file("resumed");
+  std::stop_source stop;
+  Progress progress;
+  progress.stop = stop.get_token();
+  progress.report = [&](double share) {
+    if (share > 0.4) stop.request_stop();
+  };
+  const auto stopped = build_tiles(source, o, progress);
+  ASSERT_FALSE(stopped);
+  EXPECT_EQ(stopped.error().code, Errc::cancelled);
+  EXPECT_FALSE(std::filesystem::exists(o.output + "/layer.json"));
+  const auto resumed = build_tiles(source, o);
+  ASSERT_TRUE(resumed);
+  EXPECT_GT(resumed->reused, 0u);
+  EXPECT_GT(resumed->built, 0u);
+  for (const auto& [id, q] : decode_all(o.output)) {
+    EXPECT_EQ(read_bytes(dir.file("whole/" + id.text() + ".terrain")),
+              read_bytes(dir.file("resumed/" + id.text() + ".terrain")));
+  }
+  EXPECT_EQ(read_bytes(dir.file("whole/layer.json")), read_bytes(dir.file("resumed/layer.json")));
+}
+
+TEST(Tiles, a_directory_of_other_options_is_refused) {
+  const auto source = open_dem({test::testdata("rainier.tif")});
+  TempDir dir;
+  BuildOptions o;
+  o.tiles.max_error_m = 100;
+  o.tiles.max_level = 6;
+  o.output = dir.file("tiles");
+  ASSERT_TRUE(build_tiles(source, o));
+  o.tiles.max_error_m = 50;
+  const auto other = build_tiles(source, o);
+  ASSERT_FALSE(other);
+  EXPECT_EQ(other.error().code, Errc::invalid_argument);
+  o.force = true;
+  EXPECT_TRUE(build_tiles(source, o));
+}
+
+TEST(Tiles, a_dem_without_crs_cannot_be_tiled) {
+  const auto tiles = open_dem_tiles(open_dem({test::testdata("crater.tif")}), {});
+  ASSERT_FALSE(tiles);
+  EXPECT_EQ(tiles.error().code, Errc::unsupported);
+  EXPECT_NE(tiles.error().what.find("coordinate reference system"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tind
