@@ -32,5 +32,6 @@ void add_simplify(CLI::App& program, int& exit);
 void add_measure(CLI::App& program, int& exit);
 void add_methods(CLI::App& program, int& exit);
 void add_info(CLI::App& program, int& exit);
+void add_build(CLI::App& program, int& exit);
 
 }  // namespace tind::cli

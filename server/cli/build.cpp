@@ -1,0 +1,131 @@
+// tind build: DEMs in, a directory of tiles out.
+
+#include "terrain/pyramid/build.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <stop_token>
+
+#include "server/cli/commands.h"
+#include "server/cli/dem_input.h"
+#include "server/cli/progress_bar.h"
+#include "server/cli/tile_options.h"
+
+namespace tind::cli {
+
+namespace {
+
+struct Arguments {
+  DemInput input;
+  BuildOptions options;
+  std::string progress = "auto";
+  bool json = false;
+};
+
+std::stop_source& interrupted() {
+  static std::stop_source source;
+  return source;
+}
+volatile std::sig_atomic_t signal_seen = 0;
+
+/// Ctrl-C and SIGTERM finish the tile at hand. A handler may only set a flag; a second one ends at
+/// once.
+void on_signal(int) {
+  if (signal_seen) std::_Exit(kTryAgain);
+  signal_seen = 1;
+}
+
+nlohmann::ordered_json to_json(const BuildReport& r, double seconds) {
+  nlohmann::ordered_json j;
+  j["tiles"] = r.tiles;
+  j["built"] = r.built;
+  j["reused"] = r.reused;
+  j["bytes"] = r.bytes;
+  j["seconds"] = seconds;
+  j["threads"] = r.threads;
+  j["over_budget"] = r.over_budget;
+  j["worst_over_budget"] = r.worst_over_budget;
+  for (const LevelReport& l : r.levels) {
+    if (l.tiles == 0) continue;
+    j["levels"].push_back({{"level", l.level},
+                           {"tiles", l.tiles},
+                           {"bytes", l.bytes},
+                           {"budget_m", l.budget_m},
+                           {"worst_error_m", l.worst_error_m}});
+  }
+  return j;
+}
+
+void print(const BuildReport& r, double seconds) {
+  fmt::print("{:>5} {:>10} {:>12} {:>12} {:>14}\n", "level", "tiles", "bytes/tile", "budget m",
+             "worst error m");
+  for (const LevelReport& l : r.levels) {
+    if (l.tiles == 0) continue;
+    fmt::print("{:>5} {:>10} {:>12} {:>12.2f} {:>14}\n", l.level, l.tiles, l.bytes / l.tiles,
+               l.budget_m, l.worst_error_m > 0 ? fmt::format("{:.2f}", l.worst_error_m) : "kept");
+  }
+  if (r.over_budget > 0) {
+    fmt::print(
+        "{} tiles say a larger error than their level's budget, {} the most: the format's "
+        "integer grid is too coarse for the slopes there\n",
+        r.over_budget, r.worst_over_budget);
+  }
+  fmt::print("{} tiles ({} built, {} kept), {} bytes, in {}\n", r.tiles, r.built, r.reused, r.bytes,
+             duration_text(seconds));
+}
+
+int run(const Arguments& a) {
+  auto source = open_dem(a.input);
+  if (!source) return complain(source.error());
+  std::signal(SIGINT, on_signal);
+  std::signal(SIGTERM, on_signal);
+  const auto begin = std::chrono::steady_clock::now();
+  Result<BuildReport> report = fail(Errc::internal, "not run");
+  {
+    ProgressBar bar("tiles", progress_style(a.progress));
+    Progress progress = bar.progress(interrupted().get_token());
+    auto shown = progress.report;
+    progress.report = [shown](double share) {
+      if (signal_seen) interrupted().request_stop();
+      if (shown) shown(share);
+    };
+    report = build_tiles(*source, a.options, progress);
+  }
+  if (!report) return complain(report.error());
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  if (a.json)
+    fmt::print("{}\n", to_json(*report, seconds).dump(1));
+  else
+    print(*report, seconds);
+  return kOk;
+}
+
+}  // namespace
+
+void add_build(CLI::App& program, int& exit) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* c = program.add_subcommand(
+      "build", "make the tile pyramid of a DEM (or of several that share a grid) in a directory");
+  c->add_option("DEM", a->input.files, "raster files")->required();
+  c->add_option("-o,--output", a->options.output, "directory of the tiles")->required();
+  add_tile_options(*c, a->options.tiles);
+  add_dem_options(*c, a->input);
+  c->add_option("--threads", a->options.threads, "threads (default: one per core)")
+      ->check(CLI::Range(1, 1024));
+  c->add_flag("--gzip", a->options.gzip,
+              "store tiles compressed (a static server must then send Content-Encoding: gzip)");
+  c->add_flag("--force", a->options.force, "replace tiles of another source or of other options");
+  c->add_option("--progress", a->progress, "auto, bar, lines, none")
+      ->check(CLI::IsMember({"auto", "bar", "lines", "none"}));
+  c->add_flag("--json", a->json, "print the summary as JSON");
+  c->footer("Killed and run again, it goes on. Tiles are quantized-mesh-1.0, EPSG:4326, TMS.");
+  c->callback([a, &exit] { exit = run(*a); });
+}
+
+}  // namespace tind::cli
