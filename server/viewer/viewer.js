@@ -27,10 +27,8 @@ async function fetchJson(url) {
   return response.json();
 }
 
-async function datasetNames() {
-  const body = await fetchJson("datasets");
-  return (body.datasets ?? body).map((dataset) => dataset.name ?? dataset);
-}
+/// [{name, kind: "dem" | "store", ...}]
+const fetchDatasets = async () => (await fetchJson("datasets")).datasets;
 
 function say(text) {
   $("message").textContent = text;
@@ -41,6 +39,7 @@ function say(text) {
 
 function createGlobe() {
   Cesium.Ion.defaultAccessToken = ""; // nothing here asks Cesium's own service
+  Cesium.CreditDisplay.cesiumCredit = new Cesium.Credit('<a href="https://cesium.com/cesiumjs/">CesiumJS</a>', true);
   const widget = new Cesium.CesiumWidget("globe", {
     baseLayer: false,
     skyBox: false,
@@ -51,13 +50,10 @@ function createGlobe() {
   });
   const {scene} = widget;
   scene.backgroundColor = Cesium.Color.fromCssColorString("#c9d6e2");
-  scene.skyAtmosphere.brightnessShift = 0.05;
+  scene.skyAtmosphere.saturationShift = -0.3;
   scene.globe.showGroundAtmosphere = false;
   scene.globe.baseColor = Cesium.Color.fromCssColorString("#a8b58a");
-  scene.globe.enableLighting = true;
-  scene.globe.dynamicAtmosphereLighting = false;
-  scene.globe.lambertDiffuseMultiplier = 1.15;
-  scene.globe.vertexShadowDarkness = 0.22;
+  scene.fog.renderable = false; // the material has its own haze
   scene.globe.tileCacheSize = 300;
   scene.screenSpaceCameraController.minimumZoomDistance = 30;
   scene.renderError.addEventListener(() => say("Drawing failed: this browser's WebGL gave up. Reload the page."));
@@ -67,8 +63,9 @@ function createGlobe() {
   return widget;
 }
 
-/// Hypsometric tints between two heights, mixed with rock where the ground is steep.
-function tintMaterial(low, high) {
+/// Printed-map looks: height tints mixed with rock where the ground is steep, soft light with cool
+/// shades, and haze over what lies farther than the dataset is wide.
+function terrainMaterial({low, high, extent}) {
   const ramp = document.createElement("canvas");
   ramp.width = 256;
   ramp.height = 1;
@@ -78,20 +75,31 @@ function tintMaterial(low, high) {
   pen.fillStyle = gradient;
   pen.fillRect(0, 0, 256, 1);
   return new Cesium.Material({
+    translucent: false,
     fabric: {
-      type: `Tints${low}:${high}`,
-      uniforms: {ramp: ramp.toDataURL(), low, high, rock: Cesium.Color.fromCssColorString("#8d8379")},
+      uniforms: {
+        ramp: ramp.toDataURL(),
+        low,
+        high: Math.max(high, low + 1),
+        haze: 2.5 * extent,
+        light: 1,
+        rock: Cesium.Color.fromCssColorString("#8d8379"),
+        air: Cesium.Color.fromCssColorString("#dbe7ec"),
+      },
       source: `
         czm_material czm_getMaterial(czm_materialInput materialInput) {
           czm_material material = czm_getDefaultMaterial(materialInput);
           float share = clamp((materialInput.height - low) / (high - low), 0.005, 0.995);
-          vec3 tint = texture(ramp, vec2(share, 0.5)).rgb;
-          float steep = smoothstep(0.55, 1.05, materialInput.slope) * (1.0 - 0.35 * share);
-          material.diffuse = mix(tint, rock.rgb, steep);
+          float steep = smoothstep(0.6, 1.1, materialInput.slope) * (1.0 - 0.4 * share);
+          vec3 ground = mix(texture(ramp, vec2(share, 0.5)).rgb, rock.rgb, steep);
+          float facing = clamp(0.5 + 0.5 * dot(materialInput.normalEC, czm_lightDirectionEC), 0.0, 1.0);
+          vec3 shade = mix(vec3(0.14, 0.20, 0.31), vec3(1.26, 1.21, 1.12), pow(facing, 1.9));
+          ground *= mix(vec3(1.0), shade, light);
+          float far = length(materialInput.positionToEyeEC) / haze;
+          material.diffuse = mix(ground, air.rgb, 1.0 - exp(-far * far));
           return material;
         }`,
     },
-    translucent: false,
   });
 }
 
@@ -102,7 +110,7 @@ function lightFromNorthWest(center) {
   const toLight = new Cesium.Cartesian3(
     Math.cos(altitude) * Math.sin(azimuth), Math.cos(altitude) * Math.cos(azimuth), Math.sin(altitude));
   const direction = Cesium.Matrix4.multiplyByPointAsVector(frame, toLight, new Cesium.Cartesian3());
-  return new Cesium.DirectionalLight({direction: Cesium.Cartesian3.negate(direction, direction), intensity: 1.9});
+  return new Cesium.DirectionalLight({direction: Cesium.Cartesian3.negate(direction, direction), intensity: 1});
 }
 
 // ---- a dataset
@@ -127,30 +135,31 @@ async function survey(provider, rectangle, deepest) {
   return {low: known[0].height, high: known[known.length - 1].height, summit: known[known.length - 1]};
 }
 
-async function openDataset(name) {
+async function openDataset({name, kind}) {
   const url = new URL(`terrain/${encodeURIComponent(name)}`, document.baseURI).href; // CesiumJS needs it whole
   const layer = await fetchJson(`${url}/layer.json`);
   const provider = await Cesium.CesiumTerrainProvider.fromUrl(url, {requestVertexNormals: true, requestMetadata: true});
   const rectangle = Cesium.Rectangle.fromDegrees(...layer.bounds);
-  return {name, url, layer, provider, rectangle, ...(await survey(provider, rectangle, layer.maxzoom))};
+  const {latitude} = Cesium.Rectangle.center(rectangle);
+  const extent = 6371000 * Math.min(rectangle.width * Math.cos(latitude), rectangle.height, 2);
+  return {name, kind, url, layer, provider, rectangle, extent, ...(await survey(provider, rectangle, layer.maxzoom))};
 }
 
 /// From the south-west, low enough for a skyline, aimed below the summit.
-function fly(scene, dataset) {
-  const {rectangle, summit, low} = dataset;
-  const scale = Math.cos(Cesium.Rectangle.center(rectangle).latitude);
-  const extent = 6371000 * Math.min(Math.min(rectangle.width * scale, rectangle.height), 2);
-  const target = Cesium.Cartesian3.fromRadians(summit.longitude, summit.latitude, low + 0.45 * (summit.height - low));
-  const range = Math.max(0.62 * extent, 4 * (summit.height - low));
-  const pitch = Cesium.Math.toRadians(extent > 2e6 ? -60 : -20);
-  scene.camera.lookAt(target, new Cesium.HeadingPitchRange(Cesium.Math.toRadians(28), pitch, range));
+function fly(scene, {summit, low, extent}) {
+  const relief = summit.height - low;
+  const target = Cesium.Cartesian3.fromRadians(summit.longitude, summit.latitude, low + 0.55 * relief);
+  const range = Math.max(0.5 * extent, 4 * relief);
+  const pitch = Cesium.Math.toRadians(extent > 2e6 ? -60 : -16);
+  scene.camera.lookAt(target, new Cesium.HeadingPitchRange(Cesium.Math.toRadians(35), pitch, range));
   scene.camera.lookAtTransform(Cesium.Matrix4.IDENTITY); // free again
 }
 
 function show(scene, dataset) {
   const {globe} = scene;
   globe.terrainProvider = dataset.provider;
-  globe.material = tintMaterial(dataset.low, Math.max(dataset.high, dataset.low + 1));
+  globe.material = terrainMaterial(dataset);
+  globe.material.uniforms.light = $("lighting").checked ? 1 : 0;
   scene.light = lightFromNorthWest(Cesium.Rectangle.center(dataset.rectangle));
   scene.verticalExaggerationRelativeHeight = dataset.low;
   fly(scene, dataset);
@@ -194,15 +203,17 @@ class TileReader {
   }
 }
 
-const metres = (value, digits = 1) => `${value.toFixed(digits).replace("-", "−")} m`;
+const metres = (value, digits = 1) => `${value.toFixed(digits).replace(/^-(0\.0+)$/, "$1").replace("-", "−")} m`;
 const angle = (radians, positive, negative) =>
   `${Math.abs(Cesium.Math.toDegrees(radians)).toFixed(5)}° ${radians < 0 ? negative : positive}`;
 
-/// What the source says of a place: its height and datum, or the daemon's word for why there is none.
+/// What the source says of a place, in words; `metres` where it says a height.
 async function sourceHeight(dataset, place) {
+  if (dataset.kind !== "dem") return {text: "not here: a set of tiles without its DEM"};
   const [lon, lat] = [place.longitude, place.latitude].map((value) => Cesium.Math.toDegrees(value).toFixed(8));
-  const answer = await fetchJson(`elevation/${encodeURIComponent(dataset.name)}?lon=${lon}&lat=${lat}`);
-  return {height: answer.height_m ?? answer.height ?? answer.elevation, word: answer.status ?? answer.kind, datum: answer.datum};
+  const {coverage, height_m, datum} = await fetchJson(`elevation/${encodeURIComponent(dataset.name)}?lon=${lon}&lat=${lat}`);
+  if (coverage !== "value") return {text: coverage};
+  return {text: `${metres(height_m)}, ${datum}`, metres: height_m};
 }
 
 class Readout {
@@ -216,17 +227,15 @@ class Readout {
     $("position").textContent = `${angle(place.latitude, "N", "S")}, ${angle(place.longitude, "E", "W")}`;
     const [source, mesh] = await Promise.allSettled([sourceHeight(dataset, place), this.#reader.read(dataset, tile)]);
     if (turn !== this.#latest) return;
-    const height = source.value?.height;
-    $("source-height").textContent = source.reason ? "not known" :
-      height == null ? source.value.word : `${metres(height)} ${source.value.datum ? `(${source.value.datum})` : ""}`;
-    if (mesh.value) this.#showTile(dataset, tile, mesh.value, place, height);
+    $("source-height").textContent = source.value?.text ?? "no answer";
+    if (mesh.value) this.#showTile(dataset, tile, mesh.value, place, source.value?.metres);
     $("readout").hidden = false;
   }
 
   #showTile(dataset, tile, mesh, place, sourceMetres) {
     const {west, south, width, height} = tile.rectangle;
     const surface = heightInTile(mesh, (place.longitude - west) / width, (place.latitude - south) / height);
-    const off = sourceMetres == null || surface === undefined ? "" : ` (${surface < sourceMetres ? "" : "+"}${metres(surface - sourceMetres)})`;
+    const off = sourceMetres === undefined || surface === undefined ? "" : `, ${surface < sourceMetres ? "" : "+"}${metres(surface - sourceMetres)}`;
     $("mesh-height").textContent = surface === undefined ? "not known" : metres(surface) + off;
     const link = Object.assign(document.createElement("a"), {
       href: this.#reader.url(dataset, tile), textContent: `${tile.z}/${tile.x}/${tile.y}`, download: `${tile.z}-${tile.x}-${tile.y}.terrain`});
@@ -268,7 +277,7 @@ function connectControls(scene, state) {
     $("exaggeration-value").textContent = `${Number(value)}×`;
   });
   change("wireframe", ({checked}) => (scene.globe._surface.tileProvider._debug.wireframe = checked)); // as CesiumJS's inspector does
-  change("lighting", ({checked}) => (scene.globe.enableLighting = checked));
+  change("lighting", ({checked}) => (scene.globe.material.uniforms.light = checked ? 1 : 0));
   $("home").addEventListener("click", () => state.dataset && fly(scene, state.dataset));
   $("dataset").addEventListener("change", ({target}) => {
     history.replaceState(null, "", `?dataset=${encodeURIComponent(target.value)}`);
@@ -298,6 +307,7 @@ function connectKeys(scene) {
 
 async function main() {
   if (!Cesium) return say("CesiumJS is not here: run scripts/setup, build again and reload.");
+  const datasets = await fetchDatasets();
   const widget = createGlobe();
   const {scene} = widget;
   const state = {
@@ -305,7 +315,7 @@ async function main() {
     async open(name) {
       say(`Opening ${name} …`);
       try {
-        state.dataset = await openDataset(name);
+        state.dataset = await openDataset(datasets.find((one) => one.name === name));
         show(scene, state.dataset);
         say("");
       } catch (error) {
@@ -318,7 +328,7 @@ async function main() {
   connectControls(scene, state);
   connectPointer(scene, state);
   connectKeys(scene);
-  const names = await datasetNames();
+  const names = datasets.map(({name}) => name);
   if (names.length === 0) return say("No dataset is served. Start again with a DEM: tind serve dem.tif");
   const asked = new URLSearchParams(location.search).get("dataset");
   $("dataset").replaceChildren(...names.map((name) => new Option(name, name, false, name === asked)));
