@@ -80,6 +80,6 @@ function checkExtensions(tile) {
   const n = tile.vertexData.length / 3;
   const { vertexNormals, metadata } = tile.extensions ?? {};
   if (vertexNormals) assert.equal(vertexNormals.length, 2 * n, 'two bytes of normal per vertex');
-  if (metadata) assert.ok(Number.isFinite(metadata.json.max_error_m), 'max_error_m is not a number');
-  return metadata?.json;
+  if (metadata) assert.ok(Number.isFinite(metadata.max_error_m), 'max_error_m is not a number');
+  return metadata;
 }
