@@ -119,20 +119,21 @@ std::string encode_layer_json(const LayerJson& layer) {
     for (const TileRange& range : level) ranges.push_back(to_json(range));
     available.push_back(std::move(ranges));
   }
-  const Json json = {{"tilejson", "2.1.0"},
-                     {"name", layer.name},
-                     {"description", layer.description},
-                     {"attribution", layer.attribution},
-                     {"version", layer.version},
-                     {"format", layer.format},
-                     {"scheme", layer.scheme},
-                     {"projection", layer.projection},
-                     {"tiles", layer.tiles},
-                     {"bounds", layer.bounds},
-                     {"minzoom", layer.minzoom},
-                     {"maxzoom", layer.maxzoom},
-                     {"extensions", layer.extensions},
-                     {"available", std::move(available)}};
+  Json json = {{"tilejson", "2.1.0"},
+               {"name", layer.name},
+               {"description", layer.description},
+               {"attribution", layer.attribution},
+               {"version", layer.version},
+               {"format", layer.format},
+               {"scheme", layer.scheme},
+               {"projection", layer.projection},
+               {"tiles", layer.tiles},
+               {"bounds", layer.bounds},
+               {"minzoom", layer.minzoom},
+               {"maxzoom", layer.maxzoom},
+               {"extensions", layer.extensions},
+               {"available", std::move(available)}};
+  if (layer.metadata_availability > 0) json["metadataAvailability"] = layer.metadata_availability;
   // A name that is not UTF-8 (a file name can be anything) must not stop the tiles.
   return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -164,6 +165,7 @@ std::optional<LayerJson> decode_layer_json(std::string_view text, std::string& e
   fields.level("minzoom", layer.minzoom);
   layer.maxzoom = std::max(0, int(layer.available.size()) - 1);
   fields.level("maxzoom", layer.maxzoom);
+  fields.level("metadataAvailability", layer.metadata_availability);
   if (!fields.ok()) return std::nullopt;
   return layer;
 }

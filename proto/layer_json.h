@@ -28,6 +28,10 @@ struct LayerJson {
   int minzoom = 0, maxzoom = 0;
   std::vector<std::vector<TileRange>> available;  // by absolute level from 0
   std::vector<std::string> extensions;            // e.g. octvertexnormals, metadata
+  // 0, or n: tiles of every n-th level say in their metadata which descendants exist, n levels
+  // down. CesiumJS reads `available` where this is absent, but cannot then take tiles with
+  // metadata.
+  int metadata_availability = 0;
 
   bool contains(int z, std::uint32_t x, std::uint32_t y) const;
 };

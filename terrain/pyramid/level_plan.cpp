@@ -152,7 +152,23 @@ proto::LayerJson TilePlan::layer(const std::string& name) const {
       layer.available.push_back({tiles(z)});
   }
   layer.extensions = {"octvertexnormals", "metadata"};
+  layer.metadata_availability = kAvailabilityLevels;
   return layer;
+}
+
+std::vector<std::vector<proto::TileRange>> TilePlan::descendants(TileId t) const {
+  std::vector<std::vector<proto::TileRange>> levels;
+  if (t.level % kAvailabilityLevels != 0) return levels;
+  for (int down = 1; down <= kAvailabilityLevels && t.level + down <= max_level_; ++down) {
+    proto::TileRange r = tiles(t.level + down);
+    r.start_x = std::max(r.start_x, t.x << down);
+    r.start_y = std::max(r.start_y, t.y << down);
+    r.end_x = std::min(r.end_x, ((t.x + 1) << down) - 1);
+    r.end_y = std::min(r.end_y, ((t.y + 1) << down) - 1);
+    const bool none = r.start_x > r.end_x || r.start_y > r.end_y || t.level + down < min_level_;
+    levels.push_back(none ? std::vector<proto::TileRange>{} : std::vector{r});
+  }
+  return levels;
 }
 
 }  // namespace tind

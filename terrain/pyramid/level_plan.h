@@ -48,6 +48,11 @@ class TilePlan {
   std::uint64_t tile_count() const;
   proto::LayerJson layer(const std::string& name) const;
 
+  /// What the metadata of a tile of every kAvailabilityLevels-th level lists: by level from the
+  /// next one on, the tiles below it. Empty for tiles of other levels.
+  static constexpr int kAvailabilityLevels = 10;
+  std::vector<std::vector<proto::TileRange>> descendants(TileId) const;
+
  private:
   int min_level_ = 0, max_level_ = 0;
   std::vector<LevelPlan> levels_;

@@ -288,6 +288,17 @@ std::vector<std::array<std::uint8_t, 2>> normals_of(const Job& job, const Tin& m
 
 double round_up(double x) { return std::ceil(x * 1e6) / 1e6; }
 
+nlohmann::ordered_json availability(const std::vector<std::vector<proto::TileRange>>& levels) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  for (const auto& ranges : levels) {
+    json.push_back(nlohmann::ordered_json::array());
+    for (const proto::TileRange& r : ranges)
+      json.back().push_back(
+          {{"startX", r.start_x}, {"startY", r.start_y}, {"endX", r.end_x}, {"endY", r.end_y}});
+  }
+  return json;
+}
+
 TileBytes encode_tile(Job& job, const Meshed& meshed) {
   proto::QuantizedMesh q;
   const HeightLattice& lattice = meshed.lattice;
@@ -317,6 +328,8 @@ TileBytes encode_tile(Job& job, const Meshed& meshed) {
   metadata["max_error_m"] = tile.max_error_m;
   metadata["error_kind"] = "exact";
   metadata["posts"] = meshed.measured.posts;
+  if (job.id.level % TilePlan::kAvailabilityLevels == 0)
+    metadata["available"] = availability(job.plan.descendants(job.id));
   q.metadata = metadata.dump();
   proto::arrange(q);
   tile.bytes = proto::encode(q);

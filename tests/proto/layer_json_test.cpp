@@ -54,6 +54,14 @@ TEST(LayerJson, EveryFieldThatSomeClientRequiresIsThere) {
   EXPECT_EQ(json["bounds"][3], 43.0000001);
 }
 
+TEST(LayerJson, MetadataAvailabilityIsWrittenWhereThereIsOne) {
+  LayerJson layer = two_levels();
+  EXPECT_FALSE(nlohmann::json::parse(encode_layer_json(layer)).contains("metadataAvailability"));
+  layer.metadata_availability = 10;
+  EXPECT_EQ(nlohmann::json::parse(encode_layer_json(layer))["metadataAvailability"], 10);
+  EXPECT_EQ(must_decode(encode_layer_json(layer)).metadata_availability, 10);
+}
+
 TEST(LayerJson, SurvivesARoundTrip) {
   const std::string text = encode_layer_json(two_levels());
   EXPECT_EQ(encode_layer_json(must_decode(text)), text);

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -131,6 +132,28 @@ double stated_error(const proto::QuantizedMesh& q) {
   return nlohmann::json::parse(q.metadata)["max_error_m"];
 }
 
+/// CesiumJS learns from the metadata of every tenth level which tiles there are.
+void expect_metadata_lists_every_tile(const Pyramid& tiles) {
+  std::vector<TileId> listed;
+  for (const auto& [id, q] : tiles) {
+    const auto metadata = nlohmann::json::parse(q.metadata);
+    ASSERT_EQ(metadata.contains("available"), id.level % 10 == 0) << id.text();
+    if (id.level % 10 != 0) continue;
+    int level = id.level;
+    for (const auto& ranges : metadata["available"]) {
+      ++level;
+      for (const auto& r : ranges)
+        for (std::uint32_t x = r["startX"]; x <= r["endX"]; ++x)
+          for (std::uint32_t y = r["startY"]; y <= r["endY"]; ++y) listed.push_back({level, x, y});
+    }
+  }
+  std::ranges::sort(listed);
+  std::vector<TileId> below_the_roots;
+  for (const auto& [id, q] : tiles)
+    if (id.level > 0) below_the_roots.push_back(id);
+  EXPECT_EQ(listed, below_the_roots);
+}
+
 void check_pyramid(const std::vector<std::string>& files, const TileSetOptions& options,
                    std::size_t every) {
   const auto source = open_dem(files);
@@ -144,6 +167,7 @@ void check_pyramid(const std::vector<std::string>& files, const TileSetOptions& 
   const Pyramid tiles = decode_all(o.output);
   ASSERT_EQ(tiles.size(), report->tiles);
   expect_no_cracks(tiles);
+  expect_metadata_lists_every_tile(tiles);
   std::size_t n = 0;
   for (const auto& [id, q] : tiles) {
     expect_valid(id, q);
