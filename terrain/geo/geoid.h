@@ -9,9 +9,10 @@
 
 namespace tind {
 
-/// Ellipsoidal height = orthometric height + undulation. Bilinear over the 15' grid, as the grid's
-/// other users do; against the full EGM96 model up to about 1 m in rough places, 0.1 m on average.
-/// The file stores steps of 3 mm. Thread-safe after loading; 2 MB.
+/// Ellipsoidal height = orthometric height + undulation. Bilinear over the 15' grid, as PROJ does.
+/// Against the grid: 1.5 mm (the file counts in steps of 3 mm). Against the full EGM96 model: 0.055 m
+/// at worst over NGA's six test points; GeographicLib states 0.040 m RMS, 1.152 m at worst.
+/// Thread-safe; 2 MB.
 class Geoid {
  public:
   /// The process's EGM96, loaded at the first call. Looked for, in this order, in

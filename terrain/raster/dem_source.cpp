@@ -24,6 +24,8 @@ constexpr int kBlock = 256;  // posts a side
 constexpr int kSparseStep = 64;
 /// Heights that are converted must be below this, so that the rounding to float has a known bound.
 constexpr double kMaxHeight = 16384, kMaxSourceHeight = 65536;
+/// The others are floats already, or integers up to this.
+constexpr double kMaxExact = 1 << 24;
 
 std::int64_t modulo(std::int64_t a, std::int64_t n) { return ((a % n) + n) % n; }
 
@@ -62,7 +64,7 @@ class RasterSource final : public DemSource {
   gdal::Frame frame_;
   DemInfo info_;
   std::optional<DatumShift> shift_;
-  double max_height_ = 0;  // 0: heights are stored as they are
+  double max_height_ = kMaxExact;
   mutable BlockCache cache_;
 };
 
@@ -77,7 +79,7 @@ Result<void> RasterSource::finish(std::int64_t col, std::int64_t row, int cols, 
   if (shift_) shift_->add(col, row, cols, rows, heights);
   for (std::size_t i = 0; i < heights.size(); ++i) {
     const double z = heights[i];
-    if (max_height_ > 0 && std::abs(z) > max_height_)
+    if (std::abs(z) > max_height_)
       return fail(Errc::bad_data,
                   fmt::format("{}: a height of {} m (column {}, row {}) is beyond {} m; state the "
                               "file's unit, scale or nodata value with gdal_edit.py",

@@ -128,6 +128,8 @@ struct ToGeographic::Pool {
   std::mutex mutex;
   std::unique_ptr<Operation> original;  // only ever cloned, under the mutex
   std::vector<std::unique_ptr<Operation>> idle;
+  /// A datum shift moves heights too, which are dropped: there and back is then a millimetre off.
+  bool drifts = false;
 
   std::unique_ptr<Operation> take() {
     const std::lock_guard lock(mutex);
@@ -166,10 +168,26 @@ Result<std::unique_ptr<ToGeographic>> ToGeographic::make(const std::string& wkt,
     return fail(Errc::unsupported,
                 "PROJ knows no way from its CRS to WGS84; assign another with "
                 "gdal_translate -a_srs");
+  Vec2 back = where;
+  pool->run(PJ_FWD, {&back, 1});
+  pool->run(PJ_INV, {&back, 1});
+  pool->drifts = !(std::hypot(back.x - where.x, back.y - where.y) < 1e-7);
   return std::unique_ptr<ToGeographic>(new ToGeographic(std::move(pool)));
 }
 
 void ToGeographic::to_geographic(std::span<Vec2> points) const { pool_->run(PJ_FWD, points); }
-void ToGeographic::to_crs(std::span<Vec2> points) const { pool_->run(PJ_INV, points); }
+
+void ToGeographic::to_crs(std::span<Vec2> points) const {
+  if (!pool_->drifts) return pool_->run(PJ_INV, points);
+  // One step of fixed-point iteration; the drift changes by 1e-7 of itself over itself.
+  std::vector<Vec2> returned(points.begin(), points.end());
+  pool_->run(PJ_INV, returned);
+  pool_->run(PJ_FWD, returned);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    points[i].x += points[i].x - returned[i].x;
+    points[i].y += points[i].y - returned[i].y;
+  }
+  pool_->run(PJ_INV, points);
+}
 
 }  // namespace tind::gdal

@@ -37,7 +37,8 @@ class ToGeographic {
   static Result<std::unique_ptr<ToGeographic>> make(const std::string& wkt, Vec2 where);
   ~ToGeographic();
 
-  /// In place, traditional GIS order; NaN where there is no result.
+  /// In place, traditional GIS order; NaN where there is no result. to_crs is the inverse of
+  /// to_geographic to 1 um on the ground.
   void to_geographic(std::span<Vec2> points) const;
   void to_crs(std::span<Vec2> points) const;
 

@@ -81,23 +81,6 @@ double unit_in_metres(const std::string& given) {
   return kNaN;
 }
 
-double largest_value(GDALDataType type) {
-  switch (type) {
-    case GDT_Byte:
-      return 255;
-    case GDT_Int16:
-      return 32768;
-    case GDT_UInt16:
-      return 65535;
-    case GDT_Int32:
-      return 2147483648.0;
-    case GDT_UInt32:
-      return 4294967295.0;
-    default:
-      return std::numeric_limits<double>::infinity();
-  }
-}
-
 /// Refuses what would be costly or meaningless before any block is decoded.
 Result<void> preflight(const std::string& path, GDALDataset& set) {
   const int bands = set.GetRasterCount();
@@ -253,10 +236,9 @@ Result<void> RasterFile::learn(IdleHandles::Handle& handle, bool keep_source_uni
 
   const GDALDataType type = band.GetRasterDataType();
   is_float_ = GDALDataTypeIsFloating(type);
-  facts_.max_abs_raw = largest_value(type);
   const bool converted =
       scale_ != 1 || offset_ != 0 || (facts_.z_unit_m != 1 && !keep_source_units);
-  facts_.exact = !converted && (type == GDT_Float32 || facts_.max_abs_raw <= 65535);
+  facts_.exact = !converted && type != GDT_Float64;
   if (!keep_source_units) {
     scale_ *= facts_.z_unit_m;
     offset_ *= facts_.z_unit_m;

@@ -25,11 +25,10 @@ struct FileFacts {
   std::string path, driver;
   std::int64_t cols = 0, rows = 0;
   bool has_geotransform = false;
-  Affine post_to_crs;      // posts are pixel centres
-  CrsFacts crs;            // none without a geotransform
-  double z_unit_m = 1;     // metres per unit, as stated by band or vertical CRS
-  bool exact = true;       // every stored value is a float in its own unit
-  double max_abs_raw = 0;  // bound by the sample type; infinite for floating point
+  Affine post_to_crs;   // posts are pixel centres
+  CrsFacts crs;         // none without a geotransform
+  double z_unit_m = 1;  // metres per unit, as stated by band or vertical CRS
+  bool exact = true;    // what read() gives is a float as it is (32-bit integers: up to 2^24)
 };
 
 class BlockSums;

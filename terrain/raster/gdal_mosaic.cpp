@@ -40,13 +40,13 @@ Result<Mosaic> Mosaic::open(std::span<const std::string> paths, const DemOptions
   for (const std::string& path : paths) {
     auto file = RasterFile::open(path, options.allow_vrt, options.keep_source_units, idle);
     if (!file) return std::unexpected(file.error());
-    if (auto ok = mosaic.add(std::move(*file)); !ok) return std::unexpected(ok.error());
+    if (auto ok = mosaic.add(std::move(*file), options); !ok) return std::unexpected(ok.error());
   }
   mosaic.move_origin();
   return mosaic;
 }
 
-Result<void> Mosaic::add(std::unique_ptr<RasterFile> file) {
+Result<void> Mosaic::add(std::unique_ptr<RasterFile> file, const DemOptions& options) {
   const FileFacts& b = file->facts();
   if (parts_.empty()) {
     post_to_crs_ = b.post_to_crs;
@@ -58,8 +58,9 @@ Result<void> Mosaic::add(std::unique_ptr<RasterFile> file) {
     return std::unexpected(mismatch(a, b, "a file without a geotransform has no place"));
   if (a.crs.kind != b.crs.kind || (a.crs.kind != CrsKind::none && !same_crs(a.crs.wkt, b.crs.wkt)))
     return std::unexpected(mismatch(a, b, "their CRSs differ"));
-  if (a.crs.datum != b.crs.datum)
-    return std::unexpected(mismatch(a, b, "their vertical datums differ"));
+  if (options.from_datum == VerticalDatum::unknown && a.crs.datum != b.crs.datum)
+    return std::unexpected(
+        mismatch(a, b, "their vertical datums differ (say what both are with --from-datum)"));
   if (!same_steps(a.post_to_crs, b.post_to_crs))
     return std::unexpected(mismatch(
         a, b,

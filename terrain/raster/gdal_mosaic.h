@@ -36,7 +36,7 @@ class Mosaic {
     std::unique_ptr<RasterFile> file;
     std::int64_t col = 0, row = 0;  // of its first post
   };
-  Result<void> add(std::unique_ptr<RasterFile>);
+  Result<void> add(std::unique_ptr<RasterFile>, const DemOptions&);
   void move_origin();
 
   std::vector<Part> parts_;

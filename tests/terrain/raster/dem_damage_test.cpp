@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -114,6 +115,92 @@ TEST(DemDamage, FlippedBitsInCompressedDataAreErrors) {
   TIND_NEEDS_SHARED_DATA(hgt, "dem/N52E008.hgt.zip");
   EXPECT_GE(notices_flips(hgt, "N52E008.hgt.zip", 60, 0.01), 55);
   EXPECT_GE(notices_flips(test::shared_data("dem/ps_height_1k.png"), "p.png", 60, 0.001), 55);
+}
+
+TEST(DemHostile, VrtIsRefusedUnlessTheOperatorSaysSo) {
+  const test::TempDir folder;
+  const std::string source = test::testdata("crater.tif");
+  const auto vrt = [&](const std::string& inner, const std::string& extra = "") {
+    return "<VRTDataset rasterXSize=\"336\" rasterYSize=\"459\">"
+           "<VRTRasterBand dataType=\"Float64\" band=\"1\">" +
+           extra + "<SimpleSource><SourceFilename relativeToVRT=\"0\">" + inner +
+           "</SourceFilename><SourceBand>1</SourceBand></SimpleSource>"
+           "</VRTRasterBand></VRTDataset>";
+  };
+  for (const char* name : {"a.vrt", "a.tif"}) {
+    write(folder.file(name), vrt(source));
+    EXPECT_FALSE(read_all(folder.file(name))) << name;
+  }
+  const auto allowed = read_all(folder.file("a.vrt"), {.allow_vrt = true});
+  ASSERT_TRUE(allowed) << allowed.error().what;
+  EXPECT_TRUE(same(*allowed, *read_all(source)));
+  EXPECT_FALSE(read_all(folder.file("a.vrt")));  // permission is per source, not for ever
+
+  write(folder.file("scaled.vrt"),
+        vrt(source, "<Scale>0.5</Scale><Offset>-7</Offset><UnitType>us survey foot</UnitType>"));
+  const auto scaled = read_all(folder.file("scaled.vrt"), {.allow_vrt = true});
+  ASSERT_TRUE(scaled) << scaled.error().what;
+  for (std::size_t i = 0; i < scaled->size(); i += 1009)
+    EXPECT_NEAR(scaled->values()[i], (allowed->values()[i] * 0.5 - 7) * 1200 / 3937, 1e-4);
+
+  // Sources a VRT names are held to the same short list, and never leave the machine.
+  write(folder.file("missing.vrt"), vrt(folder.file("nothing.tif")));
+  EXPECT_FALSE(read_all(folder.file("missing.vrt"), {.allow_vrt = true}));
+  write(folder.file("remote.vrt"), vrt("/vsicurl/http://127.0.0.1:9/a.tif"));
+  EXPECT_FALSE(read_all(folder.file("remote.vrt"), {.allow_vrt = true}));
+}
+
+TEST(DemHostile, NamesAreFilesAndNothingElse) {
+  for (const char* name :
+       {"", "/", "no such file", "/vsizip/a.zip/b.tif", "/vsicurl/http://a/b.tif",
+        "GTIFF_DIR:1:a.tif", "/dev/null", "<VRTDataset></VRTDataset>"}) {
+    const auto got = read_all(name);
+    ASSERT_FALSE(got) << name;
+    EXPECT_EQ(got.error().code, Errc::not_found) << name;
+  }
+}
+
+/// A little-endian GeoTIFF header, by hand: one strip of `side` x `side` floats that is not there.
+std::string tiff_of_one_block(std::uint32_t side) {
+  std::string bytes("II*\0\10\0\0\0", 8);
+  const auto put = [&](std::uint32_t value, int size) {
+    for (int i = 0; i < size; ++i) bytes += char(value >> (8 * i));
+  };
+  const std::array<std::array<std::uint32_t, 2>, 10> tags = {{{256, side},
+                                                              {257, side},
+                                                              {258, 32},
+                                                              {259, 8},
+                                                              {262, 1},
+                                                              {273, 200},
+                                                              {277, 1},
+                                                              {278, side},
+                                                              {279, 1000},
+                                                              {339, 3}}};
+  put(tags.size(), 2);
+  for (const auto& [tag, value] : tags) {
+    put(tag, 2);
+    put(4, 2);
+    put(1, 4);
+    put(value, 4);
+  }
+  put(0, 4);
+  return bytes + std::string(2000, '\0');
+}
+
+TEST(DemHostile, OneEnormousBlockIsRefusedBeforeItIsDecoded) {
+  const test::TempDir folder;
+  write(folder.file("bomb.tif"), tiff_of_one_block(20000));
+  const auto got = read_all(folder.file("bomb.tif"));
+  ASSERT_FALSE(got);
+  EXPECT_EQ(got.error().code, Errc::out_of_range) << got.error().what;
+  EXPECT_THAT(got.error().what, HasSubstr("TILED=YES"));
+}
+
+TEST(DemHostile, PicturesAreNotDems) {
+  TIND_NEEDS_SHARED_DATA(path, "dem/rainier_terrainrgb_512_z10-165-360.png");
+  const auto got = read_all(path);
+  ASSERT_FALSE(got);
+  EXPECT_THAT(got.error().what, HasSubstr("4 bands"));
 }
 
 }  // namespace
