@@ -7,8 +7,10 @@
 #include <xxhash.h>
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
+#include <mutex>
 #include <optional>
 
 #include "terrain/raster/block_cache.h"
@@ -66,6 +68,7 @@ class RasterSource final : public DemSource {
   std::optional<DatumShift> shift_;
   double max_height_ = kMaxExact;
   mutable BlockCache cache_;
+  mutable std::array<std::mutex, 61> loading_;
 };
 
 /// The column of the files that holds a column of the world, or -1.
@@ -110,6 +113,9 @@ Result<HeightGrid> RasterSource::load(std::int64_t col, std::int64_t row, int co
 Result<BlockCache::Block> RasterSource::block(std::int64_t block_col,
                                               std::int64_t block_row) const {
   const std::uint64_t key = std::uint64_t(block_row) << 32 | std::uint64_t(block_col);
+  if (auto found = cache_.find(key)) return found;
+  // Neighbouring tiles are built at once and miss the same block: one loads it, the others wait.
+  const std::lock_guard one_at_a_time(loading_[key % loading_.size()]);
   if (auto found = cache_.find(key)) return found;
   const std::int64_t col = block_col * kBlock, row = block_row * kBlock;
   auto grid = load(col, row, int(std::min<std::int64_t>(kBlock, info_.cols - col)),

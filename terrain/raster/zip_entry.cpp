@@ -87,20 +87,8 @@ bool unpack(Bytes zip, const Entry& entry, std::vector<std::uint8_t>& out) {
 
 }  // namespace
 
-Result<ZipEntry> read_zip_entry(const std::string& path, const std::string& suffix,
-                                std::size_t max_bytes) {
-  std::ifstream in(path, std::ios::binary | std::ios::ate);
-  const std::streamoff size = in ? std::streamoff(in.tellg()) : -1;
-  if (size < 0) return fail(Errc::not_found, path + ": cannot be opened");
-  if (std::uint64_t(size) > max_bytes)
-    return fail(Errc::out_of_range, fmt::format("{}: {} bytes are more than {} for a zip; unzip it "
-                                                "first",
-                                                path, size, max_bytes));
-  std::vector<std::uint8_t> zip(size);
-  in.seekg(0);
-  if (!in.read(reinterpret_cast<char*>(zip.data()), size))
-    return fail(Errc::io, path + ": cannot be read");
-
+Result<ZipEntry> zip_entry(std::span<const std::uint8_t> zip, const std::string& path,
+                           const std::string& suffix, std::size_t max_bytes) {
   const auto damaged = fail(Errc::bad_data, path + ": the zip is truncated or damaged");
   const auto end = end_record(zip);
   if (!end) return damaged;
@@ -118,6 +106,23 @@ Result<ZipEntry> read_zip_entry(const std::string& path, const std::string& suff
   ZipEntry result{entries[0].name, {}};
   if (!unpack(zip, entries[0], result.bytes)) return damaged;
   return result;
+}
+
+Result<ZipEntry> read_zip_entry(const std::string& path, const std::string& suffix,
+                                std::size_t max_bytes) {
+  std::ifstream in(path, std::ios::binary | std::ios::ate);
+  const std::streamoff size = in ? std::streamoff(in.tellg()) : -1;
+  if (size < 0) return fail(Errc::not_found, path + ": cannot be opened");
+  if (std::uint64_t(size) > max_bytes)
+    return fail(Errc::out_of_range, fmt::format("{}: {} bytes are more than {} for a zip; unzip it "
+                                                "first",
+                                                path, size, max_bytes));
+  std::vector<std::uint8_t> zip(size);
+  in.seekg(0);
+  if (!in.read(reinterpret_cast<char*>(zip.data()), size))
+    return fail(Errc::io, path + ": cannot be read");
+
+  return zip_entry(zip, path, suffix, max_bytes);
 }
 
 }  // namespace tind

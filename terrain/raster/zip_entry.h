@@ -2,6 +2,7 @@
 // The one file of a zip archive, as bytes whose checksum has been compared.
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -14,9 +15,13 @@ struct ZipEntry {
   std::vector<std::uint8_t> bytes;
 };
 
-/// Reads the only entry of `path` whose name ends in `suffix` (letters of either case), at most
-/// `max_bytes` long packed and unpacked. Stored and DEFLATE entries; no encryption, no zip64.
-/// (GDAL's /vsizip/ reads over a wrong checksum.)
+/// The only entry of `zip` whose name ends in `suffix` (letters of either case), at most
+/// `max_bytes` long. Stored and DEFLATE entries; no encryption, no zip64. Takes any bytes; errors
+/// begin with `path`. (GDAL's /vsizip/ reads over a wrong checksum.)
+Result<ZipEntry> zip_entry(std::span<const std::uint8_t> zip, const std::string& path,
+                           const std::string& suffix, std::size_t max_bytes);
+
+/// The same of a file, itself at most `max_bytes` long.
 Result<ZipEntry> read_zip_entry(const std::string& path, const std::string& suffix,
                                 std::size_t max_bytes);
 

@@ -1,0 +1,104 @@
+// tind info as its users run it: the program, its exit code, its JSON.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "proto/layer_json.h"
+#include "tests/support/support.h"
+
+namespace {
+
+using tind::test::testdata;
+
+struct Outcome {
+  int exit = -1;
+  std::string text;  // stdout and stderr
+};
+
+Outcome info(const std::string& arguments) {
+  Outcome outcome;
+  FILE* pipe = popen((std::string(TIND_BINARY) + " info " + arguments + " 2>&1").c_str(), "r");
+  std::array<char, 4096> buffer;
+  while (const std::size_t got = fread(buffer.data(), 1, buffer.size(), pipe))
+    outcome.text.append(buffer.data(), got);
+  outcome.exit = WEXITSTATUS(pclose(pipe));
+  return outcome;
+}
+
+nlohmann::json json_of(const std::string& arguments) {
+  const Outcome outcome = info(arguments + " --json");
+  EXPECT_EQ(outcome.exit, 0) << outcome.text;
+  return nlohmann::json::parse(outcome.text, nullptr, false);
+}
+
+TEST(Info, Dem) {
+  const auto j = json_of(testdata("rainier.tif"));
+  EXPECT_EQ(j["kind"], "dem");
+  EXPECT_EQ(j["cols"], 577);
+  EXPECT_EQ(j["rows"], 481);
+  EXPECT_EQ(j["min_height_m"], 312);
+  EXPECT_EQ(j["max_height_m"], 4371);
+  EXPECT_EQ(j["voids"], 4517);
+  EXPECT_EQ(j["datum"], "egm96");
+  EXPECT_EQ(j["plain_geographic"], true);
+  EXPECT_NEAR(j["bounds"][0].get<double>(), -121.98, 1e-9);
+  const auto shifted = json_of(testdata("rainier.tif") + " --to-datum ellipsoid");
+  EXPECT_EQ(shifted["datum"], "ellipsoid");
+  EXPECT_EQ(shifted["source_datum"], "egm96");
+  EXPECT_NEAR(shifted["max_height_m"].get<double>(), 4371 - 18.5, 1.5);
+}
+
+TEST(Info, DemWithoutCrs) {
+  const auto j = json_of(testdata("crater.tif"));
+  EXPECT_EQ(j["crs"]["kind"], "none");
+  EXPECT_FALSE(j.contains("bounds"));
+  EXPECT_THAT(info(testdata("crater.tif")).text, testing::HasSubstr("can be simplified"));
+}
+
+TEST(Info, TilesOfOtherMakers) {
+  TIND_NEEDS_SHARED_DATA(tile,
+                         "quantized-mesh/cesium-native/tile.octvertexnormals.watermask.terrain");
+  const auto j = json_of(tile);
+  EXPECT_EQ(j["vertices"], 218);
+  EXPECT_EQ(j["triangles"], 400);
+  EXPECT_EQ(j["extensions"], nlohmann::json::parse(R"(["octvertexnormals", "watermask"])"));
+}
+
+TEST(Info, TileSet) {
+  const tind::test::TempDir folder;
+  tind::proto::LayerJson layer;
+  layer.name = "alps";
+  layer.maxzoom = 1;
+  layer.available = {{{0, 0, 1, 0}}, {{2, 0, 3, 1}}};
+  std::ofstream(folder.file("layer.json")) << tind::proto::encode_layer_json(layer);
+  const auto j = json_of(folder.path().string());
+  EXPECT_EQ(j["name"], "alps");
+  EXPECT_EQ(j["levels"][0]["tiles"], 2);
+  EXPECT_EQ(j["levels"][1]["tiles"], 4);
+}
+
+TEST(Info, ExitCodesSayWhatIsWrong) {
+  const tind::test::TempDir folder;
+  EXPECT_EQ(info(folder.file("none.tif")).exit, 69);
+  EXPECT_EQ(info(folder.path().string()).exit, 69);  // no layer.json
+  EXPECT_EQ(info("").exit, 2);
+  EXPECT_EQ(info(testdata("README.md")).exit, 65);
+  std::ofstream(folder.file("bad.terrain")) << "not a tile";
+  EXPECT_EQ(info(folder.file("bad.terrain")).exit, 65);
+  std::filesystem::copy_file(testdata("rainier.tif"), folder.file("cut.tif"));
+  std::filesystem::resize_file(folder.file("cut.tif"), 200000);
+  const Outcome cut = info(folder.file("cut.tif"));
+  EXPECT_EQ(cut.exit, 65);
+  EXPECT_THAT(cut.text, testing::StartsWith("tind: "));
+  EXPECT_THAT(cut.text, testing::HasSubstr("cut.tif"));
+}
+
+}  // namespace
