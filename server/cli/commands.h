@@ -33,5 +33,6 @@ void add_measure(CLI::App& program, int& exit);
 void add_methods(CLI::App& program, int& exit);
 void add_info(CLI::App& program, int& exit);
 void add_build(CLI::App& program, int& exit);
+void add_check(CLI::App& program, int& exit);
 
 }  // namespace tind::cli

@@ -1,0 +1,306 @@
+// layer.json is read as plain JSON, field by field: proto/layer_json.cpp refuses what this has to
+// describe.
+
+#include "terrain/pyramid/check_files.h"
+
+#include <libdeflate.h>
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+namespace tind {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+constexpr std::size_t kLargestTile = 64u << 20;
+const std::string kLayer = "layer.json";
+
+// ---- listing ----
+
+std::optional<std::int64_t> whole_number(const std::string& text) {
+  std::int64_t value = 0;
+  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (code != std::errc() || end != text.data() + text.size() || std::to_string(value) != text)
+    return std::nullopt;
+  return value;
+}
+
+/// z/x/y.terrain as a tile of the pyramid.
+std::optional<TileId> tile_of(const fs::path& relative) {
+  std::vector<std::string> parts;
+  for (const fs::path& part : relative) parts.push_back(part.string());
+  if (parts.size() != 3) return std::nullopt;
+  const auto z = whole_number(parts[0]), x = whole_number(parts[1]);
+  const auto y = whole_number(fs::path(parts[2]).stem().string());
+  if (!z || !x || !y) return std::nullopt;
+  return tiling::tile(*z, *x, *y);
+}
+
+Result<TileListing> list_tiles(const std::string& directory, Findings& findings) {
+  TileListing listing;
+  listing.directory = directory;
+  std::error_code error;
+  std::vector<std::string> strays;
+  fs::recursive_directory_iterator it(directory, error), end;
+  if (error) return fail(Errc::not_found, "cannot look into " + directory + ": " + error.message());
+  for (; it != end; it.increment(error)) {
+    if (error) return fail(Errc::io, "cannot look into " + directory + ": " + error.message());
+    if (it->path().extension() != ".terrain") continue;
+    const fs::path relative = it->path().lexically_relative(directory);
+    if (const auto id = tile_of(relative)) {
+      if (listing.levels.size() <= std::size_t(id->level)) listing.levels.resize(id->level + 1u);
+      listing.levels[std::size_t(id->level)].push_back(*id);
+    } else {
+      strays.push_back(relative.string());
+    }
+  }
+  for (auto& level : listing.levels) std::ranges::sort(level);
+  std::ranges::sort(strays);
+  for (const std::string& stray : strays) findings.add(rule("available.stray"), stray, "");
+  return listing;
+}
+
+// ---- layer.json ----
+
+struct Range {
+  std::int64_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+  bool holds(TileId t) const { return t.x >= x0 && t.x <= x1 && t.y >= y0 && t.y <= y1; }
+};
+using Ranges = std::vector<std::vector<Range>>;
+
+class LayerCheck {
+ public:
+  LayerCheck(const Json& json, Findings& findings) : json_(json), findings_(findings) {}
+
+  void run() {
+    text("format", rule("layer.format"), "quantized-mesh-1.0");
+    text("projection", rule("layer.projection"), "EPSG:4326");
+    text("scheme", rule("layer.scheme"), "tms");
+    text("version", rule("layer.version"), "");
+    text("attribution", rule("layer.attribution"), "");
+    tiles();
+    bounds();
+    available();
+    zooms();
+    extensions();
+  }
+  const Ranges& ranges() const { return ranges_; }
+  const std::vector<std::string>& names() const { return names_; }
+
+ private:
+  void report(std::size_t r, const std::string& detail) { findings_.add(r, kLayer, detail); }
+
+  void text(const char* key, std::size_t r, const std::string& wanted) {
+    const auto it = json_.find(key);
+    if (it == json_.end()) return report(r, "missing");
+    if (!it->is_string() || (!wanted.empty() && *it != wanted)) report(r, it->dump());
+  }
+
+  void tiles() {
+    const auto it = json_.find("tiles");
+    bool good = it != json_.end() && it->is_array() && !it->empty();
+    if (good)
+      for (const Json& item : *it)
+        for (const char* part : {"{z}", "{x}", "{y}"})
+          good &= item.is_string() && item.get<std::string>().find(part) != std::string::npos;
+    if (!good) report(rule("layer.tiles"), it == json_.end() ? "missing" : it->dump());
+  }
+
+  void bounds() {
+    const auto it = json_.find("bounds");
+    if (it == json_.end()) return report(rule("layer.bounds"), "missing");
+    bool good = it->is_array() && it->size() == 4;
+    if (good) good = std::ranges::all_of(*it, [](const Json& x) { return x.is_number(); });
+    if (good) {
+      const double west = (*it)[0], south = (*it)[1], east = (*it)[2], north = (*it)[3];
+      good = -180 <= west && west < east && east <= 180 && -90 <= south && south < north &&
+             north <= 90;
+    }
+    if (!good) report(rule("layer.bounds"), it->dump());
+  }
+
+  void available() {
+    const auto it = json_.find("available");
+    if (it == json_.end() || !it->is_array())
+      return report(rule("layer.available"), it == json_.end() ? "missing" : "not an array");
+    for (const Json& level : *it) {
+      ranges_.emplace_back();
+      if (!level.is_array()) {
+        report(rule("layer.available"), "level " + std::to_string(ranges_.size() - 1));
+        continue;
+      }
+      for (const Json& item : level) range(item, int(ranges_.size()) - 1);
+    }
+    const auto root = [&](std::uint32_t x) {
+      return !ranges_.empty() && std::ranges::any_of(ranges_[0], [&](const Range& r) {
+        return r.holds({0, x, 0});
+      });
+    };
+    if (!root(0) || !root(1)) report(rule("layer.roots"), "");
+  }
+
+  void range(const Json& item, int level) {
+    const char* const keys[] = {"startX", "startY", "endX", "endY"};
+    std::int64_t n[4] = {};
+    for (int i = 0; i < 4; ++i) {
+      if (!item.is_object() || !item.contains(keys[i]) || !item[keys[i]].is_number_integer())
+        return report(rule("layer.available"),
+                      "level " + std::to_string(level) + ": " + item.dump());
+      n[i] = item[keys[i]].get<std::int64_t>();
+    }
+    const Range r{n[0], n[1], n[2], n[3]};
+    if (r.x0 > r.x1 || r.y0 > r.y1 || !tiling::tile(level, r.x0, r.y0) ||
+        !tiling::tile(level, r.x1, r.y1))
+      return report(rule("layer.range"), "level " + std::to_string(level) + ": " + item.dump());
+    ranges_.back().push_back(r);
+  }
+
+  void zooms() {
+    int deepest = -1;
+    for (std::size_t z = 0; z < ranges_.size(); ++z)
+      if (!ranges_[z].empty()) deepest = int(z);
+    const auto max = json_.find("maxzoom"), min = json_.find("minzoom");
+    const bool has_max = max != json_.end() && max->is_number_integer();
+    if (!has_max)
+      report(rule("layer.maxzoom"), "missing");
+    else if (deepest >= 0 && *max != deepest)
+      report(rule("layer.maxzoom"), max->dump() + ", deepest level " + std::to_string(deepest));
+    const bool has_min = min != json_.end() && min->is_number_integer();
+    if (!has_min)
+      report(rule("layer.minzoom"), "missing");
+    else if (*min < 0 || (has_max && *min > *max))
+      report(rule("layer.minzoom"), min->dump());
+  }
+
+  void extensions() {
+    const auto it = json_.find("extensions");
+    if (it == json_.end()) return;
+    if (!it->is_array()) return report(rule("layer.extensions"), "not an array");
+    for (const Json& name : *it)
+      if (name.is_string()) names_.push_back(name.get<std::string>());
+  }
+
+  const Json& json_;
+  Findings& findings_;
+  Ranges ranges_;
+  std::vector<std::string> names_;
+};
+
+// ---- one against the other ----
+
+/// Tiles of a column whose rows lie in [y0, y1].
+std::int64_t count_in_column(const std::vector<TileId>& level, int z, const Range& r,
+                             std::int64_t x) {
+  const TileId low{z, std::uint32_t(x), std::uint32_t(r.y0)};
+  const TileId high{z, std::uint32_t(x), std::uint32_t(r.y1)};
+  return std::ranges::upper_bound(level, high) - std::ranges::lower_bound(level, low);
+}
+
+void check_missing(const TileListing& listing, const Ranges& ranges, Findings& findings) {
+  static const std::vector<TileId> kNone;
+  for (std::size_t z = 0; z < ranges.size(); ++z) {
+    const auto& level = z < listing.levels.size() ? listing.levels[z] : kNone;
+    for (const Range& r : ranges[z]) {
+      for (std::int64_t x = r.x0; x <= r.x1; ++x) {
+        std::int64_t missing = r.y1 - r.y0 + 1 - count_in_column(level, int(z), r, x);
+        for (std::int64_t y = r.y0; missing > 0 && y <= r.y1; ++y) {
+          const TileId id{int(z), std::uint32_t(x), std::uint32_t(y)};
+          if (listing.find(id) >= 0) continue;
+          findings.add(rule("available.missing"), id.text(), "");
+          --missing;
+        }
+      }
+    }
+  }
+}
+
+void check_unlisted(const TileListing& listing, const Ranges& ranges, Findings& findings) {
+  for (const auto& level : listing.levels)
+    for (const TileId id : level) {
+      const auto z = std::size_t(id.level);
+      const bool listed = z < ranges.size() && std::ranges::any_of(ranges[z], [&](const Range& r) {
+                            return r.holds(id);
+                          });
+      if (!listed) findings.add(rule("available.unlisted"), id.text(), "");
+      if (id.level > 0 && listing.find(id.parent()) < 0)
+        findings.add(rule("available.orphan"), id.text(), "no " + id.parent().text());
+    }
+}
+
+std::optional<std::vector<std::uint8_t>> read_bytes(const std::string& path) {
+  std::error_code error;
+  const auto size = fs::file_size(path, error);
+  if (error || size > kLargestTile) return std::nullopt;
+  std::vector<std::uint8_t> bytes(size);
+  std::ifstream in(path, std::ios::binary);
+  if (!in.read(reinterpret_cast<char*>(bytes.data()), std::streamsize(size))) return std::nullopt;
+  return bytes;
+}
+
+/// The size in the last four bytes can be a lie: bounded.
+bool unpack(std::vector<std::uint8_t>& bytes) {
+  if (bytes.size() < 18) return false;
+  const auto end = bytes.end();
+  const std::size_t size = std::size_t(end[-4]) | std::size_t(end[-3]) << 8 |
+                           std::size_t(end[-2]) << 16 | std::size_t(end[-1]) << 24;
+  if (size > kLargestTile) return false;
+  std::vector<std::uint8_t> out(size);
+  const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)> tool(
+      libdeflate_alloc_decompressor(), &libdeflate_free_decompressor);
+  if (libdeflate_gzip_decompress(tool.get(), bytes.data(), bytes.size(), out.data(), size,
+                                 nullptr) != LIBDEFLATE_SUCCESS)
+    return false;
+  bytes = std::move(out);
+  return true;
+}
+
+}  // namespace
+
+std::int64_t TileListing::find(TileId id) const {
+  if (id.level < 0 || std::size_t(id.level) >= levels.size()) return -1;
+  const auto& level = levels[std::size_t(id.level)];
+  const auto it = std::ranges::lower_bound(level, id);
+  return it != level.end() && *it == id ? it - level.begin() : -1;
+}
+
+bool read_tile_file(const std::string& path, const std::string& where,
+                    std::vector<std::uint8_t>& bytes, Findings& findings) {
+  auto read = read_bytes(path);
+  if (!read) {
+    findings.add(rule("tile.readable"), where, "");
+    return false;
+  }
+  bytes = std::move(*read);
+  if (bytes.size() < 2 || bytes[0] != 0x1f || bytes[1] != 0x8b) return true;
+  if (unpack(bytes)) return true;
+  findings.add(rule("tile.gzip"), where, "");
+  return false;
+}
+
+Result<TileListing> check_files(const std::string& directory, Findings& findings) {
+  auto listing = list_tiles(directory, findings);
+  if (!listing) return listing;
+  const auto bytes = read_bytes(directory + "/" + kLayer);
+  const Json json = bytes ? Json::parse(*bytes, nullptr, false) : Json();
+  if (!json.is_object()) {
+    findings.add(rule("layer.readable"), kLayer, bytes ? "not a JSON object" : "cannot be read");
+    return listing;
+  }
+  LayerCheck layer(json, findings);
+  layer.run();
+  listing->extensions = layer.names();
+  check_missing(*listing, layer.ranges(), findings);
+  check_unlisted(*listing, layer.ranges(), findings);
+  return listing;
+}
+
+}  // namespace tind

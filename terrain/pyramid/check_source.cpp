@@ -1,0 +1,308 @@
+// Location of a post in a tile: the tile's square is cut into cells, each with the list of
+// triangles that reach into it. A post on a common edge is measured in every triangle that holds
+// it.
+
+#include "terrain/pyramid/check_source.h"
+
+#include <algorithm>
+#include <cmath>
+#include <list>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "terrain/base/parallel.h"
+#include "terrain/pyramid/check_decode.h"
+
+namespace tind {
+
+namespace {
+
+constexpr int kBlock = 256;  // posts a side
+constexpr std::size_t kCacheBytes = 256u << 20;
+constexpr double kEnd = 32767;
+
+// ---- heights of one tile ----
+
+class TileSurface {
+ public:
+  explicit TileSurface(const CheckedTile& tile) : triangles_(tile.triangles) {
+    for (std::size_t i = 0; i < tile.u.size(); ++i)
+      vertices_.push_back({double(tile.u[i]), double(tile.v[i]), tile.height(i)});
+    cells_ = std::clamp(int(std::sqrt(double(triangles_.size()))), 1, 128);
+    sort_into_cells();
+  }
+
+  std::size_t bytes() const {
+    return 24 * vertices_.size() + 12 * triangles_.size() + 4 * entries_.size() +
+           4 * begin_.size() + 200;
+  }
+
+  /// The largest |height of the mesh - z| over all triangles that hold (u, v); nothing when none
+  /// do.
+  std::optional<double> error_at(double u, double v, double z) const {
+    std::optional<double> worst;
+    const std::size_t cell =
+        std::size_t(cell_of(v)) * std::size_t(cells_) + std::size_t(cell_of(u));
+    for (std::uint32_t e = begin_[cell]; e < begin_[cell + 1]; ++e) {
+      const auto height = height_in(triangles_[entries_[e]], u, v);
+      if (!height) continue;
+      const double error = std::abs(*height - z);
+      if (!worst || error > *worst) worst = error;
+    }
+    return worst;
+  }
+
+ private:
+  int cell_of(double x) const { return std::clamp(int(x / kEnd * cells_), 0, cells_ - 1); }
+
+  template <class Visit>
+  void each_cell(std::uint32_t t, Visit&& visit) const {
+    double low_u = kEnd, low_v = kEnd, high_u = 0, high_v = 0;
+    for (const std::uint32_t i : triangles_[t]) {
+      low_u = std::min(low_u, vertices_[i].x), high_u = std::max(high_u, vertices_[i].x);
+      low_v = std::min(low_v, vertices_[i].y), high_v = std::max(high_v, vertices_[i].y);
+    }
+    // a hair more, for posts on cell boundaries
+    for (int y = cell_of(low_v - 0.01); y <= cell_of(high_v + 0.01); ++y)
+      for (int x = cell_of(low_u - 0.01); x <= cell_of(high_u + 0.01); ++x)
+        visit(std::size_t(y) * std::size_t(cells_) + std::size_t(x));
+  }
+
+  void sort_into_cells() {
+    begin_.assign(std::size_t(cells_) * std::size_t(cells_) + 1, 0);
+    const auto count = std::uint32_t(triangles_.size());
+    for (std::uint32_t t = 0; t < count; ++t)
+      each_cell(t, [&](std::size_t cell) { ++begin_[cell + 1]; });
+    for (std::size_t i = 1; i < begin_.size(); ++i) begin_[i] += begin_[i - 1];
+    entries_.resize(begin_.back());
+    std::vector<std::uint32_t> next(begin_.begin(), begin_.end() - 1);
+    for (std::uint32_t t = 0; t < count; ++t)
+      each_cell(t, [&](std::size_t cell) { entries_[next[cell]++] = t; });
+  }
+
+  std::optional<double> height_in(const std::array<std::uint32_t, 3>& t, double u, double v) const {
+    const Vec3 &a = vertices_[t[0]], &b = vertices_[t[1]], &c = vertices_[t[2]];
+    double wa = (b.x - u) * (c.y - v) - (b.y - v) * (c.x - u);
+    double wb = (c.x - u) * (a.y - v) - (c.y - v) * (a.x - u);
+    double wc = (a.x - u) * (b.y - v) - (a.y - v) * (b.x - u);
+    constexpr double kOnEdge = -1e-5;  // a post on an edge is in both triangles, whatever rounding
+    if (wa < kOnEdge || wb < kOnEdge || wc < kOnEdge) return std::nullopt;
+    wa = std::max(wa, 0.0), wb = std::max(wb, 0.0), wc = std::max(wc, 0.0);
+    const double sum = wa + wb + wc;
+    if (!(sum > 0)) return std::nullopt;
+    return (wa * a.z + wb * b.z + wc * c.z) / sum;
+  }
+
+  std::vector<Vec3> vertices_;
+  std::vector<std::array<std::uint32_t, 3>> triangles_;
+  int cells_ = 1;
+  std::vector<std::uint32_t> begin_, entries_;
+};
+
+using Surface = std::shared_ptr<const TileSurface>;  // null: cannot be decoded
+
+/// Decoded tiles, the least recently used ones forgotten.
+class SurfaceCache {
+ public:
+  explicit SurfaceCache(const TileListing& listing) : listing_(listing) {}
+
+  Surface get(TileId id) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (const auto it = known_.find(id); it != known_.end()) {
+        order_.splice(order_.begin(), order_, it->second);
+        return it->second->second;
+      }
+    }
+    Surface surface = load(id);
+    const std::lock_guard lock(mutex_);
+    if (known_.contains(id)) return surface;
+    order_.emplace_front(id, surface);
+    known_[id] = order_.begin();
+    bytes_ += size(surface);
+    while (bytes_ > kCacheBytes && order_.size() > 1) {
+      bytes_ -= size(order_.back().second);
+      known_.erase(order_.back().first);
+      order_.pop_back();
+    }
+    return surface;
+  }
+
+ private:
+  static std::size_t size(const Surface& s) { return s ? s->bytes() : 100; }
+
+  Surface load(TileId id) const {
+    Findings ignored;  // reported elsewhere
+    std::vector<std::uint8_t> bytes;
+    CheckedTile tile;
+    if (!read_tile_file(listing_.path(id), "", bytes, ignored)) return nullptr;
+    if (!check_decode(bytes, "", tile, ignored)) return nullptr;
+    for (const auto& triangle : tile.triangles)
+      for (const std::uint32_t i : triangle)
+        if (i >= tile.u.size()) return nullptr;
+    return std::make_shared<TileSurface>(tile);
+  }
+
+  const TileListing& listing_;
+  std::mutex mutex_;
+  std::list<std::pair<TileId, Surface>> order_;
+  std::map<TileId, std::list<std::pair<TileId, Surface>>::iterator> known_;
+  std::size_t bytes_ = 0;
+};
+
+// ---- posts ----
+
+void merge(MeasuredTile& into, const MeasuredTile& from) {
+  if (from.posts == 0) return;
+  const bool first = into.posts == 0;
+  const bool larger = from.max_error_m > into.max_error_m;
+  const bool earlier = from.max_error_m == into.max_error_m &&
+                       std::pair(from.row, from.col) < std::pair(into.row, into.col);
+  if (first || larger || earlier) {
+    into.max_error_m = from.max_error_m;
+    into.col = from.col;
+    into.row = from.row;
+  }
+  into.low_m = first ? from.low_m : std::min(into.low_m, from.low_m);
+  into.high_m = first ? from.high_m : std::max(into.high_m, from.high_m);
+  into.posts += from.posts;
+  into.uncovered += from.uncovered;
+}
+
+struct Post {
+  double lon, lat, height;
+  std::int64_t col, row;
+};
+
+/// Measures the posts of one block in the tiles of one level.
+class LevelMeasure {
+ public:
+  LevelMeasure(int level, const TileListing& listing, SurfaceCache& cache)
+      : level_(level), side_(tiling::tile_degrees(level)), listing_(listing), cache_(cache) {}
+
+  /// The tiles whose closed rectangle holds the post: one, two on an edge, four on a corner.
+  void post(const Post& p) {
+    const double x = (p.lon + 180) / side_, y = (p.lat + 90) / side_;
+    const auto columns = std::int64_t(tiling::columns(level_));
+    const auto tx = std::int64_t(std::floor(x)), ty = std::int64_t(std::floor(y));
+    for (std::int64_t dy = 0; dy <= (y == double(ty) ? 1 : 0); ++dy)
+      for (std::int64_t dx = 0; dx <= (x == double(tx) ? 1 : 0); ++dx) {
+        const std::int64_t column = (tx - dx + columns) % columns;  // 180 is -180
+        in_tile(column, ty - dy, dx ? kEnd : (x - double(tx)) * kEnd,
+                dy ? kEnd : (y - double(ty)) * kEnd, p);
+      }
+  }
+
+  const std::map<std::int64_t, MeasuredTile>& measured() const { return measured_; }
+
+ private:
+  struct Entry {
+    Surface surface;
+    MeasuredTile* result = nullptr;
+  };
+
+  void in_tile(std::int64_t x, std::int64_t y, double u, double v, const Post& p) {
+    const auto id = tiling::tile(level_, x, y);
+    if (!id) return;
+    if (!last_ || *last_ != *id) {
+      entry_ = find(*id);
+      last_ = id;
+    }
+    if (!entry_.result) return;
+    const auto error = entry_.surface->error_at(u, v, p.height);
+    const MeasuredTile one{error.value_or(0), p.col, p.row, 1, error ? 0u : 1u, p.height, p.height};
+    merge(*entry_.result, one);
+  }
+
+  Entry find(TileId id) {
+    const auto it = entries_.find(id);
+    if (it != entries_.end()) return it->second;
+    Entry entry;
+    const std::int64_t place = listing_.find(id);
+    if (place >= 0) entry.surface = cache_.get(id);
+    if (entry.surface) entry.result = &measured_[place];
+    entries_[id] = entry;
+    return entry;
+  }
+
+  const int level_;
+  const double side_;
+  const TileListing& listing_;
+  SurfaceCache& cache_;
+  std::map<TileId, Entry> entries_;
+  std::map<std::int64_t, MeasuredTile> measured_;
+  std::optional<TileId> last_;
+  Entry entry_;
+};
+
+Result<std::vector<Post>> read_posts(const DemSource& source, std::int64_t col, std::int64_t row) {
+  const int cols = int(std::min<std::int64_t>(kBlock, source.info().cols - col));
+  const int rows = int(std::min<std::int64_t>(kBlock, source.info().rows - row));
+  const auto heights = source.read(col, row, cols, rows);
+  if (!heights) return std::unexpected(heights.error());
+  std::vector<Post> posts;
+  std::vector<Vec2> at;
+  for (int r = 0; r < rows; ++r)
+    for (int c = 0; c < cols; ++c) {
+      if (heights->is_void(c, r)) continue;
+      posts.push_back({0, 0, double(heights->at(c, r)), col + c, row + r});
+      at.push_back({double(col + c), double(row + r)});
+    }
+  std::vector<Geographic> places(at.size());
+  source.to_geographic(at, places);
+  for (std::size_t i = 0; i < posts.size(); ++i) {
+    posts[i].lon = places[i].lon;
+    posts[i].lat = places[i].lat;
+    while (posts[i].lon > 180) posts[i].lon -= 360;
+    while (posts[i].lon < -180) posts[i].lon += 360;
+  }
+  return posts;
+}
+
+}  // namespace
+
+Result<std::vector<std::vector<MeasuredTile>>> measure_against_source(const TileListing& listing,
+                                                                      const DemSource& source,
+                                                                      int threads,
+                                                                      const Progress& progress) {
+  std::vector<std::vector<MeasuredTile>> measured(listing.levels.size());
+  for (std::size_t z = 0; z < measured.size(); ++z) measured[z].resize(listing.levels[z].size());
+  SurfaceCache cache(listing);
+  std::mutex mutex;
+  std::optional<Error> error;
+  std::size_t done = 0;
+  const std::int64_t across = (source.info().cols + kBlock - 1) / kBlock;
+  const std::int64_t down = (source.info().rows + kBlock - 1) / kBlock;
+  const auto blocks = std::size_t(across * down);
+  parallel_for(blocks, threads, [&](std::size_t i) {
+    {
+      const std::lock_guard lock(mutex);
+      if (error || progress.stopped()) return;
+    }
+    const auto posts =
+        read_posts(source, std::int64_t(i) % across * kBlock, std::int64_t(i) / across * kBlock);
+    if (!posts) {
+      const std::lock_guard lock(mutex);
+      if (!error) error = posts.error();
+      return;
+    }
+    for (std::size_t z = 0; z < measured.size(); ++z) {
+      if (listing.levels[z].empty()) continue;
+      LevelMeasure level(int(z), listing, cache);
+      for (const Post& p : *posts)
+        if (std::isfinite(p.lon) && std::isfinite(p.lat)) level.post(p);
+      const std::lock_guard lock(mutex);
+      for (const auto& [place, tile] : level.measured())
+        merge(measured[z][std::size_t(place)], tile);
+    }
+    const std::lock_guard lock(mutex);
+    if (++done % 8 == 0) progress.at(double(done) / double(blocks));
+  });
+  if (error) return std::unexpected(*error);
+  if (progress.stopped()) return fail(Errc::cancelled, "stopped");
+  return measured;
+}
+
+}  // namespace tind

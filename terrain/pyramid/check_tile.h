@@ -1,0 +1,26 @@
+#pragma once
+// The rules that one decoded tile must keep by itself: edges, mesh, culling, normals, stated error.
+// Own formulae throughout (the ellipsoid too): nothing here is what make_tile uses.
+
+#include <optional>
+#include <string>
+
+#include "terrain/geo/tiling_scheme.h"
+#include "terrain/pyramid/check_decode.h"
+#include "terrain/pyramid/check_findings.h"
+
+namespace tind {
+
+/// What the metadata extension says of the error.
+struct StatedError {
+  std::optional<double> max_error_m;
+  bool exact = false;
+};
+
+/// `error_factor`: the budget of level z is error_factor times what clients assume of it.
+StatedError check_tile(const CheckedTile&, TileId, double error_factor, Findings&);
+
+/// What a client assumes the error of a level to be, metres (the checker's own figure).
+double assumed_level_error(int level);
+
+}  // namespace tind
