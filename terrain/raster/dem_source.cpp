@@ -126,19 +126,20 @@ Result<BlockCache::Block> RasterSource::block(std::int64_t block_col,
   return made;
 }
 
+/// Far fewer posts than blocks hold: past the cache, post by post.
 Result<void> RasterSource::read_sparse(std::int64_t col, std::int64_t row, int step,
                                        HeightGrid& out) const {
-  for (int j = 0; j < out.rows(); ++j) {
-    const std::int64_t r = row + std::int64_t(j) * step;
-    if (r < 0 || r >= info_.rows) continue;
+  std::vector<std::int64_t> cols(out.cols()), rows(out.rows());
+  for (int i = 0; i < out.cols(); ++i) cols[i] = source_col(col + std::int64_t(i) * step);
+  for (int j = 0; j < out.rows(); ++j) rows[j] = row + std::int64_t(j) * step;
+  std::vector<double> heights(out.size());
+  if (auto ok = mosaic_.read_lattice(cols, rows, heights); !ok) return ok;
+  for (int j = 0; j < out.rows(); ++j)
     for (int i = 0; i < out.cols(); ++i) {
-      const std::int64_t c = source_col(col + std::int64_t(i) * step);
-      if (c < 0) continue;
-      auto post = load(c, r, 1, 1);
-      if (!post) return std::unexpected(post.error());
-      out.at(i, j) = post->at(0, 0);
+      double& z = heights[std::size_t(j) * out.cols() + i];
+      if (std::isnan(z)) continue;
+      if (auto ok = finish(cols[i], rows[j], 1, 1, {&z, 1}, {&out.at(i, j), 1}); !ok) return ok;
     }
-  }
   return {};
 }
 

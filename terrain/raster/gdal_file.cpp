@@ -131,7 +131,8 @@ std::string hash_of_ends(const std::string& path, std::uint64_t size) {
 
 struct IdleHandles::Handle {
   GDALDataset* set = nullptr;
-  std::string memory;  // the /vsimem/ file below it, if any
+  std::string memory;     // the /vsimem/ file below it, if any
+  std::size_t bytes = 0;  // of that file
 
   Handle() = default;
   Handle(const Handle&) = delete;
@@ -156,6 +157,7 @@ std::unique_ptr<IdleHandles::Handle> IdleHandles::take(const RasterFile* owner) 
   for (auto it = idle_.begin(); it != idle_.end(); ++it) {
     if (it->owner != owner) continue;
     auto handle = std::move(it->handle);
+    bytes_ -= handle->bytes;
     idle_.erase(it);
     return handle;
   }
@@ -165,8 +167,12 @@ std::unique_ptr<IdleHandles::Handle> IdleHandles::take(const RasterFile* owner) 
 void IdleHandles::give(const RasterFile* owner, std::unique_ptr<Handle> handle) {
   std::list<Entry> closed;  // destroyed after the lock is gone
   const std::lock_guard lock(mutex_);
+  bytes_ += handle->bytes;
   idle_.push_front({owner, std::move(handle)});
-  if (idle_.size() > kMaxIdle) closed.splice(closed.begin(), idle_, std::prev(idle_.end()));
+  while (idle_.size() > kMaxIdle || (bytes_ > kMaxBytes && idle_.size() > 1)) {
+    bytes_ -= idle_.back().handle->bytes;
+    closed.splice(closed.begin(), idle_, std::prev(idle_.end()));
+  }
 }
 
 RasterFile::RasterFile(std::string path, bool allow_vrt, std::shared_ptr<IdleHandles> idle)
@@ -183,6 +189,8 @@ Result<std::unique_ptr<IdleHandles::Handle>> RasterFile::open_handle() const {
     auto memory = unpack(path_);
     if (!memory) return std::unexpected(memory.error());
     target = handle->memory = *memory;
+    VSIStatBufL stat;
+    if (VSIStatL(target.c_str(), &stat) == 0) handle->bytes = std::size_t(stat.st_size);
   }
   handle->set = static_cast<GDALDataset*>(
       GDALOpenEx(target.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR,
@@ -284,14 +292,12 @@ Result<std::unique_ptr<IdleHandles::Handle>> RasterFile::borrow() const {
   return handle;
 }
 
-Result<void> RasterFile::read(int col, int row, int cols, int rows, std::span<double> out) const {
-  auto borrowed = borrow();
-  if (!borrowed) return std::unexpected(borrowed.error());
-  auto handle = std::move(*borrowed);
-  const Complaints complaints;
-  if (auto ok = sums_->check(*handle->set, path_, col, row, cols, rows); !ok)
+Result<void> RasterFile::read_with(IdleHandles::Handle& handle, int col, int row, int cols,
+                                   int rows, std::span<double> out) const {
+  if (auto ok = sums_->check(*handle.set, path_, col, row, cols, rows); !ok)
     return fail(path_, ok.error());
-  GDALRasterBand& band = *handle->set->GetRasterBand(1);
+  const Complaints complaints;
+  GDALRasterBand& band = *handle.set->GetRasterBand(1);
   CPLErr status = band.RasterIO(GF_Read, col, row, cols, rows, out.data(), cols, rows, GDT_Float64,
                                 0, 0, nullptr);
   std::vector<GByte> mask;
@@ -300,16 +306,33 @@ Result<void> RasterFile::read(int col, int row, int cols, int rows, std::span<do
     status = band.GetMaskBand()->RasterIO(GF_Read, col, row, cols, rows, mask.data(), cols, rows,
                                           GDT_Byte, 0, 0, nullptr);
   }
-  // A handle that failed is closed: GDAL may keep half-decoded blocks in it.
   if (status != CE_None || complaints.failed())
     return fail(Errc::bad_data,
                 fmt::format("{}: cannot read posts at column {}, row {}: {}", path_, col, row,
                             complaints.text("the file is truncated or damaged")));
-  idle_->give(this, std::move(handle));
   for (std::size_t i = 0; i < out.size(); ++i) {
     const bool hidden = !mask.empty() && mask[i] == 0;
     out[i] = hidden || is_void(out[i]) ? kNaN : out[i] * scale_ + offset_;
   }
+  return {};
+}
+
+// A handle that failed is not given back: GDAL may keep half-decoded blocks in it.
+
+Result<void> RasterFile::read(int col, int row, int cols, int rows, std::span<double> out) const {
+  auto handle = borrow();
+  if (!handle) return std::unexpected(handle.error());
+  if (auto ok = read_with(**handle, col, row, cols, rows, out); !ok) return ok;
+  idle_->give(this, std::move(*handle));
+  return {};
+}
+
+Result<void> RasterFile::read_posts(std::span<const Post> posts) const {
+  auto handle = borrow();
+  if (!handle) return std::unexpected(handle.error());
+  for (const Post& p : posts)
+    if (auto ok = read_with(**handle, p.col, p.row, 1, 1, {p.height, 1}); !ok) return ok;
+  idle_->give(this, std::move(*handle));
   return {};
 }
 

@@ -34,11 +34,12 @@ struct FileFacts {
 class BlockSums;
 class RasterFile;
 
-/// Open datasets that nobody reads from just now, of all files of one source; the longest unused is
-/// closed when there are more than `kMaxIdle`. Thread-safe.
+/// Open datasets that nobody reads from just now, of all files of one source. The longest unused is
+/// closed when they are more than `kMaxIdle`, or unpacked files among them more than `kMaxBytes`.
+/// Thread-safe.
 class IdleHandles {
  public:
-  static constexpr std::size_t kMaxIdle = 32;
+  static constexpr std::size_t kMaxIdle = 32, kMaxBytes = 256 << 20;
   struct Handle;  // a GDAL dataset and the memory it may live in
   IdleHandles();
   ~IdleHandles();
@@ -49,6 +50,7 @@ class IdleHandles {
   struct Entry;
   std::mutex mutex_;
   std::list<Entry> idle_;  // most recently used first
+  std::size_t bytes_ = 0;
 };
 
 class RasterFile {
@@ -65,6 +67,13 @@ class RasterFile {
   /// failure that GDAL reports is an error, even where it returns data. Thread-safe.
   Result<void> read(int col, int row, int cols, int rows, std::span<double> out) const;
 
+  /// Single posts inside the file, with one handle for all.
+  struct Post {
+    int col, row;
+    double* height;  // where it goes
+  };
+  Result<void> read_posts(std::span<const Post>) const;
+
   /// Text that changes when the content does: sizes, times, hashes of first and last 64 KiB of
   /// this file and of those it refers to.
   Result<std::string> fingerprint() const;
@@ -75,6 +84,8 @@ class RasterFile {
   /// An idle handle, or a new one.
   Result<std::unique_ptr<IdleHandles::Handle>> borrow() const;
   Result<void> learn(IdleHandles::Handle&, bool keep_source_units);
+  Result<void> read_with(IdleHandles::Handle&, int col, int row, int cols, int rows,
+                         std::span<double> out) const;
   bool is_void(double raw) const;
 
   std::string path_;

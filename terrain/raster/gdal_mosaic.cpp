@@ -133,6 +133,29 @@ Result<void> Mosaic::read(std::int64_t col, std::int64_t row, int cols, int rows
   return {};
 }
 
+Result<void> Mosaic::read_lattice(std::span<const std::int64_t> cols,
+                                  std::span<const std::int64_t> rows, std::span<double> out) const {
+  std::ranges::fill(out, std::nan(""));
+  std::vector<RasterFile::Post> posts;
+  for (const Part& part : parts_) {
+    const FileFacts& facts = part.file->facts();
+    posts.clear();
+    for (std::size_t j = 0; j < rows.size(); ++j) {
+      const std::int64_t row = rows[j] - part.row;
+      if (row < 0 || row >= facts.rows) continue;
+      for (std::size_t i = 0; i < cols.size(); ++i) {
+        const std::int64_t col = cols[i] - part.col;
+        double& z = out[j * cols.size() + i];
+        if (col < 0 || col >= facts.cols || !std::isnan(z)) continue;
+        posts.push_back({int(col), int(row), &z});
+      }
+    }
+    if (posts.empty()) continue;
+    if (auto ok = part.file->read_posts(posts); !ok) return ok;
+  }
+  return {};
+}
+
 Result<std::string> Mosaic::fingerprint() const {
   std::string text;
   for (const Part& part : parts_) {

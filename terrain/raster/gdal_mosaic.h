@@ -29,6 +29,11 @@ class Mosaic {
   Result<void> read(std::int64_t col, std::int64_t row, int cols, int rows,
                     std::span<double> out) const;
 
+  /// The same for the posts (cols[i], rows[j]) of a lattice, out[j * cols.size() + i]; file by
+  /// file, so that each is opened once. Columns and rows outside are allowed: NaN.
+  Result<void> read_lattice(std::span<const std::int64_t> cols, std::span<const std::int64_t> rows,
+                            std::span<double> out) const;
+
   Result<std::string> fingerprint() const;
 
  private:

@@ -36,6 +36,7 @@ constexpr std::pair<const char*, const char*> kOptions[] = {
     {"GTIFF_REPORT_COMPD_CS", "YES"},            // the vertical datum, where a file states it
     {"REPORT_COMPD_CS", "YES"},                  // the same for DTED and SRTM
     {"GTIFF_POINT_GEO_IGNORE", "NO"},            //
+    {"DTED_VERIFY_CHECKSUM", "YES"},             // the one uncompressed format that has any
 };
 
 // Shared by all handles of the process; one decoded block is at most 64 MiB (see gdal_file.cpp).

@@ -110,10 +110,11 @@ int notices_flips(const std::string& path, const std::string& name, int flips, d
   return noticed;
 }
 
-TEST(DemDamage, FlippedBitsInCompressedDataAreErrors) {
+TEST(DemDamage, FlippedBitsUnderAChecksumAreErrors) {
   EXPECT_GE(notices_flips(test::testdata("rainier.tif"), "r.tif", 400, 0.02), 390);
   TIND_NEEDS_SHARED_DATA(hgt, "dem/N52E008.hgt.zip");
   EXPECT_GE(notices_flips(hgt, "N52E008.hgt.zip", 60, 0.01), 55);
+  EXPECT_GE(notices_flips(test::shared_data("dem/n33_w116_3arc_v2.dt1"), "n.dt1", 60, 0.01), 55);
   EXPECT_GE(notices_flips(test::shared_data("dem/ps_height_1k.png"), "p.png", 60, 0.001), 55);
 }
 

@@ -84,6 +84,17 @@ TEST_F(SmallGrids, FirstValidPostWins) {
   expect_heights(*must_open({b, a}), "1 2 7 8 9 / 4 5 6 10 11");
 }
 
+TEST_F(SmallGrids, SparseReadsSeeTheSamePosts) {
+  const auto a = grid("1 2 . / 4 5 6"), b = grid("7 8 9 / . 10 11", 2, 0);
+  const auto source = must_open({a, b});
+  const auto far = source->read_decimated(2 - 64, 0, 3, 2, 64);
+  ASSERT_TRUE(far);
+  EXPECT_EQ(far->at(1, 0), 7);
+  EXPECT_TRUE(far->is_void(0, 0) && far->is_void(2, 0) && far->is_void(1, 1));
+  EXPECT_TRUE(source->read_decimated(0, 1, 1, 1, 100)->at(0, 0) == 4);
+  EXPECT_EQ(source->read_decimated(2, 1, 1, 1, 100)->at(0, 0), 6);
+}
+
 TEST_F(SmallGrids, FilesInAnyPlaceOrOrder) {
   const auto a = grid("1 2 / 3 4", 10, 10), b = grid("5 6 / 7 8", 8, 12);
   expect_heights(*must_open({a, b}), "5 6 . . / 7 8 . . / . . 1 2 / . . 3 4");
