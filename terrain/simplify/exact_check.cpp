@@ -26,6 +26,10 @@ bool triangle_within(const HeightGrid& grid, double limit, const Vec3& a, const 
 
 }  // namespace
 
+bool WithinError::holds(const Vec3& a, const Vec3& b, const Vec3& c) const {
+  return triangle_within(grid_, limit_, a, b, c);
+}
+
 bool WithinError::allows(const HalfedgeMesh& m, Index h, const Vec3& at) const {
   if (!star_stays_ccw(m, h, at)) return false;
   const Index g = m.twin(h);

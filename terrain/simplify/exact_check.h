@@ -20,6 +20,9 @@ class WithinError {
   /// Nothing flips, and nothing leaves the bound. O(posts of the new star), early out.
   bool allows(const HalfedgeMesh&, HalfedgeMesh::Index h, const Vec3& at) const;
 
+  /// One triangle: every valid post in it is within the bound. REQUIRES: counter-clockwise.
+  bool holds(const Vec3& a, const Vec3& b, const Vec3& c) const;
+
  private:
   const HeightGrid& grid_;
   double limit_;

@@ -76,6 +76,14 @@ struct QuadricN {
     return sum;
   }
 
+  /// The function and half its slope along coordinate `axis`.
+  std::array<float, 2> value_and_slope(const std::array<float, N>& d, int axis) const {
+    const std::array<float, N> ad = times(d);
+    float sum = c;
+    for (int i = 0; i < N; ++i) sum += d[i] * (ad[i] + 2 * b[i]);
+    return {sum, ad[axis] + b[axis]};
+  }
+
   /// The same function, relative to a point moved by `d`.
   void move_origin(const std::array<float, N>& d) {
     const std::array<float, N> ad = times(d);

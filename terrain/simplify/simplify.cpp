@@ -9,6 +9,7 @@
 #include "terrain/simplify/clustering.h"
 #include "terrain/simplify/edge_cost.h"
 #include "terrain/simplify/quadric.h"
+#include "terrain/simplify/triangle_collapse.h"
 #include "terrain/simplify/vertex_removal.h"
 
 namespace tind {
@@ -38,6 +39,9 @@ const std::vector<Row>& table() {
         "distance to the ring's average plane, or the degree (--criterion plane|degree|k-degree)",
         kAllStops, kValid, "Schroeder, Zarge, Lorensen 1992; papers/001"},
        simplify_vertex_removal},
+      {{"triangle-collapse", "squared distance to planes, six triangles a step (--placement)",
+        kAllStops, kValid, "Sung and Park: PMTC (papers/003); Gieng et al. 1997"},
+       simplify_triangle_collapse},
       {{"cluster", "squared distance to the planes of each cell of a uniform grid", kAllStops,
         kValid, "Rossignac and Borrel 1993; Lindstrom 2000"},
        simplify_cluster},

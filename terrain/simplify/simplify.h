@@ -25,14 +25,15 @@ struct StopAt {
 struct SimplifyOptions {
   std::string method = "edge-cost";
   StopAt stop;
-  double alpha = 1, beta = 0;       // edge-cost; NaN-free, dimensionless (algorithms: edge cost)
-  std::string term = "all";         // edge-cost: all | length | height | degree
-  std::string effort = "normal";    // bounded: fast | normal | best
-  std::string side = "both";        // bounded: both | above | below
-  bool subset_placement = false;    // qem
-  bool border_constraints = false;  // qem
-  std::string criterion = "plane";  // vertex-removal: plane | degree | k-degree
-  int k = 6;                        // vertex-removal k-degree: neighbours that break a tie
+  double alpha = 1, beta = 0;         // edge-cost; NaN-free, dimensionless (algorithms: edge cost)
+  std::string term = "all";           // edge-cost: all | length | height | degree
+  std::string effort = "normal";      // bounded: fast | normal | best
+  std::string side = "both";          // bounded: both | above | below
+  bool subset_placement = false;      // qem
+  bool border_constraints = false;    // qem
+  std::string criterion = "plane";    // vertex-removal: plane | degree | k-degree
+  int k = 6;                          // vertex-removal k-degree: neighbours that break a tie
+  std::string placement = "quadric";  // triangle-collapse: quadric | centroid
   int threads = 1;
 };
 

@@ -10,9 +10,9 @@
 #include <array>
 #include <cmath>
 
-#include "terrain/mesh/scan_triangle.h"
 #include "terrain/simplify/bucket_queue.h"
 #include "terrain/simplify/collapse_method.h"
+#include "terrain/simplify/exact_check.h"
 #include "terrain/simplify/terrain_mesh.h"
 
 namespace tind {
@@ -53,10 +53,9 @@ class Remover {
   using Bucket = BucketQueue::Bucket;
   TerrainMesh& terrain_;
   HalfedgeMesh& mesh_;
-  const HeightGrid& grid_;
   Criterion criterion_;
   int k_;
-  std::optional<double> max_error_;
+  std::optional<WithinError> bound_;
   BucketQueue queue_;
   std::vector<std::uint32_t> degree_;
   std::vector<std::uint8_t> may_go_;
@@ -89,14 +88,13 @@ Remover::Remover(TerrainMesh& terrain, const HeightGrid& grid, Criterion criteri
                  std::optional<double> max_error)
     : terrain_(terrain),
       mesh_(terrain.mesh),
-      grid_(grid),
       criterion_(criterion),
       k_(k),
-      max_error_(max_error),
       queue_(mesh_.vertex_slots()),
       degree_(mesh_.vertex_slots()),
       may_go_(mesh_.vertex_slots()),
       changed_in_(mesh_.vertex_slots(), 0) {
+  if (max_error) bound_.emplace(grid, *max_error);
   const Index n = Index(mesh_.vertex_slots());
   for (Index v = 0; v < n; ++v)
     if (mesh_.alive_vertex(v)) degree_[v] = std::uint32_t(mesh_.degree(v));
@@ -249,20 +247,9 @@ bool Remover::close_hole(Index v) {
 }
 
 bool Remover::within_bound() const {
-  if (!max_error_) return true;
-  const double limit = *max_error_ * (1 - 1e-9);  // for the rounding of a later change of frame
-  for (const Triangle& t : plan_.triangles) {
-    const bool fits = scan_triangle(at(t[0]), at(t[1]), at(t[2]), 0, grid_.rows(), grid_.cols(),
-                                    [&](const PostSpan& span) {
-                                      const std::span<const float> posts = grid_.row(span.row);
-                                      for (int c = span.first; c <= span.last; ++c)
-                                        if (std::abs(span.height(c) - posts[c]) > limit)
-                                          return false;  // false for a void
-                                      return true;
-                                    });
-    if (!fits) return false;
-  }
-  return true;
+  return !bound_ || std::ranges::all_of(plan_.triangles, [&](const Triangle& t) {
+    return bound_->holds(at(t[0]), at(t[1]), at(t[2]));
+  });
 }
 
 bool Remover::make_plan(Index v) {
