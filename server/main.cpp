@@ -25,6 +25,7 @@ int main(int argc, char** argv) {
   tind::cli::add_info(app, exit);
   tind::cli::add_build(app, exit);
   tind::cli::add_check(app, exit);
+  tind::cli::add_serve(app, exit);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -1,0 +1,67 @@
+// /terrain/{dataset}/layer.json and /terrain/{dataset}/{z}/{x}/{y}.terrain: a cached tile is
+// answered at once, on the I/O thread; any other goes through the CPU pool.
+
+#include <charconv>
+#include <string>
+
+#include "server/api/app.h"
+#include "server/api/extensions.h"
+#include "server/http/problem.h"
+
+namespace tind::api {
+namespace {
+
+/// Digits only, no sign, no leading zero, so that each tile has one address.
+std::int64_t number(std::string_view text) {
+  std::int64_t value = -1;
+  if (text.empty() || text.size() > 10 || (text[0] == '0' && text.size() > 1)) return -1;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size() ? value : -1;
+}
+
+http::Reply no_tile(std::string_view target) {
+  return http::problem_reply({.status = 404,
+                              .detail = "There is no such tile; layer.json says which exist.",
+                              .instance = target});
+}
+
+std::optional<http::Reply> tile(const App& app, const http::Request& request, http::Later& later) {
+  const auto [dataset, not_found] = find_dataset(app, request.matched[0], request);
+  if (!dataset) return not_found;
+  const auto id = tiling::tile(number(request.matched[1]), number(request.matched[2]),
+                               number(request.matched[3]));
+  if (!id || !dataset->tiles->available(*id)) return no_tile(request.head.target);
+  const proto::Extensions asked = asked_extensions(request.head.fields, request.head.query);
+  if (const auto hit = app.tiles.cached(*dataset, *id, asked))
+    return hit->reply(request.head.fields);
+  app.tiles.make(*dataset, *id, asked,
+                 [responder = later.responder(), client = http::Conditions(request.head.fields),
+                  target = std::string(request.head.target)](auto made) mutable {
+                   if (made) {
+                     responder((*made)->reply(client));
+                   } else {
+                     responder(http::problem_reply(made.error(), target));
+                   }
+                 });
+  return std::nullopt;
+}
+
+std::optional<http::Reply> layer_json(const App& app, const http::Request& request) {
+  const auto [dataset, not_found] = find_dataset(app, request.matched[0], request);
+  if (!dataset) return not_found;
+  return dataset->layer_json->reply(request.head.fields);
+}
+
+}  // namespace
+
+void add_tile_routes(http::Router& router, const App& app) {
+  router.get("/terrain/{dataset}/{z}/{x}/{y}.terrain",
+             [&app](const http::Request& request, http::Later& later) {
+               return tile(app, request, later);
+             });
+  router.get("/terrain/{dataset}/layer.json", [&app](const http::Request& request, http::Later&) {
+    return layer_json(app, request);
+  });
+}
+
+}  // namespace tind::api

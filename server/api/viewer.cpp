@@ -1,0 +1,30 @@
+// / and /viewer/...: the web page, from the table of files made at start.
+
+#include "server/api/app.h"
+#include "server/http/problem.h"
+
+namespace tind::api {
+namespace {
+
+std::optional<http::Reply> file(const App& app, const http::Request& request,
+                                std::string_view name) {
+  if (const auto found = app.viewer.find(name)) return found->reply(request.head.fields);
+  return http::problem_reply(
+      {.status = 404,
+       .detail = app.viewer.size() == 0 ? "The viewer is not installed; /datasets lists the data."
+                                        : "The viewer has no such file.",
+       .instance = request.head.target});
+}
+
+}  // namespace
+
+void add_viewer_routes(http::Router& router, const App& app) {
+  router.get("/", [&app](const http::Request& request, http::Later&) {
+    return file(app, request, "index.html");
+  });
+  router.get("/viewer/{path...}", [&app](const http::Request& request, http::Later&) {
+    return file(app, request, request.matched[0]);
+  });
+}
+
+}  // namespace tind::api

@@ -1,0 +1,37 @@
+#pragma once
+// Everything that goes wrong, on the wire: RFC 9457 problem documents, made in this one place.
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/http/reply.h"
+#include "terrain/base/result.h"
+
+namespace tind::http {
+
+/// Which parameter is wrong, and how.
+struct ParameterProblem {
+  std::string parameter, detail;
+};
+
+struct Problem {
+  int status = 500;
+  std::string detail;              // one line for a person
+  std::string_view instance = {};  // the request target it is about; bytes as sent
+  std::vector<ParameterProblem> errors = {};
+  std::vector<Header> headers = {};  // e.g. Allow, Retry-After
+};
+
+/// application/problem+json {type, title, status, detail, instance, errors, requestId}, not to be
+/// cached. The request id is new with each call, and logged with 5xx.
+Reply problem_reply(const Problem&);
+
+/// The one table from what went wrong in the library to what HTTP calls it.
+int status_of(Errc);
+
+/// The problem for an error of the library. What went wrong inside (paths, drivers) is for the log:
+/// a 5xx tells the client only what it can act upon. A full queue says when to try again.
+Reply problem_reply(const Error&, std::string_view instance);
+
+}  // namespace tind::http

@@ -1,0 +1,43 @@
+#pragma once
+// What goes back: a status, and headers with body serialised once into immutable bytes that any
+// number of connections may be sending at the same time.
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace tind::http {
+
+using Header = std::pair<std::string_view, std::string_view>;
+
+/// Everything of a response but its status line, Date and Connection: "Name: value" lines, the
+/// empty line, the body.
+struct Payload {
+  std::string bytes;
+  std::size_t head = 0;  // bytes before the body
+
+  std::string_view body() const { return std::string_view(bytes).substr(head); }
+};
+
+struct Reply {
+  int status = 500;
+  std::shared_ptr<const Payload> payload;
+  bool close = false;  // end the connection after it
+};
+
+/// Adds Content-Length (not for 204 and 304, which have no body) and what every response carries:
+/// CORS for everyone, no sniffing of content types.
+std::shared_ptr<const Payload> make_payload(int status, std::string_view content_type,
+                                            const std::vector<Header>& headers,
+                                            std::string_view body);
+
+Reply make_reply(int status, std::string_view content_type, std::string_view body,
+                 const std::vector<Header>& headers = {});
+
+/// "Not Found" for 404.
+std::string_view reason(int status);
+
+}  // namespace tind::http

@@ -1,0 +1,44 @@
+#pragma once
+// One resource, ready to send: as it is, compressed, and "you have it already".
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "server/http/negotiate.h"
+#include "server/http/reply.h"
+#include "server/http/request_parser.h"
+
+namespace tind::http {
+
+/// Immutable once made, so that any number of connections may send it at the same time. Three
+/// payloads with their headers: 200, 200 with Content-Encoding: gzip (absent where that saves
+/// nothing), and 304 for each of the two. ETags are strong: a hash of the plain bytes, with a
+/// suffix for the compressed form.
+class Representation {
+ public:
+  struct Options {
+    std::string_view content_type;
+    std::string_view cache_control = "no-cache";
+    std::string_view vary = "Accept-Encoding";
+    bool compress = true;
+  };
+  /// Compresses here, so: not on an I/O thread for large bodies.
+  static std::shared_ptr<const Representation> make(std::string_view body, const Options&);
+
+  /// What this client gets.
+  Reply reply(const Conditions&) const;
+  Reply reply(const Fields& fields) const { return reply(Conditions(fields)); }
+
+  std::string_view body() const { return plain_->body(); }
+  std::string_view etag() const { return etag_; }
+  std::size_t memory_bytes() const { return memory_; }
+
+ private:
+  std::string etag_, gzip_etag_;
+  std::shared_ptr<const Payload> plain_, gzip_, plain_304_, gzip_304_;
+  std::size_t memory_ = 0;
+};
+
+}  // namespace tind::http

@@ -1,0 +1,58 @@
+#pragma once
+// The daemon's network side: listens, spreads connections over one I/O loop per thread, and stops
+// gracefully.
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "server/http/limits.h"
+#include "server/http/router.h"
+#include "server/http/stats.h"
+#include "terrain/base/result.h"
+
+namespace tind::http {
+
+struct ServerOptions {
+  std::string address = "127.0.0.1";
+  std::uint16_t port = 8080;  // 0: any free one
+  int threads = 0;            // 0: one per core
+  Limits limits;
+  bool access_log = false;
+  bool handle_signals = true;                // SIGTERM and SIGINT stop; a second one at once
+  std::chrono::milliseconds drain_delay{0};  // not ready, still accepting: for load balancers
+  std::chrono::milliseconds grace{10'000};   // for requests in flight
+};
+
+class Server {
+ public:
+  /// Binds and listens. The router must outlive the server, and every responder that a handler
+  /// took must be gone before the server is.
+  static Result<std::unique_ptr<Server>> listen(const Router&, const ServerOptions&);
+  ~Server();
+
+  std::uint16_t port() const;
+  /// "http://127.0.0.1:8080/"
+  std::string url() const;
+
+  /// Serves until stop() or a signal, then until the requests in flight are answered or the grace
+  /// period is over. True when every request was answered.
+  bool run();
+
+  /// From any thread: stop gracefully.
+  void stop();
+
+  /// False from the moment of stop(), and while out of file descriptors.
+  bool ready() const;
+
+  StatsSnapshot stats() const;
+
+ private:
+  struct Impl;
+  explicit Server(std::unique_ptr<Impl>);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tind::http

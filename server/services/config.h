@@ -1,0 +1,71 @@
+#pragma once
+// What the operator wants: read once, checked in one place, then passed on in parts.
+// A flag wins over the environment (TIND_CACHE_MB), which wins over the file (cache_mb = 64, TOML),
+// which wins over the default.
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "terrain/base/result.h"
+
+namespace tind::services {
+
+struct Config {
+  std::vector<std::string> datasets;
+  std::string listen = "127.0.0.1:8080";
+  int threads = 0;        // I/O; 0: one per core
+  int build_threads = 0;  // CPU work; 0: one per core
+  int queue = 256;
+  int cache_mb = 128;
+  std::string from_datum = "unknown";
+  std::string to_datum = "ellipsoid";
+  double max_error = 0;
+  double error_factor = 1;
+  int max_connections = 4096;
+  std::string viewer;
+  bool allow_vrt = false;
+  bool access_log = false;
+  std::string log_level = "info";
+  double drain_delay = 0;  // seconds
+  double grace = 10;       // seconds
+};
+
+/// One row of the table of settings: how it is called, what it means, how it is set and shown.
+struct Setting {
+  std::string name;  // "cache-mb"; in the file cache_mb, in the environment TIND_CACHE_MB
+  std::string help;
+  bool is_switch = false;  // a flag without a value
+  std::function<Result<void>(Config&, std::string_view)> set;
+  std::function<std::string(const Config&)> show;  // as a TOML value
+};
+
+/// Every setting but the datasets, which are arguments (`datasets = [...]` in the file).
+const std::vector<Setting>& settings();
+
+struct ConfigInput {
+  std::string file;  // empty: none
+  std::function<std::optional<std::string>(const std::string&)> environment;
+  std::map<std::string, std::string> flags;  // by setting name
+  std::vector<std::string> datasets;         // when not empty: instead of the file's
+};
+
+/// The first error names where it is and, for an unknown key, what was probably meant.
+Result<Config> read_config(const ConfigInput&);
+
+/// As a file that read_config accepts.
+std::string print_config(const Config&);
+
+/// "127.0.0.1:8080", "[::1]:8080", ":8080" (127.0.0.1), "8080".
+struct ListenAddress {
+  std::string address;
+  std::uint16_t port = 0;
+};
+Result<ListenAddress> parse_listen(std::string_view);
+
+}  // namespace tind::services

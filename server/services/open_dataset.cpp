@@ -1,0 +1,51 @@
+#include "server/services/open_dataset.h"
+
+#include <algorithm>
+#include <filesystem>
+
+namespace tind::services {
+namespace {
+
+Result<std::unique_ptr<TileSet>> open_tiles(const DatasetSpec& spec, const DemOptions& dem_options,
+                                            const TileSetOptions& options) {
+  if (spec.files.size() == 1 && std::filesystem::is_directory(spec.files[0]))
+    return open_stored_tiles(spec.files[0]);
+  auto dem = DemSource::open(spec.files, dem_options);
+  if (!dem) return std::unexpected(dem.error());
+  return open_dem_tiles(std::move(*dem), options);
+}
+
+std::string name_of(const DatasetSpec& spec) {
+  if (!spec.name.empty()) return spec.name;
+  const std::filesystem::path path = std::filesystem::path(spec.files[0]).lexically_normal();
+  const bool slash = !path.has_filename();  // "tiles/"
+  if (slash) return path.parent_path().filename().string();
+  return std::filesystem::is_directory(path) ? path.filename().string() : path.stem().string();
+}
+
+}  // namespace
+
+DatasetSpec parse_dataset_spec(const std::string& text) {
+  const auto equals = text.find('=');
+  if (equals == text.npos || std::filesystem::exists(text)) return {{}, {text}};
+  DatasetSpec spec{text.substr(0, equals), {}};
+  std::string_view rest = std::string_view(text).substr(equals + 1);
+  while (!rest.empty()) {
+    const std::string_view file = rest.substr(0, rest.find(','));
+    if (!file.empty()) spec.files.emplace_back(file);
+    rest.remove_prefix(std::min(file.size() + 1, rest.size()));
+  }
+  return spec;
+}
+
+Result<void> open_dataset(Catalog& catalog, const DatasetSpec& spec, const DemOptions& dem_options,
+                          const TileSetOptions& options) {
+  if (spec.files.empty())
+    return fail(Errc::invalid_argument, "dataset " + spec.name + " names no file");
+  auto tiles = open_tiles(spec, dem_options, options);
+  if (!tiles) return std::unexpected(tiles.error());
+  catalog.add(name_of(spec), spec.files, std::move(*tiles));
+  return {};
+}
+
+}  // namespace tind::services

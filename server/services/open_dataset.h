@@ -1,0 +1,24 @@
+#pragma once
+// From what the operator names on the command line to a dataset that can be served.
+
+#include <string>
+#include <vector>
+
+#include "server/services/catalog.h"
+#include "terrain/base/result.h"
+
+namespace tind::services {
+
+/// What the operator named: one raster, several as one source, or a directory made by `tind build`.
+struct DatasetSpec {
+  std::string name;  // empty: from the first file's name
+  std::vector<std::string> files;
+};
+
+/// "alps=a.tif,b.tif" or just a path.
+DatasetSpec parse_dataset_spec(const std::string& text);
+
+/// Opens the spec's files and adds them; the error says which cannot be opened, and why.
+Result<void> open_dataset(Catalog&, const DatasetSpec&, const DemOptions&, const TileSetOptions&);
+
+}  // namespace tind::services
