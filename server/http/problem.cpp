@@ -25,16 +25,16 @@ std::string new_request_id() {
 struct Row {
   Errc code;
   int status;
-  const char* detail;  // what a client is told of a 5xx; null: the error's own words
+  const char* detail;  // what a client is told; null: the error's own words
 };
 
 constexpr Row kTable[] = {
     {Errc::invalid_argument, 400, nullptr},
     {Errc::out_of_range, 400, nullptr},
-    {Errc::not_found, 404, nullptr},
+    {Errc::not_found, 404, "There is no such resource."},
     {Errc::bad_data, 500, "The source of this resource is damaged."},
     {Errc::io, 503, "The source of this resource cannot be read at the moment."},
-    {Errc::unsupported, 422, nullptr},
+    {Errc::unsupported, 422, "This cannot be done with this resource."},
     {Errc::busy, 503, "Too much work is waiting; try again soon."},
     {Errc::cancelled, 503, "The server is shutting down."},
     {Errc::internal, 500, "Something is wrong inside the server."},

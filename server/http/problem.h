@@ -30,8 +30,8 @@ Reply problem_reply(const Problem&);
 /// The one table from what went wrong in the library to what HTTP calls it.
 int status_of(Errc);
 
-/// The problem for an error of the library. What went wrong inside (paths, drivers) is for the log:
-/// a 5xx tells the client only what it can act upon. A full queue says when to try again.
+/// The problem for an error of the library. Its words (paths, drivers) are for the log; a client is
+/// told them only of its own mistakes. A full queue says when to try again.
 Reply problem_reply(const Error&, std::string_view instance);
 
 }  // namespace tind::http
