@@ -36,6 +36,8 @@ class BucketQueue {
     if (b < lowest_) lowest_ = b;
   }
 
+  [[gnu::always_inline]] void prefetch(Index e) const { __builtin_prefetch(&bucket_[e]); }
+  bool in_bucket(Index e, Bucket b) const { return bucket_[e] == b; }
   bool queued(Index e) const { return bucket_[e] != kAbsent; }
   void forget(Index e) { bucket_[e] = kAbsent; }
 

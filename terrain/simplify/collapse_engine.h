@@ -103,9 +103,11 @@ class CollapseEngine {
         progress_(progress),
         observer_(observer),
         queue_(mesh.halfedge_slots()),
-        merged_in_(mesh.vertex_slots(), 0),
-        near_change_(mesh.vertex_slots(), 1),
-        start_(mesh.triangle_count()) {}
+        state_(mesh.vertex_slots()),
+        start_(mesh.triangle_count()) {
+    for (Index v = 0; v < state_.size(); ++v)
+      state_[v] = {0, true, mesh.alive_vertex(v) && mesh.on_border(v)};
+  }
 
   CollapseRun run() {
     do {
@@ -118,6 +120,12 @@ class CollapseEngine {
   }
 
  private:
+  struct VertexState {
+    std::uint32_t merged_in : 30;   // the round of its last merge
+    std::uint32_t near_change : 1;  // its star has changed since the last push_all
+    std::uint32_t border : 1;
+  };
+
   HalfedgeMesh& mesh_;
   Cost& cost_;
   Filter& filter_;
@@ -125,8 +133,7 @@ class CollapseEngine {
   const Progress& progress_;
   Observer& observer_;
   BucketQueue queue_;
-  std::vector<std::uint32_t> merged_in_;   // per vertex: the round of its last merge
-  std::vector<std::uint8_t> near_change_;  // per vertex: its star changed since the last push_all
+  std::vector<VertexState> state_;  // per vertex
   std::vector<Index> batch_;
   CollapseRun run_;
   std::uint32_t round_ = 0;
@@ -142,7 +149,7 @@ class CollapseEngine {
   Index oriented(Index h) const {
     const Index g = mesh_.twin(h);
     if (g == kNone) return h;
-    return mesh_.on_border(mesh_.origin(h)) && !mesh_.on_border(mesh_.dest(h)) ? g : h;
+    return state_[mesh_.origin(h)].border && !state_[mesh_.dest(h)].border ? g : h;
   }
 
   void push(Index e) {
@@ -155,9 +162,9 @@ class CollapseEngine {
   void push_all() {
     for (Index h = 0; h < mesh_.halfedge_slots(); ++h) {
       if (!mesh_.alive_triangle(h / 3) || edge(h) != h || queue_.queued(h)) continue;
-      if (near_change_[mesh_.origin(h)] | near_change_[mesh_.dest(h)]) push(h);
+      if (state_[mesh_.origin(h)].near_change || state_[mesh_.dest(h)].near_change) push(h);
     }
-    std::fill(near_change_.begin(), near_change_.end(), 0);
+    for (VertexState& v : state_) v.near_change = false;
   }
 
   void drain() {
@@ -175,10 +182,13 @@ class CollapseEngine {
         return;
       }
       ++round_;
-      for (const Index h : batch_) {
+      for (std::size_t i = 0; i < batch_.size(); ++i) {
+        look_ahead(i, b);
+        const Index h = batch_[i];
         if (!queue_.take(h, b)) continue;
         if (!mesh_.alive_triangle(h / 3) || edge(h) != h) continue;
-        if (merged_in_[mesh_.origin(h)] == round_ || merged_in_[mesh_.dest(h)] == round_) {
+        if (state_[mesh_.origin(h)].merged_in == round_ ||
+            state_[mesh_.dest(h)].merged_in == round_) {
           queue_.push(h, b);
           continue;
         }
@@ -191,6 +201,28 @@ class CollapseEngine {
       }
       const std::size_t goal = start_ - std::min(stop_.triangles, start_);
       if (goal > 0) progress_.at(double(start_ - mesh_.triangle_count()) / double(goal));
+    }
+  }
+
+  /// A batch says long in advance which edges come next, and almost all time goes into waiting for
+  /// memory: so the edges some way ahead are sent for, and, nearer by, what hangs on them.
+  [[gnu::always_inline]] void look_ahead(std::size_t i, Bucket b) const {
+    constexpr std::size_t kFar = 24, kNear = 12;
+    if (i + kFar < batch_.size()) {
+      const Index h = batch_[i + kFar];
+      queue_.prefetch(h);
+      mesh_.prefetch_halfedge(h);
+    }
+    if (i + kNear < batch_.size()) {
+      const Index h = batch_[i + kNear];
+      if (!queue_.in_bucket(h, b) || !mesh_.alive_triangle(h / 3)) return;
+      const Index g = mesh_.twin(h);
+      if (g != kNone) mesh_.prefetch_halfedge(g);
+      for (const Index v : {mesh_.origin(h), mesh_.dest(h)}) {
+        mesh_.prefetch_vertex(v);
+        __builtin_prefetch(&state_[v]);
+        if constexpr (requires { cost_.prefetch(v); }) cost_.prefetch(v);
+      }
     }
   }
 
@@ -216,15 +248,14 @@ class CollapseEngine {
     cost_.merge(mesh_, h, p.position);
     mesh_.collapse(h);
     mesh_.position(kept) = p.position;
-    merged_in_[kept] = round_;
+    state_[kept] = {round_, true, state_[kept].border || state_[removed].border};
     ++run_.collapses;
-    near_change_[kept] = 1;
     mesh_.for_each_out(kept, [&](Index k) {
-      near_change_[mesh_.dest(k)] = 1;
+      state_[mesh_.dest(k)].near_change = true;
       requeue(k);
       // The last spoke of a border fan has no half-edge that leaves `kept`.
       if (mesh_.twin(HalfedgeMesh::prev(k)) == kNone) {
-        near_change_[mesh_.apex(k)] = 1;
+        state_[mesh_.apex(k)].near_change = true;
         requeue(HalfedgeMesh::prev(k));
       }
       if constexpr (!Cost::kOnlyGrows) push(edge(HalfedgeMesh::next(k)));

@@ -20,7 +20,7 @@ namespace {
 using Index = HalfedgeMesh::Index;
 constexpr Index kNone = HalfedgeMesh::kNone;
 
-constexpr float kSpring = 1e-3f;
+constexpr float kSpring = 1e-5f;
 constexpr double kBorderWeight = 10;
 
 struct Vec3f {
@@ -85,6 +85,8 @@ class QuadricCost {
         if (m.twin(h) == kNone) add_border(m, h);
   }
 
+  [[gnu::always_inline]] void prefetch(Index v) const { __builtin_prefetch(&quadric_[v]); }
+
   Proposal propose(const HalfedgeMesh& m, Index h) const {
     const Merge rule = merge_rule(terrain_, h);
     if (rule == Merge::never) return {};
@@ -122,8 +124,8 @@ class QuadricCost {
                          terrain_.metric(m.position(m.apex(h))) - a);
     const double area2 = length(n);
     Quadric q;
-    q.add_plane(n, 0.5 / area2);  // area * unit normal squared
-    const float spring = float(0.5 * area2 / 3) * kSpring;
+    q.add_plane(n, 0.5 * n.z / area2 / area2);  // area * unit normal squared
+    const float spring = float(0.5 * n.z / 3) * kSpring;
     q.xx += spring, q.yy += spring, q.zz += spring;
     for (Index e = h; e < h + 3; ++e) quadric_[m.origin(e)].add(q);
   }

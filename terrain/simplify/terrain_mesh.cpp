@@ -152,20 +152,23 @@ Merge merge_rule(const TerrainMesh& t, Index h) {
 
 bool star_stays_ccw(const HalfedgeMesh& m, Index h, const Vec3& at) {
   const Index g = m.twin(h);
-  const auto fan_ok = [&](Index start, Index skip) {
-    // All triangles of origin(start) but the two of the edge, each with its corner moved to `at`.
-    Index e = start;
-    do {
-      const Index t = HalfedgeMesh::triangle(e);
-      if (t != HalfedgeMesh::triangle(h) && t != skip &&
-          !surely_ccw(at, m.position(m.dest(e)), m.position(m.apex(e))))
-        return false;
-      e = m.rotate_ccw(e);
-    } while (e != kNone && e != start);
+  // Walks from just behind the edge around to its other side; at a border, from there again.
+  const auto fan_ok = [&](Index edge, Index twin) {
+    const Index last = twin == kNone ? kNone : HalfedgeMesh::next(twin);
+    Index e = m.rotate_ccw(edge);
+    for (; e != kNone && e != last; e = m.rotate_ccw(e))
+      if (!surely_ccw(at, m.position(m.dest(e)), m.position(m.apex(e)))) return false;
+    if (e == last) return true;
+    for (e = m.out(m.origin(edge)); e != edge && e != last; e = m.rotate_ccw(e))
+      if (!surely_ccw(at, m.position(m.dest(e)), m.position(m.apex(e)))) return false;
     return true;
   };
-  const Index skip = g == kNone ? kNone : HalfedgeMesh::triangle(g);
-  return fan_ok(m.out(m.origin(h)), skip) && fan_ok(m.out(m.dest(h)), skip);
+  if (g == kNone) {  // dest's fan ends with this triangle; origin's begins with it
+    for (Index e = m.out(m.dest(h)); e != HalfedgeMesh::next(h); e = m.rotate_ccw(e))
+      if (!surely_ccw(at, m.position(m.dest(e)), m.position(m.apex(e)))) return false;
+    return fan_ok(h, kNone);
+  }
+  return fan_ok(h, g) && fan_ok(g, h);
 }
 
 }  // namespace tind
