@@ -1,8 +1,8 @@
 #pragma once
-// A priority queue of edges without a heap: costs are sorted into buckets of 1/16 octave.
+// A priority queue of edges without a heap: costs are sorted into buckets of 1/8 octave.
 //
 // A simplifier asks for "the cheapest edge" hundreds of thousands of times, and a heap answers with
-// a chain of cache misses. Greedy order does not need the last 4 % of precision: here a push is an
+// a chain of cache misses. Greedy order does not need the last 9 % of precision: here a push is an
 // append, and a bucket is handed out as a whole, in the order of the pushes. Edges are first pushed
 // in mesh order, so a bucket walks over the terrain in one direction and stays in the cache.
 //
@@ -59,8 +59,8 @@ class BucketQueue {
   }
 
  private:
-  static constexpr int kShift = 19;               // of a float's 23 mantissa bits, 4 remain
-  static constexpr Bucket kBuckets = 0x0ff0 + 1;  // up to infinity
+  static constexpr int kShift = 20;  // of a float's 23 mantissa bits, 3 remain
+  static constexpr Bucket kBuckets = 0x07f8 + 1;  // up to infinity
   std::vector<Bucket> bucket_;                    // per edge slot
   std::vector<std::vector<Index>> entries_;
   Bucket lowest_ = 0;

@@ -21,7 +21,7 @@ struct Weights {
 
 class EdgeCost {
  public:
-  static constexpr bool kOnlyGrows = false;
+  static constexpr bool kOnlyGrows = true;
 
   EdgeCost(TerrainMesh& terrain, const Weights& weights)
       : terrain_(terrain), weights_(weights), degree_(terrain.mesh.vertex_slots(), 0) {

@@ -85,7 +85,10 @@ class QuadricCost {
         if (m.twin(h) == kNone) add_border(m, h);
   }
 
-  [[gnu::always_inline]] void prefetch(Index v) const { __builtin_prefetch(&quadric_[v]); }
+  [[gnu::always_inline]] void prefetch(Index v) const {
+    __builtin_prefetch(&quadric_[v]);
+    __builtin_prefetch(&terrain_.kind[v]);
+  }
 
   Proposal propose(const HalfedgeMesh& m, Index h) const {
     const Merge rule = merge_rule(terrain_, h);

@@ -133,10 +133,9 @@ Result<TerrainMesh> terrain_mesh(const HeightGrid& grid, double metres_x, double
   return terrain;
 }
 
-Merge merge_rule(const TerrainMesh& t, Index h) {
+Merge border_merge_rule(const TerrainMesh& t, Index h) {
   const Index a = t.mesh.origin(h), b = t.mesh.dest(h);
   const VertexKind ka = t.kind[a], kb = t.kind[b];
-  if (ka == VertexKind::interior && kb == VertexKind::interior) return Merge::free;
   if (ka == VertexKind::interior) return Merge::at_dest;
   if (kb == VertexKind::interior) return Merge::at_origin;
   if (t.mesh.twin(h) != kNone) return Merge::never;  // a chord

@@ -35,7 +35,12 @@ enum class Merge : std::uint8_t {
   along_x,    // a border edge on a side: anywhere between the ends
   along_y,
 };
-Merge merge_rule(const TerrainMesh&, HalfedgeMesh::Index h);
+Merge border_merge_rule(const TerrainMesh&, HalfedgeMesh::Index h);
+inline Merge merge_rule(const TerrainMesh& t, HalfedgeMesh::Index h) {
+  const VertexKind a = t.kind[t.mesh.origin(h)], b = t.kind[t.mesh.dest(h)];
+  if (a == VertexKind::interior && b == VertexKind::interior) return Merge::free;
+  return border_merge_rule(t, h);
+}
 
 /// What the merged vertex may do afterwards.
 inline VertexKind merged_kind(VertexKind a, VertexKind b) { return a > b ? a : b; }
