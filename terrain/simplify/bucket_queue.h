@@ -59,7 +59,7 @@ class BucketQueue {
   }
 
  private:
-  static constexpr int kShift = 20;  // of a float's 23 mantissa bits, 3 remain
+  static constexpr int kShift = 20;               // of a float's 23 mantissa bits, 3 remain
   static constexpr Bucket kBuckets = 0x07f8 + 1;  // up to infinity
   std::vector<Bucket> bucket_;                    // per edge slot
   std::vector<std::vector<Index>> entries_;

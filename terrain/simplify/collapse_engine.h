@@ -207,8 +207,8 @@ class CollapseEngine {
   // next: so they are taken in chunks and in three steps. Each step sends for what the next will
   // read, and while one edge's memory is on its way, others are worked on.
 
-  /// The edges of the chunk that still cost what their bucket says, with their placement; the others
-  /// go back into the queue.
+  /// The edges of the chunk that still cost what their bucket says, with their placement; the
+  /// others go back into the queue.
   void propose_chunk(std::size_t begin, Bucket b) {
     candidates_.clear();
     const std::size_t end = std::min(begin + kChunk, batch_.size());
@@ -225,8 +225,10 @@ class CollapseEngine {
       const Proposal p = cost_.propose(mesh_, h);
       if (!(p.cost < kNever)) continue;
       const Bucket now = BucketQueue::bucket_of(p.cost);
-      if (now > b) queue_.push(e, now);
-      else candidates_.push_back({h, p});
+      if (now > b)
+        queue_.push(e, now);
+      else
+        candidates_.push_back({h, p});
     }
   }
 

@@ -8,6 +8,7 @@
 
 #include "terrain/simplify/clustering.h"
 #include "terrain/simplify/edge_cost.h"
+#include "terrain/simplify/memoryless.h"
 #include "terrain/simplify/quadric.h"
 #include "terrain/simplify/triangle_collapse.h"
 #include "terrain/simplify/vertex_removal.h"
@@ -35,6 +36,9 @@ const std::vector<Row>& table() {
       {{"qem", "squared distance to the planes of all merged triangles", kAllStops, kValid,
         "Garland and Heckbert 1997"},
        simplify_qem},
+      {{"memoryless", "squared volume between the current mesh and the next", kAllStops, kValid,
+        "Lindstrom and Turk 1998"},
+       simplify_memoryless},
       {{"vertex-removal",
         "distance to the ring's average plane, or the degree (--criterion plane|degree|k-degree)",
         kAllStops, kValid, "Schroeder, Zarge, Lorensen 1992; papers/001"},
