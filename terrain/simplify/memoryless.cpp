@@ -8,8 +8,8 @@
 //   where      ga.v + gb.(v - ab) = 0
 //
 // On a height field g_z is twice the area seen from above, never zero: the constraint gives z as a
-// function of x and y, and two unknowns with a 2 x 2 matrix remain. H and g are kept per vertex and
-// made anew when a triangle around it has changed.
+// function of x and y, and two unknowns with a 2 x 2 matrix remain. H and g are kept per vertex; a
+// collapse replaces the share of each triangle that it changes.
 
 #include "terrain/simplify/memoryless.h"
 
@@ -29,20 +29,20 @@ constexpr Index kNone = HalfedgeMesh::kNone;
 /// Weight of a spring to the edge's midpoint; decides on plains only, where all volumes vanish.
 constexpr double kSpring = 1e-5;
 
-/// H and g of some triangles, lengths in posts (a scale that keeps float in range anywhere).
+/// H and g of some triangles, lengths in posts. Double, because shares are also subtracted.
 struct Sweep {
-  float xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
-  float gx = 0, gy = 0, gz = 0;
+  double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
+  double gx = 0, gy = 0, gz = 0;
 
   void add(const Vec3& n) {
-    xx += float(n.x * n.x), xy += float(n.x * n.y), xz += float(n.x * n.z);
-    yy += float(n.y * n.y), yz += float(n.y * n.z), zz += float(n.z * n.z);
-    gx += float(n.x), gy += float(n.y), gz += float(n.z);
+    xx += n.x * n.x, xy += n.x * n.y, xz += n.x * n.z;
+    yy += n.y * n.y, yz += n.y * n.z, zz += n.z * n.z;
+    gx += n.x, gy += n.y, gz += n.z;
   }
   void subtract(const Vec3& n) {
-    xx -= float(n.x * n.x), xy -= float(n.x * n.y), xz -= float(n.x * n.z);
-    yy -= float(n.y * n.y), yz -= float(n.y * n.z), zz -= float(n.z * n.z);
-    gx -= float(n.x), gy -= float(n.y), gz -= float(n.z);
+    xx -= n.x * n.x, xy -= n.x * n.y, xz -= n.x * n.z;
+    yy -= n.y * n.y, yz -= n.y * n.z, zz -= n.z * n.z;
+    gx -= n.x, gy -= n.y, gz -= n.z;
   }
   Vec3 times(const Vec3& v) const {
     return {xx * v.x + xy * v.y + xz * v.z, xy * v.x + yy * v.y + yz * v.z,
@@ -64,13 +64,13 @@ struct Reduced {
 };
 
 Reduced reduce(const Sweep& a, const Sweep& b, const Vec3& ab, double spring) {
-  const double xx = double(a.xx) + b.xx, xy = double(a.xy) + b.xy, xz = double(a.xz) + b.xz;
-  const double yy = double(a.yy) + b.yy, yz = double(a.yz) + b.yz, zz = double(a.zz) + b.zz;
-  const double gz = double(a.gz) + b.gz;
+  const double xx = a.xx + b.xx, xy = a.xy + b.xy, xz = a.xz + b.xz;
+  const double yy = a.yy + b.yy, yz = a.yz + b.yz, zz = a.zz + b.zz;
+  const double gz = a.gz + b.gz;
   const Vec3 c = b.times(ab);
   Reduced q;
-  q.s = (double(a.gx) + b.gx) / gz;
-  q.t = (double(a.gy) + b.gy) / gz;
+  q.s = (a.gx + b.gx) / gz;
+  q.t = (a.gy + b.gy) / gz;
   q.z0 = b.volume(ab) / gz;
   q.mxx = xx - 2 * q.s * xz + q.s * q.s * zz + spring;
   q.mxy = xy - q.t * xz - q.s * yz + q.s * q.t * zz;
@@ -91,25 +91,30 @@ class SweepCost {
         unit_(1 / std::sqrt(terrain.metres_x * terrain.metres_y)),
         scale_x_(terrain.metres_x * unit_),
         scale_y_(terrain.metres_y * unit_),
-        sweep_(terrain.mesh.vertex_slots()),
-        stale_(terrain.mesh.vertex_slots(), 1) {}
+        sweep_(terrain.mesh.vertex_slots()) {
+    const HalfedgeMesh& m = terrain.mesh;
+    for (Index h = 0; h < m.halfedge_slots(); h += 3) {
+      const Vec3 n = normal(m, h);
+      for (Index e = h; e < h + 3; ++e) sweep_[m.origin(e)].add(n);
+    }
+  }
 
   [[gnu::always_inline]] void prefetch(Index v) const {
     __builtin_prefetch(&sweep_[v]);
-    __builtin_prefetch(&stale_[v]);
+    __builtin_prefetch(&sweep_[v].gz);
     __builtin_prefetch(&terrain_.kind[v]);
   }
 
-  Proposal propose(const HalfedgeMesh& m, Index h) {
+  Proposal propose(const HalfedgeMesh& m, Index h) const {
     const Merge rule = merge_rule(terrain_, h);
     if (rule == Merge::never) return {};
     const Index a = m.origin(h), b = m.dest(h), g = m.twin(h);
-    const Sweep& of_a = fresh(m, a);
-    Sweep of_b = fresh(m, b);
+    const Sweep& of_a = sweep_[a];
+    Sweep of_b = sweep_[b];
     of_b.subtract(normal(m, h));
     if (g != kNone) of_b.subtract(normal(m, g));
     const Vec3 ab = offset(m.position(a), m.position(b));
-    const double area2 = double(of_a.gz) + of_b.gz, spring = kSpring * area2 * area2;
+    const double area2 = of_a.gz + of_b.gz, spring = kSpring * area2 * area2;
     const Reduced q = reduce(of_a, of_b, ab, spring);
     const Vec3 at = place(m, h, rule, q, ab);
     const Vec3 v = offset(m.position(a), at);
@@ -117,19 +122,31 @@ class SweepCost {
     return {float(std::max(cost, 0.0)), at};
   }
 
-  void merge(const HalfedgeMesh& m, Index h, const Vec3&) {
-    const Index a = m.origin(h), b = m.dest(h);
+  void merge(const HalfedgeMesh& m, Index h, const Vec3& at) {
+    const Index a = m.origin(h), b = m.dest(h), g = m.twin(h);
     terrain_.kind[b] = merged_kind(terrain_.kind[a], terrain_.kind[b]);
+    Sweep merged;
     for (const Index v : {a, b}) {
-      m.for_each_out(v, [&](Index e) { stale_[m.dest(e)] = stale_[m.apex(e)] = 1; });
+      m.for_each_out(v, [&](Index e) {
+        const Index t = HalfedgeMesh::triangle(e);
+        if (t == HalfedgeMesh::triangle(h) || (g != kNone && t == HalfedgeMesh::triangle(g)))
+          return;
+        const Vec3 now =
+            cross(offset(at, m.position(m.dest(e))), offset(at, m.position(m.apex(e))));
+        replace(m.dest(e), normal(m, e), now);
+        replace(m.apex(e), normal(m, e), now);
+        merged.add(now);
+      });
     }
+    sweep_[m.apex(h)].subtract(normal(m, h));
+    if (g != kNone) sweep_[m.apex(g)].subtract(normal(m, g));
+    sweep_[b] = merged;
   }
 
  private:
   TerrainMesh& terrain_;
   double unit_, scale_x_, scale_y_;
   std::vector<Sweep> sweep_;
-  std::vector<std::uint8_t> stale_;
 
   Vec3 offset(const Vec3& from, const Vec3& to) const {
     return {(to.x - from.x) * scale_x_, (to.y - from.y) * scale_y_, (to.z - from.z) * unit_};
@@ -139,14 +156,9 @@ class SweepCost {
     return cross(offset(p, m.position(m.dest(h))), offset(p, m.position(m.apex(h))));
   }
 
-  const Sweep& fresh(const HalfedgeMesh& m, Index v) {
-    if (stale_[v]) {
-      Sweep sum;
-      m.for_each_out(v, [&](Index h) { sum.add(normal(m, h)); });
-      sweep_[v] = sum;
-      stale_[v] = 0;
-    }
-    return sweep_[v];
+  void replace(Index v, const Vec3& before, const Vec3& now) {
+    sweep_[v].subtract(before);
+    sweep_[v].add(now);
   }
 
   Vec3 place(const HalfedgeMesh& m, Index h, Merge rule, const Reduced& q, const Vec3& ab) const {
