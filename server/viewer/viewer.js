@@ -49,8 +49,8 @@ function createGlobe() {
     contextOptions: {webgl: {antialias: true, preserveDrawingBuffer: true}},
   });
   const {scene} = widget;
-  scene.backgroundColor = Cesium.Color.fromCssColorString("#c9d6e2");
-  scene.skyAtmosphere.saturationShift = -0.3;
+  scene.backgroundColor = Cesium.Color.fromCssColorString("#e6edf0");
+  scene.skyAtmosphere.saturationShift = -0.12;
   scene.globe.showGroundAtmosphere = false;
   scene.globe.baseColor = Cesium.Color.fromCssColorString("#a8b58a");
   scene.fog.renderable = false; // the material has its own haze
@@ -83,6 +83,7 @@ function terrainMaterial({low, high, extent}) {
         high: Math.max(high, low + 1),
         haze: 2.5 * extent,
         light: 1,
+        ink: 0,
         rock: Cesium.Color.fromCssColorString("#8d8379"),
         air: Cesium.Color.fromCssColorString("#dbe7ec"),
       },
@@ -95,6 +96,7 @@ function terrainMaterial({low, high, extent}) {
           float facing = clamp(0.5 + 0.5 * dot(materialInput.normalEC, czm_lightDirectionEC), 0.0, 1.0);
           vec3 shade = mix(vec3(0.14, 0.20, 0.31), vec3(1.26, 1.21, 1.12), pow(facing, 1.9));
           ground *= mix(vec3(1.0), shade, light);
+          ground *= 1.0 - 0.55 * ink;
           float far = length(materialInput.positionToEyeEC) / haze;
           material.diffuse = mix(ground, air.rgb, 1.0 - exp(-far * far));
           return material;
@@ -159,7 +161,7 @@ function show(scene, dataset) {
   const {globe} = scene;
   globe.terrainProvider = dataset.provider;
   globe.material = terrainMaterial(dataset);
-  globe.material.uniforms.light = $("lighting").checked ? 1 : 0;
+  applyLooks(scene);
   scene.light = lightFromNorthWest(Cesium.Rectangle.center(dataset.rectangle));
   scene.verticalExaggerationRelativeHeight = dataset.low;
   fly(scene, dataset);
@@ -243,11 +245,21 @@ class Readout {
     $("tile-size").textContent = `${(mesh.indices.length / 3).toLocaleString("en")} triangles, ` +
       `${mesh.u.length.toLocaleString("en")} vertices, ${mesh.bytes.toLocaleString("en")} bytes`;
     const bound = mesh.metadata.max_error_m;
-    $("tile-error").textContent = bound === undefined ? "not stated" : `at most ${metres(bound, bound < 10 ? 2 : 1)}`;
+    $("tile-error").textContent = bound === undefined ? "not stated" : `at most ${metres(bound, bound < 10 ? 2 : 1)} at every post`;
   }
 }
 
 // ---- controls
+
+/// Wires are drawn darker and on plain paper: through them one would see the sky below the ground.
+function applyLooks(scene) {
+  const wires = $("wireframe").checked;
+  const {uniforms} = scene.globe.material ?? {uniforms: {}}; // none before a dataset is open
+  uniforms.light = $("lighting").checked ? 1 : 0;
+  uniforms.ink = wires ? 1 : 0;
+  scene.skyAtmosphere.show = !wires;
+  scene.globe._surface.tileProvider._debug.wireframe = wires; // as CesiumJS's own inspector does
+}
 
 function pointerPlace(scene, position) {
   const hit = scene.globe.pick(scene.camera.getPickRay(position), scene);
@@ -276,8 +288,8 @@ function connectControls(scene, state) {
     scene.verticalExaggeration = Number(value);
     $("exaggeration-value").textContent = `${Number(value)}×`;
   });
-  change("wireframe", ({checked}) => (scene.globe._surface.tileProvider._debug.wireframe = checked)); // as CesiumJS's inspector does
-  change("lighting", ({checked}) => (scene.globe.material.uniforms.light = checked ? 1 : 0));
+  change("wireframe", () => applyLooks(scene));
+  change("lighting", () => applyLooks(scene));
   $("home").addEventListener("click", () => state.dataset && fly(scene, state.dataset));
   $("dataset").addEventListener("change", ({target}) => {
     history.replaceState(null, "", `?dataset=${encodeURIComponent(target.value)}`);

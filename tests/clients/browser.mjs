@@ -28,13 +28,14 @@ export async function openPage(browser, origin, viewport) {
   return {page, complaints};
 }
 
-/// Until the globe has drawn every tile it wants, twice in a row.
+/// Until the globe has drawn every tile it wants, for some frames in a row.
 export async function settled(page, timeout = 240000) {
+  await page.evaluate(() => (window.calm = 0));
   await page.waitForFunction(() => {
     const {widget, state} = window.tind ?? {};
     if (!state?.dataset) return false;
     widget.scene.requestRender();
-    window.calm = widget.scene.globe.tilesLoaded ? (window.calm ?? 0) + 1 : 0;
+    window.calm = widget.scene.globe.tilesLoaded ? window.calm + 1 : 0;
     return window.calm > 3;
   }, undefined, {timeout, polling: 150});
 }

@@ -1,0 +1,172 @@
+// The viewer in Chromium against the daemon: CesiumJS takes the tiles, heights agree with the
+// source within what each tile states, the page says so, and mountains are seen.
+import assert from "node:assert/strict";
+import {mkdirSync} from "node:fs";
+import {after, before, test} from "node:test";
+import {openBrowser, openPage, settled} from "./browser.mjs";
+import {ROOT, startDaemon} from "./daemon.mjs";
+
+// testdata/rainier.tif: posts are at the pixels' centres.
+const DEM = {file: "testdata/rainier.tif", west: -121.9804166666667, north: 47.0004166666667, step: 1 / 1200, cols: 577, rows: 481};
+const POSTS = 1000;
+
+let daemon, browser, page, complaints;
+
+before(async () => {
+  daemon = await startDaemon(DEM.file, "--from-datum", "egm96", "--to-datum", "ellipsoid");
+  browser = await openBrowser();
+  ({page, complaints} = await openPage(browser, daemon.origin, {width: 1280, height: 800}));
+  await page.goto(daemon.origin);
+  await settled(page);
+});
+
+after(async () => {
+  await browser?.close();
+  if (daemon) assert.equal(await daemon.stop(), 0, daemon.said());
+});
+
+/// Luminances of the drawn globe, as a grid of numbers.
+const look = (target) => target.evaluate(() => {
+  const {scene} = window.tind.widget;
+  scene.render();
+  const small = Object.assign(document.createElement("canvas"), {width: 160, height: 100});
+  const pen = small.getContext("2d");
+  pen.drawImage(scene.canvas, 0, 0, 160, 100);
+  const {data} = pen.getImageData(0, 0, 160, 100);
+  return Array.from({length: 160 * 100}, (_, i) => 0.3 * data[4 * i] + 0.6 * data[4 * i + 1] + 0.1 * data[4 * i + 2]);
+});
+
+const meanDifference = (a, b) => a.reduce((sum, value, i) => sum + Math.abs(value - b[i]), 0) / a.length;
+
+/// Mean step between neighbours in the lower half, where the ground is: 0 for a flat colour.
+const texture = (picture) => {
+  let sum = 0;
+  for (let i = 160 * 50; i < 160 * 100 - 1; ++i) sum += Math.abs(picture[i + 1] - picture[i]);
+  return sum / (160 * 50);
+};
+
+function randomPosts(count) {
+  let state = 12345; // a fixed sequence
+  const next = (below) => {
+    state = (Math.imul(state, 1664525) + 1013904223) >>> 0;
+    return Math.floor((state / 2 ** 32) * below);
+  };
+  return Array.from({length: count}, () => ({
+    lon: DEM.west + (next(DEM.cols) + 0.5) * DEM.step,
+    lat: DEM.north - (next(DEM.rows) + 0.5) * DEM.step,
+  }));
+}
+
+async function elevation({lon, lat}) {
+  const reply = await fetch(`${daemon.origin}/elevation/rainier?lon=${lon}&lat=${lat}`);
+  assert.equal(reply.status, 200);
+  return reply.json();
+}
+
+test("mountains are seen, and light makes the relief", async () => {
+  const lit = await look(page);
+  mkdirSync(`${ROOT}/build/shots`, {recursive: true});
+  await page.mouse.move(720, 430);
+  await page.locator("#tile-error").filter({hasText: / m /}).waitFor();
+  await page.screenshot({path: `${ROOT}/build/shots/viewer.png`});
+  await page.keyboard.press("l");
+  const unlit = await look(page);
+  await page.keyboard.press("l");
+  assert.ok(texture(lit) > 2, `lit: ${texture(lit)}`);
+  assert.ok(texture(lit) > 1.5 * texture(unlit), `lit ${texture(lit)}, unlit ${texture(unlit)}`);
+});
+
+test("the readout tells of the tile under the pointer", async () => {
+  await page.mouse.move(700, 520);
+  await page.locator("#tile a").waitFor();
+  const said = async (id) => page.locator(`#${id}`).innerText();
+  const [z, x, y] = (await said("tile")).split("/").map(Number);
+  assert.equal((await fetch(`${daemon.origin}/terrain/rainier/${z}/${x}/${y}.terrain`)).status, 200);
+  assert.match(await said("tile-size"), /^[\d,]+ triangles, [\d,]+ vertices, [\d,]+ bytes$/);
+  const bound = Number((await said("tile-error")).match(/at most ([\d.]+) m/)[1]);
+  assert.ok(bound > 0 && bound < 77067.34 / 2 ** z);
+  assert.match(await said("source-height"), /^[\d.]+ m, ellipsoid/);
+  const [, mesh] = (await said("mesh-height")).match(/^([\d.]+) m, /);
+  assert.ok(mesh > 250 && mesh < 4500);
+});
+
+test("wireframe and exaggeration change the picture", async () => {
+  const plain = await look(page);
+  await page.keyboard.press("w");
+  await settled(page);
+  const wires = await look(page);
+  assert.ok(meanDifference(plain, wires) > 5);
+  await page.screenshot({path: `${ROOT}/build/shots/wireframe.png`});
+  await page.keyboard.press("w");
+  await page.locator("#exaggeration").fill("3");
+  await settled(page);
+  assert.ok(meanDifference(plain, await look(page)) > 3);
+  await page.locator("#exaggeration").fill("1");
+  await settled(page);
+  assert.ok(meanDifference(plain, await look(page)) < 1, "and back again");
+});
+
+test("close to the ground, the deepest tiles are drawn", async () => {
+  const deepest = await page.evaluate(() => {
+    const {widget: {scene}, state: {dataset: {summit, layer}}} = window.tind;
+    scene.camera.setView({destination: window.Cesium.Cartesian3.fromRadians(summit.longitude, summit.latitude, summit.height + 1500)});
+    return layer.maxzoom;
+  });
+  await settled(page);
+  await page.mouse.move(640, 400);
+  await page.locator("#tile a").filter({hasText: new RegExp(`^${deepest}/`)}).waitFor();
+});
+
+test(`CesiumJS samples ${POSTS} posts within what their tiles state`, async () => {
+  const posts = randomPosts(POSTS);
+  const sampled = await page.evaluate(async (places) => {
+    const {Cesium, tind: {state: {dataset}}} = window;
+    // As any client makes it, with the defaults.
+    const provider = await Cesium.CesiumTerrainProvider.fromUrl(dataset.url);
+    const {decodeQuantizedMesh} = await import("./viewer/quantized_mesh.js");
+    const level = dataset.layer.maxzoom;
+    const bounds = new Map();
+    const found = places.map(({lon, lat}) => Cesium.Cartographic.fromDegrees(lon, lat));
+    await Cesium.sampleTerrain(provider, level, found);
+    for (const place of found) {
+      const {x, y} = provider.tilingScheme.positionToTileXY(place, level);
+      place.tile = `${level}/${x}/${2 ** level - 1 - y}`;
+      if (bounds.has(place.tile)) continue;
+      const reply = await fetch(`${dataset.url}/${place.tile}.terrain?extensions=metadata`);
+      bounds.set(place.tile, decodeQuantizedMesh(await reply.arrayBuffer()).metadata.max_error_m);
+    }
+    return found.map(({height, tile}) => ({height, tile, bound: bounds.get(tile)}));
+  }, posts);
+
+  let compared = 0;
+  let worst = 0;
+  for (const [i, post] of posts.entries()) {
+    const source = await elevation(post);
+    if (source.coverage !== "value") continue; // a void has nothing to compare with
+    assert.equal(source.datum, "ellipsoid");
+    const {height, tile, bound} = sampled[i];
+    const off = Math.abs(height - source.height_m);
+    assert.ok(off <= bound + 0.001, `post ${post.lon} ${post.lat}: ${height} in tile ${tile}, ${source.height_m} in the source, stated ${bound}`);
+    worst = Math.max(worst, off / bound);
+    ++compared;
+  }
+  assert.ok(compared > 0.95 * POSTS, `${compared} posts have a height`);
+  console.log(`${compared} posts, the worst at ${worst.toFixed(3)} of what its tile states`);
+});
+
+test("it fits a small screen", async () => {
+  const {page: small, complaints: wrong} = await openPage(browser, daemon.origin, {width: 390, height: 700});
+  await small.goto(daemon.origin);
+  await settled(small);
+  await small.mouse.click(200, 350);
+  await small.locator("#tile-error").filter({hasText: / m /}).waitFor();
+  for (const id of ["controls", "readout"]) {
+    const box = await small.locator(`#${id}`).boundingBox();
+    assert.ok(box.x >= 0 && box.y >= 0 && box.x + box.width <= 390 && box.y + box.height <= 700, id);
+  }
+  await small.screenshot({path: `${ROOT}/build/shots/small.png`});
+  await small.close();
+  assert.deepEqual(wrong, []);
+});
+
+test("nothing went wrong, and no other host was asked", () => assert.deepEqual(complaints, []));
