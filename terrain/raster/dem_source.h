@@ -40,7 +40,7 @@ struct DemInfo {
   bool has_geotransform = false;
   Affine post_to_crs;             // identity with y = -row where the file has no geotransform
   CrsKind crs_kind = CrsKind::none;
-  std::string crs_wkt, crs_name;  // empty without a CRS
+  std::string crs_wkt, crs_name;  // WKT 2 of the horizontal part, full name; empty without a CRS
   double crs_unit_m = 1;          // metres per crs unit (projected); 1 for geographic or none
   double z_unit_m = 1;            // metres per unit of the raster's heights (after scale/offset)
   VerticalDatum datum = VerticalDatum::unknown;  // of the heights that read() returns
@@ -50,10 +50,13 @@ struct DemInfo {
   /// +-90. Meaningless without a CRS.
   GeoRect bounds;
   bool wraps_longitude = false;   // columns go around the globe: col and col + period are one place
-  double period_cols = 0;         // 360 degrees in columns; 0 where not geographic
+  /// 360 degrees in columns; 0 where not geographic. Whole where the source wraps: a step that is
+  /// rounded (0.05 columns around the globe at most) is corrected, in post_to_crs too.
+  double period_cols = 0;
   double spacing_x_m = 1, spacing_y_m = 1;  // ground distance of neighbouring posts at the centre
-  /// Bound of |stored float - true height|: 0 for integer and float32 metres, else half an ulp of
-  /// the largest height (feet, scaled or datum-shifted sources).
+  /// Bound of |stored float - true height|: 0 for integer and float32 metres, else (feet, float64,
+  /// scaled or datum-shifted sources) half an ulp below 16384 m, 0.5 mm; greater heights of such a
+  /// source are an error.
   double rounding_m = 0;
   /// Identifies the content (sizes, times and headers of all files and these options).
   std::string fingerprint;

@@ -34,6 +34,8 @@ struct Expected {
   VerticalDatum datum = VerticalDatum::unknown;
 };
 
+void PrintTo(const Expected& dem, std::ostream* out) { *out << dem.file; }
+
 class EveryDem : public testing::TestWithParam<Expected> {};
 
 TEST_P(EveryDem, SaysWhatItIs) {
