@@ -1,0 +1,190 @@
+#include "terrain/mesh/vertical_error.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "terrain/mesh/scan_triangle.h"
+#include "tests/support/support.h"
+
+namespace tind {
+namespace {
+
+using test::grid_from;
+using test::rough_terrain;
+
+/// The definition, post by post and triangle by triangle, with barycentric coordinates.
+VerticalError by_hand(const Tin& mesh, const HeightGrid& grid) {
+  VerticalError out;
+  std::vector<double> errors;
+  for (int r = 0; r < grid.rows(); ++r) {
+    for (int c = 0; c < grid.cols(); ++c) {
+      if (grid.is_void(c, r)) continue;
+      const Vec3 p{double(c), -double(r), 0};
+      double worst = -1;
+      for (const Triangle& t : mesh.triangles) {
+        const Vec3 *a = &mesh.vertices[t[0]], *b = &mesh.vertices[t[1]], *d = &mesh.vertices[t[2]];
+        if (orient2d(*a, *b, *d) < 0) std::swap(b, d);
+        const double wa = orient2d(p, *b, *d), wb = orient2d(*a, p, *d), wd = orient2d(*a, *b, p);
+        if (wa < 0 || wb < 0 || wd < 0) continue;
+        const double z = (wa * a->z + wb * b->z + wd * d->z) / (wa + wb + wd);
+        const double e = z - grid.at(c, r);
+        out.max_above_m = std::max(out.max_above_m, e);
+        out.max_below_m = std::max(out.max_below_m, -e);
+        worst = std::max(worst, std::fabs(e));
+      }
+      if (worst < 0) {
+        ++out.uncovered;
+        continue;
+      }
+      errors.push_back(worst);
+      if (worst > out.max_m) out.max_m = worst, out.max_col = c, out.max_row = r;
+    }
+  }
+  out.posts = errors.size();
+  for (const double e : errors) out.mean_m += e, out.rms_m += e * e;
+  out.mean_m /= double(errors.size());
+  out.rms_m = std::sqrt(out.rms_m / double(errors.size()));
+  std::sort(errors.begin(), errors.end());
+  const auto rank = [&](double s) {
+    return errors[std::size_t(std::ceil(s * double(errors.size()))) - 1];
+  };
+  out.p50_m = rank(0.50), out.p95_m = rank(0.95), out.p99_m = rank(0.99);
+  return out;
+}
+
+void expect_same(const VerticalError& a, const VerticalError& b) {
+  EXPECT_NEAR(a.max_m, b.max_m, 1e-9);
+  EXPECT_NEAR(a.max_above_m, b.max_above_m, 1e-9);
+  EXPECT_NEAR(a.max_below_m, b.max_below_m, 1e-9);
+  EXPECT_EQ(a.posts, b.posts);
+  EXPECT_EQ(a.uncovered, b.uncovered);
+  EXPECT_NEAR(a.mean_m, b.mean_m, 1e-5);  // single errors are kept as float
+  EXPECT_NEAR(a.rms_m, b.rms_m, 1e-5);
+  EXPECT_NEAR(a.p50_m, b.p50_m, 1e-4);
+  EXPECT_NEAR(a.p95_m, b.p95_m, 1e-4);
+  EXPECT_NEAR(a.p99_m, b.p99_m, 1e-4);
+}
+
+TEST(VerticalError, OneTriangleByHand) {
+  const HeightGrid grid = grid_from("0 0 0 / 0 5 . / 1 0 0");
+  const Tin mesh{{{0, 0, 0}, {0, -2, 2}, {2, 0, 0}}, {{0, 1, 2}}, {}, {}, {}};
+  const VerticalError e = vertical_error(mesh, grid);
+  // Covered: the top row (0 0 0), (0,1): mesh 1, (1,1): mesh 1 post 5, (0,2): mesh 2 post 1.
+  EXPECT_EQ(e.posts, 6u);
+  EXPECT_EQ(e.uncovered, 2u);
+  EXPECT_DOUBLE_EQ(e.max_m, 4);
+  EXPECT_DOUBLE_EQ(e.max_below_m, 4);
+  EXPECT_DOUBLE_EQ(e.max_above_m, 1);
+  EXPECT_EQ(e.max_col, 1);
+  EXPECT_EQ(e.max_row, 1);
+  EXPECT_DOUBLE_EQ(e.mean_m, 1);
+  EXPECT_DOUBLE_EQ(e.rms_m, std::sqrt(3.0));
+}
+
+TEST(VerticalError, RandomTrianglesAgainstTheDefinition) {
+  std::mt19937 random(3);
+  for (int round = 0; round < 300; ++round) {
+    HeightGrid grid = rough_terrain(3 + int(random() % 30), 3 + int(random() % 30), round);
+    for (float& z : grid.values())
+      if (random() % 20 == 0) z = HeightGrid::kVoid;
+    Tin mesh;
+    const int fraction = round % 3 == 0 ? 1 : 16;  // corners on posts, or between them
+    const auto coordinate = [&](int n) {
+      return double(int(random() % unsigned((n + 8) * fraction)) - 4 * fraction) / fraction;
+    };
+    for (int t = 0; t < 6; ++t) {
+      const std::uint32_t first = std::uint32_t(mesh.vertices.size());
+      for (int k = 0; k < 3; ++k)
+        mesh.vertices.push_back(
+            {coordinate(grid.cols()), -coordinate(grid.rows()), double(random() % 1000) / 7});
+      if (orient2d(mesh.vertices[first], mesh.vertices[first + 1], mesh.vertices[first + 2]) == 0)
+        mesh.vertices.resize(first);
+      else
+        mesh.triangles.push_back({first, first + 1, first + 2});
+    }
+    if (mesh.triangles.empty()) continue;
+    const VerticalError hand = by_hand(mesh, grid);
+    if (hand.posts > 0)
+      expect_same(vertical_error(mesh, grid), hand);
+    else
+      EXPECT_EQ(vertical_error(mesh, grid).posts, 0u);
+  }
+}
+
+TEST(VerticalError, AFullMeshHasNoErrorAndASlantedStripNoGaps) {
+  const HeightGrid grid = rough_terrain(40, 30, 5);
+  // Long slivers that fan out from one corner: every post lies on or between them.
+  Tin fan;
+  fan.vertices.push_back({0, 0, 100});
+  for (int r = 0; r < 30; ++r) fan.vertices.push_back({39, -double(r), 100});
+  for (int c = 38; c >= 0; --c) fan.vertices.push_back({double(c), -29, 100});
+  for (std::uint32_t i = 1; i + 1 < fan.vertices.size(); ++i)
+    fan.triangles.push_back({0, i + 1, i});
+  const VerticalError e = vertical_error(fan, grid);
+  EXPECT_EQ(e.uncovered, 0u);
+  EXPECT_EQ(e.posts, grid.size());
+}
+
+TEST(VerticalError, SharedEdgesThroughFractionalPointsLeaveNoGap) {
+  std::mt19937 random(9);
+  const HeightGrid grid(64, 64, 0);
+  for (int round = 0; round < 200; ++round) {
+    // A star of triangles around a point that is no dyadic fraction covers the square.
+    const Vec3 w{63 * double(random()) / 4294967296.0, -63 * double(random()) / 4294967296.0, 0};
+    Tin star;
+    star.vertices = {w, {0, 0, 0}, {0, -63, 0}, {63, -63, 0}, {63, 0, 0}};
+    star.triangles = {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 1}};
+    EXPECT_EQ(vertical_error(star, grid).uncovered, 0u);
+  }
+}
+
+TEST(VerticalError, DoesNotDependOnThreads) {
+  const HeightGrid grid = rough_terrain(97, 61, 4);
+  Tin mesh;
+  mesh.vertices = {{0, 0, 50}, {0, -60, 90}, {96, -60, 10}, {96, 0, 300}, {40.25, -33.5, 250}};
+  mesh.triangles = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}};
+  const VerticalError one = vertical_error(mesh, grid, 1);
+  for (const int threads : {2, 3, 7, 61, 200}) {
+    const VerticalError many = vertical_error(mesh, grid, threads);
+    EXPECT_EQ(one.max_m, many.max_m);
+    EXPECT_EQ(one.rms_m, many.rms_m);
+    EXPECT_EQ(one.p95_m, many.p95_m);
+    EXPECT_EQ(one.max_col, many.max_col);
+    EXPECT_EQ(one.max_row, many.max_row);
+  }
+}
+
+TEST(ScanTriangle, TheOrderOfTheCornersDoesNotMatterToTheLastBit) {
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> at(0, 20);
+  for (int round = 0; round < 500; ++round) {
+    std::array<Vec3, 3> p;
+    for (Vec3& v : p) v = {at(random), -at(random), 100 * at(random)};
+    std::vector<double> first;
+    std::array<int, 3> order{0, 1, 2};
+    do {
+      std::vector<double> heights;
+      scan_triangle(p[order[0]], p[order[1]], p[order[2]], 0, 20, 20, [&](const PostSpan& s) {
+        for (int c = s.first; c <= s.last; ++c) heights.push_back(s.height(c));
+        return true;
+      });
+      if (first.empty()) first = heights;
+      EXPECT_EQ(first, heights);
+    } while (std::next_permutation(order.begin(), order.end()));
+  }
+}
+
+TEST(ScanTriangle, FarAwayTrianglesTouchNothing) {
+  int calls = 0;
+  const auto count = [&](const PostSpan&) { return ++calls, true; };
+  scan_triangle({1e300, -1e300, 0}, {1e300, 1, 0}, {2e300, 2, 0}, 0, 10, 10, count);
+  scan_triangle({-50, -5, 0}, {-40, -5, 0}, {-40, -9, 0}, 0, 10, 10, count);
+  scan_triangle({5, 50, 0}, {6, 50, 0}, {6, 59, 0}, 0, 10, 10, count);
+  EXPECT_EQ(calls, 0);
+}
+
+}  // namespace
+}  // namespace tind
