@@ -115,6 +115,7 @@ void add_build(CLI::App& program, int& exit) {
   c->add_option("DEM", a->input.files, "raster files")->required();
   c->add_option("-o,--output", a->options.output, "directory of the tiles")->required();
   add_tile_options(*c, a->options.tiles);
+  a->input.to_datum = "ellipsoid";  // as globe tiles are, and as tind serve makes them
   add_dem_options(*c, a->input);
   c->add_option("--threads", a->options.threads, "threads (default: one per core)")
       ->check(CLI::Range(1, 1024));

@@ -132,6 +132,7 @@ void add_check(CLI::App& program, int& exit) {
   app->add_option("directory", a->directory, "layer.json and z/x/y.terrain, plain or gzipped");
   app->add_option("--source", a->dem.files,
                   "the DEM that the tiles were made of: recompute every error over all posts");
+  a->dem.to_datum = "ellipsoid";  // as tind build has it
   add_dem_options(*app, a->dem);
   app->add_option("--error-factor", a->options.error_factor,
                   "budget of a level, times what globe clients assume of it")

@@ -5,7 +5,7 @@ import {createServer} from "node:net";
 import {fileURLToPath} from "node:url";
 
 export const ROOT = fileURLToPath(new URL("../..", import.meta.url));
-const PROGRAM = process.env.TIND_BINARY ?? `${ROOT}/build/release/tind`;
+export const PROGRAM = process.env.TIND_BINARY ?? `${ROOT}/build/release/tind`;
 
 async function freePort() {
   const probe = createServer().listen(0, "127.0.0.1");
