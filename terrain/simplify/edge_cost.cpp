@@ -21,6 +21,9 @@ struct Weights {
 
 class EdgeCost {
  public:
+  /// A collapse makes the edges around it longer, so their costs hardly ever fall; one that does is
+  /// noticed when its turn comes. (Evaluating all edges around each collapse instead takes twice
+  /// the time and changes the RMS error by 2 % at most, either way.)
   static constexpr bool kOnlyGrows = true;
 
   EdgeCost(TerrainMesh& terrain, const Weights& weights)

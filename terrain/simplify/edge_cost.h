@@ -16,10 +16,8 @@
 
 namespace tind {
 
-/// Chosen by edge_cost_weights_bench.
-inline constexpr double kDefaultAlpha = 1.0;
-inline constexpr double kDefaultBeta = 0.0;
-
+/// The default weights are the best pair of edge_cost_weights_bench. They matter little: of its
+/// pairs none is 10 % better than no weights at all, and none 8 % worse.
 Result<Simplified> simplify_edge_cost(const HeightGrid&, double spacing_x_m, double spacing_y_m,
                                       const SimplifyOptions&, const Progress&);
 

@@ -25,7 +25,7 @@ struct StopAt {
 struct SimplifyOptions {
   std::string method = "edge-cost";
   StopAt stop;
-  double alpha = 1, beta = 0;         // edge-cost; NaN-free, dimensionless (algorithms: edge cost)
+  double alpha = 0.25, beta = 2;      // edge-cost; NaN-free, dimensionless (algorithms: edge cost)
   std::string term = "all";           // edge-cost: all | length | height | degree
   std::string effort = "normal";      // bounded: fast | normal | best
   std::string side = "both";          // bounded: both | above | below

@@ -1,0 +1,56 @@
+#pragma once
+// What the benchmarks share: a DEM by name, a clock, a median.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "terrain/raster/dem_source.h"
+#include "tests/support/support.h"
+
+namespace tind::test {
+
+struct BenchDem {
+  std::string name;
+  HeightGrid grid;
+  double spacing_x_m = 1, spacing_y_m = 1;
+};
+
+/// testdata/NAME, or dem/NAME of the shared data; empty when neither is there.
+inline std::string default_dem(const std::string& name) {
+  const std::string own = testdata(name);
+  return std::filesystem::exists(own) ? own : shared_data("dem/" + name);
+}
+
+/// Reads a whole DEM; says what is wrong and ends the program when it cannot.
+inline BenchDem load_dem(const std::string& path) {
+  const auto give_up = [&](const std::string& why) {
+    fmt::print(stderr, "{}: {}\n", path, why);
+    std::exit(2);
+  };
+  const auto dem = DemSource::open(std::vector{path});
+  if (!dem) give_up(dem.error().what);
+  const DemInfo& info = (*dem)->info();
+  Result<HeightGrid> grid = (*dem)->read(0, 0, int(info.cols), int(info.rows));
+  if (!grid) give_up(grid.error().what);
+  return {std::filesystem::path(path).filename().string(), std::move(*grid), info.spacing_x_m,
+          info.spacing_y_m};
+}
+
+template <class F>
+double seconds_of(F&& f) {
+  const auto start = std::chrono::steady_clock::now();
+  f();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+inline double median(std::vector<double> v) {
+  std::sort(v.begin(), v.end());
+  return v[v.size() / 2];
+}
+
+}  // namespace tind::test
