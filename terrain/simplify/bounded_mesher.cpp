@@ -38,22 +38,13 @@ void BoundedMesher<S>::insert(const Progress& progress) {
 
 // --- the star ------------------------------------------------------------------------------------
 
-/// The ring of the star that edge h's two ends leave behind; false when the mesh would pinch.
+/// Adds the far edges of v's triangles to the ring, but for those that touch `except`.
 template <class S>
-bool BoundedMesher<S>::gather_ring(Index h) {
-  const Index v = mesh_.origin(h), w = mesh_.dest(h);
-  ring_.clear();
+void BoundedMesher<S>::add_to_ring(Index v, Index except) {
   mesh_.for_each_out(v, [&](Index e) {
     const Index p = mesh_.dest(e), q = mesh_.apex(e);
-    if (p != w && q != w) ring_.push_back({p, q});
+    if (p != except && q != except) ring_.push_back({p, q});
   });
-  return true;
-}
-
-template <class S>
-void BoundedMesher<S>::gather_fan(Index v) {
-  ring_.clear();
-  mesh_.for_each_out(v, [&](Index e) { ring_.push_back({mesh_.dest(e), mesh_.apex(e)}); });
 }
 
 template <class S>
@@ -65,34 +56,46 @@ bool BoundedMesher<S>::ring_ccw(const Vec3& apex) const {
 
 /// Intersects `room` with what the samples of triangle (w, e) allow. A sample that the apex carries
 /// with weight l > 0 needs |z - rest - l h| <= eps, where rest is what the ring's two heights give.
+/// False as soon as the gap exceeds `give_up`.
 template <class S>
-bool BoundedMesher<S>::narrow(const Vec3& w, RingEdge e, Interval& room, double eps,
-                              bool stop_when_empty) const {
+bool BoundedMesher<S>::narrow(const Vec3& w, RingEdge e, Interval& room, double give_up) const {
   const Vec3 &a = mesh_.position(e[0]), &b = mesh_.position(e[1]);
   const double ax = a.x - w.x, ay = a.y - w.y, bx = b.x - w.x, by = b.y - w.y;
   const double inverse = 1 / (ax * by - ay * bx);
   const double lx = (ay - by) * inverse, ly = (bx - ax) * inverse;
   const double rx = (a.z * by - b.z * ay) * inverse, ry = (b.z * ax - a.z * bx) * inverse;
   double lo = room.lo, hi = room.hi;
+  const double eps = eps_;
   const bool whole = samples_.scan(w, a, b, [&](double x, double y, double z, std::size_t) {
     const double dx = x - w.x, dy = y - w.y;
     const double l = 1 + (lx * dx + ly * dy);
-    if (l < 1e-9) return true;  // on the ring: the apex has no say
     const double r = z - (rx * dx + ry * dy);
-    if (r - eps > lo * l) lo = (r - eps) / l;
-    if (r + eps < hi * l) hi = (r + eps) / l;
-    return lo <= hi || !stop_when_empty;
+    if (r - eps > lo * l) {
+      if (l < 1e-9) return true;  // on the ring: the apex has no say
+      lo = (r - eps) / l;
+      if (lo - hi > give_up) return false;
+    }
+    if (r + eps < hi * l) {
+      if (l < 1e-9) return true;
+      hi = (r + eps) / l;
+      if (lo - hi > give_up) return false;
+    }
+    return true;
   });
   room = {lo, hi};
   return whole;
 }
 
-/// The room over all of ring_, starting from `start`.
+/// The room over all of ring_, starting from `start`. The triangle that ends the search goes to the
+/// front: it is the likeliest to end the next one.
 template <class S>
 typename BoundedMesher<S>::Interval BoundedMesher<S>::room(const Vec3& apex, Interval start,
-                                                           bool stop_when_empty) {
-  for (const RingEdge& e : ring_)
-    if (!narrow(apex, e, start, eps_, stop_when_empty)) break;
+                                                           double give_up) {
+  for (std::size_t i = 0; i < ring_.size(); ++i) {
+    if (narrow(apex, ring_[i], start, give_up)) continue;
+    std::swap(ring_[0], ring_[i]);
+    break;
+  }
   return start;
 }
 
@@ -146,15 +149,17 @@ bool BoundedMesher<S>::may_vanish(Index v) const {
 template <class S>
 std::vector<typename BoundedMesher<S>::Index> BoundedMesher<S>::spatial_order() const {
   Vec3 low{kInfinity, kInfinity, 0}, high{-kInfinity, -kInfinity, 0};
+  std::size_t n = 0;
   for (Index v = 0; v < mesh_.vertex_slots(); ++v) {
+    if (!mesh_.alive_vertex(v)) continue;
+    ++n;
     const Vec3& p = mesh_.position(v);
     low = {std::min(low.x, p.x), std::min(low.y, p.y), 0};
     high = {std::max(high.x, p.x), std::max(high.y, p.y), 0};
   }
-  const std::size_t n = mesh_.vertex_slots();
   const int side = std::clamp(int(std::sqrt(double(n) / 16)), 1, 4096);
-  const double sx = side / std::max(1e-9, high.x - low.x),
-               sy = side / std::max(1e-9, high.y - low.y);
+  const double sx = side / std::max(1e-9, high.x - low.x);
+  const double sy = side / std::max(1e-9, high.y - low.y);
   auto key = [&](Index v) {
     const Vec3& p = mesh_.position(v);
     const int i = std::min(side - 1, int((p.x - low.x) * sx));
@@ -162,37 +167,30 @@ std::vector<typename BoundedMesher<S>::Index> BoundedMesher<S>::spatial_order() 
     return std::size_t(j) * side + (j % 2 ? side - 1 - i : i);
   };
   std::vector<Index> start(std::size_t(side) * side + 1, 0), order(n);
-  for (Index v = 0; v < n; ++v) ++start[key(v) + 1];
+  for (Index v = 0; v < mesh_.vertex_slots(); ++v)
+    if (mesh_.alive_vertex(v)) ++start[key(v) + 1];
   for (std::size_t i = 1; i < start.size(); ++i) start[i] += start[i - 1];
-  for (Index v = 0; v < n; ++v) order[start[key(v)]++] = v;
+  for (Index v = 0; v < mesh_.vertex_slots(); ++v)
+    if (mesh_.alive_vertex(v)) order[start[key(v)]++] = v;
   return order;
 }
 
+/// Collapses h into `apex`; everything around is worth another try.
 template <class S>
-void BoundedMesher<S>::mark_ring() {
+void BoundedMesher<S>::collapse(Index h, const Vec3& apex) {
+  const Index w = mesh_.dest(h);
   for (const RingEdge& e : ring_) dirty_[e[0]] = dirty_[e[1]] = 1;
-}
-
-/// Collapses h to `apex` if the star stays valid and within the band.
-template <class S>
-bool BoundedMesher<S>::collapse_at(Index h, const Vec3& apex) {
-  const Index v = mesh_.origin(h), w = mesh_.dest(h);
-  (void)v;
-  if (!mesh_.link_ok(h)) return false;
-  mark_ring();
   mesh_.collapse(h);
   mesh_.position(w) = apex;
   dirty_[w] = 1;
-  return true;
 }
 
 /// Tries to make v vanish into one of its neighbours, which then takes the height that suits all.
 template <class S>
 bool BoundedMesher<S>::try_targets(Index v, bool search) {
-  const bool border = mesh_.on_border(v);
-  std::array<Index, 64> edges;
+  std::array<Index, 64> edges;  // half-edges between v and the vertices that it may vanish into
   std::size_t count = 0;
-  if (border) {
+  if (mesh_.on_border(v)) {
     edges[count++] = mesh_.out(v);
     edges[count++] = border_before(v);
   } else {
@@ -201,24 +199,16 @@ bool BoundedMesher<S>::try_targets(Index v, bool search) {
     });
   }
   const Vec3 here = mesh_.position(v);
-  struct Near {
-    double gap = kInfinity;
-    Index edge = kNone;
-    Vec3 apex;
-  } best;
+  const double give_up = search ? options_.search_reach * eps_ : 0;
+  double best_gap = kInfinity;
+  Index best_edge = kNone;
   for (std::size_t k = 0; k < count; ++k) {
     const Index h = edges[k];
     const Index w = mesh_.origin(h) == v ? mesh_.dest(h) : mesh_.origin(h);
     const Vec3 target = mesh_.position(w);
     const bool fixed = options_.locked_border && mesh_.on_border(w);
-    gather_ring(mesh_.origin(h) == v ? h : h);
-    if (mesh_.origin(h) != v) {  // the border edge that arrives at v: v's fan is its dest's
-      ring_.clear();
-      mesh_.for_each_out(v, [&](Index e) {
-        const Index p = mesh_.dest(e), q = mesh_.apex(e);
-        if (p != w && q != w) ring_.push_back({p, q});
-      });
-    }
+    ring_.clear();
+    add_to_ring(v, w);
     if (!ring_ccw(target)) continue;
     // The triangle that takes over v's own place is the likeliest to fail: look there first.
     for (std::size_t i = 1; i < ring_.size(); ++i) {
@@ -228,25 +218,65 @@ bool BoundedMesher<S>::try_targets(Index v, bool search) {
         break;
       }
     }
-    if (!fixed) {
-      mesh_.for_each_out(w, [&](Index e) {
-        const Index p = mesh_.dest(e), q = mesh_.apex(e);
-        if (p != v && q != v) ring_.push_back({p, q});
-      });
-    }
-    const Interval start = fixed ? Interval{target.z, target.z} : Interval{-kInfinity, kInfinity};
+    if (!fixed) add_to_ring(w, v);
+    const Interval start =
+        fixed ? Interval{target.z, target.z} : Interval{-kInfinity, kInfinity};
+    const Interval r = room(target, start, fixed ? 0 : give_up);
     Vec3 apex = target;
-    const Interval r = room(target, start, true);
-    if (choose_height(r, target.z, apex.z)) {
-      if (collapse_at(h, apex)) {
-        ++stats_.swept;
+    if (choose_height(r, target.z, apex.z) && mesh_.link_ok(h)) {
+      collapse(h, apex);
+      ++stats_.swept;
+      return true;
+    }
+    if (search && r.gap() <= give_up && r.gap() < best_gap && may_move(v) && may_move(w)) {
+      best_gap = r.gap();
+      best_edge = h;
+    }
+  }
+  return best_edge != kNone && directed_search(best_edge, mesh_.position(mesh_.dest(best_edge)), best_gap);
+}
+
+// --- directed search -----------------------------------------------------------------------------
+
+constexpr std::array<Vec2, 8> kAround = {
+    {{1, 0}, {0, 1}, {-1, 0}, {0, -1}, {1, 1}, {-1, 1}, {-1, -1}, {1, -1}}};
+
+/// Moves the apex that edge h would collapse into so as to close the gap between what the samples
+/// below and above ask of its height: pattern search over eight directions, halving the step.
+template <class S>
+bool BoundedMesher<S>::directed_search(Index h, const Vec3& start, double gap) {
+  const Index v = mesh_.origin(h), w = mesh_.dest(h);
+  const Vec3 a = mesh_.position(v), b = mesh_.position(w);
+  ring_.clear();
+  add_to_ring(v, w);
+  add_to_ring(w, v);
+  const double unit = options_.search_step_min;
+  double step = std::max(std::abs(a.x - b.x), std::abs(a.y - b.y)) / 4;
+  step = std::max(unit, std::floor(step / unit) * unit);
+  Vec3 at = start;
+  int tries = options_.search_tries;
+  while (tries > 0) {
+    bool moved = false;
+    for (const Vec2& d : kAround) {
+      if (--tries < 0) break;
+      const Vec3 p{at.x + d.x * step, at.y + d.y * step, at.z};
+      if (!ring_ccw(p)) continue;
+      const Interval r = room(p, {-kInfinity, kInfinity}, gap);
+      if (!(r.gap() < gap)) continue;
+      gap = r.gap();
+      at = p;
+      moved = true;
+      if (choose_height(r, (a.z + b.z) / 2, at.z) && mesh_.link_ok(h)) {
+        collapse(h, at);
+        ++stats_.searched;
         return true;
       }
-      continue;
+      break;
     }
-    (void)best;
+    if (moved) continue;
+    if (step <= unit) break;
+    step = std::max(unit, std::floor(step / 2 / unit) * unit);
   }
-  (void)search;
   return false;
 }
 
@@ -262,11 +292,70 @@ std::uint64_t BoundedMesher<S>::sweep(bool search, const Progress& progress) {
   return done;
 }
 
+// --- rounds --------------------------------------------------------------------------------------
+
+/// Moves v to the place near by where its samples leave the most room for its height, and puts it
+/// into the middle of that room. This is what lets the next sweep find edges to collapse.
+template <class S>
+void BoundedMesher<S>::move_vertex(Index v) {
+  ring_.clear();
+  add_to_ring(v, kNone);
+  const Vec3 before = mesh_.position(v);
+  Vec3 at = before;
+  Interval best = room(at, {-kInfinity, kInfinity}, kInfinity);
+  if (!(best.lo <= best.hi)) return;  // a sample that insertion gave up: leave it as it is
+  const double unit = options_.search_step_min;
+  double reach = kInfinity;
+  for (const RingEdge& e : ring_) {
+    const Vec3& p = mesh_.position(e[0]);
+    reach = std::min(reach, std::max(std::abs(p.x - at.x), std::abs(p.y - at.y)));
+  }
+  double step = std::max(unit, std::floor(reach / 4 / unit) * unit);
+  int tries = 12;
+  while (tries > 0 && std::isfinite(best.gap())) {
+    bool moved = false;
+    for (const Vec2& d : kAround) {
+      if (--tries < 0) break;
+      const Vec3 p{at.x + d.x * step, at.y + d.y * step, at.z};
+      if (!ring_ccw(p)) continue;
+      const Interval r = room(p, {-kInfinity, kInfinity}, best.gap());
+      if (!(r.gap() < best.gap())) continue;
+      best = r;
+      at = p;
+      moved = true;
+      break;
+    }
+    if (moved) continue;
+    if (step <= unit) break;
+    step = std::max(unit, std::floor(step / 2 / unit) * unit);
+  }
+  if (!choose_height(best, before.z, at.z)) return;
+  stats_.moved += at != before;
+  mesh_.position(v) = at;
+}
+
+template <class S>
+void BoundedMesher<S>::relax(const Progress& progress) {
+  std::uint64_t seen = 0;
+  for (const Index v : spatial_order()) {
+    if ((++seen & 1023) == 0 && progress.stopped()) return;
+    if (may_move(v)) move_vertex(v);
+  }
+}
+
 template <class S>
 void BoundedMesher<S>::run(const Progress& progress) {
   insert(progress);
   dirty_.assign(mesh_.vertex_slots(), 1);
   sweep(false, progress);
+  if (!options_.search) return;
+  std::fill(dirty_.begin(), dirty_.end(), 1);
+  sweep(true, progress);
+  for (int round = 0; round < options_.rounds && !progress.stopped(); ++round) {
+    relax(progress);
+    std::fill(dirty_.begin(), dirty_.end(), 1);
+    sweep(true, progress);
+  }
 }
 
 template class BoundedMesher<GridSamples>;

@@ -27,11 +27,13 @@ struct BoundedOptions {
   std::uint32_t pinned = 0;    // the first vertices of the mesh keep their place and never vanish
   double search_step_min = 1;  // smallest move of a vertex in xy, mesh units
   bool search = true;          // directed search for edges that nearly collapse
+  double search_reach = 1;        // how nearly: a gap of at most this times eps
+  int search_tries = 32;          // places tried for one vertex
   int rounds = 1;              // rounds of moving vertices and sweeping again
 };
 
 struct BoundedStats {
-  std::uint64_t inserted = 0, swept = 0, searched = 0, yielded = 0, moved = 0;
+  std::uint64_t inserted = 0, swept = 0, searched = 0, moved = 0;
 };
 
 template <class Samples>
@@ -68,23 +70,20 @@ class BoundedMesher {
   std::vector<Index> spatial_order() const;
   std::uint64_t sweep(bool search, const Progress&);
   bool try_targets(Index v, bool search);
-  bool collapse_at(Index h, const Vec3& apex);
-  bool directed_search(Index h, Vec3 start, double gap);
-  bool yield_ring(Index h, const Vec3& apex);
-  std::uint64_t relax(const Progress&);
-  bool move_vertex(Index v);
+  bool directed_search(Index h, const Vec3& start, double gap);
+  void relax(const Progress&);
+  void move_vertex(Index v);
 
-  bool gather_ring(Index h);
-  void gather_fan(Index v);
   bool may_vanish(Index v) const;
+  bool may_move(Index v) const { return v >= options_.pinned && !mesh_.on_border(v); }
   bool straight_border(Index v) const;
   Index border_before(Index v) const;
+  void add_to_ring(Index v, Index except);
   bool ring_ccw(const Vec3& apex) const;
-  bool narrow(const Vec3& w, RingEdge e, Interval& room, double eps, bool stop_when_empty) const;
-  Interval room(const Vec3& apex, Interval start, bool stop_when_empty);
+  bool narrow(const Vec3& w, RingEdge e, Interval& room, double give_up) const;
+  Interval room(const Vec3& apex, Interval start, double give_up);
   bool choose_height(Interval room, double before, double& height) const;
-  bool triangle_within(Index a, Index b, Index c, const Vec3& pa) const;
-  void mark_ring();
+  void collapse(Index h, const Vec3& apex);
 };
 
 }  // namespace tind
