@@ -34,6 +34,7 @@ void BoundedMesher<S>::insert(const Progress& progress) {
   DelaunayInsertion<S> insertion(mesh_, samples_, o);
   insertion.run_passes(progress);
   stats_.inserted = insertion.insertions();
+  origin_ = insertion.take_origins();
 }
 
 // --- the star ------------------------------------------------------------------------------------
@@ -54,34 +55,63 @@ bool BoundedMesher<S>::ring_ccw(const Vec3& apex) const {
   return true;
 }
 
+namespace {
+
+/// How a height inside triangle (w, a, b) follows from that of its apex w: weight of the apex and
+/// what a and b contribute, both linear in the place.
+struct Facet {
+  double wx, wy, lx, ly, rx, ry;
+  Facet(const Vec3& w, const Vec3& a, const Vec3& b) : wx(w.x), wy(w.y) {
+    const double ax = a.x - w.x, ay = a.y - w.y, bx = b.x - w.x, by = b.y - w.y;
+    const double inverse = 1 / (ax * by - ay * bx);
+    lx = (ay - by) * inverse, ly = (bx - ax) * inverse;
+    rx = (a.z * by - b.z * ay) * inverse, ry = (b.z * ax - a.z * bx) * inverse;
+  }
+  double weight(double x, double y) const { return 1 + (lx * (x - wx) + ly * (y - wy)); }
+  double rest(double x, double y) const { return rx * (x - wx) + ry * (y - wy); }
+};
+
+constexpr double kNoWeight = 1e-9;  // on the ring: the apex has no say
+
+}  // namespace
+
+/// What the witnesses alone leave of the room.
+template <class S>
+void BoundedMesher<S>::ask_witnesses(const Vec3& apex, Interval& room) const {
+  for (std::size_t k = 0; k < std::min(witnesses_, witness_.size()); ++k) {
+    const Vec3& p = witness_[k];
+    for (const RingEdge& e : ring_) {
+      const Vec3 &a = mesh_.position(e[0]), &b = mesh_.position(e[1]);
+      if (orient2d(apex, a, p) < 0 || orient2d(apex, b, p) > 0 || orient2d(a, b, p) < 0) continue;
+      const Facet f(apex, a, b);
+      const double l = f.weight(p.x, p.y), r = p.z - f.rest(p.x, p.y);
+      if (l > kNoWeight) {
+        room.lo = std::max(room.lo, (r - eps_) / l);
+        room.hi = std::min(room.hi, (r + eps_) / l);
+      }
+      break;
+    }
+  }
+}
+
 /// Intersects `room` with what the samples of triangle (w, e) allow. A sample that the apex carries
 /// with weight l > 0 needs |z - rest - l h| <= eps, where rest is what the ring's two heights give.
 /// False as soon as the gap exceeds `give_up`.
 template <class S>
-bool BoundedMesher<S>::narrow(const Vec3& w, RingEdge e, Interval& room, double give_up) const {
+bool BoundedMesher<S>::narrow(const Vec3& w, RingEdge e, Interval& room, double give_up) {
   const Vec3 &a = mesh_.position(e[0]), &b = mesh_.position(e[1]);
-  const double ax = a.x - w.x, ay = a.y - w.y, bx = b.x - w.x, by = b.y - w.y;
-  const double inverse = 1 / (ax * by - ay * bx);
-  const double lx = (ay - by) * inverse, ly = (bx - ax) * inverse;
-  const double rx = (a.z * by - b.z * ay) * inverse, ry = (b.z * ax - a.z * bx) * inverse;
+  const Facet f(w, a, b);
   double lo = room.lo, hi = room.hi;
   const double eps = eps_;
   const bool whole = samples_.scan(w, a, b, [&](double x, double y, double z, std::size_t) {
-    const double dx = x - w.x, dy = y - w.y;
-    const double l = 1 + (lx * dx + ly * dy);
-    const double r = z - (rx * dx + ry * dy);
-    if (r - eps > lo * l) {
-      if (l < 1e-9) return true;  // on the ring: the apex has no say
-      lo = (r - eps) / l;
-      if (lo - hi > give_up) return false;
-    }
-    if (r + eps < hi * l) {
-      if (l < 1e-9) return true;
-      hi = (r + eps) / l;
-      if (lo - hi > give_up) return false;
-    }
-    return true;
+    const double l = f.weight(x, y), r = z - f.rest(x, y);
+    const bool raises = r - eps > lo * l, lowers = r + eps < hi * l;
+    if (!(raises || lowers) || l < kNoWeight) return true;
+    if (raises) lo = (r - eps) / l, lowest_ = {x, y, z};
+    if (lowers) hi = (r + eps) / l, highest_ = {x, y, z};
+    return lo - hi <= give_up;
   });
+  if (!whole) add_witness(lowest_), add_witness(highest_);
   room = {lo, hi};
   return whole;
 }
@@ -91,6 +121,8 @@ bool BoundedMesher<S>::narrow(const Vec3& w, RingEdge e, Interval& room, double 
 template <class S>
 typename BoundedMesher<S>::Interval BoundedMesher<S>::room(const Vec3& apex, Interval start,
                                                            double give_up) {
+  ask_witnesses(apex, start);
+  if (start.gap() > give_up) return start;
   for (std::size_t i = 0; i < ring_.size(); ++i) {
     if (narrow(apex, ring_[i], start, give_up)) continue;
     std::swap(ring_[0], ring_[i]);
@@ -198,7 +230,7 @@ bool BoundedMesher<S>::try_targets(Index v, bool search) {
       if (count < edges.size()) edges[count++] = e;
     });
   }
-  const Vec3 here = mesh_.position(v);
+  if (!std::isnan(origin_[v].z)) add_witness(origin_[v]);
   const double give_up = search ? options_.search_reach * eps_ : 0;
   double best_gap = kInfinity;
   Index best_edge = kNone;
@@ -210,17 +242,16 @@ bool BoundedMesher<S>::try_targets(Index v, bool search) {
     ring_.clear();
     add_to_ring(v, w);
     if (!ring_ccw(target)) continue;
-    // The triangle that takes over v's own place is the likeliest to fail: look there first.
-    for (std::size_t i = 1; i < ring_.size(); ++i) {
-      if (orient2d(target, mesh_.position(ring_[i][0]), here) >= 0 &&
-          orient2d(target, mesh_.position(ring_[i][1]), here) <= 0) {
-        std::swap(ring_[0], ring_[i]);
-        break;
-      }
+    Interval start = fixed ? Interval{target.z, target.z} : Interval{-kInfinity, kInfinity};
+    if (!fixed) {
+      // Before anything is scanned: do v's and w's own samples agree?
+      const Vec3& own = origin_[w];
+      if (own.x == target.x && own.y == target.y && !std::isnan(own.z))
+        start = {own.z - eps_, own.z + eps_};
+      ask_witnesses(target, start);
+      if (start.gap() > give_up) continue;
+      add_to_ring(w, v);
     }
-    if (!fixed) add_to_ring(w, v);
-    const Interval start =
-        fixed ? Interval{target.z, target.z} : Interval{-kInfinity, kInfinity};
     const Interval r = room(target, start, fixed ? 0 : give_up);
     Vec3 apex = target;
     if (choose_height(r, target.z, apex.z) && mesh_.link_ok(h)) {
@@ -251,6 +282,8 @@ bool BoundedMesher<S>::directed_search(Index h, const Vec3& start, double gap) {
   add_to_ring(v, w);
   add_to_ring(w, v);
   const double unit = options_.search_step_min;
+  room(start, {-kInfinity, kInfinity}, gap);
+  add_witness(lowest_), add_witness(highest_);
   double step = std::max(std::abs(a.x - b.x), std::abs(a.y - b.y)) / 4;
   step = std::max(unit, std::floor(step / unit) * unit);
   Vec3 at = start;
@@ -265,6 +298,7 @@ bool BoundedMesher<S>::directed_search(Index h, const Vec3& start, double gap) {
       if (!(r.gap() < gap)) continue;
       gap = r.gap();
       at = p;
+      add_witness(lowest_), add_witness(highest_);
       moved = true;
       if (choose_height(r, (a.z + b.z) / 2, at.z) && mesh_.link_ok(h)) {
         collapse(h, at);
@@ -287,6 +321,7 @@ std::uint64_t BoundedMesher<S>::sweep(bool search, const Progress& progress) {
     if ((++seen & 1023) == 0 && progress.stopped()) break;
     if (!dirty_[v] || !may_vanish(v)) continue;
     dirty_[v] = 0;
+    forget_witnesses();
     done += try_targets(v, search);
   }
   return done;
@@ -303,6 +338,7 @@ void BoundedMesher<S>::move_vertex(Index v) {
   const Vec3 before = mesh_.position(v);
   Vec3 at = before;
   Interval best = room(at, {-kInfinity, kInfinity}, kInfinity);
+  add_witness(lowest_), add_witness(highest_);
   if (!(best.lo <= best.hi)) return;  // a sample that insertion gave up: leave it as it is
   const double unit = options_.search_step_min;
   double reach = kInfinity;
@@ -322,6 +358,7 @@ void BoundedMesher<S>::move_vertex(Index v) {
       if (!(r.gap() < best.gap())) continue;
       best = r;
       at = p;
+      add_witness(lowest_), add_witness(highest_);
       moved = true;
       break;
     }
@@ -339,6 +376,7 @@ void BoundedMesher<S>::relax(const Progress& progress) {
   std::uint64_t seen = 0;
   for (const Index v : spatial_order()) {
     if ((++seen & 1023) == 0 && progress.stopped()) return;
+    forget_witnesses();
     if (may_move(v)) move_vertex(v);
   }
 }

@@ -64,6 +64,12 @@ class BoundedMesher {
   double eps_;  // a hair less than options_.eps, so that rounding cannot break the bound
   BoundedStats stats_;
   std::vector<RingEdge> ring_;
+  /// Samples that ended earlier tries around the vertex at hand: most later tries fail on one of
+  /// them too, which takes a few orientation tests instead of a scan of the star.
+  std::array<Vec3, 8> witness_;
+  std::size_t witnesses_ = 0;
+  Vec3 lowest_, highest_;     // the samples that set lo and hi of the last room()
+  std::vector<Vec3> origin_;  // by vertex: the sample that it was inserted for
   std::vector<std::uint8_t> dirty_;  // by vertex: worth another try
 
   void insert(const Progress&);
@@ -80,7 +86,10 @@ class BoundedMesher {
   Index border_before(Index v) const;
   void add_to_ring(Index v, Index except);
   bool ring_ccw(const Vec3& apex) const;
-  bool narrow(const Vec3& w, RingEdge e, Interval& room, double give_up) const;
+  void forget_witnesses() { witnesses_ = 0; }
+  void add_witness(const Vec3& p) { witness_[witnesses_++ % witness_.size()] = p; }
+  void ask_witnesses(const Vec3& apex, Interval& room) const;
+  bool narrow(const Vec3& w, RingEdge e, Interval& room, double give_up);
   Interval room(const Vec3& apex, Interval start, double give_up);
   bool choose_height(Interval room, double before, double& height) const;
   void collapse(Index h, const Vec3& apex);

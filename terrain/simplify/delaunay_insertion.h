@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "terrain/base/progress.h"
@@ -43,6 +44,12 @@ class DelaunayInsertion {
       : mesh_(mesh), samples_(samples), options_(options) {}
 
   std::uint64_t insertions() const { return insertions_; }
+
+  /// The sample behind each vertex slot (its true, unrounded place); NaN heights where there is none.
+  std::vector<Vec3> take_origins() {
+    origins_.resize(mesh_.vertex_slots(), {0, 0, std::numeric_limits<double>::quiet_NaN()});
+    return std::move(origins_);
+  }
 
   /// Restores the Delaunay property around new vertex v (all edges opposite to it). Appends every
   /// changed triangle to `touched`.
@@ -125,6 +132,7 @@ class DelaunayInsertion {
   InsertionOptions options_;
   std::uint64_t insertions_ = 0;
   std::vector<Index> touched_, stack_;
+  std::vector<Vec3> origins_;          // by vertex slot
   std::vector<std::size_t> hopeless_;  // sorted samples that cannot become vertices
   std::vector<Worst> worst_;           // by triangle slot
   std::vector<Index> heap_, place_;    // binary max-heap of triangles, and where each one is
@@ -162,7 +170,10 @@ class DelaunayInsertion {
       p.y = std::clamp(std::nearbyint(p.y), 1.0, options_.lattice_max - 1);
     }
     p.z = snap_height(p.z, options_.height_step);
-    return insert_at(t, p, !options_.integer_lattice) || give_up(i);
+    if (!insert_at(t, p, !options_.integer_lattice)) return give_up(i);
+    origins_.resize(mesh_.vertex_slots(), {0, 0, std::numeric_limits<double>::quiet_NaN()});
+    origins_.back() = samples_.sample(i);
+    return true;
   }
 
   /// Makes p a vertex; looks for its triangle from t on (rounding may have moved p across an edge).
