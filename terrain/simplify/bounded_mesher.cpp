@@ -71,7 +71,7 @@ struct Facet {
   double rest(double x, double y) const { return rx * (x - wx) + ry * (y - wy); }
 };
 
-constexpr double kNoWeight = 1e-9;  // on the ring: the apex has no say
+constexpr double kNoWeight = 1e-13;  // on the ring: the apex has no say
 
 }  // namespace
 
@@ -264,7 +264,8 @@ bool BoundedMesher<S>::try_targets(Index v, bool search) {
       best_edge = h;
     }
   }
-  return best_edge != kNone && directed_search(best_edge, mesh_.position(mesh_.dest(best_edge)), best_gap);
+  return best_edge != kNone &&
+         directed_search(best_edge, mesh_.position(mesh_.dest(best_edge)), best_gap);
 }
 
 // --- directed search -----------------------------------------------------------------------------
@@ -377,23 +378,39 @@ void BoundedMesher<S>::relax(const Progress& progress) {
   for (const Index v : spatial_order()) {
     if ((++seen & 1023) == 0 && progress.stopped()) return;
     forget_witnesses();
-    if (may_move(v)) move_vertex(v);
+    if (active_[v] && may_move(v)) move_vertex(v);
+  }
+}
+
+template <class S>
+void BoundedMesher<S>::decimate(const Progress& progress) {
+  dirty_ = active_;
+  sweep(false, progress);
+  progress.at(0.4);
+  if (!options_.search) return;
+  dirty_ = active_;
+  sweep(true, progress);
+  for (int round = 0; round < options_.rounds && !progress.stopped(); ++round) {
+    progress.at(0.5 + 0.5 * round / options_.rounds);
+    relax(progress);
+    dirty_ = active_;
+    sweep(true, progress);
   }
 }
 
 template <class S>
 void BoundedMesher<S>::run(const Progress& progress) {
   insert(progress);
-  dirty_.assign(mesh_.vertex_slots(), 1);
-  sweep(false, progress);
-  if (!options_.search) return;
-  std::fill(dirty_.begin(), dirty_.end(), 1);
-  sweep(true, progress);
-  for (int round = 0; round < options_.rounds && !progress.stopped(); ++round) {
-    relax(progress);
-    std::fill(dirty_.begin(), dirty_.end(), 1);
-    sweep(true, progress);
-  }
+  progress.at(0.2);
+  active_.assign(mesh_.vertex_slots(), 1);
+  decimate(progress);
+}
+
+template <class S>
+void BoundedMesher<S>::mend(std::vector<std::uint8_t> active, const Progress& progress) {
+  active_ = std::move(active);
+  origin_.assign(mesh_.vertex_slots(), {0, 0, std::numeric_limits<double>::quiet_NaN()});
+  decimate(progress);
 }
 
 template class BoundedMesher<GridSamples>;

@@ -27,8 +27,8 @@ struct BoundedOptions {
   std::uint32_t pinned = 0;    // the first vertices of the mesh keep their place and never vanish
   double search_step_min = 1;  // smallest move of a vertex in xy, mesh units
   bool search = true;          // directed search for edges that nearly collapse
-  double search_reach = 1;        // how nearly: a gap of at most this times eps
-  int search_tries = 32;          // places tried for one vertex
+  double search_reach = 1;     // how nearly: a gap of at most this times eps
+  int search_tries = 32;       // places tried for one vertex
   int rounds = 1;              // rounds of moving vertices and sweeping again
 };
 
@@ -46,6 +46,10 @@ class BoundedMesher {
 
   /// The whole algorithm: insert, sweep, search, rounds.
   void run(const Progress& progress = {});
+
+  /// Sweep, search and rounds for a mesh that is within the band already, only at the vertices that
+  /// `active` marks and what they touch.
+  void mend(std::vector<std::uint8_t> active, const Progress& progress = {});
 
   HalfedgeMesh& mesh() { return mesh_; }
   const BoundedStats& stats() const { return stats_; }
@@ -68,15 +72,17 @@ class BoundedMesher {
   /// them too, which takes a few orientation tests instead of a scan of the star.
   std::array<Vec3, 8> witness_;
   std::size_t witnesses_ = 0;
-  Vec3 lowest_, highest_;     // the samples that set lo and hi of the last room()
-  std::vector<Vec3> origin_;  // by vertex: the sample that it was inserted for
-  std::vector<std::uint8_t> dirty_;  // by vertex: worth another try
+  Vec3 lowest_, highest_;             // the samples that set lo and hi of the last room()
+  std::vector<Vec3> origin_;          // by vertex: the sample that it was inserted for
+  std::vector<std::uint8_t> active_;  // by vertex: 0 outside the part to be mended
+  std::vector<std::uint8_t> dirty_;   // by vertex: worth another try
 
   void insert(const Progress&);
   std::vector<Index> spatial_order() const;
   std::uint64_t sweep(bool search, const Progress&);
   bool try_targets(Index v, bool search);
   bool directed_search(Index h, const Vec3& start, double gap);
+  void decimate(const Progress&);
   void relax(const Progress&);
   void move_vertex(Index v);
 

@@ -25,12 +25,15 @@ namespace tind {
 struct GridSamples {
   int cols = 0, rows = 0;
   double x0 = 0, y0 = 0, dx = 1, dy = 1;  // dx, dy > 0
-  const float* z = nullptr;               // rows * cols, NaN = void
+  const float* z = nullptr;               // rows of `stride` floats, NaN = void
+  std::size_t stride = 0;                 // 0: cols
   double offset = 0;
 
   std::size_t size() const { return std::size_t(cols) * rows; }
+  std::size_t row_length() const { return stride ? stride : std::size_t(cols); }
   Vec3 sample(std::size_t i) const {
-    return {x0 + double(i % cols) * dx, y0 - double(i / cols) * dy, double(z[i]) + offset};
+    const std::size_t n = row_length();
+    return {x0 + double(i % n) * dx, y0 - double(i / n) * dy, double(z[i]) + offset};
   }
 
   template <class F>
@@ -66,7 +69,7 @@ struct GridSamples {
       const int i0 = int(std::max(0.0, std::ceil(left - kHair)));
       const int i1 = int(std::min(double(cols - 1), std::floor(right + kHair)));
       const double y = y0 - double(row) * dy;
-      const std::size_t base = std::size_t(row) * cols;
+      const std::size_t base = std::size_t(row) * row_length();
       for (int i = i0; i <= i1; ++i) {
         const double h = z[base + i];
         if (std::isnan(h)) continue;

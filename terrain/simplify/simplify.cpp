@@ -6,8 +6,10 @@
 #include <array>
 #include <cmath>
 
+#include "terrain/simplify/bounded.h"
 #include "terrain/simplify/clustering.h"
 #include "terrain/simplify/edge_cost.h"
+#include "terrain/simplify/greedy_insertion.h"
 #include "terrain/simplify/memoryless.h"
 #include "terrain/simplify/quadric.h"
 #include "terrain/simplify/triangle_collapse.h"
@@ -49,6 +51,12 @@ const std::vector<Row>& table() {
       {{"cluster", "squared distance to the planes of each cell of a uniform grid", kAllStops,
         kValid, "Rossignac and Borrel 1993; Lindstrom 2000"},
        simplify_cluster},
+      {{"greedy", "the largest vertical error, vertices on posts", kAllStops, kValid,
+        "Garland and Heckbert 1995, greedy insertion"},
+       simplify_greedy},
+      {{"bounded", "triangles within a strict vertical error (--effort, --side)", kAllStops,
+        "0 flipped, 0 uncovered, every post within the error", "ours: floating heights"},
+       simplify_bounded},
   };
   return rows;
 }

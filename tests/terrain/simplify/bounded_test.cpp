@@ -1,0 +1,139 @@
+// The promises of `bounded` and `greedy`: the bound over every post, nothing flipped or uncovered,
+// on real, rough and degenerate terrain; the same mesh for any number of threads.
+
+#include "terrain/simplify/bounded.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "terrain/mesh/validity.h"
+#include "terrain/mesh/vertical_error.h"
+#include "terrain/raster/dem_source.h"
+#include "tests/support/support.h"
+
+namespace tind {
+namespace {
+
+using test::grid_from;
+using test::rough_terrain;
+
+Simplified run(const HeightGrid& grid, const std::string& method, double max_error,
+               const std::string& effort = "normal", const std::string& side = "both",
+               int threads = 1) {
+  SimplifyOptions o;
+  o.method = method;
+  o.stop.max_error_m = max_error;
+  o.effort = effort;
+  o.side = side;
+  o.threads = threads;
+  auto result = simplify(grid, 30, 30, o);
+  if (!result) throw std::runtime_error(result.error().what);
+  return *result;
+}
+
+void expect_promises(const HeightGrid& grid, const Simplified& s, double above, double below) {
+  const MeshValidity v = check_validity(s.tin);
+  EXPECT_TRUE(v.ok()) << v.first_problem;
+  EXPECT_DOUBLE_EQ(v.area, double(grid.cols() - 1) * (grid.rows() - 1));
+  const VerticalError e = vertical_error(s.tin, grid);
+  EXPECT_EQ(e.uncovered, 0u);
+  EXPECT_LE(e.max_above_m, above);
+  EXPECT_LE(e.max_below_m, below);
+}
+
+TEST(Bounded, keeps_the_bound_at_every_effort_with_ever_fewer_triangles) {
+  const HeightGrid grid = rough_terrain(300, 220, 1);
+  std::size_t before = run(grid, "greedy", 5).tin.triangles.size();
+  for (const char* effort : {"fast", "normal", "best"}) {
+    const Simplified s = run(grid, "bounded", 5, effort);
+    expect_promises(grid, s, 5, 5);
+    EXPECT_LT(s.tin.triangles.size(), before) << effort;
+    before = s.tin.triangles.size();
+  }
+}
+
+TEST(Bounded, one_sided_meshes_stay_on_their_side) {
+  const HeightGrid grid = rough_terrain(200, 200, 2);
+  expect_promises(grid, run(grid, "bounded", 8, "normal", "above"), 8, 1e-9);
+  expect_promises(grid, run(grid, "bounded", 8, "normal", "below"), 1e-9, 8);
+}
+
+TEST(Bounded, many_blocks_are_one_mesh_and_threads_do_not_show) {
+  const HeightGrid grid = rough_terrain(1300, 900, 3);
+  const Simplified one = run(grid, "bounded", 10, "normal", "both", 1);
+  expect_promises(grid, one, 10, 10);
+  EXPECT_GT(one.details.at("blocks"), 3);
+  const Simplified three = run(grid, "bounded", 10, "normal", "both", 3);
+  EXPECT_EQ(one.tin.vertices, three.tin.vertices);
+  EXPECT_EQ(one.tin.triangles, three.tin.triangles);
+}
+
+TEST(Bounded, degenerate_terrain) {
+  std::mt19937 random(4);
+  std::vector<HeightGrid> grids = {
+      grid_from("0 0 / 0 0"), grid_from("0 9 / 9 0"), grid_from("1 2 3 / 9 9 9 / 0 0 0"),
+      grid_from("0 . 0 / . 5 . / 0 . 0"), grid_from(". . 1 / . . 2 / 3 4 5")};
+  HeightGrid checkers(33, 31), spikes(40, 40, 0), steps(64, 20), plane(50, 50), bowl(50, 50);
+  for (int r = 0; r < 31; ++r)
+    for (int c = 0; c < 33; ++c) checkers.at(c, r) = (c + r) % 2 ? 100.f : -100.f;
+  for (int k = 0; k < 60; ++k) spikes.at(int(random() % 40), int(random() % 40)) = 8000;
+  for (int r = 0; r < 20; ++r)
+    for (int c = 0; c < 64; ++c) steps.at(c, r) = float(c / 16 * 500);
+  for (int r = 0; r < 50; ++r)
+    for (int c = 0; c < 50; ++c) {
+      plane.at(c, r) = float(3 * c - 2 * r);
+      bowl.at(c, r) = float(c * c + r * r);
+      if ((c - 25) * (c - 25) + (r - 25) * (r - 25) < 80) plane.at(c, r) = HeightGrid::kVoid;
+    }
+  for (const auto& g : {checkers, spikes, steps, plane, bowl}) grids.push_back(g);
+  for (int k = 0; k < 40; ++k) {
+    HeightGrid g(2 + int(random() % 9), 2 + int(random() % 9));
+    for (float& z : g.values())
+      z = random() % 9 == 0 ? HeightGrid::kVoid : float(int(random() % 7) * 10);
+    g.at(0, 0) = 1;
+    grids.push_back(g);
+  }
+  for (const HeightGrid& grid : grids) {
+    for (const double eps : {0.01, 5.0, 1e4}) {
+      expect_promises(grid, run(grid, "bounded", eps), eps, eps);
+      expect_promises(grid, run(grid, "bounded", eps, "best", "above"), eps, 1e-9);
+      expect_promises(grid, run(grid, "greedy", eps), eps, eps);
+    }
+  }
+}
+
+TEST(Bounded, a_plane_is_two_triangles) {
+  HeightGrid plane(80, 60);
+  for (int r = 0; r < 60; ++r)
+    for (int c = 0; c < 80; ++c) plane.at(c, r) = float(2 * c + r);
+  EXPECT_EQ(run(plane, "bounded", 0.5).tin.triangles.size(), 2u);
+  EXPECT_EQ(run(plane, "greedy", 0.5).tin.triangles.size(), 2u);
+}
+
+TEST(Bounded, a_count_is_met_from_below) {
+  const HeightGrid grid = rough_terrain(200, 150, 5);
+  SimplifyOptions o;
+  o.method = "bounded";
+  o.stop.triangles = 3000;
+  const auto s = simplify(grid, 30, 30, o);
+  ASSERT_TRUE(s);
+  EXPECT_LE(s->tin.triangles.size(), 3000u);
+  EXPECT_GE(s->tin.triangles.size(), 2900u);
+}
+
+TEST(Bounded, real_terrain_far_below_greedy) {
+  const std::vector<std::string> files = {test::testdata("bigtujunga_crop.tif")};
+  const auto source = DemSource::open(files);
+  ASSERT_TRUE(source);
+  const DemInfo& info = (*source)->info();
+  const auto grid = (*source)->read(0, 0, int(info.cols), int(info.rows));
+  ASSERT_TRUE(grid);
+  const Simplified s = run(*grid, "bounded", 5);
+  expect_promises(*grid, s, 5, 5);
+  EXPECT_LT(double(s.tin.triangles.size()),
+            0.45 * double(run(*grid, "greedy", 5).tin.triangles.size()));
+}
+
+}  // namespace
+}  // namespace tind
