@@ -198,6 +198,7 @@ Result<Meshed> fit(Job& job, double eps, int step, std::stop_token stop) {
   const double lat = (job.rect.south + job.rect.north) / 2 * std::numbers::pi / 180;
   BoundedOptions o;
   o.eps = eps;
+  if (posts->inside() > 0) o.relief = posts->max_m() - posts->min_m();
   o.x_scale = std::max(0.1, std::cos(lat));
   o.locked_border = o.integer_lattice = true;
   o.lattice_max = kTileExtent;

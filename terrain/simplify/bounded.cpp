@@ -41,6 +41,7 @@ struct Run {
   double eps;     // half width of the band
   double offset;  // of the band's centre from the posts
   double x_scale;
+  double relief;
   Effort effort;
   int threads;
   const Progress& progress;
@@ -123,6 +124,7 @@ Seams derive_seams(const Run& run) {
 BoundedOptions mesher_options(const Run& run) {
   BoundedOptions o;
   o.eps = run.eps;
+  o.relief = run.relief;
   o.x_scale = run.x_scale;
   o.search = run.effort.search;
   o.search_reach = run.effort.reach;
@@ -238,29 +240,33 @@ Result<Simplified> run_once(const Run& run) {
   return result;
 }
 
+double relief_of(const HeightGrid& grid) {
+  float low = HUGE_VALF, high = -HUGE_VALF;
+  for (const float z : grid.values())
+    if (!std::isnan(z)) low = std::min(low, z), high = std::max(high, z);
+  return double(high) - low;
+}
+
 Run make_run(const HeightGrid& grid, double max_error, double x_scale, const SimplifyOptions& o,
              const Progress& progress) {
   const bool both = o.side == "both";
-  Run run{grid,
-          both ? max_error : max_error / 2,
-          both ? 0 : (o.side == "above" ? 0.5 : -0.5) * max_error,
-          x_scale,
-          effort_of(o.effort),
-          o.threads,
-          progress,
-          cuts(grid.cols()),
-          cuts(grid.rows())};
-  return run;
+  return Run{.grid = grid,
+             .eps = both ? max_error : max_error / 2,
+             .offset = both ? 0 : (o.side == "above" ? 0.5 : -0.5) * max_error,
+             .x_scale = x_scale,
+             .relief = relief_of(grid),
+             .effort = effort_of(o.effort),
+             .threads = o.threads,
+             .progress = progress,
+             .col_cuts = cuts(grid.cols()),
+             .row_cuts = cuts(grid.rows())};
 }
 
 /// The smallest error whose mesh has at most `target` triangles, to about one per cent: secant
 /// steps on log(count) against log(error), inside a bracket.
 Result<Simplified> reach_count(const HeightGrid& grid, double x_scale, std::uint64_t target,
                                const SimplifyOptions& o, const Progress& progress) {
-  float low = HUGE_VALF, high = -HUGE_VALF;
-  for (const float z : grid.values())
-    if (!std::isnan(z)) low = std::min(low, z), high = std::max(high, z);
-  double too_small = 1e-6, too_large = std::max(1.0, double(high - low) + 1);
+  double too_small = 1e-6, too_large = std::max(1.0, relief_of(grid) + 1);
   double error = std::max(too_small * 2, (too_large - 1) / 50);
   Result<Simplified> best = fail(Errc::internal, "no mesh");
   for (int i = 0; i < 16; ++i) {

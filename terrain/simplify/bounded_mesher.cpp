@@ -19,7 +19,7 @@ BoundedMesher<S>::BoundedMesher(HalfedgeMesh mesh, const S& samples, const Bound
     : mesh_(std::move(mesh)),
       samples_(samples),
       options_(options),
-      eps_(options.eps - 1e-9 * std::max(1.0, options.eps)) {}
+      eps_(options.eps - 1e-9 * std::max({1.0, options.eps, options.relief})) {}
 
 // --- insert --------------------------------------------------------------------------------------
 

@@ -18,6 +18,7 @@ namespace tind {
 
 struct BoundedOptions {
   double eps = 1;                // half width of the band, metres
+  double relief = 0;             // range of the samples' heights: what rounding is in proportion to
   double x_scale = 1;            // metric length of an x unit over that of a y unit
   bool locked_border = false;    // border vertices stay as they are (tiles)
   bool integer_lattice = false;  // vertices on integers in [0, lattice_max] (tiles)

@@ -8,7 +8,8 @@
 
 namespace tind {
 
-/// O(n log n) expected. GUARANTEES with --max-error M: every valid post within M of the mesh.
+/// O(n log n) expected. GUARANTEES with --max-error M: every valid post within M of the mesh, to
+/// the rounding of doubles (1e-12 of the relief).
 Result<Simplified> simplify_greedy(const HeightGrid&, double spacing_x_m, double spacing_y_m,
                                    const SimplifyOptions&, const Progress&);
 
