@@ -38,7 +38,7 @@ Vec3 up(Geographic p) {
 Vec2 metres_per_degree(double lat_deg) {
   const double s = std::sin(lat_deg * kRadians), c = std::cos(lat_deg * kRadians);
   const double w = std::sqrt(1 - kEccentricity2 * s * s);
-  const double n = kSemiMajor / w;                             // prime vertical radius
+  const double n = kSemiMajor / w;                                   // prime vertical radius
   const double m = kSemiMajor * (1 - kEccentricity2) / (w * w * w);  // meridian radius
   return {n * c * kRadians, m * kRadians};
 }

@@ -10,8 +10,8 @@
 namespace tind {
 
 /// Ellipsoidal height = orthometric height + undulation. Bilinear over the 15' grid, as PROJ does.
-/// Against the grid: 1.5 mm (the file counts in steps of 3 mm). Against the full EGM96 model: 0.055 m
-/// at worst over NGA's six test points; GeographicLib states 0.040 m RMS, 1.152 m at worst.
+/// Against the grid: 1.5 mm (the file counts in steps of 3 mm). Against the full EGM96 model: 0.055
+/// m at worst over NGA's six test points; GeographicLib states 0.040 m RMS, 1.152 m at worst.
 /// Thread-safe; 2 MB.
 class Geoid {
  public:

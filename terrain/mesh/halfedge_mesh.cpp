@@ -42,8 +42,8 @@ Result<HalfedgeMesh> HalfedgeMesh::from_tin(const Tin& tin) {
   for (const Triangle& t : tin.triangles) {
     for (const Index v : t) {
       if (v >= n) {
-        return fail(Errc::bad_data, "a triangle names vertex " + std::to_string(v) + " of " +
-                                        std::to_string(n));
+        return fail(Errc::bad_data,
+                    "a triangle names vertex " + std::to_string(v) + " of " + std::to_string(n));
       }
     }
     if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0])
@@ -169,8 +169,10 @@ Index HalfedgeMesh::collapse(Index h) {
   }
   if (out_[c] == hp) out_[c] = cb;
 
-  if (a_border && !b_border) out_[b] = a_out == gn ? bd : a_out;
-  else if (out_[b] == hn || out_[b] == g) out_[b] = bc;
+  if (a_border && !b_border)
+    out_[b] = a_out == gn ? bd : a_out;
+  else if (out_[b] == hn || out_[b] == g)
+    out_[b] = bc;
   out_[a] = kNone;
   remove_triangle(triangle(h));
   if (g != kNone) remove_triangle(triangle(g));
@@ -203,10 +205,10 @@ Index HalfedgeMesh::split_triangle(Index t, const Vec3& p) {
   const Index u1 = 3 * add_triangle(b, c, v), u2 = 3 * add_triangle(c, a, v);
   link(u1, twin_[bc]);
   link(u2, twin_[ca]);
-  origin_[ca] = v;      // slot t is now (a, b, v)
-  link(bc, u1 + 2);     // b-v
-  link(u1 + 1, u2 + 2); // c-v
-  link(u2 + 1, ca);     // a-v
+  origin_[ca] = v;       // slot t is now (a, b, v)
+  link(bc, u1 + 2);      // b-v
+  link(u1 + 1, u2 + 2);  // c-v
+  link(u2 + 1, ca);      // a-v
   if (out_[b] == bc) out_[b] = u1;
   if (out_[c] == ca) out_[c] = u2;
   out_.push_back(ca);
@@ -249,7 +251,8 @@ Tin HalfedgeMesh::to_tin(std::vector<Index>* new_index) const {
   }
   for (Index t = 0; t < triangle_slots(); ++t) {
     if (!alive_triangle(t)) continue;
-    tin.triangles.push_back({map[origin_[3 * t]], map[origin_[3 * t + 1]], map[origin_[3 * t + 2]]});
+    tin.triangles.push_back(
+        {map[origin_[3 * t]], map[origin_[3 * t + 1]], map[origin_[3 * t + 2]]});
   }
   return tin;
 }

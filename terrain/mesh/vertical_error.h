@@ -10,12 +10,12 @@
 namespace tind {
 
 struct VerticalError {
-  double max_m = 0, rms_m = 0, mean_m = 0;      // of |mesh - post| over covered valid posts
+  double max_m = 0, rms_m = 0, mean_m = 0;  // of |mesh - post| over covered valid posts
   double p50_m = 0, p95_m = 0, p99_m = 0;
-  double max_above_m = 0, max_below_m = 0;      // mesh above the post / below it, both >= 0
-  int max_col = -1, max_row = -1;               // where the maximum is
-  std::uint64_t posts = 0;                      // valid posts measured
-  std::uint64_t uncovered = 0;                  // valid posts that no triangle covers
+  double max_above_m = 0, max_below_m = 0;  // mesh above the post / below it, both >= 0
+  int max_col = -1, max_row = -1;           // where the maximum is
+  std::uint64_t posts = 0;                  // valid posts measured
+  std::uint64_t uncovered = 0;              // valid posts that no triangle covers
 };
 
 /// Measures `mesh`, whose x, y are POST coordinates with y = -row (so that triangles are

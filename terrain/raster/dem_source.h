@@ -35,10 +35,10 @@ enum class CrsKind { none, geographic, projected };
 
 struct DemInfo {
   std::vector<std::string> files;
-  std::string driver;             // of the first file, e.g. "GTiff"
+  std::string driver;  // of the first file, e.g. "GTiff"
   std::int64_t cols = 0, rows = 0;
   bool has_geotransform = false;
-  Affine post_to_crs;             // identity with y = -row where the file has no geotransform
+  Affine post_to_crs;  // identity with y = -row where the file has no geotransform
   CrsKind crs_kind = CrsKind::none;
   std::string crs_wkt, crs_name;  // WKT 2 of the horizontal part, full name; empty without a CRS
   double crs_unit_m = 1;          // metres per crs unit (projected); 1 for geographic or none
@@ -49,7 +49,7 @@ struct DemInfo {
   /// antimeridian or goes around the globe gets west = -180, east = 180. Latitudes are clipped to
   /// +-90. Meaningless without a CRS.
   GeoRect bounds;
-  bool wraps_longitude = false;   // columns go around the globe: col and col + period are one place
+  bool wraps_longitude = false;  // columns go around the globe: col and col + period are one place
   /// 360 degrees in columns; 0 where not geographic. Whole where the source wraps: a step that is
   /// rounded (0.05 columns around the globe at most) is corrected, in post_to_crs too.
   double period_cols = 0;

@@ -29,9 +29,9 @@ struct InsertionOptions {
   double height_step = 0;        // vertex heights are multiples of this (0: free)
 };
 
-/// InsertionOptions::x_scale for a post spacing. Nearly square posts count as square: the four corners
-/// of a cell are cocircular then, for certain, and the diagonal that insertion happened to make
-/// stays, instead of all being turned the same way (which costs a quarter more triangles).
+/// InsertionOptions::x_scale for a post spacing. Nearly square posts count as square: the four
+/// corners of a cell are cocircular then, for certain, and the diagonal that insertion happened to
+/// make stays, instead of all being turned the same way (which costs a quarter more triangles).
 inline double delaunay_x_scale(double spacing_x, double spacing_y) {
   const double scale = spacing_x / spacing_y;
   return std::abs(scale - 1) < 0.05 ? 1 : scale;

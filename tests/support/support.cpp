@@ -12,8 +12,10 @@ HeightGrid grid_from(const std::string& drawing) {
   std::vector<std::vector<float>> rows(1);
   std::istringstream in(drawing);
   for (std::string word; in >> word;) {
-    if (word == "/") rows.emplace_back();
-    else rows.back().push_back(word == "." ? HeightGrid::kVoid : std::stof(word));
+    if (word == "/")
+      rows.emplace_back();
+    else
+      rows.back().push_back(word == "." ? HeightGrid::kVoid : std::stof(word));
   }
   HeightGrid grid(int(rows[0].size()), int(rows.size()));
   for (int r = 0; r < grid.rows(); ++r)
@@ -31,8 +33,7 @@ HeightGrid rough_terrain(int cols, int rows, unsigned seed, float relief) {
       const double a = phase(random), b = phase(random), t = turn(random);
       for (int r = 0; r < rows; ++r)
         for (int c = 0; c < cols; ++c)
-          grid.at(c, r) += float(amplitude / 2 *
-                                 std::sin(a + 6.283 * (c + t * r) / wave) *
+          grid.at(c, r) += float(amplitude / 2 * std::sin(a + 6.283 * (c + t * r) / wave) *
                                  std::cos(b + 6.283 * (r - t * c) / wave));
     }
   }

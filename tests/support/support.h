@@ -38,6 +38,6 @@ class TempDir {
 
 }  // namespace tind::test
 
-#define TIND_NEEDS_SHARED_DATA(variable, name)                            \
-  const std::string variable = tind::test::shared_data(name);             \
+#define TIND_NEEDS_SHARED_DATA(variable, name)                \
+  const std::string variable = tind::test::shared_data(name); \
   if (variable.empty()) GTEST_SKIP() << "needs ../shared/data/" << (name)

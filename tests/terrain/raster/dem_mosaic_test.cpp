@@ -141,8 +141,7 @@ TEST_F(SmallGrids, NodataInAllItsSpellings) {
   const std::string path = folder_.file("n.asc");
   const auto with = [&](const std::string& nodata, const std::string& value) {
     std::ofstream(path) << "ncols 2\nnrows 1\nxllcorner 0\nyllcorner 0\ncellsize 1\n"
-                        << "NODATA_value " << nodata << "\n7.5 "
-                        << value << "\n"
+                        << "NODATA_value " << nodata << "\n7.5 " << value << "\n"
                         << std::flush;
     const auto source = must_open({path});
     const auto grid = source->read(0, 0, 2, 1);
