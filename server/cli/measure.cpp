@@ -40,7 +40,7 @@ int run(const Arguments& a) {
   if (!posts) return complain(posts.error());
   const MeshFrame frame = a.frame == "metric" ? MeshFrame::metric : MeshFrame::source;
   const MeshMap map = mesh_map((*dem)->info(), frame, a.units == "source");
-  const MeshQuality quality = mesh_quality(*mesh, map, *posts, a.threads);
+  const MeshQuality quality = mesh_quality(*mesh, map, *posts, a.threads, is_stl(a.mesh));
   if (a.json) {
     nlohmann::ordered_json j = quality_json(quality);
     j["frame"] = a.frame;

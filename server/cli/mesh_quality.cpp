@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
+#include <string_view>
+
 #include "terrain/mesh/validity.h"
 
 namespace tind::cli {
@@ -27,18 +31,27 @@ std::uint64_t isolated_posts(const HeightGrid& grid) {
 
 }  // namespace
 
-MeshQuality mesh_quality(const Tin& mesh, const MeshMap& map, const HeightGrid& posts,
-                         int threads) {
+MeshQuality mesh_quality(const Tin& mesh, const MeshMap& map, const HeightGrid& posts, int threads,
+                         bool float_file) {
   MeshQuality q;
   q.triangles = mesh.triangles.size();
   q.vertices = mesh.vertices.size();
   const MeshValidity validity = check_validity(mesh);
   q.flipped = validity.flipped;
   q.non_manifold = validity.non_manifold;
-  q.error = vertical_error(map.to_posts(mesh), posts, threads);
+  const double slack = float_file ? std::max(posts.cols(), posts.rows()) * 0x1p-23 : 0;
+  q.error = vertical_error(map.to_posts(mesh), posts, threads, slack);
   if (q.error.uncovered > 0) q.isolated = std::min(q.error.uncovered, isolated_posts(posts));
   q.uncovered = q.error.uncovered - q.isolated;
   return q;
+}
+
+bool is_stl(const std::string& path) {
+  constexpr std::string_view kStl = ".stl";
+  return path.size() >= kStl.size() &&
+         std::equal(kStl.begin(), kStl.end(), path.end() - kStl.size(), [](char a, char b) {
+           return a == std::tolower(static_cast<unsigned char>(b));
+         });
 }
 
 nlohmann::ordered_json quality_json(const MeshQuality& q) {

@@ -17,8 +17,14 @@ struct MeshQuality {
   std::uint64_t isolated = 0;   // valid posts with too few valid neighbours for any triangle
 };
 
-/// Measures `mesh`, in the frame of `map`, against all posts.
-MeshQuality mesh_quality(const Tin& mesh, const MeshMap& map, const HeightGrid& posts, int threads);
+/// Measures `mesh`, in the frame of `map`, against all posts. `float_file`: its coordinates come
+/// from 32-bit floats, so a post on the rim may lie outside the mesh by their rounding, and still
+/// counts.
+MeshQuality mesh_quality(const Tin& mesh, const MeshMap& map, const HeightGrid& posts, int threads,
+                         bool float_file = false);
+
+/// By its extension; STL has 32-bit coordinates only.
+bool is_stl(const std::string& path);
 
 /// triangles, vertices, max_error_m ... p99_m, max_at, posts, flipped, uncovered, isolated.
 nlohmann::ordered_json quality_json(const MeshQuality&);

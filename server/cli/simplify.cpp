@@ -94,7 +94,7 @@ nlohmann::ordered_json report_json(const Arguments& a, const DemInfo& info, cons
 /// Writes the mesh and gives it back as it stands in the file: STL has 32-bit coordinates only,
 /// relative to an origin; the other formats lose nothing.
 Result<Tin> write(const std::string& path, Tin tin) {
-  if (extension(path) != ".stl") {
+  if (!is_stl(path)) {
     const auto ok = proto::write_mesh(path, to_file_mesh(tin));
     if (!ok) return fail(Errc::io, ok.error());
     return tin;
@@ -146,7 +146,8 @@ int run(const Arguments& a) {
     return kCannotCreate;
   }
   seconds.write = watch.lap();
-  const MeshQuality quality = mesh_quality(*written, map, *grid, a.options.threads);
+  const MeshQuality quality =
+      mesh_quality(*written, map, *grid, a.options.threads, is_stl(a.output));
   seconds.measure = watch.lap();
 
   const nlohmann::ordered_json report = report_json(a, info, *made, quality, seconds);

@@ -21,6 +21,7 @@ namespace tind {
 struct PostSpan {
   int row, first, last;
   double x0, z0, slope;
+  double x1;  // the triangle covers x0..x1 of the row
 
   double height(int col) const { return z0 + (col - x0) * slope; }
 };
@@ -62,7 +63,7 @@ inline int last_at_or_before(double v) {
 /// orientation. REQUIRES: coordinates are finite.
 template <class F>
 inline bool scan_triangle(const Vec3& p, const Vec3& q, const Vec3& r, int row_begin, int row_end,
-                          int cols, F&& f) {
+                          int cols, F&& f, double slack = detail::kSlack) {
   using namespace detail;
   const auto above = [](const Vec3& a, const Vec3& b) {
     return a.y > b.y || (a.y == b.y && a.x < b.x);
@@ -72,8 +73,8 @@ inline bool scan_triangle(const Vec3& p, const Vec3& q, const Vec3& r, int row_b
   if (above(*bottom, *mid)) std::swap(bottom, mid);
   if (above(*mid, *top)) std::swap(mid, top);
 
-  const int begin = std::max(row_begin, first_at_or_after(-top->y - kSlack));
-  const int end = std::min(row_end, last_at_or_before(-bottom->y + kSlack) + 1);
+  const int begin = std::max(row_begin, first_at_or_after(-top->y - slack));
+  const int end = std::min(row_end, last_at_or_before(-bottom->y + slack) + 1);
   if (begin >= end) return true;
   const ScanEdge side(*top, *bottom), upper(*top, *mid), lower(*mid, *bottom);
   for (int row = begin; row < end; ++row) {
@@ -84,11 +85,12 @@ inline bool scan_triangle(const Vec3& p, const Vec3& q, const Vec3& r, int row_b
     if (side.height == 0) xr = bottom->x, zr = bottom->z;  // all three on one row
     if (xr < xl) std::swap(xl, xr), std::swap(zl, zr);
     PostSpan span{row,
-                  std::max(0, first_at_or_after(xl - kSlack)),
-                  std::min(cols - 1, last_at_or_before(xr + kSlack)),
+                  std::max(0, first_at_or_after(xl - slack)),
+                  std::min(cols - 1, last_at_or_before(xr + slack)),
                   xl,
                   zl,
-                  0};
+                  0,
+                  xr};
     if (span.first > span.last) continue;
     const double width = xr - xl;
     if (width >= kNarrow)

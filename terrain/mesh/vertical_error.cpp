@@ -56,6 +56,29 @@ Band measure_band(const Tin& mesh, const HeightGrid& grid, int begin, int end,
   return band;
 }
 
+/// Posts just outside the mesh get the largest error against the rims within `slack` of them.
+/// `extremes` takes these in.
+void measure_rims(const Tin& mesh, const HeightGrid& grid, double slack, std::vector<float>& worst,
+                  Band& extremes) {
+  const std::vector<float> before = worst;
+  for (const Triangle& t : mesh.triangles) {
+    const auto measure = [&](const PostSpan& span) {
+      for (int c = span.first; c <= span.last; ++c) {
+        const std::size_t i = std::size_t(span.row) * grid.cols() + c;
+        if (before[i] != kUncovered || grid.is_void(c, span.row)) continue;
+        const double x = std::clamp(double(c), span.x0, span.x1);
+        const double d = span.z0 + (x - span.x0) * span.slope - grid.at(c, span.row);
+        worst[i] = std::max(worst[i], float(std::fabs(d)));
+        extremes.above.take(d, c, span.row);
+        extremes.below.take(-d, c, span.row);
+      }
+      return true;
+    };
+    scan_triangle(mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]], 0, grid.rows(),
+                  grid.cols(), measure, slack);
+  }
+}
+
 /// The smallest value that at least `share` of all are not above (nearest rank).
 double percentile(std::vector<float>& values, double share) {
   const std::size_t rank = std::size_t(std::ceil(share * double(values.size())));
@@ -92,7 +115,7 @@ void summarise(const HeightGrid& grid, std::vector<float>& worst, VerticalError&
 
 }  // namespace
 
-VerticalError vertical_error(const Tin& mesh, const HeightGrid& grid, int threads) {
+VerticalError vertical_error(const Tin& mesh, const HeightGrid& grid, int threads, double slack) {
   if (threads <= 0) threads = hardware_threads();
   std::vector<float> worst(grid.size(), kUncovered);
   std::vector<Band> bands(std::size_t(std::clamp(threads, 1, std::max(1, grid.rows()))));
@@ -102,11 +125,13 @@ VerticalError vertical_error(const Tin& mesh, const HeightGrid& grid, int thread
     };
     bands[i] = measure_band(mesh, grid, edge(i), edge(i + 1), worst);
   });
-  Extreme above, below;
+  Band all;
   for (const Band& b : bands) {
-    above.take(b.above.error, b.above.col, b.above.row);
-    below.take(b.below.error, b.below.col, b.below.row);
+    all.above.take(b.above.error, b.above.col, b.above.row);
+    all.below.take(b.below.error, b.below.col, b.below.row);
   }
+  if (slack > 0) measure_rims(mesh, grid, slack, worst, all);
+  const auto& [above, below] = all;
   VerticalError out;
   out.max_above_m = std::max(0.0, above.error);
   out.max_below_m = std::max(0.0, below.error);

@@ -22,6 +22,11 @@ struct VerticalError {
 /// counter-clockwise), against all valid posts of `grid`. Each triangle is scan-converted in double
 /// precision; a post on a shared edge is measured in both triangles and the larger error counts.
 /// Flipped triangles are measured too. O(posts + triangles); 5 bytes per post of memory.
-VerticalError vertical_error(const Tin& mesh, const HeightGrid& grid, int threads = 1);
+///
+/// `slack` (posts) is for meshes from files with 32-bit coordinates: a post that no triangle
+/// covers, but that is at most this far outside one in x and in y, is measured against that
+/// triangle's rim.
+VerticalError vertical_error(const Tin& mesh, const HeightGrid& grid, int threads = 1,
+                             double slack = 0);
 
 }  // namespace tind

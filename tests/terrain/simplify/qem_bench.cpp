@@ -74,7 +74,7 @@ Tin lindstrom_turk(const Contest& c, double& seconds) {
   for (const Triangle& t : c.full.triangles)
     mesh.add_face(Mesh::Vertex_index(t[0]), Mesh::Vertex_index(t[1]), Mesh::Vertex_index(t[2]));
   seconds = seconds_of([&] {  // stops by edges; a triangle mesh has three edges to two triangles
-    sms::edge_collapse(mesh, sms::Count_ratio_stop_predicate<Mesh>(c.ratio, mesh));
+    sms::edge_collapse(mesh, sms::Count_ratio_stop_predicate<Mesh>(c.ratio));
   });
   mesh.collect_garbage();
   Tin tin;

@@ -1,0 +1,143 @@
+// The program itself: `tind simplify`, then `tind measure` of what it wrote.
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "proto/mesh_io.h"
+#include "tests/support/support.h"
+
+namespace tind {
+namespace {
+
+using test::TempDir;
+using test::testdata;
+
+struct Ran {
+  int code = -1;
+  std::string out;
+};
+
+/// stdout and stderr together.
+Ran run(const std::string& arguments) {
+  const std::string command = std::string(TIND_BINARY) + " " + arguments + " 2>&1";
+  Ran ran;
+  FILE* const pipe = popen(command.c_str(), "r");
+  std::array<char, 4096> part;
+  for (std::size_t n; (n = fread(part.data(), 1, part.size(), pipe)) > 0;)
+    ran.out.append(part.data(), n);
+  ran.code = WEXITSTATUS(pclose(pipe));
+  return ran;
+}
+
+nlohmann::json json_of(const std::string& arguments) {
+  const Ran ran = run(arguments);
+  EXPECT_EQ(ran.code, 0) << ran.out;
+  return nlohmann::json::parse(ran.out, nullptr, false);
+}
+
+class SimplifyCommand : public testing::TestWithParam<const char*> {};
+
+TEST_P(SimplifyCommand, ReportsWhatMeasureFindsInTheFile) {
+  const TempDir dir;
+  const std::string mesh = dir.file(std::string("out.") + GetParam()), dem = testdata("crater.tif");
+  for (const std::string frame : {"source", "metric"}) {
+    const nlohmann::json made = json_of("simplify " + dem + " -o " + mesh +
+                                        " --method qem --triangles 5000 --json --frame " + frame +
+                                        " --report " + dir.file("report.json"));
+    for (const char* key : {"method", "steps", "input_triangles", "triangles", "vertices",
+                            "max_error_m", "rms_error_m", "mean_error_m", "p50_m", "p95_m", "p99_m",
+                            "flipped", "uncovered", "frame", "seconds"})
+      EXPECT_TRUE(made.contains(key)) << key;
+    for (const char* key : {"read", "simplify", "measure", "write"})
+      EXPECT_TRUE(made["seconds"].contains(key)) << key;
+    std::ifstream report(dir.file("report.json"));
+    EXPECT_EQ(nlohmann::json::parse(report), made);
+    EXPECT_EQ(made["flipped"], 0);
+    EXPECT_EQ(made["uncovered"], 0);
+    EXPECT_GE(made["triangles"], 5000);
+    EXPECT_LE(made["triangles"], 5001);
+
+    const nlohmann::json found =
+        json_of("measure " + mesh + " " + dem + " --json --frame " + frame);
+    EXPECT_EQ(found["triangles"], made["triangles"]);
+    EXPECT_EQ(found["posts"], made["posts"]);
+    EXPECT_EQ(found["flipped"], 0);
+    EXPECT_EQ(found["uncovered"], 0);
+    EXPECT_NEAR(found["max_error_m"], made["max_error_m"], 1e-6);
+    EXPECT_NEAR(found["rms_error_m"], made["rms_error_m"], 1e-6);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Formats, SimplifyCommand, testing::Values("ply", "obj", "stl"));
+
+TEST(SimplifyCommandLine, KeepsTheBoundOfTheMeshAsWritten) {
+  const TempDir dir;
+  const nlohmann::json made = json_of("simplify " + testdata("bigtujunga_crop.tif") + " -o " +
+                                      dir.file("a.ply") + " --max-error 7.5 --json");
+  EXPECT_LE(made["max_error_m"], 7.5);
+  EXPECT_LT(made["triangles"], made["input_triangles"]);
+}
+
+TEST(SimplifyCommandLine, PutsTheMeshWhereTheDemIs) {
+  const TempDir dir;
+  std::ofstream(dir.file("dem.asc")) << "ncols 3\nnrows 2\nxllcorner 100\nyllcorner 200\ncellsize "
+                                        "10\n1 2 3\n4 5 6\n";
+  json_of("simplify " + dir.file("dem.asc") + " -o " + dir.file("a.obj") + " --ratio 1 --json");
+  const auto mesh = proto::read_mesh(dir.file("a.obj"));
+  ASSERT_TRUE(mesh) << mesh.error();
+  EXPECT_EQ(mesh->positions.front(), (std::array<double, 3>{105, 215, 1}));
+  EXPECT_EQ(mesh->positions.back(), (std::array<double, 3>{125, 205, 6}));
+}
+
+TEST(SimplifyCommandLine, RefusesInOneLineWithAnHonestCode) {
+  const TempDir dir;
+  const std::string dem = testdata("crater.tif"), out = " -o " + dir.file("a.ply");
+  const auto refuses = [](const std::string& arguments, int code) {
+    const Ran ran = run("simplify " + arguments);
+    EXPECT_EQ(ran.code, code) << ran.out;
+    EXPECT_FALSE(ran.out.empty());
+    return ran.out;
+  };
+  refuses(dem + out, 2);
+  refuses(dem + out + " --ratio 0.5 --triangles 9", 2);
+  refuses(dem + out + " --ratio 1.5", 2);
+  refuses(dem + out + " --ratio 0.5 --method magic", 2);
+  refuses(dem + out + " --ratio 0.5 --term colour", 2);
+  refuses(dem + " --ratio 0.5 -o " + dir.file("a.xyz"), 2);
+  refuses(dir.file("missing.tif") + out + " --ratio 0.5", 69);
+  refuses(dem + " --ratio 0.5 -o " + dir.file("no/such/folder/a.ply"), 73);
+  std::ofstream(dir.file("text.tif")) << "not a raster";
+  refuses(dir.file("text.tif") + out + " --ratio 0.5", 65);
+  std::ofstream(dir.file("row.asc")) << "ncols 5\nnrows 1\nxllcorner 0\nyllcorner 0\ncellsize 1\n"
+                                        "1 2 3 4 5\n";
+  const std::string said = refuses(dir.file("row.asc") + out + " --ratio 0.5", 2);
+  EXPECT_NE(said.find("2 x 2"), std::string::npos) << said;
+  EXPECT_FALSE(std::filesystem::exists(dir.file("a.ply")));
+}
+
+TEST(MeasureCommandLine, SaysWhenMeshAndDemDoNotMeet) {
+  const TempDir dir;
+  std::ofstream(dir.file("far.obj")) << "v 1e7 1e7 0\nv 1e7 2e7 0\nv 2e7 1e7 0\nf 1 3 2\n";
+  const Ran ran = run("measure " + dir.file("far.obj") + " " + testdata("crater.tif"));
+  EXPECT_EQ(ran.code, 65);
+  EXPECT_NE(ran.out.find("covers no post"), std::string::npos) << ran.out;
+}
+
+TEST(MethodsCommandLine, ListsEveryMethod) {
+  const nlohmann::json all = json_of("methods --json");
+  std::vector<std::string> names;
+  for (const auto& m : all) {
+    names.push_back(m["name"]);
+    for (const char* key : {"minimises", "stops", "guarantees", "source"})
+      EXPECT_FALSE(m[key].get<std::string>().empty()) << names.back() << " " << key;
+  }
+  for (const char* name : {"edge-cost", "qem", "memoryless"})
+    EXPECT_NE(std::find(names.begin(), names.end(), name), names.end()) << name;
+}
+
+}  // namespace
+}  // namespace tind
