@@ -116,14 +116,18 @@ TEST(HalfedgeMesh, RandomEditsKeepEveryInvariant) {
 TEST(HalfedgeMesh, LinkConditionRefusesChordsAndSeparatingTriangles) {
   HalfedgeMesh m = flat_grid(2, 2);
   for (Index h = 0; h < 6; ++h)
-    if (m.twin(h) != kNone) EXPECT_FALSE(m.link_ok(h)) << "the diagonal joins two border vertices";
+    if (m.twin(h) != kNone) {
+      EXPECT_FALSE(m.link_ok(h)) << "the diagonal joins two border vertices";
+    }
   // A vertex of degree 3 inside 0-1-2: the edges of its hull now share a neighbour that is no apex.
   Tin tin;
   tin.vertices = {{0, 0, 0}, {9, 0, 0}, {0, 9, 0}, {2, 2, 0}, {9, 9, 0}};
   tin.triangles = {{0, 1, 3}, {1, 2, 3}, {2, 0, 3}, {1, 4, 2}};
   HalfedgeMesh n = *HalfedgeMesh::from_tin(tin);
   for (Index h = 0; h < n.halfedge_slots(); ++h)
-    if (n.origin(h) == 1 && n.dest(h) == 2) EXPECT_FALSE(n.link_ok(h));
+    if (n.origin(h) == 1 && n.dest(h) == 2) {
+      EXPECT_FALSE(n.link_ok(h));
+    }
 }
 
 TEST(HalfedgeMesh, ToTinLeavesOutWhatIsRemoved) {

@@ -22,8 +22,12 @@ TEST(BucketQueue, BucketsAreMonotoneAndNarrow) {
   std::uniform_real_distribution<float> exponent(-30, 30);
   for (int i = 0; i < 10000; ++i) {
     const float a = std::exp2(exponent(random)), b = std::exp2(exponent(random));
-    if (a <= b) EXPECT_LE(BucketQueue::bucket_of(a), BucketQueue::bucket_of(b));
-    if (b > a * 1.126f) EXPECT_LT(BucketQueue::bucket_of(a), BucketQueue::bucket_of(b));
+    if (a <= b) {
+      EXPECT_LE(BucketQueue::bucket_of(a), BucketQueue::bucket_of(b));
+    }
+    if (b > a * 1.126f) {
+      EXPECT_LT(BucketQueue::bucket_of(a), BucketQueue::bucket_of(b));
+    }
   }
   EXPECT_EQ(BucketQueue::bucket_of(0.0f), BucketQueue::bucket_of(-0.0f));
 }
