@@ -26,6 +26,7 @@ namespace tind {
 
 namespace {
 
+constexpr double kPlacingError = 1e-5;         // metres of height: 1e-6 m on a slope of ten
 constexpr std::int64_t kMeshPosts = 320;       // posts a side that a mesh is fitted to at most
 constexpr std::int64_t kChunkPosts = 1 << 21;  // posts that the referee holds at a time
 
@@ -41,6 +42,10 @@ struct Job {
   PostWindow window;
   HeightField field;
   std::array<std::vector<BorderVertex>, 4> borders;  // west, south, east, north
+  struct Posts {
+    double min_m = 0, max_m = 0;
+    std::uint64_t posts = 0;
+  } posts;  // all valid ones in the closed rectangle
 
   Job(const DemSource& s, const TilePlan& p, TileId t)
       : source(s), plan(p), id(t), rect(tiling::rect(t)), level(p.level(t.level)), field(s) {
@@ -86,15 +91,15 @@ struct HeightLattice {
   std::uint16_t index(double h) const { return std::uint16_t(std::lround((h - min) / step)); }
 };
 
-HeightLattice height_lattice(const Job& job, const TilePosts& posts, double eps) {
+HeightLattice height_lattice(const Job& job, double eps) {
   double low = HUGE_VAL, high = -HUGE_VAL;
   for (const auto& border : job.borders) {
     for (const BorderVertex& v : border)
       low = std::min(low, v.height), high = std::max(high, v.height);
   }
-  if (posts.inside() > 0) {
-    low = std::min(low, posts.min_m() - eps);
-    high = std::max(high, posts.max_m() + eps);
+  if (job.posts.posts > 0) {
+    low = std::min(low, job.posts.min_m - eps);
+    high = std::max(high, job.posts.max_m + eps);
   }
   const double step =
       std::clamp(power_of_two_at_least((high - low) / 32766), 1.0 / 1024, job.level.border_step_m);
@@ -147,15 +152,10 @@ HalfedgeMesh frame_mesh(Job& job, const Samples& samples, double x_scale,
   return mesh;
 }
 
-struct Measured {
-  double max_error = 0;
-  std::uint64_t posts = 0;
-};
-
-/// The referee: every valid post of the closed rectangle against the mesh. Streams the window.
-Result<Measured> measure(const Job& job, const Tin& mesh, std::stop_token stop) {
-  Measured m;
-  if (job.window.empty()) return m;
+/// Calls f with all posts of the tile, a part of the window at a time.
+template <class F>
+Result<void> stream_posts(const Job& job, std::stop_token stop, F&& f) {
+  if (job.window.empty()) return {};
   const std::int64_t rows_at_once = std::max<std::int64_t>(2, kChunkPosts / job.window.cols);
   for (std::int64_t r = 0; r < job.window.rows; r += rows_at_once) {
     if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
@@ -164,29 +164,47 @@ Result<Measured> measure(const Job& job, const Tin& mesh, std::stop_token stop) 
     part.rows = std::min(rows_at_once, job.window.rows - r);
     const auto posts = TilePosts::read(job.source, part, job.id, 1);
     if (!posts) return std::unexpected(posts.error());
-    m.posts += posts->inside();
-    if (posts->inside() == 0) continue;
-    posts->visit([&](const auto& samples) {
+    if (posts->inside() > 0) f(*posts);
+  }
+  return {};
+}
+
+Result<void> find_range(Job& job, std::stop_token stop) {
+  Job::Posts all{HUGE_VAL, -HUGE_VAL, 0};
+  auto done = stream_posts(job, stop, [&](const TilePosts& posts) {
+    all.min_m = std::min(all.min_m, posts.min_m());
+    all.max_m = std::max(all.max_m, posts.max_m());
+    all.posts += posts.inside();
+  });
+  job.posts = all;
+  return done;
+}
+
+/// The referee: the largest error over every valid post of the closed rectangle.
+Result<double> measure(const Job& job, const Tin& mesh, std::stop_token stop) {
+  double worst = 0;
+  auto done = stream_posts(job, stop, [&](const TilePosts& posts) {
+    posts.visit([&](const auto& samples) {
       for (const Triangle& t : mesh.triangles) {
         const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
         const double area = orient2d(a, b, c);
         const double gx = ((b.z - a.z) * (c.y - a.y) - (c.z - a.z) * (b.y - a.y)) / area;
         const double gy = ((c.z - a.z) * (b.x - a.x) - (b.z - a.z) * (c.x - a.x)) / area;
         samples.scan(a, b, c, [&](double x, double y, double z, std::size_t) {
-          const double e = std::abs(a.z + gx * (x - a.x) + gy * (y - a.y) - z);
-          m.max_error = std::max(m.max_error, e);
+          worst = std::max(worst, std::abs(a.z + gx * (x - a.x) + gy * (y - a.y) - z));
           return true;
         });
       }
     });
-  }
-  return m;
+  });
+  if (!done) return std::unexpected(done.error());
+  return worst;
 }
 
 struct Meshed {
   Tin mesh;
   HeightLattice lattice;
-  Measured measured;
+  double max_error = 0;
 };
 
 /// Fits a mesh within `eps` of every `step`-th post, then measures it over all posts.
@@ -194,11 +212,11 @@ Result<Meshed> fit(Job& job, double eps, int step, std::stop_token stop) {
   const auto posts = TilePosts::read(job.source, job.window, job.id, step);
   if (!posts) return std::unexpected(posts.error());
   Meshed result;
-  result.lattice = height_lattice(job, *posts, eps);
+  result.lattice = height_lattice(job, eps);
   const double lat = (job.rect.south + job.rect.north) / 2 * std::numbers::pi / 180;
   BoundedOptions o;
   o.eps = eps;
-  if (posts->inside() > 0) o.relief = posts->max_m() - posts->min_m();
+  if (job.posts.posts > 0) o.relief = job.posts.max_m - job.posts.min_m;
   o.x_scale = std::max(0.1, std::cos(lat));
   o.locked_border = o.integer_lattice = true;
   o.lattice_max = kTileExtent;
@@ -220,25 +238,28 @@ Result<Meshed> fit(Job& job, double eps, int step, std::stop_token stop) {
   if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
   auto measured = measure(job, result.mesh, stop);
   if (!measured) return std::unexpected(measured.error());
-  result.measured = *measured;
+  result.max_error = *measured;
   return result;
 }
 
 /// Tries the cheapest fit first: fewer posts, then all of them; keeps the best.
 Result<Meshed> fit_within_budget(Job& job, std::stop_token stop) {
-  const double margin = job.source.info().rounding_m;
+  // Stored heights are floats, and posts of projected sources are placed by interpolation (within
+  // 1e-6 m): both count as error.
+  const double margin =
+      job.source.info().rounding_m + (job.source.is_plain_geographic() ? 0 : kPlacingError);
   const double eps = job.level.fit_error_m - margin;
   Result<Meshed> best = fail(Errc::internal, "no fit tried");
   for (int step = decimation(job.window);; step /= 2) {
     // Posts that the fit does not see get a share of the band to themselves.
     auto meshed = fit(job, step == 1 ? eps : 0.7 * eps, step, stop);
     if (!meshed) return meshed;
-    meshed->measured.max_error += margin;
-    const bool better = !best || meshed->measured.max_error < best->measured.max_error;
+    if (job.posts.posts > 0) meshed->max_error += margin;
+    const bool better = !best || meshed->max_error < best->max_error;
     if (better) best = std::move(meshed);
     const bool too_big =
         job.window.cols * job.window.rows / step / step > 4 * kMeshPosts * kMeshPosts;
-    if (best->measured.max_error <= job.level.budget_m || step == 1 || too_big) return best;
+    if (best->max_error <= job.level.budget_m || step == 1 || too_big) return best;
   }
 }
 
@@ -323,12 +344,13 @@ TileBytes encode_tile(Job& job, const Meshed& meshed) {
   q.horizon_occlusion = {volumes.horizon_occlusion.x, volumes.horizon_occlusion.y,
                          volumes.horizon_occlusion.z};
   TileBytes tile;
-  tile.max_error_m = round_up(meshed.measured.max_error);
+  tile.max_error_m = round_up(meshed.max_error);
+  tile.exact = job.source.info().rounding_m == 0 && job.source.is_plain_geographic();
   nlohmann::ordered_json metadata;
   metadata["geometricerror"] = tile.max_error_m;
   metadata["max_error_m"] = tile.max_error_m;
-  metadata["error_kind"] = "exact";
-  metadata["posts"] = meshed.measured.posts;
+  metadata["error_kind"] = tile.exact ? "exact" : "bound";
+  metadata["posts"] = job.posts.posts;
   if (job.id.level % TilePlan::kAvailabilityLevels == 0)
     metadata["available"] = availability(job.plan.descendants(job.id));
   q.metadata = metadata.dump();
@@ -344,6 +366,7 @@ Result<TileBytes> make_tile(const DemSource& source, const TilePlan& plan, TileI
   Job job(source, plan, id);
   if (auto done = load_heights(job); !done) return fail("tile " + id.text(), done.error());
   if (auto done = derive_borders(job); !done) return std::unexpected(done.error());
+  if (auto done = find_range(job, stop); !done) return fail("tile " + id.text(), done.error());
   auto meshed = fit_within_budget(job, stop);
   if (!meshed) return fail("tile " + id.text(), meshed.error());
   TileBytes tile = encode_tile(job, *meshed);

@@ -55,7 +55,7 @@ std::vector<double> sample_places(const TileEdge& e, const DemSource& source,
 
 struct Sample {
   double t;
-  double h;  // NaN: void
+  double h;
   bool fixed;
   int place() const { return int(std::lround(t)); }  // where a vertex can stand
 };
@@ -90,7 +90,6 @@ void run_to(std::vector<BorderVertex>& line, const std::vector<Sample>& samples,
     double slope = 0;
     bool open = true;
     for (std::size_t i = at + 1; i < end && open; ++i) {
-      if (std::isnan(samples[i].h)) continue;
       open = cone.narrow(from, samples[i], tolerance);
       if (open && samples[i].place() > from.t && samples[i].place() < goal.t)
         reached = i, slope = cone.middle();
@@ -134,16 +133,16 @@ std::vector<BorderVertex> make_border(const TileEdge& edge, const HeightField& f
   field.at(points, heights);
 
   std::vector<Sample> samples;
-  for (std::size_t i = 0; i < places.size(); ++i) samples.push_back({places[i], heights[i], false});
+  // Where H is void the line follows what fills it: so that levels agree there, too.
+  for (std::size_t i = 0; i < places.size(); ++i)
+    samples.push_back({places[i], field.filled(points[i], heights[i]), false});
   for (int k = 0; k <= o.fixed_cells; ++k) {
     const double t = std::round(double(k) * kTileExtent / o.fixed_cells);
     for (Sample& s : samples) s.fixed |= s.t == t;
   }
   // Snapping moves a vertex by half a step; two snapped ends move the line by as much.
   const double tolerance = std::max(o.tolerance_m - o.height_step, o.height_step / 2);
-  auto fixed_height = [&](std::size_t i) {
-    return snapped(field.filled(points[i], samples[i].h), o.height_step);
-  };
+  auto fixed_height = [&](std::size_t i) { return snapped(samples[i].h, o.height_step); };
   std::vector<BorderVertex> line = {{0, fixed_height(0)}};
   std::size_t begin = 0;
   for (std::size_t i = 1; i < samples.size(); ++i) {

@@ -35,7 +35,7 @@ struct BorderVertex {
 
 /// The simplified line, both ends included. A one-pass cone filter: from each vertex the line goes
 /// on as long as one slope keeps within the tolerance of every sample; vertex heights float inside
-/// the band. O(samples). Voids do not constrain it.
+/// the band. O(samples). In voids it follows HeightField::filled.
 std::vector<BorderVertex> make_border(const TileEdge&, const HeightField&, const DemSource&,
                                       const BorderOptions&);
 

@@ -10,7 +10,7 @@ namespace tind {
 namespace {
 
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
-constexpr int kFillReach = 64;  // posts
+constexpr int kFillReach = 64, kFillFlat = 16;  // posts
 
 /// A place that is a post but for rounding is that post: its neighbours, void perhaps, have no say.
 double on_post(double t) { return std::abs(t - std::round(t)) < 1e-6 ? std::round(t) : t; }
@@ -89,20 +89,23 @@ double HeightField::filled(Geographic place, double h) const {
                     post.y <= double(info_.rows + kFillReach);
   if (!near) return 0;  // (not near either: NaN, where the projection cannot say)
   const std::int64_t c = std::llround(post.x), r = std::llround(post.y);
-  const auto around =
-      source_.read(c - kFillReach, r - kFillReach, 2 * kFillReach + 1, 2 * kFillReach + 1);
-  if (!around) {
-    if (!error_) error_ = around.error();
-    return 0;
-  }
-  double best = std::numeric_limits<double>::infinity(), height = 0;
-  for (int j = 0; j < around->rows(); ++j) {
-    for (int i = 0; i < around->cols(); ++i) {
-      const double d = std::hypot(double(i - kFillReach), double(j - kFillReach));
-      if (d < best && !around->is_void(i, j)) best = d, height = around->at(i, j);
+  for (int reach = 4; reach <= kFillReach; reach *= 4) {
+    const auto around = source_.read(c - reach, r - reach, 2 * reach + 1, 2 * reach + 1);
+    if (!around) {
+      if (!error_) error_ = around.error();
+      return 0;
     }
+    double best = reach + 0.5, height = 0;
+    for (int j = 0; j < around->rows(); ++j) {
+      for (int i = 0; i < around->cols(); ++i) {
+        const double d = std::hypot(double(c + i - reach) - post.x, double(r + j - reach) - post.y);
+        if (d < best && !around->is_void(i, j)) best = d, height = around->at(i, j);
+      }
+    }
+    if (best <= reach)
+      return height * std::min(1.0, (kFillReach - best) / (kFillReach - kFillFlat));
   }
-  return height;
+  return 0;
 }
 
 }  // namespace tind

@@ -27,7 +27,8 @@ class HeightField {
   double at_post(Vec2 post) const;
   /// H at many places.
   void at(std::span<const Geographic> places, std::span<double> heights) const;
-  /// A height for a place where H is void: the nearest valid post within 64, else 0.
+  /// A height for a place where H is void: that of the nearest valid post up to 16 posts away, from
+  /// there on sloping down to 0 at 64, so that no level sees a cliff that another one misses.
   double filled(Geographic place, double h) const;
 
   const HeightGrid& window() const { return window_; }

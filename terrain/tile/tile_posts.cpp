@@ -9,7 +9,8 @@ namespace tind {
 
 namespace {
 
-constexpr int kMargin = 2;  // posts around the rectangle, for H between them
+constexpr double kHair = 1e-6;  // tile units: a post on the edge belongs to both tiles
+constexpr int kMargin = 2;      // posts around the rectangle, for H between them
 
 PostWindow clipped(const DemInfo& info, double col0, double col1, double row0, double row1) {
   PostWindow w;
@@ -100,7 +101,9 @@ Result<TilePosts> TilePosts::read(const DemSource& source, const PostWindow& w, 
   const double per_lon = kTileExtent / rect.width(), per_lat = kTileExtent / rect.height();
   posts.min_m_ = HUGE_VAL, posts.max_m_ = -HUGE_VAL;
   auto count = [&](double u, double v, float z) {
-    if (std::isnan(z) || u < 0 || v < 0 || u > kTileExtent || v > kTileExtent) return;
+    if (std::isnan(z) || u < -kHair || v < -kHair || u > kTileExtent + kHair ||
+        v > kTileExtent + kHair)
+      return;
     ++posts.inside_;
     posts.min_m_ = std::min<double>(posts.min_m_, z);
     posts.max_m_ = std::max<double>(posts.max_m_, z);
@@ -125,7 +128,9 @@ Result<TilePosts> TilePosts::read(const DemSource& source, const PostWindow& w, 
     const double u = (places[k].lon - rect.west) * per_lon,
                  v = (places[k].lat - rect.south) * per_lat;
     const float z = posts.heights_.values()[k];
-    if (std::isnan(z) || !(u >= 0 && v >= 0 && u <= kTileExtent && v <= kTileExtent)) continue;
+    if (std::isnan(z) ||
+        !(u >= -kHair && v >= -kHair && u <= kTileExtent + kHair && v <= kTileExtent + kHair))
+      continue;
     count(u, v, z);
     points.push_back({u, v, z});
   }
