@@ -21,6 +21,7 @@
 #include "terrain/tile/normals.h"
 #include "terrain/tile/post_warp.h"
 #include "terrain/tile/tile_posts.h"
+#include "terrain/tile/triangle_order.h"
 
 namespace tind {
 
@@ -333,7 +334,7 @@ TileBytes encode_tile(Job& job, const Meshed& meshed) {
     const Geographic p = place_of(job, v);
     places.push_back({p.lon, p.lat, v.z});
   }
-  q.triangles = meshed.mesh.triangles;
+  q.triangles = coherent_order(meshed.mesh);
   q.oct_normals = normals_of(job, meshed.mesh);
   q.min_height = float(lattice.min);
   q.max_height = float(lattice.max());

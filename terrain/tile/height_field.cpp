@@ -95,15 +95,18 @@ double HeightField::filled(Geographic place, double h) const {
       if (!error_) error_ = around.error();
       return 0;
     }
-    double best = reach + 0.5, height = 0;
+    double best = (reach + 0.5) * (reach + 0.5), height = 0;  // squared
     for (int j = 0; j < around->rows(); ++j) {
+      const double dy = double(r + j - reach) - post.y;
+      if (dy * dy >= best) continue;
       for (int i = 0; i < around->cols(); ++i) {
-        const double d = std::hypot(double(c + i - reach) - post.x, double(r + j - reach) - post.y);
+        const double dx = double(c + i - reach) - post.x, d = dx * dx + dy * dy;
         if (d < best && !around->is_void(i, j)) best = d, height = around->at(i, j);
       }
     }
-    if (best <= reach)
-      return height * std::min(1.0, (kFillReach - best) / (kFillReach - kFillFlat));
+    const double distance = std::sqrt(best);
+    if (distance <= reach)
+      return height * std::min(1.0, (kFillReach - distance) / (kFillReach - kFillFlat));
   }
   return 0;
 }
