@@ -49,8 +49,12 @@ void start_log(const Config& config) {
   spdlog::set_level(spdlog::level::from_str(config.log_level));
 }
 
-/// Arenas per thread keep what was freed: with many threads a daemon seems to leak.
-void bound_malloc_arenas() { mallopt(M_ARENA_MAX, 2); }
+/// What libraries would take by themselves: an arena per thread keeps what was freed, so that with
+/// many threads a daemon seems to leak. GDAL's block cache stands before one of our own.
+void bound_memory() {
+  mallopt(M_ARENA_MAX, 2);
+  setenv("GDAL_CACHEMAX", "24", 0);  // MB; the operator's own setting wins
+}
 
 /// As many descriptors as the system lets us have; the rest is what connections may use.
 std::size_t connections_within_limits(std::size_t wanted) {
@@ -76,6 +80,7 @@ Result<services::Catalog> open_datasets(const Config& config) {
   dem.from_datum = datum_named(config.from_datum);
   dem.to_datum = config.to_datum == "same" ? TargetDatum::same : TargetDatum::ellipsoid;
   dem.allow_vrt = config.allow_vrt;
+  dem.cache_bytes = (std::size_t(config.source_cache_mb) << 20) / config.datasets.size();
   TileSetOptions tiles;
   tiles.max_error_m = config.max_error;
   tiles.error_factor = config.error_factor;
@@ -120,7 +125,7 @@ http::ServerOptions server_options(const Config& config) {
 }
 
 int serve(const Config& config) {
-  bound_malloc_arenas();
+  bound_memory();
   start_log(config);
   auto catalog = open_datasets(config);
   if (!catalog) return complain(catalog.error());

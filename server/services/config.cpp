@@ -197,6 +197,8 @@ const std::vector<Setting>& settings() {
       number("queue", "tiles that may wait to be made before clients get 503", &Config::queue, 0,
              1'000'000),
       number("cache-mb", "memory for finished tiles, megabytes", &Config::cache_mb, 0, 1'000'000),
+      number("source-cache-mb", "memory for the DEMs' heights, all together, megabytes",
+             &Config::source_cache_mb, 1, 1'000'000),
       choice("from-datum", "what the DEMs' heights are above", &Config::from_datum,
              {"unknown", "egm96", "ellipsoid"}),
       choice("to-datum", "what the tiles' heights are above", &Config::to_datum,

@@ -22,7 +22,8 @@ struct Config {
   int threads = 0;        // I/O; 0: one per core
   int build_threads = 0;  // CPU work; 0: one per core
   int queue = 256;
-  int cache_mb = 128;
+  int cache_mb = 128;        // finished tiles
+  int source_cache_mb = 32;  // heights of all DEMs together
   std::string from_datum = "unknown";
   std::string to_datum = "ellipsoid";
   double max_error = 0;

@@ -57,6 +57,7 @@ void CpuPool::stop() {
     stopped_ = true;
     dropped.swap(jobs_);
   }
+  dropped.clear();  // before waiting for the others: those who wait for these are told now
   for (std::jthread& worker : workers_) worker.request_stop();
   for (std::jthread& worker : workers_)
     if (worker.joinable()) worker.join();

@@ -23,8 +23,12 @@ class TileService {
   using Tile = TileCache::Tile;
   using Done = std::move_only_function<void(Result<Tile>)>;
 
-  /// Both must outlive the service. Stop the pool first, then destroy the service.
+  /// Both must outlive the service.
   TileService(TileCache& cache, CpuPool& pool) : cache_(cache), pool_(pool) {}
+  /// Stops the pool, because its tasks work on this object.
+  ~TileService() { pool_.stop(); }
+  TileService(const TileService&) = delete;
+  TileService& operator=(const TileService&) = delete;
 
   /// The tile with the extensions that were asked for and that the dataset has; null when it is not
   /// in the cache. Cheap: for I/O threads.

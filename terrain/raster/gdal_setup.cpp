@@ -40,6 +40,8 @@ constexpr std::pair<const char*, const char*> kOptions[] = {
 };
 
 // Shared by all handles of the process; one decoded block is at most 64 MiB (see gdal_file.cpp).
+// GDAL_CACHEMAX in the environment says otherwise: a daemon wants less, a batch of wide strips
+// more.
 constexpr GIntBig kCacheBytes = 128 << 20;
 
 void CPL_STDCALL keep(CPLErr level, CPLErrorNum, const char* message) {
@@ -61,7 +63,7 @@ void set_up() {
     GDALRegister_AAIGrid();
     GDALRegister_PNG();
     GDALRegister_MEM();
-    GDALSetCacheMax64(kCacheBytes);
+    if (!CPLGetConfigOption("GDAL_CACHEMAX", nullptr)) GDALSetCacheMax64(kCacheBytes);
   });
 }
 

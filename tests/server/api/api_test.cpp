@@ -1,0 +1,382 @@
+// The whole daemon but its main: datasets, services and routes behind a real server.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <future>
+#include <nlohmann/json.hpp>
+#include <regex>
+
+#include "server/api/app.h"
+#include "server/api/extensions.h"
+#include "server/services/open_dataset.h"
+#include "tests/support/http_client.h"
+#include "tests/support/made_up_tiles.h"
+#include "tests/support/support.h"
+
+namespace tind::api {
+namespace {
+
+using test::HttpClient;
+using test::HttpReply;
+using Json = nlohmann::json;
+
+class Api : public ::testing::Test {
+ protected:
+  Api() {
+    auto tiles = std::make_unique<test::MadeUpTiles>();
+    made_up_ = tiles.get();
+    catalog_.add("made-up", {}, std::move(tiles));
+    const std::string page = dir_.file("index.html");
+    std::ofstream(page) << "<html>" << std::string(1000, ' ') << "</html>";
+    std::filesystem::create_directories(dir_.path() / "a");
+    std::ofstream(dir_.file("a/b.js")) << "1";
+    std::ofstream(dir_.file(".secret")) << "2";
+    std::filesystem::create_symlink("/etc/passwd", dir_.path() / "link.txt");
+    viewer_ = *http::StaticFiles::load(dir_.path().string());
+  }
+  ~Api() override {
+    if (running_) running_->stop();
+    pool_.stop();
+  }
+
+  void add_dem() {
+    ASSERT_TRUE(
+        services::open_dataset(catalog_, {"rainier", {test::testdata("rainier.tif")}}, {}, {}));
+  }
+  std::uint16_t port() {
+    if (!running_) {
+      router_ = make_router(app_);
+      running_.emplace(router_);
+      app_.server = &running_->server();
+    }
+    return running_->port();
+  }
+  HttpReply get(const std::string& target, const std::string& fields = "") {
+    return HttpClient(port()).get(target, fields);
+  }
+
+  test::TempDir dir_;
+  test::MadeUpTiles* made_up_;
+  services::Catalog catalog_;
+  services::TileCache cache_{8 << 20};
+  services::CpuPool pool_{2, 4};
+  services::TileService tiles_{cache_, pool_};
+  http::StaticFiles viewer_;
+  App app_{catalog_, tiles_, cache_, pool_, viewer_};
+  http::Router router_;
+  std::optional<test::RunningServer> running_;
+};
+
+const std::string kTile = "/terrain/made-up/3/5/2.terrain";
+const std::string kAll = "?extensions=octvertexnormals-metadata";
+
+TEST_F(Api, ATileHasAllItsHeaders) {
+  for (int round = 0; round < 2; ++round) {  // cold, then from the cache
+    const HttpReply reply = get(kTile + kAll);
+    EXPECT_EQ(reply.status, 200);
+    EXPECT_EQ(reply.headers.at("content-type"), "application/vnd.quantized-mesh");
+    EXPECT_EQ(reply.headers.at("cache-control"), "public, max-age=3600");
+    EXPECT_EQ(reply.headers.at("vary"), "Accept, Accept-Encoding");
+    EXPECT_EQ(reply.headers.at("access-control-allow-origin"), "*");
+    EXPECT_TRUE(std::regex_match(reply.headers.at("etag"), std::regex("\"[0-9a-f]{32}\"")));
+    EXPECT_FALSE(reply.headers.contains("content-encoding"));
+    const auto bytes = made_up_->tile({3, 5, 2}, {})->bytes;
+    EXPECT_EQ(reply.body, std::string(bytes.begin(), bytes.end()));
+  }
+}
+
+TEST_F(Api, EveryCombinationOfConditionsAndEncodings) {
+  const std::string plain = get(kTile).headers.at("etag");
+  const std::string packed = get(kTile, "Accept-Encoding: gzip\r\n").headers.at("etag");
+  EXPECT_NE(plain, packed);
+  struct Encoding {
+    std::string field;
+    bool gzip;
+  };
+  const Encoding encodings[] = {{"", false},
+                                {"gzip", true},
+                                {"gzip;q=0", false},
+                                {"identity", false},
+                                {"br, gzip;q=0.1", true},
+                                {"*", true},
+                                {"*;q=0", false},
+                                {"identity;q=0, gzip", true}};
+  const std::string tags[] = {
+      "",  plain,  packed, "W/" + plain, "\"x\", " + plain + ", \"y\"", "\"x\", W/" + packed,
+      "*", "\"x\""};
+  int checked = 0;
+  for (const Encoding& encoding : encodings)
+    for (const std::string& tag : tags)
+      for (const bool head : {false, true}) {
+        std::string fields;
+        if (!encoding.field.empty()) fields += "Accept-Encoding: " + encoding.field + "\r\n";
+        if (!tag.empty()) fields += "If-None-Match: " + tag + "\r\n";
+        const std::string& own = encoding.gzip ? packed : plain;
+        const bool match = tag == "*" || tag.find(own) != std::string::npos;
+        HttpClient client(port());
+        const HttpReply reply = head ? client.head(kTile, fields) : client.get(kTile, fields);
+        EXPECT_EQ(reply.status, match ? 304 : 200) << fields;
+        EXPECT_EQ(reply.headers.at("etag"), own) << fields;
+        EXPECT_EQ(reply.headers.at("vary"), "Accept, Accept-Encoding");
+        EXPECT_EQ(reply.headers.at("cache-control"), "public, max-age=3600");
+        EXPECT_EQ(reply.headers.contains("content-encoding"), encoding.gzip && !match) << fields;
+        EXPECT_EQ(reply.headers.contains("content-length"), !match);
+        EXPECT_EQ(reply.body.empty(), head || match);
+        if (!head && !match) {
+          EXPECT_EQ(reply.body.starts_with("\x1f\x8b"), encoding.gzip);
+        }
+        // The connection is still in step.
+        EXPECT_EQ(client.get("/livez").body, "alive\n");
+        ++checked;
+      }
+  EXPECT_EQ(checked, 128);
+}
+
+TEST_F(Api, ExtensionsInEveryDialect) {
+  const auto size = [&](const std::string& query, const std::string& accept) {
+    return get(kTile + query, accept.empty() ? "" : "Accept: " + accept + "\r\n").body.size();
+  };
+  const std::size_t bare = size("", ""), all = size(kAll, "");
+  const std::size_t normals = size("?extensions=octvertexnormals", "");
+  EXPECT_LT(bare, normals);
+  EXPECT_LT(normals, all);
+  const std::string mesh = "application/vnd.quantized-mesh";
+  EXPECT_EQ(size("", mesh), bare);
+  EXPECT_EQ(size("", mesh + ";extensions=octvertexnormals-watermask-metadata,application/"
+                            "octet-stream;q=0.9,*/*;q=0.01"),
+            all);
+  EXPECT_EQ(size("", mesh + ",application/octet-stream;q=0.9;extensions=octvertexnormals-metadata"),
+            all);
+  EXPECT_EQ(size("", mesh + "; extensions=\"octvertexnormals\""), normals);
+  EXPECT_EQ(size("?v=1.0.0&extensions=octvertexnormals", ""), normals);
+  EXPECT_EQ(size("?extensions=unknown-octvertexnormals-x", ""), normals);
+  EXPECT_EQ(size("?extensions=metadata", mesh + ";extensions=octvertexnormals"), all);
+  EXPECT_EQ(size("?myextensions=metadata", mesh + ";xextensions=octvertexnormals"), bare);
+  EXPECT_EQ(size("?extensions=", mesh + ";extensions="), bare);
+  EXPECT_EQ(made_up_->built, 1) << "all from one build";
+}
+
+TEST_F(Api, AddressesOutsideAre404) {
+  for (const char* address :
+       {"5/0/0", "3/16/0", "3/0/8", "-1/0/0", "3/-1/0", "99/0/0", "999999999999/0/0", "3/1/1e0",
+        "03/1/1", "3/+1/1", "3/0x1/1", "3/1.0/1", "3/ 1/1", "3/%31x/1", "a/b/c", "24/0/0"})
+    EXPECT_EQ(get("/terrain/made-up/" + std::string(address) + ".terrain").status,
+              std::string(address).find(' ') == std::string::npos ? 404 : 400)
+        << address;
+  EXPECT_EQ(get("/terrain/none/0/0/0.terrain").status, 404);
+  EXPECT_EQ(get("/terrain/none/layer.json").status, 404);
+  EXPECT_EQ(get("/terrain/..%2fetc/layer.json").status, 400);
+  EXPECT_EQ(get("/terrain/%6dade-up/3/5/2.terrain").status, 200) << "escapes mean what they say";
+  EXPECT_EQ(made_up_->built, 1) << "nothing else was built";
+}
+
+TEST_F(Api, SixtyFourClientsOneBuild) {
+  std::promise<void> gate;
+  auto opened = gate.get_future().share();
+  made_up_->before = [&](TileId) {
+    opened.wait();
+    return std::optional<Error>();
+  };
+  std::vector<std::unique_ptr<HttpClient>> clients;
+  for (int i = 0; i < 64; ++i) {
+    clients.push_back(std::make_unique<HttpClient>(port()));
+    clients.back()->send("GET " + kTile + " HTTP/1.1\r\nHost: a\r\n\r\n");
+  }
+  while (tiles_.counters().joined < 63) std::this_thread::yield();
+  gate.set_value();
+  std::string first;
+  for (auto& client : clients) {
+    const HttpReply reply = client->receive();
+    EXPECT_EQ(reply.status, 200);
+    if (first.empty()) first = reply.body;
+    EXPECT_EQ(reply.body, first);
+  }
+  EXPECT_EQ(made_up_->built, 1);
+}
+
+TEST_F(Api, BuildFailuresReachAllAndAreNotCached) {
+  std::promise<void> gate;
+  auto opened = gate.get_future().share();
+  made_up_->before = [&](TileId) {
+    opened.wait();
+    return std::optional<Error>({Errc::bad_data, "/secret/path.tif: block 3 is damaged"});
+  };
+  std::vector<std::unique_ptr<HttpClient>> clients;
+  for (int i = 0; i < 8; ++i) {
+    clients.push_back(std::make_unique<HttpClient>(port()));
+    clients.back()->send("GET " + kTile + " HTTP/1.1\r\nHost: a\r\n\r\n");
+  }
+  while (tiles_.counters().joined < 7) std::this_thread::yield();
+  gate.set_value();
+  for (auto& client : clients) {
+    const HttpReply reply = client->receive();
+    EXPECT_EQ(reply.status, 500);
+    EXPECT_EQ(reply.headers.at("content-type"), "application/problem+json");
+    EXPECT_EQ(reply.headers.at("cache-control"), "no-store");
+    EXPECT_EQ(reply.body.find("secret"), std::string::npos);
+    EXPECT_EQ(client->get("/livez").status, 200);
+  }
+  EXPECT_EQ(cache_.tiles(), 0u);
+  EXPECT_EQ(get("/terrain/made-up/layer.json").status, 200);
+  made_up_->before = nullptr;
+  EXPECT_EQ(get(kTile).status, 200);
+}
+
+TEST_F(Api, AFullQueueIsA503WithRetryAfter) {
+  std::promise<void> gate;
+  auto opened = gate.get_future().share();
+  made_up_->before = [&](TileId) {
+    opened.wait();
+    return std::optional<Error>();
+  };
+  std::vector<std::unique_ptr<HttpClient>> clients;
+  for (std::size_t i = 0; i < pool_.capacity(); ++i) {
+    clients.push_back(std::make_unique<HttpClient>(port()));
+    clients.back()->send("GET /terrain/made-up/4/" + std::to_string(i) +
+                         "/0.terrain HTTP/1.1\r\nHost: a\r\n\r\n");
+  }
+  while (pool_.admitted() < pool_.capacity()) std::this_thread::yield();
+  const HttpReply refused = get("/terrain/made-up/4/20/0.terrain");
+  EXPECT_EQ(refused.status, 503);
+  EXPECT_EQ(refused.headers.at("retry-after"), "1");
+  EXPECT_EQ(get("/livez").status, 200);
+  gate.set_value();
+  for (auto& client : clients) EXPECT_EQ(client->receive().status, 200);
+  EXPECT_EQ(get("/terrain/made-up/4/20/0.terrain").status, 200);
+}
+
+TEST_F(Api, LayerJsonAndDatasets) {
+  const HttpReply layer = get("/terrain/made-up/layer.json");
+  EXPECT_EQ(layer.headers.at("content-type"), "application/json");
+  EXPECT_EQ(Json::parse(layer.body)["format"], "quantized-mesh-1.0");
+  EXPECT_EQ(
+      get("/terrain/made-up/layer.json", "If-None-Match: " + layer.headers.at("etag") + "\r\n")
+          .status,
+      304);
+  add_dem();
+  running_.reset();
+  const Json list = Json::parse(get("/datasets").body)["datasets"];
+  ASSERT_EQ(list.size(), 2u);
+  EXPECT_EQ(list[0]["name"], "made-up");
+  EXPECT_EQ(list[0]["kind"], "store");
+  EXPECT_EQ(list[1]["name"], "rainier");
+  EXPECT_EQ(list[1]["kind"], "dem");
+  EXPECT_EQ(list[1]["links"]["layer"], "/terrain/rainier/layer.json");
+  EXPECT_GT(list[1]["max_level"], 8);
+  EXPECT_LT(list[1]["bounds"][0], -121.7);
+  EXPECT_GT(list[1]["bounds"][2], -121.8);
+  EXPECT_EQ(list[1]["source"]["driver"], "GTiff");
+}
+
+TEST_F(Api, ElevationSaysWhatItFound) {
+  add_dem();
+  const auto ask = [&](const std::string& query) { return get("/elevation/rainier?" + query); };
+  const Json summit = Json::parse(ask("lon=-121.7603&lat=46.8529").body);
+  EXPECT_EQ(summit["coverage"], "value");
+  EXPECT_NEAR(summit["height_m"].get<double>(), 4392, 60);
+  EXPECT_EQ(summit["source"], "rainier");
+  EXPECT_TRUE(summit["datum"].is_string());
+  const Json outside = Json::parse(ask("lon=0&lat=0").body);
+  EXPECT_EQ(outside["coverage"], "outside");
+  EXPECT_TRUE(outside["height_m"].is_null());
+}
+
+TEST_F(Api, ElevationNamesTheWrongParameter) {
+  add_dem();
+  struct Case {
+    std::string query, parameter;
+  };
+  for (const Case& wrong :
+       {Case{"", "lon"}, Case{"lon=1", "lat"}, Case{"lat=1", "lon"}, Case{"lon=x&lat=1", "lon"},
+        Case{"lon=1&lat=91", "lat"}, Case{"lon=1&lat=nan", "lat"}, Case{"lon=inf&lat=1", "lon"},
+        Case{"lon=1&lat=1&lat=2", "lat"}, Case{"lon=1&lat=1&z=3", "z"}, Case{"lon=1 &lat=1", ""},
+        Case{"lon=%zz&lat=1", "query"}, Case{"lon=1e&lat=1", "lon"}, Case{"lon=&lat=1", "lon"}}) {
+    const HttpReply reply = get("/elevation/rainier?" + wrong.query);
+    EXPECT_EQ(reply.status, 400) << wrong.query;
+    if (wrong.parameter.empty()) continue;
+    const Json problem = Json::parse(reply.body);
+    EXPECT_EQ(problem["errors"][0]["parameter"], wrong.parameter) << wrong.query;
+    EXPECT_EQ(problem["status"], 400);
+  }
+  EXPECT_EQ(get("/elevation/none?lon=1&lat=1").status, 404);
+  EXPECT_EQ(get("/elevation/made-up?lon=1&lat=1").status, 404) << "a store has no DEM";
+}
+
+TEST_F(Api, TheViewerIsATableNotAFolder) {
+  const HttpReply page = get("/");
+  EXPECT_EQ(page.status, 200);
+  EXPECT_EQ(page.headers.at("content-type"), "text/html; charset=utf-8");
+  EXPECT_EQ(get("/viewer/").body, page.body);
+  EXPECT_EQ(get("/viewer/index.html").body, page.body);
+  EXPECT_EQ(get("/viewer/a/b.js").body, "1");
+  EXPECT_EQ(get("/", "Accept-Encoding: gzip\r\n").headers.at("content-encoding"), "gzip");
+  for (const char* path :
+       {"/viewer/a", "/viewer/a/", "/viewer/.secret", "/viewer/link.txt", "/viewer/../index.html",
+        "/viewer/a/../index.html", "/viewer/%2e%2e/index.html", "/viewer//index.html",
+        "/viewer/INDEX.HTML", "/viewer/index.html/", "/viewer/./index.html", "/index.html",
+        "/viewer/..\\index.html", "/viewer//etc/passwd", "/../../etc/passwd"})
+    EXPECT_EQ(get(path).status, 404) << path;
+  EXPECT_EQ(get("/viewer/..%2f..%2fetc%2fpasswd").status, 400);
+  EXPECT_EQ(get("/viewer/index.html%00.js").status, 400);
+  // What changes on the disk later does not change what is served.
+  std::ofstream(dir_.file("new.js")) << "3";
+  EXPECT_EQ(get("/viewer/new.js").status, 404);
+}
+
+TEST_F(Api, HealthAndMetrics) {
+  EXPECT_EQ(get("/livez").body, "alive\n");
+  EXPECT_EQ(get("/readyz").status, 200);
+  EXPECT_EQ(get("/healthz").status, 200);
+  get(kTile);
+  get(kTile);
+  get("/none");
+  const HttpReply metrics = get("/metrics");
+  EXPECT_EQ(metrics.headers.at("content-type"), "text/plain; version=0.0.4; charset=utf-8");
+  for (const char* line :
+       {"\ntind_tile_requests_total{result=\"hit\"} 1\n",
+        "\ntind_tile_build_duration_seconds_count 1\n",
+        "\ntind_http_requests_total{code=\"4xx\"} 1\n", "\ntind_datasets 1\n",
+        "\ntind_cache_tiles 2\n", "# TYPE tind_http_request_duration_seconds histogram\n"})
+    EXPECT_NE(metrics.body.find(line), std::string::npos) << line << metrics.body;
+  // Every sample belongs to a metric that was announced, and is a number.
+  const std::regex sample(R"(([a-z_]+?)(_bucket|_sum|_count)?(\{[a-z]+="[^"]*"\})? [0-9.e+-]+)");
+  std::istringstream lines(metrics.body);
+  for (std::string line, announced; std::getline(lines, line);) {
+    std::smatch parts;
+    if (line.starts_with("# TYPE ")) announced = line.substr(7, line.find(' ', 7) - 7);
+    if (line.starts_with('#')) continue;
+    ASSERT_TRUE(std::regex_match(line, parts, sample)) << line;
+    EXPECT_TRUE(line.starts_with(announced)) << line;
+  }
+  HttpClient client(port());
+  ASSERT_EQ(client.get("/livez").status, 200);
+  client.send("GET " + kTile);  // a request on its way keeps the connection through the stop
+  while (running_->server().stats().connections == 0) std::this_thread::yield();
+}
+
+TEST_F(Api, NotReadyWhileStopping) {
+  std::promise<void> gate;
+  auto opened = gate.get_future().share();
+  made_up_->before = [&](TileId) {
+    opened.wait();
+    return std::optional<Error>();
+  };
+  HttpClient busy(port()), probe(port());
+  busy.send("GET " + kTile + " HTTP/1.1\r\nHost: a\r\n\r\n");
+  while (pool_.admitted() == 0) std::this_thread::yield();
+  probe.send("GET /readyz HTTP/1.1\r\n");
+  while (running_->server().stats().connections < 2) std::this_thread::yield();
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));  // the half request is being read
+  running_->server().stop();
+  while (running_->server().ready()) std::this_thread::yield();
+  probe.send("Host: a\r\n\r\n");
+  EXPECT_EQ(probe.receive().status, 503);
+  gate.set_value();
+  EXPECT_EQ(busy.receive().status, 200);
+  EXPECT_TRUE(running_->stop());
+}
+
+}  // namespace
+}  // namespace tind::api

@@ -1,0 +1,141 @@
+#include "server/services/config.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "server/services/open_dataset.h"
+#include "tests/support/support.h"
+
+namespace tind::services {
+namespace {
+
+class ConfigTest : public ::testing::Test {
+ protected:
+  Result<Config> read(const std::string& toml) {
+    if (!toml.empty()) {
+      input_.file = dir_.file("tind.toml");
+      std::ofstream(input_.file) << toml;
+    }
+    input_.environment = [this](const std::string& key) -> std::optional<std::string> {
+      const auto found = environment_.find(key);
+      return found == environment_.end() ? std::nullopt : std::optional(found->second);
+    };
+    return read_config(input_);
+  }
+  std::string error(const std::string& toml) {
+    const auto config = read(toml);
+    return config ? "no error" : config.error().what;
+  }
+
+  test::TempDir dir_;
+  ConfigInput input_;
+  std::map<std::string, std::string> environment_;
+};
+
+TEST_F(ConfigTest, FlagBeatsEnvironmentBeatsFileBeatsDefault) {
+  environment_["TIND_QUEUE"] = "3";
+  environment_["TIND_CACHE_MB"] = "33";
+  input_.flags["cache-mb"] = "44";
+  const auto config = read("threads = 1\nqueue = 2\ncache_mb = 22\n");
+  ASSERT_TRUE(config) << config.error().what;
+  EXPECT_EQ(config->threads, 1);
+  EXPECT_EQ(config->queue, 3);
+  EXPECT_EQ(config->cache_mb, 44);
+  EXPECT_EQ(config->build_threads, Config{}.build_threads);
+}
+
+TEST_F(ConfigTest, ReadsEveryKind) {
+  const auto config = read(
+      "datasets = [\"a.tif\", \"b=c.tif,d.tif\"]\nlisten = \"[::1]:80\"\nmax_error = 2\n"
+      "error_factor = 0.5\nallow_vrt = true\nfrom_datum = \"egm96\"\n");
+  ASSERT_TRUE(config) << config.error().what;
+  EXPECT_EQ(config->datasets, (std::vector<std::string>{"a.tif", "b=c.tif,d.tif"}));
+  EXPECT_EQ(config->listen, "[::1]:80");
+  EXPECT_EQ(config->max_error, 2);
+  EXPECT_EQ(config->error_factor, 0.5);
+  EXPECT_TRUE(config->allow_vrt);
+  EXPECT_EQ(config->from_datum, "egm96");
+  input_.datasets = {"x.tif"};
+  EXPECT_EQ(read("datasets = [\"a.tif\"]\n")->datasets, std::vector<std::string>{"x.tif"});
+}
+
+TEST_F(ConfigTest, UnknownKeysAreErrorsWithASuggestion) {
+  const std::string wrong = error("threads = 1\ncahe_mb = 3\n");
+  EXPECT_NE(wrong.find("tind.toml:2: unknown key cahe_mb; did you mean cache_mb?"),
+            std::string::npos)
+      << wrong;
+  EXPECT_NE(error("dataset = []\n").find("did you mean datasets?"), std::string::npos);
+  EXPECT_NE(error("xyzzy = 1\n").find("--print-config"), std::string::npos);
+}
+
+TEST_F(ConfigTest, WrongValuesNameTheirPlace) {
+  EXPECT_NE(error("queue = -1\n").find("tind.toml:1: queue must be a number from 0 to"),
+            std::string::npos);
+  EXPECT_NE(error("queue = \"many\"\n").find("not \"many\""), std::string::npos);
+  EXPECT_NE(error("queue = 1.5\n").find("queue must be"), std::string::npos);
+  EXPECT_NE(error("queue = [1]\n").find("plain value"), std::string::npos);
+  EXPECT_NE(error("from_datum = \"egm2008\"\n").find("one of unknown, egm96, ellipsoid"),
+            std::string::npos);
+  EXPECT_NE(error("allow_vrt = 1\n").find("true or false"), std::string::npos);
+  EXPECT_NE(error("datasets = \"a.tif\"\n").find("list of strings"), std::string::npos);
+  EXPECT_NE(error("datasets = [1]\n").find("list of strings"), std::string::npos);
+  EXPECT_NE(error("max_error = nan\n").find("max-error must be"), std::string::npos);
+  EXPECT_NE(error("threads = \n").find("tind.toml:1"), std::string::npos);
+  environment_["TIND_QUEUE"] = "x";
+  EXPECT_NE(error("threads = 1\n").find("TIND_QUEUE: queue must be"), std::string::npos);
+  input_.file = dir_.file("missing.toml");
+  EXPECT_FALSE(read(""));
+}
+
+TEST_F(ConfigTest, WhatIsPrintedCanBeRead) {
+  Config config;
+  config.datasets = {"a \"b\" \\ c.tif", "d=e.tif,f.tif"};
+  config.max_error = 0.25;
+  config.grace = 1.5;
+  config.allow_vrt = true;
+  config.viewer = "/some where";
+  const std::string printed = print_config(config);
+  const auto again = read(printed);
+  ASSERT_TRUE(again) << again.error().what << "\n" << printed;
+  EXPECT_EQ(print_config(*again), printed);
+  EXPECT_EQ(again->datasets, config.datasets);
+}
+
+TEST(ParseListen, TakesWhatPeopleWrite) {
+  const auto text = [](const char* listen) {
+    const auto parsed = parse_listen(listen);
+    return parsed ? parsed->address + " " + std::to_string(parsed->port) : "bad";
+  };
+  EXPECT_EQ(text("127.0.0.1:8080"), "127.0.0.1 8080");
+  EXPECT_EQ(text("0.0.0.0:0"), "0.0.0.0 0");
+  EXPECT_EQ(text("[::1]:80"), "::1 80");
+  EXPECT_EQ(text(":80"), "127.0.0.1 80");
+  EXPECT_EQ(text("8080"), "127.0.0.1 8080");
+  EXPECT_EQ(text("localhost:80"), "127.0.0.1 80");
+  for (const char* bad : {"", ":", "a:b", "1.2.3.4:", "1.2.3.4:65536", "1.2.3.4:-1", "::1:80"})
+    EXPECT_EQ(text(bad), "bad") << bad;
+}
+
+TEST(DatasetSpec, NamesAndJoinsFiles) {
+  const auto spec = parse_dataset_spec("alps=a.tif,b.tif");
+  EXPECT_EQ(spec.name, "alps");
+  EXPECT_EQ(spec.files, (std::vector<std::string>{"a.tif", "b.tif"}));
+  EXPECT_EQ(parse_dataset_spec("a.tif").files, std::vector<std::string>{"a.tif"});
+  EXPECT_EQ(parse_dataset_spec("a.tif").name, "");
+  test::TempDir dir;
+  const std::string odd = dir.file("a=b,c.tif");
+  std::ofstream(odd) << "x";
+  EXPECT_EQ(parse_dataset_spec(odd).files, std::vector<std::string>{odd});
+}
+
+TEST(SafeName, KeepsWhatIsSafe) {
+  EXPECT_EQ(safe_name("N49W123.v2_a-b"), "N49W123.v2_a-b");
+  EXPECT_EQ(safe_name("a b/c\xc3\xa9"), "a_b_c__");
+  EXPECT_EQ(safe_name(""), "dataset");
+  EXPECT_EQ(safe_name(".."), "_.");
+  EXPECT_EQ(safe_name(std::string(100, 'a')), std::string(64, 'a'));
+}
+
+}  // namespace
+}  // namespace tind::services

@@ -1,0 +1,173 @@
+#include "server/services/tile_service.h"
+
+#include <gtest/gtest.h>
+
+#include <future>
+
+#include "tests/support/made_up_tiles.h"
+
+namespace tind::services {
+namespace {
+
+class TileServiceTest : public ::testing::Test {
+ protected:
+  TileServiceTest() {
+    auto tiles = std::make_unique<test::MadeUpTiles>();
+    made_up_ = tiles.get();
+    dataset_ = &catalog_.add("made-up", {}, std::move(tiles));
+  }
+  using Made = Result<TileService::Tile>;
+
+  std::future<Made> ask(TileService& service, TileId id, proto::Extensions asked = kAll) {
+    auto promise = std::make_shared<std::promise<Made>>();
+    service.make(*dataset_, id, asked, [promise](Made made) { promise->set_value(made); });
+    return promise->get_future();
+  }
+
+  static constexpr proto::Extensions kAll{true, true, true};
+  test::MadeUpTiles* made_up_;
+  Catalog catalog_;
+  const Dataset* dataset_;
+  TileCache cache_{1 << 20};
+};
+
+TEST_F(TileServiceTest, BuildsOnceThenHits) {
+  CpuPool pool(2, 10);
+  TileService service(cache_, pool);
+  EXPECT_EQ(service.cached(*dataset_, {3, 2, 1}, kAll), nullptr);
+  const Made made = ask(service, {3, 2, 1}).get();
+  ASSERT_TRUE(made);
+  EXPECT_EQ(service.cached(*dataset_, {3, 2, 1}, kAll), *made);
+  EXPECT_EQ(made_up_->built, 1);
+  EXPECT_EQ(service.counters().hits, 1u);
+}
+
+TEST_F(TileServiceTest, HoweverManyAskThereIsOneBuild) {
+  std::promise<void> gate;
+  auto opened = gate.get_future().share();
+  made_up_->before = [&](TileId) {
+    opened.wait();
+    return std::optional<Error>();
+  };
+  CpuPool pool(2, 10);
+  TileService service(cache_, pool);
+  std::vector<std::future<Made>> asked;
+  for (int i = 0; i < 64; ++i) asked.push_back(ask(service, {3, 2, 1}));
+  gate.set_value();
+  for (auto& made : asked) EXPECT_TRUE(made.get());
+  EXPECT_EQ(made_up_->built, 1);
+  EXPECT_EQ(service.counters().joined, 63u);
+}
+
+TEST_F(TileServiceTest, VariantsComeFromTheOneBuild) {
+  CpuPool pool(1, 10);
+  TileService service(cache_, pool);
+  const auto bytes = [](const Made& made) {
+    const std::string_view body = (*made)->body();
+    return std::vector<std::uint8_t>(body.begin(), body.end());
+  };
+  const auto whole = bytes(ask(service, {2, 1, 1}).get());
+  const auto bare = bytes(ask(service, {2, 1, 1}, {}).get());
+  const auto normals = bytes(ask(service, {2, 1, 1}, {true, false, false}).get());
+  EXPECT_EQ(made_up_->built, 1);
+  EXPECT_EQ(bare, proto::strip_extensions(whole, {}));
+  EXPECT_LT(bare.size(), normals.size());
+  EXPECT_LT(normals.size(), whole.size());
+  // The water mask is not on offer: asking for it makes no other variant.
+  EXPECT_NE(service.cached(*dataset_, {2, 1, 1}, {true, true, false}), nullptr);
+  EXPECT_EQ(cache_.tiles(), 3u);
+}
+
+TEST_F(TileServiceTest, AFailureReachesAllAndIsNotKept) {
+  std::promise<void> gate;
+  auto opened = gate.get_future().share();
+  made_up_->before = [&](TileId) {
+    opened.wait();
+    return std::optional<Error>({Errc::io, "the disk is on fire"});
+  };
+  CpuPool pool(2, 10);
+  TileService service(cache_, pool);
+  std::vector<std::future<Made>> asked;
+  for (int i = 0; i < 8; ++i) asked.push_back(ask(service, {3, 2, 1}));
+  gate.set_value();
+  for (auto& future : asked) {
+    const Made made = future.get();
+    ASSERT_FALSE(made);
+    EXPECT_EQ(made.error().code, Errc::io);
+  }
+  EXPECT_EQ(cache_.tiles(), 0u);
+  made_up_->before = nullptr;
+  while (pool.admitted() > 0) std::this_thread::yield();
+  EXPECT_TRUE(ask(service, {3, 2, 1}).get()) << "the next one may succeed";
+}
+
+TEST_F(TileServiceTest, AnExceptionIsAFailure) {
+  made_up_->before = [](TileId) -> std::optional<Error> { throw std::bad_alloc(); };
+  CpuPool pool(1, 10);
+  TileService service(cache_, pool);
+  const Made made = ask(service, {0, 0, 0}).get();
+  ASSERT_FALSE(made);
+  EXPECT_EQ(made.error().code, Errc::internal);
+}
+
+TEST_F(TileServiceTest, WhatDoesNotFitIsRefusedButMayJoin) {
+  std::promise<void> gate;
+  auto opened = gate.get_future().share();
+  made_up_->before = [&](TileId) {
+    opened.wait();
+    return std::optional<Error>();
+  };
+  CpuPool pool(1, 1);
+  TileService service(cache_, pool);
+  auto running = ask(service, {3, 0, 0}), waiting = ask(service, {3, 1, 0});
+  const Made refused = ask(service, {3, 2, 0}).get();
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, Errc::busy);
+  EXPECT_EQ(service.counters().refused, 1u);
+  auto joined = ask(service, {3, 1, 0});
+  gate.set_value();
+  EXPECT_TRUE(running.get());
+  EXPECT_TRUE(waiting.get());
+  EXPECT_TRUE(joined.get());
+}
+
+TEST_F(TileServiceTest, StoppingAnswersThoseWhoWait) {
+  std::atomic<bool> running{false};
+  std::promise<void> gate;
+  auto opened = gate.get_future().share();
+  made_up_->before = [&](TileId) {
+    running = true;
+    opened.wait();
+    return std::optional<Error>();
+  };
+  CpuPool pool(1, 10);
+  TileService service(cache_, pool);
+  auto first = ask(service, {3, 0, 0});
+  while (!running) std::this_thread::yield();
+  auto second = ask(service, {3, 1, 0});
+  std::thread stopping([&] { pool.stop(); });
+  const Made dropped = second.get();
+  ASSERT_FALSE(dropped);
+  EXPECT_EQ(dropped.error().code, Errc::cancelled);
+  gate.set_value();
+  EXPECT_TRUE(first.get());
+  stopping.join();
+}
+
+TEST(Catalog, NumbersDuplicateNames) {
+  Catalog catalog;
+  const auto add = [&](const std::string& name) {
+    return catalog.add(name, {}, std::make_unique<test::MadeUpTiles>()).name;
+  };
+  EXPECT_EQ(add("alps"), "alps");
+  EXPECT_EQ(add("alps"), "alps-2");
+  EXPECT_EQ(add("alps"), "alps-3");
+  EXPECT_EQ(add("a/b"), "a_b");
+  EXPECT_EQ(add(std::string(80, 'x')), std::string(64, 'x'));
+  EXPECT_EQ(add(std::string(80, 'x')), std::string(62, 'x') + "-2");
+  EXPECT_EQ(catalog.find("alps-2")->index, 1u);
+  EXPECT_EQ(catalog.find("none"), nullptr);
+}
+
+}  // namespace
+}  // namespace tind::services
