@@ -53,7 +53,8 @@ void start_log(const Config& config) {
 /// many threads a daemon seems to leak. GDAL's block cache stands before one of our own.
 void bound_memory() {
   mallopt(M_ARENA_MAX, 2);
-  setenv("GDAL_CACHEMAX", "24", 0);  // MB; the operator's own setting wins
+  mallopt(M_MMAP_THRESHOLD, 256 << 10);  // work space goes back to the system when it is done with
+  setenv("GDAL_CACHEMAX", "16", 0);      // MB; the operator's own setting wins
 }
 
 /// As many descriptors as the system lets us have; the rest is what connections may use.

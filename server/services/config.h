@@ -23,7 +23,7 @@ struct Config {
   int build_threads = 0;  // CPU work; 0: one per core
   int queue = 256;
   int cache_mb = 128;        // finished tiles
-  int source_cache_mb = 32;  // heights of all DEMs together
+  int source_cache_mb = 24;  // heights of all DEMs together
   std::string from_datum = "unknown";
   std::string to_datum = "ellipsoid";
   double max_error = 0;
