@@ -21,6 +21,7 @@ int main(int argc, char** argv) {
   // subcommands: one line each
   tind::cli::add_simplify(app, exit);
   tind::cli::add_measure(app, exit);
+  tind::cli::add_compare(app, exit);
   tind::cli::add_methods(app, exit);
   tind::cli::add_info(app, exit);
   tind::cli::add_build(app, exit);

@@ -30,6 +30,7 @@ int complain(const Error&);
 
 void add_simplify(CLI::App& program, int& exit);
 void add_measure(CLI::App& program, int& exit);
+void add_compare(CLI::App& program, int& exit);
 void add_methods(CLI::App& program, int& exit);
 void add_info(CLI::App& program, int& exit);
 void add_build(CLI::App& program, int& exit);

@@ -9,6 +9,7 @@
 #include "server/cli/commands.h"
 #include "server/cli/dem_input.h"
 #include "server/cli/mesh_quality.h"
+#include "server/cli/surface_report.h"
 
 namespace tind::cli {
 
@@ -31,9 +32,29 @@ Result<Tin> read_tin(const std::string& path) {
   return from_file_mesh(std::move(*mesh));
 }
 
+bool is_mesh(const std::string& path) {
+  return path.ends_with(".ply") || path.ends_with(".obj") || path.ends_with(".stl");
+}
+
+/// Two meshes: the distance of their surfaces, both ways.
+int run_surfaces(const Arguments& a, const Tin& mesh) {
+  const Result<Tin> other = read_tin(a.dem.files[0]);
+  if (!other) return complain(other.error());
+  for (const Tin* tin : {&mesh, &*other})
+    if (tin->triangles.empty())
+      return complain({Errc::bad_data, "a mesh without triangles has no surface to measure"});
+  const SurfaceDistance d = surface_distance(mesh, *other, {.threads = a.threads});
+  if (a.json)
+    std::printf("%s\n", distance_json(d).dump(2).c_str());
+  else
+    fmt::print("{}", distance_text(d));
+  return kOk;
+}
+
 int run(const Arguments& a) {
   const Result<Tin> mesh = read_tin(a.mesh);
   if (!mesh) return complain(mesh.error());
+  if (a.dem.files.size() == 1 && is_mesh(a.dem.files[0])) return run_surfaces(a, *mesh);
   const auto dem = open_dem(a.dem);
   if (!dem) return complain(dem.error());
   const Result<HeightGrid> posts = read_all(**dem);
@@ -60,9 +81,12 @@ int run(const Arguments& a) {
 void add_measure(CLI::App& program, int& exit) {
   auto a = std::make_shared<Arguments>();
   CLI::App* app = program.add_subcommand(
-      "measure", "Measure the vertical error of a mesh against every post of a DEM");
+      "measure",
+      "Measure the vertical error of a mesh against every post of a DEM, or the distance of two "
+      "meshes' surfaces");
   app->add_option("mesh", a->mesh, "a PLY, OBJ or STL file")->required();
-  app->add_option("dem", a->dem.files, "the DEM, or several that share one grid")->required();
+  app->add_option("dem", a->dem.files, "the DEM, or several that share one grid; or a second mesh")
+      ->required();
   add_dem_options(*app, a->dem);
   app->add_option("--frame", a->frame, "the mesh's x and y: source (the DEM's CRS) or metric")
       ->check(CLI::IsMember({"source", "metric"}))

@@ -15,7 +15,10 @@
 #include "server/cli/dem_input.h"
 #include "server/cli/mesh_quality.h"
 #include "server/cli/progress_bar.h"
+#include "server/cli/surface_report.h"
 #include "terrain/mesh/mesh_frame.h"
+#include "terrain/raster/image_source.h"
+#include "terrain/simplify/simplify_mesh.h"
 
 namespace tind::cli {
 
@@ -23,7 +26,7 @@ namespace {
 
 struct Arguments {
   DemInput input;
-  std::string output, report;
+  std::string output, report, drape;
   SimplifyOptions options;
   std::string frame = "source", units = "metres", progress = "auto";
   bool json = false;
@@ -119,8 +122,65 @@ void print(const Arguments& a, const nlohmann::ordered_json& report, const Simpl
   if (!made.note.empty()) fmt::print("note: {}\n", made.note);
 }
 
-int run(const Arguments& a) {
+bool is_mesh(const std::string& path) {
+  const std::string e = extension(path);
+  return e == ".ply" || e == ".obj" || e == ".stl";
+}
+
+/// A general mesh in, a general mesh out; its error is the distance of the two surfaces.
+int run_mesh(const Arguments& a) {
+  if (a.input.files.size() != 1) return complain({Errc::invalid_argument, "one mesh at a time"});
+  auto file = proto::read_mesh(a.input.files[0]);
+  if (!file) return complain({Errc::bad_data, file.error()});
+  const Tin tin = from_file_mesh(std::move(*file));
+  Stopwatch watch;
+  Result<SimplifiedMesh> result;
+  {
+    ProgressBar bar(a.options.method, progress_style(a.progress));
+    result = simplify_mesh(tin, a.options, bar.progress());
+  }
+  if (!result) return complain(result.error());
+  const double seconds = watch.lap();
+  const Simplified& made = result->made;
+  const SurfaceDistance d = surface_distance(tin, made.tin, {.threads = a.options.threads});
+  const auto ok = proto::write_mesh(a.output, to_file_mesh(made.tin));
+  if (!ok) {
+    complain({Errc::io, ok.error()});
+    return kCannotCreate;
+  }
+  nlohmann::ordered_json report = {{"method", a.options.method},
+                                   {"steps", made.steps},
+                                   {"input_triangles", made.input_triangles},
+                                   {"triangles", made.tin.triangles.size()},
+                                   {"split_vertices", result->split_vertices},
+                                   {"dropped_triangles", result->dropped_triangles},
+                                   {"seconds", seconds}};
+  report.update(distance_json(d));
+  report["note"] = made.note;
+  if (!a.report.empty()) {
+    if (const auto wrote = proto::write_whole_file(a.report, report.dump(2) + "\n"); !wrote) {
+      complain({Errc::io, wrote.error()});
+      return kCannotCreate;
+    }
+  }
+  if (a.json) {
+    std::printf("%s\n", report.dump(2).c_str());
+    return kOk;
+  }
+  fmt::print("{}: {} of {} triangles in {} steps, {:.3f} s\n{}", a.options.method,
+             made.tin.triangles.size(), made.input_triangles, made.steps, seconds,
+             distance_text(d));
+  if (result->split_vertices + result->dropped_triangles > 0) {
+    fmt::print("repaired: {} vertices split, {} triangles dropped (not a manifold)\n",
+               result->split_vertices, result->dropped_triangles);
+  }
+  if (!made.note.empty()) fmt::print("note: {}\n", made.note);
+  return kOk;
+}
+
+int run(Arguments& a) {
   if (const Result<void> ok = check(a); !ok) return complain(ok.error());
+  if (is_mesh(a.input.files[0])) return run_mesh(a);
   Seconds seconds;
   Stopwatch watch;
   const auto dem = open_dem(a.input);
@@ -128,6 +188,11 @@ int run(const Arguments& a) {
   const DemInfo& info = (*dem)->info();
   const Result<HeightGrid> grid = read_all(**dem);
   if (!grid) return complain(grid.error());
+  if (!a.drape.empty()) {
+    Result<Drape> drape = drape_image(a.drape, **dem);
+    if (!drape) return complain(drape.error());
+    a.options.drape = std::make_shared<const std::vector<Colour>>(std::move(drape->colours));
+  }
   seconds.read = watch.lap();
 
   Result<Simplified> made;
@@ -193,6 +258,19 @@ void add_method_options(CLI::App& app, SimplifyOptions& o) {
       ->capture_default_str();
   app.add_option("--k", o.k, "vertex-removal by k-degree: neighbours that break a tie")
       ->capture_default_str();
+  app.add_option("--placement", o.placement, "triangle-collapse: where the merged vertex goes")
+      ->check(CLI::IsMember({"quadric", "centroid"}))
+      ->capture_default_str();
+  app.add_option("--attributes", o.attributes, "attribute-qem: which attributes take part")
+      ->check(CLI::IsMember({"auto", "texture", "colour", "normal", "colour+normal"}))
+      ->capture_default_str();
+  app.add_option("--attribute-metric", o.attribute_metric,
+                 "attribute-qem: joint with the shape, separate as in progressive meshes, ignored")
+      ->check(CLI::IsMember({"joint", "separate", "ignored"}))
+      ->capture_default_str();
+  app.add_option("--attribute-weight", o.attribute_weight,
+                 "attribute-qem: attributes against position; 1 is the measured default")
+      ->capture_default_str();
   app.add_option("--threads", o.threads, "threads to use, 0: one per core")->capture_default_str();
 }
 
@@ -201,12 +279,17 @@ void add_method_options(CLI::App& app, SimplifyOptions& o) {
 void add_simplify(CLI::App& program, int& exit) {
   auto a = std::make_shared<Arguments>();
   CLI::App* app = program.add_subcommand(
-      "simplify", "Simplify a DEM to one triangle mesh whose error is measured on every post");
-  app->add_option("input", a->input.files, "a DEM, or several that share one grid")->required();
+      "simplify",
+      "Simplify a DEM (or a PLY, OBJ or STL mesh) to one triangle mesh whose error is measured");
+  app->add_option("input", a->input.files,
+                  "a DEM, or several that share one grid; or one mesh: .ply, .obj or .stl")
+      ->required();
   app->add_option("-o,--output", a->output, "the mesh: .ply, .obj or .stl")->required();
   add_stop(*app, a->options.stop);
   add_method_options(*app, a->options);
   add_dem_options(*app, a->input);
+  app->add_option("--drape", a->drape,
+                  "attribute-qem: colours from this image, reprojected or stretched over the DEM");
   app->add_option("--frame", a->frame,
                   "x and y in the DEM's own CRS, or metres from its first post")
       ->check(CLI::IsMember({"source", "metric"}))

@@ -131,6 +131,11 @@ bool HalfedgeMesh::link_ok(Index h) const {
   if (twin_[next(h)] == kNone && twin_[prev(h)] == kNone) return false;
   if (g != kNone && twin_[next(g)] == kNone && twin_[prev(g)] == kNone) return false;
 
+  // A tetrahedron, or two triangles back to back: a whole part of the mesh would fold flat.
+  if (g != kNone && c == d) return false;
+  if (g != kNone && !on_border(a) && !on_border(b) && degree(a) == 3 && degree(b) == 3)
+    return false;
+
   auto for_each_neighbour = [this](Index v, auto&& f) {
     Index last = kNone;
     for_each_out(v, [&](Index e) {

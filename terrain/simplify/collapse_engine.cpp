@@ -32,6 +32,7 @@ bool collapse_keeps_manifold(const HalfedgeMesh& m, Index h) {
   Index ring_a[kRing], ring_b[kRing];
   const int a = open_ring(m, h, ring_a), b = a < 0 ? -1 : open_ring(m, g, ring_b);
   if (a < 1 || b < 1) return m.link_ok(h);  // borders, degree 3, huge fans: the careful way
+  if (a == 1 && b == 1) return false;       // a tetrahedron would fold flat
   // Of each ring the first is an apex that both share: apex(h) for a, apex(g) for b.
   for (int i = 1; i < a; ++i)
     for (int k = 1; k < b; ++k)

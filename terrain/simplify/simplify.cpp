@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "terrain/simplify/attribute_quadric.h"
 #include "terrain/simplify/bounded.h"
 #include "terrain/simplify/clustering.h"
 #include "terrain/simplify/edge_cost.h"
@@ -41,6 +42,9 @@ const std::vector<Row>& table() {
       {{"memoryless", "squared volume between the current mesh and the next", kAllStops, kValid,
         "Lindstrom and Turk 1998"},
        simplify_memoryless},
+      {{"attribute-qem", "squared distance to planes of position, colour and normal (--drape)",
+        kAllStops, kValid, "Han, Chun, Min: EQEM (papers/000, /004)"},
+       simplify_attribute_qem},
       {{"vertex-removal",
         "distance to the ring's average plane, or the degree (--criterion plane|degree|k-degree)",
         kAllStops, kValid, "Schroeder, Zarge, Lorensen 1992; papers/001"},
@@ -67,6 +71,8 @@ std::string names() {
   return all;
 }
 
+}  // namespace
+
 Result<void> check_stop(const StopAt& stop) {
   if (int(stop.triangles.has_value()) + stop.ratio.has_value() + stop.max_error_m.has_value() !=
       1) {
@@ -81,8 +87,6 @@ Result<void> check_stop(const StopAt& stop) {
     return fail(Errc::invalid_argument, "the maximum error must be a number of metres >= 0");
   return {};
 }
-
-}  // namespace
 
 std::span<const MethodInfo> methods() {
   static const std::vector<MethodInfo> infos = [] {

@@ -1,11 +1,14 @@
 #pragma once
 // The table of methods: one entry point for every way of simplifying a DEM.
 
+#include <array>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
@@ -34,6 +37,12 @@ struct SimplifyOptions {
   std::string criterion = "plane";    // vertex-removal: plane | degree | k-degree
   int k = 6;                          // vertex-removal k-degree: neighbours that break a tie
   std::string placement = "quadric";  // triangle-collapse: quadric | centroid
+  // attribute-qem:
+  std::string attributes = "auto";         // auto | texture | colour | normal | colour+normal
+  std::string attribute_metric = "joint";  // joint | separate | ignored
+  double attribute_weight = 1;             // against position; 1 is the measured default
+  std::shared_ptr<const std::vector<std::array<float, 3>>>
+      drape;  // terrain: a colour for each post
   int threads = 1;
 };
 
@@ -48,6 +57,9 @@ struct Simplified {
 struct MethodInfo {
   std::string name, minimises, stops, guarantees, source;
 };
+
+/// Fails (invalid_argument) unless exactly one condition is set and makes sense.
+Result<void> check_stop(const StopAt&);
 
 /// All methods, in the order in which help lists them.
 std::span<const MethodInfo> methods();

@@ -1,0 +1,19 @@
+#pragma once
+// Simplifying a general mesh (a scanned model, a building), as simplify.h does a DEM.
+
+#include "terrain/simplify/simplify.h"
+
+namespace tind {
+
+struct SimplifiedMesh {
+  Simplified made;
+  std::size_t split_vertices = 0;  // what had to be done to make the input a manifold
+  std::size_t dropped_triangles = 0;
+};
+
+/// Methods: `qem`, `attribute-qem`, `triangle-collapse`. Stops at a triangle count or a ratio. The
+/// result is a manifold, and no triangle's normal has turned by 90 degrees or more in one step.
+/// Fails (invalid_argument) for other methods and stops, (bad_data) for a mesh without triangles.
+Result<SimplifiedMesh> simplify_mesh(Tin, const SimplifyOptions&, const Progress& = {});
+
+}  // namespace tind

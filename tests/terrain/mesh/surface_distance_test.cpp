@@ -1,0 +1,115 @@
+#include "terrain/mesh/surface_distance.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "terrain/mesh/nearest.h"
+
+namespace tind {
+namespace {
+
+Tin square(double z, int n = 1, double size = 10) {
+  Tin tin;
+  for (int r = 0; r <= n; ++r)
+    for (int c = 0; c <= n; ++c) tin.vertices.push_back({size * c / n, size * r / n, z});
+  const unsigned w = unsigned(n + 1);
+  for (unsigned r = 0; r < unsigned(n); ++r) {
+    for (unsigned c = 0; c < unsigned(n); ++c) {
+      const unsigned i = r * w + c;
+      tin.triangles.push_back({i, i + 1, i + w + 1});
+      tin.triangles.push_back({i, i + w + 1, i + w});
+    }
+  }
+  return tin;
+}
+
+TEST(NearestTriangle, AgreesWithLookingAtAll) {
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> at(-1, 1);
+  for (int round = 0; round < 20; ++round) {
+    Tin tin;
+    const unsigned n = 3 + random() % 60;
+    for (unsigned i = 0; i < n; ++i) tin.vertices.push_back({at(random), at(random), at(random)});
+    for (unsigned i = 0; i < 1 + random() % 90; ++i)
+      tin.triangles.push_back(
+          {unsigned(random() % n), unsigned(random() % n), unsigned(random() % n)});
+    const NearestTriangle tree(tin);
+    for (int q = 0; q < 50; ++q) {
+      const Vec3 p{2 * at(random), 2 * at(random), 2 * at(random)};
+      double least = 1e300;
+      for (const Triangle& t : tin.triangles) {
+        // The nearest of many points of the triangle is never nearer than the nearest point.
+        for (int i = 0; i <= 20; ++i)
+          for (int j = 0; i + j <= 20; ++j) {
+            const Vec3 s = tin.vertices[t[0]] * ((20 - i - j) / 20.0) +
+                           tin.vertices[t[1]] * (i / 20.0) + tin.vertices[t[2]] * (j / 20.0) - p;
+            least = std::min(least, dot(s, s));
+          }
+      }
+      const NearestPoint found = tree.find(p, random() % unsigned(tin.triangles.size()));
+      EXPECT_LE(found.squared, least + 1e-12);
+      EXPECT_GE(std::sqrt(found.squared), std::sqrt(least) - 0.15);
+      EXPECT_EQ(found.triangle, tree.find(p).triangle);
+    }
+  }
+}
+
+TEST(SurfaceDistance, OfParallelSquaresIsTheirGap) {
+  const SurfaceDistance d = surface_distance(square(0), square(3, 7), {.face_samples = 1000});
+  EXPECT_NEAR(d.max, 3, 1e-12);
+  EXPECT_NEAR(d.rms, 3, 1e-12);
+  EXPECT_NEAR(d.a_to_b.mean, 3, 1e-12);
+  EXPECT_NEAR(d.diagonal, std::sqrt(200), 1e-12);
+}
+
+TEST(SurfaceDistance, HasTwoSides) {
+  // A small square in the plane of a large one: nothing of it is far, but much of the large one is.
+  const SurfaceDistance d =
+      surface_distance(square(0, 1, 1), square(0, 1, 10), {.face_samples = 20000});
+  EXPECT_NEAR(d.a_to_b.max, 0, 1e-12);
+  EXPECT_NEAR(d.b_to_a.max, std::sqrt(162), 1e-9);  // its far corner
+  EXPECT_EQ(d.max, d.b_to_a.max);
+}
+
+TEST(SurfaceDistance, FindsASpikeOfOneVertex) {
+  Tin spiked = square(0, 10);
+  spiked.vertices[60].z = 5;
+  const SurfaceDistance d = surface_distance(square(0), spiked, {.face_samples = 100});
+  EXPECT_NEAR(d.max, 5, 1e-12);
+  EXPECT_LT(d.rms, 1);
+}
+
+TEST(SurfaceDistance, ComparesAttributesAtTheNearestPoint) {
+  Tin a = square(0, 4), b = square(0, 9);
+  for (const Vec3& v : a.vertices) {
+    a.colours.push_back({float(v.x / 10), 0, 0});
+    a.normals.push_back({0, 0, 1});
+  }
+  for (const Vec3& v : b.vertices) {
+    b.colours.push_back({float(v.x / 10), 0.25f, 0});
+    b.normals.push_back({1, 0, 0});
+  }
+  const SurfaceDistance d = surface_distance(a, b, {.face_samples = 5000, .threads = 2});
+  ASSERT_TRUE(d.colour && d.normal);
+  EXPECT_FALSE(d.texture);
+  EXPECT_NEAR(d.colour->rms, 0.25, 1e-6);
+  EXPECT_NEAR(d.colour->max, 0.25, 1e-6);
+  EXPECT_NEAR(d.normal->rms, std::sqrt(2), 1e-6);
+}
+
+TEST(SurfaceDistance, IsTheSameForAnyNumberOfThreads) {
+  Tin rough = square(0, 20);
+  std::mt19937 random(1);
+  for (Vec3& v : rough.vertices) v.z = double(random() % 100) / 50;
+  const SurfaceDistance one =
+      surface_distance(square(1), rough, {.face_samples = 30000, .threads = 1});
+  const SurfaceDistance four =
+      surface_distance(square(1), rough, {.face_samples = 30000, .threads = 4});
+  EXPECT_EQ(one.rms, four.rms);
+  EXPECT_EQ(one.max, four.max);
+}
+
+}  // namespace
+}  // namespace tind
