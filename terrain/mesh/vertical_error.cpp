@@ -33,25 +33,58 @@ struct Band {
   Extreme above, below;
 };
 
+/// One span, post by post.
+void measure_short(const PostSpan& span, const float* posts, float* out, Band& band) {
+  for (int c = span.first; c <= span.last; ++c) {
+    const double d = span.height(c) - posts[c];  // NaN at a void: compares false
+    const float e = float(std::fabs(d));
+    if (e > out[c]) out[c] = e;
+    if (d >= band.above.error) band.above.take(d, c, span.row);
+    if (-d >= band.below.error) band.below.take(-d, c, span.row);
+  }
+}
+
+/// The same for long spans, kLanes posts at a time, so that the compiler uses vector registers;
+/// only a group that holds a new extreme is looked at post by post.
+void measure_long(PostSpan span, const float* posts, float* out, Band& band) {
+  constexpr int kLanes = 16;
+  for (; span.first + kLanes <= span.last + 1; span.first += kLanes) {
+    double d[kLanes];
+    const float* const p = posts + span.first;
+    float* const o = out + span.first;
+    for (int k = 0; k < kLanes; ++k) d[k] = span.height(span.first + k) - p[k];
+    for (int k = 0; k < kLanes; ++k) {
+      const float e = float(std::fabs(d[k]));
+      o[k] = e > o[k] ? e : o[k];
+    }
+    unsigned extreme = 0;
+    for (int k = 0; k < kLanes; ++k)
+      extreme |= unsigned(d[k] >= band.above.error) | unsigned(-d[k] >= band.below.error);
+    if (extreme == 0) continue;
+    PostSpan group = span;
+    group.last = span.first + kLanes - 1;
+    measure_short(group, posts, out, band);
+  }
+  measure_short(span, posts, out, band);
+}
+
 /// Measures all triangles over rows [begin, end); `worst` holds the largest error per post.
 Band measure_band(const Tin& mesh, const HeightGrid& grid, int begin, int end,
                   std::vector<float>& worst) {
   Band band;
   const int cols = grid.cols();
+  const auto measure = [&](const PostSpan& span) {
+    const float* const posts = grid.row(span.row).data();
+    float* const out = worst.data() + std::size_t(span.row) * cols;
+    if (span.last - span.first < 16)
+      measure_short(span, posts, out, band);
+    else
+      measure_long(span, posts, out, band);
+    return true;
+  };
   for (const Triangle& t : mesh.triangles) {
     scan_triangle(mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]], begin, end, cols,
-                  [&](const PostSpan& span) {
-                    const float* const posts = grid.row(span.row).data();
-                    float* const out = worst.data() + std::size_t(span.row) * cols;
-                    for (int c = span.first; c <= span.last; ++c) {
-                      const double d = span.height(c) - posts[c];  // NaN at a void: compares false
-                      const float e = float(std::fabs(d));
-                      if (e > out[c]) out[c] = e;
-                      if (d >= band.above.error) band.above.take(d, c, span.row);
-                      if (-d >= band.below.error) band.below.take(-d, c, span.row);
-                    }
-                    return true;
-                  });
+                  measure);
   }
   return band;
 }
@@ -79,15 +112,17 @@ void measure_rims(const Tin& mesh, const HeightGrid& grid, double slack, std::ve
   }
 }
 
-/// The smallest value that at least `share` of all are not above (nearest rank).
-double percentile(std::vector<float>& values, double share) {
-  const std::size_t rank = std::size_t(std::ceil(share * double(values.size())));
-  const auto nth = values.begin() + std::ptrdiff_t(std::max<std::size_t>(rank, 1) - 1);
+/// The smallest value that at least `share` of all are not above (nearest rank). Leaves everything
+/// smaller in front of it: ask for large shares first, and the next search is shorter.
+double percentile(std::vector<float>& values, std::size_t all, double share) {
+  const std::size_t rank = std::max<std::size_t>(std::size_t(std::ceil(share * double(all))), 1);
+  const auto nth = values.begin() + std::ptrdiff_t(rank - 1);
   std::nth_element(values.begin(), nth, values.end());
-  return *nth;
+  values.resize(rank);
+  return values.back();
 }
 
-/// Counts, sums and percentiles over the valid posts; leaves only these in `worst`.
+/// Counts, sums and percentiles over the valid posts. Uses up `worst`.
 void summarise(const HeightGrid& grid, std::vector<float>& worst, VerticalError& out) {
   double sum = 0, sum2 = 0;
   std::size_t kept = 0;
@@ -108,9 +143,9 @@ void summarise(const HeightGrid& grid, std::vector<float>& worst, VerticalError&
   if (kept == 0) return;
   out.mean_m = sum / double(kept);
   out.rms_m = std::sqrt(sum2 / double(kept));
-  out.p50_m = percentile(worst, 0.50);
-  out.p95_m = percentile(worst, 0.95);
-  out.p99_m = percentile(worst, 0.99);
+  out.p99_m = percentile(worst, kept, 0.99);
+  out.p95_m = percentile(worst, kept, 0.95);
+  out.p50_m = percentile(worst, kept, 0.50);
 }
 
 }  // namespace
