@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "proto/file_io.h"
 #include "proto/mesh_io.h"
@@ -18,6 +19,7 @@
 #include "server/cli/surface_report.h"
 #include "terrain/mesh/mesh_frame.h"
 #include "terrain/raster/image_source.h"
+#include "terrain/simplify/attribute_quadric.h"
 #include "terrain/simplify/simplify_mesh.h"
 
 namespace tind::cli {
@@ -132,7 +134,9 @@ int run_mesh(const Arguments& a) {
   if (a.input.files.size() != 1) return complain({Errc::invalid_argument, "one mesh at a time"});
   auto file = proto::read_mesh(a.input.files[0]);
   if (!file) return complain({Errc::bad_data, file.error()});
-  const Tin tin = from_file_mesh(std::move(*file));
+  Tin tin = from_file_mesh(std::move(*file));
+  if (a.options.attributes.ends_with("normal") && tin.normals.empty())
+    tin.normals = vertex_normals(tin);
   Stopwatch watch;
   Result<SimplifiedMesh> result;
   {
@@ -178,6 +182,18 @@ int run_mesh(const Arguments& a) {
   return kOk;
 }
 
+/// How far the attributes (and, in three dimensions, the surface) are from those of the full mesh.
+std::optional<SurfaceDistance> attribute_errors(const Arguments& a, const HeightGrid& grid,
+                                                const DemInfo& info, const Tin& posts_frame) {
+  if (a.options.method != "attribute-qem") return {};
+  const Result<Tin> full =
+      terrain_with_attributes(grid, info.spacing_x_m, info.spacing_y_m, a.options);
+  if (!full) return {};
+  Tin metric = posts_frame;
+  for (Vec3& v : metric.vertices) v.x *= info.spacing_x_m, v.y *= info.spacing_y_m;
+  return surface_distance(*full, metric, {.face_samples = 300000, .threads = a.options.threads});
+}
+
 int run(Arguments& a) {
   if (const Result<void> ok = check(a); !ok) return complain(ok.error());
   if (is_mesh(a.input.files[0])) return run_mesh(a);
@@ -202,6 +218,8 @@ int run(Arguments& a) {
   }
   if (!made) return complain(made.error());
   seconds.simplify = watch.lap();
+  const auto attributes = attribute_errors(a, *grid, info, made->tin);
+  watch.lap();
 
   const MeshFrame frame = a.frame == "metric" ? MeshFrame::metric : MeshFrame::source;
   const MeshMap map = mesh_map(info, frame, a.units == "source");
@@ -215,7 +233,8 @@ int run(Arguments& a) {
       mesh_quality(*written, map, *grid, a.options.threads, is_stl(a.output));
   seconds.measure = watch.lap();
 
-  const nlohmann::ordered_json report = report_json(a, info, *made, quality, seconds);
+  nlohmann::ordered_json report = report_json(a, info, *made, quality, seconds);
+  if (attributes) report["surface"] = distance_json(*attributes);
   if (!a.report.empty()) {
     if (const auto ok = proto::write_whole_file(a.report, report.dump(2) + "\n"); !ok) {
       complain({Errc::io, ok.error()});
@@ -223,6 +242,7 @@ int run(Arguments& a) {
     }
   }
   print(a, report, *made, quality, seconds);
+  if (attributes && !a.json) fmt::print("{}", distance_text(*attributes));
   return kOk;
 }
 

@@ -1,0 +1,98 @@
+// The program itself: `tind compare`, and general meshes through `tind simplify` and `tind
+// measure`.
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "tests/support/support.h"
+
+namespace tind {
+namespace {
+
+using test::TempDir;
+using test::testdata;
+
+struct Ran {
+  int code = -1;
+  std::string out;
+};
+
+Ran run(const std::string& arguments) {
+  const std::string command = std::string(TIND_BINARY) + " " + arguments + " 2>&1";
+  Ran ran;
+  FILE* const pipe = popen(command.c_str(), "r");
+  std::array<char, 4096> part;
+  for (std::size_t n; (n = fread(part.data(), 1, part.size(), pipe)) > 0;)
+    ran.out.append(part.data(), n);
+  ran.code = WEXITSTATUS(pclose(pipe));
+  return ran;
+}
+
+TEST(CompareCommand, PrintsOneRowForEachMethodAndStopAndWritesAPageThatStandsAlone) {
+  const TempDir dir;
+  const Ran ran = run("compare " + testdata("crater.tif") +
+                      " --methods qem,cluster,vertex-removal:degree --at 10%,500 --json --html " +
+                      dir.file("page.html") + " --csv " + dir.file("table.csv"));
+  ASSERT_EQ(ran.code, 0) << ran.out;
+  const auto rows = nlohmann::json::parse(ran.out);
+  ASSERT_EQ(rows.size(), 6u);
+  for (const auto& row : rows) {
+    EXPECT_EQ(row["flipped"], 0);
+    EXPECT_EQ(row["uncovered"], 0);
+    EXPECT_GT(row["rms_error_m"], 0);
+  }
+  EXPECT_EQ(rows[3]["method"], "qem");
+  EXPECT_LE(rows[3]["triangles"], 501);
+  std::ifstream file(dir.file("page.html"));
+  std::stringstream page;
+  page << file.rdbuf();
+  EXPECT_NE(page.str().find("<svg"), std::string::npos);
+  EXPECT_NE(page.str().find("data:image/png;base64,iVBOR"), std::string::npos);
+  EXPECT_EQ(page.str().find("://"), std::string::npos);  // nothing is fetched
+  EXPECT_EQ(page.str().find("<script"), std::string::npos);
+  std::ifstream csv(dir.file("table.csv"));
+  std::string head;
+  std::getline(csv, head);
+  EXPECT_EQ(head.substr(0, 12), "method,stop,");
+}
+
+TEST(CompareCommand, SaysWhatIsWrong) {
+  const std::string dem = testdata("crater.tif");
+  EXPECT_EQ(run("compare " + dem + " --at 10% --methods magic").code, 2);
+  EXPECT_EQ(run("compare " + dem + " --at ten").code, 2);
+  EXPECT_EQ(run("compare " + dem + " --at 10% --max-error 5").code, 2);
+}
+
+TEST(MeshCommands, SimplifyAndMeasureAGeneralMesh) {
+  const TempDir dir;
+  std::ofstream obj(dir.file("box.obj"));
+  for (int r = 0; r < 20; ++r)
+    for (int c = 0; c < 20; ++c) obj << "v " << c << " " << r << " " << (c * r % 5) * 0.1 << "\n";
+  for (int r = 0; r < 19; ++r)
+    for (int c = 0; c < 19; ++c) {
+      const int i = 20 * r + c + 1;
+      obj << "f " << i << " " << i + 1 << " " << i + 21 << " " << i + 20 << "\n";
+    }
+  obj.close();
+  const Ran made = run("simplify " + dir.file("box.obj") + " -o " + dir.file("out.ply") +
+                       " --method triangle-collapse --triangles 200 --json --progress none");
+  ASSERT_EQ(made.code, 0) << made.out;
+  const auto report = nlohmann::json::parse(made.out);
+  EXPECT_LE(report["triangles"], 201);
+  const Ran measured =
+      run("measure " + dir.file("box.obj") + " " + dir.file("out.ply") + " --json");
+  ASSERT_EQ(measured.code, 0) << measured.out;
+  EXPECT_EQ(nlohmann::json::parse(measured.out)["distance_max"], report["distance_max"]);
+  EXPECT_EQ(run("simplify " + dir.file("box.obj") + " -o " + dir.file("x.ply") +
+                " --method edge-cost --ratio 0.5")
+                .code,
+            2);
+}
+
+}  // namespace
+}  // namespace tind
