@@ -169,9 +169,11 @@ void check_pyramid(const std::vector<std::string>& files, const TileSetOptions& 
   expect_no_cracks(tiles);
   expect_metadata_lists_every_tile(tiles);
   std::size_t n = 0;
+  const int source_levels = tiles.rbegin()->first.level + 1;
   for (const auto& [id, q] : tiles) {
     expect_valid(id, q);
-    if (n++ % every == 0) {
+    // Brute force: only where a tile holds few enough posts.
+    if (id.level + 3 > source_levels && n++ % every == 0) {
       EXPECT_LE(true_error(*source, id, q), stated_error(q) + 1e-9) << id.text();
     }
     EXPECT_LE(stated_error(q), tiling::level_error(id.level) + 1e-6);
@@ -193,7 +195,7 @@ TEST(Tiles, two_adjacent_rasters_make_one_seamless_pyramid) {
   TIND_NEEDS_SHARED_DATA(east, "dem/N49W123.tif");
   TileSetOptions options;
   options.max_error_m = 18;
-  check_pyramid({west, east}, options, 400);
+  check_pyramid({west, east}, options, 200);
 }
 
 TEST(Tiles, same_bytes_for_any_number_of_threads_on_demand_and_in_batch) {
