@@ -101,10 +101,12 @@ template <class S>
 bool BoundedMesher<S>::narrow(const Vec3& w, RingEdge e, Interval& room, double give_up) {
   const Vec3 &a = mesh_.position(e[0]), &b = mesh_.position(e[1]);
   const Facet f(w, a, b);
-  double lo = room.lo, hi = room.hi;
+  double lo = room.lo, hi = room.hi, low = room.low, high = room.high;
   const double eps = eps_;
   const bool whole = samples_.scan(w, a, b, [&](double x, double y, double z, std::size_t) {
     const double l = f.weight(x, y), r = z - f.rest(x, y);
+    low = std::min(low, z);
+    high = std::max(high, z);
     const bool raises = r - eps > lo * l, lowers = r + eps < hi * l;
     if (!(raises || lowers) || l < kNoWeight) return true;
     if (raises) lo = (r - eps) / l, lowest_ = {x, y, z};
@@ -112,7 +114,7 @@ bool BoundedMesher<S>::narrow(const Vec3& w, RingEdge e, Interval& room, double 
     return lo - hi <= give_up;
   });
   if (!whole) add_witness(lowest_), add_witness(highest_);
-  room = {lo, hi};
+  room = {lo, hi, low, high};
   return whole;
 }
 
@@ -131,21 +133,25 @@ typename BoundedMesher<S>::Interval BoundedMesher<S>::room(const Vec3& apex, Int
   return start;
 }
 
-/// The centre of the room, on the height step if there is one; false when nothing fits. Where the
-/// samples say little (a wide room: they carry hardly any weight of the apex) the apex stays in the
-/// range of what is around it rather than to fly off.
+/// The centre of the room, on the height step if there is one; false when nothing fits. Samples
+/// that carry little of the apex's weight would let it fly far off between them: it stays within
+/// the band around what its star's samples span. Where there are none, in a void, it stays in the
+/// range of what is around it.
 template <class S>
 bool BoundedMesher<S>::choose_height(Interval room, double before, double& height) const {
+  if (room.low <= room.high) {
+    room.lo = std::max(room.lo, room.low - eps_);
+    room.hi = std::min(room.hi, room.high + eps_);
+  }
   if (!(room.lo <= room.hi)) return false;
   double h = (room.lo + room.hi) / 2;
-  if (!(room.hi - room.lo <= 4 * eps_)) {
+  if (!std::isfinite(h)) {
     double low = before, high = before;
     for (const RingEdge& e : ring_) {
       low = std::min(low, mesh_.position(e[0]).z);
       high = std::max(high, mesh_.position(e[0]).z);
     }
-    if (!std::isfinite(h)) h = before;
-    h = std::clamp(std::clamp(h, low, high), room.lo, room.hi);
+    h = std::clamp(std::clamp(before, low, high), room.lo, room.hi);
   }
   h = snap_height(h, options_.height_step);
   if (h < room.lo || h > room.hi || h < options_.height_min || h > options_.height_max)
@@ -247,7 +253,7 @@ bool BoundedMesher<S>::try_targets(Index v, bool search) {
       // Before anything is scanned: do v's and w's own samples agree?
       const Vec3& own = origin_[w];
       if (own.x == target.x && own.y == target.y && !std::isnan(own.z))
-        start = {own.z - eps_, own.z + eps_};
+        start = Interval{own.z - eps_, own.z + eps_};
       ask_witnesses(target, start);
       if (start.gap() > give_up) continue;
       add_to_ring(w, v);

@@ -59,6 +59,7 @@ class BoundedMesher {
   /// The room that the samples of a star leave for its apex's height; empty when lo > hi.
   struct Interval {
     double lo, hi;
+    double low = 1e300, high = -1e300;  // span of the star's samples, as far as they were seen
     double gap() const { return lo - hi; }
   };
   using RingEdge = std::array<Index, 2>;  // seen counter-clockwise from the apex

@@ -103,6 +103,31 @@ TEST(Bounded, degenerate_terrain) {
   }
 }
 
+TEST(Bounded, no_vertex_flies_off_between_posts_or_over_voids) {
+  HeightGrid grid = rough_terrain(160, 160, 7, 2000);
+  for (int r = 60; r < 75; ++r)
+    for (int c = 80; c < 110; ++c) grid.at(c, r) = HeightGrid::kVoid;
+  float low = 1e9f, high = -1e9f;
+  for (const float z : grid.values())
+    if (!std::isnan(z)) low = std::min(low, z), high = std::max(high, z);
+  for (const char* effort : {"fast", "normal", "best"}) {
+    const Simplified s = run(grid, "bounded", 3, effort);
+    for (const Vec3& v : s.tin.vertices) {
+      // Near its posts, and not only within the range of the whole grid.
+      float near_low = high, near_high = low;
+      for (int r = int(-v.y) - 12; r <= int(-v.y) + 12; ++r) {
+        for (int c = int(v.x) - 12; c <= int(v.x) + 12; ++c) {
+          if (!grid.inside(c, r) || grid.is_void(c, r)) continue;
+          near_low = std::min(near_low, grid.at(c, r));
+          near_high = std::max(near_high, grid.at(c, r));
+        }
+      }
+      EXPECT_GE(v.z, near_low - 3) << effort << " at " << v.x << "," << v.y;
+      EXPECT_LE(v.z, near_high + 3) << effort << " at " << v.x << "," << v.y;
+    }
+  }
+}
+
 TEST(Bounded, a_plane_is_two_triangles) {
   HeightGrid plane(80, 60);
   for (int r = 0; r < 60; ++r)
