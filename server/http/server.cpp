@@ -73,6 +73,7 @@ struct Server::Impl {
   std::unique_ptr<asio::steady_timer> accept_timer, drain_timer;
   std::unique_ptr<asio::signal_set> signals;
   tcp protocol = tcp::v4();
+  std::uint16_t bound_port = 0;  // asked once: the acceptor is the first loop's alone
   int reserve_fd = -1;
   std::chrono::steady_clock::time_point last_complaint{};
   std::atomic<bool> stopping{false}, starved{false};
@@ -98,6 +99,8 @@ Result<void> Server::Impl::open() {
   if (acceptor->bind(endpoint, error)) return cannot(error);
   if (acceptor->listen(kBacklog, error)) return cannot(error);
   if (acceptor->non_blocking(true, error)) return cannot(error);
+  bound_port = acceptor->local_endpoint(error).port();
+  if (error) return cannot(error);
   accept_timer = std::make_unique<asio::steady_timer>(loops[0]->context());
   drain_timer = std::make_unique<asio::steady_timer>(loops[0]->context());
   reserve_fd = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
@@ -265,11 +268,7 @@ Result<std::unique_ptr<Server>> Server::listen(const Router& router, const Serve
   return std::unique_ptr<Server>(new Server(std::move(impl)));
 }
 
-std::uint16_t Server::port() const {
-  error_code error;
-  const auto endpoint = impl_->acceptor->local_endpoint(error);
-  return error ? 0 : endpoint.port();
-}
+std::uint16_t Server::port() const { return impl_->bound_port; }
 
 std::string Server::url() const {
   const bool v6 = impl_->options.address.find(':') != std::string::npos;
