@@ -20,6 +20,8 @@ class BucketQueue {
   using Index = std::uint32_t;
   using Bucket = std::uint16_t;
   static constexpr Bucket kAbsent = 0xffff;
+  static constexpr int kShift = 20;               // of a float's 23 mantissa bits, 3 remain
+  static constexpr Bucket kBuckets = 0x07f8 + 1;  // up to infinity
 
   explicit BucketQueue(std::size_t slots) : bucket_(slots, kAbsent), entries_(kBuckets) {}
 
@@ -59,8 +61,6 @@ class BucketQueue {
   }
 
  private:
-  static constexpr int kShift = 20;               // of a float's 23 mantissa bits, 3 remain
-  static constexpr Bucket kBuckets = 0x07f8 + 1;  // up to infinity
   std::vector<Bucket> bucket_;                    // per edge slot
   std::vector<std::vector<Index>> entries_;
   Bucket lowest_ = 0;

@@ -35,7 +35,7 @@ constexpr float kValencePenalty = 0.25f;
 /// Two buckets an octave: the order of near equals matters less than that one sweep over the
 /// terrain finds many triangles to merge, each beside the last in memory (0.8 of the time, 1.01 of
 /// the RMS).
-Bucket bucket_of(float cost) { return Bucket(BucketQueue::bucket_of(cost) & ~7u); }
+Bucket bucket_of(float cost) { return Bucket(BucketQueue::bucket_of(cost) & ~3u); }
 
 template <class Rules>
 class Collapser {

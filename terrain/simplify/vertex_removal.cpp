@@ -26,8 +26,9 @@ enum class Criterion { plane, degree, k_degree };
 
 /// Rings longer than this are left alone: cutting ears is quadratic in the ring.
 constexpr std::size_t kLongestRing = 64;
-/// All larger degrees are as bad as this one (the queue has 64 x 63 places).
-constexpr std::uint32_t kLargestDegree = 62;
+/// `k-degree` has this many buckets for each degree; all larger degrees are as bad as the largest.
+constexpr std::uint32_t kTies = 32, kLargestDegree = 60;
+static_assert(kTies * (kLargestDegree + 1) <= BucketQueue::kBuckets);
 
 /// How one vertex is to go. For a border vertex the ring is open, from the neighbour after it along
 /// the border to the one before it.
@@ -178,9 +179,9 @@ Remover::Bucket Remover::key(Index v) const {
           float(mesh_.on_border(v) ? border_line_distance(v) : plane_distance(v)));
     case Criterion::degree:
       return Bucket(std::min(degree_[v], kLargestDegree));
-    case Criterion::k_degree: {  // the neighbours' mean degree, in quarters, breaks the tie
-      const std::uint32_t tie = std::min(63u, 4 * neighbour_degrees(v) / std::uint32_t(k_));
-      return Bucket(64 * std::min(degree_[v], kLargestDegree) + tie);
+    case Criterion::k_degree: {  // the neighbours' mean degree, in halves, breaks the tie
+      const std::uint32_t tie = std::min(kTies - 1, 2 * neighbour_degrees(v) / std::uint32_t(k_));
+      return Bucket(kTies * std::min(degree_[v], kLargestDegree) + tie);
     }
   }
   return 0;

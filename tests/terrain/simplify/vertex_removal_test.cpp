@@ -76,6 +76,16 @@ TEST(VertexRemoval, KeepsTheErrorBound) {
   }
 }
 
+TEST(VertexRemoval, SurvivesVerticesOfAnyDegree) {
+  // A flat border makes hubs: hundreds of edges meet at the corners.
+  for (const char* criterion : kCriteria) {
+    const auto r =
+        simplify(HeightGrid(300, 300, 0), 30, 30, options(criterion, {.triangles = 400}));
+    ASSERT_TRUE(r);
+    EXPECT_TRUE(check_validity(r->tin).ok());
+  }
+}
+
 TEST(VertexRemoval, IsDeterministic) {
   const HeightGrid grid = test::rough_terrain(60, 50, 3);
   for (const char* criterion : kCriteria) {
