@@ -61,7 +61,7 @@ class BucketQueue {
   }
 
  private:
-  std::vector<Bucket> bucket_;                    // per edge slot
+  std::vector<Bucket> bucket_;  // per edge slot
   std::vector<std::vector<Index>> entries_;
   Bucket lowest_ = 0;
 };

@@ -11,8 +11,8 @@
 //
 // The hole is filled with the ears of a Delaunay triangulation of the ring (Devillers 1999: the
 // ear of least power first). A border vertex goes only where the border runs straight on, so the
-// outline never changes; corners stay. Smallest first to within one bucket (BucketQueue), in turns: the
-// ring of a removed vertex waits for the next turn, so that equal vertices thin out evenly.
+// outline never changes; corners stay. Smallest first to within one bucket (BucketQueue), in turns:
+// the ring of a removed vertex waits for the next turn, so that equal vertices thin out evenly.
 
 #include "terrain/simplify/simplify.h"
 
