@@ -321,7 +321,7 @@ std::map<std::string, Defect> error_defects() {
       {"source.error", says("max_error_m", 0.01)},
       {"source.exact", says("max_error_m", 5)},
       {"source.height",
-       [](const Tiles& t) { t.edit(kTile, [](Mesh& m) { m.max_height -= 100; }); }},
+       [](const Tiles& t) { t.edit(kTile, [](Mesh& m) { m.max_height = m.min_height + 0.5f; }); }},
   };
 }
 
