@@ -56,7 +56,7 @@ void print_row(const char* name, const Timed& t, const Timed& base, const Height
       double(t.result.tin.triangles.size()) / double(base.result.tin.triangles.size()),
       t.seconds * 1e3, t.seconds / base.seconds, e.max_m, e.rms_m, v.flipped,
       static_cast<unsigned long long>(e.uncovered),
-      e.max_m <= eps * (1 + 1e-12) ? "" : "  BOUND BROKEN");
+      e.max_m <= eps + 1e-9 ? "" : "  BOUND BROKEN");
 }
 
 }  // namespace
