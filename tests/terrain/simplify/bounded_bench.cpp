@@ -55,8 +55,7 @@ void print_row(const char* name, const Timed& t, const Timed& base, const Height
       name, t.result.tin.triangles.size(),
       double(t.result.tin.triangles.size()) / double(base.result.tin.triangles.size()),
       t.seconds * 1e3, t.seconds / base.seconds, e.max_m, e.rms_m, v.flipped,
-      static_cast<unsigned long long>(e.uncovered),
-      e.max_m <= eps + 1e-9 ? "" : "  BOUND BROKEN");
+      static_cast<unsigned long long>(e.uncovered), e.max_m <= eps + 1e-9 ? "" : "  BOUND BROKEN");
 }
 
 }  // namespace
