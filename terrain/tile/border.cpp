@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "terrain/simplify/delaunay_insertion.h"
 #include "terrain/tile/post_warp.h"
 
 namespace tind {
@@ -12,8 +13,6 @@ namespace {
 
 constexpr int kMostPosts = 1 << 16;  // along one edge
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-double snapped(double h, double step) { return step > 0 ? std::nearbyint(h / step) * step : h; }
 
 Geographic along(const TileEdge& e, double t) {
   if (t == kTileExtent) return e.end;
@@ -100,7 +99,7 @@ void run_to(std::vector<BorderVertex>& line, const std::vector<Sample>& samples,
     // least: a single sample always fits).
     if (reached == at) break;
     const int place = samples[reached].place();
-    line.push_back({place, snapped(from.height + slope * (place - from.t), step)});
+    line.push_back({place, snap_height(from.height + slope * (place - from.t), step)});
     at = reached;
   }
   line.push_back(goal);
@@ -142,7 +141,7 @@ std::vector<BorderVertex> make_border(const TileEdge& edge, const HeightField& f
   }
   // Snapping moves a vertex by half a step; two snapped ends move the line by as much.
   const double tolerance = std::max(o.tolerance_m - o.height_step, o.height_step / 2);
-  auto fixed_height = [&](std::size_t i) { return snapped(samples[i].h, o.height_step); };
+  auto fixed_height = [&](std::size_t i) { return snap_height(samples[i].h, o.height_step); };
   std::vector<BorderVertex> line = {{0, fixed_height(0)}};
   std::size_t begin = 0;
   for (std::size_t i = 1; i < samples.size(); ++i) {
