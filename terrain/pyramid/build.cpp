@@ -1,13 +1,9 @@
 #include "terrain/pyramid/build.h"
 
-#include <fcntl.h>
 #include <libdeflate.h>
 #include <unistd.h>
 
 #include <atomic>
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -15,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "proto/file_io.h"
 #include "terrain/base/parallel.h"
 #include "terrain/pyramid/make_tile.h"
 
@@ -26,29 +23,11 @@ namespace {
 
 constexpr const char* kRecord = "tind-build.json";
 
-Error system_error(const std::string& what) {
-  return {Errc::io, what + ": " + std::strerror(errno)};
-}
-
-/// Writes aside and renames: whoever looks sees the whole file or none.
+/// Aside, then renamed: whoever looks sees the whole file or none.
 Result<void> write_whole(const std::string& path, std::span<const std::uint8_t> bytes) {
-  const std::string aside = path + ".tmp" + std::to_string(getpid());
-  const int fd = ::open(aside.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (fd < 0) return std::unexpected(system_error("cannot create " + aside));
-  std::size_t done = 0;
-  while (done < bytes.size()) {
-    const ssize_t n = ::write(fd, bytes.data() + done, bytes.size() - done);
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) break;
-    done += std::size_t(n);
-  }
-  const bool written = done == bytes.size();
-  if (!written || ::close(fd) != 0 || ::rename(aside.c_str(), path.c_str()) != 0) {
-    const Error error = system_error("cannot write " + path);
-    if (!written) ::close(fd);
-    ::unlink(aside.c_str());
-    return std::unexpected(error);
-  }
+  const auto done =
+      proto::write_whole_file(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  if (!done) return fail(Errc::io, done.error());
   return {};
 }
 
