@@ -3,41 +3,27 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
-#include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "tests/support/program.h"
 #include "tests/support/support.h"
 
 namespace tind {
 namespace {
 
+using test::Ran;
+using test::run_tind;
 using test::TempDir;
 using test::testdata;
 
-struct Ran {
-  int code = -1;
-  std::string out;
-};
-
-Ran run(const std::string& arguments) {
-  const std::string command = std::string(TIND_BINARY) + " " + arguments + " 2>&1";
-  Ran ran;
-  FILE* const pipe = popen(command.c_str(), "r");
-  std::array<char, 4096> part;
-  for (std::size_t n; (n = fread(part.data(), 1, part.size(), pipe)) > 0;)
-    ran.out.append(part.data(), n);
-  ran.code = WEXITSTATUS(pclose(pipe));
-  return ran;
-}
-
 TEST(CompareCommand, PrintsOneRowForEachMethodAndStopAndWritesAPageThatStandsAlone) {
   const TempDir dir;
-  const Ran ran = run("compare " + testdata("crater.tif") +
-                      " --methods qem,cluster,vertex-removal:degree --at 10%,500 --json --html " +
-                      dir.file("page.html") + " --csv " + dir.file("table.csv"));
+  const Ran ran =
+      run_tind("compare " + testdata("crater.tif") +
+               " --methods qem,cluster,vertex-removal:degree --at 10%,500 --json --html " +
+               dir.file("page.html") + " --csv " + dir.file("table.csv"));
   ASSERT_EQ(ran.code, 0) << ran.out;
   const auto rows = nlohmann::json::parse(ran.out);
   ASSERT_EQ(rows.size(), 6u);
@@ -63,9 +49,9 @@ TEST(CompareCommand, PrintsOneRowForEachMethodAndStopAndWritesAPageThatStandsAlo
 
 TEST(CompareCommand, SaysWhatIsWrong) {
   const std::string dem = testdata("crater.tif");
-  EXPECT_EQ(run("compare " + dem + " --at 10% --methods magic").code, 2);
-  EXPECT_EQ(run("compare " + dem + " --at ten").code, 2);
-  EXPECT_EQ(run("compare " + dem + " --at 10% --max-error 5").code, 2);
+  EXPECT_EQ(run_tind("compare " + dem + " --at 10% --methods magic").code, 2);
+  EXPECT_EQ(run_tind("compare " + dem + " --at ten").code, 2);
+  EXPECT_EQ(run_tind("compare " + dem + " --at 10% --max-error 5").code, 2);
 }
 
 TEST(MeshCommands, SimplifyAndMeasureAGeneralMesh) {
@@ -79,17 +65,17 @@ TEST(MeshCommands, SimplifyAndMeasureAGeneralMesh) {
       obj << "f " << i << " " << i + 1 << " " << i + 21 << " " << i + 20 << "\n";
     }
   obj.close();
-  const Ran made = run("simplify " + dir.file("box.obj") + " -o " + dir.file("out.ply") +
-                       " --method triangle-collapse --triangles 200 --json --progress none");
+  const Ran made = run_tind("simplify " + dir.file("box.obj") + " -o " + dir.file("out.ply") +
+                            " --method triangle-collapse --triangles 200 --json --progress none");
   ASSERT_EQ(made.code, 0) << made.out;
   const auto report = nlohmann::json::parse(made.out);
   EXPECT_LE(report["triangles"], 201);
   const Ran measured =
-      run("measure " + dir.file("box.obj") + " " + dir.file("out.ply") + " --json");
+      run_tind("measure " + dir.file("box.obj") + " " + dir.file("out.ply") + " --json");
   ASSERT_EQ(measured.code, 0) << measured.out;
   EXPECT_EQ(nlohmann::json::parse(measured.out)["distance_max"], report["distance_max"]);
-  EXPECT_EQ(run("simplify " + dir.file("box.obj") + " -o " + dir.file("x.ply") +
-                " --method edge-cost --ratio 0.5")
+  EXPECT_EQ(run_tind("simplify " + dir.file("box.obj") + " -o " + dir.file("x.ply") +
+                     " --method edge-cost --ratio 0.5")
                 .code,
             2);
 }

@@ -2,41 +2,27 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
-#include <array>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "proto/layer_json.h"
+#include "tests/support/program.h"
 #include "tests/support/support.h"
 
 namespace {
 
+using tind::test::Ran;
 using tind::test::testdata;
 
-struct Outcome {
-  int exit = -1;
-  std::string text;  // stdout and stderr
-};
-
-Outcome info(const std::string& arguments) {
-  Outcome outcome;
-  FILE* pipe = popen((std::string(TIND_BINARY) + " info " + arguments + " 2>&1").c_str(), "r");
-  std::array<char, 4096> buffer;
-  while (const std::size_t got = fread(buffer.data(), 1, buffer.size(), pipe))
-    outcome.text.append(buffer.data(), got);
-  outcome.exit = WEXITSTATUS(pclose(pipe));
-  return outcome;
-}
+Ran info(const std::string& arguments) { return tind::test::run_tind("info " + arguments); }
 
 nlohmann::json json_of(const std::string& arguments) {
-  const Outcome outcome = info(arguments + " --json");
-  EXPECT_EQ(outcome.exit, 0) << outcome.text;
-  return nlohmann::json::parse(outcome.text, nullptr, false);
+  const Ran outcome = info(arguments + " --json");
+  EXPECT_EQ(outcome.code, 0) << outcome.out;
+  return nlohmann::json::parse(outcome.out, nullptr, false);
 }
 
 TEST(Info, Dem) {
@@ -60,7 +46,7 @@ TEST(Info, DemWithoutCrs) {
   const auto j = json_of(testdata("crater.tif"));
   EXPECT_EQ(j["crs"]["kind"], "none");
   EXPECT_FALSE(j.contains("bounds"));
-  EXPECT_THAT(info(testdata("crater.tif")).text, testing::HasSubstr("can be simplified"));
+  EXPECT_THAT(info(testdata("crater.tif")).out, testing::HasSubstr("can be simplified"));
 }
 
 TEST(Info, TilesOfOtherMakers) {
@@ -87,18 +73,18 @@ TEST(Info, TileSet) {
 
 TEST(Info, ExitCodesSayWhatIsWrong) {
   const tind::test::TempDir folder;
-  EXPECT_EQ(info(folder.file("none.tif")).exit, 69);
-  EXPECT_EQ(info(folder.path().string()).exit, 69);  // no layer.json
-  EXPECT_EQ(info("").exit, 2);
-  EXPECT_EQ(info(testdata("README.md")).exit, 65);
+  EXPECT_EQ(info(folder.file("none.tif")).code, 69);
+  EXPECT_EQ(info(folder.path().string()).code, 69);  // no layer.json
+  EXPECT_EQ(info("").code, 2);
+  EXPECT_EQ(info(testdata("README.md")).code, 65);
   std::ofstream(folder.file("bad.terrain")) << "not a tile";
-  EXPECT_EQ(info(folder.file("bad.terrain")).exit, 65);
+  EXPECT_EQ(info(folder.file("bad.terrain")).code, 65);
   std::filesystem::copy_file(testdata("rainier.tif"), folder.file("cut.tif"));
   std::filesystem::resize_file(folder.file("cut.tif"), 200000);
-  const Outcome cut = info(folder.file("cut.tif"));
-  EXPECT_EQ(cut.exit, 65);
-  EXPECT_THAT(cut.text, testing::StartsWith("tind: "));
-  EXPECT_THAT(cut.text, testing::HasSubstr("cut.tif"));
+  const Ran cut = info(folder.file("cut.tif"));
+  EXPECT_EQ(cut.code, 65);
+  EXPECT_THAT(cut.out, testing::StartsWith("tind: "));
+  EXPECT_THAT(cut.out, testing::HasSubstr("cut.tif"));
 }
 
 }  // namespace

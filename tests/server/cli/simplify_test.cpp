@@ -3,38 +3,23 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "proto/mesh_io.h"
+#include "tests/support/program.h"
 #include "tests/support/support.h"
 
 namespace tind {
 namespace {
 
+using test::Ran;
+using test::run_tind;
 using test::TempDir;
 using test::testdata;
 
-struct Ran {
-  int code = -1;
-  std::string out;
-};
-
-/// stdout and stderr together.
-Ran run(const std::string& arguments) {
-  const std::string command = std::string(TIND_BINARY) + " " + arguments + " 2>&1";
-  Ran ran;
-  FILE* const pipe = popen(command.c_str(), "r");
-  std::array<char, 4096> part;
-  for (std::size_t n; (n = fread(part.data(), 1, part.size(), pipe)) > 0;)
-    ran.out.append(part.data(), n);
-  ran.code = WEXITSTATUS(pclose(pipe));
-  return ran;
-}
-
 nlohmann::json json_of(const std::string& arguments) {
-  const Ran ran = run(arguments);
+  const Ran ran = run_tind(arguments);
   EXPECT_EQ(ran.code, 0) << ran.out;
   return nlohmann::json::parse(ran.out, nullptr, false);
 }
@@ -97,7 +82,7 @@ TEST(SimplifyCommandLine, RefusesInOneLineWithAnHonestCode) {
   const TempDir dir;
   const std::string dem = testdata("crater.tif"), out = " -o " + dir.file("a.ply");
   const auto refuses = [](const std::string& arguments, int code) {
-    const Ran ran = run("simplify " + arguments);
+    const Ran ran = run_tind("simplify " + arguments);
     EXPECT_EQ(ran.code, code) << ran.out;
     EXPECT_FALSE(ran.out.empty());
     return ran.out;
@@ -122,7 +107,7 @@ TEST(SimplifyCommandLine, RefusesInOneLineWithAnHonestCode) {
 TEST(MeasureCommandLine, SaysWhenMeshAndDemDoNotMeet) {
   const TempDir dir;
   std::ofstream(dir.file("far.obj")) << "v 1e7 1e7 0\nv 1e7 2e7 0\nv 2e7 1e7 0\nf 1 3 2\n";
-  const Ran ran = run("measure " + dir.file("far.obj") + " " + testdata("crater.tif"));
+  const Ran ran = run_tind("measure " + dir.file("far.obj") + " " + testdata("crater.tif"));
   EXPECT_EQ(ran.code, 65);
   EXPECT_NE(ran.out.find("covers no post"), std::string::npos) << ran.out;
 }

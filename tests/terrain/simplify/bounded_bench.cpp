@@ -79,9 +79,8 @@ int main(int argc, char** argv) {
     }
   }
   if (files.empty()) {
-    const std::string full = std::string(TIND_SHARED_DATA) + "/dem/bigtujunga.tif";
-    files.push_back(
-        std::filesystem::exists(full) ? full : std::string(TIND_TESTDATA) + "/bigtujunga_crop.tif");
+    const std::string full = test::shared_data("dem/bigtujunga.tif");
+    files.push_back(full.empty() ? test::testdata("bigtujunga_crop.tif") : full);
   }
   for (const std::string& file : files) {
     const std::vector<std::string> one = {file};

@@ -1,0 +1,16 @@
+#pragma once
+// The program as its users run it, for tests of subcommands.
+
+#include <string>
+
+namespace tind::test {
+
+struct Ran {
+  int code = -1;    ///< the exit code
+  std::string out;  ///< stdout and stderr together
+};
+
+/// Runs this build's `tind` through the shell: "info a.tif --json".
+Ran run_tind(const std::string& arguments);
+
+}  // namespace tind::test
