@@ -15,6 +15,14 @@ struct Progress {
     if (report) report(share);
   }
   bool stopped() const { return stop.stop_requested(); }
+
+  /// The progress of a part of the job: its 0..1 is from..to here. Valid while this one lives.
+  Progress part(double from, double to) const {
+    Progress p;
+    if (report) p.report = [this, from, to](double share) { at(from + share * (to - from)); };
+    p.stop = stop;
+    return p;
+  }
 };
 
 }  // namespace tind

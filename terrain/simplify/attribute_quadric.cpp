@@ -246,7 +246,16 @@ Result<Simplified> run(HalfedgeMesh& mesh, Rules& rules, const Tin& attributed,
   Simplified out;
   out.input_triangles = mesh.triangle_count();
   const CollapseStop until{target_triangles(options.stop, out.input_triangles), kNever};
-  const CollapseRun done = collapse_edges(mesh, cost, rules, until, progress);
+  CollapseRun done;
+  if (options.recorder) {
+    OnLattice on_lattice(cost, options.recorder->lattice);
+    done = collapse_edges(mesh, on_lattice, rules, until, progress.part(0, 0.5));
+    rules.forget_bound();
+    if (!done.cancelled)
+      done = record_collapses(mesh, on_lattice, rules, *options.recorder, progress.part(0.5, 1));
+  } else {
+    done = collapse_edges(mesh, cost, rules, until, progress);
+  }
   if (done.cancelled) return fail(Errc::cancelled, "simplification was stopped");
   out.steps = done.collapses;
   out.note = stop_note(options.stop, out.input_triangles, mesh.triangle_count());
@@ -346,6 +355,7 @@ Result<Simplified> simplify_attribute_qem(const HeightGrid& grid, double sx, dou
     return fail(Errc::invalid_argument, "the drape needs one colour for each post");
   Result<TerrainMesh> terrain = terrain_mesh(grid, sx, sy);
   if (!terrain) return std::unexpected(terrain.error());
+  if (options.recorder) put_on_lattice(terrain->mesh, options.recorder->lattice);
   const Tin attributed = attributed_vertices(*terrain, grid, options);
   TerrainRules rules(*terrain, grid, options.stop.max_error_m);
   return run_any(terrain->mesh, rules, attributed, options, progress);

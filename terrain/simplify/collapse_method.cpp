@@ -22,4 +22,9 @@ std::string stop_note(const StopAt& stop, std::size_t input, std::size_t left) {
          ": any further collapse would flip a triangle or move the border";
 }
 
+void put_on_lattice(HalfedgeMesh& mesh, const Lattice& lattice) {
+  for (HalfedgeMesh::Index v = 0; v < mesh.vertex_slots(); ++v)
+    mesh.position(v) = lattice.snap(mesh.position(v));
+}
+
 }  // namespace tind

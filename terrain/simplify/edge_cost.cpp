@@ -139,7 +139,7 @@ Result<Simplified> simplify_edge_cost(const HeightGrid& grid, double spacing_x_m
   if (const Result<Weights> known = weights_of(options, {}); !known)
     return std::unexpected(known.error());
   Scales scales;
-  Result<Simplified> out = collapse_terrain(grid, spacing_x_m, spacing_y_m, options.stop, progress,
+  Result<Simplified> out = collapse_terrain(grid, spacing_x_m, spacing_y_m, options, progress,
                                             [&](TerrainMesh& terrain) {
                                               EdgeCost cost(terrain, {});
                                               scales = scales_of(terrain.mesh, cost);

@@ -200,7 +200,7 @@ class SweepCost {
 Result<Simplified> simplify_memoryless(const HeightGrid& grid, double spacing_x_m,
                                        double spacing_y_m, const SimplifyOptions& options,
                                        const Progress& progress) {
-  return collapse_terrain(grid, spacing_x_m, spacing_y_m, options.stop, progress,
+  return collapse_terrain(grid, spacing_x_m, spacing_y_m, options, progress,
                           [](TerrainMesh& terrain) { return SweepCost(terrain); });
 }
 

@@ -7,6 +7,8 @@
 //   Vec3 metric(Vec3 difference)    of positions, to the frame in which distances make sense
 //   Vec3 unmetric(Vec3)             and back
 //   Vec3 snap(Vec3)                 to the positions that this kind of mesh allows
+//   Vec3 on_lattice(Vec3)           to a recorder's lattice, if there is one
+//   void forget_bound()             the error is bounded no longer (a recorder's second part)
 //   bool allows(mesh, h, at)        the engine's filter: the star of a collapse stays valid
 //   bool allows_triangle(was, now)  the same for one triangle of it
 //
@@ -18,6 +20,7 @@
 #include "terrain/simplify/collapse_engine.h"
 #include "terrain/simplify/exact_check.h"
 #include "terrain/simplify/quadric_n.h"
+#include "terrain/simplify/simplify.h"
 #include "terrain/simplify/terrain_mesh.h"
 
 namespace tind {
@@ -35,6 +38,9 @@ class TerrainRules {
     if (max_error) bound_.emplace(grid, *max_error);
   }
 
+  void forget_bound() { bound_.reset(); }
+  void put_on(const Lattice& lattice) { lattice_ = lattice; }
+
   Merge rule(Index h) const { return merge_rule(terrain_, h); }
   bool height_is_fixed(Index v) const { return terrain_.kind[v] == VertexKind::fixed; }
   bool interior(Index v) const { return terrain_.kind[v] == VertexKind::interior; }
@@ -46,6 +52,7 @@ class TerrainRules {
     return {d.x / terrain_.metres_x, d.y / terrain_.metres_y, d.z};
   }
   Vec3 snap(const Vec3& p) const { return {snap_to_lattice(p.x), snap_to_lattice(p.y), p.z}; }
+  Vec3 on_lattice(const Vec3& p) const { return lattice_ ? lattice_->snap(p) : p; }
   bool allows(const HalfedgeMesh& mesh, Index h, const Vec3& at) const {
     return bound_ ? bound_->allows(mesh, h, at) : star_stays_ccw(mesh, h, at);
   }
@@ -56,6 +63,7 @@ class TerrainRules {
  private:
   TerrainMesh& terrain_;
   std::optional<WithinError> bound_;
+  std::optional<Lattice> lattice_;
 };
 
 /// A general mesh: no normal turns by 90 degrees or more, borders stay borders.
@@ -78,6 +86,8 @@ class SurfaceRules {
   Vec3 metric(const Vec3& d) const { return d; }
   Vec3 unmetric(const Vec3& d) const { return d; }
   Vec3 snap(const Vec3& p) const { return p; }
+  Vec3 on_lattice(const Vec3& p) const { return p; }
+  void forget_bound() {}
   bool allows(const HalfedgeMesh& mesh, Index h, const Vec3& at) const;
   bool allows_triangle(const Triangle3& was, const Triangle3& now) const {
     const Vec3 before = cross(was[1] - was[0], was[2] - was[0]);

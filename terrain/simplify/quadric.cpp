@@ -207,7 +207,7 @@ class QuadricCost {
 Result<Simplified> simplify_qem(const HeightGrid& grid, double spacing_x_m, double spacing_y_m,
                                 const SimplifyOptions& options, const Progress& progress) {
   return collapse_terrain(
-      grid, spacing_x_m, spacing_y_m, options.stop, progress, [&](TerrainMesh& terrain) {
+      grid, spacing_x_m, spacing_y_m, options, progress, [&](TerrainMesh& terrain) {
         return QuadricCost(terrain, options.subset_placement, options.border_constraints);
       });
 }

@@ -2,7 +2,9 @@
 // The table of methods: one entry point for every way of simplifying a DEM.
 
 #include <array>
+#include <cmath>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -22,6 +24,34 @@ struct StopAt {
   std::optional<std::uint64_t> triangles = {};
   std::optional<double> ratio = {};        // 0 < ratio <= 1
   std::optional<double> max_error_m = {};  // strict: over every valid post, in double precision
+};
+
+struct Collapse;  // collapse_engine.h
+class HalfedgeMesh;
+
+/// Positions that cost few bits: x and y are multiples of 1 / per_post, heights of z_step_m.
+struct Lattice {
+  double per_post = 1024;  // a power of two, at most 1024
+  double z_step_m = 0;     // 0: any height
+
+  Vec3 snap(const Vec3& p) const {
+    constexpr double kRound = 6755399441055744.0;  // 1.5 * 2^52: the sum has no fraction
+    return {(p.x * per_post + kRound - kRound) / per_post,
+            (p.y * per_post + kRound - kRound) / per_post,
+            z_step_m > 0 ? std::nearbyint(p.z / z_step_m) * z_step_m : p.z};
+  }
+};
+
+/// Who wants the collapses themselves (terrain/progressive). The method first runs to its `stop`,
+/// then goes on to `triangles`, or as far as it can, and tells each collapse of this second part.
+/// All vertices stay on the lattice. For edge-cost, qem, memoryless, attribute-qem and
+/// triangle-collapse; the others do not look at it.
+struct CollapseRecorder {
+  Lattice lattice;
+  std::size_t triangles = 1;
+  std::function<void(const HalfedgeMesh&)> fine;  // the mesh before the second part; it stays there
+  std::function<void(const Collapse&)> collapse;  // before each
+  std::function<void(const HalfedgeMesh&)> base;  // the mesh at the end
 };
 
 /// Options of all methods; each method reads its own and the table says which.
@@ -44,6 +74,7 @@ struct SimplifyOptions {
   std::shared_ptr<const std::vector<std::array<float, 3>>>
       drape;  // terrain: a colour for each post
   int threads = 1;
+  const CollapseRecorder* recorder = nullptr;  // not owned
 };
 
 struct Simplified {

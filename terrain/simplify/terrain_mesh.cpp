@@ -105,6 +105,13 @@ VertexKind border_kind(const HalfedgeMesh& m, Index v, int cols, int rows) {
   return VertexKind::fixed;
 }
 
+void set_kinds(TerrainMesh& terrain, int cols, int rows) {
+  const HalfedgeMesh& m = terrain.mesh;
+  terrain.kind.assign(m.vertex_slots(), VertexKind::interior);
+  for (Index v = 0; v < m.vertex_slots(); ++v)
+    if (m.alive_vertex(v) && m.on_border(v)) terrain.kind[v] = border_kind(m, v, cols, rows);
+}
+
 }  // namespace
 
 Result<TerrainMesh> terrain_mesh(const HeightGrid& grid, double metres_x, double metres_y) {
@@ -123,13 +130,18 @@ Result<TerrainMesh> terrain_mesh(const HeightGrid& grid, double metres_x, double
     if (!mesh) return fail("the grid's mesh", mesh.error());
     terrain.mesh = std::move(*mesh);
   }
-  const HalfedgeMesh& m = terrain.mesh;
-  if (m.triangle_count() == 0)
+  if (terrain.mesh.triangle_count() == 0)
     return fail(Errc::bad_data, "the heights are all void: there is nothing to simplify");
-  terrain.kind.assign(m.vertex_slots(), VertexKind::interior);
-  for (Index v = 0; v < m.vertex_slots(); ++v)
-    if (m.alive_vertex(v) && m.on_border(v))
-      terrain.kind[v] = border_kind(m, v, grid.cols(), grid.rows());
+  set_kinds(terrain, grid.cols(), grid.rows());
+  return terrain;
+}
+
+Result<TerrainMesh> terrain_mesh_of(const Tin& tin, int cols, int rows, double metres_x,
+                                    double metres_y) {
+  Result<HalfedgeMesh> mesh = HalfedgeMesh::from_tin(tin);
+  if (!mesh) return std::unexpected(mesh.error());
+  TerrainMesh terrain{std::move(*mesh), {}, metres_x, metres_y};
+  set_kinds(terrain, cols, rows);
   return terrain;
 }
 

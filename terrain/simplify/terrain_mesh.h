@@ -26,6 +26,10 @@ struct TerrainMesh {
 /// triangle is left, (invalid_argument) for a grid of less than 2 x 2 posts.
 Result<TerrainMesh> terrain_mesh(const HeightGrid&, double metres_x, double metres_y);
 
+/// The same for a mesh that exists already, in post coordinates over a grid of cols x rows posts.
+Result<TerrainMesh> terrain_mesh_of(const Tin&, int cols, int rows, double metres_x,
+                                    double metres_y);
+
 /// Where the two ends of edge h allow the merged vertex to be.
 enum class Merge : std::uint8_t {
   never,      // a chord, two fixed ends, two different sides

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "terrain/simplify/collapse_method.h"
 #include "terrain/simplify/placement.h"
@@ -57,6 +58,10 @@ class Collapser {
   /// when told to stop.
   bool run(std::size_t target, const Progress& progress);
 
+  /// From now on tells every edge collapse, also the two that a triangle's is made of, and leaves
+  /// alone the triangles for which the mesh between these two would not be valid.
+  void tell(const CollapseRecorder& recorder) { recorder_ = &recorder; }
+
   std::uint64_t steps() const { return steps_; }
 
  private:
@@ -79,6 +84,7 @@ class Collapser {
   std::uint64_t steps_ = 0;
   std::size_t target_ = 0;
   bool edges_only_ = false;
+  const CollapseRecorder* recorder_ = nullptr;
 
   const Vec3& at(Index v) const { return mesh_.position(v); }
   OffsetN<3> offset(const Vec3& from, const Vec3& to) const {
@@ -100,7 +106,9 @@ class Collapser {
   float triangle_cost(Index h, Index pinned) const;
   Vec3 place_triangle(Index h, Index pinned) const;
   bool may_merge(Index h, const Vec3& p) const;
-  Index merge_triangle(Index h, const Vec3& p);
+  std::optional<Vec3> stopover(Index h, const Vec3& p) const;
+  void tell_collapse(Index h, const Vec3& p) const;
+  Index merge_triangle(Index h, const Vec3& p, const Vec3& between);
   Index merge_edge(Index h, const Vec3& p);
   void collapse_rim_edge(Index centre);
   void look_again_around(Index v, Bucket b);
@@ -146,7 +154,7 @@ auto Collapser<Rules>::weigh_edges(Index h, bool border_only) const -> Move {
     Quadric q = seen_from(b, at(a));
     q.add(quadric_[a]);
     const Placed<3> p = place_merged<3>(rules_, rule, q, mesh_, a, b);
-    if (p.cost < best.cost) best = {p.cost, k, p.at, kNone};
+    if (p.cost < best.cost) best = {p.cost, k, rules_.on_lattice(p.at), kNone};
   }
   return best;
 }
@@ -246,9 +254,29 @@ bool Collapser<Rules>::may_merge(Index h, const Vec3& p) const {
   return shared == 3 && x != y && y != z && z != x;
 }
 
-/// Two edge collapses: first origin(h), then apex(h), into dest(h), which moves to its new place.
+/// Where dest(h) may be after the first of the two edge collapses that merge a triangle at p.
 template <class Rules>
-Index Collapser<Rules>::merge_triangle(Index h, const Vec3& p) {
+std::optional<Vec3> Collapser<Rules>::stopover(Index h, const Vec3& p) const {
+  const Vec3 &a = at(mesh_.origin(h)), &b = at(mesh_.dest(h));
+  const bool pinned = !rules_.interior(mesh_.origin(h)) || !rules_.interior(mesh_.dest(h));
+  if (pinned) return rules_.allows(mesh_, h, p) ? std::optional(p) : std::nullopt;
+  for (const Vec3& between : {p, b, a, rules_.on_lattice(rules_.snap((a + b) * 0.5))})
+    if (rules_.allows(mesh_, h, between)) return between;
+  return {};
+}
+
+template <class Rules>
+void Collapser<Rules>::tell_collapse(Index h, const Vec3& p) const {
+  if (!recorder_) return;
+  const Index a = mesh_.origin(h), b = mesh_.dest(h), g = mesh_.twin(h);
+  recorder_->collapse(
+      {a, b, mesh_.apex(h), g == kNone ? kNone : mesh_.apex(g), at(a), at(b), p, 0});
+}
+
+/// Two edge collapses: first origin(h), then apex(h), into dest(h), which moves to its new place by
+/// way of `between`.
+template <class Rules>
+Index Collapser<Rules>::merge_triangle(Index h, const Vec3& p, const Vec3& between) {
   const Index a = mesh_.origin(h), b = mesh_.dest(h), c = mesh_.apex(h);
   Quadric q = seen_from(a, p);
   q.add(seen_from(b, p));
@@ -259,9 +287,12 @@ Index Collapser<Rules>::merge_triangle(Index h, const Vec3& p) {
   degree_[b] = std::uint16_t(degree_[a] + degree_[b] + degree_[c] - 9);
   rules_.merged(a, b);
   rules_.merged(c, b);
+  tell_collapse(h, between);
   mesh_.collapse(h);
+  mesh_.position(b) = between;
   Index e = mesh_.out(c);
   while (mesh_.dest(e) != b) e = mesh_.rotate_ccw(e);
+  tell_collapse(e, p);
   mesh_.collapse(e);
   mesh_.position(b) = p;
   return b;
@@ -277,6 +308,7 @@ Index Collapser<Rules>::merge_edge(Index h, const Vec3& p) {
   if (g != kNone) --degree_[mesh_.apex(g)];
   degree_[b] = std::uint16_t(degree_[a] + degree_[b] - (g == kNone ? 3 : 4));
   rules_.merged(a, b);
+  tell_collapse(h, p);
   mesh_.collapse(h);
   mesh_.position(b) = p;
   return b;
@@ -314,7 +346,7 @@ void Collapser<Rules>::collapse_rim_edge(Index centre) {
     const Index a = mesh_.origin(e), b = mesh_.dest(e);
     Quadric q = seen_from(b, at(a));
     q.add(quadric_[a]);
-    const Vec3 p = place_merged<3>(rules_, rim[tries].rule, q, mesh_, a, b).at;
+    const Vec3 p = rules_.on_lattice(place_merged<3>(rules_, rim[tries].rule, q, mesh_, a, b).at);
     if (!rules_.allows(mesh_, e, p) || !collapse_keeps_manifold(mesh_, e)) continue;
     changed_in_[merge_edge(e, p)] = round_;
     return;
@@ -337,9 +369,11 @@ bool Collapser<Rules>::step(Index t, const Move& move) {
     if (!collapse_keeps_manifold(mesh_, move.edge)) return false;
     survivor = merge_edge(move.edge, move.edge_to);
   } else {
-    const Vec3 p = place_triangle(3 * t, move.pinned);
+    const Vec3 p = rules_.on_lattice(place_triangle(3 * t, move.pinned));
     if (!may_merge(3 * t, p)) return false;
-    survivor = merge_triangle(3 * t, p);
+    const std::optional<Vec3> between = recorder_ ? stopover(3 * t, p) : p;
+    if (!between) return false;
+    survivor = merge_triangle(3 * t, p, *between);
   }
   changed_in_[survivor] = round_;
   ++steps_;
@@ -391,6 +425,8 @@ bool Collapser<Rules>::drain(const Progress& progress) {
 template <class Rules>
 bool Collapser<Rules>::run(std::size_t target, const Progress& progress) {
   target_ = target;
+  edges_only_ = false;
+  queue_ = BucketQueue(mesh_.triangle_slots());
   push_all();
   if (!drain(progress)) return false;
   edges_only_ = true;  // where no triangle can merge any more, an edge often can
@@ -412,8 +448,17 @@ Result<Simplified> run(HalfedgeMesh& mesh, Rules& rules, const SimplifyOptions& 
   Simplified out;
   out.input_triangles = mesh.triangle_count();
   Collapser<Rules> collapser(mesh, rules, options.placement == "centroid");
-  if (!collapser.run(target_triangles(options.stop, out.input_triangles), progress))
-    return fail(Errc::cancelled, "simplification was stopped");
+  const CollapseRecorder* const recorder = options.recorder;
+  bool ran = collapser.run(target_triangles(options.stop, out.input_triangles),
+                           recorder ? progress.part(0, 0.5) : progress.part(0, 1));
+  if (ran && recorder) {
+    rules.forget_bound();
+    recorder->fine(mesh);
+    collapser.tell(*recorder);
+    ran = collapser.run(recorder->triangles, progress.part(0.5, 1));
+    recorder->base(mesh);
+  }
+  if (!ran) return fail(Errc::cancelled, "simplification was stopped");
   out.steps = collapser.steps();
   out.note = stop_note(options.stop, out.input_triangles, mesh.triangle_count());
   out.tin = mesh.to_tin();
@@ -428,6 +473,10 @@ Result<Simplified> simplify_triangle_collapse(const HeightGrid& grid, double sx,
   Result<TerrainMesh> terrain = terrain_mesh(grid, sx, sy);
   if (!terrain) return std::unexpected(terrain.error());
   TerrainRules rules(*terrain, grid, options.stop.max_error_m);
+  if (options.recorder) {
+    put_on_lattice(terrain->mesh, options.recorder->lattice);
+    rules.put_on(options.recorder->lattice);
+  }
   return run(terrain->mesh, rules, options, progress);
 }
 

@@ -1,0 +1,52 @@
+#pragma once
+// The height of one vertex for which the posts around it are farthest off by the least: a linear
+// minimax problem in one unknown. What `bounded` asks as "is there a height within eps", asked as
+// "how small can eps be".
+
+#include <vector>
+
+#include "terrain/mesh/tin.h"
+#include "terrain/raster/height_grid.h"
+
+namespace tind {
+
+/// max |triangle - post| over the valid posts in the closed triangle; 0 when there are none. The
+/// referee's own arithmetic (scan_triangle.h). O(posts).
+double triangle_error(const HeightGrid&, const Vec3& a, const Vec3& b, const Vec3& c);
+
+class LeastError {
+ public:
+  explicit LeastError(const HeightGrid& grid) : grid_(grid) {}
+
+  /// A new vertex, of which only the place is used.
+  void start(const Vec3& place) {
+    place_ = place;
+    posts_.clear();
+  }
+  /// One triangle of its star: the vertex, p, q, counter-clockwise.
+  void add(const Vec3& p, const Vec3& q);
+
+  struct Fit {
+    double z = 0, error = 0;
+  };
+  /// The best height, to about 2 % of its error, looking from `guess`.
+  Fit best(double guess) const;
+  double error_at(double z) const;
+
+ private:
+  struct Post {
+    double weight, rest;  // the mesh is off here by weight * z - rest
+  };
+  struct Active {
+    Post up, down;  // the posts above which, below which the mesh is farthest
+    double above, below;
+  };
+
+  const HeightGrid& grid_;
+  Vec3 place_;
+  std::vector<Post> posts_;
+
+  Active active_at(double z) const;
+};
+
+}  // namespace tind

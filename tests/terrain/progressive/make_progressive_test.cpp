@@ -1,0 +1,127 @@
+#include "terrain/progressive/make_progressive.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "terrain/mesh/validity.h"
+#include "terrain/mesh/vertical_error.h"
+#include "terrain/simplify/terrain_mesh.h"
+#include "tests/support/support.h"
+#include "tests/terrain/progressive/expand.h"
+
+namespace tind {
+namespace {
+
+bool on_lattice(const Vec3& p, const Lattice& l) { return l.snap(p) == p; }
+
+struct Case {
+  const char* method;
+  StopAt fine;
+  bool voids;
+};
+
+std::string name_of(const testing::TestParamInfo<Case>& c) {
+  std::string n = c.param.method;
+  std::erase(n, '-');
+  return n + (c.param.fine.max_error_m ? "ToAnError" : "FullGrid") + (c.param.voids ? "Voids" : "");
+}
+
+class EveryMethod : public testing::TestWithParam<Case> {
+ protected:
+  HeightGrid grid_ = test::rough_terrain(41, 37, 5, 90);
+  Lattice lattice_{4, 0.25};
+
+  void SetUp() override {
+    if (!GetParam().voids) return;
+    for (int r = 10; r < 16; ++r)
+      for (int c = 20; c < 29 - (r & 3); ++c) grid_.at(c, r) = HeightGrid::kVoid;
+    grid_.at(5, 30) = grid_.at(0, 12) = HeightGrid::kVoid;
+  }
+  ProgressiveMesh make() {
+    SimplifyOptions o;
+    o.method = GetParam().method;
+    o.stop = GetParam().fine;
+    const auto pm = make_progressive(grid_, 30, 25, o, 24, {}, lattice_);
+    EXPECT_TRUE(pm) << pm.error().what;
+    return pm ? *pm : ProgressiveMesh{};
+  }
+};
+
+TEST_P(EveryMethod, EveryPrefixIsAValidMeshWithinItsError) {
+  const ProgressiveMesh pm = make();
+  ASSERT_GT(pm.splits.size(), 100u);
+  const std::uint64_t uncovered =
+      vertical_error(test::expand(pm, pm.splits.size()), grid_).uncovered;
+  EXPECT_TRUE(GetParam().voids || uncovered == 0);
+  Tin mesh = pm.base;
+  for (std::size_t i = 0;; ++i) {
+    const double bound = i < pm.splits.size() ? double(pm.splits[i].error_m) : pm.fine_error_m;
+    const MeshValidity valid = check_validity(mesh);
+    ASSERT_TRUE(valid.ok()) << "before split " << i << ": " << valid.first_problem;
+    const VerticalError error = vertical_error(mesh, grid_);
+    ASSERT_LE(error.max_m, bound) << "before split " << i;
+    ASSERT_EQ(error.uncovered, uncovered) << "before split " << i;
+    const bool grew =
+        i > 0 && i < pm.splits.size() && pm.splits[i].error_m > pm.splits[i - 1].error_m;
+    ASSERT_FALSE(grew) << "at split " << i;
+    if (i == pm.splits.size()) break;
+    ASSERT_EQ(mesh.vertices[pm.splits[i].vertex], pm.splits[i].vertex_coarse) << "at split " << i;
+    test::apply_split(mesh, pm.splits[i]);
+  }
+  for (const Vec3& p : mesh.vertices) ASSERT_TRUE(on_lattice(p, lattice_));
+  for (const VertexSplit& s : pm.splits) ASSERT_TRUE(on_lattice(s.vertex_coarse, lattice_));
+}
+
+TEST_P(EveryMethod, TheFineEndIsWhatWasAskedFor) {
+  const ProgressiveMesh pm = make();
+  const Tin fine = test::expand(pm, pm.splits.size());
+  EXPECT_EQ(vertical_error(fine, grid_).max_m, pm.fine_error_m);
+  if (GetParam().fine.max_error_m) {
+    EXPECT_LE(pm.fine_error_m, *GetParam().fine.max_error_m + lattice_.z_step_m / 2);
+    EXPECT_GT(pm.fine_error_m, 0.5 * *GetParam().fine.max_error_m);
+  } else {
+    EXPECT_EQ(fine.triangles.size(), terrain_mesh(grid_, 30, 25)->mesh.triangle_count());
+    EXPECT_LE(pm.fine_error_m, lattice_.z_step_m / 2);
+  }
+}
+
+constexpr StopAt kFull{}, kTwoMetres{.max_error_m = 2};
+INSTANTIATE_TEST_SUITE_P(
+    MakeProgressive, EveryMethod,
+    testing::Values(Case{"edge-cost", kFull, false}, Case{"edge-cost", kTwoMetres, true},
+                    Case{"qem", kFull, true}, Case{"qem", kTwoMetres, false},
+                    Case{"memoryless", kTwoMetres, false}, Case{"memoryless", kFull, true},
+                    Case{"attribute-qem", kTwoMetres, false}, Case{"attribute-qem", kFull, true},
+                    Case{"triangle-collapse", kFull, false},
+                    Case{"triangle-collapse", kTwoMetres, true}, Case{"bounded", kTwoMetres, false},
+                    Case{"bounded", kFull, true}),
+    name_of);
+
+TEST(MakeProgressive, BoundedReachesAnErrorWithFewerTrianglesThanOthers) {
+  const HeightGrid grid = test::rough_terrain(97, 97, 11, 200);
+  const auto triangles_within = [&](const std::string& method, double error) {
+    SimplifyOptions o;
+    o.method = method;
+    o.stop.max_error_m = 1;
+    const auto pm = make_progressive(grid, 30, 30, o, 2, {}, {8, 0.125});
+    std::size_t i = 0;
+    while (i < pm->splits.size() && pm->splits[i].error_m > error) ++i;
+    return pm->base.vertices.size() + i;
+  };
+  EXPECT_LT(triangles_within("bounded", 10), 0.5 * double(triangles_within("qem", 10)));
+}
+
+TEST(MakeProgressive, SaysWhatItCannotDo) {
+  const HeightGrid grid = test::rough_terrain(9, 9, 1);
+  SimplifyOptions o;
+  o.method = "greedy";
+  EXPECT_NE(make_progressive(grid, 1, 1, o, 2, {}).error().what.find("collapse"),
+            std::string::npos);
+  o.method = "qem";
+  EXPECT_EQ(make_progressive(grid, 1, 1, o, 2, {}, {3, 0}).error().code, Errc::invalid_argument);
+  EXPECT_EQ(make_progressive(grid, 1, 1, o, 2, {}, {4, -1}).error().code, Errc::invalid_argument);
+}
+
+}  // namespace
+}  // namespace tind
