@@ -45,13 +45,11 @@ class Collapser {
       : mesh_(mesh),
         rules_(rules),
         centroid_(centroid),
-        quadric_(mesh.vertex_slots()),
-        degree_(mesh.vertex_slots(), 0),
-        changed_in_(mesh.vertex_slots(), 0),
+        vertex_(mesh.vertex_slots()),
         queue_(mesh.triangle_slots()) {
     for (Index t = 0; t < mesh_.triangle_slots(); ++t) add_quadric(t);
     for (Index v = 0; v < mesh_.vertex_slots(); ++v)
-      if (mesh_.alive_vertex(v)) degree_[v] = std::uint16_t(std::min(mesh_.degree(v), 0xffff));
+      if (mesh_.alive_vertex(v)) vertex_[v].degree = std::uint16_t(std::min(mesh_.degree(v), 0xffff));
   }
 
   /// Steps until `target` triangles are left (one more, as parity allows) or none can go. False
@@ -73,12 +71,25 @@ class Collapser {
     Index pinned = kNone;  // the triangle's corner that cannot move, if any
   };
 
+  /// One cache line: what a weight needs of a corner beside its position.
+  struct alignas(64) Vertex {
+    Quadric q;  // relative to the vertex
+    std::uint32_t changed_in = 0;  // the round of its last merge
+    std::uint16_t degree = 0;
+  };
+
+  struct Candidate {
+    Index triangle;
+    Move move;
+  };
+  static constexpr std::size_t kChunk = 128;
+
   HalfedgeMesh& mesh_;
   Rules& rules_;
   bool centroid_;
-  std::vector<Quadric> quadric_;
-  std::vector<std::uint16_t> degree_;
-  std::vector<std::uint32_t> changed_in_;
+  std::vector<Index> batch_;
+  std::vector<Candidate> candidates_;
+  std::vector<Vertex> vertex_;
   BucketQueue queue_;
   std::uint32_t round_ = 0;
   std::uint64_t steps_ = 0;
@@ -92,7 +103,7 @@ class Collapser {
     return {float(m.x), float(m.y), float(m.z)};
   }
   Quadric seen_from(Index v, const Vec3& origin) const {
-    Quadric q = quadric_[v];
+    Quadric q = vertex_[v].q;
     q.move_origin(offset(at(v), origin));
     return q;
   }
@@ -114,6 +125,38 @@ class Collapser {
   void look_again_around(Index v, Bucket b);
   bool step(Index t, const Move& move);
   void push_all();
+  [[gnu::always_inline]] void look_ahead(std::size_t i, Bucket b) const {
+    constexpr std::size_t kFar = 24, kNear = 12;
+    if (i + kFar < batch_.size()) {
+      const Index t = batch_[i + kFar];
+      queue_.prefetch(t);
+      mesh_.prefetch_halfedge(3 * t);
+    }
+    if (i + kNear < batch_.size()) {
+      const Index t = batch_[i + kNear];
+      if (!queue_.in_bucket(t, b) || !mesh_.alive_triangle(t)) return;
+      for (Index h = 3 * t; h < 3 * t + 3; ++h) {
+        const Index v = mesh_.origin(h);
+        mesh_.prefetch_vertex(v);
+        __builtin_prefetch(&vertex_[v]);
+      }
+    }
+  }
+  [[gnu::always_inline]] void look_around(Index t) const {
+    for (Index h = 3 * t; h < 3 * t + 3; ++h) {
+      Index e = mesh_.rotate_ccw(h);
+      for (int k = 0; k < 12 && e != kNone && e != h; ++k) {
+        const Index v = mesh_.dest(e);
+        mesh_.prefetch_vertex(v);
+        __builtin_prefetch(&vertex_[v]);
+        queue_.prefetch(e / 3);
+        e = mesh_.rotate_ccw(e);
+      }
+    }
+  }
+  bool changed_now(Index t) const;
+  void weigh_chunk(std::size_t begin, Bucket b);
+  void visit(const Candidate& c, Bucket b);
   bool drain(const Progress& progress);
 };
 
@@ -126,7 +169,7 @@ void Collapser<Rules>::add_quadric(Index t) {
   const double area = length(cross(e, f)) / 2;
   const Quadric q =
       Quadric::of_triangle({0, 0, 0}, {e.x, e.y, e.z}, {f.x, f.y, f.z}, area, kSpring * area / 3);
-  for (Index k = h; k < h + 3; ++k) quadric_[mesh_.origin(k)].add(q);
+  for (Index k = h; k < h + 3; ++k) vertex_[mesh_.origin(k)].q.add(q);
   if (Rules::kPlanar == 2) return;
   for (Index k = h; k < h + 3; ++k) {
     if (mesh_.twin(k) != kNone) continue;
@@ -135,8 +178,8 @@ void Collapser<Rules>::add_quadric(Index t) {
     const Quadric wall =
         Quadric::of_triangle({0, 0, 0}, {along.x, along.y, along.z}, {up.x, up.y, up.z},
                              kBorderWeight * dot(along, along), 0);
-    quadric_[mesh_.origin(k)].add(wall);
-    quadric_[mesh_.dest(k)].add(wall);
+    vertex_[mesh_.origin(k)].q.add(wall);
+    vertex_[mesh_.dest(k)].q.add(wall);
   }
 }
 
@@ -152,7 +195,7 @@ auto Collapser<Rules>::weigh_edges(Index h, bool border_only) const -> Move {
     if (rule == Merge::never) continue;
     const Index a = mesh_.origin(k), b = mesh_.dest(k);
     Quadric q = seen_from(b, at(a));
-    q.add(quadric_[a]);
+    q.add(vertex_[a].q);
     const Placed<3> p = place_merged<3>(rules_, rule, q, mesh_, a, b);
     if (p.cost < best.cost) best = {p.cost, k, rules_.on_lattice(p.at), kNone};
   }
@@ -170,11 +213,11 @@ float Collapser<Rules>::triangle_cost(Index h, Index pinned) const {
   float cost = 0, slope = 0, bend = 0;
   int valence = -9;
   for (const Index v : corner) {
-    const auto [value, up] = quadric_[v].value_and_slope(offset(at(v), p), 2);
+    const auto [value, up] = vertex_[v].q.value_and_slope(offset(at(v), p), 2);
     cost += value;
     slope += up;
-    bend += quadric_[v].a[Quadric::at(2, 2)];
-    valence += degree_[v];
+    bend += vertex_[v].q.a[Quadric::at(2, 2)];
+    valence += vertex_[v].degree;
   }
   const bool height_free = pinned == kNone ? !centroid_ : !rules_.height_is_fixed(pinned);
   if (Rules::kPlanar == 2 && height_free) cost -= slope * slope / bend;
@@ -192,7 +235,7 @@ Vec3 Collapser<Rules>::place_triangle(Index h, Index pinned) const {
   if (pinned == kNone && centroid_) return rules_.snap(centroid);
   Quadric q = seen_from(b, origin);
   q.add(seen_from(c, origin));
-  q.add(quadric_[a]);
+  q.add(vertex_[a].q);
   if (pinned != kNone)
     return place_at<3>(rules_, q, origin, at(pinned), !rules_.height_is_fixed(pinned)).at;
   const Vec3 ab = metric_offset(rules_, origin, at(b)), ac = metric_offset(rules_, origin, at(c));
@@ -236,7 +279,7 @@ bool Collapser<Rules>::may_merge(Index h, const Vec3& p) const {
       seen[n++] = v;
   };
   for (const Index v : corner) {
-    if (degree_[v] < 4) return false;
+    if (vertex_[v].degree < 4) return false;
     mesh_.for_each_out(v, [&](Index e) {
       const Index b = mesh_.dest(e), c = mesh_.apex(e);
       see(b);
@@ -281,10 +324,10 @@ Index Collapser<Rules>::merge_triangle(Index h, const Vec3& p, const Vec3& betwe
   Quadric q = seen_from(a, p);
   q.add(seen_from(b, p));
   q.add(seen_from(c, p));
-  quadric_[b] = q;
+  vertex_[b].q = q;
   for (Index e = h, k = 0; k < 3; ++k, e = HalfedgeMesh::next(e))
-    --degree_[mesh_.apex(mesh_.twin(e))];
-  degree_[b] = std::uint16_t(degree_[a] + degree_[b] + degree_[c] - 9);
+    --vertex_[mesh_.apex(mesh_.twin(e))].degree;
+  vertex_[b].degree = std::uint16_t(vertex_[a].degree + vertex_[b].degree + vertex_[c].degree - 9);
   rules_.merged(a, b);
   rules_.merged(c, b);
   tell_collapse(h, between);
@@ -303,10 +346,10 @@ Index Collapser<Rules>::merge_edge(Index h, const Vec3& p) {
   const Index a = mesh_.origin(h), b = mesh_.dest(h), g = mesh_.twin(h);
   Quadric q = seen_from(a, p);
   q.add(seen_from(b, p));
-  quadric_[b] = q;
-  --degree_[mesh_.apex(h)];
-  if (g != kNone) --degree_[mesh_.apex(g)];
-  degree_[b] = std::uint16_t(degree_[a] + degree_[b] - (g == kNone ? 3 : 4));
+  vertex_[b].q = q;
+  --vertex_[mesh_.apex(h)].degree;
+  if (g != kNone) --vertex_[mesh_.apex(g)].degree;
+  vertex_[b].degree = std::uint16_t(vertex_[a].degree + vertex_[b].degree - (g == kNone ? 3 : 4));
   rules_.merged(a, b);
   tell_collapse(h, p);
   mesh_.collapse(h);
@@ -335,7 +378,7 @@ void Collapser<Rules>::collapse_rim_edge(Index centre) {
     const Vec3 p = rule == Merge::at_dest     ? at(b)
                    : rule == Merge::at_origin ? at(a)
                                               : (at(a) + at(b)) * 0.5;
-    rim[n++] = {quadric_[a].value(offset(at(a), p)) + quadric_[b].value(offset(at(b), p)), e, rule};
+    rim[n++] = {vertex_[a].q.value(offset(at(a), p)) + vertex_[b].q.value(offset(at(b), p)), e, rule};
   });
   for (int tries = 0; tries < std::min(n, kRimTries); ++tries) {
     std::iter_swap(rim.begin() + tries, std::min_element(rim.begin() + tries, rim.begin() + n,
@@ -345,10 +388,10 @@ void Collapser<Rules>::collapse_rim_edge(Index centre) {
     const Index e = rim[tries].edge;
     const Index a = mesh_.origin(e), b = mesh_.dest(e);
     Quadric q = seen_from(b, at(a));
-    q.add(quadric_[a]);
+    q.add(vertex_[a].q);
     const Vec3 p = rules_.on_lattice(place_merged<3>(rules_, rim[tries].rule, q, mesh_, a, b).at);
     if (!rules_.allows(mesh_, e, p) || !collapse_keeps_manifold(mesh_, e)) continue;
-    changed_in_[merge_edge(e, p)] = round_;
+    vertex_[merge_edge(e, p)].changed_in = round_;
     return;
   }
 }
@@ -375,7 +418,7 @@ bool Collapser<Rules>::step(Index t, const Move& move) {
     if (!between) return false;
     survivor = merge_triangle(3 * t, p, *between);
   }
-  changed_in_[survivor] = round_;
+  vertex_[survivor].changed_in = round_;
   ++steps_;
   if (!edges_only_ && missing() >= 2) collapse_rim_edge(survivor);
   return true;
@@ -391,35 +434,67 @@ void Collapser<Rules>::push_all() {
 }
 
 template <class Rules>
+bool Collapser<Rules>::changed_now(Index t) const {
+  const Index h = 3 * t;
+  return vertex_[mesh_.origin(h)].changed_in == round_ || vertex_[mesh_.dest(h)].changed_in == round_ ||
+         vertex_[mesh_.apex(h)].changed_in == round_;
+}
+
+template <class Rules>
+void Collapser<Rules>::weigh_chunk(std::size_t begin, Bucket b) {
+  candidates_.clear();
+  const std::size_t end = std::min(begin + kChunk, batch_.size());
+  for (std::size_t i = begin; i < end; ++i) {
+    look_ahead(i, b);
+    const Index t = batch_[i];
+    if (!queue_.take(t, b) || !mesh_.alive_triangle(t)) continue;
+    if (changed_now(t)) {
+      queue_.push(t, b);
+      continue;
+    }
+    const Move move = weigh(t);
+    if (!(move.cost < kNever)) continue;
+    const Bucket now = bucket_of(move.cost);
+    if (now > b) {
+      queue_.push(t, now);
+      continue;
+    }
+    candidates_.push_back({t, move});
+    for (Index h = 3 * t; h < 3 * t + 3; ++h)
+      if (mesh_.twin(h) != kNone) mesh_.prefetch_halfedge(mesh_.twin(h));
+  }
+}
+
+template <class Rules>
 bool Collapser<Rules>::drain(const Progress& progress) {
   const std::size_t start = mesh_.triangle_count();
-  std::vector<Index> batch;
   while (missing() > 1) {
     if (progress.stopped()) return false;
     progress.at(double(start - mesh_.triangle_count()) / double(start - target_));
-    const Bucket b = queue_.next_batch(batch);
+    const Bucket b = queue_.next_batch(batch_);
     if (b == BucketQueue::kAbsent) break;
     ++round_;
-    for (std::size_t i = 0; i < batch.size() && missing() > 1; ++i) {
-      const Index t = batch[i], h = 3 * t;
-      if (!queue_.take(t, b) || !mesh_.alive_triangle(t)) continue;
-      // What merged in this round waits for the next, so that plateaus thin out evenly.
-      if (changed_in_[mesh_.origin(h)] == round_ || changed_in_[mesh_.dest(h)] == round_ ||
-          changed_in_[mesh_.apex(h)] == round_) {
-        queue_.push(t, b);
-        continue;
-      }
-      const Move move = weigh(t);
-      if (!(move.cost < kNever)) continue;
-      const Bucket now = bucket_of(move.cost);
-      const Index survivor = mesh_.dest(move.edge == kNone ? h : move.edge);
-      if (now > b)
-        queue_.push(t, now);
-      else if (step(t, move) && mesh_.alive_vertex(survivor))
-        look_again_around(survivor, b);
+    for (std::size_t i = 0; i < batch_.size() && missing() > 1; i += kChunk) {
+      weigh_chunk(i, b);
+      for (const Candidate& c : candidates_) look_around(c.triangle);
+      for (const Candidate& c : candidates_) visit(c, b);
     }
   }
   return true;
+}
+
+/// The turn of a candidate.
+template <class Rules>
+void Collapser<Rules>::visit(const Candidate& c, Bucket b) {
+  const Index t = c.triangle;
+  if (missing() < 2 || !mesh_.alive_triangle(t)) return;
+  const bool merge = c.move.edge == kNone;
+  if (changed_now(t) || (merge ? missing() < 4 : !mesh_.alive_triangle(c.move.edge / 3))) {
+    queue_.push(t, b);
+    return;
+  }
+  const Index survivor = mesh_.dest(merge ? 3 * t : c.move.edge);
+  if (step(t, c.move) && mesh_.alive_vertex(survivor)) look_again_around(survivor, b);
 }
 
 template <class Rules>
