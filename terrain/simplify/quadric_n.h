@@ -50,6 +50,18 @@ struct QuadricN {
     return out;
   }
 
+  /// In three dimensions the plane has a normal; the same function, cheaper.
+  /// `normal` need not be unit; `weight` is of the squared distance times its squared length.
+  static QuadricN of_plane(const std::array<double, 3>& normal, double weight,
+                           double spring) requires(N == 3) {
+    QuadricN out;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = i; j < 3; ++j) out.a[at(i, j)] = float(weight * normal[i] * normal[j]);
+      out.a[at(i, i)] += float(spring);
+    }
+    return out;
+  }
+
   void add(const QuadricN& q) {
     for (int i = 0; i < kMatrix; ++i) a[i] += q.a[i];
     for (int i = 0; i < N; ++i) b[i] += q.b[i];

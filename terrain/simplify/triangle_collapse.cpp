@@ -49,7 +49,8 @@ class Collapser {
         queue_(mesh.triangle_slots()) {
     for (Index t = 0; t < mesh_.triangle_slots(); ++t) add_quadric(t);
     for (Index v = 0; v < mesh_.vertex_slots(); ++v)
-      if (mesh_.alive_vertex(v)) vertex_[v].degree = std::uint16_t(std::min(mesh_.degree(v), 0xffff));
+      if (mesh_.alive_vertex(v))
+        vertex_[v].degree = std::uint16_t(std::min(mesh_.degree(v), 0xffff));
   }
 
   /// Steps until `target` triangles are left (one more, as parity allows) or none can go. False
@@ -73,7 +74,7 @@ class Collapser {
 
   /// One cache line: what a weight needs of a corner beside its position.
   struct alignas(64) Vertex {
-    Quadric q;  // relative to the vertex
+    Quadric q;                     // relative to the vertex
     std::uint32_t changed_in = 0;  // the round of its last merge
     std::uint16_t degree = 0;
   };
@@ -166,18 +167,19 @@ void Collapser<Rules>::add_quadric(Index t) {
   const Index h = 3 * t;
   const Vec3 o = at(mesh_.origin(h));
   const Vec3 e = rules_.metric(at(mesh_.dest(h)) - o), f = rules_.metric(at(mesh_.apex(h)) - o);
-  const double area = length(cross(e, f)) / 2;
+  const Vec3 n = cross(e, f);
+  const double area = length(n) / 2;
   const Quadric q =
-      Quadric::of_triangle({0, 0, 0}, {e.x, e.y, e.z}, {f.x, f.y, f.z}, area, kSpring * area / 3);
+      Quadric::of_plane({n.x, n.y, n.z}, area > 0 ? 0.25 / area : 0, kSpring * area / 3);
   for (Index k = h; k < h + 3; ++k) vertex_[mesh_.origin(k)].q.add(q);
   if (Rules::kPlanar == 2) return;
   for (Index k = h; k < h + 3; ++k) {
     if (mesh_.twin(k) != kNone) continue;
     // A plane through the border edge, at right angles to the triangle.
-    const Vec3 along = at(mesh_.dest(k)) - at(mesh_.origin(k)), up = cross(e, f);
-    const Quadric wall =
-        Quadric::of_triangle({0, 0, 0}, {along.x, along.y, along.z}, {up.x, up.y, up.z},
-                             kBorderWeight * dot(along, along), 0);
+    const Vec3 along = at(mesh_.dest(k)) - at(mesh_.origin(k));
+    const Vec3 out = cross(along, n);
+    const double weight = dot(out, out) > 0 ? kBorderWeight * dot(along, along) / dot(out, out) : 0;
+    const Quadric wall = Quadric::of_plane({out.x, out.y, out.z}, weight, 0);
     vertex_[mesh_.origin(k)].q.add(wall);
     vertex_[mesh_.dest(k)].q.add(wall);
   }
@@ -378,7 +380,8 @@ void Collapser<Rules>::collapse_rim_edge(Index centre) {
     const Vec3 p = rule == Merge::at_dest     ? at(b)
                    : rule == Merge::at_origin ? at(a)
                                               : (at(a) + at(b)) * 0.5;
-    rim[n++] = {vertex_[a].q.value(offset(at(a), p)) + vertex_[b].q.value(offset(at(b), p)), e, rule};
+    rim[n++] = {vertex_[a].q.value(offset(at(a), p)) + vertex_[b].q.value(offset(at(b), p)), e,
+                rule};
   });
   for (int tries = 0; tries < std::min(n, kRimTries); ++tries) {
     std::iter_swap(rim.begin() + tries, std::min_element(rim.begin() + tries, rim.begin() + n,
@@ -436,8 +439,8 @@ void Collapser<Rules>::push_all() {
 template <class Rules>
 bool Collapser<Rules>::changed_now(Index t) const {
   const Index h = 3 * t;
-  return vertex_[mesh_.origin(h)].changed_in == round_ || vertex_[mesh_.dest(h)].changed_in == round_ ||
-         vertex_[mesh_.apex(h)].changed_in == round_;
+  return vertex_[mesh_.origin(h)].changed_in == round_ ||
+         vertex_[mesh_.dest(h)].changed_in == round_ || vertex_[mesh_.apex(h)].changed_in == round_;
 }
 
 template <class Rules>
