@@ -9,6 +9,7 @@ http::Router make_router(const App& app) {
   add_tile_routes(router, app);  // first: by far the most asked for
   add_dataset_routes(router, app);
   add_elevation_routes(router, app);
+  add_method_routes(router);
   add_health_routes(router, app);
   add_viewer_routes(router, app);
   return router;

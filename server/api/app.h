@@ -28,6 +28,7 @@ void add_tile_routes(http::Router&, const App&);
 void add_dataset_routes(http::Router&, const App&);
 void add_elevation_routes(http::Router&, const App&);
 void add_health_routes(http::Router&, const App&);
+void add_method_routes(http::Router&);
 void add_viewer_routes(http::Router&, const App&);
 
 /// The dataset of that name, or the 404 that says there is none.

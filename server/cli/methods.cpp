@@ -1,10 +1,11 @@
 // tind methods: what each method minimises, where it can stop, what it guarantees.
 
+#include "server/api/methods.h"
+
 #include <fmt/format.h>
 
 #include <cstdio>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "server/cli/commands.h"
 #include "terrain/simplify/simplify.h"
@@ -15,15 +16,7 @@ namespace {
 
 void print_methods(bool json) {
   if (json) {
-    nlohmann::ordered_json all = nlohmann::ordered_json::array();
-    for (const MethodInfo& m : methods()) {
-      all.push_back({{"name", m.name},
-                     {"minimises", m.minimises},
-                     {"stops", m.stops},
-                     {"guarantees", m.guarantees},
-                     {"source", m.source}});
-    }
-    std::printf("%s\n", all.dump(2).c_str());
+    std::fputs(api::methods_json().c_str(), stdout);
     return;
   }
   for (const MethodInfo& m : methods()) {

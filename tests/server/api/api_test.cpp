@@ -15,7 +15,9 @@
 
 #include "server/api/app.h"
 #include "server/api/extensions.h"
+#include "server/api/methods.h"
 #include "server/services/open_dataset.h"
+#include "terrain/simplify/simplify.h"
 #include "tests/support/http_client.h"
 #include "tests/support/made_up_tiles.h"
 #include "tests/support/support.h"
@@ -273,6 +275,19 @@ TEST_F(Api, LayerJsonAndDatasets) {
   EXPECT_LT(list[1]["bounds"][0], -121.7);
   EXPECT_GT(list[1]["bounds"][2], -121.8);
   EXPECT_EQ(list[1]["source"]["driver"], "GTiff");
+}
+
+TEST_F(Api, MethodsAsTheCommandPrintsThem) {
+  const HttpReply reply = get("/methods");
+  EXPECT_EQ(reply.status, 200);
+  EXPECT_EQ(reply.body, methods_json());
+  const Json list = Json::parse(reply.body);
+  ASSERT_EQ(list.size(), methods().size());
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    EXPECT_EQ(list[i]["name"], methods()[i].name);
+    for (const char* key : {"minimises", "stops", "guarantees", "source"})
+      EXPECT_FALSE(list[i][key].get<std::string>().empty()) << key;
+  }
 }
 
 TEST_F(Api, ElevationSaysWhatItFound) {

@@ -1,0 +1,31 @@
+// /methods: what each way of simplifying minimises, where it can stop, what it guarantees.
+
+#include "server/api/methods.h"
+
+#include <nlohmann/json.hpp>
+
+#include "server/api/app.h"
+#include "terrain/simplify/simplify.h"
+
+namespace tind::api {
+
+std::string methods_json() {
+  nlohmann::ordered_json all = nlohmann::ordered_json::array();
+  for (const MethodInfo& m : methods()) {
+    all.push_back({{"name", m.name},
+                   {"minimises", m.minimises},
+                   {"stops", m.stops},
+                   {"guarantees", m.guarantees},
+                   {"source", m.source}});
+  }
+  return all.dump(2) + "\n";
+}
+
+void add_method_routes(http::Router& router) {
+  const auto all = http::Representation::make(methods_json(), {.content_type = "application/json"});
+  router.get("/methods", [all](const http::Request& request, http::Later&) {
+    return all->reply(request.head.fields);
+  });
+}
+
+}  // namespace tind::api
