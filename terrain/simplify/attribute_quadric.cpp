@@ -102,6 +102,14 @@ class AttributeCost {
         if (mesh.alive_triangle(h / 3) && mesh.twin(h) == kNone) add_wall(mesh, h);
   }
 
+  [[gnu::always_inline]] void prefetch(Index v) const {
+    constexpr std::size_t kLine = 64;
+    const char* const q = reinterpret_cast<const char*>(&quadric_[v]);
+    for (std::size_t i = 0; i < sizeof(QuadricN<N>); i += kLine) __builtin_prefetch(q + i);
+    __builtin_prefetch(q + sizeof(QuadricN<N>) - 1);
+    __builtin_prefetch(&attribute_[v]);
+  }
+
   Proposal propose(const HalfedgeMesh& m, Index h) const {
     const Merge rule = rules_.rule(h);
     if (rule == Merge::never) return {};

@@ -64,7 +64,8 @@ class Remover {
   std::uint32_t turn_ = 1;
   std::vector<Index> waiting_;  // for the next turn
   Plan plan_;
-  std::uint64_t removed_ = 0;
+  std::uint32_t removed_ = 0;
+  std::vector<std::uint32_t> renewed_for_;  // the removal after which the vertex last got its key
 
   const Vec3& at(Index v) const { return mesh_.position(v); }
   Vec3 metric(Index v) const { return terrain_.metric(at(v)); }
@@ -94,7 +95,8 @@ Remover::Remover(TerrainMesh& terrain, const HeightGrid& grid, Criterion criteri
       queue_(mesh_.vertex_slots()),
       degree_(mesh_.vertex_slots()),
       may_go_(mesh_.vertex_slots()),
-      changed_in_(mesh_.vertex_slots(), 0) {
+      changed_in_(mesh_.vertex_slots(), 0),
+      renewed_for_(mesh_.vertex_slots(), 0) {
   if (max_error) bound_.emplace(grid, *max_error);
   const Index n = Index(mesh_.vertex_slots());
   for (Index v = 0; v < n; ++v)
@@ -166,9 +168,11 @@ std::uint32_t Remover::neighbour_degrees(Index v) const {
   mesh_.for_each_out(v, [&](Index h) { take(mesh_.dest(h)), last = h; });
   if (mesh_.on_border(v)) take(mesh_.apex(last));
   const int k = std::min(k_, n);
-  std::partial_sort(degrees.begin(), degrees.begin() + k, degrees.begin() + n);
+  if (k < n) std::partial_sort(degrees.begin(), degrees.begin() + k, degrees.begin() + n);
   std::uint32_t sum = 0;
-  for (int i = 0; i < k_; ++i) sum += degrees[std::min(i, n - 1)];
+  for (int i = 0; i < k; ++i) sum += degrees[i];
+  if (k < k_)
+    sum += std::uint32_t(k_ - k) * *std::max_element(degrees.begin(), degrees.begin() + n);
   return sum;
 }
 
@@ -287,8 +291,11 @@ void Remover::count_degrees(bool border) {
 /// Gives the ring its keys after a removal; `k-degree` looks one ring farther.
 void Remover::refresh() {
   auto renew = [&](Index v) {
-    if (may_go_[v]) queue_.push(v, key(v));
+    if (!may_go_[v] || renewed_for_[v] == removed_) return;
+    renewed_for_[v] = removed_;
+    queue_.push(v, key(v));
   };
+  ++removed_;
   for (const Index v : plan_.ring) {
     changed_in_[v] = turn_;
     renew(v);
@@ -312,7 +319,6 @@ void Remover::visit(Index v, Bucket b) {
   carry_out(v);
   count_degrees(border);
   refresh();
-  ++removed_;
 }
 
 /// Takes vertices in turns: the ring of a removed vertex waits for the next. For `plane` a turn is
