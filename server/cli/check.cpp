@@ -1,5 +1,5 @@
-// tind check: is a tile set what it says it is? Anyone's tiles; exit code 0 only without
-// violations.
+// tind check: is a tile set what it says it is? Anyone's tiles, in a directory or on a server; exit
+// code 0 only without violations.
 
 #include "terrain/pyramid/check.h"
 
@@ -15,13 +15,14 @@
 #include "server/cli/commands.h"
 #include "server/cli/dem_input.h"
 #include "server/cli/progress_bar.h"
+#include "server/cli/tile_options.h"
 
 namespace tind::cli {
 
 namespace {
 
 struct Arguments {
-  std::string directory;
+  std::string where;
   DemInput dem;
   CheckOptions options;
   std::string progress = "auto";
@@ -111,7 +112,7 @@ int run(Arguments a) {
   Result<CheckReport> report = fail(Errc::internal, "not checked");
   {
     ProgressBar bar("check", progress_style(a.progress));
-    report = check_tiles(a.directory, a.options, bar.progress());
+    report = check_tiles(a.where, a.options, bar.progress());
   }
   if (!report) return complain(report.error());
   if (a.json) {
@@ -127,9 +128,10 @@ int run(Arguments a) {
 
 void add_check(CLI::App& program, int& exit) {
   auto a = std::make_shared<Arguments>();
-  CLI::App* app = program.add_subcommand(
-      "check", "Check a directory of quantized-mesh tiles, rule by rule; anyone's tiles");
-  app->add_option("directory", a->directory, "layer.json and z/x/y.terrain, plain or gzipped");
+  CLI::App* app =
+      program.add_subcommand("check", "Check quantized-mesh tiles, rule by rule; anyone's tiles");
+  app->add_option("DIR|URL", a->where,
+                  "a directory with layer.json and z/x/y.terrain, or where a server has them");
   app->add_option("--source", a->dem.files,
                   "the DEM that the tiles were made of: recompute every error over all posts");
   a->dem.to_datum = "ellipsoid";  // as tind build has it
@@ -138,7 +140,10 @@ void add_check(CLI::App& program, int& exit) {
                   "budget of a level, times what globe clients assume of it")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  app->add_option("--threads", a->options.threads, "threads to use, 0: one per core")
+  add_levels_option(*app, "levels to look at, e.g. 0-8 (default: all)", a->options.first_level,
+                    a->options.last_level);
+  app->add_option("--threads", a->options.threads,
+                  "threads to use, 0: one per core; eight where tiles come from a server")
       ->capture_default_str();
   app->add_option("--progress", a->progress, "auto, bar, lines or none")
       ->check(CLI::IsMember({"auto", "bar", "lines", "none"}))
@@ -146,7 +151,7 @@ void add_check(CLI::App& program, int& exit) {
   app->add_flag("--json", a->json, "print the report as JSON");
   app->add_flag("--rules", a->list_rules, "list the rules and exit");
   app->callback([a, app, &exit] {
-    if (a->directory.empty() && !a->list_rules) throw CLI::RequiredError("directory");
+    if (a->where.empty() && !a->list_rules) throw CLI::RequiredError("DIR|URL");
     exit = run(*a);
   });
 }

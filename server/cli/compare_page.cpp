@@ -9,39 +9,17 @@
 #include <cmath>
 #include <functional>
 
+#include "server/cli/colours.h"
 #include "terrain/mesh/scan_triangle.h"
 
 namespace tind::cli {
 
 namespace {
 
-using Pixel = std::array<std::uint8_t, 3>;
-
 constexpr Pixel kPaper = {255, 255, 255};
 /// Told apart by most readers with colour blindness (after Okabe and Ito).
 constexpr const char* kInk[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
                                 "#e69f00", "#56b4e9", "#000000", "#8a6d3b"};
-
-Pixel mix(const Pixel& a, const Pixel& b, double t) {
-  Pixel out;
-  for (int k = 0; k < 3; ++k) out[k] = std::uint8_t(std::lround(a[k] + t * (b[k] - a[k])));
-  return out;
-}
-
-/// Land colours from low to high, pale enough to carry the shading.
-Pixel land(double t) {
-  constexpr Pixel kStops[] = {
-      {176, 205, 166}, {222, 220, 174}, {224, 190, 146}, {198, 166, 146}, {246, 244, 242}};
-  const double x = std::clamp(t, 0.0, 1.0) * 4;
-  const int i = std::min(3, int(x));
-  return mix(kStops[i], kStops[i + 1], x - i);
-}
-
-Pixel difference(double t) {
-  constexpr Pixel kLow = {33, 102, 172}, kNone = {247, 247, 247}, kHigh = {178, 24, 43};
-  const double s = std::min(1.0, std::max(0.0, std::abs(t) - 0.05) / 0.95);
-  return mix(kNone, t < 0 ? kLow : kHigh, std::sqrt(s));
-}
 
 /// Calls f(x, y, height, triangle) for every pixel (every step-th post) that the mesh covers.
 template <class F>
@@ -293,14 +271,11 @@ Picture shaded(const Tin& tin, const HeightGrid& grid, double sx, double sy, int
       return Vec3{v.x * sx, v.y * sy, v.z};
     };
     const Vec3 a = metric(0), n = cross(metric(1) - a, metric(2) - a);
-    // From the north-west, 45 degrees up; flat land has 0.71.
-    light[t] =
-        std::max(0.0, (-n.x + n.y + std::sqrt(2.0) * n.z) / (2 * std::max(1e-300, length(n))));
+    light[t] = light_on(n);
   }
   Picture picture(pixels(grid.cols(), step), pixels(grid.rows(), step), kPaper);
   rasterise(tin, picture.width, picture.height, step, [&](int x, int y, double z, std::size_t t) {
-    picture.at(x, y) =
-        mix({38, 44, 58}, land((z - low) / range), std::min(1.0, 0.12 + 1.2 * light[t]));
+    picture.at(x, y) = lit(land((z - low) / range), light[t]);
   });
   return picture;
 }

@@ -23,13 +23,17 @@ void add_dem_options(CLI::App& app, DemInput& input) {
   app.add_flag("--allow-vrt", input.allow_vrt, "read VRT files, which may name any other file");
 }
 
-Result<std::shared_ptr<const DemSource>> open_dem(const DemInput& input) {
+DemOptions dem_options(const DemInput& input) {
   DemOptions options;
   if (input.from_datum == "egm96") options.from_datum = VerticalDatum::egm96;
   if (input.from_datum == "ellipsoid") options.from_datum = VerticalDatum::ellipsoid;
   if (input.to_datum == "ellipsoid") options.to_datum = TargetDatum::ellipsoid;
   options.allow_vrt = input.allow_vrt;
-  return DemSource::open(input.files, options);
+  return options;
+}
+
+Result<std::shared_ptr<const DemSource>> open_dem(const DemInput& input) {
+  return DemSource::open(input.files, dem_options(input));
 }
 
 Result<HeightGrid> read_all(const DemSource& dem) {

@@ -20,6 +20,8 @@ struct DemInput {
 /// --from-datum, --to-datum, --allow-vrt.
 void add_dem_options(CLI::App&, DemInput&);
 
+DemOptions dem_options(const DemInput&);
+
 Result<std::shared_ptr<const DemSource>> open_dem(const DemInput&);
 
 /// All posts at once. Fails (out_of_range) for a source too large for one mesh.

@@ -8,7 +8,7 @@ namespace tind::cli {
 namespace {
 
 /// "A-B" or "A".
-bool parse_levels(const std::string& text, TileSetOptions& options) {
+bool parse_levels(const std::string& text, int& first, int& last) {
   const char* const end = text.data() + text.size();
   int low = 0, high = 0;
   auto [after, error] = std::from_chars(text.data(), end, low);
@@ -20,12 +20,23 @@ bool parse_levels(const std::string& text, TileSetOptions& options) {
     if (second.ec != std::errc() || second.ptr != end) return false;
   }
   if (low < 0 || high < low || high > tiling::kMaxLevel) return false;
-  options.min_level = low;
-  options.max_level = high;
+  first = low;
+  last = high;
   return true;
 }
 
 }  // namespace
+
+void add_levels_option(CLI::App& command, const std::string& meaning, int& first, int& last) {
+  command.add_option_function<std::string>(
+      "--levels",
+      [&first, &last](const std::string& text) {
+        if (!parse_levels(text, first, last))
+          throw CLI::ValidationError(
+              "--levels", "takes A-B with 0 <= A <= B <= " + std::to_string(tiling::kMaxLevel));
+      },
+      meaning);
+}
 
 void add_tile_options(CLI::App& command, TileSetOptions& options) {
   command
@@ -41,14 +52,9 @@ void add_tile_options(CLI::App& command, TileSetOptions& options) {
           "they are")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  command.add_option_function<std::string>(
-      "--levels",
-      [&options](const std::string& text) {
-        if (!parse_levels(text, options))
-          throw CLI::ValidationError(
-              "--levels", "takes A-B with 0 <= A <= B <= " + std::to_string(tiling::kMaxLevel));
-      },
-      "levels to make, e.g. 0-12 (default: 0 to the first at least as fine as the posts)");
+  add_levels_option(
+      command, "levels to make, e.g. 0-12 (default: 0 to the first at least as fine as the posts)",
+      options.min_level, options.max_level);
   command
       .add_option("--effort", options.effort,
                   "how hard to look for fewer triangles: fast, normal, best")

@@ -8,6 +8,9 @@
 
 namespace tind::cli {
 
+/// --levels A-B (or A), bound to both.
+void add_levels_option(CLI::App&, const std::string& meaning, int& first, int& last);
+
 /// --max-error, --error-factor, --levels A-B, --effort; bound to `options`.
 void add_tile_options(CLI::App&, TileSetOptions& options);
 

@@ -19,6 +19,7 @@ namespace tind {
 namespace {
 
 constexpr std::size_t kChunkTiles = 1024;
+constexpr int kRemoteThreads = 8;  // mostly waiting for answers
 constexpr double kEnd = 32767;
 enum { kWest, kSouth, kEast, kNorth };
 
@@ -131,7 +132,7 @@ class LevelCheck {
     Looked l;
     std::vector<std::uint8_t> bytes;
     CheckedTile tile;
-    if (!read_tile_file(listing_.path(id), id.text(), bytes, l.findings)) return l;
+    if (!read_tile_file(listing_, id, bytes, l.findings)) return l;
     l.bytes = bytes.size();
     if (!check_decode(bytes, id.text(), tile, l.findings)) return l;
     l.triangles = tile.triangles.size();
@@ -229,7 +230,7 @@ class LevelCheck {
     Findings ignored;  // the parent's own level has reported them
     std::vector<std::uint8_t> bytes;
     CheckedTile tile;
-    if (!read_tile_file(listing_.path(id), id.text(), bytes, ignored)) return r;
+    if (!read_tile_file(listing_, id, bytes, ignored)) return r;
     if (!check_decode(bytes, id.text(), tile, ignored)) return r;
     r.stated = check_tile(tile, id, options_.error_factor, ignored);
     for (int side = 0; side < 4; ++side) r.edges[std::size_t(side)] = edge_of(tile, side);
@@ -262,6 +263,7 @@ class LevelCheck {
                            std::to_string(m.uncovered) + " posts are over no triangle");
     constexpr double kRounding_m =
         1e-6;  // arithmetic in slivers; the sixth digit is the last stated
+    side(r, m, where, kRounding_m + options_.source->info().rounding_m);
     if (r.stated.max_error_m && m.max_error_m > *r.stated.max_error_m + kRounding_m)
       report_.findings.add(rule("source.error"), where,
                            "post " + std::to_string(m.col) + ", " + std::to_string(m.row) + ": " +
@@ -275,6 +277,17 @@ class LevelCheck {
       report_.findings.add(rule("source.height"), where,
                            "posts " + metres(m.low_m) + ".." + metres(m.high_m) + ", stated " +
                                metres(r.min_height) + ".." + metres(r.max_height));
+  }
+
+  /// A one-sided tile may touch posts on its other side, and no more.
+  void side(const Remains& r, const MeasuredTile& m, const std::string& where, double slack) {
+    const double wrong = r.stated.side == "above"   ? m.below_m
+                         : r.stated.side == "below" ? m.above_m
+                                                    : 0;
+    if (m.posts && wrong > slack)
+      report_.findings.add(rule("source.side"), where,
+                           "a post is " + metres(wrong) + " " +
+                               (r.stated.side == "above" ? "above" : "below") + " the mesh");
   }
 
   void keep_columns(std::size_t begin, std::vector<Looked>& looked) {
@@ -306,10 +319,14 @@ class LevelCheck {
 
 }  // namespace
 
-Result<CheckReport> check_tiles(const std::string& directory, const CheckOptions& options,
+Result<CheckReport> check_tiles(const std::string& where, const CheckOptions& wanted,
                                 const Progress& progress) {
   CheckReport report;
-  const auto listing = check_files(directory, report.findings);
+  const TileLocation location(where);
+  CheckOptions options = wanted;
+  if (options.threads == 0 && location.remote()) options.threads = kRemoteThreads;
+  const auto listing =
+      check_files(location, options.first_level, options.last_level, report.findings);
   if (!listing) return std::unexpected(listing.error());
   std::vector<std::vector<MeasuredTile>> measured;
   const double source_share = options.source ? 0.8 : 0;
@@ -332,7 +349,7 @@ Result<CheckReport> check_tiles(const std::string& directory, const CheckOptions
   std::uint64_t posts = 0;
   for (const CheckLevel& level : report.levels) posts += level.posts;
   if (options.source && posts == 0)
-    report.findings.add(rule("source.overlap"), directory, "no post lies in any tile");
+    report.findings.add(rule("source.overlap"), where, "no post lies in any tile");
   return report;
 }
 

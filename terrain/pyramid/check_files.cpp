@@ -3,14 +3,9 @@
 
 #include "terrain/pyramid/check_files.h"
 
-#include <libdeflate.h>
-
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -21,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
-constexpr std::size_t kLargestTile = 64u << 20;
+constexpr std::uint64_t kMostTiles = 20'000'000;  // of a URL
 const std::string kLayer = "layer.json";
 
 // ---- listing ----
@@ -45,9 +40,8 @@ std::optional<TileId> tile_of(const fs::path& relative) {
   return tiling::tile(*z, *x, *y);
 }
 
-Result<TileListing> list_tiles(const std::string& directory, Findings& findings) {
-  TileListing listing;
-  listing.directory = directory;
+Result<void> list_directory(TileListing& listing, Findings& findings) {
+  const std::string& directory = listing.location.base();
   std::error_code error;
   std::vector<std::string> strays;
   fs::recursive_directory_iterator it(directory, error), end;
@@ -66,7 +60,7 @@ Result<TileListing> list_tiles(const std::string& directory, Findings& findings)
   for (auto& level : listing.levels) std::ranges::sort(level);
   std::ranges::sort(strays);
   for (const std::string& stray : strays) findings.add(rule("available.stray"), stray, "");
-  return listing;
+  return {};
 }
 
 // ---- layer.json ----
@@ -223,7 +217,8 @@ void check_missing(const TileListing& listing, const Ranges& ranges, Findings& f
   }
 }
 
-void check_unlisted(const TileListing& listing, const Ranges& ranges, Findings& findings) {
+void check_unlisted(const TileListing& listing, const Ranges& ranges, int first,
+                    Findings& findings) {
   for (const auto& level : listing.levels)
     for (const TileId id : level) {
       const auto z = std::size_t(id.level);
@@ -231,36 +226,50 @@ void check_unlisted(const TileListing& listing, const Ranges& ranges, Findings& 
                             return r.holds(id);
                           });
       if (!listed) findings.add(rule("available.unlisted"), id.text(), "");
-      if (id.level > 0 && listing.find(id.parent()) < 0)
+      if (id.level > first && listing.find(id.parent()) < 0)
         findings.add(rule("available.orphan"), id.text(), "no " + id.parent().text());
     }
 }
 
-std::optional<std::vector<std::uint8_t>> read_bytes(const std::string& path) {
-  std::error_code error;
-  const auto size = fs::file_size(path, error);
-  if (error || size > kLargestTile) return std::nullopt;
-  std::vector<std::uint8_t> bytes(size);
-  std::ifstream in(path, std::ios::binary);
-  if (!in.read(reinterpret_cast<char*>(bytes.data()), std::streamsize(size))) return std::nullopt;
-  return bytes;
+/// What layer.json calls available, once each.
+Result<void> list_available(TileListing& listing, const Ranges& ranges, int first, int last) {
+  std::uint64_t count = 0;
+  const auto levels = std::min(ranges.size(), std::size_t(std::min(last, tiling::kMaxLevel)) + 1);
+  listing.levels.resize(levels);
+  for (std::size_t z = std::size_t(first); z < levels; ++z) {
+    auto& level = listing.levels[z];
+    for (const Range& r : ranges[z]) {
+      count += std::uint64_t(r.x1 - r.x0 + 1) * std::uint64_t(r.y1 - r.y0 + 1);
+      if (count > kMostTiles)
+        return fail(Errc::out_of_range,
+                    listing.location.base() + " lists more than " +
+                        std::to_string(kMostTiles / 1'000'000) +
+                        " million tiles: look at some levels, e.g. --levels 0-8");
+      for (std::int64_t x = r.x0; x <= r.x1; ++x)
+        for (std::int64_t y = r.y0; y <= r.y1; ++y)
+          level.push_back({int(z), std::uint32_t(x), std::uint32_t(y)});
+    }
+    std::ranges::sort(level);
+    const auto twice = std::ranges::unique(level);
+    level.erase(twice.begin(), twice.end());
+  }
+  return {};
 }
 
-/// The size in the last four bytes can be a lie: bounded.
-bool unpack(std::vector<std::uint8_t>& bytes) {
-  if (bytes.size() < 18) return false;
-  const auto end = bytes.end();
-  const std::size_t size = std::size_t(end[-4]) | std::size_t(end[-3]) << 8 |
-                           std::size_t(end[-2]) << 16 | std::size_t(end[-1]) << 24;
-  if (size > kLargestTile) return false;
-  std::vector<std::uint8_t> out(size);
-  const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)> tool(
-      libdeflate_alloc_decompressor(), &libdeflate_free_decompressor);
-  if (libdeflate_gzip_decompress(tool.get(), bytes.data(), bytes.size(), out.data(), size,
-                                 nullptr) != LIBDEFLATE_SUCCESS)
-    return false;
-  bytes = std::move(out);
-  return true;
+/// The first template that names a tile, and the version to put into it.
+void use_template(TileListing& listing, const Json& json) {
+  const auto tiles = json.find("tiles"), version = json.find("version");
+  if (tiles == json.end() || !tiles->is_array() || tiles->empty() || !(*tiles)[0].is_string())
+    return;
+  listing.location.use_template(
+      (*tiles)[0].get<std::string>(),
+      version != json.end() && version->is_string() ? version->get<std::string>() : "");
+}
+
+void keep_levels(TileListing& listing, int first, int last) {
+  if (std::size_t(last) + 1 < listing.levels.size()) listing.levels.resize(std::size_t(last) + 1);
+  for (std::size_t z = 0; z < std::min(std::size_t(first), listing.levels.size()); ++z)
+    listing.levels[z].clear();
 }
 
 }  // namespace
@@ -272,34 +281,47 @@ std::int64_t TileListing::find(TileId id) const {
   return it != level.end() && *it == id ? it - level.begin() : -1;
 }
 
-bool read_tile_file(const std::string& path, const std::string& where,
-                    std::vector<std::uint8_t>& bytes, Findings& findings) {
-  auto read = read_bytes(path);
+bool read_tile_file(const TileListing& listing, TileId id, std::vector<std::uint8_t>& bytes,
+                    Findings& findings) {
+  auto read = listing.location.read(listing.location.tile(id));
   if (!read) {
-    findings.add(rule("tile.readable"), where, "");
+    const bool missing = read.error().code == Errc::not_found;
+    findings.add(missing ? rule("available.missing") : rule("tile.readable"), id.text(),
+                 listing.location.remote() && !missing ? read.error().what : "");
     return false;
   }
   bytes = std::move(*read);
-  if (bytes.size() < 2 || bytes[0] != 0x1f || bytes[1] != 0x8b) return true;
-  if (unpack(bytes)) return true;
-  findings.add(rule("tile.gzip"), where, "");
+  if (gunzip(bytes)) return true;
+  findings.add(rule("tile.gzip"), id.text(), "");
   return false;
 }
 
-Result<TileListing> check_files(const std::string& directory, Findings& findings) {
-  auto listing = list_tiles(directory, findings);
-  if (!listing) return listing;
-  const auto bytes = read_bytes(directory + "/" + kLayer);
+Result<TileListing> check_files(const TileLocation& location, int first, int last,
+                                Findings& findings) {
+  TileListing listing{.location = location, .levels = {}, .extensions = {}};
+  if (!location.remote())
+    if (auto listed = list_directory(listing, findings); !listed)
+      return std::unexpected(listed.error());
+  const auto bytes = location.read(location.file(kLayer));
+  if (!bytes && location.remote()) return std::unexpected(bytes.error());
   const Json json = bytes ? Json::parse(*bytes, nullptr, false) : Json();
   if (!json.is_object()) {
     findings.add(rule("layer.readable"), kLayer, bytes ? "not a JSON object" : "cannot be read");
+    keep_levels(listing, first, last);
     return listing;
   }
   LayerCheck layer(json, findings);
   layer.run();
-  listing->extensions = layer.names();
-  check_missing(*listing, layer.ranges(), findings);
-  check_unlisted(*listing, layer.ranges(), findings);
+  listing.extensions = layer.names();
+  if (location.remote()) {
+    use_template(listing, json);
+    if (auto listed = list_available(listing, layer.ranges(), first, last); !listed)
+      return std::unexpected(listed.error());
+  } else {
+    check_missing(listing, layer.ranges(), findings);
+  }
+  check_unlisted(listing, layer.ranges(), location.remote() ? first : 0, findings);
+  keep_levels(listing, first, last);
   return listing;
 }
 

@@ -95,12 +95,15 @@ inline constexpr CheckRule kCheckRules[] = {
     {"error.value", kViolation, "max_error_m is a number >= 0"},
     {"error.geometric", kViolation, "geometricerror is not below max_error_m"},
     {"error.budget", kViolation, "max_error_m is within what clients assume of the level"},
+    {"error.side", kViolation, "side is both, above or below"},
     // neighbours
     {"crack.position", kViolation, "neighbours decode to the same shared edge, bit by bit"},
     {"crack.normal", kViolation, "neighbours have the same normals on their shared edge"},
     {"crack.level", kWarning, "the gap to the next level is within both errors together"},
     // against the source
     {"source.error", kViolation, "no post is farther from the mesh than max_error_m"},
+    {"source.side", kViolation,
+     "no post is above a mesh of side above, none below one of side below"},
     {"source.exact", kViolation, "an error that is called exact is the maximum over all posts"},
     {"source.height", kViolation, "minimum and maximum height bound the posts of the tile"},
     {"source.overlap", kViolation, "the source has posts where the tiles are"},

@@ -1,6 +1,5 @@
-// Location of a post in a tile: the tile's square is cut into cells, each with the list of
-// triangles that reach into it. A post on a common edge is measured in every triangle that holds
-// it.
+// Block by block over the source: a post belongs to one tile of each level, to two on an edge, to
+// four on a corner. On an edge between triangles it is measured in every triangle that holds it.
 
 #include "terrain/pyramid/check_source.h"
 
@@ -14,6 +13,7 @@
 
 #include "terrain/base/parallel.h"
 #include "terrain/pyramid/check_decode.h"
+#include "terrain/pyramid/check_surface.h"
 
 namespace tind {
 
@@ -22,84 +22,6 @@ namespace {
 constexpr int kBlock = 256;  // posts a side
 constexpr std::size_t kCacheBytes = 256u << 20;
 constexpr double kEnd = 32767;
-
-// ---- heights of one tile ----
-
-class TileSurface {
- public:
-  explicit TileSurface(const CheckedTile& tile) : triangles_(tile.triangles) {
-    for (std::size_t i = 0; i < tile.u.size(); ++i)
-      vertices_.push_back({double(tile.u[i]), double(tile.v[i]), tile.height(i)});
-    cells_ = std::clamp(int(std::sqrt(double(triangles_.size()))), 1, 128);
-    sort_into_cells();
-  }
-
-  std::size_t bytes() const {
-    return 24 * vertices_.size() + 12 * triangles_.size() + 4 * entries_.size() +
-           4 * begin_.size() + 200;
-  }
-
-  /// The largest |height of the mesh - z| over all triangles that hold (u, v); nothing when none
-  /// do.
-  std::optional<double> error_at(double u, double v, double z) const {
-    std::optional<double> worst;
-    const std::size_t cell =
-        std::size_t(cell_of(v)) * std::size_t(cells_) + std::size_t(cell_of(u));
-    for (std::uint32_t e = begin_[cell]; e < begin_[cell + 1]; ++e) {
-      const auto height = height_in(triangles_[entries_[e]], u, v);
-      if (!height) continue;
-      const double error = std::abs(*height - z);
-      if (!worst || error > *worst) worst = error;
-    }
-    return worst;
-  }
-
- private:
-  int cell_of(double x) const { return std::clamp(int(x / kEnd * cells_), 0, cells_ - 1); }
-
-  template <class Visit>
-  void each_cell(std::uint32_t t, Visit&& visit) const {
-    double low_u = kEnd, low_v = kEnd, high_u = 0, high_v = 0;
-    for (const std::uint32_t i : triangles_[t]) {
-      low_u = std::min(low_u, vertices_[i].x), high_u = std::max(high_u, vertices_[i].x);
-      low_v = std::min(low_v, vertices_[i].y), high_v = std::max(high_v, vertices_[i].y);
-    }
-    // a hair more, for posts on cell boundaries
-    for (int y = cell_of(low_v - 0.01); y <= cell_of(high_v + 0.01); ++y)
-      for (int x = cell_of(low_u - 0.01); x <= cell_of(high_u + 0.01); ++x)
-        visit(std::size_t(y) * std::size_t(cells_) + std::size_t(x));
-  }
-
-  void sort_into_cells() {
-    begin_.assign(std::size_t(cells_) * std::size_t(cells_) + 1, 0);
-    const auto count = std::uint32_t(triangles_.size());
-    for (std::uint32_t t = 0; t < count; ++t)
-      each_cell(t, [&](std::size_t cell) { ++begin_[cell + 1]; });
-    for (std::size_t i = 1; i < begin_.size(); ++i) begin_[i] += begin_[i - 1];
-    entries_.resize(begin_.back());
-    std::vector<std::uint32_t> next(begin_.begin(), begin_.end() - 1);
-    for (std::uint32_t t = 0; t < count; ++t)
-      each_cell(t, [&](std::size_t cell) { entries_[next[cell]++] = t; });
-  }
-
-  std::optional<double> height_in(const std::array<std::uint32_t, 3>& t, double u, double v) const {
-    const Vec3 &a = vertices_[t[0]], &b = vertices_[t[1]], &c = vertices_[t[2]];
-    double wa = (b.x - u) * (c.y - v) - (b.y - v) * (c.x - u);
-    double wb = (c.x - u) * (a.y - v) - (c.y - v) * (a.x - u);
-    double wc = (a.x - u) * (b.y - v) - (a.y - v) * (b.x - u);
-    constexpr double kOnEdge = -1e-5;  // a post on an edge is in both triangles, whatever rounding
-    if (wa < kOnEdge || wb < kOnEdge || wc < kOnEdge) return std::nullopt;
-    wa = std::max(wa, 0.0), wb = std::max(wb, 0.0), wc = std::max(wc, 0.0);
-    const double sum = wa + wb + wc;
-    if (!(sum > 0)) return std::nullopt;
-    return (wa * a.z + wb * b.z + wc * c.z) / sum;
-  }
-
-  std::vector<Vec3> vertices_;
-  std::vector<std::array<std::uint32_t, 3>> triangles_;
-  int cells_ = 1;
-  std::vector<std::uint32_t> begin_, entries_;
-};
 
 using Surface = std::shared_ptr<const TileSurface>;  // null: cannot be decoded
 
@@ -137,7 +59,7 @@ class SurfaceCache {
     Findings ignored;  // reported elsewhere
     std::vector<std::uint8_t> bytes;
     CheckedTile tile;
-    if (!read_tile_file(listing_.path(id), "", bytes, ignored)) return nullptr;
+    if (!read_tile_file(listing_, id, bytes, ignored)) return nullptr;
     if (!check_decode(bytes, "", tile, ignored)) return nullptr;
     for (const auto& triangle : tile.triangles)
       for (const std::uint32_t i : triangle)
@@ -167,6 +89,8 @@ void merge(MeasuredTile& into, const MeasuredTile& from) {
   }
   into.low_m = first ? from.low_m : std::min(into.low_m, from.low_m);
   into.high_m = first ? from.high_m : std::max(into.high_m, from.high_m);
+  into.above_m = first ? from.above_m : std::max(into.above_m, from.above_m);
+  into.below_m = first ? from.below_m : std::max(into.below_m, from.below_m);
   into.posts += from.posts;
   into.uncovered += from.uncovered;
 }
@@ -211,8 +135,14 @@ class LevelMeasure {
       last_ = id;
     }
     if (!entry_.result) return;
-    const auto error = entry_.surface->error_at(u, v, p.height);
-    const MeasuredTile one{error.value_or(0), p.col, p.row, 1, error ? 0u : 1u, p.height, p.height};
+    const auto gap = entry_.surface->gap_at(u, v, p.height);
+    MeasuredTile one{.col = p.col, .row = p.row, .posts = 1, .uncovered = gap ? 0u : 1u};
+    if (gap) {
+      one.max_error_m = std::abs(gap->worst());
+      one.above_m = gap->high;
+      one.below_m = -gap->low;
+    }
+    one.low_m = one.high_m = p.height;
     merge(*entry_.result, one);
   }
 

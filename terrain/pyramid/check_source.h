@@ -19,6 +19,8 @@ struct MeasuredTile {
   std::uint64_t posts = 0;        // valid posts in the closed rectangle
   std::uint64_t uncovered = 0;    // of them, those over no triangle
   double low_m = 0, high_m = 0;   // of the posts
+  double above_m = 0;  // how far the mesh rises above a post at most; negative: it never does
+  double below_m = 0;  // how far it falls below a post at most
 };
 
 /// By level and place in the listing. Goes over the source once, block by block, in parallel; each

@@ -287,6 +287,13 @@ StatedError stated_error(const CheckedTile& tile, TileId id, double error_factor
     findings.add(rule("error.missing"), where, "");
     return stated;
   }
+  if (json.contains("side")) {
+    const auto& side = json["side"];
+    if (side == "both" || side == "above" || side == "below")
+      stated.side = side.get<std::string>();
+    else
+      findings.add(rule("error.side"), where, side.dump());
+  }
   const auto& value = json["max_error_m"];
   if (!value.is_number() || !(value.get<double>() >= 0) || std::isinf(value.get<double>())) {
     findings.add(rule("error.value"), where, value.dump());

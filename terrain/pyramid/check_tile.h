@@ -15,6 +15,7 @@ namespace tind {
 struct StatedError {
   std::optional<double> max_error_m;
   bool exact = false;
+  std::string side = "both";  // above: the mesh is at or above every post; below: at or below
 };
 
 /// `error_factor`: the budget of level z is error_factor times what clients assume of it.

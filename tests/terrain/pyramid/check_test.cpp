@@ -307,6 +307,8 @@ std::map<std::string, Defect> error_defects() {
       {"error.missing",
        [](const Tiles& t) { t.metadata(kTile, [](Json& j) { j.erase("max_error_m"); }); }},
       {"error.value", says("max_error_m", "small")},
+      {"error.side", says("side", "left")},
+      {"source.side", says("side", "above")},
       {"error.geometric", says("geometricerror", 0.5)},
       {"error.budget", says("max_error_m", 20)},
       {"crack.position",
