@@ -20,6 +20,7 @@ int main(int argc, char** argv) {
   int exit = tind::cli::kOk;
   // subcommands: one line each
   tind::cli::add_simplify(app, exit);
+  tind::cli::add_refine(app, exit);
   tind::cli::add_measure(app, exit);
   tind::cli::add_compare(app, exit);
   tind::cli::add_methods(app, exit);

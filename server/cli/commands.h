@@ -29,6 +29,7 @@ Exit exit_code(Errc);
 int complain(const Error&);
 
 void add_simplify(CLI::App& program, int& exit);
+void add_refine(CLI::App& program, int& exit);
 void add_measure(CLI::App& program, int& exit);
 void add_compare(CLI::App& program, int& exit);
 void add_methods(CLI::App& program, int& exit);

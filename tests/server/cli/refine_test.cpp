@@ -1,0 +1,43 @@
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/support/program.h"
+#include "tests/support/support.h"
+
+namespace tind {
+namespace {
+
+using test::run_tind;
+
+TEST(Refine, BothErrorsHoldAndTheRegionIsWhereItShouldBe) {
+  test::TempDir dir;
+  const std::string dem = test::testdata("rainier.tif"), out = dir.file("a.ply");
+  const auto ran = run_tind("refine " + dem + " -o " + out +
+                            " --route '-121.9,46.7 -121.7,46.9' --width 2000 --inside 1 "
+                            "--outside 80 --json --progress none");
+  ASSERT_EQ(ran.code, 0) << ran.out;
+  const auto json = nlohmann::json::parse(ran.out);
+  EXPECT_LE(json["inside"]["max_error_m"], 1.0);
+  EXPECT_LE(json["outside"]["max_error_m"], 80.0);
+  EXPECT_GT(json["outside"]["max_error_m"], 20.0);
+  // 27 km of a 2 km corridor and its two half discs, 57 km2, at 63.5 by 92.7 m a post.
+  EXPECT_NEAR(double(json["inside"]["posts"]), 57e6 / (92.7 * 63.5), 500);
+  const auto box = run_tind("refine " + dem + " -o " + out +
+                            " --bbox=-121.8,46.8,-121.75,46.85 --inside 0 --progress none");
+  EXPECT_EQ(box.code, 0) << box.out;
+  EXPECT_NE(box.out.find("within 0.000 m"), std::string::npos) << box.out;
+}
+
+TEST(Refine, SaysWhatIsWrong) {
+  test::TempDir dir;
+  const std::string start = "refine " + test::testdata("rainier.tif") + " -o " + dir.file("a.ply");
+  EXPECT_EQ(run_tind(start).code, 2);
+  EXPECT_EQ(run_tind(start + " --bbox 1,2,3").code, 2);
+  EXPECT_EQ(run_tind(start + " --polygon '1,x 2,3 4,5'").code, 2);
+  EXPECT_EQ(run_tind(start + " --route '1,2 3,4'").code, 2);
+  EXPECT_EQ(run_tind(start + " --bbox 1,2,3,4 --inside 9 --outside 1").code, 2);
+}
+
+}  // namespace
+}  // namespace tind
