@@ -76,7 +76,7 @@ int main(int argc, char** argv) {
   const SimplifyOptions defaults = o;
   o.alpha = o.beta = 0;
   const Errors base = errors_of(dems, o);
-  for (const double alpha : {0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0}) {
+  for (const double alpha : {0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 32.0, 128.0, 1000.0}) {
     for (const double beta : {0.0, 0.25, 0.5, 1.0, 2.0, 4.0}) {
       o.alpha = alpha, o.beta = beta;
       const bool chosen = alpha == defaults.alpha && beta == defaults.beta;
