@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kTileCells = 64;         // the leaf level's grid is at least as fine as the source
 constexpr double kLargestError = 500;  // metres; a globe seen from afar still has its mountains
-constexpr double kLargestStep = 0.25;  // metres; no reason to round heights more coarsely
+constexpr double kLargestStep = 0.5;   // metres; no reason to round heights more coarsely
 constexpr double kSmallestStep = 1.0 / 1024;  // float32 headers hold its multiples up to 16 km
 
 double power_of_two_at_most(double x) { return std::exp2(std::floor(std::log2(x))); }

@@ -31,6 +31,7 @@ constexpr double kPlacingError = 1e-5;         // metres of height: 1e-6 m on a 
 constexpr std::int64_t kMeshPosts = 320;       // posts a side that a mesh is fitted to at most
 constexpr std::int64_t kChunkPosts = 1 << 21;  // posts that the referee holds at a time
 
+double power_of_two_at_most(double x) { return std::exp2(std::floor(std::log2(x))); }
 double power_of_two_at_least(double x) { return std::exp2(std::ceil(std::log2(x))); }
 
 /// Everything about one tile that several steps need.
@@ -142,11 +143,10 @@ HalfedgeMesh frame_mesh(Job& job, const Samples& samples, double x_scale,
     }
   }
   std::vector<double> heights(places.size());
-  job.field.at(places, heights);
+  job.field.filled(places, heights);
   for (std::size_t k = 0; k < points.size(); ++k) {
-    // Where H is void, what fills it may come from a post that is not the tile's own.
-    const double h =
-        std::clamp(job.field.filled(places[k], heights[k]), lattice.min, lattice.max());
+    // What fills a void may come from a post that is not the tile's own.
+    const double h = std::clamp(heights[k], lattice.min, lattice.max());
     points[k].z = snap_height(h, lattice.step);
     insertion.insert_point(points[k]);
   }
@@ -202,6 +202,17 @@ Result<double> measure(const Job& job, const Tin& mesh, std::stop_token stop) {
   return worst;
 }
 
+/// Vertices stand on multiples of this many units of the tile's grid: few different numbers take
+/// few bytes once tiles are compressed, and within an error bound the exact place is worth little.
+/// At most an eighth of the way between posts, and no more than the bound.
+double place_step(const Job& job, double eps, int step) {
+  const DemInfo& info = job.source.info();
+  const double spacing = std::min(info.spacing_x_m, info.spacing_y_m) * step;
+  const double degrees = std::min(spacing / 8, eps) / 111320;
+  const double units = degrees / tiling::tile_degrees(job.id.level) * kTileExtent;
+  return std::clamp(power_of_two_at_most(units), 1.0, 64.0);
+}
+
 struct Meshed {
   Tin mesh;
   HeightLattice lattice;
@@ -209,7 +220,7 @@ struct Meshed {
 };
 
 /// Fits a mesh within `eps` of every `step`-th post, then measures it over all posts.
-Result<Meshed> fit(Job& job, double eps, int step, std::stop_token stop) {
+Result<Meshed> fit(Job& job, double eps, int step, double place_step, std::stop_token stop) {
   const auto posts = TilePosts::read(job.source, job.window, job.id, step);
   if (!posts) return std::unexpected(posts.error());
   Meshed result;
@@ -221,12 +232,12 @@ Result<Meshed> fit(Job& job, double eps, int step, std::stop_token stop) {
   o.x_scale = std::max(0.1, std::cos(lat));
   o.locked_border = o.integer_lattice = true;
   o.lattice_max = kTileExtent;
-  o.height_step = result.lattice.step;
+  o.height_step = std::max(result.lattice.step, std::min(1.0, power_of_two_at_most(eps / 16)));
+  o.lattice_step = o.search_step_min = place_step;
   o.height_min = result.lattice.min;
   o.height_max = result.lattice.max();
   o.search = job.plan.options().effort != "fast";
   o.rounds = job.plan.options().effort == "best" ? 7 : 1;
-  o.search_step_min = 16;
   Progress progress;
   progress.stop = stop;
   posts->visit([&](const auto& samples) {
@@ -251,16 +262,26 @@ Result<Meshed> fit_within_budget(Job& job, std::stop_token stop) {
       job.source.info().rounding_m + (job.source.is_plain_geographic() ? 0 : kPlacingError);
   const double eps = job.level.fit_error_m - margin;
   Result<Meshed> best = fail(Errc::internal, "no fit tried");
-  for (int step = decimation(job.window);; step /= 2) {
+  int step = decimation(job.window);
+  double place = 0;
+  for (;;) {
     // Posts that the fit does not see get a share of the band to themselves.
-    auto meshed = fit(job, step == 1 ? eps : 0.7 * eps, step, stop);
+    const double share = step == 1 ? eps : 0.7 * eps;
+    if (place == 0) place = place_step(job, share, step);
+    auto meshed = fit(job, share, step, place, stop);
     if (!meshed) return meshed;
     if (job.posts.posts > 0) meshed->max_error += margin;
     const bool better = !best || meshed->max_error < best->max_error;
     if (better) best = std::move(meshed);
+    if (best->max_error <= job.level.budget_m) return best;
     const bool too_big =
         job.window.cols * job.window.rows / step / step > 4 * kMeshPosts * kMeshPosts;
-    if (best->max_error <= job.level.budget_m || step == 1 || too_big) return best;
+    if (step > 1 && !too_big)
+      step /= 2, place = 0;
+    else if (place > 1)
+      place = 1;  // very steep: here the place counts
+    else
+      return best;
   }
 }
 

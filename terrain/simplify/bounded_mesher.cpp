@@ -30,6 +30,7 @@ void BoundedMesher<S>::insert(const Progress& progress) {
   o.x_scale = options_.x_scale;
   o.integer_lattice = options_.integer_lattice;
   o.lattice_max = options_.lattice_max;
+  o.lattice_step = options_.lattice_step;
   o.height_step = options_.height_step;
   DelaunayInsertion<S> insertion(mesh_, samples_, o);
   insertion.run_passes(progress);

@@ -23,6 +23,7 @@ struct BoundedOptions {
   bool locked_border = false;    // border vertices stay as they are (tiles)
   bool integer_lattice = false;  // vertices on integers in [0, lattice_max] (tiles)
   double lattice_max = 0;
+  double lattice_step = 1;                       // vertices on multiples of it
   double height_step = 0;                        // vertex heights are multiples of it (0: free)
   double height_min = -1e30, height_max = 1e30;  // of every vertex
   std::uint32_t pinned = 0;    // the first vertices of the mesh keep their place and never vanish

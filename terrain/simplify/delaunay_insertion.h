@@ -25,7 +25,8 @@ struct InsertionOptions {
   double limit = 0;              // a sample farther than this from its triangle is inserted
   double x_scale = 1;            // metric length of an x unit over that of a y unit (Delaunay test)
   bool integer_lattice = false;  // vertices go to the nearest integer position ...
-  double lattice_max = 0;        // ... within [1, lattice_max - 1]: borders are locked
+  double lattice_max = 0;        // ... inside (0, lattice_max): borders are locked
+  double lattice_step = 1;       // ... that is a multiple of this
   double height_step = 0;        // vertex heights are multiples of this (0: free)
 };
 
@@ -171,12 +172,18 @@ class DelaunayInsertion {
     return false;
   }
 
+  double on_lattice(double x) const {
+    const double step = options_.lattice_step;
+    const double last = std::ceil(options_.lattice_max / step - 1) * step;
+    return std::clamp(std::nearbyint(x / step) * step, step, last);
+  }
+
   /// Makes sample i a vertex; t is where to look first. False when it cannot become one.
   bool insert(Index t, std::size_t i) {
     Vec3 p = samples_.sample(i);
     if (options_.integer_lattice) {
-      p.x = std::clamp(std::nearbyint(p.x), 1.0, options_.lattice_max - 1);
-      p.y = std::clamp(std::nearbyint(p.y), 1.0, options_.lattice_max - 1);
+      p.x = on_lattice(p.x);
+      p.y = on_lattice(p.y);
     }
     p.z = snap_height(p.z, options_.height_step);
     if (!insert_at(t, p, !options_.integer_lattice)) return give_up(i);

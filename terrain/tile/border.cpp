@@ -20,33 +20,55 @@ Geographic along(const TileEdge& e, double t) {
   return {e.start.lon + s * (e.end.lon - e.start.lon), e.start.lat + s * (e.end.lat - e.start.lat)};
 }
 
-/// Where H has its own breaks along the edge: the places where it crosses the post grid's lines.
-/// Only a plain lon/lat grid is crossed in even steps; others are sampled densely instead.
+/// Where lines of the post grid cross the edge, as places along it: every one, or none where that
+/// is not known (a projected source) or would be too many.
+struct Crossings {
+  std::vector<double> all;
+  std::vector<double> of_bounds;  // where the data ends, and where what fills the rest turns
+};
+
+Crossings crossings(const TileEdge& e, const DemSource& source, const BorderOptions& o) {
+  const DemInfo& info = source.info();
+  const Affine& grid = info.post_to_crs;
+  Crossings found;
+  if (!source.is_plain_geographic() || grid.x_row != 0 || grid.y_col != 0) return found;
+  const bool northward = e.start.lon == e.end.lon;
+  const double first = northward ? e.start.lat : e.start.lon;
+  const double width = northward ? e.end.lat - e.start.lat : e.end.lon - e.start.lon;
+  const double origin = northward ? grid.y0 : grid.x0;
+  const double signed_step = northward ? grid.y_row : grid.x_col, step = std::abs(signed_step);
+  const auto add = [&](std::vector<double>& places, double degrees) {
+    const double t = (degrees - first) / width * kTileExtent;
+    if (t > 0 && t < kTileExtent) places.push_back(t);
+  };
+  // Where the edge runs along a line of posts, no interior vertex can help those: all count.
+  const Vec2 at = grid.invert(e.start.lon, e.start.lat);
+  const double across = northward ? at.x : at.y, quantum = width / kTileExtent / step;
+  const bool on_posts = std::abs(across - std::round(across)) <= quantum;
+  if (width / step <= (on_posts ? kMostPosts : o.samples)) {
+    const double k0 = std::ceil((first - origin) / step);
+    const auto count = std::int64_t(std::ceil(width / step)) + 1;
+    for (std::int64_t i = 0; i < count; ++i) add(found.all, origin + (k0 + double(i)) * step);
+    return found;
+  }
+  const double last = double((northward ? info.rows : info.cols) - 1);
+  for (const double shift : {0.0, 360.0, -360.0}) {
+    if (shift != 0 && northward) break;
+    for (const double past : {0, VoidFill::kFlat, VoidFill::kReach})
+      for (const double post : {-past, last + past})
+        add(found.of_bounds, origin + post * signed_step + shift);
+  }
+  return found;
+}
+
+/// Where H is looked at. Between crossings H is linear: there the ends and the crossings say all.
 std::vector<double> sample_places(const TileEdge& e, const DemSource& source,
                                   const BorderOptions& o) {
-  std::vector<double> places;
-  for (int i = 0; i <= o.samples; ++i)
-    places.push_back(std::round(double(i) * kTileExtent / o.samples));
-  const DemInfo& info = source.info();
-  if (source.is_plain_geographic() && info.post_to_crs.x_row == 0 && info.post_to_crs.y_col == 0) {
-    const bool northward = e.start.lon == e.end.lon;
-    const double first = northward ? e.start.lat : e.start.lon;
-    const double width = northward ? e.end.lat - e.start.lat : e.end.lon - e.start.lon;
-    const double origin = northward ? info.post_to_crs.y0 : info.post_to_crs.x0;
-    const double step = std::abs(northward ? info.post_to_crs.y_row : info.post_to_crs.x_col);
-    // Where the edge runs along a line of posts, no interior vertex can help those: all count.
-    const Vec2 at = info.post_to_crs.invert(e.start.lon, e.start.lat);
-    const double across = northward ? at.x : at.y, quantum = width / kTileExtent / step;
-    const bool on_posts = std::abs(across - std::round(across)) <= quantum;
-    if (width / step <= (on_posts ? kMostPosts : o.samples)) {
-      const double k0 = std::ceil((first - origin) / step);
-      for (int i = 0;; ++i) {
-        const double t = (origin + (k0 + i) * step - first) / width * kTileExtent;
-        if (t > kTileExtent) break;
-        if (t > 0) places.push_back(t);
-      }
-    }
-  }
+  Crossings found = crossings(e, source, o);
+  std::vector<double> places = std::move(found.all);
+  const int even = places.empty() ? o.samples : o.fixed_cells;
+  for (int i = 0; i <= even; ++i) places.push_back(std::round(double(i) * kTileExtent / even));
+  places.insert(places.end(), found.of_bounds.begin(), found.of_bounds.end());
   std::sort(places.begin(), places.end());
   places.erase(std::unique(places.begin(), places.end()), places.end());
   return places;
@@ -129,12 +151,10 @@ std::vector<BorderVertex> make_border(const TileEdge& edge, const HeightField& f
   std::vector<Geographic> points;
   for (const double t : places) points.push_back(along(edge, t));
   std::vector<double> heights(points.size());
-  field.at(points, heights);
+  field.filled(points, heights);  // so that levels agree in voids, too
 
   std::vector<Sample> samples;
-  // Where H is void the line follows what fills it: so that levels agree there, too.
-  for (std::size_t i = 0; i < places.size(); ++i)
-    samples.push_back({places[i], field.filled(points[i], heights[i]), false});
+  for (std::size_t i = 0; i < places.size(); ++i) samples.push_back({places[i], heights[i], false});
   for (int k = 0; k <= o.fixed_cells; ++k) {
     const double t = std::round(double(k) * kTileExtent / o.fixed_cells);
     for (Sample& s : samples) s.fixed |= s.t == t;

@@ -10,6 +10,7 @@
 #include "terrain/base/result.h"
 #include "terrain/geo/coordinates.h"
 #include "terrain/raster/dem_source.h"
+#include "terrain/tile/void_fill.h"
 
 namespace tind {
 
@@ -27,13 +28,10 @@ class HeightField {
   double at_post(Vec2 post) const;
   /// H at many places.
   void at(std::span<const Geographic> places, std::span<double> heights) const;
-  /// A height for a place where H is void: that of the nearest valid post up to 16 posts away, from
-  /// there on sloping down to 0 at 64, so that no level sees a cliff that another one misses.
-  double filled(Geographic place, double h) const;
+  /// H with the voids filled (void_fill.h), so that it is continuous and everywhere: bilinear over
+  /// four posts, whichever of them are void.
+  void filled(std::span<const Geographic> places, std::span<double> heights) const;
 
-  const HeightGrid& window() const { return window_; }
-  std::int64_t window_col() const { return col_; }
-  std::int64_t window_row() const { return row_; }
   const std::optional<Error>& error() const { return error_; }
 
  private:
@@ -42,6 +40,16 @@ class HeightField {
   HeightGrid window_;
   std::int64_t col_ = 0, row_ = 0;
   mutable std::optional<Error> error_;
+
+  /// Four posts and the share of the way between them, to the east and to the south.
+  struct Cell {
+    double nw, ne, sw, se, fx, fy;
+    bool whole() const;  // no void
+    double height() const;
+  };
+  std::optional<Cell> cell_at(Vec2 post) const;
+  double filled_post(Vec2 post, const VoidFill* around) const;
+  std::optional<VoidFill> fill_around(std::span<const Vec2> posts) const;
 };
 
 }  // namespace tind

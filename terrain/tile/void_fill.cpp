@@ -1,0 +1,80 @@
+// Nearest valid posts from one table: by row, how far the next valid post lies to the left and to
+// the right (the first half of Felzenszwalb and Huttenlocher's distance transform). The columns'
+// half is a short search, because few posts are asked for.
+
+#include "terrain/tile/void_fill.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tind {
+
+namespace {
+
+constexpr std::int16_t kNone = VoidFill::kReach + 1;
+
+}  // namespace
+
+Result<VoidFill> VoidFill::load(const DemSource& source, std::int64_t col, std::int64_t row,
+                                int cols, int rows) {
+  VoidFill fill;
+  fill.col_ = col - kReach;
+  fill.row_ = row - kReach;
+  const DemInfo& info = source.info();
+  const int width = cols + 2 * kReach, height = rows + 2 * kReach;
+  const bool beside = !info.wraps_longitude && (fill.col_ >= info.cols || fill.col_ + width <= 0);
+  fill.all_void_ = beside || fill.row_ >= info.rows || fill.row_ + height <= 0;
+  if (fill.all_void_) {
+    fill.around_ = HeightGrid(width, height);
+    return fill;
+  }
+  auto grid = source.read(fill.col_, fill.row_, width, height);
+  if (!grid) return std::unexpected(grid.error());
+  fill.around_ = std::move(*grid);
+  fill.left_.resize(fill.around_.size());
+  fill.right_.resize(fill.around_.size());
+  fill.all_void_ = true;
+  for (int r = 0; r < height; ++r) {
+    const auto line = fill.around_.row(r);
+    std::int16_t* left = &fill.left_[std::size_t(r) * width];
+    std::int16_t* right = &fill.right_[std::size_t(r) * width];
+    std::int16_t far = kNone;
+    for (int c = 0; c < width; ++c) {
+      far = std::isnan(line[c]) ? std::min<std::int16_t>(kNone, far + 1) : 0;
+      left[c] = far;
+      if (far == 0) fill.all_void_ = false;
+    }
+    far = kNone;
+    for (int c = width; c-- > 0;) {
+      far = std::isnan(line[c]) ? std::min<std::int16_t>(kNone, far + 1) : 0;
+      right[c] = far;
+    }
+  }
+  return fill;
+}
+
+bool VoidFill::covers(std::int64_t col, std::int64_t row) const {
+  return col >= col_ + kReach && row >= row_ + kReach && col < col_ + around_.cols() - kReach &&
+         row < row_ + around_.rows() - kReach;
+}
+
+double VoidFill::at(std::int64_t col, std::int64_t row) const {
+  if (all_void_) return 0;
+  const int c = int(col - col_), r = int(row - row_), width = around_.cols();
+  int best = kReach * kReach + 1;  // squared distance
+  float height = 0;
+  for (int away = 0; away <= kReach && away * away < best; ++away) {
+    for (const int line : {r + away, r - away}) {
+      const std::size_t at = std::size_t(line) * width + std::size_t(c);
+      const int left = left_[at], right = right_[at], dx = std::min(left, right);
+      if (dx > kReach || dx * dx + away * away >= best) continue;
+      best = dx * dx + away * away;
+      height = around_.at(left <= right ? c - left : c + right, line);
+    }
+  }
+  const double distance = std::sqrt(double(best));
+  if (distance > kReach) return 0;
+  return height * std::min(1.0, (kReach - distance) / (kReach - kFlat));
+}
+
+}  // namespace tind

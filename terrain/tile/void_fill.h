@@ -1,0 +1,35 @@
+#pragma once
+// What stands where a source says nothing: the one rule by which voids, and the places around the
+// data, get a height. A rule of the source alone, not of a level or a tile: so all tiles that meet
+// in a void agree on it.
+
+#include <cstdint>
+#include <vector>
+
+#include "terrain/raster/dem_source.h"
+
+namespace tind {
+
+/// A void post, inside the source or outside, has the height of the nearest valid post (of two as
+/// near: first by rows down, up, then by columns left, right); from kFlat posts away it slopes to 0
+/// at kReach, so that there is a rule for every place on the globe that only asks what is near.
+class VoidFill {
+ public:
+  static constexpr int kReach = 64, kFlat = 16;  // posts
+
+  /// For the posts [col, col + cols) x [row, row + rows): reads kReach more on each side.
+  static Result<VoidFill> load(const DemSource&, std::int64_t col, std::int64_t row, int cols,
+                               int rows);
+
+  bool covers(std::int64_t col, std::int64_t row) const;
+  /// Height of a post that is covered, valid or not. O(distance).
+  double at(std::int64_t col, std::int64_t row) const;
+
+ private:
+  HeightGrid around_;
+  std::int64_t col_ = 0, row_ = 0;          // of around_'s first post
+  bool all_void_ = false;                   // nothing to be near to
+  std::vector<std::int16_t> left_, right_;  // columns to the nearest valid post in the row
+};
+
+}  // namespace tind
