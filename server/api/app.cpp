@@ -10,6 +10,8 @@ http::Router make_router(const App& app) {
   add_dataset_routes(router, app);
   add_elevation_routes(router, app);
   add_method_routes(router);
+  add_transition_routes(router, app);
+  add_flight_routes(router, app);
   add_health_routes(router, app);
   add_viewer_routes(router, app);
   return router;

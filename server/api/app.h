@@ -27,6 +27,8 @@ http::Router make_router(const App&);
 void add_tile_routes(http::Router&, const App&);
 void add_dataset_routes(http::Router&, const App&);
 void add_elevation_routes(http::Router&, const App&);
+void add_transition_routes(http::Router&, const App&);
+void add_flight_routes(http::Router&, const App&);
 void add_health_routes(http::Router&, const App&);
 void add_method_routes(http::Router&);
 void add_viewer_routes(http::Router&, const App&);

@@ -1,23 +1,15 @@
 // /terrain/{dataset}/layer.json and /terrain/{dataset}/{z}/{x}/{y}.terrain: a cached tile is
 // answered at once, on the I/O thread; any other goes through the CPU pool.
 
-#include <charconv>
 #include <string>
 
 #include "server/api/app.h"
 #include "server/api/extensions.h"
+#include "server/api/tile_address.h"
 #include "server/http/problem.h"
 
 namespace tind::api {
 namespace {
-
-/// Digits only, no sign, no leading zero, so that each tile has one address.
-std::int64_t number(std::string_view text) {
-  std::int64_t value = -1;
-  if (text.empty() || text.size() > 10 || (text[0] == '0' && text.size() > 1)) return -1;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc() && end == text.data() + text.size() ? value : -1;
-}
 
 http::Reply no_tile(std::string_view target) {
   return http::problem_reply({.status = 404,
@@ -28,8 +20,7 @@ http::Reply no_tile(std::string_view target) {
 std::optional<http::Reply> tile(const App& app, const http::Request& request, http::Later& later) {
   const auto [dataset, not_found] = find_dataset(app, request.matched[0], request);
   if (!dataset) return not_found;
-  const auto id = tiling::tile(number(request.matched[1]), number(request.matched[2]),
-                               number(request.matched[3]));
+  const auto id = tile_address(request.matched[1], request.matched[2], request.matched[3]);
   if (!id || !dataset->tiles->available(*id)) return no_tile(request.head.target);
   const proto::Extensions asked = asked_extensions(request.head.fields, request.head.query);
   if (const auto hit = app.tiles.cached(*dataset, *id, asked))

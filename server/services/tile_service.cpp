@@ -77,6 +77,14 @@ void TileService::make(const Dataset& dataset, TileId tile, proto::Extensions as
   pool_.run(std::move(*permit), Flight(*this, dataset, tile));
 }
 
+Result<TileService::Tile> TileService::make_now(const Dataset& dataset, TileId tile,
+                                                proto::Extensions asked, std::stop_token stop) {
+  if (Tile found = cached(dataset, tile, asked)) return found;
+  Result<Tile> whole = whole_tile(dataset, tile, stop);
+  if (!whole) return whole;
+  return variant_of(dataset, tile, *whole, variant_bits(asked, dataset.offered));
+}
+
 void TileService::fly(const Dataset& dataset, TileId tile, std::stop_token stop) {
   Result<Tile> whole = fail(Errc::internal, "not built");
   try {

@@ -38,6 +38,10 @@ class TileService {
   /// this thread, with Errc::busy. REQUIRES: dataset.tiles->available(tile).
   void make(const Dataset&, TileId, proto::Extensions, Done done);
 
+  /// The same for one who is on a worker already and wants several: from the cache, or made here.
+  /// REQUIRES: dataset.tiles->available(tile).
+  Result<Tile> make_now(const Dataset&, TileId, proto::Extensions, std::stop_token);
+
   struct Counters {
     std::atomic<std::uint64_t> hits{0}, built{0}, joined{0}, failed{0}, refused{0};
     std::atomic<std::uint64_t> build_nanoseconds{0};

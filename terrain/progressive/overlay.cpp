@@ -36,7 +36,8 @@ class Overlayer {
  public:
   Overlayer(const Tin& coarse, Overlay& out) : coarse_(coarse), out_(out), m_(out.mesh) {}
 
-  Result<void> run(const HalfedgeMesh& coarse_mesh) {
+  /// `order` 0..3: which edge comes first, and from which of its ends it is walked.
+  Result<void> run(const HalfedgeMesh& coarse_mesh, int order) {
     for (const Vec3& p : coarse_.vertices) {
       const Result<Index> v = add_vertex(p);
       if (!v) return std::unexpected(v.error());
@@ -46,10 +47,12 @@ class Overlayer {
     for (Index v = 0; v < m_.vertex_slots(); ++v)
       if (m_.alive_vertex(v) && m_.on_border(v) && out_.line[v] != Overlay::kCorner)
         out_.line[v] = Overlay::kSide;
-    for (Index h = 0; h < coarse_mesh.halfedge_slots(); ++h) {
-      const Index twin = coarse_mesh.twin(h);
+    const Index slots = Index(coarse_mesh.halfedge_slots());
+    for (Index i = 0; i < slots; ++i) {
+      const Index h = order & 2 ? slots - 1 - i : i, twin = coarse_mesh.twin(h);
       if (twin == kNone || twin < h) continue;
-      const Index a = out_.corner[coarse_mesh.origin(h)], b = out_.corner[coarse_mesh.dest(h)];
+      Index a = out_.corner[coarse_mesh.origin(h)], b = out_.corner[coarse_mesh.dest(h)];
+      if (order & 1) std::swap(a, b);
       line_ = Index(out_.edge.size());
       out_.edge.push_back({a, b});
       if (const Result<void> ok = add_edge(a, b); !ok) return ok;
@@ -262,15 +265,21 @@ Result<Overlay> overlay(const Tin& fine, const Tin& coarse) {
   const Bounds bounds(fine);
   if (fine.triangles.empty() || coarse.triangles.empty() || bounds != Bounds(coarse))
     return fail(Errc::bad_data, "the two meshes do not cover the same rectangle");
-  auto mesh = HalfedgeMesh::from_tin(fine);
+  const auto mesh = HalfedgeMesh::from_tin(fine);
   if (!mesh) return fail("the fine mesh", mesh.error());
   const auto coarse_mesh = HalfedgeMesh::from_tin(coarse);
   if (!coarse_mesh) return fail("the coarse mesh", coarse_mesh.error());
   Overlay out;
-  out.mesh = std::move(*mesh);
-  out.fine_vertices = fine.vertices.size();
-  out.line.assign(out.fine_vertices, Overlay::kInside);
-  if (auto ok = Overlayer(coarse, out).run(*coarse_mesh); !ok) return std::unexpected(ok.error());
+  Result<void> done;
+  // A crossing that doubles cannot tell from its neighbour depends on which edges came before.
+  for (int order = 0; order < 4 && (order == 0 || !done); ++order) {
+    out = {};
+    out.mesh = *mesh;
+    out.fine_vertices = fine.vertices.size();
+    out.line.assign(out.fine_vertices, Overlay::kInside);
+    done = Overlayer(coarse, out).run(*coarse_mesh, order);
+  }
+  if (!done) return std::unexpected(done.error());
   for (Index v = 0; v < out.mesh.vertex_slots(); ++v)
     out.coarse_z.push_back(height_on(coarse, out.mesh.position(v)));
   for (std::size_t j = 0; j < coarse.vertices.size(); ++j)

@@ -13,6 +13,8 @@
 #include <nlohmann/json.hpp>
 #include <regex>
 
+#include "proto/tile_frames.h"
+#include "proto/transition.h"
 #include "server/api/app.h"
 #include "server/api/extensions.h"
 #include "server/api/methods.h"
@@ -78,6 +80,74 @@ class Api : public ::testing::Test {
 
 const std::string kTile = "/terrain/made-up/3/5/2.terrain";
 const std::string kAll = "?extensions=octvertexnormals-metadata";
+
+std::string posted(const std::string& target, const std::string& body) {
+  return "POST " + target +
+         " HTTP/1.1\r\nHost: a\r\nContent-Length: " + std::to_string(body.size()) + "\r\n\r\n" +
+         body;
+}
+
+TEST_F(Api, ATransitionLeadsFromTheParentToTheTile) {
+  const HttpReply reply = get("/transition/made-up/3/5/2");
+  ASSERT_EQ(reply.status, 200) << reply.body;
+  EXPECT_EQ(reply.headers.at("content-type"), "application/vnd.tind.transition");
+  std::string error;
+  const auto* bytes = reinterpret_cast<const std::uint8_t*>(reply.body.data());
+  const auto way = proto::decode_transition({bytes, reply.body.size()}, error);
+  ASSERT_TRUE(way) << error;
+  EXPECT_EQ(way->level, 3u);
+  EXPECT_EQ(way->fine_vertices, 144u);
+  EXPECT_EQ(get("/transition/made-up/3/5/2", "If-None-Match: " + reply.headers.at("etag") + "\r\n")
+                .status,
+            304);
+  EXPECT_EQ(get("/transition/made-up/0/0/0").status, 404);  // no parent
+  EXPECT_EQ(get("/transition/made-up/3/05/2").status, 404);
+  EXPECT_EQ(get("/transition/nobody/3/5/2").status, 404);
+}
+
+TEST_F(Api, ManyTilesComeInOneResponse) {
+  HttpClient client(port());
+  ASSERT_TRUE(client.send(posted("/tiles/made-up", R"({"tiles":["3/5/2","9/0/0","0/1/0"]})")));
+  const HttpReply reply = client.receive();
+  ASSERT_EQ(reply.status, 200) << reply.body;
+  std::string error;
+  const auto* bytes = reinterpret_cast<const std::uint8_t*>(reply.body.data());
+  const auto frames = proto::decode_frames({bytes, reply.body.size()}, error);
+  ASSERT_TRUE(frames) << error;
+  ASSERT_EQ(frames->size(), 3u);
+  EXPECT_EQ((*frames)[0].status, 200u);
+  EXPECT_EQ((*frames)[1].status, 404u);  // said, not dropped
+  EXPECT_EQ((*frames)[2].level, 0u);
+  const auto& first = (*frames)[0].bytes;
+  EXPECT_EQ(std::string(first.begin(), first.end()), get("/terrain/made-up/3/5/2.terrain").body);
+
+  for (const char* wrong : {"", "{}", R"({"tiles":[]})", R"({"tiles":["3/5"]})",
+                            R"({"tiles":["3/05/2"]})", R"({"tiles":[7]})", R"({"tile":[]})"}) {
+    ASSERT_TRUE(client.send(posted("/tiles/made-up", wrong)));
+    EXPECT_EQ(client.receive().status, 400) << wrong;
+  }
+}
+
+TEST_F(Api, AFlightIsPlanned) {
+  HttpClient client(port());
+  ASSERT_TRUE(client.send(posted(
+      "/plan/made-up", R"({"position":{"lon":7,"lat":46,"height_m":3000},)"
+                       R"("velocity":{"east":250},"horizon_s":300,"link_bits_per_s":1e7})")));
+  const HttpReply reply = client.receive();
+  ASSERT_EQ(reply.status, 200) << reply.body;
+  const Json plan = Json::parse(reply.body);
+  ASSERT_GT(plan["tiles"].size(), 10u);
+  EXPECT_EQ(plan["tiles"][0]["tile"], "0/0/0");
+  EXPECT_GT(plan["lead_s"].get<double>(), 0);
+
+  for (const char* wrong :
+       {"", "[]", R"({"trajectory":[]})", R"({"trajectory":[{"lon":1}]})",
+        R"({"position":{"lon":7,"lat":46,"height_m":3},"horizon_s":1,"speed":2})",
+        R"({"position":{"lon":7,"lat":460,"height_m":3},"horizon_s":1})"}) {
+    ASSERT_TRUE(client.send(posted("/plan/made-up", wrong)));
+    EXPECT_EQ(client.receive().status, 400) << wrong;
+  }
+}
 
 TEST_F(Api, ATileHasAllItsHeaders) {
   for (int round = 0; round < 2; ++round) {  // cold, then from the cache

@@ -1,0 +1,21 @@
+#include "server/api/tile_address.h"
+
+#include <charconv>
+
+namespace tind::api {
+namespace {
+
+std::int64_t number(std::string_view text) {
+  std::int64_t value = -1;
+  if (text.empty() || text.size() > 10 || (text[0] == '0' && text.size() > 1)) return -1;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size() ? value : -1;
+}
+
+}  // namespace
+
+std::optional<TileId> tile_address(std::string_view z, std::string_view x, std::string_view y) {
+  return tiling::tile(number(z), number(x), number(y));
+}
+
+}  // namespace tind::api

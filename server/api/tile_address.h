@@ -1,0 +1,15 @@
+#pragma once
+// The address of a tile as a client writes it.
+
+#include <optional>
+#include <string_view>
+
+#include "terrain/geo/tiling_scheme.h"
+
+namespace tind::api {
+
+/// Digits only, no sign, no leading zero, so that each tile has one address; nothing outside the
+/// pyramid.
+std::optional<TileId> tile_address(std::string_view z, std::string_view x, std::string_view y);
+
+}  // namespace tind::api

@@ -1,0 +1,43 @@
+// Any bytes as the bodies of POST /plan and /tiles, as tiles in frames and as a transition: refused
+// with a reason, or within the stated limits; and a transition that is accepted gives a mesh at any
+// parameter.
+
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+
+#include "proto/tile_frames.h"
+#include "server/api/flight_request.h"
+#include "terrain/pyramid/tile_transition.h"
+
+namespace {
+
+void require(bool condition) {
+  if (!condition) std::abort();
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace tind;
+  const std::string_view text(reinterpret_cast<const char*>(data), size);
+  if (const auto flight = api::parse_flight_request(text)) {
+    require(!flight->flight.empty() && flight->flight.size() <= api::kMostFixes);
+    for (const FlightFix& f : flight->flight) require(std::isfinite(f.where.lon + f.time_s));
+  } else {
+    require(!flight.error().what.empty());
+  }
+  if (const auto tiles = api::parse_tile_list(text))
+    require(!tiles->empty() && tiles->size() <= api::kMostTiles);
+  std::string error;
+  if (const auto frames = proto::decode_frames({data, size}, error))
+    for (const proto::TileFrame& f : *frames) require(f.bytes.size() <= size);
+  if (const auto t = proto::decode_transition({data, size}, error)) {
+    require(proto::encode(*t).size() == size);
+    const TerrainTransition way = from_wire(*t);
+    for (const double s : {0.0, 0.5, 1.0})
+      for (const Triangle& q : mesh_at(way, s).triangles)
+        for (const std::uint32_t v : q) require(v < t->u.size());
+  }
+  return 0;
+}

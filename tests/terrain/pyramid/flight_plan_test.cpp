@@ -1,0 +1,153 @@
+// Tiles in the order of need: over a narrow link none is late with the plan, and most are without.
+
+#include "terrain/pyramid/flight_plan.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <set>
+
+#include "terrain/raster/dem_source.h"
+#include "tests/support/made_up_tiles.h"
+#include "tests/support/support.h"
+
+namespace tind {
+namespace {
+
+FlightPlan plan_of(const TileSet& tiles, std::span<const FlightFix> flight,
+                   const FlightOptions& options, std::size_t bytes = 10000) {
+  auto plan = plan_flight(tiles, flight, options, [&](TileId) { return bytes; });
+  EXPECT_TRUE(plan) << plan.error().what;
+  return plan ? *plan : FlightPlan{};
+}
+
+TEST(FlightPlan, ParentsComeFirstAndDeadlinesAreInOrder) {
+  const test::MadeUpTiles tiles(9);
+  const auto flight = straight_flight({{7.5, 46.5}, 3000, 0}, 250, 0, 0, 300);
+  const FlightPlan plan = plan_of(tiles, flight, {});
+  ASSERT_GT(plan.tiles.size(), 50u);
+  std::set<TileId> sent;
+  double last = 0;
+  for (const PlannedTile& t : plan.tiles) {
+    EXPECT_TRUE(t.id.level == 0 || sent.contains(t.id.parent())) << t.id.text();
+    EXPECT_TRUE(sent.insert(t.id).second);
+    EXPECT_GE(t.needed_s, last);
+    last = t.needed_s;
+    EXPECT_LE(t.arrives_s, t.needed_s + plan.lead_s + 1e-9);
+  }
+}
+
+TEST(FlightPlan, AFlightThatStandsStillNeedsItsFirstViewAlone) {
+  const test::MadeUpTiles tiles(9);
+  const FlightFix here{{7.5, 46.5}, 3000, 100};
+  const FlightPlan plan = plan_of(tiles, std::vector{here, FlightFix{{7.5, 46.5}, 3000, 400}}, {});
+  for (const PlannedTile& t : plan.tiles) EXPECT_EQ(t.needed_s, 100);
+  EXPECT_DOUBLE_EQ(plan.lead_s, 8.0 * double(plan.bytes) / 10e6);
+}
+
+TEST(FlightPlan, AcrossTheAntimeridian) {
+  const test::MadeUpTiles tiles(8);
+  const std::vector<FlightFix> flight = {{{179.9, 10}, 3000, 0}, {{-179.9, 10}, 3000, 90}};
+  const FlightPlan there = plan_of(tiles, flight, {});
+  bool east = false, west = false;
+  for (const PlannedTile& t : there.tiles) {
+    const std::uint32_t last = tiling::columns(8) - 1;  // not once around the earth
+    EXPECT_TRUE(t.id.level < 8 || t.id.x < 40 || t.id.x > last - 40) << t.id.text();
+    east |= t.id.level == 8 && t.id.x == 0;
+    west |= t.id.level == 8 && t.id.x == tiling::columns(8) - 1;
+  }
+  EXPECT_TRUE(east && west);
+}
+
+TEST(FlightPlan, WhatMakesNoSenseIsRefused) {
+  const test::MadeUpTiles tiles(4);
+  const auto refused = [&](std::vector<FlightFix> flight, FlightOptions o) {
+    const auto plan = plan_flight(tiles, flight, o, [](TileId) { return std::size_t(1); });
+    return plan ? std::string() : plan.error().what;
+  };
+  EXPECT_NE(refused({}, {}).find("empty"), std::string::npos);
+  EXPECT_NE(refused({{{0, 91}, 0, 0}}, {}).find("not on earth"), std::string::npos);
+  EXPECT_NE(refused({{{0, NAN}, 0, 0}}, {}).find("not on earth"), std::string::npos);
+  EXPECT_NE(refused({{{0, 0}, 0, 5}, {{0, 0}, 0, 4}}, {}).find("back in time"), std::string::npos);
+  EXPECT_NE(refused({{{0, 0}, 0, 0}}, {.tolerance_px = 0}).find("positive"), std::string::npos);
+  EXPECT_NE(refused({{{0, 0}, 0, 0}}, {.max_tiles = 3}).find("more than 3"), std::string::npos);
+}
+
+/// The client's own rule, asked ten times a second, with nothing of the planner's in it.
+struct Viewer {
+  const TileSet& tiles;
+  FlightOptions o;
+  std::map<TileId, double> first = {};
+
+  static double metres(const FlightFix& c, TileId id) {
+    const GeoRect r = tiling::rect(id);
+    const double lon = std::clamp(c.where.lon, r.west, r.east) - c.where.lon;
+    const double lat = std::clamp(c.where.lat, r.south, r.north) - c.where.lat;
+    return std::hypot(lon * 111320 * std::cos(c.where.lat * M_PI / 180), lat * 111320, c.height_m);
+  }
+  void look(const FlightFix& camera, TileId id) {
+    if (!tiles.available(id)) return;
+    first.try_emplace(id, camera.time_s);
+    const double pixels = tiling::level_error(id.level) * o.viewport_height_px /
+                          (2 * std::tan(o.fov_deg / 2 * M_PI / 180) * metres(camera, id));
+    if (pixels <= o.tolerance_px || id.level == tiles.layer().maxzoom) return;
+    for (int i = 0; i < 4; ++i) look(camera, id.child(i % 2, i / 2));
+  }
+};
+
+TEST(FlightPlan, NoTileIsLateOverATenMegabitLink) {
+  TIND_NEEDS_SHARED_DATA(east, "dem/N49W123.tif");
+  TIND_NEEDS_SHARED_DATA(west, "dem/N49W124.tif");
+  auto source = DemSource::open(std::vector{west, east}, {.from_datum = VerticalDatum::egm96});
+  ASSERT_TRUE(source) << source.error().what;
+  const auto set = open_dem_tiles(std::move(*source), {});
+  ASSERT_TRUE(set) << set.error().what;
+  std::map<TileId, std::size_t> sizes;  // as they are, not as they are estimated
+  const auto bytes_of = [&](TileId id) {
+    auto [found, fresh] = sizes.try_emplace(id, 0);
+    if (fresh) found->second = (*set)->tile(id, {})->bytes.size();
+    return found->second;
+  };
+  const FlightOptions o;
+  const auto flight = straight_flight({{-123.9, 49.1}, 3000, 0}, 200, 150, 0, 300);
+  const auto plan = plan_flight(**set, flight, o, bytes_of);
+  ASSERT_TRUE(plan) << plan.error().what;
+
+  Viewer viewer{**set, o};
+  for (int i = 0; i <= 3000; ++i) {
+    FlightFix camera = flight[0];
+    camera.where.lon += i / 3000.0 * (flight[1].where.lon - flight[0].where.lon);
+    camera.where.lat += i / 3000.0 * (flight[1].where.lat - flight[0].where.lat);
+    camera.time_s = i / 10.0;
+    for (std::uint32_t x = 0; x < 2; ++x) viewer.look(camera, {0, x, 0});
+  }
+  std::map<TileId, double> arrives;
+  double sent = 0;
+  for (const PlannedTile& t : plan->tiles)
+    arrives[t.id] = (sent += 8.0 * double(bytes_of(t.id)) / o.link_bits_per_s) - plan->lead_s;
+
+  // On demand: asked for when needed, one after the other on the same link, the first view (which
+  // nobody can have in time) granted as loaded.
+  std::multimap<double, TileId> by_need;
+  for (const auto& [id, time] : viewer.first) by_need.emplace(time, id);
+  std::size_t late = 0, late_on_demand = 0, after_start = 0;
+  double worst = 0, free_at = 0;
+  for (const auto& [time, id] : by_need) {
+    ASSERT_TRUE(arrives.contains(id)) << id.text() << " is needed, but not in the plan";
+    late += arrives[id] > time + 1e-6;
+    if (time == 0) continue;
+    ++after_start;
+    free_at = std::max(free_at, time) + 8.0 * double(bytes_of(id)) / o.link_bits_per_s;
+    late_on_demand += free_at > time + 0.02;  // later than one frame
+    worst = std::max(worst, free_at - time);
+  }
+  std::printf(
+      "%zu tiles, %zu bytes, lead %.1f s; needed after the start: %zu; late with the plan: "
+      "%zu; on demand: %zu later than 20 ms, the worst %.2f s\n",
+      plan->tiles.size(), plan->bytes, plan->lead_s, after_start, late, late_on_demand, worst);
+  EXPECT_EQ(late, 0u);
+  EXPECT_GT(late_on_demand, 0u);
+}
+
+}  // namespace
+}  // namespace tind
