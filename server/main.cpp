@@ -27,6 +27,7 @@ int main(int argc, char** argv) {
   tind::cli::add_info(app, exit);
   tind::cli::add_build(app, exit);
   tind::cli::add_check(app, exit);
+  tind::cli::add_estimate(app, exit);
   tind::cli::add_explain(app, exit);
   tind::cli::add_serve(app, exit);
   try {

@@ -13,6 +13,7 @@
 
 #include "server/cli/commands.h"
 #include "server/cli/dem_input.h"
+#include "server/cli/estimate.h"
 #include "server/cli/progress_bar.h"
 #include "server/cli/tile_options.h"
 
@@ -24,7 +25,7 @@ struct Arguments {
   DemInput input;
   BuildOptions options;
   std::string progress = "auto";
-  bool json = false;
+  bool json = false, dry_run = false;
 };
 
 std::stop_source& interrupted() {
@@ -82,6 +83,7 @@ void print(const BuildReport& r, double seconds) {
 int run(const Arguments& a) {
   auto source = open_dem(a.input);
   if (!source) return complain(source.error());
+  if (a.dry_run) return print_estimate(**source, a.options, a.progress, a.json);
   std::signal(SIGINT, on_signal);
   std::signal(SIGTERM, on_signal);
   const auto begin = std::chrono::steady_clock::now();
@@ -113,7 +115,7 @@ void add_build(CLI::App& program, int& exit) {
   CLI::App* c = program.add_subcommand(
       "build", "make the tile pyramid of a DEM (or of several that share a grid) in a directory");
   c->add_option("DEM", a->input.files, "raster files")->required();
-  c->add_option("-o,--output", a->options.output, "directory of the tiles")->required();
+  auto* output = c->add_option("-o,--output", a->options.output, "directory of the tiles");
   add_tile_options(*c, a->options.tiles);
   a->input.to_datum = "ellipsoid";  // as globe tiles are, and as tind serve makes them
   add_dem_options(*c, a->input);
@@ -126,7 +128,11 @@ void add_build(CLI::App& program, int& exit) {
       ->check(CLI::IsMember({"auto", "bar", "lines", "none"}));
   c->add_flag("--json", a->json, "print the summary as JSON");
   c->footer("Killed and run again, it goes on. Tiles are quantized-mesh-1.0, EPSG:4326, TMS.");
-  c->callback([a, &exit] { exit = run(*a); });
+  c->add_flag("--dry-run", a->dry_run, "only say what it would take, as tind estimate does");
+  c->callback([a, output, &exit] {
+    if (output->empty() && !a->dry_run) throw CLI::RequiredError("--output");
+    exit = run(*a);
+  });
 }
 
 }  // namespace tind::cli

@@ -36,6 +36,7 @@ void add_methods(CLI::App& program, int& exit);
 void add_info(CLI::App& program, int& exit);
 void add_build(CLI::App& program, int& exit);
 void add_check(CLI::App& program, int& exit);
+void add_estimate(CLI::App& program, int& exit);
 void add_explain(CLI::App& program, int& exit);
 void add_serve(CLI::App& program, int& exit);
 

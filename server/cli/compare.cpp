@@ -14,6 +14,7 @@
 #include "server/cli/commands.h"
 #include "server/cli/compare_page.h"
 #include "server/cli/dem_input.h"
+#include "server/cli/peak_memory.h"
 #include "terrain/raster/image_source.h"
 #include "terrain/simplify/simplify.h"
 
@@ -73,18 +74,6 @@ void choose_method(const std::string& text, SimplifyOptions& o) {
   else
     o.method = text;  // no such method; simplify() says so
 }
-
-/// The system's account of this process's largest memory since the last `forget`, in MB.
-class PeakMemory {
- public:
-  static void forget() { std::ofstream("/proc/self/clear_refs") << "5"; }
-  static double megabytes() {
-    std::ifstream status("/proc/self/status");
-    for (std::string line; std::getline(status, line);)
-      if (line.starts_with("VmHWM:")) return std::strtod(line.c_str() + 6, nullptr) / 1024;
-    return 0;
-  }
-};
 
 CompareRow run_one(const HeightGrid& grid, const DemInfo& info, const std::string& method,
                    const std::string& stop_text, const StopAt& stop, SimplifyOptions options) {

@@ -35,14 +35,6 @@ Result<void> write_text(const std::string& path, const std::string& text) {
   return write_whole(path, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
 }
 
-std::vector<std::uint8_t> gzipped(const std::vector<std::uint8_t>& bytes) {
-  libdeflate_compressor* c = libdeflate_alloc_compressor(9);
-  std::vector<std::uint8_t> out(libdeflate_gzip_compress_bound(c, bytes.size()));
-  out.resize(libdeflate_gzip_compress(c, bytes.data(), bytes.size(), out.data(), out.size()));
-  libdeflate_free_compressor(c);
-  return out;
-}
-
 /// What the tiles in a directory depend on.
 std::string record_of(const DemSource& source, const BuildOptions& o) {
   nlohmann::ordered_json j;
@@ -96,6 +88,14 @@ std::vector<TileId> tiles_of(const TilePlan& plan) {
 }
 
 }  // namespace
+
+std::vector<std::uint8_t> gzipped(const std::vector<std::uint8_t>& bytes) {
+  libdeflate_compressor* c = libdeflate_alloc_compressor(9);
+  std::vector<std::uint8_t> out(libdeflate_gzip_compress_bound(c, bytes.size()));
+  out.resize(libdeflate_gzip_compress(c, bytes.data(), bytes.size(), out.data(), out.size()));
+  libdeflate_free_compressor(c);
+  return out;
+}
 
 Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const BuildOptions& o,
                                 const Progress& progress) {

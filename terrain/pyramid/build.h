@@ -19,6 +19,9 @@ struct BuildOptions {
   bool force = false;  // replace a directory that holds another source's tiles
 };
 
+/// As `gzip` stores tiles.
+std::vector<std::uint8_t> gzipped(const std::vector<std::uint8_t>& bytes);
+
 struct LevelReport {
   int level = 0;
   std::uint64_t tiles = 0, bytes = 0;

@@ -1,0 +1,13 @@
+#pragma once
+// What `tind estimate` and `tind build --dry-run` print.
+
+#include <string>
+
+#include "terrain/pyramid/build.h"
+
+namespace tind::cli {
+
+/// Estimates and prints; returns the exit code.
+int print_estimate(const DemSource&, const BuildOptions&, const std::string& progress, bool json);
+
+}  // namespace tind::cli
