@@ -30,7 +30,7 @@ struct Effort {
 };
 
 Effort effort_of(const std::string& name) {
-  if (name == "fast") return {false, 0, 0};
+  if (name == "fast") return {true, 0.1, 0};
   if (name == "best") return {true, 3, 7};
   return {true, 1, 1};
 }

@@ -102,12 +102,10 @@ template <class S>
 bool BoundedMesher<S>::narrow(const Vec3& w, RingEdge e, Interval& room, double give_up) {
   const Vec3 &a = mesh_.position(e[0]), &b = mesh_.position(e[1]);
   const Facet f(w, a, b);
-  double lo = room.lo, hi = room.hi, low = room.low, high = room.high;
+  double lo = room.lo, hi = room.hi;
   const double eps = eps_;
   const bool whole = samples_.scan(w, a, b, [&](double x, double y, double z, std::size_t) {
     const double l = f.weight(x, y), r = z - f.rest(x, y);
-    low = std::min(low, z);
-    high = std::max(high, z);
     const bool raises = r - eps > lo * l, lowers = r + eps < hi * l;
     if (!(raises || lowers) || l < kNoWeight) return true;
     if (raises) lo = (r - eps) / l, lowest_ = {x, y, z};
@@ -115,7 +113,7 @@ bool BoundedMesher<S>::narrow(const Vec3& w, RingEdge e, Interval& room, double 
     return lo - hi <= give_up;
   });
   if (!whole) add_witness(lowest_), add_witness(highest_);
-  room = {lo, hi, low, high};
+  room = {lo, hi};
   return whole;
 }
 
@@ -134,16 +132,31 @@ typename BoundedMesher<S>::Interval BoundedMesher<S>::room(const Vec3& apex, Int
   return start;
 }
 
+/// Clips the room to the band around what the samples of the star span.
+template <class S>
+void BoundedMesher<S>::keep_near_samples(const Vec3& apex, Interval& room) const {
+  double low = kInfinity, high = -kInfinity;
+  for (const RingEdge& e : ring_)
+    samples_.scan(apex, mesh_.position(e[0]), mesh_.position(e[1]),
+                  [&](double, double, double z, std::size_t) {
+                    low = std::min(low, z);
+                    high = std::max(high, z);
+                    return true;
+                  });
+  if (!(low <= high)) return;
+  room.lo = std::max(room.lo, low - eps_);
+  room.hi = std::min(room.hi, high + eps_);
+}
+
 /// The centre of the room, on the height step if there is one; false when nothing fits. Samples
 /// that carry little of the apex's weight would let it fly far off between them: it stays within
 /// the band around what its star's samples span. Where there are none, in a void, it stays in the
 /// range of what is around it.
 template <class S>
-bool BoundedMesher<S>::choose_height(Interval room, double before, double& height) const {
-  if (room.low <= room.high) {
-    room.lo = std::max(room.lo, room.low - eps_);
-    room.hi = std::min(room.hi, room.high + eps_);
-  }
+bool BoundedMesher<S>::choose_height(const Vec3& apex, Interval room, double before,
+                                     double& height) const {
+  if (!(room.lo <= room.hi)) return false;
+  if (!(room.lo >= lowest_.z - eps_ && room.hi <= highest_.z + eps_)) keep_near_samples(apex, room);
   if (!(room.lo <= room.hi)) return false;
   double h = (room.lo + room.hi) / 2;
   if (!std::isfinite(h)) {
@@ -261,7 +274,7 @@ bool BoundedMesher<S>::try_targets(Index v, bool search) {
     }
     const Interval r = room(target, start, fixed ? 0 : give_up);
     Vec3 apex = target;
-    if (choose_height(r, target.z, apex.z) && mesh_.link_ok(h)) {
+    if (choose_height(target, r, target.z, apex.z) && mesh_.link_ok(h)) {
       collapse(h, apex);
       ++stats_.swept;
       return true;
@@ -308,7 +321,7 @@ bool BoundedMesher<S>::directed_search(Index h, const Vec3& start, double gap) {
       at = p;
       add_witness(lowest_), add_witness(highest_);
       moved = true;
-      if (choose_height(r, (a.z + b.z) / 2, at.z) && mesh_.link_ok(h)) {
+      if (choose_height(at, r, (a.z + b.z) / 2, at.z) && mesh_.link_ok(h)) {
         collapse(h, at);
         ++stats_.searched;
         return true;
@@ -374,7 +387,7 @@ void BoundedMesher<S>::move_vertex(Index v) {
     if (step <= unit) break;
     step = std::max(unit, std::floor(step / 2 / unit) * unit);
   }
-  if (!choose_height(best, before.z, at.z)) return;
+  if (!choose_height(at, best, before.z, at.z)) return;
   stats_.moved += at != before;
   mesh_.position(v) = at;
 }
@@ -392,11 +405,8 @@ void BoundedMesher<S>::relax(const Progress& progress) {
 template <class S>
 void BoundedMesher<S>::decimate(const Progress& progress) {
   dirty_ = active_;
-  sweep(false, progress);
-  progress.at(0.4);
+  sweep(options_.search, progress);
   if (!options_.search) return;
-  dirty_ = active_;
-  sweep(true, progress);
   for (int round = 0; round < options_.rounds && !progress.stopped(); ++round) {
     progress.at(0.5 + 0.5 * round / options_.rounds);
     relax(progress);
@@ -405,9 +415,21 @@ void BoundedMesher<S>::decimate(const Progress& progress) {
   }
 }
 
+/// Neighbours in space become neighbours in memory: the sweeps wait for little else.
+template <class S>
+void BoundedMesher<S>::tidy() {
+  if (options_.pinned > 0) return;  // they are the first, and a mesh that has them is small
+  const std::vector<Index> order = spatial_order();
+  std::vector<Vec3> origins;
+  for (const Index v : order) origins.push_back(origin_[v]);
+  origin_ = std::move(origins);
+  mesh_.reorder(order);
+}
+
 template <class S>
 void BoundedMesher<S>::run(const Progress& progress) {
   insert(progress);
+  tidy();
   progress.at(0.2);
   active_.assign(mesh_.vertex_slots(), 1);
   decimate(progress);

@@ -60,7 +60,6 @@ class BoundedMesher {
   /// The room that the samples of a star leave for its apex's height; empty when lo > hi.
   struct Interval {
     double lo, hi;
-    double low = 1e300, high = -1e300;  // span of the star's samples, as far as they were seen
     double gap() const { return lo - hi; }
   };
   using RingEdge = std::array<Index, 2>;  // seen counter-clockwise from the apex
@@ -81,6 +80,7 @@ class BoundedMesher {
   std::vector<std::uint8_t> dirty_;   // by vertex: worth another try
 
   void insert(const Progress&);
+  void tidy();
   std::vector<Index> spatial_order() const;
   std::uint64_t sweep(bool search, const Progress&);
   bool try_targets(Index v, bool search);
@@ -100,7 +100,8 @@ class BoundedMesher {
   void ask_witnesses(const Vec3& apex, Interval& room) const;
   bool narrow(const Vec3& w, RingEdge e, Interval& room, double give_up);
   Interval room(const Vec3& apex, Interval start, double give_up);
-  bool choose_height(Interval room, double before, double& height) const;
+  void keep_near_samples(const Vec3& apex, Interval& room) const;
+  bool choose_height(const Vec3& apex, Interval room, double before, double& height) const;
   void collapse(Index h, const Vec3& apex);
 };
 

@@ -156,9 +156,22 @@ class DelaunayInsertion {
     const double gy = ((c.z - a.z) * (b.x - a.x) - (b.z - a.z) * (c.x - a.x)) / area;
     const double z0 = a.z - gx * a.x - gy * a.y;
     Worst worst;
-    samples_.scan(a, b, c, [&](double x, double y, double z, std::size_t i) {
+    Band band{a.x,
+              a.y,
+              a.z,
+              options_.limit,
+              gx,
+              gy,
+              -options_.limit,
+              gx,
+              gy,
+              std::max(std::abs(b.z - a.z), std::abs(c.z - a.z)) + options_.limit};
+    samples_.scan_outside(a, b, c, band, [&](double x, double y, double z, std::size_t i) {
       const double e = std::abs(z0 + gx * x + gy * y - z);
-      if (e > worst.error && e > options_.limit && !is_hopeless(i)) worst = {e, i};
+      if (e > worst.error && e > options_.limit && !is_hopeless(i)) {
+        worst = {e, i};
+        band.top = e, band.bottom = -e;
+      }
       return true;
     });
     return worst;

@@ -6,6 +6,9 @@
 //                             abc (counter-clockwise; a hair beyond its edges, so that no sample
 //                             on a shared edge is lost to rounding) until f returns false;
 //                             false when f stopped it
+//     bool scan_outside(a, b, c, band, f)
+//                             the same, but only for samples that may lie outside `band`, which f
+//                             may narrow: nearly all lie inside, and those cost next to nothing
 //     Vec3 sample(index)
 // Coordinates are those of the mesh: x to the right, y up. Heights are float in memory, double in
 // every computation; `offset` is added to each (one-sided bounds shift the band that way).
@@ -13,6 +16,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <vector>
 
@@ -20,6 +24,23 @@
 #include "terrain/mesh/tin.h"
 
 namespace tind {
+
+/// What scan_outside leaves out: the samples between two planes, both given relative to the place
+/// (x, y) and the height z. Whoever decides by it measures again, exactly: it may let through
+/// samples that are inside by a millionth of `size`, never hold back one that is outside.
+struct Band {
+  double x = 0, y = 0, z = 0;
+  double top = 0, top_x = 0, top_y = 0;           // height above z at (x, y), and slopes
+  double bottom = 0, bottom_x = 0, bottom_y = 0;  // the same below
+  double size = 0;  // largest distance of either plane from z over the triangle
+
+  /// With one plane still unknown every sample is of interest.
+  bool open() const { return !(std::isfinite(top) && std::isfinite(bottom)); }
+  bool outside(double px, double py, double pz) const {
+    const double u = px - x, v = py - y, h = pz - z;
+    return !(h <= top + (top_x * u + top_y * v) && h >= bottom + (bottom_x * u + bottom_y * v));
+  }
+};
 
 /// Samples on an axis-aligned grid: x = x0 + col * dx, y = y0 - row * dy.
 struct GridSamples {
@@ -38,43 +59,122 @@ struct GridSamples {
 
   template <class F>
   bool scan(const Vec3& a, const Vec3& b, const Vec3& c, F&& f) const {
+    return scan_rows(a, b, c, [&](int row, int first, int last) {
+      const std::size_t base = std::size_t(row) * row_length();
+      const double y = y0 - double(row) * dy;
+      for (int i = first; i <= last; ++i) {
+        const double h = z[base + i];
+        if (std::isnan(h)) continue;
+        if (!f(x0 + double(i) * dx, y, h + offset, base + std::size_t(i))) return false;
+      }
+      return true;
+    });
+  }
+
+  template <class F>
+  bool scan_outside(const Vec3& a, const Vec3& b, const Vec3& c, const Band& band, F&& f) const {
+    return scan_rows(a, b, c, [&](int row, int first, int last) {
+      const std::size_t base = std::size_t(row) * row_length();
+      const double y = y0 - double(row) * dy;
+      const auto ask = [&](int i) {
+        const double h = z[base + i];
+        if (std::isnan(h)) return true;
+        const double x = x0 + double(i) * dx;
+        return !band.outside(x, y, h + offset) || f(x, y, h + offset, base + std::size_t(i));
+      };
+      int i = first;
+      // Four at a time in float, with room for its rounding. Reads up to three samples beyond the
+      // row: the next row's, which the last row does not have.
+      const bool wide = !band.open() && (row + 1 < rows || first + 4 <= cols);
+      while (wide && i <= last && (row + 1 < rows || i + 4 <= cols)) {
+        const Lanes outside = lanes_outside(band, &z[base + i], x0 + double(i) * dx, y);
+        const int n = std::min(4, last - i + 1);
+        if (any(outside, n))
+          for (int k = 0; k < n; ++k)
+            if (!ask(i + k)) return false;
+        i += 4;
+      }
+      for (; i <= last; ++i)
+        if (!ask(i)) return false;
+      return true;
+    });
+  }
+
+ private:
+  using Floats = float __attribute__((vector_size(16)));
+  using Lanes = int __attribute__((vector_size(16)));
+  using Halves = long long __attribute__((vector_size(16)));
+
+  Lanes lanes_outside(const Band& band, const float* at, double x, double y) const {
+    constexpr Floats kSteps = {0, 1, 2, 3};
+    const double u = x - band.x, v = y - band.y, base = band.z - offset;
+    // Float keeps 24 bits: of the planes' values, and of the heights' distance from z.
+    const double slack = 5e-7 * (band.size + std::abs(base) * 0.25);
+    const float top = float(band.top + (band.top_x * u + band.top_y * v) - slack);
+    const float bottom = float(band.bottom + (band.bottom_x * u + band.bottom_y * v) + slack);
+    Floats h;
+    std::memcpy(&h, at, sizeof h);
+    h -= float(base);
+    return Lanes(h > top + float(band.top_x * dx) * kSteps) |
+           Lanes(h < bottom + float(band.bottom_x * dx) * kSteps);
+  }
+  static bool any(Lanes lanes, int n) {
+    static constexpr int kMask[8] = {-1, -1, -1, -1, 0, 0, 0, 0};
+    Lanes mask;
+    std::memcpy(&mask, kMask + (4 - n), sizeof mask);
+    const Halves both = Halves(lanes & mask);
+    return (both[0] | both[1]) != 0;
+  }
+
+  // std::ceil and std::floor are calls into the library on plain x86-64.
+  static int at_or_after(double v) {
+    const int i = int(v);
+    return i + (double(i) < v);
+  }
+  static int at_or_before(double v) {
+    const int i = int(v);
+    return i - (double(i) > v);
+  }
+
+  /// f(row, first column, last column) for each row that has samples in the triangle.
+  template <class F>
+  bool scan_rows(const Vec3& a, const Vec3& b, const Vec3& c, F&& f) const {
     constexpr double kHair = 1e-7;  // of a sample step
     const Vec3 *top = &a, *mid = &b, *low = &c;
     if (top->y < mid->y) std::swap(top, mid);
     if (mid->y < low->y) std::swap(mid, low);
     if (top->y < mid->y) std::swap(top, mid);
     // Row coordinates grow downwards.
-    const double top_row = (y0 - top->y) / dy, mid_row = (y0 - mid->y) / dy;
-    const double low_row = (y0 - low->y) / dy;
-    const int first = int(std::max(0.0, std::ceil(top_row - kHair)));
-    const int last = int(std::min(double(rows - 1), std::floor(low_row + kHair)));
+    const double per_x = 1 / dx, per_y = 1 / dy;
+    const double top_row = (y0 - top->y) * per_y, mid_row = (y0 - mid->y) * per_y;
+    const double low_row = (y0 - low->y) * per_y;
+    const int first = std::max(0, at_or_after(top_row - kHair));
+    const int last = std::min(rows - 1, at_or_before(low_row + kHair));
     if (first > last) return true;
-    const double top_col = (top->x - x0) / dx, mid_col = (mid->x - x0) / dx;
-    const double low_col = (low->x - x0) / dx;
-    const double long_slope = low_row > top_row ? (low_col - top_col) / (low_row - top_row) : 0;
-    const double up_slope = mid_row > top_row ? (mid_col - top_col) / (mid_row - top_row) : 0;
-    const double down_slope = low_row > mid_row ? (low_col - mid_col) / (low_row - mid_row) : 0;
+    const double top_col = (top->x - x0) * per_x, mid_col = (mid->x - x0) * per_x;
+    const double low_col = (low->x - x0) * per_x;
+    const auto span = [&](int row, double one, double other) {
+      const int i = std::max(0, at_or_after(std::min(one, other) - kHair));
+      const int j = std::min(cols - 1, at_or_before(std::max(one, other) + kHair));
+      return i > j || f(row, i, j);
+    };
+    if (!(low_row > top_row))  // all on one row
+      return span(first, std::min({top_col, mid_col, low_col}),
+                  std::max({top_col, mid_col, low_col}));
+    const double along = (low_col - top_col) / (low_row - top_row);
+    // The side with the middle corner, above it and below it.
+    double from_row = top_row, from_col = top_col;
+    double slope = mid_row > top_row ? (mid_col - top_col) / (mid_row - top_row) : 0;
+    bool above = true;
     for (int row = first; row <= last; ++row) {
       const double r = std::clamp(double(row), top_row, low_row);
-      double left, right;
-      if (low_row > top_row) {
-        left = top_col + (r - top_row) * long_slope;
-        right = r < mid_row ? top_col + (r - top_row) * up_slope
-                            : (low_row > mid_row ? mid_col + (r - mid_row) * down_slope : mid_col);
-      } else {  // all on one row
-        left = std::min({top_col, mid_col, low_col});
-        right = std::max({top_col, mid_col, low_col});
+      if (above && !(r < mid_row)) {
+        above = false;
+        from_row = mid_row, from_col = mid_col;
+        slope = low_row > mid_row ? (low_col - mid_col) / (low_row - mid_row) : 0;
       }
-      if (left > right) std::swap(left, right);
-      const int i0 = int(std::max(0.0, std::ceil(left - kHair)));
-      const int i1 = int(std::min(double(cols - 1), std::floor(right + kHair)));
-      const double y = y0 - double(row) * dy;
-      const std::size_t base = std::size_t(row) * row_length();
-      for (int i = i0; i <= i1; ++i) {
-        const double h = z[base + i];
-        if (std::isnan(h)) continue;
-        if (!f(x0 + double(i) * dx, y, h + offset, base + std::size_t(i))) return false;
-      }
+      if (!span(row, top_col + (r - top_row) * along, from_col + (r - from_row) * slope))
+        return false;
     }
     return true;
   }
@@ -113,6 +213,13 @@ class ScatteredSamples {
       }
     }
     return true;
+  }
+
+  template <class F>
+  bool scan_outside(const Vec3& a, const Vec3& b, const Vec3& c, const Band& band, F&& f) const {
+    return scan(a, b, c, [&](double x, double y, double z, std::size_t i) {
+      return !band.outside(x, y, z) || f(x, y, z, i);
+    });
   }
 
  private:

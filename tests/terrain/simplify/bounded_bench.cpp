@@ -7,7 +7,6 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -15,6 +14,7 @@
 #include "terrain/mesh/vertical_error.h"
 #include "terrain/raster/dem_source.h"
 #include "terrain/simplify/simplify.h"
+#include "tests/support/support.h"
 
 using namespace tind;
 
