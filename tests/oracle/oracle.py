@@ -53,8 +53,9 @@ class Source:
         self.tolerance = ROUNDING if self.plain else PLACING
         if self.plain:
             lon, lat = x0 + cols * dx, y0 + rows * dy
-            if lon[-1] > 180 + 1e-6:  # 0..360
+            if abs(len(lon) * dx - 360) < 0.05 * dx:  # around the globe, whose step may be rounded
                 self.tolerance = PLACING
+                lon = lon[0] + np.arange(len(lon)) * (360 / len(lon))
                 lon, z = np.concatenate([lon, lon - 360]), np.concatenate([z, z], axis=1)
             order = np.argsort(lon)
             self.lon, self.lat, self.z = lon[order], lat[::-1], z[::-1, order]
