@@ -101,7 +101,7 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
                                 const Progress& progress) {
   Progress reading = progress;
   reading.report = [&](double share) { progress.at(0.02 * share); };
-  const auto range = scan_heights(*source, reading);
+  const auto range = scan_heights(*source, reading, o.threads);
   if (!range) return std::unexpected(range.error());
   const auto plan = TilePlan::make(source->info(), *range, o.tiles);
   if (!plan) return std::unexpected(plan.error());

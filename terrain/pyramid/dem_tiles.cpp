@@ -1,5 +1,9 @@
 // A DEM as a tile set: every tile made when asked for.
 
+#include <atomic>
+#include <optional>
+#include <thread>
+
 #include "terrain/pyramid/make_tile.h"
 #include "terrain/pyramid/tileset.h"
 
@@ -9,35 +13,64 @@ namespace {
 
 class DemTiles : public TileSet {
  public:
-  DemTiles(std::shared_ptr<const DemSource> source, TilePlan plan, std::string name)
-      : source_(std::move(source)), plan_(std::move(plan)), layer_(plan_.layer(name)) {}
+  /// `outline`: a plan whose levels and availability are right; its heights are not known yet.
+  DemTiles(std::shared_ptr<const DemSource> source, TilePlan outline, std::string name)
+      : source_(std::move(source)), outline_(std::move(outline)), layer_(outline_.layer(name)) {}
+
+  void find_heights(std::stop_token stop, int threads) {
+    Progress progress;
+    progress.stop = stop;
+    const auto range = scan_heights(*source_, progress, threads);
+    plan_ = range ? TilePlan::make(source_->info(), *range, outline_.options())
+                  : std::unexpected(range.error());
+    known_ = true;  // from here on others may look at plan_
+  }
+  void find_heights_in_background() {
+    reader_ = std::jthread([this](std::stop_token stop) { find_heights(stop, 1); });
+  }
+  const Result<TilePlan>& plan() const { return *plan_; }
 
   const proto::LayerJson& layer() const override { return layer_; }
-  bool available(TileId id) const override { return plan_.available(id); }
+  bool available(TileId id) const override { return outline_.available(id); }
   Result<TileBytes> tile(TileId id, std::stop_token stop) const override {
     if (!available(id)) return fail(Errc::not_found, "no tile " + id.text() + " in this dataset");
-    return make_tile(*source_, plan_, id, stop);
+    if (!known_) {
+      return fail(Errc::busy, "the heights of " + source_->info().files.front() +
+                                  " are still being read for the first time; try again soon");
+    }
+    if (!*plan_) return std::unexpected(plan_->error());
+    return make_tile(*source_, **plan_, id, stop);
   }
   const DemSource* dem() const override { return source_.get(); }
 
  private:
   std::shared_ptr<const DemSource> source_;
-  TilePlan plan_;
+  TilePlan outline_;
   proto::LayerJson layer_;
+  std::optional<Result<TilePlan>> plan_;  // written once, before known_
+  std::atomic<bool> known_ = false;
+  std::jthread reader_;  // last: it ends before what it works on
 };
 
 }  // namespace
 
 Result<std::unique_ptr<TileSet>> open_dem_tiles(std::shared_ptr<const DemSource> source,
-                                                const TileSetOptions& options) {
-  const auto range = scan_heights(*source);
-  if (!range) return std::unexpected(range.error());
-  auto plan = TilePlan::make(source->info(), *range, options);
-  if (!plan) return std::unexpected(plan.error());
-  const std::string& file = source->info().files.front();
+                                                const TileSetOptions& options,
+                                                std::int64_t read_at_once) {
+  const DemInfo& info = source->info();
+  auto outline = TilePlan::make(info, HeightRange{}, options);
+  if (!outline) return std::unexpected(outline.error());
+  const std::string& file = info.files.front();
   const std::string name = file.substr(file.find_last_of('/') + 1);
-  return std::make_unique<DemTiles>(std::move(source), std::move(*plan),
-                                    name.substr(0, name.find('.')));
+  auto tiles =
+      std::make_unique<DemTiles>(source, std::move(*outline), name.substr(0, name.find('.')));
+  if (info.cols > read_at_once / info.rows) {
+    tiles->find_heights_in_background();
+    return tiles;
+  }
+  tiles->find_heights({}, 0);
+  if (!tiles->plan()) return std::unexpected(tiles->plan().error());
+  return tiles;
 }
 
 }  // namespace tind

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 #include <numbers>
+#include <optional>
 
+#include "terrain/base/parallel.h"
 #include "terrain/geo/ellipsoid.h"
 
 namespace tind {
@@ -38,26 +41,40 @@ int leaf_level(const DemInfo& info) {
 
 }  // namespace
 
-Result<HeightRange> scan_heights(const DemSource& source, const Progress& progress) {
+Result<HeightRange> scan_heights(const DemSource& source, const Progress& progress, int threads) {
+  constexpr std::int64_t kRows = 256, kCols = 4096;  // whole blocks of the source, 4 MB
   const DemInfo& info = source.info();
-  constexpr std::int64_t kChunk = 256;  // the source's own blocks
+  const std::int64_t across = (info.cols + kCols - 1) / kCols,
+                     down = (info.rows + kRows - 1) / kRows;
   HeightRange range{HUGE_VAL, -HUGE_VAL, 0};
-  const std::int64_t width = std::min<std::int64_t>(info.cols, 1 << 14);
-  for (std::int64_t row = 0; row < info.rows; row += kChunk) {
-    for (std::int64_t col = 0; col < info.cols; col += width) {
-      if (progress.stopped()) return fail(Errc::cancelled, "stopped while reading heights");
-      const auto grid = source.read(col, row, int(std::min(width, info.cols - col)),
-                                    int(std::min(kChunk, info.rows - row)));
-      if (!grid) return std::unexpected(grid.error());
+  std::optional<std::pair<std::size_t, Error>> first_error;
+  std::size_t done = 0;
+  std::mutex mutex;
+  parallel_for(std::size_t(across * down), threads, [&](std::size_t i) {
+    if (progress.stopped()) return;
+    const std::int64_t row = std::int64_t(i) / across * kRows,
+                       col = std::int64_t(i) % across * kCols;
+    const auto grid = source.read(col, row, int(std::min(kCols, info.cols - col)),
+                                  int(std::min(kRows, info.rows - row)));
+    HeightRange part{HUGE_VAL, -HUGE_VAL, 0};
+    if (grid) {
       for (const float z : grid->values()) {
         if (std::isnan(z)) continue;
-        range.min_m = std::min<double>(range.min_m, z);
-        range.max_m = std::max<double>(range.max_m, z);
-        ++range.valid;
+        part.min_m = std::min<double>(part.min_m, z);
+        part.max_m = std::max<double>(part.max_m, z);
+        ++part.valid;
       }
     }
-    progress.at(double(row) / double(info.rows));
-  }
+    const std::lock_guard lock(mutex);
+    if (!grid && (!first_error || i < first_error->first)) first_error.emplace(i, grid.error());
+    range.min_m = std::min(range.min_m, part.min_m);
+    range.max_m = std::max(range.max_m, part.max_m);
+    range.valid += part.valid;
+    if (++done % std::max<std::int64_t>(1, across * down / 200) == 0)
+      progress.at(double(done) / double(across * down));
+  });
+  if (first_error) return std::unexpected(first_error->second);
+  if (progress.stopped()) return fail(Errc::cancelled, "stopped while reading heights");
   if (range.valid == 0) return fail(Errc::bad_data, "the DEM holds no valid height at all");
   return range;
 }

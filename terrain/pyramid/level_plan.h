@@ -19,8 +19,8 @@ struct HeightRange {
   std::uint64_t valid = 0;  // posts
 };
 
-/// One streaming pass over all posts. Fails on the first unreadable block.
-Result<HeightRange> scan_heights(const DemSource&, const Progress& = {});
+/// One streaming pass over all posts, 4 MB a thread. Fails where a block is unreadable.
+Result<HeightRange> scan_heights(const DemSource&, const Progress& = {}, int threads = 0);
 
 struct LevelPlan {
   double budget_m = 0;     // no post of a tile may be farther than this from its mesh

@@ -43,9 +43,15 @@ struct TileSetOptions {
   std::string effort = "normal";
 };
 
-/// The tiles of a DEM, made when asked for. Fails with `unsupported` for a DEM without CRS.
+/// Posts that opening a DEM as tiles reads before it returns: a second or so.
+inline constexpr std::int64_t kMostReadAtOnce = std::int64_t(1) << 25;
+
+/// The tiles of a DEM, made when asked for. Fails with `unsupported` for a DEM without CRS. Tiles
+/// need the range of all heights: of a source with more than `read_at_once` posts it is found in
+/// the background, on one thread, and until then every tile is Errc::busy.
 Result<std::unique_ptr<TileSet>> open_dem_tiles(std::shared_ptr<const DemSource>,
-                                                const TileSetOptions&);
+                                                const TileSetOptions&,
+                                                std::int64_t read_at_once = kMostReadAtOnce);
 
 /// The tiles of a directory made by `tind build` (or anyone): layer.json and z/x/y.terrain.
 Result<std::unique_ptr<TileSet>> open_stored_tiles(const std::string& directory);

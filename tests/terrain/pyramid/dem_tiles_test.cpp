@@ -1,0 +1,82 @@
+// A large DEM is served before all of it has been read.
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <latch>
+#include <thread>
+
+#include "terrain/pyramid/tileset.h"
+#include "tests/support/support.h"
+
+namespace tind {
+namespace {
+
+/// A source whose heights do not come until they are let go.
+class HeldSource : public DemSource {
+ public:
+  explicit HeldSource(std::shared_ptr<const DemSource> behind) : behind_(std::move(behind)) {}
+  std::latch& gate() { return gate_; }
+
+  const DemInfo& info() const override { return behind_->info(); }
+  Result<HeightGrid> read(std::int64_t col, std::int64_t row, int cols, int rows) const override {
+    gate_.wait();
+    return behind_->read(col, row, cols, rows);
+  }
+  Result<HeightGrid> read_decimated(std::int64_t col, std::int64_t row, int cols, int rows,
+                                    int step) const override {
+    gate_.wait();
+    return behind_->read_decimated(col, row, cols, rows, step);
+  }
+  void to_post(std::span<const Geographic> in, std::span<Vec2> out) const override {
+    behind_->to_post(in, out);
+  }
+  void to_geographic(std::span<const Vec2> in, std::span<Geographic> out) const override {
+    behind_->to_geographic(in, out);
+  }
+  bool is_plain_geographic() const override { return behind_->is_plain_geographic(); }
+
+ private:
+  std::shared_ptr<const DemSource> behind_;
+  mutable std::latch gate_{1};
+};
+
+std::shared_ptr<const DemSource> rainier() {
+  auto source = DemSource::open(std::vector<std::string>{test::testdata("rainier.tif")});
+  if (!source) throw std::runtime_error(source.error().what);
+  return *source;
+}
+
+TEST(DemTiles, are_busy_until_the_heights_are_known_and_then_the_same) {
+  TileSetOptions options;
+  options.max_error_m = 40;
+  const auto at_once = open_dem_tiles(rainier(), options);
+  ASSERT_TRUE(at_once);
+  const auto held = std::make_shared<HeldSource>(rainier());
+  const auto tiles = open_dem_tiles(held, options, 0);
+  ASSERT_TRUE(tiles);
+  EXPECT_EQ((*tiles)->layer().available, (*at_once)->layer().available);
+  const TileId id{0, 0, 0};
+  const auto early = (*tiles)->tile(id, {});
+  ASSERT_FALSE(early);
+  EXPECT_EQ(early.error().code, Errc::busy);
+  held->gate().count_down();
+  auto late = (*tiles)->tile(id, {});
+  while (!late && late.error().code == Errc::busy) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    late = (*tiles)->tile(id, {});
+  }
+  ASSERT_TRUE(late) << late.error().what;
+  EXPECT_EQ(late->bytes, (*at_once)->tile(id, {})->bytes);
+}
+
+TEST(DemTiles, can_be_closed_while_heights_are_read) {
+  const auto held = std::make_shared<HeldSource>(rainier());
+  auto tiles = open_dem_tiles(held, {}, 0);
+  ASSERT_TRUE(tiles);
+  held->gate().count_down();
+  tiles->reset();
+}
+
+}  // namespace
+}  // namespace tind
