@@ -6,6 +6,7 @@
 #include "server/http/static_files.h"
 #include "server/services/catalog.h"
 #include "server/services/cpu_pool.h"
+#include "server/services/refine_service.h"
 #include "server/services/tile_cache.h"
 #include "server/services/tile_service.h"
 
@@ -18,7 +19,8 @@ struct App {
   const services::TileCache& cache;
   services::CpuPool& pool;
   const http::StaticFiles& viewer;
-  const http::Server* server = nullptr;  // set once it listens, before it runs
+  const http::Server* server = nullptr;       // set once it listens, before it runs
+  services::RefineService* refine = nullptr;  // null: no /refine
 };
 
 http::Router make_router(const App&);
@@ -31,6 +33,7 @@ void add_transition_routes(http::Router&, const App&);
 void add_flight_routes(http::Router&, const App&);
 void add_health_routes(http::Router&, const App&);
 void add_method_routes(http::Router&);
+void add_refine_routes(http::Router&, const App&);
 void add_viewer_routes(http::Router&, const App&);
 
 /// The dataset of that name, or the 404 that says there is none.

@@ -1,0 +1,174 @@
+// A view is taken out of the table while it is worked on, so two requests can never move one front
+// at a time; it goes back under a new name. A scene is made by one worker; others that want it
+// meanwhile are told to come again, so that they do not hold workers that only wait.
+
+#include "server/services/refine_service.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <random>
+
+#include "terrain/progressive/levelled_collapse.h"
+
+namespace tind::services {
+
+namespace {
+
+using Index = Front::Index;
+
+std::string new_token() {
+  std::random_device device;  // the system's generator: tokens cannot be guessed
+  std::string token;
+  for (int i = 0; i < 4; ++i) token += fmt::format("{:08x}", std::uint32_t(device()));
+  return token;
+}
+
+proto::RefineDelta empty_delta(const ViewGeometry& geometry) {
+  proto::RefineDelta d;
+  const LocalFrame& f = geometry.frame;
+  d.lon = std::atan2(f.up.y, f.up.x) * 180 / 3.14159265358979323846;
+  d.lat = f.lat_deg;
+  return d;
+}
+
+void add(proto::RefineDelta& d, const MultiTriangulation& all, const ViewGeometry& geometry,
+         const std::vector<Index>& vertices, const std::vector<Index>& triangles) {
+  for (const Index v : vertices) d.vertices.push_back({v, geometry.position[v]});
+  for (const Index t : triangles) d.triangles.push_back({t, all.corners(t)});
+}
+
+proto::RefineDelta whole_mesh(const MultiTriangulation& all, const ViewGeometry& geometry,
+                              const Front& front) {
+  proto::RefineDelta d = empty_delta(geometry);
+  d.whole = true;
+  std::vector<Index> triangles = front.active_triangles(), vertices;
+  std::sort(triangles.begin(), triangles.end());
+  for (const Index t : triangles)
+    vertices.insert(vertices.end(), all.corners(t).begin(), all.corners(t).end());
+  std::sort(vertices.begin(), vertices.end());
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  add(d, all, geometry, vertices, triangles);
+  return d;
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const RefineService::Scene>> RefineService::make(
+    const Dataset& dataset, std::stop_token stop) const {
+  const DemSource* const dem = dataset.tiles->dem();
+  if (!dem) return fail(Errc::not_found, "this dataset is a store of tiles without its DEM");
+  const DemInfo& info = dem->info();
+  if (std::size_t(info.cols) * std::size_t(info.rows) > limits_.posts)
+    return fail(Errc::invalid_argument,
+                fmt::format("this dataset has {} x {} posts; at most {} in all can be refined here",
+                            info.cols, info.rows, limits_.posts));
+  const auto grid = dem->read(0, 0, int(info.cols), int(info.rows));
+  if (!grid) return std::unexpected(grid.error());
+  auto all = levelled_terrain(*grid, info.spacing_x_m, info.spacing_y_m, {},
+                              {.report = {}, .stop = std::move(stop)});
+  if (!all) return std::unexpected(all.error());
+  auto geometry = view_geometry(*all, *dem);
+  if (!geometry) return std::unexpected(geometry.error());
+  return std::make_shared<const Scene>(std::move(*all), std::move(*geometry));
+}
+
+Result<std::shared_ptr<const RefineService::Scene>> RefineService::scene(const Dataset& dataset,
+                                                                         std::stop_token stop) {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto known = std::ranges::find(scenes_, &dataset, [](const auto& s) { return s.first; });
+    if (known != scenes_.end()) {
+      scenes_.splice(scenes_.begin(), scenes_, known);
+      return known->second;
+    }
+    if (!making_.insert(&dataset).second)
+      return fail(Errc::busy, "this dataset is being made ready for refining: try again");
+  }
+  auto made = make(dataset, std::move(stop));
+  const std::lock_guard lock(mutex_);
+  making_.erase(&dataset);
+  if (!made) return made;
+  scenes_.emplace_front(&dataset, *made);
+  while (scenes_.size() > limits_.scenes) {
+    std::erase_if(views_, [&](const auto& v) { return v.second->dataset == scenes_.back().first; });
+    scenes_.pop_back();
+  }
+  return made;
+}
+
+Result<proto::RefineDelta> RefineService::region(const Dataset& dataset, const GeoRegion& region,
+                                                 const RegionErrors& errors, std::stop_token stop) {
+  if (!dataset.tiles->dem())
+    return fail(Errc::not_found, "this dataset is a store of tiles without its DEM");
+  const auto over = region.over(*dataset.tiles->dem());
+  if (!over) return std::unexpected(over.error());
+  const auto ready = scene(dataset, std::move(stop));
+  if (!ready) return std::unexpected(ready.error());
+  const Scene& s = **ready;
+  return whole_mesh(s.all, s.geometry, refine_region(s.all, *over, errors));
+}
+
+Result<proto::RefineDelta> RefineService::view(const Dataset& dataset, const Camera& camera,
+                                               const std::string& token, std::stop_token stop) {
+  std::unique_ptr<View> view;
+  if (token.empty()) {
+    const auto ready = scene(dataset, std::move(stop));
+    if (!ready) return std::unexpected(ready.error());
+    const Scene& s = **ready;
+    view = std::make_unique<View>(*ready, ViewFront(s.all, s.geometry), &dataset, Clock::now());
+  } else if (view = take(dataset, token); !view) {
+    return fail(Errc::not_found, "this view is unknown or has expired: start again without one");
+  }
+  const Scene& s = *view->scene;
+  view->front.look(camera);
+  const FrontChange change = view->front.take_change();
+  proto::RefineDelta d;
+  if (token.empty()) {
+    d = whole_mesh(s.all, s.geometry, view->front.front());
+  } else {
+    d = empty_delta(s.geometry);
+    d.removed_triangles = change.removed_triangles;
+    d.removed_vertices = change.removed_vertices;
+    add(d, s.all, s.geometry, change.added_vertices, change.added_triangles);
+  }
+  d.view = new_token();
+  keep(d.view, std::move(view));
+  return d;
+}
+
+std::unique_ptr<RefineService::View> RefineService::take(const Dataset& dataset,
+                                                         const std::string& token) {
+  const std::lock_guard lock(mutex_);
+  drop_views(Clock::now());
+  const auto found = views_.find(token);
+  if (found == views_.end() || found->second->dataset != &dataset) return nullptr;
+  return std::move(views_.extract(found).mapped());
+}
+
+void RefineService::keep(const std::string& token, std::unique_ptr<View> view) {
+  const std::lock_guard lock(mutex_);
+  view->used = Clock::now();
+  views_.emplace(token, std::move(view));
+  drop_views(Clock::now());
+}
+
+/// Those too old, then the oldest until the rest is within the limits.
+void RefineService::drop_views(Clock::time_point now) {
+  std::erase_if(views_, [&](const auto& v) { return now - v.second->used > limits_.view_age; });
+  std::size_t bytes = 0;
+  for (const auto& [token, view] : views_) bytes += view->front.memory_bytes();
+  while (!views_.empty() && (views_.size() > limits_.views || bytes > limits_.view_bytes)) {
+    const auto oldest =
+        std::ranges::min_element(views_, {}, [](const auto& v) { return v.second->used; });
+    bytes -= oldest->second->front.memory_bytes();
+    views_.erase(oldest);
+  }
+}
+
+std::size_t RefineService::views() const {
+  const std::lock_guard lock(mutex_);
+  return views_.size();
+}
+
+}  // namespace tind::services

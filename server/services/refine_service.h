@@ -1,0 +1,76 @@
+#pragma once
+// Meshes that follow a region or a camera, for POST /refine: the multi-triangulations of datasets,
+// made when first asked for, and the views of clients. Everything here is bounded.
+
+#include <chrono>
+#include <cstddef>
+#include <list>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <stop_token>
+#include <string>
+
+#include "proto/refine_delta.h"
+#include "server/services/catalog.h"
+#include "terrain/progressive/camera.h"
+#include "terrain/progressive/geo_region.h"
+#include "terrain/progressive/refine_region.h"
+#include "terrain/progressive/view_front.h"
+
+namespace tind::services {
+
+struct RefineLimits {
+  std::size_t posts = 1'000'000;  // of a dataset that can be refined; about 200 bytes each
+  std::size_t scenes = 2;         // datasets kept ready; the one not used for longest goes
+  std::size_t views = 64;         // so do views ...
+  std::size_t view_bytes = 256 << 20;
+  std::chrono::seconds view_age{300};  // ... and after this long without being asked for
+};
+
+/// Thread-safe. Every call may compute for seconds: on a worker.
+class RefineService {
+ public:
+  using Clock = std::chrono::steady_clock;
+  explicit RefineService(const RefineLimits& limits = {}) : limits_(limits) {}
+
+  /// The whole mesh for a region. REQUIRES: errors.inside_m <= errors.outside_m.
+  Result<proto::RefineDelta> region(const Dataset&, const GeoRegion&, const RegionErrors&,
+                                    std::stop_token);
+
+  /// What leads from the view `token` to the one of this camera; with no token the whole mesh. The
+  /// answer names the new view, and the old name is gone. Fails with not_found for a token that is
+  /// unknown, expired or in use.
+  Result<proto::RefineDelta> view(const Dataset&, const Camera&, const std::string& token,
+                                  std::stop_token);
+
+  const RefineLimits& limits() const { return limits_; }
+  std::size_t views() const;
+
+ private:
+  struct Scene {
+    MultiTriangulation all;
+    ViewGeometry geometry;
+  };
+  struct View {
+    std::shared_ptr<const Scene> scene;  // outlives the front
+    ViewFront front;
+    const Dataset* dataset;
+    Clock::time_point used;
+  };
+
+  Result<std::shared_ptr<const Scene>> scene(const Dataset&, std::stop_token);
+  Result<std::shared_ptr<const Scene>> make(const Dataset&, std::stop_token) const;
+  std::unique_ptr<View> take(const Dataset&, const std::string& token);
+  void keep(const std::string& token, std::unique_ptr<View>);
+  void drop_views(Clock::time_point now);
+
+  const RefineLimits limits_;
+  mutable std::mutex mutex_;
+  std::list<std::pair<const Dataset*, std::shared_ptr<const Scene>>> scenes_;  // last used first
+  std::set<const Dataset*> making_;
+  std::map<std::string, std::unique_ptr<View>> views_;
+};
+
+}  // namespace tind::services
