@@ -1,0 +1,72 @@
+// The page of view-dependent refinement in Chromium: terrain is seen, the mesh follows the flight by
+// small changes, and a coarser tolerance takes fewer triangles.
+import assert from "node:assert/strict";
+import {mkdirSync} from "node:fs";
+import {after, before, test} from "node:test";
+import {openBrowser, openPage} from "./browser.mjs";
+import {ROOT, startDaemon} from "./daemon.mjs";
+
+let daemon, browser, page, complaints;
+
+before(async () => {
+  daemon = await startDaemon("testdata/rainier.tif", "--from-datum", "egm96", "--to-datum", "ellipsoid");
+  browser = await openBrowser();
+  ({page, complaints} = await openPage(browser, daemon.origin, {width: 1100, height: 700}));
+  await page.goto(`${daemon.origin}/viewer/refine.html`);
+  await updates(3);
+  mkdirSync(`${ROOT}/build/shots`, {recursive: true});
+});
+
+after(async () => {
+  await browser?.close();
+  if (daemon) assert.equal(await daemon.stop(), 0, daemon.said());
+});
+
+/// Until so many more views have been answered.
+async function updates(count) {
+  const from = await page.evaluate(() => window.tind?.flight.updates ?? 0);
+  await page.waitForFunction((goal) => window.tind?.flight.updates >= goal, from + count, {timeout: 120000});
+}
+
+const triangles = () => page.evaluate(() => window.tind.flight.mesh.triangles.size);
+
+/// Mean step of luminance between neighbours in the lower half: 0 for a flat colour.
+const texture = () => page.evaluate(() => {
+  const small = Object.assign(document.createElement("canvas"), {width: 160, height: 100});
+  const pen = small.getContext("2d");
+  pen.drawImage(document.getElementById("picture"), 0, 0, 160, 100);
+  const {data} = pen.getImageData(0, 50, 160, 50);
+  let sum = 0;
+  for (let i = 4; i < data.length; i += 4) sum += Math.abs(data[i] - data[i - 4]);
+  return sum / (data.length / 4);
+});
+
+test("terrain is seen, with the figures", async () => {
+  assert.ok((await texture()) > 2, `texture ${await texture()}`);
+  assert.match(await page.locator("#triangles").innerText(), /^[\d,]+ triangles$/);
+  assert.match(await page.locator("#error").innerText(), /^at most 2\.0 px/);
+  await page.screenshot({path: `${ROOT}/build/shots/refine.png`});
+});
+
+test("while it flies, little changes from view to view", async () => {
+  const whole = await page.evaluate(() => window.tind.flight.received / window.tind.flight.updates);
+  await updates(10);
+  const [added, all] = await page.evaluate(() => [document.getElementById("change").textContent, window.tind.flight.mesh.triangles.size]);
+  assert.ok(Number(added.match(/^\+([\d,]+)/)[1].replaceAll(",", "")) < all / 5, `${added} of ${all}`);
+  assert.ok(whole > 0);
+});
+
+test("a coarser tolerance takes fewer triangles, and from above one sees where", async () => {
+  const fine = await triangles();
+  await page.locator("#tolerance").fill("4");
+  await updates(3);
+  assert.ok((await triangles()) < 0.7 * fine, `${await triangles()} of ${fine}`);
+  await page.locator("#tolerance").fill("1");
+  await updates(3);
+  await page.locator("#above").check();
+  await updates(1);
+  await page.screenshot({path: `${ROOT}/build/shots/refine-above.png`});
+  assert.ok((await texture()) > 2);
+});
+
+test("nothing went wrong, and no other host was asked", () => assert.deepEqual(complaints, []));
