@@ -10,6 +10,7 @@
 #include <cpl_error.h>
 #include <gdal.h>
 #include <gdal_frmts.h>
+#include <ogrsf_frmts.h>
 
 #include <algorithm>
 #include <mutex>
@@ -71,6 +72,35 @@ void register_vrt() {
   set_up();
   static std::once_flag once;
   std::call_once(once, [] { GDALRegister_VRT(); });
+}
+
+void register_vectors() {
+  set_up();
+  static std::once_flag once;
+  std::call_once(once, [] {
+    CPLSetConfigOption("GML_SKIP_RESOLVE_ELEMS", "ALL");  // no other file, no URL
+    RegisterOGRShape();
+    RegisterOGRGeoJSON();
+    RegisterOGRGeoJSONSeq();
+    RegisterOGRTopoJSON();
+    RegisterOGRGeoPackage();
+    RegisterOGRSQLite();
+    RegisterOGRFlatGeobuf();
+    RegisterOGRKML();
+    RegisterOGRGML();
+    RegisterOGRGPX();
+    RegisterOGRDXF();
+    RegisterOGRTAB();
+    RegisterOGRCSV();
+  });
+}
+
+const char* const* vector_drivers() {
+  static constexpr const char* kNames[] = {
+      "ESRI Shapefile", "GeoJSON", "GeoJSONSeq", "TopoJSON", "GPKG", "SQLite",
+      "FlatGeobuf",     "KML",     "GML",        "GPX",      "DXF",  "CSV",
+      "MapInfo File",   nullptr};
+  return kNames;
 }
 
 const char* const* raster_drivers(bool with_vrt) {

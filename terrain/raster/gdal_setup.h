@@ -14,8 +14,12 @@ void set_up();
 /// DemSource::open says so; its sources are limited to the same allow-list.
 void register_vrt();
 
-/// Null-terminated list of driver names for GDALOpenEx.
+/// Adds the allowed vector drivers: only for programs whose user names the file.
+void register_vectors();
+
+/// Null-terminated lists of driver names for GDALOpenEx.
 const char* const* raster_drivers(bool with_vrt);
+const char* const* vector_drivers();
 
 /// While it lives, GDAL's messages of this thread come here instead of to stderr.
 class Complaints {

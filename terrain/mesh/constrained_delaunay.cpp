@@ -1,0 +1,330 @@
+// Repair goes in rounds. CGAL's triangulation takes the segments as constraints and finds every
+// crossing; those are brought to the lattice, points within the tolerance of each other become one,
+// and a segment with a point within the tolerance is led through it (the apex of one of its two
+// triangles: in a constrained Delaunay triangulation it is the one that sees the segment under the
+// largest angle). Each of these moves lines by a hair and may make new crossings; so the next round
+// looks again, until one finds nothing to do (iterated snap rounding: Halperin and Packer 2002).
+
+#include "terrain/mesh/constrained_delaunay.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <unordered_map>
+#include <vector>
+
+#if TIND_WITH_CGAL
+#include <CGAL/Constrained_Delaunay_triangulation_2.h>
+#include <CGAL/Constrained_triangulation_plus_2.h>
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Triangulation_vertex_base_with_info_2.h>
+#endif
+
+namespace tind {
+
+#if TIND_WITH_CGAL
+
+namespace {
+
+using Index = std::uint32_t;
+constexpr Index kNew = ~Index(0);  // a vertex that CGAL made: a crossing
+constexpr int kRounds = 40;
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+/// An index that is kNew until somebody says otherwise.
+struct VertexIndex {
+  Index value = kNew;
+};
+using VertexBase = CGAL::Triangulation_vertex_base_with_info_2<VertexIndex, Kernel>;
+using FaceBase = CGAL::Constrained_triangulation_face_base_2<Kernel>;
+using Store = CGAL::Triangulation_data_structure_2<VertexBase, FaceBase>;
+using Delaunay =
+    CGAL::Constrained_Delaunay_triangulation_2<Kernel, Store, CGAL::Exact_predicates_tag>;
+/// Remembers for each constraint the vertices along it.
+using Hierarchy = CGAL::Constrained_triangulation_plus_2<Delaunay>;
+
+std::uint64_t pair_key(Index a, Index b) {
+  return std::uint64_t(std::min(a, b)) << 32 | std::max(a, b);
+}
+
+double squared(const Vec3& a, const Vec3& b) {
+  return (a.x - b.x) * (a.x - b.x) + (a.y - b.y) * (a.y - b.y);
+}
+
+/// Finds an earlier point within the tolerance.
+class PointIndex {
+ public:
+  explicit PointIndex(const std::vector<Vec3>& points) : points_(points) {}
+
+  /// The lowest index within the tolerance of point i, or i itself, which is then entered.
+  Index find_or_add(Index i) {
+    const Vec3& p = points_[i];
+    const std::int64_t cx = cell(p.x), cy = cell(p.y);
+    Index best = i;
+    for (std::int64_t x = cx - 1; x <= cx + 1; ++x) {
+      for (std::int64_t y = cy - 1; y <= cy + 1; ++y) {
+        const auto there = cells_.find(key(x, y));
+        if (there == cells_.end()) continue;
+        for (const Index j : there->second)
+          if (j < best && squared(p, points_[j]) <= kLineTolerance * kLineTolerance) best = j;
+      }
+    }
+    if (best == i) cells_[key(cx, cy)].push_back(i);
+    return best;
+  }
+
+ private:
+  const std::vector<Vec3>& points_;
+  std::unordered_map<std::uint64_t, std::vector<Index>> cells_;
+
+  static std::int64_t cell(double v) { return std::int64_t(std::floor(v / kLineTolerance)); }
+  static std::uint64_t key(std::int64_t x, std::int64_t y) {
+    return std::uint64_t(x) * 0x9e3779b97f4a7c15u + std::uint64_t(y);
+  }
+};
+
+class Repairer {
+ public:
+  explicit Repairer(LineNetwork& network) : net_(network), index_(net_.points) {}
+
+  LineRepairs run() {
+    join_near(0);
+    int round = 0;
+    while (round < kRounds && !settled()) ++round;
+    if (round == kRounds) drop_crossing();
+    return repairs_;
+  }
+
+ private:
+  using Vertex = Hierarchy::Vertex_handle;
+
+  /// One straight segment with all that lies on it.
+  struct Chain {
+    std::size_t first, last;  // in net_.segments: those that run from one end to the other
+    std::vector<Index> points;
+  };
+
+  LineNetwork& net_;
+  PointIndex index_;
+  LineRepairs repairs_;
+  std::vector<Chain> chains_;
+  std::unordered_map<std::uint64_t, Index> through_;  // segment -> point that it is led through
+
+  /// Points from `first` on give way to earlier ones that are within the tolerance; segments
+  /// follow. True when there was any.
+  bool join_near(Index first) {
+    std::vector<Index> now(net_.points.size());
+    bool any = false;
+    for (Index i = 0; i < now.size(); ++i) {
+      now[i] = i < first ? i : index_.find_or_add(i);
+      if (now[i] == i) continue;
+      any = true;
+      ++repairs_.joined;
+      if (std::isnan(net_.points[now[i]].z)) net_.points[now[i]].z = net_.points[i].z;
+    }
+    for (LineSegment& s : net_.segments) s.a = now[s.a], s.b = now[s.b];
+    tidy();
+    return any;
+  }
+
+  /// Segments in order, each once for a source, none without length.
+  void tidy() {
+    std::vector<LineSegment>& all = net_.segments;
+    for (LineSegment& s : all)
+      if (s.a > s.b) std::swap(s.a, s.b);
+    std::erase_if(all, [](const LineSegment& s) { return s.a == s.b; });
+    std::sort(all.begin(), all.end());
+    all.erase(std::unique(all.begin(), all.end()), all.end());
+  }
+
+  /// One round. True when nothing was left to do.
+  bool settled() {
+    const Index before = Index(net_.points.size());
+    triangulate_chains();
+    split_segments();
+    const bool bent = !through_.empty();
+    repairs_.crossings += net_.points.size() - before;
+    const bool joined = join_near(before);
+    return !bent && !joined && net_.points.size() == before;
+  }
+
+  void triangulate_chains() {
+    Hierarchy triangulation;
+    std::vector<Vertex> vertex(net_.points.size());
+    Hierarchy::Face_handle near;
+    const auto enter = [&](Index i) {
+      if (vertex[i] != Vertex()) return;
+      vertex[i] = triangulation.insert({net_.points[i].x, net_.points[i].y}, near);
+      vertex[i]->info().value = i;
+      near = vertex[i]->face();
+    };
+    for (const LineSegment& s : net_.segments) enter(s.a), enter(s.b);
+    std::vector<Hierarchy::Constraint_id> ids;
+    chains_.clear();
+    for (std::size_t i = 0; i < net_.segments.size();) {
+      const LineSegment& s = net_.segments[i];
+      std::size_t j = i + 1;
+      while (j < net_.segments.size() && net_.segments[j].a == s.a && net_.segments[j].b == s.b)
+        ++j;
+      ids.push_back(triangulation.insert_constraint(vertex[s.a], vertex[s.b]));
+      chains_.push_back({i, j, {}});
+      i = j;
+    }
+    for (std::size_t k = 0; k < ids.size(); ++k) {
+      for (auto v = triangulation.vertices_in_constraint_begin(ids[k]);
+           v != triangulation.vertices_in_constraint_end(ids[k]); ++v)
+        chains_[k].points.push_back(known(*v, chains_[k]));
+    }
+    find_near_points(triangulation);
+  }
+
+  /// The index of a vertex; a new crossing becomes a point of the network.
+  Index known(Vertex v, const Chain& chain) {
+    if (v->info().value != kNew) return v->info().value;
+    const LineSegment& s = net_.segments[chain.first];
+    const Vec3 a = net_.points[s.a], b = net_.points[s.b];
+    Vec3 p{snap_to_line_lattice(v->point().x()), snap_to_line_lattice(v->point().y()), 0};
+    p.z = a.z + (b.z - a.z) * std::sqrt(squared(a, p) / squared(a, b));  // NaN without heights
+    v->info().value = Index(net_.points.size());
+    net_.points.push_back(p);
+    return v->info().value;
+  }
+
+  void find_near_points(const Hierarchy& t) {
+    through_.clear();
+    for (auto e = t.finite_edges_begin(); e != t.finite_edges_end(); ++e) {
+      if (!t.is_constrained(*e)) continue;
+      const auto [face, i] = *e;
+      const Index a = face->vertex(t.ccw(i))->info().value, b = face->vertex(t.cw(i))->info().value;
+      double least = kLineTolerance;
+      for (const Vertex& v : {face->vertex(i), t.mirror_vertex(face, i)}) {
+        if (t.is_infinite(v)) continue;
+        const double d = distance_beside(v->info().value, a, b);
+        if (d > least) continue;
+        least = d;
+        through_[pair_key(a, b)] = v->info().value;
+      }
+    }
+  }
+
+  /// From point v to the segment a-b, where v lies beside it; infinite beyond its ends.
+  double distance_beside(Index v, Index a, Index b) const {
+    const Vec3 &p = net_.points[v], &q = net_.points[a], &r = net_.points[b];
+    const double l2 = squared(q, r);
+    const double along = (p.x - q.x) * (r.x - q.x) + (p.y - q.y) * (r.y - q.y);
+    if (!(along > 0 && along < l2)) return std::numeric_limits<double>::infinity();
+    return std::abs(orient2d(q, r, p)) / std::sqrt(l2);
+  }
+
+  void split_segments() {
+    std::vector<LineSegment> now;
+    now.reserve(net_.segments.size());
+    for (const Chain& chain : chains_) {
+      for (std::size_t k = 1; k < chain.points.size(); ++k) {
+        const Index a = chain.points[k - 1], b = chain.points[k];
+        const auto bend = through_.find(pair_key(a, b));
+        repairs_.bent += bend != through_.end();
+        for (std::size_t i = chain.first; i < chain.last; ++i) {
+          const std::uint32_t source = net_.segments[i].source;
+          if (bend == through_.end()) {
+            now.push_back({a, b, source});
+          } else {
+            now.push_back({a, bend->second, source});
+            now.push_back({bend->second, b, source});
+          }
+        }
+      }
+    }
+    net_.segments = std::move(now);
+  }
+
+  /// The last resort: what still makes new points is left out.
+  void drop_crossing() {
+    for (int round = 0; round < kRounds; ++round) {
+      const Index before = Index(net_.points.size());
+      triangulate_chains();
+      if (net_.points.size() == before) return;
+      std::vector<LineSegment> now;
+      for (const Chain& chain : chains_) {
+        const bool crosses =
+            std::ranges::any_of(chain.points, [&](Index i) { return i >= before; });
+        repairs_.dropped += crosses ? chain.last - chain.first : 0;
+        if (!crosses)
+          now.insert(now.end(), net_.segments.begin() + std::ptrdiff_t(chain.first),
+                     net_.segments.begin() + std::ptrdiff_t(chain.last));
+      }
+      net_.segments = std::move(now);
+      net_.points.resize(before);
+    }
+  }
+};
+
+std::vector<Triangle> triangles_of(Delaunay& t, std::vector<Vec3>& points) {
+  for (auto v = t.finite_vertices_begin(); v != t.finite_vertices_end(); ++v) {
+    if (v->info().value != kNew) continue;
+    v->info().value = Index(points.size());
+    points.push_back({v->point().x(), v->point().y(), std::numeric_limits<double>::quiet_NaN()});
+  }
+  std::vector<Triangle> triangles;
+  triangles.reserve(t.number_of_faces());
+  for (auto f = t.finite_faces_begin(); f != t.finite_faces_end(); ++f) {
+    triangles.push_back(
+        {f->vertex(0)->info().value, f->vertex(1)->info().value, f->vertex(2)->info().value});
+  }
+  return triangles;
+}
+
+}  // namespace
+
+bool has_constrained_delaunay() { return true; }
+
+Result<LineRepairs> repair_lines(LineNetwork& network) {
+  try {
+    return Repairer(network).run();
+  } catch (const std::exception& e) {
+    return fail(Errc::internal, std::string("repairing lines: ") + e.what());
+  }
+}
+
+Result<std::vector<Triangle>> triangulate(std::vector<Vec3>& points,
+                                          std::span<const std::array<std::uint32_t, 2>> edges) {
+  try {
+    Delaunay t;
+    std::vector<Delaunay::Vertex_handle> vertex;
+    vertex.reserve(points.size());
+    Delaunay::Face_handle near;
+    for (Index i = 0; i < points.size(); ++i) {
+      vertex.push_back(t.insert({points[i].x, points[i].y}, near));
+      if (vertex[i]->info().value == kNew) vertex[i]->info().value = i;
+      near = vertex[i]->face();
+    }
+    for (const auto& [a, b] : edges)
+      if (vertex[a] != vertex[b]) t.insert_constraint(vertex[a], vertex[b]);
+    return triangles_of(t, points);
+  } catch (const std::exception& e) {
+    return fail(Errc::internal, std::string("triangulating lines: ") + e.what());
+  }
+}
+
+#else
+
+namespace {
+
+std::unexpected<Error> without() {
+  return fail(Errc::unsupported,
+              "this tind was built without lines (-DTIND_WITH_CGAL=OFF): build it with CGAL for "
+              "--breaklines, --flatten and --boundary");
+}
+
+}  // namespace
+
+bool has_constrained_delaunay() { return false; }
+Result<LineRepairs> repair_lines(LineNetwork&) { return without(); }
+Result<std::vector<Triangle>> triangulate(std::vector<Vec3>&,
+                                          std::span<const std::array<std::uint32_t, 2>>) {
+  return without();
+}
+
+#endif
+
+}  // namespace tind

@@ -1,0 +1,38 @@
+#pragma once
+// Lines and polygons from any vector file, in the post coordinates of a DEM.
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "terrain/base/result.h"
+#include "terrain/raster/dem_source.h"
+
+namespace tind {
+
+/// x = col, y = -row. z: metres, or NaN where the file has no heights. A point that cannot be
+/// reprojected has NaN for x and y.
+using VectorLine = std::vector<Vec3>;
+
+/// Rings as the file has them, closed or not; a place is inside when it is in an odd number.
+struct VectorPolygon {
+  std::vector<VectorLine> rings;
+};
+
+struct VectorShapes {
+  std::vector<VectorLine> lines;
+  std::vector<VectorPolygon> polygons;
+  std::size_t features = 0;
+  std::size_t points = 0;  // point geometries, which are left out
+};
+
+/// Reads all layers of `path`: ESRI Shapefile, GeoJSON (and its sequences, and TopoJSON),
+/// GeoPackage, SQLite, FlatGeobuf, KML, GML, GPX, DXF, MapInfo, CSV with WKT. Multi-geometries and
+/// collections are taken apart, curves become chains of segments. Vertices are reprojected to the
+/// DEM's CRS; between them lines are straight there. A file or a DEM without CRS: coordinates are
+/// taken to be the DEM's. Heights are in the vertical unit of the file's CRS, metres if it has
+/// none, and are not converted between datums. Fails (not_found) for no file, (bad_data) for one
+/// that is unreadable, has neither line nor polygon, or has nothing within the DEM's rectangle.
+Result<VectorShapes> read_vectors(const std::string& path, const DemSource& dem);
+
+}  // namespace tind
