@@ -14,6 +14,7 @@
 #include "server/cli/commands.h"
 #include "server/cli/compare_page.h"
 #include "server/cli/dem_input.h"
+#include "server/cli/line_input.h"
 #include "server/cli/peak_memory.h"
 #include "terrain/raster/image_source.h"
 #include "terrain/simplify/simplify.h"
@@ -24,6 +25,7 @@ namespace {
 
 struct Arguments {
   DemInput input;
+  LineInput lines;
   std::vector<std::string> methods = {"edge-cost", "qem", "triangle-collapse", "cluster"};
   std::vector<std::string> at, max_error;
   std::string html, csv, drape;
@@ -163,9 +165,15 @@ int run(const Arguments& a) {
   const auto dem = open_dem(a.input);
   if (!dem) return complain(dem.error());
   const DemInfo& info = (*dem)->info();
-  const auto grid = read_all(**dem);
+  auto grid = read_all(**dem);
   if (!grid) return complain(grid.error());
   SimplifyOptions options;
+  if (a.lines.any()) {
+    auto constraints = read_lines(a.lines, **dem, *grid);
+    if (!constraints) return complain(constraints.error());
+    options.constraints = std::move(*constraints);
+    grid = options.constraints->grid;
+  }
   options.threads = a.threads;
   if (!a.drape.empty()) {
     auto drape = drape_image(a.drape, **dem);
@@ -221,6 +229,7 @@ void add_compare(CLI::App& program, int& exit) {
       ->delimiter(',');
   stop->require_option(1);
   add_dem_options(*app, a->input);
+  add_line_options(*app, a->lines);
   app->add_option("--drape", a->drape, "attribute-qem: colours from this image");
   app->add_option("--html", a->html, "write a page with curves and pictures, which stands alone");
   app->add_option("--csv", a->csv, "write the table here as CSV");

@@ -14,6 +14,7 @@
 #include "proto/mesh_io.h"
 #include "server/cli/commands.h"
 #include "server/cli/dem_input.h"
+#include "server/cli/line_input.h"
 #include "server/cli/mesh_quality.h"
 #include "server/cli/progress_bar.h"
 #include "server/cli/surface_report.h"
@@ -28,6 +29,7 @@ namespace {
 
 struct Arguments {
   DemInput input;
+  LineInput lines;
   std::string output, report, drape;
   SimplifyOptions options;
   std::string frame = "source", units = "metres", progress = "auto";
@@ -132,6 +134,8 @@ bool is_mesh(const std::string& path) {
 /// A general mesh in, a general mesh out; its error is the distance of the two surfaces.
 int run_mesh(const Arguments& a) {
   if (a.input.files.size() != 1) return complain({Errc::invalid_argument, "one mesh at a time"});
+  if (a.lines.any())
+    return complain({Errc::invalid_argument, "--breaklines, --flatten and --boundary need a DEM"});
   auto file = proto::read_mesh(a.input.files[0]);
   if (!file) return complain({Errc::bad_data, file.error()});
   Tin tin = from_file_mesh(std::move(*file));
@@ -202,8 +206,14 @@ int run(Arguments& a) {
   const auto dem = open_dem(a.input);
   if (!dem) return complain(dem.error());
   const DemInfo& info = (*dem)->info();
-  const Result<HeightGrid> grid = read_all(**dem);
+  Result<HeightGrid> grid = read_all(**dem);
   if (!grid) return complain(grid.error());
+  if (a.lines.any()) {
+    auto constraints = read_lines(a.lines, **dem, *grid);
+    if (!constraints) return complain(constraints.error());
+    a.options.constraints = std::move(*constraints);
+    grid = a.options.constraints->grid;
+  }
   if (!a.drape.empty()) {
     Result<Drape> drape = drape_image(a.drape, **dem);
     if (!drape) return complain(drape.error());
@@ -218,6 +228,8 @@ int run(Arguments& a) {
   }
   if (!made) return complain(made.error());
   seconds.simplify = watch.lap();
+  std::optional<ConstraintCheck> lines;
+  if (a.options.constraints) lines = check_constraints(made->tin, *a.options.constraints);
   const auto attributes = attribute_errors(a, *grid, info, made->tin);
   watch.lap();
 
@@ -234,6 +246,7 @@ int run(Arguments& a) {
   seconds.measure = watch.lap();
 
   nlohmann::ordered_json report = report_json(a, info, *made, quality, seconds);
+  if (lines) report["lines"] = lines_json(a.options.constraints->report, *lines);
   if (attributes) report["surface"] = distance_json(*attributes);
   if (!a.report.empty()) {
     if (const auto ok = proto::write_whole_file(a.report, report.dump(2) + "\n"); !ok) {
@@ -242,6 +255,7 @@ int run(Arguments& a) {
     }
   }
   print(a, report, *made, quality, seconds);
+  if (lines && !a.json) fmt::print("{}", lines_text(a.options.constraints->report, *lines));
   if (attributes && !a.json) fmt::print("{}", distance_text(*attributes));
   return kOk;
 }
@@ -308,6 +322,7 @@ void add_simplify(CLI::App& program, int& exit) {
   add_stop(*app, a->options.stop);
   add_method_options(*app, a->options);
   add_dem_options(*app, a->input);
+  add_line_options(*app, a->lines);
   app->add_option("--drape", a->drape,
                   "attribute-qem: colours from this image, reprojected or stretched over the DEM");
   app->add_option("--frame", a->frame,

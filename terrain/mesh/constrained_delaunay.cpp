@@ -192,6 +192,7 @@ class Repairer {
 
   void find_near_points(const Hierarchy& t) {
     through_.clear();
+    if (t.dimension() < 2) return;  // all on one straight line: there is no beside
     for (auto e = t.finite_edges_begin(); e != t.finite_edges_end(); ++e) {
       if (!t.is_constrained(*e)) continue;
       const auto [face, i] = *e;

@@ -303,12 +303,14 @@ Tin attributed_vertices(const TerrainMesh& terrain, const HeightGrid& grid,
     const bool before = grid.inside(c - dc, r - dr) && !grid.is_void(c - dc, r - dr);
     const double high = after ? grid.at(c + dc, r + dr) : grid.at(c, r);
     const double low = before ? grid.at(c - dc, r - dr) : grid.at(c, r);
-    return after || before ? (high - low) / (step * (after + before)) : 0;
+    if (std::isnan(high - low)) return 0.0;
+    return after || before ? (high - low) / (step * (after + before)) : 0.0;
   };
   Tin tin;
   const auto positions = terrain.mesh.positions();
   for (const Vec3& p : positions) {
-    const int c = int(p.x), r = int(-p.y);
+    // A vertex on a line between posts takes after the nearest.
+    const int c = int(std::lround(p.x)), r = int(std::lround(-p.y));
     tin.vertices.push_back(terrain.metric(p));
     const double dx = slope(c, r, 1, 0, terrain.metres_x),
                  dy = slope(c, r, 0, -1, terrain.metres_y);
@@ -342,7 +344,7 @@ std::vector<std::array<float, 3>> vertex_normals(const Tin& tin) {
 
 Result<Tin> terrain_with_attributes(const HeightGrid& grid, double sx, double sy,
                                     const SimplifyOptions& options) {
-  const Result<TerrainMesh> terrain = terrain_mesh(grid, sx, sy);
+  const Result<TerrainMesh> terrain = terrain_mesh(grid, sx, sy, options.constraints.get());
   if (!terrain) return std::unexpected(terrain.error());
   const Tin slots = attributed_vertices(*terrain, grid, options);
   std::vector<Index> place;
@@ -361,7 +363,7 @@ Result<Simplified> simplify_attribute_qem(const HeightGrid& grid, double sx, dou
                                           const Progress& progress) {
   if (options.drape && options.drape->size() != grid.size())
     return fail(Errc::invalid_argument, "the drape needs one colour for each post");
-  Result<TerrainMesh> terrain = terrain_mesh(grid, sx, sy);
+  Result<TerrainMesh> terrain = terrain_mesh(grid, sx, sy, options.constraints.get());
   if (!terrain) return std::unexpected(terrain.error());
   if (options.recorder) put_on_lattice(terrain->mesh, options.recorder->lattice);
   const Tin attributed = attributed_vertices(*terrain, grid, options);

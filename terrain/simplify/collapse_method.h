@@ -73,7 +73,8 @@ template <class MakeCost>
 Result<Simplified> collapse_terrain(const HeightGrid& grid, double spacing_x_m, double spacing_y_m,
                                     const SimplifyOptions& options, const Progress& progress,
                                     MakeCost&& make_cost) {
-  Result<TerrainMesh> terrain = terrain_mesh(grid, spacing_x_m, spacing_y_m);
+  Result<TerrainMesh> terrain =
+      terrain_mesh(grid, spacing_x_m, spacing_y_m, options.constraints.get());
   if (!terrain) return std::unexpected(terrain.error());
   HalfedgeMesh& mesh = terrain->mesh;
   Simplified out;

@@ -677,24 +677,20 @@ class Builder {
 
   // --- what holds ------------------------------------------------------------------------------
 
-  /// Leaves out the parts that no triangle has as its edge; and where two parts go on straight, the
-  /// vertex between them may slide.
+  /// Leaves out the parts that no triangle has as its edge.
   void keep_parts() {
     Tin& mesh = out_.mesh;
-    std::vector<std::uint8_t> used(mesh.vertices.size(), 0);
     std::unordered_map<std::uint64_t, int> edge;
     const auto key = [](Index a, Index b) {
       return std::uint64_t(std::min(a, b)) << 32 | std::max(a, b);
     };
     for (const Triangle& t : mesh.triangles)
       for (int k = 0; k < 3; ++k) {
-        used[t[std::size_t(k)]] = 1;
         const Index a = t[std::size_t(k)], b = t[std::size_t(k + 1) % 3];
         if (out_.hold[a] != Constraints::loose && out_.hold[b] != Constraints::loose)
           ++edge[key(a, b)];
       }
     std::vector<LinePart> kept;
-    std::unordered_map<Index, std::vector<Index>> ends;
     for (const LinePart& part : out_.parts) {
       const Index next = part.first < part.last ? out_.inner[part.first] : part.b;
       if (!edge.contains(key(part.a, next))) {
@@ -702,18 +698,9 @@ class Builder {
         continue;
       }
       kept.push_back(part);
-      ends[part.a].push_back(part.b);
-      ends[part.b].push_back(part.a);
     }
     out_.parts = std::move(kept);
     out_.report.parts = out_.parts.size();
-    for (const LinePart& part : out_.parts)
-      for (const Index v : {part.a, part.b}) {
-        const auto& to = ends[v];
-        if (to.size() == 2 &&
-            on_segment(mesh.vertices[to[0]], mesh.vertices[to[1]], mesh.vertices[v]))
-          out_.hold[v] = Constraints::slides;
-      }
   }
 };
 

@@ -42,6 +42,7 @@ class EdgeCost {
         at = midpoint(m.position(m.origin(h)), m.position(m.dest(h)));
         break;
       case Merge::at_dest:
+      case Merge::either:
         at = m.position(m.dest(h));
         break;
       case Merge::at_origin:
@@ -56,7 +57,7 @@ class EdgeCost {
 
   void merge(const HalfedgeMesh& m, Index h, const Vec3&) {
     const Index a = m.origin(h), b = m.dest(h);
-    terrain_.kind[b] = merged_kind(terrain_.kind[a], terrain_.kind[b]);
+    merge_vertices(terrain_, a, b);
     degree_[b] += degree_[a] - 4;
     --degree_[m.apex(h)];
     --degree_[m.apex(m.twin(h))];

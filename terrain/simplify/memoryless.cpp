@@ -124,7 +124,7 @@ class SweepCost {
 
   void merge(const HalfedgeMesh& m, Index h, const Vec3& at) {
     const Index a = m.origin(h), b = m.dest(h), g = m.twin(h);
-    terrain_.kind[b] = merged_kind(terrain_.kind[a], terrain_.kind[b]);
+    merge_vertices(terrain_, a, b);
     Sweep merged;
     for (const Index v : {a, b}) {
       m.for_each_out(v, [&](Index e) {
@@ -166,12 +166,14 @@ class SweepCost {
     Vec3 at = pa;
     switch (rule) {
       case Merge::at_origin:
-        if (terrain_.kind[m.origin(h)] == VertexKind::fixed) return pa;
+        if (height_is_fixed(terrain_.kind[m.origin(h)])) return pa;
         break;
       case Merge::at_dest:
-        if (terrain_.kind[m.dest(h)] == VertexKind::fixed) return pb;
+        if (height_is_fixed(terrain_.kind[m.dest(h)])) return pb;
         at = pb;
         break;
+      case Merge::either:
+        return pb;
       case Merge::along_x:
         at.x = between(pa.x, pb.x, pa.x + q.x_at(0) / scale_x_);
         break;

@@ -42,11 +42,9 @@ class TerrainRules {
   void put_on(const Lattice& lattice) { lattice_ = lattice; }
 
   Merge rule(Index h) const { return merge_rule(terrain_, h); }
-  bool height_is_fixed(Index v) const { return terrain_.kind[v] == VertexKind::fixed; }
+  bool height_is_fixed(Index v) const { return tind::height_is_fixed(terrain_.kind[v]); }
   bool interior(Index v) const { return terrain_.kind[v] == VertexKind::interior; }
-  void merged(Index a, Index b) {
-    terrain_.kind[b] = merged_kind(terrain_.kind[a], terrain_.kind[b]);
-  }
+  void merged(Index a, Index b) { merge_vertices(terrain_, a, b); }
   Vec3 metric(const Vec3& d) const { return terrain_.metric(d); }
   Vec3 unmetric(const Vec3& d) const {
     return {d.x / terrain_.metres_x, d.y / terrain_.metres_y, d.z};
@@ -163,6 +161,11 @@ Placed<N> place_merged(const Rules& rules, Merge rule, const QuadricN<N>& q,
       return place_at<N>(rules, q, pa, pa, !rules.height_is_fixed(a));
     case Merge::at_dest:
       return place_at<N>(rules, q, pa, pb, !rules.height_is_fixed(b));
+    case Merge::either: {
+      const Placed<N> at_a = place_at<N>(rules, q, pa, pa, false);
+      const Placed<N> at_b = place_at<N>(rules, q, pa, pb, false);
+      return at_a.cost < at_b.cost ? at_a : at_b;
+    }
     case Merge::along_x:
     case Merge::along_y: {
       // Along the side the least cost is a parabola: three values give its lowest point.

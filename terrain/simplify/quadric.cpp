@@ -99,13 +99,13 @@ class QuadricCost {
     Quadric q = quadric_[b];  // brought to the origin of a
     q.move_origin({-ab.x, -ab.y, -ab.z});
     q.add(quadric_[a]);
-    if (subset_) return subset_placement(q, rule, pa, pb, ab);
+    if (subset_ || rule == Merge::either) return subset_placement(q, rule, pa, pb, ab);
     return optimal_placement(q, rule, a, b, pa, pb, ab);
   }
 
   void merge(const HalfedgeMesh& m, Index h, const Vec3& at) {
     const Index a = m.origin(h), b = m.dest(h);
-    terrain_.kind[b] = merged_kind(terrain_.kind[a], terrain_.kind[b]);
+    merge_vertices(terrain_, a, b);
     quadric_[a].move_origin(offset(m.position(a), at));
     quadric_[b].move_origin(offset(m.position(b), at));
     quadric_[b].add(quadric_[a]);
@@ -160,11 +160,11 @@ class QuadricCost {
     switch (rule) {
       case Merge::at_origin:
         at = pa;
-        height_free = terrain_.kind[a] != VertexKind::fixed;
+        height_free = !height_is_fixed(terrain_.kind[a]);
         break;
       case Merge::at_dest:
         at = pb;
-        height_free = terrain_.kind[b] != VertexKind::fixed;
+        height_free = !height_is_fixed(terrain_.kind[b]);
         break;
       case Merge::along_x:
       case Merge::along_y:

@@ -6,9 +6,11 @@
 #include <array>
 #include <cmath>
 
+#include "terrain/mesh/vertical_error.h"
 #include "terrain/simplify/attribute_quadric.h"
 #include "terrain/simplify/bounded.h"
 #include "terrain/simplify/clustering.h"
+#include "terrain/simplify/constraints.h"
 #include "terrain/simplify/edge_cost.h"
 #include "terrain/simplify/greedy_insertion.h"
 #include "terrain/simplify/memoryless.h"
@@ -24,6 +26,7 @@ using Method = Result<Simplified> (*)(const HeightGrid&, double, double, const S
                                       const Progress&);
 
 constexpr const char* kValid = "0 flipped, 0 uncovered";
+constexpr const char* kWithLines = "0 flipped, 0 uncovered, lines stay edges";
 constexpr const char* kAllStops = "triangles, ratio, max error";
 
 struct Row {
@@ -33,24 +36,24 @@ struct Row {
 
 const std::vector<Row>& table() {
   static const std::vector<Row> rows = {
-      {{"edge-cost", "edge length x circumradius, height difference and degree", kAllStops, kValid,
-        "Kim, Yu, Park, Cho: a terrain edge cost (papers/001)"},
+      {{"edge-cost", "edge length x circumradius, height difference and degree", kAllStops,
+        kWithLines, "Kim, Yu, Park, Cho: a terrain edge cost (papers/001)"},
        simplify_edge_cost},
-      {{"qem", "squared distance to the planes of all merged triangles", kAllStops, kValid,
+      {{"qem", "squared distance to the planes of all merged triangles", kAllStops, kWithLines,
         "Garland and Heckbert 1997"},
        simplify_qem},
-      {{"memoryless", "squared volume between the current mesh and the next", kAllStops, kValid,
+      {{"memoryless", "squared volume between the current mesh and the next", kAllStops, kWithLines,
         "Lindstrom and Turk 1998"},
        simplify_memoryless},
       {{"attribute-qem", "squared distance to planes of position, colour and normal (--drape)",
-        kAllStops, kValid, "Han, Chun, Min: EQEM (papers/000, /004)"},
+        kAllStops, kWithLines, "Han, Chun, Min: EQEM (papers/000, /004)"},
        simplify_attribute_qem},
       {{"vertex-removal",
         "distance to the ring's average plane, or the degree (--criterion plane|degree|k-degree)",
-        kAllStops, kValid, "Schroeder, Zarge, Lorensen 1992; papers/001"},
+        kAllStops, kWithLines, "Schroeder, Zarge, Lorensen 1992; papers/001"},
        simplify_vertex_removal},
       {{"triangle-collapse", "squared distance to planes, six triangles a step (--placement)",
-        kAllStops, kValid, "Sung and Park: PMTC (papers/003); Gieng et al. 1997"},
+        kAllStops, kWithLines, "Sung and Park: PMTC (papers/003); Gieng et al. 1997"},
        simplify_triangle_collapse},
       {{"cluster", "squared distance to the planes of each cell of a uniform grid", kAllStops,
         kValid, "Rossignac and Borrel 1993; Lindstrom 2000"},
@@ -65,10 +68,37 @@ const std::vector<Row>& table() {
   return rows;
 }
 
+/// These make meshes of their own instead of thinning the full one.
+bool keeps_lines(const std::string& method) {
+  return method != "cluster" && method != "greedy" && method != "bounded";
+}
+
 std::string names() {
   std::string all;
   for (const Row& row : table()) all += (all.empty() ? "" : ", ") + row.info.name;
   return all;
+}
+
+/// What only lines need: their grid, polygons level to the last bit, and a word where heights that
+/// the lines bring cannot be had together with the error bound.
+Result<Simplified> with_lines(Method run, double sx, double sy, const SimplifyOptions& options,
+                              const Progress& progress) {
+  if (!keeps_lines(options.method)) {
+    return fail(Errc::invalid_argument,
+                "'" + options.method +
+                    "' cannot keep lines, level polygons or a boundary; choose "
+                    "another method ('tind methods' says which)");
+  }
+  const Constraints& constraints = *options.constraints;
+  Result<Simplified> made = run(constraints.grid, sx, sy, options, progress);
+  if (!made) return made;
+  set_level(made->tin, constraints);
+  if (options.stop.max_error_m &&
+      vertical_error(made->tin, constraints.grid, options.threads).max_m >
+          *options.stop.max_error_m) {
+    made->note = "the heights of the lines themselves are farther from the DEM than the bound";
+  }
+  return made;
 }
 
 }  // namespace
@@ -113,6 +143,7 @@ Result<Simplified> simplify(const HeightGrid& grid, double spacing_x_m, double s
                                             std::to_string(grid.rows()) +
                                             " posts has no triangles; at least 2 x 2 are needed");
   }
+  if (options.constraints) return with_lines(row->run, spacing_x_m, spacing_y_m, options, progress);
   return row->run(grid, spacing_x_m, spacing_y_m, options, progress);
 }
 

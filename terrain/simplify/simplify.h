@@ -26,7 +26,8 @@ struct StopAt {
   std::optional<double> max_error_m = {};  // strict: over every valid post, in double precision
 };
 
-struct Collapse;  // collapse_engine.h
+struct Constraints;  // constraints.h
+struct Collapse;     // collapse_engine.h
 class HalfedgeMesh;
 
 /// Positions that cost few bits: x and y are multiples of 1 / per_post, heights of z_step_m.
@@ -73,6 +74,8 @@ struct SimplifyOptions {
   double attribute_weight = 1;             // against position; 1 is the measured default
   std::shared_ptr<const std::vector<std::array<float, 3>>>
       drape;  // terrain: a colour for each post
+  /// Lines that stay edges, level polygons, a boundary. The grid is then constraints->grid.
+  std::shared_ptr<const Constraints> constraints;
   int threads = 1;
   const CollapseRecorder* recorder = nullptr;  // not owned
 };

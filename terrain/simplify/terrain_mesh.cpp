@@ -8,6 +8,8 @@
 #include <cmath>
 #include <string>
 
+#include "terrain/simplify/constraints.h"
+
 namespace tind {
 
 namespace {
@@ -112,9 +114,43 @@ void set_kinds(TerrainMesh& terrain, int cols, int rows) {
     if (m.alive_vertex(v) && m.on_border(v)) terrain.kind[v] = border_kind(m, v, cols, rows);
 }
 
+/// Vertices on lines stay; in the middle of a straight stretch they may slide. On the border that
+/// stretch must be the border itself.
+void set_lines(TerrainMesh& terrain, const Constraints& constraints) {
+  const HalfedgeMesh& m = terrain.mesh;
+  for (const LinePart& part : constraints.parts) {
+    Index last = part.a;
+    for (std::size_t i = part.first; i < part.last; ++i) {
+      terrain.lines.add(last, constraints.inner[i]);
+      last = constraints.inner[i];
+    }
+    terrain.lines.add(last, part.b);
+  }
+  for (Index v = 0; v < m.vertex_slots(); ++v) {
+    if (!m.alive_vertex(v) || !terrain.lines.on_line(v)) continue;
+    bool slides = constraints.hold[v] == Constraints::slides;
+    if (m.on_border(v)) {
+      Index last = m.out(v);
+      m.for_each_out(v, [&](Index h) { last = h; });
+      slides = slides && terrain.lines.contains(v, m.dest(m.out(v))) &&
+               terrain.lines.contains(v, m.apex(last));
+    }
+    terrain.kind[v] = slides ? VertexKind::along_line : VertexKind::fixed;
+  }
+  for (Index v = 0; v < constraints.hold.size(); ++v)
+    if (constraints.hold[v] == Constraints::stays) terrain.kind[v] = VertexKind::fixed;
+}
+
 }  // namespace
 
-Result<TerrainMesh> terrain_mesh(const HeightGrid& grid, double metres_x, double metres_y) {
+Result<TerrainMesh> terrain_mesh(const HeightGrid& grid, double metres_x, double metres_y,
+                                 const Constraints* constraints) {
+  if (constraints) {
+    Result<TerrainMesh> made =
+        terrain_mesh_of(constraints->mesh, grid.cols(), grid.rows(), metres_x, metres_y);
+    if (made) set_lines(*made, *constraints);
+    return made;
+  }
   if (grid.cols() < 2 || grid.rows() < 2) {
     return fail(Errc::invalid_argument, "a grid of " + std::to_string(grid.cols()) + " x " +
                                             std::to_string(grid.rows()) +
@@ -150,6 +186,10 @@ Merge border_merge_rule(const TerrainMesh& t, Index h) {
   const VertexKind ka = t.kind[a], kb = t.kind[b];
   if (ka == VertexKind::interior) return Merge::at_dest;
   if (kb == VertexKind::interior) return Merge::at_origin;
+  if (t.lines.contains(a, b)) {
+    if (ka == VertexKind::fixed) return kb == VertexKind::fixed ? Merge::never : Merge::at_origin;
+    return kb == VertexKind::fixed ? Merge::at_dest : Merge::either;
+  }
   if (t.mesh.twin(h) != kNone) return Merge::never;  // a chord
   const Vec3 &pa = t.mesh.position(a), &pb = t.mesh.position(b);
   const bool horizontal = pa.y == pb.y;
@@ -159,6 +199,18 @@ Merge border_merge_rule(const TerrainMesh& t, Index h) {
   if (ka == side && kb == VertexKind::fixed) return Merge::at_dest;
   if (kb == side && ka == VertexKind::fixed) return Merge::at_origin;
   return Merge::never;
+}
+
+void move_lines(TerrainMesh& t, Index a, Index b) {
+  const HalfedgeMesh& m = t.mesh;
+  const auto move = [&](Index w) {
+    if (!t.lines.contains(a, w)) return;
+    t.lines.remove(a, w);
+    if (w != b) t.lines.add(b, w);
+  };
+  Index last = kNone;
+  m.for_each_out(a, [&](Index h) { move(m.dest(h)), last = h; });
+  move(m.apex(last));
 }
 
 bool star_stays_ccw(const HalfedgeMesh& m, Index h, const Vec3& at) {

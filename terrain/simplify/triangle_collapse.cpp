@@ -548,7 +548,7 @@ Result<Simplified> run(HalfedgeMesh& mesh, Rules& rules, const SimplifyOptions& 
 Result<Simplified> simplify_triangle_collapse(const HeightGrid& grid, double sx, double sy,
                                               const SimplifyOptions& options,
                                               const Progress& progress) {
-  Result<TerrainMesh> terrain = terrain_mesh(grid, sx, sy);
+  Result<TerrainMesh> terrain = terrain_mesh(grid, sx, sy, options.constraints.get());
   if (!terrain) return std::unexpected(terrain.error());
   TerrainRules rules(*terrain, grid, options.stop.max_error_m);
   if (options.recorder) {

@@ -122,10 +122,10 @@ std::array<Index, 2> border_neighbours(const HalfedgeMesh& mesh, Index v) {
   return {mesh.dest(mesh.out(v)), mesh.apex(last)};
 }
 
-/// Interior vertices may; border vertices only where the border passes straight through. Removals
-/// never bend a border, so this is asked once.
+/// Vertices of lines never go. Interior vertices may; border vertices only where the border passes
+/// straight through. Removals never bend a border, so this is asked once.
 bool Remover::may_ever_go(Index v) const {
-  if (!mesh_.alive_vertex(v)) return false;
+  if (!mesh_.alive_vertex(v) || terrain_.lines.on_line(v)) return false;
   if (!mesh_.on_border(v)) return true;
   const auto [a, b] = border_neighbours(mesh_, v);
   const double forth =
@@ -363,7 +363,7 @@ Result<Simplified> simplify_vertex_removal(const HeightGrid& grid, double sx, do
   const Result<Criterion> criterion = parse_criterion(options.criterion);
   if (!criterion) return std::unexpected(criterion.error());
   if (options.k < 1 || options.k > 16) return fail(Errc::invalid_argument, "k must lie in 1..16");
-  Result<TerrainMesh> terrain = terrain_mesh(grid, sx, sy);
+  Result<TerrainMesh> terrain = terrain_mesh(grid, sx, sy, options.constraints.get());
   if (!terrain) return std::unexpected(terrain.error());
 
   Simplified out;
