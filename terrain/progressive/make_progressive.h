@@ -10,10 +10,10 @@ namespace tind {
 /// bounded.
 bool makes_progressive(const std::string& method);
 
-/// The fine end is what `method` makes at its own `stop` (nothing set: the full grid; bounded then
-/// takes every post too), the coarse end has `base_triangles` triangles (one more as parity asks;
-/// more where nothing can collapse any further). All positions, in every state, lie on `lattice`,
-/// and every bound on the error is of the mesh with these positions.
+/// The fine end is what `method` makes at its own `stop` (nothing set: the full grid), the coarse
+/// end has `base_triangles` triangles (one more as parity asks; more where nothing can collapse any
+/// further). All positions, in every state, lie on `lattice`, and every bound on the error is of
+/// the mesh with these positions.
 ///
 /// GUARANTEES: every prefix is a valid mesh that covers what the full mesh covers, with nothing
 /// flipped; borders stay on the rectangle's sides, borders of voids stay as they are; error_m as

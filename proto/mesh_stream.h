@@ -1,0 +1,60 @@
+#pragma once
+// .tpm, version 1: a progressive mesh as a stream of bytes, coarse to fine. docs/formats.md
+// describes every byte. Any prefix that reaches beyond the base is a valid mesh with a known error.
+//
+// Positions are whole numbers on a lattice: x = X / per_post columns, y = Y / per_post (minus the
+// row), z = Z * z_step metres. Splits come in blocks; `error_m` of a block bounds the vertical
+// error of every state from its first split on until the next block begins. Within a block, splits
+// that do not touch each other are sorted by vertex, which is what makes them small.
+
+#include <array>
+#include <cstdint>
+#include <expected>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace tind::proto {
+
+using LatticePoint = std::array<std::int32_t, 3>;
+
+struct LatticeSplit {
+  static constexpr std::uint32_t kNone = ~std::uint32_t(0);
+
+  std::uint32_t vertex = 0, left = 0, right = kNone;  // as in terrain/progressive
+  LatticePoint fine{}, added{};                       // where vertex goes; where the new one lies
+  friend bool operator==(const LatticeSplit&, const LatticeSplit&) = default;
+};
+
+struct StreamBlock {
+  std::uint32_t splits = 0;
+  float error_m = 0;
+  friend bool operator==(const StreamBlock&, const StreamBlock&) = default;
+};
+
+struct MeshStream {
+  std::uint16_t per_post = 1;
+  double z_step_m = 1;
+  double fine_error_m = 0;              // after the last split
+  std::uint32_t cols = 0, rows = 0;     // of the DEM
+  std::array<double, 6> post_to_crs{};  // x = a0 + a1 col + a2 row, y = a3 + a4 col + a5 row
+  double z_unit_m = 1;                  // metres per unit of the source's heights
+  std::uint8_t datum = 0;               // 0 unknown, 1 ellipsoid, 2 EGM96
+  std::string crs;                      // name, a line feed, WKT 2; empty without a CRS
+  std::vector<LatticePoint> base_vertices;
+  std::vector<std::array<std::uint32_t, 3>> base_triangles;
+  std::uint32_t total_splits = 0;  // of the whole stream
+  std::vector<StreamBlock> blocks;
+  std::vector<LatticeSplit> splits;  // as many as there are; total_splits when complete
+};
+
+/// REQUIRES of the splits: that they can be applied one after the other, coordinates below 2^29 (x,
+/// y) and 2^30 (z) in size. Else one line that says what is wrong.
+std::expected<std::vector<std::uint8_t>, std::string> encode(const MeshStream&);
+
+/// Any prefix of a stream: as many splits as its bytes say for certain. One line, and nothing else,
+/// for bytes that are no such prefix (`bytes too few for the base` included), and for a split that
+/// would flip a triangle. Never reads outside; allocates at most about 60 times their size.
+std::expected<MeshStream, std::string> decode_mesh_stream(std::span<const std::uint8_t> bytes);
+
+}  // namespace tind::proto
