@@ -21,6 +21,8 @@ int main(int argc, char** argv) {
   // subcommands: one line each
   tind::cli::add_simplify(app, exit);
   tind::cli::add_refine(app, exit);
+  tind::cli::add_progressive(app, exit);
+  tind::cli::add_extract(app, exit);
   tind::cli::add_measure(app, exit);
   tind::cli::add_compare(app, exit);
   tind::cli::add_methods(app, exit);

@@ -30,6 +30,8 @@ int complain(const Error&);
 
 void add_simplify(CLI::App& program, int& exit);
 void add_refine(CLI::App& program, int& exit);
+void add_progressive(CLI::App& program, int& exit);
+void add_extract(CLI::App& program, int& exit);
 void add_measure(CLI::App& program, int& exit);
 void add_compare(CLI::App& program, int& exit);
 void add_methods(CLI::App& program, int& exit);

@@ -1,0 +1,63 @@
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "proto/file_io.h"
+#include "tests/support/program.h"
+#include "tests/support/support.h"
+
+namespace tind {
+namespace {
+
+TEST(Progressive, AStreamIsMadeAndLevelsComeOutWithinTheirError) {
+  const test::TempDir dir;
+  const std::string tpm = dir.file("crater.tpm"), ply = dir.file("out.ply");
+  const auto made = test::run_tind(std::string("progressive ") + test::testdata("crater.tif") +
+                                   " -o " + tpm + " --method qem --max-error 4 --json");
+  ASSERT_EQ(made.code, 0) << made.out;
+  const auto figures = nlohmann::json::parse(made.out);
+  EXPECT_LE(figures["fine_error_m"], 4.25);
+  for (const char* error : {"100", "20", "5"}) {
+    const auto got = test::run_tind(std::string("extract ") + tpm + " --max-error " + error +
+                                    " -o " + ply + " --json");
+    ASSERT_EQ(got.code, 0) << got.out;
+    const auto level = nlohmann::json::parse(got.out);
+    const auto measured = test::run_tind(std::string("measure ") + ply + " " +
+                                         test::testdata("crater.tif") + " --json");
+    ASSERT_EQ(measured.code, 0) << measured.out;
+    const auto truth = nlohmann::json::parse(measured.out);
+    EXPECT_LE(truth["max_error_m"], level["max_error_m"].get<double>() + 1e-6);
+    EXPECT_LE(level["max_error_m"], std::stod(error));
+    EXPECT_EQ(truth["uncovered"], 0);
+    EXPECT_EQ(truth["flipped"], 0);
+  }
+  const auto few =
+      test::run_tind(std::string("extract ") + tpm + " --triangles 500 -o " + ply + " --json");
+  ASSERT_EQ(few.code, 0) << few.out;
+  EXPECT_NEAR(nlohmann::json::parse(few.out)["triangles"].get<double>(), 500, 1);
+
+  const auto whole = proto::read_whole_file(tpm);
+  ASSERT_TRUE(proto::write_whole_file(dir.file("cut.tpm"), whole->substr(0, whole->size() / 2)));
+  const auto cut = test::run_tind(std::string("extract ") + dir.file("cut.tpm") +
+                                  " --triangles 100000000 -o " + ply + " --json");
+  ASSERT_EQ(cut.code, 0) << cut.out;
+  EXPECT_EQ(nlohmann::json::parse(cut.out)["complete"], false);
+  const auto too_fine =
+      test::run_tind(std::string("extract ") + tpm + " --max-error 0.5 -o " + ply);
+  EXPECT_NE(too_fine.code, 0);
+  EXPECT_NE(too_fine.out.find("finest"), std::string::npos) << too_fine.out;
+}
+
+TEST(Progressive, SaysWhatIsWrong) {
+  const test::TempDir dir;
+  const auto greedy = test::run_tind(std::string("progressive ") + test::testdata("crater.tif") +
+                                     " -o " + dir.file("a.tpm") + " --method greedy");
+  EXPECT_NE(greedy.code, 0);
+  EXPECT_NE(greedy.out.find("collapse"), std::string::npos) << greedy.out;
+  const auto no_stream = test::run_tind(std::string("extract ") + test::testdata("crater.tif") +
+                                        " --triangles 9 -o " + dir.file("a.ply"));
+  EXPECT_EQ(no_stream.code, 65) << no_stream.out;
+}
+
+}  // namespace
+}  // namespace tind
