@@ -243,38 +243,6 @@ Index HalfedgeMesh::split_edge(Index h, const Vec3& p) {
   return v;
 }
 
-void HalfedgeMesh::reorder(std::span<const Index> order) {
-  std::vector<Index> new_vertex(position_.size(), kNone), new_triangle(triangle_slots(), kNone);
-  std::vector<Index> triangles;  // old slots in their new order
-  triangles.reserve(live_triangles_);
-  for (Index i = 0; i < order.size(); ++i) {
-    new_vertex[order[i]] = i;
-    for_each_out(order[i], [&](Index h) {
-      Index& slot = new_triangle[triangle(h)];
-      if (slot != kNone) return;
-      slot = Index(triangles.size());
-      triangles.push_back(triangle(h));
-    });
-  }
-  const auto moved = [&](Index h) { return h == kNone ? h : 3 * new_triangle[h / 3] + h % 3; };
-  std::vector<Vec3> position(order.size());
-  std::vector<Index> out(order.size()), origin(3 * triangles.size()), twin(3 * triangles.size());
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    position[i] = position_[order[i]];
-    out[i] = moved(out_[order[i]]);
-  }
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      origin[3 * t + k] = new_vertex[origin_[3 * triangles[t] + k]];
-      twin[3 * t + k] = moved(twin_[3 * triangles[t] + k]);
-    }
-  }
-  position_ = std::move(position);
-  out_ = std::move(out);
-  origin_ = std::move(origin);
-  twin_ = std::move(twin);
-}
-
 Tin HalfedgeMesh::to_tin(std::vector<Index>* new_index) const {
   std::vector<Index> local;
   std::vector<Index>& map = new_index ? *new_index : local;

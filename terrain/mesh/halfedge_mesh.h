@@ -112,10 +112,6 @@ class HalfedgeMesh {
   /// Appends vertex p on edge h (2 -> 4, on the border 1 -> 2). Returns the new vertex.
   Index split_edge(Index h, const Vec3& p);
 
-  /// Renumbers everything for locality: vertex order[i] becomes i, triangles follow their first
-  /// vertex, removed slots go. REQUIRES: `order` holds each vertex that is alive once.
-  void reorder(std::span<const Index> order);
-
   /// The plain arrays, vertices and triangles in slot order without the removed ones;
   /// deterministic. `new_index`, if given, receives for each vertex slot its index in the result,
   /// or kNone.

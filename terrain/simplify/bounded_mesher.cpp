@@ -415,21 +415,9 @@ void BoundedMesher<S>::decimate(const Progress& progress) {
   }
 }
 
-/// Neighbours in space become neighbours in memory: the sweeps wait for little else.
-template <class S>
-void BoundedMesher<S>::tidy() {
-  if (options_.pinned > 0) return;  // they are the first, and a mesh that has them is small
-  const std::vector<Index> order = spatial_order();
-  std::vector<Vec3> origins;
-  for (const Index v : order) origins.push_back(origin_[v]);
-  origin_ = std::move(origins);
-  mesh_.reorder(order);
-}
-
 template <class S>
 void BoundedMesher<S>::run(const Progress& progress) {
   insert(progress);
-  tidy();
   progress.at(0.2);
   active_.assign(mesh_.vertex_slots(), 1);
   decimate(progress);

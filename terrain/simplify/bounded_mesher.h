@@ -80,7 +80,6 @@ class BoundedMesher {
   std::vector<std::uint8_t> dirty_;   // by vertex: worth another try
 
   void insert(const Progress&);
-  void tidy();
   std::vector<Index> spatial_order() const;
   std::uint64_t sweep(bool search, const Progress&);
   bool try_targets(Index v, bool search);
