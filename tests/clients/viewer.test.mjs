@@ -77,7 +77,7 @@ test("mountains are seen, and light makes the relief", async () => {
 });
 
 test("the readout tells of the tile under the pointer", async () => {
-  await page.mouse.move(700, 520);
+  await page.mouse.move(700, 420);
   await page.locator("#tile a").waitFor();
   const said = async (id) => page.locator(`#${id}`).innerText();
   const [z, x, y] = (await said("tile")).split("/").map(Number);

@@ -69,7 +69,7 @@ TEST(ProgressiveCursor, TenThousandSeeksGiveWhatExtractingDirectlyGives) {
   }
 }
 
-TEST(ProgressiveCursor, AGeomorphGoesFromOneStateToTheNextWithoutAFlip) {
+TEST(ProgressiveCursor, AGeomorphGoesFromOneStateToTheNext) {
   const ProgressiveMesh pm = progressive("edge-cost", 25);
   auto cursor = ProgressiveCursor::open(pm);
   for (std::size_t i = 0; i < pm.splits.size(); i += 7) {
