@@ -84,9 +84,9 @@ struct GridSamples {
       };
       int i = first;
       // Four at a time in float, with room for its rounding. Reads up to three samples beyond the
-      // row: the next row's, which the last row does not have.
-      const bool wide = !band.open() && (row + 1 < rows || first + 4 <= cols);
-      while (wide && i <= last && (row + 1 < rows || i + 4 <= cols)) {
+      // row: those of the next rows, as far as there are any.
+      const std::size_t end = std::size_t(rows - 1) * row_length() + std::size_t(cols);
+      while (!band.open() && i <= last && base + std::size_t(i) + 4 <= end) {
         const Lanes outside = lanes_outside(band, &z[base + i], x0 + double(i) * dx, y);
         const int n = std::min(4, last - i + 1);
         if (any(outside, n))
