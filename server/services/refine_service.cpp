@@ -10,6 +10,7 @@
 #include <random>
 
 #include "terrain/progressive/levelled_collapse.h"
+#include "terrain/tile/void_fill.h"
 
 namespace tind::services {
 
@@ -63,7 +64,10 @@ Result<std::shared_ptr<const RefineService::Scene>> RefineService::make(
     return fail(Errc::invalid_argument,
                 fmt::format("this dataset has {} x {} posts; at most {} in all can be refined here",
                             info.cols, info.rows, limits_.posts));
-  const auto grid = dem->read(0, 0, int(info.cols), int(info.rows));
+  auto posts = dem->read(0, 0, int(info.cols), int(info.rows));
+  if (!posts) return std::unexpected(posts.error());
+  // Filled as in the tiles: who flies over a hole in the data sees ground, not sky.
+  const auto grid = fill_voids(*dem, std::move(*posts));
   if (!grid) return std::unexpected(grid.error());
   auto all = levelled_terrain(*grid, info.spacing_x_m, info.spacing_y_m, {},
                               {.report = {}, .stop = std::move(stop)});

@@ -77,4 +77,14 @@ double VoidFill::at(std::int64_t col, std::int64_t row) const {
   return height * std::min(1.0, (kReach - distance) / (kReach - kFlat));
 }
 
+Result<HeightGrid> fill_voids(const DemSource& source, HeightGrid posts) {
+  if (std::ranges::none_of(posts.values(), [](float z) { return std::isnan(z); })) return posts;
+  const auto fill = VoidFill::load(source, 0, 0, posts.cols(), posts.rows());
+  if (!fill) return std::unexpected(fill.error());
+  for (int r = 0; r < posts.rows(); ++r)
+    for (int c = 0; c < posts.cols(); ++c)
+      if (posts.is_void(c, r)) posts.at(c, r) = float(fill->at(c, r));
+  return posts;
+}
+
 }  // namespace tind

@@ -32,4 +32,8 @@ class VoidFill {
   std::vector<std::int16_t> left_, right_;  // columns to the nearest valid post in the row
 };
 
+/// The whole source without voids, for what draws it: its posts, and at() for those that are void.
+/// `posts`: all of its posts as read.
+Result<HeightGrid> fill_voids(const DemSource&, HeightGrid posts);
+
 }  // namespace tind

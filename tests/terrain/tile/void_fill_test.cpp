@@ -110,6 +110,23 @@ TEST(VoidFill, does_not_depend_on_what_else_is_asked) {
   }
 }
 
+TEST(VoidFill, a_whole_source_keeps_its_posts_and_has_no_voids) {
+  std::mt19937 random(3);
+  const HeightGrid grid = with_voids(random, 60, 50, 0.3);
+  const MadeUpSource source(grid);
+  const auto filled = fill_voids(source, grid);
+  ASSERT_TRUE(filled);
+  for (int r = 0; r < 50; ++r) {
+    for (int c = 0; c < 60; ++c) {
+      if (!grid.is_void(c, r)) {
+        EXPECT_EQ(filled->at(c, r), grid.at(c, r));
+      } else {
+        expect_by_rule(grid, c, r, filled->at(c, r));
+      }
+    }
+  }
+}
+
 TEST(HeightField, filled_is_continuous_across_voids_and_the_end_of_the_data) {
   std::mt19937 random(3);
   const MadeUpSource source(with_voids(random, 60, 60, 0.4));
