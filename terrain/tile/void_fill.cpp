@@ -81,9 +81,20 @@ Result<HeightGrid> fill_voids(const DemSource& source, HeightGrid posts) {
   if (std::ranges::none_of(posts.values(), [](float z) { return std::isnan(z); })) return posts;
   const auto fill = VoidFill::load(source, 0, 0, posts.cols(), posts.rows());
   if (!fill) return std::unexpected(fill.error());
+  std::vector<std::pair<int, int>> voids;
   for (int r = 0; r < posts.rows(); ++r)
     for (int c = 0; c < posts.cols(); ++c)
-      if (posts.is_void(c, r)) posts.at(c, r) = float(fill->at(c, r));
+      if (posts.is_void(c, r)) voids.emplace_back(c, r);
+  for (const auto& [c, r] : voids) posts.at(c, r) = float(fill->at(c, r));
+  // Gauss-Seidel on Laplace's equation: a ramp over about ten posts, the valid ones held.
+  constexpr int kSweeps = 64;
+  const auto clamped = [&](int c, int r) {
+    return posts.at(std::clamp(c, 0, posts.cols() - 1), std::clamp(r, 0, posts.rows() - 1));
+  };
+  for (int k = 0; k < kSweeps; ++k)
+    for (const auto& [c, r] : voids)
+      posts.at(c, r) =
+          (clamped(c - 1, r) + clamped(c + 1, r) + clamped(c, r - 1) + clamped(c, r + 1)) / 4;
   return posts;
 }
 

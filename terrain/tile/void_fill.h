@@ -32,8 +32,9 @@ class VoidFill {
   std::vector<std::int16_t> left_, right_;  // columns to the nearest valid post in the row
 };
 
-/// The whole source without voids, for what draws it: its posts, and at() for those that are void.
-/// `posts`: all of its posts as read.
+/// The whole source without voids, for what draws it: its posts as they are (`posts`: all of them,
+/// as read), and in the voids at(), smoothed so that where two nearest posts meet there is a slope
+/// and no cliff.
 Result<HeightGrid> fill_voids(const DemSource&, HeightGrid posts);
 
 }  // namespace tind
