@@ -1,0 +1,12 @@
+#pragma once
+// The full-resolution mesh that has a network's parts as edges.
+
+#include "terrain/simplify/constraint_network.h"
+
+namespace tind {
+
+/// Fills mesh, hold, parts and inner of `out`, whose grid is given. Only cells near lines are
+/// triangulated anew; all other cells keep their two triangles.
+Result<void> make_constrained_mesh(const HeightGrid&, const ConstraintNetwork&, Constraints& out);
+
+}  // namespace tind
