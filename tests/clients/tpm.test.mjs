@@ -1,0 +1,213 @@
+// The viewer's reader of .tpm against the program's: the same meshes to the last bit, from any
+// prefix, in any portions; damage is said; and on its way between two states nothing turns over.
+import assert from "node:assert/strict";
+import {execFileSync} from "node:child_process";
+import {mkdtempSync, readFileSync, rmSync, writeFileSync} from "node:fs";
+import {tmpdir} from "node:os";
+import {after, before, test} from "node:test";
+import {Geomorph, ProgressiveMesh, toCrs} from "../../server/viewer/progressive_mesh.js";
+import {orientation, TpmError, TpmStream} from "../../server/viewer/tpm.js";
+import {PROGRAM, ROOT} from "./daemon.mjs";
+
+const STREAMS = {
+  bounded: ["testdata/crater.tif", "--max-error", "4"],
+  qem: ["testdata/rainier.tif", "--method", "qem", "--max-error", "30"], // vertices move in x and y
+  small: ["testdata/crater.tif", "--max-error", "40", "--base", "8"],
+};
+let folder;
+const bytes = {};
+
+const tind = (...args) => execFileSync(PROGRAM, args, {cwd: ROOT, encoding: "utf8"});
+
+before(() => {
+  folder = mkdtempSync(`${tmpdir()}/tind-tpm-`);
+  for (const [name, args] of Object.entries(STREAMS)) {
+    tind("progressive", ...args, "-o", `${folder}/${name}.tpm`, "--progress", "none");
+    bytes[name] = new Uint8Array(readFileSync(`${folder}/${name}.tpm`));
+  }
+});
+after(() => rmSync(folder, {recursive: true}));
+
+function streamOf(...portions) {
+  const stream = new TpmStream();
+  for (const portion of portions) stream.feed(portion);
+  return stream;
+}
+const meshOf = (stream) => new ProgressiveMesh(stream);
+
+/// A generator of numbers in 0..1, the same every time.
+function dice(seed) {
+  return () => (seed = (Math.imul(seed, 1664525) + 1013904223) >>> 0) / 2 ** 32;
+}
+
+/// What `tind extract` writes: vertices as doubles, faces as a count and three ints.
+function readPly(path) {
+  const file = readFileSync(path);
+  const text = file.toString("latin1");
+  const [vertices, faces] = ["vertex", "face"].map((what) => Number(text.match(new RegExp(`element ${what} (\\d+)`))[1]));
+  let at = text.indexOf("end_header\n") + 11;
+  const positions = Float64Array.from({length: 3 * vertices}, () => file.readDoubleLE((at += 8) - 8));
+  const triangles = new Uint32Array(3 * faces);
+  for (let f = 0; f < faces; ++f) {
+    assert.equal(file[at++], 3);
+    for (let k = 0; k < 3; ++k) triangles[3 * f + k] = file.readInt32LE((at += 4) - 4);
+  }
+  return {positions, triangles};
+}
+
+function extract(name, ...level) {
+  const report = JSON.parse(tind("extract", `${folder}/${name}.tpm`, ...level, "-o", `${folder}/out.ply`, "--json"));
+  return {...report, ...readPly(`${folder}/out.ply`)};
+}
+
+/// Twice the area of all triangles; each must be above 0.
+function area(mesh, position = mesh.lattice) {
+  const corners = mesh.triangles();
+  let sum = 0;
+  for (let i = 0; i < corners.length; i += 3) {
+    const [a, b, c] = [3 * corners[i], 3 * corners[i + 1], 3 * corners[i + 2]];
+    const one = orientation(position[a], position[a + 1], position[b], position[b + 1], position[c], position[c + 1]);
+    assert.ok(one > 0, `triangle ${i / 3}: ${one}`);
+    sum += one;
+  }
+  return sum;
+}
+
+for (const name of ["bounded", "qem"]) {
+  test(`${name}: every level is what tind extract makes of it, bit by bit`, () => {
+    const stream = streamOf(bytes[name]);
+    assert.ok(stream.complete);
+    const mesh = meshOf(stream);
+    for (const level of [["--triangles", "1"], ["--triangles", "1001"], ["--max-error", "200"], ["--max-error", "35"], ["--triangles", "999999"]]) {
+      const expected = extract(name, ...level);
+      const splits = level[0] === "--triangles" ? mesh.splitsForTriangles(Number(level[1])) : mesh.splitsForError(Number(level[1]));
+      assert.equal(splits, expected.splits, level.join(" "));
+      mesh.seek(splits);
+      assert.equal(mesh.triangleCount, expected.triangles.length / 3);
+      assert.equal(mesh.errorM, expected.max_error_m);
+      assert.deepEqual(mesh.triangles(), expected.triangles);
+      assert.deepEqual(toCrs(stream.header, mesh.lattice), expected.positions);
+    }
+  });
+
+  test(`${name}: fed in any portions, and moved up and down, it is the same`, () => {
+    const whole = streamOf(bytes[name]);
+    const random = dice(7);
+    const stream = new TpmStream();
+    for (let at = 0; at < bytes[name].length; ) {
+      const size = 1 + Math.floor(random() ** 4 * 5000);
+      stream.feed(bytes[name].subarray(at, (at += size)));
+    }
+    assert.ok(stream.complete);
+    const records = (s) => s.records.subarray(0, 14 * s.splits);
+    assert.deepEqual(records(stream), records(whole));
+    assert.deepEqual(stream.blocks, whole.blocks);
+    const [moved, fresh] = [meshOf(stream), () => meshOf(whole)];
+    for (let i = 0; i < 40; ++i) {
+      const splits = Math.floor(random() * (stream.splits + 1));
+      moved.seek(splits);
+      const direct = fresh();
+      direct.seek(splits);
+      assert.deepEqual(moved.triangles(), direct.triangles());
+      assert.deepEqual(moved.lattice, direct.lattice);
+    }
+  });
+
+  test(`${name}: no triangle turns over between coarse and fine, and both ends are exact`, () => {
+    const stream = streamOf(bytes[name]);
+    const mesh = meshOf(stream);
+    const all = area(mesh);
+    const [from, to] = [Math.floor(stream.splits / 20), Math.floor(stream.splits / 3)];
+    for (const [a, b] of [[from, to], [0, stream.splits], [to, to + 1], [to, to]]) {
+      const geomorph = new Geomorph(mesh, a, b);
+      assert.ok(geomorph.jumps <= (b - a) / 100, `${geomorph.jumps} of ${b - a} splits are not animated`);
+      if (name === "bounded") assert.equal(geomorph.jumps, 0);
+      for (const [t, splits] of [[0, a], [1, b]]) {
+        const position = geomorph.at(t);
+        assert.equal(mesh.splits, splits);
+        assert.deepEqual(position, Float64Array.from(mesh.lattice));
+      }
+      for (const t of [1e-6, 0.1, 0.25, 0.37, 0.5, 0.618, 0.75, 0.9, 0.999]) {
+        const sum = area(mesh, geomorph.at(t));
+        assert.ok(Math.abs(sum - all) < 1e-9 * all, "what is covered stays covered");
+      }
+    }
+  });
+}
+
+test("on the way the surface moves little by little", () => {
+  const stream = streamOf(bytes.small);
+  const mesh = meshOf(stream);
+  const geomorph = new Geomorph(mesh, 0, stream.splits);
+  const steps = 20 * stream.splits;
+  let last = geomorph.at(0);
+  let most = 0;
+  for (let i = 1; i <= steps; ++i) {
+    const now = geomorph.at(i / steps);
+    for (let k = 2; k < last.length; k += 3) most = Math.max(most, Math.abs(now[k] - last[k]));
+    last = now;
+  }
+  const jump = Math.max(...Array.from({length: stream.splits}, (_, i) => Math.abs(stream.records[14 * i + 13] - stream.records[14 * i + 7])));
+  assert.ok(most < jump / 5, `a vertex moves by ${most} steps of height at once; the largest split by ${jump}`);
+});
+
+test("a file cut at every byte is a valid mesh, with as many splits as the program finds", () => {
+  const whole = streamOf(bytes.small);
+  const growing = new TpmStream();
+  for (let cut = 0; cut <= bytes.small.length; ++cut) {
+    const stream = streamOf(bytes.small.subarray(0, cut));
+    if (cut > 0) growing.feed(bytes.small.subarray(cut - 1, cut));
+    assert.equal(growing.splits, stream.splits);
+    if (!stream.header) continue;
+    assert.equal(stream.complete, cut === bytes.small.length);
+    assert.deepEqual(stream.records.subarray(0, 14 * stream.splits), whole.records.subarray(0, 14 * stream.splits));
+    const mesh = meshOf(stream);
+    mesh.seek(Infinity);
+    assert.equal(mesh.splits, stream.splits);
+    area(mesh);
+    if (cut % 97 !== 0) continue;
+    writeFileSync(`${folder}/cut.tpm`, bytes.small.subarray(0, cut));
+    const said = tind("extract", `${folder}/cut.tpm`, "--triangles", "99999", "-o", `${folder}/out.ply`);
+    assert.equal(stream.splits, Number(said.match(/(\d+) of \d+ splits are there/)[1]));
+  }
+});
+
+test("damage is said in one line, and never makes a mesh that is not valid", () => {
+  const random = dice(3);
+  const good = bytes.small;
+  const outcomes = {said: 0, valid: 0};
+  for (let round = 0; round < 1500; ++round) {
+    const bad = good.slice();
+    for (let k = 0; k < 1 + round % 3; ++k) bad[Math.floor(random() ** (round % 2 ? 4 : 1) * bad.length)] ^= 1 << Math.floor(8 * random());
+    const stream = new TpmStream();
+    try {
+      stream.feed(bad.subarray(0, 300));
+      stream.feed(bad.subarray(300));
+    } catch (error) {
+      assert.ok(error instanceof TpmError, error.stack);
+      assert.match(error.message, /^[^\n]{8,120}$/);
+      assert.throws(() => stream.feed(good), TpmError);
+      ++outcomes.said;
+    }
+    if (!stream.header) continue;
+    const mesh = meshOf(stream); // of what came before the damage, or what the damage happens to mean
+    mesh.seek(Infinity);
+    area(mesh);
+    ++outcomes.valid;
+  }
+  assert.ok(outcomes.said > 500 && outcomes.valid > 500, JSON.stringify(outcomes));
+
+  const patched = (at, ...values) => {
+    const bad = good.slice();
+    bad.set(values, at);
+    return bad;
+  };
+  for (const [bad, expected] of [
+    [new TextEncoder().encode("PK"), /no \.tpm stream/],
+    [patched(4, 2), /version 2/],
+    [patched(6, 3), /header/],
+    [patched(92, 0, 0, 0, 16), /more numbers than bytes/],
+    [Uint8Array.of(...good, 0), /after the end/],
+  ])
+    assert.throws(() => streamOf(bad), {name: "TpmError", message: expected});
+});
