@@ -134,6 +134,7 @@ std::string encode_layer_json(const LayerJson& layer) {
                {"extensions", layer.extensions},
                {"available", std::move(available)}};
   if (layer.metadata_availability > 0) json["metadataAvailability"] = layer.metadata_availability;
+  if (layer.side != "both") json["side"] = layer.side;
   // A name that is not UTF-8 (a file name can be anything) must not stop the tiles.
   return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -166,6 +167,7 @@ std::optional<LayerJson> decode_layer_json(std::string_view text, std::string& e
   layer.maxzoom = std::max(0, int(layer.available.size()) - 1);
   fields.level("maxzoom", layer.maxzoom);
   fields.level("metadataAvailability", layer.metadata_availability);
+  fields.text("side", layer.side);
   if (!fields.ok()) return std::nullopt;
   return layer;
 }

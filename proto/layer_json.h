@@ -32,6 +32,9 @@ struct LayerJson {
   // down. CesiumJS reads `available` where this is absent, but cannot then take tiles with
   // metadata.
   int metadata_availability = 0;
+  // tind's own: above or below where every tile lies on that side of its posts; not written for
+  // both.
+  std::string side = "both";
 
   bool contains(int z, std::uint32_t x, std::uint32_t y) const;
 };

@@ -51,6 +51,7 @@ nlohmann::ordered_json to_json(const BuildReport& r, double seconds) {
   j["threads"] = r.threads;
   j["over_budget"] = r.over_budget;
   j["worst_over_budget"] = r.worst_over_budget;
+  j["not_one_sided"] = r.not_one_sided;
   for (const LevelReport& l : r.levels) {
     if (l.tiles == 0) continue;
     j["levels"].push_back({{"level", l.level},
@@ -75,6 +76,11 @@ void print(const BuildReport& r, double seconds) {
         "{} tiles say a larger error than their level's budget, {} the most: the format's "
         "integer grid is too coarse for the slopes there\n",
         r.over_budget, r.worst_over_budget);
+  }
+  if (r.not_one_sided > 0) {
+    fmt::print(
+        "{} tiles could not be kept on one side of their posts and say so in their metadata\n",
+        r.not_one_sided);
   }
   fmt::print("{} tiles ({} built, {} kept), {} bytes, in {}\n", r.tiles, r.built, r.reused, r.bytes,
              duration_text(seconds));

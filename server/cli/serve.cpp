@@ -85,6 +85,7 @@ Result<services::Catalog> open_datasets(const Config& config) {
   TileSetOptions tiles;
   tiles.max_error_m = config.max_error;
   tiles.error_factor = config.error_factor;
+  tiles.side = config.side;
   services::Catalog catalog;
   for (const std::string& text : config.datasets)
     if (auto opened = open_dataset(catalog, services::parse_dataset_spec(text), dem, tiles);

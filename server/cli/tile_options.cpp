@@ -56,6 +56,12 @@ void add_tile_options(CLI::App& command, TileSetOptions& options) {
       command, "levels to make, e.g. 0-12 (default: 0 to the first at least as fine as the posts)",
       options.min_level, options.max_level);
   command
+      .add_option("--side", options.side,
+                  "above: no tile is below a post; below: none above one; the whole error then "
+                  "lies on that side")
+      ->check(CLI::IsMember({"both", "above", "below"}))
+      ->capture_default_str();
+  command
       .add_option("--effort", options.effort,
                   "how hard to look for fewer triangles: fast, normal, best")
       ->check(CLI::IsMember({"fast", "normal", "best"}))

@@ -207,6 +207,8 @@ const std::vector<Setting>& settings() {
              &Config::max_error, 0.0, 1e6),
       number("error-factor", "scales the error that each coarser level may have",
              &Config::error_factor, 1e-3, 1e3),
+      choice("side", "where tiles lie as seen from the DEM's posts", &Config::side,
+             {"both", "above", "below"}),
       number("max-connections", "clients connected at the same time", &Config::max_connections, 1,
              1'000'000),
       text("viewer", "folder of the web page; default: beside the program", &Config::viewer),

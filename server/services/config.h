@@ -28,6 +28,7 @@ struct Config {
   std::string to_datum = "ellipsoid";
   double max_error = 0;
   double error_factor = 1;
+  std::string side = "both";
   int max_connections = 4096;
   std::string viewer;
   bool allow_vrt = false;

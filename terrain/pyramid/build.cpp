@@ -135,11 +135,13 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
     const auto there = fs::file_size(path, error);
     std::size_t bytes = error ? 0 : std::size_t(there);
     double max_error = 0;
+    bool not_one_sided = false;
     if (error) {
       auto tile = make_tile(*source, *plan, id, progress.stop);
       Result<void> written;
       if (tile) {
         max_error = tile->max_error_m;
+        not_one_sided = tile->side != o.tiles.side;
         if (o.gzip) tile->bytes = gzipped(tile->bytes);
         bytes = tile->bytes.size();
         written = write_whole(path, tile->bytes);
@@ -159,6 +161,7 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
       level.worst_error_m = std::max(level.worst_error_m, max_error);
       report.bytes += bytes;
       ++(error ? report.built : report.reused);
+      report.not_one_sided += not_one_sided;
       if (max_error > level.budget_m) {
         ++report.over_budget;
         if (max_error / level.budget_m > worst_excess) {

@@ -89,6 +89,8 @@ Result<TilePlan> TilePlan::make(const DemInfo& info, const HeightRange& range,
   }
   if (!(options.error_factor > 0) || !(options.max_error_m >= 0))
     return fail(Errc::invalid_argument, "error bounds must be positive numbers of metres");
+  if (options.side != "both" && options.side != "above" && options.side != "below")
+    return fail(Errc::invalid_argument, "--side is both, above or below, not " + options.side);
   TilePlan plan;
   plan.options_ = options;
   plan.range_ = range;
@@ -108,9 +110,13 @@ Result<TilePlan> TilePlan::make(const DemInfo& info, const HeightRange& range,
     level.budget_m = tiling::level_error(z) * options.error_factor;
     if (z == plan.max_level_) level.budget_m = std::min(level.budget_m, leaf_error);
     level.fit_error_m = std::min(level.budget_m, kLargestError);
+    if (options.side != "both") {
+      level.fit_error_m /= 2;
+      level.offset_m = options.side == "above" ? level.fit_error_m : -level.fit_error_m;
+    }
     // Heights of a tile: posts, 0 where there are none, and half a band beyond either.
     const double relief = std::max(range.max_m, 0.0) - std::min(range.min_m, 0.0) +
-                          2 * level.fit_error_m + 4 * kLargestStep;
+                          2 * (level.fit_error_m + std::abs(level.offset_m)) + 4 * kLargestStep;
     const double needed = power_of_two_at_least(std::max(relief, 1.0) / 32767);
     level.border_step_m =
         std::clamp(power_of_two_at_most(level.fit_error_m / 16), std::max(needed, kSmallestStep),
@@ -170,6 +176,7 @@ proto::LayerJson TilePlan::layer(const std::string& name) const {
   }
   layer.extensions = {"octvertexnormals", "metadata"};
   layer.metadata_availability = kAvailabilityLevels;
+  layer.side = options_.side;
   return layer;
 }
 

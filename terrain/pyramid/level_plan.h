@@ -24,7 +24,9 @@ Result<HeightRange> scan_heights(const DemSource&, const Progress& = {}, int thr
 
 struct LevelPlan {
   double budget_m = 0;     // no post of a tile may be farther than this from its mesh
-  double fit_error_m = 0;  // what the mesh is fitted to: the budget, or less where it is huge
+  double fit_error_m = 0;  // half width of the band that the mesh is fitted into: the budget, or
+                           // less where it is huge; half of that for one-sided tiles
+  double offset_m = 0;     // of the band's middle from the posts: 0, or +- fit_error_m (one-sided)
   double border_tolerance_m = 0;
   double border_step_m = 0;     // heights on tile borders are multiples of this power of two
   int curvature_cells = 1;      // a tile keeps the vertices of a lattice of this many cells a side

@@ -75,6 +75,7 @@ Result<void> load_heights(Job& job) {
 Result<void> derive_borders(Job& job) {
   BorderOptions o;
   o.tolerance_m = job.level.border_tolerance_m;
+  o.offset_m = job.level.offset_m;
   o.height_step = job.level.border_step_m;
   o.fixed_cells = job.level.curvature_cells;
   o.samples = 256;
@@ -100,8 +101,9 @@ HeightLattice height_lattice(const Job& job, double eps) {
       low = std::min(low, v.height), high = std::max(high, v.height);
   }
   if (job.posts.posts > 0) {
-    low = std::min(low, job.posts.min_m - eps);
-    high = std::max(high, job.posts.max_m + eps);
+    const double offset = job.level.offset_m;
+    low = std::min(low, job.posts.min_m + std::min(0.0, offset) - eps);
+    high = std::max(high, job.posts.max_m + std::max(0.0, offset) + eps);
   }
   const double step =
       std::clamp(power_of_two_at_least((high - low) / 32766), 1.0 / 1024, job.level.border_step_m);
@@ -146,7 +148,7 @@ HalfedgeMesh frame_mesh(Job& job, const Samples& samples, double x_scale,
   job.field.filled(places, heights);
   for (std::size_t k = 0; k < points.size(); ++k) {
     // What fills a void may come from a post that is not the tile's own.
-    const double h = std::clamp(heights[k], lattice.min, lattice.max());
+    const double h = std::clamp(heights[k] + job.level.offset_m, lattice.min, lattice.max());
     points[k].z = snap_height(h, lattice.step);
     insertion.insert_point(points[k]);
   }
@@ -181,10 +183,21 @@ Result<void> find_range(Job& job, std::stop_token stop) {
   return done;
 }
 
-/// The referee: the largest error over every valid post of the closed rectangle.
-Result<double> measure(const Job& job, const Tin& mesh, std::stop_token stop) {
-  double worst = 0;
-  auto done = stream_posts(job, stop, [&](const TilePosts& posts) {
+/// How far the mesh rises above a post and falls below one, at most; negative: it never does.
+struct Extremes {
+  double above = -HUGE_VAL, below = -HUGE_VAL;
+  double error() const { return std::max({above, below, 0.0}); }
+  /// How far the mesh is on the wrong side of some post that is only known within `margin`.
+  double wrong(const std::string& side, double margin) const {
+    if (side == "both") return 0;
+    return std::max(0.0, (side == "above" ? below : above) + margin);
+  }
+};
+
+/// Calls f(triangle, x, y, mesh - post) for every valid post of the closed rectangle.
+template <class F>
+Result<void> each_residual(const Job& job, const Tin& mesh, std::stop_token stop, F&& f) {
+  return stream_posts(job, stop, [&](const TilePosts& posts) {
     posts.visit([&](const auto& samples) {
       for (const Triangle& t : mesh.triangles) {
         const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
@@ -192,11 +205,20 @@ Result<double> measure(const Job& job, const Tin& mesh, std::stop_token stop) {
         const double gx = ((b.z - a.z) * (c.y - a.y) - (c.z - a.z) * (b.y - a.y)) / area;
         const double gy = ((c.z - a.z) * (b.x - a.x) - (b.z - a.z) * (c.x - a.x)) / area;
         samples.scan(a, b, c, [&](double x, double y, double z, std::size_t) {
-          worst = std::max(worst, std::abs(a.z + gx * (x - a.x) + gy * (y - a.y) - z));
+          f(t, x, y, a.z + gx * (x - a.x) + gy * (y - a.y) - z);
           return true;
         });
       }
     });
+  });
+}
+
+/// The referee.
+Result<Extremes> measure(const Job& job, const Tin& mesh, std::stop_token stop) {
+  Extremes worst;
+  auto done = each_residual(job, mesh, stop, [&](const Triangle&, double, double, double over) {
+    worst.above = std::max(worst.above, over);
+    worst.below = std::max(worst.below, -over);
   });
   if (!done) return std::unexpected(done.error());
   return worst;
@@ -217,11 +239,18 @@ struct Meshed {
   Tin mesh;
   HeightLattice lattice;
   double max_error = 0;
+  double wrong_side = 0;  // one-sided tiles: how far some post is on the wrong side
 };
+
+/// Stored heights are floats, and posts of projected sources are placed by interpolation (within
+/// 1e-6 m): both count as error.
+double margin_of(const DemSource& source) {
+  return source.info().rounding_m + (source.is_plain_geographic() ? 0 : kPlacingError);
+}
 
 /// Fits a mesh within `eps` of every `step`-th post, then measures it over all posts.
 Result<Meshed> fit(Job& job, double eps, int step, double place_step, std::stop_token stop) {
-  const auto posts = TilePosts::read(job.source, job.window, job.id, step);
+  const auto posts = TilePosts::read(job.source, job.window, job.id, step, job.level.offset_m);
   if (!posts) return std::unexpected(posts.error());
   Meshed result;
   result.lattice = height_lattice(job, eps);
@@ -250,17 +279,58 @@ Result<Meshed> fit(Job& job, double eps, int step, double place_step, std::stop_
   if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
   auto measured = measure(job, result.mesh, stop);
   if (!measured) return std::unexpected(measured.error());
-  result.max_error = *measured;
+  const double margin = margin_of(job.source);
+  result.max_error = measured->error() + (job.posts.posts > 0 ? margin : 0);
+  result.wrong_side = measured->wrong(job.plan.options().side, margin);
   return result;
+}
+
+/// Moves inner vertices until no post is on the wrong side of the mesh: where the integer grid is
+/// too coarse for the posts, the error may grow, but the side is kept. Posts between border
+/// vertices only cannot be helped.
+Result<void> force_side(const Job& job, Meshed& m, std::stop_token stop) {
+  constexpr double kLeastWeight = 0.05;
+  const double margin = margin_of(job.source);
+  const double up = job.plan.options().side == "above" ? 1 : -1;
+  const auto inner = [](const Vec3& v) {
+    return v.x > 0 && v.y > 0 && v.x < kTileExtent && v.y < kTileExtent;
+  };
+  for (int pass = 0; pass < 4 && m.wrong_side > 0; ++pass) {
+    std::vector<double> lift(m.mesh.vertices.size(), 0);
+    auto seen =
+        each_residual(job, m.mesh, stop, [&](const Triangle& t, double x, double y, double over) {
+          const double missing = margin - up * over;
+          if (missing <= 0) return;
+          const Vec3 p{x, y, 0};
+          double weight = 0, area = 0;
+          for (int k = 0; k < 3; ++k) {
+            const Vec3 &a = m.mesh.vertices[t[k]], &b = m.mesh.vertices[t[(k + 1) % 3]],
+                       &c = m.mesh.vertices[t[(k + 2) % 3]];
+            area = orient2d(a, b, c);
+            if (inner(a)) weight += orient2d(p, b, c) / area;
+          }
+          if (weight < kLeastWeight) return;
+          for (const auto v : t)
+            if (inner(m.mesh.vertices[v])) lift[v] = std::max(lift[v], missing / weight);
+        });
+    if (!seen) return seen;
+    for (std::size_t v = 0; v < lift.size(); ++v) {
+      if (lift[v] == 0) continue;
+      double& z = m.mesh.vertices[v].z;
+      const double steps = std::ceil(lift[v] / m.lattice.step);
+      z = std::clamp(z + up * steps * m.lattice.step, m.lattice.min, m.lattice.max());
+    }
+    const auto measured = measure(job, m.mesh, stop);
+    if (!measured) return std::unexpected(measured.error());
+    m.max_error = measured->error() + margin;
+    m.wrong_side = measured->wrong(job.plan.options().side, margin);
+  }
+  return {};
 }
 
 /// Tries the cheapest fit first: fewer posts, then all of them; keeps the best.
 Result<Meshed> fit_within_budget(Job& job, std::stop_token stop) {
-  // Stored heights are floats, and posts of projected sources are placed by interpolation (within
-  // 1e-6 m): both count as error.
-  const double margin =
-      job.source.info().rounding_m + (job.source.is_plain_geographic() ? 0 : kPlacingError);
-  const double eps = job.level.fit_error_m - margin;
+  const double eps = job.level.fit_error_m - margin_of(job.source);
   Result<Meshed> best = fail(Errc::internal, "no fit tried");
   int step = decimation(job.window);
   double place = 0;
@@ -270,10 +340,10 @@ Result<Meshed> fit_within_budget(Job& job, std::stop_token stop) {
     if (place == 0) place = place_step(job, share, step);
     auto meshed = fit(job, share, step, place, stop);
     if (!meshed) return meshed;
-    if (job.posts.posts > 0) meshed->max_error += margin;
-    const bool better = !best || meshed->max_error < best->max_error;
+    const bool better = !best || std::pair(meshed->wrong_side, meshed->max_error) <
+                                     std::pair(best->wrong_side, best->max_error);
     if (better) best = std::move(meshed);
-    if (best->max_error <= job.level.budget_m) return best;
+    if (best->max_error <= job.level.budget_m && best->wrong_side == 0) return best;
     const bool too_big =
         job.window.cols * job.window.rows / step / step > 4 * kMeshPosts * kMeshPosts;
     if (step > 1 && !too_big)
@@ -368,10 +438,13 @@ TileBytes encode_tile(Job& job, const Meshed& meshed) {
   TileBytes tile;
   tile.max_error_m = round_up(meshed.max_error);
   tile.exact = job.source.info().rounding_m == 0 && job.source.is_plain_geographic();
+  // A tile that could not be kept on one side says so: then it is like any other.
+  if (meshed.wrong_side == 0) tile.side = job.plan.options().side;
   nlohmann::ordered_json metadata;
   metadata["geometricerror"] = tile.max_error_m;
   metadata["max_error_m"] = tile.max_error_m;
   metadata["error_kind"] = tile.exact ? "exact" : "bound";
+  if (job.plan.options().side != "both") metadata["side"] = tile.side;
   metadata["posts"] = job.posts.posts;
   if (job.id.level % TilePlan::kAvailabilityLevels == 0)
     metadata["available"] = availability(job.plan.descendants(job.id));
@@ -390,6 +463,8 @@ Result<TileBytes> make_tile(const DemSource& source, const TilePlan& plan, TileI
   if (auto done = derive_borders(job); !done) return std::unexpected(done.error());
   if (auto done = find_range(job, stop); !done) return fail("tile " + id.text(), done.error());
   auto meshed = fit_within_budget(job, stop);
+  if (meshed && meshed->wrong_side > 0)
+    if (auto done = force_side(job, *meshed, stop); !done) meshed = std::unexpected(done.error());
   if (!meshed) return fail("tile " + id.text(), meshed.error());
   TileBytes tile = encode_tile(job, *meshed);
   if (job.field.error()) return fail("tile " + id.text(), *job.field.error());

@@ -38,6 +38,8 @@ class StoredTiles : public TileSet {
         metadata["max_error_m"].is_number()) {
       tile.max_error_m = metadata["max_error_m"];
       tile.exact = metadata.value("error_kind", "") == "exact";
+      if (const auto side = metadata.find("side"); side != metadata.end() && side->is_string())
+        tile.side = *side;
     }
     return tile;
   }

@@ -19,7 +19,8 @@ namespace tind {
 struct TileBytes {
   std::vector<std::uint8_t> bytes;
   double max_error_m = 0;
-  bool exact = true;  // max_error_m is the maximum over all posts, not only a bound of it
+  bool exact = true;          // max_error_m is the maximum over all posts, not only a bound of it
+  std::string side = "both";  // above: the mesh is at or above every post; below: at or below
 };
 
 class TileSet {
@@ -39,7 +40,7 @@ struct TileSetOptions {
   double error_factor = 1;  // budget of level z: level_error(z) * factor
   int min_level = 0;
   int max_level = -1;         // -1: the first level at least as fine as the source
-  std::string side = "both";  // both | above | below
+  std::string side = "both";  // both | above | below: where the mesh lies as seen from the posts
   std::string effort = "normal";
 };
 

@@ -154,7 +154,8 @@ std::vector<BorderVertex> make_border(const TileEdge& edge, const HeightField& f
   field.filled(points, heights);  // so that levels agree in voids, too
 
   std::vector<Sample> samples;
-  for (std::size_t i = 0; i < places.size(); ++i) samples.push_back({places[i], heights[i], false});
+  for (std::size_t i = 0; i < places.size(); ++i)
+    samples.push_back({places[i], heights[i] + o.offset_m, false});
   for (int k = 0; k <= o.fixed_cells; ++k) {
     const double t = std::round(double(k) * kTileExtent / o.fixed_cells);
     for (Sample& s : samples) s.fixed |= s.t == t;

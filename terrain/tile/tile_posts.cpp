@@ -82,8 +82,9 @@ PostWindow post_window(const DemSource& source, const GeoRect& rect) {
 }
 
 Result<TilePosts> TilePosts::read(const DemSource& source, const PostWindow& w, TileId tile,
-                                  int step) {
+                                  int step, double offset) {
   TilePosts posts;
+  posts.grid_.offset = posts.scattered_.offset = offset;
   posts.plain_ = source.is_plain_geographic() && source.info().post_to_crs.x_col > 0 &&
                  source.info().post_to_crs.y_row < 0;
   if (w.empty()) return posts;
@@ -135,6 +136,7 @@ Result<TilePosts> TilePosts::read(const DemSource& source, const PostWindow& w, 
     points.push_back({u, v, z});
   }
   posts.scattered_ = ScatteredSamples(points, kTileExtent);
+  posts.scattered_.offset = offset;
   posts.heights_ = {};
   return posts;
 }

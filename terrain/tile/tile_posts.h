@@ -26,7 +26,9 @@ class TilePosts {
   TilePosts(TilePosts&&) = default;
   TilePosts& operator=(TilePosts&&) = default;
 
-  static Result<TilePosts> read(const DemSource&, const PostWindow&, TileId, int step);
+  /// `offset`: added to the samples' heights, not to min_m() and max_m().
+  static Result<TilePosts> read(const DemSource&, const PostWindow&, TileId, int step,
+                                double offset = 0);
 
   /// Calls f with the samples as whichever kind they are.
   template <class F>
