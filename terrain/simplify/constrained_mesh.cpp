@@ -83,6 +83,8 @@ class ConstrainedMesher {
     out_.hold.assign(mesh.vertices.size(), Constraints::loose);
     const auto [line_vertex, chains] = enter_lines();
     const std::vector<std::uint8_t> left_out = posts_too_near();
+    for (Index v = 0; v < left_out.size(); ++v)
+      if (left_out[v]) out_.beside.push_back(v);
     std::vector<Vec3> points;
     std::vector<Index> vertex, place(mesh.vertices.size(), PolygonSet::kNone);
     const auto enter = [&](Index v) {
@@ -192,7 +194,7 @@ class ConstrainedMesher {
 
   // --- what holds ------------------------------------------------------------------------------
 
-  /// Leaves out the parts that no triangle has as its edge.
+  /// Puts aside the parts that no triangle has as its edge.
   void keep_parts() {
     Tin& mesh = out_.mesh;
     std::unordered_set<std::uint64_t> edges;
@@ -209,12 +211,13 @@ class ConstrainedMesher {
     for (const LinePart& part : out_.parts) {
       const Index next = part.first < part.last ? out_.inner[part.first] : part.b;
       if (!edges.contains(key(part.a, next))) {
-        ++out_.report.outside;
+        out_.elsewhere.push_back(part);
         continue;
       }
       kept.push_back(part);
     }
     out_.parts = std::move(kept);
+    out_.report.outside += out_.elsewhere.size();
     out_.report.parts = out_.parts.size();
   }
 };

@@ -21,6 +21,7 @@ Result<Constraints> constrain(const HeightGrid& grid, const ConstraintShapes& sh
   if (const auto ok = make_constrained_mesh(grid, *net, out); !ok)
     return std::unexpected(ok.error());
   out.flat = std::move(net->flat);
+  out.boundary = std::move(net->boundary);
   return out;
 }
 

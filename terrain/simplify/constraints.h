@@ -47,10 +47,12 @@ struct Constraints {
 
   HeightGrid grid;  // polygons level, void outside the boundary: the truth for every error
   Tin mesh;         // post coordinates; vertex row * cols + col is that post, lines' come after
-  std::vector<Hold> hold;            // of each vertex: free, only along its line, not at all
-  std::vector<LinePart> parts;       // all lines within the mesh
-  std::vector<std::uint32_t> inner;  // vertices of parts
-  PolygonSet flat;
+  std::vector<Hold> hold;             // of each vertex: free, only along its line, not at all
+  std::vector<LinePart> parts;        // all lines within the mesh
+  std::vector<LinePart> elsewhere;    // in voids of the DEM or outside the boundary
+  std::vector<std::uint32_t> inner;   // vertices of parts
+  std::vector<std::uint32_t> beside;  // posts too near a line to be vertices
+  PolygonSet flat, boundary;
   std::vector<double> level;  // of each polygon of `flat`
   ConstraintReport report;
 };

@@ -17,6 +17,7 @@
 
 #include "terrain/base/progress.h"
 #include "terrain/mesh/halfedge_mesh.h"
+#include "terrain/simplify/line_points.h"
 #include "terrain/simplify/samples.h"
 
 namespace tind {
@@ -52,6 +53,10 @@ class DelaunayInsertion {
   DelaunayInsertion(HalfedgeMesh& mesh, const Samples& samples, const InsertionOptions& options)
       : mesh_(mesh), samples_(samples), options_(options) {}
 
+  /// From now on the edges of `lines` (not owned) are never flipped, and their points are samples
+  /// too. Samples of the grid that lie on them must be void. Then the domain need not be convex.
+  void keep(LinePoints* lines) { lines_ = lines; }
+
   std::uint64_t insertions() const { return insertions_; }
 
   /// The sample behind each vertex slot (its true, unrounded place); NaN heights where there is
@@ -74,7 +79,7 @@ class DelaunayInsertion {
       const Index h = stack_.back();  // opposite to v in its triangle, v on its left
       stack_.pop_back();
       const Index g = mesh_.twin(h);
-      if (g == kNone || !inside_circle(h, g)) continue;
+      if (g == kNone || is_line(h) || !inside_circle(h, g)) continue;
       touched_.push_back(HalfedgeMesh::triangle(g));
       // Now h runs from the far apex to v, and g's other two edges lie opposite to v.
       mesh_.flip(h);
@@ -140,6 +145,7 @@ class DelaunayInsertion {
   HalfedgeMesh& mesh_;
   const Samples& samples_;
   InsertionOptions options_;
+  LinePoints* lines_ = nullptr;
   std::uint64_t insertions_ = 0;
   std::vector<Index> touched_, stack_;
   std::vector<Vec3> origins_;          // by vertex slot
@@ -166,14 +172,18 @@ class DelaunayInsertion {
               gx,
               gy,
               std::max(std::abs(b.z - a.z), std::abs(c.z - a.z)) + options_.limit};
-    samples_.scan_outside(a, b, c, band, [&](double x, double y, double z, std::size_t i) {
+    const auto ask = [&](double x, double y, double z, std::size_t i) {
       const double e = std::abs(z0 + gx * x + gy * y - z);
       if (e > worst.error && e > options_.limit && !is_hopeless(i)) {
         worst = {e, i};
         band.top = e, band.bottom = -e;
       }
       return true;
-    });
+    };
+    samples_.scan_outside(a, b, c, band, ask);
+    if (lines_)
+      lines_->scan(a, b, c,
+                   [&](const Vec3& p, std::size_t k) { ask(p.x, p.y, p.z, samples_.size() + k); });
     return worst;
   }
 
@@ -193,6 +203,7 @@ class DelaunayInsertion {
 
   /// Makes sample i a vertex; t is where to look first. False when it cannot become one.
   bool insert(Index t, std::size_t i) {
+    if (i >= samples_.size()) return insert_on_line(i);
     Vec3 p = samples_.sample(i);
     if (options_.integer_lattice) {
       p.x = on_lattice(p.x);
@@ -203,6 +214,32 @@ class DelaunayInsertion {
     origins_.resize(mesh_.vertex_slots(), {0, 0, std::numeric_limits<double>::quiet_NaN()});
     origins_.back() = samples_.sample(i);
     return true;
+  }
+
+  bool insert_on_line(std::size_t i) {
+    const Index v = lines_->insert(mesh_, i - samples_.size());
+    if (v == kNone) return give_up(i);
+    ++insertions_;
+    legalise(v);
+    return true;
+  }
+
+  bool is_line(Index h) const { return lines_ && lines_->keeps(mesh_.origin(h), mesh_.dest(h)); }
+
+  /// Lines bring coordinates that are no small integers: will p leave room on both sides of every
+  /// edge of triangle t, and of the one beyond `on`?
+  bool has_room(Index t, Index on, const Vec3& p) const {
+    const auto clear = [&](Index h) {
+      return surely_ccw(mesh_.position(mesh_.origin(h)), mesh_.position(mesh_.dest(h)), p);
+    };
+    const auto all_clear = [&](Index first, Index except) {
+      for (Index h = first; h < first + 3; ++h)
+        if (h != except && !clear(h)) return false;
+      return true;
+    };
+    if (!all_clear(3 * t, on)) return false;
+    const Index beyond = on == kNone ? kNone : mesh_.twin(on);
+    return beyond == kNone || all_clear(3 * HalfedgeMesh::triangle(beyond), beyond);
   }
 
   /// Makes p a vertex; looks for its triangle from t on (rounding may have moved p across an edge).
@@ -226,6 +263,7 @@ class DelaunayInsertion {
       t = HalfedgeMesh::triangle(mesh_.twin(out));
     }
     if (on != kNone && mesh_.twin(on) == kNone && !may_split_border) return false;
+    if (lines_ && ((on != kNone && is_line(on)) || !has_room(t, on, p))) return false;
     const Index v = on == kNone ? mesh_.split_triangle(t, p) : mesh_.split_edge(on, p);
     ++insertions_;
     legalise(v);

@@ -58,7 +58,7 @@ const std::vector<Row>& table() {
       {{"cluster", "squared distance to the planes of each cell of a uniform grid", kAllStops,
         kValid, "Rossignac and Borrel 1993; Lindstrom 2000"},
        simplify_cluster},
-      {{"greedy", "the largest vertical error, vertices on posts", kAllStops, kValid,
+      {{"greedy", "the largest vertical error, vertices on posts", kAllStops, kWithLines,
         "Garland and Heckbert 1995, greedy insertion"},
        simplify_greedy},
       {{"bounded", "triangles within a strict vertical error (--effort, --side)", kAllStops,
@@ -69,9 +69,7 @@ const std::vector<Row>& table() {
 }
 
 /// These make meshes of their own instead of thinning the full one.
-bool keeps_lines(const std::string& method) {
-  return method != "cluster" && method != "greedy" && method != "bounded";
-}
+bool keeps_lines(const std::string& method) { return method != "cluster" && method != "bounded"; }
 
 std::string names() {
   std::string all;

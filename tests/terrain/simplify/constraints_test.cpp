@@ -76,8 +76,9 @@ std::vector<VectorLine> dirty_lines(const HeightGrid& g, int count, unsigned see
   return all;
 }
 
-const char* const kMethods[] = {"edge-cost",         "qem",           "memoryless", "attribute-qem",
-                                "triangle-collapse", "vertex-removal"};
+const char* const kMethods[] = {
+    "edge-cost",      "qem",   "memoryless", "attribute-qem", "triangle-collapse",
+    "vertex-removal", "greedy"};
 
 void expect_kept(const std::shared_ptr<const Constraints>& c, double ratio) {
   const VerticalError full = vertical_error(c->mesh, c->grid);
@@ -175,12 +176,35 @@ TEST_F(ConstrainedTerrain, OwnHeightsAreKept) {
   EXPECT_NEAR(c->mesh.vertices[c->inner[(c->parts[0].first + c->parts[0].last) / 2]].z, 120, 2);
 }
 
+TEST_F(ConstrainedTerrain, InsertionMeetsItsBoundAndItsCount) {
+  const HeightGrid g = rough_terrain(70, 60, 8);
+  ConstraintShapes s;
+  s.breaklines = {line({{3.3, -4.4}, {60.7, -31.2}, {12.1, -50.6}}), line({{0, -20}, {69, -20}})};
+  const auto c = constrained(g, s);
+  ASSERT_TRUE(c->beside.empty());
+  SimplifyOptions o;
+  o.method = "greedy";
+  o.constraints = c;
+  for (const double bound : {0.0, 3.0, 50.0}) {
+    o.stop = {.max_error_m = bound};
+    const auto made = simplify(c->grid, 10, 10, o);
+    ASSERT_TRUE(made) << made.error().what;
+    EXPECT_LE(vertical_error(made->tin, c->grid).max_m, bound + 1e-6);
+    EXPECT_EQ(made->note, "");
+    EXPECT_EQ(check_constraints(made->tin, *c).missing, 0u);
+  }
+  o.stop = {.triangles = 1000};
+  EXPECT_EQ(simplify(c->grid, 10, 10, o)->tin.triangles.size() / 2, 500u);
+  o.stop = {.triangles = 3};
+  EXPECT_NE(simplify(c->grid, 10, 10, o)->note.find("the lines alone need"), std::string::npos);
+}
+
 TEST_F(ConstrainedTerrain, MethodsThatCannotSaySo) {
   const HeightGrid g = rough_terrain(20, 20, 6);
   ConstraintShapes s;
   s.breaklines = {line({{2, -3}, {15, -9}})};
   const auto c = constrained(g, s);
-  for (const char* method : {"cluster", "greedy", "bounded"}) {
+  for (const char* method : {"cluster", "bounded"}) {
     SimplifyOptions o;
     o.method = method;
     o.stop.ratio = 0.5;
