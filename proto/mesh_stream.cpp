@@ -10,9 +10,9 @@
 
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <memory>
 
+#include "proto/mesh_stream_start.h"
 #include "proto/range_coder.h"
 #include "proto/split_topology.h"
 
@@ -20,8 +20,6 @@ namespace tind::proto {
 
 namespace {
 
-constexpr std::size_t kHeader = 120;
-constexpr std::int64_t kMaxXy = 1 << 29, kMaxZ = 1 << 30;
 constexpr std::uint32_t kTreeValence = 32;
 
 struct Models {
@@ -34,13 +32,9 @@ int width(std::int64_t v) {
   return std::min(15, int(std::bit_width(std::uint64_t(v < 0 ? -v : v))));
 }
 
-std::int64_t orient(const LatticePoint& a, const LatticePoint& b, const LatticePoint& c) {
-  return (std::int64_t(b[0]) - a[0]) * (std::int64_t(c[1]) - a[1]) -
-         (std::int64_t(b[1]) - a[1]) * (std::int64_t(c[0]) - a[0]);
-}
-
 /// The state that both directions keep.
 struct Walk {
+  StreamFrame frame;
   SplitTopology topology;
   std::vector<LatticePoint> position;
   SplitTopology::Fan fan;
@@ -111,8 +105,34 @@ bool code_topology(N& n, Models& m, Walk& w, LatticeSplit& s) {
   return true;
 }
 
+/// In space all three axes are told alike: the new vertex against the middle, the old one where it
+/// was or opposite.
 template <class N>
-bool code_positions(N& n, Models& m, const Walk& w, LatticeSplit& s) {
+void code_in_space(N& n, Models& m, const Walk& w, const LatticeSplit& s,
+                   std::array<std::int64_t, 3>& added, std::array<std::int64_t, 3>& fine) {
+  const LatticePoint& c = w.position[s.vertex];
+  const std::int64_t count = w.over + 1;
+  std::array<std::int64_t, 3> guess{};
+  std::int64_t offset = 0;
+  for (int k = 0; k < 3; ++k) {
+    std::int64_t sum = c[k] * count;
+    for (std::uint32_t i = 0; i <= w.over; ++i) sum += w.ring(w.first + i)[k];
+    guess[k] = std::int64_t(std::floor(double(sum) / double(2 * count)));
+    offset = std::max(offset, std::abs(guess[k] - c[k]));
+  }
+  const bool moved = n.bit(m.moved, s.fine != c);
+  const int near = width(offset);
+  for (int k = 0; k < 3; ++k)
+    added[k] = guess[k] + n.number(m.added_xy[moved][near], s.added[k] - guess[k]);
+  for (int k = 0; k < 3; ++k) {
+    const std::int64_t mirrored = 2 * std::int64_t(c[k]) - added[k];
+    fine[k] = moved ? mirrored + n.number(m.fine_xy[near], s.fine[k] - mirrored) : c[k];
+  }
+}
+
+template <class N>
+void code_on_terrain(N& n, Models& m, const Walk& w, const LatticeSplit& s,
+                     std::array<std::int64_t, 3>& added, std::array<std::int64_t, 3>& fine) {
   const LatticePoint& c = w.position[s.vertex];
   double middle[2] = {0, 0}, low = c[2], high = c[2];
   for (std::uint32_t i = 0; i <= w.over; ++i) {
@@ -128,7 +148,6 @@ bool code_positions(N& n, Models& m, const Walk& w, LatticeSplit& s) {
   const int near = width(std::max(std::abs(guess[0] - c[0]), std::abs(guess[1] - c[1])));
   const int rough = width(std::int64_t(high - low));
 
-  std::int64_t added[3], fine[3];
   for (int k = 0; k < 2; ++k)
     added[k] = guess[k] + n.number(m.added_xy[moved][near], s.added[k] - guess[k]);
   const std::int64_t surface = star_height(w, c, double(added[0]), double(added[1]));
@@ -140,16 +159,26 @@ bool code_positions(N& n, Models& m, const Walk& w, LatticeSplit& s) {
   }
   if (moved) level = star_height(w, c, double(fine[0]), double(fine[1]));
   fine[2] = level + n.number(m.fine_z[moved][rough], s.fine[2] - level);
+}
+
+template <class N>
+bool code_positions(N& n, Models& m, const Walk& w, LatticeSplit& s) {
+  std::array<std::int64_t, 3> added{}, fine{};
+  if (w.frame == StreamFrame::space)
+    code_in_space(n, m, w, s, added, fine);
+  else
+    code_on_terrain(n, m, w, s, added, fine);
   for (int k = 0; k < 3; ++k) {
-    const std::int64_t most = k < 2 ? kMaxXy : kMaxZ;
+    const std::int64_t most = largest_coordinate(w.frame, k);
     if (std::abs(added[k]) > most || std::abs(fine[k]) > most) return false;
     s.added[k] = std::int32_t(added[k]), s.fine[k] = std::int32_t(fine[k]);
   }
   return true;
 }
 
-/// All faces of the two new stars are counter-clockwise.
+/// On terrain all faces of the two new stars are counter-clockwise.
 bool stays_valid(const Walk& w, const LatticeSplit& s) {
+  if (w.frame == StreamFrame::space) return true;
   const std::size_t valence = w.fan.ring.size();
   for (std::size_t i = 0; i < w.fan.edges.size(); ++i) {
     const bool over = (i + valence - w.first) % valence < w.over;
@@ -173,180 +202,14 @@ void code_block(N& n, Models& m, StreamBlock& b) {
   b.error_m = std::bit_cast<float>(high << 16 | n.raw(bits & 0xffff, 16));
 }
 
-// ---- header and base ----
-
-template <class T>
-void put(std::vector<std::uint8_t>& out, T v) {
-  std::array<std::uint8_t, sizeof v> bytes;  // of a little endian machine
-  std::memcpy(bytes.data(), &v, sizeof v);
-  for (const std::uint8_t b : bytes) out.push_back(b);
-}
-static_assert(std::endian::native == std::endian::little);
-
-void put_signed(std::vector<std::uint8_t>& out, std::int64_t v) {
-  std::uint64_t u = (std::uint64_t(v) << 1) ^ std::uint64_t(v >> 63);
-  for (; u >= 128; u >>= 7) out.push_back(std::uint8_t(u | 128));
-  out.push_back(std::uint8_t(u));
-}
-
-class Reader {
- public:
-  explicit Reader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
-  template <class T>
-  T get() {
-    T v{};
-    if (left() < sizeof v) {
-      short_ = true;
-    } else {
-      std::memcpy(&v, bytes_.data() + at_, sizeof v);
-      at_ += sizeof v;
-    }
-    return v;
-  }
-  std::int64_t get_signed() {
-    std::uint64_t u = 0;
-    for (int shift = 0;; shift += 7) {
-      const auto b = get<std::uint8_t>();
-      if (shift > 35) wrong_ = true;
-      if (short_ || wrong_) return 0;
-      u |= std::uint64_t(b & 127) << shift;
-      if (b < 128) break;
-    }
-    return std::int64_t(u >> 1) ^ -std::int64_t(u & 1);
-  }
-  std::string text(std::size_t n) {
-    if (left() < n) {
-      short_ = true;
-      return {};
-    }
-    at_ += n;
-    return {reinterpret_cast<const char*>(bytes_.data()) + at_ - n, n};
-  }
-  std::size_t left() const { return bytes_.size() - at_; }
-  std::size_t at() const { return at_; }
-  bool ended() const { return short_; }
-  bool wrong() const { return wrong_; }
-
- private:
-  std::span<const std::uint8_t> bytes_;
-  std::size_t at_ = 0;
-  bool short_ = false, wrong_ = false;
-};
-
-std::vector<std::uint8_t> encode_base(const MeshStream& s) {
-  std::vector<std::uint8_t> out;
-  LatticePoint last{};
-  for (const LatticePoint& p : s.base_vertices) {
-    for (int k = 0; k < 3; ++k) put_signed(out, std::int64_t(p[k]) - last[k]);
-    last = p;
-  }
-  std::int64_t index = 0;
-  for (const auto& t : s.base_triangles) {
-    for (const std::uint32_t v : t) {
-      put_signed(out, std::int64_t(v) - index);
-      index = v;
-    }
-  }
-  return out;
-}
-
-std::string decode_base(Reader& in, MeshStream& s, std::size_t vertices, std::size_t triangles) {
-  std::array<std::int64_t, 3> p{};
-  for (std::size_t i = 0; i < vertices && !in.ended(); ++i) {
-    for (int k = 0; k < 3; ++k) {
-      p[k] += in.get_signed();
-      if (in.wrong() || std::abs(p[k]) > (k < 2 ? kMaxXy : kMaxZ))
-        return "vertex " + std::to_string(i) + " of the base is out of range";
-    }
-    s.base_vertices.push_back({std::int32_t(p[0]), std::int32_t(p[1]), std::int32_t(p[2])});
-  }
-  std::int64_t index = 0;
-  for (std::size_t i = 0; i < triangles && !in.ended(); ++i) {
-    std::array<std::uint32_t, 3> t{};
-    for (std::uint32_t& v : t) {
-      index += in.get_signed();
-      if (in.wrong() || index < 0 || index >= std::int64_t(vertices))
-        return "triangle " + std::to_string(i) + " of the base names a vertex that is not there";
-      v = std::uint32_t(index);
-    }
-    const auto& b = s.base_vertices;
-    if (orient(b[t[0]], b[t[1]], b[t[2]]) <= 0)
-      return "triangle " + std::to_string(i) + " of the base is not counter-clockwise";
-    s.base_triangles.push_back(t);
-  }
-  return {};
-}
-
-constexpr const char* kTooFew = "the bytes end before the base mesh does";
-
-/// Header and base; the number of bytes that they take, or what is wrong.
-std::expected<std::size_t, std::string> decode_start(std::span<const std::uint8_t> bytes,
-                                                     MeshStream& s) {
-  Reader in(bytes);
-  if (in.text(4) != "TPM1") return std::unexpected("this is no .tpm stream");
-  const auto version = in.get<std::uint16_t>();
-  s.per_post = in.get<std::uint16_t>();
-  s.z_step_m = in.get<double>();
-  s.fine_error_m = in.get<double>();
-  s.cols = in.get<std::uint32_t>();
-  s.rows = in.get<std::uint32_t>();
-  for (double& a : s.post_to_crs) a = in.get<double>();
-  s.z_unit_m = in.get<double>();
-  s.datum = std::uint8_t(in.get<std::uint32_t>());
-  const std::size_t vertices = in.get<std::uint32_t>(), triangles = in.get<std::uint32_t>();
-  s.total_splits = in.get<std::uint32_t>();
-  const std::size_t crs = in.get<std::uint32_t>(), base = in.get<std::uint32_t>();
-  in.get<std::uint64_t>();  // reserved
-  if (in.ended()) return std::unexpected(kTooFew);
-  if (version != 1)
-    return std::unexpected("version " + std::to_string(version) + " of .tpm is not known here");
-  if (s.per_post < 1 || s.per_post > 1024 || !std::has_single_bit(s.per_post) ||
-      !(s.z_step_m > 0 && s.z_step_m < 1e6) || !(s.fine_error_m >= 0) || !(s.z_unit_m > 0) ||
-      s.datum > 2 || vertices < 3 || triangles < 1 || vertices + std::size_t(s.total_splits) > ~0u)
-    return std::unexpected("the header of the .tpm stream makes no sense");
-  s.crs = in.text(crs);
-  const std::size_t begin = in.at();
-  if (in.ended() || in.left() < base) return std::unexpected(kTooFew);
-  if (vertices * 3 + triangles * 3 > base)
-    return std::unexpected("the base mesh has more numbers than bytes");
-  if (const std::string wrong = decode_base(in, s, vertices, triangles); !wrong.empty())
-    return std::unexpected(wrong);
-  if (in.ended() || in.at() - begin != base)
-    return std::unexpected("the base mesh is not as long as the header says");
-  return in.at();
-}
-
-std::vector<std::uint8_t> encode_start(const MeshStream& s) {
-  const std::vector<std::uint8_t> base = encode_base(s);
-  std::vector<std::uint8_t> out = {'T', 'P', 'M', '1'};
-  put(out, std::uint16_t(1));
-  put(out, s.per_post);
-  put(out, s.z_step_m);
-  put(out, s.fine_error_m);
-  put(out, s.cols);
-  put(out, s.rows);
-  for (const double a : s.post_to_crs) put(out, a);
-  put(out, s.z_unit_m);
-  put(out, std::uint32_t(s.datum));
-  put(out, std::uint32_t(s.base_vertices.size()));
-  put(out, std::uint32_t(s.base_triangles.size()));
-  put(out, s.total_splits);
-  put(out, std::uint32_t(s.crs.size()));
-  put(out, std::uint32_t(base.size()));
-  put(out, std::uint64_t(0));
-  static_assert(kHeader == 4 + 2 + 2 + 8 + 8 + 4 + 4 + 48 + 8 + 4 + 4 + 4 + 4 + 4 + 4 + 8);
-  out.insert(out.end(), s.crs.begin(), s.crs.end());
-  out.insert(out.end(), base.begin(), base.end());
-  return out;
-}
-
 }  // namespace
 
 std::expected<std::vector<std::uint8_t>, std::string> encode(const MeshStream& stream) {
   if (stream.total_splits != stream.splits.size())
     return std::unexpected("a part of a stream cannot be written, only a whole one");
   std::string problem;
-  Walk w{SplitTopology(stream.base_triangles, stream.base_vertices.size(), stream.splits.size(),
+  Walk w{stream.frame,
+         SplitTopology(stream.base_triangles, stream.base_vertices.size(), stream.splits.size(),
                        problem),
          stream.base_vertices,
          {},
@@ -392,7 +255,8 @@ std::expected<MeshStream, std::string> decode_mesh_stream(std::span<const std::u
   const auto start = decode_start(bytes, stream);
   if (!start) return std::unexpected(start.error());
   std::string problem;
-  Walk w{SplitTopology(stream.base_triangles, stream.base_vertices.size(), 0, problem),
+  Walk w{stream.frame,
+         SplitTopology(stream.base_triangles, stream.base_vertices.size(), 0, problem),
          stream.base_vertices,
          {},
          0,

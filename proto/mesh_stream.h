@@ -1,11 +1,16 @@
 #pragma once
-// .tpm, version 1: a progressive mesh as a stream of bytes, coarse to fine. docs/formats.md
-// describes every byte. Any prefix that reaches beyond the base is a valid mesh with a known error.
+// .tpm: a progressive mesh as a stream of bytes, coarse to fine. docs/formats.md describes every
+// byte. Any prefix that reaches beyond the base is a valid mesh with a known error.
 //
-// Positions are whole numbers on a lattice: x = X / per_post columns, y = Y / per_post (minus the
-// row), z = Z * z_step metres. Splits come in blocks; `error_m` of a block bounds the vertical
-// error of every state from its first split on until the next block begins. Within a block, splits
-// that do not touch each other are sorted by vertex, which is what makes them small.
+// Positions are whole numbers on a lattice. Version 1 is terrain: x = X / per_post columns,
+// y = Y / per_post (minus the row), z = Z * z_step metres, every triangle counter-clockwise seen
+// from above. Version 2 is any surface in space: each coordinate is (origin + X) / per_unit, and
+// nothing is asked of a triangle's direction.
+//
+// Splits come in blocks; `error_m` of a block bounds the error of every state from its first split
+// on until the next block begins: vertical, metres, or for a surface in space the distance between
+// it and the finest one, in the mesh's own unit. Within a block, splits that do not touch each
+// other are sorted by vertex, which is what makes them small.
 
 #include <array>
 #include <cstdint>
@@ -32,15 +37,24 @@ struct StreamBlock {
   friend bool operator==(const StreamBlock&, const StreamBlock&) = default;
 };
 
+/// Its number is the version of the bytes.
+enum class StreamFrame : std::uint16_t { terrain = 1, space = 2 };
+
 struct MeshStream {
+  StreamFrame frame = StreamFrame::terrain;
+  double fine_error_m = 0;  // after the last split
+  // terrain
   std::uint16_t per_post = 1;
   double z_step_m = 1;
-  double fine_error_m = 0;              // after the last split
   std::uint32_t cols = 0, rows = 0;     // of the DEM
   std::array<double, 6> post_to_crs{};  // x = a0 + a1 col + a2 row, y = a3 + a4 col + a5 row
   double z_unit_m = 1;                  // metres per unit of the source's heights
   std::uint8_t datum = 0;               // 0 unknown, 1 ellipsoid, 2 EGM96
-  std::string crs;                      // name, a line feed, WKT 2; empty without a CRS
+  // space
+  double per_unit = 1;
+  std::array<double, 3> origin{};  // whole numbers
+  // both
+  std::string crs;  // name, a line feed, WKT 2; empty without a CRS
   std::vector<LatticePoint> base_vertices;
   std::vector<std::array<std::uint32_t, 3>> base_triangles;
   std::uint32_t total_splits = 0;  // of the whole stream
@@ -48,13 +62,17 @@ struct MeshStream {
   std::vector<LatticeSplit> splits;  // as many as there are; total_splits when complete
 };
 
-/// REQUIRES of the splits: that they can be applied one after the other, coordinates below 2^29 (x,
-/// y) and 2^30 (z) in size. Else one line that says what is wrong.
+/// Of X, Y and Z in space, either way; on terrain X and Y reach to 2^29, Z to 2^30.
+inline constexpr std::int32_t kMostInSpace = 1 << 28;
+
+/// REQUIRES of the splits: that they can be applied one after the other, and coordinates of the
+/// sizes above. Else one line that says what is wrong.
 std::expected<std::vector<std::uint8_t>, std::string> encode(const MeshStream&);
 
 /// Any prefix of a stream: as many splits as its bytes say for certain. One line, and nothing else,
 /// for bytes that are no such prefix (`bytes too few for the base` included), and for a split that
-/// would flip a triangle. Never reads outside; allocates at most about 60 times their size.
+/// would flip a triangle of a terrain. Never reads outside; allocates at most about 60 times their
+/// size.
 std::expected<MeshStream, std::string> decode_mesh_stream(std::span<const std::uint8_t> bytes);
 
 }  // namespace tind::proto

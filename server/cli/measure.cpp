@@ -8,6 +8,7 @@
 #include "proto/mesh_io.h"
 #include "server/cli/commands.h"
 #include "server/cli/dem_input.h"
+#include "server/cli/mesh_input.h"
 #include "server/cli/mesh_quality.h"
 #include "server/cli/surface_report.h"
 
@@ -30,10 +31,6 @@ Result<Tin> read_tin(const std::string& path) {
     if (!std::isfinite(p[0] + p[1] + p[2]))
       return fail(Errc::bad_data, path + ": a vertex has a coordinate that is not a number");
   return from_file_mesh(std::move(*mesh));
-}
-
-bool is_mesh(const std::string& path) {
-  return path.ends_with(".ply") || path.ends_with(".obj") || path.ends_with(".stl");
 }
 
 /// Two meshes: the distance of their surfaces, both ways.

@@ -15,6 +15,7 @@
 #include "server/cli/commands.h"
 #include "server/cli/dem_input.h"
 #include "server/cli/line_input.h"
+#include "server/cli/mesh_input.h"
 #include "server/cli/mesh_quality.h"
 #include "server/cli/method_options.h"
 #include "server/cli/progress_bar.h"
@@ -54,17 +55,9 @@ class Stopwatch {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-std::string extension(const std::string& path) {
-  const std::size_t dot = path.rfind('.');
-  std::string e = dot == std::string::npos ? "" : path.substr(dot);
-  std::ranges::transform(e, e.begin(), [](unsigned char c) { return std::tolower(c); });
-  return e;
-}
-
 /// What can be refused before a large file is read.
 Result<void> check(const Arguments& a) {
-  const std::string e = extension(a.output);
-  if (e != ".ply" && e != ".obj" && e != ".stl")
+  if (!is_mesh(a.output))
     return fail(Errc::invalid_argument,
                 "cannot tell the format of " + a.output + ": name it .ply, .obj or .stl");
   std::string names;
@@ -127,19 +120,14 @@ void print(const Arguments& a, const nlohmann::ordered_json& report, const Simpl
   if (!made.note.empty()) fmt::print("note: {}\n", made.note);
 }
 
-bool is_mesh(const std::string& path) {
-  const std::string e = extension(path);
-  return e == ".ply" || e == ".obj" || e == ".stl";
-}
-
 /// A general mesh in, a general mesh out; its error is the distance of the two surfaces.
 int run_mesh(const Arguments& a) {
   if (a.input.files.size() != 1) return complain({Errc::invalid_argument, "one mesh at a time"});
   if (a.lines.any())
     return complain({Errc::invalid_argument, "--breaklines, --flatten and --boundary need a DEM"});
-  auto file = proto::read_mesh(a.input.files[0]);
-  if (!file) return complain({Errc::bad_data, file.error()});
-  Tin tin = from_file_mesh(std::move(*file));
+  auto read = read_tin(a.input.files[0]);
+  if (!read) return complain(read.error());
+  Tin& tin = *read;
   if (a.options.attributes.ends_with("normal") && tin.normals.empty())
     tin.normals = vertex_normals(tin);
   Stopwatch watch;

@@ -112,29 +112,20 @@ Result<Order> stream_order(const ProgressiveMesh& pm) {
   return order;
 }
 
-Vec3 metres(const LatticePoint& p, const proto::MeshStream& s) {
-  return {p[0] / double(s.per_post), p[1] / double(s.per_post), p[2] * s.z_step_m};
+std::optional<LatticePoint> lattice_point(const Vec3& p, const SpaceLattice& lattice) {
+  const Vec3 x = lattice.whole(p);
+  const double size = std::max({std::fabs(x.x), std::fabs(x.y), std::fabs(x.z)});
+  if (!(size <= proto::kMostInSpace && lattice.place(x) == p)) return {};
+  return LatticePoint{std::int32_t(x.x), std::int32_t(x.y), std::int32_t(x.z)};
 }
 
-}  // namespace
-
-Result<proto::MeshStream> to_stream(const ProgressiveMesh& pm, const Lattice& lattice,
-                                    const DemInfo& info) {
-  if (!(lattice.z_step_m > 0))
-    return fail(Errc::invalid_argument, "a stream needs a lattice with a step of height");
+/// Base, blocks and splits.
+template <class AnyLattice>
+Result<proto::MeshStream> stream_on(const ProgressiveMesh& pm, const AnyLattice& lattice) {
   const Result<Order> order = stream_order(pm);
   if (!order) return std::unexpected(order.error());
   proto::MeshStream out;
-  out.per_post = std::uint16_t(lattice.per_post);
-  out.z_step_m = lattice.z_step_m;
   out.fine_error_m = pm.fine_error_m;
-  out.cols = std::uint32_t(info.cols);
-  out.rows = std::uint32_t(info.rows);
-  const Affine& a = info.post_to_crs;
-  out.post_to_crs = {a.x0, a.x_col, a.x_row, a.y0, a.y_col, a.y_row};
-  out.z_unit_m = info.z_unit_m;
-  out.datum = std::uint8_t(info.datum);
-  if (!info.crs_wkt.empty()) out.crs = info.crs_name + "\n" + info.crs_wkt;
   bool on = true;
   const auto point = [&](const Vec3& p) {
     const auto q = lattice_point(p, lattice);
@@ -154,9 +145,46 @@ Result<proto::MeshStream> to_stream(const ProgressiveMesh& pm, const Lattice& la
   return out;
 }
 
+Vec3 position(const LatticePoint& p, const proto::MeshStream& s) {
+  if (s.frame == proto::StreamFrame::space)
+    return {(s.origin[0] + p[0]) / s.per_unit, (s.origin[1] + p[1]) / s.per_unit,
+            (s.origin[2] + p[2]) / s.per_unit};
+  return {p[0] / double(s.per_post), p[1] / double(s.per_post), p[2] * s.z_step_m};
+}
+
+}  // namespace
+
+Result<proto::MeshStream> to_stream(const ProgressiveMesh& pm, const Lattice& lattice,
+                                    const DemInfo& info) {
+  if (!(lattice.z_step_m > 0))
+    return fail(Errc::invalid_argument, "a stream needs a lattice with a step of height");
+  auto out = stream_on(pm, lattice);
+  if (!out) return out;
+  out->per_post = std::uint16_t(lattice.per_post);
+  out->z_step_m = lattice.z_step_m;
+  out->cols = std::uint32_t(info.cols);
+  out->rows = std::uint32_t(info.rows);
+  const Affine& a = info.post_to_crs;
+  out->post_to_crs = {a.x0, a.x_col, a.x_row, a.y0, a.y_col, a.y_row};
+  out->z_unit_m = info.z_unit_m;
+  out->datum = std::uint8_t(info.datum);
+  if (!info.crs_wkt.empty()) out->crs = info.crs_name + "\n" + info.crs_wkt;
+  return out;
+}
+
+Result<proto::MeshStream> to_stream(const ProgressiveMesh& pm, const SpaceLattice& lattice) {
+  auto out = stream_on(pm, lattice);
+  if (!out) return out;
+  out->frame = proto::StreamFrame::space;
+  out->per_unit = lattice.per_unit;
+  out->origin = {lattice.origin.x, lattice.origin.y, lattice.origin.z};
+  return out;
+}
+
 ProgressiveMesh from_stream(const proto::MeshStream& stream) {
   ProgressiveMesh pm;
-  for (const LatticePoint& p : stream.base_vertices) pm.base.vertices.push_back(metres(p, stream));
+  for (const LatticePoint& p : stream.base_vertices)
+    pm.base.vertices.push_back(position(p, stream));
   pm.base.triangles = stream.base_triangles;
   std::vector<Vec3> now = pm.base.vertices;
   now.reserve(now.size() + stream.splits.size());
@@ -165,7 +193,7 @@ ProgressiveMesh from_stream(const proto::MeshStream& stream) {
   for (const proto::StreamBlock& block : stream.blocks) {
     for (std::uint32_t k = 0; k < block.splits; ++k, ++i) {
       const proto::LatticeSplit& s = stream.splits[i];
-      const Vec3 fine = metres(s.fine, stream), added = metres(s.added, stream);
+      const Vec3 fine = position(s.fine, stream), added = position(s.added, stream);
       pm.splits.push_back({s.vertex, s.left, s.right, now[s.vertex], fine, added, block.error_m});
       now[s.vertex] = fine;
       now.push_back(added);

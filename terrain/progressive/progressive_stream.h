@@ -8,6 +8,7 @@
 #include "proto/mesh_stream.h"
 #include "terrain/base/result.h"
 #include "terrain/progressive/progressive_mesh.h"
+#include "terrain/progressive/space_lattice.h"
 #include "terrain/raster/dem_source.h"
 #include "terrain/simplify/simplify.h"
 
@@ -21,11 +22,15 @@ namespace tind {
 Result<proto::MeshStream> to_stream(const ProgressiveMesh&, const Lattice& lattice,
                                     const DemInfo& info);
 
+/// The same for a surface in space: positions on `lattice`, no DEM.
+Result<proto::MeshStream> to_stream(const ProgressiveMesh&, const SpaceLattice& lattice);
+
 /// What a stream, or a prefix of one, holds. error_m of each split is its block's; fine_error_m is
 /// the bound of the state after the last split that is there.
 ProgressiveMesh from_stream(const proto::MeshStream&);
 
-/// The georeference that a stream carries: affine, CRS, unit, datum, size. No file, no fingerprint.
+/// The georeference that a stream of a terrain carries: affine, CRS, unit, datum, size. No file, no
+/// fingerprint.
 DemInfo info_of(const proto::MeshStream&);
 
 }  // namespace tind

@@ -84,7 +84,8 @@ class SurfaceRules {
   Vec3 metric(const Vec3& d) const { return d; }
   Vec3 unmetric(const Vec3& d) const { return d; }
   Vec3 snap(const Vec3& p) const { return p; }
-  Vec3 on_lattice(const Vec3& p) const { return p; }
+  Vec3 on_lattice(const Vec3& p) const { return lattice_ ? lattice_->snap(p) : p; }
+  void put_on(const Lattice& lattice) { lattice_ = lattice; }
   void forget_bound() {}
   bool allows(const HalfedgeMesh& mesh, Index h, const Vec3& at) const;
   bool allows_triangle(const Triangle3& was, const Triangle3& now) const {
@@ -96,6 +97,7 @@ class SurfaceRules {
 
  private:
   const HalfedgeMesh& mesh_;
+  std::optional<Lattice> lattice_;
 };
 
 template <int N>

@@ -563,6 +563,7 @@ Result<Simplified> triangle_collapse_mesh(const Tin& tin, const SimplifyOptions&
   Result<HalfedgeMesh> mesh = HalfedgeMesh::from_tin(tin);
   if (!mesh) return std::unexpected(mesh.error());
   SurfaceRules rules(*mesh);
+  if (options.recorder) rules.put_on(options.recorder->lattice);
   return run(*mesh, rules, options, progress);
 }
 

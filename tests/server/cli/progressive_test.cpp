@@ -3,8 +3,11 @@
 #include <nlohmann/json.hpp>
 
 #include "proto/file_io.h"
+#include "proto/mesh_io.h"
+#include "terrain/mesh/mesh_frame.h"
 #include "tests/support/program.h"
 #include "tests/support/support.h"
+#include "tests/terrain/progressive/shapes.h"
 
 namespace tind {
 namespace {
@@ -46,6 +49,33 @@ TEST(Progressive, AStreamIsMadeAndLevelsComeOutWithinTheirError) {
       test::run_tind(std::string("extract ") + tpm + " --max-error 0.5 -o " + ply);
   EXPECT_NE(too_fine.code, 0);
   EXPECT_NE(too_fine.out.find("finest"), std::string::npos) << too_fine.out;
+}
+
+TEST(Progressive, AMeshIsTakenToo) {
+  const test::TempDir dir;
+  const std::string tpm = dir.file("ball.tpm"), fine = dir.file("ball.ply"),
+                    ply = dir.file("out.ply");
+  ASSERT_TRUE(proto::write_mesh(fine, to_file_mesh(test::sphere(400))));
+  const auto made = test::run_tind("progressive " + fine + " -o " + tpm + " --json");
+  ASSERT_EQ(made.code, 0) << made.out;
+  const auto figures = nlohmann::json::parse(made.out);
+  EXPECT_EQ(figures["method"], "qem");
+  EXPECT_EQ(figures["vertices"], 414);
+  for (const char* error : {"0.5", "0.1"}) {
+    const auto got =
+        test::run_tind("extract " + tpm + " --max-error " + error + " -o " + ply + " --json");
+    ASSERT_EQ(got.code, 0) << got.out;
+    const auto level = nlohmann::json::parse(got.out);
+    EXPECT_LE(level.at("max_error"), std::stod(error));
+    const auto measured = test::run_tind("measure " + ply + " " + fine + " --json");
+    ASSERT_EQ(measured.code, 0) << measured.out;
+    EXPECT_LE(nlohmann::json::parse(measured.out).at("distance_max"), level.at("max_error"));
+  }
+  for (const char* options :
+       {" --max-error 1", " --lattice 4", " --step 0", " --step 1e-12", " --method bounded"}) {
+    const auto refused = test::run_tind("progressive " + fine + " -o " + tpm + options);
+    EXPECT_EQ(refused.code, 2) << options << ": " << refused.out;
+  }
 }
 
 TEST(Progressive, SaysWhatIsWrong) {

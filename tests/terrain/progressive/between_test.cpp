@@ -14,43 +14,12 @@
 #include "terrain/mesh/mesh_frame.h"
 #include "terrain/progressive/terrain_transition.h"
 #include "tests/support/support.h"
+#include "tests/terrain/progressive/shapes.h"
 
 namespace tind {
 namespace {
 
-/// Corners and face centres of a box: 14 vertices, 24 triangles.
-Tin box(const Vec3& low, const Vec3& high) {
-  Tin t;
-  for (int i = 0; i < 8; ++i)
-    t.vertices.push_back({i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z});
-  const std::uint32_t faces[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
-                                     {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
-  for (const auto& f : faces) {
-    const std::uint32_t centre = std::uint32_t(t.vertices.size());
-    t.vertices.push_back((t.vertices[f[0]] + t.vertices[f[2]]) * 0.5);
-    for (int k = 0; k < 4; ++k) t.triangles.push_back({centre, f[k], f[(k + 1) % 4]});
-  }
-  return t;
-}
-
-/// A sphere: the box's triangles in four, again and again, at radius 1.
-Tin sphere(int times) {
-  HalfedgeMesh m = *HalfedgeMesh::from_tin(box({-1, -1, -1}, {1, 1, 1}));
-  std::mt19937 random(3);
-  for (int i = 0; i < times; ++i) {
-    const auto h = HalfedgeMesh::Index(random() % m.halfedge_slots());
-    m.split_edge(h, (m.position(m.origin(h)) + m.position(m.dest(h))) * 0.5);
-  }
-  Tin t = m.to_tin();
-  for (Vec3& v : t.vertices) v = v * (1 / length(v));
-  return t;
-}
-
-Tin turned(Tin t, double by) {
-  for (Vec3& v : t.vertices)
-    v = {std::cos(by) * v.x - std::sin(by) * v.y, std::sin(by) * v.x + std::cos(by) * v.y, v.z};
-  return t;
-}
+using test::box, test::sphere, test::turned;
 
 /// The mesh after the first `count` splits.
 Tin after(const ProgressiveMesh& pm, std::size_t count) {

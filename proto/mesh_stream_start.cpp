@@ -1,0 +1,225 @@
+// Fixed fields, then variable-length numbers; checked against the bytes that are there before
+// anything is reserved for them.
+
+#include "proto/mesh_stream_start.h"
+
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+namespace tind::proto {
+
+namespace {
+
+constexpr std::size_t kHeader = 120;
+
+template <class T>
+void put(std::vector<std::uint8_t>& out, T v) {
+  std::array<std::uint8_t, sizeof v> bytes;  // of a little endian machine
+  std::memcpy(bytes.data(), &v, sizeof v);
+  for (const std::uint8_t b : bytes) out.push_back(b);
+}
+static_assert(std::endian::native == std::endian::little);
+
+void put_signed(std::vector<std::uint8_t>& out, std::int64_t v) {
+  std::uint64_t u = (std::uint64_t(v) << 1) ^ std::uint64_t(v >> 63);
+  for (; u >= 128; u >>= 7) out.push_back(std::uint8_t(u | 128));
+  out.push_back(std::uint8_t(u));
+}
+
+class Reader {
+ public:
+  explicit Reader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
+  template <class T>
+  T get() {
+    T v{};
+    if (left() < sizeof v) {
+      short_ = true;
+    } else {
+      std::memcpy(&v, bytes_.data() + at_, sizeof v);
+      at_ += sizeof v;
+    }
+    return v;
+  }
+  std::int64_t get_signed() {
+    std::uint64_t u = 0;
+    for (int shift = 0;; shift += 7) {
+      const auto b = get<std::uint8_t>();
+      if (shift > 35) wrong_ = true;
+      if (short_ || wrong_) return 0;
+      u |= std::uint64_t(b & 127) << shift;
+      if (b < 128) break;
+    }
+    return std::int64_t(u >> 1) ^ -std::int64_t(u & 1);
+  }
+  std::string text(std::size_t n) {
+    if (left() < n) {
+      short_ = true;
+      return {};
+    }
+    at_ += n;
+    return {reinterpret_cast<const char*>(bytes_.data()) + at_ - n, n};
+  }
+  std::size_t left() const { return bytes_.size() - at_; }
+  std::size_t at() const { return at_; }
+  bool ended() const { return short_; }
+  bool wrong() const { return wrong_; }
+
+ private:
+  std::span<const std::uint8_t> bytes_;
+  std::size_t at_ = 0;
+  bool short_ = false, wrong_ = false;
+};
+
+std::vector<std::uint8_t> encode_base(const MeshStream& s) {
+  std::vector<std::uint8_t> out;
+  LatticePoint last{};
+  for (const LatticePoint& p : s.base_vertices) {
+    for (int k = 0; k < 3; ++k) put_signed(out, std::int64_t(p[k]) - last[k]);
+    last = p;
+  }
+  std::int64_t index = 0;
+  for (const auto& t : s.base_triangles) {
+    for (const std::uint32_t v : t) {
+      put_signed(out, std::int64_t(v) - index);
+      index = v;
+    }
+  }
+  return out;
+}
+
+std::string decode_base(Reader& in, MeshStream& s, std::size_t vertices, std::size_t triangles) {
+  std::array<std::int64_t, 3> p{};
+  for (std::size_t i = 0; i < vertices && !in.ended(); ++i) {
+    for (int k = 0; k < 3; ++k) {
+      p[k] += in.get_signed();
+      if (in.wrong() || std::abs(p[k]) > largest_coordinate(s.frame, k))
+        return "vertex " + std::to_string(i) + " of the base is out of range";
+    }
+    s.base_vertices.push_back({std::int32_t(p[0]), std::int32_t(p[1]), std::int32_t(p[2])});
+  }
+  std::int64_t index = 0;
+  for (std::size_t i = 0; i < triangles && !in.ended(); ++i) {
+    std::array<std::uint32_t, 3> t{};
+    for (std::uint32_t& v : t) {
+      index += in.get_signed();
+      if (in.wrong() || index < 0 || index >= std::int64_t(vertices))
+        return "triangle " + std::to_string(i) + " of the base names a vertex that is not there";
+      v = std::uint32_t(index);
+    }
+    const auto& b = s.base_vertices;
+    if (s.frame == StreamFrame::terrain && orient(b[t[0]], b[t[1]], b[t[2]]) <= 0)
+      return "triangle " + std::to_string(i) + " of the base is not counter-clockwise";
+    s.base_triangles.push_back(t);
+  }
+  return {};
+}
+
+constexpr const char* kTooFew = "the bytes end before the base mesh does";
+
+/// What version 1 has between the version and the numbers of vertices.
+bool get_terrain(Reader& in, MeshStream& s) {
+  s.per_post = in.get<std::uint16_t>();
+  s.z_step_m = in.get<double>();
+  s.fine_error_m = in.get<double>();
+  s.cols = in.get<std::uint32_t>();
+  s.rows = in.get<std::uint32_t>();
+  for (double& a : s.post_to_crs) a = in.get<double>();
+  s.z_unit_m = in.get<double>();
+  s.datum = std::uint8_t(in.get<std::uint32_t>());
+  return s.per_post >= 1 && s.per_post <= 1024 && std::has_single_bit(s.per_post) &&
+         s.z_step_m > 0 && s.z_step_m < 1e6 && s.fine_error_m >= 0 && s.z_unit_m > 0 &&
+         s.datum <= 2;
+}
+
+/// And version 2, in as many bytes.
+bool get_space(Reader& in, MeshStream& s) {
+  in.get<std::uint16_t>();  // reserved, as what follows below
+  s.per_unit = in.get<double>();
+  s.fine_error_m = in.get<double>();
+  in.get<std::uint64_t>();
+  bool fits = s.per_unit > 0 && s.per_unit <= 1e300 && s.fine_error_m >= 0;
+  for (double& o : s.origin) {
+    o = in.get<double>();
+    fits = fits && std::abs(o) < 0x1p52 && o == std::floor(o);
+  }
+  for (int i = 0; i < 4; ++i) in.get<std::uint64_t>();
+  in.get<std::uint32_t>();
+  return fits;
+}
+
+void put_frame(std::vector<std::uint8_t>& out, const MeshStream& s) {
+  if (s.frame == StreamFrame::space) {
+    put(out, std::uint16_t(0));
+    put(out, s.per_unit);
+    put(out, s.fine_error_m);
+    put(out, std::uint64_t(0));
+    for (const double o : s.origin) put(out, o);
+    for (int i = 0; i < 4; ++i) put(out, std::uint64_t(0));
+    put(out, std::uint32_t(0));
+    return;
+  }
+  put(out, s.per_post);
+  put(out, s.z_step_m);
+  put(out, s.fine_error_m);
+  put(out, s.cols);
+  put(out, s.rows);
+  for (const double a : s.post_to_crs) put(out, a);
+  put(out, s.z_unit_m);
+  put(out, std::uint32_t(s.datum));
+}
+
+}  // namespace
+
+std::int64_t largest_coordinate(StreamFrame frame, int axis) {
+  if (frame == StreamFrame::space) return kMostInSpace;
+  return axis < 2 ? 1 << 29 : 1 << 30;
+}
+
+std::expected<std::size_t, std::string> decode_start(std::span<const std::uint8_t> bytes,
+                                                     MeshStream& s) {
+  Reader in(bytes);
+  if (in.text(4) != "TPM1") return std::unexpected("this is no .tpm stream");
+  const auto version = in.get<std::uint16_t>();
+  if (in.ended()) return std::unexpected(kTooFew);
+  if (version != 1 && version != 2)
+    return std::unexpected("version " + std::to_string(version) + " of .tpm is not known here");
+  s.frame = StreamFrame(version);
+  const bool fits = s.frame == StreamFrame::space ? get_space(in, s) : get_terrain(in, s);
+  const std::size_t vertices = in.get<std::uint32_t>(), triangles = in.get<std::uint32_t>();
+  s.total_splits = in.get<std::uint32_t>();
+  const std::size_t crs = in.get<std::uint32_t>(), base = in.get<std::uint32_t>();
+  in.get<std::uint64_t>();  // reserved
+  if (in.ended()) return std::unexpected(kTooFew);
+  if (!fits || vertices < 3 || triangles < 1 || vertices + std::size_t(s.total_splits) > ~0u)
+    return std::unexpected("the header of the .tpm stream makes no sense");
+  s.crs = in.text(crs);
+  const std::size_t begin = in.at();
+  if (in.ended() || in.left() < base) return std::unexpected(kTooFew);
+  if (vertices * 3 + triangles * 3 > base)
+    return std::unexpected("the base mesh has more numbers than bytes");
+  if (const std::string wrong = decode_base(in, s, vertices, triangles); !wrong.empty())
+    return std::unexpected(wrong);
+  if (in.ended() || in.at() - begin != base)
+    return std::unexpected("the base mesh is not as long as the header says");
+  return in.at();
+}
+
+std::vector<std::uint8_t> encode_start(const MeshStream& s) {
+  const std::vector<std::uint8_t> base = encode_base(s);
+  std::vector<std::uint8_t> out = {'T', 'P', 'M', '1'};
+  put(out, std::uint16_t(s.frame));
+  put_frame(out, s);
+  put(out, std::uint32_t(s.base_vertices.size()));
+  put(out, std::uint32_t(s.base_triangles.size()));
+  put(out, s.total_splits);
+  put(out, std::uint32_t(s.crs.size()));
+  put(out, std::uint32_t(base.size()));
+  put(out, std::uint64_t(0));
+  static_assert(kHeader == 4 + 2 + 2 + 8 + 8 + 4 + 4 + 48 + 8 + 4 + 4 + 4 + 4 + 4 + 4 + 8);
+  out.insert(out.end(), s.crs.begin(), s.crs.end());
+  out.insert(out.end(), base.begin(), base.end());
+  return out;
+}
+
+}  // namespace tind::proto

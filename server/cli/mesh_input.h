@@ -1,0 +1,25 @@
+#pragma once
+// Meshes as inputs of subcommands, and .tpm streams as outputs.
+
+#include <string>
+
+#include "proto/mesh_stream.h"
+#include "terrain/base/result.h"
+#include "terrain/mesh/tin.h"
+
+namespace tind::cli {
+
+/// By its extension: .ply, .obj or .stl, in any case.
+bool is_mesh(const std::string& path);
+
+/// The file's mesh, attributes included. Fails (bad_data) with the file's name, also where a
+/// coordinate is not a number.
+Result<Tin> read_tin(const std::string& path);
+
+/// The shape alone: no attributes, vertices that only they kept apart welded, unused ones gone.
+Result<Tin> read_shape(const std::string& path);
+
+/// Encodes and writes; the number of bytes. Fails (io) when the file cannot be written.
+Result<std::size_t> write_stream(const std::string& path, const Result<proto::MeshStream>&);
+
+}  // namespace tind::cli

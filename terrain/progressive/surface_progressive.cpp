@@ -1,0 +1,69 @@
+// The method works on the lattice's whole numbers, so that it can only ever choose positions that
+// the stream can hold; its costs do not know the difference.
+
+#include "terrain/progressive/surface_progressive.h"
+
+#include <optional>
+
+#include "terrain/progressive/displacement.h"
+#include "terrain/progressive/split_recorder.h"
+#include "terrain/simplify/simplify_mesh.h"
+
+namespace tind {
+
+namespace {
+
+class SurfaceMeasure {
+ public:
+  static bool same_place(const Vec3& p, const Vec3& q) { return p == q; }
+
+  double fine(const HalfedgeMesh& m) {
+    carried_.emplace(std::vector<Vec3>(m.positions().begin(), m.positions().end()));
+    return 0;
+  }
+  double after(const HalfedgeMesh&, const Collapse& c) {
+    carried_->merge(c.removed, c.kept, c.kept_after);
+    return carried_->bound();
+  }
+
+ private:
+  std::optional<Displacement> carried_;
+};
+
+/// From whole numbers to the mesh's own unit. `quantised`: how far the fine end was moved.
+void to_units(ProgressiveMesh& pm, const SpaceLattice& lattice, double quantised) {
+  for (Vec3& v : pm.base.vertices) v = lattice.place(v);
+  for (VertexSplit& s : pm.splits) {
+    s.vertex_coarse = lattice.place(s.vertex_coarse);
+    s.vertex_fine = lattice.place(s.vertex_fine);
+    s.added = lattice.place(s.added);
+    s.error_m = rounded_up(double(s.error_m) / lattice.per_unit + quantised);
+  }
+  pm.fine_error_m = quantised;
+}
+
+}  // namespace
+
+Result<ProgressiveSurface> make_progressive_surface(Tin tin, const SimplifyOptions& method,
+                                                    std::size_t base_triangles,
+                                                    const SpaceLattice& lattice,
+                                                    const Progress& progress) {
+  double quantised = 0;
+  for (Vec3& v : tin.vertices) {
+    const Vec3 x = lattice.whole(v);
+    quantised = std::max(quantised, length(lattice.place(x) - v));
+    v = x;
+  }
+  SurfaceMeasure measure;
+  SplitRecorder splits(measure);
+  const CollapseRecorder recorder = splits.listen({1, 1}, base_triangles);
+  SimplifyOptions options = method;
+  options.recorder = &recorder;
+  options.stop = {.ratio = 1};
+  const auto made = simplify_mesh(std::move(tin), options, progress);
+  if (!made) return std::unexpected(made.error());
+  to_units(splits.mesh, lattice, quantised);
+  return ProgressiveSurface{std::move(splits.mesh), made->split_vertices, made->dropped_triangles};
+}
+
+}  // namespace tind
