@@ -54,7 +54,8 @@ class DelaunayInsertion {
       : mesh_(mesh), samples_(samples), options_(options) {}
 
   /// From now on the edges of `lines` (not owned) are never flipped, and their points are samples
-  /// too. Samples of the grid that lie on them must be void. Then the domain need not be convex.
+  /// too. REQUIRES: samples on the lines are void, and sample numbers lie below samples.size(). The
+  /// domain need not be convex then.
   void keep(LinePoints* lines) { lines_ = lines; }
 
   std::uint64_t insertions() const { return insertions_; }
@@ -203,7 +204,7 @@ class DelaunayInsertion {
 
   /// Makes sample i a vertex; t is where to look first. False when it cannot become one.
   bool insert(Index t, std::size_t i) {
-    if (i >= samples_.size()) return insert_on_line(i);
+    if (lines_ && i >= samples_.size()) return insert_on_line(i);
     Vec3 p = samples_.sample(i);
     if (options_.integer_lattice) {
       p.x = on_lattice(p.x);
