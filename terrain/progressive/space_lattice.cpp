@@ -89,9 +89,9 @@ Result<SpaceLattice> lattice_of_step(std::span<const Tin* const> meshes, double 
   double per_unit = 1 / step;  // 0.001 is not a double, 1000 is
   if (std::abs(per_unit - std::round(per_unit)) <= 1e-9 * per_unit) per_unit = std::round(per_unit);
   if (const auto l = lattice_over(Box(meshes), per_unit)) return *l;
-  return fail(Errc::invalid_argument,
-              "the step " + short_number(step) + " is too fine for a mesh of this size: at least " +
-                  short_number(1 / finest_lattice(meshes).per_unit));
+  return fail(Errc::invalid_argument, "the step " + short_number(step) +
+                                          " is too fine for a mesh of this size: at least " +
+                                          short_number(1 / finest_lattice(meshes).per_unit));
 }
 
 double diagonal_of(const Tin& mesh) {

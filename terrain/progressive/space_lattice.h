@@ -16,8 +16,8 @@ struct SpaceLattice {
   double per_unit = 1;
   Vec3 origin;  // whole numbers
 
-  Vec3 whole(const Vec3& p) const;   // the X nearest to p
-  Vec3 place(const Vec3& x) const;   // where X lies
+  Vec3 whole(const Vec3& p) const;  // the X nearest to p
+  Vec3 place(const Vec3& x) const;  // where X lies
   Vec3 snap(const Vec3& p) const { return place(whole(p)); }
   /// No place is farther than this from the lattice.
   double rounding() const { return 0.8660254037844387 / per_unit; }

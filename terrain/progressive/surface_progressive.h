@@ -9,17 +9,18 @@
 namespace tind {
 
 struct ProgressiveSurface {
-  /// Errors are in the mesh's own unit, and bounds on the distance of two surfaces (displacement.h).
+  /// Errors are in the mesh's own unit, and bounds on the distance of two surfaces
+  /// (displacement.h).
   ProgressiveMesh mesh;
   std::size_t split_vertices = 0;  // what had to be done to make the input a manifold
   std::size_t dropped_triangles = 0;
 };
 
-/// The fine end is the mesh itself with its vertices on `lattice`, the coarse end what `method` (qem,
-/// attribute-qem or triangle-collapse) makes of it with `base_triangles` triangles, or as few as it
-/// can. Attributes steer attribute-qem and are not kept. GUARANTEES: every prefix is a manifold of
-/// the input's topology, borders stay borders, all positions lie on the lattice, and no normal turns
-/// by 90 degrees or more in one step. Fails as simplify_mesh does.
+/// The fine end is the mesh itself with its vertices on `lattice`, the coarse end what `method`
+/// (qem, attribute-qem or triangle-collapse) makes of it with `base_triangles` triangles, or as few
+/// as it can. Attributes steer attribute-qem and are not kept. GUARANTEES: every prefix is a
+/// manifold of the input's topology, borders stay borders, all positions lie on the lattice, and no
+/// normal turns by 90 degrees or more in one step. Fails as simplify_mesh does.
 Result<ProgressiveSurface> make_progressive_surface(Tin, const SimplifyOptions& method,
                                                     std::size_t base_triangles,
                                                     const SpaceLattice& lattice,

@@ -1,6 +1,8 @@
 // Vertex removal, after Schroeder et al. 1992. A removal is planned on the ring alone: ears are cut
 // off until a triangle is left (or, with the vertex on a straight border or on a diagonal, until
-// one quadrilateral is left). Only when the plan stands - every triangle counter-clockwise, every
+// one quadrilateral is left). A vertex in the middle of a straight line goes along it: the line's
+// two neighbours lose no ear and become the diagonal that stays, so that each side of the line is
+// filled for itself. Only when the plan stands - every triangle counter-clockwise, every
 // post within the bound - is it carried out: each ear is one edge flip, the last step one collapse.
 // So the topology stays the half-edge mesh's business, and a refused removal costs no undo.
 
@@ -38,6 +40,10 @@ struct Plan {
   std::vector<Index> ears;          // neighbours to lose their edge to the vertex, in order
   std::vector<Triangle> triangles;  // that fill the hole
   Index into = kNone;               // the neighbour that the vertex merges into in the end
+  bool line = false;                // the vertex lies on a line inside the mesh ...
+  std::array<Index, 2> along = {};  // ... between these two
+
+  bool keeps_edge_to(Index w) const { return line && (w == along[0] || w == along[1]); }
 };
 
 class Remover {
@@ -74,7 +80,11 @@ class Remover {
   bool may_ever_go(Index v) const;
   Bucket key(Index v) const;
   double plane_distance(Index v) const;
-  double border_line_distance(Index v) const;
+  bool on_inner_line(Index v) const {
+    return terrain_.kind[v] == VertexKind::along_line && !mesh_.on_border(v);
+  }
+  std::array<Index, 2> line_neighbours(Index v) const;
+  double distance_to_line(Index v, const std::array<Index, 2>& ends) const;
   std::uint32_t neighbour_degrees(Index v) const;
   void visit(Index v, Bucket b);
   bool cut_ear(Index v);
@@ -122,10 +132,21 @@ std::array<Index, 2> border_neighbours(const HalfedgeMesh& mesh, Index v) {
   return {mesh.dest(mesh.out(v)), mesh.apex(last)};
 }
 
-/// Vertices of lines never go. Interior vertices may; border vertices only where the border passes
-/// straight through. Removals never bend a border, so this is asked once.
+/// The neighbours along its line of a vertex in the middle of a straight part.
+std::array<Index, 2> Remover::line_neighbours(Index v) const {
+  std::array<Index, 2> ends = {kNone, kNone};
+  mesh_.for_each_out(v, [&](Index h) {
+    if (terrain_.lines.contains(v, mesh_.dest(h))) ends[ends[0] == kNone ? 0 : 1] = mesh_.dest(h);
+  });
+  return ends;
+}
+
+/// Interior vertices may go, those of lines where the line is straight; border vertices only where
+/// the border passes straight through. Removals never bend a border or a line, so this is asked
+/// once.
 bool Remover::may_ever_go(Index v) const {
-  if (!mesh_.alive_vertex(v) || terrain_.lines.on_line(v)) return false;
+  if (!mesh_.alive_vertex(v)) return false;
+  if (terrain_.lines.on_line(v)) return terrain_.kind[v] == VertexKind::along_line;
   if (!mesh_.on_border(v)) return true;
   const auto [a, b] = border_neighbours(mesh_, v);
   const double forth =
@@ -133,8 +154,8 @@ bool Remover::may_ever_go(Index v) const {
   return orient2d(at(b), at(v), at(a)) == 0 && forth > 0;
 }
 
-double Remover::border_line_distance(Index v) const {
-  const auto [a, b] = border_neighbours(mesh_, v);
+double Remover::distance_to_line(Index v, const std::array<Index, 2>& ends) const {
+  const auto [a, b] = ends;
   const Vec3 along = metric(b) - metric(a);
   return length(cross(along, metric(v) - metric(a))) / length(along);
 }
@@ -180,7 +201,9 @@ Remover::Bucket Remover::key(Index v) const {
   switch (criterion_) {
     case Criterion::plane:
       return BucketQueue::bucket_of(
-          float(mesh_.on_border(v) ? border_line_distance(v) : plane_distance(v)));
+          float(mesh_.on_border(v) ? distance_to_line(v, border_neighbours(mesh_, v))
+                : on_inner_line(v) ? distance_to_line(v, line_neighbours(v))
+                                   : plane_distance(v)));
     case Criterion::degree:
       return Bucket(std::min(degree_[v], kLargestDegree));
     case Criterion::k_degree: {  // the neighbours' mean degree, in halves, breaks the tie
@@ -211,6 +234,7 @@ bool Remover::cut_ear(Index v) {
   std::size_t best = n;
   double least = 0;
   for (std::size_t i = border ? 1 : 0; i < (border ? n - 1 : n); ++i) {
+    if (plan_.keeps_edge_to(ring[i])) continue;
     const Vec3 &a = at(ring[(i + n - 1) % n]), &b = at(ring[i]);
     const Vec3& c = at(ring[(i + 1) % n]);
     if (!surely_ccw(a, b, c) || !surely_ccw(at(v), a, c)) continue;
@@ -235,6 +259,7 @@ bool Remover::close_hole(Index v) {
   std::size_t best = n;
   double largest = 0;
   for (std::size_t i = 0; i < (border ? 1 : n); ++i) {
+    if (plan_.line && !plan_.keeps_edge_to(ring[i])) continue;
     double smallest = HUGE_VAL;
     for (std::size_t j = 1; j + 1 < n; ++j) {
       const Vec3 &a = at(ring[i]), &b = at(ring[(i + j) % n]);
@@ -260,6 +285,8 @@ bool Remover::within_bound() const {
 bool Remover::make_plan(Index v) {
   gather_ring(v);
   if (plan_.ring.size() > kLongestRing) return false;
+  plan_.line = on_inner_line(v);
+  if (plan_.line) plan_.along = line_neighbours(v);
   plan_.rest = plan_.ring;
   plan_.ears.clear();
   plan_.triangles.clear();
@@ -276,6 +303,7 @@ void Remover::carry_out(Index v) {
     return h;
   };
   for (const Index w : plan_.ears) mesh_.flip(edge_to(w));
+  if (terrain_.lines.on_line(v)) move_lines(terrain_, v, plan_.into);
   mesh_.collapse(edge_to(plan_.into));
 }
 
