@@ -1,7 +1,8 @@
-// Every post of the star says: the error is at least weight * z - rest, and at least its negative.
-// The largest of these lines is convex in z. From a height, the steepest trouble above and below
-// are two lines; where they cross is a lower bound of the error and the next height to try (Kelley
-// 1960, in one dimension). It ends after a finite number of steps, usually three or four.
+// Every sample of the star says: the error is at least weight * z - rest, and at least its
+// negative. The largest of these lines is convex in z. From a height, the steepest trouble above
+// and below are two lines; where they cross is a lower bound of the error and the next height to
+// try (Kelley 1960, in one dimension). It ends after a finite number of steps, usually three or
+// four.
 
 #include "terrain/progressive/least_error.h"
 
@@ -33,35 +34,35 @@ void LeastError::add(const Vec3& p, const Vec3& q) {
     for (int col = span.first; col <= span.last; ++col) {
       if (std::isnan(posts[col])) continue;
       const double weight = orient2d(p, q, {double(col), -double(span.row), 0}) * scale;
-      posts_.push_back({std::clamp(weight, 0.0, 1.0), posts[col] - span.height(col)});
+      posts_.add(std::clamp(weight, 0.0, 1.0), posts[col] - span.height(col));
     }
     return true;
   });
 }
 
-LeastError::Active LeastError::active_at(double z) const {
+LeastHeightError::Active LeastHeightError::active_at(double z) const {
   Active a{{0, 0}, {0, 0}, -HUGE_VAL, -HUGE_VAL};
-  for (const Post& p : posts_) {
-    const double off = p.weight * z - p.rest;
-    if (off > a.above) a.above = off, a.up = p;
-    if (-off > a.below) a.below = -off, a.down = p;
+  for (const Sample& s : samples_) {
+    const double off = s.weight * z - s.rest;
+    if (off > a.above) a.above = off, a.up = s;
+    if (-off > a.below) a.below = -off, a.down = s;
   }
   return a;
 }
 
-double LeastError::error_at(double z) const {
-  if (posts_.empty()) return 0;
+double LeastHeightError::error_at(double z) const {
+  if (samples_.empty()) return 0;
   const Active a = active_at(z);
   return std::max(a.above, a.below);
 }
 
-LeastError::Fit LeastError::best(double guess) const {
-  if (posts_.empty()) return {guess, 0};
+LeastHeightError::Fit LeastHeightError::best(double guess) const {
+  if (samples_.empty()) return {guess, 0};
   constexpr int kSteps = 8;
   Fit found{guess, HUGE_VAL};
   double z = guess;
   Active a = active_at(z);
-  Post up = a.up, down = a.down;
+  Sample up = a.up, down = a.down;
   for (int i = 0; i < kSteps; ++i) {
     const double error = std::max(a.above, a.below);
     if (error < found.error) found = {z, error};

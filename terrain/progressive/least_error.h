@@ -14,6 +14,34 @@ namespace tind {
 /// referee's own arithmetic (scan_triangle.h). O(posts).
 double triangle_error(const HeightGrid&, const Vec3& a, const Vec3& b, const Vec3& c);
 
+/// The solver: knows neither posts nor triangles.
+class LeastHeightError {
+ public:
+  void clear() { samples_.clear(); }
+  /// At this sample the surface is off by weight * z - rest, z being the height that is sought.
+  void add(double weight, double rest) { samples_.push_back({weight, rest}); }
+
+  struct Fit {
+    double z = 0, error = 0;
+  };
+  /// The best height, to about 2 % of its error, looking from `guess`.
+  Fit best(double guess) const;
+  double error_at(double z) const;
+
+ private:
+  struct Sample {
+    double weight, rest;
+  };
+  struct Active {
+    Sample up, down;  // above which, below which the surface is farthest
+    double above, below;
+  };
+  std::vector<Sample> samples_;
+
+  Active active_at(double z) const;
+};
+
+/// Over the posts of a grid.
 class LeastError {
  public:
   explicit LeastError(const HeightGrid& grid) : grid_(grid) {}
@@ -26,27 +54,13 @@ class LeastError {
   /// One triangle of its star: the vertex, p, q, counter-clockwise.
   void add(const Vec3& p, const Vec3& q);
 
-  struct Fit {
-    double z = 0, error = 0;
-  };
-  /// The best height, to about 2 % of its error, looking from `guess`.
-  Fit best(double guess) const;
-  double error_at(double z) const;
+  LeastHeightError::Fit best(double guess) const { return posts_.best(guess); }
+  double error_at(double z) const { return posts_.error_at(z); }
 
  private:
-  struct Post {
-    double weight, rest;  // the mesh is off here by weight * z - rest
-  };
-  struct Active {
-    Post up, down;  // the posts above which, below which the mesh is farthest
-    double above, below;
-  };
-
   const HeightGrid& grid_;
   Vec3 place_;
-  std::vector<Post> posts_;
-
-  Active active_at(double z) const;
+  LeastHeightError posts_;
 };
 
 }  // namespace tind

@@ -21,15 +21,6 @@ constexpr double kSmallestStep = 1.0 / 1024;  // float32 headers hold its multip
 double power_of_two_at_most(double x) { return std::exp2(std::floor(std::log2(x))); }
 double power_of_two_at_least(double x) { return std::exp2(std::ceil(std::log2(x))); }
 
-/// Clients draw triangles straight through space. So that a tile's chord stays within a quarter of
-/// its level's error above the ellipsoid, coarse tiles keep a lattice of n cells a side:
-/// sagitta R (pi / (2^z n))^2 / 8 <= level_error(z) / 4.
-int curvature_cells(int level) {
-  const double angle = std::numbers::pi / double(1u << level);
-  const double cells = angle * std::sqrt(wgs84::kSemiMajor / 8 / (tiling::level_error(level) / 4));
-  return cells <= 1 ? 1 : int(power_of_two_at_least(cells));
-}
-
 int leaf_level(const DemInfo& info) {
   const double lat = (info.bounds.south + info.bounds.north) / 2;
   const Vec2 degree = wgs84::metres_per_degree(std::clamp(lat, -80.0, 80.0));
@@ -40,6 +31,15 @@ int leaf_level(const DemInfo& info) {
 }
 
 }  // namespace
+
+// Clients draw triangles straight through space. So that a tile's chord stays within a quarter of
+// its level's error above the ellipsoid, coarse tiles keep a lattice of n cells a side:
+// sagitta R (pi / (2^z n))^2 / 8 <= level_error(z) / 4.
+int curvature_cells(int level) {
+  const double angle = std::numbers::pi / double(1u << level);
+  const double cells = angle * std::sqrt(wgs84::kSemiMajor / 8 / (tiling::level_error(level) / 4));
+  return cells <= 1 ? 1 : int(power_of_two_at_least(cells));
+}
 
 Result<HeightRange> scan_heights(const DemSource& source, const Progress& progress, int threads) {
   constexpr std::int64_t kRows = 256, kCols = 4096;  // whole blocks of the source, 4 MB

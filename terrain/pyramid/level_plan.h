@@ -22,6 +22,10 @@ struct HeightRange {
 /// One streaming pass over all posts, 4 MB a thread. Fails where a block is unreadable.
 Result<HeightRange> scan_heights(const DemSource&, const Progress& = {}, int threads = 0);
 
+/// A tile of this level keeps the vertices of a lattice of so many cells a side, so that its
+/// triangles, drawn straight through space, follow the earth's curvature. A power of two.
+int curvature_cells(int level);
+
 struct LevelPlan {
   double budget_m = 0;     // no post of a tile may be farther than this from its mesh
   double fit_error_m = 0;  // half width of the band that the mesh is fitted into: the budget, or
@@ -29,7 +33,7 @@ struct LevelPlan {
   double offset_m = 0;     // of the band's middle from the posts: 0, or +- fit_error_m (one-sided)
   double border_tolerance_m = 0;
   double border_step_m = 0;     // heights on tile borders are multiples of this power of two
-  int curvature_cells = 1;      // a tile keeps the vertices of a lattice of this many cells a side
+  int curvature_cells = 1;      // see above
   double normal_reach_deg = 0;  // normals are taken from H's differences over +- this
 };
 
