@@ -14,6 +14,7 @@
 #include <map>
 
 #include "terrain/base/parallel.h"
+#include "terrain/simplify/bounded_count.h"
 #include "terrain/simplify/bounded_mesher.h"
 
 namespace tind {
@@ -27,12 +28,14 @@ struct Effort {
   bool search;
   double reach;
   int rounds;
+  double surplus;  // for a count: see CountOptions
+  int fit_rounds;
 };
 
 Effort effort_of(const std::string& name) {
-  if (name == "fast") return {true, 0.1, 0};
-  if (name == "best") return {true, 3, 7};
-  return {true, 1, 1};
+  if (name == "fast") return {true, 0.1, 0, 1.5, 2};
+  if (name == "best") return {true, 3, 7, 3.5, 6};
+  return {true, 1, 1, 2, 3};
 }
 
 /// One run at one error: everything that the pieces need.
@@ -143,13 +146,19 @@ GridSamples samples_of(const Run& run, int col, int row, int cols, int rows) {
   return s;
 }
 
-Tin mesh_block(const Run& run, const Seams& seams, std::size_t i, std::size_t j) {
-  const int c0 = run.col_cuts[i], c1 = run.col_cuts[i + 1];
-  const int r0 = run.row_cuts[j], r1 = run.row_cuts[j + 1];
+/// The rectangle between two columns and two rows, as two triangles.
+Tin two_triangles(const Run& run, int c0, int c1, int r0, int r1) {
   Tin corners;
   for (const auto& [c, r] : {std::pair{c0, r1}, {c1, r1}, {c1, r0}, {c0, r0}})
     corners.vertices.push_back({double(c), -double(r), corner_height(run, c, r)});
   corners.triangles = {{0, 1, 2}, {0, 2, 3}};
+  return corners;
+}
+
+Tin mesh_block(const Run& run, const Seams& seams, std::size_t i, std::size_t j) {
+  const int c0 = run.col_cuts[i], c1 = run.col_cuts[i + 1];
+  const int r0 = run.row_cuts[j], r1 = run.row_cuts[j + 1];
+  const Tin corners = two_triangles(run, c0, c1, r0, r1);
   HalfedgeMesh mesh = *HalfedgeMesh::from_tin(corners);
   const GridSamples samples = samples_of(run, c0, r0, c1 - c0 + 1, r1 - r0 + 1);
   {
@@ -262,6 +271,27 @@ Run make_run(const HeightGrid& grid, double max_error, double x_scale, const Sim
              .row_cuts = cuts(grid.rows())};
 }
 
+/// The smallest RMS error with at most `target` triangles.
+Result<Simplified> fit_count(const Run& run, std::uint64_t target) {
+  const int cols = run.grid.cols(), rows = run.grid.rows();
+  Simplified result;
+  result.input_triangles = std::uint64_t(2) * (cols - 1) * (rows - 1);
+  CountOptions o;
+  o.triangles = target;
+  o.x_scale = run.x_scale;
+  o.rounds = run.effort.fit_rounds;
+  // Near the full mesh insertion is what takes long, and has little to gain.
+  const double most = 0.75 * double(result.input_triangles) / double(target);
+  o.surplus = std::clamp(most, 1.0, run.effort.surplus);
+  auto fitted = fit_to_count(two_triangles(run, 0, cols - 1, 0, rows - 1),
+                             samples_of(run, 0, 0, cols, rows), o, run.progress);
+  if (!fitted) return std::unexpected(fitted.error());
+  result.tin = std::move(fitted->tin);
+  result.steps = fitted->collapses;
+  result.details["max_error_allowed_m"] = fitted->max_error_m;
+  return result;
+}
+
 /// The smallest error whose mesh has at most `target` triangles, to about one per cent: secant
 /// steps on log(count) against log(error), inside a bracket.
 Result<Simplified> reach_count(const HeightGrid& grid, double x_scale, std::uint64_t target,
@@ -314,10 +344,11 @@ Result<Simplified> simplify_bounded(const HeightGrid& grid, double spacing_x_m, 
   }
   const double full = 2.0 * (grid.cols() - 1) * (grid.rows() - 1);
   const double wanted = o.stop.triangles ? double(*o.stop.triangles) : *o.stop.ratio * full;
-  auto result = reach_count(grid, x_scale, std::uint64_t(std::max(2.0, wanted)), o, progress);
-  if (result && double(result->tin.triangles.size()) != std::floor(wanted)) {
-    result->note = "the error is chosen so that the count comes just below what was asked for";
-  }
+  const auto target = std::uint64_t(std::max(2.0, wanted));
+  auto result = o.side == "both" ? fit_count(make_run(grid, 0, x_scale, o, progress), target)
+                                 : reach_count(grid, x_scale, target, o, progress);
+  if (result && double(result->tin.triangles.size()) < 0.99 * std::floor(wanted))
+    result->note = "no error is left that more triangles would take away";
   return result;
 }
 

@@ -10,13 +10,14 @@
 // GUARANTEES: with --max-error M, every valid post lies within M of the mesh, in double precision
 // (side both), or between the mesh and M below it (above), or M above it (below). Nothing flips.
 // The result does not depend on the number of threads.
+// With a triangle count the error that counts is the root mean square: see bounded_count.h. A count
+// for one side only is met by a search over the error.
 // COST: about 1.2 x greedy insertion (fast), 3 x (normal), 15 x (best): see docs/methods.md.
 
 #include "terrain/simplify/simplify.h"
 
 namespace tind {
 
-/// Stops at max error; a triangle count is met by a search over the error.
 Result<Simplified> simplify_bounded(const HeightGrid&, double spacing_x_m, double spacing_y_m,
                                     const SimplifyOptions&, const Progress&);
 

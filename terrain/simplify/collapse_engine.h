@@ -160,7 +160,11 @@ class CollapseEngine {
   }
 
   void push(Index e) {
-    const float c = cost_.propose(mesh_, e).cost;
+    float c;
+    if constexpr (requires { cost_.estimate(mesh_, e); })
+      c = cost_.estimate(mesh_, e);
+    else
+      c = cost_.propose(mesh_, e).cost;
     if (c < kNever) queue_.push(e, BucketQueue::bucket_of(c));
   }
 

@@ -122,6 +122,7 @@ class DelaunayInsertion {
   void run_worst_first(std::uint64_t max_triangles = ~std::uint64_t(0),
                        const Progress& progress = {}) {
     heap_.clear();
+    place_.assign(place_.size(), kNone);
     for (Index t = 0; t < mesh_.triangle_slots(); ++t) refresh(t);
     for (std::uint64_t n = 0; !heap_.empty() && mesh_.triangle_count() < max_triangles; ++n) {
       if ((n & 1023) == 0 && progress.stopped()) return;

@@ -61,8 +61,9 @@ const std::vector<Row>& table() {
       {{"greedy", "the largest vertical error, vertices on posts", kAllStops, kWithLines,
         "Garland and Heckbert 1995, greedy insertion"},
        simplify_greedy},
-      {{"bounded", "triangles within a strict vertical error (--effort, --side)", kAllStops,
-        "0 flipped, 0 uncovered, every post within the error", "ours: floating heights"},
+      {{"bounded",
+        "triangles within a strict vertical error, or squared error at a count (--effort, --side)",
+        kAllStops, "0 flipped, 0 uncovered, every post within the error", "ours: floating heights"},
        simplify_bounded},
   };
   return rows;

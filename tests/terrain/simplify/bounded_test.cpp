@@ -136,15 +136,67 @@ TEST(Bounded, a_plane_is_two_triangles) {
   EXPECT_EQ(run(plane, "greedy", 0.5).tin.triangles.size(), 2u);
 }
 
+Simplified run_count(const HeightGrid& grid, const std::string& method, std::uint64_t triangles,
+                     const std::string& effort = "normal", const std::string& side = "both") {
+  SimplifyOptions o;
+  o.method = method;
+  o.stop.triangles = triangles;
+  o.effort = effort;
+  o.side = side;
+  auto result = simplify(grid, 30, 30, o);
+  if (!result) throw std::runtime_error(result.error().what);
+  return *result;
+}
+
 TEST(Bounded, a_count_is_met_from_below) {
   const HeightGrid grid = rough_terrain(200, 150, 5);
-  SimplifyOptions o;
-  o.method = "bounded";
-  o.stop.triangles = 3000;
-  const auto s = simplify(grid, 30, 30, o);
-  ASSERT_TRUE(s);
-  EXPECT_LE(s->tin.triangles.size(), 3000u);
-  EXPECT_GE(s->tin.triangles.size(), 2900u);
+  for (const char* side : {"both", "above"}) {
+    const Simplified s = run_count(grid, "bounded", 3000, "normal", side);
+    EXPECT_LE(s.tin.triangles.size(), 3000u) << side;
+    EXPECT_GE(s.tin.triangles.size(), 2900u) << side;
+    EXPECT_EQ(s.note, "");
+  }
+}
+
+TEST(Bounded, a_count_has_less_rms_than_quadrics_and_less_maximum_than_insertion) {
+  const std::vector<std::string> files = {test::testdata("bigtujunga_crop.tif")};
+  const auto source = DemSource::open(files);
+  ASSERT_TRUE(source);
+  const DemInfo& info = (*source)->info();
+  const auto grid = (*source)->read(0, 0, int(info.cols), int(info.rows));
+  ASSERT_TRUE(grid);
+  for (const std::uint64_t count : {1000, 10000}) {
+    const VerticalError insertion = vertical_error(run_count(*grid, "greedy", count).tin, *grid);
+    double before = vertical_error(run_count(*grid, "memoryless", count).tin, *grid).rms_m;
+    for (const char* effort : {"fast", "normal", "best"}) {
+      const Simplified s = run_count(*grid, "bounded", count, effort);
+      expect_promises(*grid, s, insertion.max_m + 1e-6, insertion.max_m + 1e-6);
+      const double rms = vertical_error(s.tin, *grid).rms_m;
+      EXPECT_LT(rms, before) << effort << " at " << count;
+      before = rms;
+    }
+  }
+}
+
+TEST(Bounded, a_count_on_degenerate_terrain) {
+  std::mt19937 random(6);
+  std::vector<HeightGrid> grids = {HeightGrid(2, 2, 1), HeightGrid(40, 3, 7), HeightGrid(30, 30)};
+  for (int r = 0; r < 30; ++r)
+    for (int c = 0; c < 30; ++c) grids[2].at(c, r) = float(c * c + r);
+  for (int k = 0; k < 40; ++k) {
+    HeightGrid g(2 + int(random() % 20), 2 + int(random() % 20));
+    for (float& z : g.values())
+      z = random() % 5 == 0 ? HeightGrid::kVoid : float(int(random() % 3) * 1000);
+    g.at(0, 0) = 1;
+    grids.push_back(g);
+  }
+  for (const HeightGrid& grid : grids) {
+    for (const std::uint64_t count : {2, 7, 60, 5000}) {
+      const Simplified s = run_count(grid, "bounded", count);
+      EXPECT_LE(s.tin.triangles.size(), count);
+      expect_promises(grid, s, 5000, 5000);
+    }
+  }
 }
 
 TEST(Bounded, real_terrain_far_below_greedy) {

@@ -1,5 +1,6 @@
-// qem and memoryless beside public libraries, on the same mesh, in the same run, one thread each:
-// Debian's libmeshoptimizer, and, with --cgal, CGAL's Lindstrom-Turk (half a minute a row).
+// qem, memoryless and bounded's count mode beside greedy insertion and public libraries, on the
+// same mesh, in the same run, one thread each: Debian's libmeshoptimizer, and, with --cgal, CGAL's
+// Lindstrom-Turk (half a minute a row).
 //
 //   qem_bench [--cgal] [--runs N] [DEM...]        default: bigtujunga.tif
 //
@@ -27,6 +28,8 @@ namespace {
 using namespace tind;
 using namespace tind::test;
 
+constexpr std::array kEfforts = {"fast", "normal", "best"};
+
 struct Contest {
   BenchDem dem;
   Tin full;  // x, y in posts
@@ -34,9 +37,10 @@ struct Contest {
   std::size_t target = 0;
 };
 
-Tin ours(const Contest& c, const std::string& method) {
+Tin ours(const Contest& c, const std::string& method, const std::string& effort = "normal") {
   SimplifyOptions o;
   o.method = method;
+  o.effort = effort;
   o.stop.ratio = c.ratio;
   return simplify(c.dem.grid, c.dem.spacing_x_m, c.dem.spacing_y_m, o)->tin;
 }
@@ -106,8 +110,11 @@ void run(const BenchDem& dem, double ratio, int runs, [[maybe_unused]] bool cgal
              c.target);
   fmt::print("{:22} {:>9} {:>9} {:>9} {:>9} {:>8} {:>8} {:>9}\n", "", "triangles", "seconds",
              "x meshopt", "RMS m", "max m", "flipped", "uncovered");
-  Tin public_result, qem, memoryless;
-  double base = 1e9, qem_s = 1e9, memoryless_s = 1e9;
+  Tin public_result, qem, memoryless, greedy;
+  double base = 1e9, qem_s = 1e9, memoryless_s = 1e9, greedy_s = 1e9;
+  std::array<Tin, kEfforts.size()> bounded;
+  std::array<double, kEfforts.size()> bounded_s;
+  bounded_s.fill(1e9);
   for (int i = 0; i < runs; ++i) {
 #ifdef TIND_BENCH_MESHOPTIMIZER
     double s = 0;
@@ -116,11 +123,28 @@ void run(const BenchDem& dem, double ratio, int runs, [[maybe_unused]] bool cgal
 #endif
     qem_s = std::min(qem_s, seconds_of([&] { qem = ours(c, "qem"); }));
     memoryless_s = std::min(memoryless_s, seconds_of([&] { memoryless = ours(c, "memoryless"); }));
+    greedy_s = std::min(greedy_s, seconds_of([&] { greedy = ours(c, "greedy"); }));
+    for (std::size_t k = 0; k < kEfforts.size(); ++k)
+      bounded_s[k] =
+          std::min(bounded_s[k], seconds_of([&] { bounded[k] = ours(c, "bounded", kEfforts[k]); }));
   }
   if (base == 1e9) base = 0;
   if (base > 0) print_row("meshopt_simplify", c, public_result, base, base);
   print_row("tind qem", c, qem, qem_s, base);
   print_row("tind memoryless", c, memoryless, memoryless_s, base);
+  print_row("tind greedy", c, greedy, greedy_s, base);
+  for (std::size_t k = 0; k < kEfforts.size(); ++k)
+    print_row(("tind bounded " + std::string(kEfforts[k])).c_str(), c, bounded[k], bounded_s[k],
+              base);
+  for (std::size_t k = 0; k < kEfforts.size(); ++k) {
+    const VerticalError e = vertical_error(bounded[k], dem.grid);
+    fmt::print(
+        "bounded {:6} / qem: time {:.2f}, RMS {:.3f}; / memoryless: time {:.2f}, RMS {:.3f}; "
+        "/ greedy: maximum {:.3f}\n",
+        kEfforts[k], bounded_s[k] / qem_s, e.rms_m / vertical_error(qem, dem.grid).rms_m,
+        bounded_s[k] / memoryless_s, e.rms_m / vertical_error(memoryless, dem.grid).rms_m,
+        e.max_m / vertical_error(greedy, dem.grid).max_m);
+  }
 #if TIND_WITH_CGAL
   if (!cgal) return;
   double seconds = 0;
@@ -128,6 +152,10 @@ void run(const BenchDem& dem, double ratio, int runs, [[maybe_unused]] bool cgal
   print_row("CGAL Lindstrom-Turk", c, tin, seconds, base);
   fmt::print("memoryless / CGAL: time {:.3f}, RMS {:.3f}\n", memoryless_s / seconds,
              vertical_error(memoryless, dem.grid).rms_m / vertical_error(tin, dem.grid).rms_m);
+  for (std::size_t k = 0; k < kEfforts.size(); ++k)
+    fmt::print("bounded {:6} / CGAL: time {:.3f}, RMS {:.3f}\n", kEfforts[k],
+               bounded_s[k] / seconds,
+               vertical_error(bounded[k], dem.grid).rms_m / vertical_error(tin, dem.grid).rms_m);
 #endif
 }
 
