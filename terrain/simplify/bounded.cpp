@@ -35,7 +35,7 @@ struct Effort {
 Effort effort_of(const std::string& name) {
   if (name == "fast") return {true, 0.1, 0, 1.5, 2};
   if (name == "best") return {true, 3, 7, 3.5, 6};
-  return {true, 1, 1, 2, 3};
+  return {true, 1, 1, 1.8, 3};
 }
 
 /// One run at one error: everything that the pieces need.

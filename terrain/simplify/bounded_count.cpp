@@ -99,7 +99,8 @@ class SquaredError {
         cap_(cap),
         sum_(mesh_.triangle_slots()) {
     for (Index t = 0; t < sum_.size(); ++t)
-      if (mesh_.alive_triangle(t)) sum_[t] = sum_of(corner(3 * t), corner(3 * t + 1), corner(3 * t + 2));
+      if (mesh_.alive_triangle(t))
+        sum_[t] = sum_of(corner(3 * t), corner(3 * t + 1), corner(3 * t + 2));
   }
 
   void raise_cap(double cap) { cap_ = cap; }
@@ -170,9 +171,7 @@ class SquaredError {
 
   const Vec3& corner(Index h) const { return mesh_.position(mesh_.origin(h)); }
 
-  static float growth(double after, double before) {
-    return float(std::max(0.0, after - before));
-  }
+  static float growth(double after, double before) { return float(std::max(0.0, after - before)); }
 
   /// f(e) for the spokes of the triangles that survive the collapse of h.
   template <class F>

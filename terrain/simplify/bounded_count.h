@@ -22,7 +22,7 @@ namespace tind {
 struct CountOptions {
   std::size_t triangles = 2;  // at most so many are left
   double x_scale = 1;         // metric length of an x unit over that of a y unit (Delaunay test)
-  double surplus = 2;         // insertion goes to so many times `triangles`
+  double surplus = 1.8;       // insertion goes to so many times `triangles`
   int rounds = 3;             // of fitting vertices and flipping edges at the end
 };
 
