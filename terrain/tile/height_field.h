@@ -24,6 +24,9 @@ class HeightField {
   /// Elsewhere H reads the source, 2 x 2 posts at a time.
   Result<void> load(std::int64_t col, std::int64_t row, int cols, int rows);
 
+  /// What load() keeps.
+  const HeightGrid& loaded() const { return window_; }
+
   /// H at post coordinates; NaN for void and outside. A read error is kept and shows in error().
   double at_post(Vec2 post) const;
   /// H at many places.

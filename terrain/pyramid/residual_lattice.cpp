@@ -1,0 +1,123 @@
+#include "terrain/pyramid/residual_lattice.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tind {
+
+namespace {
+
+constexpr int kCells = ResidualLattice::kCells, kNodes = ResidualLattice::kNodes;
+constexpr double kExtent = ResidualLattice::kExtent, kSide = ResidualLattice::kSide;
+constexpr double kHair = 1e-6;  // of a cell: so near a line a place belongs to both sides
+
+/// Collects |mesh - surface| by cell.
+class Overlay {
+ public:
+  explicit Overlay(const ResidualLattice& lattice)
+      : lattice_(lattice), worst_(std::size_t(kCells) * kCells) {}
+
+  /// A vertex of the overlay; it counts in every cell that it touches.
+  void at(double x, double y, double z) {
+    const double i = x / kSide, j = (kExtent - y) / kSide;
+    const int i0 = cell(i - kHair), i1 = cell(i + kHair);
+    const int j0 = cell(j - kHair), j1 = cell(j + kHair);
+    for (int row = j0; row <= j1; ++row)
+      for (int col = i0; col <= i1; ++col) {
+        const std::size_t c = std::size_t(row) * kCells + std::size_t(col);
+        if (lattice_.residual[c] < 0) continue;
+        const double gap = std::abs(z - surface(col, row).at(x, y));
+        worst_[c] = std::max(worst_[c], gap);
+      }
+  }
+
+  /// Where a mesh edge crosses the lines of the lattice: columns, rows, cuts.
+  void edge(const Vec3& a, const Vec3& b) {
+    cross(a, b, a.x / kSide, b.x / kSide);
+    cross(a, b, a.y / kSide, b.y / kSide);
+    cross(a, b, (a.x - a.y) / kSide, (b.x - b.y) / kSide);
+  }
+
+  double bound() const {
+    double bound = 0;
+    for (std::size_t c = 0; c < worst_.size(); ++c)
+      if (lattice_.residual[c] >= 0) bound = std::max(bound, worst_[c] + lattice_.residual[c]);
+    return bound;
+  }
+
+ private:
+  const ResidualLattice& lattice_;
+  std::vector<double> worst_;
+
+  static int cell(double t) { return std::clamp(int(std::floor(t)), 0, kCells - 1); }
+
+  LatticeCell surface(int col, int row) const {
+    const float* north = &lattice_.heights[std::size_t(row) * kNodes + std::size_t(col)];
+    const float* south = north + kNodes;
+    return {south[0], south[1], north[0], north[1], col * kSide, kExtent - (row + 1) * kSide,
+            kSide};
+  }
+
+  /// `from` and `to`: where a and b lie, in lines of one family.
+  void cross(const Vec3& a, const Vec3& b, double from, double to) {
+    if (from == to) return;
+    const int first = int(std::ceil(std::min(from, to))), last = int(std::floor(std::max(from, to)));
+    for (int k = first; k <= last; ++k) {
+      const double t = std::clamp((k - from) / (to - from), 0.0, 1.0);
+      at(a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.z + t * (b.z - a.z));
+    }
+  }
+};
+
+}  // namespace
+
+std::vector<float> ResidualLattice::fitted_heights() const {
+  std::vector<float> fitted(heights.size(), std::numeric_limits<float>::quiet_NaN());
+  for (int row = 0; row < kCells; ++row)
+    for (int col = 0; col < kCells; ++col) {
+      if (residual[std::size_t(row) * kCells + std::size_t(col)] < 0) continue;
+      const std::size_t north = std::size_t(row) * kNodes + std::size_t(col);
+      for (const std::size_t n : {north, north + 1, north + kNodes, north + kNodes + 1})
+        fitted[n] = heights[n];
+    }
+  return fitted;
+}
+
+GridSamples ResidualLattice::samples(const std::vector<float>& heights) {
+  GridSamples grid;
+  grid.cols = grid.rows = kNodes;
+  grid.y0 = kExtent;
+  grid.dx = grid.dy = kSide;
+  grid.z = heights.data();
+  return grid;
+}
+
+double ResidualLattice::largest_residual() const {
+  return std::max(0.0, double(*std::ranges::max_element(residual)));
+}
+
+double lattice_bound(const Tin& mesh, const ResidualLattice& lattice) {
+  Overlay overlay(lattice);
+  const GridSamples nodes = ResidualLattice::samples(lattice.heights);
+  for (const Vec3& v : mesh.vertices) overlay.at(v.x, v.y, v.z);
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
+    const double area = orient2d(a, b, c);
+    const double gx = ((b.z - a.z) * (c.y - a.y) - (c.z - a.z) * (b.y - a.y)) / area;
+    const double gy = ((c.z - a.z) * (b.x - a.x) - (b.z - a.z) * (c.x - a.x)) / area;
+    nodes.scan(a, b, c, [&](double x, double y, double, std::size_t) {
+      overlay.at(x, y, a.z + gx * (x - a.x) + gy * (y - a.y));
+      return true;
+    });
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t i = t[std::size_t(k)], j = t[std::size_t((k + 1) % 3)];
+      // Once for the two triangles of an edge; a side of the rectangle has one that runs forward.
+      const bool side = mesh.vertices[i].x == mesh.vertices[j].x || mesh.vertices[i].y == mesh.vertices[j].y;
+      if (i < j || side) overlay.edge(mesh.vertices[i], mesh.vertices[j]);
+    }
+  }
+  return overlay.bound();
+}
+
+}  // namespace tind

@@ -1,0 +1,271 @@
+// Heights as zig-zag deltas in 7-bit groups, each less what the nodes to its west, north and
+// north-west predict; residuals as one byte each.
+
+#include "terrain/pyramid/residual_record.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+namespace tind {
+
+namespace {
+
+constexpr int kCells = ResidualRecord::kCells, kNodes = ResidualRecord::kNodes;
+constexpr int kPieces = ResidualRecord::kPieces;
+constexpr std::int32_t kMostSteps = 1 << 24;  // a float holds it
+
+std::size_t node(int col, int row) { return std::size_t(row) * kNodes + std::size_t(col); }
+
+// --- residuals as bytes --------------------------------------------------------------------------
+// A positive float's upper bits (8 of its exponent, 5 of its mantissa) are a number that grows with
+// it, by 2 to 3 % a step. A piece says the one of its largest residual; each byte how many steps a
+// residual is below that: 255 is the largest, 1 all that are 254 steps or more below it.
+
+constexpr int kDropped = 18;  // bits of the mantissa
+
+std::uint32_t rounded_up(float x) {
+  return (std::bit_cast<std::uint32_t>(x) + ((1u << kDropped) - 1)) >> kDropped;
+}
+float value(std::uint32_t code) { return std::bit_cast<float>(code << kDropped); }
+constexpr std::uint32_t kLargestCode = (0x7f800000u >> kDropped) - 1;  // finite
+
+std::uint8_t to_byte(float residual, std::uint32_t top) {
+  if (residual < 0) return 0;
+  const std::uint32_t below = top - rounded_up(residual);
+  return std::uint8_t(below >= 254 ? 1 : 255 - below);
+}
+float from_byte(std::uint8_t byte, std::uint32_t top) {
+  if (byte == 0) return ResidualRecord::kEmpty;
+  const std::uint32_t below = 255 - byte;
+  return below > top ? 0 : value(top - below);
+}
+
+// --- bytes ---------------------------------------------------------------------------------------
+
+class Writer {
+ public:
+  explicit Writer(std::vector<std::uint8_t>& out) : out_(out) {}
+  template <class T>
+  void plain(const T& x) {
+    static_assert(std::endian::native == std::endian::little);
+    const std::size_t at = out_.size();
+    out_.resize(at + sizeof x);
+    std::memcpy(out_.data() + at, &x, sizeof x);
+  }
+  void delta(std::int64_t d) {
+    auto u = std::uint64_t(d) << 1 ^ std::uint64_t(d >> 63);
+    for (; u >= 128; u >>= 7) out_.push_back(std::uint8_t(u | 128));
+    out_.push_back(std::uint8_t(u));
+  }
+
+ private:
+  std::vector<std::uint8_t>& out_;
+};
+
+class Reader {
+ public:
+  explicit Reader(std::span<const std::uint8_t> in) : in_(in) {}
+  template <class T>
+  bool plain(T& x) {
+    if (in_.size() < sizeof x) return false;
+    std::memcpy(&x, in_.data(), sizeof x);
+    in_ = in_.subspan(sizeof x);
+    return true;
+  }
+  bool delta(std::int64_t& d) {
+    std::uint64_t u = 0;
+    for (int shift = 0; shift < 35; shift += 7) {
+      std::uint8_t byte = 0;
+      if (!plain(byte)) return false;
+      u |= std::uint64_t(byte & 127) << shift;
+      if (byte < 128) {
+        d = std::int64_t(u >> 1) ^ -std::int64_t(u & 1);
+        return true;
+      }
+    }
+    return false;
+  }
+  bool at_end() const { return in_.empty(); }
+
+ private:
+  std::span<const std::uint8_t> in_;
+};
+
+std::int64_t predicted(const std::vector<std::int32_t>& h, int col, int row) {
+  if (row == 0) return col == 0 ? 0 : h[node(col - 1, 0)];
+  if (col == 0) return h[node(0, row - 1)];
+  return std::int64_t(h[node(col - 1, row)]) + h[node(col, row - 1)] - h[node(col - 1, row - 1)];
+}
+
+/// f(child index, its east, its north)
+template <class F>
+void each_child(F&& f) {
+  for (int north = 0; north < 2; ++north)
+    for (int east = 0; east < 2; ++east) f(std::size_t(2 * north + east), east, north);
+}
+
+/// Where a child's first column and row are, in columns and rows of `count` to a child.
+struct Corner {
+  int col, row;
+};
+Corner corner_of(int east, int north, int count) { return {east * count, (1 - north) * count}; }
+
+}  // namespace
+
+std::int32_t ResidualRecord::height(int col, int row) const {
+  if (has_posts()) return heights[node(col, row)];
+  return corners[std::size_t((row == 0 ? 0 : 2) + (col == 0 ? 0 : 1))];
+}
+
+void accumulate_piece(ResidualRecord& r, int k, double step_m) {
+  const int side = kCells >> k, cell = 1 << k, half = cell / 2;
+  const auto& finer = r.pieces[std::size_t(k - 1)];
+  auto& piece = r.pieces[std::size_t(k)];
+  piece.assign(std::size_t(side) * std::size_t(side), ResidualRecord::kEmpty);
+  const auto height = [&](int col, int row) { return r.heights[node(col, row)] * step_m; };
+  for (int row = 0; row < side; ++row)
+    for (int col = 0; col < side; ++col) {
+      const int x = col * cell, y = row * cell;
+      const LatticeCell coarse{height(x, y + cell), height(x + cell, y + cell), height(x, y),
+                               height(x + cell, y), 0, 0, double(cell)};
+      float& bound = piece[std::size_t(row * side + col)];
+      for (int j = 0; j < 2; ++j)
+        for (int i = 0; i < 2; ++i) {
+          const float own = finer[std::size_t((2 * row + j) * 2 * side + 2 * col + i)];
+          if (own < 0) continue;
+          double apart = 0;
+          for (const int n : {j, j + 1})
+            for (const int m : {i, i + 1})
+              apart = std::max(apart, std::abs(height(x + m * half, y + n * half) -
+                                               coarse.at(m * half, cell - n * half)));
+          bound = std::max(bound, std::nextafter(float(own + apart), HUGE_VALF));
+        }
+    }
+}
+
+ResidualRecord join(const std::array<const ResidualRecord*, 4>& children, double step_m) {
+  static const ResidualRecord kNothing;
+  const auto child = [&](int i) -> const ResidualRecord& {
+    return children[std::size_t(i)] ? *children[std::size_t(i)] : kNothing;
+  };
+  const ResidualRecord &sw = child(0), &se = child(1), &nw = child(2), &ne = child(3);
+  ResidualRecord r;
+  r.corners = {nw.height(0, 0), ne.height(kCells, 0), sw.height(0, kCells),
+               se.height(kCells, kCells)};
+  // Posts on the sides that children share are owned by one of them.
+  r.owned = sw.owned + se.owned + nw.owned + ne.owned;
+  r.on_east = se.on_east + ne.on_east;
+  r.on_north = nw.on_north + ne.on_north;
+  r.on_corner = ne.on_corner;
+  if (!sw.has_posts() && !se.has_posts() && !nw.has_posts() && !ne.has_posts()) return r;
+  r.heights.assign(std::size_t(kNodes) * kNodes, 0);
+  for (const bool with_posts : {false, true})  // those that know their heights have the last word
+    each_child([&](std::size_t i, int east, int north) {
+      if (!children[i] || children[i]->has_posts() != with_posts) return;
+      const Corner at = corner_of(east, north, kCells / 2);
+      const int stride = with_posts ? 1 : kCells / 2;
+      for (int row = 0; row <= kCells / 2; row += stride)
+        for (int col = 0; col <= kCells / 2; col += stride)
+          r.heights[node(at.col + col, at.row + row)] = children[i]->height(2 * col, 2 * row);
+    });
+  r.min_m = HUGE_VALF, r.max_m = -HUGE_VALF;
+  for (int k = 0; k + 1 < kPieces; ++k) {
+    const int side = kCells >> k, half = side / 2;
+    auto& piece = r.pieces[std::size_t(k)];
+    piece.assign(std::size_t(side) * std::size_t(side), ResidualRecord::kEmpty);
+    each_child([&](std::size_t i, int east, int north) {
+      if (!children[i] || !children[i]->has_posts()) return;
+      r.min_m = std::min(r.min_m, children[i]->min_m);
+      r.max_m = std::max(r.max_m, children[i]->max_m);
+      const auto& part = children[i]->pieces[std::size_t(k + 1)];
+      const Corner at = corner_of(east, north, half);
+      for (int row = 0; row < half; ++row)
+        std::copy_n(&part[std::size_t(row * half)], half,
+                    &piece[std::size_t((at.row + row) * side + at.col)]);
+    });
+  }
+  accumulate_piece(r, kPieces - 1, step_m);
+  return r;
+}
+
+std::vector<std::uint8_t> encode(const ResidualRecord& r) {
+  std::vector<std::uint8_t> bytes;
+  Writer out(bytes);
+  out.plain(std::uint8_t(r.has_posts()));
+  for (const std::int32_t h : r.corners) out.plain(h);
+  if (!r.has_posts()) return bytes;
+  out.plain(r.min_m);
+  out.plain(r.max_m);
+  for (const std::uint64_t n : {r.owned, r.on_east, r.on_north, r.on_corner}) out.plain(n);
+  for (const std::uint64_t hash : r.hashes) out.plain(hash);
+  for (int row = 0; row < kNodes; ++row)
+    for (int col = 0; col < kNodes; ++col)
+      out.delta(r.heights[node(col, row)] - predicted(r.heights, col, row));
+  for (const auto& piece : r.pieces) {
+    const float largest = std::max(0.0F, *std::ranges::max_element(piece));
+    const std::uint32_t top = std::min(rounded_up(largest), kLargestCode);
+    out.plain(std::uint16_t(top));
+    for (const float residual : piece) out.plain(to_byte(residual, top));
+  }
+  return bytes;
+}
+
+Result<ResidualRecord> decode_record(std::span<const std::uint8_t> bytes) {
+  const auto bad = [](const char* what) { return fail(Errc::bad_data, what); };
+  ResidualRecord r;
+  Reader in(bytes);
+  std::uint8_t kind = 0;
+  if (!in.plain(kind) || kind > 1) return bad("not a record of a residual index");
+  for (std::int32_t& h : r.corners)
+    if (!in.plain(h) || std::abs(std::int64_t(h)) > kMostSteps) return bad("a corner is damaged");
+  if (kind == 0) return in.at_end() ? Result<ResidualRecord>(r) : bad("bytes after the record");
+  if (!in.plain(r.min_m) || !in.plain(r.max_m) || !(std::abs(r.min_m) < 1e6F) ||
+      !(std::abs(r.max_m) < 1e6F) || r.min_m > r.max_m)
+    return bad("the range of heights is damaged");
+  for (std::uint64_t* n : {&r.owned, &r.on_east, &r.on_north, &r.on_corner})
+    if (!in.plain(*n)) return bad("truncated");
+  for (std::uint64_t& hash : r.hashes)
+    if (!in.plain(hash)) return bad("truncated");
+  r.heights.resize(std::size_t(kNodes) * kNodes);
+  for (int row = 0; row < kNodes; ++row)
+    for (int col = 0; col < kNodes; ++col) {
+      std::int64_t d = 0;
+      if (!in.delta(d)) return bad("the heights are damaged");
+      const std::int64_t h = predicted(r.heights, col, row) + d;
+      if (std::abs(h) > kMostSteps) return bad("a height is damaged");
+      r.heights[node(col, row)] = std::int32_t(h);
+    }
+  for (int k = 0; k < kPieces; ++k) {
+    std::uint16_t top = 0;
+    if (!in.plain(top) || top > kLargestCode) return bad("the residuals are damaged");
+    auto& piece = r.pieces[std::size_t(k)];
+    piece.resize(std::size_t(kCells >> k) * std::size_t(kCells >> k));
+    for (float& residual : piece) {
+      std::uint8_t byte = 0;
+      if (!in.plain(byte)) return bad("truncated");
+      residual = from_byte(byte, top);
+    }
+  }
+  if (!in.at_end()) return bad("bytes after the record");
+  return r;
+}
+
+ResidualLattice lattice_of(const ResidualRecord& r, double step_m) {
+  ResidualLattice lattice;
+  const std::size_t cells = std::size_t(kCells) * kCells, nodes = std::size_t(kNodes) * kNodes;
+  if (!r.has_posts()) {
+    lattice.heights.assign(nodes, 0);
+    lattice.residual.assign(cells, ResidualRecord::kEmpty);
+    return lattice;
+  }
+  for (const std::int32_t h : r.heights) lattice.heights.push_back(float(h * step_m));
+  lattice.residual = r.pieces[0];
+  lattice.min_m = r.min_m;
+  lattice.max_m = r.max_m;
+  lattice.posts = r.posts();
+  return lattice;
+}
+
+}  // namespace tind

@@ -1,0 +1,320 @@
+// The residual index is believed by every tile that rests on it: so it is held against all posts.
+
+#include "terrain/pyramid/residual_index.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <random>
+
+#include "terrain/pyramid/residual_scan.h"
+#include "tests/support/support.h"
+#include "tests/terrain/pyramid/made_up_source.h"
+
+namespace tind {
+namespace {
+
+using test::MadeUpSource;
+using test::TempDir;
+
+constexpr int kCells = ResidualLattice::kCells;
+
+struct Post {
+  double u, v, height;  // in tile coordinates
+};
+
+std::vector<Post> posts_of(const MadeUpSource& source, TileId id) {
+  const GeoRect rect = tiling::rect(id);
+  std::vector<Post> posts;
+  for (int r = 0; r < source.grid().rows(); ++r)
+    for (int c = 0; c < source.grid().cols(); ++c) {
+      if (source.grid().is_void(c, r)) continue;
+      const Vec2 p = source.info().post_to_crs.apply(c, r);
+      const double u = (p.x - rect.west) / rect.width() * 32767,
+                   v = (p.y - rect.south) / rect.height() * 32767;
+      if (u < -1e-7 || v < -1e-7 || u > 32767 + 1e-7 || v > 32767 + 1e-7) continue;
+      posts.push_back({u, v, source.grid().at(c, r)});
+    }
+  return posts;
+}
+
+/// The surface straight from its definition, in a cell.
+double surface(const ResidualLattice& l, int col, int row, double u, double v) {
+  const double side = 32767.0 / kCells;
+  const double s = u / side - col, t = v / side - (kCells - 1 - row);
+  const auto h = [&](int i, int j) { return double(l.heights[std::size_t((row + j) * 257 + col + i)]); };
+  const double sw = h(0, 1), se = h(1, 1), nw = h(0, 0), ne = h(1, 0);
+  return t <= s ? sw * (1 - s) + se * (s - t) + ne * t : sw * (1 - t) + nw * (t - s) + ne * s;
+}
+
+/// No post is farther from the surface than its cell says; returns how loose the worst cell's bound
+/// is.
+void expect_bounds_hold(const MadeUpSource& source, const ResidualIndex& index, TileId id,
+                        double loosest) {
+  const auto lattice = index.lattice(id);
+  ASSERT_TRUE(lattice) << lattice.error().what;
+  const auto posts = posts_of(source, id);
+  EXPECT_EQ(lattice->posts, posts.size()) << id.text();
+  double low = HUGE_VAL, high = -HUGE_VAL, worst = 0;
+  for (const Post& p : posts) {
+    low = std::min(low, p.height);
+    high = std::max(high, p.height);
+    const double side = 32767.0 / kCells;
+    const int col = std::min(kCells - 1, int(std::max(0.0, p.u) / side));
+    const int row = std::min(kCells - 1, int(std::max(0.0, 32767 - p.v) / side));
+    const float bound = lattice->residual[std::size_t(row * kCells + col)];
+    const double error = std::abs(surface(*lattice, col, row, p.u, p.v) - p.height);
+    ASSERT_GE(bound, 0) << id.text() << ": a cell with a post is called empty";
+    ASSERT_LE(error, bound + 1e-9) << id.text() << " at " << p.u << ", " << p.v;
+    worst = std::max(worst, error);
+  }
+  if (posts.empty()) {
+    EXPECT_EQ(lattice->largest_residual(), 0);
+    return;
+  }
+  EXPECT_EQ(lattice->min_m, low);
+  EXPECT_EQ(lattice->max_m, high);
+  EXPECT_LE(lattice->largest_residual(), loosest * worst + 1e-6) << id.text();
+}
+
+std::shared_ptr<const ResidualIndex> index_of(const MadeUpSource& source, const TempDir& dir,
+                                              int level, int threads = 2) {
+  auto index = ResidualIndex::open_or_make(dir.file("index"), source, level, threads);
+  EXPECT_TRUE(index) << index.error().what;
+  return index ? *index : nullptr;
+}
+
+std::vector<TileId> tiles_over(const MadeUpSource& source, int level) {
+  std::vector<TileId> ids;
+  for (std::uint32_t y = 0; y < tiling::rows(level); ++y)
+    for (std::uint32_t x = 0; x < tiling::columns(level); ++x)
+      if (const auto id = tiling::tile(level, x, y);
+          tiling::rect(*id).overlaps(source.info().bounds))
+        ids.push_back(*id);
+  return ids;
+}
+
+void expect_all_hold(const MadeUpSource& source, int deepest) {
+  const TempDir dir;
+  const auto index = index_of(source, dir, deepest);
+  ASSERT_TRUE(index);
+  double low = HUGE_VAL, high = -HUGE_VAL;
+  for (const float z : source.grid().values())
+    if (!std::isnan(z)) low = std::min<double>(low, z), high = std::max<double>(high, z);
+  EXPECT_EQ(index->min_m(), low);
+  EXPECT_EQ(index->max_m(), high);
+  for (int z = deepest; z >= 0; --z)
+    for (const TileId id : tiles_over(source, z))
+      // Exact (but for 3.2 % of rounding) for five levels; a sum of bounds above.
+      expect_bounds_hold(source, *index, id, deepest - z <= 5 ? 1.033 : 6);
+}
+
+TEST(ResidualIndex, bounds_every_post_of_a_plain_source) {
+  // Tile sides fall between posts.
+  expect_all_hold(MadeUpSource(test::terrain_with_voids(620, 500, 1), {10.123, 45.9}, 0.00131), 9);
+}
+
+TEST(ResidualIndex, bounds_every_post_where_posts_lie_on_the_sides_of_tiles) {
+  // 45 degrees north, 11.25 east: sides of many levels; 128 posts to a tile of level 9.
+  const double spacing = tiling::tile_degrees(9) / 128;
+  expect_all_hold(MadeUpSource(test::terrain_with_voids(513, 385, 2),
+                               {11.25 - 128 * spacing, 45 + 128 * spacing}, spacing),
+                  9);
+}
+
+TEST(ResidualIndex, bounds_every_post_of_a_turned_source) {
+  expect_all_hold(MadeUpSource(test::terrain_with_voids(400, 300, 3), {10.123, 45.9}, 0.00131, 0.3),
+                  9);
+}
+
+TEST(ResidualIndex, bounds_every_post_of_one_that_spans_more_than_eight_levels) {
+  // From level 12 up a cell of level 3 holds a whole tile: bounds of bounds of bounds.
+  expect_all_hold(MadeUpSource(test::terrain_with_voids(700, 90, 4), {-0.7, 0.1}, 0.0021), 12);
+}
+
+TEST(ResidualIndex, small_worlds) {
+  HeightGrid one(1, 1);
+  one.at(0, 0) = 7;
+  expect_all_hold(MadeUpSource(one, {10, 45}, 0.001), 3);
+  expect_all_hold(MadeUpSource(HeightGrid(40, 30, 0.0F), {179.5, 89.5}, 0.01), 4);  // flat, polar
+}
+
+/// A mesh of the whole square with `n` random vertices, by inserting each into its triangle.
+Tin random_mesh(unsigned seed, int n, double low, double high) {
+  std::mt19937 random(seed);
+  std::uniform_int_distribution<int> place(1, 32766);
+  std::uniform_real_distribution<double> height(low, high);
+  Tin mesh;
+  for (const auto& [x, y] : {std::pair(0, 0), {32767, 0}, {32767, 32767}, {0, 32767}})
+    mesh.vertices.push_back({double(x), double(y), height(random)});
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  while (n-- > 0) {
+    const Vec3 p{double(place(random)), double(place(random)), height(random)};
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      const auto [a, b, c] = mesh.triangles[t];
+      const auto& v = mesh.vertices;
+      if (orient2d(v[a], v[b], p) <= 0 || orient2d(v[b], v[c], p) <= 0 ||
+          orient2d(v[c], v[a], p) <= 0)
+        continue;
+      const auto k = std::uint32_t(mesh.vertices.size());
+      mesh.vertices.push_back(p);
+      mesh.triangles[t] = {a, b, k};
+      mesh.triangles.push_back({b, c, k});
+      mesh.triangles.push_back({c, a, k});
+      break;
+    }
+  }
+  return mesh;
+}
+
+double true_error(const Tin& mesh, const std::vector<Post>& posts) {
+  double worst = 0;
+  for (const Post& p : posts)
+    for (const Triangle& t : mesh.triangles) {
+      const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
+      const Vec3 at{p.u, p.v, 0};
+      const double area = orient2d(a, b, c);
+      const double wa = orient2d(b, c, at) / area, wb = orient2d(c, a, at) / area;
+      if (wa < -1e-9 || wb < -1e-9 || wa + wb > 1 + 1e-9) continue;
+      worst = std::max(worst, std::abs(wa * a.z + wb * b.z + (1 - wa - wb) * c.z - p.height));
+    }
+  return worst;
+}
+
+TEST(LatticeBound, is_never_below_the_true_error_of_any_mesh) {
+  const TempDir dir;
+  const MadeUpSource source(test::terrain_with_voids(620, 500, 5), {10.123, 45.9}, 0.00131);
+  const auto index = index_of(source, dir, 9);
+  ASSERT_TRUE(index);
+  unsigned seed = 0;
+  for (int z = 9; z >= 6; --z)
+    for (const TileId id : tiles_over(source, z)) {
+      const auto lattice = index->lattice(id);
+      ASSERT_TRUE(lattice);
+      const auto posts = posts_of(source, id);
+      for (const int vertices : {0, 3, 40}) {
+        const Tin mesh = random_mesh(++seed, vertices, 0, 500);
+        const double error = true_error(mesh, posts), bound = lattice_bound(mesh, *lattice);
+        EXPECT_GE(bound + 1e-9, error) << id.text();
+      }
+    }
+}
+
+TEST(LatticeBound, of_a_mesh_that_is_the_lattice_is_the_residual) {
+  const TempDir dir;
+  const MadeUpSource source(HeightGrid(300, 300, 12.0F), {0, 1}, 1.0 / 300);
+  const auto index = index_of(source, dir, 7);
+  ASSERT_TRUE(index);
+  const auto lattice = index->lattice({7, 128, 64});
+  ASSERT_TRUE(lattice);
+  ASSERT_GT(lattice->posts, 0u);
+  Tin flat;
+  flat.vertices = {{0, 0, 12}, {32767, 0, 12}, {32767, 32767, 12}, {0, 32767, 12}};
+  flat.triangles = {{0, 1, 2}, {0, 2, 3}};
+  EXPECT_NEAR(lattice_bound(flat, *lattice), 0, 1e-6);
+  flat.vertices[2].z = 20;
+  EXPECT_GT(lattice_bound(flat, *lattice), 5.6);  // posts end at 1 of 1.40625 degrees
+}
+
+std::vector<std::vector<std::uint8_t>> records(const MadeUpSource& source,
+                                               const ResidualIndex& index, int deepest) {
+  std::vector<std::vector<std::uint8_t>> all;
+  for (int z = deepest; z >= 0; --z)
+    for (const TileId id : tiles_over(source, z)) {
+      const auto record = index.record(id);
+      EXPECT_TRUE(record) << id.text();
+      if (record) all.push_back(encode(*record));
+    }
+  return all;
+}
+
+
+TEST(ResidualIndex, is_the_same_for_any_number_of_threads_and_after_a_stop) {
+  const MadeUpSource source(test::terrain_with_voids(300, 200, 6), {10.123, 45.9}, 0.00131);
+  const TempDir one, four, stopped;
+  const auto wanted = records(source, *index_of(source, one, 10, 1), 10);
+  EXPECT_EQ(records(source, *index_of(source, four, 10, 4), 10), wanted);
+
+  // The disk fails again and again, each time a little later, once in the middle of a record.
+  int tries = 0;
+  for (std::int64_t reads = 150;; reads += 150) {
+    source.reads_left = reads;
+    const auto index = ResidualIndex::open_or_make(stopped.file("index"), source, 10, 2);
+    if (index) break;
+    EXPECT_EQ(index.error().code, Errc::io);
+    ASSERT_LT(++tries, 100);
+    std::ofstream(stopped.file("index.part"), std::ios::app | std::ios::binary) << "half a record";
+  }
+  EXPECT_GT(tries, 2);
+  source.reads_left = std::numeric_limits<std::int64_t>::max();
+  EXPECT_EQ(records(source, *index_of(source, stopped, 10), 10), wanted);
+}
+
+TEST(ResidualIndex, is_kept_and_made_anew_when_it_is_wrong) {
+  const MadeUpSource source(test::terrain_with_voids(300, 200, 6), {10.123, 45.9}, 0.00131);
+  const TempDir dir;
+  const std::string path = dir.file("index");
+  const auto wanted = records(source, *index_of(source, dir, 8), 8);
+  EXPECT_FALSE(index_of(source, dir, 8)->made_now());
+  EXPECT_FALSE(std::filesystem::exists(path + ".part"));
+  const auto size = std::filesystem::file_size(path);
+  const auto flip = [&](std::uint64_t at) {
+    std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekg(std::streamoff(at));
+    const char byte = char(file.get() ^ 0x10);
+    file.seekp(std::streamoff(at));
+    file.put(byte);
+  };
+  std::mt19937_64 random(1);
+  for (int k = 0; k < 200; ++k) {
+    const std::uint64_t at = k < 72 ? std::uint64_t(k) : random() % size;  // every byte of the head
+    flip(at);
+    const auto damaged = ResidualIndex::open(path, source, 8);
+    ASSERT_FALSE(damaged) << at;
+    EXPECT_EQ(damaged.error().code, Errc::bad_data);
+    flip(at);
+  }
+  for (const std::uint64_t at : {std::uint64_t(20), std::uint64_t(80), size / 2, size - 5}) {
+    flip(at);
+    const auto index = index_of(source, dir, 8);
+    EXPECT_TRUE(index->made_now());
+    EXPECT_EQ(records(source, *index, 8), wanted);
+  }
+  std::filesystem::resize_file(path, size - 1);
+  EXPECT_EQ(ResidualIndex::open(path, source, 8).error().code, Errc::bad_data);
+  EXPECT_TRUE(index_of(source, dir, 8)->made_now());
+  EXPECT_EQ(ResidualIndex::open(path, source, 7).error().code, Errc::bad_data);  // other level
+  EXPECT_EQ(ResidualIndex::open(dir.file("none"), source, 8).error().code, Errc::not_found);
+}
+
+TEST(ResidualRecord, says_which_patch_has_changed) {
+  HeightGrid grid = test::rough_terrain(260, 260, 8);
+  const double spacing = tiling::tile_degrees(9) / 256;
+  const Geographic corner{tiling::rect({9, 550, 380}).west, tiling::rect({9, 550, 380}).north};
+  const auto before = scan_residuals(MadeUpSource(grid, corner, spacing), {9, 550, 380}, 0.125);
+  grid.at(16, 16) += 1;  // in the first patch, far from its sides
+  const auto after = scan_residuals(MadeUpSource(grid, corner, spacing), {9, 550, 380}, 0.125);
+  ASSERT_TRUE(before && after);
+  EXPECT_NE(before->hashes[0], after->hashes[0]);
+  for (std::size_t k = 1; k < before->hashes.size(); ++k)
+    EXPECT_EQ(before->hashes[k], after->hashes[k]) << k;
+}
+
+TEST(ResidualIndex, is_for_tiles_of_many_posts_of_large_sources_only) {
+  DemInfo info;
+  info.crs_kind = CrsKind::geographic;
+  info.bounds = {0, -1, 2, 1};
+  info.spacing_x_m = info.spacing_y_m = 111320.0 / 3600;
+  info.cols = info.rows = 5000;
+  EXPECT_EQ(deepest_indexed_level(info), -1);
+  info.cols = info.rows = 100'000;
+  const int level = deepest_indexed_level(info);
+  const double posts = tiling::tile_degrees(level) * 3600;
+  EXPECT_GT(posts * posts * 1.02, double(kExactTilePosts));
+  EXPECT_LT(posts * posts / 4, double(kExactTilePosts));
+  EXPECT_EQ(deepest_indexed_level(info, std::int64_t(100'000) * 100'000), -1);
+}
+
+}  // namespace
+}  // namespace tind

@@ -1,0 +1,23 @@
+// Any bytes: no crash; what decodes is encoded again to something that says the same.
+
+#include "terrain/pyramid/residual_record.h"
+
+#include <cmath>
+#include <cstdlib>
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace tind;
+  const auto first = decode_record({data, size});
+  if (!first) {
+    if (first.error().what.empty()) std::abort();
+    return 0;
+  }
+  const auto second = decode_record(encode(*first));
+  if (!second || second->heights != first->heights || second->corners != first->corners ||
+      second->posts() != first->posts() || second->hashes != first->hashes)
+    std::abort();
+  const ResidualLattice lattice = lattice_of(*first, 0.25);
+  for (const float r : lattice.residual)
+    if (std::isnan(r)) std::abort();
+  return 0;
+}
