@@ -58,7 +58,8 @@ nlohmann::ordered_json to_json(const BuildReport& r, double seconds) {
                            {"tiles", l.tiles},
                            {"bytes", l.bytes},
                            {"budget_m", l.budget_m},
-                           {"worst_error_m", l.worst_error_m}});
+                           {"worst_error_m", l.worst_error_m},
+                           {"worst_edge_error_m", l.worst_edge_error_m}});
   }
   return j;
 }

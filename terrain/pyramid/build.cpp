@@ -134,13 +134,14 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
     std::error_code error;
     const auto there = fs::file_size(path, error);
     std::size_t bytes = error ? 0 : std::size_t(there);
-    double max_error = 0;
+    double max_error = 0, edge_error = 0;
     bool not_one_sided = false;
     if (error) {
       auto tile = make_tile(*source, *plan, id, progress.stop);
       Result<void> written;
       if (tile) {
         max_error = tile->max_error_m;
+        edge_error = tile->edge_error_m;
         not_one_sided = tile->side != o.tiles.side;
         if (o.gzip) tile->bytes = gzipped(tile->bytes);
         bytes = tile->bytes.size();
@@ -159,6 +160,7 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
       ++level.tiles;
       level.bytes += bytes;
       level.worst_error_m = std::max(level.worst_error_m, max_error);
+      level.worst_edge_error_m = std::max(level.worst_edge_error_m, edge_error);
       report.bytes += bytes;
       ++(error ? report.built : report.reused);
       report.not_one_sided += not_one_sided;

@@ -26,6 +26,7 @@ struct LevelReport {
   int level = 0;
   std::uint64_t tiles = 0, bytes = 0;
   double budget_m = 0, worst_error_m = 0;
+  double worst_edge_error_m = 0;  // skirts this deep and those of the level above hide every gap
 };
 
 struct BuildReport {

@@ -243,10 +243,14 @@ class LevelCheck {
     if (a.size() < 2 || b.size() < 2) return;
     const double gap = gap_between(a, b, 0.5, half * kEnd / 2);
     level_.gap_m = std::max(level_.gap_m, gap);
-    if (!child.stated.max_error_m || !parent.stated.max_error_m) return;
-    const double allowed = *child.stated.max_error_m + *parent.stated.max_error_m;
+    // What a tile says of its edges counts more than what it says of its posts.
+    const StatedError &mine = child.stated, &its = parent.stated;
+    const bool edges = mine.edge_error_m && its.edge_error_m;
+    if (!edges && !(mine.max_error_m && its.max_error_m)) return;
+    const double allowed =
+        edges ? *mine.edge_error_m + *its.edge_error_m : *mine.max_error_m + *its.max_error_m;
     if (gap > allowed * (1 + 1e-9))
-      report_.findings.add(rule("crack.level"), id.text(),
+      report_.findings.add(edges ? rule("crack.stated") : rule("crack.level"), id.text(),
                            metres(gap) + ", the errors together are " + metres(allowed));
   }
 

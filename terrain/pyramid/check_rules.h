@@ -96,10 +96,12 @@ inline constexpr CheckRule kCheckRules[] = {
     {"error.geometric", kViolation, "geometricerror is not below max_error_m"},
     {"error.budget", kViolation, "max_error_m is within what clients assume of the level"},
     {"error.side", kViolation, "side is both, above or below"},
+    {"error.edge", kViolation, "edge_error_m is a number >= 0"},
     // neighbours
     {"crack.position", kViolation, "neighbours decode to the same shared edge, bit by bit"},
     {"crack.normal", kViolation, "neighbours have the same normals on their shared edge"},
     {"crack.level", kWarning, "the gap to the next level is within both errors together"},
+    {"crack.stated", kViolation, "the gap to the next level is within both edge_error_m together"},
     // against the source
     {"source.error", kViolation, "no post is farther from the mesh than max_error_m"},
     {"source.side", kViolation,

@@ -294,6 +294,12 @@ StatedError stated_error(const CheckedTile& tile, TileId id, double error_factor
     else
       findings.add(rule("error.side"), where, side.dump());
   }
+  if (const auto edge = json.find("edge_error_m"); edge != json.end()) {
+    if (edge->is_number() && edge->get<double>() >= 0 && !std::isinf(edge->get<double>()))
+      stated.edge_error_m = edge->get<double>();
+    else
+      findings.add(rule("error.edge"), where, edge->dump());
+  }
   const auto& value = json["max_error_m"];
   if (!value.is_number() || !(value.get<double>() >= 0) || std::isinf(value.get<double>())) {
     findings.add(rule("error.value"), where, value.dump());

@@ -14,6 +14,7 @@ namespace tind {
 /// What the metadata extension says of the error.
 struct StatedError {
   std::optional<double> max_error_m;
+  std::optional<double> edge_error_m;
   bool exact = false;
   std::string side = "both";  // above: the mesh is at or above every post; below: at or below
 };

@@ -44,6 +44,7 @@ struct Job {
   PostWindow window;
   HeightField field;
   std::array<std::vector<BorderVertex>, 4> borders;  // west, south, east, north
+  double edge_error_m = 0;                           // of the worst of them
   struct Posts {
     double min_m = 0, max_m = 0;
     std::uint64_t posts = 0;
@@ -79,8 +80,12 @@ Result<void> derive_borders(Job& job) {
   o.height_step = job.level.border_step_m;
   o.fixed_cells = job.level.curvature_cells;
   o.samples = 256;
-  for (const Side side : {Side::west, Side::south, Side::east, Side::north})
-    job.borders[std::size_t(side)] = make_border(tile_edge(job.id, side), job.field, job.source, o);
+  o.halves = job.id.level < job.plan.max_level();
+  for (const Side side : {Side::west, Side::south, Side::east, Side::north}) {
+    Border border = make_border(tile_edge(job.id, side), job.field, job.source, o);
+    job.borders[std::size_t(side)] = std::move(border.line);
+    job.edge_error_m = std::max(job.edge_error_m, border.error_m);
+  }
   if (job.field.error()) return fail("tile " + job.id.text(), *job.field.error());
   return {};
 }
@@ -444,6 +449,7 @@ TileBytes encode_tile(Job& job, const Meshed& meshed) {
   metadata["geometricerror"] = tile.max_error_m;
   metadata["max_error_m"] = tile.max_error_m;
   metadata["error_kind"] = tile.exact ? "exact" : "bound";
+  metadata["edge_error_m"] = tile.edge_error_m = round_up(job.edge_error_m);
   if (job.plan.options().side != "both") metadata["side"] = tile.side;
   metadata["posts"] = job.posts.posts;
   if (job.id.level % TilePlan::kAvailabilityLevels == 0)

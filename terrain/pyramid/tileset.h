@@ -19,6 +19,7 @@ namespace tind {
 struct TileBytes {
   std::vector<std::uint8_t> bytes;
   double max_error_m = 0;
+  double edge_error_m = 0;    // how far its border is from the DEM, voids filled, at most
   bool exact = true;          // max_error_m is the maximum over all posts, not only a bound of it
   std::string side = "both";  // above: the mesh is at or above every post; below: at or below
 };

@@ -61,17 +61,60 @@ Crossings crossings(const TileEdge& e, const DemSource& source, const BorderOpti
   return found;
 }
 
-/// Where H is looked at. Between crossings H is linear: there the ends and the crossings say all.
-std::vector<double> sample_places(const TileEdge& e, const DemSource& source,
-                                  const BorderOptions& o) {
+/// H at the places of one level, and linear between them: what that level knows of H. Where every
+/// crossing is among them, that is H itself.
+struct Profile {
+  std::vector<double> at, h;
+  bool whole = false;  // every crossing is there
+
+  double height(double t) const {
+    const auto after = std::upper_bound(at.begin(), at.end(), t);
+    const std::size_t i =
+        std::clamp<std::size_t>(std::size_t(after - at.begin()), 1, at.size() - 1);
+    return h[i - 1] + (t - at[i - 1]) / (at[i] - at[i - 1]) * (h[i] - h[i - 1]);
+  }
+};
+
+/// Where a level looks at H. Between crossings H is linear: there the ends and the crossings say
+/// all.
+Profile places_of(const TileEdge& e, const DemSource& source, const BorderOptions& o) {
+  Profile profile;
   Crossings found = crossings(e, source, o);
-  std::vector<double> places = std::move(found.all);
-  const int even = places.empty() ? o.samples : o.fixed_cells;
+  profile.whole = !found.all.empty();
+  std::vector<double>& places = profile.at = std::move(found.all);
+  const int even = profile.whole ? o.fixed_cells : o.samples;
   for (int i = 0; i <= even; ++i) places.push_back(std::round(double(i) * kTileExtent / even));
   places.insert(places.end(), found.of_bounds.begin(), found.of_bounds.end());
   std::sort(places.begin(), places.end());
   places.erase(std::unique(places.begin(), places.end()), places.end());
-  return places;
+  return profile;
+}
+
+void ask_heights(Profile& profile, const TileEdge& e, const HeightField& field) {
+  std::vector<Geographic> points;
+  points.reserve(profile.at.size());
+  for (const double t : profile.at) points.push_back(along(e, t));
+  profile.h.resize(points.size());
+  field.filled(points, profile.h);  // so that levels agree in voids, too
+}
+
+/// What the next level knows of the edge, from the two edges that it has there, asked as it asks.
+Profile halves_of(const TileEdge& e, const HeightField& field, const DemSource& source,
+                  const BorderOptions& o) {
+  const Geographic middle{(e.start.lon + e.end.lon) / 2, (e.start.lat + e.end.lat) / 2};
+  Profile both;
+  both.whole = true;
+  for (const int half : {0, 1}) {
+    const TileEdge part = half == 0 ? TileEdge{e.start, middle} : TileEdge{middle, e.end};
+    Profile p = places_of(part, source, o);
+    ask_heights(p, part, field);
+    for (std::size_t i = half; i < p.at.size(); ++i) {  // the middle once
+      both.at.push_back((p.at[i] + half * kTileExtent) / 2);
+      both.h.push_back(p.h[i]);
+    }
+    both.whole = both.whole && p.whole;
+  }
+  return both;
 }
 
 struct Sample {
@@ -80,6 +123,29 @@ struct Sample {
   bool fixed;
   int place() const { return int(std::lround(t)); }  // where a vertex can stand
 };
+
+std::vector<Sample> samples_of(const Profile& own, const Profile* halves, double offset) {
+  std::vector<Sample> samples;
+  for (const Profile* p : {&own, halves})
+    for (std::size_t i = 0; p && i < p->at.size(); ++i)
+      samples.push_back({p->at[i], p->h[i] + offset, false});
+  std::stable_sort(samples.begin(), samples.end(),
+                   [](const Sample& a, const Sample& b) { return a.t < b.t; });
+  const auto same = std::unique(samples.begin(), samples.end(),
+                                [](const Sample& a, const Sample& b) { return a.t == b.t; });
+  samples.erase(same, samples.end());
+  return samples;
+}
+
+/// The largest difference of two lines: at the ends of the pieces of either.
+double distance(const Profile& a, const Profile& b) {
+  double worst = 0;
+  for (std::size_t i = 0; i < a.at.size(); ++i)
+    worst = std::max(worst, std::abs(a.h[i] - b.height(a.at[i])));
+  for (std::size_t i = 0; i < b.at.size(); ++i)
+    worst = std::max(worst, std::abs(b.h[i] - a.height(b.at[i])));
+  return worst;
+}
 
 /// The cone of slopes that keep a line from `from` within the tolerance of the samples seen.
 struct Cone {
@@ -145,17 +211,13 @@ TileEdge tile_edge(TileId tile, Side side) {
   return {};
 }
 
-std::vector<BorderVertex> make_border(const TileEdge& edge, const HeightField& field,
-                                      const DemSource& source, const BorderOptions& o) {
-  const std::vector<double> places = sample_places(edge, source, o);
-  std::vector<Geographic> points;
-  for (const double t : places) points.push_back(along(edge, t));
-  std::vector<double> heights(points.size());
-  field.filled(points, heights);  // so that levels agree in voids, too
-
-  std::vector<Sample> samples;
-  for (std::size_t i = 0; i < places.size(); ++i)
-    samples.push_back({places[i], heights[i] + o.offset_m, false});
+Border make_border(const TileEdge& edge, const HeightField& field, const DemSource& source,
+                   const BorderOptions& o) {
+  Profile own = places_of(edge, source, o), halves;
+  ask_heights(own, edge, field);
+  if (o.halves) halves = halves_of(edge, field, source, o);
+  const bool more = o.halves && !(own.whole && halves.whole);
+  std::vector<Sample> samples = samples_of(own, more ? &halves : nullptr, o.offset_m);
   for (int k = 0; k <= o.fixed_cells; ++k) {
     const double t = std::round(double(k) * kTileExtent / o.fixed_cells);
     for (Sample& s : samples) s.fixed |= s.t == t;
@@ -163,14 +225,19 @@ std::vector<BorderVertex> make_border(const TileEdge& edge, const HeightField& f
   // Snapping moves a vertex by half a step; two snapped ends move the line by as much.
   const double tolerance = std::max(o.tolerance_m - o.height_step, o.height_step / 2);
   auto fixed_height = [&](std::size_t i) { return snap_height(samples[i].h, o.height_step); };
-  std::vector<BorderVertex> line = {{0, fixed_height(0)}};
+  Border border;
+  border.line = {{0, fixed_height(0)}};
   std::size_t begin = 0;
   for (std::size_t i = 1; i < samples.size(); ++i) {
     if (!samples[i].fixed) continue;
-    run_to(line, samples, begin, i, fixed_height(i), tolerance, o.height_step);
+    run_to(border.line, samples, begin, i, fixed_height(i), tolerance, o.height_step);
     begin = i;
   }
-  return line;
+  Profile line;
+  for (const BorderVertex& v : border.line) line.at.push_back(v.t), line.h.push_back(v.height);
+  border.error_m = distance(line, own);
+  if (more) border.error_m = std::max(border.error_m, distance(line, halves));
+  return border;
 }
 
 }  // namespace tind

@@ -26,6 +26,7 @@ struct BorderOptions {
   double height_step = 0;  // heights are multiples of this
   int fixed_cells = 1;     // vertices at every 1 / fixed_cells of the edge stay (earth curvature)
   int samples = 64;        // at which H is asked when the source's posts do not say (power of two)
+  bool halves = false;     // there is a next level: its two edges' samples count here, too
 };
 
 /// A vertex of a border: t = 0..32767 along the edge.
@@ -34,10 +35,17 @@ struct BorderVertex {
   double height = 0;
 };
 
-/// The simplified line, both ends included. A one-pass cone filter: from each vertex the line goes
-/// on as long as one slope keeps within the tolerance of every sample; vertex heights float inside
-/// the band. O(samples). In voids it follows HeightField::filled.
-std::vector<BorderVertex> make_border(const TileEdge&, const HeightField&, const DemSource&,
-                                      const BorderOptions&);
+struct Border {
+  std::vector<BorderVertex> line;  // both ends included
+  /// The largest distance of the line from H (with its voids filled), wherever this level or the
+  /// next looks at H. So the gap between the lines of two successive levels is at most the sum of
+  /// their errors, all along: each is measured against what the finer of them looks at.
+  double error_m = 0;
+};
+
+/// The simplified line. A one-pass cone filter: from each vertex the line goes on as long as one
+/// slope keeps within the tolerance of every sample; vertex heights float inside the band.
+/// O(samples). In voids it follows HeightField::filled.
+Border make_border(const TileEdge&, const HeightField&, const DemSource&, const BorderOptions&);
 
 }  // namespace tind

@@ -318,8 +318,17 @@ std::map<std::string, Defect> error_defects() {
       {"crack.level",
        [](const Tiles& t) {
          for (const char* tile : {kTile, kParent})
-           t.metadata(tile, [](Json& j) { j["max_error_m"] = j["geometricerror"] = 0; });
+           t.metadata(tile, [](Json& j) {
+             j["max_error_m"] = j["geometricerror"] = 0;
+             j.erase("edge_error_m");
+           });
        }},
+      {"crack.stated",
+       [](const Tiles& t) {
+         for (const char* tile : {kTile, kParent})
+           t.metadata(tile, [](Json& j) { j["edge_error_m"] = 0.001; });
+       }},
+      {"error.edge", says("edge_error_m", -1)},
       {"source.error", says("max_error_m", 0.01)},
       {"source.exact", says("max_error_m", 5)},
       {"source.height",

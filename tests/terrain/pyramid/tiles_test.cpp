@@ -168,6 +168,13 @@ void check_pyramid(const std::vector<std::string>& files, const TileSetOptions& 
   const Pyramid tiles = decode_all(o.output);
   ASSERT_EQ(tiles.size(), report->tiles);
   expect_no_cracks(tiles);
+  // Gaps between levels: there are some, also where data end, and none is larger than is stated.
+  const auto checked = check_tiles(o.output, {});
+  ASSERT_TRUE(checked) << checked.error().what;
+  EXPECT_EQ(checked->findings.total(Severity::violation), 0u);
+  EXPECT_EQ(checked->findings.total(Severity::warning), 0u);
+  EXPECT_GT(checked->levels.back().gap_m, 0);
+  EXPECT_GT(report->levels.back().worst_edge_error_m, 0);
   expect_metadata_lists_every_tile(tiles);
   std::size_t n = 0;
   const int source_levels = tiles.rbegin()->first.level + 1;
