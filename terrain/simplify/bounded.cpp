@@ -16,6 +16,7 @@
 #include "terrain/base/parallel.h"
 #include "terrain/simplify/bounded_count.h"
 #include "terrain/simplify/bounded_mesher.h"
+#include "terrain/simplify/coarse_constrained.h"
 
 namespace tind {
 
@@ -49,6 +50,7 @@ struct Run {
   int threads;
   const Progress& progress;
   std::vector<int> col_cuts, row_cuts;  // block borders, ends included
+  const Constraints* constraints = nullptr;
 
   double height(int col, int row) const { return double(grid.at(col, row)) + offset; }
 };
@@ -218,7 +220,29 @@ void widen(std::vector<std::uint8_t>& marks, const Tin& tin, int rings) {
   }
 }
 
+/// Lines know no blocks: one mesh, on one thread, grown around them and thinned between them.
+Result<Simplified> run_with_lines(const Run& run, const Constraints& constraints) {
+  auto coarse = coarse_constrained(constraints);
+  if (!coarse) return std::unexpected(coarse.error());
+  GridSamples samples;
+  samples.cols = coarse->posts.cols(), samples.rows = coarse->posts.rows();
+  samples.z = coarse->posts.values().data();
+  const auto at_start = double(coarse->mesh.triangle_count());
+  BoundedMesher<GridSamples> mesher(std::move(coarse->mesh), samples, mesher_options(run));
+  mesher.keep(&coarse->lines);
+  mesher.run(run.progress);
+  if (run.progress.stopped()) return fail(Errc::cancelled, "stopped");
+  Simplified result;
+  result.tin = mesher.mesh().to_tin();
+  result.input_triangles = constraints.mesh.triangles.size();
+  result.steps = mesher.stats().swept + mesher.stats().searched;
+  result.details["half_band_m"] = run.eps;
+  result.details["triangles_of_lines_alone"] = at_start;
+  return result;
+}
+
 Result<Simplified> run_once(const Run& run) {
+  if (run.constraints) return run_with_lines(run, *run.constraints);
   const Seams seams = derive_seams(run);
   const std::size_t across = run.col_cuts.size() - 1, blocks = across * (run.row_cuts.size() - 1);
   std::vector<Tin> meshes(blocks);
@@ -268,7 +292,8 @@ Run make_run(const HeightGrid& grid, double max_error, double x_scale, const Sim
              .threads = o.threads,
              .progress = progress,
              .col_cuts = cuts(grid.cols()),
-             .row_cuts = cuts(grid.rows())};
+             .row_cuts = cuts(grid.rows()),
+             .constraints = o.constraints.get()};
 }
 
 /// The smallest RMS error with at most `target` triangles.
@@ -334,6 +359,9 @@ Result<Simplified> simplify_bounded(const HeightGrid& grid, double spacing_x_m, 
     return fail(Errc::invalid_argument, "--side is both, above or below");
   if (o.effort != "fast" && o.effort != "normal" && o.effort != "best")
     return fail(Errc::invalid_argument, "--effort is fast, normal or best");
+  if (o.constraints && o.side != "both")
+    return fail(Errc::invalid_argument,
+                "lines have one height: with them --side is both, neither above nor below");
   if (std::ranges::all_of(grid.values(), [](float z) { return std::isnan(z); }))
     return fail(Errc::bad_data, "the grid holds no valid height at all");
   const double x_scale = delaunay_x_scale(spacing_x_m, spacing_y_m);
@@ -342,11 +370,15 @@ Result<Simplified> simplify_bounded(const HeightGrid& grid, double spacing_x_m, 
       return fail(Errc::invalid_argument, "bounded needs a maximum error above 0");
     return run_once(make_run(grid, *o.stop.max_error_m, x_scale, o, progress));
   }
-  const double full = 2.0 * (grid.cols() - 1) * (grid.rows() - 1);
+  const double full = o.constraints ? double(o.constraints->mesh.triangles.size())
+                                    : 2.0 * (grid.cols() - 1) * (grid.rows() - 1);
   const double wanted = o.stop.triangles ? double(*o.stop.triangles) : *o.stop.ratio * full;
   const auto target = std::uint64_t(std::max(2.0, wanted));
-  auto result = o.side == "both" ? fit_count(make_run(grid, 0, x_scale, o, progress), target)
-                                 : reach_count(grid, x_scale, target, o, progress);
+  const bool fits = o.side == "both" && !o.constraints;
+  auto result = fits ? fit_count(make_run(grid, 0, x_scale, o, progress), target)
+                     : reach_count(grid, x_scale, target, o, progress);
+  if (result && double(result->tin.triangles.size()) > std::max(2.0, wanted))
+    result->note = "the lines need " + std::to_string(result->tin.triangles.size()) + " triangles";
   if (result && double(result->tin.triangles.size()) < 0.99 * std::floor(wanted))
     result->note = "no error is left that more triangles would take away";
   return result;

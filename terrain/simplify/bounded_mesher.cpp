@@ -33,6 +33,7 @@ void BoundedMesher<S>::insert(const Progress& progress) {
   o.lattice_step = options_.lattice_step;
   o.height_step = options_.height_step;
   DelaunayInsertion<S> insertion(mesh_, samples_, o);
+  insertion.keep(lines_);
   insertion.run_passes(progress);
   stats_.inserted = insertion.insertions();
   origin_ = insertion.take_origins();
@@ -192,7 +193,7 @@ bool BoundedMesher<S>::straight_border(Index v) const {
 
 template <class S>
 bool BoundedMesher<S>::may_vanish(Index v) const {
-  if (!mesh_.alive_vertex(v) || v < options_.pinned) return false;
+  if (!mesh_.alive_vertex(v) || v < options_.pinned || on_line(v)) return false;
   return !mesh_.on_border(v) || (!options_.locked_border && straight_border(v));
 }
 
@@ -258,7 +259,7 @@ bool BoundedMesher<S>::try_targets(Index v, bool search) {
     const Index h = edges[k];
     const Index w = mesh_.origin(h) == v ? mesh_.dest(h) : mesh_.origin(h);
     const Vec3 target = mesh_.position(w);
-    const bool fixed = options_.locked_border && mesh_.on_border(w);
+    const bool fixed = (options_.locked_border && mesh_.on_border(w)) || on_line(w);
     ring_.clear();
     add_to_ring(v, w);
     if (!ring_ccw(target)) continue;

@@ -46,6 +46,10 @@ class BoundedMesher {
 
   BoundedMesher(HalfedgeMesh mesh, const Samples& samples, const BoundedOptions& options);
 
+  /// Before run(): the edges of `lines` (not owned) stay, as DelaunayInsertion::keep has it, and
+  /// the vertices on them keep their places and heights.
+  void keep(LinePoints* lines) { lines_ = lines; }
+
   /// The whole algorithm: insert, sweep, search, rounds.
   void run(const Progress& progress = {});
 
@@ -67,6 +71,7 @@ class BoundedMesher {
   HalfedgeMesh mesh_;
   const Samples& samples_;
   BoundedOptions options_;
+  LinePoints* lines_ = nullptr;
   double eps_;  // a hair less than options_.eps, so that rounding cannot break the bound
   BoundedStats stats_;
   std::vector<RingEdge> ring_;
@@ -88,8 +93,11 @@ class BoundedMesher {
   void relax(const Progress&);
   void move_vertex(Index v);
 
+  bool on_line(Index v) const { return lines_ && lines_->on_line(v); }
   bool may_vanish(Index v) const;
-  bool may_move(Index v) const { return v >= options_.pinned && !mesh_.on_border(v); }
+  bool may_move(Index v) const {
+    return v >= options_.pinned && !mesh_.on_border(v) && !on_line(v);
+  }
   bool straight_border(Index v) const;
   Index border_before(Index v) const;
   void add_to_ring(Index v, Index except);

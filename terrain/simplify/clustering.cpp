@@ -11,6 +11,7 @@
 
 #include "terrain/mesh/manifold.h"
 #include "terrain/mesh/vertical_error.h"
+#include "terrain/simplify/coarse_constrained.h"
 #include "terrain/simplify/collapse_method.h"
 
 namespace tind {
@@ -76,6 +77,7 @@ class Clusters {
   void add_posts(int row, std::span<const float> z);
   void add_triangles(int row, std::span<const float> north, std::span<const float> south);
   Result<Tin> mesh();
+  Result<Tin> mesh_around(const Constraints&);
 
  private:
   Axis x_, y_;
@@ -241,13 +243,48 @@ Result<Tin> Clusters::mesh() {
   return tin;
 }
 
+/// Lines go from cell to cell by their first point in each.
+Result<Tin> Clusters::mesh_around(const Constraints& constraints) {
+  std::vector<LineChain> chains;
+  const auto cell_at = [&](std::uint32_t v) {
+    const Vec3& p = constraints.mesh.vertices[v];
+    return std::pair{cell_of_col_[std::size_t(p.x)], y_.cell(int(-p.y))};
+  };
+  for (const auto* parts : {&constraints.parts, &constraints.elsewhere}) {
+    for (const LinePart& part : *parts) {
+      LineChain chain = {part.a};
+      for (std::size_t i = part.first; i < part.last; ++i)
+        if (cell_at(constraints.inner[i]) != cell_at(chain.back()))
+          chain.push_back(constraints.inner[i]);
+      chain.push_back(part.b);
+      chains.push_back(std::move(chain));
+    }
+  }
+  std::vector<Vec3> places;
+  for (int j = 0; j < y_.cells; ++j) {
+    for (int i = 0; i < x_.cells; ++i) {
+      if (cell(i, j).posts == 0) continue;
+      Vec3 p = place(i, j);
+      const std::uint32_t flat = constraints.flat.holding(p.x, p.y);
+      if (flat != PolygonSet::kNone) p.z = constraints.level[flat];
+      places.push_back(p);
+    }
+  }
+  auto made = triangulate_lines(constraints, chains, places);
+  if (!made) return std::unexpected(made.error());
+  if (made->tin.triangles.empty()) return fail(Errc::bad_data, "no valid post: nothing to mesh");
+  drop_unused_vertices(made->tin);
+  return std::move(made->tin);
+}
+
 Result<Simplified> cluster_once(const HeightGrid& grid, double sx, double sy,
-                                const ClusterGrid& division, const Progress& progress) {
+                                const ClusterGrid& division, const Constraints* constraints,
+                                const Progress& progress) {
   const ReadRow read = [&](int row, std::span<float> out) -> Result<void> {
     std::ranges::copy(grid.row(row), out.begin());
     return {};
   };
-  Result<Tin> tin = cluster_rows(division, sx, sy, read, progress);
+  Result<Tin> tin = cluster_rows(division, sx, sy, read, progress, constraints);
   if (!tin) return std::unexpected(tin.error());
   Simplified out;
   out.tin = std::move(*tin);
@@ -256,7 +293,8 @@ Result<Simplified> cluster_once(const HeightGrid& grid, double sx, double sy,
   return out;
 }
 
-/// The largest `size` in [low, high] (doubling of cells, in logarithmic steps) that `fits`.
+/// The largest `size` in [low, high] (doubling of cells, in logarithmic steps) that `fits`; `low`
+/// where none does.
 template <class Fits>
 Result<Simplified> search(double low, double high, int passes, Fits&& fits) {
   Result<Simplified> best = fail(Errc::internal, "no division fits");
@@ -267,7 +305,7 @@ Result<Simplified> search(double low, double high, int passes, Fits&& fits) {
     Result<Simplified> trial = fits(i == 0 ? low : middle, ok);
     if (!trial) return trial;
     ++steps;
-    if (ok) best = std::move(trial);
+    if (ok || i == 0) best = std::move(trial);
     if (i > 0) (ok ? low : high) = middle;
   }
   if (best) best->steps = steps;
@@ -296,7 +334,7 @@ ClusterGrid cluster_grid(int cols, int rows, double sx, double sy, std::uint64_t
 }
 
 Result<Tin> cluster_rows(const ClusterGrid& grid, double sx, double sy, const ReadRow& read,
-                         const Progress& progress) {
+                         const Progress& progress, const Constraints* constraints) {
   Clusters clusters(grid, sx, sy);
   std::vector<float> north(grid.cols), south(grid.cols);
   for (int row = 0; row < grid.rows; ++row) {
@@ -307,7 +345,7 @@ Result<Tin> cluster_rows(const ClusterGrid& grid, double sx, double sy, const Re
     if (row > 0) clusters.add_triangles(row - 1, north, south);
     north.swap(south);
   }
-  return clusters.mesh();
+  return constraints ? clusters.mesh_around(*constraints) : clusters.mesh();
 }
 
 Result<Simplified> simplify_cluster(const HeightGrid& grid, double sx, double sy,
@@ -321,11 +359,13 @@ Result<Simplified> simplify_cluster(const HeightGrid& grid, double sx, double sy
       input += std::size_t(std::max(0, valid - 2));
     }
   }
+  const Constraints* const lines = options.constraints.get();
+  if (lines) input = lines->mesh.triangles.size();
   const std::size_t target = target_triangles(options.stop, input);
   auto trial = [&](double triangles) {
     return cluster_once(grid, sx, sy,
                         cluster_grid(grid.cols(), grid.rows(), sx, sy, std::uint64_t(triangles)),
-                        progress);
+                        lines, progress);
   };
   Result<Simplified> out = fail(Errc::internal, "");
   if (options.stop.max_error_m) {
@@ -336,10 +376,10 @@ Result<Simplified> simplify_cluster(const HeightGrid& grid, double sx, double sy
       ok = r && vertical_error(r->tin, grid, options.threads).max_m <= *options.stop.max_error_m;
       return r;
     });
-  } else if (input == full) {
+  } else if (input == full && !lines) {
     out = trial(double(target));
     if (out) out->steps = 1;
-  } else {  // voids: how many cells hold a post is known afterwards only
+  } else {  // voids, lines: how many cells hold a post is known afterwards only
     out = search(2, double(full), 14, [&](double triangles, bool& ok) {
       Result<Simplified> r = trial(triangles);
       ok = r && r->tin.triangles.size() <= std::max<std::size_t>(target, 2);
@@ -349,9 +389,12 @@ Result<Simplified> simplify_cluster(const HeightGrid& grid, double sx, double sy
   if (!out) return out;
   out->input_triangles = input;
   if (!options.stop.max_error_m && out->tin.triangles.size() != target) {
-    out->note =
-        "clusters come in whole rows and columns: " + std::to_string(out->tin.triangles.size()) +
-        " triangles, not " + std::to_string(target);
+    const bool lines_alone = lines && out->tin.triangles.size() > std::max<std::size_t>(target, 2);
+    out->note = lines_alone ? "the lines alone need " + std::to_string(out->tin.triangles.size()) +
+                                  " triangles"
+                            : "clusters come in whole rows and columns: " +
+                                  std::to_string(out->tin.triangles.size()) + " triangles, not " +
+                                  std::to_string(target);
   }
   return out;
 }

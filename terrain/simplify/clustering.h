@@ -6,11 +6,12 @@
 // models" (2000). One pass over the rows of the source: memory is 100 bytes a cluster and one row,
 // whatever the size of the source.
 //
-// Valid by construction: each vertex stays strictly inside its cell (on the rectangle's side or
-// corner for outer cells). The four vertices around a point where four cells meet lie in its four
-// quadrants, so their quadrilateral is star-shaped around that point, is simple, and has a diagonal
-// that leaves two counter-clockwise triangles. A triangle whose cells hold voids stays when it may
-// cover a valid post: the mesh covers all valid posts and reaches into voids by less than a cell.
+// Valid by construction (without lines): each vertex stays strictly inside its cell (on the
+// rectangle's side or corner for outer cells). The four vertices around a point where four cells
+// meet lie in its four quadrants, so their quadrilateral is star-shaped around that point, is
+// simple, and has a diagonal that leaves two counter-clockwise triangles. A triangle whose cells
+// hold voids stays when it may cover a valid post: the mesh covers all valid posts and reaches into
+// voids by less than a cell.
 
 #include <functional>
 #include <span>
@@ -33,10 +34,13 @@ ClusterGrid cluster_grid(int cols, int rows, double spacing_x_m, double spacing_
 /// Fills `heights` with row `row` (NaN: void). Called once for each row, from the first on.
 using ReadRow = std::function<Result<void>(int row, std::span<float> heights)>;
 
-/// One streaming pass. Fails with what `read` fails with, (bad_data) when no post is valid, or
-/// (cancelled).
+/// One streaming pass. With `constraints`, whose grid the rows are, each line keeps a point for
+/// each cell that it passes, and a constrained Delaunay triangulation takes the place of the
+/// quadrilaterals; it covers voids. Fails with what `read` fails with, (bad_data) when no post is
+/// valid, or (cancelled).
 Result<Tin> cluster_rows(const ClusterGrid&, double spacing_x_m, double spacing_y_m,
-                         const ReadRow& read, const Progress& progress = {});
+                         const ReadRow& read, const Progress& progress = {},
+                         const Constraints* constraints = nullptr);
 
 /// The method. Clusters come in whole rows and columns, so a triangle count is met from below, to
 /// about one row of cells; an error bound by trying cell sizes (steps: the number of passes).

@@ -25,7 +25,6 @@ namespace {
 using Method = Result<Simplified> (*)(const HeightGrid&, double, double, const SimplifyOptions&,
                                       const Progress&);
 
-constexpr const char* kValid = "0 flipped, 0 uncovered";
 constexpr const char* kWithLines = "0 flipped, 0 uncovered, lines stay edges";
 constexpr const char* kAllStops = "triangles, ratio, max error";
 
@@ -56,21 +55,19 @@ const std::vector<Row>& table() {
         kAllStops, kWithLines, "Sung and Park: PMTC (papers/003); Gieng et al. 1997"},
        simplify_triangle_collapse},
       {{"cluster", "squared distance to the planes of each cell of a uniform grid", kAllStops,
-        kValid, "Rossignac and Borrel 1993; Lindstrom 2000"},
+        kWithLines, "Rossignac and Borrel 1993; Lindstrom 2000"},
        simplify_cluster},
       {{"greedy", "the largest vertical error, vertices on posts", kAllStops, kWithLines,
         "Garland and Heckbert 1995, greedy insertion"},
        simplify_greedy},
       {{"bounded",
         "triangles within a strict vertical error, or squared error at a count (--effort, --side)",
-        kAllStops, "0 flipped, 0 uncovered, every post within the error", "ours: floating heights"},
+        kAllStops, "0 flipped, 0 uncovered, every post within the error, lines stay edges",
+        "ours: floating heights"},
        simplify_bounded},
   };
   return rows;
 }
-
-/// These make meshes of their own instead of thinning the full one.
-bool keeps_lines(const std::string& method) { return method != "cluster" && method != "bounded"; }
 
 std::string names() {
   std::string all;
@@ -82,12 +79,6 @@ std::string names() {
 /// the lines bring cannot be had together with the error bound.
 Result<Simplified> with_lines(Method run, double sx, double sy, const SimplifyOptions& options,
                               const Progress& progress) {
-  if (!keeps_lines(options.method)) {
-    return fail(Errc::invalid_argument,
-                "'" + options.method +
-                    "' cannot keep lines, level polygons or a boundary; choose "
-                    "another method ('tind methods' says which)");
-  }
   const Constraints& constraints = *options.constraints;
   Result<Simplified> made = run(constraints.grid, sx, sy, options, progress);
   if (!made) return made;

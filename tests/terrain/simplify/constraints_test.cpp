@@ -77,8 +77,8 @@ std::vector<VectorLine> dirty_lines(const HeightGrid& g, int count, unsigned see
 }
 
 const char* const kMethods[] = {
-    "edge-cost",      "qem",   "memoryless", "attribute-qem", "triangle-collapse",
-    "vertex-removal", "greedy"};
+    "edge-cost",      "qem",    "memoryless", "attribute-qem", "triangle-collapse",
+    "vertex-removal", "greedy", "bounded",    "cluster"};
 
 void expect_kept(const std::shared_ptr<const Constraints>& c, double ratio) {
   const VerticalError full = vertical_error(c->mesh, c->grid);
@@ -183,16 +183,24 @@ TEST_F(ConstrainedTerrain, InsertionMeetsItsBoundAndItsCount) {
   const auto c = constrained(g, s);
   ASSERT_TRUE(c->beside.empty());
   SimplifyOptions o;
-  o.method = "greedy";
   o.constraints = c;
-  for (const double bound : {0.0, 3.0, 50.0}) {
-    o.stop = {.max_error_m = bound};
-    const auto made = simplify(c->grid, 10, 10, o);
-    ASSERT_TRUE(made) << made.error().what;
-    EXPECT_LE(vertical_error(made->tin, c->grid).max_m, bound + 1e-6);
-    EXPECT_EQ(made->note, "");
-    EXPECT_EQ(check_constraints(made->tin, *c).missing, 0u);
+  for (const double bound : {0.1, 3.0, 50.0}) {
+    std::size_t greedy = 0;
+    for (const char* method : {"greedy", "bounded"}) {
+      o.method = method;
+      o.stop = {.max_error_m = bound};
+      const auto made = simplify(c->grid, 10, 10, o);
+      ASSERT_TRUE(made) << made.error().what;
+      EXPECT_LE(vertical_error(made->tin, c->grid).max_m, bound + 1e-6) << method;
+      EXPECT_EQ(made->note, "");
+      EXPECT_EQ(check_constraints(made->tin, *c).missing, 0u);
+      if (greedy > 0) {
+        EXPECT_LT(made->tin.triangles.size(), greedy);
+      }
+      greedy = made->tin.triangles.size();
+    }
   }
+  o.method = "greedy";
   o.stop = {.triangles = 1000};
   const auto counted = simplify(c->grid, 10, 10, o);
   EXPECT_GE(counted->tin.triangles.size(), 998u);
@@ -219,20 +227,6 @@ TEST_F(ConstrainedTerrain, VertexRemovalThinsLinesDownToTheirEnds) {
     // What is left: the ends of the network's straight parts.
     EXPECT_LE(made->tin.vertices.size(), 2 * c->parts.size()) << criterion;
     EXPECT_LT(made->tin.vertices.size(), 25u) << criterion;
-  }
-}
-
-TEST_F(ConstrainedTerrain, MethodsThatCannotSaySo) {
-  const HeightGrid g = rough_terrain(20, 20, 6);
-  ConstraintShapes s;
-  s.breaklines = {line({{2, -3}, {15, -9}})};
-  const auto c = constrained(g, s);
-  for (const char* method : {"cluster", "bounded"}) {
-    SimplifyOptions o;
-    o.method = method;
-    o.stop.ratio = 0.5;
-    o.constraints = c;
-    EXPECT_EQ(simplify(c->grid, 1, 1, o).error().code, Errc::invalid_argument) << method;
   }
 }
 
