@@ -264,6 +264,7 @@ std::expected<MeshStream, std::string> decode_mesh_stream(std::span<const std::u
          0,
          {}};
   if (!problem.empty()) return std::unexpected(problem);
+  stream.base_bytes = *start;
   const auto body = bytes.subspan(*start);
   if (stream.total_splits == 0) {
     if (!body.empty()) return std::unexpected("there are bytes after the end of the .tpm stream");
@@ -283,6 +284,7 @@ std::expected<MeshStream, std::string> decode_mesh_stream(std::span<const std::u
         !(b.error_m >= 0) || (!stream.blocks.empty() && b.error_m > stream.blocks.back().error_m))
       return wrong("its block makes no sense");
     stream.blocks.push_back({0, b.error_m});
+    stream.block_bytes.push_back(std::uint32_t(*start + coder.asked()));
     for (std::uint32_t i = 0; i < b.splits; ++i) {
       if (i == 0 || n.bit(models->new_generation)) w.previous = 0;
       LatticeSplit s;
@@ -292,12 +294,27 @@ std::expected<MeshStream, std::string> decode_mesh_stream(std::span<const std::u
       if (!stays_valid(w, s)) return wrong("it would flip a triangle");
       apply(w, s);
       stream.splits.push_back(s);
+      stream.split_bytes.push_back(std::uint32_t(*start + coder.asked()));
       ++stream.blocks.back().splits;
     }
   }
   if (coder.asked() != body.size())
     return std::unexpected("there are bytes after the end of the .tpm stream");
   return stream;
+}
+
+std::size_t bytes_until(const MeshStream& stream, const StreamLimit& limit) {
+  std::size_t state = 0, triangles = stream.base_triangles.size();
+  for (std::size_t b = 0; b < stream.blocks.size(); ++b) {
+    if (double(stream.blocks[b].error_m) <= limit.max_error_m) return stream.block_bytes[b];
+    for (std::uint32_t i = 0; i < stream.blocks[b].splits; ++i, ++state) {
+      triangles += stream.splits[state].right == LatticeSplit::kNone ? 1 : 2;
+      if (triangles > limit.triangles)
+        return state == 0 ? stream.block_bytes[0]
+                          : std::max(stream.block_bytes[b], stream.split_bytes[state - 1]);
+    }
+  }
+  return stream.splits.empty() ? stream.base_bytes : stream.split_bytes.back();
 }
 
 }  // namespace tind::proto

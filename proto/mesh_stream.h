@@ -60,6 +60,10 @@ struct MeshStream {
   std::uint32_t total_splits = 0;  // of the whole stream
   std::vector<StreamBlock> blocks;
   std::vector<LatticeSplit> splits;  // as many as there are; total_splits when complete
+  // Of a stream that was decoded: how many of its bytes it takes to know each block's head, and
+  // each split; `base_bytes` to know the base.
+  std::size_t base_bytes = 0;
+  std::vector<std::uint32_t> block_bytes, split_bytes;
 };
 
 /// Of X, Y and Z in space, either way; on terrain X and Y reach to 2^29, Z to 2^30.
@@ -74,5 +78,16 @@ std::expected<std::vector<std::uint8_t>, std::string> encode(const MeshStream&);
 /// would flip a triangle of a terrain. Never reads outside; allocates at most about 60 times their
 /// size.
 std::expected<MeshStream, std::string> decode_mesh_stream(std::span<const std::uint8_t> bytes);
+
+/// Where a reader may stop: at the first state that is known to be within max_error_m, and at the
+/// last one of at most `triangles`.
+struct StreamLimit {
+  double max_error_m = 0;
+  std::size_t triangles = ~std::size_t(0);
+};
+
+/// How many of the bytes lead to the coarser of the two, its error included; all of them where
+/// neither comes, those of the base at least. REQUIRES: a stream that was decoded as a whole.
+std::size_t bytes_until(const MeshStream&, const StreamLimit&);
 
 }  // namespace tind::proto

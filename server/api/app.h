@@ -9,6 +9,7 @@
 #include "server/services/refine_service.h"
 #include "server/services/tile_cache.h"
 #include "server/services/tile_service.h"
+#include "server/services/tile_streams.h"
 
 namespace tind::api {
 
@@ -21,6 +22,7 @@ struct App {
   const http::StaticFiles& viewer;
   const http::Server* server = nullptr;       // set once it listens, before it runs
   services::RefineService* refine = nullptr;  // null: no /refine
+  services::TileStreams* streams = nullptr;   // null: no /progressive
 };
 
 http::Router make_router(const App&);
@@ -33,6 +35,7 @@ void add_transition_routes(http::Router&, const App&);
 void add_flight_routes(http::Router&, const App&);
 void add_health_routes(http::Router&, const App&);
 void add_method_routes(http::Router&);
+void add_progressive_routes(http::Router&, const App&);
 void add_refine_routes(http::Router&, const App&);
 void add_viewer_routes(http::Router&, const App&);
 

@@ -35,7 +35,9 @@ Json describe(const services::Dataset& dataset) {
                {"attribution", layer.attribution}};
   json["datum"] = dem ? Json(name(dem->info().datum)) : Json(nullptr);
   json["source"] = dem ? source_of(*dem) : Json(nullptr);
-  json["links"] = {{"tiles", tiles}, {"layer", tiles + "layer.json"}};
+  json["links"] = {{"tiles", tiles},
+                   {"layer", tiles + "layer.json"},
+                   {"progressive", "/progressive/" + dataset.name + "/{z}/{x}/{y}"}};
   if (dem) json["links"]["elevation"] = "/elevation/" + dataset.name + "?lon={lon}&lat={lat}";
   return json;
 }

@@ -85,6 +85,10 @@ Conditions::Conditions(const Fields& fields) : gzip(wants_gzip(fields)) {
     if (!none_match.empty()) none_match += ", ";
     none_match += value;
   });
+  int ranges = 0;
+  fields.each("range", [&](std::string_view value) { range = value, ++ranges; });
+  if (ranges > 1) range.clear();
+  fields.each("if-range", [&](std::string_view value) { if_range = value; });
 }
 
 }  // namespace tind::http

@@ -15,6 +15,8 @@ struct Conditions {
 
   bool gzip = false;       // see wants_gzip
   std::string none_match;  // If-None-Match, empty where the request has none
+  std::string range;       // Range, of a GET; empty where there is none, or more than one
+  std::string if_range;    // If-Range
 };
 
 /// True when Accept-Encoding allows gzip (q > 0, by name or by *) and does not prefer identity.

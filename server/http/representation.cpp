@@ -6,6 +6,9 @@
 #include <cstdint>
 #include <cstdio>
 
+#include "server/http/byte_range.h"
+#include "server/http/problem.h"
+
 namespace tind::http {
 namespace {
 
@@ -36,13 +39,16 @@ std::string gzipped(std::string_view bytes) {
 std::shared_ptr<const Representation> Representation::make(std::string_view body,
                                                            const Options& options) {
   auto made = std::make_shared<Representation>();
+  made->ranges_ = options.ranges && !options.compress;
+  made->content_type_ = options.content_type;
+  made->cache_control_ = options.cache_control;
+  made->vary_ = options.vary;
   const std::string hash = hash_of(body);
   made->etag_ = "\"" + hash + "\"";
   made->gzip_etag_ = "\"" + hash + "-gz\"";
   const auto payload = [&](int status, std::string_view etag, bool gzip, std::string_view bytes) {
-    std::vector<Header> headers = {{"ETag", etag}, {"Cache-Control", options.cache_control}};
+    std::vector<Header> headers = made->headers(etag);
     if (gzip && status == 200) headers.push_back({"Content-Encoding", "gzip"});
-    if (!options.vary.empty()) headers.push_back({"Vary", options.vary});
     auto result = make_payload(status, options.content_type, headers, bytes);
     made->memory_ += sizeof(Payload) + result->bytes.capacity();
     return result;
@@ -58,10 +64,47 @@ std::shared_ptr<const Representation> Representation::make(std::string_view body
   return made;
 }
 
+std::vector<Header> Representation::headers(std::string_view etag) const {
+  std::vector<Header> headers = {{"ETag", etag}, {"Cache-Control", cache_control_}};
+  if (!vary_.empty()) headers.push_back({"Vary", vary_});
+  if (ranges_) {
+    headers.push_back({"Accept-Ranges", "bytes"});
+    headers.push_back({"Access-Control-Expose-Headers", "Accept-Ranges, Content-Range, ETag"});
+  }
+  return headers;
+}
+
+std::shared_ptr<const Representation> Representation::beginning(std::size_t bytes) const {
+  return make(body().substr(0, bytes), {.content_type = content_type_,
+                                        .cache_control = cache_control_,
+                                        .vary = vary_,
+                                        .compress = false,
+                                        .ranges = ranges_});
+}
+
+Reply Representation::part(std::string_view range) const {
+  const std::string size = std::to_string(body().size());
+  const AskedRange asked = asked_range(range, body().size());
+  if (asked.kind == AskedRange::Kind::whole) return {200, plain_, false};
+  if (asked.kind == AskedRange::Kind::beyond) {
+    const std::string there = "bytes */" + size;
+    return problem_reply({.status = 416,
+                          .detail = "The resource has " + size + " bytes.",
+                          .headers = {{"Content-Range", there}}});
+  }
+  const std::string where = "bytes " + std::to_string(asked.first) + "-" +
+                            std::to_string(asked.first + asked.count - 1) + "/" + size;
+  std::vector<Header> all = headers(etag_);
+  all.push_back({"Content-Range", where});
+  return make_reply(206, content_type_, body().substr(asked.first, asked.count), all);
+}
+
 Reply Representation::reply(const Conditions& client) const {
   const bool gzip = gzip_ && client.gzip;
   if (!client.none_match.empty() && lists_etag(client.none_match, gzip ? gzip_etag_ : etag_))
     return {304, gzip ? gzip_304_ : plain_304_, false};
+  if (ranges_ && !client.range.empty() && (client.if_range.empty() || client.if_range == etag_))
+    return part(client.range);
   return {200, gzip ? gzip_ : plain_, false};
 }
 

@@ -19,7 +19,9 @@ namespace tind::services {
 struct TileKey {
   std::uint32_t dataset = 0;
   TileId tile;
-  std::uint8_t variant = 0;  // which extensions it carries
+  std::uint8_t variant = 0;  // which extensions it carries, or kStream
+
+  static constexpr std::uint8_t kStream = 8;  // the tile as a progressive mesh
   friend bool operator==(const TileKey&, const TileKey&) = default;
 };
 

@@ -1,8 +1,12 @@
 #pragma once
 // How far triangles are, vertically, from a terrain mesh that stays as it is: exactly, over the
 // whole area and not only at vertices or posts.
+//
+// Two piecewise linear surfaces differ most at a vertex of one, or where edges of both cross. Here
+// every corner of a triangle stands over a vertex of the mesh, so two kinds of places remain.
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -19,63 +23,96 @@ class MeshDeviation {
   /// the x and y of a vertex of the mesh. Rounding stays below 1e-12 of the heights.
   double of(const Vec3& a, const Vec3& b, const Vec3& c);
 
-  /// Calls f(p), p on the mesh, for the ends of what each of its edges has inside abc. Between
-  /// these points the triangle and the mesh differ linearly, so one of them is where they differ
-  /// most. Points come more than once. REQUIRES: as above.
+  /// Calls f(v) for the mesh's vertices that stand in the closed triangle. REQUIRES:
+  /// counter-clockwise.
   template <class F>
-  void each_extreme(const Vec3& a, const Vec3& b, const Vec3& c, F&& f);
+  void each_vertex(const Vec3& a, const Vec3& b, const Vec3& c, F&& f) const;
+
+  /// Calls f(v, share) where an edge of the mesh crosses the segment from a to b; v lies on the
+  /// mesh, `share` of the way.
+  template <class F>
+  void each_crossing(const Vec3& a, const Vec3& b, F&& f);
 
  private:
   struct Edge {
     Vec3 from, to;
   };
+  /// Not below 0 on the left of the line from s to t; exact for integers below 2^24.
+  struct Line {
+    double across, along, offset;
+    Line(const Vec3& s, const Vec3& t)
+        : across(s.y - t.y), along(t.x - s.x), offset(-(across * s.x + along * s.y)) {}
+    double at(const Vec3& p) const { return across * p.x + along * p.y + offset; }
+  };
+
+  std::vector<Vec3> vertices_;  // by cell
+  std::vector<std::uint32_t> first_vertex_;
   std::vector<Edge> edges_;
-  std::vector<std::uint32_t> seen_;  // of each edge: the last question in which it came
+  std::vector<std::uint32_t> first_edge_, edge_;  // by cell
+  std::vector<std::uint32_t> seen_;               // of each edge: the last question it came in
   std::uint32_t question_ = 0;
-  // Edges by the cells of a grid that their boxes touch.
   double x0_ = 0, y0_ = 0, per_cell_x_ = 1, per_cell_y_ = 1;
   int cells_ = 1;
-  std::vector<std::uint32_t> first_, in_cell_;
 
   int cell(double at, double origin, double per_cell) const {
     return std::clamp(int((at - origin) / per_cell), 0, cells_ - 1);
   }
+  /// The cells that a triangle touches, row by row: f(first, last) of each row; perhaps one more at
+  /// an end.
   template <class F>
-  void each_cell(double x_min, double x_max, double y_min, double y_max, F&& f) const {
-    const int left = cell(x_min, x0_, per_cell_x_), right = cell(x_max, x0_, per_cell_x_);
-    const int low = cell(y_min, y0_, per_cell_y_), high = cell(y_max, y0_, per_cell_y_);
-    for (int row = low; row <= high; ++row)
-      for (int col = left; col <= right; ++col) f(std::size_t(row * cells_ + col));
-  }
+  void each_row(const std::array<Vec3, 3>& t, F&& f) const;
 };
 
 // ---- implementation -------------------------------------------------------------------------
 
 template <class F>
-void MeshDeviation::each_extreme(const Vec3& a, const Vec3& b, const Vec3& c, F&& f) {
+void MeshDeviation::each_row(const std::array<Vec3, 3>& t, F&& f) const {
+  const int low = cell(std::min({t[0].y, t[1].y, t[2].y}), y0_, per_cell_y_);
+  const int high = cell(std::max({t[0].y, t[1].y, t[2].y}), y0_, per_cell_y_);
+  for (int row = low; row <= high; ++row) {
+    // What of the triangle lies between the row's two lines, a little wider than they are.
+    const double south = y0_ + (row - 1e-6) * per_cell_y_, north = south + 1.000002 * per_cell_y_;
+    double west = 1e300, east = -1e300;
+    const auto touch = [&](double x) { west = std::min(west, x), east = std::max(east, x); };
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 &p = t[k], &q = t[(k + 1) % 3];
+      if (p.y >= south && p.y <= north) touch(p.x);
+      for (const double y : {south, north})
+        if ((p.y < y) != (q.y < y)) touch(p.x + (q.x - p.x) * ((y - p.y) / (q.y - p.y)));
+    }
+    if (west > east) continue;
+    const int left = cell(west - 1e-6 * per_cell_x_, x0_, per_cell_x_);
+    const int right = cell(east + 1e-6 * per_cell_x_, x0_, per_cell_x_);
+    f(std::size_t(row * cells_ + left), std::size_t(row * cells_ + right));
+  }
+}
+
+template <class F>
+void MeshDeviation::each_vertex(const Vec3& a, const Vec3& b, const Vec3& c, F&& f) const {
+  const Line ab(a, b), bc(b, c), ca(c, a);
+  each_row({a, b, c}, [&](std::size_t first, std::size_t last) {
+    for (std::uint32_t k = first_vertex_[first]; k < first_vertex_[last + 1]; ++k) {
+      const Vec3& v = vertices_[k];
+      if (ab.at(v) >= 0 && bc.at(v) >= 0 && ca.at(v) >= 0) f(v);
+    }
+  });
+}
+
+template <class F>
+void MeshDeviation::each_crossing(const Vec3& a, const Vec3& b, F&& f) {
   ++question_;
-  const auto [x_min, x_max] = std::minmax({a.x, b.x, c.x});
-  const auto [y_min, y_max] = std::minmax({a.y, b.y, c.y});
-  each_cell(x_min, x_max, y_min, y_max, [&](std::size_t in) {
-    for (std::uint32_t k = first_[in]; k < first_[in + 1]; ++k) {
-      const std::uint32_t e = in_cell_[k];
-      if (seen_[e] == question_) continue;
-      seen_[e] = question_;
+  const Line line(a, b);
+  const double length = line.along * line.along + line.across * line.across;
+  each_row({a, b, b}, [&](std::size_t first, std::size_t last) {
+    for (std::uint32_t k = first_edge_[first]; k < first_edge_[last + 1]; ++k) {
+      const std::uint32_t e = edge_[k];
       const Vec3 &p = edges_[e].from, &q = edges_[e].to;
-      // The part of p q on the left of all three sides (Cyrus and Beck).
-      double enters = 0, leaves = 1;
-      for (const auto& [s, t] : {std::pair{&a, &b}, {&b, &c}, {&c, &a}}) {
-        const double at_p = orient2d(*s, *t, p), at_q = orient2d(*s, *t, q);
-        if (at_p < 0 && at_q < 0) {
-          enters = 2;
-          break;
-        }
-        if (at_p < 0) enters = std::max(enters, at_p / (at_p - at_q));
-        if (at_q < 0) leaves = std::min(leaves, at_p / (at_p - at_q));
-      }
-      if (enters > leaves) continue;
-      f(enters > 0 ? p + (q - p) * enters : p);
-      f(leaves < 1 ? p + (q - p) * leaves : q);
+      const double at_p = line.at(p), at_q = line.at(q);
+      if (!(at_p * at_q < 0) || seen_[e] == question_) continue;
+      seen_[e] = question_;
+      const Vec3 v = p + (q - p) * (at_p / (at_p - at_q));
+      const double share = ((v.x - a.x) * line.along - (v.y - a.y) * line.across) / length;
+      if (share >= 0 && share <= 1) f(v, share);
     }
   });
 }

@@ -56,8 +56,8 @@ Result<Tile> read_tile(std::span<const std::uint8_t> bytes) {
   Tile tile;
   const double low = q->min_height, range = double(q->max_height) - low;
   for (std::size_t i = 0; i < q->u.size(); ++i)
-    tile.mesh.vertices.push_back({double(q->u[i]), double(q->v[i]) - kTileExtent,
-                                  low + q->h[i] * range / kTileExtent});
+    tile.mesh.vertices.push_back(
+        {double(q->u[i]), double(q->v[i]) - kTileExtent, low + q->h[i] * range / kTileExtent});
   tile.mesh.triangles = q->triangles;
   tile.step = height_step(tile.mesh, range);
   const auto metadata = nlohmann::json::parse(q->metadata, nullptr, false);
@@ -132,12 +132,16 @@ class DeviationCost {
     return {float(fit_.error_at(at.z)), at};
   }
 
+  /// The far side p q stays as it is, and the other side is the next face's: a spoke on the border
+  /// is the tile's own edge. (Without the crossings errors come out two to four times as large.)
   void add_face(const Vec3& at, const Vec3& p, const Vec3& q) {
     const double scale = 1 / orient2d(at, p, q);
-    tile_.each_extreme(at, p, q, [&](const Vec3& on) {
-      const double wp = orient2d(on, q, at) * scale, wq = orient2d(on, at, p) * scale;
-      fit_.add(1 - wp - wq, on.z - (wp * p.z + wq * q.z));
+    tile_.each_vertex(at, p, q, [&](const Vec3& v) {
+      const double wp = orient2d(v, q, at) * scale, wq = orient2d(v, at, p) * scale;
+      fit_.add(1 - wp - wq, v.z - (wp * p.z + wq * q.z));
     });
+    tile_.each_crossing(
+        at, p, [&](const Vec3& v, double share) { fit_.add(1 - share, v.z - share * p.z); });
   }
 };
 
@@ -170,8 +174,8 @@ DemInfo frame_of(TileId id, VerticalDatum datum) {
   const GeoRect rect = tiling::rect(id);
   DemInfo info;
   info.cols = info.rows = kTileExtent + 1;
-  info.post_to_crs = {rect.west, rect.width() / kTileExtent, 0,
-                      rect.north, 0, -rect.height() / kTileExtent};
+  info.post_to_crs = {rect.west, rect.width() / kTileExtent,  0, rect.north,
+                      0,         -rect.height() / kTileExtent};
   info.datum = datum;
   info.crs_name = "WGS 84";
   info.crs_wkt = kLonLat;

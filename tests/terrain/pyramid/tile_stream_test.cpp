@@ -153,8 +153,7 @@ TEST_F(TileStream, AStateIsNotFarCoarserThanItsErrorAllows) {
   const TileId id = middle(set_->layer().maxzoom - 1);
   const auto tile = set_->tile(id, {});
   ASSERT_TRUE(tile);
-  const ProgressiveMesh pm =
-      from_stream(*tile_stream(id, tile->bytes, VerticalDatum::ellipsoid));
+  const ProgressiveMesh pm = from_stream(*tile_stream(id, tile->bytes, VerticalDatum::ellipsoid));
   auto cursor = ProgressiveCursor::open(pm);
   cursor->seek(cursor->position_for_error(4 * tile->max_error_m));
   EXPECT_LT(cursor->triangles(), decoded(*tile).triangles.size() * 3 / 5);
@@ -173,8 +172,8 @@ TEST_F(TileStream, CoarseLevelsKeepTheirLatticeAgainstCurvature) {
   for (const auto& p : stream->base_vertices) places.insert({p[0], p[1]});
   for (int i = 0; i <= cells; ++i)
     for (int j = 0; j <= cells; ++j)
-      EXPECT_TRUE(places.contains({int(std::round(i * kExtent / cells)),
-                                   int(std::round(j * kExtent / cells) - kExtent)}));
+      EXPECT_TRUE(places.contains(
+          {int(std::round(i * kExtent / cells)), int(std::round(j * kExtent / cells) - kExtent)}));
 }
 
 TEST_F(TileStream, TheSameBytesEveryTime) {
