@@ -49,6 +49,13 @@ nlohmann::ordered_json to_json(const BuildReport& r, double seconds) {
   j["bytes"] = r.bytes;
   j["seconds"] = seconds;
   j["threads"] = r.threads;
+  if (r.update.updated) {
+    j["update"] = {{"blocks", r.update.blocks},
+                   {"changed_blocks", r.update.changed_blocks},
+                   {"block_posts", r.update.block_posts},
+                   {"dirty_tiles", r.update.dirty_tiles},
+                   {"levels_of_other_steps", r.update.levels_of_other_steps}};
+  }
   j["over_budget"] = r.over_budget;
   j["worst_over_budget"] = r.worst_over_budget;
   j["not_one_sided"] = r.not_one_sided;
@@ -82,6 +89,14 @@ void print(const BuildReport& r, double seconds) {
     fmt::print(
         "{} tiles could not be kept on one side of their posts and say so in their metadata\n",
         r.not_one_sided);
+  }
+  if (const UpdateReport& u = r.update; u.updated) {
+    fmt::print("heights changed in {} of {} blocks of {} x {} posts: {} tiles depend on them{}\n",
+               u.changed_blocks, u.blocks, u.block_posts, u.block_posts, u.dirty_tiles,
+               u.levels_of_other_steps > 0
+                   ? fmt::format(", {} whole levels because their range needs other height steps",
+                                 u.levels_of_other_steps)
+                   : "");
   }
   fmt::print("{} tiles ({} built, {} kept), {} bytes, in {}\n", r.tiles, r.built, r.reused, r.bytes,
              duration_text(seconds));
@@ -134,7 +149,9 @@ void add_build(CLI::App& program, int& exit) {
   c->add_option("--progress", a->progress, "auto, bar, lines, none")
       ->check(CLI::IsMember({"auto", "bar", "lines", "none"}));
   c->add_flag("--json", a->json, "print the summary as JSON");
-  c->footer("Killed and run again, it goes on. Tiles are quantized-mesh-1.0, EPSG:4326, TMS.");
+  c->footer(
+      "Killed and run again, it goes on; where heights changed since, it makes again what depends "
+      "on them. Tiles are quantized-mesh-1.0, EPSG:4326, TMS.");
   c->add_flag("--dry-run", a->dry_run, "only say what it would take, as tind estimate does");
   c->callback([a, output, &exit] {
     if (output->empty() && !a->dry_run) throw CLI::RequiredError("--output");

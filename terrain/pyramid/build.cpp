@@ -5,14 +5,11 @@
 
 #include <atomic>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <optional>
 
-#include "proto/file_io.h"
 #include "terrain/base/parallel.h"
+#include "terrain/pyramid/build_record.h"
 #include "terrain/pyramid/make_tile.h"
 
 namespace tind {
@@ -20,62 +17,6 @@ namespace tind {
 namespace fs = std::filesystem;
 
 namespace {
-
-constexpr const char* kRecord = "tind-build.json";
-
-/// Aside, then renamed: whoever looks sees the whole file or none.
-Result<void> write_whole(const std::string& path, std::span<const std::uint8_t> bytes) {
-  const auto done =
-      proto::write_whole_file(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-  if (!done) return fail(Errc::io, done.error());
-  return {};
-}
-
-Result<void> write_text(const std::string& path, const std::string& text) {
-  return write_whole(path, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
-}
-
-/// What the tiles in a directory depend on.
-std::string record_of(const DemSource& source, const BuildOptions& o) {
-  nlohmann::ordered_json j;
-  j["made_by"] = "tind build";
-  j["format"] = 1;
-  j["source"] = source.info().fingerprint;
-  j["max_error_m"] = o.tiles.max_error_m;
-  j["error_factor"] = o.tiles.error_factor;
-  j["min_level"] = o.tiles.min_level;
-  j["max_level"] = o.tiles.max_level;
-  j["side"] = o.tiles.side;
-  j["effort"] = o.tiles.effort;
-  j["gzip"] = o.gzip;
-  return j.dump(1) + "\n";
-}
-
-Result<void> claim_directory(const DemSource& source, const BuildOptions& o) {
-  std::error_code error;
-  fs::create_directories(o.output, error);
-  if (error) return fail(Errc::io, "cannot create " + o.output + ": " + error.message());
-  const std::string path = o.output + "/" + kRecord, wanted = record_of(source, o);
-  std::ifstream in(path, std::ios::binary);
-  if (in) {
-    const std::string found((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-    if (found == wanted) return {};
-    if (!o.force) {
-      return fail(Errc::invalid_argument,
-                  o.output + " holds tiles of another source or of other options (see " + path +
-                      "): choose another directory, or --force to replace them");
-    }
-  } else if (fs::exists(o.output + "/layer.json") && !o.force) {
-    return fail(Errc::invalid_argument, o.output +
-                                            " holds a tile set that tind build did not make: "
-                                            "choose another directory, or --force");
-  }
-  // Others' tiles go first, so that none of them can be taken for ours.
-  fs::remove(o.output + "/layer.json", error);
-  for (int z = 0; z <= tiling::kMaxLevel; ++z)
-    fs::remove_all(o.output + "/" + std::to_string(z), error);
-  return write_text(path, wanted);
-}
 
 std::vector<TileId> tiles_of(const TilePlan& plan) {
   std::vector<TileId> ids;
@@ -101,13 +42,14 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
                                 const Progress& progress) {
   Progress reading = progress;
   reading.report = [&](double share) { progress.at(0.02 * share); };
-  const auto range = scan_heights(*source, reading, o.threads);
+  SourceBlocks blocks(source->info());
+  const auto range = scan_heights(*source, reading, o.threads, &blocks);
   if (!range) return std::unexpected(range.error());
   const auto plan = TilePlan::make(source->info(), *range, o.tiles);
   if (!plan) return std::unexpected(plan.error());
-  if (auto claimed = claim_directory(*source, o); !claimed) return std::unexpected(claimed.error());
-
   const std::vector<TileId> ids = tiles_of(*plan);
+  const auto claimed = claim_directory(*source, *plan, ids, blocks, o);
+  if (!claimed) return std::unexpected(claimed.error());
   for (int z = plan->min_level(); z <= plan->max_level(); ++z) {
     const proto::TileRange r = plan->tiles(z);
     std::error_code error;
@@ -119,6 +61,7 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
 
   BuildReport report;
   report.tiles = ids.size();
+  report.update = *claimed;
   report.threads = o.threads > 0 ? o.threads : hardware_threads();
   for (int z = 0; z <= plan->max_level(); ++z)
     report.levels.push_back({z, 0, 0, plan->level(z).budget_m, 0});
@@ -145,7 +88,8 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
         not_one_sided = tile->side != o.tiles.side;
         if (o.gzip) tile->bytes = gzipped(tile->bytes);
         bytes = tile->bytes.size();
-        written = write_whole(path, tile->bytes);
+        written = write_whole(
+            path, {reinterpret_cast<const char*>(tile->bytes.data()), tile->bytes.size()});
       }
       if (!tile || !written) {
         const std::lock_guard lock(mutex);
@@ -186,7 +130,7 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
   const std::string& file = source->info().files.front();
   const std::string name = file.substr(file.find_last_of('/') + 1);
   const proto::LayerJson layer = plan->layer(name.substr(0, name.find('.')));
-  if (auto w = write_text(o.output + "/layer.json", proto::encode_layer_json(layer)); !w)
+  if (auto w = write_whole(o.output + "/layer.json", proto::encode_layer_json(layer)); !w)
     return std::unexpected(w.error());
   progress.at(1);
   return report;

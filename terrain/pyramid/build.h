@@ -29,19 +29,30 @@ struct LevelReport {
   double worst_edge_error_m = 0;  // skirts this deep and those of the level above hide every gap
 };
 
+/// What a build found in a directory of tiles of the same grid, made of other heights.
+struct UpdateReport {
+  bool updated = false;                          // false: there were none, or none of other heights
+  std::uint64_t blocks = 0, changed_blocks = 0;  // of block_posts x block_posts posts
+  int block_posts = 0;
+  std::uint64_t dirty_tiles = 0;  // depend on what changed, and are made again
+  int levels_of_other_steps = 0;  // the range of heights changed: whole levels are made again
+};
+
 struct BuildReport {
   std::uint64_t tiles = 0, built = 0, reused = 0, bytes = 0;
   std::uint64_t over_budget = 0;    // tiles that say a larger error than their level's budget
   std::string worst_over_budget;    // z/x/y of the worst of them
   std::uint64_t not_one_sided = 0;  // tiles that --side asked for and could not be: they say "both"
   std::vector<LevelReport> levels;
+  UpdateReport update;
   int threads = 1;
 };
 
 /// Makes what is missing: a tile that is there is whole (each is written aside, then renamed) and
-/// is kept, so a build that was killed goes on where it was. The directory remembers source and
-/// options; others are refused unless `force`. layer.json comes last, and only when all tiles are
-/// there. On a stop: Errc::cancelled, nothing torn, run again to go on.
+/// is kept, so a build that was killed goes on where it was. The directory remembers the source's
+/// heights and the options. Where heights changed, the tiles that depend on them are made again and
+/// no others; other grids and options are refused unless `force`. layer.json comes last, and only
+/// when all tiles are there. On a stop: Errc::cancelled, nothing torn, run again to go on.
 Result<BuildReport> build_tiles(std::shared_ptr<const DemSource>, const BuildOptions&,
                                 const Progress& = {});
 

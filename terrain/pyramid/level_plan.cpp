@@ -8,6 +8,7 @@
 
 #include "terrain/base/parallel.h"
 #include "terrain/geo/ellipsoid.h"
+#include "terrain/pyramid/source_blocks.h"
 
 namespace tind {
 
@@ -41,7 +42,8 @@ int curvature_cells(int level) {
   return cells <= 1 ? 1 : int(power_of_two_at_least(cells));
 }
 
-Result<HeightRange> scan_heights(const DemSource& source, const Progress& progress, int threads) {
+Result<HeightRange> scan_heights(const DemSource& source, const Progress& progress, int threads,
+                                 SourceBlocks* blocks) {
   constexpr std::int64_t kRows = 256, kCols = 4096;  // whole blocks of the source, 4 MB
   const DemInfo& info = source.info();
   const std::int64_t across = (info.cols + kCols - 1) / kCols,
@@ -58,6 +60,7 @@ Result<HeightRange> scan_heights(const DemSource& source, const Progress& progre
                                   int(std::min(kRows, info.rows - row)));
     HeightRange part{HUGE_VAL, -HUGE_VAL, 0};
     if (grid) {
+      if (blocks) blocks->add(col, row, *grid);
       for (const float z : grid->values()) {
         if (std::isnan(z)) continue;
         part.min_m = std::min<double>(part.min_m, z);

@@ -19,8 +19,12 @@ struct HeightRange {
   std::uint64_t valid = 0;  // posts
 };
 
-/// One streaming pass over all posts, 4 MB a thread. Fails where a block is unreadable.
-Result<HeightRange> scan_heights(const DemSource&, const Progress& = {}, int threads = 0);
+class SourceBlocks;
+
+/// One streaming pass over all posts, 4 MB a thread. Fails where a block is unreadable. `blocks`:
+/// learn what the posts are in the same pass.
+Result<HeightRange> scan_heights(const DemSource&, const Progress& = {}, int threads = 0,
+                                 SourceBlocks* blocks = nullptr);
 
 /// A tile of this level keeps the vertices of a lattice of so many cells a side, so that its
 /// triangles, drawn straight through space, follow the earth's curvature. A power of two.

@@ -45,8 +45,8 @@ static_assert(sizeof(FileHeader) == 72);
 
 struct RecordHeader {
   std::uint32_t level = 0, x = 0, y = 0, size = 0;
-  std::uint64_t hash = 0;       // of the record's bytes; at the end: the number of records
-  std::uint64_t own_hash = 0;   // of what stands before
+  std::uint64_t hash = 0;      // of the record's bytes; at the end: the number of records
+  std::uint64_t own_hash = 0;  // of what stands before
 };
 static_assert(sizeof(RecordHeader) == 32);
 
@@ -260,8 +260,8 @@ class ResidualFile {
         const std::lock_guard lock(mutex_);
         if (error || progress.stopped()) return;
       }
-      auto record = deepest ? scan_residuals(source_, ids[i], step_, progress.stop)
-                            : from_children(ids[i]);
+      auto record =
+          deepest ? scan_residuals(source_, ids[i], step_, progress.stop) : from_children(ids[i]);
       Result<void> written;
       if (record) written = append(ids[i], encode(*record));
       const std::lock_guard lock(mutex_);
@@ -295,8 +295,12 @@ class ResidualFile {
   }
 
   Result<void> append(TileId id, const std::vector<std::uint8_t>& bytes) {
-    RecordHeader header{std::uint32_t(id.level), id.x, id.y, std::uint32_t(bytes.size()),
-                        XXH3_64bits(bytes.data(), bytes.size()), 0};
+    RecordHeader header{std::uint32_t(id.level),
+                        id.x,
+                        id.y,
+                        std::uint32_t(bytes.size()),
+                        XXH3_64bits(bytes.data(), bytes.size()),
+                        0};
     header.own_hash = hash_before(header);
     std::vector<std::uint8_t> whole(sizeof header + bytes.size());
     std::memcpy(whole.data(), &header, sizeof header);
@@ -324,8 +328,7 @@ Result<std::shared_ptr<const ResidualIndex>> ResidualIndex::open(const std::stri
   const auto walked = ResidualFile::walk(*index, header_for(source, level), 0);
   if (!walked) return std::unexpected(walked.error());
   if (!walked->whole) return fail(Errc::bad_data, path + ": damaged, or not finished");
-  if (auto done = ResidualFile::sum_up(*index, source); !done)
-    return std::unexpected(done.error());
+  if (auto done = ResidualFile::sum_up(*index, source); !done) return std::unexpected(done.error());
   return index;
 }
 
@@ -352,8 +355,7 @@ Result<std::shared_ptr<const ResidualIndex>> ResidualIndex::open_or_make(const s
     return fail(Errc::io, path + ": cannot be written: " + std::strerror(errno));
   index->path_ = path;
   index->made_now_ = true;
-  if (auto done = ResidualFile::sum_up(*index, source); !done)
-    return std::unexpected(done.error());
+  if (auto done = ResidualFile::sum_up(*index, source); !done) return std::unexpected(done.error());
   progress.at(1);
   return index;
 }
@@ -365,7 +367,8 @@ Result<ResidualRecord> ResidualIndex::record(TileId id) const {
 }
 
 Result<ResidualRecord> ResidualIndex::record_at(TileId id, const Place& place) const {
-  const std::string damaged = path_ + ": damaged at tile " + id.text() + " (start again: it is then made anew)";
+  const std::string damaged =
+      path_ + ": damaged at tile " + id.text() + " (start again: it is then made anew)";
   std::vector<std::uint8_t> bytes;
   if (!ResidualFile::read_bytes(*this, place, bytes)) return fail(Errc::bad_data, damaged);
   auto record = decode_record(bytes);

@@ -62,7 +62,8 @@ class Overlay {
   /// `from` and `to`: where a and b lie, in lines of one family.
   void cross(const Vec3& a, const Vec3& b, double from, double to) {
     if (from == to) return;
-    const int first = int(std::ceil(std::min(from, to))), last = int(std::floor(std::max(from, to)));
+    const int first = int(std::ceil(std::min(from, to))),
+              last = int(std::floor(std::max(from, to)));
     for (int k = first; k <= last; ++k) {
       const double t = std::clamp((k - from) / (to - from), 0.0, 1.0);
       at(a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.z + t * (b.z - a.z));
@@ -113,7 +114,8 @@ double lattice_bound(const Tin& mesh, const ResidualLattice& lattice) {
     for (int k = 0; k < 3; ++k) {
       const std::uint32_t i = t[std::size_t(k)], j = t[std::size_t((k + 1) % 3)];
       // Once for the two triangles of an edge; a side of the rectangle has one that runs forward.
-      const bool side = mesh.vertices[i].x == mesh.vertices[j].x || mesh.vertices[i].y == mesh.vertices[j].y;
+      const bool side =
+          mesh.vertices[i].x == mesh.vertices[j].x || mesh.vertices[i].y == mesh.vertices[j].y;
       if (i < j || side) overlay.edge(mesh.vertices[i], mesh.vertices[j]);
     }
   }

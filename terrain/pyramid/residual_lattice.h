@@ -12,8 +12,8 @@ namespace tind {
 
 /// kCells x kCells square cells over the tile's rectangle (tile coordinates, 0..32767), each cut
 /// into two triangles from its south-western to its north-eastern corner: a surface, linear on each
-/// triangle. Halving the cells keeps the nodes and the cuts, so a coarser lattice is linear on every
-/// triangle of a finer one, and two lattices differ most at nodes.
+/// triangle. Halving the cells keeps the nodes and the cuts, so a coarser lattice is linear on
+/// every triangle of a finer one, and two lattices differ most at nodes.
 struct ResidualLattice {
   static constexpr int kCells = 256, kNodes = kCells + 1;
   static constexpr double kExtent = 32767, kSide = kExtent / kCells;

@@ -128,8 +128,9 @@ void accumulate_piece(ResidualRecord& r, int k, double step_m) {
   for (int row = 0; row < side; ++row)
     for (int col = 0; col < side; ++col) {
       const int x = col * cell, y = row * cell;
-      const LatticeCell coarse{height(x, y + cell), height(x + cell, y + cell), height(x, y),
-                               height(x + cell, y), 0, 0, double(cell)};
+      const LatticeCell coarse{
+          height(x, y + cell), height(x + cell, y + cell), height(x, y), height(x + cell, y), 0, 0,
+          double(cell)};
       float& bound = piece[std::size_t(row * side + col)];
       for (int j = 0; j < 2; ++j)
         for (int i = 0; i < 2; ++i) {

@@ -17,7 +17,7 @@ namespace tind {
 /// its ancestor k levels up.
 struct ResidualRecord {
   static constexpr int kCells = ResidualLattice::kCells, kNodes = ResidualLattice::kNodes;
-  static constexpr int kPieces = 9;  // down to one cell
+  static constexpr int kPieces = 9;   // down to one cell
   static constexpr int kPatches = 8;  // a side; patches are tiles three levels further down
   static constexpr float kEmpty = -1;
 

@@ -195,8 +195,9 @@ class TileScan {
       for (int col = 0; col < kNodes; ++col) {
         double& h = nodes[std::size_t(row * kNodes + col)];
         const auto steps = std::int32_t(std::lround(h / step_));
-        record_.heights[std::size_t(row0 + row) * ResidualRecord::kNodes +
-                        std::size_t(col0 + col)] = steps;
+        record_
+            .heights[std::size_t(row0 + row) * ResidualRecord::kNodes + std::size_t(col0 + col)] =
+            steps;
         h = steps * step_;
       }
     return {};
@@ -226,8 +227,13 @@ class TileScan {
     const auto h = [&](int i, int j) {
       return nodes[std::size_t((row + j) * cell * kNodes + (col + i) * cell)];
     };
-    return {h(0, 1), h(1, 1), h(0, 0), h(1, 0), x + col * cell * kSide,
-            y - (row + 1) * cell * kSide, cell * kSide};
+    return {h(0, 1),
+            h(1, 1),
+            h(0, 0),
+            h(1, 0),
+            x + col * cell * kSide,
+            y - (row + 1) * cell * kSide,
+            cell * kSide};
   }
 
   /// The largest |post - surface| among the posts of a cell, rounded up; kEmpty without posts.
@@ -286,9 +292,8 @@ class TileScan {
     double apart = 0;
     for (int j = 0; j < 2; ++j)
       for (int i = 0; i < 2; ++i)
-        apart = std::max(
-            apart, std::abs(nodes[std::size_t((row + j) * kNodes + col + i)] -
-                            coarse.at(x + (col + i) * kSide, y - (row + j) * kSide)));
+        apart = std::max(apart, std::abs(nodes[std::size_t((row + j) * kNodes + col + i)] -
+                                         coarse.at(x + (col + i) * kSide, y - (row + j) * kSide)));
     return std::nextafter(float(own + apart + 1e-9), HUGE_VALF);
   }
 };

@@ -13,6 +13,7 @@ namespace tind {
 /// voids filled, rounded to `step_m`; residuals are maxima over the posts of each closed cell, for
 /// cells of up to 32 x 32 of the tile's own, and bounds by way of those for larger ones. Reads the
 /// posts once, an eighth of the tile by an eighth at a time. Pure. Thread-safe for one source.
-Result<ResidualRecord> scan_residuals(const DemSource&, TileId, double step_m, std::stop_token = {});
+Result<ResidualRecord> scan_residuals(const DemSource&, TileId, double step_m,
+                                      std::stop_token = {});
 
 }  // namespace tind

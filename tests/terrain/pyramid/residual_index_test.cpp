@@ -43,7 +43,9 @@ std::vector<Post> posts_of(const MadeUpSource& source, TileId id) {
 double surface(const ResidualLattice& l, int col, int row, double u, double v) {
   const double side = 32767.0 / kCells;
   const double s = u / side - col, t = v / side - (kCells - 1 - row);
-  const auto h = [&](int i, int j) { return double(l.heights[std::size_t((row + j) * 257 + col + i)]); };
+  const auto h = [&](int i, int j) {
+    return double(l.heights[std::size_t((row + j) * 257 + col + i)]);
+  };
   const double sw = h(0, 1), se = h(1, 1), nw = h(0, 0), ne = h(1, 0);
   return t <= s ? sw * (1 - s) + se * (s - t) + ne * t : sw * (1 - t) + nw * (t - s) + ne * s;
 }
@@ -228,7 +230,6 @@ std::vector<std::vector<std::uint8_t>> records(const MadeUpSource& source,
     }
   return all;
 }
-
 
 TEST(ResidualIndex, is_the_same_for_any_number_of_threads_and_after_a_stop) {
   const MadeUpSource source(test::terrain_with_voids(300, 200, 6), {10.123, 45.9}, 0.00131);

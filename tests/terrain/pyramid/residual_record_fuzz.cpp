@@ -1,9 +1,9 @@
 // Any bytes: no crash; what decodes is encoded again to something that says the same.
 
-#include "terrain/pyramid/residual_record.h"
-
 #include <cmath>
 #include <cstdlib>
+
+#include "terrain/pyramid/residual_record.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace tind;
