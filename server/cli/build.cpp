@@ -14,6 +14,7 @@
 #include "server/cli/commands.h"
 #include "server/cli/dem_input.h"
 #include "server/cli/estimate.h"
+#include "server/cli/output_options.h"
 #include "server/cli/progress_bar.h"
 #include "server/cli/tile_options.h"
 
@@ -146,8 +147,7 @@ void add_build(CLI::App& program, int& exit) {
   c->add_flag("--gzip", a->options.gzip,
               "store tiles compressed (a static server must then send Content-Encoding: gzip)");
   c->add_flag("--force", a->options.force, "replace tiles of another source or of other options");
-  c->add_option("--progress", a->progress, "auto, bar, lines, none")
-      ->check(CLI::IsMember({"auto", "bar", "lines", "none"}));
+  add_progress_option(*c, a->progress);
   c->add_flag("--json", a->json, "print the summary as JSON");
   c->footer(
       "Killed and run again, it goes on; where heights changed since, it makes again what depends "

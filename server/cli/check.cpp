@@ -14,6 +14,7 @@
 
 #include "server/cli/commands.h"
 #include "server/cli/dem_input.h"
+#include "server/cli/output_options.h"
 #include "server/cli/progress_bar.h"
 #include "server/cli/tile_options.h"
 
@@ -145,9 +146,7 @@ void add_check(CLI::App& program, int& exit) {
   app->add_option("--threads", a->options.threads,
                   "threads to use, 0: one per core; eight where tiles come from a server")
       ->capture_default_str();
-  app->add_option("--progress", a->progress, "auto, bar, lines or none")
-      ->check(CLI::IsMember({"auto", "bar", "lines", "none"}))
-      ->capture_default_str();
+  add_progress_option(*app, a->progress);
   app->add_flag("--json", a->json, "print the report as JSON");
   app->add_flag("--rules", a->list_rules, "list the rules and exit");
   app->callback([a, app, &exit] {

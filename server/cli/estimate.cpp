@@ -9,6 +9,7 @@
 
 #include "server/cli/commands.h"
 #include "server/cli/dem_input.h"
+#include "server/cli/output_options.h"
 #include "server/cli/peak_memory.h"
 #include "server/cli/progress_bar.h"
 #include "server/cli/tile_options.h"
@@ -87,8 +88,7 @@ void add_estimate(CLI::App& program, int& exit) {
   c->add_option("--threads", a->options.threads, "threads of the build (default: one per core)")
       ->check(CLI::Range(1, 1024));
   c->add_flag("--gzip", a->options.gzip, "bytes of compressed tiles");
-  c->add_option("--progress", a->progress, "auto, bar, lines, none")
-      ->check(CLI::IsMember({"auto", "bar", "lines", "none"}));
+  add_progress_option(*c, a->progress);
   c->add_flag("--json", a->json, "print the estimate as JSON");
   c->footer("Some tiles of each level are made to see; nothing is written.");
   c->callback([a, &exit] {

@@ -14,6 +14,7 @@
 #include "server/cli/commands.h"
 #include "server/cli/dem_input.h"
 #include "server/cli/explain_picture.h"
+#include "server/cli/output_options.h"
 #include "server/cli/progress_bar.h"
 
 namespace tind::cli {
@@ -193,9 +194,7 @@ void add_explain(CLI::App& program, int& exit) {
                   "what the tiles were built with, where tind build left no record")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  app->add_option("--progress", a->progress, "auto, bar, lines or none")
-      ->check(CLI::IsMember({"auto", "bar", "lines", "none"}))
-      ->capture_default_str();
+  add_progress_option(*app, a->progress);
   app->add_flag("--json", a->json, "print everything as JSON");
   app->callback([a, &exit] { exit = run(*a); });
 }

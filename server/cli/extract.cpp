@@ -11,6 +11,7 @@
 #include "proto/mesh_io.h"
 #include "proto/mesh_stream.h"
 #include "server/cli/commands.h"
+#include "server/cli/output_options.h"
 #include "terrain/mesh/mesh_frame.h"
 #include "terrain/progressive/progressive_cursor.h"
 #include "terrain/progressive/progressive_stream.h"
@@ -102,7 +103,7 @@ void add_extract(CLI::App& program, int& exit) {
       "the coarsest level that is known to be within this error: of every post, metres; of a mesh, "
       "the distance from its finest surface");
   group->require_option(1);
-  app->add_flag("--json", a->json, "print the figures as JSON");
+  add_json_flag(*app, a->json);
   app->callback([a, &exit] { exit = run_extract(*a); });
 }
 

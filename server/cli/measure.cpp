@@ -10,6 +10,7 @@
 #include "server/cli/dem_input.h"
 #include "server/cli/mesh_input.h"
 #include "server/cli/mesh_quality.h"
+#include "server/cli/output_options.h"
 #include "server/cli/surface_report.h"
 
 namespace tind::cli {
@@ -93,7 +94,7 @@ void add_measure(CLI::App& program, int& exit) {
       ->capture_default_str();
   app->add_option("--threads", a->threads, "threads to use, 0: one per core")
       ->capture_default_str();
-  app->add_flag("--json", a->json, "print the figures as JSON");
+  add_json_flag(*app, a->json);
   app->callback([a, &exit] { exit = run(*a); });
 }
 

@@ -29,18 +29,39 @@ std::uint64_t isolated_posts(const HeightGrid& grid) {
   return isolated;
 }
 
-}  // namespace
-
-MeshQuality mesh_quality(const Tin& mesh, const MeshMap& map, const HeightGrid& posts, int threads,
-                         bool float_file) {
+/// What the mesh alone says.
+MeshQuality validity_of(const Tin& mesh) {
   MeshQuality q;
   q.triangles = mesh.triangles.size();
   q.vertices = mesh.vertices.size();
   const MeshValidity validity = check_validity(mesh);
   q.flipped = validity.flipped;
   q.non_manifold = validity.non_manifold;
-  const double slack = float_file ? std::max(posts.cols(), posts.rows()) * 0x1p-23 : 0;
-  q.error = vertical_error(map.to_posts(mesh), posts, threads, slack);
+  return q;
+}
+
+double slack_posts(bool float_file, int cols, int rows) {
+  return float_file ? std::max(cols, rows) * 0x1p-23 : 0;
+}
+
+}  // namespace
+
+Result<MeshQuality> mesh_quality_in_strips(const Tin& mesh, const MeshMap& map, int cols, int rows,
+                                           const ReadStrip& read, int threads, bool float_file) {
+  MeshQuality q = validity_of(mesh);
+  const auto error = vertical_error_in_strips(map.to_posts(mesh), cols, rows, read, threads,
+                                              slack_posts(float_file, cols, rows));
+  if (!error) return std::unexpected(error.error());
+  q.error = *error;
+  q.uncovered = q.error.uncovered;
+  return q;
+}
+
+MeshQuality mesh_quality(const Tin& mesh, const MeshMap& map, const HeightGrid& posts, int threads,
+                         bool float_file) {
+  MeshQuality q = validity_of(mesh);
+  q.error = vertical_error(map.to_posts(mesh), posts, threads,
+                           slack_posts(float_file, posts.cols(), posts.rows()));
   if (q.error.uncovered > 0) q.isolated = std::min(q.error.uncovered, isolated_posts(posts));
   q.uncovered = q.error.uncovered - q.isolated;
   return q;

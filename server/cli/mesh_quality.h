@@ -23,6 +23,11 @@ struct MeshQuality {
 MeshQuality mesh_quality(const Tin& mesh, const MeshMap& map, const HeightGrid& posts, int threads,
                          bool float_file = false);
 
+/// The same for a source that is read in strips (vertical_error_in_strips).
+Result<MeshQuality> mesh_quality_in_strips(const Tin& mesh, const MeshMap& map, int cols, int rows,
+                                           const ReadStrip& read, int threads,
+                                           bool float_file = false);
+
 /// By its extension; STL has 32-bit coordinates only.
 bool is_stl(const std::string& path);
 

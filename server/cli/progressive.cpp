@@ -12,6 +12,7 @@
 #include "server/cli/dem_input.h"
 #include "server/cli/mesh_input.h"
 #include "server/cli/method_options.h"
+#include "server/cli/output_options.h"
 #include "server/cli/progress_bar.h"
 #include "terrain/progressive/make_progressive.h"
 #include "terrain/progressive/progressive_stream.h"
@@ -165,10 +166,8 @@ void add_progressive(CLI::App& program, int& exit) {
       "Mesh: step of its coordinates; by default 1/65536 of its diagonal at most");
   add_method_options(*app, a->options);
   add_dem_options(*app, a->input);
-  app->add_flag("--json", a->json, "print the figures as JSON");
-  app->add_option("--progress", a->progress, "auto, bar, lines or none")
-      ->check(CLI::IsMember({"auto", "bar", "lines", "none"}))
-      ->capture_default_str();
+  add_json_flag(*app, a->json);
+  add_progress_option(*app, a->progress);
   app->callback([a, app, &exit] {
     a->method_given = app->count("--method") > 0;
     exit = run(*a);

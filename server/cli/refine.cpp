@@ -9,6 +9,7 @@
 #include "proto/mesh_io.h"
 #include "server/cli/commands.h"
 #include "server/cli/dem_input.h"
+#include "server/cli/output_options.h"
 #include "server/cli/progress_bar.h"
 #include "terrain/mesh/mesh_frame.h"
 #include "terrain/mesh/vertical_error.h"
@@ -143,16 +144,11 @@ void add_refine(CLI::App& program, int& exit) {
   app->add_option("--outside", a->errors.outside_m, "error everywhere else, metres")
       ->capture_default_str();
   add_dem_options(*app, a->input);
-  app->add_option("--frame", a->frame,
-                  "x and y in the DEM's own CRS, or metres from its first post")
-      ->check(CLI::IsMember({"source", "metric"}))
-      ->capture_default_str();
+  add_frame_option(*app, a->frame);
   app->add_option("--threads", a->threads, "threads to use, 0: one per core")
       ->capture_default_str();
-  app->add_flag("--json", a->json, "print the figures as JSON");
-  app->add_option("--progress", a->progress, "auto, bar, lines or none")
-      ->check(CLI::IsMember({"auto", "bar", "lines", "none"}))
-      ->capture_default_str();
+  add_json_flag(*app, a->json);
+  add_progress_option(*app, a->progress);
   app->callback([a, &exit] { exit = run(*a); });
 }
 

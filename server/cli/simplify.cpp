@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <climits>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -14,10 +15,13 @@
 #include "proto/mesh_io.h"
 #include "server/cli/commands.h"
 #include "server/cli/dem_input.h"
+#include "server/cli/dem_strips.h"
 #include "server/cli/line_input.h"
 #include "server/cli/mesh_input.h"
 #include "server/cli/mesh_quality.h"
 #include "server/cli/method_options.h"
+#include "server/cli/output_options.h"
+#include "server/cli/peak_memory.h"
 #include "server/cli/progress_bar.h"
 #include "server/cli/surface_report.h"
 #include "terrain/mesh/mesh_frame.h"
@@ -84,6 +88,7 @@ nlohmann::ordered_json report_json(const Arguments& a, const DemInfo& info, cons
                   {"simplify", seconds.simplify},
                   {"measure", seconds.measure},
                   {"write", seconds.write}};
+  j["peak_mb"] = PeakMemory::megabytes();
   j["details"] = nlohmann::ordered_json::object();
   for (const auto& [key, value] : made.details) j["details"][key] = value;
   j["note"] = made.note;
@@ -151,7 +156,8 @@ int run_mesh(const Arguments& a) {
                                    {"triangles", made.tin.triangles.size()},
                                    {"split_vertices", result->split_vertices},
                                    {"dropped_triangles", result->dropped_triangles},
-                                   {"seconds", seconds}};
+                                   {"seconds", seconds},
+                                   {"peak_mb", PeakMemory::megabytes()}};
   report.update(distance_json(d));
   report["note"] = made.note;
   if (!a.report.empty()) {
@@ -187,6 +193,12 @@ std::optional<SurfaceDistance> attribute_errors(const Arguments& a, const Height
   return surface_distance(*full, metric, {.face_samples = 300000, .threads = a.options.threads});
 }
 
+/// `cluster` alone can do without the whole source in memory, and does where that is much.
+bool streams(const Arguments& a, const DemInfo& info) {
+  return a.options.method == "cluster" && !a.lines.any() && info.cols * info.rows > kStreamPosts &&
+         info.cols <= INT_MAX && info.rows <= INT_MAX;
+}
+
 int run(Arguments& a) {
   if (const Result<void> ok = check(a); !ok) return complain(ok.error());
   if (is_mesh(a.input.files[0])) return run_mesh(a);
@@ -195,7 +207,8 @@ int run(Arguments& a) {
   const auto dem = open_dem(a.input);
   if (!dem) return complain(dem.error());
   const DemInfo& info = (*dem)->info();
-  Result<HeightGrid> grid = read_all(**dem);
+  const bool stream = streams(a, info);
+  Result<HeightGrid> grid = stream ? HeightGrid() : read_all(**dem);
   if (!grid) return complain(grid.error());
   if (a.lines.any()) {
     auto constraints = read_lines(a.lines, **dem, *grid);
@@ -213,7 +226,10 @@ int run(Arguments& a) {
   Result<Simplified> made;
   {
     ProgressBar bar(a.options.method, progress_style(a.progress));
-    made = simplify(*grid, info.spacing_x_m, info.spacing_y_m, a.options, bar.progress());
+    const Progress progress = bar.progress();
+    made = stream ? cluster_stream(int(info.cols), int(info.rows), info.spacing_x_m,
+                                   info.spacing_y_m, a.options.stop, rows_of(**dem), progress)
+                  : simplify(*grid, info.spacing_x_m, info.spacing_y_m, a.options, progress);
   }
   if (!made) return complain(made.error());
   seconds.simplify = watch.lap();
@@ -230,11 +246,14 @@ int run(Arguments& a) {
     return kCannotCreate;
   }
   seconds.write = watch.lap();
-  const MeshQuality quality =
-      mesh_quality(*written, map, *grid, a.options.threads, is_stl(a.output));
+  const Result<MeshQuality> quality =
+      stream ? mesh_quality_in_strips(*written, map, int(info.cols), int(info.rows),
+                                      strips_of(**dem), a.options.threads, is_stl(a.output))
+             : mesh_quality(*written, map, *grid, a.options.threads, is_stl(a.output));
+  if (!quality) return complain(quality.error());
   seconds.measure = watch.lap();
 
-  nlohmann::ordered_json report = report_json(a, info, *made, quality, seconds);
+  nlohmann::ordered_json report = report_json(a, info, *made, *quality, seconds);
   if (lines) report["lines"] = lines_json(a.options.constraints->report, *lines);
   if (attributes) report["surface"] = distance_json(*attributes);
   if (!a.report.empty()) {
@@ -243,7 +262,7 @@ int run(Arguments& a) {
       return kCannotCreate;
     }
   }
-  print(a, report, *made, quality, seconds);
+  print(a, report, *made, *quality, seconds);
   if (lines && !a.json) fmt::print("{}", lines_text(a.options.constraints->report, *lines));
   if (attributes && !a.json) fmt::print("{}", distance_text(*attributes));
   return kOk;
@@ -276,18 +295,13 @@ void add_simplify(CLI::App& program, int& exit) {
   add_line_options(*app, a->lines);
   app->add_option("--drape", a->drape,
                   "attribute-qem: colours from this image, reprojected or stretched over the DEM");
-  app->add_option("--frame", a->frame,
-                  "x and y in the DEM's own CRS, or metres from its first post")
-      ->check(CLI::IsMember({"source", "metric"}))
-      ->capture_default_str();
+  add_frame_option(*app, a->frame);
   app->add_option("--units", a->units, "z in metres, or in the DEM's own unit")
       ->check(CLI::IsMember({"metres", "source"}))
       ->capture_default_str();
   app->add_option("--report", a->report, "write the figures here, as JSON");
-  app->add_flag("--json", a->json, "print the figures as JSON");
-  app->add_option("--progress", a->progress, "auto, bar, lines or none")
-      ->check(CLI::IsMember({"auto", "bar", "lines", "none"}))
-      ->capture_default_str();
+  add_json_flag(*app, a->json);
+  add_progress_option(*app, a->progress);
   app->callback([a, &exit] { exit = run(*a); });
 }
 

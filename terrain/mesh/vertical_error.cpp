@@ -6,6 +6,7 @@
 #include "terrain/mesh/vertical_error.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <vector>
 
@@ -148,11 +149,10 @@ void summarise(const HeightGrid& grid, std::vector<float>& worst, VerticalError&
   out.p50_m = percentile(worst, kept, 0.50);
 }
 
-}  // namespace
-
-VerticalError vertical_error(const Tin& mesh, const HeightGrid& grid, int threads, double slack) {
+/// Measures the mesh over all rows of `grid`, in bands on several threads.
+Band measure(const Tin& mesh, const HeightGrid& grid, int threads, double slack,
+             std::vector<float>& worst) {
   if (threads <= 0) threads = hardware_threads();
-  std::vector<float> worst(grid.size(), kUncovered);
   std::vector<Band> bands(std::size_t(std::clamp(threads, 1, std::max(1, grid.rows()))));
   parallel_for(bands.size(), threads, [&](std::size_t i) {
     const auto edge = [&](std::size_t k) {
@@ -166,8 +166,11 @@ VerticalError vertical_error(const Tin& mesh, const HeightGrid& grid, int thread
     all.below.take(b.below.error, b.below.col, b.below.row);
   }
   if (slack > 0) measure_rims(mesh, grid, slack, worst, all);
+  return all;
+}
+
+void set_extremes(const Band& all, VerticalError& out) {
   const auto& [above, below] = all;
-  VerticalError out;
   out.max_above_m = std::max(0.0, above.error);
   out.max_below_m = std::max(0.0, below.error);
   Extreme most = above;
@@ -177,7 +180,106 @@ VerticalError vertical_error(const Tin& mesh, const HeightGrid& grid, int thread
     out.max_col = most.col;
     out.max_row = most.row;
   }
+}
+
+/// Errors, counted by their leading bits: as many bins for each doubling.
+class Histogram {
+ public:
+  void add(float e) { ++count_[std::bit_cast<std::uint32_t>(e) >> kDropped]; }
+
+  double percentile(std::uint64_t all, double share) const {
+    const auto rank = std::max<std::uint64_t>(std::uint64_t(std::ceil(share * double(all))), 1);
+    std::uint64_t below = 0;
+    for (std::uint32_t bin = 0; bin < count_.size(); ++bin)
+      if ((below += count_[bin]) >= rank) return std::bit_cast<float>(bin << kDropped);
+    return 0;
+  }
+
+ private:
+  static constexpr int kDropped = 12;  // of 23 bits
+  std::vector<std::uint64_t> count_ = std::vector<std::uint64_t>(std::size_t(1) << (31 - kDropped));
+};
+
+/// Which triangles touch each strip, in order.
+std::vector<std::vector<std::uint32_t>> triangles_by_strip(const Tin& mesh, int rows, int height,
+                                                           double slack) {
+  std::vector<std::vector<std::uint32_t>> in(std::size_t((rows + height - 1) / height));
+  const auto strip_of = [&](double row) {
+    return std::size_t(std::clamp(row / height, 0.0, double(in.size() - 1)));
+  };
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto& [a, b, c] = mesh.triangles[t];
+    const double y[] = {mesh.vertices[a].y, mesh.vertices[b].y, mesh.vertices[c].y};
+    const auto [south, north] = std::minmax({y[0], y[1], y[2]});
+    const std::size_t last = strip_of(slack - south + 1e-6);
+    for (std::size_t s = strip_of(-north - slack - 1e-6); s <= last; ++s) in[s].push_back(t);
+  }
+  return in;
+}
+
+/// Those triangles, with the first row of the strip as row 0.
+Tin cut_out(const Tin& mesh, const std::vector<std::uint32_t>& triangles, int first_row) {
+  Tin part;
+  for (const std::uint32_t t : triangles) {
+    const auto n = std::uint32_t(part.vertices.size());
+    for (const std::uint32_t v : mesh.triangles[t]) {
+      const Vec3& p = mesh.vertices[v];
+      part.vertices.push_back({p.x, p.y + first_row, p.z});
+    }
+    part.triangles.push_back({n, n + 1, n + 2});
+  }
+  return part;
+}
+
+}  // namespace
+
+VerticalError vertical_error(const Tin& mesh, const HeightGrid& grid, int threads, double slack) {
+  std::vector<float> worst(grid.size(), kUncovered);
+  VerticalError out;
+  set_extremes(measure(mesh, grid, threads, slack, worst), out);
   summarise(grid, worst, out);
+  return out;
+}
+
+Result<VerticalError> vertical_error_in_strips(const Tin& mesh, int cols, int rows,
+                                               const ReadStrip& read, int threads, double slack) {
+  constexpr int kStrip = 256;
+  const auto triangles = triangles_by_strip(mesh, rows, kStrip, slack);
+  VerticalError out;
+  Band all;
+  Histogram histogram;
+  double sum = 0, sum2 = 0;
+  std::vector<float> worst;
+  for (int row = 0; row < rows; row += kStrip) {
+    const auto strip = read(row, std::min(kStrip, rows - row));
+    if (!strip) return std::unexpected(strip.error());
+    if (strip->cols() != cols) return fail(Errc::internal, "a strip of another width");
+    worst.assign(strip->size(), kUncovered);
+    const Tin part = cut_out(mesh, triangles[std::size_t(row / kStrip)], row);
+    Band band = measure(part, *strip, threads, slack, worst);
+    for (Extreme* e : {&band.above, &band.below})
+      if (e->row >= 0) e->row += row;
+    all.above.take(band.above.error, band.above.col, band.above.row);
+    all.below.take(band.below.error, band.below.col, band.below.row);
+    for (std::size_t i = 0; i < worst.size(); ++i) {
+      if (std::isnan(strip->values()[i])) continue;
+      if (worst[i] == kUncovered) {
+        ++out.uncovered;
+        continue;
+      }
+      ++out.posts;
+      sum += worst[i];
+      sum2 += double(worst[i]) * worst[i];
+      histogram.add(worst[i]);
+    }
+  }
+  set_extremes(all, out);
+  if (out.posts == 0) return out;
+  out.mean_m = sum / double(out.posts);
+  out.rms_m = std::sqrt(sum2 / double(out.posts));
+  out.p50_m = histogram.percentile(out.posts, 0.50);
+  out.p95_m = histogram.percentile(out.posts, 0.95);
+  out.p99_m = histogram.percentile(out.posts, 0.99);
   return out;
 }
 

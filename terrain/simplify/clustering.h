@@ -42,6 +42,14 @@ Result<Tin> cluster_rows(const ClusterGrid&, double spacing_x_m, double spacing_
                          const ReadRow& read, const Progress& progress = {},
                          const Constraints* constraints = nullptr);
 
+/// A source of any size: `read` gives its rows one after the other, from the first again for each
+/// pass. One pass where there are no voids; up to three where there are, for how many cells hold a
+/// post is known afterwards only. Fails (unsupported) for an error bound, which needs the whole
+/// grid.
+Result<Simplified> cluster_stream(int cols, int rows, double spacing_x_m, double spacing_y_m,
+                                  const StopAt&, const ReadRow& read,
+                                  const Progress& progress = {});
+
 /// The method. Clusters come in whole rows and columns, so a triangle count is met from below, to
 /// about one row of cells; an error bound by trying cell sizes (steps: the number of passes).
 Result<Simplified> simplify_cluster(const HeightGrid&, double spacing_x_m, double spacing_y_m,

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -76,6 +77,30 @@ TEST(SimplifyCommandLine, PutsTheMeshWhereTheDemIs) {
   ASSERT_TRUE(mesh) << mesh.error();
   EXPECT_EQ(mesh->positions.front(), (std::array<double, 3>{105, 215, 1}));
   EXPECT_EQ(mesh->positions.back(), (std::array<double, 3>{125, 205, 6}));
+}
+
+TEST(SimplifyCommandLine, ClusterTakesASourceLargerThanItsMemory) {
+  const TempDir dir;
+  const std::int64_t cols = 32768, rows = 3072;  // 400 MB as floats
+  std::ofstream(dir.file("large.vrt"))
+      << "<VRTDataset rasterXSize=\"" << cols << "\" rasterYSize=\"" << rows
+      << "\"><VRTRasterBand dataType=\"Float32\" band=\"1\" blockXSize=\"256\" "
+         "blockYSize=\"256\"><SimpleSource><SourceFilename>"
+      << std::filesystem::absolute(testdata("bigtujunga_crop.tif")).string()
+      << "</SourceFilename><SourceBand>1</SourceBand><DstRect xOff=\"0\" yOff=\"0\" xSize=\""
+      << cols << "\" ySize=\"" << rows << "\"/></SimpleSource></VRTRasterBand></VRTDataset>\n";
+  const std::string command = "simplify " + dir.file("large.vrt") + " --allow-vrt -o " +
+                              dir.file("a.ply") + " --method cluster";
+  const nlohmann::json made = json_of(command + " --triangles 20000 --json --progress none");
+  EXPECT_LT(made["peak_mb"], 0.7 * double(cols * rows) * sizeof(float) / (1 << 20));
+  EXPECT_EQ(made["posts"], cols * rows);
+  EXPECT_EQ(made["flipped"], 0);
+  EXPECT_EQ(made["uncovered"], 0);
+  EXPECT_LE(made["triangles"], 20000);
+  EXPECT_GT(made["triangles"], 19000);
+  const Ran bound = run_tind(command + " --max-error 5");
+  EXPECT_EQ(bound.code, 65) << bound.out;
+  EXPECT_NE(bound.out.find("--triangles"), std::string::npos) << bound.out;
 }
 
 TEST(SimplifyCommandLine, RefusesInOneLineWithAnHonestCode) {

@@ -157,6 +157,40 @@ TEST(VerticalError, DoesNotDependOnThreads) {
   }
 }
 
+TEST(VerticalError, InStripsItFindsTheSame) {
+  HeightGrid grid = rough_terrain(90, 700, 5);
+  for (int c = 10; c < 40; ++c) grid.at(c, 255) = grid.at(c, 300) = HeightGrid::kVoid;
+  Tin mesh;  // two triangles over nearly all, one more over part of them, some posts uncovered
+  mesh.vertices = {{0, -699, 10}, {89, -699, 400}, {89, 0, 30}, {0.5, 0, 200}, {20, -600, 99}};
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {4, 1, 2}};
+  const VerticalError whole = vertical_error(mesh, grid);
+  int rows_read = 0;
+  const auto strips = vertical_error_in_strips(
+      mesh, 90, 700,
+      [&](int row, int rows) -> Result<HeightGrid> {
+        EXPECT_EQ(row, rows_read);
+        rows_read += rows;
+        HeightGrid strip(90, rows);
+        for (int r = 0; r < rows; ++r) std::ranges::copy(grid.row(row + r), strip.row(r).begin());
+        return strip;
+      },
+      2);
+  ASSERT_TRUE(strips);
+  EXPECT_EQ(rows_read, 700);
+  EXPECT_EQ(strips->posts, whole.posts);
+  EXPECT_EQ(strips->uncovered, whole.uncovered);
+  EXPECT_GT(strips->uncovered, 0u);
+  EXPECT_NEAR(strips->max_m, whole.max_m, 1e-9);
+  EXPECT_EQ(strips->max_col, whole.max_col);
+  EXPECT_EQ(strips->max_row, whole.max_row);
+  EXPECT_NEAR(strips->rms_m, whole.rms_m, 1e-6);
+  EXPECT_NEAR(strips->p99_m, whole.p99_m, 6e-4 * whole.p99_m);
+  EXPECT_NEAR(strips->p50_m, whole.p50_m, 6e-4 * whole.p50_m);
+  const auto broken = vertical_error_in_strips(
+      mesh, 90, 700, [](int, int) -> Result<HeightGrid> { return fail(Errc::io, "disk gone"); });
+  EXPECT_EQ(broken.error().code, Errc::io);
+}
+
 TEST(ScanTriangle, TheOrderOfTheCornersDoesNotMatterToTheLastBit) {
   std::mt19937 random(6);
   std::uniform_real_distribution<double> at(0, 20);

@@ -99,5 +99,36 @@ TEST(Clustering, ReadsEachRowOnceInOrderAndPassesErrorsOn) {
   EXPECT_EQ(broken.error().what, "disk gone");
 }
 
+TEST(Clustering, AStreamGivesWhatTheGridGives) {
+  for (const bool voids : {false, true}) {
+    HeightGrid grid = test::rough_terrain(120, 80, 3);
+    if (voids)
+      for (int r = 10; r < 60; ++r)
+        for (int c = 0; c < 70; ++c) grid.at(c, r) = HeightGrid::kVoid;
+    int rows = 0;
+    const auto streamed = cluster_stream(120, 80, 30, 20, {.ratio = 0.1},
+                                         [&](int row, std::span<float> out) -> Result<void> {
+                                           ++rows;
+                                           std::ranges::copy(grid.row(row), out.begin());
+                                           return {};
+                                         });
+    ASSERT_TRUE(streamed) << streamed.error().what;
+    const auto whole = simplify(grid, 30, 20, options({.ratio = 0.1}));
+    EXPECT_EQ(streamed->input_triangles, whole->input_triangles);
+    EXPECT_TRUE(check_validity(streamed->tin).ok());
+    EXPECT_EQ(vertical_error(streamed->tin, grid).uncovered, 0u);
+    const double target = 0.1 * double(streamed->input_triangles);
+    EXPECT_LE(double(streamed->tin.triangles.size()), target);
+    if (voids) {
+      EXPECT_LE(rows, 3 * 80);
+      EXPECT_GT(double(streamed->tin.triangles.size()), 0.9 * target);
+    } else {
+      EXPECT_EQ(rows, 80);
+      EXPECT_EQ(streamed->tin.vertices, whole->tin.vertices);
+      EXPECT_EQ(streamed->tin.triangles, whole->tin.triangles);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tind
