@@ -16,7 +16,7 @@ namespace {
 
 using Stream = services::TileStreams::Stream;
 
-constexpr double kMostError = 1e6;          // metres
+constexpr double kMostError = 1e6;  // metres
 constexpr double kMostTriangles = 1e9;
 
 struct Asked {

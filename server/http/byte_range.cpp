@@ -1,10 +1,11 @@
 #include "server/http/byte_range.h"
 
+#include <strings.h>
+
 #include <algorithm>
 #include <charconv>
 #include <limits>
 #include <optional>
-#include <strings.h>
 #include <system_error>
 
 namespace tind::http {
@@ -29,7 +30,8 @@ AskedRange asked_range(std::string_view field, std::size_t size) {
   field.remove_prefix(kUnit.size());
   const std::size_t dash = field.find('-');
   if (dash == field.npos) return {};
-  const auto first = whole_number(field.substr(0, dash)), last = whole_number(field.substr(dash + 1));
+  const auto first = whole_number(field.substr(0, dash)),
+             last = whole_number(field.substr(dash + 1));
   if (dash == 0) {  // the last so many
     if (!last) return {};
     if (*last == 0 || size == 0) return {Kind::beyond};

@@ -69,14 +69,15 @@ Result<TileStreams::Stream> TileStreams::build(const Dataset& dataset, TileId ti
   const auto stream = tile_stream(tile, bytes, datum_of(dataset), std::move(stop));
   if (!stream) return fail(dataset.name, stream.error());
   const auto encoded = proto::encode(*stream);
-  if (!encoded) return fail(Errc::internal, dataset.name + " " + tile.text() + ": " + encoded.error());
-  Stream made = http::Representation::make(
-      {reinterpret_cast<const char*>(encoded->data()), encoded->size()},
-      {.content_type = "application/vnd.tind.progressive-mesh",
-       .cache_control = "public, max-age=3600",
-       .vary = "",
-       .compress = false,
-       .ranges = true});
+  if (!encoded)
+    return fail(Errc::internal, dataset.name + " " + tile.text() + ": " + encoded.error());
+  Stream made =
+      http::Representation::make({reinterpret_cast<const char*>(encoded->data()), encoded->size()},
+                                 {.content_type = "application/vnd.tind.progressive-mesh",
+                                  .cache_control = "public, max-age=3600",
+                                  .vary = "",
+                                  .compress = false,
+                                  .ranges = true});
   cache_.insert({dataset.index, tile, TileKey::kStream}, made);
   return made;
 }

@@ -115,6 +115,8 @@ export class ProgressiveMesh {
 export class Geomorph {
   /// Splits that are not animated.
   jumps = 0;
+  /// The state that the mesh was on its way from, after at(): its error is the one to state.
+  begin = 0;
 
   #mesh;
   #waves; // the first split of each, and the end
@@ -161,6 +163,7 @@ export class Geomorph {
       if (this.#waves[middle] <= split) low = middle;
       else high = middle;
     }
+    this.begin = split === to ? to : this.#waves[low];
     if (split === this.#waves[low] || high === 0) {
       mesh.seek(split);
       return Float64Array.from(mesh.lattice);

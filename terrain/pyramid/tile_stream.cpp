@@ -89,6 +89,14 @@ std::vector<bool> pinned_vertices(const HalfedgeMesh& mesh, int level) {
   return pinned;
 }
 
+/// Where to end: at one inner vertex for six of the border. What is coarser than that is all fans
+/// of slivers, and no shorter to send.
+std::size_t base_triangles(const HalfedgeMesh& mesh) {
+  std::size_t border = 0;
+  for (Index v = 0; v < mesh.vertex_slots(); ++v) border += mesh.on_border(v);
+  return border - 2 + 2 * (border / 6);
+}
+
 /// Merges at one end, at the height for which the star is least far from the tile.
 class DeviationCost {
  public:
@@ -199,8 +207,9 @@ Result<proto::MeshStream> make(TileId id, std::span<const std::uint8_t> bytes, V
   SplitRecorder splits(measure);
   NoFlip filter;
   const Lattice lattice{1, tile->step};
-  const CollapseRun run = record_collapses(*mesh, cost, filter, splits.listen(lattice, 1),
-                                           {.report = {}, .stop = std::move(stop)});
+  const CollapseRun run =
+      record_collapses(*mesh, cost, filter, splits.listen(lattice, base_triangles(*mesh)),
+                       {.report = {}, .stop = std::move(stop)});
   if (run.cancelled) return fail(Errc::cancelled, "stopped");
   return to_stream(splits.mesh, lattice, frame_of(id, datum));
 }

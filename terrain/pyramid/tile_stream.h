@@ -12,8 +12,9 @@
 
 namespace tind {
 
-/// A stream that ends in exactly this quantized-mesh tile and begins with its border and little
-/// else. A pure function of the tile's bytes, so it works for tiles of any maker that are valid.
+/// A stream that ends in exactly this quantized-mesh tile and begins with its border and few
+/// vertices inside. A pure function of the tile's bytes, so it works for tiles of any maker that
+/// are valid.
 ///
 /// Frame: the tile's own grid as a DEM of 32768 x 32768 posts, one place a post: X = u,
 /// Y = v - 32767, Z in steps of the tile's heights (a finer power of two, rounded, where its step

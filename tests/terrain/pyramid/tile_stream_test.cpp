@@ -129,7 +129,7 @@ TEST_F(TileStream, EveryStateKeepsTheBorderAndItsError) {
     const Tin fine = decoded(*tile);
     const auto border = border_of(fine);
     const std::size_t pinned = std::size_t(curvature_cells(level) * curvature_cells(level));
-    EXPECT_LE(pm.base.vertices.size(), border.size() + pinned + 12) << id.text();
+    EXPECT_LE(pm.base.vertices.size(), border.size() * 7 / 6 + pinned + 12) << id.text();
     EXPECT_GE(cursor->size(), fine.vertices.size() / 2);
     double last = HUGE_VAL;
     for (int i = 0; i <= 10; ++i, ++states) {
