@@ -69,6 +69,8 @@ class Remover {
   std::vector<std::uint32_t> changed_in_;  // the turn in which the vertex's ring last changed
   std::uint32_t turn_ = 1;
   std::vector<Index> waiting_;  // for the next turn
+  /// `plane`, whose keys are dear: of each vertex, up to date but for those in waiting_.
+  std::vector<Bucket> key_;
   Plan plan_;
   std::uint32_t removed_ = 0;
   std::vector<std::uint32_t> renewed_for_;  // the removal after which the vertex last got its key
@@ -93,6 +95,7 @@ class Remover {
   bool make_plan(Index v);
   void carry_out(Index v);
   void count_degrees(bool border);
+  void enter(Index v);
   void refresh();
 };
 
@@ -111,8 +114,9 @@ Remover::Remover(TerrainMesh& terrain, const HeightGrid& grid, Criterion criteri
   const Index n = Index(mesh_.vertex_slots());
   for (Index v = 0; v < n; ++v)
     if (mesh_.alive_vertex(v)) degree_[v] = std::uint32_t(mesh_.degree(v));
+  key_.resize(criterion == Criterion::plane ? n : 0);
   for (Index v = 0; v < n; ++v)
-    if ((may_go_[v] = may_ever_go(v))) queue_.push(v, key(v));
+    if ((may_go_[v] = may_ever_go(v))) enter(v);
 }
 
 void Remover::gather_ring(Index v) {
@@ -316,12 +320,29 @@ void Remover::count_degrees(bool border) {
     diagonal(plan_.triangles[i][0], plan_.triangles[i][2]);
 }
 
-/// Gives the ring its keys after a removal; `k-degree` looks one ring farther.
+/// A ring that is too long to be filled needs no key; it comes by again when it gets shorter.
+void Remover::enter(Index v) {
+  if (degree_[v] > kLongestRing) return;
+  const Bucket b = key(v);
+  if (criterion_ == Criterion::plane) key_[v] = b;
+  queue_.push(v, b);
+}
+
+/// After a removal the ring waits. Degrees get their keys at once, and `k-degree` looks one ring
+/// farther; a plane is fitted once a turn, however often the ring changed.
 void Remover::refresh() {
+  if (criterion_ == Criterion::plane) {
+    ++removed_;
+    for (const Index v : plan_.ring) {
+      if (may_go_[v] && changed_in_[v] != turn_) waiting_.push_back(v);
+      changed_in_[v] = turn_;
+    }
+    return;
+  }
   auto renew = [&](Index v) {
     if (!may_go_[v] || renewed_for_[v] == removed_) return;
     renewed_for_[v] = removed_;
-    queue_.push(v, key(v));
+    enter(v);
   };
   ++removed_;
   for (const Index v : plan_.ring) {
@@ -335,10 +356,10 @@ void Remover::refresh() {
 /// The turn of vertex v, which waited in bucket b.
 void Remover::visit(Index v, Bucket b) {
   if (changed_in_[v] == turn_) {
-    waiting_.push_back(v);
+    if (criterion_ != Criterion::plane) waiting_.push_back(v);
     return;
   }
-  if (const Bucket now = key(v); now > b) {
+  if (const Bucket now = criterion_ == Criterion::plane ? key_[v] : key(v); now > b) {
     queue_.push(v, now);
     return;
   }
@@ -368,8 +389,9 @@ bool Remover::run(std::size_t target, const Progress& progress) {
       if (queue_.take(batch[i], b)) visit(batch[i], b);
     if (criterion_ != Criterion::plane && b != BucketQueue::kAbsent) continue;
     ++turn_;
+    std::sort(waiting_.begin(), waiting_.end());  // in mesh order neighbours share the cache
     for (const Index v : waiting_)
-      if (mesh_.alive_vertex(v)) queue_.push(v, key(v));
+      if (mesh_.alive_vertex(v)) enter(v);
     waiting_.clear();
   }
   return true;
