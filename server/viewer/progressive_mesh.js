@@ -33,7 +33,7 @@ export class ProgressiveMesh {
   get triangleCount() {
     return this.#topology.faces;
   }
-  /// The bound on the vertical error, metres, of the mesh as it is now.
+  /// The bound on the error of the mesh as it is now (TpmStream.errorAfter).
   get errorM() {
     return this.#stream.errorAfter(this.splits);
   }
@@ -54,7 +54,7 @@ export class ProgressiveMesh {
     while (this.splits > goal) this.#down();
   }
 
-  /// The first state that is known to be within `error` metres; the last that is there if none is.
+  /// The first state that is known to be within `error`; the last that is there if none is.
   splitsForError(error) {
     const {blocks, splits, header} = this.#stream;
     const block = blocks.find((b) => b.error <= error);
@@ -111,7 +111,8 @@ export class ProgressiveMesh {
 /// vertices move together, on straight lines, from where the one was. All splits at once would be
 /// simpler, and would turn triangles over that two vertices move at the same time. A triangle whose
 /// one corner moves stays counter-clockwise, and so do the two that open, but where a split takes
-/// its vertex aside past a neighbour: such a split is done at once when its wave begins.
+/// its vertex aside past a neighbour: such a split is done at once when its wave begins. (A surface
+/// in space has no side to turn to; there all splits are animated.)
 export class Geomorph {
   /// Splits that are not animated.
   jumps = 0;
@@ -141,7 +142,7 @@ export class Geomorph {
         topology.fan(v);
         for (let k = 0; k < topology.edgeCount; ++k) changed.set(Math.floor(topology.edges[k] / 3), i);
       }
-      if (!this.#opens(i)) this.#jumping.add(i);
+      if (mesh.stream.header.frame === "terrain" && !this.#opens(i)) this.#jumping.add(i);
     }
     this.jumps = this.#jumping.size;
     if (to > from) this.#waves.push(to);
@@ -201,9 +202,12 @@ export class Geomorph {
   }
 }
 
-/// Positions on a stream's lattice (whole numbers or not) as x and y in its CRS and metres up.
-export function toCrs({perPost, zStep, postToCrs: [a0, a1, a2, a3, a4, a5]}, lattice) {
+/// Positions on a stream's lattice (whole numbers or not) as x and y in its CRS and metres up; of a
+/// surface in space in the mesh's own unit.
+export function toCrs(header, lattice) {
   const out = new Float64Array(lattice.length);
+  if (header.frame === "space") return out.map((_, i) => (header.origin[i % 3] + lattice[i]) / header.perUnit);
+  const {perPost, zStep, postToCrs: [a0, a1, a2, a3, a4, a5]} = header;
   for (let i = 0; i < lattice.length; i += 3) {
     const col = lattice[i] / perPost;
     const row = -(lattice[i + 1] / perPost);

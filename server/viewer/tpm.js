@@ -1,5 +1,5 @@
-// A reader of .tpm, version 1 (docs/formats.md, "A progressive mesh"; proto/mesh_stream.h is the same
-// in C++): bytes in as they come, vertex splits out. progressive_mesh.js makes meshes of them.
+// A reader of .tpm (docs/formats.md, "A progressive mesh"; proto/mesh_stream.h is the same in C++):
+// bytes in as they come, vertex splits out. progressive_mesh.js makes meshes of them.
 //
 //   const stream = new TpmStream();
 //   for await (const bytes of response.body) stream.feed(bytes);   // throws TpmError on damaged bytes
@@ -7,14 +7,10 @@
 
 import {NEEDS_MORE, NUMBER, RangeDecoder} from "./range_decoder.js";
 import {NONE, SplitTopology, withRoom} from "./split_topology.js";
+import {largestCoordinate, orientation, readStart, TpmError} from "./tpm_start.js";
 
-export class TpmError extends Error {
-  name = "TpmError";
-}
+export {orientation, TpmError};
 
-const HEADER = 120;
-const MOST_XY = 2 ** 29;
-const MOST_Z = 2 ** 30;
 const TREE_VALENCE = 32;
 
 // Where the models of each number begin.
@@ -40,23 +36,14 @@ export const ADDED = 11; // and of the new one
 const bitWidth = (v) => 32 - Math.clz32(v);
 const width = (v) => Math.min(15, v < 2 ** 31 ? bitWidth(v) : 15);
 
-/// Twice the area of the triangle in x and y: the exact sign.
-export function orientation(ax, ay, bx, by, cx, cy) {
-  const l = (bx - ax) * (cy - ay);
-  const r = (by - ay) * (cx - ax);
-  if (Math.abs(l) + Math.abs(r) < 2 ** 53) return l - r;
-  return Math.sign(Number(BigInt(bx - ax) * BigInt(cy - ay) - BigInt(by - ay) * BigInt(cx - ax)));
-}
-
 export class TpmStream {
-  /// {perPost, zStep, fineError, cols, rows, postToCrs, zUnit, datum, crs, baseVertices,
-  /// baseTriangles, totalSplits}; undefined until the base is there.
+  /// tpm_start.js says what it holds; undefined until the base is there.
   header;
   /// X, Y, Z of each vertex of the base, and three of them for each triangle.
   basePositions = new Int32Array(0);
   baseTriangles = new Uint32Array(0);
-  /// What has come: the splits, and the blocks, {first, count, error}: `error` bounds the vertical
-  /// error (m) of every state from split `first` on, until the next block.
+  /// What has come: the splits, and the blocks, {first, count, error}: `error` bounds the error of
+  /// every state from split `first` on, until the next block.
   splits = 0;
   records = new Int32Array(0);
   blocks = [];
@@ -91,7 +78,8 @@ export class TpmStream {
     return (this.header ? this.splits : -1) > before;
   }
 
-  /// The bound of the state after so many splits, metres. Infinite where that is not known yet.
+  /// The bound on the error of the state after so many splits: vertical, metres; in space the distance
+  /// from the finest mesh, in the mesh's own unit. Infinite where that is not known yet.
   errorAfter(splits) {
     if (this.header && splits === this.header.totalSplits) return this.header.fineError;
     let [low, high] = [0, this.blocks.length];
@@ -103,76 +91,20 @@ export class TpmStream {
     return low > 0 ? this.blocks[low - 1].error : Infinity;
   }
 
-  // ---- header and base
-
   #readStart() {
-    const bytes = this.#buffer.subarray(0, this.bytes);
-    const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.length);
-    for (let i = 0; i < Math.min(4, bytes.length); ++i)
-      if (bytes[i] !== "TPM1".charCodeAt(i)) throw new TpmError("this is no .tpm stream");
-    if (bytes.length < HEADER) return false;
-    const [u16, u32, f64] = ["Uint16", "Uint32", "Float64"].map((type) => (at) => view[`get${type}`](at, true));
-    const header = {
-      perPost: u16(6), zStep: f64(8), fineError: f64(16), cols: u32(24), rows: u32(28),
-      postToCrs: [0, 1, 2, 3, 4, 5].map((i) => f64(32 + 8 * i)),
-      zUnit: f64(80), datum: u32(88) & 255, baseVertices: u32(92), baseTriangles: u32(96), totalSplits: u32(100),
-    };
-    if (u16(4) !== 1) throw new TpmError(`version ${u16(4)} of .tpm is not known here`);
-    const {perPost, zStep, fineError, zUnit, datum, baseVertices, baseTriangles, totalSplits} = header;
-    const [crsBytes, baseBytes] = [u32(104), u32(108)];
-    if (perPost < 1 || perPost > 1024 || (perPost & (perPost - 1)) !== 0 || !(zStep > 0 && zStep < 1e6) || !(fineError >= 0) ||
-        !(zUnit > 0) || datum > 2 || baseVertices < 3 || baseTriangles < 1 || baseVertices + totalSplits >= 2 ** 30)
-      throw new TpmError("the header of the .tpm stream makes no sense");
-    if (3 * baseVertices + 3 * baseTriangles > baseBytes) throw new TpmError("the base mesh has more numbers than bytes");
-    this.#bodyAt = HEADER + crsBytes + baseBytes;
-    if (bytes.length < this.#bodyAt) return false;
-    header.crs = new TextDecoder().decode(bytes.subarray(HEADER, HEADER + crsBytes));
-    this.#readBase(bytes.subarray(HEADER + crsBytes, this.#bodyAt), header);
-    this.header = header;
-    return true;
-  }
-
-  #readBase(bytes, {baseVertices, baseTriangles}) {
-    let at = 0;
-    const signed = (what) => {
-      let value = 0;
-      for (let scale = 1; ; scale *= 128) {
-        if (at >= bytes.length) throw new TpmError("the base mesh is not as long as the header says");
-        if (scale > 2 ** 35) throw new TpmError(what());
-        const byte = bytes[at++];
-        value += (byte & 127) * scale;
-        if (byte < 128) return value % 2 === 0 ? value / 2 : -(value + 1) / 2;
-      }
-    };
-    const positions = new Int32Array(3 * baseVertices);
-    const last = [0, 0, 0];
-    for (let i = 0; i < positions.length; ++i) {
-      const wrong = () => `vertex ${(i - (i % 3)) / 3} of the base is out of range`;
-      last[i % 3] += signed(wrong);
-      if (Math.abs(last[i % 3]) > (i % 3 < 2 ? MOST_XY : MOST_Z)) throw new TpmError(wrong());
-      positions[i] = last[i % 3];
-    }
-    const triangles = new Uint32Array(3 * baseTriangles);
-    let index = 0;
-    for (let i = 0; i < triangles.length; ++i) {
-      const wrong = () => `triangle ${(i - (i % 3)) / 3} of the base names a vertex that is not there`;
-      index += signed(wrong);
-      if (index < 0 || index >= baseVertices) throw new TpmError(wrong());
-      triangles[i] = index;
-      if (i % 3 < 2) continue;
-      const [a, b, c] = [3 * triangles[i - 2], 3 * triangles[i - 1], 3 * index];
-      if (!(orientation(positions[a], positions[a + 1], positions[b], positions[b + 1], positions[c], positions[c + 1]) > 0))
-        throw new TpmError(`triangle ${(i - 2) / 3} of the base is not counter-clockwise`);
-    }
-    if (at !== bytes.length) throw new TpmError("the base mesh is not as long as the header says");
+    const start = readStart(this.#buffer.subarray(0, this.bytes));
+    if (!start) return false;
     try {
-      this.#topology = new SplitTopology(triangles, baseVertices);
+      this.#topology = new SplitTopology(start.triangles, start.header.baseVertices);
     } catch (error) {
       throw new TpmError(error.message);
     }
-    this.basePositions = positions;
-    this.baseTriangles = triangles;
-    this.#position = positions.slice();
+    this.basePositions = start.positions;
+    this.baseTriangles = start.triangles;
+    this.#position = start.positions.slice();
+    this.#bodyAt = start.bytes;
+    this.header = start.header;
+    return true;
   }
 
   // ---- splits
@@ -223,8 +155,10 @@ export class TpmStream {
     this.records = withRoom(this.records, RECORD * (this.splits + 1));
     const record = this.records.subarray(RECORD * this.splits, RECORD * (this.splits + 1));
     this.#readTopology(record, previous);
-    this.#readPositions(record);
-    if (!this.#staysValid(record)) throw this.#wrong("it would flip a triangle");
+    const terrain = this.header.frame === "terrain";
+    if (terrain) this.#readOnTerrain(record);
+    else this.#readInSpace(record);
+    if (terrain && !this.#staysValid(record)) throw this.#wrong("it would flip a triangle");
     this.#apply(record);
     this.#previous = record[VERTEX] + 1;
     this.#firstOfBlock = false;
@@ -264,7 +198,7 @@ export class TpmStream {
     return valence <= TREE_VALENCE ? this.#coder.tree(models + 32 * valence, depth) : this.#coder.plain(depth);
   }
 
-  #readPositions(record) {
+  #readOnTerrain(record) {
     const coder = this.#coder;
     const position = this.#position;
     const {ring, ringCount: valence} = this.#topology;
@@ -296,10 +230,37 @@ export class TpmStream {
       level = this.#starHeight(cx, cy, cz, fineX, fineY);
     }
     const fineZ = level + coder.number(FINE_Z + NUMBER * (16 * moved + rough));
-    if (Math.max(Math.abs(addedX), Math.abs(addedY), Math.abs(fineX), Math.abs(fineY)) > MOST_XY ||
-        Math.max(Math.abs(addedZ), Math.abs(fineZ)) > MOST_Z)
-      throw this.#wrong("it names what is not there");
-    record.set([cx, cy, cz, fineX, fineY, fineZ, addedX, addedY, addedZ], COARSE);
+    this.#keepPositions(record, [cx, cy, cz], [fineX, fineY, fineZ], [addedX, addedY, addedZ]);
+  }
+
+  /// All three axes alike: the new vertex against the middle, the old one where it was or opposite.
+  #readInSpace(record) {
+    const coder = this.#coder;
+    const position = this.#position;
+    const {ring, ringCount: valence} = this.#topology;
+    const at = 3 * record[VERTEX];
+    const coarse = [position[at], position[at + 1], position[at + 2]];
+    const count = this.#over + 1;
+    const guess = coarse.map((c, k) => {
+      let sum = c * count;
+      for (let i = 0; i < count; ++i) sum += position[3 * ring[(this.#place + i) % valence] + k];
+      return Math.floor(sum / (2 * count));
+    });
+    const moved = coder.bit(MOVED);
+    const near = width(Math.max(...guess.map((g, k) => Math.abs(g - coarse[k]))));
+    const added = guess.map((g) => g + coder.number(ADDED_XY + NUMBER * (16 * moved + near)));
+    const fine = coarse.map((c, k) => (moved ? 2 * c - added[k] + coder.number(FINE_XY + NUMBER * near) : c));
+    this.#keepPositions(record, coarse, fine, added);
+  }
+
+  #keepPositions(record, coarse, fine, added) {
+    for (let k = 0; k < 3; ++k) {
+      if (Math.max(Math.abs(added[k]), Math.abs(fine[k])) > largestCoordinate(this.header.frame, k))
+        throw this.#wrong("it names what is not there");
+      record[COARSE + k] = coarse[k];
+      record[FINE + k] = fine[k];
+      record[ADDED + k] = added[k];
+    }
   }
 
   /// The height of the star of c at (x, y): of the face that holds the place, or comes nearest to it.

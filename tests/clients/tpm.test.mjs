@@ -25,6 +25,9 @@ before(() => {
     tind("progressive", ...args, "-o", `${folder}/${name}.tpm`, "--progress", "none");
     bytes[name] = new Uint8Array(readFileSync(`${folder}/${name}.tpm`));
   }
+  tind("extract", `${folder}/bounded.tpm`, "--triangles", "3000", "-o", `${folder}/surface.ply`);
+  tind("progressive", `${folder}/surface.ply`, "--base", "50", "-o", `${folder}/space.tpm`, "--progress", "none");
+  bytes.space = new Uint8Array(readFileSync(`${folder}/space.tpm`));
 });
 after(() => rmSync(folder, {recursive: true}));
 
@@ -73,7 +76,7 @@ function area(mesh, position = mesh.lattice) {
   return sum;
 }
 
-for (const name of ["bounded", "qem"]) {
+for (const name of ["bounded", "qem", "space"]) {
   test(`${name}: every level is what tind extract makes of it, bit by bit`, () => {
     const stream = streamOf(bytes[name]);
     assert.ok(stream.complete);
@@ -84,7 +87,7 @@ for (const name of ["bounded", "qem"]) {
       assert.equal(splits, expected.splits, level.join(" "));
       mesh.seek(splits);
       assert.equal(mesh.triangleCount, expected.triangles.length / 3);
-      assert.equal(mesh.errorM, expected.max_error_m);
+      assert.equal(mesh.errorM, expected.max_error_m ?? expected.max_error);
       assert.deepEqual(mesh.triangles(), expected.triangles);
       assert.deepEqual(toCrs(stream.header, mesh.lattice), expected.positions);
     }
@@ -112,7 +115,9 @@ for (const name of ["bounded", "qem"]) {
       assert.deepEqual(moved.lattice, direct.lattice);
     }
   });
+}
 
+for (const name of ["bounded", "qem"]) {
   test(`${name}: no triangle turns over between coarse and fine, and both ends are exact`, () => {
     const stream = streamOf(bytes[name]);
     const mesh = meshOf(stream);
@@ -134,6 +139,21 @@ for (const name of ["bounded", "qem"]) {
     }
   });
 }
+
+test("a surface in space moves between two states, exact at both ends", () => {
+  const stream = streamOf(bytes.space);
+  assert.equal(stream.header.frame, "space");
+  const mesh = meshOf(stream);
+  const geomorph = new Geomorph(mesh, 10, stream.splits);
+  assert.equal(geomorph.jumps, 0);
+  for (const [t, splits] of [[0, 10], [1, stream.splits]]) {
+    assert.deepEqual(geomorph.at(t), Float64Array.from(mesh.lattice));
+    assert.equal(mesh.splits, splits);
+  }
+  const before = geomorph.at(0.4);
+  const after = geomorph.at(0.4001);
+  assert.ok(before.some((x, i) => x !== after[i]) && before.some((x) => x % 1 !== 0));
+});
 
 test("on the way the surface moves little by little", () => {
   const stream = streamOf(bytes.small);
@@ -197,15 +217,17 @@ test("damage is said in one line, and never makes a mesh that is not valid", () 
   }
   assert.ok(outcomes.said > 500 && outcomes.valid > 500, JSON.stringify(outcomes));
 
-  const patched = (at, ...values) => {
-    const bad = good.slice();
+  const patched = (at, ...values) => patchedOf(good, at, ...values);
+  const patchedOf = (whole, at, ...values) => {
+    const bad = whole.slice();
     bad.set(values, at);
     return bad;
   };
   for (const [bad, expected] of [
     [new TextEncoder().encode("PK"), /no \.tpm stream/],
-    [patched(4, 2), /version 2/],
+    [patched(4, 3), /version 3/],
     [patched(6, 3), /header/],
+    [patchedOf(bytes.space, 32, 1), /header/], // an origin that is no whole number
     [patched(92, 0, 0, 0, 16), /more numbers than bytes/],
     [Uint8Array.of(...good, 0), /after the end/],
   ])
