@@ -23,6 +23,7 @@ int main(int argc, char** argv) {
   tind::cli::add_refine(app, exit);
   tind::cli::add_progressive(app, exit);
   tind::cli::add_extract(app, exit);
+  tind::cli::add_between(app, exit);
   tind::cli::add_measure(app, exit);
   tind::cli::add_compare(app, exit);
   tind::cli::add_methods(app, exit);

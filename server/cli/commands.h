@@ -32,6 +32,7 @@ void add_simplify(CLI::App& program, int& exit);
 void add_refine(CLI::App& program, int& exit);
 void add_progressive(CLI::App& program, int& exit);
 void add_extract(CLI::App& program, int& exit);
+void add_between(CLI::App& program, int& exit);
 void add_measure(CLI::App& program, int& exit);
 void add_compare(CLI::App& program, int& exit);
 void add_methods(CLI::App& program, int& exit);

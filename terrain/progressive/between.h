@@ -8,8 +8,10 @@
 //   4. edges collapse inside the sets, by quadric error, under the link condition
 //   5. with each collapse the surviving vertex moves on, linearly, to where the coarse model has it
 
+#include "terrain/base/progress.h"
 #include "terrain/base/result.h"
 #include "terrain/progressive/progressive_mesh.h"
+#include "terrain/progressive/space_lattice.h"
 
 namespace tind {
 
@@ -21,12 +23,22 @@ struct BetweenModels {
   /// surface: where a path had no way round (the paper's open cases), or where a set had one vertex
   /// only and so no collapse in which to move.
   std::size_t split_in = 0;
+  std::size_t turned = 0;  // triangles_turned(mesh)
 };
 
-/// Closed, connected, orientable manifolds of the same genus; a sphere always succeeds. Fails
-/// (invalid_argument) when the two are not of that kind, (unsupported), with the place, when on a
-/// model with handles an edge finds no way or the collapses end elsewhere. Deterministic.
+/// Connected, orientable manifolds with as many handles and borders; a sphere or a disc always
+/// succeeds. Borders lead to borders: border vertices go along the border only. Fails
+/// (invalid_argument) when the two are not of that kind, (unsupported) when on a model with handles
+/// an edge finds no way or the collapses end elsewhere; with the place. With a `lattice` all
+/// places lie on it, also those of the ends, which are exact where it holds them. Deterministic.
 /// O(coarse edges x n log n).
-Result<BetweenModels> between_models(const Tin& fine, const Tin& coarse);
+Result<BetweenModels> between_models(const Tin& fine, const Tin& coarse,
+                                     const SpaceLattice* lattice = nullptr,
+                                     const Progress& progress = {});
+
+/// How many triangles that a split leaves turn by 90 degrees or more when it is made, over all
+/// splits. Where none does, none faces another way at any moment of any split's geomorph either: a
+/// triangle has one corner that moves, so its normal is on the straight line between both ends.
+std::size_t triangles_turned(const ProgressiveMesh&);
 
 }  // namespace tind

@@ -21,7 +21,11 @@ class PostMeasure {
 
   explicit PostMeasure(const HeightGrid& grid) : grid_(grid) {}
 
-  static bool same_place(const Vec3& p, const Vec3& q) { return p.x == q.x && p.y == q.y; }
+  bool other_way(const HalfedgeMesh& m, const Collapse& c) const {
+    const auto same = [](const Vec3& p, const Vec3& q) { return p.x == q.x && p.y == q.y; };
+    return same(c.kept_after, c.removed_position) && !same(c.kept_after, c.kept_before) &&
+           !m.on_border(c.kept);
+  }
 
   double fine(const HalfedgeMesh& m) const {
     double worst = 0;

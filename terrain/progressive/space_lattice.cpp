@@ -7,7 +7,6 @@
 #include <string>
 
 #include "proto/mesh_stream.h"
-#include "terrain/progressive/split_recorder.h"
 
 namespace tind {
 
@@ -83,6 +82,20 @@ SpaceLattice finest_lattice(std::span<const Tin* const> meshes) {
   return lattice_over(box, std::exp2(bits)).value_or(SpaceLattice{});
 }
 
+SpaceLattice lattice_between(std::span<const Tin* const> meshes) {
+  const Box box(meshes);
+  auto exact = exact_lattice(meshes);
+  if (!exact) return finest_lattice(meshes);
+  // Twice as many steps hold every place of the lattice, and its quotients round to the same.
+  const double enough = 1e6 / length(box.high - box.low);
+  while (exact->per_unit < enough) {
+    const auto finer = lattice_over(box, 2 * exact->per_unit);
+    if (!finer) break;
+    exact = finer;
+  }
+  return *exact;
+}
+
 Result<SpaceLattice> lattice_of_step(std::span<const Tin* const> meshes, double step) {
   if (!(step > 0 && std::isfinite(step)))
     return fail(Errc::invalid_argument, "the step of the coordinates must be above 0");
@@ -98,24 +111,6 @@ double diagonal_of(const Tin& mesh) {
   const Tin* const meshes[] = {&mesh};
   const Box box(meshes);
   return length(box.high - box.low);
-}
-
-void put_on_lattice(ProgressiveMesh& pm, const SpaceLattice& lattice) {
-  std::vector<double> way;  // of each vertex, as it is in the state at hand
-  const auto snap = [&](Vec3& p) {
-    const Vec3 to = lattice.snap(p);
-    const double by = length(to - p);
-    p = to;
-    return by;
-  };
-  for (Vec3& v : pm.base.vertices) way.push_back(snap(v));
-  for (VertexSplit& s : pm.splits) {
-    snap(s.vertex_coarse);
-    way[s.vertex] = snap(s.vertex_fine);
-    way.push_back(snap(s.added));
-    s.error_m = rounded_up(double(s.error_m) + lattice.rounding());
-  }
-  if (!way.empty()) pm.fine_error_m += *std::ranges::max_element(way);
 }
 
 }  // namespace tind

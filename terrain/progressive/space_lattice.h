@@ -6,7 +6,6 @@
 
 #include "terrain/base/result.h"
 #include "terrain/mesh/tin.h"
-#include "terrain/progressive/progressive_mesh.h"
 
 namespace tind {
 
@@ -30,14 +29,14 @@ std::optional<SpaceLattice> exact_lattice(std::span<const Tin* const> meshes);
 /// The finest lattice of binary fractions that can number the box. REQUIRES: finite coordinates.
 SpaceLattice finest_lattice(std::span<const Tin* const> meshes);
 
+/// For the way between two models: on which both are exact if there is such a lattice, with a
+/// millionth of the box's diagonal, at most, for the places on the way; else the finest.
+SpaceLattice lattice_between(std::span<const Tin* const> meshes);
+
 /// With this step. Fails (invalid_argument) when it makes no sense for a mesh of this size.
 Result<SpaceLattice> lattice_of_step(std::span<const Tin* const> meshes, double step);
 
 /// The diagonal of the box around a mesh; 0 without vertices.
 double diagonal_of(const Tin&);
-
-/// Moves every position of every state to the lattice, and adds what that can cost to the errors
-/// of all but the finest state, whose error becomes the farthest way of any of its vertices.
-void put_on_lattice(ProgressiveMesh&, const SpaceLattice&);
 
 }  // namespace tind

@@ -2,13 +2,15 @@
 // Listens to a method that collapses; read backwards, what it heard is the list of splits.
 //
 // A collapse that merges at the place of the vertex that goes is told the other way around: then
-// the vertex that stays does not move, which is cheap to write down and pleasant to look at.
+// the vertex that stays does not move, which is cheap to write down and pleasant to look at. So is
+// one with the border on its left: a split has the border on its right.
 //
-// What is an error, and when two positions are one, is for `Measure` to say:
+// What is an error, and when the places are the same, is for `Measure` to say:
 //
-//   double fine(const HalfedgeMesh&)                    before the first collapse
-//   double after(const HalfedgeMesh&, const Collapse&)  of what the collapse leaves; before it
-//   static bool same_place(const Vec3&, const Vec3&)
+//   double fine(const HalfedgeMesh&)                        before the first collapse
+//   double after(const HalfedgeMesh&, const Collapse&)      of what the collapse leaves; before it
+//   bool other_way(const HalfedgeMesh&, const Collapse&)    whether to tell it so; false where the
+//                                                           vertex that stays is on a border
 
 #include <algorithm>
 #include <cmath>
@@ -67,14 +69,14 @@ class SplitRecorder {
 
   void collapse(const Collapse& c) {
     error_ = std::max(error_, measure_.after(*mesh_, c));
-    const bool turn = c.right != kNone && Measure::same_place(c.kept_after, c.removed_position) &&
-                      !Measure::same_place(c.kept_after, c.kept_before);
+    const bool turn = c.left == kNone || (c.right != kNone && measure_.other_way(*mesh_, c));
     VertexSplit s;
     s.vertex_coarse = c.kept_after;
     s.vertex_fine = turn ? c.removed_position : c.kept_before;
     s.added = turn ? c.kept_before : c.removed_position;
-    s.left = label_[turn ? c.right : c.left];
-    s.right = c.right == kNone ? kNone : label_[turn ? c.left : c.right];
+    const Index left = turn ? c.right : c.left, right = turn ? c.left : c.right;
+    s.left = label_[left];
+    s.right = right == kNone ? kNone : label_[right];
     if (turn) std::swap(label_[c.removed], label_[c.kept]);
     s.vertex = label_[c.kept];
     s.error_m = rounded_up(error_);

@@ -3,32 +3,13 @@
 
 #include "terrain/progressive/surface_progressive.h"
 
-#include <optional>
-
-#include "terrain/progressive/displacement.h"
 #include "terrain/progressive/split_recorder.h"
+#include "terrain/progressive/surface_measure.h"
 #include "terrain/simplify/simplify_mesh.h"
 
 namespace tind {
 
 namespace {
-
-class SurfaceMeasure {
- public:
-  static bool same_place(const Vec3& p, const Vec3& q) { return p == q; }
-
-  double fine(const HalfedgeMesh& m) {
-    carried_.emplace(std::vector<Vec3>(m.positions().begin(), m.positions().end()));
-    return 0;
-  }
-  double after(const HalfedgeMesh&, const Collapse& c) {
-    carried_->merge(c.removed, c.kept, c.kept_after);
-    return carried_->bound();
-  }
-
- private:
-  std::optional<Displacement> carried_;
-};
 
 /// From whole numbers to the mesh's own unit. `quantised`: how far the fine end was moved.
 void to_units(ProgressiveMesh& pm, const SpaceLattice& lattice, double quantised) {

@@ -10,9 +10,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <queue>
 
 #include "terrain/progressive/overlay.h"
+#include "terrain/progressive/vertex_queue.h"
 
 namespace tind {
 
@@ -28,7 +28,7 @@ class Coarsener {
     Index vertex, into, left, right;
   };
 
-  explicit Coarsener(Overlay& o) : o_(o), m_(o.mesh), version_(m_.vertex_slots(), 0) {}
+  explicit Coarsener(Overlay& o) : o_(o), m_(o.mesh) {}
 
   /// Takes away every vertex that `may_go` and can, while its cost is at most `limit`.
   template <class MayGo>
@@ -38,16 +38,13 @@ class Coarsener {
       progress = false;
       for (Index v = 0; v < m_.vertex_slots(); ++v)
         if (m_.alive_vertex(v) && may_go(v)) push(v, limit);
-      while (!queue_.empty()) {
-        const Entry e = queue_.top();
-        queue_.pop();
-        if (e.version != version_[e.vertex] || !m_.alive_vertex(e.vertex)) continue;
-        const Choice c = best(e.vertex);
+      for (Index v = queue_.pop(); v != kNone; v = queue_.pop()) {
+        if (!m_.alive_vertex(v)) continue;
+        const Choice c = best(v);
         if (c.half == kNone || c.cost > limit) continue;
         progress = true;
         const Index into = m_.dest(c.half), twin = m_.twin(c.half);
-        if (log)
-          log->push_back({e.vertex, into, m_.apex(c.half), twin == kNone ? kNone : m_.apex(twin)});
+        if (log) log->push_back({v, into, m_.apex(c.half), twin == kNone ? kNone : m_.apex(twin)});
         m_.collapse(c.half);
         each_neighbour(into, [&](Index n) {
           if (may_go(n)) push(n, limit);
@@ -62,19 +59,9 @@ class Coarsener {
     Index half = kNone;
     double cost = HUGE_VAL;
   };
-  struct Entry {
-    double cost;
-    Index vertex;
-    std::uint32_t version;
-    bool operator<(const Entry& o) const {
-      return cost != o.cost ? cost > o.cost : vertex > o.vertex;
-    }
-  };
-
   Overlay& o_;
   HalfedgeMesh& m_;
-  std::vector<std::uint32_t> version_;
-  std::priority_queue<Entry> queue_;
+  VertexQueue queue_;
 
   template <class F>
   void each_neighbour(Index v, F&& f) const {
@@ -83,9 +70,8 @@ class Coarsener {
     if (m_.rotate_ccw(last) == kNone) f(m_.apex(last));
   }
   void push(Index v, double limit) {
-    ++version_[v];
-    const Choice c = best(v);
-    if (c.half != kNone && c.cost <= limit) queue_.push({c.cost, v, version_[v]});
+    const double cost = best(v).cost;
+    queue_.push(v, cost <= limit ? cost : HUGE_VAL);
   }
 
   /// Whether the coarse mesh lets the origin of h go to its other end.

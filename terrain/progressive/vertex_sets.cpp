@@ -22,16 +22,24 @@ Pair ordered(Index a, Index b) { return {std::min(a, b), std::max(a, b)}; }
 
 class Router {
  public:
-  Router(HalfedgeMesh& fine, const HalfedgeMesh& coarse, VertexSets& out)
-      : m_(fine), c_(coarse), out_(out), first_(coarse.halfedge_slots(), kNone) {}
+  Router(CappedModels& models, VertexSets& out)
+      : models_(models),
+        m_(models.fine),
+        c_(models.coarse),
+        out_(out),
+        first_(c_.halfedge_slots(), kNone) {}
 
-  Result<void> run() {
+  Result<void> run(const Progress& progress) {
     choose_representatives();
-    near_ = grown(out_.representative);
+    near_ = grown();
     out_.set.assign(m_.vertex_slots(), kNone);
     for (Index j = 0; j < c_.vertex_slots(); ++j) out_.set[out_.representative[j]] = j;
-    for (const Index h : edges_trees_first())
-      if (auto ok = route(h); !ok) return ok;
+    const std::vector<Index> edges = edges_trees_first();
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+      if (progress.stopped()) return fail(Errc::cancelled, "it was stopped");
+      if (auto ok = route(edges[i]); !ok) return ok;
+      progress.at(double(i + 1) / double(edges.size()));
+    }
     fill();
     return {};
   }
@@ -44,6 +52,7 @@ class Router {
     friend auto operator<=>(const Node&, const Node&) = default;
   };
 
+  CappedModels& models_;
   HalfedgeMesh& m_;
   const HalfedgeMesh& c_;
   VertexSets& out_;
@@ -57,24 +66,60 @@ class Router {
   bool taken(Index v) const { return out_.set[v] != kNone; }
 
   void choose_representatives() {
-    std::vector<char> used(m_.vertex_slots(), 0);
+    out_.representative = models_.representative;
+    std::vector<char> used(m_.vertex_slots(), 0);  // or on a border
+    for (Index v = 0; v < m_.vertex_slots(); ++v) {
+      if (!models_.fine_cap(v)) continue;
+      used[v] = 1;
+      m_.for_each_out(v, [&](Index h) { used[m_.dest(h)] = 1; });
+    }
     for (Index j = 0; j < c_.vertex_slots(); ++j) {
+      if (out_.representative[j] != kNone) continue;
       Index best = kNone;
       double least = HUGE_VAL;
       for (Index v = 0; v < m_.vertex_slots(); ++v) {
         const double d = length(m_.position(v) - c_.position(j));
         if (!used[v] && d < least) least = d, best = v;
       }
+      if (best == kNone) {
+        best = split_inside();
+        used.push_back(0);
+      }
       used[best] = 1;
-      out_.representative.push_back(best);
+      out_.representative[j] = best;
     }
   }
 
+  /// The longest edge that is not the border's, where borders have all vertices that there are.
+  Index split_inside() {
+    Index longest = kNone;
+    double most = -1;
+    for (Index h = 0; h < m_.halfedge_slots(); ++h) {
+      const double l = length(m_.position(m_.origin(h)) - m_.position(m_.dest(h)));
+      if (l > most && !at_cap(m_, h, true)) longest = h, most = l;
+    }
+    ++out_.split_in;
+    return m_.split_edge(longest,
+                         (m_.position(m_.origin(longest)) + m_.position(m_.dest(longest))) * 0.5);
+  }
+
+  /// Whether a cap is at one of the edge's ends or, if asked, at one of the two corners beside it.
+  bool at_cap(const HalfedgeMesh& m, Index h, bool beside) const {
+    const auto cap = [&](Index v) {
+      return &m == &m_ ? models_.fine_cap(v) : models_.coarse_cap(v);
+    };
+    return cap(m.origin(h)) || cap(m.dest(h)) ||
+           (beside && (cap(m.apex(h)) || cap(m.apex(m.twin(h)))));
+  }
+
   /// Graph Voronoi.
-  std::vector<Index> grown(const std::vector<Index>& seeds) const {
+  std::vector<Index> grown() const {
     std::vector<Index> label(m_.vertex_slots(), kNone);
-    std::deque<Index> queue(seeds.begin(), seeds.end());
-    for (Index j = 0; j < seeds.size(); ++j) label[seeds[j]] = j;
+    std::deque<Index> queue;
+    for (Index j = 0; j < c_.vertex_slots(); ++j) {
+      label[out_.representative[j]] = j;
+      if (!models_.coarse_cap(j)) queue.push_back(out_.representative[j]);
+    }
     spread(queue, label);
     return label;
   }
@@ -82,21 +127,31 @@ class Router {
     for (; !queue.empty(); queue.pop_front()) {
       const Index v = queue.front();
       m_.for_each_out(v, [&](Index h) {
-        if (label[m_.dest(h)] != kNone) return;
+        if (label[m_.dest(h)] != kNone || models_.fine_cap(v)) return;
         label[m_.dest(h)] = label[v];
         queue.push_back(m_.dest(h));
       });
     }
   }
 
-  /// One half-edge for each coarse edge: a spanning tree, then the rest, short ones first.
+  /// One half-edge for each coarse edge: those of caps, of borders, a spanning tree, and the rest,
+  /// short ones first.
   std::vector<Index> edges_trees_first() const {
-    std::vector<std::pair<double, Index>> all;
-    for (Index h = 0; h < c_.halfedge_slots(); ++h)
-      if (h < c_.twin(h))
-        all.push_back({length(m_.position(out_.representative[c_.origin(h)]) -
-                              m_.position(out_.representative[c_.dest(h)])),
-                       h});
+    struct Edge {
+      int kind;
+      double length;
+      Index half;
+      auto operator<=>(const Edge&) const = default;
+    };
+    std::vector<Edge> all;
+    for (Index h = 0; h < c_.halfedge_slots(); ++h) {
+      if (h > c_.twin(h)) continue;
+      const int kind = at_cap(c_, h, false) ? 0 : at_cap(c_, h, true) ? 1 : 2;
+      all.push_back({kind,
+                     length(m_.position(out_.representative[c_.origin(h)]) -
+                            m_.position(out_.representative[c_.dest(h)])),
+                     h});
+    }
     std::sort(all.begin(), all.end());
     std::vector<Index> root(c_.vertex_slots());
     std::iota(root.begin(), root.end(), 0);
@@ -105,9 +160,9 @@ class Router {
       return v;
     };
     std::vector<Index> tree, rest;
-    for (const auto& [d, h] : all) {
-      const Index a = find(c_.origin(h)), b = find(c_.dest(h));
-      (a == b ? rest : tree).push_back(h);
+    for (const Edge& e : all) {
+      const Index a = find(c_.origin(e.half)), b = find(c_.dest(e.half));
+      (a == b && e.kind == 2 ? rest : tree).push_back(e.half);
       root[a] = b;
     }
     tree.insert(tree.end(), rest.begin(), rest.end());
@@ -138,7 +193,8 @@ class Router {
   }
   bool crossable(Index h) const {
     const Index a = m_.origin(h), b = m_.dest(h);
-    return taken(a) && taken(b) && !path_edges_.contains(ordered(a, b));
+    return taken(a) && taken(b) && !models_.fine_cap(a) && !models_.fine_cap(b) &&
+           !path_edges_.contains(ordered(a, b));
   }
   Node crossing(Index h) const {
     const auto [a, b] = ordered(m_.origin(h), m_.dest(h));
@@ -170,8 +226,30 @@ class Router {
     }
   }
 
+  /// The border from one representative to the next. `coarse_half` has the cap on its left.
+  void lay_border(Index coarse_half) {
+    const Index to = out_.representative[c_.dest(coarse_half)];
+    const Index cap = out_.representative[c_.apex(coarse_half)];
+    std::vector<Node> path;
+    for (Index v = out_.representative[c_.origin(coarse_half)];;) {
+      m_.for_each_out(v, [&](Index h) { v = m_.apex(h) == cap ? m_.dest(h) : v; });
+      if (v == to) break;
+      path.push_back({v, kNone});
+    }
+    lay(coarse_half, path);
+  }
+
   /// Dijkstra from one gate to the other.
   Result<void> route(Index coarse_half) {
+    if (at_cap(c_, coarse_half, false)) {
+      lay(coarse_half, {});
+      return {};
+    }
+    for (const Index h : {coarse_half, c_.twin(coarse_half)}) {
+      if (!models_.coarse_cap(c_.apex(h))) continue;
+      lay_border(h);
+      return {};
+    }
     const Index a = c_.origin(coarse_half), b = c_.dest(coarse_half);
     const Index rep_a = out_.representative[a], rep_b = out_.representative[b];
     const std::set<Node> leave = gate(coarse_half), arrive = gate(c_.twin(coarse_half));
@@ -246,7 +324,8 @@ class Router {
     for (Index j = 0; j < size.size(); ++j) {
       const Index rep = out_.representative[j];
       if (size[j] > 1 || m_.position(rep) == c_.position(j)) continue;
-      const Index h = m_.out(rep);
+      Index h = m_.out(rep);
+      while (models_.fine_cap(m_.dest(h))) h = m_.rotate_ccw(h);
       m_.split_edge(h, (m_.position(rep) + m_.position(m_.dest(h))) * 0.5);
       out_.set.push_back(j);
       ++out_.split_in;
@@ -256,9 +335,10 @@ class Router {
 
 }  // namespace
 
-Result<VertexSets> vertex_sets(HalfedgeMesh& fine, const HalfedgeMesh& coarse) {
+Result<VertexSets> vertex_sets(CappedModels& models, const Progress& progress) {
   VertexSets out;
-  if (auto ok = Router(fine, coarse, out).run(); !ok) return std::unexpected(ok.error());
+  out.split_in = models.split_in;
+  if (auto ok = Router(models, out).run(progress); !ok) return std::unexpected(ok.error());
   return out;
 }
 

@@ -12,11 +12,15 @@
 // Where paths leave no vertex free to pass between, an edge with both ends taken is split (the
 // paper's "limited vertex split first"). A spanning tree of the coarse edges is routed first: trees
 // never part the rest of a surface, and on a sphere what the others part is what they must.
+//
+// Models with borders come closed by caps (border_caps.h). A cap is a set of its own, and the paths
+// of border edges are the border itself; these are laid before the tree.
 
 #include <vector>
 
+#include "terrain/base/progress.h"
 #include "terrain/base/result.h"
-#include "terrain/mesh/halfedge_mesh.h"
+#include "terrain/progressive/border_caps.h"
 
 namespace tind {
 
@@ -26,8 +30,8 @@ struct VertexSets {
   std::size_t split_in = 0;
 };
 
-/// `fine` gains vertices where splits are needed. REQUIRES: both closed, no unused vertices, at
-/// least as many fine as coarse ones.
-Result<VertexSets> vertex_sets(HalfedgeMesh& fine, const HalfedgeMesh& coarse);
+/// `models.fine` gains vertices where splits are needed. REQUIRES: what cap_borders gave, of models
+/// without unused vertices, at least as many fine as coarse ones.
+Result<VertexSets> vertex_sets(CappedModels& models, const Progress& progress = {});
 
 }  // namespace tind

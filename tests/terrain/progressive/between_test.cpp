@@ -12,32 +12,14 @@
 #include "terrain/mesh/halfedge_mesh.h"
 #include "terrain/mesh/manifold.h"
 #include "terrain/mesh/mesh_frame.h"
-#include "terrain/progressive/terrain_transition.h"
 #include "tests/support/support.h"
+#include "tests/terrain/progressive/expand.h"
 #include "tests/terrain/progressive/shapes.h"
 
 namespace tind {
 namespace {
 
 using test::box, test::sphere, test::turned;
-
-/// The mesh after the first `count` splits.
-Tin after(const ProgressiveMesh& pm, std::size_t count) {
-  TerrainTransition topology;  // the same splits; places are set below
-  topology.base = pm.base.triangles;
-  topology.vertices.resize(pm.base.vertices.size() + count);
-  for (std::size_t i = 0; i < count; ++i)
-    topology.splits.push_back({pm.splits[i].vertex, pm.splits[i].left, pm.splits[i].right});
-  topology.border_splits = count;
-  Tin t = mesh_at(topology, 1);
-  std::copy(pm.base.vertices.begin(), pm.base.vertices.end(), t.vertices.begin());
-  for (std::size_t i = 0; i < count; ++i) {
-    EXPECT_EQ(t.vertices[pm.splits[i].vertex], pm.splits[i].vertex_coarse);
-    t.vertices[pm.splits[i].vertex] = pm.splits[i].vertex_fine;
-    t.vertices[pm.base.vertices.size() + i] = pm.splits[i].added;
-  }
-  return t;
-}
 
 double area(const Tin& t) {
   double sum = 0;
@@ -52,16 +34,24 @@ void expect_exact(const BetweenModels& made, const Tin& fine, const Tin& coarse)
   EXPECT_EQ(made.mesh.base.vertices, coarse.vertices);
   EXPECT_EQ(made.mesh.base.triangles, coarse.triangles);
   ASSERT_EQ(coarse.vertices.size() + made.mesh.splits.size(), fine.vertices.size() + made.split_in);
-  const Tin last = after(made.mesh, made.mesh.splits.size());
+  const Tin last = test::expand(made.mesh, made.mesh.splits.size());
   std::set<std::array<double, 3>> there;
   for (const Vec3& v : last.vertices) there.insert({v.x, v.y, v.z});
   for (const Vec3& v : fine.vertices) EXPECT_TRUE(there.contains({v.x, v.y, v.z}));
-  EXPECT_EQ(last.triangles.size(), fine.triangles.size() + 2 * made.split_in);
+  EXPECT_GE(last.triangles.size(), fine.triangles.size() + made.split_in);  // one at a border
+  EXPECT_LE(last.triangles.size(), fine.triangles.size() + 2 * made.split_in);
   EXPECT_NEAR(area(last), area(fine), 1e-9 * area(fine));
   std::mt19937 random(1);
   for (int i = 0; i < 30; ++i) {
-    const auto mesh = HalfedgeMesh::from_tin(after(made.mesh, random() % made.mesh.splits.size()));
+    const auto mesh =
+        HalfedgeMesh::from_tin(test::expand(made.mesh, random() % made.mesh.splits.size()));
     ASSERT_TRUE(mesh) << mesh.error().what;
+  }
+  Tin state = made.mesh.base;
+  for (const VertexSplit& s : made.mesh.splits) {
+    ASSERT_EQ(state.vertices[s.vertex], s.vertex_coarse);
+    state.vertices[s.vertex] = s.vertex_fine;
+    state.vertices.push_back(s.added);
   }
   for (std::size_t i = 1; i < made.mesh.splits.size(); ++i)
     EXPECT_LE(made.mesh.splits[i].error_m, made.mesh.splits[i - 1].error_m);
@@ -99,24 +89,104 @@ TEST(Between, SpotToABox) {
   ASSERT_LT(coarse.vertices.size(), 20u);
   const auto made = between_models(whole, coarse);
   ASSERT_TRUE(made) << made.error().what;
-  std::printf("spot: %zu vertices to %zu, %zu split in\n", whole.vertices.size(),
-              coarse.vertices.size(), made->split_in);
+  std::printf("spot: %zu vertices to %zu, %zu split in, %zu turned\n", whole.vertices.size(),
+              coarse.vertices.size(), made->split_in, made->turned);
   expect_exact(*made, whole, coarse);
+}
+
+/// In place of the coarse model's own: somewhere near.
+Tin moved(Tin t, double by, std::uint32_t seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> d(-by, by);
+  for (Vec3& v : t.vertices) v = v + Vec3{d(random), d(random), d(random)};
+  return t;
+}
+
+TEST(Between, OpenModelsKeepBordersOnBorders) {
+  for (std::uint32_t round = 0; round < 30; ++round) {
+    const int n = int(round % 4) + 1;
+    const Tin fine = test::split_at_random(test::hills(6 + n), 20 * n, round);
+    const Tin coarse = moved(test::hills(n), 0.05, round);
+    const auto made = between_models(fine, coarse);
+    ASSERT_TRUE(made) << round << ": " << made.error().what;
+    expect_exact(*made, fine, coarse);
+  }
+}
+
+TEST(Between, TubesHaveTwoBorders) {
+  for (std::uint32_t round = 0; round < 20; ++round) {
+    const Tin fine = test::split_at_random(test::tube(8, 9), int(30 * round), round);
+    const Tin coarse = turned(test::tube(1 + int(round % 3), 3 + int(round % 4)), 0.3 * round);
+    const auto made = between_models(fine, coarse);
+    ASSERT_TRUE(made) << round << ": " << made.error().what;
+    expect_exact(*made, fine, coarse);
+  }
+}
+
+TEST(Between, ACoarseBorderMayHaveMoreVertices) {
+  const Tin fine = test::hills(2);  // 8 of its 9 on the border
+  Tin coarse;                       // a round fan
+  for (int i = 0; i < 9; ++i)
+    coarse.vertices.push_back(
+        {0.5 + 0.5 * std::cos(i * 0.698), 0.5 + 0.5 * std::sin(i * 0.698), 0});
+  for (std::uint32_t i = 1; i + 1 < 9; ++i) coarse.triangles.push_back({0, i, i + 1});
+  const auto made = between_models(fine, coarse);
+  ASSERT_TRUE(made) << made.error().what;
+  EXPECT_GE(made->split_in, 1u);
+  expect_exact(*made, fine, coarse);
+}
+
+TEST(Between, ATorusToOneOfFewVertices) {
+  const Tin fine = test::torus(30, 16), coarse = test::torus(6, 4);
+  const auto made = between_models(fine, coarse);
+  ASSERT_TRUE(made) << made.error().what;
+  expect_exact(*made, fine, coarse);
+}
+
+TEST(Between, TurnedTrianglesAreCountedAsTheyAre) {
+  const Tin fine = sphere(300), coarse = turned(moved(sphere(4), 0.8, 5), 2);
+  const auto made = between_models(fine, coarse);
+  ASSERT_TRUE(made) << made.error().what;
+  std::size_t turned_over = 0;
+  Tin before = made->mesh.base;
+  for (const VertexSplit& s : made->mesh.splits) {
+    Tin now = before;
+    test::apply_split(now, s);
+    const auto normal = [](const Tin& t, std::size_t i) {
+      const auto& [a, b, c] = t.triangles[i];
+      return cross(t.vertices[b] - t.vertices[a], t.vertices[c] - t.vertices[a]);
+    };
+    for (std::size_t i = 0; i < before.triangles.size(); ++i) {
+      const Vec3 p = normal(before, i), q = normal(now, i);
+      turned_over += dot(p, q) <= 0 && length(p) > 0 && length(q) > 0;
+    }
+    before = std::move(now);
+  }
+  EXPECT_EQ(made->turned, turned_over);
+  EXPECT_GT(turned_over, 0u) << "a coarse model that nobody would make";
 }
 
 TEST(Between, WhatCannotBeIsRefusedWithItsPlace) {
   const Tin coarse = box({-1, -1, -1}, {1, 1, 1});
+  const auto refused = [](const Tin& fine, const Tin& rough, const char* why) {
+    const auto made = between_models(fine, rough);
+    ASSERT_FALSE(made) << why;
+    EXPECT_NE(made.error().what.find(why), std::string::npos) << made.error().what;
+  };
   Tin open = sphere(50);
   open.triangles.pop_back();
-  const auto made = between_models(open, coarse);
-  ASSERT_FALSE(made);
-  EXPECT_NE(made.error().what.find("not closed at ("), std::string::npos);
+  refused(open, coarse, "the fine one's border at (");
+  refused(sphere(50), test::hills(2), "the coarse one's border at (");
+  refused(test::torus(9, 8), coarse, "handles: 1 and 0");
   Tin twice = coarse;
   for (const Triangle& t : coarse.triangles)
     twice.triangles.push_back({t[0] + 14, t[1] + 14, t[2] + 14});
   twice.vertices.insert(twice.vertices.end(), coarse.vertices.begin(), coarse.vertices.end());
-  EXPECT_FALSE(between_models(twice, coarse));
-  EXPECT_FALSE(between_models(coarse, sphere(50)));
+  refused(twice, coarse, "several parts");
+  refused(coarse, sphere(50), "more vertices");
+  Tin loose = sphere(50);
+  loose.vertices.push_back({9, 9, 9});
+  refused(loose, coarse, "without triangles at (9");
 }
 
 }  // namespace
