@@ -1,5 +1,7 @@
 // tind between: two meshes of one surface in, one .tpm out whose ends they are.
 
+#include "terrain/progressive/between.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,7 +14,6 @@
 #include "server/cli/mesh_input.h"
 #include "server/cli/progress_bar.h"
 #include "terrain/mesh/manifold.h"
-#include "terrain/progressive/between.h"
 #include "terrain/progressive/progressive_stream.h"
 #include "terrain/progressive/space_lattice.h"
 

@@ -81,7 +81,8 @@ std::size_t lengthen(HalfedgeMesh& m, Border& border, std::size_t count) {
   return added;
 }
 
-/// Fine vertices for the coarse ones, in their order, from fine place `start` on; and what it costs.
+/// Fine vertices for the coarse ones, in their order, from fine place `start` on; and what it
+/// costs.
 struct Assignment {
   double cost = HUGE_VAL;
   std::vector<std::size_t> at;  // places on the fine border
@@ -156,10 +157,10 @@ Result<CappedModels> cap_borders(HalfedgeMesh fine, HalfedgeMesh coarse) {
     else
       while (partner[alone] != open.size()) ++alone;
     const Vec3 at = more ? fine.position(open[alone][0]) : coarse.position(c[alone][0]);
-    return fail(Errc::invalid_argument,
-                "the fine model has " + std::to_string(open.size()) + " borders, the coarse one " +
-                    std::to_string(c.size()) + ": the " + (more ? "fine" : "coarse") +
-                    " one's border at " + place(at) + " is alone");
+    return fail(Errc::invalid_argument, "the fine model has " + std::to_string(open.size()) +
+                                            " borders, the coarse one " + std::to_string(c.size()) +
+                                            ": the " + (more ? "fine" : "coarse") +
+                                            " one's border at " + place(at) + " is alone");
   }
   CappedModels out;
   std::vector<Border> f;

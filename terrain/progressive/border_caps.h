@@ -15,7 +15,8 @@ struct CappedModels {
   using Index = HalfedgeMesh::Index;
 
   HalfedgeMesh fine, coarse;
-  Index first_fine_cap = 0, first_coarse_cap = 0, caps = 0;  // cap i of the one is cap i of the other
+  Index first_fine_cap = 0, first_coarse_cap = 0,
+        caps = 0;  // cap i of the one is cap i of the other
   /// By coarse vertex: the fine one that stands for it; caps for caps. kNone inside.
   std::vector<Index> representative;
   std::size_t split_in = 0;  // fine border vertices added, where the coarse border has more

@@ -1,6 +1,6 @@
-// Cheapest first, by the quadrics of the fine model. The vertex that stays goes on towards its place
-// in the coarse model by as much as its set has lost; where a triangle would turn over on that way,
-// another place is tried, and where all turn one, the collapse waits for the others.
+// Cheapest first, by the quadrics of the fine model. The vertex that stays goes on towards its
+// place in the coarse model by as much as its set has lost; where a triangle would turn over on
+// that way, another place is tried, and where all turn one, the collapse waits for the others.
 
 #include "terrain/progressive/set_collapser.h"
 
@@ -25,8 +25,8 @@ constexpr double kCosine = 1e-3;  // of the largest angle that is no turn: keeps
 /// Borders are where the caps are.
 bool on_border(const CappedModels& models, Index v) {
   bool found = false;
-  models.fine.for_each_out(
-      v, [&](Index h) { found = found || models.fine_cap(models.fine.dest(h)); });
+  models.fine.for_each_out(v,
+                           [&](Index h) { found = found || models.fine_cap(models.fine.dest(h)); });
   return found;
 }
 
@@ -135,8 +135,7 @@ class SetCollapser {
     const Vec3 along = b - a, out = cross(along, cross(along, m_.position(m_.apex(g)) - a));
     const double square = dot(out, out);
     if (square == 0) return;
-    const auto q =
-        QuadricN<3>::of_plane({out.x, out.y, out.z}, dot(along, along) / square, 0);
+    const auto q = QuadricN<3>::of_plane({out.x, out.y, out.z}, dot(along, along) / square, 0);
     quadric_[m_.origin(g)].add(q), quadric_[m_.dest(g)].add(q);
   }
 
@@ -144,7 +143,8 @@ class SetCollapser {
     return models_.fine_cap(m_.apex(h)) || models_.fine_cap(m_.apex(m_.twin(h)));
   }
 
-  /// Whether a triangle of v, which moves to `at`, turns by 90 degrees or more; those at `other` go.
+  /// Whether a triangle of v, which moves to `at`, turns by 90 degrees or more; those at `other`
+  /// go.
   bool turns_over(Index v, Index other, const Vec3& at) const {
     bool turned = false;
     m_.for_each_out(v, [&](Index e) {

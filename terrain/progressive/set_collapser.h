@@ -13,7 +13,7 @@ namespace tind {
 
 /// How one set collapses. The paper's way is the default.
 struct SetPlan {
-  double pace = 1;              // the share t of the set gone, its vertices have gone t^pace of their way
+  double pace = 1;  // the share t of the set gone, its vertices have gone t^pace of their way
   bool shortest_first = false;  // by length instead of by quadric
 };
 
@@ -25,9 +25,10 @@ struct CollapsedSets {
   std::vector<HalfedgeMesh::Index> turned;  // sets in which no collapse was left but one that turns
 };                                          // a triangle over
 
-/// Collapses all that the sets allow; one plan for each. With a lattice all places on the way lie on
-/// it. O(n log n).
+/// Collapses all that the sets allow; one plan for each. With a lattice all places on the way lie
+/// on it. O(n log n).
 CollapsedSets collapse_sets(CappedModels models, const VertexSets& sets,
-                            std::span<const SetPlan> plans, const SpaceLattice* lattice, const Progress& progress = {});
+                            std::span<const SetPlan> plans, const SpaceLattice* lattice,
+                            const Progress& progress = {});
 
 }  // namespace tind

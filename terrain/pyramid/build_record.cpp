@@ -27,9 +27,9 @@ constexpr const char* kBlocks = "tind-blocks-";
 /// Where the posts are and what their heights mean.
 std::string grid_of(const DemInfo& info) {
   const Affine& a = info.post_to_crs;
-  const std::string text = fmt::format(
-      "{} {} {} {} {} {} {} {} {} {} {} {}", info.cols, info.rows, a.x0, a.x_col, a.x_row, a.y0,
-      a.y_col, a.y_row, info.crs_wkt, name(info.datum), info.rounding_m, info.wraps_longitude);
+  const std::string text = fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}", info.cols, info.rows,
+                                       a.x0, a.x_col, a.x_row, a.y0, a.y_col, a.y_row, info.crs_wkt,
+                                       name(info.datum), info.rounding_m, info.wraps_longitude);
   const XXH128_hash_t h = XXH3_128bits(text.data(), text.size());
   return fmt::format("{:016x}{:016x}", h.high64, h.low64);
 }

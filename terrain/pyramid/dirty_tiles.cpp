@@ -25,8 +25,8 @@ class BlockCounts {
     sums_.resize(std::size_t((across_ + 1) * (down_ + 1)));
     for (std::int64_t j = 0; j < down_; ++j)
       for (std::int64_t i = 0; i < across_; ++i)
-        at(i + 1, j + 1) = marks[std::size_t(j * across_ + i)] + at(i, j + 1) + at(i + 1, j) -
-                           at(i, j);
+        at(i + 1, j + 1) =
+            marks[std::size_t(j * across_ + i)] + at(i, j + 1) + at(i + 1, j) - at(i, j);
   }
 
   /// Is there a marked block that has posts of the window? Windows may lie outside, wholly too.
@@ -71,8 +71,7 @@ PostWindow grown(PostWindow w, std::int64_t posts) {
 /// Has a block changed that can say what stands beyond the source's ends near the window?
 bool changed_beyond(const BlockCounts& changed, const PostWindow& posts, const DemInfo& info) {
   const PostWindow around = grown(posts, 1), reach = grown(posts, kFillReach);
-  const auto strip = [&](std::int64_t col, std::int64_t row, std::int64_t cols,
-                         std::int64_t rows) {
+  const auto strip = [&](std::int64_t col, std::int64_t row, std::int64_t cols, std::int64_t rows) {
     PostWindow w;
     w.col = std::max(col, reach.col), w.row = std::max(row, reach.row);
     w.cols = std::min(col + cols, reach.col + reach.cols) - w.col;
@@ -85,15 +84,13 @@ bool changed_beyond(const BlockCounts& changed, const PostWindow& posts, const D
   return (around.row < 0 && strip(first, 0, cols, kFillReach)) ||
          (around.row + around.rows > info.rows &&
           strip(first, info.rows - kFillReach, cols, kFillReach)) ||
-         (!info.wraps_longitude &&
-          ((around.col < 0 && strip(0, 0, kFillReach, info.rows)) ||
-           (around.col + around.cols > info.cols &&
-            strip(info.cols - kFillReach, 0, kFillReach, info.rows))));
+         (!info.wraps_longitude && ((around.col < 0 && strip(0, 0, kFillReach, info.rows)) ||
+                                    (around.col + around.cols > info.cols &&
+                                     strip(info.cols - kFillReach, 0, kFillReach, info.rows))));
 }
 
 /// Blocks with voids, before or after, that a block which changed can fill.
-std::vector<std::uint8_t> voids_to_fill_anew(const BlockCounts& changed,
-                                             const SourceBlocks& before,
+std::vector<std::uint8_t> voids_to_fill_anew(const BlockCounts& changed, const SourceBlocks& before,
                                              const SourceBlocks& after) {
   std::vector<std::uint8_t> marks(after.size());
   const std::int64_t side = after.side();
@@ -111,8 +108,7 @@ PostWindow window_beside(const DemSource& source, GeoRect rect) {
   const DemInfo& info = source.info();
   const double south = std::max(std::abs(rect.south), std::abs(rect.north));
   const double shrunk = std::max(0.01, std::cos(std::min(south, 89.0) * 0.017453292519943295));
-  const double reach =
-      2 * kFillReach * std::max(info.spacing_x_m, info.spacing_y_m) / 111320;
+  const double reach = 2 * kFillReach * std::max(info.spacing_x_m, info.spacing_y_m) / 111320;
   rect.west -= reach / shrunk, rect.east += reach / shrunk;
   rect.south -= reach, rect.north += reach;
   return post_window(source, rect);

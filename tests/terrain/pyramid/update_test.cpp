@@ -150,8 +150,7 @@ TEST_F(UpdateTest, what_changed_inside_is_made_again_with_its_neighbours_and_anc
   for (int z = 0; z <= leaves; ++z) {
     const Touched t = touched(z, 190, 140, 199, 149);
     for (const TileId id : t.holding) EXPECT_TRUE(made.contains(id)) << id.text();
-    for (const TileId id : made)
-      EXPECT_TRUE(id.level != z || t.around.contains(id)) << id.text();
+    for (const TileId id : made) EXPECT_TRUE(id.level != z || t.around.contains(id)) << id.text();
   }
   EXPECT_LT(made.size(), before.size() / 2);
   expect_like_fresh(grid, "tiles");
@@ -160,9 +159,9 @@ TEST_F(UpdateTest, what_changed_inside_is_made_again_with_its_neighbours_and_anc
 TEST_F(UpdateTest, a_corner_and_a_void_change_what_is_filled_around_them) {
   HeightGrid grid = world();
   build(grid, "tiles");
-  grid.at(0, kRows - 1) += 30;     // what lies outside the data follows it
-  grid.at(340 + 26, 250) += 25;    // so does the void
-  grid.at(100, 100) = NAN;         // a new one
+  grid.at(0, kRows - 1) += 30;   // what lies outside the data follows it
+  grid.at(340 + 26, 250) += 25;  // so does the void
+  grid.at(100, 100) = NAN;       // a new one
   const auto report = build(grid, "tiles");
   EXPECT_EQ(report.update.changed_blocks, 3u);
   EXPECT_EQ(report.built, report.update.dirty_tiles);
@@ -217,7 +216,8 @@ TEST_F(UpdateTest, killed_before_and_after_the_record_was_written_it_ends_the_sa
   EXPECT_GT(resumed.built, 0u);
   expect_like_fresh(grid, "tiles");
 
-  // Before: some tiles are gone, the record is still the old one, the new blocks lie beside the old.
+  // Before: some tiles are gone, the record is still the old one, the new blocks lie beside the
+  // old.
   fs::remove(folder_.path() / "early" / "layer.json");
   const auto old = files("early"), wanted = files("tiles");
   std::size_t n = 0;
