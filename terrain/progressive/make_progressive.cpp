@@ -22,9 +22,7 @@ class PostMeasure {
   explicit PostMeasure(const HeightGrid& grid) : grid_(grid) {}
 
   bool other_way(const HalfedgeMesh& m, const Collapse& c) const {
-    const auto same = [](const Vec3& p, const Vec3& q) { return p.x == q.x && p.y == q.y; };
-    return same(c.kept_after, c.removed_position) && !same(c.kept_after, c.kept_before) &&
-           !m.on_border(c.kept);
+    return other_way_from_above(m, c);
   }
 
   double fine(const HalfedgeMesh& m) const {

@@ -30,6 +30,13 @@ inline float rounded_up(double v) {
   return double(f) < v ? std::nextafter(f, std::numeric_limits<float>::infinity()) : f;
 }
 
+/// Measure::other_way of terrain: the merged vertex is where the removed one was, seen from above.
+inline bool other_way_from_above(const HalfedgeMesh& m, const Collapse& c) {
+  const auto same = [](const Vec3& p, const Vec3& q) { return p.x == q.x && p.y == q.y; };
+  return same(c.kept_after, c.removed_position) && !same(c.kept_after, c.kept_before) &&
+         !m.on_border(c.kept);
+}
+
 template <class Measure>
 class SplitRecorder {
  public:

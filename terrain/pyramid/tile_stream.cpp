@@ -159,7 +159,9 @@ class DeviationMeasure {
   DeviationMeasure(MeshDeviation& tile, double tile_error_m)
       : tile_(tile), tile_error_m_(tile_error_m) {}
 
-  static bool same_place(const Vec3& p, const Vec3& q) { return p.x == q.x && p.y == q.y; }
+  bool other_way(const HalfedgeMesh& m, const Collapse& c) const {
+    return other_way_from_above(m, c);
+  }
   double fine(const HalfedgeMesh&) const { return tile_error_m_; }
   double after(const HalfedgeMesh& m, const Collapse& c) {
     double worst = 0;
