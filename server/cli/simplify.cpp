@@ -27,6 +27,7 @@
 #include "terrain/mesh/mesh_frame.h"
 #include "terrain/raster/image_source.h"
 #include "terrain/simplify/attribute_quadric.h"
+#include "terrain/simplify/bounded.h"
 #include "terrain/simplify/simplify_mesh.h"
 
 namespace tind::cli {
@@ -193,10 +194,22 @@ std::optional<SurfaceDistance> attribute_errors(const Arguments& a, const Height
   return surface_distance(*full, metric, {.face_samples = 300000, .threads = a.options.threads});
 }
 
-/// `cluster` alone can do without the whole source in memory, and does where that is much.
+/// `cluster` and `bounded` can do without the whole source in memory, and do where that is much.
 bool streams(const Arguments& a, const DemInfo& info) {
-  return a.options.method == "cluster" && !a.lines.any() && info.cols * info.rows > kStreamPosts &&
-         info.cols <= INT_MAX && info.rows <= INT_MAX;
+  const bool able = a.options.method == "cluster" || goes_by_rows(a.options);
+  return able && !a.lines.any() && info.cols * info.rows > kStreamPosts && info.cols <= INT_MAX &&
+         info.rows <= INT_MAX;
+}
+
+Result<Simplified> make_in_strips(const Arguments& a, const DemSource& dem,
+                                  const Progress& progress) {
+  const DemInfo& info = dem.info();
+  const int cols = int(info.cols), rows = int(info.rows);
+  if (a.options.method == "cluster")
+    return cluster_stream(cols, rows, info.spacing_x_m, info.spacing_y_m, a.options.stop,
+                          rows_of(dem), progress);
+  return simplify_bounded_rows({cols, rows, strips_of(dem)}, info.spacing_x_m, info.spacing_y_m,
+                               a.options, progress);
 }
 
 int run(Arguments& a) {
@@ -227,8 +240,7 @@ int run(Arguments& a) {
   {
     ProgressBar bar(a.options.method, progress_style(a.progress));
     const Progress progress = bar.progress();
-    made = stream ? cluster_stream(int(info.cols), int(info.rows), info.spacing_x_m,
-                                   info.spacing_y_m, a.options.stop, rows_of(**dem), progress)
+    made = stream ? make_in_strips(a, **dem, progress)
                   : simplify(*grid, info.spacing_x_m, info.spacing_y_m, a.options, progress);
   }
   if (!made) return complain(made.error());

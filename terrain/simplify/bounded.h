@@ -14,11 +14,20 @@
 // for one side only is met by a search over the error.
 // COST: about 1.2 x greedy insertion (fast), 3 x (normal), 15 x (best): see docs/methods.md.
 
+#include "terrain/simplify/bounded_blocks.h"
 #include "terrain/simplify/simplify.h"
 
 namespace tind {
 
 Result<Simplified> simplify_bounded(const HeightGrid&, double spacing_x_m, double spacing_y_m,
                                     const SimplifyOptions&, const Progress&);
+
+/// Whether the options are those of simplify_bounded_rows: a maximum error, no lines.
+bool goes_by_rows(const SimplifyOptions&);
+
+/// The same mesh for a DEM that need not fit into memory: it holds a few rows of blocks of 512
+/// posts, and the result.
+Result<Simplified> simplify_bounded_rows(const HeightRows&, double spacing_x_m, double spacing_y_m,
+                                         const SimplifyOptions&, const Progress&);
 
 }  // namespace tind

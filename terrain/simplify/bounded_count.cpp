@@ -349,7 +349,7 @@ Result<CountResult> fit_to_count(const Tin& start, const GridSamples& samples,
     if (run.cancelled || progress.stopped()) return fail(Errc::cancelled, "stopped");
     if (run.reached || !(error.cap() < kInfinity)) break;
     // Nothing is left that the cap allows: the count comes first.
-    error.raise_cap(error.cap() * 1.25);
+    error.raise_cap(error.cap() < 1e6 ? error.cap() * 1.25 : kInfinity);
   }
   for (int k = 0; k < o.rounds && !progress.stopped(); ++k) {
     progress.at(0.8 + 0.2 * k / o.rounds);

@@ -28,6 +28,7 @@ void BoundedMesher<S>::insert(const Progress& progress) {
   InsertionOptions o;
   o.limit = eps_;
   o.x_scale = options_.x_scale;
+  o.locked_border = options_.locked_border;
   o.integer_lattice = options_.integer_lattice;
   o.lattice_max = options_.lattice_max;
   o.lattice_step = options_.lattice_step;
@@ -193,7 +194,7 @@ bool BoundedMesher<S>::straight_border(Index v) const {
 
 template <class S>
 bool BoundedMesher<S>::may_vanish(Index v) const {
-  if (!mesh_.alive_vertex(v) || v < options_.pinned || on_line(v)) return false;
+  if (!mesh_.alive_vertex(v) || v < options_.pinned || stays(v)) return false;
   return !mesh_.on_border(v) || (!options_.locked_border && straight_border(v));
 }
 
@@ -259,7 +260,7 @@ bool BoundedMesher<S>::try_targets(Index v, bool search) {
     const Index h = edges[k];
     const Index w = mesh_.origin(h) == v ? mesh_.dest(h) : mesh_.origin(h);
     const Vec3 target = mesh_.position(w);
-    const bool fixed = (options_.locked_border && mesh_.on_border(w)) || on_line(w);
+    const bool fixed = (options_.locked_border && mesh_.on_border(w)) || stays(w);
     ring_.clear();
     add_to_ring(v, w);
     if (!ring_ccw(target)) continue;
@@ -425,8 +426,10 @@ void BoundedMesher<S>::run(const Progress& progress) {
 }
 
 template <class S>
-void BoundedMesher<S>::mend(std::vector<std::uint8_t> active, const Progress& progress) {
+void BoundedMesher<S>::mend(std::vector<std::uint8_t> active, std::vector<std::uint8_t> frozen,
+                            const Progress& progress) {
   active_ = std::move(active);
+  frozen_ = std::move(frozen);
   origin_.assign(mesh_.vertex_slots(), {0, 0, std::numeric_limits<double>::quiet_NaN()});
   decimate(progress);
 }

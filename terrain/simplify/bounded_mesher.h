@@ -54,8 +54,9 @@ class BoundedMesher {
   void run(const Progress& progress = {});
 
   /// Sweep, search and rounds for a mesh that is within the band already, only at the vertices that
-  /// `active` marks and what they touch.
-  void mend(std::vector<std::uint8_t> active, const Progress& progress = {});
+  /// `active` marks and what they touch. Those that `frozen` marks keep place and height.
+  void mend(std::vector<std::uint8_t> active, std::vector<std::uint8_t> frozen,
+            const Progress& progress = {});
 
   HalfedgeMesh& mesh() { return mesh_; }
   const BoundedStats& stats() const { return stats_; }
@@ -82,6 +83,7 @@ class BoundedMesher {
   Vec3 lowest_, highest_;             // the samples that set lo and hi of the last room()
   std::vector<Vec3> origin_;          // by vertex: the sample that it was inserted for
   std::vector<std::uint8_t> active_;  // by vertex: 0 outside the part to be mended
+  std::vector<std::uint8_t> frozen_;  // by vertex: keeps place and height (empty: none)
   std::vector<std::uint8_t> dirty_;   // by vertex: worth another try
 
   void insert(const Progress&);
@@ -95,9 +97,9 @@ class BoundedMesher {
 
   bool on_line(Index v) const { return lines_ && lines_->on_line(v); }
   bool may_vanish(Index v) const;
-  bool may_move(Index v) const {
-    return v >= options_.pinned && !mesh_.on_border(v) && !on_line(v);
-  }
+  /// Keeps place and height.
+  bool stays(Index v) const { return on_line(v) || (!frozen_.empty() && frozen_[v]); }
+  bool may_move(Index v) const { return v >= options_.pinned && !mesh_.on_border(v) && !stays(v); }
   bool straight_border(Index v) const;
   Index border_before(Index v) const;
   void add_to_ring(Index v, Index except);

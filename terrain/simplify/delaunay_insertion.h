@@ -25,6 +25,7 @@ namespace tind {
 struct InsertionOptions {
   double limit = 0;              // a sample farther than this from its triangle is inserted
   double x_scale = 1;            // metric length of an x unit over that of a y unit (Delaunay test)
+  bool locked_border = false;    // border edges are not split
   bool integer_lattice = false;  // vertices go to the nearest integer position ...
   double lattice_max = 0;        // ... inside (0, lattice_max): borders are locked
   double lattice_step = 1;       // ... that is a multiple of this
@@ -106,8 +107,7 @@ class DelaunayInsertion {
       next.clear();
       for (const Index t : now) {
         queued[t] = 0;
-        const Worst worst = worst_sample(t);
-        if (!(worst.error > options_.limit) || !insert(t, worst.index)) continue;
+        if (!insert_worst(t)) continue;
         queued.resize(mesh_.triangle_slots(), 0);
         for (const Index changed : touched_) {
           if (!queued[changed]) next.push_back(changed);
@@ -203,6 +203,15 @@ class DelaunayInsertion {
     return std::clamp(std::nearbyint(x / step) * step, step, last);
   }
 
+  /// Inserts the worst sample of t that can become a vertex; false when none is above the limit.
+  bool insert_worst(Index t) {
+    for (;;) {
+      const Worst worst = worst_sample(t);
+      if (!(worst.error > options_.limit)) return false;
+      if (insert(t, worst.index)) return true;
+    }
+  }
+
   /// Makes sample i a vertex; t is where to look first. False when it cannot become one.
   bool insert(Index t, std::size_t i) {
     if (lines_ && i >= samples_.size()) return insert_on_line(i);
@@ -212,7 +221,7 @@ class DelaunayInsertion {
       p.y = on_lattice(p.y);
     }
     p.z = snap_height(p.z, options_.height_step);
-    if (!insert_at(t, p, !options_.integer_lattice)) return give_up(i);
+    if (!insert_at(t, p, !options_.integer_lattice && !options_.locked_border)) return give_up(i);
     origins_.resize(mesh_.vertex_slots(), {0, 0, std::numeric_limits<double>::quiet_NaN()});
     origins_.back() = samples_.sample(i);
     return true;

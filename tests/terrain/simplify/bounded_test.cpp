@@ -69,6 +69,37 @@ TEST(Bounded, many_blocks_are_one_mesh_and_threads_do_not_show) {
   EXPECT_EQ(one.tin.triangles, three.tin.triangles);
 }
 
+TEST(Bounded, rows_of_blocks_are_one_mesh_however_many_are_made_at_once) {
+  // 2 x 4 blocks, one row of them without any valid post, and posts missing at block corners.
+  HeightGrid grid = rough_terrain(1000, 2060, 8, 300);
+  for (int r = 1000; r < 1560; ++r)
+    for (int c = 0; c < 1000; ++c) grid.at(c, r) = HeightGrid::kVoid;
+  grid.at(499, 514) = grid.at(499, 515) = grid.at(500, 515) = HeightGrid::kVoid;
+  for (const char* effort : {"fast", "normal"}) {
+    const Simplified one = run(grid, "bounded", 60, effort, "both", 1);
+    expect_promises(grid, one, 60, 60);
+    for (const int threads : {2, 7}) {
+      const Simplified more = run(grid, "bounded", 60, effort, "both", threads);
+      EXPECT_EQ(one.tin.vertices, more.tin.vertices) << threads;
+      EXPECT_EQ(one.tin.triangles, more.tin.triangles) << threads;
+    }
+  }
+  // So coarse that nearly every triangle crosses a seam.
+  expect_promises(grid, run(grid, "bounded", 200, "normal"), 200, 200);
+}
+
+TEST(Bounded, a_failed_read_is_an_error) {
+  SimplifyOptions o;
+  o.stop.max_error_m = 5;
+  const HeightRows broken{600, 2000, [](int first, int count) -> Result<HeightGrid> {
+                            if (first > 600) return fail(Errc::io, "the disk is gone");
+                            return HeightGrid(600, count, 1);
+                          }};
+  const auto s = simplify_bounded_rows(broken, 30, 30, o, {});
+  ASSERT_FALSE(s);
+  EXPECT_EQ(s.error().what, "the disk is gone");
+}
+
 TEST(Bounded, degenerate_terrain) {
   std::mt19937 random(4);
   std::vector<HeightGrid> grids = {
