@@ -60,6 +60,9 @@ nlohmann::ordered_json to_json(const BuildReport& r, double seconds) {
   j["over_budget"] = r.over_budget;
   j["worst_over_budget"] = r.worst_over_budget;
   j["not_one_sided"] = r.not_one_sided;
+  if (r.indexed_level >= 0)
+    j["index"] = {
+        {"deepest_level", r.indexed_level}, {"bytes", r.index_bytes}, {"made", r.index_made}};
   for (const LevelReport& l : r.levels) {
     if (l.tiles == 0) continue;
     j["levels"].push_back({{"level", l.level},
@@ -99,6 +102,9 @@ void print(const BuildReport& r, double seconds) {
                                  u.levels_of_other_steps)
                    : "");
   }
+  if (r.indexed_level >= 0)
+    fmt::print("errors of levels up to {} are bounds by the residual index ({} bytes, {})\n",
+               r.indexed_level, r.index_bytes, r.index_made ? "made now" : "kept");
   fmt::print("{} tiles ({} built, {} kept), {} bytes, in {}\n", r.tiles, r.built, r.reused, r.bytes,
              duration_text(seconds));
 }

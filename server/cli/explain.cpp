@@ -80,6 +80,7 @@ nlohmann::ordered_json to_json(const TileStory& s) {
   j["stated_max_error_m"] =
       s.stated.max_error_m ? nlohmann::ordered_json(*s.stated.max_error_m) : nullptr;
   j["stated_as"] = s.stated.exact ? "exact" : "bound";
+  if (s.stated.residual_m) j["residual_m"] = *s.stated.residual_m;
   j["side"] = s.stated.side;
   j["budget_m"] = s.budget_m;
   j["binds"] = s.binds;
@@ -129,7 +130,12 @@ void print(const TileStory& s) {
   fmt::print("\n");
   if (s.stated.max_error_m)
     fmt::print("states      {:.6g} m ({}), side {}\n", *s.stated.max_error_m,
-               s.stated.exact ? "exact" : "a bound", s.stated.side);
+               s.stated.exact ? "exact"
+               : s.stated.residual_m
+                   ? fmt::format("a bound, by the residual index; its share is {:.6g} m at most",
+                                 *s.stated.residual_m)
+                   : "a bound",
+               s.stated.side);
   else
     fmt::print("states      no error\n");
   fmt::print("so fine by  {}: {}\n", s.binds, s.because);

@@ -62,6 +62,11 @@ void add_tile_options(CLI::App& command, TileSetOptions& options) {
       ->check(CLI::IsMember({"both", "above", "below"}))
       ->capture_default_str();
   command
+      .add_option("--exact-posts", options.exact_posts,
+                  "errors of tiles of more posts than this are bounds by the residual index "
+                  "(default: 5 million, and none of a source of up to 33 million)")
+      ->check(CLI::Range(std::int64_t(1) << 16, std::int64_t(1) << 50));
+  command
       .add_option("--effort", options.effort,
                   "how hard to look for fewer triangles: fast, normal, best")
       ->check(CLI::IsMember({"fast", "normal", "best"}))

@@ -11,6 +11,9 @@
 #include "terrain/base/parallel.h"
 #include "terrain/pyramid/build_record.h"
 #include "terrain/pyramid/make_tile.h"
+#include "terrain/pyramid/plan_source.h"
+#include "terrain/pyramid/residual_index.h"
+#include "terrain/pyramid/tile_order.h"
 
 namespace tind {
 
@@ -18,15 +21,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::vector<TileId> tiles_of(const TilePlan& plan) {
-  std::vector<TileId> ids;
-  for (int z = plan.max_level(); z >= plan.min_level(); --z) {
-    const proto::TileRange r = plan.tiles(z);
-    for (std::uint32_t y = r.end_y + 1; y-- > r.start_y;)  // from north to south, as rasters lie
-      for (std::uint32_t x = r.start_x; x <= r.end_x; ++x) ids.push_back({z, x, y});
-  }
-  return ids;
-}
+constexpr const char* kResiduals = "residuals.tind";
 
 }  // namespace
 
@@ -40,16 +35,22 @@ std::vector<std::uint8_t> gzipped(const std::vector<std::uint8_t>& bytes) {
 
 Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const BuildOptions& o,
                                 const Progress& progress) {
-  Progress reading = progress;
-  reading.report = [&](double share) { progress.at(0.02 * share); };
+  // The share of the work that reading every post is, more or less; twice, where an index is made.
+  const bool large = deepest_indexed_level(source->info(), o.tiles.exact_posts) >= 0;
+  const double reading = large ? 0.3 : 0.02;
   SourceBlocks blocks(source->info());
-  const auto range = scan_heights(*source, reading, o.threads, &blocks);
+  const auto range =
+      scan_heights(*source, progress.part(0, large ? 0.1 : reading), o.threads, &blocks);
   if (!range) return std::unexpected(range.error());
-  const auto plan = TilePlan::make(source->info(), *range, o.tiles);
+  auto plan = TilePlan::make(source->info(), *range, o.tiles);
   if (!plan) return std::unexpected(plan.error());
-  const std::vector<TileId> ids = tiles_of(*plan);
+  const TileOrder ids(*plan);
   const auto claimed = claim_directory(*source, *plan, ids, blocks, o);
   if (!claimed) return std::unexpected(claimed.error());
+  auto index = index_for(*source, *plan, o.output + "/" + kResiduals, o.threads,
+                         progress.part(0.1, reading));
+  if (!index) return std::unexpected(index.error());
+  if (*index) plan->use(std::move(*index));
   for (int z = plan->min_level(); z <= plan->max_level(); ++z) {
     const proto::TileRange r = plan->tiles(z);
     std::error_code error;
@@ -63,6 +64,11 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
   report.tiles = ids.size();
   report.update = *claimed;
   report.threads = o.threads > 0 ? o.threads : hardware_threads();
+  if (const ResidualIndex* made = plan->index()) {
+    report.indexed_level = made->level() - 1;
+    report.index_bytes = made->bytes();
+    report.index_made = made->made_now();
+  }
   for (int z = 0; z <= plan->max_level(); ++z)
     report.levels.push_back({z, 0, 0, plan->level(z).budget_m, 0});
   std::mutex mutex;
@@ -118,7 +124,7 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
     }
     const std::size_t n = ++done;
     if (n % std::max<std::size_t>(1, ids.size() / 500) == 0)
-      progress.at(0.02 + 0.98 * double(n) / double(ids.size()));
+      progress.at(reading + (1 - reading) * double(n) / double(ids.size()));
   });
   if (first_error) return std::unexpected(*first_error);
   if (progress.stopped()) {

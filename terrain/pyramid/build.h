@@ -45,6 +45,9 @@ struct BuildReport {
   std::uint64_t not_one_sided = 0;  // tiles that --side asked for and could not be: they say "both"
   std::vector<LevelReport> levels;
   UpdateReport update;
+  int indexed_level = -1;  // up to this one tiles rest on the residual index; -1: none
+  std::uint64_t index_bytes = 0;
+  bool index_made = false;  // by this run
   int threads = 1;
 };
 

@@ -49,6 +49,7 @@ Json record_of(const DemSource& source, const TilePlan& plan, const SourceBlocks
   j["side"] = o.tiles.side;
   j["effort"] = o.tiles.effort;
   j["gzip"] = o.gzip;
+  if (o.tiles.exact_posts > 0) j["exact_posts"] = o.tiles.exact_posts;
   // By level: a source with a larger range of heights can need coarser steps.
   for (int z = 0; z <= plan.max_level(); ++z) j["steps_m"].push_back(plan.level(z).border_step_m);
   return j;
@@ -79,7 +80,7 @@ Result<SourceBlocks> old_blocks(const Json& record, const DemInfo& info, const B
 
 /// Removes what depends on heights that changed.
 Result<UpdateReport> remove_dirty(const DemSource& source, const TilePlan& plan,
-                                  const std::vector<TileId>& ids, const SourceBlocks& before,
+                                  const TileOrder& ids, const SourceBlocks& before,
                                   const SourceBlocks& after, const Json& old_steps,
                                   const BuildOptions& o) {
   UpdateReport report;
@@ -98,9 +99,10 @@ Result<UpdateReport> remove_dirty(const DemSource& source, const TilePlan& plan,
   if (auto done = remove_file(o.output + "/layer.json"); !done)
     return std::unexpected(done.error());
   for (std::size_t k = 0; k < ids.size(); ++k) {
-    if (!dirty[k] && !other_steps[std::size_t(ids[k].level)]) continue;
+    const TileId id = ids[k];
+    if (!dirty[k] && !other_steps[std::size_t(id.level)]) continue;
     ++report.dirty_tiles;
-    if (auto done = remove_file(tile_path(o, ids[k])); !done) return std::unexpected(done.error());
+    if (auto done = remove_file(tile_path(o, id)); !done) return std::unexpected(done.error());
   }
   return report;
 }
@@ -142,7 +144,7 @@ Result<void> write_whole(const std::string& path, std::string_view bytes) {
 }
 
 Result<UpdateReport> claim_directory(const DemSource& source, const TilePlan& plan,
-                                     const std::vector<TileId>& ids, const SourceBlocks& blocks,
+                                     const TileOrder& ids, const SourceBlocks& blocks,
                                      const BuildOptions& o) {
   std::error_code error;
   fs::create_directories(o.output, error);

@@ -7,6 +7,7 @@
 
 #include "terrain/pyramid/build.h"
 #include "terrain/pyramid/source_blocks.h"
+#include "terrain/pyramid/tile_order.h"
 
 namespace tind {
 
@@ -17,9 +18,8 @@ namespace tind {
 ///   changed are removed (layer.json first), the others stay
 /// - anything else is refused, or with `force` removed.
 /// Killed on the way, it does the same when it is called again.
-Result<UpdateReport> claim_directory(const DemSource&, const TilePlan&,
-                                     const std::vector<TileId>& ids, const SourceBlocks&,
-                                     const BuildOptions&);
+Result<UpdateReport> claim_directory(const DemSource&, const TilePlan&, const TileOrder& ids,
+                                     const SourceBlocks&, const BuildOptions&);
 
 /// Aside, then renamed: whoever looks sees the whole file or none.
 Result<void> write_whole(const std::string& path, std::string_view bytes);

@@ -308,6 +308,8 @@ StatedError stated_error(const CheckedTile& tile, TileId id, double error_factor
   const double error = value.get<double>();
   stated.max_error_m = error;
   stated.exact = json.contains("error_kind") && json["error_kind"] == "exact";
+  if (json.contains("residual_m") && json["residual_m"].is_number())
+    stated.residual_m = json["residual_m"].get<double>();
   if (json.contains("geometricerror") && json["geometricerror"].is_number() &&
       json["geometricerror"].get<double>() < error)
     findings.add(rule("error.geometric"), where, json["geometricerror"].dump());

@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "terrain/pyramid/make_tile.h"
+#include "terrain/pyramid/plan_source.h"
 #include "terrain/pyramid/tileset.h"
 
 namespace tind {
@@ -20,9 +21,7 @@ class DemTiles : public TileSet {
   void find_heights(std::stop_token stop, int threads) {
     Progress progress;
     progress.stop = stop;
-    const auto range = scan_heights(*source_, progress, threads);
-    plan_ = range ? TilePlan::make(source_->info(), *range, outline_.options())
-                  : std::unexpected(range.error());
+    plan_ = plan_source(*source_, outline_.options(), index_path_, threads, progress);
     known_ = true;  // from here on others may look at plan_
   }
   void find_heights_in_background() {
@@ -46,6 +45,7 @@ class DemTiles : public TileSet {
  private:
   std::shared_ptr<const DemSource> source_;
   TilePlan outline_;
+  std::string index_path_;
   proto::LayerJson layer_;
   std::optional<Result<TilePlan>> plan_;  // written once, before known_
   std::atomic<bool> known_ = false;

@@ -117,7 +117,7 @@ PostWindow window_beside(const DemSource& source, GeoRect rect) {
 }  // namespace
 
 std::vector<std::uint8_t> dirty_tiles(const DemSource& source, const TilePlan& plan,
-                                      const std::vector<TileId>& ids, const SourceBlocks& before,
+                                      const TileOrder& ids, const SourceBlocks& before,
                                       const SourceBlocks& after) {
   const DemInfo& info = source.info();
   const BlockCounts changed(after.difference(before), after, info);
@@ -125,13 +125,14 @@ std::vector<std::uint8_t> dirty_tiles(const DemSource& source, const TilePlan& p
 
   std::vector<std::uint8_t> dirty(ids.size());
   for (std::size_t k = 0; k < ids.size(); ++k) {
-    const GeoRect rect = tiling::rect(ids[k]);
+    const TileId id = ids[k];
+    const GeoRect rect = tiling::rect(id);
     const PostWindow posts = post_window(source, rect);
     if (posts.empty()) {
       dirty[k] = changed.any(window_beside(source, rect));
       continue;
     }
-    const double reach = plan.level(ids[k].level).normal_reach_deg * 111320 /
+    const double reach = plan.level(id.level).normal_reach_deg * 111320 /
                          std::min(info.spacing_x_m, info.spacing_y_m);
     const PostWindow near = grown(posts, 2 + std::int64_t(std::ceil(reach)));
     dirty[k] = changed.any(near) || filled.any(posts) || changed_beyond(changed, posts, info);

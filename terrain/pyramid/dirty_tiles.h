@@ -5,6 +5,7 @@
 
 #include "terrain/pyramid/level_plan.h"
 #include "terrain/pyramid/source_blocks.h"
+#include "terrain/pyramid/tile_order.h"
 
 namespace tind {
 
@@ -12,8 +13,7 @@ namespace tind {
 /// posts of its rectangle and a few around (neighbours share lines; normals reach farther), and,
 /// where there are voids among them or the source ends, on all that could fill those. An ancestor
 /// depends on what its descendants do. `before` and `after` are of the same grid.
-std::vector<std::uint8_t> dirty_tiles(const DemSource&, const TilePlan&,
-                                      const std::vector<TileId>& ids, const SourceBlocks& before,
-                                      const SourceBlocks& after);
+std::vector<std::uint8_t> dirty_tiles(const DemSource&, const TilePlan&, const TileOrder& ids,
+                                      const SourceBlocks& before, const SourceBlocks& after);
 
 }  // namespace tind

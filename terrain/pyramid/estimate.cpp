@@ -7,6 +7,7 @@
 
 #include "terrain/base/parallel.h"
 #include "terrain/pyramid/make_tile.h"
+#include "terrain/pyramid/plan_source.h"
 
 namespace tind {
 
@@ -68,9 +69,7 @@ Result<BuildEstimate> estimate_build(const DemSource& source, const BuildOptions
   const auto begin = Clock::now();
   Progress reading = progress;
   reading.report = [&](double share) { progress.at(0.1 * share); };
-  const auto range = scan_heights(source, reading);
-  if (!range) return std::unexpected(range.error());
-  const auto plan = TilePlan::make(source.info(), *range, o.tiles);
+  const auto plan = plan_source(source, o.tiles, "", o.threads, reading);
   if (!plan) return std::unexpected(plan.error());
   estimate.reading_seconds = since(begin);
 

@@ -8,6 +8,7 @@
 
 #include "terrain/base/parallel.h"
 #include "terrain/geo/ellipsoid.h"
+#include "terrain/pyramid/residual_index.h"
 #include "terrain/pyramid/source_blocks.h"
 
 namespace tind {
@@ -130,6 +131,14 @@ Result<TilePlan> TilePlan::make(const DemInfo& info, const HeightRange& range,
     plan.levels_.push_back(level);
   }
   return plan;
+}
+
+void TilePlan::use(std::shared_ptr<const ResidualIndex> index) {
+  index_ = std::move(index);
+  // Tiles of millions of posts have thousands along a border. The coarser ones need not be looked
+  // at so closely: their budgets are larger than what lies between samples.
+  for (int z = std::max(0, index_->level() - 3); z <= std::min(max_level_, index_->level()); ++z)
+    levels_[std::size_t(z)].border_samples = 1024;
 }
 
 proto::TileRange TilePlan::tiles(int z) const {

@@ -2,6 +2,8 @@
 // What is decided before the first tile is made: levels, error budgets, height steps, availability.
 // A pure function of the source's facts and the options.
 
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "proto/layer_json.h"
@@ -12,6 +14,8 @@
 #include "terrain/raster/dem_source.h"
 
 namespace tind {
+
+class ResidualIndex;
 
 /// The lowest and highest valid post of a source.
 struct HeightRange {
@@ -36,6 +40,7 @@ struct LevelPlan {
                            // less where it is huge; half of that for one-sided tiles
   double offset_m = 0;     // of the band's middle from the posts: 0, or +- fit_error_m (one-sided)
   double border_tolerance_m = 0;
+  int border_samples = 256;     // along an edge, where the source's posts do not say (power of two)
   double border_step_m = 0;     // heights on tile borders are multiples of this power of two
   int curvature_cells = 1;      // see above
   double normal_reach_deg = 0;  // normals are taken from H's differences over +- this
@@ -51,6 +56,11 @@ class TilePlan {
   const LevelPlan& level(int z) const { return levels_[std::size_t(z)]; }
   const TileSetOptions& options() const { return options_; }
   const HeightRange& range() const { return range_; }
+
+  /// From here on tiles of levels up to the index's own are fitted and certified through it.
+  void use(std::shared_ptr<const ResidualIndex> index);
+  /// Null where there is none.
+  const ResidualIndex* index() const { return index_.get(); }
 
   /// Tiles of a level that touch the source's bounds; level 0 always has both roots.
   proto::TileRange tiles(int level) const;
@@ -69,6 +79,7 @@ class TilePlan {
   TileSetOptions options_;
   HeightRange range_;
   GeoRect bounds_;
+  std::shared_ptr<const ResidualIndex> index_;
 };
 
 }  // namespace tind

@@ -11,9 +11,11 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <optional>
 
 #include "proto/quantized_mesh.h"
 #include "terrain/geo/ellipsoid.h"
+#include "terrain/pyramid/residual_index.h"
 #include "terrain/simplify/bounded_mesher.h"
 #include "terrain/tile/border.h"
 #include "terrain/tile/culling.h"
@@ -48,7 +50,8 @@ struct Job {
   struct Posts {
     double min_m = 0, max_m = 0;
     std::uint64_t posts = 0;
-  } posts;  // all valid ones in the closed rectangle
+  } posts;                                 // all valid ones in the closed rectangle
+  std::optional<ResidualLattice> lattice;  // stands for the posts, where there are very many
 
   Job(const DemSource& s, const TilePlan& p, TileId t)
       : source(s), plan(p), id(t), rect(tiling::rect(t)), level(p.level(t.level)), field(s) {
@@ -79,7 +82,7 @@ Result<void> derive_borders(Job& job) {
   o.offset_m = job.level.offset_m;
   o.height_step = job.level.border_step_m;
   o.fixed_cells = job.level.curvature_cells;
-  o.samples = 256;
+  o.samples = job.level.border_samples;
   o.halves = job.id.level < job.plan.max_level();
   for (const Side side : {Side::west, Side::south, Side::east, Side::north}) {
     Border border = make_border(tile_edge(job.id, side), job.field, job.source, o);
@@ -188,6 +191,15 @@ Result<void> find_range(Job& job, std::stop_token stop) {
   return done;
 }
 
+/// What the index knows of the posts, where the level rests on it.
+Result<void> look_up_posts(Job& job) {
+  auto lattice = job.plan.index()->lattice(job.id);
+  if (!lattice) return std::unexpected(lattice.error());
+  job.posts = {lattice->min_m, lattice->max_m, lattice->posts};
+  job.lattice = std::move(*lattice);
+  return {};
+}
+
 /// How far the mesh rises above a post and falls below one, at most; negative: it never does.
 struct Extremes {
   double above = -HUGE_VAL, below = -HUGE_VAL;
@@ -253,10 +265,10 @@ double margin_of(const DemSource& source) {
   return source.info().rounding_m + (source.is_plain_geographic() ? 0 : kPlacingError);
 }
 
-/// Fits a mesh within `eps` of every `step`-th post, then measures it over all posts.
-Result<Meshed> fit(Job& job, double eps, int step, double place_step, std::stop_token stop) {
-  const auto posts = TilePosts::read(job.source, job.window, job.id, step, job.level.offset_m);
-  if (!posts) return std::unexpected(posts.error());
+/// Fits a mesh within `eps` of the samples. Its error is not known yet.
+template <class Samples>
+Meshed mesh_within(Job& job, const Samples& samples, double eps, double place_step,
+                   std::stop_token stop) {
   Meshed result;
   result.lattice = height_lattice(job, eps);
   const double lat = (job.rect.south + job.rect.north) / 2 * std::numbers::pi / 180;
@@ -274,13 +286,20 @@ Result<Meshed> fit(Job& job, double eps, int step, double place_step, std::stop_
   o.rounds = job.plan.options().effort == "best" ? 7 : 1;
   Progress progress;
   progress.stop = stop;
-  posts->visit([&](const auto& samples) {
-    HalfedgeMesh frame = frame_mesh(job, samples, o.x_scale, result.lattice);
-    o.pinned = std::uint32_t(frame.vertex_slots());
-    BoundedMesher mesher(std::move(frame), samples, o);
-    mesher.run(progress);
-    result.mesh = mesher.mesh().to_tin();
-  });
+  HalfedgeMesh frame = frame_mesh(job, samples, o.x_scale, result.lattice);
+  o.pinned = std::uint32_t(frame.vertex_slots());
+  BoundedMesher mesher(std::move(frame), samples, o);
+  mesher.run(progress);
+  result.mesh = mesher.mesh().to_tin();
+  return result;
+}
+
+/// Fits a mesh within `eps` of every `step`-th post, then measures it over all posts.
+Result<Meshed> fit(Job& job, double eps, int step, double place_step, std::stop_token stop) {
+  const auto posts = TilePosts::read(job.source, job.window, job.id, step, job.level.offset_m);
+  if (!posts) return std::unexpected(posts.error());
+  Meshed result = posts->visit(
+      [&](const auto& samples) { return mesh_within(job, samples, eps, place_step, stop); });
   if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
   auto measured = measure(job, result.mesh, stop);
   if (!measured) return std::unexpected(measured.error());
@@ -357,6 +376,27 @@ Result<Meshed> fit_within_budget(Job& job, std::stop_token stop) {
       place = 1;  // very steep: here the place counts
     else
       return best;
+  }
+}
+
+/// The same through the index: the mesh is fitted to nodes of the lattice, and what the posts may
+/// differ from it is left of the band. Over its budget where that is too little.
+Result<Meshed> fit_to_lattice(Job& job, std::stop_token stop) {
+  const ResidualLattice& lattice = *job.lattice;
+  const double margin = margin_of(job.source) + kPlacingError;
+  const double room = job.level.budget_m - lattice.largest_residual() - margin;
+  const double eps =
+      std::min(0.7 * job.level.fit_error_m, std::max(room, 0.25 * job.level.budget_m));
+  // Every fourth node of four times as fine a lattice first; all of one that is twice as fine.
+  for (int step = lattice.cells >= 1024 ? lattice.cells / 256 : 1;; step /= 2) {
+    const std::vector<float> heights = lattice.fitted_heights(step);
+    const int nodes = lattice.cells / step + 1;
+    const int posts = std::max(1, int(job.window.cols / nodes));
+    Meshed meshed = mesh_within(job, ResidualLattice::samples(heights, nodes), eps,
+                                place_step(job, eps, posts), stop);
+    if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
+    meshed.max_error = lattice.posts > 0 ? lattice_bound(meshed.mesh, lattice) + margin : 0;
+    if (step == 1 || meshed.max_error <= job.level.budget_m) return meshed;
   }
 }
 
@@ -442,7 +482,8 @@ TileBytes encode_tile(Job& job, const Meshed& meshed) {
                          volumes.horizon_occlusion.z};
   TileBytes tile;
   tile.max_error_m = round_up(meshed.max_error);
-  tile.exact = job.source.info().rounding_m == 0 && job.source.is_plain_geographic();
+  tile.exact =
+      !job.lattice && job.source.info().rounding_m == 0 && job.source.is_plain_geographic();
   // A tile that could not be kept on one side says so: then it is like any other.
   if (meshed.wrong_side == 0) tile.side = job.plan.options().side;
   nlohmann::ordered_json metadata;
@@ -452,6 +493,7 @@ TileBytes encode_tile(Job& job, const Meshed& meshed) {
   metadata["edge_error_m"] = tile.edge_error_m = round_up(job.edge_error_m);
   if (job.plan.options().side != "both") metadata["side"] = tile.side;
   metadata["posts"] = job.posts.posts;
+  if (job.lattice) metadata["residual_m"] = round_up(job.lattice->largest_residual());
   if (job.id.level % TilePlan::kAvailabilityLevels == 0)
     metadata["available"] = availability(job.plan.descendants(job.id));
   q.metadata = metadata.dump();
@@ -467,8 +509,14 @@ Result<TileBytes> make_tile(const DemSource& source, const TilePlan& plan, TileI
   Job job(source, plan, id);
   if (auto done = load_heights(job); !done) return fail("tile " + id.text(), done.error());
   if (auto done = derive_borders(job); !done) return std::unexpected(done.error());
-  if (auto done = find_range(job, stop); !done) return fail("tile " + id.text(), done.error());
-  auto meshed = fit_within_budget(job, stop);
+  const bool indexed = plan.index() && plan.index()->serves(id.level) && !job.window.empty();
+  auto known = indexed ? look_up_posts(job) : find_range(job, stop);
+  if (!known) return fail("tile " + id.text(), known.error());
+  auto meshed = indexed ? fit_to_lattice(job, stop) : fit_within_budget(job, stop);
+  if (indexed && meshed && meshed->max_error > job.level.budget_m) {
+    job.lattice.reset();
+    meshed = fit_within_budget(job, stop);
+  }
   if (meshed && meshed->wrong_side > 0)
     if (auto done = force_side(job, *meshed, stop); !done) meshed = std::unexpected(done.error());
   if (!meshed) return fail("tile " + id.text(), meshed.error());

@@ -15,7 +15,9 @@ namespace tind {
 /// depends on the source's content, the plan and the id alone. Thread-safe for one source.
 /// GUARANTEES: max_error_m bounds every valid post in the tile's closed rectangle against the mesh
 /// as a client decodes it; it stays within the level's budget unless the source asks for more than
-/// the format's integer grid can give, and says so honestly then.
+/// the format's integer grid can give, and says so honestly then. Where the plan has an index,
+/// tiles of its levels rest on it: their error is a bound, unless that breaks the budget; then
+/// every post is read after all.
 Result<TileBytes> make_tile(const DemSource&, const TilePlan&, TileId, std::stop_token = {});
 
 }  // namespace tind

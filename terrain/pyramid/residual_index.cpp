@@ -33,6 +33,7 @@ constexpr std::array<char, 8> kMagic = {'t', 'i', 'n', 'd', 'R', 'I', 'X', '\n'}
 constexpr std::uint32_t kVersion = 1;
 constexpr std::uint32_t kEndLevel = 0xffffffff;
 constexpr std::uint32_t kMostBytes = 4 << 20;  // of one record
+constexpr int kFiner = 2;                      // levels
 
 struct FileHeader {
   std::array<char, 8> magic = kMagic;
@@ -377,9 +378,25 @@ Result<ResidualRecord> ResidualIndex::record_at(TileId id, const Place& place) c
 }
 
 Result<ResidualLattice> ResidualIndex::lattice(TileId id) const {
-  const auto found = record(id);
-  if (!found) return std::unexpected(found.error());
-  return lattice_of(*found, residual_step_m(level_));
+  const auto own = record(id);
+  if (!own) return std::unexpected(own.error());
+  const int down = std::min(kFiner, level_ - id.level), side = 1 << down;
+  std::vector<ResidualRecord> records(std::size_t(side) * std::size_t(side));
+  std::vector<const ResidualRecord*> parts(records.size());
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    const TileId part{id.level + down, (id.x << down) + std::uint32_t(k) % side,
+                      (id.y << down) + std::uint32_t(side - 1) - std::uint32_t(k) / side};
+    if (!places_.contains(part)) continue;  // the source does not touch it
+    auto found = record(part);
+    if (!found) return std::unexpected(found.error());
+    records[k] = std::move(*found);
+    parts[k] = &records[k];
+  }
+  ResidualLattice lattice = lattice_of(parts, residual_step_m(level_));
+  lattice.min_m = own->min_m;
+  lattice.max_m = own->max_m;
+  lattice.posts = own->posts();
+  return lattice;
 }
 
 }  // namespace tind

@@ -17,11 +17,12 @@ namespace tind {
 
 /// Tiles of so many posts are certified post by post; of a source with no more than the second
 /// number, all are.
-inline constexpr std::int64_t kExactTilePosts = 5'000'000;
+inline constexpr std::int64_t kExactTilePosts = 10'000'000;
 inline constexpr std::int64_t kExactSourcePosts = std::int64_t(1) << 25;
 
-/// The deepest level whose tiles need the index, -1 when none does. Depends on the source's facts
-/// alone. `exact_posts` > 0: instead of both numbers above.
+/// The deepest level whose tiles rest on the index, -1 when none does. Depends on the source's
+/// facts alone. `exact_posts` > 0: instead of both numbers above. The index itself is made one
+/// level deeper: its residuals at a tile's own level would take too much of the tile's budget.
 int deepest_indexed_level(const DemInfo&, std::int64_t exact_posts = 0);
 
 /// A finished index, open for reading. Thread-safe.
@@ -44,7 +45,8 @@ class ResidualIndex {
                                                                    int threads = 0,
                                                                    const Progress& = {});
 
-  int level() const { return level_; }  // the deepest
+  int level() const { return level_; }  // the deepest it has records of
+  bool serves(int level) const { return level < level_; }
   std::uint64_t bytes() const { return bytes_; }
   bool made_now() const { return made_now_; }  // not found, but made
 
@@ -56,6 +58,7 @@ class ResidualIndex {
   /// Fails with bad_data when the record was damaged since the file was opened, with not_found for
   /// a tile that the source does not touch.
   Result<ResidualRecord> record(TileId) const;
+  /// Of 1024 cells a side, or less where the index does not go so deep.
   Result<ResidualLattice> lattice(TileId) const;
 
  private:

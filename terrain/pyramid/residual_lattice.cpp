@@ -8,24 +8,26 @@ namespace tind {
 
 namespace {
 
-constexpr int kCells = ResidualLattice::kCells, kNodes = ResidualLattice::kNodes;
-constexpr double kExtent = ResidualLattice::kExtent, kSide = ResidualLattice::kSide;
+constexpr double kExtent = ResidualLattice::kExtent;
 constexpr double kHair = 1e-6;  // of a cell: so near a line a place belongs to both sides
 
 /// Collects |mesh - surface| by cell.
 class Overlay {
  public:
   explicit Overlay(const ResidualLattice& lattice)
-      : lattice_(lattice), worst_(std::size_t(kCells) * kCells) {}
+      : lattice_(lattice),
+        cells_(lattice.cells),
+        side_(kExtent / lattice.cells),
+        worst_(lattice.residual.size()) {}
 
   /// A vertex of the overlay; it counts in every cell that it touches.
   void at(double x, double y, double z) {
-    const double i = x / kSide, j = (kExtent - y) / kSide;
+    const double i = x / side_, j = (kExtent - y) / side_;
     const int i0 = cell(i - kHair), i1 = cell(i + kHair);
     const int j0 = cell(j - kHair), j1 = cell(j + kHair);
     for (int row = j0; row <= j1; ++row)
       for (int col = i0; col <= i1; ++col) {
-        const std::size_t c = std::size_t(row) * kCells + std::size_t(col);
+        const std::size_t c = std::size_t(row) * std::size_t(cells_) + std::size_t(col);
         if (lattice_.residual[c] < 0) continue;
         const double gap = std::abs(z - surface(col, row).at(x, y));
         worst_[c] = std::max(worst_[c], gap);
@@ -34,9 +36,9 @@ class Overlay {
 
   /// Where a mesh edge crosses the lines of the lattice: columns, rows, cuts.
   void edge(const Vec3& a, const Vec3& b) {
-    cross(a, b, a.x / kSide, b.x / kSide);
-    cross(a, b, a.y / kSide, b.y / kSide);
-    cross(a, b, (a.x - a.y) / kSide, (b.x - b.y) / kSide);
+    cross(a, b, a.x / side_, b.x / side_);
+    cross(a, b, a.y / side_, b.y / side_);
+    cross(a, b, (a.x - a.y) / side_, (b.x - b.y) / side_);
   }
 
   double bound() const {
@@ -48,15 +50,18 @@ class Overlay {
 
  private:
   const ResidualLattice& lattice_;
+  const int cells_;
+  const double side_;
   std::vector<double> worst_;
 
-  static int cell(double t) { return std::clamp(int(std::floor(t)), 0, kCells - 1); }
+  int cell(double t) const { return std::clamp(int(std::floor(t)), 0, cells_ - 1); }
 
   LatticeCell surface(int col, int row) const {
-    const float* north = &lattice_.heights[std::size_t(row) * kNodes + std::size_t(col)];
-    const float* south = north + kNodes;
-    return {south[0], south[1], north[0], north[1], col * kSide, kExtent - (row + 1) * kSide,
-            kSide};
+    const float* north =
+        &lattice_.heights[std::size_t(row) * std::size_t(lattice_.nodes()) + std::size_t(col)];
+    const float* south = north + lattice_.nodes();
+    return {south[0], south[1], north[0], north[1], col * side_, kExtent - (row + 1) * side_,
+            side_};
   }
 
   /// `from` and `to`: where a and b lie, in lines of one family.
@@ -73,23 +78,26 @@ class Overlay {
 
 }  // namespace
 
-std::vector<float> ResidualLattice::fitted_heights() const {
-  std::vector<float> fitted(heights.size(), std::numeric_limits<float>::quiet_NaN());
-  for (int row = 0; row < kCells; ++row)
-    for (int col = 0; col < kCells; ++col) {
-      if (residual[std::size_t(row) * kCells + std::size_t(col)] < 0) continue;
-      const std::size_t north = std::size_t(row) * kNodes + std::size_t(col);
-      for (const std::size_t n : {north, north + 1, north + kNodes, north + kNodes + 1})
-        fitted[n] = heights[n];
+std::vector<float> ResidualLattice::fitted_heights(int step) const {
+  const int side = cells / step + 1;
+  std::vector<float> fitted(std::size_t(side) * std::size_t(side),
+                            std::numeric_limits<float>::quiet_NaN());
+  for (int row = 0; row < cells; ++row)
+    for (int col = 0; col < cells; ++col) {
+      if (residual[std::size_t(row) * std::size_t(cells) + std::size_t(col)] < 0) continue;
+      for (const int j : {row / step, row / step + 1})
+        for (const int i : {col / step, col / step + 1})
+          fitted[std::size_t(j) * std::size_t(side) + std::size_t(i)] =
+              heights[std::size_t(j * step) * std::size_t(nodes()) + std::size_t(i * step)];
     }
   return fitted;
 }
 
-GridSamples ResidualLattice::samples(const std::vector<float>& heights) {
+GridSamples ResidualLattice::samples(const std::vector<float>& heights, int nodes) {
   GridSamples grid;
-  grid.cols = grid.rows = kNodes;
+  grid.cols = grid.rows = nodes;
   grid.y0 = kExtent;
-  grid.dx = grid.dy = kSide;
+  grid.dx = grid.dy = kExtent / (nodes - 1);
   grid.z = heights.data();
   return grid;
 }
@@ -100,7 +108,7 @@ double ResidualLattice::largest_residual() const {
 
 double lattice_bound(const Tin& mesh, const ResidualLattice& lattice) {
   Overlay overlay(lattice);
-  const GridSamples nodes = ResidualLattice::samples(lattice.heights);
+  const GridSamples nodes = ResidualLattice::samples(lattice.heights, lattice.nodes());
   for (const Vec3& v : mesh.vertices) overlay.at(v.x, v.y, v.z);
   for (const Triangle& t : mesh.triangles) {
     const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];

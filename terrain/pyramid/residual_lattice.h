@@ -10,23 +10,24 @@
 
 namespace tind {
 
-/// kCells x kCells square cells over the tile's rectangle (tile coordinates, 0..32767), each cut
-/// into two triangles from its south-western to its north-eastern corner: a surface, linear on each
-/// triangle. Halving the cells keeps the nodes and the cuts, so a coarser lattice is linear on
-/// every triangle of a finer one, and two lattices differ most at nodes.
+/// Square cells, a power of two a side, over the tile's rectangle (tile coordinates, 0..32767),
+/// each cut into two triangles from its south-western to its north-eastern corner: a surface,
+/// linear on each triangle. Halving the cells keeps the nodes and the cuts, so a coarser lattice is
+/// linear on every triangle of a finer one, and two lattices differ most at nodes.
 struct ResidualLattice {
-  static constexpr int kCells = 256, kNodes = kCells + 1;
-  static constexpr double kExtent = 32767, kSide = kExtent / kCells;
+  static constexpr double kExtent = 32767;
 
-  std::vector<float> heights;   // of the nodes; rows from north to south
+  int cells = 0;                // a side
+  std::vector<float> heights;   // of the nodes, cells + 1 a side; rows from north to south
   std::vector<float> residual;  // of the cells: bound of |post - surface|; negative: has no post
   double min_m = 0, max_m = 0;  // of the valid posts in the tile's closed rectangle
   std::uint64_t posts = 0;
 
-  /// Nodes of cells that hold posts, the others are void: what a mesh is fitted to.
-  std::vector<float> fitted_heights() const;
-  /// As samples in tile coordinates; `heights` must outlive them.
-  static GridSamples samples(const std::vector<float>& heights);
+  int nodes() const { return cells + 1; }
+  /// Every `step`-th node, void where the cells around hold no post: what a mesh is fitted to.
+  std::vector<float> fitted_heights(int step) const;
+  /// So many nodes a side as samples in tile coordinates; `heights` must outlive them.
+  static GridSamples samples(const std::vector<float>& heights, int nodes);
   double largest_residual() const;
 };
 

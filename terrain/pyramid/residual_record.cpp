@@ -253,19 +253,25 @@ Result<ResidualRecord> decode_record(std::span<const std::uint8_t> bytes) {
   return r;
 }
 
-ResidualLattice lattice_of(const ResidualRecord& r, double step_m) {
+ResidualLattice lattice_of(std::span<const ResidualRecord* const> parts, double step_m) {
+  int side = 1;
+  while (std::size_t(side) * std::size_t(side) < parts.size()) side *= 2;
   ResidualLattice lattice;
-  const std::size_t cells = std::size_t(kCells) * kCells, nodes = std::size_t(kNodes) * kNodes;
-  if (!r.has_posts()) {
-    lattice.heights.assign(nodes, 0);
-    lattice.residual.assign(cells, ResidualRecord::kEmpty);
-    return lattice;
+  lattice.cells = side * kCells;
+  const auto nodes = std::size_t(lattice.nodes()), cells = std::size_t(lattice.cells);
+  lattice.heights.assign(nodes * nodes, 0);
+  lattice.residual.assign(cells * cells, ResidualRecord::kEmpty);
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    if (!parts[k] || !parts[k]->has_posts()) continue;
+    const std::size_t x = k % std::size_t(side) * kCells, y = k / std::size_t(side) * kCells;
+    for (int row = 0; row < kNodes; ++row)
+      for (int col = 0; col < kNodes; ++col)
+        lattice.heights[(y + std::size_t(row)) * nodes + x + std::size_t(col)] =
+            float(parts[k]->heights[node(col, row)] * step_m);
+    for (int row = 0; row < kCells; ++row)
+      std::copy_n(&parts[k]->pieces[0][std::size_t(row) * kCells], kCells,
+                  &lattice.residual[(y + std::size_t(row)) * cells + x]);
   }
-  for (const std::int32_t h : r.heights) lattice.heights.push_back(float(h * step_m));
-  lattice.residual = r.pieces[0];
-  lattice.min_m = r.min_m;
-  lattice.max_m = r.max_m;
-  lattice.posts = r.posts();
   return lattice;
 }
 

@@ -16,7 +16,7 @@ namespace tind {
 /// own, against the surface of every 2^k-th node: piece k is what the tile adds to the lattice of
 /// its ancestor k levels up.
 struct ResidualRecord {
-  static constexpr int kCells = ResidualLattice::kCells, kNodes = ResidualLattice::kNodes;
+  static constexpr int kCells = 256, kNodes = kCells + 1;
   static constexpr int kPieces = 9;   // down to one cell
   static constexpr int kPatches = 8;  // a side; patches are tiles three levels further down
   static constexpr float kEmpty = -1;
@@ -52,6 +52,9 @@ std::vector<std::uint8_t> encode(const ResidualRecord&);
 /// Fails (bad_data) for bytes that `encode` cannot have made.
 Result<ResidualRecord> decode_record(std::span<const std::uint8_t>);
 
-ResidualLattice lattice_of(const ResidualRecord&, double step_m);
+/// The lattice of a tile from the records of its descendants some levels down, 2^levels a side,
+/// rows from north to south; null for those that the source does not touch. Without what only the
+/// tile's own record knows: the range of its heights and how many posts there are.
+ResidualLattice lattice_of(std::span<const ResidualRecord* const>, double step_m);
 
 }  // namespace tind

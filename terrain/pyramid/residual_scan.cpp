@@ -21,7 +21,7 @@ constexpr int kPatches = ResidualRecord::kPatches;
 constexpr int kCells = ResidualRecord::kCells / kPatches;  // of a patch, a side
 constexpr int kNodes = kCells + 1;
 constexpr int kExact = 5;  // 2^5 = 32: the coarsest cell is the patch
-constexpr double kSide = ResidualLattice::kSide, kExtent = ResidualLattice::kExtent;
+constexpr double kExtent = ResidualLattice::kExtent, kSide = kExtent / ResidualRecord::kCells;
 constexpr double kHair = 1e-6;  // tile units, as for the posts of a tile
 
 using Cells = std::vector<float>;

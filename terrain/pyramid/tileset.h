@@ -43,6 +43,9 @@ struct TileSetOptions {
   int max_level = -1;         // -1: the first level at least as fine as the source
   std::string side = "both";  // both | above | below: where the mesh lies as seen from the posts
   std::string effort = "normal";
+  /// Tiles of more posts than this are certified through the residual index; 0: as residual_index.h
+  /// says.
+  std::int64_t exact_posts = 0;
 };
 
 /// Posts that opening a DEM as tiles reads before it returns: a second or so.

@@ -1,0 +1,27 @@
+#pragma once
+// What must be known of a source before its first tile: the range of its heights, and for a large
+// one its residual index. One pass over all posts, or a look into the index that is there.
+
+#include <memory>
+#include <string>
+
+#include "terrain/base/progress.h"
+#include "terrain/base/result.h"
+#include "terrain/pyramid/level_plan.h"
+#include "terrain/pyramid/residual_index.h"
+
+namespace tind {
+
+/// The index of a source, made if need be; null where no tile of the plan rests on one
+/// (deepest_indexed_level). `path`: where it is or is to be; empty: nowhere, it goes with the last
+/// who holds it. Fails as ResidualIndex::open_or_make does.
+Result<std::shared_ptr<const ResidualIndex>> index_for(const DemSource&, const TilePlan&,
+                                                       const std::string& path, int threads = 0,
+                                                       const Progress& = {});
+
+/// The plan of a source, with its index. Fails as TilePlan::make and index_for do, and where posts
+/// cannot be read.
+Result<TilePlan> plan_source(const DemSource&, const TileSetOptions&, const std::string& index_path,
+                             int threads = 0, const Progress& = {});
+
+}  // namespace tind
