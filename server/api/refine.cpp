@@ -21,10 +21,12 @@ constexpr std::size_t kMostPoints = 500;
 struct AskedRegion {
   GeoRegion where;
   RegionErrors errors;
+  std::optional<GeoRect> window;
 };
 struct AskedView {
   Camera camera;
   std::string token;
+  std::optional<GeoRect> window;
 };
 using Asked = std::variant<AskedRegion, AskedView>;
 
@@ -69,6 +71,26 @@ using Problems = std::vector<http::ParameterProblem>;
 
 bool is_place(const Json& json) {
   return json.is_array() && json.size() == 2 && json[0].is_number() && json[1].is_number();
+}
+
+/// [west, south, east, north] in degrees.
+std::optional<GeoRect> read_box(const Json& json) {
+  const bool four = json.is_array() && json.size() == 4 &&
+                    std::ranges::all_of(json, [](const Json& j) { return j.is_number(); });
+  if (!four) return {};
+  const GeoRect box{json[0], json[1], json[2], json[3]};
+  const bool on_earth = std::abs(box.west) <= 360 && std::abs(box.east) <= 360 &&
+                        std::abs(box.south) <= 90 && std::abs(box.north) <= 90;
+  if (!on_earth || box.west >= box.east || box.south >= box.north) return {};
+  return box;
+}
+
+std::optional<GeoRect> read_window(Members& members, Problems& problems) {
+  const Json* const json = members.member("window");
+  if (!json) return {};
+  const auto box = read_box(*json);
+  if (!box) problems.push_back({"window", "must be [west, south, east, north], in degrees"});
+  return box;
 }
 
 GeoRegion read_region(const Json& json, Problems& problems) {
@@ -126,13 +148,16 @@ Asked read_request(std::string_view body, Problems& problems) {
   if (!json.is_object()) return problems.push_back({"body", "must be a JSON object"}), Asked();
   Members members(json, "", problems);
   if (const Json* const camera = members.member("camera")) {
-    AskedView view{read_camera(*camera, problems), {}};
+    AskedView view{read_camera(*camera, problems), {}, {}};
     if (const Json* const token = members.member("view")) {
       if (token->is_string() && token->get_ref<const std::string&>().size() <= 64)
         view.token = *token;
       else
         problems.push_back({"view", "must be the token of a view"});
     }
+    view.window = read_window(members, problems);
+    if (view.window && !view.token.empty())
+      problems.push_back({"window", "is for a first view; a view stays in its own"});
     members.nothing_else();
     return view;
   }
@@ -142,6 +167,7 @@ Asked read_request(std::string_view body, Problems& problems) {
   asked.where = read_region(*region, problems);
   members.number("inside_m", 0, 1e5, asked.errors.inside_m, true);
   members.number("outside_m", 0, 1e5, asked.errors.outside_m, true);
+  asked.window = read_window(members, problems);
   members.nothing_else();
   if (asked.errors.inside_m > asked.errors.outside_m)
     problems.push_back({"inside_m", "must not be above outside_m"});
@@ -176,9 +202,11 @@ std::optional<http::Reply> refine(const App& app, const http::Request& request,
                            target = std::string(request.head.target),
                            responder = later.responder()](std::stop_token stop) mutable {
         if (const auto* const view = std::get_if<AskedView>(&asked))
-          return responder(answer(service.view(dataset, view->camera, view->token, stop), target));
+          return responder(
+              answer(service.view(dataset, view->camera, view->token, view->window, stop), target));
         const auto& region = std::get<AskedRegion>(asked);
-        responder(answer(service.region(dataset, region.where, region.errors, stop), target));
+        responder(answer(service.region(dataset, region.where, region.errors, region.window, stop),
+                         target));
       });
   return std::nullopt;
 }

@@ -55,69 +55,76 @@ proto::RefineDelta whole_mesh(const MultiTriangulation& all, const ViewGeometry&
 
 }  // namespace
 
-Result<std::shared_ptr<const RefineService::Scene>> RefineService::make(
-    const Dataset& dataset, std::stop_token stop) const {
-  const DemSource* const dem = dataset.tiles->dem();
-  if (!dem) return fail(Errc::not_found, "this dataset is a store of tiles without its DEM");
-  const DemInfo& info = dem->info();
-  if (std::size_t(info.cols) * std::size_t(info.rows) > limits_.posts)
-    return fail(Errc::invalid_argument,
-                fmt::format("this dataset has {} x {} posts; at most {} in all can be refined here",
-                            info.cols, info.rows, limits_.posts));
-  auto posts = dem->read(0, 0, int(info.cols), int(info.rows));
+Result<std::shared_ptr<const RefineService::Scene>> RefineService::make(const DemSource& dem,
+                                                                        const RefineWindow& window,
+                                                                        std::stop_token stop) {
+  auto posts = dem.read(window.col, window.row, window.cols, window.rows);
   if (!posts) return std::unexpected(posts.error());
   // Filled as in the tiles: who flies over a hole in the data sees ground, not sky.
-  const auto grid = fill_voids(*dem, std::move(*posts));
+  const auto grid = fill_voids(dem, std::move(*posts), window.col, window.row);
   if (!grid) return std::unexpected(grid.error());
+  const DemInfo& info = dem.info();
   auto all = levelled_terrain(*grid, info.spacing_x_m, info.spacing_y_m, {},
                               {.report = {}, .stop = std::move(stop)});
   if (!all) return std::unexpected(all.error());
-  auto geometry = view_geometry(*all, *dem);
+  auto geometry = view_geometry(*all, dem, window.col, window.row);
   if (!geometry) return std::unexpected(geometry.error());
-  return std::make_shared<const Scene>(std::move(*all), std::move(*geometry));
+  return std::make_shared<const Scene>(window, std::move(*all), std::move(*geometry));
 }
 
-Result<std::shared_ptr<const RefineService::Scene>> RefineService::scene(const Dataset& dataset,
-                                                                         std::stop_token stop) {
+Result<std::shared_ptr<const RefineService::Scene>> RefineService::scene(
+    const Dataset& dataset, const std::optional<GeoRect>& asked, std::stop_token stop) {
+  const DemSource* const dem = dataset.tiles->dem();
+  if (!dem) return fail(Errc::not_found, "this dataset is a store of tiles without its DEM");
+  const auto window = refine_window(*dem, asked, limits_.posts);
+  if (!window) return std::unexpected(window.error());
+  const Key key{&dataset, *window};
   {
     const std::lock_guard lock(mutex_);
-    const auto known = std::ranges::find(scenes_, &dataset, [](const auto& s) { return s.first; });
+    const auto known = std::ranges::find(scenes_, key, [](const auto& s) { return s.first; });
     if (known != scenes_.end()) {
       scenes_.splice(scenes_.begin(), scenes_, known);
       return known->second;
     }
-    if (!making_.insert(&dataset).second)
-      return fail(Errc::busy, "this dataset is being made ready for refining: try again");
+    if (making_.size() >= limits_.scenes || !making_.insert(key).second)
+      return fail(Errc::busy, "this or other data are being made ready for refining: try again");
   }
-  auto made = make(dataset, std::move(stop));
+  auto made = make(*dem, *window, std::move(stop));
   const std::lock_guard lock(mutex_);
-  making_.erase(&dataset);
+  making_.erase(key);
   if (!made) return made;
-  scenes_.emplace_front(&dataset, *made);
+  scenes_.emplace_front(key, *made);
   while (scenes_.size() > limits_.scenes) {
-    std::erase_if(views_, [&](const auto& v) { return v.second->dataset == scenes_.back().first; });
+    std::erase_if(views_, [&](const auto& v) { return v.second->scene == scenes_.back().second; });
     scenes_.pop_back();
   }
   return made;
 }
 
 Result<proto::RefineDelta> RefineService::region(const Dataset& dataset, const GeoRegion& region,
-                                                 const RegionErrors& errors, std::stop_token stop) {
-  if (!dataset.tiles->dem())
-    return fail(Errc::not_found, "this dataset is a store of tiles without its DEM");
-  const auto over = region.over(*dataset.tiles->dem());
-  if (!over) return std::unexpected(over.error());
-  const auto ready = scene(dataset, std::move(stop));
+                                                 const RegionErrors& errors,
+                                                 const std::optional<GeoRect>& window,
+                                                 std::stop_token stop) {
+  const DemSource* const dem = dataset.tiles->dem();
+  if (!dem) return fail(Errc::not_found, "this dataset is a store of tiles without its DEM");
+  if (const auto valid = region.over(*dem); !valid) return std::unexpected(valid.error());
+  const auto posts = std::size_t(dem->info().cols) * std::size_t(dem->info().rows);
+  const auto ready =
+      scene(dataset, window || posts <= limits_.posts ? window : around(region), std::move(stop));
   if (!ready) return std::unexpected(ready.error());
   const Scene& s = **ready;
+  const auto over = region.over(*dem, s.window.col, s.window.row);
+  if (!over) return std::unexpected(over.error());
   return whole_mesh(s.all, s.geometry, refine_region(s.all, *over, errors));
 }
 
 Result<proto::RefineDelta> RefineService::view(const Dataset& dataset, const Camera& camera,
-                                               const std::string& token, std::stop_token stop) {
+                                               const std::string& token,
+                                               const std::optional<GeoRect>& window,
+                                               std::stop_token stop) {
   std::unique_ptr<View> view;
   if (token.empty()) {
-    const auto ready = scene(dataset, std::move(stop));
+    const auto ready = scene(dataset, window, std::move(stop));
     if (!ready) return std::unexpected(ready.error());
     const Scene& s = **ready;
     view = std::make_unique<View>(*ready, ViewFront(s.all, s.geometry), &dataset, Clock::now());

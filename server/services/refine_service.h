@@ -14,6 +14,7 @@
 
 #include "proto/refine_delta.h"
 #include "server/services/catalog.h"
+#include "server/services/refine_window.h"
 #include "terrain/progressive/camera.h"
 #include "terrain/progressive/geo_region.h"
 #include "terrain/progressive/refine_region.h"
@@ -22,9 +23,10 @@
 namespace tind::services {
 
 struct RefineLimits {
-  std::size_t posts = 1'000'000;  // of a dataset that can be refined; about 200 bytes each
-  std::size_t scenes = 2;         // datasets kept ready; the one not used for longest goes
-  std::size_t views = 64;         // so do views ...
+  std::size_t posts = 1'000'000;  // of a dataset or window that can be refined; 200 bytes each
+  std::size_t scenes = 2;  // of them kept ready, and made at a time; the one not used for longest
+                           // goes
+  std::size_t views = 64;  // so do views ...
   std::size_t view_bytes = 256 << 20;
   std::chrono::seconds view_age{300};  // ... and after this long without being asked for
 };
@@ -35,24 +37,28 @@ class RefineService {
   using Clock = std::chrono::steady_clock;
   explicit RefineService(const RefineLimits& limits = {}) : limits_(limits) {}
 
-  /// The whole mesh for a region. REQUIRES: errors.inside_m <= errors.outside_m.
+  /// The whole mesh for a region, of the dataset or of a window of it; without a window of a
+  /// dataset that has too many posts, one around the region. REQUIRES: errors.inside_m <=
+  /// errors.outside_m.
   Result<proto::RefineDelta> region(const Dataset&, const GeoRegion&, const RegionErrors&,
-                                    std::stop_token);
+                                    const std::optional<GeoRect>& window, std::stop_token);
 
   /// What leads from the view `token` to the one of this camera; with no token the whole mesh. The
-  /// answer names the new view, and the old name is gone. Fails with not_found for a token that is
-  /// unknown, expired or in use.
+  /// answer names the new view, and the old name is gone. A view stays in its window. Fails with
+  /// not_found for a token that is unknown, expired or in use.
   Result<proto::RefineDelta> view(const Dataset&, const Camera&, const std::string& token,
-                                  std::stop_token);
+                                  const std::optional<GeoRect>& window, std::stop_token);
 
   const RefineLimits& limits() const { return limits_; }
   std::size_t views() const;
 
  private:
   struct Scene {
+    RefineWindow window;
     MultiTriangulation all;
     ViewGeometry geometry;
   };
+  using Key = std::pair<const Dataset*, RefineWindow>;
   struct View {
     std::shared_ptr<const Scene> scene;  // outlives the front
     ViewFront front;
@@ -60,16 +66,18 @@ class RefineService {
     Clock::time_point used;
   };
 
-  Result<std::shared_ptr<const Scene>> scene(const Dataset&, std::stop_token);
-  Result<std::shared_ptr<const Scene>> make(const Dataset&, std::stop_token) const;
+  Result<std::shared_ptr<const Scene>> scene(const Dataset&, const std::optional<GeoRect>& window,
+                                             std::stop_token);
+  static Result<std::shared_ptr<const Scene>> make(const DemSource&, const RefineWindow&,
+                                                   std::stop_token);
   std::unique_ptr<View> take(const Dataset&, const std::string& token);
   void keep(const std::string& token, std::unique_ptr<View>);
   void drop_views(Clock::time_point now);
 
   const RefineLimits limits_;
   mutable std::mutex mutex_;
-  std::list<std::pair<const Dataset*, std::shared_ptr<const Scene>>> scenes_;  // last used first
-  std::set<const Dataset*> making_;
+  std::list<std::pair<Key, std::shared_ptr<const Scene>>> scenes_;  // last used first
+  std::set<Key> making_;
   std::map<std::string, std::unique_ptr<View>> views_;
 };
 

@@ -9,7 +9,8 @@ import {TpmStream} from "./tpm.js";
 const $ = (id) => document.getElementById(id);
 const DEEPEST_COARSE_LEVEL = 6; // coarser tiles are too round to be looked at like a landscape
 const HYSTERESIS = 0.25; // as terrain/progressive/lod_selection.h
-const CATCH_UP_S = 0.5; // half of the way to where a mesh should be takes about so long
+const CATCH_UP_S = 0.5; // half of the way to where a mesh should be takes at most so long
+const SLOWEST = 20; // splits a second
 
 function say(text) {
   $("message").textContent = text;
@@ -58,7 +59,7 @@ class Tile {
   /// Moves `shown` towards `goal`. True when there is something new to draw, in `frame`.
   advance(goal, seconds, frame) {
     if (!this.mesh) return false;
-    const step = (goal - this.shown) * (1 - 2 ** (-seconds / CATCH_UP_S)) + Math.sign(goal - this.shown) * seconds;
+    const step = (goal - this.shown) * (1 - 2 ** (-seconds / CATCH_UP_S)) + Math.sign(goal - this.shown) * SLOWEST * seconds;
     this.shown = Math.abs(step) >= Math.abs(goal - this.shown) ? goal : this.shown + step;
     if (this.shown === this.#drawn) return false;
     this.#way ??= new Geomorph(this.mesh, 0, this.stream.splits);

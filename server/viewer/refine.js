@@ -7,6 +7,7 @@ import {decodeRefinedMesh, RefinedMesh} from "./refined_mesh.js";
 
 const $ = (id) => document.getElementById(id);
 const SPEED = 250;
+const MOST_POSTS = 600000; // of a window; the server widens it to whole blocks, and takes a million
 
 function say(text) {
   $("message").textContent = text;
@@ -29,6 +30,15 @@ function cameraOnCircle({bounds, top}, metres) {
   };
 }
 
+/// A part in the middle of a dataset that is too large to be refined as a whole.
+function windowOf({bounds: [west, south, east, north], source: {columns, rows}}) {
+  const share = Math.sqrt(MOST_POSTS / (columns * rows));
+  if (share >= 1) return undefined;
+  const [x, y] = [(west + east) / 2, (south + north) / 2];
+  const [dx, dy] = [((east - west) / 2) * share, ((north - south) / 2) * share];
+  return [x - dx, y - dy, x + dx, y + dy];
+}
+
 // ---- the flight
 
 class Flight {
@@ -39,7 +49,8 @@ class Flight {
   updates = 0;
 
   constructor(dataset, picture) {
-    Object.assign(this, {dataset, picture, bounds: dataset.bounds, top: 3000});
+    this.window = windowOf(dataset);
+    Object.assign(this, {dataset, picture, bounds: this.window ?? dataset.bounds, top: 3000});
     this.url = new URL(`../refine/${encodeURIComponent(dataset.name)}`, document.baseURI);
   }
 
@@ -50,7 +61,7 @@ class Flight {
   async update() {
     const {canvas} = this.picture;
     const camera = {...cameraOnCircle(this, this.metres), width_px: canvas.width, height_px: canvas.height, tolerance_px: this.tolerance};
-    const body = JSON.stringify(this.view ? {camera, view: this.view} : {camera});
+    const body = JSON.stringify({camera, ...(this.view ? {view: this.view} : this.window && {window: this.window})});
     const reply = await fetch(this.url, {method: "POST", body});
     if (reply.status === 404 && this.view) return (this.view = undefined); // expired: a whole mesh next
     if (reply.status === 503) return new Promise((resolve) => setTimeout(resolve, 1000));

@@ -77,15 +77,16 @@ double VoidFill::at(std::int64_t col, std::int64_t row) const {
   return height * std::min(1.0, (kReach - distance) / (kReach - kFlat));
 }
 
-Result<HeightGrid> fill_voids(const DemSource& source, HeightGrid posts) {
+Result<HeightGrid> fill_voids(const DemSource& source, HeightGrid posts, std::int64_t col,
+                              std::int64_t row) {
   if (std::ranges::none_of(posts.values(), [](float z) { return std::isnan(z); })) return posts;
-  const auto fill = VoidFill::load(source, 0, 0, posts.cols(), posts.rows());
+  const auto fill = VoidFill::load(source, col, row, posts.cols(), posts.rows());
   if (!fill) return std::unexpected(fill.error());
   std::vector<std::pair<int, int>> voids;
   for (int r = 0; r < posts.rows(); ++r)
     for (int c = 0; c < posts.cols(); ++c)
       if (posts.is_void(c, r)) voids.emplace_back(c, r);
-  for (const auto& [c, r] : voids) posts.at(c, r) = float(fill->at(c, r));
+  for (const auto& [c, r] : voids) posts.at(c, r) = float(fill->at(col + c, row + r));
   // Gauss-Seidel on Laplace's equation: a ramp over about ten posts, the valid ones held.
   constexpr int kSweeps = 64;
   const auto clamped = [&](int c, int r) {

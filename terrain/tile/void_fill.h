@@ -32,9 +32,10 @@ class VoidFill {
   std::vector<std::int16_t> left_, right_;  // columns to the nearest valid post in the row
 };
 
-/// The whole source without voids, for what draws it: its posts as they are (`posts`: all of them,
-/// as read), and in the voids at(), smoothed so that where two nearest posts meet there is a slope
-/// and no cliff.
-Result<HeightGrid> fill_voids(const DemSource&, HeightGrid posts);
+/// A source, or a window of it, without voids, for what draws it: its posts as they are (`posts`:
+/// as read from (col, row) on), and in the voids at(), smoothed so that where two nearest posts
+/// meet there is a slope and no cliff.
+Result<HeightGrid> fill_voids(const DemSource&, HeightGrid posts, std::int64_t col = 0,
+                              std::int64_t row = 0);
 
 }  // namespace tind
