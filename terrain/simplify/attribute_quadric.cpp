@@ -21,7 +21,7 @@ constexpr double kSpring = 1e-3;      // see quadric.cpp
 constexpr double kBorderWeight = 10;  // planes that hold the borders of general meshes
 /// Weights of a whole unit of colour, texture or normal against the box's diagonal, at
 /// attribute_weight = 1; from the experiment in docs/methods.md.
-constexpr double kColourWeight = 0.0015, kTextureWeight = 0.02, kNormalWeight = 0.0016;
+constexpr double kColourWeight = 0.0015, kTextureWeight = 0.08, kNormalWeight = 0.0016;
 
 enum class Metric { joint, separate, ignored };
 

@@ -221,8 +221,10 @@ Result<Simplified> simplify_bounded(const HeightGrid& grid, double spacing_x_m, 
                      : reach_count(grid, x_scale, target, o, progress);
   if (!result) return result;
   const double left = double(result->tin.triangles.size());
-  if (left > std::max(2.0, wanted))
-    result->note = "the lines need " + std::to_string(result->tin.triangles.size()) + " triangles";
+  if (left > wanted) {
+    result->note = (o.constraints ? "the lines need " : "the least are ") +
+                   std::to_string(result->tin.triangles.size()) + " triangles";
+  }
   if (left < 0.99 * std::floor(wanted))
     result->note = "no error is left that more triangles would take away";
   return result;

@@ -77,6 +77,11 @@ class Api : public ::testing::Test {
     return client.receive();
   }
 
+  /// Each of `bodies` is a bad request.
+  void expect_refused(const std::string& target, std::initializer_list<const char*> bodies) {
+    for (const char* body : bodies) EXPECT_EQ(post(target, body).status, 400) << body;
+  }
+
   test::TempDir dir_;
   test::MadeUpTiles* made_up_;
   services::Catalog catalog_;
@@ -93,12 +98,6 @@ class Api : public ::testing::Test {
 
 const std::string kTile = "/terrain/made-up/3/5/2.terrain";
 const std::string kAll = "?extensions=octvertexnormals-metadata";
-
-std::string posted(const std::string& target, const std::string& body) {
-  return "POST " + target +
-         " HTTP/1.1\r\nHost: a\r\nContent-Length: " + std::to_string(body.size()) + "\r\n\r\n" +
-         body;
-}
 
 TEST_F(Api, ATransitionLeadsFromTheParentToTheTile) {
   const HttpReply reply = get("/transition/made-up/3/5/2");
@@ -270,9 +269,7 @@ TEST_F(Api, HoweverManyAskForAStreamItIsMadeOnce) {
 }
 
 TEST_F(Api, ManyTilesComeInOneResponse) {
-  HttpClient client(port());
-  ASSERT_TRUE(client.send(posted("/tiles/made-up", R"({"tiles":["3/5/2","9/0/0","0/1/0"]})")));
-  const HttpReply reply = client.receive();
+  const HttpReply reply = post("/tiles/made-up", R"({"tiles":["3/5/2","9/0/0","0/1/0"]})");
   ASSERT_EQ(reply.status, 200) << reply.body;
   std::string error;
   const auto* bytes = reinterpret_cast<const std::uint8_t*>(reply.body.data());
@@ -285,32 +282,25 @@ TEST_F(Api, ManyTilesComeInOneResponse) {
   const auto& first = (*frames)[0].bytes;
   EXPECT_EQ(std::string(first.begin(), first.end()), get("/terrain/made-up/3/5/2.terrain").body);
 
-  for (const char* wrong : {"", "{}", R"({"tiles":[]})", R"({"tiles":["3/5"]})",
-                            R"({"tiles":["3/05/2"]})", R"({"tiles":[7]})", R"({"tile":[]})"}) {
-    ASSERT_TRUE(client.send(posted("/tiles/made-up", wrong)));
-    EXPECT_EQ(client.receive().status, 400) << wrong;
-  }
+  expect_refused("/tiles/made-up",
+                 {"", "{}", R"({"tiles":[]})", R"({"tiles":["3/5"]})", R"({"tiles":["3/05/2"]})",
+                  R"({"tiles":[7]})", R"({"tile":[]})"});
 }
 
 TEST_F(Api, AFlightIsPlanned) {
-  HttpClient client(port());
-  ASSERT_TRUE(client.send(posted(
-      "/plan/made-up", R"({"position":{"lon":7,"lat":46,"height_m":3000},)"
-                       R"("velocity":{"east":250},"horizon_s":300,"link_bits_per_s":1e7})")));
-  const HttpReply reply = client.receive();
+  const HttpReply reply =
+      post("/plan/made-up", R"({"position":{"lon":7,"lat":46,"height_m":3000},)"
+                            R"("velocity":{"east":250},"horizon_s":300,"link_bits_per_s":1e7})");
   ASSERT_EQ(reply.status, 200) << reply.body;
   const Json plan = Json::parse(reply.body);
   ASSERT_GT(plan["tiles"].size(), 10u);
   EXPECT_EQ(plan["tiles"][0]["tile"], "0/0/0");
   EXPECT_GT(plan["lead_s"].get<double>(), 0);
 
-  for (const char* wrong :
-       {"", "[]", R"({"trajectory":[]})", R"({"trajectory":[{"lon":1}]})",
-        R"({"position":{"lon":7,"lat":46,"height_m":3},"horizon_s":1,"speed":2})",
-        R"({"position":{"lon":7,"lat":460,"height_m":3},"horizon_s":1})"}) {
-    ASSERT_TRUE(client.send(posted("/plan/made-up", wrong)));
-    EXPECT_EQ(client.receive().status, 400) << wrong;
-  }
+  expect_refused("/plan/made-up",
+                 {"", "[]", R"({"trajectory":[]})", R"({"trajectory":[{"lon":1}]})",
+                  R"({"position":{"lon":7,"lat":46,"height_m":3},"horizon_s":1,"speed":2})",
+                  R"({"position":{"lon":7,"lat":460,"height_m":3},"horizon_s":1})"});
 }
 
 TEST_F(Api, ATileHasAllItsHeaders) {

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "terrain/mesh/nearest.h"
+#include "tests/support/hausdorff.h"
 
 namespace tind {
 namespace {
@@ -109,6 +110,40 @@ TEST(SurfaceDistance, IsTheSameForAnyNumberOfThreads) {
       surface_distance(square(1), rough, {.face_samples = 30000, .threads = 4});
   EXPECT_EQ(one.rms, four.rms);
   EXPECT_EQ(one.max, four.max);
+}
+
+/// A bumpy square, and the same with every vertex moved a little.
+Tin bumpy(unsigned seed, double move) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> at(-1, 1);
+  Tin tin = square(0, 5);
+  std::mt19937 shape(3);
+  for (Vec3& v : tin.vertices) {
+    v.z = 2 * at(shape);
+    v = v + Vec3{at(random), at(random), at(random)} * move;
+  }
+  return tin;
+}
+
+TEST(SurfaceDistance, ComesUpToTheBoundedHausdorffDistance) {
+  constexpr double kBound = 0.002;
+  const Tin base = bumpy(1, 0);
+  if (!test::bounded_hausdorff(base, base, kBound)) GTEST_SKIP() << "built without CGAL";
+  std::vector<Tin> others;
+  for (const unsigned seed : {2u, 3u, 4u}) others.push_back(bumpy(seed, 0.1 * seed));
+  Tin coarse = square(0, 2);
+  coarse.vertices[4].z = 3;
+  others.push_back(coarse);
+  for (const Tin& other : others) {
+    const SurfaceDistance d = surface_distance(base, other, {.face_samples = 200000});
+    for (const auto& [found, truth] :
+         {std::pair{d.a_to_b.max, *test::bounded_hausdorff(base, other, kBound)},
+          {d.b_to_a.max, *test::bounded_hausdorff(other, base, kBound)}}) {
+      EXPECT_LE(found, truth + kBound);         // a sample is never farther than the farthest point
+      EXPECT_GE(found, truth - kBound - 0.02);  // and some sample is near that
+      EXPECT_GT(truth, 0.1);
+    }
+  }
 }
 
 }  // namespace
