@@ -32,6 +32,7 @@ int main(int argc, char** argv) {
   tind::cli::add_check(app, exit);
   tind::cli::add_estimate(app, exit);
   tind::cli::add_explain(app, exit);
+  tind::cli::add_plan(app, exit);
   tind::cli::add_serve(app, exit);
   try {
     app.parse(argc, argv);

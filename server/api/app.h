@@ -10,6 +10,7 @@
 #include "server/services/tile_cache.h"
 #include "server/services/tile_service.h"
 #include "server/services/tile_streams.h"
+#include "server/services/tile_transitions.h"
 
 namespace tind::api {
 
@@ -20,9 +21,10 @@ struct App {
   const services::TileCache& cache;
   services::CpuPool& pool;
   const http::StaticFiles& viewer;
-  const http::Server* server = nullptr;       // set once it listens, before it runs
-  services::RefineService* refine = nullptr;  // null: no /refine
-  services::TileStreams* streams = nullptr;   // null: no /progressive
+  const http::Server* server = nullptr;              // set once it listens, before it runs
+  services::RefineService* refine = nullptr;         // null: no /refine
+  services::TileStreams* streams = nullptr;          // null: no /progressive
+  services::TileTransitions* transitions = nullptr;  // null: no /transition
 };
 
 http::Router make_router(const App&);

@@ -41,6 +41,7 @@ void add_build(CLI::App& program, int& exit);
 void add_check(CLI::App& program, int& exit);
 void add_estimate(CLI::App& program, int& exit);
 void add_explain(CLI::App& program, int& exit);
+void add_plan(CLI::App& program, int& exit);
 void add_serve(CLI::App& program, int& exit);
 
 }  // namespace tind::cli

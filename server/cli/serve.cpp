@@ -138,10 +138,12 @@ int serve(const Config& config) {
   services::CpuPool pool(config.build_threads, std::size_t(config.queue));
   services::TileService tiles(cache, pool);
   services::TileStreams streams(tiles, cache, pool);
+  services::TileTransitions transitions(cache, pool);
   services::RefineService refine;
   api::App app{*catalog, tiles, cache, pool, *viewer};
   app.refine = &refine;
   app.streams = &streams;
+  app.transitions = &transitions;
   const http::Router router = api::make_router(app);
   auto server = http::Server::listen(router, server_options(config));
   if (!server) return complain(server.error());

@@ -91,7 +91,8 @@ class Api : public ::testing::Test {
   http::StaticFiles viewer_;
   services::RefineService refine_;
   services::TileStreams streams_{tiles_, cache_, pool_};
-  App app_{catalog_, tiles_, cache_, pool_, viewer_, nullptr, &refine_, &streams_};
+  services::TileTransitions transitions_{cache_, pool_};
+  App app_{catalog_, tiles_, cache_, pool_, viewer_, nullptr, &refine_, &streams_, &transitions_};
   http::Router router_;
   std::optional<test::RunningServer> running_;
 };
@@ -112,6 +113,9 @@ TEST_F(Api, ATransitionLeadsFromTheParentToTheTile) {
   EXPECT_EQ(get("/transition/made-up/3/5/2", "If-None-Match: " + reply.headers.at("etag") + "\r\n")
                 .status,
             304);
+  const int tiles_made = made_up_->built;
+  EXPECT_EQ(get("/transition/made-up/3/5/2").body, reply.body);
+  EXPECT_EQ(made_up_->built, tiles_made) << "from the cache";
   EXPECT_EQ(get("/transition/made-up/0/0/0").status, 404);  // no parent
   EXPECT_EQ(get("/transition/made-up/3/05/2").status, 404);
   EXPECT_EQ(get("/transition/nobody/3/5/2").status, 404);

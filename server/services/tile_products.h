@@ -1,0 +1,50 @@
+#pragma once
+// What is made of a tile and sent like one: from the cache that tiles are in, else made on the CPU
+// pool, once however many ask.
+
+#include <functional>
+#include <stop_token>
+#include <utility>
+
+#include "server/services/catalog.h"
+#include "server/services/cpu_pool.h"
+#include "server/services/single_flight.h"
+#include "server/services/tile_cache.h"
+
+namespace tind::services {
+
+class TileProducts {
+ public:
+  using Product = TileCache::Tile;
+  using Done = std::move_only_function<void(Result<Product>)>;
+  /// On a worker.
+  using Build = std::function<Result<Product>(const Dataset&, TileId, std::stop_token)>;
+
+  /// `variant` of TileKey is this product's own. All must outlive this; the pool must have stopped
+  /// before this goes.
+  TileProducts(TileCache& cache, CpuPool& pool, std::uint8_t variant, Build build)
+      : cache_(cache), pool_(pool), variant_(variant), build_(std::move(build)) {}
+  TileProducts(const TileProducts&) = delete;
+  TileProducts& operator=(const TileProducts&) = delete;
+
+  /// Null when it is not in the cache. Cheap: for I/O threads.
+  Product cached(const Dataset& dataset, TileId tile) {
+    return cache_.find({dataset.index, tile, variant_});
+  }
+
+  /// Calls `done` once: from a worker, or at once, from this thread, with Errc::busy. A failure
+  /// goes to all who wait and is not kept. REQUIRES: dataset.tiles->available(tile).
+  void make(const Dataset&, TileId, Done done);
+
+ private:
+  using Address = std::pair<std::uint32_t, TileId>;  // dataset, tile
+  class Flight;
+
+  TileCache& cache_;
+  CpuPool& pool_;
+  const std::uint8_t variant_;
+  const Build build_;
+  SingleFlight<Address, Product> flights_;
+};
+
+}  // namespace tind::services

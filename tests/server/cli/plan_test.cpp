@@ -1,0 +1,113 @@
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "proto/file_io.h"
+#include "server/cli/trajectory_file.h"
+#include "tests/support/program.h"
+#include "tests/support/support.h"
+
+namespace tind {
+namespace {
+
+using cli::parse_trajectory;
+
+TEST(Trajectory, CsvAndGeoJsonSayTheSame) {
+  const auto csv = parse_trajectory("# a flight\nTime,Lat,Lon,height_m\n10,46,-121,900\n40,47,-122,800\n", {});
+  ASSERT_TRUE(csv) << csv.error().what;
+  const auto plain = parse_trajectory("-121,46,900,10\r\n-122,47,800,40\r\n", {});
+  ASSERT_TRUE(plain) << plain.error().what;
+  const auto line = parse_trajectory(
+      R"({"type": "LineString", "coordinates": [[-121, 46, 900, 10], [-122, 47, 800, 40]]})", {});
+  ASSERT_TRUE(line) << line.error().what;
+  const auto feature = parse_trajectory(
+      R"({"type": "FeatureCollection", "features": [{"type": "Feature",
+          "properties": {"times": [10, 40]}, "geometry":
+          {"type": "LineString", "coordinates": [[-121, 46, 900], [-122, 47, 800]]}}]})",
+      {});
+  ASSERT_TRUE(feature) << feature.error().what;
+  for (const auto* flight : {&*csv, &*plain, &*line, &*feature}) {
+    ASSERT_EQ(flight->size(), 2u);
+    EXPECT_EQ((*flight)[1].where, (Geographic{-122, 47}));
+    EXPECT_EQ((*flight)[0].height_m, 900);
+    EXPECT_EQ((*flight)[0].time_s, 10);
+    EXPECT_EQ((*flight)[1].time_s, 40);
+  }
+}
+
+TEST(Trajectory, DatesCountFromTheFirstAndASpeedMakesTimes) {
+  const auto dates = parse_trajectory("1,2,3,2026-02-28T23:59:30Z\n1,2,3,2026-03-01T00:00:10.5Z\n", {});
+  ASSERT_TRUE(dates) << dates.error().what;
+  EXPECT_EQ((*dates)[0].time_s, 0);
+  EXPECT_EQ((*dates)[1].time_s, 40.5);
+  const auto speed = parse_trajectory("lon,lat\n0,0\n1,0\n", 100);
+  ASSERT_TRUE(speed) << speed.error().what;
+  EXPECT_NEAR((*speed)[1].time_s, 1113.195, 0.01);  // a degree of the equator
+}
+
+TEST(Trajectory, WhatIsWrongIsNamed) {
+  const auto refused = [](const char* text, const char* why, std::optional<double> speed = {}) {
+    const auto flight = parse_trajectory(text, speed);
+    ASSERT_FALSE(flight) << text;
+    EXPECT_NE(flight.error().what.find(why), std::string::npos) << flight.error().what;
+  };
+  refused("", "no fix");
+  refused("a,b\n1,2\n", "line 1: no columns named lon and lat");
+  refused("1,2,3,4\n1,x,3,5\n", "line 2: column 2 is no number");
+  refused("1,2,3,4\n1,2,3\n", "line 2 has no time");
+  refused("1,2,3,4\n1,2,3,soon\n", "line 2: 'soon' is no time");
+  refused("1,2,3,4\n1,99,3,5\n", "fix 1 is not on earth");
+  refused("1,2,3\n1,3,3\n", "no times");
+  refused("1,2,3,4\n", "needs no speed", 5);
+  refused("{\"type\": \"Point\"}", "no LineString");
+  refused("{\"type\": \"LineString\", \"coordinates\": [[1]]}", "fix 0 must be");
+}
+
+TEST(Plan, ListsTilesWithTheirDeadlines) {
+  const std::string dem = test::testdata("rainier.tif");
+  const auto run = [&](const std::string& more) {
+    const auto got = test::run_tind("plan " + dem + " --tolerance 32 --json " + more);
+    EXPECT_EQ(got.code, 0) << got.out;
+    return nlohmann::json::parse(got.out);
+  };
+  const std::string flight = "--position=-121.8,46.8,5000 --velocity=250,0,0 --horizon 60";
+  const auto slow = run(flight + " --link 0.1");
+  ASSERT_GT(slow.at("tiles").size(), 4u);
+  EXPECT_EQ(slow.at("seconds"), 60);
+  EXPECT_GT(slow.at("late_tiles"), 0);
+  EXPECT_GE(slow.at("lead_s"), slow.at("most_late_s"));
+  double last = -1;
+  for (const auto& t : slow.at("tiles")) {
+    EXPECT_GE(t.at("needed_s"), last);
+    last = t.at("needed_s");
+    EXPECT_NEAR(t.at("late_s").get<double>(),
+                std::max(0.0, t.at("arrives_s").get<double>() - last), 1e-9);
+  }
+  const auto early = run(flight + " --link 0.1 --head-start " +
+                         std::to_string(slow.at("lead_s").get<double>() + 1));
+  EXPECT_EQ(early.at("late_tiles"), 0);
+
+  // The same flight as a file, over a directory, whose tiles have their own sizes.
+  const test::TempDir dir;
+  const std::string tiles = dir.file("tiles"), file = dir.file("flight.csv");
+  ASSERT_EQ(test::run_tind("build " + dem + " -o " + tiles + " --levels 0-9 --progress none").code, 0);
+  ASSERT_TRUE(proto::write_whole_file(file, "lon,lat,height,time\n-121.8,46.8,5000,0\n-121.6,46.8,5000,60\n"));
+  const auto stored = test::run_tind("plan " + tiles + " --trajectory " + file + " --tolerance 32 --json");
+  ASSERT_EQ(stored.code, 0) << stored.out;
+  const auto plan = nlohmann::json::parse(stored.out);
+  std::set<int> sizes;
+  for (const auto& t : plan.at("tiles")) sizes.insert(t.at("bytes").get<int>());
+  EXPECT_GT(sizes.size(), 1u);
+}
+
+TEST(Plan, SaysWhatIsMissing) {
+  const std::string dem = test::testdata("rainier.tif");
+  for (const char* wrong : {"", "--position=1,2,3", "--trajectory a.csv --position=1,2,3"})
+    EXPECT_EQ(test::run_tind("plan " + dem + " " + wrong).code, 2) << wrong;
+  EXPECT_EQ(test::run_tind("plan " + dem + " --trajectory nothing.csv").code, 69);
+  EXPECT_EQ(test::run_tind("plan " + dem + " --position=1,2,3 --velocity=1,1,1 --link 0").code, 2);
+}
+
+}  // namespace
+}  // namespace tind
