@@ -16,6 +16,7 @@
 #include "server/cli/dem_input.h"
 #include "server/cli/line_input.h"
 #include "server/cli/peak_memory.h"
+#include "server/cli/surface_report.h"
 #include "terrain/raster/image_source.h"
 #include "terrain/simplify/simplify.h"
 
@@ -79,7 +80,7 @@ void choose_method(const std::string& text, SimplifyOptions& o) {
 
 CompareRow run_one(const HeightGrid& grid, const DemInfo& info, const std::string& method,
                    const std::string& stop_text, const StopAt& stop, SimplifyOptions options) {
-  CompareRow row{method, stop_text, {}, {}, 0, 0, ""};
+  CompareRow row{method, stop_text, {}, {}, 0, 0, {}, ""};
   choose_method(method, options);
   options.stop = stop;
   PeakMemory::forget();
@@ -93,6 +94,7 @@ CompareRow run_one(const HeightGrid& grid, const DemInfo& info, const std::strin
   }
   row.made = std::move(*made);
   row.quality = mesh_quality(row.made.tin, MeshMap{}, grid, options.threads);
+  row.attributes = attribute_errors(options, grid, info, row.made.tin);
   return row;
 }
 
@@ -107,8 +109,26 @@ nlohmann::ordered_json row_json(const CompareRow& r) {
   j.update(quality_json(r.quality));
   j["seconds"] = r.seconds;
   j["peak_mb"] = r.peak_mb;
+  if (r.attributes) j["surface"] = distance_json(*r.attributes);
   j["note"] = r.made.note;
   return j;
+}
+
+/// A second table, of the rows that carry attributes.
+std::string attributes_text(const std::vector<CompareRow>& rows) {
+  std::string out;
+  const auto cell = [](const std::optional<AttributeError>& e) {
+    return e ? fmt::format("{:>10.4f} {:>10.4f}", e->rms, e->max) : fmt::format("{:>21}", "-");
+  };
+  for (const CompareRow& r : rows) {
+    if (!r.attributes) continue;
+    if (out.empty())
+      out = fmt::format("\n{:<26} {:>8} {:>10} {:>10} {:>10} {:>10}\n", "attributes of", "stop",
+                        "colour rms", "max", "normal rms", "max");
+    out += fmt::format("{:<26} {:>8} {} {}\n", r.method, r.stop, cell(r.attributes->colour),
+                       cell(r.attributes->normal));
+  }
+  return out;
 }
 
 std::string table_text(const std::vector<CompareRow>& rows) {
@@ -126,18 +146,24 @@ std::string table_text(const std::vector<CompareRow>& rows) {
         r.method, r.stop, r.quality.triangles, r.made.steps, e.rms_m, e.max_m, e.p99_m,
         r.quality.flipped, r.quality.uncovered, r.seconds, r.peak_mb);
   }
-  return out;
+  return out + attributes_text(rows);
 }
 
 std::string table_csv(const std::vector<CompareRow>& rows) {
   std::string out =
-      "method,stop,triangles,steps,rms_m,max_m,p95_m,p99_m,flipped,uncovered,seconds,peak_mb\n";
+      "method,stop,triangles,steps,rms_m,max_m,p95_m,p99_m,flipped,uncovered,seconds,peak_mb,"
+      "colour_rms,colour_max,normal_rms,normal_max\n";
+  const auto cells = [](const std::optional<AttributeError>& e) {
+    return e ? fmt::format("{},{}", e->rms, e->max) : std::string(",");
+  };
   for (const CompareRow& r : rows) {
     if (!r.failure.empty()) continue;
     const VerticalError& e = r.quality.error;
-    out += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}\n", r.method, r.stop,
+    const SurfaceDistance attributes = r.attributes.value_or(SurfaceDistance{});
+    out += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", r.method, r.stop,
                        r.quality.triangles, r.made.steps, e.rms_m, e.max_m, e.p95_m, e.p99_m,
-                       r.quality.flipped, r.quality.uncovered, r.seconds, r.peak_mb);
+                       r.quality.flipped, r.quality.uncovered, r.seconds, r.peak_mb,
+                       cells(attributes.colour), cells(attributes.normal));
   }
   return out;
 }

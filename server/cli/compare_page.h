@@ -1,11 +1,13 @@
 #pragma once
 // The page of `tind compare --html`: one file that stands alone, for a report.
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "server/cli/mesh_quality.h"
 #include "server/cli/png.h"
+#include "terrain/mesh/surface_distance.h"
 #include "terrain/simplify/simplify.h"
 
 namespace tind::cli {
@@ -16,8 +18,9 @@ struct CompareRow {
   Simplified made;           // `tin` in post coordinates
   MeshQuality quality;
   double seconds = 0;
-  double peak_mb = 0;   // of the process while it ran; 0 where the system does not say
-  std::string failure;  // why there is no result; empty otherwise
+  double peak_mb = 0;  // of the process while it ran; 0 where the system does not say
+  std::optional<SurfaceDistance> attributes;  // of methods that carry some
+  std::string failure;                        // why there is no result; empty otherwise
 };
 
 /// The mesh seen from above, lit from the north-west, with the DEM's heights as colour; voids and

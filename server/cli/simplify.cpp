@@ -182,18 +182,6 @@ int run_mesh(const Arguments& a) {
   return kOk;
 }
 
-/// How far the attributes (and, in three dimensions, the surface) are from those of the full mesh.
-std::optional<SurfaceDistance> attribute_errors(const Arguments& a, const HeightGrid& grid,
-                                                const DemInfo& info, const Tin& posts_frame) {
-  if (a.options.method != "attribute-qem") return {};
-  const Result<Tin> full =
-      terrain_with_attributes(grid, info.spacing_x_m, info.spacing_y_m, a.options);
-  if (!full) return {};
-  Tin metric = posts_frame;
-  for (Vec3& v : metric.vertices) v.x *= info.spacing_x_m, v.y *= info.spacing_y_m;
-  return surface_distance(*full, metric, {.face_samples = 300000, .threads = a.options.threads});
-}
-
 /// `cluster` and `bounded` can do without the whole source in memory, and do where that is much.
 bool streams(const Arguments& a, const DemInfo& info) {
   const bool able = a.options.method == "cluster" || goes_by_rows(a.options);
@@ -247,7 +235,7 @@ int run(Arguments& a) {
   seconds.simplify = watch.lap();
   std::optional<ConstraintCheck> lines;
   if (a.options.constraints) lines = check_constraints(made->tin, *a.options.constraints);
-  const auto attributes = attribute_errors(a, *grid, info, made->tin);
+  const auto attributes = attribute_errors(a.options, *grid, info, made->tin);
   watch.lap();
 
   const MeshFrame frame = a.frame == "metric" ? MeshFrame::metric : MeshFrame::source;

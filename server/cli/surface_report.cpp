@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "terrain/simplify/attribute_quadric.h"
+
 namespace tind::cli {
 
 namespace {
@@ -25,6 +27,18 @@ nlohmann::ordered_json distance_json(const SurfaceDistance& d) {
   add("normal_error", d.normal);
   add("texture_error", d.texture);
   return j;
+}
+
+std::optional<SurfaceDistance> attribute_errors(const SimplifyOptions& options,
+                                                const HeightGrid& grid, const DemInfo& info,
+                                                const Tin& made) {
+  if (options.method != "attribute-qem") return {};
+  const Result<Tin> full =
+      terrain_with_attributes(grid, info.spacing_x_m, info.spacing_y_m, options);
+  if (!full) return {};
+  Tin metric = made;
+  for (Vec3& v : metric.vertices) v.x *= info.spacing_x_m, v.y *= info.spacing_y_m;
+  return surface_distance(*full, metric, {.face_samples = 300000, .threads = options.threads});
 }
 
 std::string distance_text(const SurfaceDistance& d) {

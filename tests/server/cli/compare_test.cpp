@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -45,6 +46,22 @@ TEST(CompareCommand, PrintsOneRowForEachMethodAndStopAndWritesAPageThatStandsAlo
   std::string head;
   std::getline(csv, head);
   EXPECT_EQ(head.substr(0, 12), "method,stop,");
+}
+
+TEST(CompareCommand, ShowsTheErrorsOfAttributesToo) {
+  const TempDir dir;
+  const Ran ran =
+      run_tind("compare " + testdata("bigtujunga_crop.tif") +
+               " --methods qem,attribute-qem --at 5% --json --csv " + dir.file("table.csv"));
+  ASSERT_EQ(ran.code, 0) << ran.out;
+  const auto rows = nlohmann::json::parse(ran.out);
+  EXPECT_FALSE(rows[0].contains("surface"));
+  EXPECT_GT(rows[1]["surface"]["normal_error"]["rms"], 0);
+  EXPECT_GE(rows[1]["surface"]["normal_error"]["max"], rows[1]["surface"]["normal_error"]["rms"]);
+  std::ifstream csv(dir.file("table.csv"));
+  std::string line;
+  for (int row = 0; std::getline(csv, line); ++row)
+    EXPECT_EQ(std::count(line.begin(), line.end(), ','), 15) << line;
 }
 
 TEST(CompareCommand, SaysWhatIsWrong) {
