@@ -17,9 +17,11 @@ http::Reply readiness(const App& app) {
 
 http::Reply metrics(const App& app) {
   const auto stats = app.server ? app.server->stats() : http::StatsSnapshot{};
+  const services::NamedProducts products[] = {{"progressive", app.streams},
+                                              {"transition", app.transitions}};
   return http::make_reply(
       200, "text/plain; version=0.0.4; charset=utf-8",
-      services::render_metrics(stats, app.catalog, app.tiles, app.cache, app.pool),
+      services::render_metrics(stats, app.catalog, app.tiles, app.cache, app.pool, products),
       {{"Cache-Control", "no-store"}});
 }
 

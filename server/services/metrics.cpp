@@ -76,9 +76,34 @@ void tile_metrics(Exposition& out, const TileService& service, const TileCache& 
   out.one("tind_tile_build_queue_capacity", "gauge", "Tasks that the CPU pool admits.",
           pool.capacity());
   out.one("tind_cache_bytes", "gauge", "Memory held by finished tiles.", cache.bytes());
-  out.one("tind_cache_tiles", "gauge", "Finished tiles in memory.", cache.tiles());
+  out.one("tind_cache_tiles", "gauge", "Finished tiles, and what is made of them, in memory.",
+          cache.tiles());
   out.one("tind_cache_evictions_total", "counter", "Tiles that made room for others.",
           cache.evictions());
+}
+
+void product_metrics(Exposition& out, std::span<const NamedProducts> products) {
+  const auto each = [&](auto&& f) {
+    for (const auto& [name, made] : products)
+      if (made) f(fmt::format("product=\"{}\"", name), made->counters());
+  };
+  out.begin("tind_product_requests_total", "counter",
+            "Requests for what is made of existing tiles, by outcome.");
+  each([&](const std::string& label, const TileProducts::Counters& counters) {
+    out.value(counters.hits.load(), label + ",result=\"hit\"");
+    out.value(counters.joined.load(), label + ",result=\"joined\"");
+    out.value(counters.refused.load(), label + ",result=\"refused\"");
+  });
+  out.begin("tind_product_build_duration_seconds", "summary",
+            "Making one, with its tiles where they were not there.");
+  each([&](const std::string& label, const TileProducts::Counters& counters) {
+    out.value(double(counters.build_nanoseconds.load()) * 1e-9, label, "_sum");
+    out.value(counters.built.load(), label, "_count");
+  });
+  out.begin("tind_product_build_failures_total", "counter", "Those that could not be made.");
+  each([&](const std::string& label, const TileProducts::Counters& counters) {
+    out.value(counters.failed.load(), label);
+  });
 }
 
 std::size_t resident_bytes() {
@@ -114,14 +139,15 @@ void process_metrics(Exposition& out) {
 }  // namespace
 
 std::string render_metrics(const http::StatsSnapshot& http_stats, const Catalog& catalog,
-                           const TileService& service, const TileCache& cache,
-                           const CpuPool& pool) {
+                           const TileService& service, const TileCache& cache, const CpuPool& pool,
+                           std::span<const NamedProducts> products) {
   Exposition out;
   out.begin("tind_build_info", "gauge", "The version that is running.");
   out.value(1, "version=\"" TIND_VERSION "\"");
   out.one("tind_datasets", "gauge", "Datasets served.", catalog.all().size());
   http_metrics(out, http_stats);
   tile_metrics(out, service, cache, pool);
+  product_metrics(out, products);
   process_metrics(out);
   return out.take();
 }

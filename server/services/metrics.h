@@ -3,17 +3,24 @@
 // a client, so the number of series is fixed.
 
 #include <chrono>
+#include <span>
 #include <string>
+#include <string_view>
+#include <utility>
 
 #include "server/http/stats.h"
 #include "server/services/catalog.h"
 #include "server/services/cpu_pool.h"
 #include "server/services/tile_cache.h"
+#include "server/services/tile_products.h"
 #include "server/services/tile_service.h"
 
 namespace tind::services {
 
+/// The value of the label `product`, and the products; null: there are none.
+using NamedProducts = std::pair<std::string_view, const TileProducts*>;
+
 std::string render_metrics(const http::StatsSnapshot&, const Catalog&, const TileService&,
-                           const TileCache&, const CpuPool&);
+                           const TileCache&, const CpuPool&, std::span<const NamedProducts>);
 
 }  // namespace tind::services

@@ -2,6 +2,8 @@
 // What is made of a tile and sent like one: from the cache that tiles are in, else made on the CPU
 // pool, once however many ask.
 
+#include <atomic>
+#include <cstdint>
 #include <functional>
 #include <stop_token>
 #include <utility>
@@ -28,13 +30,17 @@ class TileProducts {
   TileProducts& operator=(const TileProducts&) = delete;
 
   /// Null when it is not in the cache. Cheap: for I/O threads.
-  Product cached(const Dataset& dataset, TileId tile) {
-    return cache_.find({dataset.index, tile, variant_});
-  }
+  Product cached(const Dataset&, TileId);
 
   /// Calls `done` once: from a worker, or at once, from this thread, with Errc::busy. A failure
   /// goes to all who wait and is not kept. REQUIRES: dataset.tiles->available(tile).
   void make(const Dataset&, TileId, Done done);
+
+  struct Counters {
+    std::atomic<std::uint64_t> hits{0}, joined{0}, refused{0}, built{0}, failed{0};
+    std::atomic<std::uint64_t> build_nanoseconds{0};  // with its tiles, where they were not there
+  };
+  const Counters& counters() const { return counters_; }
 
  private:
   using Address = std::pair<std::uint32_t, TileId>;  // dataset, tile
@@ -45,6 +51,7 @@ class TileProducts {
   const std::uint8_t variant_;
   const Build build_;
   SingleFlight<Address, Product> flights_;
+  Counters counters_;
 };
 
 }  // namespace tind::services

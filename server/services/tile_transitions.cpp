@@ -14,9 +14,9 @@ Result<TileProducts::Product> build(const Dataset& dataset, TileId tile, std::st
   const auto made = tile_transition(tile, *fine, *parent);
   if (!made) return fail(dataset.name, made.error());
   const std::vector<std::uint8_t> bytes = proto::encode(*made);
-  return http::Representation::make({reinterpret_cast<const char*>(bytes.data()), bytes.size()},
-                                    {.content_type = "application/vnd.tind.transition",
-                                     .cache_control = "public, max-age=3600"});
+  return http::Representation::make(
+      {reinterpret_cast<const char*>(bytes.data()), bytes.size()},
+      {.content_type = "application/vnd.tind.transition", .cache_control = "public, max-age=3600"});
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
 // Any bytes: no crash; what decodes comes back the same when it is encoded and decoded again.
 
-#include "proto/refine_delta.h"
-
 #include <cstdlib>
+
+#include "proto/refine_delta.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace tind::proto;

@@ -268,6 +268,10 @@ TEST_F(Api, HoweverManyAskForAStreamItIsMadeOnce) {
   EXPECT_EQ(made_up_->built, 1);
   made_up_->before = [](TileId) { return std::optional(Error{Errc::bad_data, "a secret path"}); };
   const HttpReply failed = get("/progressive/made-up/4/3/3");
+  EXPECT_EQ(streams_.counters().built, 1u);
+  EXPECT_NE(
+      get("/metrics").body.find("\ntind_product_build_failures_total{product=\"progressive\"} 1\n"),
+      std::string::npos);
   EXPECT_EQ(failed.status, 500);
   EXPECT_EQ(failed.body.find("secret"), std::string::npos);
 }
@@ -589,7 +593,8 @@ TEST_F(Api, HealthAndMetrics) {
         "\ntind_cache_tiles 2\n", "# TYPE tind_http_request_duration_seconds histogram\n"})
     EXPECT_NE(metrics.body.find(line), std::string::npos) << line << metrics.body;
   // Every sample belongs to a metric that was announced, and is a number.
-  const std::regex sample(R"(([a-z_]+?)(_bucket|_sum|_count)?(\{[a-z]+="[^"]*"\})? [0-9.e+-]+)");
+  const std::regex sample(
+      R"(([a-z_]+?)(_bucket|_sum|_count)?(\{[a-z]+="[^"]*"(,[a-z]+="[^"]*")*\})? [0-9.e+-]+)");
   std::istringstream lines(metrics.body);
   for (std::string line, announced; std::getline(lines, line);) {
     std::smatch parts;

@@ -204,6 +204,25 @@ TEST(TileStreamOfOthers, HeightsOffAnyPowerOfTwoAreRoundedAndTheErrorSaysSo) {
   EXPECT_EQ(stream->total_splits, 1u);  // one vertex may go
 }
 
+TEST(TileStreamOfOthers, TheSmallestTileIsAStreamWithoutSplits) {
+  proto::QuantizedMesh q;
+  q.u = {0, 32767, 32767, 0};
+  q.v = {0, 0, 32767, 32767};
+  q.h = {0, 0, 0, 0};
+  q.triangles = {{0, 1, 2}, {0, 2, 3}};
+  q.min_height = q.max_height = -11.5f;
+  proto::arrange(q);
+  const auto made = tile_stream({20, 7, 7}, proto::encode(q), VerticalDatum::ellipsoid);
+  ASSERT_TRUE(made) << made.error().what;
+  const auto stream = proto::decode_mesh_stream(*proto::encode(*made));
+  ASSERT_TRUE(stream) << stream.error();
+  EXPECT_EQ(stream->total_splits, 0u);
+  EXPECT_EQ(stream->fine_error_m, 0);
+  EXPECT_EQ(stream->base_triangles.size(), 2u);
+  EXPECT_EQ(stream->base_vertices[0][2] * stream->z_step_m, -11.5);
+  EXPECT_EQ(bytes_until(*stream, {.max_error_m = 1, .triangles = 1}), stream->base_bytes);
+}
+
 TEST(TileStreamOfOthers, WhatIsNoTileIsRefusedByName) {
   const auto tile = test::MadeUpTiles().tile({3, 5, 2}, {});
   ASSERT_TRUE(tile);
