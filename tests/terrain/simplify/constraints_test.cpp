@@ -230,5 +230,45 @@ TEST_F(ConstrainedTerrain, VertexRemovalThinsLinesDownToTheirEnds) {
   }
 }
 
+TEST_F(ConstrainedTerrain, RandomLinesOverRandomGridsThroughEveryMethod) {
+  for (unsigned seed = 1; seed <= 24; ++seed) {
+    std::mt19937 random(seed);
+    HeightGrid g = rough_terrain(20 + int(random() % 30), 20 + int(random() % 30), seed);
+    if (seed % 3 == 0) {  // a void in the middle
+      const int from = 6 + int(random() % 4), to = from + 3 + int(random() % 6);
+      for (int r = from; r < to; ++r)
+        for (int c = from; c < to; ++c) g.at(c, r) = HeightGrid::kVoid;
+    }
+    ConstraintShapes s;
+    s.breaklines = dirty_lines(g, 3 + int(random() % 12), seed);
+    if (seed % 2) s.flatten = {ring(12.5, -13.25, 2 + random() % 5, 3 + int(random() % 20))};
+    if (seed % 4 == 1) s.boundary = {ring(10, -10, 6 + random() % 12, 3 + int(random() % 9))};
+    auto made = constrain(g, s);
+    ASSERT_TRUE(made) << made.error().what;
+    const auto c = std::make_shared<const Constraints>(std::move(*made));
+    const std::uint64_t lonely = vertical_error(c->mesh, c->grid).uncovered;
+    for (const char* method : kMethods) {
+      for (const StopAt& stop : {StopAt{.ratio = 0.15}, StopAt{.max_error_m = 20}}) {
+        SCOPED_TRACE(std::string(method) + " " + std::to_string(seed));
+        SimplifyOptions o;
+        o.method = method;
+        o.stop = stop;
+        o.constraints = c;
+        const auto result = simplify(c->grid, 10, 10, o);
+        ASSERT_TRUE(result) << result.error().what;
+        const MeshValidity v = check_validity(result->tin);
+        EXPECT_TRUE(v.ok()) << v.first_problem;
+        EXPECT_LE(vertical_error(result->tin, c->grid).uncovered, lonely);
+        const ConstraintCheck check = check_constraints(result->tin, *c);
+        EXPECT_EQ(check.missing, 0u) << "of " << check.parts;
+        EXPECT_EQ(check.not_level, 0u);
+        if (stop.max_error_m && result->note.empty()) {
+          EXPECT_LE(vertical_error(result->tin, c->grid).max_m, 20 + 1e-6);
+        }
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tind
