@@ -1,4 +1,5 @@
-// tind plan: which tiles a flight needs, in the order of need, and which of them a link brings late.
+// tind plan: which tiles a flight needs, in the order of need, and which of them a link brings
+// late.
 
 #include <fmt/format.h>
 
@@ -93,7 +94,8 @@ int run(Arguments& a) {
   };
   std::size_t late_tiles = 0;
   double most = 0;
-  for (const PlannedTile& t : plan->tiles) late_tiles += late(t) > 0, most = std::max(most, late(t));
+  for (const PlannedTile& t : plan->tiles)
+    late_tiles += late(t) > 0, most = std::max(most, late(t));
   if (a.json) {
     auto list = nlohmann::ordered_json::array();
     for (const PlannedTile& t : plan->tiles)
@@ -143,7 +145,8 @@ void add_plan(CLI::App& program, int& exit) {
   app->add_option("--position", a->position, "instead of a trajectory: lon,lat,height")
       ->delimiter(',')
       ->expected(3);
-  app->add_option("--velocity", a->velocity, "... with this velocity: east,north,up, metres a second")
+  app->add_option("--velocity", a->velocity,
+                  "... with this velocity: east,north,up, metres a second")
       ->delimiter(',')
       ->expected(3);
   app->add_option("--horizon", a->horizon_s, "... for so many seconds")

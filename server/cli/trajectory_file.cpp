@@ -85,21 +85,21 @@ enum Column { kLon, kLat, kHeight, kTime, kColumns };
 std::optional<Column> column_of(std::string name) {
   std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
   static constexpr std::array<std::pair<const char*, Column>, 16> kNames = {{{"lon", kLon},
-                                                                            {"longitude", kLon},
-                                                                            {"x", kLon},
-                                                                            {"lat", kLat},
-                                                                            {"latitude", kLat},
-                                                                            {"y", kLat},
-                                                                            {"height", kHeight},
-                                                                            {"height_m", kHeight},
-                                                                            {"altitude", kHeight},
-                                                                            {"alt", kHeight},
-                                                                            {"ele", kHeight},
-                                                                            {"z", kHeight},
-                                                                            {"time", kTime},
-                                                                            {"time_s", kTime},
-                                                                            {"timestamp", kTime},
-                                                                            {"t", kTime}}};
+                                                                             {"longitude", kLon},
+                                                                             {"x", kLon},
+                                                                             {"lat", kLat},
+                                                                             {"latitude", kLat},
+                                                                             {"y", kLat},
+                                                                             {"height", kHeight},
+                                                                             {"height_m", kHeight},
+                                                                             {"altitude", kHeight},
+                                                                             {"alt", kHeight},
+                                                                             {"ele", kHeight},
+                                                                             {"z", kHeight},
+                                                                             {"time", kTime},
+                                                                             {"time_s", kTime},
+                                                                             {"timestamp", kTime},
+                                                                             {"t", kTime}}};
   for (const auto& [known, column] : kNames)
     if (name == known) return column;
   return {};

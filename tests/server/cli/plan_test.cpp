@@ -14,7 +14,8 @@ namespace {
 using cli::parse_trajectory;
 
 TEST(Trajectory, CsvAndGeoJsonSayTheSame) {
-  const auto csv = parse_trajectory("# a flight\nTime,Lat,Lon,height_m\n10,46,-121,900\n40,47,-122,800\n", {});
+  const auto csv =
+      parse_trajectory("# a flight\nTime,Lat,Lon,height_m\n10,46,-121,900\n40,47,-122,800\n", {});
   ASSERT_TRUE(csv) << csv.error().what;
   const auto plain = parse_trajectory("-121,46,900,10\r\n-122,47,800,40\r\n", {});
   ASSERT_TRUE(plain) << plain.error().what;
@@ -37,7 +38,8 @@ TEST(Trajectory, CsvAndGeoJsonSayTheSame) {
 }
 
 TEST(Trajectory, DatesCountFromTheFirstAndASpeedMakesTimes) {
-  const auto dates = parse_trajectory("1,2,3,2026-02-28T23:59:30Z\n1,2,3,2026-03-01T00:00:10.5Z\n", {});
+  const auto dates =
+      parse_trajectory("1,2,3,2026-02-28T23:59:30Z\n1,2,3,2026-03-01T00:00:10.5Z\n", {});
   ASSERT_TRUE(dates) << dates.error().what;
   EXPECT_EQ((*dates)[0].time_s, 0);
   EXPECT_EQ((*dates)[1].time_s, 40.5);
@@ -81,8 +83,8 @@ TEST(Plan, ListsTilesWithTheirDeadlines) {
   for (const auto& t : slow.at("tiles")) {
     EXPECT_GE(t.at("needed_s"), last);
     last = t.at("needed_s");
-    EXPECT_NEAR(t.at("late_s").get<double>(),
-                std::max(0.0, t.at("arrives_s").get<double>() - last), 1e-9);
+    EXPECT_NEAR(t.at("late_s").get<double>(), std::max(0.0, t.at("arrives_s").get<double>() - last),
+                1e-9);
   }
   const auto early = run(flight + " --link 0.1 --head-start " +
                          std::to_string(slow.at("lead_s").get<double>() + 1));
@@ -91,9 +93,12 @@ TEST(Plan, ListsTilesWithTheirDeadlines) {
   // The same flight as a file, over a directory, whose tiles have their own sizes.
   const test::TempDir dir;
   const std::string tiles = dir.file("tiles"), file = dir.file("flight.csv");
-  ASSERT_EQ(test::run_tind("build " + dem + " -o " + tiles + " --levels 0-9 --progress none").code, 0);
-  ASSERT_TRUE(proto::write_whole_file(file, "lon,lat,height,time\n-121.8,46.8,5000,0\n-121.6,46.8,5000,60\n"));
-  const auto stored = test::run_tind("plan " + tiles + " --trajectory " + file + " --tolerance 32 --json");
+  ASSERT_EQ(test::run_tind("build " + dem + " -o " + tiles + " --levels 0-9 --progress none").code,
+            0);
+  ASSERT_TRUE(proto::write_whole_file(
+      file, "lon,lat,height,time\n-121.8,46.8,5000,0\n-121.6,46.8,5000,60\n"));
+  const auto stored =
+      test::run_tind("plan " + tiles + " --trajectory " + file + " --tolerance 32 --json");
   ASSERT_EQ(stored.code, 0) << stored.out;
   const auto plan = nlohmann::json::parse(stored.out);
   std::set<int> sizes;
