@@ -295,8 +295,54 @@ bool BoundedMesher<S>::try_targets(Index v, bool search) {
 constexpr std::array<Vec2, 8> kAround = {
     {{1, 0}, {0, 1}, {-1, 0}, {0, -1}, {1, 1}, {-1, 1}, {-1, -1}, {1, -1}}};
 
+/// Moves the apex of ring_ to where one Gauss-Newton step would make the sum of the squared errors
+/// of the star's samples least (bounded_count.cpp has the derivation). False when the step leads
+/// nowhere or out of the star.
+template <class S>
+bool BoundedMesher<S>::least_squares_step(Vec3& apex) const {
+  constexpr double kPrior = 0.02;  // as a sample at the apex: against flying off
+  const Vec3 w = apex;
+  double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = kPrior, x = 0, y = 0, z = 0, reach = 0;
+  for (const RingEdge& e : ring_) {
+    const Vec3 a = mesh_.position(e[0]) - w, b = mesh_.position(e[1]) - w;
+    const double per_area = 1 / (a.x * b.y - a.y * b.x);
+    const double gx = (a.z * b.y - b.z * a.y) * per_area, gy = (b.z * a.x - a.z * b.x) * per_area;
+    const double lx = (a.y - b.y) * per_area, ly = (b.x - a.x) * per_area;
+    double bb = 0, br = 0;
+    samples_.scan(w, mesh_.position(e[0]), mesh_.position(e[1]),
+                  [&](double px, double py, double pz, std::size_t) {
+                    const double u = px - w.x, v = py - w.y, weight = 1 + (lx * u + ly * v);
+                    bb += weight * weight;
+                    br += weight * (pz - (w.z + (gx * u + gy * v)));
+                    return true;
+                  });
+    xx += bb * gx * gx, xy += bb * gx * gy, yy += bb * gy * gy;
+    xz -= bb * gx, yz -= bb * gy, zz += bb;
+    x -= br * gx, y -= br * gy, z += br;
+    reach = std::max({reach, std::abs(a.x), std::abs(a.y)});
+  }
+  // The height follows; what is left is two by two, a little damped.
+  const double k = 1 / zz, damp = 1e-2 * (xx + yy) + 1e-9;
+  const double a = xx - xz * xz * k + damp, b = xy - xz * yz * k, d = yy - yz * yz * k + damp;
+  const double p = x - xz * z * k, q = y - yz * z * k, det = a * d - b * b;
+  if (!(det > 0)) return false;
+  Vec2 step = {(d * p - b * q) / det, (a * q - b * p) / det};
+  const double scale = std::min(1.0, reach / 2 / std::max(std::abs(step.x), std::abs(step.y)));
+  const double unit = options_.search_step_min;
+  for (const double share : {scale, scale / 2}) {
+    const Vec3 at{w.x + std::nearbyint(step.x * share / unit) * unit,
+                  w.y + std::nearbyint(step.y * share / unit) * unit, w.z};
+    if (at.x == w.x && at.y == w.y) return false;
+    if (!ring_ccw(at)) continue;
+    apex = at;
+    return true;
+  }
+  return false;
+}
+
 /// Moves the apex that edge h would collapse into so as to close the gap between what the samples
-/// below and above ask of its height: pattern search over eight directions, halving the step.
+/// below and above ask of its height: first to where least squares put it, then by a pattern search
+/// over eight directions, halving the step.
 template <class S>
 bool BoundedMesher<S>::directed_search(Index h, const Vec3& start, double gap) {
   const Index v = mesh_.origin(h), w = mesh_.dest(h);
@@ -310,24 +356,30 @@ bool BoundedMesher<S>::directed_search(Index h, const Vec3& start, double gap) {
   double step = std::max(std::abs(a.x - b.x), std::abs(a.y - b.y)) / 4;
   step = std::max(unit, std::floor(step / unit) * unit);
   Vec3 at = start;
+  const auto try_at = [&](const Vec3& p, bool& done) {
+    const Interval r = room(p, {-kInfinity, kInfinity}, gap);
+    if (!(r.gap() < gap)) return false;
+    gap = r.gap();
+    at = p;
+    add_witness(lowest_), add_witness(highest_);
+    done = choose_height(at, r, (a.z + b.z) / 2, at.z) && mesh_.link_ok(h);
+    if (done) collapse(h, at), ++stats_.searched;
+    return true;
+  };
+  bool done = false;
+  Vec3 middle{std::floor((a.x + b.x) / 2 / unit) * unit, std::floor((a.y + b.y) / 2 / unit) * unit,
+              (a.z + b.z) / 2};
+  if (!ring_ccw(middle)) middle = start;
+  if (least_squares_step(middle) && try_at(middle, done) && done) return true;
   int tries = options_.search_tries;
   while (tries > 0) {
     bool moved = false;
     for (const Vec2& d : kAround) {
       if (--tries < 0) break;
       const Vec3 p{at.x + d.x * step, at.y + d.y * step, at.z};
-      if (!ring_ccw(p)) continue;
-      const Interval r = room(p, {-kInfinity, kInfinity}, gap);
-      if (!(r.gap() < gap)) continue;
-      gap = r.gap();
-      at = p;
-      add_witness(lowest_), add_witness(highest_);
+      if (!ring_ccw(p) || !try_at(p, done)) continue;
+      if (done) return true;
       moved = true;
-      if (choose_height(at, r, (a.z + b.z) / 2, at.z) && mesh_.link_ok(h)) {
-        collapse(h, at);
-        ++stats_.searched;
-        return true;
-      }
       break;
     }
     if (moved) continue;

@@ -91,6 +91,7 @@ class BoundedMesher {
   std::uint64_t sweep(bool search, const Progress&);
   bool try_targets(Index v, bool search);
   bool directed_search(Index h, const Vec3& start, double gap);
+  bool least_squares_step(Vec3& apex) const;
   void decimate(const Progress&);
   void relax(const Progress&);
   void move_vertex(Index v);
