@@ -17,6 +17,9 @@ constexpr Index kNone = HalfedgeMesh::kNone;
 constexpr double kForeign = 4;  // how much dearer a step is in a set of neither end
 constexpr double kSplit = 8;    // and one across an edge that must be split
 
+/// Models whose edges wind around each other need without end; those of one surface a few.
+std::size_t most_splits(std::size_t fine_vertices) { return 20000 + 4 * fine_vertices; }
+
 using Pair = std::pair<Index, Index>;
 Pair ordered(Index a, Index b) { return {std::min(a, b), std::max(a, b)}; }
 
@@ -38,6 +41,7 @@ class Router {
     for (std::size_t i = 0; i < edges.size(); ++i) {
       if (progress.stopped()) return fail(Errc::cancelled, "it was stopped");
       if (auto ok = route(edges[i]); !ok) return ok;
+      if (out_.split_in > most_splits(models_.first_fine_cap)) return too_unlike(edges[i]);
       progress.at(double(i + 1) / double(edges.size()));
     }
     fill();
@@ -289,6 +293,14 @@ class Router {
                     " finds no way on the fine model from (" + std::to_string(p.x) + ", " +
                     std::to_string(p.y) + ", " + std::to_string(p.z) +
                     "): are the two models of the same surface?");
+  }
+
+  Result<void> too_unlike(Index coarse_half) const {
+    const Vec3& p = c_.position(c_.origin(coarse_half));
+    return fail(Errc::unsupported, "the two models are too unlike: at (" + std::to_string(p.x) +
+                                       ", " + std::to_string(p.y) + ", " + std::to_string(p.z) +
+                                       ") of the coarse one, " + std::to_string(out_.split_in) +
+                                       " vertices had to be split in, and there is no end");
   }
 
   void lay(Index coarse_half, const std::vector<Node>& path) {

@@ -136,6 +136,29 @@ TEST(Between, ACoarseBorderMayHaveMoreVertices) {
   expect_exact(*made, fine, coarse);
 }
 
+/// Few vertices, places that mean little or nothing: every set is squeezed, most paths need splits.
+TEST(Between, AnySphereOrDiscToAnyOther) {
+  int made_of_few = 0;
+  for (std::uint32_t round = 0; round < 30; ++round) {
+    std::mt19937 random(round);
+    const int n = int(random() % 20), k = int(random() % std::uint32_t(n + 1));
+    const bool disc = round % 3 == 0;
+    const auto model = [&](int splits) {
+      return disc ? test::split_at_random(test::hills(2), splits, random())
+                  : sphere(splits, random());
+    };
+    const Tin fine = model(n), coarse = moved(model(k), round % 2 ? 0.5 : 0.1, random());
+    const auto made = between_models(fine, coarse);
+    if (!made) {
+      EXPECT_NE(made.error().what.find("too unlike: at ("), std::string::npos) << made.error().what;
+      continue;
+    }
+    ++made_of_few;
+    expect_exact(*made, fine, coarse);
+  }
+  EXPECT_GT(made_of_few, 25);
+}
+
 TEST(Between, ATorusToOneOfFewVertices) {
   const Tin fine = test::torus(30, 16), coarse = test::torus(6, 4);
   const auto made = between_models(fine, coarse);
