@@ -8,25 +8,23 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "tests/support/program.h"
+#include "tests/support/program_json.h"
 #include "tests/support/support.h"
 
 namespace tind {
 namespace {
 
-using test::Ran;
 using test::run_tind;
 using test::TempDir;
 using test::testdata;
+using test::tind_json;
 
 TEST(CompareCommand, PrintsOneRowForEachMethodAndStopAndWritesAPageThatStandsAlone) {
   const TempDir dir;
-  const Ran ran =
-      run_tind("compare " + testdata("crater.tif") +
-               " --methods qem,cluster,vertex-removal:degree --at 10%,500 --json --html " +
-               dir.file("page.html") + " --csv " + dir.file("table.csv"));
-  ASSERT_EQ(ran.code, 0) << ran.out;
-  const auto rows = nlohmann::json::parse(ran.out);
+  const auto rows =
+      tind_json("compare " + testdata("crater.tif") +
+                " --methods qem,cluster,vertex-removal:degree --at 10%,500 --json --html " +
+                dir.file("page.html") + " --csv " + dir.file("table.csv"));
   ASSERT_EQ(rows.size(), 6u);
   for (const auto& row : rows) {
     EXPECT_EQ(row["flipped"], 0);
@@ -50,11 +48,10 @@ TEST(CompareCommand, PrintsOneRowForEachMethodAndStopAndWritesAPageThatStandsAlo
 
 TEST(CompareCommand, ShowsTheErrorsOfAttributesToo) {
   const TempDir dir;
-  const Ran ran =
-      run_tind("compare " + testdata("bigtujunga_crop.tif") +
-               " --methods qem,attribute-qem --at 5% --json --csv " + dir.file("table.csv"));
-  ASSERT_EQ(ran.code, 0) << ran.out;
-  const auto rows = nlohmann::json::parse(ran.out);
+  const auto rows =
+      tind_json("compare " + testdata("bigtujunga_crop.tif") +
+                " --methods qem,attribute-qem --at 5% --json --csv " + dir.file("table.csv"));
+  ASSERT_EQ(rows.size(), 2u);
   EXPECT_FALSE(rows[0].contains("surface"));
   EXPECT_GT(rows[1]["surface"]["normal_error"]["rms"], 0);
   EXPECT_GE(rows[1]["surface"]["normal_error"]["max"], rows[1]["surface"]["normal_error"]["rms"]);
@@ -82,15 +79,13 @@ TEST(MeshCommands, SimplifyAndMeasureAGeneralMesh) {
       obj << "f " << i << " " << i + 1 << " " << i + 21 << " " << i + 20 << "\n";
     }
   obj.close();
-  const Ran made = run_tind("simplify " + dir.file("box.obj") + " -o " + dir.file("out.ply") +
-                            " --method triangle-collapse --triangles 200 --json --progress none");
-  ASSERT_EQ(made.code, 0) << made.out;
-  const auto report = nlohmann::json::parse(made.out);
+  const auto report =
+      tind_json("simplify " + dir.file("box.obj") + " -o " + dir.file("out.ply") +
+                " --method triangle-collapse --triangles 200 --json --progress none");
   EXPECT_LE(report["triangles"], 201);
-  const Ran measured =
-      run_tind("measure " + dir.file("box.obj") + " " + dir.file("out.ply") + " --json");
-  ASSERT_EQ(measured.code, 0) << measured.out;
-  EXPECT_EQ(nlohmann::json::parse(measured.out)["distance_max"], report["distance_max"]);
+  const auto measured =
+      tind_json("measure " + dir.file("box.obj") + " " + dir.file("out.ply") + " --json");
+  EXPECT_EQ(measured["distance_max"], report["distance_max"]);
   EXPECT_EQ(run_tind("simplify " + dir.file("box.obj") + " -o " + dir.file("x.ply") +
                      " --method edge-cost --ratio 0.5")
                 .code,

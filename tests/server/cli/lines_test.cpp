@@ -8,7 +8,7 @@
 
 #include "terrain/mesh/constrained_delaunay.h"
 #include "terrain/simplify/simplify.h"
-#include "tests/support/program.h"
+#include "tests/support/program_json.h"
 #include "tests/support/support.h"
 
 namespace tind {
@@ -34,10 +34,8 @@ TEST_F(LineOptions, HoldThroughEveryMethod) {
   if (!has_constrained_delaunay()) GTEST_SKIP() << "built without CGAL";
   for (const MethodInfo& method : methods()) {
     SCOPED_TRACE(method.name);
-    const Ran ran =
-        run_tind(simplify_ + lines() + lake() + boundary() + " --json --method " + method.name);
-    ASSERT_EQ(ran.code, 0) << ran.out;
-    const auto made = nlohmann::json::parse(ran.out);
+    const auto made = test::tind_json(simplify_ + lines() + lake() + boundary() +
+                                      " --json --progress none --method " + method.name);
     EXPECT_EQ(made["flipped"], 0);
     EXPECT_EQ(made["uncovered"], 0);
     const auto& l = made["lines"];

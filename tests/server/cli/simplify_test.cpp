@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "proto/mesh_io.h"
-#include "tests/support/program.h"
+#include "tests/support/program_json.h"
 #include "tests/support/support.h"
 
 namespace tind {
@@ -18,12 +18,7 @@ using test::Ran;
 using test::run_tind;
 using test::TempDir;
 using test::testdata;
-
-nlohmann::json json_of(const std::string& arguments) {
-  const Ran ran = run_tind(arguments);
-  EXPECT_EQ(ran.code, 0) << ran.out;
-  return nlohmann::json::parse(ran.out, nullptr, false);
-}
+using test::tind_json;
 
 class SimplifyCommand : public testing::TestWithParam<const char*> {};
 
@@ -31,9 +26,9 @@ TEST_P(SimplifyCommand, ReportsWhatMeasureFindsInTheFile) {
   const TempDir dir;
   const std::string mesh = dir.file(std::string("out.") + GetParam()), dem = testdata("crater.tif");
   for (const std::string frame : {"source", "metric"}) {
-    const nlohmann::json made = json_of("simplify " + dem + " -o " + mesh +
-                                        " --method qem --triangles 5000 --json --frame " + frame +
-                                        " --report " + dir.file("report.json"));
+    const nlohmann::json made = tind_json("simplify " + dem + " -o " + mesh +
+                                          " --method qem --triangles 5000 --json --frame " + frame +
+                                          " --report " + dir.file("report.json"));
     for (const char* key : {"method", "steps", "input_triangles", "triangles", "vertices",
                             "max_error_m", "rms_error_m", "mean_error_m", "p50_m", "p95_m", "p99_m",
                             "flipped", "uncovered", "frame", "seconds"})
@@ -48,7 +43,7 @@ TEST_P(SimplifyCommand, ReportsWhatMeasureFindsInTheFile) {
     EXPECT_LE(made["triangles"], 5001);
 
     const nlohmann::json found =
-        json_of("measure " + mesh + " " + dem + " --json --frame " + frame);
+        tind_json("measure " + mesh + " " + dem + " --json --frame " + frame);
     EXPECT_EQ(found["triangles"], made["triangles"]);
     EXPECT_EQ(found["posts"], made["posts"]);
     EXPECT_EQ(found["flipped"], 0);
@@ -62,8 +57,8 @@ INSTANTIATE_TEST_SUITE_P(Formats, SimplifyCommand, testing::Values("ply", "obj",
 
 TEST(SimplifyCommandLine, KeepsTheBoundOfTheMeshAsWritten) {
   const TempDir dir;
-  const nlohmann::json made = json_of("simplify " + testdata("bigtujunga_crop.tif") + " -o " +
-                                      dir.file("a.ply") + " --max-error 7.5 --json");
+  const nlohmann::json made = tind_json("simplify " + testdata("bigtujunga_crop.tif") + " -o " +
+                                        dir.file("a.ply") + " --max-error 7.5 --json");
   EXPECT_LE(made["max_error_m"], 7.5);
   EXPECT_LT(made["triangles"], made["input_triangles"]);
 }
@@ -72,7 +67,7 @@ TEST(SimplifyCommandLine, PutsTheMeshWhereTheDemIs) {
   const TempDir dir;
   std::ofstream(dir.file("dem.asc")) << "ncols 3\nnrows 2\nxllcorner 100\nyllcorner 200\ncellsize "
                                         "10\n1 2 3\n4 5 6\n";
-  json_of("simplify " + dir.file("dem.asc") + " -o " + dir.file("a.obj") + " --ratio 1 --json");
+  tind_json("simplify " + dir.file("dem.asc") + " -o " + dir.file("a.obj") + " --ratio 1 --json");
   const auto mesh = proto::read_mesh(dir.file("a.obj"));
   ASSERT_TRUE(mesh) << mesh.error();
   EXPECT_EQ(mesh->positions.front(), (std::array<double, 3>{105, 215, 1}));
@@ -91,7 +86,7 @@ TEST(SimplifyCommandLine, ClusterTakesASourceLargerThanItsMemory) {
       << cols << "\" ySize=\"" << rows << "\"/></SimpleSource></VRTRasterBand></VRTDataset>\n";
   const std::string command = "simplify " + dir.file("large.vrt") + " --allow-vrt -o " +
                               dir.file("a.ply") + " --method cluster";
-  const nlohmann::json made = json_of(command + " --triangles 20000 --json --progress none");
+  const nlohmann::json made = tind_json(command + " --triangles 20000 --json --progress none");
   EXPECT_LT(made["peak_mb"], 0.7 * double(cols * rows) * sizeof(float) / (1 << 20));
   EXPECT_EQ(made["posts"], cols * rows);
   EXPECT_EQ(made["flipped"], 0);
@@ -138,7 +133,7 @@ TEST(MeasureCommandLine, SaysWhenMeshAndDemDoNotMeet) {
 }
 
 TEST(MethodsCommandLine, ListsEveryMethod) {
-  const nlohmann::json all = json_of("methods --json");
+  const nlohmann::json all = tind_json("methods --json");
   std::vector<std::string> names;
   for (const auto& m : all) {
     names.push_back(m["name"]);
