@@ -70,6 +70,8 @@ int handles(const HalfedgeMesh& m) {
   return int((2 - count(m.vertex_slots()) + count(m.triangle_count()) / 2) / 2);
 }
 
+constexpr std::size_t kWinding = 4;  // vertices split in for each of the fine model
+
 /// In one part, without loose vertices.
 Result<HalfedgeMesh> whole_model(const Tin& tin, const char* which) {
   auto m = HalfedgeMesh::from_tin(tin);
@@ -126,7 +128,10 @@ Result<BetweenModels> between_models(const Tin& fine, const Tin& coarse,
   BetweenModels out;
   std::vector<std::size_t> tried(coarse_slots, 0);
   std::vector<SetPlan> plans(coarse_slots, kPlans[0]);
-  for (std::size_t round = 0; round < kPlans.size() && (round == 0 || out.turned > 0); ++round) {
+  // Where most vertices had to be split in, the paths wind, and no order of collapses helps.
+  const bool winding = sets->split_in > kWinding * fine.vertices.size();
+  const std::size_t rounds = winding ? 1 : kPlans.size();
+  for (std::size_t round = 0; round < rounds && (round == 0 || out.turned > 0); ++round) {
     const double done = 0.7 + 0.3 * double(round) / double(kPlans.size());
     CollapsedSets made =
         collapse_sets(*models, *sets, plans, lattice, progress.part(done, done + 0.02));
