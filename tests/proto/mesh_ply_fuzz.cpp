@@ -1,6 +1,6 @@
 #include <cstdint>
 
-#include "tests/support/mesh_fuzz.h"
+#include "tests/support/sound_mesh.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   return tind::test::expect_sound_mesh(

@@ -1,4 +1,4 @@
-#include "tests/support/mesh_fuzz.h"
+#include "tests/support/sound_mesh.h"
 
 #include <cstdint>
 #include <cstdlib>
