@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <ctime>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,14 @@ double seconds_of(F&& f) {
   const auto start = std::chrono::steady_clock::now();
   f();
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// Processor time of the whole process: other work on the machine shows little.
+template <class F>
+double processor_seconds_of(F&& f) {
+  const std::clock_t start = std::clock();
+  f();
+  return double(std::clock() - start) / CLOCKS_PER_SEC;
 }
 
 inline double median(std::vector<double> v) {

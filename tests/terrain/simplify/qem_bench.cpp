@@ -4,7 +4,8 @@
 //
 //   qem_bench [--cgal] [--runs N] [DEM...]        default: bigtujunga.tif
 //
-// Every result is measured by the referee. Times are the best of N runs, in turns (CGAL: one run).
+// Every result is measured by the referee. Times are processor time, the best of N runs, in turns
+// (CGAL: one run).
 
 #include "terrain/mesh/validity.h"
 #include "terrain/mesh/vertical_error.h"
@@ -55,7 +56,7 @@ Tin meshoptimizer(const Contest& c, double& seconds) {
       positions.push_back(float(x));
   for (const Triangle& t : c.full.triangles) indices.insert(indices.end(), t.begin(), t.end());
   result.resize(indices.size());
-  seconds = seconds_of([&] {
+  seconds = processor_seconds_of([&] {
     result.resize(meshopt_simplify(result.data(), indices.data(), indices.size(), positions.data(),
                                    c.full.vertices.size(), 3 * sizeof(float), 3 * c.target, 1e9f, 0,
                                    nullptr));
@@ -77,9 +78,10 @@ Tin lindstrom_turk(const Contest& c, double& seconds) {
     mesh.add_vertex({v.x * c.dem.spacing_x_m, v.y * c.dem.spacing_y_m, v.z});
   for (const Triangle& t : c.full.triangles)
     mesh.add_face(Mesh::Vertex_index(t[0]), Mesh::Vertex_index(t[1]), Mesh::Vertex_index(t[2]));
-  seconds = seconds_of([&] {  // stops by edges; a triangle mesh has three edges to two triangles
-    sms::edge_collapse(mesh, sms::Count_ratio_stop_predicate<Mesh>(c.ratio));
-  });
+  seconds = processor_seconds_of(
+      [&] {  // stops by edges; a triangle mesh has three edges to two triangles
+        sms::edge_collapse(mesh, sms::Count_ratio_stop_predicate<Mesh>(c.ratio));
+      });
   mesh.collect_garbage();
   Tin tin;
   for (const auto v : mesh.vertices()) {
@@ -121,12 +123,14 @@ void run(const BenchDem& dem, double ratio, int runs, [[maybe_unused]] bool cgal
     public_result = meshoptimizer(c, s);
     base = std::min(base, s);
 #endif
-    qem_s = std::min(qem_s, seconds_of([&] { qem = ours(c, "qem"); }));
-    memoryless_s = std::min(memoryless_s, seconds_of([&] { memoryless = ours(c, "memoryless"); }));
-    greedy_s = std::min(greedy_s, seconds_of([&] { greedy = ours(c, "greedy"); }));
+    qem_s = std::min(qem_s, processor_seconds_of([&] { qem = ours(c, "qem"); }));
+    memoryless_s =
+        std::min(memoryless_s, processor_seconds_of([&] { memoryless = ours(c, "memoryless"); }));
+    greedy_s = std::min(greedy_s, processor_seconds_of([&] { greedy = ours(c, "greedy"); }));
     for (std::size_t k = 0; k < kEfforts.size(); ++k)
       bounded_s[k] =
-          std::min(bounded_s[k], seconds_of([&] { bounded[k] = ours(c, "bounded", kEfforts[k]); }));
+          std::min(bounded_s[k],
+                   processor_seconds_of([&] { bounded[k] = ours(c, "bounded", kEfforts[k]); }));
   }
   if (base == 1e9) base = 0;
   if (base > 0) print_row("meshopt_simplify", c, public_result, base, base);
