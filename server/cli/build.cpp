@@ -59,6 +59,7 @@ nlohmann::ordered_json to_json(const BuildReport& r, double seconds) {
   }
   j["over_budget"] = r.over_budget;
   j["worst_over_budget"] = r.worst_over_budget;
+  j["worst_over_budget_m"] = r.worst_over_budget_m;
   j["not_one_sided"] = r.not_one_sided;
   if (r.indexed_level >= 0)
     j["index"] = {
@@ -85,9 +86,11 @@ void print(const BuildReport& r, double seconds) {
   }
   if (r.over_budget > 0) {
     fmt::print(
-        "{} tiles say a larger error than their level's budget, {} the most: the format's "
-        "integer grid is too coarse for the slopes there\n",
-        r.over_budget, r.worst_over_budget);
+        "{} tiles cannot keep their level's budget and say their true error, {} the most: {:.3g} "
+        "m. "
+        "Where posts differ that much over so short a way, the grid of the format or its steps of "
+        "height are too coarse for a vertex at each\n",
+        r.over_budget, r.worst_over_budget, r.worst_over_budget_m);
   }
   if (r.not_one_sided > 0) {
     fmt::print(

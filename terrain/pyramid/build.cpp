@@ -26,7 +26,7 @@ constexpr const char* kResiduals = "residuals.tind";
 }  // namespace
 
 std::vector<std::uint8_t> gzipped(const std::vector<std::uint8_t>& bytes) {
-  libdeflate_compressor* c = libdeflate_alloc_compressor(9);
+  libdeflate_compressor* c = libdeflate_alloc_compressor(10);
   std::vector<std::uint8_t> out(libdeflate_gzip_compress_bound(c, bytes.size()));
   out.resize(libdeflate_gzip_compress(c, bytes.data(), bytes.size(), out.data(), out.size()));
   libdeflate_free_compressor(c);
@@ -119,6 +119,7 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
         if (max_error / level.budget_m > worst_excess) {
           worst_excess = max_error / level.budget_m;
           report.worst_over_budget = id.text();
+          report.worst_over_budget_m = max_error;
         }
       }
     }

@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kTileCells = 64;         // the leaf level's grid is at least as fine as the source
 constexpr double kLargestError = 500;  // metres; a globe seen from afar still has its mountains
-constexpr double kLargestStep = 0.5;   // metres; no reason to round heights more coarsely
+constexpr double kLargestStep = 1;     // metres; no reason to round heights more coarsely
 constexpr double kSmallestStep = 1.0 / 1024;  // float32 headers hold its multiples up to 16 km
 
 double power_of_two_at_most(double x) { return std::exp2(std::floor(std::log2(x))); }
@@ -41,6 +41,13 @@ int curvature_cells(int level) {
   const double angle = std::numbers::pi / double(1u << level);
   const double cells = angle * std::sqrt(wgs84::kSemiMajor / 8 / (tiling::level_error(level) / 4));
   return cells <= 1 ? 1 : int(power_of_two_at_least(cells));
+}
+
+int place_step(const DemInfo& info, int level, double eps, int step) {
+  const double spacing = std::min(info.spacing_x_m, info.spacing_y_m) * step;
+  const double degrees = std::min(spacing / 4, eps) / 111320;
+  const double units = degrees / tiling::tile_degrees(level) * 32767;
+  return int(std::clamp(power_of_two_at_most(std::max(units, 1.0)), 1.0, 64.0));
 }
 
 Result<HeightRange> scan_heights(const DemSource& source, const Progress& progress, int threads,
@@ -125,7 +132,8 @@ Result<TilePlan> TilePlan::make(const DemInfo& info, const HeightRange& range,
     level.border_step_m =
         std::clamp(power_of_two_at_most(level.fit_error_m / 16), std::max(needed, kSmallestStep),
                    std::max(needed, kLargestStep));
-    level.border_tolerance_m = 0.7 * level.fit_error_m;
+    level.border_tolerance_m = 0.85 * level.fit_error_m;
+    level.border_place_step = place_step(info, z, level.fit_error_m);
     level.curvature_cells = curvature_cells(z);
     level.normal_reach_deg = std::max(spacing / latitude_degree, tiling::tile_degrees(z) / 128);
     plan.levels_.push_back(level);

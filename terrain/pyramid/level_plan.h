@@ -34,6 +34,12 @@ Result<HeightRange> scan_heights(const DemSource&, const Progress& = {}, int thr
 /// triangles, drawn straight through space, follow the earth's curvature. A power of two.
 int curvature_cells(int level);
 
+/// Vertices stand on multiples of this many units of the tile's grid: few different numbers take
+/// few bytes once tiles are compressed, and within an error bound the exact place is worth little.
+/// A power of two: at most a quarter of the way between every step-th post, and no more than the
+/// bound.
+int place_step(const DemInfo&, int level, double eps, int step = 1);
+
 struct LevelPlan {
   double budget_m = 0;     // no post of a tile may be farther than this from its mesh
   double fit_error_m = 0;  // half width of the band that the mesh is fitted into: the budget, or
@@ -42,6 +48,7 @@ struct LevelPlan {
   double border_tolerance_m = 0;
   int border_samples = 256;     // along an edge, where the source's posts do not say (power of two)
   double border_step_m = 0;     // heights on tile borders are multiples of this power of two
+  int border_place_step = 1;    // and their places multiples of this, of 32767 along the side
   int curvature_cells = 1;      // see above
   double normal_reach_deg = 0;  // normals are taken from H's differences over +- this
 };

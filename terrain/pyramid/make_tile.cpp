@@ -7,6 +7,7 @@
 #include "terrain/pyramid/make_tile.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -30,6 +31,7 @@ namespace tind {
 namespace {
 
 constexpr double kPlacingError = 1e-5;         // metres of height: 1e-6 m on a slope of ten
+constexpr double kLargestHeightStep = 4;       // metres
 constexpr std::int64_t kMeshPosts = 320;       // posts a side that a mesh is fitted to at most
 constexpr std::int64_t kChunkPosts = 1 << 21;  // posts that the referee holds at a time
 
@@ -38,6 +40,7 @@ double power_of_two_at_least(double x) { return std::exp2(std::ceil(std::log2(x)
 
 /// Everything about one tile that several steps need.
 struct Job {
+  TileCost cost;
   const DemSource& source;
   const TilePlan& plan;
   TileId id;
@@ -51,6 +54,7 @@ struct Job {
     double min_m = 0, max_m = 0;
     std::uint64_t posts = 0;
   } posts;                                 // all valid ones in the closed rectangle
+  std::optional<TilePosts> whole;          // they, where not too many; offset as the level's
   std::optional<ResidualLattice> lattice;  // stands for the posts, where there are very many
 
   Job(const DemSource& s, const TilePlan& p, TileId t)
@@ -66,8 +70,23 @@ int decimation(const PostWindow& w) {
   return step;
 }
 
+/// Adds the time until it goes out of scope.
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& seconds) : seconds_(seconds) {}
+  ~Stopwatch() { seconds_ += std::chrono::duration<double>(Clock::now() - start_).count(); }
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  double& seconds_;
+  Clock::time_point start_ = Clock::now();
+};
+
 /// The posts around the tile, so that H is a matter of memory; coarse tiles ask the source instead.
 Result<void> load_heights(Job& job) {
+  const Stopwatch watch(job.cost.reading);
   if (job.window.empty() || decimation(job.window) > 1) return {};
   const DemInfo& info = job.source.info();
   const int margin = 2 + int(std::ceil(job.level.normal_reach_deg * 111320 /
@@ -77,12 +96,14 @@ Result<void> load_heights(Job& job) {
 }
 
 Result<void> derive_borders(Job& job) {
+  const Stopwatch watch(job.cost.borders);
   BorderOptions o;
   o.tolerance_m = job.level.border_tolerance_m;
   o.offset_m = job.level.offset_m;
   o.height_step = job.level.border_step_m;
   o.fixed_cells = job.level.curvature_cells;
   o.samples = job.level.border_samples;
+  o.place_step = job.level.border_place_step;
   o.halves = job.id.level < job.plan.max_level();
   for (const Side side : {Side::west, Side::south, Side::east, Side::north}) {
     Border border = make_border(tile_edge(job.id, side), job.field, job.source, o);
@@ -167,13 +188,17 @@ HalfedgeMesh frame_mesh(Job& job, const Samples& samples, double x_scale,
 template <class F>
 Result<void> stream_posts(const Job& job, std::stop_token stop, F&& f) {
   if (job.window.empty()) return {};
+  if (job.whole) {
+    if (job.whole->inside() > 0) f(*job.whole);
+    return {};
+  }
   const std::int64_t rows_at_once = std::max<std::int64_t>(2, kChunkPosts / job.window.cols);
   for (std::int64_t r = 0; r < job.window.rows; r += rows_at_once) {
     if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
     PostWindow part = job.window;
     part.row += r;
     part.rows = std::min(rows_at_once, job.window.rows - r);
-    const auto posts = TilePosts::read(job.source, part, job.id, 1);
+    const auto posts = TilePosts::read(job.source, part, job.id, 1, job.level.offset_m);
     if (!posts) return std::unexpected(posts.error());
     if (posts->inside() > 0) f(*posts);
   }
@@ -181,6 +206,13 @@ Result<void> stream_posts(const Job& job, std::stop_token stop, F&& f) {
 }
 
 Result<void> find_range(Job& job, std::stop_token stop) {
+  const Stopwatch watch(job.cost.reading);
+  const std::int64_t most = job.source.is_plain_geographic() ? kChunkPosts : kChunkPosts / 4;
+  if (job.window.cols * job.window.rows <= most) {
+    auto posts = TilePosts::read(job.source, job.window, job.id, 1, job.level.offset_m);
+    if (!posts) return std::unexpected(posts.error());
+    job.whole.emplace(std::move(*posts));
+  }
   Job::Posts all{HUGE_VAL, -HUGE_VAL, 0};
   auto done = stream_posts(job, stop, [&](const TilePosts& posts) {
     all.min_m = std::min(all.min_m, posts.min_m());
@@ -222,7 +254,7 @@ Result<void> each_residual(const Job& job, const Tin& mesh, std::stop_token stop
         const double gx = ((b.z - a.z) * (c.y - a.y) - (c.z - a.z) * (b.y - a.y)) / area;
         const double gy = ((c.z - a.z) * (b.x - a.x) - (b.z - a.z) * (c.x - a.x)) / area;
         samples.scan(a, b, c, [&](double x, double y, double z, std::size_t) {
-          f(t, x, y, a.z + gx * (x - a.x) + gy * (y - a.y) - z);
+          f(t, x, y, a.z + gx * (x - a.x) + gy * (y - a.y) - (z - job.level.offset_m));
           return true;
         });
       }
@@ -239,17 +271,6 @@ Result<Extremes> measure(const Job& job, const Tin& mesh, std::stop_token stop) 
   });
   if (!done) return std::unexpected(done.error());
   return worst;
-}
-
-/// Vertices stand on multiples of this many units of the tile's grid: few different numbers take
-/// few bytes once tiles are compressed, and within an error bound the exact place is worth little.
-/// At most an eighth of the way between posts, and no more than the bound.
-double place_step(const Job& job, double eps, int step) {
-  const DemInfo& info = job.source.info();
-  const double spacing = std::min(info.spacing_x_m, info.spacing_y_m) * step;
-  const double degrees = std::min(spacing / 8, eps) / 111320;
-  const double units = degrees / tiling::tile_degrees(job.id.level) * kTileExtent;
-  return std::clamp(power_of_two_at_most(units), 1.0, 64.0);
 }
 
 struct Meshed {
@@ -269,6 +290,7 @@ double margin_of(const DemSource& source) {
 template <class Samples>
 Meshed mesh_within(Job& job, const Samples& samples, double eps, double place_step,
                    std::stop_token stop) {
+  const Stopwatch watch(job.cost.fitting);
   Meshed result;
   result.lattice = height_lattice(job, eps);
   const double lat = (job.rect.south + job.rect.north) / 2 * std::numbers::pi / 180;
@@ -278,12 +300,14 @@ Meshed mesh_within(Job& job, const Samples& samples, double eps, double place_st
   o.x_scale = std::max(0.1, std::cos(lat));
   o.locked_border = o.integer_lattice = true;
   o.lattice_max = kTileExtent;
-  o.height_step = std::max(result.lattice.step, std::min(1.0, power_of_two_at_most(eps / 16)));
+  o.height_step =
+      std::max(result.lattice.step, std::min(kLargestHeightStep, power_of_two_at_most(eps / 8)));
   o.lattice_step = o.search_step_min = place_step;
   o.height_min = result.lattice.min;
   o.height_max = result.lattice.max();
-  o.search = job.plan.options().effort != "fast";
-  o.rounds = job.plan.options().effort == "best" ? 7 : 1;
+  const std::string& effort = job.plan.options().effort;
+  o.search_reach = effort == "fast" ? 0.1 : effort == "normal" ? 1 : 3;
+  o.rounds = effort == "best" ? 7 : 0;
   Progress progress;
   progress.stop = stop;
   HalfedgeMesh frame = frame_mesh(job, samples, o.x_scale, result.lattice);
@@ -296,11 +320,17 @@ Meshed mesh_within(Job& job, const Samples& samples, double eps, double place_st
 
 /// Fits a mesh within `eps` of every `step`-th post, then measures it over all posts.
 Result<Meshed> fit(Job& job, double eps, int step, double place_step, std::stop_token stop) {
-  const auto posts = TilePosts::read(job.source, job.window, job.id, step, job.level.offset_m);
-  if (!posts) return std::unexpected(posts.error());
-  Meshed result = posts->visit(
+  std::optional<TilePosts> decimated;
+  if (step > 1 || !job.whole) {
+    auto read = TilePosts::read(job.source, job.window, job.id, step, job.level.offset_m);
+    if (!read) return std::unexpected(read.error());
+    decimated.emplace(std::move(*read));
+  }
+  const TilePosts& posts = decimated ? *decimated : *job.whole;
+  Meshed result = posts.visit(
       [&](const auto& samples) { return mesh_within(job, samples, eps, place_step, stop); });
   if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
+  const Stopwatch watch(job.cost.measuring);
   auto measured = measure(job, result.mesh, stop);
   if (!measured) return std::unexpected(measured.error());
   const double margin = margin_of(job.source);
@@ -361,7 +391,7 @@ Result<Meshed> fit_within_budget(Job& job, std::stop_token stop) {
   for (;;) {
     // Posts that the fit does not see get a share of the band to themselves.
     const double share = step == 1 ? eps : 0.7 * eps;
-    if (place == 0) place = place_step(job, share, step);
+    if (place == 0) place = place_step(job.source.info(), job.id.level, share, step);
     auto meshed = fit(job, share, step, place, stop);
     if (!meshed) return meshed;
     const bool better = !best || std::pair(meshed->wrong_side, meshed->max_error) <
@@ -393,7 +423,7 @@ Result<Meshed> fit_to_lattice(Job& job, std::stop_token stop) {
     const int nodes = lattice.cells / step + 1;
     const int posts = std::max(1, int(job.window.cols / nodes));
     Meshed meshed = mesh_within(job, ResidualLattice::samples(heights, nodes), eps,
-                                place_step(job, eps, posts), stop);
+                                place_step(job.source.info(), job.id.level, eps, posts), stop);
     if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
     meshed.max_error = lattice.posts > 0 ? lattice_bound(meshed.mesh, lattice) + margin : 0;
     if (step == 1 || meshed.max_error <= job.level.budget_m) return meshed;
@@ -445,7 +475,16 @@ std::vector<std::array<std::uint8_t, 2>> normals_of(const Job& job, const Tin& m
   return normals;
 }
 
-double round_up(double x) { return std::ceil(x * 1e6) / 1e6; }
+/// Upwards to so many digits that are worth their bytes, but not beyond `limit` for nothing.
+double round_up(double x, double limit = HUGE_VAL) {
+  if (!(x > 0)) return 0;
+  for (const double part : {1e-4, 1e-5}) {
+    const double unit = std::max(1e-6, std::pow(10, std::ceil(std::log10(x * part))));
+    const double up = std::ceil(x / unit) * unit;
+    if (up <= limit) return std::ceil(up * 1e6 - 1e-3) / 1e6;
+  }
+  return std::ceil(x * 1e6) / 1e6;
+}
 
 nlohmann::ordered_json availability(const std::vector<std::vector<proto::TileRange>>& levels) {
   nlohmann::ordered_json json = nlohmann::ordered_json::array();
@@ -459,6 +498,7 @@ nlohmann::ordered_json availability(const std::vector<std::vector<proto::TileRan
 }
 
 TileBytes encode_tile(Job& job, const Meshed& meshed) {
+  const Stopwatch watch(job.cost.encoding);
   proto::QuantizedMesh q;
   const HeightLattice& lattice = meshed.lattice;
   std::vector<Vec3> places;
@@ -481,7 +521,7 @@ TileBytes encode_tile(Job& job, const Meshed& meshed) {
   q.horizon_occlusion = {volumes.horizon_occlusion.x, volumes.horizon_occlusion.y,
                          volumes.horizon_occlusion.z};
   TileBytes tile;
-  tile.max_error_m = round_up(meshed.max_error);
+  tile.max_error_m = round_up(meshed.max_error, job.level.budget_m);
   tile.exact =
       !job.lattice && job.source.info().rounding_m == 0 && job.source.is_plain_geographic();
   // A tile that could not be kept on one side says so: then it is like any other.
@@ -522,6 +562,7 @@ Result<TileBytes> make_tile(const DemSource& source, const TilePlan& plan, TileI
   if (!meshed) return fail("tile " + id.text(), meshed.error());
   TileBytes tile = encode_tile(job, *meshed);
   if (job.field.error()) return fail("tile " + id.text(), *job.field.error());
+  tile.cost = job.cost;
   return tile;
 }
 

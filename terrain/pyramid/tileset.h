@@ -14,10 +14,17 @@
 
 namespace tind {
 
+/// What making a tile took, seconds of one thread. For people only: no byte of a tile depends on
+/// it.
+struct TileCost {
+  double reading = 0, borders = 0, fitting = 0, measuring = 0, encoding = 0;
+};
+
 /// One finished tile: quantized-mesh-1.0 with all the extensions that tind makes (octvertexnormals,
 /// metadata), not compressed.
 struct TileBytes {
   std::vector<std::uint8_t> bytes;
+  TileCost cost;
   double max_error_m = 0;
   double edge_error_m = 0;    // how far its border is from the DEM, voids filled, at most
   bool exact = true;          // max_error_m is the maximum over all posts, not only a bound of it

@@ -167,7 +167,7 @@ struct Cone {
 
 /// From line.back() to the fixed sample samples[end], adding vertices as needed.
 void run_to(std::vector<BorderVertex>& line, const std::vector<Sample>& samples, std::size_t begin,
-            std::size_t end, double end_height, double tolerance, double step) {
+            std::size_t end, double end_height, double tolerance, const BorderOptions& o) {
   std::size_t at = begin;
   const BorderVertex goal{samples[end].place(), end_height};
   while (at < end) {
@@ -186,8 +186,13 @@ void run_to(std::vector<BorderVertex>& line, const std::vector<Sample>& samples,
     // Not in one go: a vertex at the farthest sample that the cone reached (the next sample at
     // least: a single sample always fits).
     if (reached == at) break;
-    const int place = samples[reached].place();
-    line.push_back({place, snap_height(from.height + slope * (place - from.t), step)});
+    int place = samples[reached].place() / o.place_step * o.place_step;
+    if (place > from.t) {  // samples behind it are the next piece's
+      while (samples[reached].t > place) --reached;
+    } else {
+      place = samples[reached].place();
+    }
+    line.push_back({place, snap_height(from.height + slope * (place - from.t), o.height_step)});
     at = reached;
   }
   line.push_back(goal);
@@ -230,7 +235,7 @@ Border make_border(const TileEdge& edge, const HeightField& field, const DemSour
   std::size_t begin = 0;
   for (std::size_t i = 1; i < samples.size(); ++i) {
     if (!samples[i].fixed) continue;
-    run_to(border.line, samples, begin, i, fixed_height(i), tolerance, o.height_step);
+    run_to(border.line, samples, begin, i, fixed_height(i), tolerance, o);
     begin = i;
   }
   Profile line;

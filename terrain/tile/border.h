@@ -24,6 +24,7 @@ struct BorderOptions {
   double tolerance_m = 1;  // of the line against H + offset, at H's own samples
   double offset_m = 0;     // one-sided tiles: how far above H the line is meant to lie
   double height_step = 0;  // heights are multiples of this
+  int place_step = 1;      // t is a multiple of this, but for ends, fixed places and want of room
   int fixed_cells = 1;     // vertices at every 1 / fixed_cells of the edge stay (earth curvature)
   int samples = 64;        // at which H is asked when the source's posts do not say (power of two)
   bool halves = false;     // there is a next level: its two edges' samples count here, too

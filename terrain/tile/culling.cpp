@@ -23,6 +23,14 @@ namespace tind {
 namespace {
 
 constexpr double kRoundingMargin_m = 1e-3;
+// Where a volume stands does not matter to the last bit, and zeros take few bytes once compressed.
+constexpr double kPlaceStep_m = 0.125;
+constexpr double kGoodEnough = 1.05;
+
+Vec3 rounded(const Vec3& p) {
+  const auto round = [](double x) { return std::round(x / kPlaceStep_m) * kPlaceStep_m; };
+  return {round(p.x), round(p.y), round(p.z)};
+}
 
 double distance(const Vec3& a, const Vec3& b) { return length(a - b); }
 
@@ -56,7 +64,8 @@ Sphere grown_sphere(const Vec3& a, const Vec3& b, std::span<const Vec3> points) 
   return s;
 }
 
-Sphere bounding_sphere(std::span<const Vec3> points) {
+/// `center` is taken if it is nearly as good as any: what is there twice takes few bytes.
+Sphere bounding_sphere(std::span<const Vec3> points, const Vec3& center) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Vec3 low{kInfinity, kInfinity, kInfinity}, high{-kInfinity, -kInfinity, -kInfinity};
   std::array<Vec3, 6> extremes{};  // the points with the least and largest x, y, z
@@ -75,10 +84,11 @@ Sphere bounding_sphere(std::span<const Vec3> points) {
   const Vec3 middle = (low + high) * 0.5;
   const Sphere grown = grown_sphere(extremes[axis], extremes[axis + 1], points);
   // Growing rounds; the radius that counts is measured afterwards.
-  const Sphere around_middle{middle, farthest(middle, points)};
-  const Sphere measured{grown.center, farthest(grown.center, points)};
-  Sphere best = measured.radius < around_middle.radius ? measured : around_middle;
-  best.radius += kRoundingMargin_m;
+  const auto around = [&](const Vec3& c) { return Sphere{c, farthest(c, points)}; };
+  Sphere best = around(rounded(middle));
+  if (const Sphere s = around(rounded(grown.center)); s.radius < best.radius) best = s;
+  if (const Sphere s = around(center); s.radius < kGoodEnough * best.radius) best = s;
+  best.radius = std::ceil((best.radius + kRoundingMargin_m) / kPlaceStep_m) * kPlaceStep_m;
   return best;
 }
 
@@ -140,8 +150,8 @@ CullingVolumes culling_volumes(const GeoRect& rect, std::span<const Vec3> vertic
   }
   CullingVolumes volumes;
   const Geographic middle{(rect.west + rect.east) / 2, (rect.south + rect.north) / 2};
-  volumes.center = wgs84::to_ecef(middle, (low + high) / 2);
-  const Sphere sphere = bounding_sphere(ecef);
+  volumes.center = rounded(wgs84::to_ecef(middle, (low + high) / 2));
+  const Sphere sphere = bounding_sphere(ecef, volumes.center);
   volumes.sphere_center = sphere.center;
   volumes.sphere_radius = sphere.radius;
   for (Vec3& p : ecef) p = ellipsoid_scaled(p);

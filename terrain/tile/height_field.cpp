@@ -75,7 +75,7 @@ void HeightField::at(std::span<const Geographic> places, std::span<double> heigh
   for (std::size_t i = 0; i < posts.size(); ++i) heights[i] = at_post(posts[i]);
 }
 
-/// Bilinear over four posts, whatever they are.
+/// Bilinear over four posts, whatever they are; NaN where `around` does not reach far enough.
 double HeightField::filled_post(Vec2 post, const VoidFill* around) const {
   const auto c = std::int64_t(std::floor(post.x)), r = std::int64_t(std::floor(post.y));
   std::optional<VoidFill> own;
@@ -87,12 +87,14 @@ double HeightField::filled_post(Vec2 post, const VoidFill* around) const {
     }
     around = &own.emplace(std::move(*fill));
   }
-  return height_between(around->at(c, r), around->at(c + 1, r), around->at(c, r + 1),
-                        around->at(c + 1, r + 1), post.x - double(c), post.y - double(r));
+  const double nw = around->at(c, r), ne = around->at(c + 1, r), sw = around->at(c, r + 1),
+               se = around->at(c + 1, r + 1);
+  if (std::isnan(nw + ne + sw + se)) return kNothing;  // look farther
+  return height_between(nw, ne, sw, se, post.x - double(c), post.y - double(r));
 }
 
 /// One read for all of them, where that is not too much.
-std::optional<VoidFill> HeightField::fill_around(std::span<const Vec2> posts) const {
+std::optional<VoidFill> HeightField::fill_around(std::span<const Vec2> posts, int reach) const {
   constexpr double kMost = 1 << 19;  // posts
   if (posts.size() < 2) return {};
   Vec2 low = posts[0], high = posts[0];
@@ -102,9 +104,9 @@ std::optional<VoidFill> HeightField::fill_around(std::span<const Vec2> posts) co
   }
   const double cols = std::floor(high.x) - std::floor(low.x) + 2;
   const double rows = std::floor(high.y) - std::floor(low.y) + 2;
-  if ((cols + 2 * VoidFill::kReach) * (rows + 2 * VoidFill::kReach) > kMost) return {};
+  if ((cols + 2 * reach) * (rows + 2 * reach) > kMost) return {};
   auto fill = VoidFill::load(source_, std::int64_t(std::floor(low.x)),
-                             std::int64_t(std::floor(low.y)), int(cols), int(rows));
+                             std::int64_t(std::floor(low.y)), int(cols), int(rows), reach);
   if (fill) return std::move(*fill);
   if (!error_) error_ = fill.error();
   return {};
@@ -125,9 +127,18 @@ void HeightField::filled(std::span<const Geographic> places, std::span<double> h
     missing.push_back({on_post(p.x), on_post(p.y)});
     where.push_back(i);
   }
-  const auto fill = fill_around(missing);
-  for (std::size_t k = 0; k < missing.size(); ++k)
-    heights[where[k]] = filled_post(missing[k], fill ? &*fill : nullptr);
+  // Most voids are narrow: only what a short look around leaves open gets a long one.
+  for (const int reach : {VoidFill::kReach / 4, VoidFill::kReach}) {
+    const auto fill = fill_around(missing, reach);
+    std::size_t open = 0;
+    for (std::size_t k = 0; k < missing.size(); ++k) {
+      const double h = filled_post(missing[k], fill ? &*fill : nullptr);
+      heights[where[k]] = h;
+      if (std::isnan(h)) missing[open] = missing[k], where[open++] = where[k];
+    }
+    missing.resize(open);
+    where.resize(open);
+  }
 }
 
 }  // namespace tind

@@ -52,7 +52,7 @@ class HeightField {
   };
   std::optional<Cell> cell_at(Vec2 post) const;
   double filled_post(Vec2 post, const VoidFill* around) const;
-  std::optional<VoidFill> fill_around(std::span<const Vec2> posts) const;
+  std::optional<VoidFill> fill_around(std::span<const Vec2> posts, int reach) const;
 };
 
 }  // namespace tind

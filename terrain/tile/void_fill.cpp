@@ -6,22 +6,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace tind {
 
-namespace {
-
-constexpr std::int16_t kNone = VoidFill::kReach + 1;
-
-}  // namespace
-
 Result<VoidFill> VoidFill::load(const DemSource& source, std::int64_t col, std::int64_t row,
-                                int cols, int rows) {
+                                int cols, int rows, int reach) {
   VoidFill fill;
-  fill.col_ = col - kReach;
-  fill.row_ = row - kReach;
+  fill.reach_ = reach;
+  fill.col_ = col - reach;
+  fill.row_ = row - reach;
   const DemInfo& info = source.info();
-  const int width = cols + 2 * kReach, height = rows + 2 * kReach;
+  const int width = cols + 2 * reach, height = rows + 2 * reach;
+  const auto none = std::int16_t(reach + 1);
   const bool beside = !info.wraps_longitude && (fill.col_ >= info.cols || fill.col_ + width <= 0);
   fill.all_void_ = beside || fill.row_ >= info.rows || fill.row_ + height <= 0;
   if (fill.all_void_) {
@@ -38,15 +35,15 @@ Result<VoidFill> VoidFill::load(const DemSource& source, std::int64_t col, std::
     const auto line = fill.around_.row(r);
     std::int16_t* left = &fill.left_[std::size_t(r) * width];
     std::int16_t* right = &fill.right_[std::size_t(r) * width];
-    std::int16_t far = kNone;
+    std::int16_t far = none;
     for (int c = 0; c < width; ++c) {
-      far = std::isnan(line[c]) ? std::min<std::int16_t>(kNone, far + 1) : 0;
+      far = std::isnan(line[c]) ? std::min<std::int16_t>(none, far + 1) : 0;
       left[c] = far;
       if (far == 0) fill.all_void_ = false;
     }
-    far = kNone;
+    far = none;
     for (int c = width; c-- > 0;) {
-      far = std::isnan(line[c]) ? std::min<std::int16_t>(kNone, far + 1) : 0;
+      far = std::isnan(line[c]) ? std::min<std::int16_t>(none, far + 1) : 0;
       right[c] = far;
     }
   }
@@ -54,26 +51,27 @@ Result<VoidFill> VoidFill::load(const DemSource& source, std::int64_t col, std::
 }
 
 bool VoidFill::covers(std::int64_t col, std::int64_t row) const {
-  return col >= col_ + kReach && row >= row_ + kReach && col < col_ + around_.cols() - kReach &&
-         row < row_ + around_.rows() - kReach;
+  return col >= col_ + reach_ && row >= row_ + reach_ && col < col_ + around_.cols() - reach_ &&
+         row < row_ + around_.rows() - reach_;
 }
 
 double VoidFill::at(std::int64_t col, std::int64_t row) const {
-  if (all_void_) return 0;
+  const double beyond = reach_ < kReach ? std::numeric_limits<double>::quiet_NaN() : 0;
+  if (all_void_) return beyond;
   const int c = int(col - col_), r = int(row - row_), width = around_.cols();
-  int best = kReach * kReach + 1;  // squared distance
+  int best = reach_ * reach_ + 1;  // squared distance
   float height = 0;
-  for (int away = 0; away <= kReach && away * away < best; ++away) {
+  for (int away = 0; away <= reach_ && away * away < best; ++away) {
     for (const int line : {r + away, r - away}) {
       const std::size_t at = std::size_t(line) * width + std::size_t(c);
       const int left = left_[at], right = right_[at], dx = std::min(left, right);
-      if (dx > kReach || dx * dx + away * away >= best) continue;
+      if (dx > reach_ || dx * dx + away * away >= best) continue;
       best = dx * dx + away * away;
       height = around_.at(left <= right ? c - left : c + right, line);
     }
   }
+  if (best > reach_ * reach_) return beyond;
   const double distance = std::sqrt(double(best));
-  if (distance > kReach) return 0;
   return height * std::min(1.0, (kReach - distance) / (kReach - kFlat));
 }
 

@@ -17,9 +17,10 @@ class VoidFill {
  public:
   static constexpr int kReach = 64, kFlat = 16;  // posts
 
-  /// For the posts [col, col + cols) x [row, row + rows): reads kReach more on each side.
+  /// For the posts [col, col + cols) x [row, row + rows): reads `reach` more on each side. A small
+  /// reach is enough for narrow voids; what it is too small for is NaN, never wrong.
   static Result<VoidFill> load(const DemSource&, std::int64_t col, std::int64_t row, int cols,
-                               int rows);
+                               int rows, int reach = kReach);
 
   bool covers(std::int64_t col, std::int64_t row) const;
   /// Height of a post that is covered, valid or not. O(distance).
@@ -27,7 +28,8 @@ class VoidFill {
 
  private:
   HeightGrid around_;
-  std::int64_t col_ = 0, row_ = 0;          // of around_'s first post
+  std::int64_t col_ = 0, row_ = 0;  // of around_'s first post
+  int reach_ = kReach;
   bool all_void_ = false;                   // nothing to be near to
   std::vector<std::int16_t> left_, right_;  // columns to the nearest valid post in the row
 };

@@ -150,7 +150,7 @@ TEST(Culling, SphereHoldsEveryVertexAndIsNotFarTooLarge) {
 
 TEST(Culling, OneVertexIsEnough) {
   const CullingVolumes volumes = culling_volumes({10, 20, 11, 21}, std::vector<Vec3>{{10, 20, 5}});
-  EXPECT_NEAR(volumes.sphere_radius, 0, 0.01);
+  EXPECT_NEAR(volumes.sphere_radius, 0, 0.25);  // volumes stand on steps of 1/8 m
   EXPECT_GE(length(volumes.horizon_occlusion), 1);
 }
 
