@@ -22,6 +22,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kResiduals = "residuals.tind";
+constexpr double kLastDigit_m = 1e-6;  // stated errors are rounded up to it
 
 }  // namespace
 
@@ -114,7 +115,7 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
       report.bytes += bytes;
       ++(error ? report.built : report.reused);
       report.not_one_sided += not_one_sided;
-      if (max_error > level.budget_m) {
+      if (max_error > level.budget_m + kLastDigit_m) {
         ++report.over_budget;
         if (max_error / level.budget_m > worst_excess) {
           worst_excess = max_error / level.budget_m;
