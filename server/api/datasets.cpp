@@ -1,5 +1,9 @@
 // /datasets: what there is, where, and what is known about it.
 
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -20,6 +24,17 @@ Json source_of(const DemSource& dem) {
           {"datum", name(info.source_datum)}};
 }
 
+/// What keeps tiles from being made: "reading" or "failed". Not the reason: it may name files.
+void add_state(Json& json, const Readiness& readiness) {
+  using State = Readiness::State;
+  if (readiness.state == State::ready) {
+    json["state"] = "ready";
+  } else {
+    json["state"] = readiness.state == State::reading ? "reading" : "failed";
+    json["share_read"] = std::floor(readiness.share * 1000) / 1000;
+  }
+}
+
 Json describe(const services::Dataset& dataset) {
   const proto::LayerJson& layer = dataset.tiles->layer();
   const std::string tiles = "/terrain/" + dataset.name + "/";
@@ -35,11 +50,18 @@ Json describe(const services::Dataset& dataset) {
                {"attribution", layer.attribution}};
   json["datum"] = dem ? Json(name(dem->info().datum)) : Json(nullptr);
   json["source"] = dem ? source_of(*dem) : Json(nullptr);
+  add_state(json, dataset.tiles->readiness());
   json["links"] = {{"tiles", tiles},
                    {"layer", tiles + "layer.json"},
                    {"progressive", "/progressive/" + dataset.name + "/{z}/{x}/{y}"}};
   if (dem) json["links"]["elevation"] = "/elevation/" + dataset.name + "?lon={lon}&lat={lat}";
   return json;
+}
+
+bool any_reading(const services::Catalog& catalog) {
+  return std::ranges::any_of(catalog.all(), [](const auto& dataset) {
+    return dataset->tiles->readiness().state == Readiness::State::reading;
+  });
 }
 
 std::string list(const services::Catalog& catalog) {
@@ -51,11 +73,20 @@ std::string list(const services::Catalog& catalog) {
 }  // namespace
 
 void add_dataset_routes(http::Router& router, const App& app) {
-  // The catalogue does not change while the daemon runs.
-  const auto all =
-      http::Representation::make(list(app.catalog), {.content_type = "application/json"});
-  router.get("/datasets", [all](const http::Request& request, http::Later&) {
-    return all->reply(request.head.fields);
+  // While large DEMs are read the list says how far that is; then it does not change any more.
+  struct List {
+    std::mutex mutex;
+    std::shared_ptr<const http::Representation> settled;
+  };
+  const auto known = std::make_shared<List>();
+  router.get("/datasets", [&app, known](const http::Request& request, http::Later&) {
+    const std::lock_guard lock(known->mutex);
+    if (known->settled) return known->settled->reply(request.head.fields);
+    const bool reading = any_reading(app.catalog);
+    const auto now =
+        http::Representation::make(list(app.catalog), {.content_type = "application/json"});
+    if (!reading) known->settled = now;
+    return now->reply(request.head.fields);
   });
 }
 

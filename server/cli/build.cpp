@@ -14,7 +14,9 @@
 #include "server/cli/commands.h"
 #include "server/cli/dem_input.h"
 #include "server/cli/estimate.h"
+#include "server/cli/memory_limit.h"
 #include "server/cli/output_options.h"
+#include "server/cli/peak_memory.h"
 #include "server/cli/progress_bar.h"
 #include "server/cli/tile_options.h"
 
@@ -25,6 +27,7 @@ namespace {
 struct Arguments {
   DemInput input;
   BuildOptions options;
+  std::uint64_t memory = kDefaultMemory;
   std::string progress = "auto";
   bool json = false, dry_run = false;
 };
@@ -50,6 +53,7 @@ nlohmann::ordered_json to_json(const BuildReport& r, double seconds) {
   j["bytes"] = r.bytes;
   j["seconds"] = seconds;
   j["threads"] = r.threads;
+  j["peak_mb"] = PeakMemory::megabytes();
   if (r.update.updated) {
     j["update"] = {{"blocks", r.update.blocks},
                    {"changed_blocks", r.update.changed_blocks},
@@ -112,9 +116,14 @@ void print(const BuildReport& r, double seconds) {
              duration_text(seconds));
 }
 
-int run(const Arguments& a) {
-  auto source = open_dem(a.input);
+int run(Arguments a) {
+  DemOptions dem = dem_options(a.input);
+  limit_caches(a.memory, a.input.files, dem);
+  auto source = DemSource::open(a.input.files, dem);
   if (!source) return complain(source.error());
+  const auto threads = threads_within(a.memory, **source, dem, a.options.threads);
+  if (!threads) return complain(threads.error());
+  a.options.threads = *threads;
   if (a.dry_run) return print_estimate(**source, a.options, a.progress, a.json);
   std::signal(SIGINT, on_signal);
   std::signal(SIGTERM, on_signal);
@@ -153,6 +162,7 @@ void add_build(CLI::App& program, int& exit) {
   add_dem_options(*c, a->input);
   c->add_option("--threads", a->options.threads, "threads (default: one per core)")
       ->check(CLI::Range(1, 1024));
+  add_memory_option(*c, a->memory);
   c->add_flag("--gzip", a->options.gzip,
               "store tiles compressed (a static server must then send Content-Encoding: gzip)");
   c->add_flag("--force", a->options.force, "replace tiles of another source or of other options");

@@ -88,7 +88,9 @@ Result<services::Catalog> open_datasets(const Config& config) {
   tiles.side = config.side;
   services::Catalog catalog;
   for (const std::string& text : config.datasets)
-    if (auto opened = open_dataset(catalog, services::parse_dataset_spec(text), dem, tiles);
+    if (auto opened = open_dataset(
+            catalog, services::parse_dataset_spec(text), dem, tiles,
+            config.index_dir.empty() ? services::default_index_dir() : config.index_dir);
         !opened)
       return std::unexpected(opened.error());
   return catalog;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <numeric>
 
 namespace tind::services {
@@ -212,6 +213,10 @@ const std::vector<Setting>& settings() {
       number("max-connections", "clients connected at the same time", &Config::max_connections, 1,
              1'000'000),
       text("viewer", "folder of the web page; default: beside the program", &Config::viewer),
+      text(
+          "index-dir",
+          "folder for the residual indexes of large DEMs; default: tind in the user's cache folder",
+          &Config::index_dir),
       toggle("allow-vrt", "accept VRT files, which can name any other file", &Config::allow_vrt),
       toggle("access-log", "log every request", &Config::access_log),
       choice("log-level", "how much to log", &Config::log_level,
@@ -222,6 +227,14 @@ const std::vector<Setting>& settings() {
              3600.0),
   };
   return table;
+}
+
+std::string default_index_dir() {
+  if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache && *cache)
+    return std::string(cache) + "/tind";
+  if (const char* home = std::getenv("HOME"); home && *home)
+    return std::string(home) + "/.cache/tind";
+  return {};
 }
 
 Result<Config> read_config(const ConfigInput& input) {

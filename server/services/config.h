@@ -31,6 +31,7 @@ struct Config {
   std::string side = "both";
   int max_connections = 4096;
   std::string viewer;
+  std::string index_dir;  // empty: default_index_dir()
   bool allow_vrt = false;
   bool access_log = false;
   std::string log_level = "info";
@@ -59,6 +60,9 @@ struct ConfigInput {
 
 /// The first error names where it is and, for an unknown key, what was probably meant.
 Result<Config> read_config(const ConfigInput&);
+
+/// "tind" in the user's cache folder; empty where there is none.
+std::string default_index_dir();
 
 /// As a file that read_config accepts.
 std::string print_config(const Config&);

@@ -3,16 +3,26 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "terrain/pyramid/residual_index.h"
+
 namespace tind::services {
 namespace {
 
 Result<std::unique_ptr<TileSet>> open_tiles(const DatasetSpec& spec, const DemOptions& dem_options,
-                                            const TileSetOptions& options) {
+                                            const TileSetOptions& options,
+                                            const std::string& index_dir) {
   if (spec.files.size() == 1 && std::filesystem::is_directory(spec.files[0]))
     return open_stored_tiles(spec.files[0]);
   auto dem = DemSource::open(spec.files, dem_options);
   if (!dem) return std::unexpected(dem.error());
-  return open_dem_tiles(std::move(*dem), options);
+  std::string index;
+  if (!index_dir.empty() && deepest_indexed_level((*dem)->info(), options.exact_posts) >= 0) {
+    std::error_code error;
+    std::filesystem::create_directories(index_dir, error);
+    if (error) return fail(Errc::io, "cannot create " + index_dir + ": " + error.message());
+    index = index_dir + "/" + (*dem)->info().fingerprint + ".residuals";
+  }
+  return open_dem_tiles(std::move(*dem), options, kMostReadAtOnce, index);
 }
 
 std::string name_of(const DatasetSpec& spec) {
@@ -39,10 +49,10 @@ DatasetSpec parse_dataset_spec(const std::string& text) {
 }
 
 Result<void> open_dataset(Catalog& catalog, const DatasetSpec& spec, const DemOptions& dem_options,
-                          const TileSetOptions& options) {
+                          const TileSetOptions& options, const std::string& index_dir) {
   if (spec.files.empty())
     return fail(Errc::invalid_argument, "dataset " + spec.name + " names no file");
-  auto tiles = open_tiles(spec, dem_options, options);
+  auto tiles = open_tiles(spec, dem_options, options, index_dir);
   if (!tiles) return std::unexpected(tiles.error());
   catalog.add(name_of(spec), spec.files, std::move(*tiles));
   return {};

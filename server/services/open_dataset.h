@@ -18,7 +18,9 @@ struct DatasetSpec {
 /// "alps=a.tif,b.tif" or just a path.
 DatasetSpec parse_dataset_spec(const std::string& text);
 
-/// Opens the spec's files and adds them; the error says which cannot be opened, and why.
-Result<void> open_dataset(Catalog&, const DatasetSpec&, const DemOptions&, const TileSetOptions&);
+/// Opens the spec's files and adds them; the error says which cannot be opened, and why. Residual
+/// indexes of large DEMs are kept in `index_dir`; nowhere where that is empty.
+Result<void> open_dataset(Catalog&, const DatasetSpec&, const DemOptions&, const TileSetOptions&,
+                          const std::string& index_dir = {});
 
 }  // namespace tind::services

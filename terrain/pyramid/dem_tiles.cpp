@@ -15,12 +15,17 @@ namespace {
 class DemTiles : public TileSet {
  public:
   /// `outline`: a plan whose levels and availability are right; its heights are not known yet.
-  DemTiles(std::shared_ptr<const DemSource> source, TilePlan outline, std::string name)
-      : source_(std::move(source)), outline_(std::move(outline)), layer_(outline_.layer(name)) {}
+  DemTiles(std::shared_ptr<const DemSource> source, TilePlan outline, std::string index_path,
+           std::string name)
+      : source_(std::move(source)),
+        outline_(std::move(outline)),
+        index_path_(std::move(index_path)),
+        layer_(outline_.layer(name)) {}
 
   void find_heights(std::stop_token stop, int threads) {
     Progress progress;
     progress.stop = stop;
+    progress.report = [this](double share) { share_ = share; };
     plan_ = plan_source(*source_, outline_.options(), index_path_, threads, progress);
     known_ = true;  // from here on others may look at plan_
   }
@@ -41,6 +46,11 @@ class DemTiles : public TileSet {
     return make_tile(*source_, **plan_, id, stop);
   }
   const DemSource* dem() const override { return source_.get(); }
+  Readiness readiness() const override {
+    if (!known_) return {Readiness::State::reading, share_, {}};
+    if (!*plan_) return {Readiness::State::failed, share_, plan_->error().what};
+    return {};
+  }
 
  private:
   std::shared_ptr<const DemSource> source_;
@@ -49,6 +59,7 @@ class DemTiles : public TileSet {
   proto::LayerJson layer_;
   std::optional<Result<TilePlan>> plan_;  // written once, before known_
   std::atomic<bool> known_ = false;
+  std::atomic<double> share_ = 0;
   std::jthread reader_;  // last: it ends before what it works on
 };
 
@@ -56,14 +67,15 @@ class DemTiles : public TileSet {
 
 Result<std::unique_ptr<TileSet>> open_dem_tiles(std::shared_ptr<const DemSource> source,
                                                 const TileSetOptions& options,
-                                                std::int64_t read_at_once) {
+                                                std::int64_t read_at_once,
+                                                const std::string& index_path) {
   const DemInfo& info = source->info();
   auto outline = TilePlan::make(info, HeightRange{}, options);
   if (!outline) return std::unexpected(outline.error());
   const std::string& file = info.files.front();
   const std::string name = file.substr(file.find_last_of('/') + 1);
-  auto tiles =
-      std::make_unique<DemTiles>(source, std::move(*outline), name.substr(0, name.find('.')));
+  auto tiles = std::make_unique<DemTiles>(source, std::move(*outline), index_path,
+                                          name.substr(0, name.find('.')));
   if (info.cols > read_at_once / info.rows) {
     tiles->find_heights_in_background();
     return tiles;

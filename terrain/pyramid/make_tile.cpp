@@ -33,7 +33,7 @@ namespace {
 constexpr double kPlacingError = 1e-5;         // metres of height: 1e-6 m on a slope of ten
 constexpr double kLargestHeightStep = 4;       // metres
 constexpr std::int64_t kMeshPosts = 320;       // posts a side that a mesh is fitted to at most
-constexpr std::int64_t kChunkPosts = 1 << 21;  // posts that the referee holds at a time
+constexpr std::int64_t kChunkPosts = 1 << 19;  // posts that the referee holds at a time
 
 double power_of_two_at_most(double x) { return std::exp2(std::floor(std::log2(x))); }
 double power_of_two_at_least(double x) { return std::exp2(std::ceil(std::log2(x))); }

@@ -31,9 +31,17 @@ struct TileBytes {
   std::string side = "both";  // above: the mesh is at or above every post; below: at or below
 };
 
+/// How far a tile set is that must read its source before it can make tiles.
+struct Readiness {
+  enum class State { ready, reading, failed } state = State::ready;
+  double share = 1;  // read, 0..1
+  std::string why;   // it failed
+};
+
 class TileSet {
  public:
   virtual ~TileSet() = default;
+  virtual Readiness readiness() const { return {}; }
   virtual const proto::LayerJson& layer() const = 0;
   virtual bool available(TileId) const = 0;
   /// Blocking and CPU-heavy for a DEM: call it on a worker. Thread-safe. not_found outside
@@ -59,11 +67,14 @@ struct TileSetOptions {
 inline constexpr std::int64_t kMostReadAtOnce = std::int64_t(1) << 25;
 
 /// The tiles of a DEM, made when asked for. Fails with `unsupported` for a DEM without CRS. Tiles
-/// need the range of all heights: of a source with more than `read_at_once` posts it is found in
-/// the background, on one thread, and until then every tile is Errc::busy.
+/// need the range of all heights, and those of a large source its residual index (plan_source.h):
+/// of a source with more than `read_at_once` posts they are found in the background, on one thread,
+/// and until then every tile is Errc::busy. The index is kept at `index_path`, or with the tiles
+/// where that is empty.
 Result<std::unique_ptr<TileSet>> open_dem_tiles(std::shared_ptr<const DemSource>,
                                                 const TileSetOptions&,
-                                                std::int64_t read_at_once = kMostReadAtOnce);
+                                                std::int64_t read_at_once = kMostReadAtOnce,
+                                                const std::string& index_path = {});
 
 /// The tiles of a directory made by `tind build` (or anyone): layer.json and z/x/y.terrain.
 Result<std::unique_ptr<TileSet>> open_stored_tiles(const std::string& directory);

@@ -149,7 +149,7 @@ struct IdleHandles::Entry {
   std::unique_ptr<Handle> handle;
 };
 
-IdleHandles::IdleHandles() = default;
+IdleHandles::IdleHandles(std::size_t max_bytes) : max_bytes_(max_bytes) {}
 IdleHandles::~IdleHandles() = default;
 
 std::unique_ptr<IdleHandles::Handle> IdleHandles::take(const RasterFile* owner) {
@@ -169,7 +169,7 @@ void IdleHandles::give(const RasterFile* owner, std::unique_ptr<Handle> handle) 
   const std::lock_guard lock(mutex_);
   bytes_ += handle->bytes;
   idle_.push_front({owner, std::move(handle)});
-  while (idle_.size() > kMaxIdle || (bytes_ > kMaxBytes && idle_.size() > 1)) {
+  while (idle_.size() > kMaxIdle || (bytes_ > max_bytes_ && idle_.size() > 1)) {
     bytes_ -= idle_.back().handle->bytes;
     closed.splice(closed.begin(), idle_, std::prev(idle_.end()));
   }

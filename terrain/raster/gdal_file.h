@@ -35,13 +35,13 @@ class BlockSums;
 class RasterFile;
 
 /// Open datasets that nobody reads from just now, of all files of one source. The longest unused is
-/// closed when they are more than `kMaxIdle`, or unpacked files among them more than `kMaxBytes`.
+/// closed when they are more than `kMaxIdle`, or unpacked files among them more than so many bytes.
 /// Thread-safe.
 class IdleHandles {
  public:
-  static constexpr std::size_t kMaxIdle = 32, kMaxBytes = 256 << 20;
+  static constexpr std::size_t kMaxIdle = 32;
   struct Handle;  // a GDAL dataset and the memory it may live in
-  IdleHandles();
+  explicit IdleHandles(std::size_t max_bytes);
   ~IdleHandles();
   std::unique_ptr<Handle> take(const RasterFile* owner);
   void give(const RasterFile* owner, std::unique_ptr<Handle>);
@@ -51,6 +51,7 @@ class IdleHandles {
   std::mutex mutex_;
   std::list<Entry> idle_;  // most recently used first
   std::size_t bytes_ = 0;
+  const std::size_t max_bytes_;
 };
 
 class RasterFile {

@@ -36,7 +36,7 @@ Error mismatch(const FileFacts& a, const FileFacts& b, const std::string& why) {
 Result<Mosaic> Mosaic::open(std::span<const std::string> paths, const DemOptions& options) {
   if (paths.empty()) return fail(Errc::invalid_argument, "no raster file given");
   Mosaic mosaic;
-  auto idle = std::make_shared<IdleHandles>();
+  auto idle = std::make_shared<IdleHandles>(options.unpacked_bytes);
   for (const std::string& path : paths) {
     auto file = RasterFile::open(path, options.allow_vrt, options.keep_source_units, idle);
     if (!file) return std::unexpected(file.error());

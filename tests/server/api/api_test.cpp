@@ -497,6 +497,7 @@ TEST_F(Api, LayerJsonAndDatasets) {
   add_dem();
   running_.reset();
   const Json list = Json::parse(get("/datasets").body)["datasets"];
+  for (const Json& dataset : list) EXPECT_EQ(dataset["state"], "ready");
   ASSERT_EQ(list.size(), 2u);
   EXPECT_EQ(list[0]["name"], "made-up");
   EXPECT_EQ(list[0]["kind"], "store");

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <filesystem>
 #include <latch>
 #include <thread>
 
@@ -60,6 +61,8 @@ TEST(DemTiles, are_busy_until_the_heights_are_known_and_then_the_same) {
   const auto early = (*tiles)->tile(id, {});
   ASSERT_FALSE(early);
   EXPECT_EQ(early.error().code, Errc::busy);
+  EXPECT_EQ((*tiles)->readiness().state, Readiness::State::reading);
+  EXPECT_LT((*tiles)->readiness().share, 1);
   held->gate().count_down();
   auto late = (*tiles)->tile(id, {});
   while (!late && late.error().code == Errc::busy) {
@@ -67,7 +70,33 @@ TEST(DemTiles, are_busy_until_the_heights_are_known_and_then_the_same) {
     late = (*tiles)->tile(id, {});
   }
   ASSERT_TRUE(late) << late.error().what;
+  EXPECT_EQ((*tiles)->readiness().state, Readiness::State::ready);
   EXPECT_EQ(late->bytes, (*at_once)->tile(id, {})->bytes);
+}
+
+TEST(DemTiles, keep_the_index_that_they_made) {
+  const test::TempDir dir;
+  TileSetOptions options;
+  options.max_error_m = 40;
+  options.exact_posts = 1 << 16;
+  const auto path = dir.file("rainier.residuals");
+  const TileId id{5, 10, 24};
+  std::vector<std::uint8_t> bytes;
+  std::filesystem::file_time_type made;
+  for (int run = 0; run < 2; ++run) {
+    const auto tiles = open_dem_tiles(rainier(), options, 0, path);
+    ASSERT_TRUE(tiles);
+    auto tile = (*tiles)->tile(id, {});
+    while (!tile && tile.error().code == Errc::busy) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      tile = (*tiles)->tile(id, {});
+    }
+    ASSERT_TRUE(tile) << tile.error().what;
+    EXPECT_FALSE(tile->exact);
+    if (run == 0) bytes = tile->bytes, made = std::filesystem::last_write_time(path);
+    EXPECT_EQ(tile->bytes, bytes);
+    EXPECT_EQ(std::filesystem::last_write_time(path), made);
+  }
 }
 
 TEST(DemTiles, can_be_closed_while_heights_are_read) {
