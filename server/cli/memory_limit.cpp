@@ -29,9 +29,10 @@ std::uint64_t gdal_bytes(std::uint64_t memory) {
 
 void add_memory_option(CLI::App& command, std::uint64_t& bytes) {
   command
-      .add_option("--memory", bytes,
-                  "most memory to take, e.g. 400M or 2G (default 1G); threads that there is no room "
-                  "for are left out")
+      .add_option(
+          "--memory", bytes,
+          "most memory to take, e.g. 400M or 2G (default 1G); threads that there is no room "
+          "for are left out")
       ->transform(CLI::AsSizeValue(false));
 }
 
@@ -48,8 +49,7 @@ void limit_caches(std::uint64_t memory, const std::vector<std::string>& files, D
 Result<int> threads_within(std::uint64_t memory, const DemSource& source, const DemOptions& dem,
                            int threads) {
   const std::uint64_t each = source.is_plain_geographic() ? kPerThread : kPerThreadProjected;
-  const std::uint64_t fixed =
-      kProgram + gdal_bytes(memory) + dem.cache_bytes + dem.unpacked_bytes;
+  const std::uint64_t fixed = kProgram + gdal_bytes(memory) + dem.cache_bytes + dem.unpacked_bytes;
   if (memory < fixed + each) {
     std::uint64_t needed = memory;  // caches grow with it
     while (needed < kProgram + gdal_bytes(needed) + std::max(8 * kMega, needed / 16) +
