@@ -475,15 +475,13 @@ std::vector<std::array<std::uint8_t, 2>> normals_of(const Job& job, const Tin& m
   return normals;
 }
 
-/// Upwards to so many digits that are worth their bytes, but not beyond `limit` for nothing.
-double round_up(double x, double limit = HUGE_VAL) {
+double round_up(double x) { return std::ceil(x * 1e6) / 1e6; }
+
+/// Upwards to four digits: of a bound that nobody calls exact, more are not worth their bytes.
+double round_up_bound(double x) {
   if (!(x > 0)) return 0;
-  for (const double part : {1e-4, 1e-5}) {
-    const double unit = std::max(1e-6, std::pow(10, std::ceil(std::log10(x * part))));
-    const double up = std::ceil(x / unit) * unit;
-    if (up <= limit) return std::ceil(up * 1e6 - 1e-3) / 1e6;
-  }
-  return std::ceil(x * 1e6) / 1e6;
+  const double unit = std::max(1e-6, std::pow(10, std::ceil(std::log10(x)) - 4));
+  return std::ceil(std::ceil(x / unit) * unit * 1e6 - 1e-3) / 1e6;
 }
 
 nlohmann::ordered_json availability(const std::vector<std::vector<proto::TileRange>>& levels) {
@@ -521,7 +519,7 @@ TileBytes encode_tile(Job& job, const Meshed& meshed) {
   q.horizon_occlusion = {volumes.horizon_occlusion.x, volumes.horizon_occlusion.y,
                          volumes.horizon_occlusion.z};
   TileBytes tile;
-  tile.max_error_m = round_up(meshed.max_error, job.level.budget_m);
+  tile.max_error_m = round_up(meshed.max_error);
   tile.exact =
       !job.lattice && job.source.info().rounding_m == 0 && job.source.is_plain_geographic();
   // A tile that could not be kept on one side says so: then it is like any other.
@@ -530,7 +528,7 @@ TileBytes encode_tile(Job& job, const Meshed& meshed) {
   metadata["geometricerror"] = tile.max_error_m;
   metadata["max_error_m"] = tile.max_error_m;
   metadata["error_kind"] = tile.exact ? "exact" : "bound";
-  metadata["edge_error_m"] = tile.edge_error_m = round_up(job.edge_error_m);
+  metadata["edge_error_m"] = tile.edge_error_m = round_up_bound(job.edge_error_m);
   if (job.plan.options().side != "both") metadata["side"] = tile.side;
   metadata["posts"] = job.posts.posts;
   if (job.lattice) metadata["residual_m"] = round_up(job.lattice->largest_residual());
