@@ -9,8 +9,8 @@
 #include <random>
 
 #include "terrain/pyramid/residual_scan.h"
+#include "tests/support/made_up_source.h"
 #include "tests/support/support.h"
-#include "tests/terrain/pyramid/made_up_source.h"
 
 namespace tind {
 namespace {

@@ -11,22 +11,14 @@
 #include "terrain/mesh/vertical_error.h"
 #include "terrain/simplify/bounded.h"
 #include "terrain/simplify/bounded_blocks.h"
+#include "tests/support/fuzz_bytes.h"
 
 namespace {
 
 using namespace tind;
 
-void require(bool ok, const char* what) {
-  if (ok) return;
-  std::fprintf(stderr, "broken promise: %s\n", what);
-  std::abort();
-}
-
-struct Bytes {
-  const std::uint8_t* data;
-  std::size_t size;
-  unsigned next() { return size == 0 ? 0 : (--size, *data++); }
-};
+using test::require;
+using Bytes = test::FuzzBytes;
 
 constexpr double kErrors[] = {0.001, 0.5, 1, 3, 10, 100, 1e4};
 

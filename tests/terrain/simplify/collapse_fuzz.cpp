@@ -10,22 +10,14 @@
 #include "terrain/mesh/vertical_error.h"
 #include "terrain/simplify/simplify.h"
 #include "terrain/simplify/terrain_mesh.h"
+#include "tests/support/fuzz_bytes.h"
 
 namespace {
 
 using namespace tind;
 
-void require(bool ok, const char* what) {
-  if (ok) return;
-  std::fprintf(stderr, "broken promise: %s\n", what);
-  std::abort();
-}
-
-struct Bytes {
-  const std::uint8_t* data;
-  std::size_t size;
-  unsigned next() { return size == 0 ? 0 : (--size, *data++); }
-};
+using test::require;
+using Bytes = test::FuzzBytes;
 
 SimplifyOptions options_from(Bytes& in) {
   SimplifyOptions o;

@@ -7,50 +7,15 @@
 #include <random>
 
 #include "terrain/tile/height_field.h"
+#include "tests/support/made_up_source.h"
 
 namespace tind {
 namespace {
 
-/// A lon/lat source in memory, one post a degree from (0, rows - 1).
-class MadeUpSource : public DemSource {
- public:
-  explicit MadeUpSource(HeightGrid grid) : grid_(std::move(grid)) {
-    info_.cols = grid_.cols();
-    info_.rows = grid_.rows();
-    info_.post_to_crs = {0, 1, 0, double(grid_.rows() - 1), 0, -1};
-    info_.crs_kind = CrsKind::geographic;
-  }
-  const DemInfo& info() const override { return info_; }
-  Result<HeightGrid> read(std::int64_t col, std::int64_t row, int cols, int rows) const override {
-    return read_decimated(col, row, cols, rows, 1);
-  }
-  Result<HeightGrid> read_decimated(std::int64_t col, std::int64_t row, int cols, int rows,
-                                    int step) const override {
-    HeightGrid out(cols, rows);
-    for (int j = 0; j < rows; ++j)
-      for (int i = 0; i < cols; ++i) {
-        const std::int64_t c = col + std::int64_t(i) * step, r = row + std::int64_t(j) * step;
-        if (c >= 0 && r >= 0 && c < grid_.cols() && r < grid_.rows())
-          out.at(i, j) = grid_.at(int(c), int(r));
-      }
-    return out;
-  }
-  void to_post(std::span<const Geographic> in, std::span<Vec2> out) const override {
-    for (std::size_t i = 0; i < in.size(); ++i)
-      out[i] = info_.post_to_crs.invert(in[i].lon, in[i].lat);
-  }
-  void to_geographic(std::span<const Vec2> in, std::span<Geographic> out) const override {
-    for (std::size_t i = 0; i < in.size(); ++i) {
-      const Vec2 p = info_.post_to_crs.apply(in[i].x, in[i].y);
-      out[i] = {p.x, p.y};
-    }
-  }
-  bool is_plain_geographic() const override { return true; }
+using test::MadeUpSource;
 
- private:
-  HeightGrid grid_;
-  DemInfo info_;
-};
+/// Where the first post is, for one post a degree.
+Geographic corner(const HeightGrid& grid) { return {0, double(grid.rows() - 1)}; }
 
 HeightGrid with_voids(std::mt19937& random, int cols, int rows, double share_valid) {
   HeightGrid grid(cols, rows);
@@ -84,7 +49,7 @@ TEST(VoidFill, is_the_nearest_post_and_slopes_to_zero) {
   std::mt19937 random(1);
   for (const double share : {0.5, 0.02, 0.0005, 0.0}) {
     const HeightGrid grid = with_voids(random, 90, 70, share);
-    const MadeUpSource source(grid);
+    const MadeUpSource source(grid, corner(grid), 1);
     const auto fill = VoidFill::load(source, -80, -80, 250, 230);
     ASSERT_TRUE(fill);
     std::uniform_int_distribution<int> col(-80, 169), row(-80, 149);
@@ -97,7 +62,7 @@ TEST(VoidFill, is_the_nearest_post_and_slopes_to_zero) {
 
 TEST(VoidFill, does_not_depend_on_what_else_is_asked) {
   std::mt19937 random(2);
-  const MadeUpSource source(with_voids(random, 80, 80, 0.01));
+  const MadeUpSource source(with_voids(random, 80, 80, 0.01), {0, 79}, 1);
   const auto all = VoidFill::load(source, -70, -70, 220, 220);
   ASSERT_TRUE(all);
   std::uniform_int_distribution<int> place(-70, 148);
@@ -113,7 +78,7 @@ TEST(VoidFill, does_not_depend_on_what_else_is_asked) {
 TEST(VoidFill, a_whole_source_keeps_its_posts_and_has_no_voids) {
   std::mt19937 random(3);
   const HeightGrid grid = with_voids(random, 60, 50, 0.3);
-  const MadeUpSource source(grid);
+  const MadeUpSource source(grid, corner(grid), 1);
   const auto filled = fill_voids(source, grid);
   ASSERT_TRUE(filled);
   float low = 1e9f, high = -1e9f;
@@ -133,7 +98,7 @@ TEST(VoidFill, between_two_nearest_posts_is_a_slope) {
   for (int r = 0; r < 12; ++r)
     for (int c = 0; c < 40; ++c)
       if (c < 16 || c >= 24) grid.at(c, r) = c < 16 ? 0.f : 800.f;
-  const MadeUpSource source(grid);
+  const MadeUpSource source(grid, corner(grid), 1);
   const auto filled = fill_voids(source, grid);
   ASSERT_TRUE(filled);
   for (int c = 15; c < 24; ++c)
@@ -142,7 +107,7 @@ TEST(VoidFill, between_two_nearest_posts_is_a_slope) {
 
 TEST(HeightField, filled_is_continuous_across_voids_and_the_end_of_the_data) {
   std::mt19937 random(3);
-  const MadeUpSource source(with_voids(random, 60, 60, 0.4));
+  const MadeUpSource source(with_voids(random, 60, 60, 0.4), {0, 59}, 1);
   const HeightField field(source);
   constexpr double kStep = 1e-4;
   std::uniform_real_distribution<double> place(-60, 120);
@@ -160,7 +125,7 @@ TEST(HeightField, filled_is_continuous_across_voids_and_the_end_of_the_data) {
 
 TEST(HeightField, one_by_one_or_together_gives_the_same_heights) {
   std::mt19937 random(4);
-  const MadeUpSource source(with_voids(random, 60, 60, 0.3));
+  const MadeUpSource source(with_voids(random, 60, 60, 0.3), {0, 59}, 1);
   HeightField with_window(source);
   ASSERT_TRUE(with_window.load(10, 10, 30, 30));
   const HeightField without(source);
