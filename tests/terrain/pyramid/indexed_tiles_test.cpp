@@ -69,7 +69,8 @@ void expect_certified(const std::string& dem, double max_error, int exact_posts)
     EXPECT_EQ(metadata["error_kind"], "bound") << name;
     EXPECT_GE(metadata["max_error_m"], metadata["residual_m"]) << name;
   }
-  EXPECT_GE(bounds, std::size_t(report->indexed_level));  // nearly one a level at least
+  // About one a level at least; where the bound would break the budget, posts are read after all.
+  EXPECT_GE(bounds, std::size_t(report->indexed_level) / 2);
   CheckOptions check;
   check.source = source.get();
   const auto checked = check_tiles(o.output, check);
