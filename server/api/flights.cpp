@@ -63,9 +63,7 @@ std::vector<std::uint8_t> in_frames(const App& app, const services::Dataset& dat
       frame.status = made ? 200 : std::uint32_t(http::status_of(made.error().code));
       if (made) tile = *made;
     }
-    if (tile)
-      frame.bytes = {reinterpret_cast<const std::uint8_t*>(tile->body().data()),
-                     tile->body().size()};
+    if (tile) frame.bytes = tile->bytes();
     proto::append_frame(out, frame);
   }
   return out;

@@ -68,12 +68,10 @@ Asked read_query(std::string_view query) {
 /// The beginning that the limit asks for, as a resource of its own. On a worker.
 http::Reply beginning(const Stream& whole, const proto::StreamLimit& limit,
                       const http::Conditions& client, std::string_view target) {
-  const std::string_view body = whole->body();
-  const auto stream =
-      proto::decode_mesh_stream({reinterpret_cast<const std::uint8_t*>(body.data()), body.size()});
+  const auto stream = proto::decode_mesh_stream(whole->bytes());
   if (!stream) return http::problem_reply(Error{Errc::internal, stream.error()}, target);
   const std::size_t bytes = proto::bytes_until(*stream, limit);
-  if (bytes == body.size()) return whole->reply(client);
+  if (bytes == whole->bytes().size()) return whole->reply(client);
   return whole->beginning(bytes)->reply(client);
 }
 

@@ -140,7 +140,7 @@ int serve(const Config& config) {
   services::CpuPool pool(config.build_threads, std::size_t(config.queue));
   services::TileService tiles(cache, pool);
   services::TileStreams streams(tiles, cache, pool);
-  services::TileTransitions transitions(cache, pool);
+  services::TileTransitions transitions(tiles, cache, pool);
   services::RefineService refine;
   api::App app{*catalog, tiles, cache, pool, *viewer};
   app.refine = &refine;

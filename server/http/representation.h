@@ -2,7 +2,9 @@
 // One resource, ready to send: as it is, compressed, and "you have it already".
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -38,6 +40,10 @@ class Representation {
   std::shared_ptr<const Representation> beginning(std::size_t bytes) const;
 
   std::string_view body() const { return plain_->body(); }
+  /// The same, for what decodes it.
+  std::span<const std::uint8_t> bytes() const {
+    return {reinterpret_cast<const std::uint8_t*>(body().data()), body().size()};
+  }
   std::string_view etag() const { return etag_; }
   std::size_t memory_bytes() const { return memory_; }
 

@@ -21,6 +21,7 @@ struct TileKey {
   TileId tile;
   std::uint8_t variant = 0;  // which extensions it carries, or one of these
 
+  static constexpr std::uint8_t kWhole = 7;       // with all extensions that the dataset has
   static constexpr std::uint8_t kStream = 8;      // the tile as a progressive mesh
   static constexpr std::uint8_t kTransition = 9;  // from the parent's part to the tile
   friend bool operator==(const TileKey&, const TileKey&) = default;

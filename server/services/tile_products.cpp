@@ -22,7 +22,7 @@ class TileProducts::Flight {
   void operator()(std::stop_token stop) {
     Result<Product> made = fail(Errc::internal, "not built");
     try {
-      made = build(std::move(stop));
+      made = products_->make_now(*dataset_, tile_, std::move(stop));
     } catch (const std::exception& error) {
       made = fail(Errc::internal, error.what());
     }
@@ -35,28 +35,30 @@ class TileProducts::Flight {
   const Dataset* dataset_;
   TileId tile_;
 
-  Result<Product> build(std::stop_token stop) {
-    const TileKey key{dataset_->index, tile_, products_->variant_};
-    // It may have landed while this one waited.
-    if (Product found = products_->cache_.find(key)) return found;
-    const auto begin = std::chrono::steady_clock::now();
-    Result<Product> made = products_->build_(*dataset_, tile_, std::move(stop));
-    if (!made) return made;
-    products_->cache_.insert(key, *made);
-    const auto took = std::chrono::steady_clock::now() - begin;
-    Counters& counters = products_->counters_;
-    counters.built.fetch_add(1, std::memory_order_relaxed);
-    counters.build_nanoseconds.fetch_add(std::uint64_t(std::chrono::nanoseconds(took).count()),
-                                         std::memory_order_relaxed);
-    return made;
-  }
   void land(const Result<Product>& made) {
     std::exchange(products_, nullptr)->flights_.land({dataset_->index, tile_}, made);
   }
 };
 
-TileProducts::Product TileProducts::cached(const Dataset& dataset, TileId tile) {
-  Product found = cache_.find({dataset.index, tile, variant_});
+Result<TileProducts::Product> TileProducts::make_now(const Dataset& dataset, TileId tile,
+                                                     std::stop_token stop) {
+  const TileKey key{dataset.index, tile, variant_};
+  // It may have landed while this one waited.
+  if (Product found = cache_.find(key)) return found;
+  const auto begin = std::chrono::steady_clock::now();
+  Result<Product> made = build_(dataset, tile, std::move(stop));
+  if (!made) return made;
+  cache_.insert(key, *made);
+  const auto took = std::chrono::steady_clock::now() - begin;
+  counters_.built.fetch_add(1, std::memory_order_relaxed);
+  counters_.build_nanoseconds.fetch_add(std::uint64_t(std::chrono::nanoseconds(took).count()),
+                                        std::memory_order_relaxed);
+  return made;
+}
+
+TileProducts::Product TileProducts::cached(const Dataset& dataset, TileId tile,
+                                           std::uint8_t variant) {
+  Product found = cache_.find({dataset.index, tile, variant});
   if (found) counters_.hits.fetch_add(1, std::memory_order_relaxed);
   return found;
 }

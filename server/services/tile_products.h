@@ -30,11 +30,17 @@ class TileProducts {
   TileProducts& operator=(const TileProducts&) = delete;
 
   /// Null when it is not in the cache. Cheap: for I/O threads.
-  Product cached(const Dataset&, TileId);
+  Product cached(const Dataset& dataset, TileId tile) { return cached(dataset, tile, variant_); }
+  /// The same, for what is made of the product and kept under a variant of its own.
+  Product cached(const Dataset&, TileId, std::uint8_t variant);
 
   /// Calls `done` once: from a worker, or at once, from this thread, with Errc::busy. A failure
   /// goes to all who wait and is not kept. REQUIRES: dataset.tiles->available(tile).
   void make(const Dataset&, TileId, Done done);
+
+  /// For one who is on a worker already: from the cache, or built here.
+  /// REQUIRES: dataset.tiles->available(tile).
+  Result<Product> make_now(const Dataset&, TileId, std::stop_token);
 
   struct Counters {
     std::atomic<std::uint64_t> hits{0}, joined{0}, refused{0}, built{0}, failed{0};

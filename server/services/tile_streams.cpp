@@ -1,7 +1,5 @@
 #include "server/services/tile_streams.h"
 
-#include <span>
-
 #include "proto/mesh_stream.h"
 #include "terrain/pyramid/tile_stream.h"
 
@@ -18,9 +16,7 @@ Result<TileProducts::Product> build(TileService& tiles, const Dataset& dataset, 
                                     std::stop_token stop) {
   const auto whole = tiles.make_now(dataset, tile, dataset.offered, stop);
   if (!whole) return std::unexpected(whole.error());
-  const std::string_view body = (*whole)->body();
-  const std::span bytes(reinterpret_cast<const std::uint8_t*>(body.data()), body.size());
-  const auto stream = tile_stream(tile, bytes, datum_of(dataset), std::move(stop));
+  const auto stream = tile_stream(tile, (*whole)->bytes(), datum_of(dataset), std::move(stop));
   if (!stream) return fail(dataset.name, stream.error());
   const auto encoded = proto::encode(*stream);
   if (!encoded)

@@ -5,13 +5,14 @@
 namespace tind::services {
 namespace {
 
-/// Both tiles, then the way between them.
-Result<TileProducts::Product> build(const Dataset& dataset, TileId tile, std::stop_token stop) {
-  const auto fine = dataset.tiles->tile(tile, stop);
-  if (!fine) return fail(dataset.name + " " + tile.text(), fine.error());
-  const auto parent = dataset.tiles->tile(tile.parent(), stop);
-  if (!parent) return fail(dataset.name + " " + tile.parent().text(), parent.error());
-  const auto made = tile_transition(tile, *fine, *parent);
+/// Both tiles, from the cache where they are there, then the way between them.
+Result<TileProducts::Product> build(TileService& tiles, const Dataset& dataset, TileId tile,
+                                    std::stop_token stop) {
+  const auto fine = tiles.make_now(dataset, tile, dataset.offered, stop);
+  if (!fine) return std::unexpected(fine.error());
+  const auto parent = tiles.make_now(dataset, tile.parent(), dataset.offered, stop);
+  if (!parent) return std::unexpected(parent.error());
+  const auto made = tile_transition(tile, (*fine)->bytes(), (*parent)->bytes());
   if (!made) return fail(dataset.name, made.error());
   const std::vector<std::uint8_t> bytes = proto::encode(*made);
   return http::Representation::make(
@@ -21,7 +22,10 @@ Result<TileProducts::Product> build(const Dataset& dataset, TileId tile, std::st
 
 }  // namespace
 
-TileTransitions::TileTransitions(TileCache& cache, CpuPool& pool)
-    : TileProducts(cache, pool, TileKey::kTransition, build) {}
+TileTransitions::TileTransitions(TileService& tiles, TileCache& cache, CpuPool& pool)
+    : TileProducts(cache, pool, TileKey::kTransition,
+                   [&tiles](const Dataset& dataset, TileId tile, std::stop_token stop) {
+                     return build(tiles, dataset, tile, std::move(stop));
+                   }) {}
 
 }  // namespace tind::services

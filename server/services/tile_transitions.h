@@ -2,12 +2,13 @@
 // The ways from parents to tiles, for /transition.
 
 #include "server/services/tile_products.h"
+#include "server/services/tile_service.h"
 
 namespace tind::services {
 
 class TileTransitions : public TileProducts {
  public:
-  TileTransitions(TileCache& cache, CpuPool& pool);
+  TileTransitions(TileService& tiles, TileCache& cache, CpuPool& pool);
 };
 
 }  // namespace tind::services

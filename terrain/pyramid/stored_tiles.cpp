@@ -1,8 +1,6 @@
 // A directory of tiles as a tile set: layer.json and z/x/y.terrain, plain or gzipped.
 
-#include <nlohmann/json.hpp>
-
-#include "proto/quantized_mesh.h"
+#include "terrain/pyramid/decoded_tile.h"
 #include "terrain/pyramid/tile_location.h"
 #include "terrain/pyramid/tileset.h"
 
@@ -28,18 +26,13 @@ class StoredTiles : public TileSet {
       if (bytes.error().code == Errc::not_found) return fail(Errc::io, bytes.error().what);
       return std::unexpected(bytes.error());
     }
-    std::string reason;
-    const auto mesh = proto::decode(*bytes, reason);
-    if (!mesh) return fail(Errc::bad_data, path + ": " + reason);
+    const auto decoded = decode_tile(*bytes);
+    if (!decoded) return fail(path, decoded.error());
     TileBytes tile;
     tile.bytes = std::move(*bytes);
-    const auto metadata = nlohmann::json::parse(mesh->metadata, nullptr, false);
-    if (metadata.is_object() && metadata.contains("max_error_m") &&
-        metadata["max_error_m"].is_number()) {
-      tile.max_error_m = metadata["max_error_m"];
-      tile.exact = metadata.value("error_kind", "") == "exact";
-      if (const auto side = metadata.find("side"); side != metadata.end() && side->is_string())
-        tile.side = *side;
+    if (const auto& says = decoded->says) {
+      tile.max_error_m = says->max_error_m, tile.edge_error_m = says->edge_error_m;
+      tile.exact = says->exact, tile.side = says->side;
     }
     return tile;
   }

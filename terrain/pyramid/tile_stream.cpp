@@ -5,16 +5,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
-#include "proto/quantized_mesh.h"
 #include "terrain/mesh/halfedge_mesh.h"
 #include "terrain/progressive/least_error.h"
 #include "terrain/progressive/mesh_deviation.h"
 #include "terrain/progressive/progressive_stream.h"
 #include "terrain/progressive/split_recorder.h"
+#include "terrain/pyramid/decoded_tile.h"
 #include "terrain/pyramid/level_plan.h"
 #include "terrain/simplify/collapse_method.h"
 #include "terrain/tile/post_warp.h"
@@ -50,20 +49,13 @@ double height_step(const Tin& mesh, double range) {
 }
 
 Result<Tile> read_tile(std::span<const std::uint8_t> bytes) {
-  std::string reason;
-  const auto q = proto::decode(bytes, reason);
-  if (!q) return fail(Errc::bad_data, reason);
+  auto decoded = decode_tile(bytes);
+  if (!decoded) return std::unexpected(decoded.error());
   Tile tile;
-  const double low = q->min_height, range = double(q->max_height) - low;
-  for (std::size_t i = 0; i < q->u.size(); ++i)
-    tile.mesh.vertices.push_back(
-        {double(q->u[i]), double(q->v[i]) - kTileExtent, low + q->h[i] * range / kTileExtent});
-  tile.mesh.triangles = q->triangles;
-  tile.step = height_step(tile.mesh, range);
-  const auto metadata = nlohmann::json::parse(q->metadata, nullptr, false);
-  if (metadata.is_object() && metadata.contains("max_error_m") &&
-      metadata["max_error_m"].is_number())
-    tile.error_m = std::max(0.0, double(metadata["max_error_m"]));
+  tile.mesh = std::move(decoded->mesh);
+  for (Vec3& v : tile.mesh.vertices) v.y -= kTileExtent;
+  tile.step = height_step(tile.mesh, decoded->range_m);
+  if (decoded->says) tile.error_m = decoded->says->max_error_m;
   double rounding = 0;
   for (Vec3& v : tile.mesh.vertices) {
     const double z = std::nearbyint(v.z / tile.step) * tile.step;

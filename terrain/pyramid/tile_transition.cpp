@@ -1,41 +1,24 @@
 #include "terrain/pyramid/tile_transition.h"
 
-#include "proto/quantized_mesh.h"
+#include "terrain/pyramid/decoded_tile.h"
 #include "terrain/tile/parent_part.h"
-#include "terrain/tile/post_warp.h"
 
 namespace tind {
 
-namespace {
-
-/// The tile as a client decodes it: u, v and metres.
-Result<Tin> tin_of(const TileBytes& tile) {
-  std::string reason;
-  const auto q = proto::decode(tile.bytes, reason);
-  if (!q) return fail(Errc::bad_data, reason);
-  Tin tin;
-  const double low = q->min_height, range = double(q->max_height) - low;
-  for (std::size_t i = 0; i < q->u.size(); ++i)
-    tin.vertices.push_back({double(q->u[i]), double(q->v[i]), low + q->h[i] * range / kTileExtent});
-  tin.triangles = q->triangles;
-  return tin;
-}
-
-}  // namespace
-
-Result<proto::Transition> tile_transition(TileId tile, const TileBytes& fine,
-                                          const TileBytes& parent) {
-  const auto fine_tin = tin_of(fine), parent_tin = tin_of(parent);
-  if (!fine_tin) return fail("tile " + tile.text(), fine_tin.error());
-  if (!parent_tin) return fail("tile " + tile.parent().text(), parent_tin.error());
-  const auto part = parent_part(*parent_tin, tile);
+Result<proto::Transition> tile_transition(TileId tile, std::span<const std::uint8_t> fine,
+                                          std::span<const std::uint8_t> parent) {
+  const auto fine_tile = decode_tile(fine), parent_tile = decode_tile(parent);
+  if (!fine_tile) return fail("tile " + tile.text(), fine_tile.error());
+  if (!parent_tile) return fail("tile " + tile.parent().text(), parent_tile.error());
+  const auto part = parent_part(parent_tile->mesh, tile);
   if (!part) return std::unexpected(part.error());
-  const auto way = terrain_transition(*fine_tin, *part);
+  const auto way = terrain_transition(fine_tile->mesh, *part);
   if (!way) return fail("tile " + tile.text() + " to its parent", way.error());
 
   proto::Transition out;
   out.level = std::uint32_t(tile.level), out.x = tile.x, out.y = tile.y;
-  out.coarse_error_m = parent.max_error_m, out.fine_error_m = fine.max_error_m;
+  if (parent_tile->says) out.coarse_error_m = parent_tile->says->max_error_m;
+  if (fine_tile->says) out.fine_error_m = fine_tile->says->max_error_m;
   out.border_splits = std::uint32_t(way->border_splits);
   out.fine_vertices = std::uint32_t(way->fine_vertices);
   for (const auto& v : way->vertices) {

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "proto/quantized_mesh.h"
+#include "terrain/pyramid/tileset.h"
 #include "terrain/raster/dem_source.h"
 #include "tests/support/support.h"
 
@@ -39,7 +40,7 @@ class TileTransition : public ::testing::Test {
     }
     for (const auto& [id, tile] : tiles_) {
       if (id.level == 0) continue;
-      auto made = tile_transition(id, tile, tiles_.at(id.parent()));
+      auto made = tile_transition(id, tile.bytes, tiles_.at(id.parent()).bytes);
       ASSERT_TRUE(made) << made.error().what;
       ways_[id] = from_wire(*made);
     }

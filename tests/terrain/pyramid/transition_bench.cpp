@@ -9,6 +9,7 @@
 
 #include "terrain/base/parallel.h"
 #include "terrain/pyramid/tile_transition.h"
+#include "terrain/pyramid/tileset.h"
 #include "terrain/tile/post_warp.h"
 #include "tests/support/bench.h"
 
@@ -39,7 +40,7 @@ Pair run(const TileSet& set, TileId id, const std::vector<double>& parameters) {
     out.error = (fine ? parent : fine).error().what;
     return out;
   }
-  const auto made = tile_transition(id, *fine, *parent);
+  const auto made = tile_transition(id, fine->bytes, parent->bytes);
   out.made = made.has_value();
   if (!made) {
     out.error = made.error().what;

@@ -1,0 +1,85 @@
+#pragma once
+// The whole daemon but its main: datasets, services and routes behind a real server.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "server/api/app.h"
+#include "server/services/open_dataset.h"
+#include "tests/support/http_client.h"
+#include "tests/support/made_up_tiles.h"
+#include "tests/support/support.h"
+
+namespace tind::api {
+
+using test::HttpClient;
+using test::HttpReply;
+using Json = nlohmann::json;
+
+class Api : public ::testing::Test {
+ protected:
+  Api() {
+    auto tiles = std::make_unique<test::MadeUpTiles>();
+    made_up_ = tiles.get();
+    catalog_.add("made-up", {}, std::move(tiles));
+    const std::string page = dir_.file("index.html");
+    std::ofstream(page) << "<html>" << std::string(1000, ' ') << "</html>";
+    std::filesystem::create_directories(dir_.path() / "a");
+    std::ofstream(dir_.file("a/b.js")) << "1";
+    std::ofstream(dir_.file(".secret")) << "2";
+    std::filesystem::create_symlink("/etc/passwd", dir_.path() / "link.txt");
+    viewer_ = *http::StaticFiles::load(dir_.path().string());
+  }
+  ~Api() override {
+    if (running_) running_->stop();
+    pool_.stop();
+  }
+
+  void add_dem() {
+    ASSERT_TRUE(
+        services::open_dataset(catalog_, {"rainier", {test::testdata("rainier.tif")}}, {}, {}));
+  }
+  std::uint16_t port() {
+    if (!running_) {
+      router_ = make_router(app_);
+      running_.emplace(router_);
+      app_.server = &running_->server();
+    }
+    return running_->port();
+  }
+  HttpReply get(const std::string& target, const std::string& fields = "") {
+    return HttpClient(port()).get(target, fields);
+  }
+
+  HttpReply post(const std::string& target, const std::string& body) {
+    HttpClient client(port());
+    client.send("POST " + target + " HTTP/1.1\r\nHost: h\r\nContent-Length: " +
+                std::to_string(body.size()) + "\r\n\r\n" + body);
+    return client.receive();
+  }
+
+  /// Each of `bodies` is a bad request.
+  void expect_refused(const std::string& target, std::initializer_list<const char*> bodies) {
+    for (const char* body : bodies) EXPECT_EQ(post(target, body).status, 400) << body;
+  }
+
+  test::TempDir dir_;
+  test::MadeUpTiles* made_up_;
+  services::Catalog catalog_;
+  services::TileCache cache_{8 << 20};
+  services::CpuPool pool_{2, 4};
+  services::TileService tiles_{cache_, pool_};
+  http::StaticFiles viewer_;
+  services::RefineService refine_;
+  services::TileStreams streams_{tiles_, cache_, pool_};
+  services::TileTransitions transitions_{tiles_, cache_, pool_};
+  App app_{catalog_, tiles_, cache_, pool_, viewer_, nullptr, &refine_, &streams_, &transitions_};
+  http::Router router_;
+  std::optional<test::RunningServer> running_;
+};
+
+}  // namespace tind::api

@@ -1,0 +1,187 @@
+// What the daemon says of itself and of its datasets: layer.json, methods, elevation, flights, the
+// viewer, health.
+
+// Under the sanitizers g++ 12 takes members of <regex>'s automaton for uninitialised (GCC 105562).
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#endif
+
+#include <gtest/gtest.h>
+
+#include <future>
+#include <regex>
+#include <thread>
+
+#include "server/api/methods.h"
+#include "terrain/simplify/simplify.h"
+#include "tests/server/api/api_fixture.h"
+
+namespace tind::api {
+namespace {
+
+const std::string kTile = "/terrain/made-up/3/5/2.terrain";
+
+TEST_F(Api, AFlightIsPlanned) {
+  const HttpReply reply =
+      post("/plan/made-up", R"({"position":{"lon":7,"lat":46,"height_m":3000},)"
+                            R"("velocity":{"east":250},"horizon_s":300,"link_bits_per_s":1e7})");
+  ASSERT_EQ(reply.status, 200) << reply.body;
+  const Json plan = Json::parse(reply.body);
+  ASSERT_GT(plan["tiles"].size(), 10u);
+  EXPECT_EQ(plan["tiles"][0]["tile"], "0/0/0");
+  EXPECT_GT(plan["lead_s"].get<double>(), 0);
+
+  expect_refused("/plan/made-up",
+                 {"", "[]", R"({"trajectory":[]})", R"({"trajectory":[{"lon":1}]})",
+                  R"({"position":{"lon":7,"lat":46,"height_m":3},"horizon_s":1,"speed":2})",
+                  R"({"position":{"lon":7,"lat":460,"height_m":3},"horizon_s":1})"});
+}
+
+TEST_F(Api, LayerJsonAndDatasets) {
+  const HttpReply layer = get("/terrain/made-up/layer.json");
+  EXPECT_EQ(layer.headers.at("content-type"), "application/json");
+  EXPECT_EQ(Json::parse(layer.body)["format"], "quantized-mesh-1.0");
+  EXPECT_EQ(
+      get("/terrain/made-up/layer.json", "If-None-Match: " + layer.headers.at("etag") + "\r\n")
+          .status,
+      304);
+  add_dem();
+  running_.reset();
+  const Json list = Json::parse(get("/datasets").body)["datasets"];
+  for (const Json& dataset : list) EXPECT_EQ(dataset["state"], "ready");
+  ASSERT_EQ(list.size(), 2u);
+  EXPECT_EQ(list[0]["name"], "made-up");
+  EXPECT_EQ(list[0]["kind"], "store");
+  EXPECT_EQ(list[1]["name"], "rainier");
+  EXPECT_EQ(list[1]["kind"], "dem");
+  EXPECT_EQ(list[1]["links"]["layer"], "/terrain/rainier/layer.json");
+  EXPECT_GT(list[1]["max_level"], 8);
+  EXPECT_LT(list[1]["bounds"][0], -121.7);
+  EXPECT_GT(list[1]["bounds"][2], -121.8);
+  EXPECT_EQ(list[1]["source"]["driver"], "GTiff");
+}
+
+TEST_F(Api, MethodsAsTheCommandPrintsThem) {
+  const HttpReply reply = get("/methods");
+  EXPECT_EQ(reply.status, 200);
+  EXPECT_EQ(reply.body, methods_json());
+  const Json list = Json::parse(reply.body);
+  ASSERT_EQ(list.size(), methods().size());
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    EXPECT_EQ(list[i]["name"], methods()[i].name);
+    for (const char* key : {"minimises", "stops", "guarantees", "source"})
+      EXPECT_FALSE(list[i][key].get<std::string>().empty()) << key;
+  }
+}
+
+TEST_F(Api, ElevationSaysWhatItFound) {
+  add_dem();
+  const auto ask = [&](const std::string& query) { return get("/elevation/rainier?" + query); };
+  const Json summit = Json::parse(ask("lon=-121.7603&lat=46.8529").body);
+  EXPECT_EQ(summit["coverage"], "value");
+  EXPECT_NEAR(summit["height_m"].get<double>(), 4392, 60);
+  EXPECT_EQ(summit["source"], "rainier");
+  EXPECT_TRUE(summit["datum"].is_string());
+  const Json outside = Json::parse(ask("lon=0&lat=0").body);
+  EXPECT_EQ(outside["coverage"], "outside");
+  EXPECT_TRUE(outside["height_m"].is_null());
+}
+
+TEST_F(Api, ElevationNamesTheWrongParameter) {
+  add_dem();
+  struct Case {
+    std::string query, parameter;
+  };
+  for (const Case& wrong :
+       {Case{"", "lon"}, Case{"lon=1", "lat"}, Case{"lat=1", "lon"}, Case{"lon=x&lat=1", "lon"},
+        Case{"lon=1&lat=91", "lat"}, Case{"lon=1&lat=nan", "lat"}, Case{"lon=inf&lat=1", "lon"},
+        Case{"lon=1&lat=1&lat=2", "lat"}, Case{"lon=1&lat=1&z=3", "z"}, Case{"lon=1 &lat=1", ""},
+        Case{"lon=%zz&lat=1", "query"}, Case{"lon=1e&lat=1", "lon"}, Case{"lon=&lat=1", "lon"}}) {
+    const HttpReply reply = get("/elevation/rainier?" + wrong.query);
+    EXPECT_EQ(reply.status, 400) << wrong.query;
+    if (wrong.parameter.empty()) continue;
+    const Json problem = Json::parse(reply.body);
+    EXPECT_EQ(problem["errors"][0]["parameter"], wrong.parameter) << wrong.query;
+    EXPECT_EQ(problem["status"], 400);
+  }
+  EXPECT_EQ(get("/elevation/none?lon=1&lat=1").status, 404);
+  EXPECT_EQ(get("/elevation/made-up?lon=1&lat=1").status, 404) << "a store has no DEM";
+}
+
+TEST_F(Api, TheViewerIsATableNotAFolder) {
+  const HttpReply page = get("/");
+  EXPECT_EQ(page.status, 200);
+  EXPECT_EQ(page.headers.at("content-type"), "text/html; charset=utf-8");
+  EXPECT_EQ(get("/viewer/").body, page.body);
+  EXPECT_EQ(get("/viewer/index.html").body, page.body);
+  EXPECT_EQ(get("/viewer/a/b.js").body, "1");
+  EXPECT_EQ(get("/", "Accept-Encoding: gzip\r\n").headers.at("content-encoding"), "gzip");
+  for (const char* path :
+       {"/viewer/a", "/viewer/a/", "/viewer/.secret", "/viewer/link.txt", "/viewer/../index.html",
+        "/viewer/a/../index.html", "/viewer/%2e%2e/index.html", "/viewer//index.html",
+        "/viewer/INDEX.HTML", "/viewer/index.html/", "/viewer/./index.html", "/index.html",
+        "/viewer/..\\index.html", "/viewer//etc/passwd", "/../../etc/passwd"})
+    EXPECT_EQ(get(path).status, 404) << path;
+  EXPECT_EQ(get("/viewer/..%2f..%2fetc%2fpasswd").status, 400);
+  EXPECT_EQ(get("/viewer/index.html%00.js").status, 400);
+  // What changes on the disk later does not change what is served.
+  std::ofstream(dir_.file("new.js")) << "3";
+  EXPECT_EQ(get("/viewer/new.js").status, 404);
+}
+
+TEST_F(Api, HealthAndMetrics) {
+  EXPECT_EQ(get("/livez").body, "alive\n");
+  EXPECT_EQ(get("/readyz").status, 200);
+  EXPECT_EQ(get("/healthz").status, 200);
+  get(kTile);
+  get(kTile);
+  get("/none");
+  const HttpReply metrics = get("/metrics");
+  EXPECT_EQ(metrics.headers.at("content-type"), "text/plain; version=0.0.4; charset=utf-8");
+  for (const char* line :
+       {"\ntind_tile_requests_total{result=\"hit\"} 1\n",
+        "\ntind_tile_build_duration_seconds_count 1\n",
+        "\ntind_http_requests_total{code=\"4xx\"} 1\n", "\ntind_datasets 1\n",
+        "\ntind_cache_tiles 2\n", "# TYPE tind_http_request_duration_seconds histogram\n"})
+    EXPECT_NE(metrics.body.find(line), std::string::npos) << line << metrics.body;
+  // Every sample belongs to a metric that was announced, and is a number.
+  const std::regex sample(
+      R"(([a-z_]+?)(_bucket|_sum|_count)?(\{[a-z]+="[^"]*"(,[a-z]+="[^"]*")*\})? [0-9.e+-]+)");
+  std::istringstream lines(metrics.body);
+  for (std::string line, announced; std::getline(lines, line);) {
+    std::smatch parts;
+    if (line.starts_with("# TYPE ")) announced = line.substr(7, line.find(' ', 7) - 7);
+    if (line.starts_with('#')) continue;
+    ASSERT_TRUE(std::regex_match(line, parts, sample)) << line;
+    EXPECT_TRUE(line.starts_with(announced)) << line;
+  }
+  HttpClient client(port());
+  ASSERT_EQ(client.get("/livez").status, 200);
+  client.send("GET " + kTile);  // a request on its way keeps the connection through the stop
+  while (running_->server().stats().connections == 0) std::this_thread::yield();
+}
+
+TEST_F(Api, NotReadyWhileStopping) {
+  std::promise<void> gate;
+  auto opened = gate.get_future().share();
+  made_up_->before = [&](TileId) {
+    opened.wait();
+    return std::optional<Error>();
+  };
+  HttpClient busy(port()), probe(port());
+  busy.send("GET " + kTile + " HTTP/1.1\r\nHost: a\r\n\r\n");
+  while (pool_.admitted() == 0) std::this_thread::yield();
+  probe.send("GET /readyz HTTP/1.1\r\n");
+  while (running_->server().stats().connections < 2) std::this_thread::yield();
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));  // the half request is being read
+  running_->server().stop();
+  while (running_->server().ready()) std::this_thread::yield();
+  probe.send("Host: a\r\n\r\n");
+  EXPECT_EQ(probe.receive().status, 503);
+  gate.set_value();
+  EXPECT_EQ(busy.receive().status, 200);
+  EXPECT_TRUE(running_->stop());
+}
+
+}  // namespace
+}  // namespace tind::api

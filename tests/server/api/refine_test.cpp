@@ -1,0 +1,86 @@
+// /refine over HTTP.
+
+#include <gtest/gtest.h>
+
+#include "proto/refine_delta.h"
+#include "tests/server/api/api_fixture.h"
+
+namespace tind::api {
+namespace {
+
+const std::string kCamera = R"("camera":{"lon":-121.8,"lat":46.7,"height_m":3500,"pitch_deg":-8,
+  "heading_deg":10,"width_px":800,"height_px":600,"tolerance_px":2})";
+
+TEST_F(Api, AViewIsSentOnceAndThenOnlyWhatChanges) {
+  add_dem();
+  const HttpReply first = post("/refine/rainier", "{" + kCamera + "}");
+  ASSERT_EQ(first.status, 200) << first.body;
+  EXPECT_EQ(first.headers.at("content-type"), "application/vnd.tind.refined-mesh");
+  const auto whole = proto::decode_refine_delta(first.body);
+  ASSERT_TRUE(whole);
+  EXPECT_TRUE(whole->whole);
+  EXPECT_GT(whole->triangles.size(), 1000u);
+
+  std::string further = kCamera;
+  further.replace(further.find("46.7"), 4, "46.702");
+  const HttpReply next =
+      post("/refine/rainier", "{\"view\":\"" + whole->view + "\"," + further + "}");
+  const auto delta = proto::decode_refine_delta(next.body);
+  ASSERT_TRUE(delta) << next.body;
+  EXPECT_FALSE(delta->whole);
+  EXPECT_LT(next.body.size(), first.body.size() / 5);
+
+  // Applied, it is the mesh that the server would send whole for that camera.
+  std::map<std::uint32_t, std::array<std::uint32_t, 3>> held;
+  for (const auto& t : whole->triangles) held[t.id] = t.corners;
+  for (const auto id : delta->removed_triangles) EXPECT_EQ(held.erase(id), 1u);
+  for (const auto& t : delta->triangles) EXPECT_TRUE(held.emplace(t.id, t.corners).second);
+  const auto again = proto::decode_refine_delta(post("/refine/rainier", "{" + further + "}").body);
+  EXPECT_NEAR(double(held.size()), double(again->triangles.size()), 0.1 * double(held.size()));
+
+  const HttpReply used =
+      post("/refine/rainier", "{\"view\":\"" + whole->view + "\"," + kCamera + "}");
+  EXPECT_EQ(used.status, 404) << "a token stands for one view";
+  EXPECT_EQ(refine_.views(), 2u);
+}
+
+TEST_F(Api, ARegionIsOneMesh) {
+  add_dem();
+  const HttpReply reply = post(
+      "/refine/rainier",
+      R"({"region":{"route":[[-121.9,46.7],[-121.7,46.9]],"width_m":2000},"inside_m":5,"outside_m":100})");
+  ASSERT_EQ(reply.status, 200) << reply.body;
+  const auto mesh = proto::decode_refine_delta(reply.body);
+  ASSERT_TRUE(mesh && mesh->whole && mesh->view.empty());
+  EXPECT_GT(mesh->triangles.size(), 500u);
+}
+
+TEST_F(Api, WrongRefineRequestsSayWhatIsWrong) {
+  add_dem();
+  const std::string wrong[] = {
+      "",
+      "[]",
+      "{}",
+      "{\"camera\":1}",
+      "{\"camera\":{\"lon\":1e99,\"lat\":0,\"height_m\":0}}",
+      "{" + kCamera + ",\"x\":1}",
+      "{" + kCamera + ",\"view\":7}",
+      "{" + kCamera + ",\"window\":[1,2,3]}",
+      "{" + kCamera + ",\"window\":[3,2,1,4]}",
+      "{" + kCamera + ",\"window\":[1,2,3,4],\"view\":\"0123\"}",
+      R"({"region":{"bbox":[1,2,3]},"inside_m":1,"outside_m":2})",
+      R"({"region":{"bbox":[1,2,3,4]},"inside_m":3,"outside_m":2})",
+      R"({"region":{"polygon":[[1,2],[3,"4"]]},"inside_m":1,"outside_m":2})",
+      R"({"region":{"route":[[1,2],[3,4]]},"inside_m":1,"outside_m":2})"};
+  for (const std::string& body : wrong) {
+    const HttpReply reply = post("/refine/rainier", body);
+    EXPECT_EQ(reply.status, 400) << body;
+    EXPECT_EQ(reply.headers.at("content-type"), "application/problem+json");
+  }
+  EXPECT_EQ(post("/refine/nothing", "{" + kCamera + "}").status, 404);
+  EXPECT_EQ(post("/refine/made-up", "{" + kCamera + "}").status, 404) << "a store has no DEM";
+  EXPECT_EQ(post("/refine/rainier", "{\"view\":\"00\"," + kCamera + "}").status, 404);
+}
+
+}  // namespace
+}  // namespace tind::api

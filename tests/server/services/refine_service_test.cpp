@@ -1,0 +1,100 @@
+#include "server/services/refine_service.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "server/services/open_dataset.h"
+#include "terrain/geo/ellipsoid.h"
+#include "tests/support/support.h"
+
+namespace tind {
+namespace {
+
+TEST(RefineService, IsBoundedInPostsAndViews) {
+  services::Catalog catalog;
+  ASSERT_TRUE(
+      services::open_dataset(catalog, {"rainier", {test::testdata("rainier.tif")}}, {}, {}));
+  const services::Dataset& dataset = *catalog.find("rainier");
+  Camera camera;
+  camera.position = {-121.8, 46.7};
+  camera.height_m = 9000, camera.pitch_deg = -40, camera.tolerance_px = 50;
+  services::RefineService small({.posts = 1000});
+  const auto refused = small.view(dataset, camera, "", {}, {});
+  EXPECT_EQ(refused.error().code, Errc::invalid_argument);
+  EXPECT_NE(refused.error().what.find("at most 1000"), std::string::npos);
+
+  services::RefineService service({.views = 3});
+  std::vector<std::string> tokens;
+  for (int i = 0; i < 5; ++i) tokens.push_back(service.view(dataset, camera, "", {}, {})->view);
+  EXPECT_EQ(service.views(), 3u);
+  EXPECT_EQ(service.view(dataset, camera, tokens[0], {}, {}).error().code, Errc::not_found);
+  EXPECT_TRUE(service.view(dataset, camera, tokens[4], {}, {}));
+  services::RefineService forgets({.view_age = std::chrono::seconds(-1)});
+  const auto first = forgets.view(dataset, camera, "", {}, {});
+  EXPECT_EQ(forgets.view(dataset, camera, first->view, {}, {}).error().code, Errc::not_found);
+}
+
+TEST(RefineService, TakesWindowsOfWhatIsTooLarge) {
+  services::Catalog catalog;
+  ASSERT_TRUE(
+      services::open_dataset(catalog, {"rainier", {test::testdata("rainier.tif")}}, {}, {}));
+  const services::Dataset& dataset = *catalog.find("rainier");
+  services::RefineService service({.posts = 100'000});
+  Camera camera;
+  camera.position = {-121.8, 46.7};
+  camera.height_m = 9000, camera.pitch_deg = -40, camera.tolerance_px = 20;
+  const GeoRect south{-121.85, 46.65, -121.7, 46.75}, north{-121.85, 46.85, -121.7, 46.95};
+  const auto refused = service.view(dataset, camera, "", {}, {});
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().what.find("window"), std::string::npos) << refused.error().what;
+  EXPECT_EQ(service.view(dataset, camera, "", dataset.tiles->dem()->info().bounds, {}).error().code,
+            Errc::invalid_argument);
+  EXPECT_EQ(service.view(dataset, camera, "", GeoRect{10, 10, 11, 11}, {}).error().code,
+            Errc::invalid_argument);
+
+  const auto reach = [](const proto::RefineDelta& mesh) {  // metres from its middle
+    float most = 0;
+    for (const auto& v : mesh.vertices) most = std::max(most, std::hypot(v.at[0], v.at[1]));
+    return most;
+  };
+  const auto first = service.view(dataset, camera, "", south, {});
+  ASSERT_TRUE(first) << first.error().what;
+  EXPECT_NEAR(first->lat, 46.70, 0.03);
+  EXPECT_GT(first->triangles.size(), 100u);
+  EXPECT_LT(reach(*first), 15'000);
+  const auto next = service.view(dataset, camera, first->view, {}, {});
+  ASSERT_TRUE(next);
+  EXPECT_FALSE(next->whole);
+
+  // A region brings its own window, of which every post is within the error that was asked for.
+  const auto region = service.region(dataset, GeoRegion::box(north), {0, 50}, {}, {});
+  ASSERT_TRUE(region) << region.error().what;
+  EXPECT_NEAR(region->lat, 46.9, 0.03);
+  const DemSource& dem = *dataset.tiles->dem();
+  const auto in_window = service.region(dataset, GeoRegion::box(north), {0, 50}, north, {});
+  ASSERT_TRUE(in_window) << in_window.error().what;
+  for (const Geographic p : {Geographic{-121.8, 46.9}, {-121.75, 46.87}, {-121.72, 46.93}}) {
+    // With no error at all inside, the post nearest to the place is a vertex.
+    std::vector<Vec2> post(1);
+    dem.to_post(std::vector{p}, post);
+    post[0] = {std::round(post[0].x), std::round(post[0].y)};
+    std::vector<Geographic> at(1);
+    dem.to_geographic(post, at);
+    const auto height = height_at(dem, at[0]);
+    ASSERT_TRUE(height);
+    const LocalFrame frame = LocalFrame::at({in_window->lon, in_window->lat});
+    const Vec3 place = frame.from_ecef(wgs84::to_ecef(at[0], height->height_m));
+    double nearest = HUGE_VAL;
+    for (const auto& v : in_window->vertices)
+      nearest =
+          std::min(nearest, std::hypot(v.at[0] - place.x, v.at[1] - place.y, v.at[2] - place.z));
+    EXPECT_LT(nearest, 0.1);
+  }
+  // Two windows are ready at a time: the first view's has gone, and the view with it.
+  EXPECT_EQ(service.view(dataset, camera, next->view, {}, {}).error().code, Errc::not_found);
+}
+
+}  // namespace
+}  // namespace tind
