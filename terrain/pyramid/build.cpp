@@ -1,23 +1,19 @@
 #include "terrain/pyramid/build.h"
 
 #include <libdeflate.h>
-#include <unistd.h>
 
 #include <atomic>
-#include <filesystem>
 #include <mutex>
 #include <optional>
 
 #include "terrain/base/parallel.h"
-#include "terrain/pyramid/build_record.h"
+#include "terrain/pyramid/build_folder.h"
 #include "terrain/pyramid/make_tile.h"
 #include "terrain/pyramid/plan_source.h"
 #include "terrain/pyramid/residual_index.h"
 #include "terrain/pyramid/tile_order.h"
 
 namespace tind {
-
-namespace fs = std::filesystem;
 
 namespace {
 
@@ -46,24 +42,15 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
   auto plan = TilePlan::make(source->info(), *range, o.tiles);
   if (!plan) return std::unexpected(plan.error());
   const TileOrder ids(*plan);
-  const auto claimed = claim_directory(*source, *plan, ids, blocks, o);
-  if (!claimed) return std::unexpected(claimed.error());
+  const auto folder = BuildFolder::claim(*source, *plan, ids, blocks, o);
+  if (!folder) return std::unexpected(folder.error());
   auto index = index_for(*source, *plan, o.output + "/" + kResiduals, o.threads,
                          progress.part(0.1, reading));
   if (!index) return std::unexpected(index.error());
   if (*index) plan->use(std::move(*index));
-  for (int z = plan->min_level(); z <= plan->max_level(); ++z) {
-    const proto::TileRange r = plan->tiles(z);
-    std::error_code error;
-    for (std::uint32_t x = r.start_x; x <= r.end_x && !error; ++x)
-      fs::create_directories(o.output + "/" + std::to_string(z) + "/" + std::to_string(x), error);
-    if (error)
-      return fail(Errc::io, "cannot create folders in " + o.output + ": " + error.message());
-  }
-
   BuildReport report;
   report.tiles = ids.size();
-  report.update = *claimed;
+  report.update = folder->update();
   report.threads = o.threads > 0 ? o.threads : hardware_threads();
   if (const ResidualIndex* made = plan->index()) {
     report.indexed_level = made->level() - 1;
@@ -80,13 +67,11 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
   parallel_for(ids.size(), o.threads, [&](std::size_t i) {
     if (give_up || progress.stopped()) return;
     const TileId id = ids[i];
-    const std::string path = o.output + "/" + id.text() + ".terrain";
-    std::error_code error;
-    const auto there = fs::file_size(path, error);
-    std::size_t bytes = error ? 0 : std::size_t(there);
+    const auto there = folder->finished(i);
+    std::size_t bytes = there.value_or(0);
     double max_error = 0, edge_error = 0;
     bool not_one_sided = false;
-    if (error) {
+    if (!there) {
       auto tile = make_tile(*source, *plan, id, progress.stop);
       Result<void> written;
       if (tile) {
@@ -95,8 +80,8 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
         not_one_sided = tile->side != o.tiles.side;
         if (o.gzip) tile->bytes = gzipped(tile->bytes);
         bytes = tile->bytes.size();
-        written = write_whole(
-            path, {reinterpret_cast<const char*>(tile->bytes.data()), tile->bytes.size()});
+        written = folder->write(
+            i, {reinterpret_cast<const char*>(tile->bytes.data()), tile->bytes.size()});
       }
       if (!tile || !written) {
         const std::lock_guard lock(mutex);
@@ -113,7 +98,7 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
       level.worst_error_m = std::max(level.worst_error_m, max_error);
       level.worst_edge_error_m = std::max(level.worst_edge_error_m, edge_error);
       report.bytes += bytes;
-      ++(error ? report.built : report.reused);
+      ++(there ? report.reused : report.built);
       report.not_one_sided += not_one_sided;
       if (max_error > level.budget_m + kLastDigit_m) {
         ++report.over_budget;
@@ -134,12 +119,11 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
                                      std::to_string(ids.size()) +
                                      " tiles; run the same command to go on");
   }
-  ::sync();
   const std::string& file = source->info().files.front();
   const std::string name = file.substr(file.find_last_of('/') + 1);
   const proto::LayerJson layer = plan->layer(name.substr(0, name.find('.')));
-  if (auto w = write_whole(o.output + "/layer.json", proto::encode_layer_json(layer)); !w)
-    return std::unexpected(w.error());
+  if (auto finished = folder->finish(proto::encode_layer_json(layer)); !finished)
+    return std::unexpected(finished.error());
   progress.at(1);
   return report;
 }

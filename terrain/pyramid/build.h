@@ -55,8 +55,9 @@ struct BuildReport {
 /// Makes what is missing: a tile that is there is whole (each is written aside, then renamed) and
 /// is kept, so a build that was killed goes on where it was. The directory remembers the source's
 /// heights and the options. Where heights changed, the tiles that depend on them are made again and
-/// no others; other grids and options are refused unless `force`. layer.json comes last, and only
-/// when all tiles are there. On a stop: Errc::cancelled, nothing torn, run again to go on.
+/// no others, and take the old ones' places when all are ready; other grids and options are refused
+/// unless `force`. layer.json comes last, and only when all tiles are there. On a stop:
+/// Errc::cancelled, nothing torn, run again to go on.
 Result<BuildReport> build_tiles(std::shared_ptr<const DemSource>, const BuildOptions&,
                                 const Progress& = {});
 

@@ -48,8 +48,10 @@ Result<void> list_directory(TileListing& listing, Findings& findings) {
   if (error) return fail(Errc::not_found, "cannot look into " + directory + ": " + error.message());
   for (; it != end; it.increment(error)) {
     if (error) return fail(Errc::io, "cannot look into " + directory + ": " + error.message());
-    if (it->path().extension() != ".terrain") continue;
     const fs::path relative = it->path().lexically_relative(directory);
+    if (relative.string().starts_with("tind-update") && it->is_directory(error))
+      it.disable_recursion_pending();  // an update on the way: no part of the set yet
+    if (it->path().extension() != ".terrain") continue;
     if (const auto id = tile_of(relative)) {
       if (listing.levels.size() <= std::size_t(id->level)) listing.levels.resize(id->level + 1u);
       listing.levels[std::size_t(id->level)].push_back(*id);

@@ -169,6 +169,30 @@ TEST_F(UpdateTest, a_corner_and_a_void_change_what_is_filled_around_them) {
   expect_like_fresh(grid, "tiles");
 }
 
+TEST_F(UpdateTest, of_tiles_that_rest_on_a_residual_index) {
+  HeightGrid grid = world();
+  BuildOptions o = options("tiles");
+  o.tiles.max_error_m = 40;
+  o.tiles.exact_posts = 1 << 13;
+  const auto first = build_tiles(dem(grid), o);
+  ASSERT_TRUE(first) << first.error().what;
+  ASSERT_GE(first->indexed_level, 8);
+  for (int r = 140; r < 150; ++r)
+    for (int c = 190; c < 200; ++c) grid.at(c, r) += 40;
+  grid.at(0, kRows - 1) += 30;
+  const auto report = build_tiles(dem(grid), o);
+  ASSERT_TRUE(report) << report.error().what;
+  EXPECT_TRUE(report->index_made);
+  EXPECT_GT(report->reused, 0u);
+  EXPECT_EQ(report->built, report->update.dirty_tiles);
+  o.output = folder_.file("fresh");
+  ASSERT_TRUE(build_tiles(dem(grid), o));
+  const auto updated = files("tiles"), fresh = files("fresh");
+  EXPECT_EQ(updated.size(), fresh.size());
+  for (const auto& [path, bytes] : fresh)  // the index knows which file it was made of
+    EXPECT_TRUE(path == "residuals.tind" || updated.at(path) == bytes) << path;
+}
+
 TEST_F(UpdateTest, the_same_heights_in_a_new_file_change_nothing) {
   build(world(), "tiles");
   const auto before = files("tiles");
@@ -194,43 +218,87 @@ TEST_F(UpdateTest, a_range_that_needs_other_steps_changes_whole_levels) {
   EXPECT_EQ(files("tiles"), files("fresh"));
 }
 
-TEST_F(UpdateTest, killed_before_and_after_the_record_was_written_it_ends_the_same) {
+/// Without what an update has not finished yet.
+std::map<std::string, std::string> served(std::map<std::string, std::string> files) {
+  std::erase_if(files, [](const auto& file) { return file.first.starts_with("tind-update"); });
+  return files;
+}
+
+TEST_F(UpdateTest, until_all_is_ready_the_old_tiles_are_there_and_a_killed_update_goes_on) {
   HeightGrid grid = world();
   build(grid, "tiles");
-  fs::copy(folder_.path() / "tiles", folder_.path() / "early", fs::copy_options::recursive);
+  const auto old = files("tiles");
   for (int r = 0; r < 30; ++r) grid.at(5 + r, r) += 15;
-
-  // After: the record is the new one, some tiles are there.
   std::stop_source stop;
   Progress progress;
   progress.stop = stop.get_token();
   progress.report = [&](double share) {
+    EXPECT_EQ(share == 1, served(files("tiles")) != old) << share;
     if (share > 0.3) stop.request_stop();
   };
   const auto stopped = build_tiles(dem(grid), options("tiles"), progress);
   ASSERT_FALSE(stopped);
   EXPECT_EQ(stopped.error().code, Errc::cancelled);
-  EXPECT_FALSE(fs::exists(folder_.path() / "tiles" / "layer.json"));
+  EXPECT_EQ(served(files("tiles")), old);
+  EXPECT_GT(files("tiles").size(), old.size());
   const auto resumed = build(grid, "tiles");
-  EXPECT_FALSE(resumed.update.updated);
+  EXPECT_TRUE(resumed.update.updated);
   EXPECT_GT(resumed.built, 0u);
+  EXPECT_LT(resumed.built, resumed.update.dirty_tiles);
   expect_like_fresh(grid, "tiles");
+}
 
-  // Before: some tiles are gone, the record is still the old one, the new blocks lie beside the
-  // old.
-  fs::remove(folder_.path() / "early" / "layer.json");
-  const auto old = files("early"), wanted = files("tiles");
-  std::size_t n = 0;
-  for (const auto& [path, bytes] : old)
-    if (path.ends_with(".terrain") && bytes != wanted.at(path) && n++ % 2 == 0)
-      fs::remove(folder_.path() / "early" / path);
-  EXPECT_GT(n, 3u);
-  for (const auto& entry : fs::directory_iterator(folder_.path() / "tiles"))
-    if (entry.path().filename().string().starts_with("tind-blocks-"))
-      fs::copy(entry.path(), folder_.path() / "early" / entry.path().filename());
-  const auto again = build(grid, "early");
-  EXPECT_TRUE(again.update.updated);
-  EXPECT_EQ(files("early"), files("tiles"));
+TEST_F(UpdateTest, an_update_that_is_not_wanted_any_more_goes) {
+  const HeightGrid grid = world();
+  build(grid, "tiles");
+  const auto old = files("tiles");
+  HeightGrid other = grid;
+  for (int r = 0; r < 30; ++r) other.at(5 + r, r) += 15;
+  const auto begin_update = [&] {
+    std::stop_source stop;
+    Progress progress;
+    progress.stop = stop.get_token();
+    progress.report = [&](double share) {
+      if (share > 0.3) stop.request_stop();
+    };
+    ASSERT_FALSE(build_tiles(dem(other), options("tiles"), progress));
+    ASSERT_GT(files("tiles").size(), old.size());
+  };
+  begin_update();
+  build(grid, "tiles");  // the source is as it was
+  EXPECT_EQ(files("tiles"), old);
+  begin_update();
+  other.at(100, 100) += 50;  // to yet another content: tiles of the first one are of no use
+  ASSERT_TRUE(build(other, "tiles").update.updated);
+  expect_like_fresh(other, "tiles");
+}
+
+TEST_F(UpdateTest, killed_while_it_moves_it_ends_the_same) {
+  HeightGrid grid = world();
+  build(grid, "old");
+  for (int r = 0; r < 30; ++r) grid.at(5 + r, r) += 15;
+  build(grid, "new");
+  const auto old = files("old"), wanted = files("new");
+  std::vector<std::string> moved;  // what the update has, the record last
+  for (const auto& [path, bytes] : wanted)
+    if (const auto before = old.find(path); before == old.end() || before->second != bytes)
+      moved.push_back(path);
+  std::ranges::sort(moved, {}, [](const std::string& p) { return p == "tind-build.json"; });
+  ASSERT_GT(moved.size(), 6u);
+  for (const std::size_t n : {std::size_t(0), moved.size() / 2, moved.size() - 1, moved.size()}) {
+    fs::remove_all(folder_.path() / "tiles");
+    fs::copy(folder_.path() / "old", folder_.path() / "tiles", fs::copy_options::recursive);
+    for (std::size_t i = 0; i < moved.size(); ++i) {
+      const fs::path ready = folder_.path() / "tiles" / "tind-update-ready";
+      const fs::path to = (i < n ? folder_.path() / "tiles" : ready) / moved[i];
+      fs::create_directories(ready);
+      fs::create_directories(to.parent_path());
+      fs::copy_file(folder_.path() / "new" / moved[i], to, fs::copy_options::overwrite_existing);
+    }
+    const auto report = build(grid, "tiles");
+    EXPECT_EQ(report.built, 0u) << n;
+    EXPECT_EQ(files("tiles"), wanted) << n;
+  }
 }
 
 TEST_F(UpdateTest, without_the_old_blocks_it_is_refused_and_says_why) {
