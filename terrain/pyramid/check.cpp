@@ -32,7 +32,7 @@ std::string metres(double x) {
 // ---- edges ----
 
 struct EdgePoint {
-  std::int32_t along = 0;
+  double along = 0;  // in the tile's grid
   double height = 0;
   std::array<std::uint8_t, 2> normal{};
   friend bool operator<(const EdgePoint& a, const EdgePoint& b) {
@@ -49,16 +49,35 @@ Edge edge_of(const CheckedTile& t, int side) {
   Edge edge;
   for (std::size_t i = 0; i < across.size(); ++i)
     if (across[i] == place)
-      edge.push_back({along[i], t.height(i),
+      edge.push_back({double(along[i]), t.height(i),
                       t.normals.empty() ? std::array<std::uint8_t, 2>{} : t.normals[i]});
   std::sort(edge.begin(), edge.end());
   return edge;
 }
 
+/// The mesh along the middle of the tile, where its children meet: west to east, or south to north.
+Edge middle_of(const CheckedTile& t, bool northward) {
+  const auto& across = northward ? t.u : t.v;
+  const auto& along = northward ? t.v : t.u;
+  constexpr double kMiddle = kEnd / 2.0;  // no vertex is there: places are whole
+  Edge line;
+  for (const auto& triangle : t.triangles) {
+    for (int k = 0; k < 3; ++k) {
+      const auto a = triangle[std::size_t(k)], b = triangle[std::size_t((k + 1) % 3)];
+      if (across[a] > kMiddle || across[b] < kMiddle) continue;  // each edge inside is seen twice
+      const double s = (kMiddle - across[a]) / (double(across[b]) - across[a]);
+      line.push_back({along[a] + s * (double(along[b]) - along[a]),
+                      t.height(a) + s * (t.height(b) - t.height(a)),
+                      {}});
+    }
+  }
+  std::sort(line.begin(), line.end());
+  return line;
+}
+
 /// Height of the line at a place along it. REQUIRES: two points or more.
 double height_along(const Edge& edge, double at) {
-  const auto after =
-      std::ranges::upper_bound(edge, at, {}, [](const EdgePoint& p) { return double(p.along); });
+  const auto after = std::ranges::upper_bound(edge, at, {}, &EdgePoint::along);
   const auto right = after == edge.end() ? after - 1 : std::max(after, edge.begin() + 1);
   const EdgePoint &a = *(right - 1), &b = *right;
   if (a.along == b.along) return b.height;
@@ -66,7 +85,7 @@ double height_along(const Edge& edge, double at) {
 }
 
 /// The largest difference of two lines, the second one's places mapped by scale and shift.
-double gap_between(const Edge& a, const Edge& b, double scale, double shift) {
+double distance(const Edge& a, const Edge& b, double scale, double shift) {
   double gap = 0;
   for (const EdgePoint& p : a) {
     const double at = (p.along - shift) / scale;
@@ -83,6 +102,7 @@ double gap_between(const Edge& a, const Edge& b, double scale, double shift) {
 struct Remains {
   bool good = false, has_normals = false;
   std::array<Edge, 4> edges;
+  std::array<Edge, 2> middle;  // northward, eastward; of parents
   StatedError stated;
   double min_height = 0, max_height = 0;
 };
@@ -195,7 +215,7 @@ class LevelCheck {
     });
     const std::string pair = id.text() + " and " + other_id.text();
     if (!same_places) {
-      const double gap = gap_between(a, b, 1, 0);
+      const double gap = distance(a, b, 1, 0);
       level_.crack_m = std::max(level_.crack_m, gap);
       report_.findings.add(rule("crack.position"), pair, metres(gap));
     } else if (here.has_normals && other.has_normals &&
@@ -222,6 +242,7 @@ class LevelCheck {
       if (!looked[i].remains.good || !parent.good) continue;
       gap_to_parent(id, looked[i].remains, parent, id.x % 2 ? kEast : kWest, id.y % 2);
       gap_to_parent(id, looked[i].remains, parent, id.y % 2 ? kNorth : kSouth, id.x % 2);
+      gap_to_stand_in(id, looked[i].remains, parent);
     }
   }
 
@@ -234,23 +255,51 @@ class LevelCheck {
     if (!check_decode(bytes, id.text(), tile, ignored)) return r;
     r.stated = check_tile(tile, id, options_.error_factor, ignored);
     for (int side = 0; side < 4; ++side) r.edges[std::size_t(side)] = edge_of(tile, side);
+    r.middle = {middle_of(tile, true), middle_of(tile, false)};
     r.good = true;
     return r;
   }
 
+  bool has(TileId id) const { return std::ranges::binary_search(tiles_, id); }
+
   void gap_to_parent(TileId id, const Remains& child, const Remains& parent, int side, int half) {
-    const Edge &a = parent.edges[std::size_t(side)], &b = child.edges[std::size_t(side)];
-    if (a.size() < 2 || b.size() < 2) return;
-    const double gap = gap_between(a, b, 0.5, half * kEnd / 2);
-    level_.gap_m = std::max(level_.gap_m, gap);
+    const auto gap = gap_to(parent.edges[std::size_t(side)], child, side, half);
     // What a tile says of its edges counts more than what it says of its posts.
     const StatedError &mine = child.stated, &its = parent.stated;
-    const bool edges = mine.edge_error_m && its.edge_error_m;
-    if (!edges && !(mine.max_error_m && its.max_error_m)) return;
-    const double allowed =
-        edges ? *mine.edge_error_m + *its.edge_error_m : *mine.max_error_m + *its.max_error_m;
+    if (mine.edge_error_m && its.edge_error_m)
+      report_gap(rule("crack.stated"), id.text(), gap, *mine.edge_error_m + *its.edge_error_m);
+    else if (mine.max_error_m && its.max_error_m)
+      report_gap(rule("crack.level"), id.text(), gap, *mine.max_error_m + *its.max_error_m);
+  }
+
+  /// Where a neighbour is missing, its parent's part is drawn in its stead.
+  void gap_to_stand_in(TileId id, const Remains& child, const Remains& parent) {
+    const auto& mine =
+        child.stated.edge_error_m ? child.stated.edge_error_m : child.stated.max_error_m;
+    const auto look = [&](TileId missing, bool northward, int side, int half) {
+      if (std::ranges::binary_search(tiles_, missing)) return;
+      const auto gap = gap_to(parent.middle[northward ? 0 : 1], child, side, half);
+      if (mine && parent.stated.max_error_m)
+        report_gap(rule("crack.stand-in"), id.text() + " without " + missing.text(), gap,
+                   *mine + *parent.stated.max_error_m);
+    };
+    look({id.level, id.x ^ 1, id.y}, true, id.x % 2 ? kWest : kEast, id.y % 2);
+    look({id.level, id.x, id.y ^ 1}, false, id.y % 2 ? kSouth : kNorth, id.x % 2);
+  }
+
+  /// Between a side of a tile and a line of its parent; 0 where one of the two is no line
+  /// (edge.short says it).
+  double gap_to(const Edge& line, const Remains& child, int side, int half) {
+    const Edge& edge = child.edges[std::size_t(side)];
+    if (line.size() < 2 || edge.size() < 2) return 0;
+    const double gap = distance(line, edge, 0.5, half * kEnd / 2);
+    level_.gap_m = std::max(level_.gap_m, gap);
+    return gap;
+  }
+
+  void report_gap(std::size_t rule_number, const std::string& where, double gap, double allowed) {
     if (gap > allowed * (1 + 1e-9))
-      report_.findings.add(edges ? rule("crack.stated") : rule("crack.level"), id.text(),
+      report_.findings.add(rule_number, where,
                            metres(gap) + ", the errors together are " + metres(allowed));
   }
 

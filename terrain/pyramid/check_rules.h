@@ -102,6 +102,8 @@ inline constexpr CheckRule kCheckRules[] = {
     {"crack.normal", kViolation, "neighbours have the same normals on their shared edge"},
     {"crack.level", kWarning, "the gap to the next level is within both errors together"},
     {"crack.stated", kViolation, "the gap to the next level is within both edge_error_m together"},
+    {"crack.stand-in", kWarning,
+     "where a neighbour is missing, the gap to the part of its parent is within both errors"},
     // against the source
     {"source.error", kViolation, "no post is farther from the mesh than max_error_m"},
     {"source.side", kViolation,

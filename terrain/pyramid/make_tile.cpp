@@ -12,6 +12,7 @@
 
 #include "terrain/pyramid/residual_index.h"
 #include "terrain/pyramid/tile_job.h"
+#include "terrain/tile/post_warp.h"
 
 namespace tind {
 
@@ -30,21 +31,71 @@ Result<void> load_heights(TileJob& job) {
                         int(job.window.cols) + 2 * margin, int(job.window.rows) + 2 * margin);
 }
 
+Border border_of(const TileJob& job, TileId id, Side side) {
+  const LevelPlan& level = job.plan.level(id.level);
+  BorderOptions o;
+  o.tolerance_m = level.border_tolerance_m;
+  o.offset_m = level.offset_m;
+  o.height_step = level.border_step_m;
+  o.fixed_cells = level.curvature_cells;
+  o.samples = level.border_samples;
+  o.place_step = level.border_place_step;
+  o.halves = id.level < job.plan.max_level();
+  return make_border(tile_edge(id, side), job.field, job.source, o);
+}
+
+/// Where a child has no tile, clients draw this tile's part in its stead, beside its sibling, which
+/// has one. No post holds the mesh there: so the sibling's border does, from the middle of the tile
+/// to shortly before its own border, which has no vertex there as a rule.
+void stand_in_for_children(TileJob& job) {
+  if (job.id.level >= job.plan.max_level()) return;
+  const auto child = [&](std::uint32_t east, std::uint32_t north) {
+    return TileId{job.id.level + 1, 2 * job.id.x + east, 2 * job.id.y + north};
+  };
+  constexpr int kClear = kTileExtent / 64;  // of the child's border
+  struct Line {
+    TileId before, after;  // south and north of it, or west and east
+    Side side_of_before, side_of_after;
+    bool northward;
+    int start;  // along it, in halves of the tile
+  };
+  const Line lines[] = {{child(0, 0), child(1, 0), Side::east, Side::west, true, 0},
+                        {child(0, 1), child(1, 1), Side::east, Side::west, true, 1},
+                        {child(0, 0), child(0, 1), Side::north, Side::south, false, 0},
+                        {child(1, 0), child(1, 1), Side::north, Side::south, false, 1}};
+  const double middle = std::round(kTileExtent / 2.0);
+  for (const Line& l : lines) {
+    const bool before = job.plan.available(l.before), after = job.plan.available(l.after);
+    if (before == after) continue;
+    const Border border = before ? border_of(job, l.before, l.side_of_before)
+                                 : border_of(job, l.after, l.side_of_after);
+    std::vector<Vec3> line;
+    const auto add = [&](double t, double height) {
+      const double along = std::round((t + l.start * kTileExtent) / 2.0);
+      line.push_back(l.northward ? Vec3{middle, along, height} : Vec3{along, middle, height});
+    };
+    const std::vector<BorderVertex>& all = border.line;
+    const auto between = [&](const BorderVertex& p, const BorderVertex& q, int t) {
+      add(t, p.height + double(t - p.t) / (q.t - p.t) * (q.height - p.height));
+    };
+    const int from = l.start == 0 ? kClear : 0, to = kTileExtent - (l.start == 0 ? 0 : kClear);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (i > 0 && all[i - 1].t < from && all[i].t > from) between(all[i - 1], all[i], from);
+      if (i > 0 && all[i - 1].t < to && all[i].t > to) between(all[i - 1], all[i], to);
+      if (all[i].t >= from && all[i].t <= to) add(all[i].t, all[i].height);
+    }
+    job.stand_in.push_back(std::move(line));
+  }
+}
+
 Result<void> derive_borders(TileJob& job) {
   const Stopwatch watch(job.cost.borders);
-  BorderOptions o;
-  o.tolerance_m = job.level.border_tolerance_m;
-  o.offset_m = job.level.offset_m;
-  o.height_step = job.level.border_step_m;
-  o.fixed_cells = job.level.curvature_cells;
-  o.samples = job.level.border_samples;
-  o.place_step = job.level.border_place_step;
-  o.halves = job.id.level < job.plan.max_level();
   for (const Side side : {Side::west, Side::south, Side::east, Side::north}) {
-    Border border = make_border(tile_edge(job.id, side), job.field, job.source, o);
+    Border border = border_of(job, job.id, side);
     job.borders[std::size_t(side)] = std::move(border.line);
     job.edge_error_m = std::max(job.edge_error_m, border.error_m);
   }
+  stand_in_for_children(job);
   if (job.field.error()) return fail("tile " + job.id.text(), *job.field.error());
   return {};
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 #include "terrain/pyramid/residual_index.h"
@@ -30,6 +31,8 @@ HeightLattice height_lattice(const TileJob& job, double eps) {
     for (const BorderVertex& v : border)
       low = std::min(low, v.height), high = std::max(high, v.height);
   }
+  for (const auto& line : job.stand_in)
+    for (const Vec3& v : line) low = std::min(low, v.z), high = std::max(high, v.z);
   if (job.posts.posts > 0) {
     const double offset = job.level.offset_m;
     low = std::min(low, job.posts.min_m + std::min(0.0, offset) - eps);
@@ -40,10 +43,61 @@ HeightLattice height_lattice(const TileJob& job, double eps) {
   return {std::floor(low / step) * step, step};
 }
 
+/// The half-edge from v to w, or from w to v; kNone when there is neither.
+HalfedgeMesh::Index edge_between(const HalfedgeMesh& mesh, HalfedgeMesh::Index v,
+                                 HalfedgeMesh::Index w) {
+  HalfedgeMesh::Index found = HalfedgeMesh::kNone;
+  for (const auto& [a, b] : {std::pair{v, w}, {w, v}})
+    mesh.for_each_out(a, [&](HalfedgeMesh::Index h) {
+      if (mesh.dest(h) == b) found = h;
+    });
+  return found;
+}
+
+/// Makes the lines of job.stand_in, whose points are vertices, edges of the mesh that stay.
+/// Vertices that lie on a line become part of it; where two that follow each other have no edge,
+/// the line is halved until they do.
+template <class Insertion>
+void keep_stand_ins(const TileJob& job, double step, HalfedgeMesh& mesh, Insertion& insertion,
+                    LinePoints& kept) {
+  using Index = HalfedgeMesh::Index;
+  insertion.keep(&kept);
+  for (const auto& line : job.stand_in) {
+    const bool northward = line.front().x == line.back().x;
+    const auto along = [&](const Vec3& p) { return northward ? p.y : p.x; };
+    const auto across = [&](const Vec3& p) { return northward ? p.x : p.y; };
+    std::map<double, Index> on;  // the vertices on the line, by place
+    for (Index v = 0; v < mesh.vertex_slots(); ++v) {
+      const Vec3& p = mesh.position(v);
+      if (across(p) == across(line.front()) && along(p) >= along(line.front()) &&
+          along(p) <= along(line.back()))
+        on[along(p)] = v;
+    }
+    auto a = on.begin();
+    for (auto b = std::next(a); b != on.end(); b = std::next(a)) {
+      if (edge_between(mesh, a->second, b->second) != HalfedgeMesh::kNone) {
+        kept.add_edge(a->second, b->second);
+        a = b;
+        continue;
+      }
+      const Vec3 p = mesh.position(a->second), q = mesh.position(b->second);
+      const double place = std::floor((a->first + b->first) / 2);
+      const double share = (place - a->first) / (b->first - a->first);
+      const double height = snap_height(p.z + share * (q.z - p.z), step);
+      const Vec3 half = northward ? Vec3{p.x, place, height} : Vec3{place, p.y, height};
+      if (!insertion.insert_point(half)) {  // no room: the line has a gap
+        a = b;
+        continue;
+      }
+      on[place] = Index(mesh.vertex_slots() - 1);
+    }
+  }
+}
+
 /// The rectangle with its borders and, on coarse levels, the lattice against the earth's curvature.
 template <class Samples>
 HalfedgeMesh frame_mesh(TileJob& job, const Samples& samples, double x_scale,
-                        const HeightLattice& lattice) {
+                        const HeightLattice& lattice, LinePoints& kept) {
   constexpr double kE = kTileExtent;
   const auto& [west, south, east, north] = job.borders;
   Tin corners;
@@ -63,6 +117,13 @@ HalfedgeMesh frame_mesh(TileJob& job, const Samples& samples, double x_scale,
   inner(south, [&](const BorderVertex& v) { insertion.insert_point({double(v.t), 0, v.height}); });
   inner(east, [&](const BorderVertex& v) { insertion.insert_point({kE, double(v.t), v.height}); });
   inner(north, [&](const BorderVertex& v) { insertion.insert_point({double(v.t), kE, v.height}); });
+  const auto insert = [&](const Vec3& p) {
+    // What fills a void may come from a post that is not the tile's own.
+    const double h = std::clamp(p.z, lattice.min, lattice.max());
+    insertion.insert_point({p.x, p.y, snap_height(h, lattice.step)});
+  };
+  for (const auto& line : job.stand_in)
+    for (const Vec3& p : line) insert(p);
   const int cells = job.level.curvature_cells;
   std::vector<Geographic> places;
   std::vector<Vec3> points;
@@ -77,11 +138,10 @@ HalfedgeMesh frame_mesh(TileJob& job, const Samples& samples, double x_scale,
   std::vector<double> heights(places.size());
   job.field.filled(places, heights);
   for (std::size_t k = 0; k < points.size(); ++k) {
-    // What fills a void may come from a post that is not the tile's own.
-    const double h = std::clamp(heights[k] + job.level.offset_m, lattice.min, lattice.max());
-    points[k].z = snap_height(h, lattice.step);
-    insertion.insert_point(points[k]);
+    points[k].z = heights[k] + job.level.offset_m;
+    insert(points[k]);
   }
+  keep_stand_ins(job, lattice.step, mesh, insertion, kept);
   return mesh;
 }
 
@@ -154,11 +214,14 @@ TileMesh mesh_within(TileJob& job, const Samples& samples, double eps, double pl
   const std::string& effort = job.plan.options().effort;
   o.search_reach = effort == "fast" ? 0.1 : effort == "normal" ? 1 : 3;
   o.rounds = effort == "best" ? 7 : 0;
+  o.flips = o.rounds > 1;
   Progress progress;
   progress.stop = stop;
-  HalfedgeMesh frame = frame_mesh(job, samples, o.x_scale, result.lattice);
+  LinePoints kept;
+  HalfedgeMesh frame = frame_mesh(job, samples, o.x_scale, result.lattice, kept);
   o.pinned = std::uint32_t(frame.vertex_slots());
   BoundedMesher mesher(std::move(frame), samples, o);
+  if (!job.stand_in.empty()) mesher.keep(&kept);
   mesher.run(progress);
   result.mesh = mesher.mesh().to_tin();
   return result;

@@ -32,6 +32,7 @@ struct TileJob {
   HeightField field;
   std::array<std::vector<BorderVertex>, 4> borders;  // west, south, east, north
   double edge_error_m = 0;                           // of the worst of them
+  std::vector<std::vector<Vec3>> stand_in;  // lines that the mesh has where children are missing
   struct Posts {
     double min_m = 0, max_m = 0;
     std::uint64_t posts = 0;

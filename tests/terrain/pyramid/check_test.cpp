@@ -90,6 +90,7 @@ class Tiles {
 };
 
 constexpr const char* kTile = "12/1463/2813";
+constexpr const char* kSibling = "12/1462/2813";
 constexpr const char* kParent = "11/731/1406";
 
 std::size_t vertex_at(const Mesh& m, int u, int v) {
@@ -327,6 +328,12 @@ std::map<std::string, Defect> error_defects() {
        [](const Tiles& t) {
          for (const char* tile : {kTile, kParent})
            t.metadata(tile, [](Json& j) { j["edge_error_m"] = 0.001; });
+       }},
+      {"crack.stand-in",
+       [](const Tiles& t) {
+         fs::remove(t.path(kTile));
+         t.metadata(kSibling, [](Json& j) { j["edge_error_m"] = 0.001; });
+         t.metadata(kParent, [](Json& j) { j["max_error_m"] = 0.001; });
        }},
       {"error.edge", says("edge_error_m", -1)},
       {"source.error", says("max_error_m", 0.01)},

@@ -10,8 +10,11 @@
 #include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <random>
+#include <set>
 
 #include "proto/quantized_mesh.h"
+#include "terrain/base/parallel.h"
 #include "terrain/pyramid/build.h"
 #include "terrain/pyramid/check.h"
 #include "tests/support/support.h"
@@ -257,28 +260,55 @@ TEST(Tiles, two_adjacent_rasters_make_one_seamless_pyramid) {
   check_pyramid({west, east}, options, 200);
 }
 
-TEST(Tiles, same_bytes_for_any_number_of_threads_on_demand_and_in_batch) {
+TEST(Tiles, same_bytes_for_any_number_of_threads_shuffled_on_demand_and_after_stops) {
   const auto source = open_dem({test::testdata("rainier.tif")});
   TempDir dir;
   BuildOptions o;
   o.tiles.max_error_m = 40;
-  o.output = dir.file("one");
-  o.threads = 1;
-  ASSERT_TRUE(build_tiles(source, o));
-  o.output = dir.file("three");
-  o.threads = 3;
-  const auto report = build_tiles(source, o);
-  ASSERT_TRUE(report);
+  using Bytes = std::map<TileId, std::vector<std::uint8_t>>;
+  std::set<Bytes> seen;
+  std::vector<TileId> ids;
+  const auto add_directory = [&] {
+    Bytes tiles;
+    for (const auto& [id, q] : decode_all(o.output))
+      tiles[id] = read_bytes(o.output + "/" + id.text() + ".terrain");
+    if (ids.empty())
+      for (const auto& [id, bytes] : tiles) ids.push_back(id);
+    EXPECT_EQ(tiles.size(), ids.size());
+    seen.insert(std::move(tiles));
+  };
+  for (const int threads : {1, 2, 4, 16}) {
+    o.output = dir.file(std::to_string(threads));
+    o.threads = threads;
+    ASSERT_TRUE(build_tiles(source, o));
+    add_directory();
+  }
+  o.output = dir.file("stopped");
+  for (double until = 0.1;; until += 0.3) {
+    std::stop_source stop;
+    Progress progress;
+    progress.stop = stop.get_token();
+    progress.report = [&](double share) {
+      if (share > until) stop.request_stop();
+    };
+    if (build_tiles(source, o, progress)) break;
+    ASSERT_LT(until, 2);
+  }
+  add_directory();
+
+  ASSERT_GT(ids.size(), 100u);
+  std::mt19937 random(7);
+  std::ranges::shuffle(ids, random);
   const auto on_demand = open_dem_tiles(source, o.tiles);
   ASSERT_TRUE(on_demand);
-  std::size_t compared = 0;
-  for (const auto& [id, q] : decode_all(o.output)) {
-    const auto bytes = read_bytes(dir.file("one/" + id.text() + ".terrain"));
-    EXPECT_EQ(bytes, read_bytes(dir.file("three/" + id.text() + ".terrain")));
-    EXPECT_EQ(bytes, (*on_demand)->tile(id, {})->bytes);
-    ++compared;
-  }
-  EXPECT_EQ(compared, report->tiles);
+  std::vector<std::vector<std::uint8_t>> made(ids.size());
+  parallel_for(ids.size(), 3, [&](std::size_t i) {
+    if (auto tile = (*on_demand)->tile(ids[i], {})) made[i] = std::move(tile->bytes);
+  });
+  Bytes tiles;
+  for (std::size_t i = 0; i < ids.size(); ++i) tiles[ids[i]] = made[i];
+  seen.insert(std::move(tiles));
+  EXPECT_EQ(seen.size(), 1u);
 }
 
 TEST(Tiles, a_build_that_was_stopped_goes_on_and_ends_the_same) {
