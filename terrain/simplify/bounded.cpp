@@ -35,6 +35,7 @@ BlockOptions block_options(const SimplifyOptions& o, double max_error, double x_
   b.mesher.x_scale = x_scale;
   b.mesher.search_reach = effort.reach;
   b.mesher.rounds = effort.rounds;
+  b.mesher.flips = effort.rounds > 1;
   b.mesher.search_step_min = 0.125;  // posts: a vertex need not be a post
   b.threads = o.threads;
   return b;

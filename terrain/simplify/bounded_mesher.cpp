@@ -1,4 +1,4 @@
-// The edits of `bounded`, in order of use: insert, sweep, directed search, ring yield, relax.
+// The edits of `bounded`, in order of use: insert, sweep, directed search, relax, flip.
 
 #include "terrain/simplify/bounded_mesher.h"
 
@@ -78,11 +78,13 @@ constexpr double kNoWeight = 1e-13;  // on the ring: the apex has no say
 
 }  // namespace
 
-/// What the witnesses alone leave of the room.
+/// What the witnesses alone leave of the room, the last first; no further than needed when the gap
+/// exceeds `give_up`.
 template <class S>
-void BoundedMesher<S>::ask_witnesses(const Vec3& apex, Interval& room) const {
-  for (std::size_t k = 0; k < std::min(witnesses_, witness_.size()); ++k) {
-    const Vec3& p = witness_[k];
+void BoundedMesher<S>::ask_witnesses(const Vec3& apex, Interval& room, double give_up) const {
+  const std::size_t count = std::min(witnesses_, witness_.size());
+  for (std::size_t k = 0; k < count && !(room.gap() > give_up); ++k) {
+    const Vec3& p = witness_[(witnesses_ - 1 - k) % witness_.size()];
     for (const RingEdge& e : ring_) {
       const Vec3 &a = mesh_.position(e[0]), &b = mesh_.position(e[1]);
       if (orient2d(apex, a, p) < 0 || orient2d(apex, b, p) > 0 || orient2d(a, b, p) < 0) continue;
@@ -106,14 +108,30 @@ bool BoundedMesher<S>::narrow(const Vec3& w, RingEdge e, Interval& room, double 
   const Facet f(w, a, b);
   double lo = room.lo, hi = room.hi;
   const double eps = eps_;
-  const bool whole = samples_.scan(w, a, b, [&](double x, double y, double z, std::size_t) {
+  // A sample asks for more than lo when it lies above the plane through the ring's two vertices and
+  // the apex at lo, raised by eps; likewise with hi. All between the two planes say nothing new.
+  Band band;
+  band.x = w.x, band.y = w.y, band.z = a.z;
+  band.size = std::abs(b.z - a.z);
+  const auto raise = [&] {
+    band.top = lo + eps - band.z, band.top_x = lo * f.lx + f.rx, band.top_y = lo * f.ly + f.ry;
+    band.size = std::max(band.size, std::abs(band.top));
+  };
+  const auto lower = [&] {
+    band.bottom = hi - eps - band.z;
+    band.bottom_x = hi * f.lx + f.rx, band.bottom_y = hi * f.ly + f.ry;
+    band.size = std::max(band.size, std::abs(band.bottom));
+  };
+  raise(), lower();
+  const auto ask = [&](double x, double y, double z, std::size_t) {
     const double l = f.weight(x, y), r = z - f.rest(x, y);
     const bool raises = r - eps > lo * l, lowers = r + eps < hi * l;
     if (!(raises || lowers) || l < kNoWeight) return true;
-    if (raises) lo = (r - eps) / l, lowest_ = {x, y, z};
-    if (lowers) hi = (r + eps) / l, highest_ = {x, y, z};
+    if (raises) lo = (r - eps) / l, lowest_ = {x, y, z}, raise();
+    if (lowers) hi = (r + eps) / l, highest_ = {x, y, z}, lower();
     return lo - hi <= give_up;
-  });
+  };
+  const bool whole = samples_.scan_outside(w, a, b, band, ask);
   if (!whole) add_witness(lowest_), add_witness(highest_);
   room = {lo, hi};
   return whole;
@@ -124,7 +142,7 @@ bool BoundedMesher<S>::narrow(const Vec3& w, RingEdge e, Interval& room, double 
 template <class S>
 typename BoundedMesher<S>::Interval BoundedMesher<S>::room(const Vec3& apex, Interval start,
                                                            double give_up) {
-  ask_witnesses(apex, start);
+  ask_witnesses(apex, start, give_up);
   if (start.gap() > give_up) return start;
   for (std::size_t i = 0; i < ring_.size(); ++i) {
     if (narrow(apex, ring_[i], start, give_up)) continue;
@@ -270,7 +288,7 @@ bool BoundedMesher<S>::try_targets(Index v, bool search) {
       const Vec3& own = origin_[w];
       if (own.x == target.x && own.y == target.y && !std::isnan(own.z))
         start = Interval{own.z - eps_, own.z + eps_};
-      ask_witnesses(target, start);
+      ask_witnesses(target, start, give_up);
       if (start.gap() > give_up) continue;
       add_to_ring(w, v);
     }
@@ -456,6 +474,41 @@ void BoundedMesher<S>::relax(const Progress& progress) {
   }
 }
 
+/// Sum of the squared errors of a triangle's samples; infinite where one is beyond the band, or
+/// from `limit` on.
+template <class S>
+double BoundedMesher<S>::squares(const Vec3& a, const Vec3& b, const Vec3& c, double limit) const {
+  const double area = orient2d(a, b, c);
+  const double gx = ((b.z - a.z) * (c.y - a.y) - (c.z - a.z) * (b.y - a.y)) / area;
+  const double gy = ((c.z - a.z) * (b.x - a.x) - (b.z - a.z) * (c.x - a.x)) / area;
+  double sum = 0;
+  const bool whole = samples_.scan(a, b, c, [&](double x, double y, double z, std::size_t) {
+    const double e = a.z + (gx * (x - a.x) + gy * (y - a.y)) - z;
+    sum += e * e;
+    return std::abs(e) <= eps_ && sum < limit;
+  });
+  return whole ? sum : kInfinity;
+}
+
+/// Flips edges where the other diagonal of the two triangles follows the samples better.
+template <class S>
+void BoundedMesher<S>::flip_edges(const Progress& progress) {
+  constexpr double kWorthIt = 0.95;
+  for (Index h = 0; h < mesh_.halfedge_slots(); ++h) {
+    if ((h & 4095) == 0 && progress.stopped()) return;
+    if (!mesh_.alive_triangle(h / 3) || mesh_.twin(h) == kNone || mesh_.twin(h) < h) continue;
+    const Index v = mesh_.origin(h), w = mesh_.dest(h);
+    if (!active_[v] || !active_[w] || (on_line(v) && on_line(w))) continue;
+    const Vec3 &a = mesh_.position(v), &b = mesh_.position(w);
+    const Vec3 &c = mesh_.position(mesh_.apex(h)), &d = mesh_.position(mesh_.apex(mesh_.twin(h)));
+    if (!surely_ccw(a, d, c) || !surely_ccw(d, b, c)) continue;
+    const double before = squares(a, b, c, kInfinity) + squares(b, a, d, kInfinity);
+    const double limit = kWorthIt * before, first = squares(a, d, c, limit);
+    if (!std::isfinite(before) || !(first < limit)) continue;
+    if (first + squares(d, b, c, limit - first) < limit) mesh_.flip(h);
+  }
+}
+
 template <class S>
 void BoundedMesher<S>::decimate(const Progress& progress) {
   dirty_ = active_;
@@ -464,6 +517,7 @@ void BoundedMesher<S>::decimate(const Progress& progress) {
   for (int round = 0; round < options_.rounds && !progress.stopped(); ++round) {
     progress.at(0.5 + 0.5 * round / options_.rounds);
     relax(progress);
+    if (options_.flips) flip_edges(progress);
     dirty_ = active_;
     sweep(true, progress);
   }

@@ -32,6 +32,7 @@ struct BoundedOptions {
   double search_reach = 1;     // how nearly: a gap of at most this times eps
   int search_tries = 32;       // places tried for one vertex
   int rounds = 1;              // rounds of moving vertices and sweeping again
+  bool flips = false;          // each with a pass of edge flips between the two
 };
 
 struct BoundedStats {
@@ -95,6 +96,8 @@ class BoundedMesher {
   void decimate(const Progress&);
   void relax(const Progress&);
   void move_vertex(Index v);
+  double squares(const Vec3& a, const Vec3& b, const Vec3& c, double limit) const;
+  void flip_edges(const Progress&);
 
   bool on_line(Index v) const { return lines_ && lines_->on_line(v); }
   bool may_vanish(Index v) const;
@@ -107,7 +110,7 @@ class BoundedMesher {
   bool ring_ccw(const Vec3& apex) const;
   void forget_witnesses() { witnesses_ = 0; }
   void add_witness(const Vec3& p) { witness_[witnesses_++ % witness_.size()] = p; }
-  void ask_witnesses(const Vec3& apex, Interval& room) const;
+  void ask_witnesses(const Vec3& apex, Interval& room, double give_up) const;
   bool narrow(const Vec3& w, RingEdge e, Interval& room, double give_up);
   Interval room(const Vec3& apex, Interval start, double give_up);
   void keep_near_samples(const Vec3& apex, Interval& room) const;

@@ -36,10 +36,6 @@ struct Band {
 
   /// With one plane still unknown every sample is of interest.
   bool open() const { return !(std::isfinite(top) && std::isfinite(bottom)); }
-  bool outside(double px, double py, double pz) const {
-    const double u = px - x, v = py - y, h = pz - z;
-    return !(h <= top + (top_x * u + top_y * v) && h >= bottom + (bottom_x * u + bottom_y * v));
-  }
 };
 
 /// Samples on an axis-aligned grid: x = x0 + col * dx, y = y0 - row * dy.
@@ -73,30 +69,26 @@ struct GridSamples {
 
   template <class F>
   bool scan_outside(const Vec3& a, const Vec3& b, const Vec3& c, const Band& band, F&& f) const {
+    if (band.open()) return scan(a, b, c, f);
+    // Groups read up to three samples beyond the row: those of the next rows, as far as there are
+    // any.
+    const std::size_t end = std::size_t(rows - 1) * row_length() + std::size_t(cols);
     return scan_rows(a, b, c, [&](int row, int first, int last) {
       const std::size_t base = std::size_t(row) * row_length();
       const double y = y0 - double(row) * dy;
-      const auto ask = [&](int i) {
-        const double h = z[base + i];
-        if (std::isnan(h)) return true;
-        const double x = x0 + double(i) * dx;
-        return !band.outside(x, y, h + offset) || f(x, y, h + offset, base + std::size_t(i));
-      };
       int i = first;
-      // Four at a time in float, with room for its rounding. Reads up to three samples beyond the
-      // row: those of the next rows, as far as there are any.
-      const std::size_t end = std::size_t(rows - 1) * row_length() + std::size_t(cols);
-      while (!band.open() && i <= last && base + std::size_t(i) + 4 <= end) {
-        const Lanes outside = lanes_outside(band, &z[base + i], x0 + double(i) * dx, y);
-        const int n = std::min(4, last - i + 1);
-        if (any(outside, n))
-          for (int k = 0; k < n; ++k)
-            if (!ask(i + k)) return false;
-        i += 4;
+      if (last - first >= kManySamples) {
+        RowBand between(band, *this, i, y);
+        while (i <= last && base + std::size_t(i) + 4 <= end) {
+          const Lanes outside = between.outside(&z[base + i]);
+          const int n = std::min(4, last - i + 1);
+          if (any(outside, n)) break;
+          between.next();
+          i += 4;
+        }
+        if (i > last) return true;
       }
-      for (; i <= last; ++i)
-        if (!ask(i)) return false;
-      return true;
+      return scan_row(band, base, y, i, last, f);
     });
   }
 
@@ -104,20 +96,53 @@ struct GridSamples {
   using Floats = float __attribute__((vector_size(16)));
   using Lanes = int __attribute__((vector_size(16)));
   using Halves = long long __attribute__((vector_size(16)));
+  static constexpr int kManySamples = 12;  // of a row: worth the preparation of RowBand
 
-  Lanes lanes_outside(const Band& band, const float* at, double x, double y) const {
-    constexpr Floats kSteps = {0, 1, 2, 3};
-    const double u = x - band.x, v = y - band.y, base = band.z - offset;
-    // Float keeps 24 bits: of the planes' values, and of the heights' distance from z.
-    const double slack = 5e-7 * (band.size + std::abs(base) * 0.25);
-    const float top = float(band.top + (band.top_x * u + band.top_y * v) - slack);
-    const float bottom = float(band.bottom + (band.bottom_x * u + band.bottom_y * v) + slack);
-    Floats h;
-    std::memcpy(&h, at, sizeof h);
-    h -= float(base);
-    return Lanes(h > top + float(band.top_x * dx) * kSteps) |
-           Lanes(h < bottom + float(band.bottom_x * dx) * kSteps);
+  /// Those of a row that may lie outside the band, one by one.
+  template <class F>
+  bool scan_row(const Band& band, std::size_t base, double y, int i, int last, F&& f) const {
+    double top, bottom, top_step, bottom_step;
+    const auto from = [&](int col) {
+      const double u = x0 + double(col) * dx - band.x, v = y - band.y, zero = band.z - offset;
+      top = zero + band.top + (band.top_x * u + band.top_y * v), top_step = band.top_x * dx;
+      bottom = zero + band.bottom + (band.bottom_x * u + band.bottom_y * v);
+      bottom_step = band.bottom_x * dx;
+    };
+    from(i);
+    for (; i <= last; ++i, top += top_step, bottom += bottom_step) {
+      const double h = z[base + i];
+      if (!(h > top || h < bottom)) continue;  // nor where it is NaN
+      if (!f(x0 + double(i) * dx, y, h + offset, base + std::size_t(i))) return false;
+      from(i);  // f may have narrowed it
+    }
+    return true;
   }
+
+  /// The two planes of a band along a row, at four columns at a time, in float with room for its
+  /// rounding: float keeps 24 bits of the planes' values, and of the heights' distance from z.
+  struct RowBand {
+    Floats top, bottom, top_step, bottom_step;  // above `base`
+    float base;
+
+    RowBand(const Band& band, const GridSamples& s, int col, double y) {
+      constexpr Floats kLanes = {0, 1, 2, 3};
+      const double u = s.x0 + double(col) * s.dx - band.x, v = y - band.y, zero = band.z - s.offset;
+      const double slack = 5e-7 * (band.size + std::abs(zero) * 0.25);
+      const float t = float(band.top_x * s.dx), b = float(band.bottom_x * s.dx);
+      top = float(band.top + (band.top_x * u + band.top_y * v) - slack) + t * kLanes;
+      bottom = float(band.bottom + (band.bottom_x * u + band.bottom_y * v) + slack) + b * kLanes;
+      top_step = Floats{} + 4 * t, bottom_step = Floats{} + 4 * b;
+      base = float(zero);
+    }
+    Lanes outside(const float* at) const {
+      Floats h;
+      std::memcpy(&h, at, sizeof h);
+      h -= base;
+      return Lanes(h > top) | Lanes(h < bottom);
+    }
+    void next() { top += top_step, bottom += bottom_step; }
+  };
+
   static bool any(Lanes lanes, int n) {
     static constexpr int kMask[8] = {-1, -1, -1, -1, 0, 0, 0, 0};
     Lanes mask;
@@ -153,30 +178,33 @@ struct GridSamples {
     if (first > last) return true;
     const double top_col = (top->x - x0) * per_x, mid_col = (mid->x - x0) * per_x;
     const double low_col = (low->x - x0) * per_x;
-    const auto span = [&](int row, double one, double other) {
-      const int i = std::max(0, at_or_after(std::min(one, other) - kHair));
-      const int j = std::min(cols - 1, at_or_before(std::max(one, other) + kHair));
+    const auto span = [&](int row, double left, double right) {
+      if (right < -kHair) return true;
+      const int i =
+          std::max(0, int(left + (1 - kHair)));  // the next whole number, were it 0 or more
+      const int j = std::min(cols - 1, int(right + kHair));
       return i > j || f(row, i, j);
     };
     if (!(low_row > top_row))  // all on one row
       return span(first, std::min({top_col, mid_col, low_col}),
                   std::max({top_col, mid_col, low_col}));
     const double along = (low_col - top_col) / (low_row - top_row);
-    // The side with the middle corner, above it and below it.
-    double from_row = top_row, from_col = top_col;
-    double slope = mid_row > top_row ? (mid_col - top_col) / (mid_row - top_row) : 0;
-    bool above = true;
-    for (int row = first; row <= last; ++row) {
-      const double r = std::clamp(double(row), top_row, low_row);
-      if (above && !(r < mid_row)) {
-        above = false;
-        from_row = mid_row, from_col = mid_col;
-        slope = low_row > mid_row ? (low_col - mid_col) / (low_row - mid_row) : 0;
+    // The rows above the middle corner, then those from it on; a hair outside counts as the corner.
+    const auto half = [&](int from, int to, double row0, double col0, double slope) {
+      for (int row = from; row <= to; ++row) {
+        const double r = std::clamp(double(row), top_row, low_row);
+        const double one = top_col + (r - top_row) * along, other = col0 + (r - row0) * slope;
+        if (!span(row, std::min(one, other), std::max(one, other))) return false;
       }
-      if (!span(row, top_col + (r - top_row) * along, from_col + (r - from_row) * slope))
-        return false;
-    }
-    return true;
+      return true;
+    };
+    // The first row with !(clamp(row) < mid_row).
+    int middle = std::clamp(at_or_after(mid_row), first, last + 1);
+    if (!(top_row < mid_row)) middle = first;
+    const double upper = mid_row > top_row ? (mid_col - top_col) / (mid_row - top_row) : 0;
+    const double lower = low_row > mid_row ? (low_col - mid_col) / (low_row - mid_row) : 0;
+    return half(first, middle - 1, top_row, top_col, upper) &&
+           half(middle, last, mid_row, mid_col, lower);
   }
 };
 
@@ -216,10 +244,8 @@ class ScatteredSamples {
   }
 
   template <class F>
-  bool scan_outside(const Vec3& a, const Vec3& b, const Vec3& c, const Band& band, F&& f) const {
-    return scan(a, b, c, [&](double x, double y, double z, std::size_t i) {
-      return !band.outside(x, y, z) || f(x, y, z, i);
-    });
+  bool scan_outside(const Vec3& a, const Vec3& b, const Vec3& c, const Band&, F&& f) const {
+    return scan(a, b, c, f);  // where each sample is looked at anyway, f may as well decide
   }
 
  private:
