@@ -1,5 +1,7 @@
-// The tree is complete: its triangles are halved by the median along the longest side of their box,
-// level by level, so node i's children are 2 i + 1 and 2 i + 2 and nothing else is stored.
+// The tree is complete: its triangles are halved by the median along one axis, level by level, so
+// node i's children are 2 i + 1 and 2 i + 2 and nothing else is stored. The axis is the one along
+// which the box holds most of its triangles side by side: halves along the longest side overlap
+// where triangles are as long as that, as on terrain that is steeper than wide.
 
 #include "terrain/mesh/nearest.h"
 
@@ -57,18 +59,30 @@ NearestTriangle::NearestTriangle(const Tin& tin) : tin_(tin), order_(tin.triangl
 
 void NearestTriangle::build(std::size_t node, std::size_t begin, std::size_t end, int level,
                             std::vector<Vec3>& centres) {
+  const auto lower = [](const Vec3& p, const Vec3& q) {
+    return Vec3{std::min(p.x, q.x), std::min(p.y, q.y), std::min(p.z, q.z)};
+  };
+  const auto upper = [](const Vec3& p, const Vec3& q) {
+    return Vec3{std::max(p.x, q.x), std::max(p.y, q.y), std::max(p.z, q.z)};
+  };
   Box box{{1e300, 1e300, 1e300}, {-1e300, -1e300, -1e300}};
+  Vec3 extent;  // of all triangles, one after the other
   for (std::size_t i = begin; i < end; ++i) {
-    for (const auto v : tin_.triangles[order_[i]]) {
-      const Vec3& p = tin_.vertices[v];
-      box.low = {std::min(box.low.x, p.x), std::min(box.low.y, p.y), std::min(box.low.z, p.z)};
-      box.high = {std::max(box.high.x, p.x), std::max(box.high.y, p.y), std::max(box.high.z, p.z)};
-    }
+    const Triangle& t = tin_.triangles[order_[i]];
+    const Vec3 &a = tin_.vertices[t[0]], &b = tin_.vertices[t[1]], &c = tin_.vertices[t[2]];
+    const Vec3 low = lower(a, lower(b, c)), high = upper(a, upper(b, c));
+    box.low = lower(box.low, low), box.high = upper(box.high, high);
+    extent = extent + (high - low);
   }
   nodes_[node] = box;
   if (level == levels_) return;
   const Vec3 size = box.high - box.low;
-  const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+  const auto side_by_side = [](double whole, double parts) {
+    return whole > 0 ? whole / std::max(parts, 1e-9 * whole) : 0;
+  };
+  const double x = side_by_side(size.x, extent.x), y = side_by_side(size.y, extent.y);
+  const double z = side_by_side(size.z, extent.z);
+  const int axis = x >= y && x >= z ? 0 : y >= z ? 1 : 2;
   const std::size_t middle = begin + (end - begin) / 2;
   std::nth_element(order_.begin() + std::ptrdiff_t(begin), order_.begin() + std::ptrdiff_t(middle),
                    order_.begin() + std::ptrdiff_t(end), [&](std::uint32_t s, std::uint32_t t) {
