@@ -89,7 +89,8 @@ class Remover {
   double distance_to_line(Index v, const std::array<Index, 2>& ends) const;
   std::uint32_t neighbour_degrees(Index v) const;
   void visit(Index v, Bucket b);
-  bool cut_ear(Index v);
+  double ear_power(Index v, std::size_t i) const;
+  bool cut_ears(Index v, std::size_t last);
   bool close_hole(Index v);
   bool within_bound() const;
   bool make_plan(Index v);
@@ -229,29 +230,39 @@ double power(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p) {
   return -in_circle / orient2d(a, b, c);
 }
 
-/// Cuts the best ear off the ring. An ear stands when it is counter-clockwise and leaves the vertex
-/// strictly inside what remains, so that each intermediate flip is valid too.
-bool Remover::cut_ear(Index v) {
-  std::vector<Index>& ring = plan_.rest;
+/// The power of what is left of the ring at i to the circle of the ear there; infinite where it is
+/// none: an ear is counter-clockwise and leaves the vertex strictly inside what remains, so that
+/// each intermediate flip is valid too.
+double Remover::ear_power(Index v, std::size_t i) const {
+  const std::vector<Index>& ring = plan_.rest;
   const std::size_t n = ring.size();
-  const bool border = mesh_.on_border(v);
-  std::size_t best = n;
-  double least = 0;
-  for (std::size_t i = border ? 1 : 0; i < (border ? n - 1 : n); ++i) {
-    if (plan_.keeps_edge_to(ring[i])) continue;
-    const Vec3 &a = at(ring[(i + n - 1) % n]), &b = at(ring[i]);
-    const Vec3& c = at(ring[(i + 1) % n]);
-    if (!surely_ccw(a, b, c) || !surely_ccw(at(v), a, c)) continue;
-    const double p = power(a, b, c, at(v));
-    if (best < n && p >= least) continue;
-    best = i;
-    least = p;
+  if (mesh_.on_border(v) && (i == 0 || i + 1 == n)) return HUGE_VAL;
+  if (plan_.keeps_edge_to(ring[i])) return HUGE_VAL;
+  const Vec3 &a = at(ring[(i + n - 1) % n]), &b = at(ring[i]), &c = at(ring[(i + 1) % n]);
+  if (!surely_ccw(a, b, c) || !surely_ccw(at(v), a, c)) return HUGE_VAL;
+  return power(a, b, c, at(v));
+}
+
+/// Cuts ears off the ring until `last` vertices are left, the best first; a cut concerns the ears
+/// on both sides of it only.
+bool Remover::cut_ears(Index v, std::size_t last) {
+  std::vector<Index>& ring = plan_.rest;
+  if (ring.size() <= last) return true;
+  std::array<double, kLongestRing> power;
+  for (std::size_t i = 0; i < ring.size(); ++i) power[i] = ear_power(v, i);
+  while (true) {
+    const std::size_t n = ring.size();
+    const auto least = std::min_element(power.begin(), power.begin() + n);
+    const auto best = std::size_t(least - power.begin());
+    if (*least == HUGE_VAL) return false;
+    plan_.triangles.push_back({ring[(best + n - 1) % n], ring[best], ring[(best + 1) % n]});
+    plan_.ears.push_back(ring[best]);
+    ring.erase(ring.begin() + std::ptrdiff_t(best));
+    if (n - 1 <= last) return true;
+    std::copy(least + 1, power.begin() + n, least);
+    for (const std::size_t i : {best % (n - 1), (best + n - 2) % (n - 1)})
+      power[i] = ear_power(v, i);
   }
-  if (best == n) return false;
-  plan_.triangles.push_back({ring[(best + n - 1) % n], ring[best], ring[(best + 1) % n]});
-  plan_.ears.push_back(ring[best]);
-  ring.erase(ring.begin() + std::ptrdiff_t(best));
-  return true;
 }
 
 /// Fills what is left by a collapse into one of its corners: the first for which every triangle is
@@ -295,9 +306,7 @@ bool Remover::make_plan(Index v) {
   plan_.ears.clear();
   plan_.triangles.clear();
   const std::size_t last = mesh_.on_border(v) ? 3 : 4;
-  while (plan_.rest.size() > last)
-    if (!cut_ear(v)) return false;
-  return close_hole(v) && within_bound();
+  return cut_ears(v, last) && close_hole(v) && within_bound();
 }
 
 void Remover::carry_out(Index v) {
