@@ -1,52 +1,17 @@
 // /elevation/{dataset}?lon=&lat=: the height of a place, from the DEM.
 
-#include <charconv>
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "server/api/app.h"
 #include "server/http/problem.h"
-#include "server/http/uri.h"
+#include "server/http/query_numbers.h"
 
 namespace tind::api {
 namespace {
 
-struct Place {
-  Geographic where;
-  std::vector<http::ParameterProblem> problems;
-};
-
-void read_degrees(const std::vector<http::Parameter>& parameters, const std::string& name,
-                  double limit, double& value, std::vector<http::ParameterProblem>& problems) {
-  const http::Parameter* found = nullptr;
-  for (const http::Parameter& parameter : parameters) {
-    if (parameter.name != name) continue;
-    if (found) return problems.push_back({name, "given twice"});
-    found = &parameter;
-  }
-  if (!found) return problems.push_back({name, "missing: decimal degrees"});
-  const char* const end = found->value.data() + found->value.size();
-  const auto [stop, error] = std::from_chars(found->value.data(), end, value);
-  const bool fine = error == std::errc() && stop == end && value >= -limit && value <= limit;
-  if (!fine)
-    problems.push_back({name, "must be decimal degrees from -" + std::to_string(int(limit)) +
-                                  " to " + std::to_string(int(limit))});
-}
-
-Place parse_place(std::string_view query) {
-  Place place;
-  const auto parameters = http::parse_query(query);
-  if (!parameters) {
-    place.problems.push_back({"query", "holds a bad percent-escape"});
-    return place;
-  }
-  read_degrees(*parameters, "lon", 360, place.where.lon, place.problems);
-  read_degrees(*parameters, "lat", 90, place.where.lat, place.problems);
-  for (const http::Parameter& parameter : *parameters)
-    if (parameter.name != "lon" && parameter.name != "lat")
-      place.problems.push_back({parameter.name, "is not a parameter of this resource"});
-  return place;
-}
+constexpr http::QueryNumber kQuery[] = {{"lon", -360, 360, "decimal degrees"},
+                                        {"lat", -90, 90, "decimal degrees"}};
 
 const char* word(Coverage coverage) {
   switch (coverage) {
@@ -82,22 +47,21 @@ std::optional<http::Reply> elevation(const App& app, const http::Request& reques
     return http::problem_reply({.status = 404,
                                 .detail = "This dataset is a store of tiles without its DEM.",
                                 .instance = request.head.target});
-  Place place = parse_place(request.head.query);
-  if (!place.problems.empty())
-    return http::problem_reply({.status = 400,
-                                .detail = "A parameter is wrong: " + place.problems[0].parameter +
-                                          " " + place.problems[0].detail + ".",
-                                .instance = request.head.target,
-                                .errors = place.problems});
+  auto query = http::read_numbers(request.head.query, kQuery);
+  if (query.problems.empty())
+    for (std::size_t k = 0; k < 2; ++k)
+      if (!query.values[k])
+        query.problems.push_back({std::string(kQuery[k].name), "missing: decimal degrees"});
+  if (!query.problems.empty()) return http::problem_reply(query.problems, request.head.target);
+  const Geographic where{*query.values[0], *query.values[1]};
   auto permit = app.pool.admit();
   if (!permit) return http::problem_reply(permit.error(), request.head.target);
-  app.pool.run(std::move(*permit),
-               [&dataset, where = place.where, target = std::string(request.head.target),
-                responder = later.responder()](std::stop_token) mutable {
-                 const auto height = height_at(*dataset.tiles->dem(), where);
-                 responder(height ? answer(dataset, where, *height)
-                                  : http::problem_reply(height.error(), target));
-               });
+  app.pool.run(std::move(*permit), [&dataset, where, target = std::string(request.head.target),
+                                    responder = later.responder()](std::stop_token) mutable {
+    const auto height = height_at(*dataset.tiles->dem(), where);
+    responder(height ? answer(dataset, where, *height)
+                     : http::problem_reply(height.error(), target));
+  });
   return std::nullopt;
 }
 

@@ -1,68 +1,32 @@
 // /progressive/{dataset}/{z}/{x}/{y}: a tile as a progressive mesh, coarse to fine; the whole
 // stream, a range of its bytes, or as much of it as an error or a number of triangles takes.
 
-#include <charconv>
-#include <cmath>
+#include <optional>
 #include <string>
 
 #include "proto/mesh_stream.h"
 #include "server/api/app.h"
 #include "server/api/tile_address.h"
 #include "server/http/problem.h"
-#include "server/http/uri.h"
+#include "server/http/query_numbers.h"
 
 namespace tind::api {
 namespace {
 
 using Stream = services::TileStreams::Stream;
 
-constexpr double kMostError = 1e6;  // metres
-constexpr double kMostTriangles = 1e9;
+constexpr http::QueryNumber kQuery[] = {{"max_error", 0, 1e6, "metres"},
+                                        {"triangles", 1, 1e9, "a whole number", true}};
 
-struct Asked {
+/// How much of the stream the query asks for; nothing: all of it.
+std::optional<proto::StreamLimit> limit_of(const http::QueryNumbers& query) {
+  const auto& error = query.values[0];
+  const auto& triangles = query.values[1];
+  if (!error && !triangles) return {};
   proto::StreamLimit limit;
-  bool limited = false;
-  std::vector<http::ParameterProblem> problems;
-};
-
-bool read_number(const std::string& text, double& value) {
-  const char* const end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, value);
-  return error == std::errc() && stop == end && std::isfinite(value);
-}
-
-Asked read_query(std::string_view query) {
-  Asked asked;
-  const auto parameters = http::parse_query(query);
-  if (!parameters) {
-    asked.problems.push_back({"query", "holds a bad percent-escape"});
-    return asked;
-  }
-  bool error_given = false, triangles_given = false;
-  for (const auto& [name, text] : *parameters) {
-    double value = 0;
-    const bool number = read_number(text, value);
-    bool* const given = name == "max_error"   ? &error_given
-                        : name == "triangles" ? &triangles_given
-                                              : nullptr;
-    if (!given) {
-      asked.problems.push_back({name.substr(0, 64), "is not a parameter of this resource"});
-    } else if (std::exchange(*given, true)) {
-      asked.problems.push_back({name, "given twice"});
-    } else if (name == "max_error") {
-      if (!number || value < 0 || value > kMostError)
-        asked.problems.push_back({name, "must be metres from 0 to 1000000"});
-      asked.limit.max_error_m = value;
-    } else {
-      if (!number || value < 1 || value > kMostTriangles || value != std::floor(value))
-        asked.problems.push_back({name, "must be a whole number from 1 to 1000000000"});
-      else
-        asked.limit.triangles = std::size_t(value);
-    }
-  }
-  asked.limited = error_given || triangles_given;
-  if (!error_given) asked.limit.max_error_m = -1;  // no state is that good
-  return asked;
+  limit.max_error_m = error.value_or(-1);  // no state is that good
+  if (triangles) limit.triangles = std::size_t(*triangles);
+  return limit;
 }
 
 /// The beginning that the limit asks for, as a resource of its own. On a worker.
@@ -85,23 +49,18 @@ std::optional<http::Reply> progressive(const App& app, const http::Request& requ
     return http::problem_reply({.status = 404,
                                 .detail = "There is no such tile; layer.json says which exist.",
                                 .instance = target});
-  const Asked asked = read_query(request.head.query);
-  if (!asked.problems.empty())
-    return http::problem_reply({.status = 400,
-                                .detail = "A parameter is wrong: " + asked.problems[0].parameter +
-                                          " " + asked.problems[0].detail + ".",
-                                .instance = target,
-                                .errors = asked.problems});
+  const auto query = http::read_numbers(request.head.query, kQuery);
+  if (!query.problems.empty()) return http::problem_reply(query.problems, target);
+  const auto limit = limit_of(query);
   http::Conditions client(request.head.fields);
   if (request.head.method != http::Method::get) client.range.clear();  // RFC 9110, 14.2
 
   const Stream hit = app.streams->cached(*dataset, *id);
-  if (hit && !asked.limited) return hit->reply(client);
-  auto answer = [limit = asked.limit, limited = asked.limited, client = std::move(client),
-                 target = std::string(target),
+  if (hit && !limit) return hit->reply(client);
+  auto answer = [limit, client = std::move(client), target = std::string(target),
                  responder = later.responder()](const Result<Stream>& made) mutable {
     if (!made) return responder(http::problem_reply(made.error(), target));
-    responder(limited ? beginning(*made, limit, client, target) : (*made)->reply(client));
+    responder(limit ? beginning(*made, *limit, client, target) : (*made)->reply(client));
   };
   if (!hit) {
     app.streams->make(*dataset, *id, std::move(answer));

@@ -90,4 +90,12 @@ Reply problem_reply(const Error& error, std::string_view instance) {
   return reply_with(problem, row.status >= 500 && !expected ? error.what : std::string());
 }
 
+Reply problem_reply(const std::vector<ParameterProblem>& problems, std::string_view instance) {
+  return problem_reply(
+      {.status = 400,
+       .detail = "A parameter is wrong: " + problems[0].parameter + " " + problems[0].detail + ".",
+       .instance = instance,
+       .errors = problems});
+}
+
 }  // namespace tind::http

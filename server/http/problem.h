@@ -26,6 +26,8 @@ struct Problem {
 /// application/problem+json {type, title, status, detail, instance, errors, requestId}, not to be
 /// cached. The request id is new with each call, and logged with 5xx.
 Reply problem_reply(const Problem&);
+/// 400: parameters are wrong. REQUIRES: one or more.
+Reply problem_reply(const std::vector<ParameterProblem>&, std::string_view instance);
 
 /// The one table from what went wrong in the library to what HTTP calls it.
 int status_of(Errc);

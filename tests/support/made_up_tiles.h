@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <functional>
+#include <future>
 #include <optional>
 
 #include "terrain/pyramid/tileset.h"
@@ -26,6 +27,21 @@ class MadeUpTiles : public TileSet {
 
  private:
   proto::LayerJson layer_;
+};
+
+/// Holds every tile back until it is opened; `then` is what comes instead of the tile.
+class Gate {
+ public:
+  explicit Gate(MadeUpTiles& tiles, std::optional<Error> then = {}) {
+    tiles.before = [opened = opened_.get_future().share(), then](TileId) {
+      opened.wait();
+      return then;
+    };
+  }
+  void open() { opened_.set_value(); }
+
+ private:
+  std::promise<void> opened_;
 };
 
 }  // namespace tind::test

@@ -162,12 +162,7 @@ TEST_F(Api, HealthAndMetrics) {
 }
 
 TEST_F(Api, NotReadyWhileStopping) {
-  std::promise<void> gate;
-  auto opened = gate.get_future().share();
-  made_up_->before = [&](TileId) {
-    opened.wait();
-    return std::optional<Error>();
-  };
+  test::Gate gate(*made_up_);
   HttpClient busy(port()), probe(port());
   busy.send("GET " + kTile + " HTTP/1.1\r\nHost: a\r\n\r\n");
   while (pool_.admitted() == 0) std::this_thread::yield();
@@ -178,7 +173,7 @@ TEST_F(Api, NotReadyWhileStopping) {
   while (running_->server().ready()) std::this_thread::yield();
   probe.send("Host: a\r\n\r\n");
   EXPECT_EQ(probe.receive().status, 503);
-  gate.set_value();
+  gate.open();
   EXPECT_EQ(busy.receive().status, 200);
   EXPECT_TRUE(running_->stop());
 }

@@ -163,19 +163,14 @@ TEST_F(Api, AStreamEndsWhereOneLikes) {
 }
 
 TEST_F(Api, HoweverManyAskForAStreamItIsMadeOnce) {
-  std::promise<void> gate;
-  auto opened = gate.get_future().share();
-  made_up_->before = [&](TileId) {
-    opened.wait();
-    return std::optional<Error>();
-  };
+  test::Gate gate(*made_up_);
   (void)port();
   std::vector<std::future<HttpReply>> asked;
   for (int i = 0; i < 12; ++i)  // more than the pool admits
     asked.push_back(
         std::async(std::launch::async, [&] { return get("/progressive/made-up/4/3/2"); }));
   while (made_up_->built == 0) std::this_thread::yield();
-  gate.set_value();
+  gate.open();
   for (auto& reply : asked) EXPECT_EQ(reply.get().status, 200);
   EXPECT_EQ(made_up_->built, 1);
   made_up_->before = [](TileId) { return std::optional(Error{Errc::bad_data, "a secret path"}); };

@@ -137,19 +137,14 @@ TEST_F(Api, AddressesOutsideAre404) {
 }
 
 TEST_F(Api, SixtyFourClientsOneBuild) {
-  std::promise<void> gate;
-  auto opened = gate.get_future().share();
-  made_up_->before = [&](TileId) {
-    opened.wait();
-    return std::optional<Error>();
-  };
+  test::Gate gate(*made_up_);
   std::vector<std::unique_ptr<HttpClient>> clients;
   for (int i = 0; i < 64; ++i) {
     clients.push_back(std::make_unique<HttpClient>(port()));
     clients.back()->send("GET " + kTile + " HTTP/1.1\r\nHost: a\r\n\r\n");
   }
   while (tiles_.counters().joined < 63) std::this_thread::yield();
-  gate.set_value();
+  gate.open();
   std::string first;
   for (auto& client : clients) {
     const HttpReply reply = client->receive();
@@ -161,19 +156,14 @@ TEST_F(Api, SixtyFourClientsOneBuild) {
 }
 
 TEST_F(Api, BuildFailuresReachAllAndAreNotCached) {
-  std::promise<void> gate;
-  auto opened = gate.get_future().share();
-  made_up_->before = [&](TileId) {
-    opened.wait();
-    return std::optional<Error>({Errc::bad_data, "/secret/path.tif: block 3 is damaged"});
-  };
+  test::Gate gate(*made_up_, Error{Errc::bad_data, "/secret/path.tif: block 3 is damaged"});
   std::vector<std::unique_ptr<HttpClient>> clients;
   for (int i = 0; i < 8; ++i) {
     clients.push_back(std::make_unique<HttpClient>(port()));
     clients.back()->send("GET " + kTile + " HTTP/1.1\r\nHost: a\r\n\r\n");
   }
   while (tiles_.counters().joined < 7) std::this_thread::yield();
-  gate.set_value();
+  gate.open();
   for (auto& client : clients) {
     const HttpReply reply = client->receive();
     EXPECT_EQ(reply.status, 500);
@@ -189,12 +179,7 @@ TEST_F(Api, BuildFailuresReachAllAndAreNotCached) {
 }
 
 TEST_F(Api, AFullQueueIsA503WithRetryAfter) {
-  std::promise<void> gate;
-  auto opened = gate.get_future().share();
-  made_up_->before = [&](TileId) {
-    opened.wait();
-    return std::optional<Error>();
-  };
+  test::Gate gate(*made_up_);
   std::vector<std::unique_ptr<HttpClient>> clients;
   for (std::size_t i = 0; i < pool_.capacity(); ++i) {
     clients.push_back(std::make_unique<HttpClient>(port()));
@@ -206,7 +191,7 @@ TEST_F(Api, AFullQueueIsA503WithRetryAfter) {
   EXPECT_EQ(refused.status, 503);
   EXPECT_EQ(refused.headers.at("retry-after"), "1");
   EXPECT_EQ(get("/livez").status, 200);
-  gate.set_value();
+  gate.open();
   for (auto& client : clients) EXPECT_EQ(client->receive().status, 200);
   EXPECT_EQ(get("/terrain/made-up/4/20/0.terrain").status, 200);
 }

@@ -43,17 +43,12 @@ TEST_F(TileServiceTest, BuildsOnceThenHits) {
 }
 
 TEST_F(TileServiceTest, HoweverManyAskThereIsOneBuild) {
-  std::promise<void> gate;
-  auto opened = gate.get_future().share();
-  made_up_->before = [&](TileId) {
-    opened.wait();
-    return std::optional<Error>();
-  };
+  test::Gate gate(*made_up_);
   CpuPool pool(2, 10);
   TileService service(cache_, pool);
   std::vector<std::future<Made>> asked;
   for (int i = 0; i < 64; ++i) asked.push_back(ask(service, {3, 2, 1}));
-  gate.set_value();
+  gate.open();
   for (auto& made : asked) EXPECT_TRUE(made.get());
   EXPECT_EQ(made_up_->built, 1);
   EXPECT_EQ(service.counters().joined, 63u);
@@ -79,17 +74,12 @@ TEST_F(TileServiceTest, VariantsComeFromTheOneBuild) {
 }
 
 TEST_F(TileServiceTest, AFailureReachesAllAndIsNotKept) {
-  std::promise<void> gate;
-  auto opened = gate.get_future().share();
-  made_up_->before = [&](TileId) {
-    opened.wait();
-    return std::optional<Error>({Errc::io, "the disk is on fire"});
-  };
+  test::Gate gate(*made_up_, Error{Errc::io, "the disk is on fire"});
   CpuPool pool(2, 10);
   TileService service(cache_, pool);
   std::vector<std::future<Made>> asked;
   for (int i = 0; i < 8; ++i) asked.push_back(ask(service, {3, 2, 1}));
-  gate.set_value();
+  gate.open();
   for (auto& future : asked) {
     const Made made = future.get();
     ASSERT_FALSE(made);
@@ -111,12 +101,7 @@ TEST_F(TileServiceTest, AnExceptionIsAFailure) {
 }
 
 TEST_F(TileServiceTest, WhatDoesNotFitIsRefusedButMayJoin) {
-  std::promise<void> gate;
-  auto opened = gate.get_future().share();
-  made_up_->before = [&](TileId) {
-    opened.wait();
-    return std::optional<Error>();
-  };
+  test::Gate gate(*made_up_);
   CpuPool pool(1, 1);
   TileService service(cache_, pool);
   auto running = ask(service, {3, 0, 0}), waiting = ask(service, {3, 1, 0});
@@ -125,7 +110,7 @@ TEST_F(TileServiceTest, WhatDoesNotFitIsRefusedButMayJoin) {
   EXPECT_EQ(refused.error().code, Errc::busy);
   EXPECT_EQ(service.counters().refused, 1u);
   auto joined = ask(service, {3, 1, 0});
-  gate.set_value();
+  gate.open();
   EXPECT_TRUE(running.get());
   EXPECT_TRUE(waiting.get());
   EXPECT_TRUE(joined.get());

@@ -1,0 +1,57 @@
+#include "server/http/query_numbers.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "server/http/uri.h"
+
+namespace tind::http {
+namespace {
+
+constexpr std::size_t kLongestName = 64;  // of a stranger's parameter, as we repeat it
+
+std::optional<double> number(const std::string& text) {
+  double value = 0;
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc() || stop != end || !std::isfinite(value)) return {};
+  return value;
+}
+
+}  // namespace
+
+QueryNumbers read_numbers(std::string_view query, std::span<const QueryNumber> known) {
+  QueryNumbers read;
+  read.values.resize(known.size());
+  const auto parameters = parse_query(query);
+  if (!parameters) {
+    read.problems.push_back({"query", "holds a bad percent-escape"});
+    return read;
+  }
+  std::vector<bool> given(known.size());
+  for (const auto& [name, text] : *parameters) {
+    const auto found = std::ranges::find(known, name, &QueryNumber::name);
+    if (found == known.end()) {
+      read.problems.push_back(
+          {name.substr(0, kLongestName), "is not a parameter of this resource"});
+      continue;
+    }
+    const auto k = std::size_t(found - known.begin());
+    const auto value = number(text);
+    if (given[k])
+      read.problems.push_back({name, "given twice"});
+    else if (!value || *value < found->least || *value > found->most ||
+             (found->whole && *value != std::floor(*value)))
+      read.problems.push_back({name, fmt::format("must be {} from {:.0f} to {:.0f}", found->unit,
+                                                 found->least, found->most)});
+    else
+      read.values[k] = value;
+    given[k] = true;
+  }
+  return read;
+}
+
+}  // namespace tind::http
