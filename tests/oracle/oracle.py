@@ -9,7 +9,8 @@ the rectangle without flips, the bounding sphere, and with the neighbours shared
     oracle.py DIR DEM            checks tiles that are there (made with --to-datum same)
     oracle.py --build DEM...     makes them first, with the program in $TIND_BINARY
 
-Further options go behind --options, e.g. --options --max-error 5. Exit code 0: no disagreement.
+With --geoid tind adds the undulation of EGM96, and so does the oracle, from PROJ's own grid. Further
+options go behind --options, e.g. --options --max-error 5. Exit code 0: no disagreement.
 """
 import argparse
 import json
@@ -36,10 +37,31 @@ A, B = 6378137.0, 6356752.314245179
 
 # ---- the source ----
 
+class Geoid:
+    """Undulations, bilinear over PROJ's EGM96 grid."""
+    FILES = ["/usr/share/proj/us_nga_egm96_15.tif", "/usr/share/proj/egm96_15.gtx"]
+    TOLERANCE = 0.0016    # metres: tind's grid holds multiples of 3 mm
+
+    def __init__(self):
+        data = gdal.Open(next(f for f in self.FILES if os.path.exists(f)))
+        x0, self.dx, _, y0, _, self.dy = data.GetGeoTransform()
+        self.x0, self.y0 = x0 + self.dx / 2, y0 + self.dy / 2
+        n = data.ReadAsArray().astype(np.float64)
+        self.n = np.concatenate([n, n[:, :1]], axis=1)    # around the globe
+
+    def __call__(self, lon, lat):
+        col, row = (lon - self.x0) / self.dx, (lat - self.y0) / self.dy
+        col %= self.n.shape[1] - 1
+        i, j = np.floor(col).astype(int), np.clip(np.floor(row).astype(int), 0, self.n.shape[0] - 2)
+        fx, fy = col - i, row - j
+        upper = self.n[j, i] * (1 - fx) + self.n[j, i + 1] * fx
+        return upper * (1 - fy) + (self.n[j + 1, i] * (1 - fx) + self.n[j + 1, i + 1] * fx) * fy
+
+
 class Source:
     """Posts as longitudes, latitudes (degrees) and heights (metres, NaN where void)."""
 
-    def __init__(self, path):
+    def __init__(self, path, geoid=None):
         data = gdal.Open(path)
         band = data.GetRasterBand(1)
         z = band.ReadAsArray().astype(np.float64)
@@ -49,6 +71,8 @@ class Source:
         cols, rows = np.arange(data.RasterXSize) + 0.5, np.arange(data.RasterYSize) + 0.5
         crs = data.GetSpatialRef()
         crs.SetAxisMappingStrategy(osr.OAMS_TRADITIONAL_GIS_ORDER)
+        z *= {"": crs.GetLinearUnits() if crs.IsProjected() else 1, "m": 1, "metre": 1, "ft": 0.3048,
+              "US survey foot": 1200 / 3937}[band.GetUnitType()]
         self.plain = bool(crs.IsGeographic()) and rx == ry == 0
         self.tolerance = ROUNDING if self.plain else PLACING
         if self.plain:
@@ -70,6 +94,9 @@ class Source:
             order = np.argsort(places[valid, 0])
             self.lon, self.lat = places[valid, 0][order], places[valid, 1][order]
             self.z = z.ravel()[valid][order]
+        if geoid:
+            self.tolerance += Geoid.TOLERANCE
+            self.z = self.z + geoid(*(np.meshgrid(self.lon, self.lat) if self.plain else (self.lon, self.lat)))
 
     def posts(self, west, south, side):
         """u, v, height of the valid posts in a closed square, u and v in the tile's units."""
@@ -256,10 +283,10 @@ def look_at(name):
     return name, faults, [tile.side(k) for k in range(4)], len(heights), kind == "exact", truth, stated
 
 
-def check(folder, dem):
+def check(folder, dem, geoid):
     global SOURCE, FOLDER
     begin = time.time()
-    SOURCE, FOLDER = Source(dem), pathlib.Path(folder)
+    SOURCE, FOLDER = Source(dem, geoid), pathlib.Path(folder)
     names = sorted(p.relative_to(FOLDER).with_suffix("").as_posix() for p in FOLDER.glob("*/*/*.terrain"))
     with multiprocessing.Pool() as pool:
         looked = pool.map(look_at, names, chunksize=8)
@@ -286,16 +313,19 @@ def main():
     parser.add_argument("--build", action="store_true")
     parser.add_argument("paths", nargs="+")
     parser.add_argument("--options", nargs=argparse.REMAINDER, default=[])
+    parser.add_argument("--geoid", action="store_true", help="the tiles are above the ellipsoid, the DEM above EGM96")
     args = parser.parse_args()
+    geoid = Geoid() if args.geoid else None
+    datum = ["--from-datum", "egm96", "--to-datum", "ellipsoid"] if geoid else ["--to-datum", "same"]
     results = []
     if args.build:
         for dem in args.paths:
             with tempfile.TemporaryDirectory() as folder:
-                subprocess.run([os.environ["TIND_BINARY"], "build", dem, "-o", folder, "--to-datum", "same",
+                subprocess.run([os.environ["TIND_BINARY"], "build", dem, "-o", folder, *datum,
                                 "--progress", "none", *args.options], check=True, stdout=subprocess.DEVNULL)
-                results.append(check(folder, dem))
+                results.append(check(folder, dem, geoid))
     else:
-        results.append(check(*args.paths))
+        results.append(check(*args.paths, geoid))
     tiles, faults = (sum(r[k] for r in results) for k in (0, 1))
     print(f"{tiles} tiles, {faults} disagreements")
     return 1 if faults else 0
