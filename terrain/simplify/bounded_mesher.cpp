@@ -81,7 +81,7 @@ constexpr double kNoWeight = 1e-13;  // on the ring: the apex has no say
 /// What the witnesses alone leave of the room, the last first; no further than needed when the gap
 /// exceeds `give_up`.
 template <class S>
-void BoundedMesher<S>::ask_witnesses(const Vec3& apex, Interval& room, double give_up) const {
+void BoundedMesher<S>::ask_witnesses(const Vec3& apex, Interval& room, double give_up) {
   const std::size_t count = std::min(witnesses_, witness_.size());
   for (std::size_t k = 0; k < count && !(room.gap() > give_up); ++k) {
     const Vec3& p = witness_[(witnesses_ - 1 - k) % witness_.size()];
@@ -91,8 +91,9 @@ void BoundedMesher<S>::ask_witnesses(const Vec3& apex, Interval& room, double gi
       const Facet f(apex, a, b);
       const double l = f.weight(p.x, p.y), r = p.z - f.rest(p.x, p.y);
       if (l > kNoWeight) {
-        room.lo = std::max(room.lo, (r - eps_) / l);
-        room.hi = std::min(room.hi, (r + eps_) / l);
+        const double lo = (r - eps_) / l, hi = (r + eps_) / l;
+        if (lo > room.lo) room.lo = lo, lowest_ = p;
+        if (hi < room.hi) room.hi = hi, highest_ = p;
       }
       break;
     }
@@ -176,16 +177,20 @@ template <class S>
 bool BoundedMesher<S>::choose_height(const Vec3& apex, Interval room, double before,
                                      double& height) const {
   if (!(room.lo <= room.hi)) return false;
-  if (!(room.lo >= lowest_.z - eps_ && room.hi <= highest_.z + eps_)) keep_near_samples(apex, room);
-  if (!(room.lo <= room.hi)) return false;
   double h = (room.lo + room.hi) / 2;
+  const double low = std::min(lowest_.z, highest_.z), high = std::max(lowest_.z, highest_.z);
+  if (!(h >= low - eps_ && h <= high + eps_)) {  // these two alone do not vouch for it
+    keep_near_samples(apex, room);
+    if (!(room.lo <= room.hi)) return false;
+    h = (room.lo + room.hi) / 2;
+  }
   if (!std::isfinite(h)) {
-    double low = before, high = before;
+    double lowest = before, highest = before;
     for (const RingEdge& e : ring_) {
-      low = std::min(low, mesh_.position(e[0]).z);
-      high = std::max(high, mesh_.position(e[0]).z);
+      lowest = std::min(lowest, mesh_.position(e[0]).z);
+      highest = std::max(highest, mesh_.position(e[0]).z);
     }
-    h = std::clamp(std::clamp(before, low, high), room.lo, room.hi);
+    h = std::clamp(std::clamp(before, lowest, highest), room.lo, room.hi);
   }
   h = snap_height(h, options_.height_step);
   if (h < room.lo || h > room.hi || h < options_.height_min || h > options_.height_max)
@@ -283,11 +288,14 @@ bool BoundedMesher<S>::try_targets(Index v, bool search) {
     add_to_ring(v, w);
     if (!ring_ccw(target)) continue;
     Interval start = fixed ? Interval{target.z, target.z} : Interval{-kInfinity, kInfinity};
+    lowest_ = highest_ = target;
     if (!fixed) {
       // Before anything is scanned: do v's and w's own samples agree?
       const Vec3& own = origin_[w];
-      if (own.x == target.x && own.y == target.y && !std::isnan(own.z))
+      if (own.x == target.x && own.y == target.y && !std::isnan(own.z)) {
         start = Interval{own.z - eps_, own.z + eps_};
+        lowest_ = highest_ = own;
+      }
       ask_witnesses(target, start, give_up);
       if (start.gap() > give_up) continue;
       add_to_ring(w, v);

@@ -81,7 +81,7 @@ class BoundedMesher {
   /// them too, which takes a few orientation tests instead of a scan of the star.
   std::array<Vec3, 8> witness_;
   std::size_t witnesses_ = 0;
-  Vec3 lowest_, highest_;             // the samples that set lo and hi of the last room()
+  Vec3 lowest_, highest_;             // the samples that set lo and hi of the room at hand
   std::vector<Vec3> origin_;          // by vertex: the sample that it was inserted for
   std::vector<std::uint8_t> active_;  // by vertex: 0 outside the part to be mended
   std::vector<std::uint8_t> frozen_;  // by vertex: keeps place and height (empty: none)
@@ -110,7 +110,7 @@ class BoundedMesher {
   bool ring_ccw(const Vec3& apex) const;
   void forget_witnesses() { witnesses_ = 0; }
   void add_witness(const Vec3& p) { witness_[witnesses_++ % witness_.size()] = p; }
-  void ask_witnesses(const Vec3& apex, Interval& room, double give_up) const;
+  void ask_witnesses(const Vec3& apex, Interval& room, double give_up);
   bool narrow(const Vec3& w, RingEdge e, Interval& room, double give_up);
   Interval room(const Vec3& apex, Interval start, double give_up);
   void keep_near_samples(const Vec3& apex, Interval& room) const;
