@@ -3,14 +3,9 @@
 
 #include <string>
 
-namespace tind::test {
+#include "tests/support/support.h"
 
-/// Sanitizers multiply what a program takes: what it takes says nothing then.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kSanitized = true;
-#else
-constexpr bool kSanitized = false;
-#endif
+namespace tind::test {
 
 struct Ran {
   int code = -1;    ///< the exit code

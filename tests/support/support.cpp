@@ -41,6 +41,24 @@ HeightGrid rough_terrain(int cols, int rows, unsigned seed, float relief) {
   return grid;
 }
 
+HeightGrid awkward_grid(std::mt19937& random, int round) {
+  HeightGrid grid(2 + int(random() % 30), 2 + int(random() % 30), 0);
+  for (float& z : grid.values()) {
+    z = round % 3 == 0 ? float(random() % 2 * 1000) : float(random() % 1000) / 7;
+    if (round % 4 == 1 && random() % 12 == 0) z = HeightGrid::kVoid;
+  }
+  return grid;
+}
+
+HeightGrid terraced_grid(std::mt19937& random, unsigned sides, unsigned void_in, unsigned heights,
+                         int step) {
+  HeightGrid grid(2 + int(random() % sides), 2 + int(random() % sides));
+  for (float& z : grid.values())
+    z = random() % void_in == 0 ? HeightGrid::kVoid : float(int(random() % heights) * step);
+  grid.at(0, 0) = 1;
+  return grid;
+}
+
 std::string testdata(const std::string& name) { return std::string(TIND_TESTDATA) + "/" + name; }
 
 std::string shared_data(const std::string& name) {

@@ -118,13 +118,7 @@ TEST(Bounded, degenerate_terrain) {
       if ((c - 25) * (c - 25) + (r - 25) * (r - 25) < 80) plane.at(c, r) = HeightGrid::kVoid;
     }
   for (const auto& g : {checkers, spikes, steps, plane, bowl}) grids.push_back(g);
-  for (int k = 0; k < 40; ++k) {
-    HeightGrid g(2 + int(random() % 9), 2 + int(random() % 9));
-    for (float& z : g.values())
-      z = random() % 9 == 0 ? HeightGrid::kVoid : float(int(random() % 7) * 10);
-    g.at(0, 0) = 1;
-    grids.push_back(g);
-  }
+  for (int k = 0; k < 40; ++k) grids.push_back(test::terraced_grid(random, 9, 9, 7, 10));
   for (const HeightGrid& grid : grids) {
     for (const double eps : {0.01, 5.0, 1e4}) {
       expect_promises(grid, run(grid, "bounded", eps), eps, eps);
@@ -214,13 +208,7 @@ TEST(Bounded, a_count_on_degenerate_terrain) {
   std::vector<HeightGrid> grids = {HeightGrid(2, 2, 1), HeightGrid(40, 3, 7), HeightGrid(30, 30)};
   for (int r = 0; r < 30; ++r)
     for (int c = 0; c < 30; ++c) grids[2].at(c, r) = float(c * c + r);
-  for (int k = 0; k < 40; ++k) {
-    HeightGrid g(2 + int(random() % 20), 2 + int(random() % 20));
-    for (float& z : g.values())
-      z = random() % 5 == 0 ? HeightGrid::kVoid : float(int(random() % 3) * 1000);
-    g.at(0, 0) = 1;
-    grids.push_back(g);
-  }
+  for (int k = 0; k < 40; ++k) grids.push_back(test::terraced_grid(random, 20, 5, 3, 1000));
   for (const HeightGrid& grid : grids) {
     for (const std::uint64_t count : {2, 7, 60, 5000}) {
       const Simplified s = run_count(grid, "bounded", count);

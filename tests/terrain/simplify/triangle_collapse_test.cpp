@@ -64,11 +64,7 @@ TEST(TriangleCollapse, TakesSixTrianglesAStep) {
 TEST(TriangleCollapse, StaysValidAndCoversEverythingOnAnyGrid) {
   std::mt19937 random(12);
   for (int round = 0; round < 100; ++round) {
-    HeightGrid grid(2 + int(random() % 30), 2 + int(random() % 30), 0);
-    for (float& z : grid.values()) {
-      z = round % 3 == 0 ? float(random() % 2 * 1000) : float(random() % 1000) / 7;
-      if (round % 4 == 1 && random() % 12 == 0) z = HeightGrid::kVoid;
-    }
+    const HeightGrid grid = test::awkward_grid(random, round);
     const auto full = terrain_mesh(grid, 25, 30);
     if (!full) continue;
     const double area = check_validity(full->mesh.to_tin()).area;
