@@ -55,17 +55,19 @@ Edge edge_of(const CheckedTile& t, int side) {
   return edge;
 }
 
-/// The mesh along the middle of the tile, where its children meet: west to east, or south to north.
-Edge middle_of(const CheckedTile& t, bool northward) {
+/// The mesh along a line near the middle of the tile, where its children meet: south to north at
+/// u = place, or west to east at v = place.
+Edge line_through(const CheckedTile& t, bool northward, std::int32_t place) {
   const auto& across = northward ? t.u : t.v;
   const auto& along = northward ? t.v : t.u;
-  constexpr double kMiddle = kEnd / 2.0;  // no vertex is there: places are whole
   Edge line;
   for (const auto& triangle : t.triangles) {
     for (int k = 0; k < 3; ++k) {
       const auto a = triangle[std::size_t(k)], b = triangle[std::size_t((k + 1) % 3)];
-      if (across[a] > kMiddle || across[b] < kMiddle) continue;  // each edge inside is seen twice
-      const double s = (kMiddle - across[a]) / (double(across[b]) - across[a]);
+      if (across[a] == place) line.push_back({double(along[a]), t.height(a), {}});
+      if ((across[a] < place) == (across[b] < place) || across[a] == place || across[b] == place)
+        continue;
+      const double s = (double(place) - across[a]) / (double(across[b]) - across[a]);
       line.push_back({along[a] + s * (double(along[b]) - along[a]),
                       t.height(a) + s * (t.height(b) - t.height(a)),
                       {}});
@@ -74,6 +76,9 @@ Edge middle_of(const CheckedTile& t, bool northward) {
   std::sort(line.begin(), line.end());
   return line;
 }
+
+/// The middle lies between two columns, or rows, of places: vertices can stand on either.
+constexpr std::array<std::int32_t, 2> kMiddles = {16383, 16384};
 
 /// Height of the line at a place along it. REQUIRES: two points or more.
 double height_along(const Edge& edge, double at) {
@@ -102,7 +107,7 @@ double distance(const Edge& a, const Edge& b, double scale, double shift) {
 struct Remains {
   bool good = false, has_normals = false;
   std::array<Edge, 4> edges;
-  std::array<Edge, 2> middle;  // northward, eastward; of parents
+  std::array<std::array<Edge, 2>, 2> middles;  // northward, eastward; of parents
   StatedError stated;
   double min_height = 0, max_height = 0;
 };
@@ -255,7 +260,10 @@ class LevelCheck {
     if (!check_decode(bytes, id.text(), tile, ignored)) return r;
     r.stated = check_tile(tile, id, options_.error_factor, ignored);
     for (int side = 0; side < 4; ++side) r.edges[std::size_t(side)] = edge_of(tile, side);
-    r.middle = {middle_of(tile, true), middle_of(tile, false)};
+    for (std::size_t k = 0; k < 2; ++k) {
+      r.middles[0][k] = line_through(tile, true, kMiddles[k]);
+      r.middles[1][k] = line_through(tile, false, kMiddles[k]);
+    }
     r.good = true;
     return r;
   }
@@ -263,7 +271,8 @@ class LevelCheck {
   bool has(TileId id) const { return std::ranges::binary_search(tiles_, id); }
 
   void gap_to_parent(TileId id, const Remains& child, const Remains& parent, int side, int half) {
-    const auto gap = gap_to(parent.edges[std::size_t(side)], child, side, half);
+    const double gap = gap_to(parent.edges[std::size_t(side)], child, side, half);
+    level_.gap_m = std::max(level_.gap_m, gap);
     // What a tile says of its edges counts more than what it says of its posts.
     const StatedError &mine = child.stated, &its = parent.stated;
     if (mine.edge_error_m && its.edge_error_m)
@@ -278,10 +287,15 @@ class LevelCheck {
         child.stated.edge_error_m ? child.stated.edge_error_m : child.stated.max_error_m;
     const auto look = [&](TileId missing, bool northward, int side, int half) {
       if (std::ranges::binary_search(tiles_, missing)) return;
-      const auto gap = gap_to(parent.middle[northward ? 0 : 1], child, side, half);
-      if (mine && parent.stated.max_error_m)
-        report_gap(rule("crack.stand-in"), id.text() + " without " + missing.text(), gap,
-                   *mine + *parent.stated.max_error_m);
+      const auto& lines = parent.middles[northward ? 0 : 1];
+      const double gap =
+          std::min(gap_to(lines[0], child, side, half), gap_to(lines[1], child, side, half));
+      level_.gap_m = std::max(level_.gap_m, gap);
+      if (!mine || !parent.stated.max_error_m) return;
+      const double its =
+          std::max(*parent.stated.max_error_m, parent.stated.edge_error_m.value_or(0));
+      report_gap(rule("crack.stand-in"), id.text() + " without " + missing.text(), gap,
+                 *mine + its);
     };
     look({id.level, id.x ^ 1, id.y}, true, id.x % 2 ? kWest : kEast, id.y % 2);
     look({id.level, id.x, id.y ^ 1}, false, id.y % 2 ? kSouth : kNorth, id.x % 2);
@@ -289,12 +303,10 @@ class LevelCheck {
 
   /// Between a side of a tile and a line of its parent; 0 where one of the two is no line
   /// (edge.short says it).
-  double gap_to(const Edge& line, const Remains& child, int side, int half) {
+  static double gap_to(const Edge& line, const Remains& child, int side, int half) {
     const Edge& edge = child.edges[std::size_t(side)];
     if (line.size() < 2 || edge.size() < 2) return 0;
-    const double gap = distance(line, edge, 0.5, half * kEnd / 2);
-    level_.gap_m = std::max(level_.gap_m, gap);
-    return gap;
+    return distance(line, edge, 0.5, half * kEnd / 2);
   }
 
   void report_gap(std::size_t rule_number, const std::string& where, double gap, double allowed) {

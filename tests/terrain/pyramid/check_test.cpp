@@ -333,7 +333,7 @@ std::map<std::string, Defect> error_defects() {
        [](const Tiles& t) {
          fs::remove(t.path(kTile));
          t.metadata(kSibling, [](Json& j) { j["edge_error_m"] = 0.001; });
-         t.metadata(kParent, [](Json& j) { j["max_error_m"] = 0.001; });
+         t.metadata(kParent, [](Json& j) { j["max_error_m"] = j["edge_error_m"] = 0.001; });
        }},
       {"error.edge", says("edge_error_m", -1)},
       {"source.error", says("max_error_m", 0.01)},
