@@ -8,8 +8,9 @@
 namespace tind::test {
 
 struct Ran {
-  int code = -1;    ///< the exit code
-  std::string out;  ///< stdout and stderr together
+  int code = -1;       ///< the exit code
+  std::string out;     ///< stdout and stderr, one after the other
+  std::string answer;  ///< stdout alone: on a slow machine progress shows on stderr
 };
 
 /// Runs this build's `tind` through the shell: "info a.tif --json".

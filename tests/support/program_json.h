@@ -14,7 +14,7 @@ namespace tind::test {
 inline nlohmann::json tind_json(const std::string& arguments) {
   const Ran ran = run_tind(arguments);
   EXPECT_EQ(ran.code, 0) << arguments << "\n" << ran.out;
-  return nlohmann::json::parse(ran.out, nullptr, false);
+  return nlohmann::json::parse(ran.answer, nullptr, false);
 }
 
 }  // namespace tind::test

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <future>
-#include <regex>
 #include <thread>
 
 #include "proto/tile_frames.h"
@@ -44,7 +43,9 @@ TEST_F(Api, ATileHasAllItsHeaders) {
     EXPECT_EQ(reply.headers.at("cache-control"), "public, max-age=3600");
     EXPECT_EQ(reply.headers.at("vary"), "Accept, Accept-Encoding");
     EXPECT_EQ(reply.headers.at("access-control-allow-origin"), "*");
-    EXPECT_TRUE(std::regex_match(reply.headers.at("etag"), std::regex("\"[0-9a-f]{32}\"")));
+    const std::string etag = reply.headers.at("etag");
+    EXPECT_EQ(etag.size(), 34u);
+    EXPECT_EQ(etag.find_first_not_of("0123456789abcdef", 1), 33u) << etag;
     EXPECT_FALSE(reply.headers.contains("content-encoding"));
     const auto bytes = made_up_->tile({3, 5, 2}, {})->bytes;
     EXPECT_EQ(reply.body, std::string(bytes.begin(), bytes.end()));

@@ -42,7 +42,7 @@ TEST(Between, ExtractFindsBothModelsAtTheEnds) {
     const auto made = test::run_tind("between " + write(dir, "fine.ply", fine) + " " +
                                      write(dir, "coarse.ply", coarse) + " -o " + tpm + " --json");
     ASSERT_EQ(made.code, 0) << made.out;
-    const auto figures = nlohmann::json::parse(made.out);
+    const auto figures = nlohmann::json::parse(made.answer);
     EXPECT_EQ(figures.at("positions_exact"), true);
     // Made by splitting edges at random, the fine one is full of slivers.
     EXPECT_LE(100 * figures.at("triangles_turned").get<int>(), figures.at("splits").get<int>());

@@ -16,7 +16,7 @@ using test::run_tind;
 Json output_of(const std::string& arguments) {
   const auto ran = run_tind(arguments + " --json --progress none");
   EXPECT_EQ(ran.code, 0) << ran.out;
-  return ran.code == 0 ? Json::parse(ran.out) : Json();
+  return ran.code == 0 ? Json::parse(ran.answer) : Json();
 }
 
 void expect_close(const std::string& dem, const std::string& options) {

@@ -34,7 +34,7 @@ class ExplainTest : public testing::Test {
     const auto ran =
         run_tind("explain " + tiles() + " " + tile + " --json --progress none " + more);
     EXPECT_EQ(ran.code, 0) << ran.out;
-    return ran.code == 0 ? Json::parse(ran.out) : Json();
+    return ran.code == 0 ? Json::parse(ran.answer) : Json();
   }
   static test::TempDir* folder_;
 };

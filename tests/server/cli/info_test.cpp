@@ -22,7 +22,7 @@ Ran info(const std::string& arguments) { return tind::test::run_tind("info " + a
 nlohmann::json json_of(const std::string& arguments) {
   const Ran outcome = info(arguments + " --json");
   EXPECT_EQ(outcome.code, 0) << outcome.out;
-  return nlohmann::json::parse(outcome.out, nullptr, false);
+  return nlohmann::json::parse(outcome.answer, nullptr, false);
 }
 
 TEST(Info, Dem) {

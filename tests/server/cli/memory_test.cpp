@@ -26,7 +26,7 @@ TEST(Memory, a_build_stays_within_it) {
                             "--progress none -o ";
   const auto ran = run_tind(build + dir.file("tiles") + " --memory 200M --threads 64");
   ASSERT_EQ(ran.code, 0) << ran.out;
-  const Json report = Json::parse(ran.out);
+  const Json report = Json::parse(ran.answer);
   EXPECT_LE(report["peak_mb"].get<double>(), 200);
   EXPECT_LT(report["threads"].get<int>(), 64);
   EXPECT_TRUE(report["index"]["made"]);

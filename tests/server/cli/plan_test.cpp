@@ -71,7 +71,7 @@ TEST(Plan, ListsTilesWithTheirDeadlines) {
   const auto run = [&](const std::string& more) {
     const auto got = test::run_tind("plan " + dem + " --tolerance 32 --json " + more);
     EXPECT_EQ(got.code, 0) << got.out;
-    return nlohmann::json::parse(got.out);
+    return nlohmann::json::parse(got.answer);
   };
   const std::string flight = "--position=-121.8,46.8,5000 --velocity=250,0,0 --horizon 60";
   const auto slow = run(flight + " --link 0.1");
@@ -100,7 +100,7 @@ TEST(Plan, ListsTilesWithTheirDeadlines) {
   const auto stored =
       test::run_tind("plan " + tiles + " --trajectory " + file + " --tolerance 32 --json");
   ASSERT_EQ(stored.code, 0) << stored.out;
-  const auto plan = nlohmann::json::parse(stored.out);
+  const auto plan = nlohmann::json::parse(stored.answer);
   std::set<int> sizes;
   for (const auto& t : plan.at("tiles")) sizes.insert(t.at("bytes").get<int>());
   EXPECT_GT(sizes.size(), 1u);

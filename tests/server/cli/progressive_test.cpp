@@ -18,17 +18,17 @@ TEST(Progressive, AStreamIsMadeAndLevelsComeOutWithinTheirError) {
   const auto made = test::run_tind(std::string("progressive ") + test::testdata("crater.tif") +
                                    " -o " + tpm + " --method qem --max-error 4 --json");
   ASSERT_EQ(made.code, 0) << made.out;
-  const auto figures = nlohmann::json::parse(made.out);
+  const auto figures = nlohmann::json::parse(made.answer);
   EXPECT_LE(figures["fine_error_m"], 4.25);
   for (const char* error : {"100", "20", "5"}) {
     const auto got = test::run_tind(std::string("extract ") + tpm + " --max-error " + error +
                                     " -o " + ply + " --json");
     ASSERT_EQ(got.code, 0) << got.out;
-    const auto level = nlohmann::json::parse(got.out);
+    const auto level = nlohmann::json::parse(got.answer);
     const auto measured = test::run_tind(std::string("measure ") + ply + " " +
                                          test::testdata("crater.tif") + " --json");
     ASSERT_EQ(measured.code, 0) << measured.out;
-    const auto truth = nlohmann::json::parse(measured.out);
+    const auto truth = nlohmann::json::parse(measured.answer);
     EXPECT_LE(truth["max_error_m"], level["max_error_m"].get<double>() + 1e-6);
     EXPECT_LE(level["max_error_m"], std::stod(error));
     EXPECT_EQ(truth["uncovered"], 0);
@@ -37,14 +37,14 @@ TEST(Progressive, AStreamIsMadeAndLevelsComeOutWithinTheirError) {
   const auto few =
       test::run_tind(std::string("extract ") + tpm + " --triangles 500 -o " + ply + " --json");
   ASSERT_EQ(few.code, 0) << few.out;
-  EXPECT_NEAR(nlohmann::json::parse(few.out)["triangles"].get<double>(), 500, 1);
+  EXPECT_NEAR(nlohmann::json::parse(few.answer)["triangles"].get<double>(), 500, 1);
 
   const auto whole = proto::read_whole_file(tpm);
   ASSERT_TRUE(proto::write_whole_file(dir.file("cut.tpm"), whole->substr(0, whole->size() / 2)));
   const auto cut = test::run_tind(std::string("extract ") + dir.file("cut.tpm") +
                                   " --triangles 100000000 -o " + ply + " --json");
   ASSERT_EQ(cut.code, 0) << cut.out;
-  EXPECT_EQ(nlohmann::json::parse(cut.out)["complete"], false);
+  EXPECT_EQ(nlohmann::json::parse(cut.answer)["complete"], false);
   const auto too_fine =
       test::run_tind(std::string("extract ") + tpm + " --max-error 0.5 -o " + ply);
   EXPECT_NE(too_fine.code, 0);
@@ -58,18 +58,18 @@ TEST(Progressive, AMeshIsTakenToo) {
   ASSERT_TRUE(proto::write_mesh(fine, to_file_mesh(test::sphere(400))));
   const auto made = test::run_tind("progressive " + fine + " -o " + tpm + " --json");
   ASSERT_EQ(made.code, 0) << made.out;
-  const auto figures = nlohmann::json::parse(made.out);
+  const auto figures = nlohmann::json::parse(made.answer);
   EXPECT_EQ(figures["method"], "qem");
   EXPECT_EQ(figures["vertices"], 414);
   for (const char* error : {"0.5", "0.1"}) {
     const auto got =
         test::run_tind("extract " + tpm + " --max-error " + error + " -o " + ply + " --json");
     ASSERT_EQ(got.code, 0) << got.out;
-    const auto level = nlohmann::json::parse(got.out);
+    const auto level = nlohmann::json::parse(got.answer);
     EXPECT_LE(level.at("max_error"), std::stod(error));
     const auto measured = test::run_tind("measure " + ply + " " + fine + " --json");
     ASSERT_EQ(measured.code, 0) << measured.out;
-    EXPECT_LE(nlohmann::json::parse(measured.out).at("distance_max"), level.at("max_error"));
+    EXPECT_LE(nlohmann::json::parse(measured.answer).at("distance_max"), level.at("max_error"));
   }
   for (const char* options :
        {" --max-error 1", " --lattice 4", " --step 0", " --step 1e-12", " --method bounded"}) {

@@ -17,7 +17,7 @@ TEST(Refine, BothErrorsHoldAndTheRegionIsWhereItShouldBe) {
                             " --route '-121.9,46.7 -121.7,46.9' --width 2000 --inside 1 "
                             "--outside 80 --json --progress none");
   ASSERT_EQ(ran.code, 0) << ran.out;
-  const auto json = nlohmann::json::parse(ran.out);
+  const auto json = nlohmann::json::parse(ran.answer);
   EXPECT_LE(json["inside"]["max_error_m"], 1.0);
   EXPECT_LE(json["outside"]["max_error_m"], 80.0);
   EXPECT_GT(json["outside"]["max_error_m"], 20.0);
