@@ -113,7 +113,7 @@ bool BoundedMesher<S>::narrow(const Vec3& w, RingEdge e, Interval& room, double 
   // the apex at lo, raised by eps; likewise with hi. All between the two planes say nothing new.
   Band band;
   band.x = w.x, band.y = w.y, band.z = a.z;
-  band.size = std::abs(b.z - a.z);
+  band.size = std::abs(b.z - a.z) + eps;
   const auto raise = [&] {
     band.top = lo + eps - band.z, band.top_x = lo * f.lx + f.rx, band.top_y = lo * f.ly + f.ry;
     band.size = std::max(band.size, std::abs(band.top));

@@ -119,26 +119,29 @@ struct GridSamples {
   }
 
   /// The two planes of a band along a row, at four columns at a time, in float with room for its
-  /// rounding: float keeps 24 bits of the planes' values, and of the heights' distance from z.
+  /// rounding: float keeps 24 bits of the planes' values, and of the heights' distance from z. From
+  /// group to group they go on in double, so that rounding does not add up along a row.
   struct RowBand {
-    Floats top, bottom, top_step, bottom_step;  // above `base`
+    double top, bottom, top_step, bottom_step;  // at the first of the four, above `base`
+    Floats top_lanes, bottom_lanes;             // from there to each
     float base;
 
     RowBand(const Band& band, const GridSamples& s, int col, double y) {
       constexpr Floats kLanes = {0, 1, 2, 3};
       const double u = s.x0 + double(col) * s.dx - band.x, v = y - band.y, zero = band.z - s.offset;
       const double slack = 5e-7 * (band.size + std::abs(zero) * 0.25);
-      const float t = float(band.top_x * s.dx), b = float(band.bottom_x * s.dx);
-      top = float(band.top + (band.top_x * u + band.top_y * v) - slack) + t * kLanes;
-      bottom = float(band.bottom + (band.bottom_x * u + band.bottom_y * v) + slack) + b * kLanes;
-      top_step = Floats{} + 4 * t, bottom_step = Floats{} + 4 * b;
+      top = band.top + (band.top_x * u + band.top_y * v) - slack;
+      bottom = band.bottom + (band.bottom_x * u + band.bottom_y * v) + slack;
+      top_step = 4 * band.top_x * s.dx, bottom_step = 4 * band.bottom_x * s.dx;
+      top_lanes = float(band.top_x * s.dx) * kLanes;
+      bottom_lanes = float(band.bottom_x * s.dx) * kLanes;
       base = float(zero);
     }
     Lanes outside(const float* at) const {
       Floats h;
       std::memcpy(&h, at, sizeof h);
       h -= base;
-      return Lanes(h > top) | Lanes(h < bottom);
+      return Lanes(h > float(top) + top_lanes) | Lanes(h < float(bottom) + bottom_lanes);
     }
     void next() { top += top_step, bottom += bottom_step; }
   };
