@@ -27,7 +27,7 @@ namespace tind {
 
 /// What scan_outside leaves out: the samples between two planes, both given relative to the place
 /// (x, y) and the height z. Whoever decides by it measures again, exactly: it may let through
-/// samples that are inside by a millionth of `size`, never hold back one that is outside.
+/// samples that are inside, never hold back one that is outside.
 struct Band {
   double x = 0, y = 0, z = 0;
   double top = 0, top_x = 0, top_y = 0;           // height above z at (x, y), and slopes
