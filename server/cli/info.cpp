@@ -1,4 +1,4 @@
-// tind info: what is this file? A DEM, a terrain tile, or a folder of tiles.
+// tind info: what is this file? A DEM (info_dem.cpp), a terrain tile, or a folder of tiles.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -16,7 +16,8 @@
 #include "proto/layer_json.h"
 #include "proto/quantized_mesh.h"
 #include "server/cli/commands.h"
-#include "server/cli/dem_input.h"
+#include "server/cli/info_dem.h"
+#include "server/cli/output_options.h"
 #include "terrain/geo/ellipsoid.h"
 
 namespace tind::cli {
@@ -27,132 +28,8 @@ using Json = nlohmann::ordered_json;
 
 struct Arguments {
   DemInput dem;
-  bool json = false;
+  InfoDemOptions options;
 };
-
-// ---- a DEM ----
-
-struct HeightRange {
-  double low = HUGE_VAL, high = -HUGE_VAL;
-  std::int64_t posts = 0, voids = 0;
-};
-
-/// Reads every post, some rows at a time. A damaged file is found out here.
-Result<HeightRange> scan(const DemSource& dem) {
-  constexpr std::int64_t kPostsAtOnce = 16 << 20;
-  const DemInfo& info = dem.info();
-  const auto rows_at_once =
-      std::clamp<std::int64_t>(kPostsAtOnce / info.cols / 256 * 256, 256, 65536);
-  HeightRange range;
-  for (std::int64_t row = 0; row < info.rows; row += rows_at_once) {
-    const auto rows = std::min(rows_at_once, info.rows - row);
-    const auto grid = dem.read(0, row, int(info.cols), int(rows));
-    if (!grid) return std::unexpected(grid.error());
-    range.posts += std::int64_t(grid->size());
-    for (const float z : grid->values()) {
-      if (std::isnan(z)) {
-        ++range.voids;
-      } else {
-        range.low = std::min<double>(range.low, z);
-        range.high = std::max<double>(range.high, z);
-      }
-    }
-  }
-  return range;
-}
-
-const char* text(CrsKind kind) {
-  switch (kind) {
-    case CrsKind::geographic:
-      return "geographic";
-    case CrsKind::projected:
-      return "projected";
-    case CrsKind::none:
-      break;
-  }
-  return "none";
-}
-
-Json to_json(const DemSource& dem, const HeightRange& range) {
-  const DemInfo& info = dem.info();
-  const Affine& m = info.post_to_crs;
-  Json j;
-  j["kind"] = "dem";
-  j["files"] = info.files;
-  j["driver"] = info.driver;
-  j["cols"] = info.cols;
-  j["rows"] = info.rows;
-  j["has_geotransform"] = info.has_geotransform;
-  j["post_to_crs"] = {m.x0, m.x_col, m.x_row, m.y0, m.y_col, m.y_row};
-  j["crs"] = {{"kind", text(info.crs_kind)},
-              {"name", info.crs_name},
-              {"unit_m", info.crs_unit_m},
-              {"wkt", info.crs_wkt}};
-  if (info.crs_kind != CrsKind::none) {
-    const GeoRect& b = info.bounds;
-    j["bounds"] = {b.west, b.south, b.east, b.north};
-  }
-  j["wraps_longitude"] = info.wraps_longitude;
-  j["period_cols"] = info.period_cols;
-  j["plain_geographic"] = info.crs_kind != CrsKind::none && dem.is_plain_geographic();
-  j["spacing_m"] = {info.spacing_x_m, info.spacing_y_m};
-  j["z_unit_m"] = info.z_unit_m;
-  j["source_datum"] = name(info.source_datum);
-  j["datum"] = name(info.datum);
-  j["rounding_m"] = info.rounding_m;
-  j["fingerprint"] = info.fingerprint;
-  const bool empty = range.voids == range.posts;
-  j["min_height_m"] = empty ? Json() : Json(range.low);
-  j["max_height_m"] = empty ? Json() : Json(range.high);
-  j["voids"] = range.voids;
-  j["void_share"] = double(range.voids) / double(range.posts);
-  return j;
-}
-
-std::string to_text(const DemInfo& info, const HeightRange& range) {
-  const Affine& m = info.post_to_crs;
-  std::string out = fmt::format("DEM        {} ({})\n", fmt::join(info.files, ", "), info.driver);
-  out += fmt::format("posts      {} x {}, {:.4g} x {:.4g} m apart\n", info.cols, info.rows,
-                     info.spacing_x_m, info.spacing_y_m);
-  if (info.has_geotransform)
-    out += fmt::format("first post {:.10g}, {:.10g}; step {:.10g}, {:.10g}\n", m.x0, m.y0, m.x_col,
-                       m.y_row);
-  out += fmt::format("CRS        {}\n", info.crs_kind == CrsKind::none
-                                            ? "none: can be simplified, but not tiled"
-                                            : info.crs_name);
-  if (info.crs_kind != CrsKind::none)
-    out += fmt::format("bounds     {:.6f} {:.6f} {:.6f} {:.6f} (west south east north){}\n",
-                       info.bounds.west, info.bounds.south, info.bounds.east, info.bounds.north,
-                       info.wraps_longitude ? ", around the globe" : "");
-  out += fmt::format(
-      "heights    {}, unit {} m, {}\n",
-      range.voids == range.posts ? std::string("none")
-                                 : fmt::format("{:.8g} .. {:.8g} m", range.low, range.high),
-      info.z_unit_m,
-      info.rounding_m == 0 ? std::string("stored exactly")
-                           : fmt::format("rounded by at most {:.3g} m", info.rounding_m));
-  out += fmt::format("voids      {} ({:.4g} %)\n", range.voids,
-                     100.0 * double(range.voids) / double(range.posts));
-  out += fmt::format(
-      "datum      {}{}\n", name(info.datum),
-      info.datum == info.source_datum
-          ? std::string(info.datum == VerticalDatum::unknown ? " (say what it is with --from-datum)"
-                                                             : "")
-          : fmt::format(" (file: {})", name(info.source_datum)));
-  return out + fmt::format("content    {}\n", info.fingerprint);
-}
-
-int run_dem(const Arguments& a) {
-  const auto dem = open_dem(a.dem);
-  if (!dem) return complain(dem.error());
-  const auto range = scan(**dem);
-  if (!range) return complain(range.error());
-  if (a.json)
-    std::printf("%s\n", to_json(**dem, *range).dump(2).c_str());
-  else
-    std::printf("%s", to_text((*dem)->info(), *range).c_str());
-  return kOk;
-}
 
 // ---- a tile ----
 
@@ -228,7 +105,8 @@ int run_tile(const Arguments& a, const std::string& path) {
       proto::decode({reinterpret_cast<const std::uint8_t*>(bytes->data()), bytes->size()}, reason);
   if (!tile) return complain({Errc::bad_data, path + ": not a quantized-mesh tile: " + reason});
   const Json j = to_json(*tile, bytes->size());
-  std::printf("%s%s", (a.json ? j.dump(2) : to_text(path, j)).c_str(), a.json ? "\n" : "");
+  std::printf("%s%s", (a.options.json ? j.dump(2) : to_text(path, j)).c_str(),
+              a.options.json ? "\n" : "");
   return kOk;
 }
 
@@ -276,7 +154,8 @@ int run_folder(const Arguments& a, const std::string& path) {
   const auto layer = proto::decode_layer_json(*json, reason);
   if (!layer) return complain({Errc::bad_data, file + ": " + reason});
   const Json j = to_json(*layer);
-  std::printf("%s%s", (a.json ? j.dump(2) : to_text(path, *layer, j)).c_str(), a.json ? "\n" : "");
+  std::printf("%s%s", (a.options.json ? j.dump(2) : to_text(path, *layer, j)).c_str(),
+              a.options.json ? "\n" : "");
   return kOk;
 }
 
@@ -285,19 +164,27 @@ int run(const Arguments& a) {
   std::error_code error;
   if (a.dem.files.size() == 1 && fs::is_directory(first, error)) return run_folder(a, first);
   if (a.dem.files.size() == 1 && first.ends_with(".terrain")) return run_tile(a, first);
-  return run_dem(a);
+  return run_info_dem(a.dem, a.options);
 }
 
 }  // namespace
 
 void add_info(CLI::App& program, int& exit) {
   auto a = std::make_shared<Arguments>();
-  CLI::App* app = program.add_subcommand(
-      "info", "Say what a DEM, a .terrain tile or a folder of tiles is; reads every post of a DEM");
+  CLI::App* app =
+      program.add_subcommand("info", "Say what a DEM, a .terrain tile or a folder of tiles is");
   app->add_option("input", a->dem.files, "a DEM (or several on one grid), a tile, or a folder")
       ->required();
   add_dem_options(*app, a->dem);
-  app->add_flag("--json", a->json, "print it as JSON");
+  app->add_flag("--stats", a->options.stats,
+                "read every post of a DEM of more than 33 million, too: the exact range of its "
+                "heights and its voids, and whether all can be read");
+  add_progress_option(*app, a->options.progress);
+  app->add_flag("--json", a->options.json, "print it as JSON");
+  app->footer(
+      "Every post of a DEM is read where there are 33 million or fewer. Of a larger one a sample "
+      "of "
+      "blocks is read, unless --stats is given, and what it shows is called a sample.");
   app->callback([a, &exit] { exit = run(*a); });
 }
 

@@ -50,8 +50,17 @@ int place_step(const DemInfo& info, int level, double eps, int step) {
   return int(std::clamp(power_of_two_at_most(std::max(units, 1.0)), 1.0, 64.0));
 }
 
-Result<HeightRange> scan_heights(const DemSource& source, const Progress& progress, int threads,
-                                 SourceBlocks* blocks) {
+void HeightRange::add(std::span<const float> posts) {
+  for (const float z : posts) {
+    if (std::isnan(z)) continue;
+    min_m = std::min<double>(min_m, z);
+    max_m = std::max<double>(max_m, z);
+    ++valid;
+  }
+}
+
+Result<HeightRange> read_height_range(const DemSource& source, const Progress& progress,
+                                      int threads, SourceBlocks* blocks) {
   constexpr std::int64_t kRows = 256, kCols = 4096;  // whole blocks of the source, 4 MB
   const DemInfo& info = source.info();
   const std::int64_t across = (info.cols + kCols - 1) / kCols,
@@ -69,12 +78,7 @@ Result<HeightRange> scan_heights(const DemSource& source, const Progress& progre
     HeightRange part{HUGE_VAL, -HUGE_VAL, 0};
     if (grid) {
       if (blocks) blocks->add(col, row, *grid);
-      for (const float z : grid->values()) {
-        if (std::isnan(z)) continue;
-        part.min_m = std::min<double>(part.min_m, z);
-        part.max_m = std::max<double>(part.max_m, z);
-        ++part.valid;
-      }
+      part.add(grid->values());
     }
     const std::lock_guard lock(mutex);
     if (!grid && (!first_error || i < first_error->first)) first_error.emplace(i, grid.error());
@@ -86,7 +90,14 @@ Result<HeightRange> scan_heights(const DemSource& source, const Progress& progre
   });
   if (first_error) return std::unexpected(first_error->second);
   if (progress.stopped()) return fail(Errc::cancelled, "stopped while reading heights");
-  if (range.valid == 0) return fail(Errc::bad_data, "the DEM holds no valid height at all");
+  return range;
+}
+
+Result<HeightRange> scan_heights(const DemSource& source, const Progress& progress, int threads,
+                                 SourceBlocks* blocks) {
+  auto range = read_height_range(source, progress, threads, blocks);
+  if (range && range->valid == 0)
+    return fail(Errc::bad_data, "the DEM holds no valid height at all");
   return range;
 }
 

@@ -3,6 +3,7 @@
 // A pure function of the source's facts and the options.
 
 #include <memory>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -21,12 +22,18 @@ class ResidualIndex;
 struct HeightRange {
   double min_m = 0, max_m = 0;
   std::uint64_t valid = 0;  // posts
+
+  /// Takes in posts. REQUIRES: a range that began as {HUGE_VAL, -HUGE_VAL, 0}.
+  void add(std::span<const float> posts);
 };
 
 class SourceBlocks;
 
 /// One streaming pass over all posts, 4 MB a thread. Fails where a block is unreadable. `blocks`:
 /// learn what the posts are in the same pass.
+Result<HeightRange> read_height_range(const DemSource&, const Progress& = {}, int threads = 0,
+                                      SourceBlocks* blocks = nullptr);
+/// The same, and fails where no post is valid.
 Result<HeightRange> scan_heights(const DemSource&, const Progress& = {}, int threads = 0,
                                  SourceBlocks* blocks = nullptr);
 

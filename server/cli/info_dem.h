@@ -1,0 +1,20 @@
+#pragma once
+// The part of `tind info` that is about DEMs.
+
+#include <string>
+
+#include "server/cli/dem_input.h"
+
+namespace tind::cli {
+
+struct InfoDemOptions {
+  bool stats = false;  // read every post, however many there are
+  bool json = false;
+  std::string progress = "auto";
+};
+
+/// Prints what a DEM is; the exit code. Reads all posts of one of up to kStreamPosts (dem_strips.h)
+/// and, asked for, of a larger one: a damaged file is found out then. Else a sample of them.
+int run_info_dem(const DemInput&, const InfoDemOptions&);
+
+}  // namespace tind::cli
