@@ -15,6 +15,7 @@
 
 #include "proto/file_io.h"
 #include "terrain/pyramid/dirty_tiles.h"
+#include "terrain/pyramid/plan_source.h"
 
 namespace tind {
 
@@ -23,6 +24,8 @@ namespace fs = std::filesystem;
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+constexpr int kIndexedTiles = 2;
 
 constexpr const char* kRecord = "/tind-build.json";
 constexpr const char* kBlocks = "/tind-blocks-";
@@ -56,6 +59,8 @@ Json record_of(const DemSource& source, const TilePlan& plan, const SourceBlocks
   j["effort"] = o.tiles.effort;
   j["gzip"] = o.gzip;
   if (o.tiles.exact_posts > 0) j["exact_posts"] = o.tiles.exact_posts;
+  // How tiles that rest on the index are made, where there are any.
+  if (deepest_indexed_level(source.info(), plan) >= 0) j["indexed_tiles"] = kIndexedTiles;
   // By level: a source with a larger range of heights can need coarser steps.
   for (int z = 0; z <= plan.max_level(); ++z) j["steps_m"].push_back(plan.level(z).border_step_m);
   return j;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "terrain/pyramid/plan_source.h"
 #include "terrain/tile/tile_posts.h"
 #include "terrain/tile/void_fill.h"
 
@@ -13,6 +14,7 @@ namespace tind {
 namespace {
 
 constexpr int kFillReach = VoidFill::kReach + 2;
+constexpr int kNormalCells = 512;  // a side of the coarsest lattice that normals are taken from
 
 std::int64_t floor_div(std::int64_t a, std::int64_t b) { return a / b - (a % b < 0); }
 
@@ -103,12 +105,13 @@ std::vector<std::uint8_t> voids_to_fill_anew(const BlockCounts& changed, const S
   return marks;
 }
 
-/// The posts near a rectangle that no post is in.
-PostWindow window_beside(const DemSource& source, GeoRect rect) {
+/// The posts near a rectangle that no post is in, so many at least.
+PostWindow window_beside(const DemSource& source, GeoRect rect, std::int64_t posts) {
   const DemInfo& info = source.info();
   const double south = std::max(std::abs(rect.south), std::abs(rect.north));
   const double shrunk = std::max(0.01, std::cos(std::min(south, 89.0) * 0.017453292519943295));
-  const double reach = 2 * kFillReach * std::max(info.spacing_x_m, info.spacing_y_m) / 111320;
+  const double reach = double(std::max<std::int64_t>(2 * kFillReach, posts)) *
+                       std::max(info.spacing_x_m, info.spacing_y_m) / 111320;
   rect.west -= reach / shrunk, rect.east += reach / shrunk;
   rect.south -= reach, rect.north += reach;
   return post_window(source, rect);
@@ -123,19 +126,26 @@ std::vector<std::uint8_t> dirty_tiles(const DemSource& source, const TilePlan& p
   const BlockCounts changed(after.difference(before), after, info);
   const BlockCounts filled(voids_to_fill_anew(changed, before, after), after, info);
 
+  const int deepest_indexed = deepest_indexed_level(info, plan);
   std::vector<std::uint8_t> dirty(ids.size());
   for (std::size_t k = 0; k < ids.size(); ++k) {
     const TileId id = ids[k];
     const GeoRect rect = tiling::rect(id);
     const PostWindow posts = post_window(source, rect);
+    const bool indexed = id.level <= deepest_indexed;
+    // Normals from the index need the nodes around, and what fills voids there.
+    const double degrees = plan.level(id.level).normal_reach_deg +
+                           (indexed ? tiling::tile_degrees(id.level) / kNormalCells : 0);
+    const double reach = degrees * 111320 / std::min(info.spacing_x_m, info.spacing_y_m) +
+                         (indexed ? kFillReach : 0);
+    const std::int64_t around = 2 + std::int64_t(std::ceil(reach));
     if (posts.empty()) {
-      dirty[k] = changed.any(window_beside(source, rect));
+      dirty[k] = changed.any(window_beside(source, rect, around));
       continue;
     }
-    const double reach = plan.level(id.level).normal_reach_deg * 111320 /
-                         std::min(info.spacing_x_m, info.spacing_y_m);
-    const PostWindow near = grown(posts, 2 + std::int64_t(std::ceil(reach)));
-    dirty[k] = changed.any(near) || filled.any(posts) || changed_beyond(changed, posts, info);
+    const PostWindow near = grown(posts, around), &filled_in = indexed ? near : posts;
+    dirty[k] =
+        changed.any(near) || filled.any(filled_in) || changed_beyond(changed, filled_in, info);
   }
   return dirty;
 }

@@ -159,9 +159,10 @@ Result<TileBytes> make_tile(const DemSource& source, const TilePlan& plan, TileI
   if (!known) return fail("tile " + id.text(), known.error());
   const auto meshed = fit_tile(job, stop);
   if (!meshed) return fail("tile " + id.text(), meshed.error());
-  TileBytes tile = encode_tile(job, *meshed);
+  auto tile = encode_tile(job, *meshed);
+  if (!tile) return fail("tile " + id.text(), tile.error());
   if (job.field.error()) return fail("tile " + id.text(), *job.field.error());
-  tile.cost = job.cost;
+  tile->cost = job.cost;
   return tile;
 }
 

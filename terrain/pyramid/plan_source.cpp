@@ -9,13 +9,6 @@ namespace tind {
 
 namespace {
 
-/// The level that the plan's index is made for; -1: no tile rests on one. Of one-sided tiles every
-/// post is read: the index does not tell above from below.
-int index_level(const DemInfo& info, const TilePlan& plan) {
-  const int deepest = deepest_indexed_level(info, plan.options().exact_posts);
-  return plan.options().side != "both" || deepest < plan.min_level() ? -1 : deepest + 1;
-}
-
 /// A name for a file that nobody else will ask for.
 std::string passing_path() {
   static std::atomic<unsigned> count{0};
@@ -29,14 +22,19 @@ std::string passing_path() {
 
 }  // namespace
 
+int deepest_indexed_level(const DemInfo& info, const TilePlan& plan) {
+  const int deepest = deepest_indexed_level(info, plan.options().exact_posts);
+  return plan.options().side != "both" || deepest < plan.min_level() ? -1 : deepest;
+}
+
 Result<std::shared_ptr<const ResidualIndex>> index_for(const DemSource& source,
                                                        const TilePlan& plan,
                                                        const std::string& path, int threads,
                                                        const Progress& progress) {
-  const int level = index_level(source.info(), plan);
-  if (level < 0) return nullptr;
+  const int deepest = deepest_indexed_level(source.info(), plan);
+  if (deepest < 0) return nullptr;
   const std::string file = path.empty() ? passing_path() : path;
-  auto index = ResidualIndex::open_or_make(file, source, level, threads, progress);
+  auto index = ResidualIndex::open_or_make(file, source, deepest + 1, threads, progress);
   if (path.empty()) {  // what is open stays readable
     ::unlink(file.c_str());
     ::unlink((file + ".part").c_str());

@@ -12,6 +12,10 @@
 
 namespace tind {
 
+/// The deepest level of the plan whose tiles rest on an index, -1 when none does. Of one-sided
+/// tiles every post is read: the index does not tell above from below.
+int deepest_indexed_level(const DemInfo&, const TilePlan&);
+
 /// The index of a source, made if need be; null where no tile of the plan rests on one
 /// (deepest_indexed_level). `path`: where it is or is to be; empty: nowhere, it goes with the last
 /// who holds it. Fails as ResidualIndex::open_or_make does.

@@ -377,10 +377,12 @@ Result<ResidualRecord> ResidualIndex::record_at(TileId id, const Place& place) c
   return record;
 }
 
+int ResidualIndex::lattice_level(int level) const { return std::min(level + kFiner, level_); }
+
 Result<ResidualLattice> ResidualIndex::lattice(TileId id) const {
   const auto own = record(id);
   if (!own) return std::unexpected(own.error());
-  const int down = std::min(kFiner, level_ - id.level), side = 1 << down;
+  const int down = lattice_level(id.level) - id.level, side = 1 << down;
   std::vector<ResidualRecord> records(std::size_t(side) * std::size_t(side));
   std::vector<const ResidualRecord*> parts(records.size());
   for (std::size_t k = 0; k < parts.size(); ++k) {

@@ -58,6 +58,8 @@ class ResidualIndex {
   /// Fails with bad_data when the record was damaged since the file was opened, with not_found for
   /// a tile that the source does not touch.
   Result<ResidualRecord> record(TileId) const;
+  /// Of which level's records a tile of this level has its lattice.
+  int lattice_level(int level) const;
   /// Of 1024 cells a side, or less where the index does not go so deep.
   Result<ResidualLattice> lattice(TileId) const;
 

@@ -6,6 +6,7 @@
 
 #include "proto/quantized_mesh.h"
 #include "terrain/geo/ellipsoid.h"
+#include "terrain/pyramid/indexed_heights.h"
 #include "terrain/pyramid/tile_job.h"
 #include "terrain/tile/culling.h"
 #include "terrain/tile/normals.h"
@@ -23,8 +24,23 @@ Geographic place_of(const TileJob& job, const Vec3& v) {
   return {mix(job.rect.west, job.rect.east, v.x), mix(job.rect.south, job.rect.north, v.y)};
 }
 
-/// One normal per vertex from H itself, so that both tiles at an edge get the same.
-std::vector<std::array<std::uint8_t, 2>> normals_of(const TileJob& job, const Tin& mesh) {
+/// H, or where the level rests on the index, what that knows of it. By level: a tile whose posts
+/// were read after all has the normals of its neighbours at their edges.
+Result<std::vector<double>> heights_for_normals(const TileJob& job,
+                                                const std::vector<Geographic>& places) {
+  std::vector<double> h(places.size());
+  if (const ResidualIndex* index = job.plan.index(); index && index->serves(job.id.level)) {
+    IndexedHeights indexed(*index, job.id.level);
+    indexed.at(places, h);
+    if (indexed.error()) return std::unexpected(*indexed.error());
+  } else {
+    job.field.at(places, h);
+  }
+  return h;
+}
+
+/// One normal per vertex, from heights that are the same for both tiles at an edge.
+Result<std::vector<std::array<std::uint8_t, 2>>> normals_of(const TileJob& job, const Tin& mesh) {
   const double reach = job.level.normal_reach_deg;
   std::vector<Geographic> places;
   places.reserve(5 * mesh.vertices.size());
@@ -37,8 +53,8 @@ std::vector<std::array<std::uint8_t, 2>> normals_of(const TileJob& job, const Ti
     places.push_back({p.lon, std::max(-90.0, p.lat - reach)});
     places.push_back({p.lon, std::min(90.0, p.lat + reach)});
   }
-  std::vector<double> h(places.size());
-  job.field.at(places, h);
+  const auto heights = heights_for_normals(job, places);
+  if (!heights) return std::unexpected(heights.error());
   auto slope = [](double before, double here, double after, double metres) {
     if (metres <= 0) return 0.0;
     if (!std::isnan(before) && !std::isnan(after)) return (after - before) / (2 * metres);
@@ -50,7 +66,7 @@ std::vector<std::array<std::uint8_t, 2>> normals_of(const TileJob& job, const Ti
   normals.reserve(mesh.vertices.size());
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
     const Geographic p = places[5 * i];
-    const double* at = &h[5 * i];
+    const double* at = &(*heights)[5 * i];
     const Vec2 degree = wgs84::metres_per_degree(p.lat);
     const double east = slope(at[1], at[0], at[2], reach * std::max(degree.x, 1.0));
     const double north = slope(at[3], at[0], at[4], reach * degree.y);
@@ -81,7 +97,7 @@ nlohmann::ordered_json availability(const std::vector<std::vector<proto::TileRan
 
 }  // namespace
 
-TileBytes encode_tile(TileJob& job, const TileMesh& meshed) {
+Result<TileBytes> encode_tile(TileJob& job, const TileMesh& meshed) {
   const Stopwatch watch(job.cost.encoding);
   proto::QuantizedMesh q;
   const HeightLattice& lattice = meshed.lattice;
@@ -95,7 +111,9 @@ TileBytes encode_tile(TileJob& job, const TileMesh& meshed) {
     places.push_back({p.lon, p.lat, v.z});
   }
   q.triangles = coherent_order(meshed.mesh);
-  q.oct_normals = normals_of(job, meshed.mesh);
+  auto normals = normals_of(job, meshed.mesh);
+  if (!normals) return std::unexpected(normals.error());
+  q.oct_normals = std::move(*normals);
   q.min_height = float(lattice.min);
   q.max_height = float(lattice.max());
   const CullingVolumes volumes = culling_volumes(job.rect, places);

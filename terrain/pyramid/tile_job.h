@@ -74,7 +74,7 @@ struct TileMesh {
 Result<TileMesh> fit_tile(TileJob&, std::stop_token);
 
 /// Normals, culling volumes, metadata and bytes.
-TileBytes encode_tile(TileJob&, const TileMesh&);
+Result<TileBytes> encode_tile(TileJob&, const TileMesh&);
 
 /// Adds the time until it goes out of scope.
 class Stopwatch {

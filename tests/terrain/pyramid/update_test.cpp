@@ -180,6 +180,7 @@ TEST_F(UpdateTest, of_tiles_that_rest_on_a_residual_index) {
   for (int r = 140; r < 150; ++r)
     for (int c = 190; c < 200; ++c) grid.at(c, r) += 40;
   grid.at(0, kRows - 1) += 30;
+  grid.at(340 + 26, 250) += 25;  // beside the void
   const auto report = build_tiles(dem(grid), o);
   ASSERT_TRUE(report) << report.error().what;
   EXPECT_TRUE(report->index_made);
