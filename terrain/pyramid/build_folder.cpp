@@ -25,7 +25,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kIndexedTiles = 2;
+constexpr int kIndexedTiles = 3;
 
 constexpr const char* kRecord = "/tind-build.json";
 constexpr const char* kBlocks = "/tind-blocks-";

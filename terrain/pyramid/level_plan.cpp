@@ -17,7 +17,8 @@ namespace {
 
 constexpr int kTileCells = 64;         // the leaf level's grid is at least as fine as the source
 constexpr double kLargestError = 500;  // metres; a globe seen from afar still has its mountains
-constexpr double kLargestStep = 1;     // metres; no reason to round heights more coarsely
+constexpr double kBorderShare = 0.85, kCoarseBorderShare = 0.5;  // of the error that a fit may have
+constexpr double kLargestStep = 1;            // metres; no reason to round heights more coarsely
 constexpr double kSmallestStep = 1.0 / 1024;  // float32 headers hold its multiples up to 16 km
 
 double power_of_two_at_most(double x) { return std::exp2(std::floor(std::log2(x))); }
@@ -143,7 +144,7 @@ Result<TilePlan> TilePlan::make(const DemInfo& info, const HeightRange& range,
     level.border_step_m =
         std::clamp(power_of_two_at_most(level.fit_error_m / 16), std::max(needed, kSmallestStep),
                    std::max(needed, kLargestStep));
-    level.border_tolerance_m = 0.85 * level.fit_error_m;
+    level.border_tolerance_m = kBorderShare * level.fit_error_m;
     level.border_place_step = place_step(info, z, level.fit_error_m);
     level.curvature_cells = curvature_cells(z);
     level.normal_reach_deg = std::max(spacing / latitude_degree, tiling::tile_degrees(z) / 128);
@@ -154,10 +155,15 @@ Result<TilePlan> TilePlan::make(const DemInfo& info, const HeightRange& range,
 
 void TilePlan::use(std::shared_ptr<const ResidualIndex> index) {
   index_ = std::move(index);
-  // Tiles of millions of posts have thousands along a border. The coarser ones need not be looked
-  // at so closely: their budgets are larger than what lies between samples.
-  for (int z = std::max(0, index_->level() - 3); z <= std::min(max_level_, index_->level()); ++z)
-    levels_[std::size_t(z)].border_samples = 1024;
+  for (int z = 0; z <= std::min(max_level_, index_->level()); ++z) {
+    LevelPlan& level = levels_[std::size_t(z)];
+    // What lies between nodes or skipped posts comes on top of a mesh's error, beside its border
+    // too, where nothing can be done about it.
+    level.border_tolerance_m = kCoarseBorderShare * level.fit_error_m;
+    // Tiles of millions of posts have thousands along a border. The coarser ones need not be looked
+    // at so closely: their budgets are larger than what lies between samples.
+    if (z >= index_->level() - 3) level.border_samples = 1024;
+  }
 }
 
 proto::TileRange TilePlan::tiles(int z) const {

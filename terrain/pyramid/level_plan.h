@@ -71,7 +71,8 @@ class TilePlan {
   const TileSetOptions& options() const { return options_; }
   const HeightRange& range() const { return range_; }
 
-  /// From here on tiles of levels up to the index's own are fitted and certified through it.
+  /// From here on tiles of levels above the index's own are fitted and certified through it, and
+  /// have borders that leave room for what it does not know.
   void use(std::shared_ptr<const ResidualIndex> index);
   /// Null where there is none.
   const ResidualIndex* index() const { return index_.get(); }

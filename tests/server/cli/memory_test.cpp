@@ -4,6 +4,8 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "tests/support/program.h"
@@ -32,6 +34,18 @@ TEST(Memory, a_build_stays_within_it) {
   EXPECT_TRUE(report["index"]["made"]);
   // The index is small beside 2 bytes a post.
   EXPECT_LT(report["index"]["bytes"].get<double>(), 0.08 * 2 * 6000 * 6000);
+  // Rough as the DEM is, every tile that the index is for does with it and reads no posts, and all
+  // keep their levels' budgets.
+  EXPECT_EQ(report["over_budget"], 0);
+  for (int z = 0; z <= report["index"]["deepest_level"]; ++z)
+    for (const auto& file :
+         std::filesystem::recursive_directory_iterator(dir.file("tiles/" + std::to_string(z)))) {
+      if (!file.is_regular_file()) continue;
+      std::ifstream in(file.path(), std::ios::binary);
+      const std::string bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+      const bool empty = bytes.find("\"posts\":0") != std::string::npos;
+      EXPECT_TRUE(empty || bytes.find("residual_m") != std::string::npos) << file.path();
+    }
 
   const auto small = run_tind(build + dir.file("none") + " --memory 40M");
   EXPECT_NE(small.code, 0);
