@@ -52,12 +52,14 @@ int place_step(const DemInfo& info, int level, double eps, int step) {
 }
 
 void HeightRange::add(std::span<const float> posts) {
+  float low = HUGE_VALF, high = -HUGE_VALF;
   for (const float z : posts) {
-    if (std::isnan(z)) continue;
-    min_m = std::min<double>(min_m, z);
-    max_m = std::max<double>(max_m, z);
-    ++valid;
+    if (z < low) low = z;  // a void is neither below nor above
+    if (z > high) high = z;
+    valid += !std::isnan(z);
   }
+  min_m = std::min<double>(min_m, low);
+  max_m = std::max<double>(max_m, high);
 }
 
 Result<HeightRange> read_height_range(const DemSource& source, const Progress& progress,

@@ -155,19 +155,23 @@ Result<void> RasterSource::read_blocks(std::int64_t col, std::int64_t row, int s
     while (j1 < out.rows() && (row + std::int64_t(j1) * step) / kBlock == block_row &&
            row + std::int64_t(j1) * step < info_.rows)
       ++j1;
-    BlockCache::Block held;
-    std::int64_t held_col = -1;
-    for (int i = 0; i < out.cols(); ++i) {
+    for (int i = 0, run; i < out.cols(); i += run) {
+      run = 1;
       const std::int64_t c = source_col(col + std::int64_t(i) * step);
       if (c < 0) continue;
-      if (c / kBlock != held_col) {
-        held_col = c / kBlock;
-        auto found = block(held_col, block_row);
-        if (!found) return std::unexpected(found.error());
-        held = std::move(*found);
+      const auto held = block(c / kBlock, block_row);
+      if (!held) return std::unexpected(held.error());
+      const HeightGrid& posts = **held;
+      const int first = int(c % kBlock);
+      run = std::min(out.cols() - i, (posts.cols() - 1 - first) / step + 1);
+      for (int j = j0; j < j1; ++j) {
+        const auto from = posts.row(int((row + std::int64_t(j) * step) % kBlock)).subspan(first);
+        const auto to = out.row(j).subspan(std::size_t(i), std::size_t(run));
+        if (step == 1)
+          std::copy_n(from.begin(), run, to.begin());
+        else
+          for (int k = 0; k < run; ++k) to[std::size_t(k)] = from[std::size_t(k) * step];
       }
-      for (int j = j0; j < j1; ++j)
-        out.at(i, j) = held->at(int(c % kBlock), int((row + std::int64_t(j) * step) % kBlock));
     }
   }
   return {};

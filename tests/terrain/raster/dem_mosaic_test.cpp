@@ -95,6 +95,33 @@ TEST_F(SmallGrids, SparseReadsSeeTheSamePosts) {
   EXPECT_EQ(source->read_decimated(2, 1, 1, 1, 100)->at(0, 0), 6);
 }
 
+TEST_F(SmallGrids, AroundTheGlobeAnyWindowSeesThePostsOfItsColumns) {
+  std::string drawing;  // 600 columns, three blocks; a void in every 50th
+  for (int r = 0; r < 3; ++r) {
+    if (r > 0) drawing += "/ ";
+    for (int c = 0; c < 600; ++c)
+      drawing += c % 50 == 7 ? std::string(". ") : std::to_string(c + 1000 * r) + " ";
+  }
+  const auto source = must_open({geographic(drawing, -180, 0, 0.6)});
+  ASSERT_TRUE(source);
+  ASSERT_TRUE(source->info().wraps_longitude);
+  std::mt19937 random(1);
+  for (int k = 0; k < 200; ++k) {
+    const int step = 1 + int(random() % 9), cols = 1 + int(random() % 700);
+    const int col = int(random() % 2400) - 1200, row = int(random() % 5) - 1;
+    const auto part = source->read_decimated(col, row, cols, 3, step);
+    ASSERT_TRUE(part);
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < cols; ++c) {
+        const int x = ((col + c * step) % 600 + 600) % 600, y = row + r * step;
+        if (y < 0 || y > 2 || x % 50 == 7)
+          ASSERT_TRUE(part->is_void(c, r)) << x << ' ' << y;
+        else
+          ASSERT_EQ(part->at(c, r), float(x + 1000 * y));
+      }
+  }
+}
+
 TEST_F(SmallGrids, FilesInAnyPlaceOrOrder) {
   const auto a = grid("1 2 / 3 4", 10, 10), b = grid("5 6 / 7 8", 8, 12);
   expect_heights(*must_open({a, b}), "5 6 . . / 7 8 . . / . . 1 2 / . . 3 4");
