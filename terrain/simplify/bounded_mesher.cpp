@@ -47,15 +47,25 @@ template <class S>
 void BoundedMesher<S>::add_to_ring(Index v, Index except) {
   mesh_.for_each_out(v, [&](Index e) {
     const Index p = mesh_.dest(e), q = mesh_.apex(e);
-    if (p != except && q != except) ring_.push_back({p, q});
+    if (p != except && q != except)
+      ring_.push_back({p, q, mesh_.position(p), mesh_.position(q), 0, 0, 0, 0, 0});
   });
 }
 
+/// Makes `apex` the apex of the ring's triangles; false when one of them is not counter-clockwise
+/// for certain (surely_ccw of tin.h, for all triangles without a branch). Whatever asks for room
+/// does this before.
 template <class S>
-bool BoundedMesher<S>::ring_ccw(const Vec3& apex) const {
-  for (const RingEdge& e : ring_)
-    if (!surely_ccw(apex, mesh_.position(e[0]), mesh_.position(e[1]))) return false;
-  return true;
+bool BoundedMesher<S>::aim(const Vec3& apex) {
+  bool all = true;
+  for (RingEdge& e : ring_) {
+    e.ax = e.a.x - apex.x, e.ay = e.a.y - apex.y;
+    e.bx = e.b.x - apex.x, e.by = e.b.y - apex.y;
+    const double l = e.ax * e.by, r = e.ay * e.bx;
+    e.area = l - r;
+    all &= e.area > 3.3306690738754716e-16 * (std::abs(l) + std::abs(r));
+  }
+  return all;
 }
 
 namespace {
@@ -64,11 +74,11 @@ namespace {
 /// what a and b contribute, both linear in the place.
 struct Facet {
   double wx, wy, lx, ly, rx, ry;
-  Facet(const Vec3& w, const Vec3& a, const Vec3& b) : wx(w.x), wy(w.y) {
-    const double ax = a.x - w.x, ay = a.y - w.y, bx = b.x - w.x, by = b.y - w.y;
-    const double inverse = 1 / (ax * by - ay * bx);
-    lx = (ay - by) * inverse, ly = (bx - ax) * inverse;
-    rx = (a.z * by - b.z * ay) * inverse, ry = (b.z * ax - a.z * bx) * inverse;
+  template <class RingEdge>
+  Facet(const Vec3& w, const RingEdge& e) : wx(w.x), wy(w.y) {
+    const double inverse = 1 / e.area;
+    lx = (e.ay - e.by) * inverse, ly = (e.bx - e.ax) * inverse;
+    rx = (e.a.z * e.by - e.b.z * e.ay) * inverse, ry = (e.b.z * e.ax - e.a.z * e.bx) * inverse;
   }
   double weight(double x, double y) const { return 1 + (lx * (x - wx) + ly * (y - wy)); }
   double rest(double x, double y) const { return rx * (x - wx) + ry * (y - wy); }
@@ -85,10 +95,11 @@ void BoundedMesher<S>::ask_witnesses(const Vec3& apex, Interval& room, double gi
   const std::size_t count = std::min(witnesses_, witness_.size());
   for (std::size_t k = 0; k < count && !(room.gap() > give_up); ++k) {
     const Vec3& p = witness_[(witnesses_ - 1 - k) % witness_.size()];
+    const double x = p.x - apex.x, y = p.y - apex.y;
     for (const RingEdge& e : ring_) {
-      const Vec3 &a = mesh_.position(e[0]), &b = mesh_.position(e[1]);
-      if (orient2d(apex, a, p) < 0 || orient2d(apex, b, p) > 0 || orient2d(a, b, p) < 0) continue;
-      const Facet f(apex, a, b);
+      const double left = e.ax * y - e.ay * x, right = e.bx * y - e.by * x;
+      if (!bool(int(left >= 0) & int(right <= 0) & int(e.area + right - left >= 0))) continue;
+      const Facet f(apex, e);
       const double l = f.weight(p.x, p.y), r = p.z - f.rest(p.x, p.y);
       if (l > kNoWeight) {
         const double lo = (r - eps_) / l, hi = (r + eps_) / l;
@@ -104,16 +115,15 @@ void BoundedMesher<S>::ask_witnesses(const Vec3& apex, Interval& room, double gi
 /// with weight l > 0 needs |z - rest - l h| <= eps, where rest is what the ring's two heights give.
 /// False as soon as the gap exceeds `give_up`.
 template <class S>
-bool BoundedMesher<S>::narrow(const Vec3& w, RingEdge e, Interval& room, double give_up) {
-  const Vec3 &a = mesh_.position(e[0]), &b = mesh_.position(e[1]);
-  const Facet f(w, a, b);
+bool BoundedMesher<S>::narrow(const Vec3& w, const RingEdge& e, Interval& room, double give_up) {
+  const Facet f(w, e);
   double lo = room.lo, hi = room.hi;
   const double eps = eps_;
   // A sample asks for more than lo when it lies above the plane through the ring's two vertices and
   // the apex at lo, raised by eps; likewise with hi. All between the two planes say nothing new.
   Band band;
-  band.x = w.x, band.y = w.y, band.z = a.z;
-  band.size = std::abs(b.z - a.z) + eps;
+  band.x = w.x, band.y = w.y, band.z = e.a.z;
+  band.size = std::abs(e.b.z - e.a.z) + eps;
   const auto raise = [&] {
     band.top = lo + eps - band.z, band.top_x = lo * f.lx + f.rx, band.top_y = lo * f.ly + f.ry;
     band.size = std::max(band.size, std::abs(band.top));
@@ -132,7 +142,7 @@ bool BoundedMesher<S>::narrow(const Vec3& w, RingEdge e, Interval& room, double 
     if (lowers) hi = (r + eps) / l, highest_ = {x, y, z}, lower();
     return lo - hi <= give_up;
   };
-  const bool whole = samples_.scan_outside(w, a, b, band, ask);
+  const bool whole = samples_.scan_outside(w, e.a, e.b, band, ask);
   if (!whole) add_witness(lowest_), add_witness(highest_);
   room = {lo, hi};
   return whole;
@@ -158,12 +168,11 @@ template <class S>
 void BoundedMesher<S>::keep_near_samples(const Vec3& apex, Interval& room) const {
   double low = kInfinity, high = -kInfinity;
   for (const RingEdge& e : ring_)
-    samples_.scan(apex, mesh_.position(e[0]), mesh_.position(e[1]),
-                  [&](double, double, double z, std::size_t) {
-                    low = std::min(low, z);
-                    high = std::max(high, z);
-                    return true;
-                  });
+    samples_.scan(apex, e.a, e.b, [&](double, double, double z, std::size_t) {
+      low = std::min(low, z);
+      high = std::max(high, z);
+      return true;
+    });
   if (!(low <= high)) return;
   room.lo = std::max(room.lo, low - eps_);
   room.hi = std::min(room.hi, high + eps_);
@@ -187,8 +196,8 @@ bool BoundedMesher<S>::choose_height(const Vec3& apex, Interval room, double bef
   if (!std::isfinite(h)) {
     double lowest = before, highest = before;
     for (const RingEdge& e : ring_) {
-      lowest = std::min(lowest, mesh_.position(e[0]).z);
-      highest = std::max(highest, mesh_.position(e[0]).z);
+      lowest = std::min(lowest, e.a.z);
+      highest = std::max(highest, e.a.z);
     }
     h = std::clamp(std::clamp(before, lowest, highest), room.lo, room.hi);
   }
@@ -256,7 +265,7 @@ std::vector<typename BoundedMesher<S>::Index> BoundedMesher<S>::spatial_order() 
 template <class S>
 void BoundedMesher<S>::collapse(Index h, const Vec3& apex) {
   const Index w = mesh_.dest(h);
-  for (const RingEdge& e : ring_) dirty_[e[0]] = dirty_[e[1]] = 1;
+  for (const RingEdge& e : ring_) dirty_[e.from] = dirty_[e.to] = 1;
   mesh_.collapse(h);
   mesh_.position(w) = apex;
   dirty_[w] = 1;
@@ -276,17 +285,23 @@ bool BoundedMesher<S>::try_targets(Index v, bool search) {
     });
   }
   if (!std::isnan(origin_[v].z)) add_witness(origin_[v]);
-  const double give_up = search ? options_.search_reach * eps_ : 0;
+  // An edge that is not feasible is of interest only if it is the nearest to it so far.
+  double give_up = search ? options_.search_reach * eps_ : 0;
+  ring_.clear();
+  add_to_ring(v, kNone);
+  around_.swap(ring_);
   double best_gap = kInfinity;
   Index best_edge = kNone;
+  std::array<Vec3, 2> closest;  // the samples that keep it from being feasible
   for (std::size_t k = 0; k < count; ++k) {
     const Index h = edges[k];
     const Index w = mesh_.origin(h) == v ? mesh_.dest(h) : mesh_.origin(h);
     const Vec3 target = mesh_.position(w);
     const bool fixed = (options_.locked_border && mesh_.on_border(w)) || stays(w);
     ring_.clear();
-    add_to_ring(v, w);
-    if (!ring_ccw(target)) continue;
+    for (const RingEdge& e : around_)
+      if (e.from != w && e.to != w) ring_.push_back(e);
+    if (!aim(target)) continue;
     Interval start = fixed ? Interval{target.z, target.z} : Interval{-kInfinity, kInfinity};
     lowest_ = highest_ = target;
     if (!fixed) {
@@ -299,6 +314,7 @@ bool BoundedMesher<S>::try_targets(Index v, bool search) {
       ask_witnesses(target, start, give_up);
       if (start.gap() > give_up) continue;
       add_to_ring(w, v);
+      aim(target);
     }
     const Interval r = room(target, start, fixed ? 0 : give_up);
     Vec3 apex = target;
@@ -309,11 +325,14 @@ bool BoundedMesher<S>::try_targets(Index v, bool search) {
     }
     if (search && r.gap() <= give_up && r.gap() < best_gap && may_move(v) && may_move(w)) {
       best_gap = r.gap();
+      give_up = std::max(0.0, best_gap);
       best_edge = h;
+      closest = {lowest_, highest_};
     }
   }
-  return best_edge != kNone &&
-         directed_search(best_edge, mesh_.position(mesh_.dest(best_edge)), best_gap);
+  if (best_edge == kNone) return false;
+  add_witness(closest[0]), add_witness(closest[1]);
+  return directed_search(best_edge, mesh_.position(mesh_.dest(best_edge)), best_gap);
 }
 
 // --- directed search -----------------------------------------------------------------------------
@@ -325,23 +344,22 @@ constexpr std::array<Vec2, 8> kAround = {
 /// of the star's samples least (bounded_count.cpp has the derivation). False when the step leads
 /// nowhere or out of the star.
 template <class S>
-bool BoundedMesher<S>::least_squares_step(Vec3& apex) const {
+bool BoundedMesher<S>::least_squares_step(Vec3& apex) {
   constexpr double kPrior = 0.02;  // as a sample at the apex: against flying off
   const Vec3 w = apex;
   double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = kPrior, x = 0, y = 0, z = 0, reach = 0;
   for (const RingEdge& e : ring_) {
-    const Vec3 a = mesh_.position(e[0]) - w, b = mesh_.position(e[1]) - w;
+    const Vec3 a = e.a - w, b = e.b - w;
     const double per_area = 1 / (a.x * b.y - a.y * b.x);
     const double gx = (a.z * b.y - b.z * a.y) * per_area, gy = (b.z * a.x - a.z * b.x) * per_area;
     const double lx = (a.y - b.y) * per_area, ly = (b.x - a.x) * per_area;
     double bb = 0, br = 0;
-    samples_.scan(w, mesh_.position(e[0]), mesh_.position(e[1]),
-                  [&](double px, double py, double pz, std::size_t) {
-                    const double u = px - w.x, v = py - w.y, weight = 1 + (lx * u + ly * v);
-                    bb += weight * weight;
-                    br += weight * (pz - (w.z + (gx * u + gy * v)));
-                    return true;
-                  });
+    samples_.scan(w, e.a, e.b, [&](double px, double py, double pz, std::size_t) {
+      const double u = px - w.x, v = py - w.y, weight = 1 + (lx * u + ly * v);
+      bb += weight * weight;
+      br += weight * (pz - (w.z + (gx * u + gy * v)));
+      return true;
+    });
     xx += bb * gx * gx, xy += bb * gx * gy, yy += bb * gy * gy;
     xz -= bb * gx, yz -= bb * gy, zz += bb;
     x -= br * gx, y -= br * gy, z += br;
@@ -359,7 +377,7 @@ bool BoundedMesher<S>::least_squares_step(Vec3& apex) const {
     const Vec3 at{w.x + std::nearbyint(step.x * share / unit) * unit,
                   w.y + std::nearbyint(step.y * share / unit) * unit, w.z};
     if (at.x == w.x && at.y == w.y) return false;
-    if (!ring_ccw(at)) continue;
+    if (!aim(at)) continue;
     apex = at;
     return true;
   }
@@ -377,8 +395,6 @@ bool BoundedMesher<S>::directed_search(Index h, const Vec3& start, double gap) {
   add_to_ring(v, w);
   add_to_ring(w, v);
   const double unit = options_.search_step_min;
-  room(start, {-kInfinity, kInfinity}, gap);
-  add_witness(lowest_), add_witness(highest_);
   double step = std::max(std::abs(a.x - b.x), std::abs(a.y - b.y)) / 4;
   step = std::max(unit, std::floor(step / unit) * unit);
   Vec3 at = start;
@@ -395,7 +411,7 @@ bool BoundedMesher<S>::directed_search(Index h, const Vec3& start, double gap) {
   bool done = false;
   Vec3 middle{std::floor((a.x + b.x) / 2 / unit) * unit, std::floor((a.y + b.y) / 2 / unit) * unit,
               (a.z + b.z) / 2};
-  if (!ring_ccw(middle)) middle = start;
+  if (!aim(middle)) middle = start;
   if (least_squares_step(middle) && try_at(middle, done) && done) return true;
   int tries = options_.search_tries;
   while (tries > 0) {
@@ -403,7 +419,7 @@ bool BoundedMesher<S>::directed_search(Index h, const Vec3& start, double gap) {
     for (const Vec2& d : kAround) {
       if (--tries < 0) break;
       const Vec3 p{at.x + d.x * step, at.y + d.y * step, at.z};
-      if (!ring_ccw(p) || !try_at(p, done)) continue;
+      if (!aim(p) || !try_at(p, done)) continue;
       if (done) return true;
       moved = true;
       break;
@@ -438,14 +454,14 @@ void BoundedMesher<S>::move_vertex(Index v) {
   add_to_ring(v, kNone);
   const Vec3 before = mesh_.position(v);
   Vec3 at = before;
+  aim(at);
   Interval best = room(at, {-kInfinity, kInfinity}, kInfinity);
   add_witness(lowest_), add_witness(highest_);
   if (!(best.lo <= best.hi)) return;  // a sample that insertion gave up: leave it as it is
   const double unit = options_.search_step_min;
   double reach = kInfinity;
   for (const RingEdge& e : ring_) {
-    const Vec3& p = mesh_.position(e[0]);
-    reach = std::min(reach, std::max(std::abs(p.x - at.x), std::abs(p.y - at.y)));
+    reach = std::min(reach, std::max(std::abs(e.a.x - at.x), std::abs(e.a.y - at.y)));
   }
   double step = std::max(unit, std::floor(reach / 4 / unit) * unit);
   int tries = 12;
@@ -454,7 +470,7 @@ void BoundedMesher<S>::move_vertex(Index v) {
     for (const Vec2& d : kAround) {
       if (--tries < 0) break;
       const Vec3 p{at.x + d.x * step, at.y + d.y * step, at.z};
-      if (!ring_ccw(p)) continue;
+      if (!aim(p)) continue;
       const Interval r = room(p, {-kInfinity, kInfinity}, best.gap());
       if (!(r.gap() < best.gap())) continue;
       best = r;

@@ -68,7 +68,13 @@ class BoundedMesher {
     double lo, hi;
     double gap() const { return lo - hi; }
   };
-  using RingEdge = std::array<Index, 2>;  // seen counter-clockwise from the apex
+  /// A triangle of the star by the edge opposite to its apex, seen counter-clockwise from there. It
+  /// has its own copy of the places: each try around a vertex goes over all of them.
+  struct RingEdge {
+    Index from, to;
+    Vec3 a, b;
+    double ax, ay, bx, by, area;  // relative to the apex, and twice the triangle's area: aim()
+  };
 
   HalfedgeMesh mesh_;
   const Samples& samples_;
@@ -76,7 +82,8 @@ class BoundedMesher {
   LinePoints* lines_ = nullptr;
   double eps_;  // a hair less than options_.eps, so that rounding cannot break the bound
   BoundedStats stats_;
-  std::vector<RingEdge> ring_;
+  std::vector<RingEdge> ring_;    // the star at hand
+  std::vector<RingEdge> around_;  // that of the vertex that is to vanish
   /// Samples that ended earlier tries around the vertex at hand: most later tries fail on one of
   /// them too, which takes a few orientation tests instead of a scan of the star.
   std::array<Vec3, 8> witness_;
@@ -92,7 +99,7 @@ class BoundedMesher {
   std::uint64_t sweep(bool search, const Progress&);
   bool try_targets(Index v, bool search);
   bool directed_search(Index h, const Vec3& start, double gap);
-  bool least_squares_step(Vec3& apex) const;
+  bool least_squares_step(Vec3& apex);
   void decimate(const Progress&);
   void relax(const Progress&);
   void move_vertex(Index v);
@@ -107,11 +114,11 @@ class BoundedMesher {
   bool straight_border(Index v) const;
   Index border_before(Index v) const;
   void add_to_ring(Index v, Index except);
-  bool ring_ccw(const Vec3& apex) const;
+  bool aim(const Vec3& apex);
   void forget_witnesses() { witnesses_ = 0; }
   void add_witness(const Vec3& p) { witness_[witnesses_++ % witness_.size()] = p; }
   void ask_witnesses(const Vec3& apex, Interval& room, double give_up);
-  bool narrow(const Vec3& w, RingEdge e, Interval& room, double give_up);
+  bool narrow(const Vec3& w, const RingEdge& e, Interval& room, double give_up);
   Interval room(const Vec3& apex, Interval start, double give_up);
   void keep_near_samples(const Vec3& apex, Interval& room) const;
   bool choose_height(const Vec3& apex, Interval room, double before, double& height) const;
