@@ -16,14 +16,16 @@ namespace {
 struct Effort {
   double reach;
   int rounds;
+  int move_tries;
+  double step_gain;
   double surplus;  // for a count: see CountOptions
   int fit_rounds;
 };
 
 Effort effort_of(const std::string& name) {
-  if (name == "fast") return {0.1, 0, 1.5, 2};
-  if (name == "best") return {3, 7, 3.5, 6};
-  return {1, 1, 1.8, 3};
+  if (name == "fast") return {0.1, 0, 0, 0, 1.5, 2};
+  if (name == "best") return {3, 5, 12, 0, 3.5, 6};
+  return {1, 1, 6, 0.1, 1.8, 3};
 }
 
 BlockOptions block_options(const SimplifyOptions& o, double max_error, double x_scale) {
@@ -36,6 +38,8 @@ BlockOptions block_options(const SimplifyOptions& o, double max_error, double x_
   b.mesher.search_reach = effort.reach;
   b.mesher.rounds = effort.rounds;
   b.mesher.flips = effort.rounds > 1;
+  b.mesher.move_tries = effort.move_tries;
+  b.mesher.step_gain = effort.step_gain;
   b.mesher.search_step_min = 0.125;  // posts: a vertex need not be a post
   b.threads = o.threads;
   return b;

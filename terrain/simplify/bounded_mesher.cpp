@@ -398,9 +398,11 @@ bool BoundedMesher<S>::directed_search(Index h, const Vec3& start, double gap) {
   double step = std::max(std::abs(a.x - b.x), std::abs(a.y - b.y)) / 4;
   step = std::max(unit, std::floor(step / unit) * unit);
   Vec3 at = start;
+  const double least_gain = options_.step_gain * eps_;
   const auto try_at = [&](const Vec3& p, bool& done) {
-    const Interval r = room(p, {-kInfinity, kInfinity}, gap);
-    if (!(r.gap() < gap)) return false;
+    const double wanted = gap > 0 ? std::max(0.0, gap - least_gain) : gap;
+    const Interval r = room(p, {-kInfinity, kInfinity}, wanted);
+    if (!(r.gap() < gap && r.gap() <= wanted)) return false;
     gap = r.gap();
     at = p;
     add_witness(lowest_), add_witness(highest_);
@@ -464,15 +466,17 @@ void BoundedMesher<S>::move_vertex(Index v) {
     reach = std::min(reach, std::max(std::abs(e.a.x - at.x), std::abs(e.a.y - at.y)));
   }
   double step = std::max(unit, std::floor(reach / 4 / unit) * unit);
-  int tries = 12;
+  const double least_gain = options_.step_gain * eps_;
+  int tries = options_.move_tries;
   while (tries > 0 && std::isfinite(best.gap())) {
     bool moved = false;
     for (const Vec2& d : kAround) {
       if (--tries < 0) break;
       const Vec3 p{at.x + d.x * step, at.y + d.y * step, at.z};
       if (!aim(p)) continue;
-      const Interval r = room(p, {-kInfinity, kInfinity}, best.gap());
-      if (!(r.gap() < best.gap())) continue;
+      const double wanted = best.gap() - least_gain;
+      const Interval r = room(p, {-kInfinity, kInfinity}, wanted);
+      if (!(r.gap() < wanted)) continue;
       best = r;
       at = p;
       add_witness(lowest_), add_witness(highest_);

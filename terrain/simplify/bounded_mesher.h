@@ -30,7 +30,9 @@ struct BoundedOptions {
   double search_step_min = 1;  // smallest move of a vertex in xy, mesh units
   bool search = true;          // directed search for edges that nearly collapse
   double search_reach = 1;     // how nearly: a gap of at most this times eps
-  int search_tries = 32;       // places tried for one vertex
+  int search_tries = 32;       // places tried for one edge
+  int move_tries = 12;         // places tried for one vertex between two rounds
+  double step_gain = 0;        // what a step of either must win, times eps
   int rounds = 1;              // rounds of moving vertices and sweeping again
   bool flips = false;          // each with a pass of edge flips between the two
 };
