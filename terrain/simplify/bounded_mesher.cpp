@@ -19,7 +19,10 @@ BoundedMesher<S>::BoundedMesher(HalfedgeMesh mesh, const S& samples, const Bound
     : mesh_(std::move(mesh)),
       samples_(samples),
       options_(options),
-      eps_(options.eps - 1e-9 * std::max({1.0, options.eps, options.relief})) {}
+      eps_(options.eps - 1e-9 * std::max({1.0, options.eps, options.relief})),
+      star_(samples, {eps_, options.height_step, options.height_min, options.height_max,
+                      options.search_step_min}),
+      around_(star_) {}
 
 // --- insert --------------------------------------------------------------------------------------
 
@@ -38,174 +41,6 @@ void BoundedMesher<S>::insert(const Progress& progress) {
   insertion.run_passes(progress);
   stats_.inserted = insertion.insertions();
   origin_ = insertion.take_origins();
-}
-
-// --- the star ------------------------------------------------------------------------------------
-
-/// Adds the far edges of v's triangles to the ring, but for those that touch `except`.
-template <class S>
-void BoundedMesher<S>::add_to_ring(Index v, Index except) {
-  mesh_.for_each_out(v, [&](Index e) {
-    const Index p = mesh_.dest(e), q = mesh_.apex(e);
-    if (p != except && q != except)
-      ring_.push_back({p, q, mesh_.position(p), mesh_.position(q), 0, 0, 0, 0, 0});
-  });
-}
-
-/// Makes `apex` the apex of the ring's triangles; false when one of them is not counter-clockwise
-/// for certain (surely_ccw of tin.h, for all triangles without a branch). Whatever asks for room
-/// does this before.
-template <class S>
-bool BoundedMesher<S>::aim(const Vec3& apex) {
-  bool all = true;
-  for (RingEdge& e : ring_) {
-    e.ax = e.a.x - apex.x, e.ay = e.a.y - apex.y;
-    e.bx = e.b.x - apex.x, e.by = e.b.y - apex.y;
-    const double l = e.ax * e.by, r = e.ay * e.bx;
-    e.area = l - r;
-    all &= e.area > 3.3306690738754716e-16 * (std::abs(l) + std::abs(r));
-  }
-  return all;
-}
-
-namespace {
-
-/// How a height inside triangle (w, a, b) follows from that of its apex w: weight of the apex and
-/// what a and b contribute, both linear in the place.
-struct Facet {
-  double wx, wy, lx, ly, rx, ry;
-  template <class RingEdge>
-  Facet(const Vec3& w, const RingEdge& e) : wx(w.x), wy(w.y) {
-    const double inverse = 1 / e.area;
-    lx = (e.ay - e.by) * inverse, ly = (e.bx - e.ax) * inverse;
-    rx = (e.a.z * e.by - e.b.z * e.ay) * inverse, ry = (e.b.z * e.ax - e.a.z * e.bx) * inverse;
-  }
-  double weight(double x, double y) const { return 1 + (lx * (x - wx) + ly * (y - wy)); }
-  double rest(double x, double y) const { return rx * (x - wx) + ry * (y - wy); }
-};
-
-constexpr double kNoWeight = 1e-13;  // on the ring: the apex has no say
-
-}  // namespace
-
-/// What the witnesses alone leave of the room, the last first; no further than needed when the gap
-/// exceeds `give_up`.
-template <class S>
-void BoundedMesher<S>::ask_witnesses(const Vec3& apex, Interval& room, double give_up) {
-  const std::size_t count = std::min(witnesses_, witness_.size());
-  for (std::size_t k = 0; k < count && !(room.gap() > give_up); ++k) {
-    const Vec3& p = witness_[(witnesses_ - 1 - k) % witness_.size()];
-    const double x = p.x - apex.x, y = p.y - apex.y;
-    for (const RingEdge& e : ring_) {
-      const double left = e.ax * y - e.ay * x, right = e.bx * y - e.by * x;
-      if (!bool(int(left >= 0) & int(right <= 0) & int(e.area + right - left >= 0))) continue;
-      const Facet f(apex, e);
-      const double l = f.weight(p.x, p.y), r = p.z - f.rest(p.x, p.y);
-      if (l > kNoWeight) {
-        const double lo = (r - eps_) / l, hi = (r + eps_) / l;
-        if (lo > room.lo) room.lo = lo, lowest_ = p;
-        if (hi < room.hi) room.hi = hi, highest_ = p;
-      }
-      break;
-    }
-  }
-}
-
-/// Intersects `room` with what the samples of triangle (w, e) allow. A sample that the apex carries
-/// with weight l > 0 needs |z - rest - l h| <= eps, where rest is what the ring's two heights give.
-/// False as soon as the gap exceeds `give_up`.
-template <class S>
-bool BoundedMesher<S>::narrow(const Vec3& w, const RingEdge& e, Interval& room, double give_up) {
-  const Facet f(w, e);
-  double lo = room.lo, hi = room.hi;
-  const double eps = eps_;
-  // A sample asks for more than lo when it lies above the plane through the ring's two vertices and
-  // the apex at lo, raised by eps; likewise with hi. All between the two planes say nothing new.
-  Band band;
-  band.x = w.x, band.y = w.y, band.z = e.a.z;
-  band.size = std::abs(e.b.z - e.a.z) + eps;
-  const auto raise = [&] {
-    band.top = lo + eps - band.z, band.top_x = lo * f.lx + f.rx, band.top_y = lo * f.ly + f.ry;
-    band.size = std::max(band.size, std::abs(band.top));
-  };
-  const auto lower = [&] {
-    band.bottom = hi - eps - band.z;
-    band.bottom_x = hi * f.lx + f.rx, band.bottom_y = hi * f.ly + f.ry;
-    band.size = std::max(band.size, std::abs(band.bottom));
-  };
-  raise(), lower();
-  const auto ask = [&](double x, double y, double z, std::size_t) {
-    const double l = f.weight(x, y), r = z - f.rest(x, y);
-    const bool raises = r - eps > lo * l, lowers = r + eps < hi * l;
-    if (!(raises || lowers) || l < kNoWeight) return true;
-    if (raises) lo = (r - eps) / l, lowest_ = {x, y, z}, raise();
-    if (lowers) hi = (r + eps) / l, highest_ = {x, y, z}, lower();
-    return lo - hi <= give_up;
-  };
-  const bool whole = samples_.scan_outside(w, e.a, e.b, band, ask);
-  if (!whole) add_witness(lowest_), add_witness(highest_);
-  room = {lo, hi};
-  return whole;
-}
-
-/// The room over all of ring_, starting from `start`. The triangle that ends the search goes to the
-/// front: it is the likeliest to end the next one.
-template <class S>
-typename BoundedMesher<S>::Interval BoundedMesher<S>::room(const Vec3& apex, Interval start,
-                                                           double give_up) {
-  ask_witnesses(apex, start, give_up);
-  if (start.gap() > give_up) return start;
-  for (std::size_t i = 0; i < ring_.size(); ++i) {
-    if (narrow(apex, ring_[i], start, give_up)) continue;
-    std::swap(ring_[0], ring_[i]);
-    break;
-  }
-  return start;
-}
-
-/// Clips the room to the band around what the samples of the star span.
-template <class S>
-void BoundedMesher<S>::keep_near_samples(const Vec3& apex, Interval& room) const {
-  double low = kInfinity, high = -kInfinity;
-  for (const RingEdge& e : ring_)
-    samples_.scan(apex, e.a, e.b, [&](double, double, double z, std::size_t) {
-      low = std::min(low, z);
-      high = std::max(high, z);
-      return true;
-    });
-  if (!(low <= high)) return;
-  room.lo = std::max(room.lo, low - eps_);
-  room.hi = std::min(room.hi, high + eps_);
-}
-
-/// The centre of the room, on the height step if there is one; false when nothing fits. Samples
-/// that carry little of the apex's weight would let it fly far off between them: it stays within
-/// the band around what its star's samples span. Where there are none, in a void, it stays in the
-/// range of what is around it.
-template <class S>
-bool BoundedMesher<S>::choose_height(const Vec3& apex, Interval room, double before,
-                                     double& height) const {
-  if (!(room.lo <= room.hi)) return false;
-  double h = (room.lo + room.hi) / 2;
-  const double low = std::min(lowest_.z, highest_.z), high = std::max(lowest_.z, highest_.z);
-  if (!(h >= low - eps_ && h <= high + eps_)) {  // these two alone do not vouch for it
-    keep_near_samples(apex, room);
-    if (!(room.lo <= room.hi)) return false;
-    h = (room.lo + room.hi) / 2;
-  }
-  if (!std::isfinite(h)) {
-    double lowest = before, highest = before;
-    for (const RingEdge& e : ring_) {
-      lowest = std::min(lowest, e.a.z);
-      highest = std::max(highest, e.a.z);
-    }
-    h = std::clamp(std::clamp(before, lowest, highest), room.lo, room.hi);
-  }
-  h = snap_height(h, options_.height_step);
-  if (h < room.lo || h > room.hi || h < options_.height_min || h > options_.height_max)
-    return false;
-  height = h;
-  return true;
 }
 
 // --- sweep ---------------------------------------------------------------------------------------
@@ -265,7 +100,7 @@ std::vector<typename BoundedMesher<S>::Index> BoundedMesher<S>::spatial_order() 
 template <class S>
 void BoundedMesher<S>::collapse(Index h, const Vec3& apex) {
   const Index w = mesh_.dest(h);
-  for (const RingEdge& e : ring_) dirty_[e.from] = dirty_[e.to] = 1;
+  for (const auto& e : star_.ring()) dirty_[e.from] = dirty_[e.to] = 1;
   mesh_.collapse(h);
   mesh_.position(w) = apex;
   dirty_[w] = 1;
@@ -284,105 +119,58 @@ bool BoundedMesher<S>::try_targets(Index v, bool search) {
       if (count < edges.size()) edges[count++] = e;
     });
   }
-  if (!std::isnan(origin_[v].z)) add_witness(origin_[v]);
+  star_.remember(origin_[v]);
   // An edge that is not feasible is of interest only if it is the nearest to it so far.
   double give_up = search ? options_.search_reach * eps_ : 0;
-  ring_.clear();
-  add_to_ring(v, kNone);
-  around_.swap(ring_);
-  double best_gap = kInfinity;
+  around_.clear();
+  around_.add(mesh_, v, kNone);
   Index best_edge = kNone;
-  std::array<Vec3, 2> closest;  // the samples that keep it from being feasible
+  Room closest = {kInfinity, 0};
   for (std::size_t k = 0; k < count; ++k) {
     const Index h = edges[k];
     const Index w = mesh_.origin(h) == v ? mesh_.dest(h) : mesh_.origin(h);
     const Vec3 target = mesh_.position(w);
     const bool fixed = (options_.locked_border && mesh_.on_border(w)) || stays(w);
-    ring_.clear();
-    for (const RingEdge& e : around_)
-      if (e.from != w && e.to != w) ring_.push_back(e);
-    if (!aim(target)) continue;
-    Interval start = fixed ? Interval{target.z, target.z} : Interval{-kInfinity, kInfinity};
-    lowest_ = highest_ = target;
-    if (!fixed) {
+    star_.clear();
+    for (const auto& e : around_.ring())
+      if (e.from != w && e.to != w) star_.add(e);
+    if (!star_.aim(target)) continue;
+    Room room;
+    if (fixed) {
+      room = {target.z, target.z, target, target};
+    } else {
       // Before anything is scanned: do v's and w's own samples agree?
       const Vec3& own = origin_[w];
-      if (own.x == target.x && own.y == target.y && !std::isnan(own.z)) {
-        start = Interval{own.z - eps_, own.z + eps_};
-        lowest_ = highest_ = own;
-      }
-      ask_witnesses(target, start, give_up);
-      if (start.gap() > give_up) continue;
-      add_to_ring(w, v);
-      aim(target);
+      if (own.x == target.x && own.y == target.y && !std::isnan(own.z))
+        room = {own.z - eps_, own.z + eps_, own, own};
+      star_.ask_witnesses(target, room, give_up);
+      if (room.gap() > give_up) continue;
+      star_.add(mesh_, w, v);
+      star_.aim(target);
     }
-    const Interval r = room(target, start, fixed ? 0 : give_up);
+    room = star_.room(target, room, fixed ? 0 : give_up);
     Vec3 apex = target;
-    if (choose_height(target, r, target.z, apex.z) && mesh_.link_ok(h)) {
+    if (star_.choose_height(target, room, target.z, apex.z) && mesh_.link_ok(h)) {
       collapse(h, apex);
       ++stats_.swept;
       return true;
     }
-    if (search && r.gap() <= give_up && r.gap() < best_gap && may_move(v) && may_move(w)) {
-      best_gap = r.gap();
-      give_up = std::max(0.0, best_gap);
+    if (search && room.gap() <= give_up && room.gap() < closest.gap() && may_move(v) &&
+        may_move(w)) {
+      closest = room;
+      give_up = std::max(0.0, room.gap());
       best_edge = h;
-      closest = {lowest_, highest_};
     }
   }
   if (best_edge == kNone) return false;
-  add_witness(closest[0]), add_witness(closest[1]);
-  return directed_search(best_edge, mesh_.position(mesh_.dest(best_edge)), best_gap);
+  star_.remember(closest);
+  return directed_search(best_edge, mesh_.position(mesh_.dest(best_edge)), closest.gap());
 }
 
 // --- directed search -----------------------------------------------------------------------------
 
 constexpr std::array<Vec2, 8> kAround = {
     {{1, 0}, {0, 1}, {-1, 0}, {0, -1}, {1, 1}, {-1, 1}, {-1, -1}, {1, -1}}};
-
-/// Moves the apex of ring_ to where one Gauss-Newton step would make the sum of the squared errors
-/// of the star's samples least (bounded_count.cpp has the derivation). False when the step leads
-/// nowhere or out of the star.
-template <class S>
-bool BoundedMesher<S>::least_squares_step(Vec3& apex) {
-  constexpr double kPrior = 0.02;  // as a sample at the apex: against flying off
-  const Vec3 w = apex;
-  double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = kPrior, x = 0, y = 0, z = 0, reach = 0;
-  for (const RingEdge& e : ring_) {
-    const Vec3 a = e.a - w, b = e.b - w;
-    const double per_area = 1 / (a.x * b.y - a.y * b.x);
-    const double gx = (a.z * b.y - b.z * a.y) * per_area, gy = (b.z * a.x - a.z * b.x) * per_area;
-    const double lx = (a.y - b.y) * per_area, ly = (b.x - a.x) * per_area;
-    double bb = 0, br = 0;
-    samples_.scan(w, e.a, e.b, [&](double px, double py, double pz, std::size_t) {
-      const double u = px - w.x, v = py - w.y, weight = 1 + (lx * u + ly * v);
-      bb += weight * weight;
-      br += weight * (pz - (w.z + (gx * u + gy * v)));
-      return true;
-    });
-    xx += bb * gx * gx, xy += bb * gx * gy, yy += bb * gy * gy;
-    xz -= bb * gx, yz -= bb * gy, zz += bb;
-    x -= br * gx, y -= br * gy, z += br;
-    reach = std::max({reach, std::abs(a.x), std::abs(a.y)});
-  }
-  // The height follows; what is left is two by two, a little damped.
-  const double k = 1 / zz, damp = 1e-2 * (xx + yy) + 1e-9;
-  const double a = xx - xz * xz * k + damp, b = xy - xz * yz * k, d = yy - yz * yz * k + damp;
-  const double p = x - xz * z * k, q = y - yz * z * k, det = a * d - b * b;
-  if (!(det > 0)) return false;
-  Vec2 step = {(d * p - b * q) / det, (a * q - b * p) / det};
-  const double scale = std::min(1.0, reach / 2 / std::max(std::abs(step.x), std::abs(step.y)));
-  const double unit = options_.search_step_min;
-  for (const double share : {scale, scale / 2}) {
-    const Vec3 at{w.x + std::nearbyint(step.x * share / unit) * unit,
-                  w.y + std::nearbyint(step.y * share / unit) * unit, w.z};
-    if (at.x == w.x && at.y == w.y) return false;
-    if (!aim(at)) continue;
-    apex = at;
-    return true;
-  }
-  return false;
-}
 
 /// Moves the apex that edge h would collapse into so as to close the gap between what the samples
 /// below and above ask of its height: first to where least squares put it, then by a pattern search
@@ -391,9 +179,9 @@ template <class S>
 bool BoundedMesher<S>::directed_search(Index h, const Vec3& start, double gap) {
   const Index v = mesh_.origin(h), w = mesh_.dest(h);
   const Vec3 a = mesh_.position(v), b = mesh_.position(w);
-  ring_.clear();
-  add_to_ring(v, w);
-  add_to_ring(w, v);
+  star_.clear();
+  star_.add(mesh_, v, w);
+  star_.add(mesh_, w, v);
   const double unit = options_.search_step_min;
   double step = std::max(std::abs(a.x - b.x), std::abs(a.y - b.y)) / 4;
   step = std::max(unit, std::floor(step / unit) * unit);
@@ -401,27 +189,27 @@ bool BoundedMesher<S>::directed_search(Index h, const Vec3& start, double gap) {
   const double least_gain = options_.step_gain * eps_;
   const auto try_at = [&](const Vec3& p, bool& done) {
     const double wanted = gap > 0 ? std::max(0.0, gap - least_gain) : gap;
-    const Interval r = room(p, {-kInfinity, kInfinity}, wanted);
+    const Room r = star_.room(p, wanted);
     if (!(r.gap() < gap && r.gap() <= wanted)) return false;
     gap = r.gap();
     at = p;
-    add_witness(lowest_), add_witness(highest_);
-    done = choose_height(at, r, (a.z + b.z) / 2, at.z) && mesh_.link_ok(h);
+    star_.remember(r);
+    done = star_.choose_height(at, r, (a.z + b.z) / 2, at.z) && mesh_.link_ok(h);
     if (done) collapse(h, at), ++stats_.searched;
     return true;
   };
   bool done = false;
   Vec3 middle{std::floor((a.x + b.x) / 2 / unit) * unit, std::floor((a.y + b.y) / 2 / unit) * unit,
               (a.z + b.z) / 2};
-  if (!aim(middle)) middle = start;
-  if (least_squares_step(middle) && try_at(middle, done) && done) return true;
+  if (!star_.aim(middle)) middle = start;
+  if (star_.least_squares_step(middle) && try_at(middle, done) && done) return true;
   int tries = options_.search_tries;
   while (tries > 0) {
     bool moved = false;
     for (const Vec2& d : kAround) {
       if (--tries < 0) break;
       const Vec3 p{at.x + d.x * step, at.y + d.y * step, at.z};
-      if (!aim(p) || !try_at(p, done)) continue;
+      if (!star_.aim(p) || !try_at(p, done)) continue;
       if (done) return true;
       moved = true;
       break;
@@ -440,7 +228,7 @@ std::uint64_t BoundedMesher<S>::sweep(bool search, const Progress& progress) {
     if ((++seen & 1023) == 0 && progress.stopped()) break;
     if (!dirty_[v] || !may_vanish(v)) continue;
     dirty_[v] = 0;
-    forget_witnesses();
+    star_.forget_witnesses();
     done += try_targets(v, search);
   }
   return done;
@@ -452,17 +240,17 @@ std::uint64_t BoundedMesher<S>::sweep(bool search, const Progress& progress) {
 /// into the middle of that room. This is what lets the next sweep find edges to collapse.
 template <class S>
 void BoundedMesher<S>::move_vertex(Index v) {
-  ring_.clear();
-  add_to_ring(v, kNone);
+  star_.clear();
+  star_.add(mesh_, v, kNone);
   const Vec3 before = mesh_.position(v);
   Vec3 at = before;
-  aim(at);
-  Interval best = room(at, {-kInfinity, kInfinity}, kInfinity);
-  add_witness(lowest_), add_witness(highest_);
+  star_.aim(at);
+  Room best = star_.room(at, kInfinity);
+  star_.remember(best);
   if (!(best.lo <= best.hi)) return;  // a sample that insertion gave up: leave it as it is
   const double unit = options_.search_step_min;
   double reach = kInfinity;
-  for (const RingEdge& e : ring_) {
+  for (const auto& e : star_.ring()) {
     reach = std::min(reach, std::max(std::abs(e.a.x - at.x), std::abs(e.a.y - at.y)));
   }
   double step = std::max(unit, std::floor(reach / 4 / unit) * unit);
@@ -473,13 +261,13 @@ void BoundedMesher<S>::move_vertex(Index v) {
     for (const Vec2& d : kAround) {
       if (--tries < 0) break;
       const Vec3 p{at.x + d.x * step, at.y + d.y * step, at.z};
-      if (!aim(p)) continue;
+      if (!star_.aim(p)) continue;
       const double wanted = best.gap() - least_gain;
-      const Interval r = room(p, {-kInfinity, kInfinity}, wanted);
+      const Room r = star_.room(p, wanted);
       if (!(r.gap() < wanted)) continue;
       best = r;
       at = p;
-      add_witness(lowest_), add_witness(highest_);
+      star_.remember(r);
       moved = true;
       break;
     }
@@ -487,7 +275,7 @@ void BoundedMesher<S>::move_vertex(Index v) {
     if (step <= unit) break;
     step = std::max(unit, std::floor(step / 2 / unit) * unit);
   }
-  if (!choose_height(at, best, before.z, at.z)) return;
+  if (!star_.choose_height(at, best, before.z, at.z)) return;
   stats_.moved += at != before;
   mesh_.position(v) = at;
 }
@@ -497,7 +285,7 @@ void BoundedMesher<S>::relax(const Progress& progress) {
   std::uint64_t seen = 0;
   for (const Index v : spatial_order()) {
     if ((++seen & 1023) == 0 && progress.stopped()) return;
-    forget_witnesses();
+    star_.forget_witnesses();
     if (active_[v] && may_move(v)) move_vertex(v);
   }
 }

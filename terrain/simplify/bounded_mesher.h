@@ -5,12 +5,12 @@
 // Invariant between edits: every valid sample lies within `eps` of the mesh (unless insertion gave
 // it up, which `unreached` counts), and every triangle is counter-clockwise for certain.
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
 #include "terrain/base/progress.h"
 #include "terrain/mesh/halfedge_mesh.h"
+#include "terrain/simplify/bounded_star.h"
 #include "terrain/simplify/delaunay_insertion.h"
 #include "terrain/simplify/samples.h"
 
@@ -65,32 +65,14 @@ class BoundedMesher {
   const BoundedStats& stats() const { return stats_; }
 
  private:
-  /// The room that the samples of a star leave for its apex's height; empty when lo > hi.
-  struct Interval {
-    double lo, hi;
-    double gap() const { return lo - hi; }
-  };
-  /// A triangle of the star by the edge opposite to its apex, seen counter-clockwise from there. It
-  /// has its own copy of the places: each try around a vertex goes over all of them.
-  struct RingEdge {
-    Index from, to;
-    Vec3 a, b;
-    double ax, ay, bx, by, area;  // relative to the apex, and twice the triangle's area: aim()
-  };
-
   HalfedgeMesh mesh_;
   const Samples& samples_;
   BoundedOptions options_;
   LinePoints* lines_ = nullptr;
   double eps_;  // a hair less than options_.eps, so that rounding cannot break the bound
   BoundedStats stats_;
-  std::vector<RingEdge> ring_;    // the star at hand
-  std::vector<RingEdge> around_;  // that of the vertex that is to vanish
-  /// Samples that ended earlier tries around the vertex at hand: most later tries fail on one of
-  /// them too, which takes a few orientation tests instead of a scan of the star.
-  std::array<Vec3, 8> witness_;
-  std::size_t witnesses_ = 0;
-  Vec3 lowest_, highest_;             // the samples that set lo and hi of the room at hand
+  Star<Samples> star_;                // the one at hand
+  Star<Samples> around_;              // that of the vertex that is to vanish
   std::vector<Vec3> origin_;          // by vertex: the sample that it was inserted for
   std::vector<std::uint8_t> active_;  // by vertex: 0 outside the part to be mended
   std::vector<std::uint8_t> frozen_;  // by vertex: keeps place and height (empty: none)
@@ -101,7 +83,6 @@ class BoundedMesher {
   std::uint64_t sweep(bool search, const Progress&);
   bool try_targets(Index v, bool search);
   bool directed_search(Index h, const Vec3& start, double gap);
-  bool least_squares_step(Vec3& apex);
   void decimate(const Progress&);
   void relax(const Progress&);
   void move_vertex(Index v);
@@ -115,15 +96,6 @@ class BoundedMesher {
   bool may_move(Index v) const { return v >= options_.pinned && !mesh_.on_border(v) && !stays(v); }
   bool straight_border(Index v) const;
   Index border_before(Index v) const;
-  void add_to_ring(Index v, Index except);
-  bool aim(const Vec3& apex);
-  void forget_witnesses() { witnesses_ = 0; }
-  void add_witness(const Vec3& p) { witness_[witnesses_++ % witness_.size()] = p; }
-  void ask_witnesses(const Vec3& apex, Interval& room, double give_up);
-  bool narrow(const Vec3& w, const RingEdge& e, Interval& room, double give_up);
-  Interval room(const Vec3& apex, Interval start, double give_up);
-  void keep_near_samples(const Vec3& apex, Interval& room) const;
-  bool choose_height(const Vec3& apex, Interval room, double before, double& height) const;
   void collapse(Index h, const Vec3& apex);
 };
 
