@@ -3,6 +3,7 @@
 // triangle under a place; it shares nothing with the scans that fit and measure tiles when they are
 // made.
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -31,16 +32,24 @@ class TileSurface {
   std::optional<Gap> gap_at(double u, double v, double z) const;
 
  private:
-  int cell_of(double x) const;
-  template <class Visit>
-  void each_cell(std::uint32_t triangle, Visit&&) const;
-  void sort_into_cells();
-  std::optional<double> height_in(const std::array<std::uint32_t, 3>&, double u, double v) const;
+  using Triangle = std::array<Vec3, 3>;
 
-  std::vector<Vec3> vertices_;
-  std::vector<std::array<std::uint32_t, 3>> triangles_;
-  int cells_ = 1;
-  std::vector<std::uint32_t> begin_, entries_;
+  struct Place {
+    double u, v, side;
+  };
+  struct Square {
+    std::uint32_t first = 0, count = 0;  // of entries_; or kDivided, and the first of four squares
+  };
+  static constexpr std::uint32_t kDivided = ~std::uint32_t(0);
+
+  static bool reaches_into(const Triangle&, const Place&);
+  void divide(std::size_t square, const Place&, const std::vector<std::uint32_t>& triangles,
+              int depth);
+  static std::optional<double> height_in(const Triangle&, double u, double v);
+
+  std::vector<Triangle> triangles_;
+  std::vector<Square> squares_;  // the first is the whole tile
+  std::vector<std::uint32_t> entries_;
 };
 
 }  // namespace tind

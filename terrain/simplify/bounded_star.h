@@ -1,8 +1,8 @@
 #pragma once
 // The interval test of `bounded`: how much room the samples of a star leave for its apex's height.
 //
-// A star is an apex w and the edges (a, b) opposite to it, one for each triangle (w, a, b). Inside a
-// triangle a sample (p, z) carries the apex's height h with its barycentric weight l > 0 and the
+// A star is an apex w and the edges (a, b) opposite to it, one for each triangle (w, a, b). Inside
+// a triangle a sample (p, z) carries the apex's height h with its barycentric weight l > 0 and the
 // ring's two heights with the rest, so |l h + rest(p) - z| <= eps asks for
 //     (z - rest - eps) / l  <=  h  <=  (z - rest + eps) / l,
 // one interval for each sample. Where all of them intersect the edit is feasible, and no cost
@@ -52,8 +52,7 @@ class Star {
   };
 
   /// `samples` is not owned.
-  Star(const Samples& samples, const StarOptions& options)
-      : samples_(samples), options_(options) {}
+  Star(const Samples& samples, const StarOptions& options) : samples_(samples), options_(options) {}
 
   const std::vector<RingEdge>& ring() const { return ring_; }
   void clear() { ring_.clear(); }
@@ -65,8 +64,8 @@ class Star {
   /// counter-clockwise for certain then. Whatever asks for room does this before.
   bool aim(const Vec3& apex);
 
-  /// Narrows `start` to what all samples leave. Ends early, with a gap that is too large rather than
-  /// right, once the gap exceeds `give_up`.
+  /// Narrows `start` to what all samples leave. Ends early, with a gap that is too large rather
+  /// than right, once the gap exceeds `give_up`.
   Room room(const Vec3& apex, Room start, double give_up);
   Room room(const Vec3& apex, double give_up) { return room(apex, Room{}, give_up); }
   /// The same for the witnesses alone.
