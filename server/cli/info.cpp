@@ -183,8 +183,7 @@ void add_info(CLI::App& program, int& exit) {
   app->add_flag("--json", a->options.json, "print it as JSON");
   app->footer(
       "Every post of a DEM is read where there are 33 million or fewer. Of a larger one a sample "
-      "of "
-      "blocks is read, unless --stats is given, and what it shows is called a sample.");
+      "of blocks is read, unless --stats is given, and what it shows is called a sample.");
   app->callback([a, &exit] { exit = run(*a); });
 }
 
