@@ -144,9 +144,11 @@ Result<void> RasterSource::read_sparse(std::int64_t col, std::int64_t row, int s
 }
 
 /// Block by block, so that each is fetched once: `j` runs inside a row of blocks, `i` inside a
-/// block.
+/// block, and not past the column where a globe begins again.
 Result<void> RasterSource::read_blocks(std::int64_t col, std::int64_t row, int step,
                                        HeightGrid& out) const {
+  const std::int64_t end_col =
+      info_.wraps_longitude ? std::int64_t(info_.period_cols) : info_.cols;
   for (int j0 = 0, j1; j0 < out.rows(); j0 = j1) {
     const std::int64_t first_row = row + std::int64_t(j0) * step;
     j1 = j0 + 1;
@@ -163,7 +165,8 @@ Result<void> RasterSource::read_blocks(std::int64_t col, std::int64_t row, int s
       if (!held) return std::unexpected(held.error());
       const HeightGrid& posts = **held;
       const int first = int(c % kBlock);
-      run = std::min(out.cols() - i, (posts.cols() - 1 - first) / step + 1);
+      const auto left = int(std::min<std::int64_t>(posts.cols() - first, end_col - c));
+      run = std::min(out.cols() - i, (left - 1) / step + 1);
       for (int j = j0; j < j1; ++j) {
         const auto from = posts.row(int((row + std::int64_t(j) * step) % kBlock)).subspan(first);
         const auto to = out.row(j).subspan(std::size_t(i), std::size_t(run));

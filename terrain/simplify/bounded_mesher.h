@@ -3,7 +3,7 @@
 // samples that it must stay close to, and the edits that keep it so.
 //
 // Invariant between edits: every valid sample lies within `eps` of the mesh (unless insertion gave
-// it up, which `unreached` counts), and every triangle is counter-clockwise for certain.
+// it up: whoever calls measures), and every triangle is counter-clockwise for certain.
 
 #include <cstdint>
 #include <vector>

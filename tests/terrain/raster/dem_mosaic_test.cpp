@@ -95,21 +95,14 @@ TEST_F(SmallGrids, SparseReadsSeeTheSamePosts) {
   EXPECT_EQ(source->read_decimated(2, 1, 1, 1, 100)->at(0, 0), 6);
 }
 
-TEST_F(SmallGrids, AroundTheGlobeAnyWindowSeesThePostsOfItsColumns) {
-  std::string drawing;  // 600 columns, three blocks; a void in every 50th
-  for (int r = 0; r < 3; ++r) {
-    if (r > 0) drawing += "/ ";
-    for (int c = 0; c < 600; ++c)
-      drawing += c % 50 == 7 ? std::string(". ") : std::to_string(c + 1000 * r) + " ";
-  }
-  const auto source = must_open({geographic(drawing, -180, 0, 0.6)});
-  ASSERT_TRUE(source);
-  ASSERT_TRUE(source->info().wraps_longitude);
+/// Reads windows all around a globe of 600 columns, three blocks, with a void in every 50th. The
+/// grid may have more columns than that: those past 600 are the first ones again, whatever it says.
+void expect_a_globe(const DemSource& source) {
   std::mt19937 random(1);
   for (int k = 0; k < 200; ++k) {
     const int step = 1 + int(random() % 9), cols = 1 + int(random() % 700);
     const int col = int(random() % 2400) - 1200, row = int(random() % 5) - 1;
-    const auto part = source->read_decimated(col, row, cols, 3, step);
+    const auto part = source.read_decimated(col, row, cols, 3, step);
     ASSERT_TRUE(part);
     for (int r = 0; r < 3; ++r)
       for (int c = 0; c < cols; ++c) {
@@ -117,8 +110,24 @@ TEST_F(SmallGrids, AroundTheGlobeAnyWindowSeesThePostsOfItsColumns) {
         if (y < 0 || y > 2 || x % 50 == 7)
           ASSERT_TRUE(part->is_void(c, r)) << x << ' ' << y;
         else
-          ASSERT_EQ(part->at(c, r), float(x + 1000 * y));
+          ASSERT_EQ(part->at(c, r), float(x + 1000 * y)) << x << ' ' << y;
       }
+  }
+}
+
+TEST_F(SmallGrids, AroundTheGlobeAnyWindowSeesThePostsOfItsColumns) {
+  for (const int cols : {600, 601, 603}) {
+    SCOPED_TRACE(cols);
+    std::string drawing;
+    for (int r = 0; r < 3; ++r) {
+      if (r > 0) drawing += "/ ";
+      for (int c = 0; c < cols; ++c)
+        drawing += c % 50 == 7 ? std::string(". ") : std::to_string(c + 1000 * r) + " ";
+    }
+    const auto source = must_open({geographic(drawing, -180, 0, 0.6)});
+    ASSERT_TRUE(source);
+    ASSERT_TRUE(source->info().wraps_longitude);
+    expect_a_globe(*source);
   }
 }
 
