@@ -147,8 +147,7 @@ Result<void> RasterSource::read_sparse(std::int64_t col, std::int64_t row, int s
 /// block, and not past the column where a globe begins again.
 Result<void> RasterSource::read_blocks(std::int64_t col, std::int64_t row, int step,
                                        HeightGrid& out) const {
-  const std::int64_t end_col =
-      info_.wraps_longitude ? std::int64_t(info_.period_cols) : info_.cols;
+  const std::int64_t end_col = info_.wraps_longitude ? std::int64_t(info_.period_cols) : info_.cols;
   for (int j0 = 0, j1; j0 < out.rows(); j0 = j1) {
     const std::int64_t first_row = row + std::int64_t(j0) * step;
     j1 = j0 + 1;
