@@ -28,12 +28,16 @@ inline double orient2d(const Vec3& a, const Vec3& b, const Vec3& c) {
   return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
 
+/// The test itself, for the two products of the determinant.
+inline bool surely_positive(double l, double r) {
+  return l - r > 3.3306690738754716e-16 * (std::abs(l) + std::abs(r));
+}
+
 /// True only when abc is counter-clockwise with positive area *for certain*: the rounding error of
 /// the determinant (Shewchuk 1997, ccwerrboundA) is taken off. Exact-integer input loses nothing
 /// beyond slivers of relative area 1e-15.
 inline bool surely_ccw(const Vec3& a, const Vec3& b, const Vec3& c) {
-  const double l = (b.x - a.x) * (c.y - a.y), r = (b.y - a.y) * (c.x - a.x);
-  return l - r > 3.3306690738754716e-16 * (std::abs(l) + std::abs(r));
+  return surely_positive((b.x - a.x) * (c.y - a.y), (b.y - a.y) * (c.x - a.x));
 }
 
 }  // namespace tind

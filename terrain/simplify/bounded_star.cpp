@@ -27,7 +27,7 @@ bool Star<S>::aim(const Vec3& apex) {
     e.bx = e.b.x - apex.x, e.by = e.b.y - apex.y;
     const double l = e.ax * e.by, r = e.ay * e.bx;
     e.area = l - r;
-    all &= e.area > 3.3306690738754716e-16 * (std::abs(l) + std::abs(r));
+    all &= surely_positive(l, r);
   }
   return all;
 }
@@ -126,7 +126,7 @@ Room Star<S>::room(const Vec3& apex, Room start, double give_up) {
 /// Clips the room to the band around what the samples of the star span.
 template <class S>
 void Star<S>::keep_near_samples(const Vec3& apex, Room& room) const {
-  double low = Room{}.hi, high = Room{}.lo;
+  double low = HUGE_VAL, high = -HUGE_VAL;
   for (const RingEdge& e : ring_)
     samples_.scan(apex, e.a, e.b, [&](double, double, double z, std::size_t) {
       low = std::min(low, z);
