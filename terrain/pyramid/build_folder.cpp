@@ -25,6 +25,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+/// Grows with every change of what tiles that rest on the residual index share with their
+/// neighbours: borders, normals.
 constexpr int kIndexedTiles = 3;
 
 constexpr const char* kRecord = "/tind-build.json";
@@ -59,7 +61,7 @@ Json record_of(const DemSource& source, const TilePlan& plan, const SourceBlocks
   j["effort"] = o.tiles.effort;
   j["gzip"] = o.gzip;
   if (o.tiles.exact_posts > 0) j["exact_posts"] = o.tiles.exact_posts;
-  // How tiles that rest on the index are made, where there are any.
+  // Old and new ones would not fit at their edges.
   if (deepest_indexed_level(source.info(), plan) >= 0) j["indexed_tiles"] = kIndexedTiles;
   // By level: a source with a larger range of heights can need coarser steps.
   for (int z = 0; z <= plan.max_level(); ++z) j["steps_m"].push_back(plan.level(z).border_step_m);
