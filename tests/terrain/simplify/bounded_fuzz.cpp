@@ -82,7 +82,9 @@ void small_blocks(Bytes& in) {
   BlockOptions o;
   o.mesher.eps = kErrors[in.next() % 7];
   o.mesher.rounds = int(in.next() % 3);
-  o.mesher.search_reach = in.next() / 64.0;
+  const unsigned search = in.next();
+  o.mesher.search_reach = search / 64.0;
+  o.mesher.step_gain = search % 4 / 8.0;
   o.mesher.search_step_min = 0.125;
   o.block_posts = 2 + int(in.next() % 8);
   const HeightGrid grid = grid_from(in);
