@@ -62,16 +62,23 @@ Result<HalfedgeMesh> HalfedgeMesh::from_tin(const Tin& tin) {
     std::vector<Index> fill(offset.begin(), offset.end() - 1);
     for (Index h = 0; h < m.origin_.size(); ++h) leaving[fill[m.origin_[h]]++] = h;
   }
-  for (Index h = 0; h < m.origin_.size(); ++h) {
-    const Index a = m.origin(h), b = m.dest(h);
-    for (Index i = offset[a]; i < offset[a + 1]; ++i) {
-      if (leaving[i] != h && m.dest(leaving[i]) == b) {
-        return fail(Errc::bad_data, "edge " + std::to_string(a) + "-" + std::to_string(b) +
+  std::vector<Index> to(n, kNone);  // by neighbour of the vertex at hand: the half-edge there
+  for (Index v = 0; v < n; ++v) {
+    const auto half_edge_to = [&](Index w) {
+      return to[w] != kNone && m.origin(to[w]) == v ? to[w] : kNone;
+    };
+    for (Index i = offset[v]; i < offset[v + 1]; ++i) {
+      const Index w = m.dest(leaving[i]);
+      if (half_edge_to(w) != kNone) {
+        return fail(Errc::bad_data, "edge " + std::to_string(v) + "-" + std::to_string(w) +
                                         " is used twice in one direction (not a manifold)");
       }
+      to[w] = leaving[i];
     }
-    for (Index i = offset[b]; i < offset[b + 1]; ++i)
-      if (m.dest(leaving[i]) == a) m.twin_[h] = leaving[i];
+    for (Index i = offset[v]; i < offset[v + 1]; ++i) {
+      const Index arriving = prev(leaving[i]);
+      m.twin_[arriving] = half_edge_to(m.origin(arriving));
+    }
   }
   for (Index v = 0; v < n; ++v) {
     const Index count = offset[v + 1] - offset[v];

@@ -35,8 +35,9 @@ class HalfedgeMesh {
   /// row.
   static HalfedgeMesh from_grid(int cols, int rows, std::vector<Vec3> positions);
 
-  static Index next(Index h) { return h % 3 == 2 ? h - 2 : h + 1; }
-  static Index prev(Index h) { return h % 3 == 0 ? h + 2 : h - 1; }
+  // Without branches: every third guess would be wrong.
+  static Index next(Index h) { return h + 1 - 3 * Index(h % 3 == 2); }
+  static Index prev(Index h) { return h - 1 + 3 * Index(h % 3 == 0); }
   static Index triangle(Index h) { return h / 3; }
 
   Index origin(Index h) const { return origin_[h]; }
