@@ -168,10 +168,12 @@ struct GridSamples {
   template <class F>
   bool scan_rows(const Vec3& a, const Vec3& b, const Vec3& c, F&& f) const {
     constexpr double kHair = 1e-7;  // of a sample step
-    const Vec3 *top = &a, *mid = &b, *low = &c;
-    if (top->y < mid->y) std::swap(top, mid);
-    if (mid->y < low->y) std::swap(mid, low);
-    if (top->y < mid->y) std::swap(top, mid);
+    // By height, and without branches: no order is likelier than another.
+    const bool ab = a.y >= b.y, bc = b.y >= c.y, ac = a.y >= c.y;
+    const int place_a = !ab + !ac, place_b = ab + !bc;
+    const Vec3* order[3];
+    order[place_a] = &a, order[place_b] = &b, order[3 - place_a - place_b] = &c;
+    const auto [top, mid, low] = order;
     // Row coordinates grow downwards.
     const double per_x = 1 / dx, per_y = 1 / dy;
     const double top_row = (y0 - top->y) * per_y, mid_row = (y0 - mid->y) * per_y;
