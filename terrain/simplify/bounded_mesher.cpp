@@ -3,6 +3,7 @@
 #include "terrain/simplify/bounded_mesher.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 
@@ -11,6 +12,13 @@ namespace tind {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// In the middle half of a room. What needs no change leaves the most to what comes later, and the
+/// triangles that know nothing but it need not be asked.
+bool near_middle(double height, const Room& room) {
+  const double quarter = (room.hi - room.lo) / 4;
+  return height >= room.lo + quarter && height <= room.hi - quarter;
+}
 
 }  // namespace
 
@@ -99,6 +107,7 @@ std::vector<typename BoundedMesher<S>::Index> BoundedMesher<S>::spatial_order() 
 /// Collapses h into `apex`; everything around is worth another try.
 template <class S>
 void BoundedMesher<S>::collapse(Index h, const Vec3& apex) {
+  assert(mesh_.link_ok(h));
   const Index w = mesh_.dest(h);
   for (const auto& e : star_.ring()) dirty_[e.from] = dirty_[e.to] = 1;
   mesh_.collapse(h);
@@ -109,9 +118,10 @@ void BoundedMesher<S>::collapse(Index h, const Vec3& apex) {
 /// Tries to make v vanish into one of its neighbours, which then takes the height that suits all.
 template <class S>
 bool BoundedMesher<S>::try_targets(Index v, bool search) {
+  const bool at_border = mesh_.on_border(v);
   std::array<Index, 64> edges;  // half-edges between v and the vertices that it may vanish into
   std::size_t count = 0;
-  if (mesh_.on_border(v)) {
+  if (at_border) {
     edges[count++] = mesh_.out(v);
     edges[count++] = border_before(v);
   } else {
@@ -124,17 +134,24 @@ bool BoundedMesher<S>::try_targets(Index v, bool search) {
   double give_up = search ? options_.search_reach * eps_ : 0;
   around_.clear();
   around_.add(mesh_, v, kNone);
+  const auto ring = std::span(around_.ring());
   Index best_edge = kNone;
   Room closest = {kInfinity, 0};
   for (std::size_t k = 0; k < count; ++k) {
     const Index h = edges[k];
     const Index w = mesh_.origin(h) == v ? mesh_.dest(h) : mesh_.origin(h);
     const Vec3 target = mesh_.position(w);
-    const bool fixed = (options_.locked_border && mesh_.on_border(w)) || stays(w);
+    // What v leaves behind, seen from w: edge k of the ring starts at v's neighbour k.
     star_.clear();
-    for (const auto& e : around_.ring())
-      if (e.from != w && e.to != w) star_.add(e);
+    if (at_border) {
+      star_.add(k == 0 ? ring.subspan(1) : ring.first(ring.size() - 1));
+    } else {
+      star_.add(ring.subspan(k + 1, ring.size() - 1 - k - (k == 0)));
+      if (k > 1) star_.add(ring.first(k - 1));
+    }
     if (!star_.aim(target)) continue;
+    const bool fixed = (options_.locked_border && mesh_.on_border(w)) || stays(w);
+    const double limit = fixed ? 0 : give_up;
     Room room;
     if (fixed) {
       room = {target.z, target.z, target, target};
@@ -143,14 +160,24 @@ bool BoundedMesher<S>::try_targets(Index v, bool search) {
       const Vec3& own = origin_[w];
       if (own.x == target.x && own.y == target.y && !std::isnan(own.z))
         room = {own.z - eps_, own.z + eps_, own, own};
-      star_.ask_witnesses(target, room, give_up);
-      if (room.gap() > give_up) continue;
+    }
+    star_.ask_witnesses(target, room, limit);
+    if (room.gap() > limit) continue;
+    star_.narrow(target, room, limit);
+    if (room.gap() > limit) continue;
+    Vec3 apex = target;
+    bool feasible = near_middle(target.z, room);
+    if (!feasible) {
+      // w has to move up or down: what do the samples of its own triangles say?
+      const std::size_t own_triangles = star_.ring().size();
       star_.add(mesh_, w, v);
       star_.aim(target);
+      star_.narrow(target, room, limit, own_triangles);
+      feasible = star_.choose_height(target, room, target.z, apex.z);
     }
-    room = star_.room(target, room, fixed ? 0 : give_up);
-    Vec3 apex = target;
-    if (star_.choose_height(target, room, target.z, apex.z) && mesh_.link_ok(h)) {
+    // That w sees every edge of v's ring from its left says that an inner edge may collapse; the
+    // border is another matter.
+    if (feasible && (!at_border || mesh_.link_ok(h))) {
       collapse(h, apex);
       ++stats_.swept;
       return true;
@@ -194,7 +221,7 @@ bool BoundedMesher<S>::directed_search(Index h, const Vec3& start, double gap) {
     gap = r.gap();
     at = p;
     star_.remember(r);
-    done = star_.choose_height(at, r, (a.z + b.z) / 2, at.z) && mesh_.link_ok(h);
+    done = star_.choose_height(at, r, (a.z + b.z) / 2, at.z);
     if (done) collapse(h, at), ++stats_.searched;
     return true;
   };

@@ -77,7 +77,7 @@ void Star<S>::ask_witnesses(const Vec3& apex, Room& room, double give_up) const 
 /// Intersects `room` with what the samples of one triangle allow; false as soon as the gap exceeds
 /// `give_up`.
 template <class S>
-bool Star<S>::narrow(const Vec3& apex, const RingEdge& e, Room& room, double give_up) {
+bool Star<S>::narrow_by(const RingEdge& e, const Vec3& apex, Room& room, double give_up) {
   const Facet f(apex, e);
   const double eps = options_.eps;
   double lo = room.lo, hi = room.hi;
@@ -112,15 +112,20 @@ bool Star<S>::narrow(const Vec3& apex, const RingEdge& e, Room& room, double giv
 
 /// The triangle that ends the search goes to the front: it is the likeliest to end the next one.
 template <class S>
-Room Star<S>::room(const Vec3& apex, Room start, double give_up) {
-  ask_witnesses(apex, start, give_up);
-  if (start.gap() > give_up) return start;
-  for (std::size_t i = 0; i < ring_.size(); ++i) {
-    if (narrow(apex, ring_[i], start, give_up)) continue;
-    std::swap(ring_[0], ring_[i]);
+void Star<S>::narrow(const Vec3& apex, Room& room, double give_up, std::size_t first) {
+  for (std::size_t i = first; i < ring_.size(); ++i) {
+    if (narrow_by(ring_[i], apex, room, give_up)) continue;
+    std::swap(ring_[first], ring_[i]);
     break;
   }
-  return start;
+}
+
+template <class S>
+Room Star<S>::room(const Vec3& apex, double give_up) {
+  Room room;
+  ask_witnesses(apex, room, give_up);
+  if (!(room.gap() > give_up)) narrow(apex, room, give_up);
+  return room;
 }
 
 /// Clips the room to the band around what the samples of the star span.

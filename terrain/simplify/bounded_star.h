@@ -15,6 +15,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "terrain/mesh/halfedge_mesh.h"
@@ -56,7 +57,9 @@ class Star {
 
   const std::vector<RingEdge>& ring() const { return ring_; }
   void clear() { ring_.clear(); }
-  void add(const RingEdge& e) { ring_.push_back(e); }
+  void add(std::span<const RingEdge> edges) {
+    ring_.insert(ring_.end(), edges.begin(), edges.end());
+  }
   /// Adds the far edges of v's triangles, but for those that touch `except`.
   void add(const HalfedgeMesh& mesh, Index v, Index except);
 
@@ -64,12 +67,13 @@ class Star {
   /// counter-clockwise for certain then. Whatever asks for room does this before.
   bool aim(const Vec3& apex);
 
-  /// Narrows `start` to what all samples leave. Ends early, with a gap that is too large rather
-  /// than right, once the gap exceeds `give_up`.
-  Room room(const Vec3& apex, Room start, double give_up);
-  Room room(const Vec3& apex, double give_up) { return room(apex, Room{}, give_up); }
-  /// The same for the witnesses alone.
+  /// What all samples leave. Ends early, with a gap that is too large rather than right, once the
+  /// gap exceeds `give_up`.
+  Room room(const Vec3& apex, double give_up);
+  /// The two parts of room(): narrows `room` to what the witnesses leave, and to what all samples
+  /// of the triangles from `first` on do.
   void ask_witnesses(const Vec3& apex, Room& room, double give_up) const;
+  void narrow(const Vec3& apex, Room& room, double give_up, std::size_t first = 0);
   void forget_witnesses() { witnesses_ = 0; }
   /// Makes a sample a witness; those without a height are none.
   void remember(const Vec3& p) {
@@ -95,7 +99,7 @@ class Star {
   std::array<Vec3, 8> witness_;
   std::size_t witnesses_ = 0;
 
-  bool narrow(const Vec3& apex, const RingEdge& e, Room& room, double give_up);
+  bool narrow_by(const RingEdge& e, const Vec3& apex, Room& room, double give_up);
   void keep_near_samples(const Vec3& apex, Room& room) const;
 };
 
