@@ -3,6 +3,7 @@
 #include "terrain/simplify/bounded_mesher.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <limits>
@@ -115,40 +116,50 @@ void BoundedMesher<S>::collapse(Index h, const Vec3& apex) {
   dirty_[w] = 1;
 }
 
+/// The half-edges between v and the vertices that it may vanish into.
+template <class S>
+std::span<const typename BoundedMesher<S>::Index> BoundedMesher<S>::edges_to_targets(Index v) {
+  edges_.clear();
+  if (mesh_.on_border(v)) {
+    edges_.push_back(mesh_.out(v));
+    edges_.push_back(border_before(v));
+  } else {
+    mesh_.for_each_out(v, [&](Index e) { edges_.push_back(e); });
+  }
+  return edges_;
+}
+
+/// The star that neighbour k would get: all edges around v but its own. Inside, edge k of v's ring
+/// starts there; a border vertex has two targets, at the ring's two ends.
+template <class S>
+void BoundedMesher<S>::take_over(std::size_t k, bool at_border) {
+  const auto ring = std::span(around_.ring());
+  star_.clear();
+  if (at_border) {
+    star_.add(k == 0 ? ring.subspan(1) : ring.first(ring.size() - 1));
+  } else {
+    star_.add(ring.subspan(k + 1, ring.size() - 1 - k - (k == 0)));
+    if (k > 1) star_.add(ring.first(k - 1));
+  }
+}
+
 /// Tries to make v vanish into one of its neighbours, which then takes the height that suits all.
 template <class S>
 bool BoundedMesher<S>::try_targets(Index v, bool search) {
-  const bool at_border = mesh_.on_border(v);
-  std::array<Index, 64> edges;  // half-edges between v and the vertices that it may vanish into
-  std::size_t count = 0;
-  if (at_border) {
-    edges[count++] = mesh_.out(v);
-    edges[count++] = border_before(v);
-  } else {
-    mesh_.for_each_out(v, [&](Index e) {
-      if (count < edges.size()) edges[count++] = e;
-    });
-  }
   star_.remember(origin_[v]);
   // An edge that is not feasible is of interest only if it is the nearest to it so far.
   double give_up = search ? options_.search_reach * eps_ : 0;
   around_.clear();
   around_.add(mesh_, v, kNone);
-  const auto ring = std::span(around_.ring());
+  const bool at_border = mesh_.on_border(v);
+  const auto edges = edges_to_targets(v);
   Index best_edge = kNone;
   Room closest = {kInfinity, 0};
-  for (std::size_t k = 0; k < count; ++k) {
+  for (std::size_t k = 0; k < edges.size(); ++k) {
     const Index h = edges[k];
     const Index w = mesh_.origin(h) == v ? mesh_.dest(h) : mesh_.origin(h);
     const Vec3 target = mesh_.position(w);
-    // What v leaves behind, seen from w: edge k of the ring starts at v's neighbour k.
-    star_.clear();
-    if (at_border) {
-      star_.add(k == 0 ? ring.subspan(1) : ring.first(ring.size() - 1));
-    } else {
-      star_.add(ring.subspan(k + 1, ring.size() - 1 - k - (k == 0)));
-      if (k > 1) star_.add(ring.first(k - 1));
-    }
+    take_over(k, at_border);
     if (!star_.aim(target)) continue;
     const bool fixed = (options_.locked_border && mesh_.on_border(w)) || stays(w);
     const double limit = fixed ? 0 : give_up;

@@ -6,6 +6,7 @@
 // it up: whoever calls measures), and every triangle is counter-clockwise for certain.
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "terrain/base/progress.h"
@@ -73,6 +74,7 @@ class BoundedMesher {
   BoundedStats stats_;
   Star<Samples> star_;                // the one at hand
   Star<Samples> around_;              // that of the vertex that is to vanish
+  std::vector<Index> edges_;          // those to its neighbours
   std::vector<Vec3> origin_;          // by vertex: the sample that it was inserted for
   std::vector<std::uint8_t> active_;  // by vertex: 0 outside the part to be mended
   std::vector<std::uint8_t> frozen_;  // by vertex: keeps place and height (empty: none)
@@ -81,6 +83,8 @@ class BoundedMesher {
   void insert(const Progress&);
   std::vector<Index> spatial_order() const;
   std::uint64_t sweep(bool search, const Progress&);
+  std::span<const Index> edges_to_targets(Index v);
+  void take_over(std::size_t k, bool at_border);
   bool try_targets(Index v, bool search);
   bool directed_search(Index h, const Vec3& start, double gap);
   void decimate(const Progress&);
