@@ -12,7 +12,7 @@
 // The result does not depend on the number of threads.
 // With a triangle count the error that counts is the root mean square: see bounded_count.h. A count
 // for one side only is met by a search over the error.
-// COST: 1 to 1.5 x greedy insertion (fast), 2 to 3.5 x (normal), 6 to 16 x (best): see
+// COST: 1 to 1.5 x greedy insertion (fast), 2 to 4 x (normal), 6 to 16 x (best): see
 // docs/methods.md.
 
 #include "terrain/simplify/bounded_blocks.h"
