@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <random>
 
 namespace tind::proto {
 namespace {
@@ -20,16 +21,85 @@ std::unexpected<std::string> failed(const std::string& what, const std::string& 
 }
 
 /// 0, or errno.
-int write_and_close(int file, std::string_view bytes) {
-  int code = 0;
-  while (!bytes.empty() && code == 0) {
+int write_all(int file, std::string_view bytes) {
+  while (!bytes.empty()) {
     const ssize_t written = ::write(file, bytes.data(), bytes.size());
     if (written >= 0)
       bytes.remove_prefix(std::size_t(written));
     else if (errno != EINTR)
-      code = errno;
+      return errno;
   }
-  if (::close(file) != 0 && code == 0) code = errno;
+  return 0;
+}
+
+/// A link is followed, so that it stays one.
+std::string target_of(const std::string& path) {
+  std::error_code ignored;
+  const auto real = std::filesystem::canonical(path, ignored);
+  return ignored ? path : real.string();
+}
+
+std::string folder_of(const std::string& path) {
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  return folder.empty() ? "." : folder;
+}
+
+bool is_special(const std::string& path) {
+  struct stat status {};
+  return ::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode);
+}
+
+/// Of processes on any host, no two get the same.
+std::string partial_name(const std::string& target) {
+  std::random_device random;
+  char text[40];
+  std::snprintf(text, sizeof text, ".partial-%08x%08x", random(), random());
+  return target + text;
+}
+
+/// A file on its way to its name. Where the file system can, it has none until it is whole, so that
+/// nothing is left of it when the process is killed.
+struct Partial {
+  int file = -1;
+  std::string name;
+
+  Partial(const std::string& target, bool nameless) {
+    if (nameless) file = ::open(folder_of(target).c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
+    if (file >= 0) return;
+    name = partial_name(target);
+    file = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  }
+  ~Partial() {
+    if (file >= 0) ::close(file);
+    if (file >= 0 && !name.empty()) ::unlink(name.c_str());  // of no use once it has moved
+  }
+  Partial(const Partial&) = delete;
+  Partial& operator=(const Partial&) = delete;
+
+  bool nameless() const { return name.empty(); }
+  /// 0, or errno.
+  int get_a_name(const std::string& target) {
+    const std::string wanted = partial_name(target);
+    const std::string self = "/proc/self/fd/" + std::to_string(file);
+    if (::linkat(AT_FDCWD, self.c_str(), AT_FDCWD, wanted.c_str(), AT_SYMLINK_FOLLOW) != 0)
+      return errno;
+    name = wanted;
+    return 0;
+  }
+  /// 0, or errno. It stays open only to be synced with its folder.
+  int move_to(const std::string& target) {
+    if (::rename(name.c_str(), target.c_str()) != 0) return errno;
+    name.clear();
+    return 0;
+  }
+};
+
+/// 0, or errno.
+int sync_folder(const std::string& folder) {
+  const int file = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (file < 0) return errno;
+  const int code = ::fsync(file) == 0 || errno == EINVAL ? 0 : errno;  // some network file systems
+  ::close(file);
   return code;
 }
 
@@ -58,24 +128,41 @@ std::expected<std::string, std::string> read_whole_file(const std::string& path)
 }
 
 std::expected<void, std::string> write_whole_file(const std::string& path, std::string_view bytes) {
-  std::error_code ignored;
-  std::string target = path;
-  if (const auto real = std::filesystem::canonical(path, ignored); !ignored) target = real.string();
-  struct stat status {};
-  if (::stat(target.c_str(), &status) == 0 && !S_ISREG(status.st_mode)) {
+  const std::string target = target_of(path);
+  if (is_special(target)) {
     const int device = ::open(target.c_str(), O_WRONLY | O_CLOEXEC);
     if (device < 0) return failed("open", path, errno);
-    if (const int code = write_and_close(device, bytes)) return failed("write", path, code);
+    int code = write_all(device, bytes);
+    if (::close(device) != 0 && code == 0) code = errno;
+    if (code != 0) return failed("write", path, code);
     return {};
   }
-  const std::string partial = target + ".partial-" + std::to_string(::getpid());
-  const int file = ::open(partial.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (file < 0) return failed("create", path, errno);
-  int code = write_and_close(file, bytes);
-  if (code == 0 && ::rename(partial.c_str(), target.c_str()) != 0) code = errno;
-  if (code == 0) return {};
-  ::unlink(partial.c_str());
-  return failed("write", path, code);
+  for (const bool nameless : {true, false}) {
+    Partial partial(target, nameless);
+    if (partial.file < 0) return failed("create", path, errno);
+    int code = write_all(partial.file, bytes);
+    if (code == 0 && ::fsync(partial.file) != 0) code = errno;
+    if (code == 0 && partial.nameless() && partial.get_a_name(target) != 0) continue;  // no /proc
+    if (code == 0) code = partial.move_to(target);
+    if (code == 0) code = sync_folder(folder_of(target));
+    if (code != 0) return failed("write", path, code);
+    return {};
+  }
+  return failed("write", path, EIO);
+}
+
+std::expected<void, std::string> can_write_file(const std::string& path) {
+  const std::string target = target_of(path);
+  struct stat status {};
+  if (::stat(target.c_str(), &status) == 0 && S_ISDIR(status.st_mode))
+    return failed("write", path, EISDIR);
+  if (is_special(target)) {
+    if (::access(target.c_str(), W_OK) != 0) return failed("open", path, errno);
+    return {};
+  }
+  const Partial partial(target, true);
+  if (partial.file < 0) return failed("create", path, errno);
+  return {};
 }
 
 }  // namespace tind::proto

@@ -11,8 +11,13 @@ namespace tind::proto {
 std::expected<std::string, std::string> read_whole_file(const std::string& path);
 
 /// Writes PATH by way of a temporary file in the same folder and a rename: whoever looks sees the
-/// old file or the new one, never a part; a failed write leaves nothing behind. A symbolic link is
-/// followed; something that is not a regular file (/dev/stdout, a pipe) is written directly.
+/// old file or the new one, never a part; a failed write leaves nothing behind. When it returns,
+/// the file stays also if the power is cut. A symbolic link is followed; something that is not a
+/// regular file (/dev/stdout, a pipe) is written directly.
 std::expected<void, std::string> write_whole_file(const std::string& path, std::string_view bytes);
+
+/// Could PATH be written, as far as one can tell beforehand? To be asked before long work; leaves
+/// nothing behind. Or write_whole_file's message.
+std::expected<void, std::string> can_write_file(const std::string& path);
 
 }  // namespace tind::proto

@@ -135,6 +135,7 @@ std::string encode_layer_json(const LayerJson& layer) {
                {"available", std::move(available)}};
   if (layer.metadata_availability > 0) json["metadataAvailability"] = layer.metadata_availability;
   if (layer.side != "both") json["side"] = layer.side;
+  if (!layer.datum.empty()) json["datum"] = layer.datum;
   // A name that is not UTF-8 (a file name can be anything) must not stop the tiles.
   return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -168,6 +169,7 @@ std::optional<LayerJson> decode_layer_json(std::string_view text, std::string& e
   fields.level("maxzoom", layer.maxzoom);
   fields.level("metadataAvailability", layer.metadata_availability);
   fields.text("side", layer.side);
+  fields.text("datum", layer.datum);
   if (!fields.ok()) return std::nullopt;
   return layer;
 }

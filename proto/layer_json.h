@@ -35,6 +35,8 @@ struct LayerJson {
   // tind's own: above or below where every tile lies on that side of its posts; not written for
   // both.
   std::string side = "both";
+  // tind's own: what the heights are above: ellipsoid, egm96 or unknown; not written where empty.
+  std::string datum;
 
   bool contains(int z, std::uint32_t x, std::uint32_t y) const;
 };

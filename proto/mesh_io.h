@@ -24,6 +24,7 @@ struct Mesh {
   std::vector<std::array<float, 3>> normals;    // as in the file
   std::vector<std::array<float, 2>> texcoords;  // s right, t up
   std::string texture;                          // image file name, or empty
+  std::vector<std::string> comments;            // written, one line each (PLY and OBJ), not read
 
   // OBJ only: what the file names, in order of first use.
   std::vector<std::string> material_libraries, materials;

@@ -202,6 +202,14 @@ void code_block(N& n, Models& m, StreamBlock& b) {
   b.error_m = std::bit_cast<float>(high << 16 | n.raw(bits & 0xffff, 16));
 }
 
+/// A coder that learns can be taught to say a split in a hundredth of a byte, and each takes about
+/// 250 bytes of memory while a list grows. Splits of surfaces take two bytes and more.
+constexpr std::size_t kFreeSplits = 1024, kSplitsPerByte = 2;
+bool too_many(std::size_t splits, std::size_t bytes) {
+  return splits > kFreeSplits + kSplitsPerByte * bytes;
+}
+constexpr const char* kTooMany = "there are more than two splits a byte, which no surface has";
+
 }  // namespace
 
 std::expected<std::vector<std::uint8_t>, std::string> encode(const MeshStream& stream) {
@@ -220,6 +228,7 @@ std::expected<std::vector<std::uint8_t>, std::string> encode(const MeshStream& s
   if (!problem.empty()) return std::unexpected(problem);
   std::vector<std::uint8_t> out = encode_start(stream);
   if (stream.splits.empty()) return out;
+  const std::size_t start = out.size();
   RangeEncoder coder(out);
   Numbers<RangeEncoder> n(coder);
   const auto models = std::make_unique<Models>();
@@ -241,6 +250,7 @@ std::expected<std::vector<std::uint8_t>, std::string> encode(const MeshStream& s
           w.topology.place(s.vertex, s.left, s.right).edge == SplitTopology::kNone ||
           !code_topology(n, *models, w, s) || !code_positions(n, *models, w, s))
         return std::unexpected("split " + std::to_string(at) + " cannot be applied");
+      if (too_many(at + 1, start + coder.asked())) return std::unexpected(kTooMany);
       apply(w, s);
     }
   }
@@ -292,6 +302,7 @@ std::expected<MeshStream, std::string> decode_mesh_stream(std::span<const std::u
       if (!coder.certain()) return stream;
       if (!fits) return wrong("it names what is not there");
       if (!stays_valid(w, s)) return wrong("it would flip a triangle");
+      if (too_many(stream.splits.size() + 1, *start + coder.asked())) return wrong(kTooMany);
       apply(w, s);
       stream.splits.push_back(s);
       stream.split_bytes.push_back(std::uint32_t(*start + coder.asked()));

@@ -75,8 +75,8 @@ std::expected<std::vector<std::uint8_t>, std::string> encode(const MeshStream&);
 
 /// Any prefix of a stream: as many splits as its bytes say for certain. One line, and nothing else,
 /// for bytes that are no such prefix (`bytes too few for the base` included), and for a split that
-/// would flip a triangle of a terrain. Never reads outside; allocates at most about 60 times their
-/// size.
+/// would flip a triangle of a terrain, or makes more than two splits a byte (beyond the first
+/// thousand). Never reads outside; allocates at most 500 times their size, and 1 MB.
 std::expected<MeshStream, std::string> decode_mesh_stream(std::span<const std::uint8_t> bytes);
 
 /// Where a reader may stop: at the first state that is known to be within max_error_m, and at the

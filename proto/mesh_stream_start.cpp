@@ -5,7 +5,8 @@
 
 #include <bit>
 #include <cmath>
-#include <cstring>
+
+#include "terrain/base/bytes.h"
 
 namespace tind::proto {
 
@@ -13,87 +14,33 @@ namespace {
 
 constexpr std::size_t kHeader = 120;
 
-template <class T>
-void put(std::vector<std::uint8_t>& out, T v) {
-  std::array<std::uint8_t, sizeof v> bytes;  // of a little endian machine
-  std::memcpy(bytes.data(), &v, sizeof v);
-  for (const std::uint8_t b : bytes) out.push_back(b);
-}
-static_assert(std::endian::native == std::endian::little);
-
-void put_signed(std::vector<std::uint8_t>& out, std::int64_t v) {
-  std::uint64_t u = (std::uint64_t(v) << 1) ^ std::uint64_t(v >> 63);
-  for (; u >= 128; u >>= 7) out.push_back(std::uint8_t(u | 128));
-  out.push_back(std::uint8_t(u));
-}
-
-class Reader {
- public:
-  explicit Reader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
-  template <class T>
-  T get() {
-    T v{};
-    if (left() < sizeof v) {
-      short_ = true;
-    } else {
-      std::memcpy(&v, bytes_.data() + at_, sizeof v);
-      at_ += sizeof v;
-    }
-    return v;
-  }
-  std::int64_t get_signed() {
-    std::uint64_t u = 0;
-    for (int shift = 0;; shift += 7) {
-      const auto b = get<std::uint8_t>();
-      if (shift > 35) wrong_ = true;
-      if (short_ || wrong_) return 0;
-      u |= std::uint64_t(b & 127) << shift;
-      if (b < 128) break;
-    }
-    return std::int64_t(u >> 1) ^ -std::int64_t(u & 1);
-  }
-  std::string text(std::size_t n) {
-    if (left() < n) {
-      short_ = true;
-      return {};
-    }
-    at_ += n;
-    return {reinterpret_cast<const char*>(bytes_.data()) + at_ - n, n};
-  }
-  std::size_t left() const { return bytes_.size() - at_; }
-  std::size_t at() const { return at_; }
-  bool ended() const { return short_; }
-  bool wrong() const { return wrong_; }
-
- private:
-  std::span<const std::uint8_t> bytes_;
-  std::size_t at_ = 0;
-  bool short_ = false, wrong_ = false;
-};
+constexpr int kLongest = 6;  // bytes of a signed number
 
 std::vector<std::uint8_t> encode_base(const MeshStream& s) {
-  std::vector<std::uint8_t> out;
+  std::vector<std::uint8_t> bytes;
+  ByteWriter out(bytes);
   LatticePoint last{};
   for (const LatticePoint& p : s.base_vertices) {
-    for (int k = 0; k < 3; ++k) put_signed(out, std::int64_t(p[k]) - last[k]);
+    for (int k = 0; k < 3; ++k) out.put_signed_varint(std::int64_t(p[k]) - last[k]);
     last = p;
   }
   std::int64_t index = 0;
   for (const auto& t : s.base_triangles) {
     for (const std::uint32_t v : t) {
-      put_signed(out, std::int64_t(v) - index);
+      out.put_signed_varint(std::int64_t(v) - index);
       index = v;
     }
   }
-  return out;
+  return bytes;
 }
 
-std::string decode_base(Reader& in, MeshStream& s, std::size_t vertices, std::size_t triangles) {
+std::string decode_base(ByteReader& in, MeshStream& s, std::size_t vertices,
+                        std::size_t triangles) {
   std::array<std::int64_t, 3> p{};
   for (std::size_t i = 0; i < vertices && !in.ended(); ++i) {
     for (int k = 0; k < 3; ++k) {
-      p[k] += in.get_signed();
-      if (in.wrong() || std::abs(p[k]) > largest_coordinate(s.frame, k))
+      p[k] += in.get_signed_varint(kLongest);
+      if (in.refused() || std::abs(p[k]) > largest_coordinate(s.frame, k))
         return "vertex " + std::to_string(i) + " of the base is out of range";
     }
     s.base_vertices.push_back({std::int32_t(p[0]), std::int32_t(p[1]), std::int32_t(p[2])});
@@ -102,8 +49,8 @@ std::string decode_base(Reader& in, MeshStream& s, std::size_t vertices, std::si
   for (std::size_t i = 0; i < triangles && !in.ended(); ++i) {
     std::array<std::uint32_t, 3> t{};
     for (std::uint32_t& v : t) {
-      index += in.get_signed();
-      if (in.wrong() || index < 0 || index >= std::int64_t(vertices))
+      index += in.get_signed_varint(kLongest);
+      if (in.refused() || index < 0 || index >= std::int64_t(vertices))
         return "triangle " + std::to_string(i) + " of the base names a vertex that is not there";
       v = std::uint32_t(index);
     }
@@ -118,7 +65,7 @@ std::string decode_base(Reader& in, MeshStream& s, std::size_t vertices, std::si
 constexpr const char* kTooFew = "the bytes end before the base mesh does";
 
 /// What version 1 has between the version and the numbers of vertices.
-bool get_terrain(Reader& in, MeshStream& s) {
+bool get_terrain(ByteReader& in, MeshStream& s) {
   s.per_post = in.get<std::uint16_t>();
   s.z_step_m = in.get<double>();
   s.fine_error_m = in.get<double>();
@@ -133,7 +80,7 @@ bool get_terrain(Reader& in, MeshStream& s) {
 }
 
 /// And version 2, in as many bytes.
-bool get_space(Reader& in, MeshStream& s) {
+bool get_space(ByteReader& in, MeshStream& s) {
   in.get<std::uint16_t>();  // reserved, as what follows below
   s.per_unit = in.get<double>();
   s.fine_error_m = in.get<double>();
@@ -148,25 +95,25 @@ bool get_space(Reader& in, MeshStream& s) {
   return fits;
 }
 
-void put_frame(std::vector<std::uint8_t>& out, const MeshStream& s) {
+void put_frame(ByteWriter<>& out, const MeshStream& s) {
   if (s.frame == StreamFrame::space) {
-    put(out, std::uint16_t(0));
-    put(out, s.per_unit);
-    put(out, s.fine_error_m);
-    put(out, std::uint64_t(0));
-    for (const double o : s.origin) put(out, o);
-    for (int i = 0; i < 4; ++i) put(out, std::uint64_t(0));
-    put(out, std::uint32_t(0));
+    out.put(std::uint16_t(0));
+    out.put(s.per_unit);
+    out.put(s.fine_error_m);
+    out.put(std::uint64_t(0));
+    for (const double o : s.origin) out.put(o);
+    for (int i = 0; i < 4; ++i) out.put(std::uint64_t(0));
+    out.put(std::uint32_t(0));
     return;
   }
-  put(out, s.per_post);
-  put(out, s.z_step_m);
-  put(out, s.fine_error_m);
-  put(out, s.cols);
-  put(out, s.rows);
-  for (const double a : s.post_to_crs) put(out, a);
-  put(out, s.z_unit_m);
-  put(out, std::uint32_t(s.datum));
+  out.put(s.per_post);
+  out.put(s.z_step_m);
+  out.put(s.fine_error_m);
+  out.put(s.cols);
+  out.put(s.rows);
+  for (const double a : s.post_to_crs) out.put(a);
+  out.put(s.z_unit_m);
+  out.put(std::uint32_t(s.datum));
 }
 
 }  // namespace
@@ -178,8 +125,8 @@ std::int64_t largest_coordinate(StreamFrame frame, int axis) {
 
 std::expected<std::size_t, std::string> decode_start(std::span<const std::uint8_t> bytes,
                                                      MeshStream& s) {
-  Reader in(bytes);
-  if (in.text(4) != "TPM1") return std::unexpected("this is no .tpm stream");
+  ByteReader in(bytes);
+  if (in.get_text(4) != "TPM1") return std::unexpected("this is no .tpm stream");
   const auto version = in.get<std::uint16_t>();
   if (in.ended()) return std::unexpected(kTooFew);
   if (version != 1 && version != 2)
@@ -193,7 +140,7 @@ std::expected<std::size_t, std::string> decode_start(std::span<const std::uint8_
   if (in.ended()) return std::unexpected(kTooFew);
   if (!fits || vertices < 3 || triangles < 1 || vertices + std::size_t(s.total_splits) > ~0u)
     return std::unexpected("the header of the .tpm stream makes no sense");
-  s.crs = in.text(crs);
+  s.crs = in.get_text(crs);
   const std::size_t begin = in.at();
   if (in.ended() || in.left() < base) return std::unexpected(kTooFew);
   if (vertices * 3 + triangles * 3 > base)
@@ -207,19 +154,21 @@ std::expected<std::size_t, std::string> decode_start(std::span<const std::uint8_
 
 std::vector<std::uint8_t> encode_start(const MeshStream& s) {
   const std::vector<std::uint8_t> base = encode_base(s);
-  std::vector<std::uint8_t> out = {'T', 'P', 'M', '1'};
-  put(out, std::uint16_t(s.frame));
+  std::vector<std::uint8_t> bytes;
+  ByteWriter out(bytes);
+  out.put_text("TPM1");
+  out.put(std::uint16_t(s.frame));
   put_frame(out, s);
-  put(out, std::uint32_t(s.base_vertices.size()));
-  put(out, std::uint32_t(s.base_triangles.size()));
-  put(out, s.total_splits);
-  put(out, std::uint32_t(s.crs.size()));
-  put(out, std::uint32_t(base.size()));
-  put(out, std::uint64_t(0));
+  out.put(std::uint32_t(s.base_vertices.size()));
+  out.put(std::uint32_t(s.base_triangles.size()));
+  out.put(s.total_splits);
+  out.put(std::uint32_t(s.crs.size()));
+  out.put(std::uint32_t(base.size()));
+  out.put(std::uint64_t(0));
   static_assert(kHeader == 4 + 2 + 2 + 8 + 8 + 4 + 4 + 48 + 8 + 4 + 4 + 4 + 4 + 4 + 4 + 8);
-  out.insert(out.end(), s.crs.begin(), s.crs.end());
-  out.insert(out.end(), base.begin(), base.end());
-  return out;
+  out.put_text(s.crs);
+  out.put_bytes(base.data(), base.size());
+  return bytes;
 }
 
 }  // namespace tind::proto

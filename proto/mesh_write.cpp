@@ -3,25 +3,22 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cctype>
 #include <charconv>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
 #include <limits>
 
 #include "proto/file_io.h"
 #include "proto/mesh_io.h"
+#include "terrain/base/bytes.h"
 
 namespace tind::proto {
 namespace {
 
-template <class T>
+template <Number T>
 void put(std::string& out, T value) {
-  auto bytes = std::bit_cast<std::array<char, sizeof(T)>>(value);
-  if constexpr (std::endian::native == std::endian::big) std::ranges::reverse(bytes);
-  out.append(bytes.data(), bytes.size());
+  ByteWriter(out).put(value);
 }
 
 template <class T>
@@ -48,6 +45,7 @@ std::string ply_header(const Mesh& m, const PlyOptions& options) {
   const char* position = options.float_positions ? "float" : "double";
   const char* channel = options.float_colours ? "float" : "uchar";
   std::string h = "ply\nformat binary_little_endian 1.0\ncomment tind\n";
+  for (const std::string& comment : m.comments) h += "comment " + one_line(comment) + "\n";
   if (!m.texture.empty()) h += "comment TextureFile " + one_line(m.texture) + "\n";
   h += "element vertex " + std::to_string(m.positions.size()) + "\n";
   const auto property = [&](const char* type, const char* name) {
@@ -154,7 +152,8 @@ std::string encode_ply(const Mesh& m, const PlyOptions& options) {
 
 std::string encode_obj(const Mesh& m, std::string_view material_library) {
   std::string out = "# tind\n";
-  out.reserve(m.positions.size() * 60 + m.triangles.size() * 28);
+  for (const std::string& comment : m.comments) out += "# " + one_line(comment) + "\n";
+  out.reserve(out.size() + m.positions.size() * 60 + m.triangles.size() * 28);
   if (!material_library.empty())
     out += "mtllib " + one_line(material_library) + "\nusemtl surface\n";
   for (std::size_t i = 0; i < m.positions.size(); ++i) {

@@ -9,12 +9,12 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <optional>
 #include <vector>
 
 #include "proto/mesh_io.h"
 #include "proto/text_scan.h"
+#include "terrain/base/bytes.h"
 
 namespace tind::proto {
 namespace {
@@ -222,11 +222,9 @@ class Binary {
  private:
   template <class T>
   T load() {
-    std::array<char, sizeof(T)> raw;
-    std::memcpy(raw.data(), bytes_.data() + at_, sizeof(T));
+    const T value = tind::load<T, Order>(bytes_.data() + at_);
     at_ += sizeof(T);
-    if constexpr (Order != std::endian::native) std::ranges::reverse(raw);
-    return std::bit_cast<T>(raw);
+    return value;
   }
 
   std::string_view bytes_;

@@ -14,10 +14,10 @@
 #include "proto/quantized_mesh.h"
 
 #include <algorithm>
-#include <bit>
 #include <cassert>
 #include <cmath>
-#include <cstring>
+
+#include "terrain/base/bytes.h"
 
 namespace tind::proto {
 namespace {
@@ -27,43 +27,9 @@ constexpr std::size_t kLargest16Bit = 65536;  // vertices that 16-bit indices ca
 constexpr std::uint16_t kMax = 32767;
 constexpr std::uint8_t kNormals = 1, kWaterMask = 2, kMetadata = 4;
 
-template <class T>
-T little(T value) {
-  if constexpr (std::endian::native == std::endian::little) {
-    return value;
-  } else {
-    auto bytes = std::bit_cast<std::array<std::uint8_t, sizeof(T)>>(value);
-    std::ranges::reverse(bytes);
-    return std::bit_cast<T>(bytes);
-  }
-}
-
 // ---- writing -----------------------------------------------------------------------------------
 
-class Writer {
- public:
-  explicit Writer(std::size_t size) : bytes_(size), at_(bytes_.data()) {}
-
-  template <class T>
-  void put(T value) {
-    value = little(value);
-    std::memcpy(at_, &value, sizeof value);
-    at_ += sizeof value;
-  }
-  void put_bytes(const void* data, std::size_t size) {
-    if (size) std::memcpy(at_, data, size);
-    at_ += size;
-  }
-  void skip(std::size_t size) { at_ += size; }
-  std::vector<std::uint8_t> finish() {
-    assert(at_ == bytes_.data() + bytes_.size());
-    return std::move(bytes_);
-  }
-
- private:
-  std::vector<std::uint8_t> bytes_;
-  std::uint8_t* at_;
-};
+using Writer = ByteWriter<>;
 
 std::size_t padding(std::size_t vertices) {
   return vertices > kLargest16Bit && vertices % 2 == 1 ? 2 : 0;
@@ -138,13 +104,6 @@ void put_metadata(Writer& out, const std::string& json) {
 
 // ---- reading -----------------------------------------------------------------------------------
 
-template <class T>
-T load(const std::uint8_t* from) {
-  T value;
-  std::memcpy(&value, from, sizeof value);
-  return little(value);
-}
-
 /// Where the parts of a tile lie, every size checked against the bytes that are there.
 struct Walk {
   Walk(std::span<const std::uint8_t> the_bytes, std::string& reason)
@@ -212,7 +171,7 @@ struct Walk {
     if (!need(5, "extension")) return false;
     e.id = bytes[at];
     std::size_t size = load<std::uint32_t>(&bytes[at + 1]);
-    const std::size_t swapped = std::byteswap(load<std::uint32_t>(&bytes[at + 1]));
+    const std::size_t swapped = load<std::uint32_t, std::endian::big>(&bytes[at + 1]);
     if (e.id == kNormals && size != 2 * vertices && swapped == 2 * vertices) big_endian_ = true;
     if (big_endian_) size = swapped;
     at += 5;
@@ -386,7 +345,9 @@ void arrange(QuantizedMesh& m) {
 std::vector<std::uint8_t> encode(const QuantizedMesh& m) {
   assert(m.v.size() == m.u.size() && m.h.size() == m.u.size());
   assert(m.oct_normals.empty() || m.oct_normals.size() == m.u.size());
-  Writer out(encoded_size(m));
+  std::vector<std::uint8_t> bytes;
+  bytes.reserve(encoded_size(m));
+  Writer out(bytes);
   put_header(out, m);
   out.put(std::uint32_t(m.u.size()));
   put_deltas(out, m.u);
@@ -400,7 +361,8 @@ std::vector<std::uint8_t> encode(const QuantizedMesh& m) {
   put_extension(out, kNormals, m.oct_normals.data(), 2 * m.oct_normals.size());
   put_extension(out, kWaterMask, m.water_mask.data(), m.water_mask.size());
   put_metadata(out, m.metadata);
-  return out.finish();
+  assert(bytes.size() == encoded_size(m));
+  return bytes;
 }
 
 std::optional<QuantizedMesh> decode(std::span<const std::uint8_t> bytes, std::string& error) {

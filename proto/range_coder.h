@@ -54,6 +54,8 @@ class RangeEncoder {
       while (range_ < 1u << 24) range_ <<= 8, shift();
     }
   }
+  /// How many bytes a decoder that has read as far as this has asked for.
+  std::size_t asked() const { return 4 + shifts_; }
   /// After the last bit, once.
   void finish() {
     for (int i = 0; i < 5; ++i) shift();
@@ -66,8 +68,10 @@ class RangeEncoder {
   std::uint8_t cache_ = 0;
   std::uint64_t pending_ = 0;  // bytes 255 that a carry would turn to 0
   bool first_ = true;
+  std::size_t shifts_ = 0;
 
   void shift() {
+    ++shifts_;
     if (low_ < 0xff000000u || low_ >> 32) {
       const auto carry = std::uint8_t(low_ >> 32);
       if (!first_) out_.push_back(std::uint8_t(cache_ + carry));

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <bit>
-#include <cstring>
 
 #include "proto/mesh_io.h"
 #include "proto/text_scan.h"
+#include "terrain/base/bytes.h"
 
 namespace tind::proto {
 namespace {
@@ -58,14 +58,6 @@ void add_triangle(Mesh& mesh, Welder& welder, const Position& a, const Position&
                   const Position& c) {
   const std::array<std::uint32_t, 3> t = {welder.number(a), welder.number(b), welder.number(c)};
   if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) mesh.triangles.push_back(t);
-}
-
-template <class T>
-T load(const char* from) {
-  std::array<char, sizeof(T)> raw;
-  std::memcpy(raw.data(), from, sizeof(T));
-  if constexpr (std::endian::native == std::endian::big) std::ranges::reverse(raw);
-  return std::bit_cast<T>(raw);
 }
 
 /// What encode_stl put there, else zero.

@@ -1,6 +1,6 @@
 #include "proto/tile_frames.h"
 
-#include <array>
+#include "terrain/base/bytes.h"
 
 namespace tind::proto {
 
@@ -8,31 +8,25 @@ namespace {
 
 constexpr std::uint32_t kMagic = 0x53544e54;  // "TNTS"
 constexpr std::uint32_t kVersion = 1;
-constexpr std::size_t kHead = 12, kFrameHead = 20;
-
-void put(std::vector<std::uint8_t>& out, std::uint32_t value) {
-  for (int shift = 0; shift < 32; shift += 8) out.push_back(std::uint8_t(value >> shift));
-}
-
-std::uint32_t get(std::span<const std::uint8_t>& in) {
-  const std::uint32_t value = std::uint32_t(in[0]) | std::uint32_t(in[1]) << 8 |
-                              std::uint32_t(in[2]) << 16 | std::uint32_t(in[3]) << 24;
-  in = in.subspan(4);
-  return value;
-}
 
 }  // namespace
 
 std::vector<std::uint8_t> begin_frames(std::uint32_t count) {
-  std::vector<std::uint8_t> out;
-  for (const std::uint32_t value : {kMagic, kVersion, count}) put(out, value);
-  return out;
+  std::vector<std::uint8_t> bytes;
+  ByteWriter out(bytes);
+  for (const std::uint32_t value : {kMagic, kVersion, count}) out.put(value);
+  return bytes;
 }
 
-void append_frame(std::vector<std::uint8_t>& out, const TileFrame& f) {
+void append_frame_head(std::vector<std::uint8_t>& bytes, const TileFrame& f) {
+  ByteWriter out(bytes);
   for (const std::uint32_t value : {f.level, f.x, f.y, f.status, std::uint32_t(f.bytes.size())})
-    put(out, value);
-  out.insert(out.end(), f.bytes.begin(), f.bytes.end());
+    out.put(value);
+}
+
+void append_frame(std::vector<std::uint8_t>& bytes, const TileFrame& f) {
+  append_frame_head(bytes, f);
+  bytes.insert(bytes.end(), f.bytes.begin(), f.bytes.end());
 }
 
 std::optional<std::vector<TileFrame>> decode_frames(std::span<const std::uint8_t> bytes,
@@ -41,22 +35,23 @@ std::optional<std::vector<TileFrame>> decode_frames(std::span<const std::uint8_t
     error = why;
     return std::nullopt;
   };
-  if (bytes.size() < kHead) return bad("shorter than its head");
-  if (get(bytes) != kMagic) return bad("not tiles in frames");
-  if (get(bytes) != kVersion) return bad("an unknown version");
-  const std::uint32_t count = get(bytes);
+  ByteReader in(bytes);
+  if (in.left() < kFramesHead) return bad("shorter than its head");
+  const auto number = [&] { return in.get<std::uint32_t>(); };
+  if (number() != kMagic) return bad("not tiles in frames");
+  if (number() != kVersion) return bad("an unknown version");
+  const std::uint32_t count = number();
   std::vector<TileFrame> frames;
   for (std::uint32_t i = 0; i < count; ++i) {
-    if (bytes.size() < kFrameHead) return bad("a frame is cut off");
+    if (in.left() < kFrameHead) return bad("a frame is cut off");
     TileFrame f;
-    f.level = get(bytes), f.x = get(bytes), f.y = get(bytes), f.status = get(bytes);
-    const std::uint32_t length = get(bytes);
-    if (length > bytes.size()) return bad("a tile is cut off");
-    f.bytes = bytes.first(length);
-    bytes = bytes.subspan(length);
+    f.level = number(), f.x = number(), f.y = number(), f.status = number();
+    const std::uint32_t length = number();
+    if (length > in.left()) return bad("a tile is cut off");
+    f.bytes = in.get_bytes(length);
     frames.push_back(f);
   }
-  if (!bytes.empty()) return bad("bytes are left over");
+  if (in.left() > 0) return bad("bytes are left over");
   return frames;
 }
 

@@ -2,6 +2,7 @@
 // Many tiles in one response (docs/formats.md): a frame for every tile that was asked for, in that
 // order, whether it is there or not.
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -19,6 +20,9 @@ struct TileFrame {
 /// The head of a response with `count` frames; frames are appended.
 std::vector<std::uint8_t> begin_frames(std::uint32_t count);
 void append_frame(std::vector<std::uint8_t>&, const TileFrame&);
+/// All of a frame but its tile's bytes, for who sends those from elsewhere: kFrameHead bytes.
+void append_frame_head(std::vector<std::uint8_t>&, const TileFrame&);
+constexpr std::size_t kFramesHead = 12, kFrameHead = 20;
 
 /// Views into `bytes`. Nothing, and a one-line reason, when they are not exactly such a response.
 std::optional<std::vector<TileFrame>> decode_frames(std::span<const std::uint8_t> bytes,

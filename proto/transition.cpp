@@ -3,37 +3,36 @@
 
 #include "proto/transition.h"
 
-#include <bit>
 #include <cmath>
-#include <cstring>
+
+#include "terrain/base/bytes.h"
 
 namespace tind::proto {
 
 namespace {
 
-static_assert(std::endian::native == std::endian::little);
 constexpr std::uint32_t kMagic = 0x52544e54;  // "TNTR"
 constexpr std::uint32_t kVersion = 1;
 constexpr std::size_t kHeader = 64;
 
-struct Header {
-  std::uint32_t magic = kMagic, version = kVersion, level, x, y, vertices, triangles, splits,
-                border_splits, fine_vertices, reserved[2] = {0, 0};
-  double coarse_error_m, fine_error_m;
-};
-static_assert(sizeof(Header) == kHeader);
-
-template <class T>
-void append(std::vector<std::uint8_t>& out, const std::vector<T>& values) {
-  const auto* bytes = reinterpret_cast<const std::uint8_t*>(values.data());
-  out.insert(out.end(), bytes, bytes + values.size() * sizeof(T));
+template <class Array>
+void put_array(ByteWriter<>& out, const std::vector<Array>& values) {
+  for (const Array& value : values)
+    for (const std::uint32_t x : value) out.put(x);
+}
+void put_array(ByteWriter<>& out, const std::vector<double>& values) {
+  for (const double x : values) out.put(x);
 }
 
-template <class T>
-void take(std::span<const std::uint8_t>& in, std::vector<T>& values, std::size_t count) {
+template <class Array>
+void get_array(ByteReader& in, std::vector<Array>& values, std::size_t count) {
   values.resize(count);
-  if (count > 0) std::memcpy(values.data(), in.data(), count * sizeof(T));
-  in = in.subspan(count * sizeof(T));
+  for (Array& value : values)
+    for (std::uint32_t& x : value) x = in.get<std::uint32_t>();
+}
+void get_array(ByteReader& in, std::vector<double>& values, std::size_t count) {
+  values.resize(count);
+  for (double& x : values) x = in.get<double>();
 }
 
 std::string wrong_indices(const Transition& t, std::size_t base) {
@@ -54,19 +53,18 @@ std::string wrong_indices(const Transition& t, std::size_t base) {
 }  // namespace
 
 std::vector<std::uint8_t> encode(const Transition& t) {
-  Header h{};
-  h.level = t.level, h.x = t.x, h.y = t.y;
-  h.vertices = std::uint32_t(t.u.size());
-  h.triangles = std::uint32_t(t.triangles.size());
-  h.splits = std::uint32_t(t.splits.size());
-  h.border_splits = t.border_splits, h.fine_vertices = t.fine_vertices;
-  h.coarse_error_m = t.coarse_error_m, h.fine_error_m = t.fine_error_m;
-  std::vector<std::uint8_t> out(kHeader);
-  std::memcpy(out.data(), &h, kHeader);
-  for (const auto* values : {&t.u, &t.v, &t.coarse_z, &t.fine_z}) append(out, *values);
-  append(out, t.triangles);
-  append(out, t.splits);
-  return out;
+  std::vector<std::uint8_t> bytes;
+  bytes.reserve(kHeader + 32 * t.u.size() + 12 * (t.triangles.size() + t.splits.size()));
+  ByteWriter out(bytes);
+  for (const std::uint32_t x : {kMagic, kVersion, t.level, t.x, t.y, std::uint32_t(t.u.size()),
+                                std::uint32_t(t.triangles.size()), std::uint32_t(t.splits.size()),
+                                t.border_splits, t.fine_vertices, 0u, 0u})
+    out.put(x);
+  out.put(t.coarse_error_m), out.put(t.fine_error_m);
+  for (const auto* values : {&t.u, &t.v, &t.coarse_z, &t.fine_z}) put_array(out, *values);
+  put_array(out, t.triangles);
+  put_array(out, t.splits);
+  return bytes;
 }
 
 std::optional<Transition> decode_transition(std::span<const std::uint8_t> bytes,
@@ -76,28 +74,30 @@ std::optional<Transition> decode_transition(std::span<const std::uint8_t> bytes,
     return std::nullopt;
   };
   if (bytes.size() < kHeader) return bad("shorter than its header");
-  Header h{};
-  std::memcpy(&h, bytes.data(), kHeader);
-  if (h.magic != kMagic) return bad("not a transition");
-  if (h.version != kVersion) return bad("version " + std::to_string(h.version) + " is not known");
-  const std::uint64_t size = kHeader + 32 * std::uint64_t(h.vertices) +
-                             12 * (std::uint64_t(h.triangles) + std::uint64_t(h.splits));
-  if (size != bytes.size()) return bad("its counts ask for " + std::to_string(size) + " bytes");
-  if (h.splits > h.vertices || h.border_splits > h.splits || h.fine_vertices > h.vertices)
-    return bad("its counts do not fit each other");
+  ByteReader in(bytes);
+  const auto number = [&] { return in.get<std::uint32_t>(); };
+  if (number() != kMagic) return bad("not a transition");
+  if (const auto version = number(); version != kVersion)
+    return bad("version " + std::to_string(version) + " is not known");
   Transition t;
-  t.level = h.level, t.x = h.x, t.y = h.y;
-  t.border_splits = h.border_splits, t.fine_vertices = h.fine_vertices;
-  t.coarse_error_m = h.coarse_error_m, t.fine_error_m = h.fine_error_m;
-  bytes = bytes.subspan(kHeader);
+  t.level = number(), t.x = number(), t.y = number();
+  const std::uint32_t vertices = number(), triangles = number(), splits = number();
+  t.border_splits = number(), t.fine_vertices = number();
+  number(), number();  // reserved
+  t.coarse_error_m = in.get<double>(), t.fine_error_m = in.get<double>();
+  const std::uint64_t size = kHeader + 32 * std::uint64_t(vertices) +
+                             12 * (std::uint64_t(triangles) + std::uint64_t(splits));
+  if (size != bytes.size()) return bad("its counts ask for " + std::to_string(size) + " bytes");
+  if (splits > vertices || t.border_splits > splits || t.fine_vertices > vertices)
+    return bad("its counts do not fit each other");
   for (auto* values : {&t.u, &t.v, &t.coarse_z, &t.fine_z}) {
-    take(bytes, *values, h.vertices);
+    get_array(in, *values, vertices);
     for (const double value : *values)
       if (!std::isfinite(value)) return bad("a coordinate is not a number");
   }
-  take(bytes, t.triangles, h.triangles);
-  take(bytes, t.splits, h.splits);
-  if (std::string why = wrong_indices(t, h.vertices - h.splits); !why.empty())
+  get_array(in, t.triangles, triangles);
+  get_array(in, t.splits, splits);
+  if (std::string why = wrong_indices(t, vertices - splits); !why.empty())
     return bad(std::move(why));
   return t;
 }

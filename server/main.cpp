@@ -1,10 +1,11 @@
 // tind: the table of subcommands.
 
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <exception>
+#include <sstream>
+#include <string>
 
 #include "server/cli/commands.h"
 
@@ -12,11 +13,25 @@
 #define TIND_VERSION "0"
 #endif
 
+namespace {
+
+/// The exit code, unless what was printed did not arrive: a full disk shows at the end, and whoever
+/// reads the file must not take its beginning for the answer.
+int once_printed(int exit) {
+  const bool failed = std::fflush(stdout) != 0;
+  if (!failed && !std::ferror(stdout)) return exit;
+  const std::string why = failed ? std::string(": ") + std::strerror(errno) : "";
+  std::fprintf(stderr, "tind: cannot write to standard output%s\n", why.c_str());
+  return exit == tind::cli::kOk ? tind::cli::kIo : exit;
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
-  CLI::App app{
-      "tind: terrain meshes whose error is known. DEMs in, simplified TINs and tiles out."};
-  app.set_version_flag("--version", "tind " TIND_VERSION);
-  app.require_subcommand(1);
+  tind::cli::Program program(
+      "tind: terrain meshes whose error is known. DEMs in, simplified TINs and tiles out.",
+      "tind " TIND_VERSION);
+  const tind::cli::Command app = program.root();
   int exit = tind::cli::kOk;
   // subcommands: one line each
   tind::cli::add_simplify(app, exit);
@@ -34,13 +49,21 @@ int main(int argc, char** argv) {
   tind::cli::add_explain(app, exit);
   tind::cli::add_plan(app, exit);
   tind::cli::add_serve(app, exit);
+  if (const std::string wrong = tind::cli::unknown_command(app, argc, argv); !wrong.empty()) {
+    std::fprintf(stderr, "tind: %s\n", wrong.c_str());
+    return tind::cli::kUsage;
+  }
   try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? tind::cli::kOk : tind::cli::kUsage;
+    const auto parsed = program.parse(argc, argv);
+    std::istringstream lines(parsed.errors);
+    for (std::string line; std::getline(lines, line);)
+      std::fprintf(stderr, "%s\n", tind::cli::printable(line).c_str());
+    if (!parsed.ran) return once_printed(parsed.good ? tind::cli::kOk : tind::cli::kUsage);
   } catch (const std::exception& e) {
+    if (std::ferror(stdout))
+      return once_printed(tind::cli::kOk);  // fmt throws when it cannot print
     std::fprintf(stderr, "tind: internal error: %s\n", e.what());
     return tind::cli::kInternal;
   }
-  return exit;
+  return once_printed(exit);
 }

@@ -9,6 +9,7 @@ http::Router make_router(const App& app) {
   add_tile_routes(router, app);  // first: by far the most asked for
   add_dataset_routes(router, app);
   add_elevation_routes(router, app);
+  add_encoding_routes(router, app);
   add_method_routes(router);
   add_transition_routes(router, app);
   add_flight_routes(router, app);
@@ -20,10 +21,40 @@ http::Router make_router(const App& app) {
 }
 
 FoundDataset find_dataset(const App& app, std::string_view name, const http::Request& request) {
-  if (const services::Dataset* dataset = app.catalog.find(name)) return {dataset, {}};
+  if (auto dataset = app.catalog.find(name)) return {std::move(dataset), {}};
   return {nullptr, http::problem_reply({.status = 404,
                                         .detail = "There is no such dataset; /datasets lists all.",
                                         .instance = request.head.target})};
+}
+
+http::BodyRules json_for_dataset(const App& app, std::size_t max_bytes) {
+  return {.max_bytes = max_bytes,
+          .refuse = [&app](const http::Request& request) -> std::optional<http::Reply> {
+            auto found = find_dataset(app, request.matched[0], request);
+            if (found.dataset) return std::nullopt;
+            return std::move(found.not_found);
+          }};
+}
+
+void answer_on_worker(const App& app, services::Work work, std::string target,
+                      http::Responder responder, Answer answer) {
+  auto permit = app.pool.admit(work);
+  if (!permit) return responder(http::problem_reply(permit.error(), target));
+  const std::stop_token gone = responder.gone();
+  app.pool.run(
+      std::move(*permit),
+      [responder = std::move(responder), answer = std::move(answer)](std::stop_token stop) mutable {
+        responder(answer(std::move(stop)));
+      },
+      gone);
+}
+
+std::optional<http::Reply> answer_on_worker(const App& app, services::Work work,
+                                            const http::Request& request, http::Later& later,
+                                            Answer answer) {
+  answer_on_worker(app, work, std::string(request.head.target), later.responder(),
+                   std::move(answer));
+  return std::nullopt;
 }
 
 }  // namespace tind::api

@@ -1,6 +1,11 @@
 #pragma once
 // What the handlers work with, and the table of all routes.
 
+#include <functional>
+#include <memory>
+#include <stop_token>
+#include <string>
+
 #include "server/http/router.h"
 #include "server/http/server.h"
 #include "server/http/static_files.h"
@@ -8,6 +13,7 @@
 #include "server/services/cpu_pool.h"
 #include "server/services/refine_service.h"
 #include "server/services/tile_cache.h"
+#include "server/services/tile_encodings.h"
 #include "server/services/tile_service.h"
 #include "server/services/tile_streams.h"
 #include "server/services/tile_transitions.h"
@@ -25,6 +31,7 @@ struct App {
   services::RefineService* refine = nullptr;         // null: no /refine
   services::TileStreams* streams = nullptr;          // null: no /progressive
   services::TileTransitions* transitions = nullptr;  // null: no /transition
+  services::TileEncodings* encodings = nullptr;      // null: tiles as quantized-mesh only
 };
 
 http::Router make_router(const App&);
@@ -33,6 +40,7 @@ http::Router make_router(const App&);
 void add_tile_routes(http::Router&, const App&);
 void add_dataset_routes(http::Router&, const App&);
 void add_elevation_routes(http::Router&, const App&);
+void add_encoding_routes(http::Router&, const App&);
 void add_transition_routes(http::Router&, const App&);
 void add_flight_routes(http::Router&, const App&);
 void add_health_routes(http::Router&, const App&);
@@ -43,9 +51,22 @@ void add_viewer_routes(http::Router&, const App&);
 
 /// The dataset of that name, or the 404 that says there is none.
 struct FoundDataset {
-  const services::Dataset* dataset = nullptr;
+  std::shared_ptr<const services::Dataset> dataset;
   http::Reply not_found;
 };
 FoundDataset find_dataset(const App&, std::string_view name, const http::Request&);
+
+/// A POST of JSON to a path whose first {...} names a dataset: the 404 comes before its body.
+http::BodyRules json_for_dataset(const App&, std::size_t max_bytes);
+
+/// Made on a worker. Its token is stopped when the client has hung up or the daemon stops.
+using Answer = std::move_only_function<http::Reply(std::stop_token)>;
+
+/// Sends what `answer` makes on a worker, or at once the 503 of a class that has no room. `target`:
+/// of the request.
+void answer_on_worker(const App&, services::Work, std::string target, http::Responder, Answer);
+/// The same for a handler; always nothing, which is what it returns then.
+std::optional<http::Reply> answer_on_worker(const App&, services::Work, const http::Request&,
+                                            http::Later&, Answer);
 
 }  // namespace tind::api

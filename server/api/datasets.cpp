@@ -24,6 +24,10 @@ Json source_of(const DemSource& dem) {
           {"datum", name(info.source_datum)}};
 }
 
+Json place(const HeightExtremes::Place& place) {
+  return {{"lon", place.where.lon}, {"lat", place.where.lat}, {"height_m", place.height_m}};
+}
+
 /// What keeps tiles from being made: "reading" or "failed". Not the reason: it may name files.
 void add_state(Json& json, const Readiness& readiness) {
   using State = Readiness::State;
@@ -48,13 +52,25 @@ Json describe(const services::Dataset& dataset) {
                {"projection", layer.projection},
                {"extensions", layer.extensions},
                {"attribution", layer.attribution}};
-  json["datum"] = dem ? Json(name(dem->info().datum)) : Json(nullptr);
+  // Stores that others made, and old ones, do not say it.
+  json["datum"] = layer.datum.empty() ? Json(nullptr) : Json(layer.datum);
+  const auto extremes = dataset.tiles->extremes();
+  json["highest"] = extremes ? place(extremes->highest) : Json(nullptr);
+  json["lowest"] = extremes ? place(extremes->lowest) : Json(nullptr);
   json["source"] = dem ? source_of(*dem) : Json(nullptr);
   add_state(json, dataset.tiles->readiness());
-  json["links"] = {{"tiles", tiles},
-                   {"layer", tiles + "layer.json"},
-                   {"progressive", "/progressive/" + dataset.name + "/{z}/{x}/{y}"}};
-  if (dem) json["links"]["elevation"] = "/elevation/" + dataset.name + "?lon={lon}&lat={lat}";
+  const auto of = [&dataset](const char* resource) { return resource + dataset.name; };
+  // URI templates (RFC 6570); who POSTs to plan, tiles_in_frames and refine.
+  json["links"] = {{"layer", tiles + "layer.json"},
+                   {"tiles", tiles + "{z}/{x}/{y}.terrain"},
+                   {"progressive", of("/progressive/") + "/{z}/{x}/{y}"},
+                   {"transition", of("/transition/") + "/{z}/{x}/{y}"},
+                   {"plan", of("/plan/")},
+                   {"tiles_in_frames", of("/tiles/")}};
+  if (dem) {
+    json["links"]["refine"] = of("/refine/");
+    json["links"]["elevation"] = of("/elevation/") + "{?lon,lat,datum}";
+  }
   return json;
 }
 

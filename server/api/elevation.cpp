@@ -1,11 +1,13 @@
-// /elevation/{dataset}?lon=&lat=: the height of a place, from the DEM.
+// /elevation/{dataset}?lon=&lat=&datum=: the height of a place, from the DEM.
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "server/api/app.h"
 #include "server/http/problem.h"
 #include "server/http/query_numbers.h"
+#include "terrain/geo/geoid.h"
 
 namespace tind::api {
 namespace {
@@ -25,12 +27,26 @@ const char* word(Coverage coverage) {
   return "outside";
 }
 
-http::Reply answer(const services::Dataset& dataset, const Geographic& where,
-                   const HeightAt& found) {
+const http::QueryWord kWords[] = {{"datum", {"source", "ellipsoid"}}};
+
+/// The height as it is above another datum. REQUIRES: both known, or the same.
+Result<HeightAt> convert(HeightAt height, const Geographic& where, VerticalDatum from,
+                         VerticalDatum to) {
+  if (from == to || height.coverage != Coverage::value) return height;
+  const auto geoid = Geoid::egm96();
+  if (!geoid) return std::unexpected(geoid.error());
+  const double above = (*geoid)->undulation(where);
+  height.height_m += to == VerticalDatum::ellipsoid ? above : -above;
+  height.height_m = std::round(height.height_m * 1000) / 1000;  // it was rounded once already
+  return height;
+}
+
+http::Reply answer(const services::Dataset& dataset, const Geographic& where, const HeightAt& found,
+                   VerticalDatum datum) {
   nlohmann::ordered_json json = {{"coverage", word(found.coverage)}};
   json["height_m"] = found.coverage == Coverage::value ? nlohmann::ordered_json(found.height_m)
                                                        : nlohmann::ordered_json(nullptr);
-  json["datum"] = name(dataset.tiles->dem()->info().datum);
+  json["datum"] = name(datum);
   json["source"] = dataset.name;
   json["lon"] = where.lon;
   json["lat"] = where.lat;
@@ -47,22 +63,28 @@ std::optional<http::Reply> elevation(const App& app, const http::Request& reques
     return http::problem_reply({.status = 404,
                                 .detail = "This dataset is a store of tiles without its DEM.",
                                 .instance = request.head.target});
-  auto query = http::read_numbers(request.head.query, kQuery);
+  auto query = http::read_numbers(request.head.query, kQuery, kWords);
   if (query.problems.empty())
     for (std::size_t k = 0; k < 2; ++k)
       if (!query.values[k])
         query.problems.push_back({std::string(kQuery[k].name), "missing: decimal degrees"});
+  const DemInfo& info = dataset.tiles->dem()->info();
+  const VerticalDatum datum =
+      query.words[0] == "ellipsoid" ? VerticalDatum::ellipsoid : info.source_datum;
+  if (datum != info.datum && info.datum == VerticalDatum::unknown)
+    query.problems.push_back(
+        {"datum", "cannot be ellipsoid: what this DEM's heights are above is not known"});
   if (!query.problems.empty()) return http::problem_reply(query.problems, request.head.target);
   const Geographic where{*query.values[0], *query.values[1]};
-  auto permit = app.pool.admit();
-  if (!permit) return http::problem_reply(permit.error(), request.head.target);
-  app.pool.run(std::move(*permit), [&dataset, where, target = std::string(request.head.target),
-                                    responder = later.responder()](std::stop_token) mutable {
-    const auto height = height_at(*dataset.tiles->dem(), where);
-    responder(height ? answer(dataset, where, *height)
-                     : http::problem_reply(height.error(), target));
-  });
-  return std::nullopt;
+  return answer_on_worker(
+      app, services::Work::question, request, later,
+      [&dataset, where, datum, target = std::string(request.head.target)](const std::stop_token&) {
+        const DemSource& dem = *dataset.tiles->dem();
+        auto height = height_at(dem, where);
+        if (height) height = convert(*height, where, dem.info().datum, datum);
+        return height ? answer(dataset, where, *height, datum)
+                      : http::problem_reply(height.error(), target);
+      });
 }
 
 }  // namespace

@@ -1,9 +1,10 @@
 #pragma once
-// The bodies of POST /plan and POST /tiles: JSON from anybody, checked.
+// The bodies of POST /plan and POST /tiles.
 
 #include <string_view>
 #include <vector>
 
+#include "server/api/members.h"
 #include "terrain/pyramid/flight_plan.h"
 
 namespace tind::api {
@@ -17,11 +18,11 @@ struct FlightRequest {
 inline constexpr std::size_t kMostFixes = 10000, kMostTiles = 256;
 
 /// {"trajectory": [{"lon", "lat", "height_m", "time_s"}, ...]} or {"position": {"lon", "lat",
-/// "height_m"}, "velocity": {"east", "north", "up"}, "horizon_s"}; options are optional. The error
-/// (invalid_argument) names what is wrong; what is not known is an error, too.
-Result<FlightRequest> parse_flight_request(std::string_view body);
+/// "height_m"}, "velocity": {"east", "north", "up"}, "horizon_s"}; options are optional. Where
+/// there are problems the result is not to be used.
+FlightRequest parse_flight_request(std::string_view body, Problems&);
 
 /// {"tiles": ["12/656/1557", ...]}: at least one, at most kMostTiles, of the pyramid.
-Result<std::vector<TileId>> parse_tile_list(std::string_view body);
+std::vector<TileId> parse_tile_list(std::string_view body, Problems&);
 
 }  // namespace tind::api

@@ -1,6 +1,7 @@
 // POST /plan/{dataset}: which tiles a flight needs, in the order of need.
 // POST /tiles/{dataset}: many tiles in one response.
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -13,18 +14,18 @@
 namespace tind::api {
 namespace {
 
-using Json = nlohmann::ordered_json;
 constexpr std::size_t kPlanBody = 2 << 20, kTilesBody = 64 << 10;
 constexpr std::size_t kMostBytes = 32 << 20;  // of the tiles in one response
 
 http::Reply answer(const FlightPlan& plan) {
-  Json tiles = Json::array();
+  using Ordered = nlohmann::ordered_json;
+  Ordered tiles = Ordered::array();
   for (const PlannedTile& t : plan.tiles)
     tiles.push_back({{"tile", t.id.text()},
                      {"needed_s", t.needed_s},
                      {"arrives_s", t.arrives_s},
                      {"bytes", t.bytes}});
-  const Json json = {{"lead_s", plan.lead_s}, {"bytes", plan.bytes}, {"tiles", tiles}};
+  const Ordered json = {{"lead_s", plan.lead_s}, {"bytes", plan.bytes}, {"tiles", tiles}};
   return http::make_reply(200, "application/json", json.dump() + "\n",
                           {{"Cache-Control", "no-store"}});
 }
@@ -32,31 +33,39 @@ http::Reply answer(const FlightPlan& plan) {
 std::optional<http::Reply> plan(const App& app, const http::Request& request, http::Later& later) {
   const auto [dataset, not_found] = find_dataset(app, request.matched[0], request);
   if (!dataset) return not_found;
-  auto permit = app.pool.admit();
-  if (!permit) return http::problem_reply(permit.error(), request.head.target);
-  app.pool.run(std::move(*permit), [dataset, &app, body = std::string(request.body),
-                                    target = std::string(request.head.target),
-                                    responder = later.responder()](std::stop_token) mutable {
-    const auto asked = parse_flight_request(body);
-    if (!asked) return responder(http::problem_reply(asked.error(), target));
-    const auto made = plan_flight(*dataset->tiles, asked->flight, asked->options, [&](TileId id) {
-      const auto hit = app.tiles.cached(*dataset, id, {});
-      return hit ? hit->body().size() : std::size_t(asked->tile_bytes);
-    });
-    responder(made ? answer(*made) : http::problem_reply(made.error(), target));
-  });
-  return std::nullopt;
+  return answer_on_worker(
+      app, services::Work::batch, request, later,
+      [dataset, &app, body = request.body,
+       target = std::string(request.head.target)](const std::stop_token& stop) {
+        Problems problems;
+        const FlightRequest asked = parse_flight_request(body, problems);
+        if (!problems.empty()) return http::problem_reply(problems.list(), target);
+        const auto bytes_of = [&](TileId id) {
+          const auto hit = app.tiles.peek(*dataset, id, {});
+          return hit ? hit->body().size() : std::size_t(asked.tile_bytes);
+        };
+        const auto made = plan_flight(*dataset->tiles, asked.flight, asked.options, bytes_of, stop);
+        if (made) return answer(*made);
+        if (made.error().code == Errc::out_of_range)
+          return http::problem_reply({{"tolerance_px", made.error().what}}, target);
+        return http::problem_reply(made.error(), target);
+      });
 }
 
-/// On a worker, one tile after the other. Each that is missing or fails says so in its frame.
-std::vector<std::uint8_t> in_frames(const App& app, const services::Dataset& dataset,
-                                    const std::vector<TileId>& ids, proto::Extensions asked,
-                                    std::stop_token stop) {
-  std::vector<std::uint8_t> out = proto::begin_frames(std::uint32_t(ids.size()));
+/// On a worker, one tile after the other. Each that is missing or fails says so in its frame. The
+/// tiles are sent from the cache's own copies, so that the response holds little but the frames.
+http::Reply in_frames(const App& app, const services::Dataset& dataset,
+                      const std::vector<TileId>& ids, proto::Extensions asked,
+                      std::stop_token stop) {
+  std::vector<std::uint8_t> heads = proto::begin_frames(std::uint32_t(ids.size()));
+  std::vector<services::TileService::Tile> tiles;
+  std::size_t size = heads.size();
   for (const TileId id : ids) {
     proto::TileFrame frame{std::uint32_t(id.level), id.x, id.y, 404, {}};
-    services::TileService::Tile tile;
-    if (out.size() > kMostBytes) {
+    services::TileService::Tile& tile = tiles.emplace_back();
+    if (stop.stop_requested()) {
+      frame.status = 503;  // nobody is likely to read it
+    } else if (size > kMostBytes) {
       frame.status = 413;
     } else if (dataset.tiles->available(id)) {
       const auto made = app.tiles.make_now(dataset, id, asked, stop);
@@ -64,36 +73,45 @@ std::vector<std::uint8_t> in_frames(const App& app, const services::Dataset& dat
       if (made) tile = *made;
     }
     if (tile) frame.bytes = tile->bytes();
-    proto::append_frame(out, frame);
+    proto::append_frame_head(heads, frame);
+    size += proto::kFrameHead + frame.bytes.size();
   }
-  return out;
+  auto owner = std::make_shared<http::Payload>();
+  owner->bytes.assign(heads.begin(), heads.end());
+  const std::string_view bytes = owner->bytes;
+  std::vector<http::Piece> pieces = {{owner, bytes.substr(0, proto::kFramesHead)}};
+  for (std::size_t i = 0; i < tiles.size(); ++i) {
+    pieces.push_back(
+        {owner, bytes.substr(proto::kFramesHead + i * proto::kFrameHead, proto::kFrameHead)});
+    if (tiles[i]) pieces.push_back(tiles[i]->piece());
+  }
+  return http::make_reply("application/vnd.tind.tiles", std::move(pieces),
+                          {{"Cache-Control", "no-store"}});
 }
 
 std::optional<http::Reply> tiles(const App& app, const http::Request& request, http::Later& later) {
   const auto [dataset, not_found] = find_dataset(app, request.matched[0], request);
   if (!dataset) return not_found;
-  auto ids = parse_tile_list(request.body);
-  if (!ids) return http::problem_reply(ids.error(), request.head.target);
-  auto permit = app.pool.admit();
-  if (!permit) return http::problem_reply(permit.error(), request.head.target);
-  app.pool.run(
-      std::move(*permit), [dataset, &app, ids = std::move(*ids), responder = later.responder(),
-                           asked = asked_extensions(request.head.fields, request.head.query)](
-                              std::stop_token stop) mutable {
-        const auto frames = in_frames(app, *dataset, ids, asked, stop);
-        responder(http::make_reply(200, "application/vnd.tind.tiles",
-                                   {reinterpret_cast<const char*>(frames.data()), frames.size()},
-                                   {{"Cache-Control", "no-store"}}));
+  Problems problems;
+  auto ids = parse_tile_list(request.body, problems);
+  if (!problems.empty()) return http::problem_reply(problems.list(), request.head.target);
+  const auto asked = asked_extensions(request.head.fields, request.head.query);
+  const bool all_here = std::ranges::all_of(ids, [&](TileId id) {
+    return !dataset->tiles->available(id) || app.tiles.peek(*dataset, id, asked);
+  });
+  return answer_on_worker(
+      app, all_here ? services::Work::question : services::Work::batch, request, later,
+      [dataset, &app, ids = std::move(ids), asked](const std::stop_token& stop) {
+        return in_frames(app, *dataset, ids, asked, stop);
       });
-  return std::nullopt;
 }
 
 }  // namespace
 
 void add_flight_routes(http::Router& router, const App& app) {
-  router.post("/plan/{dataset}", kPlanBody,
+  router.post("/plan/{dataset}", json_for_dataset(app, kPlanBody),
               [&app](const http::Request& r, http::Later& l) { return plan(app, r, l); });
-  router.post("/tiles/{dataset}", kTilesBody,
+  router.post("/tiles/{dataset}", json_for_dataset(app, kTilesBody),
               [&app](const http::Request& r, http::Later& l) { return tiles(app, r, l); });
 }
 

@@ -1,5 +1,7 @@
 // /livez, /readyz, /healthz and /metrics: for orchestrators and for Prometheus.
 
+#include <vector>
+
 #include "server/api/app.h"
 #include "server/services/metrics.h"
 
@@ -17,8 +19,11 @@ http::Reply readiness(const App& app) {
 
 http::Reply metrics(const App& app) {
   const auto stats = app.server ? app.server->stats() : http::StatsSnapshot{};
-  const services::NamedProducts products[] = {{"progressive", app.streams},
-                                              {"transition", app.transitions}};
+  std::vector<services::NamedProducts> products = {{"progressive", app.streams},
+                                                   {"transition", app.transitions}};
+  if (app.encodings)
+    for (const auto& encoding : app.encodings->all())
+      products.emplace_back(encoding.format.name, encoding.products.get());
   return http::make_reply(
       200, "text/plain; version=0.0.4; charset=utf-8",
       services::render_metrics(stats, app.catalog, app.tiles, app.cache, app.pool, products),
@@ -29,10 +34,12 @@ http::Reply metrics(const App& app) {
 
 void add_health_routes(http::Router& router, const App& app) {
   // Alive: this thread answers. Never asks anything else, or a slow disk would have us killed.
-  router.get("/livez", [](const http::Request&, http::Later&) { return text(200, "alive\n"); });
+  router.get_always("/livez",
+                    [](const http::Request&, http::Later&) { return text(200, "alive\n"); });
   for (const char* path : {"/readyz", "/healthz"})
-    router.get(path, [&app](const http::Request&, http::Later&) { return readiness(app); });
-  router.get("/metrics", [&app](const http::Request&, http::Later&) { return metrics(app); });
+    router.get_always(path, [&app](const http::Request&, http::Later&) { return readiness(app); });
+  router.get_always("/metrics",
+                    [&app](const http::Request&, http::Later&) { return metrics(app); });
 }
 
 }  // namespace tind::api

@@ -16,7 +16,12 @@ std::string methods_json() {
                    {"minimises", m.minimises},
                    {"stops", m.stops},
                    {"guarantees", m.guarantees},
-                   {"source", m.source}});
+                   {"source", m.source},
+                   {"take_for", m.take_for},
+                   {"voids", m.voids},
+                   {"time_beside_qem", m.time},
+                   {"rms_beside_qem", m.rms},
+                   {"options", m.options}});
   }
   return all.dump(2) + "\n";
 }

@@ -5,7 +5,8 @@
 
 namespace tind::api {
 
-/// A list of {name, minimises, stops, guarantees, source}, in the order of the table.
+/// A list of {name, minimises, stops, guarantees, source, take_for, voids, time_beside_qem,
+/// rms_beside_qem, options}, in the order of the table.
 std::string methods_json();
 
 }  // namespace tind::api

@@ -57,22 +57,22 @@ std::optional<http::Reply> progressive(const App& app, const http::Request& requ
 
   const Stream hit = app.streams->cached(*dataset, *id);
   if (hit && !limit) return hit->reply(client);
-  auto answer = [limit, client = std::move(client), target = std::string(target),
-                 responder = later.responder()](const Result<Stream>& made) mutable {
-    if (!made) return responder(http::problem_reply(made.error(), target));
-    responder(limit ? beginning(*made, *limit, client, target) : (*made)->reply(client));
+  auto answer = [limit, client = std::move(client),
+                 target = std::string(target)](const Stream& stream) {
+    return limit ? beginning(stream, *limit, client, target) : stream->reply(client);
   };
-  if (!hit) {
-    app.streams->make(*dataset, *id, std::move(answer));
-    return std::nullopt;
-  }
-  auto permit = app.pool.admit();
-  if (!permit) {
-    answer(std::unexpected(permit.error()));
-    return std::nullopt;
-  }
-  app.pool.run(std::move(*permit),
-               [hit, answer = std::move(answer)](std::stop_token) mutable { answer(hit); });
+  if (hit)
+    return answer_on_worker(app, services::Work::question, request, later,
+                            [hit, answer](const std::stop_token&) { return answer(hit); });
+  auto responder = later.responder();
+  const std::stop_token gone = responder.gone();
+  app.streams->make(
+      *dataset, *id,
+      [answer, target = std::string(target),
+       responder = std::move(responder)](const Result<Stream>& made) mutable {
+        responder(made ? answer(*made) : http::problem_reply(made.error(), target));
+      },
+      gone);
   return std::nullopt;
 }
 

@@ -3,17 +3,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <variant>
 
 #include "server/api/app.h"
+#include "server/api/members.h"
 #include "server/http/problem.h"
 
 namespace tind::api {
 namespace {
 
-using Json = nlohmann::json;
+using Need = Members::Need;
 
 constexpr std::size_t kMostBody = 64 << 10;
 constexpr std::size_t kMostPoints = 500;
@@ -29,45 +29,6 @@ struct AskedView {
   std::optional<GeoRect> window;
 };
 using Asked = std::variant<AskedRegion, AskedView>;
-
-/// Reads the members of one object, and keeps what is wrong with them.
-class Members {
- public:
-  Members(const Json& object, std::string path, std::vector<http::ParameterProblem>& problems)
-      : object_(object), path_(std::move(path)), problems_(problems) {}
-
-  void number(const char* name, double low, double high, double& value, bool needed = false) {
-    known_.push_back(name);
-    const auto found = object_.find(name);
-    if (found == object_.end()) {
-      if (needed) problems_.push_back({path_ + name, "missing"});
-      return;
-    }
-    if (found->is_number() && double(*found) >= low && double(*found) <= high)
-      value = *found;
-    else
-      problems_.push_back(
-          {path_ + name, "must be a number from " + Json(low).dump() + " to " + Json(high).dump()});
-  }
-  const Json* member(const char* name) {
-    known_.push_back(name);
-    const auto found = object_.find(name);
-    return found == object_.end() ? nullptr : &*found;
-  }
-  void nothing_else() {
-    for (const auto& [name, value] : object_.items())
-      if (std::ranges::find(known_, name) == known_.end())
-        problems_.push_back({path_ + name.substr(0, 64), "is not known here"});
-  }
-
- private:
-  const Json& object_;
-  std::string path_;
-  std::vector<http::ParameterProblem>& problems_;
-  std::vector<std::string> known_;
-};
-
-using Problems = std::vector<http::ParameterProblem>;
 
 bool is_place(const Json& json) {
   return json.is_array() && json.size() == 2 && json[0].is_number() && json[1].is_number();
@@ -89,47 +50,47 @@ std::optional<GeoRect> read_window(Members& members, Problems& problems) {
   const Json* const json = members.member("window");
   if (!json) return {};
   const auto box = read_box(*json);
-  if (!box) problems.push_back({"window", "must be [west, south, east, north], in degrees"});
+  if (!box) problems.add("window", "must be [west, south, east, north], in degrees");
   return box;
+}
+
+/// A polygon or route.
+void read_points(const Json& json, const std::string& name, GeoRegion& out, Problems& problems) {
+  if (!json.is_array() || json.size() > kMostPoints || !std::ranges::all_of(json, is_place))
+    return problems.add(name,
+                        "must be at most " + std::to_string(kMostPoints) + " pairs [lon, lat]");
+  for (const Json& p : json) out.points.push_back({p[0], p[1]});
 }
 
 GeoRegion read_region(const Json& json, Problems& problems) {
   GeoRegion out;
-  if (!json.is_object()) return problems.push_back({"region", "must be an object"}), out;
-  Members members(json, "region.", problems);
+  Members members(json, "region", problems);
   const Json* const box = members.member("bbox");
   const Json* const ring = members.member("polygon");
   const Json* const route = members.member("route");
-  members.number("width_m", 1, 1e6, out.width_m, route != nullptr);
+  members.number("width_m", 1, 1e6, out.width_m, route ? Need::must : Need::may);
   members.nothing_else();
-  if ((box != nullptr) + (ring != nullptr) + (route != nullptr) != 1)
-    return problems.push_back({"region", "takes one of bbox, polygon and route"}), out;
-  if (box) {
-    const bool four = box->is_array() && box->size() == 4 &&
-                      std::ranges::all_of(*box, [](const Json& j) { return j.is_number(); });
-    if (!four)
-      return problems.push_back({"region.bbox", "must be [west, south, east, north]"}), out;
-    return GeoRegion::box({(*box)[0], (*box)[1], (*box)[2], (*box)[3]});
+  if (!problems.empty()) return out;
+  if ((box != nullptr) + (ring != nullptr) + (route != nullptr) != 1) {
+    problems.add("region", "takes one of bbox, polygon and route");
+  } else if (box) {
+    const auto rect = read_box(*box);
+    if (rect) return GeoRegion::box(*rect);
+    problems.add("region.bbox", "must be [west, south, east, north], in degrees");
+  } else {
+    out.closed = ring != nullptr;
+    read_points(ring ? *ring : *route, ring ? "region.polygon" : "region.route", out, problems);
   }
-  const Json& points = ring ? *ring : *route;
-  if (!points.is_array() || points.size() > kMostPoints || !std::ranges::all_of(points, is_place)) {
-    problems.push_back({ring ? "region.polygon" : "region.route",
-                        "must be at most " + std::to_string(kMostPoints) + " pairs [lon, lat]"});
-    return out;
-  }
-  out.closed = ring != nullptr;
-  for (const Json& p : points) out.points.push_back({p[0], p[1]});
   return out;
 }
 
 Camera read_camera(const Json& json, Problems& problems) {
   Camera c;
-  if (!json.is_object()) return problems.push_back({"camera", "must be an object"}), c;
-  Members members(json, "camera.", problems);
+  Members members(json, "camera", problems);
   double width = c.width_px, height = c.height_px;
-  members.number("lon", -360, 360, c.position.lon, true);
-  members.number("lat", -90, 90, c.position.lat, true);
-  members.number("height_m", -12000, 1e8, c.height_m, true);
+  members.number("lon", -360, 360, c.position.lon, Need::must);
+  members.number("lat", -90, 90, c.position.lat, Need::must);
+  members.number("height_m", -12000, 1e8, c.height_m, Need::must);
   members.number("heading_deg", -360, 360, c.heading_deg);
   members.number("pitch_deg", -90, 90, c.pitch_deg);
   members.number("roll_deg", -180, 180, c.roll_deg);
@@ -143,71 +104,113 @@ Camera read_camera(const Json& json, Problems& problems) {
   return c;
 }
 
-Asked read_request(std::string_view body, Problems& problems) {
-  const Json json = Json::parse(body, nullptr, false);
-  if (!json.is_object()) return problems.push_back({"body", "must be a JSON object"}), Asked();
-  Members members(json, "", problems);
-  if (const Json* const camera = members.member("camera")) {
-    AskedView view{read_camera(*camera, problems), {}, {}};
-    if (const Json* const token = members.member("view")) {
-      if (token->is_string() && token->get_ref<const std::string&>().size() <= 64)
-        view.token = *token;
-      else
-        problems.push_back({"view", "must be the token of a view"});
-    }
-    view.window = read_window(members, problems);
-    if (view.window && !view.token.empty())
-      problems.push_back({"window", "is for a first view; a view stays in its own"});
-    members.nothing_else();
-    return view;
+AskedView read_view(const Json& camera, Members& members, Problems& problems) {
+  AskedView view{read_camera(camera, problems), {}, {}};
+  if (const Json* const token = members.member("view")) {
+    if (token->is_string() && token->get_ref<const std::string&>().size() <= 64)
+      view.token = *token;
+    else
+      problems.add("view", "must be the token of a view");
   }
+  view.window = read_window(members, problems);
+  if (view.window && !view.token.empty())
+    problems.add("window", "is for a first view; a view stays in its own");
+  return view;
+}
+
+AskedRegion read_asked_region(const Json& region, Members& members, Problems& problems) {
   AskedRegion asked;
-  const Json* const region = members.member("region");
-  if (!region) return problems.push_back({"body", "takes a camera or a region"}), Asked();
-  asked.where = read_region(*region, problems);
-  members.number("inside_m", 0, 1e5, asked.errors.inside_m, true);
-  members.number("outside_m", 0, 1e5, asked.errors.outside_m, true);
+  asked.where = read_region(region, problems);
+  members.number("inside_m", 0, 1e5, asked.errors.inside_m, Need::must);
+  members.number("outside_m", 0, 1e5, asked.errors.outside_m, Need::must);
   asked.window = read_window(members, problems);
-  members.nothing_else();
   if (asked.errors.inside_m > asked.errors.outside_m)
-    problems.push_back({"inside_m", "must not be above outside_m"});
+    problems.add("inside_m", "must not be above outside_m");
   return asked;
 }
 
-http::Reply answer(const Result<proto::RefineDelta>& made, const std::string& target) {
+Asked read_request(std::string_view body, Problems& problems) {
+  Asked asked;
+  const Json json = parse_body(body, problems);
+  if (!problems.empty()) return asked;
+  Members members(json, "", problems);
+  if (const Json* const camera = members.member("camera"))
+    asked = read_view(*camera, members, problems);
+  else if (const Json* const region = members.member("region"))
+    asked = read_asked_region(*region, members, problems);
+  else
+    problems.add("region", "missing: takes a camera or a region");
+  members.nothing_else();
+  return asked;
+}
+
+/// Which member an error of the service is about: it has looked at nothing else.
+std::string culprit(const Asked& asked) {
+  if (const auto* const region = std::get_if<AskedRegion>(&asked))
+    return region->window ? "window" : "region";
+  return "window";
+}
+
+http::Reply answer(const Result<proto::RefineDelta>& made, const Asked& asked,
+                   const std::string& target) {
   if (made)
     return http::make_reply(200, "application/vnd.tind.refined-mesh", proto::encode(*made),
                             {{"Cache-Control", "no-store"}});
   if (made.error().code == Errc::not_found)  // ours, not the source's: it may be told
     return http::problem_reply({.status = 404, .detail = made.error().what, .instance = target});
+  if (made.error().code == Errc::invalid_argument)
+    return http::problem_reply({.status = 400,
+                                .detail = made.error().what,
+                                .instance = target,
+                                .errors = {{culprit(asked), made.error().what}}});
   return http::problem_reply(made.error(), target);
 }
 
+bool ready(const services::RefineService& service, const services::Dataset& dataset,
+           const Asked& asked) {
+  if (const auto* const view = std::get_if<AskedView>(&asked))
+    return !view->token.empty() || service.ready(dataset, view->window);
+  const auto& region = std::get<AskedRegion>(asked);
+  return service.ready(dataset, region.where, region.window);
+}
+
+Result<proto::RefineDelta> refined(services::RefineService& service,
+                                   const services::Dataset& dataset, const Asked& asked,
+                                   const std::string& client, const std::stop_token& stop) {
+  if (const auto* const view = std::get_if<AskedView>(&asked))
+    return service.view(dataset, view->camera, view->token, view->window, stop, client);
+  const auto& region = std::get<AskedRegion>(asked);
+  return service.region(dataset, region.where, region.errors, region.window, stop);
+}
+
+/// What is ready is answered at once; what must be prepared first waits for its turn among the long
+/// work.
 std::optional<http::Reply> refine(const App& app, const http::Request& request,
                                   http::Later& later) {
   const auto [found, not_found] = find_dataset(app, request.matched[0], request);
   if (!found) return not_found;
   Problems problems;
   Asked asked = read_request(request.body, problems);
-  if (!problems.empty())
-    return http::problem_reply({.status = 400,
-                                .detail = "The request is wrong: " + problems[0].parameter + " " +
-                                          problems[0].detail + ".",
-                                .instance = request.head.target,
-                                .errors = problems});
-  auto permit = app.pool.admit();
-  if (!permit) return http::problem_reply(permit.error(), request.head.target);
+  if (!problems.empty()) return http::problem_reply(problems.list(), request.head.target);
+  auto responder = later.responder();
+  const std::stop_token gone = responder.gone();
+  auto permit = app.pool.admit(services::Work::question);
+  if (!permit) {
+    responder(http::problem_reply(permit.error(), request.head.target));
+    return std::nullopt;
+  }
   app.pool.run(
-      std::move(*permit), [&dataset = *found, &service = *app.refine, asked = std::move(asked),
-                           target = std::string(request.head.target),
-                           responder = later.responder()](std::stop_token stop) mutable {
-        if (const auto* const view = std::get_if<AskedView>(&asked))
-          return responder(
-              answer(service.view(dataset, view->camera, view->token, view->window, stop), target));
-        const auto& region = std::get<AskedRegion>(asked);
-        responder(answer(service.region(dataset, region.where, region.errors, region.window, stop),
-                         target));
-      });
+      std::move(*permit),
+      [&app, &dataset = *found, asked = std::move(asked), client = later.client(),
+       target = std::string(request.head.target),
+       responder = std::move(responder)](const std::stop_token& stop) mutable {
+        const auto make = [&app, &dataset, asked, client, target](const std::stop_token& s) {
+          return answer(refined(*app.refine, dataset, asked, client, s), asked, target);
+        };
+        if (ready(*app.refine, dataset, asked)) return responder(make(stop));
+        answer_on_worker(app, services::Work::batch, target, std::move(responder), make);
+      },
+      gone);
   return std::nullopt;
 }
 
@@ -215,7 +218,7 @@ std::optional<http::Reply> refine(const App& app, const http::Request& request,
 
 void add_refine_routes(http::Router& router, const App& app) {
   if (!app.refine) return;
-  router.post("/refine/{dataset}", kMostBody,
+  router.post("/refine/{dataset}", json_for_dataset(app, kMostBody),
               [&app](const http::Request& request, http::Later& later) {
                 return refine(app, request, later);
               });

@@ -25,15 +25,19 @@ std::optional<http::Reply> tile(const App& app, const http::Request& request, ht
   const proto::Extensions asked = asked_extensions(request.head.fields, request.head.query);
   if (const auto hit = app.tiles.cached(*dataset, *id, asked))
     return hit->reply(request.head.fields);
-  app.tiles.make(*dataset, *id, asked,
-                 [responder = later.responder(), client = http::Conditions(request.head.fields),
-                  target = std::string(request.head.target)](auto made) mutable {
-                   if (made) {
-                     responder((*made)->reply(client));
-                   } else {
-                     responder(http::problem_reply(made.error(), target));
-                   }
-                 });
+  auto responder = later.responder();
+  const std::stop_token gone = responder.gone();
+  app.tiles.make(
+      *dataset, *id, asked,
+      [responder = std::move(responder), client = http::Conditions(request.head.fields),
+       target = std::string(request.head.target)](auto made) mutable {
+        if (made) {
+          responder((*made)->reply(client));
+        } else {
+          responder(http::problem_reply(made.error(), target));
+        }
+      },
+      gone);
   return std::nullopt;
 }
 

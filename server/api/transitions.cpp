@@ -21,12 +21,15 @@ std::optional<http::Reply> transition(const App& app, const http::Request& reque
                                 .instance = request.head.target});
   if (const auto hit = app.transitions->cached(*dataset, *id))
     return hit->reply(request.head.fields);
+  auto responder = later.responder();
+  const std::stop_token gone = responder.gone();
   app.transitions->make(
       *dataset, *id,
-      [responder = later.responder(), client = http::Conditions(request.head.fields),
+      [responder = std::move(responder), client = http::Conditions(request.head.fields),
        target = std::string(request.head.target)](const auto& made) mutable {
         responder(made ? (*made)->reply(client) : http::problem_reply(made.error(), target));
-      });
+      },
+      gone);
   return std::nullopt;
 }
 

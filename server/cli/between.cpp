@@ -47,6 +47,7 @@ bool exact(const SpaceLattice& lattice, const Tin& tin) {
 }
 
 int run(const Arguments& a) {
+  if (const int code = check_outputs({a.output}); code != kOk) return code;
   const auto fine = read_model(a.fine), coarse = read_model(a.coarse);
   if (!fine) return complain(fine.error());
   if (!coarse) return complain(coarse.error());
@@ -102,21 +103,21 @@ int run(const Arguments& a) {
 
 }  // namespace
 
-void add_between(CLI::App& program, int& exit) {
+void add_between(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
-  CLI::App* app = program.add_subcommand(
+  Command app = program.add_subcommand(
       "between", "Make one file that leads from a coarse mesh to a fine one of the same surface");
-  app->add_option("fine", a->fine, "the fine mesh: .ply, .obj or .stl")->required();
-  app->add_option("coarse", a->coarse, "the coarse one, made by whoever and however")->required();
-  app->add_option("-o,--output", a->output, "the stream: .tpm")->required();
-  app->add_option("--step", a->step,
-                  "step of the coordinates; by default one that holds both meshes exactly, or else "
-                  "the finest that there is");
-  app->add_flag("--json", a->json, "print the figures as JSON");
-  app->add_option("--progress", a->progress, "auto, bar, lines or none")
-      ->check(CLI::IsMember({"auto", "bar", "lines", "none"}))
-      ->capture_default_str();
-  app->callback([a, &exit] { exit = run(*a); });
+  app.add_option("fine", a->fine, "the fine mesh: .ply, .obj or .stl").required();
+  app.add_option("coarse", a->coarse, "the coarse one, made by whoever and however").required();
+  app.add_option("-o,--output", a->output, "the stream: .tpm").required();
+  app.add_option("--step", a->step,
+                 "step of the coordinates; by default one that holds both meshes exactly, or else "
+                 "the finest that there is");
+  app.add_flag("--json", a->json, "print the figures as JSON");
+  app.add_option("--progress", a->progress, "auto, bar, lines or none")
+      .one_of({"auto", "bar", "lines", "none"})
+      .shown();
+  app.on_run([a, &exit] { exit = run(*a); });
 }
 
 }  // namespace tind::cli

@@ -127,30 +127,31 @@ int run(Arguments a) {
 
 }  // namespace
 
-void add_check(CLI::App& program, int& exit) {
+void add_check(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
-  CLI::App* app =
+  Command app =
       program.add_subcommand("check", "Check quantized-mesh tiles, rule by rule; anyone's tiles");
-  app->add_option("DIR|URL", a->where,
-                  "a directory with layer.json and z/x/y.terrain, or where a server has them");
-  app->add_option("--source", a->dem.files,
-                  "the DEM that the tiles were made of: recompute every error over all posts");
+  app.add_option("DIR|URL", a->where,
+                 "a directory with layer.json and z/x/y.terrain, or where a server has them");
+  app.add_option("--source", a->dem.files,
+                 "the DEM that the tiles were made of: recompute every error over all posts");
   a->dem.to_datum = "ellipsoid";  // as tind build has it
-  add_dem_options(*app, a->dem);
-  app->add_option("--error-factor", a->options.error_factor,
-                  "budget of a level, times what globe clients assume of it")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  add_levels_option(*app, "levels to look at, e.g. 0-8 (default: all)", a->options.first_level,
+  add_dem_options(app, a->dem);
+  app.add_option("--error-factor", a->options.error_factor,
+                 "budget of a level, times what globe clients assume of it")
+      .positive()
+      .shown();
+  add_levels_option(app, "levels to look at, e.g. 0-8 (default: all)", a->options.first_level,
                     a->options.last_level);
-  app->add_option("--threads", a->options.threads,
-                  "threads to use, 0: one per core; eight where tiles come from a server")
-      ->capture_default_str();
-  add_progress_option(*app, a->progress);
-  app->add_flag("--json", a->json, "print the report as JSON");
-  app->add_flag("--rules", a->list_rules, "list the rules and exit");
-  app->callback([a, app, &exit] {
-    if (a->where.empty() && !a->list_rules) throw CLI::RequiredError("DIR|URL");
+  app.add_option("--threads", a->options.threads,
+                 "threads to use, 0: one per core; eight where tiles come from a server")
+      .not_negative()
+      .shown();
+  add_progress_option(app, a->progress);
+  app.add_flag("--json", a->json, "print the report as JSON");
+  app.add_flag("--rules", a->list_rules, "list the rules and exit");
+  app.on_run([a, app, &exit] {
+    if (a->where.empty() && !a->list_rules) refuse_missing("DIR|URL");
     exit = run(*a);
   });
 }

@@ -2,10 +2,10 @@
 // The subcommands of `tind`: one file each, one function each, which adds the subcommand to the
 // program and, when it is chosen, runs it and stores its exit code.
 
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>     // whoever makes a subcommand emits
-#include <CLI/Formatter.hpp>  // the tables of these two
+#include <initializer_list>
+#include <string>
 
+#include "server/cli/command_line.h"
 #include "terrain/base/result.h"
 
 namespace tind::cli {
@@ -25,23 +25,36 @@ enum Exit : int {
 /// The one table from what went wrong to how the program ends.
 Exit exit_code(Errc);
 
-/// Prints "tind: what" on stderr and returns the exit code.
+/// Prints "tind: what" on stderr and returns the exit code. Bytes of file names that would speak to
+/// the terminal are printed as \xNN, here and wherever else messages are printed.
 int complain(const Error&);
+/// Prints "tind: warning: what" on stderr.
+void warn(const std::string& what);
+/// One line without control bytes.
+std::string printable(const std::string& text);
 
-void add_simplify(CLI::App& program, int& exit);
-void add_refine(CLI::App& program, int& exit);
-void add_progressive(CLI::App& program, int& exit);
-void add_extract(CLI::App& program, int& exit);
-void add_between(CLI::App& program, int& exit);
-void add_measure(CLI::App& program, int& exit);
-void add_compare(CLI::App& program, int& exit);
-void add_methods(CLI::App& program, int& exit);
-void add_info(CLI::App& program, int& exit);
-void add_build(CLI::App& program, int& exit);
-void add_check(CLI::App& program, int& exit);
-void add_estimate(CLI::App& program, int& exit);
-void add_explain(CLI::App& program, int& exit);
-void add_plan(CLI::App& program, int& exit);
-void add_serve(CLI::App& program, int& exit);
+/// For those of `paths` that are not empty: kOk when each can be written, else says why not and
+/// returns kCannotCreate. Before long work, so that it is not lost.
+int check_outputs(std::initializer_list<std::string> paths);
+
+/// Empty when the first word is a subcommand or an option, or when there is none; else what is
+/// wrong with it, with the name that comes nearest.
+std::string unknown_command(Command program, int argc, const char* const* argv);
+
+void add_simplify(Command program, int& exit);
+void add_refine(Command program, int& exit);
+void add_progressive(Command program, int& exit);
+void add_extract(Command program, int& exit);
+void add_between(Command program, int& exit);
+void add_measure(Command program, int& exit);
+void add_compare(Command program, int& exit);
+void add_methods(Command program, int& exit);
+void add_info(Command program, int& exit);
+void add_build(Command program, int& exit);
+void add_check(Command program, int& exit);
+void add_estimate(Command program, int& exit);
+void add_explain(Command program, int& exit);
+void add_plan(Command program, int& exit);
+void add_serve(Command program, int& exit);
 
 }  // namespace tind::cli

@@ -2,8 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <CLI/App.hpp>
-#include <chrono>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
@@ -15,7 +14,7 @@
 #include "server/cli/compare_page.h"
 #include "server/cli/dem_input.h"
 #include "server/cli/line_input.h"
-#include "server/cli/peak_memory.h"
+#include "server/cli/run_apart.h"
 #include "server/cli/surface_report.h"
 #include "terrain/raster/image_source.h"
 #include "terrain/simplify/simplify.h"
@@ -27,7 +26,7 @@ namespace {
 struct Arguments {
   DemInput input;
   LineInput lines;
-  std::vector<std::string> methods = {"edge-cost", "qem", "triangle-collapse", "cluster"};
+  std::vector<std::string> methods = {"bounded", "memoryless", "qem", "greedy", "cluster"};
   std::vector<std::string> at, max_error;
   std::string html, csv, drape;
   int threads = 1;
@@ -80,14 +79,17 @@ void choose_method(const std::string& text, SimplifyOptions& o) {
 
 CompareRow run_one(const HeightGrid& grid, const DemInfo& info, const std::string& method,
                    const std::string& stop_text, const StopAt& stop, SimplifyOptions options) {
-  CompareRow row{method, stop_text, {}, {}, 0, 0, {}, ""};
+  CompareRow row;
+  row.method = method;
+  row.stop = stop_text;
   choose_method(method, options);
   options.stop = stop;
-  PeakMemory::forget();
-  const auto start = std::chrono::steady_clock::now();
-  Result<Simplified> made = simplify(grid, info.spacing_x_m, info.spacing_y_m, options);
-  row.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  row.peak_mb = PeakMemory::megabytes();
+  MeasuredRun run = simplify_apart(grid, info.spacing_x_m, info.spacing_y_m, options);
+  row.seconds = run.seconds;
+  row.cpu_seconds = run.cpu_seconds;
+  row.peak_mb = run.peak_mb;
+  row.page_faults = run.page_faults;
+  Result<Simplified>& made = run.made;
   if (!made) {
     row.failure = made.error().what;
     return row;
@@ -108,7 +110,9 @@ nlohmann::ordered_json row_json(const CompareRow& r) {
   j["input_triangles"] = r.made.input_triangles;
   j.update(quality_json(r.quality));
   j["seconds"] = r.seconds;
+  j["cpu_seconds"] = r.cpu_seconds;
   j["peak_mb"] = r.peak_mb;
+  j["page_faults"] = r.page_faults;
   if (r.attributes) j["surface"] = distance_json(*r.attributes);
   j["note"] = r.made.note;
   return j;
@@ -186,8 +190,19 @@ Result<std::vector<std::pair<std::string, StopAt>>> stops_of(const Arguments& a)
 }
 
 int run(const Arguments& a) {
+  for (const std::string& text : a.methods) {
+    SimplifyOptions chosen;
+    choose_method(text, chosen);
+    if (std::ranges::find(methods(), chosen.method, &MethodInfo::name) == methods().end())
+      return complain(no_such_method(chosen.method).error());
+  }
   const auto stops = stops_of(a);
   if (!stops) return complain(stops.error());
+  if (const int code = check_outputs({a.csv, a.html}); code != kOk) return code;
+  const auto takes_drape = [](const std::string& m) { return m.starts_with("attribute-qem"); };
+  if (!a.drape.empty() && std::ranges::none_of(a.methods, takes_drape))
+    return complain(
+        {Errc::invalid_argument, "--drape is for attribute-qem, which is not compared"});
   const auto dem = open_dem(a.input);
   if (!dem) return complain(dem.error());
   const DemInfo& info = (*dem)->info();
@@ -238,31 +253,29 @@ int run(const Arguments& a) {
 
 }  // namespace
 
-void add_compare(CLI::App& program, int& exit) {
+void add_compare(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
-  CLI::App* app = program.add_subcommand(
+  Command app = program.add_subcommand(
       "compare", "Run several methods on one DEM and print one table of size, error and time");
-  app->add_option("input", a->input.files, "a DEM, or several that share one grid")->required();
-  app->add_option("--methods", a->methods,
-                  "names, comma-separated; name:variant picks a criterion (vertex-removal), a "
-                  "placement (triangle-collapse), a metric (attribute-qem) or an effort (bounded)")
-      ->delimiter(',')
-      ->capture_default_str();
-  CLI::Option_group* stop = app->add_option_group("Stop at (exactly one)");
-  stop->add_option("--at", a->at, "shares like 10% or triangle counts, comma-separated")
-      ->delimiter(',');
-  stop->add_option("--max-error", a->max_error, "error bounds in metres, comma-separated")
-      ->delimiter(',');
-  stop->require_option(1);
-  add_dem_options(*app, a->input);
-  add_line_options(*app, a->lines);
-  app->add_option("--drape", a->drape, "attribute-qem: colours from this image");
-  app->add_option("--html", a->html, "write a page with curves and pictures, which stands alone");
-  app->add_option("--csv", a->csv, "write the table here as CSV");
-  app->add_flag("--json", a->json, "print the table as JSON");
-  app->add_option("--threads", a->threads, "threads to use, 0: one per core")
-      ->capture_default_str();
-  app->callback([a, &exit] { exit = run(*a); });
+  app.add_option("input", a->input.files, "a DEM, or several that share one grid").required();
+  app.add_option("--methods", a->methods,
+                 "names, comma-separated; name:variant picks a criterion (vertex-removal), a "
+                 "placement (triangle-collapse), a metric (attribute-qem) or an effort (bounded)")
+      .delimiter(',')
+      .shown();
+  Command stop = app.add_group("Stop at (exactly one)", 1, 1);
+  stop.add_option("--at", a->at, "shares like 10% or triangle counts, comma-separated")
+      .delimiter(',');
+  stop.add_option("--max-error", a->max_error, "error bounds in metres, comma-separated")
+      .delimiter(',');
+  add_dem_options(app, a->input);
+  add_line_options(app, a->lines);
+  app.add_option("--drape", a->drape, "attribute-qem: colours from this image");
+  app.add_option("--html", a->html, "write a page with curves and pictures, which stands alone");
+  app.add_option("--csv", a->csv, "write the table here as CSV");
+  app.add_flag("--json", a->json, "print the table as JSON");
+  app.add_option("--threads", a->threads, "threads to use, 0: one per core").not_negative().shown();
+  app.on_run([a, &exit] { exit = run(*a); });
 }
 
 }  // namespace tind::cli

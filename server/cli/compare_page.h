@@ -17,10 +17,11 @@ struct CompareRow {
   std::string method, stop;  // as the user wrote them
   Simplified made;           // `tin` in post coordinates
   MeshQuality quality;
-  double seconds = 0;
-  double peak_mb = 0;  // of the process while it ran; 0 where the system does not say
-  std::optional<SurfaceDistance> attributes;  // of methods that carry some
-  std::string failure;                        // why there is no result; empty otherwise
+  double seconds = 0, cpu_seconds = 0;
+  double peak_mb = 0;  // of its process; 0 where the system does not say
+  std::uint64_t page_faults = 0;
+  std::optional<SurfaceDistance> attributes = {};  // of methods that carry some
+  std::string failure = {};                        // why there is no result; empty otherwise
 };
 
 /// The mesh seen from above, lit from the north-west, with the DEM's heights as colour; voids and

@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "server/cli/commands.h"
@@ -62,6 +61,7 @@ void print(const BuildEstimate& e, double peak_mb) {
 int print_estimate(const DemSource& source, const BuildOptions& options,
                    const std::string& progress, bool json) {
   Result<BuildEstimate> estimate = fail(Errc::internal, "not run");
+  warn_of_plan(source, options.tiles);
   PeakMemory::forget();
   {
     ProgressBar bar("samples", progress_style(progress));
@@ -77,21 +77,21 @@ int print_estimate(const DemSource& source, const BuildOptions& options,
   return kOk;
 }
 
-void add_estimate(CLI::App& program, int& exit) {
+void add_estimate(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
-  CLI::App* c = program.add_subcommand(
+  Command c = program.add_subcommand(
       "estimate", "How many tiles a build would make, their bytes, its time and memory");
-  c->add_option("DEM", a->input.files, "raster files")->required();
-  add_tile_options(*c, a->options.tiles);
+  c.add_option("DEM", a->input.files, "raster files").required();
+  add_tile_options(c, a->options.tiles);
   a->input.to_datum = "ellipsoid";  // as tind build has it
-  add_dem_options(*c, a->input);
-  c->add_option("--threads", a->options.threads, "threads of the build (default: one per core)")
-      ->check(CLI::Range(1, 1024));
-  c->add_flag("--gzip", a->options.gzip, "bytes of compressed tiles");
-  add_progress_option(*c, a->progress);
-  c->add_flag("--json", a->json, "print the estimate as JSON");
-  c->footer("Some tiles of each level are made to see; nothing is written.");
-  c->callback([a, &exit] {
+  add_dem_options(c, a->input);
+  c.add_option("--threads", a->options.threads, "threads of the build (default: one per core)")
+      .range(1, 1024);
+  c.add_flag("--gzip", a->options.gzip, "bytes of compressed tiles");
+  add_progress_option(c, a->progress);
+  c.add_flag("--json", a->json, "print the estimate as JSON");
+  c.footer("Some tiles of each level are made to see; nothing is written.");
+  c.on_run([a, &exit] {
     const auto source = open_dem(a->input);
     exit = source ? print_estimate(**source, a->options, a->progress, a->json)
                   : complain(source.error());

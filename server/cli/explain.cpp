@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <charconv>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -134,7 +133,7 @@ void print(const TileStory& s) {
                : s.stated.residual_m
                    ? fmt::format("a bound, by the residual index; its share is {:.6g} m at most",
                                  *s.stated.residual_m)
-                   : "a bound",
+                   : "a bound, with the rounding of projected places or converted heights",
                s.stated.side);
   else
     fmt::print("states      no error\n");
@@ -163,6 +162,7 @@ int run(const Arguments& a) {
         {Errc::invalid_argument, "'" + a.tile +
                                      "' is no tile of the pyramid: z/x/y, rows from the "
                                      "south, two columns at level 0"});
+  if (const int code = check_outputs({a.png}); code != kOk) return code;
   Result<TileStory> story = fail(Errc::internal, "not looked at");
   {
     ProgressBar bar("posts", progress_style(a.progress));
@@ -183,26 +183,25 @@ int run(const Arguments& a) {
 
 }  // namespace
 
-void add_explain(CLI::App& program, int& exit) {
+void add_explain(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
-  CLI::App* app = program.add_subcommand(
+  Command app = program.add_subcommand(
       "explain", "What a tile is made of, where it is most wrong, and why it is as fine as it is");
-  app->add_option("DIR|URL", a->where, "where the tiles are")->required();
-  app->add_option("TILE", a->tile, "z/x/y, rows from the south")->required();
-  app->add_option("--source", a->dem.files, "the DEM that the tiles were made of");
+  app.add_option("DIR|URL", a->where, "where the tiles are").required();
+  app.add_option("TILE", a->tile, "z/x/y, rows from the south").required();
+  app.add_option("--source", a->dem.files, "the DEM that the tiles were made of");
   a->dem.to_datum = "ellipsoid";  // as tind build has it
-  add_dem_options(*app, a->dem);
-  app->add_option(
-      "--png", a->png,
-      "write a picture: relief, the mesh's edges, and with --source its error in colour "
-      "(blue: mesh below, red: above) and the worst post");
-  app->add_option("--error-factor", a->error_factor,
-                  "what the tiles were built with, where tind build left no record")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  add_progress_option(*app, a->progress);
-  app->add_flag("--json", a->json, "print everything as JSON");
-  app->callback([a, &exit] { exit = run(*a); });
+  add_dem_options(app, a->dem);
+  app.add_option("--png", a->png,
+                 "write a picture: relief, the mesh's edges, and with --source its error in colour "
+                 "(blue: mesh below, red: above) and the worst post");
+  app.add_option("--error-factor", a->error_factor,
+                 "what the tiles were built with, where tind build left no record")
+      .positive()
+      .shown();
+  add_progress_option(app, a->progress);
+  app.add_flag("--json", a->json, "print everything as JSON");
+  app.on_run([a, &exit] { exit = run(*a); });
 }
 
 }  // namespace tind::cli

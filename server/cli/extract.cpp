@@ -11,6 +11,7 @@
 #include "proto/mesh_io.h"
 #include "proto/mesh_stream.h"
 #include "server/cli/commands.h"
+#include "server/cli/mesh_input.h"
 #include "server/cli/output_options.h"
 #include "terrain/mesh/mesh_frame.h"
 #include "terrain/progressive/progressive_cursor.h"
@@ -29,7 +30,13 @@ struct Extract {
 
 Result<std::size_t> state_asked_for(const Extract& a, const ProgressiveMesh& pm,
                                     const ProgressiveCursor& cursor) {
+  if (a.triangles && *a.triangles < cursor.triangles()) {  // it stands at the coarsest
+    return fail(Errc::out_of_range,
+                fmt::format("{0} has {1} triangles at its coarsest, not {2}: ask for {1} or more",
+                            a.input, cursor.triangles(), *a.triangles));
+  }
   if (a.triangles) return cursor.position_for_triangles(*a.triangles);
+  if (!a.max_error) return pm.splits.size();
   if (*a.max_error < pm.fine_error_m) {
     return fail(Errc::out_of_range,
                 fmt::format("{} reaches an error of {:.4g} at its finest, not {:.4g}", a.input,
@@ -39,6 +46,7 @@ Result<std::size_t> state_asked_for(const Extract& a, const ProgressiveMesh& pm,
 }
 
 int run_extract(const Extract& a) {
+  if (const int code = check_outputs({a.output}); code != kOk) return code;
   const auto file = proto::read_whole_file(a.input);
   if (!file) {
     complain({Errc::io, file.error()});
@@ -57,7 +65,9 @@ int run_extract(const Extract& a) {
   const DemInfo info = terrain ? info_of(*stream) : DemInfo{};
   Tin level = cursor->extract();
   if (terrain) level = mesh_map(info, MeshFrame::source, false).from_posts(std::move(level));
-  const auto written = proto::write_mesh(a.output, to_file_mesh(std::move(level)));
+  const auto written =
+      proto::write_mesh(a.output, terrain ? mesh_above(info.datum, std::move(level))
+                                          : to_file_mesh(std::move(level)));
   if (!written) {
     complain({Errc::io, written.error()});
     return kCannotCreate;
@@ -90,21 +100,20 @@ int run_extract(const Extract& a) {
 
 }  // namespace
 
-void add_extract(CLI::App& program, int& exit) {
+void add_extract(Command program, int& exit) {
   auto a = std::make_shared<Extract>();
-  CLI::App* app =
+  Command app =
       program.add_subcommand("extract", "Take one level of detail out of a .tpm, as a mesh file");
-  app->add_option("input", a->input, "a .tpm, or the beginning of one")->required();
-  app->add_option("-o,--output", a->output, "the mesh: .ply, .obj or .stl")->required();
-  CLI::Option_group* group = app->add_option_group("Level (exactly one)");
-  group->add_option("--triangles", a->triangles, "the finest level of at most this many triangles");
-  group->add_option(
+  app.add_option("input", a->input, "a .tpm, or the beginning of one").required();
+  app.add_option("-o,--output", a->output, "the mesh: .ply, .obj or .stl").required();
+  Command group = app.add_group("Level (at most one; without, the finest)", 0, 1);
+  group.add_option("--triangles", a->triangles, "the finest level of at most this many triangles");
+  group.add_option(
       "--max-error", a->max_error,
       "the coarsest level that is known to be within this error: of every post, metres; of a mesh, "
       "the distance from its finest surface");
-  group->require_option(1);
-  add_json_flag(*app, a->json);
-  app->callback([a, &exit] { exit = run_extract(*a); });
+  add_json_flag(app, a->json);
+  app.on_run([a, &exit] { exit = run_extract(*a); });
 }
 
 }  // namespace tind::cli

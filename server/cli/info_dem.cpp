@@ -31,26 +31,13 @@ struct Heights {
   double void_share() const { return double(voids()) / double(posts); }
 };
 
-/// Up to 8 x 8 blocks of posts, spread evenly.
 Result<Heights> sampled(const DemSource& dem) {
-  constexpr std::int64_t kBlock = 256, kBlocks = 8;  // posts a side, and blocks
-  const DemInfo& info = dem.info();
   Heights heights{{HUGE_VAL, -HUGE_VAL, 0}, 0, false};
-  const auto first = [&](std::int64_t k, std::int64_t posts) {  // of the k-th block
-    return (2 * k + 1) * posts / (2 * kBlocks) / kBlock * kBlock;
-  };
-  for (std::int64_t j = 0; j < kBlocks; ++j) {
-    for (std::int64_t i = 0; i < kBlocks; ++i) {
-      const std::int64_t col = first(i, info.cols), row = first(j, info.rows);
-      if ((i > 0 && col == first(i - 1, info.cols)) || (j > 0 && row == first(j - 1, info.rows)))
-        continue;  // a narrow DEM
-      const auto block = dem.read(col, row, int(std::min(kBlock, info.cols - col)),
-                                  int(std::min(kBlock, info.rows - row)));
-      if (!block) return std::unexpected(block.error());
-      heights.posts += std::int64_t(block->size());
-      heights.range.add(block->values());
-    }
-  }
+  const auto done = for_sample_blocks(dem, [&](const HeightGrid& block) {
+    heights.posts += std::int64_t(block.size());
+    heights.range.add(block.values());
+  });
+  if (!done) return std::unexpected(done.error());
   return heights;
 }
 
@@ -101,6 +88,7 @@ Json to_json(const DemSource& dem, const Heights& heights) {
   j["z_unit_m"] = info.z_unit_m;
   j["source_datum"] = name(info.source_datum);
   j["datum"] = name(info.datum);
+  j["vertical_crs"] = info.vertical_crs;
   j["rounding_m"] = info.rounding_m;
   j["fingerprint"] = info.fingerprint;
   const auto add = [](Json& to, const Heights& h) {
@@ -109,6 +97,9 @@ Json to_json(const DemSource& dem, const Heights& heights) {
     to["voids"] = h.voids();
     to["void_share"] = h.void_share();
   };
+  j["undeclared_nodata"] = Json::array();
+  for (const UndeclaredNodata& one : dem.undeclared_nodata())
+    j["undeclared_nodata"].push_back({{"value", one.value}, {"posts", one.posts}});
   j["statistics"] = heights.all ? "all posts" : "sample";
   if (heights.all) {
     add(j, heights);
@@ -121,10 +112,19 @@ Json to_json(const DemSource& dem, const Heights& heights) {
   return j;
 }
 
+std::string datum_remark(const DemInfo& info) {
+  if (info.datum != info.source_datum) return fmt::format(" (file: {})", name(info.source_datum));
+  if (info.datum != VerticalDatum::unknown) return {};
+  if (info.vertical_crs.empty()) return " (say what it is with --from-datum)";
+  return " (file: '" + printable(info.vertical_crs) + "'; tind knows egm96 and ellipsoid)";
+}
+
 /// All but the heights' range and the voids.
 std::string facts(const DemInfo& info) {
   const Affine& m = info.post_to_crs;
-  std::string out = fmt::format("DEM        {} ({})\n", fmt::join(info.files, ", "), info.driver);
+  std::string out =
+      fmt::format("DEM        {} ({})\n", printable(fmt::format("{}", fmt::join(info.files, ", "))),
+                  info.driver);
   out += fmt::format("posts      {} x {}, {:.4g} x {:.4g} m apart\n", info.cols, info.rows,
                      info.spacing_x_m, info.spacing_y_m);
   if (info.has_geotransform)
@@ -141,12 +141,7 @@ std::string facts(const DemInfo& info) {
                      info.rounding_m == 0
                          ? std::string("stored exactly")
                          : fmt::format("rounded by at most {:.3g} m", info.rounding_m));
-  out += fmt::format(
-      "datum      {}{}\n", name(info.datum),
-      info.datum == info.source_datum
-          ? std::string(info.datum == VerticalDatum::unknown ? " (say what it is with --from-datum)"
-                                                             : "")
-          : fmt::format(" (file: {})", name(info.source_datum)));
+  out += fmt::format("datum      {}{}\n", name(info.datum), datum_remark(info));
   return out + fmt::format("content    {}\n", info.fingerprint);
 }
 
@@ -165,18 +160,18 @@ std::string to_text(const Heights& h) {
 
 }  // namespace
 
-int run_info_dem(const DemInput& input, const InfoDemOptions& options) {
-  const auto dem = open_dem(input);
-  if (!dem) return complain(dem.error());
+Result<Json> info_dem(const DemSource& dem, const InfoDemOptions& options) {
+  warn_of(dem.info());
   if (!options.json) {
-    std::printf("%s", facts((*dem)->info()).c_str());
+    std::printf("%s", facts(dem.info()).c_str());
     std::fflush(stdout);
   }
-  const auto heights = heights_of(**dem, options);
-  if (!heights) return complain(heights.error());
-  std::printf("%s",
-              (options.json ? to_json(**dem, *heights).dump(2) + "\n" : to_text(*heights)).c_str());
-  return kOk;
+  const auto heights = heights_of(dem, options);
+  if (!heights) return std::unexpected(heights.error());
+  warn_of_nodata(dem);
+  if (options.json) return to_json(dem, *heights);
+  std::printf("%s", to_text(*heights).c_str());
+  return Json();
 }
 
 }  // namespace tind::cli

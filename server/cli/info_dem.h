@@ -1,7 +1,7 @@
 #pragma once
 // The part of `tind info` that is about DEMs.
 
-#include <string>
+#include <nlohmann/json_fwd.hpp>
 
 #include "server/cli/dem_input.h"
 
@@ -13,8 +13,9 @@ struct InfoDemOptions {
   std::string progress = "auto";
 };
 
-/// Prints what a DEM is; the exit code. Reads all posts of one of up to kStreamPosts (dem_strips.h)
-/// and, asked for, of a larger one: a damaged file is found out then. Else a sample of them.
-int run_info_dem(const DemInput&, const InfoDemOptions&);
+/// Prints what a DEM is, unless --json was asked for: then that is the result. Reads all posts of
+/// one of up to kStreamPosts (dem_strips.h) and, asked for, of a larger one: a damaged file is
+/// found out then. Else a sample of them.
+Result<nlohmann::ordered_json> info_dem(const DemSource&, const InfoDemOptions&);
 
 }  // namespace tind::cli

@@ -1,24 +1,27 @@
 #pragma once
-// --breaklines, --flatten, --boundary: the options, reading them, and what is reported of them.
+// --breaklines, --flatten, --boundary, --line-heights: the options, reading them, and what is
+// reported of them.
 
-#include <CLI/App.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "server/cli/command_line.h"
 #include "terrain/simplify/constraints.h"
 
 namespace tind::cli {
 
 struct LineInput {
   std::vector<std::string> breaklines, flatten, boundary;  // files
+  std::string heights = "line";                            // or dem: whose heights lines have
   bool any() const { return !(breaklines.empty() && flatten.empty() && boundary.empty()); }
 };
 
-void add_line_options(CLI::App&, LineInput&);
+void add_line_options(Command, LineInput&);
 
-/// The files' shapes over `grid`, which is all of `dem`.
+/// The files' shapes over `grid`, which is all of `dem`. Says on stderr which files have only zeros
+/// for heights, where the DEM is not at sea level.
 Result<std::shared_ptr<const Constraints>> read_lines(const LineInput&, const DemSource& dem,
                                                       const HeightGrid& grid);
 

@@ -60,6 +60,11 @@ int run(const Arguments& a) {
   const MeshFrame frame = a.frame == "metric" ? MeshFrame::metric : MeshFrame::source;
   const MeshMap map = mesh_map((*dem)->info(), frame, a.units == "source");
   const MeshQuality quality = mesh_quality(*mesh, map, *posts, a.threads, is_stl(a.mesh));
+  if (quality.error.posts == 0) {
+    return complain({Errc::bad_data,
+                     "the mesh covers no valid post of the DEM: are both in one "
+                     "frame (--frame), or is the DEM all void?"});
+  }
   if (a.json) {
     nlohmann::ordered_json j = quality_json(quality);
     j["frame"] = a.frame;
@@ -69,33 +74,30 @@ int run(const Arguments& a) {
   } else {
     fmt::print("{}", quality_text(quality));
   }
-  if (quality.error.posts == 0)
-    return complain({Errc::bad_data, "the mesh covers no post of the DEM: are both in one frame?"});
   return kOk;
 }
 
 }  // namespace
 
-void add_measure(CLI::App& program, int& exit) {
+void add_measure(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
-  CLI::App* app = program.add_subcommand(
+  Command app = program.add_subcommand(
       "measure",
       "Measure the vertical error of a mesh against every post of a DEM, or the distance of two "
       "meshes' surfaces");
-  app->add_option("mesh", a->mesh, "a PLY, OBJ or STL file")->required();
-  app->add_option("dem", a->dem.files, "the DEM, or several that share one grid; or a second mesh")
-      ->required();
-  add_dem_options(*app, a->dem);
-  app->add_option("--frame", a->frame, "the mesh's x and y: source (the DEM's CRS) or metric")
-      ->check(CLI::IsMember({"source", "metric"}))
-      ->capture_default_str();
-  app->add_option("--units", a->units, "the mesh's z: metres, or source (the DEM's own unit)")
-      ->check(CLI::IsMember({"metres", "source"}))
-      ->capture_default_str();
-  app->add_option("--threads", a->threads, "threads to use, 0: one per core")
-      ->capture_default_str();
-  add_json_flag(*app, a->json);
-  app->callback([a, &exit] { exit = run(*a); });
+  app.add_option("mesh", a->mesh, "a PLY, OBJ or STL file").required();
+  app.add_option("dem", a->dem.files, "the DEM, or several that share one grid; or a second mesh")
+      .required();
+  add_dem_options(app, a->dem);
+  app.add_option("--frame", a->frame, "the mesh's x and y: source (the DEM's CRS) or metric")
+      .one_of({"source", "metric"})
+      .shown();
+  app.add_option("--units", a->units, "the mesh's z: metres, or source (the DEM's own unit)")
+      .one_of({"metres", "source"})
+      .shown();
+  app.add_option("--threads", a->threads, "threads to use, 0: one per core").not_negative().shown();
+  add_json_flag(app, a->json);
+  app.on_run([a, &exit] { exit = run(*a); });
 }
 
 }  // namespace tind::cli

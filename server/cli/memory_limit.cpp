@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 #include <malloc.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdlib>
 
@@ -27,13 +26,13 @@ std::uint64_t gdal_bytes(std::uint64_t memory) {
 
 }  // namespace
 
-void add_memory_option(CLI::App& command, std::uint64_t& bytes) {
+void add_memory_option(Command command, std::uint64_t& bytes) {
   command
       .add_option(
           "--memory", bytes,
           "most memory to take, e.g. 400M or 2G (default 1G); threads that there is no room "
           "for are left out")
-      ->transform(CLI::AsSizeValue(false));
+      .bytes();
 }
 
 void limit_caches(std::uint64_t memory, const std::vector<std::string>& files, DemOptions& dem) {

@@ -1,12 +1,12 @@
 #pragma once
 // --memory: what of it goes to caches, and how many threads the rest is enough for.
 
-#include <CLI/App.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
 
+#include "server/cli/command_line.h"
 #include "terrain/base/result.h"
 #include "terrain/raster/dem_source.h"
 
@@ -15,7 +15,7 @@ namespace tind::cli {
 inline constexpr std::uint64_t kDefaultMemory = std::uint64_t(1) << 30;
 
 /// --memory, in bytes; "200M" and "1G" count in powers of 1024.
-void add_memory_option(CLI::App&, std::uint64_t& bytes);
+void add_memory_option(Command, std::uint64_t& bytes);
 
 /// Divides the memory among caches and sets those that are not a source's own. Before the first
 /// source is opened.

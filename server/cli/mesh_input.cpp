@@ -39,6 +39,12 @@ Result<Tin> read_shape(const std::string& path) {
   return tin;
 }
 
+proto::Mesh mesh_above(VerticalDatum datum, Tin tin) {
+  proto::Mesh mesh = to_file_mesh(std::move(tin));
+  mesh.comments.push_back(std::string("vertical datum: ") + name(datum));
+  return mesh;
+}
+
 Result<std::size_t> write_stream(const std::string& path, const Result<proto::MeshStream>& stream) {
   if (!stream) return std::unexpected(stream.error());
   const auto bytes = proto::encode(*stream);

@@ -3,9 +3,11 @@
 
 #include <string>
 
+#include "proto/mesh_io.h"
 #include "proto/mesh_stream.h"
 #include "terrain/base/result.h"
 #include "terrain/mesh/tin.h"
+#include "terrain/raster/dem_source.h"
 
 namespace tind::cli {
 
@@ -18,6 +20,9 @@ Result<Tin> read_tin(const std::string& path);
 
 /// The shape alone: no attributes, vertices that only they kept apart welded, unused ones gone.
 Result<Tin> read_shape(const std::string& path);
+
+/// As a file, which says what its heights are above.
+proto::Mesh mesh_above(VerticalDatum, Tin);
 
 /// Encodes and writes; the number of bytes. Fails (io) when the file cannot be written.
 Result<std::size_t> write_stream(const std::string& path, const Result<proto::MeshStream>&);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <string_view>
 
 #include "terrain/mesh/validity.h"
@@ -12,7 +13,44 @@ namespace tind::cli {
 
 namespace {
 
-/// Valid posts that are in no cell with three valid corners: no triangle of neighbours holds them.
+/// What the mesh alone says.
+MeshQuality validity_of(const Tin& mesh) {
+  MeshQuality q;
+  q.triangles = mesh.triangles.size();
+  q.vertices = mesh.vertices.size();
+  const MeshValidity validity = check_validity(mesh);
+  q.flipped = validity.flipped;
+  q.non_manifold = validity.non_manifold;
+  return q;
+}
+
+/// How far coordinates as a file holds them may lie beside their posts. Doubles of some millions of
+/// metres end a nanometre on: with posts centimetres apart that is more than scan_triangle
+/// forgives.
+double slack_posts(const Tin& mesh, const MeshMap& map, bool float_file, int cols, int rows) {
+  constexpr double kForgiven = 1e-8, kMost = 1e-3;  // posts
+  if (float_file) return std::max(cols, rows) * 0x1p-23;
+  double largest = 0;
+  for (const Vec3& v : mesh.vertices) largest = std::max({largest, std::fabs(v.x), std::fabs(v.y)});
+  const double step =
+      std::min(std::hypot(map.xy.x_col, map.xy.y_col), std::hypot(map.xy.x_row, map.xy.y_row));
+  const double slack = largest * 0x1p-51 / step;  // there and back round four times
+  return slack > kForgiven ? std::min(slack, kMost) : 0;
+}
+
+}  // namespace
+
+Result<MeshQuality> mesh_quality_in_strips(const Tin& mesh, const MeshMap& map, int cols, int rows,
+                                           const ReadStrip& read, int threads, bool float_file) {
+  MeshQuality q = validity_of(mesh);
+  const auto error = vertical_error_in_strips(map.to_posts(mesh), cols, rows, read, threads,
+                                              slack_posts(mesh, map, float_file, cols, rows));
+  if (!error) return std::unexpected(error.error());
+  q.error = *error;
+  q.uncovered = q.error.uncovered;
+  return q;
+}
+
 std::uint64_t isolated_posts(const HeightGrid& grid) {
   const auto valid = [&](int c, int r) { return grid.inside(c, r) && !grid.is_void(c, r); };
   std::uint64_t isolated = 0;
@@ -29,41 +67,13 @@ std::uint64_t isolated_posts(const HeightGrid& grid) {
   return isolated;
 }
 
-/// What the mesh alone says.
-MeshQuality validity_of(const Tin& mesh) {
-  MeshQuality q;
-  q.triangles = mesh.triangles.size();
-  q.vertices = mesh.vertices.size();
-  const MeshValidity validity = check_validity(mesh);
-  q.flipped = validity.flipped;
-  q.non_manifold = validity.non_manifold;
-  return q;
-}
-
-double slack_posts(bool float_file, int cols, int rows) {
-  return float_file ? std::max(cols, rows) * 0x1p-23 : 0;
-}
-
-}  // namespace
-
-Result<MeshQuality> mesh_quality_in_strips(const Tin& mesh, const MeshMap& map, int cols, int rows,
-                                           const ReadStrip& read, int threads, bool float_file) {
-  MeshQuality q = validity_of(mesh);
-  const auto error = vertical_error_in_strips(map.to_posts(mesh), cols, rows, read, threads,
-                                              slack_posts(float_file, cols, rows));
-  if (!error) return std::unexpected(error.error());
-  q.error = *error;
-  q.uncovered = q.error.uncovered;
-  return q;
-}
-
 MeshQuality mesh_quality(const Tin& mesh, const MeshMap& map, const HeightGrid& posts, int threads,
                          bool float_file) {
   MeshQuality q = validity_of(mesh);
   q.error = vertical_error(map.to_posts(mesh), posts, threads,
-                           slack_posts(float_file, posts.cols(), posts.rows()));
+                           slack_posts(mesh, map, float_file, posts.cols(), posts.rows()));
   if (q.error.uncovered > 0) q.isolated = std::min(q.error.uncovered, isolated_posts(posts));
-  q.uncovered = q.error.uncovered - q.isolated;
+  q.uncovered = q.error.uncovered;
   return q;
 }
 
@@ -91,8 +101,8 @@ nlohmann::ordered_json quality_json(const MeshQuality& q) {
           {"posts", e.posts},
           {"flipped", q.flipped},
           {"non_manifold", q.non_manifold},
-          {"uncovered", q.uncovered},
-          {"isolated", q.isolated}};
+          {"posts_uncovered", q.uncovered},
+          {"posts_isolated", q.isolated}};
 }
 
 std::string quality_text(const MeshQuality& q) {
@@ -103,9 +113,13 @@ std::string quality_text(const MeshQuality& q) {
       "mean {:.3f} m, 50/95/99 % below {:.3f}/{:.3f}/{:.3f} m\n",
       q.triangles, q.vertices, q.flipped, q.uncovered, e.posts, e.max_m, e.max_col, e.max_row,
       e.rms_m, e.mean_m, e.p50_m, e.p95_m, e.p99_m);
-  if (q.isolated > 0)
-    text += fmt::format("{} valid posts stand alone among voids and belong to no triangle\n",
-                        q.isolated);
+  if (q.uncovered > 0) {
+    text += fmt::format(
+        "{} valid posts ({:.2g} %) are in no triangle, and the error does not count them: {} of "
+        "them "
+        "have no cell with three valid corners beside them\n",
+        q.uncovered, 100.0 * double(q.uncovered) / double(q.uncovered + e.posts), q.isolated);
+  }
   return text;
 }
 

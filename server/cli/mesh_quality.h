@@ -13,8 +13,10 @@ struct MeshQuality {
   std::size_t triangles = 0, vertices = 0;
   std::size_t flipped = 0;  // in the mesh's own frame, as written
   std::size_t non_manifold = 0;
-  std::uint64_t uncovered = 0;  // valid posts outside the mesh that some mesh of the DEM could hold
-  std::uint64_t isolated = 0;   // valid posts with too few valid neighbours for any triangle
+  std::uint64_t uncovered = 0;  // valid posts that no triangle covers; no error counts them
+  /// Those of them that have no cell with three valid corners beside them: no triangle of posts
+  /// holds them.
+  std::uint64_t isolated = 0;
 };
 
 /// Measures `mesh`, in the frame of `map`, against all posts. `float_file`: its coordinates come
@@ -28,10 +30,14 @@ Result<MeshQuality> mesh_quality_in_strips(const Tin& mesh, const MeshMap& map, 
                                            const ReadStrip& read, int threads,
                                            bool float_file = false);
 
+/// Valid posts that are in no cell with three valid corners: no triangle of neighbours holds them.
+std::uint64_t isolated_posts(const HeightGrid&);
+
 /// By its extension; STL has 32-bit coordinates only.
 bool is_stl(const std::string& path);
 
-/// triangles, vertices, max_error_m ... p99_m, max_at, posts, flipped, uncovered, isolated.
+/// triangles, vertices, max_error_m ... p99_m, max_at, posts, flipped, posts_uncovered,
+/// posts_isolated.
 nlohmann::ordered_json quality_json(const MeshQuality&);
 
 /// Two or three lines for a person.

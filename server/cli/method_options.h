@@ -2,13 +2,16 @@
 // The options that choose a method of simplification and tune it, for every subcommand that runs
 // one.
 
-#include <CLI/App.hpp>
-
+#include "server/cli/command_line.h"
 #include "terrain/simplify/simplify.h"
 
 namespace tind::cli {
 
 /// --method and what each method reads, --threads; not where to stop.
-void add_method_options(CLI::App&, SimplifyOptions&);
+void add_method_options(Command, SimplifyOptions&);
+
+/// Fails (invalid_argument) when there is no such method, or when an option was given that it does
+/// not read.
+Result<void> check_method_options(Command, const std::string& method);
 
 }  // namespace tind::cli

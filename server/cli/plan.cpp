@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -58,7 +57,11 @@ Result<std::vector<FlightFix>> flight_of(const Arguments& a) {
       return fail(Errc::invalid_argument, "--position needs a --velocity east,north,up, m/s");
     if (!(std::abs(from.where.lat) <= 90))
       return fail(Errc::invalid_argument, "--position is lon,lat,height: no such latitude");
-    return straight_flight(from, a.velocity[0], a.velocity[1], a.velocity[2], a.horizon_s);
+    if (!(std::abs(from.where.lon) <= 360))
+      return fail(Errc::invalid_argument, "--position is lon,lat,height: no such longitude");
+    auto flight = straight_flight(from, a.velocity[0], a.velocity[1], a.velocity[2], a.horizon_s);
+    if (!flight) return fail(flight.error().code, "--velocity " + flight.error().what);
+    return flight;
   }
   const auto text = proto::read_whole_file(a.trajectory);
   if (!text) return fail(Errc::not_found, text.error());
@@ -131,47 +134,44 @@ int run(Arguments& a) {
 
 }  // namespace
 
-void add_plan(CLI::App& program, int& exit) {
+void add_plan(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
   a->tiles.to_datum = "ellipsoid";  // as tind build has it
-  CLI::App* app = program.add_subcommand(
+  Command app = program.add_subcommand(
       "plan", "Which tiles a flight needs, in the order of need, and which come late over a link");
-  app->add_option("tiles", a->tiles.files,
-                  "a directory made by tind build, the URL of a dataset, or a DEM")
-      ->required();
-  app->add_option("--trajectory", a->trajectory,
-                  "the flight: CSV (lon,lat,height,time) or a GeoJSON LineString with times");
-  app->add_option("--speed", a->speed, "of a trajectory without times, metres a second");
-  app->add_option("--position", a->position, "instead of a trajectory: lon,lat,height")
-      ->delimiter(',')
-      ->expected(3);
-  app->add_option("--velocity", a->velocity,
-                  "... with this velocity: east,north,up, metres a second")
-      ->delimiter(',')
-      ->expected(3);
-  app->add_option("--horizon", a->horizon_s, "... for so many seconds")
-      ->check(CLI::Range(0.0, 86400.0))
-      ->capture_default_str();
-  app->add_option("--link", a->link_mbit, "speed of the link, Mbit/s")->capture_default_str();
-  app->add_option("--head-start", a->head_start_s,
-                  "the transfer begins so many seconds before the first fix")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
-  app->add_option("--tile-bytes", a->tile_bytes,
-                  "what a tile takes where its size is not known: of a URL and of a DEM")
-      ->check(CLI::Range(1.0, 1e9))
-      ->capture_default_str();
-  app->add_option("--tolerance", a->options.tolerance_px, "error on screen that is allowed, pixels")
-      ->capture_default_str();
-  app->add_option("--viewport-height", a->options.viewport_height_px, "of the screen, pixels")
-      ->capture_default_str();
-  app->add_option("--fov", a->options.fov_deg, "vertical field of view, degrees")
-      ->capture_default_str();
-  add_tile_options(*app, a->tile_options);
-  add_dem_options(*app, a->tiles);
-  add_json_flag(*app, a->json);
-  app->footer("A tile is needed from the moment its parent is refined, as globe clients do it.");
-  app->callback([a, &exit] { exit = run(*a); });
+  app.add_option("tiles", a->tiles.files,
+                 "a directory made by tind build, the URL of a dataset, or a DEM")
+      .required();
+  app.add_option("--trajectory", a->trajectory,
+                 "the flight: CSV (lon,lat,height,time) or a GeoJSON LineString with times");
+  app.add_option("--speed", a->speed, "of a trajectory without times, metres a second");
+  app.add_option("--position", a->position, "instead of a trajectory: lon,lat,height")
+      .delimiter(',')
+      .expected(3);
+  app.add_option("--velocity", a->velocity,
+                 "... with this velocity: east,north,up, metres a second")
+      .delimiter(',')
+      .expected(3);
+  app.add_option("--horizon", a->horizon_s, "... for so many seconds").range(0.0, 86400.0).shown();
+  app.add_option("--link", a->link_mbit, "speed of the link, Mbit/s").shown();
+  app.add_option("--head-start", a->head_start_s,
+                 "the transfer begins so many seconds before the first fix")
+      .not_negative()
+      .shown();
+  app.add_option("--tile-bytes", a->tile_bytes,
+                 "what a tile takes where its size is not known: of a URL and of a DEM")
+      .range(1.0, 1e9)
+      .shown();
+  app.add_option("--tolerance", a->options.tolerance_px, "error on screen that is allowed, pixels")
+      .shown();
+  app.add_option("--viewport-height", a->options.viewport_height_px, "of the screen, pixels")
+      .shown();
+  app.add_option("--fov", a->options.fov_deg, "vertical field of view, degrees").shown();
+  add_tile_options(app, a->tile_options);
+  add_dem_options(app, a->tiles);
+  add_json_flag(app, a->json);
+  app.footer("A tile is needed from the moment its parent is refined, as globe clients do it.");
+  app.on_run([a, &exit] { exit = run(*a); });
 }
 
 }  // namespace tind::cli

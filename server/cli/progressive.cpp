@@ -11,6 +11,7 @@
 #include "server/cli/commands.h"
 #include "server/cli/dem_input.h"
 #include "server/cli/mesh_input.h"
+#include "server/cli/mesh_quality.h"
 #include "server/cli/method_options.h"
 #include "server/cli/output_options.h"
 #include "server/cli/progress_bar.h"
@@ -49,7 +50,6 @@ int run_surface(Arguments& a) {
                      "--max-error and --lattice need a DEM; a mesh takes --step, the step of its "
                      "coordinates"});
   }
-  if (!a.method_given) a.options.method = "qem";
   auto tin = a.options.method == "attribute-qem" ? read_tin(a.input.files[0])
                                                  : read_shape(a.input.files[0]);
   if (!tin) return complain(tin.error());
@@ -95,8 +95,12 @@ int run_surface(Arguments& a) {
   return kOk;
 }
 
-int run(Arguments& a) {
-  if (is_mesh(a.input.files[0])) return run_surface(a);
+int run(Arguments& a, Command app) {
+  const bool surface = is_mesh(a.input.files[0]);
+  if (surface && !a.method_given) a.options.method = kDefaultMeshMethod;
+  if (const auto ok = check_method_options(app, a.options.method); !ok) return complain(ok.error());
+  if (const int code = check_outputs({a.output}); code != kOk) return code;
+  if (surface) return run_surface(a);
   const auto dem = open_dem(a.input);
   if (!dem) return complain(dem.error());
   const DemInfo& info = (*dem)->info();
@@ -115,62 +119,62 @@ int run(Arguments& a) {
     made = make_progressive(*grid, info.spacing_x_m, info.spacing_y_m, a.options, a.base,
                             bar.progress(), lattice);
   }
-  if (!made) return complain(made.error());
+  if (!made) return complain_of(a.input, made.error());
   const auto bytes = write_stream(a.output, to_stream(*made, lattice, info));
   if (!bytes) return complain_of_output(bytes.error());
   const double base_error =
       made->splits.empty() ? made->fine_error_m : double(made->splits[0].error_m);
+  const std::uint64_t isolated = isolated_posts(*grid);
   const std::size_t vertices = made->base.vertices.size() + made->splits.size();
   if (a.json) {
-    const nlohmann::ordered_json j = {{"method", a.options.method},
-                                      {"base_triangles", made->base.triangles.size()},
-                                      {"base_error_m", base_error},
-                                      {"splits", made->splits.size()},
-                                      {"vertices", vertices},
-                                      {"fine_error_m", made->fine_error_m},
-                                      {"per_post", lattice.per_post},
-                                      {"z_step_m", lattice.z_step_m},
-                                      {"bytes", *bytes},
-                                      {"crs", info.crs_name},
-                                      {"vertical_datum", name(info.datum)},
-                                      {"input", info.files},
-                                      {"output", a.output}};
+    const nlohmann::ordered_json j = {
+        {"method", a.options.method},   {"base_triangles", made->base.triangles.size()},
+        {"base_error_m", base_error},   {"splits", made->splits.size()},
+        {"vertices", vertices},         {"fine_error_m", made->fine_error_m},
+        {"per_post", lattice.per_post}, {"z_step_m", lattice.z_step_m},
+        {"posts_isolated", isolated},   {"bytes", *bytes},
+        {"crs", info.crs_name},         {"vertical_datum", name(info.datum)},
+        {"input", info.files},          {"output", a.output}};
     std::printf("%s\n", j.dump(2).c_str());
   } else {
     fmt::print("{}: {} triangles within {:.4g} m to {} vertices within {:.4g} m, {} bytes\n",
                a.options.method, made->base.triangles.size(), base_error, vertices,
                made->fine_error_m, *bytes);
+    if (isolated > 0)
+      fmt::print(
+          "{} valid posts have no cell with three valid corners beside them: they are in no "
+          "triangle, and no error counts them\n",
+          isolated);
   }
   return kOk;
 }
 
 }  // namespace
 
-void add_progressive(CLI::App& program, int& exit) {
+void add_progressive(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
-  a->options.method = "bounded";  // the only one whose order is that of the error
-  CLI::App* app = program.add_subcommand(
+  Command app = program.add_subcommand(
       "progressive",
-      "Make one file of a DEM or a mesh that holds every level of detail, coarse to fine");
-  app->add_option("input", a->input.files,
-                  "a DEM, or several that share one grid; or one mesh: .ply, .obj or .stl")
-      ->required();
-  app->add_option("-o,--output", a->output, "the stream: .tpm")->required();
-  app->add_option("--max-error", a->max_error,
-                  "DEM: the error at the fine end, metres; by default 1/32 of the post spacing");
-  app->add_option("--base", a->base, "triangles at the coarse end")->capture_default_str();
-  app->add_option("--lattice", a->per_post, "DEM: places a post: 1, 2, 4, ... 1024; by default 2");
-  app->add_option(
-      "--step", a->step,
-      "DEM: step of heights, metres; by default an eighth of the error at the fine end. "
-      "Mesh: step of its coordinates; by default 1/65536 of its diagonal at most");
-  add_method_options(*app, a->options);
-  add_dem_options(*app, a->input);
-  add_json_flag(*app, a->json);
-  add_progress_option(*app, a->progress);
-  app->callback([a, app, &exit] {
-    a->method_given = app->count("--method") > 0;
-    exit = run(*a);
+      "Make one file of a DEM or a mesh that holds every level of detail, coarse to fine; voids "
+      "stay open with every method");
+  app.add_option("input", a->input.files,
+                 "a DEM, or several that share one grid; or one mesh: .ply, .obj or .stl")
+      .required();
+  app.add_option("-o,--output", a->output, "the stream: .tpm").required();
+  app.add_option("--max-error", a->max_error,
+                 "DEM: the error at the fine end, metres; by default 1/32 of the post spacing");
+  app.add_option("--base", a->base, "triangles at the coarse end").shown();
+  app.add_option("--lattice", a->per_post, "DEM: places a post: 1, 2, 4, ... 1024; by default 2");
+  app.add_option("--step", a->step,
+                 "DEM: step of heights, metres; by default an eighth of the error at the fine end. "
+                 "Mesh: step of its coordinates; by default 1/65536 of its diagonal at most");
+  add_method_options(app, a->options);
+  add_dem_options(app, a->input);
+  add_json_flag(app, a->json);
+  add_progress_option(app, a->progress);
+  app.on_run([a, app, &exit] {
+    a->method_given = app.given("--method");
+    exit = run(*a, app);
   });
 }
 

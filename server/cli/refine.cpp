@@ -9,6 +9,7 @@
 #include "proto/mesh_io.h"
 #include "server/cli/commands.h"
 #include "server/cli/dem_input.h"
+#include "server/cli/mesh_input.h"
 #include "server/cli/output_options.h"
 #include "server/cli/progress_bar.h"
 #include "terrain/mesh/mesh_frame.h"
@@ -77,11 +78,16 @@ Measured measure(const Tin& tin, const HeightGrid& grid, const Region& region, i
   return {vertical_error(tin, in, threads), vertical_error(tin, out, threads)};
 }
 
+std::string within(const VerticalError& e) {
+  return e.posts == 0 ? "no valid post" : fmt::format("{} posts within {:.3f} m", e.posts, e.max_m);
+}
+
 int run(const Arguments& a) {
   const auto asked = region_of(a);
   if (!asked) return complain(asked.error());
   if (!(a.errors.inside_m >= 0 && a.errors.inside_m <= a.errors.outside_m))
     return complain({Errc::invalid_argument, "--inside must be 0 or more and not above --outside"});
+  if (const int code = check_outputs({a.output}); code != kOk) return code;
   const auto dem = open_dem(a.input);
   if (!dem) return complain(dem.error());
   const DemInfo& info = (*dem)->info();
@@ -99,8 +105,8 @@ int run(const Arguments& a) {
   const Tin tin = refine_region(*all, *region, a.errors).to_tin();
   const Measured measured = measure(tin, *grid, *region, a.threads);
   const MeshFrame frame = a.frame == "metric" ? MeshFrame::metric : MeshFrame::source;
-  if (const auto ok =
-          proto::write_mesh(a.output, to_file_mesh(mesh_map(info, frame, false).from_posts(tin)));
+  if (const auto ok = proto::write_mesh(
+          a.output, mesh_above(info.datum, mesh_map(info, frame, false).from_posts(tin)));
       !ok) {
     complain({Errc::io, ok.error()});
     return kCannotCreate;
@@ -118,38 +124,34 @@ int run(const Arguments& a) {
   if (a.json)
     std::printf("%s\n", report.dump(2).c_str());
   else
-    fmt::print("{} triangles; inside {} posts within {:.3f} m, outside {} posts within {:.3f} m\n",
-               tin.triangles.size(), measured.inside.posts, measured.inside.max_m,
-               measured.outside.posts, measured.outside.max_m);
+    fmt::print("{} triangles; inside {}, outside {}\n", tin.triangles.size(),
+               within(measured.inside), within(measured.outside));
   return kOk;
 }
 
 }  // namespace
 
-void add_refine(CLI::App& program, int& exit) {
+void add_refine(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
-  CLI::App* app = program.add_subcommand(
+  Command app = program.add_subcommand(
       "refine", "One mesh of a DEM, fine in a region and coarse outside; both errors hold");
-  app->add_option("input", a->input.files, "a DEM, or several that share one grid")->required();
-  app->add_option("-o,--output", a->output, "the mesh: .ply, .obj or .stl")->required();
-  CLI::Option_group* group = app->add_option_group("Region (exactly one), decimal degrees");
-  group->add_option("--bbox", a->bbox, "WEST,SOUTH,EAST,NORTH");
-  group->add_option("--polygon", a->polygon, "\"LON,LAT LON,LAT LON,LAT ...\"");
-  CLI::Option* route =
-      group->add_option("--route", a->route, "\"LON,LAT LON,LAT ...\", with --width");
-  group->require_option(1);
-  app->add_option("--width", a->width_m, "of the corridor along the route, metres")->needs(route);
-  app->add_option("--inside", a->errors.inside_m, "error in the region, metres")
-      ->capture_default_str();
-  app->add_option("--outside", a->errors.outside_m, "error everywhere else, metres")
-      ->capture_default_str();
-  add_dem_options(*app, a->input);
-  add_frame_option(*app, a->frame);
-  app->add_option("--threads", a->threads, "threads to use, 0: one per core")
-      ->capture_default_str();
-  add_json_flag(*app, a->json);
-  add_progress_option(*app, a->progress);
-  app->callback([a, &exit] { exit = run(*a); });
+  app.add_option("input", a->input.files, "a DEM, or several that share one grid").required();
+  app.add_option("-o,--output", a->output, "the mesh: .ply, .obj or .stl").required();
+  Command group = app.add_group("Region (exactly one), decimal degrees", 1, 1);
+  group.add_option("--bbox", a->bbox,
+                   "WEST,SOUTH,EAST,NORTH; across the antimeridian 179,-20,181,-10");
+  group.add_option("--polygon", a->polygon, "\"LON,LAT LON,LAT LON,LAT ...\"");
+  const Option route =
+      group.add_option("--route", a->route, "\"LON,LAT LON,LAT ...\", with --width");
+  app.add_option("--width", a->width_m, "of the corridor along the route, metres").needs(route);
+  app.add_option("--inside", a->errors.inside_m, "error in the region, metres").shown();
+  app.add_option("--outside", a->errors.outside_m, "error everywhere else, metres").shown();
+  add_dem_options(app, a->input);
+  add_frame_option(app, a->frame);
+  app.add_option("--threads", a->threads, "threads to use, 0: one per core").not_negative().shown();
+  add_json_flag(app, a->json);
+  add_progress_option(app, a->progress);
+  app.on_run([a, &exit] { exit = run(*a); });
 }
 
 }  // namespace tind::cli

@@ -61,17 +61,17 @@ class Stopwatch {
 };
 
 /// What can be refused before a large file is read.
-Result<void> check(const Arguments& a) {
+Result<void> check(const Arguments& a, Command app) {
   if (!is_mesh(a.output))
     return fail(Errc::invalid_argument,
                 "cannot tell the format of " + a.output + ": name it .ply, .obj or .stl");
-  std::string names;
-  for (const MethodInfo& m : methods()) {
-    if (m.name == a.options.method) return {};
-    names += (names.empty() ? "" : ", ") + m.name;
-  }
-  return fail(Errc::invalid_argument,
-              "there is no method '" + a.options.method + "'; there are " + names);
+  if (const auto ok = check_method_options(app, a.options.method); !ok) return ok;
+  if (!is_mesh(a.input.files[0])) return {};
+  for (const char* option : {"--from-datum", "--to-datum", "--allow-vrt", "--drape", "--frame",
+                             "--units", "--subset-placement", "--border-constraints"})
+    if (app.given(option))
+      return fail(Errc::invalid_argument, std::string(option) + " needs a DEM, not a mesh");
+  return {};
 }
 
 nlohmann::ordered_json report_json(const Arguments& a, const DemInfo& info, const Simplified& made,
@@ -100,9 +100,9 @@ nlohmann::ordered_json report_json(const Arguments& a, const DemInfo& info, cons
 
 /// Writes the mesh and gives it back as it stands in the file: STL has 32-bit coordinates only,
 /// relative to an origin; the other formats lose nothing.
-Result<Tin> write(const std::string& path, Tin tin) {
+Result<Tin> write(const std::string& path, Tin tin, VerticalDatum datum) {
   if (!is_stl(path)) {
-    const auto ok = proto::write_mesh(path, to_file_mesh(tin));
+    const auto ok = proto::write_mesh(path, mesh_above(datum, tin));
     if (!ok) return fail(Errc::io, ok.error());
     return tin;
   }
@@ -124,6 +124,31 @@ void print(const Arguments& a, const nlohmann::ordered_json& report, const Simpl
   fmt::print("seconds: read {:.3f}, simplify {:.3f}, write {:.3f}, measure {:.3f}\n", s.read,
              s.simplify, s.write, s.measure);
   if (!made.note.empty()) fmt::print("note: {}\n", made.note);
+}
+
+/// The referee has the last word on a bound: what breaks it has a reason that is told, or is a bug.
+Result<void> hold_to_bound(const Arguments& a, const MeshQuality& quality, Simplified& made) {
+  if (!a.options.stop.max_error_m) return {};
+  const double bound = *a.options.stop.max_error_m;
+  if (quality.error.max_m <= bound * (1 + 1e-9) + 1e-8 || !made.note.empty()) return {};
+  if (!is_stl(a.output)) {
+    return fail(Errc::internal,
+                fmt::format("{} keeps {} m, not {} m: this is a bug, the mesh in "
+                            "{} does not hold what was asked",
+                            a.options.method, quality.error.max_m, bound, a.output));
+  }
+  made.note = fmt::format("the 32-bit coordinates of STL take the mesh {:.3g} m beyond the bound",
+                          quality.error.max_m - bound);
+  return {};
+}
+
+/// No method leaves out a post that a triangle of posts holds; 32 bits of a degree may.
+void tell_of_posts_lost(const Arguments& a, const MeshQuality& quality, Simplified& made) {
+  if (!is_stl(a.output) || a.lines.any() || quality.uncovered <= quality.isolated) return;
+  made.note += fmt::format(
+      "{}the 32-bit coordinates of STL leave {} posts beside the mesh: {}PLY and OBJ hold them",
+      made.note.empty() ? "" : "; ", quality.uncovered - quality.isolated,
+      a.frame == "metric" ? "" : "--frame metric, or ");
 }
 
 /// A general mesh in, a general mesh out; its error is the distance of the two surfaces.
@@ -200,8 +225,10 @@ Result<Simplified> make_in_strips(const Arguments& a, const DemSource& dem,
                                a.options, progress);
 }
 
-int run(Arguments& a) {
-  if (const Result<void> ok = check(a); !ok) return complain(ok.error());
+int run(Arguments& a, Command app) {
+  if (!app.given("--method") && is_mesh(a.input.files[0])) a.options.method = kDefaultMeshMethod;
+  if (const Result<void> ok = check(a, app); !ok) return complain(ok.error());
+  if (const int code = check_outputs({a.output, a.report}); code != kOk) return code;
   if (is_mesh(a.input.files[0])) return run_mesh(a);
   Seconds seconds;
   Stopwatch watch;
@@ -231,7 +258,8 @@ int run(Arguments& a) {
     made = stream ? make_in_strips(a, **dem, progress)
                   : simplify(*grid, info.spacing_x_m, info.spacing_y_m, a.options, progress);
   }
-  if (!made) return complain(made.error());
+  if (!made) return complain_of(a.input, made.error());
+  if (stream) warn_of_nodata(**dem);
   seconds.simplify = watch.lap();
   std::optional<ConstraintCheck> lines;
   if (a.options.constraints) lines = check_constraints(made->tin, *a.options.constraints);
@@ -240,7 +268,7 @@ int run(Arguments& a) {
 
   const MeshFrame frame = a.frame == "metric" ? MeshFrame::metric : MeshFrame::source;
   const MeshMap map = mesh_map(info, frame, a.units == "source");
-  const Result<Tin> written = write(a.output, map.from_posts(std::move(made->tin)));
+  const Result<Tin> written = write(a.output, map.from_posts(std::move(made->tin)), info.datum);
   if (!written) {
     complain(written.error());
     return kCannotCreate;
@@ -252,6 +280,9 @@ int run(Arguments& a) {
              : mesh_quality(*written, map, *grid, a.options.threads, is_stl(a.output));
   if (!quality) return complain(quality.error());
   seconds.measure = watch.lap();
+  if (const auto ok = hold_to_bound(a, *quality, *made); !ok) return complain(ok.error());
+
+  tell_of_posts_lost(a, *quality, *made);
 
   nlohmann::ordered_json report = report_json(a, info, *made, *quality, seconds);
   if (lines) report["lines"] = lines_json(a.options.constraints->report, *lines);
@@ -268,41 +299,39 @@ int run(Arguments& a) {
   return kOk;
 }
 
-void add_stop(CLI::App& app, StopAt& stop) {
-  CLI::Option_group* group = app.add_option_group("Stop at (exactly one)");
-  group->add_option("--triangles", stop.triangles,
-                    "this many triangles (one more where parity asks)");
-  group->add_option("--ratio", stop.ratio, "this share of the full mesh's triangles, 0..1");
-  group->add_option("--max-error", stop.max_error_m,
-                    "the fewest triangles within this vertical error of every post, metres");
-  group->require_option(1);
+void add_stop(Command app, StopAt& stop) {
+  Command group = app.add_group("Stop at (exactly one)", 1, 1);
+  group.add_option("--triangles", stop.triangles, "at most this many triangles, and hardly fewer");
+  group.add_option("--ratio", stop.ratio, "at most this share of the full mesh's triangles, 0..1");
+  group.add_option("--max-error", stop.max_error_m,
+                   "the fewest triangles within this vertical error of every post, metres; strict");
 }
 
 }  // namespace
 
-void add_simplify(CLI::App& program, int& exit) {
+void add_simplify(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
-  CLI::App* app = program.add_subcommand(
+  Command app = program.add_subcommand(
       "simplify",
       "Simplify a DEM (or a PLY, OBJ or STL mesh) to one triangle mesh whose error is measured");
-  app->add_option("input", a->input.files,
-                  "a DEM, or several that share one grid; or one mesh: .ply, .obj or .stl")
-      ->required();
-  app->add_option("-o,--output", a->output, "the mesh: .ply, .obj or .stl")->required();
-  add_stop(*app, a->options.stop);
-  add_method_options(*app, a->options);
-  add_dem_options(*app, a->input);
-  add_line_options(*app, a->lines);
-  app->add_option("--drape", a->drape,
-                  "attribute-qem: colours from this image, reprojected or stretched over the DEM");
-  add_frame_option(*app, a->frame);
-  app->add_option("--units", a->units, "z in metres, or in the DEM's own unit")
-      ->check(CLI::IsMember({"metres", "source"}))
-      ->capture_default_str();
-  app->add_option("--report", a->report, "write the figures here, as JSON");
-  add_json_flag(*app, a->json);
-  add_progress_option(*app, a->progress);
-  app->callback([a, &exit] { exit = run(*a); });
+  app.add_option("input", a->input.files,
+                 "a DEM, or several that share one grid; or one mesh: .ply, .obj or .stl")
+      .required();
+  app.add_option("-o,--output", a->output, "the mesh: .ply, .obj or .stl").required();
+  add_stop(app, a->options.stop);
+  add_method_options(app, a->options);
+  add_dem_options(app, a->input);
+  add_line_options(app, a->lines);
+  app.add_option("--drape", a->drape,
+                 "attribute-qem: colours from this image, reprojected or stretched over the DEM");
+  add_frame_option(app, a->frame);
+  app.add_option("--units", a->units, "z in metres, or in the DEM's own unit")
+      .one_of({"metres", "source"})
+      .shown();
+  app.add_option("--report", a->report, "write the figures here, as JSON");
+  add_json_flag(app, a->json);
+  add_progress_option(app, a->progress);
+  app.on_run([a, app, &exit] { exit = run(*a, app); });
 }
 
 }  // namespace tind::cli

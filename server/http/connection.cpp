@@ -1,10 +1,13 @@
 #include "server/http/connection.h"
 
+#include <linux/sockios.h>
+#include <poll.h>
 #include <spdlog/spdlog.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <sys/uio.h>
 
+#include <algorithm>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/post.hpp>
 #include <cerrno>
@@ -27,43 +30,198 @@ constexpr std::size_t kSmallBuffer = 1024;
 constexpr std::size_t kMaxQueued = 16;               // replies written with one call
 constexpr std::size_t kMaxQueuedBytes = 256 * 1024;  // before the client must take some
 constexpr std::size_t kBodyPiece = 64 * 1024;
+constexpr const char* kNoMemory =
+    "The server holds as much for its clients as it may; try again soon.";
+constexpr std::size_t kSmallReply = 4096;  // is never refused for want of memory
 
 double seconds_since(TimerWheel::Clock::time_point begin) {
   return std::chrono::duration<double>(TimerWheel::Clock::now() - begin).count();
 }
 
-std::string_view bytes_to_send(const Payload& payload, bool with_body) {
-  return std::string_view(payload.bytes).substr(0, with_body ? payload.bytes.npos : payload.head);
-}
-
 }  // namespace
 
+template <class F>
+void Connection::Queued::each(F&& f) const {
+  if (!f(std::string_view(line.data(), line_size)) || !payload) return;
+  const std::string_view bytes = payload->bytes;
+  if (!f(bytes.substr(0, with_body ? bytes.npos : payload->head)) || !with_body) return;
+  for (const Piece& piece : payload->pieces)
+    if (!f(piece.bytes)) return;
+}
+
+std::size_t Connection::Queued::size() const {
+  std::size_t sum = 0;
+  each([&](std::string_view bytes) { return sum += bytes.size(), true; });
+  return sum;
+}
+
 Responder::~Responder() {
-  if (send_)
+  if (!send_) return;
+  if (gone_.stop_requested())
+    (*this)(problem_reply({.status = 503, .detail = "The client seemed to have hung up."}));
+  else
     (*this)(problem_reply({.status = 500, .detail = "The request was dropped inside the server."}));
 }
 
 Connection::Connection(IoLoop& loop, const ConnectionContext& context,
-                       boost::asio::ip::tcp::socket socket)
-    : loop_(loop), context_(context), socket_(std::move(socket)), parser_(context.limits) {
-  next = loop_.first;
-  link = &loop_.first;
-  if (next) next->link = &next;
-  loop_.first = this;
+                       boost::asio::ip::tcp::socket socket, Slot slot, const char* refused)
+    : loop_(loop),
+      context_(context),
+      socket_(std::move(socket)),
+      slot_(std::move(slot)),
+      refused_(refused),
+      parser_(context.limits) {
+  in_all_.enter_last(loop_.all);
+  if (refused_) in_extra_.enter_last(loop_.extra);
 }
 
-Connection::~Connection() { close(); }
+Connection::~Connection() {
+  close();
+  forget_body();  // only now: a worker may have been reading it
+}
 
 void Connection::start() {
-  loop_.set_deadline(*this, context_.limits.head_timeout);
+  arm_deadline();
   read();
 }
 
-void Connection::drain() {
-  int arrived = 0;  // a request that we have not seen yet
-  const bool waiting = ::ioctl(socket_.native_handle(), FIONREAD, &arrived) == 0 && arrived > 0;
-  const bool busy = state_ == State::handling || writing_ || closing_ || begin_ != end_;
-  if (!busy && !waiting) close();
+void Connection::leave() {
+  renew_ |= armed_ == Wait::first || armed_ == Wait::another;
+  arm_deadline();
+}
+
+bool Connection::give_way() {
+  const bool idle = armed_ == Wait::first || armed_ == Wait::another;
+  const bool stalled =
+      is_unfinished(armed_) && TimerWheel::Clock::now() - heard_ >= context_.limits.stall_age;
+  if (!(idle || stalled) || has_unread_bytes()) return false;
+  close();
+  return true;
+}
+
+bool Connection::give_up() {
+  const bool waits = armed_ == Wait::first || armed_ == Wait::head || armed_ == Wait::client_to_go;
+  if (waits) close();
+  return waits;
+}
+
+// --- waiting -------------------------------------------------------------------------------------
+
+Connection::Wait Connection::waits_for() const {
+  if (state_ == State::closed) return Wait::nothing;
+  if (writing_) return Wait::client_to_read;
+  switch (state_) {
+    case State::idle:
+      return served_ ? Wait::another : Wait::first;
+    case State::reading_head:
+      return Wait::head;
+    case State::reading_body:
+      return Wait::body;
+    case State::lingering:
+      return Wait::client_to_go;
+    case State::handling:
+      return Wait::handler;
+    case State::closed:
+      break;
+  }
+  return Wait::nothing;
+}
+
+std::chrono::milliseconds Connection::time_for(Wait wait) const {
+  const Limits& limits = context_.limits;
+  switch (wait) {
+    case Wait::first:
+    case Wait::another: {
+      const auto time = wait == Wait::another ? limits.idle_timeout : limits.head_timeout;
+      if (refused_) return limits.extra_timeout;
+      return loop_.leaving ? std::min(time, limits.quiet_timeout) : time;
+    }
+    case Wait::head:
+      return refused_ ? limits.extra_timeout : limits.head_timeout;
+    case Wait::body:
+      return limits.body_timeout;
+    case Wait::client_to_read:
+      return limits.write_timeout;
+    case Wait::handler:
+      return limits.look_after;
+    case Wait::client_to_go:
+      return loop_.leaving ? std::min(limits.linger_timeout, limits.quiet_timeout)
+                           : limits.linger_timeout;
+    case Wait::nothing:
+      break;
+  }
+  return {};
+}
+
+bool Connection::is_unfinished(Wait wait) { return wait == Wait::head || wait == Wait::body; }
+
+/// The one place where deadlines are set. To be called whenever nothing more can be done for now; a
+/// wait that goes on keeps the deadline that it has.
+void Connection::arm_deadline() {
+  const Wait wait = waits_for();
+  if (is_unfinished(wait) && !refused_) {  // something has just arrived
+    heard_ = TimerWheel::Clock::now();
+    in_waiting_.enter_last(loop_.unfinished);
+  }
+  if (wait == armed_ && !renew_) return;
+  const auto counts = [&](Wait w) {
+    return !refused_ && (w == Wait::first || w == Wait::another || is_unfinished(w));
+  };
+  if (counts(wait) != counts(armed_)) {
+    const std::size_t now = loop_.waiting.load(std::memory_order_relaxed);
+    loop_.waiting.store(counts(wait) ? now + 1 : now - 1, std::memory_order_relaxed);
+  }
+  armed_ = wait;
+  renew_ = false;
+  if (counts(wait)) {
+    if (!is_unfinished(wait))
+      in_waiting_.enter_last(wait == Wait::first ? loop_.silent : loop_.kept);
+  } else {
+    in_waiting_.leave();
+  }
+  if (wait == Wait::nothing) return TimerWheel::cancel(*this);
+  if (wait == Wait::client_to_read) taken_ = taken_by_client();
+  loop_.set_deadline(*this, time_for(wait));
+}
+
+void Connection::on_deadline() {
+  const auto keep = shared_from_this();
+  renew_ = true;  // whatever is waited for after this
+  try {
+    act_on_deadline();
+  } catch (...) {
+    close();  // it has no deadline any more
+    throw;
+  }
+}
+
+void Connection::act_on_deadline() {
+  const Limits& limits = context_.limits;
+  switch (armed_) {
+    case Wait::head:
+    case Wait::body:
+      refuse(408, "The request did not arrive in time.", "timeout");
+      return process();
+    case Wait::client_to_read: {
+      const double least =
+          double(limits.write_rate) * std::chrono::duration<double>(limits.write_timeout).count();
+      return double(taken_by_client() - taken_) < least ? close() : arm_deadline();
+    }
+    case Wait::first:
+    case Wait::another:
+      return has_unread_bytes() ? arm_deadline() : close();
+    case Wait::handler:
+      return look_after_client();
+    case Wait::client_to_go:
+    case Wait::nothing:
+      return close();
+  }
+}
+
+/// Of a request that is about to be read.
+bool Connection::has_unread_bytes() {
+  int arrived = 0;
+  return ::ioctl(socket_.native_handle(), FIONREAD, &arrived) == 0 && arrived > 0;
 }
 
 // --- reading -------------------------------------------------------------------------------------
@@ -88,8 +246,8 @@ void Connection::read() {
   const auto done = [self = shared_from_this()](const boost::system::error_code& error,
                                                 std::size_t size) { self->on_read(error, size); };
   if (state_ == State::reading_body) {
-    body_.resize(body_.size() + std::min(body_left_, kBodyPiece));
     const std::size_t piece = std::min(body_left_, kBodyPiece);
+    body_.resize(body_.size() + piece);
     socket_.async_read_some(boost::asio::buffer(body_.data() + body_.size() - piece, piece), done);
     return;
   }
@@ -114,13 +272,14 @@ void Connection::on_read(const boost::system::error_code& error, std::size_t siz
 /// Everything that can be done with what is here; replies leave together.
 void Connection::process() {
   const auto keep = shared_from_this();
-  bool more = true;
-  while (more) {
+  bool more = true, flushed = true;
+  while (more && flushed) {
     while (more && queue_.size() < kMaxQueued && queued_bytes_ < kMaxQueuedBytes)
       more = take_next();
-    if (!flush()) return;
+    flushed = flush();
   }
-  wait_for_more();
+  if (flushed) wait_for_more();
+  arm_deadline();
 }
 
 bool Connection::take_next() {
@@ -133,15 +292,13 @@ bool Connection::take_next() {
 void Connection::wait_for_more() {
   if (closing_) return linger_ || begin_ != end_ ? linger() : close();
   if (state_ == State::handling) return;
-  if (state_ == State::reading_body) return read();
-  if (begin_ == end_) {
-    if (loop_.draining) return close();
-    state_ = State::idle;
-    loop_.set_deadline(*this, context_.limits.idle_timeout);
-  } else if (state_ != State::reading_head) {
-    state_ = State::reading_head;
-    loop_.set_deadline(*this, context_.limits.head_timeout);
+  if (state_ == State::reading_body) {
+    if (make_room_for_body()) return read();
+    forget_body();
+    refuse(503, kNoMemory, "memory");
+    return process();
   }
+  state_ = begin_ == end_ ? State::idle : State::reading_head;
   read();
 }
 
@@ -161,10 +318,11 @@ bool Connection::take_head() {
   }
   const RequestHead& head = parser_.head();
   began_ = TimerWheel::Clock::now();
+  served_ = renew_ = true;
   keep_alive_ = head.keep_alive;
   head_only_ = head.method == Method::head;
   http10_ = head.minor == 0;
-  body_.clear();
+  forget_body();
   decoded_path_.clear();
   if (context_.access_log) {
     log_target_.assign(name(head.method)).append(" ").append(escaped(head.target));
@@ -187,6 +345,10 @@ bool Connection::take_head() {
     return !closing_;
   }
   const auto& match = std::get<Router::Match>(routed);
+  if (refused_ && !match.always) {
+    refuse(503, "Too many clients are connected; try again soon.", refused_);
+    return false;
+  }
   handler_ = match.handler;
   matched_ = request.matched;
   return head.method == Method::post ? begin_body(match.max_body) : call_handler();
@@ -206,13 +368,12 @@ bool Connection::begin_body(std::size_t max_body) {
   char* const after = buffer_.data() + begin_ + parser_.consumed();
   const std::size_t here = end_ - begin_ - parser_.consumed();
   const std::size_t taken = std::min<std::size_t>(here, *head.content_length);
-  body_.assign(after, taken);
+  body_.assign(after, taken);  // no more than a head may be long
   std::memmove(after, after + taken, here - taken);
   end_ -= taken;
   body_left_ = *head.content_length - taken;
   if (body_left_ == 0) return call_handler();
   state_ = State::reading_body;
-  loop_.set_deadline(*this, context_.limits.body_timeout);
   if (head.expect_continue) {
     constexpr std::string_view kContinue = "HTTP/1.1 100 Continue\r\n\r\n";
     Queued& interim = queue_.emplace_back();
@@ -220,6 +381,25 @@ bool Connection::begin_body(std::size_t max_body) {
     interim.line_size = kContinue.size();
   }
   return false;
+}
+
+/// Room in the body, and in the budget, for what is read next. It grows with what has arrived, not
+/// with what was announced.
+bool Connection::make_room_for_body() {
+  const std::size_t needed = body_.size() + std::min(body_left_, kBodyPiece);
+  if (needed > body_.capacity()) {
+    const std::size_t room = std::min(2 * needed, body_.size() + body_left_);
+    if (!context_.memory.take(room - body_held_)) return false;
+    body_held_ = room;
+    body_.reserve(room);
+  }
+  return true;
+}
+
+void Connection::forget_body() {
+  if (body_.capacity() > kSmallBuffer) std::string().swap(body_);
+  body_.clear();
+  context_.memory.give_back(std::exchange(body_held_, 0));
 }
 
 bool Connection::take_body() {
@@ -240,10 +420,8 @@ bool Connection::call_handler() {
   }
   begin_ += parser_.consumed();
   parser_.reset();
-  if (responder_taken_) {  // also after an exception: the responder answers, were it only with 500
-    TimerWheel::cancel(*this);
-    return false;
-  }
+  // Also after an exception: the responder answers, were it only with 500.
+  if (responder_taken_) return false;
   state_ = before;
   queue(reply ? *reply : problem_reply({.status = 500, .detail = "The handler did not answer."}));
   return !closing_;
@@ -251,18 +429,34 @@ bool Connection::call_handler() {
 
 Responder Connection::responder() {
   responder_taken_ = true;
-  return Responder([self = shared_from_this()](Reply reply) mutable {
-    // The connection goes along, so that it is only ever destroyed on its own thread.
-    auto& context = self->loop_.context();
-    boost::asio::post(context, [self = std::move(self), reply = std::move(reply)]() mutable {
-      self->on_later_reply(std::move(reply));
-    });
-  });
+  gone_ = std::stop_source();
+  return Responder(
+      [self = shared_from_this()](Reply reply) mutable {
+        // The connection goes along, so that it is only ever destroyed on its own thread.
+        auto& context = self->loop_.context();
+        boost::asio::post(context, [self = std::move(self), reply = std::move(reply)]() mutable {
+          self->on_later_reply(std::move(reply));
+        });
+      },
+      gone_.get_token());
+}
+
+std::string Connection::client() const {
+  boost::system::error_code error;
+  auto address = socket_.remote_endpoint(error).address();
+  if (error) return {};
+  if (address.is_v6() && !address.to_v6().is_v4_mapped()) {
+    auto bytes = address.to_v6().to_bytes();
+    std::fill(bytes.begin() + 8, bytes.end(), 0);
+    address = boost::asio::ip::make_address_v6(bytes);
+  }
+  return address.to_string();
 }
 
 void Connection::on_later_reply(Reply reply) {
   if (state_ == State::closed) return;
   state_ = State::idle;
+  gone_ = std::stop_source(std::nostopstate);
   queue(reply);
   process();
 }
@@ -270,7 +464,9 @@ void Connection::on_later_reply(Reply reply) {
 void Connection::refuse(int status, const char* why, const char* label) {
   loop_.stats().count_rejected(label);
   began_ = TimerWheel::Clock::now();
-  Reply reply = problem_reply({.status = status, .detail = why});
+  Problem problem{.status = status, .detail = why};
+  if (status == 503) problem.headers.push_back({"Retry-After", "1"});
+  Reply reply = problem_reply(problem);
   reply.close = true;
   head_only_ = http10_ = false;
   if (context_.access_log) log_target_.assign("refused: ").append(label);
@@ -279,11 +475,23 @@ void Connection::refuse(int status, const char* why, const char* label) {
 
 // --- writing -------------------------------------------------------------------------------------
 
-void Connection::queue(const Reply& reply) {
-  const bool keep = keep_alive_ && !reply.close && !loop_.draining;
+void Connection::queue(Reply reply) {
+  if (state_ != State::reading_body) forget_body();
+  Queued made;
+  made.payload = reply.payload;
+  made.with_body = !head_only_;
+  const bool refusable = !reply.payload->shared && made.size() > kSmallReply;
+  if (refusable && !pin(made)) {
+    loop_.stats().count_rejected("memory");
+    const bool close_after = reply.close;
+    reply = problem_reply({.status = 503, .detail = kNoMemory, .headers = {{"Retry-After", "1"}}});
+    reply.close = close_after;
+    made.payload = reply.payload;
+  }
+  const bool keep = keep_alive_ && !reply.close && !refused_ && !loop_.farewell;
   closing_ |= !keep;
-  linger_ |= reply.close;
-  Queued& queued = queue_.emplace_back();
+  linger_ |= reply.close || keep_alive_;  // the client may have sent more, not knowing
+  Queued& queued = queue_.emplace_back(std::move(made));
   char* out = queued.line.data();
   const auto add = [&](std::string_view text) {
     std::memcpy(out, text.data(), text.size());
@@ -303,36 +511,33 @@ void Connection::queue(const Reply& reply) {
     add("Connection: keep-alive\r\n");
   }
   queued.line_size = std::uint8_t(out - queued.line.data());
-  queued.with_body = !head_only_;
-  queued.payload = reply.payload;
-  queued_bytes_ += queued.line_size + bytes_to_send(*reply.payload, queued.with_body).size();
+  const std::size_t size = queued.size();
+  queued_bytes_ += size;
   const double seconds = seconds_since(began_);
   loop_.stats().count_reply(reply.status, seconds);
-  if (context_.access_log) log_reply(reply, seconds);
+  if (context_.access_log) log_reply(reply, size - queued.line_size - reply.payload->head, seconds);
 }
 
-void Connection::log_reply(const Reply& reply, double seconds) const {
-  spdlog::info("{} {} {} {:.3f} ms", log_target_, reply.status,
-               bytes_to_send(*reply.payload, !head_only_).size() - reply.payload->head,
-               seconds * 1e3);
+void Connection::log_reply(const Reply& reply, std::size_t bytes, double seconds) const {
+  spdlog::info("{} {} {} {:.3f} ms", log_target_, reply.status, bytes, seconds * 1e3);
 }
 
 /// True when everything has been taken by the socket; else it goes on by itself, or has closed.
 bool Connection::flush() {
   while (!queue_.empty()) {
     if (writing_) return false;
-    std::array<iovec, 2 * kMaxQueued + 2> pieces;
+    std::array<iovec, 4 * kMaxQueued> pieces;
     std::size_t count = 0, skip = sent_;
     const auto add = [&](std::string_view bytes) {
       const std::size_t skipped = std::min(skip, bytes.size());
       skip -= skipped;
-      if (skipped == bytes.size()) return;
-      pieces[count++] = {const_cast<char*>(bytes.data()) + skipped, bytes.size() - skipped};
+      if (skipped < bytes.size())
+        pieces[count++] = {const_cast<char*>(bytes.data()) + skipped, bytes.size() - skipped};
+      return count < pieces.size();
     };
     for (const Queued& queued : queue_) {
-      if (count + 2 > pieces.size()) break;
-      add({queued.line.data(), queued.line_size});
-      if (queued.payload) add(bytes_to_send(*queued.payload, queued.with_body));
+      queued.each(add);
+      if (count == pieces.size()) break;
     }
     msghdr message{};
     message.msg_iov = pieces.data();
@@ -341,8 +546,12 @@ bool Connection::flush() {
     if (sent >= 0) {
       drop_sent(std::size_t(sent));
     } else if (errno == EAGAIN || errno == EWOULDBLOCK) {
+      if (!pin_all()) {
+        loop_.stats().count_rejected("memory");
+        close();
+        return false;
+      }
       writing_ = true;
-      loop_.set_deadline(*this, context_.limits.write_timeout);
       socket_.async_wait(
           boost::asio::ip::tcp::socket::wait_write,
           [self = shared_from_this()](const auto& error) { self->on_writable(error); });
@@ -355,15 +564,41 @@ bool Connection::flush() {
   return state_ != State::closed;
 }
 
+bool Connection::pin(Queued& queued) {
+  if (queued.pinned || !queued.payload) return true;
+  if (!context_.memory.pin(*queued.payload)) return false;
+  std::size_t pinned = 0;
+  const auto& pieces = queued.payload->pieces;
+  while (pinned < pieces.size() && context_.memory.pin(*pieces[pinned].owner)) ++pinned;
+  queued.pinned = pinned == pieces.size();
+  if (queued.pinned) return true;
+  context_.memory.unpin(*queued.payload);
+  while (pinned > 0) context_.memory.unpin(*pieces[--pinned].owner);
+  return false;
+}
+
+void Connection::unpin(Queued& queued) {
+  if (!std::exchange(queued.pinned, false)) return;
+  context_.memory.unpin(*queued.payload);
+  for (const Piece& piece : queued.payload->pieces) context_.memory.unpin(*piece.owner);
+}
+
+/// While a client does not read, what it is sent stays in memory, were it only because a cache that
+/// forgets it does not free it.
+bool Connection::pin_all() {
+  return std::ranges::all_of(queue_, [this](Queued& queued) { return pin(queued); });
+}
+
 void Connection::drop_sent(std::size_t sent) {
   loop_.stats().count_sent(sent);
+  written_ += sent;
   sent_ += sent;
   std::size_t done = 0;
-  for (const Queued& queued : queue_) {
-    std::size_t size = queued.line_size;
-    if (queued.payload) size += bytes_to_send(*queued.payload, queued.with_body).size();
+  for (Queued& queued : queue_) {
+    const std::size_t size = queued.size();
     if (sent_ < size) break;
     sent_ -= size;
+    unpin(queued);
     queued_bytes_ -= std::min(size, queued_bytes_);
     ++done;
   }
@@ -374,17 +609,32 @@ void Connection::on_writable(const boost::system::error_code& error) {
   if (state_ == State::closed) return;
   if (error) return close();
   writing_ = false;
-  TimerWheel::cancel(*this);
   process();
+}
+
+/// What has left this machine's buffers. The socket says "writable" only when a good part of its
+/// buffer is free, megabytes on a fast network, which a steady but slow client takes long for.
+std::uint64_t Connection::taken_by_client() const {
+  int waiting = 0;
+  if (::ioctl(const_cast<boost::asio::ip::tcp::socket&>(socket_).native_handle(), SIOCOUTQ,
+              &waiting) != 0)
+    waiting = 0;
+  return written_ - std::min<std::uint64_t>(written_, std::uint64_t(std::max(waiting, 0)));
 }
 
 // --- ending --------------------------------------------------------------------------------------
 
-void Connection::on_deadline() {
-  const auto keep = shared_from_this();
-  if (writing_ || state_ == State::lingering || state_ == State::idle) return close();
-  refuse(408, "The request did not arrive in time.", "timeout");
-  process();
+/// Nobody reads from the socket now, but the kernel knows. A client that has closed its own side
+/// only may still take an answer: it gets what is done by now, or by then.
+void Connection::look_after_client() {
+  pollfd look{socket_.native_handle(), POLLRDHUP, 0};
+  if (::poll(&look, 1, 0) < 0) look.revents = 0;
+  if ((look.revents & (POLLERR | POLLHUP)) != 0) return close();
+  if ((look.revents & POLLRDHUP) != 0) {
+    gone_.request_stop();  // and there is nothing more to look for
+  } else {
+    arm_deadline();
+  }
 }
 
 /// A client that is still sending would get a reset, and lose our last reply: stop writing, read
@@ -394,19 +644,21 @@ void Connection::linger() {
   begin_ = end_ = 0;
   boost::system::error_code ignored;
   socket_.shutdown(boost::asio::ip::tcp::socket::shutdown_send, ignored);
-  loop_.set_deadline(*this, context_.limits.linger_timeout);
   read();
 }
 
 void Connection::close() {
   if (state_ == State::closed) return;
   state_ = State::closed;
-  TimerWheel::cancel(*this);
-  *link = next;
-  if (next) next->link = link;
+  gone_.request_stop();
+  arm_deadline();  // none
+  in_all_.leave();
+  in_extra_.leave();
+  for (Queued& queued : queue_) unpin(queued);
+  queue_.clear();
   boost::system::error_code ignored;
   socket_.close(ignored);
-  loop_.open.fetch_sub(1, std::memory_order_relaxed);
+  slot_.give_back();
 }
 
 }  // namespace tind::http

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "server/http/escape.h"
+#include "server/http/log_limiter.h"
 
 namespace tind::http {
 namespace {
@@ -61,14 +62,22 @@ std::string document(const Problem& problem, const std::string& id) {
   return json.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
+/// One damaged tile that everybody asks for must not fill the disk.
+void log_failure(const Problem& problem, std::string_view cause, const std::string& id) {
+  static LogLimiter limiter(std::chrono::seconds(5), 64);
+  const auto unsaid = limiter.take(cause);
+  if (!unsaid) return;
+  spdlog::error("{} {}: {} request={}{}", problem.status, escaped(problem.instance), escaped(cause),
+                id,
+                *unsaid > 0 ? fmt::format(" ({} more were not logged)", *unsaid) : std::string());
+}
+
 /// `cause`: what the log is told of a 5xx, which may name files.
 Reply reply_with(const Problem& problem, std::string_view cause) {
   const std::string id = new_request_id();
   std::vector<Header> headers = problem.headers;
   headers.push_back({"Cache-Control", "no-store"});
-  if (!cause.empty())
-    spdlog::error("{} {}: {} request={}", problem.status, escaped(problem.instance), escaped(cause),
-                  id);
+  if (!cause.empty()) log_failure(problem, cause, id);
   return make_reply(problem.status, "application/problem+json", document(problem, id), headers);
 }
 

@@ -1,6 +1,7 @@
 #include "server/http/query_numbers.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <charconv>
@@ -21,11 +22,29 @@ std::optional<double> number(const std::string& text) {
   return value;
 }
 
+/// True when it is one of the words' parameters; what is wrong with it is a problem.
+bool read_word(const std::string& name, const std::string& text, std::span<const QueryWord> words,
+               QueryNumbers& read) {
+  const auto found = std::ranges::find(words, name, &QueryWord::name);
+  if (found == words.end()) return false;
+  std::string_view& word = read.words[std::size_t(found - words.begin())];
+  const auto one = std::ranges::find(found->words, text);
+  if (!word.empty())
+    read.problems.push_back({name, "given twice"});
+  else if (one == found->words.end())
+    read.problems.push_back({name, fmt::format("must be {}", fmt::join(found->words, " or "))});
+  else
+    word = *one;
+  return true;
+}
+
 }  // namespace
 
-QueryNumbers read_numbers(std::string_view query, std::span<const QueryNumber> known) {
+QueryNumbers read_numbers(std::string_view query, std::span<const QueryNumber> known,
+                          std::span<const QueryWord> words) {
   QueryNumbers read;
   read.values.resize(known.size());
+  read.words.resize(words.size());
   const auto parameters = parse_query(query);
   if (!parameters) {
     read.problems.push_back({"query", "holds a bad percent-escape"});
@@ -33,6 +52,7 @@ QueryNumbers read_numbers(std::string_view query, std::span<const QueryNumber> k
   }
   std::vector<bool> given(known.size());
   for (const auto& [name, text] : *parameters) {
+    if (read_word(name, text, words, read)) continue;
     const auto found = std::ranges::find(known, name, &QueryNumber::name);
     if (found == known.end()) {
       read.problems.push_back(

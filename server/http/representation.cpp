@@ -50,6 +50,7 @@ std::shared_ptr<const Representation> Representation::make(std::string_view body
     std::vector<Header> headers = made->headers(etag);
     if (gzip && status == 200) headers.push_back({"Content-Encoding", "gzip"});
     auto result = make_payload(status, options.content_type, headers, bytes);
+    result->shared = true;
     made->memory_ += sizeof(Payload) + result->bytes.capacity();
     return result;
   };

@@ -44,6 +44,8 @@ class Representation {
   std::span<const std::uint8_t> bytes() const {
     return {reinterpret_cast<const std::uint8_t*>(body().data()), body().size()};
   }
+  /// The body as a part of another response.
+  Piece piece() const { return {plain_, body()}; }
   std::string_view etag() const { return etag_; }
   std::size_t memory_bytes() const { return memory_; }
 

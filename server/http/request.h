@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <string_view>
 
@@ -13,7 +14,9 @@
 
 namespace tind::http {
 
-/// Valid until the handler returns: a handler that answers later copies what it needs.
+/// Valid until the handler returns, the body until the responder has
+/// answered: a handler that answers
+/// later copies what it needs of the rest.
 struct Request {
   const RequestHead& head;
   std::string_view path;                    // decoded
@@ -26,15 +29,21 @@ struct Request {
 class Responder {
  public:
   using Send = std::move_only_function<void(Reply)>;
-  explicit Responder(Send send) : send_(std::move(send)) {}
-  Responder(Responder&& other) noexcept : send_(std::exchange(other.send_, nullptr)) {}
+  explicit Responder(Send send, std::stop_token gone = {})
+      : send_(std::move(send)), gone_(std::move(gone)) {}
+  Responder(Responder&& other) noexcept
+      : send_(std::exchange(other.send_, nullptr)), gone_(std::move(other.gone_)) {}
   Responder& operator=(Responder&&) = delete;
   ~Responder();
+
+  /// Stopped once the client has hung up: what is done for it alone may end. Answer all the same.
+  const std::stop_token& gone() const { return gone_; }
 
   void operator()(Reply reply) { std::exchange(send_, nullptr)(std::move(reply)); }
 
  private:
   Send send_;
+  std::stop_token gone_;
 };
 
 /// How a handler says that its answer will come later.
@@ -43,6 +52,8 @@ class Later {
   virtual ~Later() = default;
   /// At most once per request; the handler then returns nothing.
   virtual Responder responder() = 0;
+  /// Whose request it is: the address at the other end, of IPv6 the 64 bits that one client has.
+  virtual std::string client() const = 0;
 };
 
 /// Runs on an I/O thread: never blocks, never computes. Answers at once, or takes

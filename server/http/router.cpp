@@ -1,5 +1,6 @@
 #include "server/http/router.h"
 
+#include <algorithm>
 #include <cassert>
 
 #include "server/http/problem.h"
@@ -42,12 +43,35 @@ bool fits(const Router::Route& route, Request& request) {
   return ended;
 }
 
-Reply options_reply(std::string_view allow) {
-  return make_reply(204, {}, {},
-                    {{"Allow", allow},
-                     {"Access-Control-Allow-Methods", allow},
-                     {"Access-Control-Allow-Headers", "*, Authorization"},
-                     {"Access-Control-Max-Age", "86400"}});
+Reply options_reply(std::string_view allow, std::string_view accept_post) {
+  std::vector<Header> headers = {{"Allow", allow},
+                                 {"Access-Control-Allow-Methods", allow},
+                                 {"Access-Control-Allow-Headers", "*, Authorization"},
+                                 {"Access-Control-Max-Age", "86400"}};
+  if (!accept_post.empty()) headers.push_back({"Accept-Post", accept_post});
+  return make_reply(204, {}, {}, headers);
+}
+
+/// The media type of a Content-Type, without its parameters.
+bool says_type(const Fields& fields, std::string_view type) {
+  std::string_view said = fields.find("content-type").value_or("");
+  said = said.substr(0, said.find(';'));
+  while (said.ends_with(' ') || said.ends_with('\t')) said.remove_suffix(1);
+  return std::ranges::equal(
+      said, type, [](char a, char b) { return (a >= 'A' && a <= 'Z' ? char(a + 32) : a) == b; });
+}
+
+std::optional<Reply> refused(const Router::Route& route, const Request& request) {
+  const BodyRules& rules = route.body;
+  if (rules.refuse)
+    if (auto reply = rules.refuse(request)) return reply;
+  if (rules.type.empty() || says_type(request.head.fields, rules.type)) return std::nullopt;
+  return problem_reply(
+      {.status = 415,
+       .detail = "The body must be sent as Content-Type: " + std::string(rules.type) + ".",
+       .instance = request.head.target,
+       .errors = {},
+       .headers = {{"Accept-Post", rules.type}}});
 }
 
 }  // namespace
@@ -73,22 +97,31 @@ void Router::get(std::string pattern, Handler handler) {
   route.allow = route.post ? "GET, HEAD, OPTIONS, POST" : "GET, HEAD, OPTIONS";
 }
 
-void Router::post(std::string pattern, std::size_t max_body, Handler handler) {
+void Router::get_always(std::string pattern, Handler handler) {
+  at(pattern).always = true;
+  get(std::move(pattern), std::move(handler));
+}
+
+void Router::post(std::string pattern, BodyRules rules, Handler handler) {
   Route& route = at(pattern);
   route.post = std::move(handler);
-  route.max_body = max_body;
+  route.body = std::move(rules);
   route.allow = route.get ? "GET, HEAD, OPTIONS, POST" : "OPTIONS, POST";
 }
 
 std::variant<Router::Match, Reply> Router::route(Request& request) const {
   const Method method = request.head.method;
-  if (request.path == "*") return options_reply("GET, HEAD, OPTIONS");
+  if (request.path == "*") return options_reply("GET, HEAD, OPTIONS", {});
   for (const Route& route : routes_) {
     if (!fits(route, request)) continue;
-    if (method == Method::options) return options_reply(route.allow);
+    if (method == Method::options)
+      return options_reply(route.allow, route.post ? route.body.type : "");
     const bool reads = method == Method::get || method == Method::head;
-    if (reads && route.get) return Match{&route.get, 0};
-    if (method == Method::post && route.post) return Match{&route.post, route.max_body};
+    if (reads && route.get) return Match{&route.get, 0, route.always};
+    if (method == Method::post && route.post) {
+      if (auto reply = refused(route, request)) return *std::move(reply);
+      return Match{&route.post, route.body.max_bytes, false};
+    }
     return problem_reply({.status = 405,
                           .detail = "This resource takes " + route.allow + ".",
                           .instance = request.head.target,

@@ -23,6 +23,12 @@
 // One acceptor, on the first loop, hands each connection to the loop that has fewest: steadier for
 // a few threads than SO_REUSEPORT, whose hash spreads unevenly.
 //
+// When there are as many as may be (in all, or from that address), one that only waits for a
+// request, or has stopped in the middle of one, gives way: connections that are held open for
+// nothing then keep nobody out. Each loop knows its own, so they are asked one after the other.
+// Where all are busy, a few more are let in and told so; what watches the server is answered even
+// then.
+//
 // Running out of file descriptors must not turn the acceptor into a busy loop (the connection that
 // cannot be accepted stays pending, so "readable" fires at once again): a descriptor is kept in
 // reserve, given up to accept and close one client with a clear sign, and then we pause.
@@ -38,16 +44,37 @@ constexpr int kBacklog = 4096;
 constexpr int kAcceptsAtOnce = 64;
 constexpr std::chrono::milliseconds kDrainPoll{20};
 
-/// Sent to a client over the limit; the socket is closed whether or not it can take it.
+/// Sent where there is no room even to say it; the socket is closed whether or not it can take it.
 constexpr std::string_view kFull =
     "HTTP/1.1 503 Service Unavailable\r\nContent-Length: 0\r\nRetry-After: 1\r\n"
     "Connection: close\r\n\r\n";
+
+/// A socket that nobody else has taken over yet.
+class Descriptor {
+ public:
+  explicit Descriptor(int fd) : fd_(fd) {}
+  Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+  Descriptor& operator=(Descriptor&&) = delete;
+  ~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  int get() const { return fd_; }
+  void release() { fd_ = -1; }
+
+ private:
+  int fd_;
+};
+
+constexpr const char* kTooMany = "too_many_connections";
+constexpr const char* kTooManyFromOne = "too_many_from_one_address";
 
 }  // namespace
 
 struct Server::Impl {
   Impl(const Router& router, const ServerOptions& given)
-      : options(given), context{router, options.limits, options.access_log} {}
+      : options(given),
+        memory(options.buffer_bytes),
+        context{router, options.limits, memory, options.access_log} {}
 
   // start
   Result<void> open();
@@ -56,7 +83,11 @@ struct Server::Impl {
   void wait_for_clients();
   void accept_clients();
   bool accept_one();
-  void hand_over(int fd);
+  void hand_over(Descriptor fd, const Address& from);
+  void send_to(std::size_t loop, Descriptor fd, const Address& from, const char* crowded,
+               std::size_t others);
+  void take_in(std::size_t loop, Descriptor fd, Slot slot, const char* crowded, std::size_t others);
+  void tend();
   void out_of_descriptors(int error);
   std::size_t open_connections() const;
 
@@ -67,14 +98,17 @@ struct Server::Impl {
   void wait_until_drained(std::chrono::steady_clock::time_point until);
 
   ServerOptions options;
+  ByteBudget memory;
+  Addresses addresses;
   ConnectionContext context;
   std::vector<std::unique_ptr<IoLoop>> loops;
   std::unique_ptr<tcp::acceptor> acceptor;
-  std::unique_ptr<asio::steady_timer> accept_timer, drain_timer;
+  std::unique_ptr<asio::steady_timer> drain_timer;
   std::unique_ptr<asio::signal_set> signals;
   tcp protocol = tcp::v4();
   std::uint16_t bound_port = 0;  // asked once: the acceptor is the first loop's alone
   int reserve_fd = -1;
+  bool waiting_for_clients = false;
   std::chrono::steady_clock::time_point last_complaint{};
   std::atomic<bool> stopping{false}, starved{false};
   bool all_answered = true;
@@ -101,50 +135,47 @@ Result<void> Server::Impl::open() {
   if (acceptor->non_blocking(true, error)) return cannot(error);
   bound_port = acceptor->local_endpoint(error).port();
   if (error) return cannot(error);
-  accept_timer = std::make_unique<asio::steady_timer>(loops[0]->context());
   drain_timer = std::make_unique<asio::steady_timer>(loops[0]->context());
   reserve_fd = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
   if (options.handle_signals)
-    signals = std::make_unique<asio::signal_set>(loops[0]->context(), SIGTERM, SIGINT);
+    signals = std::make_unique<asio::signal_set>(loops[0]->context(), SIGTERM, SIGINT, SIGHUP);
   return {};
 }
 
 // --- accepting -----------------------------------------------------------------------------------
 
 void Server::Impl::wait_for_clients() {
-  if (!acceptor->is_open()) return;
+  if (!acceptor->is_open() || waiting_for_clients) return;
   acceptor->async_wait(tcp::acceptor::wait_read, [this](const error_code& error) {
+    waiting_for_clients = false;
     if (!error) accept_clients();
   });
+  waiting_for_clients = true;
 }
 
 void Server::Impl::accept_clients() {
   for (int i = 0; i < kAcceptsAtOnce; ++i)
     if (!accept_one()) break;
-  if (!starved) return wait_for_clients();
-  accept_timer->expires_after(options.limits.accept_backoff);
-  accept_timer->async_wait([this](const error_code& error) {
-    if (error) return;
-    if (reserve_fd < 0) reserve_fd = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
-    starved = reserve_fd < 0;
-    accept_clients();
-  });
+  if (!starved) wait_for_clients();
+}
+
+/// Ten times a second. Accepting goes on here after a pause for want of descriptors, and when an
+/// exception (no memory) has ended it.
+void Server::Impl::tend() {
+  if (starved && reserve_fd < 0) reserve_fd = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
+  starved = starved && reserve_fd < 0;
+  if (!starved) wait_for_clients();
 }
 
 /// False when there is nobody, or no descriptor for anybody.
 bool Server::Impl::accept_one() {
   if (!acceptor->is_open()) return false;
-  const int fd =
-      ::accept4(acceptor->native_handle(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
-  if (fd >= 0) {
-    if (open_connections() >= options.limits.connections) {
-      loops[0]->stats().count_rejected("too_many_connections");
-      [[maybe_unused]] const ssize_t sent =
-          ::send(fd, kFull.data(), kFull.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
-      ::close(fd);
-    } else {
-      hand_over(fd);
-    }
+  sockaddr_storage from{};
+  socklen_t size = sizeof from;
+  Descriptor fd(::accept4(acceptor->native_handle(), reinterpret_cast<sockaddr*>(&from), &size,
+                          SOCK_NONBLOCK | SOCK_CLOEXEC));
+  if (fd.get() >= 0) {
+    hand_over(std::move(fd), address_of(from));
     return true;
   }
   const bool exhausted = errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM;
@@ -175,26 +206,57 @@ std::size_t Server::Impl::open_connections() const {
   return sum;
 }
 
-void Server::Impl::hand_over(int fd) {
+void Server::Impl::hand_over(Descriptor fd, const Address& from) {
   const int on = 1;
-  ::setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-  IoLoop* fewest = loops[0].get();
-  for (const auto& loop : loops)
-    if (loop->open.load(std::memory_order_relaxed) < fewest->open.load(std::memory_order_relaxed))
-      fewest = loop.get();
-  fewest->open.fetch_add(1, std::memory_order_relaxed);
+  ::setsockopt(fd.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+  const char* crowded = nullptr;
+  if (open_connections() >= options.limits.connections) crowded = kTooMany;
+  if (addresses.count(from) >= options.limits.per_address) crowded = kTooManyFromOne;
+  std::size_t best = 0;
+  const auto count = [&](std::size_t i) {
+    return (crowded ? loops[i]->waiting : loops[i]->open).load(std::memory_order_relaxed);
+  };
+  for (std::size_t i = 1; i < loops.size(); ++i)
+    if (crowded ? count(i) > count(best) : count(i) < count(best)) best = i;
   loops[0]->stats().count_accepted();
-  asio::post(fewest->context(), [this, fewest, fd] {
-    tcp::socket socket(fewest->context());
-    error_code error;
-    if (socket.assign(protocol, fd, error)) {
-      ::close(fd);
-      fewest->open.fetch_sub(1, std::memory_order_relaxed);
-      return;
-    }
-    socket.non_blocking(true, error);
-    std::make_shared<Connection>(*fewest, context, std::move(socket))->start();
+  send_to(best, std::move(fd), from, crowded, loops.size() - 1);
+}
+
+/// `others`: how many loops may be asked after this one whether somebody gives way.
+void Server::Impl::send_to(std::size_t loop, Descriptor fd, const Address& from,
+                           const char* crowded, std::size_t others) {
+  asio::post(loops[loop]->context(), [this, loop, crowded, others, fd = std::move(fd),
+                                      slot = Slot(addresses, from, loops[loop]->open)]() mutable {
+    take_in(loop, std::move(fd), std::move(slot), crowded, others);
   });
+}
+
+/// On the connection's own loop. `crowded`: somebody must go for this one to be served.
+void Server::Impl::take_in(std::size_t index, Descriptor fd, Slot slot, const char* crowded,
+                           std::size_t others) {
+  IoLoop& loop = *loops[index];
+  if (crowded) {
+    if (loop.make_one_give_way(crowded == kTooManyFromOne ? &slot.address() : nullptr)) {
+      loop.stats().count_rejected("gave_way");
+      crowded = nullptr;
+    } else if (others > 0) {
+      const Address from = slot.address();
+      slot.give_back();
+      return send_to((index + 1) % loops.size(), std::move(fd), from, crowded, others - 1);
+    }
+  }
+  if (crowded && !loop.room_for_extra(options.limits.extra)) {
+    loop.stats().count_rejected(crowded);
+    [[maybe_unused]] const ssize_t sent =
+        ::send(fd.get(), kFull.data(), kFull.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    return;
+  }
+  tcp::socket socket(loop.context());
+  error_code error;
+  if (socket.assign(protocol, fd.get(), error)) return;
+  fd.release();
+  socket.non_blocking(true, error);
+  std::make_shared<Connection>(loop, context, std::move(socket), std::move(slot), crowded)->start();
 }
 
 // --- stopping ------------------------------------------------------------------------------------
@@ -203,6 +265,11 @@ void Server::Impl::wait_for_signal() {
   if (!signals) return;
   signals->async_wait([this](const error_code& error, int number) {
     if (error) return;
+    wait_for_signal();
+    if (number == SIGHUP && (stopping || !options.hangup_stops || !options.hangup_stops())) {
+      spdlog::warn("signal SIGHUP: nothing is read anew while running; restart for that");
+      return;
+    }
     if (stopping) {
       spdlog::warn("signal {} again: stopping at once", number);
       all_answered = false;
@@ -211,22 +278,25 @@ void Server::Impl::wait_for_signal() {
     }
     spdlog::info("signal {}: finishing what is in flight", number);
     begin_drain();
-    wait_for_signal();
   });
 }
 
+/// From now on every response is its connection's last. A connection that is idle is not closed: a
+/// request may be on its way. Once the port is closed it has a moment for that.
 void Server::Impl::begin_drain() {
   if (stopping.exchange(true)) return;
+  for (const auto& loop : loops)
+    asio::post(loop->context(), [loop = loop.get()] { loop->farewell = true; });
   drain_timer->expires_after(options.drain_delay);
   drain_timer->async_wait([this](const error_code&) {
     close_listener();
     for (const auto& loop : loops)
       asio::post(loop->context(), [loop = loop.get()] {
-        loop->draining = true;
-        for (Connection* connection = loop->first; connection;) {
-          Connection* const next = connection->next;
-          connection->drain();
-          connection = next;
+        loop->leaving = true;
+        for (Link* link = loop->all.after; link != &loop->all;) {
+          Connection& connection = *link->owner;
+          link = link->after;
+          connection.leave();
         }
       });
     wait_until_drained(std::chrono::steady_clock::now() + options.grace);
@@ -239,7 +309,6 @@ void Server::Impl::close_listener() {
   }
   error_code ignored;
   acceptor->close(ignored);
-  accept_timer->cancel();
 }
 
 void Server::Impl::wait_until_drained(std::chrono::steady_clock::time_point until) {
@@ -278,6 +347,7 @@ std::string Server::url() const {
 
 bool Server::run() {
   impl_->wait_for_signal();
+  impl_->loops[0]->on_tick = [impl = impl_.get()] { impl->tend(); };
   impl_->wait_for_clients();
   std::vector<std::thread> threads;
   for (std::size_t i = 1; i < impl_->loops.size(); ++i)
@@ -295,6 +365,8 @@ bool Server::ready() const { return !impl_->stopping && !impl_->starved; }
 
 StatsSnapshot Server::stats() const {
   StatsSnapshot sum;
+  sum.held_bytes = impl_->memory.held();
+  sum.held_limit = impl_->memory.limit();
   for (const auto& loop : impl_->loops) {
     loop->stats().add_to(sum);
     sum.connections += loop->open.load(std::memory_order_relaxed);

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -20,8 +21,10 @@ struct ServerOptions {
   std::uint16_t port = 8080;  // 0: any free one
   int threads = 0;            // 0: one per core
   Limits limits;
+  std::size_t buffer_bytes = 128 << 20;  // held for clients: request bodies, responses on their way
   bool access_log = false;
   bool handle_signals = true;                // SIGTERM and SIGINT stop; a second one at once
+  std::function<bool()> hangup_stops = {};   // asked at SIGHUP; otherwise that is only logged
   std::chrono::milliseconds drain_delay{0};  // not ready, still accepting: for load balancers
   std::chrono::milliseconds grace{10'000};   // for requests in flight
 };
@@ -37,8 +40,9 @@ class Server {
   /// "http://127.0.0.1:8080/"
   std::string url() const;
 
-  /// Serves until stop() or a signal, then until the requests in flight are answered or the grace
-  /// period is over. True when every request was answered.
+  /// Serves until stop() or a signal, then until the requests in flight are answered (and those
+  /// that idle connections send in the next moment) or the grace period is over. True when every
+  /// request was answered.
   bool run();
 
   /// From any thread: stop gracefully.

@@ -22,6 +22,7 @@ struct StatsSnapshot {
   std::array<std::uint64_t, kDurationBounds.size() + 1> durations{};  // not cumulative
   double duration_sum_s = 0;
   std::uint64_t connections = 0, accepted = 0, bytes_sent = 0;
+  std::uint64_t held_bytes = 0, held_limit = 0;   // of request bodies and responses on their way
   std::map<std::string, std::uint64_t> rejected;  // by the label of the refusal
 };
 

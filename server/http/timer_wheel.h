@@ -40,11 +40,11 @@ class TimerWheel {
 
   explicit TimerWheel(Clock::time_point now) : start_(now) {
     for (Head& head : slots_) head.next_ = head.prev_ = &head;
+    due_.next_ = due_.prev_ = &due_;
   }
   ~TimerWheel() {
-    for (Head& head : slots_)
-      while (head.next_ != &head) static_cast<Timer*>(head.next_)->unlink();
-    for (Head& head : slots_) head.next_ = head.prev_ = nullptr;
+    for (Head& head : slots_) empty(head);
+    empty(due_);
   }
 
   void set(Timer& timer, Clock::time_point now, std::chrono::milliseconds after) {
@@ -56,31 +56,21 @@ class TimerWheel {
   }
   static void cancel(Timer& timer) { timer.unlink(); }
 
-  /// Calls on_deadline() of all that are due.
+  /// Calls on_deadline() of all that are due. When one throws, the rest are called the next time.
   void advance(Clock::time_point now) {
     const std::int64_t to = tick_of(now);
     if (to - at_ > std::int64_t(kSlots)) at_ = to - kSlots;  // after a long sleep: each slot once
+    ring();
     while (at_ < to) {
       ++at_;
-      Head due;
-      due.next_ = due.prev_ = &due;
       Head& slot = slots_[at_ % kSlots];
       // Taken out first: what a deadline sets anew may land in this very slot, a turn later.
       while (slot.next_ != &slot) {
         Timer& timer = *static_cast<Timer*>(slot.next_);
         timer.unlink();
-        insert(due, timer);
+        insert(due_, timer);
       }
-      while (due.next_ != &due) {
-        Timer& timer = *static_cast<Timer*>(due.next_);
-        timer.unlink();
-        if (timer.due_ <= at_) {
-          timer.on_deadline();
-        } else {
-          link(timer);
-        }
-      }
-      due.next_ = due.prev_ = nullptr;
+      ring();
     }
   }
 
@@ -90,6 +80,21 @@ class TimerWheel {
     void on_deadline() override {}
   };
 
+  void ring() {
+    while (due_.next_ != &due_) {
+      Timer& timer = *static_cast<Timer*>(due_.next_);
+      timer.unlink();
+      if (timer.due_ <= at_) {
+        timer.on_deadline();
+      } else {
+        link(timer);
+      }
+    }
+  }
+  static void empty(Head& head) {
+    while (head.next_ != &head) head.next_->unlink();
+    head.next_ = head.prev_ = nullptr;
+  }
   std::int64_t tick_of(Clock::time_point time) const { return (time - start_) / kTick; }
   void link(Timer& timer) { insert(slots_[timer.due_ % kSlots], timer); }
   static void insert(Timer& head, Timer& timer) {
@@ -102,6 +107,7 @@ class TimerWheel {
   Clock::time_point start_;
   std::int64_t at_ = 0;
   std::array<Head, kSlots> slots_;
+  Head due_;  // taken out of their slot, not called yet
 };
 
 }  // namespace tind::http

@@ -1,13 +1,17 @@
 #include "server/services/config.h"
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <numeric>
+
+#include "terrain/raster/nodata.h"
 
 namespace tind::services {
 namespace {
@@ -76,6 +80,21 @@ Setting toggle(std::string name, std::string help, bool Config::*field) {
           [field](const Config& config) { return std::string(config.*field ? "true" : "false"); }};
 }
 
+Setting nodata_setting() {
+  Setting setting = text("nodata",
+                         "values that mean no data in the DEMs, beside those that they declare: "
+                         "-9999 or -9999,-32768; none: the declared ones are heights",
+                         &Config::nodata);
+  setting.set = [](Config& config, std::string_view value) -> Result<void> {
+    DemOptions options;
+    if (!value.empty() && !set_nodata(value, options))
+      return fail(Errc::invalid_argument, "must be numbers with commas between, or none");
+    config.nodata = value;
+    return {};
+  };
+  return setting;
+}
+
 Setting listen_setting() {
   Setting setting =
       text("listen", "where to listen: ADDRESS:PORT; port 0 picks a free one", &Config::listen);
@@ -114,7 +133,9 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
-std::string suggestion(std::string_view unknown) {
+/// `name_of`: how a setting is called where the unknown name was found.
+template <class NameOf>
+std::string suggestion(std::string_view unknown, NameOf&& name_of) {
   std::string best;
   std::size_t distance = 1 + unknown.size() / 3;
   const auto consider = [&](const std::string& key) {
@@ -123,9 +144,29 @@ std::string suggestion(std::string_view unknown) {
     distance = d;
     best = key;
   };
-  consider("datasets");
-  for (const Setting& setting : settings()) consider(file_key(setting.name));
+  for (const Setting& setting : settings()) consider(name_of(setting.name));
   return best.empty() ? "; see tind serve --print-config for all" : "; did you mean " + best + "?";
+}
+
+/// Not settings of the daemon: where its data lies, the program that tests run, and what Kubernetes
+/// tells every pod about a service that is called "tind".
+bool is_other_variable(std::string_view key) {
+  return key == "TIND_DATA" || key == "TIND_BINARY" || key == "TIND_PORT" ||
+         key.starts_with("TIND_PORT_") || key.starts_with("TIND_SERVICE_");
+}
+
+Result<void> check_environment(const std::vector<std::string>& names) {
+  for (const std::string& key : names) {
+    if (!key.starts_with("TIND_") || is_other_variable(key)) continue;
+    const bool known = std::ranges::any_of(
+        settings(), [&](const Setting& setting) { return environment_key(setting.name) == key; });
+    if (!known)
+      return fail(Errc::invalid_argument, "environment: unknown variable " + key +
+                                              suggestion(key, [](const std::string& name) {
+                                                return environment_key(name);
+                                              }));
+  }
+  return {};
 }
 
 // --- the sources ---------------------------------------------------------------------------------
@@ -178,7 +219,9 @@ Result<void> read_file(Config& config, const std::string& file) {
         settings(), [&](const Setting& row) { return file_key(row.name) == key.str(); });
     if (setting == settings().end())
       return fail(Errc::invalid_argument,
-                  fmt::format("{}: unknown key {}{}", where, key.str(), suggestion(key.str())));
+                  fmt::format("{}: unknown key {}{}", where, key.str(),
+                              key.str().starts_with("dataset") ? "; did you mean datasets?"
+                                                               : suggestion(key.str(), file_key)));
     const auto value = scalar_text(node);
     if (!value)
       return fail(Errc::invalid_argument, where + ": " + setting->name + " must be a plain value");
@@ -204,6 +247,7 @@ const std::vector<Setting>& settings() {
              {"unknown", "egm96", "ellipsoid"}),
       choice("to-datum", "what the tiles' heights are above", &Config::to_datum,
              {"ellipsoid", "same"}),
+      nodata_setting(),
       number("max-error", "largest error at the deepest level, metres; 0: 1/32 of the post spacing",
              &Config::max_error, 0.0, 1e6),
       number("error-factor", "scales the error that each coarser level may have",
@@ -212,6 +256,11 @@ const std::vector<Setting>& settings() {
              {"both", "above", "below"}),
       number("max-connections", "clients connected at the same time", &Config::max_connections, 1,
              1'000'000),
+      number("max-connections-per-address",
+             "of these, from one address (IPv6: one /64); 0: a quarter of max-connections",
+             &Config::max_connections_per_address, 0, 1'000'000),
+      number("buffer-mb", "memory for request bodies and for responses on their way, megabytes",
+             &Config::buffer_mb, 64, 1'000'000),
       text("viewer", "folder of the web page; default: beside the program", &Config::viewer),
       text(
           "index-dir",
@@ -241,6 +290,8 @@ Result<Config> read_config(const ConfigInput& input) {
   Config config;
   if (!input.file.empty())
     if (auto done = read_file(config, input.file); !done) return std::unexpected(done.error());
+  if (auto done = check_environment(input.environment_names); !done)
+    return std::unexpected(done.error());
   for (const Setting& setting : settings()) {
     const std::string key = environment_key(setting.name);
     const auto value = input.environment ? input.environment(key) : std::nullopt;
@@ -268,7 +319,10 @@ std::string print_config(const Config& config) {
 }
 
 Result<ListenAddress> parse_listen(std::string_view text) {
-  const auto bad = [] { return fail(Errc::invalid_argument, "must be ADDRESS:PORT"); };
+  const auto bad = [] {
+    return fail(Errc::invalid_argument,
+                "must be ADDRESS:PORT, ADDRESS an IP address of this machine");
+  };
   ListenAddress listen{"127.0.0.1", 0};
   const auto colon = text.rfind(':');
   std::string_view port = text;
@@ -285,6 +339,10 @@ Result<ListenAddress> parse_listen(std::string_view text) {
   }
   const auto [stop, error] = std::from_chars(port.data(), port.data() + port.size(), listen.port);
   if (error != std::errc() || stop != port.data() + port.size()) return bad();
+  std::array<unsigned char, sizeof(in6_addr)> ignored;
+  if (inet_pton(AF_INET, listen.address.c_str(), ignored.data()) != 1 &&
+      inet_pton(AF_INET6, listen.address.c_str(), ignored.data()) != 1)
+    return bad();
   return listen;
 }
 

@@ -30,8 +30,11 @@ struct Config {
   double error_factor = 1;
   std::string side = "both";
   int max_connections = 4096;
+  int max_connections_per_address = 0;  // 0: a quarter of these
+  int buffer_mb = 128;                  // request bodies, responses on their way
   std::string viewer;
   std::string index_dir;  // empty: default_index_dir()
+  std::string nodata;     // empty: as the DEMs declare it
   bool allow_vrt = false;
   bool access_log = false;
   std::string log_level = "info";
@@ -54,6 +57,8 @@ const std::vector<Setting>& settings();
 struct ConfigInput {
   std::string file;  // empty: none
   std::function<std::optional<std::string>(const std::string&)> environment;
+  std::vector<std::string> environment_names =
+      {};                                    // all there are: one TIND_... unknown is an error
   std::map<std::string, std::string> flags;  // by setting name
   std::vector<std::string> datasets;         // when not empty: instead of the file's
 };

@@ -1,15 +1,20 @@
 #pragma once
-// Where work happens: a fixed number of threads behind a bounded queue. What does not fit is
-// refused at once, so that a flood of cold tiles costs the clients a 503 and never the server its
-// memory.
+// Where work happens: a fixed number of threads behind bounded queues, one for each class of work.
+// What does not fit is refused at once, so that a flood of cold tiles costs the clients a 503 and
+// never the server its memory. Workers take from the classes in turn, and a long class may never
+// hold all of them: a plan or the preparing of a scene keeps no tile waiting, and tiles no
+// question. Work whose client has gone is not begun, and what has begun is told.
 
+#include <array>
 #include <atomic>
 #include <condition_variable>
 #include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <functional>
 #include <mutex>
 #include <stop_token>
+#include <string_view>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -18,14 +23,23 @@
 
 namespace tind::services {
 
+enum class Work : std::uint8_t {
+  question,  // microseconds to milliseconds: a height, the beginning of a stream, a known view
+  tile,      // milliseconds to a second: a tile, or what is made of one
+  batch      // seconds: flight plans, many tiles, preparing a scene
+};
+inline constexpr std::array kWorks = {Work::question, Work::tile, Work::batch};
+std::string_view name(Work);
+
 class CpuPool {
  public:
   using Task = std::move_only_function<void(std::stop_token)>;
 
-  /// The right to one place in the pool, waiting or running; given back by its destructor.
+  /// The right to one place in a class, waiting or running; given back by its destructor.
   class Permit {
    public:
-    Permit(Permit&& other) noexcept : count_(std::exchange(other.count_, nullptr)) {}
+    Permit(Permit&& other) noexcept
+        : work_(other.work_), count_(std::exchange(other.count_, nullptr)) {}
     Permit& operator=(Permit&&) = delete;
     ~Permit() {
       if (count_) count_->fetch_sub(1);
@@ -33,41 +47,63 @@ class CpuPool {
 
    private:
     friend class CpuPool;
-    explicit Permit(std::atomic<std::size_t>& count) : count_(&count) {}
+    Permit(Work work, std::atomic<std::size_t>& count) : work_(work), count_(&count) {}
+    Work work_;
     std::atomic<std::size_t>* count_;
   };
 
-  /// `threads` 0: one per core. `queue`: tasks that may wait beside those that run.
+  /// `threads` 0: one per core. At a time they do that many tiles, and half as many batches; with
+  /// one there is a second thread, so that a batch is not in the way. `queue`: tasks of a class
+  /// that may wait beside those that run; of batches, which keep more, an eighth of that.
   CpuPool(int threads, std::size_t queue);
   ~CpuPool() { stop(); }
   CpuPool(const CpuPool&) = delete;
   CpuPool& operator=(const CpuPool&) = delete;
 
-  /// Errc::busy when every thread has work and the queue is full. Lock-free.
-  Result<Permit> admit();
-  /// Runs the task on a worker. One that never runs, because of stop(), is destroyed.
-  void run(Permit, Task);
+  /// Errc::busy when the class has all the work that it may have. Cheap: for I/O threads.
+  Result<Permit> admit(Work);
+  /// Runs the task on a worker; its token is stopped by stop(), and by `gone`: whoever wanted it
+  /// does not any more. One that never runs, because of either, is destroyed.
+  void run(Permit, Task, std::stop_token gone = {});
 
   /// Tells running tasks to stop, drops those that wait, joins. Idempotent.
   void stop();
 
   /// Tasks admitted: waiting or running.
-  std::size_t admitted() const { return admitted_.load(std::memory_order_relaxed); }
-  std::size_t capacity() const { return capacity_; }
+  std::size_t admitted(Work work) const { return class_of(work).admitted.load(); }
+  std::size_t admitted() const;
+  std::size_t capacity(Work work) const { return class_of(work).capacity; }
+  std::uint64_t refused(Work work) const { return class_of(work).refused.load(); }
+  /// Tasks that were told to stop, or never begun, because nobody wanted them any more.
+  std::uint64_t abandoned(Work work) const { return class_of(work).abandoned.load(); }
 
  private:
   struct Job {
     Permit permit;
     Task task;
+    std::stop_token gone;
   };
-  void work(std::stop_token);
+  struct Class {
+    std::atomic<std::size_t> admitted{0};
+    std::atomic<std::uint64_t> refused{0}, abandoned{0};
+    std::size_t capacity = 0;   // may wait or run
+    std::size_t at_a_time = 0;  // may run
+    std::size_t running = 0;    // under the mutex, like this:
+    std::deque<Job> waiting;
+  };
+  Class& class_of(Work work) { return classes_[std::size_t(work)]; }
+  const Class& class_of(Work work) const { return classes_[std::size_t(work)]; }
+
+  void work(const std::stop_token&);
+  Class* next_class();
+  void do_job(Job, Class&, const std::stop_token&);
+  void drop_abandoned(Class&);
 
   std::mutex mutex_;
   std::condition_variable_any wake_;
-  std::deque<Job> jobs_;
+  std::array<Class, kWorks.size()> classes_;
+  std::size_t turn_ = 0;  // whose it is to give the next job
   bool stopped_ = false;
-  std::atomic<std::size_t> admitted_{0};
-  const std::size_t capacity_;  // threads + queue
   std::vector<std::jthread> workers_;
 };
 

@@ -8,6 +8,8 @@
 #include <cstdio>
 #include <memory>
 
+#include "server/services/log.h"
+
 namespace tind::services {
 namespace {
 
@@ -55,12 +57,14 @@ void http_metrics(Exposition& out, const http::StatsSnapshot& stats) {
   out.one("tind_http_connections_accepted_total", "counter", "Connections accepted.",
           stats.accepted);
   out.one("tind_http_sent_bytes_total", "counter", "Bytes written to clients.", stats.bytes_sent);
+  out.one("tind_http_held_bytes", "gauge", "Request bodies, and responses on their way, in memory.",
+          stats.held_bytes);
+  out.one("tind_http_held_bytes_limit", "gauge", "What they may take together.", stats.held_limit);
   out.begin("tind_http_rejected_total", "counter", "Requests and clients refused, by reason.");
   for (const auto& [reason, count] : stats.rejected) out.value(count, "reason=\"" + reason + "\"");
 }
 
-void tile_metrics(Exposition& out, const TileService& service, const TileCache& cache,
-                  const CpuPool& pool) {
+void tile_metrics(Exposition& out, const TileService& service, const TileCache& cache) {
   const auto& counters = service.counters();
   out.begin("tind_tile_requests_total", "counter", "Requests for existing tiles, by outcome.");
   out.value(counters.hits.load(), "result=\"hit\"");
@@ -71,15 +75,29 @@ void tile_metrics(Exposition& out, const TileService& service, const TileCache& 
   out.value(counters.built.load(), {}, "_count");
   out.one("tind_tile_build_failures_total", "counter", "Tiles that could not be made.",
           counters.failed.load());
-  out.one("tind_tile_build_queue_length", "gauge", "Tasks waiting or running on the CPU pool.",
-          pool.admitted());
-  out.one("tind_tile_build_queue_capacity", "gauge", "Tasks that the CPU pool admits.",
-          pool.capacity());
+  out.one("tind_tile_build_repeated_failures_total", "counter",
+          "Requests answered with a tile's failure of a moment ago.", counters.failed_again.load());
   out.one("tind_cache_bytes", "gauge", "Memory held by finished tiles.", cache.bytes());
   out.one("tind_cache_tiles", "gauge", "Finished tiles, and what is made of them, in memory.",
           cache.tiles());
   out.one("tind_cache_evictions_total", "counter", "Tiles that made room for others.",
           cache.evictions());
+}
+
+void work_metrics(Exposition& out, const CpuPool& pool) {
+  const auto each = [&](std::string_view metric, std::string_view type, std::string_view help,
+                        auto&& value) {
+    out.begin(metric, type, help);
+    for (const Work work : kWorks) out.value(value(work), fmt::format("class=\"{}\"", name(work)));
+  };
+  each("tind_work_tasks", "gauge", "Tasks waiting or running, by class.",
+       [&](Work work) { return pool.admitted(work); });
+  each("tind_work_capacity", "gauge", "Tasks that may wait or run.",
+       [&](Work work) { return pool.capacity(work); });
+  each("tind_work_refused_total", "counter", "Tasks refused because there were too many.",
+       [&](Work work) { return pool.refused(work); });
+  each("tind_work_abandoned_total", "counter", "Tasks ended because nobody waited for them.",
+       [&](Work work) { return pool.abandoned(work); });
 }
 
 void product_metrics(Exposition& out, std::span<const NamedProducts> products) {
@@ -146,8 +164,14 @@ std::string render_metrics(const http::StatsSnapshot& http_stats, const Catalog&
   out.value(1, "version=\"" TIND_VERSION "\"");
   out.one("tind_datasets", "gauge", "Datasets served.", catalog.all().size());
   http_metrics(out, http_stats);
-  tile_metrics(out, service, cache, pool);
+  tile_metrics(out, service, cache);
+  work_metrics(out, pool);
   product_metrics(out, products);
+  const LogCounts log = log_counts();
+  out.one("tind_log_lines_dropped_total", "counter", "Lines that stderr did not take in time.",
+          log.dropped);
+  out.one("tind_log_lines_repeated_total", "counter", "Warnings that had been written before.",
+          log.repeated);
   process_metrics(out);
   return out.take();
 }

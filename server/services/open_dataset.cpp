@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "terrain/pyramid/residual_index.h"
+#include "terrain/pyramid/stored_tiles.h"
 
 namespace tind::services {
 namespace {
@@ -13,7 +14,7 @@ Result<std::unique_ptr<TileSet>> open_tiles(const DatasetSpec& spec, const DemOp
                                             const std::string& index_dir) {
   if (spec.files.size() == 1 && std::filesystem::is_directory(spec.files[0]))
     return open_stored_tiles(spec.files[0]);
-  auto dem = DemSource::open(spec.files, dem_options);
+  auto dem = open_dem(spec, dem_options);
   if (!dem) return std::unexpected(dem.error());
   std::string index;
   if (!index_dir.empty() && deepest_indexed_level((*dem)->info(), options.exact_posts) >= 0) {
@@ -48,13 +49,27 @@ DatasetSpec parse_dataset_spec(const std::string& text) {
   return spec;
 }
 
+Result<std::shared_ptr<const DemSource>> open_dem(const DatasetSpec& spec,
+                                                  const DemOptions& options) {
+  auto dem = DemSource::open(spec.files, options);
+  if (dem || dem.error().code != Errc::not_found || spec.files.size() != 1) return dem;
+  const std::string& text = spec.files[0];
+  if (text.find(',') == text.npos || std::filesystem::exists(text)) return dem;
+  return fail(Errc::not_found,
+              dem.error().what + "; several files are one dataset as NAME=" + text);
+}
+
 Result<void> open_dataset(Catalog& catalog, const DatasetSpec& spec, const DemOptions& dem_options,
                           const TileSetOptions& options, const std::string& index_dir) {
   if (spec.files.empty())
     return fail(Errc::invalid_argument, "dataset " + spec.name + " names no file");
+  // Before it is opened: what comes in between is seen by the next look.
+  std::optional<std::uint64_t> generation;
+  if (spec.files.size() == 1 && std::filesystem::is_directory(spec.files[0]))
+    generation = stored_generation(spec.files[0]);
   auto tiles = open_tiles(spec, dem_options, options, index_dir);
   if (!tiles) return std::unexpected(tiles.error());
-  catalog.add(name_of(spec), spec.files, std::move(*tiles));
+  catalog.add(name_of(spec), spec.files, std::move(*tiles), generation);
   return {};
 }
 

@@ -18,6 +18,9 @@ struct DatasetSpec {
 /// "alps=a.tif,b.tif" or just a path.
 DatasetSpec parse_dataset_spec(const std::string& text);
 
+/// The spec's DEM; one file of no such name that holds commas gets a hint at "NAME=a,b".
+Result<std::shared_ptr<const DemSource>> open_dem(const DatasetSpec&, const DemOptions&);
+
 /// Opens the spec's files and adds them; the error says which cannot be opened, and why. Residual
 /// indexes of large DEMs are kept in `index_dir`; nowhere where that is empty.
 Result<void> open_dataset(Catalog&, const DatasetSpec&, const DemOptions&, const TileSetOptions&,

@@ -7,7 +7,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <random>
+#include <string_view>
+#include <tuple>
 
 #include "terrain/progressive/levelled_collapse.h"
 #include "terrain/tile/void_fill.h"
@@ -72,6 +75,22 @@ Result<std::shared_ptr<const RefineService::Scene>> RefineService::make(const De
   return std::make_shared<const Scene>(window, std::move(*all), std::move(*geometry));
 }
 
+/// Whatever happens while it is made, it can be asked for again.
+class RefineService::Making {
+ public:
+  Making(RefineService& service, Key key) : service_(service), key_(std::move(key)) {}
+  Making(const Making&) = delete;
+  Making& operator=(const Making&) = delete;
+  ~Making() {
+    const std::lock_guard lock(service_.mutex_);
+    service_.making_.erase(key_);
+  }
+
+ private:
+  RefineService& service_;
+  const Key key_;
+};
+
 Result<std::shared_ptr<const RefineService::Scene>> RefineService::scene(
     const Dataset& dataset, const std::optional<GeoRect>& asked, std::stop_token stop) {
   const DemSource* const dem = dataset.tiles->dem();
@@ -89,16 +108,39 @@ Result<std::shared_ptr<const RefineService::Scene>> RefineService::scene(
     if (making_.size() >= limits_.scenes || !making_.insert(key).second)
       return fail(Errc::busy, "this or other data are being made ready for refining: try again");
   }
+  const Making making(*this, key);
   auto made = make(*dem, *window, std::move(stop));
-  const std::lock_guard lock(mutex_);
-  making_.erase(key);
   if (!made) return made;
+  const std::lock_guard lock(mutex_);
   scenes_.emplace_front(key, *made);
   while (scenes_.size() > limits_.scenes) {
     std::erase_if(views_, [&](const auto& v) { return v.second->scene == scenes_.back().second; });
     scenes_.pop_back();
   }
   return made;
+}
+
+bool RefineService::ready(const Dataset& dataset, const std::optional<GeoRect>& asked) const {
+  const DemSource* const dem = dataset.tiles->dem();
+  if (!dem) return true;  // it fails at once
+  const auto window = refine_window(*dem, asked, limits_.posts);
+  if (!window) return true;
+  const Key key{&dataset, *window};
+  const std::lock_guard lock(mutex_);
+  return std::ranges::any_of(scenes_, [&](const auto& s) { return s.first == key; });
+}
+
+bool RefineService::ready(const Dataset& dataset, const GeoRegion& region,
+                          const std::optional<GeoRect>& asked) const {
+  return !dataset.tiles->dem() || ready(dataset, window_of(dataset, region, asked));
+}
+
+/// A region of what is too large brings its own window.
+std::optional<GeoRect> RefineService::window_of(const Dataset& dataset, const GeoRegion& region,
+                                                const std::optional<GeoRect>& asked) const {
+  const DemInfo& info = dataset.tiles->dem()->info();
+  if (asked || std::size_t(info.cols) * std::size_t(info.rows) <= limits_.posts) return asked;
+  return around(region);
 }
 
 Result<proto::RefineDelta> RefineService::region(const Dataset& dataset, const GeoRegion& region,
@@ -108,9 +150,7 @@ Result<proto::RefineDelta> RefineService::region(const Dataset& dataset, const G
   const DemSource* const dem = dataset.tiles->dem();
   if (!dem) return fail(Errc::not_found, "this dataset is a store of tiles without its DEM");
   if (const auto valid = region.over(*dem); !valid) return std::unexpected(valid.error());
-  const auto posts = std::size_t(dem->info().cols) * std::size_t(dem->info().rows);
-  const auto ready =
-      scene(dataset, window || posts <= limits_.posts ? window : around(region), std::move(stop));
+  const auto ready = scene(dataset, window_of(dataset, region, window), std::move(stop));
   if (!ready) return std::unexpected(ready.error());
   const Scene& s = **ready;
   const auto over = region.over(*dem, s.window.col, s.window.row);
@@ -121,17 +161,19 @@ Result<proto::RefineDelta> RefineService::region(const Dataset& dataset, const G
 Result<proto::RefineDelta> RefineService::view(const Dataset& dataset, const Camera& camera,
                                                const std::string& token,
                                                const std::optional<GeoRect>& window,
-                                               std::stop_token stop) {
+                                               std::stop_token stop, const std::string& client) {
   std::unique_ptr<View> view;
   if (token.empty()) {
     const auto ready = scene(dataset, window, std::move(stop));
     if (!ready) return std::unexpected(ready.error());
     const Scene& s = **ready;
-    view = std::make_unique<View>(*ready, ViewFront(s.all, s.geometry), &dataset, Clock::now());
+    view = std::make_unique<View>(*ready, ViewFront(s.all, s.geometry), &dataset, client,
+                                  Clock::now());
   } else if (view = take(dataset, token); !view) {
     return fail(Errc::not_found, "this view is unknown or has expired: start again without one");
   }
   const Scene& s = *view->scene;
+  view->moved = !token.empty();
   view->front.look(camera);
   const FrontChange change = view->front.take_change();
   proto::RefineDelta d;
@@ -159,21 +201,28 @@ std::unique_ptr<RefineService::View> RefineService::take(const Dataset& dataset,
 
 void RefineService::keep(const std::string& token, std::unique_ptr<View> view) {
   const std::lock_guard lock(mutex_);
+  // Its scene may have gone meanwhile, and would live on with it.
+  if (std::ranges::none_of(scenes_, [&](const auto& s) { return s.second == view->scene; })) return;
   view->used = Clock::now();
   views_.emplace(token, std::move(view));
   drop_views(Clock::now());
 }
 
-/// Those too old, then the oldest until the rest is within the limits.
+/// Those too old; then, until the rest is within the limits, one of whoever has most: a client that
+/// makes many views takes no other's. Behind a proxy all are one client, so what was never asked
+/// for again goes first.
 void RefineService::drop_views(Clock::time_point now) {
   std::erase_if(views_, [&](const auto& v) { return now - v.second->used > limits_.view_age; });
   std::size_t bytes = 0;
   for (const auto& [token, view] : views_) bytes += view->front.memory_bytes();
   while (!views_.empty() && (views_.size() > limits_.views || bytes > limits_.view_bytes)) {
-    const auto oldest =
-        std::ranges::min_element(views_, {}, [](const auto& v) { return v.second->used; });
-    bytes -= oldest->second->front.memory_bytes();
-    views_.erase(oldest);
+    std::map<std::string_view, std::size_t> held;
+    for (const auto& [token, view] : views_) ++held[view->client];
+    const auto least = std::ranges::min_element(views_, {}, [&](const auto& v) {
+      return std::tuple(-std::ptrdiff_t(held[v.second->client]), v.second->moved, v.second->used);
+    });
+    bytes -= least->second->front.memory_bytes();
+    views_.erase(least);
   }
 }
 

@@ -26,9 +26,10 @@ struct RefineLimits {
   std::size_t posts = 1'000'000;  // of a dataset or window that can be refined; 200 bytes each
   std::size_t scenes = 2;  // of them kept ready, and made at a time; the one not used for longest
                            // goes
-  std::size_t views = 64;  // so do views ...
+  std::size_t views = 64;  // of all clients: whoever has most of them loses one, first those that
+                           // were never asked for again, of them the one not used for longest
   std::size_t view_bytes = 256 << 20;
-  std::chrono::seconds view_age{300};  // ... and after this long without being asked for
+  std::chrono::seconds view_age{300};  // without being asked for
 };
 
 /// Thread-safe. Every call may compute for seconds: on a worker.
@@ -46,8 +47,14 @@ class RefineService {
   /// What leads from the view `token` to the one of this camera; with no token the whole mesh. The
   /// answer names the new view, and the old name is gone. A view stays in its window. Fails with
   /// not_found for a token that is unknown, expired or in use.
+  /// `client`: whose view it is. Where there are too many views, whoever has most loses one.
   Result<proto::RefineDelta> view(const Dataset&, const Camera&, const std::string& token,
-                                  const std::optional<GeoRect>& window, std::stop_token);
+                                  const std::optional<GeoRect>& window, std::stop_token,
+                                  const std::string& client = {});
+
+  /// False where the posts must be prepared first, which takes seconds: a first view, a region.
+  bool ready(const Dataset&, const std::optional<GeoRect>& window) const;
+  bool ready(const Dataset&, const GeoRegion&, const std::optional<GeoRect>& window) const;
 
   const RefineLimits& limits() const { return limits_; }
   std::size_t views() const;
@@ -58,18 +65,23 @@ class RefineService {
     MultiTriangulation all;
     ViewGeometry geometry;
   };
+  class Making;
   using Key = std::pair<const Dataset*, RefineWindow>;
   struct View {
     std::shared_ptr<const Scene> scene;  // outlives the front
     ViewFront front;
     const Dataset* dataset;
+    std::string client;
     Clock::time_point used;
+    bool moved = false;  // it has been asked for again
   };
 
   Result<std::shared_ptr<const Scene>> scene(const Dataset&, const std::optional<GeoRect>& window,
                                              std::stop_token);
   static Result<std::shared_ptr<const Scene>> make(const DemSource&, const RefineWindow&,
                                                    std::stop_token);
+  std::optional<GeoRect> window_of(const Dataset&, const GeoRegion&,
+                                   const std::optional<GeoRect>& asked) const;
   std::unique_ptr<View> take(const Dataset&, const std::string& token);
   void keep(const std::string& token, std::unique_ptr<View>);
   void drop_views(Clock::time_point now);

@@ -35,6 +35,13 @@ TileCache::Tile TileCache::find(const TileKey& key) {
   return found->second->tile;
 }
 
+TileCache::Tile TileCache::peek(const TileKey& key) const {
+  const Shard& shard = shard_of(key);
+  const std::lock_guard lock(shard.mutex);
+  const auto found = shard.index.find(key);
+  return found == shard.index.end() ? nullptr : found->second->tile;
+}
+
 void TileCache::insert(const TileKey& key, Tile tile) {
   const std::size_t bytes = cost_of(*tile);
   if (bytes > shard_bytes_) return;

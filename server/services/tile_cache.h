@@ -24,6 +24,7 @@ struct TileKey {
   static constexpr std::uint8_t kWhole = 7;       // with all extensions that the dataset has
   static constexpr std::uint8_t kStream = 8;      // the tile as a progressive mesh
   static constexpr std::uint8_t kTransition = 9;  // from the parent's part to the tile
+  static constexpr std::uint8_t kEncodings = 16;  // and above: other formats of the tile
   friend bool operator==(const TileKey&, const TileKey&) = default;
 };
 
@@ -36,6 +37,8 @@ class TileCache {
 
   /// Null when it is not here.
   Tile find(const TileKey&);
+  /// The same, and does not count as a use.
+  Tile peek(const TileKey&) const;
   /// A tile larger than a shard's share is not kept.
   void insert(const TileKey&, Tile);
 
@@ -61,6 +64,7 @@ class TileCache {
   };
 
   Shard& shard_of(const TileKey& key) { return shards_[Hash{}(key) >> 60]; }
+  const Shard& shard_of(const TileKey& key) const { return shards_[Hash{}(key) >> 60]; }
   void shrink(Shard&);
 
   std::array<Shard, kShards> shards_;

@@ -35,20 +35,28 @@ Result<TileService::Tile> build(const Dataset& dataset, TileId tile, std::stop_t
 
 }  // namespace
 
-TileService::TileService(TileCache& cache, CpuPool& pool)
-    : cache_(cache), pool_(pool), whole_(cache, pool, TileKey::kWhole, build) {}
+TileService::TileService(TileCache& cache, CpuPool& pool, std::chrono::milliseconds failure_age)
+    : cache_(cache), pool_(pool), whole_(cache, pool, TileKey::kWhole, build, failure_age) {}
 
 TileService::Tile TileService::cached(const Dataset& dataset, TileId tile,
                                       proto::Extensions asked) {
   return whole_.cached(dataset, tile, variant_bits(asked, dataset.offered));
 }
 
-void TileService::make(const Dataset& dataset, TileId tile, proto::Extensions asked, Done done) {
+TileService::Tile TileService::peek(const Dataset& dataset, TileId tile,
+                                    proto::Extensions asked) const {
+  return cache_.peek({dataset.index, tile, variant_bits(asked, dataset.offered)});
+}
+
+void TileService::make(const Dataset& dataset, TileId tile, proto::Extensions asked, Done done,
+                       std::stop_token gone) {
   const std::uint8_t variant = variant_bits(asked, dataset.offered);
-  whole_.make(dataset, tile,
-              [this, &dataset, tile, variant, done = std::move(done)](Result<Tile> whole) mutable {
-                done(whole ? variant_of(dataset, tile, *whole, variant) : std::move(whole));
-              });
+  whole_.make(
+      dataset, tile,
+      [this, &dataset, tile, variant, done = std::move(done)](Result<Tile> whole) mutable {
+        done(whole ? variant_of(dataset, tile, *whole, variant) : std::move(whole));
+      },
+      std::move(gone));
 }
 
 Result<TileService::Tile> TileService::make_now(const Dataset& dataset, TileId tile,

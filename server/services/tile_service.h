@@ -19,7 +19,8 @@ class TileService {
   using Done = TileProducts::Done;
 
   /// Both must outlive the service.
-  TileService(TileCache& cache, CpuPool& pool);
+  TileService(TileCache& cache, CpuPool& pool,
+              std::chrono::milliseconds failure_age = TileProducts::kFailureAge);
   /// Stops the pool, because its tasks work on this object.
   ~TileService() { pool_.stop(); }
   TileService(const TileService&) = delete;
@@ -29,9 +30,14 @@ class TileService {
   /// in the cache. Cheap: for I/O threads.
   Tile cached(const Dataset&, TileId, proto::Extensions);
 
+  /// The same for one who only wants to know: neither counted nor taken for a use. Null when the
+  /// tile is not in the cache with these extensions.
+  Tile peek(const Dataset&, TileId, proto::Extensions) const;
+
   /// Calls `done` once: from a worker when the tile is there or could not be made, or at once, from
-  /// this thread, with Errc::busy. REQUIRES: dataset.tiles->available(tile).
-  void make(const Dataset&, TileId, proto::Extensions, Done done);
+  /// this thread, with Errc::busy or the failure of a moment ago. `gone`: who asks does not want it
+  /// any more. REQUIRES: dataset.tiles->available(tile).
+  void make(const Dataset&, TileId, proto::Extensions, Done done, std::stop_token gone = {});
 
   /// The same for one who is on a worker already and wants several: from the cache, or made here.
   /// REQUIRES: dataset.tiles->available(tile).

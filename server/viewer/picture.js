@@ -1,6 +1,8 @@
 // Terrain in WebGL, for pages that draw a mesh of their own: lit, coloured by height, with its edges.
 // Positions are metres east, north and up of an origin.
 
+import {NO_WEBGL} from "./page.js";
+
 export const DEGREE = Math.PI / 180;
 export const FOV = 60; // across the picture
 
@@ -72,7 +74,7 @@ export class Picture {
   constructor(canvas) {
     this.canvas = canvas;
     const gl = (this.gl = canvas.getContext("webgl2", {antialias: true, preserveDrawingBuffer: true}));
-    if (!gl) throw new Error("this browser has no WebGL 2");
+    if (!gl) throw new Error(NO_WEBGL);
     const program = (this.program = gl.createProgram());
     for (const [kind, source] of [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, FRAGMENT]]) {
       const shader = gl.createShader(kind);

@@ -2,20 +2,15 @@
 // between coarse and fine; or each is as fine as its distance needs, and fits its neighbours all the
 // same, because a stream never touches the border of its tile.
 
+import {$, busyFor, chooseDataset, fetchDatasets, fetchJson, foldControls, NoAnswer, say, sayFailed, unanswered, whenBack} from "./page.js";
 import {cross, DEGREE, dot, fitToWindow, FOV, frameAt, Picture, sum} from "./picture.js";
 import {Geomorph, ProgressiveMesh, toCrs} from "./progressive_mesh.js";
 import {TpmStream} from "./tpm.js";
 
-const $ = (id) => document.getElementById(id);
 const DEEPEST_COARSE_LEVEL = 6; // coarser tiles are too round to be looked at like a landscape
 const HYSTERESIS = 0.25; // as terrain/progressive/lod_selection.h
 const CATCH_UP_S = 0.5; // half of the way to where a mesh should be takes at most so long
 const SLOWEST = 20; // splits a second
-
-function say(text) {
-  $("message").textContent = text;
-  $("message").hidden = text === "";
-}
 
 // ---- one tile
 
@@ -40,14 +35,14 @@ class Tile {
   async receive(portion, signal) {
     const from = this.stream.bytes;
     const headers = portion > 0 ? {Range: `bytes=${from}-${from + portion - 1}`} : from > 0 ? {Range: `bytes=${from}-`} : {};
-    const reply = await fetch(this.url, {headers, signal});
-    if (reply.status === 503) return new Promise((resolve) => setTimeout(resolve, 1000, true));
+    const reply = await fetch(this.url, {headers, signal}).catch(unanswered);
+    if (reply.status === 503) return busyFor(reply.headers).then(() => true);
     if (reply.status === 404) return false;
     if (!reply.ok) throw new Error((await reply.json()).detail);
     if (from > 0 && reply.status !== 206) throw new Error("the server sent a tile from the beginning again");
     this.size = Number(reply.headers.get("content-range")?.split("/")[1] ?? reply.headers.get("content-length"));
     for (const reader = reply.body.getReader(); ; ) {
-      const {value, done} = await reader.read();
+      const {value, done} = await reader.read().catch(unanswered);
       if (done) return true;
       if (!this.stream.feed(value)) continue;
       this.mesh ??= new ProgressiveMesh(this.stream);
@@ -238,9 +233,10 @@ async function main() {
   const picture = new Picture($("picture"));
   fitToWindow(picture.canvas);
   const orbit = new Orbit(picture.canvas);
-  const {datasets} = await (await fetch(new URL("../datasets", document.baseURI))).json();
+  foldControls();
+  const datasets = await fetchDatasets();
+  if (datasets.length === 0) return say("No dataset is served. Start again with a DEM: tind serve dem.tif");
   const asked = new URLSearchParams(location.search);
-  $("dataset").replaceChildren(...datasets.map(({name}) => new Option(name, name, false, name === asked.get("dataset"))));
   if (asked.has("link")) $("link").value = asked.get("link");
   for (const id of ["detail", "tolerance", "by-distance"]) $(id).addEventListener("input", labels);
   labels();
@@ -253,11 +249,16 @@ async function main() {
     const opened = (view = new View(dataset(), layer, Number($("level").value), Number($("count").value)));
     picture.load(new Float32Array(0));
     say("Making the first tile …");
-    opened.receive().catch((error) => opened === view && error.name !== "AbortError" && say(`This cannot be shown: ${error.message ?? error}`));
+    opened.receive().catch(async (error) => {
+      if (opened !== view || error.name === "AbortError") return;
+      if (!(error instanceof NoAnswer)) return say(`This cannot be shown: ${error.message ?? error}`, [["Send again", open]]);
+      await whenBack();
+      if (opened === view) open();
+    });
   };
   const openDataset = async () => {
     const chosen = dataset();
-    layer = await (await fetch(new URL(`../terrain/${encodeURIComponent(chosen.name)}/layer.json`, document.baseURI))).json();
+    layer = await fetchJson(new URL(`../terrain/${encodeURIComponent(chosen.name)}/layer.json`, document.baseURI));
     const deepest = chosen.max_level;
     const first = Math.min(deepest, Math.max(chosen.min_level, DEEPEST_COARSE_LEVEL));
     const levels = Array.from({length: deepest - first + 1}, (_, i) => first + i);
@@ -265,8 +266,7 @@ async function main() {
     $("level").replaceChildren(...levels.map((z) => new Option(z, z, false, z === wanted)));
     open();
   };
-  await openDataset();
-  $("dataset").addEventListener("change", openDataset);
+  await new Promise((chosen, failed) => chooseDataset(datasets.map(({name}) => name), () => openDataset().then(chosen, failed)));
   for (const id of ["level", "count"]) $(id).addEventListener("change", open);
   $("again").addEventListener("click", open);
   window.tind = {get view() { return view; }, orbit}; // for tests and the browser's console
@@ -289,4 +289,4 @@ async function main() {
   requestAnimationFrame(frame);
 }
 
-main().catch((error) => say(`This cannot be shown: ${error.message ?? error}`));
+main().catch(sayFailed);

@@ -3,16 +3,11 @@
 // is fine only where the camera looks.
 
 import {DEGREE, fitToWindow, FOV, frameAt, Picture, poseOf} from "./picture.js";
+import {$, busyFor, chooseDataset, fetchDatasets, foldControls, NoAnswer, say, sayFailed, unanswered, whenBack} from "./page.js";
 import {decodeRefinedMesh, RefinedMesh} from "./refined_mesh.js";
 
-const $ = (id) => document.getElementById(id);
 const SPEED = 250;
 const MOST_POSTS = 600000; // of a window; the server widens it to whole blocks, and takes a million
-
-function say(text) {
-  $("message").textContent = text;
-  $("message").hidden = text === "";
-}
 
 // ---- the camera
 
@@ -62,11 +57,11 @@ class Flight {
     const {canvas} = this.picture;
     const camera = {...cameraOnCircle(this, this.metres), width_px: canvas.width, height_px: canvas.height, tolerance_px: this.tolerance};
     const body = JSON.stringify({camera, ...(this.view ? {view: this.view} : this.window && {window: this.window})});
-    const reply = await fetch(this.url, {method: "POST", body});
+    const reply = await fetch(this.url, {method: "POST", headers: {"Content-Type": "application/json"}, body});
     if (reply.status === 404 && this.view) return (this.view = undefined); // expired: a whole mesh next
-    if (reply.status === 503) return new Promise((resolve) => setTimeout(resolve, 1000));
+    if (reply.status === 503) return busyFor(reply.headers);
     if (!reply.ok) throw new Error((await reply.json()).detail);
-    const delta = decodeRefinedMesh(await reply.arrayBuffer());
+    const delta = decodeRefinedMesh(await reply.arrayBuffer().catch(unanswered));
     this.mesh.apply(delta);
     this.frame ??= frameAt(delta.lon, delta.lat);
     this.view = delta.view;
@@ -96,36 +91,41 @@ class Flight {
 async function main() {
   const picture = new Picture($("picture"));
   fitToWindow(picture.canvas);
-  const {datasets} = await (await fetch(new URL("../datasets", document.baseURI))).json();
-  const dems = datasets.filter(({kind}) => kind === "dem");
+  foldControls();
+  const dems = (await fetchDatasets()).filter(({kind}) => kind === "dem");
   if (dems.length === 0) return say("No DEM is served: a set of tiles has nothing to refine.");
-  const asked = new URLSearchParams(location.search).get("dataset");
-  $("dataset").replaceChildren(...dems.map(({name}) => new Option(name, name, false, name === asked)));
   const label = () => ($("tolerance-value").textContent = `${(2 ** Number($("tolerance").value)).toFixed(1)} px`);
   $("tolerance").addEventListener("input", label);
   label();
 
-  const open = () => new Flight(dems.find(({name}) => name === $("dataset").value), picture);
-  let flight = open();
-  $("dataset").addEventListener("change", () => (flight = open()));
+  let flight;
   window.tind = {get flight() { return flight; }}; // for tests and the browser's console
 
   let last = performance.now();
   const frame = (now) => {
-    if ($("fly").checked && flight.camera) flight.metres += (SPEED * Math.min(now - last, 200)) / 1000;
+    if ($("fly").checked && flight?.camera) flight.metres += (SPEED * Math.min(now - last, 200)) / 1000;
     last = now;
-    flight.draw();
+    flight?.draw();
     requestAnimationFrame(frame);
   };
   requestAnimationFrame(frame);
 
-  say("Making the dataset ready for refining …");
+  await new Promise((chosen) => chooseDataset(dems.map(({name}) => name), (name) => {
+    say("Making the dataset ready for refining …");
+    flight = new Flight(dems.find((one) => one.name === name), picture);
+    chosen();
+  }));
   for (;;) {
     const current = flight;
-    await current.update();
-    if (current.camera) say("");
+    try {
+      await current.update();
+      if (current.camera && current === flight) say("");
+    } catch (error) {
+      if (!(error instanceof NoAnswer)) throw error;
+      await whenBack();
+    }
     await new Promise((resolve) => setTimeout(resolve, 30));
   }
 }
 
-main().catch((error) => say(`This cannot be shown: ${error.message ?? error}`));
+main().catch(sayFailed);

@@ -3,7 +3,9 @@
 #include <libdeflate.h>
 
 #include <atomic>
+#include <memory>
 #include <mutex>
+#include <new>
 #include <optional>
 
 #include "terrain/base/parallel.h"
@@ -12,6 +14,7 @@
 #include "terrain/pyramid/plan_source.h"
 #include "terrain/pyramid/residual_index.h"
 #include "terrain/pyramid/tile_order.h"
+#include "terrain/pyramid/tile_version.h"
 
 namespace tind {
 
@@ -23,10 +26,11 @@ constexpr double kLastDigit_m = 1e-6;  // stated errors are rounded up to it
 }  // namespace
 
 std::vector<std::uint8_t> gzipped(const std::vector<std::uint8_t>& bytes) {
-  libdeflate_compressor* c = libdeflate_alloc_compressor(10);
-  std::vector<std::uint8_t> out(libdeflate_gzip_compress_bound(c, bytes.size()));
-  out.resize(libdeflate_gzip_compress(c, bytes.data(), bytes.size(), out.data(), out.size()));
-  libdeflate_free_compressor(c);
+  const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> c(
+      libdeflate_alloc_compressor(10), &libdeflate_free_compressor);
+  if (!c) throw std::bad_alloc();  // it allocates, and says so only this way
+  std::vector<std::uint8_t> out(libdeflate_gzip_compress_bound(c.get(), bytes.size()));
+  out.resize(libdeflate_gzip_compress(c.get(), bytes.data(), bytes.size(), out.data(), out.size()));
   return out;
 }
 
@@ -35,6 +39,12 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
   // The share of the work that reading every post is, more or less; twice, where an index is made.
   const bool large = deepest_indexed_level(source->info(), o.tiles.exact_posts) >= 0;
   const double reading = large ? 0.3 : 0.02;
+  if (const auto outline = TilePlan::make(source->info(), HeightRange{}, o.tiles); !outline)
+    return std::unexpected(outline.error());  // before anything is made
+  const auto files = o.files ? o.files : std::make_shared<FolderFiles>();
+  if (auto made = files->make_folder(o.output); !made) return std::unexpected(made.error());
+  auto ours = FolderLock::take(o.output);
+  if (!ours) return std::unexpected(ours.error());
   SourceBlocks blocks(source->info());
   const auto range =
       scan_heights(*source, progress.part(0, large ? 0.1 : reading), o.threads, &blocks);
@@ -42,8 +52,11 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
   auto plan = TilePlan::make(source->info(), *range, o.tiles);
   if (!plan) return std::unexpected(plan.error());
   const TileOrder ids(*plan);
-  const auto folder = BuildFolder::claim(*source, *plan, ids, blocks, o);
-  if (!folder) return std::unexpected(folder.error());
+  const double looking = reading + 0.03;
+  const auto claimed = BuildFolder::claim(*files, std::move(*ours), *source, *plan, ids, blocks, o,
+                                          progress.part(reading, looking));
+  if (!claimed) return std::unexpected(claimed.error());
+  BuildFolder* const folder = claimed->get();
   auto index = index_for(*source, *plan, o.output + "/" + kResiduals, o.threads,
                          progress.part(0.1, reading));
   if (!index) return std::unexpected(index.error());
@@ -51,6 +64,7 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
   BuildReport report;
   report.tiles = ids.size();
   report.update = folder->update();
+  report.unsound = folder->unsound();
   report.threads = o.threads > 0 ? o.threads : hardware_threads();
   if (const ResidualIndex* made = plan->index()) {
     report.indexed_level = made->level() - 1;
@@ -68,20 +82,18 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
     if (give_up || progress.stopped()) return;
     const TileId id = ids[i];
     const auto there = folder->finished(i);
-    std::size_t bytes = there.value_or(0);
-    double max_error = 0, edge_error = 0;
-    bool not_one_sided = false;
+    LedgerEntry known = there.value_or(LedgerEntry{});
     if (!there) {
       auto tile = make_tile(*source, *plan, id, progress.stop);
       Result<void> written;
       if (tile) {
-        max_error = tile->max_error_m;
-        edge_error = tile->edge_error_m;
-        not_one_sided = tile->side != o.tiles.side;
+        known.max_error_m = tile->max_error_m;
+        known.edge_error_m = tile->edge_error_m;
+        known.not_one_sided = tile->side != o.tiles.side;
         if (o.gzip) tile->bytes = gzipped(tile->bytes);
-        bytes = tile->bytes.size();
+        known.size = tile->bytes.size();
         written = folder->write(
-            i, {reinterpret_cast<const char*>(tile->bytes.data()), tile->bytes.size()});
+            i, {reinterpret_cast<const char*>(tile->bytes.data()), tile->bytes.size()}, known);
       }
       if (!tile || !written) {
         const std::lock_guard lock(mutex);
@@ -94,26 +106,28 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
       const std::lock_guard lock(mutex);
       LevelReport& level = report.levels[std::size_t(id.level)];
       ++level.tiles;
-      level.bytes += bytes;
-      level.worst_error_m = std::max(level.worst_error_m, max_error);
-      level.worst_edge_error_m = std::max(level.worst_edge_error_m, edge_error);
-      report.bytes += bytes;
+      level.bytes += known.size;
+      level.worst_error_m = std::max(level.worst_error_m, known.max_error_m);
+      level.worst_edge_error_m = std::max(level.worst_edge_error_m, known.edge_error_m);
+      report.bytes += known.size;
       ++(there ? report.reused : report.built);
-      report.not_one_sided += not_one_sided;
-      if (max_error > level.budget_m + kLastDigit_m) {
+      report.not_one_sided += known.not_one_sided;
+      if (known.max_error_m > level.budget_m + kLastDigit_m) {
         ++report.over_budget;
-        if (max_error / level.budget_m > worst_excess) {
-          worst_excess = max_error / level.budget_m;
+        if (known.max_error_m / level.budget_m > worst_excess) {
+          worst_excess = known.max_error_m / level.budget_m;
           report.worst_over_budget = id.text();
-          report.worst_over_budget_m = max_error;
+          report.worst_over_budget_m = known.max_error_m;
         }
       }
     }
     const std::size_t n = ++done;
     if (n % std::max<std::size_t>(1, ids.size() / 500) == 0)
-      progress.at(reading + (1 - reading) * double(n) / double(ids.size()));
+      progress.at(looking + (1 - looking) * double(n) / double(ids.size()));
   });
+  const auto committed = folder->commit();  // what was made is not lost, however it ended
   if (first_error) return std::unexpected(*first_error);
+  if (!committed) return std::unexpected(committed.error());
   if (progress.stopped()) {
     return fail(Errc::cancelled, "stopped after " + std::to_string(done) + " of " +
                                      std::to_string(ids.size()) +
@@ -121,7 +135,8 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
   }
   const std::string& file = source->info().files.front();
   const std::string name = file.substr(file.find_last_of('/') + 1);
-  const proto::LayerJson layer = plan->layer(name.substr(0, name.find('.')));
+  proto::LayerJson layer = plan->layer(name.substr(0, name.find('.')));
+  layer.version = tile_version(source->info(), *plan, blocks.digest());
   if (auto finished = folder->finish(proto::encode_layer_json(layer)); !finished)
     return std::unexpected(finished.error());
   progress.at(1);

@@ -11,12 +11,16 @@
 
 namespace tind {
 
+class FolderFiles;
+
 struct BuildOptions {
   TileSetOptions tiles;
   std::string output;  // directory, made if need be
   int threads = 0;     // 0: one per core
   bool gzip = false;   // store tiles compressed (the server then has to say so)
-  bool force = false;  // replace a directory that holds another source's tiles
+  bool force = false;  // replace tiles that tind build made of another source or otherwise
+  int batch = 1024;    // tiles, at most, until those written are made durable and count
+  std::shared_ptr<FolderFiles> files;  // how files are written; null: as ever
 };
 
 /// As `gzip` stores tiles.
@@ -40,6 +44,8 @@ struct UpdateReport {
 
 struct BuildReport {
   std::uint64_t tiles = 0, built = 0, reused = 0, bytes = 0;
+  // Of an earlier run: torn, changed, missing, or not yet made durable. They were made again.
+  std::uint64_t unsound = 0;
   std::uint64_t over_budget = 0;    // tiles that say a larger error than their level's budget
   std::string worst_over_budget;    // z/x/y of the worst of them
   double worst_over_budget_m = 0;   // and what it says
@@ -52,12 +58,14 @@ struct BuildReport {
   int threads = 1;
 };
 
-/// Makes what is missing: a tile that is there is whole (each is written aside, then renamed) and
-/// is kept, so a build that was killed goes on where it was. The directory remembers the source's
-/// heights and the options. Where heights changed, the tiles that depend on them are made again and
-/// no others, and take the old ones' places when all are ready; other grids and options are refused
-/// unless `force`. layer.json comes last, and only when all tiles are there. On a stop:
-/// Errc::cancelled, nothing torn, run again to go on.
+/// Makes what is missing: a tile that the directory's ledger names, and whose size and hash are as
+/// it says, is kept, so a build that was killed, or lost its power, goes on where it was. The
+/// directory remembers the source's heights and the options. Where heights changed, the tiles that
+/// depend on them are made again and no others, and take the old ones' places when all are ready;
+/// other grids and options are refused unless `force`. What tind build did not make is never
+/// touched: where it is in the way, or another build runs in the directory (Errc::busy), nothing is
+/// done. layer.json comes last, and only when all tiles are there. On a stop: Errc::cancelled,
+/// nothing torn, run again to go on.
 Result<BuildReport> build_tiles(std::shared_ptr<const DemSource>, const BuildOptions&,
                                 const Progress& = {});
 

@@ -248,7 +248,25 @@ class LevelCheck {
       gap_to_parent(id, looked[i].remains, parent, id.x % 2 ? kEast : kWest, id.y % 2);
       gap_to_parent(id, looked[i].remains, parent, id.y % 2 ? kNorth : kSouth, id.x % 2);
       gap_to_stand_in(id, looked[i].remains, parent);
+      refines(id, looked[i].remains, parent);
     }
+  }
+
+  /// A client that takes `geometricerror` for the tile's error and the level's where there is none
+  /// - or no tile, only a quarter of the parent - goes on only to children that are better.
+  void refines(TileId id, const Remains& child, const Remains& parent) {
+    const double assumed = assumed_level_error(id.level);
+    double mine = child.stated.geometric_error_m.value_or(assumed);
+    if (!whole_family(id)) mine = std::max(mine, assumed);
+    const double its = parent.stated.geometric_error_m.value_or(2 * assumed);
+    if (mine >= its)
+      report_.findings.add(rule("error.refines"), id.parent().text(),
+                           metres(its) + ", a child's is " + metres(mine));
+  }
+
+  bool whole_family(TileId id) const {
+    return has({id.level, id.x ^ 1, id.y}) && has({id.level, id.x, id.y ^ 1}) &&
+           has({id.level, id.x ^ 1, id.y ^ 1});
   }
 
   Remains parent_edges(TileId id) const {

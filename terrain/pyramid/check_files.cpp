@@ -4,10 +4,10 @@
 #include "terrain/pyramid/check_files.h"
 
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <optional>
+
+#include "terrain/pyramid/source_blocks.h"
 
 namespace tind {
 
@@ -21,25 +21,6 @@ const std::string kLayer = "layer.json";
 
 // ---- listing ----
 
-std::optional<std::int64_t> whole_number(const std::string& text) {
-  std::int64_t value = 0;
-  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (code != std::errc() || end != text.data() + text.size() || std::to_string(value) != text)
-    return std::nullopt;
-  return value;
-}
-
-/// z/x/y.terrain as a tile of the pyramid.
-std::optional<TileId> tile_of(const fs::path& relative) {
-  std::vector<std::string> parts;
-  for (const fs::path& part : relative) parts.push_back(part.string());
-  if (parts.size() != 3) return std::nullopt;
-  const auto z = whole_number(parts[0]), x = whole_number(parts[1]);
-  const auto y = whole_number(fs::path(parts[2]).stem().string());
-  if (!z || !x || !y) return std::nullopt;
-  return tiling::tile(*z, *x, *y);
-}
-
 Result<void> list_directory(TileListing& listing, Findings& findings) {
   const std::string& directory = listing.location.base();
   std::error_code error;
@@ -52,7 +33,7 @@ Result<void> list_directory(TileListing& listing, Findings& findings) {
     if (relative.string().starts_with("tind-update") && it->is_directory(error))
       it.disable_recursion_pending();  // an update on the way: no part of the set yet
     if (it->path().extension() != ".terrain") continue;
-    if (const auto id = tile_of(relative)) {
+    if (const auto id = tile_of_path(relative)) {
       if (listing.levels.size() <= std::size_t(id->level)) listing.levels.resize(id->level + 1u);
       listing.levels[std::size_t(id->level)].push_back(*id);
     } else {
@@ -201,20 +182,31 @@ std::int64_t count_in_column(const std::vector<TileId>& level, int z, const Rang
   return std::ranges::upper_bound(level, high) - std::ranges::lower_bound(level, low);
 }
 
+/// Looks at tiles that are there and at a few that are not: layer.json can call more available than
+/// one could ever count.
 void check_missing(const TileListing& listing, const Ranges& ranges, Findings& findings) {
   static const std::vector<TileId> kNone;
   for (std::size_t z = 0; z < ranges.size(); ++z) {
     const auto& level = z < listing.levels.size() ? listing.levels[z] : kNone;
     for (const Range& r : ranges[z]) {
+      const auto count = std::uint64_t(r.y1 - r.y0 + 1);
+      std::uint64_t missing = count * std::uint64_t(r.x1 - r.x0 + 1);
       for (std::int64_t x = r.x0; x <= r.x1; ++x) {
-        std::int64_t missing = r.y1 - r.y0 + 1 - count_in_column(level, int(z), r, x);
-        for (std::int64_t y = r.y0; missing > 0 && y <= r.y1; ++y) {
+        const auto next = std::ranges::lower_bound(level, TileId{int(z), std::uint32_t(x), 0});
+        if (next == level.end() || next->x > r.x1) break;
+        x = next->x;
+        missing -= std::uint64_t(count_in_column(level, int(z), r, x));
+      }
+      std::uint64_t named = 0;
+      const std::uint64_t wanted = std::min<std::uint64_t>(missing, Findings::kExamples);
+      for (std::int64_t x = r.x0; named < wanted; ++x)
+        for (std::int64_t y = r.y0; named < wanted && y <= r.y1; ++y) {
           const TileId id{int(z), std::uint32_t(x), std::uint32_t(y)};
           if (listing.find(id) >= 0) continue;
           findings.add(rule("available.missing"), id.text(), "");
-          --missing;
+          ++named;
         }
-      }
+      findings.count(rule("available.missing"), missing - named);
     }
   }
 }
@@ -274,6 +266,21 @@ void keep_levels(TileListing& listing, int first, int last) {
     listing.levels[z].clear();
 }
 
+/// The hashes of blocks that the record of a build names: without them there is no update.
+void check_blocks(const TileLocation& location, Findings& findings) {
+  const auto text = location.read(location.file("tind-build.json"));
+  if (!text) return;
+  const Json record = Json::parse(*text, nullptr, false);
+  if (!record.is_object() || !record.contains("heights") || !record["heights"].is_string()) return;
+  const std::string digest = record["heights"], file = "tind-blocks-" + digest;
+  const auto bytes = location.read(location.file(file));
+  if (!bytes)
+    findings.add(rule("build.blocks"), file, "cannot be read");
+  else if (!SourceBlocks::whole({reinterpret_cast<const char*>(bytes->data()), bytes->size()},
+                                digest))
+    findings.add(rule("build.blocks"), file, "damaged");
+}
+
 }  // namespace
 
 std::int64_t TileListing::find(TileId id) const {
@@ -293,6 +300,13 @@ bool read_tile_file(const TileListing& listing, TileId id, std::vector<std::uint
     return false;
   }
   bytes = std::move(*read);
+  if (listing.ledger) {
+    const auto entry = listing.ledger->find(id);
+    if (!entry)
+      findings.add(rule("tile.ledger"), id.text(), "not in it");
+    else if (!entry->vouches_for({reinterpret_cast<const char*>(bytes.data()), bytes.size()}))
+      findings.add(rule("tile.ledger"), id.text(), "other bytes");
+  }
   if (gunzip(bytes)) return true;
   findings.add(rule("tile.gzip"), id.text(), "");
   return false;
@@ -300,10 +314,17 @@ bool read_tile_file(const TileListing& listing, TileId id, std::vector<std::uint
 
 Result<TileListing> check_files(const TileLocation& location, int first, int last,
                                 Findings& findings) {
-  TileListing listing{.location = location, .levels = {}, .extensions = {}};
-  if (!location.remote())
+  TileListing listing{.location = location, .levels = {}, .extensions = {}, .ledger = {}};
+  if (!location.remote()) {
     if (auto listed = list_directory(listing, findings); !listed)
       return std::unexpected(listed.error());
+    auto ledger = TileLedger::open(location.file(kLedgerFile));
+    if (ledger)
+      listing.ledger = std::make_shared<const TileLedger>(std::move(*ledger));
+    else if (ledger.error().code != Errc::not_found)
+      findings.add(rule("tile.ledger"), kLedgerFile, "damaged");
+    check_blocks(location, findings);
+  }
   const auto bytes = location.read(location.file(kLayer));
   if (!bytes && location.remote()) return std::unexpected(bytes.error());
   const Json json = bytes ? Json::parse(*bytes, nullptr, false) : Json();

@@ -2,12 +2,14 @@
 // What a tile set says it holds (layer.json) and what it does hold, for the checker.
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "terrain/base/result.h"
 #include "terrain/geo/tiling_scheme.h"
 #include "terrain/pyramid/check_findings.h"
+#include "terrain/pyramid/tile_ledger.h"
 #include "terrain/pyramid/tile_location.h"
 
 namespace tind {
@@ -17,7 +19,8 @@ namespace tind {
 struct TileListing {
   TileLocation location;
   std::vector<std::vector<TileId>> levels;
-  std::vector<std::string> extensions;  // as layer.json names them
+  std::vector<std::string> extensions;       // as layer.json names them
+  std::shared_ptr<const TileLedger> ledger;  // of a directory, where there is one
 
   /// Place in its level, or -1.
   std::int64_t find(TileId) const;

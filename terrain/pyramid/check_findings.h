@@ -27,6 +27,9 @@ class Findings {
       c.examples.push_back(detail.empty() ? where : where + ": " + detail);
   }
 
+  /// So many more, without saying where.
+  void count(std::size_t rule, std::uint64_t more) { counts_[rule].count += more; }
+
   /// Appends another's findings; merged in a fixed order, the result does not depend on threads.
   void merge(const Findings& other) {
     for (std::size_t r = 0; r < kCheckRuleCount; ++r) {

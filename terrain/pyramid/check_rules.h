@@ -46,6 +46,8 @@ inline constexpr CheckRule kCheckRules[] = {
     // bytes of a tile
     {"tile.readable", kViolation, "the file can be read"},
     {"tile.gzip", kViolation, "gzip data is whole"},
+    {"tile.ledger", kViolation, "size and hash are those of tind's ledger, where one is there"},
+    {"build.blocks", kViolation, "the blocks that tind's record names are there, and whole"},
     {"tile.truncated", kViolation, "the tile ends where its counts say"},
     {"tile.trailing", kViolation, "nothing follows the last extension"},
     {"tile.padding", kViolation, "two bytes before 32-bit indices of an odd number of vertices"},
@@ -94,6 +96,7 @@ inline constexpr CheckRule kCheckRules[] = {
     {"error.missing", kWarning, "metadata says max_error_m"},
     {"error.value", kViolation, "max_error_m is a number >= 0"},
     {"error.geometric", kViolation, "geometricerror is not below max_error_m"},
+    {"error.refines", kViolation, "geometricerror is above the children's, stated or assumed"},
     {"error.budget", kViolation, "max_error_m is within what clients assume of the level"},
     {"error.side", kViolation, "side is both, above or below"},
     {"error.edge", kViolation, "edge_error_m is a number >= 0"},

@@ -167,9 +167,25 @@ class LevelMeasure {
   Entry entry_;
 };
 
-Result<std::vector<Post>> read_posts(const DemSource& source, std::int64_t col, std::int64_t row) {
-  const int cols = int(std::min<std::int64_t>(kBlock, source.info().cols - col));
-  const int rows = int(std::min<std::int64_t>(kBlock, source.info().rows - row));
+/// The blocks in which there is a file. (Between files that lie far apart there can be millions.)
+std::vector<PostRect> blocks_of(const DemInfo& info) {
+  std::vector<PostRect> blocks;
+  for (std::int64_t row = 0; row < info.rows; row += kBlock)
+    for (std::int64_t col = 0; col < info.cols; col += kBlock) {
+      const PostRect block{col, row, std::min(col + kBlock, info.cols) - 1,
+                           std::min(row + kBlock, info.rows) - 1};
+      const auto meets = [&](const PostRect& part) {
+        return part.col <= block.last_col && block.col <= part.last_col &&
+               part.row <= block.last_row && block.row <= part.last_row;
+      };
+      if (info.covered.empty() || std::ranges::any_of(info.covered, meets)) blocks.push_back(block);
+    }
+  return blocks;
+}
+
+Result<std::vector<Post>> read_posts(const DemSource& source, const PostRect& block) {
+  const std::int64_t col = block.col, row = block.row;
+  const int cols = int(block.last_col - col + 1), rows = int(block.last_row - row + 1);
   const auto heights = source.read(col, row, cols, rows);
   if (!heights) return std::unexpected(heights.error());
   std::vector<Post> posts;
@@ -203,16 +219,13 @@ Result<std::vector<std::vector<MeasuredTile>>> measure_against_source(const Tile
   std::mutex mutex;
   std::optional<Error> error;
   std::size_t done = 0;
-  const std::int64_t across = (source.info().cols + kBlock - 1) / kBlock;
-  const std::int64_t down = (source.info().rows + kBlock - 1) / kBlock;
-  const auto blocks = std::size_t(across * down);
-  parallel_for(blocks, threads, [&](std::size_t i) {
+  const std::vector<PostRect> blocks = blocks_of(source.info());
+  parallel_for(blocks.size(), threads, [&](std::size_t i) {
     {
       const std::lock_guard lock(mutex);
       if (error || progress.stopped()) return;
     }
-    const auto posts =
-        read_posts(source, std::int64_t(i) % across * kBlock, std::int64_t(i) / across * kBlock);
+    const auto posts = read_posts(source, blocks[i]);
     if (!posts) {
       const std::lock_guard lock(mutex);
       if (!error) error = posts.error();
@@ -228,7 +241,7 @@ Result<std::vector<std::vector<MeasuredTile>>> measure_against_source(const Tile
         merge(measured[z][std::size_t(place)], tile);
     }
     const std::lock_guard lock(mutex);
-    if (++done % 8 == 0) progress.at(double(done) / double(blocks));
+    if (++done % 8 == 0) progress.at(double(done) / double(blocks.size()));
   });
   if (error) return std::unexpected(*error);
   if (progress.stopped()) return fail(Errc::cancelled, "stopped");

@@ -283,6 +283,8 @@ StatedError stated_error(const CheckedTile& tile, TileId id, double error_factor
     findings.add(rule("ext.metadata"), where, "not a JSON object");
     return stated;
   }
+  if (json.is_object() && json.contains("geometricerror") && json["geometricerror"].is_number())
+    stated.geometric_error_m = json["geometricerror"].get<double>();
   if (!json.is_object() || !json.contains("max_error_m")) {
     findings.add(rule("error.missing"), where, "");
     return stated;
@@ -310,8 +312,7 @@ StatedError stated_error(const CheckedTile& tile, TileId id, double error_factor
   stated.exact = json.contains("error_kind") && json["error_kind"] == "exact";
   if (json.contains("residual_m") && json["residual_m"].is_number())
     stated.residual_m = json["residual_m"].get<double>();
-  if (json.contains("geometricerror") && json["geometricerror"].is_number() &&
-      json["geometricerror"].get<double>() < error)
+  if (stated.geometric_error_m && *stated.geometric_error_m < error)
     findings.add(rule("error.geometric"), where, json["geometricerror"].dump());
   const double budget = assumed_level_error(id.level) * error_factor;
   if (error > budget)

@@ -15,6 +15,7 @@ namespace tind {
 struct StatedError {
   std::optional<double> max_error_m;
   std::optional<double> edge_error_m;
+  std::optional<double> geometric_error_m;  // what some clients display by
   bool exact = false;
   std::optional<double> residual_m;  // the share of it that is the residual index's, at most
   std::string side = "both";  // above: the mesh is at or above every post; below: at or below

@@ -28,8 +28,8 @@ std::uint64_t scrambled(std::uint64_t x) {
   return x ^ x >> 31;
 }
 
-std::vector<TileId> sample_of(int level, const proto::TileRange& r) {
-  const std::uint64_t width = r.end_x - r.start_x + 1, count = width * (r.end_y - r.start_y + 1);
+std::vector<TileId> sample_of(int level, const TileArea& tiles) {
+  const std::uint64_t count = tiles.size();
   const std::uint64_t wanted =
       count <= kWhole ? count : std::min(count, kWhole + std::uint64_t(std::sqrt(double(count))));
   std::vector<TileId> ids;
@@ -37,8 +37,8 @@ std::vector<TileId> sample_of(int level, const proto::TileRange& r) {
     const std::uint64_t begin = count * k / wanted, end = count * (k + 1) / wanted;
     const std::uint64_t i = begin + scrambled(std::uint64_t(level) << 48 ^ begin) %
                                         std::max<std::uint64_t>(1, end - begin);
-    ids.push_back(
-        {level, r.start_x + std::uint32_t(i % width), r.start_y + std::uint32_t(i / width)});
+    const auto [x, y] = tiles[i];
+    ids.push_back({level, x, y});
   }
   return ids;
 }
@@ -74,7 +74,7 @@ Result<BuildEstimate> estimate_build(const DemSource& source, const BuildOptions
   estimate.reading_seconds = since(begin);
 
   std::vector<TileId> ids;
-  for (int z = plan->max_level(); z >= plan->min_level(); --z)
+  for (int z = plan->last_level(); z >= plan->first_level(); --z)
     for (const TileId id : sample_of(z, plan->tiles(z))) ids.push_back(id);
   std::vector<Made> made(ids.size());
   std::mutex mutex;
@@ -97,14 +97,11 @@ Result<BuildEstimate> estimate_build(const DemSource& source, const BuildOptions
   if (error) return std::unexpected(*error);
 
   double thread_seconds = 0, variance = 0;
-  for (int z = plan->min_level(); z <= plan->max_level(); ++z) {
+  for (int z = plan->first_level(); z <= plan->last_level(); ++z) {
     std::vector<Made> of_level;
     for (std::size_t i = 0; i < ids.size(); ++i)
       if (ids[i].level == z) of_level.push_back(made[i]);
-    const proto::TileRange r = plan->tiles(z);
-    const auto count =
-        std::uint64_t(r.end_x - r.start_x + 1) * std::uint64_t(r.end_y - r.start_y + 1);
-    estimate.levels.push_back(extrapolated(z, count, of_level));
+    estimate.levels.push_back(extrapolated(z, plan->tiles(z).size(), of_level));
     const LevelEstimate& level = estimate.levels.back();
     estimate.tiles += level.tiles;
     estimate.sampled += level.sampled;

@@ -52,6 +52,20 @@ struct MadeWith {
   bool recorded = false;  // by tind build, beside the tiles
 };
 
+/// A member of what somebody's server says; `other` where it is missing or of another kind.
+double member(const nlohmann::json& object, const char* key, double other) {
+  const auto it = object.find(key);
+  return it != object.end() && it->is_number() ? it->get<double>() : other;
+}
+int member(const nlohmann::json& object, const char* key, int other) {
+  const double value = member(object, key, double(other));
+  return value >= -1 && value <= tiling::kMaxLevel ? int(value) : other;
+}
+std::string member(const nlohmann::json& object, const char* key, const char* other) {
+  const auto it = object.find(key);
+  return it != object.end() && it->is_string() ? it->get<std::string>() : other;
+}
+
 Result<MadeWith> made_with(TileLocation& location, double error_factor) {
   MadeWith made;
   made.options.error_factor = error_factor;
@@ -62,20 +76,19 @@ Result<MadeWith> made_with(TileLocation& location, double error_factor) {
     if (json.contains("maxzoom") && json["maxzoom"].is_number_integer())
       made.deepest = json["maxzoom"].get<int>();
     if (json.contains("tiles") && json["tiles"].is_array() && !json["tiles"].empty() &&
-        json["tiles"][0].is_string() && json["version"].is_string())
-      location.use_template(json["tiles"][0].get<std::string>(),
-                            json["version"].get<std::string>());
+        json["tiles"][0].is_string())
+      location.use_template(json["tiles"][0].get<std::string>(), member(json, "version", ""));
   }
   const auto record = location.read(location.file("tind-build.json"));
   if (!record) return made;
   const auto r = nlohmann::json::parse(*record, nullptr, false);
   if (!r.is_object()) return made;
   made.recorded = true;
-  made.options.max_error_m = r.value("max_error_m", 0.0);
-  made.options.error_factor = r.value("error_factor", error_factor);
-  made.options.min_level = r.value("min_level", 0);
-  made.options.max_level = r.value("max_level", -1);
-  made.options.side = r.value("side", "both");
+  made.options.max_error_m = member(r, "max_error_m", 0.0);
+  made.options.error_factor = member(r, "error_factor", error_factor);
+  made.options.max_level = member(r, "deepest_level", -1);
+  if (made.options.max_level >= 0) made.deepest = made.options.max_level;
+  made.options.side = member(r, "side", "both");
   return made;
 }
 

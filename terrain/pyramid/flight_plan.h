@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <functional>
 #include <span>
+#include <stop_token>
 #include <vector>
 
 #include "terrain/base/result.h"
@@ -45,17 +46,21 @@ struct PlannedTile {
 struct FlightPlan {
   std::vector<PlannedTile> tiles;  // in the order of sending
   std::size_t bytes = 0;
-  double lead_s = 0;  // at least 0
+  double lead_s = 0;      // at least 0
+  std::size_t looks = 0;  // distances from cameras to tiles that it took
 };
 
-/// From here at this velocity (metres a second) for `horizon_s`.
-std::vector<FlightFix> straight_flight(const FlightFix& from, double east, double north, double up,
-                                       double horizon_s);
+/// From here at this velocity (metres a second) for `horizon_s`: along a straight line in longitude
+/// and latitude, which ends at a pole. Fails (invalid_argument) where that leads halfway around the
+/// earth or further, as it does beside a pole, or away from it. REQUIRES: `from` is on earth.
+Result<std::vector<FlightFix>> straight_flight(const FlightFix& from, double east, double north,
+                                               double up, double horizon_s);
 
 /// `bytes_of`: how large a tile is, or is taken to be. Fails (invalid_argument) on a trajectory
 /// that is empty, leaves the earth or goes back in time; out_of_range beyond max_tiles.
-/// O(steps x tiles in view), at most 1000 steps or one a second.
+/// Errc::cancelled on a stop. O(tiles x log steps); 1000 steps, and one for each fix.
 Result<FlightPlan> plan_flight(const TileSet&, std::span<const FlightFix>, const FlightOptions&,
-                               const std::function<std::size_t(TileId)>& bytes_of);
+                               const std::function<std::size_t(TileId)>& bytes_of,
+                               std::stop_token = {});
 
 }  // namespace tind

@@ -1,5 +1,7 @@
 #include "terrain/pyramid/level_plan.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <mutex>
@@ -27,10 +29,35 @@ double power_of_two_at_least(double x) { return std::exp2(std::ceil(std::log2(x)
 int leaf_level(const DemInfo& info) {
   const double lat = (info.bounds.south + info.bounds.north) / 2;
   const Vec2 degree = wgs84::metres_per_degree(std::clamp(lat, -80.0, 80.0));
-  const double spacing = std::min(info.spacing_x_m / degree.x, info.spacing_y_m / degree.y);
+  // Of a geographic DEM near a pole the steps in degrees count, not how narrow they are there.
+  const double across = std::abs(lat) > 80 && info.period_cols > 0 ? 360 / info.period_cols
+                                                                   : info.spacing_x_m / degree.x;
+  const double spacing = std::min(across, info.spacing_y_m / degree.y);
   for (int z = 0; z < tiling::kMaxLevel; ++z)
     if (tiling::tile_degrees(z) / kTileCells <= spacing * (1 + 1e-6)) return z;
   return tiling::kMaxLevel;
+}
+
+TileArea area_of(const DemInfo& info, int level) {
+  if (level == 0) return TileArea({{0, 0, 1, 0}});
+  if (info.extents.empty()) return TileArea({tiles_over(info.bounds, level)});
+  std::vector<TileRange> ranges;
+  for (const GeoRect& extent : info.extents) ranges.push_back(tiles_over(extent, level));
+  return TileArea(std::move(ranges));
+}
+
+/// Posts of the files; where they overlap, of each.
+double posts_of(const DemInfo& info) {
+  double posts = 0;
+  for (const PostRect& r : info.covered)
+    posts += double(r.last_col - r.col + 1) * double(r.last_row - r.row + 1);
+  return posts;
+}
+
+std::vector<proto::TileRange> on_the_wire(std::span<const TileRange> ranges) {
+  std::vector<proto::TileRange> out;
+  for (const TileRange& r : ranges) out.push_back({r.west, r.south, r.east, r.north});
+  return out;
 }
 
 }  // namespace
@@ -51,6 +78,48 @@ int place_step(const DemInfo& info, int level, double eps, int step) {
   return int(std::clamp(power_of_two_at_most(std::max(units, 1.0)), 1.0, 64.0));
 }
 
+namespace {
+
+bool touches_a_file(const DemInfo& info, std::int64_t col, std::int64_t row, int cols, int rows) {
+  return info.covered.empty() || std::ranges::any_of(info.covered, [&](const PostRect& r) {
+           return r.col < col + cols && r.last_col >= col && r.row < row + rows &&
+                  r.last_row >= row;
+         });
+}
+
+/// The post of this height in a piece of the source.
+PostPlace place_in(const HeightGrid& piece, std::int64_t col, std::int64_t row, double height_m) {
+  const auto values = piece.values();
+  const auto at = std::ranges::find(values, float(height_m)) - values.begin();
+  return {col + at % piece.cols(), row + at / piece.cols()};
+}
+
+/// The range of all pieces, and in which of them its ends are: of several in the first one, so that
+/// it does not depend on the number of threads.
+class RangeOfPieces {
+ public:
+  void take(std::size_t i, const HeightRange& part, const HeightGrid& piece, std::int64_t col,
+            std::int64_t row) {
+    range_.valid += part.valid;
+    if (part.valid == 0) return;
+    if (part.min_m < range_.min_m || (part.min_m == range_.min_m && i < lowest_in_)) {
+      range_.min_m = part.min_m, lowest_in_ = i;
+      range_.lowest = place_in(piece, col, row, part.min_m);
+    }
+    if (part.max_m > range_.max_m || (part.max_m == range_.max_m && i < highest_in_)) {
+      range_.max_m = part.max_m, highest_in_ = i;
+      range_.highest = place_in(piece, col, row, part.max_m);
+    }
+  }
+  const HeightRange& range() const { return range_; }
+
+ private:
+  HeightRange range_{HUGE_VAL, -HUGE_VAL, 0};
+  std::size_t lowest_in_ = 0, highest_in_ = 0;
+};
+
+}  // namespace
+
 void HeightRange::add(std::span<const float> posts) {
   float low = HUGE_VALF, high = -HUGE_VALF;
   for (const float z : posts) {
@@ -68,7 +137,7 @@ Result<HeightRange> read_height_range(const DemSource& source, const Progress& p
   const DemInfo& info = source.info();
   const std::int64_t across = (info.cols + kCols - 1) / kCols,
                      down = (info.rows + kRows - 1) / kRows;
-  HeightRange range{HUGE_VAL, -HUGE_VAL, 0};
+  RangeOfPieces all;
   std::optional<std::pair<std::size_t, Error>> first_error;
   std::size_t done = 0;
   std::mutex mutex;
@@ -76,8 +145,13 @@ Result<HeightRange> read_height_range(const DemSource& source, const Progress& p
     if (progress.stopped()) return;
     const std::int64_t row = std::int64_t(i) / across * kRows,
                        col = std::int64_t(i) % across * kCols;
-    const auto grid = source.read(col, row, int(std::min(kCols, info.cols - col)),
-                                  int(std::min(kRows, info.rows - row)));
+    const int cols = int(std::min(kCols, info.cols - col)),
+              rows = int(std::min(kRows, info.rows - row));
+    if (!touches_a_file(info, col, row, cols, rows)) {
+      if (blocks) blocks->add_void(col, row, cols, rows);
+      return;
+    }
+    const auto grid = source.read(col, row, cols, rows);
     HeightRange part{HUGE_VAL, -HUGE_VAL, 0};
     if (grid) {
       if (blocks) blocks->add(col, row, *grid);
@@ -85,24 +159,47 @@ Result<HeightRange> read_height_range(const DemSource& source, const Progress& p
     }
     const std::lock_guard lock(mutex);
     if (!grid && (!first_error || i < first_error->first)) first_error.emplace(i, grid.error());
-    range.min_m = std::min(range.min_m, part.min_m);
-    range.max_m = std::max(range.max_m, part.max_m);
-    range.valid += part.valid;
+    if (grid) all.take(i, part, *grid, col, row);
     if (++done % std::max<std::int64_t>(1, across * down / 200) == 0)
       progress.at(double(done) / double(across * down));
   });
   if (first_error) return std::unexpected(first_error->second);
   if (progress.stopped()) return fail(Errc::cancelled, "stopped while reading heights");
-  return range;
+  return all.range();
+}
+
+std::string no_valid_height(const DemInfo& info) {
+  return info.files.front() + (info.files.size() > 1 ? " and the others have" : " has") +
+         " no valid height: every post is void (its nodata value, or not a number)";
 }
 
 Result<HeightRange> scan_heights(const DemSource& source, const Progress& progress, int threads,
                                  SourceBlocks* blocks) {
   auto range = read_height_range(source, progress, threads, blocks);
-  if (range && range->valid == 0)
-    return fail(Errc::bad_data, "the DEM holds no valid height at all");
+  if (range && range->valid == 0) return fail(Errc::bad_data, no_valid_height(source.info()));
   return range;
 }
+
+namespace {
+
+/// The posts' bounds; around a single row or column of posts half a spacing more, because clients
+/// fly to an area.
+GeoRect bounds_with_area(const DemInfo& info) {
+  constexpr double kDegree_m = 111320;
+  GeoRect b = info.bounds;
+  if (!(b.north > b.south)) {
+    const double half = info.spacing_y_m / kDegree_m / 2;
+    b.south = std::max(b.south - half, -90.0), b.north = std::min(b.north + half, 90.0);
+  }
+  if (!(b.east > b.west)) {
+    const double shrunk = std::max(0.01, std::cos(b.south * std::numbers::pi / 180));
+    const double half = info.spacing_x_m / kDegree_m / shrunk / 2;
+    b.west = std::max(b.west - half, -180.0), b.east = std::min(b.east + half, 180.0);
+  }
+  return b;
+}
+
+}  // namespace
 
 Result<TilePlan> TilePlan::make(const DemInfo& info, const HeightRange& range,
                                 const TileSetOptions& options) {
@@ -119,14 +216,24 @@ Result<TilePlan> TilePlan::make(const DemInfo& info, const HeightRange& range,
   TilePlan plan;
   plan.options_ = options;
   plan.range_ = range;
-  plan.bounds_ = info.bounds;
+  plan.bounds_ = bounds_with_area(info);
+  plan.datum_ = info.datum;
   plan.max_level_ = options.max_level >= 0 ? options.max_level : leaf_level(info);
-  plan.min_level_ = options.min_level;
-  if (plan.max_level_ > tiling::kMaxLevel || plan.min_level_ < 0 ||
-      plan.min_level_ > plan.max_level_) {
+  plan.first_level_ = options.first_level;
+  plan.last_level_ =
+      options.last_level < 0 ? plan.max_level_ : std::min(options.last_level, plan.max_level_);
+  if (plan.max_level_ > tiling::kMaxLevel || plan.first_level_ < 0 ||
+      (options.last_level >= 0 && options.last_level < plan.first_level_)) {
     return fail(Errc::invalid_argument,
                 "levels must lie in 0-" + std::to_string(tiling::kMaxLevel) + ", lower end first");
   }
+  if (plan.first_level_ > plan.max_level_) {
+    return fail(Errc::invalid_argument,
+                "the pyramid of " + info.files.front() + " ends at level " +
+                    std::to_string(plan.max_level_) + ": there is no level " +
+                    std::to_string(plan.first_level_) + " (--deepest makes it end elsewhere)");
+  }
+  for (int z = 0; z <= plan.max_level_; ++z) plan.areas_.push_back(area_of(info, z));
   const double spacing = std::sqrt(info.spacing_x_m * info.spacing_y_m);
   const double leaf_error = options.max_error_m > 0 ? options.max_error_m : spacing / 32;
   const double latitude_degree = 111320;
@@ -168,54 +275,63 @@ void TilePlan::use(std::shared_ptr<const ResidualIndex> index) {
   }
 }
 
-proto::TileRange TilePlan::tiles(int z) const {
-  if (z == 0) return {0, 0, 1, 0};
-  const double side = tiling::tile_degrees(z);
-  auto index = [&](double degrees, std::uint32_t count, bool upper) {
-    const double t = degrees / side;
-    // A tile that only touches the bounds from outside holds nothing but an edge.
-    const double i = upper ? std::ceil(t) - 1 : std::floor(t);
-    return std::uint32_t(std::clamp(i, 0.0, double(count - 1)));
-  };
-  const std::uint32_t columns = tiling::columns(z), rows = tiling::rows(z);
-  proto::TileRange r{
-      index(bounds_.west + 180, columns, false), index(bounds_.south + 90, rows, false),
-      index(bounds_.east + 180, columns, true), index(bounds_.north + 90, rows, true)};
-  r.end_x = std::max(r.end_x, r.start_x);
-  r.end_y = std::max(r.end_y, r.start_y);
-  return r;
+bool TilePlan::available(TileId t) const {
+  return t.level >= 0 && t.level <= max_level_ && tiles(t.level).contains(t.x, t.y);
 }
 
-bool TilePlan::available(TileId t) const {
-  if (t.level < min_level_ || t.level > max_level_) return false;
-  const proto::TileRange r = tiles(t.level);
-  return t.x >= r.start_x && t.x <= r.end_x && t.y >= r.start_y && t.y <= r.end_y;
+bool TilePlan::wanted(TileId t) const {
+  return t.level >= first_level_ && t.level <= last_level_ && available(t);
 }
 
 std::uint64_t TilePlan::tile_count() const {
   std::uint64_t n = 0;
-  for (int z = min_level_; z <= max_level_; ++z) {
-    const proto::TileRange r = tiles(z);
-    n += std::uint64_t(r.end_x - r.start_x + 1) * (r.end_y - r.start_y + 1);
-  }
+  for (int z = first_level_; z <= last_level_; ++z) n += tiles(z).size();
   return n;
+}
+
+std::string TilePlan::warning(const DemInfo& info) const {
+  constexpr std::uint64_t kMany = 10'000;
+  constexpr double kPostsOfATile = 64, kFar = 0.01;
+  constexpr double kFinest = 0.01;  // metres: 1e-7 degrees
+  if (info.covered.empty()) return {};
+  if (std::max(info.spacing_x_m, info.spacing_y_m) < kFinest)  // near a pole only one is small
+    return "posts less than 1 cm apart are too fine for tiles in degrees: stated errors may be too "
+           "small by micrometres, or far too large; resample it to 1 cm or coarser";
+  if (max_level_ <= last_level_ && options_.max_error_m > levels_.back().budget_m)
+    return fmt::format(
+        "the largest error asked for, {:g} m, changes nothing: level {} keeps {:g} m; --deepest or "
+        "--error-factor makes coarser tiles",
+        options_.max_error_m, max_level_, levels_.back().budget_m);
+  const std::uint64_t tiles = tile_count();
+  const double posts = posts_of(info);
+  const std::string levels =
+      "levels " + std::to_string(first_level_) + "-" + std::to_string(last_level_);
+  const std::string of = std::to_string(tiles) + " tiles of " + levels;
+  if (tiles > kMany && posts < kPostsOfATile * double(tiles))
+    return of + " for " + std::to_string(std::int64_t(posts)) +
+           " posts: --levels or --deepest makes fewer";
+  if (info.files.size() > 1 && posts < kFar * double(info.cols) * double(info.rows))
+    return "the " + std::to_string(info.files.size()) +
+           " files lie far apart (they fill less than 1 % of the rectangle around them): " + of;
+  return {};
 }
 
 proto::LayerJson TilePlan::layer(const std::string& name) const {
   proto::LayerJson layer;
   layer.name = name;
   layer.bounds = {bounds_.west, bounds_.south, bounds_.east, bounds_.north};
-  layer.minzoom = min_level_;
-  layer.maxzoom = max_level_;
-  for (int z = 0; z <= max_level_; ++z) {
-    if (z < min_level_)
+  layer.minzoom = first_level_;
+  layer.maxzoom = last_level_;
+  for (int z = 0; z <= last_level_; ++z) {
+    if (z < first_level_)
       layer.available.emplace_back();
     else
-      layer.available.push_back({tiles(z)});
+      layer.available.push_back(on_the_wire(tiles(z).ranges()));
   }
   layer.extensions = {"octvertexnormals", "metadata"};
   layer.metadata_availability = kAvailabilityLevels;
   layer.side = options_.side;
+  layer.datum = tind::name(datum_);
   return layer;
 }
 
@@ -223,13 +339,9 @@ std::vector<std::vector<proto::TileRange>> TilePlan::descendants(TileId t) const
   std::vector<std::vector<proto::TileRange>> levels;
   if (t.level % kAvailabilityLevels != 0) return levels;
   for (int down = 1; down <= kAvailabilityLevels && t.level + down <= max_level_; ++down) {
-    proto::TileRange r = tiles(t.level + down);
-    r.start_x = std::max(r.start_x, t.x << down);
-    r.start_y = std::max(r.start_y, t.y << down);
-    r.end_x = std::min(r.end_x, ((t.x + 1) << down) - 1);
-    r.end_y = std::min(r.end_y, ((t.y + 1) << down) - 1);
-    const bool none = r.start_x > r.end_x || r.start_y > r.end_y || t.level + down < min_level_;
-    levels.push_back(none ? std::vector<proto::TileRange>{} : std::vector{r});
+    const TileRange below{t.x << down, t.y << down, ((t.x + 1) << down) - 1,
+                          ((t.y + 1) << down) - 1};
+    levels.push_back(on_the_wire(tiles(t.level + down).within(below)));
   }
   return levels;
 }

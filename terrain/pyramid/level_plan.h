@@ -3,6 +3,7 @@
 // A pure function of the source's facts and the options.
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "proto/layer_json.h"
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
+#include "terrain/geo/availability.h"
 #include "terrain/geo/tiling_scheme.h"
 #include "terrain/pyramid/tileset.h"
 #include "terrain/raster/dem_source.h"
@@ -18,10 +20,16 @@ namespace tind {
 
 class ResidualIndex;
 
+struct PostPlace {
+  std::int64_t col = 0, row = 0;
+};
+
 /// The lowest and highest valid post of a source.
 struct HeightRange {
   double min_m = 0, max_m = 0;
   std::uint64_t valid = 0;  // posts
+  /// Where, if a pass over the posts has met them; of several the same for any number of threads.
+  std::optional<PostPlace> lowest = {}, highest = {};
 
   /// Takes in posts. REQUIRES: a range that began as {HUGE_VAL, -HUGE_VAL, 0}.
   void add(std::span<const float> posts);
@@ -33,7 +41,9 @@ class SourceBlocks;
 /// learn what the posts are in the same pass.
 Result<HeightRange> read_height_range(const DemSource&, const Progress& = {}, int threads = 0,
                                       SourceBlocks* blocks = nullptr);
-/// The same, and fails where no post is valid.
+/// Why there is nothing to be made of a source without a valid post.
+std::string no_valid_height(const DemInfo&);
+/// The same, and fails with bad_data where no post is valid.
 Result<HeightRange> scan_heights(const DemSource&, const Progress& = {}, int threads = 0,
                                  SourceBlocks* blocks = nullptr);
 
@@ -65,8 +75,12 @@ class TilePlan {
   /// Fails with `unsupported` for a source without CRS, `invalid_argument` for bad options.
   static Result<TilePlan> make(const DemInfo&, const HeightRange&, const TileSetOptions&);
 
-  int min_level() const { return min_level_; }
+  /// Where the pyramid ends: its tiles keep the final bound. Tiles are made for a pyramid of all
+  /// levels from 0 on, whichever of them are asked for.
   int max_level() const { return max_level_; }
+  /// The levels that are asked for.
+  int first_level() const { return first_level_; }
+  int last_level() const { return last_level_; }
   const LevelPlan& level(int z) const { return levels_[std::size_t(z)]; }
   const TileSetOptions& options() const { return options_; }
   const HeightRange& range() const { return range_; }
@@ -77,23 +91,31 @@ class TilePlan {
   /// Null where there is none.
   const ResidualIndex* index() const { return index_.get(); }
 
-  /// Tiles of a level that touch the source's bounds; level 0 always has both roots.
-  proto::TileRange tiles(int level) const;
+  /// Tiles of a level that touch an extent of the source: where no file is, there are none. Level 0
+  /// always has both roots. What is void in a file has tiles: which posts are, only reading says.
+  const TileArea& tiles(int level) const { return areas_[std::size_t(level)]; }
   bool available(TileId) const;
+  /// The same of the levels asked for: a tile, how many, and what says so to others.
+  bool wanted(TileId) const;
   std::uint64_t tile_count() const;
   proto::LayerJson layer(const std::string& name) const;
+  /// What whoever asked for it may not have meant: very many tiles for so few posts, or files that
+  /// lie far apart. One line; mostly empty.
+  std::string warning(const DemInfo&) const;
 
   /// What the metadata of a tile of every kAvailabilityLevels-th level lists: by level from the
-  /// next one on, the tiles below it. Empty for tiles of other levels.
+  /// next one on, the tiles of the whole pyramid below it. Empty for tiles of other levels.
   static constexpr int kAvailabilityLevels = 10;
   std::vector<std::vector<proto::TileRange>> descendants(TileId) const;
 
  private:
-  int min_level_ = 0, max_level_ = 0;
+  int max_level_ = 0, first_level_ = 0, last_level_ = 0;
   std::vector<LevelPlan> levels_;
   TileSetOptions options_;
   HeightRange range_;
   GeoRect bounds_;
+  VerticalDatum datum_ = VerticalDatum::unknown;
+  std::vector<TileArea> areas_;  // by level from 0
   std::shared_ptr<const ResidualIndex> index_;
 };
 

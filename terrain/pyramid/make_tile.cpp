@@ -1,5 +1,5 @@
-// One tile, from posts to bytes: what is known of its surroundings, then the mesh (tile_fit.cpp),
-// then the bytes (tile_encode.cpp).
+// One tile, from posts to its model: what is known of its surroundings, then the mesh
+// (tile_fit.cpp), then all that encodings need (tile_finish.cpp).
 //
 // The mesh lives in the tile's own integer grid (u, v in 0..32767, heights on a power-of-two step)
 // from its first triangle on. So orientation is exact, quantisation is not a step that could break
@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "terrain/encode/quantized_mesh_tile.h"
 #include "terrain/pyramid/residual_index.h"
 #include "terrain/pyramid/tile_job.h"
 #include "terrain/tile/post_warp.h"
@@ -19,14 +20,18 @@ namespace tind {
 namespace {
 
 constexpr std::int64_t kChunkPosts = 1 << 19;  // posts that the referee holds at a time
+constexpr double kMostMargin = 320;            // posts, as many as a tile has where this pays
 
 /// The posts around the tile, so that H is a matter of memory; coarse tiles ask the source instead.
+/// Normals look farther the coarser the tile is, but not where a small source has ended long
+/// before: beyond the margin H asks the source, too.
 Result<void> load_heights(TileJob& job) {
   const Stopwatch watch(job.cost.reading);
   if (job.window.empty() || decimation(job.window) > 1) return {};
   const DemInfo& info = job.source.info();
-  const int margin = 2 + int(std::ceil(job.level.normal_reach_deg * 111320 /
-                                       std::min(info.spacing_x_m, info.spacing_y_m)));
+  const double reach =
+      job.level.normal_reach_deg * 111320 / std::min(info.spacing_x_m, info.spacing_y_m);
+  const int margin = 2 + int(std::ceil(std::min(reach, kMostMargin)));
   return job.field.load(job.window.col - margin, job.window.row - margin,
                         int(job.window.cols) + 2 * margin, int(job.window.rows) + 2 * margin);
 }
@@ -136,21 +141,25 @@ Result<void> stream_posts(const TileJob& job, std::stop_token stop,
     if (job.whole->inside() > 0) f(*job.whole);
     return {};
   }
-  const std::int64_t rows_at_once = std::max<std::int64_t>(2, kChunkPosts / job.window.cols);
-  for (std::int64_t r = 0; r < job.window.rows; r += rows_at_once) {
-    if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
-    PostWindow part = job.window;
-    part.row += r;
-    part.rows = std::min(rows_at_once, job.window.rows - r);
-    const auto posts = TilePosts::read(job.source, part, job.id, 1, job.level.offset_m);
-    if (!posts) return std::unexpected(posts.error());
-    if (posts->inside() > 0) f(*posts);
-  }
+  const PostWindow& all = job.window;
+  const std::int64_t cols_at_once = std::min(all.cols, kChunkPosts / 2);
+  const std::int64_t rows_at_once = std::max<std::int64_t>(2, kChunkPosts / all.cols);
+  for (std::int64_t r = 0; r < all.rows; r += rows_at_once)
+    for (std::int64_t c = 0; c < all.cols; c += cols_at_once) {
+      if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
+      PostWindow part = all;
+      part.col += c, part.row += r;
+      part.cols = std::min(cols_at_once, all.cols - c);
+      part.rows = std::min(rows_at_once, all.rows - r);
+      const auto posts = TilePosts::read(job.source, part, job.id, 1, job.level.offset_m);
+      if (!posts) return std::unexpected(posts.error());
+      if (posts->inside() > 0) f(*posts);
+    }
   return {};
 }
 
-Result<TileBytes> make_tile(const DemSource& source, const TilePlan& plan, TileId id,
-                            std::stop_token stop) {
+Result<TileModel> model_tile(const DemSource& source, const TilePlan& plan, TileId id,
+                             std::stop_token stop, TileCost* cost) {
   TileJob job(source, plan, id);
   if (auto done = load_heights(job); !done) return fail("tile " + id.text(), done.error());
   if (auto done = derive_borders(job); !done) return std::unexpected(done.error());
@@ -159,10 +168,23 @@ Result<TileBytes> make_tile(const DemSource& source, const TilePlan& plan, TileI
   if (!known) return fail("tile " + id.text(), known.error());
   const auto meshed = fit_tile(job, stop);
   if (!meshed) return fail("tile " + id.text(), meshed.error());
-  auto tile = encode_tile(job, *meshed);
+  auto tile = finish_tile(job, *meshed);
   if (!tile) return fail("tile " + id.text(), tile.error());
   if (job.field.error()) return fail("tile " + id.text(), *job.field.error());
-  tile->cost = job.cost;
+  if (cost) *cost = job.cost;
+  return tile;
+}
+
+Result<TileBytes> make_tile(const DemSource& source, const TilePlan& plan, TileId id,
+                            std::stop_token stop) {
+  TileBytes tile;
+  const auto model = model_tile(source, plan, id, std::move(stop), &tile.cost);
+  if (!model) return std::unexpected(model.error());
+  const Stopwatch watch(tile.cost.encoding);
+  tile.bytes = encode_quantized_mesh(*model);
+  const TileCertificate& says = *model->certificate;
+  tile.max_error_m = says.max_error_m, tile.edge_error_m = says.edge_error_m;
+  tile.exact = says.exact, tile.side = says.side;
   return tile;
 }
 

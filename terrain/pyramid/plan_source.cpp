@@ -5,6 +5,8 @@
 #include <atomic>
 #include <filesystem>
 
+#include "terrain/pyramid/source_blocks.h"
+
 namespace tind {
 
 namespace {
@@ -24,7 +26,8 @@ std::string passing_path() {
 
 int deepest_indexed_level(const DemInfo& info, const TilePlan& plan) {
   const int deepest = deepest_indexed_level(info, plan.options().exact_posts);
-  return plan.options().side != "both" || deepest < plan.min_level() ? -1 : deepest;
+  // The level below the deepest has borders that leave room for the index, too.
+  return plan.options().side != "both" || deepest + 1 < plan.first_level() ? -1 : deepest;
 }
 
 Result<std::shared_ptr<const ResidualIndex>> index_for(const DemSource& source,
@@ -44,16 +47,20 @@ Result<std::shared_ptr<const ResidualIndex>> index_for(const DemSource& source,
 }
 
 Result<TilePlan> plan_source(const DemSource& source, const TileSetOptions& options,
-                             const std::string& index_path, int threads, const Progress& progress) {
+                             const std::string& index_path, int threads, const Progress& progress,
+                             std::string* content) {
   auto outline = TilePlan::make(source.info(), HeightRange{}, options);
   if (!outline) return outline;
   auto index = index_for(source, *outline, index_path, threads, progress);
   if (!index) return std::unexpected(index.error());
   if (!*index) {
-    const auto range = scan_heights(source, progress, threads);
+    SourceBlocks blocks(source.info());
+    const auto range = scan_heights(source, progress, threads, content ? &blocks : nullptr);
     if (!range) return std::unexpected(range.error());
+    if (content) *content = blocks.digest();
     return TilePlan::make(source.info(), *range, options);
   }
+  if ((*index)->posts() == 0) return fail(Errc::bad_data, no_valid_height(source.info()));
   auto plan = TilePlan::make(source.info(),
                              {(*index)->min_m(), (*index)->max_m(), (*index)->posts()}, options);
   if (plan) plan->use(std::move(*index));

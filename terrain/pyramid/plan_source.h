@@ -24,8 +24,9 @@ Result<std::shared_ptr<const ResidualIndex>> index_for(const DemSource&, const T
                                                        const Progress& = {});
 
 /// The plan of a source, with its index. Fails as TilePlan::make and index_for do, and where posts
-/// cannot be read.
+/// cannot be read. `content`: becomes 32 digits that stand for all heights (source_blocks.h), where
+/// they are read; nothing does where the index says what is needed of them.
 Result<TilePlan> plan_source(const DemSource&, const TileSetOptions&, const std::string& index_path,
-                             int threads = 0, const Progress& = {});
+                             int threads = 0, const Progress& = {}, std::string* content = nullptr);
 
 }  // namespace tind

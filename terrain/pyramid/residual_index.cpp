@@ -22,6 +22,7 @@
 #include <thread>
 
 #include "terrain/base/parallel.h"
+#include "terrain/geo/availability.h"
 #include "terrain/geo/ellipsoid.h"
 #include "terrain/pyramid/residual_scan.h"
 
@@ -92,20 +93,21 @@ Result<void> write_at(int file, const std::string& path, std::uint64_t at, const
 
 /// Tiles of a level that hold a post, or touch one with a side.
 std::vector<TileId> touched_tiles(const DemSource& source, int level) {
-  const GeoRect& b = source.info().bounds;
+  const DemInfo& info = source.info();
   const double side = tiling::tile_degrees(level);
   const auto index = [&](double degrees, std::uint32_t count, double hair) {
     return std::uint32_t(std::clamp(std::floor(degrees / side + hair), 0.0, double(count - 1)));
   };
   constexpr double kHair = 1e-9;
   const std::uint32_t columns = tiling::columns(level), rows = tiling::rows(level);
+  std::vector<TileRange> ranges;
+  for (const GeoRect& b : info.extents.empty() ? std::vector{info.bounds} : info.extents)
+    ranges.push_back({index(b.west + 180, columns, -kHair), index(b.south + 90, rows, -kHair),
+                      index(b.east + 180, columns, kHair), index(b.north + 90, rows, kHair)});
+  const TileArea tiles(std::move(ranges));
   std::vector<TileId> ids;
-  const std::uint32_t west = index(b.west + 180, columns, -kHair),
-                      east = index(b.east + 180, columns, kHair),
-                      south = index(b.south + 90, rows, -kHair),
-                      north = index(b.north + 90, rows, kHair);
-  for (std::uint32_t y = north + 1; y-- > south;)  // from the north, as rasters lie
-    for (std::uint32_t x = west; x <= east; ++x) ids.push_back({level, x, y});
+  for (std::uint64_t i = 0; i < tiles.size(); ++i)
+    ids.push_back({level, tiles[i].first, tiles[i].second});
   return ids;
 }
 

@@ -6,7 +6,8 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstring>
+
+#include "terrain/base/bytes.h"
 
 namespace tind {
 
@@ -41,57 +42,6 @@ float from_byte(std::uint8_t byte, std::uint32_t top) {
   const std::uint32_t below = 255 - byte;
   return below > top ? 0 : value(top - below);
 }
-
-// --- bytes ---------------------------------------------------------------------------------------
-
-class Writer {
- public:
-  explicit Writer(std::vector<std::uint8_t>& out) : out_(out) {}
-  template <class T>
-  void plain(const T& x) {
-    static_assert(std::endian::native == std::endian::little);
-    const std::size_t at = out_.size();
-    out_.resize(at + sizeof x);
-    std::memcpy(out_.data() + at, &x, sizeof x);
-  }
-  void delta(std::int64_t d) {
-    auto u = std::uint64_t(d) << 1 ^ std::uint64_t(d >> 63);
-    for (; u >= 128; u >>= 7) out_.push_back(std::uint8_t(u | 128));
-    out_.push_back(std::uint8_t(u));
-  }
-
- private:
-  std::vector<std::uint8_t>& out_;
-};
-
-class Reader {
- public:
-  explicit Reader(std::span<const std::uint8_t> in) : in_(in) {}
-  template <class T>
-  bool plain(T& x) {
-    if (in_.size() < sizeof x) return false;
-    std::memcpy(&x, in_.data(), sizeof x);
-    in_ = in_.subspan(sizeof x);
-    return true;
-  }
-  bool delta(std::int64_t& d) {
-    std::uint64_t u = 0;
-    for (int shift = 0; shift < 35; shift += 7) {
-      std::uint8_t byte = 0;
-      if (!plain(byte)) return false;
-      u |= std::uint64_t(byte & 127) << shift;
-      if (byte < 128) {
-        d = std::int64_t(u >> 1) ^ -std::int64_t(u & 1);
-        return true;
-      }
-    }
-    return false;
-  }
-  bool at_end() const { return in_.empty(); }
-
- private:
-  std::span<const std::uint8_t> in_;
-};
 
 std::int64_t predicted(const std::vector<std::int32_t>& h, int col, int row) {
   if (row == 0) return col == 0 ? 0 : h[node(col - 1, 0)];
@@ -193,22 +143,22 @@ ResidualRecord join(const std::array<const ResidualRecord*, 4>& children, double
 
 std::vector<std::uint8_t> encode(const ResidualRecord& r) {
   std::vector<std::uint8_t> bytes;
-  Writer out(bytes);
-  out.plain(std::uint8_t(r.has_posts()));
-  for (const std::int32_t h : r.corners) out.plain(h);
+  ByteWriter out(bytes);
+  out.put(std::uint8_t(r.has_posts()));
+  for (const std::int32_t h : r.corners) out.put(h);
   if (!r.has_posts()) return bytes;
-  out.plain(r.min_m);
-  out.plain(r.max_m);
-  for (const std::uint64_t n : {r.owned, r.on_east, r.on_north, r.on_corner}) out.plain(n);
-  for (const std::uint64_t hash : r.hashes) out.plain(hash);
+  out.put(r.min_m);
+  out.put(r.max_m);
+  for (const std::uint64_t n : {r.owned, r.on_east, r.on_north, r.on_corner}) out.put(n);
+  for (const std::uint64_t hash : r.hashes) out.put(hash);
   for (int row = 0; row < kNodes; ++row)
     for (int col = 0; col < kNodes; ++col)
-      out.delta(r.heights[node(col, row)] - predicted(r.heights, col, row));
+      out.put_signed_varint(r.heights[node(col, row)] - predicted(r.heights, col, row));
   for (const auto& piece : r.pieces) {
     const float largest = std::max(0.0F, *std::ranges::max_element(piece));
     const std::uint32_t top = std::min(rounded_up(largest), kLargestCode);
-    out.plain(std::uint16_t(top));
-    for (const float residual : piece) out.plain(to_byte(residual, top));
+    out.put(std::uint16_t(top));
+    for (const float residual : piece) out.put(to_byte(residual, top));
   }
   return bytes;
 }
@@ -216,40 +166,39 @@ std::vector<std::uint8_t> encode(const ResidualRecord& r) {
 Result<ResidualRecord> decode_record(std::span<const std::uint8_t> bytes) {
   const auto bad = [](const char* what) { return fail(Errc::bad_data, what); };
   ResidualRecord r;
-  Reader in(bytes);
-  std::uint8_t kind = 0;
-  if (!in.plain(kind) || kind > 1) return bad("not a record of a residual index");
-  for (std::int32_t& h : r.corners)
-    if (!in.plain(h) || std::abs(std::int64_t(h)) > kMostSteps) return bad("a corner is damaged");
-  if (kind == 0) return in.at_end() ? Result<ResidualRecord>(r) : bad("bytes after the record");
-  if (!in.plain(r.min_m) || !in.plain(r.max_m) || !(std::abs(r.min_m) < 1e6F) ||
-      !(std::abs(r.max_m) < 1e6F) || r.min_m > r.max_m)
+  ByteReader in(bytes);
+  const auto kind = in.get<std::uint8_t>();
+  if (!in.good() || kind > 1) return bad("not a record of a residual index");
+  for (std::int32_t& h : r.corners) {
+    h = in.get<std::int32_t>();
+    if (!in.good() || std::abs(std::int64_t(h)) > kMostSteps) return bad("a corner is damaged");
+  }
+  if (kind == 0) return in.left() == 0 ? Result<ResidualRecord>(r) : bad("bytes after the record");
+  r.min_m = in.get<float>(), r.max_m = in.get<float>();
+  if (!in.good() || !(std::abs(r.min_m) < 1e6F) || !(std::abs(r.max_m) < 1e6F) || r.min_m > r.max_m)
     return bad("the range of heights is damaged");
   for (std::uint64_t* n : {&r.owned, &r.on_east, &r.on_north, &r.on_corner})
-    if (!in.plain(*n)) return bad("truncated");
-  for (std::uint64_t& hash : r.hashes)
-    if (!in.plain(hash)) return bad("truncated");
+    *n = in.get<std::uint64_t>();
+  for (std::uint64_t& hash : r.hashes) hash = in.get<std::uint64_t>();
+  if (!in.good()) return bad("truncated");
   r.heights.resize(std::size_t(kNodes) * kNodes);
   for (int row = 0; row < kNodes; ++row)
     for (int col = 0; col < kNodes; ++col) {
-      std::int64_t d = 0;
-      if (!in.delta(d)) return bad("the heights are damaged");
+      const std::int64_t d = in.get_signed_varint();
+      if (!in.good()) return bad("the heights are damaged");
       const std::int64_t h = predicted(r.heights, col, row) + d;
       if (std::abs(h) > kMostSteps) return bad("a height is damaged");
       r.heights[node(col, row)] = std::int32_t(h);
     }
   for (int k = 0; k < kPieces; ++k) {
-    std::uint16_t top = 0;
-    if (!in.plain(top) || top > kLargestCode) return bad("the residuals are damaged");
+    const auto top = in.get<std::uint16_t>();
+    if (!in.good() || top > kLargestCode) return bad("the residuals are damaged");
     auto& piece = r.pieces[std::size_t(k)];
     piece.resize(std::size_t(kCells >> k) * std::size_t(kCells >> k));
-    for (float& residual : piece) {
-      std::uint8_t byte = 0;
-      if (!in.plain(byte)) return bad("truncated");
-      residual = from_byte(byte, top);
-    }
+    for (float& residual : piece) residual = from_byte(in.get<std::uint8_t>(), top);
+    if (!in.good()) return bad("truncated");
   }
-  if (!in.at_end()) return bad("bytes after the record");
+  if (in.left() > 0) return bad("bytes after the record");
   return r;
 }
 

@@ -18,6 +18,11 @@ constexpr std::int64_t kMostBlocks = 1 << 18;  // 2 MB
 constexpr int kLargestSide = 256;              // those of scan_heights are whole ones
 constexpr std::string_view kMagic{"TNSB\1\0\0\0", 8};
 
+std::string digest_of(const void* hashes, std::size_t bytes) {
+  const XXH128_hash_t h = XXH3_128bits(hashes, bytes);
+  return fmt::format("{:016x}{:016x}", h.high64, h.low64);
+}
+
 }  // namespace
 
 SourceBlocks::SourceBlocks(const DemInfo& info) {
@@ -47,6 +52,22 @@ void SourceBlocks::add(std::int64_t col, std::int64_t row, const HeightGrid& gri
     }
 }
 
+void SourceBlocks::add_void(std::int64_t col, std::int64_t row, int cols, int rows) {
+  const auto hash_of = [](std::size_t posts) {
+    const std::vector<float> voids(posts, std::numeric_limits<float>::quiet_NaN());
+    return XXH3_64bits(voids.data(), voids.size() * sizeof(float)) | 1;
+  };
+  const auto side = std::size_t(side_);
+  const std::uint64_t whole = hash_of(side * side);
+  for (int r = 0; r < rows; r += side_)
+    for (int c = 0; c < cols; c += side_) {
+      const std::size_t posts =
+          std::size_t(std::min(side_, rows - r)) * std::size_t(std::min(side_, cols - c));
+      hashes_[std::size_t((row + r) / side_ * across_ + (col + c) / side_)] =
+          posts == side * side ? whole : hash_of(posts);
+    }
+}
+
 std::vector<std::uint8_t> SourceBlocks::difference(const SourceBlocks& other) const {
   std::vector<std::uint8_t> differs(hashes_.size());
   for (std::size_t i = 0; i < differs.size(); ++i) differs[i] = hashes_[i] != other.hashes_[i];
@@ -54,14 +75,19 @@ std::vector<std::uint8_t> SourceBlocks::difference(const SourceBlocks& other) co
 }
 
 std::string SourceBlocks::digest() const {
-  const XXH128_hash_t h = XXH3_128bits(hashes_.data(), hashes_.size() * sizeof hashes_[0]);
-  return fmt::format("{:016x}{:016x}", h.high64, h.low64);
+  return digest_of(hashes_.data(), hashes_.size() * sizeof hashes_[0]);
 }
 
 std::string SourceBlocks::encode() const {
   std::string out(kMagic);
   out.append(reinterpret_cast<const char*>(hashes_.data()), hashes_.size() * sizeof hashes_[0]);
   return out;
+}
+
+bool SourceBlocks::whole(std::string_view bytes, const std::string& digest) {
+  if (!bytes.starts_with(kMagic)) return false;
+  bytes.remove_prefix(kMagic.size());
+  return digest_of(bytes.data(), bytes.size()) == digest;
 }
 
 Result<SourceBlocks> SourceBlocks::decode(std::string_view bytes, const DemInfo& info,

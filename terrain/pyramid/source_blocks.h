@@ -20,6 +20,9 @@ class SourceBlocks {
   /// Posts from (col, row) on, whole blocks but at the source's ends. Thread-safe for others.
   void add(std::int64_t col, std::int64_t row, const HeightGrid&);
 
+  /// The same of posts that are all void.
+  void add_void(std::int64_t col, std::int64_t row, int cols, int rows);
+
   int side() const { return side_; }
   std::int64_t across() const { return across_; }
   std::int64_t down() const { return down_; }
@@ -33,6 +36,8 @@ class SourceBlocks {
   /// 32 digits that stand for every post.
   std::string digest() const;
   std::string encode() const;
+  /// Is it what encode() made of blocks with this digest, whatever the grid?
+  static bool whole(std::string_view bytes, const std::string& digest);
   /// Fails with bad_data unless it is what encode() made for this grid and has this digest.
   static Result<SourceBlocks> decode(std::string_view bytes, const DemInfo&,
                                      const std::string& digest);

@@ -307,8 +307,10 @@ Result<TileMesh> fit_within_budget(TileJob& job, std::stop_token stop) {
                                      std::pair(best->wrong_side, best->max_error);
     if (better) best = std::move(meshed);
     if (best->max_error <= job.level.budget_m && best->wrong_side == 0) return best;
+    constexpr std::int64_t kMost = 4 * kMeshPosts * kMeshPosts;
+    const PostWindow& w = job.window;  // its shorter side may have fewer posts than a step
     const bool too_big =
-        job.window.cols * job.window.rows / step / step > 4 * kMeshPosts * kMeshPosts;
+        w.cols * w.rows / step / step > kMost || std::max(w.cols, w.rows) / step > kMost;
     if (step > 1 && !too_big)
       step /= 2, place = 0;
     else if (place > 1)

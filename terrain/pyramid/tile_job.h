@@ -1,6 +1,6 @@
 #pragma once
 // What the steps of make_tile hand on to each other. Only make_tile.cpp, tile_fit.cpp and
-// tile_encode.cpp include this.
+// tile_finish.cpp include this.
 
 #include <array>
 #include <chrono>
@@ -16,6 +16,7 @@
 #include "terrain/pyramid/tileset.h"
 #include "terrain/tile/border.h"
 #include "terrain/tile/height_field.h"
+#include "terrain/tile/tile_model.h"
 #include "terrain/tile/tile_posts.h"
 
 namespace tind {
@@ -54,13 +55,6 @@ int decimation(const PostWindow&);
 Result<void> stream_posts(const TileJob&, std::stop_token,
                           const std::function<void(const TilePosts&)>& f);
 
-/// The tile's own height lattice: 32767 steps of a power of two span every height it can hold.
-struct HeightLattice {
-  double min = 0, step = 1;
-  double max() const { return min + 32767 * step; }
-  std::uint16_t index(double h) const { return std::uint16_t(std::lround((h - min) / step)); }
-};
-
 /// Vertices (u, v in 0..32767, height on the lattice), and what the referee says of them.
 struct TileMesh {
   Tin mesh;
@@ -73,8 +67,8 @@ struct TileMesh {
 /// what is known of the posts in the job.
 Result<TileMesh> fit_tile(TileJob&, std::stop_token);
 
-/// Normals, culling volumes, metadata and bytes.
-Result<TileBytes> encode_tile(TileJob&, const TileMesh&);
+/// Order, normals, culling volumes, certificate.
+Result<TileModel> finish_tile(TileJob&, const TileMesh&);
 
 /// Adds the time until it goes out of scope.
 class Stopwatch {

@@ -2,7 +2,7 @@
 
 #include <libdeflate.h>
 
-#include <filesystem>
+#include <charconv>
 #include <fstream>
 #include <memory>
 
@@ -20,6 +20,14 @@ constexpr const char* kAccept =
 
 bool is_url(const std::string& text) {
   return text.starts_with("http://") || text.starts_with("https://");
+}
+
+std::optional<std::int64_t> whole_number(const std::string& text) {
+  std::int64_t value = 0;
+  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (code != std::errc() || end != text.data() + text.size() || std::to_string(value) != text)
+    return std::nullopt;
+  return value;
 }
 
 void replace(std::string& text, const std::string& what, const std::string& with) {
@@ -70,6 +78,16 @@ std::string TileLocation::tile(TileId id) const {
 
 Result<std::vector<std::uint8_t>> TileLocation::read(const std::string& path) const {
   return remote_ ? fetch_url(path, kAccept) : read_file(path);
+}
+
+std::optional<TileId> tile_of_path(const std::filesystem::path& relative) {
+  std::vector<std::string> parts;
+  for (const auto& part : relative) parts.push_back(part.string());
+  if (parts.size() != 3 || relative.extension() != ".terrain") return std::nullopt;
+  const auto z = whole_number(parts[0]), x = whole_number(parts[1]);
+  const auto y = whole_number(relative.stem().string());
+  if (!z || !x || !y) return std::nullopt;
+  return tiling::tile(*z, *x, *y);
 }
 
 bool gunzip(std::vector<std::uint8_t>& bytes) {

@@ -2,6 +2,8 @@
 // Where stored tiles are: a directory or a base URL. Bytes by name, no opinion of what is in them.
 
 #include <cstdint>
+#include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,6 +34,9 @@ class TileLocation {
   std::string base_, template_;
   bool remote_ = false;
 };
+
+/// z/x/y.terrain as a tile of the pyramid.
+std::optional<TileId> tile_of_path(const std::filesystem::path& relative);
 
 /// Unpacks gzip data in place; what is not gzip stays. False when the data are damaged.
 bool gunzip(std::vector<std::uint8_t>& bytes);

@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
+#include "terrain/encode/quantized_mesh_tile.h"
 #include "terrain/mesh/halfedge_mesh.h"
 #include "terrain/progressive/least_error.h"
 #include "terrain/progressive/mesh_deviation.h"
 #include "terrain/progressive/progressive_stream.h"
 #include "terrain/progressive/split_recorder.h"
-#include "terrain/pyramid/decoded_tile.h"
 #include "terrain/pyramid/level_plan.h"
 #include "terrain/simplify/collapse_method.h"
 #include "terrain/tile/post_warp.h"
@@ -38,24 +38,24 @@ struct Tile {
 };
 
 /// The largest power of two of which every height is a multiple; if none is, a fine one.
-double height_step(const Tin& mesh, double range) {
-  const double own = range > 0 ? std::exp2(std::round(std::log2(range / kTileExtent))) : 1;
+double height_step(const Tin& mesh, double stated) {
+  const double own = stated > 0 ? std::exp2(std::round(std::log2(stated))) : 1;
   for (double step = std::max(own, kFinestStep); step >= kFinestStep; step /= 2) {
     if (std::ranges::all_of(mesh.vertices,
                             [&](const Vec3& v) { return std::fmod(v.z, step) == 0; }))
       return step;
   }
-  return std::max(kFinestStep, std::exp2(std::floor(std::log2(range / kTileExtent))) / 8);
+  return std::max(kFinestStep, std::exp2(std::floor(std::log2(stated))) / 8);
 }
 
-Result<Tile> read_tile(std::span<const std::uint8_t> bytes) {
-  auto decoded = decode_tile(bytes);
+Result<Tile> read_tile(TileId id, std::span<const std::uint8_t> bytes) {
+  auto decoded = decode_tile(id, bytes);
   if (!decoded) return std::unexpected(decoded.error());
   Tile tile;
   tile.mesh = std::move(decoded->mesh);
   for (Vec3& v : tile.mesh.vertices) v.y -= kTileExtent;
-  tile.step = height_step(tile.mesh, decoded->range_m);
-  if (decoded->says) tile.error_m = decoded->says->max_error_m;
+  tile.step = height_step(tile.mesh, decoded->heights.step);
+  if (decoded->certificate) tile.error_m = decoded->certificate->max_error_m;
   double rounding = 0;
   for (Vec3& v : tile.mesh.vertices) {
     const double z = std::nearbyint(v.z / tile.step) * tile.step;
@@ -186,7 +186,7 @@ DemInfo frame_of(TileId id, VerticalDatum datum) {
 
 Result<proto::MeshStream> make(TileId id, std::span<const std::uint8_t> bytes, VerticalDatum datum,
                                std::stop_token stop) {
-  const auto tile = read_tile(bytes);
+  const auto tile = read_tile(id, bytes);
   if (!tile) return std::unexpected(tile.error());
   auto mesh = HalfedgeMesh::from_tin(tile->mesh);
   if (!mesh) return std::unexpected(mesh.error());

@@ -1,13 +1,14 @@
 #include "terrain/pyramid/tile_transition.h"
 
-#include "terrain/pyramid/decoded_tile.h"
+#include "terrain/encode/quantized_mesh_tile.h"
 #include "terrain/tile/parent_part.h"
 
 namespace tind {
 
 Result<proto::Transition> tile_transition(TileId tile, std::span<const std::uint8_t> fine,
                                           std::span<const std::uint8_t> parent) {
-  const auto fine_tile = decode_tile(fine), parent_tile = decode_tile(parent);
+  const auto fine_tile = decode_tile(tile, fine);
+  const auto parent_tile = decode_tile(tile.parent(), parent);
   if (!fine_tile) return fail("tile " + tile.text(), fine_tile.error());
   if (!parent_tile) return fail("tile " + tile.parent().text(), parent_tile.error());
   const auto part = parent_part(parent_tile->mesh, tile);
@@ -17,8 +18,8 @@ Result<proto::Transition> tile_transition(TileId tile, std::span<const std::uint
 
   proto::Transition out;
   out.level = std::uint32_t(tile.level), out.x = tile.x, out.y = tile.y;
-  if (parent_tile->says) out.coarse_error_m = parent_tile->says->max_error_m;
-  if (fine_tile->says) out.fine_error_m = fine_tile->says->max_error_m;
+  if (parent_tile->certificate) out.coarse_error_m = parent_tile->certificate->max_error_m;
+  if (fine_tile->certificate) out.fine_error_m = fine_tile->certificate->max_error_m;
   out.border_splits = std::uint32_t(way->border_splits);
   out.fine_vertices = std::uint32_t(way->fine_vertices);
   for (const auto& v : way->vertices) {

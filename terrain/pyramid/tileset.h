@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -38,6 +39,15 @@ struct Readiness {
   std::string why;   // it failed
 };
 
+/// The posts of a source that are lowest and highest; of several, any.
+struct HeightExtremes {
+  struct Place {
+    Geographic where;
+    double height_m = 0;  // in the source's datum()
+  };
+  Place lowest, highest;
+};
+
 class TileSet {
  public:
   virtual ~TileSet() = default;
@@ -49,13 +59,17 @@ class TileSet {
   virtual Result<TileBytes> tile(TileId, std::stop_token) const = 0;
   /// The DEM behind it; null for a store.
   virtual const DemSource* dem() const = 0;
+  /// Of the DEM; nothing for a store, until the DEM has been read, and where that failed.
+  virtual std::optional<HeightExtremes> extremes() const { return {}; }
 };
 
 struct TileSetOptions {
   double max_error_m = 0;   // at the leaves; 0: 1/32 of the post spacing
   double error_factor = 1;  // budget of level z: level_error(z) * factor
-  int min_level = 0;
-  int max_level = -1;         // -1: the first level at least as fine as the source
+  int max_level = -1;  // where the pyramid ends; -1: the first level at least as fine as the source
+  int first_level =
+      0;  // levels that are made and offered of it: no byte of a tile depends on which
+  int last_level = -1;        // -1: down to the end
   std::string side = "both";  // both | above | below: where the mesh lies as seen from the posts
   std::string effort = "normal";
   /// Tiles of more posts than this are certified through the residual index; 0: as residual_index.h

@@ -17,6 +17,7 @@
 #include "terrain/raster/datum_shift.h"
 #include "terrain/raster/gdal_frame.h"
 #include "terrain/raster/gdal_mosaic.h"
+#include "terrain/raster/nodata.h"
 
 namespace tind {
 namespace {
@@ -49,11 +50,16 @@ class RasterSource final : public DemSource {
     frame_.to_geographic(in, out);
   }
   bool is_plain_geographic() const override { return frame_.plain(); }
+  std::vector<UndeclaredNodata> undeclared_nodata() const override {
+    return mosaic_.undeclared_nodata();
+  }
 
  private:
   RasterSource(gdal::Mosaic mosaic, gdal::Frame frame, const DemOptions& options)
       : mosaic_(std::move(mosaic)), frame_(std::move(frame)), cache_(options.cache_bytes) {}
   Result<void> describe(std::span<const std::string> files, const DemOptions&);
+  Result<void> settle_datum(const gdal::FileFacts&, const DemOptions&);
+  std::unexpected<Error> too_high(double z, std::int64_t col, std::int64_t row) const;
   std::int64_t source_col(std::int64_t col) const;
   Result<void> finish(std::int64_t col, std::int64_t row, int cols, int rows,
                       std::span<double> heights, std::span<float> out) const;
@@ -77,17 +83,23 @@ std::int64_t RasterSource::source_col(std::int64_t col) const {
   return col >= 0 && col < info_.cols ? col : -1;
 }
 
+std::unexpected<Error> RasterSource::too_high(double z, std::int64_t col, std::int64_t row) const {
+  const std::string nodata = undeclared_nodata_text(*this);
+  const std::string what =
+      fmt::format("a height of {} m (column {}, row {}) is beyond {} m", z, col, row, max_height_);
+  if (!nodata.empty()) return fail(Errc::bad_data, nodata + " (" + what + ")");
+  return fail(Errc::bad_data, info_.files[0] + ": " + what +
+                                  "; where it means no data say --nodata VALUE, else state the "
+                                  "file's unit or scale with gdal_edit.py");
+}
+
 Result<void> RasterSource::finish(std::int64_t col, std::int64_t row, int cols, int rows,
                                   std::span<double> heights, std::span<float> out) const {
   if (shift_) shift_->add(col, row, cols, rows, heights);
   for (std::size_t i = 0; i < heights.size(); ++i) {
     const double z = heights[i];
     if (std::abs(z) > max_height_)
-      return fail(Errc::bad_data,
-                  fmt::format("{}: a height of {} m (column {}, row {}) is beyond {} m; state the "
-                              "file's unit, scale or nodata value with gdal_edit.py",
-                              info_.files[0], z, col + std::int64_t(i) % cols,
-                              row + std::int64_t(i) / cols, max_height_));
+      return too_high(z, col + std::int64_t(i) % cols, row + std::int64_t(i) / cols);
     out[i] = float(z);
   }
   if (info_.crs_kind != CrsKind::geographic) return {};
@@ -189,6 +201,48 @@ Result<HeightGrid> RasterSource::read_decimated(std::int64_t col, std::int64_t r
   return out;
 }
 
+/// What the heights are above, and what they are to be above.
+Result<void> RasterSource::settle_datum(const gdal::FileFacts& facts, const DemOptions& options) {
+  const VerticalDatum said = options.from_datum, stated = facts.crs.datum;
+  info_.vertical_crs = facts.crs.vertical;
+  info_.datum = info_.source_datum = said != VerticalDatum::unknown ? said : stated;
+  const std::string stated_name =
+      !info_.vertical_crs.empty() ? "'" + info_.vertical_crs + "'" : std::string(name(stated));
+  const bool states = stated != VerticalDatum::unknown || !info_.vertical_crs.empty();
+  if (said != VerticalDatum::unknown && states && said != stated)
+    info_.warnings.push_back(
+        fmt::format("{}: says that its heights are above {}; they are taken as above {}, as "
+                    "--from-datum says",
+                    facts.path, stated_name, name(said)));
+  if (options.to_datum == TargetDatum::same || info_.source_datum == VerticalDatum::ellipsoid)
+    return {};
+  if (info_.source_datum == VerticalDatum::unknown) {
+    const std::string why =
+        states ? fmt::format(
+                     "{}: its heights are above {}, from which tind cannot convert (it "
+                     "knows egm96 and ellipsoid)",
+                     facts.path, stated_name)
+               : facts.path + ": does not say what its heights are above";
+    const std::string remedy =
+        states ? "convert them with gdalwarp -s_srs ... -t_srs EPSG:4979, or name the nearest that "
+                 "tind knows with --from-datum"
+               : "say it with --from-datum egm96 or ellipsoid";
+    if (options.to_datum == TargetDatum::ellipsoid)
+      return fail(Errc::invalid_argument, why + ", so they cannot be brought to the ellipsoid; " +
+                                              remedy + ", or leave --to-datum out");
+    info_.warnings.push_back(why + "; they stay as they are, datum unknown (" + remedy + ")");
+    return {};
+  }
+  if (facts.crs.kind == CrsKind::none)
+    return fail(Errc::invalid_argument,
+                facts.path + ": has no CRS, so its heights cannot be brought to the ellipsoid");
+  auto geoid = Geoid::egm96();
+  if (!geoid) return std::unexpected(geoid.error());
+  shift_.emplace(*geoid, frame_, options.keep_source_units ? facts.z_unit_m : 1);
+  info_.datum = VerticalDatum::ellipsoid;
+  return {};
+}
+
 Result<void> RasterSource::describe(std::span<const std::string> files, const DemOptions& options) {
   const gdal::FileFacts& facts = mosaic_.facts();
   info_.files.assign(files.begin(), files.end());
@@ -202,25 +256,23 @@ Result<void> RasterSource::describe(std::span<const std::string> files, const De
   info_.crs_name = facts.crs.name;
   info_.crs_unit_m = facts.crs.unit_m;
   info_.z_unit_m = facts.z_unit_m;
-  info_.source_datum =
-      options.from_datum != VerticalDatum::unknown ? options.from_datum : facts.crs.datum;
-  info_.datum = info_.source_datum;
   info_.bounds = frame_.bounds();
+  info_.covered = mosaic_.covered();
+  const auto add = [&](const PostRect& part) {
+    for (const GeoRect& extent : frame_.extents(part)) info_.extents.push_back(extent);
+  };
+  for (const PostRect& part : info_.covered) {
+    add(part);
+    if (frame_.wraps() && part.last_col == info_.cols - 1)  // on to the first column
+      add({part.last_col, part.row, std::llround(frame_.period()), part.last_row});
+  }
   info_.wraps_longitude = frame_.wraps();
   info_.period_cols = frame_.period();
   const Vec2 spacing = frame_.spacing_m();
   info_.spacing_x_m = spacing.x;
   info_.spacing_y_m = spacing.y;
 
-  if (options.to_datum == TargetDatum::ellipsoid && info_.source_datum == VerticalDatum::egm96) {
-    if (facts.crs.kind == CrsKind::none)
-      return fail(Errc::invalid_argument,
-                  facts.path + ": has no CRS, so its heights cannot be brought to the ellipsoid");
-    auto geoid = Geoid::egm96();
-    if (!geoid) return std::unexpected(geoid.error());
-    shift_.emplace(*geoid, frame_, options.keep_source_units ? facts.z_unit_m : 1);
-    info_.datum = VerticalDatum::ellipsoid;
-  }
+  if (auto ok = settle_datum(facts, options); !ok) return ok;
   if (shift_ || !mosaic_.exact()) {
     max_height_ = options.keep_source_units ? kMaxSourceHeight : kMaxHeight;
     info_.rounding_m = std::ldexp(max_height_, -25);  // half an ulp just below it
@@ -230,6 +282,8 @@ Result<void> RasterSource::describe(std::span<const std::string> files, const De
   if (!content) return std::unexpected(content.error());
   *content += fmt::format("{} {} {}", name(info_.source_datum), name(info_.datum),
                           options.keep_source_units);
+  if (options.ignore_declared_nodata) *content += " none";
+  for (const double nodata : options.nodata) *content += fmt::format(" {}", nodata);
   const XXH128_hash_t hash = XXH3_128bits(content->data(), content->size());
   info_.fingerprint = fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
   return {};

@@ -15,14 +15,19 @@
 namespace tind {
 
 enum class VerticalDatum { unknown, ellipsoid, egm96 };
-enum class TargetDatum { same, ellipsoid };
+/// `ellipsoid_if_known`: heights above something unknown stay as they are, with a warning.
+enum class TargetDatum { same, ellipsoid, ellipsoid_if_known };
 const char* name(VerticalDatum);
 
 struct DemOptions {
   /// What the heights are above. `unknown`: take it from the file's compound CRS if it says so.
   VerticalDatum from_datum = VerticalDatum::unknown;
-  /// `ellipsoid` converts egm96 heights; unknown heights are passed as they are (info() says so).
+  /// `ellipsoid` converts egm96 heights; where it is unknown what they are above, it is an error.
   TargetDatum to_datum = TargetDatum::same;
+  /// Values, as they stand in the file, that mean no data beside the one that the file declares.
+  std::vector<double> nodata = {};
+  /// What the file declares to mean no data is a height.
+  bool ignore_declared_nodata = false;
   /// VRT files can name any other file: only when the operator says so.
   bool allow_vrt = false;
   /// Heights in the raster's own unit instead of metres (only `tind simplify --units source`).
@@ -32,6 +37,12 @@ struct DemOptions {
   /// Bound of the files that are unpacked in memory (x.hgt.zip) while nobody reads from them,
   /// bytes.
   std::size_t unpacked_bytes = 256u << 20;
+};
+
+/// A rectangle of posts, both ends included.
+struct PostRect {
+  std::int64_t col = 0, row = 0, last_col = 0, last_row = 0;
+  friend bool operator==(const PostRect&, const PostRect&) = default;
 };
 
 enum class CrsKind { none, geographic, projected };
@@ -48,10 +59,17 @@ struct DemInfo {
   double z_unit_m = 1;            // metres per unit of the raster's heights (after scale/offset)
   VerticalDatum datum = VerticalDatum::unknown;  // of the heights that read() returns
   VerticalDatum source_datum = VerticalDatum::unknown;
+  std::string vertical_crs;  // as the file names it, "EGM2008 height"; empty where it does not
   /// Bounding box of the posts. Longitudes are brought to -180..180; a source that crosses the
   /// antimeridian or goes around the globe gets west = -180, east = 180. Latitudes are clipped to
   /// +-90. Meaningless without a CRS.
   GeoRect bounds;
+  /// Where posts can be: the files, and the ways across from one to the next where they touch. They
+  /// may overlap. Empty: everywhere.
+  std::vector<PostRect> covered;
+  /// The same on the globe, a bounding box of each; one that crosses the antimeridian is two.
+  /// Empty: the bounds.
+  std::vector<GeoRect> extents;
   bool wraps_longitude = false;  // columns go around the globe: col and col + period are one place
   /// 360 degrees in columns; 0 where not geographic. Whole where the source wraps: a step that is
   /// rounded (0.05 columns around the globe at most) is corrected, in post_to_crs too.
@@ -63,6 +81,14 @@ struct DemInfo {
   double rounding_m = 0;
   /// Identifies the content (sizes, times and headers of all files and these options).
   std::string fingerprint;
+  /// What a user should be told before anything is made of it, one line each.
+  std::vector<std::string> warnings;
+};
+
+/// A value that by custom means no data, where the file does not say so: its posts pass as heights.
+struct UndeclaredNodata {
+  double value = 0;         // as it stands in the file
+  std::uint64_t posts = 0;  // among those read
 };
 
 class DemSource {
@@ -88,6 +114,10 @@ class DemSource {
   /// becomes NaN. For a wrapping source, columns lie in [0, period). REQUIRES: a CRS. Thread-safe.
   virtual void to_post(std::span<const Geographic> in, std::span<Vec2> out) const = 0;
   virtual void to_geographic(std::span<const Vec2> in, std::span<Geographic> out) const = 0;
+
+  /// Such values among the posts read so far, the most frequent first. After one reading of
+  /// everything the numbers are exact, and later readings do not add to them.
+  virtual std::vector<UndeclaredNodata> undeclared_nodata() const { return {}; }
 
   /// True where post <-> geographic is one affine map without rotation (a WGS84 lon/lat raster).
   virtual bool is_plain_geographic() const = 0;

@@ -100,7 +100,11 @@ Result<CrsFacts> describe(const OGRSpatialReference* given) {
   facts.name = name ? name : "unnamed";
   facts.kind = given->IsProjected() ? CrsKind::projected : CrsKind::geographic;
   facts.datum = vertical_datum(*given);
-  if (given->GetAttrNode("VERT_CS")) facts.vertical_unit_m = given->GetTargetLinearUnits("VERT_CS");
+  if (given->GetAttrNode("VERT_CS")) {
+    facts.vertical_unit_m = given->GetTargetLinearUnits("VERT_CS");
+    const char* vertical = given->GetAttrValue("VERT_CS");
+    facts.vertical = vertical ? vertical : "unnamed";
+  }
   OGRSpatialReference flat(*given);
   flat.StripVertical();
   flat.DemoteTo2D(nullptr);

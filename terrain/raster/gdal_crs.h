@@ -20,6 +20,7 @@ struct CrsFacts {
   double turn = 0;           // 360 degrees in crs units (geographic), else 0
   bool plain_wgs84 = false;  // longitude and latitude, degrees, WGS84, Greenwich
   VerticalDatum datum = VerticalDatum::unknown;
+  std::string vertical;        // name of its vertical part; empty where there is none
   double vertical_unit_m = 0;  // 0 where the CRS has no vertical part
 };
 

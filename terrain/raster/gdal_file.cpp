@@ -5,6 +5,10 @@
 // SRTM tiles come as "N41E001.hgt.zip". Random access inside a zip restarts decompression, and GDAL
 // does not compare its checksum; so the tile is unpacked into memory, once per handle (26 MB for
 // 1").
+//
+// What lies at the path may change while the source is in use, and a handle that is opened then
+// would see other heights than the one before. So whatever was read counts only when all files are
+// still as they were when the source was opened.
 
 #include "terrain/raster/gdal_file.h"
 
@@ -14,10 +18,12 @@
 #include <gdal_priv.h>
 #include <xxhash.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <set>
 
 #include "terrain/raster/gdal_setup.h"
 #include "terrain/raster/gdal_verify.h"
@@ -44,8 +50,13 @@ bool is_zip(const std::string& path) { return lower(path).ends_with(".zip"); }
 /// The path for GDAL: absolute, so that no prefix of GDAL's own name syntax can match.
 Result<std::string> real_file(const std::string& path) {
   std::error_code error;
-  if (path.starts_with("/vsi") || !fs::is_regular_file(path, error))
+  if (fs::is_directory(path, error))
+    return fail(Errc::not_found, path + ": is a folder; name the rasters in it");
+  if (path.starts_with("/vsi") || !fs::exists(path, error))
     return fail(Errc::not_found, path + ": no such file");
+  if (!fs::is_regular_file(path, error))
+    return fail(Errc::not_found,
+                path + ": is a device or a pipe; a raster is read from a file, in any order");
   return fs::absolute(path).string();
 }
 
@@ -113,6 +124,17 @@ Result<void> preflight(const std::string& path, GDALDataset& set) {
   return {};
 }
 
+/// The file of the system that GDAL reads a name from: that of an archive for a member of it; empty
+/// for what is in memory.
+std::string file_behind(std::string name) {
+  std::error_code error;
+  if (name.starts_with("/vsi")) name.erase(0, std::min(name.find('/', 1), name.size() - 1) + 1);
+  for (fs::path path = fs::absolute(name, error); path.has_relative_path();
+       path = path.parent_path())
+    if (fs::is_regular_file(path, error)) return path.string();
+  return {};
+}
+
 std::string hash_of_ends(const std::string& path, std::uint64_t size) {
   constexpr std::uint64_t kEnd = 64 << 10;
   const File file(VSIFOpenL(path.c_str(), "rb"));
@@ -149,6 +171,14 @@ struct IdleHandles::Entry {
   std::unique_ptr<Handle> handle;
 };
 
+namespace {
+
+bool is_vrt(const IdleHandles::Handle& handle) {
+  return std::string_view(handle.set->GetDriverName()) == "VRT";
+}
+
+}  // namespace
+
 IdleHandles::IdleHandles(std::size_t max_bytes) : max_bytes_(max_bytes) {}
 IdleHandles::~IdleHandles() = default;
 
@@ -175,8 +205,13 @@ void IdleHandles::give(const RasterFile* owner, std::unique_ptr<Handle> handle) 
   }
 }
 
-RasterFile::RasterFile(std::string path, bool allow_vrt, std::shared_ptr<IdleHandles> idle)
-    : path_(std::move(path)), allow_vrt_(allow_vrt), idle_(std::move(idle)) {}
+RasterFile::RasterFile(std::string path, const DemOptions& options,
+                       std::shared_ptr<IdleHandles> idle)
+    : path_(std::move(path)),
+      allow_vrt_(options.allow_vrt),
+      idle_(std::move(idle)),
+      ignore_declared_nodata_(options.ignore_declared_nodata),
+      nodata_(options.nodata) {}
 RasterFile::~RasterFile() = default;
 
 Result<std::unique_ptr<IdleHandles::Handle>> RasterFile::open_handle() const {
@@ -195,6 +230,10 @@ Result<std::unique_ptr<IdleHandles::Handle>> RasterFile::open_handle() const {
   handle->set = static_cast<GDALDataset*>(
       GDALOpenEx(target.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR,
                  raster_drivers(allow_vrt_), nullptr, nullptr));
+  if (!handle->set && !allow_vrt_ && lower(path_).ends_with(".vrt"))
+    return fail(Errc::unsupported, path_ +
+                                       ": a VRT can name any other file, so it is read only with "
+                                       "--allow-vrt");
   if (!handle->set)
     return fail(Errc::bad_data, path_ +
                                     ": not a raster tind reads (GeoTIFF, SRTM HGT, DTED, USGS "
@@ -251,8 +290,8 @@ Result<void> RasterFile::learn(IdleHandles::Handle& handle, bool keep_source_uni
     scale_ *= facts_.z_unit_m;
     offset_ *= facts_.z_unit_m;
   }
-  nodata_ = band.GetNoDataValue(&has);
-  has_nodata_ = has != 0;
+  const double declared = band.GetNoDataValue(&has);
+  if (has && !ignore_declared_nodata_) nodata_.push_back(declared);
   masked_ = (band.GetMaskFlags() & GMF_PER_DATASET) != 0;
   sums_ = std::make_unique<BlockSums>(set);
   if (facts_.driver == "AAIGrid")
@@ -262,34 +301,66 @@ Result<void> RasterFile::learn(IdleHandles::Handle& handle, bool keep_source_uni
   return {};
 }
 
-Result<std::unique_ptr<RasterFile>> RasterFile::open(const std::string& path, bool allow_vrt,
-                                                     bool keep_source_units,
+Result<std::unique_ptr<RasterFile>> RasterFile::open(const std::string& path,
+                                                     const DemOptions& options,
                                                      std::shared_ptr<IdleHandles> idle) {
   set_up();
-  if (allow_vrt) register_vrt();
-  std::unique_ptr<RasterFile> file(new RasterFile(path, allow_vrt, std::move(idle)));
+  if (options.allow_vrt) register_vrt();
+  std::unique_ptr<RasterFile> file(new RasterFile(path, options, std::move(idle)));
+  if (auto real = real_file(path); !real) return std::unexpected(real.error());
+  if (auto ok = file->states_.add(path); !ok) return std::unexpected(ok.error());
   auto handle = file->open_handle();
   if (!handle) return std::unexpected(handle.error());
-  if (auto ok = file->learn(**handle, keep_source_units); !ok) return std::unexpected(ok.error());
+  // Which other files there are is known only now, when they have been looked into already.
+  const std::vector<std::string> others = file->files_of(**handle);
+  for (const std::string& other : others)
+    if (auto ok = file->states_.add(other); !ok) return std::unexpected(ok.error());
+  if (!others.empty()) handle = file->open_handle();
+  if (!handle) return std::unexpected(handle.error());
+  if (auto ok = file->if_unchanged(file->learn(**handle, options.keep_source_units)); !ok)
+    return std::unexpected(ok.error());
   file->idle_->give(file.get(), std::move(*handle));
   return file;
 }
 
 bool RasterFile::is_void(double raw) const {
   if (!(std::abs(raw) < 1e38)) return true;  // NaN, infinite, or the usual +-3.4e38
-  if (!has_nodata_) return false;
   // A float32 nodata value is often written in decimal with other digits than the stored float.
-  return raw == nodata_ || (is_float_ && float(raw) == float(nodata_));
+  return std::ranges::any_of(nodata_, [&](double nodata) {
+    return raw == nodata || (is_float_ && float(raw) == float(nodata));
+  });
+}
+
+void RasterFile::count_customary(std::span<const double> raw) const {
+  const auto posts = std::int64_t(raw.size());
+  if (looked_at_.fetch_add(posts, std::memory_order_relaxed) + posts > facts_.cols * facts_.rows)
+    return;
+  for (const double z : raw) {
+    if (z > -9999 && z < 32767) continue;
+    for (std::size_t k = 0; k < customary_.size(); ++k)
+      if (z == kCustomaryNodata[k] && !is_void(z))
+        customary_[k].fetch_add(1, std::memory_order_relaxed);
+  }
 }
 
 Result<std::unique_ptr<IdleHandles::Handle>> RasterFile::borrow() const {
   if (auto idle = idle_->take(this)) return idle;
   auto handle = open_handle();
-  if (!handle) return handle;
-  GDALDataset& set = *(*handle)->set;
-  if (set.GetRasterXSize() != facts_.cols || set.GetRasterYSize() != facts_.rows)
-    return fail(Errc::bad_data, path_ + ": the file changed while it was open");
+  if (!handle) {
+    if (auto same = states_.unchanged(); !same) return std::unexpected(same.error());
+    return handle;
+  }
+  // A mask or a world file that came since is seen by new handles only.
+  if (!is_vrt(**handle) && files_of(**handle).size() + 1 != states_.entries().size())
+    return fail(Errc::io, path_ +
+                              ": there are other files beside it than when it was opened; start "
+                              "again to read what is there now");
   return handle;
+}
+
+Result<void> RasterFile::if_unchanged(Result<void> done) const {
+  if (auto same = states_.unchanged(); !same) return same;
+  return done;
 }
 
 Result<void> RasterFile::read_with(IdleHandles::Handle& handle, int col, int row, int cols,
@@ -310,10 +381,10 @@ Result<void> RasterFile::read_with(IdleHandles::Handle& handle, int col, int row
     return fail(Errc::bad_data,
                 fmt::format("{}: cannot read posts at column {}, row {}: {}", path_, col, row,
                             complaints.text("the file is truncated or damaged")));
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    const bool hidden = !mask.empty() && mask[i] == 0;
-    out[i] = hidden || is_void(out[i]) ? kNaN : out[i] * scale_ + offset_;
-  }
+  for (std::size_t i = 0; i < mask.size(); ++i)
+    if (mask[i] == 0) out[i] = kNaN;
+  count_customary(out);
+  for (double& z : out) z = is_void(z) ? kNaN : z * scale_ + offset_;
   return {};
 }
 
@@ -322,7 +393,7 @@ Result<void> RasterFile::read_with(IdleHandles::Handle& handle, int col, int row
 Result<void> RasterFile::read(int col, int row, int cols, int rows, std::span<double> out) const {
   auto handle = borrow();
   if (!handle) return std::unexpected(handle.error());
-  if (auto ok = read_with(**handle, col, row, cols, rows, out); !ok) return ok;
+  if (auto ok = if_unchanged(read_with(**handle, col, row, cols, rows, out)); !ok) return ok;
   idle_->give(this, std::move(*handle));
   return {};
 }
@@ -330,30 +401,42 @@ Result<void> RasterFile::read(int col, int row, int cols, int rows, std::span<do
 Result<void> RasterFile::read_posts(std::span<const Post> posts) const {
   auto handle = borrow();
   if (!handle) return std::unexpected(handle.error());
+  Result<void> done;
   for (const Post& p : posts)
-    if (auto ok = read_with(**handle, p.col, p.row, 1, 1, {p.height, 1}); !ok) return ok;
+    if (done = read_with(**handle, p.col, p.row, 1, 1, {p.height, 1}); !done) break;
+  if (auto ok = if_unchanged(std::move(done)); !ok) return ok;
   idle_->give(this, std::move(*handle));
   return {};
 }
 
+std::vector<std::string> RasterFile::files_of(IdleHandles::Handle& handle) const {
+  std::vector<std::string> found;
+  std::set<std::string> seen = {file_behind(path_)};
+  const auto add = [&](GDALDataset& set) {
+    const CPLStringList files(set.GetFileList());
+    for (int i = 0; i < files.Count(); ++i)
+      if (const std::string file = file_behind(files[i]); !file.empty() && seen.insert(file).second)
+        found.push_back(file);
+  };
+  if (is_zip(path_)) return found;
+  add(*handle.set);
+  if (!is_vrt(handle)) return found;
+  // A VRT names its parts, but not what they are made of.
+  const Complaints silence;
+  for (std::size_t i = 0; i < found.size(); ++i)
+    if (const std::unique_ptr<GDALDataset> part{static_cast<GDALDataset*>(GDALOpenEx(
+            found[i].c_str(), GDAL_OF_RASTER, raster_drivers(allow_vrt_), nullptr, nullptr))})
+      add(*part);
+  return found;
+}
+
 Result<std::string> RasterFile::fingerprint() const {
   const Complaints silence;
-  auto handle = borrow();
-  if (!handle) return std::unexpected(handle.error());
-  CPLStringList files((*handle)->set->GetFileList());
-  idle_->give(this, std::move(*handle));
-  if (is_zip(path_)) {
-    files.Clear();
-    files.AddString(path_.c_str());
-  }
   std::string text;
-  for (int i = 0; i < files.Count(); ++i) {
-    const char* name = files[i];
-    VSIStatBufL stat;
-    if (VSIStatL(name, &stat) != 0) return fail(Errc::io, std::string(name) + ": cannot be read");
-    const auto size = std::uint64_t(stat.st_size);
-    text += fmt::format("{} {} {}\n", size, std::int64_t(stat.st_mtime), hash_of_ends(name, size));
-  }
+  for (const auto& [path, state] : states_.entries())
+    text += fmt::format("{} {} {} {} {}\n", state.size, state.inode, state.written_ns,
+                        state.changed_ns, hash_of_ends(path, state.size));
+  if (auto same = states_.unchanged(); !same) return std::unexpected(same.error());
   return text;
 }
 

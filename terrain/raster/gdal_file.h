@@ -1,15 +1,20 @@
 #pragma once
 // One raster file: what it says of itself, and its heights. Hostile until proven otherwise.
 
+#include <array>
+#include <atomic>
 #include <cstdint>
 #include <list>
 #include <memory>
 #include <mutex>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "terrain/base/result.h"
+#include "terrain/raster/file_state.h"
 #include "terrain/raster/gdal_crs.h"
+#include "terrain/raster/nodata.h"
 
 namespace tind::gdal {
 
@@ -56,9 +61,10 @@ class IdleHandles {
 
 class RasterFile {
  public:
-  /// Opens and judges the file: driver, sizes, bands, CRS. `path` may be "x.hgt.zip".
-  static Result<std::unique_ptr<RasterFile>> open(const std::string& path, bool allow_vrt,
-                                                  bool keep_source_units,
+  /// Opens and judges the file: driver, sizes, bands, CRS. `path` may be "x.hgt.zip". From here on
+  /// everything is read of the content that was opened: where the file, or one that it refers to,
+  /// has changed since, reading fails (Errc::io) until it is as it was.
+  static Result<std::unique_ptr<RasterFile>> open(const std::string& path, const DemOptions&,
                                                   std::shared_ptr<IdleHandles> idle);
   ~RasterFile();
 
@@ -68,6 +74,10 @@ class RasterFile {
   /// failure that GDAL reports is an error, even where it returns data. Thread-safe.
   Result<void> read(int col, int row, int cols, int rows, std::span<double> out) const;
 
+  /// How many of the posts read so far have a value of kCustomaryNodata and pass as heights; no
+  /// more posts are looked at than the file has.
+  std::uint64_t customary(std::size_t k) const { return customary_[k]; }
+
   /// Single posts inside the file, with one handle for all.
   struct Post {
     int col, row;
@@ -75,28 +85,36 @@ class RasterFile {
   };
   Result<void> read_posts(std::span<const Post>) const;
 
-  /// Text that changes when the content does: sizes, times, hashes of first and last 64 KiB of
-  /// this file and of those it refers to.
+  /// Text that changes when the content does: sizes, inodes, times, hashes of first and last 64 KiB
+  /// of this file and of those it refers to.
   Result<std::string> fingerprint() const;
 
  private:
-  RasterFile(std::string path, bool allow_vrt, std::shared_ptr<IdleHandles> idle);
+  RasterFile(std::string path, const DemOptions&, std::shared_ptr<IdleHandles> idle);
   Result<std::unique_ptr<IdleHandles::Handle>> open_handle() const;
+  /// This file and those that it refers to, as the handle knows them.
+  std::vector<std::string> files_of(IdleHandles::Handle&) const;
   /// An idle handle, or a new one.
   Result<std::unique_ptr<IdleHandles::Handle>> borrow() const;
+  /// What came of reading, unless the files have changed meanwhile: then that.
+  Result<void> if_unchanged(Result<void> done) const;
   Result<void> learn(IdleHandles::Handle&, bool keep_source_units);
   Result<void> read_with(IdleHandles::Handle&, int col, int row, int cols, int rows,
                          std::span<double> out) const;
   bool is_void(double raw) const;
+  void count_customary(std::span<const double> raw) const;
 
   std::string path_;
   bool allow_vrt_;
   std::shared_ptr<IdleHandles> idle_;
+  FileStates states_;
   FileFacts facts_;
   std::unique_ptr<BlockSums> sums_;
   double scale_ = 1, offset_ = 0;
-  bool has_nodata_ = false, is_float_ = false, masked_ = false;
-  double nodata_ = 0;
+  bool is_float_ = false, masked_ = false, ignore_declared_nodata_;
+  std::vector<double> nodata_;
+  mutable std::array<std::atomic<std::uint64_t>, std::size(kCustomaryNodata)> customary_{};
+  mutable std::atomic<std::int64_t> looked_at_ = 0;
 };
 
 }  // namespace tind::gdal

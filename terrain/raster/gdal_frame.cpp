@@ -26,27 +26,29 @@ double wrapped(double a, double from, double period) {
 /// -180 <= lon < 180.
 double normal(double lon) { return wrapped(lon, -180, 360); }
 
-/// Posts along the raster's edge, densely enough that a bulge between two is under a decimetre for
-/// rasters of a hundred kilometres.
-std::vector<Vec2> rim(double last_col, double last_row) {
-  constexpr int kPerSide = 512;
+/// Posts along the edge of a part of the raster, of the whole 512 a side: densely enough that a
+/// bulge between two is under a decimetre for rasters of a hundred kilometres.
+std::vector<Vec2> rim(const PostRect& part, double share) {
+  const int per_side = std::clamp(int(std::ceil(512 * share)), 16, 512);
+  const auto west = double(part.col), north = double(part.row);
+  const double width = double(part.last_col) - west, height = double(part.last_row) - north;
   std::vector<Vec2> posts;
-  for (int i = 0; i < kPerSide; ++i) posts.push_back({last_col * i / kPerSide, 0});
-  for (int i = 0; i < kPerSide; ++i) posts.push_back({last_col, last_row * i / kPerSide});
-  for (int i = kPerSide; i > 0; --i) posts.push_back({last_col * i / kPerSide, last_row});
-  for (int i = kPerSide; i >= 0; --i) posts.push_back({0, last_row * i / kPerSide});
+  const auto add = [&](double x, double y) { posts.push_back({west + x, north + y}); };
+  for (int i = 0; i < per_side; ++i) add(width * i / per_side, 0);
+  for (int i = 0; i < per_side; ++i) add(width, height * i / per_side);
+  for (int i = per_side; i > 0; --i) add(width * i / per_side, height);
+  for (int i = per_side; i >= 0; --i) add(0, height * i / per_side);
   return posts;
 }
 
-/// Unwrapped west and east, any size, to -180..180; around the globe where they cross +-180.
-void set_longitudes(GeoRect& r, double west, double east) {
+/// Unwrapped west and east, any size, to -180..180: two rectangles where they cross +-180.
+std::vector<GeoRect> within_a_turn(double west, double east, double south, double north) {
   constexpr double kTouch = 1e-9;
   const double shift = -360 * std::floor((west + kTouch + 180) / 360);
   west = std::max(west + shift, -180.0);
   east += shift;
-  const bool crosses = east > 180 + kTouch;
-  r.west = crosses ? -180 : west;
-  r.east = crosses ? 180 : std::min(east, 180.0);
+  if (east <= 180 + kTouch) return {{west, south, std::min(east, 180.0), north}};
+  return {{west, south, 180, north}, {-180, south, east - 360, north}};
 }
 
 }  // namespace
@@ -83,6 +85,8 @@ void Frame::find_period(const CrsFacts& crs) {
 
 void Frame::to_post(std::span<const Geographic> in, std::span<Vec2> out) const {
   for (std::size_t i = 0; i < in.size(); ++i) out[i] = {in[i].lon, in[i].lat};
+  if (kind_ == CrsKind::projected)  // 180 is -180
+    for (Vec2& p : out.first(in.size())) p.x = p.x == 180 ? -180 : p.x;
   if (transform_) transform_->to_crs(out.first(in.size()));
   // Without wrapping, a longitude means the turn that lies nearest to the raster's middle.
   const double from = wraps_ ? 0 : (double(cols_) - 1 - period_) / 2;
@@ -90,6 +94,29 @@ void Frame::to_post(std::span<const Geographic> in, std::span<Vec2> out) const {
     p = map_.invert(p.x, p.y);
     if (period_ > 0 && std::isfinite(p.x)) p.x = wrapped(p.x, from, period_);
   }
+  if (kind_ == CrsKind::projected) reach_antimeridian(in, out);
+}
+
+/// Many projections cut the globe at the antimeridian: it is at both ends of a raster of the whole
+/// globe (then the end of -180 counts, so that a place has one height), or at the end of 180 only.
+void Frame::reach_antimeridian(std::span<const Geographic> in, std::span<Vec2> out) const {
+  std::vector<std::size_t> beside;
+  std::vector<Vec2> places;
+  for (std::size_t i = 0; i < in.size(); ++i)
+    if (std::abs(in[i].lon) == 180 && !holds(out[i])) {
+      beside.push_back(i);
+      places.push_back({180, in[i].lat});
+    }
+  if (beside.empty()) return;
+  transform_->to_crs(places);
+  for (std::size_t k = 0; k < beside.size(); ++k)
+    if (const Vec2 p = map_.invert(places[k].x, places[k].y); holds(p)) out[beside[k]] = p;
+}
+
+bool Frame::holds(Vec2 post) const {
+  constexpr double kOut = 0.5 + 1e-6;  // a post reaches half the way to the next
+  return post.x >= -kOut && post.y >= -kOut && post.x <= double(cols_ - 1) + kOut &&
+         post.y <= double(rows_ - 1) + kOut;
 }
 
 void Frame::to_geographic(std::span<const Vec2> in, std::span<Geographic> out) const {
@@ -106,38 +133,43 @@ Geographic Frame::geographic(Vec2 post) const {
 }
 
 GeoRect Frame::bounds() const {
-  GeoRect r{-180, -90, 180, 90};
-  if (kind_ == CrsKind::none) return r;
-  const std::vector<Vec2> posts = rim(double(cols_ - 1), double(rows_ - 1));
+  const std::vector<GeoRect> all = extents({0, 0, cols_ - 1, rows_ - 1});
+  return all.size() == 1 ? all[0] : GeoRect{-180, all[0].south, 180, all[0].north};
+}
+
+std::vector<GeoRect> Frame::extents(const PostRect& part) const {
+  constexpr GeoRect kGlobe{-180, -90, 180, 90};
+  if (kind_ == CrsKind::none) return {kGlobe};
+  const auto cols = double(part.last_col - part.col), rows = double(part.last_row - part.row);
+  const std::vector<Vec2> posts =
+      rim(part, std::max((cols + 1) / double(cols_), (rows + 1) / double(rows_)));
   std::vector<Geographic> places(posts.size());
   to_geographic(posts, places);
-  double lon = places[0].lon, west = lon, east = lon;
-  r.south = 90, r.north = -90;
+  double lon = places[0].lon, west = lon, east = lon, south = 90, north = -90;
   for (const Geographic& p : places) {
-    if (!std::isfinite(p.lon) || !std::isfinite(p.lat)) return {-180, -90, 180, 90};
+    if (!std::isfinite(p.lon) || !std::isfinite(p.lat)) return {kGlobe};
     lon += normal(p.lon - lon);  // continue around the rim without jumps of 360
     west = std::min(west, lon);
     east = std::max(east, lon);
-    r.south = std::min(r.south, p.lat);
-    r.north = std::max(r.north, p.lat);
+    south = std::min(south, p.lat);
+    north = std::max(north, p.lat);
   }
   for (const double pole : {-90.0, 90.0}) {
     if (kind_ != CrsKind::projected) break;
     const Geographic p{0, pole};
     Vec2 post;
     to_post({&p, 1}, {&post, 1});
-    if (!(post.x >= 0 && post.y >= 0 && post.x <= double(cols_ - 1) && post.y <= double(rows_ - 1)))
+    if (!(post.x >= double(part.col) && post.y >= double(part.row) &&
+          post.x <= double(part.last_col) && post.y <= double(part.last_row)))
       continue;
-    (pole < 0 ? r.south : r.north) = pole;
+    (pole < 0 ? south : north) = pole;
     west = -180, east = 180;
   }
-  r.south = std::max(r.south, -90.0);
-  r.north = std::min(r.north, 90.0);
-  if (wraps_ || east - west >= 360)
-    r.west = -180, r.east = 180;
-  else
-    set_longitudes(r, west, east);
-  return r;
+  south = std::max(south, -90.0);
+  north = std::min(north, 90.0);
+  const bool around = wraps_ && cols + 2 >= period_;  // one column may be missing
+  if (around || east - west >= 360) return {{-180, south, 180, north}};
+  return within_a_turn(west, east, south, north);
 }
 
 Vec2 Frame::spacing_m() const {

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "terrain/raster/gdal_crs.h"
 
@@ -25,12 +26,16 @@ class Frame {
   bool wraps() const { return wraps_; }
 
   GeoRect bounds() const;
+  /// The bounding box of some of the posts: one, or two where it crosses the antimeridian.
+  std::vector<GeoRect> extents(const PostRect&) const;
   /// Ground distance of neighbouring posts at the centre, metres: along columns' x, rows' y.
   Vec2 spacing_m() const;
 
  private:
   void find_period(const CrsFacts&);
   Geographic geographic(Vec2 post) const;
+  void reach_antimeridian(std::span<const Geographic> in, std::span<Vec2> out) const;
+  bool holds(Vec2 post) const;
 
   Affine map_;
   std::int64_t cols_ = 0, rows_ = 0;

@@ -38,7 +38,7 @@ Result<Mosaic> Mosaic::open(std::span<const std::string> paths, const DemOptions
   Mosaic mosaic;
   auto idle = std::make_shared<IdleHandles>(options.unpacked_bytes);
   for (const std::string& path : paths) {
-    auto file = RasterFile::open(path, options.allow_vrt, options.keep_source_units, idle);
+    auto file = RasterFile::open(path, options, idle);
     if (!file) return std::unexpected(file.error());
     if (auto ok = mosaic.add(std::move(*file), options); !ok) return std::unexpected(ok.error());
   }
@@ -58,7 +58,9 @@ Result<void> Mosaic::add(std::unique_ptr<RasterFile> file, const DemOptions& opt
     return std::unexpected(mismatch(a, b, "a file without a geotransform has no place"));
   if (a.crs.kind != b.crs.kind || (a.crs.kind != CrsKind::none && !same_crs(a.crs.wkt, b.crs.wkt)))
     return std::unexpected(mismatch(a, b, "their CRSs differ"));
-  if (options.from_datum == VerticalDatum::unknown && a.crs.datum != b.crs.datum)
+  if (options.from_datum == VerticalDatum::unknown &&
+      (a.crs.datum != b.crs.datum ||
+       (a.crs.datum == VerticalDatum::unknown && a.crs.vertical != b.crs.vertical)))
     return std::unexpected(
         mismatch(a, b, "their vertical datums differ (say what both are with --from-datum)"));
   if (!same_steps(a.post_to_crs, b.post_to_crs))
@@ -101,6 +103,26 @@ void Mosaic::move_origin() {
   post_to_crs_.y0 = origin.y;
   cols_ = east - west;
   rows_ = south - north;
+}
+
+std::vector<PostRect> Mosaic::covered() const {
+  std::vector<PostRect> files;
+  for (const Part& p : parts_)
+    files.push_back(
+        {p.col, p.row, p.col + p.file->facts().cols - 1, p.row + p.file->facts().rows - 1});
+  std::ranges::sort(files, {}, &PostRect::row);
+  std::vector<PostRect> ways;
+  for (std::size_t i = 0; i < files.size(); ++i)
+    for (std::size_t k = i + 1; k < files.size() && files[k].row <= files[i].last_row + 1; ++k) {
+      const PostRect &a = files[i], &b = files[k];
+      const std::int64_t c0 = std::max(a.col, b.col), c1 = std::min(a.last_col, b.last_col);
+      const std::int64_t r0 = std::max(a.row, b.row), r1 = std::min(a.last_row, b.last_row);
+      const bool overlap = c0 <= c1 && r0 <= r1, apart = c0 > c1 + 1 || r0 > r1 + 1;
+      if (!overlap && !apart)
+        ways.push_back({std::min(c0, c1), std::min(r0, r1), std::max(c0, c1), std::max(r0, r1)});
+    }
+  files.insert(files.end(), ways.begin(), ways.end());
+  return files;
 }
 
 bool Mosaic::exact() const {
@@ -165,6 +187,17 @@ Result<std::string> Mosaic::fingerprint() const {
                         part.file->facts().crs.wkt, *one);
   }
   return text;
+}
+
+std::vector<UndeclaredNodata> Mosaic::undeclared_nodata() const {
+  std::vector<UndeclaredNodata> found;
+  for (std::size_t k = 0; k < std::size(kCustomaryNodata); ++k) {
+    std::uint64_t posts = 0;
+    for (const Part& part : parts_) posts += part.file->customary(k);
+    if (posts > 0) found.push_back({kCustomaryNodata[k], posts});
+  }
+  std::ranges::stable_sort(found, std::ranges::greater(), &UndeclaredNodata::posts);
+  return found;
 }
 
 }  // namespace tind::gdal

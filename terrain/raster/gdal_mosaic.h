@@ -21,6 +21,8 @@ class Mosaic {
   const Affine& post_to_crs() const { return post_to_crs_; }
   /// Of the first file.
   const FileFacts& facts() const { return parts_[0].file->facts(); }
+  /// Where its files are, as DemInfo has it.
+  std::vector<PostRect> covered() const;
   /// Every file stores floats as they are.
   bool exact() const;
 
@@ -35,6 +37,9 @@ class Mosaic {
                             std::span<double> out) const;
 
   Result<std::string> fingerprint() const;
+
+  /// As DemSource has it.
+  std::vector<UndeclaredNodata> undeclared_nodata() const;
 
  private:
   struct Part {

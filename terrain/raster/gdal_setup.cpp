@@ -2,7 +2,8 @@
 // write files and URLs of its author's choosing. So only the drivers of a short list are ever
 // registered (an unregistered driver cannot be reached, not even by a nested open), sidecar
 // metadata and the network are off, and options are pinned because their defaults change by
-// version.
+// version. An option that is set by call wins over the environment, but not over ~/.gdal/gdalrc and
+// the like, which GDAL reads when its first driver is registered: none is read.
 
 #include "terrain/raster/gdal_setup.h"
 
@@ -20,6 +21,7 @@ namespace tind::gdal {
 namespace {
 
 constexpr std::pair<const char*, const char*> kOptions[] = {
+    {"GDAL_CONFIG_FILE", ""},                    // no gdalrc: it would win over all that follows
     {"GDAL_DRIVER_PATH", "disable"},             // no plugins
     {"GDAL_PAM_ENABLED", "NO"},                  // no .aux.xml that changes what a file says
     {"GDAL_DISABLE_READDIR_ON_OPEN", "TRUE"},    // world files are found, folders are not listed
@@ -33,7 +35,12 @@ constexpr std::pair<const char*, const char*> kOptions[] = {
     {"VSI_CACHE", "NO"},                         //
     {"GTIFF_IGNORE_READ_ERRORS", "NO"},          // an unreadable block is an error, never zeros
     {"GTIFF_VIRTUAL_MEM_IO", "NO"},              // a truncated file must not become SIGBUS
+    {"GTIFF_USE_MMAP", "NO"},                    //
     {"GTIFF_DIRECT_IO", "NO"},                   //
+    {"TIFF_READ_STREAMING", "NO"},               //
+    {"GTIFF_LINEAR_UNITS", "DEFAULT"},           //
+    {"GTIFF_HONOUR_NEGATIVE_SCALEY", "NO"},      //
+    {"VRT_ALLOW_MEM_DRIVER", "NO"},              // it would name addresses of this process
     {"GTIFF_REPORT_COMPD_CS", "YES"},            // the vertical datum, where a file states it
     {"REPORT_COMPD_CS", "YES"},                  // the same for DTED and SRTM
     {"GTIFF_POINT_GEO_IGNORE", "NO"},            //

@@ -61,29 +61,45 @@ BlockSums::BlockSums(GDALDataset& set) {
   if (!is_deflate_tiff(set)) return;
   GDALRasterBand& band = *set.GetRasterBand(1);
   band.GetBlockSize(&block_cols_, &block_rows_);
-  across_ = (set.GetRasterXSize() - 1) / block_cols_ + 1;
-  const int down = (set.GetRasterYSize() - 1) / block_rows_ + 1;
+  across_ = std::uint64_t((set.GetRasterXSize() - 1) / block_cols_ + 1);
+  const auto down = std::uint64_t((set.GetRasterYSize() - 1) / block_rows_ + 1);
   block_bytes_ = std::size_t(block_cols_) * block_rows_ * set.GetRasterCount() *
                  std::size_t(GDALGetDataTypeSizeBytes(band.GetRasterDataType()));
-  good_ = std::vector<std::atomic<bool>>(std::size_t(across_) * down);
+  pages_ = std::vector<std::atomic<Page*>>((across_ * down - 1) / kPage + 1);
+}
+
+BlockSums::~BlockSums() {
+  for (const std::atomic<Page*>& page : pages_) delete page.load();
+}
+
+std::atomic<bool>& BlockSums::good(std::uint64_t block) const {
+  std::atomic<Page*>& place = pages_[block / kPage];
+  Page* page = place.load(std::memory_order_acquire);
+  if (!page) {
+    auto made = std::make_unique<Page>();
+    if (place.compare_exchange_strong(page, made.get(), std::memory_order_acq_rel))
+      page = made.release();
+  }
+  return (*page)[block % page->size()];
 }
 
 Result<void> BlockSums::check(GDALDataset& set, const std::string& real, int col, int row, int cols,
                               int rows) const {
-  if (good_.empty()) return {};
+  if (pages_.empty()) return {};
   for (int y = row / block_rows_; y <= (row + rows - 1) / block_rows_; ++y)
     for (int x = col / block_cols_; x <= (col + cols - 1) / block_cols_; ++x) {
-      std::atomic<bool>& good = good_[std::size_t(y) * across_ + x];
-      if (good.load(std::memory_order_relaxed)) continue;
-      if (auto ok = check_block(set, real, x, y); !ok) return ok;
-      good.store(true, std::memory_order_relaxed);
+      const std::uint64_t block = std::uint64_t(y) * across_ + std::uint64_t(x);
+      if (pages_[block / kPage] && good(block).load(std::memory_order_relaxed)) continue;
+      const auto there = check_block(set, real, x, y);
+      if (!there) return std::unexpected(there.error());
+      if (*there) good(block).store(true, std::memory_order_relaxed);
     }
   return {};
 }
 
-Result<void> BlockSums::check_block(GDALDataset& set, const std::string& real, int x, int y) const {
+Result<bool> BlockSums::check_block(GDALDataset& set, const std::string& real, int x, int y) const {
   const Extent extent = extent_of(*set.GetRasterBand(1), x, y);
-  if (extent.size == 0) return {};
+  if (extent.size == 0) return false;
   // DEFLATE grows incompressible data by 5 bytes in 65535, and never by half.
   if (extent.size > block_bytes_ + block_bytes_ / 2 + 1024)
     return fail(Errc::bad_data, fmt::format("block {}, {} claims {} bytes", x, y, extent.size));
@@ -94,7 +110,7 @@ Result<void> BlockSums::check_block(GDALDataset& set, const std::string& real, i
     return fail(Errc::bad_data, fmt::format("block {}, {} is cut off", x, y));
   if (!sum_is_right(packed, block_bytes_))
     return fail(Errc::bad_data, fmt::format("the checksum of block {}, {} is wrong", x, y));
-  return {};
+  return true;
 }
 
 Result<void> check_ascii_grid(const std::string& real, std::int64_t posts) {

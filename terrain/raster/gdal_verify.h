@@ -1,8 +1,10 @@
 #pragma once
 // Damage that GDAL reads over without a word.
 
+#include <array>
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -19,17 +21,26 @@ class BlockSums {
  public:
   /// Does nothing for other formats and compressions.
   explicit BlockSums(GDALDataset& set);
+  ~BlockSums();
 
   /// Of the blocks under a window of posts; `real` is the file behind `set`.
   Result<void> check(GDALDataset& set, const std::string& real, int col, int row, int cols,
                      int rows) const;
 
  private:
-  Result<void> check_block(GDALDataset& set, const std::string& real, int x, int y) const;
+  /// Which of so many blocks are known to be good. Made when the first of them is: a header can
+  /// claim billions that the file does not hold.
+  static constexpr std::uint64_t kPage = 16384;
+  using Page = std::array<std::atomic<bool>, kPage>;
 
-  int block_cols_ = 0, block_rows_ = 0, across_ = 0;
+  /// False where the block is not in the file: there is nothing to be good.
+  Result<bool> check_block(GDALDataset& set, const std::string& real, int x, int y) const;
+  std::atomic<bool>& good(std::uint64_t block) const;
+
+  int block_cols_ = 0, block_rows_ = 0;
+  std::uint64_t across_ = 0;
   std::size_t block_bytes_ = 0;
-  mutable std::vector<std::atomic<bool>> good_;  // empty: nothing to check
+  mutable std::vector<std::atomic<Page*>> pages_;  // empty: nothing to check
 };
 
 /// An Arc/Info ASCII grid must be numbers, as many as `posts`: GDAL takes anything else as 0.

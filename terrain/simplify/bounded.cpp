@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "terrain/mesh/vertical_error.h"
 #include "terrain/simplify/bounded_blocks.h"
 #include "terrain/simplify/bounded_count.h"
 #include "terrain/simplify/coarse_constrained.h"
+#include "terrain/simplify/collapse_method.h"
 
 namespace tind {
 
@@ -141,15 +143,22 @@ Result<Simplified> fit_count(const HeightGrid& grid, double x_scale, const Effor
   return result;
 }
 
-/// The smallest error whose mesh has at most `target` triangles, to about one per cent: secant
-/// steps on log(count) against log(error), inside a bracket.
+/// The smallest error whose mesh has at most `target` triangles, to about one per cent. Between two
+/// errors the count goes about as a power of the error, so its logarithm is taken as a straight
+/// line; every second step that stays on one side of the target halves the bracket instead. Counts
+/// jump a little: the largest that is not above the target is kept.
 Result<Simplified> reach_count(const HeightGrid& grid, double x_scale, std::uint64_t target,
                                const SimplifyOptions& o, const Progress& progress) {
-  const double relief = relief_of(grid);
+  struct End {
+    double error, count;
+  };
+  const double relief = relief_of(grid), aim = 0.996 * double(target);
   // At twice the relief, half of the band holds all samples: two triangles.
-  double too_small = 1e-6, too_large = 2 * relief + 1;
-  double error = std::max(too_small * 2, relief / 50);
+  End few{2 * relief + 1, 2};
+  End many{1e-6, 2 * double(full_triangles(grid.cols(), grid.rows()))};
+  double error = std::max(many.error * 2, relief / 50);
   Result<Simplified> best = fail(Errc::internal, "no mesh");
+  int one_sided = 0;  // steps since the other end of the bracket moved, signed
   for (int i = 0; i < 16; ++i) {
     Progress part;
     part.stop = progress.stop;
@@ -158,22 +167,22 @@ Result<Simplified> reach_count(const HeightGrid& grid, double x_scale, std::uint
     if (!found) return found;
     const double n = double(found->tin.triangles.size());
     const bool fits = n <= double(target);
-    if (fits) {
-      too_large = error;
+    (fits ? few : many) = {error, n};
+    one_sided = fits ? std::max(one_sided, 0) + 1 : std::min(one_sided, 0) - 1;
+    if (fits && (!best || n > double(best->tin.triangles.size()))) {
       found->details["max_error_asked_m"] = error;
       best = std::move(found);
       if (n >= 0.99 * double(target)) break;
-    } else {
-      too_small = error;
     }
-    if (too_large / too_small < 1.0005) break;
-    // The count falls about as 1 / error.
-    const double guess = error * n / (0.996 * double(target));
-    error = guess > too_small * 1.0001 && guess < too_large * 0.9999
+    if (few.error / many.error < 1.0005) break;
+    const double power = std::log(many.count / few.count) / std::log(many.error / few.error);
+    const double guess = many.error * std::pow(aim / many.count, 1 / power);
+    error = std::abs(one_sided) < 2 && guess > many.error * 1.0001 && guess < few.error * 0.9999
                 ? guess
-                : std::sqrt(too_small * too_large);
+                : std::sqrt(few.error * many.error);
+    if (std::abs(one_sided) >= 2) one_sided = 0;
   }
-  if (!best) return run_grid(grid, o, too_large, x_scale, progress);
+  if (!best) return run_grid(grid, o, few.error, x_scale, progress);
   return best;
 }
 
@@ -186,8 +195,26 @@ Result<void> check_options(const SimplifyOptions& o) {
     return fail(Errc::invalid_argument,
                 "lines have one height: with them --side is both, neither above nor below");
   if (o.stop.max_error_m && !(*o.stop.max_error_m > 0))
-    return fail(Errc::invalid_argument, "bounded needs a maximum error above 0");
+    return fail(
+        Errc::invalid_argument,
+        "bounded needs a maximum error above 0; qem, memoryless and greedy (--method) take 0");
   return {};
+}
+
+/// Why a mesh has more triangles than wanted, or far fewer.
+std::string count_note(const Simplified& made, const HeightGrid& grid, const SimplifyOptions& o,
+                       std::uint64_t wanted) {
+  const std::size_t left = made.tin.triangles.size();
+  if (left > wanted) {
+    return (o.constraints ? "the lines need " : "the least are ") + std::to_string(left) +
+           " triangles";
+  }
+  if (double(left) >= 0.99 * double(wanted)) return {};
+  const HeightGrid& posts = o.constraints ? o.constraints->grid : grid;
+  if (vertical_error(made.tin, posts, o.threads).max_m < 1e-5)
+    return "no error is left that more triangles would take away";
+  return std::to_string(left) + " triangles, not " + std::to_string(wanted) +
+         ": the nearest count from below that the search over the error has met";
 }
 
 }  // namespace
@@ -217,21 +244,15 @@ Result<Simplified> simplify_bounded(const HeightGrid& grid, double spacing_x_m, 
     return fail(Errc::bad_data, "the grid holds no valid height at all");
   const double x_scale = delaunay_x_scale(spacing_x_m, spacing_y_m);
   if (o.stop.max_error_m) return run_grid(grid, o, *o.stop.max_error_m, x_scale, progress);
-  const double full = o.constraints ? double(o.constraints->mesh.triangles.size())
-                                    : double(full_triangles(grid.cols(), grid.rows()));
-  const double wanted = o.stop.triangles ? double(*o.stop.triangles) : *o.stop.ratio * full;
-  const auto target = std::uint64_t(std::max(2.0, wanted));
+  const std::uint64_t full = o.constraints ? o.constraints->mesh.triangles.size()
+                                           : full_triangles(grid.cols(), grid.rows());
+  const std::uint64_t wanted = target_triangles(o.stop, full);
+  const std::uint64_t target = std::max<std::uint64_t>(2, wanted);
   const bool fits = o.side == "both" && !o.constraints;
   auto result = fits ? fit_count(grid, x_scale, effort_of(o.effort), target, progress)
                      : reach_count(grid, x_scale, target, o, progress);
   if (!result) return result;
-  const double left = double(result->tin.triangles.size());
-  if (left > wanted) {
-    result->note = (o.constraints ? "the lines need " : "the least are ") +
-                   std::to_string(result->tin.triangles.size()) + " triangles";
-  }
-  if (left < 0.99 * std::floor(wanted))
-    result->note = "no error is left that more triangles would take away";
+  result->note = count_note(*result, grid, o, wanted);
   return result;
 }
 

@@ -340,8 +340,7 @@ Result<CountResult> fit_to_count(const Tin& start, const GridSamples& samples,
   auto terrain = terrain_mesh_of(fine, samples.cols, samples.rows, o.x_scale, 1);
   if (!terrain) return std::unexpected(terrain.error());
   SquaredError error(*terrain, samples, result.max_error_m);
-  // The engine stops at its target or one above.
-  const CollapseStop stop{o.triangles - 1, kNever};
+  const CollapseStop stop{o.triangles, kNever};
   for (;;) {
     const CollapseRun run =
         collapse_edges(terrain->mesh, error, error, stop, progress.part(0.25, 0.8));

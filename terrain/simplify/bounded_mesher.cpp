@@ -28,7 +28,8 @@ BoundedMesher<S>::BoundedMesher(HalfedgeMesh mesh, const S& samples, const Bound
     : mesh_(std::move(mesh)),
       samples_(samples),
       options_(options),
-      eps_(options.eps - 1e-9 * std::max({1.0, options.eps, options.relief})),
+      eps_(options.eps -
+           std::min(options.eps / 2, 1e-9 * std::max({1.0, options.eps, options.relief}))),
       star_(samples, {eps_, options.height_step, options.height_min, options.height_max,
                       options.search_step_min}),
       around_(star_) {}

@@ -48,10 +48,11 @@ Result<Simplified> cluster_stream(int cols, int rows, double sx, double sy, cons
   Simplified best;
   double asked = double(target_triangles(stop, full));
   std::uint64_t target = 0;
-  for (int pass = 0; pass < 3; ++pass) {
+  for (int pass = 0;; ++pass) {
     const ClusterGrid grid =
         cluster_grid(cols, rows, sx, sy, std::uint64_t(std::clamp(asked, 2.0, double(full))));
-    Result<Tin> tin = cluster_rows(grid, sx, sy, std::ref(counted), progress.part(pass / 3.0, 1));
+    Result<Tin> tin = cluster_rows(grid, sx, sy, std::ref(counted),
+                                   progress.part(1 - std::exp2(-pass), 1 - std::exp2(-pass - 1)));
     if (!tin) return std::unexpected(tin.error());
     best.steps = std::uint64_t(pass) + 1;
     target = std::max<std::uint64_t>(2, target_triangles(stop, counted.triangles()));
@@ -62,8 +63,11 @@ Result<Simplified> cluster_stream(int cols, int rows, double sx, double sy, cons
       best.details["clusters_down"] = grid.down;
     }
     const double share = double(made) / double(target);
+    // A few more triangles are worth a third pass; too many are not allowed, and 2 x 2 clusters,
+    // where this ends, have two triangles.
     if (counted.triangles() == full || (share <= 1 && share > 0.97)) break;
-    asked *= 0.99 / share;
+    if (pass >= 2 && best.tin.triangles.size() <= target) break;
+    asked *= (pass < 3 ? 0.99 : 0.5) / share;
   }
   best.input_triangles = counted.triangles();
   if (best.tin.triangles.size() != target) {

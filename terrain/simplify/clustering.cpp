@@ -316,6 +316,9 @@ Result<Simplified> search(double low, double high, int passes, Fits&& fits) {
 
 ClusterGrid cluster_grid(int cols, int rows, double sx, double sy, std::uint64_t triangles) {
   const double width = (cols - 1) * sx, height = (rows - 1) * sy;
+  // Where posts are not square, cells of the finest division are not, either.
+  if (triangles >= 2 * std::uint64_t(cols - 1) * std::uint64_t(rows - 1))
+    return {cols, rows, cols, rows};
   // (across - 1) (down - 1) = triangles / 2 and (across - 1) / (down - 1) = width / height.
   const double pairs = std::max(1.0, double(triangles / 2));
   ClusterGrid grid{cols, rows, 2, 2};

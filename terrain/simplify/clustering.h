@@ -27,7 +27,7 @@ struct ClusterGrid {
 };
 
 /// The division with cells as square (in metres) as can be and at most `triangles` triangles, but
-/// no fewer than 2 x 2 clusters.
+/// no fewer than 2 x 2 clusters. Each post is a cluster where that takes no more than `triangles`.
 ClusterGrid cluster_grid(int cols, int rows, double spacing_x_m, double spacing_y_m,
                          std::uint64_t triangles);
 

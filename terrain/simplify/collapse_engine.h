@@ -52,7 +52,7 @@ struct Proposal {
 };
 
 struct CollapseStop {
-  std::size_t triangles = 0;  // stop before fewer than this would be left
+  std::size_t triangles = 0;  // stop as soon as at most so many are left
   float cost = kNever;        // stop at the first bucket above this cost
 };
 
@@ -66,7 +66,7 @@ struct Collapse {
 
 struct CollapseRun {
   std::uint64_t collapses = 0;
-  bool reached = false;  // stop.triangles (to one triangle, as parity allows) or stop.cost reached
+  bool reached = false;  // at most stop.triangles are left, or stop.cost is reached
   bool cancelled = false;
 };
 
@@ -168,7 +168,7 @@ class CollapseEngine {
     if (c < kNever) queue_.push(e, BucketQueue::bucket_of(c));
   }
 
-  bool enough() const { return mesh_.triangle_count() <= stop_.triangles + 1; }
+  bool enough() const { return mesh_.triangle_count() <= stop_.triangles; }
 
   void push_all() {
     for (Index h = 0; h < mesh_.halfedge_slots(); ++h) {

@@ -6,7 +6,8 @@ namespace tind {
 
 std::size_t target_triangles(const StopAt& stop, std::size_t input) {
   if (stop.triangles) return *stop.triangles;
-  if (stop.ratio) return std::size_t(std::llround(*stop.ratio * double(input)));
+  // Rounded down, for it is a limit; but 0.29 of 100 is 29, whatever the product says.
+  if (stop.ratio) return std::size_t(std::floor(*stop.ratio * double(input) * (1 + 1e-12)));
   return 0;
 }
 
@@ -17,7 +18,7 @@ std::string stop_note(const StopAt& stop, std::size_t input, std::size_t left) {
     return "the full mesh has only " + std::to_string(input) + " triangles, not " +
            std::to_string(target);
   }
-  if (left <= target + 1) return {};
+  if (left <= target) return {};
   return "stopped at " + std::to_string(left) + " triangles, not " + std::to_string(target) +
          ": any further collapse would flip a triangle or move the border";
 }

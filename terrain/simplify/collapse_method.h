@@ -12,7 +12,7 @@
 
 namespace tind {
 
-/// The triangle count that `stop` asks of a mesh of `input` triangles; 0 for an error bound.
+/// How many triangles `stop` allows of a mesh of `input`; 0 for an error bound.
 std::size_t target_triangles(const StopAt& stop, std::size_t input);
 
 /// Why a run that is over stopped short of `stop`; empty when it did not.

@@ -7,6 +7,7 @@
 #include <unordered_map>
 
 #include "terrain/mesh/exact_line.h"
+#include "terrain/raster/interpolate.h"
 
 namespace tind {
 
@@ -180,19 +181,21 @@ class HeightGiver {
 double height_between_posts(const HeightGrid& grid, double x, double y) {
   const int c = std::clamp(int(x), 0, grid.cols() - 2), r = std::clamp(int(-y), 0, grid.rows() - 2);
   const double fx = x - c, fy = -y - r;
+  double z[4];
+  for (int k = 0; k < 4; ++k) z[k] = grid.at(c + k % 2, r + k / 2);
+  const double measured = height_between(z[0], z[1], z[2], z[3], fx, fy);
+  if (!std::isnan(measured)) return measured;
   const double w[4] = {(1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy};
-  double z[4], sum = 0, share = 0;
+  double sum = 0, share = 0;
   int voids = 0, missing = 0;
   for (int k = 0; k < 4; ++k) {
-    z[k] = grid.at(c + k % 2, r + k / 2);
     if (std::isnan(z[k])) {
       ++voids, missing = k;
     } else {
       sum += w[k] * z[k], share += w[k];
     }
   }
-  if (voids == 0) return sum;
-  if (voids == 1 && w[missing] > 0) {
+  if (voids == 1) {
     const int o = 3 - missing;  // the opposite corner; the void one completes its parallelogram
     double filled = -z[o];
     for (int k = 0; k < 4; ++k)

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "terrain/simplify/coarse_constrained.h"
+#include "terrain/simplify/collapse_method.h"
 #include "terrain/simplify/delaunay_insertion.h"
 
 namespace tind {
@@ -37,6 +38,7 @@ Result<CoarseConstrained> start(const HeightGrid& grid, const SimplifyOptions& o
 
 std::string count_note(std::size_t left, std::uint64_t count, std::size_t at_start, bool exact) {
   if (left == count) return {};
+  if (left > count && left == 2) return "the rectangle alone needs 2 triangles";
   if (left < count && exact) return "no sample is left that the mesh does not pass through";
   if (left == at_start && left > 2)
     return "the lines alone need " + std::to_string(left) + " triangles";
@@ -63,7 +65,7 @@ Result<Simplified> simplify_greedy(const HeightGrid& grid, double spacing_x_m, d
                                     : 2.0 * (grid.cols() - 1) * (grid.rows() - 1);
   std::uint64_t count = ~std::uint64_t(0);
   if (o.stop.triangles) count = *o.stop.triangles;
-  if (o.stop.ratio) count = std::uint64_t(std::floor(*o.stop.ratio * full));
+  if (o.stop.ratio) count = target_triangles(o.stop, std::size_t(full));
   DelaunayInsertion<GridSamples> insertion(mesh, samples, options);
   if (o.constraints) insertion.keep(&coarse->lines);
   const std::size_t at_start = mesh.triangle_count();

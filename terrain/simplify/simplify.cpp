@@ -25,8 +25,10 @@ namespace {
 using Method = Result<Simplified> (*)(const HeightGrid&, double, double, const SimplifyOptions&,
                                       const Progress&);
 
-constexpr const char* kWithLines = "0 flipped, 0 uncovered, lines stay edges";
+constexpr const char* kAlways = "0 flipped, 0 uncovered, lines stay edges";
 constexpr const char* kAllStops = "triangles, ratio, max error";
+constexpr const char* kHoles = "holes";
+constexpr const char* kCovered = "covered";
 
 struct Row {
   MethodInfo info;
@@ -35,36 +37,105 @@ struct Row {
 
 const std::vector<Row>& table() {
   static const std::vector<Row> rows = {
-      {{"edge-cost", "edge length x circumradius, height difference and degree", kAllStops,
-        kWithLines, "Kim, Yu, Park, Cho: a terrain edge cost (papers/001)"},
-       simplify_edge_cost},
-      {{"qem", "squared distance to the planes of all merged triangles", kAllStops, kWithLines,
-        "Garland and Heckbert 1997"},
-       simplify_qem},
-      {{"memoryless", "squared volume between the current mesh and the next", kAllStops, kWithLines,
-        "Lindstrom and Turk 1998"},
-       simplify_memoryless},
-      {{"attribute-qem", "squared distance to planes of position, colour and normal (--drape)",
-        kAllStops, kWithLines, "Han, Chun, Min: EQEM (papers/000, /004)"},
-       simplify_attribute_qem},
-      {{"vertex-removal",
-        "distance to the ring's average plane, or the degree (--criterion plane|degree|k-degree)",
-        kAllStops, kWithLines, "Schroeder, Zarge, Lorensen 1992; papers/001"},
-       simplify_vertex_removal},
-      {{"triangle-collapse", "squared distance to planes, six triangles a step (--placement)",
-        kAllStops, kWithLines, "Sung and Park: PMTC (papers/003); Gieng et al. 1997"},
-       simplify_triangle_collapse},
-      {{"cluster", "squared distance to the planes of each cell of a uniform grid", kAllStops,
-        kWithLines, "Rossignac and Borrel 1993; Lindstrom 2000"},
-       simplify_cluster},
-      {{"greedy", "the largest vertical error, vertices on posts", kAllStops, kWithLines,
-        "Garland and Heckbert 1995, greedy insertion"},
-       simplify_greedy},
-      {{"bounded",
-        "triangles within a strict vertical error, or squared error at a count (--effort, --side)",
-        kAllStops, "0 flipped, 0 uncovered, every post within the error, lines stay edges",
-        "ours: floating heights"},
+      {{.name = "bounded",
+        .minimises = "triangles within a strict vertical error, or squared error at a count",
+        .stops = "triangles, ratio, max error above 0",
+        .guarantees = kAlways,
+        .source = "ours: floating heights",
+        .take_for = "nearly everything: fewest triangles, least error",
+        .voids = kCovered,
+        .time = "2",
+        .rms = "0.6",
+        .options = {"effort", "side"}},
        simplify_bounded},
+      {{.name = "qem",
+        .minimises = "squared distance to the planes of all merged triangles",
+        .stops = kAllStops,
+        .guarantees = kAlways,
+        .source = "Garland and Heckbert 1997",
+        .take_for = "holes that stay holes; meshes (PLY, OBJ, STL)",
+        .voids = kHoles,
+        .time = "1",
+        .rms = "1",
+        .options = {"subset-placement", "border-constraints"}},
+       simplify_qem},
+      {{.name = "memoryless",
+        .minimises = "squared volume between the current mesh and the next",
+        .stops = kAllStops,
+        .guarantees = kAlways,
+        .source = "Lindstrom and Turk 1998",
+        .take_for = "as qem, with less error",
+        .voids = kHoles,
+        .time = "1.9",
+        .rms = "0.8",
+        .options = {}},
+       simplify_memoryless},
+      {{.name = "greedy",
+        .minimises = "the largest vertical error, vertices on posts",
+        .stops = kAllStops,
+        .guarantees = kAlways,
+        .source = "Garland and Heckbert 1995, greedy insertion",
+        .take_for = "vertices that are posts; haste",
+        .voids = kCovered,
+        .time = "0.2",
+        .rms = "1.3",
+        .options = {}},
+       simplify_greedy},
+      {{.name = "cluster",
+        .minimises = "squared distance to the planes of each cell of a uniform grid",
+        .stops = "triangles, ratio; max error up to 33 million posts",
+        .guarantees = kAlways,
+        .source = "Rossignac and Borrel 1993; Lindstrom 2000",
+        .take_for = "a DEM of any size in one pass; even triangles",
+        .voids = kCovered,
+        .time = "0.1",
+        .rms = "2.4",
+        .options = {}},
+       simplify_cluster},
+      {{.name = "attribute-qem",
+        .minimises = "squared distance to planes of position, colour and normal (--drape)",
+        .stops = kAllStops,
+        .guarantees = kAlways,
+        .source = "Han, Chun, Min: EQEM (papers/000, /004)",
+        .take_for = "colour, texture and shading that are to survive",
+        .voids = kHoles,
+        .time = "2.4",
+        .rms = "1.4",
+        .options = {"attributes", "attribute-metric", "attribute-weight", "drape"}},
+       simplify_attribute_qem},
+      {{.name = "edge-cost",
+        .minimises = "edge length x circumradius, height difference and degree",
+        .stops = kAllStops,
+        .guarantees = kAlways,
+        .source = "Kim, Yu, Park, Cho: a terrain edge cost (papers/001)",
+        .take_for = "even triangles; the paper's figures",
+        .voids = kHoles,
+        .time = "0.8",
+        .rms = "3.4",
+        .options = {"alpha", "beta", "term"}},
+       simplify_edge_cost},
+      {{.name = "triangle-collapse",
+        .minimises = "squared distance to planes, six triangles a step",
+        .stops = kAllStops,
+        .guarantees = kAlways,
+        .source = "Sung and Park: PMTC (papers/003); Gieng et al. 1997",
+        .take_for = "progressive meshes of few steps",
+        .voids = kHoles,
+        .time = "0.7",
+        .rms = "1.3",
+        .options = {"placement"}},
+       simplify_triangle_collapse},
+      {{.name = "vertex-removal",
+        .minimises = "distance to the ring's average plane, or the degree",
+        .stops = kAllStops,
+        .guarantees = kAlways,
+        .source = "Schroeder, Zarge, Lorensen 1992; papers/001",
+        .take_for = "a baseline; vertices that are posts",
+        .voids = kHoles,
+        .time = "1.5",
+        .rms = "5.5",
+        .options = {"criterion", "k"}},
+       simplify_vertex_removal},
   };
   return rows;
 }
@@ -86,7 +157,9 @@ Result<Simplified> with_lines(Method run, double sx, double sy, const SimplifyOp
   if (options.stop.max_error_m &&
       vertical_error(made->tin, constraints.grid, options.threads).max_m >
           *options.stop.max_error_m) {
-    made->note = "the heights of the lines themselves are farther from the DEM than the bound";
+    made->note =
+        "the bound is not held everywhere: the lines themselves, or posts beside them, are farther "
+        "from the DEM";
   }
   return made;
 }
@@ -108,6 +181,10 @@ Result<void> check_stop(const StopAt& stop) {
   return {};
 }
 
+std::unexpected<Error> no_such_method(const std::string& name) {
+  return fail(Errc::invalid_argument, "there is no method '" + name + "'; there are " + names());
+}
+
 std::span<const MethodInfo> methods() {
   static const std::vector<MethodInfo> infos = [] {
     std::vector<MethodInfo> all;
@@ -121,17 +198,14 @@ Result<Simplified> simplify(const HeightGrid& grid, double spacing_x_m, double s
                             const SimplifyOptions& options, const Progress& progress) {
   const auto row =
       std::ranges::find_if(table(), [&](const Row& r) { return r.info.name == options.method; });
-  if (row == table().end()) {
-    return fail(Errc::invalid_argument,
-                "there is no method '" + options.method + "'; there are " + names());
-  }
+  if (row == table().end()) return no_such_method(options.method);
   if (const Result<void> ok = check_stop(options.stop); !ok) return std::unexpected(ok.error());
   if (!(spacing_x_m > 0 && spacing_y_m > 0 && std::isfinite(spacing_x_m * spacing_y_m)))
     return fail(Errc::invalid_argument, "the post spacing must be positive");
   if (grid.cols() < 2 || grid.rows() < 2) {
-    return fail(Errc::invalid_argument, "a grid of " + std::to_string(grid.cols()) + " x " +
-                                            std::to_string(grid.rows()) +
-                                            " posts has no triangles; at least 2 x 2 are needed");
+    return fail(Errc::bad_data, "a grid of " + std::to_string(grid.cols()) + " x " +
+                                    std::to_string(grid.rows()) +
+                                    " posts has no triangles; at least 2 x 2 are needed");
   }
   if (options.constraints) return with_lines(row->run, spacing_x_m, spacing_y_m, options, progress);
   return row->run(grid, spacing_x_m, spacing_y_m, options, progress);

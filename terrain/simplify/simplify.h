@@ -19,7 +19,8 @@
 
 namespace tind {
 
-/// When to stop. Exactly one is set; `ratio` is of the full grid's triangle count.
+/// When to stop. Exactly one is set; `ratio` is of the full grid's triangle count. A count is never
+/// exceeded where the method can go so low; Simplified::note says so where it cannot.
 struct StopAt {
   std::optional<std::uint64_t> triangles = {};
   std::optional<double> ratio = {};        // 0 < ratio <= 1
@@ -55,9 +56,14 @@ struct CollapseRecorder {
   std::function<void(const HalfedgeMesh&)> base;  // the mesh at the end
 };
 
+/// The method of who names none: it has the fewest triangles within an error, and the smallest RMS
+/// at a count (docs/methods.md); for general meshes, which it does not take, the best that does.
+inline constexpr const char* kDefaultMethod = "bounded";
+inline constexpr const char* kDefaultMeshMethod = "qem";
+
 /// Options of all methods; each method reads its own and the table says which.
 struct SimplifyOptions {
-  std::string method = "edge-cost";
+  std::string method = kDefaultMethod;
   StopAt stop;
   double alpha = 0.25, beta = 2;      // edge-cost; NaN-free, dimensionless (algorithms: edge cost)
   std::string term = "all";           // edge-cost: all | length | height | degree
@@ -88,8 +94,14 @@ struct Simplified {
   std::map<std::string, double> details;  // method's own figures, e.g. the scale of alpha
 };
 
+/// What one chooses by, and what one reads when it is chosen.
 struct MethodInfo {
   std::string name, minimises, stops, guarantees, source;
+  std::string take_for;  // when it is the right one
+  std::string voids;     // holes, or covered
+  /// Time and RMS error beside qem's at 10 % of the triangles (scripts/reproduce --only choose).
+  std::string time, rms;
+  std::vector<std::string> options;  // those of SimplifyOptions that it reads, as they are typed
 };
 
 /// Fails (invalid_argument) unless exactly one condition is set and makes sense.
@@ -97,6 +109,9 @@ Result<void> check_stop(const StopAt&);
 
 /// All methods, in the order in which help lists them.
 std::span<const MethodInfo> methods();
+
+/// (invalid_argument), with all names that there are.
+std::unexpected<Error> no_such_method(const std::string& name);
 
 /// Simplifies the terrain mesh of `grid`. Post spacing is in metres, so that lengths and
 /// circumradii make sense. Voids are left out: a triangle with a void corner is not part of the

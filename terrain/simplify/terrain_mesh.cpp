@@ -152,9 +152,9 @@ Result<TerrainMesh> terrain_mesh(const HeightGrid& grid, double metres_x, double
     return made;
   }
   if (grid.cols() < 2 || grid.rows() < 2) {
-    return fail(Errc::invalid_argument, "a grid of " + std::to_string(grid.cols()) + " x " +
-                                            std::to_string(grid.rows()) +
-                                            " posts has no triangles; at least 2 x 2 are needed");
+    return fail(Errc::bad_data, "a grid of " + std::to_string(grid.cols()) + " x " +
+                                    std::to_string(grid.rows()) +
+                                    " posts has no triangles; at least 2 x 2 are needed");
   }
   TerrainMesh terrain;
   terrain.metres_x = metres_x;
@@ -166,8 +166,15 @@ Result<TerrainMesh> terrain_mesh(const HeightGrid& grid, double metres_x, double
     if (!mesh) return fail("the grid's mesh", mesh.error());
     terrain.mesh = std::move(*mesh);
   }
-  if (terrain.mesh.triangle_count() == 0)
-    return fail(Errc::bad_data, "the heights are all void: there is nothing to simplify");
+  if (terrain.mesh.triangle_count() == 0) {
+    const auto valid = std::ranges::count_if(grid.values(), [](float z) { return !std::isnan(z); });
+    if (valid == 0)
+      return fail(Errc::bad_data, "the heights are all void: there is nothing to simplify");
+    return fail(Errc::bad_data,
+                "no cell has three valid corners, so the valid posts (" + std::to_string(valid) +
+                    ") are in no triangle; 'tind simplify' with bounded, greedy or cluster spans "
+                    "the voids between them");
+  }
   set_kinds(terrain, grid.cols(), grid.rows());
   return terrain;
 }

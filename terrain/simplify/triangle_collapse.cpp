@@ -53,8 +53,7 @@ class Collapser {
         vertex_[v].degree = std::uint16_t(std::min(mesh_.degree(v), 0xffff));
   }
 
-  /// Steps until `target` triangles are left (one more, as parity allows) or none can go. False
-  /// when told to stop.
+  /// Steps until at most `target` triangles are left or none can go. False when told to stop.
   bool run(std::size_t target, const Progress& progress);
 
   /// From now on tells every edge collapse, also the two that a triangle's is made of, and leaves
@@ -471,13 +470,13 @@ void Collapser<Rules>::weigh_chunk(std::size_t begin, Bucket b) {
 template <class Rules>
 bool Collapser<Rules>::drain(const Progress& progress) {
   const std::size_t start = mesh_.triangle_count();
-  while (missing() > 1) {
+  while (missing() > 0) {
     if (progress.stopped()) return false;
     progress.at(double(start - mesh_.triangle_count()) / double(start - target_));
     const Bucket b = queue_.next_batch(batch_);
     if (b == BucketQueue::kAbsent) break;
     ++round_;
-    for (std::size_t i = 0; i < batch_.size() && missing() > 1; i += kChunk) {
+    for (std::size_t i = 0; i < batch_.size() && missing() > 0; i += kChunk) {
       weigh_chunk(i, b);
       for (const Candidate& c : candidates_) look_around(c.triangle);
       for (const Candidate& c : candidates_) visit(c, b);
@@ -490,7 +489,7 @@ bool Collapser<Rules>::drain(const Progress& progress) {
 template <class Rules>
 void Collapser<Rules>::visit(const Candidate& c, Bucket b) {
   const Index t = c.triangle;
-  if (missing() < 2 || !mesh_.alive_triangle(t)) return;
+  if (missing() == 0 || !mesh_.alive_triangle(t)) return;
   const bool merge = c.move.edge == kNone;
   if (changed_now(t) || (merge ? missing() < 4 : !mesh_.alive_triangle(c.move.edge / 3))) {
     queue_.push(t, b);
@@ -508,7 +507,7 @@ bool Collapser<Rules>::run(std::size_t target, const Progress& progress) {
   push_all();
   if (!drain(progress)) return false;
   edges_only_ = true;  // where no triangle can merge any more, an edge often can
-  for (std::uint64_t before = ~std::uint64_t(0); missing() > 1 && steps_ != before;) {
+  for (std::uint64_t before = ~std::uint64_t(0); missing() > 0 && steps_ != before;) {
     before = steps_;
     push_all();
     if (!drain(progress)) return false;

@@ -51,7 +51,8 @@ class Remover {
   Remover(TerrainMesh& terrain, const HeightGrid& grid, Criterion criterion, int k,
           std::optional<double> max_error);
 
-  /// Removes vertices until `target` triangles are left or none may go. False when told to stop.
+  /// Removes vertices until at most `target` triangles are left or none may go. False when told to
+  /// stop.
   bool run(std::size_t target, const Progress& progress);
 
   std::uint64_t removed() const { return removed_; }
@@ -387,7 +388,7 @@ void Remover::visit(Index v, Bucket b) {
 bool Remover::run(std::size_t target, const Progress& progress) {
   const std::size_t start = mesh_.triangle_count();
   const double all = double(std::max<std::size_t>(1, start - std::min(start, target)));
-  auto enough = [&] { return mesh_.triangle_count() <= target + 1; };
+  auto enough = [&] { return mesh_.triangle_count() <= target; };
   std::vector<Index> batch;
   while (!enough()) {
     if (progress.stopped()) return false;

@@ -50,13 +50,25 @@ PostWindow plain_window(const DemInfo& info, const GeoRect& r) {
 PostWindow projected_window(const DemSource& source, const GeoRect& r) {
   const DemInfo& info = source.info();
   constexpr int kSide = 17;
-  std::vector<Geographic> points;
-  for (int j = 0; j < kSide; ++j)
+  // Of the antimeridian, both sides are wanted, not the one that stands for it.
+  static const double kEast = std::nextafter(180, 0), kWest = std::nextafter(-180, 0);
+  const auto inside = [](double lon) { return lon == 180 ? kEast : lon == -180 ? kWest : lon; };
+  std::vector<Geographic> points, far_side;
+  for (int j = 0; j < kSide; ++j) {
+    const double lat = r.south + r.height() * j / (kSide - 1);
     for (int i = 0; i < kSide; ++i)
-      points.push_back(
-          {r.west + r.width() * i / (kSide - 1), r.south + r.height() * j / (kSide - 1)});
+      points.push_back({inside(r.west + r.width() * i / (kSide - 1)), lat});
+    if (r.west <= -180) far_side.push_back({kEast, lat});
+    if (r.east >= 180) far_side.push_back({kWest, lat});
+  }
   std::vector<Vec2> posts(points.size());
   source.to_post(points, posts);
+  std::vector<Vec2> beyond(far_side.size());
+  source.to_post(far_side, beyond);
+  for (const Vec2& p : beyond)  // posts that lie on it
+    if (p.x >= -kHair && p.y >= -kHair && p.x <= double(info.cols - 1) + kHair &&
+        p.y <= double(info.rows - 1) + kHair)
+      posts.push_back(p);
   Vec2 low{HUGE_VAL, HUGE_VAL}, high{-HUGE_VAL, -HUGE_VAL};
   bool known = r.height() < 6;  // larger tiles: projections bend too much between the points
   for (const Vec2& p : posts) {
@@ -126,8 +138,10 @@ Result<TilePosts> TilePosts::read(const DemSource& source, const PostWindow& w, 
   const std::vector<Geographic> places = post_positions(source, col, row, cols, rows, step);
   std::vector<Vec3> points;
   for (std::size_t k = 0; k < places.size(); ++k) {
-    const double u = (places[k].lon - rect.west) * per_lon,
-                 v = (places[k].lat - rect.south) * per_lat;
+    double lon = places[k].lon;  // a post on the antimeridian is in the tiles of both sides
+    if (rect.east == 180 && lon < rect.west) lon += 360;
+    if (rect.west == -180 && lon > rect.east) lon -= 360;
+    const double u = (lon - rect.west) * per_lon, v = (places[k].lat - rect.south) * per_lat;
     const float z = posts.heights_.values()[k];
     if (std::isnan(z) ||
         !(u >= -kHair && v >= -kHair && u <= kTileExtent + kHair && v <= kTileExtent + kHair))

@@ -10,17 +10,32 @@
 
 namespace tind {
 
+namespace {
+
+/// Between files that lie far apart there is nothing to be read.
+bool may_hold_posts(const DemInfo& info, std::int64_t col, std::int64_t row, int cols, int rows) {
+  const std::int64_t turn = info.wraps_longitude ? std::llround(info.period_cols) : 0;
+  const auto meets = [&](const PostRect& part) {
+    if (row > part.last_row || row + rows <= part.row) return false;
+    for (const std::int64_t first : {col, col - turn, col + turn})
+      if (first <= part.last_col && first + cols > part.col) return true;
+    return false;
+  };
+  if (info.covered.empty()) return meets({0, 0, info.cols - 1, info.rows - 1});
+  return std::ranges::any_of(info.covered, meets);
+}
+
+}  // namespace
+
 Result<VoidFill> VoidFill::load(const DemSource& source, std::int64_t col, std::int64_t row,
                                 int cols, int rows, int reach) {
   VoidFill fill;
   fill.reach_ = reach;
   fill.col_ = col - reach;
   fill.row_ = row - reach;
-  const DemInfo& info = source.info();
   const int width = cols + 2 * reach, height = rows + 2 * reach;
   const auto none = std::int16_t(reach + 1);
-  const bool beside = !info.wraps_longitude && (fill.col_ >= info.cols || fill.col_ + width <= 0);
-  fill.all_void_ = beside || fill.row_ >= info.rows || fill.row_ + height <= 0;
+  fill.all_void_ = !may_hold_posts(source.info(), fill.col_, fill.row_, width, height);
   if (fill.all_void_) {
     fill.around_ = HeightGrid(width, height);
     return fill;

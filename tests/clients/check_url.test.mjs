@@ -67,7 +67,8 @@ test("faults on the way are found: missing, broken gzip, unreadable; templates a
   const server = createServer((request, response) => {
     asked.add(request.headers.accept);
     if (request.url === "/set/layer.json") return response.end(JSON.stringify(layer));
-    const [, x, y, z] = /^\/elsewhere\/(\d+)-(\d+)@(\d+)\?v=1.0.0$/.exec(request.url) ?? [];
+    const [, x, y, z, v] = /^\/elsewhere\/(\d+)-(\d+)@(\d+)\?v=(.+)$/.exec(request.url) ?? [];
+    if (v !== layer.version) return response.writeHead(404).end();
     const file = join(built, z ?? "", x ?? "", `${y}.terrain`);
     const tile = `${z}/${x}/${y}`;
     if (!existsSync(file) || tile === "12/1322/3113") return response.writeHead(404).end();

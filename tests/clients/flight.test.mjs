@@ -8,7 +8,7 @@ let daemon;
 before(async () => (daemon = await startDaemon("testdata/rainier.tif")));
 after(async () => assert.equal(await daemon.stop(), 0, daemon.said()));
 
-const post = (path, body) => fetch(daemon.origin + path, {method: "POST", body: JSON.stringify(body)});
+const post = (path, body) => fetch(daemon.origin + path, {method: "POST", headers: {"Content-Type": "application/json"}, body: JSON.stringify(body)});
 
 test("plan, then tiles in frames", async () => {
   const reply = await post("/plan/rainier", {

@@ -6,6 +6,7 @@ import {mkdtempSync, readFileSync, rmSync, writeFileSync} from "node:fs";
 import {tmpdir} from "node:os";
 import {after, before, test} from "node:test";
 import {Geomorph, ProgressiveMesh, toCrs} from "../../server/viewer/progressive_mesh.js";
+import {RangeDecoder} from "../../server/viewer/range_decoder.js";
 import {orientation, TpmError, TpmStream} from "../../server/viewer/tpm.js";
 import {PROGRAM, ROOT} from "./daemon.mjs";
 
@@ -81,7 +82,8 @@ for (const name of ["bounded", "qem", "space"]) {
     const stream = streamOf(bytes[name]);
     assert.ok(stream.complete);
     const mesh = meshOf(stream);
-    for (const level of [["--triangles", "1"], ["--triangles", "1001"], ["--max-error", "200"], ["--max-error", "35"], ["--triangles", "999999"]]) {
+    const coarsest = stream.baseTriangles.length / 3;
+    for (const level of [["--triangles", `${coarsest}`], ["--triangles", `${coarsest + 1001}`], ["--max-error", "200"], ["--max-error", "35"], ["--triangles", "999999"]]) {
       const expected = extract(name, ...level);
       const splits = level[0] === "--triangles" ? mesh.splitsForTriangles(Number(level[1])) : mesh.splitsForError(Number(level[1]));
       assert.equal(splits, expected.splits, level.join(" "));
@@ -232,4 +234,53 @@ test("damage is said in one line, and never makes a mesh that is not valid", () 
     [Uint8Array.of(...good, 0), /after the end/],
   ])
     assert.throws(() => streamOf(bad), {name: "TpmError", message: expected});
+});
+
+/// What the reader asks of its coder while `read` runs: b for bits, t for trees, n for numbers.
+function askedOfCoder(read) {
+  const said = [];
+  let depth = 0; // a number is made of trees and bits
+  const real = {};
+  for (const [name, letter] of [["bit", "b"], ["plain", ""], ["tree", "t"], ["number", "n"]]) {
+    real[name] = RangeDecoder.prototype[name];
+    RangeDecoder.prototype[name] = function (...args) {
+      ++depth;
+      const value = real[name].apply(this, args);
+      if (--depth === 0 && letter) said.push(letter + value);
+      return value;
+    };
+  }
+  read();
+  Object.assign(RangeDecoder.prototype, real);
+  return said.join(" ");
+}
+
+test("the example of docs/formats.md is what the program writes, and what it says of it is so", () => {
+  const text = readFileSync(`${ROOT}/docs/formats.md`, "utf8").split("**An example.**")[1].split("**Version 2")[0];
+  const rows = text.split("\n").filter((line) => /^\| \d/.test(line)).map((line) => line.split("|").slice(1, -1).map((cell) => cell.trim()));
+  const written = rows.filter(([, cell]) => /^`[0-9a-f ]+`$/.test(cell));
+  const stated = Buffer.from(written.map(([, cell]) => cell.replace(/[` ]/g, "")).join(""), "hex");
+  writeFileSync(`${folder}/posts.asc`, text.match(/```\n(ncols[^`]*)```/)[1]);
+  const command = text.match(/`tind (progressive [^`]*)`/)[1].replaceAll("posts.", `${folder}/posts.`);
+  tind(...command.split(" "), "--progress", "none");
+  assert.equal(readFileSync(`${folder}/posts.tpm`).toString("hex"), stated.toString("hex"));
+  let at = 0;
+  for (const [offset, cell] of written) {
+    assert.equal(Number(offset), at);
+    at += cell.replace(/[` ]/g, "").length / 2;
+  }
+
+  let stream;
+  const read = askedOfCoder(() => (stream = streamOf(stated)));
+  const splits = rows.filter((row) => row.length === 7);
+  assert.equal(read, ["n3", ...splits.map(([, cell]) => cell.slice(1, -1))].join(" "));
+  assert.deepEqual(stream.blocks, [{first: 0, count: 3, error: 2}]);
+  const point = (...p) => `(${p.join(", ")})`;
+  for (const [i, [, , ...said]] of splits.entries()) {
+    const [vertex, left, right, , , , , , ...to] = stream.records.subarray(14 * i, 14 * i + 14);
+    const added = `${stream.header.baseVertices + i}: ${point(...to.slice(3))}`;
+    assert.deepEqual(said, [`${vertex}`, `${left}`, right < 0 ? "-" : `${right}`, point(...to.slice(0, 3)), added]);
+  }
+  const list = (numbers) => Array.from({length: numbers.length / 3}, (_, i) => point(...numbers.slice(3 * i, 3 * i + 3))).join(", ");
+  assert.ok(text.includes(list([...stream.basePositions])) && text.includes(list([...stream.baseTriangles])));
 });

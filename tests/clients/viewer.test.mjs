@@ -11,11 +11,13 @@ const DEM = {file: "testdata/rainier.tif", west: -121.9804166666667, north: 47.0
 const POSTS = 1000;
 
 let daemon, browser, page, complaints;
+const asked = []; // tiles, by the viewer's own CesiumJS
 
 before(async () => {
   daemon = await startDaemon(DEM.file, "--from-datum", "egm96", "--to-datum", "ellipsoid");
   browser = await openBrowser();
   ({page, complaints} = await openPage(browser, daemon.origin, {width: 1280, height: 800}));
+  page.on("request", (request) => request.url().includes(".terrain") && asked.push(request.url()));
   await page.goto(daemon.origin);
   await settled(page);
 });
@@ -58,7 +60,7 @@ function randomPosts(count) {
 }
 
 async function elevation({lon, lat}) {
-  const reply = await fetch(`${daemon.origin}/elevation/rainier?lon=${lon}&lat=${lat}`);
+  const reply = await fetch(`${daemon.origin}/elevation/rainier?lon=${lon}&lat=${lat}&datum=ellipsoid`);
   assert.equal(reply.status, 200);
   return reply.json();
 }
@@ -96,6 +98,34 @@ test("the readout tells of the tile under the pointer", async () => {
   assert.ok(mesh > 250 && mesh < 4500);
 });
 
+test("tiles are asked for by the version of their set", async () => {
+  const {version} = await (await fetch(`${daemon.origin}/terrain/rainier/layer.json`)).json();
+  assert.ok(asked.length > 10);
+  for (const url of asked) assert.equal(new URL(url).searchParams.get("v"), version, url);
+});
+
+test("it knows the summit, and the tints reach from the lowest to the highest post", async () => {
+  const {datasets: [{highest, lowest}]} = await (await fetch(`${daemon.origin}/datasets`)).json();
+  const known = await page.evaluate(() => {
+    const {summit, low, high} = window.tind.state.dataset;
+    return {lon: window.Cesium.Math.toDegrees(summit.longitude), lat: window.Cesium.Math.toDegrees(summit.latitude), low, high};
+  });
+  assert.ok(Math.hypot(known.lon - highest.lon, known.lat - highest.lat) < 1e-9, JSON.stringify(known));
+  assert.deepEqual([known.low, known.high], [lowest.height_m, highest.height_m]);
+});
+
+test("the readout follows when the camera moves, and arrow keys keep it upright", async () => {
+  await page.mouse.move(640, 500);
+  await page.locator("#tile-error").filter({hasText: / m /}).waitFor();
+  const before = await page.locator("#position").innerText();
+  for (let i = 0; i < 22; ++i) await page.keyboard.press("ArrowLeft");
+  await page.waitForFunction((old) => document.getElementById("position").textContent !== old, before, {timeout: 60000});
+  const roll = await page.evaluate(() => window.Cesium.Math.toDegrees(window.Cesium.Math.negativePiToPi(window.tind.widget.scene.camera.roll)));
+  assert.ok(Math.abs(roll) < 0.01, `rolled by ${roll} degrees`);
+  await page.keyboard.press("h");
+  await settled(page);
+});
+
 test("wireframe and exaggeration change the picture", async () => {
   const plain = await look(page);
   await page.keyboard.press("w");
@@ -110,6 +140,42 @@ test("wireframe and exaggeration change the picture", async () => {
   await page.locator("#exaggeration").fill("1");
   await settled(page);
   assert.ok(meanDifference(plain, await look(page)) < 1, "and back again");
+});
+
+test("exaggeration lifts the camera with the ground, and back", async () => {
+  const above = () => page.evaluate(() => {
+    const {scene} = window.tind.widget;
+    const {height} = scene.camera.positionCartographic;
+    return {height, ground: height - scene.globe.getHeight(scene.camera.positionCartographic)};
+  });
+  await page.evaluate(() => { // 200 m above a flank of the mountain
+    const {widget: {scene}, state: {dataset: {summit}}} = window.tind;
+    const place = new window.Cesium.Cartographic(summit.longitude, summit.latitude - 0.0005);
+    const height = scene.globe.getHeight(place) + 200;
+    scene.camera.setView({destination: window.Cesium.Cartesian3.fromRadians(place.longitude, place.latitude, height), orientation: {heading: 0, pitch: -0.4, roll: 0}});
+  });
+  await settled(page);
+  const before = await above();
+  await page.locator("#exaggeration").fill("3");
+  await settled(page);
+  const high = await above();
+  assert.ok(high.height > before.height + 4000 && high.ground > 100, JSON.stringify(high));
+  await page.locator("#exaggeration").fill("1");
+  await settled(page);
+  const back = await above();
+  assert.ok(Math.abs(back.height - before.height) < 1, JSON.stringify([before, back]));
+});
+
+test("from far above, the air hides nothing", async () => {
+  await page.evaluate(() => {
+    const {widget: {scene}, state: {dataset: {summit}}} = window.tind;
+    scene.camera.setView({destination: window.Cesium.Cartesian3.fromRadians(summit.longitude, summit.latitude, 300000)});
+  });
+  await settled(page);
+  const picture = await look(page);
+  const middle = picture.filter((_, i) => Math.abs((i % 160) - 80) < 6 && Math.abs(Math.floor(i / 160) - 50) < 6);
+  const range = Math.max(...middle) - Math.min(...middle);
+  assert.ok(range > 40, `luminances within ${range}`);
 });
 
 test("close to the ground, the deepest tiles are drawn", async () => {
@@ -160,19 +226,63 @@ test(`CesiumJS samples ${POSTS} posts within what their tiles state`, async () =
   console.log(`${compared} posts, the worst at ${worst.toFixed(3)} of what its tile states`);
 });
 
-test("it fits a small screen", async () => {
+test("it fits a small screen, and a finger", async () => {
   const {page: small, complaints: wrong} = await openPage(browser, daemon.origin, {width: 390, height: 700});
   await small.goto(daemon.origin);
   await settled(small);
   await small.mouse.click(200, 350);
   await small.locator("#tile-error").filter({hasText: / m /}).waitFor();
-  for (const id of ["controls", "readout"]) {
+  const fits = async (id) => {
     const box = await small.locator(`#${id}`).boundingBox();
-    assert.ok(box.x >= 0 && box.y >= 0 && box.x + box.width <= 390 && box.y + box.height <= 700, id);
-  }
+    assert.ok(box.x >= 0 && box.y >= 0 && box.x + box.width <= 390 && box.y + box.height <= 700, `${id}: ${JSON.stringify(box)}`);
+  };
+  await fits("controls");
+  await fits("readout");
   await small.screenshot({path: `${ROOT}/build/shots/small.png`});
+  await small.locator("#controls summary").click();
+  await fits("controls");
+  const targets = await small.locator("#controls").locator("summary, .row:has(select, input), input[type=range], button, a").all();
+  assert.ok(targets.length >= 8);
+  for (const target of targets) {
+    const {height} = await target.boundingBox();
+    assert.ok(height >= 44, `${await target.innerText()}: ${height} px`);
+  }
+  await small.screenshot({path: `${ROOT}/build/shots/small-open.png`});
+  await small.goto(`${daemon.origin}/viewer/refine.html`);
+  await small.locator("#figures").waitFor({timeout: 120000});
+  await fits("figures");
   await small.close();
   assert.deepEqual(wrong, []);
+});
+
+test("no dead ends: an unknown dataset, a busy daemon, none at all", async () => {
+  const {page: lost} = await openPage(browser, daemon.origin, {width: 480, height: 320});
+  const faults = [(route) => route.fulfill({status: 503, headers: {"Retry-After": "1"}}), (route) => route.abort("connectionrefused")];
+  await lost.route("**/layer.json", (route) => (faults.shift() ?? ((other) => other.continue()))(route));
+  await lost.goto(`${daemon.origin}/?dataset=nowhere`);
+  const message = lost.locator("#message");
+  await message.filter({hasText: "There is no dataset named nowhere here."}).waitFor();
+  await message.locator("button", {hasText: "Show rainier"}).click();
+  await lost.waitForFunction(() => window.tind.state.dataset?.name === "rainier", undefined, {timeout: 120000});
+  assert.equal(faults.length, 0);
+  assert.ok(await message.isHidden());
+  assert.equal(new URL(lost.url()).searchParams.get("dataset"), "rainier");
+  await lost.close();
+});
+
+test("without WebGL it says so, and what to do", async () => {
+  const {page: plain} = await openPage(browser, daemon.origin, {width: 480, height: 320});
+  await plain.addInitScript(() => {
+    const real = HTMLCanvasElement.prototype.getContext;
+    HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
+      return kind.startsWith("webgl") ? null : real.call(this, kind, ...rest);
+    };
+  });
+  for (const path of ["/", "/viewer/refine.html"]) {
+    await plain.goto(daemon.origin + path);
+    await plain.locator("#message").filter({hasText: "no WebGL 2"}).locator("button", {hasText: "Start again"}).waitFor();
+  }
+  await plain.close();
 });
 
 test("nothing went wrong, and no other host was asked", () => assert.deepEqual(complaints, []));

@@ -10,7 +10,7 @@
 
 namespace tind::test {
 
-HttpClient::HttpClient(std::uint16_t port) {
+HttpClient::HttpClient(std::uint16_t port, const char* from, bool narrow) {
   fd_ = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_in address{};
   address.sin_family = AF_INET;
@@ -20,6 +20,18 @@ HttpClient::HttpClient(std::uint16_t port) {
   const int on = 1;
   ::setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
   ::setsockopt(fd_, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+  if (narrow) {
+    const int buffer = 4096, segment = 536;
+    ::setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &buffer, sizeof buffer);
+    ::setsockopt(fd_, IPPROTO_TCP, TCP_MAXSEG, &segment, sizeof segment);
+  }
+  if (from) {
+    sockaddr_in source{};
+    source.sin_family = AF_INET;
+    ::inet_pton(AF_INET, from, &source.sin_addr);
+    if (::bind(fd_, reinterpret_cast<sockaddr*>(&source), sizeof source) != 0)
+      throw std::runtime_error("cannot send from that address");
+  }
   if (::connect(fd_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0)
     throw std::runtime_error("cannot connect to the server under test");
 }
@@ -46,6 +58,18 @@ bool HttpClient::fill() {
   const ssize_t size = ::recv(fd_, bytes, sizeof bytes, 0);
   if (size > 0) buffer_.append(bytes, std::size_t(size));
   return size > 0;
+}
+
+std::size_t HttpClient::take(std::size_t most) {
+  std::string bytes(most, '\0');
+  std::size_t taken = 0;
+  while (taken < most) {
+    const ssize_t size = ::recv(fd_, bytes.data() + taken, most - taken, 0);
+    if (size <= 0) break;
+    taken += std::size_t(size);
+  }
+  buffer_.append(bytes, 0, taken);
+  return taken;
 }
 
 bool HttpClient::closed() {

@@ -23,7 +23,9 @@ struct HttpReply {
 /// One connection. Nothing here waits longer than ten seconds.
 class HttpClient {
  public:
-  explicit HttpClient(std::uint16_t port);
+  /// `from`: an address of this machine, "127.0.0.2". `narrow`: takes little at a time, so that the
+  /// server finds its socket full after some ten kilobytes.
+  explicit HttpClient(std::uint16_t port, const char* from = nullptr, bool narrow = false);
   ~HttpClient();
   HttpClient(const HttpClient&) = delete;
   HttpClient& operator=(const HttpClient&) = delete;
@@ -35,6 +37,8 @@ class HttpClient {
   void finish_sending();
   /// The next response; `head_only` when it answers a HEAD.
   HttpReply receive(bool head_only = false);
+  /// Up to `most` bytes of what comes, kept for receive(); how many.
+  std::size_t take(std::size_t most);
   /// True when the peer closes without sending anything more.
   bool closed();
 

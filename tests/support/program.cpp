@@ -19,10 +19,10 @@ std::string rest_of(std::FILE* file) {
 
 }  // namespace
 
-Ran run_tind(const std::string& arguments) {
+Ran run_tind(const std::string& arguments, const std::string& before) {
   const TempDir folder;
   const std::string errors = folder.file("stderr");
-  const std::string command = std::string(TIND_BINARY) + " " + arguments + " 2>'" + errors + "'";
+  const std::string command = before + " " + TIND_BINARY + " " + arguments + " 2>'" + errors + "'";
   Ran ran;
   std::FILE* const pipe = popen(command.c_str(), "r");
   ran.answer = rest_of(pipe);

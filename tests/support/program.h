@@ -13,7 +13,8 @@ struct Ran {
   std::string answer;  ///< stdout alone: on a slow machine progress shows on stderr
 };
 
-/// Runs this build's `tind` through the shell: "info a.tif --json".
-Ran run_tind(const std::string& arguments);
+/// Runs this build's `tind` through the shell: "info a.tif --json". `before`: what stands before
+/// the program there, "HOME=/nowhere" or "ulimit -v 1000000;".
+Ran run_tind(const std::string& arguments, const std::string& before = {});
 
 }  // namespace tind::test

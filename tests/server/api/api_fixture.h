@@ -7,6 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <vector>
 
 #include "server/api/app.h"
 #include "server/services/open_dataset.h"
@@ -57,14 +58,26 @@ class Api : public ::testing::Test {
 
   HttpReply post(const std::string& target, const std::string& body) {
     HttpClient client(port());
-    client.send("POST " + target + " HTTP/1.1\r\nHost: h\r\nContent-Length: " +
+    client.send("POST " + target +
+                " HTTP/1.1\r\nHost: h\r\nContent-Type: application/json\r\nContent-Length: " +
                 std::to_string(body.size()) + "\r\n\r\n" + body);
     return client.receive();
   }
 
-  /// Each of `bodies` is a bad request.
-  void expect_refused(const std::string& target, std::initializer_list<const char*> bodies) {
-    for (const char* body : bodies) EXPECT_EQ(post(target, body).status, 400) << body;
+  /// A bad request, because of this parameter.
+  struct Refused {
+    std::string body, parameter;
+  };
+  void expect_refused(const std::string& target, const std::vector<Refused>& cases) {
+    for (const auto& [body, parameter] : cases) {
+      const HttpReply reply = post(target, body);
+      EXPECT_EQ(reply.status, 400) << body;
+      EXPECT_EQ(reply.headers.at("content-type"), "application/problem+json");
+      const Json problem = Json::parse(reply.body, nullptr, false);
+      ASSERT_TRUE(problem.contains("errors")) << body << reply.body;
+      EXPECT_EQ(problem["errors"][0]["parameter"], parameter) << body;
+      EXPECT_FALSE(problem["errors"][0]["detail"].get<std::string>().empty()) << body;
+    }
   }
 
   test::TempDir dir_;
@@ -72,12 +85,14 @@ class Api : public ::testing::Test {
   services::Catalog catalog_;
   services::TileCache cache_{8 << 20};
   services::CpuPool pool_{2, 4};
-  services::TileService tiles_{cache_, pool_};
+  services::TileService tiles_{cache_, pool_, std::chrono::milliseconds(0)};
   http::StaticFiles viewer_;
   services::RefineService refine_;
   services::TileStreams streams_{tiles_, cache_, pool_};
   services::TileTransitions transitions_{tiles_, cache_, pool_};
-  App app_{catalog_, tiles_, cache_, pool_, viewer_, nullptr, &refine_, &streams_, &transitions_};
+  services::TileEncodings encodings_{tiles_, cache_, pool_};
+  App app_{catalog_, tiles_,   cache_,    pool_,         viewer_,
+           nullptr,  &refine_, &streams_, &transitions_, &encodings_};
   http::Router router_;
   std::optional<test::RunningServer> running_;
 };

@@ -13,8 +13,10 @@
 #include <thread>
 
 #include "server/api/methods.h"
+#include "terrain/geo/geoid.h"
 #include "terrain/simplify/simplify.h"
 #include "tests/server/api/api_fixture.h"
+#include "tests/support/made_up_source.h"
 
 namespace tind::api {
 namespace {
@@ -31,10 +33,26 @@ TEST_F(Api, AFlightIsPlanned) {
   EXPECT_EQ(plan["tiles"][0]["tile"], "0/0/0");
   EXPECT_GT(plan["lead_s"].get<double>(), 0);
 
-  expect_refused("/plan/made-up",
-                 {"", "[]", R"({"trajectory":[]})", R"({"trajectory":[{"lon":1}]})",
-                  R"({"position":{"lon":7,"lat":46,"height_m":3},"horizon_s":1,"speed":2})",
-                  R"({"position":{"lon":7,"lat":460,"height_m":3},"horizon_s":1})"});
+  expect_refused(
+      "/plan/made-up",
+      {{"", "body"},
+       {"[]", "body"},
+       {"{}", "position"},
+       {R"({"trajectory":[]})", "trajectory"},
+       {R"({"trajectory":[{"lon":1}]})", "trajectory[0].lat"},
+       {R"({"trajectory":[7]})", "trajectory[0]"},
+       {R"({"trajectory":[{"lon":1,"lat":1,"height_m":1,"time_s":9},{"lon":1,"lat":1,"height_m":1,"time_s":8}]})",
+        "trajectory[1].time_s"},
+       {R"({"trajectory":[{"lon":1,"lat":1,"height_m":1,"time_s":9}],"horizon_s":1})", "horizon_s"},
+       {R"({"position":{"lon":7,"lat":46,"height_m":3},"horizon_s":1,"speed":2})", "speed"},
+       {R"({"position":{"lon":7,"lat":90,"height_m":3},"velocity":{"east":9},"horizon_s":99})",
+        "velocity"},
+       {R"({"position":{"lon":7,"lat":46,"height_m":3},"velocity":{"down":2},"horizon_s":1})",
+        "velocity.down"},
+       {R"({"position":{"lon":7,"lat":46,"height_m":3}})", "horizon_s"},
+       {R"({"position":{"lon":7,"lat":46,"height_m":3},"horizon_s":1,"tolerance_px":0})",
+        "tolerance_px"},
+       {R"({"position":{"lon":7,"lat":460,"height_m":3},"horizon_s":1})", "position.lat"}});
 }
 
 TEST_F(Api, LayerJsonAndDatasets) {
@@ -59,6 +77,81 @@ TEST_F(Api, LayerJsonAndDatasets) {
   EXPECT_LT(list[1]["bounds"][0], -121.7);
   EXPECT_GT(list[1]["bounds"][2], -121.8);
   EXPECT_EQ(list[1]["source"]["driver"], "GTiff");
+  EXPECT_TRUE(list[0]["highest"].is_null()) << "tiles say no place";
+}
+
+TEST_F(Api, LinksOfADatasetWork) {
+  add_dem();
+  const Json list = Json::parse(get("/datasets").body);
+  for (const Json& dataset : list["datasets"]) {
+    const std::string tile = dataset["name"] == "rainier" ? "10/331/778" : "3/5/2";
+    const auto fill = [&](std::string link) {
+      const std::pair<std::string, std::string> values[] = {
+          {"{z}/{x}/{y}", tile}, {"{?lon,lat,datum}", "?lon=-121.76&lat=46.85"}};
+      for (const auto& [hole, value] : values)
+        if (const auto at = link.find(hole); at != link.npos) link.replace(at, hole.size(), value);
+      return link;
+    };
+    EXPECT_EQ(dataset["links"].size(), dataset["kind"] == "dem" ? 8u : 6u);
+    for (const auto& [name, link] : dataset["links"].items()) {
+      const bool posts = name == "plan" || name == "tiles_in_frames" || name == "refine";
+      if (posts)
+        EXPECT_EQ(post(link, "{}").status, 400) << name;  // there, and asks for more
+      else
+        EXPECT_EQ(get(fill(link)).status, 200) << name << " " << fill(link);
+    }
+  }
+}
+
+TEST_F(Api, ElevationSaysWhatItIsAbove) {
+  DemOptions egm96;
+  egm96.from_datum = VerticalDatum::egm96, egm96.to_datum = TargetDatum::ellipsoid;
+  ASSERT_TRUE(
+      services::open_dataset(catalog_, {"converted", {test::testdata("rainier.tif")}}, egm96, {}));
+  ASSERT_TRUE(
+      services::open_dataset(catalog_, {"as-stored", {test::testdata("rainier.tif")}}, {}, {}));
+  catalog_.add("unknown", {},
+               *open_dem_tiles(std::make_shared<test::MadeUpSource>(HeightGrid(80, 80, 100),
+                                                                    Geographic{-122, 47}, 0.01),
+                               {}));
+  const auto ask = [&](const std::string& dataset, const std::string& datum) {
+    return get("/elevation/" + dataset + "?lon=-121.76&lat=46.85" + datum);
+  };
+  const Json as_stored = Json::parse(ask("as-stored", "").body);
+  EXPECT_EQ(as_stored["datum"], "egm96") << "the file says so";
+  EXPECT_EQ(Json::parse(ask("unknown", "").body)["datum"], "unknown");
+  const Json own = Json::parse(ask("converted", "").body);
+  EXPECT_EQ(own["datum"], "egm96");
+  EXPECT_NEAR(own["height_m"].get<double>(), as_stored["height_m"].get<double>(), 2e-3);
+  EXPECT_EQ(Json::parse(ask("converted", "&datum=source").body), own);
+  const Json above = Json::parse(ask("converted", "&datum=ellipsoid").body);
+  EXPECT_EQ(above["datum"], "ellipsoid");
+  const Json made_above = Json::parse(ask("as-stored", "&datum=ellipsoid").body);
+  EXPECT_NEAR(above["height_m"].get<double>(), made_above["height_m"].get<double>(), 2e-3);
+  const double undulation = (*Geoid::egm96())->undulation({-121.76, 46.85});
+  EXPECT_LT(undulation, -10);
+  EXPECT_NEAR(above["height_m"].get<double>() - own["height_m"].get<double>(), undulation, 2e-3);
+  for (const auto& [dataset, datum] :
+       {std::pair("unknown", "&datum=ellipsoid"), std::pair("converted", "&datum=geoid"),
+        std::pair("converted", "&datum=source&datum=source"), std::pair("converted", "&datum=")}) {
+    const HttpReply refused = ask(dataset, datum);
+    EXPECT_EQ(refused.status, 400) << datum;
+    EXPECT_EQ(Json::parse(refused.body)["errors"][0]["parameter"], "datum") << datum;
+  }
+}
+
+TEST_F(Api, DatasetsSayWhereTheSummitIs) {
+  add_dem();
+  const Json rainier = Json::parse(get("/datasets").body)["datasets"][1];
+  EXPECT_NEAR(rainier["highest"]["lon"].get<double>(), -121.7597, 0.005);
+  EXPECT_NEAR(rainier["highest"]["lat"].get<double>(), 46.8526, 0.005);
+  for (const char* end : {"highest", "lowest"}) {
+    const Json& place = rainier[end];
+    const Json there = Json::parse(
+        get("/elevation/rainier?lon=" + place["lon"].dump() + "&lat=" + place["lat"].dump()).body);
+    EXPECT_NEAR(place["height_m"].get<double>(), there["height_m"].get<double>(), 1e-3) << end;
+  }
+  EXPECT_GT(rainier["highest"]["height_m"], rainier["lowest"]["height_m"]);
 }
 
 TEST_F(Api, MethodsAsTheCommandPrintsThem) {

@@ -21,14 +21,17 @@ void require(bool condition) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace tind;
   const std::string_view text(reinterpret_cast<const char*>(data), size);
-  if (const auto flight = api::parse_flight_request(text)) {
-    require(!flight->flight.empty() && flight->flight.size() <= api::kMostFixes);
-    for (const FlightFix& f : flight->flight) require(std::isfinite(f.where.lon + f.time_s));
-  } else {
-    require(!flight.error().what.empty());
+  api::Problems problems;
+  const api::FlightRequest flight = api::parse_flight_request(text, problems);
+  if (problems.empty()) {
+    require(!flight.flight.empty() && flight.flight.size() <= api::kMostFixes);
+    for (const FlightFix& f : flight.flight) require(std::isfinite(f.where.lon + f.time_s));
   }
-  if (const auto tiles = api::parse_tile_list(text))
-    require(!tiles->empty() && tiles->size() <= api::kMostTiles);
+  for (const auto& problem : problems.list())
+    require(!problem.parameter.empty() && !problem.detail.empty());
+  api::Problems in_list;
+  const auto tiles = api::parse_tile_list(text, in_list);
+  require(!in_list.empty() || (!tiles.empty() && tiles.size() <= api::kMostTiles));
   std::string error;
   if (const auto frames = proto::decode_frames({data, size}, error))
     for (const proto::TileFrame& f : *frames) require(f.bytes.size() <= size);

@@ -55,28 +55,43 @@ TEST_F(Api, ARegionIsOneMesh) {
   EXPECT_GT(mesh->triangles.size(), 500u);
 }
 
+TEST_F(Api, ARegionMayBeLargerThanTheDem) {
+  add_dem();
+  for (const char* box : {"[-130,40,59,60]", "[-180,-90,180,90]", "[-179,-80,179,80]"}) {
+    const HttpReply reply = post("/refine/rainier", std::string(R"({"region":{"bbox":)") + box +
+                                                        R"(},"inside_m":20,"outside_m":80})");
+    EXPECT_EQ(reply.status, 200) << box << reply.body.substr(0, 300);
+  }
+  const HttpReply beside =
+      post("/refine/rainier", R"({"region":{"bbox":[1,2,3,4]},"inside_m":20,"outside_m":80})");
+  EXPECT_EQ(beside.status, 400);
+  const auto json = nlohmann::json::parse(beside.body);
+  EXPECT_EQ(json["detail"], "the region lies outside the DEM");
+  EXPECT_EQ(json["errors"][0]["parameter"], "region");
+}
+
 TEST_F(Api, WrongRefineRequestsSayWhatIsWrong) {
   add_dem();
-  const std::string wrong[] = {
-      "",
-      "[]",
-      "{}",
-      "{\"camera\":1}",
-      "{\"camera\":{\"lon\":1e99,\"lat\":0,\"height_m\":0}}",
-      "{" + kCamera + ",\"x\":1}",
-      "{" + kCamera + ",\"view\":7}",
-      "{" + kCamera + ",\"window\":[1,2,3]}",
-      "{" + kCamera + ",\"window\":[3,2,1,4]}",
-      "{" + kCamera + ",\"window\":[1,2,3,4],\"view\":\"0123\"}",
-      R"({"region":{"bbox":[1,2,3]},"inside_m":1,"outside_m":2})",
-      R"({"region":{"bbox":[1,2,3,4]},"inside_m":3,"outside_m":2})",
-      R"({"region":{"polygon":[[1,2],[3,"4"]]},"inside_m":1,"outside_m":2})",
-      R"({"region":{"route":[[1,2],[3,4]]},"inside_m":1,"outside_m":2})"};
-  for (const std::string& body : wrong) {
-    const HttpReply reply = post("/refine/rainier", body);
-    EXPECT_EQ(reply.status, 400) << body;
-    EXPECT_EQ(reply.headers.at("content-type"), "application/problem+json");
-  }
+  expect_refused(
+      "/refine/rainier",
+      {{"", "body"},
+       {"[]", "body"},
+       {"{}", "region"},
+       {"{\"camera\":1}", "camera"},
+       {"{\"camera\":{\"lon\":1e99,\"lat\":0,\"height_m\":0}}", "camera.lon"},
+       {"{\"camera\":{\"lon\":1,\"lat\":0}}", "camera.height_m"},
+       {"{" + kCamera + ",\"x\":1}", "x"},
+       {"{" + kCamera + ",\"view\":7}", "view"},
+       {"{" + kCamera + ",\"window\":[1,2,3]}", "window"},
+       {"{" + kCamera + ",\"window\":[3,2,1,4]}", "window"},
+       {"{" + kCamera + ",\"window\":[10,11,12,13]}", "window"},  // known to be empty only later
+       {"{" + kCamera + ",\"window\":[1,2,3,4],\"view\":\"0123\"}", "window"},
+       {R"({"region":{"bbox":[1,2,3]},"inside_m":1,"outside_m":2})", "region.bbox"},
+       {R"({"region":{"bbox":[1,2,3,4]},"inside_m":3,"outside_m":2})", "inside_m"},
+       {R"({"region":{"bbox":[1,2,3,4]},"outside_m":2})", "inside_m"},
+       {R"({"region":{"polygon":[[1,2],[3,"4"]]},"inside_m":1,"outside_m":2})", "region.polygon"},
+       {R"({"region":{"polygon":[[1,2],[3,4]]},"inside_m":1,"outside_m":2})", "region"},
+       {R"({"region":{"route":[[1,2],[3,4]]},"inside_m":1,"outside_m":2})", "region.width_m"}});
   EXPECT_EQ(post("/refine/nothing", "{" + kCamera + "}").status, 404);
   EXPECT_EQ(post("/refine/made-up", "{" + kCamera + "}").status, 404) << "a store has no DEM";
   EXPECT_EQ(post("/refine/rainier", "{\"view\":\"00\"," + kCamera + "}").status, 404);

@@ -30,9 +30,47 @@ TEST_F(Api, ManyTilesComeInOneResponse) {
   const auto& first = (*frames)[0].bytes;
   EXPECT_EQ(std::string(first.begin(), first.end()), get("/terrain/made-up/3/5/2.terrain").body);
 
-  expect_refused("/tiles/made-up",
-                 {"", "{}", R"({"tiles":[]})", R"({"tiles":["3/5"]})", R"({"tiles":["3/05/2"]})",
-                  R"({"tiles":[7]})", R"({"tile":[]})"});
+  expect_refused("/tiles/made-up", {{"", "body"},
+                                    {"{}", "tiles"},
+                                    {R"({"tiles":[]})", "tiles"},
+                                    {R"({"tiles":["3/5"]})", "tiles[0]"},
+                                    {R"({"tiles":["3/5/2","3/05/2"]})", "tiles[1]"},
+                                    {R"({"tiles":[7]})", "tiles[0]"},
+                                    {R"({"tiles":["3/5/2"],"tile":[]})", "tile"}});
+}
+
+TEST_F(Api, PostsAreRefusedBeforeTheirBodies) {
+  add_dem();
+  for (const std::string path : {"/plan/", "/tiles/", "/refine/"}) {
+    const auto begin = [&](const std::string& dataset, const std::string& type) {
+      HttpClient client(port());
+      client.send("POST " + path + dataset + " HTTP/1.1\r\nHost: h\r\nContent-Type: " + type +
+                  "\r\nContent-Length: 60000\r\nExpect: 100-continue\r\n\r\n");
+      return client.receive().status;
+    };
+    EXPECT_EQ(begin("rainier", "application/json"), 100) << path;
+    EXPECT_EQ(begin("nothing", "application/json"), 404) << path;
+    EXPECT_EQ(begin("rainier", "text/plain;charset=UTF-8"), 415) << path;
+  }
+}
+
+TEST_F(Api, ATileCanBeHadInOtherFormats) {
+  add_dem();
+  for (const std::string path : {"/terrain/made-up/3/5/2.glb", "/terrain/rainier/0/0/0.glb"}) {
+    std::string first;
+    for (int round = 0; round < 2; ++round) {  // cold, then from the cache
+      const HttpReply reply = get(path);
+      ASSERT_EQ(reply.status, 200) << path << reply.body;
+      EXPECT_EQ(reply.headers.at("content-type"), "model/gltf-binary");
+      EXPECT_EQ(reply.body.substr(0, 4), "glTF");
+      if (round == 0) first = reply.body;
+      EXPECT_EQ(reply.body, first);
+      EXPECT_EQ(get(path, "If-None-Match: " + reply.headers.at("etag") + "\r\n").status, 304);
+    }
+  }
+  EXPECT_EQ(get("/terrain/rainier/9/0/0.glb").status, 404);
+  EXPECT_EQ(get("/terrain/nothing/0/0/0.glb").status, 404);
+  EXPECT_EQ(get("/terrain/rainier/0/0/0.exe").status, 404);
 }
 
 TEST_F(Api, ATileHasAllItsHeaders) {
@@ -182,12 +220,12 @@ TEST_F(Api, BuildFailuresReachAllAndAreNotCached) {
 TEST_F(Api, AFullQueueIsA503WithRetryAfter) {
   test::Gate gate(*made_up_);
   std::vector<std::unique_ptr<HttpClient>> clients;
-  for (std::size_t i = 0; i < pool_.capacity(); ++i) {
+  for (std::size_t i = 0; i < pool_.capacity(services::Work::tile); ++i) {
     clients.push_back(std::make_unique<HttpClient>(port()));
     clients.back()->send("GET /terrain/made-up/4/" + std::to_string(i) +
                          "/0.terrain HTTP/1.1\r\nHost: a\r\n\r\n");
   }
-  while (pool_.admitted() < pool_.capacity()) std::this_thread::yield();
+  while (pool_.admitted() < pool_.capacity(services::Work::tile)) std::this_thread::yield();
   const HttpReply refused = get("/terrain/made-up/4/20/0.terrain");
   EXPECT_EQ(refused.status, 503);
   EXPECT_EQ(refused.headers.at("retry-after"), "1");

@@ -28,7 +28,7 @@ TEST(CompareCommand, PrintsOneRowForEachMethodAndStopAndWritesAPageThatStandsAlo
   ASSERT_EQ(rows.size(), 6u);
   for (const auto& row : rows) {
     EXPECT_EQ(row["flipped"], 0);
-    EXPECT_EQ(row["uncovered"], 0);
+    EXPECT_EQ(row["posts_uncovered"], 0);
     EXPECT_GT(row["rms_error_m"], 0);
   }
   EXPECT_EQ(rows[3]["method"], "qem");
@@ -59,6 +59,19 @@ TEST(CompareCommand, ShowsTheErrorsOfAttributesToo) {
   std::string line;
   for (int row = 0; std::getline(csv, line); ++row)
     EXPECT_EQ(std::count(line.begin(), line.end(), ','), 15) << line;
+}
+
+TEST(CompareCommand, NoRunFindsMemoryThatAnotherLeft) {
+  const nlohmann::json rows =
+      test::tind_json("compare " + testdata("crater.tif") +
+                      " --methods qem,memoryless,cluster,qem,cluster --at 5% --json");
+  ASSERT_EQ(rows.size(), 5u);
+  const auto alike = [&](int i, int k, const char* key) {
+    EXPECT_NEAR(rows[i][key].get<double>() / rows[k][key].get<double>(), 1, 0.15)
+        << rows[i]["method"] << " " << key;
+  };
+  for (const char* key : {"page_faults", "peak_mb"}) alike(0, 3, key), alike(2, 4, key);
+  EXPECT_LT(rows[2]["peak_mb"], rows[0]["peak_mb"]);  // cluster needs far less than qem before it
 }
 
 TEST(CompareCommand, SaysWhatIsWrong) {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
@@ -100,6 +101,16 @@ TEST_F(ExplainTest, ThePictureIsAPng) {
   EXPECT_EQ(std::uint8_t(bytes[22]) * 256 + std::uint8_t(bytes[23]), 1024);  // rows
   // True to scale: cos(46.8 degrees) as wide as high.
   EXPECT_NEAR(std::uint8_t(bytes[18]) * 256 + std::uint8_t(bytes[19]), 703, 5);
+}
+
+TEST_F(ExplainTest, WhatAServerSaysOfItselfCanBeAnything) {
+  const std::string leaf = folder_->file("odd") + "/" + kLeaf + ".terrain";
+  std::filesystem::create_directories(std::filesystem::path(leaf).parent_path());
+  std::filesystem::copy_file(tiles() + "/" + kLeaf + ".terrain", leaf);
+  std::ofstream(folder_->file("odd/layer.json")) << R"({"maxzoom": 12, "tiles": ["{z}/{x}/{y}"]})";
+  std::ofstream(folder_->file("odd/tind-build.json"))
+      << R"({"max_error_m": "10", "error_factor": [], "deepest_level": 1e99, "side": 7})";
+  EXPECT_EQ(run_tind("explain " + folder_->file("odd") + " " + kLeaf + " --progress none").code, 0);
 }
 
 TEST_F(ExplainTest, WhatIsNotThereIsSaid) {

@@ -126,4 +126,64 @@ TEST(Info, ExitCodesSayWhatIsWrong) {
   EXPECT_THAT(cut.out, testing::HasSubstr("cut.tif"));
 }
 
+TEST(Info, Meshes) {
+  const tind::test::TempDir folder;
+  const std::string dem = testdata("bigtujunga_crop.tif"), ply = folder.file("m.ply");
+  ASSERT_EQ(
+      tind::test::run_tind("simplify " + dem + " --method qem --triangles 200 -o " + ply).code, 0);
+  const auto mesh = json_of(ply);
+  EXPECT_EQ(mesh["kind"], "mesh");
+  EXPECT_NEAR(mesh["triangles"].get<double>(), 200, 1);
+  EXPECT_LT(mesh["low"][2], mesh["high"][2]);
+  const std::string tpm = folder.file("m.tpm");
+  ASSERT_EQ(
+      tind::test::run_tind("progressive " + dem + " --method qem --max-error 20 -o " + tpm).code,
+      0);
+  const auto whole = json_of(tpm);
+  EXPECT_EQ(whole["kind"], "progressive mesh");
+  EXPECT_EQ(whole["complete"], true);
+  EXPECT_EQ(whole["vertical_datum"], "unknown");
+  std::filesystem::resize_file(tpm, std::filesystem::file_size(tpm) * 3 / 4);
+  const auto cut = json_of(tpm);
+  EXPECT_EQ(cut["complete"], false);
+  EXPECT_GE(cut["max_error_m"], whole["max_error_m"]);
+  EXPECT_LT(cut["vertices"], whole["vertices"]);
+}
+
+TEST(Info, AnInventoryOfWhateverLiesThere) {
+  const tind::test::TempDir folder;
+  std::ofstream(folder.file("noise.tif")) << "noise";
+  const std::string good = testdata("rainier.tif") + " " + testdata("crater.tif");
+  const Ran two = info(good);
+  EXPECT_EQ(two.code, 0) << two.out;
+  EXPECT_THAT(two.answer, testing::AllOf(testing::HasSubstr("577 x 481"),
+                                         testing::HasSubstr("can be simplified"),
+                                         testing::HasSubstr("2 inputs")));
+  const std::string all = testdata("rainier.tif") + " " + folder.file("noise.tif") + " " +
+                          folder.path().string() + " " + testdata("crater.tif");
+  const Ran told = info(all);
+  EXPECT_EQ(told.code, 65);
+  EXPECT_THAT(told.answer, testing::AllOf(testing::HasSubstr("577 x 481"),
+                                          testing::HasSubstr("can be simplified")));
+  EXPECT_THAT(told.out, testing::HasSubstr("noise.tif: not a raster"));
+  EXPECT_THAT(told.out, testing::HasSubstr("folder without layer.json"));
+  const auto json = nlohmann::json::parse(info(all + " --json").answer);
+  ASSERT_EQ(json.size(), 4u);
+  EXPECT_EQ(json[0]["kind"], "dem");
+  EXPECT_EQ(json[1]["kind"], "unreadable");
+  EXPECT_EQ(json[3]["input"], testdata("crater.tif"));
+}
+
+TEST(Info, WhatIsNoRasterIsCalledWhatItIs) {
+  const tind::test::TempDir folder;
+  std::ofstream(folder.file("a.vrt")) << "<VRTDataset/>";
+  const Ran vrt = info(folder.file("a.vrt"));
+  EXPECT_EQ(vrt.code, 65);
+  EXPECT_THAT(vrt.out, testing::HasSubstr("--allow-vrt"));
+  const Ran dir =
+      tind::test::run_tind("simplify " + folder.path().string() + " --ratio 0.5 -o a.ply");
+  EXPECT_EQ(dir.code, 69);
+  EXPECT_THAT(dir.out, testing::HasSubstr("is a folder"));
+}
+
 }  // namespace

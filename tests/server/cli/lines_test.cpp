@@ -37,7 +37,7 @@ TEST_F(LineOptions, HoldThroughEveryMethod) {
     const auto made = test::tind_json(simplify_ + lines() + lake() + boundary() +
                                       " --json --progress none --method " + method.name);
     EXPECT_EQ(made["flipped"], 0);
-    EXPECT_EQ(made["uncovered"], 0);
+    EXPECT_EQ(made["posts_uncovered"], 0);
     const auto& l = made["lines"];
     EXPECT_GT(l["parts"], 40);
     EXPECT_EQ(l["parts_missing"], 0);
@@ -69,6 +69,27 @@ TEST_F(LineOptions, AreRefusedInOneLine) {
   refuses(" --breaklines " + dir_.file("text.geojson"), 65, "text.geojson");
   refuses(" --flatten " + testdata("breaklines.geojson"), 65, "polygons are needed");
   refuses(lines() + " --method bounded --side above", 2, "--side is both");
+}
+
+TEST_F(LineOptions, ZerosForHeightsAreToldAndCanBeIgnored) {
+  if (!has_constrained_delaunay()) GTEST_SKIP() << "built without CGAL";
+  nlohmann::json flat = nlohmann::json::parse(std::ifstream(testdata("breaklines.geojson")));
+  for (auto& feature : flat["features"])
+    for (auto& place : feature["geometry"]["coordinates"]) {
+      while (place.size() > 2) place.erase(2);
+      place.push_back(0);
+    }
+  std::ofstream(dir_.file("zero.geojson")) << flat.dump();
+  const std::string command =
+      simplify_ + " --json --progress none --method qem --breaklines " + dir_.file("zero.geojson");
+  const Ran own = run_tind(command), dem = run_tind(command + " --line-heights dem");
+  ASSERT_EQ(own.code, 0) << own.out;
+  ASSERT_EQ(dem.code, 0) << dem.out;
+  EXPECT_NE(own.out.find("--line-heights dem"), std::string::npos);
+  EXPECT_NE(own.out.find("zero.geojson"), std::string::npos);
+  EXPECT_EQ(dem.out.find("warning"), std::string::npos);
+  EXPECT_GT(nlohmann::json::parse(own.answer)["max_error_m"], 300);
+  EXPECT_LT(nlohmann::json::parse(dem.answer)["max_error_m"], 300);
 }
 
 }  // namespace

@@ -1,10 +1,13 @@
-// tind build --memory: the system's account of the largest memory, on a DEM that needs an index.
+// tind build --memory: the system's account of the largest memory, on a DEM that needs an index and
+// on small ones of all shapes.
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iomanip>
 #include <iterator>
 #include <nlohmann/json.hpp>
 
@@ -51,6 +54,61 @@ TEST(Memory, a_build_stays_within_it) {
   EXPECT_NE(small.code, 0);
   EXPECT_NE(small.out.find("--memory 40M"), std::string::npos) << small.out;
   EXPECT_FALSE(std::filesystem::exists(dir.file("none")));
+}
+
+/// An ESRI ASCII grid with its .prj: `corner` is the lower left one, in the CRS's unit.
+void write_dem(const std::string& path, const std::string& prj, int cols, int rows, double x,
+               double y, double step) {
+  std::ofstream(path + ".prj") << prj;
+  std::ofstream out(path + ".asc");
+  out << std::setprecision(12) << "ncols " << cols << "\nnrows " << rows << "\nxllcorner " << x
+      << "\nyllcorner " << y << "\ncellsize " << step << "\n";
+  for (int r = 0; r < rows; ++r)
+    for (int c = 0; c < cols; ++c)
+      out << 800 + int(300 * std::sin(c * .11) * std::cos(r * .07) + 40 * std::sin(c * 1.7 + r))
+          << (c + 1 < cols ? ' ' : '\n');
+}
+
+const std::string kDegrees =
+    R"(GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],)"
+    R"(PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]])";
+const std::string kMetres =
+    "PROJCS[\"made up\"," + kDegrees +
+    R"(,PROJECTION["Transverse_Mercator"],PARAMETER["latitude_of_origin",0],)"
+    R"(PARAMETER["central_meridian",9],PARAMETER["scale_factor",0.9996],)"
+    R"(PARAMETER["false_easting",500000],PARAMETER["false_northing",0],UNIT["metre",1]])";
+const std::string kPolarMetres =
+    "PROJCS[\"made up\"," + kDegrees +
+    R"(,PROJECTION["Polar_Stereographic"],PARAMETER["latitude_of_origin",70],)"
+    R"(PARAMETER["central_meridian",-45],PARAMETER["false_easting",0],)"
+    R"(PARAMETER["false_northing",0],UNIT["metre",1]])";
+
+TEST(Memory, a_build_stays_within_it_whatever_the_shape_of_the_dem) {
+  if (test::kSanitized) GTEST_SKIP() << "memory under a sanitizer is not the program's";
+  const struct {
+    std::string name, prj;
+    int cols, rows;
+    double x, y, step;
+  } dems[] = {
+      {"small_and_fine", kMetres, 200, 200, 500000, 5000000, 2.5},
+      {"small_and_fine_degrees", kDegrees, 160, 120, 7.1, 45.9, 2e-5},
+      {"over_a_continent", kDegrees, 200, 200, -20, 0, 0.3},
+      {"a_column", kMetres, 2, 4000, 500000, 5000000, 10},
+      {"a_row", kDegrees, 4000, 2, 10, 50, 1e-4},
+      {"one_post", kMetres, 1, 1, 500000, 5000000, 10},
+      {"to_the_pole", kDegrees, 360, 60, -180, 60, 0.5},
+      {"at_the_pole", kDegrees, 60, 60, 10, 89.99, 1e-4},
+      {"around_the_pole", kPolarMetres, 80, 80, -200, -200, 5},
+      {"at_the_antimeridian", kDegrees, 200, 200, 179.998, 10, 2e-5},
+  };
+  for (const auto& d : dems) {
+    const test::TempDir dir;
+    write_dem(dir.file(d.name), d.prj, d.cols, d.rows, d.x, d.y, d.step);
+    const auto ran = run_tind("build " + dir.file(d.name + ".asc") + " -o " + dir.file("tiles") +
+                              " --levels 0-6 --effort fast --memory 210M --json --progress none");
+    ASSERT_EQ(ran.code, 0) << d.name << ": " << ran.out;
+    EXPECT_LE(Json::parse(ran.answer)["peak_mb"].get<double>(), 210) << d.name;
+  }
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "proto/file_io.h"
@@ -31,13 +32,27 @@ TEST(Progressive, AStreamIsMadeAndLevelsComeOutWithinTheirError) {
     const auto truth = nlohmann::json::parse(measured.answer);
     EXPECT_LE(truth["max_error_m"], level["max_error_m"].get<double>() + 1e-6);
     EXPECT_LE(level["max_error_m"], std::stod(error));
-    EXPECT_EQ(truth["uncovered"], 0);
+    EXPECT_EQ(truth["posts_uncovered"], 0);
     EXPECT_EQ(truth["flipped"], 0);
   }
   const auto few =
       test::run_tind(std::string("extract ") + tpm + " --triangles 500 -o " + ply + " --json");
   ASSERT_EQ(few.code, 0) << few.out;
   EXPECT_NEAR(nlohmann::json::parse(few.answer)["triangles"].get<double>(), 500, 1);
+
+  const auto too_few = test::run_tind("extract " + tpm + " --triangles 1 -o " + ply);
+  EXPECT_EQ(too_few.code, 2);
+  EXPECT_NE(too_few.out.find("triangles at its coarsest, not 1"), std::string::npos) << too_few.out;
+  const auto least = figures["base_triangles"].get<int>();
+  const auto base = test::run_tind("extract " + tpm + " -o " + ply + " --json --triangles " +
+                                   std::to_string(least));
+  ASSERT_EQ(base.code, 0) << base.out;
+  EXPECT_EQ(nlohmann::json::parse(base.answer)["triangles"], least);
+
+  const auto finest = test::run_tind("extract " + tpm + " -o " + ply + " --json");
+  ASSERT_EQ(finest.code, 0) << finest.out;
+  EXPECT_EQ(nlohmann::json::parse(finest.answer)["splits"], figures["splits"]);
+  EXPECT_EQ(nlohmann::json::parse(finest.answer)["max_error_m"], figures["fine_error_m"]);
 
   const auto whole = proto::read_whole_file(tpm);
   ASSERT_TRUE(proto::write_whole_file(dir.file("cut.tpm"), whole->substr(0, whole->size() / 2)));
@@ -49,6 +64,21 @@ TEST(Progressive, AStreamIsMadeAndLevelsComeOutWithinTheirError) {
       test::run_tind(std::string("extract ") + tpm + " --max-error 0.5 -o " + ply);
   EXPECT_NE(too_fine.code, 0);
   EXPECT_NE(too_fine.out.find("finest"), std::string::npos) << too_fine.out;
+}
+
+TEST(Progressive, SaysWhatOpenVoidsLeaveOut) {
+  const test::TempDir dir;
+  const std::string dem = dir.file("dem.asc");
+  std::ofstream(dem) << "ncols 4\nnrows 3\nxllcorner 0\nyllcorner 0\ncellsize 10\n"
+                        "NODATA_value -9999\n1 2 -9999 5\n3 4 -9999 -9999\n-9999 -9999 -9999 7\n";
+  for (const std::string method : {"bounded", "qem"}) {
+    const auto made = test::run_tind("progressive " + dem + " -o " + dir.file("a.tpm") +
+                                     " --json --method " + method);
+    ASSERT_EQ(made.code, 0) << made.out;
+    EXPECT_EQ(nlohmann::json::parse(made.answer)["posts_isolated"], 2);
+  }
+  const auto told = test::run_tind("progressive " + dem + " -o " + dir.file("a.tpm"));
+  EXPECT_NE(told.out.find("2 valid posts have no cell"), std::string::npos) << told.out;
 }
 
 TEST(Progressive, AMeshIsTakenToo) {

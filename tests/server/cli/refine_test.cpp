@@ -34,6 +34,16 @@ TEST(Refine, SaysWhatIsWrong) {
   const std::string start = "refine " + test::testdata("rainier.tif") + " -o " + dir.file("a.ply");
   EXPECT_EQ(run_tind(start).code, 2);
   EXPECT_EQ(run_tind(start + " --bbox 1,2,3").code, 2);
+  // Beside the DEM, and with its sides exchanged, which is another box altogether.
+  const auto refused = [&](const std::string& box, const std::string& word) {
+    const auto ran = run_tind(start + " --bbox=" + box);
+    EXPECT_EQ(ran.code, 2) << box << "\n" << ran.out;
+    EXPECT_NE(ran.out.find(word), std::string::npos) << ran.out;
+  };
+  refused("1,2,3,4", "outside the DEM");
+  refused("-121.75,46,238.15,47", "both ends on the DEM");
+  refused("-121.75,46.8,-121.8,46.85", "WEST,SOUTH,EAST,NORTH");
+  refused("-121.8,46.85,-121.75,46.8", "WEST,SOUTH,EAST,NORTH");
   EXPECT_EQ(run_tind(start + " --polygon '1,x 2,3 4,5'").code, 2);
   EXPECT_EQ(run_tind(start + " --route '1,2 3,4'").code, 2);
   EXPECT_EQ(run_tind(start + " --bbox 1,2,3,4 --inside 9 --outside 1").code, 2);

@@ -27,7 +27,7 @@ const Router& router() {
     table.get("/", nothing);
     table.get("/terrain/{dataset}/{z}/{x}/{y}.terrain", nothing);
     table.get("/viewer/{path...}", nothing);
-    table.post("/simplify", 100, nothing);
+    table.post("/simplify", {.max_bytes = 100}, nothing);
     return table;
   }();
   return made;

@@ -11,6 +11,7 @@ struct Nobody : Later {
   Responder responder() override {
     return Responder([](Reply) {});
   }
+  std::string client() const override { return {}; }
 };
 
 Handler says(std::string text) {
@@ -29,8 +30,8 @@ Router example() {
   router.get("/terrain/{set}/{z}/{x}/{y}.terrain", says("tile"));
   router.get("/viewer/{path...}", says("file"));
   router.get("/both", says("get"));
-  router.post("/both", 10, says("post"));
-  router.post("/only-post", 10, says("post"));
+  router.post("/both", {.max_bytes = 10, .type = ""}, says("post"));
+  router.post("/only-post", {.max_bytes = 10, .type = ""}, says("post"));
   return router;
 }
 

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <memory>
+#include <new>
 #include <random>
 #include <vector>
 
@@ -28,6 +30,23 @@ TEST(TimerWheel, RingsOnceAfterItsTime) {
   EXPECT_EQ(bell.rung, 1);
   wheel.advance(kStart + milliseconds(500'000));
   EXPECT_EQ(bell.rung, 1);
+}
+
+TEST(TimerWheel, OneThatThrowsCostsTheOthersNothing) {
+  struct Thrower : TimerWheel::Timer {
+    void on_deadline() override { throw std::bad_alloc(); }
+  };
+  TimerWheel wheel(kStart);
+  std::array<Bell, 3> bells;
+  std::array<Thrower, 2> throwers;
+  for (std::size_t i = 0; i < 3; ++i) {
+    wheel.set(bells[i], kStart, milliseconds(1000));
+    if (i < 2) wheel.set(throwers[i], kStart, milliseconds(1000));
+  }
+  auto now = kStart + milliseconds(1200);
+  for (int i = 0; i < 2; ++i) EXPECT_THROW(wheel.advance(now), std::bad_alloc);
+  wheel.advance(now);
+  for (const Bell& bell : bells) EXPECT_EQ(bell.rung, 1);
 }
 
 TEST(TimerWheel, CanBeMovedAndCancelled) {

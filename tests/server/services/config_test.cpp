@@ -69,6 +69,17 @@ TEST_F(ConfigTest, UnknownKeysAreErrorsWithASuggestion) {
   EXPECT_NE(error("xyzzy = 1\n").find("--print-config"), std::string::npos);
 }
 
+TEST_F(ConfigTest, UnknownVariablesAreErrorsWithASuggestion) {
+  input_.environment_names = {"HOME",      "TIND_DATA",         "TIND_QUEUE",
+                              "TIND_PORT", "TIND_SERVICE_HOST", "TIND_PORT_8080_TCP"};
+  EXPECT_EQ(error("threads = 1\n"), "no error");
+  input_.environment_names.push_back("TIND_CACHE_MBS");
+  const std::string wrong = error("threads = 1\n");
+  EXPECT_NE(wrong.find("unknown variable TIND_CACHE_MBS; did you mean TIND_CACHE_MB?"),
+            std::string::npos)
+      << wrong;
+}
+
 TEST_F(ConfigTest, WrongValuesNameTheirPlace) {
   EXPECT_NE(error("queue = -1\n").find("tind.toml:1: queue must be a number from 0 to"),
             std::string::npos);
@@ -113,7 +124,8 @@ TEST(ParseListen, TakesWhatPeopleWrite) {
   EXPECT_EQ(text(":80"), "127.0.0.1 80");
   EXPECT_EQ(text("8080"), "127.0.0.1 8080");
   EXPECT_EQ(text("localhost:80"), "127.0.0.1 80");
-  for (const char* bad : {"", ":", "a:b", "1.2.3.4:", "1.2.3.4:65536", "1.2.3.4:-1", "::1:80"})
+  for (const char* bad : {"", ":", "a:b", "1.2.3.4:", "1.2.3.4:65536", "1.2.3.4:-1", "::1:80",
+                          "example.org:80", "1.2.3:80", "[::g]:80"})
     EXPECT_EQ(text(bad), "bad") << bad;
 }
 

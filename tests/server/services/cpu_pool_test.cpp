@@ -15,7 +15,7 @@ struct Gate {
   std::atomic<int> running{0};
 
   CpuPool::Task task() {
-    return [this](std::stop_token) {
+    return [this](const std::stop_token&) {
       ++running;
       opened.wait();
     };
@@ -30,7 +30,7 @@ TEST(CpuPool, RunsWhatItAdmits) {
   {
     CpuPool pool(2, 100);
     for (int i = 0; i < 50; ++i) {
-      auto permit = pool.admit();
+      auto permit = pool.admit(Work::tile);
       ASSERT_TRUE(permit);
       pool.run(std::move(*permit), [&](std::stop_token) { ++ran; });
     }
@@ -42,33 +42,33 @@ TEST(CpuPool, RunsWhatItAdmits) {
 TEST(CpuPool, RefusesWhatDoesNotFit) {
   Gate gate;
   CpuPool pool(2, 3);
-  EXPECT_EQ(pool.capacity(), 5u);
+  EXPECT_EQ(pool.capacity(Work::tile), 5u);
   for (int i = 0; i < 5; ++i) {
-    auto permit = pool.admit();
+    auto permit = pool.admit(Work::tile);
     ASSERT_TRUE(permit) << i;
     pool.run(std::move(*permit), gate.task());
   }
   gate.wait_for(2);
-  const auto refused = pool.admit();
+  const auto refused = pool.admit(Work::tile);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, Errc::busy);
   gate.open.set_value();
   while (pool.admitted() > 0) std::this_thread::yield();
-  EXPECT_TRUE(pool.admit());
+  EXPECT_TRUE(pool.admit(Work::tile));
 }
 
 TEST(CpuPool, APermitThatIsNotUsedIsGivenBack) {
   CpuPool pool(1, 0);
-  { const auto permit = pool.admit(); }
+  { const auto permit = pool.admit(Work::tile); }
   EXPECT_EQ(pool.admitted(), 0u);
-  EXPECT_TRUE(pool.admit());
+  EXPECT_TRUE(pool.admit(Work::tile));
 }
 
 TEST(CpuPool, ATaskThatThrowsGivesItsPlaceBack) {
   CpuPool pool(1, 0);
   for (int i = 0; i < 3; ++i) {
     while (pool.admitted() > 0) std::this_thread::yield();
-    auto permit = pool.admit();
+    auto permit = pool.admit(Work::tile);
     ASSERT_TRUE(permit);
     pool.run(std::move(*permit), [](std::stop_token) { throw std::runtime_error("on purpose"); });
   }
@@ -78,25 +78,127 @@ TEST(CpuPool, StopTellsTheRunningAndDropsTheWaiting) {
   CpuPool pool(1, 10);
   std::atomic<bool> running{false}, told{false}, ran{false};
   const auto dropped = std::make_shared<int>();
-  auto first = pool.admit();
+  auto first = pool.admit(Work::tile);
   pool.run(std::move(*first), [&](std::stop_token stop) {
     running = true;
     while (!stop.stop_requested()) std::this_thread::yield();
     told = true;
   });
   while (!running) std::this_thread::yield();
-  auto second = pool.admit();
+  auto second = pool.admit(Work::tile);
   pool.run(std::move(*second), [&, dropped](std::stop_token) { ran = true; });
   EXPECT_EQ(dropped.use_count(), 2);
   pool.stop();
   EXPECT_TRUE(told);
   EXPECT_FALSE(ran);
   EXPECT_EQ(dropped.use_count(), 1) << "destroyed, so that its destructor can answer";
-  auto late = pool.admit();
+  auto late = pool.admit(Work::tile);
   ASSERT_TRUE(late);
   pool.run(std::move(*late), [&](std::stop_token) { ran = true; });
   EXPECT_FALSE(ran);
   EXPECT_EQ(pool.admitted(), 0u);
+}
+
+void add(CpuPool& pool, Work work, CpuPool::Task task, std::stop_token gone = {}) {
+  auto permit = pool.admit(work);
+  ASSERT_TRUE(permit);
+  pool.run(std::move(*permit), std::move(task), std::move(gone));
+}
+
+TEST(CpuPool, BatchesNeverHoldAllWorkers) {
+  for (const int threads : {1, 2, 3}) {
+    Gate batches, tiles;
+    CpuPool pool(threads, 80);
+    for (int i = 0; i < 10; ++i) add(pool, Work::batch, batches.task());
+    for (int i = 0; i < threads - threads / 2; ++i) add(pool, Work::tile, tiles.task());
+    tiles.wait_for(std::max(1, threads - 1));
+    batches.wait_for(1);
+    tiles.open.set_value();
+    while (pool.admitted(Work::tile) > 0) std::this_thread::yield();
+    EXPECT_EQ(batches.running, 1) << threads << " threads: the other nine wait their turn";
+    EXPECT_EQ(pool.admitted(Work::batch), 10u);
+    batches.open.set_value();
+    while (pool.admitted() > 0) std::this_thread::yield();
+  }
+}
+
+TEST(CpuPool, BatchesHaveAQueueOfTheirOwn) {
+  Gate gate;
+  CpuPool pool(2, 16);
+  for (int i = 0; i < 3; ++i) add(pool, Work::batch, gate.task());  // one runs, two wait
+  EXPECT_EQ(pool.admit(Work::batch).error().code, Errc::busy);
+  EXPECT_EQ(pool.refused(Work::batch), 1u);
+  EXPECT_TRUE(pool.admit(Work::tile));
+  EXPECT_TRUE(pool.admit(Work::question));
+  gate.open.set_value();
+}
+
+TEST(CpuPool, ClassesTakeTurns) {
+  Gate gate;
+  CpuPool pool(2, 100);
+  for (int i = 0; i < 2; ++i) add(pool, Work::tile, gate.task());
+  gate.wait_for(2);
+  std::atomic<int> tiles{0}, tiles_before_the_last_question{0};
+  for (int i = 0; i < 60; ++i) add(pool, Work::tile, [&](const std::stop_token&) { ++tiles; });
+  for (int i = 0; i < 3; ++i)
+    add(pool, Work::question,
+        [&](const std::stop_token&) { tiles_before_the_last_question = tiles.load(); });
+  gate.open.set_value();
+  while (pool.admitted() > 0) std::this_thread::yield();
+  EXPECT_EQ(tiles, 60);
+  EXPECT_LT(tiles_before_the_last_question, 50) << "sixty came first";
+}
+
+TEST(CpuPool, WhatNobodyWantsIsNotBegun) {
+  Gate gate;
+  CpuPool pool(1, 10);
+  add(pool, Work::tile, gate.task());
+  gate.wait_for(1);
+  std::stop_source gone;
+  std::atomic<int> ran{0};
+  const auto kept = std::make_shared<int>();
+  add(
+      pool, Work::tile, [&, kept](const std::stop_token&) { ++ran; }, gone.get_token());
+  add(pool, Work::tile, [&](const std::stop_token&) { ran += 100; });
+  gone.request_stop();
+  gate.open.set_value();
+  while (pool.admitted() > 0) std::this_thread::yield();
+  EXPECT_EQ(ran, 100);
+  EXPECT_EQ(kept.use_count(), 1) << "destroyed, so that its destructor can answer";
+  EXPECT_EQ(pool.abandoned(Work::tile), 1u);
+}
+
+TEST(CpuPool, TheDeadMakeRoomForTheLiving) {
+  Gate gate;
+  CpuPool pool(1, 1);
+  add(pool, Work::tile, gate.task());
+  gate.wait_for(1);
+  std::stop_source gone;
+  add(
+      pool, Work::tile, [](const std::stop_token&) {}, gone.get_token());
+  EXPECT_FALSE(pool.admit(Work::tile));
+  gone.request_stop();
+  EXPECT_TRUE(pool.admit(Work::tile));
+  gate.open.set_value();
+}
+
+TEST(CpuPool, WhatRunsIsToldThatNobodyWantsIt) {
+  CpuPool pool(1, 1);
+  std::stop_source gone;
+  std::atomic<bool> running{false}, told{false};
+  add(
+      pool, Work::batch,
+      [&](const std::stop_token& stop) {
+        running = true;
+        while (!stop.stop_requested()) std::this_thread::yield();
+        told = true;
+      },
+      gone.get_token());
+  while (!running) std::this_thread::yield();
+  gone.request_stop();
+  while (pool.admitted() > 0) std::this_thread::yield();
+  EXPECT_TRUE(told);
+  EXPECT_EQ(pool.abandoned(Work::batch), 1u);
 }
 
 }  // namespace

@@ -2,11 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
+#include <new>
 #include <vector>
 
 #include "server/services/open_dataset.h"
 #include "terrain/geo/ellipsoid.h"
+#include "tests/support/made_up_source.h"
 #include "tests/support/support.h"
 
 namespace tind {
@@ -34,6 +37,76 @@ TEST(RefineService, IsBoundedInPostsAndViews) {
   services::RefineService forgets({.view_age = std::chrono::seconds(-1)});
   const auto first = forgets.view(dataset, camera, "", {}, {});
   EXPECT_EQ(forgets.view(dataset, camera, first->view, {}, {}).error().code, Errc::not_found);
+}
+
+services::Dataset const& add_rainier(services::Catalog& catalog) {
+  EXPECT_TRUE(
+      services::open_dataset(catalog, {"rainier", {test::testdata("rainier.tif")}}, {}, {}));
+  return *catalog.find("rainier");
+}
+
+Camera far_off() {
+  Camera camera;
+  camera.position = {-121.8, 46.7};
+  camera.height_m = 9000, camera.pitch_deg = -40, camera.tolerance_px = 50;
+  return camera;
+}
+
+TEST(RefineService, WhoMakesManyViewsTakesNoOthers) {
+  services::Catalog catalog;
+  const services::Dataset& dataset = add_rainier(catalog);
+  services::RefineService service({.views = 8});
+  const auto look = [&](const std::string& token, const std::string& client) {
+    const auto view = service.view(dataset, far_off(), token, {}, {}, client);
+    return view ? view->view : std::string();
+  };
+  std::string own = look("", "me");
+  for (int i = 0; i < 20; ++i) look("", "flood");
+  own = look(own, "me");
+  EXPECT_FALSE(own.empty());
+  // From one address (behind a proxy) nobody is told from another: what was asked for again stays.
+  for (int i = 0; i < 20; ++i) look("", "me");
+  EXPECT_FALSE(look(own, "me").empty());
+  EXPECT_EQ(service.views(), 8u);
+}
+
+/// A DEM that cannot always be read.
+class ThrowingSource : public test::MadeUpSource {
+ public:
+  using MadeUpSource::MadeUpSource;
+  mutable std::atomic<bool> throws{false};
+  Result<HeightGrid> read(std::int64_t col, std::int64_t row, int cols, int rows) const override {
+    if (throws.exchange(false)) throw std::bad_alloc();
+    return MadeUpSource::read(col, row, cols, rows);
+  }
+};
+
+TEST(RefineService, AnExceptionIsForgotten) {
+  HeightGrid grid(80, 80, 100);
+  grid.at(40, 40) = 300;
+  const auto source = std::make_shared<ThrowingSource>(grid, Geographic{7, 46}, 0.01);
+  services::Catalog catalog;
+  const services::Dataset& dataset = catalog.add("d", {}, *open_dem_tiles(source, {}));
+  services::RefineService service;
+  Camera camera = far_off();
+  camera.position = {7.4, 45.6};
+  EXPECT_FALSE(service.ready(dataset, {}));
+  source->throws = true;
+  EXPECT_THROW((void)service.view(dataset, camera, "", {}, {}), std::bad_alloc);
+  const auto again = service.view(dataset, camera, "", {}, {});
+  EXPECT_TRUE(again) << again.error().what;
+  EXPECT_TRUE(service.ready(dataset, {}));
+}
+
+TEST(RefineService, PreparingStopsWhenToldTo) {
+  services::Catalog catalog;
+  const services::Dataset& dataset = add_rainier(catalog);
+  services::RefineService service;
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_EQ(service.view(dataset, far_off(), "", {}, stop.get_token()).error().code,
+            Errc::cancelled);
+  EXPECT_TRUE(service.view(dataset, far_off(), "", {}, {}));
 }
 
 TEST(RefineService, TakesWindowsOfWhatIsTooLarge) {

@@ -52,6 +52,16 @@ TEST(TileCache, TheLeastRecentlyUsedGoesFirst) {
   EXPECT_EQ(cache.find({0, {20, 0, 0}, 0}), nullptr);
 }
 
+TEST(TileCache, WhatIsOnlyPeekedAtAgesLikeTheRest) {
+  TileCache cache(1 << 20);
+  const TileKey peeked{7, {3, 1, 1}, 0};
+  cache.insert(peeked, tile_of(std::string(1000, 'u')));
+  std::uint32_t i = 0;
+  while (cache.peek(peeked) && i < 5000)
+    cache.insert({0, {20, i++, 0}, 0}, tile_of(std::string(1000, 'x')));
+  EXPECT_LT(i, 5000u);
+}
+
 TEST(TileCache, WhatIsTooLargeIsNotKept) {
   TileCache cache(1 << 20);
   cache.insert({0, {1, 1, 1}, 0}, tile_of(std::string(100'000, 'x')));

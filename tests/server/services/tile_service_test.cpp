@@ -73,10 +73,10 @@ TEST_F(TileServiceTest, VariantsComeFromTheOneBuild) {
   EXPECT_EQ(cache_.tiles(), 3u);
 }
 
-TEST_F(TileServiceTest, AFailureReachesAllAndIsNotKept) {
+TEST_F(TileServiceTest, AFailureReachesAllAndIsForgotten) {
   test::Gate gate(*made_up_, Error{Errc::io, "the disk is on fire"});
   CpuPool pool(2, 10);
-  TileService service(cache_, pool);
+  TileService service(cache_, pool, std::chrono::milliseconds(0));
   std::vector<std::future<Made>> asked;
   for (int i = 0; i < 8; ++i) asked.push_back(ask(service, {3, 2, 1}));
   gate.open();
@@ -89,6 +89,90 @@ TEST_F(TileServiceTest, AFailureReachesAllAndIsNotKept) {
   made_up_->before = nullptr;
   while (pool.admitted() > 0) std::this_thread::yield();
   EXPECT_TRUE(ask(service, {3, 2, 1}).get()) << "the next one may succeed";
+}
+
+TEST_F(TileServiceTest, WhatFailedIsNotTriedAgainAtOnce) {
+  for (const Errc code : {Errc::bad_data, Errc::io, Errc::busy, Errc::cancelled}) {
+    const int before = made_up_->built;
+    made_up_->before = [&](TileId) { return Error{code, "no"}; };
+    CpuPool pool(2, 10);
+    TileService service(cache_, pool, std::chrono::hours(1));
+    for (int i = 0; i < 5; ++i) {
+      EXPECT_EQ(ask(service, {3, 2, 1}).get().error().code, code);
+      EXPECT_EQ(service.make_now(*dataset_, {3, 2, 1}, kAll, {}).error().code, code);
+    }
+    const bool lasts = code == Errc::bad_data || code == Errc::io;
+    EXPECT_EQ(made_up_->built - before, lasts ? 1 : 10) << int(code);
+    EXPECT_EQ(service.counters().failed, lasts ? 1u : 0u);
+    EXPECT_EQ(ask(service, {3, 2, 2}).get().error().code, code) << "another tile is asked for";
+  }
+}
+
+TEST_F(TileServiceTest, WhatOneClientLeavesAnotherStillGets) {
+  std::atomic<int> begun{0}, stopped{0};
+  std::promise<void> gate;
+  const auto opened = gate.get_future().share();
+  CpuPool pool(2, 10);
+  TileProducts products(
+      cache_, pool, TileKey::kStream, [&](const Dataset&, TileId, const std::stop_token& stop) {
+        ++begun;
+        using namespace std::chrono_literals;
+        while (!stop.stop_requested() && opened.wait_for(0s) != std::future_status::ready)
+          std::this_thread::yield();
+        if (stop.stop_requested()) {
+          ++stopped;
+          return Result<TileProducts::Product>(fail(Errc::cancelled, "stopped"));
+        }
+        return Result<TileProducts::Product>(
+            http::Representation::make("made", {.content_type = "a/b"}));
+      });
+  const auto want = [&](const std::stop_source& client) {
+    auto promise = std::make_shared<std::promise<Made>>();
+    products.make(
+        *dataset_, {3, 2, 1}, [promise](Made made) { promise->set_value(made); },
+        client.get_token());
+    return promise->get_future();
+  };
+  std::stop_source first, second, third;
+  auto to_first = want(first), to_second = want(second);
+  first.request_stop();
+  while (begun < 1) std::this_thread::yield();
+  EXPECT_EQ(stopped, 0) << "the second still wants it";
+  second.request_stop();
+  EXPECT_EQ(to_first.get().error().code, Errc::cancelled);
+  EXPECT_EQ(to_second.get().error().code, Errc::cancelled);
+  EXPECT_EQ(stopped, 1);
+  EXPECT_EQ(products.counters().failed, 0u);
+  // Who comes now begins anew, also while the abandoned one is still on its way out.
+  auto to_third = want(third);
+  gate.set_value();
+  EXPECT_TRUE(to_third.get());
+  EXPECT_EQ(begun, 2);
+  third.request_stop();  // too late to matter
+  pool.stop();
+}
+
+TEST_F(TileServiceTest, WhoHasGoneBeforeAskingIsAnsweredToo) {
+  CpuPool pool(1, 10);
+  TileService service(cache_, pool);
+  std::stop_source gone;
+  gone.request_stop();
+  auto promise = std::make_shared<std::promise<Made>>();
+  service.make(
+      *dataset_, {3, 2, 1}, kAll, [promise](Made made) { promise->set_value(made); },
+      gone.get_token());
+  EXPECT_EQ(promise->get_future().get().error().code, Errc::cancelled);
+  EXPECT_EQ(made_up_->built, 0);
+}
+
+TEST_F(TileServiceTest, APeekIsNoUse) {
+  CpuPool pool(1, 10);
+  TileService service(cache_, pool);
+  EXPECT_EQ(service.peek(*dataset_, {3, 2, 1}, kAll), nullptr);
+  const Made made = ask(service, {3, 2, 1}).get();
+  ASSERT_TRUE(made);
+  EXPECT_EQ(service.peek(*dataset_, {3, 2, 1}, kAll), *made);
+  EXPECT_EQ(service.counters().hits, 0u);
 }
 
 TEST_F(TileServiceTest, AnExceptionIsAFailure) {

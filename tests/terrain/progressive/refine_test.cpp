@@ -126,7 +126,7 @@ TEST_F(Levelled, StopsWhenAskedAndRefusesNoGrid) {
   stop.request_stop();
   const auto stopped = levelled_terrain(grid_, 1, 1, {}, {.report = {}, .stop = stop.get_token()});
   EXPECT_EQ(stopped.error().code, Errc::cancelled);
-  EXPECT_EQ(levelled_terrain(HeightGrid(1, 1, 0), 1, 1).error().code, Errc::invalid_argument);
+  EXPECT_EQ(levelled_terrain(HeightGrid(1, 1, 0), 1, 1).error().code, Errc::bad_data);
   EXPECT_EQ(levelled_terrain(HeightGrid(9, 9), 1, 1).error().code, Errc::bad_data);
 }
 

@@ -206,6 +206,12 @@ std::map<std::string, Defect> layer_defects() {
          fs::copy(t.path(kTile), t.path("12/9/9"));
        }},
       {"available.orphan", [](const Tiles& t) { fs::remove(t.path(kParent)); }},
+      {"build.blocks",
+       [](const Tiles& t) {
+         for (const auto& entry : fs::directory_iterator(t.folder()))
+           if (entry.path().filename().string().starts_with("tind-blocks-"))
+             t.write(entry.path(), Bytes(40, 0));
+       }},
       {"available.stray", [](const Tiles& t) { fs::copy(t.path(kTile), t.path("copy of 12")); }},
   };
 }
@@ -224,6 +230,7 @@ std::map<std::string, Defect> byte_defects() {
          fs::create_directory(t.path(kTile));
        }},
       {"tile.gzip", tile({0x1f, 0x8b, 8, 0, 0, 0, 0, 0, 0, 3, 1, 2, 3, 4, 5, 6, 7, 8, 9, 0, 0, 0})},
+      {"tile.ledger", bytes([](Bytes& b) { b[b.size() - 1] ^= 1; })},
       {"tile.truncated", bytes([](Bytes& b) { b.resize(b.size() / 2); })},
       {"tile.trailing", bytes([](Bytes& b) { b.insert(b.end(), 3, 0); })},
       {"tile.padding", tile(unpadded)},
@@ -311,6 +318,7 @@ std::map<std::string, Defect> error_defects() {
       {"error.side", says("side", "left")},
       {"source.side", says("side", "above")},
       {"error.geometric", says("geometricerror", 0.5)},
+      {"error.refines", says("geometricerror", 40)},  // the parent's is 37.6
       {"error.budget", says("max_error_m", 20)},
       {"crack.position",
        [](const Tiles& t) { t.edit(kTile, [](Mesh& m) { m.h[m.west[1]] ^= 1; }); }},
@@ -444,6 +452,41 @@ TEST_F(CheckTest, TheReportDoesNotDependOnThreads) {
     EXPECT_EQ(one[r].count, four[r].count);
     EXPECT_EQ(one[r].examples, four[r].examples);
   }
+}
+
+TEST_F(CheckTest, AnErrorFactorBreaksNoRule) {
+  for (const double factor : {0.1, 5.0}) {
+    const test::TempDir dir;
+    BuildOptions options;
+    options.output = dir.file("tiles");
+    options.tiles.error_factor = factor;
+    ASSERT_TRUE(build_tiles(source_, options).has_value());
+    const auto report = check_tiles(options.output, {.error_factor = factor});
+    ASSERT_TRUE(report.has_value());
+    EXPECT_EQ(report->findings.total(Severity::violation), 0u) << factor;
+  }
+}
+
+TEST_F(CheckTest, APartOfAPyramidThatListsFullDeepLevelsIsLookedAtAsFarAsItIsThere) {
+  const test::TempDir copy;
+  fs::copy(good_->path() / "tiles", copy.path() / "tiles", fs::copy_options::recursive);
+  const Tiles tiles(copy.path() / "tiles");
+  std::uint64_t listed = 0;
+  tiles.layer([&](Json& json) {
+    for (int z = 0; z <= 20; ++z) {
+      json["available"][std::size_t(z)] = Json::array(
+          {{{"startX", 0}, {"startY", 0}, {"endX", (2u << z) - 1}, {"endY", (1u << z) - 1}}});
+      listed += std::uint64_t(2) << 2 * z;
+    }
+    json["maxzoom"] = 20;
+  });
+  const auto report = check_tiles(tiles.folder().string(), {});
+  ASSERT_TRUE(report.has_value());
+  std::uint64_t there = 0;
+  for (const CheckLevel& level : report->levels) there += level.tiles;
+  const auto& missing = report->findings[rule("available.missing")];
+  EXPECT_EQ(missing.count, listed - there);
+  EXPECT_EQ(missing.examples.size(), Findings::kExamples);
 }
 
 TEST_F(CheckTest, GzippedTilesAreReadToo) {

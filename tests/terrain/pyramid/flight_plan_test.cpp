@@ -5,8 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <random>
 #include <set>
 
+#include "terrain/geo/ellipsoid.h"
 #include "terrain/raster/dem_source.h"
 #include "tests/support/made_up_tiles.h"
 #include "tests/support/support.h"
@@ -23,7 +25,7 @@ FlightPlan plan_of(const TileSet& tiles, std::span<const FlightFix> flight,
 
 TEST(FlightPlan, ParentsComeFirstAndDeadlinesAreInOrder) {
   const test::MadeUpTiles tiles(9);
-  const auto flight = straight_flight({{7.5, 46.5}, 3000, 0}, 250, 0, 0, 300);
+  const auto flight = straight_flight({{7.5, 46.5}, 3000, 0}, 250, 0, 0, 300).value();
   const FlightPlan plan = plan_of(tiles, flight, {});
   ASSERT_GT(plan.tiles.size(), 50u);
   std::set<TileId> sent;
@@ -95,6 +97,132 @@ struct Viewer {
   }
 };
 
+/// Every step asked at every tile: what the planner must find with few questions.
+std::map<TileId, double> every_step(const TileSet& tiles, std::span<const FlightFix> flight,
+                                    const FlightOptions& o, std::size_t& looks) {
+  const double reach =
+      o.viewport_height_px / (2 * std::tan(o.fov_deg / 2 * M_PI / 180) * o.tolerance_px);
+  const double degree = wgs84::metres_per_degree(0).y;
+  std::map<TileId, double> first;
+  looks = 0;
+  const auto look = [&](auto&& self, const FlightFix& c, double slack, TileId id) -> void {
+    if (!tiles.available(id)) return;
+    first.try_emplace(id, c.time_s);
+    if (id.level == tiles.layer().maxzoom) return;
+    ++looks;
+    const GeoRect r = tiling::rect(id);
+    const double off = std::abs(std::remainder(c.where.lon - (r.west + r.east) / 2, 360));
+    const double lon = std::max(0.0, off - r.width() / 2);
+    const double lat = std::max({0.0, r.south - c.where.lat, c.where.lat - r.north});
+    const double nearest = std::clamp(c.where.lat, r.south, r.north);
+    const double scale =
+        std::min(std::cos(nearest * M_PI / 180), std::cos(c.where.lat * M_PI / 180));
+    const double metres = std::hypot(lon * degree * scale, lat * degree, std::max(0.0, c.height_m));
+    if (metres - slack >= tiling::level_error(id.level) * reach) return;
+    for (int i = 0; i < 4; ++i) self(self, c, slack, id.child(i % 2, i / 2));
+  };
+  const auto look_from = [&](const FlightFix& c, double slack) {
+    for (std::uint32_t x = 0; x < 2; ++x) look(look, c, slack, {0, x, 0});
+  };
+  look_from(flight.front(), 0);
+  const double length = std::max(1.0, (flight.back().time_s - flight.front().time_s) / 1000);
+  for (std::size_t i = 0; i + 1 < flight.size(); ++i) {
+    const FlightFix &a = flight[i], &b = flight[i + 1];
+    const double lon = std::remainder(b.where.lon - a.where.lon, 360);
+    const int steps = std::max(1, int(std::ceil((b.time_s - a.time_s) / length)));
+    const auto at = [&](double s) {
+      return FlightFix{{a.where.lon + s * lon, a.where.lat + s * (b.where.lat - a.where.lat)},
+                       a.height_m + s * (b.height_m - a.height_m),
+                       a.time_s + s * (b.time_s - a.time_s)};
+    };
+    for (int k = 0; k < steps; ++k) {
+      const FlightFix from = at(double(k) / steps), to = at(double(k + 1) / steps);
+      look_from(from,
+                std::hypot((to.where.lon - from.where.lon) * degree,
+                           (to.where.lat - from.where.lat) * degree, to.height_m - from.height_m));
+    }
+  }
+  return first;
+}
+
+TEST(FlightPlan, FewQuestionsFindWhatEveryStepFinds) {
+  const test::MadeUpTiles tiles(9);
+  std::mt19937 random(5);
+  const auto uniform = [&](double low, double high) {
+    return low + (high - low) * double(random()) / double(std::mt19937::max());
+  };
+  for (int round = 0; round < 24; ++round) {
+    // Straight ones, turning ones, and ones that are here and there by turns.
+    const double lon = uniform(-180, 180), lat = uniform(-85, 85);
+    const double spread = round % 3 == 0 ? 0.5 : round % 3 == 1 ? 3 : 40;
+    std::vector<FlightFix> flight;
+    const int fixes = round % 2 == 0 ? 2 : 40;
+    for (int i = 0; i < fixes; ++i)
+      flight.push_back({{std::remainder(lon + uniform(-spread, spread), 360),
+                         std::clamp(lat + uniform(-spread, spread), -90.0, 90.0)},
+                        uniform(-100, 9000),
+                        400.0 * i / fixes});
+    FlightOptions o;
+    o.max_tiles = 1'000'000;
+    o.tolerance_px = round % 4 == 0 ? 2 : 12;
+    std::size_t looks = 0;
+    const auto expected = every_step(tiles, flight, o, looks);
+    const FlightPlan plan = plan_of(tiles, flight, o);
+    ASSERT_EQ(plan.tiles.size(), expected.size()) << round;
+    for (const PlannedTile& t : plan.tiles) {
+      ASSERT_TRUE(expected.contains(t.id)) << round << " " << t.id.text();
+      EXPECT_EQ(t.needed_s, expected.at(t.id)) << round << " " << t.id.text();
+    }
+    EXPECT_LT(plan.looks, 150 * plan.tiles.size()) << round;
+    if (spread < 10 && plan.tiles.size() > 1000) {
+      EXPECT_LT(plan.looks, looks / 3) << round;
+    }
+  }
+}
+
+TEST(FlightPlan, ItsCostIsBoundedWhateverTheFlight) {
+  const test::MadeUpTiles tiles(9);
+  std::vector<FlightFix> zigzag, circle;
+  for (int i = 0; i < 10'000; ++i) {
+    zigzag.push_back({{i % 2 == 0 ? 7.0 : 9.0, 46 + i * 1e-5}, 0, i / 10.0});
+    circle.push_back({{8 + std::cos(i * 0.01), 46 + std::sin(i * 0.01)}, 500, i / 10.0});
+  }
+  FlightOptions o;
+  o.tolerance_px = 1;
+  for (const auto& flight : {zigzag, circle}) {
+    const auto plan = plan_flight(tiles, flight, o, [](TileId) { return std::size_t(1); });
+    if (plan) {
+      EXPECT_LT(plan->looks, 200 * plan->tiles.size());
+    }
+  }
+}
+
+TEST(FlightPlan, AStraightFlightStaysOnEarth) {
+  EXPECT_FALSE(straight_flight({{10, 90}, 3000, 0}, 250, 0, 0, 300));
+  EXPECT_FALSE(straight_flight({{10, 60}, 3000, 0}, 250, 0, 0, 86400));
+  EXPECT_FALSE(straight_flight({{10, 60}, 3000, 0}, 0, 0, 1e5, 86400));
+  const auto north = straight_flight({{10, 89}, 3000, 0}, 0, 250, 0, 3000);
+  ASSERT_TRUE(north);
+  EXPECT_EQ(north->back().where.lat, 90) << "it ends at the pole";
+  const auto across = straight_flight({{359.9, 0}, 3000, 0}, 250, 0, 0, 300);
+  ASSERT_TRUE(across);
+  EXPECT_NEAR(across->back().where.lon, -0.1 + 75'000 / 111'320.0, 1e-3);
+  const test::MadeUpTiles tiles(5);
+  for (const auto& flight : {*north, *across})
+    EXPECT_FALSE(plan_of(tiles, flight, {}).tiles.empty());
+}
+
+TEST(FlightPlan, StopsWhenToldTo) {
+  const test::MadeUpTiles tiles(9);
+  std::stop_source stop;
+  stop.request_stop();
+  const auto plan = plan_flight(
+      tiles, straight_flight({{7.5, 46.5}, 3000, 0}, 250, 0, 0, 300).value(), {},
+      [](TileId) { return std::size_t(1); }, stop.get_token());
+  ASSERT_FALSE(plan);
+  EXPECT_EQ(plan.error().code, Errc::cancelled);
+}
+
 TEST(FlightPlan, NoTileIsLateOverATenMegabitLink) {
   TIND_NEEDS_SHARED_DATA(east, "dem/N49W123.tif");
   TIND_NEEDS_SHARED_DATA(west, "dem/N49W124.tif");
@@ -109,7 +237,7 @@ TEST(FlightPlan, NoTileIsLateOverATenMegabitLink) {
     return found->second;
   };
   const FlightOptions o;
-  const auto flight = straight_flight({{-123.9, 49.1}, 3000, 0}, 200, 150, 0, 300);
+  const auto flight = straight_flight({{-123.9, 49.1}, 3000, 0}, 200, 150, 0, 300).value();
   const auto plan = plan_flight(**set, flight, o, bytes_of);
   ASSERT_TRUE(plan) << plan.error().what;
 

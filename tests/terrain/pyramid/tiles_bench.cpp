@@ -37,10 +37,10 @@ Run make_all(const DemSource& source, const TileSetOptions& options, int threads
     const auto plan = TilePlan::make(source.info(), *range, options);
     if (!plan) give_up(plan.error().what);
     std::vector<TileId> ids;
-    for (int z = plan->min_level(); z <= plan->max_level(); ++z) {
-      const proto::TileRange r = plan->tiles(z);
-      for (std::uint32_t x = r.start_x; x <= r.end_x; ++x)
-        for (std::uint32_t y = r.start_y; y <= r.end_y; ++y) ids.push_back({z, x, y});
+    for (int z = plan->first_level(); z <= plan->last_level(); ++z) {
+      const TileArea& tiles = plan->tiles(z);
+      for (std::uint64_t i = 0; i < tiles.size(); ++i)
+        ids.push_back({z, tiles[i].first, tiles[i].second});
     }
     run.tiles = ids.size();
     std::mutex mutex;

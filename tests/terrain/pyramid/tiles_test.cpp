@@ -1,6 +1,7 @@
 // Whole pyramids: every tile of every level is decoded and held against its neighbours, against the
 // rules of a valid mesh and against the posts of its DEM.
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,11 +13,14 @@
 #include <nlohmann/json.hpp>
 #include <random>
 #include <set>
+#include <thread>
 
 #include "proto/quantized_mesh.h"
 #include "terrain/base/parallel.h"
 #include "terrain/pyramid/build.h"
 #include "terrain/pyramid/check.h"
+#include "terrain/pyramid/tile_ledger.h"
+#include "terrain/pyramid/tile_version.h"
 #include "tests/support/support.h"
 
 namespace tind {
@@ -356,6 +360,135 @@ TEST(Tiles, a_directory_of_other_options_is_refused) {
   EXPECT_EQ(other.error().code, Errc::invalid_argument);
   o.force = true;
   EXPECT_TRUE(build_tiles(source, o));
+}
+
+/// Every tile file of a folder.
+std::map<TileId, std::vector<std::uint8_t>> tile_files(const std::string& folder) {
+  std::map<TileId, std::vector<std::uint8_t>> files;
+  for (const auto& [id, q] : decode_all(folder))
+    files[id] = read_bytes(folder + "/" + id.text() + ".terrain");
+  return files;
+}
+
+TEST(Tiles, levels_that_are_made_apart_are_those_of_the_whole_pyramid) {
+  const auto source = open_dem({test::testdata("rainier.tif")});
+  TempDir dir;
+  for (const std::int64_t exact_posts : {0, 1 << 16}) {  // 1 << 16: coarse ones rest on the index
+    BuildOptions o;
+    o.tiles.max_error_m = 40;
+    o.tiles.exact_posts = exact_posts;
+    o.output = dir.file("whole" + std::to_string(exact_posts));
+    const auto whole = build_tiles(source, o);
+    ASSERT_TRUE(whole) << whole.error().what;
+    EXPECT_EQ(whole->indexed_level >= 0, exact_posts > 0);
+    const int end = whole->levels.back().level;
+    std::map<TileId, std::vector<std::uint8_t>> parts;
+    // A cut at each level that could look at another: those of the index, the one below, the last.
+    std::vector<int> starts = {0, 6, end};
+    if (exact_posts > 0) starts = {0, whole->indexed_level + 1, whole->indexed_level + 2};
+    for (std::size_t i = 0; i < starts.size(); ++i) {
+      BuildOptions part = o;
+      part.output = dir.file("part" + std::to_string(exact_posts) + "-" + std::to_string(i));
+      part.tiles.first_level = starts[i];
+      part.tiles.last_level = i + 1 < starts.size() ? starts[i + 1] - 1 : -1;
+      const auto report = build_tiles(source, part);
+      ASSERT_TRUE(report) << report.error().what;
+      parts.merge(tile_files(part.output));
+      const auto tiles = open_stored_tiles(part.output);
+      ASSERT_TRUE(tiles) << tiles.error().what;
+      EXPECT_EQ((*tiles)->layer().minzoom, starts[i]);
+      EXPECT_EQ((*tiles)->layer().maxzoom, i + 1 < starts.size() ? starts[i + 1] - 1 : end);
+      const auto on_demand = open_dem_tiles(source, part.tiles);
+      ASSERT_TRUE(on_demand);
+      for (const auto& [id, bytes] : parts)
+        EXPECT_EQ((*on_demand)->available(id), (*tiles)->available(id)) << id.text();
+    }
+    EXPECT_EQ(parts, tile_files(o.output));
+  }
+}
+
+TEST(Tiles, the_version_follows_the_content_and_is_the_same_in_a_batch_and_on_demand) {
+  const TempDir dir;
+  const auto dem = [&](const std::string& post) {
+    const std::string path = dir.file("dem.asc");
+    std::ofstream(path) << "ncols 4\nnrows 2\nxllcenter 10\nyllcenter 50\ncellsize 0.01\n"
+                        << "1 2 3 4\n5 6 7 " << post << "\n";
+    std::ofstream(dir.file("dem.prj"))
+        << R"(GEOGCS["GCS_WGS_1984",DATUM["D_WGS_1984",SPHEROID["WGS_1984",6378137.0,)"
+        << R"(298.257223563]],PRIMEM["Greenwich",0.0],UNIT["Degree",0.0174532925199433]])";
+    return open_dem({path});
+  };
+  std::set<std::string> seen;
+  int builds = 0;
+  const auto version = [&](const std::string& post, const TileSetOptions& options) {
+    const auto source = dem(post);
+    BuildOptions o;
+    o.tiles = options;
+    o.output = dir.file("tiles" + std::to_string(builds++));
+    const auto report = build_tiles(source, o);
+    EXPECT_TRUE(report) << report.error().what;
+    const auto batch = open_stored_tiles(o.output), on_demand = open_dem_tiles(source, options);
+    EXPECT_EQ((*batch)->layer().version, (*on_demand)->layer().version);
+    // What is not read at once has a version, too, that does not change under a client's eyes.
+    const auto later = open_dem_tiles(source, options, 0);
+    const std::string before = (*later)->layer().version;
+    while ((*later)->readiness().state == Readiness::State::reading) std::this_thread::yield();
+    EXPECT_EQ((*later)->layer().version, before);
+    EXPECT_THAT((*batch)->layer().version, testing::MatchesRegex("[0-9]+\\.0\\.[0-9]+"));
+    EXPECT_THAT(before, testing::MatchesRegex("[0-9]+\\.0\\.[0-9]+"));
+    return (*batch)->layer().version;
+  };
+  TileSetOptions options;
+  options.max_level = 4;
+  seen.insert(version("8", options));
+  EXPECT_TRUE(seen.contains(version("8", options)));
+  TileSetOptions part = options;
+  part.first_level = 2;
+  EXPECT_TRUE(seen.contains(version("8", part)));
+  EXPECT_TRUE(seen.insert(version("9", options)).second);
+  options.max_error_m = 3;
+  EXPECT_TRUE(seen.insert(version("9", options)).second);
+  options.max_level = 3;
+  EXPECT_TRUE(seen.insert(version("9", options)).second);
+}
+
+/// Fails whenever tiles' bytes are others than they were. Then raise kTileEpoch, so that nobody's
+/// folders and caches mix them, and put the new digest here.
+TEST(TileEpoch, is_raised_when_bytes_change) {
+  TempDir dir;
+  BuildOptions o;
+  o.output = dir.file("tiles");
+  o.tiles.max_error_m = 60;
+  o.tiles.effort = "fast";
+  std::string all;
+  for (const std::int64_t exact_posts : {0, 1 << 16}) {
+    o.output = dir.file(std::to_string(exact_posts));
+    o.tiles.exact_posts = exact_posts;
+    ASSERT_TRUE(build_tiles(open_dem({test::testdata("rainier.tif")}), o));
+    for (const auto& [id, bytes] : tile_files(o.output)) all.append(bytes.begin(), bytes.end());
+  }
+  LedgerEntry digest;
+  digest.take(all);
+  EXPECT_EQ(kTileEpoch, 4);
+  EXPECT_EQ(digest.hash_low, 6780986361942614597u) << "other bytes: raise kTileEpoch";
+}
+
+TEST(Tiles, a_pyramid_that_ends_elsewhere_has_its_bound_there) {
+  const auto source = open_dem({test::testdata("rainier.tif")});
+  TempDir dir;
+  BuildOptions o;
+  o.tiles.max_error_m = 40;
+  o.tiles.max_level = 7;
+  o.output = dir.file("short");
+  const auto report = build_tiles(source, o);
+  ASSERT_TRUE(report) << report.error().what;
+  EXPECT_EQ(report->levels.back().level, 7);
+  EXPECT_EQ(report->levels.back().budget_m, 40);
+  o.tiles.first_level = 8;
+  const auto beyond = build_tiles(source, o);
+  ASSERT_FALSE(beyond);
+  EXPECT_EQ(beyond.error().code, Errc::invalid_argument);
+  EXPECT_NE(beyond.error().what.find("ends at level 7"), std::string::npos) << beyond.error().what;
 }
 
 TEST(Tiles, a_dem_without_crs_cannot_be_tiled) {

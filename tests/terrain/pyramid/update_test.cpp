@@ -219,9 +219,12 @@ TEST_F(UpdateTest, a_range_that_needs_other_steps_changes_whole_levels) {
   EXPECT_EQ(files("tiles"), files("fresh"));
 }
 
-/// Without what an update has not finished yet.
+/// Without what a build that runs has not finished yet.
 std::map<std::string, std::string> served(std::map<std::string, std::string> files) {
-  std::erase_if(files, [](const auto& file) { return file.first.starts_with("tind-update"); });
+  std::erase_if(files, [](const auto& file) {
+    return file.first.starts_with("tind-update") || file.first.starts_with("tind-partial") ||
+           file.first == "tind-lock";
+  });
   return files;
 }
 
@@ -295,6 +298,19 @@ TEST_F(UpdateTest, killed_while_it_moves_it_ends_the_same) {
       fs::create_directories(ready);
       fs::create_directories(to.parent_path());
       fs::copy_file(folder_.path() / "new" / moved[i], to, fs::copy_options::overwrite_existing);
+    }
+    // What counts is served from where it is.
+    const auto served = open_stored_tiles((folder_.path() / "tiles").string());
+    ASSERT_TRUE(served) << served.error().what;
+    const auto fresh = open_stored_tiles((folder_.path() / "new").string());
+    ASSERT_TRUE(fresh) << fresh.error().what;
+    EXPECT_EQ((*served)->layer().version, (*fresh)->layer().version) << n;
+    for (const auto& [path, bytes] : wanted) {
+      int z = 0, x = 0, y = 0;
+      if (std::sscanf(path.c_str(), "%d/%d/%d.terrain", &z, &x, &y) != 3) continue;
+      const auto tile = (*served)->tile(*tiling::tile(z, x, y), {});
+      ASSERT_TRUE(tile) << n << " " << tile.error().what;
+      EXPECT_EQ(std::string(tile->bytes.begin(), tile->bytes.end()), bytes) << n << " " << path;
     }
     const auto report = build(grid, "tiles");
     EXPECT_EQ(report.built, 0u) << n;

@@ -13,11 +13,14 @@
 #include "terrain/geo/geoid.h"
 #include "terrain/raster/dem_source.h"
 #include "terrain/raster/interpolate.h"
+#include "terrain/raster/nodata.h"
+#include "tests/support/srtm.h"
 #include "tests/support/support.h"
 
 namespace tind {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 
 Result<std::shared_ptr<const DemSource>> open(std::vector<std::string> files,
@@ -325,9 +328,118 @@ TEST(DatumShift, ProjectedPostsGetTheUndulationOfTheirPlace) {
 TEST(DatumShift, UnknownHeightsStayAndSaySo) {
   const std::string path = test::testdata("bigtujunga_crop.tif");
   const auto same = must_open({path}),
-             asked = must_open({path}, {.to_datum = TargetDatum::ellipsoid});
-  EXPECT_EQ(asked->info().datum, VerticalDatum::unknown);
-  EXPECT_EQ(same->read(7, 7, 1, 1)->at(0, 0), asked->read(7, 7, 1, 1)->at(0, 0));
+             lenient = must_open({path}, {.to_datum = TargetDatum::ellipsoid_if_known});
+  EXPECT_EQ(lenient->info().datum, VerticalDatum::unknown);
+  EXPECT_EQ(same->read(7, 7, 1, 1)->at(0, 0), lenient->read(7, 7, 1, 1)->at(0, 0));
+  ASSERT_EQ(lenient->info().warnings.size(), 1u);
+  EXPECT_THAT(lenient->info().warnings[0], HasSubstr("--from-datum"));
+  EXPECT_TRUE(same->info().warnings.empty());
+  const auto asked = DemSource::open({&path, 1}, {.to_datum = TargetDatum::ellipsoid});
+  ASSERT_FALSE(asked);
+  EXPECT_THAT(asked.error().what, HasSubstr("--from-datum"));
+}
+
+/// A raster in a compound CRS.
+std::string raster_in(const std::string& srs, const test::TempDir& folder) {
+  test::write_bytes(folder.file("N46E007.hgt"), test::srtm(111));
+  const std::string path = folder.file("in.vrt");
+  std::ofstream(path) << R"(<VRTDataset rasterXSize="1201" rasterYSize="1201"><SRS>)" << srs
+                      << R"(</SRS><GeoTransform>7, 0.001, 0, 47, 0, -0.001</GeoTransform>
+    <VRTRasterBand dataType="Int16" band="1"><SimpleSource>
+      <SourceFilename relativeToVRT="1">N46E007.hgt</SourceFilename><SourceBand>1</SourceBand>
+    </SimpleSource></VRTRasterBand></VRTDataset>)";
+  return path;
+}
+
+TEST(DatumShift, ADatumThatTindDoesNotKnowIsNamed) {
+  const std::pair<const char*, const char*> kOthers[] = {
+      {"EPSG:4326+3855", "EGM2008"}, {"EPSG:4269+5703", "NAVD88"}, {"EPSG:4258+7837", "DHHN2016"}};
+  for (const auto& [srs, datum] : kOthers) {
+    const test::TempDir folder;
+    const std::string path = raster_in(srs, folder);
+    const auto plain = must_open({path}, {.allow_vrt = true});
+    EXPECT_EQ(plain->info().datum, VerticalDatum::unknown);
+    EXPECT_THAT(plain->info().vertical_crs, HasSubstr(datum));
+    const auto asked =
+        DemSource::open({&path, 1}, {.to_datum = TargetDatum::ellipsoid, .allow_vrt = true});
+    ASSERT_FALSE(asked);
+    EXPECT_THAT(asked.error().what, AllOf(HasSubstr(datum), HasSubstr("egm96 and ellipsoid")));
+    // Somebody says otherwise: it is done, and said.
+    const auto said = must_open({path}, {.from_datum = VerticalDatum::egm96, .allow_vrt = true});
+    ASSERT_EQ(said->info().warnings.size(), 1u);
+    EXPECT_THAT(said->info().warnings[0], AllOf(HasSubstr(datum), HasSubstr("above egm96")));
+  }
+  const test::TempDir folder;
+  const std::string agrees = raster_in("EPSG:4326+5773", folder);
+  EXPECT_TRUE(must_open({agrees}, {.from_datum = VerticalDatum::egm96, .allow_vrt = true})
+                  ->info()
+                  .warnings.empty());
+}
+
+/// What is read of an ASCII grid of 3 x 2 posts.
+std::shared_ptr<const DemSource> grid_of(const test::TempDir& folder, const std::string& posts,
+                                         const DemOptions& options, const std::string& head = "") {
+  const std::string path = folder.file("g.asc");
+  std::ofstream(path) << "ncols 3\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\n"
+                      << head << posts << "\n";
+  auto source = must_open({path}, options);
+  return source;
+}
+
+TEST(Nodata, WhatLooksLikeItIsCountedOnceAndNotWhenItIsDeclared) {
+  const test::TempDir folder;
+  const std::string posts = "1 -9999 3\n-9999 -32768 6";
+  const auto source = grid_of(folder, posts, {.cache_bytes = 1});
+  EXPECT_TRUE(source->undeclared_nodata().empty());  // nothing read yet
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(source->read(0, 0, 3, 2)->at(1, 0), -9999);
+  EXPECT_EQ(source->read_decimated(1, 0, 1, 1, 100)->at(0, 0), -9999);
+  const auto found = source->undeclared_nodata();
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_EQ(found[0].value, -9999);
+  EXPECT_EQ(found[0].posts, 2u);
+  EXPECT_EQ(found[1].value, -32768);
+  EXPECT_THAT(undeclared_nodata_text(*source),
+              AllOf(HasSubstr("2 posts are -9999"), HasSubstr("--nodata -9999,-32768")));
+
+  const auto declared = grid_of(folder, posts, {}, "NODATA_value -9999\n");
+  EXPECT_TRUE(std::isnan(declared->read(0, 0, 3, 2)->at(1, 0)));
+  ASSERT_EQ(declared->undeclared_nodata().size(), 1u);
+  EXPECT_EQ(declared->undeclared_nodata()[0].value, -32768);
+}
+
+TEST(Nodata, IsWhatTheUserSays) {
+  const test::TempDir folder;
+  DemOptions options;
+  ASSERT_TRUE(set_nodata("none,5,-7.5", options));
+  EXPECT_TRUE(options.ignore_declared_nodata);
+  EXPECT_EQ(options.nodata, (std::vector<double>{5, -7.5}));
+  for (const char* wrong : {"", "x", "5,", ",5", "nan", "1e999", "5 6", "none5"})
+    EXPECT_FALSE(set_nodata(wrong, options)) << wrong;
+
+  const auto read = [&](const std::string& nodata) {
+    DemOptions said;
+    EXPECT_TRUE(nodata.empty() || set_nodata(nodata, said));
+    const auto source = grid_of(folder, "1 2 3\n4 5 6", said, "NODATA_value 2\n");
+    const auto grid = source->read(0, 0, 3, 2);
+    std::string voids;
+    for (const float z : grid->values()) voids += std::isnan(z) ? '.' : 'x';
+    return voids + " " + source->info().fingerprint;
+  };
+  EXPECT_THAT(read(""), testing::StartsWith("x.xxxx"));
+  EXPECT_THAT(read("5"), testing::StartsWith("x.xx.x"));
+  EXPECT_THAT(read("none"), testing::StartsWith("xxxxxx"));
+  EXPECT_THAT(read("none,6,1"), testing::StartsWith(".xxxx."));
+  EXPECT_NE(read("5").substr(7), read("4").substr(7));
+}
+
+TEST(Nodata, BeyondWhatCanBeConvertedTheMessageSaysIt) {
+  const test::TempDir folder;
+  test::write_bytes(folder.file("N46E007.hgt"),
+                    test::srtm([](int c, int) { return c == 9 ? 32767 : 5; }));
+  const auto source = must_open({folder.file("N46E007.hgt")}, {.to_datum = TargetDatum::ellipsoid});
+  const auto got = source->read(0, 0, 20, 20);
+  ASSERT_FALSE(got);
+  EXPECT_THAT(got.error().what, AllOf(HasSubstr("posts are 32767"), HasSubstr("--nodata 32767")));
 }
 
 TEST(DemInfo, FingerprintFollowsContentAndOptions) {

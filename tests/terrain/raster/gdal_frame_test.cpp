@@ -7,6 +7,7 @@
 
 #include "terrain/geo/ellipsoid.h"
 #include "terrain/raster/dem_source.h"
+#include "tests/support/projected_dem.h"
 #include "tests/support/support.h"
 
 namespace tind {
@@ -75,6 +76,27 @@ TEST(Frame, PointsWithoutAPlaceAreNaN) {
   Geographic place;
   source->to_geographic({&far, 1}, {&place, 1});
   EXPECT_TRUE(std::isnan(place.lon) && std::isnan(place.lat));
+}
+
+/// Web Mercator cuts the globe at the antimeridian: a place there has one height all the same.
+TEST(Frame, TheAntimeridianIsOnePlace) {
+  const double end = 20037508.342789244;
+  const test::TempDir folder;
+  const auto column_at = [&](const test::ProjectedDem& dem, double lon) {
+    const auto source = test::open_projected(dem, folder);
+    const Geographic place{lon, 1};
+    Vec2 post{};
+    if (source) source->to_post({&place, 1}, {&post, 1});
+    return post.x;
+  };
+  const test::ProjectedDem globe{"globe", "EPSG:3857", -end, 9e6, end / 20, 41, 18},
+      east{"east", "EPSG:3857", end - 40e4, 9e6, 1e4, 41, 1800},
+      west{"west", "EPSG:3857", -end, 9e6, 1e4, 41, 1800};
+  for (const double lon : {-180, 180}) {
+    EXPECT_NEAR(column_at(globe, lon), 0, 1e-6);
+    EXPECT_NEAR(column_at(east, lon), 40, 1e-6);
+    EXPECT_NEAR(column_at(west, lon), 0, 1e-6);
+  }
 }
 
 class Longitudes : public testing::Test {

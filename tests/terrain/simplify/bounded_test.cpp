@@ -207,6 +207,18 @@ TEST(Bounded, a_count_is_met_from_below) {
   }
 }
 
+TEST(Bounded, a_small_count_for_one_side_is_met_as_nearly_as_a_large_one) {
+  const HeightGrid grid = rough_terrain(300, 260, 8, 2000);
+  for (const std::uint64_t count : {1000, 300, 100}) {
+    const Simplified s = run_count(grid, "bounded", count, "fast", "above");
+    EXPECT_LE(s.tin.triangles.size(), count);
+    EXPECT_GE(double(s.tin.triangles.size()), 0.95 * double(count));
+    if (s.tin.triangles.size() < 0.99 * double(count)) {
+      EXPECT_NE(s.note.find("search"), std::string::npos) << s.note;
+    }
+  }
+}
+
 TEST(Bounded, a_count_has_less_rms_than_quadrics_and_less_maximum_than_insertion) {
   const std::vector<std::string> files = {test::testdata("bigtujunga_crop.tif")};
   const auto source = DemSource::open(files);

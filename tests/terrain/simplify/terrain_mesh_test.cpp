@@ -64,8 +64,8 @@ TEST(TerrainMesh, RandomVoidsGiveValidMeshesThatHitEveryPost) {
 }
 
 TEST(TerrainMesh, RefusesWhatHasNoTriangle) {
-  EXPECT_EQ(terrain_mesh(HeightGrid(5, 1, 0), 1, 1).error().code, Errc::invalid_argument);
-  EXPECT_EQ(terrain_mesh(HeightGrid(1, 9, 0), 1, 1).error().code, Errc::invalid_argument);
+  EXPECT_EQ(terrain_mesh(HeightGrid(5, 1, 0), 1, 1).error().code, Errc::bad_data);
+  EXPECT_EQ(terrain_mesh(HeightGrid(1, 9, 0), 1, 1).error().code, Errc::bad_data);
   EXPECT_EQ(terrain_mesh(HeightGrid(5, 5), 1, 1).error().code, Errc::bad_data);
   EXPECT_EQ(terrain_mesh(grid_from("1 . / . 1"), 1, 1).error().code, Errc::bad_data);
 }

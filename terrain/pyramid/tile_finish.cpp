@@ -1,28 +1,18 @@
-// From a tile's mesh to its bytes.
+// From a tile's mesh to all that encodings need: order, normals, culling volumes, certificate.
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
-#include "proto/quantized_mesh.h"
 #include "terrain/geo/ellipsoid.h"
 #include "terrain/pyramid/indexed_heights.h"
 #include "terrain/pyramid/tile_job.h"
 #include "terrain/tile/culling.h"
 #include "terrain/tile/normals.h"
-#include "terrain/tile/post_warp.h"
 #include "terrain/tile/triangle_order.h"
 
 namespace tind {
 
 namespace {
-
-Geographic place_of(const TileJob& job, const Vec3& v) {
-  const auto mix = [](double a, double b, double t) {
-    return t == 0 ? a : t == kTileExtent ? b : a + t / kTileExtent * (b - a);
-  };
-  return {mix(job.rect.west, job.rect.east, v.x), mix(job.rect.south, job.rect.north, v.y)};
-}
 
 /// H, or where the level rests on the index, what that knows of it. By level: a tile whose posts
 /// were read after all has the normals of its neighbours at their edges.
@@ -45,7 +35,7 @@ Result<std::vector<std::array<std::uint8_t, 2>>> normals_of(const TileJob& job, 
   std::vector<Geographic> places;
   places.reserve(5 * mesh.vertices.size());
   for (const Vec3& v : mesh.vertices) {
-    Geographic p = place_of(job, v);
+    Geographic p = place_of(job.rect, v);
     if (p.lon == 180) p.lon = -180;  // one place, one normal
     places.push_back(p);
     places.push_back({p.lon - reach, p.lat});
@@ -84,63 +74,65 @@ double round_up_bound(double x) {
   return std::ceil(std::ceil(x / unit) * unit * 1e6 - 1e-3) / 1e6;
 }
 
-nlohmann::ordered_json availability(const std::vector<std::vector<proto::TileRange>>& levels) {
-  nlohmann::ordered_json json = nlohmann::ordered_json::array();
-  for (const auto& ranges : levels) {
-    json.push_back(nlohmann::ordered_json::array());
-    for (const proto::TileRange& r : ranges)
-      json.back().push_back(
-          {{"startX", r.start_x}, {"startY", r.start_y}, {"endX", r.end_x}, {"endY", r.end_y}});
+/// For clients that display by it (3d-tiles-renderer): what clients assume of the level, or the
+/// budget where that is larger. Never the measured error: a child whose figure is not below its
+/// parent's is refined without end, and what is measured does not halve from level to level.
+double displayed_error(const TileJob& job) {
+  return tiling::level_error(job.id.level) * std::max(1.0, job.plan.options().error_factor);
+}
+
+/// The same mesh, its triangles in coherent order and its vertices as they are first used.
+Tin in_order(const Tin& mesh) {
+  constexpr std::uint32_t kUnused = ~std::uint32_t(0);
+  Tin ordered;
+  ordered.triangles = coherent_order(mesh);
+  std::vector<std::uint32_t> name(mesh.vertices.size(), kUnused);
+  for (Triangle& triangle : ordered.triangles)
+    for (std::uint32_t& v : triangle) {
+      if (name[v] == kUnused) {
+        name[v] = std::uint32_t(ordered.vertices.size());
+        ordered.vertices.push_back(mesh.vertices[v]);
+      }
+      v = name[v];
+    }
+  return ordered;
+}
+
+CullingVolumes volumes_of(const TileJob& job, const Tin& mesh) {
+  std::vector<Vec3> places;
+  places.reserve(mesh.vertices.size());
+  for (const Vec3& v : mesh.vertices) {
+    const Geographic p = place_of(job.rect, v);
+    places.push_back({p.lon, p.lat, v.z});
   }
-  return json;
+  return culling_volumes(job.rect, places);
 }
 
 }  // namespace
 
-Result<TileBytes> encode_tile(TileJob& job, const TileMesh& meshed) {
+Result<TileModel> finish_tile(TileJob& job, const TileMesh& meshed) {
   const Stopwatch watch(job.cost.encoding);
-  proto::QuantizedMesh q;
-  const HeightLattice& lattice = meshed.lattice;
-  std::vector<Vec3> places;
-  places.reserve(meshed.mesh.vertices.size());
-  for (const Vec3& v : meshed.mesh.vertices) {
-    q.u.push_back(std::uint16_t(v.x));
-    q.v.push_back(std::uint16_t(v.y));
-    q.h.push_back(lattice.index(v.z));
-    const Geographic p = place_of(job, v);
-    places.push_back({p.lon, p.lat, v.z});
-  }
-  q.triangles = coherent_order(meshed.mesh);
-  auto normals = normals_of(job, meshed.mesh);
+  TileModel tile;
+  tile.id = job.id;
+  tile.mesh = in_order(meshed.mesh);
+  tile.heights = meshed.lattice;
+  auto normals = normals_of(job, tile.mesh);
   if (!normals) return std::unexpected(normals.error());
-  q.oct_normals = std::move(*normals);
-  q.min_height = float(lattice.min);
-  q.max_height = float(lattice.max());
-  const CullingVolumes volumes = culling_volumes(job.rect, places);
-  q.center = {volumes.center.x, volumes.center.y, volumes.center.z};
-  q.bounding_sphere = {volumes.sphere_center.x, volumes.sphere_center.y, volumes.sphere_center.z,
-                       volumes.sphere_radius};
-  q.horizon_occlusion = {volumes.horizon_occlusion.x, volumes.horizon_occlusion.y,
-                         volumes.horizon_occlusion.z};
-  TileBytes tile;
-  tile.max_error_m = round_up(meshed.max_error);
-  tile.exact =
-      !job.lattice && job.source.info().rounding_m == 0 && job.source.is_plain_geographic();
+  tile.normals = std::move(*normals);
+  tile.volumes = volumes_of(job, meshed.mesh);  // the sphere depends on the order
+  TileCertificate says{.max_error_m = round_up(meshed.max_error),
+                       .edge_error_m = round_up_bound(job.edge_error_m),
+                       .exact = !job.lattice && job.source.info().rounding_m == 0 &&
+                                job.source.is_plain_geographic()};
   // A tile that could not be kept on one side says so: then it is like any other.
-  if (meshed.wrong_side == 0) tile.side = job.plan.options().side;
-  nlohmann::ordered_json metadata;
-  metadata["geometricerror"] = tile.max_error_m;
-  metadata["max_error_m"] = tile.max_error_m;
-  metadata["error_kind"] = tile.exact ? "exact" : "bound";
-  metadata["edge_error_m"] = tile.edge_error_m = round_up_bound(job.edge_error_m);
-  if (job.plan.options().side != "both") metadata["side"] = tile.side;
-  metadata["posts"] = job.posts.posts;
-  if (job.lattice) metadata["residual_m"] = round_up(job.lattice->largest_residual());
+  if (meshed.wrong_side == 0) says.side = job.plan.options().side;
+  tile.certificate = says;
+  tile.one_sided = job.plan.options().side != "both";
+  tile.displayed_error_m = round_up(displayed_error(job));
+  tile.posts = job.posts.posts;
+  if (job.lattice) tile.residual_m = round_up(job.lattice->largest_residual());
   if (job.id.level % TilePlan::kAvailabilityLevels == 0)
-    metadata["available"] = availability(job.plan.descendants(job.id));
-  q.metadata = metadata.dump();
-  proto::arrange(q);
-  tile.bytes = proto::encode(q);
+    tile.descendants = job.plan.descendants(job.id);
   return tile;
 }
 

@@ -1,0 +1,140 @@
+// Header, a chunk of JSON that describes, a chunk of numbers: positions, normals, indices, each
+// aligned to four bytes.
+
+#include "proto/glb.h"
+
+#include <algorithm>
+#include <cassert>
+#include <nlohmann/json.hpp>
+
+#include "terrain/base/bytes.h"
+
+namespace tind::proto {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::uint32_t kMagic = 0x46546c67, kVersion = 2;  // "glTF"
+constexpr std::uint32_t kJsonChunk = 0x4e4f534a, kBinaryChunk = 0x004e4942;
+constexpr int kFloat = 5126, kShort = 5123, kInt = 5125;        // component types
+constexpr int kVertices = 34962, kIndices = 34963, kFaces = 4;  // targets; mode: triangles
+constexpr std::size_t kLargest16Bit = 65535;  // vertices: the index 65535 restarts a primitive
+
+/// Lays arrays out one behind the other and describes each as a view with one accessor.
+class Layout {
+ public:
+  /// The accessor's number.
+  int add(std::size_t begin, std::size_t end, int target, Json accessor) {
+    views_.push_back(
+        {{"buffer", 0}, {"byteOffset", begin}, {"byteLength", end - begin}, {"target", target}});
+    accessor["bufferView"] = views_.size() - 1;
+    accessors_.push_back(std::move(accessor));
+    return int(accessors_.size() - 1);
+  }
+  void put_into(Json& gltf) {
+    gltf["bufferViews"] = std::move(views_);
+    gltf["accessors"] = std::move(accessors_);
+  }
+
+ private:
+  Json views_ = Json::array(), accessors_ = Json::array();
+};
+
+void pad(std::vector<std::uint8_t>& bytes, std::uint8_t with) {
+  while (bytes.size() % 4 != 0) bytes.push_back(with);
+}
+
+Json vectors(std::size_t count) {
+  return {{"componentType", kFloat}, {"count", count}, {"type", "VEC3"}};
+}
+
+int add_vectors(Layout& layout, std::vector<std::uint8_t>& bytes,
+                const std::vector<std::array<float, 3>>& values, Json accessor) {
+  const std::size_t begin = bytes.size();
+  ByteWriter out(bytes);
+  for (const auto& value : values)
+    for (const float x : value) out.put(x);
+  return layout.add(begin, bytes.size(), kVertices, std::move(accessor));
+}
+
+/// Readers want the box of the positions, exactly.
+Json positions_accessor(const Glb& glb) {
+  std::array<float, 3> low = glb.positions.front(), high = low;
+  for (const auto& p : glb.positions)
+    for (std::size_t k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], p[k]);
+      high[k] = std::max(high[k], p[k]);
+    }
+  Json accessor = vectors(glb.positions.size());
+  accessor["min"] = low;
+  accessor["max"] = high;
+  return accessor;
+}
+
+int add_indices(Layout& layout, std::vector<std::uint8_t>& bytes, const Glb& glb) {
+  const bool small = glb.positions.size() <= kLargest16Bit;
+  const std::size_t begin = bytes.size();
+  ByteWriter out(bytes);
+  for (const auto& triangle : glb.triangles)
+    for (const std::uint32_t index : triangle) {
+      assert(index < glb.positions.size());
+      small ? out.put(std::uint16_t(index)) : out.put(index);
+    }
+  const int number = layout.add(begin, bytes.size(), kIndices,
+                                {{"componentType", small ? kShort : kInt},
+                                 {"count", 3 * glb.triangles.size()},
+                                 {"type", "SCALAR"}});
+  pad(bytes, 0);
+  return number;
+}
+
+/// x, y, z up -> x, z, -y: by columns, as glTF has matrices.
+Json matrix(const std::array<double, 3>& o) {
+  return {1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, o[0], o[2], -o[1], 1};
+}
+
+void put_chunk(ByteWriter<>& out, std::uint32_t type, const std::vector<std::uint8_t>& bytes) {
+  out.put(std::uint32_t(bytes.size()));
+  out.put(type);
+  out.put_bytes(bytes.data(), bytes.size());
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> encode(const Glb& glb) {
+  assert(!glb.positions.empty() && !glb.triangles.empty());
+  assert(glb.normals.empty() || glb.normals.size() == glb.positions.size());
+  std::vector<std::uint8_t> numbers;
+  Layout layout;
+  Json attributes;
+  attributes["POSITION"] = add_vectors(layout, numbers, glb.positions, positions_accessor(glb));
+  if (!glb.normals.empty())
+    attributes["NORMAL"] = add_vectors(layout, numbers, glb.normals, vectors(glb.normals.size()));
+  const int indices = add_indices(layout, numbers, glb);
+
+  Json gltf;
+  gltf["asset"] = {{"version", "2.0"}, {"generator", "tind"}};
+  gltf["scene"] = 0;
+  gltf["scenes"] = {{{"nodes", {0}}}};
+  Json node = {{"mesh", 0}, {"matrix", matrix(glb.origin)}};
+  if (!glb.extras.empty()) node["extras"] = Json::parse(glb.extras);
+  gltf["nodes"] = Json::array({std::move(node)});
+  gltf["meshes"] = {
+      {{"primitives", {{{"attributes", attributes}, {"indices", indices}, {"mode", kFaces}}}}}};
+  gltf["buffers"] = {{{"byteLength", numbers.size()}}};
+  layout.put_into(gltf);
+  const std::string text = gltf.dump();
+  std::vector<std::uint8_t> description(text.begin(), text.end());
+  pad(description, ' ');
+
+  std::vector<std::uint8_t> bytes;
+  ByteWriter out(bytes);
+  out.put(kMagic);
+  out.put(kVersion);
+  out.put(std::uint32_t(12 + 8 + description.size() + 8 + numbers.size()));
+  put_chunk(out, kJsonChunk, description);
+  put_chunk(out, kBinaryChunk, numbers);
+  return bytes;
+}
+
+}  // namespace tind::proto

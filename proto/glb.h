@@ -1,0 +1,27 @@
+#pragma once
+// GLB: binary glTF 2.0 (Khronos; ISO/IEC 12113:2022), one mesh in one node. Every engine and viewer
+// of 3D reads it.
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace tind::proto {
+
+/// A surface whose z points up, around an origin that is kept in double: a vertex lies at origin +
+/// position. The node turns it to glTF's frame, where y points up; who turns that back, as 3D Tiles
+/// does, has the surface where it was.
+struct Glb {
+  std::array<double, 3> origin{};
+  std::vector<std::array<float, 3>> positions;
+  std::vector<std::array<float, 3>> normals;            // unit; empty, or one for each position
+  std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise
+  std::string extras;                                   // of the node: a JSON object, or empty
+};
+
+/// REQUIRES: at least one triangle, finite positions, indices in range, `extras` JSON. Indices take
+/// two bytes where that is enough.
+std::vector<std::uint8_t> encode(const Glb&);
+
+}  // namespace tind::proto

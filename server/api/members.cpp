@@ -1,0 +1,53 @@
+#include "server/api/members.h"
+
+#include <algorithm>
+
+namespace tind::api {
+namespace {
+
+constexpr std::size_t kLongestName = 64;  // of a stranger's member, as we repeat it
+const Json kNothing = Json::object();
+
+}  // namespace
+
+Json parse_body(std::string_view body, Problems& problems) {
+  Json json = Json::parse(body, nullptr, false);
+  if (json.is_object()) return json;
+  problems.add("body", json.is_discarded() ? "is not JSON" : "must be a JSON object");
+  return kNothing;
+}
+
+Members::Members(const Json& json, std::string path, Problems& problems)
+    : object_(json.is_object() ? json : kNothing), path_(std::move(path)), problems_(problems) {
+  if (!json.is_object()) problems_.add(path_, "must be an object");
+}
+
+std::string Members::name_of(const char* member) const {
+  return path_.empty() ? member : path_ + "." + member;
+}
+
+const Json* Members::member(const char* name, Need need) {
+  known_.push_back(name);
+  const auto found = object_.find(name);
+  if (found != object_.end()) return &*found;
+  if (need == Need::must) problems_.add(name_of(name), "missing");
+  return nullptr;
+}
+
+void Members::number(const char* name, double low, double high, double& value, Need need) {
+  const Json* const found = member(name, need);
+  if (!found) return;
+  if (found->is_number() && double(*found) >= low && double(*found) <= high)
+    value = *found;
+  else
+    problems_.add(name_of(name),
+                  "must be a number from " + Json(low).dump() + " to " + Json(high).dump());
+}
+
+void Members::nothing_else() {
+  for (const auto& [name, value] : object_.items())
+    if (std::ranges::find(known_, name) == known_.end())
+      problems_.add(name_of(name.substr(0, kLongestName).c_str()), "is not known here");
+}
+
+}  // namespace tind::api

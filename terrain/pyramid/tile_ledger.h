@@ -1,0 +1,76 @@
+#pragma once
+// The ledger of a folder of tiles: of each tile that is finished, its size and hash.
+// docs/formats.md has its bytes.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "proto/layer_json.h"
+#include "terrain/base/result.h"
+#include "terrain/geo/tiling_scheme.h"
+
+namespace tind {
+
+inline constexpr const char* kLedgerFile = "tind-tiles.ledger";
+
+/// What is known of a finished tile.
+struct LedgerEntry {
+  TileId id;
+  std::uint64_t size = 0;  // of the file, as it is stored
+  std::uint64_t hash_low = 0, hash_high = 0;
+  double max_error_m = 0, edge_error_m = 0;
+  bool not_one_sided = false;  // asked for one side, and could not be
+
+  /// Takes size and hash.
+  void take(std::string_view stored);
+  /// Are these the bytes?
+  bool vouches_for(std::string_view stored) const;
+};
+
+/// Each tile that the folder may hold has its place in the file, which is empty until the tile is
+/// finished; each entry has a checksum of its own. So a torn or damaged ledger says less, never
+/// something wrong, and two ledgers of the same tiles are the same bytes.
+class TileLedger {
+ public:
+  using Levels = std::vector<std::vector<proto::TileRange>>;  // as in layer.json
+
+  /// An empty ledger's bytes and, with places for all tiles, its size. `record`: the text of the
+  /// build's record, to which the ledger belongs.
+  static std::string blank(std::string_view record, const Levels&);
+
+  /// not_found, io, or bad_data where the head is damaged.
+  static Result<TileLedger> open(const std::string& path);
+
+  TileLedger(TileLedger&&) noexcept;
+  TileLedger& operator=(TileLedger&&) noexcept;
+  ~TileLedger();
+
+  bool belongs_to(std::string_view record) const;
+  /// Stands for that record.
+  std::uint64_t record() const { return seed_; }
+  /// Does the folder name this tile its own, finished or not?
+  bool names(TileId id) const { return place(id).has_value(); }
+  const Levels& levels() const { return levels_; }
+
+  /// From the file as it is now; nothing where the tile is not finished, or the entry not sound.
+  /// Thread-safe.
+  std::optional<LedgerEntry> find(TileId) const;
+
+  /// Where an entry goes, and its bytes. REQUIRES: names(id).
+  std::uint64_t offset(TileId id) const { return *place(id); }
+  std::string encode(const LedgerEntry&) const;
+
+ private:
+  TileLedger() = default;
+  std::optional<std::uint64_t> place(TileId) const;
+
+  int file_ = -1;
+  std::uint64_t seed_ = 0, begin_ = 0;
+  Levels levels_;
+  std::vector<std::vector<std::uint64_t>> first_;  // by level and range: tiles before it
+};
+
+}  // namespace tind

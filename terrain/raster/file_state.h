@@ -1,0 +1,51 @@
+#pragma once
+// Whether files are still those that were opened: a source is read over hours, and what lies at its
+// path may be written to, cut, replaced or removed meanwhile.
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "terrain/base/result.h"
+
+namespace tind {
+
+/// What the system says of a file. Two are the same when device, inode, size and time of the last
+/// write are. (Not the time of the last change of its inode, `changed_ns`: a link that is made, or
+/// rights that are given, leave the content alone.)
+struct FileState {
+  std::uint64_t device = 0, inode = 0, size = 0;
+  std::int64_t written_ns = 0, changed_ns = 0;
+
+  bool same_content(const FileState& o) const {
+    return device == o.device && inode == o.inode && size == o.size && written_ns == o.written_ns;
+  }
+};
+
+/// Errc::io where there is none; the message names the file.
+Result<FileState> file_state(const std::string& path);
+
+/// The files that a source is made of, as they were when it was opened. Thread-safe once made.
+class FileStates {
+ public:
+  /// Takes a file down. A write that follows at once would leave the same time behind as the one
+  /// before: where the last was so recently, waits until the next can be told from it (0.02 s; on
+  /// file systems that count whole seconds, up to 2 s).
+  Result<void> add(const std::string& path);
+
+  /// Errc::io, naming the file and what became of it, unless all are as they were. What was read of
+  /// them before a call that succeeds is of their content as it was when they were added.
+  Result<void> unchanged() const;
+
+  struct Entry {
+    std::string path;
+    FileState state;
+  };
+  std::span<const Entry> entries() const { return entries_; }
+
+ private:
+  std::vector<Entry> entries_;
+};
+
+}  // namespace tind

@@ -1,0 +1,47 @@
+#include "terrain/raster/nodata.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+
+namespace tind {
+
+Result<void> set_nodata(std::string_view text, DemOptions& options) {
+  const std::string whole(text);
+  options.nodata.clear();
+  options.ignore_declared_nodata = false;
+  for (;;) {
+    const std::string_view word = text.substr(0, text.find(','));
+    double value = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (word == "none")
+      options.ignore_declared_nodata = true;
+    else if (error == std::errc() && end == word.data() + word.size() && std::isfinite(value))
+      options.nodata.push_back(value);
+    else
+      return fail(Errc::invalid_argument,
+                  "'" + whole + "' is neither a number, nor several with commas between, nor none");
+    if (word.size() == text.size()) return {};
+    text.remove_prefix(word.size() + 1);
+  }
+}
+
+std::string undeclared_nodata_text(const DemSource& dem) {
+  const auto found = dem.undeclared_nodata();
+  if (found.empty()) return {};
+  std::string counts, values;
+  for (const UndeclaredNodata& one : found) {
+    counts += fmt::format("{}{} {} {}", counts.empty() ? "" : ", ", one.posts,
+                          one.posts == 1 ? "post is" : "posts are", one.value);
+    values += fmt::format("{}{}", values.empty() ? "" : ",", one.value);
+  }
+  const auto& files = dem.info().files;
+  return fmt::format(
+      "{}{}: {}, taken for heights, since the file does not say that this means no data; if it "
+      "does: --nodata {}",
+      files.front(), files.size() > 1 ? fmt::format(" and {} more", files.size() - 1) : "", counts,
+      values);
+}
+
+}  // namespace tind

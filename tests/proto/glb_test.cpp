@@ -1,0 +1,106 @@
+#include "proto/glb.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "terrain/base/bytes.h"
+
+namespace tind::proto {
+namespace {
+
+using Json = nlohmann::json;
+
+Glb square() {
+  Glb glb;
+  glb.origin = {4e6, -1.5, 7};
+  glb.positions = {{0, 0, 0}, {1, 0, -2}, {1, 1, 3}, {0, 1, 0.5f}};
+  glb.normals.assign(4, {0, 0, 1});
+  glb.triangles = {{0, 1, 2}, {0, 2, 3}};
+  return glb;
+}
+
+struct Parts {
+  Json json;
+  std::string_view numbers;
+};
+
+/// Reads by the specification's text; fails the test where a length does not fit.
+Parts parts_of(const std::vector<std::uint8_t>& bytes) {
+  ByteReader in(bytes);
+  EXPECT_EQ(in.get_text(4), "glTF");
+  EXPECT_EQ(in.get<std::uint32_t>(), 2u);
+  EXPECT_EQ(in.get<std::uint32_t>(), bytes.size());
+  const auto size = in.get<std::uint32_t>();
+  EXPECT_EQ(size % 4, 0u);
+  EXPECT_EQ(in.get_text(4), "JSON");
+  Parts parts{Json::parse(in.get_text(size)), {}};
+  const auto numbers = in.get<std::uint32_t>();
+  EXPECT_EQ(numbers % 4, 0u);
+  EXPECT_EQ(in.get_text(4), std::string_view("BIN\0", 4));
+  parts.numbers = in.get_text(numbers);
+  EXPECT_TRUE(in.good());
+  EXPECT_EQ(in.left(), 0u);
+  return parts;
+}
+
+TEST(Glb, DescribesItsNumbersExactly) {
+  const Glb glb = square();
+  const std::vector<std::uint8_t> bytes = encode(glb);
+  const Parts parts = parts_of(bytes);
+  const Json& g = parts.json;
+  const Json& primitive = g["meshes"][0]["primitives"][0];
+  const auto view_of = [&](int accessor) {
+    const Json& view = g["bufferViews"][int(g["accessors"][accessor]["bufferView"])];
+    return ByteReader(parts.numbers.substr(view["byteOffset"], view["byteLength"]));
+  };
+  ByteReader positions = view_of(primitive["attributes"]["POSITION"]);
+  for (const auto& p : glb.positions)
+    for (const float x : p) EXPECT_EQ(positions.get<float>(), x);
+  EXPECT_EQ(positions.left(), 0u);
+  ByteReader indices = view_of(primitive["indices"]);
+  for (const auto& t : glb.triangles)
+    for (const std::uint32_t i : t) EXPECT_EQ(indices.get<std::uint16_t>(), i);
+  EXPECT_EQ(indices.left(), 0u);
+  const Json& box = g["accessors"][int(primitive["attributes"]["POSITION"])];
+  EXPECT_EQ(box["min"], Json({0.0, 0.0, -2.0}));
+  EXPECT_EQ(box["max"], Json({1.0, 1.0, 3.0}));
+}
+
+TEST(Glb, ItsNodeTurnsZUpToYUpAroundTheOrigin) {
+  const Json node = parts_of(encode(square())).json["nodes"][0];
+  const auto m = node["matrix"].get<std::vector<double>>();
+  const auto turned = [&](double x, double y, double z, int row) {
+    const auto r = std::size_t(row);
+    return m[r] * x + m[4 + r] * y + m[8 + r] * z + m[12 + r];
+  };
+  // Position 2, at origin + (1, 1, 3): its height becomes y, its north becomes -z.
+  EXPECT_EQ(turned(1, 1, 3, 0), 4e6 + 1);
+  EXPECT_EQ(turned(1, 1, 3, 1), 7 + 3);
+  EXPECT_EQ(turned(1, 1, 3, 2), -(-1.5 + 1));
+}
+
+TEST(Glb, MoreVerticesThanTwoBytesNameTakeFour) {
+  Glb glb;
+  for (int i = 0; i < 65536; ++i) glb.positions.push_back({float(i), float(i % 2), 0});
+  glb.triangles = {{0, 2, 65535}};
+  const Json g = parts_of(encode(glb)).json;
+  const int indices = g["meshes"][0]["primitives"][0]["indices"];
+  EXPECT_EQ(g["accessors"][indices]["componentType"], 5125);
+  glb.positions.pop_back();
+  glb.triangles = {{0, 2, 65534}};
+  const Json h = parts_of(encode(glb)).json;
+  EXPECT_EQ(h["accessors"][indices]["componentType"], 5123);
+}
+
+TEST(Glb, ExtrasStandAtTheNode) {
+  Glb glb = square();
+  glb.normals.clear();
+  glb.extras = R"({"max_error_m":1.5})";
+  const Json g = parts_of(encode(glb)).json;
+  EXPECT_EQ(g["nodes"][0]["extras"]["max_error_m"], 1.5);
+  EXPECT_FALSE(g["meshes"][0]["primitives"][0]["attributes"].contains("NORMAL"));
+}
+
+}  // namespace
+}  // namespace tind::proto

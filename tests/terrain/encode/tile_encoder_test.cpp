@@ -1,0 +1,164 @@
+// Every format of the table says the same of the same tile.
+
+#include "terrain/encode/tile_encoder.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "terrain/base/bytes.h"
+#include "terrain/encode/glb_tile.h"
+#include "terrain/encode/quantized_mesh_tile.h"
+#include "terrain/geo/ellipsoid.h"
+#include "terrain/pyramid/make_tile.h"
+#include "terrain/pyramid/plan_source.h"
+#include "terrain/tile/normals.h"
+#include "tests/support/made_up_source.h"
+
+namespace tind {
+namespace {
+
+/// Some tiles of a rough terrain, of a coarse, a middle and the finest level, two of them
+/// neighbours.
+class EncodedTiles : public ::testing::Test {
+ protected:
+  EncodedTiles() {
+    TileSetOptions options;
+    options.effort = "fast";
+    auto plan = plan_source(source_, options, "", 1);
+    EXPECT_TRUE(plan) << plan.error().what;
+    const double lon = 7.15, lat = 45.85;
+    for (const int z : {0, plan->max_level() / 2, plan->max_level()}) {
+      const double side = tiling::tile_degrees(z);
+      const auto id =
+          tiling::tile(z, std::int64_t((lon + 180) / side), std::int64_t((lat + 90) / side));
+      EXPECT_TRUE(plan->available(*id));
+      for (const TileId tile : {*id, TileId{z, id->x ^ 1, id->y}}) {
+        auto model = model_tile(source_, *plan, tile);
+        EXPECT_TRUE(model) << model.error().what;
+        tiles_.push_back(std::move(*model));
+      }
+    }
+  }
+
+  test::MadeUpSource source_{test::rough_terrain(300, 300, 1), {7.1, 45.9}, 4e-4};
+  std::vector<TileModel> tiles_;
+};
+
+struct DecodedGlb {
+  nlohmann::json json, extras;
+  std::vector<Vec3> ecef;     // the vertices where they were before the node turned them
+  std::vector<Vec3> normals;  // likewise
+};
+
+DecodedGlb decode_glb(const std::vector<std::uint8_t>& bytes) {
+  DecodedGlb glb;
+  ByteReader in(bytes);
+  in.get_bytes(12);
+  const auto size = in.get<std::uint32_t>();
+  in.get_bytes(4);
+  glb.json = nlohmann::json::parse(in.get_text(size));
+  in.get_bytes(8);
+  const std::size_t numbers = in.at();
+  const auto& node = glb.json["nodes"][0];
+  glb.extras = node["extras"];
+  const auto vectors = [&](const char* attribute, bool at_origin) {
+    const auto& m = node["matrix"];
+    const int index = glb.json["meshes"][0]["primitives"][0]["attributes"][attribute];
+    const auto& accessor = glb.json["accessors"][std::size_t(index)];
+    const auto& view = glb.json["bufferViews"][accessor["bufferView"].get<std::size_t>()];
+    ByteReader values(bytes);
+    values.get_bytes(numbers + view["byteOffset"].get<std::size_t>());
+    std::vector<Vec3> all;
+    for (std::size_t i = 0; i < accessor["count"].get<std::size_t>(); ++i) {
+      Vec3 v{values.get<float>(), values.get<float>(), values.get<float>()};
+      if (at_origin) v = v + Vec3{m[12].get<double>(), -m[14].get<double>(), m[13].get<double>()};
+      all.push_back(v);
+    }
+    return all;
+  };
+  glb.ecef = vectors("POSITION", true);
+  glb.normals = vectors("NORMAL", false);
+  return glb;
+}
+
+TEST_F(EncodedTiles, QuantizedMeshLosesNothing) {
+  for (const TileModel& tile : tiles_) {
+    const auto bytes = encode_quantized_mesh(tile);
+    auto back = decode_tile(tile.id, bytes);
+    ASSERT_TRUE(back) << back.error().what;
+    EXPECT_EQ(back->mesh.vertices, tile.mesh.vertices);
+    EXPECT_EQ(back->mesh.triangles, tile.mesh.triangles);
+    EXPECT_EQ(back->normals, tile.normals);
+    EXPECT_EQ(back->certificate->max_error_m, tile.certificate->max_error_m);
+    EXPECT_EQ(back->certificate->edge_error_m, tile.certificate->edge_error_m);
+    EXPECT_EQ(back->posts, tile.posts);
+    back->descendants = tile.descendants;  // not read back
+    EXPECT_EQ(encode_quantized_mesh(*back), bytes);
+  }
+}
+
+TEST_F(EncodedTiles, EveryEncodingCanBeMadeOfQuantizedMesh) {
+  for (const TileEncoder& encoder : tile_encoders())
+    for (const TileModel& tile : tiles_) {
+      auto stored = decode_tile(tile.id, encode_quantized_mesh(tile));
+      ASSERT_TRUE(stored);
+      stored->descendants = tile.descendants;
+      EXPECT_EQ(encoder.encode(*stored), encoder.encode(tile)) << encoder.name;
+    }
+}
+
+TEST_F(EncodedTiles, AGlbStatesWhatItRoundsOff) {
+  for (const TileModel& tile : tiles_) {
+    const DecodedGlb glb = decode_glb(encode_glb(tile));
+    ASSERT_EQ(glb.ecef.size(), tile.mesh.vertices.size());
+    const double rounding = glb.extras["rounding_m"];
+    EXPECT_LT(rounding, tile.id.level == 0 ? 1.0 : 0.05);
+    EXPECT_GE(glb.extras["max_error_m"].get<double>(),
+              tile.certificate->max_error_m + rounding / 2);
+    for (std::size_t i = 0; i < glb.ecef.size(); ++i) {
+      const Vec3& v = tile.mesh.vertices[i];
+      const Vec3 exact = wgs84::to_ecef(place_of(tiling::rect(tile.id), v), v.z);
+      EXPECT_LE(length(glb.ecef[i] - exact), rounding) << tile.id.text();
+      EXPECT_NEAR(length(glb.normals[i] - oct_decode(tile.normals[i])), 0, 1e-6);
+    }
+  }
+}
+
+TEST_F(EncodedTiles, RoundingAddsLittleToTheErrorOfAGlb) {
+  for (const TileModel& tile : tiles_) {
+    const DecodedGlb glb = decode_glb(encode_glb(tile));
+    EXPECT_LT(glb.extras["max_error_m"].get<double>(),
+              tile.certificate->max_error_m + 100 * glb.extras["rounding_m"].get<double>());
+  }
+}
+
+TEST_F(EncodedTiles, NeighboursInGlbMeetToTheRoundingThatTheyState) {
+  for (std::size_t pair = 0; pair < tiles_.size(); pair += 2) {
+    const TileModel &a = tiles_[pair], &b = tiles_[pair + 1];
+    const bool a_is_west = a.id.x < b.id.x;
+    const DecodedGlb in_a = decode_glb(encode_glb(a));
+    const DecodedGlb in_b = decode_glb(encode_glb(b));
+    const double most =
+        in_a.extras["rounding_m"].get<double>() + in_b.extras["rounding_m"].get<double>() + 1e-8;
+    int shared = 0;
+    for (std::size_t i = 0; i < in_a.ecef.size(); ++i)
+      for (std::size_t j = 0; j < in_b.ecef.size(); ++j) {
+        const Vec3 &p = a.mesh.vertices[i], &q = b.mesh.vertices[j];
+        if (p.x != (a_is_west ? kTileExtent : 0) || q.x != (a_is_west ? 0 : kTileExtent)) continue;
+        if (p.y != q.y) continue;
+        ++shared;
+        EXPECT_LE(length(in_a.ecef[i] - in_b.ecef[j]), most);
+      }
+    EXPECT_GE(shared, 2) << a.id.text();
+  }
+}
+
+TEST(TileEncoders, AreFoundByTheirExtension) {
+  for (const TileEncoder& encoder : tile_encoders())
+    EXPECT_EQ(encoder_of_extension(encoder.extension), &encoder);
+  EXPECT_EQ(encoder_of_extension("exe"), nullptr);
+}
+
+}  // namespace
+}  // namespace tind
