@@ -1,7 +1,7 @@
 #pragma once
 // The way from a tile to its parent's part of the same area, on the wire (docs/formats.md): the
 // parent's part as a mesh, and the vertex splits that lead to the tile. Plain numbers; what they
-// mean is terrain/progressive/terrain_transition.h.
+// mean is terrain/progressive/transition/terrain_transition.h.
 
 #include <array>
 #include <cstdint>

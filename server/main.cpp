@@ -7,7 +7,8 @@
 #include <sstream>
 #include <string>
 
-#include "server/cli/commands.h"
+#include "server/cli/commands/commands.h"
+#include "server/log/printable.h"
 
 #ifndef TIND_VERSION
 #define TIND_VERSION "0"
@@ -57,7 +58,7 @@ int main(int argc, char** argv) {
     const auto parsed = program.parse(argc, argv);
     std::istringstream lines(parsed.errors);
     for (std::string line; std::getline(lines, line);)
-      std::fprintf(stderr, "%s\n", tind::cli::printable(line).c_str());
+      std::fprintf(stderr, "%s\n", tind::logging::printable(line).c_str());
     if (!parsed.ran) return once_printed(parsed.good ? tind::cli::kOk : tind::cli::kUsage);
   } catch (const std::exception& e) {
     if (std::ferror(stdout))

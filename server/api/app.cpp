@@ -1,6 +1,6 @@
 #include "server/api/app.h"
 
-#include "server/http/problem.h"
+#include "server/http/message/problem.h"
 
 namespace tind::api {
 

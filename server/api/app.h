@@ -9,14 +9,14 @@
 #include "server/http/router.h"
 #include "server/http/server.h"
 #include "server/http/static_files.h"
-#include "server/services/catalog.h"
-#include "server/services/cpu_pool.h"
-#include "server/services/refine_service.h"
-#include "server/services/tile_cache.h"
-#include "server/services/tile_encodings.h"
-#include "server/services/tile_service.h"
-#include "server/services/tile_streams.h"
-#include "server/services/tile_transitions.h"
+#include "server/services/datasets/catalog.h"
+#include "server/services/refine/refine_service.h"
+#include "server/services/tiles/tile_cache.h"
+#include "server/services/tiles/tile_encodings.h"
+#include "server/services/tiles/tile_service.h"
+#include "server/services/tiles/tile_streams.h"
+#include "server/services/tiles/tile_transitions.h"
+#include "server/services/work/cpu_pool.h"
 
 namespace tind::api {
 

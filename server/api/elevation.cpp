@@ -5,8 +5,8 @@
 #include <string>
 
 #include "server/api/app.h"
-#include "server/http/problem.h"
-#include "server/http/query_numbers.h"
+#include "server/http/message/problem.h"
+#include "server/http/message/query_numbers.h"
 #include "terrain/geo/geoid.h"
 
 namespace tind::api {

@@ -4,7 +4,7 @@
 
 #include "server/api/app.h"
 #include "server/api/tile_address.h"
-#include "server/http/problem.h"
+#include "server/http/message/problem.h"
 
 namespace tind::api {
 namespace {

@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "proto/quantized_mesh.h"
-#include "server/http/request_parser.h"
+#include "server/http/message/request_parser.h"
 
 namespace tind::api {
 

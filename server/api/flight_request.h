@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "server/api/members.h"
-#include "terrain/pyramid/flight_plan.h"
+#include "terrain/pyramid/plan/flight_plan.h"
 
 namespace tind::api {
 

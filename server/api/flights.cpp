@@ -9,7 +9,7 @@
 #include "server/api/app.h"
 #include "server/api/extensions.h"
 #include "server/api/flight_request.h"
-#include "server/http/problem.h"
+#include "server/http/message/problem.h"
 
 namespace tind::api {
 namespace {

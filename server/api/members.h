@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "server/http/problem.h"
+#include "server/http/message/problem.h"
 
 namespace tind::api {
 

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "server/api/app.h"
-#include "terrain/simplify/simplify.h"
+#include "terrain/simplify/methods.h"
 
 namespace tind::api {
 

@@ -7,8 +7,8 @@
 #include "proto/mesh_stream.h"
 #include "server/api/app.h"
 #include "server/api/tile_address.h"
-#include "server/http/problem.h"
-#include "server/http/query_numbers.h"
+#include "server/http/message/problem.h"
+#include "server/http/message/query_numbers.h"
 
 namespace tind::api {
 namespace {

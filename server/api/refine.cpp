@@ -8,7 +8,7 @@
 
 #include "server/api/app.h"
 #include "server/api/members.h"
-#include "server/http/problem.h"
+#include "server/http/message/problem.h"
 
 namespace tind::api {
 namespace {

@@ -1,7 +1,7 @@
 // / and /viewer/...: the web page, from the table of files made at start.
 
 #include "server/api/app.h"
-#include "server/http/problem.h"
+#include "server/http/message/problem.h"
 
 namespace tind::api {
 namespace {

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <mutex>
 
-#include "server/http/reply.h"
+#include "server/http/message/reply.h"
 
 namespace tind::http {
 

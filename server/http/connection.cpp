@@ -13,9 +13,9 @@
 #include <cerrno>
 #include <cstring>
 
-#include "server/http/escape.h"
-#include "server/http/problem.h"
-#include "server/http/uri.h"
+#include "server/http/message/escape.h"
+#include "server/http/message/problem.h"
+#include "server/http/message/uri.h"
 
 // Memory: an idle connection keeps a 1 KiB buffer, which holds most requests whole; it grows while
 // a larger head arrives and shrinks when that is done with.

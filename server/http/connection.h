@@ -20,9 +20,9 @@
 #include "server/http/admission.h"
 #include "server/http/byte_budget.h"
 #include "server/http/io_loop.h"
-#include "server/http/limits.h"
-#include "server/http/request.h"
-#include "server/http/request_parser.h"
+#include "server/http/message/limits.h"
+#include "server/http/message/request.h"
+#include "server/http/message/request_parser.h"
 #include "server/http/router.h"
 
 namespace tind::http {

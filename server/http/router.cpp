@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
-#include "server/http/problem.h"
+#include "server/http/message/problem.h"
 
 namespace tind::http {
 namespace {

@@ -9,7 +9,7 @@
 #include <variant>
 #include <vector>
 
-#include "server/http/request.h"
+#include "server/http/message/request.h"
 
 namespace tind::http {
 

@@ -17,7 +17,7 @@
 
 #include "server/http/connection.h"
 #include "server/http/io_loop.h"
-#include "server/http/problem.h"
+#include "server/http/message/problem.h"
 #include "terrain/base/parallel.h"
 
 // One acceptor, on the first loop, hands each connection to the loop that has fewest: steadier for

@@ -9,7 +9,7 @@
 #include <memory>
 #include <string>
 
-#include "server/http/limits.h"
+#include "server/http/message/limits.h"
 #include "server/http/router.h"
 #include "server/http/stats.h"
 #include "terrain/base/result.h"

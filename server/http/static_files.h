@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "server/http/representation.h"
+#include "server/http/message/representation.h"
 #include "terrain/base/result.h"
 
 namespace tind::http {

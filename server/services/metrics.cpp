@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <memory>
 
-#include "server/services/log.h"
+#include "server/log/log.h"
 
 namespace tind::services {
 namespace {
@@ -167,7 +167,7 @@ std::string render_metrics(const http::StatsSnapshot& http_stats, const Catalog&
   tile_metrics(out, service, cache);
   work_metrics(out, pool);
   product_metrics(out, products);
-  const LogCounts log = log_counts();
+  const logging::LogCounts log = logging::log_counts();
   out.one("tind_log_lines_dropped_total", "counter", "Lines that stderr did not take in time.",
           log.dropped);
   out.one("tind_log_lines_repeated_total", "counter", "Warnings that had been written before.",

@@ -9,11 +9,11 @@
 #include <utility>
 
 #include "server/http/stats.h"
-#include "server/services/catalog.h"
-#include "server/services/cpu_pool.h"
-#include "server/services/tile_cache.h"
-#include "server/services/tile_products.h"
-#include "server/services/tile_service.h"
+#include "server/services/datasets/catalog.h"
+#include "server/services/tiles/tile_cache.h"
+#include "server/services/tiles/tile_products.h"
+#include "server/services/tiles/tile_service.h"
+#include "server/services/work/cpu_pool.h"
 
 namespace tind::services {
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <string_view>
 
+#include "terrain/base/result.h"
 #include "terrain/raster/dem_source.h"
 
 namespace tind {

@@ -7,16 +7,19 @@
 #include <cmath>
 
 #include "terrain/mesh/vertical_error.h"
-#include "terrain/simplify/attribute_quadric.h"
-#include "terrain/simplify/bounded.h"
-#include "terrain/simplify/clustering.h"
-#include "terrain/simplify/constraints.h"
-#include "terrain/simplify/edge_cost.h"
-#include "terrain/simplify/greedy_insertion.h"
-#include "terrain/simplify/memoryless.h"
-#include "terrain/simplify/quadric.h"
-#include "terrain/simplify/triangle_collapse.h"
-#include "terrain/simplify/vertex_removal.h"
+#include "terrain/simplify/bounded/bounded.h"
+#include "terrain/simplify/clustering/clustering.h"
+#include "terrain/simplify/collapse/attribute_quadric.h"
+#include "terrain/simplify/collapse/edge_cost.h"
+#include "terrain/simplify/collapse/memoryless.h"
+#include "terrain/simplify/collapse/quadric.h"
+#include "terrain/simplify/collapse/triangle_collapse.h"
+#include "terrain/simplify/collapse/vertex_removal.h"
+#include "terrain/simplify/common/options.h"
+#include "terrain/simplify/common/simplified.h"
+#include "terrain/simplify/constraints/constraints.h"
+#include "terrain/simplify/insertion/greedy_insertion.h"
+#include "terrain/simplify/methods.h"
 
 namespace tind {
 
@@ -165,21 +168,6 @@ Result<Simplified> with_lines(Method run, double sx, double sy, const SimplifyOp
 }
 
 }  // namespace
-
-Result<void> check_stop(const StopAt& stop) {
-  if (int(stop.triangles.has_value()) + stop.ratio.has_value() + stop.max_error_m.has_value() !=
-      1) {
-    return fail(Errc::invalid_argument,
-                "give exactly one of a triangle count, a ratio and a maximum error");
-  }
-  if (stop.triangles && *stop.triangles == 0)
-    return fail(Errc::invalid_argument, "the triangle count must be at least 1");
-  if (stop.ratio && !(*stop.ratio > 0 && *stop.ratio <= 1))
-    return fail(Errc::invalid_argument, "the ratio must be above 0 and at most 1");
-  if (stop.max_error_m && !(*stop.max_error_m >= 0 && std::isfinite(*stop.max_error_m)))
-    return fail(Errc::invalid_argument, "the maximum error must be a number of metres >= 0");
-  return {};
-}
 
 std::unexpected<Error> no_such_method(const std::string& name) {
   return fail(Errc::invalid_argument, "there is no method '" + name + "'; there are " + names());

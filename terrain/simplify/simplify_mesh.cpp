@@ -1,8 +1,10 @@
 #include "terrain/simplify/simplify_mesh.h"
 
+#include "terrain/base/progress.h"
+#include "terrain/base/result.h"
 #include "terrain/mesh/manifold.h"
-#include "terrain/simplify/attribute_quadric.h"
-#include "terrain/simplify/triangle_collapse.h"
+#include "terrain/simplify/collapse/attribute_quadric.h"
+#include "terrain/simplify/collapse/triangle_collapse.h"
 
 namespace tind {
 

@@ -1,7 +1,10 @@
 #pragma once
 // Simplifying a general mesh (a scanned model, a building), as simplify.h does a DEM.
 
-#include "terrain/simplify/simplify.h"
+#include "terrain/base/progress.h"
+#include "terrain/base/result.h"
+#include "terrain/simplify/common/options.h"
+#include "terrain/simplify/common/simplified.h"
 
 namespace tind {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "terrain/simplify/delaunay_insertion.h"
+#include "terrain/simplify/insertion/delaunay_insertion.h"
 #include "terrain/tile/post_warp.h"
 
 namespace tind {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "terrain/geo/tiling_scheme.h"
+#include "terrain/raster/dem_source.h"
 #include "terrain/tile/height_field.h"
 
 namespace tind {

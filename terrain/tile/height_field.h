@@ -10,6 +10,7 @@
 #include "terrain/base/result.h"
 #include "terrain/geo/coordinates.h"
 #include "terrain/raster/dem_source.h"
+#include "terrain/raster/height_grid.h"
 #include "terrain/tile/void_fill.h"
 
 namespace tind {

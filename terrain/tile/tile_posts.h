@@ -8,7 +8,8 @@
 #include "terrain/base/result.h"
 #include "terrain/geo/tiling_scheme.h"
 #include "terrain/raster/dem_source.h"
-#include "terrain/simplify/samples.h"
+#include "terrain/raster/height_grid.h"
+#include "terrain/simplify/insertion/samples.h"
 
 namespace tind {
 

@@ -6,7 +6,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "terrain/base/result.h"
 #include "terrain/raster/dem_source.h"
+#include "terrain/raster/height_grid.h"
 
 namespace tind {
 

@@ -10,7 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "terrain/base/result.h"
 #include "terrain/raster/dem_source.h"
+#include "terrain/raster/height_grid.h"
 #include "tests/support/support.h"
 
 namespace tind::test {

@@ -5,7 +5,9 @@
 #include <memory>
 #include <utility>
 
+#include "terrain/base/result.h"
 #include "terrain/raster/dem_source.h"
+#include "terrain/raster/height_grid.h"
 
 namespace tind::test {
 

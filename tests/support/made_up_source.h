@@ -5,7 +5,9 @@
 #include <limits>
 #include <memory>
 
+#include "terrain/base/result.h"
 #include "terrain/raster/dem_source.h"
+#include "terrain/raster/height_grid.h"
 #include "tests/support/support.h"
 
 namespace tind::test {

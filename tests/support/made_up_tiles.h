@@ -7,7 +7,9 @@
 #include <future>
 #include <optional>
 
-#include "terrain/pyramid/tileset.h"
+#include "terrain/base/result.h"
+#include "terrain/raster/dem_source.h"
+#include "terrain/store/tile_set.h"
 
 namespace tind::test {
 

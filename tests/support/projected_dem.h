@@ -6,6 +6,7 @@
 #include <string>
 
 #include "terrain/raster/dem_source.h"
+#include "terrain/raster/height_grid.h"
 #include "tests/support/support.h"
 
 namespace tind::test {

@@ -8,7 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "terrain/pyramid/folder_files.h"
+#include "terrain/base/result.h"
+#include "terrain/store/folder_files.h"
 
 namespace tind::test {
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "server/api/app.h"
-#include "server/services/open_dataset.h"
+#include "server/services/datasets/open_dataset.h"
 #include "tests/support/http_client.h"
 #include "tests/support/made_up_tiles.h"
 #include "tests/support/support.h"

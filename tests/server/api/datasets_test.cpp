@@ -14,7 +14,8 @@
 
 #include "server/api/methods.h"
 #include "terrain/geo/geoid.h"
-#include "terrain/simplify/simplify.h"
+#include "terrain/pyramid/make/dem_tiles.h"
+#include "terrain/simplify/methods.h"
 #include "tests/server/api/api_fixture.h"
 #include "tests/support/made_up_source.h"
 

@@ -8,7 +8,7 @@
 
 #include "proto/tile_frames.h"
 #include "server/api/flight_request.h"
-#include "terrain/pyramid/tile_transition.h"
+#include "terrain/pyramid/make/tile_transition.h"
 
 namespace {
 

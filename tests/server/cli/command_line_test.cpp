@@ -1,6 +1,6 @@
 // What the parser says of values that are none: one line that names the option and what it takes.
 
-#include "server/cli/command_line.h"
+#include "server/cli/program/command_line.h"
 
 #include <gtest/gtest.h>
 

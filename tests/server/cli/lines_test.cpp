@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "terrain/mesh/constrained_delaunay.h"
-#include "terrain/simplify/simplify.h"
+#include "terrain/simplify/methods.h"
 #include "tests/support/program_json.h"
 #include "tests/support/support.h"
 

@@ -4,7 +4,7 @@
 #include <set>
 
 #include "proto/file_io.h"
-#include "server/cli/trajectory_file.h"
+#include "server/cli/options/trajectory_file.h"
 #include "tests/support/program.h"
 #include "tests/support/support.h"
 

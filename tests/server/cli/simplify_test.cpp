@@ -1,7 +1,5 @@
 // The program itself: `tind simplify`, then `tind measure` of what it wrote.
 
-#include "terrain/simplify/simplify.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "proto/mesh_io.h"
+#include "terrain/simplify/methods.h"
 #include "tests/support/program_json.h"
 #include "tests/support/support.h"
 

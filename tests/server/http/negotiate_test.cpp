@@ -1,8 +1,8 @@
-#include "server/http/negotiate.h"
+#include "server/http/message/negotiate.h"
 
 #include <gtest/gtest.h>
 
-#include "server/http/representation.h"
+#include "server/http/message/representation.h"
 
 namespace tind::http {
 namespace {

@@ -7,10 +7,10 @@
 #include <string>
 
 #include "server/api/extensions.h"
-#include "server/http/negotiate.h"
-#include "server/http/request_parser.h"
+#include "server/http/message/negotiate.h"
+#include "server/http/message/request_parser.h"
+#include "server/http/message/uri.h"
 #include "server/http/router.h"
-#include "server/http/uri.h"
 
 namespace {
 

@@ -1,4 +1,4 @@
-#include "server/http/request_parser.h"
+#include "server/http/message/request_parser.h"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "server/http/uri.h"
+#include "server/http/message/uri.h"
 
 namespace tind::http {
 namespace {

@@ -8,7 +8,7 @@
 #include <atomic>
 #include <mutex>
 
-#include "server/http/problem.h"
+#include "server/http/message/problem.h"
 #include "tests/support/http_client.h"
 #include "tests/support/http_probes.h"
 

@@ -1,10 +1,10 @@
-#include "server/services/config.h"
+#include "server/services/datasets/config.h"
 
 #include <gtest/gtest.h>
 
 #include <fstream>
 
-#include "server/services/open_dataset.h"
+#include "server/services/datasets/open_dataset.h"
 #include "tests/support/support.h"
 
 namespace tind::services {

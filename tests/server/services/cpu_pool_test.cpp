@@ -1,4 +1,4 @@
-#include "server/services/cpu_pool.h"
+#include "server/services/work/cpu_pool.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "server/services/refine_service.h"
+#include "server/services/refine/refine_service.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,9 @@
 #include <new>
 #include <vector>
 
-#include "server/services/open_dataset.h"
+#include "server/services/datasets/open_dataset.h"
 #include "terrain/geo/ellipsoid.h"
+#include "terrain/pyramid/make/dem_tiles.h"
 #include "tests/support/made_up_source.h"
 #include "tests/support/support.h"
 

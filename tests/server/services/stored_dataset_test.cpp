@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <fstream>
 
-#include "server/services/open_dataset.h"
-#include "server/services/tile_service.h"
-#include "terrain/pyramid/build.h"
+#include "server/services/datasets/open_dataset.h"
+#include "server/services/tiles/tile_service.h"
+#include "terrain/pyramid/build/build.h"
 #include "tests/support/support.h"
 
 namespace tind::services {

@@ -1,4 +1,4 @@
-#include "server/services/tile_cache.h"
+#include "server/services/tiles/tile_cache.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "server/services/tile_service.h"
+#include "server/services/tiles/tile_service.h"
 
 #include <gtest/gtest.h>
 

@@ -10,8 +10,8 @@
 #include "terrain/encode/glb_tile.h"
 #include "terrain/encode/quantized_mesh_tile.h"
 #include "terrain/geo/ellipsoid.h"
-#include "terrain/pyramid/make_tile.h"
-#include "terrain/pyramid/plan_source.h"
+#include "terrain/pyramid/make/make_tile.h"
+#include "terrain/pyramid/plan/plan_source.h"
 #include "terrain/tile/normals.h"
 #include "tests/support/made_up_source.h"
 

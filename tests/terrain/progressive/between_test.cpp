@@ -1,7 +1,7 @@
 // From a model to one that somebody else made of it: both ends exact, every mesh between a
 // manifold.
 
-#include "terrain/progressive/between.h"
+#include "terrain/progressive/between/between.h"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <map>
 
-#include "terrain/progressive/progressive_mesh.h"
+#include "terrain/progressive/stream/progressive_mesh.h"
 
 namespace tind::test {
 

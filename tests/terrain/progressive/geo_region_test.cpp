@@ -1,6 +1,6 @@
 // Regions in longitude and latitude, over DEMs that lie anywhere around the earth.
 
-#include "terrain/progressive/geo_region.h"
+#include "terrain/progressive/multires/geo_region.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "terrain/progressive/lod_selection.h"
+#include "terrain/progressive/multires/lod_selection.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "terrain/progressive/make_progressive.h"
+#include "terrain/progressive/stream/make_progressive.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 
 #include "terrain/mesh/validity.h"
 #include "terrain/mesh/vertical_error.h"
-#include "terrain/simplify/terrain_mesh.h"
+#include "terrain/simplify/common/terrain_mesh.h"
 #include "tests/support/support.h"
 #include "tests/terrain/progressive/expand.h"
 

@@ -1,4 +1,4 @@
-#include "terrain/progressive/mesh_deviation.h"
+#include "terrain/progressive/stream/mesh_deviation.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,7 @@
 #pragma once
 // The referee of view-dependent refinement: every post and what is drawn in its place, through a
-// projection of its own (nothing of terrain/progressive/camera.h but the numbers of the camera).
+// projection of its own (nothing of terrain/progressive/multires/camera.h but the numbers of the
+// camera).
 
 #include <cmath>
 #include <numbers>
@@ -8,8 +9,9 @@
 #include <vector>
 
 #include "terrain/mesh/tin.h"
-#include "terrain/progressive/camera.h"
+#include "terrain/progressive/multires/camera.h"
 #include "terrain/raster/dem_source.h"
+#include "terrain/raster/height_grid.h"
 
 namespace tind::test {
 

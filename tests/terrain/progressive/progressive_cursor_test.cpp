@@ -1,11 +1,11 @@
-#include "terrain/progressive/progressive_cursor.h"
+#include "terrain/progressive/stream/progressive_cursor.h"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
 #include "terrain/mesh/validity.h"
-#include "terrain/progressive/make_progressive.h"
+#include "terrain/progressive/stream/make_progressive.h"
 #include "tests/support/support.h"
 #include "tests/terrain/progressive/expand.h"
 

@@ -6,9 +6,9 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "terrain/progressive/make_progressive.h"
-#include "terrain/progressive/progressive_cursor.h"
-#include "terrain/progressive/progressive_stream.h"
+#include "terrain/progressive/stream/make_progressive.h"
+#include "terrain/progressive/stream/progressive_cursor.h"
+#include "terrain/progressive/stream/progressive_stream.h"
 #include "tests/support/bench.h"
 #include "tests/support/support.h"
 

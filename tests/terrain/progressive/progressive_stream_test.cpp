@@ -1,4 +1,4 @@
-#include "terrain/progressive/progressive_stream.h"
+#include "terrain/progressive/stream/progressive_stream.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include "terrain/base/parallel.h"
 #include "terrain/mesh/validity.h"
 #include "terrain/mesh/vertical_error.h"
-#include "terrain/progressive/make_progressive.h"
-#include "terrain/progressive/progressive_cursor.h"
+#include "terrain/progressive/stream/make_progressive.h"
+#include "terrain/progressive/stream/progressive_cursor.h"
 #include "tests/support/support.h"
 #include "tests/terrain/progressive/expand.h"
 

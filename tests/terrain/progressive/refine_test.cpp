@@ -7,11 +7,10 @@
 
 #include "terrain/mesh/validity.h"
 #include "terrain/mesh/vertical_error.h"
-#include "terrain/progressive/levelled_collapse.h"
-#include "terrain/progressive/post_error.h"
-#include "terrain/progressive/refine_region.h"
-#include "terrain/progressive/view_front.h"
-#include "terrain/simplify/simplify.h"
+#include "terrain/progressive/multires/levelled_collapse.h"
+#include "terrain/progressive/multires/post_error.h"
+#include "terrain/progressive/multires/refine_region.h"
+#include "terrain/progressive/multires/view_front.h"
 #include "tests/support/support.h"
 #include "tests/terrain/progressive/posts_in_view.h"
 

@@ -1,6 +1,6 @@
 // General meshes as progressive meshes and as streams: every state a manifold within its bound.
 
-#include "terrain/progressive/surface_progressive.h"
+#include "terrain/progressive/stream/surface_progressive.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 
 #include "proto/mesh_stream.h"
 #include "terrain/mesh/surface_distance.h"
-#include "terrain/progressive/progressive_cursor.h"
-#include "terrain/progressive/progressive_stream.h"
+#include "terrain/progressive/stream/progressive_cursor.h"
+#include "terrain/progressive/stream/progressive_stream.h"
 #include "tests/terrain/progressive/expand.h"
 #include "tests/terrain/progressive/shapes.h"
 

@@ -1,7 +1,7 @@
 // The way from a coarse terrain mesh to a fine one: exact at both ends, never a flip between, and
 // one line on a shared side whoever asks.
 
-#include "terrain/progressive/terrain_transition.h"
+#include "terrain/progressive/transition/terrain_transition.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 
 #include "terrain/mesh/halfedge_mesh.h"
 #include "terrain/mesh/validity.h"
-#include "terrain/progressive/overlay.h"
+#include "terrain/progressive/transition/overlay.h"
 
 namespace tind {
 namespace {

@@ -7,9 +7,9 @@
 #include <map>
 
 #include "terrain/geo/ellipsoid.h"
-#include "terrain/progressive/levelled_collapse.h"
-#include "terrain/progressive/refine_region.h"
-#include "terrain/progressive/view_front.h"
+#include "terrain/progressive/multires/levelled_collapse.h"
+#include "terrain/progressive/multires/refine_region.h"
+#include "terrain/progressive/multires/view_front.h"
 #include "tests/support/bench.h"
 #include "tests/terrain/progressive/posts_in_view.h"
 

@@ -13,10 +13,11 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "terrain/pyramid/build.h"
-#include "terrain/pyramid/check.h"
-#include "terrain/pyramid/folder_lock.h"
-#include "terrain/pyramid/tile_ledger.h"
+#include "terrain/check/check.h"
+#include "terrain/pyramid/build/build.h"
+#include "terrain/store/folder_lock.h"
+#include "terrain/store/stored_tiles.h"
+#include "terrain/store/tile_ledger.h"
 #include "tests/support/support.h"
 #include "tests/support/watched_files.h"
 

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <map>
 
-#include "terrain/pyramid/build.h"
+#include "terrain/pyramid/build/build.h"
 #include "tests/support/srtm.h"
 #include "tests/support/support.h"
 

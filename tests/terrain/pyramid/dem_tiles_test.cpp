@@ -1,5 +1,7 @@
 // A large DEM is served before all of it has been read.
 
+#include "terrain/pyramid/make/dem_tiles.h"
+
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -7,7 +9,8 @@
 #include <latch>
 #include <thread>
 
-#include "terrain/pyramid/tileset.h"
+#include "terrain/pyramid/plan/tile_set_options.h"
+#include "terrain/store/tile_set.h"
 #include "tests/support/support.h"
 
 namespace tind {

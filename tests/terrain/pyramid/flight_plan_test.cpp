@@ -1,6 +1,6 @@
 // Tiles in the order of need: over a narrow link none is late with the plan, and most are without.
 
-#include "terrain/pyramid/flight_plan.h"
+#include "terrain/pyramid/plan/flight_plan.h"
 
 #include <gtest/gtest.h>
 
@@ -9,6 +9,7 @@
 #include <set>
 
 #include "terrain/geo/ellipsoid.h"
+#include "terrain/pyramid/make/dem_tiles.h"
 #include "terrain/raster/dem_source.h"
 #include "tests/support/made_up_tiles.h"
 #include "tests/support/support.h"

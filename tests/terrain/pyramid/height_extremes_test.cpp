@@ -1,12 +1,12 @@
 // Where a source is lowest and highest: from its posts, and down an index of them.
 
-#include "terrain/pyramid/height_extremes.h"
+#include "terrain/pyramid/plan/height_extremes.h"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "terrain/pyramid/plan_source.h"
+#include "terrain/pyramid/plan/plan_source.h"
 #include "tests/support/made_up_source.h"
 
 namespace tind {

@@ -1,7 +1,7 @@
 // The surface that normals of coarse tiles come from: what the records say, the same for whoever
 // asks.
 
-#include "terrain/pyramid/indexed_heights.h"
+#include "terrain/pyramid/residual/indexed_heights.h"
 
 #include <gtest/gtest.h>
 

@@ -9,8 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include "proto/quantized_mesh.h"
-#include "terrain/pyramid/build.h"
-#include "terrain/pyramid/check.h"
+#include "terrain/check/check.h"
+#include "terrain/pyramid/build/build.h"
+#include "terrain/pyramid/make/dem_tiles.h"
 #include "tests/support/support.h"
 
 namespace tind {

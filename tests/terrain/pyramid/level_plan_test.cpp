@@ -1,6 +1,6 @@
 // What is decided before the first tile: how deep the levels go.
 
-#include "terrain/pyramid/level_plan.h"
+#include "terrain/pyramid/plan/level_plan.h"
 
 #include <gtest/gtest.h>
 

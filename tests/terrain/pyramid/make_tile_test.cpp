@@ -1,13 +1,13 @@
 // How much of a source one tile holds at a time, whatever the source's shape.
 
-#include "terrain/pyramid/make_tile.h"
+#include "terrain/pyramid/make/make_tile.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <mutex>
 
-#include "terrain/pyramid/plan_source.h"
+#include "terrain/pyramid/plan/plan_source.h"
 #include "tests/support/made_up_source.h"
 
 namespace tind {

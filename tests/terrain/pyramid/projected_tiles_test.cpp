@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "terrain/pyramid/build.h"
-#include "terrain/pyramid/check.h"
+#include "terrain/check/check.h"
+#include "terrain/pyramid/build/build.h"
 #include "tests/support/projected_dem.h"
 
 namespace tind {

@@ -1,6 +1,6 @@
 // The residual index is believed by every tile that rests on it: so it is held against all posts.
 
-#include "terrain/pyramid/residual_index.h"
+#include "terrain/pyramid/residual/residual_index.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <fstream>
 #include <random>
 
-#include "terrain/pyramid/residual_scan.h"
+#include "terrain/pyramid/residual/residual_scan.h"
 #include "tests/support/made_up_source.h"
 #include "tests/support/support.h"
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "terrain/pyramid/residual_record.h"
+#include "terrain/pyramid/residual/residual_record.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace tind;

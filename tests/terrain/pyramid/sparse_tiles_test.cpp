@@ -7,11 +7,12 @@
 #include <iterator>
 #include <set>
 
-#include "terrain/pyramid/build.h"
-#include "terrain/pyramid/check.h"
-#include "terrain/pyramid/estimate.h"
-#include "terrain/pyramid/plan_source.h"
-#include "terrain/pyramid/tile_order.h"
+#include "terrain/check/check.h"
+#include "terrain/geo/tile_order.h"
+#include "terrain/pyramid/build/build.h"
+#include "terrain/pyramid/build/estimate.h"
+#include "terrain/pyramid/make/dem_tiles.h"
+#include "terrain/pyramid/plan/plan_source.h"
 #include "tests/support/counted_source.h"
 #include "tests/support/support.h"
 
@@ -79,7 +80,7 @@ TEST_F(SparseTiles, stand_where_files_are) {
   EXPECT_LE(plan->tiles(deepest).size(), 3 * 4u);
   EXPECT_GE(plan->tiles(deepest).ranges().size(), 3u);
   // Every tile has its parent, and the order has each once.
-  const TileOrder order(*plan);
+  const TileOrder order = plan->order();
   std::set<TileId> ids;
   for (std::size_t i = 0; i < order.size(); ++i) {
     EXPECT_TRUE(plan->available(order[i]));

@@ -5,9 +5,10 @@
 
 #include "proto/mesh_stream.h"
 #include "proto/quantized_mesh.h"
-#include "server/http/representation.h"
-#include "terrain/pyramid/tile_stream.h"
-#include "terrain/pyramid/tileset.h"
+#include "server/http/message/representation.h"
+#include "terrain/pyramid/make/dem_tiles.h"
+#include "terrain/pyramid/make/tile_stream.h"
+#include "terrain/store/tile_set.h"
 #include "tests/support/bench.h"
 
 using namespace tind;

@@ -1,7 +1,7 @@
 // Tiles as progressive meshes: they end in the tile, keep its border all the way, and what they say
 // of their error holds for every post.
 
-#include "terrain/pyramid/tile_stream.h"
+#include "terrain/pyramid/make/tile_stream.h"
 
 #include <gtest/gtest.h>
 
@@ -9,10 +9,12 @@
 
 #include "proto/quantized_mesh.h"
 #include "terrain/mesh/validity.h"
-#include "terrain/progressive/progressive_cursor.h"
-#include "terrain/progressive/progressive_stream.h"
-#include "terrain/pyramid/level_plan.h"
-#include "terrain/pyramid/tileset.h"
+#include "terrain/progressive/stream/progressive_cursor.h"
+#include "terrain/progressive/stream/progressive_stream.h"
+#include "terrain/pyramid/make/dem_tiles.h"
+#include "terrain/pyramid/plan/level_plan.h"
+#include "terrain/pyramid/plan/tile_set_options.h"
+#include "terrain/store/tile_set.h"
 #include "terrain/tile/tile_posts.h"
 #include "tests/support/made_up_tiles.h"
 #include "tests/support/support.h"

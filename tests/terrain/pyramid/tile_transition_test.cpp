@@ -1,7 +1,7 @@
 // Every tile of a whole small pyramid to its parent's part: all succeed, nothing flips, and
 // neighbours agree along the edges they share, at every parameter value.
 
-#include "terrain/pyramid/tile_transition.h"
+#include "terrain/pyramid/make/tile_transition.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,10 @@
 #include <random>
 
 #include "proto/quantized_mesh.h"
-#include "terrain/pyramid/tileset.h"
+#include "terrain/pyramid/make/dem_tiles.h"
+#include "terrain/pyramid/plan/tile_set_options.h"
 #include "terrain/raster/dem_source.h"
+#include "terrain/store/tile_set.h"
 #include "tests/support/support.h"
 
 namespace tind {

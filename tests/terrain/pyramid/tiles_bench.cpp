@@ -7,9 +7,9 @@
 #include <mutex>
 
 #include "terrain/base/parallel.h"
-#include "terrain/pyramid/build.h"
-#include "terrain/pyramid/check.h"
-#include "terrain/pyramid/make_tile.h"
+#include "terrain/check/check.h"
+#include "terrain/pyramid/build/build.h"
+#include "terrain/pyramid/make/make_tile.h"
 #include "tests/support/bench.h"
 
 namespace tind {

@@ -17,10 +17,12 @@
 
 #include "proto/quantized_mesh.h"
 #include "terrain/base/parallel.h"
-#include "terrain/pyramid/build.h"
-#include "terrain/pyramid/check.h"
-#include "terrain/pyramid/tile_ledger.h"
-#include "terrain/pyramid/tile_version.h"
+#include "terrain/check/check.h"
+#include "terrain/pyramid/build/build.h"
+#include "terrain/pyramid/make/dem_tiles.h"
+#include "terrain/pyramid/plan/tile_version.h"
+#include "terrain/store/stored_tiles.h"
+#include "terrain/store/tile_ledger.h"
 #include "tests/support/support.h"
 
 namespace tind {

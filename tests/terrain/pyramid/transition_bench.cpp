@@ -8,8 +8,10 @@
 #include <random>
 
 #include "terrain/base/parallel.h"
-#include "terrain/pyramid/tile_transition.h"
-#include "terrain/pyramid/tileset.h"
+#include "terrain/pyramid/make/dem_tiles.h"
+#include "terrain/pyramid/make/tile_transition.h"
+#include "terrain/store/stored_tiles.h"
+#include "terrain/store/tile_set.h"
 #include "terrain/tile/post_warp.h"
 #include "tests/support/bench.h"
 

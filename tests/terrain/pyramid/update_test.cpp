@@ -11,8 +11,9 @@
 #include <map>
 #include <set>
 
-#include "terrain/pyramid/build.h"
-#include "terrain/pyramid/source_blocks.h"
+#include "terrain/pyramid/build/build.h"
+#include "terrain/raster/source_blocks.h"
+#include "terrain/store/stored_tiles.h"
 #include "tests/support/support.h"
 
 namespace tind {

@@ -1,4 +1,4 @@
-#include "terrain/simplify/attribute_quadric.h"
+#include "terrain/simplify/collapse/attribute_quadric.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,8 @@
 #include "terrain/mesh/surface_distance.h"
 #include "terrain/mesh/validity.h"
 #include "terrain/mesh/vertical_error.h"
-#include "terrain/simplify/quadric_n.h"
+#include "terrain/simplify/collapse/quadric_n.h"
+#include "terrain/simplify/simplify.h"
 #include "terrain/simplify/simplify_mesh.h"
 #include "tests/support/support.h"
 

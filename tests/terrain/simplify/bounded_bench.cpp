@@ -14,7 +14,9 @@
 
 #include "terrain/mesh/validity.h"
 #include "terrain/mesh/vertical_error.h"
-#include "terrain/simplify/bounded_mesher.h"
+#include "terrain/simplify/bounded/bounded_mesher.h"
+#include "terrain/simplify/common/options.h"
+#include "terrain/simplify/common/simplified.h"
 #include "terrain/simplify/simplify.h"
 #include "tests/support/bench.h"
 

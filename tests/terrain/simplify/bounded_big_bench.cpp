@@ -12,10 +12,10 @@
 #include <cstdio>
 #include <fstream>
 
-#include "server/cli/peak_memory.h"
+#include "server/cli/program/peak_memory.h"
 #include "terrain/mesh/validity.h"
 #include "terrain/mesh/vertical_error.h"
-#include "terrain/simplify/bounded.h"
+#include "terrain/simplify/bounded/bounded.h"
 #include "tests/support/bench.h"
 
 namespace {

@@ -9,8 +9,9 @@
 
 #include "terrain/mesh/validity.h"
 #include "terrain/mesh/vertical_error.h"
-#include "terrain/simplify/bounded.h"
-#include "terrain/simplify/bounded_blocks.h"
+#include "terrain/simplify/bounded/bounded.h"
+#include "terrain/simplify/bounded/bounded_blocks.h"
+#include "terrain/simplify/simplify.h"
 #include "tests/support/fuzz_bytes.h"
 
 namespace {

@@ -1,7 +1,7 @@
 // The promises of `bounded` and `greedy`: the bound over every post, nothing flipped or uncovered,
 // on real, rough and degenerate terrain; the same mesh for any number of threads.
 
-#include "terrain/simplify/bounded.h"
+#include "terrain/simplify/bounded/bounded.h"
 
 #include <gtest/gtest.h>
 
@@ -10,6 +10,7 @@
 #include "terrain/mesh/validity.h"
 #include "terrain/mesh/vertical_error.h"
 #include "terrain/raster/dem_source.h"
+#include "terrain/simplify/simplify.h"
 #include "tests/support/support.h"
 
 namespace tind {

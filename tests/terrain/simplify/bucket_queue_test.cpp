@@ -1,4 +1,4 @@
-#include "terrain/simplify/bucket_queue.h"
+#include "terrain/simplify/collapse/bucket_queue.h"
 
 #include <gtest/gtest.h>
 

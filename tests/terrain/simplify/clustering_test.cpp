@@ -1,4 +1,4 @@
-#include "terrain/simplify/clustering.h"
+#include "terrain/simplify/clustering/clustering.h"
 
 #include <gtest/gtest.h>
 
@@ -6,6 +6,7 @@
 
 #include "terrain/mesh/validity.h"
 #include "terrain/mesh/vertical_error.h"
+#include "terrain/simplify/simplify.h"
 #include "tests/support/support.h"
 
 namespace tind {

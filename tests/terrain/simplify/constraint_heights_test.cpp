@@ -1,4 +1,4 @@
-#include "terrain/simplify/constraint_heights.h"
+#include "terrain/simplify/constraints/constraint_heights.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // Lines stay edges to the last bit, lakes stay level and the boundary is the mesh's border, through
 // every method that thins the full mesh.
 
-#include "terrain/simplify/constraints.h"
+#include "terrain/simplify/constraints/constraints.h"
 
 #include <gtest/gtest.h>
 
@@ -11,6 +11,7 @@
 
 #include "terrain/mesh/validity.h"
 #include "terrain/mesh/vertical_error.h"
+#include "terrain/simplify/common/options.h"
 #include "terrain/simplify/simplify.h"
 #include "tests/support/support.h"
 

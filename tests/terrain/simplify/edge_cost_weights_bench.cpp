@@ -8,6 +8,8 @@
 #include <cmath>
 
 #include "terrain/mesh/vertical_error.h"
+#include "terrain/simplify/common/options.h"
+#include "terrain/simplify/common/simplified.h"
 #include "terrain/simplify/simplify.h"
 #include "tests/support/bench.h"
 

@@ -1,4 +1,4 @@
-#include "terrain/simplify/terrain_mesh.h"
+#include "terrain/simplify/common/terrain_mesh.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "terrain/simplify/triangle_collapse.h"
+#include "terrain/simplify/collapse/triangle_collapse.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,8 @@
 #include "terrain/mesh/halfedge_mesh.h"
 #include "terrain/mesh/validity.h"
 #include "terrain/mesh/vertical_error.h"
-#include "terrain/simplify/terrain_mesh.h"
+#include "terrain/simplify/common/terrain_mesh.h"
+#include "terrain/simplify/simplify.h"
 #include "tests/support/support.h"
 
 namespace tind {

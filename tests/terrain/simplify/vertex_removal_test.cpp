@@ -4,8 +4,9 @@
 
 #include "terrain/mesh/validity.h"
 #include "terrain/mesh/vertical_error.h"
+#include "terrain/simplify/common/options.h"
+#include "terrain/simplify/common/terrain_mesh.h"
 #include "terrain/simplify/simplify.h"
-#include "terrain/simplify/terrain_mesh.h"
 #include "tests/support/support.h"
 
 namespace tind {

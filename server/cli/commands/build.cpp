@@ -1,0 +1,202 @@
+// tind build: DEMs in, a directory of tiles out.
+
+#include "terrain/pyramid/build/build.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <stop_token>
+
+#include "server/cli/commands/commands.h"
+#include "server/cli/commands/estimate.h"
+#include "server/cli/options/dem_input.h"
+#include "server/cli/options/memory_limit.h"
+#include "server/cli/options/output_options.h"
+#include "server/cli/options/tile_options.h"
+#include "server/cli/program/peak_memory.h"
+#include "server/cli/program/progress_bar.h"
+
+namespace tind::cli {
+
+namespace {
+
+struct Arguments {
+  DemInput input;
+  BuildOptions options;
+  std::uint64_t memory = kDefaultMemory;
+  std::string progress = "auto";
+  bool json = false, dry_run = false;
+};
+
+std::stop_source& interrupted() {
+  static std::stop_source source;
+  return source;
+}
+volatile std::sig_atomic_t signal_seen = 0;
+
+/// Ctrl-C and SIGTERM finish the tile at hand. A handler may only set a flag; a second one ends at
+/// once.
+void on_signal(int) {
+  if (signal_seen) std::_Exit(kTryAgain);
+  signal_seen = 1;
+}
+
+nlohmann::ordered_json to_json(const BuildReport& r, VerticalDatum datum, double seconds) {
+  nlohmann::ordered_json j;
+  j["vertical_datum"] = name(datum);
+  j["tiles"] = r.tiles;
+  j["built"] = r.built;
+  j["reused"] = r.reused;
+  j["unsound"] = r.unsound;
+  j["bytes"] = r.bytes;
+  j["seconds"] = seconds;
+  j["threads"] = r.threads;
+  j["peak_mb"] = PeakMemory::megabytes();
+  if (r.update.updated) {
+    j["update"] = {{"blocks", r.update.blocks},
+                   {"changed_blocks", r.update.changed_blocks},
+                   {"block_posts", r.update.block_posts},
+                   {"dirty_tiles", r.update.dirty_tiles},
+                   {"levels_of_other_steps", r.update.levels_of_other_steps}};
+  }
+  j["over_budget"] = r.over_budget;
+  j["worst_over_budget"] = r.worst_over_budget;
+  j["worst_over_budget_m"] = r.worst_over_budget_m;
+  j["not_one_sided"] = r.not_one_sided;
+  if (r.indexed_level >= 0)
+    j["index"] = {
+        {"deepest_level", r.indexed_level}, {"bytes", r.index_bytes}, {"made", r.index_made}};
+  for (const LevelReport& l : r.levels) {
+    if (l.tiles == 0) continue;
+    j["levels"].push_back({{"level", l.level},
+                           {"tiles", l.tiles},
+                           {"bytes", l.bytes},
+                           {"budget_m", l.budget_m},
+                           {"worst_error_m", l.worst_error_m},
+                           {"worst_edge_error_m", l.worst_edge_error_m}});
+  }
+  return j;
+}
+
+void print(const BuildReport& r, VerticalDatum datum, double seconds) {
+  fmt::print("{:>5} {:>10} {:>12} {:>12} {:>14}\n", "level", "tiles", "bytes/tile", "budget m",
+             "worst error m");
+  for (const LevelReport& l : r.levels) {
+    if (l.tiles == 0) continue;
+    fmt::print("{:>5} {:>10} {:>12} {:>12.2f} {:>14.2f}\n", l.level, l.tiles, l.bytes / l.tiles,
+               l.budget_m, l.worst_error_m);
+  }
+  if (r.over_budget > 0) {
+    fmt::print(
+        "{} and say{} true error, {} the most: {:.3g} m. "
+        "Where posts differ that much over so short a way, the grid of the format or its steps of "
+        "height are too coarse for a vertex at each\n",
+        r.over_budget == 1
+            ? "1 tile cannot keep its level's budget"
+            : fmt::format("{} tiles cannot keep their level's budget", r.over_budget),
+        r.over_budget == 1 ? "s its" : " their", r.worst_over_budget, r.worst_over_budget_m);
+  }
+  if (r.not_one_sided > 0) {
+    fmt::print(
+        "{} tiles could not be kept on one side of their posts and say so in their metadata\n",
+        r.not_one_sided);
+  }
+  if (const UpdateReport& u = r.update; u.updated) {
+    fmt::print("heights changed in {} of {} blocks of {} x {} posts: {} tiles depend on them{}\n",
+               u.changed_blocks, u.blocks, u.block_posts, u.block_posts, u.dirty_tiles,
+               u.levels_of_other_steps > 0
+                   ? fmt::format(", {} whole levels because their range needs other height steps",
+                                 u.levels_of_other_steps)
+                   : "");
+  }
+  if (r.unsound > 0) {
+    fmt::print(
+        "{} tiles of an earlier run were made again: torn, changed, missing or not known to be "
+        "whole\n",
+        r.unsound);
+  }
+  if (r.indexed_level >= 0)
+    fmt::print("errors of levels up to {} are bounds by the residual index ({} bytes, {})\n",
+               r.indexed_level, r.index_bytes, r.index_made ? "made now" : "kept");
+  fmt::print("{} tiles ({} built, {} kept), {} bytes, in {}; vertical datum: {}\n", r.tiles,
+             r.built, r.reused, r.bytes, duration_text(seconds), name(datum));
+}
+
+int run(Arguments a) {
+  DemOptions dem = dem_options(a.input);
+  limit_caches(a.memory, a.input.files, dem);
+  auto source = DemSource::open(a.input.files, dem);
+  if (!source) return complain(source.error());
+  warn_of((*source)->info());
+  const auto threads = threads_within(a.memory, **source, dem, a.options.threads);
+  if (!threads) return complain(threads.error());
+  a.options.threads = *threads;
+  if (a.dry_run) return print_estimate(**source, a.options, a.progress, a.json);
+  warn_of_plan(**source, a.options.tiles);
+  std::error_code error;  // before the work
+  std::filesystem::create_directories(a.options.output, error);
+  if (error) {
+    complain({Errc::io, "cannot create " + a.options.output + ": " + error.message()});
+    return kCannotCreate;
+  }
+  std::signal(SIGINT, on_signal);
+  std::signal(SIGTERM, on_signal);
+  const auto begin = std::chrono::steady_clock::now();
+  Result<BuildReport> report = fail(Errc::internal, "not run");
+  {
+    ProgressBar bar("tiles", progress_style(a.progress));
+    Progress progress = bar.progress(interrupted().get_token());
+    auto shown = progress.report;
+    progress.report = [shown](double share) {
+      if (signal_seen) interrupted().request_stop();
+      if (shown) shown(share);
+    };
+    report = build_tiles(*source, a.options, progress);
+  }
+  if (!report) return complain(report.error());
+  warn_of_nodata(**source);
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  if (a.json)
+    fmt::print("{}\n", to_json(*report, (*source)->info().datum, seconds).dump(1));
+  else
+    print(*report, (*source)->info().datum, seconds);
+  return kOk;
+}
+
+}  // namespace
+
+void add_build(Command program, int& exit) {
+  auto a = std::make_shared<Arguments>();
+  Command c = program.add_subcommand(
+      "build", "make the tile pyramid of a DEM (or of several that share a grid) in a directory");
+  c.add_option("DEM", a->input.files, "raster files").required();
+  c.add_option("-o,--output", a->options.output, "directory of the tiles");
+  add_tile_options(c, a->options.tiles);
+  a->input.to_datum = "ellipsoid";  // as globe tiles are, and as tind serve makes them
+  add_dem_options(c, a->input);
+  c.add_option("--threads", a->options.threads, "threads (default: one per core)").range(1, 1024);
+  add_memory_option(c, a->memory);
+  c.add_flag("--gzip", a->options.gzip,
+             "store tiles compressed (a static server must then send Content-Encoding: gzip)");
+  c.add_flag(
+      "--force", a->options.force,
+      "replace tiles that tind build made of another source, with other options or by another "
+      "version; nothing else is touched");
+  add_progress_option(c, a->progress);
+  c.add_flag("--json", a->json, "print the summary as JSON");
+  c.footer(
+      "Killed and run again, it goes on; where heights changed since, it makes again what depends "
+      "on them. Tiles are quantized-mesh-1.0, EPSG:4326, TMS.");
+  c.add_flag("--dry-run", a->dry_run, "only say what it would take, as tind estimate does");
+  c.on_run([a, c, &exit] {
+    if (!c.given("--output") && !a->dry_run) refuse_missing("--output");
+    exit = run(*a);
+  });
+}
+
+}  // namespace tind::cli

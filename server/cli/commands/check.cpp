@@ -1,0 +1,159 @@
+// tind check: is a tile set what it says it is? Anyone's tiles, in a directory or on a server; exit
+// code 0 only without violations.
+
+#include "terrain/check/check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "server/cli/commands/commands.h"
+#include "server/cli/options/dem_input.h"
+#include "server/cli/options/output_options.h"
+#include "server/cli/options/tile_options.h"
+#include "server/cli/program/progress_bar.h"
+
+namespace tind::cli {
+
+namespace {
+
+struct Arguments {
+  std::string where;
+  DemInput dem;
+  CheckOptions options;
+  std::string progress = "auto";
+  bool json = false, list_rules = false;
+};
+
+const char* name_of(Severity severity) {
+  return severity == Severity::violation ? "violation" : "warning";
+}
+
+void print_rules() {
+  for (const CheckRule& r : kCheckRules)
+    fmt::print("{:<18} {:<9} {}\n", r.id, name_of(r.severity), r.demands);
+}
+
+nlohmann::ordered_json to_json(const CheckReport& report, bool with_source) {
+  nlohmann::ordered_json json;
+  json["ok"] = report.ok();
+  json["violations"] = report.findings.total(Severity::violation);
+  json["warnings"] = report.findings.total(Severity::warning);
+  json["findings"] = nlohmann::ordered_json::array();
+  for (std::size_t r = 0; r < kCheckRuleCount; ++r) {
+    const Findings::Count& found = report.findings[r];
+    if (found.count == 0) continue;
+    json["findings"].push_back({{"rule", kCheckRules[r].id},
+                                {"severity", name_of(kCheckRules[r].severity)},
+                                {"demands", kCheckRules[r].demands},
+                                {"count", found.count},
+                                {"examples", found.examples}});
+  }
+  json["levels"] = nlohmann::ordered_json::array();
+  for (const CheckLevel& level : report.levels) {
+    nlohmann::ordered_json l = {
+        {"level", level.level},         {"tiles", level.tiles},
+        {"triangles", level.triangles}, {"bytes", level.bytes},
+        {"budget_m", level.budget_m},   {"stated_max_error_m", level.stated_m},
+        {"max_crack_m", level.crack_m}, {"max_gap_to_parent_m", level.gap_m}};
+    if (with_source) {
+      l["measured_max_error_m"] = level.measured_m;
+      l["posts"] = level.posts;
+    }
+    json["levels"].push_back(std::move(l));
+  }
+  return json;
+}
+
+void print_levels(const CheckReport& report, bool with_source) {
+  fmt::print("{:>5} {:>9} {:>11} {:>11} {:>11} {:>11} {:>9} {:>9}\n", "level", "tiles", "triangles",
+             "budget m", "stated m", with_source ? "measured m" : "", "crack m", "gap m");
+  for (const CheckLevel& l : report.levels)
+    fmt::print("{:>5} {:>9} {:>11} {:>11.3f} {:>11.3f} {:>11} {:>9.3g} {:>9.3g}\n", l.level,
+               l.tiles, l.triangles, l.budget_m, l.stated_m,
+               with_source ? fmt::format("{:.3f}", l.measured_m) : "", l.crack_m, l.gap_m);
+}
+
+void print_findings(const CheckReport& report) {
+  for (std::size_t r = 0; r < kCheckRuleCount; ++r) {
+    const Findings::Count& found = report.findings[r];
+    if (found.count == 0) continue;
+    fmt::print("\n{} {}, {} times: {}\n", name_of(kCheckRules[r].severity), kCheckRules[r].id,
+               found.count, kCheckRules[r].demands);
+    for (const std::string& example : found.examples) fmt::print("  {}\n", example);
+    if (found.count > found.examples.size()) fmt::print("  ...\n");
+  }
+  std::uint64_t tiles = 0;
+  for (const CheckLevel& level : report.levels) tiles += level.tiles;
+  fmt::print("\n{} tiles: {} violations, {} warnings\n", tiles,
+             report.findings.total(Severity::violation), report.findings.total(Severity::warning));
+}
+
+int run(Arguments a) {
+  if (a.list_rules) {
+    print_rules();
+    return kOk;
+  }
+  std::shared_ptr<const DemSource> source;
+  if (!a.dem.files.empty()) {
+    auto dem = open_dem(a.dem);
+    if (!dem) return complain(dem.error());
+    if ((*dem)->info().crs_kind == CrsKind::none)
+      return complain({Errc::unsupported, a.dem.files[0] +
+                                              " has no coordinate reference system: tiles cannot "
+                                              "be compared with it"});
+    source = *dem;
+    a.options.source = source.get();
+  }
+  Result<CheckReport> report = fail(Errc::internal, "not checked");
+  {
+    ProgressBar bar("check", progress_style(a.progress));
+    report = check_tiles(a.where, a.options, bar.progress());
+  }
+  if (!report) return complain(report.error());
+  if (a.json) {
+    std::printf("%s\n", to_json(*report, source != nullptr).dump(2).c_str());
+  } else {
+    print_levels(*report, source != nullptr);
+    print_findings(*report);
+  }
+  return report->ok() ? kOk : kBadData;
+}
+
+}  // namespace
+
+void add_check(Command program, int& exit) {
+  auto a = std::make_shared<Arguments>();
+  Command app =
+      program.add_subcommand("check", "Check quantized-mesh tiles, rule by rule; anyone's tiles");
+  app.add_option("DIR|URL", a->where,
+                 "a directory with layer.json and z/x/y.terrain, or where a server has them");
+  app.add_option("--source", a->dem.files,
+                 "the DEM that the tiles were made of: recompute every error over all posts");
+  a->dem.to_datum = "ellipsoid";  // as tind build has it
+  add_dem_options(app, a->dem);
+  app.add_option("--error-factor", a->options.error_factor,
+                 "budget of a level, times what globe clients assume of it")
+      .positive()
+      .shown();
+  add_levels_option(app, "levels to look at, e.g. 0-8 (default: all)", a->options.first_level,
+                    a->options.last_level);
+  app.add_option("--threads", a->options.threads,
+                 "threads to use, 0: one per core; eight where tiles come from a server")
+      .not_negative()
+      .shown();
+  add_progress_option(app, a->progress);
+  app.add_flag("--json", a->json, "print the report as JSON");
+  app.add_flag("--rules", a->list_rules, "list the rules and exit");
+  app.on_run([a, app, &exit] {
+    if (a->where.empty() && !a->list_rules) refuse_missing("DIR|URL");
+    exit = run(*a);
+  });
+}
+
+}  // namespace tind::cli

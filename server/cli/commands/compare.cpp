@@ -1,0 +1,284 @@
+// tind compare: several methods on one DEM, one table.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "proto/file_io.h"
+#include "server/cli/commands/commands.h"
+#include "server/cli/options/dem_input.h"
+#include "server/cli/options/line_input.h"
+#include "server/cli/pictures/compare_page.h"
+#include "server/cli/pictures/surface_report.h"
+#include "server/cli/program/run_apart.h"
+#include "terrain/raster/gdal/image_source.h"
+#include "terrain/simplify/common/options.h"
+#include "terrain/simplify/common/simplified.h"
+#include "terrain/simplify/methods.h"
+#include "terrain/simplify/simplify.h"
+
+namespace tind::cli {
+
+namespace {
+
+struct Arguments {
+  DemInput input;
+  LineInput lines;
+  std::vector<std::string> methods = {"bounded", "memoryless", "qem", "greedy", "cluster"};
+  std::vector<std::string> at, max_error;
+  std::string html, csv, drape;
+  int threads = 1;
+  bool json = false;
+};
+
+Result<double> parse_number(const std::string& text) {
+  char* end = nullptr;
+  const double v = std::strtod(text.c_str(), &end);
+  if (text.empty() || *end != '\0' || !std::isfinite(v))
+    return fail(Errc::invalid_argument, "'" + text + "' is not a number");
+  return v;
+}
+
+/// "10%": a ratio; "5000": a count.
+Result<StopAt> parse_at(const std::string& text) {
+  StopAt stop;
+  const bool share = text.ends_with('%');
+  const auto v = parse_number(share ? text.substr(0, text.size() - 1) : text);
+  if (!v) return std::unexpected(v.error());
+  if (share)
+    stop.ratio = *v / 100;
+  else if (*v >= 1 && *v <= 1e12)
+    stop.triangles = std::uint64_t(*v);
+  else
+    return fail(Errc::invalid_argument,
+                "'" + text + "': give a count of triangles or a share like 10%");
+  return stop;
+}
+
+/// "vertex-removal:degree": the method and its variant.
+void choose_method(const std::string& text, SimplifyOptions& o) {
+  const std::size_t colon = text.find(':');
+  o.method = text.substr(0, colon);
+  if (colon == std::string::npos) return;
+  const std::string variant = text.substr(colon + 1);
+  if (o.method == "vertex-removal")
+    o.criterion = variant;
+  else if (o.method == "triangle-collapse")
+    o.placement = variant;
+  else if (o.method == "attribute-qem")
+    o.attribute_metric = variant;
+  else if (o.method == "edge-cost")
+    o.term = variant;
+  else if (o.method == "bounded")
+    o.effort = variant;
+  else
+    o.method = text;  // no such method; simplify() says so
+}
+
+CompareRow run_one(const HeightGrid& grid, const DemInfo& info, const std::string& method,
+                   const std::string& stop_text, const StopAt& stop, SimplifyOptions options) {
+  CompareRow row;
+  row.method = method;
+  row.stop = stop_text;
+  choose_method(method, options);
+  options.stop = stop;
+  MeasuredRun run = simplify_apart(grid, info.spacing_x_m, info.spacing_y_m, options);
+  row.seconds = run.seconds;
+  row.cpu_seconds = run.cpu_seconds;
+  row.peak_mb = run.peak_mb;
+  row.page_faults = run.page_faults;
+  Result<Simplified>& made = run.made;
+  if (!made) {
+    row.failure = made.error().what;
+    return row;
+  }
+  row.made = std::move(*made);
+  row.quality = mesh_quality(row.made.tin, MeshMap{}, grid, options.threads);
+  row.attributes = attribute_errors(options, grid, info, row.made.tin);
+  return row;
+}
+
+nlohmann::ordered_json row_json(const CompareRow& r) {
+  nlohmann::ordered_json j = {{"method", r.method}, {"stop", r.stop}};
+  if (!r.failure.empty()) {
+    j["failure"] = r.failure;
+    return j;
+  }
+  j["steps"] = r.made.steps;
+  j["input_triangles"] = r.made.input_triangles;
+  j.update(quality_json(r.quality));
+  j["seconds"] = r.seconds;
+  j["cpu_seconds"] = r.cpu_seconds;
+  j["peak_mb"] = r.peak_mb;
+  j["page_faults"] = r.page_faults;
+  if (r.attributes) j["surface"] = distance_json(*r.attributes);
+  j["note"] = r.made.note;
+  return j;
+}
+
+/// A second table, of the rows that carry attributes.
+std::string attributes_text(const std::vector<CompareRow>& rows) {
+  std::string out;
+  const auto cell = [](const std::optional<AttributeError>& e) {
+    return e ? fmt::format("{:>10.4f} {:>10.4f}", e->rms, e->max) : fmt::format("{:>21}", "-");
+  };
+  for (const CompareRow& r : rows) {
+    if (!r.attributes) continue;
+    if (out.empty())
+      out = fmt::format("\n{:<26} {:>8} {:>10} {:>10} {:>10} {:>10}\n", "attributes of", "stop",
+                        "colour rms", "max", "normal rms", "max");
+    out += fmt::format("{:<26} {:>8} {} {}\n", r.method, r.stop, cell(r.attributes->colour),
+                       cell(r.attributes->normal));
+  }
+  return out;
+}
+
+std::string table_text(const std::vector<CompareRow>& rows) {
+  std::string out = fmt::format(
+      "{:<26} {:>8} {:>10} {:>9} {:>9} {:>9} {:>9} {:>8} {:>10} {:>8} {:>8}\n", "method", "stop",
+      "triangles", "steps", "rms m", "max m", "p99 m", "flipped", "uncovered", "time s", "peak MB");
+  for (const CompareRow& r : rows) {
+    if (!r.failure.empty()) {
+      out += fmt::format("{:<26} {:>8} {}\n", r.method, r.stop, r.failure);
+      continue;
+    }
+    const VerticalError& e = r.quality.error;
+    out += fmt::format(
+        "{:<26} {:>8} {:>10} {:>9} {:>9.3f} {:>9.2f} {:>9.2f} {:>8} {:>10} {:>8.3f} {:>8.0f}\n",
+        r.method, r.stop, r.quality.triangles, r.made.steps, e.rms_m, e.max_m, e.p99_m,
+        r.quality.flipped, r.quality.uncovered, r.seconds, r.peak_mb);
+  }
+  return out + attributes_text(rows);
+}
+
+std::string table_csv(const std::vector<CompareRow>& rows) {
+  std::string out =
+      "method,stop,triangles,steps,rms_m,max_m,p95_m,p99_m,flipped,uncovered,seconds,peak_mb,"
+      "colour_rms,colour_max,normal_rms,normal_max\n";
+  const auto cells = [](const std::optional<AttributeError>& e) {
+    return e ? fmt::format("{},{}", e->rms, e->max) : std::string(",");
+  };
+  for (const CompareRow& r : rows) {
+    if (!r.failure.empty()) continue;
+    const VerticalError& e = r.quality.error;
+    const SurfaceDistance attributes = r.attributes.value_or(SurfaceDistance{});
+    out += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", r.method, r.stop,
+                       r.quality.triangles, r.made.steps, e.rms_m, e.max_m, e.p95_m, e.p99_m,
+                       r.quality.flipped, r.quality.uncovered, r.seconds, r.peak_mb,
+                       cells(attributes.colour), cells(attributes.normal));
+  }
+  return out;
+}
+
+Result<std::vector<std::pair<std::string, StopAt>>> stops_of(const Arguments& a) {
+  std::vector<std::pair<std::string, StopAt>> stops;
+  for (const std::string& text : a.at) {
+    const auto stop = parse_at(text);
+    if (!stop) return std::unexpected(stop.error());
+    stops.push_back({text, *stop});
+  }
+  for (const std::string& text : a.max_error) {
+    const auto v = parse_number(text);
+    if (!v) return std::unexpected(v.error());
+    StopAt stop;
+    stop.max_error_m = *v;
+    stops.push_back({text + " m", stop});
+  }
+  return stops;
+}
+
+int run(const Arguments& a) {
+  for (const std::string& text : a.methods) {
+    SimplifyOptions chosen;
+    choose_method(text, chosen);
+    if (std::ranges::find(methods(), chosen.method, &MethodInfo::name) == methods().end())
+      return complain(no_such_method(chosen.method).error());
+  }
+  const auto stops = stops_of(a);
+  if (!stops) return complain(stops.error());
+  if (const int code = check_outputs({a.csv, a.html}); code != kOk) return code;
+  const auto takes_drape = [](const std::string& m) { return m.starts_with("attribute-qem"); };
+  if (!a.drape.empty() && std::ranges::none_of(a.methods, takes_drape))
+    return complain(
+        {Errc::invalid_argument, "--drape is for attribute-qem, which is not compared"});
+  const auto dem = open_dem(a.input);
+  if (!dem) return complain(dem.error());
+  const DemInfo& info = (*dem)->info();
+  auto grid = read_all(**dem);
+  if (!grid) return complain(grid.error());
+  SimplifyOptions options;
+  if (a.lines.any()) {
+    auto constraints = read_lines(a.lines, **dem, *grid);
+    if (!constraints) return complain(constraints.error());
+    options.constraints = std::move(*constraints);
+    grid = options.constraints->grid;
+  }
+  options.threads = a.threads;
+  if (!a.drape.empty()) {
+    auto drape = drape_image(a.drape, **dem);
+    if (!drape) return complain(drape.error());
+    options.drape = std::make_shared<const std::vector<Colour>>(std::move(drape->colours));
+  }
+  std::vector<CompareRow> rows;
+  bool any = false;
+  for (const auto& [text, stop] : *stops) {
+    for (const std::string& method : a.methods) {
+      rows.push_back(run_one(*grid, info, method, text, stop, options));
+      any |= rows.back().failure.empty();
+    }
+  }
+  if (a.json) {
+    nlohmann::ordered_json j = nlohmann::ordered_json::array();
+    for (const CompareRow& r : rows) j.push_back(row_json(r));
+    std::printf("%s\n", j.dump(2).c_str());
+  } else {
+    fmt::print("{}", table_text(rows));
+  }
+  auto write = [](const std::string& path, const std::string& text) {
+    if (path.empty()) return true;
+    const auto ok = proto::write_whole_file(path, text);
+    if (!ok) complain({Errc::io, ok.error()});
+    return ok.has_value();
+  };
+  const std::string title = "Simplifying " + info.files[0].substr(info.files[0].rfind('/') + 1);
+  if (!write(a.csv, table_csv(rows))) return kCannotCreate;
+  if (!a.html.empty() &&
+      !write(a.html, compare_page(title, rows, *grid, info.spacing_x_m, info.spacing_y_m)))
+    return kCannotCreate;
+  if (!any) return complain({Errc::invalid_argument, "no method gave a result"});
+  return kOk;
+}
+
+}  // namespace
+
+void add_compare(Command program, int& exit) {
+  auto a = std::make_shared<Arguments>();
+  Command app = program.add_subcommand(
+      "compare", "Run several methods on one DEM and print one table of size, error and time");
+  app.add_option("input", a->input.files, "a DEM, or several that share one grid").required();
+  app.add_option("--methods", a->methods,
+                 "names, comma-separated; name:variant picks a criterion (vertex-removal), a "
+                 "placement (triangle-collapse), a metric (attribute-qem) or an effort (bounded)")
+      .delimiter(',')
+      .shown();
+  Command stop = app.add_group("Stop at (exactly one)", 1, 1);
+  stop.add_option("--at", a->at, "shares like 10% or triangle counts, comma-separated")
+      .delimiter(',');
+  stop.add_option("--max-error", a->max_error, "error bounds in metres, comma-separated")
+      .delimiter(',');
+  add_dem_options(app, a->input);
+  add_line_options(app, a->lines);
+  app.add_option("--drape", a->drape, "attribute-qem: colours from this image");
+  app.add_option("--html", a->html, "write a page with curves and pictures, which stands alone");
+  app.add_option("--csv", a->csv, "write the table here as CSV");
+  app.add_flag("--json", a->json, "print the table as JSON");
+  app.add_option("--threads", a->threads, "threads to use, 0: one per core").not_negative().shown();
+  app.on_run([a, &exit] { exit = run(*a); });
+}
+
+}  // namespace tind::cli

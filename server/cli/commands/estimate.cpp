@@ -1,0 +1,101 @@
+// tind estimate: tiles, bytes, time and memory of a build, before anything is built.
+
+#include "server/cli/commands/estimate.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "server/cli/commands/commands.h"
+#include "server/cli/options/dem_input.h"
+#include "server/cli/options/output_options.h"
+#include "server/cli/options/tile_options.h"
+#include "server/cli/program/peak_memory.h"
+#include "server/cli/program/progress_bar.h"
+#include "terrain/pyramid/build/estimate.h"
+
+namespace tind::cli {
+
+namespace {
+
+struct Arguments {
+  DemInput input;
+  BuildOptions options;
+  std::string progress = "auto";
+  bool json = false;
+};
+
+nlohmann::ordered_json to_json(const BuildEstimate& e, double peak_mb) {
+  nlohmann::ordered_json j;
+  j["tiles"] = e.tiles;
+  j["sampled"] = e.sampled;
+  j["bytes"] = e.bytes;
+  j["bytes_standard_error"] = e.bytes_error;
+  j["seconds"] = e.seconds;
+  j["threads"] = e.threads;
+  j["peak_mb"] = peak_mb;
+  for (const LevelEstimate& l : e.levels)
+    j["levels"].push_back({{"level", l.level},
+                           {"tiles", l.tiles},
+                           {"sampled", l.sampled},
+                           {"bytes", l.bytes},
+                           {"thread_seconds", l.seconds}});
+  return j;
+}
+
+void print(const BuildEstimate& e, double peak_mb) {
+  fmt::print("{:>5} {:>10} {:>8} {:>12} {:>14} {:>12}\n", "level", "tiles", "sampled", "bytes/tile",
+             "bytes", "ms/tile");
+  for (const LevelEstimate& l : e.levels)
+    fmt::print("{:>5} {:>10} {:>8} {:>12.0f} {:>14.0f} {:>12.1f}\n", l.level, l.tiles, l.sampled,
+               l.bytes / double(l.tiles), l.bytes, 1000 * l.seconds / double(l.tiles));
+  fmt::print(
+      "{} tiles, about {:.3g} MB (standard error {:.2g} %), in about {} with {} threads, "
+      "{:.0f} MB of memory\n",
+      e.tiles, e.bytes / 1e6, 100 * e.bytes_error / e.bytes, duration_text(e.seconds), e.threads,
+      peak_mb);
+}
+
+}  // namespace
+
+int print_estimate(const DemSource& source, const BuildOptions& options,
+                   const std::string& progress, bool json) {
+  Result<BuildEstimate> estimate = fail(Errc::internal, "not run");
+  warn_of_plan(source, options.tiles);
+  PeakMemory::forget();
+  {
+    ProgressBar bar("samples", progress_style(progress));
+    estimate = estimate_build(source, options, bar.progress());
+  }
+  if (!estimate) return complain(estimate.error());
+  // The samples are made by as many threads as the build has, the largest tiles among them.
+  const double peak_mb = PeakMemory::megabytes();
+  if (json)
+    fmt::print("{}\n", to_json(*estimate, peak_mb).dump(1));
+  else
+    print(*estimate, peak_mb);
+  return kOk;
+}
+
+void add_estimate(Command program, int& exit) {
+  auto a = std::make_shared<Arguments>();
+  Command c = program.add_subcommand(
+      "estimate", "How many tiles a build would make, their bytes, its time and memory");
+  c.add_option("DEM", a->input.files, "raster files").required();
+  add_tile_options(c, a->options.tiles);
+  a->input.to_datum = "ellipsoid";  // as tind build has it
+  add_dem_options(c, a->input);
+  c.add_option("--threads", a->options.threads, "threads of the build (default: one per core)")
+      .range(1, 1024);
+  c.add_flag("--gzip", a->options.gzip, "bytes of compressed tiles");
+  add_progress_option(c, a->progress);
+  c.add_flag("--json", a->json, "print the estimate as JSON");
+  c.footer("Some tiles of each level are made to see; nothing is written.");
+  c.on_run([a, &exit] {
+    const auto source = open_dem(a->input);
+    exit = source ? print_estimate(**source, a->options, a->progress, a->json)
+                  : complain(source.error());
+  });
+}
+
+}  // namespace tind::cli

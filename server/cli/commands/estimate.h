@@ -1,0 +1,14 @@
+#pragma once
+// What `tind estimate` and `tind build --dry-run` print.
+
+#include <string>
+
+#include "terrain/pyramid/build/build.h"
+#include "terrain/raster/dem_source.h"
+
+namespace tind::cli {
+
+/// Estimates and prints; returns the exit code.
+int print_estimate(const DemSource&, const BuildOptions&, const std::string& progress, bool json);
+
+}  // namespace tind::cli

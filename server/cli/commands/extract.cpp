@@ -1,0 +1,119 @@
+// tind extract: one level of a .tpm, as a mesh file.
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "proto/file_io.h"
+#include "proto/mesh_io.h"
+#include "proto/mesh_stream.h"
+#include "server/cli/commands/commands.h"
+#include "server/cli/options/mesh_input.h"
+#include "server/cli/options/output_options.h"
+#include "terrain/mesh/mesh_frame.h"
+#include "terrain/progressive/stream/progressive_cursor.h"
+#include "terrain/progressive/stream/progressive_stream.h"
+
+namespace tind::cli {
+
+namespace {
+
+struct Extract {
+  std::string input, output;
+  std::optional<std::size_t> triangles;
+  std::optional<double> max_error;
+  bool json = false;
+};
+
+Result<std::size_t> state_asked_for(const Extract& a, const ProgressiveMesh& pm,
+                                    const ProgressiveCursor& cursor) {
+  if (a.triangles && *a.triangles < cursor.triangles()) {  // it stands at the coarsest
+    return fail(Errc::out_of_range,
+                fmt::format("{0} has {1} triangles at its coarsest, not {2}: ask for {1} or more",
+                            a.input, cursor.triangles(), *a.triangles));
+  }
+  if (a.triangles) return cursor.position_for_triangles(*a.triangles);
+  if (!a.max_error) return pm.splits.size();
+  if (*a.max_error < pm.fine_error_m) {
+    return fail(Errc::out_of_range,
+                fmt::format("{} reaches an error of {:.4g} at its finest, not {:.4g}", a.input,
+                            pm.fine_error_m, *a.max_error));
+  }
+  return cursor.position_for_error(*a.max_error);
+}
+
+int run_extract(const Extract& a) {
+  if (const int code = check_outputs({a.output}); code != kOk) return code;
+  const auto file = proto::read_whole_file(a.input);
+  if (!file) {
+    complain({Errc::io, file.error()});
+    return kSourceMissing;
+  }
+  const auto stream = proto::decode_mesh_stream(
+      {reinterpret_cast<const std::uint8_t*>(file->data()), file->size()});
+  if (!stream) return complain({Errc::bad_data, a.input + ": " + stream.error()});
+  const ProgressiveMesh pm = from_stream(*stream);
+  auto cursor = ProgressiveCursor::open(pm);
+  if (!cursor) return complain(cursor.error());
+  const Result<std::size_t> state = state_asked_for(a, pm, *cursor);
+  if (!state) return complain(state.error());
+  cursor->seek(*state);
+  const bool terrain = stream->frame == proto::StreamFrame::terrain;
+  const DemInfo info = terrain ? info_of(*stream) : DemInfo{};
+  Tin level = cursor->extract();
+  if (terrain) level = mesh_map(info, MeshFrame::source, false).from_posts(std::move(level));
+  const auto written =
+      proto::write_mesh(a.output, terrain ? mesh_above(info.datum, std::move(level))
+                                          : to_file_mesh(std::move(level)));
+  if (!written) {
+    complain({Errc::io, written.error()});
+    return kCannotCreate;
+  }
+  const bool complete = stream->splits.size() == stream->total_splits;
+  if (a.json) {
+    nlohmann::ordered_json j = {{"triangles", cursor->triangles()},
+                                {"vertices", cursor->positions().size()},
+                                {terrain ? "max_error_m" : "max_error", cursor->error_m()},
+                                {"splits", *state},
+                                {"complete", complete}};
+    if (terrain) {
+      j["crs"] = info.crs_name;
+      j["vertical_datum"] = name(info.datum);
+    }
+    j["output"] = a.output;
+    std::printf("%s\n", j.dump(2).c_str());
+  } else {
+    fmt::print("{} triangles, {} vertices, ", cursor->triangles(), cursor->positions().size());
+    if (terrain)
+      fmt::print("every post within {:.4g} m\n", cursor->error_m());
+    else
+      fmt::print("at most {:.4g} from the finest surface\n", cursor->error_m());
+    if (!complete)
+      fmt::print("the file is cut off: {} of {} splits are there\n", stream->splits.size(),
+                 stream->total_splits);
+  }
+  return kOk;
+}
+
+}  // namespace
+
+void add_extract(Command program, int& exit) {
+  auto a = std::make_shared<Extract>();
+  Command app =
+      program.add_subcommand("extract", "Take one level of detail out of a .tpm, as a mesh file");
+  app.add_option("input", a->input, "a .tpm, or the beginning of one").required();
+  app.add_option("-o,--output", a->output, "the mesh: .ply, .obj or .stl").required();
+  Command group = app.add_group("Level (at most one; without, the finest)", 0, 1);
+  group.add_option("--triangles", a->triangles, "the finest level of at most this many triangles");
+  group.add_option(
+      "--max-error", a->max_error,
+      "the coarsest level that is known to be within this error: of every post, metres; of a mesh, "
+      "the distance from its finest surface");
+  add_json_flag(app, a->json);
+  app.on_run([a, &exit] { exit = run_extract(*a); });
+}
+
+}  // namespace tind::cli

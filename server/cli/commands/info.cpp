@@ -1,0 +1,326 @@
+// tind info: what is this? DEMs (info_dem.cpp), terrain tiles, tile sets here and elsewhere,
+// meshes.
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <libdeflate.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <span>
+
+#include "proto/file_io.h"
+#include "proto/layer_json.h"
+#include "proto/mesh_stream.h"
+#include "proto/quantized_mesh.h"
+#include "server/cli/commands/commands.h"
+#include "server/cli/commands/info_dem.h"
+#include "server/cli/options/mesh_input.h"
+#include "server/cli/options/output_options.h"
+#include "server/log/printable.h"
+#include "terrain/geo/ellipsoid.h"
+#include "terrain/progressive/stream/progressive_stream.h"
+#include "terrain/store/tile_location.h"
+
+namespace tind::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+struct Arguments {
+  DemInput dem;
+  InfoDemOptions options;
+};
+
+// ---- a tile ----
+
+/// The bytes of a gzip file; others as they are.
+Result<std::string> unpacked(const std::string& path, std::string bytes) {
+  constexpr std::size_t kMost = 64 << 20;
+  if (!bytes.starts_with("\x1f\x8b")) return bytes;
+  const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)> inflate(
+      libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
+  std::string out(std::min(kMost, 1040 * bytes.size()), '\0');  // DEFLATE's highest ratio is 1032
+  std::size_t size = 0;
+  if (libdeflate_gzip_decompress(inflate.get(), bytes.data(), bytes.size(), out.data(), out.size(),
+                                 &size) != LIBDEFLATE_SUCCESS)
+    return fail(Errc::bad_data, path + ": damaged gzip data");
+  out.resize(size);
+  return out;
+}
+
+Json to_json(const proto::QuantizedMesh& tile, std::size_t bytes) {
+  const auto place = wgs84::from_ecef({tile.center[0], tile.center[1], tile.center[2]});
+  Json j;
+  j["kind"] = "quantized-mesh tile";
+  j["bytes"] = bytes;
+  j["vertices"] = tile.u.size();
+  j["triangles"] = tile.triangles.size();
+  j["edge_vertices"] = {{"west", tile.west.size()},
+                        {"south", tile.south.size()},
+                        {"east", tile.east.size()},
+                        {"north", tile.north.size()}};
+  j["min_height_m"] = tile.min_height;
+  j["max_height_m"] = tile.max_height;
+  j["center"] = tile.center;
+  j["center_lon_lat_height"] = {place.p.lon, place.p.lat, place.height_m};
+  j["bounding_sphere"] = tile.bounding_sphere;
+  j["horizon_occlusion"] = tile.horizon_occlusion;
+  Json extensions = Json::array();
+  if (!tile.oct_normals.empty()) extensions.push_back("octvertexnormals");
+  if (!tile.water_mask.empty()) extensions.push_back("watermask");
+  if (!tile.metadata.empty()) extensions.push_back("metadata");
+  j["extensions"] = extensions;
+  if (!tile.metadata.empty()) {
+    j["metadata"] = Json::parse(tile.metadata, nullptr, false);
+    if (j["metadata"].is_discarded()) j["metadata"] = tile.metadata;
+  }
+  return j;
+}
+
+std::string to_text(const std::string& path, const Json& j) {
+  const Json& c = j["center_lon_lat_height"];
+  const Json& e = j["edge_vertices"];
+  std::string out = fmt::format("tile       {} (quantized-mesh, {} bytes unpacked)\n", path,
+                                j["bytes"].get<std::size_t>());
+  out += fmt::format("mesh       {} vertices, {} triangles; on the edges W {} S {} E {} N {}\n",
+                     j["vertices"].dump(), j["triangles"].dump(), e["west"].dump(),
+                     e["south"].dump(), e["east"].dump(), e["north"].dump());
+  out += fmt::format("heights    {:.8g} .. {:.8g} m\n", j["min_height_m"].get<double>(),
+                     j["max_height_m"].get<double>());
+  out += fmt::format("centre     lon {:.6f}, lat {:.6f}, {:.1f} m above the ellipsoid\n",
+                     c[0].get<double>(), c[1].get<double>(), c[2].get<double>());
+  out += fmt::format("sphere     radius {:.1f} m\n", j["bounding_sphere"][3].get<double>());
+  out += fmt::format("extensions {}\n", j["extensions"].dump());
+  if (j.contains("metadata")) out += fmt::format("metadata   {}\n", j["metadata"].dump());
+  return out;
+}
+
+/// Prints the text, or gives the JSON.
+Result<Json> said(const Arguments& a, Json json, const std::string& text) {
+  if (!a.options.json) std::printf("%s", text.c_str());
+  return json;
+}
+
+Result<Json> info_tile(const Arguments& a, const std::string& path) {
+  auto file = TileLocation(path).read(path);
+  if (!file) return std::unexpected(file.error());
+  const auto bytes = unpacked(path, std::string(file->begin(), file->end()));
+  if (!bytes) return std::unexpected(bytes.error());
+  std::string reason;
+  const auto tile =
+      proto::decode({reinterpret_cast<const std::uint8_t*>(bytes->data()), bytes->size()}, reason);
+  if (!tile) return fail(Errc::bad_data, path + ": not a quantized-mesh tile: " + reason);
+  const Json j = to_json(*tile, bytes->size());
+  return said(a, j, to_text(path, j));
+}
+
+// ---- a tile set ----
+
+Json to_json(const proto::LayerJson& layer) {
+  Json levels = Json::array();
+  for (std::size_t z = 0; z < layer.available.size(); ++z) {
+    std::uint64_t tiles = 0;
+    for (const proto::TileRange& r : layer.available[z])
+      tiles += (std::uint64_t(r.end_x) - r.start_x + 1) * (std::uint64_t(r.end_y) - r.start_y + 1);
+    if (tiles > 0) levels.push_back({{"level", z}, {"tiles", tiles}});
+  }
+  return {{"kind", "tile set"},
+          {"name", layer.name},
+          {"format", layer.format},
+          {"projection", layer.projection},
+          {"scheme", layer.scheme},
+          {"version", layer.version},
+          {"bounds", layer.bounds},
+          {"minzoom", layer.minzoom},
+          {"maxzoom", layer.maxzoom},
+          {"levels", levels},
+          {"extensions", layer.extensions},
+          {"attribution", layer.attribution},
+          {"datum", layer.datum.empty() ? Json() : Json(layer.datum)}};
+}
+
+std::string to_text(const std::string& path, const proto::LayerJson& layer, const Json& j) {
+  std::string out = fmt::format("tile set   {} \"{}\" ({}, {}, {})\n", path, layer.name,
+                                layer.format, layer.projection, layer.scheme);
+  out += fmt::format("bounds     {:.6f} (west south east north)\n", fmt::join(layer.bounds, " "));
+  out += fmt::format("datum      {}\n", layer.datum.empty() ? "not stated" : layer.datum);
+  out += fmt::format("levels     {} .. {}\n", layer.minzoom, layer.maxzoom);
+  for (const Json& level : j["levels"])
+    out += fmt::format("  {:>2}       {} tiles\n", level["level"].get<int>(),
+                       level["tiles"].get<std::uint64_t>());
+  return out + fmt::format("extensions {}\n", j["extensions"].dump());
+}
+
+Result<Json> info_tile_set(const Arguments& a, const std::string& path) {
+  const TileLocation location(path);
+  const std::string file = location.file("layer.json");
+  const auto json = location.read(file);
+  if (!json && json.error().code == Errc::not_found && !location.remote())
+    return fail(Errc::not_found, path +
+                                     ": a folder without layer.json is no tile set; name the files "
+                                     "in it that you mean");
+  if (!json) return std::unexpected(json.error());
+  std::string reason;
+  const auto layer =
+      proto::decode_layer_json({reinterpret_cast<const char*>(json->data()), json->size()}, reason);
+  if (!layer) return fail(Errc::bad_data, file + ": " + reason);
+  const Json j = to_json(*layer);
+  return said(a, j, to_text(path, *layer, j));
+}
+
+// ---- a mesh ----
+
+Result<Json> info_mesh(const Arguments& a, const std::string& path) {
+  const auto tin = read_tin(path);
+  if (!tin) return std::unexpected(tin.error());
+  Vec3 low{HUGE_VAL, HUGE_VAL, HUGE_VAL}, high{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+  for (const Vec3& v : tin->vertices) {
+    low = {std::min(low.x, v.x), std::min(low.y, v.y), std::min(low.z, v.z)};
+    high = {std::max(high.x, v.x), std::max(high.y, v.y), std::max(high.z, v.z)};
+  }
+  Json j = {{"kind", "mesh"},
+            {"vertices", tin->vertices.size()},
+            {"triangles", tin->triangles.size()},
+            {"attributes", Json::array()}};
+  if (!tin->normals.empty()) j["attributes"].push_back("normals");
+  if (!tin->colours.empty()) j["attributes"].push_back("colours");
+  if (!tin->texcoords.empty()) j["attributes"].push_back("texture coordinates");
+  std::string text =
+      fmt::format("mesh       {}\nshape      {} vertices, {} triangles; attributes {}\n", path,
+                  tin->vertices.size(), tin->triangles.size(), j["attributes"].dump());
+  if (!tin->vertices.empty()) {
+    j["low"] = {low.x, low.y, low.z};
+    j["high"] = {high.x, high.y, high.z};
+    text += fmt::format("x y z      {:.10g} {:.10g} {:.10g} .. {:.10g} {:.10g} {:.10g}\n", low.x,
+                        low.y, low.z, high.x, high.y, high.z);
+  }
+  return said(a, std::move(j), text);
+}
+
+Result<Json> info_progressive(const Arguments& a, const std::string& path) {
+  const auto file = proto::read_whole_file(path);
+  if (!file) return fail(Errc::not_found, file.error());
+  const auto stream = proto::decode_mesh_stream(
+      {reinterpret_cast<const std::uint8_t*>(file->data()), file->size()});
+  if (!stream) return fail(Errc::bad_data, path + ": " + stream.error());
+  const bool terrain = stream->frame == proto::StreamFrame::terrain;
+  const std::size_t here = stream->splits.size(), all = stream->total_splits;
+  const double error = here == all              ? stream->fine_error_m
+                       : stream->blocks.empty() ? HUGE_VAL
+                                                : double(stream->blocks.back().error_m);
+  Json j = {{"kind", "progressive mesh"},
+            {"of", terrain ? "terrain" : "a surface in space"},
+            {"bytes", file->size()},
+            {"base_vertices", stream->base_vertices.size()},
+            {"base_triangles", stream->base_triangles.size()},
+            {"vertices", stream->base_vertices.size() + here},
+            {"splits", here},
+            {"complete", here == all},
+            {terrain ? "max_error_m" : "max_error", std::isinf(error) ? Json() : Json(error)}};
+  std::string text = fmt::format(
+      "mesh       {} (progressive, of {}, {} bytes)\n"
+      "levels     {} vertices and {} triangles to {} vertices\n"
+      "error      {:.6g}{} at its finest\n",
+      path, terrain ? "terrain" : "a surface in space", file->size(), stream->base_vertices.size(),
+      stream->base_triangles.size(), stream->base_vertices.size() + here, error,
+      terrain ? " m" : "");
+  if (here < all) text += fmt::format("cut off    {} of {} splits are there\n", here, all);
+  if (terrain) {
+    const DemInfo info = info_of(*stream);
+    j["crs"] = info.crs_name;
+    j["vertical_datum"] = name(info.datum);
+    text += fmt::format("CRS        {}\ndatum      {}\n",
+                        info.crs_name.empty() ? "none" : info.crs_name, name(info.datum));
+  }
+  return said(a, std::move(j), text);
+}
+
+// ---- whatever it is ----
+
+Result<Json> info_files(const Arguments& a, const std::vector<std::string>& files) {
+  DemInput one = a.dem;
+  one.files = files;
+  const auto dem = DemSource::open(files, dem_options(one));
+  if (!dem) return std::unexpected(dem.error());
+  return info_dem(**dem, a.options);
+}
+
+Result<Json> info_of_one(const Arguments& a, const std::string& path) {
+  const auto ends = [&](const char* suffix) { return path.ends_with(suffix); };
+  const bool remote = path.starts_with("http://") || path.starts_with("https://");
+  std::error_code error;
+  if (ends(".terrain")) return info_tile(a, path);
+  if (remote || fs::is_directory(path, error) || ends("layer.json")) return info_tile_set(a, path);
+  if (ends(".tpm")) return info_progressive(a, path);
+  if (is_mesh(path)) return info_mesh(a, path);
+  return info_files(a, {path});
+}
+
+/// Several that are no one source: each by itself, also where some cannot be read.
+int run_inventory(const Arguments& a, const std::string& why) {
+  Json all = Json::array();
+  int exit = kOk;
+  for (const std::string& path : a.dem.files) {
+    auto one = info_of_one(a, path);
+    if (!a.options.json) std::printf("\n");
+    std::fflush(stdout);
+    if (!one) {
+      const int code = complain(one.error());
+      if (exit == kOk) exit = code;
+      one = Json{{"kind", "unreadable"}, {"error", one.error().what}};
+    }
+    Json entry = {{"input", path}};
+    if (one->is_object()) entry.update(*one);  // not where text was asked for
+    all.push_back(std::move(entry));
+  }
+  if (a.options.json)
+    std::printf("%s\n", all.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
+  else
+    std::printf("%zu inputs, each by itself: %s\n", all.size(), logging::printable(why).c_str());
+  return exit;
+}
+
+int run(const Arguments& a) {
+  Result<Json> said = Json();
+  if (a.dem.files.size() > 1) {
+    const auto one_source = DemSource::open(a.dem.files, dem_options(a.dem));
+    if (!one_source) return run_inventory(a, one_source.error().what);
+    said = info_dem(**one_source, a.options);
+  } else {
+    said = info_of_one(a, a.dem.files[0]);
+  }
+  if (!said) return complain(said.error());
+  if (a.options.json)
+    std::printf("%s\n", said->dump(2, ' ', false, Json::error_handler_t::replace).c_str());
+  return kOk;
+}
+
+}  // namespace
+
+void add_info(Command program, int& exit) {
+  auto a = std::make_shared<Arguments>();
+  Command app = program.add_subcommand("info", "Say what a DEM, a mesh, a tile or a tile set is");
+  app.add_option(
+         "input", a->dem.files,
+         "a DEM (or several), a .terrain tile, a folder or URL of tiles, a .tpm, or a mesh; "
+         "several DEMs that share a grid are one, other inputs are told one by one")
+      .required();
+  add_dem_options(app, a->dem);
+  app.add_flag("--stats", a->options.stats,
+               "read every post of a DEM of more than 33 million, too: the exact range of its "
+               "heights and its voids, and whether all can be read");
+  add_progress_option(app, a->options.progress);
+  app.add_flag("--json", a->options.json, "print it as JSON");
+  app.footer(
+      "Every post of a DEM is read where there are 33 million or fewer. Of a larger one a sample "
+      "of blocks is read, unless --stats is given, and what it shows is called a sample.");
+  app.on_run([a, &exit] { exit = run(*a); });
+}
+
+}  // namespace tind::cli

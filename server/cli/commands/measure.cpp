@@ -1,0 +1,103 @@
+// tind measure: how far is a mesh from a DEM, whoever made it?
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+
+#include "proto/mesh_io.h"
+#include "server/cli/commands/commands.h"
+#include "server/cli/options/dem_input.h"
+#include "server/cli/options/mesh_input.h"
+#include "server/cli/options/output_options.h"
+#include "server/cli/pictures/mesh_quality.h"
+#include "server/cli/pictures/surface_report.h"
+
+namespace tind::cli {
+
+namespace {
+
+struct Arguments {
+  std::string mesh;
+  DemInput dem;
+  std::string frame = "source", units = "metres";
+  int threads = 1;
+  bool json = false;
+};
+
+Result<Tin> read_tin(const std::string& path) {
+  auto mesh = proto::read_mesh(path);
+  if (!mesh) return fail(Errc::bad_data, mesh.error());
+  for (const auto& p : mesh->positions)
+    if (!std::isfinite(p[0] + p[1] + p[2]))
+      return fail(Errc::bad_data, path + ": a vertex has a coordinate that is not a number");
+  return from_file_mesh(std::move(*mesh));
+}
+
+/// Two meshes: the distance of their surfaces, both ways.
+int run_surfaces(const Arguments& a, const Tin& mesh) {
+  const Result<Tin> other = read_tin(a.dem.files[0]);
+  if (!other) return complain(other.error());
+  for (const Tin* tin : {&mesh, &*other})
+    if (tin->triangles.empty())
+      return complain({Errc::bad_data, "a mesh without triangles has no surface to measure"});
+  const SurfaceDistance d = surface_distance(mesh, *other, {.threads = a.threads});
+  if (a.json)
+    std::printf("%s\n", distance_json(d).dump(2).c_str());
+  else
+    fmt::print("{}", distance_text(d));
+  return kOk;
+}
+
+int run(const Arguments& a) {
+  const Result<Tin> mesh = read_tin(a.mesh);
+  if (!mesh) return complain(mesh.error());
+  if (a.dem.files.size() == 1 && is_mesh(a.dem.files[0])) return run_surfaces(a, *mesh);
+  const auto dem = open_dem(a.dem);
+  if (!dem) return complain(dem.error());
+  const Result<HeightGrid> posts = read_all(**dem);
+  if (!posts) return complain(posts.error());
+  const MeshFrame frame = a.frame == "metric" ? MeshFrame::metric : MeshFrame::source;
+  const MeshMap map = mesh_map((*dem)->info(), frame, a.units == "source");
+  const MeshQuality quality = mesh_quality(*mesh, map, *posts, a.threads, is_stl(a.mesh));
+  if (quality.error.posts == 0) {
+    return complain({Errc::bad_data,
+                     "the mesh covers no valid post of the DEM: are both in one "
+                     "frame (--frame), or is the DEM all void?"});
+  }
+  if (a.json) {
+    nlohmann::ordered_json j = quality_json(quality);
+    j["frame"] = a.frame;
+    j["mesh"] = a.mesh;
+    j["dem"] = a.dem.files;
+    std::printf("%s\n", j.dump(2).c_str());
+  } else {
+    fmt::print("{}", quality_text(quality));
+  }
+  return kOk;
+}
+
+}  // namespace
+
+void add_measure(Command program, int& exit) {
+  auto a = std::make_shared<Arguments>();
+  Command app = program.add_subcommand(
+      "measure",
+      "Measure the vertical error of a mesh against every post of a DEM, or the distance of two "
+      "meshes' surfaces");
+  app.add_option("mesh", a->mesh, "a PLY, OBJ or STL file").required();
+  app.add_option("dem", a->dem.files, "the DEM, or several that share one grid; or a second mesh")
+      .required();
+  add_dem_options(app, a->dem);
+  app.add_option("--frame", a->frame, "the mesh's x and y: source (the DEM's CRS) or metric")
+      .one_of({"source", "metric"})
+      .shown();
+  app.add_option("--units", a->units, "the mesh's z: metres, or source (the DEM's own unit)")
+      .one_of({"metres", "source"})
+      .shown();
+  app.add_option("--threads", a->threads, "threads to use, 0: one per core").not_negative().shown();
+  add_json_flag(app, a->json);
+  app.on_run([a, &exit] { exit = run(*a); });
+}
+
+}  // namespace tind::cli

@@ -1,0 +1,61 @@
+// tind methods: a table to choose by, then what each method minimises, takes and guarantees.
+
+#include "server/api/methods.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+
+#include "server/cli/commands/commands.h"
+#include "terrain/simplify/common/options.h"
+#include "terrain/simplify/methods.h"
+
+namespace tind::cli {
+
+namespace {
+
+void print_methods(bool json) {
+  if (json) {
+    std::fputs(api::methods_json().c_str(), stdout);
+    return;
+  }
+  fmt::print("{:<18} {:<50} {:<8} {:>6} {:>6}\n", "method", "take it for", "voids", "time", "RMS");
+  for (const MethodInfo& m : methods())
+    fmt::print("{:<18} {:<50} {:<8} {:>6} {:>6}\n", m.name, m.take_for, m.voids, m.time, m.rms);
+  fmt::print(
+      "\nWithout --method it is {}: within an error it has the fewest triangles, at a count the\n"
+      "smallest RMS error. Meshes (PLY, OBJ, STL) take qem, attribute-qem and triangle-collapse;\n"
+      "there it is {}. Time and RMS error are those beside qem's at 10 % of the triangles.\n\n"
+      "All of them: no triangle flips; every valid post with a full cell beside it is covered;\n"
+      "--max-error holds at every covered post; --triangles and --ratio are never exceeded, or "
+      "the\n"
+      "note says why. holes: there is no triangle where there is no data, and a valid post that "
+      "has\n"
+      "no cell of three valid corners beside it is left out. covered: triangles close the voids, "
+      "and\n"
+      "no valid post is left out. In 'tind progressive' all of them leave holes.\n",
+      kDefaultMethod, kDefaultMeshMethod);
+  for (const MethodInfo& m : methods()) {
+    std::string options;
+    for (const std::string& o : m.options) options += (options.empty() ? "--" : ", --") + o;
+    fmt::print(
+        "\n{}\n  minimises   {}\n  stops at    {}\n  guarantees  {}\n  options     {}\n  "
+        "source      {}\n",
+        m.name, m.minimises, m.stops, m.guarantees, options.empty() ? "none" : options, m.source);
+  }
+}
+
+}  // namespace
+
+void add_methods(Command program, int& exit) {
+  auto json = std::make_shared<bool>(false);
+  Command app = program.add_subcommand("methods", "List the methods of 'tind simplify'");
+  app.add_flag("--json", *json, "as JSON");
+  app.on_run([json, &exit] {
+    print_methods(*json);
+    exit = kOk;
+  });
+}
+
+}  // namespace tind::cli

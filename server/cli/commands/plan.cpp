@@ -1,0 +1,179 @@
+// tind plan: which tiles a flight needs, in the order of need, and which of them a link brings
+// late.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "proto/file_io.h"
+#include "server/cli/commands/commands.h"
+#include "server/cli/options/dem_input.h"
+#include "server/cli/options/output_options.h"
+#include "server/cli/options/tile_options.h"
+#include "server/cli/options/trajectory_file.h"
+#include "terrain/pyramid/make/dem_tiles.h"
+#include "terrain/pyramid/plan/flight_plan.h"
+#include "terrain/store/stored_tiles.h"
+#include "terrain/store/tile_location.h"
+
+namespace tind::cli {
+
+namespace {
+
+struct Arguments {
+  DemInput tiles;
+  TileSetOptions tile_options;
+  std::string trajectory;
+  std::vector<double> position, velocity;
+  double horizon_s = 300, link_mbit = 10, head_start_s = 0;
+  std::optional<double> speed;
+  double tile_bytes = 12000;
+  FlightOptions options;
+  bool json = false;
+};
+
+bool stored(const std::string& text) {
+  return TileLocation(text).remote() || std::filesystem::is_directory(text) ||
+         text.ends_with("layer.json");
+}
+
+Result<std::unique_ptr<TileSet>> open_tiles(const Arguments& a) {
+  if (a.tiles.files.size() == 1 && stored(a.tiles.files[0]))
+    return open_stored_tiles(a.tiles.files[0]);
+  auto dem = open_dem(a.tiles);
+  if (!dem) return std::unexpected(dem.error());
+  return open_dem_tiles(std::move(*dem), a.tile_options);
+}
+
+Result<std::vector<FlightFix>> flight_of(const Arguments& a) {
+  if (a.trajectory.empty() == a.position.empty())
+    return fail(Errc::invalid_argument,
+                "either --trajectory FILE, or --position with --velocity and --horizon");
+  if (a.trajectory.empty()) {
+    const FlightFix from{{a.position[0], a.position[1]}, a.position[2], 0};
+    if (a.velocity.empty())
+      return fail(Errc::invalid_argument, "--position needs a --velocity east,north,up, m/s");
+    if (!(std::abs(from.where.lat) <= 90))
+      return fail(Errc::invalid_argument, "--position is lon,lat,height: no such latitude");
+    if (!(std::abs(from.where.lon) <= 360))
+      return fail(Errc::invalid_argument, "--position is lon,lat,height: no such longitude");
+    auto flight = straight_flight(from, a.velocity[0], a.velocity[1], a.velocity[2], a.horizon_s);
+    if (!flight) return fail(flight.error().code, "--velocity " + flight.error().what);
+    return flight;
+  }
+  const auto text = proto::read_whole_file(a.trajectory);
+  if (!text) return fail(Errc::not_found, text.error());
+  auto flight = parse_trajectory(*text, a.speed);
+  if (!flight) return fail(a.trajectory, flight.error());
+  return flight;
+}
+
+/// What a tile of a directory takes on the link; 0 where that is not to be had without fetching it.
+double size_on_disk(const TileLocation& where, TileId id) {
+  std::error_code error;
+  const auto size = std::filesystem::file_size(where.tile(id), error);
+  return error ? 0 : double(size);
+}
+
+int run(Arguments& a) {
+  const auto flight = flight_of(a);
+  if (!flight) return complain(flight.error());
+  const auto tiles = open_tiles(a);
+  if (!tiles) return complain(tiles.error());
+  a.options.link_bits_per_s = a.link_mbit * 1e6;
+  const TileLocation where(a.tiles.files[0]);
+  const bool local = !(*tiles)->dem() && !where.remote();
+  const auto plan = plan_flight(**tiles, *flight, a.options, [&](TileId id) {
+    const double known = local ? size_on_disk(where, id) : 0;
+    return std::size_t(known > 0 ? known : a.tile_bytes);
+  });
+  if (!plan) return complain(plan.error());
+
+  const double begin = flight->front().time_s - a.head_start_s;
+  const auto late = [&](const PlannedTile& t) {
+    return std::max(0.0, begin + t.arrives_s - t.needed_s);
+  };
+  std::size_t late_tiles = 0;
+  double most = 0;
+  for (const PlannedTile& t : plan->tiles)
+    late_tiles += late(t) > 0, most = std::max(most, late(t));
+  if (a.json) {
+    auto list = nlohmann::ordered_json::array();
+    for (const PlannedTile& t : plan->tiles)
+      list.push_back({{"tile", t.id.text()},
+                      {"needed_s", t.needed_s},
+                      {"arrives_s", begin + t.arrives_s},
+                      {"late_s", late(t)},
+                      {"bytes", t.bytes}});
+    const nlohmann::ordered_json j = {{"fixes", flight->size()},
+                                      {"seconds", flight->back().time_s - flight->front().time_s},
+                                      {"link_bits_per_s", a.options.link_bits_per_s},
+                                      {"bytes", plan->bytes},
+                                      {"lead_s", plan->lead_s},
+                                      {"head_start_s", a.head_start_s},
+                                      {"late_tiles", late_tiles},
+                                      {"most_late_s", most},
+                                      {"tiles", std::move(list)}};
+    std::printf("%s\n", j.dump(1).c_str());
+    return kOk;
+  }
+  fmt::print("{:<20} {:>10} {:>10} {:>8} {:>8}\n", "tile", "needed, s", "arrives, s", "late, s",
+             "bytes");
+  for (const PlannedTile& t : plan->tiles)
+    fmt::print("{:<20} {:>10.1f} {:>10.1f} {:>8.1f} {:>8}\n", t.id.text(), t.needed_s,
+               begin + t.arrives_s, late(t), t.bytes);
+  fmt::print("{} tiles, {:.3g} MB at {:.3g} Mbit/s: {} late, by {:.1f} s at most\n",
+             plan->tiles.size(), double(plan->bytes) / 1e6, a.link_mbit, late_tiles, most);
+  if (late_tiles > 0)
+    fmt::print("none is late when the transfer begins {:.1f} s before the first fix\n",
+               plan->lead_s);
+  return kOk;
+}
+
+}  // namespace
+
+void add_plan(Command program, int& exit) {
+  auto a = std::make_shared<Arguments>();
+  a->tiles.to_datum = "ellipsoid";  // as tind build has it
+  Command app = program.add_subcommand(
+      "plan", "Which tiles a flight needs, in the order of need, and which come late over a link");
+  app.add_option("tiles", a->tiles.files,
+                 "a directory made by tind build, the URL of a dataset, or a DEM")
+      .required();
+  app.add_option("--trajectory", a->trajectory,
+                 "the flight: CSV (lon,lat,height,time) or a GeoJSON LineString with times");
+  app.add_option("--speed", a->speed, "of a trajectory without times, metres a second");
+  app.add_option("--position", a->position, "instead of a trajectory: lon,lat,height")
+      .delimiter(',')
+      .expected(3);
+  app.add_option("--velocity", a->velocity,
+                 "... with this velocity: east,north,up, metres a second")
+      .delimiter(',')
+      .expected(3);
+  app.add_option("--horizon", a->horizon_s, "... for so many seconds").range(0.0, 86400.0).shown();
+  app.add_option("--link", a->link_mbit, "speed of the link, Mbit/s").shown();
+  app.add_option("--head-start", a->head_start_s,
+                 "the transfer begins so many seconds before the first fix")
+      .not_negative()
+      .shown();
+  app.add_option("--tile-bytes", a->tile_bytes,
+                 "what a tile takes where its size is not known: of a URL and of a DEM")
+      .range(1.0, 1e9)
+      .shown();
+  app.add_option("--tolerance", a->options.tolerance_px, "error on screen that is allowed, pixels")
+      .shown();
+  app.add_option("--viewport-height", a->options.viewport_height_px, "of the screen, pixels")
+      .shown();
+  app.add_option("--fov", a->options.fov_deg, "vertical field of view, degrees").shown();
+  add_tile_options(app, a->tile_options);
+  add_dem_options(app, a->tiles);
+  add_json_flag(app, a->json);
+  app.footer("A tile is needed from the moment its parent is refined, as globe clients do it.");
+  app.on_run([a, &exit] { exit = run(*a); });
+}
+
+}  // namespace tind::cli

@@ -1,0 +1,157 @@
+// tind refine: one mesh of a DEM, fine in a region and coarse outside, and how wrong it is there.
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "proto/mesh_io.h"
+#include "server/cli/commands/commands.h"
+#include "server/cli/options/dem_input.h"
+#include "server/cli/options/mesh_input.h"
+#include "server/cli/options/output_options.h"
+#include "server/cli/program/progress_bar.h"
+#include "terrain/mesh/mesh_frame.h"
+#include "terrain/mesh/vertical_error.h"
+#include "terrain/progressive/multires/geo_region.h"
+#include "terrain/progressive/multires/levelled_collapse.h"
+#include "terrain/progressive/multires/refine_region.h"
+
+namespace tind::cli {
+namespace {
+
+struct Arguments {
+  DemInput input;
+  std::string bbox, polygon, route, output, progress = "auto", frame = "source";
+  double width_m = 0;
+  RegionErrors errors{1, 50};
+  int threads = 0;
+  bool json = false;
+};
+
+/// "LON,LAT LON,LAT ..." or "WEST,SOUTH,EAST,NORTH": numbers between commas and blanks.
+Result<std::vector<double>> numbers(const std::string& text, const char* option) {
+  std::vector<double> out;
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  while (at < end) {
+    double value = 0;
+    const auto [stop, error] = std::from_chars(at, end, value);
+    if (error != std::errc() || !std::isfinite(value))
+      return fail(Errc::invalid_argument,
+                  fmt::format("{}: '{}' is no list of decimal degrees", option, text));
+    out.push_back(value);
+    at = stop;
+    while (at < end && (*at == ',' || *at == ' ')) ++at;
+  }
+  return out;
+}
+
+Result<GeoRegion> region_of(const Arguments& a) {
+  const bool box = !a.bbox.empty(), ring = !a.polygon.empty();
+  const char* const option = box ? "--bbox" : ring ? "--polygon" : "--route";
+  const auto n = numbers(box ? a.bbox : ring ? a.polygon : a.route, option);
+  if (!n) return std::unexpected(n.error());
+  if (box) {
+    if (n->size() != 4) return fail(Errc::invalid_argument, "--bbox takes WEST,SOUTH,EAST,NORTH");
+    return GeoRegion::box({(*n)[0], (*n)[1], (*n)[2], (*n)[3]});
+  }
+  if (n->size() % 2)
+    return fail(Errc::invalid_argument, fmt::format("{} takes pairs LON,LAT", option));
+  GeoRegion out;
+  out.closed = ring;
+  out.width_m = a.width_m;
+  for (std::size_t i = 0; i < n->size(); i += 2) out.points.push_back({(*n)[i], (*n)[i + 1]});
+  return out;
+}
+
+/// The worst posts on either side of the region's edge.
+struct Measured {
+  VerticalError inside, outside;
+};
+Measured measure(const Tin& tin, const HeightGrid& grid, const Region& region, int threads) {
+  HeightGrid in = grid, out = grid;
+  for (int r = 0; r < grid.rows(); ++r)
+    for (int c = 0; c < grid.cols(); ++c)
+      (region.contains({double(c), -double(r)}) ? out : in).at(c, r) = HeightGrid::kVoid;
+  return {vertical_error(tin, in, threads), vertical_error(tin, out, threads)};
+}
+
+std::string within(const VerticalError& e) {
+  return e.posts == 0 ? "no valid post" : fmt::format("{} posts within {:.3f} m", e.posts, e.max_m);
+}
+
+int run(const Arguments& a) {
+  const auto asked = region_of(a);
+  if (!asked) return complain(asked.error());
+  if (!(a.errors.inside_m >= 0 && a.errors.inside_m <= a.errors.outside_m))
+    return complain({Errc::invalid_argument, "--inside must be 0 or more and not above --outside"});
+  if (const int code = check_outputs({a.output}); code != kOk) return code;
+  const auto dem = open_dem(a.input);
+  if (!dem) return complain(dem.error());
+  const DemInfo& info = (*dem)->info();
+  const auto region = asked->over(**dem);
+  if (!region) return complain(region.error());
+  const Result<HeightGrid> grid = read_all(**dem);
+  if (!grid) return complain(grid.error());
+  Result<MultiTriangulation> all;
+  {
+    ProgressBar bar("refine", progress_style(a.progress));
+    all = levelled_terrain(*grid, info.spacing_x_m, info.spacing_y_m, {.threads = a.threads},
+                           bar.progress());
+  }
+  if (!all) return complain(all.error());
+  const Tin tin = refine_region(*all, *region, a.errors).to_tin();
+  const Measured measured = measure(tin, *grid, *region, a.threads);
+  const MeshFrame frame = a.frame == "metric" ? MeshFrame::metric : MeshFrame::source;
+  if (const auto ok = proto::write_mesh(
+          a.output, mesh_above(info.datum, mesh_map(info, frame, false).from_posts(tin)));
+      !ok) {
+    complain({Errc::io, ok.error()});
+    return kCannotCreate;
+  }
+  const nlohmann::ordered_json report = {{"triangles", tin.triangles.size()},
+                                         {"vertices", tin.vertices.size()},
+                                         {"inside",
+                                          {{"asked_m", a.errors.inside_m},
+                                           {"max_error_m", measured.inside.max_m},
+                                           {"posts", measured.inside.posts}}},
+                                         {"outside",
+                                          {{"asked_m", a.errors.outside_m},
+                                           {"max_error_m", measured.outside.max_m},
+                                           {"posts", measured.outside.posts}}}};
+  if (a.json)
+    std::printf("%s\n", report.dump(2).c_str());
+  else
+    fmt::print("{} triangles; inside {}, outside {}\n", tin.triangles.size(),
+               within(measured.inside), within(measured.outside));
+  return kOk;
+}
+
+}  // namespace
+
+void add_refine(Command program, int& exit) {
+  auto a = std::make_shared<Arguments>();
+  Command app = program.add_subcommand(
+      "refine", "One mesh of a DEM, fine in a region and coarse outside; both errors hold");
+  app.add_option("input", a->input.files, "a DEM, or several that share one grid").required();
+  app.add_option("-o,--output", a->output, "the mesh: .ply, .obj or .stl").required();
+  Command group = app.add_group("Region (exactly one), decimal degrees", 1, 1);
+  group.add_option("--bbox", a->bbox,
+                   "WEST,SOUTH,EAST,NORTH; across the antimeridian 179,-20,181,-10");
+  group.add_option("--polygon", a->polygon, "\"LON,LAT LON,LAT LON,LAT ...\"");
+  const Option route =
+      group.add_option("--route", a->route, "\"LON,LAT LON,LAT ...\", with --width");
+  app.add_option("--width", a->width_m, "of the corridor along the route, metres").needs(route);
+  app.add_option("--inside", a->errors.inside_m, "error in the region, metres").shown();
+  app.add_option("--outside", a->errors.outside_m, "error everywhere else, metres").shown();
+  add_dem_options(app, a->input);
+  add_frame_option(app, a->frame);
+  app.add_option("--threads", a->threads, "threads to use, 0: one per core").not_negative().shown();
+  add_json_flag(app, a->json);
+  add_progress_option(app, a->progress);
+  app.on_run([a, &exit] { exit = run(*a); });
+}
+
+}  // namespace tind::cli

@@ -1,0 +1,339 @@
+// tind simplify: a DEM in, one mesh and its report out.
+
+#include "terrain/simplify/simplify.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <climits>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "proto/file_io.h"
+#include "proto/mesh_io.h"
+#include "server/cli/commands/commands.h"
+#include "server/cli/options/dem_input.h"
+#include "server/cli/options/line_input.h"
+#include "server/cli/options/mesh_input.h"
+#include "server/cli/options/method_options.h"
+#include "server/cli/options/output_options.h"
+#include "server/cli/pictures/mesh_quality.h"
+#include "server/cli/pictures/surface_report.h"
+#include "server/cli/program/dem_strips.h"
+#include "server/cli/program/peak_memory.h"
+#include "server/cli/program/progress_bar.h"
+#include "terrain/mesh/mesh_frame.h"
+#include "terrain/raster/gdal/image_source.h"
+#include "terrain/simplify/bounded/bounded.h"
+#include "terrain/simplify/collapse/attribute_quadric.h"
+#include "terrain/simplify/common/options.h"
+#include "terrain/simplify/common/simplified.h"
+#include "terrain/simplify/simplify_mesh.h"
+
+namespace tind::cli {
+
+namespace {
+
+struct Arguments {
+  DemInput input;
+  LineInput lines;
+  std::string output, report, drape;
+  SimplifyOptions options;
+  std::string frame = "source", units = "metres", progress = "auto";
+  bool json = false;
+};
+
+struct Seconds {
+  double read = 0, simplify = 0, measure = 0, write = 0;
+};
+
+class Stopwatch {
+ public:
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double s = std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+    return s;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+/// What can be refused before a large file is read.
+Result<void> check(const Arguments& a, Command app) {
+  if (!is_mesh(a.output))
+    return fail(Errc::invalid_argument,
+                "cannot tell the format of " + a.output + ": name it .ply, .obj or .stl");
+  if (const auto ok = check_method_options(app, a.options.method); !ok) return ok;
+  if (!is_mesh(a.input.files[0])) return {};
+  for (const char* option : {"--from-datum", "--to-datum", "--allow-vrt", "--drape", "--frame",
+                             "--units", "--subset-placement", "--border-constraints"})
+    if (app.given(option))
+      return fail(Errc::invalid_argument, std::string(option) + " needs a DEM, not a mesh");
+  return {};
+}
+
+nlohmann::ordered_json report_json(const Arguments& a, const DemInfo& info, const Simplified& made,
+                                   const MeshQuality& quality, const Seconds& seconds) {
+  nlohmann::ordered_json j = {{"method", a.options.method},
+                              {"steps", made.steps},
+                              {"input_triangles", made.input_triangles}};
+  j.update(quality_json(quality));
+  j["frame"] = a.frame;
+  j["units"] = a.units;
+  j["crs"] = info.crs_name;
+  j["vertical_datum"] = name(info.datum);
+  j["spacing_m"] = {info.spacing_x_m, info.spacing_y_m};
+  j["seconds"] = {{"read", seconds.read},
+                  {"simplify", seconds.simplify},
+                  {"measure", seconds.measure},
+                  {"write", seconds.write}};
+  j["peak_mb"] = PeakMemory::megabytes();
+  j["details"] = nlohmann::ordered_json::object();
+  for (const auto& [key, value] : made.details) j["details"][key] = value;
+  j["note"] = made.note;
+  j["input"] = info.files;
+  j["output"] = a.output;
+  return j;
+}
+
+/// Writes the mesh and gives it back as it stands in the file: STL has 32-bit coordinates only,
+/// relative to an origin; the other formats lose nothing.
+Result<Tin> write(const std::string& path, Tin tin, VerticalDatum datum) {
+  if (!is_stl(path)) {
+    const auto ok = proto::write_mesh(path, mesh_above(datum, tin));
+    if (!ok) return fail(Errc::io, ok.error());
+    return tin;
+  }
+  const auto origin = proto::write_stl(path, to_file_mesh(tin));
+  if (!origin) return fail(Errc::io, origin.error());
+  const auto& [x, y, z] = *origin;
+  for (Vec3& v : tin.vertices) v = {x + float(v.x - x), y + float(v.y - y), z + float(v.z - z)};
+  return tin;
+}
+
+void print(const Arguments& a, const nlohmann::ordered_json& report, const Simplified& made,
+           const MeshQuality& quality, const Seconds& s) {
+  if (a.json) {
+    std::printf("%s\n", report.dump(2).c_str());
+    return;
+  }
+  fmt::print("{}: {} of {} triangles in {} steps\n{}", a.options.method, quality.triangles,
+             made.input_triangles, made.steps, quality_text(quality));
+  fmt::print("seconds: read {:.3f}, simplify {:.3f}, write {:.3f}, measure {:.3f}\n", s.read,
+             s.simplify, s.write, s.measure);
+  if (!made.note.empty()) fmt::print("note: {}\n", made.note);
+}
+
+/// The referee has the last word on a bound: what breaks it has a reason that is told, or is a bug.
+Result<void> hold_to_bound(const Arguments& a, const MeshQuality& quality, Simplified& made) {
+  if (!a.options.stop.max_error_m) return {};
+  const double bound = *a.options.stop.max_error_m;
+  if (quality.error.max_m <= bound * (1 + 1e-9) + 1e-8 || !made.note.empty()) return {};
+  if (!is_stl(a.output)) {
+    return fail(Errc::internal,
+                fmt::format("{} keeps {} m, not {} m: this is a bug, the mesh in "
+                            "{} does not hold what was asked",
+                            a.options.method, quality.error.max_m, bound, a.output));
+  }
+  made.note = fmt::format("the 32-bit coordinates of STL take the mesh {:.3g} m beyond the bound",
+                          quality.error.max_m - bound);
+  return {};
+}
+
+/// No method leaves out a post that a triangle of posts holds; 32 bits of a degree may.
+void tell_of_posts_lost(const Arguments& a, const MeshQuality& quality, Simplified& made) {
+  if (!is_stl(a.output) || a.lines.any() || quality.uncovered <= quality.isolated) return;
+  made.note += fmt::format(
+      "{}the 32-bit coordinates of STL leave {} posts beside the mesh: {}PLY and OBJ hold them",
+      made.note.empty() ? "" : "; ", quality.uncovered - quality.isolated,
+      a.frame == "metric" ? "" : "--frame metric, or ");
+}
+
+/// A general mesh in, a general mesh out; its error is the distance of the two surfaces.
+int run_mesh(const Arguments& a) {
+  if (a.input.files.size() != 1) return complain({Errc::invalid_argument, "one mesh at a time"});
+  if (a.lines.any())
+    return complain({Errc::invalid_argument, "--breaklines, --flatten and --boundary need a DEM"});
+  auto read = read_tin(a.input.files[0]);
+  if (!read) return complain(read.error());
+  Tin& tin = *read;
+  if (a.options.attributes.ends_with("normal") && tin.normals.empty())
+    tin.normals = vertex_normals(tin);
+  Stopwatch watch;
+  Result<SimplifiedMesh> result;
+  {
+    ProgressBar bar(a.options.method, progress_style(a.progress));
+    result = simplify_mesh(tin, a.options, bar.progress());
+  }
+  if (!result) return complain(result.error());
+  const double seconds = watch.lap();
+  const Simplified& made = result->made;
+  const SurfaceDistance d = surface_distance(tin, made.tin, {.threads = a.options.threads});
+  const auto ok = proto::write_mesh(a.output, to_file_mesh(made.tin));
+  if (!ok) {
+    complain({Errc::io, ok.error()});
+    return kCannotCreate;
+  }
+  nlohmann::ordered_json report = {{"method", a.options.method},
+                                   {"steps", made.steps},
+                                   {"input_triangles", made.input_triangles},
+                                   {"triangles", made.tin.triangles.size()},
+                                   {"split_vertices", result->split_vertices},
+                                   {"dropped_triangles", result->dropped_triangles},
+                                   {"seconds", seconds},
+                                   {"peak_mb", PeakMemory::megabytes()}};
+  report.update(distance_json(d));
+  report["note"] = made.note;
+  if (!a.report.empty()) {
+    if (const auto wrote = proto::write_whole_file(a.report, report.dump(2) + "\n"); !wrote) {
+      complain({Errc::io, wrote.error()});
+      return kCannotCreate;
+    }
+  }
+  if (a.json) {
+    std::printf("%s\n", report.dump(2).c_str());
+    return kOk;
+  }
+  fmt::print("{}: {} of {} triangles in {} steps, {:.3f} s\n{}", a.options.method,
+             made.tin.triangles.size(), made.input_triangles, made.steps, seconds,
+             distance_text(d));
+  if (result->split_vertices + result->dropped_triangles > 0) {
+    fmt::print("repaired: {} vertices split, {} triangles dropped (not a manifold)\n",
+               result->split_vertices, result->dropped_triangles);
+  }
+  if (!made.note.empty()) fmt::print("note: {}\n", made.note);
+  return kOk;
+}
+
+/// `cluster` and `bounded` can do without the whole source in memory, and do where that is much.
+bool streams(const Arguments& a, const DemInfo& info) {
+  const bool able = a.options.method == "cluster" || goes_by_rows(a.options);
+  return able && !a.lines.any() && info.cols * info.rows > kStreamPosts && info.cols <= INT_MAX &&
+         info.rows <= INT_MAX;
+}
+
+Result<Simplified> make_in_strips(const Arguments& a, const DemSource& dem,
+                                  const Progress& progress) {
+  const DemInfo& info = dem.info();
+  const int cols = int(info.cols), rows = int(info.rows);
+  if (a.options.method == "cluster")
+    return cluster_stream(cols, rows, info.spacing_x_m, info.spacing_y_m, a.options.stop,
+                          rows_of(dem), progress);
+  return simplify_bounded_rows({cols, rows, strips_of(dem)}, info.spacing_x_m, info.spacing_y_m,
+                               a.options, progress);
+}
+
+int run(Arguments& a, Command app) {
+  if (!app.given("--method") && is_mesh(a.input.files[0])) a.options.method = kDefaultMeshMethod;
+  if (const Result<void> ok = check(a, app); !ok) return complain(ok.error());
+  if (const int code = check_outputs({a.output, a.report}); code != kOk) return code;
+  if (is_mesh(a.input.files[0])) return run_mesh(a);
+  Seconds seconds;
+  Stopwatch watch;
+  const auto dem = open_dem(a.input);
+  if (!dem) return complain(dem.error());
+  const DemInfo& info = (*dem)->info();
+  const bool stream = streams(a, info);
+  Result<HeightGrid> grid = stream ? HeightGrid() : read_all(**dem);
+  if (!grid) return complain(grid.error());
+  if (a.lines.any()) {
+    auto constraints = read_lines(a.lines, **dem, *grid);
+    if (!constraints) return complain(constraints.error());
+    a.options.constraints = std::move(*constraints);
+    grid = a.options.constraints->grid;
+  }
+  if (!a.drape.empty()) {
+    Result<Drape> drape = drape_image(a.drape, **dem);
+    if (!drape) return complain(drape.error());
+    a.options.drape = std::make_shared<const std::vector<Colour>>(std::move(drape->colours));
+  }
+  seconds.read = watch.lap();
+
+  Result<Simplified> made;
+  {
+    ProgressBar bar(a.options.method, progress_style(a.progress));
+    const Progress progress = bar.progress();
+    made = stream ? make_in_strips(a, **dem, progress)
+                  : simplify(*grid, info.spacing_x_m, info.spacing_y_m, a.options, progress);
+  }
+  if (!made) return complain_of(a.input, made.error());
+  if (stream) warn_of_nodata(**dem);
+  seconds.simplify = watch.lap();
+  std::optional<ConstraintCheck> lines;
+  if (a.options.constraints) lines = check_constraints(made->tin, *a.options.constraints);
+  const auto attributes = attribute_errors(a.options, *grid, info, made->tin);
+  watch.lap();
+
+  const MeshFrame frame = a.frame == "metric" ? MeshFrame::metric : MeshFrame::source;
+  const MeshMap map = mesh_map(info, frame, a.units == "source");
+  const Result<Tin> written = write(a.output, map.from_posts(std::move(made->tin)), info.datum);
+  if (!written) {
+    complain(written.error());
+    return kCannotCreate;
+  }
+  seconds.write = watch.lap();
+  const Result<MeshQuality> quality =
+      stream ? mesh_quality_in_strips(*written, map, int(info.cols), int(info.rows),
+                                      strips_of(**dem), a.options.threads, is_stl(a.output))
+             : mesh_quality(*written, map, *grid, a.options.threads, is_stl(a.output));
+  if (!quality) return complain(quality.error());
+  seconds.measure = watch.lap();
+  if (const auto ok = hold_to_bound(a, *quality, *made); !ok) return complain(ok.error());
+
+  tell_of_posts_lost(a, *quality, *made);
+
+  nlohmann::ordered_json report = report_json(a, info, *made, *quality, seconds);
+  if (lines) report["lines"] = lines_json(a.options.constraints->report, *lines);
+  if (attributes) report["surface"] = distance_json(*attributes);
+  if (!a.report.empty()) {
+    if (const auto ok = proto::write_whole_file(a.report, report.dump(2) + "\n"); !ok) {
+      complain({Errc::io, ok.error()});
+      return kCannotCreate;
+    }
+  }
+  print(a, report, *made, *quality, seconds);
+  if (lines && !a.json) fmt::print("{}", lines_text(a.options.constraints->report, *lines));
+  if (attributes && !a.json) fmt::print("{}", distance_text(*attributes));
+  return kOk;
+}
+
+void add_stop(Command app, StopAt& stop) {
+  Command group = app.add_group("Stop at (exactly one)", 1, 1);
+  group.add_option("--triangles", stop.triangles, "at most this many triangles, and hardly fewer");
+  group.add_option("--ratio", stop.ratio, "at most this share of the full mesh's triangles, 0..1");
+  group.add_option("--max-error", stop.max_error_m,
+                   "the fewest triangles within this vertical error of every post, metres; strict");
+}
+
+}  // namespace
+
+void add_simplify(Command program, int& exit) {
+  auto a = std::make_shared<Arguments>();
+  Command app = program.add_subcommand(
+      "simplify",
+      "Simplify a DEM (or a PLY, OBJ or STL mesh) to one triangle mesh whose error is measured");
+  app.add_option("input", a->input.files,
+                 "a DEM, or several that share one grid; or one mesh: .ply, .obj or .stl")
+      .required();
+  app.add_option("-o,--output", a->output, "the mesh: .ply, .obj or .stl").required();
+  add_stop(app, a->options.stop);
+  add_method_options(app, a->options);
+  add_dem_options(app, a->input);
+  add_line_options(app, a->lines);
+  app.add_option("--drape", a->drape,
+                 "attribute-qem: colours from this image, reprojected or stretched over the DEM");
+  add_frame_option(app, a->frame);
+  app.add_option("--units", a->units, "z in metres, or in the DEM's own unit")
+      .one_of({"metres", "source"})
+      .shown();
+  app.add_option("--report", a->report, "write the figures here, as JSON");
+  add_json_flag(app, a->json);
+  add_progress_option(app, a->progress);
+  app.on_run([a, app, &exit] { exit = run(*a, app); });
+}
+
+}  // namespace tind::cli

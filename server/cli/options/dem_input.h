@@ -1,0 +1,44 @@
+#pragma once
+// The options with which every subcommand opens a DEM, and reading one as a whole.
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/cli/program/command_line.h"
+#include "terrain/base/result.h"
+#include "terrain/raster/dem_source.h"
+#include "terrain/raster/height_grid.h"
+
+namespace tind::cli {
+
+/// What the user said about the input; bound to the options that `add_dem_options` adds.
+struct DemInput {
+  std::vector<std::string> files;
+  std::string from_datum = "unknown", to_datum = "same";
+  bool to_datum_given = false;  // else it is what the subcommand does by itself
+  std::vector<std::string> nodata;
+  bool allow_vrt = false;
+};
+
+/// --from-datum, --to-datum, --nodata, --allow-vrt.
+void add_dem_options(Command, DemInput&);
+
+DemOptions dem_options(const DemInput&);
+
+/// With what should be known of it as warnings on stderr.
+Result<std::shared_ptr<const DemSource>> open_dem(const DemInput&);
+
+/// complain(), with the files' names where what is wrong lies in their posts.
+int complain_of(const DemInput&, const Error&);
+
+/// On stderr: what opening it found, and, once posts have been read, values among them that look
+/// like an undeclared nodata value.
+void warn_of(const DemInfo&);
+void warn_of_nodata(const DemSource&);
+
+/// All posts at once, with a warning of undeclared nodata. Fails (out_of_range) for a source too
+/// large for one mesh.
+Result<HeightGrid> read_all(const DemSource&);
+
+}  // namespace tind::cli

@@ -1,0 +1,136 @@
+#include "server/cli/options/line_input.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <utility>
+
+#include "terrain/simplify/constraints/constraint_heights.h"
+
+namespace tind::cli {
+
+namespace {
+
+/// What is asked of each point of a file.
+struct Heights {
+  const HeightGrid& grid;
+  bool of_dem = false;
+  bool any = false, all_zero = true;  // of those that the file has
+  double farthest_m = 0;              // of them from the DEM
+
+  void take(VectorLine& line) {
+    for (Vec3& p : line) {
+      if (of_dem) p.z = std::numeric_limits<double>::quiet_NaN();
+      if (std::isnan(p.z)) continue;
+      any = true;
+      all_zero = all_zero && p.z == 0;
+      if (!(p.x >= 0 && p.y <= 0 && p.x <= grid.cols() - 1 && p.y >= 1 - grid.rows())) continue;
+      const double ground = height_between_posts(grid, p.x, p.y);
+      if (!std::isnan(ground)) farthest_m = std::max(farthest_m, std::abs(p.z - ground));
+    }
+  }
+
+  /// Zeros are what a program writes that has no heights but must write some.
+  void warn(const std::string& path) const {
+    if (!any || !all_zero || farthest_m < 1) return;
+    fmt::print(stderr,
+               "tind: warning: {}: every height is 0, up to {:.0f} m from the DEM; if these are no "
+               "heights, --line-heights dem takes the DEM's\n",
+               path, farthest_m);
+  }
+};
+
+Result<VectorShapes> read_shapes(const std::string& path, const DemSource& dem, Heights heights) {
+  auto read = read_vectors(path, dem);
+  if (!read) return read;
+  for (VectorLine& line : read->lines) heights.take(line);
+  for (VectorPolygon& polygon : read->polygons)
+    for (VectorLine& ring : polygon.rings) heights.take(ring);
+  heights.warn(path);
+  return read;
+}
+
+void add_lines(VectorShapes read, ConstraintShapes& shapes) {
+  for (VectorLine& line : read.lines) shapes.breaklines.push_back(std::move(line));
+  for (VectorPolygon& polygon : read.polygons) {
+    for (VectorLine& ring : polygon.rings) {
+      if (!ring.empty() && ring.front() != ring.back()) ring.push_back(ring.front());
+      shapes.breaklines.push_back(std::move(ring));
+    }
+  }
+}
+
+Result<void> add_polygons(const std::string& path, Result<VectorShapes> read,
+                          std::vector<VectorPolygon>& polygons) {
+  if (!read) return std::unexpected(read.error());
+  if (read->polygons.empty())
+    return fail(Errc::bad_data, path + ": has lines only; polygons are needed here");
+  for (VectorPolygon& polygon : read->polygons) polygons.push_back(std::move(polygon));
+  return {};
+}
+
+}  // namespace
+
+void add_line_options(Command app, LineInput& lines) {
+  app.add_option("--breaklines", lines.breaklines,
+                 "keep the lines of this vector file as edges; with its heights, or the DEM's");
+  app.add_option("--flatten", lines.flatten,
+                 "make the polygons of this vector file level (lakes, runways)");
+  app.add_option("--boundary", lines.boundary, "cut the mesh to the polygons of this vector file");
+  app.add_option(
+         "--line-heights", lines.heights,
+         "of breaklines and flattened polygons: their own (line) where they have any, or the "
+         "DEM's (dem)")
+      .one_of({"line", "dem"})
+      .shown();
+}
+
+Result<std::shared_ptr<const Constraints>> read_lines(const LineInput& input, const DemSource& dem,
+                                                      const HeightGrid& grid) {
+  ConstraintShapes shapes;
+  const Heights heights{grid, input.heights == "dem"};
+  for (const std::string& path : input.breaklines) {
+    auto read = read_shapes(path, dem, heights);
+    if (!read) return std::unexpected(read.error());
+    add_lines(std::move(*read), shapes);
+  }
+  for (const std::string& path : input.flatten)
+    if (const auto ok = add_polygons(path, read_shapes(path, dem, heights), shapes.flatten); !ok)
+      return std::unexpected(ok.error());
+  for (const std::string& path : input.boundary)
+    if (const auto ok = add_polygons(path, read_vectors(path, dem), shapes.boundary); !ok)
+      return std::unexpected(ok.error());
+  Result<Constraints> made = constrain(grid, shapes);
+  if (!made) return std::unexpected(made.error());
+  return std::make_shared<const Constraints>(std::move(*made));
+}
+
+nlohmann::ordered_json lines_json(const ConstraintReport& r, const ConstraintCheck& c) {
+  return {{"breaklines", r.breaklines},         {"flattened", r.flattened},
+          {"boundaries", r.boundaries},         {"parts", c.parts},
+          {"parts_missing", c.missing},         {"triangles_not_level", c.not_level},
+          {"crossings", r.repairs.crossings},   {"overlaps", r.overlaps},
+          {"joined_points", r.repairs.joined},  {"bent", r.repairs.bent},
+          {"dropped", r.repairs.dropped},       {"not_finite", r.not_finite},
+          {"without_length", r.without_length}, {"outside", r.outside},
+          {"moved_posts", r.moved_posts},       {"posts_flattened", r.posts_flattened},
+          {"posts_outside", r.posts_outside}};
+}
+
+std::string lines_text(const ConstraintReport& r, const ConstraintCheck& c) {
+  std::string text =
+      fmt::format("lines: {} of {} straight parts are edges exactly", c.parts - c.missing, c.parts);
+  if (r.flattened > 0)
+    text += fmt::format("; {} polygons level ({} triangles are not)", r.flattened, c.not_level);
+  if (r.boundaries > 0) text += fmt::format("; {} posts outside the boundary", r.posts_outside);
+  text += fmt::format(
+      "\nrepaired: {} crossings, {} overlaps, {} points joined, {} segments bent, {} dropped, {} "
+      "without length, {} points not finite, {} parts outside; moved by at most {:.2g} post\n",
+      r.repairs.crossings, r.overlaps, r.repairs.joined, r.repairs.bent, r.repairs.dropped,
+      r.without_length, r.not_finite, r.outside, r.moved_posts);
+  return text;
+}
+
+}  // namespace tind::cli

@@ -1,0 +1,34 @@
+#pragma once
+// --breaklines, --flatten, --boundary, --line-heights: the options, reading them, and what is
+// reported of them.
+
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "server/cli/program/command_line.h"
+#include "terrain/base/result.h"
+#include "terrain/raster/dem_source.h"
+#include "terrain/raster/height_grid.h"
+#include "terrain/simplify/constraints/constraints.h"
+
+namespace tind::cli {
+
+struct LineInput {
+  std::vector<std::string> breaklines, flatten, boundary;  // files
+  std::string heights = "line";                            // or dem: whose heights lines have
+  bool any() const { return !(breaklines.empty() && flatten.empty() && boundary.empty()); }
+};
+
+void add_line_options(Command, LineInput&);
+
+/// The files' shapes over `grid`, which is all of `dem`. Says on stderr which files have only zeros
+/// for heights, where the DEM is not at sea level.
+Result<std::shared_ptr<const Constraints>> read_lines(const LineInput&, const DemSource& dem,
+                                                      const HeightGrid& grid);
+
+nlohmann::ordered_json lines_json(const ConstraintReport&, const ConstraintCheck&);
+std::string lines_text(const ConstraintReport&, const ConstraintCheck&);
+
+}  // namespace tind::cli

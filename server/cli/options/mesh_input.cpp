@@ -1,0 +1,57 @@
+#include "server/cli/options/mesh_input.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <string_view>
+
+#include "proto/file_io.h"
+#include "proto/mesh_io.h"
+#include "terrain/mesh/manifold.h"
+#include "terrain/mesh/mesh_frame.h"
+
+namespace tind::cli {
+
+bool is_mesh(const std::string& path) {
+  std::string e = path.substr(path.size() - std::min<std::size_t>(path.size(), 4));
+  std::ranges::transform(e, e.begin(), [](unsigned char c) { return std::tolower(c); });
+  return e == ".ply" || e == ".obj" || e == ".stl";
+}
+
+Result<Tin> read_tin(const std::string& path) {
+  auto file = proto::read_mesh(path);
+  if (!file) return fail(Errc::bad_data, file.error());
+  Tin tin = from_file_mesh(std::move(*file));
+  for (std::size_t i = 0; i < tin.vertices.size(); ++i) {
+    const Vec3& v = tin.vertices[i];
+    if (!std::isfinite(v.x + v.y + v.z))
+      return fail(Errc::bad_data, path + ": vertex " + std::to_string(i) + " lies nowhere");
+  }
+  return tin;
+}
+
+Result<Tin> read_shape(const std::string& path) {
+  auto tin = read_tin(path);
+  if (!tin) return tin;
+  tin->colours.clear(), tin->normals.clear(), tin->texcoords.clear();
+  weld(*tin);
+  drop_unused_vertices(*tin);
+  return tin;
+}
+
+proto::Mesh mesh_above(VerticalDatum datum, Tin tin) {
+  proto::Mesh mesh = to_file_mesh(std::move(tin));
+  mesh.comments.push_back(std::string("vertical datum: ") + name(datum));
+  return mesh;
+}
+
+Result<std::size_t> write_stream(const std::string& path, const Result<proto::MeshStream>& stream) {
+  if (!stream) return std::unexpected(stream.error());
+  const auto bytes = proto::encode(*stream);
+  if (!bytes) return fail(Errc::internal, bytes.error());
+  const std::string_view text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+  if (const auto ok = proto::write_whole_file(path, text); !ok) return fail(Errc::io, ok.error());
+  return bytes->size();
+}
+
+}  // namespace tind::cli

@@ -1,0 +1,22 @@
+#pragma once
+// The options with which build, serve and estimate shape a tile pyramid.
+
+#include <string>
+
+#include "server/cli/program/command_line.h"
+#include "terrain/pyramid/plan/tile_set_options.h"
+#include "terrain/raster/dem_source.h"
+
+namespace tind::cli {
+
+/// --levels A-B (or A), bound to both.
+void add_levels_option(Command, const std::string& meaning, int& first, int& last);
+
+/// --max-error, --error-factor, --deepest, --levels A-B, --effort; bound to `options`.
+void add_tile_options(Command, TileSetOptions& options);
+
+/// One line on stderr, where the pyramid is not what whoever asked for it may have meant
+/// (TilePlan::warning).
+void warn_of_plan(const DemSource&, const TileSetOptions&);
+
+}  // namespace tind::cli

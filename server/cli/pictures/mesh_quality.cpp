@@ -1,0 +1,126 @@
+#include "server/cli/pictures/mesh_quality.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <string_view>
+
+#include "terrain/mesh/validity.h"
+
+namespace tind::cli {
+
+namespace {
+
+/// What the mesh alone says.
+MeshQuality validity_of(const Tin& mesh) {
+  MeshQuality q;
+  q.triangles = mesh.triangles.size();
+  q.vertices = mesh.vertices.size();
+  const MeshValidity validity = check_validity(mesh);
+  q.flipped = validity.flipped;
+  q.non_manifold = validity.non_manifold;
+  return q;
+}
+
+/// How far coordinates as a file holds them may lie beside their posts. Doubles of some millions of
+/// metres end a nanometre on: with posts centimetres apart that is more than scan_triangle
+/// forgives.
+double slack_posts(const Tin& mesh, const MeshMap& map, bool float_file, int cols, int rows) {
+  constexpr double kForgiven = 1e-8, kMost = 1e-3;  // posts
+  if (float_file) return std::max(cols, rows) * 0x1p-23;
+  double largest = 0;
+  for (const Vec3& v : mesh.vertices) largest = std::max({largest, std::fabs(v.x), std::fabs(v.y)});
+  const double step =
+      std::min(std::hypot(map.xy.x_col, map.xy.y_col), std::hypot(map.xy.x_row, map.xy.y_row));
+  const double slack = largest * 0x1p-51 / step;  // there and back round four times
+  return slack > kForgiven ? std::min(slack, kMost) : 0;
+}
+
+}  // namespace
+
+Result<MeshQuality> mesh_quality_in_strips(const Tin& mesh, const MeshMap& map, int cols, int rows,
+                                           const ReadStrip& read, int threads, bool float_file) {
+  MeshQuality q = validity_of(mesh);
+  const auto error = vertical_error_in_strips(map.to_posts(mesh), cols, rows, read, threads,
+                                              slack_posts(mesh, map, float_file, cols, rows));
+  if (!error) return std::unexpected(error.error());
+  q.error = *error;
+  q.uncovered = q.error.uncovered;
+  return q;
+}
+
+std::uint64_t isolated_posts(const HeightGrid& grid) {
+  const auto valid = [&](int c, int r) { return grid.inside(c, r) && !grid.is_void(c, r); };
+  std::uint64_t isolated = 0;
+  for (int r = 0; r < grid.rows(); ++r) {
+    for (int c = 0; c < grid.cols(); ++c) {
+      if (grid.is_void(c, r)) continue;
+      bool held = false;
+      for (const int dc : {-1, 1})
+        for (const int dr : {-1, 1})
+          held |= valid(c + dc, r) + valid(c, r + dr) + valid(c + dc, r + dr) >= 2;
+      isolated += !held;
+    }
+  }
+  return isolated;
+}
+
+MeshQuality mesh_quality(const Tin& mesh, const MeshMap& map, const HeightGrid& posts, int threads,
+                         bool float_file) {
+  MeshQuality q = validity_of(mesh);
+  q.error = vertical_error(map.to_posts(mesh), posts, threads,
+                           slack_posts(mesh, map, float_file, posts.cols(), posts.rows()));
+  if (q.error.uncovered > 0) q.isolated = std::min(q.error.uncovered, isolated_posts(posts));
+  q.uncovered = q.error.uncovered;
+  return q;
+}
+
+bool is_stl(const std::string& path) {
+  constexpr std::string_view kStl = ".stl";
+  return path.size() >= kStl.size() &&
+         std::equal(kStl.begin(), kStl.end(), path.end() - kStl.size(), [](char a, char b) {
+           return a == std::tolower(static_cast<unsigned char>(b));
+         });
+}
+
+nlohmann::ordered_json quality_json(const MeshQuality& q) {
+  const VerticalError& e = q.error;
+  return {{"triangles", q.triangles},
+          {"vertices", q.vertices},
+          {"max_error_m", e.max_m},
+          {"rms_error_m", e.rms_m},
+          {"mean_error_m", e.mean_m},
+          {"p50_m", e.p50_m},
+          {"p95_m", e.p95_m},
+          {"p99_m", e.p99_m},
+          {"max_above_m", e.max_above_m},
+          {"max_below_m", e.max_below_m},
+          {"max_at", {{"col", e.max_col}, {"row", e.max_row}}},
+          {"posts", e.posts},
+          {"flipped", q.flipped},
+          {"non_manifold", q.non_manifold},
+          {"posts_uncovered", q.uncovered},
+          {"posts_isolated", q.isolated}};
+}
+
+std::string quality_text(const MeshQuality& q) {
+  const VerticalError& e = q.error;
+  std::string text = fmt::format(
+      "{} triangles, {} vertices; {} flipped, {} posts uncovered\n"
+      "vertical error over {} posts: max {:.3f} m (at column {}, row {}), RMS {:.3f} m, "
+      "mean {:.3f} m, 50/95/99 % below {:.3f}/{:.3f}/{:.3f} m\n",
+      q.triangles, q.vertices, q.flipped, q.uncovered, e.posts, e.max_m, e.max_col, e.max_row,
+      e.rms_m, e.mean_m, e.p50_m, e.p95_m, e.p99_m);
+  if (q.uncovered > 0) {
+    text += fmt::format(
+        "{} valid posts ({:.2g} %) are in no triangle, and the error does not count them: {} of "
+        "them "
+        "have no cell with three valid corners beside them\n",
+        q.uncovered, 100.0 * double(q.uncovered) / double(q.uncovered + e.posts), q.isolated);
+  }
+  return text;
+}
+
+}  // namespace tind::cli

@@ -1,0 +1,48 @@
+#pragma once
+// The referee's verdict on a mesh of a DEM, as `tind simplify` and `tind measure` report it.
+
+#include <nlohmann/json.hpp>
+
+#include "terrain/base/result.h"
+#include "terrain/mesh/mesh_frame.h"
+#include "terrain/mesh/vertical_error.h"
+#include "terrain/raster/height_grid.h"
+
+namespace tind::cli {
+
+struct MeshQuality {
+  VerticalError error;
+  std::size_t triangles = 0, vertices = 0;
+  std::size_t flipped = 0;  // in the mesh's own frame, as written
+  std::size_t non_manifold = 0;
+  std::uint64_t uncovered = 0;  // valid posts that no triangle covers; no error counts them
+  /// Those of them that have no cell with three valid corners beside them: no triangle of posts
+  /// holds them.
+  std::uint64_t isolated = 0;
+};
+
+/// Measures `mesh`, in the frame of `map`, against all posts. `float_file`: its coordinates come
+/// from 32-bit floats, so a post on the rim may lie outside the mesh by their rounding, and still
+/// counts.
+MeshQuality mesh_quality(const Tin& mesh, const MeshMap& map, const HeightGrid& posts, int threads,
+                         bool float_file = false);
+
+/// The same for a source that is read in strips (vertical_error_in_strips).
+Result<MeshQuality> mesh_quality_in_strips(const Tin& mesh, const MeshMap& map, int cols, int rows,
+                                           const ReadStrip& read, int threads,
+                                           bool float_file = false);
+
+/// Valid posts that are in no cell with three valid corners: no triangle of neighbours holds them.
+std::uint64_t isolated_posts(const HeightGrid&);
+
+/// By its extension; STL has 32-bit coordinates only.
+bool is_stl(const std::string& path);
+
+/// triangles, vertices, max_error_m ... p99_m, max_at, posts, flipped, posts_uncovered,
+/// posts_isolated.
+nlohmann::ordered_json quality_json(const MeshQuality&);
+
+/// Two or three lines for a person.
+std::string quality_text(const MeshQuality&);
+
+}  // namespace tind::cli

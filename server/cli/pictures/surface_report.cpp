@@ -1,0 +1,59 @@
+#include "server/cli/pictures/surface_report.h"
+
+#include <fmt/format.h>
+
+#include "terrain/base/result.h"
+#include "terrain/raster/height_grid.h"
+#include "terrain/simplify/collapse/attribute_quadric.h"
+
+namespace tind::cli {
+
+namespace {
+
+nlohmann::ordered_json side(const OneSidedDistance& d) {
+  return {{"max", d.max}, {"rms", d.rms}, {"mean", d.mean}, {"samples", d.samples}};
+}
+
+}  // namespace
+
+nlohmann::ordered_json distance_json(const SurfaceDistance& d) {
+  nlohmann::ordered_json j = {{"distance_max", d.max},
+                              {"distance_rms", d.rms},
+                              {"diagonal", d.diagonal},
+                              {"a_to_b", side(d.a_to_b)},
+                              {"b_to_a", side(d.b_to_a)}};
+  auto add = [&](const char* name, const std::optional<AttributeError>& e) {
+    if (e) j[name] = {{"rms", e->rms}, {"max", e->max}};
+  };
+  add("colour_error", d.colour);
+  add("normal_error", d.normal);
+  add("texture_error", d.texture);
+  return j;
+}
+
+std::optional<SurfaceDistance> attribute_errors(const SimplifyOptions& options,
+                                                const HeightGrid& grid, const DemInfo& info,
+                                                const Tin& made) {
+  if (options.method != "attribute-qem") return {};
+  const Result<Tin> full =
+      terrain_with_attributes(grid, info.spacing_x_m, info.spacing_y_m, options);
+  if (!full) return {};
+  Tin metric = made;
+  for (Vec3& v : metric.vertices) v.x *= info.spacing_x_m, v.y *= info.spacing_y_m;
+  return surface_distance(*full, metric, {.face_samples = 300000, .threads = options.threads});
+}
+
+std::string distance_text(const SurfaceDistance& d) {
+  std::string out = fmt::format(
+      "surface distance: max {:.6g}, rms {:.6g} ({:.4f} % and {:.4f} % of the diagonal {:.6g})\n",
+      d.max, d.rms, 100 * d.max / d.diagonal, 100 * d.rms / d.diagonal, d.diagonal);
+  auto line = [&](const char* name, const std::optional<AttributeError>& e) {
+    if (e) out += fmt::format("{} error: rms {:.4f}, max {:.4f}\n", name, e->rms, e->max);
+  };
+  line("colour", d.colour);
+  line("normal", d.normal);
+  line("texture", d.texture);
+  return out;
+}
+
+}  // namespace tind::cli

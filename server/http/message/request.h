@@ -1,0 +1,63 @@
+#pragma once
+// A request as handlers see it, and how they answer.
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <string_view>
+
+#include "server/http/message/reply.h"
+#include "server/http/message/request_parser.h"
+
+namespace tind::http {
+
+/// Valid until the handler returns, the body until the responder has
+/// answered: a handler that answers
+/// later copies what it needs of the rest.
+struct Request {
+  const RequestHead& head;
+  std::string_view path;                    // decoded
+  std::string_view body;                    // of a POST
+  std::array<std::string_view, 4> matched;  // what the route's {...} matched, in order
+};
+
+/// The right to answer one request, once, from any thread. Dropped without an answer (an exception,
+/// a queue that was emptied) it answers 500, so that no client waits for ever.
+class Responder {
+ public:
+  using Send = std::move_only_function<void(Reply)>;
+  explicit Responder(Send send, std::stop_token gone = {})
+      : send_(std::move(send)), gone_(std::move(gone)) {}
+  Responder(Responder&& other) noexcept
+      : send_(std::exchange(other.send_, nullptr)), gone_(std::move(other.gone_)) {}
+  Responder& operator=(Responder&&) = delete;
+  ~Responder();
+
+  /// Stopped once the client has hung up: what is done for it alone may end. Answer all the same.
+  const std::stop_token& gone() const { return gone_; }
+
+  void operator()(Reply reply) { std::exchange(send_, nullptr)(std::move(reply)); }
+
+ private:
+  Send send_;
+  std::stop_token gone_;
+};
+
+/// How a handler says that its answer will come later.
+class Later {
+ public:
+  virtual ~Later() = default;
+  /// At most once per request; the handler then returns nothing.
+  virtual Responder responder() = 0;
+  /// Whose request it is: the address at the other end, of IPv6 the 64 bits that one client has.
+  virtual std::string client() const = 0;
+};
+
+/// Runs on an I/O thread: never blocks, never computes. Answers at once, or takes
+/// `later.responder()`, hands the work to somebody else and returns nothing.
+using Handler = std::function<std::optional<Reply>(const Request&, Later& later)>;
+
+}  // namespace tind::http

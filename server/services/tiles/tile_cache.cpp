@@ -1,0 +1,89 @@
+#include "server/services/tiles/tile_cache.h"
+
+namespace tind::services {
+namespace {
+
+constexpr std::size_t kEntryOverhead = 160;  // list and hash nodes
+
+/// What a tile really costs: blocks of many sizes that come and go leave about an eighth unused
+/// between them.
+std::size_t cost_of(const http::Representation& tile) {
+  return tile.memory_bytes() + tile.memory_bytes() / 8 + kEntryOverhead;
+}
+
+std::uint64_t mix(std::uint64_t h) {
+  h = (h ^ (h >> 32)) * 0xd6e8feb86659fd93u;
+  h = (h ^ (h >> 32)) * 0xd6e8feb86659fd93u;
+  return h ^ (h >> 32);
+}
+
+}  // namespace
+
+std::size_t TileCache::Hash::operator()(const TileKey& key) const {
+  const std::uint64_t place = (std::uint64_t(key.tile.x) << 32) | key.tile.y;
+  const std::uint64_t rest = (std::uint64_t(key.dataset) << 16) |
+                             (std::uint64_t(std::uint8_t(key.tile.level)) << 8) | key.variant;
+  return mix(place ^ mix(rest + 0x9e3779b97f4a7c15u));
+}
+
+TileCache::Tile TileCache::find(const TileKey& key) {
+  Shard& shard = shard_of(key);
+  const std::lock_guard lock(shard.mutex);
+  const auto found = shard.index.find(key);
+  if (found == shard.index.end()) return nullptr;
+  shard.recent.splice(shard.recent.begin(), shard.recent, found->second);
+  return found->second->tile;
+}
+
+TileCache::Tile TileCache::peek(const TileKey& key) const {
+  const Shard& shard = shard_of(key);
+  const std::lock_guard lock(shard.mutex);
+  const auto found = shard.index.find(key);
+  return found == shard.index.end() ? nullptr : found->second->tile;
+}
+
+void TileCache::insert(const TileKey& key, Tile tile) {
+  const std::size_t bytes = cost_of(*tile);
+  if (bytes > shard_bytes_) return;
+  Shard& shard = shard_of(key);
+  const std::lock_guard lock(shard.mutex);
+  if (const auto found = shard.index.find(key); found != shard.index.end()) {
+    shard.bytes -= found->second->bytes;
+    shard.recent.erase(found->second);
+    shard.index.erase(found);
+  }
+  shard.recent.push_front({key, std::move(tile), bytes});
+  shard.index[key] = shard.recent.begin();
+  shard.bytes += bytes;
+  shrink(shard);
+}
+
+void TileCache::shrink(Shard& shard) {
+  while (shard.bytes > shard_bytes_) {
+    const Entry& last = shard.recent.back();
+    shard.bytes -= last.bytes;
+    shard.index.erase(last.key);
+    shard.recent.pop_back();
+    evictions_.fetch_add(1, std::memory_order_relaxed);
+  }
+}
+
+std::size_t TileCache::bytes() const {
+  std::size_t sum = 0;
+  for (const Shard& shard : shards_) {
+    const std::lock_guard lock(shard.mutex);
+    sum += shard.bytes;
+  }
+  return sum;
+}
+
+std::size_t TileCache::tiles() const {
+  std::size_t sum = 0;
+  for (const Shard& shard : shards_) {
+    const std::lock_guard lock(shard.mutex);
+    sum += shard.index.size();
+  }
+  return sum;
+}
+
+}  // namespace tind::services

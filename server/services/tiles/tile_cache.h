@@ -1,0 +1,75 @@
+#pragma once
+// Finished tiles in memory, ready to send; bounded in bytes, least recently used goes first.
+
+#include <array>
+#include <atomic>
+#include <compare>
+#include <cstddef>
+#include <cstdint>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <unordered_map>
+
+#include "server/http/message/representation.h"
+#include "terrain/geo/tiling_scheme.h"
+
+namespace tind::services {
+
+struct TileKey {
+  std::uint32_t dataset = 0;
+  TileId tile;
+  std::uint8_t variant = 0;  // which extensions it carries, or one of these
+
+  static constexpr std::uint8_t kWhole = 7;       // with all extensions that the dataset has
+  static constexpr std::uint8_t kStream = 8;      // the tile as a progressive mesh
+  static constexpr std::uint8_t kTransition = 9;  // from the parent's part to the tile
+  static constexpr std::uint8_t kEncodings = 16;  // and above: other formats of the tile
+  friend bool operator==(const TileKey&, const TileKey&) = default;
+};
+
+/// Thread-safe. Split in shards by the key's hash so that I/O threads seldom meet at a lock.
+class TileCache {
+ public:
+  using Tile = std::shared_ptr<const http::Representation>;
+
+  explicit TileCache(std::size_t max_bytes) : shard_bytes_(max_bytes / kShards) {}
+
+  /// Null when it is not here.
+  Tile find(const TileKey&);
+  /// The same, and does not count as a use.
+  Tile peek(const TileKey&) const;
+  /// A tile larger than a shard's share is not kept.
+  void insert(const TileKey&, Tile);
+
+  std::size_t bytes() const;
+  std::size_t tiles() const;
+  std::uint64_t evictions() const { return evictions_.load(std::memory_order_relaxed); }
+
+ private:
+  static constexpr std::size_t kShards = 16;
+  struct Entry {
+    TileKey key;
+    Tile tile;
+    std::size_t bytes;
+  };
+  struct Hash {
+    std::size_t operator()(const TileKey&) const;
+  };
+  struct Shard {
+    mutable std::mutex mutex;
+    std::list<Entry> recent;  // front: used last
+    std::unordered_map<TileKey, std::list<Entry>::iterator, Hash> index;
+    std::size_t bytes = 0;
+  };
+
+  Shard& shard_of(const TileKey& key) { return shards_[Hash{}(key) >> 60]; }
+  const Shard& shard_of(const TileKey& key) const { return shards_[Hash{}(key) >> 60]; }
+  void shrink(Shard&);
+
+  std::array<Shard, kShards> shards_;
+  const std::size_t shard_bytes_;
+  std::atomic<std::uint64_t> evictions_{0};
+};
+
+}  // namespace tind::services

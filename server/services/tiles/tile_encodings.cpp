@@ -1,0 +1,34 @@
+#include "server/services/tiles/tile_encodings.h"
+
+#include "terrain/encode/quantized_mesh_tile.h"
+
+namespace tind::services {
+namespace {
+
+/// Of the tile as it is sent, wherever that comes from: a store and a DEM give the same bytes.
+Result<TileProducts::Product> build(TileService& tiles, const TileEncoder& format,
+                                    const Dataset& dataset, TileId tile, std::stop_token stop) {
+  const auto whole = tiles.make_now(dataset, tile, dataset.offered, std::move(stop));
+  if (!whole) return std::unexpected(whole.error());
+  const auto model = decode_tile(tile, (*whole)->bytes());
+  if (!model) return fail(dataset.name + " " + tile.text(), model.error());
+  const std::vector<std::uint8_t> bytes = format.encode(*model);
+  return http::Representation::make(
+      {reinterpret_cast<const char*>(bytes.data()), bytes.size()},
+      {.content_type = std::string(format.media_type), .cache_control = "public, max-age=3600"});
+}
+
+}  // namespace
+
+TileEncodings::TileEncodings(TileService& tiles, TileCache& cache, CpuPool& pool) {
+  std::uint8_t variant = TileKey::kEncodings;
+  for (const TileEncoder& format : tile_encoders().subspan(1))
+    all_.push_back(
+        {format, std::make_unique<TileProducts>(
+                     cache, pool, variant++,
+                     [&tiles, &format](const Dataset& dataset, TileId tile, std::stop_token stop) {
+                       return build(tiles, format, dataset, tile, std::move(stop));
+                     })});
+}
+
+}  // namespace tind::services

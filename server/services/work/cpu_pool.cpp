@@ -1,0 +1,130 @@
+#include "server/services/work/cpu_pool.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <exception>
+
+#include "terrain/base/parallel.h"
+
+namespace tind::services {
+
+std::string_view name(Work work) {
+  switch (work) {
+    case Work::question:
+      return "question";
+    case Work::tile:
+      return "tile";
+    case Work::batch:
+      return "batch";
+  }
+  return "";
+}
+
+CpuPool::CpuPool(int asked, std::size_t queue) {
+  const auto threads = std::size_t(asked > 0 ? asked : hardware_threads());
+  const std::size_t workers = std::max<std::size_t>(threads, 2);
+  const auto set = [](Class& c, std::size_t at_a_time, std::size_t waiting) {
+    c.at_a_time = at_a_time, c.capacity = at_a_time + waiting;
+  };
+  set(class_of(Work::question), workers, queue);
+  set(class_of(Work::tile), threads, queue);
+  set(class_of(Work::batch), std::max<std::size_t>(threads / 2, 1), (queue + 7) / 8);
+  for (std::size_t i = 0; i < workers; ++i)
+    workers_.emplace_back([this](const std::stop_token& stop) { work(stop); });
+}
+
+Result<CpuPool::Permit> CpuPool::admit(Work work) {
+  Class& c = class_of(work);
+  const auto try_once = [&] {
+    std::size_t count = c.admitted.load();
+    while (count < c.capacity)
+      if (c.admitted.compare_exchange_weak(count, count + 1)) return true;
+    return false;
+  };
+  if (try_once()) return Permit(work, c.admitted);
+  drop_abandoned(c);
+  if (try_once()) return Permit(work, c.admitted);
+  c.refused.fetch_add(1);
+  return fail(Errc::busy, "all workers for this are busy and the queue is full");
+}
+
+/// The dead must not keep the living out.
+void CpuPool::drop_abandoned(Class& c) {
+  std::deque<Job> dead, living;  // destroyed outside the lock: destructors answer clients
+  const std::lock_guard lock(mutex_);
+  for (Job& job : c.waiting) (job.gone.stop_requested() ? dead : living).push_back(std::move(job));
+  c.waiting.swap(living);
+  c.abandoned.fetch_add(dead.size());
+}
+
+void CpuPool::run(Permit permit, Task task, std::stop_token gone) {
+  Class& c = class_of(permit.work_);
+  Job job{std::move(permit), std::move(task), std::move(gone)};
+  {
+    const std::lock_guard lock(mutex_);
+    if (!stopped_) c.waiting.push_back(std::move(job));
+  }  // after stop() the job is destroyed here, outside the lock: destructors answer clients
+  wake_.notify_one();
+}
+
+/// The first class, from the one whose turn it is, that has a job and may run one more. Null: none.
+CpuPool::Class* CpuPool::next_class() {
+  for (std::size_t k = 0; k < classes_.size(); ++k) {
+    Class& c = classes_[(turn_ + k) % classes_.size()];
+    if (c.waiting.empty() || c.running >= c.at_a_time) continue;
+    turn_ = (turn_ + k + 1) % classes_.size();
+    return &c;
+  }
+  return nullptr;
+}
+
+void CpuPool::work(const std::stop_token& stop) {
+  while (true) {
+    std::unique_lock lock(mutex_);
+    Class* c = nullptr;
+    if (!wake_.wait(lock, stop, [&] { return (c = next_class()) != nullptr; })) return;
+    Job job = std::move(c->waiting.front());
+    c->waiting.pop_front();
+    ++c->running;
+    lock.unlock();
+    do_job(std::move(job), *c, stop);
+    lock.lock();
+    --c->running;  // this worker looks again: nobody needs to be woken
+  }
+}
+
+void CpuPool::do_job(Job job, Class& c, const std::stop_token& stop) {
+  if (!job.gone.stop_requested()) {
+    std::stop_source either;
+    const auto end = [&either] { either.request_stop(); };
+    const std::stop_callback by_us(stop, end), by_them(job.gone, end);
+    try {
+      job.task(either.get_token());
+    } catch (const std::exception& error) {
+      spdlog::error("a task failed: {}", error.what());
+    }
+  }
+  if (job.gone.stop_requested()) c.abandoned.fetch_add(1);
+}
+
+std::size_t CpuPool::admitted() const {
+  std::size_t sum = 0;
+  for (const Class& c : classes_) sum += c.admitted.load();
+  return sum;
+}
+
+void CpuPool::stop() {
+  std::vector<std::deque<Job>> dropped;
+  {
+    const std::lock_guard lock(mutex_);
+    stopped_ = true;
+    for (Class& c : classes_) dropped.push_back(std::exchange(c.waiting, {}));
+  }
+  dropped.clear();  // before waiting for the others: those who wait for these are told now
+  for (std::jthread& worker : workers_) worker.request_stop();
+  for (std::jthread& worker : workers_)
+    if (worker.joinable()) worker.join();
+}
+
+}  // namespace tind::services

@@ -1,0 +1,251 @@
+// Block by block over the source: a post belongs to one tile of each level, to two on an edge, to
+// four on a corner. On an edge between triangles it is measured in every triangle that holds it.
+
+#include "terrain/check/check_source.h"
+
+#include <algorithm>
+#include <cmath>
+#include <list>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "terrain/base/parallel.h"
+#include "terrain/check/check_decode.h"
+#include "terrain/check/check_surface.h"
+
+namespace tind {
+
+namespace {
+
+constexpr int kBlock = 256;  // posts a side
+constexpr std::size_t kCacheBytes = 256u << 20;
+constexpr double kEnd = 32767;
+
+using Surface = std::shared_ptr<const TileSurface>;  // null: cannot be decoded
+
+/// Decoded tiles, the least recently used ones forgotten.
+class SurfaceCache {
+ public:
+  explicit SurfaceCache(const TileListing& listing) : listing_(listing) {}
+
+  Surface get(TileId id) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (const auto it = known_.find(id); it != known_.end()) {
+        order_.splice(order_.begin(), order_, it->second);
+        return it->second->second;
+      }
+    }
+    Surface surface = load(id);
+    const std::lock_guard lock(mutex_);
+    if (known_.contains(id)) return surface;
+    order_.emplace_front(id, surface);
+    known_[id] = order_.begin();
+    bytes_ += size(surface);
+    while (bytes_ > kCacheBytes && order_.size() > 1) {
+      bytes_ -= size(order_.back().second);
+      known_.erase(order_.back().first);
+      order_.pop_back();
+    }
+    return surface;
+  }
+
+ private:
+  static std::size_t size(const Surface& s) { return s ? s->bytes() : 100; }
+
+  Surface load(TileId id) const {
+    Findings ignored;  // reported elsewhere
+    std::vector<std::uint8_t> bytes;
+    CheckedTile tile;
+    if (!read_tile_file(listing_, id, bytes, ignored)) return nullptr;
+    if (!check_decode(bytes, "", tile, ignored)) return nullptr;
+    for (const auto& triangle : tile.triangles)
+      for (const std::uint32_t i : triangle)
+        if (i >= tile.u.size()) return nullptr;
+    return std::make_shared<TileSurface>(tile);
+  }
+
+  const TileListing& listing_;
+  std::mutex mutex_;
+  std::list<std::pair<TileId, Surface>> order_;
+  std::map<TileId, std::list<std::pair<TileId, Surface>>::iterator> known_;
+  std::size_t bytes_ = 0;
+};
+
+// ---- posts ----
+
+void merge(MeasuredTile& into, const MeasuredTile& from) {
+  if (from.posts == 0) return;
+  const bool first = into.posts == 0;
+  const bool larger = from.max_error_m > into.max_error_m;
+  const bool earlier = from.max_error_m == into.max_error_m &&
+                       std::pair(from.row, from.col) < std::pair(into.row, into.col);
+  if (first || larger || earlier) {
+    into.max_error_m = from.max_error_m;
+    into.col = from.col;
+    into.row = from.row;
+  }
+  into.low_m = first ? from.low_m : std::min(into.low_m, from.low_m);
+  into.high_m = first ? from.high_m : std::max(into.high_m, from.high_m);
+  into.above_m = first ? from.above_m : std::max(into.above_m, from.above_m);
+  into.below_m = first ? from.below_m : std::max(into.below_m, from.below_m);
+  into.posts += from.posts;
+  into.uncovered += from.uncovered;
+}
+
+struct Post {
+  double lon, lat, height;
+  std::int64_t col, row;
+};
+
+/// Measures the posts of one block in the tiles of one level.
+class LevelMeasure {
+ public:
+  LevelMeasure(int level, const TileListing& listing, SurfaceCache& cache)
+      : level_(level), side_(tiling::tile_degrees(level)), listing_(listing), cache_(cache) {}
+
+  /// The tiles whose closed rectangle holds the post: one, two on an edge, four on a corner.
+  void post(const Post& p) {
+    const double x = (p.lon + 180) / side_, y = (p.lat + 90) / side_;
+    const auto columns = std::int64_t(tiling::columns(level_));
+    const auto tx = std::int64_t(std::floor(x)), ty = std::int64_t(std::floor(y));
+    for (std::int64_t dy = 0; dy <= (y == double(ty) ? 1 : 0); ++dy)
+      for (std::int64_t dx = 0; dx <= (x == double(tx) ? 1 : 0); ++dx) {
+        const std::int64_t column = (tx - dx + columns) % columns;  // 180 is -180
+        in_tile(column, ty - dy, dx ? kEnd : (x - double(tx)) * kEnd,
+                dy ? kEnd : (y - double(ty)) * kEnd, p);
+      }
+  }
+
+  const std::map<std::int64_t, MeasuredTile>& measured() const { return measured_; }
+
+ private:
+  struct Entry {
+    Surface surface;
+    MeasuredTile* result = nullptr;
+  };
+
+  void in_tile(std::int64_t x, std::int64_t y, double u, double v, const Post& p) {
+    const auto id = tiling::tile(level_, x, y);
+    if (!id) return;
+    if (!last_ || *last_ != *id) {
+      entry_ = find(*id);
+      last_ = id;
+    }
+    if (!entry_.result) return;
+    const auto gap = entry_.surface->gap_at(u, v, p.height);
+    MeasuredTile one{.col = p.col, .row = p.row, .posts = 1, .uncovered = gap ? 0u : 1u};
+    if (gap) {
+      one.max_error_m = std::abs(gap->worst());
+      one.above_m = gap->high;
+      one.below_m = -gap->low;
+    }
+    one.low_m = one.high_m = p.height;
+    merge(*entry_.result, one);
+  }
+
+  Entry find(TileId id) {
+    const auto it = entries_.find(id);
+    if (it != entries_.end()) return it->second;
+    Entry entry;
+    const std::int64_t place = listing_.find(id);
+    if (place >= 0) entry.surface = cache_.get(id);
+    if (entry.surface) entry.result = &measured_[place];
+    entries_[id] = entry;
+    return entry;
+  }
+
+  const int level_;
+  const double side_;
+  const TileListing& listing_;
+  SurfaceCache& cache_;
+  std::map<TileId, Entry> entries_;
+  std::map<std::int64_t, MeasuredTile> measured_;
+  std::optional<TileId> last_;
+  Entry entry_;
+};
+
+/// The blocks in which there is a file. (Between files that lie far apart there can be millions.)
+std::vector<PostRect> blocks_of(const DemInfo& info) {
+  std::vector<PostRect> blocks;
+  for (std::int64_t row = 0; row < info.rows; row += kBlock)
+    for (std::int64_t col = 0; col < info.cols; col += kBlock) {
+      const PostRect block{col, row, std::min(col + kBlock, info.cols) - 1,
+                           std::min(row + kBlock, info.rows) - 1};
+      const auto meets = [&](const PostRect& part) {
+        return part.col <= block.last_col && block.col <= part.last_col &&
+               part.row <= block.last_row && block.row <= part.last_row;
+      };
+      if (info.covered.empty() || std::ranges::any_of(info.covered, meets)) blocks.push_back(block);
+    }
+  return blocks;
+}
+
+Result<std::vector<Post>> read_posts(const DemSource& source, const PostRect& block) {
+  const std::int64_t col = block.col, row = block.row;
+  const int cols = int(block.last_col - col + 1), rows = int(block.last_row - row + 1);
+  const auto heights = source.read(col, row, cols, rows);
+  if (!heights) return std::unexpected(heights.error());
+  std::vector<Post> posts;
+  std::vector<Vec2> at;
+  for (int r = 0; r < rows; ++r)
+    for (int c = 0; c < cols; ++c) {
+      if (heights->is_void(c, r)) continue;
+      posts.push_back({0, 0, double(heights->at(c, r)), col + c, row + r});
+      at.push_back({double(col + c), double(row + r)});
+    }
+  std::vector<Geographic> places(at.size());
+  source.to_geographic(at, places);
+  for (std::size_t i = 0; i < posts.size(); ++i) {
+    posts[i].lon = places[i].lon;
+    posts[i].lat = places[i].lat;
+    while (posts[i].lon > 180) posts[i].lon -= 360;
+    while (posts[i].lon < -180) posts[i].lon += 360;
+  }
+  return posts;
+}
+
+}  // namespace
+
+Result<std::vector<std::vector<MeasuredTile>>> measure_against_source(const TileListing& listing,
+                                                                      const DemSource& source,
+                                                                      int threads,
+                                                                      const Progress& progress) {
+  std::vector<std::vector<MeasuredTile>> measured(listing.levels.size());
+  for (std::size_t z = 0; z < measured.size(); ++z) measured[z].resize(listing.levels[z].size());
+  SurfaceCache cache(listing);
+  std::mutex mutex;
+  std::optional<Error> error;
+  std::size_t done = 0;
+  const std::vector<PostRect> blocks = blocks_of(source.info());
+  parallel_for(blocks.size(), threads, [&](std::size_t i) {
+    {
+      const std::lock_guard lock(mutex);
+      if (error || progress.stopped()) return;
+    }
+    const auto posts = read_posts(source, blocks[i]);
+    if (!posts) {
+      const std::lock_guard lock(mutex);
+      if (!error) error = posts.error();
+      return;
+    }
+    for (std::size_t z = 0; z < measured.size(); ++z) {
+      if (listing.levels[z].empty()) continue;
+      LevelMeasure level(int(z), listing, cache);
+      for (const Post& p : *posts)
+        if (std::isfinite(p.lon) && std::isfinite(p.lat)) level.post(p);
+      const std::lock_guard lock(mutex);
+      for (const auto& [place, tile] : level.measured())
+        merge(measured[z][std::size_t(place)], tile);
+    }
+    const std::lock_guard lock(mutex);
+    if (++done % 8 == 0) progress.at(double(done) / double(blocks.size()));
+  });
+  if (error) return std::unexpected(*error);
+  if (progress.stopped()) return fail(Errc::cancelled, "stopped");
+  return measured;
+}
+
+}  // namespace tind

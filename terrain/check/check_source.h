@@ -1,0 +1,33 @@
+#pragma once
+// The certificate, recomputed: every valid post of the source against every tile whose rectangle
+// holds it. (Promise 1.)
+
+#include <cstdint>
+#include <vector>
+
+#include "terrain/base/progress.h"
+#include "terrain/base/result.h"
+#include "terrain/check/check_files.h"
+#include "terrain/raster/dem_source.h"
+
+namespace tind {
+
+/// What the posts say about one tile.
+struct MeasuredTile {
+  double max_error_m = 0;
+  std::int64_t col = 0, row = 0;  // the post where it is; the first one on a tie
+  std::uint64_t posts = 0;        // valid posts in the closed rectangle
+  std::uint64_t uncovered = 0;    // of them, those over no triangle
+  double low_m = 0, high_m = 0;   // of the posts
+  double above_m = 0;  // how far the mesh rises above a post at most; negative: it never does
+  double below_m = 0;  // how far it falls below a post at most
+};
+
+/// By level and place in the listing. Goes over the source once, block by block, in parallel; each
+/// post is located in the tile of every level. Decoded tiles are cached, about 256 MB at most.
+/// Tiles that cannot be decoded get no posts.
+Result<std::vector<std::vector<MeasuredTile>>> measure_against_source(const TileListing&,
+                                                                      const DemSource&, int threads,
+                                                                      const Progress&);
+
+}  // namespace tind

@@ -1,0 +1,380 @@
+#include "terrain/check/explain.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "terrain/check/check_decode.h"
+#include "terrain/check/check_surface.h"
+#include "terrain/pyramid/plan/level_plan.h"
+#include "terrain/tile/height_field.h"
+#include "terrain/tile/tile_posts.h"
+
+namespace tind {
+
+namespace {
+
+constexpr double kEnd = 32767;
+constexpr std::int64_t kChunkPosts = 1 << 20;
+constexpr std::int64_t kLoadPosts = 16 << 20;  // H's window is kept in memory up to this size
+constexpr int kFilledCells = 128;              // a side, to see how much of a tile is filled
+
+std::string metres(double x) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.6g m", x);
+  return text;
+}
+
+/// Reads and decodes a tile; why not, when it cannot be.
+Result<CheckedTile> decoded(const TileLocation& location, TileId id,
+                            std::uint64_t* size = nullptr) {
+  auto bytes = location.read(location.tile(id));
+  if (!bytes) return std::unexpected(bytes.error());
+  if (!gunzip(*bytes)) return fail(Errc::bad_data, location.tile(id) + ": damaged gzip data");
+  Findings findings;
+  CheckedTile tile;
+  bool good = check_decode(*bytes, id.text(), tile, findings);
+  for (const auto& triangle : tile.triangles)
+    for (const std::uint32_t i : triangle) good &= i < tile.u.size();
+  if (!good)
+    return fail(Errc::bad_data, location.tile(id) + " is not a whole tile; tind check says more");
+  if (size) *size = bytes->size();
+  return tile;
+}
+
+// ---- what the set was made with ----
+
+struct MadeWith {
+  TileSetOptions options;
+  int deepest = -1;
+  bool recorded = false;  // by tind build, beside the tiles
+};
+
+/// A member of what somebody's server says; `other` where it is missing or of another kind.
+double member(const nlohmann::json& object, const char* key, double other) {
+  const auto it = object.find(key);
+  return it != object.end() && it->is_number() ? it->get<double>() : other;
+}
+int member(const nlohmann::json& object, const char* key, int other) {
+  const double value = member(object, key, double(other));
+  return value >= -1 && value <= tiling::kMaxLevel ? int(value) : other;
+}
+std::string member(const nlohmann::json& object, const char* key, const char* other) {
+  const auto it = object.find(key);
+  return it != object.end() && it->is_string() ? it->get<std::string>() : other;
+}
+
+Result<MadeWith> made_with(TileLocation& location, double error_factor) {
+  MadeWith made;
+  made.options.error_factor = error_factor;
+  const auto layer = location.read(location.file("layer.json"));
+  if (!layer) return std::unexpected(layer.error());
+  const auto json = nlohmann::json::parse(*layer, nullptr, false);
+  if (json.is_object()) {
+    if (json.contains("maxzoom") && json["maxzoom"].is_number_integer())
+      made.deepest = json["maxzoom"].get<int>();
+    if (json.contains("tiles") && json["tiles"].is_array() && !json["tiles"].empty() &&
+        json["tiles"][0].is_string())
+      location.use_template(json["tiles"][0].get<std::string>(), member(json, "version", ""));
+  }
+  const auto record = location.read(location.file("tind-build.json"));
+  if (!record) return made;
+  const auto r = nlohmann::json::parse(*record, nullptr, false);
+  if (!r.is_object()) return made;
+  made.recorded = true;
+  made.options.max_error_m = member(r, "max_error_m", 0.0);
+  made.options.error_factor = member(r, "error_factor", error_factor);
+  made.options.max_level = member(r, "deepest_level", -1);
+  if (made.options.max_level >= 0) made.deepest = made.options.max_level;
+  made.options.side = member(r, "side", "both");
+  return made;
+}
+
+// ---- vertices ----
+
+bool on_border(const CheckedTile& t, std::size_t i) {
+  return t.u[i] == 0 || t.v[i] == 0 || t.u[i] == kEnd || t.v[i] == kEnd;
+}
+
+void count_vertices(TileStory& story, int lattice_cells) {
+  std::set<std::int32_t> lines;
+  for (int k = 1; k < lattice_cells; ++k)
+    lines.insert(std::int32_t(std::lround(k * kEnd / lattice_cells)));
+  for (std::size_t i = 0; i < story.mesh.u.size(); ++i) {
+    if (on_border(story.mesh, i))
+      ++story.border_vertices;
+    else if (lines.contains(story.mesh.u[i]) && lines.contains(story.mesh.v[i]))
+      ++story.lattice_vertices;
+    else
+      ++story.free_vertices;
+  }
+}
+
+/// Places of an ancestor's vertices.
+using Places = std::set<std::pair<std::int32_t, std::int32_t>>;
+
+/// Is there one within half a step of the ancestor's own grid?
+bool holds(const Places& places, double u, double v) {
+  for (const double x : {std::floor(u), std::ceil(u)})
+    for (const double y : {std::floor(v), std::ceil(v)})
+      if (std::abs(u - x) <= 0.5 && std::abs(v - y) <= 0.5 &&
+          places.contains({std::int32_t(x), std::int32_t(y)}))
+        return true;
+  return false;
+}
+
+/// Walks up as long as the ancestors have a vertex in the same place.
+std::vector<std::pair<int, std::size_t>> origins(const TileLocation& location, TileId id,
+                                                 const CheckedTile& tile) {
+  std::vector<std::size_t> left(tile.u.size());
+  for (std::size_t i = 0; i < left.size(); ++i) left[i] = i;
+  std::vector<std::pair<int, std::size_t>> by_level;
+  TileId at = id;
+  while (!left.empty()) {
+    std::vector<std::size_t> older;
+    const auto parent = at.level > 0 ? decoded(location, at.parent()) : fail(Errc::not_found, "");
+    if (parent) {
+      Places places;
+      for (std::size_t i = 0; i < parent->u.size(); ++i) places.emplace(parent->u[i], parent->v[i]);
+      const TileId up = at.parent();
+      const int down = id.level - up.level;
+      const double scale = std::exp2(-down);
+      const double x = (id.x - (std::uint64_t(up.x) << down)) * kEnd;
+      const double y = (id.y - (std::uint64_t(up.y) << down)) * kEnd;
+      for (const std::size_t i : left)
+        if (holds(places, (tile.u[i] + x) * scale, (tile.v[i] + y) * scale)) older.push_back(i);
+    }
+    if (left.size() > older.size()) by_level.emplace_back(at.level, left.size() - older.size());
+    left = std::move(older);
+    if (at.level == 0) break;
+    at = at.parent();
+  }
+  std::ranges::reverse(by_level);
+  return by_level;
+}
+
+// ---- posts ----
+
+/// Calls f(u, v, height, col, row, place) for each post in the closed rectangle; voids are NaN.
+template <class F>
+Result<void> each_post(const DemSource& source, TileId id, const Progress& progress, F&& f) {
+  const GeoRect rect = tiling::rect(id);
+  const PostWindow w = post_window(source, rect);
+  if (w.empty()) return {};
+  const std::int64_t rows_at_once = std::clamp<std::int64_t>(kChunkPosts / w.cols, 1, w.rows);
+  std::vector<Vec2> at;
+  std::vector<Geographic> places;
+  for (std::int64_t r = 0; r < w.rows; r += rows_at_once) {
+    if (progress.stopped()) return fail(Errc::cancelled, "stopped");
+    const int rows = int(std::min(rows_at_once, w.rows - r)), cols = int(w.cols);
+    const auto heights = source.read(w.col, w.row + r, cols, rows);
+    if (!heights) return std::unexpected(heights.error());
+    at.clear();
+    for (int j = 0; j < rows; ++j)
+      for (int i = 0; i < cols; ++i) at.push_back({double(w.col + i), double(w.row + r + j)});
+    places.resize(at.size());
+    source.to_geographic(at, places);
+    for (std::size_t k = 0; k < at.size(); ++k) {
+      double lon = places[k].lon;
+      while (lon < rect.west - 1e-9) lon += 360;
+      while (lon > rect.east + 1e-9) lon -= 360;
+      const double u = (lon - rect.west) / rect.width() * kEnd;
+      const double v = (places[k].lat - rect.south) / rect.height() * kEnd;
+      constexpr double kHair = 1e-6;
+      if (!(u >= -kHair && u <= kEnd + kHair && v >= -kHair && v <= kEnd + kHair)) continue;
+      f(u, v, double(heights->values()[k]), std::int64_t(at[k].x), std::int64_t(at[k].y),
+        Geographic{lon, places[k].lat});
+    }
+    progress.at(double(r) / double(w.rows));
+  }
+  return {};
+}
+
+Result<std::uint64_t> valid_posts(const DemSource& source, TileId id, const Progress& progress) {
+  std::uint64_t valid = 0;
+  auto done = each_post(source, id, progress,
+                        [&](double, double, double z, std::int64_t, std::int64_t, Geographic) {
+                          valid += !std::isnan(z);
+                        });
+  if (!done) return std::unexpected(done.error());
+  return valid;
+}
+
+/// Of several files the first with a valid post wins: so a file's share is what it adds to those
+/// before it.
+Result<std::vector<PostStory::File>> shares(const ExplainOptions& o, TileId id,
+                                            const Progress& progress) {
+  std::vector<PostStory::File> files;
+  std::vector<std::string> so_far;
+  std::uint64_t before = 0;
+  for (const std::string& file : o.files) {
+    const auto alone = DemSource::open({&file, 1}, o.dem);
+    if (!alone) return std::unexpected(alone.error());
+    if (o.files.size() > 1 && post_window(**alone, tiling::rect(id)).empty()) continue;
+    so_far.push_back(file);
+    const auto together = DemSource::open(so_far, o.dem);
+    if (!together) return std::unexpected(together.error());
+    const auto posts = valid_posts(**together, id, progress);
+    if (!posts) return std::unexpected(posts.error());
+    if (*posts > before) files.push_back({file, *posts - before});
+    before = *posts;
+  }
+  return files;
+}
+
+Result<PostStory> posts_of(const DemSource& source, const TileStory& story,
+                           const Progress& progress) {
+  PostStory p;
+  const TileSurface surface(story.mesh);
+  std::vector<float> errors;  // for the histogram, whose range is known last
+  double squares = 0, sum = 0;
+  p.above_m = p.below_m = -HUGE_VAL;
+  auto done = each_post(
+      source, story.id, progress,
+      [&](double u, double v, double z, std::int64_t col, std::int64_t row, Geographic place) {
+        if (std::isnan(z)) return void(++p.voids);
+        ++p.posts;
+        const auto gap = surface.gap_at(std::clamp(u, 0.0, kEnd), std::clamp(v, 0.0, kEnd), z);
+        if (!gap) return;
+        const double error = gap->worst();
+        p.above_m = std::max(p.above_m, gap->high);
+        p.below_m = std::max(p.below_m, -gap->low);
+        sum += std::abs(error);
+        squares += error * error;
+        p.near_budget += std::abs(error) > 0.9 * story.budget_m;
+        errors.push_back(float(error));
+        if (p.posts > 1 && std::abs(error) <= p.max_error_m) return;
+        p.max_error_m = std::abs(error);
+        p.worst = {place, col, row, z, error};
+      });
+  if (!done) return std::unexpected(done.error());
+  if (!errors.empty()) {
+    p.mean_m = sum / double(errors.size());
+    p.rms_m = std::sqrt(squares / double(errors.size()));
+  }
+  for (const float e : errors) {
+    const double share = p.max_error_m > 0 ? (double(e) / p.max_error_m + 1) / 2 : 0.5;
+    ++p.histogram[std::size_t(std::clamp(int(share * PostStory::kBins), 0, PostStory::kBins - 1))];
+  }
+  const auto heights = heights_over(source, story.rect, kFilledCells, kFilledCells);
+  if (!heights) return std::unexpected(heights.error());
+  p.filled_share =
+      double(std::ranges::count_if(heights->values(), [](float z) { return std::isnan(z); })) /
+      (kFilledCells * kFilledCells);
+  return p;
+}
+
+// ---- why ----
+
+void say_why(TileStory& s, double assumed_m, double fit_error_m, int lattice_cells, bool recorded) {
+  const double stated = s.stated.max_error_m.value_or(s.posts ? s.posts->max_error_m : 0);
+  const std::string used = metres(stated) + " of " + metres(s.budget_m);
+  if (stated > s.budget_m * (1 + 1e-9)) {
+    s.binds = "grid";
+    s.because = "its error is over its budget (" + used +
+                "): the format's integer grid cannot follow the slopes here";
+  } else if (s.free_vertices == 0 && s.lattice_vertices > 0) {
+    s.binds = "curvature";
+    s.because = "only the lattice of " + std::to_string(lattice_cells) + " x " +
+                std::to_string(lattice_cells) +
+                " cells that every tile of this level keeps against the earth's curvature";
+  } else if (s.free_vertices == 0) {
+    s.binds = s.border_vertices > 4 ? "border" : "nothing";
+    s.because = s.border_vertices > 4
+                    ? "its edges need vertices (neighbours share them), its inside none"
+                    : "two triangles are enough: " + used;
+  } else if (fit_error_m < 0.999 * s.budget_m) {
+    s.binds = "cap";
+    s.because = "clients would take " + metres(s.budget_m) + " at this level; it is fitted to " +
+                metres(fit_error_m) + ", so that a globe seen from afar has its mountains";
+  } else if (s.deepest && recorded && !s.posts && s.budget_m == assumed_m) {
+    s.binds = "max-error";
+    s.because =
+        "the bound at the deepest level, by default 1/32 of the posts' spacing (--source "
+        "tells how much that is)";
+  } else if (s.deepest && s.budget_m < 0.999 * assumed_m) {
+    s.binds = "max-error";
+    s.because = "the bound asked for at the deepest level: " + used + " used";
+  } else {
+    s.binds = "level";
+    s.because =
+        "what globe clients assume of level " + std::to_string(s.id.level) + ": " + used + " used";
+  }
+}
+
+}  // namespace
+
+Result<HeightGrid> heights_over(const DemSource& source, const GeoRect& rect, int width,
+                                int height) {
+  HeightField field(source);
+  const PostWindow w = post_window(source, rect);
+  if (!w.empty() && w.cols * w.rows <= kLoadPosts) {
+    if (auto done = field.load(w.col, w.row, int(w.cols), int(w.rows)); !done)
+      return std::unexpected(done.error());
+  }
+  HeightGrid grid(width, height);
+  std::vector<Geographic> places(std::size_t(width), Geographic{});
+  std::vector<double> heights(places.size());
+  for (int j = 0; j < height; ++j) {
+    for (int i = 0; i < width; ++i)
+      places[std::size_t(i)] = {rect.west + (i + 0.5) / width * rect.width(),
+                                rect.north - (j + 0.5) / height * rect.height()};
+    field.at(places, heights);
+    for (int i = 0; i < width; ++i) grid.at(i, j) = float(heights[std::size_t(i)]);
+  }
+  if (field.error()) return std::unexpected(*field.error());
+  return grid;
+}
+
+Result<TileStory> explain_tile(TileLocation location, TileId id, const ExplainOptions& o,
+                               const Progress& progress) {
+  const auto made = made_with(location, o.error_factor);
+  if (!made) return std::unexpected(made.error());
+  TileStory story;
+  story.id = id;
+  story.rect = tiling::rect(id);
+  auto tile = decoded(location, id, &story.bytes);
+  if (!tile) return std::unexpected(tile.error());
+  story.mesh = std::move(*tile);
+  Findings ignored;  // tind check is for those
+  story.stated = check_tile(story.mesh, id, made->options.error_factor, ignored);
+  story.origins = origins(location, id, story.mesh);
+  story.deepest = id.level == made->deepest;
+
+  const double assumed = assumed_level_error(id.level) * made->options.error_factor;
+  story.budget_m = assumed;
+  if (story.deepest && made->options.max_error_m > 0)
+    story.budget_m = std::min(assumed, made->options.max_error_m);
+  double fit_error = story.budget_m;
+  int lattice_cells = 1;
+  std::shared_ptr<const DemSource> source;
+  if (!o.files.empty()) {
+    auto opened = DemSource::open(o.files, o.dem);
+    if (!opened) return std::unexpected(opened.error());
+    source = *opened;
+    // Heights decide neither budgets nor lattices: no need to read them all.
+    const HeightRange range{story.mesh.min_height, story.mesh.max_height, 1};
+    const auto plan = TilePlan::make(source->info(), range, made->options);
+    if (plan && id.level <= plan->max_level()) {
+      const LevelPlan& level = plan->level(id.level);
+      story.budget_m = level.budget_m;
+      fit_error = level.fit_error_m;
+      lattice_cells = level.curvature_cells;
+    }
+  }
+  count_vertices(story, lattice_cells);
+  if (source) {
+    auto posts = posts_of(*source, story, progress);
+    if (!posts) return std::unexpected(posts.error());
+    auto files = shares(o, id, progress);
+    if (!files) return std::unexpected(files.error());
+    posts->files = std::move(*files);
+    story.posts = std::move(*posts);
+  }
+  say_why(story, assumed, fit_error, lattice_cells, made->recorded);
+  return story;
+}
+
+}  // namespace tind

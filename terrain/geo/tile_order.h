@@ -1,0 +1,39 @@
+#pragma once
+// The tiles of several levels by number. Not a list of them: of a large source that alone would
+// take a hundred megabytes.
+
+#include <cstddef>
+#include <span>
+
+#include "terrain/geo/availability.h"
+
+namespace tind {
+
+/// The deepest level first, each as TileArea counts: from north to south, as rasters lie. The areas
+/// must outlive it.
+class TileOrder {
+ public:
+  /// `areas`: one a level, from level 0 on; tiles of levels first..last have numbers.
+  TileOrder(std::span<const TileArea> areas, int first, int last) : areas_(areas), last_(last) {
+    for (int z = first; z <= last; ++z) size_ += areas[std::size_t(z)].size();
+  }
+  std::size_t size() const { return size_; }
+  /// REQUIRES: i < size().
+  TileId operator[](std::size_t i) const {
+    for (int z = last_;; --z) {
+      const TileArea& tiles = areas_[std::size_t(z)];
+      if (i < tiles.size()) {
+        const auto [x, y] = tiles[i];
+        return {z, x, y};
+      }
+      i -= tiles.size();
+    }
+  }
+
+ private:
+  std::span<const TileArea> areas_;
+  int last_;
+  std::size_t size_ = 0;
+};
+
+}  // namespace tind

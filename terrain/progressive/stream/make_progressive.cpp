@@ -1,0 +1,96 @@
+// The method collapses, a recorder listens (split_recorder.h) and measures the posts.
+
+#include "terrain/progressive/stream/make_progressive.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "terrain/progressive/stream/bounded_collapses.h"
+#include "terrain/progressive/stream/least_error.h"
+#include "terrain/progressive/stream/split_recorder.h"
+
+namespace tind {
+
+namespace {
+
+/// The vertical error over all posts.
+class PostMeasure {
+ public:
+  using Index = HalfedgeMesh::Index;
+
+  explicit PostMeasure(const HeightGrid& grid) : grid_(grid) {}
+
+  bool other_way(const HalfedgeMesh& m, const Collapse& c) const {
+    return other_way_from_above(m, c);
+  }
+
+  double fine(const HalfedgeMesh& m) const {
+    double worst = 0;
+    for (Index h = 0; h < m.halfedge_slots(); h += 3) {
+      if (!m.alive_triangle(h / 3)) continue;
+      worst = std::max(worst, triangle_error(grid_, m.position(m.origin(h)), m.position(m.dest(h)),
+                                             m.position(m.apex(h))));
+    }
+    return worst;
+  }
+
+  /// The largest error of the triangles that the collapse leaves around the merged vertex.
+  double after(const HalfedgeMesh& m, const Collapse& c) const {
+    double worst = 0;
+    for (const auto& [v, other] : {std::pair{c.removed, c.kept}, {c.kept, c.removed}}) {
+      m.for_each_out(v, [&, gone = other](Index e) {
+        const Index p = m.dest(e), q = m.apex(e);
+        if (p == gone || q == gone) return;
+        worst = std::max(worst, triangle_error(grid_, c.kept_after, m.position(p), m.position(q)));
+      });
+    }
+    return worst;
+  }
+
+ private:
+  const HeightGrid& grid_;
+};
+
+constexpr std::array<const char*, 6> kMethods = {"edge-cost",     "qem",     "memoryless",
+                                                 "attribute-qem", "bounded", "triangle-collapse"};
+
+}  // namespace
+
+bool makes_progressive(const std::string& method) {
+  return std::ranges::find(kMethods, method) != kMethods.end();
+}
+
+Result<ProgressiveMesh> make_progressive(const HeightGrid& grid, double spacing_x_m,
+                                         double spacing_y_m, const SimplifyOptions& method,
+                                         std::size_t base_triangles, const Progress& progress,
+                                         const Lattice& lattice) {
+  if (!makes_progressive(method.method)) {
+    return fail(Errc::invalid_argument,
+                "'" + method.method +
+                    "' does not collapse edges, so it makes no progressive mesh; edge-cost, qem, "
+                    "memoryless, attribute-qem, triangle-collapse and bounded do");
+  }
+  if (!(lattice.per_post >= 1 && lattice.per_post <= 1024 &&
+        std::exp2(std::round(std::log2(lattice.per_post))) == lattice.per_post &&
+        lattice.z_step_m >= 0 && std::isfinite(lattice.z_step_m))) {
+    return fail(Errc::invalid_argument,
+                "the lattice must be a power of two from 1 to 1024 for each post, and its step of "
+                "height must not be negative");
+  }
+  PostMeasure measure(grid);
+  SplitRecorder splits(measure);
+  const CollapseRecorder recorder = splits.listen(lattice, base_triangles);
+  SimplifyOptions options = method;
+  options.recorder = &recorder;
+  if (!options.stop.triangles && !options.stop.ratio && !options.stop.max_error_m)
+    options.stop.ratio = 1;
+  const Result<Simplified> run =
+      options.method == "bounded"
+          ? record_bounded_collapses(grid, spacing_x_m, spacing_y_m, options, progress)
+          : simplify(grid, spacing_x_m, spacing_y_m, options, progress);
+  if (!run) return std::unexpected(run.error());
+  return std::move(splits.mesh);
+}
+
+}  // namespace tind

@@ -1,0 +1,146 @@
+#include "terrain/pyramid/build/build.h"
+
+#include <libdeflate.h>
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <new>
+#include <optional>
+
+#include "terrain/base/parallel.h"
+#include "terrain/geo/tile_order.h"
+#include "terrain/pyramid/build/build_folder.h"
+#include "terrain/pyramid/make/make_tile.h"
+#include "terrain/pyramid/plan/plan_source.h"
+#include "terrain/pyramid/plan/tile_version.h"
+#include "terrain/pyramid/residual/residual_index.h"
+
+namespace tind {
+
+namespace {
+
+constexpr const char* kResiduals = "residuals.tind";
+constexpr double kLastDigit_m = 1e-6;  // stated errors are rounded up to it
+
+}  // namespace
+
+std::vector<std::uint8_t> gzipped(const std::vector<std::uint8_t>& bytes) {
+  const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> c(
+      libdeflate_alloc_compressor(10), &libdeflate_free_compressor);
+  if (!c) throw std::bad_alloc();  // it allocates, and says so only this way
+  std::vector<std::uint8_t> out(libdeflate_gzip_compress_bound(c.get(), bytes.size()));
+  out.resize(libdeflate_gzip_compress(c.get(), bytes.data(), bytes.size(), out.data(), out.size()));
+  return out;
+}
+
+Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const BuildOptions& o,
+                                const Progress& progress) {
+  // The share of the work that reading every post is, more or less; twice, where an index is made.
+  const bool large = deepest_indexed_level(source->info(), o.tiles.exact_posts) >= 0;
+  const double reading = large ? 0.3 : 0.02;
+  if (const auto outline = TilePlan::make(source->info(), HeightRange{}, o.tiles); !outline)
+    return std::unexpected(outline.error());  // before anything is made
+  const auto files = o.files ? o.files : std::make_shared<FolderFiles>();
+  if (auto made = files->make_folder(o.output); !made) return std::unexpected(made.error());
+  auto ours = FolderLock::take(o.output);
+  if (!ours) return std::unexpected(ours.error());
+  SourceBlocks blocks(source->info());
+  const auto range =
+      scan_heights(*source, progress.part(0, large ? 0.1 : reading), o.threads, &blocks);
+  if (!range) return std::unexpected(range.error());
+  auto plan = TilePlan::make(source->info(), *range, o.tiles);
+  if (!plan) return std::unexpected(plan.error());
+  const TileOrder ids = plan->order();
+  const double looking = reading + 0.03;
+  const auto claimed = BuildFolder::claim(*files, std::move(*ours), *source, *plan, ids, blocks, o,
+                                          progress.part(reading, looking));
+  if (!claimed) return std::unexpected(claimed.error());
+  BuildFolder* const folder = claimed->get();
+  auto index = index_for(*source, *plan, o.output + "/" + kResiduals, o.threads,
+                         progress.part(0.1, reading));
+  if (!index) return std::unexpected(index.error());
+  if (*index) plan->use(std::move(*index));
+  BuildReport report;
+  report.tiles = ids.size();
+  report.update = folder->update();
+  report.unsound = folder->unsound();
+  report.threads = o.threads > 0 ? o.threads : hardware_threads();
+  if (const ResidualIndex* made = plan->index()) {
+    report.indexed_level = made->level() - 1;
+    report.index_bytes = made->bytes();
+    report.index_made = made->made_now();
+  }
+  for (int z = 0; z <= plan->max_level(); ++z)
+    report.levels.push_back({z, 0, 0, plan->level(z).budget_m, 0});
+  std::mutex mutex;
+  std::optional<Error> first_error;
+  std::atomic<bool> give_up = false;
+  std::atomic<std::size_t> done = 0;
+  double worst_excess = 0;
+  parallel_for(ids.size(), o.threads, [&](std::size_t i) {
+    if (give_up || progress.stopped()) return;
+    const TileId id = ids[i];
+    const auto there = folder->finished(i);
+    LedgerEntry known = there.value_or(LedgerEntry{});
+    if (!there) {
+      auto tile = make_tile(*source, *plan, id, progress.stop);
+      Result<void> written;
+      if (tile) {
+        known.max_error_m = tile->max_error_m;
+        known.edge_error_m = tile->edge_error_m;
+        known.not_one_sided = tile->side != o.tiles.side;
+        if (o.gzip) tile->bytes = gzipped(tile->bytes);
+        known.size = tile->bytes.size();
+        written = folder->write(
+            i, {reinterpret_cast<const char*>(tile->bytes.data()), tile->bytes.size()}, known);
+      }
+      if (!tile || !written) {
+        const std::lock_guard lock(mutex);
+        if (!first_error) first_error = tile ? written.error() : tile.error();
+        give_up = true;
+        return;
+      }
+    }
+    {
+      const std::lock_guard lock(mutex);
+      LevelReport& level = report.levels[std::size_t(id.level)];
+      ++level.tiles;
+      level.bytes += known.size;
+      level.worst_error_m = std::max(level.worst_error_m, known.max_error_m);
+      level.worst_edge_error_m = std::max(level.worst_edge_error_m, known.edge_error_m);
+      report.bytes += known.size;
+      ++(there ? report.reused : report.built);
+      report.not_one_sided += known.not_one_sided;
+      if (known.max_error_m > level.budget_m + kLastDigit_m) {
+        ++report.over_budget;
+        if (known.max_error_m / level.budget_m > worst_excess) {
+          worst_excess = known.max_error_m / level.budget_m;
+          report.worst_over_budget = id.text();
+          report.worst_over_budget_m = known.max_error_m;
+        }
+      }
+    }
+    const std::size_t n = ++done;
+    if (n % std::max<std::size_t>(1, ids.size() / 500) == 0)
+      progress.at(looking + (1 - looking) * double(n) / double(ids.size()));
+  });
+  const auto committed = folder->commit();  // what was made is not lost, however it ended
+  if (first_error) return std::unexpected(*first_error);
+  if (!committed) return std::unexpected(committed.error());
+  if (progress.stopped()) {
+    return fail(Errc::cancelled, "stopped after " + std::to_string(done) + " of " +
+                                     std::to_string(ids.size()) +
+                                     " tiles; run the same command to go on");
+  }
+  const std::string& file = source->info().files.front();
+  const std::string name = file.substr(file.find_last_of('/') + 1);
+  proto::LayerJson layer = plan->layer(name.substr(0, name.find('.')));
+  layer.version = tile_version(source->info(), *plan, blocks.digest());
+  if (auto finished = folder->finish(proto::encode_layer_json(layer)); !finished)
+    return std::unexpected(finished.error());
+  progress.at(1);
+  return report;
+}
+
+}  // namespace tind

@@ -1,0 +1,74 @@
+#pragma once
+// The batch: every tile of a plan into a directory.
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "terrain/base/progress.h"
+#include "terrain/base/result.h"
+#include "terrain/pyramid/plan/level_plan.h"
+#include "terrain/pyramid/plan/tile_set_options.h"
+#include "terrain/raster/dem_source.h"
+
+namespace tind {
+
+class FolderFiles;
+
+struct BuildOptions {
+  TileSetOptions tiles;
+  std::string output;  // directory, made if need be
+  int threads = 0;     // 0: one per core
+  bool gzip = false;   // store tiles compressed (the server then has to say so)
+  bool force = false;  // replace tiles that tind build made of another source or otherwise
+  int batch = 1024;    // tiles, at most, until those written are made durable and count
+  std::shared_ptr<FolderFiles> files;  // how files are written; null: as ever
+};
+
+/// As `gzip` stores tiles.
+std::vector<std::uint8_t> gzipped(const std::vector<std::uint8_t>& bytes);
+
+struct LevelReport {
+  int level = 0;
+  std::uint64_t tiles = 0, bytes = 0;
+  double budget_m = 0, worst_error_m = 0;
+  double worst_edge_error_m = 0;  // skirts this deep and those of the level above hide every gap
+};
+
+/// What a build found in a directory of tiles of the same grid, made of other heights.
+struct UpdateReport {
+  bool updated = false;                          // false: there were none, or none of other heights
+  std::uint64_t blocks = 0, changed_blocks = 0;  // of block_posts x block_posts posts
+  int block_posts = 0;
+  std::uint64_t dirty_tiles = 0;  // depend on what changed, and are made again
+  int levels_of_other_steps = 0;  // the range of heights changed: whole levels are made again
+};
+
+struct BuildReport {
+  std::uint64_t tiles = 0, built = 0, reused = 0, bytes = 0;
+  // Of an earlier run: torn, changed, missing, or not yet made durable. They were made again.
+  std::uint64_t unsound = 0;
+  std::uint64_t over_budget = 0;    // tiles that say a larger error than their level's budget
+  std::string worst_over_budget;    // z/x/y of the worst of them
+  double worst_over_budget_m = 0;   // and what it says
+  std::uint64_t not_one_sided = 0;  // tiles that --side asked for and could not be: they say "both"
+  std::vector<LevelReport> levels;
+  UpdateReport update;
+  int indexed_level = -1;  // up to this one tiles rest on the residual index; -1: none
+  std::uint64_t index_bytes = 0;
+  bool index_made = false;  // by this run
+  int threads = 1;
+};
+
+/// Makes what is missing: a tile that the directory's ledger names, and whose size and hash are as
+/// it says, is kept, so a build that was killed, or lost its power, goes on where it was. The
+/// directory remembers the source's heights and the options. Where heights changed, the tiles that
+/// depend on them are made again and no others, and take the old ones' places when all are ready;
+/// other grids and options are refused unless `force`. What tind build did not make is never
+/// touched: where it is in the way, or another build runs in the directory (Errc::busy), nothing is
+/// done. layer.json comes last, and only when all tiles are there. On a stop: Errc::cancelled,
+/// nothing torn, run again to go on.
+Result<BuildReport> build_tiles(std::shared_ptr<const DemSource>, const BuildOptions&,
+                                const Progress& = {});
+
+}  // namespace tind

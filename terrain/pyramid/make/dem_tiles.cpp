@@ -1,0 +1,115 @@
+// A DEM as a tile set: every tile made when asked for.
+
+#include "terrain/pyramid/make/dem_tiles.h"
+
+#include <atomic>
+#include <exception>
+#include <optional>
+#include <thread>
+
+#include "terrain/pyramid/make/make_tile.h"
+#include "terrain/pyramid/plan/height_extremes.h"
+#include "terrain/pyramid/plan/plan_source.h"
+#include "terrain/pyramid/plan/tile_set_options.h"
+#include "terrain/pyramid/plan/tile_version.h"
+#include "terrain/store/tile_set.h"
+
+namespace tind {
+
+namespace {
+
+class DemTiles : public TileSet {
+ public:
+  /// `outline`: a plan whose levels and availability are right; its heights are not known yet.
+  DemTiles(std::shared_ptr<const DemSource> source, TilePlan outline, std::string index_path,
+           std::string name)
+      : source_(std::move(source)),
+        outline_(std::move(outline)),
+        index_path_(std::move(index_path)),
+        layer_(outline_.layer(name)) {
+    // Of a large source all heights are not known before layer.json is asked for: its files then
+    // stand for them.
+    layer_.version =
+        tile_version(source_->info(), outline_, "files " + source_->info().fingerprint);
+  }
+
+  /// `at_once`: nobody else knows of this object yet.
+  void find_heights(std::stop_token stop, int threads, bool at_once) {
+    Progress progress;
+    progress.stop = stop;
+    progress.report = [this](double share) { share_ = share; };
+    std::string content;
+    try {
+      plan_ = plan_source(*source_, outline_.options(), index_path_, threads, progress, &content);
+      if (at_once && !content.empty())  // as in a batch; later nobody may write it any more
+        layer_.version = tile_version(source_->info(), outline_, content);
+      if (*plan_) {
+        if (const auto found = find_extremes(*source_, **plan_, stop)) extremes_ = *found;
+      }
+    } catch (const std::exception& error) {  // in a thread of its own it would end the process
+      plan_ =
+          fail(Errc::internal, "reading " + source_->info().files.front() + ": " + error.what());
+    }
+    known_ = true;  // from here on others may look at plan_ and extremes_
+  }
+  void find_heights_in_background() {
+    reader_ = std::jthread([this](std::stop_token stop) { find_heights(stop, 1, false); });
+  }
+  const Result<TilePlan>& plan() const { return *plan_; }
+
+  const proto::LayerJson& layer() const override { return layer_; }
+  bool available(TileId id) const override { return outline_.wanted(id); }
+  Result<TileBytes> tile(TileId id, std::stop_token stop) const override {
+    if (!available(id)) return fail(Errc::not_found, "no tile " + id.text() + " in this dataset");
+    if (!known_) {
+      return fail(Errc::busy, "the heights of " + source_->info().files.front() +
+                                  " are still being read for the first time; try again soon");
+    }
+    if (!*plan_) return std::unexpected(plan_->error());
+    return make_tile(*source_, **plan_, id, stop);
+  }
+  const DemSource* dem() const override { return source_.get(); }
+  std::optional<HeightExtremes> extremes() const override {
+    return known_ ? extremes_ : std::nullopt;
+  }
+  Readiness readiness() const override {
+    if (!known_) return {Readiness::State::reading, share_, {}};
+    if (!*plan_) return {Readiness::State::failed, share_, plan_->error().what};
+    return {};
+  }
+
+ private:
+  std::shared_ptr<const DemSource> source_;
+  TilePlan outline_;
+  std::string index_path_;
+  proto::LayerJson layer_;
+  std::optional<Result<TilePlan>> plan_;  // written once, before known_; so are these:
+  std::optional<HeightExtremes> extremes_;
+  std::atomic<bool> known_ = false;
+  std::atomic<double> share_ = 0;
+  std::jthread reader_;  // last: it ends before what it works on
+};
+
+}  // namespace
+
+Result<std::unique_ptr<TileSet>> open_dem_tiles(std::shared_ptr<const DemSource> source,
+                                                const TileSetOptions& options,
+                                                std::int64_t read_at_once,
+                                                const std::string& index_path) {
+  const DemInfo& info = source->info();
+  auto outline = TilePlan::make(info, HeightRange{}, options);
+  if (!outline) return std::unexpected(outline.error());
+  const std::string& file = info.files.front();
+  const std::string name = file.substr(file.find_last_of('/') + 1);
+  auto tiles = std::make_unique<DemTiles>(source, std::move(*outline), index_path,
+                                          name.substr(0, name.find('.')));
+  if (info.cols > read_at_once / info.rows) {
+    tiles->find_heights_in_background();
+    return tiles;
+  }
+  tiles->find_heights({}, 0, true);
+  if (!tiles->plan()) return std::unexpected(tiles->plan().error());
+  return tiles;
+}
+
+}  // namespace tind

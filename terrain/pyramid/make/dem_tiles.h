@@ -1,0 +1,28 @@
+#pragma once
+// The tiles of a DEM as a tile set.
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "terrain/base/result.h"
+#include "terrain/pyramid/plan/tile_set_options.h"
+#include "terrain/raster/dem_source.h"
+#include "terrain/store/tile_set.h"
+
+namespace tind {
+
+/// Posts that opening a DEM as tiles reads before it returns: a second or so.
+inline constexpr std::int64_t kMostReadAtOnce = std::int64_t(1) << 25;
+
+/// The tiles of a DEM, made when asked for. Fails with `unsupported` for a DEM without CRS. Tiles
+/// need the range of all heights, and those of a large source its residual index (plan_source.h):
+/// of a source with more than `read_at_once` posts they are found in the background, on one thread,
+/// and until then every tile is Errc::busy. The index is kept at `index_path`, or with the tiles
+/// where that is empty.
+Result<std::unique_ptr<TileSet>> open_dem_tiles(std::shared_ptr<const DemSource>,
+                                                const TileSetOptions&,
+                                                std::int64_t read_at_once = kMostReadAtOnce,
+                                                const std::string& index_path = {});
+
+}  // namespace tind

@@ -1,0 +1,191 @@
+// One tile, from posts to its model: what is known of its surroundings, then the mesh
+// (tile_fit.cpp), then all that encodings need (tile_finish.cpp).
+//
+// The mesh lives in the tile's own integer grid (u, v in 0..32767, heights on a power-of-two step)
+// from its first triangle on. So orientation is exact, quantisation is not a step that could break
+// anything afterwards, and what is measured is what a client decodes.
+
+#include "terrain/pyramid/make/make_tile.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "terrain/encode/quantized_mesh_tile.h"
+#include "terrain/pyramid/make/tile_job.h"
+#include "terrain/pyramid/residual/residual_index.h"
+#include "terrain/tile/post_warp.h"
+
+namespace tind {
+
+namespace {
+
+constexpr std::int64_t kChunkPosts = 1 << 19;  // posts that the referee holds at a time
+constexpr double kMostMargin = 320;            // posts, as many as a tile has where this pays
+
+/// The posts around the tile, so that H is a matter of memory; coarse tiles ask the source instead.
+/// Normals look farther the coarser the tile is, but not where a small source has ended long
+/// before: beyond the margin H asks the source, too.
+Result<void> load_heights(TileJob& job) {
+  const Stopwatch watch(job.cost.reading);
+  if (job.window.empty() || decimation(job.window) > 1) return {};
+  const DemInfo& info = job.source.info();
+  const double reach =
+      job.level.normal_reach_deg * 111320 / std::min(info.spacing_x_m, info.spacing_y_m);
+  const int margin = 2 + int(std::ceil(std::min(reach, kMostMargin)));
+  return job.field.load(job.window.col - margin, job.window.row - margin,
+                        int(job.window.cols) + 2 * margin, int(job.window.rows) + 2 * margin);
+}
+
+Border border_of(const TileJob& job, TileId id, Side side) {
+  const LevelPlan& level = job.plan.level(id.level);
+  BorderOptions o;
+  o.tolerance_m = level.border_tolerance_m;
+  o.offset_m = level.offset_m;
+  o.height_step = level.border_step_m;
+  o.fixed_cells = level.curvature_cells;
+  o.samples = level.border_samples;
+  o.place_step = level.border_place_step;
+  o.halves = id.level < job.plan.max_level();
+  return make_border(tile_edge(id, side), job.field, job.source, o);
+}
+
+/// Where a child has no tile, clients draw this tile's part in its stead, beside its sibling, which
+/// has one. No post holds the mesh there: so the sibling's border does, from the middle of the tile
+/// to shortly before its own border, which has no vertex there as a rule.
+void stand_in_for_children(TileJob& job) {
+  if (job.id.level >= job.plan.max_level()) return;
+  const auto child = [&](std::uint32_t east, std::uint32_t north) {
+    return TileId{job.id.level + 1, 2 * job.id.x + east, 2 * job.id.y + north};
+  };
+  constexpr int kClear = kTileExtent / 64;  // of the child's border
+  struct Line {
+    TileId before, after;  // south and north of it, or west and east
+    Side side_of_before, side_of_after;
+    bool northward;
+    int start;  // along it, in halves of the tile
+  };
+  const Line lines[] = {{child(0, 0), child(1, 0), Side::east, Side::west, true, 0},
+                        {child(0, 1), child(1, 1), Side::east, Side::west, true, 1},
+                        {child(0, 0), child(0, 1), Side::north, Side::south, false, 0},
+                        {child(1, 0), child(1, 1), Side::north, Side::south, false, 1}};
+  const double middle = std::round(kTileExtent / 2.0);
+  for (const Line& l : lines) {
+    const bool before = job.plan.available(l.before), after = job.plan.available(l.after);
+    if (before == after) continue;
+    const Border border = before ? border_of(job, l.before, l.side_of_before)
+                                 : border_of(job, l.after, l.side_of_after);
+    std::vector<Vec3> line;
+    const auto add = [&](double t, double height) {
+      const double along = std::round((t + l.start * kTileExtent) / 2.0);
+      line.push_back(l.northward ? Vec3{middle, along, height} : Vec3{along, middle, height});
+    };
+    const std::vector<BorderVertex>& all = border.line;
+    const auto between = [&](const BorderVertex& p, const BorderVertex& q, int t) {
+      add(t, p.height + double(t - p.t) / (q.t - p.t) * (q.height - p.height));
+    };
+    const int from = l.start == 0 ? kClear : 0, to = kTileExtent - (l.start == 0 ? 0 : kClear);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (i > 0 && all[i - 1].t < from && all[i].t > from) between(all[i - 1], all[i], from);
+      if (i > 0 && all[i - 1].t < to && all[i].t > to) between(all[i - 1], all[i], to);
+      if (all[i].t >= from && all[i].t <= to) add(all[i].t, all[i].height);
+    }
+    job.stand_in.push_back(std::move(line));
+  }
+}
+
+Result<void> derive_borders(TileJob& job) {
+  const Stopwatch watch(job.cost.borders);
+  for (const Side side : {Side::west, Side::south, Side::east, Side::north}) {
+    Border border = border_of(job, job.id, side);
+    job.borders[std::size_t(side)] = std::move(border.line);
+    job.edge_error_m = std::max(job.edge_error_m, border.error_m);
+  }
+  stand_in_for_children(job);
+  if (job.field.error()) return fail("tile " + job.id.text(), *job.field.error());
+  return {};
+}
+
+Result<void> find_range(TileJob& job, std::stop_token stop) {
+  const Stopwatch watch(job.cost.reading);
+  const std::int64_t most = job.source.is_plain_geographic() ? kChunkPosts : kChunkPosts / 4;
+  if (job.window.cols * job.window.rows <= most) {
+    auto posts = TilePosts::read(job.source, job.window, job.id, 1, job.level.offset_m);
+    if (!posts) return std::unexpected(posts.error());
+    job.whole.emplace(std::move(*posts));
+  }
+  TileJob::Posts all{HUGE_VAL, -HUGE_VAL, 0};
+  auto done = stream_posts(job, stop, [&](const TilePosts& posts) {
+    all.min_m = std::min(all.min_m, posts.min_m());
+    all.max_m = std::max(all.max_m, posts.max_m());
+    all.posts += posts.inside();
+  });
+  job.posts = all;
+  return done;
+}
+
+/// What the index knows of the posts, where the level rests on it.
+Result<void> look_up_posts(TileJob& job) {
+  auto lattice = job.plan.index()->lattice(job.id);
+  if (!lattice) return std::unexpected(lattice.error());
+  job.posts = {lattice->min_m, lattice->max_m, lattice->posts};
+  job.lattice = std::move(*lattice);
+  return {};
+}
+
+}  // namespace
+
+Result<void> stream_posts(const TileJob& job, std::stop_token stop,
+                          const std::function<void(const TilePosts&)>& f) {
+  if (job.window.empty()) return {};
+  if (job.whole) {
+    if (job.whole->inside() > 0) f(*job.whole);
+    return {};
+  }
+  const PostWindow& all = job.window;
+  const std::int64_t cols_at_once = std::min(all.cols, kChunkPosts / 2);
+  const std::int64_t rows_at_once = std::max<std::int64_t>(2, kChunkPosts / all.cols);
+  for (std::int64_t r = 0; r < all.rows; r += rows_at_once)
+    for (std::int64_t c = 0; c < all.cols; c += cols_at_once) {
+      if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
+      PostWindow part = all;
+      part.col += c, part.row += r;
+      part.cols = std::min(cols_at_once, all.cols - c);
+      part.rows = std::min(rows_at_once, all.rows - r);
+      const auto posts = TilePosts::read(job.source, part, job.id, 1, job.level.offset_m);
+      if (!posts) return std::unexpected(posts.error());
+      if (posts->inside() > 0) f(*posts);
+    }
+  return {};
+}
+
+Result<TileModel> model_tile(const DemSource& source, const TilePlan& plan, TileId id,
+                             std::stop_token stop, TileCost* cost) {
+  TileJob job(source, plan, id);
+  if (auto done = load_heights(job); !done) return fail("tile " + id.text(), done.error());
+  if (auto done = derive_borders(job); !done) return std::unexpected(done.error());
+  const bool indexed = plan.index() && plan.index()->serves(id.level) && !job.window.empty();
+  auto known = indexed ? look_up_posts(job) : find_range(job, stop);
+  if (!known) return fail("tile " + id.text(), known.error());
+  const auto meshed = fit_tile(job, stop);
+  if (!meshed) return fail("tile " + id.text(), meshed.error());
+  auto tile = finish_tile(job, *meshed);
+  if (!tile) return fail("tile " + id.text(), tile.error());
+  if (job.field.error()) return fail("tile " + id.text(), *job.field.error());
+  if (cost) *cost = job.cost;
+  return tile;
+}
+
+Result<TileBytes> make_tile(const DemSource& source, const TilePlan& plan, TileId id,
+                            std::stop_token stop) {
+  TileBytes tile;
+  const auto model = model_tile(source, plan, id, std::move(stop), &tile.cost);
+  if (!model) return std::unexpected(model.error());
+  const Stopwatch watch(tile.cost.encoding);
+  tile.bytes = encode_quantized_mesh(*model);
+  const TileCertificate& says = *model->certificate;
+  tile.max_error_m = says.max_error_m, tile.edge_error_m = says.edge_error_m;
+  tile.exact = says.exact, tile.side = says.side;
+  return tile;
+}
+
+}  // namespace tind

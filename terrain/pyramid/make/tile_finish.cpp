@@ -1,0 +1,139 @@
+// From a tile's mesh to all that encodings need: order, normals, culling volumes, certificate.
+
+#include <algorithm>
+#include <cmath>
+
+#include "terrain/geo/ellipsoid.h"
+#include "terrain/pyramid/make/tile_job.h"
+#include "terrain/pyramid/residual/indexed_heights.h"
+#include "terrain/tile/culling.h"
+#include "terrain/tile/normals.h"
+#include "terrain/tile/triangle_order.h"
+
+namespace tind {
+
+namespace {
+
+/// H, or where the level rests on the index, what that knows of it. By level: a tile whose posts
+/// were read after all has the normals of its neighbours at their edges.
+Result<std::vector<double>> heights_for_normals(const TileJob& job,
+                                                const std::vector<Geographic>& places) {
+  std::vector<double> h(places.size());
+  if (const ResidualIndex* index = job.plan.index(); index && index->serves(job.id.level)) {
+    IndexedHeights indexed(*index, job.id.level);
+    indexed.at(places, h);
+    if (indexed.error()) return std::unexpected(*indexed.error());
+  } else {
+    job.field.at(places, h);
+  }
+  return h;
+}
+
+/// One normal per vertex, from heights that are the same for both tiles at an edge.
+Result<std::vector<std::array<std::uint8_t, 2>>> normals_of(const TileJob& job, const Tin& mesh) {
+  const double reach = job.level.normal_reach_deg;
+  std::vector<Geographic> places;
+  places.reserve(5 * mesh.vertices.size());
+  for (const Vec3& v : mesh.vertices) {
+    Geographic p = place_of(job.rect, v);
+    if (p.lon == 180) p.lon = -180;  // one place, one normal
+    places.push_back(p);
+    places.push_back({p.lon - reach, p.lat});
+    places.push_back({p.lon + reach, p.lat});
+    places.push_back({p.lon, std::max(-90.0, p.lat - reach)});
+    places.push_back({p.lon, std::min(90.0, p.lat + reach)});
+  }
+  const auto heights = heights_for_normals(job, places);
+  if (!heights) return std::unexpected(heights.error());
+  auto slope = [](double before, double here, double after, double metres) {
+    if (metres <= 0) return 0.0;
+    if (!std::isnan(before) && !std::isnan(after)) return (after - before) / (2 * metres);
+    if (!std::isnan(here) && !std::isnan(after)) return (after - here) / metres;
+    if (!std::isnan(here) && !std::isnan(before)) return (here - before) / metres;
+    return 0.0;
+  };
+  std::vector<std::array<std::uint8_t, 2>> normals;
+  normals.reserve(mesh.vertices.size());
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+    const Geographic p = places[5 * i];
+    const double* at = &(*heights)[5 * i];
+    const Vec2 degree = wgs84::metres_per_degree(p.lat);
+    const double east = slope(at[1], at[0], at[2], reach * std::max(degree.x, 1.0));
+    const double north = slope(at[3], at[0], at[4], reach * degree.y);
+    normals.push_back(oct_encode(ecef_normal(p, east, north)));
+  }
+  return normals;
+}
+
+double round_up(double x) { return std::ceil(x * 1e6) / 1e6; }
+
+/// Upwards to four digits: of a bound that nobody calls exact, more are not worth their bytes.
+double round_up_bound(double x) {
+  if (!(x > 0)) return 0;
+  const double unit = std::max(1e-6, std::pow(10, std::ceil(std::log10(x)) - 4));
+  return std::ceil(std::ceil(x / unit) * unit * 1e6 - 1e-3) / 1e6;
+}
+
+/// For clients that display by it (3d-tiles-renderer): what clients assume of the level, or the
+/// budget where that is larger. Never the measured error: a child whose figure is not below its
+/// parent's is refined without end, and what is measured does not halve from level to level.
+double displayed_error(const TileJob& job) {
+  return tiling::level_error(job.id.level) * std::max(1.0, job.plan.options().error_factor);
+}
+
+/// The same mesh, its triangles in coherent order and its vertices as they are first used.
+Tin in_order(const Tin& mesh) {
+  constexpr std::uint32_t kUnused = ~std::uint32_t(0);
+  Tin ordered;
+  ordered.triangles = coherent_order(mesh);
+  std::vector<std::uint32_t> name(mesh.vertices.size(), kUnused);
+  for (Triangle& triangle : ordered.triangles)
+    for (std::uint32_t& v : triangle) {
+      if (name[v] == kUnused) {
+        name[v] = std::uint32_t(ordered.vertices.size());
+        ordered.vertices.push_back(mesh.vertices[v]);
+      }
+      v = name[v];
+    }
+  return ordered;
+}
+
+CullingVolumes volumes_of(const TileJob& job, const Tin& mesh) {
+  std::vector<Vec3> places;
+  places.reserve(mesh.vertices.size());
+  for (const Vec3& v : mesh.vertices) {
+    const Geographic p = place_of(job.rect, v);
+    places.push_back({p.lon, p.lat, v.z});
+  }
+  return culling_volumes(job.rect, places);
+}
+
+}  // namespace
+
+Result<TileModel> finish_tile(TileJob& job, const TileMesh& meshed) {
+  const Stopwatch watch(job.cost.encoding);
+  TileModel tile;
+  tile.id = job.id;
+  tile.mesh = in_order(meshed.mesh);
+  tile.heights = meshed.lattice;
+  auto normals = normals_of(job, tile.mesh);
+  if (!normals) return std::unexpected(normals.error());
+  tile.normals = std::move(*normals);
+  tile.volumes = volumes_of(job, meshed.mesh);  // the sphere depends on the order
+  TileCertificate says{.max_error_m = round_up(meshed.max_error),
+                       .edge_error_m = round_up_bound(job.edge_error_m),
+                       .exact = !job.lattice && job.source.info().rounding_m == 0 &&
+                                job.source.is_plain_geographic()};
+  // A tile that could not be kept on one side says so: then it is like any other.
+  if (meshed.wrong_side == 0) says.side = job.plan.options().side;
+  tile.certificate = says;
+  tile.one_sided = job.plan.options().side != "both";
+  tile.displayed_error_m = round_up(displayed_error(job));
+  tile.posts = job.posts.posts;
+  if (job.lattice) tile.residual_m = round_up(job.lattice->largest_residual());
+  if (job.id.level % TilePlan::kAvailabilityLevels == 0)
+    tile.descendants = job.plan.descendants(job.id);
+  return tile;
+}
+
+}  // namespace tind

@@ -1,0 +1,363 @@
+// From a tile's borders and posts to its mesh: fitted in the tile's integer grid, measured over
+// every post (or, on the coarse levels of large sources, against the residual lattice), and kept on
+// one side where that is asked for.
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "terrain/pyramid/make/tile_job.h"
+#include "terrain/pyramid/residual/residual_index.h"
+#include "terrain/simplify/bounded/bounded_mesher.h"
+#include "terrain/tile/post_warp.h"
+
+namespace tind {
+
+namespace {
+
+constexpr double kPlacingError = 1e-5;    // metres of height: 1e-6 m on a slope of ten
+constexpr double kLargestHeightStep = 4;  // metres
+constexpr std::int64_t kMeshPosts = 320;  // posts a side that a mesh is fitted to at most
+
+double power_of_two_at_most(double x) { return std::exp2(std::floor(std::log2(x))); }
+double power_of_two_at_least(double x) { return std::exp2(std::ceil(std::log2(x))); }
+
+/// The finest step with which the heights of borders and posts fit; borders stay on it, because
+/// their step is a multiple.
+HeightLattice height_lattice(const TileJob& job, double eps) {
+  double low = HUGE_VAL, high = -HUGE_VAL;
+  for (const auto& border : job.borders) {
+    for (const BorderVertex& v : border)
+      low = std::min(low, v.height), high = std::max(high, v.height);
+  }
+  for (const auto& line : job.stand_in)
+    for (const Vec3& v : line) low = std::min(low, v.z), high = std::max(high, v.z);
+  if (job.posts.posts > 0) {
+    const double offset = job.level.offset_m;
+    low = std::min(low, job.posts.min_m + std::min(0.0, offset) - eps);
+    high = std::max(high, job.posts.max_m + std::max(0.0, offset) + eps);
+  }
+  const double step =
+      std::clamp(power_of_two_at_least((high - low) / 32766), 1.0 / 1024, job.level.border_step_m);
+  return {std::floor(low / step) * step, step};
+}
+
+/// The half-edge from v to w, or from w to v; kNone when there is neither.
+HalfedgeMesh::Index edge_between(const HalfedgeMesh& mesh, HalfedgeMesh::Index v,
+                                 HalfedgeMesh::Index w) {
+  HalfedgeMesh::Index found = HalfedgeMesh::kNone;
+  for (const auto& [a, b] : {std::pair{v, w}, {w, v}})
+    mesh.for_each_out(a, [&](HalfedgeMesh::Index h) {
+      if (mesh.dest(h) == b) found = h;
+    });
+  return found;
+}
+
+/// Makes the lines of job.stand_in, whose points are vertices, edges of the mesh that stay.
+/// Vertices that lie on a line become part of it; where two that follow each other have no edge,
+/// the line is halved until they do.
+template <class Insertion>
+void keep_stand_ins(const TileJob& job, double step, HalfedgeMesh& mesh, Insertion& insertion,
+                    LinePoints& kept) {
+  using Index = HalfedgeMesh::Index;
+  insertion.keep(&kept);
+  for (const auto& line : job.stand_in) {
+    const bool northward = line.front().x == line.back().x;
+    const auto along = [&](const Vec3& p) { return northward ? p.y : p.x; };
+    const auto across = [&](const Vec3& p) { return northward ? p.x : p.y; };
+    std::map<double, Index> on;  // the vertices on the line, by place
+    for (Index v = 0; v < mesh.vertex_slots(); ++v) {
+      const Vec3& p = mesh.position(v);
+      if (across(p) == across(line.front()) && along(p) >= along(line.front()) &&
+          along(p) <= along(line.back()))
+        on[along(p)] = v;
+    }
+    auto a = on.begin();
+    for (auto b = std::next(a); b != on.end(); b = std::next(a)) {
+      if (edge_between(mesh, a->second, b->second) != HalfedgeMesh::kNone) {
+        kept.add_edge(a->second, b->second);
+        a = b;
+        continue;
+      }
+      const Vec3 p = mesh.position(a->second), q = mesh.position(b->second);
+      const double place = std::floor((a->first + b->first) / 2);
+      const double share = (place - a->first) / (b->first - a->first);
+      const double height = snap_height(p.z + share * (q.z - p.z), step);
+      const Vec3 half = northward ? Vec3{p.x, place, height} : Vec3{place, p.y, height};
+      if (!insertion.insert_point(half)) {  // no room: the line has a gap
+        a = b;
+        continue;
+      }
+      on[place] = Index(mesh.vertex_slots() - 1);
+    }
+  }
+}
+
+/// The rectangle with its borders and, on coarse levels, the lattice against the earth's curvature.
+template <class Samples>
+HalfedgeMesh frame_mesh(TileJob& job, const Samples& samples, double x_scale,
+                        const HeightLattice& lattice, LinePoints& kept) {
+  constexpr double kE = kTileExtent;
+  const auto& [west, south, east, north] = job.borders;
+  Tin corners;
+  corners.vertices = {{0, 0, south.front().height},
+                      {kE, 0, south.back().height},
+                      {kE, kE, north.back().height},
+                      {0, kE, north.front().height}};
+  corners.triangles = {{0, 1, 2}, {0, 2, 3}};
+  HalfedgeMesh mesh = *HalfedgeMesh::from_tin(corners);
+  InsertionOptions o;
+  o.x_scale = x_scale;
+  DelaunayInsertion<Samples> insertion(mesh, samples, o);
+  auto inner = [](const std::vector<BorderVertex>& line, auto&& place) {
+    for (std::size_t i = 1; i + 1 < line.size(); ++i) place(line[i]);
+  };
+  inner(west, [&](const BorderVertex& v) { insertion.insert_point({0, double(v.t), v.height}); });
+  inner(south, [&](const BorderVertex& v) { insertion.insert_point({double(v.t), 0, v.height}); });
+  inner(east, [&](const BorderVertex& v) { insertion.insert_point({kE, double(v.t), v.height}); });
+  inner(north, [&](const BorderVertex& v) { insertion.insert_point({double(v.t), kE, v.height}); });
+  const auto insert = [&](const Vec3& p) {
+    // What fills a void may come from a post that is not the tile's own.
+    const double h = std::clamp(p.z, lattice.min, lattice.max());
+    insertion.insert_point({p.x, p.y, snap_height(h, lattice.step)});
+  };
+  for (const auto& line : job.stand_in)
+    for (const Vec3& p : line) insert(p);
+  const int cells = job.level.curvature_cells;
+  std::vector<Geographic> places;
+  std::vector<Vec3> points;
+  for (int j = 1; j < cells; ++j) {
+    for (int i = 1; i < cells; ++i) {
+      const double u = std::round(i * kE / cells), v = std::round(j * kE / cells);
+      points.push_back({u, v, 0});
+      places.push_back(
+          {job.rect.west + u / kE * job.rect.width(), job.rect.south + v / kE * job.rect.height()});
+    }
+  }
+  std::vector<double> heights(places.size());
+  job.field.filled(places, heights);
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    points[k].z = heights[k] + job.level.offset_m;
+    insert(points[k]);
+  }
+  keep_stand_ins(job, lattice.step, mesh, insertion, kept);
+  return mesh;
+}
+
+/// How far the mesh rises above a post and falls below one, at most; negative: it never does.
+struct Extremes {
+  double above = -HUGE_VAL, below = -HUGE_VAL;
+  double error() const { return std::max({above, below, 0.0}); }
+  /// How far the mesh is on the wrong side of some post that is only known within `margin`.
+  double wrong(const std::string& side, double margin) const {
+    if (side == "both") return 0;
+    return std::max(0.0, (side == "above" ? below : above) + margin);
+  }
+};
+
+/// Calls f(triangle, x, y, mesh - post) for every valid post of the closed rectangle.
+template <class F>
+Result<void> each_residual(const TileJob& job, const Tin& mesh, std::stop_token stop, F&& f) {
+  return stream_posts(job, stop, [&](const TilePosts& posts) {
+    posts.visit([&](const auto& samples) {
+      for (const Triangle& t : mesh.triangles) {
+        const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
+        const double area = orient2d(a, b, c);
+        const double gx = ((b.z - a.z) * (c.y - a.y) - (c.z - a.z) * (b.y - a.y)) / area;
+        const double gy = ((c.z - a.z) * (b.x - a.x) - (b.z - a.z) * (c.x - a.x)) / area;
+        samples.scan(a, b, c, [&](double x, double y, double z, std::size_t) {
+          f(t, x, y, a.z + gx * (x - a.x) + gy * (y - a.y) - (z - job.level.offset_m));
+          return true;
+        });
+      }
+    });
+  });
+}
+
+/// The referee.
+Result<Extremes> measure(const TileJob& job, const Tin& mesh, std::stop_token stop) {
+  Extremes worst;
+  auto done = each_residual(job, mesh, stop, [&](const Triangle&, double, double, double over) {
+    worst.above = std::max(worst.above, over);
+    worst.below = std::max(worst.below, -over);
+  });
+  if (!done) return std::unexpected(done.error());
+  return worst;
+}
+
+/// Stored heights are floats, and posts of projected sources are placed by interpolation (within
+/// 1e-6 m): both count as error.
+double margin_of(const DemSource& source) {
+  return source.info().rounding_m + (source.is_plain_geographic() ? 0 : kPlacingError);
+}
+
+/// Fits a mesh within `eps` of the samples. Its error is not known yet.
+template <class Samples>
+TileMesh mesh_within(TileJob& job, const Samples& samples, double eps, double place_step,
+                     std::stop_token stop) {
+  const Stopwatch watch(job.cost.fitting);
+  TileMesh result;
+  result.lattice = height_lattice(job, eps);
+  const double lat = (job.rect.south + job.rect.north) / 2 * std::numbers::pi / 180;
+  BoundedOptions o;
+  o.eps = eps;
+  if (job.posts.posts > 0) o.relief = job.posts.max_m - job.posts.min_m;
+  o.x_scale = std::max(0.1, std::cos(lat));
+  o.locked_border = o.integer_lattice = true;
+  o.lattice_max = kTileExtent;
+  o.height_step =
+      std::max(result.lattice.step, std::min(kLargestHeightStep, power_of_two_at_most(eps / 8)));
+  o.lattice_step = o.search_step_min = place_step;
+  o.height_min = result.lattice.min;
+  o.height_max = result.lattice.max();
+  const std::string& effort = job.plan.options().effort;
+  o.search_reach = effort == "fast" ? 0.1 : effort == "normal" ? 1 : 3;
+  o.rounds = effort == "best" ? 7 : 0;
+  o.flips = o.rounds > 1;
+  Progress progress;
+  progress.stop = stop;
+  LinePoints kept;
+  HalfedgeMesh frame = frame_mesh(job, samples, o.x_scale, result.lattice, kept);
+  o.pinned = std::uint32_t(frame.vertex_slots());
+  BoundedMesher mesher(std::move(frame), samples, o);
+  if (!job.stand_in.empty()) mesher.keep(&kept);
+  mesher.run(progress);
+  result.mesh = mesher.mesh().to_tin();
+  return result;
+}
+
+/// Fits a mesh within `eps` of every `step`-th post, then measures it over all posts.
+Result<TileMesh> fit(TileJob& job, double eps, int step, double place_step, std::stop_token stop) {
+  std::optional<TilePosts> decimated;
+  if (step > 1 || !job.whole) {
+    auto read = TilePosts::read(job.source, job.window, job.id, step, job.level.offset_m);
+    if (!read) return std::unexpected(read.error());
+    decimated.emplace(std::move(*read));
+  }
+  const TilePosts& posts = decimated ? *decimated : *job.whole;
+  TileMesh result = posts.visit(
+      [&](const auto& samples) { return mesh_within(job, samples, eps, place_step, stop); });
+  if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
+  const Stopwatch watch(job.cost.measuring);
+  auto measured = measure(job, result.mesh, stop);
+  if (!measured) return std::unexpected(measured.error());
+  const double margin = margin_of(job.source);
+  result.max_error = measured->error() + (job.posts.posts > 0 ? margin : 0);
+  result.wrong_side = measured->wrong(job.plan.options().side, margin);
+  return result;
+}
+
+/// Moves inner vertices until no post is on the wrong side of the mesh: where the integer grid is
+/// too coarse for the posts, the error may grow, but the side is kept. Posts between border
+/// vertices only cannot be helped.
+Result<void> force_side(const TileJob& job, TileMesh& m, std::stop_token stop) {
+  constexpr double kLeastWeight = 0.05;
+  const double margin = margin_of(job.source);
+  const double up = job.plan.options().side == "above" ? 1 : -1;
+  const auto inner = [](const Vec3& v) {
+    return v.x > 0 && v.y > 0 && v.x < kTileExtent && v.y < kTileExtent;
+  };
+  for (int pass = 0; pass < 4 && m.wrong_side > 0; ++pass) {
+    std::vector<double> lift(m.mesh.vertices.size(), 0);
+    auto seen =
+        each_residual(job, m.mesh, stop, [&](const Triangle& t, double x, double y, double over) {
+          const double missing = margin - up * over;
+          if (missing <= 0) return;
+          const Vec3 p{x, y, 0};
+          double weight = 0, area = 0;
+          for (int k = 0; k < 3; ++k) {
+            const Vec3 &a = m.mesh.vertices[t[k]], &b = m.mesh.vertices[t[(k + 1) % 3]],
+                       &c = m.mesh.vertices[t[(k + 2) % 3]];
+            area = orient2d(a, b, c);
+            if (inner(a)) weight += orient2d(p, b, c) / area;
+          }
+          if (weight < kLeastWeight) return;
+          for (const auto v : t)
+            if (inner(m.mesh.vertices[v])) lift[v] = std::max(lift[v], missing / weight);
+        });
+    if (!seen) return seen;
+    for (std::size_t v = 0; v < lift.size(); ++v) {
+      if (lift[v] == 0) continue;
+      double& z = m.mesh.vertices[v].z;
+      const double steps = std::ceil(lift[v] / m.lattice.step);
+      z = std::clamp(z + up * steps * m.lattice.step, m.lattice.min, m.lattice.max());
+    }
+    const auto measured = measure(job, m.mesh, stop);
+    if (!measured) return std::unexpected(measured.error());
+    m.max_error = measured->error() + margin;
+    m.wrong_side = measured->wrong(job.plan.options().side, margin);
+  }
+  return {};
+}
+
+/// Tries the cheapest fit first: fewer posts, then all of them; keeps the best.
+Result<TileMesh> fit_within_budget(TileJob& job, std::stop_token stop) {
+  const double eps = job.level.fit_error_m - margin_of(job.source);
+  Result<TileMesh> best = fail(Errc::internal, "no fit tried");
+  int step = decimation(job.window);
+  double place = 0;
+  for (;;) {
+    // Posts that the fit does not see get a share of the band to themselves.
+    const double share = step == 1 ? eps : 0.7 * eps;
+    if (place == 0) place = place_step(job.source.info(), job.id.level, share, step);
+    auto meshed = fit(job, share, step, place, stop);
+    if (!meshed) return meshed;
+    const bool better = !best || std::pair(meshed->wrong_side, meshed->max_error) <
+                                     std::pair(best->wrong_side, best->max_error);
+    if (better) best = std::move(meshed);
+    if (best->max_error <= job.level.budget_m && best->wrong_side == 0) return best;
+    constexpr std::int64_t kMost = 4 * kMeshPosts * kMeshPosts;
+    const PostWindow& w = job.window;  // its shorter side may have fewer posts than a step
+    const bool too_big =
+        w.cols * w.rows / step / step > kMost || std::max(w.cols, w.rows) / step > kMost;
+    if (step > 1 && !too_big)
+      step /= 2, place = 0;
+    else if (place > 1)
+      place = 1;  // very steep: here the place counts
+    else
+      return best;
+  }
+}
+
+/// The same through the index: the mesh is fitted to nodes of the lattice, and what the posts may
+/// differ from it is left of the band. Over its budget where that is too little.
+Result<TileMesh> fit_to_lattice(TileJob& job, std::stop_token stop) {
+  const ResidualLattice& lattice = *job.lattice;
+  const double margin = margin_of(job.source) + kPlacingError;
+  const double room = job.level.budget_m - lattice.largest_residual() - margin;
+  const double eps =
+      std::min(0.7 * job.level.fit_error_m, std::max(room, 0.25 * job.level.budget_m));
+  // Every fourth node of four times as fine a lattice first; all of one that is twice as fine.
+  for (int step = lattice.cells >= 1024 ? lattice.cells / 256 : 1;; step /= 2) {
+    const std::vector<float> heights = lattice.fitted_heights(step);
+    const int nodes = lattice.cells / step + 1;
+    const int posts = std::max(1, int(job.window.cols / nodes));
+    TileMesh meshed = mesh_within(job, ResidualLattice::samples(heights, nodes), eps,
+                                  place_step(job.source.info(), job.id.level, eps, posts), stop);
+    if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
+    meshed.max_error = lattice.posts > 0 ? lattice_bound(meshed.mesh, lattice) + margin : 0;
+    if (step == 1 || meshed.max_error <= job.level.budget_m) return meshed;
+  }
+}
+
+}  // namespace
+
+int decimation(const PostWindow& w) {
+  int step = 1;
+  while (std::max(w.cols, w.rows) / step > kMeshPosts) step *= 2;
+  return step;
+}
+
+Result<TileMesh> fit_tile(TileJob& job, std::stop_token stop) {
+  Result<TileMesh> made = job.lattice ? fit_to_lattice(job, stop) : fit_within_budget(job, stop);
+  if (job.lattice && made && made->max_error > job.level.budget_m) {
+    job.lattice.reset();
+    made = fit_within_budget(job, stop);
+  }
+  if (made && made->wrong_side > 0)
+    if (auto done = force_side(job, *made, stop); !done) return std::unexpected(done.error());
+  return made;
+}
+
+}  // namespace tind

@@ -1,0 +1,89 @@
+#pragma once
+// What the steps of make_tile hand on to each other. Only make_tile.cpp, tile_fit.cpp and
+// tile_finish.cpp include this.
+
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <optional>
+#include <stop_token>
+#include <vector>
+
+#include "terrain/base/result.h"
+#include "terrain/mesh/tin.h"
+#include "terrain/pyramid/plan/level_plan.h"
+#include "terrain/pyramid/residual/residual_lattice.h"
+#include "terrain/raster/dem_source.h"
+#include "terrain/store/tile_set.h"
+#include "terrain/tile/border.h"
+#include "terrain/tile/height_field.h"
+#include "terrain/tile/tile_model.h"
+#include "terrain/tile/tile_posts.h"
+
+namespace tind {
+
+/// Everything about one tile that several steps need.
+struct TileJob {
+  TileCost cost;
+  const DemSource& source;
+  const TilePlan& plan;
+  TileId id;
+  GeoRect rect;
+  const LevelPlan& level;
+  PostWindow window;
+  HeightField field;
+  std::array<std::vector<BorderVertex>, 4> borders;  // west, south, east, north
+  double edge_error_m = 0;                           // of the worst of them
+  std::vector<std::vector<Vec3>> stand_in;  // lines that the mesh has where children are missing
+  struct Posts {
+    double min_m = 0, max_m = 0;
+    std::uint64_t posts = 0;
+  } posts;                                 // all valid ones in the closed rectangle
+  std::optional<TilePosts> whole;          // they, where not too many; offset as the level's
+  std::optional<ResidualLattice> lattice;  // stands for the posts, where there are very many
+
+  TileJob(const DemSource& s, const TilePlan& p, TileId t)
+      : source(s), plan(p), id(t), rect(tiling::rect(t)), level(p.level(t.level)), field(s) {
+    window = post_window(source, rect);
+  }
+};
+
+/// Posts to be skipped between those that the mesh is fitted to, so that they are not too many: a
+/// power of two.
+int decimation(const PostWindow&);
+
+/// Calls f with all posts of the tile, a part of the window at a time.
+Result<void> stream_posts(const TileJob&, std::stop_token,
+                          const std::function<void(const TilePosts&)>& f);
+
+/// Vertices (u, v in 0..32767, height on the lattice), and what the referee says of them.
+struct TileMesh {
+  Tin mesh;
+  HeightLattice lattice;
+  double max_error = 0;
+  double wrong_side = 0;  // one-sided tiles: how far some post is on the wrong side
+};
+
+/// The mesh within the level's budget, or the best that there is. REQUIRES: heights, borders and
+/// what is known of the posts in the job.
+Result<TileMesh> fit_tile(TileJob&, std::stop_token);
+
+/// Order, normals, culling volumes, certificate.
+Result<TileModel> finish_tile(TileJob&, const TileMesh&);
+
+/// Adds the time until it goes out of scope.
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& seconds) : seconds_(seconds) {}
+  ~Stopwatch() { seconds_ += std::chrono::duration<double>(Clock::now() - start_).count(); }
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  double& seconds_;
+  Clock::time_point start_ = Clock::now();
+};
+
+}  // namespace tind

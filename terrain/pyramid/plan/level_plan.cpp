@@ -1,0 +1,349 @@
+#include "terrain/pyramid/plan/level_plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <numbers>
+#include <optional>
+
+#include "terrain/base/parallel.h"
+#include "terrain/geo/ellipsoid.h"
+#include "terrain/pyramid/residual/residual_index.h"
+#include "terrain/raster/source_blocks.h"
+
+namespace tind {
+
+namespace {
+
+constexpr int kTileCells = 64;         // the leaf level's grid is at least as fine as the source
+constexpr double kLargestError = 500;  // metres; a globe seen from afar still has its mountains
+constexpr double kBorderShare = 0.85, kCoarseBorderShare = 0.5;  // of the error that a fit may have
+constexpr double kLargestStep = 1;            // metres; no reason to round heights more coarsely
+constexpr double kSmallestStep = 1.0 / 1024;  // float32 headers hold its multiples up to 16 km
+
+double power_of_two_at_most(double x) { return std::exp2(std::floor(std::log2(x))); }
+double power_of_two_at_least(double x) { return std::exp2(std::ceil(std::log2(x))); }
+
+int leaf_level(const DemInfo& info) {
+  const double lat = (info.bounds.south + info.bounds.north) / 2;
+  const Vec2 degree = wgs84::metres_per_degree(std::clamp(lat, -80.0, 80.0));
+  // Of a geographic DEM near a pole the steps in degrees count, not how narrow they are there.
+  const double across = std::abs(lat) > 80 && info.period_cols > 0 ? 360 / info.period_cols
+                                                                   : info.spacing_x_m / degree.x;
+  const double spacing = std::min(across, info.spacing_y_m / degree.y);
+  for (int z = 0; z < tiling::kMaxLevel; ++z)
+    if (tiling::tile_degrees(z) / kTileCells <= spacing * (1 + 1e-6)) return z;
+  return tiling::kMaxLevel;
+}
+
+TileArea area_of(const DemInfo& info, int level) {
+  if (level == 0) return TileArea({{0, 0, 1, 0}});
+  if (info.extents.empty()) return TileArea({tiles_over(info.bounds, level)});
+  std::vector<TileRange> ranges;
+  for (const GeoRect& extent : info.extents) ranges.push_back(tiles_over(extent, level));
+  return TileArea(std::move(ranges));
+}
+
+/// Posts of the files; where they overlap, of each.
+double posts_of(const DemInfo& info) {
+  double posts = 0;
+  for (const PostRect& r : info.covered)
+    posts += double(r.last_col - r.col + 1) * double(r.last_row - r.row + 1);
+  return posts;
+}
+
+std::vector<proto::TileRange> on_the_wire(std::span<const TileRange> ranges) {
+  std::vector<proto::TileRange> out;
+  for (const TileRange& r : ranges) out.push_back({r.west, r.south, r.east, r.north});
+  return out;
+}
+
+}  // namespace
+
+// Clients draw triangles straight through space. So that a tile's chord stays within a quarter of
+// its level's error above the ellipsoid, coarse tiles keep a lattice of n cells a side:
+// sagitta R (pi / (2^z n))^2 / 8 <= level_error(z) / 4.
+int curvature_cells(int level) {
+  const double angle = std::numbers::pi / double(1u << level);
+  const double cells = angle * std::sqrt(wgs84::kSemiMajor / 8 / (tiling::level_error(level) / 4));
+  return cells <= 1 ? 1 : int(power_of_two_at_least(cells));
+}
+
+int place_step(const DemInfo& info, int level, double eps, int step) {
+  const double spacing = std::min(info.spacing_x_m, info.spacing_y_m) * step;
+  const double degrees = std::min(spacing / 4, eps) / 111320;
+  const double units = degrees / tiling::tile_degrees(level) * 32767;
+  return int(std::clamp(power_of_two_at_most(std::max(units, 1.0)), 1.0, 64.0));
+}
+
+namespace {
+
+bool touches_a_file(const DemInfo& info, std::int64_t col, std::int64_t row, int cols, int rows) {
+  return info.covered.empty() || std::ranges::any_of(info.covered, [&](const PostRect& r) {
+           return r.col < col + cols && r.last_col >= col && r.row < row + rows &&
+                  r.last_row >= row;
+         });
+}
+
+/// The post of this height in a piece of the source.
+PostPlace place_in(const HeightGrid& piece, std::int64_t col, std::int64_t row, double height_m) {
+  const auto values = piece.values();
+  const auto at = std::ranges::find(values, float(height_m)) - values.begin();
+  return {col + at % piece.cols(), row + at / piece.cols()};
+}
+
+/// The range of all pieces, and in which of them its ends are: of several in the first one, so that
+/// it does not depend on the number of threads.
+class RangeOfPieces {
+ public:
+  void take(std::size_t i, const HeightRange& part, const HeightGrid& piece, std::int64_t col,
+            std::int64_t row) {
+    range_.valid += part.valid;
+    if (part.valid == 0) return;
+    if (part.min_m < range_.min_m || (part.min_m == range_.min_m && i < lowest_in_)) {
+      range_.min_m = part.min_m, lowest_in_ = i;
+      range_.lowest = place_in(piece, col, row, part.min_m);
+    }
+    if (part.max_m > range_.max_m || (part.max_m == range_.max_m && i < highest_in_)) {
+      range_.max_m = part.max_m, highest_in_ = i;
+      range_.highest = place_in(piece, col, row, part.max_m);
+    }
+  }
+  const HeightRange& range() const { return range_; }
+
+ private:
+  HeightRange range_{HUGE_VAL, -HUGE_VAL, 0};
+  std::size_t lowest_in_ = 0, highest_in_ = 0;
+};
+
+}  // namespace
+
+void HeightRange::add(std::span<const float> posts) {
+  float low = HUGE_VALF, high = -HUGE_VALF;
+  for (const float z : posts) {
+    if (z < low) low = z;  // a void is neither below nor above
+    if (z > high) high = z;
+    valid += !std::isnan(z);
+  }
+  min_m = std::min<double>(min_m, low);
+  max_m = std::max<double>(max_m, high);
+}
+
+Result<HeightRange> read_height_range(const DemSource& source, const Progress& progress,
+                                      int threads, SourceBlocks* blocks) {
+  constexpr std::int64_t kRows = 256, kCols = 4096;  // whole blocks of the source, 4 MB
+  const DemInfo& info = source.info();
+  const std::int64_t across = (info.cols + kCols - 1) / kCols,
+                     down = (info.rows + kRows - 1) / kRows;
+  RangeOfPieces all;
+  std::optional<std::pair<std::size_t, Error>> first_error;
+  std::size_t done = 0;
+  std::mutex mutex;
+  parallel_for(std::size_t(across * down), threads, [&](std::size_t i) {
+    if (progress.stopped()) return;
+    const std::int64_t row = std::int64_t(i) / across * kRows,
+                       col = std::int64_t(i) % across * kCols;
+    const int cols = int(std::min(kCols, info.cols - col)),
+              rows = int(std::min(kRows, info.rows - row));
+    if (!touches_a_file(info, col, row, cols, rows)) {
+      if (blocks) blocks->add_void(col, row, cols, rows);
+      return;
+    }
+    const auto grid = source.read(col, row, cols, rows);
+    HeightRange part{HUGE_VAL, -HUGE_VAL, 0};
+    if (grid) {
+      if (blocks) blocks->add(col, row, *grid);
+      part.add(grid->values());
+    }
+    const std::lock_guard lock(mutex);
+    if (!grid && (!first_error || i < first_error->first)) first_error.emplace(i, grid.error());
+    if (grid) all.take(i, part, *grid, col, row);
+    if (++done % std::max<std::int64_t>(1, across * down / 200) == 0)
+      progress.at(double(done) / double(across * down));
+  });
+  if (first_error) return std::unexpected(first_error->second);
+  if (progress.stopped()) return fail(Errc::cancelled, "stopped while reading heights");
+  return all.range();
+}
+
+std::string no_valid_height(const DemInfo& info) {
+  return info.files.front() + (info.files.size() > 1 ? " and the others have" : " has") +
+         " no valid height: every post is void (its nodata value, or not a number)";
+}
+
+Result<HeightRange> scan_heights(const DemSource& source, const Progress& progress, int threads,
+                                 SourceBlocks* blocks) {
+  auto range = read_height_range(source, progress, threads, blocks);
+  if (range && range->valid == 0) return fail(Errc::bad_data, no_valid_height(source.info()));
+  return range;
+}
+
+namespace {
+
+/// The posts' bounds; around a single row or column of posts half a spacing more, because clients
+/// fly to an area.
+GeoRect bounds_with_area(const DemInfo& info) {
+  constexpr double kDegree_m = 111320;
+  GeoRect b = info.bounds;
+  if (!(b.north > b.south)) {
+    const double half = info.spacing_y_m / kDegree_m / 2;
+    b.south = std::max(b.south - half, -90.0), b.north = std::min(b.north + half, 90.0);
+  }
+  if (!(b.east > b.west)) {
+    const double shrunk = std::max(0.01, std::cos(b.south * std::numbers::pi / 180));
+    const double half = info.spacing_x_m / kDegree_m / shrunk / 2;
+    b.west = std::max(b.west - half, -180.0), b.east = std::min(b.east + half, 180.0);
+  }
+  return b;
+}
+
+}  // namespace
+
+Result<TilePlan> TilePlan::make(const DemInfo& info, const HeightRange& range,
+                                const TileSetOptions& options) {
+  if (info.crs_kind == CrsKind::none) {
+    return fail(Errc::unsupported, info.files.front() +
+                                       " has no coordinate reference system, so its place on the "
+                                       "globe is unknown: it can be simplified, but not tiled "
+                                       "(assign one, e.g. gdal_edit.py -a_srs EPSG:4326)");
+  }
+  if (!(options.error_factor > 0) || !(options.max_error_m >= 0))
+    return fail(Errc::invalid_argument, "error bounds must be positive numbers of metres");
+  if (options.side != "both" && options.side != "above" && options.side != "below")
+    return fail(Errc::invalid_argument, "--side is both, above or below, not " + options.side);
+  TilePlan plan;
+  plan.options_ = options;
+  plan.range_ = range;
+  plan.bounds_ = bounds_with_area(info);
+  plan.datum_ = info.datum;
+  plan.max_level_ = options.max_level >= 0 ? options.max_level : leaf_level(info);
+  plan.first_level_ = options.first_level;
+  plan.last_level_ =
+      options.last_level < 0 ? plan.max_level_ : std::min(options.last_level, plan.max_level_);
+  if (plan.max_level_ > tiling::kMaxLevel || plan.first_level_ < 0 ||
+      (options.last_level >= 0 && options.last_level < plan.first_level_)) {
+    return fail(Errc::invalid_argument,
+                "levels must lie in 0-" + std::to_string(tiling::kMaxLevel) + ", lower end first");
+  }
+  if (plan.first_level_ > plan.max_level_) {
+    return fail(Errc::invalid_argument,
+                "the pyramid of " + info.files.front() + " ends at level " +
+                    std::to_string(plan.max_level_) + ": there is no level " +
+                    std::to_string(plan.first_level_) + " (--deepest makes it end elsewhere)");
+  }
+  for (int z = 0; z <= plan.max_level_; ++z) plan.areas_.push_back(area_of(info, z));
+  const double spacing = std::sqrt(info.spacing_x_m * info.spacing_y_m);
+  const double leaf_error = options.max_error_m > 0 ? options.max_error_m : spacing / 32;
+  const double latitude_degree = 111320;
+  for (int z = 0; z <= plan.max_level_; ++z) {
+    LevelPlan level;
+    level.budget_m = tiling::level_error(z) * options.error_factor;
+    if (z == plan.max_level_) level.budget_m = std::min(level.budget_m, leaf_error);
+    level.fit_error_m = std::min(level.budget_m, kLargestError);
+    if (options.side != "both") {
+      level.fit_error_m /= 2;
+      level.offset_m = options.side == "above" ? level.fit_error_m : -level.fit_error_m;
+    }
+    // Heights of a tile: posts, 0 where there are none, and half a band beyond either.
+    const double relief = std::max(range.max_m, 0.0) - std::min(range.min_m, 0.0) +
+                          2 * (level.fit_error_m + std::abs(level.offset_m)) + 4 * kLargestStep;
+    const double needed = power_of_two_at_least(std::max(relief, 1.0) / 32767);
+    level.border_step_m =
+        std::clamp(power_of_two_at_most(level.fit_error_m / 16), std::max(needed, kSmallestStep),
+                   std::max(needed, kLargestStep));
+    level.border_tolerance_m = kBorderShare * level.fit_error_m;
+    level.border_place_step = place_step(info, z, level.fit_error_m);
+    level.curvature_cells = curvature_cells(z);
+    level.normal_reach_deg = std::max(spacing / latitude_degree, tiling::tile_degrees(z) / 128);
+    plan.levels_.push_back(level);
+  }
+  return plan;
+}
+
+void TilePlan::use(std::shared_ptr<const ResidualIndex> index) {
+  index_ = std::move(index);
+  for (int z = 0; z <= std::min(max_level_, index_->level()); ++z) {
+    LevelPlan& level = levels_[std::size_t(z)];
+    // What lies between nodes or skipped posts comes on top of a mesh's error, beside its border
+    // too, where nothing can be done about it.
+    level.border_tolerance_m = kCoarseBorderShare * level.fit_error_m;
+    // Tiles of millions of posts have thousands along a border. The coarser ones need not be looked
+    // at so closely: their budgets are larger than what lies between samples.
+    if (z >= index_->level() - 3) level.border_samples = 1024;
+  }
+}
+
+bool TilePlan::available(TileId t) const {
+  return t.level >= 0 && t.level <= max_level_ && tiles(t.level).contains(t.x, t.y);
+}
+
+bool TilePlan::wanted(TileId t) const {
+  return t.level >= first_level_ && t.level <= last_level_ && available(t);
+}
+
+std::uint64_t TilePlan::tile_count() const {
+  std::uint64_t n = 0;
+  for (int z = first_level_; z <= last_level_; ++z) n += tiles(z).size();
+  return n;
+}
+
+std::string TilePlan::warning(const DemInfo& info) const {
+  constexpr std::uint64_t kMany = 10'000;
+  constexpr double kPostsOfATile = 64, kFar = 0.01;
+  constexpr double kFinest = 0.01;  // metres: 1e-7 degrees
+  if (info.covered.empty()) return {};
+  if (std::max(info.spacing_x_m, info.spacing_y_m) < kFinest)  // near a pole only one is small
+    return "posts less than 1 cm apart are too fine for tiles in degrees: stated errors may be too "
+           "small by micrometres, or far too large; resample it to 1 cm or coarser";
+  if (max_level_ <= last_level_ && options_.max_error_m > levels_.back().budget_m)
+    return fmt::format(
+        "the largest error asked for, {:g} m, changes nothing: level {} keeps {:g} m; --deepest or "
+        "--error-factor makes coarser tiles",
+        options_.max_error_m, max_level_, levels_.back().budget_m);
+  const std::uint64_t tiles = tile_count();
+  const double posts = posts_of(info);
+  const std::string levels =
+      "levels " + std::to_string(first_level_) + "-" + std::to_string(last_level_);
+  const std::string of = std::to_string(tiles) + " tiles of " + levels;
+  if (tiles > kMany && posts < kPostsOfATile * double(tiles))
+    return of + " for " + std::to_string(std::int64_t(posts)) +
+           " posts: --levels or --deepest makes fewer";
+  if (info.files.size() > 1 && posts < kFar * double(info.cols) * double(info.rows))
+    return "the " + std::to_string(info.files.size()) +
+           " files lie far apart (they fill less than 1 % of the rectangle around them): " + of;
+  return {};
+}
+
+proto::LayerJson TilePlan::layer(const std::string& name) const {
+  proto::LayerJson layer;
+  layer.name = name;
+  layer.bounds = {bounds_.west, bounds_.south, bounds_.east, bounds_.north};
+  layer.minzoom = first_level_;
+  layer.maxzoom = last_level_;
+  for (int z = 0; z <= last_level_; ++z) {
+    if (z < first_level_)
+      layer.available.emplace_back();
+    else
+      layer.available.push_back(on_the_wire(tiles(z).ranges()));
+  }
+  layer.extensions = {"octvertexnormals", "metadata"};
+  layer.metadata_availability = kAvailabilityLevels;
+  layer.side = options_.side;
+  layer.datum = tind::name(datum_);
+  return layer;
+}
+
+std::vector<std::vector<proto::TileRange>> TilePlan::descendants(TileId t) const {
+  std::vector<std::vector<proto::TileRange>> levels;
+  if (t.level % kAvailabilityLevels != 0) return levels;
+  for (int down = 1; down <= kAvailabilityLevels && t.level + down <= max_level_; ++down) {
+    const TileRange below{t.x << down, t.y << down, ((t.x + 1) << down) - 1,
+                          ((t.y + 1) << down) - 1};
+    levels.push_back(on_the_wire(tiles(t.level + down).within(below)));
+  }
+  return levels;
+}
+
+}  // namespace tind

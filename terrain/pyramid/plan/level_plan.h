@@ -1,0 +1,125 @@
+#pragma once
+// What is decided before the first tile is made: levels, error budgets, height steps, availability.
+// A pure function of the source's facts and the options.
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "proto/layer_json.h"
+#include "terrain/base/progress.h"
+#include "terrain/base/result.h"
+#include "terrain/geo/availability.h"
+#include "terrain/geo/tile_order.h"
+#include "terrain/geo/tiling_scheme.h"
+#include "terrain/pyramid/plan/tile_set_options.h"
+#include "terrain/raster/dem_source.h"
+
+namespace tind {
+
+class ResidualIndex;
+
+struct PostPlace {
+  std::int64_t col = 0, row = 0;
+};
+
+/// The lowest and highest valid post of a source.
+struct HeightRange {
+  double min_m = 0, max_m = 0;
+  std::uint64_t valid = 0;  // posts
+  /// Where, if a pass over the posts has met them; of several the same for any number of threads.
+  std::optional<PostPlace> lowest = {}, highest = {};
+
+  /// Takes in posts. REQUIRES: a range that began as {HUGE_VAL, -HUGE_VAL, 0}.
+  void add(std::span<const float> posts);
+};
+
+class SourceBlocks;
+
+/// One streaming pass over all posts, 4 MB a thread. Fails where a block is unreadable. `blocks`:
+/// learn what the posts are in the same pass.
+Result<HeightRange> read_height_range(const DemSource&, const Progress& = {}, int threads = 0,
+                                      SourceBlocks* blocks = nullptr);
+/// Why there is nothing to be made of a source without a valid post.
+std::string no_valid_height(const DemInfo&);
+/// The same, and fails with bad_data where no post is valid.
+Result<HeightRange> scan_heights(const DemSource&, const Progress& = {}, int threads = 0,
+                                 SourceBlocks* blocks = nullptr);
+
+/// A tile of this level keeps the vertices of a lattice of so many cells a side, so that its
+/// triangles, drawn straight through space, follow the earth's curvature. A power of two.
+int curvature_cells(int level);
+
+/// Vertices stand on multiples of this many units of the tile's grid: few different numbers take
+/// few bytes once tiles are compressed, and within an error bound the exact place is worth little.
+/// A power of two: at most a quarter of the way between every step-th post, and no more than the
+/// bound.
+int place_step(const DemInfo&, int level, double eps, int step = 1);
+
+struct LevelPlan {
+  double budget_m = 0;     // no post of a tile may be farther than this from its mesh
+  double fit_error_m = 0;  // half width of the band that the mesh is fitted into: the budget, or
+                           // less where it is huge; half of that for one-sided tiles
+  double offset_m = 0;     // of the band's middle from the posts: 0, or +- fit_error_m (one-sided)
+  double border_tolerance_m = 0;
+  int border_samples = 256;     // along an edge, where the source's posts do not say (power of two)
+  double border_step_m = 0;     // heights on tile borders are multiples of this power of two
+  int border_place_step = 1;    // and their places multiples of this, of 32767 along the side
+  int curvature_cells = 1;      // see above
+  double normal_reach_deg = 0;  // normals are taken from H's differences over +- this
+};
+
+class TilePlan {
+ public:
+  /// Fails with `unsupported` for a source without CRS, `invalid_argument` for bad options.
+  static Result<TilePlan> make(const DemInfo&, const HeightRange&, const TileSetOptions&);
+
+  /// Where the pyramid ends: its tiles keep the final bound. Tiles are made for a pyramid of all
+  /// levels from 0 on, whichever of them are asked for.
+  int max_level() const { return max_level_; }
+  /// The levels that are asked for.
+  int first_level() const { return first_level_; }
+  int last_level() const { return last_level_; }
+  const LevelPlan& level(int z) const { return levels_[std::size_t(z)]; }
+  const TileSetOptions& options() const { return options_; }
+  const HeightRange& range() const { return range_; }
+
+  /// From here on tiles of levels above the index's own are fitted and certified through it, and
+  /// have borders that leave room for what it does not know.
+  void use(std::shared_ptr<const ResidualIndex> index);
+  /// Null where there is none.
+  const ResidualIndex* index() const { return index_.get(); }
+
+  /// Tiles of a level that touch an extent of the source: where no file is, there are none. Level 0
+  /// always has both roots. What is void in a file has tiles: which posts are, only reading says.
+  const TileArea& tiles(int level) const { return areas_[std::size_t(level)]; }
+  bool available(TileId) const;
+  /// Numbers for the tiles of the levels asked for. The plan must outlive it.
+  TileOrder order() const { return {areas_, first_level_, last_level_}; }
+  /// The same of the levels asked for: a tile, how many, and what says so to others.
+  bool wanted(TileId) const;
+  std::uint64_t tile_count() const;
+  proto::LayerJson layer(const std::string& name) const;
+  /// What whoever asked for it may not have meant: very many tiles for so few posts, or files that
+  /// lie far apart. One line; mostly empty.
+  std::string warning(const DemInfo&) const;
+
+  /// What the metadata of a tile of every kAvailabilityLevels-th level lists: by level from the
+  /// next one on, the tiles of the whole pyramid below it. Empty for tiles of other levels.
+  static constexpr int kAvailabilityLevels = 10;
+  std::vector<std::vector<proto::TileRange>> descendants(TileId) const;
+
+ private:
+  int max_level_ = 0, first_level_ = 0, last_level_ = 0;
+  std::vector<LevelPlan> levels_;
+  TileSetOptions options_;
+  HeightRange range_;
+  GeoRect bounds_;
+  VerticalDatum datum_ = VerticalDatum::unknown;
+  std::vector<TileArea> areas_;  // by level from 0
+  std::shared_ptr<const ResidualIndex> index_;
+};
+
+}  // namespace tind

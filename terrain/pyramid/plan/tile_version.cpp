@@ -1,0 +1,45 @@
+#include "terrain/pyramid/plan/tile_version.h"
+
+#include <fmt/format.h>
+#include <xxhash.h>
+
+namespace tind {
+
+namespace {
+
+std::string digits_of(std::string_view text) {
+  const XXH128_hash_t h = XXH3_128bits(text.data(), text.size());
+  return fmt::format("{:016x}{:016x}", h.high64, h.low64);
+}
+
+}  // namespace
+
+std::string grid_digest(const DemInfo& info) {
+  const Affine& a = info.post_to_crs;
+  return digits_of(fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}", info.cols, info.rows, a.x0,
+                               a.x_col, a.x_row, a.y0, a.y_col, a.y_row, info.crs_wkt,
+                               name(info.datum), info.rounding_m, info.wraps_longitude));
+}
+
+std::string area_digest(const TilePlan& plan) {
+  std::string text;
+  bool rectangles = true;
+  for (int z = 0; z <= plan.max_level(); ++z) {
+    const auto ranges = plan.tiles(z).ranges();
+    rectangles = rectangles && ranges.size() == 1;
+    for (const TileRange& r : ranges)
+      text += fmt::format("{} {} {} {} {}\n", z, r.west, r.south, r.east, r.north);
+  }
+  return rectangles ? std::string() : digits_of(text);
+}
+
+std::string tile_version(const DemInfo& info, const TilePlan& plan, const std::string& content) {
+  const TileSetOptions& o = plan.options();
+  const std::string text = fmt::format("{} {} {} {} {} {} {} {}{}", grid_digest(info), content,
+                                       o.max_error_m, o.error_factor, plan.max_level(), o.side,
+                                       o.effort, o.exact_posts, area_digest(plan));
+  constexpr int kBits = 53;  // a number that JavaScript, too, holds whole
+  return fmt::format("{}.0.{}", kTileEpoch, XXH3_64bits(text.data(), text.size()) >> (64 - kBits));
+}
+
+}  // namespace tind

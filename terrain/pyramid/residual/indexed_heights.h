@@ -1,0 +1,48 @@
+#pragma once
+// The terrain of a level as the residual index knows it, for what need not be exact: normals. Of a
+// coarse tile they would otherwise ask for posts all over it, one block of the source for each.
+
+#include <map>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "terrain/base/result.h"
+#include "terrain/geo/coordinates.h"
+#include "terrain/pyramid/residual/residual_index.h"
+
+namespace tind {
+
+/// The surface of the lattices of all tiles of one level, as one: what H is between its nodes. It
+/// depends on the index, the level and the place alone, so that tiles which share an edge agree on
+/// it. For one thread; a record of the index is read when a place first asks for it.
+class IndexedHeights {
+ public:
+  /// REQUIRES: the index serves the level.
+  IndexedHeights(const ResidualIndex& index, int level);
+
+  /// NaN where the cells around hold no post. Longitudes may run past +-180, latitudes not past
+  /// +-90.
+  void at(std::span<const Geographic> places, std::span<double> heights);
+
+  /// The first record that could not be read.
+  const std::optional<Error>& error() const { return error_; }
+
+ private:
+  /// What is needed of a record; empty of one without posts.
+  struct Part {
+    std::vector<std::int32_t> heights;  // of the nodes, in steps
+    std::vector<bool> has_post;         // by cell
+  };
+  const ResidualIndex& index_;
+  int level_;  // of the records
+  double step_m_;
+  std::map<TileId, Part> parts_;
+  std::optional<Error> error_;
+
+  const Part& part(TileId);
+  double at(Geographic place);
+  std::optional<double> in_cell(std::int64_t col, std::int64_t row, double east, double south);
+};
+
+}  // namespace tind

@@ -1,0 +1,406 @@
+// One kind of file, finished or not: a header, then records one after the other, each with its tile
+// and a hash. What was begun is therefore read like what is whole, up to the first record that is
+// not; a last record without a tile, with the number of the others, says that it is whole.
+
+#include "terrain/pyramid/residual/residual_index.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <xxhash.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <thread>
+
+#include "terrain/base/parallel.h"
+#include "terrain/geo/availability.h"
+#include "terrain/geo/ellipsoid.h"
+#include "terrain/pyramid/residual/residual_scan.h"
+
+namespace tind {
+
+namespace {
+
+constexpr std::array<char, 8> kMagic = {'t', 'i', 'n', 'd', 'R', 'I', 'X', '\n'};
+constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kEndLevel = 0xffffffff;
+constexpr std::uint32_t kMostBytes = 4 << 20;  // of one record
+constexpr int kFiner = 2;                      // levels
+
+struct FileHeader {
+  std::array<char, 8> magic = kMagic;
+  std::uint32_t version = kVersion, level = 0;
+  std::array<char, 32> fingerprint{};
+  std::int64_t cols = 0, rows = 0;
+  std::uint64_t hash = 0;  // of what stands before
+};
+static_assert(sizeof(FileHeader) == 72);
+
+struct RecordHeader {
+  std::uint32_t level = 0, x = 0, y = 0, size = 0;
+  std::uint64_t hash = 0;      // of the record's bytes; at the end: the number of records
+  std::uint64_t own_hash = 0;  // of what stands before
+};
+static_assert(sizeof(RecordHeader) == 32);
+
+template <class T>
+std::uint64_t hash_before(const T& header) {
+  return XXH3_64bits(&header, sizeof(T) - sizeof(std::uint64_t));
+}
+
+FileHeader header_for(const DemSource& source, int level) {
+  FileHeader h;
+  h.level = std::uint32_t(level);
+  const DemInfo& info = source.info();
+  std::copy_n(info.fingerprint.begin(), std::min(info.fingerprint.size(), h.fingerprint.size()),
+              h.fingerprint.begin());
+  h.cols = info.cols, h.rows = info.rows;
+  h.hash = hash_before(h);
+  return h;
+}
+
+bool read_at(int file, std::uint64_t at, void* to, std::size_t size) {
+  auto* out = static_cast<char*>(to);
+  while (size > 0) {
+    const ssize_t got = ::pread(file, out, size, off_t(at));
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) return false;
+    out += got, at += std::uint64_t(got), size -= std::size_t(got);
+  }
+  return true;
+}
+
+Result<void> write_at(int file, const std::string& path, std::uint64_t at, const void* from,
+                      std::size_t size) {
+  const auto* in = static_cast<const char*>(from);
+  while (size > 0) {
+    const ssize_t put = ::pwrite(file, in, size, off_t(at));
+    if (put < 0 && errno == EINTR) continue;
+    if (put <= 0) return fail(Errc::io, path + ": cannot be written: " + std::strerror(errno));
+    in += put, at += std::uint64_t(put), size -= std::size_t(put);
+  }
+  return {};
+}
+
+/// Tiles of a level that hold a post, or touch one with a side.
+std::vector<TileId> touched_tiles(const DemSource& source, int level) {
+  const DemInfo& info = source.info();
+  const double side = tiling::tile_degrees(level);
+  const auto index = [&](double degrees, std::uint32_t count, double hair) {
+    return std::uint32_t(std::clamp(std::floor(degrees / side + hair), 0.0, double(count - 1)));
+  };
+  constexpr double kHair = 1e-9;
+  const std::uint32_t columns = tiling::columns(level), rows = tiling::rows(level);
+  std::vector<TileRange> ranges;
+  for (const GeoRect& b : info.extents.empty() ? std::vector{info.bounds} : info.extents)
+    ranges.push_back({index(b.west + 180, columns, -kHair), index(b.south + 90, rows, -kHair),
+                      index(b.east + 180, columns, kHair), index(b.north + 90, rows, kHair)});
+  const TileArea tiles(std::move(ranges));
+  std::vector<TileId> ids;
+  for (std::uint64_t i = 0; i < tiles.size(); ++i)
+    ids.push_back({level, tiles[i].first, tiles[i].second});
+  return ids;
+}
+
+}  // namespace
+
+int deepest_indexed_level(const DemInfo& info, std::int64_t exact_posts) {
+  if (info.crs_kind == CrsKind::none) return -1;
+  if (exact_posts <= 0 && info.cols <= kExactSourcePosts / std::max<std::int64_t>(1, info.rows))
+    return -1;
+  const double most = double(exact_posts > 0 ? exact_posts : kExactTilePosts);
+  const double lat = std::clamp((info.bounds.south + info.bounds.north) / 2, -80.0, 80.0);
+  const Vec2 degree = wgs84::metres_per_degree(lat);
+  for (int z = tiling::kMaxLevel; z >= 0; --z) {
+    const double side = tiling::tile_degrees(z);
+    const double cols = std::min(double(info.cols), side * degree.x / info.spacing_x_m);
+    const double rows = std::min(double(info.rows), side * degree.y / info.spacing_y_m);
+    if (cols * rows > most) return z;
+  }
+  return -1;
+}
+
+double residual_step_m(int deepest_level) {
+  return std::exp2(std::floor(std::log2(tiling::level_error(deepest_level) / 1024)));
+}
+
+/// The file while it is looked through or written.
+class ResidualFile {
+ public:
+  using Index = ResidualIndex;
+
+  static std::shared_ptr<Index> blank(const std::string& path, int level) {
+    std::shared_ptr<Index> index(new Index);
+    index->path_ = path;
+    index->level_ = level;
+    return index;
+  }
+
+  /// Takes in all whole records; where they end, and whether the file says that they are all.
+  struct Walked {
+    std::uint64_t end = 0;
+    bool whole = false;
+  };
+  static Result<Walked> walk(Index& index, const FileHeader& wanted, int threads) {
+    FileHeader found;
+    struct stat status {};
+    if (::fstat(index.file_, &status) != 0)
+      return fail(Errc::io, index.path_ + ": " + std::strerror(errno));
+    const auto size = std::uint64_t(status.st_size);
+    if (!read_at(index.file_, 0, &found, sizeof found) ||
+        std::memcmp(&found, &wanted, sizeof found) != 0)
+      return fail(Errc::bad_data, index.path_ + ": not an index of this source as it is now");
+    Walked walked{sizeof found, false};
+    std::vector<std::pair<TileId, Index::Place>> records;
+    RecordHeader header;
+    while (!walked.whole && size - walked.end >= sizeof header &&
+           read_at(index.file_, walked.end, &header, sizeof header)) {
+      if (hash_before(header) != header.own_hash) break;
+      if (header.level == kEndLevel) {
+        walked.whole = header.hash == records.size() && walked.end + sizeof header == size;
+        break;
+      }
+      const auto id = tiling::tile(header.level, header.x, header.y);
+      if (!id || id->level > index.level_ || header.size > kMostBytes) break;
+      if (size - walked.end - sizeof header < header.size) break;
+      records.push_back({*id, {walked.end + sizeof header, header.hash, header.size}});
+      walked.end += sizeof header + header.size;
+    }
+    // The first that is damaged ends what is taken.
+    std::vector<char> good(records.size());
+    parallel_for(records.size(), threads, [&](std::size_t i) {
+      std::vector<std::uint8_t> bytes;
+      good[i] = read_bytes(index, records[i].second, bytes);
+    });
+    for (std::size_t i = 0; i < records.size(); ++i) {
+      if (!good[i]) {
+        walked = {records[i].second.offset - sizeof header, false};
+        break;
+      }
+      index.places_[records[i].first] = records[i].second;
+    }
+    return walked;
+  }
+
+  static bool read_bytes(const Index& index, const Index::Place& place,
+                         std::vector<std::uint8_t>& bytes) {
+    bytes.resize(place.size);
+    return read_at(index.file_, place.offset, bytes.data(), bytes.size()) &&
+           XXH3_64bits(bytes.data(), bytes.size()) == place.hash;
+  }
+
+  /// The facts that the roots hold. Fails when a root is not there.
+  static Result<void> sum_up(Index& index, const DemSource& source) {
+    index.min_m_ = HUGE_VAL, index.max_m_ = -HUGE_VAL;
+    index.posts_ = 0;
+    for (const TileId id : touched_tiles(source, 0)) {
+      const auto root = index.record(id);
+      if (!root) return std::unexpected(root.error());
+      if (!root->has_posts()) continue;
+      index.min_m_ = std::min<double>(index.min_m_, root->min_m);
+      index.max_m_ = std::max<double>(index.max_m_, root->max_m);
+      index.posts_ += root->posts();
+    }
+    if (index.posts_ == 0) index.min_m_ = index.max_m_ = 0;
+    struct stat status {};
+    ::fstat(index.file_, &status);
+    index.bytes_ = std::uint64_t(status.st_size);
+    return {};
+  }
+
+  ResidualFile(const DemSource& source, std::shared_ptr<Index> index)
+      : source_(source), index_(std::move(index)), step_(residual_step_m(index_->level_)) {}
+
+  Result<void> make(int threads, const Progress& progress) {
+    const FileHeader header = header_for(source_, index_->level_);
+    auto begun = walk(*index_, header, threads);
+    if (begun && begun->whole) return {};
+    if (begun) {
+      end_ = begun->end;
+    } else {
+      index_->places_.clear();
+      if (auto done = write_at(index_->file_, index_->path_, 0, &header, sizeof header); !done)
+        return done;
+      end_ = sizeof header;
+    }
+    if (::ftruncate(index_->file_, off_t(end_)) != 0)
+      return fail(Errc::io, index_->path_ + ": " + std::strerror(errno));
+    for (int z = index_->level_; z >= 0; --z)
+      if (auto done = level(z, threads, progress); !done) return done;
+    RecordHeader last;
+    last.level = kEndLevel;
+    last.hash = index_->places_.size();
+    last.own_hash = hash_before(last);
+    return write_at(index_->file_, index_->path_, end_, &last, sizeof last);
+  }
+
+ private:
+  const DemSource& source_;
+  const std::shared_ptr<Index> index_;
+  const double step_;
+  std::uint64_t end_ = 0;
+  std::mutex mutex_;
+
+  Result<void> level(int z, int threads, const Progress& progress) {
+    const bool deepest = z == index_->level_;
+    const std::vector<TileId> all = touched_tiles(source_, z);
+    std::vector<TileId> ids;
+    for (const TileId id : all)
+      if (!index_->places_.contains(id)) ids.push_back(id);
+    std::size_t done = all.size() - ids.size();
+    std::optional<Error> error;
+    parallel_for(ids.size(), threads, [&](std::size_t i) {
+      {
+        const std::lock_guard lock(mutex_);
+        if (error || progress.stopped()) return;
+      }
+      auto record =
+          deepest ? scan_residuals(source_, ids[i], step_, progress.stop) : from_children(ids[i]);
+      Result<void> written;
+      if (record) written = append(ids[i], encode(*record));
+      const std::lock_guard lock(mutex_);
+      if (!error && !record) error = record.error();
+      if (!error && !written) error = written.error();
+      // Reading the posts is nearly all of it.
+      ++done;
+      if (deepest) progress.at(0.97 * double(done) / double(all.size()));
+    });
+    if (error) return std::unexpected(*error);
+    if (progress.stopped()) return fail(Errc::cancelled, "stopped; run the same command to go on");
+    return {};
+  }
+
+  Result<ResidualRecord> from_children(TileId id) {
+    std::array<ResidualRecord, 4> records;
+    std::array<const ResidualRecord*, 4> children{};
+    for (std::size_t i = 0; i < 4; ++i) {
+      const TileId child = id.child(i % 2 == 1, i >= 2);
+      std::unique_lock lock(mutex_);
+      const auto found = index_->places_.find(child);
+      if (found == index_->places_.end()) continue;  // the source does not touch it
+      const Index::Place place = found->second;
+      lock.unlock();
+      auto record = index_->record_at(child, place);
+      if (!record) return record;
+      records[i] = std::move(*record);
+      children[i] = &records[i];
+    }
+    return join(children, step_);
+  }
+
+  Result<void> append(TileId id, const std::vector<std::uint8_t>& bytes) {
+    RecordHeader header{std::uint32_t(id.level),
+                        id.x,
+                        id.y,
+                        std::uint32_t(bytes.size()),
+                        XXH3_64bits(bytes.data(), bytes.size()),
+                        0};
+    header.own_hash = hash_before(header);
+    std::vector<std::uint8_t> whole(sizeof header + bytes.size());
+    std::memcpy(whole.data(), &header, sizeof header);
+    std::memcpy(whole.data() + sizeof header, bytes.data(), bytes.size());
+    const std::lock_guard lock(mutex_);
+    auto done = write_at(index_->file_, index_->path_, end_, whole.data(), whole.size());
+    if (!done) return done;
+    index_->places_[id] = {end_ + sizeof header, header.hash, header.size};
+    end_ += whole.size();
+    return {};
+  }
+};
+
+ResidualIndex::~ResidualIndex() {
+  if (file_ >= 0) ::close(file_);
+}
+
+Result<std::shared_ptr<const ResidualIndex>> ResidualIndex::open(const std::string& path,
+                                                                 const DemSource& source,
+                                                                 int level) {
+  auto index = ResidualFile::blank(path, level);
+  index->file_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (index->file_ < 0)
+    return fail(errno == ENOENT ? Errc::not_found : Errc::io, path + ": " + std::strerror(errno));
+  const auto walked = ResidualFile::walk(*index, header_for(source, level), 0);
+  if (!walked) return std::unexpected(walked.error());
+  if (!walked->whole) return fail(Errc::bad_data, path + ": damaged, or not finished");
+  if (auto done = ResidualFile::sum_up(*index, source); !done) return std::unexpected(done.error());
+  return index;
+}
+
+Result<std::shared_ptr<const ResidualIndex>> ResidualIndex::open_or_make(const std::string& path,
+                                                                         const DemSource& source,
+                                                                         int level, int threads,
+                                                                         const Progress& progress) {
+  if (auto there = open(path, source, level)) return there;
+  const std::string part = path + ".part";
+  auto index = ResidualFile::blank(part, level);
+  index->file_ = ::open(part.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (index->file_ < 0) return fail(Errc::io, part + ": " + std::strerror(errno));
+  while (::flock(index->file_, LOCK_EX | LOCK_NB) != 0) {  // another process is at it
+    if (progress.stopped()) return fail(Errc::cancelled, "stopped");
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  }
+  if (auto there = open(path, source, level)) {  // it was
+    ::unlink(part.c_str());
+    return there;
+  }
+  if (auto made = ResidualFile(source, index).make(threads, progress); !made)
+    return std::unexpected(made.error());
+  if (::fsync(index->file_) != 0 || ::rename(part.c_str(), path.c_str()) != 0)
+    return fail(Errc::io, path + ": cannot be written: " + std::strerror(errno));
+  index->path_ = path;
+  index->made_now_ = true;
+  if (auto done = ResidualFile::sum_up(*index, source); !done) return std::unexpected(done.error());
+  progress.at(1);
+  return index;
+}
+
+Result<ResidualRecord> ResidualIndex::record(TileId id) const {
+  const auto place = places_.find(id);
+  if (place == places_.end()) return fail(Errc::not_found, path_ + ": has no tile " + id.text());
+  return record_at(id, place->second);
+}
+
+Result<ResidualRecord> ResidualIndex::record_at(TileId id, const Place& place) const {
+  const std::string damaged =
+      path_ + ": damaged at tile " + id.text() + " (start again: it is then made anew)";
+  std::vector<std::uint8_t> bytes;
+  if (!ResidualFile::read_bytes(*this, place, bytes)) return fail(Errc::bad_data, damaged);
+  auto record = decode_record(bytes);
+  if (!record) return fail(damaged, record.error());
+  return record;
+}
+
+int ResidualIndex::lattice_level(int level) const { return std::min(level + kFiner, level_); }
+
+Result<ResidualLattice> ResidualIndex::lattice(TileId id) const {
+  const auto own = record(id);
+  if (!own) return std::unexpected(own.error());
+  const int down = lattice_level(id.level) - id.level, side = 1 << down;
+  std::vector<ResidualRecord> records(std::size_t(side) * std::size_t(side));
+  std::vector<const ResidualRecord*> parts(records.size());
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    const TileId part{id.level + down, (id.x << down) + std::uint32_t(k) % side,
+                      (id.y << down) + std::uint32_t(side - 1) - std::uint32_t(k) / side};
+    if (!places_.contains(part)) continue;  // the source does not touch it
+    auto found = record(part);
+    if (!found) return std::unexpected(found.error());
+    records[k] = std::move(*found);
+    parts[k] = &records[k];
+  }
+  ResidualLattice lattice = lattice_of(parts, residual_step_m(level_));
+  lattice.min_m = own->min_m;
+  lattice.max_m = own->max_m;
+  lattice.posts = own->posts();
+  return lattice;
+}
+
+}  // namespace tind

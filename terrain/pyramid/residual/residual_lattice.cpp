@@ -1,0 +1,133 @@
+#include "terrain/pyramid/residual/residual_lattice.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace tind {
+
+namespace {
+
+constexpr double kExtent = ResidualLattice::kExtent;
+constexpr double kHair = 1e-6;  // of a cell: so near a line a place belongs to both sides
+
+/// Collects |mesh - surface| by cell.
+class Overlay {
+ public:
+  explicit Overlay(const ResidualLattice& lattice)
+      : lattice_(lattice),
+        cells_(lattice.cells),
+        side_(kExtent / lattice.cells),
+        worst_(lattice.residual.size()) {}
+
+  /// A vertex of the overlay; it counts in every cell that it touches.
+  void at(double x, double y, double z) {
+    const double i = x / side_, j = (kExtent - y) / side_;
+    const int i0 = cell(i - kHair), i1 = cell(i + kHair);
+    const int j0 = cell(j - kHair), j1 = cell(j + kHair);
+    for (int row = j0; row <= j1; ++row)
+      for (int col = i0; col <= i1; ++col) {
+        const std::size_t c = std::size_t(row) * std::size_t(cells_) + std::size_t(col);
+        if (lattice_.residual[c] < 0) continue;
+        const double gap = std::abs(z - surface(col, row).at(x, y));
+        worst_[c] = std::max(worst_[c], gap);
+      }
+  }
+
+  /// Where a mesh edge crosses the lines of the lattice: columns, rows, cuts.
+  void edge(const Vec3& a, const Vec3& b) {
+    cross(a, b, a.x / side_, b.x / side_);
+    cross(a, b, a.y / side_, b.y / side_);
+    cross(a, b, (a.x - a.y) / side_, (b.x - b.y) / side_);
+  }
+
+  double bound() const {
+    double bound = 0;
+    for (std::size_t c = 0; c < worst_.size(); ++c)
+      if (lattice_.residual[c] >= 0) bound = std::max(bound, worst_[c] + lattice_.residual[c]);
+    return bound;
+  }
+
+ private:
+  const ResidualLattice& lattice_;
+  const int cells_;
+  const double side_;
+  std::vector<double> worst_;
+
+  int cell(double t) const { return std::clamp(int(std::floor(t)), 0, cells_ - 1); }
+
+  LatticeCell surface(int col, int row) const {
+    const float* north =
+        &lattice_.heights[std::size_t(row) * std::size_t(lattice_.nodes()) + std::size_t(col)];
+    const float* south = north + lattice_.nodes();
+    return {south[0], south[1], north[0], north[1], col * side_, kExtent - (row + 1) * side_,
+            side_};
+  }
+
+  /// `from` and `to`: where a and b lie, in lines of one family.
+  void cross(const Vec3& a, const Vec3& b, double from, double to) {
+    if (from == to) return;
+    const int first = int(std::ceil(std::min(from, to))),
+              last = int(std::floor(std::max(from, to)));
+    for (int k = first; k <= last; ++k) {
+      const double t = std::clamp((k - from) / (to - from), 0.0, 1.0);
+      at(a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.z + t * (b.z - a.z));
+    }
+  }
+};
+
+}  // namespace
+
+std::vector<float> ResidualLattice::fitted_heights(int step) const {
+  const int side = cells / step + 1;
+  std::vector<float> fitted(std::size_t(side) * std::size_t(side),
+                            std::numeric_limits<float>::quiet_NaN());
+  for (int row = 0; row < cells; ++row)
+    for (int col = 0; col < cells; ++col) {
+      if (residual[std::size_t(row) * std::size_t(cells) + std::size_t(col)] < 0) continue;
+      for (const int j : {row / step, row / step + 1})
+        for (const int i : {col / step, col / step + 1})
+          fitted[std::size_t(j) * std::size_t(side) + std::size_t(i)] =
+              heights[std::size_t(j * step) * std::size_t(nodes()) + std::size_t(i * step)];
+    }
+  return fitted;
+}
+
+GridSamples ResidualLattice::samples(const std::vector<float>& heights, int nodes) {
+  GridSamples grid;
+  grid.cols = grid.rows = nodes;
+  grid.y0 = kExtent;
+  grid.dx = grid.dy = kExtent / (nodes - 1);
+  grid.z = heights.data();
+  return grid;
+}
+
+double ResidualLattice::largest_residual() const {
+  return std::max(0.0, double(*std::ranges::max_element(residual)));
+}
+
+double lattice_bound(const Tin& mesh, const ResidualLattice& lattice) {
+  Overlay overlay(lattice);
+  const GridSamples nodes = ResidualLattice::samples(lattice.heights, lattice.nodes());
+  for (const Vec3& v : mesh.vertices) overlay.at(v.x, v.y, v.z);
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
+    const double area = orient2d(a, b, c);
+    const double gx = ((b.z - a.z) * (c.y - a.y) - (c.z - a.z) * (b.y - a.y)) / area;
+    const double gy = ((c.z - a.z) * (b.x - a.x) - (b.z - a.z) * (c.x - a.x)) / area;
+    nodes.scan(a, b, c, [&](double x, double y, double, std::size_t) {
+      overlay.at(x, y, a.z + gx * (x - a.x) + gy * (y - a.y));
+      return true;
+    });
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t i = t[std::size_t(k)], j = t[std::size_t((k + 1) % 3)];
+      // Once for the two triangles of an edge; a side of the rectangle has one that runs forward.
+      const bool side =
+          mesh.vertices[i].x == mesh.vertices[j].x || mesh.vertices[i].y == mesh.vertices[j].y;
+      if (i < j || side) overlay.edge(mesh.vertices[i], mesh.vertices[j]);
+    }
+  }
+  return overlay.bound();
+}
+
+}  // namespace tind

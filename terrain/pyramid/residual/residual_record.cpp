@@ -1,0 +1,227 @@
+// Heights as zig-zag deltas in 7-bit groups, each less what the nodes to its west, north and
+// north-west predict; residuals as one byte each.
+
+#include "terrain/pyramid/residual/residual_record.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "terrain/base/bytes.h"
+
+namespace tind {
+
+namespace {
+
+constexpr int kCells = ResidualRecord::kCells, kNodes = ResidualRecord::kNodes;
+constexpr int kPieces = ResidualRecord::kPieces;
+constexpr std::int32_t kMostSteps = 1 << 24;  // a float holds it
+
+std::size_t node(int col, int row) { return std::size_t(row) * kNodes + std::size_t(col); }
+
+// --- residuals as bytes --------------------------------------------------------------------------
+// A positive float's upper bits (8 of its exponent, 5 of its mantissa) are a number that grows with
+// it, by 2 to 3 % a step. A piece says the one of its largest residual; each byte how many steps a
+// residual is below that: 255 is the largest, 1 all that are 254 steps or more below it.
+
+constexpr int kDropped = 18;  // bits of the mantissa
+
+std::uint32_t rounded_up(float x) {
+  return (std::bit_cast<std::uint32_t>(x) + ((1u << kDropped) - 1)) >> kDropped;
+}
+float value(std::uint32_t code) { return std::bit_cast<float>(code << kDropped); }
+constexpr std::uint32_t kLargestCode = (0x7f800000u >> kDropped) - 1;  // finite
+
+std::uint8_t to_byte(float residual, std::uint32_t top) {
+  if (residual < 0) return 0;
+  const std::uint32_t below = top - rounded_up(residual);
+  return std::uint8_t(below >= 254 ? 1 : 255 - below);
+}
+float from_byte(std::uint8_t byte, std::uint32_t top) {
+  if (byte == 0) return ResidualRecord::kEmpty;
+  const std::uint32_t below = 255 - byte;
+  return below > top ? 0 : value(top - below);
+}
+
+std::int64_t predicted(const std::vector<std::int32_t>& h, int col, int row) {
+  if (row == 0) return col == 0 ? 0 : h[node(col - 1, 0)];
+  if (col == 0) return h[node(0, row - 1)];
+  return std::int64_t(h[node(col - 1, row)]) + h[node(col, row - 1)] - h[node(col - 1, row - 1)];
+}
+
+/// f(child index, its east, its north)
+template <class F>
+void each_child(F&& f) {
+  for (int north = 0; north < 2; ++north)
+    for (int east = 0; east < 2; ++east) f(std::size_t(2 * north + east), east, north);
+}
+
+/// Where a child's first column and row are, in columns and rows of `count` to a child.
+struct Corner {
+  int col, row;
+};
+Corner corner_of(int east, int north, int count) { return {east * count, (1 - north) * count}; }
+
+}  // namespace
+
+std::int32_t ResidualRecord::height(int col, int row) const {
+  if (has_posts()) return heights[node(col, row)];
+  return corners[std::size_t((row == 0 ? 0 : 2) + (col == 0 ? 0 : 1))];
+}
+
+void accumulate_piece(ResidualRecord& r, int k, double step_m) {
+  const int side = kCells >> k, cell = 1 << k, half = cell / 2;
+  const auto& finer = r.pieces[std::size_t(k - 1)];
+  auto& piece = r.pieces[std::size_t(k)];
+  piece.assign(std::size_t(side) * std::size_t(side), ResidualRecord::kEmpty);
+  const auto height = [&](int col, int row) { return r.heights[node(col, row)] * step_m; };
+  for (int row = 0; row < side; ++row)
+    for (int col = 0; col < side; ++col) {
+      const int x = col * cell, y = row * cell;
+      const LatticeCell coarse{
+          height(x, y + cell), height(x + cell, y + cell), height(x, y), height(x + cell, y), 0, 0,
+          double(cell)};
+      float& bound = piece[std::size_t(row * side + col)];
+      for (int j = 0; j < 2; ++j)
+        for (int i = 0; i < 2; ++i) {
+          const float own = finer[std::size_t((2 * row + j) * 2 * side + 2 * col + i)];
+          if (own < 0) continue;
+          double apart = 0;
+          for (const int n : {j, j + 1})
+            for (const int m : {i, i + 1})
+              apart = std::max(apart, std::abs(height(x + m * half, y + n * half) -
+                                               coarse.at(m * half, cell - n * half)));
+          bound = std::max(bound, std::nextafter(float(own + apart), HUGE_VALF));
+        }
+    }
+}
+
+ResidualRecord join(const std::array<const ResidualRecord*, 4>& children, double step_m) {
+  static const ResidualRecord kNothing;
+  const auto child = [&](int i) -> const ResidualRecord& {
+    return children[std::size_t(i)] ? *children[std::size_t(i)] : kNothing;
+  };
+  const ResidualRecord &sw = child(0), &se = child(1), &nw = child(2), &ne = child(3);
+  ResidualRecord r;
+  r.corners = {nw.height(0, 0), ne.height(kCells, 0), sw.height(0, kCells),
+               se.height(kCells, kCells)};
+  // Posts on the sides that children share are owned by one of them.
+  r.owned = sw.owned + se.owned + nw.owned + ne.owned;
+  r.on_east = se.on_east + ne.on_east;
+  r.on_north = nw.on_north + ne.on_north;
+  r.on_corner = ne.on_corner;
+  if (!sw.has_posts() && !se.has_posts() && !nw.has_posts() && !ne.has_posts()) return r;
+  r.heights.assign(std::size_t(kNodes) * kNodes, 0);
+  for (const bool with_posts : {false, true})  // those that know their heights have the last word
+    each_child([&](std::size_t i, int east, int north) {
+      if (!children[i] || children[i]->has_posts() != with_posts) return;
+      const Corner at = corner_of(east, north, kCells / 2);
+      const int stride = with_posts ? 1 : kCells / 2;
+      for (int row = 0; row <= kCells / 2; row += stride)
+        for (int col = 0; col <= kCells / 2; col += stride)
+          r.heights[node(at.col + col, at.row + row)] = children[i]->height(2 * col, 2 * row);
+    });
+  r.min_m = HUGE_VALF, r.max_m = -HUGE_VALF;
+  for (int k = 0; k + 1 < kPieces; ++k) {
+    const int side = kCells >> k, half = side / 2;
+    auto& piece = r.pieces[std::size_t(k)];
+    piece.assign(std::size_t(side) * std::size_t(side), ResidualRecord::kEmpty);
+    each_child([&](std::size_t i, int east, int north) {
+      if (!children[i] || !children[i]->has_posts()) return;
+      r.min_m = std::min(r.min_m, children[i]->min_m);
+      r.max_m = std::max(r.max_m, children[i]->max_m);
+      const auto& part = children[i]->pieces[std::size_t(k + 1)];
+      const Corner at = corner_of(east, north, half);
+      for (int row = 0; row < half; ++row)
+        std::copy_n(&part[std::size_t(row * half)], half,
+                    &piece[std::size_t((at.row + row) * side + at.col)]);
+    });
+  }
+  accumulate_piece(r, kPieces - 1, step_m);
+  return r;
+}
+
+std::vector<std::uint8_t> encode(const ResidualRecord& r) {
+  std::vector<std::uint8_t> bytes;
+  ByteWriter out(bytes);
+  out.put(std::uint8_t(r.has_posts()));
+  for (const std::int32_t h : r.corners) out.put(h);
+  if (!r.has_posts()) return bytes;
+  out.put(r.min_m);
+  out.put(r.max_m);
+  for (const std::uint64_t n : {r.owned, r.on_east, r.on_north, r.on_corner}) out.put(n);
+  for (const std::uint64_t hash : r.hashes) out.put(hash);
+  for (int row = 0; row < kNodes; ++row)
+    for (int col = 0; col < kNodes; ++col)
+      out.put_signed_varint(r.heights[node(col, row)] - predicted(r.heights, col, row));
+  for (const auto& piece : r.pieces) {
+    const float largest = std::max(0.0F, *std::ranges::max_element(piece));
+    const std::uint32_t top = std::min(rounded_up(largest), kLargestCode);
+    out.put(std::uint16_t(top));
+    for (const float residual : piece) out.put(to_byte(residual, top));
+  }
+  return bytes;
+}
+
+Result<ResidualRecord> decode_record(std::span<const std::uint8_t> bytes) {
+  const auto bad = [](const char* what) { return fail(Errc::bad_data, what); };
+  ResidualRecord r;
+  ByteReader in(bytes);
+  const auto kind = in.get<std::uint8_t>();
+  if (!in.good() || kind > 1) return bad("not a record of a residual index");
+  for (std::int32_t& h : r.corners) {
+    h = in.get<std::int32_t>();
+    if (!in.good() || std::abs(std::int64_t(h)) > kMostSteps) return bad("a corner is damaged");
+  }
+  if (kind == 0) return in.left() == 0 ? Result<ResidualRecord>(r) : bad("bytes after the record");
+  r.min_m = in.get<float>(), r.max_m = in.get<float>();
+  if (!in.good() || !(std::abs(r.min_m) < 1e6F) || !(std::abs(r.max_m) < 1e6F) || r.min_m > r.max_m)
+    return bad("the range of heights is damaged");
+  for (std::uint64_t* n : {&r.owned, &r.on_east, &r.on_north, &r.on_corner})
+    *n = in.get<std::uint64_t>();
+  for (std::uint64_t& hash : r.hashes) hash = in.get<std::uint64_t>();
+  if (!in.good()) return bad("truncated");
+  r.heights.resize(std::size_t(kNodes) * kNodes);
+  for (int row = 0; row < kNodes; ++row)
+    for (int col = 0; col < kNodes; ++col) {
+      const std::int64_t d = in.get_signed_varint();
+      if (!in.good()) return bad("the heights are damaged");
+      const std::int64_t h = predicted(r.heights, col, row) + d;
+      if (std::abs(h) > kMostSteps) return bad("a height is damaged");
+      r.heights[node(col, row)] = std::int32_t(h);
+    }
+  for (int k = 0; k < kPieces; ++k) {
+    const auto top = in.get<std::uint16_t>();
+    if (!in.good() || top > kLargestCode) return bad("the residuals are damaged");
+    auto& piece = r.pieces[std::size_t(k)];
+    piece.resize(std::size_t(kCells >> k) * std::size_t(kCells >> k));
+    for (float& residual : piece) residual = from_byte(in.get<std::uint8_t>(), top);
+    if (!in.good()) return bad("truncated");
+  }
+  if (in.left() > 0) return bad("bytes after the record");
+  return r;
+}
+
+ResidualLattice lattice_of(std::span<const ResidualRecord* const> parts, double step_m) {
+  int side = 1;
+  while (std::size_t(side) * std::size_t(side) < parts.size()) side *= 2;
+  ResidualLattice lattice;
+  lattice.cells = side * kCells;
+  const auto nodes = std::size_t(lattice.nodes()), cells = std::size_t(lattice.cells);
+  lattice.heights.assign(nodes * nodes, 0);
+  lattice.residual.assign(cells * cells, ResidualRecord::kEmpty);
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    if (!parts[k] || !parts[k]->has_posts()) continue;
+    const std::size_t x = k % std::size_t(side) * kCells, y = k / std::size_t(side) * kCells;
+    for (int row = 0; row < kNodes; ++row)
+      for (int col = 0; col < kNodes; ++col)
+        lattice.heights[(y + std::size_t(row)) * nodes + x + std::size_t(col)] =
+            float(parts[k]->heights[node(col, row)] * step_m);
+    for (int row = 0; row < kCells; ++row)
+      std::copy_n(&parts[k]->pieces[0][std::size_t(row) * kCells], kCells,
+                  &lattice.residual[(y + std::size_t(row)) * cells + x]);
+  }
+  return lattice;
+}
+
+}  // namespace tind

@@ -1,0 +1,60 @@
+#pragma once
+// What the residual index keeps of one tile, and its bytes. Four records make their parent's.
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "terrain/base/result.h"
+#include "terrain/geo/tiling_scheme.h"
+#include "terrain/pyramid/residual/residual_lattice.h"
+
+namespace tind {
+
+/// Residuals lie in pieces: piece k bounds |post - surface| over cells of 2^k x 2^k of the tile's
+/// own, against the surface of every 2^k-th node: piece k is what the tile adds to the lattice of
+/// its ancestor k levels up.
+struct ResidualRecord {
+  static constexpr int kCells = 256, kNodes = kCells + 1;
+  static constexpr int kPieces = 9;   // down to one cell
+  static constexpr int kPatches = 8;  // a side; patches are tiles three levels further down
+  static constexpr float kEmpty = -1;
+
+  /// A tile without a post has heights at its corners only: [0], [1] in the north, [2], [3] south.
+  bool has_posts() const { return !heights.empty(); }
+
+  std::vector<std::int32_t> heights;  // of the nodes, in steps; rows from north to south
+  std::array<std::int32_t, 4> corners{};
+  std::array<std::vector<float>, kPieces> pieces;  // kEmpty: no post; rows from north to south
+  float min_m = 0, max_m = 0;
+  /// Valid posts: inside or on the western or southern side; on the eastern side without its
+  /// northern end; on the northern side without its eastern end; on the north-eastern corner.
+  std::uint64_t owned = 0, on_east = 0, on_north = 0, on_corner = 0;
+  /// Of the bits of all posts in and around each patch, rows from north to south; 0 without posts.
+  std::array<std::uint64_t, kPatches * kPatches> hashes{};
+
+  std::uint64_t posts() const { return owned + on_east + on_north + on_corner; }
+  std::int32_t height(int col, int row) const;  // corners only, where it has no posts
+};
+
+/// Fills piece k from piece k - 1: a child cell's bound and how far its surface is from the coarser
+/// one, which is largest at a node.
+void accumulate_piece(ResidualRecord&, int k, double step_m);
+
+/// The record of a tile from its children's: [0] south-west, [1] south-east, [2] north-west, [3]
+/// north-east; null for one that the source does not touch.
+ResidualRecord join(const std::array<const ResidualRecord*, 4>& children, double step_m);
+
+/// Residuals are rounded up, by 3 % at most and to no less than 1/250 of the piece's largest: what
+/// is read back is a bound still, and the same on every machine. Nothing else is lost.
+std::vector<std::uint8_t> encode(const ResidualRecord&);
+/// Fails (bad_data) for bytes that `encode` cannot have made.
+Result<ResidualRecord> decode_record(std::span<const std::uint8_t>);
+
+/// The lattice of a tile from the records of its descendants some levels down, 2^levels a side,
+/// rows from north to south; null for those that the source does not touch. Without what only the
+/// tile's own record knows: the range of its heights and how many posts there are.
+ResidualLattice lattice_of(std::span<const ResidualRecord* const>, double step_m);
+
+}  // namespace tind

@@ -1,0 +1,83 @@
+#include "terrain/raster/gdal/datum_shift.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace tind {
+namespace {
+
+constexpr int kCell = 8;                 // posts a side
+constexpr double kFineSpacing = 100;     // metres
+constexpr double kLargestLatitude = 80;  // beyond, longitude bends too much
+
+std::int64_t cell_of(std::int64_t post) {
+  return post >= 0 ? post / kCell : (post - kCell + 1) / kCell;
+}
+
+Geographic between(const Geographic& a, const Geographic& b, double f) {
+  return {a.lon + (b.lon - a.lon) * f, a.lat + (b.lat - a.lat) * f};
+}
+
+}  // namespace
+
+DatumShift::DatumShift(std::shared_ptr<const Geoid> geoid, const gdal::Frame& frame, double unit_m)
+    : geoid_(std::move(geoid)), frame_(frame), unit_m_(unit_m) {
+  const Vec2 spacing = frame.spacing_m();
+  const GeoRect bounds = frame.bounds();
+  const bool bends =
+      bounds.width() > 180 || bounds.north > kLargestLatitude || bounds.south < -kLargestLatitude;
+  by_cells_ = !frame.plain() && !bends && std::max(spacing.x, spacing.y) <= kFineSpacing;
+}
+
+void DatumShift::add(std::int64_t col, std::int64_t row, int cols, int rows,
+                     std::span<double> heights) const {
+  if (by_cells_)
+    add_by_cells(col, row, cols, rows, heights);
+  else
+    add_each(col, row, cols, rows, heights);
+}
+
+void DatumShift::add_each(std::int64_t col, std::int64_t row, int cols, int rows,
+                          std::span<double> heights) const {
+  std::vector<Vec2> posts(cols);
+  std::vector<Geographic> places(cols);
+  for (int r = 0; r < rows; ++r) {
+    for (int c = 0; c < cols; ++c) posts[c] = {double(col + c), double(row + r)};
+    frame_.to_geographic(posts, places);
+    for (int c = 0; c < cols; ++c) {
+      double& z = heights[std::size_t(r) * cols + c];
+      if (!std::isnan(z)) z += geoid_->undulation(places[c]) / unit_m_;
+    }
+  }
+}
+
+void DatumShift::add_by_cells(std::int64_t col, std::int64_t row, int cols, int rows,
+                              std::span<double> heights) const {
+  const std::int64_t c0 = cell_of(col), r0 = cell_of(row);
+  const int nodes_x = int(cell_of(col + cols - 1) - c0) + 2;
+  const int nodes_y = int(cell_of(row + rows - 1) - r0) + 2;
+  std::vector<Vec2> posts(std::size_t(nodes_x) * nodes_y);
+  std::vector<Geographic> nodes(posts.size());
+  for (int y = 0; y < nodes_y; ++y)
+    for (int x = 0; x < nodes_x; ++x)
+      posts[std::size_t(y) * nodes_x + x] = {double((c0 + x) * kCell), double((r0 + y) * kCell)};
+  frame_.to_geographic(posts, nodes);
+  for (int r = 0; r < rows; ++r) {
+    const std::int64_t y = cell_of(row + r) - r0;
+    const double fy = double(row + r - (r0 + y) * kCell) / kCell;
+    for (int c = 0; c < cols; ++c) {
+      double& z = heights[std::size_t(r) * cols + c];
+      if (std::isnan(z)) continue;
+      const std::int64_t x = cell_of(col + c) - c0;
+      const double fx = double(col + c - (c0 + x) * kCell) / kCell;
+      const Geographic* north = &nodes[std::size_t(y) * nodes_x + std::size_t(x)];
+      const Geographic* south = north + nodes_x;
+      const Geographic place =
+          between(between(north[0], north[1], fx), between(south[0], south[1], fx), fy);
+      z += geoid_->undulation(place) / unit_m_;
+    }
+  }
+}
+
+}  // namespace tind

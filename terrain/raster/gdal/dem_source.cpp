@@ -1,0 +1,324 @@
+// The DEM as one array: a mosaic of files (gdal_mosaic), a frame on the globe (gdal_frame), and
+// here the finished heights between them: poles, vertical datum, float, cached in blocks.
+
+#include "terrain/raster/dem_source.h"
+
+#include <fmt/format.h>
+#include <xxhash.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <mutex>
+#include <optional>
+
+#include "terrain/raster/block_cache.h"
+#include "terrain/raster/gdal/datum_shift.h"
+#include "terrain/raster/gdal/gdal_frame.h"
+#include "terrain/raster/gdal/gdal_mosaic.h"
+#include "terrain/raster/nodata.h"
+
+namespace tind {
+namespace {
+
+constexpr int kBlock = 256;  // posts a side
+/// From this step on most of a block would be read for nothing.
+constexpr int kSparseStep = 64;
+/// Heights that are converted must be below this, so that the rounding to float has a known bound.
+constexpr double kMaxHeight = 16384, kMaxSourceHeight = 65536;
+/// The others are floats already, or integers up to this.
+constexpr double kMaxExact = 1 << 24;
+
+std::int64_t modulo(std::int64_t a, std::int64_t n) { return ((a % n) + n) % n; }
+
+class RasterSource final : public DemSource {
+ public:
+  static Result<std::shared_ptr<const DemSource>> open(std::span<const std::string> files,
+                                                       const DemOptions& options);
+
+  const DemInfo& info() const override { return info_; }
+  Result<HeightGrid> read(std::int64_t col, std::int64_t row, int cols, int rows) const override {
+    return read_decimated(col, row, cols, rows, 1);
+  }
+  Result<HeightGrid> read_decimated(std::int64_t col, std::int64_t row, int cols, int rows,
+                                    int step) const override;
+  void to_post(std::span<const Geographic> in, std::span<Vec2> out) const override {
+    frame_.to_post(in, out);
+  }
+  void to_geographic(std::span<const Vec2> in, std::span<Geographic> out) const override {
+    frame_.to_geographic(in, out);
+  }
+  bool is_plain_geographic() const override { return frame_.plain(); }
+  std::vector<UndeclaredNodata> undeclared_nodata() const override {
+    return mosaic_.undeclared_nodata();
+  }
+
+ private:
+  RasterSource(gdal::Mosaic mosaic, gdal::Frame frame, const DemOptions& options)
+      : mosaic_(std::move(mosaic)), frame_(std::move(frame)), cache_(options.cache_bytes) {}
+  Result<void> describe(std::span<const std::string> files, const DemOptions&);
+  Result<void> settle_datum(const gdal::FileFacts&, const DemOptions&);
+  std::unexpected<Error> too_high(double z, std::int64_t col, std::int64_t row) const;
+  std::int64_t source_col(std::int64_t col) const;
+  Result<void> finish(std::int64_t col, std::int64_t row, int cols, int rows,
+                      std::span<double> heights, std::span<float> out) const;
+  Result<HeightGrid> load(std::int64_t col, std::int64_t row, int cols, int rows) const;
+  Result<BlockCache::Block> block(std::int64_t block_col, std::int64_t block_row) const;
+  Result<void> read_sparse(std::int64_t col, std::int64_t row, int step, HeightGrid& out) const;
+  Result<void> read_blocks(std::int64_t col, std::int64_t row, int step, HeightGrid& out) const;
+
+  gdal::Mosaic mosaic_;
+  gdal::Frame frame_;
+  DemInfo info_;
+  std::optional<DatumShift> shift_;
+  double max_height_ = kMaxExact;
+  mutable BlockCache cache_;
+  mutable std::array<std::mutex, 61> loading_;
+};
+
+/// The column of the files that holds a column of the world, or -1.
+std::int64_t RasterSource::source_col(std::int64_t col) const {
+  if (info_.wraps_longitude) col = modulo(col, std::int64_t(info_.period_cols));
+  return col >= 0 && col < info_.cols ? col : -1;
+}
+
+std::unexpected<Error> RasterSource::too_high(double z, std::int64_t col, std::int64_t row) const {
+  const std::string nodata = undeclared_nodata_text(*this);
+  const std::string what =
+      fmt::format("a height of {} m (column {}, row {}) is beyond {} m", z, col, row, max_height_);
+  if (!nodata.empty()) return fail(Errc::bad_data, nodata + " (" + what + ")");
+  return fail(Errc::bad_data, info_.files[0] + ": " + what +
+                                  "; where it means no data say --nodata VALUE, else state the "
+                                  "file's unit or scale with gdal_edit.py");
+}
+
+Result<void> RasterSource::finish(std::int64_t col, std::int64_t row, int cols, int rows,
+                                  std::span<double> heights, std::span<float> out) const {
+  if (shift_) shift_->add(col, row, cols, rows, heights);
+  for (std::size_t i = 0; i < heights.size(); ++i) {
+    const double z = heights[i];
+    if (std::abs(z) > max_height_)
+      return too_high(z, col + std::int64_t(i) % cols, row + std::int64_t(i) / cols);
+    out[i] = float(z);
+  }
+  if (info_.crs_kind != CrsKind::geographic) return {};
+  const Affine& map = info_.post_to_crs;
+  for (int r = 0; r < rows; ++r)  // rows beyond the poles exist in files, not on the globe
+    if (map.x_row == 0 && map.y_col == 0 &&
+        std::abs(map.y0 + double(row + r) * map.y_row) > 90 + 1e-9)
+      std::ranges::fill(out.subspan(std::size_t(r) * cols, cols), HeightGrid::kVoid);
+  return {};
+}
+
+Result<HeightGrid> RasterSource::load(std::int64_t col, std::int64_t row, int cols,
+                                      int rows) const {
+  HeightGrid grid(cols, rows);
+  std::vector<double> heights(grid.size());
+  if (auto ok = mosaic_.read(col, row, cols, rows, heights); !ok)
+    return std::unexpected(ok.error());
+  if (auto ok = finish(col, row, cols, rows, heights, grid.values()); !ok)
+    return std::unexpected(ok.error());
+  return grid;
+}
+
+Result<BlockCache::Block> RasterSource::block(std::int64_t block_col,
+                                              std::int64_t block_row) const {
+  const std::uint64_t key = std::uint64_t(block_row) << 32 | std::uint64_t(block_col);
+  if (auto found = cache_.find(key)) return found;
+  // Neighbouring tiles are built at once and miss the same block: one loads it, the others wait.
+  const std::lock_guard one_at_a_time(loading_[key % loading_.size()]);
+  if (auto found = cache_.find(key)) return found;
+  const std::int64_t col = block_col * kBlock, row = block_row * kBlock;
+  auto grid = load(col, row, int(std::min<std::int64_t>(kBlock, info_.cols - col)),
+                   int(std::min<std::int64_t>(kBlock, info_.rows - row)));
+  if (!grid) return std::unexpected(grid.error());
+  auto made = std::make_shared<const HeightGrid>(std::move(*grid));
+  cache_.insert(key, made);
+  return made;
+}
+
+/// Far fewer posts than blocks hold: past the cache, post by post.
+Result<void> RasterSource::read_sparse(std::int64_t col, std::int64_t row, int step,
+                                       HeightGrid& out) const {
+  std::vector<std::int64_t> cols(out.cols()), rows(out.rows());
+  for (int i = 0; i < out.cols(); ++i) cols[i] = source_col(col + std::int64_t(i) * step);
+  for (int j = 0; j < out.rows(); ++j) rows[j] = row + std::int64_t(j) * step;
+  std::vector<double> heights(out.size());
+  if (auto ok = mosaic_.read_lattice(cols, rows, heights); !ok) return ok;
+  for (int j = 0; j < out.rows(); ++j)
+    for (int i = 0; i < out.cols(); ++i) {
+      double& z = heights[std::size_t(j) * out.cols() + i];
+      if (std::isnan(z)) continue;
+      if (auto ok = finish(cols[i], rows[j], 1, 1, {&z, 1}, {&out.at(i, j), 1}); !ok) return ok;
+    }
+  return {};
+}
+
+/// Block by block, so that each is fetched once: `j` runs inside a row of blocks, `i` inside a
+/// block, and not past the column where a globe begins again.
+Result<void> RasterSource::read_blocks(std::int64_t col, std::int64_t row, int step,
+                                       HeightGrid& out) const {
+  const std::int64_t end_col = info_.wraps_longitude ? std::int64_t(info_.period_cols) : info_.cols;
+  for (int j0 = 0, j1; j0 < out.rows(); j0 = j1) {
+    const std::int64_t first_row = row + std::int64_t(j0) * step;
+    j1 = j0 + 1;
+    if (first_row < 0 || first_row >= info_.rows) continue;
+    const std::int64_t block_row = first_row / kBlock;
+    while (j1 < out.rows() && (row + std::int64_t(j1) * step) / kBlock == block_row &&
+           row + std::int64_t(j1) * step < info_.rows)
+      ++j1;
+    for (int i = 0, run; i < out.cols(); i += run) {
+      run = 1;
+      const std::int64_t c = source_col(col + std::int64_t(i) * step);
+      if (c < 0) continue;
+      const auto held = block(c / kBlock, block_row);
+      if (!held) return std::unexpected(held.error());
+      const HeightGrid& posts = **held;
+      const int first = int(c % kBlock);
+      const auto left = int(std::min<std::int64_t>(posts.cols() - first, end_col - c));
+      run = std::min(out.cols() - i, (left - 1) / step + 1);
+      for (int j = j0; j < j1; ++j) {
+        const auto from = posts.row(int((row + std::int64_t(j) * step) % kBlock)).subspan(first);
+        const auto to = out.row(j).subspan(std::size_t(i), std::size_t(run));
+        if (step == 1)
+          std::copy_n(from.begin(), run, to.begin());
+        else
+          for (int k = 0; k < run; ++k) to[std::size_t(k)] = from[std::size_t(k) * step];
+      }
+    }
+  }
+  return {};
+}
+
+Result<HeightGrid> RasterSource::read_decimated(std::int64_t col, std::int64_t row, int cols,
+                                                int rows, int step) const {
+  assert(cols >= 0 && rows >= 0 && step >= 1);
+  HeightGrid out(cols, rows);
+  auto ok =
+      step >= kSparseStep ? read_sparse(col, row, step, out) : read_blocks(col, row, step, out);
+  if (!ok) return std::unexpected(ok.error());
+  return out;
+}
+
+/// What the heights are above, and what they are to be above.
+Result<void> RasterSource::settle_datum(const gdal::FileFacts& facts, const DemOptions& options) {
+  const VerticalDatum said = options.from_datum, stated = facts.crs.datum;
+  info_.vertical_crs = facts.crs.vertical;
+  info_.datum = info_.source_datum = said != VerticalDatum::unknown ? said : stated;
+  const std::string stated_name =
+      !info_.vertical_crs.empty() ? "'" + info_.vertical_crs + "'" : std::string(name(stated));
+  const bool states = stated != VerticalDatum::unknown || !info_.vertical_crs.empty();
+  if (said != VerticalDatum::unknown && states && said != stated)
+    info_.warnings.push_back(
+        fmt::format("{}: says that its heights are above {}; they are taken as above {}, as "
+                    "--from-datum says",
+                    facts.path, stated_name, name(said)));
+  if (options.to_datum == TargetDatum::same || info_.source_datum == VerticalDatum::ellipsoid)
+    return {};
+  if (info_.source_datum == VerticalDatum::unknown) {
+    const std::string why =
+        states ? fmt::format(
+                     "{}: its heights are above {}, from which tind cannot convert (it "
+                     "knows egm96 and ellipsoid)",
+                     facts.path, stated_name)
+               : facts.path + ": does not say what its heights are above";
+    const std::string remedy =
+        states ? "convert them with gdalwarp -s_srs ... -t_srs EPSG:4979, or name the nearest that "
+                 "tind knows with --from-datum"
+               : "say it with --from-datum egm96 or ellipsoid";
+    if (options.to_datum == TargetDatum::ellipsoid)
+      return fail(Errc::invalid_argument, why + ", so they cannot be brought to the ellipsoid; " +
+                                              remedy + ", or leave --to-datum out");
+    info_.warnings.push_back(why + "; they stay as they are, datum unknown (" + remedy + ")");
+    return {};
+  }
+  if (facts.crs.kind == CrsKind::none)
+    return fail(Errc::invalid_argument,
+                facts.path + ": has no CRS, so its heights cannot be brought to the ellipsoid");
+  auto geoid = Geoid::egm96();
+  if (!geoid) return std::unexpected(geoid.error());
+  shift_.emplace(*geoid, frame_, options.keep_source_units ? facts.z_unit_m : 1);
+  info_.datum = VerticalDatum::ellipsoid;
+  return {};
+}
+
+Result<void> RasterSource::describe(std::span<const std::string> files, const DemOptions& options) {
+  const gdal::FileFacts& facts = mosaic_.facts();
+  info_.files.assign(files.begin(), files.end());
+  info_.driver = facts.driver;
+  info_.cols = mosaic_.cols();
+  info_.rows = mosaic_.rows();
+  info_.has_geotransform = facts.has_geotransform;
+  info_.post_to_crs = frame_.post_to_crs();
+  info_.crs_kind = facts.crs.kind;
+  info_.crs_wkt = facts.crs.wkt;
+  info_.crs_name = facts.crs.name;
+  info_.crs_unit_m = facts.crs.unit_m;
+  info_.z_unit_m = facts.z_unit_m;
+  info_.bounds = frame_.bounds();
+  info_.covered = mosaic_.covered();
+  const auto add = [&](const PostRect& part) {
+    for (const GeoRect& extent : frame_.extents(part)) info_.extents.push_back(extent);
+  };
+  for (const PostRect& part : info_.covered) {
+    add(part);
+    if (frame_.wraps() && part.last_col == info_.cols - 1)  // on to the first column
+      add({part.last_col, part.row, std::llround(frame_.period()), part.last_row});
+  }
+  info_.wraps_longitude = frame_.wraps();
+  info_.period_cols = frame_.period();
+  const Vec2 spacing = frame_.spacing_m();
+  info_.spacing_x_m = spacing.x;
+  info_.spacing_y_m = spacing.y;
+
+  if (auto ok = settle_datum(facts, options); !ok) return ok;
+  if (shift_ || !mosaic_.exact()) {
+    max_height_ = options.keep_source_units ? kMaxSourceHeight : kMaxHeight;
+    info_.rounding_m = std::ldexp(max_height_, -25);  // half an ulp just below it
+  }
+
+  auto content = mosaic_.fingerprint();
+  if (!content) return std::unexpected(content.error());
+  *content += fmt::format("{} {} {}", name(info_.source_datum), name(info_.datum),
+                          options.keep_source_units);
+  if (options.ignore_declared_nodata) *content += " none";
+  for (const double nodata : options.nodata) *content += fmt::format(" {}", nodata);
+  const XXH128_hash_t hash = XXH3_128bits(content->data(), content->size());
+  info_.fingerprint = fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
+  return {};
+}
+
+Result<std::shared_ptr<const DemSource>> RasterSource::open(std::span<const std::string> files,
+                                                            const DemOptions& options) {
+  auto mosaic = gdal::Mosaic::open(files, options);
+  if (!mosaic) return std::unexpected(mosaic.error());
+  auto frame =
+      gdal::Frame::make(mosaic->facts().crs, mosaic->post_to_crs(), mosaic->cols(), mosaic->rows());
+  if (!frame) return fail(files[0], frame.error());
+  std::shared_ptr<RasterSource> source(
+      new RasterSource(std::move(*mosaic), std::move(*frame), options));
+  if (auto ok = source->describe(files, options); !ok) return std::unexpected(ok.error());
+  return source;
+}
+
+}  // namespace
+
+const char* name(VerticalDatum datum) {
+  switch (datum) {
+    case VerticalDatum::ellipsoid:
+      return "ellipsoid";
+    case VerticalDatum::egm96:
+      return "egm96";
+    case VerticalDatum::unknown:
+      break;
+  }
+  return "unknown";
+}
+
+Result<std::shared_ptr<const DemSource>> DemSource::open(std::span<const std::string> files,
+                                                         const DemOptions& options) {
+  return RasterSource::open(files, options);
+}
+
+}  // namespace tind

@@ -1,0 +1,121 @@
+#pragma once
+// One raster file: what it says of itself, and its heights. Hostile until proven otherwise.
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "terrain/base/result.h"
+#include "terrain/raster/dem_source.h"
+#include "terrain/raster/file_state.h"
+#include "terrain/raster/gdal/gdal_crs.h"
+#include "terrain/raster/nodata.h"
+
+namespace tind::gdal {
+
+/// Bounds of what is opened at all.
+struct RasterLimits {
+  std::int64_t max_side = std::int64_t(1) << 30;  // posts
+  std::int64_t max_block_bytes = 64 << 20;        // one block, decoded
+  std::int64_t max_whole_bytes = 512 << 20;       // formats that are decoded as a whole
+};
+inline constexpr RasterLimits kRasterLimits;
+
+struct FileFacts {
+  std::string path, driver;
+  std::int64_t cols = 0, rows = 0;
+  bool has_geotransform = false;
+  Affine post_to_crs;   // posts are pixel centres
+  CrsFacts crs;         // none without a geotransform
+  double z_unit_m = 1;  // metres per unit, as stated by band or vertical CRS
+  bool exact = true;    // what read() gives is a float as it is (32-bit integers: up to 2^24)
+};
+
+class BlockSums;
+class RasterFile;
+
+/// Open datasets that nobody reads from just now, of all files of one source. The longest unused is
+/// closed when they are more than `kMaxIdle`, or unpacked files among them more than so many bytes.
+/// Thread-safe.
+class IdleHandles {
+ public:
+  static constexpr std::size_t kMaxIdle = 32;
+  struct Handle;  // a GDAL dataset and the memory it may live in
+  explicit IdleHandles(std::size_t max_bytes);
+  ~IdleHandles();
+  std::unique_ptr<Handle> take(const RasterFile* owner);
+  void give(const RasterFile* owner, std::unique_ptr<Handle>);
+
+ private:
+  struct Entry;
+  std::mutex mutex_;
+  std::list<Entry> idle_;  // most recently used first
+  std::size_t bytes_ = 0;
+  const std::size_t max_bytes_;
+};
+
+class RasterFile {
+ public:
+  /// Opens and judges the file: driver, sizes, bands, CRS. `path` may be "x.hgt.zip". From here on
+  /// everything is read of the content that was opened: where the file, or one that it refers to,
+  /// has changed since, reading fails (Errc::io) until it is as it was.
+  static Result<std::unique_ptr<RasterFile>> open(const std::string& path, const DemOptions&,
+                                                  std::shared_ptr<IdleHandles> idle);
+  ~RasterFile();
+
+  const FileFacts& facts() const { return facts_; }
+
+  /// Heights of a window inside the file, in metres (or the file's unit): `NaN` is a void. Any
+  /// failure that GDAL reports is an error, even where it returns data. Thread-safe.
+  Result<void> read(int col, int row, int cols, int rows, std::span<double> out) const;
+
+  /// How many of the posts read so far have a value of kCustomaryNodata and pass as heights; no
+  /// more posts are looked at than the file has.
+  std::uint64_t customary(std::size_t k) const { return customary_[k]; }
+
+  /// Single posts inside the file, with one handle for all.
+  struct Post {
+    int col, row;
+    double* height;  // where it goes
+  };
+  Result<void> read_posts(std::span<const Post>) const;
+
+  /// Text that changes when the content does: sizes, inodes, times, hashes of first and last 64 KiB
+  /// of this file and of those it refers to.
+  Result<std::string> fingerprint() const;
+
+ private:
+  RasterFile(std::string path, const DemOptions&, std::shared_ptr<IdleHandles> idle);
+  Result<std::unique_ptr<IdleHandles::Handle>> open_handle() const;
+  /// This file and those that it refers to, as the handle knows them.
+  std::vector<std::string> files_of(IdleHandles::Handle&) const;
+  /// An idle handle, or a new one.
+  Result<std::unique_ptr<IdleHandles::Handle>> borrow() const;
+  /// What came of reading, unless the files have changed meanwhile: then that.
+  Result<void> if_unchanged(Result<void> done) const;
+  Result<void> learn(IdleHandles::Handle&, bool keep_source_units);
+  Result<void> read_with(IdleHandles::Handle&, int col, int row, int cols, int rows,
+                         std::span<double> out) const;
+  bool is_void(double raw) const;
+  void count_customary(std::span<const double> raw) const;
+
+  std::string path_;
+  bool allow_vrt_;
+  std::shared_ptr<IdleHandles> idle_;
+  FileStates states_;
+  FileFacts facts_;
+  std::unique_ptr<BlockSums> sums_;
+  double scale_ = 1, offset_ = 0;
+  bool is_float_ = false, masked_ = false, ignore_declared_nodata_;
+  std::vector<double> nodata_;
+  mutable std::array<std::atomic<std::uint64_t>, std::size(kCustomaryNodata)> customary_{};
+  mutable std::atomic<std::int64_t> looked_at_ = 0;
+};
+
+}  // namespace tind::gdal

@@ -1,0 +1,78 @@
+// GDAL brings libcurl along; its handle of a session may be used by one thread at a time, so there
+// are as many sessions as threads ask at once.
+
+#include "terrain/raster/gdal/gdal_http.h"
+
+#include <cpl_http.h>
+#include <cpl_string.h>
+
+#include <memory>
+#include <mutex>
+
+#include "terrain/raster/gdal/gdal_setup.h"
+
+namespace tind {
+
+namespace {
+
+/// The name of a session that nobody else uses now.
+class Session {
+ public:
+  Session() {
+    const std::lock_guard lock(mutex());
+    auto& names = free();
+    if (names.empty()) {
+      name_ = "tind-" + std::to_string(count()++);
+    } else {
+      name_ = std::move(names.back());
+      names.pop_back();
+    }
+  }
+  ~Session() {
+    const std::lock_guard lock(mutex());
+    free().push_back(std::move(name_));
+  }
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+  const std::string& name() const { return name_; }
+
+ private:
+  static std::mutex& mutex() {
+    static std::mutex m;
+    return m;
+  }
+  static std::vector<std::string>& free() {
+    static std::vector<std::string> names;
+    return names;
+  }
+  static int& count() {
+    static int n = 0;
+    return n;
+  }
+  std::string name_;
+};
+
+}  // namespace
+
+Result<std::vector<std::uint8_t>> fetch_url(const std::string& url, const std::string& accept) {
+  gdal::set_up();
+  const gdal::Complaints complaints;
+  const Session session;
+  CPLStringList options;
+  options.SetNameValue("PERSISTENT", session.name().c_str());
+  options.SetNameValue("HEADERS", ("Accept: " + accept).c_str());
+  options.SetNameValue("TIMEOUT", "30");
+  options.SetNameValue("CONNECTTIMEOUT", "10");
+  options.SetNameValue("MAX_FILE_SIZE", std::to_string(kLargestFetch).c_str());
+  const std::unique_ptr<CPLHTTPResult, decltype(&CPLHTTPDestroyResult)> reply(
+      CPLHTTPFetch(url.c_str(), options.List()), &CPLHTTPDestroyResult);
+  if (!reply) return fail(Errc::io, url + ": " + complaints.text("cannot be fetched"));
+  if (reply->nStatus != 0 || reply->pszErrBuf) {
+    const std::string why = reply->pszErrBuf ? reply->pszErrBuf : complaints.text("no answer");
+    const bool missing = why.ends_with(": 404") || why.ends_with(": 410");
+    return fail(missing ? Errc::not_found : Errc::io, url + ": " + why);
+  }
+  return std::vector<std::uint8_t>(reply->pabyData, reply->pabyData + reply->nDataLen);
+}
+
+}  // namespace tind

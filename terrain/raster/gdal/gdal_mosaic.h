@@ -1,0 +1,59 @@
+#pragma once
+// Several raster files on one grid, as one array of posts.
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "terrain/base/result.h"
+#include "terrain/raster/dem_source.h"
+#include "terrain/raster/gdal/gdal_file.h"
+
+namespace tind::gdal {
+
+class Mosaic {
+ public:
+  /// The files must share CRS, vertical datum and grid: steps equal to 1e-6, offsets whole posts to
+  /// within 0.01. They may lie apart, touch or overlap.
+  static Result<Mosaic> open(std::span<const std::string> paths, const DemOptions&);
+
+  std::int64_t cols() const { return cols_; }
+  std::int64_t rows() const { return rows_; }
+  const Affine& post_to_crs() const { return post_to_crs_; }
+  /// Of the first file.
+  const FileFacts& facts() const { return parts_[0].file->facts(); }
+  /// Where its files are, as DemInfo has it.
+  std::vector<PostRect> covered() const;
+  /// Every file stores floats as they are.
+  bool exact() const;
+
+  /// Heights of a window inside [0, cols) x [0, rows): the first file with a valid post wins, NaN
+  /// where none has. Thread-safe.
+  Result<void> read(std::int64_t col, std::int64_t row, int cols, int rows,
+                    std::span<double> out) const;
+
+  /// The same for the posts (cols[i], rows[j]) of a lattice, out[j * cols.size() + i]; file by
+  /// file, so that each is opened once. Columns and rows outside are allowed: NaN.
+  Result<void> read_lattice(std::span<const std::int64_t> cols, std::span<const std::int64_t> rows,
+                            std::span<double> out) const;
+
+  Result<std::string> fingerprint() const;
+
+  /// As DemSource has it.
+  std::vector<UndeclaredNodata> undeclared_nodata() const;
+
+ private:
+  struct Part {
+    std::unique_ptr<RasterFile> file;
+    std::int64_t col = 0, row = 0;  // of its first post
+  };
+  Result<void> add(std::unique_ptr<RasterFile>, const DemOptions&);
+  void move_origin();
+
+  std::vector<Part> parts_;
+  std::int64_t cols_ = 0, rows_ = 0;
+  Affine post_to_crs_;
+};
+
+}  // namespace tind::gdal

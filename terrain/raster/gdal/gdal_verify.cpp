@@ -1,0 +1,139 @@
+#include "terrain/raster/gdal/gdal_verify.h"
+
+#include <cpl_vsi.h>
+#include <fmt/format.h>
+#include <gdal_priv.h>
+#include <libdeflate.h>
+
+#include <array>
+#include <cstdlib>
+#include <memory>
+#include <string_view>
+
+namespace tind::gdal {
+namespace {
+
+struct CloseFile {
+  void operator()(VSILFILE* file) const { VSIFCloseL(file); }
+};
+using File = std::unique_ptr<VSILFILE, CloseFile>;
+
+bool is_deflate_tiff(GDALDataset& set) {
+  const char* compression = set.GetMetadataItem("COMPRESSION", "IMAGE_STRUCTURE");
+  return std::string_view(set.GetDriverName()) == "GTiff" && compression &&
+         std::string_view(compression) == "DEFLATE";
+}
+
+/// Where a block lies in the file; size 0 where it does not (all nodata), or is not known.
+struct Extent {
+  std::uint64_t offset = 0, size = 0;
+};
+Extent extent_of(GDALRasterBand& band, int x, int y) {
+  const auto item = [&](const char* what) -> std::uint64_t {
+    const char* text =
+        band.GetMetadataItem(fmt::format("BLOCK_{}_{}_{}", what, x, y).c_str(), "TIFF");
+    return text ? std::strtoull(text, nullptr, 10) : 0;
+  };
+  const std::uint64_t offset = item("OFFSET");
+  return {offset, offset ? item("SIZE") : 0};
+}
+
+bool sum_is_right(const std::vector<std::uint8_t>& packed, std::size_t most) {
+  std::vector<std::uint8_t> raw(most);
+  const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)> inflate(
+      libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
+  std::size_t size = 0;
+  return libdeflate_zlib_decompress(inflate.get(), packed.data(), packed.size(), raw.data(),
+                                    raw.size(), &size) == LIBDEFLATE_SUCCESS;
+}
+
+/// What may stand in the numbers of an ASCII grid, "nan", "inf" and "1.#QNAN" among them.
+constexpr std::array<bool, 256> kNumberBytes = [] {
+  std::array<bool, 256> table{};
+  for (const char c : std::string_view("0123456789+-.,eE \t\r\nnNaAiIfF#qQ"))
+    table[static_cast<unsigned char>(c)] = true;
+  return table;
+}();
+
+}  // namespace
+
+BlockSums::BlockSums(GDALDataset& set) {
+  if (!is_deflate_tiff(set)) return;
+  GDALRasterBand& band = *set.GetRasterBand(1);
+  band.GetBlockSize(&block_cols_, &block_rows_);
+  across_ = std::uint64_t((set.GetRasterXSize() - 1) / block_cols_ + 1);
+  const auto down = std::uint64_t((set.GetRasterYSize() - 1) / block_rows_ + 1);
+  block_bytes_ = std::size_t(block_cols_) * block_rows_ * set.GetRasterCount() *
+                 std::size_t(GDALGetDataTypeSizeBytes(band.GetRasterDataType()));
+  pages_ = std::vector<std::atomic<Page*>>((across_ * down - 1) / kPage + 1);
+}
+
+BlockSums::~BlockSums() {
+  for (const std::atomic<Page*>& page : pages_) delete page.load();
+}
+
+std::atomic<bool>& BlockSums::good(std::uint64_t block) const {
+  std::atomic<Page*>& place = pages_[block / kPage];
+  Page* page = place.load(std::memory_order_acquire);
+  if (!page) {
+    auto made = std::make_unique<Page>();
+    if (place.compare_exchange_strong(page, made.get(), std::memory_order_acq_rel))
+      page = made.release();
+  }
+  return (*page)[block % page->size()];
+}
+
+Result<void> BlockSums::check(GDALDataset& set, const std::string& real, int col, int row, int cols,
+                              int rows) const {
+  if (pages_.empty()) return {};
+  for (int y = row / block_rows_; y <= (row + rows - 1) / block_rows_; ++y)
+    for (int x = col / block_cols_; x <= (col + cols - 1) / block_cols_; ++x) {
+      const std::uint64_t block = std::uint64_t(y) * across_ + std::uint64_t(x);
+      if (pages_[block / kPage] && good(block).load(std::memory_order_relaxed)) continue;
+      const auto there = check_block(set, real, x, y);
+      if (!there) return std::unexpected(there.error());
+      if (*there) good(block).store(true, std::memory_order_relaxed);
+    }
+  return {};
+}
+
+Result<bool> BlockSums::check_block(GDALDataset& set, const std::string& real, int x, int y) const {
+  const Extent extent = extent_of(*set.GetRasterBand(1), x, y);
+  if (extent.size == 0) return false;
+  // DEFLATE grows incompressible data by 5 bytes in 65535, and never by half.
+  if (extent.size > block_bytes_ + block_bytes_ / 2 + 1024)
+    return fail(Errc::bad_data, fmt::format("block {}, {} claims {} bytes", x, y, extent.size));
+  std::vector<std::uint8_t> packed(extent.size);
+  const File file(VSIFOpenL(real.c_str(), "rb"));
+  if (!file || VSIFSeekL(file.get(), extent.offset, SEEK_SET) != 0 ||
+      VSIFReadL(packed.data(), 1, packed.size(), file.get()) != packed.size())
+    return fail(Errc::bad_data, fmt::format("block {}, {} is cut off", x, y));
+  if (!sum_is_right(packed, block_bytes_))
+    return fail(Errc::bad_data, fmt::format("the checksum of block {}, {} is wrong", x, y));
+  return true;
+}
+
+Result<void> check_ascii_grid(const std::string& real, std::int64_t posts) {
+  const File file(VSIFOpenL(real.c_str(), "rb"));
+  if (!file) return fail(Errc::io, "cannot be opened");
+  std::string chunk(1 << 20, '\0');
+  bool line_start = true, keyword = false, between = true;
+  std::int64_t line = 1, numbers = 0;
+  while (const std::size_t got = VSIFReadL(chunk.data(), 1, chunk.size(), file.get()))
+    for (const char c : std::string_view(chunk.data(), got)) {
+      // Header lines start with a word: ncols, xllcorner, NODATA_value ...
+      if (line_start) keyword = line <= 16 && std::string_view("nNxXyYcCdD").contains(c);
+      if (!keyword && !kNumberBytes[static_cast<unsigned char>(c)])
+        return fail(Errc::bad_data, fmt::format("line {} holds something that is no number", line));
+      const bool space = c == ' ' || c == '\t' || c == '\r' || c == '\n';
+      if (between && !space && !keyword) ++numbers;
+      between = space;
+      line_start = c == '\n';
+      if (line_start) ++line;
+    }
+  if (numbers < posts)
+    return fail(Errc::bad_data, fmt::format("holds {} numbers for {} posts", numbers, posts));
+  return {};
+}
+
+}  // namespace tind::gdal

@@ -1,0 +1,192 @@
+// An image is read once, averaged down to about the DEM's own resolution, then looked up post by
+// post.
+
+#include "terrain/raster/gdal/image_source.h"
+
+#include <gdal_priv.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+
+#include "terrain/raster/gdal/gdal_crs.h"
+#include "terrain/raster/gdal/gdal_frame.h"
+#include "terrain/raster/gdal/gdal_setup.h"
+
+namespace tind {
+
+namespace {
+
+using Dataset = std::unique_ptr<GDALDataset, decltype([](GDALDataset* d) { GDALClose(d); })>;
+
+/// The longest side that is kept of an image, pixels: 3 floats each.
+constexpr int kLongestSide = 8192;
+
+struct Image {
+  int width = 0, height = 0;        // as kept
+  double scale_x = 1, scale_y = 1;  // kept pixels per pixel of the file
+  std::vector<Colour> pixels;
+
+  const Colour& at(int x, int y) const {
+    x = std::clamp(x, 0, width - 1), y = std::clamp(y, 0, height - 1);
+    return pixels[std::size_t(y) * width + x];
+  }
+  /// At a place in pixels of the file, whose first pixel's centre is (0, 0).
+  Colour sample(double file_x, double file_y) const {
+    const double x = (file_x + 0.5) * scale_x - 0.5, y = (file_y + 0.5) * scale_y - 0.5;
+    const int x0 = int(std::floor(std::clamp(x, -1.0, double(width))));
+    const int y0 = int(std::floor(std::clamp(y, -1.0, double(height))));
+    const float fx = float(std::clamp(x - x0, 0.0, 1.0)), fy = float(std::clamp(y - y0, 0.0, 1.0));
+    Colour c;
+    for (int i = 0; i < 3; ++i) {
+      const float top = at(x0, y0)[i] + fx * (at(x0 + 1, y0)[i] - at(x0, y0)[i]);
+      const float low = at(x0, y0 + 1)[i] + fx * (at(x0 + 1, y0 + 1)[i] - at(x0, y0 + 1)[i]);
+      c[i] = top + fy * (low - top);
+    }
+    return c;
+  }
+};
+
+double full_scale(GDALDataType type) {
+  switch (type) {
+    case GDT_Byte:
+      return 255;
+    case GDT_UInt16:
+      return 65535;
+    case GDT_Int16:
+      return 32767;
+    default:
+      return 1;
+  }
+}
+
+Result<std::vector<float>> read_band(GDALRasterBand& band, int width, int height, bool average) {
+  std::vector<float> values(std::size_t(width) * height);
+  GDALRasterIOExtraArg how;
+  INIT_RASTERIO_EXTRA_ARG(how);
+  how.eResampleAlg = average ? GRIORA_Average : GRIORA_NearestNeighbour;
+  const gdal::Complaints complaints;
+  const CPLErr done = band.RasterIO(GF_Read, 0, 0, band.GetXSize(), band.GetYSize(), values.data(),
+                                    width, height, GDT_Float32, 0, 0, &how);
+  if (done != CE_None || complaints.failed()) return fail(Errc::io, complaints.text("unreadable"));
+  return values;
+}
+
+/// Kept size of a side of `pixels`: at most twice the DEM's posts.
+int kept(int pixels, std::int64_t posts) {
+  return int(std::clamp<std::int64_t>(2 * posts, 1, std::min(pixels, kLongestSide)));
+}
+
+Result<Image> read_image(GDALDataset& set, const DemInfo& dem) {
+  Image image;
+  image.width = kept(set.GetRasterXSize(), dem.cols);
+  image.height = kept(set.GetRasterYSize(), dem.rows);
+  image.scale_x = double(image.width) / set.GetRasterXSize();
+  image.scale_y = double(image.height) / set.GetRasterYSize();
+  image.pixels.resize(std::size_t(image.width) * image.height);
+  const GDALColorTable* palette = set.GetRasterBand(1)->GetColorTable();
+  const int bands = set.GetRasterCount() >= 3 && !palette ? 3 : 1;
+  for (int b = 0; b < bands; ++b) {
+    GDALRasterBand& band = *set.GetRasterBand(b + 1);
+    const auto values = read_band(band, image.width, image.height, !palette);
+    if (!values) return std::unexpected(values.error());
+    const double scale = 1 / full_scale(band.GetRasterDataType());
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+      const float v = (*values)[i];
+      Colour& c = image.pixels[i];
+      if (palette) {
+        GDALColorEntry e{};
+        palette->GetColorEntryAsRGB(int(std::clamp(v, 0.0f, 65535.0f)), &e);
+        c = {e.c1 / 255.0f, e.c2 / 255.0f, e.c3 / 255.0f};
+      } else {
+        const float unit = std::isfinite(v) ? std::clamp(float(v * scale), 0.0f, 1.0f) : 0.0f;
+        if (bands == 1)
+          c = {unit, unit, unit};
+        else
+          c[b] = unit;
+      }
+    }
+  }
+  return image;
+}
+
+/// The image's own frame, when both it and the DEM know where they are.
+Result<std::optional<gdal::Frame>> image_frame(GDALDataset& set, const DemInfo& dem) {
+  double g[6];
+  if (dem.crs_kind == CrsKind::none || set.GetGeoTransform(g) != CE_None)
+    return std::optional<gdal::Frame>();
+  const auto crs = gdal::describe(set.GetSpatialRef());
+  if (!crs) return std::unexpected(crs.error());
+  if (crs->kind == CrsKind::none) return std::optional<gdal::Frame>();
+  const Affine map{g[0] + 0.5 * (g[1] + g[2]), g[1], g[2], g[3] + 0.5 * (g[4] + g[5]), g[4], g[5]};
+  auto frame = gdal::Frame::make(*crs, map, set.GetRasterXSize(), set.GetRasterYSize());
+  if (!frame) return std::unexpected(frame.error());
+  return std::optional(std::move(*frame));
+}
+
+/// Where the posts of one row lie on the image, in pixels of the file.
+class Placer {
+ public:
+  Placer(const DemSource& dem, const GDALDataset& set, const std::optional<gdal::Frame>& frame)
+      : dem_(dem), frame_(frame), posts_(dem.info().cols), places_(posts_.size()) {
+    auto* image = const_cast<GDALDataset*>(&set);  // GDAL's getters are not const
+    const DemInfo& info = dem.info();
+    step_x_ = double(image->GetRasterXSize()) / double(info.cols);
+    step_y_ = double(image->GetRasterYSize()) / double(info.rows);
+  }
+  std::span<const Vec2> row(int r) {
+    for (std::size_t c = 0; c < posts_.size(); ++c) posts_[c] = {double(c), double(r)};
+    if (!frame_) {
+      for (std::size_t c = 0; c < posts_.size(); ++c)
+        places_[c] = {(double(c) + 0.5) * step_x_ - 0.5, (r + 0.5) * step_y_ - 0.5};
+      return places_;
+    }
+    geographic_.resize(posts_.size());
+    dem_.to_geographic(posts_, geographic_);
+    frame_->to_post(geographic_, places_);
+    return places_;
+  }
+
+ private:
+  const DemSource& dem_;
+  const std::optional<gdal::Frame>& frame_;
+  std::vector<Vec2> posts_, places_;
+  std::vector<Geographic> geographic_;
+  double step_x_, step_y_;
+};
+
+}  // namespace
+
+Result<Drape> drape_image(const std::string& path, const DemSource& dem) {
+  gdal::set_up();
+  const gdal::Complaints complaints;
+  const Dataset set(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY,
+                                      gdal::raster_drivers(false)));
+  if (!set) return fail(Errc::bad_data, path + ": " + complaints.text("not an image tind reads"));
+  const auto frame = image_frame(*set, dem.info());
+  if (!frame) return fail(path, frame.error());
+  const auto image = read_image(*set, dem.info());
+  if (!image) return fail(path, image.error());
+
+  const int cols = int(dem.info().cols), rows = int(dem.info().rows);
+  Drape drape;
+  drape.by_coordinates = frame->has_value();
+  drape.colours.reserve(std::size_t(cols) * rows);
+  std::size_t inside = 0;
+  Placer placer(dem, *set, *frame);
+  for (int r = 0; r < rows; ++r) {
+    for (const Vec2& p : placer.row(r)) {
+      const bool on = p.x >= -0.5 && p.y >= -0.5 && p.x <= set->GetRasterXSize() - 0.5 &&
+                      p.y <= set->GetRasterYSize() - 0.5;
+      inside += on;
+      const bool known = std::isfinite(p.x) && std::isfinite(p.y);
+      drape.colours.push_back(known ? image->sample(p.x, p.y) : Colour{});
+    }
+  }
+  if (inside == 0) return fail(Errc::bad_data, path + ": no post of the DEM lies on this image");
+  drape.covered = double(inside) / double(drape.colours.size());
+  return drape;
+}
+
+}  // namespace tind

@@ -1,0 +1,164 @@
+// OGR gives geometries of many kinds, nested; what is left of them here are chains of points.
+
+#include "terrain/raster/gdal/vector_source.h"
+
+#include <gdal_priv.h>
+#include <ogrsf_frmts.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <memory>
+
+#include "terrain/raster/gdal/gdal_crs.h"
+#include "terrain/raster/gdal/gdal_setup.h"
+
+namespace tind {
+
+namespace {
+
+using Dataset = std::unique_ptr<GDALDataset, decltype([](GDALDataset* d) { GDALClose(d); })>;
+using Geometry = std::unique_ptr<OGRGeometry>;
+
+/// From the coordinates of one layer to posts.
+class ToPosts {
+ public:
+  static Result<ToPosts> make(OGRLayer& layer, const DemSource& dem) {
+    ToPosts to(dem);
+    const DemInfo& info = dem.info();
+    if (info.crs_kind == CrsKind::none || !layer.GetSpatialRef()) return to;
+    const auto crs = gdal::describe(layer.GetSpatialRef());
+    if (!crs) return std::unexpected(crs.error());
+    if (crs->vertical_unit_m > 0) to.z_unit_m_ = crs->vertical_unit_m;
+    if (crs->kind == CrsKind::none || gdal::same_crs(crs->wkt, info.crs_wkt)) return to;
+    to.same_ = false;
+    if (crs->plain_wgs84) return to;
+    OGREnvelope box;
+    Vec2 where;
+    if (layer.GetExtent(&box, TRUE) == OGRERR_NONE)
+      where = {(box.MinX + box.MaxX) / 2, (box.MinY + box.MaxY) / 2};
+    auto made = gdal::ToGeographic::make(crs->wkt, where);
+    if (!made) return std::unexpected(made.error());
+    to.geographic_ = std::move(*made);
+    return to;
+  }
+
+  VectorLine line(const OGRSimpleCurve& curve) const {
+    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+    const int n = curve.getNumPoints();
+    std::vector<Vec2> places;
+    for (int i = 0; i < n; ++i) places.push_back({curve.getX(i), curve.getY(i)});
+    if (same_) {
+      for (Vec2& p : places) p = dem_->info().post_to_crs.invert(p.x, p.y);
+    } else {
+      if (geographic_) geographic_->to_geographic(places);
+      std::vector<Geographic> on_earth;
+      for (const Vec2& p : places) on_earth.push_back({p.x, p.y});
+      dem_->to_post(on_earth, places);
+    }
+    VectorLine line;
+    for (int i = 0; i < n; ++i)
+      line.push_back({places[i].x, -places[i].y, curve.Is3D() ? curve.getZ(i) * z_unit_m_ : kNone});
+    return line;
+  }
+
+ private:
+  explicit ToPosts(const DemSource& dem) : dem_(&dem) {}
+
+  const DemSource* dem_;
+  bool same_ = true;
+  double z_unit_m_ = 1;
+  std::unique_ptr<gdal::ToGeographic> geographic_;  // null: longitude and latitude already
+};
+
+void add(const OGRGeometry& g, const ToPosts& to, VectorShapes& out) {
+  switch (wkbFlatten(g.getGeometryType())) {
+    case wkbPoint:
+      ++out.points;
+      break;
+    case wkbLineString:
+    case wkbLinearRing:
+      out.lines.push_back(to.line(*g.toSimpleCurve()));
+      break;
+    case wkbPolygon:
+    case wkbTriangle: {
+      VectorPolygon polygon;
+      for (const OGRLinearRing* ring : *g.toPolygon()) polygon.rings.push_back(to.line(*ring));
+      out.polygons.push_back(std::move(polygon));
+      break;
+    }
+    case wkbPolyhedralSurface:
+    case wkbTIN:
+      for (const OGRPolygon* face : *g.toPolyhedralSurface()) add(*face, to, out);
+      break;
+    default:
+      if (OGR_GT_IsSubClassOf(g.getGeometryType(), wkbGeometryCollection))
+        for (const OGRGeometry* part : *g.toGeometryCollection()) add(*part, to, out);
+  }
+}
+
+Result<void> read_layer(OGRLayer& layer, const DemSource& dem, VectorShapes& out) {
+  const auto to = ToPosts::make(layer, dem);
+  if (!to) return std::unexpected(to.error());
+  for (const auto& feature : layer) {
+    ++out.features;
+    const OGRGeometry* g = feature->GetGeometryRef();
+    if (!g || g->IsEmpty()) continue;
+    const Geometry straight(g->getLinearGeometry());
+    if (straight) add(*straight, *to, out);
+  }
+  return {};
+}
+
+/// Whether any point lies within the DEM's rectangle, or the box of a shape meets it.
+bool meets(const VectorShapes& shapes, const DemInfo& dem) {
+  const auto line_meets = [&](const VectorLine& line) {
+    double west = INFINITY, east = -INFINITY, south = INFINITY, north = -INFINITY;
+    for (const Vec3& p : line) {
+      west = std::min(west, p.x), east = std::max(east, p.x);
+      south = std::min(south, p.y), north = std::max(north, p.y);
+    }
+    return west <= double(dem.cols - 1) && east >= 0 && south <= 0 &&
+           north >= -double(dem.rows - 1);
+  };
+  return std::ranges::any_of(shapes.lines, line_meets) ||
+         std::ranges::any_of(shapes.polygons, [&](const VectorPolygon& p) {
+           return std::ranges::any_of(p.rings, line_meets);
+         });
+}
+
+}  // namespace
+
+Result<VectorShapes> read_vectors(const std::string& path, const DemSource& dem) {
+  std::error_code ignored;  // GDAL would also open URLs, and text that looks like a format
+  if (!std::filesystem::exists(path, ignored))
+    return fail(Errc::not_found, path + ": there is no such file");
+  gdal::register_vectors();
+  const gdal::Complaints complaints;
+  const Dataset set(
+      GDALDataset::Open(path.c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY, gdal::vector_drivers()));
+  if (!set) {
+    return fail(Errc::bad_data,
+                path + ": " +
+                    complaints.text("not a vector file tind reads (GeoJSON, GeoPackage, "
+                                    "Shapefile, KML, GML, DXF and others)"));
+  }
+  VectorShapes shapes;
+  for (OGRLayer* layer : set->GetLayers()) {
+    if (const auto ok = read_layer(*layer, dem, shapes); !ok) return fail(path, ok.error());
+  }
+  if (complaints.failed()) return fail(Errc::bad_data, path + ": " + complaints.text("unreadable"));
+  if (shapes.lines.empty() && shapes.polygons.empty()) {
+    return fail(Errc::bad_data,
+                path + (shapes.points > 0 ? ": has points only; lines or polygons are needed"
+                                          : ": is empty; lines or polygons are needed"));
+  }
+  if (!meets(shapes, dem.info())) {
+    return fail(Errc::bad_data,
+                path + ": nothing in it lies on the DEM; is its CRS the right one?");
+  }
+  return shapes;
+}
+
+}  // namespace tind

@@ -1,0 +1,104 @@
+// XXH3 of the heights as they lie in memory; a void counts as one value, whatever its bits.
+
+#include "terrain/raster/source_blocks.h"
+
+#include <fmt/format.h>
+#include <xxhash.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+namespace tind {
+
+namespace {
+
+constexpr std::int64_t kMostBlocks = 1 << 18;  // 2 MB
+constexpr int kLargestSide = 256;              // those of scan_heights are whole ones
+constexpr std::string_view kMagic{"TNSB\1\0\0\0", 8};
+
+std::string digest_of(const void* hashes, std::size_t bytes) {
+  const XXH128_hash_t h = XXH3_128bits(hashes, bytes);
+  return fmt::format("{:016x}{:016x}", h.high64, h.low64);
+}
+
+}  // namespace
+
+SourceBlocks::SourceBlocks(const DemInfo& info) {
+  const auto count = [](std::int64_t posts, int side) { return (posts + side - 1) / side; };
+  while (side_ < kLargestSide && count(info.cols, side_) * count(info.rows, side_) > kMostBlocks)
+    side_ *= 2;
+  across_ = count(info.cols, side_);
+  down_ = count(info.rows, side_);
+  hashes_.resize(std::size_t(across_ * down_));
+}
+
+void SourceBlocks::add(std::int64_t col, std::int64_t row, const HeightGrid& grid) {
+  std::vector<float> posts;
+  for (int r = 0; r < grid.rows(); r += side_)
+    for (int c = 0; c < grid.cols(); c += side_) {
+      posts.clear();
+      bool voids = false;
+      for (int j = r; j < std::min(r + side_, grid.rows()); ++j)
+        for (int i = c; i < std::min(c + side_, grid.cols()); ++i) {
+          const float z = grid.at(i, j);
+          voids = voids || std::isnan(z);
+          posts.push_back(std::isnan(z) ? std::numeric_limits<float>::quiet_NaN() : z);
+        }
+      const std::uint64_t hash = XXH3_64bits(posts.data(), posts.size() * sizeof(float));
+      hashes_[std::size_t((row + r) / side_ * across_ + (col + c) / side_)] =
+          (hash & ~std::uint64_t(1)) | std::uint64_t(voids);
+    }
+}
+
+void SourceBlocks::add_void(std::int64_t col, std::int64_t row, int cols, int rows) {
+  const auto hash_of = [](std::size_t posts) {
+    const std::vector<float> voids(posts, std::numeric_limits<float>::quiet_NaN());
+    return XXH3_64bits(voids.data(), voids.size() * sizeof(float)) | 1;
+  };
+  const auto side = std::size_t(side_);
+  const std::uint64_t whole = hash_of(side * side);
+  for (int r = 0; r < rows; r += side_)
+    for (int c = 0; c < cols; c += side_) {
+      const std::size_t posts =
+          std::size_t(std::min(side_, rows - r)) * std::size_t(std::min(side_, cols - c));
+      hashes_[std::size_t((row + r) / side_ * across_ + (col + c) / side_)] =
+          posts == side * side ? whole : hash_of(posts);
+    }
+}
+
+std::vector<std::uint8_t> SourceBlocks::difference(const SourceBlocks& other) const {
+  std::vector<std::uint8_t> differs(hashes_.size());
+  for (std::size_t i = 0; i < differs.size(); ++i) differs[i] = hashes_[i] != other.hashes_[i];
+  return differs;
+}
+
+std::string SourceBlocks::digest() const {
+  return digest_of(hashes_.data(), hashes_.size() * sizeof hashes_[0]);
+}
+
+std::string SourceBlocks::encode() const {
+  std::string out(kMagic);
+  out.append(reinterpret_cast<const char*>(hashes_.data()), hashes_.size() * sizeof hashes_[0]);
+  return out;
+}
+
+bool SourceBlocks::whole(std::string_view bytes, const std::string& digest) {
+  if (!bytes.starts_with(kMagic)) return false;
+  bytes.remove_prefix(kMagic.size());
+  return digest_of(bytes.data(), bytes.size()) == digest;
+}
+
+Result<SourceBlocks> SourceBlocks::decode(std::string_view bytes, const DemInfo& info,
+                                          const std::string& digest) {
+  SourceBlocks blocks(info);
+  const std::size_t size = blocks.hashes_.size() * sizeof blocks.hashes_[0];
+  if (!bytes.starts_with(kMagic) || bytes.size() != kMagic.size() + size)
+    return fail(Errc::bad_data, "not the blocks of this grid");
+  std::memcpy(blocks.hashes_.data(), bytes.data() + kMagic.size(), size);
+  if (blocks.digest() != digest) return fail(Errc::bad_data, "damaged");
+  return blocks;
+}
+
+}  // namespace tind

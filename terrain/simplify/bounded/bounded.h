@@ -1,0 +1,38 @@
+#pragma once
+// `bounded`: the fewest triangles for a given maximum error. (Ours.)
+//
+// Interpolating methods keep vertices on the surface and so waste half of the allowed band. Here a
+// vertex may float: its height is only asked to keep every sample of its star within the band,
+// which is an intersection of intervals, one per sample, and exact. So the mesh is first refined
+// greedily, then thinned by every collapse for which that intersection is not empty, then vertices
+// are moved to where it is widest and thinned again.
+//
+// GUARANTEES: with --max-error M, every valid post lies within M of the mesh, in double precision
+// (side both), or between the mesh and M below it (above), or M above it (below). Nothing flips.
+// The result does not depend on the number of threads.
+// With a triangle count the error that counts is the root mean square: see bounded_count.h. A count
+// for one side only is met by a search over the error.
+// COST: 1 to 1.5 x greedy insertion (fast), 2 to 4 x (normal), 6 to 16 x (best): see
+// docs/methods.md.
+
+#include "terrain/base/progress.h"
+#include "terrain/base/result.h"
+#include "terrain/raster/height_grid.h"
+#include "terrain/simplify/bounded/bounded_blocks.h"
+#include "terrain/simplify/common/options.h"
+#include "terrain/simplify/common/simplified.h"
+
+namespace tind {
+
+Result<Simplified> simplify_bounded(const HeightGrid&, double spacing_x_m, double spacing_y_m,
+                                    const SimplifyOptions&, const Progress&);
+
+/// Whether the options are those of simplify_bounded_rows: a maximum error, no lines.
+bool goes_by_rows(const SimplifyOptions&);
+
+/// The same mesh for a DEM that need not fit into memory: it holds a few rows of blocks of 512
+/// posts, and the result.
+Result<Simplified> simplify_bounded_rows(const HeightRows&, double spacing_x_m, double spacing_y_m,
+                                         const SimplifyOptions&, const Progress&);
+
+}  // namespace tind

@@ -1,0 +1,40 @@
+#pragma once
+// The count mode of `bounded`: for a given number of triangles the smallest root mean square error
+// over all samples, with no sample farther off than greedy insertion leaves for as many triangles.
+//
+// Quadrics judge a collapse by the planes of triangles that are long gone. Here it is judged by the
+// samples themselves: by the sum of their squared errors in the star that it leaves. With n
+// triangles over N samples a star holds about 5 N / n of them, so this is cheap exactly where a
+// mesh is worth thinning, as long as one starts not from the full mesh but from an insertion of a
+// few times n.
+// COST: about that of qem (docs/methods.md has the figures); one thread.
+
+#include <cstddef>
+#include <cstdint>
+
+#include "terrain/base/progress.h"
+#include "terrain/base/result.h"
+#include "terrain/mesh/tin.h"
+#include "terrain/simplify/insertion/samples.h"
+
+namespace tind {
+
+struct CountOptions {
+  std::size_t triangles = 2;  // at most so many are left
+  double x_scale = 1;         // metric length of an x unit over that of a y unit (Delaunay test)
+  double surplus = 1.8;       // insertion goes to so many times `triangles`
+  int rounds = 3;             // of fitting vertices and flipping edges at the end
+};
+
+struct CountResult {
+  Tin tin;
+  std::uint64_t collapses = 0;
+  double max_error_m = 0;  // no valid sample is farther from the mesh (but for rounding)
+};
+
+/// `start` covers the rectangle of `samples` (x0 = y0 = 0, steps of 1) with two triangles or more.
+/// Fails only when stopped (cancelled).
+Result<CountResult> fit_to_count(const Tin& start, const GridSamples& samples, const CountOptions&,
+                                 const Progress& progress = {});
+
+}  // namespace tind

@@ -1,0 +1,62 @@
+#pragma once
+// `cluster`: all posts of a cell of a coarse uniform grid become one vertex.
+//
+// Papers: J. Rossignac, P. Borrel, "Multi-resolution 3D approximations" (1993), with the
+// quadric-optimal representative of P. Lindstrom, "Out-of-core simplification of large polygonal
+// models" (2000). One pass over the rows of the source: memory is 100 bytes a cluster and one row,
+// whatever the size of the source.
+//
+// Valid by construction (without lines): each vertex stays strictly inside its cell (on the
+// rectangle's side or corner for outer cells). The four vertices around a point where four cells
+// meet lie in its four quadrants, so their quadrilateral is star-shaped around that point, is
+// simple, and has a diagonal that leaves two counter-clockwise triangles. A triangle whose cells
+// hold voids stays when it may cover a valid post: the mesh covers all valid posts and reaches into
+// voids by less than a cell.
+
+#include <functional>
+#include <span>
+
+#include "terrain/base/progress.h"
+#include "terrain/base/result.h"
+#include "terrain/raster/height_grid.h"
+#include "terrain/simplify/common/options.h"
+#include "terrain/simplify/common/simplified.h"
+
+namespace tind {
+
+/// A division of cols x rows posts into clusters: `across` by `down` cells of whole posts.
+struct ClusterGrid {
+  int cols = 0, rows = 0;
+  int across = 2, down = 2;  // 2 <= across <= cols, 2 <= down <= rows
+};
+
+/// The division with cells as square (in metres) as can be and at most `triangles` triangles, but
+/// no fewer than 2 x 2 clusters. Each post is a cluster where that takes no more than `triangles`.
+ClusterGrid cluster_grid(int cols, int rows, double spacing_x_m, double spacing_y_m,
+                         std::uint64_t triangles);
+
+/// Fills `heights` with row `row` (NaN: void). Called once for each row, from the first on.
+using ReadRow = std::function<Result<void>(int row, std::span<float> heights)>;
+
+/// One streaming pass. With `constraints`, whose grid the rows are, each line keeps a point for
+/// each cell that it passes, and a constrained Delaunay triangulation takes the place of the
+/// quadrilaterals; it covers voids. Fails with what `read` fails with, (bad_data) when no post is
+/// valid, or (cancelled).
+Result<Tin> cluster_rows(const ClusterGrid&, double spacing_x_m, double spacing_y_m,
+                         const ReadRow& read, const Progress& progress = {},
+                         const Constraints* constraints = nullptr);
+
+/// A source of any size: `read` gives its rows one after the other, from the first again for each
+/// pass. One pass where there are no voids; up to three where there are, for how many cells hold a
+/// post is known afterwards only. Fails (unsupported) for an error bound, which needs the whole
+/// grid.
+Result<Simplified> cluster_stream(int cols, int rows, double spacing_x_m, double spacing_y_m,
+                                  const StopAt&, const ReadRow& read,
+                                  const Progress& progress = {});
+
+/// The method. Clusters come in whole rows and columns, so a triangle count is met from below, to
+/// about one row of cells; an error bound by trying cell sizes (steps: the number of passes).
+Result<Simplified> simplify_cluster(const HeightGrid&, double spacing_x_m, double spacing_y_m,
+                                    const SimplifyOptions&, const Progress&);
+
+}  // namespace tind

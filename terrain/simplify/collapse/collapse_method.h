@@ -1,0 +1,105 @@
+#pragma once
+// What all collapse methods on a height grid have in common: build the full mesh, turn StopAt into
+// the engine's stop and filter, run, and say how it ended. A method adds its cost.
+
+#include <cmath>
+#include <utility>
+
+#include "terrain/base/progress.h"
+#include "terrain/base/result.h"
+#include "terrain/raster/height_grid.h"
+#include "terrain/simplify/collapse/collapse_engine.h"
+#include "terrain/simplify/collapse/exact_check.h"
+#include "terrain/simplify/common/options.h"
+#include "terrain/simplify/common/simplified.h"
+#include "terrain/simplify/common/terrain_mesh.h"
+
+namespace tind {
+
+/// How many triangles `stop` allows of a mesh of `input`; 0 for an error bound.
+std::size_t target_triangles(const StopAt& stop, std::size_t input);
+
+/// Why a run that is over stopped short of `stop`; empty when it did not.
+std::string stop_note(const StopAt& stop, std::size_t input, std::size_t left);
+
+/// Moves all vertices to the recorder's lattice.
+void put_on_lattice(HalfedgeMesh&, const Lattice&);
+
+/// A method's cost whose merged vertices lie on a lattice.
+template <class Cost>
+class OnLattice {
+ public:
+  static constexpr bool kOnlyGrows = Cost::kOnlyGrows;
+
+  OnLattice(Cost& cost, const Lattice& lattice) : cost_(cost), lattice_(lattice) {}
+
+  Proposal propose(const HalfedgeMesh& m, HalfedgeMesh::Index h) {
+    Proposal p = cost_.propose(m, h);
+    p.position = lattice_.snap(p.position);
+    return p;
+  }
+  void merge(const HalfedgeMesh& m, HalfedgeMesh::Index h, const Vec3& at) {
+    cost_.merge(m, h, at);
+  }
+
+ private:
+  Cost& cost_;
+  Lattice lattice_;
+};
+
+/// The second part of a recorded run (CollapseRecorder); `filter` no longer knows any bound.
+template <class Cost, class Filter>
+CollapseRun record_collapses(HalfedgeMesh& mesh, Cost& cost, Filter& filter,
+                             const CollapseRecorder& recorder, const Progress& progress) {
+  recorder.fine(mesh);
+  const CollapseRun run =
+      collapse_edges(mesh, cost, filter, {recorder.triangles, kNever}, progress, recorder.collapse);
+  recorder.base(mesh);
+  return run;
+}
+
+/// The engine with the filter that `stop` needs.
+template <class Cost>
+CollapseRun collapse_until(const StopAt& stop, const HeightGrid& grid, HalfedgeMesh& mesh,
+                           Cost& cost, const Progress& progress) {
+  const CollapseStop until{target_triangles(stop, mesh.triangle_count()), kNever};
+  if (stop.max_error_m) {
+    WithinError filter(grid, *stop.max_error_m);
+    return collapse_edges(mesh, cost, filter, until, progress);
+  }
+  NoFlip filter;
+  return collapse_edges(mesh, cost, filter, until, progress);
+}
+
+/// `make_cost(TerrainMesh&)` returns the method's Cost (collapse_engine.h). The terrain outlives
+/// it.
+template <class MakeCost>
+Result<Simplified> collapse_terrain(const HeightGrid& grid, double spacing_x_m, double spacing_y_m,
+                                    const SimplifyOptions& options, const Progress& progress,
+                                    MakeCost&& make_cost) {
+  Result<TerrainMesh> terrain =
+      terrain_mesh(grid, spacing_x_m, spacing_y_m, options.constraints.get());
+  if (!terrain) return std::unexpected(terrain.error());
+  HalfedgeMesh& mesh = terrain->mesh;
+  Simplified out;
+  out.input_triangles = mesh.triangle_count();
+  if (options.recorder) put_on_lattice(mesh, options.recorder->lattice);
+  auto cost = make_cost(*terrain);
+  CollapseRun run;
+  if (options.recorder) {
+    OnLattice on_lattice(cost, options.recorder->lattice);
+    run = collapse_until(options.stop, grid, mesh, on_lattice, progress.part(0, 0.5));
+    NoFlip filter;
+    if (!run.cancelled)
+      run = record_collapses(mesh, on_lattice, filter, *options.recorder, progress.part(0.5, 1));
+  } else {
+    run = collapse_until(options.stop, grid, mesh, cost, progress);
+  }
+  if (run.cancelled) return fail(Errc::cancelled, "simplification was stopped");
+  out.steps = run.collapses;
+  out.note = stop_note(options.stop, out.input_triangles, mesh.triangle_count());
+  out.tin = mesh.to_tin();
+  return out;
+}
+
+}  // namespace tind

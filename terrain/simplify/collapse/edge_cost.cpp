@@ -1,0 +1,159 @@
+// The cost is a handful of arithmetic on the four corners of an edge's two triangles. Squares are
+// compared instead of radii, so an edge takes one division and one square root: with lengths a, b,
+// c and n the cross product of two sides, R^2 = a^2 b^2 c^2 / (4 |n|^2).
+
+#include "terrain/simplify/collapse/edge_cost.h"
+
+#include <cmath>
+
+#include "terrain/simplify/collapse/collapse_method.h"
+
+namespace tind {
+
+namespace {
+
+using Index = HalfedgeMesh::Index;
+constexpr Index kNone = HalfedgeMesh::kNone;
+
+struct Weights {
+  double length = 1, height = 0, degree = 0;  // of L, h, d; already scaled
+};
+
+class EdgeCost {
+ public:
+  /// A collapse makes the edges around it longer, so their costs hardly ever fall; one that does is
+  /// noticed when its turn comes. (Evaluating all edges around each collapse instead takes twice
+  /// the time and changes the RMS error by 2 % at most, either way.)
+  static constexpr bool kOnlyGrows = true;
+
+  EdgeCost(TerrainMesh& terrain, const Weights& weights)
+      : terrain_(terrain), weights_(weights), degree_(terrain.mesh.vertex_slots(), 0) {
+    const HalfedgeMesh& m = terrain.mesh;
+    for (Index h = 0; h < m.halfedge_slots(); ++h) {
+      ++degree_[m.origin(h)];
+      if (m.twin(h) == kNone) ++degree_[m.dest(h)];
+    }
+  }
+
+  Proposal propose(const HalfedgeMesh& m, Index h) const {
+    Vec3 at;
+    switch (merge_rule(terrain_, h)) {
+      case Merge::free:
+        at = midpoint(m.position(m.origin(h)), m.position(m.dest(h)));
+        break;
+      case Merge::at_dest:
+      case Merge::either:
+        at = m.position(m.dest(h));
+        break;
+      case Merge::at_origin:
+        at = m.position(m.origin(h));
+        break;
+      default:
+        return {};
+    }
+    if (m.twin(h) == kNone) return {};
+    return {float(cost(m, h)), at};
+  }
+
+  void merge(const HalfedgeMesh& m, Index h, const Vec3&) {
+    const Index a = m.origin(h), b = m.dest(h);
+    merge_vertices(terrain_, a, b);
+    degree_[b] += degree_[a] - 4;
+    --degree_[m.apex(h)];
+    --degree_[m.apex(m.twin(h))];
+  }
+
+  /// The three terms of an inner edge.
+  double length_term(const HalfedgeMesh& m, Index h) const {
+    const Vec3 a = terrain_.metric(m.position(m.origin(h)));
+    const Vec3 ab = terrain_.metric(m.position(m.dest(h))) - a;
+    const Vec3 ac = terrain_.metric(m.position(m.apex(h))) - a;
+    const Vec3 ad = terrain_.metric(m.position(m.apex(m.twin(h)))) - a;
+    const double l2 = dot(ab, ab);
+    // Twice the edge's length times a circumradius, squared, is l2 * (rest / |n|^2).
+    const Vec3 nc = cross(ab, ac), nd = cross(ad, ab), bc = ac - ab, bd = ad - ab;
+    const double c_rest = dot(ac, ac) * dot(bc, bc), c_n = dot(nc, nc);
+    const double d_rest = dot(ad, ad) * dot(bd, bd), d_n = dot(nd, nd);
+    const bool c_smaller = c_rest * d_n < d_rest * c_n;
+    return 0.5 * l2 * std::sqrt(c_smaller ? c_rest / c_n : d_rest / d_n);
+  }
+  static double height_term(const HalfedgeMesh& m, Index h) {
+    return std::fabs(m.position(m.origin(h)).z - m.position(m.dest(h)).z);
+  }
+  double degree_term(const HalfedgeMesh& m, Index h) const {
+    return double(degree_[m.origin(h)] + degree_[m.dest(h)] - 4);
+  }
+
+  void set(const Weights& weights) { weights_ = weights; }
+
+ private:
+  TerrainMesh& terrain_;
+  Weights weights_;
+  std::vector<std::uint32_t> degree_;  // edges per vertex
+
+  static Vec3 midpoint(const Vec3& a, const Vec3& b) {
+    return {snap_to_lattice((a.x + b.x) / 2), snap_to_lattice((a.y + b.y) / 2), (a.z + b.z) / 2};
+  }
+
+  double cost(const HalfedgeMesh& m, Index h) const {
+    double c = 0;
+    if (weights_.length != 0) c += weights_.length * length_term(m, h);
+    if (weights_.height != 0) c += weights_.height * height_term(m, h);
+    if (weights_.degree != 0) c += weights_.degree * degree_term(m, h);
+    return c;
+  }
+};
+
+/// Mean L over mean h and over mean d, over the inner edges of the input mesh.
+struct Scales {
+  double alpha = 0, beta = 0;
+};
+
+Scales scales_of(const HalfedgeMesh& m, const EdgeCost& cost) {
+  double length = 0, height = 0, degree = 0;
+  for (Index h = 0; h < m.halfedge_slots(); ++h) {
+    if (m.twin(h) == kNone || m.twin(h) < h) continue;
+    length += cost.length_term(m, h);
+    height += EdgeCost::height_term(m, h);
+    degree += cost.degree_term(m, h);
+  }
+  return {height > 0 ? length / height : 0, degree > 0 ? length / degree : 0};
+}
+
+Result<Weights> weights_of(const SimplifyOptions& options, const Scales& scales) {
+  if (options.term == "length") return Weights{1, 0, 0};
+  if (options.term == "height") return Weights{0, 1, 0};
+  if (options.term == "degree") return Weights{0, 0, 1};
+  if (options.term == "all")
+    return Weights{1, options.alpha * scales.alpha, options.beta * scales.beta};
+  return fail(Errc::invalid_argument,
+              "edge-cost has no term '" + options.term + "'; it is all, length, height or degree");
+}
+
+}  // namespace
+
+Result<Simplified> simplify_edge_cost(const HeightGrid& grid, double spacing_x_m,
+                                      double spacing_y_m, const SimplifyOptions& options,
+                                      const Progress& progress) {
+  if (options.alpha < 0 || options.beta < 0)
+    return fail(Errc::invalid_argument, "alpha and beta must not be negative");
+  if (const Result<Weights> known = weights_of(options, {}); !known)
+    return std::unexpected(known.error());
+  Scales scales;
+  Result<Simplified> out = collapse_terrain(grid, spacing_x_m, spacing_y_m, options, progress,
+                                            [&](TerrainMesh& terrain) {
+                                              EdgeCost cost(terrain, {});
+                                              scales = scales_of(terrain.mesh, cost);
+                                              cost.set(*weights_of(options, scales));
+                                              return cost;
+                                            });
+  if (out) {
+    out->details["alpha"] = options.alpha;
+    out->details["beta"] = options.beta;
+    out->details["alpha_scale"] = scales.alpha;
+    out->details["beta_scale"] = scales.beta;
+  }
+  return out;
+}
+
+}  // namespace tind

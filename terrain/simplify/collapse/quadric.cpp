@@ -1,0 +1,215 @@
+// Quadrics are kept relative to their own vertex: near the vertex all numbers are small, so float
+// is enough, a quadric is 40 bytes, and a fresh one is only its 3 x 3 matrix (all planes pass
+// through the vertex). Moving to another origin is a matrix-vector product.
+//
+// Each vertex also carries a weak spring to where it started (kSpring of its area). It makes every
+// matrix invertible, so there is no singular case, and on plains, where all quadrics vanish, it
+// prefers short edges, so that plains thin out evenly.
+
+#include "terrain/simplify/collapse/quadric.h"
+
+#include <cmath>
+#include <vector>
+
+#include "terrain/simplify/collapse/collapse_method.h"
+
+namespace tind {
+
+namespace {
+
+using Index = HalfedgeMesh::Index;
+constexpr Index kNone = HalfedgeMesh::kNone;
+
+constexpr float kSpring = 1e-5f;
+constexpr double kBorderWeight = 10;
+
+struct Vec3f {
+  float x, y, z;
+};
+
+/// q(v) = v^T A v + 2 b.v + c, v relative to the quadric's origin, metres.
+struct Quadric {
+  float xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
+  float bx = 0, by = 0, bz = 0;
+  float c = 0;
+
+  void add_plane(const Vec3& n, double weight) {  // through the origin; n need not be unit
+    xx += float(weight * n.x * n.x);
+    xy += float(weight * n.x * n.y);
+    xz += float(weight * n.x * n.z);
+    yy += float(weight * n.y * n.y);
+    yz += float(weight * n.y * n.z);
+    zz += float(weight * n.z * n.z);
+  }
+  void add(const Quadric& q) {
+    xx += q.xx, xy += q.xy, xz += q.xz, yy += q.yy, yz += q.yz, zz += q.zz;
+    bx += q.bx, by += q.by, bz += q.bz;
+    c += q.c;
+  }
+  Vec3f times(const Vec3f& v) const {
+    return {xx * v.x + xy * v.y + xz * v.z, xy * v.x + yy * v.y + yz * v.z,
+            xz * v.x + yz * v.y + zz * v.z};
+  }
+  float at(const Vec3f& v) const {
+    const Vec3f a = times(v);
+    return v.x * (a.x + 2 * bx) + v.y * (a.y + 2 * by) + v.z * (a.z + 2 * bz) + c;
+  }
+  /// The same function, relative to an origin moved by `d`.
+  void move_origin(const Vec3f& d) {
+    const Vec3f a = times(d);
+    c += d.x * (a.x + 2 * bx) + d.y * (a.y + 2 * by) + d.z * (a.z + 2 * bz);
+    bx += a.x, by += a.y, bz += a.z;
+  }
+  /// Where q is least, by cofactors. REQUIRES: positive definite (the spring sees to it).
+  Vec3f least() const {
+    const float cxx = yy * zz - yz * yz, cxy = xz * yz - xy * zz, cxz = xy * yz - xz * yy;
+    const float cyy = xx * zz - xz * xz, cyz = xy * xz - xx * yz, czz = xx * yy - xy * xy;
+    const float s = -1 / (xx * cxx + xy * cxy + xz * cxz);
+    return {s * (cxx * bx + cxy * by + cxz * bz), s * (cxy * bx + cyy * by + cyz * bz),
+            s * (cxz * bx + cyz * by + czz * bz)};
+  }
+  /// The height where q is least at a given place.
+  float least_z(float x, float y) const { return -(bz + xz * x + yz * y) / zz; }
+};
+
+class QuadricCost {
+ public:
+  static constexpr bool kOnlyGrows = true;
+
+  QuadricCost(TerrainMesh& terrain, bool subset, bool border_constraints)
+      : terrain_(terrain), subset_(subset), quadric_(terrain.mesh.vertex_slots()) {
+    const HalfedgeMesh& m = terrain.mesh;
+    for (Index t = 0; t < m.triangle_slots(); ++t) add_triangle(m, 3 * t);
+    if (border_constraints)
+      for (Index h = 0; h < m.halfedge_slots(); ++h)
+        if (m.twin(h) == kNone) add_border(m, h);
+  }
+
+  [[gnu::always_inline]] void prefetch(Index v) const {
+    __builtin_prefetch(&quadric_[v]);
+    __builtin_prefetch(&terrain_.kind[v]);
+  }
+
+  Proposal propose(const HalfedgeMesh& m, Index h) const {
+    const Merge rule = merge_rule(terrain_, h);
+    if (rule == Merge::never) return {};
+    const Index a = m.origin(h), b = m.dest(h);
+    const Vec3 &pa = m.position(a), &pb = m.position(b);
+    const Vec3f ab = offset(pa, pb);
+    Quadric q = quadric_[b];  // brought to the origin of a
+    q.move_origin({-ab.x, -ab.y, -ab.z});
+    q.add(quadric_[a]);
+    if (subset_ || rule == Merge::either) return subset_placement(q, rule, pa, pb, ab);
+    return optimal_placement(q, rule, a, b, pa, pb, ab);
+  }
+
+  void merge(const HalfedgeMesh& m, Index h, const Vec3& at) {
+    const Index a = m.origin(h), b = m.dest(h);
+    merge_vertices(terrain_, a, b);
+    quadric_[a].move_origin(offset(m.position(a), at));
+    quadric_[b].move_origin(offset(m.position(b), at));
+    quadric_[b].add(quadric_[a]);
+  }
+
+ private:
+  TerrainMesh& terrain_;
+  bool subset_;
+  std::vector<Quadric> quadric_;
+
+  Vec3f offset(const Vec3& from, const Vec3& to) const {
+    return {float((to.x - from.x) * terrain_.metres_x), float((to.y - from.y) * terrain_.metres_y),
+            float(to.z - from.z)};
+  }
+
+  void add_triangle(const HalfedgeMesh& m, Index h) {
+    const Vec3 a = terrain_.metric(m.position(m.origin(h)));
+    const Vec3 n = cross(terrain_.metric(m.position(m.dest(h))) - a,
+                         terrain_.metric(m.position(m.apex(h))) - a);
+    const double area2 = length(n);
+    Quadric q;
+    q.add_plane(n, 0.5 * n.z / area2 / area2);  // area * unit normal squared
+    const float spring = float(0.5 * n.z / 3) * kSpring;
+    q.xx += spring, q.yy += spring, q.zz += spring;
+    for (Index e = h; e < h + 3; ++e) quadric_[m.origin(e)].add(q);
+  }
+
+  void add_border(const HalfedgeMesh& m, Index h) {
+    const Vec3 a = terrain_.metric(m.position(m.origin(h)));
+    const Vec3 along = terrain_.metric(m.position(m.dest(h))) - a;
+    const Vec3 n = cross(along, terrain_.metric(m.position(m.apex(h))) - a);
+    const Vec3 out = cross(along, n);
+    const double weight = kBorderWeight * dot(along, along) / dot(out, out);
+    quadric_[m.origin(h)].add_plane(out, weight);
+    quadric_[m.dest(h)].add_plane(out, weight);
+  }
+
+  static float clean(float cost) { return cost > 0 ? cost : 0; }
+
+  Proposal subset_placement(const Quadric& q, Merge rule, const Vec3& pa, const Vec3& pb,
+                            const Vec3f& ab) const {
+    const float at_a = clean(q.c), at_b = clean(q.at(ab));
+    if (rule == Merge::at_origin) return {at_a, pa};
+    if (rule == Merge::at_dest) return {at_b, pb};
+    return at_a < at_b ? Proposal{at_a, pa} : Proposal{at_b, pb};
+  }
+
+  Proposal optimal_placement(const Quadric& q, Merge rule, Index a, Index b, const Vec3& pa,
+                             const Vec3& pb, const Vec3f& ab) const {
+    Vec3 at;
+    bool height_free = true;
+    switch (rule) {
+      case Merge::at_origin:
+        at = pa;
+        height_free = !height_is_fixed(terrain_.kind[a]);
+        break;
+      case Merge::at_dest:
+        at = pb;
+        height_free = !height_is_fixed(terrain_.kind[b]);
+        break;
+      case Merge::along_x:
+      case Merge::along_y:
+        at = least_on_side(q, rule, pa, pb);
+        break;
+      default: {
+        const Vec3f v = q.least();
+        const double reach = 4 * (double(ab.x) * ab.x + double(ab.y) * ab.y);
+        const bool near = double(v.x) * v.x + double(v.y) * v.y <= reach;
+        at = near ? Vec3{pa.x + v.x / terrain_.metres_x, pa.y + v.y / terrain_.metres_y, pa.z}
+                  : Vec3{(pa.x + pb.x) / 2, (pa.y + pb.y) / 2, pa.z};
+        at.x = snap_to_lattice(at.x);
+        at.y = snap_to_lattice(at.y);
+      }
+    }
+    Vec3f v = offset(pa, at);
+    if (height_free) {
+      v.z = q.least_z(v.x, v.y);
+      at.z = pa.z + v.z;
+    }
+    return {clean(q.at(v)), at};
+  }
+
+  /// On a side one coordinate is given (both ends have it), and the place along the side is least
+  /// for the best height there: two unknowns, and kept between the two ends.
+  Vec3 least_on_side(const Quadric& q, Merge rule, const Vec3& pa, const Vec3& pb) const {
+    const bool x = rule == Merge::along_x;
+    const float ss = x ? q.xx : q.yy, sz = x ? q.xz : q.yz, bs = x ? q.bx : q.by;
+    const float s = (q.bz * sz - bs * q.zz) / (ss * q.zz - sz * sz);
+    Vec3 at = pa;
+    const double place = (x ? pa.x : pa.y) + s / (x ? terrain_.metres_x : terrain_.metres_y);
+    const auto [low, high] = x ? std::minmax(pa.x, pb.x) : std::minmax(pa.y, pb.y);
+    (x ? at.x : at.y) = snap_to_lattice(std::clamp(place, low, high));
+    return at;
+  }
+};
+
+}  // namespace
+
+Result<Simplified> simplify_qem(const HeightGrid& grid, double spacing_x_m, double spacing_y_m,
+                                const SimplifyOptions& options, const Progress& progress) {
+  return collapse_terrain(
+      grid, spacing_x_m, spacing_y_m, options, progress, [&](TerrainMesh& terrain) {
+        return QuadricCost(terrain, options.subset_placement, options.border_constraints);
+      });
+}
+
+}  // namespace tind

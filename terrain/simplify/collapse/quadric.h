@@ -1,0 +1,23 @@
+#pragma once
+// Quadric error metrics (Garland and Heckbert 1997; papers/000, /004), the method `qem`.
+//
+// A vertex carries the area-weighted sum of the squared distances to the planes of all triangles
+// that were ever merged into it; a collapse adds two such sums and goes to the point where the sum
+// is least. A vertex on a side of the rectangle stays on it, corners and vertices at voids stay.
+//
+// Options: `subset_placement`, the merged vertex is one of the two ends (so all heights of the
+// result are samples); `border_constraints`, border edges also carry a plane through the edge and
+// perpendicular to their triangle, which keeps the border's profile.
+
+#include "terrain/base/progress.h"
+#include "terrain/base/result.h"
+#include "terrain/raster/height_grid.h"
+#include "terrain/simplify/common/options.h"
+#include "terrain/simplify/common/simplified.h"
+
+namespace tind {
+
+Result<Simplified> simplify_qem(const HeightGrid&, double spacing_x_m, double spacing_y_m,
+                                const SimplifyOptions&, const Progress&);
+
+}  // namespace tind

@@ -1,0 +1,31 @@
+#pragma once
+// `triangle-collapse`: six triangles a step.
+//
+// Papers: M. Sung, K. Park, "Triangle collapse simplified progressive mesh" (papers/003, PMTC), on
+// T. Gieng et al., "Smooth hierarchical surface triangulations" (1997). A step takes the triangle
+// of least weight, merges its three corners into one vertex (four triangles go), then collapses the
+// cheapest edge on the rim of the stencil, the ring of triangles around it (two more). One queue
+// holds triangles only; the search for the edge is local.
+//
+// Weight: the quadric error at the triangle's centroid (on terrain, at the best height there),
+// times a penalty for a valence above nine. The merged vertex goes to the centroid or to where the
+// quadric is least (option `placement`). On the border a step merges one border edge instead of the
+// triangle, and near the target it takes only what is still asked for.
+
+#include "terrain/base/progress.h"
+#include "terrain/base/result.h"
+#include "terrain/raster/height_grid.h"
+#include "terrain/simplify/common/options.h"
+#include "terrain/simplify/common/simplified.h"
+
+namespace tind {
+
+/// Reads `placement` ("quadric" | "centroid") and `stop`.
+Result<Simplified> simplify_triangle_collapse(const HeightGrid&, double spacing_x_m,
+                                              double spacing_y_m, const SimplifyOptions&,
+                                              const Progress&);
+
+/// The same for a general manifold mesh; positions only.
+Result<Simplified> triangle_collapse_mesh(const Tin&, const SimplifyOptions&, const Progress&);
+
+}  // namespace tind

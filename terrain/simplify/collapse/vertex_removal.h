@@ -1,0 +1,32 @@
+#pragma once
+// `vertex-removal`: takes vertices out one by one and triangulates the hole anew.
+//
+// Paper: W. Schroeder, J. Zarge, W. Lorensen, "Decimation of triangle meshes" (1992), as the
+// baselines of Kim, Yu, Park, Cho (papers/001), with their three criteria for what goes first:
+//   plane      the vertex nearest to the average plane of its ring (on the border: to the line
+//              through its border neighbours), in metres
+//   degree     the vertex with the fewest edges
+//   k-degree   the same; ties go to the vertex whose `k` lowest neighbours have the fewest edges
+// All vertices of the result are posts of the source.
+//
+// The hole is filled with the ears of a Delaunay triangulation of the ring (Devillers 1999: the
+// ear of least power first). A border vertex goes only where the border runs straight on, so the
+// outline never changes; corners stay. Smallest first to within one bucket (BucketQueue), in turns:
+// the ring of a removed vertex waits for the next turn, so that equal vertices thin out evenly.
+
+#include "terrain/base/progress.h"
+#include "terrain/base/result.h"
+#include "terrain/raster/height_grid.h"
+#include "terrain/simplify/common/options.h"
+#include "terrain/simplify/common/simplified.h"
+
+namespace tind {
+
+/// Reads `criterion`, `k` (1..16) and `stop` of the options. A removal that would move the surface
+/// past `max_error_m` at any post is refused, and the vertex is tried again once its ring changes.
+/// Fails (invalid_argument) on an unknown criterion or a k out of range.
+Result<Simplified> simplify_vertex_removal(const HeightGrid&, double spacing_x_m,
+                                           double spacing_y_m, const SimplifyOptions&,
+                                           const Progress&);
+
+}  // namespace tind

@@ -1,0 +1,14 @@
+#pragma once
+// The full-resolution mesh that has a network's parts as edges.
+
+#include "terrain/base/result.h"
+#include "terrain/raster/height_grid.h"
+#include "terrain/simplify/constraints/constraint_network.h"
+
+namespace tind {
+
+/// Fills mesh, hold, parts and inner of `out`, whose grid is given. Only cells near lines are
+/// triangulated anew; all other cells keep their two triangles.
+Result<void> make_constrained_mesh(const HeightGrid&, const ConstraintNetwork&, Constraints& out);
+
+}  // namespace tind

@@ -1,0 +1,175 @@
+// Whether files are ours is read off the record and the ledger that lie with them. So those two are
+// the first to come and the last to go, each step synced before the next: a folder that a power cut
+// leaves proves what is in it, or holds nothing that needs proof.
+
+#include "terrain/store/folder_aside.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "proto/file_io.h"
+#include "terrain/raster/source_blocks.h"
+#include "terrain/store/folder_contents.h"
+#include "terrain/store/tile_ledger.h"
+#include "terrain/store/tile_location.h"
+
+namespace tind::folder {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Proof {
+  std::string digest;                // of the content, as the record has it
+  std::optional<TileLedger> ledger;  // of the same places
+};
+
+Json json_in(const std::string& path) {
+  const auto text = proto::read_whole_file(path);
+  return text ? Json::parse(*text, nullptr, false) : Json();
+}
+
+bool is_tile(const std::string& file) {
+  return tile_of_path(fs::path(file).relative_path()).has_value();
+}
+
+/// A build's record here, one of the same grid and options above, and a ledger of either.
+std::optional<Proof> proof_of(const std::string& folder, const std::string& aside) {
+  const Json own = json_in(aside + kRecord);
+  if (!is_record(own) || !same_but_heights(own, json_in(folder + kRecord))) return {};
+  Proof proof;
+  const Json heights = own.value("heights", Json());
+  if (heights.is_string()) proof.digest = heights;
+  for (const std::string& place : {aside, folder}) {
+    auto ledger = TileLedger::open(place + kLedger);
+    if (!ledger) continue;
+    proof.ledger = std::move(*ledger);
+    break;
+  }
+  return proof;
+}
+
+bool proven(const std::string& aside, const std::string& file, const std::optional<Proof>& proof) {
+  if (const auto id = tile_of_path(fs::path(file).relative_path()))
+    return proof && proof->ledger && proof->ledger->names(*id);
+  if (file == kLayer || file == kRecord) return proof.has_value();
+  if (file == kLedger) return proof || TileLedger::open(aside + file).has_value();
+  if (!file.starts_with(kBlocks)) return false;
+  const std::string digest = file.substr(std::string_view(kBlocks).size());
+  if (proof && proof->digest == digest) return true;
+  const auto bytes = proto::read_whole_file(aside + file);
+  return bytes && SourceBlocks::whole(*bytes, digest);
+}
+
+bool may_hold_tiles(const std::string& folder) {
+  return folder.find_first_not_of("/0123456789") == folder.npos &&
+         std::ranges::count(folder, '/') <= 2;
+}
+
+std::unexpected<Error> not_ours(const std::string& path) {
+  return fail(Errc::invalid_argument,
+              path +
+                  " is in the way, and nothing proves that tind build made it: move it "
+                  "elsewhere, or choose another directory");
+}
+
+/// What is below, folders with a '/' at the end.
+Result<std::vector<std::string>> names_below(const std::string& aside) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (fs::recursive_directory_iterator it(aside, error), end; !error && it != end;
+       it.increment(error)) {
+    const std::string name = it->path().string().substr(aside.size());
+    const auto type = it->symlink_status(error).type();
+    if (type == fs::file_type::directory && may_hold_tiles(name))
+      names.push_back(name + "/");
+    else if (type == fs::file_type::regular)
+      names.push_back(name);
+    else
+      return not_ours(aside + name);
+  }
+  if (error) return cannot_look(aside, error);
+  std::ranges::sort(names);
+  return names;
+}
+
+}  // namespace
+
+bool is_record(const Json& j) {
+  return j.is_object() && j.contains("made_by") && j["made_by"] == "tind build";
+}
+
+bool same_but_heights(Json a, Json b) {
+  if (!a.is_object() || !b.is_object()) return false;
+  for (const char* key : {"heights", "steps_m"}) a.erase(key), b.erase(key);
+  return a == b;
+}
+
+Result<std::vector<std::string>> look_aside(const std::string& folder, const char* name) {
+  const std::string aside = folder + name;
+  const auto type = type_of(aside);
+  if (type == fs::file_type::not_found) return std::vector<std::string>{};
+  if (type != fs::file_type::directory) return not_ours(aside);
+  auto files = names_below(aside);
+  if (!files) return files;
+  std::erase_if(*files, [](const std::string& file) { return file.ends_with('/'); });
+  if (files->empty()) return files;
+  const auto proof = proof_of(folder, aside);
+  for (const std::string& file : *files)
+    if (!proven(aside, file, proof)) return not_ours(aside + file);
+  return files;
+}
+
+Result<void> remove_aside(FolderFiles& files, const std::string& folder, const char* name) {
+  const std::string aside = folder + name;
+  if (type_of(aside) != fs::file_type::directory) return {};
+  auto own = look_aside(folder, name);
+  if (!own) return std::unexpected(own.error());
+  const auto proof = std::ranges::stable_partition(
+      *own, [](const std::string& file) { return is_tile(file) || file == kLayer; });
+  for (auto it = own->begin(); it != own->end(); ++it) {
+    if (it == proof.begin())
+      if (auto done = files.sync_all(folder); !done) return done;
+    if (auto done = files.remove(aside + *it); !done) return done;
+  }
+  const auto left = names_below(aside);
+  if (!left) return std::unexpected(left.error());
+  for (auto it = left->rbegin(); it != left->rend(); ++it)  // those inside first
+    if (auto done = files.remove(aside + it->substr(0, it->size() - 1)); !done) return done;
+  return files.remove(aside);
+}
+
+Result<void> adopt(FolderFiles& files, const std::string& folder) {
+  const std::string ready = folder + kReady;
+  if (type_of(ready) == fs::file_type::not_found) return {};
+  auto own = look_aside(folder, kReady);
+  if (!own) return std::unexpected(own.error());
+  if (std::ranges::find(*own, kRecord) != own->end()) {
+    if (auto ok = check_places(folder, *own); !ok) return ok;
+    const auto order = [](const std::string& f) {  // tiles, what vouches for them, the record
+      return std::pair(f == kRecord ? 2 : f == kLedger ? 1 : 0, f);
+    };
+    std::ranges::sort(*own, {}, order);
+    for (const std::string& file : *own) {
+      if (file == kRecord)
+        if (auto done = files.sync_all(folder); !done) return done;
+      const std::string parent = fs::path(folder + file).parent_path().string();
+      if (auto done = files.make_folder(parent); !done) return done;
+      if (auto done = files.rename(ready + file, folder + file); !done) return done;
+    }
+    if (auto done = files.sync_folder(folder); !done) return done;
+  }
+  const Json record = json_in(folder + kRecord);
+  if (is_record(record) && record.contains("heights") && record["heights"].is_string()) {
+    const std::string digest = record["heights"];
+    if (auto done = remove_other_blocks(files, folder, digest); !done) return done;
+  }
+  if (auto done = remove_aside(files, folder, kReady); !done) return done;
+  return files.sync_folder(folder);
+}
+
+}  // namespace tind::folder

@@ -1,0 +1,33 @@
+#pragma once
+// The two folders of an update inside the folder of a build: kAside, where its tiles are made, and
+// kReady, which kAside is renamed to when it is whole, and from which it moves in.
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "terrain/base/result.h"
+#include "terrain/store/folder_files.h"
+
+namespace tind::folder {
+
+/// Is it the record of a build?
+bool is_record(const nlohmann::ordered_json&);
+/// The same but for the heights, and the steps that follow from them.
+bool same_but_heights(nlohmann::ordered_json, nlohmann::ordered_json);
+
+/// The files in `name` (kAside, kReady) of this folder, relative to it, with a leading '/'; none
+/// where it is not there. Fails where something in it is not proven to be a build's: it must be a
+/// folder, with a record that differs from the folder's own only in the heights; tiles must have a
+/// place in a ledger of them; other files, or none but tiles, are somebody else's.
+Result<std::vector<std::string>> look_aside(const std::string& folder, const char* name);
+
+/// Removes what look_aside() allows, and the folders that this leaves empty: what proves the rest
+/// goes last.
+Result<void> remove_aside(FolderFiles&, const std::string& folder, const char* name);
+
+/// Moves the files of an update that is whole to where they belong, the record last. Fails, with
+/// nothing done, where kReady is not a build's or something else is in the way.
+Result<void> adopt(FolderFiles&, const std::string& folder);
+
+}  // namespace tind::folder

@@ -1,0 +1,211 @@
+#include "terrain/store/folder_contents.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+
+namespace tind::folder {
+
+namespace fs = std::filesystem;
+
+std::unexpected<Error> in_the_way(const std::string& path, const std::string& what) {
+  return fail(Errc::invalid_argument,
+              path + " " + what + ", and tind build did not make it: choose another directory");
+}
+
+std::unexpected<Error> cannot_look(const std::string& path, const std::error_code& error) {
+  return fail(Errc::io, "cannot look into " + path + ": " + error.message());
+}
+
+fs::file_type type_of(const std::string& path) {
+  std::error_code ignored;  // "none" stands for it
+  return fs::symlink_status(path, ignored).type();
+}
+
+namespace {
+
+std::string beginning_of(const std::string& path) {
+  std::string text(8, '\0');
+  std::ifstream in(path, std::ios::binary);
+  in.read(text.data(), std::streamsize(text.size()));
+  text.resize(std::size_t(in.gcount()));
+  return text;
+}
+
+bool all_of_hex(std::string_view text, std::size_t digits) {
+  return text.size() == digits &&
+         text.find_first_not_of("0123456789abcdef") == std::string_view::npos;
+}
+
+bool is_partial_name(const fs::path& path) { return all_of_hex(path.filename().string(), 16); }
+
+/// Our files beside the tiles.
+Result<void> check_names(const std::string& folder, bool claimed) {
+  const std::map<std::string, std::string> beginnings = {
+      {kRecord, ""},
+      {kLayer, ""},
+      {kLedger, "tindTLG\n"},
+      {kResiduals, "tindRIX\n"},
+      {std::string(kResiduals) + ".part", "tindRIX\n"}};
+  for (const auto& [name, beginning] : beginnings) {
+    const std::string path = folder + name;
+    const auto type = type_of(path);
+    if (type == fs::file_type::not_found) continue;
+    if (type != fs::file_type::regular) return in_the_way(path, "is not a file");
+    if (!claimed && beginning_of(path) != beginning) return in_the_way(path, "is there");
+  }
+  for (const char* name : {kPartial, kAside, kReady}) {
+    const std::string path = folder + name;
+    const auto type = type_of(path);
+    if (type == fs::file_type::not_found) continue;
+    if (type != fs::file_type::directory) return in_the_way(path, "is not a folder");
+    if (!claimed && name != kPartial) return in_the_way(path, "is there");
+  }
+  return {};
+}
+
+}  // namespace
+
+bool is_blocks(const std::string& path) {
+  const std::string name = "/" + fs::path(path).filename().string();
+  return name.starts_with(kBlocks) &&
+         all_of_hex(std::string_view(name).substr(std::string_view(kBlocks).size()), 32) &&
+         type_of(path) == fs::file_type::regular && beginning_of(path).starts_with("TNSB");
+}
+
+std::string tile_path(const std::string& folder, TileId id) {
+  return folder + "/" + id.text() + ".terrain";
+}
+
+Result<void> check_way(const std::string& folder, const TileOrder& ids, bool claimed,
+                       const std::function<bool(TileId)>& own) {
+  if (auto ok = check_names(folder, claimed); !ok) return ok;
+  std::map<std::string, bool> there;  // folders that were looked at
+  const auto folder_there = [&](const std::string& path) -> Result<bool> {
+    if (const auto it = there.find(path); it != there.end()) return it->second;
+    const auto type = type_of(path);
+    if (type != fs::file_type::not_found && type != fs::file_type::directory) {
+      return in_the_way(path, "is in the place of a folder of tiles");
+    }
+    return there[path] = type == fs::file_type::directory;
+  };
+  for (std::size_t k = 0; k < ids.size(); ++k) {
+    const TileId id = ids[k];
+    const std::string level = folder + "/" + std::to_string(id.level);
+    auto parent = folder_there(level);
+    if (parent && *parent) parent = folder_there(level + "/" + std::to_string(id.x));
+    if (!parent) return std::unexpected(parent.error());
+    if (!*parent) continue;
+    const std::string path = tile_path(folder, id);
+    const auto type = type_of(path);
+    if (type == fs::file_type::not_found || (type == fs::file_type::regular && own(id))) continue;
+    return in_the_way(path, "is in the place of a tile");
+  }
+  return {};
+}
+
+Result<void> check_blocks(const std::string& folder, const std::string& digest, bool named) {
+  const std::string path = folder + kBlocks + digest;
+  const auto type = type_of(path);
+  if (type == fs::file_type::not_found || is_blocks(path)) return {};
+  if (type != fs::file_type::regular) return in_the_way(path, "is not a file");
+  if (!named) return in_the_way(path, "is there");
+  return {};
+}
+
+Result<void> check_partial(const std::string& folder, bool began) {
+  const std::string partial = folder + kPartial;
+  if (type_of(partial) != fs::file_type::directory) return {};
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(partial, error)) {
+    if (!is_partial_name(entry.path())) continue;
+    if (!began || type_of(entry.path().string()) != fs::file_type::regular)
+      return in_the_way(entry.path().string(), "is there");
+  }
+  if (error) return cannot_look(partial, error);
+  return {};
+}
+
+Result<void> check_places(const std::string& folder, const std::vector<std::string>& files) {
+  std::set<std::string> folders;
+  for (const std::string& file : files) {
+    for (auto end = file.find('/', 1); end != file.npos; end = file.find('/', end + 1))
+      folders.insert(folder + file.substr(0, end));
+    const auto type = type_of(folder + file);
+    if (type == fs::file_type::not_found) continue;
+    if (type != fs::file_type::regular) return in_the_way(folder + file, "is not a file");
+    if (file.starts_with(kBlocks) && !is_blocks(folder + file))
+      return in_the_way(folder + file, "is there");
+  }
+  for (const std::string& path : folders) {
+    const auto type = type_of(path);
+    if (type != fs::file_type::not_found && type != fs::file_type::directory)
+      return in_the_way(path, "is in the place of a folder of tiles");
+  }
+  return {};
+}
+
+Result<void> remove_tiles(FolderFiles& files, const std::string& folder, const TileLedger& ledger) {
+  const auto remove_if_empty = [&](const std::string& path) -> Result<void> {
+    std::error_code error;
+    if (type_of(path) != fs::file_type::directory || !fs::is_empty(path, error) || error) return {};
+    return files.remove(path);
+  };
+  for (std::size_t z = 0; z < ledger.levels().size(); ++z) {
+    const std::string level = folder + "/" + std::to_string(z);
+    if (type_of(level) != fs::file_type::directory) continue;
+    for (const proto::TileRange& r : ledger.levels()[z])
+      for (std::uint64_t x = r.start_x; x <= r.end_x; ++x) {
+        const std::string column = level + "/" + std::to_string(x);
+        if (type_of(column) != fs::file_type::directory) continue;
+        for (std::uint64_t y = r.start_y; y <= r.end_y; ++y) {
+          const std::string tile = tile_path(folder, {int(z), std::uint32_t(x), std::uint32_t(y)});
+          if (type_of(tile) != fs::file_type::regular) continue;
+          if (auto done = files.remove(tile); !done) return done;
+        }
+        if (auto done = remove_if_empty(column); !done) return done;
+      }
+    if (auto done = remove_if_empty(level); !done) return done;
+  }
+  return {};
+}
+
+Result<void> remove_other_blocks(FolderFiles& files, const std::string& folder,
+                                 const std::string& digest) {
+  std::error_code error;
+  std::vector<std::string> others;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    const std::string path = entry.path().string();
+    if (path != folder + kBlocks + digest && is_blocks(path)) others.push_back(path);
+  }
+  if (error) return cannot_look(folder, error);
+  for (const std::string& path : others)
+    if (auto done = files.remove(path); !done) return done;
+  return {};
+}
+
+std::string partial_path(const std::string& folder, std::uint64_t n) {
+  return folder + kPartial + fmt::format("/{:016x}", n);
+}
+
+Result<void> remove_partial_files(FolderFiles& files, const std::string& folder) {
+  const std::string partial = folder + kPartial;
+  if (type_of(partial) != fs::file_type::directory) return {};
+  std::error_code error;
+  std::vector<std::string> begun;
+  for (const auto& entry : fs::directory_iterator(partial, error))
+    if (entry.symlink_status(error).type() == fs::file_type::regular &&
+        is_partial_name(entry.path()))
+      begun.push_back(entry.path().string());
+  if (error) return cannot_look(partial, error);
+  for (const std::string& path : begun)
+    if (auto done = files.remove(path); !done) return done;
+  if (!fs::is_empty(partial, error) || error) return {};
+  return files.remove(partial);
+}
+
+}  // namespace tind::folder

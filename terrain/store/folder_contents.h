@@ -1,0 +1,62 @@
+#pragma once
+// What lies in the folder of a build: the names of our own files, and what is in their way. Nothing
+// here touches a file that tind build did not write.
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "terrain/base/result.h"
+#include "terrain/geo/tile_order.h"
+#include "terrain/store/folder_files.h"
+#include "terrain/store/tile_ledger.h"
+
+namespace tind::folder {
+
+inline constexpr const char* kRecord = "/tind-build.json";
+inline constexpr const char* kLedger = "/tind-tiles.ledger";
+inline constexpr const char* kBlocks = "/tind-blocks-";  // and 32 digits
+inline constexpr const char* kLayer = "/layer.json";
+inline constexpr const char* kResiduals = "/residuals.tind";
+inline constexpr const char* kPartial = "/tind-partial";     // files that are being written
+inline constexpr const char* kAside = "/tind-update";        // an update, on the way
+inline constexpr const char* kReady = "/tind-update-ready";  // whole: it counts
+
+std::string tile_path(const std::string& folder, TileId);
+
+/// Fails where something lies in the place of a tile, of a folder of tiles or of another of our
+/// files, and is not ours: a folder in a file's place, a file in a folder's, a link; a tile that is
+/// not `own`; where the folder is not `claimed` yet, files of our names that are not of our making.
+Result<void> check_way(const std::string& folder, const TileOrder&, bool claimed,
+                       const std::function<bool(TileId)>& own);
+
+/// Fails where the hashes of blocks of this content are to go and something else lies there.
+/// `named`: the folder's record names the file, so that it is ours however damaged.
+Result<void> check_blocks(const std::string& folder, const std::string& digest, bool named);
+/// Fails where kPartial holds files of names that a build writes there, unless builds `began` here.
+Result<void> check_partial(const std::string& folder, bool began);
+/// Fails where these (relative, with a leading '/') cannot come to lie in the folder of a build:
+/// a link on the way, or something else in the place of one of them.
+Result<void> check_places(const std::string& folder, const std::vector<std::string>& files);
+
+/// A file of hashes of blocks, sound or not?
+bool is_blocks(const std::string& path);
+/// Without following links; "none" where it cannot be told.
+std::filesystem::file_type type_of(const std::string& path);
+/// "PATH WHAT, and tind build did not make it: ..."
+std::unexpected<Error> in_the_way(const std::string& path, const std::string& what);
+std::unexpected<Error> cannot_look(const std::string& path, const std::error_code&);
+
+/// Removes the tiles that the ledger names, and folders that this leaves empty.
+Result<void> remove_tiles(FolderFiles&, const std::string& folder, const TileLedger&);
+/// Removes hashes of blocks of other content than the digest says.
+Result<void> remove_other_blocks(FolderFiles&, const std::string& folder,
+                                 const std::string& digest);
+/// Removes what builds that were killed had begun to write. REQUIRES: no build runs here.
+Result<void> remove_partial_files(FolderFiles&, const std::string& folder);
+/// A name for the n-th file that is being written.
+std::string partial_path(const std::string& folder, std::uint64_t n);
+
+}  // namespace tind::folder

@@ -1,0 +1,102 @@
+#include "terrain/store/folder_lock.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <ctime>
+#include <utility>
+
+#include "terrain/store/folder_files.h"
+
+namespace tind {
+
+namespace {
+
+constexpr std::string_view kWho = "tind build: ";
+// Beyond what is written: where locks are mandatory, the others can still read who holds it.
+constexpr off_t kLockedByte = 1 << 20;
+
+std::string who() {
+  std::array<char, 256> host{};
+  if (::gethostname(host.data(), host.size() - 1) != 0) host = {"?"};
+  std::array<char, 32> since{};
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  ::gmtime_r(&now, &utc);
+  std::strftime(since.data(), since.size(), "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return std::string(kWho) + "process " + std::to_string(::getpid()) + " on " + host.data() +
+         " since " + since.data() + "\n";
+}
+
+std::string read_line(int file) {
+  std::array<char, 512> text{};
+  const ssize_t got = ::pread(file, text.data(), text.size(), 0);
+  const std::string_view all(text.data(), std::size_t(std::max<ssize_t>(got, 0)));
+  return std::string(all.substr(0, all.find('\n')));
+}
+
+bool same_file(int file, const std::string& path) {
+  struct stat open {
+  }, named{};
+  return ::fstat(file, &open) == 0 && ::lstat(path.c_str(), &named) == 0 &&
+         open.st_dev == named.st_dev && open.st_ino == named.st_ino;
+}
+
+}  // namespace
+
+Result<FolderLock> FolderLock::take(const std::string& folder) {
+  const std::string path = folder + "/tind-lock";
+  for (;;) {
+    const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
+    if (file < 0) return fail(Errc::io, "cannot create " + path + ": " + std::strerror(errno));
+    FolderLock lock(path, file);
+    struct flock byte {};
+    byte.l_type = F_WRLCK, byte.l_whence = SEEK_SET, byte.l_start = kLockedByte, byte.l_len = 1;
+    const bool taken = ::fcntl(file, F_OFD_SETLK, &byte) == 0;
+    const int code = errno;
+    const std::string says = read_line(file);
+    if (!says.empty() && !says.starts_with(kWho)) {
+      lock.path_.clear();  // not ours to remove
+      return fail(Errc::invalid_argument,
+                  path + " is in the way and not tind's: choose another directory");
+    }
+    if (!taken) {
+      lock.path_.clear();
+      if (code != EAGAIN && code != EACCES)
+        return fail(Errc::io, "cannot lock " + path + ": " + std::strerror(code));
+      return fail(Errc::busy, folder + " is being built by another tind (" +
+                                  (says.empty() ? "just begun" : says.substr(kWho.size())) +
+                                  "): wait for it, or choose another directory");
+    }
+    // Whoever had it may have removed the file after it was opened here.
+    if (!same_file(file, path)) {
+      lock.path_.clear();
+      continue;
+    }
+    lock.left_behind_ = !says.empty();
+    const std::string text = who();
+    // Never empty in between: a file without text would not say that a build began here.
+    if (::pwrite(file, text.data(), text.size(), 0) != ssize_t(text.size()) ||
+        ::ftruncate(file, off_t(text.size())) != 0 || ::fsync(file) != 0)
+      return fail(Errc::io, "cannot write " + path + ": " + std::strerror(errno));
+    if (auto kept = FolderFiles().sync_folder(folder); !kept) return std::unexpected(kept.error());
+    return lock;
+  }
+}
+
+FolderLock::FolderLock(FolderLock&& other) noexcept
+    : path_(std::move(other.path_)),
+      file_(std::exchange(other.file_, -1)),
+      left_behind_(other.left_behind_) {}
+
+FolderLock::~FolderLock() {
+  if (file_ < 0) return;
+  if (!path_.empty()) ::unlink(path_.c_str());
+  ::close(file_);
+}
+
+}  // namespace tind

@@ -1,0 +1,200 @@
+// A head (what it belongs to, and the ranges of tiles), then a place of 64 bytes for each tile.
+// Checksums of entries are seeded with the record's hash: an entry that an older ledger left on the
+// disk, or one in another tile's place, is not sound.
+
+#include "terrain/store/tile_ledger.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+#include <xxhash.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+namespace tind {
+
+namespace {
+
+constexpr std::array<char, 8> kMagic = {'t', 'i', 'n', 'd', 'T', 'L', 'G', '\n'};
+constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kMostRanges = 1 << 24;
+constexpr std::uint32_t kNotOneSided = 1;
+
+struct Head {
+  std::array<char, 8> magic = kMagic;
+  std::uint32_t version = kVersion, ranges = 0;
+  std::uint64_t record = 0;  // XXH3 of the record's text
+  std::uint64_t hash = 0;    // of what stands before and the ranges
+};
+static_assert(sizeof(Head) == 32);
+
+struct Range {
+  std::uint32_t level = 0, start_x = 0, start_y = 0, end_x = 0, end_y = 0;
+};
+static_assert(sizeof(Range) == 20);
+
+struct Place {
+  std::uint32_t level = 0, x = 0, y = 0, flags = 0;
+  std::uint64_t size = 0, hash_low = 0, hash_high = 0;
+  double max_error_m = 0, edge_error_m = 0;
+  std::uint64_t own_hash = 0;  // of what stands before, seeded with the record's
+};
+static_assert(sizeof(Place) == 64);
+
+std::uint64_t tiles_of(const proto::TileRange& r) {
+  return (std::uint64_t(r.end_x) - r.start_x + 1) * (std::uint64_t(r.end_y) - r.start_y + 1);
+}
+
+std::uint64_t hash_of(const Head& head, const std::vector<Range>& ranges) {
+  const std::uint64_t seed = XXH3_64bits(&head, offsetof(Head, hash));
+  return XXH3_64bits_withSeed(ranges.data(), ranges.size() * sizeof(Range), seed);
+}
+
+std::uint64_t hash_of(const Place& place, std::uint64_t seed) {
+  return XXH3_64bits_withSeed(&place, offsetof(Place, own_hash), seed);
+}
+
+/// Places do not lie across two sectors of a disk.
+std::uint64_t begin_of(std::uint64_t ranges) {
+  return (sizeof(Head) + ranges * sizeof(Range) + sizeof(Place) - 1) / sizeof(Place) *
+         sizeof(Place);
+}
+
+bool read_at(int file, std::uint64_t at, void* to, std::size_t size) {
+  auto* p = static_cast<char*>(to);
+  while (size > 0) {
+    const ssize_t got = ::pread(file, p, size, off_t(at));
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) return false;
+    p += got, at += std::uint64_t(got), size -= std::size_t(got);
+  }
+  return true;
+}
+
+}  // namespace
+
+void LedgerEntry::take(std::string_view stored) {
+  const XXH128_hash_t h = XXH3_128bits(stored.data(), stored.size());
+  size = stored.size(), hash_low = h.low64, hash_high = h.high64;
+}
+
+bool LedgerEntry::vouches_for(std::string_view stored) const {
+  if (stored.size() != size) return false;
+  LedgerEntry found;
+  found.take(stored);
+  return found.hash_low == hash_low && found.hash_high == hash_high;
+}
+
+std::string TileLedger::blank(std::string_view record, const Levels& levels) {
+  std::vector<Range> ranges;
+  std::uint64_t tiles = 0;
+  for (std::size_t z = 0; z < levels.size(); ++z)
+    for (const proto::TileRange& r : levels[z]) {
+      ranges.push_back({std::uint32_t(z), r.start_x, r.start_y, r.end_x, r.end_y});
+      tiles += tiles_of(r);
+    }
+  Head head;
+  head.ranges = std::uint32_t(ranges.size());
+  head.record = XXH3_64bits(record.data(), record.size());
+  head.hash = hash_of(head, ranges);
+  std::string out(reinterpret_cast<const char*>(&head), sizeof head);
+  out.append(reinterpret_cast<const char*>(ranges.data()), ranges.size() * sizeof(Range));
+  out.resize(begin_of(ranges.size()));
+  return out;
+}
+
+Result<TileLedger> TileLedger::open(const std::string& path) {
+  TileLedger ledger;
+  ledger.file_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (ledger.file_ < 0)
+    return fail(errno == ENOENT ? Errc::not_found : Errc::io, path + ": " + std::strerror(errno));
+  const auto damaged = [&] { return fail(Errc::bad_data, path + " is damaged"); };
+  Head head;
+  if (!read_at(ledger.file_, 0, &head, sizeof head) || head.magic != kMagic ||
+      head.ranges > kMostRanges)
+    return damaged();
+  if (head.version != kVersion)
+    return fail(Errc::unsupported, path + " is of another version of tind");
+  std::vector<Range> ranges(head.ranges);
+  if (!read_at(ledger.file_, sizeof head, ranges.data(), ranges.size() * sizeof(Range)) ||
+      hash_of(head, ranges) != head.hash)
+    return damaged();
+  ledger.seed_ = head.record;
+  ledger.begin_ = begin_of(ranges.size());
+  std::uint64_t tiles = 0;
+  for (const Range& r : ranges) {
+    if (!tiling::tile(r.level, r.start_x, r.start_y) || !tiling::tile(r.level, r.end_x, r.end_y) ||
+        r.end_x < r.start_x || r.end_y < r.start_y)
+      return damaged();
+    if (ledger.levels_.size() <= r.level) {
+      ledger.levels_.resize(r.level + 1);
+      ledger.first_.resize(r.level + 1);
+    }
+    ledger.levels_[r.level].push_back({r.start_x, r.start_y, r.end_x, r.end_y});
+    ledger.first_[r.level].push_back(tiles);
+    tiles += tiles_of(ledger.levels_[r.level].back());
+  }
+  return ledger;
+}
+
+TileLedger::TileLedger(TileLedger&& other) noexcept { *this = std::move(other); }
+
+TileLedger& TileLedger::operator=(TileLedger&& other) noexcept {
+  std::swap(file_, other.file_);
+  seed_ = other.seed_, begin_ = other.begin_;
+  levels_ = std::move(other.levels_), first_ = std::move(other.first_);
+  return *this;
+}
+
+TileLedger::~TileLedger() {
+  if (file_ >= 0) ::close(file_);
+}
+
+bool TileLedger::belongs_to(std::string_view record) const {
+  return XXH3_64bits(record.data(), record.size()) == seed_;
+}
+
+std::optional<std::uint64_t> TileLedger::place(TileId id) const {
+  if (id.level < 0 || std::size_t(id.level) >= levels_.size()) return {};
+  const auto z = std::size_t(id.level);
+  for (std::size_t i = 0; i < levels_[z].size(); ++i) {
+    const proto::TileRange& r = levels_[z][i];
+    if (id.x < r.start_x || id.x > r.end_x || id.y < r.start_y || id.y > r.end_y) continue;
+    // From the north, as tiles are made: those of one moment lie side by side.
+    const std::uint64_t width = std::uint64_t(r.end_x) - r.start_x + 1;
+    return begin_ + sizeof(Place) * (first_[z][i] + (r.end_y - id.y) * width + (id.x - r.start_x));
+  }
+  return {};
+}
+
+std::optional<LedgerEntry> TileLedger::find(TileId id) const {
+  const auto at = place(id);
+  Place p;
+  if (!at || !read_at(file_, *at, &p, sizeof p) || hash_of(p, seed_) != p.own_hash) return {};
+  if (p.level != std::uint32_t(id.level) || p.x != id.x || p.y != id.y) return {};
+  return LedgerEntry{.id = id,
+                     .size = p.size,
+                     .hash_low = p.hash_low,
+                     .hash_high = p.hash_high,
+                     .max_error_m = p.max_error_m,
+                     .edge_error_m = p.edge_error_m,
+                     .not_one_sided = (p.flags & kNotOneSided) != 0};
+}
+
+std::string TileLedger::encode(const LedgerEntry& e) const {
+  Place p{.level = std::uint32_t(e.id.level),
+          .x = e.id.x,
+          .y = e.id.y,
+          .flags = e.not_one_sided ? kNotOneSided : 0,
+          .size = e.size,
+          .hash_low = e.hash_low,
+          .hash_high = e.hash_high,
+          .max_error_m = e.max_error_m,
+          .edge_error_m = e.edge_error_m};
+  p.own_hash = hash_of(p, seed_);
+  return {reinterpret_cast<const char*>(&p), sizeof p};
+}
+
+}  // namespace tind

@@ -1,0 +1,66 @@
+#pragma once
+// A dataset as tiles: made from a DEM on demand, or read from a store. The same bytes both ways.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "proto/layer_json.h"
+#include "terrain/base/result.h"
+#include "terrain/geo/tiling_scheme.h"
+#include "terrain/raster/dem_source.h"
+
+namespace tind {
+
+/// What making a tile took, seconds of one thread. For people only: no byte of a tile depends on
+/// it.
+struct TileCost {
+  double reading = 0, borders = 0, fitting = 0, measuring = 0, encoding = 0;
+};
+
+/// One finished tile: quantized-mesh-1.0 with all the extensions that tind makes (octvertexnormals,
+/// metadata), not compressed.
+struct TileBytes {
+  std::vector<std::uint8_t> bytes;
+  TileCost cost;
+  double max_error_m = 0;
+  double edge_error_m = 0;    // how far its border is from the DEM, voids filled, at most
+  bool exact = true;          // max_error_m is the maximum over all posts, not only a bound of it
+  std::string side = "both";  // above: the mesh is at or above every post; below: at or below
+};
+
+/// How far a tile set is that must read its source before it can make tiles.
+struct Readiness {
+  enum class State { ready, reading, failed } state = State::ready;
+  double share = 1;  // read, 0..1
+  std::string why;   // it failed
+};
+
+/// The posts of a source that are lowest and highest; of several, any.
+struct HeightExtremes {
+  struct Place {
+    Geographic where;
+    double height_m = 0;  // in the source's datum()
+  };
+  Place lowest, highest;
+};
+
+class TileSet {
+ public:
+  virtual ~TileSet() = default;
+  virtual Readiness readiness() const { return {}; }
+  virtual const proto::LayerJson& layer() const = 0;
+  virtual bool available(TileId) const = 0;
+  /// Blocking and CPU-heavy for a DEM: call it on a worker. Thread-safe. not_found outside
+  /// availability; any other error is the source's and must not be cached.
+  virtual Result<TileBytes> tile(TileId, std::stop_token) const = 0;
+  /// The DEM behind it; null for a store.
+  virtual const DemSource* dem() const = 0;
+  /// Of the DEM; nothing for a store, until the DEM has been read, and where that failed.
+  virtual std::optional<HeightExtremes> extremes() const { return {}; }
+};
+
+}  // namespace tind
