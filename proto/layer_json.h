@@ -1,6 +1,6 @@
 #pragma once
-// layer.json: what a quantized-mesh tile set says of itself (TileJSON 2.1 dialect of globe
-// clients).
+// layer.json: what a quantized-mesh tile set says of itself (TileJSON 2.1 dialect of
+// globe clients).
 
 #include <array>
 #include <cstdint>
@@ -28,12 +28,12 @@ struct LayerJson {
   int minzoom = 0, maxzoom = 0;
   std::vector<std::vector<TileRange>> available;  // by absolute level from 0
   std::vector<std::string> extensions;            // e.g. octvertexnormals, metadata
-  // 0, or n: tiles of every n-th level say in their metadata which descendants exist, n levels
-  // down. CesiumJS reads `available` where this is absent, but cannot then take tiles with
-  // metadata.
+  // 0, or n: tiles of every n-th level say in their metadata which descendants exist, n
+  // levels down. CesiumJS reads `available` where this is absent, but cannot then take tiles
+  // with metadata.
   int metadata_availability = 0;
-  // tind's own: above or below where every tile lies on that side of its posts; not written for
-  // both.
+  // tind's own: above or below where every tile lies on that side of its posts; not written
+  // for both.
   std::string side = "both";
   // tind's own: what the heights are above: ellipsoid, egm96 or unknown; not written where empty.
   std::string datum;

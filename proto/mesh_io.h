@@ -74,8 +74,8 @@ MeshResult<void> write_mesh(const std::string& path, const Mesh&);
 MeshResult<Mesh> decode_ply(std::string_view bytes);
 
 /// v (with colour), vt, vn, f in every index form, negative ones too; polygons become fans. A
-/// vertex used with several vt or vn is split: the first use keeps its place, others follow at the
-/// end.
+/// vertex used with several vt or vn is split: the first use keeps its place, others follow at
+/// the end.
 MeshResult<Mesh> decode_obj(std::string_view text);
 
 /// ascii or binary; equal positions become one vertex. The origin that encode_stl wrote is added.

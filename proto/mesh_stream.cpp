@@ -1,10 +1,9 @@
 // One walk serves both directions: code_split asks its coder for each number, in one order, with
 // the same models; an encoding coder is given the number, a decoding one finds it.
 //
-// What makes records small (Pajarola and Rossignac 2000 for the batches): vertices as gaps in
-// sorted order; left and right as places in the vertex's ring; the new vertex against the middle of
-// the faces that go over to it, its height against the coarse surface there; the old vertex mostly
-// does not move.
+// What makes records small ([Pajarola00] for the batches): vertices as gaps in sorted order; left
+// and right as places in the vertex's ring; the new vertex against the middle of the faces that go
+// over to it, its height against the coarse surface there; the old vertex mostly does not move.
 
 #include "proto/mesh_stream.h"
 

@@ -1,5 +1,5 @@
 #pragma once
-// A binary arithmetic coder that learns: 32-bit range coder with carry (as in LZMA; Martin 1979),
+// A binary arithmetic coder that learns: 32-bit range coder with carry (as in LZMA; [Martin79]),
 // each bit with a probability that moves towards what came (12 bits of it are used).
 //
 // The decoder counts the bytes that it asked for. It has read a symbol for certain as long as it

@@ -44,8 +44,8 @@ inline bool parse_finite(std::string_view word, double& out) {
   return parse(word, out) && std::isfinite(out);
 }
 
-/// Lines one after the other, with their numbers from 1. A backslash at a line's end joins the
-/// next.
+/// Lines one after the other, with their numbers from 1. A backslash at a line's end joins
+/// the next.
 class Lines {
  public:
   explicit Lines(std::string_view text) : rest_(text) {}

@@ -183,8 +183,8 @@ Result<proto::RefineDelta> refined(services::RefineService& service,
   return service.region(dataset, region.where, region.errors, region.window, stop);
 }
 
-/// What is ready is answered at once; what must be prepared first waits for its turn among the long
-/// work.
+/// What is ready is answered at once; what must be prepared first waits for its turn among the
+/// long work.
 std::optional<http::Reply> refine(const App& app, const http::Request& request,
                                   http::Later& later) {
   const auto [found, not_found] = find_dataset(app, request.matched[0], request);

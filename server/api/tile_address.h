@@ -8,8 +8,8 @@
 
 namespace tind::api {
 
-/// Digits only, no sign, no leading zero, so that each tile has one address; nothing outside the
-/// pyramid.
+/// Digits only, no sign, no leading zero, so that each tile has one address; nothing outside
+/// the pyramid.
 std::optional<TileId> tile_address(std::string_view z, std::string_view x, std::string_view y);
 
 }  // namespace tind::api

@@ -30,8 +30,8 @@ class Addresses {
   std::map<Address, std::size_t> open_;
 };
 
-/// One connection's place in the counts; given back by its destructor, whatever happened to the
-/// connection.
+/// One connection's place in the counts; given back by its destructor, whatever happened to
+/// the connection.
 class Slot {
  public:
   Slot(Addresses& addresses, const Address& address, std::atomic<std::size_t>& open)

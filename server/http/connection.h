@@ -48,8 +48,8 @@ class Connection final : public std::enable_shared_from_this<Connection>,
   void start();
   /// The loop is leaving: what was idle has little time left.
   void leave();
-  /// Closes if it only waits for a request of which nothing has arrived, or nothing more for a
-  /// while.
+  /// Closes if it only waits for a request of which nothing has arrived, or nothing more for
+  /// a while.
   bool give_way();
   /// The same of one that is there beyond the limit, whatever has arrived, and after its answer.
   bool give_up();

@@ -62,10 +62,10 @@ class IoLoop {
   /// "Date: Sat, 21 Nov 2026 09:00:00 GMT\r\n", of this second.
   const std::string& date_line();
 
-  /// Closes the connection that has waited longest for a request: one that never sent any if there
-  /// is one, and one that stopped in the middle of it only if there is no other. False when nobody
-  /// just waits. `from`: only of this address, and only looked for among those that have waited
-  /// longest.
+  /// Closes the connection that has waited longest for a request: one that never sent any if
+  /// there is one, and one that stopped in the middle of it only if there is no other. False when
+  /// nobody just waits. `from`: only of this address, and only looked for among those that have
+  /// waited longest.
   bool make_one_give_way(const Address* from);
   /// Makes room for one more of `most` beyond the limit: the oldest that has no request yet goes.
   bool room_for_extra(std::size_t most);

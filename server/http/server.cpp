@@ -26,8 +26,8 @@
 // When there are as many as may be (in all, or from that address), one that only waits for a
 // request, or has stopped in the middle of one, gives way: connections that are held open for
 // nothing then keep nobody out. Each loop knows its own, so they are asked one after the other.
-// Where all are busy, a few more are let in and told so; what watches the server is answered even
-// then.
+// Where all are busy, a few more are let in and told so; what watches the server is answered
+// even then.
 //
 // Running out of file descriptors must not turn the acceptor into a busy loop (the connection that
 // cannot be accepted stays pending, so "readable" fires at once again): a descriptor is kept in

@@ -1,6 +1,6 @@
 #pragma once
-// The daemon's network side: listens, spreads connections over one I/O loop per thread, and stops
-// gracefully.
+// The daemon's network side: listens, spreads connections over one I/O loop per thread, and
+// stops gracefully.
 
 #include <atomic>
 #include <chrono>

@@ -1,7 +1,7 @@
 #pragma once
 // Numbers as bytes, the one way for every format: little endian unless said otherwise, variable
-// lengths as LEB128, signed ones zig-zag before that. On the ground floor, so that proto may use
-// it.
+// lengths as LEB128, signed ones zig-zag before that. On the ground floor, so that proto may
+// use it.
 
 #include <array>
 #include <bit>

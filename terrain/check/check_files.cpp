@@ -1,5 +1,5 @@
-// layer.json is read as plain JSON, field by field: proto/layer_json.cpp refuses what this has to
-// describe.
+// layer.json is read as plain JSON, field by field: proto/layer_json.cpp refuses what this has
+// to describe.
 
 #include "terrain/check/check_files.h"
 

@@ -1,7 +1,7 @@
 #pragma once
 // A decoded tile as a surface: how far it is from a post. The checker's own way to find the
-// triangle under a place; it shares nothing with the scans that fit and measure tiles when they are
-// made.
+// triangle under a place; it shares nothing with the scans that fit and measure tiles when they
+// are made.
 
 #include <array>
 #include <cstddef>

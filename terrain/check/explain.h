@@ -69,8 +69,8 @@ struct ExplainOptions {
 /// tile a few rows at a time.
 Result<TileStory> explain_tile(TileLocation, TileId, const ExplainOptions&, const Progress& = {});
 
-/// H at the middles of width x height even cells of a rectangle, row 0 in the north; NaN where H is
-/// void.
+/// H at the middles of width x height even cells of a rectangle, row 0 in the north; NaN where H
+/// is void.
 Result<HeightGrid> heights_over(const DemSource&, const GeoRect&, int width, int height);
 
 }  // namespace tind

@@ -12,8 +12,8 @@
 //               and 32767 on its edges; h 0..32767 between the tile's min and max height.
 //
 // Heights are metres. "orthometric" is above the geoid (EGM96 where not said otherwise),
-// "ellipsoidal" above the WGS84 ellipsoid. "vertical error" is a difference of heights at one
-// place.
+// "ellipsoidal" above the WGS84 ellipsoid. "vertical error" is a difference of heights at
+// one place.
 //
 // Tile rows: TMS counts from the south (row 0 touches latitude -90); XYZ counts from the north.
 // Inside tind a TileId is always TMS.

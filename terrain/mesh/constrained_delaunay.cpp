@@ -3,7 +3,7 @@
 // and a segment with a point within the tolerance is led through it (the apex of one of its two
 // triangles: in a constrained Delaunay triangulation it is the one that sees the segment under the
 // largest angle). Each of these moves lines by a hair and may make new crossings; so the next round
-// looks again, until one finds nothing to do (iterated snap rounding: Halperin and Packer 2002).
+// looks again, until one finds nothing to do (iterated snap rounding, [Halperin02]).
 
 #include "terrain/mesh/constrained_delaunay.h"
 

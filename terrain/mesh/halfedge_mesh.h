@@ -6,8 +6,8 @@
 // half-edge that leaves v; for a border vertex it is the one *on the border* (no twin), so that
 // walking counter-clockwise from it visits the whole fan. A removed triangle has origin kNone.
 //
-// Topology is 12 bytes a half-edge; edits are O(degree) and never allocate, except splits, which
-// append.
+// Topology is 12 bytes a half-edge; edits are O(degree) and never allocate, except splits,
+// which append.
 
 #include <cstdint>
 #include <span>
@@ -30,9 +30,9 @@ class HalfedgeMesh {
   static Result<HalfedgeMesh> from_tin(const Tin&);
 
   /// The grid mesh of cols x rows posts: vertex row * cols + col; each cell is split along the
-  /// diagonal from its lower left to its upper right corner. Positions are given in the same order.
-  /// REQUIRES: cols, rows >= 2, positions.size() == cols * rows; x grows with col, y falls with
-  /// row.
+  /// diagonal from its lower left to its upper right corner. Positions are given in the same
+  /// order. REQUIRES: cols, rows >= 2, positions.size() == cols * rows; x grows with col, y falls
+  /// with row.
   static HalfedgeMesh from_grid(int cols, int rows, std::vector<Vec3> positions);
 
   // Without branches: every third guess would be wrong.

@@ -1,11 +1,11 @@
 #pragma once
 // How far are two surfaces apart, in three dimensions, and how different do they look?
 //
-// As Metro defines it (Cignoni, Rocchini, Scopigno 1998): each surface is sampled on its vertices,
-// along its edges and over its faces, and each sample is measured to the nearest point of the other
-// surface. The maximum of both directions estimates the Hausdorff distance from below; RMS and mean
-// are over the faces' samples, which are spread by area. Attributes are compared between a sample
-// and its nearest point, both interpolated (papers/000 and /004, section 5).
+// As Metro [Cignoni98] defines it: each surface is sampled on its vertices, along its edges and
+// over its faces, and each sample is measured to the nearest point of the other surface. The
+// maximum of both directions estimates the Hausdorff distance from below; RMS and mean are over the
+// faces' samples, which are spread by area. Attributes are compared between a sample and its
+// nearest point, both interpolated ([Han04] and [Min], section 5).
 
 #include <cstdint>
 #include <optional>

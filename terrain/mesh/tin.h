@@ -34,7 +34,7 @@ inline bool surely_positive(double l, double r) {
 }
 
 /// True only when abc is counter-clockwise with positive area *for certain*: the rounding error of
-/// the determinant (Shewchuk 1997, ccwerrboundA) is taken off. Exact-integer input loses nothing
+/// the determinant ([Shewchuk97], ccwerrboundA) is taken off. Exact-integer input loses nothing
 /// beyond slivers of relative area 1e-15.
 inline bool surely_ccw(const Vec3& a, const Vec3& b, const Vec3& c) {
   return surely_positive((b.x - a.x) * (c.y - a.y), (b.y - a.y) * (c.x - a.x));

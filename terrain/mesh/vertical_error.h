@@ -1,6 +1,6 @@
 #pragma once
-// The referee: how far is a mesh from every post of a DEM, vertically? (papers/001's "Delaunay
-// selector", over all samples.)
+// The referee: how far is a mesh from every post of a DEM, vertically? (The "Delaunay selector" of
+// [Kim], over all samples.)
 
 #include <cstdint>
 #include <functional>

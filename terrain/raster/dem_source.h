@@ -34,8 +34,8 @@ struct DemOptions {
   bool keep_source_units = false;
   /// Bound of the block cache of one source, bytes.
   std::size_t cache_bytes = 64u << 20;
-  /// Bound of the files that are unpacked in memory (x.hgt.zip) while nobody reads from them,
-  /// bytes.
+  /// Bound of the files that are unpacked in memory (x.hgt.zip) while nobody reads from
+  /// them, bytes.
   std::size_t unpacked_bytes = 256u << 20;
 };
 

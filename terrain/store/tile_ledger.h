@@ -55,8 +55,8 @@ class TileLedger {
   bool names(TileId id) const { return place(id).has_value(); }
   const Levels& levels() const { return levels_; }
 
-  /// From the file as it is now; nothing where the tile is not finished, or the entry not sound.
-  /// Thread-safe.
+  /// From the file as it is now; nothing where the tile is not finished, or the entry not
+  /// sound. Thread-safe.
   std::optional<LedgerEntry> find(TileId) const;
 
   /// Where an entry goes, and its bytes. REQUIRES: names(id).

@@ -20,8 +20,8 @@ class TileLocation {
   bool remote() const { return remote_; }
   const std::string& base() const { return base_; }  // without a slash at the end
 
-  /// The template of layer.json by which a server's tiles are found; directories always hold
-  /// z/x/y.terrain.
+  /// The template of layer.json by which a server's tiles are found; directories always
+  /// hold z/x/y.terrain.
   void use_template(const std::string& text, const std::string& version);
   /// Path or URL.
   std::string tile(TileId) const;

@@ -15,8 +15,8 @@
 
 namespace tind {
 
-/// What making a tile took, seconds of one thread. For people only: no byte of a tile depends on
-/// it.
+/// What making a tile took, seconds of one thread. For people only: no byte of a tile depends
+/// on it.
 struct TileCost {
   double reading = 0, borders = 0, fitting = 0, measuring = 0, encoding = 0;
 };

@@ -75,8 +75,8 @@ struct Profile {
   }
 };
 
-/// Where a level looks at H. Between crossings H is linear: there the ends and the crossings say
-/// all.
+/// Where a level looks at H. Between crossings H is linear: there the ends and the crossings
+/// say all.
 Profile places_of(const TileEdge& e, const DemSource& source, const BorderOptions& o) {
   Profile profile;
   Crossings found = crossings(e, source, o);

@@ -1,4 +1,4 @@
-// Bounding sphere: the better of two (around the box's middle; Ritter 1990). Occlusion point:
+// Bounding sphere: the better of two (around the box's middle; [Ritter90]). Occlusion point:
 // Ring (2013), "Computing the horizon occlusion point", carried over to depths.
 //
 // Seen from a camera c, the unit sphere hides a point at distance k on direction d when

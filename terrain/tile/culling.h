@@ -2,9 +2,9 @@
 // What a globe client uses to decide, without looking at the mesh, that a tile cannot be seen: a
 // bounding sphere (outside the view?) and a horizon occlusion point (behind the earth?).
 //
-// The occlusion point stands for the whole tile in the test of Ring (2013), "Horizon Culling",
-// which clients run in *ellipsoid-scaled* space (ecef divided by a, a, b: the earth is the unit
-// sphere). It lies on the ray through the tile's centre.
+// The occlusion point stands for the whole tile in the test of [Ring13], which clients run in
+// *ellipsoid-scaled* space (ecef divided by a, a, b: the earth is the unit sphere). It lies on the
+// ray through the tile's centre.
 
 #include <span>
 
@@ -39,8 +39,8 @@ CullingVolumes culling_volumes(const GeoRect&, std::span<const Vec3> vertices);
 /// hide mountains that look over the terminator of their hemisphere.
 inline constexpr double kUnbounded = 1e160;
 
-/// The client's test: is the scaled point hidden by the unit sphere for a camera at `camera` (both
-/// ellipsoid-scaled)?
+/// The client's test: is the scaled point hidden by the unit sphere for a camera at `camera`
+/// (both ellipsoid-scaled)?
 bool hidden_by_horizon(const Vec3& point, const Vec3& camera);
 
 /// Ecef to ellipsoid-scaled.

@@ -1,7 +1,6 @@
 #pragma once
 // Surface normals as globe clients take them: unit vectors in ecef, two bytes each (octahedral
-// encoding; Cigolle et al. 2014, "A Survey of Efficient Representations for Independent Unit
-// Vectors").
+// encoding, [Cigolle14]).
 
 #include <array>
 #include <cstdint>

@@ -24,8 +24,8 @@ HeightGrid grid_from(const std::string& drawing);
 /// A rough, seeded random terrain (sum of octaves), heights about 0..relief.
 HeightGrid rough_terrain(int cols, int rows, unsigned seed, float relief = 500);
 
-/// A grid of up to 31 x 31 posts: noise, or in every third round cliffs; with voids in every
-/// fourth.
+/// A grid of up to 31 x 31 posts: noise, or in every third round cliffs; with voids in
+/// every fourth.
 HeightGrid awkward_grid(std::mt19937& random, int round);
 /// A grid of up to `sides` + 1 posts a side of few different heights (0, `step`, ...), one post in
 /// `void_in` without; never wholly void.

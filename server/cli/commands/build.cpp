@@ -38,8 +38,8 @@ std::stop_source& interrupted() {
 }
 volatile std::sig_atomic_t signal_seen = 0;
 
-/// Ctrl-C and SIGTERM finish the tile at hand. A handler may only set a flag; a second one ends at
-/// once.
+/// Ctrl-C and SIGTERM finish the tile at hand. A handler may only set a flag; a second one ends
+/// at once.
 void on_signal(int) {
   if (signal_seen) std::_Exit(kTryAgain);
   signal_seen = 1;

@@ -1,5 +1,5 @@
-// tind explain: what one tile is made of, how wrong it is and where, and why it is as fine as it
-// is.
+// tind explain: what one tile is made of, how wrong it is and where, and why it is as fine as
+// it is.
 
 #include "terrain/check/explain.h"
 

@@ -1,5 +1,5 @@
-// tind info: what is this? DEMs (info_dem.cpp), terrain tiles, tile sets here and elsewhere,
-// meshes.
+// tind info: what is this? DEMs (info_dem.cpp), terrain tiles, tile sets here and
+// elsewhere, meshes.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -1,5 +1,5 @@
-// tind plan: which tiles a flight needs, in the order of need, and which of them a link brings
-// late.
+// tind plan: which tiles a flight needs, in the order of need, and which of them a link
+// brings late.
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 #pragma once
-// The options that choose a method of simplification and tune it, for every subcommand that runs
-// one.
+// The options that choose a method of simplification and tune it, for every subcommand that
+// runs one.
 
 #include "server/cli/program/command_line.h"
 #include "terrain/base/result.h"

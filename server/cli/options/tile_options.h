@@ -15,8 +15,8 @@ void add_levels_option(Command, const std::string& meaning, int& first, int& las
 /// --max-error, --error-factor, --deepest, --levels A-B, --effort; bound to `options`.
 void add_tile_options(Command, TileSetOptions& options);
 
-/// One line on stderr, where the pyramid is not what whoever asked for it may have meant
-/// (TilePlan::warning).
+/// One line on stderr, where the pyramid is not what whoever asked for it may have
+/// meant (TilePlan::warning).
 void warn_of_plan(const DemSource&, const TileSetOptions&);
 
 }  // namespace tind::cli

@@ -24,9 +24,9 @@ MeshQuality validity_of(const Tin& mesh) {
   return q;
 }
 
-/// How far coordinates as a file holds them may lie beside their posts. Doubles of some millions of
-/// metres end a nanometre on: with posts centimetres apart that is more than scan_triangle
-/// forgives.
+/// How far coordinates as a file holds them may lie beside their posts. Doubles of some
+/// millions of metres end a nanometre on: with posts centimetres apart that is more than
+/// scan_triangle forgives.
 double slack_posts(const Tin& mesh, const MeshMap& map, bool float_file, int cols, int rows) {
   constexpr double kForgiven = 1e-8, kMost = 1e-3;  // posts
   if (float_file) return std::max(cols, rows) * 0x1p-23;

@@ -22,8 +22,8 @@ struct MeshQuality {
 };
 
 /// Measures `mesh`, in the frame of `map`, against all posts. `float_file`: its coordinates come
-/// from 32-bit floats, so a post on the rim may lie outside the mesh by their rounding, and still
-/// counts.
+/// from 32-bit floats, so a post on the rim may lie outside the mesh by their rounding, and
+/// still counts.
 MeshQuality mesh_quality(const Tin& mesh, const MeshMap& map, const HeightGrid& posts, int threads,
                          bool float_file = false);
 
@@ -38,8 +38,8 @@ std::uint64_t isolated_posts(const HeightGrid&);
 /// By its extension; STL has 32-bit coordinates only.
 bool is_stl(const std::string& path);
 
-/// triangles, vertices, max_error_m ... p99_m, max_at, posts, flipped, posts_uncovered,
-/// posts_isolated.
+/// triangles, vertices, max_error_m ... p99_m, max_at, posts, flipped,
+/// posts_uncovered, posts_isolated.
 nlohmann::ordered_json quality_json(const MeshQuality&);
 
 /// Two or three lines for a person.

@@ -14,9 +14,8 @@
 
 namespace tind::http {
 
-/// Valid until the handler returns, the body until the responder has
-/// answered: a handler that answers
-/// later copies what it needs of the rest.
+/// Valid until the handler returns, the body until the responder has answered: a handler that
+/// answers later copies what it needs of the rest.
 struct Request {
   const RequestHead& head;
   std::string_view path;                    // decoded

@@ -40,9 +40,9 @@ class RefineService {
   using Clock = std::chrono::steady_clock;
   explicit RefineService(const RefineLimits& limits = {}) : limits_(limits) {}
 
-  /// The whole mesh for a region, of the dataset or of a window of it; without a window of a
-  /// dataset that has too many posts, one around the region. REQUIRES: errors.inside_m <=
-  /// errors.outside_m.
+  /// The whole mesh for a region, of the dataset or of a window of it; without a window of
+  /// a dataset that has too many posts, one around the region. REQUIRES: errors.inside_m
+  /// <= errors.outside_m.
   Result<proto::RefineDelta> region(const Dataset&, const GeoRegion&, const RegionErrors&,
                                     const std::optional<GeoRect>& window, std::stop_token);
 

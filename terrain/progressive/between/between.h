@@ -1,6 +1,6 @@
 #pragma once
-// A progressive mesh between two models of one surface that somebody else made (papers/002: Yoon,
-// Choi, Lee): its coarse end is exactly the coarse model, its fine end the fine one.
+// A progressive mesh between two models of one surface that somebody else made [Yoon]:
+// its coarse end is exactly the coarse model, its fine end the fine one.
 //
 //   1. each coarse vertex gets a representative: the nearest fine vertex, all distinct
 //   2. vertex sets grow around them, by number of edges

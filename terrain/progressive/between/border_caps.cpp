@@ -81,8 +81,8 @@ std::size_t lengthen(HalfedgeMesh& m, Border& border, std::size_t count) {
   return added;
 }
 
-/// Fine vertices for the coarse ones, in their order, from fine place `start` on; and what it
-/// costs.
+/// Fine vertices for the coarse ones, in their order, from fine place `start` on; and what
+/// it costs.
 struct Assignment {
   double cost = HUGE_VAL;
   std::vector<std::size_t> at;  // places on the fine border

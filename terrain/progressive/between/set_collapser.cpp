@@ -143,8 +143,8 @@ class SetCollapser {
     return models_.fine_cap(m_.apex(h)) || models_.fine_cap(m_.apex(m_.twin(h)));
   }
 
-  /// Whether a triangle of v, which moves to `at`, turns by 90 degrees or more; those at `other`
-  /// go.
+  /// Whether a triangle of v, which moves to `at`, turns by 90 degrees or more; those at
+  /// `other` go.
   bool turns_over(Index v, Index other, const Vec3& at) const {
     bool turned = false;
     m_.for_each_out(v, [&](Index e) {

@@ -1,5 +1,5 @@
 #pragma once
-// Papers/002, sections 3.2 and 3.3: the collapses inside vertex sets, and where the vertices go.
+// [Yoon], sections 3.2 and 3.3: the collapses inside vertex sets, and where the vertices go.
 
 #include <optional>
 #include <span>

@@ -1,5 +1,5 @@
 #pragma once
-// Papers/002, section 3.1: the vertices of a fine model in sets, one for each vertex of a coarse
+// [Yoon], section 3.1: the vertices of a fine model in sets, one for each vertex of a coarse
 // model, that touch exactly where the coarse model has edges.
 //
 // The paper grows sets first and mends them one adjacency at a time, which can fail. Here each

@@ -3,7 +3,7 @@
 //
 // A round takes the cheapest share of all vertices and collapses an independent set of them, each
 // into the neighbour that leaves the smallest error over the posts around it (measured, not
-// estimated; de Berg and Dobrindt 1998 for the levels, the exact star check of simplify/ for the
+// estimated; [Berg98] for the levels, the exact star check of simplify/ for the
 // cost). No two collapses of a round touch, so a node's ancestors lie in older rounds and close by:
 // refining at one place forces little elsewhere. Vertices stay posts of the grid, and the finest
 // mesh is the whole grid, with no error at all.

@@ -1,6 +1,6 @@
 #pragma once
 // Which of several discrete levels of detail to show: by distance or by projected error, with
-// hysteresis (papers/003, 2.1).
+// hysteresis ([Sung], 2.1).
 //
 // Level 0 is the finest. Level i is good enough from distance from_m[i] on, from_m[0] = 0, and the
 // coarsest that is good enough is the one to show. The rule with hysteresis h: a finer level is

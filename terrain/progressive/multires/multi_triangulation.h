@@ -1,7 +1,7 @@
 #pragma once
 // Every triangle that a sequence of collapses ever had, and which of them can be in one mesh
-// together: the multi-triangulation of De Floriani, Magillo and Puppo (1997), the vertex hierarchy
-// of Hoppe (1997) with the strictest of legality rules.
+// together: the multi-triangulation of [DeFloriani97], the vertex hierarchy of [Hoppe97] with the
+// strictest of legality rules.
 //
 // A *node* is one collapse, seen from both sides: the triangles that it took away are the node's
 // *fine* ones, those that came in their place its *coarse* ones; both cover the same ground. To

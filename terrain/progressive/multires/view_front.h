@@ -1,5 +1,5 @@
 #pragma once
-// View-dependent refinement (Hoppe 1997) that follows a camera: from one view to the next only what
+// View-dependent refinement [Hoppe97] that follows a camera: from one view to the next only what
 // changes is looked at.
 //
 // Every triangle that is good enough has a *slack*, how far the camera may move before it might not

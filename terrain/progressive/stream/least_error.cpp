@@ -1,8 +1,8 @@
 // Every sample of the star says: the error is at least weight * z - rest, and at least its
-// negative. The largest of these lines is convex in z. From a height, the steepest trouble above
-// and below are two lines; where they cross is a lower bound of the error and the next height to
-// try (Kelley 1960, in one dimension). It ends after a finite number of steps, usually three or
-// four.
+// negative. The largest of these lines is convex in z. From a height, the steepest trouble
+// above and below are two lines; where they cross is a lower bound of the error and the next
+// height to try ([Kelley60], in one dimension). It ends after a finite number of steps, usually
+// three or four.
 
 #include "terrain/progressive/stream/least_error.h"
 

@@ -9,8 +9,8 @@
 
 namespace tind {
 
-/// The methods that collapse: edge-cost, qem, memoryless, attribute-qem, triangle-collapse,
-/// bounded.
+/// The methods that collapse: edge-cost, qem, memoryless, attribute-qem,
+/// triangle-collapse, bounded.
 bool makes_progressive(const std::string& method);
 
 /// The fine end is what `method` makes at its own `stop` (nothing set: the full grid), the coarse

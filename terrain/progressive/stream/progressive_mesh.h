@@ -1,6 +1,6 @@
 #pragma once
-// A progressive mesh (Hoppe 1996; papers "PM" in docs/methods.md): a coarse base mesh and the list
-// of vertex splits that lead from it to the fine one. Any prefix of the list is a valid mesh.
+// A progressive mesh [Hoppe96]: a coarse base mesh and the list of vertex splits that lead from it
+// to the fine one. Any prefix of the list is a valid mesh.
 //
 // Made from the collapses of any method, read backwards: collapse n-1 is split 0. Vertices are
 // numbered so that a prefix needs no table: the base's are 0..b-1, split i adds vertex b + i.

@@ -29,8 +29,8 @@ Result<proto::MeshStream> to_stream(const ProgressiveMesh&, const SpaceLattice& 
 /// the bound of the state after the last split that is there.
 ProgressiveMesh from_stream(const proto::MeshStream&);
 
-/// The georeference that a stream of a terrain carries: affine, CRS, unit, datum, size. No file, no
-/// fingerprint.
+/// The georeference that a stream of a terrain carries: affine, CRS, unit, datum, size. No file,
+/// no fingerprint.
 DemInfo info_of(const proto::MeshStream&);
 
 }  // namespace tind

@@ -11,8 +11,8 @@
 namespace tind {
 
 struct ProgressiveSurface {
-  /// Errors are in the mesh's own unit, and bounds on the distance of two surfaces
-  /// (displacement.h).
+  /// Errors are in the mesh's own unit, and bounds on the distance of two
+  /// surfaces (displacement.h).
   ProgressiveMesh mesh;
   std::size_t split_vertices = 0;  // what had to be done to make the input a manifold
   std::size_t dropped_triangles = 0;

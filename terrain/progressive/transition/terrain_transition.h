@@ -1,6 +1,6 @@
 #pragma once
 // From a coarse terrain mesh to a fine one of the same rectangle, without a pop and without a flip:
-// papers/002 ("between two models") for height fields.
+// [Yoon], "between two models", for height fields.
 //
 // The paper gives every coarse vertex a representative in the fine mesh and collapses the rest onto
 // them, so that the coarse mesh's topology is what remains; where that is not possible it proposes

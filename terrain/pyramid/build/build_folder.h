@@ -53,9 +53,9 @@ class BuildFolder {
 
   /// What is known of tile k, where it is there as this build would make it.
   std::optional<LedgerEntry> finished(std::size_t k) const;
-  /// Aside, then renamed: whoever looks sees the whole tile or none. For many threads. Every so
-  /// many tiles or seconds, one of them makes durable what was written. `known` takes size and
-  /// hash.
+  /// Aside, then renamed: whoever looks sees the whole tile or none. For many threads. Every
+  /// so many tiles or seconds, one of them makes durable what was written. `known` takes size
+  /// and hash.
   Result<void> write(std::size_t k, std::string_view bytes, LedgerEntry known);
   /// What was written until now is finished, come what may.
   Result<void> commit();

@@ -1,6 +1,6 @@
 #pragma once
-// What a build will make, before it is made: some tiles of each level are made and the rest is
-// extrapolated.
+// What a build will make, before it is made: some tiles of each level are made and the rest
+// is extrapolated.
 
 #include <memory>
 #include <vector>

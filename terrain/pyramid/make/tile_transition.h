@@ -12,8 +12,8 @@
 namespace tind {
 
 /// A pure function of the two quantized-mesh tiles, not compressed; a tile that states no error
-/// counts as 0. `level` > 0. Fails (bad_data), naming the tile and the place,
-/// where they cannot be brought together.
+/// counts as 0. `level` > 0. Fails (bad_data), naming the tile and the place, where they cannot be
+/// brought together.
 Result<proto::Transition> tile_transition(TileId tile, std::span<const std::uint8_t> fine,
                                           std::span<const std::uint8_t> parent);
 

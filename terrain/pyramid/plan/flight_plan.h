@@ -8,7 +8,7 @@
 // pilot may look anywhere.
 //
 // The order is earliest deadline first, which is optimal for one link: if any order is in time,
-// this one is (Jackson 1955). `lead_s` says how long before the first fix the transfer must begin
+// this one is [Jackson55]. `lead_s` says how long before the first fix the transfer must begin
 // so that no tile is late; the first view alone makes it positive.
 
 #include <cstddef>

@@ -53,9 +53,9 @@ Result<HeightRange> scan_heights(const DemSource&, const Progress& = {}, int thr
 int curvature_cells(int level);
 
 /// Vertices stand on multiples of this many units of the tile's grid: few different numbers take
-/// few bytes once tiles are compressed, and within an error bound the exact place is worth little.
-/// A power of two: at most a quarter of the way between every step-th post, and no more than the
-/// bound.
+/// few bytes once tiles are compressed, and within an error bound the exact place is worth
+/// little. A power of two: at most a quarter of the way between every step-th post, and no more
+/// than the bound.
 int place_step(const DemInfo&, int level, double eps, int step = 1);
 
 struct LevelPlan {

@@ -15,8 +15,8 @@ struct TileSetOptions {
   int last_level = -1;        // -1: down to the end
   std::string side = "both";  // both | above | below: where the mesh lies as seen from the posts
   std::string effort = "normal";
-  /// Tiles of more posts than this are certified through the residual index; 0: as residual_index.h
-  /// says.
+  /// Tiles of more posts than this are certified through the residual index; 0: as
+  /// residual_index.h says.
   std::int64_t exact_posts = 0;
 };
 

@@ -16,8 +16,8 @@ inline constexpr int kTileEpoch = 4;
 /// 32 digits for where the posts are and what their heights mean.
 std::string grid_digest(const DemInfo&);
 
-/// 32 digits for which tiles there are, where they are not a rectangle on every level; else
-/// nothing.
+/// 32 digits for which tiles there are, where they are not a rectangle on every level;
+/// else nothing.
 std::string area_digest(const TilePlan&);
 
 /// layer.json's `version`: EPOCH.0.NUMBER. `content` stands for the heights.

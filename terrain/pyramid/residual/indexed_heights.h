@@ -21,8 +21,8 @@ class IndexedHeights {
   /// REQUIRES: the index serves the level.
   IndexedHeights(const ResidualIndex& index, int level);
 
-  /// NaN where the cells around hold no post. Longitudes may run past +-180, latitudes not past
-  /// +-90.
+  /// NaN where the cells around hold no post. Longitudes may run past +-180, latitudes not
+  /// past +-90.
   void at(std::span<const Geographic> places, std::span<double> heights);
 
   /// The first record that could not be read.

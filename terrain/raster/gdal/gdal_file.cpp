@@ -2,9 +2,9 @@
 // judged before the first block is decoded, since one hostile block can ask for gigabytes.
 // Reading: one dataset per concurrent reader, because a GDAL dataset is not thread-safe.
 //
-// SRTM tiles come as "N41E001.hgt.zip". Random access inside a zip restarts decompression, and GDAL
-// does not compare its checksum; so the tile is unpacked into memory, once per handle (26 MB for
-// 1").
+// SRTM tiles come as "N41E001.hgt.zip". Random access inside a zip restarts decompression, and
+// GDAL does not compare its checksum; so the tile is unpacked into memory, once per handle (26 MB
+// for 1").
 //
 // What lies at the path may change while the source is in use, and a handle that is opened then
 // would see other heights than the one before. So whatever was read counts only when all files are

@@ -40,9 +40,9 @@ struct FileFacts {
 class BlockSums;
 class RasterFile;
 
-/// Open datasets that nobody reads from just now, of all files of one source. The longest unused is
-/// closed when they are more than `kMaxIdle`, or unpacked files among them more than so many bytes.
-/// Thread-safe.
+/// Open datasets that nobody reads from just now, of all files of one source. The longest unused
+/// is closed when they are more than `kMaxIdle`, or unpacked files among them more than so many
+/// bytes. Thread-safe.
 class IdleHandles {
  public:
   static constexpr std::size_t kMaxIdle = 32;

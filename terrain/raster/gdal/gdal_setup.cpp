@@ -47,9 +47,9 @@ constexpr std::pair<const char*, const char*> kOptions[] = {
     {"DTED_VERIFY_CHECKSUM", "YES"},             // the one uncompressed format that has any
 };
 
-// Shared by all handles of the process; one decoded block is at most 64 MiB (see gdal_file.cpp).
-// GDAL_CACHEMAX in the environment says otherwise: a daemon wants less, a batch of wide strips
-// more.
+// Shared by all handles of the process; one decoded block is at most 64 MiB (see
+// gdal_file.cpp). GDAL_CACHEMAX in the environment says otherwise: a daemon wants less, a batch
+// of wide strips more.
 constexpr GIntBig kCacheBytes = 128 << 20;
 
 void CPL_STDCALL keep(CPLErr level, CPLErrorNum, const char* message) {

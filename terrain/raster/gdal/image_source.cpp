@@ -1,5 +1,5 @@
-// An image is read once, averaged down to about the DEM's own resolution, then looked up post by
-// post.
+// An image is read once, averaged down to about the DEM's own resolution, then looked up post
+// by post.
 
 #include "terrain/raster/gdal/image_source.h"
 

@@ -21,9 +21,9 @@ struct Drape {
 /// Reads `path` (the formats that a DEM may have; one grey, one palette or three or more colour
 /// bands; 8 or 16 bits or float 0..1) and gives each post of `dem` its colour, bilinear between
 /// pixels. Where both have a CRS, posts are reprojected; otherwise the image's extent is taken to
-/// be the DEM's. Posts beyond the image take the nearest pixel. An image much finer than the DEM is
-/// averaged down first, so that colours do not alias. Fails (bad_data) when not one post lies on
-/// it.
+/// be the DEM's. Posts beyond the image take the nearest pixel. An image much finer than the DEM
+/// is averaged down first, so that colours do not alias. Fails (bad_data) when not one post lies
+/// on it.
 Result<Drape> drape_image(const std::string& path, const DemSource& dem);
 
 }  // namespace tind

@@ -9,11 +9,10 @@
 //
 // GUARANTEES: with --max-error M, every valid post lies within M of the mesh, in double precision
 // (side both), or between the mesh and M below it (above), or M above it (below). Nothing flips.
-// The result does not depend on the number of threads.
-// With a triangle count the error that counts is the root mean square: see bounded_count.h. A count
-// for one side only is met by a search over the error.
-// COST: 1 to 1.5 x greedy insertion (fast), 2 to 4 x (normal), 6 to 16 x (best): see
-// docs/methods.md.
+// The result does not depend on the number of threads. With a triangle count the error that
+// counts is the root mean square: see bounded_count.h. A count for one side only is met by a
+// search over the error. COST: 1 to 1.5 x greedy insertion (fast), 2 to 4 x (normal), 6 to 16 x
+// (best): see docs/methods.md.
 
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"

@@ -3,11 +3,11 @@
 // lies north of them, and a last pass thins what lies along the seams.
 //
 // It goes by rows of blocks. Row j is sewn to the mesh above it while the blocks of row j + 1 are
-// being made. Vertices on the line to row j + 1 are frozen until that row is there; triangles that
-// no later seam can touch leave for the result. So heights are in memory for three rows of blocks
-// (more with more threads than there are blocks in a row), and triangles that can still change for
-// two. Blocks depend on the size of the grid alone: the result is the same for any number of
-// threads.
+// being made. Vertices on the line to row j + 1 are frozen until that row is there; triangles
+// that no later seam can touch leave for the result. So heights are in memory for three rows of
+// blocks (more with more threads than there are blocks in a row), and triangles that can still
+// change for two. Blocks depend on the size of the grid alone: the result is the same for any
+// number of threads.
 
 #include "terrain/simplify/bounded/bounded_blocks.h"
 

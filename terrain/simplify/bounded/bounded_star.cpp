@@ -74,8 +74,8 @@ void Star<S>::ask_witnesses(const Vec3& apex, Room& room, double give_up) const 
   }
 }
 
-/// Intersects `room` with what the samples of one triangle allow; false as soon as the gap exceeds
-/// `give_up`.
+/// Intersects `room` with what the samples of one triangle allow; false as soon as the gap
+/// exceeds `give_up`.
 template <class S>
 bool Star<S>::narrow_by(const RingEdge& e, const Vec3& apex, Room& room, double give_up) {
   const Facet f(apex, e);

@@ -48,8 +48,8 @@ struct Axis {
   }
   bool single(int cell) const { return first(cell + 1) - first(cell) == 1; }
   double centre(int cell) const { return (first(cell) + first(cell + 1) - 1) / 2.0; }
-  /// Where the vertex may be. The outermost cells' vertices lie on the outermost
-  /// posts, and a cell of one post has its vertex there: the finest division is the full mesh.
+  /// Where the vertex may be. The outermost cells' vertices lie on the outermost posts, and a cell
+  /// of one post has its vertex there: the finest division is the full mesh.
   double low(int cell) const {
     if (single(cell)) return first(cell);
     if (cell == cells - 1) return posts - 1;
@@ -372,8 +372,8 @@ Result<Simplified> simplify_cluster(const HeightGrid& grid, double sx, double sy
   };
   Result<Simplified> out = fail(Errc::internal, "");
   if (options.stop.max_error_m) {
-    // From the finest division (every post a vertex: no error) to the coarsest that keeps the
-    // bound.
+    // From the finest division (every post a vertex: no error) to the coarsest that keeps
+    // the bound.
     out = search(double(full), 2, 14, [&](double triangles, bool& ok) {
       Result<Simplified> r = trial(triangles);
       ok = r && vertical_error(r->tin, grid, options.threads).max_m <= *options.stop.max_error_m;

@@ -1,10 +1,9 @@
 #pragma once
 // `cluster`: all posts of a cell of a coarse uniform grid become one vertex.
 //
-// Papers: J. Rossignac, P. Borrel, "Multi-resolution 3D approximations" (1993), with the
-// quadric-optimal representative of P. Lindstrom, "Out-of-core simplification of large polygonal
-// models" (2000). One pass over the rows of the source: memory is 100 bytes a cluster and one row,
-// whatever the size of the source.
+// The method of [Rossignac93], with the quadric-optimal representative of [Lindstrom00]. One pass
+// over the rows of the source: memory is 100 bytes a cluster and one row, whatever the size of
+// the source.
 //
 // Valid by construction (without lines): each vertex stays strictly inside its cell (on the
 // rectangle's side or corner for outer cells). The four vertices around a point where four cells
@@ -46,10 +45,10 @@ Result<Tin> cluster_rows(const ClusterGrid&, double spacing_x_m, double spacing_
                          const ReadRow& read, const Progress& progress = {},
                          const Constraints* constraints = nullptr);
 
-/// A source of any size: `read` gives its rows one after the other, from the first again for each
-/// pass. One pass where there are no voids; up to three where there are, for how many cells hold a
-/// post is known afterwards only. Fails (unsupported) for an error bound, which needs the whole
-/// grid.
+/// A source of any size: `read` gives its rows one after the other, from the first again for
+/// each pass. One pass where there are no voids; up to three where there are, for how many cells
+/// hold a post is known afterwards only. Fails (unsupported) for an error bound, which needs the
+/// whole grid.
 Result<Simplified> cluster_stream(int cols, int rows, double spacing_x_m, double spacing_y_m,
                                   const StopAt&, const ReadRow& read,
                                   const Progress& progress = {});

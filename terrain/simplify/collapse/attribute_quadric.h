@@ -2,16 +2,15 @@
 // `attribute-qem`: quadrics over position and attributes at once, so that colour borders, textures
 // and shading survive at the same triangle count.
 //
-// Papers/000 and /004 (Han, Chun, Min: EQEM), after Garland and Heckbert 1998. A vertex is a point
-// of R^N: position, then texture (N = 5), colour or normal (6), or colour and normal (9). The
-// quadric of a triangle is the squared distance to its plane in R^N (quadric_n.h); a collapse goes
-// where the sum of two is least, and takes the attributes from there: colours are clamped to 0..1,
-// normals made unit again. Attributes count against position by a dimensionless weight, relative to
-// the diagonal of the bounding box.
+// [Han04] and [Min], "EQEM", after [Garland98]. A vertex is a point of R^N: position, then texture
+// (N = 5), colour or normal (6), or colour and normal (9). The quadric of a triangle is the squared
+// distance to its plane in R^N (quadric_n.h); a collapse goes where the sum of two is least, and
+// takes the attributes from there: colours are clamped to 0..1, normals made unit again. Attributes
+// count against position by a dimensionless weight, relative to the diagonal of the bounding box.
 //
 // `attribute_metric` says how attributes take part:
 //   joint     EQEM
-//   separate  as progressive meshes do (Hoppe 1996): the shape's quadric, plus the squared change
+//   separate  as progressive meshes do [Hoppe96]: the shape's quadric, plus the squared change
 //   of
 //             the attributes; they do not move the vertex
 //   ignored   the shape alone decides (`qem`); attributes are carried along

@@ -1,4 +1,4 @@
-// The link condition (Dey et al. 1999): the two ends of an edge may have no common neighbour but
+// The link condition [Dey99]: the two ends of an edge may have no common neighbour but
 // the apexes of the edge's own triangles. Each fan is walked once into a small array on the stack;
 // comparing all pairs of two rings of six is cheaper than any marking scheme.
 

@@ -28,10 +28,10 @@
 // The link condition is the engine's own business. Edges that a filter refuses are put aside and
 // get another chance when something near them has changed.
 //
-// Order: cheapest first to within 9 % (BucketQueue); inside a bucket in rounds, and a vertex that
-// has been merged in a round waits for the next, so that equal costs (plateaus) thin out evenly
-// instead of rolling one vertex over the whole plateau. Deterministic. O((collapses + edges) *
-// degree).
+// Order: cheapest first to within 9 % (BucketQueue); inside a bucket in rounds, and a vertex
+// that has been merged in a round waits for the next, so that equal costs (plateaus) thin out
+// evenly instead of rolling one vertex over the whole plateau. Deterministic. O((collapses +
+// edges) * degree).
 
 #include <cmath>
 #include <cstdint>

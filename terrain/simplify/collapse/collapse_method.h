@@ -71,8 +71,8 @@ CollapseRun collapse_until(const StopAt& stop, const HeightGrid& grid, HalfedgeM
   return collapse_edges(mesh, cost, filter, until, progress);
 }
 
-/// `make_cost(TerrainMesh&)` returns the method's Cost (collapse_engine.h). The terrain outlives
-/// it.
+/// `make_cost(TerrainMesh&)` returns the method's Cost (collapse_engine.h). The terrain
+/// outlives it.
 template <class MakeCost>
 Result<Simplified> collapse_terrain(const HeightGrid& grid, double spacing_x_m, double spacing_y_m,
                                     const SimplifyOptions& options, const Progress& progress,

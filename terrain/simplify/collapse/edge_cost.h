@@ -1,5 +1,5 @@
 #pragma once
-// Terrain edge cost (Kim, Yu, Park, Cho: papers/001), the method `edge-cost`.
+// Terrain edge cost [Kim], the method `edge-cost`.
 //
 //   C(e) = L(e) + alpha h(e) + beta d(e)
 //   L = length of e * smaller circumradius of its two triangles   (an area: equation 2)

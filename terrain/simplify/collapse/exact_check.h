@@ -1,7 +1,7 @@
 #pragma once
 // The filter behind --max-error: a collapse may happen only when every post under the changed star
 // stays within the bound of the new triangles. So a classic cost function, which only estimates,
-// still ends with a guarantee (design.md, "Methods").
+// still ends with a guarantee.
 //
 // A triangle of the result is either one of the input, with no error at all, or it was tested when
 // it came about: the referee, which runs the same arithmetic, finds no post beyond the bound.

@@ -52,8 +52,8 @@ struct Sweep {
   double volume(const Vec3& v) const { return gx * v.x + gy * v.y + gz * v.z; }
 };
 
-/// The problem of one edge after z is eliminated: z = z0 - s x - t y, and
-/// f(x, y) = [x y] M [x y]^T - 2 [x y] r + const.
+/// The problem of one edge after z is eliminated: z = z0 - s x - t y, and f(x, y) = [x y] M [x y]^T
+/// - 2 [x y] r + const.
 struct Reduced {
   double z0, s, t;
   double mxx, mxy, myy, rx, ry;

@@ -1,6 +1,5 @@
 #pragma once
-// Memoryless simplification (Lindstrom and Turk 1998, cited by papers/004), the method
-// `memoryless`.
+// Memoryless simplification [Lindstrom98], the method `memoryless`.
 //
 // A collapse preserves the volume under the surface exactly, and among all such places takes the
 // one where the squared volumes swept by the triangles around the edge are least. Costs come from

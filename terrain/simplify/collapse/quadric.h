@@ -1,5 +1,5 @@
 #pragma once
-// Quadric error metrics (Garland and Heckbert 1997; papers/000, /004), the method `qem`.
+// Quadric error metrics ([Garland97]; [Han04] and [Min] build on them), the method `qem`.
 //
 // A vertex carries the area-weighted sum of the squared distances to the planes of all triangles
 // that were ever merged into it; a collapse adds two such sums and goes to the point where the sum

@@ -1,11 +1,10 @@
 #pragma once
 // `triangle-collapse`: six triangles a step.
 //
-// Papers: M. Sung, K. Park, "Triangle collapse simplified progressive mesh" (papers/003, PMTC), on
-// T. Gieng et al., "Smooth hierarchical surface triangulations" (1997). A step takes the triangle
-// of least weight, merges its three corners into one vertex (four triangles go), then collapses the
-// cheapest edge on the rim of the stencil, the ring of triangles around it (two more). One queue
-// holds triangles only; the search for the edge is local.
+// The method of [Sung], "PMTC", on [Gieng97]. A step takes the triangle of least weight, merges its
+// three corners into one vertex (four triangles go), then collapses the cheapest edge on the rim of
+// the stencil, the ring of triangles around it (two more). One queue holds triangles only; the
+// search for the edge is local.
 //
 // Weight: the quadric error at the triangle's centroid (on terrain, at the best height there),
 // times a penalty for a valence above nine. The merged vertex goes to the centroid or to where the

@@ -1,4 +1,4 @@
-// Vertex removal, after Schroeder et al. 1992. A removal is planned on the ring alone: ears are cut
+// Vertex removal, after [Schroeder92]. A removal is planned on the ring alone: ears are cut
 // off until a triangle is left (or, with the vertex on a straight border or on a diagonal, until
 // one quadrilateral is left). A vertex in the middle of a straight line goes along it: the line's
 // two neighbours lose no ear and become the diagonal that stays, so that each side of the line is
@@ -51,8 +51,8 @@ class Remover {
   Remover(TerrainMesh& terrain, const HeightGrid& grid, Criterion criterion, int k,
           std::optional<double> max_error);
 
-  /// Removes vertices until at most `target` triangles are left or none may go. False when told to
-  /// stop.
+  /// Removes vertices until at most `target` triangles are left or none may go. False when told
+  /// to stop.
   bool run(std::size_t target, const Progress& progress);
 
   std::uint64_t removed() const { return removed_; }
@@ -147,9 +147,9 @@ std::array<Index, 2> Remover::line_neighbours(Index v) const {
   return ends;
 }
 
-/// Interior vertices may go, those of lines where the line is straight; border vertices only where
-/// the border passes straight through. Removals never bend a border or a line, so this is asked
-/// once.
+/// Interior vertices may go, those of lines where the line is straight; border vertices only
+/// where the border passes straight through. Removals never bend a border or a line, so this is
+/// asked once.
 bool Remover::may_ever_go(Index v) const {
   if (!mesh_.alive_vertex(v)) return false;
   if (terrain_.lines.on_line(v)) return terrain_.kind[v] == VertexKind::along_line;

@@ -62,7 +62,7 @@ inline constexpr const char* kDefaultMeshMethod = "qem";
 struct SimplifyOptions {
   std::string method = kDefaultMethod;
   StopAt stop;
-  double alpha = 0.25, beta = 2;      // edge-cost; NaN-free, dimensionless (algorithms: edge cost)
+  double alpha = 0.25, beta = 2;      // edge-cost; NaN-free, dimensionless (edge_cost.h)
   std::string term = "all";           // edge-cost: all | length | height | degree
   std::string effort = "normal";      // bounded: fast | normal | best
   std::string side = "both";          // bounded: both | above | below

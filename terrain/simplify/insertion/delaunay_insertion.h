@@ -61,8 +61,8 @@ class DelaunayInsertion {
 
   std::uint64_t insertions() const { return insertions_; }
 
-  /// The sample behind each vertex slot (its true, unrounded place); NaN heights where there is
-  /// none.
+  /// The sample behind each vertex slot (its true, unrounded place); NaN heights where there
+  /// is none.
   std::vector<Vec3> take_origins() {
     origins_.resize(mesh_.vertex_slots(), {0, 0, std::numeric_limits<double>::quiet_NaN()});
     return std::move(origins_);

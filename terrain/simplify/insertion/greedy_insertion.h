@@ -1,8 +1,7 @@
 #pragma once
-// `greedy`: greedy insertion into a Delaunay triangulation (Garland and Heckbert 1995,
-// CMU-CS-95-181): from two triangles on, the worst sample becomes a vertex, until none is worse
-// than asked or the count is reached. Vertices are posts. What GIS tools use, and the baseline for
-// `bounded`.
+// `greedy`: greedy insertion into a Delaunay triangulation [Garland95]: from two triangles on, the
+// worst sample becomes a vertex, until none is worse than asked or the count is reached. Vertices
+// are posts. What GIS tools use, and the baseline for `bounded`.
 
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"

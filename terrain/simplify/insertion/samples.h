@@ -70,8 +70,8 @@ struct GridSamples {
   template <class F>
   bool scan_outside(const Vec3& a, const Vec3& b, const Vec3& c, const Band& band, F&& f) const {
     if (band.open()) return scan(a, b, c, f);
-    // Groups read up to three samples beyond the row: those of the next rows, as far as there are
-    // any.
+    // Groups read up to three samples beyond the row: those of the next rows, as far as there
+    // are any.
     const std::size_t end = std::size_t(rows - 1) * row_length() + std::size_t(cols);
     return scan_rows(a, b, c, [&](int row, int first, int last) {
       const std::size_t base = std::size_t(row) * row_length();

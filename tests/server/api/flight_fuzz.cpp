@@ -1,6 +1,6 @@
-// Any bytes as the bodies of POST /plan and /tiles, as tiles in frames and as a transition: refused
-// with a reason, or within the stated limits; and a transition that is accepted gives a mesh at any
-// parameter.
+// Any bytes as the bodies of POST /plan and /tiles, as tiles in frames and as a transition:
+// refused with a reason, or within the stated limits; and a transition that is accepted gives a
+// mesh at any parameter.
 
 #include <cmath>
 #include <cstdint>

@@ -1,5 +1,5 @@
-// The program itself: `tind compare`, and general meshes through `tind simplify` and `tind
-// measure`.
+// The program itself: `tind compare`, and general meshes through `tind simplify` and
+// `tind measure`.
 
 #include <gtest/gtest.h>
 

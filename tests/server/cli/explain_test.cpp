@@ -1,5 +1,5 @@
-// tind explain against what is known of a tile otherwise: its own metadata and the posts of its
-// DEM.
+// tind explain against what is known of a tile otherwise: its own metadata and the posts of
+// its DEM.
 
 #include <gtest/gtest.h>
 

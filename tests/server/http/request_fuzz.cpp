@@ -1,6 +1,6 @@
-// Any bytes as a request: the parser's verdict is the same whole and byte by byte, what it accepts
-// satisfies its policy, and everything behind it (router, query, conditions) takes any accepted
-// head.
+// Any bytes as a request: the parser's verdict is the same whole and byte by byte, what it
+// accepts satisfies its policy, and everything behind it (router, query, conditions) takes any
+// accepted head.
 
 #include <cstdint>
 #include <cstdlib>

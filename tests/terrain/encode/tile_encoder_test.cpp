@@ -18,8 +18,8 @@
 namespace tind {
 namespace {
 
-/// Some tiles of a rough terrain, of a coarse, a middle and the finest level, two of them
-/// neighbours.
+/// Some tiles of a rough terrain, of a coarse, a middle and the finest level, two of
+/// them neighbours.
 class EncodedTiles : public ::testing::Test {
  protected:
   EncodedTiles() {

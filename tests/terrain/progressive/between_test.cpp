@@ -1,5 +1,5 @@
-// From a model to one that somebody else made of it: both ends exact, every mesh between a
-// manifold.
+// From a model to one that somebody else made of it: both ends exact, every mesh between
+// a manifold.
 
 #include "terrain/progressive/between/between.h"
 

@@ -1,7 +1,7 @@
 #pragma once
-// The referee of view-dependent refinement: every post and what is drawn in its place, through a
-// projection of its own (nothing of terrain/progressive/multires/camera.h but the numbers of the
-// camera).
+// The referee of view-dependent refinement: every post and what is drawn in its place, through
+// a projection of its own (nothing of terrain/progressive/multires/camera.h but the numbers of
+// the camera).
 
 #include <cmath>
 #include <numbers>

@@ -1,5 +1,5 @@
-// The surface that normals of coarse tiles come from: what the records say, the same for whoever
-// asks.
+// The surface that normals of coarse tiles come from: what the records say, the same for
+// whoever asks.
 
 #include "terrain/pyramid/residual/indexed_heights.h"
 

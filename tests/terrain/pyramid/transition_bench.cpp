@@ -1,4 +1,4 @@
-// Every tile of a pyramid to its parent's part (papers/002): how many pairs succeed, how many
+// Every tile of a pyramid to its parent's part [Yoon]: how many pairs succeed, how many
 // vertices the splits cost, whether anything flips or neighbours differ on the way.
 //
 //   transition_bench [DIR]    a directory made by `tind build`; else the pyramid of rainier.tif

@@ -1,4 +1,4 @@
-// The table of papers/001, on Crater Lake and Ashby Gap: edge-cost beside qem at 10, 30, 50, 70 and
+// The table of [Kim], on Crater Lake and Ashby Gap: edge-cost beside qem at 10, 30, 50, 70 and
 // 90 % removal.
 //
 //   crater_table_bench [--runs N] [DEM...]

@@ -1,5 +1,5 @@
 // The experiment that chooses edge-cost's default weights: every pair of alpha and beta, the five
-// levels of papers/001, two terrains. A pair's score is its error over the error of alpha = beta =
+// levels of [Kim], two terrains. A pair's score is its error over the error of alpha = beta =
 // 0, as the geometric mean over all levels and terrains; beside it the vertex-removal criteria that
 // the paper compares with.
 //
