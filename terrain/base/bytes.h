@@ -8,12 +8,25 @@
 #include <cstdint>
 #include <cstring>
 #include <span>
+#include <string>
 #include <string_view>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 namespace tind {
+
+/// Bytes that somebody else holds, whatever they are held as: read only, one call long.
+struct ByteView {
+  const void* data;
+  std::size_t size;
+
+  ByteView(const void* bytes, std::size_t count) : data(bytes), size(count) {}
+  ByteView(std::string_view text) : data(text.data()), size(text.size()) {}
+  ByteView(const std::string& text) : data(text.data()), size(text.size()) {}
+  ByteView(std::span<const std::uint8_t> bytes) : data(bytes.data()), size(bytes.size()) {}
+  ByteView(const std::vector<std::uint8_t>& bytes) : data(bytes.data()), size(bytes.size()) {}
+};
 
 template <class T>
 concept Number = std::is_arithmetic_v<T> && !std::is_same_v<T, bool>;

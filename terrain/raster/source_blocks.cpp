@@ -2,13 +2,12 @@
 
 #include "terrain/raster/source_blocks.h"
 
-#include <fmt/format.h>
-#include <xxhash.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
+
+#include "terrain/base/hash.h"
 
 namespace tind {
 
@@ -17,11 +16,6 @@ namespace {
 constexpr std::int64_t kMostBlocks = 1 << 18;  // 2 MB
 constexpr int kLargestSide = 256;              // those of scan_heights are whole ones
 constexpr std::string_view kMagic{"TNSB\1\0\0\0", 8};
-
-std::string digest_of(const void* hashes, std::size_t bytes) {
-  const XXH128_hash_t h = XXH3_128bits(hashes, bytes);
-  return fmt::format("{:016x}{:016x}", h.high64, h.low64);
-}
 
 }  // namespace
 
@@ -46,7 +40,7 @@ void SourceBlocks::add(std::int64_t col, std::int64_t row, const HeightGrid& gri
           voids = voids || std::isnan(z);
           posts.push_back(std::isnan(z) ? std::numeric_limits<float>::quiet_NaN() : z);
         }
-      const std::uint64_t hash = XXH3_64bits(posts.data(), posts.size() * sizeof(float));
+      const std::uint64_t hash = hash64({posts.data(), posts.size() * sizeof(float)});
       hashes_[std::size_t((row + r) / side_ * across_ + (col + c) / side_)] =
           (hash & ~std::uint64_t(1)) | std::uint64_t(voids);
     }
@@ -55,7 +49,7 @@ void SourceBlocks::add(std::int64_t col, std::int64_t row, const HeightGrid& gri
 void SourceBlocks::add_void(std::int64_t col, std::int64_t row, int cols, int rows) {
   const auto hash_of = [](std::size_t posts) {
     const std::vector<float> voids(posts, std::numeric_limits<float>::quiet_NaN());
-    return XXH3_64bits(voids.data(), voids.size() * sizeof(float)) | 1;
+    return hash64({voids.data(), voids.size() * sizeof(float)}) | 1;
   };
   const auto side = std::size_t(side_);
   const std::uint64_t whole = hash_of(side * side);
@@ -75,7 +69,7 @@ std::vector<std::uint8_t> SourceBlocks::difference(const SourceBlocks& other) co
 }
 
 std::string SourceBlocks::digest() const {
-  return digest_of(hashes_.data(), hashes_.size() * sizeof hashes_[0]);
+  return hash128({hashes_.data(), hashes_.size() * sizeof hashes_[0]}).text();
 }
 
 std::string SourceBlocks::encode() const {
@@ -87,7 +81,7 @@ std::string SourceBlocks::encode() const {
 bool SourceBlocks::whole(std::string_view bytes, const std::string& digest) {
   if (!bytes.starts_with(kMagic)) return false;
   bytes.remove_prefix(kMagic.size());
-  return digest_of(bytes.data(), bytes.size()) == digest;
+  return hash128(bytes).text() == digest;
 }
 
 Result<SourceBlocks> SourceBlocks::decode(std::string_view bytes, const DemInfo& info,

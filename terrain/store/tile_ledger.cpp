@@ -6,12 +6,13 @@
 
 #include <fcntl.h>
 #include <unistd.h>
-#include <xxhash.h>
 
 #include <array>
 #include <cerrno>
 #include <cstring>
 #include <utility>
+
+#include "terrain/base/hash.h"
 
 namespace tind {
 
@@ -48,12 +49,12 @@ std::uint64_t tiles_of(const proto::TileRange& r) {
 }
 
 std::uint64_t hash_of(const Head& head, const std::vector<Range>& ranges) {
-  const std::uint64_t seed = XXH3_64bits(&head, offsetof(Head, hash));
-  return XXH3_64bits_withSeed(ranges.data(), ranges.size() * sizeof(Range), seed);
+  const std::uint64_t seed = hash64({&head, offsetof(Head, hash)});
+  return hash64({ranges.data(), ranges.size() * sizeof(Range)}, seed);
 }
 
 std::uint64_t hash_of(const Place& place, std::uint64_t seed) {
-  return XXH3_64bits_withSeed(&place, offsetof(Place, own_hash), seed);
+  return hash64({&place, offsetof(Place, own_hash)}, seed);
 }
 
 /// Places do not lie across two sectors of a disk.
@@ -76,8 +77,8 @@ bool read_at(int file, std::uint64_t at, void* to, std::size_t size) {
 }  // namespace
 
 void LedgerEntry::take(std::string_view stored) {
-  const XXH128_hash_t h = XXH3_128bits(stored.data(), stored.size());
-  size = stored.size(), hash_low = h.low64, hash_high = h.high64;
+  const Hash128 h = hash128(stored);
+  size = stored.size(), hash_low = h.low, hash_high = h.high;
 }
 
 bool LedgerEntry::vouches_for(std::string_view stored) const {
@@ -97,7 +98,7 @@ std::string TileLedger::blank(std::string_view record, const Levels& levels) {
     }
   Head head;
   head.ranges = std::uint32_t(ranges.size());
-  head.record = XXH3_64bits(record.data(), record.size());
+  head.record = hash64(record);
   head.hash = hash_of(head, ranges);
   std::string out(reinterpret_cast<const char*>(&head), sizeof head);
   out.append(reinterpret_cast<const char*>(ranges.data()), ranges.size() * sizeof(Range));
@@ -152,9 +153,7 @@ TileLedger::~TileLedger() {
   if (file_ >= 0) ::close(file_);
 }
 
-bool TileLedger::belongs_to(std::string_view record) const {
-  return XXH3_64bits(record.data(), record.size()) == seed_;
-}
+bool TileLedger::belongs_to(std::string_view record) const { return hash64(record) == seed_; }
 
 std::optional<std::uint64_t> TileLedger::place(TileId id) const {
   if (id.level < 0 || std::size_t(id.level) >= levels_.size()) return {};

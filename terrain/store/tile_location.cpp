@@ -1,11 +1,9 @@
 #include "terrain/store/tile_location.h"
 
-#include <libdeflate.h>
-
 #include <charconv>
 #include <fstream>
-#include <memory>
 
+#include "terrain/base/deflate.h"
 #include "terrain/raster/gdal/gdal_http.h"
 
 namespace tind {
@@ -91,21 +89,10 @@ std::optional<TileId> tile_of_path(const std::filesystem::path& relative) {
 }
 
 bool gunzip(std::vector<std::uint8_t>& bytes) {
-  if (bytes.size() < 2 || bytes[0] != 0x1f || bytes[1] != 0x8b) return true;
-  if (bytes.size() < 18) return false;
-  // The size in the last four bytes can be a lie: bounded.
-  const auto end = bytes.end();
-  const std::size_t size = std::size_t(end[-4]) | std::size_t(end[-3]) << 8 |
-                           std::size_t(end[-2]) << 16 | std::size_t(end[-1]) << 24;
-  if (size > kLargestFile) return false;
-  std::vector<std::uint8_t> out(size);
-  const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)> tool(
-      libdeflate_alloc_decompressor(), &libdeflate_free_decompressor);
-  if (libdeflate_gzip_decompress(tool.get(), bytes.data(), bytes.size(), out.data(), size,
-                                 nullptr) != LIBDEFLATE_SUCCESS)
-    return false;
-  bytes = std::move(out);
-  return true;
+  if (!is_gzip(bytes)) return true;
+  auto out = gunzip(bytes, kLargestFile);
+  if (out) bytes = std::move(*out);
+  return out.has_value();
 }
 
 }  // namespace tind

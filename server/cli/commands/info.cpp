@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <libdeflate.h>
 
 #include <algorithm>
 #include <cmath>
@@ -38,21 +37,6 @@ struct Arguments {
 };
 
 // ---- a tile ----
-
-/// The bytes of a gzip file; others as they are.
-Result<std::string> unpacked(const std::string& path, std::string bytes) {
-  constexpr std::size_t kMost = 64 << 20;
-  if (!bytes.starts_with("\x1f\x8b")) return bytes;
-  const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)> inflate(
-      libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
-  std::string out(std::min(kMost, 1040 * bytes.size()), '\0');  // DEFLATE's highest ratio is 1032
-  std::size_t size = 0;
-  if (libdeflate_gzip_decompress(inflate.get(), bytes.data(), bytes.size(), out.data(), out.size(),
-                                 &size) != LIBDEFLATE_SUCCESS)
-    return fail(Errc::bad_data, path + ": damaged gzip data");
-  out.resize(size);
-  return out;
-}
 
 Json to_json(const proto::QuantizedMesh& tile, std::size_t bytes) {
   const auto place = wgs84::from_ecef({tile.center[0], tile.center[1], tile.center[2]});
@@ -108,13 +92,11 @@ Result<Json> said(const Arguments& a, Json json, const std::string& text) {
 }
 
 Result<Json> info_tile(const Arguments& a, const std::string& path) {
-  auto file = TileLocation(path).read(path);
-  if (!file) return std::unexpected(file.error());
-  const auto bytes = unpacked(path, std::string(file->begin(), file->end()));
+  auto bytes = TileLocation(path).read(path);
   if (!bytes) return std::unexpected(bytes.error());
+  if (!gunzip(*bytes)) return fail(Errc::bad_data, path + ": damaged gzip data");
   std::string reason;
-  const auto tile =
-      proto::decode({reinterpret_cast<const std::uint8_t*>(bytes->data()), bytes->size()}, reason);
+  const auto tile = proto::decode(*bytes, reason);
   if (!tile) return fail(Errc::bad_data, path + ": not a quantized-mesh tile: " + reason);
   const Json j = to_json(*tile, bytes->size());
   return said(a, j, to_text(path, j));

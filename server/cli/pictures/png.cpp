@@ -1,9 +1,8 @@
 #include "server/cli/pictures/png.h"
 
-#include <libdeflate.h>
-
-#include <memory>
 #include <string_view>
+
+#include "terrain/base/deflate.h"
 
 namespace tind::cli {
 
@@ -18,15 +17,7 @@ void put_chunk(std::string& out, std::string_view type, std::string_view data) {
   const std::size_t start = out.size();
   out += type;
   out += data;
-  put_u32(out, libdeflate_crc32(0, out.data() + start, out.size() - start));
-}
-
-std::string deflate(const std::string& raw) {
-  const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> with(
-      libdeflate_alloc_compressor(9), &libdeflate_free_compressor);
-  std::string out(libdeflate_zlib_compress_bound(with.get(), raw.size()), '\0');
-  out.resize(libdeflate_zlib_compress(with.get(), raw.data(), raw.size(), out.data(), out.size()));
-  return out;
+  put_u32(out, crc32(std::string_view(out).substr(start)));
 }
 
 std::string base64(std::string_view in) {
@@ -63,7 +54,7 @@ std::string encode_png(const Picture& picture) {
   head += std::string("\x08\x02\x00\x00\x00", 5);  // 8 bits, RGB
   std::string out = "\x89PNG\r\n\x1a\n";
   put_chunk(out, "IHDR", head);
-  put_chunk(out, "IDAT", deflate(raw));
+  put_chunk(out, "IDAT", deflate<std::string>(raw, Wrapping::zlib, 9));
   put_chunk(out, "IEND", "");
   return out;
 }

@@ -1,37 +1,19 @@
 #include "server/http/message/representation.h"
 
-#include <libdeflate.h>
-#include <xxhash.h>
-
-#include <cstdint>
-#include <cstdio>
-
 #include "server/http/message/byte_range.h"
 #include "server/http/message/problem.h"
+#include "terrain/base/deflate.h"
+#include "terrain/base/hash.h"
 
 namespace tind::http {
 namespace {
 
 constexpr std::size_t kWorthCompressing = 256;  // below, headers outweigh what is saved
 
-std::string hash_of(std::string_view bytes) {
-  const XXH128_hash_t hash = XXH3_128bits(bytes.data(), bytes.size());
-  char text[33];
-  std::snprintf(text, sizeof text, "%016llx%016llx", static_cast<unsigned long long>(hash.high64),
-                static_cast<unsigned long long>(hash.low64));
-  return text;
-}
-
 /// Empty where compressing does not save at least a tenth.
 std::string gzipped(std::string_view bytes) {
   if (bytes.size() < kWorthCompressing) return {};
-  const std::unique_ptr<libdeflate_compressor, void (*)(libdeflate_compressor*)> compressor(
-      libdeflate_alloc_compressor(6), libdeflate_free_compressor);
-  if (!compressor) return {};
-  std::string out(bytes.size() - bytes.size() / 10, '\0');
-  out.resize(libdeflate_gzip_compress(compressor.get(), bytes.data(), bytes.size(), out.data(),
-                                      out.size()));
-  return out;
+  return deflate<std::string>(bytes, Wrapping::gzip, 6, bytes.size() - bytes.size() / 10);
 }
 
 }  // namespace
@@ -43,7 +25,7 @@ std::shared_ptr<const Representation> Representation::make(std::string_view body
   made->content_type_ = options.content_type;
   made->cache_control_ = options.cache_control;
   made->vary_ = options.vary;
-  const std::string hash = hash_of(body);
+  const std::string hash = hash128(body).text();
   made->etag_ = "\"" + hash + "\"";
   made->gzip_etag_ = "\"" + hash + "-gz\"";
   const auto payload = [&](int status, std::string_view etag, bool gzip, std::string_view bytes) {

@@ -1,13 +1,11 @@
 #include "terrain/pyramid/build/build.h"
 
-#include <libdeflate.h>
-
 #include <atomic>
 #include <memory>
 #include <mutex>
-#include <new>
 #include <optional>
 
+#include "terrain/base/deflate.h"
 #include "terrain/base/parallel.h"
 #include "terrain/geo/tile_order.h"
 #include "terrain/pyramid/build/build_folder.h"
@@ -26,12 +24,7 @@ constexpr double kLastDigit_m = 1e-6;  // stated errors are rounded up to it
 }  // namespace
 
 std::vector<std::uint8_t> gzipped(const std::vector<std::uint8_t>& bytes) {
-  const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> c(
-      libdeflate_alloc_compressor(10), &libdeflate_free_compressor);
-  if (!c) throw std::bad_alloc();  // it allocates, and says so only this way
-  std::vector<std::uint8_t> out(libdeflate_gzip_compress_bound(c.get(), bytes.size()));
-  out.resize(libdeflate_gzip_compress(c.get(), bytes.data(), bytes.size(), out.data(), out.size()));
-  return out;
+  return deflate(bytes, Wrapping::gzip, 10);
 }
 
 Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const BuildOptions& o,

@@ -1,24 +1,17 @@
 #include "terrain/pyramid/plan/tile_version.h"
 
 #include <fmt/format.h>
-#include <xxhash.h>
+
+#include "terrain/base/hash.h"
 
 namespace tind {
 
-namespace {
-
-std::string digits_of(std::string_view text) {
-  const XXH128_hash_t h = XXH3_128bits(text.data(), text.size());
-  return fmt::format("{:016x}{:016x}", h.high64, h.low64);
-}
-
-}  // namespace
-
 std::string grid_digest(const DemInfo& info) {
   const Affine& a = info.post_to_crs;
-  return digits_of(fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}", info.cols, info.rows, a.x0,
-                               a.x_col, a.x_row, a.y0, a.y_col, a.y_row, info.crs_wkt,
-                               name(info.datum), info.rounding_m, info.wraps_longitude));
+  return hash128(fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}", info.cols, info.rows, a.x0,
+                             a.x_col, a.x_row, a.y0, a.y_col, a.y_row, info.crs_wkt,
+                             name(info.datum), info.rounding_m, info.wraps_longitude))
+      .text();
 }
 
 std::string area_digest(const TilePlan& plan) {
@@ -30,7 +23,7 @@ std::string area_digest(const TilePlan& plan) {
     for (const TileRange& r : ranges)
       text += fmt::format("{} {} {} {} {}\n", z, r.west, r.south, r.east, r.north);
   }
-  return rectangles ? std::string() : digits_of(text);
+  return rectangles ? std::string() : hash128(text).text();
 }
 
 std::string tile_version(const DemInfo& info, const TilePlan& plan, const std::string& content) {
@@ -39,7 +32,7 @@ std::string tile_version(const DemInfo& info, const TilePlan& plan, const std::s
                                        o.max_error_m, o.error_factor, plan.max_level(), o.side,
                                        o.effort, o.exact_posts, area_digest(plan));
   constexpr int kBits = 53;  // a number that JavaScript, too, holds whole
-  return fmt::format("{}.0.{}", kTileEpoch, XXH3_64bits(text.data(), text.size()) >> (64 - kBits));
+  return fmt::format("{}.0.{}", kTileEpoch, hash64(text) >> (64 - kBits));
 }
 
 }  // namespace tind

@@ -8,7 +8,6 @@
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#include <xxhash.h>
 
 #include <array>
 #include <cerrno>
@@ -21,6 +20,7 @@
 #include <set>
 #include <thread>
 
+#include "terrain/base/hash.h"
 #include "terrain/base/parallel.h"
 #include "terrain/geo/availability.h"
 #include "terrain/geo/ellipsoid.h"
@@ -54,7 +54,7 @@ static_assert(sizeof(RecordHeader) == 32);
 
 template <class T>
 std::uint64_t hash_before(const T& header) {
-  return XXH3_64bits(&header, sizeof(T) - sizeof(std::uint64_t));
+  return hash64({&header, sizeof(T) - sizeof(std::uint64_t)});
 }
 
 FileHeader header_for(const DemSource& source, int level) {
@@ -195,7 +195,7 @@ class ResidualFile {
                          std::vector<std::uint8_t>& bytes) {
     bytes.resize(place.size);
     return read_at(index.file_, place.offset, bytes.data(), bytes.size()) &&
-           XXH3_64bits(bytes.data(), bytes.size()) == place.hash;
+           hash64(bytes) == place.hash;
   }
 
   /// The facts that the roots hold. Fails when a root is not there.
@@ -298,12 +298,8 @@ class ResidualFile {
   }
 
   Result<void> append(TileId id, const std::vector<std::uint8_t>& bytes) {
-    RecordHeader header{std::uint32_t(id.level),
-                        id.x,
-                        id.y,
-                        std::uint32_t(bytes.size()),
-                        XXH3_64bits(bytes.data(), bytes.size()),
-                        0};
+    RecordHeader header{std::uint32_t(id.level),     id.x,          id.y,
+                        std::uint32_t(bytes.size()), hash64(bytes), 0};
     header.own_hash = hash_before(header);
     std::vector<std::uint8_t> whole(sizeof header + bytes.size());
     std::memcpy(whole.data(), &header, sizeof header);

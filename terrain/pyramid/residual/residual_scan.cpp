@@ -5,11 +5,10 @@
 
 #include "terrain/pyramid/residual/residual_scan.h"
 
-#include <xxhash.h>
-
 #include <algorithm>
 #include <cmath>
 
+#include "terrain/base/hash.h"
 #include "terrain/tile/height_field.h"
 #include "terrain/tile/tile_posts.h"
 
@@ -166,7 +165,7 @@ class TileScan {
     if (posts->inside() == 0) return {};
     const auto bits = field.loaded().values();
     record_.hashes[std::size_t(patch_row * kPatches + patch_col)] =
-        XXH3_64bits(bits.data(), bits.size_bytes());
+        hash64({bits.data(), bits.size_bytes()});
 
     const double x = col0 * kSide, y = kExtent - row0 * kSide;
     const PatchPosts by_cell(*posts, x, y);

@@ -4,7 +4,6 @@
 #include "terrain/raster/dem_source.h"
 
 #include <fmt/format.h>
-#include <xxhash.h>
 
 #include <algorithm>
 #include <array>
@@ -13,6 +12,7 @@
 #include <mutex>
 #include <optional>
 
+#include "terrain/base/hash.h"
 #include "terrain/raster/block_cache.h"
 #include "terrain/raster/gdal/datum_shift.h"
 #include "terrain/raster/gdal/gdal_frame.h"
@@ -284,8 +284,7 @@ Result<void> RasterSource::describe(std::span<const std::string> files, const De
                           options.keep_source_units);
   if (options.ignore_declared_nodata) *content += " none";
   for (const double nodata : options.nodata) *content += fmt::format(" {}", nodata);
-  const XXH128_hash_t hash = XXH3_128bits(content->data(), content->size());
-  info_.fingerprint = fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
+  info_.fingerprint = hash128(*content).text();
   return {};
 }
 

@@ -16,7 +16,6 @@
 #include <cpl_vsi.h>
 #include <fmt/format.h>
 #include <gdal_priv.h>
-#include <xxhash.h>
 
 #include <algorithm>
 #include <atomic>
@@ -25,6 +24,7 @@
 #include <limits>
 #include <set>
 
+#include "terrain/base/hash.h"
 #include "terrain/raster/gdal/gdal_setup.h"
 #include "terrain/raster/gdal/gdal_verify.h"
 #include "terrain/raster/gdal/zip_entry.h"
@@ -146,7 +146,7 @@ std::string hash_of_ends(const std::string& path, std::uint64_t size) {
     VSIFSeekL(file.get(), size - (bytes.size() - head), SEEK_SET);
     got += VSIFReadL(bytes.data() + head, 1, bytes.size() - head, file.get());
   }
-  return fmt::format("{:016x}", XXH3_64bits(bytes.data(), got));
+  return fmt::format("{:016x}", hash64({bytes.data(), got}));
 }
 
 }  // namespace

@@ -3,12 +3,13 @@
 #include <cpl_vsi.h>
 #include <fmt/format.h>
 #include <gdal_priv.h>
-#include <libdeflate.h>
 
 #include <array>
 #include <cstdlib>
 #include <memory>
 #include <string_view>
+
+#include "terrain/base/deflate.h"
 
 namespace tind::gdal {
 namespace {
@@ -36,15 +37,6 @@ Extent extent_of(GDALRasterBand& band, int x, int y) {
   };
   const std::uint64_t offset = item("OFFSET");
   return {offset, offset ? item("SIZE") : 0};
-}
-
-bool sum_is_right(const std::vector<std::uint8_t>& packed, std::size_t most) {
-  std::vector<std::uint8_t> raw(most);
-  const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)> inflate(
-      libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
-  std::size_t size = 0;
-  return libdeflate_zlib_decompress(inflate.get(), packed.data(), packed.size(), raw.data(),
-                                    raw.size(), &size) == LIBDEFLATE_SUCCESS;
 }
 
 /// What may stand in the numbers of an ASCII grid, "nan", "inf" and "1.#QNAN" among them.
@@ -108,7 +100,7 @@ Result<bool> BlockSums::check_block(GDALDataset& set, const std::string& real, i
   if (!file || VSIFSeekL(file.get(), extent.offset, SEEK_SET) != 0 ||
       VSIFReadL(packed.data(), 1, packed.size(), file.get()) != packed.size())
     return fail(Errc::bad_data, fmt::format("block {}, {} is cut off", x, y));
-  if (!sum_is_right(packed, block_bytes_))
+  if (!inflate(packed, Wrapping::zlib, block_bytes_))
     return fail(Errc::bad_data, fmt::format("the checksum of block {}, {} is wrong", x, y));
   return true;
 }

@@ -5,14 +5,14 @@
 #include "terrain/raster/gdal/zip_entry.h"
 
 #include <fmt/format.h>
-#include <libdeflate.h>
 
 #include <algorithm>
 #include <cctype>
 #include <fstream>
-#include <memory>
 #include <optional>
 #include <span>
+
+#include "terrain/base/deflate.h"
 
 namespace tind {
 namespace {
@@ -75,14 +75,11 @@ bool unpack(Bytes zip, const Entry& entry, std::vector<std::uint8_t>& out) {
     out.assign(packed.begin(), packed.end());
   } else {
     if (entry.method != 8) return false;
-    out.resize(entry.unpacked);
-    const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)> inflate(
-        libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
-    if (libdeflate_deflate_decompress(inflate.get(), packed.data(), packed.size(), out.data(),
-                                      out.size(), nullptr) != LIBDEFLATE_SUCCESS)
-      return false;  // also when the length is not the stated one
+    auto whole = inflate(packed, Wrapping::none, entry.unpacked);
+    if (!whole || whole->size() != entry.unpacked) return false;
+    out = std::move(*whole);
   }
-  return libdeflate_crc32(0, out.data(), out.size()) == entry.crc;
+  return crc32(out) == entry.crc;
 }
 
 }  // namespace

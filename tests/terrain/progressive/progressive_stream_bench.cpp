@@ -1,11 +1,10 @@
 // Bytes a vertex of .tpm beside raw and gzip, and splits a second of the cursor.
 //   progressive_stream_bench DEM [max_error_m] [methods...]
 
-#include <libdeflate.h>
-
 #include <cstdio>
 #include <cstdlib>
 
+#include "terrain/base/deflate.h"
 #include "terrain/progressive/stream/make_progressive.h"
 #include "terrain/progressive/stream/progressive_cursor.h"
 #include "terrain/progressive/stream/progressive_stream.h"
@@ -17,12 +16,7 @@ using namespace tind;
 namespace {
 
 std::size_t gzip_size(const std::vector<std::uint8_t>& bytes) {
-  libdeflate_compressor* c = libdeflate_alloc_compressor(9);
-  std::vector<std::uint8_t> out(libdeflate_gzip_compress_bound(c, bytes.size()));
-  const std::size_t n =
-      libdeflate_gzip_compress(c, bytes.data(), bytes.size(), out.data(), out.size());
-  libdeflate_free_compressor(c);
-  return n;
+  return deflate(bytes, Wrapping::gzip, 9).size();
 }
 
 double now() {
