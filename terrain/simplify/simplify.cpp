@@ -25,8 +25,7 @@ namespace tind {
 
 namespace {
 
-using Method = Result<Simplified> (*)(const HeightGrid&, double, double, const SimplifyOptions&,
-                                      const Progress&);
+using Method = Result<Simplified> (*)(const Terrain&, const SimplifyOptions&, const Progress&);
 
 constexpr const char* kAlways = "0 flipped, 0 uncovered, lines stay edges";
 constexpr const char* kAllStops = "triangles, ratio, max error";
@@ -151,14 +150,14 @@ std::string names() {
 
 /// What only lines need: their grid, polygons level to the last bit, and a word where heights that
 /// the lines bring cannot be had together with the error bound.
-Result<Simplified> with_lines(Method run, double sx, double sy, const SimplifyOptions& options,
+Result<Simplified> with_lines(Method run, const SimplifyOptions& options,
                               const Progress& progress) {
   const Constraints& constraints = *options.constraints;
-  Result<Simplified> made = run(constraints.grid, sx, sy, options, progress);
+  Result<Simplified> made = run(constraints.dem, options, progress);
   if (!made) return made;
   set_level(made->tin, constraints);
   if (options.stop.max_error_m &&
-      vertical_error(made->tin, constraints.grid, options.threads).max_m >
+      vertical_error(made->tin, constraints.dem.grid, options.threads).max_m >
           *options.stop.max_error_m) {
     made->note =
         "the bound is not held everywhere: the lines themselves, or posts beside them, are farther "
@@ -182,21 +181,23 @@ std::span<const MethodInfo> methods() {
   return infos;
 }
 
-Result<Simplified> simplify(const HeightGrid& grid, double spacing_x_m, double spacing_y_m,
-                            const SimplifyOptions& options, const Progress& progress) {
+Result<Simplified> simplify(const Terrain& dem, const SimplifyOptions& options,
+                            const Progress& progress) {
   const auto row =
       std::ranges::find_if(table(), [&](const Row& r) { return r.info.name == options.method; });
   if (row == table().end()) return no_such_method(options.method);
   if (const Result<void> ok = check_stop(options.stop); !ok) return std::unexpected(ok.error());
-  if (!(spacing_x_m > 0 && spacing_y_m > 0 && std::isfinite(spacing_x_m * spacing_y_m)))
+  if (!(dem.spacing_x_m > 0 && dem.spacing_y_m > 0 &&
+        std::isfinite(dem.spacing_x_m * dem.spacing_y_m)))
     return fail(Errc::invalid_argument, "the post spacing must be positive");
+  const HeightGrid& grid = dem.grid;
   if (grid.cols() < 2 || grid.rows() < 2) {
     return fail(Errc::bad_data, "a grid of " + std::to_string(grid.cols()) + " x " +
                                     std::to_string(grid.rows()) +
                                     " posts has no triangles; at least 2 x 2 are needed");
   }
-  if (options.constraints) return with_lines(row->run, spacing_x_m, spacing_y_m, options, progress);
-  return row->run(grid, spacing_x_m, spacing_y_m, options, progress);
+  if (options.constraints) return with_lines(row->run, options, progress);
+  return row->run(dem, options, progress);
 }
 
 }  // namespace tind

@@ -13,14 +13,14 @@
 #include "terrain/base/result.h"
 #include "terrain/raster/dem_source.h"
 #include "terrain/raster/height_grid.h"
+#include "terrain/raster/terrain.h"
 #include "tests/support/support.h"
 
 namespace tind::test {
 
 struct BenchDem {
   std::string name;
-  HeightGrid grid;
-  double spacing_x_m = 1, spacing_y_m = 1;
+  Terrain terrain;
 };
 
 /// testdata/NAME, or dem/NAME of the shared data; empty when neither is there.
@@ -40,8 +40,7 @@ inline BenchDem load_dem(const std::string& path) {
   const DemInfo& info = (*dem)->info();
   Result<HeightGrid> grid = (*dem)->read(0, 0, int(info.cols), int(info.rows));
   if (!grid) give_up(grid.error().what);
-  return {std::filesystem::path(path).filename().string(), std::move(*grid), info.spacing_x_m,
-          info.spacing_y_m};
+  return {std::filesystem::path(path).filename().string(), terrain_of(std::move(*grid), info)};
 }
 
 template <class F>

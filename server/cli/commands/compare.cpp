@@ -80,14 +80,14 @@ void choose_method(const std::string& text, SimplifyOptions& o) {
     o.method = text;  // no such method; simplify() says so
 }
 
-CompareRow run_one(const HeightGrid& grid, const DemInfo& info, const std::string& method,
-                   const std::string& stop_text, const StopAt& stop, SimplifyOptions options) {
+CompareRow run_one(const Terrain& dem, const std::string& method, const std::string& stop_text,
+                   const StopAt& stop, SimplifyOptions options) {
   CompareRow row;
   row.method = method;
   row.stop = stop_text;
   choose_method(method, options);
   options.stop = stop;
-  MeasuredRun run = simplify_apart(grid, info.spacing_x_m, info.spacing_y_m, options);
+  MeasuredRun run = simplify_apart(dem, options);
   row.seconds = run.seconds;
   row.cpu_seconds = run.cpu_seconds;
   row.peak_mb = run.peak_mb;
@@ -98,8 +98,8 @@ CompareRow run_one(const HeightGrid& grid, const DemInfo& info, const std::strin
     return row;
   }
   row.made = std::move(*made);
-  row.quality = mesh_quality(row.made.tin, MeshMap{}, grid, options.threads);
-  row.attributes = attribute_errors(options, grid, info, row.made.tin);
+  row.quality = mesh_quality(row.made.tin, MeshMap{}, dem.grid, options.threads);
+  row.attributes = attribute_errors(options, dem, row.made.tin);
   return row;
 }
 
@@ -209,14 +209,14 @@ int run(const Arguments& a) {
   const auto dem = open_dem(a.input);
   if (!dem) return complain(dem.error());
   const DemInfo& info = (*dem)->info();
-  auto grid = read_all(**dem);
-  if (!grid) return complain(grid.error());
+  auto posts = read_all(**dem);
+  if (!posts) return complain(posts.error());
   SimplifyOptions options;
   if (a.lines.any()) {
-    auto constraints = read_lines(a.lines, **dem, *grid);
+    auto constraints = read_lines(a.lines, **dem, *posts);
     if (!constraints) return complain(constraints.error());
     options.constraints = std::move(*constraints);
-    grid = options.constraints->grid;
+    *posts = options.constraints->dem;
   }
   options.threads = a.threads;
   if (!a.drape.empty()) {
@@ -228,7 +228,7 @@ int run(const Arguments& a) {
   bool any = false;
   for (const auto& [text, stop] : *stops) {
     for (const std::string& method : a.methods) {
-      rows.push_back(run_one(*grid, info, method, text, stop, options));
+      rows.push_back(run_one(*posts, method, text, stop, options));
       any |= rows.back().failure.empty();
     }
   }
@@ -247,9 +247,7 @@ int run(const Arguments& a) {
   };
   const std::string title = "Simplifying " + info.files[0].substr(info.files[0].rfind('/') + 1);
   if (!write(a.csv, table_csv(rows))) return kCannotCreate;
-  if (!a.html.empty() &&
-      !write(a.html, compare_page(title, rows, *grid, info.spacing_x_m, info.spacing_y_m)))
-    return kCannotCreate;
+  if (!a.html.empty() && !write(a.html, compare_page(title, rows, *posts))) return kCannotCreate;
   if (!any) return complain({Errc::invalid_argument, "no method gave a result"});
   return kOk;
 }

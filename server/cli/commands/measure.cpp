@@ -55,11 +55,11 @@ int run(const Arguments& a) {
   if (a.dem.files.size() == 1 && is_mesh(a.dem.files[0])) return run_surfaces(a, *mesh);
   const auto dem = open_dem(a.dem);
   if (!dem) return complain(dem.error());
-  const Result<HeightGrid> posts = read_all(**dem);
+  const Result<Terrain> posts = read_all(**dem);
   if (!posts) return complain(posts.error());
   const MeshFrame frame = a.frame == "metric" ? MeshFrame::metric : MeshFrame::source;
   const MeshMap map = mesh_map((*dem)->info(), frame, a.units == "source");
-  const MeshQuality quality = mesh_quality(*mesh, map, *posts, a.threads, is_stl(a.mesh));
+  const MeshQuality quality = mesh_quality(*mesh, map, posts->grid, a.threads, is_stl(a.mesh));
   if (quality.error.posts == 0) {
     return complain({Errc::bad_data,
                      "the mesh covers no valid post of the DEM: are both in one "

@@ -104,8 +104,8 @@ int run(Arguments& a, Command app) {
   const auto dem = open_dem(a.input);
   if (!dem) return complain(dem.error());
   const DemInfo& info = (*dem)->info();
-  const Result<HeightGrid> grid = read_all(**dem);
-  if (!grid) return complain(grid.error());
+  const Result<Terrain> posts = read_all(**dem);
+  if (!posts) return complain(posts.error());
   const double error = a.max_error.value_or(std::min(info.spacing_x_m, info.spacing_y_m) / 32);
   if (!(error > 0)) {
     return complain({Errc::invalid_argument,
@@ -116,15 +116,14 @@ int run(Arguments& a, Command app) {
   Result<ProgressiveMesh> made;
   {
     ProgressBar bar(a.options.method, progress_style(a.progress));
-    made = make_progressive(*grid, info.spacing_x_m, info.spacing_y_m, a.options, a.base,
-                            bar.progress(), lattice);
+    made = make_progressive(*posts, a.options, a.base, bar.progress(), lattice);
   }
   if (!made) return complain_of(a.input, made.error());
   const auto bytes = write_stream(a.output, to_stream(*made, lattice, info));
   if (!bytes) return complain_of_output(bytes.error());
   const double base_error =
       made->splits.empty() ? made->fine_error_m : double(made->splits[0].error_m);
-  const std::uint64_t isolated = isolated_posts(*grid);
+  const std::uint64_t isolated = isolated_posts(posts->grid);
   const std::size_t vertices = made->base.vertices.size() + made->splits.size();
   if (a.json) {
     const nlohmann::ordered_json j = {

@@ -93,17 +93,16 @@ int run(const Arguments& a) {
   const DemInfo& info = (*dem)->info();
   const auto region = asked->over(**dem);
   if (!region) return complain(region.error());
-  const Result<HeightGrid> grid = read_all(**dem);
-  if (!grid) return complain(grid.error());
+  const Result<Terrain> posts = read_all(**dem);
+  if (!posts) return complain(posts.error());
   Result<MultiTriangulation> all;
   {
     ProgressBar bar("refine", progress_style(a.progress));
-    all = levelled_terrain(*grid, info.spacing_x_m, info.spacing_y_m, {.threads = a.threads},
-                           bar.progress());
+    all = levelled_terrain(*posts, {.threads = a.threads}, bar.progress());
   }
   if (!all) return complain(all.error());
   const Tin tin = refine_region(*all, *region, a.errors).to_tin();
-  const Measured measured = measure(tin, *grid, *region, a.threads);
+  const Measured measured = measure(tin, posts->grid, *region, a.threads);
   const MeshFrame frame = a.frame == "metric" ? MeshFrame::metric : MeshFrame::source;
   if (const auto ok = proto::write_mesh(
           a.output, mesh_above(info.datum, mesh_map(info, frame, false).from_posts(tin)));

@@ -238,13 +238,13 @@ int run(Arguments& a, Command app) {
   if (!dem) return complain(dem.error());
   const DemInfo& info = (*dem)->info();
   const bool stream = streams(a, info);
-  Result<HeightGrid> grid = stream ? HeightGrid() : read_all(**dem);
-  if (!grid) return complain(grid.error());
+  Result<Terrain> posts = stream ? Terrain() : read_all(**dem);
+  if (!posts) return complain(posts.error());
   if (a.lines.any()) {
-    auto constraints = read_lines(a.lines, **dem, *grid);
+    auto constraints = read_lines(a.lines, **dem, *posts);
     if (!constraints) return complain(constraints.error());
     a.options.constraints = std::move(*constraints);
-    grid = a.options.constraints->grid;
+    *posts = a.options.constraints->dem;
   }
   if (!a.drape.empty()) {
     Result<Drape> drape = drape_image(a.drape, **dem);
@@ -257,15 +257,14 @@ int run(Arguments& a, Command app) {
   {
     ProgressBar bar(a.options.method, progress_style(a.progress));
     const Progress progress = bar.progress();
-    made = stream ? make_in_strips(a, **dem, progress)
-                  : simplify(*grid, info.spacing_x_m, info.spacing_y_m, a.options, progress);
+    made = stream ? make_in_strips(a, **dem, progress) : simplify(*posts, a.options, progress);
   }
   if (!made) return complain_of(a.input, made.error());
   if (stream) warn_of_nodata(**dem);
   seconds.simplify = watch.lap();
   std::optional<ConstraintCheck> lines;
   if (a.options.constraints) lines = check_constraints(made->tin, *a.options.constraints);
-  const auto attributes = attribute_errors(a.options, *grid, info, made->tin);
+  const auto attributes = attribute_errors(a.options, *posts, made->tin);
   watch.lap();
 
   const MeshFrame frame = a.frame == "metric" ? MeshFrame::metric : MeshFrame::source;
@@ -279,7 +278,7 @@ int run(Arguments& a, Command app) {
   const Result<MeshQuality> quality =
       stream ? mesh_quality_in_strips(*written, map, int(info.cols), int(info.rows),
                                       strips_of(**dem), a.options.threads, is_stl(a.output))
-             : mesh_quality(*written, map, *grid, a.options.threads, is_stl(a.output));
+             : mesh_quality(*written, map, posts->grid, a.options.threads, is_stl(a.output));
   if (!quality) return complain(quality.error());
   seconds.measure = watch.lap();
   if (const auto ok = hold_to_bound(a, *quality, *made); !ok) return complain(ok.error());

@@ -77,7 +77,7 @@ void warn_of_nodata(const DemSource& dem) {
   if (const std::string line = undeclared_nodata_text(dem); !line.empty()) warn(line);
 }
 
-Result<HeightGrid> read_all(const DemSource& dem) {
+Result<Terrain> read_all(const DemSource& dem) {
   const DemInfo& info = dem.info();
   if (info.cols > kMaxPosts / std::max<std::int64_t>(info.rows, 1)) {
     return fail(Errc::out_of_range,
@@ -86,8 +86,9 @@ Result<HeightGrid> read_all(const DemSource& dem) {
                             info.cols, info.rows, kMaxPosts / 1'000'000));
   }
   auto all = dem.read(0, 0, int(info.cols), int(info.rows));
-  if (all) warn_of_nodata(dem);
-  return all;
+  if (!all) return std::unexpected(all.error());
+  warn_of_nodata(dem);
+  return terrain_of(std::move(*all), info);
 }
 
 }  // namespace tind::cli

@@ -8,7 +8,7 @@
 #include "server/cli/program/command_line.h"
 #include "terrain/base/result.h"
 #include "terrain/raster/dem_source.h"
-#include "terrain/raster/height_grid.h"
+#include "terrain/raster/terrain.h"
 
 namespace tind::cli {
 
@@ -39,6 +39,6 @@ void warn_of_nodata(const DemSource&);
 
 /// All posts at once, with a warning of undeclared nodata. Fails (out_of_range) for a source too
 /// large for one mesh.
-Result<HeightGrid> read_all(const DemSource&);
+Result<Terrain> read_all(const DemSource&);
 
 }  // namespace tind::cli

@@ -88,9 +88,9 @@ void add_line_options(Command app, LineInput& lines) {
 }
 
 Result<std::shared_ptr<const Constraints>> read_lines(const LineInput& input, const DemSource& dem,
-                                                      const HeightGrid& grid) {
+                                                      const Terrain& posts) {
   ConstraintShapes shapes;
-  const Heights heights{grid, input.heights == "dem"};
+  const Heights heights{posts.grid, input.heights == "dem"};
   for (const std::string& path : input.breaklines) {
     auto read = read_shapes(path, dem, heights);
     if (!read) return std::unexpected(read.error());
@@ -102,7 +102,7 @@ Result<std::shared_ptr<const Constraints>> read_lines(const LineInput& input, co
   for (const std::string& path : input.boundary)
     if (const auto ok = add_polygons(path, read_vectors(path, dem), shapes.boundary); !ok)
       return std::unexpected(ok.error());
-  Result<Constraints> made = constrain(grid, shapes);
+  Result<Constraints> made = constrain(posts, shapes);
   if (!made) return std::unexpected(made.error());
   return std::make_shared<const Constraints>(std::move(*made));
 }

@@ -10,7 +10,7 @@
 #include "server/cli/program/command_line.h"
 #include "terrain/base/result.h"
 #include "terrain/raster/dem_source.h"
-#include "terrain/raster/height_grid.h"
+#include "terrain/raster/terrain.h"
 #include "terrain/simplify/constraints/constraints.h"
 
 namespace tind::cli {
@@ -23,10 +23,10 @@ struct LineInput {
 
 void add_line_options(Command, LineInput&);
 
-/// The files' shapes over `grid`, which is all of `dem`. Says on stderr which files have only zeros
-/// for heights, where the DEM is not at sea level.
+/// The files' shapes over `posts`, which are all of `dem`. Says on stderr which files have only
+/// zeros for heights, where the DEM is not at sea level.
 Result<std::shared_ptr<const Constraints>> read_lines(const LineInput&, const DemSource& dem,
-                                                      const HeightGrid& grid);
+                                                      const Terrain& posts);
 
 nlohmann::ordered_json lines_json(const ConstraintReport&, const ConstraintCheck&);
 std::string lines_text(const ConstraintReport&, const ConstraintCheck&);

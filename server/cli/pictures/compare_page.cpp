@@ -212,7 +212,7 @@ std::vector<std::string> stops_of(const std::vector<CompareRow>& rows) {
 /// All results at one stop, with one scale of errors: the middle one of their 99 % errors, so that
 /// neither the best method's picture is blank nor the worst one's saturated all over.
 std::string pictures(const std::vector<CompareRow>& rows, const std::string& stop,
-                     const HeightGrid& grid, double sx, double sy, int step) {
+                     const Terrain& dem, int step) {
   std::vector<double> p99;
   for (const CompareRow& r : rows)
     if (r.failure.empty() && r.stop == stop) p99.push_back(r.quality.error.p99_m);
@@ -227,8 +227,8 @@ std::string pictures(const std::vector<CompareRow>& rows, const std::string& sto
     out += fmt::format(
         "<figure><div><img alt=\"shaded mesh\" src=\"{}\"><img alt=\"error\" src=\"{}\"></div>"
         "<figcaption><b>{}</b>: {} triangles, RMS {:.2f} m, max {:.1f} m</figcaption></figure>\n",
-        png_data_uri(shaded(r.made.tin, grid, sx, sy, step)),
-        png_data_uri(error_picture(r.made.tin, grid, scale, step)), escape(r.method),
+        png_data_uri(shaded(r.made.tin, dem, step)),
+        png_data_uri(error_picture(r.made.tin, dem.grid, scale, step)), escape(r.method),
         r.quality.triangles, r.quality.error.rms_m, r.quality.error.max_m);
   }
   return out + "</div>\n";
@@ -261,14 +261,15 @@ figcaption { font-size: 13px; color: #455; margin-top: .35rem } figcaption b { c
 
 }  // namespace
 
-Picture shaded(const Tin& tin, const HeightGrid& grid, double sx, double sy, int step) {
+Picture shaded(const Tin& tin, const Terrain& dem, int step) {
+  const HeightGrid& grid = dem.grid;
   const auto [low, high] = height_range(grid);
   const double range = std::max(1e-9, high - low);
   std::vector<double> light(tin.triangles.size());
   for (std::size_t t = 0; t < light.size(); ++t) {
     auto metric = [&](int k) {
       const Vec3& v = tin.vertices[tin.triangles[t][k]];
-      return Vec3{v.x * sx, v.y * sy, v.z};
+      return Vec3{v.x * dem.spacing_x_m, v.y * dem.spacing_y_m, v.z};
     };
     const Vec3 a = metric(0), n = cross(metric(1) - a, metric(2) - a);
     light[t] = light_on(n);
@@ -290,7 +291,8 @@ Picture error_picture(const Tin& tin, const HeightGrid& grid, double scale, int 
 }
 
 std::string compare_page(const std::string& title, const std::vector<CompareRow>& rows,
-                         const HeightGrid& grid, double sx, double sy) {
+                         const Terrain& dem) {
+  const HeightGrid& grid = dem.grid;
   const int step = std::max(1, (std::max(grid.cols(), grid.rows()) + 599) / 600);
   std::string page = fmt::format(
       "<!doctype html>\n<html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" "
@@ -298,7 +300,7 @@ std::string compare_page(const std::string& title, const std::vector<CompareRow>
       "<p class=\"lead\">{2} × {3} posts, {4:.4g} × {5:.4g} m apart. Errors are vertical, in "
       "metres, "
       "of each mesh against every valid post.</p>\n",
-      escape(title), kStyle, grid.cols(), grid.rows(), sx, sy);
+      escape(title), kStyle, grid.cols(), grid.rows(), dem.spacing_x_m, dem.spacing_y_m);
   page += key(rows);
   page += "<div class=\"curves\">\n";
   page += curve(rows, "RMS error, m", [](const CompareRow& r) { return r.quality.error.rms_m; });
@@ -306,7 +308,7 @@ std::string compare_page(const std::string& title, const std::vector<CompareRow>
       curve(rows, "Maximum error, m", [](const CompareRow& r) { return r.quality.error.max_m; });
   page += curve(rows, "Time, s", [](const CompareRow& r) { return r.seconds; });
   page += "</div>\n<h2>Figures</h2>\n" + table(rows);
-  for (const std::string& stop : stops_of(rows)) page += pictures(rows, stop, grid, sx, sy, step);
+  for (const std::string& stop : stops_of(rows)) page += pictures(rows, stop, dem, step);
   return page + "</html>\n";
 }
 

@@ -9,6 +9,7 @@
 #include "server/cli/pictures/png.h"
 #include "terrain/mesh/surface_distance.h"
 #include "terrain/raster/height_grid.h"
+#include "terrain/raster/terrain.h"
 #include "terrain/simplify/common/simplified.h"
 
 namespace tind::cli {
@@ -27,14 +28,13 @@ struct CompareRow {
 
 /// The mesh seen from above, lit from the north-west, with the DEM's heights as colour; voids and
 /// what no triangle covers are paper white. `step`: posts per pixel.
-Picture shaded(const Tin& posts_frame, const HeightGrid&, double spacing_x_m, double spacing_y_m,
-               int step);
+Picture shaded(const Tin& posts_frame, const Terrain& dem, int step);
 
 /// Mesh minus DEM: blue below, red above, white within a twentieth of `scale_m`, full at `scale_m`.
 Picture error_picture(const Tin& posts_frame, const HeightGrid&, double scale_m, int step);
 
 /// Curves (error and time against triangles), the table, and pictures of every row.
 std::string compare_page(const std::string& title, const std::vector<CompareRow>&,
-                         const HeightGrid&, double spacing_x_m, double spacing_y_m);
+                         const Terrain& dem);
 
 }  // namespace tind::cli

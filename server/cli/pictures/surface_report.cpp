@@ -31,15 +31,13 @@ nlohmann::ordered_json distance_json(const SurfaceDistance& d) {
   return j;
 }
 
-std::optional<SurfaceDistance> attribute_errors(const SimplifyOptions& options,
-                                                const HeightGrid& grid, const DemInfo& info,
+std::optional<SurfaceDistance> attribute_errors(const SimplifyOptions& options, const Terrain& dem,
                                                 const Tin& made) {
   if (options.method != "attribute-qem") return {};
-  const Result<Tin> full =
-      terrain_with_attributes(grid, info.spacing_x_m, info.spacing_y_m, options);
+  const Result<Tin> full = terrain_with_attributes(dem, options);
   if (!full) return {};
   Tin metric = made;
-  for (Vec3& v : metric.vertices) v.x *= info.spacing_x_m, v.y *= info.spacing_y_m;
+  for (Vec3& v : metric.vertices) v.x *= dem.spacing_x_m, v.y *= dem.spacing_y_m;
   return surface_distance(*full, metric, {.face_samples = 300000, .threads = options.threads});
 }
 

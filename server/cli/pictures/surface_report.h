@@ -7,7 +7,7 @@
 
 #include "terrain/mesh/surface_distance.h"
 #include "terrain/raster/dem_source.h"
-#include "terrain/raster/height_grid.h"
+#include "terrain/raster/terrain.h"
 #include "terrain/simplify/common/options.h"
 
 namespace tind::cli {
@@ -17,8 +17,8 @@ nlohmann::ordered_json distance_json(const SurfaceDistance&);
 
 /// How far the attributes (and, in three dimensions, the surface) of a simplified DEM are from
 /// those of its full mesh; nothing for methods that carry none. `made` is in post coordinates.
-std::optional<SurfaceDistance> attribute_errors(const SimplifyOptions&, const HeightGrid&,
-                                                const DemInfo&, const Tin& made);
+std::optional<SurfaceDistance> attribute_errors(const SimplifyOptions&, const Terrain& dem,
+                                                const Tin& made);
 
 /// A few lines for a person.
 std::string distance_text(const SurfaceDistance&);

@@ -3,7 +3,7 @@
 // that another left: what is measured does not depend on what ran before.
 
 #include "terrain/base/result.h"
-#include "terrain/raster/height_grid.h"
+#include "terrain/raster/terrain.h"
 #include "terrain/simplify/common/options.h"
 #include "terrain/simplify/common/simplified.h"
 #include "terrain/simplify/simplify.h"
@@ -19,7 +19,6 @@ struct MeasuredRun {
 
 /// As simplify(), and with its result. Fails (internal) when the process ended by itself, which
 /// mostly means that memory ran out. REQUIRES: no other thread runs.
-MeasuredRun simplify_apart(const HeightGrid&, double spacing_x_m, double spacing_y_m,
-                           const SimplifyOptions&);
+MeasuredRun simplify_apart(const Terrain& dem, const SimplifyOptions&);
 
 }  // namespace tind::cli

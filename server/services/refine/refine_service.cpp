@@ -64,10 +64,9 @@ Result<std::shared_ptr<const RefineService::Scene>> RefineService::make(const De
   auto posts = dem.read(window.col, window.row, window.cols, window.rows);
   if (!posts) return std::unexpected(posts.error());
   // Filled as in the tiles: who flies over a hole in the data sees ground, not sky.
-  const auto grid = fill_voids(dem, std::move(*posts), window.col, window.row);
+  auto grid = fill_voids(dem, std::move(*posts), window.col, window.row);
   if (!grid) return std::unexpected(grid.error());
-  const DemInfo& info = dem.info();
-  auto all = levelled_terrain(*grid, info.spacing_x_m, info.spacing_y_m, {},
+  auto all = levelled_terrain(terrain_of(std::move(*grid), dem.info()), {},
                               {.report = {}, .stop = std::move(stop)});
   if (!all) return std::unexpected(all.error());
   auto geometry = view_geometry(*all, dem, window.col, window.row);

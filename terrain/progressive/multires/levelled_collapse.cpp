@@ -29,12 +29,12 @@ constexpr double kLengthCost = 2e-4;
 
 class Rounds {
  public:
-  Rounds(TerrainMesh& terrain, const HeightGrid& grid, const LevelledOptions& options)
+  Rounds(TerrainMesh& terrain, const Terrain& dem, const LevelledOptions& options)
       : terrain_(terrain),
         mesh_(terrain.mesh),
-        grid_(grid),
+        grid_(dem.grid),
         options_(options),
-        builder_(mesh_, grid, terrain.metres_x, terrain.metres_y),
+        builder_(mesh_, dem),
         vertices_(mesh_.vertex_slots()) {
     for (Index v = 0; v < mesh_.vertex_slots(); ++v)
       if (mesh_.alive_vertex(v) && terrain.kind[v] != VertexKind::fixed) alive_.push_back(v);
@@ -181,14 +181,13 @@ class Rounds {
 
 }  // namespace
 
-Result<MultiTriangulation> levelled_terrain(const HeightGrid& grid, double metres_x,
-                                            double metres_y, const LevelledOptions& options,
+Result<MultiTriangulation> levelled_terrain(const Terrain& dem, const LevelledOptions& options,
                                             const Progress& progress) {
-  if (grid.size() > MultiTriangulationBuilder::kMostNodes)
+  if (dem.grid.size() > MultiTriangulationBuilder::kMostNodes)
     return fail(Errc::out_of_range, "too many posts to refine at once: cut the DEM into parts");
-  Result<TerrainMesh> terrain = terrain_mesh(grid, metres_x, metres_y);
+  Result<TerrainMesh> terrain = terrain_mesh(dem);
   if (!terrain) return std::unexpected(terrain.error());
-  return Rounds(*terrain, grid, options).run(progress);
+  return Rounds(*terrain, dem, options).run(progress);
 }
 
 }  // namespace tind

@@ -11,7 +11,7 @@
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
 #include "terrain/progressive/multires/multi_triangulation.h"
-#include "terrain/raster/height_grid.h"
+#include "terrain/raster/terrain.h"
 
 namespace tind {
 
@@ -21,10 +21,10 @@ struct LevelledOptions {
   int threads = 1;                   // the result does not depend on it
 };
 
-/// Post spacing in metres. Voids stay uncovered. Fails (invalid_argument) for less than 2 x 2
+/// Voids stay uncovered. Fails (invalid_argument) for less than 2 x 2
 /// posts, (out_of_range) for more posts than a multi-triangulation can number, (bad_data) where
 /// everything is void, (cancelled). O(posts log posts): about 7 microseconds a post.
-Result<MultiTriangulation> levelled_terrain(const HeightGrid&, double metres_x, double metres_y,
-                                            const LevelledOptions& = {}, const Progress& = {});
+Result<MultiTriangulation> levelled_terrain(const Terrain& dem, const LevelledOptions& = {},
+                                            const Progress& = {});
 
 }  // namespace tind

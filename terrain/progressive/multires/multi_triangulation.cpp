@@ -50,14 +50,8 @@ std::size_t MultiTriangulation::memory_bytes() const {
          bytes_of(added_) + bytes_of(moved_);
 }
 
-MultiTriangulationBuilder::MultiTriangulationBuilder(HalfedgeMesh& mesh, const HeightGrid& posts,
-                                                     double metres_x, double metres_y)
-    : mesh_(mesh),
-      posts_(posts),
-      metres_x_(metres_x),
-      metres_y_(metres_y),
-      slots_(mesh.triangle_slots()),
-      vertex_(mesh.vertex_slots()) {
+MultiTriangulationBuilder::MultiTriangulationBuilder(HalfedgeMesh& mesh, const Terrain& dem)
+    : mesh_(mesh), dem_(dem), slots_(mesh.triangle_slots()), vertex_(mesh.vertex_slots()) {
   for (Index v = 0; v < vertex_.size(); ++v) vertex_[v] = v;
   made_.vertices_.assign(mesh.positions().begin(), mesh.positions().end());
   for (Index t = 0; t < slots_.size(); ++t) {
@@ -77,7 +71,7 @@ MultiTriangulationBuilder::MultiTriangulationBuilder(HalfedgeMesh& mesh, const H
 
 void MultiTriangulationBuilder::measure(Index t, std::uint8_t steepest) {
   const auto corner = [&](Index k) { return mesh_.position(mesh_.origin(3 * t + k)); };
-  slots_[t].error = float_above(worst_post(posts_, corner(0), corner(1), corner(2)));
+  slots_[t].error = float_above(worst_post(dem_.grid, corner(0), corner(1), corner(2)));
   slots_[t].steepest = steepest;
 }
 
@@ -85,7 +79,7 @@ void MultiTriangulationBuilder::measure(Index t, std::uint8_t steepest) {
 std::uint8_t MultiTriangulationBuilder::slope(Index t) const {
   const auto corner = [&](Index k) {
     const Vec3& p = mesh_.position(mesh_.origin(3 * t + k));
-    return Vec3{p.x * metres_x_, p.y * metres_y_, p.z};
+    return Vec3{p.x * dem_.spacing_x_m, p.y * dem_.spacing_y_m, p.z};
   };
   const Vec3 a = corner(0), n = cross(corner(1) - a, corner(2) - a);
   return std::uint8_t(std::ceil(std::atan2(std::hypot(n.x, n.y), n.z) * 180 / std::numbers::pi));

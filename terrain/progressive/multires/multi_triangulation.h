@@ -24,7 +24,7 @@
 
 #include "terrain/mesh/halfedge_mesh.h"
 #include "terrain/mesh/tin.h"
-#include "terrain/raster/height_grid.h"
+#include "terrain/raster/terrain.h"
 
 namespace tind {
 
@@ -95,9 +95,8 @@ class MultiTriangulationBuilder {
   using Index = HalfedgeMesh::Index;
   static constexpr std::size_t kMostNodes = (std::size_t(1) << 31) / MultiTriangulation::kMostFine;
 
-  /// `metres_x`, `metres_y`: post spacing, for slopes. REQUIRES: mesh.vertex_slots() <= kMostNodes.
-  MultiTriangulationBuilder(HalfedgeMesh& mesh, const HeightGrid& posts, double metres_x,
-                            double metres_y);
+  /// REQUIRES: mesh.vertex_slots() <= kMostNodes.
+  MultiTriangulationBuilder(HalfedgeMesh& mesh, const Terrain& dem);
 
   /// Collapses h (origin(h) vanishes into dest(h)) and moves dest(h) to `at`. False, and nothing
   /// done, when too many triangles meet there for one node. REQUIRES: the collapse is legal and
@@ -118,8 +117,7 @@ class MultiTriangulationBuilder {
   void keep(Index triangle, Index reference);
 
   HalfedgeMesh& mesh_;
-  const HeightGrid& posts_;
-  double metres_x_, metres_y_;
+  const Terrain& dem_;
   MultiTriangulation made_;
   std::vector<Slot> slots_;
   std::vector<Index> vertex_;  // of a mesh's vertex slot: the vertex that stands there now

@@ -69,13 +69,11 @@ class LeastErrorCost {
 
 }  // namespace
 
-Result<Simplified> record_bounded_collapses(const HeightGrid& grid, double spacing_x_m,
-                                            double spacing_y_m, const SimplifyOptions& options,
+Result<Simplified> record_bounded_collapses(const Terrain& dem, const SimplifyOptions& options,
                                             const Progress& progress) {
-  return collapse_terrain(grid, spacing_x_m, spacing_y_m, options, progress,
-                          [&](TerrainMesh& terrain) {
-                            return LeastErrorCost(grid, terrain, options.recorder->lattice);
-                          });
+  return collapse_terrain(dem, options, progress, [&](TerrainMesh& terrain) {
+    return LeastErrorCost(dem.grid, terrain, options.recorder->lattice);
+  });
 }
 
 }  // namespace tind

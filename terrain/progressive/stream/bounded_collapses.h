@@ -8,7 +8,7 @@
 
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
-#include "terrain/raster/height_grid.h"
+#include "terrain/raster/terrain.h"
 #include "terrain/simplify/common/options.h"
 #include "terrain/simplify/common/simplified.h"
 #include "terrain/simplify/simplify.h"
@@ -17,8 +17,7 @@ namespace tind {
 
 /// As simplify() with options.recorder set.
 /// COST: every candidate's star is scanned: about ten times qem.
-Result<Simplified> record_bounded_collapses(const HeightGrid&, double spacing_x_m,
-                                            double spacing_y_m, const SimplifyOptions&,
+Result<Simplified> record_bounded_collapses(const Terrain& dem, const SimplifyOptions&,
                                             const Progress&);
 
 }  // namespace tind

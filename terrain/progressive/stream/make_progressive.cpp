@@ -61,8 +61,7 @@ bool makes_progressive(const std::string& method) {
   return std::ranges::find(kMethods, method) != kMethods.end();
 }
 
-Result<ProgressiveMesh> make_progressive(const HeightGrid& grid, double spacing_x_m,
-                                         double spacing_y_m, const SimplifyOptions& method,
+Result<ProgressiveMesh> make_progressive(const Terrain& dem, const SimplifyOptions& method,
                                          std::size_t base_triangles, const Progress& progress,
                                          const Lattice& lattice) {
   if (!makes_progressive(method.method)) {
@@ -78,17 +77,16 @@ Result<ProgressiveMesh> make_progressive(const HeightGrid& grid, double spacing_
                 "the lattice must be a power of two from 1 to 1024 for each post, and its step of "
                 "height must not be negative");
   }
-  PostMeasure measure(grid);
+  PostMeasure measure(dem.grid);
   SplitRecorder splits(measure);
   const CollapseRecorder recorder = splits.listen(lattice, base_triangles);
   SimplifyOptions options = method;
   options.recorder = &recorder;
   if (!options.stop.triangles && !options.stop.ratio && !options.stop.max_error_m)
     options.stop.ratio = 1;
-  const Result<Simplified> run =
-      options.method == "bounded"
-          ? record_bounded_collapses(grid, spacing_x_m, spacing_y_m, options, progress)
-          : simplify(grid, spacing_x_m, spacing_y_m, options, progress);
+  const Result<Simplified> run = options.method == "bounded"
+                                     ? record_bounded_collapses(dem, options, progress)
+                                     : simplify(dem, options, progress);
   if (!run) return std::unexpected(run.error());
   return std::move(splits.mesh);
 }

@@ -4,7 +4,7 @@
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
 #include "terrain/progressive/stream/progressive_mesh.h"
-#include "terrain/raster/height_grid.h"
+#include "terrain/raster/terrain.h"
 #include "terrain/simplify/common/options.h"
 
 namespace tind {
@@ -23,8 +23,8 @@ bool makes_progressive(const std::string& method);
 /// progressive_mesh.h says. A max error at the fine end is kept by all methods to the lattice's
 /// half step of height; fine_error_m is the exact figure.
 /// COST: the method's own time, plus about one scan of each new star.
-Result<ProgressiveMesh> make_progressive(const HeightGrid&, double spacing_x_m, double spacing_y_m,
-                                         const SimplifyOptions& method, std::size_t base_triangles,
-                                         const Progress& progress, const Lattice& lattice = {});
+Result<ProgressiveMesh> make_progressive(const Terrain& dem, const SimplifyOptions& method,
+                                         std::size_t base_triangles, const Progress& progress,
+                                         const Lattice& lattice = {});
 
 }  // namespace tind

@@ -210,7 +210,7 @@ std::string count_note(const Simplified& made, const HeightGrid& grid, const Sim
            " triangles";
   }
   if (double(left) >= 0.99 * double(wanted)) return {};
-  const HeightGrid& posts = o.constraints ? o.constraints->grid : grid;
+  const HeightGrid& posts = o.constraints ? o.constraints->dem.grid : grid;
   if (vertical_error(made.tin, posts, o.threads).max_m < 1e-5)
     return "no error is left that more triangles would take away";
   return std::to_string(left) + " triangles, not " + std::to_string(wanted) +
@@ -237,12 +237,13 @@ Result<Simplified> simplify_bounded_rows(const HeightRows& dem, double spacing_x
   return run_once(dem, block_options(o, *o.stop.max_error_m, x_scale), progress);
 }
 
-Result<Simplified> simplify_bounded(const HeightGrid& grid, double spacing_x_m, double spacing_y_m,
-                                    const SimplifyOptions& o, const Progress& progress) {
+Result<Simplified> simplify_bounded(const Terrain& dem, const SimplifyOptions& o,
+                                    const Progress& progress) {
+  const HeightGrid& grid = dem.grid;
   if (const auto ok = check_options(o); !ok) return std::unexpected(ok.error());
   if (std::ranges::all_of(grid.values(), [](float z) { return std::isnan(z); }))
     return fail(Errc::bad_data, "the grid holds no valid height at all");
-  const double x_scale = delaunay_x_scale(spacing_x_m, spacing_y_m);
+  const double x_scale = delaunay_x_scale(dem.spacing_x_m, dem.spacing_y_m);
   if (o.stop.max_error_m) return run_grid(grid, o, *o.stop.max_error_m, x_scale, progress);
   const std::uint64_t full = o.constraints ? o.constraints->mesh.triangles.size()
                                            : full_triangles(grid.cols(), grid.rows());

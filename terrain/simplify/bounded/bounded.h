@@ -16,15 +16,14 @@
 
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
-#include "terrain/raster/height_grid.h"
+#include "terrain/raster/terrain.h"
 #include "terrain/simplify/bounded/bounded_blocks.h"
 #include "terrain/simplify/common/options.h"
 #include "terrain/simplify/common/simplified.h"
 
 namespace tind {
 
-Result<Simplified> simplify_bounded(const HeightGrid&, double spacing_x_m, double spacing_y_m,
-                                    const SimplifyOptions&, const Progress&);
+Result<Simplified> simplify_bounded(const Terrain& dem, const SimplifyOptions&, const Progress&);
 
 /// Whether the options are those of simplify_bounded_rows: a maximum error, no lines.
 bool goes_by_rows(const SimplifyOptions&);

@@ -277,14 +277,14 @@ Result<Tin> Clusters::mesh_around(const Constraints& constraints) {
   return std::move(made->tin);
 }
 
-Result<Simplified> cluster_once(const HeightGrid& grid, double sx, double sy,
-                                const ClusterGrid& division, const Constraints* constraints,
-                                const Progress& progress) {
+Result<Simplified> cluster_once(const Terrain& dem, const ClusterGrid& division,
+                                const Constraints* constraints, const Progress& progress) {
   const ReadRow read = [&](int row, std::span<float> out) -> Result<void> {
-    std::ranges::copy(grid.row(row), out.begin());
+    std::ranges::copy(dem.grid.row(row), out.begin());
     return {};
   };
-  Result<Tin> tin = cluster_rows(division, sx, sy, read, progress, constraints);
+  Result<Tin> tin =
+      cluster_rows(division, dem.spacing_x_m, dem.spacing_y_m, read, progress, constraints);
   if (!tin) return std::unexpected(tin.error());
   Simplified out;
   out.tin = std::move(*tin);
@@ -351,8 +351,9 @@ Result<Tin> cluster_rows(const ClusterGrid& grid, double sx, double sy, const Re
   return constraints ? clusters.mesh_around(*constraints) : clusters.mesh();
 }
 
-Result<Simplified> simplify_cluster(const HeightGrid& grid, double sx, double sy,
-                                    const SimplifyOptions& options, const Progress& progress) {
+Result<Simplified> simplify_cluster(const Terrain& dem, const SimplifyOptions& options,
+                                    const Progress& progress) {
+  const HeightGrid& grid = dem.grid;
   const std::size_t full = 2 * std::size_t(grid.cols() - 1) * std::size_t(grid.rows() - 1);
   std::size_t input = 0;
   for (int r = 0; r + 1 < grid.rows(); ++r) {
@@ -366,8 +367,9 @@ Result<Simplified> simplify_cluster(const HeightGrid& grid, double sx, double sy
   if (lines) input = lines->mesh.triangles.size();
   const std::size_t target = target_triangles(options.stop, input);
   auto trial = [&](double triangles) {
-    return cluster_once(grid, sx, sy,
-                        cluster_grid(grid.cols(), grid.rows(), sx, sy, std::uint64_t(triangles)),
+    return cluster_once(dem,
+                        cluster_grid(grid.cols(), grid.rows(), dem.spacing_x_m, dem.spacing_y_m,
+                                     std::uint64_t(triangles)),
                         lines, progress);
   };
   Result<Simplified> out = fail(Errc::internal, "");

@@ -17,7 +17,7 @@
 
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
-#include "terrain/raster/height_grid.h"
+#include "terrain/raster/terrain.h"
 #include "terrain/simplify/common/options.h"
 #include "terrain/simplify/common/simplified.h"
 
@@ -55,7 +55,6 @@ Result<Simplified> cluster_stream(int cols, int rows, double spacing_x_m, double
 
 /// The method. Clusters come in whole rows and columns, so a triangle count is met from below, to
 /// about one row of cells; an error bound by trying cell sizes (steps: the number of passes).
-Result<Simplified> simplify_cluster(const HeightGrid&, double spacing_x_m, double spacing_y_m,
-                                    const SimplifyOptions&, const Progress&);
+Result<Simplified> simplify_cluster(const Terrain& dem, const SimplifyOptions&, const Progress&);
 
 }  // namespace tind

@@ -342,11 +342,10 @@ std::vector<std::array<float, 3>> vertex_normals(const Tin& tin) {
   return normals;
 }
 
-Result<Tin> terrain_with_attributes(const HeightGrid& grid, double sx, double sy,
-                                    const SimplifyOptions& options) {
-  const Result<TerrainMesh> terrain = terrain_mesh(grid, sx, sy, options.constraints.get());
+Result<Tin> terrain_with_attributes(const Terrain& dem, const SimplifyOptions& options) {
+  const Result<TerrainMesh> terrain = terrain_mesh(dem, options.constraints.get());
   if (!terrain) return std::unexpected(terrain.error());
-  const Tin slots = attributed_vertices(*terrain, grid, options);
+  const Tin slots = attributed_vertices(*terrain, dem.grid, options);
   std::vector<Index> place;
   Tin tin = terrain->mesh.to_tin(&place);
   for (Index v = 0; v < place.size(); ++v) {
@@ -358,16 +357,15 @@ Result<Tin> terrain_with_attributes(const HeightGrid& grid, double sx, double sy
   return tin;
 }
 
-Result<Simplified> simplify_attribute_qem(const HeightGrid& grid, double sx, double sy,
-                                          const SimplifyOptions& options,
+Result<Simplified> simplify_attribute_qem(const Terrain& dem, const SimplifyOptions& options,
                                           const Progress& progress) {
-  if (options.drape && options.drape->size() != grid.size())
+  if (options.drape && options.drape->size() != dem.grid.size())
     return fail(Errc::invalid_argument, "the drape needs one colour for each post");
-  Result<TerrainMesh> terrain = terrain_mesh(grid, sx, sy, options.constraints.get());
+  Result<TerrainMesh> terrain = terrain_mesh(dem, options.constraints.get());
   if (!terrain) return std::unexpected(terrain.error());
   if (options.recorder) put_on_lattice(terrain->mesh, options.recorder->lattice);
-  const Tin attributed = attributed_vertices(*terrain, grid, options);
-  TerrainRules rules(*terrain, grid, options.stop.max_error_m);
+  const Tin attributed = attributed_vertices(*terrain, dem.grid, options);
+  TerrainRules rules(*terrain, dem.grid, options.stop.max_error_m);
   return run_any(terrain->mesh, rules, attributed, options, progress);
 }
 

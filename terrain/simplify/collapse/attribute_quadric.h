@@ -19,7 +19,7 @@
 
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
-#include "terrain/raster/height_grid.h"
+#include "terrain/raster/terrain.h"
 #include "terrain/simplify/common/options.h"
 #include "terrain/simplify/common/simplified.h"
 
@@ -27,8 +27,8 @@ namespace tind {
 
 /// On terrain: normals from the DEM's slope, and the colours of `drape` if given (one a post). The
 /// result carries both.
-Result<Simplified> simplify_attribute_qem(const HeightGrid&, double spacing_x_m, double spacing_y_m,
-                                          const SimplifyOptions&, const Progress&);
+Result<Simplified> simplify_attribute_qem(const Terrain& dem, const SimplifyOptions&,
+                                          const Progress&);
 
 /// A general manifold mesh with its own attributes. Normals are computed when `attributes` asks for
 /// them and the mesh has none.
@@ -39,7 +39,6 @@ std::vector<std::array<float, 3>> vertex_normals(const Tin&);
 
 /// The full terrain mesh in metres (x = col * spacing, y = -row * spacing) with its attributes:
 /// what attribute errors are measured against.
-Result<Tin> terrain_with_attributes(const HeightGrid&, double spacing_x_m, double spacing_y_m,
-                                    const SimplifyOptions&);
+Result<Tin> terrain_with_attributes(const Terrain& dem, const SimplifyOptions&);
 
 }  // namespace tind

@@ -8,6 +8,7 @@
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
 #include "terrain/raster/height_grid.h"
+#include "terrain/raster/terrain.h"
 #include "terrain/simplify/collapse/collapse_engine.h"
 #include "terrain/simplify/collapse/exact_check.h"
 #include "terrain/simplify/common/options.h"
@@ -74,11 +75,9 @@ CollapseRun collapse_until(const StopAt& stop, const HeightGrid& grid, HalfedgeM
 /// `make_cost(TerrainMesh&)` returns the method's Cost (collapse_engine.h). The terrain
 /// outlives it.
 template <class MakeCost>
-Result<Simplified> collapse_terrain(const HeightGrid& grid, double spacing_x_m, double spacing_y_m,
-                                    const SimplifyOptions& options, const Progress& progress,
-                                    MakeCost&& make_cost) {
-  Result<TerrainMesh> terrain =
-      terrain_mesh(grid, spacing_x_m, spacing_y_m, options.constraints.get());
+Result<Simplified> collapse_terrain(const Terrain& dem, const SimplifyOptions& options,
+                                    const Progress& progress, MakeCost&& make_cost) {
+  Result<TerrainMesh> terrain = terrain_mesh(dem, options.constraints.get());
   if (!terrain) return std::unexpected(terrain.error());
   HalfedgeMesh& mesh = terrain->mesh;
   Simplified out;
@@ -88,12 +87,12 @@ Result<Simplified> collapse_terrain(const HeightGrid& grid, double spacing_x_m, 
   CollapseRun run;
   if (options.recorder) {
     OnLattice on_lattice(cost, options.recorder->lattice);
-    run = collapse_until(options.stop, grid, mesh, on_lattice, progress.part(0, 0.5));
+    run = collapse_until(options.stop, dem.grid, mesh, on_lattice, progress.part(0, 0.5));
     NoFlip filter;
     if (!run.cancelled)
       run = record_collapses(mesh, on_lattice, filter, *options.recorder, progress.part(0.5, 1));
   } else {
-    run = collapse_until(options.stop, grid, mesh, cost, progress);
+    run = collapse_until(options.stop, dem.grid, mesh, cost, progress);
   }
   if (run.cancelled) return fail(Errc::cancelled, "simplification was stopped");
   out.steps = run.collapses;

@@ -132,21 +132,19 @@ Result<Weights> weights_of(const SimplifyOptions& options, const Scales& scales)
 
 }  // namespace
 
-Result<Simplified> simplify_edge_cost(const HeightGrid& grid, double spacing_x_m,
-                                      double spacing_y_m, const SimplifyOptions& options,
+Result<Simplified> simplify_edge_cost(const Terrain& dem, const SimplifyOptions& options,
                                       const Progress& progress) {
   if (options.alpha < 0 || options.beta < 0)
     return fail(Errc::invalid_argument, "alpha and beta must not be negative");
   if (const Result<Weights> known = weights_of(options, {}); !known)
     return std::unexpected(known.error());
   Scales scales;
-  Result<Simplified> out = collapse_terrain(grid, spacing_x_m, spacing_y_m, options, progress,
-                                            [&](TerrainMesh& terrain) {
-                                              EdgeCost cost(terrain, {});
-                                              scales = scales_of(terrain.mesh, cost);
-                                              cost.set(*weights_of(options, scales));
-                                              return cost;
-                                            });
+  Result<Simplified> out = collapse_terrain(dem, options, progress, [&](TerrainMesh& terrain) {
+    EdgeCost cost(terrain, {});
+    scales = scales_of(terrain.mesh, cost);
+    cost.set(*weights_of(options, scales));
+    return cost;
+  });
   if (out) {
     out->details["alpha"] = options.alpha;
     out->details["beta"] = options.beta;

@@ -14,7 +14,7 @@
 
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
-#include "terrain/raster/height_grid.h"
+#include "terrain/raster/terrain.h"
 #include "terrain/simplify/common/options.h"
 #include "terrain/simplify/common/simplified.h"
 
@@ -22,7 +22,6 @@ namespace tind {
 
 /// The default weights are the best pair of edge_cost_weights_bench. They matter little: of its
 /// pairs none is 10 % better than no weights at all, and none 8 % worse.
-Result<Simplified> simplify_edge_cost(const HeightGrid&, double spacing_x_m, double spacing_y_m,
-                                      const SimplifyOptions&, const Progress&);
+Result<Simplified> simplify_edge_cost(const Terrain& dem, const SimplifyOptions&, const Progress&);
 
 }  // namespace tind

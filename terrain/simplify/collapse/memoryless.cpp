@@ -199,10 +199,9 @@ class SweepCost {
 
 }  // namespace
 
-Result<Simplified> simplify_memoryless(const HeightGrid& grid, double spacing_x_m,
-                                       double spacing_y_m, const SimplifyOptions& options,
+Result<Simplified> simplify_memoryless(const Terrain& dem, const SimplifyOptions& options,
                                        const Progress& progress) {
-  return collapse_terrain(grid, spacing_x_m, spacing_y_m, options, progress,
+  return collapse_terrain(dem, options, progress,
                           [](TerrainMesh& terrain) { return SweepCost(terrain); });
 }
 

@@ -9,13 +9,12 @@
 
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
-#include "terrain/raster/height_grid.h"
+#include "terrain/raster/terrain.h"
 #include "terrain/simplify/common/options.h"
 #include "terrain/simplify/common/simplified.h"
 
 namespace tind {
 
-Result<Simplified> simplify_memoryless(const HeightGrid&, double spacing_x_m, double spacing_y_m,
-                                       const SimplifyOptions&, const Progress&);
+Result<Simplified> simplify_memoryless(const Terrain& dem, const SimplifyOptions&, const Progress&);
 
 }  // namespace tind

@@ -18,6 +18,7 @@
 #include <optional>
 
 #include "terrain/raster/height_grid.h"
+#include "terrain/raster/terrain.h"
 #include "terrain/simplify/collapse/collapse_engine.h"
 #include "terrain/simplify/collapse/exact_check.h"
 #include "terrain/simplify/collapse/quadric_n.h"

@@ -204,12 +204,11 @@ class QuadricCost {
 
 }  // namespace
 
-Result<Simplified> simplify_qem(const HeightGrid& grid, double spacing_x_m, double spacing_y_m,
-                                const SimplifyOptions& options, const Progress& progress) {
-  return collapse_terrain(
-      grid, spacing_x_m, spacing_y_m, options, progress, [&](TerrainMesh& terrain) {
-        return QuadricCost(terrain, options.subset_placement, options.border_constraints);
-      });
+Result<Simplified> simplify_qem(const Terrain& dem, const SimplifyOptions& options,
+                                const Progress& progress) {
+  return collapse_terrain(dem, options, progress, [&](TerrainMesh& terrain) {
+    return QuadricCost(terrain, options.subset_placement, options.border_constraints);
+  });
 }
 
 }  // namespace tind

@@ -544,12 +544,11 @@ Result<Simplified> run(HalfedgeMesh& mesh, Rules& rules, const SimplifyOptions& 
 
 }  // namespace
 
-Result<Simplified> simplify_triangle_collapse(const HeightGrid& grid, double sx, double sy,
-                                              const SimplifyOptions& options,
+Result<Simplified> simplify_triangle_collapse(const Terrain& dem, const SimplifyOptions& options,
                                               const Progress& progress) {
-  Result<TerrainMesh> terrain = terrain_mesh(grid, sx, sy, options.constraints.get());
+  Result<TerrainMesh> terrain = terrain_mesh(dem, options.constraints.get());
   if (!terrain) return std::unexpected(terrain.error());
-  TerrainRules rules(*terrain, grid, options.stop.max_error_m);
+  TerrainRules rules(*terrain, dem.grid, options.stop.max_error_m);
   if (options.recorder) {
     put_on_lattice(terrain->mesh, options.recorder->lattice);
     rules.put_on(options.recorder->lattice);

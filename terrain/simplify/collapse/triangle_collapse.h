@@ -13,15 +13,14 @@
 
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
-#include "terrain/raster/height_grid.h"
+#include "terrain/raster/terrain.h"
 #include "terrain/simplify/common/options.h"
 #include "terrain/simplify/common/simplified.h"
 
 namespace tind {
 
 /// Reads `placement` ("quadric" | "centroid") and `stop`.
-Result<Simplified> simplify_triangle_collapse(const HeightGrid&, double spacing_x_m,
-                                              double spacing_y_m, const SimplifyOptions&,
+Result<Simplified> simplify_triangle_collapse(const Terrain& dem, const SimplifyOptions&,
                                               const Progress&);
 
 /// The same for a general manifold mesh; positions only.

@@ -417,19 +417,18 @@ Result<Criterion> parse_criterion(const std::string& text) {
 
 }  // namespace
 
-Result<Simplified> simplify_vertex_removal(const HeightGrid& grid, double sx, double sy,
-                                           const SimplifyOptions& options,
+Result<Simplified> simplify_vertex_removal(const Terrain& dem, const SimplifyOptions& options,
                                            const Progress& progress) {
   const Result<Criterion> criterion = parse_criterion(options.criterion);
   if (!criterion) return std::unexpected(criterion.error());
   if (options.k < 1 || options.k > 16) return fail(Errc::invalid_argument, "k must lie in 1..16");
-  Result<TerrainMesh> terrain = terrain_mesh(grid, sx, sy, options.constraints.get());
+  Result<TerrainMesh> terrain = terrain_mesh(dem, options.constraints.get());
   if (!terrain) return std::unexpected(terrain.error());
 
   Simplified out;
   out.input_triangles = terrain->mesh.triangle_count();
   const std::size_t target = target_triangles(options.stop, out.input_triangles);
-  Remover remover(*terrain, grid, *criterion, options.k, options.stop.max_error_m);
+  Remover remover(*terrain, dem.grid, *criterion, options.k, options.stop.max_error_m);
   if (!remover.run(target, progress)) return fail(Errc::cancelled, "simplification was stopped");
   out.steps = remover.removed();
   out.note = stop_note(options.stop, out.input_triangles, terrain->mesh.triangle_count());

@@ -16,7 +16,7 @@
 
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
-#include "terrain/raster/height_grid.h"
+#include "terrain/raster/terrain.h"
 #include "terrain/simplify/common/options.h"
 #include "terrain/simplify/common/simplified.h"
 
@@ -25,8 +25,7 @@ namespace tind {
 /// Reads `criterion`, `k` (1..16) and `stop` of the options. A removal that would move the surface
 /// past `max_error_m` at any post is refused, and the vertex is tried again once its ring changes.
 /// Fails (invalid_argument) on an unknown criterion or a k out of range.
-Result<Simplified> simplify_vertex_removal(const HeightGrid&, double spacing_x_m,
-                                           double spacing_y_m, const SimplifyOptions&,
+Result<Simplified> simplify_vertex_removal(const Terrain& dem, const SimplifyOptions&,
                                            const Progress&);
 
 }  // namespace tind

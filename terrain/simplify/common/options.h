@@ -77,7 +77,7 @@ struct SimplifyOptions {
   double attribute_weight = 1;             // against position; 1 is the measured default
   std::shared_ptr<const std::vector<std::array<float, 3>>>
       drape;  // terrain: a colour for each post
-  /// Lines that stay edges, level polygons, a boundary. The grid is then constraints->grid.
+  /// Lines that stay edges, level polygons, a boundary. The DEM is then constraints->dem.
   std::shared_ptr<const Constraints> constraints;
   int threads = 1;
   const CollapseRecorder* recorder = nullptr;  // not owned

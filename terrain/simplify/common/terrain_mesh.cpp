@@ -143,11 +143,11 @@ void set_lines(TerrainMesh& terrain, const Constraints& constraints) {
 
 }  // namespace
 
-Result<TerrainMesh> terrain_mesh(const HeightGrid& grid, double metres_x, double metres_y,
-                                 const Constraints* constraints) {
+Result<TerrainMesh> terrain_mesh(const Terrain& dem, const Constraints* constraints) {
+  const HeightGrid& grid = dem.grid;
   if (constraints) {
-    Result<TerrainMesh> made =
-        terrain_mesh_of(constraints->mesh, grid.cols(), grid.rows(), metres_x, metres_y);
+    Result<TerrainMesh> made = terrain_mesh_of(constraints->mesh, grid.cols(), grid.rows(),
+                                               dem.spacing_x_m, dem.spacing_y_m);
     if (made) set_lines(*made, *constraints);
     return made;
   }
@@ -157,8 +157,8 @@ Result<TerrainMesh> terrain_mesh(const HeightGrid& grid, double metres_x, double
                                     " posts has no triangles; at least 2 x 2 are needed");
   }
   TerrainMesh terrain;
-  terrain.metres_x = metres_x;
-  terrain.metres_y = metres_y;
+  terrain.metres_x = dem.spacing_x_m;
+  terrain.metres_y = dem.spacing_y_m;
   if (std::ranges::none_of(grid.values(), [](float z) { return std::isnan(z); })) {
     terrain.mesh = HalfedgeMesh::from_grid(grid.cols(), grid.rows(), post_positions(grid));
   } else {

@@ -8,7 +8,7 @@
 #include "terrain/base/result.h"
 #include "terrain/mesh/halfedge_mesh.h"
 #include "terrain/mesh/line_edges.h"
-#include "terrain/raster/height_grid.h"
+#include "terrain/raster/terrain.h"
 
 namespace tind {
 
@@ -32,8 +32,7 @@ struct TerrainMesh {
 /// Where voids leave two fans at one post, the post becomes two vertices. Fails (bad_data) when no
 /// triangle is left, (invalid_argument) for a grid of less than 2 x 2 posts.
 /// With `constraints` it is their mesh, which knows the grid already.
-Result<TerrainMesh> terrain_mesh(const HeightGrid&, double metres_x, double metres_y,
-                                 const Constraints* constraints = nullptr);
+Result<TerrainMesh> terrain_mesh(const Terrain& dem, const Constraints* constraints = nullptr);
 
 /// The same for a mesh that exists already, in post coordinates over a grid of cols x rows posts.
 Result<TerrainMesh> terrain_mesh_of(const Tin&, int cols, int rows, double metres_x,

@@ -43,7 +43,7 @@ class ConstrainedMesher {
     Tin& mesh = out_.mesh;
     for (int r = 0; r < rows_; ++r)
       for (int c = 0; c < cols_; ++c)
-        mesh.vertices.push_back({double(c), -double(r), double(out_.grid.at(c, r))});
+        mesh.vertices.push_back({double(c), -double(r), double(out_.dem.grid.at(c, r))});
     if (const auto ok = triangulate_near_lines(); !ok) return ok;
     for (int r = 0; r + 1 < rows_; ++r)
       for (int c = 0; c + 1 < cols_; ++c)
@@ -68,7 +68,7 @@ class ConstrainedMesher {
   }
 
   void add_cell(int c, int r) {
-    const auto is = [&](int dc, int dr) { return !out_.grid.is_void(c + dc, r + dr); };
+    const auto is = [&](int dc, int dr) { return !out_.dem.grid.is_void(c + dc, r + dr); };
     const Index nw = post(c, r), ne = post(c + 1, r), sw = post(c, r + 1), se = post(c + 1, r + 1);
     auto& out = out_.mesh.triangles;
     if (is(0, 0) && is(0, 1) && is(1, 0)) out.push_back({nw, sw, ne});

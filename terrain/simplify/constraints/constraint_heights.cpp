@@ -23,7 +23,6 @@ class HeightGiver {
       : grid_(grid), shapes_(shapes), net_(net), out_(out), cols_(grid.cols()) {}
 
   void run() {
-    out_.grid = grid_;
     find_levels();
     cut_outside();
     give_heights();
@@ -97,15 +96,15 @@ class HeightGiver {
     return std::ranges::find(net_.flat_points[polygon], v) != net_.flat_points[polygon].end();
   }
   void flatten_post(int c, int r, double level) {
-    if (out_.grid.is_void(c, r)) return;
-    out_.grid.at(c, r) = float(level);
+    if (out_.dem.grid.is_void(c, r)) return;
+    out_.dem.grid.at(c, r) = float(level);
     ++out_.report.posts_flattened;
   }
 
   void cut_outside() {
     if (shapes_.boundary.empty()) return;
     HeightGrid inside(cols_, grid_.rows());
-    const auto keep = [&](int c, int r) { inside.at(c, r) = out_.grid.at(c, r); };
+    const auto keep = [&](int c, int r) { inside.at(c, r) = out_.dem.grid.at(c, r); };
     for (Index i = 0; i < net_.boundary.size(); ++i)
       net_.boundary.fill(i, cols_, [&](int r, int c0, int c1) {
         for (int c = c0; c <= c1; ++c) keep(c, r);
@@ -115,8 +114,8 @@ class HeightGiver {
     });
     for (std::size_t i = 0; i < inside.size(); ++i)
       out_.report.posts_outside +=
-          std::isnan(inside.values()[i]) && !std::isnan(out_.grid.values()[i]);
-    out_.grid = std::move(inside);
+          std::isnan(inside.values()[i]) && !std::isnan(out_.dem.grid.values()[i]);
+    out_.dem.grid = std::move(inside);
   }
   /// A part whose two sides are not both inside or both outside.
   bool is_boundary(const NetworkPart& p) const {

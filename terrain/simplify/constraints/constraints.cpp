@@ -9,12 +9,14 @@
 
 namespace tind {
 
-Result<Constraints> constrain(const HeightGrid& grid, const ConstraintShapes& shapes) {
+Result<Constraints> constrain(const Terrain& dem, const ConstraintShapes& shapes) {
+  const HeightGrid& grid = dem.grid;
   if (grid.cols() < 2 || grid.rows() < 2 || grid.cols() > 32768 || grid.rows() > 32768) {
     return fail(Errc::out_of_range,
                 "lines need a DEM of 2 x 2 to 32768 x 32768 posts: cut it to a part first");
   }
   Constraints out;
+  out.dem = dem;
   auto net = constraint_network(grid, shapes, out.report);
   if (!net) return std::unexpected(net.error());
   give_heights(grid, shapes, *net, out);

@@ -16,7 +16,7 @@
 #include "terrain/mesh/constrained_delaunay.h"
 #include "terrain/mesh/polygon_set.h"
 #include "terrain/raster/gdal/vector_source.h"
-#include "terrain/raster/height_grid.h"
+#include "terrain/raster/terrain.h"
 
 namespace tind {
 
@@ -46,8 +46,8 @@ struct ConstraintReport {
 struct Constraints {
   enum Hold : std::uint8_t { loose, slides, stays };
 
-  HeightGrid grid;  // polygons level, void outside the boundary: the truth for every error
-  Tin mesh;         // post coordinates; vertex row * cols + col is that post, lines' come after
+  Terrain dem;  // polygons level, void outside the boundary: the truth for every error
+  Tin mesh;     // post coordinates; vertex row * cols + col is that post, lines' come after
   std::vector<Hold> hold;             // of each vertex: free, only along its line, not at all
   std::vector<LinePart> parts;        // all lines within the mesh
   std::vector<LinePart> elsewhere;    // in voids of the DEM or outside the boundary
@@ -63,7 +63,7 @@ struct Constraints {
 /// heights if it has any, else of the posts in it, else of the DEM along its outline; polygons
 /// that touch or lie in one another share the lowest of theirs. Fails (unsupported) without CGAL,
 /// (bad_data) when nothing is left.
-Result<Constraints> constrain(const HeightGrid& grid, const ConstraintShapes& shapes);
+Result<Constraints> constrain(const Terrain& dem, const ConstraintShapes& shapes);
 
 struct ConstraintCheck {
   std::size_t parts = 0, missing = 0;  // parts that are not wholly edges of the mesh

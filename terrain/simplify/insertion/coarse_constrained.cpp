@@ -36,7 +36,7 @@ class Triangulator {
     for (const LineChain& chain : chains)
       for (std::size_t k = 1; k < chain.size(); ++k)
         edges_.push_back({enter(chain[k - 1]), enter(chain[k])});
-    const int cols = from_.grid.cols(), rows = from_.grid.rows();
+    const int cols = from_.dem.grid.cols(), rows = from_.dem.grid.rows();
     for (const auto& [c, r] : {std::pair{0, rows - 1}, {cols - 1, rows - 1}, {cols - 1, 0}, {0, 0}})
       enter(Index(r) * Index(cols) + Index(c));
     of_lines_ = entered_.size();
@@ -124,7 +124,7 @@ class Triangulator {
 };
 
 HeightGrid posts_off_lines(const Constraints& constraints) {
-  HeightGrid posts = constraints.grid;
+  HeightGrid posts = constraints.dem.grid;
   const auto leave_out = [&](Index v) {
     if (v < posts.size()) posts.values()[v] = HeightGrid::kVoid;
   };
@@ -139,7 +139,7 @@ HeightGrid posts_off_lines(const Constraints& constraints) {
 Result<TriangulatedLines> triangulate_lines(const Constraints& constraints,
                                             std::span<const LineChain> chains,
                                             std::span<const Vec3> points) {
-  const auto height = any_height(constraints.grid);
+  const auto height = any_height(constraints.dem.grid);
   if (!height) return std::unexpected(height.error());
   return Triangulator(constraints, *height).run(chains, points);
 }

@@ -47,8 +47,9 @@ std::string count_note(std::size_t left, std::uint64_t count, std::size_t at_sta
 
 }  // namespace
 
-Result<Simplified> simplify_greedy(const HeightGrid& grid, double spacing_x_m, double spacing_y_m,
-                                   const SimplifyOptions& o, const Progress& progress) {
+Result<Simplified> simplify_greedy(const Terrain& dem, const SimplifyOptions& o,
+                                   const Progress& progress) {
+  const HeightGrid& grid = dem.grid;
   Result<CoarseConstrained> coarse = start(grid, o);
   if (!coarse) return std::unexpected(coarse.error());
   HalfedgeMesh& mesh = coarse->mesh;
@@ -57,7 +58,7 @@ Result<Simplified> simplify_greedy(const HeightGrid& grid, double spacing_x_m, d
   samples.rows = grid.rows();
   samples.z = (o.constraints ? coarse->posts : grid).values().data();
   InsertionOptions options;
-  options.x_scale = delaunay_x_scale(spacing_x_m, spacing_y_m);
+  options.x_scale = delaunay_x_scale(dem.spacing_x_m, dem.spacing_y_m);
   // Heights of integer DEMs miss the mesh by exactly M in many places: those are within it.
   if (o.stop.max_error_m) options.limit = *o.stop.max_error_m;
   options.limit = std::max(options.limit, 1e-9);

@@ -5,7 +5,7 @@
 
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
-#include "terrain/raster/height_grid.h"
+#include "terrain/raster/terrain.h"
 #include "terrain/simplify/common/options.h"
 #include "terrain/simplify/common/simplified.h"
 
@@ -13,7 +13,6 @@ namespace tind {
 
 /// O(n log n) expected. GUARANTEES with --max-error M: every valid post within M of the mesh, to
 /// the rounding of doubles (1e-12 of the relief).
-Result<Simplified> simplify_greedy(const HeightGrid&, double spacing_x_m, double spacing_y_m,
-                                   const SimplifyOptions&, const Progress&);
+Result<Simplified> simplify_greedy(const Terrain& dem, const SimplifyOptions&, const Progress&);
 
 }  // namespace tind

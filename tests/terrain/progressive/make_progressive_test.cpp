@@ -42,7 +42,7 @@ class EveryMethod : public testing::TestWithParam<Case> {
     SimplifyOptions o;
     o.method = GetParam().method;
     o.stop = GetParam().fine;
-    const auto pm = make_progressive(grid_, 30, 25, o, 24, {}, lattice_);
+    const auto pm = make_progressive({grid_, 30, 25}, o, 24, {}, lattice_);
     EXPECT_TRUE(pm) << pm.error().what;
     return pm ? *pm : ProgressiveMesh{};
   }
@@ -81,7 +81,7 @@ TEST_P(EveryMethod, TheFineEndIsWhatWasAskedFor) {
     EXPECT_LE(pm.fine_error_m, *GetParam().fine.max_error_m + lattice_.z_step_m / 2);
     EXPECT_GT(pm.fine_error_m, 0.5 * *GetParam().fine.max_error_m);
   } else {
-    EXPECT_EQ(fine.triangles.size(), terrain_mesh(grid_, 30, 25)->mesh.triangle_count());
+    EXPECT_EQ(fine.triangles.size(), terrain_mesh({grid_, 30, 25})->mesh.triangle_count());
     EXPECT_LE(pm.fine_error_m, lattice_.z_step_m / 2);
   }
 }
@@ -104,7 +104,7 @@ TEST(MakeProgressive, BoundedReachesAnErrorWithFewerTrianglesThanOthers) {
     SimplifyOptions o;
     o.method = method;
     o.stop.max_error_m = 1;
-    const auto pm = make_progressive(grid, 30, 30, o, 2, {}, {8, 0.125});
+    const auto pm = make_progressive({grid, 30, 30}, o, 2, {}, {8, 0.125});
     std::size_t i = 0;
     while (i < pm->splits.size() && pm->splits[i].error_m > error) ++i;
     return pm->base.vertices.size() + i;
@@ -116,11 +116,11 @@ TEST(MakeProgressive, SaysWhatItCannotDo) {
   const HeightGrid grid = test::rough_terrain(9, 9, 1);
   SimplifyOptions o;
   o.method = "greedy";
-  EXPECT_NE(make_progressive(grid, 1, 1, o, 2, {}).error().what.find("collapse"),
+  EXPECT_NE(make_progressive({grid, 1, 1}, o, 2, {}).error().what.find("collapse"),
             std::string::npos);
   o.method = "qem";
-  EXPECT_EQ(make_progressive(grid, 1, 1, o, 2, {}, {3, 0}).error().code, Errc::invalid_argument);
-  EXPECT_EQ(make_progressive(grid, 1, 1, o, 2, {}, {4, -1}).error().code, Errc::invalid_argument);
+  EXPECT_EQ(make_progressive({grid, 1, 1}, o, 2, {}, {3, 0}).error().code, Errc::invalid_argument);
+  EXPECT_EQ(make_progressive({grid, 1, 1}, o, 2, {}, {4, -1}).error().code, Errc::invalid_argument);
 }
 
 }  // namespace

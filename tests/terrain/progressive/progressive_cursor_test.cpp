@@ -20,7 +20,7 @@ ProgressiveMesh progressive(const char* method, int side, std::size_t base = 12,
       for (int c = 4; c < 20 - r; ++c) grid.at(c, r) = HeightGrid::kVoid;
   SimplifyOptions o;
   o.method = method;
-  const auto pm = make_progressive(grid, 30, 30, o, base, {}, {8, 0.125});
+  const auto pm = make_progressive({grid, 30, 30}, o, base, {}, {8, 0.125});
   EXPECT_TRUE(pm);
   return *pm;
 }

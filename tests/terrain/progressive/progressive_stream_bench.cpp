@@ -43,8 +43,8 @@ int main(int argc, char** argv) {
     methods = {"bounded", "qem", "edge-cost", "memoryless", "attribute-qem", "triangle-collapse"};
   const test::BenchDem dem = test::load_dem(files[0]);
   DemInfo info;
-  info.cols = dem.grid.cols();
-  info.rows = dem.grid.rows();
+  info.cols = dem.terrain.grid.cols();
+  info.rows = dem.terrain.grid.rows();
   std::printf("%s, fine end %g m, heights in steps of an eighth of it\n", files[0].c_str(), error);
   std::printf("%-18s %4s %9s %9s %6s %6s %6s | %8s %8s %9s %9s\n", "method", "1/", "vertices",
               "error m", "raw", "gzip", "tpm", "make s", "encode s", "decode/s", "splits/s");
@@ -55,8 +55,7 @@ int main(int argc, char** argv) {
       o.stop.max_error_m = error;
       const Lattice lattice{per_post, error / 8};
       const double t0 = now();
-      const auto pm =
-          make_progressive(dem.grid, dem.spacing_x_m, dem.spacing_y_m, o, 64, {}, lattice);
+      const auto pm = make_progressive(dem.terrain, o, 64, {}, lattice);
       const double t1 = now();
       if (!pm) {
         std::printf("%-18s %s\n", method.c_str(), pm.error().what.c_str());

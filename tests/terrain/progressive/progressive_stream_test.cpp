@@ -34,7 +34,7 @@ Made make(const std::string& method, int side, bool voids = false) {
   SimplifyOptions o;
   o.method = method;
   o.stop.max_error_m = 2;
-  auto mesh = make_progressive(m.grid, 30, 30, o, 10, {}, kLattice);
+  auto mesh = make_progressive({m.grid, 30, 30}, o, 10, {}, kLattice);
   EXPECT_TRUE(mesh) << mesh.error().what;
   m.mesh = std::move(*mesh);
   DemInfo info;

@@ -35,7 +35,7 @@ Tin finest(const MultiTriangulation& all) {
 class Levelled : public ::testing::Test {
  protected:
   HeightGrid grid_ = test::rough_terrain(97, 73, 5);
-  MultiTriangulation all_ = *levelled_terrain(grid_, 30, 25, {.base_triangles = 20});
+  MultiTriangulation all_ = *levelled_terrain({grid_, 30, 25}, {.base_triangles = 20});
 };
 
 TEST_F(Levelled, FromCoarseToTheWholeGridWithoutError) {
@@ -50,7 +50,7 @@ TEST_F(Levelled, FromCoarseToTheWholeGridWithoutError) {
 
 TEST_F(Levelled, DoesNotDependOnThreads) {
   const MultiTriangulation again =
-      *levelled_terrain(grid_, 30, 25, {.base_triangles = 20, .threads = 3});
+      *levelled_terrain({grid_, 30, 25}, {.base_triangles = 20, .threads = 3});
   ASSERT_EQ(again.triangles(), all_.triangles());
   for (Index t = 0; t < all_.triangles(); ++t) {
     ASSERT_EQ(again.corners(t), all_.corners(t));
@@ -114,7 +114,7 @@ TEST_F(Levelled, VoidsStayUncovered) {
   HeightGrid grid = test::rough_terrain(60, 50, 2);
   for (int r = 20; r < 30; ++r)
     for (int c = 5; c < 30; ++c) grid.at(c, r) = HeightGrid::kVoid;
-  const MultiTriangulation all = *levelled_terrain(grid, 30, 30, {.base_triangles = 10});
+  const MultiTriangulation all = *levelled_terrain({grid, 30, 30}, {.base_triangles = 10});
   EXPECT_EQ(vertical_error(Front(all).to_tin(), grid).uncovered, 0u);
   EXPECT_TRUE(check_validity(Front(all).to_tin()).ok());
   EXPECT_EQ(vertical_error(finest(all), grid).max_m, 0);
@@ -123,10 +123,11 @@ TEST_F(Levelled, VoidsStayUncovered) {
 TEST_F(Levelled, StopsWhenAskedAndRefusesNoGrid) {
   std::stop_source stop;
   stop.request_stop();
-  const auto stopped = levelled_terrain(grid_, 1, 1, {}, {.report = {}, .stop = stop.get_token()});
+  const auto stopped =
+      levelled_terrain({grid_, 1, 1}, {}, {.report = {}, .stop = stop.get_token()});
   EXPECT_EQ(stopped.error().code, Errc::cancelled);
-  EXPECT_EQ(levelled_terrain(HeightGrid(1, 1, 0), 1, 1).error().code, Errc::bad_data);
-  EXPECT_EQ(levelled_terrain(HeightGrid(9, 9), 1, 1).error().code, Errc::bad_data);
+  EXPECT_EQ(levelled_terrain({HeightGrid(1, 1, 0), 1, 1}).error().code, Errc::bad_data);
+  EXPECT_EQ(levelled_terrain({HeightGrid(9, 9), 1, 1}).error().code, Errc::bad_data);
 }
 
 /// Post by post: what the region says is what each post has.
@@ -187,7 +188,7 @@ class Views : public ::testing::Test {
     dem_ = *DemSource::open(std::vector{test::testdata("rainier.tif")});
     const DemInfo& info = dem_->info();
     grid_ = *dem_->read(0, 0, int(info.cols), int(info.rows));
-    all_ = *levelled_terrain(grid_, info.spacing_x_m, info.spacing_y_m);
+    all_ = *levelled_terrain({grid_, info.spacing_x_m, info.spacing_y_m});
     geometry_ = *view_geometry(all_, *dem_);
     places_ = test::post_places(grid_, info.post_to_crs);
   }
@@ -261,7 +262,7 @@ TEST(ViewGeometry, ADemWithoutAPlaceOnTheEarthIsRefused) {
   ASSERT_TRUE(dem);
   if ((*dem)->info().crs_kind != CrsKind::none) GTEST_SKIP() << "crater.tif has a CRS";
   const auto grid = (*dem)->read(0, 0, 30, 30);
-  const auto all = levelled_terrain(*grid, 10, 10);
+  const auto all = levelled_terrain({*grid, 10, 10});
   EXPECT_EQ(view_geometry(*all, **dem).error().code, Errc::unsupported);
 }
 

@@ -123,7 +123,7 @@ int main(int argc, char** argv) {
   const DemInfo& info = (*dem)->info();
   World w{*dem, *(*dem)->read(0, 0, int(info.cols), int(info.rows)), {}, {}, {}};
   const double built = test::seconds_of([&] {
-    w.all = *levelled_terrain(w.grid, info.spacing_x_m, info.spacing_y_m, {.threads = 2});
+    w.all = *levelled_terrain({w.grid, info.spacing_x_m, info.spacing_y_m}, {.threads = 2});
   });
   w.geometry = *view_geometry(w.all, *w.dem);
   w.places = test::post_places(w.grid, w.map());

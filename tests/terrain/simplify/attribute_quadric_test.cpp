@@ -123,7 +123,7 @@ TEST(AttributeQem, TerrainCarriesUnitNormalsAndStaysValid) {
     if (round % 2)
       o.drape = std::make_shared<std::vector<std::array<float, 3>>>(
           grid.size(), std::array<float, 3>{1, 0.5f, float(round) / 40});
-    const auto r = simplify(grid, 20, 25, o);
+    const auto r = simplify({grid, 20, 25}, o);
     if (!r) {
       EXPECT_EQ(r.error().code, Errc::bad_data);
       continue;

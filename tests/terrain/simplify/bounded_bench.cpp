@@ -45,10 +45,8 @@ Timed run(const BenchDem& dem, SimplifyOptions o, int runs) {
   Timed timed;
   for (int k = 0; k < runs; ++k) {
     Result<Simplified> r;
-    elapsed.push_back(seconds_of([&] {
-      seconds.push_back(processor_seconds_of(
-          [&] { r = simplify(dem.grid, dem.spacing_x_m, dem.spacing_y_m, o); }));
-    }));
+    elapsed.push_back(seconds_of(
+        [&] { seconds.push_back(processor_seconds_of([&] { r = simplify(dem.terrain, o); })); }));
     if (!r) {
       fmt::print(stderr, "{}\n", r.error().what);
       std::exit(1);
@@ -141,18 +139,19 @@ void print_hmm(const BenchDem& dem, const Settings& s, double eps, const Timed& 
   const TempDir folder;
   const std::string image = folder.file("heights.png"), log = folder.file("log");
   float low = HUGE_VALF, high = -HUGE_VALF;
-  for (const float z : dem.grid.values())
+  for (const float z : dem.terrain.grid.values())
     if (!std::isnan(z)) low = std::min(low, z), high = std::max(high, z);
   const double level = double(high - low) / 65535;
   {
-    Png16 png(image, std::uint32_t(dem.grid.cols()), std::uint32_t(dem.grid.rows()));
-    for (int r = 0; r < dem.grid.rows(); ++r) {
+    Png16 png(image, std::uint32_t(dem.terrain.grid.cols()),
+              std::uint32_t(dem.terrain.grid.rows()));
+    for (int r = 0; r < dem.terrain.grid.rows(); ++r) {
       std::string levels;
-      for (const float z : dem.grid.row(r)) {
+      for (const float z : dem.terrain.grid.row(r)) {
         const auto v = unsigned(std::isnan(z) ? 0 : std::lround((z - low) / level));
         levels += {char(v >> 8), char(v & 255)};
       }
-      png.row(levels, r + 1 == dem.grid.rows());
+      png.row(levels, r + 1 == dem.terrain.grid.rows());
     }
   }
   std::vector<double> seconds;
@@ -179,14 +178,15 @@ void print_hmm(const BenchDem& dem, const Settings& s, double eps, const Timed& 
 
 void print_table(const BenchDem& dem, const Settings& s) {
   for (const double eps : s.bounds) {
-    fmt::print("{}, {} x {}, max error {:g} m\n", dem.name, dem.grid.cols(), dem.grid.rows(), eps);
+    fmt::print("{}, {} x {}, max error {:g} m\n", dem.name, dem.terrain.grid.cols(),
+               dem.terrain.grid.rows(), eps);
     const Timed greedy = run(dem, within(eps, "greedy"), s.runs);
-    print_row("greedy", greedy, greedy, dem.grid, eps);
+    print_row("greedy", greedy, greedy, dem.terrain.grid, eps);
     print_hmm(dem, s, eps, greedy);
     for (const char* effort : kEfforts) {
       SimplifyOptions o = within(eps, "bounded", effort);
       const Timed one = run(dem, o, s.runs);
-      print_row(effort, one, greedy, dem.grid, eps);
+      print_row(effort, one, greedy, dem.terrain.grid, eps);
       if (o.effort != "normal") continue;
       o.threads = 2;
       const Timed two = run(dem, o, s.runs);
@@ -203,8 +203,8 @@ double bound_for(const BenchDem& dem, double share) {
   SimplifyOptions o;
   o.method = "greedy";
   o.stop.ratio = share;
-  const auto r = simplify(dem.grid, dem.spacing_x_m, dem.spacing_y_m, o);
-  return r ? vertical_error(r->tin, dem.grid).max_m : 1;
+  const auto r = simplify(dem.terrain, o);
+  return r ? vertical_error(r->tin, dem.terrain.grid).max_m : 1;
 }
 
 /// Is it tuned to one DEM? Each at the bounds where greedy leaves about what it leaves of
@@ -230,7 +230,7 @@ void print_other_dems(const Settings& s) {
       std::string row = fmt::format("  {:24} {:8.3f} m", name, eps);
       for (std::size_t k = 0; k < first.size(); ++k) {
         const Timed t = run(dem, within(eps, "bounded", kEfforts[k]), s.runs);
-        const VerticalError e = vertical_error(t.tin, dem.grid);
+        const VerticalError e = vertical_error(t.tin, dem.terrain.grid);
         const double ratio = double(t.tin.triangles.size()) / double(greedy.tin.triangles.size());
         if (first[k] == 0) first[k] = ratio;
         row += fmt::format("  {} {:.3f} ({:.1f}), {:+.0f} %{}", kEfforts[k], ratio,
@@ -267,12 +267,12 @@ void print_tiles(const BenchDem& dem, const Settings& s) {
   constexpr int kSide = 257;
   for (const double eps : {5.0, 20.0}) {
     std::vector<double> insertion, bounded, ratio;
-    for (int r0 = 0; r0 + kSide <= dem.grid.rows(); r0 += kSide - 1) {
-      for (int c0 = 0; c0 + kSide <= dem.grid.cols(); c0 += kSide - 1) {
+    for (int r0 = 0; r0 + kSide <= dem.terrain.grid.rows(); r0 += kSide - 1) {
+      for (int c0 = 0; c0 + kSide <= dem.terrain.grid.cols(); c0 += kSide - 1) {
         GridSamples w;
         w.cols = w.rows = kSide;
-        w.z = dem.grid.row(r0).data() + c0;
-        w.stride = std::size_t(dem.grid.cols());
+        w.z = dem.terrain.grid.row(r0).data() + c0;
+        w.stride = std::size_t(dem.terrain.grid.cols());
         const auto post = [&](int c, int r) {
           return Vec3{double(c), -double(r), double(w.z[std::size_t(r) * w.stride + c])};
         };
@@ -332,7 +332,7 @@ void print_sides(const BenchDem& dem) {
       const bool is_above = std::string(side) == "above";
       fmt::print("--side {}, band {:g} m wide: {:.3f} of the two-sided mesh's triangles; {}\n",
                  side, width, double(one.tin.triangles.size()) / double(both.tin.triangles.size()),
-                 verdict(one.tin, dem.grid, is_above ? width : 0, is_above ? 0 : width));
+                 verdict(one.tin, dem.terrain.grid, is_above ? width : 0, is_above ? 0 : width));
     }
   }
 }

@@ -85,7 +85,7 @@ struct Case {
 
 double run(const BenchDem& dem, const Case& c) {
   const int side = int(std::lround(std::sqrt(c.samples)));
-  EndlessTerrain terrain(dem.grid, side);
+  EndlessTerrain terrain(dem.terrain.grid, side);
   SimplifyOptions o;
   o.method = "bounded";
   o.stop.max_error_m = c.eps;
@@ -119,7 +119,7 @@ double run(const BenchDem& dem, const Case& c) {
 /// Heights as 32-bit floats with a header that GDAL reads.
 int write(const BenchDem& dem, const std::string& path, double samples) {
   const int side = int(std::lround(std::sqrt(samples)));
-  EndlessTerrain terrain(dem.grid, side);
+  EndlessTerrain terrain(dem.terrain.grid, side);
   const HeightRows rows = terrain.rows();
   std::ofstream out(path, std::ios::binary);
   for (int first = 0; first < side; first += 64) {

@@ -71,7 +71,7 @@ void front_door(Bytes& in) {
   const double x = 1 + in.next() / 8.0, y = 1 + in.next() / 8.0;
   const HeightGrid grid = grid_from(in);
   const bool empty = std::ranges::all_of(grid.values(), [](float z) { return std::isnan(z); });
-  const auto s = simplify(grid, x, y, o);
+  const auto s = simplify({grid, x, y}, o);
   require(s.has_value() != empty, "fails only where there is no height");
   if (!s) return;
   if (count) require(s->tin.triangles.size() <= *o.stop.triangles, "the count");

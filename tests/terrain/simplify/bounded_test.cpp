@@ -28,7 +28,7 @@ Simplified run(const HeightGrid& grid, const std::string& method, double max_err
   o.effort = effort;
   o.side = side;
   o.threads = threads;
-  auto result = simplify(grid, 30, 30, o);
+  auto result = simplify({grid, 30, 30}, o);
   if (!result) throw std::runtime_error(result.error().what);
   return *result;
 }
@@ -193,7 +193,7 @@ Simplified run_count(const HeightGrid& grid, const std::string& method, std::uin
   o.stop.triangles = triangles;
   o.effort = effort;
   o.side = side;
-  auto result = simplify(grid, 30, 30, o);
+  auto result = simplify({grid, 30, 30}, o);
   if (!result) throw std::runtime_error(result.error().what);
   return *result;
 }

@@ -21,7 +21,7 @@ SimplifyOptions options(StopAt stop) {
 
 TEST(Clustering, TheFinestDivisionIsTheFullMesh) {
   const HeightGrid grid = test::rough_terrain(20, 31, 4);
-  const auto r = simplify(grid, 30, 30, options({.ratio = 1}));
+  const auto r = simplify({grid, 30, 30}, options({.ratio = 1}));
   ASSERT_TRUE(r);
   EXPECT_EQ(r->tin.triangles.size(), 2u * 19 * 30);
   EXPECT_EQ(vertical_error(r->tin, grid).max_m, 0);
@@ -32,7 +32,7 @@ TEST(Clustering, APlaneStaysAPlane) {
   HeightGrid grid(40, 30, 0);
   for (int r = 0; r < 30; ++r)
     for (int c = 0; c < 40; ++c) grid.at(c, r) = float(3 * c - 2 * r);
-  const auto r = simplify(grid, 10, 20, options({.triangles = 60}));
+  const auto r = simplify({grid, 10, 20}, options({.triangles = 60}));
   ASSERT_TRUE(r);
   EXPECT_LT(vertical_error(r->tin, grid).max_m, 0.05);
 }
@@ -60,7 +60,7 @@ TEST(Clustering, StaysValidAndCoversEveryPostOnAnyGrid) {
       if (round % 2 == 1 && random() % 20 < unsigned(round % 20)) z = HeightGrid::kVoid;
     }
     const double ratio = 0.01 + 0.99 * double(random() % 100) / 100;
-    const auto r = simplify(grid, 25, 30, options({.ratio = ratio}));
+    const auto r = simplify({grid, 25, 30}, options({.ratio = ratio}));
     if (!r) {
       EXPECT_EQ(r.error().code, Errc::bad_data);
       continue;
@@ -78,7 +78,7 @@ TEST(Clustering, StaysValidAndCoversEveryPostOnAnyGrid) {
 
 TEST(Clustering, KeepsTheErrorBound) {
   const HeightGrid grid = test::rough_terrain(90, 70, 9);
-  const auto r = simplify(grid, 30, 30, options({.max_error_m = 40}));
+  const auto r = simplify({grid, 30, 30}, options({.max_error_m = 40}));
   ASSERT_TRUE(r);
   EXPECT_LE(vertical_error(r->tin, grid).max_m, 40);
   EXPECT_LT(r->tin.triangles.size(), r->input_triangles);
@@ -114,7 +114,7 @@ TEST(Clustering, AStreamGivesWhatTheGridGives) {
                                            return {};
                                          });
     ASSERT_TRUE(streamed) << streamed.error().what;
-    const auto whole = simplify(grid, 30, 20, options({.ratio = 0.1}));
+    const auto whole = simplify({grid, 30, 20}, options({.ratio = 0.1}));
     EXPECT_EQ(streamed->input_triangles, whole->input_triangles);
     EXPECT_TRUE(check_validity(streamed->tin).ok());
     EXPECT_EQ(vertical_error(streamed->tin, grid).uncovered, 0u);

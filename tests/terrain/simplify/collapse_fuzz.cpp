@@ -58,8 +58,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   Bytes in{data, size};
   const SimplifyOptions o = options_from(in);
   const HeightGrid grid = grid_from(in);
-  const Result<Simplified> s = simplify(grid, 1 + in.next() / 8.0, 1 + in.next() / 8.0, o);
-  const Result<TerrainMesh> full = terrain_mesh(grid, 1, 1);
+  const Result<Simplified> s = simplify({grid, 1 + in.next() / 8.0, 1 + in.next() / 8.0}, o);
+  const Result<TerrainMesh> full = terrain_mesh({grid, 1, 1});
   require(s.has_value() == full.has_value(), "fails only where there is no triangle");
   if (!s) return 0;
   const Tin input = full->mesh.to_tin();

@@ -82,7 +82,7 @@ const char* const kMethods[] = {
     "vertex-removal", "greedy", "bounded",    "cluster"};
 
 void expect_kept(const std::shared_ptr<const Constraints>& c, double ratio) {
-  const VerticalError full = vertical_error(c->mesh, c->grid);
+  const VerticalError full = vertical_error(c->mesh, c->dem.grid);
   EXPECT_EQ(full.uncovered, 0u);
   for (const char* method : kMethods) {
     SCOPED_TRACE(method);
@@ -90,12 +90,12 @@ void expect_kept(const std::shared_ptr<const Constraints>& c, double ratio) {
     o.method = method;
     o.stop.ratio = ratio;
     o.constraints = c;
-    const auto made = simplify(c->grid, 10, 10, o);
+    const auto made = simplify(c->dem, o);
     ASSERT_TRUE(made) << made.error().what;
     EXPECT_LT(made->tin.triangles.size(), c->mesh.triangles.size());
     const MeshValidity v = check_validity(made->tin);
     EXPECT_TRUE(v.ok()) << v.first_problem;
-    EXPECT_EQ(vertical_error(made->tin, c->grid).uncovered, 0u);
+    EXPECT_EQ(vertical_error(made->tin, c->dem.grid).uncovered, 0u);
     const ConstraintCheck check = check_constraints(made->tin, *c);
     EXPECT_EQ(check.parts, c->parts.size());
     EXPECT_EQ(check.missing, 0u);
@@ -104,7 +104,7 @@ void expect_kept(const std::shared_ptr<const Constraints>& c, double ratio) {
 }
 
 std::shared_ptr<const Constraints> constrained(const HeightGrid& g, const ConstraintShapes& s) {
-  auto c = constrain(g, s);
+  auto c = constrain({g, 10, 10}, s);
   EXPECT_TRUE(c) << c.error().what;
   return std::make_shared<const Constraints>(std::move(*c));
 }
@@ -159,7 +159,7 @@ TEST_F(ConstrainedTerrain, VoidsStayVoids) {
       if ((col + r) % 7) g.at(col, r) = HeightGrid::kVoid;
   ConstraintShapes s;
   s.breaklines = {line({{2.5, -3.5}, {57.2, -44.1}}), line({{20, -2}, {21, -48}})};
-  const auto full = vertical_error(constrain(g, {})->mesh, g);
+  const auto full = vertical_error(constrain({g, 10, 10}, {})->mesh, g);
   const auto c = constrained(g, s);
   EXPECT_LE(vertical_error(c->mesh, g).uncovered, full.uncovered);
   EXPECT_TRUE(check_validity(c->mesh).ok()) << check_validity(c->mesh).first_problem;
@@ -190,9 +190,9 @@ TEST_F(ConstrainedTerrain, InsertionMeetsItsBoundAndItsCount) {
     for (const char* method : {"greedy", "bounded"}) {
       o.method = method;
       o.stop = {.max_error_m = bound};
-      const auto made = simplify(c->grid, 10, 10, o);
+      const auto made = simplify(c->dem, o);
       ASSERT_TRUE(made) << made.error().what;
-      EXPECT_LE(vertical_error(made->tin, c->grid).max_m, bound + 1e-6) << method;
+      EXPECT_LE(vertical_error(made->tin, c->dem.grid).max_m, bound + 1e-6) << method;
       EXPECT_EQ(made->note, "");
       EXPECT_EQ(check_constraints(made->tin, *c).missing, 0u);
       if (greedy > 0) {
@@ -203,11 +203,11 @@ TEST_F(ConstrainedTerrain, InsertionMeetsItsBoundAndItsCount) {
   }
   o.method = "greedy";
   o.stop = {.triangles = 1000};
-  const auto counted = simplify(c->grid, 10, 10, o);
+  const auto counted = simplify(c->dem, o);
   EXPECT_GE(counted->tin.triangles.size(), 998u);
   EXPECT_LE(counted->tin.triangles.size(), 1000u);
   o.stop = {.triangles = 3};
-  EXPECT_NE(simplify(c->grid, 10, 10, o)->note.find("the lines alone need"), std::string::npos);
+  EXPECT_NE(simplify(c->dem, o)->note.find("the lines alone need"), std::string::npos);
 }
 
 TEST_F(ConstrainedTerrain, VertexRemovalThinsLinesDownToTheirEnds) {
@@ -222,7 +222,7 @@ TEST_F(ConstrainedTerrain, VertexRemovalThinsLinesDownToTheirEnds) {
     o.criterion = criterion;
     o.stop.triangles = 2;
     o.constraints = c;
-    const auto made = simplify(c->grid, 10, 10, o);
+    const auto made = simplify(c->dem, o);
     ASSERT_TRUE(made) << made.error().what;
     EXPECT_EQ(check_constraints(made->tin, *c).missing, 0u) << criterion;
     // What is left: the ends of the network's straight parts.
@@ -244,10 +244,10 @@ TEST_F(ConstrainedTerrain, RandomLinesOverRandomGridsThroughEveryMethod) {
     s.breaklines = dirty_lines(g, 3 + int(random() % 12), seed);
     if (seed % 2) s.flatten = {ring(12.5, -13.25, 2 + random() % 5, 3 + int(random() % 20))};
     if (seed % 4 == 1) s.boundary = {ring(10, -10, 6 + random() % 12, 3 + int(random() % 9))};
-    auto made = constrain(g, s);
+    auto made = constrain({g, 10, 10}, s);
     ASSERT_TRUE(made) << made.error().what;
     const auto c = std::make_shared<const Constraints>(std::move(*made));
-    const std::uint64_t lonely = vertical_error(c->mesh, c->grid).uncovered;
+    const std::uint64_t lonely = vertical_error(c->mesh, c->dem.grid).uncovered;
     for (const char* method : kMethods) {
       for (const StopAt& stop : {StopAt{.ratio = 0.15}, StopAt{.max_error_m = 20}}) {
         SCOPED_TRACE(std::string(method) + " " + std::to_string(seed));
@@ -255,16 +255,16 @@ TEST_F(ConstrainedTerrain, RandomLinesOverRandomGridsThroughEveryMethod) {
         o.method = method;
         o.stop = stop;
         o.constraints = c;
-        const auto result = simplify(c->grid, 10, 10, o);
+        const auto result = simplify(c->dem, o);
         ASSERT_TRUE(result) << result.error().what;
         const MeshValidity v = check_validity(result->tin);
         EXPECT_TRUE(v.ok()) << v.first_problem;
-        EXPECT_LE(vertical_error(result->tin, c->grid).uncovered, lonely);
+        EXPECT_LE(vertical_error(result->tin, c->dem.grid).uncovered, lonely);
         const ConstraintCheck check = check_constraints(result->tin, *c);
         EXPECT_EQ(check.missing, 0u) << "of " << check.parts;
         EXPECT_EQ(check.not_level, 0u);
         if (stop.max_error_m && result->note.empty()) {
-          EXPECT_LE(vertical_error(result->tin, c->grid).max_m, 20 + 1e-6);
+          EXPECT_LE(vertical_error(result->tin, c->dem.grid).max_m, 20 + 1e-6);
         }
       }
     }

@@ -29,7 +29,7 @@ Simplified made(const BenchDem& dem, const std::string& method, double ratio) {
   SimplifyOptions o;
   o.method = method;
   o.stop.ratio = ratio;
-  Result<Simplified> s = simplify(dem.grid, dem.spacing_x_m, dem.spacing_y_m, o);
+  Result<Simplified> s = simplify(dem.terrain, o);
   if (!s) {
     fmt::print(stderr, "{}\n", s.error().what);
     std::exit(2);
@@ -48,7 +48,7 @@ std::array<Row, 2> measure(const BenchDem& dem, double ratio, int runs) {
       seconds[m].push_back(seconds_of([&] { s = made(dem, methods[m], ratio); }));
       if (run > 0) continue;
       rows[m].triangles = s.tin.triangles.size();
-      rows[m].error = vertical_error(s.tin, dem.grid);
+      rows[m].error = vertical_error(s.tin, dem.terrain.grid);
       rows[m].flipped = check_validity(s.tin).flipped;
     }
   }
@@ -58,7 +58,7 @@ std::array<Row, 2> measure(const BenchDem& dem, double ratio, int runs) {
 
 bool print_table(const BenchDem& dem, int runs) {
   bool sound = true;
-  fmt::print("\n{}: {} x {} posts\n", dem.name, dem.grid.cols(), dem.grid.rows());
+  fmt::print("\n{}: {} x {} posts\n", dem.name, dem.terrain.grid.cols(), dem.terrain.grid.rows());
   fmt::print(
       "removed  triangles | edge-cost   ms    max m   RMS m flip uncov | qem   ms    max m   "
       "RMS m flip uncov | time ratio\n");

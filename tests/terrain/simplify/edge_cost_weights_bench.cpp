@@ -30,12 +30,12 @@ Errors errors_of(const std::vector<BenchDem>& dems, SimplifyOptions o) {
   for (const BenchDem& dem : dems) {
     for (const int removed : kRemoved) {
       o.stop.ratio = 1 - removed / 100.0;
-      const Result<Simplified> s = simplify(dem.grid, dem.spacing_x_m, dem.spacing_y_m, o);
+      const Result<Simplified> s = simplify(dem.terrain, o);
       if (!s) {
         fmt::print(stderr, "{}\n", s.error().what);
         std::exit(2);
       }
-      const VerticalError e = vertical_error(s->tin, dem.grid);
+      const VerticalError e = vertical_error(s->tin, dem.terrain.grid);
       out.max.push_back(e.max_m);
       out.rms.push_back(e.rms_m);
     }

@@ -120,7 +120,7 @@ std::uint64_t lonely_posts(const HeightGrid& g) {
   SimplifyOptions o;
   o.method = "qem";
   o.stop.ratio = 1;
-  const auto full = simplify(g, 30, 20, o);
+  const auto full = simplify({g, 30, 20}, o);
   return full ? vertical_error(full->tin, g).uncovered : g.size();
 }
 
@@ -161,10 +161,10 @@ TEST_P(EveryMethod, NeverLeavesMoreThanTheCountOrSaysWhy) {
       const auto& [sx, sy] = kSpacings[++n % 2];
       SimplifyOptions o = GetParam();
       o.stop = stop;
-      const auto made = simplify(g, sx, sy, o);
+      const auto made = simplify({g, sx, sy}, o);
       ASSERT_TRUE(made) << made.error().what;
       expect_valid(*made, g, lonely);
-      if (stop.ratio) expect_same(*made, *simplify(g, sx, sy, o));
+      if (stop.ratio) expect_same(*made, *simplify({g, sx, sy}, o));
       const double target =
           stop.ratio ? *stop.ratio * double(made->input_triangles) : double(*stop.triangles);
       const auto left = double(made->tin.triangles.size());
@@ -175,7 +175,7 @@ TEST_P(EveryMethod, NeverLeavesMoreThanTheCountOrSaysWhy) {
       if (left > target + 1e-9) {
         SimplifyOptions least = o;
         least.stop = {.triangles = 1};
-        EXPECT_EQ(simplify(g, sx, sy, least)->tin.triangles.size(), made->tin.triangles.size());
+        EXPECT_EQ(simplify({g, sx, sy}, least)->tin.triangles.size(), made->tin.triangles.size());
       }
     }
   });
@@ -188,10 +188,10 @@ TEST_P(EveryMethod, KeepsTheErrorBound) {
       const auto& [sx, sy] = kSpacings[++n % 2];
       SimplifyOptions o = GetParam();
       o.stop.max_error_m = bound;
-      const auto made = simplify(g, sx, sy, o);
+      const auto made = simplify({g, sx, sy}, o);
       ASSERT_TRUE(made) << made.error().what;
       expect_valid(*made, g, lonely);
-      expect_same(*made, *simplify(g, sx, sy, o));
+      expect_same(*made, *simplify({g, sx, sy}, o));
       const VerticalError error = vertical_error(made->tin, g);
       EXPECT_LE(error.max_m, bound * (1 + 1e-9) + 1e-8);
       if (o.side == "above") {
@@ -209,12 +209,12 @@ TEST_P(EveryMethod, RefusesWhatHasNoTriangles) {
   SimplifyOptions o = GetParam();
   o.stop.ratio = 0.5;
   for (const HeightGrid& g : {HeightGrid(1, 1, 0), HeightGrid(1, 9, 0), HeightGrid(9, 1, 0)}) {
-    const auto made = simplify(g, 30, 30, o);
+    const auto made = simplify({g, 30, 30}, o);
     ASSERT_FALSE(made);
     EXPECT_EQ(made.error().code, Errc::bad_data);
     EXPECT_NE(made.error().what.find("2 x 2"), std::string::npos) << made.error().what;
   }
-  EXPECT_EQ(simplify(HeightGrid(9, 9), 30, 30, o).error().code, Errc::bad_data);
+  EXPECT_EQ(simplify({HeightGrid(9, 9), 30, 30}, o).error().code, Errc::bad_data);
 }
 
 INSTANTIATE_TEST_SUITE_P(Table, EveryMethod, testing::ValuesIn(every_method()),

@@ -44,7 +44,7 @@ Tin ours(const Contest& c, const std::string& method, const std::string& effort 
   o.method = method;
   o.effort = effort;
   o.stop.ratio = c.ratio;
-  return simplify(c.dem.grid, c.dem.spacing_x_m, c.dem.spacing_y_m, o)->tin;
+  return simplify(c.dem.terrain, o)->tin;
 }
 
 #ifdef TIND_BENCH_MESHOPTIMIZER
@@ -53,7 +53,7 @@ Tin meshoptimizer(const Contest& c, double& seconds) {
   std::vector<float> positions;
   std::vector<unsigned> indices, result;
   for (const Vec3& v : c.full.vertices)
-    for (const double x : {v.x * c.dem.spacing_x_m, v.y * c.dem.spacing_y_m, v.z})
+    for (const double x : {v.x * c.dem.terrain.spacing_x_m, v.y * c.dem.terrain.spacing_y_m, v.z})
       positions.push_back(float(x));
   for (const Triangle& t : c.full.triangles) indices.insert(indices.end(), t.begin(), t.end());
   result.resize(indices.size());
@@ -76,7 +76,7 @@ Tin lindstrom_turk(const Contest& c, double& seconds) {
   using Mesh = CGAL::Surface_mesh<CGAL::Simple_cartesian<double>::Point_3>;
   Mesh mesh;
   for (const Vec3& v : c.full.vertices)
-    mesh.add_vertex({v.x * c.dem.spacing_x_m, v.y * c.dem.spacing_y_m, v.z});
+    mesh.add_vertex({v.x * c.dem.terrain.spacing_x_m, v.y * c.dem.terrain.spacing_y_m, v.z});
   for (const Triangle& t : c.full.triangles)
     mesh.add_face(Mesh::Vertex_index(t[0]), Mesh::Vertex_index(t[1]), Mesh::Vertex_index(t[2]));
   seconds = processor_seconds_of(
@@ -87,7 +87,8 @@ Tin lindstrom_turk(const Contest& c, double& seconds) {
   Tin tin;
   for (const auto v : mesh.vertices()) {
     const auto& p = mesh.point(v);
-    tin.vertices.push_back({p.x() / c.dem.spacing_x_m, p.y() / c.dem.spacing_y_m, p.z()});
+    tin.vertices.push_back(
+        {p.x() / c.dem.terrain.spacing_x_m, p.y() / c.dem.terrain.spacing_y_m, p.z()});
   }
   for (const auto f : mesh.faces()) {
     Triangle t;
@@ -100,14 +101,14 @@ Tin lindstrom_turk(const Contest& c, double& seconds) {
 #endif
 
 void print_row(const char* name, const Contest& c, const Tin& tin, double seconds, double scale) {
-  const VerticalError e = vertical_error(tin, c.dem.grid);
+  const VerticalError e = vertical_error(tin, c.dem.terrain.grid);
   fmt::print("{:22} {:9d} {:9.3f} {:9.2f} {:9.3f} {:8.2f} {:8d} {:9d}\n", name,
              tin.triangles.size(), seconds, scale > 0 ? seconds / scale : 0, e.rms_m, e.max_m,
              check_validity(tin).flipped, e.uncovered);
 }
 
 void run(const BenchDem& dem, double ratio, int runs, [[maybe_unused]] bool cgal) {
-  Contest c{dem, terrain_mesh(dem.grid, dem.spacing_x_m, dem.spacing_y_m)->mesh.to_tin(), ratio, 0};
+  Contest c{dem, terrain_mesh(dem.terrain)->mesh.to_tin(), ratio, 0};
   c.target = std::size_t(ratio * double(c.full.triangles.size()));
   fmt::print("\n{} to {:g} %: {} -> {} triangles\n", dem.name, 100 * ratio, c.full.triangles.size(),
              c.target);
@@ -142,13 +143,13 @@ void run(const BenchDem& dem, double ratio, int runs, [[maybe_unused]] bool cgal
     print_row(("tind bounded " + std::string(kEfforts[k])).c_str(), c, bounded[k], bounded_s[k],
               base);
   for (std::size_t k = 0; k < kEfforts.size(); ++k) {
-    const VerticalError e = vertical_error(bounded[k], dem.grid);
+    const VerticalError e = vertical_error(bounded[k], dem.terrain.grid);
     fmt::print(
         "bounded {:6} / qem: time {:.2f}, RMS {:.3f}; / memoryless: time {:.2f}, RMS {:.3f}; "
         "/ greedy: maximum {:.3f}\n",
-        kEfforts[k], bounded_s[k] / qem_s, e.rms_m / vertical_error(qem, dem.grid).rms_m,
-        bounded_s[k] / memoryless_s, e.rms_m / vertical_error(memoryless, dem.grid).rms_m,
-        e.max_m / vertical_error(greedy, dem.grid).max_m);
+        kEfforts[k], bounded_s[k] / qem_s, e.rms_m / vertical_error(qem, dem.terrain.grid).rms_m,
+        bounded_s[k] / memoryless_s, e.rms_m / vertical_error(memoryless, dem.terrain.grid).rms_m,
+        e.max_m / vertical_error(greedy, dem.terrain.grid).max_m);
   }
 #if TIND_WITH_CGAL
   if (!cgal) return;
@@ -156,11 +157,13 @@ void run(const BenchDem& dem, double ratio, int runs, [[maybe_unused]] bool cgal
   const Tin tin = lindstrom_turk(c, seconds);
   print_row("CGAL Lindstrom-Turk", c, tin, seconds, base);
   fmt::print("memoryless / CGAL: time {:.3f}, RMS {:.3f}\n", memoryless_s / seconds,
-             vertical_error(memoryless, dem.grid).rms_m / vertical_error(tin, dem.grid).rms_m);
+             vertical_error(memoryless, dem.terrain.grid).rms_m /
+                 vertical_error(tin, dem.terrain.grid).rms_m);
   for (std::size_t k = 0; k < kEfforts.size(); ++k)
     fmt::print("bounded {:6} / CGAL: time {:.3f}, RMS {:.3f}\n", kEfforts[k],
                bounded_s[k] / seconds,
-               vertical_error(bounded[k], dem.grid).rms_m / vertical_error(tin, dem.grid).rms_m);
+               vertical_error(bounded[k], dem.terrain.grid).rms_m /
+                   vertical_error(tin, dem.terrain.grid).rms_m);
 #endif
 }
 

@@ -76,7 +76,7 @@ VerticalError expect_promises(const Simplified& s, const HeightGrid& grid) {
   const MeshValidity v = check_validity(s.tin);
   EXPECT_TRUE(v.ok()) << v.first_problem;
   const VerticalError e = vertical_error(s.tin, grid);
-  const Tin full = terrain_mesh(grid, 1, 1)->mesh.to_tin();
+  const Tin full = terrain_mesh({grid, 1, 1})->mesh.to_tin();
   EXPECT_EQ(e.uncovered, vertical_error(full, grid).uncovered);
   EXPECT_DOUBLE_EQ(v.area, check_validity(full).area);
   return e;
@@ -91,7 +91,7 @@ TEST(Simplify, KeepsItsPromisesAtEveryCount) {
         SimplifyOptions o;
         variant.set(o);
         o.stop.ratio = ratio;
-        const Result<Simplified> s = simplify(grid, 30, 20, o);
+        const Result<Simplified> s = simplify({grid, 30, 20}, o);
         ASSERT_TRUE(s) << s.error().what;
         expect_promises(*s, grid);
         // A collapse takes two triangles, or one of the border.
@@ -111,7 +111,7 @@ TEST(Simplify, NeverExceedsTheErrorBound) {
         SimplifyOptions o;
         variant.set(o);
         o.stop.max_error_m = bound;
-        const Result<Simplified> s = simplify(grid, 30, 20, o);
+        const Result<Simplified> s = simplify({grid, 30, 20}, o);
         ASSERT_TRUE(s) << s.error().what;
         EXPECT_LE(expect_promises(*s, grid).max_m, bound);
       }
@@ -126,7 +126,7 @@ TEST(Simplify, ReachesTheCountExactlyOnARoughTerrain) {
       SimplifyOptions o;
       variant.set(o);
       o.stop.triangles = n;
-      const Result<Simplified> s = simplify(grid, 30, 30, o);
+      const Result<Simplified> s = simplify({grid, 30, 30}, o);
       ASSERT_TRUE(s);
       EXPECT_EQ(s->note, "") << variant.name;
       EXPECT_GE(s->tin.triangles.size(), n - 1) << variant.name;
@@ -140,7 +140,7 @@ TEST(Simplify, FlatTerrainBecomesTwoTrianglesWhereTheBorderMayMove) {
     SimplifyOptions o;
     o.method = method;
     o.stop.max_error_m = 0;
-    const Result<Simplified> s = simplify(HeightGrid(33, 20, 12), 30, 30, o);
+    const Result<Simplified> s = simplify({HeightGrid(33, 20, 12), 30, 30}, o);
     ASSERT_TRUE(s);
     EXPECT_EQ(s->tin.triangles.size(), 2u) << method;
   }
@@ -150,14 +150,14 @@ TEST(Simplify, SaysWhyItStoppedShort) {
   SimplifyOptions o;
   o.method = "edge-cost";
   o.stop.triangles = 1;
-  const Result<Simplified> s = simplify(rough_terrain(20, 20, 1), 30, 30, o);
+  const Result<Simplified> s = simplify({rough_terrain(20, 20, 1), 30, 30}, o);
   ASSERT_TRUE(s);
   EXPECT_NE(s->note.find("stopped at"), std::string::npos) << s->note;
   o.stop.triangles = 1'000'000;
-  EXPECT_NE(simplify(rough_terrain(20, 20, 1), 30, 30, o)->note.find("only 722"),
+  EXPECT_NE(simplify({rough_terrain(20, 20, 1), 30, 30}, o)->note.find("only 722"),
             std::string::npos);
   o.method = kDefaultMethod;
-  EXPECT_NE(simplify(rough_terrain(20, 20, 1), 30, 30, o)->note, "");
+  EXPECT_NE(simplify({rough_terrain(20, 20, 1), 30, 30}, o)->note, "");
 }
 
 TEST(Simplify, IsDeterministic) {
@@ -166,7 +166,7 @@ TEST(Simplify, IsDeterministic) {
     SimplifyOptions o;
     variant.set(o);
     o.stop.ratio = 0.1;
-    const Result<Simplified> a = simplify(grid, 30, 30, o), b = simplify(grid, 30, 30, o);
+    const Result<Simplified> a = simplify({grid, 30, 30}, o), b = simplify({grid, 30, 30}, o);
     EXPECT_EQ(a->tin.vertices, b->tin.vertices) << variant.name;
     EXPECT_EQ(a->tin.triangles, b->tin.triangles) << variant.name;
   }
@@ -178,7 +178,7 @@ TEST(Simplify, SubsetPlacementKeepsOnlySamples) {
   o.method = "qem";
   o.subset_placement = true;
   o.stop.ratio = 0.1;
-  const Result<Simplified> s = simplify(grid, 30, 30, o);
+  const Result<Simplified> s = simplify({grid, 30, 30}, o);
   for (const Vec3& v : s->tin.vertices) {
     ASSERT_EQ(v.x, std::round(v.x));
     ASSERT_EQ(v.y, std::round(v.y));
@@ -191,7 +191,7 @@ TEST(Simplify, EdgeCostNeverTouchesTheBorder) {
   SimplifyOptions o;
   o.method = "edge-cost";
   o.stop.triangles = 1;
-  const Result<Simplified> s = simplify(grid, 30, 30, o);
+  const Result<Simplified> s = simplify({grid, 30, 30}, o);
   EXPECT_EQ(check_validity(s->tin).border_edges, 2u * (20 + 16));
 }
 
@@ -205,7 +205,7 @@ TEST(Simplify, EdgeCostWeightsAreDimensionless) {
   o.alpha = 3;
   o.beta = 2;
   o.stop.ratio = 0.2;
-  const Result<Simplified> a = simplify(small, 8, 8, o), b = simplify(large, 128, 128, o);
+  const Result<Simplified> a = simplify({small, 8, 8}, o), b = simplify({large, 128, 128}, o);
   EXPECT_EQ(a->tin.triangles, b->tin.triangles);
   EXPECT_NEAR(b->details.at("alpha_scale") / a->details.at("alpha_scale"), 16, 1e-6);
   EXPECT_NEAR(b->details.at("beta_scale") / a->details.at("beta_scale"), 256, 1e-6);
@@ -220,7 +220,7 @@ TEST(Simplify, FindsTheRidgeOfARoof) {
     SimplifyOptions o;
     o.method = method;
     o.stop.triangles = 4;
-    const Result<Simplified> s = simplify(roof, 30, 30, o);
+    const Result<Simplified> s = simplify({roof, 30, 30}, o);
     EXPECT_LT(vertical_error(s->tin, roof).max_m, 0.1) << method;
   }
 }
@@ -232,7 +232,7 @@ TEST(Simplify, RefusesNonsenseInOneLine) {
     o.method = "edge-cost";
     o.stop.ratio = 0.5;
     change(o);
-    const Result<Simplified> s = simplify(grid, 30, 30, o);
+    const Result<Simplified> s = simplify({grid, 30, 30}, o);
     EXPECT_FALSE(s);
     return s ? Error{} : s.error();
   };
@@ -248,9 +248,9 @@ TEST(Simplify, RefusesNonsenseInOneLine) {
   EXPECT_EQ(error([](auto& o) { o.alpha = -1; }).code, Errc::invalid_argument);
   SimplifyOptions o;
   o.stop.ratio = 0.5;
-  EXPECT_EQ(simplify(HeightGrid(9, 1, 0), 30, 30, o).error().code, Errc::bad_data);
-  EXPECT_EQ(simplify(HeightGrid(9, 9), 30, 30, o).error().code, Errc::bad_data);
-  EXPECT_EQ(simplify(grid, 0, 30, o).error().code, Errc::invalid_argument);
+  EXPECT_EQ(simplify({HeightGrid(9, 1, 0), 30, 30}, o).error().code, Errc::bad_data);
+  EXPECT_EQ(simplify({HeightGrid(9, 9), 30, 30}, o).error().code, Errc::bad_data);
+  EXPECT_EQ(simplify({grid, 0, 30}, o).error().code, Errc::invalid_argument);
 }
 
 TEST(Simplify, StopsWhenTold) {
@@ -259,7 +259,7 @@ TEST(Simplify, StopsWhenTold) {
   SimplifyOptions o;
   o.stop.ratio = 0.1;
   const Result<Simplified> s =
-      simplify(rough_terrain(30, 30, 1), 30, 30, o, {nullptr, source.get_token()});
+      simplify({rough_terrain(30, 30, 1), 30, 30}, o, {nullptr, source.get_token()});
   ASSERT_FALSE(s);
   EXPECT_EQ(s.error().code, Errc::cancelled);
 }

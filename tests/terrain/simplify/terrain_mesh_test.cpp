@@ -14,7 +14,7 @@ namespace {
 using test::grid_from;
 
 TEST(TerrainMesh, WithoutVoidsItIsTheFullGrid) {
-  const TerrainMesh t = *terrain_mesh(grid_from("1 2 3 / 4 5 6 / 7 8 9"), 10, 20);
+  const TerrainMesh t = *terrain_mesh({grid_from("1 2 3 / 4 5 6 / 7 8 9"), 10, 20});
   EXPECT_EQ(t.mesh.triangle_count(), 8u);
   EXPECT_EQ(t.kind[4], VertexKind::interior);
   EXPECT_EQ(t.kind[1], VertexKind::along_x);
@@ -25,7 +25,7 @@ TEST(TerrainMesh, WithoutVoidsItIsTheFullGrid) {
 
 TEST(TerrainMesh, VerticesAtVoidsAreFixed) {
   const TerrainMesh t =
-      *terrain_mesh(grid_from("1 1 1 1 1 / 1 1 1 1 1 / 1 1 . 1 1 / 1 1 1 1 1 / 1 1 1 1 1"), 1, 1);
+      *terrain_mesh({grid_from("1 1 1 1 1 / 1 1 1 1 1 / 1 1 . 1 1 / 1 1 1 1 1 / 1 1 1 1 1"), 1, 1});
   EXPECT_EQ(t.mesh.check(), "");
   // The void's four neighbours and the two at the cut corners of its cells; the other two corner
   // cells are split along the void's own diagonal.
@@ -37,9 +37,9 @@ TEST(TerrainMesh, VerticesAtVoidsAreFixed) {
 }
 
 TEST(TerrainMesh, SplitsPostsWhereTwoFansMeet) {
-  const TerrainMesh t = *terrain_mesh(grid_from("1 1 . / 1 1 . / . . 1"), 1, 1);
+  const TerrainMesh t = *terrain_mesh({grid_from("1 1 . / 1 1 . / . . 1"), 1, 1});
   EXPECT_EQ(t.mesh.triangle_count(), 2u);
-  const TerrainMesh two = *terrain_mesh(grid_from(". 1 1 1 / . 1 1 1 / 1 1 . . / 1 1 . ."), 1, 1);
+  const TerrainMesh two = *terrain_mesh({grid_from(". 1 1 1 / . 1 1 1 / 1 1 . . / 1 1 . ."), 1, 1});
   EXPECT_EQ(two.mesh.check(), "");
   EXPECT_TRUE(check_validity(two.mesh.to_tin()).ok());
 }
@@ -51,7 +51,7 @@ TEST(TerrainMesh, RandomVoidsGiveValidMeshesThatHitEveryPost) {
     const unsigned share = 1 + unsigned(random() % 4);
     for (float& z : grid.values())
       if (random() % 5 < share) z = HeightGrid::kVoid;
-    const Result<TerrainMesh> t = terrain_mesh(grid, 30, 30);
+    const Result<TerrainMesh> t = terrain_mesh({grid, 30, 30});
     if (!t) {
       EXPECT_EQ(t.error().code, Errc::bad_data);
       continue;
@@ -64,10 +64,10 @@ TEST(TerrainMesh, RandomVoidsGiveValidMeshesThatHitEveryPost) {
 }
 
 TEST(TerrainMesh, RefusesWhatHasNoTriangle) {
-  EXPECT_EQ(terrain_mesh(HeightGrid(5, 1, 0), 1, 1).error().code, Errc::bad_data);
-  EXPECT_EQ(terrain_mesh(HeightGrid(1, 9, 0), 1, 1).error().code, Errc::bad_data);
-  EXPECT_EQ(terrain_mesh(HeightGrid(5, 5), 1, 1).error().code, Errc::bad_data);
-  EXPECT_EQ(terrain_mesh(grid_from("1 . / . 1"), 1, 1).error().code, Errc::bad_data);
+  EXPECT_EQ(terrain_mesh({HeightGrid(5, 1, 0), 1, 1}).error().code, Errc::bad_data);
+  EXPECT_EQ(terrain_mesh({HeightGrid(1, 9, 0), 1, 1}).error().code, Errc::bad_data);
+  EXPECT_EQ(terrain_mesh({HeightGrid(5, 5), 1, 1}).error().code, Errc::bad_data);
+  EXPECT_EQ(terrain_mesh({grid_from("1 . / . 1"), 1, 1}).error().code, Errc::bad_data);
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ Tin sphere(int levels) {
 
 TEST(TriangleCollapse, TakesSixTrianglesAStep) {
   const HeightGrid grid = test::rough_terrain(120, 120, 8);
-  const auto r = simplify(grid, 30, 30, options({.ratio = 0.2}));
+  const auto r = simplify({grid, 30, 30}, options({.ratio = 0.2}));
   ASSERT_TRUE(r);
   const double removed = double(r->input_triangles - r->tin.triangles.size());
   EXPECT_GT(removed / double(r->steps), 5.4);
@@ -66,11 +66,11 @@ TEST(TriangleCollapse, StaysValidAndCoversEverythingOnAnyGrid) {
   std::mt19937 random(12);
   for (int round = 0; round < 100; ++round) {
     const HeightGrid grid = test::awkward_grid(random, round);
-    const auto full = terrain_mesh(grid, 25, 30);
+    const auto full = terrain_mesh({grid, 25, 30});
     if (!full) continue;
     const double area = check_validity(full->mesh.to_tin()).area;
     const auto r =
-        simplify(grid, 25, 30, options({.ratio = 0.1}, round % 2 ? "quadric" : "centroid"));
+        simplify({grid, 25, 30}, options({.ratio = 0.1}, round % 2 ? "quadric" : "centroid"));
     ASSERT_TRUE(r) << r.error().what;
     const MeshValidity validity = check_validity(r->tin);
     EXPECT_TRUE(validity.ok()) << validity.first_problem;
@@ -83,7 +83,7 @@ TEST(TriangleCollapse, StaysValidAndCoversEverythingOnAnyGrid) {
 
 TEST(TriangleCollapse, KeepsTheErrorBound) {
   const HeightGrid grid = test::rough_terrain(80, 60, 5);
-  const auto r = simplify(grid, 30, 30, options({.max_error_m = 12}));
+  const auto r = simplify({grid, 30, 30}, options({.max_error_m = 12}));
   ASSERT_TRUE(r);
   const VerticalError error = vertical_error(r->tin, grid);
   EXPECT_LE(error.max_m, 12);
@@ -93,8 +93,8 @@ TEST(TriangleCollapse, KeepsTheErrorBound) {
 
 TEST(TriangleCollapse, IsDeterministic) {
   const HeightGrid grid = test::rough_terrain(60, 50, 3);
-  const auto a = simplify(grid, 30, 30, options({.ratio = 0.05}));
-  const auto b = simplify(grid, 30, 30, options({.ratio = 0.05}));
+  const auto a = simplify({grid, 30, 30}, options({.ratio = 0.05}));
+  const auto b = simplify({grid, 30, 30}, options({.ratio = 0.05}));
   ASSERT_TRUE(a && b);
   EXPECT_EQ(a->tin.vertices, b->tin.vertices);
   EXPECT_EQ(a->tin.triangles, b->tin.triangles);
@@ -119,7 +119,7 @@ TEST(TriangleCollapse, KeepsASphereASphere) {
 }
 
 TEST(TriangleCollapse, RefusesAnUnknownPlacement) {
-  EXPECT_EQ(simplify(HeightGrid(5, 5, 0), 1, 1, options({.ratio = 0.5}, "corner")).error().code,
+  EXPECT_EQ(simplify({HeightGrid(5, 5, 0), 1, 1}, options({.ratio = 0.5}, "corner")).error().code,
             Errc::invalid_argument);
 }
 

@@ -24,7 +24,7 @@ const char* const kCriteria[] = {"plane", "degree", "k-degree"};
 
 TEST(VertexRemoval, TakesAFlatTerrainDownToTwoTriangles) {
   for (const char* criterion : kCriteria) {
-    const auto r = simplify(HeightGrid(20, 13, 7), 30, 30, options(criterion, {.triangles = 2}));
+    const auto r = simplify({HeightGrid(20, 13, 7), 30, 30}, options(criterion, {.triangles = 2}));
     ASSERT_TRUE(r) << r.error().what;
     EXPECT_LE(r->tin.triangles.size(), 3u) << criterion;
     EXPECT_GE(r->steps, 20u * 13 - 5);
@@ -35,7 +35,7 @@ TEST(VertexRemoval, TakesAFlatTerrainDownToTwoTriangles) {
 TEST(VertexRemoval, PlaneKeepsTheSpikeUntilTheEnd) {
   HeightGrid grid(15, 15, 0);
   grid.at(6, 9) = 100;
-  const auto r = simplify(grid, 30, 30, options("plane", {.triangles = 4}));
+  const auto r = simplify({grid, 30, 30}, options("plane", {.triangles = 4}));
   ASSERT_TRUE(r);
   bool spike = false;
   for (const Vec3& v : r->tin.vertices) spike |= v == Vec3{6, -9, 100};
@@ -46,10 +46,10 @@ TEST(VertexRemoval, StaysValidAndCoversEverythingOnAnyGrid) {
   std::mt19937 random(11);
   for (int round = 0; round < 60; ++round) {
     const HeightGrid grid = test::awkward_grid(random, round);
-    const auto full = terrain_mesh(grid, 25, 30);
+    const auto full = terrain_mesh({grid, 25, 30});
     if (!full) continue;
     const double area = check_validity(full->mesh.to_tin()).area;
-    const auto r = simplify(grid, 25, 30, options(kCriteria[round % 3], {.ratio = 0.1}));
+    const auto r = simplify({grid, 25, 30}, options(kCriteria[round % 3], {.ratio = 0.1}));
     ASSERT_TRUE(r) << r.error().what;
     const MeshValidity validity = check_validity(r->tin);
     EXPECT_TRUE(validity.ok()) << validity.first_problem;
@@ -64,7 +64,7 @@ TEST(VertexRemoval, StaysValidAndCoversEverythingOnAnyGrid) {
 TEST(VertexRemoval, KeepsTheErrorBound) {
   const HeightGrid grid = test::rough_terrain(80, 60, 5);
   for (const char* criterion : kCriteria) {
-    const auto r = simplify(grid, 30, 30, options(criterion, {.max_error_m = 12}));
+    const auto r = simplify({grid, 30, 30}, options(criterion, {.max_error_m = 12}));
     ASSERT_TRUE(r);
     const VerticalError error = vertical_error(r->tin, grid);
     EXPECT_LE(error.max_m, 12 * (1 + 1e-12)) << criterion;
@@ -77,7 +77,7 @@ TEST(VertexRemoval, SurvivesVerticesOfAnyDegree) {
   // A flat border makes hubs: hundreds of edges meet at the corners.
   for (const char* criterion : kCriteria) {
     const auto r =
-        simplify(HeightGrid(300, 300, 0), 30, 30, options(criterion, {.triangles = 400}));
+        simplify({HeightGrid(300, 300, 0), 30, 30}, options(criterion, {.triangles = 400}));
     ASSERT_TRUE(r);
     EXPECT_TRUE(check_validity(r->tin).ok());
   }
@@ -86,8 +86,8 @@ TEST(VertexRemoval, SurvivesVerticesOfAnyDegree) {
 TEST(VertexRemoval, IsDeterministic) {
   const HeightGrid grid = test::rough_terrain(60, 50, 3);
   for (const char* criterion : kCriteria) {
-    const auto a = simplify(grid, 30, 30, options(criterion, {.ratio = 0.05}));
-    const auto b = simplify(grid, 30, 30, options(criterion, {.ratio = 0.05}));
+    const auto a = simplify({grid, 30, 30}, options(criterion, {.ratio = 0.05}));
+    const auto b = simplify({grid, 30, 30}, options(criterion, {.ratio = 0.05}));
     ASSERT_TRUE(a && b);
     EXPECT_EQ(a->tin.vertices, b->tin.vertices);
     EXPECT_EQ(a->tin.triangles, b->tin.triangles);
@@ -96,12 +96,12 @@ TEST(VertexRemoval, IsDeterministic) {
 
 TEST(VertexRemoval, RefusesNonsenseClearly) {
   const HeightGrid grid(5, 5, 0);
-  EXPECT_EQ(simplify(grid, 1, 1, options("area", {.ratio = 0.5})).error().code,
+  EXPECT_EQ(simplify({grid, 1, 1}, options("area", {.ratio = 0.5})).error().code,
             Errc::invalid_argument);
-  EXPECT_EQ(simplify(grid, 1, 1, options("plane", {})).error().code, Errc::invalid_argument);
-  EXPECT_EQ(simplify(grid, 1, 1, options("plane", {.ratio = 2})).error().code,
+  EXPECT_EQ(simplify({grid, 1, 1}, options("plane", {})).error().code, Errc::invalid_argument);
+  EXPECT_EQ(simplify({grid, 1, 1}, options("plane", {.ratio = 2})).error().code,
             Errc::invalid_argument);
-  EXPECT_EQ(simplify(HeightGrid(9, 1, 0), 1, 1, options("plane", {.ratio = 0.5})).error().code,
+  EXPECT_EQ(simplify({HeightGrid(9, 1, 0), 1, 1}, options("plane", {.ratio = 0.5})).error().code,
             Errc::bad_data);
 }
 
