@@ -9,7 +9,7 @@
 #include "terrain/base/result.h"
 #include "terrain/check/check_findings.h"
 #include "terrain/geo/tiling_scheme.h"
-#include "terrain/store/tile_ledger.h"
+#include "terrain/store/folder/tile_ledger.h"
 #include "terrain/store/tile_location.h"
 
 namespace tind {

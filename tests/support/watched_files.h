@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "terrain/base/result.h"
-#include "terrain/store/folder_files.h"
+#include "terrain/store/folder/folder_files.h"
 
 namespace tind::test {
 

@@ -17,7 +17,7 @@
 #include "server/cli/options/trajectory_file.h"
 #include "terrain/pyramid/make/dem_tiles.h"
 #include "terrain/pyramid/plan/flight_plan.h"
-#include "terrain/store/stored_tiles.h"
+#include "terrain/store/open/stored_tiles.h"
 #include "terrain/store/tile_location.h"
 
 namespace tind::cli {

@@ -31,7 +31,7 @@
 #include "terrain/pyramid/make/dem_tiles.h"
 #include "terrain/pyramid/plan/level_plan.h"
 #include "terrain/raster/nodata.h"
-#include "terrain/store/stored_tiles.h"
+#include "terrain/store/open/stored_tiles.h"
 
 namespace tind::cli {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "proto/layer_json.h"
-#include "terrain/store/stored_tiles.h"
+#include "terrain/store/open/stored_tiles.h"
 
 namespace tind::services {
 namespace {

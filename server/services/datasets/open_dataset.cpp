@@ -5,7 +5,7 @@
 
 #include "terrain/pyramid/make/dem_tiles.h"
 #include "terrain/pyramid/residual/residual_index.h"
-#include "terrain/store/stored_tiles.h"
+#include "terrain/store/open/stored_tiles.h"
 
 namespace tind::services {
 namespace {

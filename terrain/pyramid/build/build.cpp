@@ -8,7 +8,7 @@
 #include "terrain/base/deflate.h"
 #include "terrain/base/parallel.h"
 #include "terrain/geo/tile_order.h"
-#include "terrain/pyramid/build/build_folder.h"
+#include "terrain/pyramid/build/tile_work.h"
 #include "terrain/pyramid/make/make_tile.h"
 #include "terrain/pyramid/plan/plan_source.h"
 #include "terrain/pyramid/plan/tile_version.h"
@@ -18,7 +18,6 @@ namespace tind {
 
 namespace {
 
-constexpr const char* kResiduals = "residuals.tind";
 constexpr double kLastDigit_m = 1e-6;  // stated errors are rounded up to it
 
 }  // namespace
@@ -34,9 +33,7 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
   const double reading = large ? 0.3 : 0.02;
   if (const auto outline = TilePlan::make(source->info(), HeightRange{}, o.tiles); !outline)
     return std::unexpected(outline.error());  // before anything is made
-  const auto files = o.files ? o.files : std::make_shared<FolderFiles>();
-  if (auto made = files->make_folder(o.output); !made) return std::unexpected(made.error());
-  auto ours = FolderLock::take(o.output);
+  const auto ours = o.lock(o.output);
   if (!ours) return std::unexpected(ours.error());
   SourceBlocks blocks(source->info());
   const auto range =
@@ -46,18 +43,17 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
   if (!plan) return std::unexpected(plan.error());
   const TileOrder ids = plan->order();
   const double looking = reading + 0.03;
-  const auto claimed = BuildFolder::claim(*files, std::move(*ours), *source, *plan, ids, blocks, o,
-                                          progress.part(reading, looking));
-  if (!claimed) return std::unexpected(claimed.error());
-  BuildFolder* const folder = claimed->get();
-  auto index = index_for(*source, *plan, o.output + "/" + kResiduals, o.threads,
-                         progress.part(0.1, reading));
+  BuildReport report;
+  const auto writer = (*ours)->claim(tile_work(*source, *plan, ids, blocks, o, report.update),
+                                     progress.part(reading, looking));
+  if (!writer) return std::unexpected(writer.error());
+  TileWriter& store = **writer;
+  auto index =
+      index_for(*source, *plan, store.index_path(), o.threads, progress.part(0.1, reading));
   if (!index) return std::unexpected(index.error());
   if (*index) plan->use(std::move(*index));
-  BuildReport report;
   report.tiles = ids.size();
-  report.update = folder->update();
-  report.unsound = folder->unsound();
+  report.unsound = store.unsound();
   report.threads = o.threads > 0 ? o.threads : hardware_threads();
   if (const ResidualIndex* made = plan->index()) {
     report.indexed_level = made->level() - 1;
@@ -74,8 +70,8 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
   parallel_for(ids.size(), o.threads, [&](std::size_t i) {
     if (give_up || progress.stopped()) return;
     const TileId id = ids[i];
-    const auto there = folder->finished(i);
-    LedgerEntry known = there.value_or(LedgerEntry{});
+    const auto there = store.finished(i);
+    TileFacts known = there.value_or(TileFacts{});
     if (!there) {
       auto tile = make_tile(*source, *plan, id, progress.stop);
       Result<void> written;
@@ -85,7 +81,7 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
         known.not_one_sided = tile->side != o.tiles.side;
         if (o.gzip) tile->bytes = gzipped(tile->bytes);
         known.size = tile->bytes.size();
-        written = folder->write(
+        written = store.write(
             i, {reinterpret_cast<const char*>(tile->bytes.data()), tile->bytes.size()}, known);
       }
       if (!tile || !written) {
@@ -118,7 +114,7 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
     if (n % std::max<std::size_t>(1, ids.size() / 500) == 0)
       progress.at(looking + (1 - looking) * double(n) / double(ids.size()));
   });
-  const auto committed = folder->commit();  // what was made is not lost, however it ended
+  const auto committed = store.commit();  // what was made is not lost, however it ended
   if (first_error) return std::unexpected(*first_error);
   if (!committed) return std::unexpected(committed.error());
   if (progress.stopped()) {
@@ -130,7 +126,7 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
   const std::string name = file.substr(file.find_last_of('/') + 1);
   proto::LayerJson layer = plan->layer(name.substr(0, name.find('.')));
   layer.version = tile_version(source->info(), *plan, blocks.digest());
-  if (auto finished = folder->finish(proto::encode_layer_json(layer)); !finished)
+  if (auto finished = store.finish(proto::encode_layer_json(layer)); !finished)
     return std::unexpected(finished.error());
   progress.at(1);
   return report;

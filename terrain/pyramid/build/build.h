@@ -1,6 +1,7 @@
 #pragma once
 // The batch: every tile of a plan into a directory.
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -10,10 +11,9 @@
 #include "terrain/pyramid/plan/level_plan.h"
 #include "terrain/pyramid/plan/tile_set_options.h"
 #include "terrain/raster/dem_source.h"
+#include "terrain/store/open/open_store.h"
 
 namespace tind {
-
-class FolderFiles;
 
 struct BuildOptions {
   TileSetOptions tiles;
@@ -22,7 +22,8 @@ struct BuildOptions {
   bool gzip = false;   // store tiles compressed (the server then has to say so)
   bool force = false;  // replace tiles that tind build made of another source or otherwise
   int batch = 1024;    // tiles, at most, until those written are made durable and count
-  std::shared_ptr<FolderFiles> files;  // how files are written; null: as ever
+  /// How `output` becomes the store that is written.
+  std::function<Result<std::unique_ptr<LockedStore>>(const std::string& output)> lock = lock_store;
 };
 
 /// As `gzip` stores tiles.

@@ -15,9 +15,10 @@
 
 #include "terrain/check/check.h"
 #include "terrain/pyramid/build/build.h"
-#include "terrain/store/folder_lock.h"
-#include "terrain/store/stored_tiles.h"
-#include "terrain/store/tile_ledger.h"
+#include "terrain/store/folder/folder_lock.h"
+#include "terrain/store/folder/folder_writer.h"
+#include "terrain/store/folder/tile_ledger.h"
+#include "terrain/store/open/stored_tiles.h"
 #include "tests/support/support.h"
 #include "tests/support/watched_files.h"
 
@@ -68,6 +69,11 @@ class Unsynced : public FolderFiles {
 
 bool is_tile(const std::string& name) { return name.ends_with(".terrain"); }
 
+/// Locks a folder that is written this way.
+auto by(const std::shared_ptr<FolderFiles>& files) {
+  return [files](const std::string& output) { return lock_folder(output, files); };
+}
+
 class BuildFolderTest : public testing::Test {
  protected:
   static std::shared_ptr<const DemSource> dem(float lift = 0) {
@@ -97,7 +103,7 @@ class BuildFolderTest : public testing::Test {
     o.tiles.effort = "fast";
     o.threads = 2;
     o.batch = 8;
-    o.files = std::make_shared<Unsynced>();
+    o.lock = by(std::make_shared<Unsynced>());
     return o;
   }
   BuildReport build(const std::string& name = "tiles", float lift = 0) const {
@@ -156,7 +162,7 @@ TEST_F(BuildFolderTest, a_power_cut_at_any_step_costs_no_tile) {
   fs::create_directories(folder_.path() / "disk");
   const auto watched = std::make_shared<test::WatchedFiles>(folder_.file("disk"));
   BuildOptions o = options("disk/tiles");
-  o.files = watched;
+  o.lock = by(watched);
   ASSERT_TRUE(build_tiles(dem(), o));
   std::mt19937 random(1);
   std::uint64_t reused = 0, unsound = 0;
@@ -180,7 +186,7 @@ TEST_F(BuildFolderTest, a_power_cut_in_an_update_leaves_the_old_tiles_or_the_new
   build("disk/tiles");
   const auto watched = std::make_shared<test::WatchedFiles>(folder_.file("disk"));
   BuildOptions o = options("disk/tiles");
-  o.files = watched;
+  o.lock = by(watched);
   const auto update = build_tiles(dem(40), o);
   ASSERT_TRUE(update) << update.error().what;
   ASSERT_TRUE(update->update.updated);

@@ -21,8 +21,8 @@
 #include "terrain/pyramid/build/build.h"
 #include "terrain/pyramid/make/dem_tiles.h"
 #include "terrain/pyramid/plan/tile_version.h"
-#include "terrain/store/stored_tiles.h"
-#include "terrain/store/tile_ledger.h"
+#include "terrain/store/folder/tile_ledger.h"
+#include "terrain/store/open/stored_tiles.h"
 #include "tests/support/support.h"
 
 namespace tind {

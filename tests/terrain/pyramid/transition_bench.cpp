@@ -10,7 +10,7 @@
 #include "terrain/base/parallel.h"
 #include "terrain/pyramid/make/dem_tiles.h"
 #include "terrain/pyramid/make/tile_transition.h"
-#include "terrain/store/stored_tiles.h"
+#include "terrain/store/open/stored_tiles.h"
 #include "terrain/store/tile_set.h"
 #include "terrain/tile/post_warp.h"
 #include "tests/support/bench.h"

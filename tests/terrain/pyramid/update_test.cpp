@@ -13,7 +13,7 @@
 
 #include "terrain/pyramid/build/build.h"
 #include "terrain/raster/source_blocks.h"
-#include "terrain/store/stored_tiles.h"
+#include "terrain/store/open/stored_tiles.h"
 #include "tests/support/support.h"
 
 namespace tind {

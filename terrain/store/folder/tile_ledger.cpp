@@ -2,7 +2,7 @@
 // Checksums of entries are seeded with the record's hash: an entry that an older ledger left on the
 // disk, or one in another tile's place, is not sound.
 
-#include "terrain/store/tile_ledger.h"
+#include "terrain/store/folder/tile_ledger.h"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -78,11 +78,11 @@ bool read_at(int file, std::uint64_t at, void* to, std::size_t size) {
 
 void LedgerEntry::take(std::string_view stored) {
   const Hash128 h = hash128(stored);
-  size = stored.size(), hash_low = h.low, hash_high = h.high;
+  facts.size = stored.size(), hash_low = h.low, hash_high = h.high;
 }
 
 bool LedgerEntry::vouches_for(std::string_view stored) const {
-  if (stored.size() != size) return false;
+  if (stored.size() != facts.size) return false;
   LedgerEntry found;
   found.take(stored);
   return found.hash_low == hash_low && found.hash_high == hash_high;
@@ -174,24 +174,24 @@ std::optional<LedgerEntry> TileLedger::find(TileId id) const {
   if (!at || !read_at(file_, *at, &p, sizeof p) || hash_of(p, seed_) != p.own_hash) return {};
   if (p.level != std::uint32_t(id.level) || p.x != id.x || p.y != id.y) return {};
   return LedgerEntry{.id = id,
-                     .size = p.size,
+                     .facts = {.size = p.size,
+                               .max_error_m = p.max_error_m,
+                               .edge_error_m = p.edge_error_m,
+                               .not_one_sided = (p.flags & kNotOneSided) != 0},
                      .hash_low = p.hash_low,
-                     .hash_high = p.hash_high,
-                     .max_error_m = p.max_error_m,
-                     .edge_error_m = p.edge_error_m,
-                     .not_one_sided = (p.flags & kNotOneSided) != 0};
+                     .hash_high = p.hash_high};
 }
 
 std::string TileLedger::encode(const LedgerEntry& e) const {
   Place p{.level = std::uint32_t(e.id.level),
           .x = e.id.x,
           .y = e.id.y,
-          .flags = e.not_one_sided ? kNotOneSided : 0,
-          .size = e.size,
+          .flags = e.facts.not_one_sided ? kNotOneSided : 0,
+          .size = e.facts.size,
           .hash_low = e.hash_low,
           .hash_high = e.hash_high,
-          .max_error_m = e.max_error_m,
-          .edge_error_m = e.edge_error_m};
+          .max_error_m = e.facts.max_error_m,
+          .edge_error_m = e.facts.edge_error_m};
   p.own_hash = hash_of(p, seed_);
   return {reinterpret_cast<const char*>(&p), sizeof p};
 }

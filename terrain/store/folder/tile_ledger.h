@@ -11,18 +11,17 @@
 #include "proto/layer_json.h"
 #include "terrain/base/result.h"
 #include "terrain/geo/tiling_scheme.h"
+#include "terrain/store/tile_writer.h"
 
 namespace tind {
 
 inline constexpr const char* kLedgerFile = "tind-tiles.ledger";
 
-/// What is known of a finished tile.
+/// A finished tile.
 struct LedgerEntry {
   TileId id;
-  std::uint64_t size = 0;  // of the file, as it is stored
-  std::uint64_t hash_low = 0, hash_high = 0;
-  double max_error_m = 0, edge_error_m = 0;
-  bool not_one_sided = false;  // asked for one side, and could not be
+  TileFacts facts;
+  std::uint64_t hash_low = 0, hash_high = 0;  // of the file, as it is stored
 
   /// Takes size and hash.
   void take(std::string_view stored);

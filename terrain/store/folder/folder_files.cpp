@@ -1,4 +1,4 @@
-#include "terrain/store/folder_files.h"
+#include "terrain/store/folder/folder_files.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>

@@ -1,4 +1,4 @@
-#include "terrain/store/folder_contents.h"
+#include "terrain/store/folder/folder_contents.h"
 
 #include <fmt/format.h>
 

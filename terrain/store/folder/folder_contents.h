@@ -10,8 +10,8 @@
 
 #include "terrain/base/result.h"
 #include "terrain/geo/tile_order.h"
-#include "terrain/store/folder_files.h"
-#include "terrain/store/tile_ledger.h"
+#include "terrain/store/folder/folder_files.h"
+#include "terrain/store/folder/tile_ledger.h"
 
 namespace tind::folder {
 

@@ -3,7 +3,7 @@
 // of another record than it was opened with: who wants those opens it anew. An update that is whole
 // but still moves in is read where its files are, so that there is no time between.
 
-#include "terrain/store/stored_tiles.h"
+#include "terrain/store/open/stored_tiles.h"
 
 #include <filesystem>
 #include <memory>
@@ -11,8 +11,8 @@
 
 #include "proto/file_io.h"
 #include "terrain/encode/quantized_mesh_tile.h"
-#include "terrain/store/folder_contents.h"
-#include "terrain/store/tile_ledger.h"
+#include "terrain/store/folder/folder_contents.h"
+#include "terrain/store/folder/tile_ledger.h"
 #include "terrain/store/tile_location.h"
 #include "terrain/store/tile_set.h"
 

@@ -2,7 +2,7 @@
 // the first to come and the last to go, each step synced before the next: a folder that a power cut
 // leaves proves what is in it, or holds nothing that needs proof.
 
-#include "terrain/store/folder_aside.h"
+#include "terrain/store/folder/folder_aside.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -11,8 +11,8 @@
 
 #include "proto/file_io.h"
 #include "terrain/raster/source_blocks.h"
-#include "terrain/store/folder_contents.h"
-#include "terrain/store/tile_ledger.h"
+#include "terrain/store/folder/folder_contents.h"
+#include "terrain/store/folder/tile_ledger.h"
 #include "terrain/store/tile_location.h"
 
 namespace tind::folder {

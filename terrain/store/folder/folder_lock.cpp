@@ -1,4 +1,4 @@
-#include "terrain/store/folder_lock.h"
+#include "terrain/store/folder/folder_lock.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -10,7 +10,7 @@
 #include <ctime>
 #include <utility>
 
-#include "terrain/store/folder_files.h"
+#include "terrain/store/folder/folder_files.h"
 
 namespace tind {
 

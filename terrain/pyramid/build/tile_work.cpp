@@ -1,0 +1,80 @@
+#include "terrain/pyramid/build/tile_work.h"
+
+#include <utility>
+
+#include "terrain/pyramid/plan/dirty_tiles.h"
+#include "terrain/pyramid/plan/tile_version.h"
+
+namespace tind {
+
+namespace {
+
+BuildRecord record_of(const DemSource& source, const TilePlan& plan, const SourceBlocks& blocks,
+                      const BuildOptions& o) {
+  BuildRecord r;
+  r.epoch = kTileEpoch;
+  r.grid = grid_digest(source.info());
+  r.heights = blocks.digest();
+  r.max_error_m = o.tiles.max_error_m;
+  r.error_factor = o.tiles.error_factor;
+  r.deepest_level = plan.max_level();
+  r.first_level = plan.first_level();
+  r.last_level = plan.last_level();
+  r.side = o.tiles.side;
+  r.vertical_datum = name(source.info().datum);
+  r.effort = o.tiles.effort;
+  r.gzip = o.gzip;
+  r.exact_posts = o.tiles.exact_posts;
+  r.tiles = area_digest(plan);
+  for (int z = 0; z <= plan.max_level(); ++z) r.steps_m.push_back(plan.level(z).border_step_m);
+  return r;
+}
+
+/// Which tiles depend on heights that changed.
+std::vector<std::uint8_t> tiles_of_changes(const DemSource& source, const TilePlan& plan,
+                                           const TileOrder& ids, const SourceBlocks& before,
+                                           const SourceBlocks& after,
+                                           const std::vector<double>& old_steps_m,
+                                           UpdateReport& report) {
+  report.updated = true;
+  report.blocks = after.size();
+  report.block_posts = after.side();
+  for (const std::uint8_t differs : after.difference(before)) report.changed_blocks += differs;
+  std::vector<std::uint8_t> dirty = dirty_tiles(source, plan, ids, before, after);
+  std::vector<bool> other_steps;
+  for (int z = 0; z <= plan.max_level(); ++z) {
+    const bool same = std::size_t(z) < old_steps_m.size() &&
+                      old_steps_m[std::size_t(z)] == plan.level(z).border_step_m;
+    other_steps.push_back(!same);
+    report.levels_of_other_steps += !same;
+  }
+  for (std::size_t k = 0; k < ids.size(); ++k) {
+    // A tile that stands in for missing children has vertices of the next level.
+    const auto z = std::size_t(ids[k].level);
+    dirty[k] = dirty[k] || other_steps[z] || (z + 1 < other_steps.size() && other_steps[z + 1]);
+    report.dirty_tiles += dirty[k];
+  }
+  return dirty;
+}
+
+}  // namespace
+
+TileWork tile_work(const DemSource& source, const TilePlan& plan, const TileOrder& ids,
+                   const SourceBlocks& blocks, const BuildOptions& o, UpdateReport& update) {
+  const auto changes = [&](const BuildRecord& old,
+                           std::string_view old_blocks) -> Result<std::vector<std::uint8_t>> {
+    const auto before = SourceBlocks::decode(old_blocks, source.info(), old.heights);
+    if (!before) return std::unexpected(before.error());
+    return tiles_of_changes(source, plan, ids, *before, blocks, old.steps_m, update);
+  };
+  return {.ids = ids,
+          .levels = plan.layer("").available,
+          .record = record_of(source, plan, blocks, o),
+          .blocks = blocks,
+          .changes = changes,
+          .force = o.force,
+          .threads = o.threads,
+          .batch = o.batch};
+}
+
+}  // namespace tind
