@@ -143,14 +143,6 @@ bool HalfedgeMesh::link_ok(Index h) const {
   if (g != kNone && !on_border(a) && !on_border(b) && degree(a) == 3 && degree(b) == 3)
     return false;
 
-  auto for_each_neighbour = [this](Index v, auto&& f) {
-    Index last = kNone;
-    for_each_out(v, [&](Index e) {
-      f(dest(e));
-      last = e;
-    });
-    if (twin_[prev(last)] == kNone) f(apex(last));
-  };
   bool ok = true;
   for_each_neighbour(a, [&](Index n) {
     if (n == b || n == c || n == d || !ok) return;

@@ -85,11 +85,76 @@ class HalfedgeMesh {
     } while (h != kNone && h != first);
   }
 
+  /// The half-edge on the border that arrives at v: the one before out(v) along the border, so its
+  /// origin is v's predecessor there, and dest(out(v)) its successor. REQUIRES: on_border(v).
+  /// O(degree).
+  Index border_in(Index v) const {
+    Index last = out_[v];
+    for (Index h = last; h != kNone; h = rotate_ccw(h)) last = h;
+    return prev(last);
+  }
+
+  /// Calls f(w) for every neighbour w of v, counter-clockwise from dest(out(v)); on the border the
+  /// last one is v's predecessor, which for_each_out does not reach.
+  template <class F>
+  void for_each_neighbour(Index v, F&& f) const {
+    Index last = kNone;
+    for_each_out(v, [&](Index h) {
+      f(origin_[next(h)]);
+      last = h;
+    });
+    if (twin_[prev(last)] == kNone) f(origin_[prev(last)]);
+  }
+
   /// Number of edges at v.
   int degree(Index v) const {
     int n = 0;
     for_each_out(v, [&](Index) { ++n; });
     return n + on_border(v);
+  }
+
+  /// The half-edge from a to b; kNone when there is none: then the two have no edge, or one on the
+  /// border that runs from b to a. O(degree of a).
+  Index find(Index a, Index b) const {
+    const Index first = out_[a];
+    Index h = first;
+    do {
+      if (dest(h) == b) return h;
+      h = rotate_ccw(h);
+    } while (h != kNone && h != first);
+    return kNone;
+  }
+  /// The half-edge from a to b, or else the one from b to a; kNone when the two have no edge.
+  Index find_edge(Index a, Index b) const {
+    const Index h = find(a, b);
+    return h != kNone ? h : find(b, a);
+  }
+
+  /// What the collapse of edge h keeps of the triangles around v, one of its two ends: all but the
+  /// one or two at h. Calls f(e) for the half-edge e that leaves v in each, counter-clockwise from
+  /// out(v), until f returns false; false when it did. O(degree).
+  template <class F>
+  bool all_kept(Index v, Index h, F&& f) const {
+    const Index t = triangle(h), u = twin_[h] == kNone ? t : triangle(twin_[h]);
+    const Index first = out_[v];
+    Index e = first;
+    do {
+      if (triangle(e) != t && triangle(e) != u && !f(e)) return false;
+      e = rotate_ccw(e);
+    } while (e != kNone && e != first);
+    return true;
+  }
+
+  /// The surviving fan of the collapse of edge h: the triangles around both ends, first origin(h),
+  /// then dest(h), that it keeps and whose corner at that end moves to the merged vertex. f as
+  /// above: such a triangle becomes (merged vertex, dest(e), apex(e)).
+  template <class F>
+  bool all_kept(Index h, F&& f) const {
+    return all_kept(origin(h), h, f) && all_kept(dest(h), h, f);
+  }
+  template <class F>
+  void for_each_kept(Index h, F&& f) const {
+    all_kept(h, [&](Index e) { return f(e), true; });
   }
 
   /// The link condition: collapsing edge h keeps the mesh a manifold with the same topology. True

@@ -90,9 +90,8 @@ Result<HalfedgeMesh> whole_model(const Tin& tin, const char* which) {
   for (; !stack.empty(); ++reached) {
     const Index v = stack.back();
     stack.pop_back();
-    m->for_each_out(v, [&](Index h) {
-      for (const Index w : {m->dest(h), m->apex(h)})
-        if (!std::exchange(seen[w], 1)) stack.push_back(w);
+    m->for_each_neighbour(v, [&](Index w) {
+      if (!std::exchange(seen[w], 1)) stack.push_back(w);
     });
   }
   if (reached < seen.size()) {

@@ -143,19 +143,16 @@ class SetCollapser {
     return models_.fine_cap(m_.apex(h)) || models_.fine_cap(m_.apex(m_.twin(h)));
   }
 
-  /// Whether a triangle of v, which moves to `at`, turns by 90 degrees or more; those at
-  /// `other` go.
-  bool turns_over(Index v, Index other, const Vec3& at) const {
-    bool turned = false;
-    m_.for_each_out(v, [&](Index e) {
+  /// Whether the collapse of h to `at` turns a triangle by 90 degrees or more.
+  bool turns_over(Index h, const Vec3& at) const {
+    return !m_.all_kept(h, [&](Index e) {
       const Index a = m_.dest(e), b = m_.apex(e);
-      if (turned || a == other || b == other || models_.fine_cap(a) || models_.fine_cap(b)) return;
+      if (models_.fine_cap(a) || models_.fine_cap(b)) return true;
       const Vec3 side = m_.position(b) - m_.position(a);
-      const Vec3 was = cross(side, m_.position(v) - m_.position(a));
+      const Vec3 was = cross(side, m_.position(m_.origin(e)) - m_.position(a));
       const Vec3 now = cross(side, at - m_.position(a));
-      turned = dot(was, now) <= kCosine * length(was) * length(now) && dot(was, was) > 0;
+      return !(dot(was, now) <= kCosine * length(was) * length(now) && dot(was, was) > 0);
     });
-    return turned;
   }
 
   /// On the straight line from where the vertex of a set started to where the coarse model has it.
@@ -190,7 +187,7 @@ class SetCollapser {
       const std::size_t choice = last ? 1 : border || !on_border(models_, to) ? 4 : 3;
       for (std::size_t i = 0; i < choice; ++i) {
         const Vec3 at = snapped(places[i]);
-        if (turns_over(v, to, at) || turns_over(to, v, at)) continue;
+        if (turns_over(h, at)) continue;
         c = {h, cost, at};
         return;
       }

@@ -204,11 +204,6 @@ class Router {
     const auto [a, b] = ordered(m_.origin(h), m_.dest(h));
     return {a, b};
   }
-  Index half_edge(Index a, Index b) const {
-    Index found = kNone;
-    m_.for_each_out(a, [&](Index h) { found = m_.dest(h) == b ? h : found; });
-    return found;
-  }
 
   template <class F>
   void each_step(const Node& n, F&& f) const {
@@ -222,7 +217,7 @@ class Router {
       });
       return;
     }
-    const Index h = half_edge(n.a, n.b);
+    const Index h = m_.find(n.a, n.b);
     for (const Index side : {h, m_.twin(h)}) {
       to_vertex(m_.apex(side));
       for (const Index e : {HalfedgeMesh::next(side), HalfedgeMesh::prev(side)})
@@ -308,7 +303,7 @@ class Router {
     std::vector<Index> line = {out_.representative[a]};
     for (const Node& n : path) {
       if (!n.is_vertex()) {
-        line.push_back(m_.split_edge(half_edge(n.a, n.b), at(n)));
+        line.push_back(m_.split_edge(m_.find(n.a, n.b), at(n)));
         out_.set.push_back(kNone);
         near_.push_back(near_[n.a]);
         ++out_.split_in;

@@ -77,24 +77,16 @@ class Rounds {
   /// The cost of the star that collapsing h leaves; kTooDear beyond `best`, or where it would flip.
   double cost_of(Index v, Index h, double best) const {
     const Vec3& at = mesh_.position(mesh_.dest(h));
-    const Index t1 = HalfedgeMesh::triangle(h);
-    const Index g = mesh_.twin(h);
-    const Index t2 = g == HalfedgeMesh::kNone ? t1 : HalfedgeMesh::triangle(g);
     double error = 0, longest = 0;
-    mesh_.for_each_out(v, [&](Index e) {
-      const Index t = HalfedgeMesh::triangle(e);
-      if (error == kTooDear || t == t1 || t == t2) return;
+    const bool fits = mesh_.all_kept(v, h, [&](Index e) {
       const Vec3 &b = mesh_.position(mesh_.dest(e)), &c = mesh_.position(mesh_.apex(e));
       longest = std::max({longest, length(at, b), length(at, c)});
-      if (!surely_ccw(at, b, c)) {
-        error = kTooDear;
-        return;
-      }
+      if (!surely_ccw(at, b, c)) return false;
       const double limit = best - kLengthCost * longest;
       error = std::max(error, worst_post(grid_, at, b, c, limit));
-      if (error > limit) error = kTooDear;
+      return error <= limit;
     });
-    return error + kLengthCost * longest;
+    return fits ? error + kLengthCost * longest : kTooDear;
   }
 
   void look_at(Index v) {

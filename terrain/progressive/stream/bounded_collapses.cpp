@@ -12,7 +12,6 @@ namespace tind {
 namespace {
 
 using Index = HalfedgeMesh::Index;
-constexpr Index kNone = HalfedgeMesh::kNone;
 
 class LeastErrorCost {
  public:
@@ -51,14 +50,7 @@ class LeastErrorCost {
     Vec3 at = m.position(end);
     if (!star_stays_ccw(m, h, at)) return {};
     fit_.start(at);
-    const Index g = m.twin(h);
-    for (const Index v : {m.origin(h), m.dest(h)}) {
-      m.for_each_out(v, [&](Index e) {
-        const Index t = HalfedgeMesh::triangle(e);
-        if (t != HalfedgeMesh::triangle(h) && (g == kNone || t != HalfedgeMesh::triangle(g)))
-          fit_.add(m.position(m.dest(e)), m.position(m.apex(e)));
-      });
-    }
+    m.for_each_kept(h, [&](Index e) { fit_.add(m.position(m.dest(e)), m.position(m.apex(e))); });
     if (terrain_.kind[end] != VertexKind::fixed) {
       at.z = fit_.best(at.z).z;
       at = lattice_.snap(at);

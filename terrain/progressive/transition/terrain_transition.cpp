@@ -46,7 +46,7 @@ class Coarsener {
         const Index into = m_.dest(c.half), twin = m_.twin(c.half);
         if (log) log->push_back({v, into, m_.apex(c.half), twin == kNone ? kNone : m_.apex(twin)});
         m_.collapse(c.half);
-        each_neighbour(into, [&](Index n) {
+        m_.for_each_neighbour(into, [&](Index n) {
           if (may_go(n)) push(n, limit);
         });
         if (may_go(into)) push(into, limit);
@@ -63,12 +63,6 @@ class Coarsener {
   HalfedgeMesh& m_;
   VertexQueue queue_;
 
-  template <class F>
-  void each_neighbour(Index v, F&& f) const {
-    Index last = kNone;
-    m_.for_each_out(v, [&](Index h) { f(m_.dest(h)), last = h; });
-    if (m_.rotate_ccw(last) == kNone) f(m_.apex(last));
-  }
   void push(Index v, double limit) {
     const double cost = best(v).cost;
     queue_.push(v, cost <= limit ? cost : HUGE_VAL);
@@ -84,22 +78,19 @@ class Coarsener {
 
   /// The step of the fine surface at v's place when v goes along h; nothing when a triangle flips.
   double cost(Index h) const {
-    const Index v = m_.origin(h), to = m_.dest(h);
-    const Vec3 &p = m_.position(v), &q = m_.position(to);
-    bool valid = true;
+    const Index v = m_.origin(h);
+    const Vec3 &p = m_.position(v), &q = m_.position(m_.dest(h));
     double best = -HUGE_VAL, step = HUGE_VAL;
-    m_.for_each_out(v, [&](Index e) {
-      const Index a = m_.dest(e), b = m_.apex(e);
-      if (a == to || b == to || !valid) return;
-      const Vec3 &pa = m_.position(a), &pb = m_.position(b);
-      valid = surely_ccw(q, pa, pb);
-      if (!valid) return;
+    const bool valid = m_.all_kept(v, h, [&](Index e) {
+      const Vec3 &pa = m_.position(m_.dest(e)), &pb = m_.position(m_.apex(e));
+      if (!surely_ccw(q, pa, pb)) return false;
       const double area = orient2d(q, pa, pb);
       const double wa = orient2d(q, p, pb) / area, wb = orient2d(q, pa, p) / area;
       const double inside = std::min({wa, wb, 1 - wa - wb});
-      if (inside <= best) return;
+      if (inside <= best) return true;
       best = inside;
       step = std::abs(q.z + wa * (pa.z - q.z) + wb * (pb.z - q.z) - p.z);
+      return true;
     });
     return valid ? step : HUGE_VAL;
   }

@@ -43,17 +43,6 @@ HeightLattice height_lattice(const TileJob& job, double eps) {
   return {std::floor(low / step) * step, step};
 }
 
-/// The half-edge from v to w, or from w to v; kNone when there is neither.
-HalfedgeMesh::Index edge_between(const HalfedgeMesh& mesh, HalfedgeMesh::Index v,
-                                 HalfedgeMesh::Index w) {
-  HalfedgeMesh::Index found = HalfedgeMesh::kNone;
-  for (const auto& [a, b] : {std::pair{v, w}, {w, v}})
-    mesh.for_each_out(a, [&](HalfedgeMesh::Index h) {
-      if (mesh.dest(h) == b) found = h;
-    });
-  return found;
-}
-
 /// Makes the lines of job.stand_in, whose points are vertices, edges of the mesh that stay.
 /// Vertices that lie on a line become part of it; where two that follow each other have no edge,
 /// the line is halved until they do.
@@ -75,7 +64,7 @@ void keep_stand_ins(const TileJob& job, double step, HalfedgeMesh& mesh, Inserti
     }
     auto a = on.begin();
     for (auto b = std::next(a); b != on.end(); b = std::next(a)) {
-      if (edge_between(mesh, a->second, b->second) != HalfedgeMesh::kNone) {
+      if (mesh.find_edge(a->second, b->second) != HalfedgeMesh::kNone) {
         kept.add_edge(a->second, b->second);
         a = b;
         continue;

@@ -23,7 +23,6 @@ namespace tind {
 namespace {
 
 using Index = HalfedgeMesh::Index;
-constexpr Index kNone = HalfedgeMesh::kNone;
 
 constexpr double kFinestStep = 1.0 / 1024 / 8;  // metres
 constexpr double kRounding = 1e-9;              // of a measured distance, metres
@@ -120,14 +119,8 @@ class DeviationCost {
     Vec3 at = m.position(end);
     if (!star_stays_ccw(m, h, at)) return {};
     fit_.clear();
-    const Index g = m.twin(h);
-    for (const Index v : {m.origin(h), m.dest(h)}) {
-      m.for_each_out(v, [&](Index e) {
-        const Index t = HalfedgeMesh::triangle(e);
-        if (t != HalfedgeMesh::triangle(h) && (g == kNone || t != HalfedgeMesh::triangle(g)))
-          add_face(at, m.position(m.dest(e)), m.position(m.apex(e)));
-      });
-    }
+    m.for_each_kept(h,
+                    [&](Index e) { add_face(at, m.position(m.dest(e)), m.position(m.apex(e))); });
     if (!pinned_[end]) at.z = std::nearbyint(fit_.best(at.z).z / step_) * step_;
     return {float(fit_.error_at(at.z)), at};
   }

@@ -139,7 +139,7 @@ class SquaredError {
   /// The engine asks `allows` just before.
   void merge(const HalfedgeMesh&, Index h, const Vec3&) {
     std::size_t i = 0;
-    for_each_kept(h, [&](Index e) { sum_[HalfedgeMesh::triangle(e)] = ring_sum_[i++]; });
+    mesh_.for_each_kept(h, [&](Index e) { sum_[HalfedgeMesh::triangle(e)] = ring_sum_[i++]; });
     merge_vertices(terrain_, mesh_.origin(h), mesh_.dest(h));
   }
 
@@ -173,19 +173,6 @@ class SquaredError {
 
   static float growth(double after, double before) { return float(std::max(0.0, after - before)); }
 
-  /// f(e) for the spokes of the triangles that survive the collapse of h.
-  template <class F>
-  void for_each_kept(Index h, F&& f) const {
-    const Index g = mesh_.twin(h), t = HalfedgeMesh::triangle(h);
-    const Index u = g == kNone ? t : HalfedgeMesh::triangle(g);
-    for (const Index end : {mesh_.origin(h), mesh_.dest(h)}) {
-      mesh_.for_each_out(end, [&](Index e) {
-        const Index s = HalfedgeMesh::triangle(e);
-        if (s != t && s != u) f(e);
-      });
-    }
-  }
-
   double add_to_ring(Index e) {
     ring_.push_back({mesh_.position(mesh_.dest(e)), mesh_.position(mesh_.apex(e))});
     return sum_[HalfedgeMesh::triangle(e)];
@@ -196,7 +183,7 @@ class SquaredError {
     ring_.clear();
     double before = sum_[HalfedgeMesh::triangle(h)];
     if (const Index g = mesh_.twin(h); g != kNone) before += sum_[HalfedgeMesh::triangle(g)];
-    for_each_kept(h, [&](Index e) { before += add_to_ring(e); });
+    mesh_.for_each_kept(h, [&](Index e) { before += add_to_ring(e); });
     return before;
   }
 

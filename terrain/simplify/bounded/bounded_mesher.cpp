@@ -56,15 +56,8 @@ void BoundedMesher<S>::insert(const Progress& progress) {
 // --- sweep ---------------------------------------------------------------------------------------
 
 template <class S>
-typename BoundedMesher<S>::Index BoundedMesher<S>::border_before(Index v) const {
-  Index last = mesh_.out(v);
-  mesh_.for_each_out(v, [&](Index e) { last = e; });
-  return HalfedgeMesh::prev(last);  // the border half-edge that arrives at v
-}
-
-template <class S>
 bool BoundedMesher<S>::straight_border(Index v) const {
-  const Index out = mesh_.out(v), in = border_before(v);
+  const Index out = mesh_.out(v), in = mesh_.border_in(v);
   return orient2d(mesh_.position(mesh_.origin(in)), mesh_.position(v),
                   mesh_.position(mesh_.dest(out))) == 0;
 }
@@ -123,7 +116,7 @@ std::span<const typename BoundedMesher<S>::Index> BoundedMesher<S>::edges_to_tar
   edges_.clear();
   if (mesh_.on_border(v)) {
     edges_.push_back(mesh_.out(v));
-    edges_.push_back(border_before(v));
+    edges_.push_back(mesh_.border_in(v));
   } else {
     mesh_.for_each_out(v, [&](Index e) { edges_.push_back(e); });
   }
@@ -151,7 +144,7 @@ bool BoundedMesher<S>::try_targets(Index v, bool search) {
   // An edge that is not feasible is of interest only if it is the nearest to it so far.
   double give_up = search ? options_.search_reach * eps_ : 0;
   around_.clear();
-  around_.add(mesh_, v, kNone);
+  around_.add(mesh_, v);
   const bool at_border = mesh_.on_border(v);
   const auto edges = edges_to_targets(v);
   Index best_edge = kNone;
@@ -182,7 +175,7 @@ bool BoundedMesher<S>::try_targets(Index v, bool search) {
     if (!feasible) {
       // w has to move up or down: what do the samples of its own triangles say?
       const std::size_t own_triangles = star_.ring().size();
-      star_.add(mesh_, w, v);
+      star_.add_kept(mesh_, w, h);
       star_.aim(target);
       star_.narrow(target, room, limit, own_triangles);
       feasible = star_.choose_height(target, room, target.z, apex.z);
@@ -219,8 +212,8 @@ bool BoundedMesher<S>::directed_search(Index h, const Vec3& start, double gap) {
   const Index v = mesh_.origin(h), w = mesh_.dest(h);
   const Vec3 a = mesh_.position(v), b = mesh_.position(w);
   star_.clear();
-  star_.add(mesh_, v, w);
-  star_.add(mesh_, w, v);
+  star_.add_kept(mesh_, v, h);
+  star_.add_kept(mesh_, w, h);
   const double unit = options_.search_step_min;
   double step = std::max(std::abs(a.x - b.x), std::abs(a.y - b.y)) / 4;
   step = std::max(unit, std::floor(step / unit) * unit);
@@ -280,7 +273,7 @@ std::uint64_t BoundedMesher<S>::sweep(bool search, const Progress& progress) {
 template <class S>
 void BoundedMesher<S>::move_vertex(Index v) {
   star_.clear();
-  star_.add(mesh_, v, kNone);
+  star_.add(mesh_, v);
   const Vec3 before = mesh_.position(v);
   Vec3 at = before;
   star_.aim(at);

@@ -99,7 +99,6 @@ class BoundedMesher {
   bool stays(Index v) const { return on_line(v) || (!frozen_.empty() && frozen_[v]); }
   bool may_move(Index v) const { return v >= options_.pinned && !mesh_.on_border(v) && !stays(v); }
   bool straight_border(Index v) const;
-  Index border_before(Index v) const;
   void collapse(Index h, const Vec3& apex);
 };
 

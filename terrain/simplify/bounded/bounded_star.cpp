@@ -10,12 +10,19 @@
 namespace tind {
 
 template <class S>
-void Star<S>::add(const HalfedgeMesh& mesh, Index v, Index except) {
-  mesh.for_each_out(v, [&](Index e) {
-    const Index p = mesh.dest(e), q = mesh.apex(e);
-    if (p != except && q != except)
-      ring_.push_back({p, q, mesh.position(p), mesh.position(q), 0, 0, 0, 0, 0});
-  });
+void Star<S>::add_far_edge(const HalfedgeMesh& mesh, Index spoke) {
+  const Index p = mesh.dest(spoke), q = mesh.apex(spoke);
+  ring_.push_back({p, q, mesh.position(p), mesh.position(q), 0, 0, 0, 0, 0});
+}
+
+template <class S>
+void Star<S>::add(const HalfedgeMesh& mesh, Index v) {
+  mesh.for_each_out(v, [&](Index e) { add_far_edge(mesh, e); });
+}
+
+template <class S>
+void Star<S>::add_kept(const HalfedgeMesh& mesh, Index v, Index h) {
+  mesh.all_kept(v, h, [&](Index e) { return add_far_edge(mesh, e), true; });
 }
 
 /// surely_ccw of tin.h, for all triangles without a branch.

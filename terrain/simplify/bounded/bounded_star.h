@@ -60,8 +60,10 @@ class Star {
   void add(std::span<const RingEdge> edges) {
     ring_.insert(ring_.end(), edges.begin(), edges.end());
   }
-  /// Adds the far edges of v's triangles, but for those that touch `except`.
-  void add(const HalfedgeMesh& mesh, Index v, Index except);
+  /// Adds the far edges of v's triangles; add_kept: of those that the collapse of edge h, of which
+  /// v is an end, keeps.
+  void add(const HalfedgeMesh& mesh, Index v);
+  void add_kept(const HalfedgeMesh& mesh, Index v, Index h);
 
   /// Puts the apex at a place (of which only x and y count); false when a triangle is not
   /// counter-clockwise for certain then. Whatever asks for room does this before.
@@ -99,6 +101,7 @@ class Star {
   std::array<Vec3, 8> witness_;
   std::size_t witnesses_ = 0;
 
+  void add_far_edge(const HalfedgeMesh& mesh, Index spoke);
   bool narrow_by(const RingEdge& e, const Vec3& apex, Room& room, double give_up);
   void keep_near_samples(const Vec3& apex, Room& room) const;
 };

@@ -32,19 +32,9 @@ bool WithinError::holds(const Vec3& a, const Vec3& b, const Vec3& c) const {
 
 bool WithinError::allows(const HalfedgeMesh& m, Index h, const Vec3& at) const {
   if (!star_stays_ccw(m, h, at)) return false;
-  const Index g = m.twin(h);
-  bool ok = true;
-  const auto check_fan = [&](Index v) {
-    m.for_each_out(v, [&](Index e) {
-      const Index t = HalfedgeMesh::triangle(e);
-      if (!ok || t == HalfedgeMesh::triangle(h)) return;
-      if (g != HalfedgeMesh::kNone && t == HalfedgeMesh::triangle(g)) return;
-      ok = triangle_within(grid_, limit_, at, m.position(m.dest(e)), m.position(m.apex(e)));
-    });
-  };
-  check_fan(m.origin(h));
-  if (ok) check_fan(m.dest(h));
-  return ok;
+  return m.all_kept(h, [&](Index e) {
+    return triangle_within(grid_, limit_, at, m.position(m.dest(e)), m.position(m.apex(e)));
+  });
 }
 
 }  // namespace tind

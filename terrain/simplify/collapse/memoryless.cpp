@@ -126,18 +126,12 @@ class SweepCost {
     const Index a = m.origin(h), b = m.dest(h), g = m.twin(h);
     merge_vertices(terrain_, a, b);
     Sweep merged;
-    for (const Index v : {a, b}) {
-      m.for_each_out(v, [&](Index e) {
-        const Index t = HalfedgeMesh::triangle(e);
-        if (t == HalfedgeMesh::triangle(h) || (g != kNone && t == HalfedgeMesh::triangle(g)))
-          return;
-        const Vec3 now =
-            cross(offset(at, m.position(m.dest(e))), offset(at, m.position(m.apex(e))));
-        replace(m.dest(e), normal(m, e), now);
-        replace(m.apex(e), normal(m, e), now);
-        merged.add(now);
-      });
-    }
+    m.for_each_kept(h, [&](Index e) {
+      const Vec3 now = cross(offset(at, m.position(m.dest(e))), offset(at, m.position(m.apex(e))));
+      replace(m.dest(e), normal(m, e), now);
+      replace(m.apex(e), normal(m, e), now);
+      merged.add(now);
+    });
     sweep_[m.apex(h)].subtract(normal(m, h));
     if (g != kNone) sweep_[m.apex(g)].subtract(normal(m, g));
     sweep_[b] = merged;

@@ -334,8 +334,7 @@ Index Collapser<Rules>::merge_triangle(Index h, const Vec3& p, const Vec3& betwe
   tell_collapse(h, between);
   mesh_.collapse(h);
   mesh_.position(b) = between;
-  Index e = mesh_.out(c);
-  while (mesh_.dest(e) != b) e = mesh_.rotate_ccw(e);
+  const Index e = mesh_.find(c, b);
   tell_collapse(e, p);
   mesh_.collapse(e);
   mesh_.position(b) = p;

@@ -123,19 +123,12 @@ Remover::Remover(TerrainMesh& terrain, const HeightGrid& grid, Criterion criteri
 
 void Remover::gather_ring(Index v) {
   plan_.ring.clear();
-  Index last = kNone;
-  mesh_.for_each_out(v, [&](Index h) {
-    plan_.ring.push_back(mesh_.dest(h));
-    last = h;
-  });
-  if (mesh_.on_border(v)) plan_.ring.push_back(mesh_.apex(last));
+  mesh_.for_each_neighbour(v, [&](Index w) { plan_.ring.push_back(w); });
 }
 
 /// The two neighbours along the border of a border vertex: after and before it.
 std::array<Index, 2> border_neighbours(const HalfedgeMesh& mesh, Index v) {
-  Index last = kNone;
-  mesh.for_each_out(v, [&](Index h) { last = h; });
-  return {mesh.dest(mesh.out(v)), mesh.apex(last)};
+  return {mesh.dest(mesh.out(v)), mesh.origin(mesh.border_in(v))};
 }
 
 /// The neighbours along its line of a vertex in the middle of a straight part.
@@ -188,12 +181,9 @@ double Remover::plane_distance(Index v) const {
 std::uint32_t Remover::neighbour_degrees(Index v) const {
   std::array<std::uint32_t, kLongestRing + 1> degrees;
   int n = 0;
-  auto take = [&](Index w) {
+  mesh_.for_each_neighbour(v, [&](Index w) {
     if (n < int(degrees.size())) degrees[n++] = degree_[w];
-  };
-  Index last = kNone;
-  mesh_.for_each_out(v, [&](Index h) { take(mesh_.dest(h)), last = h; });
-  if (mesh_.on_border(v)) take(mesh_.apex(last));
+  });
   const int k = std::min(k_, n);
   if (k < n) std::partial_sort(degrees.begin(), degrees.begin() + k, degrees.begin() + n);
   std::uint32_t sum = 0;
@@ -311,14 +301,9 @@ bool Remover::make_plan(Index v) {
 }
 
 void Remover::carry_out(Index v) {
-  auto edge_to = [&](Index w) {
-    Index h = mesh_.out(v);
-    while (mesh_.dest(h) != w) h = mesh_.rotate_ccw(h);
-    return h;
-  };
-  for (const Index w : plan_.ears) mesh_.flip(edge_to(w));
+  for (const Index w : plan_.ears) mesh_.flip(mesh_.find(v, w));
   if (terrain_.lines.on_line(v)) move_lines(terrain_, v, plan_.into);
-  mesh_.collapse(edge_to(plan_.into));
+  mesh_.collapse(mesh_.find(v, plan_.into));
 }
 
 /// Every neighbour has lost its edge to the vertex; each diagonal of the hole is an edge for two,

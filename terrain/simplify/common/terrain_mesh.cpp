@@ -99,9 +99,8 @@ Tin tin_with_voids(const HeightGrid& grid) {
 /// A border vertex whose two border edges run along one side of the grid's rectangle may move along
 /// it; any other is fixed.
 VertexKind border_kind(const HalfedgeMesh& m, Index v, int cols, int rows) {
-  Index last = m.out(v);
-  m.for_each_out(v, [&](Index h) { last = h; });
-  const Vec3 &p = m.position(v), &a = m.position(m.dest(m.out(v))), &b = m.position(m.apex(last));
+  const Vec3 &p = m.position(v), &a = m.position(m.dest(m.out(v))),
+             &b = m.position(m.origin(m.border_in(v)));
   if (a.y == p.y && b.y == p.y && (p.y == 0 || p.y == -(rows - 1.0))) return VertexKind::along_x;
   if (a.x == p.x && b.x == p.x && (p.x == 0 || p.x == cols - 1.0)) return VertexKind::along_y;
   return VertexKind::fixed;
@@ -129,12 +128,9 @@ void set_lines(TerrainMesh& terrain, const Constraints& constraints) {
   for (Index v = 0; v < m.vertex_slots(); ++v) {
     if (!m.alive_vertex(v) || !terrain.lines.on_line(v)) continue;
     bool slides = constraints.hold[v] == Constraints::slides;
-    if (m.on_border(v)) {
-      Index last = m.out(v);
-      m.for_each_out(v, [&](Index h) { last = h; });
+    if (m.on_border(v))
       slides = slides && terrain.lines.contains(v, m.dest(m.out(v))) &&
-               terrain.lines.contains(v, m.apex(last));
-    }
+               terrain.lines.contains(v, m.origin(m.border_in(v)));
     terrain.kind[v] = slides ? VertexKind::along_line : VertexKind::fixed;
   }
   for (Index v = 0; v < constraints.hold.size(); ++v)
@@ -209,15 +205,11 @@ Merge border_merge_rule(const TerrainMesh& t, Index h) {
 }
 
 void move_lines(TerrainMesh& t, Index a, Index b) {
-  const HalfedgeMesh& m = t.mesh;
-  const auto move = [&](Index w) {
+  t.mesh.for_each_neighbour(a, [&](Index w) {
     if (!t.lines.contains(a, w)) return;
     t.lines.remove(a, w);
     if (w != b) t.lines.add(b, w);
-  };
-  Index last = kNone;
-  m.for_each_out(a, [&](Index h) { move(m.dest(h)), last = h; });
-  move(m.apex(last));
+  });
 }
 
 bool star_stays_ccw(const HalfedgeMesh& m, Index h, const Vec3& at) {

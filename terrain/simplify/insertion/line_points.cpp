@@ -34,16 +34,7 @@ LinePoints::Index LinePoints::insert(HalfedgeMesh& mesh, std::size_t k) {
     if (points_[i - 1].vertex != kNone) u = points_[i - 1].vertex;
   for (std::size_t i = k + 1; i < line.last && w == line.b; ++i)
     if (points_[i].vertex != kNone) w = points_[i].vertex;
-  // The half-edge u-w; on the border it may only be there as w-u.
-  const auto find = [&](Index from, Index to) {
-    Index found = kNone;
-    mesh.for_each_out(from, [&](Index h) {
-      if (mesh.dest(h) == to) found = h;
-    });
-    return found;
-  };
-  Index h = find(u, w);
-  if (h == kNone) h = find(w, u);
+  const Index h = mesh.find_edge(u, w);
   if (h == kNone) return kNone;
   const auto has_room = [&](Index e) {
     const Vec3& apex = mesh.position(mesh.apex(e));

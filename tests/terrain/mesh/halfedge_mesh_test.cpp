@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
+#include <set>
 
 #include "terrain/mesh/validity.h"
 
@@ -145,6 +147,107 @@ TEST(HalfedgeMesh, ToTinLeavesOutWhatIsRemoved) {
   EXPECT_EQ(index[5], kNone);
   EXPECT_EQ(index[6], 5u);
   EXPECT_TRUE(check_validity(tin).ok()) << check_validity(tin).first_problem;
+}
+
+/// A grid with some of its edges collapsed.
+HalfedgeMesh worn_grid(int side, std::mt19937& random) {
+  HalfedgeMesh m = flat_grid(side, side);
+  for (int step = 0; step < 4 * side; ++step) {
+    const Index h = Index(random() % m.halfedge_slots());
+    if (m.alive_triangle(h / 3) && m.link_ok(h)) m.collapse(h);
+  }
+  return m;
+}
+
+/// The triangles with a corner at v, each from v on, as the plain arrays have them.
+std::set<Triangle> triangles_at(const HalfedgeMesh& m, Index v) {
+  std::set<Triangle> out;
+  for (Index h = 0; h < m.halfedge_slots(); ++h)
+    if (m.alive_triangle(h / 3) && m.origin(h) == v) out.insert({v, m.dest(h), m.apex(h)});
+  return out;
+}
+
+TEST(HalfedgeMesh, NeighboursAreTheOtherCornersOnceEachAndInOrder) {
+  std::mt19937 random(3);
+  for (int round = 0; round < 30; ++round) {
+    const HalfedgeMesh m = worn_grid(6, random);
+    for (Index v = 0; v < m.vertex_slots(); ++v) {
+      if (!m.alive_vertex(v)) continue;
+      const std::set<Triangle> around = triangles_at(m, v);
+      std::vector<Index> ring;
+      m.for_each_neighbour(v, [&](Index w) { ring.push_back(w); });
+      std::set<Index> corners;
+      for (const Triangle& t : around) corners.insert({t[1], t[2]});
+      EXPECT_EQ(std::set<Index>(ring.begin(), ring.end()), corners);
+      EXPECT_EQ(ring.size(), corners.size());
+      EXPECT_EQ(int(ring.size()), m.degree(v));
+      for (std::size_t i = 0; i + 1 < ring.size(); ++i)
+        EXPECT_TRUE(around.contains({v, ring[i], ring[i + 1]}));
+      if (!m.on_border(v)) continue;
+      EXPECT_EQ(ring.front(), m.dest(m.out(v)));
+      EXPECT_EQ(ring.back(), m.origin(m.border_in(v)));
+    }
+  }
+}
+
+TEST(HalfedgeMesh, BorderInArrivesAtItsVertexAlongTheBorder) {
+  std::mt19937 random(4);
+  for (int round = 0; round < 30; ++round) {
+    const HalfedgeMesh m = worn_grid(5, random);
+    for (Index v = 0; v < m.vertex_slots(); ++v) {
+      if (!m.alive_vertex(v) || !m.on_border(v)) continue;
+      const Index in = m.border_in(v);
+      EXPECT_EQ(m.twin(in), kNone);
+      EXPECT_EQ(m.dest(in), v);
+      EXPECT_EQ(m.out(m.origin(in)), in) << "the predecessor's way out";
+    }
+  }
+}
+
+TEST(HalfedgeMesh, FindsTheHalfEdgesThatThereAreAndNoOthers) {
+  std::mt19937 random(5);
+  const HalfedgeMesh m = worn_grid(6, random);
+  for (Index a = 0; a < m.vertex_slots(); ++a) {
+    for (Index b = 0; b < m.vertex_slots(); ++b) {
+      if (a == b || !m.alive_vertex(a) || !m.alive_vertex(b)) continue;
+      Index expected = kNone, back = kNone;
+      for (Index h = 0; h < m.halfedge_slots(); ++h) {
+        if (!m.alive_triangle(h / 3)) continue;
+        if (m.origin(h) == a && m.dest(h) == b) expected = h;
+        if (m.origin(h) == b && m.dest(h) == a) back = h;
+      }
+      EXPECT_EQ(m.find(a, b), expected);
+      EXPECT_EQ(m.find_edge(a, b), expected != kNone ? expected : back);
+    }
+  }
+}
+
+TEST(HalfedgeMesh, TheKeptFanIsWhatTheCollapseLeaves) {
+  std::mt19937 random(6);
+  for (int round = 0; round < 200; ++round) {
+    HalfedgeMesh m = worn_grid(5, random);
+    const Index h = Index(random() % m.halfedge_slots());
+    if (!m.alive_triangle(h / 3) || !m.link_ok(h)) continue;
+    const Index gone = m.origin(h), kept = m.dest(h);
+    std::vector<Index> ends;
+    std::set<Triangle> expected;
+    m.for_each_kept(h, [&](Index e) {
+      ends.push_back(m.origin(e));
+      expected.insert({kept, m.dest(e), m.apex(e)});
+    });
+    EXPECT_TRUE(std::ranges::is_sorted(ends, {}, [&](Index v) { return v == kept; }))
+        << "origin(h) first";
+    std::size_t around_gone = 0;
+    EXPECT_TRUE(m.all_kept(gone, h, [&](Index e) { return ++around_gone, m.origin(e) == gone; }));
+    EXPECT_EQ(around_gone, std::size_t(std::ranges::count(ends, gone)));
+    std::size_t seen = 0;
+    if (!ends.empty()) {
+      EXPECT_FALSE(m.all_kept(h, [&](Index) { return ++seen, false; }));
+      EXPECT_EQ(seen, 1u) << "it stops where it is told to";
+    }
+    m.collapse(h);
+    EXPECT_EQ(triangles_at(m, kept), expected);
+  }
 }
 
 }  // namespace
