@@ -13,6 +13,7 @@
 #include "terrain/check/check_files.h"
 #include "terrain/check/check_source.h"
 #include "terrain/check/check_tile.h"
+#include "terrain/store/open/open_store.h"
 
 namespace tind {
 
@@ -405,11 +406,11 @@ class LevelCheck {
 Result<CheckReport> check_tiles(const std::string& where, const CheckOptions& wanted,
                                 const Progress& progress) {
   CheckReport report;
-  const TileLocation location(where);
+  const auto store = open_store(where);
   CheckOptions options = wanted;
-  if (options.threads == 0 && location.remote()) options.threads = kRemoteThreads;
+  if (options.threads == 0 && store->remote()) options.threads = kRemoteThreads;
   const auto listing =
-      check_files(location, options.first_level, options.last_level, report.findings);
+      check_files(*store, options.first_level, options.last_level, report.findings);
   if (!listing) return std::unexpected(listing.error());
   std::vector<std::vector<MeasuredTile>> measured;
   const double source_share = options.source ? 0.8 : 0;

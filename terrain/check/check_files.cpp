@@ -4,47 +4,16 @@
 #include "terrain/check/check_files.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <nlohmann/json.hpp>
-
-#include "terrain/raster/source_blocks.h"
 
 namespace tind {
 
 namespace {
 
-namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
 constexpr std::uint64_t kMostTiles = 20'000'000;  // of a URL
 const std::string kLayer = "layer.json";
-
-// ---- listing ----
-
-Result<void> list_directory(TileListing& listing, Findings& findings) {
-  const std::string& directory = listing.location.base();
-  std::error_code error;
-  std::vector<std::string> strays;
-  fs::recursive_directory_iterator it(directory, error), end;
-  if (error) return fail(Errc::not_found, "cannot look into " + directory + ": " + error.message());
-  for (; it != end; it.increment(error)) {
-    if (error) return fail(Errc::io, "cannot look into " + directory + ": " + error.message());
-    const fs::path relative = it->path().lexically_relative(directory);
-    if (relative.string().starts_with("tind-update") && it->is_directory(error))
-      it.disable_recursion_pending();  // an update on the way: no part of the set yet
-    if (it->path().extension() != ".terrain") continue;
-    if (const auto id = tile_of_path(relative)) {
-      if (listing.levels.size() <= std::size_t(id->level)) listing.levels.resize(id->level + 1u);
-      listing.levels[std::size_t(id->level)].push_back(*id);
-    } else {
-      strays.push_back(relative.string());
-    }
-  }
-  for (auto& level : listing.levels) std::ranges::sort(level);
-  std::ranges::sort(strays);
-  for (const std::string& stray : strays) findings.add(rule("available.stray"), stray, "");
-  return {};
-}
 
 // ---- layer.json ----
 
@@ -236,7 +205,7 @@ Result<void> list_available(TileListing& listing, const Ranges& ranges, int firs
       count += std::uint64_t(r.x1 - r.x0 + 1) * std::uint64_t(r.y1 - r.y0 + 1);
       if (count > kMostTiles)
         return fail(Errc::out_of_range,
-                    listing.location.base() + " lists more than " +
+                    listing.store.name() + " lists more than " +
                         std::to_string(kMostTiles / 1'000'000) +
                         " million tiles: look at some levels, e.g. --levels 0-8");
       for (std::int64_t x = r.x0; x <= r.x1; ++x)
@@ -250,35 +219,18 @@ Result<void> list_available(TileListing& listing, const Ranges& ranges, int firs
   return {};
 }
 
-/// The first template that names a tile, and the version to put into it.
-void use_template(TileListing& listing, const Json& json) {
-  const auto tiles = json.find("tiles"), version = json.find("version");
-  if (tiles == json.end() || !tiles->is_array() || tiles->empty() || !(*tiles)[0].is_string())
-    return;
-  listing.location.use_template(
-      (*tiles)[0].get<std::string>(),
-      version != json.end() && version->is_string() ? version->get<std::string>() : "");
-}
-
 void keep_levels(TileListing& listing, int first, int last) {
   if (std::size_t(last) + 1 < listing.levels.size()) listing.levels.resize(std::size_t(last) + 1);
   for (std::size_t z = 0; z < std::min(std::size_t(first), listing.levels.size()); ++z)
     listing.levels[z].clear();
 }
 
-/// The hashes of blocks that the record of a build names: without them there is no update.
-void check_blocks(const TileLocation& location, Findings& findings) {
-  const auto text = location.read(location.file("tind-build.json"));
-  if (!text) return;
-  const Json record = Json::parse(*text, nullptr, false);
-  if (!record.is_object() || !record.contains("heights") || !record["heights"].is_string()) return;
-  const std::string digest = record["heights"], file = "tind-blocks-" + digest;
-  const auto bytes = location.read(location.file(file));
-  if (!bytes)
-    findings.add(rule("build.blocks"), file, "cannot be read");
-  else if (!SourceBlocks::whole({reinterpret_cast<const char*>(bytes->data()), bytes->size()},
-                                digest))
-    findings.add(rule("build.blocks"), file, "damaged");
+/// What the store says is wrong with what it keeps beside the tiles.
+void report_faults(const TileStore& store, Findings& findings) {
+  for (const StoreFault& fault : store.faults()) {
+    const bool ledger = fault.in == StoreFault::In::ledger;
+    findings.add(ledger ? rule("tile.ledger") : rule("build.blocks"), fault.name, fault.what);
+  }
 }
 
 }  // namespace
@@ -292,41 +244,36 @@ std::int64_t TileListing::find(TileId id) const {
 
 bool read_tile_file(const TileListing& listing, TileId id, std::vector<std::uint8_t>& bytes,
                     Findings& findings) {
-  auto read = listing.location.read(listing.location.tile(id));
+  auto read = listing.store.look_at(id);
   if (!read) {
     const bool missing = read.error().code == Errc::not_found;
     findings.add(missing ? rule("available.missing") : rule("tile.readable"), id.text(),
-                 listing.location.remote() && !missing ? read.error().what : "");
+                 listing.store.remote() && !missing ? read.error().what : "");
     return false;
   }
-  bytes = std::move(*read);
-  if (listing.ledger) {
-    const auto entry = listing.ledger->find(id);
-    if (!entry)
-      findings.add(rule("tile.ledger"), id.text(), "not in it");
-    else if (!entry->vouches_for({reinterpret_cast<const char*>(bytes.data()), bytes.size()}))
-      findings.add(rule("tile.ledger"), id.text(), "other bytes");
-  }
+  bytes = std::move(read->bytes);
+  if (read->vouched == Vouched::not_listed)
+    findings.add(rule("tile.ledger"), id.text(), "not in it");
+  if (read->vouched == Vouched::other_bytes)
+    findings.add(rule("tile.ledger"), id.text(), "other bytes");
   if (gunzip(bytes)) return true;
   findings.add(rule("tile.gzip"), id.text(), "");
   return false;
 }
 
-Result<TileListing> check_files(const TileLocation& location, int first, int last,
-                                Findings& findings) {
-  TileListing listing{.location = location, .levels = {}, .extensions = {}, .ledger = {}};
-  if (!location.remote()) {
-    if (auto listed = list_directory(listing, findings); !listed)
-      return std::unexpected(listed.error());
-    auto ledger = TileLedger::open(location.file(kLedgerFile));
-    if (ledger)
-      listing.ledger = std::make_shared<const TileLedger>(std::move(*ledger));
-    else if (ledger.error().code != Errc::not_found)
-      findings.add(rule("tile.ledger"), kLedgerFile, "damaged");
-    check_blocks(location, findings);
+Result<TileListing> check_files(const TileStore& store, int first, int last, Findings& findings) {
+  TileListing listing{.store = store, .levels = {}, .extensions = {}};
+  auto there = store.list();
+  if (!there) return std::unexpected(there.error());
+  const bool listed = there->has_value();
+  if (listed) {
+    listing.levels = std::move((*there)->levels);
+    for (const std::string& stray : (*there)->strays)
+      findings.add(rule("available.stray"), stray, "");
   }
-  const auto bytes = location.read(location.file(kLayer));
-  if (!bytes && location.remote()) return std::unexpected(bytes.error());
+  report_faults(store, findings);
+  const auto bytes = store.layer_json();
+  if (!bytes && !listed) return std::unexpected(bytes.error());
   const Json json = bytes ? Json::parse(*bytes, nullptr, false) : Json();
   if (!json.is_object()) {
     findings.add(rule("layer.readable"), kLayer, bytes ? "not a JSON object" : "cannot be read");
@@ -336,14 +283,12 @@ Result<TileListing> check_files(const TileLocation& location, int first, int las
   LayerCheck layer(json, findings);
   layer.run();
   listing.extensions = layer.names();
-  if (location.remote()) {
-    use_template(listing, json);
-    if (auto listed = list_available(listing, layer.ranges(), first, last); !listed)
-      return std::unexpected(listed.error());
-  } else {
+  if (listed) {
     check_missing(listing, layer.ranges(), findings);
+  } else if (auto done = list_available(listing, layer.ranges(), first, last); !done) {
+    return std::unexpected(done.error());
   }
-  check_unlisted(listing, layer.ranges(), location.remote() ? first : 0, findings);
+  check_unlisted(listing, layer.ranges(), listed ? 0 : first, findings);
   keep_levels(listing, first, last);
   return listing;
 }

@@ -2,34 +2,31 @@
 // What a tile set says it holds (layer.json) and what it does hold, for the checker.
 
 #include <cstdint>
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "terrain/base/result.h"
 #include "terrain/check/check_findings.h"
 #include "terrain/geo/tiling_scheme.h"
-#include "terrain/store/folder/tile_ledger.h"
-#include "terrain/store/tile_location.h"
+#include "terrain/store/tile_store.h"
 
 namespace tind {
 
-/// Every tile, by level, sorted by (x, y); TMS rows. Of a directory: each z/x/y.terrain below it.
-/// Of a URL, which cannot be listed: what layer.json calls available.
+/// Every tile, by level, sorted by (x, y); TMS rows: what lies in the store, or, where it cannot be
+/// listed, what layer.json calls available.
 struct TileListing {
-  TileLocation location;
+  const TileStore& store;
   std::vector<std::vector<TileId>> levels;
-  std::vector<std::string> extensions;       // as layer.json names them
-  std::shared_ptr<const TileLedger> ledger;  // of a directory, where there is one
+  std::vector<std::string> extensions;  // as layer.json names them
 
   /// Place in its level, or -1.
   std::int64_t find(TileId) const;
 };
 
 /// Lists the tiles of levels first..last and checks layer.json, and one against the other. Fails
-/// only when the directory cannot be read, or layer.json cannot be had from a URL, or when a URL
-/// lists more tiles than can be looked at.
-Result<TileListing> check_files(const TileLocation&, int first_level, int last_level, Findings&);
+/// only when the store cannot be looked into, or when it cannot be listed and layer.json cannot be
+/// had or names more tiles than can be looked at. The store must outlive the listing.
+Result<TileListing> check_files(const TileStore&, int first_level, int last_level, Findings&);
 
 /// A tile's bytes, unpacked; false, and a finding, when they cannot be had.
 bool read_tile_file(const TileListing&, TileId, std::vector<std::uint8_t>& bytes, Findings&);

@@ -28,19 +28,19 @@ std::string metres(double x) {
 }
 
 /// Reads and decodes a tile; why not, when it cannot be.
-Result<CheckedTile> decoded(const TileLocation& location, TileId id,
-                            std::uint64_t* size = nullptr) {
-  auto bytes = location.read(location.tile(id));
-  if (!bytes) return std::unexpected(bytes.error());
-  if (!gunzip(*bytes)) return fail(Errc::bad_data, location.tile(id) + ": damaged gzip data");
+Result<CheckedTile> decoded(const TileStore& store, TileId id, std::uint64_t* size = nullptr) {
+  auto stored = store.look_at(id);
+  if (!stored) return std::unexpected(stored.error());
+  std::vector<std::uint8_t>& bytes = stored->bytes;
+  if (!gunzip(bytes)) return fail(Errc::bad_data, store.tile_name(id) + ": damaged gzip data");
   Findings findings;
   CheckedTile tile;
-  bool good = check_decode(*bytes, id.text(), tile, findings);
+  bool good = check_decode(bytes, id.text(), tile, findings);
   for (const auto& triangle : tile.triangles)
     for (const std::uint32_t i : triangle) good &= i < tile.u.size();
   if (!good)
-    return fail(Errc::bad_data, location.tile(id) + " is not a whole tile; tind check says more");
-  if (size) *size = bytes->size();
+    return fail(Errc::bad_data, store.tile_name(id) + " is not a whole tile; tind check says more");
+  if (size) *size = bytes.size();
   return tile;
 }
 
@@ -52,43 +52,23 @@ struct MadeWith {
   bool recorded = false;  // by tind build, beside the tiles
 };
 
-/// A member of what somebody's server says; `other` where it is missing or of another kind.
-double member(const nlohmann::json& object, const char* key, double other) {
-  const auto it = object.find(key);
-  return it != object.end() && it->is_number() ? it->get<double>() : other;
-}
-int member(const nlohmann::json& object, const char* key, int other) {
-  const double value = member(object, key, double(other));
-  return value >= -1 && value <= tiling::kMaxLevel ? int(value) : other;
-}
-std::string member(const nlohmann::json& object, const char* key, const char* other) {
-  const auto it = object.find(key);
-  return it != object.end() && it->is_string() ? it->get<std::string>() : other;
-}
-
-Result<MadeWith> made_with(TileLocation& location, double error_factor) {
+Result<MadeWith> made_with(const TileStore& store, double error_factor) {
   MadeWith made;
   made.options.error_factor = error_factor;
-  const auto layer = location.read(location.file("layer.json"));
+  const auto layer = store.layer_json();
   if (!layer) return std::unexpected(layer.error());
   const auto json = nlohmann::json::parse(*layer, nullptr, false);
-  if (json.is_object()) {
-    if (json.contains("maxzoom") && json["maxzoom"].is_number_integer())
-      made.deepest = json["maxzoom"].get<int>();
-    if (json.contains("tiles") && json["tiles"].is_array() && !json["tiles"].empty() &&
-        json["tiles"][0].is_string())
-      location.use_template(json["tiles"][0].get<std::string>(), member(json, "version", ""));
-  }
-  const auto record = location.read(location.file("tind-build.json"));
+  if (json.is_object() && json.contains("maxzoom") && json["maxzoom"].is_number_integer())
+    made.deepest = json["maxzoom"].get<int>();
+  const auto record = store.record();
   if (!record) return made;
-  const auto r = nlohmann::json::parse(*record, nullptr, false);
-  if (!r.is_object()) return made;
   made.recorded = true;
-  made.options.max_error_m = member(r, "max_error_m", 0.0);
-  made.options.error_factor = member(r, "error_factor", error_factor);
-  made.options.max_level = member(r, "deepest_level", -1);
-  if (made.options.max_level >= 0) made.deepest = made.options.max_level;
-  made.options.side = member(r, "side", "both");
+  made.options.max_error_m = record->max_error_m;
+  if (record->error_factor > 0) made.options.error_factor = record->error_factor;
+  // What somebody's server says can be anything.
+  if (record->deepest_level >= 0 && record->deepest_level <= tiling::kMaxLevel)
+    made.deepest = made.options.max_level = record->deepest_level;
+  made.options.side = record->side;
   return made;
 }
 
@@ -126,7 +106,7 @@ bool holds(const Places& places, double u, double v) {
 }
 
 /// Walks up as long as the ancestors have a vertex in the same place.
-std::vector<std::pair<int, std::size_t>> origins(const TileLocation& location, TileId id,
+std::vector<std::pair<int, std::size_t>> origins(const TileStore& store, TileId id,
                                                  const CheckedTile& tile) {
   std::vector<std::size_t> left(tile.u.size());
   for (std::size_t i = 0; i < left.size(); ++i) left[i] = i;
@@ -134,7 +114,7 @@ std::vector<std::pair<int, std::size_t>> origins(const TileLocation& location, T
   TileId at = id;
   while (!left.empty()) {
     std::vector<std::size_t> older;
-    const auto parent = at.level > 0 ? decoded(location, at.parent()) : fail(Errc::not_found, "");
+    const auto parent = at.level > 0 ? decoded(store, at.parent()) : fail(Errc::not_found, "");
     if (parent) {
       Places places;
       for (std::size_t i = 0; i < parent->u.size(); ++i) places.emplace(parent->u[i], parent->v[i]);
@@ -328,19 +308,19 @@ Result<HeightGrid> heights_over(const DemSource& source, const GeoRect& rect, in
   return grid;
 }
 
-Result<TileStory> explain_tile(TileLocation location, TileId id, const ExplainOptions& o,
+Result<TileStory> explain_tile(const TileStore& store, TileId id, const ExplainOptions& o,
                                const Progress& progress) {
-  const auto made = made_with(location, o.error_factor);
+  const auto made = made_with(store, o.error_factor);
   if (!made) return std::unexpected(made.error());
   TileStory story;
   story.id = id;
   story.rect = tiling::rect(id);
-  auto tile = decoded(location, id, &story.bytes);
+  auto tile = decoded(store, id, &story.bytes);
   if (!tile) return std::unexpected(tile.error());
   story.mesh = std::move(*tile);
   Findings ignored;  // tind check is for those
   story.stated = check_tile(story.mesh, id, made->options.error_factor, ignored);
-  story.origins = origins(location, id, story.mesh);
+  story.origins = origins(store, id, story.mesh);
   story.deepest = id.level == made->deepest;
 
   const double assumed = assumed_level_error(id.level) * made->options.error_factor;

@@ -13,7 +13,7 @@
 #include "terrain/check/check_tile.h"
 #include "terrain/raster/dem_source.h"
 #include "terrain/raster/height_grid.h"
-#include "terrain/store/tile_location.h"
+#include "terrain/store/tile_store.h"
 
 namespace tind {
 
@@ -67,7 +67,8 @@ struct ExplainOptions {
 
 /// Fails when the tile cannot be had or is too damaged to be looked at. Goes over the posts of the
 /// tile a few rows at a time.
-Result<TileStory> explain_tile(TileLocation, TileId, const ExplainOptions&, const Progress& = {});
+Result<TileStory> explain_tile(const TileStore&, TileId, const ExplainOptions&,
+                               const Progress& = {});
 
 /// H at the middles of width x height even cells of a rectangle, row 0 in the north; NaN where H
 /// is void.

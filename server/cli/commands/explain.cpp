@@ -15,6 +15,7 @@
 #include "server/cli/options/output_options.h"
 #include "server/cli/pictures/explain_picture.h"
 #include "server/cli/program/progress_bar.h"
+#include "terrain/store/open/open_store.h"
 
 namespace tind::cli {
 
@@ -167,7 +168,7 @@ int run(const Arguments& a) {
   {
     ProgressBar bar("posts", progress_style(a.progress));
     story = explain_tile(
-        TileLocation(a.where), *id,
+        *open_store(a.where), *id,
         {.files = a.dem.files, .dem = dem_options(a.dem), .error_factor = a.error_factor},
         bar.progress());
   }

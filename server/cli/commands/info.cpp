@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <span>
@@ -23,12 +22,11 @@
 #include "server/log/printable.h"
 #include "terrain/geo/ellipsoid.h"
 #include "terrain/progressive/stream/progressive_stream.h"
-#include "terrain/store/tile_location.h"
+#include "terrain/store/open/open_store.h"
 
 namespace tind::cli {
 namespace {
 
-namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 struct Arguments {
@@ -92,7 +90,7 @@ Result<Json> said(const Arguments& a, Json json, const std::string& text) {
 }
 
 Result<Json> info_tile(const Arguments& a, const std::string& path) {
-  auto bytes = TileLocation(path).read(path);
+  auto bytes = read_one_tile(path);
   if (!bytes) return std::unexpected(bytes.error());
   if (!gunzip(*bytes)) return fail(Errc::bad_data, path + ": damaged gzip data");
   std::string reason;
@@ -140,10 +138,9 @@ std::string to_text(const std::string& path, const proto::LayerJson& layer, cons
 }
 
 Result<Json> info_tile_set(const Arguments& a, const std::string& path) {
-  const TileLocation location(path);
-  const std::string file = location.file("layer.json");
-  const auto json = location.read(file);
-  if (!json && json.error().code == Errc::not_found && !location.remote())
+  const auto store = open_store(path);
+  const auto json = store->layer_json();
+  if (!json && json.error().code == Errc::not_found && !store->remote())
     return fail(Errc::not_found, path +
                                      ": a folder without layer.json is no tile set; name the files "
                                      "in it that you mean");
@@ -151,7 +148,7 @@ Result<Json> info_tile_set(const Arguments& a, const std::string& path) {
   std::string reason;
   const auto layer =
       proto::decode_layer_json({reinterpret_cast<const char*>(json->data()), json->size()}, reason);
-  if (!layer) return fail(Errc::bad_data, file + ": " + reason);
+  if (!layer) return fail(Errc::bad_data, store->layer_name() + ": " + reason);
   const Json j = to_json(*layer);
   return said(a, j, to_text(path, *layer, j));
 }
@@ -235,10 +232,8 @@ Result<Json> info_files(const Arguments& a, const std::vector<std::string>& file
 
 Result<Json> info_of_one(const Arguments& a, const std::string& path) {
   const auto ends = [&](const char* suffix) { return path.ends_with(suffix); };
-  const bool remote = path.starts_with("http://") || path.starts_with("https://");
-  std::error_code error;
   if (ends(".terrain")) return info_tile(a, path);
-  if (remote || fs::is_directory(path, error) || ends("layer.json")) return info_tile_set(a, path);
+  if (names_store(path)) return info_tile_set(a, path);
   if (ends(".tpm")) return info_progressive(a, path);
   if (is_mesh(path)) return info_mesh(a, path);
   return info_files(a, {path});

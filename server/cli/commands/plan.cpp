@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -17,8 +16,8 @@
 #include "server/cli/options/trajectory_file.h"
 #include "terrain/pyramid/make/dem_tiles.h"
 #include "terrain/pyramid/plan/flight_plan.h"
+#include "terrain/store/open/open_store.h"
 #include "terrain/store/open/stored_tiles.h"
-#include "terrain/store/tile_location.h"
 
 namespace tind::cli {
 
@@ -36,13 +35,8 @@ struct Arguments {
   bool json = false;
 };
 
-bool stored(const std::string& text) {
-  return TileLocation(text).remote() || std::filesystem::is_directory(text) ||
-         text.ends_with("layer.json");
-}
-
 Result<std::unique_ptr<TileSet>> open_tiles(const Arguments& a) {
-  if (a.tiles.files.size() == 1 && stored(a.tiles.files[0]))
+  if (a.tiles.files.size() == 1 && names_store(a.tiles.files[0]))
     return open_stored_tiles(a.tiles.files[0]);
   auto dem = open_dem(a.tiles);
   if (!dem) return std::unexpected(dem.error());
@@ -72,24 +66,16 @@ Result<std::vector<FlightFix>> flight_of(const Arguments& a) {
   return flight;
 }
 
-/// What a tile of a directory takes on the link; 0 where that is not to be had without fetching it.
-double size_on_disk(const TileLocation& where, TileId id) {
-  std::error_code error;
-  const auto size = std::filesystem::file_size(where.tile(id), error);
-  return error ? 0 : double(size);
-}
-
 int run(Arguments& a) {
   const auto flight = flight_of(a);
   if (!flight) return complain(flight.error());
   const auto tiles = open_tiles(a);
   if (!tiles) return complain(tiles.error());
   a.options.link_bits_per_s = a.link_mbit * 1e6;
-  const TileLocation where(a.tiles.files[0]);
-  const bool local = !(*tiles)->dem() && !where.remote();
+  const auto store = (*tiles)->dem() ? nullptr : open_store(a.tiles.files[0]);
   const auto plan = plan_flight(**tiles, *flight, a.options, [&](TileId id) {
-    const double known = local ? size_on_disk(where, id) : 0;
-    return std::size_t(known > 0 ? known : a.tile_bytes);
+    const auto known = store ? store->size(id) : std::nullopt;
+    return known.value_or(0) > 0 ? std::size_t(*known) : std::size_t(a.tile_bytes);
   });
   if (!plan) return complain(plan.error());
 

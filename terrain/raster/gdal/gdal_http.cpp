@@ -1,7 +1,5 @@
-// GDAL brings libcurl along; its handle of a session may be used by one thread at a time, so there
-// are as many sessions as threads ask at once.
-
-#include "terrain/raster/gdal/gdal_http.h"
+// HTTP, spoken by GDAL, which brings libcurl along. Its handle of a session may be used by one
+// thread at a time, so there are as many sessions as threads ask at once.
 
 #include <cpl_http.h>
 #include <cpl_string.h>
@@ -10,10 +8,13 @@
 #include <mutex>
 
 #include "terrain/raster/gdal/gdal_setup.h"
+#include "terrain/raster/url_reader.h"
 
 namespace tind {
 
 namespace {
+
+constexpr std::size_t kLargestFetch = 64u << 20;
 
 /// The name of a session that nobody else uses now.
 class Session {
@@ -52,9 +53,14 @@ class Session {
   std::string name_;
 };
 
-}  // namespace
+class GdalUrlReader : public UrlReader {
+ public:
+  Result<std::vector<std::uint8_t>> read(const std::string& url,
+                                         const std::string& accept) const override;
+};
 
-Result<std::vector<std::uint8_t>> fetch_url(const std::string& url, const std::string& accept) {
+Result<std::vector<std::uint8_t>> GdalUrlReader::read(const std::string& url,
+                                                      const std::string& accept) const {
   gdal::set_up();
   const gdal::Complaints complaints;
   const Session session;
@@ -73,6 +79,13 @@ Result<std::vector<std::uint8_t>> fetch_url(const std::string& url, const std::s
     return fail(missing ? Errc::not_found : Errc::io, url + ": " + why);
   }
   return std::vector<std::uint8_t>(reply->pabyData, reply->pabyData + reply->nDataLen);
+}
+
+}  // namespace
+
+const UrlReader& gdal_url_reader() {
+  static const GdalUrlReader reader;
+  return reader;
 }
 
 }  // namespace tind

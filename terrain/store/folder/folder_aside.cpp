@@ -13,7 +13,6 @@
 #include "terrain/raster/source_blocks.h"
 #include "terrain/store/folder/folder_contents.h"
 #include "terrain/store/folder/tile_ledger.h"
-#include "terrain/store/tile_location.h"
 
 namespace tind::folder {
 

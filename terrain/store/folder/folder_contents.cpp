@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -39,6 +40,15 @@ std::string beginning_of(const std::string& path) {
 bool all_of_hex(std::string_view text, std::size_t digits) {
   return text.size() == digits &&
          text.find_first_not_of("0123456789abcdef") == std::string_view::npos;
+}
+
+/// As std::to_string writes it.
+std::optional<std::int64_t> whole_number(const std::string& text) {
+  std::int64_t value = 0;
+  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (code != std::errc() || end != text.data() + text.size() || std::to_string(value) != text)
+    return std::nullopt;
+  return value;
 }
 
 bool is_partial_name(const fs::path& path) { return all_of_hex(path.filename().string(), 16); }
@@ -78,7 +88,17 @@ bool is_blocks(const std::string& path) {
 }
 
 std::string tile_path(const std::string& folder, TileId id) {
-  return folder + "/" + id.text() + ".terrain";
+  return folder + "/" + id.text() + kTileSuffix;
+}
+
+std::optional<TileId> tile_of_path(const fs::path& relative) {
+  std::vector<std::string> parts;
+  for (const auto& part : relative) parts.push_back(part.string());
+  if (parts.size() != 3 || relative.extension() != kTileSuffix) return std::nullopt;
+  const auto z = whole_number(parts[0]), x = whole_number(parts[1]);
+  const auto y = whole_number(relative.stem().string());
+  if (!z || !x || !y) return std::nullopt;
+  return tiling::tile(*z, *x, *y);
 }
 
 Result<void> check_way(const std::string& folder, const TileOrder& ids, bool claimed,

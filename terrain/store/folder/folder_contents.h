@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -15,6 +16,7 @@
 
 namespace tind::folder {
 
+inline constexpr const char* kTileSuffix = ".terrain";
 inline constexpr const char* kRecord = "/tind-build.json";
 inline constexpr const char* kLedger = "/tind-tiles.ledger";
 inline constexpr const char* kBlocks = "/tind-blocks-";  // and 32 digits
@@ -25,6 +27,8 @@ inline constexpr const char* kAside = "/tind-update";        // an update, on th
 inline constexpr const char* kReady = "/tind-update-ready";  // whole: it counts
 
 std::string tile_path(const std::string& folder, TileId);
+/// The tile at z/x/y.terrain; nothing for other paths.
+std::optional<TileId> tile_of_path(const std::filesystem::path& relative);
 
 /// Fails where something lies in the place of a tile, of a folder of tiles or of another of our
 /// files, and is not ours: a folder in a file's place, a file in a folder's, a link; a tile that is

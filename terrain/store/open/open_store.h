@@ -1,16 +1,28 @@
 #pragma once
 // From the text that names a store to the store: the one place that knows which kinds there are.
 
+#include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "terrain/base/result.h"
+#include "terrain/store/tile_store.h"
 #include "terrain/store/tile_writer.h"
 
 namespace tind {
 
+/// Does the text name a tile set, rather than a DEM or a mesh?
+bool names_store(const std::string& location);
+
+/// DIR, DIR/layer.json, http(s)://.../NAME or .../NAME/layer.json.
+std::unique_ptr<TileStore> open_store(const std::string& location);
+
 /// The store at `location`, made if need be, and locked for a build. Errc::busy where another build
 /// has it. Today: a directory.
 Result<std::unique_ptr<LockedStore>> lock_store(const std::string& location);
+
+/// One tile by its own path or URL, as it is stored. not_found, or io.
+Result<std::vector<std::uint8_t>> read_one_tile(const std::string& location);
 
 }  // namespace tind

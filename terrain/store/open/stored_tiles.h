@@ -1,5 +1,5 @@
 #pragma once
-// A folder or a server of tiles as a tile set.
+// Stored tiles as a tile set.
 
 #include <cstdint>
 #include <memory>
@@ -11,12 +11,12 @@
 
 namespace tind {
 
-/// The tiles of a directory made by `tind build` (or anyone): layer.json and z/x/y.terrain.
-Result<std::unique_ptr<TileSet>> open_stored_tiles(const std::string& directory);
+/// The tiles of a directory made by `tind build` (or anyone), or of a server: open_store().
+Result<std::unique_ptr<TileSet>> open_stored_tiles(const std::string& location);
 
-/// Stands for the record of the build whose tiles open_stored_tiles() would serve now: another
-/// number, other tiles. An update counts from the moment that it is whole, while its files still
-/// move. Nothing where no sound ledger says so, or the tiles are not in a directory.
-std::optional<std::uint64_t> stored_generation(const std::string& directory);
+/// Stands for the build whose tiles open_stored_tiles() would serve now: another number, other
+/// tiles. An update counts from the moment that it is whole, while its files still move. Nothing
+/// where no sound ledger says so.
+std::optional<std::uint64_t> stored_generation(const std::string& location);
 
 }  // namespace tind

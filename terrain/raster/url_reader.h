@@ -1,0 +1,28 @@
+#pragma once
+// Files by http(s), for looking at other people's tile sets: the one interface through which
+// terrain/ talks to servers. Sources are never read this way: remote files stay off for every
+// raster (gdal_setup.cpp); only who calls this names a URL.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "terrain/base/result.h"
+
+namespace tind {
+
+class UrlReader {
+ public:
+  virtual ~UrlReader() = default;
+
+  /// The body behind a URL, unpacked where the server compressed it for the way; 64 MiB at most.
+  /// not_found for 404 and 410, io for whatever else is not 200. `accept` is sent as it is.
+  /// Thread-safe. Blocks for 30 s at most.
+  virtual Result<std::vector<std::uint8_t>> read(const std::string& url,
+                                                 const std::string& accept) const = 0;
+};
+
+/// GDAL's, which keeps connections and uses them again.
+const UrlReader& gdal_url_reader();
+
+}  // namespace tind

@@ -1,0 +1,233 @@
+// Where a ledger lies beside the tiles, each is held against it as it is read, and a store never
+// gives tiles of another record than it was opened with. An update that is whole but still moves in
+// is read where its files are, so that there is no time between.
+
+#include "terrain/store/folder/folder_store.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <mutex>
+#include <utility>
+
+#include "proto/file_io.h"
+#include "terrain/raster/source_blocks.h"
+#include "terrain/store/folder/folder_contents.h"
+#include "terrain/store/folder/tile_ledger.h"
+
+namespace tind {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Bytes = std::vector<std::uint8_t>;
+
+std::string_view text_of(const Bytes& bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+std::string without_layer(std::string directory) {
+  if (directory.ends_with(folder::kLayer)) directory.resize(directory.size() - 11);
+  while (directory.size() > 1 && directory.ends_with('/')) directory.pop_back();
+  return directory;
+}
+
+/// The ledger that counts, and whether an update's files still move in.
+struct InForce {
+  std::shared_ptr<const TileLedger> ledger;
+  bool moving = false;
+  std::optional<Error> damaged;  // the folder's own, where no update's counts
+};
+
+InForce in_force(const std::string& base) {
+  InForce now;
+  const std::string ready = base + folder::kReady;
+  auto own = TileLedger::open(base + folder::kLedger);
+  if (folder::type_of(ready) == fs::file_type::directory) {
+    if (const auto record = proto::read_whole_file(ready + folder::kRecord)) {
+      auto moving = TileLedger::open(ready + folder::kLedger);
+      if (!moving) moving = TileLedger::open(base + folder::kLedger);  // it has just moved
+      if (moving && moving->belongs_to(*record)) {
+        now.ledger = std::make_shared<const TileLedger>(std::move(*moving));
+        now.moving = true;
+        return now;
+      }
+    }
+    own = TileLedger::open(base + folder::kLedger);  // the record may have just moved, too
+  }
+  if (own)
+    now.ledger = std::make_shared<const TileLedger>(std::move(*own));
+  else if (own.error().code != Errc::not_found)
+    now.damaged = own.error();
+  return now;
+}
+
+bool vouches(const TileLedger& ledger, TileId id, const Bytes& bytes) {
+  const auto entry = ledger.find(id);
+  return entry && entry->vouches_for(text_of(bytes));
+}
+
+class FolderStore : public TileStore {
+ public:
+  explicit FolderStore(const std::string& directory) : base_(without_layer(directory)) {
+    auto now = in_force(base_);
+    moving_ = now.moving;
+    damaged_ = std::move(now.damaged);
+    ledger_ = std::move(now.ledger);
+  }
+
+  std::string name() const override { return base_; }
+  std::string layer_name() const override { return base_ + folder::kLayer; }
+  std::string tile_name(TileId id) const override { return folder::tile_path(base_, id); }
+  bool remote() const override { return false; }
+
+  Result<Bytes> layer_json() const override {
+    if (moving_) {
+      auto bytes = read_stored_file(base_ + folder::kReady + folder::kLayer);
+      if (bytes) return bytes;
+    }
+    return read_stored_file(layer_name());
+  }
+  std::optional<BuildRecord> record() const override {
+    const auto bytes = read_stored_file(base_ + folder::kRecord);
+    if (!bytes) return {};
+    return decode_build_record(text_of(*bytes));
+  }
+
+  Result<Bytes> read(TileId id) const override {
+    auto bytes = read_stored_file(tile_name(id));
+    const auto known = ledger();
+    if (!known || (bytes && vouches(*known, id, *bytes))) return bytes;
+    return look_again(id, std::move(bytes));
+  }
+  Result<StoredTile> look_at(TileId id) const override;
+  std::optional<std::uint64_t> size(TileId id) const override {
+    std::error_code error;
+    const auto size = fs::file_size(tile_name(id), error);
+    if (error) return {};
+    return size;
+  }
+  Result<std::optional<StoreListing>> list() const override;
+
+  std::optional<std::uint64_t> generation() const override {
+    const auto known = ledger();
+    if (!known) return {};
+    return known->record();
+  }
+  Result<void> vouched_for() const override {
+    if (!damaged_) return {};
+    return fail(damaged_->code,
+                damaged_->what + ": tiles cannot be held against it; tind build makes it anew");
+  }
+  std::vector<StoreFault> faults() const override;
+
+ private:
+  const std::string base_;
+  bool moving_ = false;
+  std::optional<Error> damaged_;
+  mutable std::mutex mutex_;
+  mutable std::shared_ptr<const TileLedger> ledger_;  // null: there was none
+
+  std::shared_ptr<const TileLedger> ledger() const {
+    const std::lock_guard lock(mutex_);
+    return ledger_;
+  }
+  Result<Bytes> look_again(TileId, Result<Bytes> found) const;
+};
+
+/// For a tile that is not as the ledger says: the folder may have got a new ledger of the same
+/// record, or the tile may be on its way.
+Result<Bytes> FolderStore::look_again(TileId id, Result<Bytes> found) const {
+  const std::string path = tile_name(id);
+  const auto now = in_force(base_);
+  const auto known = ledger();
+  if (now.ledger && now.ledger->record() != known->record())
+    return fail(Errc::busy, base_ + " has got other tiles: ask again in a moment");
+  const auto newer = now.ledger ? now.ledger : known;
+  const std::string ready = folder::tile_path(base_ + folder::kReady, id);
+  for (const std::string& place : {path, ready, path}) {
+    auto bytes = read_stored_file(place);
+    if (!bytes || !vouches(*newer, id, *bytes)) continue;
+    const std::lock_guard lock(mutex_);
+    ledger_ = newer;
+    return bytes;
+  }
+  if (!found) return found;
+  return fail(Errc::io, path +
+                            " is not as the ledger beside it says: damaged, or changed by "
+                            "something else than tind build, which makes it again");
+}
+
+Result<StoredTile> FolderStore::look_at(TileId id) const {
+  if (auto sound = read(id))
+    return StoredTile{std::move(*sound), ledger() ? Vouched::yes : Vouched::by_nobody};
+  auto bytes = read_stored_file(tile_name(id));
+  if (!bytes) return std::unexpected(bytes.error());
+  const auto known = ledger();
+  const Vouched vouched = !known             ? Vouched::by_nobody
+                          : !known->find(id) ? Vouched::not_listed
+                                             : Vouched::other_bytes;
+  return StoredTile{std::move(*bytes), vouched};
+}
+
+Result<std::optional<StoreListing>> FolderStore::list() const {
+  StoreListing listing;
+  std::error_code error;
+  fs::recursive_directory_iterator it(base_, error), end;
+  if (error) return fail(Errc::not_found, "cannot look into " + base_ + ": " + error.message());
+  for (; it != end; it.increment(error)) {
+    if (error) return folder::cannot_look(base_, error);
+    const fs::path relative = it->path().lexically_relative(base_);
+    if (("/" + relative.string()).starts_with(folder::kAside) && it->is_directory(error))
+      it.disable_recursion_pending();  // an update on the way: no part of the set yet
+    if (it->path().extension() != folder::kTileSuffix) continue;
+    if (const auto id = folder::tile_of_path(relative)) {
+      if (listing.levels.size() <= std::size_t(id->level)) listing.levels.resize(id->level + 1u);
+      listing.levels[std::size_t(id->level)].push_back(*id);
+    } else {
+      listing.strays.push_back(relative.string());
+    }
+  }
+  for (auto& level : listing.levels) std::ranges::sort(level);
+  std::ranges::sort(listing.strays);
+  return listing;
+}
+
+/// The hashes of blocks are those that the record names: without them there is no update.
+std::vector<StoreFault> FolderStore::faults() const {
+  std::vector<StoreFault> faults;
+  const auto own_name = [](const std::string& path) { return path.substr(1); };  // without the '/'
+  if (damaged_) faults.push_back({StoreFault::In::ledger, own_name(folder::kLedger), "damaged"});
+  const auto made = record();
+  if (!made || made->heights.empty()) return faults;
+  const std::string blocks = folder::kBlocks + made->heights;
+  const auto bytes = read_stored_file(base_ + blocks);
+  if (!bytes)
+    faults.push_back({StoreFault::In::blocks, own_name(blocks), "cannot be read"});
+  else if (!SourceBlocks::whole(text_of(*bytes), made->heights))
+    faults.push_back({StoreFault::In::blocks, own_name(blocks), "damaged"});
+  return faults;
+}
+
+}  // namespace
+
+std::unique_ptr<TileStore> folder_store(const std::string& directory) {
+  return std::make_unique<FolderStore>(directory);
+}
+
+Result<Bytes> read_stored_file(const std::string& path) {
+  std::error_code error;
+  const auto size = fs::file_size(path, error);
+  if (error) {
+    const bool missing = error == std::errc::no_such_file_or_directory;
+    return fail(missing ? Errc::not_found : Errc::io, path + ": " + error.message());
+  }
+  if (size > kLargestStored) return fail(Errc::bad_data, path + " is too large for a tile");
+  Bytes bytes(size);
+  std::ifstream in(path, std::ios::binary);
+  if (!in.read(reinterpret_cast<char*>(bytes.data()), std::streamsize(size)))
+    return fail(Errc::io, "cannot read " + path);
+  return bytes;
+}
+
+}  // namespace tind

@@ -1,0 +1,81 @@
+#pragma once
+// How stored tiles are read: the contract of every kind of store. Bytes by address, with what the
+// store knows of them; no opinion of what is in them.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "terrain/base/result.h"
+#include "terrain/geo/tiling_scheme.h"
+#include "terrain/store/build_record.h"
+
+namespace tind {
+
+/// Does somebody vouch for a tile: are these the bytes that were written?
+enum class Vouched { by_nobody, yes, not_listed, other_bytes };
+
+struct StoredTile {
+  std::vector<std::uint8_t> bytes;  // as they are stored: plain or gzipped
+  Vouched vouched = Vouched::by_nobody;
+};
+
+struct StoreListing {
+  std::vector<std::vector<TileId>> levels;  // of each, sorted by (x, y); TMS rows
+  std::vector<std::string> strays;          // sorted: look like tiles, and have no address of one
+};
+
+/// Something is not as it was written that a store keeps beside its tiles.
+struct StoreFault {
+  enum class In { ledger, blocks };  // what vouches for tiles; what the next update goes by
+  In in = In::ledger;
+  std::string name, what;  // e.g. "tind-tiles.ledger", "damaged"
+};
+
+/// Gives the tiles of one build as long as it lives: who wants those of the next one opens it anew.
+/// Opening reads little or nothing; what is not there shows when it is read. Thread-safe.
+class TileStore {
+ public:
+  virtual ~TileStore() = default;
+
+  /// Where it is, where layer.json and a tile are: for messages.
+  virtual std::string name() const = 0;
+  virtual std::string layer_name() const = 0;
+  virtual std::string tile_name(TileId) const = 0;
+  /// Each read is a request to another machine?
+  virtual bool remote() const = 0;
+
+  /// not_found, or io.
+  virtual Result<std::vector<std::uint8_t>> layer_json() const = 0;
+  /// How the tiles were made; nothing where no record says.
+  virtual std::optional<BuildRecord> record() const = 0;
+
+  /// A tile's bytes, as they are stored: those that were written, where somebody vouches for them.
+  /// not_found; io, also where they are others; busy where the store has got tiles of another build
+  /// since it was opened.
+  virtual Result<std::vector<std::uint8_t>> read(TileId) const = 0;
+  /// What lies in the tile's place, sound or not. not_found, or io.
+  virtual Result<StoredTile> look_at(TileId) const = 0;
+  /// How many bytes are stored; nothing where reading the tile alone tells.
+  virtual std::optional<std::uint64_t> size(TileId) const { return {}; }
+  /// What lies there, whatever layer.json says; nothing where that cannot be told. Fails where one
+  /// cannot look.
+  virtual Result<std::optional<StoreListing>> list() const { return std::nullopt; }
+
+  /// Stands for the build whose tiles this gives: another number, other tiles. Nothing where no
+  /// sound ledger says so.
+  virtual std::optional<std::uint64_t> generation() const { return {}; }
+  /// Fails where what should vouch for the tiles is damaged: read() would give what nobody knows.
+  virtual Result<void> vouched_for() const { return {}; }
+  /// Looks at what is kept beside the tiles.
+  virtual std::vector<StoreFault> faults() const { return {}; }
+};
+
+/// Nothing that is stored is larger.
+inline constexpr std::size_t kLargestStored = 64u << 20;
+
+/// Unpacks gzip data in place; what is not gzip stays. False when the data are damaged.
+bool gunzip(std::vector<std::uint8_t>& bytes);
+
+}  // namespace tind

@@ -1,0 +1,173 @@
+// A folder that is written and read by way of the two contracts alone.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <filesystem>
+#include <fstream>
+
+#include "terrain/geo/tile_order.h"
+#include "terrain/raster/source_blocks.h"
+#include "terrain/store/open/open_store.h"
+#include "tests/support/support.h"
+
+namespace tind {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+std::string text_of(const Result<std::vector<std::uint8_t>>& bytes) {
+  return bytes ? std::string(bytes->begin(), bytes->end()) : bytes.error().what;
+}
+
+/// Two tiles of level 0 and one of level 1, of a source of 20 x 20 posts.
+class FolderStoreTest : public testing::Test {
+ protected:
+  FolderStoreTest() : areas_{TileArea({{0, 0, 1, 0}}), TileArea({{2, 1, 2, 1}})} {}
+
+  static SourceBlocks blocks(float height) {
+    DemInfo info;
+    info.cols = info.rows = 20;
+    SourceBlocks blocks(info);
+    HeightGrid grid(20, 20);
+    std::ranges::fill(grid.values(), height);
+    blocks.add(0, 0, grid);
+    return blocks;
+  }
+  /// Writes those tiles that are not finished; `mark` is in each. Gives how many those were.
+  int write(float height, const std::string& mark) {
+    const SourceBlocks heights = blocks(height);
+    const TileOrder ids(areas_, 0, 1);
+    TileWork work{.ids = ids,
+                  .levels = {{{0, 0, 1, 0}}, {{2, 1, 2, 1}}},
+                  .record = {},
+                  .blocks = heights,
+                  .changes = [&](const BuildRecord& old, std::string_view old_blocks)
+                      -> Result<std::vector<std::uint8_t>> {
+                    EXPECT_EQ(old_blocks, old_heights_);
+                    EXPECT_NE(old.heights, heights.digest());
+                    return std::vector<std::uint8_t>{1, 0, 0};  // the deepest level is first
+                  }};
+    work.record.heights = heights.digest();
+    const auto locked = lock_store(path());
+    EXPECT_TRUE(locked) << locked.error().what;
+    EXPECT_EQ(lock_store(path()).error().code, Errc::busy);
+    const auto writer = (*locked)->claim(work);
+    EXPECT_TRUE(writer) << writer.error().what;
+    int written = 0;
+    for (std::size_t k = 0; k < ids.size(); ++k) {
+      if (const auto there = (*writer)->finished(k)) {
+        EXPECT_EQ(there->max_error_m, double(k));
+        continue;
+      }
+      EXPECT_TRUE((*writer)->write(k, ids[k].text() + mark, {.max_error_m = double(k)}));
+      ++written;
+    }
+    EXPECT_TRUE((*writer)->finish("{}"));
+    old_heights_ = heights.encode();
+    return written;
+  }
+  std::string path() const { return folder_.file("tiles"); }
+
+  test::TempDir folder_;
+  std::array<TileArea, 2> areas_;
+  std::string old_heights_;
+};
+
+TEST_F(FolderStoreTest, WhatIsWrittenIsRead) {
+  EXPECT_EQ(write(1, " a"), 3);
+  for (const std::string& name : {path(), path() + "/", path() + "/layer.json"}) {
+    const auto store = open_store(name);
+    EXPECT_EQ(store->name(), path());
+    EXPECT_EQ(text_of(store->layer_json()), "{}");
+    EXPECT_EQ(text_of(store->read({1, 2, 1})), "1/2/1 a");
+    const auto tile = store->look_at({0, 1, 0});
+    ASSERT_TRUE(tile);
+    EXPECT_EQ(tile->vouched, Vouched::yes);
+    EXPECT_EQ(store->size({0, 1, 0}), 7u);
+    EXPECT_EQ(store->read({1, 0, 0}).error().code, Errc::not_found);
+    EXPECT_FALSE(store->size({1, 0, 0}));
+    EXPECT_FALSE(store->remote());
+    EXPECT_TRUE(store->vouched_for());
+    EXPECT_THAT(store->faults(), IsEmpty());
+    ASSERT_TRUE(store->record());
+    EXPECT_EQ(store->record()->heights, blocks(1).digest());
+  }
+  EXPECT_EQ(write(1, " b"), 0) << "all are finished";
+}
+
+TEST_F(FolderStoreTest, AnUpdateWritesWhatChangedAndIsAnotherGeneration) {
+  write(1, " a");
+  const auto before = open_store(path());
+  EXPECT_EQ(write(2, " b"), 1);
+  const auto after = open_store(path());
+  EXPECT_EQ(text_of(after->read({1, 2, 1})), "1/2/1 b");
+  EXPECT_EQ(text_of(after->read({0, 0, 0})), "0/0/0 a");
+  ASSERT_TRUE(before->generation());
+  EXPECT_NE(before->generation(), after->generation());
+  // The one that was opened before gives no tile of the other build.
+  EXPECT_EQ(before->read({1, 2, 1}).error().code, Errc::busy);
+}
+
+TEST_F(FolderStoreTest, TilesThatAreNotAsTheyWereWrittenAreSeenAndNotRead) {
+  write(1, " a");
+  std::ofstream(path() + "/0/0/0.terrain") << "0/0/0 x";
+  fs::create_directories(path() + "/1/3");
+  std::ofstream(path() + "/1/3/1.terrain") << "another's";
+  const auto store = open_store(path());
+  EXPECT_EQ(store->read({0, 0, 0}).error().code, Errc::io);
+  const auto changed = store->look_at({0, 0, 0}), foreign = store->look_at({1, 3, 1});
+  ASSERT_TRUE(changed && foreign);
+  EXPECT_EQ(text_of(changed->bytes), "0/0/0 x");
+  EXPECT_EQ(changed->vouched, Vouched::other_bytes);
+  EXPECT_EQ(foreign->vouched, Vouched::not_listed);
+  fs::remove(path() + "/tind-tiles.ledger");
+  const auto without = open_store(path());
+  EXPECT_EQ(text_of(without->read({0, 0, 0})), "0/0/0 x");
+  EXPECT_EQ(without->look_at({0, 0, 0})->vouched, Vouched::by_nobody);
+  EXPECT_FALSE(without->generation());
+}
+
+TEST_F(FolderStoreTest, AListIsWhatLiesThere) {
+  write(1, " a");
+  std::ofstream(path() + "/1/2/x.terrain") << "";
+  fs::create_directories(path() + "/tind-update/0/5");
+  std::ofstream(path() + "/tind-update/0/5/5.terrain") << "";
+  const auto listed = open_store(path())->list();
+  ASSERT_TRUE(listed && *listed);
+  EXPECT_THAT((*listed)->levels, ElementsAre(ElementsAre(TileId{0, 0, 0}, TileId{0, 1, 0}),
+                                             ElementsAre(TileId{1, 2, 1})));
+  EXPECT_THAT((*listed)->strays, ElementsAre("1/2/x.terrain"));
+  EXPECT_EQ(open_store(folder_.file("none"))->list().error().code, Errc::not_found);
+}
+
+TEST_F(FolderStoreTest, WhatIsDamagedBesideTheTilesIsNamed) {
+  write(1, " a");
+  const std::string blocks_file = "tind-blocks-" + blocks(1).digest();
+  std::ofstream(path() + "/" + blocks_file) << "TNSB";
+  std::ofstream(path() + "/tind-tiles.ledger") << "tindTLG\n";
+  const auto store = open_store(path());
+  EXPECT_EQ(store->vouched_for().error().code, Errc::bad_data);
+  const auto faults = store->faults();
+  ASSERT_EQ(faults.size(), 2u);
+  EXPECT_EQ(faults[0].in, StoreFault::In::ledger);
+  EXPECT_EQ(faults[0].name, "tind-tiles.ledger");
+  EXPECT_EQ(faults[1].in, StoreFault::In::blocks);
+  EXPECT_EQ(faults[1].name, blocks_file);
+}
+
+TEST(OpenStore, KnowsTileSetsByTheirNames) {
+  EXPECT_TRUE(names_store("http://a.b/c"));
+  EXPECT_TRUE(names_store("https://a.b/c/layer.json"));
+  EXPECT_TRUE(names_store("/"));
+  EXPECT_TRUE(names_store("somewhere/layer.json"));
+  EXPECT_FALSE(names_store("dem.tif"));
+  EXPECT_TRUE(open_store("https://a.b/c")->remote());
+  EXPECT_FALSE(open_store("dem.tif")->remote());
+}
+
+}  // namespace
+}  // namespace tind
