@@ -1,13 +1,18 @@
 #include "terrain/store/folder/folder_contents.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <set>
+
+#include "terrain/base/hash.h"
 
 namespace tind::folder {
 
@@ -51,7 +56,20 @@ std::optional<std::int64_t> whole_number(const std::string& text) {
   return value;
 }
 
-bool is_partial_name(const fs::path& path) { return all_of_hex(path.filename().string(), 16); }
+/// 32 digits; earlier versions had 16.
+bool is_partial_name(const fs::path& path) {
+  const std::string name = path.filename().string();
+  return all_of_hex(name, 32) || all_of_hex(name, 16);
+}
+
+/// Differs from that of every other writer, on this host and others.
+std::uint64_t writer_number() {
+  static std::atomic<std::uint64_t> writers = 0;
+  std::array<char, 256> host{};
+  if (::gethostname(host.data(), host.size() - 1) != 0) host = {"?"};
+  const auto now = std::chrono::system_clock::now().time_since_epoch().count();
+  return hash64(fmt::format("{} {} {} {}", host.data(), ::getpid(), now, writers++));
+}
 
 /// Our files beside the tiles.
 Result<void> check_names(const std::string& folder, bool claimed) {
@@ -208,9 +226,10 @@ Result<void> remove_other_blocks(FolderFiles& files, const std::string& folder,
   return {};
 }
 
-std::string partial_path(const std::string& folder, std::uint64_t n) {
-  return folder + kPartial + fmt::format("/{:016x}", n);
-}
+PartialPaths::PartialPaths(const std::string& folder)
+    : begin_(folder + kPartial + fmt::format("/{:016x}", writer_number())) {}
+
+std::string PartialPaths::next() { return begin_ + fmt::format("{:016x}", count_++); }
 
 Result<void> remove_partial_files(FolderFiles& files, const std::string& folder) {
   const std::string partial = folder + kPartial;

@@ -2,6 +2,8 @@
 // What lies in the folder of a build: the names of our own files, and what is in their way. Nothing
 // here touches a file that tind build did not write.
 
+#include <atomic>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -60,7 +62,18 @@ Result<void> remove_other_blocks(FolderFiles&, const std::string& folder,
                                  const std::string& digest);
 /// Removes what builds that were killed had begun to write. REQUIRES: no build runs here.
 Result<void> remove_partial_files(FolderFiles&, const std::string& folder);
-/// A name for the n-th file that is being written.
-std::string partial_path(const std::string& folder, std::uint64_t n);
+
+/// Paths in kPartial for files that are being written. Those of two writers differ, on whichever
+/// hosts: not every network file system passes on the lock that keeps two builds apart.
+/// Thread-safe.
+class PartialPaths {
+ public:
+  explicit PartialPaths(const std::string& folder);
+  std::string next();
+
+ private:
+  const std::string begin_;
+  std::atomic<std::uint64_t> count_ = 0;
+};
 
 }  // namespace tind::folder

@@ -62,7 +62,8 @@ class FolderWriter : public TileWriter {
         ids_(work.ids),
         threads_(work.threads),
         batch_(std::size_t(work.batch)),
-        output_(output) {}
+        output_(output),
+        partial_(output) {}
 
   const std::shared_ptr<FolderFiles> shared_files_;
   FolderFiles& files_;
@@ -71,6 +72,7 @@ class FolderWriter : public TileWriter {
   const int threads_;
   const std::size_t batch_;
   const std::string output_;
+  PartialPaths partial_;
   std::optional<TileLedger> ledger_;  // of the tiles in their places
   std::optional<TileLedger> aside_;   // of an update; names all tiles
   std::vector<std::uint8_t> dirty_;   // by tile: is made aside. Empty: no update
@@ -82,7 +84,6 @@ class FolderWriter : public TileWriter {
   std::vector<LedgerEntry> pending_;
   std::chrono::steady_clock::time_point last_commit_ = std::chrono::steady_clock::now();
   bool committing_ = false;
-  std::atomic<std::uint64_t> next_partial_ = 0;
 
   bool is_aside(std::size_t k) const { return !dirty_.empty() && dirty_[k]; }
   std::string path(std::size_t k) const;
@@ -238,7 +239,7 @@ std::string FolderWriter::path(std::size_t k) const {
 
 /// Aside, synced, renamed, synced: what was there, or this, and from here on this.
 Result<void> FolderWriter::put(const std::string& path, std::string_view bytes) {
-  const std::string partial = partial_path(output_, next_partial_++);
+  const std::string partial = partial_.next();
   if (auto done = files_.make_folder(output_ + kPartial); !done) return done;
   if (auto done = files_.write(partial, bytes); !done) return done;
   if (auto done = files_.sync_file(partial); !done) return done;
@@ -342,7 +343,7 @@ std::optional<TileFacts> FolderWriter::finished(std::size_t k) const {
 }
 
 Result<void> FolderWriter::write(std::size_t k, std::string_view bytes, TileFacts facts) {
-  const std::string partial = partial_path(output_, next_partial_++);
+  const std::string partial = partial_.next();
   if (auto done = files_.write(partial, bytes); !done) return done;
   if (auto done = files_.rename(partial, path(k)); !done) return done;
   LedgerEntry known{.id = ids_[k], .facts = facts};

@@ -6,9 +6,12 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <set>
 
 #include "terrain/geo/tile_order.h"
 #include "terrain/raster/source_blocks.h"
+#include "terrain/store/folder/folder_contents.h"
+#include "terrain/store/folder/folder_files.h"
 #include "terrain/store/open/open_store.h"
 #include "tests/support/support.h"
 
@@ -45,8 +48,8 @@ class FolderStoreTest : public testing::Test {
                   .levels = {{{0, 0, 1, 0}}, {{2, 1, 2, 1}}},
                   .record = {},
                   .blocks = heights,
-                  .changes = [&](const BuildRecord& old, std::string_view old_blocks)
-                      -> Result<std::vector<std::uint8_t>> {
+                  .changes = [&](const BuildRecord& old,
+                                 std::string_view old_blocks) -> Result<std::vector<std::uint8_t>> {
                     EXPECT_EQ(old_blocks, old_heights_);
                     EXPECT_NE(old.heights, heights.digest());
                     return std::vector<std::uint8_t>{1, 0, 0};  // the deepest level is first
@@ -157,6 +160,24 @@ TEST_F(FolderStoreTest, WhatIsDamagedBesideTheTilesIsNamed) {
   EXPECT_EQ(faults[0].name, "tind-tiles.ledger");
   EXPECT_EQ(faults[1].in, StoreFault::In::blocks);
   EXPECT_EQ(faults[1].name, blocks_file);
+}
+
+TEST(PartialPaths, NoTwoWritersShareOneAndAllAreSweptLater) {
+  test::TempDir place;
+  const std::string tiles = place.file("tiles");
+  fs::create_directories(tiles + "/tind-partial");
+  std::set<std::string> paths = {tiles + "/tind-partial/0123456789abcdef"};  // an earlier version's
+  for (int writer = 0; writer < 3; ++writer) {
+    folder::PartialPaths partial(tiles);
+    for (int n = 0; n < 3; ++n) EXPECT_TRUE(paths.insert(partial.next()).second);
+  }
+  for (const std::string& path : paths) std::ofstream(path) << "half";
+  EXPECT_FALSE(folder::check_partial(tiles, false))
+      << "they are in the way of who never built here";
+  EXPECT_TRUE(folder::check_partial(tiles, true));
+  FolderFiles files;
+  EXPECT_TRUE(folder::remove_partial_files(files, tiles));
+  EXPECT_FALSE(fs::exists(tiles + "/tind-partial"));
 }
 
 TEST(OpenStore, KnowsTileSetsByTheirNames) {

@@ -46,9 +46,9 @@ TEST(UrlStore, TilesAreWhereTheTemplateSays) {
       {"https://d.e/{z}-{x}-{y}", "https://d.e/3-7-2"},
   };
   for (const auto& [text, wanted] : cases) {
-    const MadeUpServer server({{"http://a.b/c/layer.json",
-                                R"({"version": "1.2.3", "tiles": [")" + text + R"("]})"},
-                               {wanted, "a tile"}});
+    const MadeUpServer server(
+        {{"http://a.b/c/layer.json", R"({"version": "1.2.3", "tiles": [")" + text + R"("]})"},
+         {wanted, "a tile"}});
     const auto store = url_store("http://a.b/c/", server);
     EXPECT_EQ(store->tile_name({3, 7, 2}), wanted);
     const auto tile = store->look_at({3, 7, 2});
