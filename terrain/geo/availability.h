@@ -1,5 +1,5 @@
 #pragma once
-// Which tiles of the pyramid there are: where data is, and nowhere else.
+// Which tiles of the pyramid exist: those over data, and no others.
 
 #include <cstdint>
 #include <span>

@@ -1,5 +1,5 @@
 #pragma once
-// The WGS84 ellipsoid: geographic <-> ecef, and what globe clients cull with.
+// The WGS84 ellipsoid: conversion between geographic and ecef coordinates, and what culling needs.
 
 #include "terrain/geo/coordinates.h"
 

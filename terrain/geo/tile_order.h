@@ -1,6 +1,6 @@
 #pragma once
-// The tiles of several levels by number. Not a list of them: of a large source that alone would
-// take a hundred megabytes.
+// Numbers the tiles of several levels, so that a loop can run over them by index. It computes each
+// tile from its number: for a large source, a list of tiles alone would take a hundred megabytes.
 
 #include <cstddef>
 #include <span>

@@ -1,5 +1,5 @@
 #pragma once
-// The EPSG:4326 TMS pyramid of globe clients: two root tiles, each level halves the side.
+// The EPSG:4326 TMS pyramid of globe clients: two root tiles, each level halves a tile's side.
 
 #include <cstdint>
 #include <optional>

@@ -1,6 +1,6 @@
 #pragma once
-// Whether files are still those that were opened: a source is read over hours, and what lies at its
-// path may be written to, cut, replaced or removed meanwhile.
+// Detects files that changed since they were opened. Reading a source can take hours; meanwhile
+// another program may write to the file at its path, truncate it, replace it or remove it.
 
 #include <cstdint>
 #include <span>
@@ -29,8 +29,8 @@ Result<FileState> file_state(const std::string& path);
 /// The files that a source is made of, as they were when it was opened. Thread-safe once made.
 class FileStates {
  public:
-  /// Takes a file down. A write that follows at once would leave the same time behind as the one
-  /// before: where the last was so recently, waits until the next can be told from it (0.02 s; on
+  /// Records a file. A second write right after a first one may leave the same time. So if the
+  /// last write is very recent, add() waits until a next one would have another time (0.02 s; on
   /// file systems that count whole seconds, up to 2 s).
   Result<void> add(const std::string& path);
 

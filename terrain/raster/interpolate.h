@@ -1,5 +1,5 @@
 #pragma once
-// The height between posts: the one rule that everything in tind interpolates by.
+// The height between posts: everything in tind interpolates by this one rule.
 
 #include <cmath>
 #include <limits>

@@ -1,5 +1,5 @@
 #pragma once
-// Which values mean that there is no height.
+// Which values of a raster mean that there is no height.
 
 #include <string>
 #include <string_view>
@@ -9,13 +9,13 @@
 
 namespace tind {
 
-/// What by custom means no data: the ends of 16-bit integers and rows of nines. (NaN, infinite and
-/// beyond +-1e38 are voids in any case.)
+/// What customarily means no data: the ends of 16-bit integers and rows of nines. (NaN, infinite
+/// and beyond +-1e38 are voids in any case.)
 inline constexpr double kCustomaryNodata[] = {-32768,  -32767, -9999, -99999,
                                               -999999, 32767,  65535, 99999};
 
-/// As users say it: "-9999", "-9999,-32768", "none" (what the file declares is a height), or both
-/// with a comma between. invalid_argument for anything else.
+/// Parses what users type: "-9999", "-9999,-32768", "none" (what the file declares is a height), or
+/// both with a comma between. invalid_argument for anything else.
 Result<void> set_nodata(std::string_view text, DemOptions&);
 
 /// One line that names the values, how many posts have them and what to say; empty where there are

@@ -1,6 +1,6 @@
 #pragma once
-// What the posts of a source were when tiles were made of them, block by block: what an update goes
-// by. Kept beside the tiles.
+// A hash for each block of posts of a source, kept beside the tiles that were made from it. An
+// update compares them with the DEM of today and so finds the blocks that have changed.
 
 #include <cstdint>
 #include <string>

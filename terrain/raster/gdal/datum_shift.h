@@ -1,5 +1,5 @@
 #pragma once
-// Orthometric heights of a raster brought to the ellipsoid.
+// Converts a raster's orthometric heights (above the geoid) to ellipsoidal ones.
 
 #include <memory>
 #include <span>

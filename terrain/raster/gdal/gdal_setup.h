@@ -1,6 +1,6 @@
 #pragma once
-// GDAL, tamed: which formats it may read, what it may not do, and where its complaints go.
-// Used only by the gdal_* and *_source files of this room.
+// Sets up GDAL: which formats it may read, what it must not do, and who gets its messages.
+// Used only by the files of this folder.
 
 #include <string>
 
