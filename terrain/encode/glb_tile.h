@@ -1,5 +1,5 @@
 #pragma once
-// A tile as GLB: the surface in ecef around the tile's centre, normals, and its error in `extras`.
+// Encodes a tile as GLB (binary glTF): positions around its centre, normals, error in `extras`.
 
 #include <cstdint>
 #include <vector>

@@ -1,5 +1,5 @@
 #pragma once
-// A tile as quantized-mesh-1.0 with all extensions that tind writes, and back.
+// Encodes a tile as quantized-mesh-1.0 with all extensions that tind writes, and decodes any.
 
 #include <cstdint>
 #include <span>

@@ -1,5 +1,5 @@
 #pragma once
-// The formats of tiles: one table. A new one is a file here and a row.
+// The table of tile formats. To add a format, add a file to this folder and a row to the table.
 
 #include <cstdint>
 #include <span>

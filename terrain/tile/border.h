@@ -1,9 +1,9 @@
 #pragma once
-// The line that two neighbouring tiles share. (Promise 2: no cracks.)
+// The line that two neighbouring tiles share. It is the reason why tiles have no cracks.
 //
-// A border is a function of (edge, level, source) alone: both tiles derive the same vertices, at
-// the same integer places with heights on the same power-of-two step, so what a client decodes is
-// the same to the last bit. The interior of a tile never touches its border.
+// A border is a function of edge, level and source alone. So both tiles derive the same vertices,
+// at the same integer positions, with heights on the same power-of-two step, and a client decodes
+// the same bits from both. Simplifying the interior of a tile never changes its border.
 
 #include <vector>
 
@@ -23,11 +23,11 @@ TileEdge tile_edge(TileId, Side);
 
 struct BorderOptions {
   double tolerance_m = 1;  // of the line against H + offset, at H's own samples
-  double offset_m = 0;     // one-sided tiles: how far above H the line is meant to lie
+  double offset_m = 0;     // how far above H the line should lie (tiles with --side)
   double height_step = 0;  // heights are multiples of this
-  int place_step = 1;      // t is a multiple of this, but for ends, fixed places and want of room
+  int place_step = 1;      // t is a multiple of this, except ends, fixed vertices, narrow gaps
   int fixed_cells = 1;     // vertices at every 1 / fixed_cells of the edge stay (earth curvature)
-  int samples = 64;        // at which H is asked when the source's posts do not say (power of two)
+  int samples = 64;        // of H, where the source's posts do not give them (power of two)
   bool halves = false;     // there is a next level: its two edges' samples count here, too
 };
 
@@ -40,8 +40,8 @@ struct BorderVertex {
 struct Border {
   std::vector<BorderVertex> line;  // both ends included
   /// The largest distance of the line from H (with its voids filled), wherever this level or the
-  /// next looks at H. So the gap between the lines of two successive levels is at most the sum of
-  /// their errors, all along: each is measured against what the finer of them looks at.
+  /// next samples H. So the gap between the lines of two successive levels is nowhere more than the
+  /// sum of their errors: both are measured at the samples of the finer level.
   double error_m = 0;
 };
 

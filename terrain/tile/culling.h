@@ -1,8 +1,8 @@
 #pragma once
-// What a globe client uses to decide, without looking at the mesh, that a tile cannot be seen: a
+// What a globe client needs to decide, without looking at the mesh, that a tile cannot be seen: a
 // bounding sphere (outside the view?) and a horizon occlusion point (behind the earth?).
 //
-// The occlusion point stands for the whole tile in the test of [Ring13], which clients run in
+// The occlusion point represents the whole tile in the test of [Ring13], which clients run in
 // *ellipsoid-scaled* space (ecef divided by a, a, b: the earth is the unit sphere). It lies on the
 // ray through the tile's centre.
 

@@ -1,8 +1,8 @@
 #pragma once
-// H, the one height function of a source: what every tile, border and query derives heights from.
+// H, the height function of a source. Every tile, border and query takes its heights from it.
 //
-// H depends on the source and the place alone, never on who asks: so two tiles, two runs and two
-// machines agree on it to the last bit.
+// H depends only on the source and the position, never on the tile that needs it. So two tiles, two
+// runs and two machines get the same height to the last bit.
 
 #include <optional>
 #include <span>

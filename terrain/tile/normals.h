@@ -1,6 +1,6 @@
 #pragma once
-// Surface normals as globe clients take them: unit vectors in ecef, two bytes each (octahedral
-// encoding, [Cigolle14]).
+// Surface normals in the form that globe clients read: unit vectors in ecef, two bytes each
+// (octahedral encoding, [Cigolle14]).
 
 #include <array>
 #include <cstdint>

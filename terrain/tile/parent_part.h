@@ -1,6 +1,6 @@
 #pragma once
-// The part of a parent tile that one of its children covers, as a mesh of its own: the parent's
-// triangles cut along its middle lines.
+// The part of a parent tile that one of its children covers (one of its four quadrants), as a mesh
+// of its own: the parent's triangles are cut along its middle lines.
 
 #include "terrain/base/result.h"
 #include "terrain/geo/tiling_scheme.h"

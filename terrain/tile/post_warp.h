@@ -1,5 +1,5 @@
 #pragma once
-// Where posts lie on the globe, fast: whole windows of posts of any projected source.
+// Computes where posts lie on the globe, fast, for whole windows of posts of any projected source.
 
 #include <cstdint>
 #include <vector>

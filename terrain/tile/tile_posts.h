@@ -1,5 +1,5 @@
 #pragma once
-// The posts that concern one tile, in tile coordinates (u, v of coordinates.h, not rounded).
+// The posts that a tile is fitted to and measured at, in tile coordinates (u, v, not rounded).
 
 #include <functional>
 #include <stop_token>

@@ -1,5 +1,5 @@
 #pragma once
-// The order of a tile's triangles: what makes its bytes few.
+// Sorts a tile's triangles so that its encoded bytes are few.
 
 #include <vector>
 

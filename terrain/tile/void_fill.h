@@ -1,7 +1,7 @@
 #pragma once
-// What stands where a source says nothing: the one rule by which voids, and the places around the
-// data, get a height. A rule of the source alone, not of a level or a tile: so all tiles that meet
-// in a void agree on it.
+// Gives heights where a source has none: in voids, and around the data. One rule serves all tiles.
+// It depends on the source alone, not on a level or a tile. So all tiles that meet in a void agree
+// on the heights in it.
 
 #include <cstdint>
 #include <vector>
