@@ -1,5 +1,5 @@
 #pragma once
-// The table of methods, for people and programs that choose one.
+// The table of simplification methods, for people and programs that choose one.
 
 #include <span>
 #include <string>

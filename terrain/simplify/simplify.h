@@ -1,5 +1,5 @@
 #pragma once
-// One entry point for every way of simplifying a DEM.
+// Simplifies a DEM: one function for all methods.
 
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"

@@ -1,5 +1,5 @@
 #pragma once
-// Simplifying a general mesh (a scanned model, a building), as simplify.h does a DEM.
+// Simplifies a general mesh (a scanned model, a building), as simplify.h does a DEM.
 
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"

@@ -1,16 +1,18 @@
 #pragma once
-// `bounded`: the fewest triangles for a given maximum error. (Ours.)
+// `bounded`: the fewest triangles for a given maximum error. (Our own method.)
 //
-// Interpolating methods keep vertices on the surface and so waste half of the allowed band. Here a
-// vertex may float: its height is only asked to keep every sample of its star within the band,
-// which is an intersection of intervals, one per sample, and exact. So the mesh is first refined
-// greedily, then thinned by every collapse for which that intersection is not empty, then vertices
-// are moved to where it is widest and thinned again.
+// Methods that interpolate keep vertices on the surface and so waste half of the allowed band of
+// error. Here a vertex floats: its height may be any that keeps every sample of its star within the
+// band. Each sample allows an interval of heights, and the vertex needs a height in all of them;
+// this test is exact. The steps:
+// 1. Greedy insertion refines the mesh until every sample is within the band.
+// 2. Every collapse for which the intervals intersect thins the mesh.
+// 3. Vertices move to where the intersection is widest, and the mesh is thinned again.
 //
 // GUARANTEES: with --max-error M, every valid post lies within M of the mesh, in double precision
 // (side both), or between the mesh and M below it (above), or M above it (below). Nothing flips.
-// The result does not depend on the number of threads. With a triangle count the error that
-// counts is the root mean square: see bounded_count.h. A count for one side only is met by a
+// The result does not depend on the number of threads. With a triangle count, the error that is
+// minimised is the root mean square (bounded_count.h). A count for one side only is met by a
 // search over the error. COST: 1 to 1.5 x greedy insertion (fast), 2 to 4 x (normal), 6 to 16 x
 // (best): see docs/methods.md.
 

@@ -1,6 +1,6 @@
 #pragma once
-// A bounded mesh of a DEM of any size: in blocks, from north to south, in memory for a few rows of
-// blocks and for the result.
+// `bounded` for a DEM of any size. It works on blocks from north to south and needs memory only for
+// a few rows of blocks and for the result.
 
 #include <cstdint>
 

@@ -1,12 +1,11 @@
 #pragma once
-// The count mode of `bounded`: for a given number of triangles the smallest root mean square error
-// over all samples, with no sample farther off than greedy insertion leaves for as many triangles.
+// `bounded` with a triangle count: the smallest root mean square error over all samples. No sample
+// is farther off than greedy insertion leaves it with as many triangles.
 //
-// Quadrics judge a collapse by the planes of triangles that are long gone. Here it is judged by the
+// Quadrics rate a collapse by the planes of triangles that no longer exist. Here it is rated by the
 // samples themselves: by the sum of their squared errors in the star that it leaves. With n
-// triangles over N samples a star holds about 5 N / n of them, so this is cheap exactly where a
-// mesh is worth thinning, as long as one starts not from the full mesh but from an insertion of a
-// few times n.
+// triangles over N samples a star holds about 5 N / n samples. So this is cheap if one does not
+// start from the full mesh, but from an insertion of a few times n triangles.
 // COST: about that of qem (docs/methods.md has the figures); one thread.
 
 #include <cstddef>
@@ -29,7 +28,7 @@ struct CountOptions {
 struct CountResult {
   Tin tin;
   std::uint64_t collapses = 0;
-  double max_error_m = 0;  // no valid sample is farther from the mesh (but for rounding)
+  double max_error_m = 0;  // no valid sample is farther from the mesh (except for rounding)
 };
 
 /// `start` covers the rectangle of `samples` (x0 = y0 = 0, steps of 1) with two triangles or more.

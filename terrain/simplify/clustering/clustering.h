@@ -1,16 +1,16 @@
 #pragma once
-// `cluster`: all posts of a cell of a coarse uniform grid become one vertex.
+// `cluster`: all posts in a cell of a coarse uniform grid become one vertex.
 //
-// The method of [Rossignac93], with the quadric-optimal representative of [Lindstrom00]. One pass
-// over the rows of the source: memory is 100 bytes a cluster and one row, whatever the size of
-// the source.
+// The method of [Rossignac93], with the quadric-optimal representative of [Lindstrom00]. It makes
+// one pass over the rows of the source. It needs memory for one row and 100 bytes a cluster,
+// whatever the size of the source.
 //
-// Valid by construction (without lines): each vertex stays strictly inside its cell (on the
-// rectangle's side or corner for outer cells). The four vertices around a point where four cells
-// meet lie in its four quadrants, so their quadrilateral is star-shaped around that point, is
-// simple, and has a diagonal that leaves two counter-clockwise triangles. A triangle whose cells
-// hold voids stays when it may cover a valid post: the mesh covers all valid posts and reaches into
-// voids by less than a cell.
+// The mesh is valid by construction (without lines). Each vertex stays strictly inside its cell; in
+// outer cells, on the rectangle's side or corner. Consider a point where four cells meet. Their
+// four vertices lie in its four quadrants, so their quadrilateral is simple and star-shaped around
+// the point. One of its diagonals leaves two counter-clockwise triangles. A triangle whose cells
+// hold voids stays if it may cover a valid post. So the mesh covers all valid posts and reaches
+// into voids by less than a cell.
 
 #include <functional>
 #include <span>

@@ -1,19 +1,19 @@
 #pragma once
-// `attribute-qem`: quadrics over position and attributes at once, so that colour borders, textures
+// `attribute-qem`: quadrics over position and attributes together, so that colour borders, textures
 // and shading survive at the same triangle count.
 //
 // [Han04] and [Min], "EQEM", after [Garland98]. A vertex is a point of R^N: position, then texture
 // (N = 5), colour or normal (6), or colour and normal (9). The quadric of a triangle is the squared
-// distance to its plane in R^N (quadric_n.h); a collapse goes where the sum of two is least, and
-// takes the attributes from there: colours are clamped to 0..1, normals made unit again. Attributes
-// count against position by a dimensionless weight, relative to the diagonal of the bounding box.
+// distance to its plane in R^N (quadric_n.h). A collapse goes to the point where the sum of two
+// quadrics is least, and takes the attributes from there: colours are clamped to 0..1, normals are
+// scaled to unit length. A dimensionless weight, relative to the diagonal of the bounding box, sets
+// attributes against position.
 //
 // `attribute_metric` says how attributes take part:
-//   joint     EQEM
-//   separate  as progressive meshes do [Hoppe96]: the shape's quadric, plus the squared change
-//   of
-//             the attributes; they do not move the vertex
-//   ignored   the shape alone decides (`qem`); attributes are carried along
+//   joint     as in EQEM
+//   separate  as in progressive meshes [Hoppe96]: the quadric of the shape, plus the squared change
+//             of the attributes. Attributes do not move the vertex
+//   ignored   only the shape counts (`qem`); attributes are carried along
 
 #include <span>
 

@@ -1,13 +1,15 @@
 #pragma once
-// A priority queue of edges without a heap: costs are sorted into buckets of 1/8 octave.
+// A priority queue of edges without a heap: it sorts costs into buckets of 1/8 octave.
 //
-// A simplifier asks for "the cheapest edge" hundreds of thousands of times, and a heap answers with
-// a chain of cache misses. Greedy order does not need the last 9 % of precision: here a push is an
-// append, and a bucket is handed out as a whole, in the order of the pushes. Edges are first pushed
-// in mesh order, so a bucket walks over the terrain in one direction and stays in the cache.
+// A simplifier needs "the cheapest edge" hundreds of thousands of times, and each answer of a heap
+// is a chain of cache misses. Greedy order does not need the last 9 % of precision. So a push
+// appends to a bucket, and a bucket is handed out as a whole, in the order of the pushes. Edges are
+// first pushed in mesh order, so a bucket runs over the terrain in one direction and stays in the
+// cache.
 //
-// Lazy: raising a cost needs no call at all (whoever takes the edge evaluates it again and puts it
-// back); lowering it is another push, and the older entry is skipped when its turn comes.
+// Lazy: raising a cost needs no call, because the caller evaluates each edge again when it takes it
+// and pushes it back if necessary. Lowering a cost is another push; the older entry is skipped when
+// its turn comes.
 
 #include <bit>
 #include <cstdint>

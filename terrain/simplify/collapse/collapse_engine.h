@@ -1,5 +1,5 @@
 #pragma once
-// The engine that all edge-collapse methods share, in four words:
+// The engine that all edge-collapse methods share. A method has four parts:
 //
 //   cost       what collapsing an edge costs            } Cost::propose
 //   placement  where the merged vertex goes             }
@@ -13,10 +13,11 @@
 //     /// evaluates an edge only when its turn comes, never around a collapse.
 //     static constexpr bool kOnlyGrows;
 //     /// Cost (>= 0) and position for edge h, which is any one of the two half-edges; kNever when
-//     /// this edge must stay. Called anew each time: nothing is stored per edge.
+//     /// this edge must stay. Called again each time: nothing is stored per edge.
 //     Proposal propose(const HalfedgeMesh&, Index h);
-//     /// Just before the collapse of h (origin(h) vanishes into dest(h)) to `at`: merge quadrics
-//     etc. void merge(const HalfedgeMesh&, Index h, const Vec3& at);
+//     /// Called just before the collapse of h (origin(h) vanishes into dest(h)) to `at`, e.g. to
+//     /// merge quadrics.
+//     void merge(const HalfedgeMesh&, Index h, const Vec3& at);
 //   };
 //   struct Filter {
 //     /// True when the star that the collapse of h to `at` leaves is acceptable.
@@ -24,14 +25,14 @@
 //   };
 //   void observer(const Collapse&);   // called before each collapse; for progressive meshes
 //
-// Which end vanishes: the one that is not on the border; when both or none are, origin(h).
-// The link condition is the engine's own business. Edges that a filter refuses are put aside and
-// get another chance when something near them has changed.
+// Which end vanishes: the one that is not on the border; when both or none are, origin(h). The
+// engine itself checks the link condition. It sets aside edges that a filter refuses, and tries
+// them again when something near them has changed.
 //
-// Order: cheapest first to within 9 % (BucketQueue); inside a bucket in rounds, and a vertex
-// that has been merged in a round waits for the next, so that equal costs (plateaus) thin out
-// evenly instead of rolling one vertex over the whole plateau. Deterministic. O((collapses +
-// edges) * degree).
+// Order: cheapest first to within 9 % (BucketQueue). Inside a bucket the engine works in rounds: a
+// vertex that has been merged in a round waits for the next. So equal costs (plateaus) thin out
+// evenly, and no vertex rolls over the whole plateau. Deterministic. O((collapses + edges) *
+// degree).
 
 #include <cmath>
 #include <cstdint>

@@ -1,6 +1,6 @@
 #pragma once
-// What all collapse methods on a height grid have in common: build the full mesh, turn StopAt into
-// the engine's stop and filter, run, and say how it ended. A method adds its cost.
+// What all collapse methods on a height grid share: build the full mesh, turn StopAt into the
+// engine's stop and filter, run the engine, and say how it ended. A method adds only its cost.
 
 #include <cmath>
 #include <utility>

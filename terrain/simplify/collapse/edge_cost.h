@@ -6,8 +6,11 @@
 //   h = |z_t - z_s|                                               (a length)
 //   d = degree of the vertex that the collapse makes              (a number)
 //
-// Edge classes: a border edge never goes; an edge with one border vertex collapses to that vertex;
-// an inner edge to its midpoint; a chord (both ends on the border, but inside the mesh) never goes.
+// Which edges may collapse:
+//   border edge                                        never
+//   chord (both ends on the border, but inside)        never
+//   one end on the border                              to that end
+//   inner edge                                         to its midpoint
 //
 // alpha and beta are dimensionless: they are multiplied by mean L / mean h and mean L / mean d of
 // the input mesh (details "alpha_scale", "beta_scale"), so a weight means the same on any terrain.

@@ -1,10 +1,11 @@
 #pragma once
-// The filter behind --max-error: a collapse may happen only when every post under the changed star
-// stays within the bound of the new triangles. So a classic cost function, which only estimates,
-// still ends with a guarantee.
+// The filter behind --max-error: a collapse may happen only if every post under the changed star
+// stays within the bound of the new triangles. So even a classic cost function, which only
+// estimates the error, ends with a guarantee.
 //
-// A triangle of the result is either one of the input, with no error at all, or it was tested when
-// it came about: the referee, which runs the same arithmetic, finds no post beyond the bound.
+// Why it holds: a triangle of the result either was in the input, with no error at all, or was
+// tested when it was made. The final measurement uses the same arithmetic, so it finds no post
+// beyond the bound.
 
 #include "terrain/raster/height_grid.h"
 #include "terrain/simplify/common/terrain_mesh.h"

@@ -1,18 +1,18 @@
 #pragma once
-// Where a merged vertex may go and where it is best, for methods that work on terrain and on
-// general meshes alike: two sets of rules with the same words.
+// Where a merged vertex may go and where it is best. Methods that work on terrain and on general
+// meshes use two sets of rules with the same interface:
 //
-//   Merge rule(Index h)             where the two ends of an edge allow the merged vertex to be
+//   Merge rule(Index h)             where the merged vertex of an edge may be, by its two ends
 //   void merged(Index a, Index b)   a has been merged into b
 //   Vec3 metric(Vec3 difference)    of positions, to the frame in which distances make sense
 //   Vec3 unmetric(Vec3)             and back
 //   Vec3 snap(Vec3)                 to the positions that this kind of mesh allows
 //   Vec3 on_lattice(Vec3)           to a recorder's lattice, if there is one
-//   void forget_bound()             the error is bounded no longer (a recorder's second part)
+//   void forget_bound()             the error is no longer bounded (a recorder's second part)
 //   bool allows(mesh, h, at)        the engine's filter: the star of a collapse stays valid
 //   bool allows_triangle(was, now)  the same for one triangle of it
 //
-// Edges of equal rules are placed by place_merged, over quadrics of any dimension.
+// place_merged places the vertex of an edge by these rules, over quadrics of any dimension.
 
 #include <algorithm>
 #include <optional>

@@ -2,12 +2,14 @@
 // Quadric error metrics ([Garland97]; [Han04] and [Min] build on them), the method `qem`.
 //
 // A vertex carries the area-weighted sum of the squared distances to the planes of all triangles
-// that were ever merged into it; a collapse adds two such sums and goes to the point where the sum
-// is least. A vertex on a side of the rectangle stays on it, corners and vertices at voids stay.
+// that were ever merged into it. A collapse adds two such sums and goes to the point where the sum
+// is least. A vertex on a side of the rectangle stays on that side; corners and vertices at voids
+// stay where they are.
 //
-// Options: `subset_placement`, the merged vertex is one of the two ends (so all heights of the
-// result are samples); `border_constraints`, border edges also carry a plane through the edge and
-// perpendicular to their triangle, which keeps the border's profile.
+// Options:
+//   subset_placement    the merged vertex is one of the two ends, so all heights are samples
+//   border_constraints  border edges also carry a plane through the edge and perpendicular to their
+//                       triangle, which keeps the border's profile
 
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"

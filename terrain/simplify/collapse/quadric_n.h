@@ -2,12 +2,12 @@
 // Generalised error quadrics: the squared distance to the planes of triangles in R^N.
 //
 // [Han04] and [Min], "EQEM", after [Garland98]. A vertex is a point of R^N: position, then
-// attributes. Triangle (p, q, r) spans a plane with orthonormal e1, e2 (Gram-Schmidt); the squared
+// attributes. Triangle (p, q, r) spans a plane with orthonormal e1, e2 (Gram-Schmidt). The squared
 // distance of v to it is v^T A v + 2 b.v + c with
 //     A = I - e1 e1^T - e2 e2^T,   b = (p.e1) e1 + (p.e2) e2 - p,   c = p.p - (p.e1)^2 - (p.e2)^2
-// Here every quadric is kept relative to a point of its own (its vertex), where b and c of a fresh
-// one vanish and float is enough. (N + 1)(N + 2) / 2 coefficients: 10, 21, 28 and 55 for N = 3
-// (geometry), 5 (+ texture), 6 (+ colour) and 9 (+ colour + normal).
+// Every quadric is relative to a point of its own (its vertex). There, b and c of a new quadric are
+// zero, and float is precise enough. A quadric has (N + 1)(N + 2) / 2 coefficients: 10, 21, 28 and
+// 55 for N = 3 (geometry), 5 (+ texture), 6 (+ colour) and 9 (+ colour + normal).
 
 #include <array>
 #include <cmath>

@@ -1,15 +1,15 @@
 #pragma once
-// `triangle-collapse`: six triangles a step.
+// `triangle-collapse`: removes six triangles in each step.
 //
-// The method of [Sung], "PMTC", on [Gieng97]. A step takes the triangle of least weight, merges its
-// three corners into one vertex (four triangles go), then collapses the cheapest edge on the rim of
-// the stencil, the ring of triangles around it (two more). One queue holds triangles only; the
-// search for the edge is local.
+// The method of [Sung], "PMTC", based on [Gieng97]. A step takes the triangle of least weight and
+// merges its three corners into one vertex, which removes four triangles. Then it collapses the
+// cheapest edge on the rim of the ring of triangles around it, which removes two more. One queue
+// holds only triangles; the search for the edge is local.
 //
 // Weight: the quadric error at the triangle's centroid (on terrain, at the best height there),
 // times a penalty for a valence above nine. The merged vertex goes to the centroid or to where the
-// quadric is least (option `placement`). On the border a step merges one border edge instead of the
-// triangle, and near the target it takes only what is still asked for.
+// quadric is least (option `placement`). On the border, a step merges one border edge instead of
+// the triangle. Near the target, a step removes only as many triangles as are still needed.
 
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"

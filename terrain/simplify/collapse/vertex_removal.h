@@ -1,18 +1,19 @@
 #pragma once
-// `vertex-removal`: takes vertices out one by one and triangulates the hole anew.
+// `vertex-removal`: removes vertices one by one and triangulates each hole again.
 //
-// The method of [Schroeder92], as the baselines of [Kim], with their three criteria for what goes
-// first:
+// The method of [Schroeder92]. [Kim] uses it as a baseline, with three criteria for which vertex
+// goes first:
 //   plane      the vertex nearest to the average plane of its ring (on the border: to the line
 //              through its border neighbours), in metres
 //   degree     the vertex with the fewest edges
 //   k-degree   the same; ties go to the vertex whose `k` lowest neighbours have the fewest edges
 // All vertices of the result are posts of the source.
 //
-// The hole is filled with the ears of a Delaunay triangulation of the ring ([Devillers99]: the
-// ear of least power first). A border vertex goes only where the border runs straight on, so the
-// outline never changes; corners stay. Smallest first to within one bucket (BucketQueue), in turns:
-// the ring of a removed vertex waits for the next turn, so that equal vertices thin out evenly.
+// The hole is filled with the ears of a Delaunay triangulation of the ring ([Devillers99]: the ear
+// of least power first). A border vertex may be removed only where the border runs straight on, so
+// the outline never changes; corners stay. The order is smallest first, to within one bucket
+// (BucketQueue), in rounds: the ring of a removed vertex waits for the next round, so that equal
+// vertices thin out evenly.
 
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"

@@ -1,5 +1,5 @@
 #pragma once
-// What a simplification returns.
+// The result of a simplification.
 
 #include <cstdint>
 #include <map>

@@ -1,6 +1,6 @@
 #pragma once
-// The full-resolution mesh of a height grid, ready for collapsing: post coordinates, and for each
-// vertex how it may move without uncovering anything.
+// The full-resolution mesh of a height grid, from which methods collapse edges. Positions are post
+// coordinates. Each vertex knows how it may move without uncovering anything.
 
 #include <cstdint>
 #include <vector>

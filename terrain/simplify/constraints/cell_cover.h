@@ -1,5 +1,6 @@
 #pragma once
-// The cells of a height grid near lines, what of each the DEM covers, and where that ends.
+// The cells of a height grid near lines: how much of each cell the DEM covers, and the edges where
+// the covered area ends.
 
 #include <array>
 #include <cstdint>

@@ -1,5 +1,5 @@
 #pragma once
-// The full-resolution mesh that has a network's parts as edges.
+// The full-resolution mesh of a DEM in which the parts of a network of lines are edges.
 
 #include "terrain/base/result.h"
 #include "terrain/raster/height_grid.h"

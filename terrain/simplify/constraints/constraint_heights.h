@@ -1,5 +1,5 @@
 #pragma once
-// How high lines are and how level polygons, and what becomes of the DEM's posts in between.
+// Gives heights to lines and levels to polygons, and adapts the posts of the DEM to them.
 
 #include "terrain/raster/height_grid.h"
 #include "terrain/simplify/constraints/constraint_network.h"

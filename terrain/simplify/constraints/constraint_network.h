@@ -1,7 +1,7 @@
 #pragma once
-// From the shapes that a user gave to a network of straight parts over the DEM: clipped to its
-// rectangle, repaired (constrained_delaunay.h), cut at the rims of voids, each part divided where
-// the ground under it asks for a height.
+// Turns the user's shapes into a network of straight parts over the DEM. The shapes are clipped to
+// its rectangle, repaired (constrained_delaunay.h) and cut at the rims of voids. Each part is
+// divided wherever the terrain under it needs another height.
 
 #include <cstdint>
 #include <vector>

@@ -1,12 +1,13 @@
 #pragma once
-// Lines that stay edges, polygons that become level, a polygon that the mesh is cut to: what the
-// user gave, brought into one full-resolution mesh that every method starts from.
+// Lines that stay edges, polygons that become level, a polygon that the mesh is cut to: the user's
+// shapes, built into one full-resolution mesh from which every method starts.
 //
-// The promise, in post coordinates: each straight part of the repaired network is a chain of edges
-// of the result whose vertices lie on the part exactly (integer arithmetic; check_constraints).
-// Lines are brought to a lattice of 2^-24 post first. Where lines cross, the crossing is a vertex,
-// rounded to the lattice; where they come within 1/1024 post of each other without meeting they are
-// led together. report.moved_posts is the largest distance that any of this moved a line.
+// GUARANTEES, in post coordinates: each straight part of the repaired network is a chain of edges
+// of the result, and their vertices lie exactly on the part (integer arithmetic; see
+// check_constraints). Lines are first rounded to a lattice of 2^-24 post. Where lines cross, the
+// crossing is a vertex, rounded to the lattice. Where they come within 1/1024 post of each other
+// without meeting, they are joined. report.moved_posts is the largest distance by which any of this
+// moved a line.
 
 #include <cstddef>
 #include <cstdint>

@@ -1,6 +1,6 @@
 #pragma once
-// Meshes made around lines rather than from the full mesh: the constrained Delaunay triangulation
-// of what is kept of each line and of any other points.
+// Meshes that start from lines rather than from the full mesh: the constrained Delaunay
+// triangulation of the points kept of each line, and of any other points.
 
 #include <array>
 #include <cstdint>

@@ -1,14 +1,14 @@
 #pragma once
-// Inserting samples into a Delaunay triangulation until none is worse than a limit (Garland and
-// Heckbert, CMU-CS-95-181, "greedy insertion"), with two drivers:
+// Inserts samples into a Delaunay triangulation until no error is above a limit: greedy insertion
+// [Garland95]. There are two drivers:
 //
 //   run_worst_first   the textbook order, one indexed heap of triangles: fewest insertions
 //   run_passes        no heap: each pass gives every changed triangle its own worst sample. Up to a
 //                     third more insertions in half the time; the right start when a decimation
-//                     follows, which takes the surplus away again
+//                     follows, which removes the surplus again
 //
-// Works on any HalfedgeMesh whose domain is convex; border edges are split only where a sample lies
-// exactly on them, and never when they are locked.
+// Works on any HalfedgeMesh whose domain is convex. A border edge is split only where a sample lies
+// exactly on it, and never when it is locked.
 
 #include <algorithm>
 #include <cmath>

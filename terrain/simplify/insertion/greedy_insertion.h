@@ -1,7 +1,8 @@
 #pragma once
-// `greedy`: greedy insertion into a Delaunay triangulation [Garland95]: from two triangles on, the
-// worst sample becomes a vertex, until none is worse than asked or the count is reached. Vertices
-// are posts. What GIS tools use, and the baseline for `bounded`.
+// `greedy`: greedy insertion into a Delaunay triangulation [Garland95]. It starts from two
+// triangles. The worst sample becomes a vertex, again and again, until no error is above the limit
+// or the count is reached. Vertices are posts. GIS tools use this method; for `bounded` it is the
+// baseline.
 
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"

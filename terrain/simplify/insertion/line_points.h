@@ -1,7 +1,7 @@
 #pragma once
-// Lines in a mesh that is refined: which of its edges stay, and the points on them that may become
-// vertices. A point goes where it belongs by its place in the line's order, never by a test of
-// sides, so that the line stays straight to the last bit.
+// Lines in a mesh that is being refined: which edges stay, and the points on lines that may become
+// vertices. A point is inserted by its position in the order of the line, never by a geometric
+// test, so that the line stays straight to the last bit.
 
 #include <algorithm>
 #include <cmath>
@@ -32,7 +32,7 @@ class LinePoints {
 
   const Vec3& point(std::size_t k) const { return points_[k].at; }
 
-  /// f(point, its number) for those in the closed triangle abc, a hair beyond its edges.
+  /// f(point, its number) for those in the closed triangle abc, 1e-7 larger on each side.
   template <class F>
   void scan(const Vec3& a, const Vec3& b, const Vec3& c, F&& f) const;
 

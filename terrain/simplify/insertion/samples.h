@@ -1,17 +1,17 @@
 #pragma once
-// What a bounded mesh is measured against: sets of samples that can be scanned by triangle.
+// The samples that a mesh is measured against: sets of points that can be scanned by triangle.
 //
 // Both kinds offer
 //     bool scan(a, b, c, f)   calls f(x, y, z, index) for every valid sample in the closed triangle
-//                             abc (counter-clockwise; a hair beyond its edges, so that no sample
-//                             on a shared edge is lost to rounding) until f returns false;
-//                             false when f stopped it
+//                             abc (counter-clockwise; 1e-7 larger on each side, so that rounding
+//                             loses no sample on a shared edge) until f returns false. Returns
+//                             false if f stopped it
 //     bool scan_outside(a, b, c, band, f)
 //                             the same, but only for samples that may lie outside `band`, which f
-//                             may narrow: nearly all lie inside, and those cost next to nothing
+//                             may narrow. Nearly all samples lie inside; these cost next to nothing
 //     Vec3 sample(index)
 // Coordinates are those of the mesh: x to the right, y up. Heights are float in memory, double in
-// every computation; `offset` is added to each (one-sided bounds shift the band that way).
+// every computation. `offset` is added to each: it shifts the band for a bound on one side.
 
 #include <algorithm>
 #include <cmath>
