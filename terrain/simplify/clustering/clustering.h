@@ -45,16 +45,16 @@ Result<Tin> cluster_rows(const ClusterGrid&, double spacing_x_m, double spacing_
                          const ReadRow& read, const Progress& progress = {},
                          const Constraints* constraints = nullptr);
 
-/// A source of any size: `read` gives its rows one after the other, from the first again for
-/// each pass. One pass where there are no voids; up to three where there are, for how many cells
-/// hold a post is known afterwards only. Fails (unsupported) for an error bound, which needs the
+/// For a source of any size: `read` gives its rows one after the other, from the first row again
+/// in each pass. Without voids there is one pass. With voids there are up to three, because only a
+/// pass shows how many cells hold a post. Fails (unsupported) for an error bound, which needs the
 /// whole grid.
 Result<Simplified> cluster_stream(int cols, int rows, double spacing_x_m, double spacing_y_m,
                                   const StopAt&, const ReadRow& read,
                                   const Progress& progress = {});
 
-/// The method. Clusters come in whole rows and columns, so a triangle count is met from below, to
-/// about one row of cells; an error bound by trying cell sizes (steps: the number of passes).
+/// The method. Clusters come in whole rows and columns, so a triangle count is reached from below,
+/// to about one row of cells. For an error bound it tries cell sizes (steps: the number of passes).
 Result<Simplified> simplify_cluster(const Terrain& dem, const SimplifyOptions&, const Progress&);
 
 }  // namespace tind

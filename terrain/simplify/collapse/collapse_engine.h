@@ -209,8 +209,8 @@ class CollapseEngine {
   }
 
   // Almost all time goes into waiting for memory. A batch says long in advance which edges come
-  // next: so they are taken in chunks and in three steps. Each step sends for what the next will
-  // read, and while one edge's memory is on its way, others are worked on.
+  // next. So they are taken in chunks and in three steps. Each step prefetches what the next one
+  // will read, and works on other edges meanwhile.
 
   /// The edges of the chunk that still cost what their bucket says, with their placement; the
   /// others go back into the queue.
@@ -261,7 +261,7 @@ class CollapseEngine {
     }
   }
 
-  /// Sends for the ring around an edge that is likely to go.
+  /// Prefetches the ring around an edge that is likely to collapse.
   [[gnu::always_inline]] void look_around(Index h) const {
     const Index g = mesh_.twin(h);
     if (g == kNone) return;

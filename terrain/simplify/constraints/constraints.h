@@ -71,7 +71,7 @@ struct ConstraintCheck {
   std::size_t not_level = 0;           // triangles inside a flattened polygon that are not level
 };
 
-/// Holds a mesh in post coordinates against what was asked of it, exactly. O(n log n).
+/// Checks exactly that a mesh in post coordinates keeps its constraints. O(n log n).
 ConstraintCheck check_constraints(const Tin&, const Constraints&);
 
 /// Vertices inside flattened polygons get their level to the last bit (methods leave rounding).

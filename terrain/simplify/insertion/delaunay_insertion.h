@@ -324,7 +324,7 @@ class DelaunayInsertion {
     }
     put(at, t);
   }
-  /// Measures triangle t anew and moves it to where it belongs in the heap.
+  /// Measures triangle t again and moves it to where it belongs in the heap.
   void refresh(Index t) {
     if (worst_.size() < mesh_.triangle_slots()) {
       worst_.resize(mesh_.triangle_slots());
