@@ -1,5 +1,5 @@
 #pragma once
-// Finished blocks of heights, the most recently used ones, up to a number of bytes. Thread-safe.
+// An LRU cache of decoded blocks of heights, bounded in bytes. Thread-safe.
 
 #include <cstdint>
 #include <list>

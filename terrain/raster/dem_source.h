@@ -1,6 +1,6 @@
 #pragma once
 // A DEM on disk: one raster, or several that share a grid, seen as one array of posts in metres.
-// The only user of GDAL.
+// The implementation, in raster/gdal/, is the only user of GDAL.
 
 #include <cstdint>
 #include <memory>

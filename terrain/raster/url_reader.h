@@ -1,7 +1,7 @@
 #pragma once
-// Files by http(s), for looking at other people's tile sets: the one interface through which
-// terrain/ talks to servers. Sources are never read this way: remote files stay off for every
-// raster (gdal_setup.cpp); only who calls this names a URL.
+// Reads files by HTTP or HTTPS, to look at tile sets on servers. This is the one interface through
+// which terrain/ talks to servers. DEMs are never read this way: remote files stay disabled for
+// every raster (gdal_setup.cpp), and only a URL that the caller names is read.
 
 #include <cstdint>
 #include <string>

@@ -1,6 +1,6 @@
 #pragma once
-// A finished tile before any format: integers on its lattice, and what is certified of them. Every
-// encoding is made of this, so all have one mesh and one error.
+// A finished tile before it is encoded: integers on its lattice, and the errors that are certified
+// for them. All encodings are made from this model, so all have the same mesh and the same error.
 
 #include <array>
 #include <cmath>

@@ -1,5 +1,5 @@
 #pragma once
-// Coordinate reference systems: what a raster's CRS says, and the exact way to WGS84 and back.
+// Coordinate reference systems: describes a raster's CRS, transforms between it and WGS84.
 
 #include <memory>
 #include <span>

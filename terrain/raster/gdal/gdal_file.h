@@ -1,5 +1,5 @@
 #pragma once
-// One raster file: what it says of itself, and its heights. Hostile until proven otherwise.
+// One raster file: its facts and its heights. It may be malicious, so everything is checked.
 
 #include <array>
 #include <atomic>

@@ -1,5 +1,5 @@
 #pragma once
-// Damage that GDAL reads over without a word.
+// Finds damage in raster files that GDAL reads without an error.
 
 #include <array>
 #include <atomic>

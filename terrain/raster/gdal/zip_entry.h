@@ -1,5 +1,5 @@
 #pragma once
-// The one file of a zip archive, as bytes whose checksum has been compared.
+// Reads the one file in a zip archive into memory and verifies its checksum.
 
 #include <cstdint>
 #include <span>

@@ -1,9 +1,9 @@
 #pragma once
-// The working parts of `bounded` (see bounded.h for what it promises and why it works): a mesh, the
-// samples that it must stay close to, and the edits that keep it so.
+// The working parts of `bounded`: a mesh, the samples that it must stay close to, and the edits
+// that keep it close. bounded.h says what the method promises and why it works.
 //
-// Invariant between edits: every valid sample lies within `eps` of the mesh (unless insertion gave
-// it up: whoever calls measures), and every triangle is counter-clockwise for certain.
+// Invariant between edits: every valid sample lies within `eps` of the mesh, and every triangle is
+// certainly counter-clockwise. Insertion may give up a sample, so callers measure the result.
 
 #include <cstdint>
 #include <span>

@@ -1,16 +1,18 @@
 #pragma once
-// The interval test of `bounded`: how much room the samples of a star leave for its apex's height.
+// The interval test of `bounded`: which heights of a star's apex keep all samples within the band.
 //
-// A star is an apex w and the edges (a, b) opposite to it, one for each triangle (w, a, b). Inside
-// a triangle a sample (p, z) carries the apex's height h with its barycentric weight l > 0 and the
-// ring's two heights with the rest, so |l h + rest(p) - z| <= eps asks for
-//     (z - rest - eps) / l  <=  h  <=  (z - rest + eps) / l,
-// one interval for each sample. Where all of them intersect the edit is feasible, and no cost
-// function is needed. Where they do not, lo - hi says by how much: what the directed search closes.
+// A star is an apex w and the edges (a, b) opposite to it, one for each triangle (w, a, b). At a
+// sample (p, z) inside such a triangle, the mesh has the height l h + rest(p). Here h is the apex's
+// height, l > 0 its barycentric weight, and rest(p) the share of the two ring vertices. So the
+// condition |l h + rest(p) - z| <= eps is an interval:
+//     (z - rest - eps) / l  <=  h  <=  (z - rest + eps) / l.
+// Where the intervals of all samples intersect, the edit is feasible, and no cost function is
+// needed. Where they do not, the gap lo - hi says by how much; the directed search tries to close
+// it.
 //
-// Nearly all tests fail, so what counts is to fail early. The samples that ended one test around a
-// vertex are asked first in the next ("witnesses"), and a sample between two planes that follow
-// from lo and hi costs two comparisons (Samples::scan_outside).
+// Nearly all tests fail, so they should fail early. The samples that ended one test around a vertex
+// ("witnesses") are tested first in the next one. A sample between two planes that follow from lo
+// and hi costs two comparisons (Samples::scan_outside).
 
 #include <array>
 #include <cmath>
