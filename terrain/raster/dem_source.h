@@ -15,14 +15,14 @@
 namespace tind {
 
 enum class VerticalDatum { unknown, ellipsoid, egm96 };
-/// `ellipsoid_if_known`: heights above something unknown stay as they are, with a warning.
+/// `ellipsoid_if_known`: heights of unknown datum stay as they are, with a warning.
 enum class TargetDatum { same, ellipsoid, ellipsoid_if_known };
 const char* name(VerticalDatum);
 
 struct DemOptions {
   /// What the heights are above. `unknown`: take it from the file's compound CRS if it says so.
   VerticalDatum from_datum = VerticalDatum::unknown;
-  /// `ellipsoid` converts egm96 heights; where it is unknown what they are above, it is an error.
+  /// `ellipsoid` converts egm96 heights; for heights of unknown datum, it is an error.
   TargetDatum to_datum = TargetDatum::same;
   /// Values, as they stand in the file, that mean no data beside the one that the file declares.
   std::vector<double> nodata = {};
@@ -67,7 +67,7 @@ struct DemInfo {
   /// Where posts can be: the files, and the ways across from one to the next where they touch. They
   /// may overlap. Empty: everywhere.
   std::vector<PostRect> covered;
-  /// The same on the globe, a bounding box of each; one that crosses the antimeridian is two.
+  /// The bounding boxes of `covered` on the globe; one that crosses the antimeridian becomes two.
   /// Empty: the bounds.
   std::vector<GeoRect> extents;
   bool wraps_longitude = false;  // columns go around the globe: col and col + period are one place
@@ -81,11 +81,11 @@ struct DemInfo {
   double rounding_m = 0;
   /// Identifies the content (sizes, times and headers of all files and these options).
   std::string fingerprint;
-  /// What a user should be told before anything is made of it, one line each.
+  /// Warnings for the user about this DEM, one line each.
   std::vector<std::string> warnings;
 };
 
-/// A value that by custom means no data, where the file does not say so: its posts pass as heights.
+/// A value that customarily means no data, but is not declared: its posts count as heights.
 struct UndeclaredNodata {
   double value = 0;         // as it stands in the file
   std::uint64_t posts = 0;  // among those read
@@ -115,8 +115,8 @@ class DemSource {
   virtual void to_post(std::span<const Geographic> in, std::span<Vec2> out) const = 0;
   virtual void to_geographic(std::span<const Vec2> in, std::span<Geographic> out) const = 0;
 
-  /// Such values among the posts read so far, the most frequent first. After one reading of
-  /// everything the numbers are exact, and later readings do not add to them.
+  /// Undeclared nodata among the posts read so far, the most frequent value first. When all posts
+  /// have been read once, the numbers are exact, and later readings do not add to them.
   virtual std::vector<UndeclaredNodata> undeclared_nodata() const { return {}; }
 
   /// True where post <-> geographic is one affine map without rotation (a WGS84 lon/lat raster).
@@ -130,8 +130,8 @@ struct HeightAt {
   double height_m = 0;
 };
 
-/// Bilinear height at a place, the H of the design: at a post its height; between posts bilinear
-/// over the four around it; where some are void, linear over three, else void. Reads 2 x 2 posts.
+/// The height at a place (H of height_field.h): at a post its height; between posts bilinear over
+/// the four around it; with one void among them linear over three, else void. Reads 2 x 2 posts.
 Result<HeightAt> height_at(const DemSource&, Geographic);
 
 }  // namespace tind
