@@ -27,6 +27,12 @@ FoundDataset find_dataset(const App& app, std::string_view name, const http::Req
                                         .instance = request.head.target})};
 }
 
+http::Reply no_tiles(const http::Request& request) {
+  return http::problem_reply({.status = 404,
+                              .detail = "This dataset is a DEM without tiles.",
+                              .instance = request.head.target});
+}
+
 http::BodyRules json_for_dataset(const App& app, std::size_t max_bytes) {
   return {.max_bytes = max_bytes,
           .refuse = [&app](const http::Request& request) -> std::optional<http::Reply> {

@@ -51,10 +51,13 @@ void add_viewer_routes(http::Router&, const App&);
 
 /// The dataset of that name, or the 404 that says there is none.
 struct FoundDataset {
-  std::shared_ptr<const services::Dataset> dataset;
+  std::shared_ptr<const services::ServedDataset> dataset;
   http::Reply not_found;
 };
 FoundDataset find_dataset(const App&, std::string_view name, const http::Request&);
+
+/// The 404 of a resource that needs tiles, for a dataset that has none.
+http::Reply no_tiles(const http::Request&);
 
 /// A POST of JSON to a path whose first {...} names a dataset: the 404 comes before its body.
 http::BodyRules json_for_dataset(const App&, std::size_t max_bytes);

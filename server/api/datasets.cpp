@@ -39,44 +39,58 @@ void add_state(Json& json, const Readiness& readiness) {
   }
 }
 
-Json describe(const services::Dataset& dataset) {
-  const proto::LayerJson& layer = dataset.tiles->layer();
-  const std::string tiles = "/terrain/" + dataset.name + "/";
-  const DemSource* const dem = dataset.tiles->dem();
-  Json json = {{"name", dataset.name},
-               {"kind", dem ? "dem" : "store"},
-               {"bounds", layer.bounds},
-               {"min_level", layer.minzoom},
-               {"max_level", layer.maxzoom},
-               {"format", layer.format},
-               {"projection", layer.projection},
-               {"extensions", layer.extensions},
-               {"attribution", layer.attribution}};
-  // Stores that others made, and old ones, do not say it.
-  json["datum"] = layer.datum.empty() ? Json(nullptr) : Json(layer.datum);
-  const auto extremes = dataset.tiles->extremes();
-  json["highest"] = extremes ? place(extremes->highest) : Json(nullptr);
-  json["lowest"] = extremes ? place(extremes->lowest) : Json(nullptr);
-  json["source"] = dem ? source_of(*dem) : Json(nullptr);
-  add_state(json, dataset.tiles->readiness());
+void add_tiles(Json& json, const proto::LayerJson& layer) {
+  json["min_level"] = layer.minzoom;
+  json["max_level"] = layer.maxzoom;
+  json["format"] = layer.format;
+  json["projection"] = layer.projection;
+  json["extensions"] = layer.extensions;
+}
+
+/// URI templates (RFC 6570); one POSTs to plan, tiles_in_frames and refine.
+Json links(const services::ServedDataset& dataset) {
   const auto of = [&dataset](const char* resource) { return resource + dataset.name; };
-  // URI templates (RFC 6570); who POSTs to plan, tiles_in_frames and refine.
-  json["links"] = {{"layer", tiles + "layer.json"},
-                   {"tiles", tiles + "{z}/{x}/{y}.terrain"},
-                   {"progressive", of("/progressive/") + "/{z}/{x}/{y}"},
-                   {"transition", of("/transition/") + "/{z}/{x}/{y}"},
-                   {"plan", of("/plan/")},
-                   {"tiles_in_frames", of("/tiles/")}};
-  if (dem) {
-    json["links"]["refine"] = of("/refine/");
-    json["links"]["elevation"] = of("/elevation/") + "{?lon,lat,datum}";
+  Json json = Json::object();
+  if (dataset.tiles) {
+    json = {{"layer", of("/terrain/") + "/layer.json"},
+            {"tiles", of("/terrain/") + "/{z}/{x}/{y}.terrain"},
+            {"progressive", of("/progressive/") + "/{z}/{x}/{y}"},
+            {"transition", of("/transition/") + "/{z}/{x}/{y}"},
+            {"plan", of("/plan/")},
+            {"tiles_in_frames", of("/tiles/")}};
   }
+  if (dataset.source) {
+    json["refine"] = of("/refine/");
+    json["elevation"] = of("/elevation/") + "{?lon,lat,datum}";
+  }
+  return json;
+}
+
+Readiness readiness_of(const Dataset& dataset) {
+  return dataset.tiles ? dataset.tiles->readiness() : Readiness{};
+}
+
+Json describe(const services::ServedDataset& dataset) {
+  const DatasetFacts facts = dataset.facts();
+  const GeoRect& b = facts.bounds;
+  Json json = {{"name", dataset.name},
+               {"kind", dataset.source ? "dem" : "store"},
+               {"bounds", {b.west, b.south, b.east, b.north}}};
+  if (dataset.tiles) add_tiles(json, dataset.tiles->layer());
+  json["attribution"] = facts.attribution;
+  // Stores that others made, and old ones, do not say it.
+  json["datum"] = facts.datum.empty() ? Json(nullptr) : Json(facts.datum);
+  json["highest"] = facts.extremes ? place(facts.extremes->highest) : Json(nullptr);
+  json["lowest"] = facts.extremes ? place(facts.extremes->lowest) : Json(nullptr);
+  json["source"] = dataset.source ? source_of(*dataset.source) : Json(nullptr);
+  add_state(json, readiness_of(dataset));
+  json["links"] = links(dataset);
   return json;
 }
 
 bool any_reading(const services::Catalog& catalog) {
   return std::ranges::any_of(catalog.all(), [](const auto& dataset) {
-    return dataset->tiles->readiness().state == Readiness::State::reading;
+    return readiness_of(*dataset).state == Readiness::State::reading;
   });
 }
 

@@ -41,8 +41,8 @@ Result<HeightAt> convert(HeightAt height, const Geographic& where, VerticalDatum
   return height;
 }
 
-http::Reply answer(const services::Dataset& dataset, const Geographic& where, const HeightAt& found,
-                   VerticalDatum datum) {
+http::Reply answer(const services::ServedDataset& dataset, const Geographic& where,
+                   const HeightAt& found, VerticalDatum datum) {
   nlohmann::ordered_json json = {{"coverage", word(found.coverage)}};
   json["height_m"] = found.coverage == Coverage::value ? nlohmann::ordered_json(found.height_m)
                                                        : nlohmann::ordered_json(nullptr);
@@ -56,10 +56,9 @@ http::Reply answer(const services::Dataset& dataset, const Geographic& where, co
 
 std::optional<http::Reply> elevation(const App& app, const http::Request& request,
                                      http::Later& later) {
-  const auto [found, not_found] = find_dataset(app, request.matched[0], request);
-  if (!found) return not_found;
-  const services::Dataset& dataset = *found;
-  if (!dataset.tiles->dem())
+  const auto [dataset, not_found] = find_dataset(app, request.matched[0], request);
+  if (!dataset) return not_found;
+  if (!dataset->source)
     return http::problem_reply({.status = 404,
                                 .detail = "This dataset is a store of tiles without its DEM.",
                                 .instance = request.head.target});
@@ -68,7 +67,7 @@ std::optional<http::Reply> elevation(const App& app, const http::Request& reques
     for (std::size_t k = 0; k < 2; ++k)
       if (!query.values[k])
         query.problems.push_back({std::string(kQuery[k].name), "missing: decimal degrees"});
-  const DemInfo& info = dataset.tiles->dem()->info();
+  const DemInfo& info = dataset->source->info();
   const VerticalDatum datum =
       query.words[0] == "ellipsoid" ? VerticalDatum::ellipsoid : info.source_datum;
   if (datum != info.datum && info.datum == VerticalDatum::unknown)
@@ -78,11 +77,11 @@ std::optional<http::Reply> elevation(const App& app, const http::Request& reques
   const Geographic where{*query.values[0], *query.values[1]};
   return answer_on_worker(
       app, services::Work::question, request, later,
-      [&dataset, where, datum, target = std::string(request.head.target)](const std::stop_token&) {
-        const DemSource& dem = *dataset.tiles->dem();
+      [dataset, where, datum, target = std::string(request.head.target)](const std::stop_token&) {
+        const DemSource& dem = *dataset->source;
         auto height = height_at(dem, where);
         if (height) height = convert(*height, where, dem.info().datum, datum);
-        return height ? answer(dataset, where, *height, datum)
+        return height ? answer(*dataset, where, *height, datum)
                       : http::problem_reply(height.error(), target);
       });
 }

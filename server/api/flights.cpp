@@ -33,6 +33,7 @@ http::Reply answer(const FlightPlan& plan) {
 std::optional<http::Reply> plan(const App& app, const http::Request& request, http::Later& later) {
   const auto [dataset, not_found] = find_dataset(app, request.matched[0], request);
   if (!dataset) return not_found;
+  if (!dataset->tiles) return no_tiles(request);
   return answer_on_worker(
       app, services::Work::batch, request, later,
       [dataset, &app, body = request.body,
@@ -54,7 +55,7 @@ std::optional<http::Reply> plan(const App& app, const http::Request& request, ht
 
 /// On a worker, one tile after the other. Each that is missing or fails says so in its frame. The
 /// tiles are sent from the cache's own copies, so that the response holds little but the frames.
-http::Reply in_frames(const App& app, const services::Dataset& dataset,
+http::Reply in_frames(const App& app, const services::ServedDataset& dataset,
                       const std::vector<TileId>& ids, proto::Extensions asked,
                       std::stop_token stop) {
   std::vector<std::uint8_t> heads = proto::begin_frames(std::uint32_t(ids.size()));
@@ -67,7 +68,7 @@ http::Reply in_frames(const App& app, const services::Dataset& dataset,
       frame.status = 503;  // nobody is likely to read it
     } else if (size > kMostBytes) {
       frame.status = 413;
-    } else if (dataset.tiles->available(id)) {
+    } else if (dataset.has(id)) {
       const auto made = app.tiles.make_now(dataset, id, asked, stop);
       frame.status = made ? 200 : std::uint32_t(http::status_of(made.error().code));
       if (made) tile = *made;
@@ -96,9 +97,8 @@ std::optional<http::Reply> tiles(const App& app, const http::Request& request, h
   auto ids = parse_tile_list(request.body, problems);
   if (!problems.empty()) return http::problem_reply(problems.list(), request.head.target);
   const auto asked = asked_extensions(request.head.fields, request.head.query);
-  const bool all_here = std::ranges::all_of(ids, [&](TileId id) {
-    return !dataset->tiles->available(id) || app.tiles.peek(*dataset, id, asked);
-  });
+  const bool all_here = std::ranges::all_of(
+      ids, [&](TileId id) { return !dataset->has(id) || app.tiles.peek(*dataset, id, asked); });
   return answer_on_worker(
       app, all_here ? services::Work::question : services::Work::batch, request, later,
       [dataset, &app, ids = std::move(ids), asked](const std::stop_token& stop) {

@@ -45,7 +45,7 @@ std::optional<http::Reply> progressive(const App& app, const http::Request& requ
   const auto [dataset, not_found] = find_dataset(app, request.matched[0], request);
   if (!dataset) return not_found;
   const auto id = tile_address(request.matched[1], request.matched[2], request.matched[3]);
-  if (!id || !dataset->tiles->available(*id))
+  if (!id || !dataset->has(*id))
     return http::problem_reply({.status = 404,
                                 .detail = "There is no such tile; layer.json says which exist.",
                                 .instance = target});

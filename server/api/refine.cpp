@@ -166,7 +166,7 @@ http::Reply answer(const Result<proto::RefineDelta>& made, const Asked& asked,
   return http::problem_reply(made.error(), target);
 }
 
-bool ready(const services::RefineService& service, const services::Dataset& dataset,
+bool ready(const services::RefineService& service, const services::ServedDataset& dataset,
            const Asked& asked) {
   if (const auto* const view = std::get_if<AskedView>(&asked))
     return !view->token.empty() || service.ready(dataset, view->window);
@@ -175,7 +175,7 @@ bool ready(const services::RefineService& service, const services::Dataset& data
 }
 
 Result<proto::RefineDelta> refined(services::RefineService& service,
-                                   const services::Dataset& dataset, const Asked& asked,
+                                   const services::ServedDataset& dataset, const Asked& asked,
                                    const std::string& client, const std::stop_token& stop) {
   if (const auto* const view = std::get_if<AskedView>(&asked))
     return service.view(dataset, view->camera, view->token, view->window, stop, client);
@@ -187,8 +187,8 @@ Result<proto::RefineDelta> refined(services::RefineService& service,
 /// long work.
 std::optional<http::Reply> refine(const App& app, const http::Request& request,
                                   http::Later& later) {
-  const auto [found, not_found] = find_dataset(app, request.matched[0], request);
-  if (!found) return not_found;
+  const auto [dataset, not_found] = find_dataset(app, request.matched[0], request);
+  if (!dataset) return not_found;
   Problems problems;
   Asked asked = read_request(request.body, problems);
   if (!problems.empty()) return http::problem_reply(problems.list(), request.head.target);
@@ -201,13 +201,13 @@ std::optional<http::Reply> refine(const App& app, const http::Request& request,
   }
   app.pool.run(
       std::move(*permit),
-      [&app, &dataset = *found, asked = std::move(asked), client = later.client(),
+      [&app, dataset, asked = std::move(asked), client = later.client(),
        target = std::string(request.head.target),
        responder = std::move(responder)](const std::stop_token& stop) mutable {
-        const auto make = [&app, &dataset, asked, client, target](const std::stop_token& s) {
-          return answer(refined(*app.refine, dataset, asked, client, s), asked, target);
+        const auto make = [&app, dataset, asked, client, target](const std::stop_token& s) {
+          return answer(refined(*app.refine, *dataset, asked, client, s), asked, target);
         };
-        if (ready(*app.refine, dataset, asked)) return responder(make(stop));
+        if (ready(*app.refine, *dataset, asked)) return responder(make(stop));
         answer_on_worker(app, services::Work::batch, target, std::move(responder), make);
       },
       gone);

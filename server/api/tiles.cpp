@@ -21,7 +21,7 @@ std::optional<http::Reply> tile(const App& app, const http::Request& request, ht
   const auto [dataset, not_found] = find_dataset(app, request.matched[0], request);
   if (!dataset) return not_found;
   const auto id = tile_address(request.matched[1], request.matched[2], request.matched[3]);
-  if (!id || !dataset->tiles->available(*id)) return no_tile(request.head.target);
+  if (!id || !dataset->has(*id)) return no_tile(request.head.target);
   const proto::Extensions asked = asked_extensions(request.head.fields, request.head.query);
   if (const auto hit = app.tiles.cached(*dataset, *id, asked))
     return hit->reply(request.head.fields);
@@ -44,6 +44,7 @@ std::optional<http::Reply> tile(const App& app, const http::Request& request, ht
 std::optional<http::Reply> layer_json(const App& app, const http::Request& request) {
   const auto [dataset, not_found] = find_dataset(app, request.matched[0], request);
   if (!dataset) return not_found;
+  if (!dataset->tiles) return no_tiles(request);
   return dataset->layer_json->reply(request.head.fields);
 }
 

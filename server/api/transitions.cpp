@@ -14,8 +14,7 @@ std::optional<http::Reply> transition(const App& app, const http::Request& reque
   const auto [dataset, not_found] = find_dataset(app, request.matched[0], request);
   if (!dataset) return not_found;
   const auto id = tile_address(request.matched[1], request.matched[2], request.matched[3]);
-  if (!id || id->level == 0 || !dataset->tiles->available(*id) ||
-      !dataset->tiles->available(id->parent()))
+  if (!id || id->level == 0 || !dataset->has(*id) || !dataset->has(id->parent()))
     return http::problem_reply({.status = 404,
                                 .detail = "There is no such tile, or it has no parent.",
                                 .instance = request.head.target});

@@ -1,9 +1,8 @@
 #pragma once
-// A dataset as tiles: made from a DEM on demand, or read from a store. The same bytes both ways.
+// Tiles, wherever they come from: made from a DEM on demand, or read from a store. The same bytes
+// both ways.
 
 #include <cstdint>
-#include <memory>
-#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -11,7 +10,6 @@
 #include "proto/layer_json.h"
 #include "terrain/base/result.h"
 #include "terrain/geo/tiling_scheme.h"
-#include "terrain/raster/dem_source.h"
 
 namespace tind {
 
@@ -39,15 +37,6 @@ struct Readiness {
   std::string why;   // it failed
 };
 
-/// The posts of a source that are lowest and highest; of several, any.
-struct HeightExtremes {
-  struct Place {
-    Geographic where;
-    double height_m = 0;  // in the source's datum()
-  };
-  Place lowest, highest;
-};
-
 class TileSet {
  public:
   virtual ~TileSet() = default;
@@ -57,10 +46,6 @@ class TileSet {
   /// Blocking and CPU-heavy for a DEM: call it on a worker. Thread-safe. not_found outside
   /// availability; any other error is the source's and must not be cached.
   virtual Result<TileBytes> tile(TileId, std::stop_token) const = 0;
-  /// The DEM behind it; null for a store.
-  virtual const DemSource* dem() const = 0;
-  /// Of the DEM; nothing for a store, until the DEM has been read, and where that failed.
-  virtual std::optional<HeightExtremes> extremes() const { return {}; }
 };
 
 }  // namespace tind

@@ -8,7 +8,6 @@
 #include <optional>
 
 #include "terrain/base/result.h"
-#include "terrain/raster/dem_source.h"
 #include "terrain/store/tile_set.h"
 
 namespace tind::test {
@@ -21,7 +20,6 @@ class MadeUpTiles : public TileSet {
   const proto::LayerJson& layer() const override { return layer_; }
   bool available(TileId id) const override;
   Result<TileBytes> tile(TileId, std::stop_token) const override;
-  const DemSource* dem() const override { return nullptr; }
 
   /// Called in every tile(); what it returns, if anything, is the tile's error.
   std::function<std::optional<Error>(TileId)> before;

@@ -14,10 +14,10 @@
 #include "server/cli/options/output_options.h"
 #include "server/cli/options/tile_options.h"
 #include "server/cli/options/trajectory_file.h"
-#include "terrain/pyramid/make/dem_tiles.h"
+#include "terrain/dataset/dem_dataset.h"
+#include "terrain/dataset/stored_dataset.h"
 #include "terrain/pyramid/plan/flight_plan.h"
 #include "terrain/store/open/open_store.h"
-#include "terrain/store/open/stored_tiles.h"
 
 namespace tind::cli {
 
@@ -35,12 +35,12 @@ struct Arguments {
   bool json = false;
 };
 
-Result<std::unique_ptr<TileSet>> open_tiles(const Arguments& a) {
+Result<Dataset> open_dataset(const Arguments& a) {
   if (a.tiles.files.size() == 1 && names_store(a.tiles.files[0]))
-    return open_stored_tiles(a.tiles.files[0]);
+    return stored_dataset(a.tiles.files[0]);
   auto dem = open_dem(a.tiles);
   if (!dem) return std::unexpected(dem.error());
-  return open_dem_tiles(std::move(*dem), a.tile_options);
+  return dem_dataset(std::move(*dem), a.tile_options);
 }
 
 Result<std::vector<FlightFix>> flight_of(const Arguments& a) {
@@ -69,11 +69,11 @@ Result<std::vector<FlightFix>> flight_of(const Arguments& a) {
 int run(Arguments& a) {
   const auto flight = flight_of(a);
   if (!flight) return complain(flight.error());
-  const auto tiles = open_tiles(a);
-  if (!tiles) return complain(tiles.error());
+  const auto dataset = open_dataset(a);
+  if (!dataset) return complain(dataset.error());
   a.options.link_bits_per_s = a.link_mbit * 1e6;
-  const auto store = (*tiles)->dem() ? nullptr : open_store(a.tiles.files[0]);
-  const auto plan = plan_flight(**tiles, *flight, a.options, [&](TileId id) {
+  const auto store = dataset->source ? nullptr : open_store(a.tiles.files[0]);
+  const auto plan = plan_flight(*dataset->tiles, *flight, a.options, [&](TileId id) {
     const auto known = store ? store->size(id) : std::nullopt;
     return known.value_or(0) > 0 ? std::size_t(*known) : std::size_t(a.tile_bytes);
   });

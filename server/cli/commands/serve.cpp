@@ -28,10 +28,10 @@
 #include "server/log/printable.h"
 #include "server/services/datasets/config.h"
 #include "server/services/datasets/open_dataset.h"
-#include "terrain/pyramid/make/dem_tiles.h"
+#include "terrain/dataset/dem_dataset.h"
+#include "terrain/dataset/stored_dataset.h"
 #include "terrain/pyramid/plan/level_plan.h"
 #include "terrain/raster/nodata.h"
-#include "terrain/store/open/stored_tiles.h"
 
 namespace tind::cli {
 namespace {
@@ -116,11 +116,11 @@ VerticalDatum datum_named(const std::string& text) {
 }
 
 /// What the operator should know of a DEM. Of one that is still being read there is only a sample.
-void log_warnings(const services::Dataset& dataset) {
-  const DemSource* const dem = dataset.tiles->dem();
+void log_warnings(const services::ServedDataset& dataset) {
+  const DemSource* const dem = dataset.source.get();
   if (!dem) return;
   for (const std::string& line : dem->info().warnings) spdlog::warn("{}", logging::printable(line));
-  if (dataset.tiles->readiness().state == Readiness::State::reading)
+  if (dataset.tiles && dataset.tiles->readiness().state == Readiness::State::reading)
     (void)for_sample_blocks(*dem, [](const HeightGrid&) {});  // a failure is found by who reads all
   if (const std::string line = undeclared_nodata_text(*dem); !line.empty())
     spdlog::warn("{}", logging::printable(line));
@@ -164,7 +164,7 @@ Result<services::Catalog> open_datasets(const Config& config) {
       bad.push_back(opened.error());
   for (const auto& dataset : catalog.all()) {
     log_warnings(*dataset);
-    const DemSource* source = dataset->tiles->dem();
+    const DemSource* const source = dataset->source.get();
     const auto plan = source ? TilePlan::make(source->info(), HeightRange{}, tiles)
                              : fail(Errc::not_found, "tiles as they were built");
     const std::string warning = plan ? plan->warning(source->info()) : std::string();
@@ -274,15 +274,15 @@ Result<std::size_t> check(const Config& config) {
   std::size_t not_read = 0;
   for (const std::string& text : config.datasets) {
     const services::DatasetSpec spec = services::parse_dataset_spec(text);
-    if (spec.files.size() == 1 && std::filesystem::is_directory(spec.files[0])) {
-      if (auto tiles = open_stored_tiles(spec.files[0]); !tiles)
-        return std::unexpected(tiles.error());
+    if (services::is_stored(spec)) {
+      if (auto dataset = stored_dataset(spec.files[0]); !dataset)
+        return std::unexpected(dataset.error());
     } else if (auto dem = services::open_dem(spec, dem_options(config)); !dem) {
       return std::unexpected(dem.error());
     } else if ((*dem)->info().cols * (*dem)->info().rows > kMostReadAtOnce) {
       ++not_read;
-    } else if (auto tiles = open_dem_tiles(*dem, tile_options(config)); !tiles) {
-      return std::unexpected(tiles.error());
+    } else if (auto dataset = dem_dataset(*dem, tile_options(config)); !dataset) {
+      return std::unexpected(dataset.error());
     }
   }
   if (!config.viewer.empty() && !std::filesystem::is_directory(config.viewer))

@@ -1,9 +1,9 @@
 #include "server/services/datasets/catalog.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "proto/layer_json.h"
-#include "terrain/store/open/stored_tiles.h"
 
 namespace tind::services {
 namespace {
@@ -17,20 +17,18 @@ proto::Extensions offered_by(const proto::LayerJson& layer) {
   return {has("octvertexnormals"), has("watermask"), has("metadata")};
 }
 
-std::shared_ptr<const Dataset> make_dataset(std::uint32_t index, std::string name,
-                                            std::vector<std::string> files,
-                                            std::unique_ptr<const TileSet> tiles,
-                                            std::optional<std::uint64_t> generation) {
-  auto dataset = std::make_shared<Dataset>();
-  dataset->index = index;
-  dataset->name = std::move(name);
-  dataset->files = std::move(files);
-  dataset->offered = offered_by(tiles->layer());
-  dataset->layer_json = http::Representation::make(proto::encode_layer_json(tiles->layer()),
-                                                   {.content_type = "application/json"});
-  dataset->tiles = std::move(tiles);
-  dataset->generation = generation;
-  return dataset;
+std::shared_ptr<const ServedDataset> serve_as(std::uint32_t index, std::string name,
+                                              Dataset dataset) {
+  auto served = std::make_shared<ServedDataset>();
+  static_cast<Dataset&>(*served) = std::move(dataset);
+  served->index = index;
+  served->name = std::move(name);
+  if (!served->tiles) return served;
+  const proto::LayerJson& layer = served->tiles->layer();
+  served->offered = offered_by(layer);
+  served->layer_json = http::Representation::make(proto::encode_layer_json(layer),
+                                                  {.content_type = "application/json"});
+  return served;
 }
 
 }  // namespace
@@ -47,9 +45,7 @@ std::string safe_name(std::string_view text) {
   return name;
 }
 
-const Dataset& Catalog::add(std::string name, std::vector<std::string> files,
-                            std::unique_ptr<const TileSet> tiles,
-                            std::optional<std::uint64_t> generation) {
+const ServedDataset& Catalog::add(std::string name, Dataset dataset) {
   const std::string safe = safe_name(name);
   std::string unique = safe;
   for (int number = 2; by_name_.contains(unique); ++number) {
@@ -57,19 +53,18 @@ const Dataset& Catalog::add(std::string name, std::vector<std::string> files,
     unique = safe.substr(0, kMaxName - suffix.size()) + suffix;
   }
   by_name_[unique] = datasets_.size();
-  datasets_.push_back(
-      make_dataset(next_index_++, unique, std::move(files), std::move(tiles), generation));
+  datasets_.push_back(serve_as(next_index_++, unique, std::move(dataset)));
   return *datasets_.back();
 }
 
-std::shared_ptr<const Dataset> Catalog::find(std::string_view name) const {
+std::shared_ptr<const ServedDataset> Catalog::find(std::string_view name) const {
   const auto found = by_name_.find(name);
   if (found == by_name_.end()) return nullptr;
   const std::lock_guard lock(*mutex_);
   return datasets_[found->second];
 }
 
-std::vector<std::shared_ptr<const Dataset>> Catalog::all() const {
+std::vector<std::shared_ptr<const ServedDataset>> Catalog::all() const {
   const std::lock_guard lock(*mutex_);
   return datasets_;
 }
@@ -78,14 +73,10 @@ std::vector<std::string> Catalog::follow() {
   std::vector<std::string> others;
   const auto now = all();
   for (std::size_t i = 0; i < now.size(); ++i) {
-    const Dataset& old = *now[i];
-    if (!old.generation) continue;
-    const auto generation = stored_generation(old.files[0]);
-    if (!generation || generation == old.generation) continue;
-    auto tiles = open_stored_tiles(old.files[0]);
-    // A folder that changes while it is opened is opened when it has come to rest.
-    if (!tiles || stored_generation(old.files[0]) != generation) continue;
-    auto made = make_dataset(next_index_++, old.name, old.files, std::move(*tiles), generation);
+    const ServedDataset& old = *now[i];
+    auto renewed = old.renewed ? old.renewed() : std::nullopt;
+    if (!renewed) continue;
+    auto made = serve_as(next_index_++, old.name, std::move(*renewed));
     const std::lock_guard lock(*mutex_);
     datasets_[i] = std::move(made);
     others.push_back(old.name);

@@ -3,28 +3,18 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "terrain/pyramid/make/dem_tiles.h"
-#include "terrain/pyramid/residual/residual_index.h"
-#include "terrain/store/open/stored_tiles.h"
+#include "terrain/dataset/dem_dataset.h"
+#include "terrain/dataset/stored_dataset.h"
 
 namespace tind::services {
 namespace {
 
-Result<std::unique_ptr<TileSet>> open_tiles(const DatasetSpec& spec, const DemOptions& dem_options,
-                                            const TileSetOptions& options,
-                                            const std::string& index_dir) {
-  if (spec.files.size() == 1 && std::filesystem::is_directory(spec.files[0]))
-    return open_stored_tiles(spec.files[0]);
+Result<Dataset> open(const DatasetSpec& spec, const DemOptions& dem_options,
+                     const TileSetOptions& options, const std::string& index_dir) {
+  if (is_stored(spec)) return stored_dataset(spec.files[0]);
   auto dem = open_dem(spec, dem_options);
   if (!dem) return std::unexpected(dem.error());
-  std::string index;
-  if (!index_dir.empty() && deepest_indexed_level((*dem)->info(), options.exact_posts) >= 0) {
-    std::error_code error;
-    std::filesystem::create_directories(index_dir, error);
-    if (error) return fail(Errc::io, "cannot create " + index_dir + ": " + error.message());
-    index = index_dir + "/" + (*dem)->info().fingerprint + ".residuals";
-  }
-  return open_dem_tiles(std::move(*dem), options, kMostReadAtOnce, index);
+  return dem_dataset(std::move(*dem), options, index_dir);
 }
 
 std::string name_of(const DatasetSpec& spec) {
@@ -50,6 +40,10 @@ DatasetSpec parse_dataset_spec(const std::string& text) {
   return spec;
 }
 
+bool is_stored(const DatasetSpec& spec) {
+  return spec.files.size() == 1 && std::filesystem::is_directory(spec.files[0]);
+}
+
 Result<std::shared_ptr<const DemSource>> open_dem(const DatasetSpec& spec,
                                                   const DemOptions& options) {
   auto dem = DemSource::open(spec.files, options);
@@ -64,13 +58,9 @@ Result<void> open_dataset(Catalog& catalog, const DatasetSpec& spec, const DemOp
                           const TileSetOptions& options, const std::string& index_dir) {
   if (spec.files.empty())
     return fail(Errc::invalid_argument, "dataset " + spec.name + " names no file");
-  // Before it is opened: what comes in between is seen by the next look.
-  std::optional<std::uint64_t> generation;
-  if (spec.files.size() == 1 && std::filesystem::is_directory(spec.files[0]))
-    generation = stored_generation(spec.files[0]);
-  auto tiles = open_tiles(spec, dem_options, options, index_dir);
-  if (!tiles) return std::unexpected(tiles.error());
-  catalog.add(name_of(spec), spec.files, std::move(*tiles), generation);
+  auto dataset = open(spec, dem_options, options, index_dir);
+  if (!dataset) return std::unexpected(dataset.error());
+  catalog.add(name_of(spec), std::move(*dataset));
   return {};
 }
 

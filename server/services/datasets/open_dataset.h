@@ -20,6 +20,9 @@ struct DatasetSpec {
 /// "alps=a.tif,b.tif" or just a path.
 DatasetSpec parse_dataset_spec(const std::string& text);
 
+/// A directory of tiles, and no DEM?
+bool is_stored(const DatasetSpec&);
+
 /// The spec's DEM; one file of no such name that holds commas gets a hint at "NAME=a,b".
 Result<std::shared_ptr<const DemSource>> open_dem(const DatasetSpec&, const DemOptions&);
 

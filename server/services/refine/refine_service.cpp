@@ -91,12 +91,12 @@ class RefineService::Making {
 };
 
 Result<std::shared_ptr<const RefineService::Scene>> RefineService::scene(
-    const Dataset& dataset, const std::optional<GeoRect>& asked, std::stop_token stop) {
-  const DemSource* const dem = dataset.tiles->dem();
+    const ServedDataset& dataset, const std::optional<GeoRect>& asked, std::stop_token stop) {
+  const DemSource* const dem = dataset.source.get();
   if (!dem) return fail(Errc::not_found, "this dataset is a store of tiles without its DEM");
   const auto window = refine_window(*dem, asked, limits_.posts);
   if (!window) return std::unexpected(window.error());
-  const Key key{&dataset, *window};
+  const Key key{dataset.index, *window};
   {
     const std::lock_guard lock(mutex_);
     const auto known = std::ranges::find(scenes_, key, [](const auto& s) { return s.first; });
@@ -119,34 +119,36 @@ Result<std::shared_ptr<const RefineService::Scene>> RefineService::scene(
   return made;
 }
 
-bool RefineService::ready(const Dataset& dataset, const std::optional<GeoRect>& asked) const {
-  const DemSource* const dem = dataset.tiles->dem();
+bool RefineService::ready(const ServedDataset& dataset, const std::optional<GeoRect>& asked) const {
+  const DemSource* const dem = dataset.source.get();
   if (!dem) return true;  // it fails at once
   const auto window = refine_window(*dem, asked, limits_.posts);
   if (!window) return true;
-  const Key key{&dataset, *window};
+  const Key key{dataset.index, *window};
   const std::lock_guard lock(mutex_);
   return std::ranges::any_of(scenes_, [&](const auto& s) { return s.first == key; });
 }
 
-bool RefineService::ready(const Dataset& dataset, const GeoRegion& region,
+bool RefineService::ready(const ServedDataset& dataset, const GeoRegion& region,
                           const std::optional<GeoRect>& asked) const {
-  return !dataset.tiles->dem() || ready(dataset, window_of(dataset, region, asked));
+  return !dataset.source || ready(dataset, window_of(dataset, region, asked));
 }
 
 /// A region of what is too large brings its own window.
-std::optional<GeoRect> RefineService::window_of(const Dataset& dataset, const GeoRegion& region,
+std::optional<GeoRect> RefineService::window_of(const ServedDataset& dataset,
+                                                const GeoRegion& region,
                                                 const std::optional<GeoRect>& asked) const {
-  const DemInfo& info = dataset.tiles->dem()->info();
+  const DemInfo& info = dataset.source->info();
   if (asked || std::size_t(info.cols) * std::size_t(info.rows) <= limits_.posts) return asked;
   return around(region);
 }
 
-Result<proto::RefineDelta> RefineService::region(const Dataset& dataset, const GeoRegion& region,
+Result<proto::RefineDelta> RefineService::region(const ServedDataset& dataset,
+                                                 const GeoRegion& region,
                                                  const RegionErrors& errors,
                                                  const std::optional<GeoRect>& window,
                                                  std::stop_token stop) {
-  const DemSource* const dem = dataset.tiles->dem();
+  const DemSource* const dem = dataset.source.get();
   if (!dem) return fail(Errc::not_found, "this dataset is a store of tiles without its DEM");
   if (const auto valid = region.over(*dem); !valid) return std::unexpected(valid.error());
   const auto ready = scene(dataset, window_of(dataset, region, window), std::move(stop));
@@ -157,7 +159,7 @@ Result<proto::RefineDelta> RefineService::region(const Dataset& dataset, const G
   return whole_mesh(s.all, s.geometry, refine_region(s.all, *over, errors));
 }
 
-Result<proto::RefineDelta> RefineService::view(const Dataset& dataset, const Camera& camera,
+Result<proto::RefineDelta> RefineService::view(const ServedDataset& dataset, const Camera& camera,
                                                const std::string& token,
                                                const std::optional<GeoRect>& window,
                                                std::stop_token stop, const std::string& client) {
@@ -166,7 +168,7 @@ Result<proto::RefineDelta> RefineService::view(const Dataset& dataset, const Cam
     const auto ready = scene(dataset, window, std::move(stop));
     if (!ready) return std::unexpected(ready.error());
     const Scene& s = **ready;
-    view = std::make_unique<View>(*ready, ViewFront(s.all, s.geometry), &dataset, client,
+    view = std::make_unique<View>(*ready, ViewFront(s.all, s.geometry), dataset.index, client,
                                   Clock::now());
   } else if (view = take(dataset, token); !view) {
     return fail(Errc::not_found, "this view is unknown or has expired: start again without one");
@@ -189,12 +191,12 @@ Result<proto::RefineDelta> RefineService::view(const Dataset& dataset, const Cam
   return d;
 }
 
-std::unique_ptr<RefineService::View> RefineService::take(const Dataset& dataset,
+std::unique_ptr<RefineService::View> RefineService::take(const ServedDataset& dataset,
                                                          const std::string& token) {
   const std::lock_guard lock(mutex_);
   drop_views(Clock::now());
   const auto found = views_.find(token);
-  if (found == views_.end() || found->second->dataset != &dataset) return nullptr;
+  if (found == views_.end() || found->second->dataset != dataset.index) return nullptr;
   return std::move(views_.extract(found).mapped());
 }
 

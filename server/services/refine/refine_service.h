@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <list>
 #include <map>
 #include <memory>
@@ -43,20 +44,20 @@ class RefineService {
   /// The whole mesh for a region, of the dataset or of a window of it; without a window of
   /// a dataset that has too many posts, one around the region. REQUIRES: errors.inside_m
   /// <= errors.outside_m.
-  Result<proto::RefineDelta> region(const Dataset&, const GeoRegion&, const RegionErrors&,
+  Result<proto::RefineDelta> region(const ServedDataset&, const GeoRegion&, const RegionErrors&,
                                     const std::optional<GeoRect>& window, std::stop_token);
 
   /// What leads from the view `token` to the one of this camera; with no token the whole mesh. The
   /// answer names the new view, and the old name is gone. A view stays in its window. Fails with
   /// not_found for a token that is unknown, expired or in use.
   /// `client`: whose view it is. Where there are too many views, whoever has most loses one.
-  Result<proto::RefineDelta> view(const Dataset&, const Camera&, const std::string& token,
+  Result<proto::RefineDelta> view(const ServedDataset&, const Camera&, const std::string& token,
                                   const std::optional<GeoRect>& window, std::stop_token,
                                   const std::string& client = {});
 
   /// False where the posts must be prepared first, which takes seconds: a first view, a region.
-  bool ready(const Dataset&, const std::optional<GeoRect>& window) const;
-  bool ready(const Dataset&, const GeoRegion&, const std::optional<GeoRect>& window) const;
+  bool ready(const ServedDataset&, const std::optional<GeoRect>& window) const;
+  bool ready(const ServedDataset&, const GeoRegion&, const std::optional<GeoRect>& window) const;
 
   const RefineLimits& limits() const { return limits_; }
   std::size_t views() const;
@@ -68,23 +69,23 @@ class RefineService {
     ViewGeometry geometry;
   };
   class Making;
-  using Key = std::pair<const Dataset*, RefineWindow>;
+  using Key = std::pair<std::uint32_t, RefineWindow>;
   struct View {
     std::shared_ptr<const Scene> scene;  // outlives the front
     ViewFront front;
-    const Dataset* dataset;
+    std::uint32_t dataset;  // its index
     std::string client;
     Clock::time_point used;
     bool moved = false;  // it has been asked for again
   };
 
-  Result<std::shared_ptr<const Scene>> scene(const Dataset&, const std::optional<GeoRect>& window,
-                                             std::stop_token);
+  Result<std::shared_ptr<const Scene>> scene(const ServedDataset&,
+                                             const std::optional<GeoRect>& window, std::stop_token);
   static Result<std::shared_ptr<const Scene>> make(const DemSource&, const RefineWindow&,
                                                    std::stop_token);
-  std::optional<GeoRect> window_of(const Dataset&, const GeoRegion&,
+  std::optional<GeoRect> window_of(const ServedDataset&, const GeoRegion&,
                                    const std::optional<GeoRect>& asked) const;
-  std::unique_ptr<View> take(const Dataset&, const std::string& token);
+  std::unique_ptr<View> take(const ServedDataset&, const std::string& token);
   void keep(const std::string& token, std::unique_ptr<View>);
   void drop_views(Clock::time_point now);
 

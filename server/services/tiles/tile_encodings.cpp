@@ -7,7 +7,8 @@ namespace {
 
 /// Of the tile as it is sent, wherever that comes from: a store and a DEM give the same bytes.
 Result<TileProducts::Product> build(TileService& tiles, const TileEncoder& format,
-                                    const Dataset& dataset, TileId tile, std::stop_token stop) {
+                                    const ServedDataset& dataset, TileId tile,
+                                    std::stop_token stop) {
   const auto whole = tiles.make_now(dataset, tile, dataset.offered, std::move(stop));
   if (!whole) return std::unexpected(whole.error());
   const auto model = decode_tile(tile, (*whole)->bytes());
@@ -23,12 +24,12 @@ Result<TileProducts::Product> build(TileService& tiles, const TileEncoder& forma
 TileEncodings::TileEncodings(TileService& tiles, TileCache& cache, CpuPool& pool) {
   std::uint8_t variant = TileKey::kEncodings;
   for (const TileEncoder& format : tile_encoders().subspan(1))
-    all_.push_back(
-        {format, std::make_unique<TileProducts>(
-                     cache, pool, variant++,
-                     [&tiles, &format](const Dataset& dataset, TileId tile, std::stop_token stop) {
-                       return build(tiles, format, dataset, tile, std::move(stop));
-                     })});
+    all_.push_back({format, std::make_unique<TileProducts>(
+                                cache, pool, variant++,
+                                [&tiles, &format](const ServedDataset& dataset, TileId tile,
+                                                  std::stop_token stop) {
+                                  return build(tiles, format, dataset, tile, std::move(stop));
+                                })});
 }
 
 }  // namespace tind::services

@@ -20,7 +20,7 @@ bool will_fail_again(Errc code) {
 /// Whatever happens to it, those who wait are told.
 class TileProducts::Task {
  public:
-  Task(TileProducts& products, const Dataset& dataset, TileId tile, Flights::Ticket ticket)
+  Task(TileProducts& products, const ServedDataset& dataset, TileId tile, Flights::Ticket ticket)
       : products_(&products),
         dataset_(dataset.shared_from_this()),
         tile_(tile),
@@ -41,7 +41,7 @@ class TileProducts::Task {
 
  private:
   TileProducts* products_;
-  std::shared_ptr<const Dataset> dataset_;  // it may be another by that name meanwhile
+  std::shared_ptr<const ServedDataset> dataset_;  // it may be another by that name meanwhile
   TileId tile_;
   Flights::Ticket ticket_;
 
@@ -50,7 +50,7 @@ class TileProducts::Task {
   }
 };
 
-Result<TileProducts::Product> TileProducts::make_now(const Dataset& dataset, TileId tile,
+Result<TileProducts::Product> TileProducts::make_now(const ServedDataset& dataset, TileId tile,
                                                      std::stop_token stop) {
   const TileKey key{dataset.index, tile, variant_};
   const Address address{dataset.index, tile};
@@ -98,14 +98,15 @@ void TileProducts::remember_failure(const Address& address, const Error& error) 
     failures_.insert_or_assign(address, Failure{error, now + failure_age_});
 }
 
-TileProducts::Product TileProducts::cached(const Dataset& dataset, TileId tile,
+TileProducts::Product TileProducts::cached(const ServedDataset& dataset, TileId tile,
                                            std::uint8_t variant) {
   Product found = cache_.find({dataset.index, tile, variant});
   if (found) counters_.hits.fetch_add(1, std::memory_order_relaxed);
   return found;
 }
 
-void TileProducts::make(const Dataset& dataset, TileId tile, Done done, std::stop_token gone) {
+void TileProducts::make(const ServedDataset& dataset, TileId tile, Done done,
+                        std::stop_token gone) {
   const Address address{dataset.index, tile};
   if (const auto failure = recent_failure(address)) return done(std::unexpected(*failure));
   const auto ticket = flights_.join(address, std::move(done), std::move(gone));

@@ -26,7 +26,7 @@ class TileProducts {
   using Product = TileCache::Tile;
   using Done = std::move_only_function<void(Result<Product>)>;
   /// On a worker.
-  using Build = std::function<Result<Product>(const Dataset&, TileId, std::stop_token)>;
+  using Build = std::function<Result<Product>(const ServedDataset&, TileId, std::stop_token)>;
 
   /// For so long a source that failed is not asked for the same tile again.
   static constexpr std::chrono::milliseconds kFailureAge{2000};
@@ -44,18 +44,20 @@ class TileProducts {
   TileProducts& operator=(const TileProducts&) = delete;
 
   /// Null when it is not in the cache. Cheap: for I/O threads.
-  Product cached(const Dataset& dataset, TileId tile) { return cached(dataset, tile, variant_); }
+  Product cached(const ServedDataset& dataset, TileId tile) {
+    return cached(dataset, tile, variant_);
+  }
   /// The same, for what is made of the product and kept under a variant of its own.
-  Product cached(const Dataset&, TileId, std::uint8_t variant);
+  Product cached(const ServedDataset&, TileId, std::uint8_t variant);
 
   /// Calls `done` once: from a worker, or at once, from this thread, with Errc::busy or the failure
   /// of a moment ago. `gone`: who asks does not want it any more.
   /// REQUIRES: dataset.tiles->available(tile).
-  void make(const Dataset&, TileId, Done done, std::stop_token gone = {});
+  void make(const ServedDataset&, TileId, Done done, std::stop_token gone = {});
 
   /// For one who is on a worker already: from the cache, or built here.
   /// REQUIRES: dataset.tiles->available(tile).
-  Result<Product> make_now(const Dataset&, TileId, std::stop_token);
+  Result<Product> make_now(const ServedDataset&, TileId, std::stop_token);
 
   struct Counters {
     std::atomic<std::uint64_t> hits{0}, joined{0}, refused{0}, built{0}, failed{0};

@@ -27,7 +27,7 @@ TileService::Tile represent(std::span<const std::uint8_t> bytes) {
                                      .vary = "Accept, Accept-Encoding"});
 }
 
-Result<TileService::Tile> build(const Dataset& dataset, TileId tile, std::stop_token stop) {
+Result<TileService::Tile> build(const ServedDataset& dataset, TileId tile, std::stop_token stop) {
   const auto made = dataset.tiles->tile(tile, std::move(stop));
   if (!made) return fail(dataset.name + " " + tile.text(), made.error());
   return represent(made->bytes);
@@ -38,18 +38,18 @@ Result<TileService::Tile> build(const Dataset& dataset, TileId tile, std::stop_t
 TileService::TileService(TileCache& cache, CpuPool& pool, std::chrono::milliseconds failure_age)
     : cache_(cache), pool_(pool), whole_(cache, pool, TileKey::kWhole, build, failure_age) {}
 
-TileService::Tile TileService::cached(const Dataset& dataset, TileId tile,
+TileService::Tile TileService::cached(const ServedDataset& dataset, TileId tile,
                                       proto::Extensions asked) {
   return whole_.cached(dataset, tile, variant_bits(asked, dataset.offered));
 }
 
-TileService::Tile TileService::peek(const Dataset& dataset, TileId tile,
+TileService::Tile TileService::peek(const ServedDataset& dataset, TileId tile,
                                     proto::Extensions asked) const {
   return cache_.peek({dataset.index, tile, variant_bits(asked, dataset.offered)});
 }
 
-void TileService::make(const Dataset& dataset, TileId tile, proto::Extensions asked, Done done,
-                       std::stop_token gone) {
+void TileService::make(const ServedDataset& dataset, TileId tile, proto::Extensions asked,
+                       Done done, std::stop_token gone) {
   const std::uint8_t variant = variant_bits(asked, dataset.offered);
   whole_.make(
       dataset, tile,
@@ -59,7 +59,7 @@ void TileService::make(const Dataset& dataset, TileId tile, proto::Extensions as
       std::move(gone));
 }
 
-Result<TileService::Tile> TileService::make_now(const Dataset& dataset, TileId tile,
+Result<TileService::Tile> TileService::make_now(const ServedDataset& dataset, TileId tile,
                                                 proto::Extensions asked, std::stop_token stop) {
   if (Tile found = cached(dataset, tile, asked)) return found;
   Result<Tile> whole = whole_.make_now(dataset, tile, std::move(stop));
@@ -67,7 +67,7 @@ Result<TileService::Tile> TileService::make_now(const Dataset& dataset, TileId t
   return variant_of(dataset, tile, *whole, variant_bits(asked, dataset.offered));
 }
 
-Result<TileService::Tile> TileService::variant_of(const Dataset& dataset, TileId tile,
+Result<TileService::Tile> TileService::variant_of(const ServedDataset& dataset, TileId tile,
                                                   const Tile& whole, std::uint8_t variant) {
   if (variant == TileKey::kWhole) return whole;
   const TileKey key{dataset.index, tile, variant};

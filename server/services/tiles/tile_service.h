@@ -29,27 +29,27 @@ class TileService {
 
   /// The tile with the extensions that were asked for and that the dataset has; null when it is not
   /// in the cache. Cheap: for I/O threads.
-  Tile cached(const Dataset&, TileId, proto::Extensions);
+  Tile cached(const ServedDataset&, TileId, proto::Extensions);
 
   /// The same for one who only wants to know: neither counted nor taken for a use. Null when the
   /// tile is not in the cache with these extensions.
-  Tile peek(const Dataset&, TileId, proto::Extensions) const;
+  Tile peek(const ServedDataset&, TileId, proto::Extensions) const;
 
   /// Calls `done` once: from a worker when the tile is there or could not be made, or at once, from
   /// this thread, with Errc::busy or the failure of a moment ago. `gone`: who asks does not want it
   /// any more. REQUIRES: dataset.tiles->available(tile).
-  void make(const Dataset&, TileId, proto::Extensions, Done done, std::stop_token gone = {});
+  void make(const ServedDataset&, TileId, proto::Extensions, Done done, std::stop_token gone = {});
 
   /// The same for one who is on a worker already and wants several: from the cache, or made here.
   /// REQUIRES: dataset.tiles->available(tile).
-  Result<Tile> make_now(const Dataset&, TileId, proto::Extensions, std::stop_token);
+  Result<Tile> make_now(const ServedDataset&, TileId, proto::Extensions, std::stop_token);
 
   /// Of whole tiles, except that hits count every variant.
   const TileProducts::Counters& counters() const { return whole_.counters(); }
 
  private:
   /// Taken from the whole tile, which has all extensions.
-  Result<Tile> variant_of(const Dataset&, TileId, const Tile& whole, std::uint8_t variant);
+  Result<Tile> variant_of(const ServedDataset&, TileId, const Tile& whole, std::uint8_t variant);
 
   TileCache& cache_;
   CpuPool& pool_;

@@ -7,12 +7,11 @@ namespace tind::services {
 namespace {
 
 /// What a tile's heights are above: a store does not say, and the format means the ellipsoid.
-VerticalDatum datum_of(const Dataset& dataset) {
-  const DemSource* const dem = dataset.tiles->dem();
-  return dem ? dem->info().datum : VerticalDatum::ellipsoid;
+VerticalDatum datum_of(const ServedDataset& dataset) {
+  return dataset.source ? dataset.source->info().datum : VerticalDatum::ellipsoid;
 }
 
-Result<TileProducts::Product> build(TileService& tiles, const Dataset& dataset, TileId tile,
+Result<TileProducts::Product> build(TileService& tiles, const ServedDataset& dataset, TileId tile,
                                     std::stop_token stop) {
   const auto whole = tiles.make_now(dataset, tile, dataset.offered, stop);
   if (!whole) return std::unexpected(whole.error());
@@ -34,7 +33,7 @@ Result<TileProducts::Product> build(TileService& tiles, const Dataset& dataset, 
 
 TileStreams::TileStreams(TileService& tiles, TileCache& cache, CpuPool& pool)
     : TileProducts(cache, pool, TileKey::kStream,
-                   [&tiles](const Dataset& dataset, TileId tile, std::stop_token stop) {
+                   [&tiles](const ServedDataset& dataset, TileId tile, std::stop_token stop) {
                      return build(tiles, dataset, tile, std::move(stop));
                    }) {}
 

@@ -6,7 +6,7 @@ namespace tind::services {
 namespace {
 
 /// Both tiles, from the cache where they are there, then the way between them.
-Result<TileProducts::Product> build(TileService& tiles, const Dataset& dataset, TileId tile,
+Result<TileProducts::Product> build(TileService& tiles, const ServedDataset& dataset, TileId tile,
                                     std::stop_token stop) {
   const auto fine = tiles.make_now(dataset, tile, dataset.offered, stop);
   if (!fine) return std::unexpected(fine.error());
@@ -24,7 +24,7 @@ Result<TileProducts::Product> build(TileService& tiles, const Dataset& dataset, 
 
 TileTransitions::TileTransitions(TileService& tiles, TileCache& cache, CpuPool& pool)
     : TileProducts(cache, pool, TileKey::kTransition,
-                   [&tiles](const Dataset& dataset, TileId tile, std::stop_token stop) {
+                   [&tiles](const ServedDataset& dataset, TileId tile, std::stop_token stop) {
                      return build(tiles, dataset, tile, std::move(stop));
                    }) {}
 

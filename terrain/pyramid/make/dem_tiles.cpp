@@ -18,11 +18,11 @@ namespace tind {
 
 namespace {
 
-class DemTiles : public TileSet {
+class TilesOnDemand : public DemTiles {
  public:
   /// `outline`: a plan whose levels and availability are right; its heights are not known yet.
-  DemTiles(std::shared_ptr<const DemSource> source, TilePlan outline, std::string index_path,
-           std::string name)
+  TilesOnDemand(std::shared_ptr<const DemSource> source, TilePlan outline, std::string index_path,
+                std::string name)
       : source_(std::move(source)),
         outline_(std::move(outline)),
         index_path_(std::move(index_path)),
@@ -68,7 +68,6 @@ class DemTiles : public TileSet {
     if (!*plan_) return std::unexpected(plan_->error());
     return make_tile(*source_, **plan_, id, stop);
   }
-  const DemSource* dem() const override { return source_.get(); }
   std::optional<HeightExtremes> extremes() const override {
     return known_ ? extremes_ : std::nullopt;
   }
@@ -92,17 +91,17 @@ class DemTiles : public TileSet {
 
 }  // namespace
 
-Result<std::unique_ptr<TileSet>> open_dem_tiles(std::shared_ptr<const DemSource> source,
-                                                const TileSetOptions& options,
-                                                std::int64_t read_at_once,
-                                                const std::string& index_path) {
+Result<std::unique_ptr<DemTiles>> open_dem_tiles(std::shared_ptr<const DemSource> source,
+                                                 const TileSetOptions& options,
+                                                 std::int64_t read_at_once,
+                                                 const std::string& index_path) {
   const DemInfo& info = source->info();
   auto outline = TilePlan::make(info, HeightRange{}, options);
   if (!outline) return std::unexpected(outline.error());
   const std::string& file = info.files.front();
   const std::string name = file.substr(file.find_last_of('/') + 1);
-  auto tiles = std::make_unique<DemTiles>(source, std::move(*outline), index_path,
-                                          name.substr(0, name.find('.')));
+  auto tiles = std::make_unique<TilesOnDemand>(source, std::move(*outline), index_path,
+                                               name.substr(0, name.find('.')));
   if (info.cols > read_at_once / info.rows) {
     tiles->find_heights_in_background();
     return tiles;

@@ -3,14 +3,22 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "terrain/base/result.h"
+#include "terrain/pyramid/plan/height_extremes.h"
 #include "terrain/pyramid/plan/tile_set_options.h"
 #include "terrain/raster/dem_source.h"
 #include "terrain/store/tile_set.h"
 
 namespace tind {
+
+class DemTiles : public TileSet {
+ public:
+  /// Of the source; nothing until it has been read, and where that failed. Thread-safe.
+  virtual std::optional<HeightExtremes> extremes() const = 0;
+};
 
 /// Posts that opening a DEM as tiles reads before it returns: a second or so.
 inline constexpr std::int64_t kMostReadAtOnce = std::int64_t(1) << 25;
@@ -20,9 +28,9 @@ inline constexpr std::int64_t kMostReadAtOnce = std::int64_t(1) << 25;
 /// of a source with more than `read_at_once` posts they are found in the background, on one thread,
 /// and until then every tile is Errc::busy. The index is kept at `index_path`, or with the tiles
 /// where that is empty.
-Result<std::unique_ptr<TileSet>> open_dem_tiles(std::shared_ptr<const DemSource>,
-                                                const TileSetOptions&,
-                                                std::int64_t read_at_once = kMostReadAtOnce,
-                                                const std::string& index_path = {});
+Result<std::unique_ptr<DemTiles>> open_dem_tiles(std::shared_ptr<const DemSource>,
+                                                 const TileSetOptions&,
+                                                 std::int64_t read_at_once = kMostReadAtOnce,
+                                                 const std::string& index_path = {});
 
 }  // namespace tind

@@ -39,7 +39,6 @@ class StoredTiles : public TileSet {
     }
     return tile;
   }
-  const DemSource* dem() const override { return nullptr; }
 
  private:
   const std::unique_ptr<TileStore> store_;

@@ -24,9 +24,7 @@ using Json = nlohmann::json;
 class Api : public ::testing::Test {
  protected:
   Api() {
-    auto tiles = std::make_unique<test::MadeUpTiles>();
-    made_up_ = tiles.get();
-    catalog_.add("made-up", {}, std::move(tiles));
+    catalog_.add("made-up", dataset_of(made_up_));
     const std::string page = dir_.file("index.html");
     std::ofstream(page) << "<html>" << std::string(1000, ' ') << "</html>";
     std::filesystem::create_directories(dir_.path() / "a");
@@ -81,7 +79,7 @@ class Api : public ::testing::Test {
   }
 
   test::TempDir dir_;
-  test::MadeUpTiles* made_up_;
+  std::shared_ptr<test::MadeUpTiles> made_up_ = std::make_shared<test::MadeUpTiles>();
   services::Catalog catalog_;
   services::TileCache cache_{8 << 20};
   services::CpuPool pool_{2, 4};

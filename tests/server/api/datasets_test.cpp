@@ -13,8 +13,8 @@
 #include <thread>
 
 #include "server/api/methods.h"
+#include "terrain/dataset/dem_dataset.h"
 #include "terrain/geo/geoid.h"
-#include "terrain/pyramid/make/dem_tiles.h"
 #include "terrain/simplify/methods.h"
 #include "tests/server/api/api_fixture.h"
 #include "tests/support/made_up_source.h"
@@ -111,10 +111,9 @@ TEST_F(Api, ElevationSaysWhatItIsAbove) {
       services::open_dataset(catalog_, {"converted", {test::testdata("rainier.tif")}}, egm96, {}));
   ASSERT_TRUE(
       services::open_dataset(catalog_, {"as-stored", {test::testdata("rainier.tif")}}, {}, {}));
-  catalog_.add("unknown", {},
-               *open_dem_tiles(std::make_shared<test::MadeUpSource>(HeightGrid(80, 80, 100),
-                                                                    Geographic{-122, 47}, 0.01),
-                               {}));
+  catalog_.add("unknown", *dem_dataset(std::make_shared<test::MadeUpSource>(
+                                           HeightGrid(80, 80, 100), Geographic{-122, 47}, 0.01),
+                                       {}));
   const auto ask = [&](const std::string& dataset, const std::string& datum) {
     return get("/elevation/" + dataset + "?lon=-121.76&lat=46.85" + datum);
   };

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "server/services/datasets/open_dataset.h"
+#include "terrain/dataset/dem_dataset.h"
 #include "terrain/geo/ellipsoid.h"
-#include "terrain/pyramid/make/dem_tiles.h"
 #include "tests/support/made_up_source.h"
 #include "tests/support/support.h"
 
@@ -20,7 +20,7 @@ TEST(RefineService, IsBoundedInPostsAndViews) {
   services::Catalog catalog;
   ASSERT_TRUE(
       services::open_dataset(catalog, {"rainier", {test::testdata("rainier.tif")}}, {}, {}));
-  const services::Dataset& dataset = *catalog.find("rainier");
+  const services::ServedDataset& dataset = *catalog.find("rainier");
   Camera camera;
   camera.position = {-121.8, 46.7};
   camera.height_m = 9000, camera.pitch_deg = -40, camera.tolerance_px = 50;
@@ -40,7 +40,7 @@ TEST(RefineService, IsBoundedInPostsAndViews) {
   EXPECT_EQ(forgets.view(dataset, camera, first->view, {}, {}).error().code, Errc::not_found);
 }
 
-services::Dataset const& add_rainier(services::Catalog& catalog) {
+services::ServedDataset const& add_rainier(services::Catalog& catalog) {
   EXPECT_TRUE(
       services::open_dataset(catalog, {"rainier", {test::testdata("rainier.tif")}}, {}, {}));
   return *catalog.find("rainier");
@@ -55,7 +55,7 @@ Camera far_off() {
 
 TEST(RefineService, WhoMakesManyViewsTakesNoOthers) {
   services::Catalog catalog;
-  const services::Dataset& dataset = add_rainier(catalog);
+  const services::ServedDataset& dataset = add_rainier(catalog);
   services::RefineService service({.views = 8});
   const auto look = [&](const std::string& token, const std::string& client) {
     const auto view = service.view(dataset, far_off(), token, {}, {}, client);
@@ -87,7 +87,7 @@ TEST(RefineService, AnExceptionIsForgotten) {
   grid.at(40, 40) = 300;
   const auto source = std::make_shared<ThrowingSource>(grid, Geographic{7, 46}, 0.01);
   services::Catalog catalog;
-  const services::Dataset& dataset = catalog.add("d", {}, *open_dem_tiles(source, {}));
+  const services::ServedDataset& dataset = catalog.add("d", *dem_dataset(source, {}));
   services::RefineService service;
   Camera camera = far_off();
   camera.position = {7.4, 45.6};
@@ -101,7 +101,7 @@ TEST(RefineService, AnExceptionIsForgotten) {
 
 TEST(RefineService, PreparingStopsWhenToldTo) {
   services::Catalog catalog;
-  const services::Dataset& dataset = add_rainier(catalog);
+  const services::ServedDataset& dataset = add_rainier(catalog);
   services::RefineService service;
   std::stop_source stop;
   stop.request_stop();
@@ -114,7 +114,7 @@ TEST(RefineService, TakesWindowsOfWhatIsTooLarge) {
   services::Catalog catalog;
   ASSERT_TRUE(
       services::open_dataset(catalog, {"rainier", {test::testdata("rainier.tif")}}, {}, {}));
-  const services::Dataset& dataset = *catalog.find("rainier");
+  const services::ServedDataset& dataset = *catalog.find("rainier");
   services::RefineService service({.posts = 100'000});
   Camera camera;
   camera.position = {-121.8, 46.7};
@@ -123,7 +123,7 @@ TEST(RefineService, TakesWindowsOfWhatIsTooLarge) {
   const auto refused = service.view(dataset, camera, "", {}, {});
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().what.find("window"), std::string::npos) << refused.error().what;
-  EXPECT_EQ(service.view(dataset, camera, "", dataset.tiles->dem()->info().bounds, {}).error().code,
+  EXPECT_EQ(service.view(dataset, camera, "", dataset.source->info().bounds, {}).error().code,
             Errc::invalid_argument);
   EXPECT_EQ(service.view(dataset, camera, "", GeoRect{10, 10, 11, 11}, {}).error().code,
             Errc::invalid_argument);
@@ -146,7 +146,7 @@ TEST(RefineService, TakesWindowsOfWhatIsTooLarge) {
   const auto region = service.region(dataset, GeoRegion::box(north), {0, 50}, {}, {});
   ASSERT_TRUE(region) << region.error().what;
   EXPECT_NEAR(region->lat, 46.9, 0.03);
-  const DemSource& dem = *dataset.tiles->dem();
+  const DemSource& dem = *dataset.source;
   const auto in_window = service.region(dataset, GeoRegion::box(north), {0, 50}, north, {});
   ASSERT_TRUE(in_window) << in_window.error().what;
   for (const Geographic p : {Geographic{-121.8, 46.9}, {-121.75, 46.87}, {-121.72, 46.93}}) {

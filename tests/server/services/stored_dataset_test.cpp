@@ -49,7 +49,7 @@ class StoredDatasetTest : public testing::Test {
   test::TempDir folder_;
 };
 
-std::vector<TileId> tiles_of(const Dataset& dataset) {
+std::vector<TileId> tiles_of(const ServedDataset& dataset) {
   std::vector<TileId> ids;
   const auto& available = dataset.tiles->layer().available;
   for (std::size_t z = 0; z < available.size(); ++z)

@@ -11,11 +11,6 @@ namespace {
 
 class TileServiceTest : public ::testing::Test {
  protected:
-  TileServiceTest() {
-    auto tiles = std::make_unique<test::MadeUpTiles>();
-    made_up_ = tiles.get();
-    dataset_ = &catalog_.add("made-up", {}, std::move(tiles));
-  }
   using Made = Result<TileService::Tile>;
 
   std::future<Made> ask(TileService& service, TileId id, proto::Extensions asked = kAll) {
@@ -25,9 +20,9 @@ class TileServiceTest : public ::testing::Test {
   }
 
   static constexpr proto::Extensions kAll{true, true, true};
-  test::MadeUpTiles* made_up_;
+  std::shared_ptr<test::MadeUpTiles> made_up_ = std::make_shared<test::MadeUpTiles>();
   Catalog catalog_;
-  const Dataset* dataset_;
+  const ServedDataset* dataset_ = &catalog_.add("made-up", dataset_of(made_up_));
   TileCache cache_{1 << 20};
 };
 
@@ -114,7 +109,8 @@ TEST_F(TileServiceTest, WhatOneClientLeavesAnotherStillGets) {
   const auto opened = gate.get_future().share();
   CpuPool pool(2, 10);
   TileProducts products(
-      cache_, pool, TileKey::kStream, [&](const Dataset&, TileId, const std::stop_token& stop) {
+      cache_, pool, TileKey::kStream,
+      [&](const ServedDataset&, TileId, const std::stop_token& stop) {
         ++begun;
         using namespace std::chrono_literals;
         while (!stop.stop_requested() && opened.wait_for(0s) != std::future_status::ready)
@@ -226,7 +222,7 @@ TEST_F(TileServiceTest, StoppingAnswersThoseWhoWait) {
 TEST(Catalog, NumbersDuplicateNames) {
   Catalog catalog;
   const auto add = [&](const std::string& name) {
-    return catalog.add(name, {}, std::make_unique<test::MadeUpTiles>()).name;
+    return catalog.add(name, dataset_of(std::make_shared<test::MadeUpTiles>())).name;
   };
   EXPECT_EQ(add("alps"), "alps");
   EXPECT_EQ(add("alps"), "alps-2");

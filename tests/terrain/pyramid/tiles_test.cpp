@@ -429,7 +429,8 @@ TEST(Tiles, the_version_follows_the_content_and_is_the_same_in_a_batch_and_on_de
     o.output = dir.file("tiles" + std::to_string(builds++));
     const auto report = build_tiles(source, o);
     EXPECT_TRUE(report) << report.error().what;
-    const auto batch = open_stored_tiles(o.output), on_demand = open_dem_tiles(source, options);
+    const auto batch = open_stored_tiles(o.output);
+    const auto on_demand = open_dem_tiles(source, options);
     EXPECT_EQ((*batch)->layer().version, (*on_demand)->layer().version);
     // What is not read at once has a version, too, that does not change under a client's eyes.
     const auto later = open_dem_tiles(source, options, 0);

@@ -1,0 +1,51 @@
+#pragma once
+// What services and commands hold: a DEM, its tiles, or both, and what is known of them.
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "terrain/geo/coordinates.h"
+#include "terrain/pyramid/plan/height_extremes.h"
+#include "terrain/raster/dem_source.h"
+#include "terrain/store/tile_set.h"
+
+namespace tind {
+
+/// What a dataset says of itself, whatever it is made of.
+struct DatasetFacts {
+  GeoRect bounds;           // of the tiles; of the source where there are none
+  std::string datum;        // what the heights are above, as name(VerticalDatum); empty: not said
+  std::string attribution;  // who is to be named with it; empty: not said
+  /// Of the source. Nothing where there is none, until all of it has been read, and where that
+  /// failed.
+  std::optional<HeightExtremes> extremes;
+};
+
+/// One of source and tiles may be missing, not both; who uses a dataset must ask. Everything that
+/// can be called here is thread-safe, and copies share what they are made of.
+///
+/// Each kind of dataset has its file in this folder, with a function that fills these members:
+/// dem_dataset.h (a source, its tiles made on demand), stored_dataset.h (tiles of a store), and
+/// below what has only one of the two. Another kind is another such file; errors of opening are
+/// that function's, a Dataset is whole.
+struct Dataset {
+  std::shared_ptr<const DemSource> source;
+  std::shared_ptr<const TileSet> tiles;
+
+  /// As known by now; takes no longer than copying it.
+  std::function<DatasetFacts()> facts;
+
+  /// The same opened anew, where what lies there is another by now and has come to rest; nothing
+  /// while it is as it was opened. Reads the store: not for I/O threads. Empty: it never changes.
+  std::function<std::optional<Dataset>()> renewed = {};
+};
+
+/// Tiles without their source. REQUIRES: not null.
+Dataset dataset_of(std::shared_ptr<const TileSet>);
+
+/// A source without tiles, as one whose posts only answer questions. REQUIRES: not null.
+Dataset dataset_of(std::shared_ptr<const DemSource>);
+
+}  // namespace tind
