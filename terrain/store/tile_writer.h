@@ -3,8 +3,8 @@
 // says which tiles there are and what is in them; the store knows where they lie, which of them are
 // finished, and how what is finished stays.
 //
-// Killed at any moment, or without power from any moment on, the next lock(), claim() and the rest
-// end the same. What the store did not make is neither changed nor removed.
+// Killed at any moment, or without power from any moment on, the next lock_store(), claim() and the
+// rest end the same. What the store did not make is neither changed nor removed.
 
 #include <cstdint>
 #include <functional>
