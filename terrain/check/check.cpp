@@ -365,13 +365,13 @@ class LevelCheck {
 
   /// A one-sided tile may touch posts on its other side, and no more.
   void side(const Remains& r, const MeasuredTile& m, const std::string& where, double slack) {
-    const double wrong = r.stated.side == "above"   ? m.below_m
-                         : r.stated.side == "below" ? m.above_m
-                                                    : 0;
+    const double wrong = r.stated.side == Side::above   ? m.below_m
+                         : r.stated.side == Side::below ? m.above_m
+                                                        : 0;
     if (m.posts && wrong > slack)
-      report_.findings.add(rule("source.side"), where,
-                           "a post is " + metres(wrong) + " " +
-                               (r.stated.side == "above" ? "above" : "below") + " the mesh");
+      report_.findings.add(
+          rule("source.side"), where,
+          "a post is " + metres(wrong) + " " + name_of(r.stated.side) + " the mesh");
   }
 
   void keep_columns(std::size_t begin, std::vector<Looked>& looked) {

@@ -291,8 +291,9 @@ StatedError stated_error(const CheckedTile& tile, TileId id, double error_factor
   }
   if (json.contains("side")) {
     const auto& side = json["side"];
-    if (side == "both" || side == "above" || side == "below")
-      stated.side = side.get<std::string>();
+    const auto known = enum_named<Side>(side.is_string() ? side.get<std::string>() : "");
+    if (known)
+      stated.side = *known;
     else
       findings.add(rule("error.side"), where, side.dump());
   }

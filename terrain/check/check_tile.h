@@ -8,6 +8,7 @@
 #include "terrain/check/check_decode.h"
 #include "terrain/check/check_findings.h"
 #include "terrain/geo/tiling_scheme.h"
+#include "terrain/mesh/side.h"
 
 namespace tind {
 
@@ -18,7 +19,7 @@ struct StatedError {
   std::optional<double> geometric_error_m;  // what some clients display by
   bool exact = false;
   std::optional<double> residual_m;  // the share of it that is the residual index's, at most
-  std::string side = "both";  // above: the mesh is at or above every post; below: at or below
+  Side side = Side::both;
 };
 
 /// `error_factor`: the budget of level z is error_factor times what clients assume of it.

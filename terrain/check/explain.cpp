@@ -68,7 +68,7 @@ Result<MadeWith> made_with(const TileStore& store, double error_factor) {
   // What somebody's server says can be anything.
   if (record->deepest_level >= 0 && record->deepest_level <= tiling::kMaxLevel)
     made.deepest = made.options.max_level = record->deepest_level;
-  made.options.side = record->side;
+  made.options.side = enum_named<Side>(record->side).value_or(Side::both);
   return made;
 }
 

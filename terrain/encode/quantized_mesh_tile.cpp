@@ -27,7 +27,7 @@ std::string metadata_of(const TileModel& tile) {
   metadata["max_error_m"] = says.max_error_m;
   metadata["error_kind"] = says.exact ? "exact" : "bound";
   metadata["edge_error_m"] = says.edge_error_m;
-  if (tile.one_sided) metadata["side"] = says.side;
+  if (tile.one_sided) metadata["side"] = name_of(says.side);
   metadata["posts"] = tile.posts;
   if (tile.residual_m) metadata["residual_m"] = *tile.residual_m;
   if (!tile.descendants.empty()) metadata["available"] = availability(tile.descendants);
@@ -63,11 +63,12 @@ void read_metadata(const std::string& text, TileModel& tile) {
   const Members members(text);
   const auto error = members.number("max_error_m");
   if (!error) return;
+  const auto side = enum_named<Side>(members.text("side").value_or(""));
   tile.certificate = TileCertificate{.max_error_m = *error,
                                      .edge_error_m = members.number("edge_error_m").value_or(0),
                                      .exact = members.text("error_kind") == "exact",
-                                     .side = members.text("side").value_or("both")};
-  tile.one_sided = members.text("side").has_value();
+                                     .side = side.value_or(Side::both)};
+  tile.one_sided = side.has_value();
   tile.displayed_error_m = members.number("geometricerror").value_or(0);
   tile.posts = std::uint64_t(std::min(members.number("posts").value_or(0), 0x1p53));
   tile.residual_m = members.number("residual_m");

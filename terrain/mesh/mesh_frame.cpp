@@ -16,8 +16,6 @@ void turn_triangles(Tin& tin) {
 
 }  // namespace
 
-const char* name(MeshFrame frame) { return frame == MeshFrame::source ? "source" : "metric"; }
-
 Tin MeshMap::from_posts(Tin tin) const {
   for (Vec3& v : tin.vertices) {
     const Vec2 p = xy.apply(v.x, -v.y);

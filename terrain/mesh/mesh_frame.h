@@ -2,7 +2,10 @@
 // From the frame in which tind works (post coordinates, metres up) to the frames in which people
 // want their meshes, and back for measuring.
 
+#include <utility>
+
 #include "proto/mesh_io.h"
+#include "terrain/base/enum_names.h"
 #include "terrain/mesh/tin.h"
 #include "terrain/raster/dem_source.h"
 
@@ -12,7 +15,13 @@ enum class MeshFrame {
   source,  // x, y in the DEM's own CRS and units, by its geotransform (none: x = col, y = -row)
   metric,  // metres east and north of the DEM's first post
 };
-const char* name(MeshFrame);
+
+template <>
+struct EnumNames<MeshFrame> {
+  static constexpr const char* kWhat = "frame";
+  static constexpr std::pair<MeshFrame, const char*> kAll[] = {{MeshFrame::source, "source"},
+                                                               {MeshFrame::metric, "metric"}};
+};
 
 /// An affine map for x and y, a factor for z; and its inverse.
 struct MeshMap {

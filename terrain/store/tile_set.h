@@ -10,6 +10,7 @@
 #include "proto/layer_json.h"
 #include "terrain/base/result.h"
 #include "terrain/geo/tiling_scheme.h"
+#include "terrain/mesh/side.h"
 
 namespace tind {
 
@@ -25,9 +26,9 @@ struct TileBytes {
   std::vector<std::uint8_t> bytes;
   TileCost cost;
   double max_error_m = 0;
-  double edge_error_m = 0;    // how far its border is from the DEM, voids filled, at most
-  bool exact = true;          // max_error_m is the maximum over all posts, not only a bound of it
-  std::string side = "both";  // above: the mesh is at or above every post; below: at or below
+  double edge_error_m = 0;  // how far its border is from the DEM, voids filled, at most
+  bool exact = true;        // max_error_m is the maximum over all posts, not only a bound of it
+  Side side = Side::both;
 };
 
 /// How far a tile set is that must read its source before it can make tiles.

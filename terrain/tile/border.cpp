@@ -200,17 +200,17 @@ void run_to(std::vector<BorderVertex>& line, const std::vector<Sample>& samples,
 
 }  // namespace
 
-TileEdge tile_edge(TileId tile, Side side) {
+TileEdge tile_edge(TileId tile, TileSide side) {
   GeoRect r = tiling::rect(tile);
-  if (side == Side::east && r.east == 180) r.east = -180;  // the antimeridian is one line
+  if (side == TileSide::east && r.east == 180) r.east = -180;  // the antimeridian is one line
   switch (side) {
-    case Side::west:
+    case TileSide::west:
       return {{r.west, r.south}, {r.west, r.north}};
-    case Side::south:
+    case TileSide::south:
       return {{r.west, r.south}, {r.east, r.south}};
-    case Side::east:
+    case TileSide::east:
       return {{r.east, r.south}, {r.east, r.north}};
-    case Side::north:
+    case TileSide::north:
       return {{r.west, r.north}, {r.east, r.north}};
   }
   return {};

@@ -18,8 +18,8 @@ struct TileEdge {
   Geographic start, end;  // west to east, or south to north: never by which tile asks
 };
 
-enum class Side { west, south, east, north };
-TileEdge tile_edge(TileId, Side);
+enum class TileSide { west, south, east, north };
+TileEdge tile_edge(TileId, TileSide);
 
 struct BorderOptions {
   double tolerance_m = 1;  // of the line against H + offset, at H's own samples

@@ -11,6 +11,7 @@
 
 #include "proto/layer_json.h"
 #include "terrain/geo/tiling_scheme.h"
+#include "terrain/mesh/side.h"
 #include "terrain/mesh/tin.h"
 #include "terrain/tile/culling.h"
 #include "terrain/tile/post_warp.h"
@@ -26,10 +27,10 @@ struct HeightLattice {
 
 /// What is promised of the tile as a client decodes it.
 struct TileCertificate {
-  double max_error_m = 0;     // no valid post of the tile is farther from the mesh, vertically
-  double edge_error_m = 0;    // how far its border is from the DEM, voids filled, at most
-  bool exact = true;          // max_error_m is the maximum over all posts, not only a bound of it
-  std::string side = "both";  // above: the mesh is at or above every post; below: at or below
+  double max_error_m = 0;   // no valid post of the tile is farther from the mesh, vertically
+  double edge_error_m = 0;  // how far its border is from the DEM, voids filled, at most
+  bool exact = true;        // max_error_m is the maximum over all posts, not only a bound of it
+  Side side = Side::both;
 };
 
 struct TileModel {

@@ -61,10 +61,10 @@ Result<StopAt> parse_at(const std::string& text) {
 }
 
 /// "vertex-removal:degree": the method and its variant.
-void choose_method(const std::string& text, SimplifyOptions& o) {
+Result<void> choose_method(const std::string& text, SimplifyOptions& o) {
   const std::size_t colon = text.find(':');
   o.method = text.substr(0, colon);
-  if (colon == std::string::npos) return;
+  if (colon == std::string::npos) return {};
   const std::string variant = text.substr(colon + 1);
   if (o.method == "vertex-removal")
     o.criterion = variant;
@@ -74,10 +74,14 @@ void choose_method(const std::string& text, SimplifyOptions& o) {
     o.attribute_metric = variant;
   else if (o.method == "edge-cost")
     o.term = variant;
-  else if (o.method == "bounded")
-    o.effort = variant;
-  else
+  else if (o.method == "bounded") {
+    const auto effort = parse_enum<Effort>(variant);
+    if (!effort) return std::unexpected(effort.error());
+    o.effort = *effort;
+  } else {
     o.method = text;  // no such method; simplify() says so
+  }
+  return {};
 }
 
 CompareRow run_one(const Terrain& dem, const std::string& method, const std::string& stop_text,
@@ -85,7 +89,10 @@ CompareRow run_one(const Terrain& dem, const std::string& method, const std::str
   CompareRow row;
   row.method = method;
   row.stop = stop_text;
-  choose_method(method, options);
+  if (const auto ok = choose_method(method, options); !ok) {
+    row.failure = ok.error().what;
+    return row;
+  }
   options.stop = stop;
   MeasuredRun run = simplify_apart(dem, options);
   row.seconds = run.seconds;
@@ -195,7 +202,7 @@ Result<std::vector<std::pair<std::string, StopAt>>> stops_of(const Arguments& a)
 int run(const Arguments& a) {
   for (const std::string& text : a.methods) {
     SimplifyOptions chosen;
-    choose_method(text, chosen);
+    if (const auto ok = choose_method(text, chosen); !ok) return complain(ok.error());
     if (std::ranges::find(methods(), chosen.method, &MethodInfo::name) == methods().end())
       return complain(no_such_method(chosen.method).error());
   }

@@ -81,7 +81,7 @@ nlohmann::ordered_json to_json(const TileStory& s) {
       s.stated.max_error_m ? nlohmann::ordered_json(*s.stated.max_error_m) : nullptr;
   j["stated_as"] = s.stated.exact ? "exact" : "bound";
   if (s.stated.residual_m) j["residual_m"] = *s.stated.residual_m;
-  j["side"] = s.stated.side;
+  j["side"] = name_of(s.stated.side);
   j["budget_m"] = s.budget_m;
   j["binds"] = s.binds;
   j["because"] = s.because;
@@ -135,7 +135,7 @@ void print(const TileStory& s) {
                    ? fmt::format("a bound, by the residual index; its share is {:.6g} m at most",
                                  *s.stated.residual_m)
                    : "a bound, with the rounding of projected places or converted heights",
-               s.stated.side);
+               name_of(s.stated.side));
   else
     fmt::print("states      no error\n");
   fmt::print("so fine by  {}: {}\n", s.binds, s.because);

@@ -20,7 +20,8 @@ namespace {
 struct Arguments {
   std::string mesh;
   DemInput dem;
-  std::string frame = "source", units = "metres";
+  MeshFrame frame = MeshFrame::source;
+  std::string units = "metres";
   int threads = 1;
   bool json = false;
 };
@@ -57,8 +58,7 @@ int run(const Arguments& a) {
   if (!dem) return complain(dem.error());
   const Result<Terrain> posts = read_all(**dem);
   if (!posts) return complain(posts.error());
-  const MeshFrame frame = a.frame == "metric" ? MeshFrame::metric : MeshFrame::source;
-  const MeshMap map = mesh_map((*dem)->info(), frame, a.units == "source");
+  const MeshMap map = mesh_map((*dem)->info(), a.frame, a.units == "source");
   const MeshQuality quality = mesh_quality(*mesh, map, posts->grid, a.threads, is_stl(a.mesh));
   if (quality.error.posts == 0) {
     return complain({Errc::bad_data,
@@ -67,7 +67,7 @@ int run(const Arguments& a) {
   }
   if (a.json) {
     nlohmann::ordered_json j = quality_json(quality);
-    j["frame"] = a.frame;
+    j["frame"] = name_of(a.frame);
     j["mesh"] = a.mesh;
     j["dem"] = a.dem.files;
     std::printf("%s\n", j.dump(2).c_str());
@@ -89,8 +89,7 @@ void add_measure(Command program, int& exit) {
   app.add_option("dem", a->dem.files, "the DEM, or several that share one grid; or a second mesh")
       .required();
   add_dem_options(app, a->dem);
-  app.add_option("--frame", a->frame, "the mesh's x and y: source (the DEM's CRS) or metric")
-      .one_of({"source", "metric"})
+  app.add_choice("--frame", a->frame, "the mesh's x and y: source (the DEM's CRS) or metric")
       .shown();
   app.add_option("--units", a->units, "the mesh's z: metres, or source (the DEM's own unit)")
       .one_of({"metres", "source"})

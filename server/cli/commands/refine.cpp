@@ -23,7 +23,8 @@ namespace {
 
 struct Arguments {
   DemInput input;
-  std::string bbox, polygon, route, output, progress = "auto", frame = "source";
+  std::string bbox, polygon, route, output, progress = "auto";
+  MeshFrame frame = MeshFrame::source;
   double width_m = 0;
   RegionErrors errors{1, 50};
   int threads = 0;
@@ -103,9 +104,8 @@ int run(const Arguments& a) {
   if (!all) return complain(all.error());
   const Tin tin = refine_region(*all, *region, a.errors).to_tin();
   const Measured measured = measure(tin, posts->grid, *region, a.threads);
-  const MeshFrame frame = a.frame == "metric" ? MeshFrame::metric : MeshFrame::source;
   if (const auto ok = proto::write_mesh(
-          a.output, mesh_above(info.datum, mesh_map(info, frame, false).from_posts(tin)));
+          a.output, mesh_above(info.datum, mesh_map(info, a.frame, false).from_posts(tin)));
       !ok) {
     complain({Errc::io, ok.error()});
     return kCannotCreate;

@@ -41,7 +41,8 @@ struct Arguments {
   LineInput lines;
   std::string output, report, drape;
   SimplifyOptions options;
-  std::string frame = "source", units = "metres", progress = "auto";
+  MeshFrame frame = MeshFrame::source;
+  std::string units = "metres", progress = "auto";
   bool json = false;
 };
 
@@ -82,7 +83,7 @@ nlohmann::ordered_json report_json(const Arguments& a, const DemInfo& info, cons
                               {"steps", made.steps},
                               {"input_triangles", made.input_triangles}};
   j.update(quality_json(quality));
-  j["frame"] = a.frame;
+  j["frame"] = name_of(a.frame);
   j["units"] = a.units;
   j["crs"] = info.crs_name;
   j["vertical_datum"] = name(info.datum);
@@ -150,7 +151,7 @@ void tell_of_posts_lost(const Arguments& a, const MeshQuality& quality, Simplifi
   made.note += fmt::format(
       "{}the 32-bit coordinates of STL leave {} posts beside the mesh: {}PLY and OBJ hold them",
       made.note.empty() ? "" : "; ", quality.uncovered - quality.isolated,
-      a.frame == "metric" ? "" : "--frame metric, or ");
+      a.frame == MeshFrame::metric ? "" : "--frame metric, or ");
 }
 
 /// A general mesh in, a general mesh out; its error is the distance of the two surfaces.
@@ -267,8 +268,7 @@ int run(Arguments& a, Command app) {
   const auto attributes = attribute_errors(a.options, *posts, made->tin);
   watch.lap();
 
-  const MeshFrame frame = a.frame == "metric" ? MeshFrame::metric : MeshFrame::source;
-  const MeshMap map = mesh_map(info, frame, a.units == "source");
+  const MeshMap map = mesh_map(info, a.frame, a.units == "source");
   const Result<Tin> written = write(a.output, map.from_posts(std::move(made->tin)), info.datum);
   if (!written) {
     complain(written.error());

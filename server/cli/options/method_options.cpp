@@ -32,11 +32,8 @@ void add_method_options(Command app, SimplifyOptions& o) {
   app.add_flag("--subset-placement", o.subset_placement,
                "qem: keep a subset of the posts as vertices");
   app.add_flag("--border-constraints", o.border_constraints, "qem: hold the border's profile");
-  app.add_option("--effort", o.effort, "bounded: how hard to search")
-      .one_of({"fast", "normal", "best"})
-      .shown();
-  app.add_option("--side", o.side, "bounded: the mesh on both sides of the terrain, above, below")
-      .one_of({"both", "above", "below"})
+  app.add_choice("--effort", o.effort, "bounded: how hard to search").shown();
+  app.add_choice("--side", o.side, "bounded: the mesh on both sides of the terrain, above, below")
       .shown();
   app.add_option("--criterion", o.criterion, "vertex-removal: which vertices go first")
       .one_of({"plane", "degree", "k-degree"})

@@ -2,9 +2,8 @@
 
 namespace tind::cli {
 
-void add_frame_option(Command app, std::string& frame) {
-  app.add_option("--frame", frame, "x and y in the DEM's own CRS, or metres from its first post")
-      .one_of({"source", "metric"})
+void add_frame_option(Command app, MeshFrame& frame) {
+  app.add_choice("--frame", frame, "x and y in the DEM's own CRS, or metres from its first post")
       .shown();
 }
 

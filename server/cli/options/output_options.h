@@ -4,11 +4,12 @@
 #include <string>
 
 #include "server/cli/program/command_line.h"
+#include "terrain/mesh/mesh_frame.h"
 
 namespace tind::cli {
 
-/// --frame source|metric: where x and y of a written mesh are counted from.
-void add_frame_option(Command, std::string& frame);
+/// --frame: where x and y of a written mesh are counted from.
+void add_frame_option(Command, MeshFrame& frame);
 
 /// --progress auto|bar|lines|none (progress_bar.h).
 void add_progress_option(Command, std::string& progress);

@@ -65,10 +65,9 @@ void add_tile_options(Command command, TileSetOptions& options) {
                     "of all of them (default: all)",
                     options.first_level, options.last_level);
   command
-      .add_option("--side", options.side,
+      .add_choice("--side", options.side,
                   "above: no tile is below a post; below: none above one; the whole error then "
                   "lies on that side")
-      .one_of({"both", "above", "below"})
       .shown();
   command
       .add_option("--exact-posts", options.exact_posts,
@@ -76,9 +75,8 @@ void add_tile_options(Command command, TileSetOptions& options) {
                   "(default: 10 million, and none of a source of up to 33 million)")
       .range(std::int64_t(1) << 16, std::int64_t(1) << 50);
   command
-      .add_option("--effort", options.effort,
+      .add_choice("--effort", options.effort,
                   "how hard to look for fewer triangles: fast, normal, best")
-      .one_of({"fast", "normal", "best"})
       .shown();
 }
 

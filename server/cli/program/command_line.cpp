@@ -150,6 +150,13 @@ template Option Command::add_option(const std::string&, std::optional<double>&, 
 template Option Command::add_option(const std::string&, std::optional<std::uint64_t>&,
                                     const std::string&);
 
+Option Command::add_words(const std::string& name, std::vector<std::string> words, std::string now,
+                          std::function<void(const std::string&)> take, const std::string& help) {
+  CLI::Option* const option = app_->add_option_function<std::string>(name, std::move(take), help);
+  option->default_function([now = std::move(now)] { return now; });
+  return Option(option).one_of(std::move(words));
+}
+
 Option Command::add_flag(const std::string& name, bool& value, const std::string& help) {
   return Option(app_->add_flag(name, value, help));
 }

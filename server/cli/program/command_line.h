@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "terrain/base/enum_names.h"
+
 namespace CLI {
 class App;
 class Option;
@@ -51,6 +53,12 @@ class Command {
   /// string, double or std::uint64_t.
   template <class T>
   Option add_option(const std::string& name, T& value, const std::string& help);
+  /// A value by its name.
+  template <NamedEnum E>
+  Option add_choice(const std::string& name, E& value, const std::string& help) {
+    const auto take = [&value](const std::string& word) { value = *enum_named<E>(word); };
+    return add_words(name, enum_names<E>(), name_of(value), take, help);
+  }
   Option add_flag(const std::string& name, bool& value, const std::string& help);
   /// The value goes to a function, which may refuse_value().
   Option add_function(const std::string& name, std::function<void(const std::string&)> take,
@@ -69,6 +77,10 @@ class Command {
   std::vector<std::string> subcommands() const;
 
  private:
+  /// `take` sees one of `words` only; `now` is what shown() shows.
+  Option add_words(const std::string& name, std::vector<std::string> words, std::string now,
+                   std::function<void(const std::string&)> take, const std::string& help);
+
   CLI::App* app_;
 };
 

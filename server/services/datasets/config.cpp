@@ -53,6 +53,20 @@ Setting choice(std::string name, std::string help, std::string Config::*field,
   return setting;
 }
 
+template <NamedEnum E>
+Setting choice(std::string name, std::string help, E Config::*field) {
+  return {std::move(name), std::move(help), false,
+          [field](Config& config, std::string_view value) -> Result<void> {
+            const auto chosen = enum_named<E>(value);
+            if (!chosen)
+              return fail(Errc::invalid_argument,
+                          fmt::format("must be one of {}", fmt::join(enum_names<E>(), ", ")));
+            config.*field = *chosen;
+            return {};
+          },
+          [field](const Config& config) { return quoted(name_of(config.*field)); }};
+}
+
 template <class Number>
 Setting number(std::string name, std::string help, Number Config::*field, Number low, Number high) {
   return {std::move(name), std::move(help), false,
@@ -252,8 +266,7 @@ const std::vector<Setting>& settings() {
              &Config::max_error, 0.0, 1e6),
       number("error-factor", "scales the error that each coarser level may have",
              &Config::error_factor, 1e-3, 1e3),
-      choice("side", "where tiles lie as seen from the DEM's posts", &Config::side,
-             {"both", "above", "below"}),
+      choice("side", "where tiles lie as seen from the DEM's posts", &Config::side),
       number("max-connections", "clients connected at the same time", &Config::max_connections, 1,
              1'000'000),
       number("max-connections-per-address",

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "terrain/base/result.h"
+#include "terrain/mesh/side.h"
 
 namespace tind::services {
 
@@ -28,7 +29,7 @@ struct Config {
   std::string to_datum = "ellipsoid";
   double max_error = 0;
   double error_factor = 1;
-  std::string side = "both";
+  Side side = Side::both;
   int max_connections = 4096;
   int max_connections_per_address = 0;  // 0: a quarter of these
   int buffer_mb = 128;                  // request bodies, responses on their way

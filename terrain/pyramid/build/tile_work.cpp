@@ -20,9 +20,9 @@ BuildRecord record_of(const DemSource& source, const TilePlan& plan, const Sourc
   r.deepest_level = plan.max_level();
   r.first_level = plan.first_level();
   r.last_level = plan.last_level();
-  r.side = o.tiles.side;
+  r.side = name_of(o.tiles.side);
   r.vertical_datum = name(source.info().datum);
-  r.effort = o.tiles.effort;
+  r.effort = name_of(o.tiles.effort);
   r.gzip = o.gzip;
   r.exact_posts = o.tiles.exact_posts;
   r.tiles = area_digest(plan);

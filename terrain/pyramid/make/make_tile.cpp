@@ -36,7 +36,7 @@ Result<void> load_heights(TileJob& job) {
                         int(job.window.cols) + 2 * margin, int(job.window.rows) + 2 * margin);
 }
 
-Border border_of(const TileJob& job, TileId id, Side side) {
+Border border_of(const TileJob& job, TileId id, TileSide side) {
   const LevelPlan& level = job.plan.level(id.level);
   BorderOptions o;
   o.tolerance_m = level.border_tolerance_m;
@@ -60,14 +60,14 @@ void stand_in_for_children(TileJob& job) {
   constexpr int kClear = kTileExtent / 64;  // of the child's border
   struct Line {
     TileId before, after;  // south and north of it, or west and east
-    Side side_of_before, side_of_after;
+    TileSide side_of_before, side_of_after;
     bool northward;
     int start;  // along it, in halves of the tile
   };
-  const Line lines[] = {{child(0, 0), child(1, 0), Side::east, Side::west, true, 0},
-                        {child(0, 1), child(1, 1), Side::east, Side::west, true, 1},
-                        {child(0, 0), child(0, 1), Side::north, Side::south, false, 0},
-                        {child(1, 0), child(1, 1), Side::north, Side::south, false, 1}};
+  const Line lines[] = {{child(0, 0), child(1, 0), TileSide::east, TileSide::west, true, 0},
+                        {child(0, 1), child(1, 1), TileSide::east, TileSide::west, true, 1},
+                        {child(0, 0), child(0, 1), TileSide::north, TileSide::south, false, 0},
+                        {child(1, 0), child(1, 1), TileSide::north, TileSide::south, false, 1}};
   const double middle = std::round(kTileExtent / 2.0);
   for (const Line& l : lines) {
     const bool before = job.plan.available(l.before), after = job.plan.available(l.after);
@@ -95,7 +95,7 @@ void stand_in_for_children(TileJob& job) {
 
 Result<void> derive_borders(TileJob& job) {
   const Stopwatch watch(job.cost.borders);
-  for (const Side side : {Side::west, Side::south, Side::east, Side::north}) {
+  for (const TileSide side : {TileSide::west, TileSide::south, TileSide::east, TileSide::north}) {
     Border border = border_of(job, job.id, side);
     job.borders[std::size_t(side)] = std::move(border.line);
     job.edge_error_m = std::max(job.edge_error_m, border.error_m);

@@ -127,7 +127,7 @@ Result<TileModel> finish_tile(TileJob& job, const TileMesh& meshed) {
   // A tile that could not be kept on one side says so: then it is like any other.
   if (meshed.wrong_side == 0) says.side = job.plan.options().side;
   tile.certificate = says;
-  tile.one_sided = job.plan.options().side != "both";
+  tile.one_sided = job.plan.options().side != Side::both;
   tile.displayed_error_m = round_up(displayed_error(job));
   tile.posts = job.posts.posts;
   if (job.lattice) tile.residual_m = round_up(job.lattice->largest_residual());

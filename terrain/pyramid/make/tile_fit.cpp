@@ -10,6 +10,7 @@
 #include "terrain/pyramid/make/tile_job.h"
 #include "terrain/pyramid/residual/residual_index.h"
 #include "terrain/simplify/bounded/bounded_mesher.h"
+#include "terrain/simplify/bounded/search_effort.h"
 #include "terrain/tile/post_warp.h"
 
 namespace tind {
@@ -139,9 +140,9 @@ struct Extremes {
   double above = -HUGE_VAL, below = -HUGE_VAL;
   double error() const { return std::max({above, below, 0.0}); }
   /// How far the mesh is on the wrong side of some post that is only known within `margin`.
-  double wrong(const std::string& side, double margin) const {
-    if (side == "both") return 0;
-    return std::max(0.0, (side == "above" ? below : above) + margin);
+  double wrong(Side side, double margin) const {
+    if (side == Side::both) return 0;
+    return std::max(0.0, (side == Side::above ? below : above) + margin);
   }
 };
 
@@ -200,10 +201,7 @@ TileMesh mesh_within(TileJob& job, const Samples& samples, double eps, double pl
   o.lattice_step = o.search_step_min = place_step;
   o.height_min = result.lattice.min;
   o.height_max = result.lattice.max();
-  const std::string& effort = job.plan.options().effort;
-  o.search_reach = effort == "fast" ? 0.1 : effort == "normal" ? 1 : 3;
-  o.rounds = effort == "best" ? 7 : 0;
-  o.flips = o.rounds > 1;
+  set_effort(tile_effort(job.plan.options().effort), o);
   Progress progress;
   progress.stop = stop;
   LinePoints kept;
@@ -243,7 +241,7 @@ Result<TileMesh> fit(TileJob& job, double eps, int step, double place_step, std:
 Result<void> force_side(const TileJob& job, TileMesh& m, std::stop_token stop) {
   constexpr double kLeastWeight = 0.05;
   const double margin = margin_of(job.source);
-  const double up = job.plan.options().side == "above" ? 1 : -1;
+  const double up = job.plan.options().side == Side::above ? 1 : -1;
   const auto inner = [](const Vec3& v) {
     return v.x > 0 && v.y > 0 && v.x < kTileExtent && v.y < kTileExtent;
   };

@@ -211,8 +211,6 @@ Result<TilePlan> TilePlan::make(const DemInfo& info, const HeightRange& range,
   }
   if (!(options.error_factor > 0) || !(options.max_error_m >= 0))
     return fail(Errc::invalid_argument, "error bounds must be positive numbers of metres");
-  if (options.side != "both" && options.side != "above" && options.side != "below")
-    return fail(Errc::invalid_argument, "--side is both, above or below, not " + options.side);
   TilePlan plan;
   plan.options_ = options;
   plan.range_ = range;
@@ -242,9 +240,9 @@ Result<TilePlan> TilePlan::make(const DemInfo& info, const HeightRange& range,
     level.budget_m = tiling::level_error(z) * options.error_factor;
     if (z == plan.max_level_) level.budget_m = std::min(level.budget_m, leaf_error);
     level.fit_error_m = std::min(level.budget_m, kLargestError);
-    if (options.side != "both") {
+    if (options.side != Side::both) {
       level.fit_error_m /= 2;
-      level.offset_m = options.side == "above" ? level.fit_error_m : -level.fit_error_m;
+      level.offset_m = options.side == Side::above ? level.fit_error_m : -level.fit_error_m;
     }
     // Heights of a tile: posts, 0 where there are none, and half a band beyond either.
     const double relief = std::max(range.max_m, 0.0) - std::min(range.min_m, 0.0) +
@@ -330,7 +328,7 @@ proto::LayerJson TilePlan::layer(const std::string& name) const {
   }
   layer.extensions = {"octvertexnormals", "metadata"};
   layer.metadata_availability = kAvailabilityLevels;
-  layer.side = options_.side;
+  layer.side = name_of(options_.side);
   layer.datum = tind::name(datum_);
   return layer;
 }

@@ -27,7 +27,7 @@ std::string passing_path() {
 int deepest_indexed_level(const DemInfo& info, const TilePlan& plan) {
   const int deepest = deepest_indexed_level(info, plan.options().exact_posts);
   // The level below the deepest has borders that leave room for the index, too.
-  return plan.options().side != "both" || deepest + 1 < plan.first_level() ? -1 : deepest;
+  return plan.options().side != Side::both || deepest + 1 < plan.first_level() ? -1 : deepest;
 }
 
 Result<std::shared_ptr<const ResidualIndex>> index_for(const DemSource& source,

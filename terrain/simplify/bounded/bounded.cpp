@@ -8,6 +8,7 @@
 #include "terrain/mesh/vertical_error.h"
 #include "terrain/simplify/bounded/bounded_blocks.h"
 #include "terrain/simplify/bounded/bounded_count.h"
+#include "terrain/simplify/bounded/search_effort.h"
 #include "terrain/simplify/collapse/collapse_method.h"
 #include "terrain/simplify/insertion/coarse_constrained.h"
 
@@ -15,33 +16,25 @@ namespace tind {
 
 namespace {
 
-struct Effort {
-  double reach;
+/// What an effort means where a count is asked for: see CountOptions.
+struct CountEffort {
+  double surplus;
   int rounds;
-  int move_tries;
-  double step_gain;
-  double surplus;  // for a count: see CountOptions
-  int fit_rounds;
 };
 
-Effort effort_of(const std::string& name) {
-  if (name == "fast") return {0.1, 0, 0, 0, 1.5, 2};
-  if (name == "best") return {3, 5, 12, 0, 3.5, 6};
-  return {1, 1, 6, 0.1, 1.8, 3};
+CountEffort count_effort(Effort effort) {
+  if (effort == Effort::fast) return {1.5, 2};
+  if (effort == Effort::best) return {3.5, 6};
+  return {1.8, 3};
 }
 
 BlockOptions block_options(const SimplifyOptions& o, double max_error, double x_scale) {
-  const Effort effort = effort_of(o.effort);
-  const bool both = o.side == "both";
+  const bool both = o.side == Side::both;
   BlockOptions b;
   b.mesher.eps = both ? max_error : max_error / 2;
-  b.offset = both ? 0 : (o.side == "above" ? 0.5 : -0.5) * max_error;
+  b.offset = both ? 0 : (o.side == Side::above ? 0.5 : -0.5) * max_error;
   b.mesher.x_scale = x_scale;
-  b.mesher.search_reach = effort.reach;
-  b.mesher.rounds = effort.rounds;
-  b.mesher.flips = effort.rounds > 1;
-  b.mesher.move_tries = effort.move_tries;
-  b.mesher.step_gain = effort.step_gain;
+  set_effort(mesh_effort(o.effort), b.mesher);
   b.mesher.search_step_min = 0.125;  // posts: a vertex need not be a post
   b.threads = o.threads;
   return b;
@@ -119,7 +112,7 @@ Result<Tin> two_triangles(const HeightGrid& grid) {
 }
 
 /// The smallest RMS error with at most `target` triangles.
-Result<Simplified> fit_count(const HeightGrid& grid, double x_scale, const Effort& effort,
+Result<Simplified> fit_count(const HeightGrid& grid, double x_scale, const CountEffort& effort,
                              std::uint64_t target, const Progress& progress) {
   const auto start = two_triangles(grid);
   if (!start) return std::unexpected(start.error());
@@ -131,7 +124,7 @@ Result<Simplified> fit_count(const HeightGrid& grid, double x_scale, const Effor
   CountOptions o;
   o.triangles = target;
   o.x_scale = x_scale;
-  o.rounds = effort.fit_rounds;
+  o.rounds = effort.rounds;
   // Near the full mesh insertion is what takes long, and has little to gain.
   const double most = 0.75 * double(result.input_triangles) / double(target);
   o.surplus = std::clamp(most, 1.0, effort.surplus);
@@ -187,11 +180,7 @@ Result<Simplified> reach_count(const HeightGrid& grid, double x_scale, std::uint
 }
 
 Result<void> check_options(const SimplifyOptions& o) {
-  if (o.side != "both" && o.side != "above" && o.side != "below")
-    return fail(Errc::invalid_argument, "--side is both, above or below");
-  if (o.effort != "fast" && o.effort != "normal" && o.effort != "best")
-    return fail(Errc::invalid_argument, "--effort is fast, normal or best");
-  if (o.constraints && o.side != "both")
+  if (o.constraints && o.side != Side::both)
     return fail(Errc::invalid_argument,
                 "lines have one height: with them --side is both, neither above nor below");
   if (o.stop.max_error_m && !(*o.stop.max_error_m > 0))
@@ -249,8 +238,8 @@ Result<Simplified> simplify_bounded(const Terrain& dem, const SimplifyOptions& o
                                            : full_triangles(grid.cols(), grid.rows());
   const std::uint64_t wanted = target_triangles(o.stop, full);
   const std::uint64_t target = std::max<std::uint64_t>(2, wanted);
-  const bool fits = o.side == "both" && !o.constraints;
-  auto result = fits ? fit_count(grid, x_scale, effort_of(o.effort), target, progress)
+  const bool fits = o.side == Side::both && !o.constraints;
+  auto result = fits ? fit_count(grid, x_scale, count_effort(o.effort), target, progress)
                      : reach_count(grid, x_scale, target, o, progress);
   if (!result) return result;
   result->note = count_note(*result, grid, o, wanted);

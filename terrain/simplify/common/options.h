@@ -12,7 +12,9 @@
 #include <vector>
 
 #include "terrain/base/result.h"
+#include "terrain/mesh/side.h"
 #include "terrain/mesh/tin.h"
+#include "terrain/simplify/common/effort.h"
 
 namespace tind {
 
@@ -64,8 +66,8 @@ struct SimplifyOptions {
   StopAt stop;
   double alpha = 0.25, beta = 2;      // edge-cost; NaN-free, dimensionless (edge_cost.h)
   std::string term = "all";           // edge-cost: all | length | height | degree
-  std::string effort = "normal";      // bounded: fast | normal | best
-  std::string side = "both";          // bounded: both | above | below
+  Effort effort = Effort::normal;     // bounded
+  Side side = Side::both;             // bounded
   bool subset_placement = false;      // qem
   bool border_constraints = false;    // qem
   std::string criterion = "plane";    // vertex-removal: plane | degree | k-degree

@@ -36,7 +36,7 @@ class StoredDatasetTest : public testing::Test {
     BuildOptions o;
     o.output = folder_.file(name);
     o.tiles.max_error_m = 8;
-    o.tiles.effort = "fast";
+    o.tiles.effort = Effort::fast;
     o.threads = 1;
     const auto report = build_tiles(*source, o);
     ASSERT_TRUE(report) << report.error().what;

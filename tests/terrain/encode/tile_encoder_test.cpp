@@ -24,7 +24,7 @@ class EncodedTiles : public ::testing::Test {
  protected:
   EncodedTiles() {
     TileSetOptions options;
-    options.effort = "fast";
+    options.effort = Effort::fast;
     auto plan = plan_source(source_, options, "", 1);
     EXPECT_TRUE(plan) << plan.error().what;
     const double lon = 7.15, lat = 45.85;

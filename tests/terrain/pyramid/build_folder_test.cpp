@@ -100,7 +100,7 @@ class BuildFolderTest : public testing::Test {
     BuildOptions o;
     o.output = folder_.file(name);
     o.tiles.max_error_m = 8;
-    o.tiles.effort = "fast";
+    o.tiles.effort = Effort::fast;
     o.threads = 2;
     o.batch = 8;
     o.lock = by(std::make_shared<Unsynced>());

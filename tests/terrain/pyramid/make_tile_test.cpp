@@ -41,7 +41,7 @@ class WatchedSource : public MadeUpSource {
 /// The tiles over the source's middle, of all levels.
 void expect_small_reads(const WatchedSource& source) {
   TileSetOptions options;
-  options.effort = "fast";
+  options.effort = Effort::fast;
   const auto plan = plan_source(source, options, "", 1);
   ASSERT_TRUE(plan) << plan.error().what;
   const GeoRect& b = source.info().bounds;

@@ -21,7 +21,7 @@ TEST_P(ProjectedTiles, have_no_cracks_and_are_within_what_they_state) {
   const auto source = test::open_projected(GetParam(), folder);
   ASSERT_TRUE(source);
   BuildOptions build;
-  build.tiles.effort = "fast";
+  build.tiles.effort = Effort::fast;
   build.tiles.max_error_m = 200;
   build.output = folder.file("tiles");
   const auto report = build_tiles(source, build);

@@ -42,7 +42,7 @@ class SparseTiles : public testing::Test {
   /// Builds into a folder of this name; everything that the checker finds fails the test.
   BuildReport build(const std::shared_ptr<const DemSource>& source, const std::string& name) {
     BuildOptions o;
-    o.tiles.effort = "fast";
+    o.tiles.effort = Effort::fast;
     o.output = dir_.file(name);
     const auto report = build_tiles(source, o);
     EXPECT_TRUE(report) << report.error().what;
@@ -100,7 +100,7 @@ TEST_F(SparseTiles, stand_where_files_are) {
         EXPECT_EQ((*tiles)->layer().contains(z, x, y), ids.contains({z, x, y}));
       }
   BuildOptions o;
-  o.tiles.effort = "fast";
+  o.tiles.effort = Effort::fast;
   EXPECT_EQ(estimate_build(*source, o)->tiles, plan->tile_count());
   EXPECT_EQ(build(source, "tiles").tiles, plan->tile_count());
   for (int z = 1; z <= deepest; ++z) EXPECT_EQ(empty_tiles("tiles", z), 0) << z;

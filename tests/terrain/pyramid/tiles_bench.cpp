@@ -95,7 +95,7 @@ int bench(int argc, char** argv) {
   fmt::print(
       "| effort | tiles | tiles/s | bytes/tile, gzip | violations | reading | borders | "
       "fitting | measuring | encoding | gzip |\n|---|---|---|---|---|---|---|---|---|---|---|\n");
-  for (const char* effort : {"fast", "normal"}) {
+  for (const Effort effort : {Effort::fast, Effort::normal}) {
     options.effort = effort;
     std::vector<double> rates;
     Run run;
@@ -106,11 +106,11 @@ int bench(int argc, char** argv) {
     const auto share = [&](double seconds) {
       return fmt::format("{:.0f} %", 100 * seconds / run.thread_seconds);
     };
-    fmt::print("| {} | {} | {:.0f} | {:.0f} | {} | {} | {} | {} | {} | {} | {} |\n", effort,
-               run.tiles, test::median(rates), double(run.bytes) / double(run.tiles),
-               violations(*source, options), share(run.cost.reading), share(run.cost.borders),
-               share(run.cost.fitting), share(run.cost.measuring), share(run.cost.encoding),
-               share(run.gzipping));
+    fmt::print("| {} | {} | {:.0f} | {:.0f} | {} | {} | {} | {} | {} | {} | {} |\n",
+               name_of(effort), run.tiles, test::median(rates),
+               double(run.bytes) / double(run.tiles), violations(*source, options),
+               share(run.cost.reading), share(run.cost.borders), share(run.cost.fitting),
+               share(run.cost.measuring), share(run.cost.encoding), share(run.gzipping));
     std::fflush(stdout);
   }
   return 0;

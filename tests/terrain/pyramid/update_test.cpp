@@ -59,7 +59,7 @@ class UpdateTest : public testing::Test {
     BuildOptions o;
     o.output = folder_.file(name);
     o.tiles.max_error_m = 10;
-    o.tiles.effort = "fast";
+    o.tiles.effort = Effort::fast;
     return o;
   }
   BuildReport build(const HeightGrid& grid, const std::string& name) const {

@@ -25,7 +25,7 @@ namespace {
 using namespace tind;
 using namespace tind::test;
 
-constexpr std::array kEfforts = {"fast", "normal", "best"};
+constexpr std::array kEfforts = {Effort::fast, Effort::normal, Effort::best};
 
 struct Settings {
   std::vector<double> bounds = {1, 5, 20};
@@ -58,8 +58,8 @@ Timed run(const BenchDem& dem, SimplifyOptions o, int runs) {
   return timed;
 }
 
-SimplifyOptions within(double eps, const std::string& method, const std::string& effort = "normal",
-                       const std::string& side = "both") {
+SimplifyOptions within(double eps, const std::string& method, Effort effort = Effort::normal,
+                       Side side = Side::both) {
   SimplifyOptions o;
   o.method = method;
   o.stop.max_error_m = eps;
@@ -183,11 +183,11 @@ void print_table(const BenchDem& dem, const Settings& s) {
     const Timed greedy = run(dem, within(eps, "greedy"), s.runs);
     print_row("greedy", greedy, greedy, dem.terrain.grid, eps);
     print_hmm(dem, s, eps, greedy);
-    for (const char* effort : kEfforts) {
+    for (const Effort effort : kEfforts) {
       SimplifyOptions o = within(eps, "bounded", effort);
       const Timed one = run(dem, o, s.runs);
-      print_row(effort, one, greedy, dem.terrain.grid, eps);
-      if (o.effort != "normal") continue;
+      print_row(name_of(effort), one, greedy, dem.terrain.grid, eps);
+      if (o.effort != Effort::normal) continue;
       o.threads = 2;
       const Timed two = run(dem, o, s.runs);
       const bool same =
@@ -233,7 +233,7 @@ void print_other_dems(const Settings& s) {
         const VerticalError e = vertical_error(t.tin, dem.terrain.grid);
         const double ratio = double(t.tin.triangles.size()) / double(greedy.tin.triangles.size());
         if (first[k] == 0) first[k] = ratio;
-        row += fmt::format("  {} {:.3f} ({:.1f}), {:+.0f} %{}", kEfforts[k], ratio,
+        row += fmt::format("  {} {:.3f} ({:.1f}), {:+.0f} %{}", name_of(kEfforts[k]), ratio,
                            t.seconds / greedy.seconds, 100 * (ratio / first[k] - 1),
                            e.max_m <= eps + 1e-9 && e.uncovered == 0 ? "" : " BOUND BROKEN");
       }
@@ -327,11 +327,12 @@ void print_tiles(const BenchDem& dem, const Settings& s) {
 void print_sides(const BenchDem& dem) {
   for (const double width : {2.0, 10.0, 40.0}) {
     const Timed both = run(dem, within(width / 2, "bounded"), 1);
-    for (const char* side : {"above", "below"}) {
-      const Timed one = run(dem, within(width, "bounded", "normal", side), 1);
-      const bool is_above = std::string(side) == "above";
+    for (const Side side : {Side::above, Side::below}) {
+      const Timed one = run(dem, within(width, "bounded", Effort::normal, side), 1);
+      const bool is_above = side == Side::above;
       fmt::print("--side {}, band {:g} m wide: {:.3f} of the two-sided mesh's triangles; {}\n",
-                 side, width, double(one.tin.triangles.size()) / double(both.tin.triangles.size()),
+                 name_of(side), width,
+                 double(one.tin.triangles.size()) / double(both.tin.triangles.size()),
                  verdict(one.tin, dem.terrain.grid, is_above ? width : 0, is_above ? 0 : width));
     }
   }

@@ -79,7 +79,7 @@ class EndlessTerrain {
 
 struct Case {
   double samples, eps;
-  std::string effort;
+  Effort effort;
   int threads;
 };
 
@@ -110,8 +110,9 @@ double run(const BenchDem& dem, const Case& c) {
       "{} x {} samples ({:.0f} MB as floats), {}, max error {:g} m: {} triangles ({:.0f} MB), "
       "{:.1f} s, {:.0f} ns a sample, peak memory (VmHWM) {:.0f} MB; max {:.6f} m, flipped {}, "
       "uncovered {}\n",
-      side, side, double(side) * side * 4e-6, c.effort, c.eps, made->tin.triangles.size(), mesh_mb,
-      seconds, per_sample, memory, e->max_m, check_validity(made->tin).flipped, e->uncovered);
+      side, side, double(side) * side * 4e-6, name_of(c.effort), c.eps, made->tin.triangles.size(),
+      mesh_mb, seconds, per_sample, memory, e->max_m, check_validity(made->tin).flipped,
+      e->uncovered);
   std::fflush(stdout);
   return per_sample;
 }
@@ -144,7 +145,7 @@ std::vector<double> numbers(const char* at) {
 
 int main(int argc, char** argv) {
   std::vector<double> sizes = {1e6, 1e8};
-  Case c{0, 20, "fast", 1};
+  Case c{0, 20, Effort::fast, 1};
   std::string path, target;
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
@@ -153,7 +154,7 @@ int main(int argc, char** argv) {
     else if (word == "--eps" && i + 1 < argc)
       c.eps = std::strtod(argv[++i], nullptr);
     else if (word == "--effort" && i + 1 < argc)
-      c.effort = argv[++i];
+      c.effort = enum_named<Effort>(argv[++i]).value_or(c.effort);
     else if (word == "--threads" && i + 1 < argc)
       c.threads = std::atoi(argv[++i]);
     else if (word == "--write" && i + 1 < argc)

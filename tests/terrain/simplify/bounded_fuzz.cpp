@@ -57,8 +57,8 @@ void check(const Tin& tin, const HeightGrid& grid, double above, double below) {
 void front_door(Bytes& in) {
   SimplifyOptions o;
   o.method = "bounded";
-  const char* const efforts[] = {"fast", "normal", "best"};
-  const char* const sides[] = {"both", "above", "below"};
+  const Effort efforts[] = {Effort::fast, Effort::normal, Effort::best};
+  const Side sides[] = {Side::both, Side::above, Side::below};
   o.effort = efforts[in.next() % 3];
   const unsigned side = in.next() % 3;
   o.side = sides[side];

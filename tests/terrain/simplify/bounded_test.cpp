@@ -20,8 +20,7 @@ using test::grid_from;
 using test::rough_terrain;
 
 Simplified run(const HeightGrid& grid, const std::string& method, double max_error,
-               const std::string& effort = "normal", const std::string& side = "both",
-               int threads = 1) {
+               Effort effort = Effort::normal, Side side = Side::both, int threads = 1) {
   SimplifyOptions o;
   o.method = method;
   o.stop.max_error_m = max_error;
@@ -46,26 +45,26 @@ void expect_promises(const HeightGrid& grid, const Simplified& s, double above, 
 TEST(Bounded, keeps_the_bound_at_every_effort_with_ever_fewer_triangles) {
   const HeightGrid grid = rough_terrain(300, 220, 1);
   std::size_t before = run(grid, "greedy", 5).tin.triangles.size();
-  for (const char* effort : {"fast", "normal", "best"}) {
+  for (const Effort effort : {Effort::fast, Effort::normal, Effort::best}) {
     const Simplified s = run(grid, "bounded", 5, effort);
     expect_promises(grid, s, 5, 5);
-    EXPECT_LT(s.tin.triangles.size(), before) << effort;
+    EXPECT_LT(s.tin.triangles.size(), before) << name_of(effort);
     before = s.tin.triangles.size();
   }
 }
 
 TEST(Bounded, one_sided_meshes_stay_on_their_side) {
   const HeightGrid grid = rough_terrain(200, 200, 2);
-  expect_promises(grid, run(grid, "bounded", 8, "normal", "above"), 8, 1e-9);
-  expect_promises(grid, run(grid, "bounded", 8, "normal", "below"), 1e-9, 8);
+  expect_promises(grid, run(grid, "bounded", 8, Effort::normal, Side::above), 8, 1e-9);
+  expect_promises(grid, run(grid, "bounded", 8, Effort::normal, Side::below), 1e-9, 8);
 }
 
 TEST(Bounded, many_blocks_are_one_mesh_and_threads_do_not_show) {
   const HeightGrid grid = rough_terrain(1100, 500, 3);
-  const Simplified one = run(grid, "bounded", 20, "normal", "both", 1);
+  const Simplified one = run(grid, "bounded", 20, Effort::normal, Side::both, 1);
   expect_promises(grid, one, 20, 20);
   EXPECT_GT(one.details.at("blocks"), 1);
-  const Simplified three = run(grid, "bounded", 20, "normal", "both", 3);
+  const Simplified three = run(grid, "bounded", 20, Effort::normal, Side::both, 3);
   EXPECT_EQ(one.tin.vertices, three.tin.vertices);
   EXPECT_EQ(one.tin.triangles, three.tin.triangles);
 }
@@ -76,17 +75,17 @@ TEST(Bounded, rows_of_blocks_are_one_mesh_however_many_are_made_at_once) {
   for (int r = 1000; r < 1560; ++r)
     for (int c = 0; c < 1000; ++c) grid.at(c, r) = HeightGrid::kVoid;
   grid.at(499, 514) = grid.at(499, 515) = grid.at(500, 515) = HeightGrid::kVoid;
-  for (const char* effort : {"fast", "normal"}) {
-    const Simplified one = run(grid, "bounded", 60, effort, "both", 1);
+  for (const Effort effort : {Effort::fast, Effort::normal}) {
+    const Simplified one = run(grid, "bounded", 60, effort, Side::both, 1);
     expect_promises(grid, one, 60, 60);
     for (const int threads : {2, 7}) {
-      const Simplified more = run(grid, "bounded", 60, effort, "both", threads);
+      const Simplified more = run(grid, "bounded", 60, effort, Side::both, threads);
       EXPECT_EQ(one.tin.vertices, more.tin.vertices) << threads;
       EXPECT_EQ(one.tin.triangles, more.tin.triangles) << threads;
     }
   }
   // So coarse that nearly every triangle crosses a seam.
-  expect_promises(grid, run(grid, "bounded", 200, "normal"), 200, 200);
+  expect_promises(grid, run(grid, "bounded", 200, Effort::normal), 200, 200);
 }
 
 TEST(Bounded, a_failed_read_is_an_error) {
@@ -147,7 +146,7 @@ TEST(Bounded, degenerate_terrain) {
   for (const HeightGrid& grid : grids) {
     for (const double eps : {0.01, 5.0, 1e4}) {
       expect_promises(grid, run(grid, "bounded", eps), eps, eps);
-      expect_promises(grid, run(grid, "bounded", eps, "best", "above"), eps, 1e-9);
+      expect_promises(grid, run(grid, "bounded", eps, Effort::best, Side::above), eps, 1e-9);
       expect_promises(grid, run(grid, "greedy", eps), eps + 1e-9, eps + 1e-9);
     }
   }
@@ -160,7 +159,7 @@ TEST(Bounded, no_vertex_flies_off_between_posts_or_over_voids) {
   float low = 1e9f, high = -1e9f;
   for (const float z : grid.values())
     if (!std::isnan(z)) low = std::min(low, z), high = std::max(high, z);
-  for (const char* effort : {"fast", "normal", "best"}) {
+  for (const Effort effort : {Effort::fast, Effort::normal, Effort::best}) {
     const Simplified s = run(grid, "bounded", 3, effort);
     for (const Vec3& v : s.tin.vertices) {
       // Near its posts, and not only within the range of the whole grid.
@@ -172,8 +171,8 @@ TEST(Bounded, no_vertex_flies_off_between_posts_or_over_voids) {
           near_high = std::max(near_high, grid.at(c, r));
         }
       }
-      EXPECT_GE(v.z, near_low - 3) << effort << " at " << v.x << "," << v.y;
-      EXPECT_LE(v.z, near_high + 3) << effort << " at " << v.x << "," << v.y;
+      EXPECT_GE(v.z, near_low - 3) << name_of(effort) << " at " << v.x << "," << v.y;
+      EXPECT_LE(v.z, near_high + 3) << name_of(effort) << " at " << v.x << "," << v.y;
     }
   }
 }
@@ -187,7 +186,7 @@ TEST(Bounded, a_plane_is_two_triangles) {
 }
 
 Simplified run_count(const HeightGrid& grid, const std::string& method, std::uint64_t triangles,
-                     const std::string& effort = "normal", const std::string& side = "both") {
+                     Effort effort = Effort::normal, Side side = Side::both) {
   SimplifyOptions o;
   o.method = method;
   o.stop.triangles = triangles;
@@ -200,10 +199,10 @@ Simplified run_count(const HeightGrid& grid, const std::string& method, std::uin
 
 TEST(Bounded, a_count_is_met_from_below) {
   const HeightGrid grid = rough_terrain(200, 150, 5);
-  for (const char* side : {"both", "above"}) {
-    const Simplified s = run_count(grid, "bounded", 3000, "normal", side);
-    EXPECT_LE(s.tin.triangles.size(), 3000u) << side;
-    EXPECT_GE(s.tin.triangles.size(), 2900u) << side;
+  for (const Side side : {Side::both, Side::above}) {
+    const Simplified s = run_count(grid, "bounded", 3000, Effort::normal, side);
+    EXPECT_LE(s.tin.triangles.size(), 3000u) << name_of(side);
+    EXPECT_GE(s.tin.triangles.size(), 2900u) << name_of(side);
     EXPECT_EQ(s.note, "");
   }
 }
@@ -211,7 +210,7 @@ TEST(Bounded, a_count_is_met_from_below) {
 TEST(Bounded, a_small_count_for_one_side_is_met_as_nearly_as_a_large_one) {
   const HeightGrid grid = rough_terrain(300, 260, 8, 2000);
   for (const std::uint64_t count : {1000, 300, 100}) {
-    const Simplified s = run_count(grid, "bounded", count, "fast", "above");
+    const Simplified s = run_count(grid, "bounded", count, Effort::fast, Side::above);
     EXPECT_LE(s.tin.triangles.size(), count);
     EXPECT_GE(double(s.tin.triangles.size()), 0.95 * double(count));
     if (s.tin.triangles.size() < 0.99 * double(count)) {
@@ -230,11 +229,11 @@ TEST(Bounded, a_count_has_less_rms_than_quadrics_and_less_maximum_than_insertion
   for (const std::uint64_t count : {1000, 10000}) {
     const VerticalError insertion = vertical_error(run_count(*grid, "greedy", count).tin, *grid);
     double before = vertical_error(run_count(*grid, "memoryless", count).tin, *grid).rms_m;
-    for (const char* effort : {"fast", "normal", "best"}) {
+    for (const Effort effort : {Effort::fast, Effort::normal, Effort::best}) {
       const Simplified s = run_count(*grid, "bounded", count, effort);
       expect_promises(*grid, s, insertion.max_m + 1e-6, insertion.max_m + 1e-6);
       const double rms = vertical_error(s.tin, *grid).rms_m;
-      EXPECT_LT(rms, before) << effort << " at " << count;
+      EXPECT_LT(rms, before) << name_of(effort) << " at " << count;
       before = rms;
     }
   }

@@ -107,9 +107,9 @@ std::vector<SimplifyOptions> every_method() {
       all.push_back(o), all.back().subset_placement = true;
       all.push_back(o), all.back().border_constraints = true;
     }
-    for (const char* effort : {"fast", "best"})
+    for (const Effort effort : {Effort::fast, Effort::best})
       if (info.name == "bounded") all.push_back(o), all.back().effort = effort;
-    for (const char* side : {"above", "below"})
+    for (const Side side : {Side::above, Side::below})
       if (info.name == "bounded") all.push_back(o), all.back().side = side;
   }
   return all;
@@ -194,10 +194,10 @@ TEST_P(EveryMethod, KeepsTheErrorBound) {
       expect_same(*made, *simplify({g, sx, sy}, o));
       const VerticalError error = vertical_error(made->tin, g);
       EXPECT_LE(error.max_m, bound * (1 + 1e-9) + 1e-8);
-      if (o.side == "above") {
+      if (o.side == Side::above) {
         EXPECT_LE(error.max_below_m, 1e-8);
       }
-      if (o.side == "below") {
+      if (o.side == Side::below) {
         EXPECT_LE(error.max_above_m, 1e-8);
       }
       EXPECT_EQ(made->note, "");

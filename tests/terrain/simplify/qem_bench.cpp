@@ -30,7 +30,7 @@ namespace {
 using namespace tind;
 using namespace tind::test;
 
-constexpr std::array kEfforts = {"fast", "normal", "best"};
+constexpr std::array kEfforts = {Effort::fast, Effort::normal, Effort::best};
 
 struct Contest {
   BenchDem dem;
@@ -39,7 +39,7 @@ struct Contest {
   std::size_t target = 0;
 };
 
-Tin ours(const Contest& c, const std::string& method, const std::string& effort = "normal") {
+Tin ours(const Contest& c, const std::string& method, Effort effort = Effort::normal) {
   SimplifyOptions o;
   o.method = method;
   o.effort = effort;
@@ -140,15 +140,15 @@ void run(const BenchDem& dem, double ratio, int runs, [[maybe_unused]] bool cgal
   print_row("tind memoryless", c, memoryless, memoryless_s, base);
   print_row("tind greedy", c, greedy, greedy_s, base);
   for (std::size_t k = 0; k < kEfforts.size(); ++k)
-    print_row(("tind bounded " + std::string(kEfforts[k])).c_str(), c, bounded[k], bounded_s[k],
-              base);
+    print_row(("tind bounded " + name_of(kEfforts[k])).c_str(), c, bounded[k], bounded_s[k], base);
   for (std::size_t k = 0; k < kEfforts.size(); ++k) {
     const VerticalError e = vertical_error(bounded[k], dem.terrain.grid);
     fmt::print(
         "bounded {:6} / qem: time {:.2f}, RMS {:.3f}; / memoryless: time {:.2f}, RMS {:.3f}; "
         "/ greedy: maximum {:.3f}\n",
-        kEfforts[k], bounded_s[k] / qem_s, e.rms_m / vertical_error(qem, dem.terrain.grid).rms_m,
-        bounded_s[k] / memoryless_s, e.rms_m / vertical_error(memoryless, dem.terrain.grid).rms_m,
+        name_of(kEfforts[k]), bounded_s[k] / qem_s,
+        e.rms_m / vertical_error(qem, dem.terrain.grid).rms_m, bounded_s[k] / memoryless_s,
+        e.rms_m / vertical_error(memoryless, dem.terrain.grid).rms_m,
         e.max_m / vertical_error(greedy, dem.terrain.grid).max_m);
   }
 #if TIND_WITH_CGAL
@@ -160,7 +160,7 @@ void run(const BenchDem& dem, double ratio, int runs, [[maybe_unused]] bool cgal
              vertical_error(memoryless, dem.terrain.grid).rms_m /
                  vertical_error(tin, dem.terrain.grid).rms_m);
   for (std::size_t k = 0; k < kEfforts.size(); ++k)
-    fmt::print("bounded {:6} / CGAL: time {:.3f}, RMS {:.3f}\n", kEfforts[k],
+    fmt::print("bounded {:6} / CGAL: time {:.3f}, RMS {:.3f}\n", name_of(kEfforts[k]),
                bounded_s[k] / seconds,
                vertical_error(bounded[k], dem.terrain.grid).rms_m /
                    vertical_error(tin, dem.terrain.grid).rms_m);
