@@ -6,23 +6,33 @@
 #include <vector>
 
 #include "terrain/base/result.h"
+#include "terrain/simplify/options.h"
 
 namespace tind {
 
 /// What one chooses by, and what one reads when it is chosen.
 struct MethodInfo {
-  std::string name, minimises, stops, guarantees, source;
+  std::string name = {};
+  std::string minimises, stops, guarantees, source;
   std::string take_for;  // when it is the right one
   std::string voids;     // holes, or covered
   /// Time and RMS error beside qem's at 10 % of the triangles (scripts/reproduce --only choose).
   std::string time, rms;
-  std::vector<std::string> options;  // those of SimplifyOptions that it reads, as they are typed
+  std::vector<std::string> options = {};  // that it reads, as they are typed
 };
 
 /// All methods, in the order in which help lists them.
 std::span<const MethodInfo> methods();
 
-/// (invalid_argument), with all names that there are.
-std::unexpected<Error> no_such_method(const std::string& name);
+/// Each method with its options as they are by default, in the same order.
+std::vector<MethodOptions> all_methods();
+
+std::string method_name(const MethodOptions&);
+
+/// Fails (invalid_argument), with all names that there are.
+Result<MethodOptions> method_named(const std::string& name);
+
+/// "vertex-removal:degree": the method and the value of its kVariant; or a method's name alone.
+Result<MethodOptions> method_variant(const std::string& text);
 
 }  // namespace tind

@@ -7,25 +7,17 @@
 #include <cmath>
 
 #include "terrain/mesh/vertical_error.h"
-#include "terrain/simplify/bounded/bounded.h"
-#include "terrain/simplify/clustering/clustering.h"
-#include "terrain/simplify/collapse/attribute_quadric.h"
-#include "terrain/simplify/collapse/edge_cost.h"
-#include "terrain/simplify/collapse/memoryless.h"
-#include "terrain/simplify/collapse/quadric.h"
-#include "terrain/simplify/collapse/triangle_collapse.h"
-#include "terrain/simplify/collapse/vertex_removal.h"
-#include "terrain/simplify/common/options.h"
 #include "terrain/simplify/common/simplified.h"
 #include "terrain/simplify/constraints/constraints.h"
-#include "terrain/simplify/insertion/greedy_insertion.h"
 #include "terrain/simplify/methods.h"
+#include "terrain/simplify/options.h"
 
 namespace tind {
 
 namespace {
 
-using Method = Result<Simplified> (*)(const Terrain&, const SimplifyOptions&, const Progress&);
+using Method = Result<Simplified> (*)(const Terrain&, const MethodOptions&, const RunOptions&,
+                                      const Progress&);
 
 constexpr const char* kAlways = "0 flipped, 0 uncovered, lines stay edges";
 constexpr const char* kAllStops = "triangles, ratio, max error";
@@ -34,110 +26,110 @@ constexpr const char* kCovered = "covered";
 
 struct Row {
   MethodInfo info;
+  MethodOptions defaults;
   Method run;
 };
 
+template <class Options>
+using Function = Result<Simplified>(const Terrain&, const Options&, const RunOptions&,
+                                    const Progress&);
+
+template <class Options>
+Options options_of(Function<Options>*);
+
+/// The function's own struct says the rest of the row: the name, and the names of its options.
+template <auto function>
+Row row(MethodInfo info) {
+  using Options = decltype(options_of(function));
+  info.name = Options::kName;
+  Options::each_option([&](const char* name, auto, const char*) { info.options.push_back(name); });
+  return {std::move(info), Options{},
+          [](const Terrain& dem, const MethodOptions& method, const RunOptions& options,
+             const Progress& progress) {
+            return function(dem, std::get<Options>(method), options, progress);
+          }};
+}
+
 const std::vector<Row>& table() {
   static const std::vector<Row> rows = {
-      {{.name = "bounded",
-        .minimises = "triangles within a strict vertical error, or squared error at a count",
-        .stops = "triangles, ratio, max error above 0",
-        .guarantees = kAlways,
-        .source = "ours: floating heights",
-        .take_for = "nearly everything: fewest triangles, least error",
-        .voids = kCovered,
-        .time = "2",
-        .rms = "0.6",
-        .options = {"effort", "side"}},
-       simplify_bounded},
-      {{.name = "qem",
-        .minimises = "squared distance to the planes of all merged triangles",
-        .stops = kAllStops,
-        .guarantees = kAlways,
-        .source = "Garland and Heckbert 1997",
-        .take_for = "holes that stay holes; meshes (PLY, OBJ, STL)",
-        .voids = kHoles,
-        .time = "1",
-        .rms = "1",
-        .options = {"subset-placement", "border-constraints"}},
-       simplify_qem},
-      {{.name = "memoryless",
-        .minimises = "squared volume between the current mesh and the next",
-        .stops = kAllStops,
-        .guarantees = kAlways,
-        .source = "Lindstrom and Turk 1998",
-        .take_for = "as qem, with less error",
-        .voids = kHoles,
-        .time = "1.9",
-        .rms = "0.8",
-        .options = {}},
-       simplify_memoryless},
-      {{.name = "greedy",
-        .minimises = "the largest vertical error, vertices on posts",
-        .stops = kAllStops,
-        .guarantees = kAlways,
-        .source = "Garland and Heckbert 1995, greedy insertion",
-        .take_for = "vertices that are posts; haste",
-        .voids = kCovered,
-        .time = "0.2",
-        .rms = "1.3",
-        .options = {}},
-       simplify_greedy},
-      {{.name = "cluster",
-        .minimises = "squared distance to the planes of each cell of a uniform grid",
-        .stops = "triangles, ratio; max error up to 33 million posts",
-        .guarantees = kAlways,
-        .source = "Rossignac and Borrel 1993; Lindstrom 2000",
-        .take_for = "a DEM of any size in one pass; even triangles",
-        .voids = kCovered,
-        .time = "0.1",
-        .rms = "2.4",
-        .options = {}},
-       simplify_cluster},
-      {{.name = "attribute-qem",
-        .minimises = "squared distance to planes of position, colour and normal (--drape)",
-        .stops = kAllStops,
-        .guarantees = kAlways,
-        .source = "Han, Chun 2004; Min, Han, Chun: EQEM",
-        .take_for = "colour, texture and shading that are to survive",
-        .voids = kHoles,
-        .time = "2.4",
-        .rms = "1.4",
-        .options = {"attributes", "attribute-metric", "attribute-weight", "drape"}},
-       simplify_attribute_qem},
-      {{.name = "edge-cost",
-        .minimises = "edge length x circumradius, height difference and degree",
-        .stops = kAllStops,
-        .guarantees = kAlways,
-        .source = "Kim, Yu, Park, Cho: a terrain edge cost",
-        .take_for = "even triangles; the paper's figures",
-        .voids = kHoles,
-        .time = "0.8",
-        .rms = "3.4",
-        .options = {"alpha", "beta", "term"}},
-       simplify_edge_cost},
-      {{.name = "triangle-collapse",
-        .minimises = "squared distance to planes, six triangles a step",
-        .stops = kAllStops,
-        .guarantees = kAlways,
-        .source = "Sung and Park: PMTC; Gieng et al. 1997",
-        .take_for = "progressive meshes of few steps",
-        .voids = kHoles,
-        .time = "0.7",
-        .rms = "1.3",
-        .options = {"placement"}},
-       simplify_triangle_collapse},
-      {{.name = "vertex-removal",
-        .minimises = "distance to the ring's average plane, or the degree",
-        .stops = kAllStops,
-        .guarantees = kAlways,
-        .source = "Schroeder, Zarge, Lorensen 1992",
-        .take_for = "a baseline; vertices that are posts",
-        .voids = kHoles,
-        .time = "1.5",
-        .rms = "5.5",
-        .options = {"criterion", "k"}},
-       simplify_vertex_removal},
+      row<simplify_bounded>(
+          {.minimises = "triangles within a strict vertical error, or squared error at a count",
+           .stops = "triangles, ratio, max error above 0",
+           .guarantees = kAlways,
+           .source = "ours: floating heights",
+           .take_for = "nearly everything: fewest triangles, least error",
+           .voids = kCovered,
+           .time = "2",
+           .rms = "0.6"}),
+      row<simplify_qem>({.minimises = "squared distance to the planes of all merged triangles",
+                         .stops = kAllStops,
+                         .guarantees = kAlways,
+                         .source = "Garland and Heckbert 1997",
+                         .take_for = "holes that stay holes; meshes (PLY, OBJ, STL)",
+                         .voids = kHoles,
+                         .time = "1",
+                         .rms = "1"}),
+      row<simplify_memoryless>({.minimises = "squared volume between the current mesh and the next",
+                                .stops = kAllStops,
+                                .guarantees = kAlways,
+                                .source = "Lindstrom and Turk 1998",
+                                .take_for = "as qem, with less error",
+                                .voids = kHoles,
+                                .time = "1.9",
+                                .rms = "0.8"}),
+      row<simplify_greedy>({.minimises = "the largest vertical error, vertices on posts",
+                            .stops = kAllStops,
+                            .guarantees = kAlways,
+                            .source = "Garland and Heckbert 1995, greedy insertion",
+                            .take_for = "vertices that are posts; haste",
+                            .voids = kCovered,
+                            .time = "0.2",
+                            .rms = "1.3"}),
+      row<simplify_cluster>(
+          {.minimises = "squared distance to the planes of each cell of a uniform grid",
+           .stops = "triangles, ratio; max error up to 33 million posts",
+           .guarantees = kAlways,
+           .source = "Rossignac and Borrel 1993; Lindstrom 2000",
+           .take_for = "a DEM of any size in one pass; even triangles",
+           .voids = kCovered,
+           .time = "0.1",
+           .rms = "2.4"}),
+      row<simplify_attribute_qem>(
+          {.minimises = "squared distance to planes of position, colour and normal (--drape)",
+           .stops = kAllStops,
+           .guarantees = kAlways,
+           .source = "Han, Chun 2004; Min, Han, Chun: EQEM",
+           .take_for = "colour, texture and shading that are to survive",
+           .voids = kHoles,
+           .time = "2.4",
+           .rms = "1.4"}),
+      row<simplify_edge_cost>(
+          {.minimises = "edge length x circumradius, height difference and degree",
+           .stops = kAllStops,
+           .guarantees = kAlways,
+           .source = "Kim, Yu, Park, Cho: a terrain edge cost",
+           .take_for = "even triangles; the paper's figures",
+           .voids = kHoles,
+           .time = "0.8",
+           .rms = "3.4"}),
+      row<simplify_triangle_collapse>(
+          {.minimises = "squared distance to planes, six triangles a step",
+           .stops = kAllStops,
+           .guarantees = kAlways,
+           .source = "Sung and Park: PMTC; Gieng et al. 1997",
+           .take_for = "progressive meshes of few steps",
+           .voids = kHoles,
+           .time = "0.7",
+           .rms = "1.3"}),
+      row<simplify_vertex_removal>(
+          {.minimises = "distance to the ring's average plane, or the degree",
+           .stops = kAllStops,
+           .guarantees = kAlways,
+           .source = "Schroeder, Zarge, Lorensen 1992",
+           .take_for = "a baseline; vertices that are posts",
+           .voids = kHoles,
+           .time = "1.5",
+           .rms = "5.5"}),
   };
   return rows;
 }
@@ -148,12 +140,43 @@ std::string names() {
   return all;
 }
 
+std::unexpected<Error> no_such_method(const std::string& name) {
+  return fail(Errc::invalid_argument, "there is no method '" + name + "'; there are " + names());
+}
+
+const Row& row_of(const MethodOptions& method) {
+  return *std::ranges::find(table(), method.index(),
+                            [](const Row& r) { return r.defaults.index(); });
+}
+
+/// Sets the option that kVariant names.
+template <class Options>
+Result<void> set_variant(Options& options, const std::string& value) {
+  if constexpr (requires { Options::kVariant; }) {
+    Result<void> done;
+    Options::each_option([&](const std::string& name, auto member, const char*) {
+      using Field = std::remove_reference_t<decltype(options.*member)>;
+      if constexpr (NamedEnum<Field>) {
+        if (name != Options::kVariant) return;
+        const auto parsed = parse_enum<Field>(value);
+        if (parsed)
+          options.*member = *parsed;
+        else
+          done = std::unexpected(parsed.error());
+      }
+    });
+    return done;
+  } else {
+    return no_such_method(Options::kName + (":" + value));
+  }
+}
+
 /// What only lines need: their grid, polygons level to the last bit, and a word where heights that
 /// the lines bring cannot be had together with the error bound.
-Result<Simplified> with_lines(Method run, const SimplifyOptions& options,
+Result<Simplified> with_lines(const Row& row, const SimplifyOptions& options,
                               const Progress& progress) {
   const Constraints& constraints = *options.constraints;
-  Result<Simplified> made = run(constraints.dem, options, progress);
+  Result<Simplified> made = row.run(constraints.dem, options.method, options, progress);
   if (!made) return made;
   set_level(made->tin, constraints);
   if (options.stop.max_error_m &&
@@ -168,10 +191,6 @@ Result<Simplified> with_lines(Method run, const SimplifyOptions& options,
 
 }  // namespace
 
-std::unexpected<Error> no_such_method(const std::string& name) {
-  return fail(Errc::invalid_argument, "there is no method '" + name + "'; there are " + names());
-}
-
 std::span<const MethodInfo> methods() {
   static const std::vector<MethodInfo> infos = [] {
     std::vector<MethodInfo> all;
@@ -181,11 +200,36 @@ std::span<const MethodInfo> methods() {
   return infos;
 }
 
+std::vector<MethodOptions> all_methods() {
+  std::vector<MethodOptions> all;
+  for (const Row& row : table()) all.push_back(row.defaults);
+  return all;
+}
+
+std::string method_name(const MethodOptions& method) {
+  return std::visit([](const auto& options) { return std::string(options.kName); }, method);
+}
+
+Result<MethodOptions> method_named(const std::string& name) {
+  for (const Row& row : table())
+    if (row.info.name == name) return row.defaults;
+  return no_such_method(name);
+}
+
+Result<MethodOptions> method_variant(const std::string& text) {
+  const std::size_t colon = text.find(':');
+  if (colon == std::string::npos) return method_named(text);
+  Result<MethodOptions> method = method_named(text.substr(0, colon));
+  if (!method) return method;
+  const Result<void> set = std::visit(
+      [&](auto& options) { return set_variant(options, text.substr(colon + 1)); }, *method);
+  if (!set) return std::unexpected(set.error());
+  return method;
+}
+
 Result<Simplified> simplify(const Terrain& dem, const SimplifyOptions& options,
                             const Progress& progress) {
-  const auto row =
-      std::ranges::find_if(table(), [&](const Row& r) { return r.info.name == options.method; });
-  if (row == table().end()) return no_such_method(options.method);
+  const Row& row = row_of(options.method);
   if (const Result<void> ok = check_stop(options.stop); !ok) return std::unexpected(ok.error());
   if (!(dem.spacing_x_m > 0 && dem.spacing_y_m > 0 &&
         std::isfinite(dem.spacing_x_m * dem.spacing_y_m)))
@@ -196,8 +240,8 @@ Result<Simplified> simplify(const Terrain& dem, const SimplifyOptions& options,
                                     std::to_string(grid.rows()) +
                                     " posts has no triangles; at least 2 x 2 are needed");
   }
-  if (options.constraints) return with_lines(row->run, options, progress);
-  return row->run(dem, options, progress);
+  if (options.constraints) return with_lines(row, options, progress);
+  return row.run(dem, options.method, options, progress);
 }
 
 }  // namespace tind

@@ -8,6 +8,34 @@
 
 namespace tind {
 
+namespace {
+
+/// The shape alone: attributes are carried along.
+Result<Simplified> run(const Tin& tin, const QemOptions&, const RunOptions& options,
+                       const Progress& progress) {
+  return attribute_qem_mesh(tin, {.metric = AttributeMetric::ignored, .drape = {}}, options,
+                            progress);
+}
+
+Result<Simplified> run(const Tin& tin, const AttributeQemOptions& method, const RunOptions& options,
+                       const Progress& progress) {
+  return attribute_qem_mesh(tin, method, options, progress);
+}
+
+Result<Simplified> run(const Tin& tin, const TriangleCollapseOptions& method,
+                       const RunOptions& options, const Progress& progress) {
+  return triangle_collapse_mesh(tin, method, options, progress);
+}
+
+template <class Other>
+Result<Simplified> run(const Tin&, const Other&, const RunOptions&, const Progress&) {
+  return fail(Errc::invalid_argument, std::string("'") + Other::kName +
+                                          "' is for terrain; a general mesh takes qem, "
+                                          "attribute-qem or triangle-collapse");
+}
+
+}  // namespace
+
 Result<SimplifiedMesh> simplify_mesh(Tin tin, const SimplifyOptions& options,
                                      const Progress& progress) {
   if (const Result<void> ok = check_stop(options.stop); !ok) return std::unexpected(ok.error());
@@ -19,20 +47,8 @@ Result<SimplifiedMesh> simplify_mesh(Tin tin, const SimplifyOptions& options,
   const ManifoldRepair repair = make_manifold(tin);
   drop_unused_vertices(tin);
   if (tin.triangles.empty()) return fail(Errc::bad_data, "the mesh has no triangle");
-  Result<Simplified> made = fail(Errc::internal, "");
-  if (options.method == "qem") {
-    SimplifyOptions shape_only = options;
-    shape_only.attribute_metric = "ignored";
-    made = attribute_qem_mesh(tin, shape_only, progress);
-  } else if (options.method == "attribute-qem") {
-    made = attribute_qem_mesh(tin, options, progress);
-  } else if (options.method == "triangle-collapse") {
-    made = triangle_collapse_mesh(tin, options, progress);
-  } else {
-    return fail(Errc::invalid_argument, "'" + options.method +
-                                            "' is for terrain; a general mesh takes qem, "
-                                            "attribute-qem or triangle-collapse");
-  }
+  Result<Simplified> made = std::visit(
+      [&](const auto& method) { return run(tin, method, options, progress); }, options.method);
   if (!made) return std::unexpected(made.error());
   return SimplifiedMesh{std::move(*made), repair.split_vertices, repair.dropped_triangles};
 }

@@ -3,8 +3,8 @@
 
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
-#include "terrain/simplify/common/options.h"
 #include "terrain/simplify/common/simplified.h"
+#include "terrain/simplify/options.h"
 
 namespace tind {
 

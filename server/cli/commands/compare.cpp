@@ -17,9 +17,9 @@
 #include "server/cli/pictures/surface_report.h"
 #include "server/cli/program/run_apart.h"
 #include "terrain/raster/gdal/image_source.h"
-#include "terrain/simplify/common/options.h"
 #include "terrain/simplify/common/simplified.h"
 #include "terrain/simplify/methods.h"
+#include "terrain/simplify/options.h"
 #include "terrain/simplify/simplify.h"
 
 namespace tind::cli {
@@ -60,40 +60,11 @@ Result<StopAt> parse_at(const std::string& text) {
   return stop;
 }
 
-/// "vertex-removal:degree": the method and its variant.
-Result<void> choose_method(const std::string& text, SimplifyOptions& o) {
-  const std::size_t colon = text.find(':');
-  o.method = text.substr(0, colon);
-  if (colon == std::string::npos) return {};
-  const std::string variant = text.substr(colon + 1);
-  if (o.method == "vertex-removal")
-    o.criterion = variant;
-  else if (o.method == "triangle-collapse")
-    o.placement = variant;
-  else if (o.method == "attribute-qem")
-    o.attribute_metric = variant;
-  else if (o.method == "edge-cost")
-    o.term = variant;
-  else if (o.method == "bounded") {
-    const auto effort = parse_enum<Effort>(variant);
-    if (!effort) return std::unexpected(effort.error());
-    o.effort = *effort;
-  } else {
-    o.method = text;  // no such method; simplify() says so
-  }
-  return {};
-}
-
 CompareRow run_one(const Terrain& dem, const std::string& method, const std::string& stop_text,
-                   const StopAt& stop, SimplifyOptions options) {
+                   const SimplifyOptions& options) {
   CompareRow row;
   row.method = method;
   row.stop = stop_text;
-  if (const auto ok = choose_method(method, options); !ok) {
-    row.failure = ok.error().what;
-    return row;
-  }
-  options.stop = stop;
   MeasuredRun run = simplify_apart(dem, options);
   row.seconds = run.seconds;
   row.cpu_seconds = run.cpu_seconds;
@@ -200,17 +171,19 @@ Result<std::vector<std::pair<std::string, StopAt>>> stops_of(const Arguments& a)
 }
 
 int run(const Arguments& a) {
+  std::vector<MethodOptions> chosen;
   for (const std::string& text : a.methods) {
-    SimplifyOptions chosen;
-    if (const auto ok = choose_method(text, chosen); !ok) return complain(ok.error());
-    if (std::ranges::find(methods(), chosen.method, &MethodInfo::name) == methods().end())
-      return complain(no_such_method(chosen.method).error());
+    const auto method = method_variant(text);
+    if (!method) return complain(method.error());
+    chosen.push_back(*method);
   }
   const auto stops = stops_of(a);
   if (!stops) return complain(stops.error());
   if (const int code = check_outputs({a.csv, a.html}); code != kOk) return code;
-  const auto takes_drape = [](const std::string& m) { return m.starts_with("attribute-qem"); };
-  if (!a.drape.empty() && std::ranges::none_of(a.methods, takes_drape))
+  const auto takes_drape = [](const MethodOptions& m) {
+    return std::holds_alternative<AttributeQemOptions>(m);
+  };
+  if (!a.drape.empty() && std::ranges::none_of(chosen, takes_drape))
     return complain(
         {Errc::invalid_argument, "--drape is for attribute-qem, which is not compared"});
   const auto dem = open_dem(a.input);
@@ -229,13 +202,18 @@ int run(const Arguments& a) {
   if (!a.drape.empty()) {
     auto drape = drape_image(a.drape, **dem);
     if (!drape) return complain(drape.error());
-    options.drape = std::make_shared<const std::vector<Colour>>(std::move(drape->colours));
+    const auto colours = std::make_shared<const std::vector<Colour>>(std::move(drape->colours));
+    for (MethodOptions& method : chosen)
+      if (auto* const attributed = std::get_if<AttributeQemOptions>(&method))
+        attributed->drape = colours;
   }
   std::vector<CompareRow> rows;
   bool any = false;
   for (const auto& [text, stop] : *stops) {
-    for (const std::string& method : a.methods) {
-      rows.push_back(run_one(*posts, method, text, stop, options));
+    options.stop = stop;
+    for (std::size_t i = 0; i < chosen.size(); ++i) {
+      options.method = chosen[i];
+      rows.push_back(run_one(*posts, a.methods[i], text, options));
       any |= rows.back().failure.empty();
     }
   }

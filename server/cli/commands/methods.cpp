@@ -8,8 +8,8 @@
 #include <memory>
 
 #include "server/cli/commands/commands.h"
-#include "terrain/simplify/common/options.h"
 #include "terrain/simplify/methods.h"
+#include "terrain/simplify/options.h"
 
 namespace tind::cli {
 
@@ -35,7 +35,7 @@ void print_methods(bool json) {
       "no cell of three valid corners beside it is left out. covered: triangles close the voids, "
       "and\n"
       "no valid post is left out. In 'tind progressive' all of them leave holes.\n",
-      kDefaultMethod, kDefaultMeshMethod);
+      method_name(MethodOptions{}), DefaultMeshMethod::kName);
   for (const MethodInfo& m : methods()) {
     std::string options;
     for (const std::string& o : m.options) options += (options.empty() ? "--" : ", --") + o;

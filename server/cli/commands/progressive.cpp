@@ -30,6 +30,7 @@ constexpr double kStepsInDiagonal = 65536;  // ... a mesh's coordinates of this 
 struct Arguments {
   DemInput input;
   std::string output, progress = "auto";
+  MethodLine method;
   SimplifyOptions options;
   std::optional<double> max_error, step, per_post;
   std::size_t base = 64;
@@ -50,8 +51,9 @@ int run_surface(Arguments& a) {
                      "--max-error and --lattice need a DEM; a mesh takes --step, the step of its "
                      "coordinates"});
   }
-  auto tin = a.options.method == "attribute-qem" ? read_tin(a.input.files[0])
-                                                 : read_shape(a.input.files[0]);
+  auto tin = std::holds_alternative<AttributeQemOptions>(a.options.method)
+                 ? read_tin(a.input.files[0])
+                 : read_shape(a.input.files[0]);
   if (!tin) return complain(tin.error());
   const Tin* const meshes[] = {&*tin};
   const double diagonal = diagonal_of(*tin);
@@ -61,7 +63,7 @@ int run_surface(Arguments& a) {
   if (!lattice) return complain(lattice.error());
   Result<ProgressiveSurface> made;
   {
-    ProgressBar bar(a.options.method, progress_style(a.progress));
+    ProgressBar bar(a.method.name, progress_style(a.progress));
     made = make_progressive_surface(std::move(*tin), a.options, a.base, *lattice, bar.progress());
   }
   if (!made) return complain(made.error());
@@ -70,7 +72,7 @@ int run_surface(Arguments& a) {
   if (!bytes) return complain_of_output(bytes.error());
   const double base_error = pm.splits.empty() ? pm.fine_error_m : double(pm.splits[0].error_m);
   if (a.json) {
-    const nlohmann::ordered_json j = {{"method", a.options.method},
+    const nlohmann::ordered_json j = {{"method", a.method.name},
                                       {"base_triangles", pm.base.triangles.size()},
                                       {"base_error", base_error},
                                       {"splits", pm.splits.size()},
@@ -86,7 +88,7 @@ int run_surface(Arguments& a) {
     return kOk;
   }
   fmt::print("{}: {} triangles within {:.4g} to {} vertices within {:.4g}, {} bytes\n",
-             a.options.method, pm.base.triangles.size(), base_error,
+             a.method.name, pm.base.triangles.size(), base_error,
              pm.base.vertices.size() + pm.splits.size(), pm.fine_error_m, *bytes);
   if (made->split_vertices + made->dropped_triangles > 0) {
     fmt::print("repaired: {} vertices split, {} triangles dropped (not a manifold)\n",
@@ -97,8 +99,10 @@ int run_surface(Arguments& a) {
 
 int run(Arguments& a, Command app) {
   const bool surface = is_mesh(a.input.files[0]);
-  if (surface && !a.method_given) a.options.method = kDefaultMeshMethod;
-  if (const auto ok = check_method_options(app, a.options.method); !ok) return complain(ok.error());
+  if (surface && !a.method_given) a.method.name = DefaultMeshMethod::kName;
+  const auto method = method_of(app, a.method);
+  if (!method) return complain(method.error());
+  a.options.method = *method;
   if (const int code = check_outputs({a.output}); code != kOk) return code;
   if (surface) return run_surface(a);
   const auto dem = open_dem(a.input);
@@ -115,7 +119,7 @@ int run(Arguments& a, Command app) {
   const Lattice lattice{a.per_post.value_or(2), a.step.value_or(error / kStepsInError)};
   Result<ProgressiveMesh> made;
   {
-    ProgressBar bar(a.options.method, progress_style(a.progress));
+    ProgressBar bar(a.method.name, progress_style(a.progress));
     made = make_progressive(*posts, a.options, a.base, bar.progress(), lattice);
   }
   if (!made) return complain_of(a.input, made.error());
@@ -127,7 +131,7 @@ int run(Arguments& a, Command app) {
   const std::size_t vertices = made->base.vertices.size() + made->splits.size();
   if (a.json) {
     const nlohmann::ordered_json j = {
-        {"method", a.options.method},   {"base_triangles", made->base.triangles.size()},
+        {"method", a.method.name},      {"base_triangles", made->base.triangles.size()},
         {"base_error_m", base_error},   {"splits", made->splits.size()},
         {"vertices", vertices},         {"fine_error_m", made->fine_error_m},
         {"per_post", lattice.per_post}, {"z_step_m", lattice.z_step_m},
@@ -137,8 +141,8 @@ int run(Arguments& a, Command app) {
     std::printf("%s\n", j.dump(2).c_str());
   } else {
     fmt::print("{}: {} triangles within {:.4g} m to {} vertices within {:.4g} m, {} bytes\n",
-               a.options.method, made->base.triangles.size(), base_error, vertices,
-               made->fine_error_m, *bytes);
+               a.method.name, made->base.triangles.size(), base_error, vertices, made->fine_error_m,
+               *bytes);
     if (isolated > 0)
       fmt::print(
           "{} valid posts have no cell with three valid corners beside them: they are in no "
@@ -167,7 +171,7 @@ void add_progressive(Command program, int& exit) {
   app.add_option("--step", a->step,
                  "DEM: step of heights, metres; by default an eighth of the error at the fine end. "
                  "Mesh: step of its coordinates; by default 1/65536 of its diagonal at most");
-  add_method_options(app, a->options);
+  add_method_options(app, a->method, a->options.threads);
   add_dem_options(app, a->input);
   add_json_flag(app, a->json);
   add_progress_option(app, a->progress);

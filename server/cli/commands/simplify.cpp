@@ -28,8 +28,8 @@
 #include "terrain/raster/gdal/image_source.h"
 #include "terrain/simplify/bounded/bounded.h"
 #include "terrain/simplify/collapse/attribute_quadric.h"
-#include "terrain/simplify/common/options.h"
 #include "terrain/simplify/common/simplified.h"
+#include "terrain/simplify/options.h"
 #include "terrain/simplify/simplify_mesh.h"
 
 namespace tind::cli {
@@ -40,6 +40,7 @@ struct Arguments {
   DemInput input;
   LineInput lines;
   std::string output, report, drape;
+  MethodLine method;
   SimplifyOptions options;
   MeshFrame frame = MeshFrame::source;
   std::string units = "metres", progress = "auto";
@@ -64,11 +65,13 @@ class Stopwatch {
 };
 
 /// What can be refused before a large file is read.
-Result<void> check(const Arguments& a, Command app) {
+Result<void> check(Arguments& a, Command app) {
   if (!is_mesh(a.output))
     return fail(Errc::invalid_argument,
                 "cannot tell the format of " + a.output + ": name it .ply, .obj or .stl");
-  if (const auto ok = check_method_options(app, a.options.method); !ok) return ok;
+  const auto method = method_of(app, a.method);
+  if (!method) return std::unexpected(method.error());
+  a.options.method = *method;
   if (!is_mesh(a.input.files[0])) return {};
   for (const char* option : {"--from-datum", "--to-datum", "--allow-vrt", "--drape", "--frame",
                              "--units", "--subset-placement", "--border-constraints"})
@@ -79,9 +82,8 @@ Result<void> check(const Arguments& a, Command app) {
 
 nlohmann::ordered_json report_json(const Arguments& a, const DemInfo& info, const Simplified& made,
                                    const MeshQuality& quality, const Seconds& seconds) {
-  nlohmann::ordered_json j = {{"method", a.options.method},
-                              {"steps", made.steps},
-                              {"input_triangles", made.input_triangles}};
+  nlohmann::ordered_json j = {
+      {"method", a.method.name}, {"steps", made.steps}, {"input_triangles", made.input_triangles}};
   j.update(quality_json(quality));
   j["frame"] = name_of(a.frame);
   j["units"] = a.units;
@@ -122,7 +124,7 @@ void print(const Arguments& a, const nlohmann::ordered_json& report, const Simpl
     std::printf("%s\n", report.dump(2).c_str());
     return;
   }
-  fmt::print("{}: {} of {} triangles in {} steps\n{}", a.options.method, quality.triangles,
+  fmt::print("{}: {} of {} triangles in {} steps\n{}", a.method.name, quality.triangles,
              made.input_triangles, made.steps, quality_text(quality));
   fmt::print("seconds: read {:.3f}, simplify {:.3f}, write {:.3f}, measure {:.3f}\n", s.read,
              s.simplify, s.write, s.measure);
@@ -135,10 +137,9 @@ Result<void> hold_to_bound(const Arguments& a, const MeshQuality& quality, Simpl
   const double bound = *a.options.stop.max_error_m;
   if (quality.error.max_m <= bound * (1 + 1e-9) + 1e-8 || !made.note.empty()) return {};
   if (!is_stl(a.output)) {
-    return fail(Errc::internal,
-                fmt::format("{} keeps {} m, not {} m: this is a bug, the mesh in "
-                            "{} does not hold what was asked",
-                            a.options.method, quality.error.max_m, bound, a.output));
+    return fail(Errc::internal, fmt::format("{} keeps {} m, not {} m: this is a bug, the mesh in "
+                                            "{} does not hold what was asked",
+                                            a.method.name, quality.error.max_m, bound, a.output));
   }
   made.note = fmt::format("the 32-bit coordinates of STL take the mesh {:.3g} m beyond the bound",
                           quality.error.max_m - bound);
@@ -162,12 +163,13 @@ int run_mesh(const Arguments& a) {
   auto read = read_tin(a.input.files[0]);
   if (!read) return complain(read.error());
   Tin& tin = *read;
-  if (a.options.attributes.ends_with("normal") && tin.normals.empty())
+  const auto* const attributed = std::get_if<AttributeQemOptions>(&a.options.method);
+  if (attributed && asks_for_normals(*attributed) && tin.normals.empty())
     tin.normals = vertex_normals(tin);
   Stopwatch watch;
   Result<SimplifiedMesh> result;
   {
-    ProgressBar bar(a.options.method, progress_style(a.progress));
+    ProgressBar bar(a.method.name, progress_style(a.progress));
     result = simplify_mesh(tin, a.options, bar.progress());
   }
   if (!result) return complain(result.error());
@@ -179,7 +181,7 @@ int run_mesh(const Arguments& a) {
     complain({Errc::io, ok.error()});
     return kCannotCreate;
   }
-  nlohmann::ordered_json report = {{"method", a.options.method},
+  nlohmann::ordered_json report = {{"method", a.method.name},
                                    {"steps", made.steps},
                                    {"input_triangles", made.input_triangles},
                                    {"triangles", made.tin.triangles.size()},
@@ -199,7 +201,7 @@ int run_mesh(const Arguments& a) {
     std::printf("%s\n", report.dump(2).c_str());
     return kOk;
   }
-  fmt::print("{}: {} of {} triangles in {} steps, {:.3f} s\n{}", a.options.method,
+  fmt::print("{}: {} of {} triangles in {} steps, {:.3f} s\n{}", a.method.name,
              made.tin.triangles.size(), made.input_triangles, made.steps, seconds,
              distance_text(d));
   if (result->split_vertices + result->dropped_triangles > 0) {
@@ -212,7 +214,9 @@ int run_mesh(const Arguments& a) {
 
 /// `cluster` and `bounded` can do without the whole source in memory, and do where that is much.
 bool streams(const Arguments& a, const DemInfo& info) {
-  const bool able = a.options.method == "cluster" || goes_by_rows(a.options);
+  const bool able =
+      std::holds_alternative<ClusterOptions>(a.options.method) ||
+      (std::holds_alternative<BoundedOptions>(a.options.method) && goes_by_rows(a.options));
   return able && !a.lines.any() && info.cols * info.rows > kStreamPosts && info.cols <= INT_MAX &&
          info.rows <= INT_MAX;
 }
@@ -221,15 +225,15 @@ Result<Simplified> make_in_strips(const Arguments& a, const DemSource& dem,
                                   const Progress& progress) {
   const DemInfo& info = dem.info();
   const int cols = int(info.cols), rows = int(info.rows);
-  if (a.options.method == "cluster")
+  if (std::holds_alternative<ClusterOptions>(a.options.method))
     return cluster_stream(cols, rows, info.spacing_x_m, info.spacing_y_m, a.options.stop,
                           rows_of(dem), progress);
   return simplify_bounded_rows({cols, rows, strips_of(dem)}, info.spacing_x_m, info.spacing_y_m,
-                               a.options, progress);
+                               std::get<BoundedOptions>(a.options.method), a.options, progress);
 }
 
 int run(Arguments& a, Command app) {
-  if (!app.given("--method") && is_mesh(a.input.files[0])) a.options.method = kDefaultMeshMethod;
+  if (!app.given("--method") && is_mesh(a.input.files[0])) a.method.name = DefaultMeshMethod::kName;
   if (const Result<void> ok = check(a, app); !ok) return complain(ok.error());
   if (const int code = check_outputs({a.output, a.report}); code != kOk) return code;
   if (is_mesh(a.input.files[0])) return run_mesh(a);
@@ -250,13 +254,14 @@ int run(Arguments& a, Command app) {
   if (!a.drape.empty()) {
     Result<Drape> drape = drape_image(a.drape, **dem);
     if (!drape) return complain(drape.error());
-    a.options.drape = std::make_shared<const std::vector<Colour>>(std::move(drape->colours));
+    std::get<AttributeQemOptions>(a.options.method).drape =
+        std::make_shared<const std::vector<Colour>>(std::move(drape->colours));
   }
   seconds.read = watch.lap();
 
   Result<Simplified> made;
   {
-    ProgressBar bar(a.options.method, progress_style(a.progress));
+    ProgressBar bar(a.method.name, progress_style(a.progress));
     const Progress progress = bar.progress();
     made = stream ? make_in_strips(a, **dem, progress) : simplify(*posts, a.options, progress);
   }
@@ -320,7 +325,7 @@ void add_simplify(Command program, int& exit) {
       .required();
   app.add_option("-o,--output", a->output, "the mesh: .ply, .obj or .stl").required();
   add_stop(app, a->options.stop);
-  add_method_options(app, a->options);
+  add_method_options(app, a->method, a->options.threads);
   add_dem_options(app, a->input);
   add_line_options(app, a->lines);
   app.add_option("--drape", a->drape,

@@ -1,18 +1,30 @@
 #pragma once
-// The options that choose a method of simplification and tune it, for every subcommand that
-// runs one.
+// The options that choose a method of simplification and tune it, for every subcommand that runs
+// one.
+
+#include <string>
+#include <vector>
 
 #include "server/cli/program/command_line.h"
 #include "terrain/base/result.h"
-#include "terrain/simplify/common/options.h"
+#include "terrain/simplify/methods.h"
+#include "terrain/simplify/options.h"
 
 namespace tind::cli {
 
-/// --method and what each method reads, --threads; not where to stop.
-void add_method_options(Command, SimplifyOptions&);
+/// What a line says of methods: which one, and the options of each, for the order on the line is
+/// free. Bound to the line's options, so it stays where it is.
+struct MethodLine {
+  std::string name = method_name(MethodOptions{});
+  std::vector<MethodOptions> all = all_methods();
+};
 
-/// Fails (invalid_argument) when there is no such method, or when an option was given that it does
-/// not read.
-Result<void> check_method_options(Command, const std::string& method);
+/// --method and what each method reads, --threads; not where to stop. --drape is left to commands
+/// that know a DEM to lay it over.
+void add_method_options(Command, MethodLine&, int& threads);
+
+/// The method that the line names, with its options. Fails (invalid_argument) when there is no such
+/// method, or when an option was given that it does not read.
+Result<MethodOptions> method_of(Command, const MethodLine&);
 
 }  // namespace tind::cli

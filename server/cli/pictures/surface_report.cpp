@@ -33,8 +33,9 @@ nlohmann::ordered_json distance_json(const SurfaceDistance& d) {
 
 std::optional<SurfaceDistance> attribute_errors(const SimplifyOptions& options, const Terrain& dem,
                                                 const Tin& made) {
-  if (options.method != "attribute-qem") return {};
-  const Result<Tin> full = terrain_with_attributes(dem, options);
+  const auto* const method = std::get_if<AttributeQemOptions>(&options.method);
+  if (!method) return {};
+  const Result<Tin> full = terrain_with_attributes(dem, *method, options.constraints.get());
   if (!full) return {};
   Tin metric = made;
   for (Vec3& v : metric.vertices) v.x *= dem.spacing_x_m, v.y *= dem.spacing_y_m;

@@ -8,7 +8,7 @@
 #include "terrain/mesh/surface_distance.h"
 #include "terrain/raster/dem_source.h"
 #include "terrain/raster/terrain.h"
-#include "terrain/simplify/common/options.h"
+#include "terrain/simplify/options.h"
 
 namespace tind::cli {
 

@@ -4,8 +4,8 @@
 
 #include "terrain/base/result.h"
 #include "terrain/raster/terrain.h"
-#include "terrain/simplify/common/options.h"
 #include "terrain/simplify/common/simplified.h"
+#include "terrain/simplify/options.h"
 #include "terrain/simplify/simplify.h"
 
 namespace tind::cli {

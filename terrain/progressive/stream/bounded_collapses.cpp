@@ -61,7 +61,7 @@ class LeastErrorCost {
 
 }  // namespace
 
-Result<Simplified> record_bounded_collapses(const Terrain& dem, const SimplifyOptions& options,
+Result<Simplified> record_bounded_collapses(const Terrain& dem, const RunOptions& options,
                                             const Progress& progress) {
   return collapse_terrain(dem, options, progress, [&](TerrainMesh& terrain) {
     return LeastErrorCost(dem.grid, terrain, options.recorder->lattice);

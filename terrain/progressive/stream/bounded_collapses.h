@@ -17,7 +17,6 @@ namespace tind {
 
 /// As simplify() with options.recorder set.
 /// COST: every candidate's star is scanned: about ten times qem.
-Result<Simplified> record_bounded_collapses(const Terrain& dem, const SimplifyOptions&,
-                                            const Progress&);
+Result<Simplified> record_bounded_collapses(const Terrain& dem, const RunOptions&, const Progress&);
 
 }  // namespace tind

@@ -3,12 +3,13 @@
 #include "terrain/progressive/stream/make_progressive.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "terrain/progressive/stream/bounded_collapses.h"
 #include "terrain/progressive/stream/least_error.h"
 #include "terrain/progressive/stream/split_recorder.h"
+#include "terrain/simplify/methods.h"
+#include "terrain/simplify/simplify.h"
 
 namespace tind {
 
@@ -52,13 +53,17 @@ class PostMeasure {
   const HeightGrid& grid_;
 };
 
-constexpr std::array<const char*, 6> kMethods = {"edge-cost",     "qem",     "memoryless",
-                                                 "attribute-qem", "bounded", "triangle-collapse"};
-
 }  // namespace
 
-bool makes_progressive(const std::string& method) {
-  return std::ranges::find(kMethods, method) != kMethods.end();
+bool makes_progressive(const MethodOptions& method) {
+  // `bounded` has an order of its own (bounded_collapses.h).
+  return std::holds_alternative<BoundedOptions>(method) || std::visit(
+                                                               [](const auto& m) {
+                                                                 return requires {
+                                                                   m.kTellsCollapses;
+                                                                 };
+                                                               },
+                                                               method);
 }
 
 Result<ProgressiveMesh> make_progressive(const Terrain& dem, const SimplifyOptions& method,
@@ -66,7 +71,7 @@ Result<ProgressiveMesh> make_progressive(const Terrain& dem, const SimplifyOptio
                                          const Lattice& lattice) {
   if (!makes_progressive(method.method)) {
     return fail(Errc::invalid_argument,
-                "'" + method.method +
+                "'" + method_name(method.method) +
                     "' does not collapse edges, so it makes no progressive mesh; edge-cost, qem, "
                     "memoryless, attribute-qem, triangle-collapse and bounded do");
   }
@@ -84,7 +89,7 @@ Result<ProgressiveMesh> make_progressive(const Terrain& dem, const SimplifyOptio
   options.recorder = &recorder;
   if (!options.stop.triangles && !options.stop.ratio && !options.stop.max_error_m)
     options.stop.ratio = 1;
-  const Result<Simplified> run = options.method == "bounded"
+  const Result<Simplified> run = std::holds_alternative<BoundedOptions>(options.method)
                                      ? record_bounded_collapses(dem, options, progress)
                                      : simplify(dem, options, progress);
   if (!run) return std::unexpected(run.error());

@@ -5,13 +5,13 @@
 #include "terrain/base/result.h"
 #include "terrain/progressive/stream/progressive_mesh.h"
 #include "terrain/raster/terrain.h"
-#include "terrain/simplify/common/options.h"
+#include "terrain/simplify/options.h"
 
 namespace tind {
 
 /// The methods that collapse: edge-cost, qem, memoryless, attribute-qem,
 /// triangle-collapse, bounded.
-bool makes_progressive(const std::string& method);
+bool makes_progressive(const MethodOptions&);
 
 /// The fine end is what `method` makes at its own `stop` (nothing set: the full grid), the coarse
 /// end has `base_triangles` triangles (one more as parity asks; more where nothing can collapse any

@@ -6,7 +6,7 @@
 #include "terrain/base/result.h"
 #include "terrain/progressive/stream/progressive_mesh.h"
 #include "terrain/progressive/stream/space_lattice.h"
-#include "terrain/simplify/common/options.h"
+#include "terrain/simplify/options.h"
 
 namespace tind {
 

@@ -190,7 +190,7 @@ TileMesh mesh_within(TileJob& job, const Samples& samples, double eps, double pl
   TileMesh result;
   result.lattice = height_lattice(job, eps);
   const double lat = (job.rect.south + job.rect.north) / 2 * std::numbers::pi / 180;
-  BoundedOptions o;
+  MesherOptions o;
   o.eps = eps;
   if (job.posts.posts > 0) o.relief = job.posts.max_m - job.posts.min_m;
   o.x_scale = std::max(0.1, std::cos(lat));

@@ -28,13 +28,14 @@ CountEffort count_effort(Effort effort) {
   return {1.8, 3};
 }
 
-BlockOptions block_options(const SimplifyOptions& o, double max_error, double x_scale) {
-  const bool both = o.side == Side::both;
+BlockOptions block_options(const BoundedOptions& method, const RunOptions& o, double max_error,
+                           double x_scale) {
+  const bool both = method.side == Side::both;
   BlockOptions b;
   b.mesher.eps = both ? max_error : max_error / 2;
-  b.offset = both ? 0 : (o.side == Side::above ? 0.5 : -0.5) * max_error;
+  b.offset = both ? 0 : (method.side == Side::above ? 0.5 : -0.5) * max_error;
   b.mesher.x_scale = x_scale;
-  set_effort(mesh_effort(o.effort), b.mesher);
+  set_effort(mesh_effort(method.effort), b.mesher);
   b.mesher.search_step_min = 0.125;  // posts: a vertex need not be a post
   b.threads = o.threads;
   return b;
@@ -66,14 +67,14 @@ double relief_of(const HeightGrid& grid) {
 
 /// Lines know no blocks: one mesh, on one thread, grown around them and thinned between them.
 Result<Simplified> run_with_lines(const HeightGrid& grid, const Constraints& constraints,
-                                  const BoundedOptions& o, const Progress& progress) {
+                                  const MesherOptions& o, const Progress& progress) {
   auto coarse = coarse_constrained(constraints);
   if (!coarse) return std::unexpected(coarse.error());
   GridSamples samples;
   samples.cols = coarse->posts.cols(), samples.rows = coarse->posts.rows();
   samples.z = coarse->posts.values().data();
   const auto at_start = double(coarse->mesh.triangle_count());
-  BoundedOptions mesher_options = o;
+  MesherOptions mesher_options = o;
   mesher_options.relief = relief_of(grid);
   BoundedMesher<GridSamples> mesher(std::move(coarse->mesh), samples, mesher_options);
   mesher.keep(&coarse->lines);
@@ -89,9 +90,10 @@ Result<Simplified> run_with_lines(const HeightGrid& grid, const Constraints& con
 }
 
 /// Within one error, with lines or without.
-Result<Simplified> run_grid(const HeightGrid& grid, const SimplifyOptions& o, double max_error,
-                            double x_scale, const Progress& progress) {
-  const BlockOptions block = block_options(o, max_error, x_scale);
+Result<Simplified> run_grid(const HeightGrid& grid, const BoundedOptions& method,
+                            const RunOptions& o, double max_error, double x_scale,
+                            const Progress& progress) {
+  const BlockOptions block = block_options(method, o, max_error, x_scale);
   if (o.constraints) return run_with_lines(grid, *o.constraints, block.mesher, progress);
   return run_once(rows_of(grid), block, progress);
 }
@@ -141,7 +143,8 @@ Result<Simplified> fit_count(const HeightGrid& grid, double x_scale, const Count
 /// line; every second step that stays on one side of the target halves the bracket instead. Counts
 /// jump a little: the largest that is not above the target is kept.
 Result<Simplified> reach_count(const HeightGrid& grid, double x_scale, std::uint64_t target,
-                               const SimplifyOptions& o, const Progress& progress) {
+                               const BoundedOptions& method, const RunOptions& o,
+                               const Progress& progress) {
   struct End {
     double error, count;
   };
@@ -156,7 +159,7 @@ Result<Simplified> reach_count(const HeightGrid& grid, double x_scale, std::uint
     Progress part;
     part.stop = progress.stop;
     progress.at(i / 16.0);
-    auto found = run_grid(grid, o, error, x_scale, part);
+    auto found = run_grid(grid, method, o, error, x_scale, part);
     if (!found) return found;
     const double n = double(found->tin.triangles.size());
     const bool fits = n <= double(target);
@@ -175,12 +178,12 @@ Result<Simplified> reach_count(const HeightGrid& grid, double x_scale, std::uint
                 : std::sqrt(few.error * many.error);
     if (std::abs(one_sided) >= 2) one_sided = 0;
   }
-  if (!best) return run_grid(grid, o, few.error, x_scale, progress);
+  if (!best) return run_grid(grid, method, o, few.error, x_scale, progress);
   return best;
 }
 
-Result<void> check_options(const SimplifyOptions& o) {
-  if (o.constraints && o.side != Side::both)
+Result<void> check_options(const BoundedOptions& method, const RunOptions& o) {
+  if (o.constraints && method.side != Side::both)
     return fail(Errc::invalid_argument,
                 "lines have one height: with them --side is both, neither above nor below");
   if (o.stop.max_error_m && !(*o.stop.max_error_m > 0))
@@ -191,7 +194,7 @@ Result<void> check_options(const SimplifyOptions& o) {
 }
 
 /// Why a mesh has more triangles than wanted, or far fewer.
-std::string count_note(const Simplified& made, const HeightGrid& grid, const SimplifyOptions& o,
+std::string count_note(const Simplified& made, const HeightGrid& grid, const RunOptions& o,
                        std::uint64_t wanted) {
   const std::size_t left = made.tin.triangles.size();
   if (left > wanted) {
@@ -208,14 +211,14 @@ std::string count_note(const Simplified& made, const HeightGrid& grid, const Sim
 
 }  // namespace
 
-bool goes_by_rows(const SimplifyOptions& o) {
-  return o.method == "bounded" && o.stop.max_error_m && !o.constraints && !o.recorder;
+bool goes_by_rows(const RunOptions& o) {
+  return o.stop.max_error_m && !o.constraints && !o.recorder;
 }
 
 Result<Simplified> simplify_bounded_rows(const HeightRows& dem, double spacing_x_m,
-                                         double spacing_y_m, const SimplifyOptions& o,
-                                         const Progress& progress) {
-  if (const auto ok = check_options(o); !ok) return std::unexpected(ok.error());
+                                         double spacing_y_m, const BoundedOptions& method,
+                                         const RunOptions& o, const Progress& progress) {
+  if (const auto ok = check_options(method, o); !ok) return std::unexpected(ok.error());
   if (!o.stop.max_error_m)
     return fail(Errc::invalid_argument, "only a maximum error can be met row by row");
   if (!(spacing_x_m > 0 && spacing_y_m > 0))
@@ -223,24 +226,24 @@ Result<Simplified> simplify_bounded_rows(const HeightRows& dem, double spacing_x
   if (dem.cols < 2 || dem.rows < 2)
     return fail(Errc::invalid_argument, "fewer than 2 x 2 posts have no triangles");
   const double x_scale = delaunay_x_scale(spacing_x_m, spacing_y_m);
-  return run_once(dem, block_options(o, *o.stop.max_error_m, x_scale), progress);
+  return run_once(dem, block_options(method, o, *o.stop.max_error_m, x_scale), progress);
 }
 
-Result<Simplified> simplify_bounded(const Terrain& dem, const SimplifyOptions& o,
-                                    const Progress& progress) {
+Result<Simplified> simplify_bounded(const Terrain& dem, const BoundedOptions& method,
+                                    const RunOptions& o, const Progress& progress) {
   const HeightGrid& grid = dem.grid;
-  if (const auto ok = check_options(o); !ok) return std::unexpected(ok.error());
+  if (const auto ok = check_options(method, o); !ok) return std::unexpected(ok.error());
   if (std::ranges::all_of(grid.values(), [](float z) { return std::isnan(z); }))
     return fail(Errc::bad_data, "the grid holds no valid height at all");
   const double x_scale = delaunay_x_scale(dem.spacing_x_m, dem.spacing_y_m);
-  if (o.stop.max_error_m) return run_grid(grid, o, *o.stop.max_error_m, x_scale, progress);
+  if (o.stop.max_error_m) return run_grid(grid, method, o, *o.stop.max_error_m, x_scale, progress);
   const std::uint64_t full = o.constraints ? o.constraints->mesh.triangles.size()
                                            : full_triangles(grid.cols(), grid.rows());
   const std::uint64_t wanted = target_triangles(o.stop, full);
   const std::uint64_t target = std::max<std::uint64_t>(2, wanted);
-  const bool fits = o.side == Side::both && !o.constraints;
-  auto result = fits ? fit_count(grid, x_scale, count_effort(o.effort), target, progress)
-                     : reach_count(grid, x_scale, target, o, progress);
+  const bool fits = method.side == Side::both && !o.constraints;
+  auto result = fits ? fit_count(grid, x_scale, count_effort(method.effort), target, progress)
+                     : reach_count(grid, x_scale, target, method, o, progress);
   if (!result) return result;
   result->note = count_note(*result, grid, o, wanted);
   return result;

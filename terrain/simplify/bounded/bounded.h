@@ -18,21 +18,38 @@
 
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
+#include "terrain/mesh/side.h"
 #include "terrain/raster/terrain.h"
 #include "terrain/simplify/bounded/bounded_blocks.h"
+#include "terrain/simplify/common/effort.h"
 #include "terrain/simplify/common/options.h"
 #include "terrain/simplify/common/simplified.h"
 
 namespace tind {
 
-Result<Simplified> simplify_bounded(const Terrain& dem, const SimplifyOptions&, const Progress&);
+struct BoundedOptions {
+  static constexpr const char* kName = "bounded";
+  static constexpr const char* kVariant = "effort";
+  Effort effort = Effort::normal;
+  Side side = Side::both;
 
-/// Whether the options are those of simplify_bounded_rows: a maximum error, no lines.
-bool goes_by_rows(const SimplifyOptions&);
+  template <class F>
+  static void each_option(F&& option) {
+    option("effort", &BoundedOptions::effort, "bounded: how hard to search");
+    option("side", &BoundedOptions::side,
+           "bounded: the mesh on both sides of the terrain, above, below");
+  }
+};
+
+Result<Simplified> simplify_bounded(const Terrain& dem, const BoundedOptions&, const RunOptions&,
+                                    const Progress&);
+
+/// Whether simplify_bounded_rows can do it: a maximum error, no lines.
+bool goes_by_rows(const RunOptions&);
 
 /// The same mesh for a DEM that need not fit into memory: it holds a few rows of blocks of 512
 /// posts, and the result.
 Result<Simplified> simplify_bounded_rows(const HeightRows&, double spacing_x_m, double spacing_y_m,
-                                         const SimplifyOptions&, const Progress&);
+                                         const BoundedOptions&, const RunOptions&, const Progress&);
 
 }  // namespace tind

@@ -241,7 +241,7 @@ class BlockMesher {
     corners.triangles = {{0, 1, 2}, {0, 2, 3}};
     HalfedgeMesh mesh = *HalfedgeMesh::from_tin(corners);
     const GridSamples posts = samples(c0, r0, c1 - c0 + 1, r1 - r0 + 1);
-    BoundedOptions o = options_.mesher;
+    MesherOptions o = options_.mesher;
     o.relief = std::max(0.0, row.high - row.low);
     o.locked_border = true;
     {
@@ -335,7 +335,7 @@ class BlockMesher {
     auto mesh = HalfedgeMesh::from_tin(open_);
     if (!mesh) return fail("sewing blocks", mesh.error());
     const int first = row_cuts_[std::max(0, j - 1)], last = row_cuts_[j + 1];
-    BoundedOptions o = options_.mesher;
+    MesherOptions o = options_.mesher;
     o.relief = std::max(0.0, std::max(high_, row.high) - std::min(low_, row.low));
     low_ = row.low, high_ = row.high;
     const GridSamples posts = samples(0, first, dem_.cols, last - first + 1);

@@ -24,7 +24,7 @@ struct HeightRows {
 HeightRows rows_of(const HeightGrid&);
 
 struct BlockOptions {
-  BoundedOptions mesher;  // eps, x_scale, effort; the rest is filled in
+  MesherOptions mesher;   // eps, x_scale, effort; the rest is filled in
   double offset = 0;      // of the band's centre from the posts
   int threads = 1;        // does not change the result
   int block_posts = 512;  // about so many on a side of a block, at least 2

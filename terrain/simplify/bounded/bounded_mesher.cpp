@@ -24,7 +24,7 @@ bool near_middle(double height, const Room& room) {
 }  // namespace
 
 template <class S>
-BoundedMesher<S>::BoundedMesher(HalfedgeMesh mesh, const S& samples, const BoundedOptions& options)
+BoundedMesher<S>::BoundedMesher(HalfedgeMesh mesh, const S& samples, const MesherOptions& options)
     : mesh_(std::move(mesh)),
       samples_(samples),
       options_(options),

@@ -17,7 +17,7 @@
 
 namespace tind {
 
-struct BoundedOptions {
+struct MesherOptions {
   double eps = 1;                // half width of the band, metres
   double relief = 0;             // range of the samples' heights: what rounding is in proportion to
   double x_scale = 1;            // metric length of an x unit over that of a y unit
@@ -48,7 +48,7 @@ class BoundedMesher {
   using Index = HalfedgeMesh::Index;
   static constexpr Index kNone = HalfedgeMesh::kNone;
 
-  BoundedMesher(HalfedgeMesh mesh, const Samples& samples, const BoundedOptions& options);
+  BoundedMesher(HalfedgeMesh mesh, const Samples& samples, const MesherOptions& options);
 
   /// Before run(): the edges of `lines` (not owned) stay, as DelaunayInsertion::keep has it, and
   /// the vertices on them keep their places and heights.
@@ -68,7 +68,7 @@ class BoundedMesher {
  private:
   HalfedgeMesh mesh_;
   const Samples& samples_;
-  BoundedOptions options_;
+  MesherOptions options_;
   LinePoints* lines_ = nullptr;
   double eps_;  // a hair less than options_.eps, so that rounding cannot break the bound
   BoundedStats stats_;

@@ -27,7 +27,7 @@ SearchEffort mesh_effort(Effort effort) { return row_of(effort).mesh; }
 
 SearchEffort tile_effort(Effort effort) { return row_of(effort).tile; }
 
-void set_effort(const SearchEffort& effort, BoundedOptions& options) {
+void set_effort(const SearchEffort& effort, MesherOptions& options) {
   options.search_reach = effort.reach;
   options.rounds = effort.rounds;
   options.flips = effort.rounds > 1;

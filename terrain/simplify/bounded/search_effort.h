@@ -7,7 +7,7 @@
 namespace tind {
 
 struct SearchEffort {
-  double reach;      // BoundedOptions::search_reach, and so on
+  double reach;      // MesherOptions::search_reach, and so on
   int rounds;        // with flips from 2 on
   int move_tries;    // between two rounds
   double step_gain;  // 0: every gain is worth a step
@@ -21,6 +21,6 @@ SearchEffort mesh_effort(Effort);
 /// tiles rest on their number (kTileEpoch), and levelling the two would change them for nothing.
 SearchEffort tile_effort(Effort);
 
-void set_effort(const SearchEffort&, BoundedOptions&);
+void set_effort(const SearchEffort&, MesherOptions&);
 
 }  // namespace tind

@@ -351,8 +351,8 @@ Result<Tin> cluster_rows(const ClusterGrid& grid, double sx, double sy, const Re
   return constraints ? clusters.mesh_around(*constraints) : clusters.mesh();
 }
 
-Result<Simplified> simplify_cluster(const Terrain& dem, const SimplifyOptions& options,
-                                    const Progress& progress) {
+Result<Simplified> simplify_cluster(const Terrain& dem, const ClusterOptions&,
+                                    const RunOptions& options, const Progress& progress) {
   const HeightGrid& grid = dem.grid;
   const std::size_t full = 2 * std::size_t(grid.cols() - 1) * std::size_t(grid.rows() - 1);
   std::size_t input = 0;

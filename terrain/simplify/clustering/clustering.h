@@ -53,8 +53,16 @@ Result<Simplified> cluster_stream(int cols, int rows, double spacing_x_m, double
                                   const StopAt&, const ReadRow& read,
                                   const Progress& progress = {});
 
+struct ClusterOptions {
+  static constexpr const char* kName = "cluster";
+
+  template <class F>
+  static void each_option(F&&) {}
+};
+
 /// The method. Clusters come in whole rows and columns, so a triangle count is reached from below,
 /// to about one row of cells. For an error bound it tries cell sizes (steps: the number of passes).
-Result<Simplified> simplify_cluster(const Terrain& dem, const SimplifyOptions&, const Progress&);
+Result<Simplified> simplify_cluster(const Terrain& dem, const ClusterOptions&, const RunOptions&,
+                                    const Progress&);
 
 }  // namespace tind

@@ -23,13 +23,11 @@ constexpr double kBorderWeight = 10;  // planes that hold the borders of general
 /// attribute_weight = 1; from the experiment in docs/methods.md.
 constexpr double kColourWeight = 0.0015, kTextureWeight = 0.08, kNormalWeight = 0.0016;
 
-enum class Metric { joint, separate, ignored };
-
 /// Which attributes take part; scales turn a unit of each into metres.
 struct Layout {
   bool texture = false, colour = false, normal = false;
   double texture_scale = 1, colour_scale = 1, normal_scale = 1;
-  Metric metric = Metric::joint;
+  AttributeMetric metric = AttributeMetric::joint;
 
   int dimension() const { return 3 + 2 * texture + 3 * colour + 3 * normal; }
 };
@@ -158,7 +156,7 @@ class AttributeCost {
   PointN<N> point(const HalfedgeMesh& m, Index v, const Vec3& origin) const {
     const Vec3 p = metric_offset(rules_, origin, m.position(v));
     PointN<N> out{p.x, p.y, p.z};
-    if (layout_.metric == Metric::joint)
+    if (layout_.metric == AttributeMetric::joint)
       for (int i = 0; i < K; ++i) out[3 + i] = attribute_[v][i];
     return out;
   }
@@ -169,7 +167,7 @@ class AttributeCost {
                     r = point(m, m.apex(h), origin);
     const double area = length(cross({q[0], q[1], q[2]}, {r[0], r[1], r[2]})) / 2;
     QuadricN<N> plane = QuadricN<N>::of_triangle(p, q, r, area, kSpring * area / 3);
-    if (layout_.metric != Metric::joint) {
+    if (layout_.metric != AttributeMetric::joint) {
       // With equal attributes at all corners the plane says: any change of them is an error.
       // A third of the triangle's area belongs to each corner.
       for (int i = 3; i < N; ++i) plane.a[QuadricN<N>::at(i, i)] *= 1.0f / 3;
@@ -192,14 +190,6 @@ class AttributeCost {
   }
 };
 
-Result<Metric> parse_metric(const std::string& text) {
-  if (text == "joint") return Metric::joint;
-  if (text == "separate") return Metric::separate;
-  if (text == "ignored") return Metric::ignored;
-  return fail(Errc::invalid_argument,
-              "unknown attribute metric '" + text + "': choose joint, separate or ignored");
-}
-
 /// Of the box around all vertices; slots of void posts have no height and do not count.
 double diagonal(const Tin& tin) {
   constexpr double kFar = std::numeric_limits<double>::max();
@@ -213,30 +203,25 @@ double diagonal(const Tin& tin) {
 }
 
 /// `tin` carries the attributes, in the frame in which distances make sense.
-Result<Layout> layout_of(const Tin& tin, const SimplifyOptions& options) {
+Result<Layout> layout_of(const Tin& tin, const AttributeQemOptions& options) {
   Layout l;
-  const Result<Metric> metric = parse_metric(options.attribute_metric);
-  if (!metric) return std::unexpected(metric.error());
-  const std::string& want = options.attributes;
-  const bool automatic = want == "auto";
-  if (!automatic && want != "texture" && want != "colour" && want != "normal" &&
-      want != "colour+normal") {
-    return fail(Errc::invalid_argument, "unknown attributes '" + want +
-                                            "': choose auto, texture, colour, normal or "
-                                            "colour+normal");
-  }
-  l.texture = automatic ? tin.colours.empty() && !tin.texcoords.empty() : want == "texture";
-  l.colour = automatic ? !tin.colours.empty() : want.starts_with("colour");
-  l.normal = automatic ? !l.texture && !tin.normals.empty() : want.ends_with("normal");
+  const AttributeChoice want = options.attributes;
+  const bool automatic = want == AttributeChoice::automatic;
+  l.texture =
+      automatic ? tin.colours.empty() && !tin.texcoords.empty() : want == AttributeChoice::texture;
+  l.colour = automatic
+                 ? !tin.colours.empty()
+                 : want == AttributeChoice::colour || want == AttributeChoice::colour_and_normal;
+  l.normal = automatic ? !l.texture && !tin.normals.empty() : asks_for_normals(options);
   if ((l.texture && tin.texcoords.empty()) || (l.colour && tin.colours.empty()) ||
       (l.normal && tin.normals.empty()))
-    return fail(Errc::invalid_argument, "the mesh has no " + want + " to go by");
-  if (!(options.attribute_weight >= 0 && std::isfinite(options.attribute_weight)))
+    return fail(Errc::invalid_argument, "the mesh has no " + name_of(want) + " to go by");
+  if (!(options.weight >= 0 && std::isfinite(options.weight)))
     return fail(Errc::invalid_argument, "the attribute weight must be a number >= 0");
-  l.metric = *metric;
+  l.metric = options.metric;
   // Nothing may be scaled to nothing, or it could not be read back.
   const double weight =
-      l.metric == Metric::ignored ? 1e-7 : std::max(1e-7, options.attribute_weight);
+      l.metric == AttributeMetric::ignored ? 1e-7 : std::max(1e-7, options.weight);
   const double unit = weight * diagonal(tin);
   l.texture_scale = kTextureWeight * unit;
   l.colour_scale = kColourWeight * unit;
@@ -246,8 +231,7 @@ Result<Layout> layout_of(const Tin& tin, const SimplifyOptions& options) {
 
 template <int N, class Rules>
 Result<Simplified> run(HalfedgeMesh& mesh, Rules& rules, const Tin& attributed,
-                       const Layout& layout, const SimplifyOptions& options,
-                       const Progress& progress) {
+                       const Layout& layout, const RunOptions& options, const Progress& progress) {
   std::vector<std::array<float, N - 3>> packed(mesh.vertex_slots());
   for (Index v = 0; v < packed.size(); ++v) packed[v] = pack<N - 3>(attributed, v, layout);
   AttributeCost<N, Rules> cost(mesh, rules, layout, std::move(packed));
@@ -278,8 +262,9 @@ Result<Simplified> run(HalfedgeMesh& mesh, Rules& rules, const Tin& attributed,
 
 template <class Rules>
 Result<Simplified> run_any(HalfedgeMesh& mesh, Rules& rules, const Tin& attributed,
-                           const SimplifyOptions& options, const Progress& progress) {
-  const Result<Layout> layout = layout_of(attributed, options);
+                           const AttributeQemOptions& method, const RunOptions& options,
+                           const Progress& progress) {
+  const Result<Layout> layout = layout_of(attributed, method);
   if (!layout) return std::unexpected(layout.error());
   switch (layout->dimension()) {
     case 3:
@@ -297,7 +282,7 @@ Result<Simplified> run_any(HalfedgeMesh& mesh, Rules& rules, const Tin& attribut
 /// The terrain's vertices in metres with normals of the slope (central differences where both
 /// neighbours are valid, one-sided where one is) and, if there is a drape, colours.
 Tin attributed_vertices(const TerrainMesh& terrain, const HeightGrid& grid,
-                        const SimplifyOptions& options) {
+                        const AttributeQemOptions& options) {
   auto slope = [&](int c, int r, int dc, int dr, double step) {
     const bool after = grid.inside(c + dc, r + dr) && !grid.is_void(c + dc, r + dr);
     const bool before = grid.inside(c - dc, r - dr) && !grid.is_void(c - dc, r - dr);
@@ -342,8 +327,9 @@ std::vector<std::array<float, 3>> vertex_normals(const Tin& tin) {
   return normals;
 }
 
-Result<Tin> terrain_with_attributes(const Terrain& dem, const SimplifyOptions& options) {
-  const Result<TerrainMesh> terrain = terrain_mesh(dem, options.constraints.get());
+Result<Tin> terrain_with_attributes(const Terrain& dem, const AttributeQemOptions& options,
+                                    const Constraints* constraints) {
+  const Result<TerrainMesh> terrain = terrain_mesh(dem, constraints);
   if (!terrain) return std::unexpected(terrain.error());
   const Tin slots = attributed_vertices(*terrain, dem.grid, options);
   std::vector<Index> place;
@@ -357,28 +343,28 @@ Result<Tin> terrain_with_attributes(const Terrain& dem, const SimplifyOptions& o
   return tin;
 }
 
-Result<Simplified> simplify_attribute_qem(const Terrain& dem, const SimplifyOptions& options,
-                                          const Progress& progress) {
-  if (options.drape && options.drape->size() != dem.grid.size())
+Result<Simplified> simplify_attribute_qem(const Terrain& dem, const AttributeQemOptions& method,
+                                          const RunOptions& options, const Progress& progress) {
+  if (method.drape && method.drape->size() != dem.grid.size())
     return fail(Errc::invalid_argument, "the drape needs one colour for each post");
   Result<TerrainMesh> terrain = terrain_mesh(dem, options.constraints.get());
   if (!terrain) return std::unexpected(terrain.error());
   if (options.recorder) put_on_lattice(terrain->mesh, options.recorder->lattice);
-  const Tin attributed = attributed_vertices(*terrain, dem.grid, options);
+  const Tin attributed = attributed_vertices(*terrain, dem.grid, method);
   TerrainRules rules(*terrain, dem.grid, options.stop.max_error_m);
-  return run_any(terrain->mesh, rules, attributed, options, progress);
+  return run_any(terrain->mesh, rules, attributed, method, options, progress);
 }
 
-Result<Simplified> attribute_qem_mesh(const Tin& tin, const SimplifyOptions& options,
-                                      const Progress& progress) {
+Result<Simplified> attribute_qem_mesh(const Tin& tin, const AttributeQemOptions& method,
+                                      const RunOptions& options, const Progress& progress) {
   Result<HalfedgeMesh> mesh = HalfedgeMesh::from_tin(tin);
   if (!mesh) return std::unexpected(mesh.error());
   SurfaceRules rules(*mesh);
-  if (!options.attributes.ends_with("normal") || !tin.normals.empty())
-    return run_any(*mesh, rules, tin, options, progress);
+  if (!asks_for_normals(method) || !tin.normals.empty())
+    return run_any(*mesh, rules, tin, method, options, progress);
   Tin with_normals = tin;
   with_normals.normals = vertex_normals(tin);
-  return run_any(*mesh, rules, with_normals, options, progress);
+  return run_any(*mesh, rules, with_normals, method, options, progress);
 }
 
 }  // namespace tind

@@ -9,7 +9,7 @@
 // scaled to unit length. A dimensionless weight, relative to the diagonal of the bounding box, sets
 // attributes against position.
 //
-// `attribute_metric` says how attributes take part:
+// AttributeMetric says how attributes take part:
 //   joint     as in EQEM
 //   separate  as in progressive meshes [Hoppe96]: the quadric of the shape, plus the squared change
 //             of the attributes. Attributes do not move the vertex
@@ -17,6 +17,7 @@
 
 #include <span>
 
+#include "terrain/base/enum_names.h"
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
 #include "terrain/raster/terrain.h"
@@ -25,20 +26,76 @@
 
 namespace tind {
 
+/// Which attributes take part.
+enum class AttributeChoice { automatic, texture, colour, normal, colour_and_normal };
+
+template <>
+struct EnumNames<AttributeChoice> {
+  static constexpr const char* kWhat = "choice of attributes";
+  static constexpr std::pair<AttributeChoice, const char*> kAll[] = {
+      {AttributeChoice::automatic, "auto"},
+      {AttributeChoice::texture, "texture"},
+      {AttributeChoice::colour, "colour"},
+      {AttributeChoice::normal, "normal"},
+      {AttributeChoice::colour_and_normal, "colour+normal"}};
+};
+
+/// How they do: see above.
+enum class AttributeMetric { joint, separate, ignored };
+
+template <>
+struct EnumNames<AttributeMetric> {
+  static constexpr const char* kWhat = "attribute metric";
+  static constexpr std::pair<AttributeMetric, const char*> kAll[] = {
+      {AttributeMetric::joint, "joint"},
+      {AttributeMetric::separate, "separate"},
+      {AttributeMetric::ignored, "ignored"}};
+};
+
+struct AttributeQemOptions {
+  static constexpr const char* kName = "attribute-qem";
+  static constexpr bool kTellsCollapses = true;
+  static constexpr const char* kVariant = "attribute-metric";
+  AttributeChoice attributes = AttributeChoice::automatic;
+  AttributeMetric metric = AttributeMetric::joint;
+  double weight = 1;  // against position; 1 is the measured default
+  std::shared_ptr<const std::vector<std::array<float, 3>>>
+      drape;  // terrain: a colour for each post
+
+  template <class F>
+  static void each_option(F&& option) {
+    option("attributes", &AttributeQemOptions::attributes,
+           "attribute-qem: which attributes take part");
+    option("attribute-metric", &AttributeQemOptions::metric,
+           "attribute-qem: joint with the shape, separate as in progressive meshes, ignored");
+    option("attribute-weight", &AttributeQemOptions::weight,
+           "attribute-qem: attributes against position; 1 is the measured default");
+    option("drape", &AttributeQemOptions::drape, "attribute-qem: colours from this image");
+  }
+};
+
+/// Whether `attributes` names the normals.
+inline bool asks_for_normals(const AttributeQemOptions& o) {
+  return o.attributes == AttributeChoice::normal ||
+         o.attributes == AttributeChoice::colour_and_normal;
+}
+
 /// On terrain: normals from the DEM's slope, and the colours of `drape` if given (one a post). The
 /// result carries both.
-Result<Simplified> simplify_attribute_qem(const Terrain& dem, const SimplifyOptions&,
-                                          const Progress&);
+Result<Simplified> simplify_attribute_qem(const Terrain& dem, const AttributeQemOptions&,
+                                          const RunOptions&, const Progress&);
 
 /// A general manifold mesh with its own attributes. Normals are computed when `attributes` asks for
 /// them and the mesh has none.
-Result<Simplified> attribute_qem_mesh(const Tin&, const SimplifyOptions&, const Progress&);
+Result<Simplified> attribute_qem_mesh(const Tin&, const AttributeQemOptions&, const RunOptions&,
+                                      const Progress&);
 
 /// Unit normals of the vertices, weighted by area.
 std::vector<std::array<float, 3>> vertex_normals(const Tin&);
 
 /// The full terrain mesh in metres (x = col * spacing, y = -row * spacing) with its attributes:
 /// what attribute errors are measured against.
-Result<Tin> terrain_with_attributes(const Terrain& dem, const SimplifyOptions&);
+Result<Tin> terrain_with_attributes(const Terrain& dem, const AttributeQemOptions&,
+                                    const Constraints*);
 
 }  // namespace tind

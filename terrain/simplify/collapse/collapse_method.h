@@ -75,7 +75,7 @@ CollapseRun collapse_until(const StopAt& stop, const HeightGrid& grid, HalfedgeM
 /// `make_cost(TerrainMesh&)` returns the method's Cost (collapse_engine.h). The terrain
 /// outlives it.
 template <class MakeCost>
-Result<Simplified> collapse_terrain(const Terrain& dem, const SimplifyOptions& options,
+Result<Simplified> collapse_terrain(const Terrain& dem, const RunOptions& options,
                                     const Progress& progress, MakeCost&& make_cost) {
   Result<TerrainMesh> terrain = terrain_mesh(dem, options.constraints.get());
   if (!terrain) return std::unexpected(terrain.error());

@@ -120,34 +120,36 @@ Scales scales_of(const HalfedgeMesh& m, const EdgeCost& cost) {
   return {height > 0 ? length / height : 0, degree > 0 ? length / degree : 0};
 }
 
-Result<Weights> weights_of(const SimplifyOptions& options, const Scales& scales) {
-  if (options.term == "length") return Weights{1, 0, 0};
-  if (options.term == "height") return Weights{0, 1, 0};
-  if (options.term == "degree") return Weights{0, 0, 1};
-  if (options.term == "all")
-    return Weights{1, options.alpha * scales.alpha, options.beta * scales.beta};
-  return fail(Errc::invalid_argument,
-              "edge-cost has no term '" + options.term + "'; it is all, length, height or degree");
+Weights weights_of(const EdgeCostOptions& options, const Scales& scales) {
+  switch (options.term) {
+    case Term::length:
+      return {1, 0, 0};
+    case Term::height:
+      return {0, 1, 0};
+    case Term::degree:
+      return {0, 0, 1};
+    case Term::all:
+      break;
+  }
+  return {1, options.alpha * scales.alpha, options.beta * scales.beta};
 }
 
 }  // namespace
 
-Result<Simplified> simplify_edge_cost(const Terrain& dem, const SimplifyOptions& options,
-                                      const Progress& progress) {
-  if (options.alpha < 0 || options.beta < 0)
+Result<Simplified> simplify_edge_cost(const Terrain& dem, const EdgeCostOptions& method,
+                                      const RunOptions& options, const Progress& progress) {
+  if (method.alpha < 0 || method.beta < 0)
     return fail(Errc::invalid_argument, "alpha and beta must not be negative");
-  if (const Result<Weights> known = weights_of(options, {}); !known)
-    return std::unexpected(known.error());
   Scales scales;
   Result<Simplified> out = collapse_terrain(dem, options, progress, [&](TerrainMesh& terrain) {
     EdgeCost cost(terrain, {});
     scales = scales_of(terrain.mesh, cost);
-    cost.set(*weights_of(options, scales));
+    cost.set(weights_of(method, scales));
     return cost;
   });
   if (out) {
-    out->details["alpha"] = options.alpha;
-    out->details["beta"] = options.beta;
+    out->details["alpha"] = method.alpha;
+    out->details["beta"] = method.beta;
     out->details["alpha_scale"] = scales.alpha;
     out->details["beta_scale"] = scales.beta;
   }

@@ -15,6 +15,7 @@
 // alpha and beta are dimensionless: they are multiplied by mean L / mean h and mean L / mean d of
 // the input mesh (details "alpha_scale", "beta_scale"), so a weight means the same on any terrain.
 
+#include "terrain/base/enum_names.h"
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
 #include "terrain/raster/terrain.h"
@@ -25,6 +26,34 @@ namespace tind {
 
 /// The default weights are the best pair of edge_cost_weights_bench. They matter little: of its
 /// pairs none is 10 % better than no weights at all, and none 8 % worse.
-Result<Simplified> simplify_edge_cost(const Terrain& dem, const SimplifyOptions&, const Progress&);
+/// All terms of the cost, or one alone.
+enum class Term { all, length, height, degree };
+
+template <>
+struct EnumNames<Term> {
+  static constexpr const char* kWhat = "term";
+  static constexpr std::pair<Term, const char*> kAll[] = {{Term::all, "all"},
+                                                          {Term::length, "length"},
+                                                          {Term::height, "height"},
+                                                          {Term::degree, "degree"}};
+};
+
+struct EdgeCostOptions {
+  static constexpr const char* kName = "edge-cost";
+  static constexpr bool kTellsCollapses = true;
+  static constexpr const char* kVariant = "term";
+  double alpha = 0.25, beta = 2;  // NaN-free, dimensionless (algorithms: edge cost)
+  Term term = Term::all;
+
+  template <class F>
+  static void each_option(F&& option) {
+    option("alpha", &EdgeCostOptions::alpha, "edge-cost: weight of the height difference");
+    option("beta", &EdgeCostOptions::beta, "edge-cost: weight of the degree");
+    option("term", &EdgeCostOptions::term, "edge-cost: all terms, or one alone");
+  }
+};
+
+Result<Simplified> simplify_edge_cost(const Terrain& dem, const EdgeCostOptions&, const RunOptions&,
+                                      const Progress&);
 
 }  // namespace tind

@@ -193,8 +193,8 @@ class SweepCost {
 
 }  // namespace
 
-Result<Simplified> simplify_memoryless(const Terrain& dem, const SimplifyOptions& options,
-                                       const Progress& progress) {
+Result<Simplified> simplify_memoryless(const Terrain& dem, const MemorylessOptions&,
+                                       const RunOptions& options, const Progress& progress) {
   return collapse_terrain(dem, options, progress,
                           [](TerrainMesh& terrain) { return SweepCost(terrain); });
 }

@@ -15,6 +15,15 @@
 
 namespace tind {
 
-Result<Simplified> simplify_memoryless(const Terrain& dem, const SimplifyOptions&, const Progress&);
+struct MemorylessOptions {
+  static constexpr const char* kName = "memoryless";
+  static constexpr bool kTellsCollapses = true;
+
+  template <class F>
+  static void each_option(F&&) {}
+};
+
+Result<Simplified> simplify_memoryless(const Terrain& dem, const MemorylessOptions&,
+                                       const RunOptions&, const Progress&);
 
 }  // namespace tind

@@ -204,10 +204,10 @@ class QuadricCost {
 
 }  // namespace
 
-Result<Simplified> simplify_qem(const Terrain& dem, const SimplifyOptions& options,
-                                const Progress& progress) {
+Result<Simplified> simplify_qem(const Terrain& dem, const QemOptions& method,
+                                const RunOptions& options, const Progress& progress) {
   return collapse_terrain(dem, options, progress, [&](TerrainMesh& terrain) {
-    return QuadricCost(terrain, options.subset_placement, options.border_constraints);
+    return QuadricCost(terrain, method.subset_placement, method.border_constraints);
   });
 }
 

@@ -19,6 +19,21 @@
 
 namespace tind {
 
-Result<Simplified> simplify_qem(const Terrain& dem, const SimplifyOptions&, const Progress&);
+struct QemOptions {
+  static constexpr const char* kName = "qem";
+  static constexpr bool kTellsCollapses = true;
+  bool subset_placement = false;
+  bool border_constraints = false;
+
+  template <class F>
+  static void each_option(F&& option) {
+    option("subset-placement", &QemOptions::subset_placement,
+           "qem: keep a subset of the posts as vertices");
+    option("border-constraints", &QemOptions::border_constraints, "qem: hold the border's profile");
+  }
+};
+
+Result<Simplified> simplify_qem(const Terrain& dem, const QemOptions&, const RunOptions&,
+                                const Progress&);
 
 }  // namespace tind

@@ -515,15 +515,11 @@ bool Collapser<Rules>::run(std::size_t target, const Progress& progress) {
 }
 
 template <class Rules>
-Result<Simplified> run(HalfedgeMesh& mesh, Rules& rules, const SimplifyOptions& options,
-                       const Progress& progress) {
-  if (options.placement != "quadric" && options.placement != "centroid") {
-    return fail(Errc::invalid_argument,
-                "unknown placement '" + options.placement + "': choose quadric or centroid");
-  }
+Result<Simplified> run(HalfedgeMesh& mesh, Rules& rules, const TriangleCollapseOptions& method,
+                       const RunOptions& options, const Progress& progress) {
   Simplified out;
   out.input_triangles = mesh.triangle_count();
-  Collapser<Rules> collapser(mesh, rules, options.placement == "centroid");
+  Collapser<Rules> collapser(mesh, rules, method.placement == Placement::centroid);
   const CollapseRecorder* const recorder = options.recorder;
   bool ran = collapser.run(target_triangles(options.stop, out.input_triangles),
                            recorder ? progress.part(0, 0.5) : progress.part(0, 1));
@@ -543,8 +539,9 @@ Result<Simplified> run(HalfedgeMesh& mesh, Rules& rules, const SimplifyOptions& 
 
 }  // namespace
 
-Result<Simplified> simplify_triangle_collapse(const Terrain& dem, const SimplifyOptions& options,
-                                              const Progress& progress) {
+Result<Simplified> simplify_triangle_collapse(const Terrain& dem,
+                                              const TriangleCollapseOptions& method,
+                                              const RunOptions& options, const Progress& progress) {
   Result<TerrainMesh> terrain = terrain_mesh(dem, options.constraints.get());
   if (!terrain) return std::unexpected(terrain.error());
   TerrainRules rules(*terrain, dem.grid, options.stop.max_error_m);
@@ -552,16 +549,16 @@ Result<Simplified> simplify_triangle_collapse(const Terrain& dem, const Simplify
     put_on_lattice(terrain->mesh, options.recorder->lattice);
     rules.put_on(options.recorder->lattice);
   }
-  return run(terrain->mesh, rules, options, progress);
+  return run(terrain->mesh, rules, method, options, progress);
 }
 
-Result<Simplified> triangle_collapse_mesh(const Tin& tin, const SimplifyOptions& options,
-                                          const Progress& progress) {
+Result<Simplified> triangle_collapse_mesh(const Tin& tin, const TriangleCollapseOptions& method,
+                                          const RunOptions& options, const Progress& progress) {
   Result<HalfedgeMesh> mesh = HalfedgeMesh::from_tin(tin);
   if (!mesh) return std::unexpected(mesh.error());
   SurfaceRules rules(*mesh);
   if (options.recorder) rules.put_on(options.recorder->lattice);
-  return run(*mesh, rules, options, progress);
+  return run(*mesh, rules, method, options, progress);
 }
 
 }  // namespace tind

@@ -11,6 +11,7 @@
 // quadric is least (option `placement`). On the border, a step merges one border edge instead of
 // the triangle. Near the target, a step removes only as many triangles as are still needed.
 
+#include "terrain/base/enum_names.h"
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
 #include "terrain/raster/terrain.h"
@@ -20,10 +21,34 @@
 namespace tind {
 
 /// Reads `placement` ("quadric" | "centroid") and `stop`.
-Result<Simplified> simplify_triangle_collapse(const Terrain& dem, const SimplifyOptions&,
-                                              const Progress&);
+/// Where the merged vertex goes.
+enum class Placement { quadric, centroid };
+
+template <>
+struct EnumNames<Placement> {
+  static constexpr const char* kWhat = "placement";
+  static constexpr std::pair<Placement, const char*> kAll[] = {{Placement::quadric, "quadric"},
+                                                               {Placement::centroid, "centroid"}};
+};
+
+struct TriangleCollapseOptions {
+  static constexpr const char* kName = "triangle-collapse";
+  static constexpr bool kTellsCollapses = true;
+  static constexpr const char* kVariant = "placement";
+  Placement placement = Placement::quadric;
+
+  template <class F>
+  static void each_option(F&& option) {
+    option("placement", &TriangleCollapseOptions::placement,
+           "triangle-collapse: where the merged vertex goes");
+  }
+};
+
+Result<Simplified> simplify_triangle_collapse(const Terrain& dem, const TriangleCollapseOptions&,
+                                              const RunOptions&, const Progress&);
 
 /// The same for a general manifold mesh; positions only.
-Result<Simplified> triangle_collapse_mesh(const Tin&, const SimplifyOptions&, const Progress&);
+Result<Simplified> triangle_collapse_mesh(const Tin&, const TriangleCollapseOptions&,
+                                          const RunOptions&, const Progress&);
 
 }  // namespace tind

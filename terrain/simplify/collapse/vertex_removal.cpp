@@ -24,8 +24,6 @@ namespace {
 using Index = HalfedgeMesh::Index;
 constexpr Index kNone = HalfedgeMesh::kNone;
 
-enum class Criterion { plane, degree, k_degree };
-
 /// Rings longer than this are left alone: cutting ears is quadratic in the ring.
 constexpr std::size_t kLongestRing = 64;
 /// `k-degree` has this many buckets for each degree; all larger degrees are as bad as the largest.
@@ -392,28 +390,18 @@ bool Remover::run(std::size_t target, const Progress& progress) {
   return true;
 }
 
-Result<Criterion> parse_criterion(const std::string& text) {
-  if (text == "plane") return Criterion::plane;
-  if (text == "degree") return Criterion::degree;
-  if (text == "k-degree") return Criterion::k_degree;
-  return fail(Errc::invalid_argument,
-              "unknown criterion '" + text + "': choose plane, degree or k-degree");
-}
-
 }  // namespace
 
-Result<Simplified> simplify_vertex_removal(const Terrain& dem, const SimplifyOptions& options,
-                                           const Progress& progress) {
-  const Result<Criterion> criterion = parse_criterion(options.criterion);
-  if (!criterion) return std::unexpected(criterion.error());
-  if (options.k < 1 || options.k > 16) return fail(Errc::invalid_argument, "k must lie in 1..16");
+Result<Simplified> simplify_vertex_removal(const Terrain& dem, const VertexRemovalOptions& method,
+                                           const RunOptions& options, const Progress& progress) {
+  if (method.k < 1 || method.k > 16) return fail(Errc::invalid_argument, "k must lie in 1..16");
   Result<TerrainMesh> terrain = terrain_mesh(dem, options.constraints.get());
   if (!terrain) return std::unexpected(terrain.error());
 
   Simplified out;
   out.input_triangles = terrain->mesh.triangle_count();
   const std::size_t target = target_triangles(options.stop, out.input_triangles);
-  Remover remover(*terrain, dem.grid, *criterion, options.k, options.stop.max_error_m);
+  Remover remover(*terrain, dem.grid, method.criterion, method.k, options.stop.max_error_m);
   if (!remover.run(target, progress)) return fail(Errc::cancelled, "simplification was stopped");
   out.steps = remover.removed();
   out.note = stop_note(options.stop, out.input_triangles, terrain->mesh.triangle_count());

@@ -15,6 +15,7 @@
 // (BucketQueue), in rounds: the ring of a removed vertex waits for the next round, so that equal
 // vertices thin out evenly.
 
+#include "terrain/base/enum_names.h"
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
 #include "terrain/raster/terrain.h"
@@ -26,7 +27,33 @@ namespace tind {
 /// Reads `criterion`, `k` (1..16) and `stop` of the options. A removal that would move the surface
 /// past `max_error_m` at any post is refused, and the vertex is tried again once its ring changes.
 /// Fails (invalid_argument) on an unknown criterion or a k out of range.
-Result<Simplified> simplify_vertex_removal(const Terrain& dem, const SimplifyOptions&,
-                                           const Progress&);
+/// Which vertices go first: see above.
+enum class Criterion { plane, degree, k_degree };
+
+template <>
+struct EnumNames<Criterion> {
+  static constexpr const char* kWhat = "criterion";
+  static constexpr std::pair<Criterion, const char*> kAll[] = {{Criterion::plane, "plane"},
+                                                               {Criterion::degree, "degree"},
+                                                               {Criterion::k_degree, "k-degree"}};
+};
+
+struct VertexRemovalOptions {
+  static constexpr const char* kName = "vertex-removal";
+  static constexpr const char* kVariant = "criterion";
+  Criterion criterion = Criterion::plane;
+  int k = 6;  // k-degree: neighbours that break a tie
+
+  template <class F>
+  static void each_option(F&& option) {
+    option("criterion", &VertexRemovalOptions::criterion,
+           "vertex-removal: which vertices go first");
+    option("k", &VertexRemovalOptions::k,
+           "vertex-removal by k-degree: neighbours that break a tie");
+  }
+};
+
+Result<Simplified> simplify_vertex_removal(const Terrain& dem, const VertexRemovalOptions&,
+                                           const RunOptions&, const Progress&);
 
 }  // namespace tind

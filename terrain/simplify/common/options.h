@@ -1,20 +1,15 @@
 #pragma once
-// What a simplification is asked for: the options of all methods, when to stop, who listens.
+// What every simplification is asked for: when to stop, around which lines, who listens.
 
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
-#include <string>
-#include <vector>
 
 #include "terrain/base/result.h"
-#include "terrain/mesh/side.h"
 #include "terrain/mesh/tin.h"
-#include "terrain/simplify/common/effort.h"
 
 namespace tind {
 
@@ -45,8 +40,8 @@ struct Lattice {
 
 /// Who wants the collapses themselves (terrain/progressive). The method first runs to its `stop`,
 /// then goes on to `triangles`, or as far as it can, and tells each collapse of this second part.
-/// All vertices stay on the lattice. For edge-cost, qem, memoryless, attribute-qem and
-/// triangle-collapse; the others do not look at it.
+/// All vertices stay on the lattice. For methods with kTellsCollapses; the others do not look at
+/// it.
 struct CollapseRecorder {
   Lattice lattice;
   std::size_t triangles = 1;
@@ -55,30 +50,9 @@ struct CollapseRecorder {
   std::function<void(const HalfedgeMesh&)> base;  // the mesh at the end
 };
 
-/// The method of who names none: it has the fewest triangles within an error, and the smallest RMS
-/// at a count (docs/methods.md); for general meshes, which it does not take, the best that does.
-inline constexpr const char* kDefaultMethod = "bounded";
-inline constexpr const char* kDefaultMeshMethod = "qem";
-
-/// Options of all methods; each method reads its own and the table says which.
-struct SimplifyOptions {
-  std::string method = kDefaultMethod;
+/// What every method reads; its own options are beside each method.
+struct RunOptions {
   StopAt stop;
-  double alpha = 0.25, beta = 2;      // edge-cost; NaN-free, dimensionless (edge_cost.h)
-  std::string term = "all";           // edge-cost: all | length | height | degree
-  Effort effort = Effort::normal;     // bounded
-  Side side = Side::both;             // bounded
-  bool subset_placement = false;      // qem
-  bool border_constraints = false;    // qem
-  std::string criterion = "plane";    // vertex-removal: plane | degree | k-degree
-  int k = 6;                          // vertex-removal k-degree: neighbours that break a tie
-  std::string placement = "quadric";  // triangle-collapse: quadric | centroid
-  // attribute-qem:
-  std::string attributes = "auto";         // auto | texture | colour | normal | colour+normal
-  std::string attribute_metric = "joint";  // joint | separate | ignored
-  double attribute_weight = 1;             // against position; 1 is the measured default
-  std::shared_ptr<const std::vector<std::array<float, 3>>>
-      drape;  // terrain: a colour for each post
   /// Lines that stay edges, level polygons, a boundary. The DEM is then constraints->dem.
   std::shared_ptr<const Constraints> constraints;
   int threads = 1;

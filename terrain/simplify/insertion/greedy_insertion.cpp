@@ -29,7 +29,7 @@ Result<HalfedgeMesh> two_triangles(const HeightGrid& grid) {
 }
 
 /// What the insertion starts from; with lines, it has them as edges already.
-Result<CoarseConstrained> start(const HeightGrid& grid, const SimplifyOptions& o) {
+Result<CoarseConstrained> start(const HeightGrid& grid, const RunOptions& o) {
   if (o.constraints) return coarse_constrained(*o.constraints);
   Result<HalfedgeMesh> two = two_triangles(grid);
   if (!two) return std::unexpected(two.error());
@@ -47,7 +47,7 @@ std::string count_note(std::size_t left, std::uint64_t count, std::size_t at_sta
 
 }  // namespace
 
-Result<Simplified> simplify_greedy(const Terrain& dem, const SimplifyOptions& o,
+Result<Simplified> simplify_greedy(const Terrain& dem, const GreedyOptions&, const RunOptions& o,
                                    const Progress& progress) {
   const HeightGrid& grid = dem.grid;
   Result<CoarseConstrained> coarse = start(grid, o);

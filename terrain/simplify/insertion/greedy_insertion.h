@@ -14,6 +14,14 @@ namespace tind {
 
 /// O(n log n) expected. GUARANTEES with --max-error M: every valid post within M of the mesh, to
 /// the rounding of doubles (1e-12 of the relief).
-Result<Simplified> simplify_greedy(const Terrain& dem, const SimplifyOptions&, const Progress&);
+struct GreedyOptions {
+  static constexpr const char* kName = "greedy";
+
+  template <class F>
+  static void each_option(F&&) {}
+};
+
+Result<Simplified> simplify_greedy(const Terrain& dem, const GreedyOptions&, const RunOptions&,
+                                   const Progress&);
 
 }  // namespace tind

@@ -7,6 +7,7 @@
 #include "terrain/mesh/validity.h"
 #include "terrain/mesh/vertical_error.h"
 #include "terrain/simplify/common/terrain_mesh.h"
+#include "terrain/simplify/methods.h"
 #include "tests/support/support.h"
 #include "tests/terrain/progressive/expand.h"
 
@@ -40,7 +41,7 @@ class EveryMethod : public testing::TestWithParam<Case> {
   }
   ProgressiveMesh make() {
     SimplifyOptions o;
-    o.method = GetParam().method;
+    o.method = *method_named(GetParam().method);
     o.stop = GetParam().fine;
     const auto pm = make_progressive({grid_, 30, 25}, o, 24, {}, lattice_);
     EXPECT_TRUE(pm) << pm.error().what;
@@ -102,7 +103,7 @@ TEST(MakeProgressive, BoundedReachesAnErrorWithFewerTrianglesThanOthers) {
   const HeightGrid grid = test::rough_terrain(97, 97, 11, 200);
   const auto triangles_within = [&](const std::string& method, double error) {
     SimplifyOptions o;
-    o.method = method;
+    o.method = *method_named(method);
     o.stop.max_error_m = 1;
     const auto pm = make_progressive({grid, 30, 30}, o, 2, {}, {8, 0.125});
     std::size_t i = 0;
@@ -115,10 +116,10 @@ TEST(MakeProgressive, BoundedReachesAnErrorWithFewerTrianglesThanOthers) {
 TEST(MakeProgressive, SaysWhatItCannotDo) {
   const HeightGrid grid = test::rough_terrain(9, 9, 1);
   SimplifyOptions o;
-  o.method = "greedy";
+  o.method = GreedyOptions{};
   EXPECT_NE(make_progressive({grid, 1, 1}, o, 2, {}).error().what.find("collapse"),
             std::string::npos);
-  o.method = "qem";
+  o.method = QemOptions{};
   EXPECT_EQ(make_progressive({grid, 1, 1}, o, 2, {}, {3, 0}).error().code, Errc::invalid_argument);
   EXPECT_EQ(make_progressive({grid, 1, 1}, o, 2, {}, {4, -1}).error().code, Errc::invalid_argument);
 }

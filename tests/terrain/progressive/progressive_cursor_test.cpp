@@ -6,6 +6,7 @@
 
 #include "terrain/mesh/validity.h"
 #include "terrain/progressive/stream/make_progressive.h"
+#include "terrain/simplify/methods.h"
 #include "tests/support/support.h"
 #include "tests/terrain/progressive/expand.h"
 
@@ -19,7 +20,7 @@ ProgressiveMesh progressive(const char* method, int side, std::size_t base = 12,
     for (int r = 8; r < 14; ++r)
       for (int c = 4; c < 20 - r; ++c) grid.at(c, r) = HeightGrid::kVoid;
   SimplifyOptions o;
-  o.method = method;
+  o.method = *method_named(method);
   const auto pm = make_progressive({grid, 30, 30}, o, base, {}, {8, 0.125});
   EXPECT_TRUE(pm);
   return *pm;

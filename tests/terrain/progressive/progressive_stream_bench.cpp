@@ -8,6 +8,7 @@
 #include "terrain/progressive/stream/make_progressive.h"
 #include "terrain/progressive/stream/progressive_cursor.h"
 #include "terrain/progressive/stream/progressive_stream.h"
+#include "terrain/simplify/methods.h"
 #include "tests/support/bench.h"
 #include "tests/support/support.h"
 
@@ -51,7 +52,7 @@ int main(int argc, char** argv) {
   for (const std::string& method : methods) {
     for (const double per_post : {1.0, 2.0, 4.0}) {
       SimplifyOptions o;
-      o.method = method;
+      o.method = *method_named(method);
       o.stop.max_error_m = error;
       const Lattice lattice{per_post, error / 8};
       const double t0 = now();

@@ -10,6 +10,7 @@
 #include "terrain/mesh/vertical_error.h"
 #include "terrain/progressive/stream/make_progressive.h"
 #include "terrain/progressive/stream/progressive_cursor.h"
+#include "terrain/simplify/methods.h"
 #include "tests/support/support.h"
 #include "tests/terrain/progressive/expand.h"
 
@@ -32,7 +33,7 @@ Made make(const std::string& method, int side, bool voids = false) {
     for (int r = 8; r < 14; ++r)
       for (int c = 4; c < 20 - r; ++c) m.grid.at(c, r) = HeightGrid::kVoid;
   SimplifyOptions o;
-  o.method = method;
+  o.method = *method_named(method);
   o.stop.max_error_m = 2;
   auto mesh = make_progressive({m.grid, 30, 30}, o, 10, {}, kLattice);
   EXPECT_TRUE(mesh) << mesh.error().what;

@@ -10,6 +10,7 @@
 #include "terrain/mesh/surface_distance.h"
 #include "terrain/progressive/stream/progressive_cursor.h"
 #include "terrain/progressive/stream/progressive_stream.h"
+#include "terrain/simplify/methods.h"
 #include "tests/terrain/progressive/expand.h"
 #include "tests/terrain/progressive/shapes.h"
 
@@ -31,7 +32,7 @@ Made make(Tin input, const std::string& method, double step) {
   EXPECT_TRUE(lattice) << lattice.error().what;
   m.lattice = *lattice;
   SimplifyOptions o;
-  o.method = method;
+  o.method = *method_named(method);
   auto made = make_progressive_surface(input, o, 12, *lattice);
   EXPECT_TRUE(made) << made.error().what;
   m.mesh = std::move(made->mesh);

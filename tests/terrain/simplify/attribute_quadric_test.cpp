@@ -10,6 +10,7 @@
 #include "terrain/mesh/validity.h"
 #include "terrain/mesh/vertical_error.h"
 #include "terrain/simplify/collapse/quadric_n.h"
+#include "terrain/simplify/methods.h"
 #include "terrain/simplify/simplify.h"
 #include "terrain/simplify/simplify_mesh.h"
 #include "tests/support/support.h"
@@ -95,11 +96,10 @@ Tin two_coloured_plane(int n, int edge) {
 TEST(AttributeQem, KeepsAColourBorderThatTheShapeDoesNotShow) {
   const Tin fine = two_coloured_plane(33, 11);
   SimplifyOptions o;
-  o.method = "attribute-qem";
-  o.attribute_weight = 20;
+  o.method = AttributeQemOptions{.weight = 20, .drape = {}};
   o.stop.triangles = 60;
   const auto joint = simplify_mesh(fine, o);
-  o.attribute_metric = "ignored";
+  std::get<AttributeQemOptions>(o.method).metric = AttributeMetric::ignored;
   const auto shape = simplify_mesh(fine, o);
   ASSERT_TRUE(joint && shape);
   EXPECT_EQ(joint->made.details.at("coefficients"), 28);
@@ -118,11 +118,12 @@ TEST(AttributeQem, TerrainCarriesUnitNormalsAndStaysValid) {
       if (round % 3 == 1 && random() % 12 == 0) z = HeightGrid::kVoid;
     }
     SimplifyOptions o;
-    o.method = "attribute-qem";
+    AttributeQemOptions method;
     o.stop.ratio = 0.15;
     if (round % 2)
-      o.drape = std::make_shared<std::vector<std::array<float, 3>>>(
+      method.drape = std::make_shared<std::vector<std::array<float, 3>>>(
           grid.size(), std::array<float, 3>{1, 0.5f, float(round) / 40});
+    o.method = method;
     const auto r = simplify({grid, 20, 25}, o);
     if (!r) {
       EXPECT_EQ(r.error().code, Errc::bad_data);
@@ -153,7 +154,9 @@ TEST(SimplifyMesh, AnySoupComesOutAsAManifold) {
       tin.triangles.push_back(
           {unsigned(random() % n), unsigned(random() % n), unsigned(random() % n)});
     SimplifyOptions o;
-    o.method = round % 3 == 0 ? "qem" : round % 3 == 1 ? "attribute-qem" : "triangle-collapse";
+    o.method = *method_named(round % 3 == 0   ? "qem"
+                             : round % 3 == 1 ? "attribute-qem"
+                                              : "triangle-collapse");
     o.stop.ratio = 0.3;
     const auto r = simplify_mesh(tin, o);
     if (!r) {
@@ -170,14 +173,13 @@ TEST(SimplifyMesh, RefusesWhatIsForTerrain) {
   SimplifyOptions o;
   o.stop.ratio = 0.5;
   const Tin plane = two_coloured_plane(4, 2);
-  o.method = "edge-cost";
+  o.method = EdgeCostOptions{};
   EXPECT_EQ(simplify_mesh(plane, o).error().code, Errc::invalid_argument);
-  o.method = "qem";
+  o.method = QemOptions{};
   o.stop = {.max_error_m = 1};
   EXPECT_EQ(simplify_mesh(plane, o).error().code, Errc::invalid_argument);
   o.stop = {.ratio = 0.5};
-  o.method = "attribute-qem";
-  o.attributes = "texture";
+  o.method = AttributeQemOptions{.attributes = AttributeChoice::texture, .drape = {}};
   EXPECT_EQ(simplify_mesh(plane, o).error().code, Errc::invalid_argument);
 }
 

@@ -15,8 +15,9 @@
 #include "terrain/mesh/validity.h"
 #include "terrain/mesh/vertical_error.h"
 #include "terrain/simplify/bounded/bounded_mesher.h"
-#include "terrain/simplify/common/options.h"
 #include "terrain/simplify/common/simplified.h"
+#include "terrain/simplify/methods.h"
+#include "terrain/simplify/options.h"
 #include "terrain/simplify/simplify.h"
 #include "tests/support/bench.h"
 
@@ -61,10 +62,9 @@ Timed run(const BenchDem& dem, SimplifyOptions o, int runs) {
 SimplifyOptions within(double eps, const std::string& method, Effort effort = Effort::normal,
                        Side side = Side::both) {
   SimplifyOptions o;
-  o.method = method;
+  o.method = *method_named(method);
   o.stop.max_error_m = eps;
-  o.effort = effort;
-  o.side = side;
+  if (auto* const bounded = std::get_if<BoundedOptions>(&o.method)) *bounded = {effort, side};
   return o;
 }
 
@@ -187,7 +187,7 @@ void print_table(const BenchDem& dem, const Settings& s) {
       SimplifyOptions o = within(eps, "bounded", effort);
       const Timed one = run(dem, o, s.runs);
       print_row(name_of(effort), one, greedy, dem.terrain.grid, eps);
-      if (o.effort != Effort::normal) continue;
+      if (effort != Effort::normal) continue;
       o.threads = 2;
       const Timed two = run(dem, o, s.runs);
       const bool same =
@@ -201,7 +201,7 @@ void print_table(const BenchDem& dem, const Settings& s) {
 /// The bound at which greedy insertion leaves `share` of the full mesh.
 double bound_for(const BenchDem& dem, double share) {
   SimplifyOptions o;
-  o.method = "greedy";
+  o.method = GreedyOptions{};
   o.stop.ratio = share;
   const auto r = simplify(dem.terrain, o);
   return r ? vertical_error(r->tin, dem.terrain.grid).max_m : 1;
@@ -299,7 +299,7 @@ void print_tiles(const BenchDem& dem, const Settings& s) {
               thin_side(w, corner[i], corner[(i + 1) % 4], 0.7 * eps, sides);
             DelaunayInsertion<GridSamples> frame(mesh, w, io);
             for (const Vec3& p : sides) frame.insert_point(p);
-            BoundedOptions o;
+            MesherOptions o;
             o.eps = eps;
             o.relief = 4000;
             o.locked_border = true;

@@ -86,15 +86,13 @@ struct Case {
 double run(const BenchDem& dem, const Case& c) {
   const int side = int(std::lround(std::sqrt(c.samples)));
   EndlessTerrain terrain(dem.terrain.grid, side);
-  SimplifyOptions o;
-  o.method = "bounded";
+  RunOptions o;
   o.stop.max_error_m = c.eps;
-  o.effort = c.effort;
   o.threads = c.threads;
   cli::PeakMemory::forget();
   Result<Simplified> made;
-  const double all =
-      seconds_of([&] { made = simplify_bounded_rows(terrain.rows(), 30, 30, o, {}); });
+  const double all = seconds_of(
+      [&] { made = simplify_bounded_rows(terrain.rows(), 30, 30, {.effort = c.effort}, o, {}); });
   if (!made) {
     fmt::print(stderr, "{}\n", made.error().what);
     std::exit(1);

@@ -56,12 +56,11 @@ void check(const Tin& tin, const HeightGrid& grid, double above, double below) {
 
 void front_door(Bytes& in) {
   SimplifyOptions o;
-  o.method = "bounded";
   const Effort efforts[] = {Effort::fast, Effort::normal, Effort::best};
   const Side sides[] = {Side::both, Side::above, Side::below};
-  o.effort = efforts[in.next() % 3];
+  const Effort effort = efforts[in.next() % 3];
   const unsigned side = in.next() % 3;
-  o.side = sides[side];
+  o.method = BoundedOptions{effort, sides[side]};
   const unsigned amount = in.next();
   const bool count = amount % 4 == 0;
   if (count)
@@ -101,7 +100,7 @@ void small_blocks(Bytes& in) {
 
 /// Inside a locked border whose vertices are some of the border's posts.
 void locked(Bytes& in) {
-  BoundedOptions o;
+  MesherOptions o;
   o.eps = kErrors[in.next() % 7];
   o.relief = 1e4;
   o.rounds = int(in.next() % 3);

@@ -10,6 +10,7 @@
 #include "terrain/mesh/validity.h"
 #include "terrain/mesh/vertical_error.h"
 #include "terrain/raster/dem_source.h"
+#include "terrain/simplify/methods.h"
 #include "terrain/simplify/simplify.h"
 #include "tests/support/support.h"
 
@@ -22,10 +23,9 @@ using test::rough_terrain;
 Simplified run(const HeightGrid& grid, const std::string& method, double max_error,
                Effort effort = Effort::normal, Side side = Side::both, int threads = 1) {
   SimplifyOptions o;
-  o.method = method;
+  o.method = *method_named(method);
+  if (auto* const bounded = std::get_if<BoundedOptions>(&o.method)) *bounded = {effort, side};
   o.stop.max_error_m = max_error;
-  o.effort = effort;
-  o.side = side;
   o.threads = threads;
   auto result = simplify({grid, 30, 30}, o);
   if (!result) throw std::runtime_error(result.error().what);
@@ -89,13 +89,13 @@ TEST(Bounded, rows_of_blocks_are_one_mesh_however_many_are_made_at_once) {
 }
 
 TEST(Bounded, a_failed_read_is_an_error) {
-  SimplifyOptions o;
+  RunOptions o;
   o.stop.max_error_m = 5;
   const HeightRows broken{600, 2000, [](int first, int count) -> Result<HeightGrid> {
                             if (first > 600) return fail(Errc::io, "the disk is gone");
                             return HeightGrid(600, count, 1);
                           }};
-  const auto s = simplify_bounded_rows(broken, 30, 30, o, {});
+  const auto s = simplify_bounded_rows(broken, 30, 30, {}, o, {});
   ASSERT_FALSE(s);
   EXPECT_EQ(s.error().what, "the disk is gone");
 }
@@ -188,10 +188,9 @@ TEST(Bounded, a_plane_is_two_triangles) {
 Simplified run_count(const HeightGrid& grid, const std::string& method, std::uint64_t triangles,
                      Effort effort = Effort::normal, Side side = Side::both) {
   SimplifyOptions o;
-  o.method = method;
+  o.method = *method_named(method);
+  if (auto* const bounded = std::get_if<BoundedOptions>(&o.method)) *bounded = {effort, side};
   o.stop.triangles = triangles;
-  o.effort = effort;
-  o.side = side;
   auto result = simplify({grid, 30, 30}, o);
   if (!result) throw std::runtime_error(result.error().what);
   return *result;

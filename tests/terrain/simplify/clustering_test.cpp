@@ -14,7 +14,7 @@ namespace {
 
 SimplifyOptions options(StopAt stop) {
   SimplifyOptions o;
-  o.method = "cluster";
+  o.method = ClusterOptions{};
   o.stop = stop;
   return o;
 }

@@ -8,9 +8,9 @@
 
 #include "terrain/mesh/validity.h"
 #include "terrain/mesh/vertical_error.h"
-#include "terrain/simplify/common/options.h"
 #include "terrain/simplify/common/simplified.h"
 #include "terrain/simplify/common/terrain_mesh.h"
+#include "terrain/simplify/options.h"
 #include "terrain/simplify/simplify.h"
 #include "tests/support/fuzz_bytes.h"
 
@@ -23,15 +23,19 @@ using Bytes = test::FuzzBytes;
 
 SimplifyOptions options_from(Bytes& in) {
   SimplifyOptions o;
-  const char* const names[] = {"edge-cost", "qem", "memoryless"};
-  const char* const terms[] = {"all", "length", "height", "degree"};
-  o.method = names[in.next() % 3];
-  o.term = terms[in.next() % 4];
-  o.alpha = in.next() / 16.0;
-  o.beta = in.next() / 16.0;
+  const unsigned method = in.next() % 3;
+  EdgeCostOptions edge_cost;
+  edge_cost.term = EnumNames<Term>::kAll[in.next() % 4].first;
+  edge_cost.alpha = in.next() / 16.0;
+  edge_cost.beta = in.next() / 16.0;
   const unsigned flags = in.next();
-  o.subset_placement = flags & 1;
-  o.border_constraints = flags & 2;
+  if (method == 0)
+    o.method = edge_cost;
+  else if (method == 1)
+    o.method =
+        QemOptions{.subset_placement = (flags & 1) != 0, .border_constraints = (flags & 2) != 0};
+  else
+    o.method = MemorylessOptions{};
   const unsigned amount = in.next();
   if (flags & 4)
     o.stop.max_error_m = amount / 8.0;

@@ -11,7 +11,8 @@
 
 #include "terrain/mesh/validity.h"
 #include "terrain/mesh/vertical_error.h"
-#include "terrain/simplify/common/options.h"
+#include "terrain/simplify/methods.h"
+#include "terrain/simplify/options.h"
 #include "terrain/simplify/simplify.h"
 #include "tests/support/support.h"
 
@@ -87,7 +88,7 @@ void expect_kept(const std::shared_ptr<const Constraints>& c, double ratio) {
   for (const char* method : kMethods) {
     SCOPED_TRACE(method);
     SimplifyOptions o;
-    o.method = method;
+    o.method = *method_named(method);
     o.stop.ratio = ratio;
     o.constraints = c;
     const auto made = simplify(c->dem, o);
@@ -188,7 +189,7 @@ TEST_F(ConstrainedTerrain, InsertionMeetsItsBoundAndItsCount) {
   for (const double bound : {0.1, 3.0, 50.0}) {
     std::size_t greedy = 0;
     for (const char* method : {"greedy", "bounded"}) {
-      o.method = method;
+      o.method = *method_named(method);
       o.stop = {.max_error_m = bound};
       const auto made = simplify(c->dem, o);
       ASSERT_TRUE(made) << made.error().what;
@@ -201,7 +202,7 @@ TEST_F(ConstrainedTerrain, InsertionMeetsItsBoundAndItsCount) {
       greedy = made->tin.triangles.size();
     }
   }
-  o.method = "greedy";
+  o.method = GreedyOptions{};
   o.stop = {.triangles = 1000};
   const auto counted = simplify(c->dem, o);
   EXPECT_GE(counted->tin.triangles.size(), 998u);
@@ -216,18 +217,17 @@ TEST_F(ConstrainedTerrain, VertexRemovalThinsLinesDownToTheirEnds) {
   s.breaklines = {line({{3.3, -4.4}, {31.7, -21.2}, {12.1, -25.6}})};
   s.boundary = {ring(20, -15, 14, 9)};
   const auto c = constrained(g, s);
-  for (const char* criterion : {"plane", "degree", "k-degree"}) {
+  for (const Criterion criterion : {Criterion::plane, Criterion::degree, Criterion::k_degree}) {
     SimplifyOptions o;
-    o.method = "vertex-removal";
-    o.criterion = criterion;
+    o.method = VertexRemovalOptions{.criterion = criterion};
     o.stop.triangles = 2;
     o.constraints = c;
     const auto made = simplify(c->dem, o);
     ASSERT_TRUE(made) << made.error().what;
-    EXPECT_EQ(check_constraints(made->tin, *c).missing, 0u) << criterion;
+    EXPECT_EQ(check_constraints(made->tin, *c).missing, 0u) << name_of(criterion);
     // What is left: the ends of the network's straight parts.
-    EXPECT_LE(made->tin.vertices.size(), 2 * c->parts.size()) << criterion;
-    EXPECT_LT(made->tin.vertices.size(), 25u) << criterion;
+    EXPECT_LE(made->tin.vertices.size(), 2 * c->parts.size()) << name_of(criterion);
+    EXPECT_LT(made->tin.vertices.size(), 25u) << name_of(criterion);
   }
 }
 
@@ -252,7 +252,7 @@ TEST_F(ConstrainedTerrain, RandomLinesOverRandomGridsThroughEveryMethod) {
       for (const StopAt& stop : {StopAt{.ratio = 0.15}, StopAt{.max_error_m = 20}}) {
         SCOPED_TRACE(std::string(method) + " " + std::to_string(seed));
         SimplifyOptions o;
-        o.method = method;
+        o.method = *method_named(method);
         o.stop = stop;
         o.constraints = c;
         const auto result = simplify(c->dem, o);

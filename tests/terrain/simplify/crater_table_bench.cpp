@@ -8,8 +8,9 @@
 
 #include "terrain/mesh/validity.h"
 #include "terrain/mesh/vertical_error.h"
-#include "terrain/simplify/common/options.h"
 #include "terrain/simplify/common/simplified.h"
+#include "terrain/simplify/methods.h"
+#include "terrain/simplify/options.h"
 #include "terrain/simplify/simplify.h"
 #include "tests/support/bench.h"
 
@@ -27,7 +28,7 @@ struct Row {
 
 Simplified made(const BenchDem& dem, const std::string& method, double ratio) {
   SimplifyOptions o;
-  o.method = method;
+  o.method = *method_named(method);
   o.stop.ratio = ratio;
   Result<Simplified> s = simplify(dem.terrain, o);
   if (!s) {

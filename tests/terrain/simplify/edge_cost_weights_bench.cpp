@@ -8,8 +8,8 @@
 #include <cmath>
 
 #include "terrain/mesh/vertical_error.h"
-#include "terrain/simplify/common/options.h"
 #include "terrain/simplify/common/simplified.h"
+#include "terrain/simplify/options.h"
 #include "terrain/simplify/simplify.h"
 #include "tests/support/bench.h"
 
@@ -74,27 +74,25 @@ int main(int argc, char** argv) {
   fmt::print("\n{:24} {:>6} {:>6} {:>6} | max m per level | RMS m per level\n", "", "max", "RMS",
              "both");
   SimplifyOptions o;
-  o.method = "edge-cost";
-  const SimplifyOptions defaults = o;
-  o.alpha = o.beta = 0;
+  const EdgeCostOptions defaults;
+  o.method = EdgeCostOptions{.alpha = 0, .beta = 0};
   const Errors base = errors_of(dems, o);
   for (const double alpha : {0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 32.0, 128.0, 1000.0}) {
     for (const double beta : {0.0, 0.25, 0.5, 1.0, 2.0, 4.0}) {
-      o.alpha = alpha, o.beta = beta;
+      o.method = EdgeCostOptions{alpha, beta};
       const bool chosen = alpha == defaults.alpha && beta == defaults.beta;
       print_row(fmt::format("alpha {:<5g} beta {:<5g}{}", alpha, beta, chosen ? " <-" : ""),
                 errors_of(dems, o), base);
     }
   }
-  for (const char* term : {"height", "degree"}) {
-    SimplifyOptions alone = defaults;
-    alone.term = term;
-    print_row(fmt::format("{} alone", term), errors_of(dems, alone), base);
+  for (const Term term : {Term::height, Term::degree}) {
+    SimplifyOptions alone;
+    alone.method = EdgeCostOptions{.term = term};
+    print_row(fmt::format("{} alone", name_of(term)), errors_of(dems, alone), base);
   }
-  for (const char* criterion : {"plane", "degree", "k-degree"}) {
+  for (const Criterion criterion : {Criterion::plane, Criterion::degree, Criterion::k_degree}) {
     SimplifyOptions removal;
-    removal.method = "vertex-removal";
-    removal.criterion = criterion;
-    print_row(fmt::format("vertex-removal {}", criterion), errors_of(dems, removal), base);
+    removal.method = VertexRemovalOptions{.criterion = criterion};
+    print_row(fmt::format("vertex-removal {}", name_of(criterion)), errors_of(dems, removal), base);
   }
 }

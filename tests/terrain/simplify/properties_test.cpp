@@ -11,9 +11,9 @@
 #include "terrain/mesh/manifold.h"
 #include "terrain/mesh/validity.h"
 #include "terrain/mesh/vertical_error.h"
-#include "terrain/simplify/common/options.h"
 #include "terrain/simplify/common/simplified.h"
 #include "terrain/simplify/methods.h"
+#include "terrain/simplify/options.h"
 #include "terrain/simplify/simplify.h"
 #include "terrain/simplify/simplify_mesh.h"
 #include "tests/support/support.h"
@@ -89,28 +89,29 @@ const std::vector<World>& worlds() {
   return all;
 }
 
-/// Each method of the table, and each of its variants.
+/// Each method of the table, and each value of each of its options that has names.
 std::vector<SimplifyOptions> every_method() {
   std::vector<SimplifyOptions> all;
-  for (const MethodInfo& info : methods()) {
-    SimplifyOptions o;
-    o.method = info.name;
-    all.push_back(o);
-    for (const char* criterion : {"degree", "k-degree"})
-      if (info.name == "vertex-removal") all.push_back(o), all.back().criterion = criterion;
-    if (info.name == "triangle-collapse") all.push_back(o), all.back().placement = "centroid";
-    for (const char* term : {"length", "height", "degree"})
-      if (info.name == "edge-cost") all.push_back(o), all.back().term = term;
-    for (const char* metric : {"separate", "ignored"})
-      if (info.name == "attribute-qem") all.push_back(o), all.back().attribute_metric = metric;
-    if (info.name == "qem") {
-      all.push_back(o), all.back().subset_placement = true;
-      all.push_back(o), all.back().border_constraints = true;
-    }
-    for (const Effort effort : {Effort::fast, Effort::best})
-      if (info.name == "bounded") all.push_back(o), all.back().effort = effort;
-    for (const Side side : {Side::above, Side::below})
-      if (info.name == "bounded") all.push_back(o), all.back().side = side;
+  const auto add = [&](const MethodOptions& method) { all.emplace_back().method = method; };
+  for (const MethodOptions& method : all_methods()) {
+    add(method);
+    std::visit(
+        [&](const auto& defaults) {
+          defaults.each_option([&](const char*, auto member, const char*) {
+            using Field = std::remove_cvref_t<decltype(defaults.*member)>;
+            auto other = defaults;
+            if constexpr (NamedEnum<Field> && !std::is_same_v<Field, AttributeChoice>) {
+              for (const auto& entry : EnumNames<Field>::kAll) {
+                other.*member = entry.first;
+                if (entry.first != defaults.*member) add(other);
+              }
+            } else if constexpr (std::is_same_v<Field, bool>) {
+              other.*member = true;
+              add(other);
+            }
+          });
+        },
+        method);
   }
   return all;
 }
@@ -118,7 +119,7 @@ std::vector<SimplifyOptions> every_method() {
 /// How many posts stay uncovered in the best of cases: those that no triangle of posts holds.
 std::uint64_t lonely_posts(const HeightGrid& g) {
   SimplifyOptions o;
-  o.method = "qem";
+  o.method = QemOptions{};
   o.stop.ratio = 1;
   const auto full = simplify({g, 30, 20}, o);
   return full ? vertical_error(full->tin, g).uncovered : g.size();
@@ -194,10 +195,12 @@ TEST_P(EveryMethod, KeepsTheErrorBound) {
       expect_same(*made, *simplify({g, sx, sy}, o));
       const VerticalError error = vertical_error(made->tin, g);
       EXPECT_LE(error.max_m, bound * (1 + 1e-9) + 1e-8);
-      if (o.side == Side::above) {
+      const auto* const bounded = std::get_if<BoundedOptions>(&o.method);
+      const Side side = bounded ? bounded->side : Side::both;
+      if (side == Side::above) {
         EXPECT_LE(error.max_below_m, 1e-8);
       }
-      if (o.side == Side::below) {
+      if (side == Side::below) {
         EXPECT_LE(error.max_above_m, 1e-8);
       }
       EXPECT_EQ(made->note, "");
@@ -219,7 +222,8 @@ TEST_P(EveryMethod, RefusesWhatHasNoTriangles) {
 
 INSTANTIATE_TEST_SUITE_P(Table, EveryMethod, testing::ValuesIn(every_method()),
                          [](const testing::TestParamInfo<SimplifyOptions>& row) {
-                           std::string name = row.param.method + std::to_string(row.index);
+                           std::string name =
+                               method_name(row.param.method) + std::to_string(row.index);
                            std::erase(name, '-');
                            return name;
                          });
@@ -268,8 +272,9 @@ TEST(EveryMeshMethod, LeavesAManifoldAndStopsAtTheCountOrSaysWhyNot) {
       for (const double ratio : {0.7, 0.2}) {
         SCOPED_TRACE(std::string(method) + " " + std::to_string(seed));
         SimplifyOptions o;
-        o.method = method;
-        o.attributes = "normal";
+        o.method = *method_named(method);
+        if (auto* const attributed = std::get_if<AttributeQemOptions>(&o.method))
+          attributed->attributes = AttributeChoice::normal;
         o.stop.ratio = ratio;
         const auto result = simplify_mesh(tin, o);
         if (!result) {

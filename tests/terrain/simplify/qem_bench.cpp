@@ -9,8 +9,9 @@
 
 #include "terrain/mesh/validity.h"
 #include "terrain/mesh/vertical_error.h"
-#include "terrain/simplify/common/options.h"
 #include "terrain/simplify/common/terrain_mesh.h"
+#include "terrain/simplify/methods.h"
+#include "terrain/simplify/options.h"
 #include "terrain/simplify/simplify.h"
 #include "tests/support/bench.h"
 
@@ -41,8 +42,8 @@ struct Contest {
 
 Tin ours(const Contest& c, const std::string& method, Effort effort = Effort::normal) {
   SimplifyOptions o;
-  o.method = method;
-  o.effort = effort;
+  o.method = *method_named(method);
+  if (auto* const bounded = std::get_if<BoundedOptions>(&o.method)) bounded->effort = effort;
   o.stop.ratio = c.ratio;
   return simplify(c.dem.terrain, o)->tin;
 }

@@ -10,9 +10,10 @@
 
 #include "terrain/mesh/validity.h"
 #include "terrain/mesh/vertical_error.h"
-#include "terrain/simplify/common/options.h"
 #include "terrain/simplify/common/simplified.h"
 #include "terrain/simplify/common/terrain_mesh.h"
+#include "terrain/simplify/methods.h"
+#include "terrain/simplify/options.h"
 #include "tests/support/support.h"
 
 namespace tind {
@@ -29,15 +30,15 @@ struct Variant {
 /// The collapse methods and their options.
 const std::vector<Variant>& variants() {
   static const std::vector<Variant> all = {
-      {"edge-cost", [](SimplifyOptions& o) { o.method = "edge-cost"; }},
-      {"length", [](SimplifyOptions& o) { o.method = "edge-cost", o.term = "length"; }},
-      {"height", [](SimplifyOptions& o) { o.method = "edge-cost", o.term = "height"; }},
-      {"degree", [](SimplifyOptions& o) { o.method = "edge-cost", o.term = "degree"; }},
-      {"weighted", [](SimplifyOptions& o) { o.method = "edge-cost", o.alpha = 5, o.beta = 2; }},
-      {"qem", [](SimplifyOptions& o) { o.method = "qem"; }},
-      {"subset", [](SimplifyOptions& o) { o.method = "qem", o.subset_placement = true; }},
-      {"border", [](SimplifyOptions& o) { o.method = "qem", o.border_constraints = true; }},
-      {"memoryless", [](SimplifyOptions& o) { o.method = "memoryless"; }},
+      {"edge-cost", [](SimplifyOptions& o) { o.method = EdgeCostOptions{}; }},
+      {"length", [](SimplifyOptions& o) { o.method = EdgeCostOptions{.term = Term::length}; }},
+      {"height", [](SimplifyOptions& o) { o.method = EdgeCostOptions{.term = Term::height}; }},
+      {"degree", [](SimplifyOptions& o) { o.method = EdgeCostOptions{.term = Term::degree}; }},
+      {"weighted", [](SimplifyOptions& o) { o.method = EdgeCostOptions{.alpha = 5, .beta = 2}; }},
+      {"qem", [](SimplifyOptions& o) { o.method = QemOptions{}; }},
+      {"subset", [](SimplifyOptions& o) { o.method = QemOptions{.subset_placement = true}; }},
+      {"border", [](SimplifyOptions& o) { o.method = QemOptions{.border_constraints = true}; }},
+      {"memoryless", [](SimplifyOptions& o) { o.method = MemorylessOptions{}; }},
   };
   return all;
 }
@@ -138,7 +139,7 @@ TEST(Simplify, ReachesTheCountExactlyOnARoughTerrain) {
 TEST(Simplify, FlatTerrainBecomesTwoTrianglesWhereTheBorderMayMove) {
   for (const char* method : {"qem", "memoryless"}) {
     SimplifyOptions o;
-    o.method = method;
+    o.method = *method_named(method);
     o.stop.max_error_m = 0;
     const Result<Simplified> s = simplify({HeightGrid(33, 20, 12), 30, 30}, o);
     ASSERT_TRUE(s);
@@ -148,7 +149,7 @@ TEST(Simplify, FlatTerrainBecomesTwoTrianglesWhereTheBorderMayMove) {
 
 TEST(Simplify, SaysWhyItStoppedShort) {
   SimplifyOptions o;
-  o.method = "edge-cost";
+  o.method = EdgeCostOptions{};
   o.stop.triangles = 1;
   const Result<Simplified> s = simplify({rough_terrain(20, 20, 1), 30, 30}, o);
   ASSERT_TRUE(s);
@@ -156,7 +157,7 @@ TEST(Simplify, SaysWhyItStoppedShort) {
   o.stop.triangles = 1'000'000;
   EXPECT_NE(simplify({rough_terrain(20, 20, 1), 30, 30}, o)->note.find("only 722"),
             std::string::npos);
-  o.method = kDefaultMethod;
+  o.method = {};
   EXPECT_NE(simplify({rough_terrain(20, 20, 1), 30, 30}, o)->note, "");
 }
 
@@ -175,8 +176,7 @@ TEST(Simplify, IsDeterministic) {
 TEST(Simplify, SubsetPlacementKeepsOnlySamples) {
   const HeightGrid grid = rough_terrain(50, 40, 6);
   SimplifyOptions o;
-  o.method = "qem";
-  o.subset_placement = true;
+  o.method = QemOptions{.subset_placement = true};
   o.stop.ratio = 0.1;
   const Result<Simplified> s = simplify({grid, 30, 30}, o);
   for (const Vec3& v : s->tin.vertices) {
@@ -189,7 +189,7 @@ TEST(Simplify, SubsetPlacementKeepsOnlySamples) {
 TEST(Simplify, EdgeCostNeverTouchesTheBorder) {
   const HeightGrid grid = rough_terrain(21, 17, 6);
   SimplifyOptions o;
-  o.method = "edge-cost";
+  o.method = EdgeCostOptions{};
   o.stop.triangles = 1;
   const Result<Simplified> s = simplify({grid, 30, 30}, o);
   EXPECT_EQ(check_validity(s->tin).border_edges, 2u * (20 + 16));
@@ -201,9 +201,7 @@ TEST(Simplify, EdgeCostWeightsAreDimensionless) {
   for (float& z : small.values()) z = std::round(z);
   for (int i = 0; i < int(large.size()); ++i) large.values()[i] = small.values()[i] * 16;
   SimplifyOptions o;
-  o.method = "edge-cost";
-  o.alpha = 3;
-  o.beta = 2;
+  o.method = EdgeCostOptions{.alpha = 3, .beta = 2};
   o.stop.ratio = 0.2;
   const Result<Simplified> a = simplify({small, 8, 8}, o), b = simplify({large, 128, 128}, o);
   EXPECT_EQ(a->tin.triangles, b->tin.triangles);
@@ -218,7 +216,7 @@ TEST(Simplify, FindsTheRidgeOfARoof) {
     for (int c = 0; c < 41; ++c) roof.at(c, r) = float(10 - std::abs(r - 10));
   for (const char* method : {"qem", "memoryless"}) {
     SimplifyOptions o;
-    o.method = method;
+    o.method = *method_named(method);
     o.stop.triangles = 4;
     const Result<Simplified> s = simplify({roof, 30, 30}, o);
     EXPECT_LT(vertical_error(s->tin, roof).max_m, 0.1) << method;
@@ -229,28 +227,56 @@ TEST(Simplify, RefusesNonsenseInOneLine) {
   const HeightGrid grid = rough_terrain(9, 9, 1);
   const auto error = [&](auto&& change) {
     SimplifyOptions o;
-    o.method = "edge-cost";
+    o.method = EdgeCostOptions{};
     o.stop.ratio = 0.5;
     change(o);
     const Result<Simplified> s = simplify({grid, 30, 30}, o);
     EXPECT_FALSE(s);
     return s ? Error{} : s.error();
   };
-  EXPECT_EQ(error([](auto& o) { o.method = "magic"; }).code, Errc::invalid_argument);
-  EXPECT_NE(error([](auto& o) { o.method = "magic"; }).what.find("edge-cost"), std::string::npos);
   EXPECT_EQ(error([](auto& o) { o.stop.triangles = 5; }).code, Errc::invalid_argument);
   EXPECT_EQ(error([](auto& o) { o.stop.ratio = 1.5; }).code, Errc::invalid_argument);
   EXPECT_EQ(error([](auto& o) { o.stop.ratio = 0; }).code, Errc::invalid_argument);
   EXPECT_EQ(error([](auto& o) { o.stop = {}; }).code, Errc::invalid_argument);
   EXPECT_EQ(error([](auto& o) { o.stop = {.max_error_m = -1}; }).code, Errc::invalid_argument);
   EXPECT_EQ(error([](auto& o) { o.stop = {.max_error_m = NAN}; }).code, Errc::invalid_argument);
-  EXPECT_EQ(error([](auto& o) { o.term = "colour"; }).code, Errc::invalid_argument);
-  EXPECT_EQ(error([](auto& o) { o.alpha = -1; }).code, Errc::invalid_argument);
+  EXPECT_EQ(error([](auto& o) { o.method = EdgeCostOptions{.alpha = -1}; }).code,
+            Errc::invalid_argument);
   SimplifyOptions o;
   o.stop.ratio = 0.5;
   EXPECT_EQ(simplify({HeightGrid(9, 1, 0), 30, 30}, o).error().code, Errc::bad_data);
   EXPECT_EQ(simplify({HeightGrid(9, 9), 30, 30}, o).error().code, Errc::bad_data);
   EXPECT_EQ(simplify({grid, 0, 30}, o).error().code, Errc::invalid_argument);
+}
+
+TEST(Methods, EachHasOneRowUnderItsOwnName) {
+  const std::vector<MethodOptions> all = all_methods();
+  ASSERT_EQ(all.size(), std::variant_size_v<MethodOptions>);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    EXPECT_EQ(all[i].index(), i);
+    EXPECT_EQ(method_name(all[i]), methods()[i].name);
+    EXPECT_EQ(method_named(methods()[i].name)->index(), i);
+  }
+}
+
+TEST(Methods, ForOneThatThereIsNotThoseThatThereAreAreNamed) {
+  for (const char* text : {"magic", "", "Qem", "qem:magic", "magic:best"}) {
+    const auto method = method_variant(text);
+    ASSERT_FALSE(method) << text;
+    EXPECT_EQ(method.error().code, Errc::invalid_argument);
+    EXPECT_NE(method.error().what.find("edge-cost"), std::string::npos) << method.error().what;
+  }
+}
+
+TEST(Methods, AVariantIsTheValueOfOneOption) {
+  const auto removal = method_variant("vertex-removal:k-degree");
+  ASSERT_TRUE(removal);
+  EXPECT_EQ(std::get<VertexRemovalOptions>(*removal).criterion, Criterion::k_degree);
+  const auto attributed = method_variant("attribute-qem:ignored");
+  ASSERT_TRUE(attributed);
+  EXPECT_EQ(std::get<AttributeQemOptions>(*attributed).metric, AttributeMetric::ignored);
+  EXPECT_EQ(method_variant("bounded:better").error().what,
+            "there is no effort 'better': choose fast, normal or best");
 }
 
 TEST(Simplify, StopsWhenTold) {

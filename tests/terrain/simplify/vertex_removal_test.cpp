@@ -4,29 +4,28 @@
 
 #include "terrain/mesh/validity.h"
 #include "terrain/mesh/vertical_error.h"
-#include "terrain/simplify/common/options.h"
 #include "terrain/simplify/common/terrain_mesh.h"
+#include "terrain/simplify/options.h"
 #include "terrain/simplify/simplify.h"
 #include "tests/support/support.h"
 
 namespace tind {
 namespace {
 
-SimplifyOptions options(const std::string& criterion, StopAt stop) {
+SimplifyOptions options(Criterion criterion, StopAt stop) {
   SimplifyOptions o;
-  o.method = "vertex-removal";
-  o.criterion = criterion;
+  o.method = VertexRemovalOptions{.criterion = criterion};
   o.stop = stop;
   return o;
 }
 
-const char* const kCriteria[] = {"plane", "degree", "k-degree"};
+constexpr Criterion kCriteria[] = {Criterion::plane, Criterion::degree, Criterion::k_degree};
 
 TEST(VertexRemoval, TakesAFlatTerrainDownToTwoTriangles) {
-  for (const char* criterion : kCriteria) {
+  for (const Criterion criterion : kCriteria) {
     const auto r = simplify({HeightGrid(20, 13, 7), 30, 30}, options(criterion, {.triangles = 2}));
     ASSERT_TRUE(r) << r.error().what;
-    EXPECT_LE(r->tin.triangles.size(), 3u) << criterion;
+    EXPECT_LE(r->tin.triangles.size(), 3u) << name_of(criterion);
     EXPECT_GE(r->steps, 20u * 13 - 5);
     EXPECT_EQ(r->note, "");
   }
@@ -35,7 +34,7 @@ TEST(VertexRemoval, TakesAFlatTerrainDownToTwoTriangles) {
 TEST(VertexRemoval, PlaneKeepsTheSpikeUntilTheEnd) {
   HeightGrid grid(15, 15, 0);
   grid.at(6, 9) = 100;
-  const auto r = simplify({grid, 30, 30}, options("plane", {.triangles = 4}));
+  const auto r = simplify({grid, 30, 30}, options(Criterion::plane, {.triangles = 4}));
   ASSERT_TRUE(r);
   bool spike = false;
   for (const Vec3& v : r->tin.vertices) spike |= v == Vec3{6, -9, 100};
@@ -63,11 +62,11 @@ TEST(VertexRemoval, StaysValidAndCoversEverythingOnAnyGrid) {
 
 TEST(VertexRemoval, KeepsTheErrorBound) {
   const HeightGrid grid = test::rough_terrain(80, 60, 5);
-  for (const char* criterion : kCriteria) {
+  for (const Criterion criterion : kCriteria) {
     const auto r = simplify({grid, 30, 30}, options(criterion, {.max_error_m = 12}));
     ASSERT_TRUE(r);
     const VerticalError error = vertical_error(r->tin, grid);
-    EXPECT_LE(error.max_m, 12 * (1 + 1e-12)) << criterion;
+    EXPECT_LE(error.max_m, 12 * (1 + 1e-12)) << name_of(criterion);
     EXPECT_EQ(error.uncovered, 0u);
     EXPECT_LT(r->tin.triangles.size(), r->input_triangles / 2);
   }
@@ -75,7 +74,7 @@ TEST(VertexRemoval, KeepsTheErrorBound) {
 
 TEST(VertexRemoval, SurvivesVerticesOfAnyDegree) {
   // A flat border makes hubs: hundreds of edges meet at the corners.
-  for (const char* criterion : kCriteria) {
+  for (const Criterion criterion : kCriteria) {
     const auto r =
         simplify({HeightGrid(300, 300, 0), 30, 30}, options(criterion, {.triangles = 400}));
     ASSERT_TRUE(r);
@@ -85,7 +84,7 @@ TEST(VertexRemoval, SurvivesVerticesOfAnyDegree) {
 
 TEST(VertexRemoval, IsDeterministic) {
   const HeightGrid grid = test::rough_terrain(60, 50, 3);
-  for (const char* criterion : kCriteria) {
+  for (const Criterion criterion : kCriteria) {
     const auto a = simplify({grid, 30, 30}, options(criterion, {.ratio = 0.05}));
     const auto b = simplify({grid, 30, 30}, options(criterion, {.ratio = 0.05}));
     ASSERT_TRUE(a && b);
@@ -96,13 +95,13 @@ TEST(VertexRemoval, IsDeterministic) {
 
 TEST(VertexRemoval, RefusesNonsenseClearly) {
   const HeightGrid grid(5, 5, 0);
-  EXPECT_EQ(simplify({grid, 1, 1}, options("area", {.ratio = 0.5})).error().code,
+  EXPECT_EQ(simplify({grid, 1, 1}, options(Criterion::plane, {})).error().code,
             Errc::invalid_argument);
-  EXPECT_EQ(simplify({grid, 1, 1}, options("plane", {})).error().code, Errc::invalid_argument);
-  EXPECT_EQ(simplify({grid, 1, 1}, options("plane", {.ratio = 2})).error().code,
+  EXPECT_EQ(simplify({grid, 1, 1}, options(Criterion::plane, {.ratio = 2})).error().code,
             Errc::invalid_argument);
-  EXPECT_EQ(simplify({HeightGrid(9, 1, 0), 1, 1}, options("plane", {.ratio = 0.5})).error().code,
-            Errc::bad_data);
+  EXPECT_EQ(
+      simplify({HeightGrid(9, 1, 0), 1, 1}, options(Criterion::plane, {.ratio = 0.5})).error().code,
+      Errc::bad_data);
 }
 
 }  // namespace
