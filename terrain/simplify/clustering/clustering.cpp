@@ -12,6 +12,7 @@
 #include "terrain/mesh/manifold.h"
 #include "terrain/mesh/vertical_error.h"
 #include "terrain/simplify/collapse/collapse_method.h"
+#include "terrain/simplify/common/springs.h"
 #include "terrain/simplify/insertion/coarse_constrained.h"
 
 namespace tind {
@@ -21,9 +22,6 @@ namespace {
 /// How near to its cell's border a vertex may come, in posts. A power of two above the lattice that
 /// positions are snapped to.
 constexpr double kMargin = 1.0 / 16;
-/// Pull to the mean of the cell's posts, relative to the trace of its planes: it decides where the
-/// planes do not (flat land).
-constexpr double kSpring = 1e-4;
 
 struct Cell {
   double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;  // planes, in metres around the cell's
@@ -145,7 +143,7 @@ void Clusters::add_triangles(int row, std::span<const float> north, std::span<co
 Vec3 Clusters::place(int i, int j) const {
   const Cell& k = cells_[std::size_t(j) * x_.cells + i];
   const double cx = x_.centre(i), cy = y_.centre(j);
-  const double n = std::max(1u, k.posts), s = kSpring * (k.xx + k.yy + k.zz) + 1e-12;
+  const double n = std::max(1u, k.posts), s = kClusterSpring * (k.xx + k.yy + k.zz) + 1e-12;
   const double xx = k.xx + s, yy = k.yy + s, zz = k.zz + s;
   const double bx = k.bx - s * k.sum_x / n, by = k.by - s * k.sum_y / n,
                bz = k.bz - s * k.sum_z / n;

@@ -9,6 +9,7 @@
 
 #include "terrain/simplify/collapse/collapse_method.h"
 #include "terrain/simplify/collapse/placement.h"
+#include "terrain/simplify/common/springs.h"
 
 namespace tind {
 
@@ -17,7 +18,6 @@ namespace {
 using Index = HalfedgeMesh::Index;
 constexpr Index kNone = HalfedgeMesh::kNone;
 
-constexpr double kSpring = 1e-3;      // see quadric.cpp
 constexpr double kBorderWeight = 10;  // planes that hold the borders of general meshes
 /// Weights of a whole unit of colour, texture or normal against the box's diagonal, at
 /// attribute_weight = 1; from the experiment in docs/methods.md.
@@ -166,7 +166,7 @@ class AttributeCost {
     const PointN<N> p = point(m, m.origin(h), origin), q = point(m, m.dest(h), origin),
                     r = point(m, m.apex(h), origin);
     const double area = length(cross({q[0], q[1], q[2]}, {r[0], r[1], r[2]})) / 2;
-    QuadricN<N> plane = QuadricN<N>::of_triangle(p, q, r, area, kSpring * area / 3);
+    QuadricN<N> plane = QuadricN<N>::of_triangle(p, q, r, area, kQuadricNSpring * area / 3);
     if (layout_.metric != AttributeMetric::joint) {
       // With equal attributes at all corners the plane says: any change of them is an error.
       // A third of the triangle's area belongs to each corner.

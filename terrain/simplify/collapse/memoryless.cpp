@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "terrain/simplify/collapse/collapse_method.h"
+#include "terrain/simplify/common/springs.h"
 
 namespace tind {
 
@@ -25,9 +26,6 @@ namespace {
 
 using Index = HalfedgeMesh::Index;
 constexpr Index kNone = HalfedgeMesh::kNone;
-
-/// Weight of a spring to the edge's midpoint; decides on plains only, where all volumes vanish.
-constexpr double kSpring = 1e-5;
 
 /// H and g of some triangles, lengths in posts. Double, because shares are also subtracted.
 struct Sweep {
@@ -114,7 +112,7 @@ class SweepCost {
     of_b.subtract(normal(m, h));
     if (g != kNone) of_b.subtract(normal(m, g));
     const Vec3 ab = offset(m.position(a), m.position(b));
-    const double area2 = of_a.gz + of_b.gz, spring = kSpring * area2 * area2;
+    const double area2 = of_a.gz + of_b.gz, spring = kVolumeSpring * area2 * area2;
     const Reduced q = reduce(of_a, of_b, ab, spring);
     const Vec3 at = place(m, h, rule, q, ab);
     const Vec3 v = offset(m.position(a), at);

@@ -2,9 +2,9 @@
 // is enough, a quadric is 40 bytes, and a fresh one is only its 3 x 3 matrix (all planes pass
 // through the vertex). Moving to another origin is a matrix-vector product.
 //
-// Each vertex also carries a weak spring to where it started (kSpring of its area). It makes every
-// matrix invertible, so there is no singular case, and on plains, where all quadrics vanish, it
-// prefers short edges, so that plains thin out evenly.
+// Each vertex also carries a weak spring to where it started (kQemSpring of its area). It makes
+// every matrix invertible, so there is no singular case, and on plains, where all quadrics vanish,
+// it prefers short edges, so that plains thin out evenly.
 
 #include "terrain/simplify/collapse/quadric.h"
 
@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "terrain/simplify/collapse/collapse_method.h"
+#include "terrain/simplify/common/springs.h"
 
 namespace tind {
 
@@ -20,7 +21,6 @@ namespace {
 using Index = HalfedgeMesh::Index;
 constexpr Index kNone = HalfedgeMesh::kNone;
 
-constexpr float kSpring = 1e-5f;
 constexpr double kBorderWeight = 10;
 
 struct Vec3f {
@@ -128,7 +128,7 @@ class QuadricCost {
     const double area2 = length(n);
     Quadric q;
     q.add_plane(n, 0.5 * n.z / area2 / area2);  // area * unit normal squared
-    const float spring = float(0.5 * n.z / 3) * kSpring;
+    const float spring = float(0.5 * n.z / 3) * float(kQemSpring);
     q.xx += spring, q.yy += spring, q.zz += spring;
     for (Index e = h; e < h + 3; ++e) quadric_[m.origin(e)].add(q);
   }

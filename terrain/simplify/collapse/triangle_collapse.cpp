@@ -11,6 +11,7 @@
 
 #include "terrain/simplify/collapse/collapse_method.h"
 #include "terrain/simplify/collapse/placement.h"
+#include "terrain/simplify/common/springs.h"
 
 namespace tind {
 
@@ -21,8 +22,6 @@ using Bucket = BucketQueue::Bucket;
 using Quadric = QuadricN<3>;
 constexpr Index kNone = HalfedgeMesh::kNone;
 
-/// Weak pull of each vertex to where it started, relative to its area (see quadric.cpp).
-constexpr double kSpring = 1e-3;
 /// Weight of the planes that hold borders of general meshes in place.
 constexpr double kBorderWeight = 10;
 /// Triangles whose corners have more neighbours than this together are left alone.
@@ -169,7 +168,7 @@ void Collapser<Rules>::add_quadric(Index t) {
   const Vec3 n = cross(e, f);
   const double area = length(n) / 2;
   const Quadric q =
-      Quadric::of_plane({n.x, n.y, n.z}, area > 0 ? 0.25 / area : 0, kSpring * area / 3);
+      Quadric::of_plane({n.x, n.y, n.z}, area > 0 ? 0.25 / area : 0, kQuadricNSpring * area / 3);
   for (Index k = h; k < h + 3; ++k) vertex_[mesh_.origin(k)].q.add(q);
   if (Rules::kPlanar == 2) return;
   for (Index k = h; k < h + 3; ++k) {
