@@ -5,7 +5,6 @@
 #include <spdlog/spdlog.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
-#include <sys/uio.h>
 
 #include <algorithm>
 #include <boost/asio/buffer.hpp>
@@ -27,8 +26,6 @@ namespace tind::http {
 namespace {
 
 constexpr std::size_t kSmallBuffer = 1024;
-constexpr std::size_t kMaxQueued = 16;               // replies written with one call
-constexpr std::size_t kMaxQueuedBytes = 256 * 1024;  // before the client must take some
 constexpr std::size_t kBodyPiece = 64 * 1024;
 constexpr const char* kNoMemory =
     "The server holds as much for its clients as it may; try again soon.";
@@ -39,21 +36,6 @@ double seconds_since(TimerWheel::Clock::time_point begin) {
 }
 
 }  // namespace
-
-template <class F>
-void Connection::Queued::each(F&& f) const {
-  if (!f(std::string_view(line.data(), line_size)) || !payload) return;
-  const std::string_view bytes = payload->bytes;
-  if (!f(bytes.substr(0, with_body ? bytes.npos : payload->head)) || !with_body) return;
-  for (const Piece& piece : payload->pieces)
-    if (!f(piece.bytes)) return;
-}
-
-std::size_t Connection::Queued::size() const {
-  std::size_t sum = 0;
-  each([&](std::string_view bytes) { return sum += bytes.size(), true; });
-  return sum;
-}
 
 Responder::~Responder() {
   if (!send_) return;
@@ -70,7 +52,8 @@ Connection::Connection(IoLoop& loop, const ConnectionContext& context,
       socket_(std::move(socket)),
       slot_(std::move(slot)),
       refused_(refused),
-      parser_(context.limits) {
+      parser_(context.limits),
+      queue_(context.memory) {
   in_all_.enter_last(loop_.all);
   if (refused_) in_extra_.enter_last(loop_.extra);
 }
@@ -274,8 +257,7 @@ void Connection::process() {
   const auto keep = shared_from_this();
   bool more = true, flushed = true;
   while (more && flushed) {
-    while (more && queue_.size() < kMaxQueued && queued_bytes_ < kMaxQueuedBytes)
-      more = take_next();
+    while (more && queue_.has_room()) more = take_next();
     flushed = flush();
   }
   if (flushed) wait_for_more();
@@ -375,10 +357,9 @@ bool Connection::begin_body(std::size_t max_body) {
   if (body_left_ == 0) return call_handler();
   state_ = State::reading_body;
   if (head.expect_continue) {
-    constexpr std::string_view kContinue = "HTTP/1.1 100 Continue\r\n\r\n";
-    Queued& interim = queue_.emplace_back();
-    std::memcpy(interim.line.data(), kContinue.data(), kContinue.size());
-    interim.line_size = kContinue.size();
+    QueuedReply interim;
+    interim.add_line("HTTP/1.1 100 Continue\r\n\r\n");
+    queue_.add(std::move(interim));
   }
   return false;
 }
@@ -477,45 +458,33 @@ void Connection::refuse(int status, const char* why, const char* label) {
 
 void Connection::queue(Reply reply) {
   if (state_ != State::reading_body) forget_body();
-  Queued made;
-  made.payload = reply.payload;
-  made.with_body = !head_only_;
+  QueuedReply made(reply.payload, !head_only_);
   const bool refusable = !reply.payload->shared && made.size() > kSmallReply;
-  if (refusable && !pin(made)) {
+  if (refusable && !queue_.pin(made)) {
     loop_.stats().count_rejected("memory");
     const bool close_after = reply.close;
     reply = problem_reply({.status = 503, .detail = kNoMemory, .headers = {{"Retry-After", "1"}}});
     reply.close = close_after;
-    made.payload = reply.payload;
+    made = QueuedReply(reply.payload, !head_only_);
   }
   const bool keep = keep_alive_ && !reply.close && !refused_ && !loop_.farewell;
   closing_ |= !keep;
   linger_ |= reply.close || keep_alive_;  // the client may have sent more, not knowing
-  Queued& queued = queue_.emplace_back(std::move(made));
-  char* out = queued.line.data();
-  const auto add = [&](std::string_view text) {
-    std::memcpy(out, text.data(), text.size());
-    out += text.size();
-  };
   const char digits[3] = {char('0' + reply.status / 100), char('0' + reply.status / 10 % 10),
                           char('0' + reply.status % 10)};
-  add("HTTP/1.1 ");
-  add({digits, 3});
-  add(" ");
-  add(reason(reply.status));
-  add("\r\n");
-  add(loop_.date_line());
+  for (const std::string_view text :
+       {std::string_view("HTTP/1.1 "), std::string_view(digits, 3), std::string_view(" "),
+        reason(reply.status), std::string_view("\r\n"), std::string_view(loop_.date_line())})
+    made.add_line(text);
   if (!keep) {
-    add("Connection: close\r\n");
+    made.add_line("Connection: close\r\n");
   } else if (http10_) {
-    add("Connection: keep-alive\r\n");
+    made.add_line("Connection: keep-alive\r\n");
   }
-  queued.line_size = std::uint8_t(out - queued.line.data());
-  const std::size_t size = queued.size();
-  queued_bytes_ += size;
   const double seconds = seconds_since(began_);
   loop_.stats().count_reply(reply.status, seconds);
-  if (context_.access_log) log_reply(reply, size - queued.line_size - reply.payload->head, seconds);
+  if (context_.access_log) log_reply(reply, made.body_size(), seconds);
+  queue_.add(std::move(made));
 }
 
 void Connection::log_reply(const Reply& reply, std::size_t bytes, double seconds) const {
@@ -526,35 +495,17 @@ void Connection::log_reply(const Reply& reply, std::size_t bytes, double seconds
 bool Connection::flush() {
   while (!queue_.empty()) {
     if (writing_) return false;
-    std::array<iovec, 4 * kMaxQueued> pieces;
-    std::size_t count = 0, skip = sent_;
-    const auto add = [&](std::string_view bytes) {
-      const std::size_t skipped = std::min(skip, bytes.size());
-      skip -= skipped;
-      if (skipped < bytes.size())
-        pieces[count++] = {const_cast<char*>(bytes.data()) + skipped, bytes.size() - skipped};
-      return count < pieces.size();
-    };
-    for (const Queued& queued : queue_) {
-      queued.each(add);
-      if (count == pieces.size()) break;
-    }
+    std::array<iovec, ReplyQueue::kMaxRuns> runs;
     msghdr message{};
-    message.msg_iov = pieces.data();
-    message.msg_iovlen = count;
+    message.msg_iov = runs.data();
+    message.msg_iovlen = queue_.next(runs);
     const ssize_t sent = ::sendmsg(socket_.native_handle(), &message, MSG_NOSIGNAL | MSG_DONTWAIT);
     if (sent >= 0) {
-      drop_sent(std::size_t(sent));
+      loop_.stats().count_sent(std::size_t(sent));
+      written_ += std::size_t(sent);
+      queue_.sent(std::size_t(sent));
     } else if (errno == EAGAIN || errno == EWOULDBLOCK) {
-      if (!pin_all()) {
-        loop_.stats().count_rejected("memory");
-        close();
-        return false;
-      }
-      writing_ = true;
-      socket_.async_wait(
-          boost::asio::ip::tcp::socket::wait_write,
-          [self = shared_from_this()](const auto& error) { self->on_writable(error); });
+      wait_until_writable();
       return false;
     } else if (errno != EINTR) {
       close();
@@ -564,45 +515,14 @@ bool Connection::flush() {
   return state_ != State::closed;
 }
 
-bool Connection::pin(Queued& queued) {
-  if (queued.pinned || !queued.payload) return true;
-  if (!context_.memory.pin(*queued.payload)) return false;
-  std::size_t pinned = 0;
-  const auto& pieces = queued.payload->pieces;
-  while (pinned < pieces.size() && context_.memory.pin(*pieces[pinned].owner)) ++pinned;
-  queued.pinned = pinned == pieces.size();
-  if (queued.pinned) return true;
-  context_.memory.unpin(*queued.payload);
-  while (pinned > 0) context_.memory.unpin(*pieces[--pinned].owner);
-  return false;
-}
-
-void Connection::unpin(Queued& queued) {
-  if (!std::exchange(queued.pinned, false)) return;
-  context_.memory.unpin(*queued.payload);
-  for (const Piece& piece : queued.payload->pieces) context_.memory.unpin(*piece.owner);
-}
-
-/// While a client does not read, what it is sent stays in memory, were it only because a cache that
-/// forgets it does not free it.
-bool Connection::pin_all() {
-  return std::ranges::all_of(queue_, [this](Queued& queued) { return pin(queued); });
-}
-
-void Connection::drop_sent(std::size_t sent) {
-  loop_.stats().count_sent(sent);
-  written_ += sent;
-  sent_ += sent;
-  std::size_t done = 0;
-  for (Queued& queued : queue_) {
-    const std::size_t size = queued.size();
-    if (sent_ < size) break;
-    sent_ -= size;
-    unpin(queued);
-    queued_bytes_ -= std::min(size, queued_bytes_);
-    ++done;
+void Connection::wait_until_writable() {
+  if (!queue_.pin_all()) {
+    loop_.stats().count_rejected("memory");
+    return close();
   }
-  queue_.erase(queue_.begin(), queue_.begin() + std::ptrdiff_t(done));
+  writing_ = true;
+  socket_.async_wait(boost::asio::ip::tcp::socket::wait_write,
+                     [self = shared_from_this()](const auto& error) { self->on_writable(error); });
 }
 
 void Connection::on_writable(const boost::system::error_code& error) {
@@ -654,7 +574,6 @@ void Connection::close() {
   arm_deadline();  // none
   in_all_.leave();
   in_extra_.leave();
-  for (Queued& queued : queue_) unpin(queued);
   queue_.clear();
   boost::system::error_code ignored;
   socket_.close(ignored);

@@ -23,6 +23,7 @@
 #include "server/http/message/limits.h"
 #include "server/http/message/request.h"
 #include "server/http/message/request_parser.h"
+#include "server/http/reply_queue.h"
 #include "server/http/router.h"
 
 namespace tind::http {
@@ -69,19 +70,6 @@ class Connection final : public std::enable_shared_from_this<Connection>,
     client_to_go
   };
 
-  struct Queued {
-    std::array<char, 128> line;  // status line, Date, Connection
-    std::uint8_t line_size = 0;
-    bool with_body = true;
-    bool pinned = false;                     // its payload, in the budget
-    std::shared_ptr<const Payload> payload;  // null: an interim response
-
-    std::size_t size() const;
-    /// Calls f(bytes) for each run of them, until it says false.
-    template <class F>
-    void each(F&& f) const;
-  };
-
   // reading
   void read();
   void on_read(const boost::system::error_code& error, std::size_t size);
@@ -106,10 +94,7 @@ class Connection final : public std::enable_shared_from_this<Connection>,
   // writing
   void queue(Reply reply);
   bool flush();
-  bool pin(Queued&);
-  void unpin(Queued&);
-  bool pin_all();
-  void drop_sent(std::size_t sent);
+  void wait_until_writable();
   void on_writable(const boost::system::error_code& error);
   std::uint64_t taken_by_client() const;
   void log_reply(const Reply& reply, std::size_t bytes, double seconds) const;
@@ -164,9 +149,7 @@ class Connection final : public std::enable_shared_from_this<Connection>,
 
   std::stop_source gone_{std::nostopstate};  // of the responder that was taken
 
-  std::vector<Queued> queue_;
-  std::size_t queued_bytes_ = 0;
-  std::size_t sent_ = 0;  // of queue_.front()
+  ReplyQueue queue_;
 };
 
 }  // namespace tind::http

@@ -1,0 +1,119 @@
+#include "server/http/reply_queue.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace tind::http {
+namespace {
+
+std::string all_of(const ReplyQueue& queue) {
+  std::array<iovec, ReplyQueue::kMaxRuns> runs;
+  std::string text;
+  for (std::size_t i = 0, count = queue.next(runs); i < count; ++i)
+    text.append(static_cast<const char*>(runs[i].iov_base), runs[i].iov_len);
+  return text;
+}
+
+QueuedReply reply_of(const Reply& reply, bool with_body = true) {
+  QueuedReply queued(reply.payload, with_body);
+  queued.add_line("L\r\n");
+  return queued;
+}
+
+TEST(ReplyQueue, GoesOnWhereTheSocketStopped) {
+  ByteBudget memory(1 << 20);
+  ReplyQueue queue(memory);
+  EXPECT_TRUE(queue.empty());
+  QueuedReply interim;
+  interim.add_line("first, ");
+  interim.add_line("second");
+  EXPECT_EQ(interim.size(), 13u);
+  EXPECT_EQ(interim.body_size(), 0u);
+  queue.add(std::move(interim));
+  const Reply reply = make_reply(200, "text/plain", "hello");
+  const QueuedReply whole = reply_of(reply), head = reply_of(reply, false);
+  EXPECT_EQ(whole.body_size(), 5u);
+  EXPECT_EQ(head.body_size(), 0u);
+  EXPECT_EQ(head.size() + 5, whole.size());
+  queue.add(whole);
+  queue.add(head);
+  const std::string text = all_of(queue);
+  EXPECT_EQ(text.size(), 13 + whole.size() + head.size());
+  EXPECT_TRUE(text.starts_with("first, secondL\r\n"));
+  for (std::size_t sent = 0; sent < text.size(); ++sent) {
+    ASSERT_EQ(all_of(queue), text.substr(sent));
+    ASSERT_FALSE(queue.empty());
+    queue.sent(1);
+  }
+  EXPECT_TRUE(queue.empty());
+  EXPECT_EQ(all_of(queue), "");
+}
+
+TEST(ReplyQueue, IsFullByNumberOrByBytesUntilSomeAreSent) {
+  ByteBudget memory(1 << 20);
+  ReplyQueue queue(memory);
+  const QueuedReply small = reply_of(make_reply(200, "text/plain", "x"));
+  for (std::size_t i = 0; i < ReplyQueue::kMaxReplies; ++i) {
+    EXPECT_TRUE(queue.has_room());
+    queue.add(small);
+  }
+  EXPECT_FALSE(queue.has_room());
+  queue.sent(small.size());
+  EXPECT_TRUE(queue.has_room());
+  queue.add(reply_of(make_reply(200, "text/plain", std::string(ReplyQueue::kMaxBytes, 'x'))));
+  queue.sent((ReplyQueue::kMaxReplies - 1) * small.size());
+  EXPECT_FALSE(queue.has_room()) << "one, of too many bytes";
+  queue.clear();
+  EXPECT_TRUE(queue.has_room());
+}
+
+TEST(ReplyQueue, GivesNoMoreRunsThanFit) {
+  ByteBudget memory(1 << 20);
+  ReplyQueue queue(memory);
+  const auto owner = std::make_shared<Payload>();
+  owner->bytes = "0123456789";
+  std::vector<Piece> pieces(1000, Piece{owner, std::string_view(owner->bytes).substr(3, 2)});
+  const Reply reply = make_reply("text/plain", std::move(pieces));
+  const QueuedReply queued = reply_of(reply);
+  EXPECT_EQ(queued.body_size(), 2000u);
+  queue.add(queued);
+  std::string text;
+  while (!queue.empty()) {
+    const std::string part = all_of(queue);
+    ASSERT_FALSE(part.empty());
+    text += part;
+    queue.sent(part.size());
+  }
+  EXPECT_EQ(text.size(), queued.size());
+  EXPECT_TRUE(text.ends_with("343434"));
+}
+
+TEST(ReplyQueue, HoldsTheBudgetUntilItIsSentOrGone) {
+  ByteBudget memory(10'000);
+  const Reply large = make_reply(200, "text/plain", std::string(6000, 'x'));
+  const Reply other = make_reply(200, "text/plain", std::string(6000, 'y'));
+  {
+    ReplyQueue queue(memory), elsewhere(memory);
+    queue.add(reply_of(large));
+    EXPECT_EQ(memory.held(), 0u) << "a client that reads holds nothing";
+    EXPECT_TRUE(queue.pin_all());
+    const std::size_t one = memory.held();
+    EXPECT_GE(one, 6000u);
+    EXPECT_TRUE(queue.pin_all());
+    EXPECT_EQ(memory.held(), one) << "once";
+    QueuedReply same = reply_of(large), refused = reply_of(other);
+    EXPECT_TRUE(elsewhere.pin(same));
+    EXPECT_EQ(memory.held(), one) << "what several are sent counts once";
+    EXPECT_FALSE(elsewhere.pin(refused));
+    EXPECT_EQ(memory.held(), one);
+    elsewhere.add(same);
+    queue.sent(reply_of(large).size());
+    EXPECT_TRUE(queue.empty());
+    EXPECT_EQ(memory.held(), one);
+  }
+  EXPECT_EQ(memory.held(), 0u);
+}
+
+}  // namespace
+}  // namespace tind::http
