@@ -42,24 +42,31 @@ http::BodyRules json_for_dataset(const App& app, std::size_t max_bytes) {
           }};
 }
 
-void answer_on_worker(const App& app, services::Work work, std::string target,
-                      http::Responder responder, Answer answer) {
+void run_on_worker(const App& app, services::Work work, std::string_view target,
+                   http::Responder responder, OnWorker run) {
   auto permit = app.pool.admit(work);
   if (!permit) return responder(http::problem_reply(permit.error(), target));
   const std::stop_token gone = responder.gone();
   app.pool.run(
       std::move(*permit),
-      [responder = std::move(responder), answer = std::move(answer)](std::stop_token stop) mutable {
-        responder(answer(std::move(stop)));
+      [responder = std::move(responder), run = std::move(run)](std::stop_token stop) mutable {
+        run(std::move(responder), std::move(stop));
       },
       gone);
+}
+
+void answer_on_worker(const App& app, services::Work work, std::string_view target,
+                      http::Responder responder, Answer answer) {
+  run_on_worker(app, work, target, std::move(responder),
+                [answer = std::move(answer)](http::Responder to, std::stop_token stop) mutable {
+                  to(answer(std::move(stop)));
+                });
 }
 
 std::optional<http::Reply> answer_on_worker(const App& app, services::Work work,
                                             const http::Request& request, http::Later& later,
                                             Answer answer) {
-  answer_on_worker(app, work, std::string(request.head.target), later.responder(),
-                   std::move(answer));
+  answer_on_worker(app, work, request.head.target, later.responder(), std::move(answer));
   return std::nullopt;
 }
 

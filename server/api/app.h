@@ -4,7 +4,7 @@
 #include <functional>
 #include <memory>
 #include <stop_token>
-#include <string>
+#include <string_view>
 
 #include "server/http/router.h"
 #include "server/http/server.h"
@@ -62,12 +62,17 @@ http::Reply no_tiles(const http::Request&);
 /// A POST of JSON to a path whose first {...} names a dataset: the 404 comes before its body.
 http::BodyRules json_for_dataset(const App&, std::size_t max_bytes);
 
-/// Made on a worker. Its token is stopped when the client has hung up or the daemon stops.
+/// On a worker; answers through the responder, or hands it on. Its token is stopped when the client
+/// has hung up or the daemon stops.
+using OnWorker = std::move_only_function<void(http::Responder, std::stop_token)>;
+/// Runs it, or sends at once the 503 of a class that has no room. `target`: of the request.
+void run_on_worker(const App&, services::Work, std::string_view target, http::Responder, OnWorker);
+
+/// Made on a worker, with that token.
 using Answer = std::move_only_function<http::Reply(std::stop_token)>;
 
-/// Sends what `answer` makes on a worker, or at once the 503 of a class that has no room. `target`:
-/// of the request.
-void answer_on_worker(const App&, services::Work, std::string target, http::Responder, Answer);
+/// Sends what `answer` makes there, or that 503.
+void answer_on_worker(const App&, services::Work, std::string_view target, http::Responder, Answer);
 /// The same for a handler; always nothing, which is what it returns then.
 std::optional<http::Reply> answer_on_worker(const App&, services::Work, const http::Request&,
                                             http::Later&, Answer);

@@ -3,32 +3,16 @@
 #include <string>
 
 #include "server/api/app.h"
-#include "server/api/tile_address.h"
-#include "server/http/message/problem.h"
+#include "server/api/tile_product.h"
 
 namespace tind::api {
 namespace {
 
 std::optional<http::Reply> encoded_tile(const App& app, services::TileProducts& products,
                                         const http::Request& request, http::Later& later) {
-  const auto [dataset, not_found] = find_dataset(app, request.matched[0], request);
-  if (!dataset) return not_found;
-  const auto id = tile_address(request.matched[1], request.matched[2], request.matched[3]);
-  if (!id || !dataset->has(*id))
-    return http::problem_reply({.status = 404,
-                                .detail = "There is no such tile; layer.json says which exist.",
-                                .instance = request.head.target});
-  if (const auto hit = products.cached(*dataset, *id)) return hit->reply(request.head.fields);
-  auto responder = later.responder();
-  const std::stop_token gone = responder.gone();
-  products.make(
-      *dataset, *id,
-      [responder = std::move(responder), client = http::Conditions(request.head.fields),
-       target = std::string(request.head.target)](const auto& made) mutable {
-        responder(made ? (*made)->reply(client) : http::problem_reply(made.error(), target));
-      },
-      gone);
-  return std::nullopt;
+  auto tile = find_tile(app, request);
+  if (!tile) return std::move(tile.error());
+  return serve_product(request, later, *tile, products);
 }
 
 }  // namespace

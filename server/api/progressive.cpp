@@ -6,7 +6,7 @@
 
 #include "proto/mesh_stream.h"
 #include "server/api/app.h"
-#include "server/api/tile_address.h"
+#include "server/api/tile_product.h"
 #include "server/http/message/problem.h"
 #include "server/http/message/query_numbers.h"
 
@@ -41,39 +41,24 @@ http::Reply beginning(const Stream& whole, const proto::StreamLimit& limit,
 
 std::optional<http::Reply> progressive(const App& app, const http::Request& request,
                                        http::Later& later) {
-  const std::string_view target = request.head.target;
-  const auto [dataset, not_found] = find_dataset(app, request.matched[0], request);
-  if (!dataset) return not_found;
-  const auto id = tile_address(request.matched[1], request.matched[2], request.matched[3]);
-  if (!id || !dataset->has(*id))
-    return http::problem_reply({.status = 404,
-                                .detail = "There is no such tile; layer.json says which exist.",
-                                .instance = target});
+  auto tile = find_tile(app, request);
+  if (!tile) return std::move(tile.error());
+  const std::string target(request.head.target);
   const auto query = http::read_numbers(request.head.query, kQuery);
   if (!query.problems.empty()) return http::problem_reply(query.problems, target);
   const auto limit = limit_of(query);
   http::Conditions client(request.head.fields);
   if (request.head.method != http::Method::get) client.range.clear();  // RFC 9110, 14.2
 
-  const Stream hit = app.streams->cached(*dataset, *id);
+  const Stream hit = app.streams->cached(*tile->dataset, tile->id);
   if (hit && !limit) return hit->reply(client);
-  auto answer = [limit, client = std::move(client),
-                 target = std::string(target)](const Stream& stream) {
+  const auto answer = [limit, client = std::move(client), target](const Stream& stream) {
     return limit ? beginning(stream, *limit, client, target) : stream->reply(client);
   };
   if (hit)
     return answer_on_worker(app, services::Work::question, request, later,
                             [hit, answer](const std::stop_token&) { return answer(hit); });
-  auto responder = later.responder();
-  const std::stop_token gone = responder.gone();
-  app.streams->make(
-      *dataset, *id,
-      [answer, target = std::string(target),
-       responder = std::move(responder)](const Result<Stream>& made) mutable {
-        responder(made ? answer(*made) : http::problem_reply(made.error(), target));
-      },
-      gone);
-  return std::nullopt;
+  return answer_when_made(request, later, make_of(*app.streams, *tile), answer);
 }
 
 }  // namespace

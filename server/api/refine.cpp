@@ -192,25 +192,17 @@ std::optional<http::Reply> refine(const App& app, const http::Request& request,
   Problems problems;
   Asked asked = read_request(request.body, problems);
   if (!problems.empty()) return http::problem_reply(problems.list(), request.head.target);
-  auto responder = later.responder();
-  const std::stop_token gone = responder.gone();
-  auto permit = app.pool.admit(services::Work::question);
-  if (!permit) {
-    responder(http::problem_reply(permit.error(), request.head.target));
-    return std::nullopt;
-  }
-  app.pool.run(
-      std::move(*permit),
-      [&app, dataset, asked = std::move(asked), client = later.client(),
-       target = std::string(request.head.target),
-       responder = std::move(responder)](const std::stop_token& stop) mutable {
-        const auto make = [&app, dataset, asked, client, target](const std::stop_token& s) {
-          return answer(refined(*app.refine, *dataset, asked, client, s), asked, target);
-        };
-        if (ready(*app.refine, *dataset, asked)) return responder(make(stop));
-        answer_on_worker(app, services::Work::batch, target, std::move(responder), make);
-      },
-      gone);
+  run_on_worker(app, services::Work::question, request.head.target, later.responder(),
+                [&app, dataset, asked = std::move(asked), client = later.client(),
+                 target = std::string(request.head.target)](http::Responder responder,
+                                                            const std::stop_token& stop) {
+                  const auto make = [&app, dataset, asked, client,
+                                     target](const std::stop_token& s) {
+                    return answer(refined(*app.refine, *dataset, asked, client, s), asked, target);
+                  };
+                  if (ready(*app.refine, *dataset, asked)) return responder(make(stop));
+                  answer_on_worker(app, services::Work::batch, target, std::move(responder), make);
+                });
   return std::nullopt;
 }
 

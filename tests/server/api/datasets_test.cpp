@@ -104,6 +104,25 @@ TEST_F(Api, LinksOfADatasetWork) {
   }
 }
 
+TEST_F(Api, ADemWithoutTilesAnswersQuestionsOnly) {
+  catalog_.add("posts", dataset_of(std::make_shared<test::MadeUpSource>(
+                            HeightGrid(80, 80, 100), Geographic{-122, 47}, 0.01)));
+  const Json listed = Json::parse(get("/datasets").body)["datasets"].back();
+  EXPECT_EQ(listed["name"], "posts");
+  EXPECT_EQ(listed["kind"], "dem");
+  EXPECT_EQ(listed["bounds"][0], -122);
+  EXPECT_EQ(listed["state"], "ready");
+  EXPECT_FALSE(listed.contains("max_level"));
+  EXPECT_FALSE(listed["links"].contains("tiles"));
+  EXPECT_TRUE(listed["links"].contains("elevation"));
+  EXPECT_EQ(Json::parse(get("/elevation/posts?lon=-121.76&lat=46.85").body)["height_m"], 100);
+  for (const std::string target :
+       {"/terrain/posts/layer.json", "/terrain/posts/0/0/0.terrain", "/terrain/posts/0/0/0.glb",
+        "/progressive/posts/0/0/0", "/transition/posts/1/0/0"})
+    EXPECT_EQ(get(target).status, 404) << target;
+  EXPECT_EQ(post("/plan/posts", "{}").status, 404);
+}
+
 TEST_F(Api, ElevationSaysWhatItIsAbove) {
   DemOptions egm96;
   egm96.from_datum = VerticalDatum::egm96, egm96.to_datum = TargetDatum::ellipsoid;
