@@ -186,7 +186,7 @@ void print_table(const BenchDem& dem, const Settings& s) {
     for (const Effort effort : kEfforts) {
       SimplifyOptions o = within(eps, "bounded", effort);
       const Timed one = run(dem, o, s.runs);
-      print_row(name_of(effort), one, greedy, dem.terrain.grid, eps);
+      print_row(name_of(effort).c_str(), one, greedy, dem.terrain.grid, eps);
       if (effort != Effort::normal) continue;
       o.threads = 2;
       const Timed two = run(dem, o, s.runs);
