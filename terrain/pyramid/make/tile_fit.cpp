@@ -7,6 +7,7 @@
 #include <map>
 #include <numbers>
 
+#include "terrain/mesh/triangle_plane.h"
 #include "terrain/pyramid/make/tile_job.h"
 #include "terrain/pyramid/residual/residual_index.h"
 #include "terrain/simplify/bounded/bounded_mesher.h"
@@ -153,11 +154,9 @@ Result<void> each_residual(const TileJob& job, const Tin& mesh, std::stop_token 
     posts.visit([&](const auto& samples) {
       for (const Triangle& t : mesh.triangles) {
         const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
-        const double area = orient2d(a, b, c);
-        const double gx = ((b.z - a.z) * (c.y - a.y) - (c.z - a.z) * (b.y - a.y)) / area;
-        const double gy = ((c.z - a.z) * (b.x - a.x) - (b.z - a.z) * (c.x - a.x)) / area;
+        const TrianglePlane plane(a, b, c);
         samples.scan(a, b, c, [&](double x, double y, double z, std::size_t) {
-          f(t, x, y, a.z + gx * (x - a.x) + gy * (y - a.y) - (z - job.level.offset_m));
+          f(t, x, y, plane.at(x, y) - (z - job.level.offset_m));
           return true;
         });
       }

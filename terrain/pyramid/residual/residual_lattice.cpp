@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "terrain/mesh/triangle_plane.h"
+
 namespace tind {
 
 namespace {
@@ -112,11 +114,9 @@ double lattice_bound(const Tin& mesh, const ResidualLattice& lattice) {
   for (const Vec3& v : mesh.vertices) overlay.at(v.x, v.y, v.z);
   for (const Triangle& t : mesh.triangles) {
     const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
-    const double area = orient2d(a, b, c);
-    const double gx = ((b.z - a.z) * (c.y - a.y) - (c.z - a.z) * (b.y - a.y)) / area;
-    const double gy = ((c.z - a.z) * (b.x - a.x) - (b.z - a.z) * (c.x - a.x)) / area;
+    const TrianglePlane plane(a, b, c);
     nodes.scan(a, b, c, [&](double x, double y, double, std::size_t) {
-      overlay.at(x, y, a.z + gx * (x - a.x) + gy * (y - a.y));
+      overlay.at(x, y, plane.at(x, y));
       return true;
     });
     for (int k = 0; k < 3; ++k) {

@@ -1,11 +1,7 @@
 // Insert, collapse, fit.
 //
-// One scan of a triangle gives three sums over its samples: of b b, b r and r r, where b is the
-// weight that the apex has at the sample and r the sample's height above the triangle. Moving the
-// apex by (dx, dy, dz) raises the triangle there by b (dz - gx dx - gy dy), (gx, gy) being its
-// slope. So the sums of a star are all that is needed for the Gauss-Newton step of its apex, and
-// for the exact optimum of its height. The first scan of an edge, at its midpoint, says what the
-// step would bring: that estimate is the edge's place in the queue, and the step itself is only
+// The first scan of an edge, at its midpoint, says what the Gauss-Newton step of its apex would
+// bring (star_fit.h): that estimate is the edge's place in the queue, and the step itself is only
 // taken when its turn comes.
 //
 // The sums say nothing of the largest error. That is what `cap` is for: the error of the worst
@@ -19,6 +15,8 @@
 #include <limits>
 #include <vector>
 
+#include "terrain/mesh/triangle_plane.h"
+#include "terrain/simplify/bounded/star_fit.h"
 #include "terrain/simplify/collapse/collapse_engine.h"
 #include "terrain/simplify/common/terrain_mesh.h"
 #include "terrain/simplify/insertion/delaunay_insertion.h"
@@ -31,56 +29,15 @@ using Index = HalfedgeMesh::Index;
 constexpr Index kNone = HalfedgeMesh::kNone;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// As good as a post of this weight at the apex's present height: keeps an apex that its samples
-/// say little about from flying off.
-constexpr double kPrior = 0.02;
 constexpr double kWorthIt = 1 - 1e-4;  // of the sum of squares, for moving a vertex or an edge
 
-/// What the samples of a star say about its apex.
-struct StarFit {
-  double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;  // the normal matrix
-  double x = 0, y = 0, z = 0;                             // and its right-hand side
-  double sum = 0;                                         // of squared errors, the apex as it is
-
-  double rise() const { return z / (zz + kPrior); }
-  double sum_after_rise() const { return sum_at(sum, zz, z, rise()); }
-
-  /// Where to move the apex in the plane, its height following; a little damped.
-  Vec2 step() const {
-    const Planar m = planar();
-    const double damp = 1e-2 * (xx + yy) + 1e-9;
-    const double a = m.a + damp, d = m.d + damp, det = a * d - m.b * m.b;
-    if (!(det > 0)) return {0, 0};
-    return {(d * m.p - m.b * m.q) / det, (a * m.q - m.b * m.p) / det};
-  }
-  /// What the sum would be after it, were no sample to change triangles.
-  double sum_after_step() const {
-    const Planar m = planar();
-    const Vec2 s = step();
-    return std::max(0.0, sum_after_rise() - 2 * (m.p * s.x + m.q * s.y) + m.a * s.x * s.x +
-                             2 * m.b * s.x * s.y + m.d * s.y * s.y);
-  }
-
- private:
-  struct Planar {
-    double a, b, d, p, q;  // [a b; b d] (x y) = (p q), after z is eliminated
-  };
-  Planar planar() const {
-    const double w = 1 / (zz + kPrior);
-    return {xx - xz * xz * w, xy - xz * yz * w, yy - yz * yz * w, x - xz * z * w, y - yz * z * w};
-  }
-  static double sum_at(double sum, double zz, double z, double rise) {
-    return std::max(0.0, sum - rise * (2 * z - zz * rise));
-  }
-};
-
-/// z = height + gx x + gy y through three corners.
+/// z = height + gx x + gy y through three corners: two multiplications a sample.
 struct Plane {
   double gx, gy, height;
   Plane(const Vec3& a, const Vec3& b, const Vec3& c) {
     const double per_area = 1 / orient2d(a, b, c);
-    gx = ((b.z - a.z) * (c.y - a.y) - (c.z - a.z) * (b.y - a.y)) * per_area;
-    gy = ((c.z - a.z) * (b.x - a.x) - (b.z - a.z) * (c.x - a.x)) * per_area;
+    const Vec2 slope = slope_times_area(a, b, c);
+    gx = slope.x * per_area, gy = slope.y * per_area;
     height = a.z - gx * a.x - gy * a.y;
   }
   double at(double x, double y) const { return height + gx * x + gy * y; }
@@ -195,23 +152,7 @@ class SquaredError {
 
   StarFit measure(const Vec3& w) const {
     StarFit f;
-    for (const auto& [a, b] : ring_) {
-      const double ax = a.x - w.x, ay = a.y - w.y, bx = b.x - w.x, by = b.y - w.y;
-      const double az = a.z - w.z, bz = b.z - w.z, per_area = 1 / (ax * by - ay * bx);
-      const double lx = (ay - by) * per_area, ly = (bx - ax) * per_area;
-      const double gx = (az * by - bz * ay) * per_area, gy = (bz * ax - az * bx) * per_area;
-      double bb = 0, br = 0, rr = 0;
-      samples_.scan(w, a, b, [&](double x, double y, double z, std::size_t) {
-        const double u = x - w.x, v = y - w.y;
-        const double weight = 1 + (lx * u + ly * v), r = z - (w.z + (gx * u + gy * v));
-        bb += weight * weight, br += weight * r, rr += r * r;
-        return true;
-      });
-      f.xx += bb * gx * gx, f.xy += bb * gx * gy, f.yy += bb * gy * gy;
-      f.xz -= bb * gx, f.yz -= bb * gy, f.zz += bb;
-      f.x -= br * gx, f.y -= br * gy, f.z += br;
-      f.sum += rr;
-    }
+    for (const auto& [a, b] : ring_) f.add(samples_, w, a, b);
     return f;
   }
 
@@ -238,12 +179,7 @@ class SquaredError {
   /// One Gauss-Newton step, shortened where it would leave the star.
   void improve() {
     if (!(best_ < kInfinity)) return;
-    Vec2 s = fit_.step();
-    double reach = 0;
-    for (const Edge& e : ring_)
-      reach = std::max({reach, std::abs(e[0].x - at_.x), std::abs(e[0].y - at_.y)});
-    const double shrink = std::min(1.0, reach / 2 / std::max(std::abs(s.x), std::abs(s.y)));
-    s = {s.x * shrink, s.y * shrink};
+    Vec2 s = fit_.step_inside();
     for (int k = 0; k < 2; ++k, s = {s.x / 2, s.y / 2}) {
       const Vec3 p{snap_to_lattice(at_.x + s.x), snap_to_lattice(at_.y + s.y), at_.z};
       if (p.x == at_.x && p.y == at_.y) return;

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <limits>
 
+#include "terrain/mesh/triangle_plane.h"
+
 namespace tind {
 
 namespace {
@@ -326,9 +328,7 @@ void BoundedMesher<S>::relax(const Progress& progress) {
 /// from `limit` on.
 template <class S>
 double BoundedMesher<S>::squares(const Vec3& a, const Vec3& b, const Vec3& c, double limit) const {
-  const double area = orient2d(a, b, c);
-  const double gx = ((b.z - a.z) * (c.y - a.y) - (c.z - a.z) * (b.y - a.y)) / area;
-  const double gy = ((c.z - a.z) * (b.x - a.x) - (b.z - a.z) * (c.x - a.x)) / area;
+  const auto [gx, gy] = gradient(a, b, c);
   double sum = 0;
   const bool whole = samples_.scan(a, b, c, [&](double x, double y, double z, std::size_t) {
     const double e = a.z + (gx * (x - a.x) + gy * (y - a.y)) - z;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "terrain/simplify/bounded/star_fit.h"
 #include "terrain/simplify/insertion/delaunay_insertion.h"
 
 namespace tind {
@@ -179,37 +180,14 @@ bool Star<S>::choose_height(const Vec3& apex, Room room, double before, double& 
 
 template <class S>
 bool Star<S>::least_squares_step(Vec3& apex) {
-  constexpr double kPrior = 0.02;  // as a sample at the apex: against flying off
   const Vec3 w = apex;
-  double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = kPrior, x = 0, y = 0, z = 0, reach = 0;
-  for (const RingEdge& e : ring_) {
-    const Vec3 a = e.a - w, b = e.b - w;
-    const double per_area = 1 / (a.x * b.y - a.y * b.x);
-    const double gx = (a.z * b.y - b.z * a.y) * per_area, gy = (b.z * a.x - a.z * b.x) * per_area;
-    const double lx = (a.y - b.y) * per_area, ly = (b.x - a.x) * per_area;
-    double bb = 0, br = 0;
-    samples_.scan(w, e.a, e.b, [&](double px, double py, double pz, std::size_t) {
-      const double u = px - w.x, v = py - w.y, weight = 1 + (lx * u + ly * v);
-      bb += weight * weight;
-      br += weight * (pz - (w.z + (gx * u + gy * v)));
-      return true;
-    });
-    xx += bb * gx * gx, xy += bb * gx * gy, yy += bb * gy * gy;
-    xz -= bb * gx, yz -= bb * gy, zz += bb;
-    x -= br * gx, y -= br * gy, z += br;
-    reach = std::max({reach, std::abs(a.x), std::abs(a.y)});
-  }
-  // The height follows; what is left is two by two, a little damped.
-  const double k = 1 / zz, damp = 1e-2 * (xx + yy) + 1e-9;
-  const double a = xx - xz * xz * k + damp, b = xy - xz * yz * k, d = yy - yz * yz * k + damp;
-  const double p = x - xz * z * k, q = y - yz * z * k, det = a * d - b * b;
-  if (!(det > 0)) return false;
-  Vec2 step = {(d * p - b * q) / det, (a * q - b * p) / det};
-  const double scale = std::min(1.0, reach / 2 / std::max(std::abs(step.x), std::abs(step.y)));
+  StarFit fit = StarFit::for_step();
+  for (const RingEdge& e : ring_) fit.add(samples_, w, e.a, e.b);
+  Vec2 step = fit.step_inside();
   const double unit = options_.place_step;
-  for (const double share : {scale, scale / 2}) {
-    const Vec3 at{w.x + std::nearbyint(step.x * share / unit) * unit,
-                  w.y + std::nearbyint(step.y * share / unit) * unit, w.z};
+  for (int k = 0; k < 2; ++k, step = {step.x / 2, step.y / 2}) {
+    const Vec3 at{w.x + std::nearbyint(step.x / unit) * unit,
+                  w.y + std::nearbyint(step.y / unit) * unit, w.z};
     if (at.x == w.x && at.y == w.y) return false;
     if (!aim(at)) continue;
     apex = at;

@@ -92,7 +92,7 @@ class Star {
   bool choose_height(const Vec3& apex, Room room, double before, double& height) const;
 
   /// Moves the apex to where one Gauss-Newton step would make the sum of the squared errors of the
-  /// star's samples least (bounded_count.cpp has the derivation). False when the step leads nowhere
+  /// star's samples least (star_fit.h). False when the step leads nowhere
   /// or out of the star.
   bool least_squares_step(Vec3& apex);
 

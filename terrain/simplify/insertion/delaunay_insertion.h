@@ -17,6 +17,7 @@
 
 #include "terrain/base/progress.h"
 #include "terrain/mesh/halfedge_mesh.h"
+#include "terrain/mesh/triangle_plane.h"
 #include "terrain/simplify/insertion/line_points.h"
 #include "terrain/simplify/insertion/samples.h"
 
@@ -159,9 +160,7 @@ class DelaunayInsertion {
     const Vec3& a = mesh_.position(mesh_.origin(3 * t));
     const Vec3& b = mesh_.position(mesh_.origin(3 * t + 1));
     const Vec3& c = mesh_.position(mesh_.origin(3 * t + 2));
-    const double area = orient2d(a, b, c);
-    const double gx = ((b.z - a.z) * (c.y - a.y) - (c.z - a.z) * (b.y - a.y)) / area;
-    const double gy = ((c.z - a.z) * (b.x - a.x) - (b.z - a.z) * (c.x - a.x)) / area;
+    const auto [gx, gy] = gradient(a, b, c);
     const double z0 = a.z - gx * a.x - gy * a.y;
     Worst worst;
     Band band{a.x,
