@@ -1,11 +1,13 @@
-// Corners (one per triangle and vertex) are joined across every edge that has exactly one triangle
-// on either side. What is joined is one fan; every fan gets a vertex of its own.
+// Vertex by vertex, corners (one per triangle and vertex) are joined across every edge that has
+// exactly one triangle on either side. What is joined is one fan; every fan gets a vertex of its
+// own.
 
 #include "terrain/mesh/manifold.h"
 
 #include <algorithm>
 #include <cstdint>
 #include <numeric>
+#include <span>
 
 namespace tind {
 
@@ -13,8 +15,6 @@ namespace {
 
 using Index = std::uint32_t;
 constexpr Index kNone = ~Index(0);
-
-Index next(Index corner) { return corner % 3 == 2 ? corner - 2 : corner + 1; }
 
 struct DirectedEdge {
   Index low, high, half_edge;
@@ -66,24 +66,6 @@ std::size_t drop_degenerate(Tin& tin) {
   });
 }
 
-class Fans {
- public:
-  explicit Fans(std::size_t corners) : parent_(corners) {
-    std::iota(parent_.begin(), parent_.end(), Index(0));
-  }
-  Index root(Index i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void join(Index i, Index j) {
-    i = root(i), j = root(j);
-    parent_[std::max(i, j)] = std::min(i, j);
-  }
-
- private:
-  std::vector<Index> parent_;
-};
-
 template <class T>
 void append_copy(std::vector<T>& values, Index i) {
   if (values.empty()) return;
@@ -91,36 +73,90 @@ void append_copy(std::vector<T>& values, Index i) {
   values.push_back(copy);
 }
 
-std::size_t split_fans(Tin& tin) {
-  Fans fans(3 * tin.triangles.size());
-  const std::vector<DirectedEdge> edges = sorted_edges(tin);
-  for_each_edge(edges, [&](std::size_t i, std::size_t j) {
-    if (j - i != 2 || edges[i].forward == edges[i + 1].forward) return;
-    const Index h = edges[i].half_edge, g = edges[i + 1].half_edge;
-    fans.join(h, next(g));
-    fans.join(next(h), g);
-  });
-  const std::size_t before = tin.vertices.size();
-  std::vector<Index> owner(before, kNone);  // the fan that keeps the vertex
-  std::vector<Index> vertex_of(3 * tin.triangles.size(), kNone);
-  for (Index corner = 0; corner < vertex_of.size(); ++corner) {
-    Index& v = tin.triangles[corner / 3][corner % 3];
-    const Index fan = fans.root(corner);  // the lowest corner of the fan, so it is met first
-    if (vertex_of[fan] == kNone) {
-      if (owner[v] == kNone) {
-        owner[v] = fan;
-        vertex_of[fan] = v;
-      } else {
-        vertex_of[fan] = Index(tin.vertices.size());
-        append_copy(tin.vertices, v);
-        append_copy(tin.colours, v);
-        append_copy(tin.normals, v);
-        append_copy(tin.texcoords, v);
-      }
-    }
-    v = vertex_of[fan];
+/// The corners of each vertex, in order.
+struct CornersByVertex {
+  std::vector<Index> offset, corner;
+
+  explicit CornersByVertex(const Tin& tin)
+      : offset(tin.vertices.size() + 1, 0), corner(3 * tin.triangles.size()) {
+    for (const Triangle& t : tin.triangles)
+      for (const Index v : t) ++offset[v + 1];
+    for (std::size_t v = 0; v + 1 < offset.size(); ++v) offset[v + 1] += offset[v];
+    std::vector<Index> fill(offset.begin(), offset.end() - 1);
+    for (Index c = 0; c < corner.size(); ++c) corner[fill[tin.triangles[c / 3][c % 3]]++] = c;
   }
-  return tin.vertices.size() - before;
+  std::span<const Index> at(Index v) const {
+    return {corner.data() + offset[v], corner.data() + offset[v + 1]};
+  }
+};
+
+/// Sorts the corners of one vertex into fans.
+class FansOfVertex {
+ public:
+  /// By corner: which of them is the first of its fan.
+  const std::vector<Index>& sort(const Tin& tin, std::span<const Index> corners) {
+    fan_.resize(corners.size());
+    std::iota(fan_.begin(), fan_.end(), Index(0));
+    sides_.clear();
+    for (Index i = 0; i < fan_.size(); ++i) {
+      const Triangle& t = tin.triangles[corners[i] / 3];
+      const Index k = corners[i] % 3;
+      sides_.push_back({t[(k + 1) % 3], true, i});
+      sides_.push_back({t[(k + 2) % 3], false, i});
+    }
+    std::sort(sides_.begin(), sides_.end());
+    for (std::size_t i = 0, j; i < sides_.size(); i = j) {
+      for (j = i + 1; j < sides_.size() && sides_[j].other == sides_[i].other;) ++j;
+      if (j - i == 2 && sides_[i].leaves != sides_[i + 1].leaves)
+        join(sides_[i].corner, sides_[i + 1].corner);
+    }
+    for (Index& f : fan_) f = fan_[f];  // what it points to comes before it
+    return fan_;
+  }
+
+ private:
+  struct Side {  // of a corner: an edge of the vertex
+    Index other;
+    bool leaves;
+    Index corner;
+    auto operator<=>(const Side&) const = default;
+  };
+  std::vector<Side> sides_;
+  std::vector<Index> fan_;
+
+  Index root(Index i) {
+    while (fan_[i] != i) i = fan_[i] = fan_[fan_[i]];
+    return i;
+  }
+  void join(Index i, Index j) {
+    i = root(i), j = root(j);
+    fan_[std::max(i, j)] = std::min(i, j);
+  }
+};
+
+/// A fan that its vertex is not for.
+struct ExtraFan {
+  Index vertex, first;  // the first of its corners
+  std::vector<Index> corners;
+};
+
+std::vector<ExtraFan> extra_fans(const Tin& tin) {
+  std::vector<ExtraFan> extras;
+  FansOfVertex fans;
+  const CornersByVertex around(tin);
+  for (Index v = 0; v < tin.vertices.size(); ++v) {
+    const std::span<const Index> corners = around.at(v);
+    const std::vector<Index>& fan = fans.sort(tin, corners);
+    const auto before = std::ptrdiff_t(extras.size());
+    for (Index i = 0; i < fan.size(); ++i) {
+      if (fan[i] == 0) continue;
+      const Index first = corners[fan[i]];
+      if (fan[i] == i) extras.push_back({v, first, {}});
+      std::ranges::find(extras.begin() + before, extras.end(), first, &ExtraFan::first)
+          ->corners.push_back(corners[i]);
+    }
+  }
+  return extras;
 }
 
 /// Of triangles that still use an edge in the same direction, the first stays.
@@ -173,11 +209,30 @@ std::size_t keep_vertices(Tin& tin, Keep&& keep) {
 
 }  // namespace
 
+std::vector<Index> split_fans(Tin& tin, CopyOrder order) {
+  std::vector<ExtraFan> extras = extra_fans(tin);
+  if (order == CopyOrder::of_corners) std::ranges::sort(extras, {}, &ExtraFan::first);
+  std::vector<Index> copy_of;
+  for (const ExtraFan& fan : extras) {
+    const auto copy = Index(tin.vertices.size());
+    append_copy(tin.vertices, fan.vertex);
+    append_copy(tin.colours, fan.vertex);
+    append_copy(tin.normals, fan.vertex);
+    append_copy(tin.texcoords, fan.vertex);
+    for (const Index c : fan.corners) tin.triangles[c / 3][c % 3] = copy;
+    copy_of.push_back(fan.vertex);
+  }
+  return copy_of;
+}
+
 ManifoldRepair make_manifold(Tin& tin) {
   ManifoldRepair repair;
   repair.dropped_triangles = drop_degenerate(tin);
+  const std::size_t before = tin.vertices.size();
   for (;;) {  // dropping a triangle can cut a fan in two
-    repair.split_vertices += split_fans(tin);
+    for (const Index v : split_fans(tin, CopyOrder::of_corners))
+      repair.copy_of.push_back(v < before ? v : repair.copy_of[v - before]);
+    repair.split_vertices = repair.copy_of.size();
     const std::size_t dropped = drop_repeated_edges(tin);
     repair.dropped_triangles += dropped;
     if (dropped == 0) return repair;

@@ -2,14 +2,29 @@
 // Makes any triangle soup a manifold, so that it can be edited.
 
 #include <cstddef>
+#include <cstdint>
+#include <vector>
 
 #include "terrain/mesh/tin.h"
 
 namespace tind {
 
+/// In which order split_fans appends copies: of their fans' first corners, or of the vertices that
+/// they are copies of (and where one vertex has several, of first corners).
+enum class CopyOrder { of_corners, of_vertices };
+
+/// One vertex per fan. Where several fans of triangles meet in a vertex, the one with the first
+/// corner keeps it, and each other gets a copy (of the attributes, too), appended. Triangles belong
+/// to one fan when they share an edge that these two alone use, in opposite directions. Returns for
+/// each copy the vertex that it is one of. REQUIRES: no triangle names a vertex twice, or one that
+/// is not there. O(n log d), d being the largest number of triangles at a vertex.
+std::vector<std::uint32_t> split_fans(Tin&, CopyOrder);
+
 struct ManifoldRepair {
   std::size_t split_vertices = 0;     // vertices added because several fans met in one
   std::size_t dropped_triangles = 0;  // degenerate, out of range, or a third one on an edge
+  /// By added vertex: the one of the input that it is a copy of.
+  std::vector<std::uint32_t> copy_of = {};
 
   bool changed() const { return split_vertices + dropped_triangles > 0; }
 };

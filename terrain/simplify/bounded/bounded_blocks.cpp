@@ -386,14 +386,7 @@ class BlockMesher {
   /// Where triangles have left between two others of a vertex, it becomes two; all of them frozen,
   /// and one again in the result.
   void split_fans() {
-    const std::size_t before = open_.vertices.size();
-    make_manifold(open_);
-    if (open_.vertices.size() == before) return;
-    std::map<std::pair<double, double>, Index> places;
-    for (Index v = 0; v < before; ++v)
-      if (placed_[v] != kNone) places[{open_.vertices[v].x, open_.vertices[v].y}] = placed_[v];
-    for (std::size_t v = before; v < open_.vertices.size(); ++v)
-      placed_.push_back(places.at({open_.vertices[v].x, open_.vertices[v].y}));
+    for (const Index v : make_manifold(open_).copy_of) placed_.push_back(placed_[v]);
   }
 };
 

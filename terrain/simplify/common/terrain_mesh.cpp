@@ -8,6 +8,7 @@
 #include <cmath>
 #include <string>
 
+#include "terrain/mesh/manifold.h"
 #include "terrain/simplify/constraints/constraints.h"
 
 namespace tind {
@@ -40,59 +41,12 @@ void add_cell(const HeightGrid& grid, int c, int r, std::vector<Triangle>& out) 
   if (!v_sw && v_nw && v_ne && v_se) out.push_back({nw, se, ne});
 }
 
-/// Splits every vertex whose triangles form several fans into one vertex per fan.
-/// A post has at most eight triangles, so each fan is found by looking at all pairs.
-void split_fans(Tin& tin) {
-  const std::size_t posts = tin.vertices.size();
-  std::vector<Index> offset(posts + 1, 0);
-  for (const Triangle& t : tin.triangles)
-    for (const Index v : t) ++offset[v + 1];
-  for (std::size_t v = 0; v < posts; ++v) offset[v + 1] += offset[v];
-  std::vector<Index> around(offset[posts]);
-  {
-    std::vector<Index> fill(offset.begin(), offset.end() - 1);
-    for (Index t = 0; t < tin.triangles.size(); ++t)
-      for (const Index v : tin.triangles[t]) around[fill[v]++] = t;
-  }
-  for (Index v = 0; v < posts; ++v) {
-    const int n = int(offset[v + 1] - offset[v]);
-    const Index* const ts = around.data() + offset[v];
-    const auto neighbour = [&](int i, int step) {
-      const Triangle& t = tin.triangles[ts[i]];
-      const int k = t[0] == v ? 0 : t[1] == v ? 1 : 2;
-      return t[(k + step) % 3];
-    };
-    int fan[8], fans = 0;
-    std::fill_n(fan, n, -1);
-    for (int i = 0; i < n; ++i) {
-      if (fan[i] >= 0) continue;
-      fan[i] = fans++;
-      for (bool grown = true; grown;) {
-        grown = false;
-        for (int j = 0; j < n; ++j)
-          for (int k = 0; k < n; ++k)
-            if (fan[j] == fan[i] && fan[k] < 0 &&
-                (neighbour(j, 2) == neighbour(k, 1) || neighbour(j, 1) == neighbour(k, 2))) {
-              fan[k] = fan[i];
-              grown = true;
-            }
-      }
-    }
-    for (int f = 1; f < fans; ++f) {
-      const Index copy = Index(tin.vertices.size());
-      tin.vertices.push_back(tin.vertices[v]);
-      for (int i = 0; i < n; ++i)
-        if (fan[i] == f) std::ranges::replace(tin.triangles[ts[i]], v, copy);
-    }
-  }
-}
-
 Tin tin_with_voids(const HeightGrid& grid) {
   Tin tin;
   tin.vertices = post_positions(grid);
   for (int r = 0; r + 1 < grid.rows(); ++r)
     for (int c = 0; c + 1 < grid.cols(); ++c) add_cell(grid, c, r, tin.triangles);
-  split_fans(tin);
+  split_fans(tin, CopyOrder::of_vertices);
   return tin;
 }
 

@@ -28,6 +28,39 @@ TEST(MakeManifold, GivesEachFanOfABowTieItsOwnVertexWithItsAttributes) {
   EXPECT_EQ(tin.triangles[1], (Triangle{5, 3, 4}));
 }
 
+TEST(SplitFans, NumbersCopiesInTheOrderThatIsAskedFor) {
+  Tin tin;
+  tin.vertices = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}, {4, 0, 0}, {5, 0, 0}};
+  // Three triangles at the edge 0-1 join nothing; the second and the last share 0-4.
+  tin.triangles = {{0, 1, 2}, {1, 4, 0}, {1, 3, 0}, {0, 4, 5}};
+  Tin by_vertex = tin;
+  EXPECT_EQ(split_fans(by_vertex, CopyOrder::of_vertices),
+            (std::vector<std::uint32_t>{0, 0, 1, 1}));
+  EXPECT_EQ(by_vertex.triangles,
+            (std::vector<Triangle>{{0, 1, 2}, {8, 4, 6}, {9, 3, 7}, {6, 4, 5}}));
+  EXPECT_EQ(split_fans(tin, CopyOrder::of_corners), (std::vector<std::uint32_t>{1, 0, 1, 0}));
+  EXPECT_EQ(tin.triangles, (std::vector<Triangle>{{0, 1, 2}, {6, 4, 7}, {8, 3, 9}, {7, 4, 5}}));
+  EXPECT_EQ(tin.vertices[6], tin.vertices[1]);
+  EXPECT_EQ(tin.vertices[7], tin.vertices[0]);
+}
+
+TEST(MakeManifold, SaysWhichVertexEachCopyIsOf) {
+  std::mt19937 random(7);
+  for (int round = 0; round < 200; ++round) {
+    Tin tin;
+    tin.vertices.resize(8);
+    for (unsigned i = 0; i < 8; ++i) tin.vertices[i].x = i;
+    for (int t = 0; t < 14; ++t)
+      tin.triangles.push_back(
+          {unsigned(random() % 8), unsigned(random() % 8), unsigned(random() % 8)});
+    const ManifoldRepair repair = make_manifold(tin);
+    ASSERT_EQ(tin.vertices.size(), 8 + repair.copy_of.size());
+    EXPECT_EQ(repair.split_vertices, repair.copy_of.size());
+    for (std::size_t i = 0; i < repair.copy_of.size(); ++i)
+      EXPECT_EQ(tin.vertices[8 + i].x, repair.copy_of[i]);
+  }
+}
+
 TEST(MakeManifold, OpensAnEdgeWithThreeTriangles) {
   Tin tin;
   tin.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}};
