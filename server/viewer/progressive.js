@@ -8,7 +8,7 @@ import {Geomorph, ProgressiveMesh, toCrs} from "./progressive_mesh.js";
 import {TpmStream} from "./tpm.js";
 
 const DEEPEST_COARSE_LEVEL = 6; // coarser tiles are too round to be looked at like a landscape
-const HYSTERESIS = 0.25; // as terrain/progressive/multires/lod_selection.h
+const HYSTERESIS = 0.25; // of the distance, before a coarser state is taken: docs/guide.md
 const CATCH_UP_S = 0.5; // half of the way to where a mesh should be takes at most so long
 const SLOWEST = 20; // splits a second
 

@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "terrain/geo/ellipsoid.h"
+#include "terrain/progressive/multires/lod_selection.h"
 
 namespace tind {
 
@@ -218,7 +219,7 @@ class Planner {
  public:
   Planner(const TileSet& tiles, std::span<const FlightFix> flight, const FlightOptions& o)
       : tiles_(tiles), options_(o), steps_(steps_of(flight)) {
-    reach_ = o.viewport_height_px / (2 * std::tan(o.fov_deg / 2 * kRadian) * o.tolerance_px);
+    reach_ = distance_per_error(o.viewport_height_px, o.fov_deg * kRadian, o.tolerance_px);
   }
 
   /// What is needed and from when on, in no order.
