@@ -49,9 +49,8 @@ class SetCollapser {
         plans_(plans),
         lattice_(lattice),
         measure_(models),
-        recorder_(measure_) {
-    listen_ = recorder_.listen({}, 1);
-    listen_.fine(m_);
+        recorder_(measure_, {}, 1) {
+    recorder_.fine(m_);
     quadric_.resize(m_.vertex_slots());
     entered_.assign(m_.vertex_slots(), HUGE_VAL);
     size_.assign(models.coarse.vertex_slots(), 0);
@@ -80,7 +79,7 @@ class SetCollapser {
         if (report.stopped()) break;
       }
     }
-    listen_.base(m_);
+    recorder_.base(m_);
     CollapsedSets out;
     for (Index v = 0; v < m_.vertex_slots() && !out.left_over; ++v)
       if (m_.alive_vertex(v) && sets_.representative[sets_.set[v]] != v)
@@ -106,7 +105,6 @@ class SetCollapser {
   const SpaceLattice* lattice_;
   CappedMeasure measure_;
   SplitRecorder<CappedMeasure> recorder_;
-  CollapseRecorder listen_;
   std::vector<QuadricN<3>> quadric_;  // relative to where the vertex started
   std::vector<std::size_t> size_;     // of each set
   std::vector<double> entered_;       // the cost that the queue knows
@@ -208,8 +206,9 @@ class SetCollapser {
     if (c.cost >= kTurned) turned_.push_back(sets_.set[to]);
     quadric_[v].move_origin(offset(start(v), start(to)));
     quadric_[to].add(quadric_[v]);
-    listen_.collapse({v, to, open(m_.apex(c.half)), open(m_.apex(m_.twin(c.half))), m_.position(v),
-                      m_.position(to), c.at, 0});
+    Collapse told = collapse_of(m_, c.half, c.at);
+    told.left = open(told.left), told.right = open(told.right);
+    recorder_.collapse(told);
     m_.collapse(c.half);
     m_.position(to) = c.at;
     // The link condition looks one ring further than the cost.

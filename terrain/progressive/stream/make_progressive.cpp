@@ -39,13 +39,10 @@ class PostMeasure {
   /// The largest error of the triangles that the collapse leaves around the merged vertex.
   double after(const HalfedgeMesh& m, const Collapse& c) const {
     double worst = 0;
-    for (const auto& [v, other] : {std::pair{c.removed, c.kept}, {c.kept, c.removed}}) {
-      m.for_each_out(v, [&, gone = other](Index e) {
-        const Index p = m.dest(e), q = m.apex(e);
-        if (p == gone || q == gone) return;
-        worst = std::max(worst, triangle_error(grid_, c.kept_after, m.position(p), m.position(q)));
-      });
-    }
+    m.for_each_kept(c.edge, [&](Index e) {
+      const Vec3 &p = m.position(m.dest(e)), &q = m.position(m.apex(e));
+      worst = std::max(worst, triangle_error(grid_, c.kept_after, p, q));
+    });
     return worst;
   }
 
@@ -83,10 +80,9 @@ Result<ProgressiveMesh> make_progressive(const Terrain& dem, const SimplifyOptio
                 "height must not be negative");
   }
   PostMeasure measure(dem.grid);
-  SplitRecorder splits(measure);
-  const CollapseRecorder recorder = splits.listen(lattice, base_triangles);
+  SplitRecorder splits(measure, lattice, base_triangles);
   SimplifyOptions options = method;
-  options.recorder = &recorder;
+  options.recorder = &splits;
   if (!options.stop.triangles && !options.stop.ratio && !options.stop.max_error_m)
     options.stop.ratio = 1;
   const Result<Simplified> run = std::holds_alternative<BoundedOptions>(options.method)

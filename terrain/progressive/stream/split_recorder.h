@@ -18,10 +18,9 @@
 #include <utility>
 #include <vector>
 
+#include "terrain/mesh/halfedge_mesh.h"
 #include "terrain/progressive/stream/progressive_mesh.h"
-#include "terrain/simplify/collapse/collapse_engine.h"
-#include "terrain/simplify/common/options.h"
-#include "terrain/simplify/simplify.h"
+#include "terrain/simplify/common/collapse_recorder.h"
 
 namespace tind {
 
@@ -39,43 +38,26 @@ inline bool other_way_from_above(const HalfedgeMesh& m, const Collapse& c) {
 }
 
 template <class Measure>
-class SplitRecorder {
+class SplitRecorder : public CollapseRecorder {
  public:
   using Index = HalfedgeMesh::Index;
   static constexpr Index kNone = HalfedgeMesh::kNone;
   static_assert(VertexSplit::kNone == kNone);
 
-  explicit SplitRecorder(Measure& measure) : measure_(measure) {}
+  /// `measure` is not owned.
+  SplitRecorder(Measure& measure, const Lattice& on, std::size_t base_triangles)
+      : CollapseRecorder(on, std::max<std::size_t>(base_triangles, 1)), measure_(measure) {}
 
-  /// The functions that simplify() wants; the recorder and its measure outlive them.
-  CollapseRecorder listen(const Lattice& lattice, std::size_t base_triangles) {
-    CollapseRecorder r;
-    r.lattice = lattice;
-    r.triangles = std::max<std::size_t>(base_triangles, 1);
-    r.fine = [this](const HalfedgeMesh& m) { start(m); };
-    r.collapse = [this](const Collapse& c) { collapse(c); };
-    r.base = [this](const HalfedgeMesh& m) { finish(m); };
-    return r;
-  }
+  ProgressiveMesh mesh;  // once base() has been called
 
-  ProgressiveMesh mesh;
-
- private:
-  Measure& measure_;
-  const HalfedgeMesh* mesh_ = nullptr;
-  std::vector<Index> label_;  // which vertex a slot holds: turned collapses swap two
-  std::vector<VertexSplit> splits_;
-  std::vector<Index> added_;  // the label that each split adds
-  double error_ = 0, fine_error_ = 0;
-
-  void start(const HalfedgeMesh& m) {
+  void fine(const HalfedgeMesh& m) override {
     mesh_ = &m;
     label_.resize(m.vertex_slots());
     for (Index v = 0; v < label_.size(); ++v) label_[v] = v;
     fine_error_ = error_ = measure_.fine(m);
   }
 
-  void collapse(const Collapse& c) {
+  void collapse(const Collapse& c) override {
     error_ = std::max(error_, measure_.after(*mesh_, c));
     const bool turn = c.left == kNone || (c.right != kNone && measure_.other_way(*mesh_, c));
     VertexSplit s;
@@ -92,7 +74,7 @@ class SplitRecorder {
     splits_.push_back(s);
   }
 
-  void finish(const HalfedgeMesh& m) {
+  void base(const HalfedgeMesh& m) override {
     mesh.fine_error_m = fine_error_;
     std::vector<Index> base_index;
     mesh.base = m.to_tin(&base_index);
@@ -110,6 +92,14 @@ class SplitRecorder {
     }
     mesh.splits = std::move(splits_);
   }
+
+ private:
+  Measure& measure_;
+  const HalfedgeMesh* mesh_ = nullptr;
+  std::vector<Index> label_;  // which vertex a slot holds: turned collapses swap two
+  std::vector<VertexSplit> splits_;
+  std::vector<Index> added_;  // the label that each split adds
+  double error_ = 0, fine_error_ = 0;
 };
 
 }  // namespace tind

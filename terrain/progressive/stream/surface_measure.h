@@ -5,7 +5,7 @@
 
 #include "terrain/mesh/halfedge_mesh.h"
 #include "terrain/progressive/stream/displacement.h"
-#include "terrain/simplify/collapse/collapse_engine.h"
+#include "terrain/simplify/common/collapse_recorder.h"
 
 namespace tind {
 

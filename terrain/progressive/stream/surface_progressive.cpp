@@ -36,10 +36,9 @@ Result<ProgressiveSurface> make_progressive_surface(Tin tin, const SimplifyOptio
     v = x;
   }
   SurfaceMeasure measure;
-  SplitRecorder splits(measure);
-  const CollapseRecorder recorder = splits.listen({1, 1}, base_triangles);
+  SplitRecorder splits(measure, {1, 1}, base_triangles);
   SimplifyOptions options = method;
-  options.recorder = &recorder;
+  options.recorder = &splits;
   options.stop = {.ratio = 1};
   const auto made = simplify_mesh(std::move(tin), options, progress);
   if (!made) return std::unexpected(made.error());

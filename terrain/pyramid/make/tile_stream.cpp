@@ -150,13 +150,10 @@ class DeviationMeasure {
   double fine(const HalfedgeMesh&) const { return tile_error_m_; }
   double after(const HalfedgeMesh& m, const Collapse& c) {
     double worst = 0;
-    for (const auto& [v, other] : {std::pair{c.removed, c.kept}, {c.kept, c.removed}}) {
-      m.for_each_out(v, [&, gone = other](Index e) {
-        const Index p = m.dest(e), q = m.apex(e);
-        if (p != gone && q != gone)
-          worst = std::max(worst, tile_.of(c.kept_after, m.position(p), m.position(q)));
-      });
-    }
+    m.for_each_kept(c.edge, [&](Index e) {
+      const Vec3 &p = m.position(m.dest(e)), &q = m.position(m.apex(e));
+      worst = std::max(worst, tile_.of(c.kept_after, p, q));
+    });
     return worst > 0 ? tile_error_m_ + worst + kRounding : tile_error_m_;
   }
 
@@ -191,12 +188,11 @@ Result<proto::MeshStream> make(TileId id, std::span<const std::uint8_t> bytes, V
   MeshDeviation deviation(tile->mesh);
   DeviationCost cost(deviation, pinned_vertices(*mesh, id.level), tile->step);
   DeviationMeasure measure(deviation, tile->error_m);
-  SplitRecorder splits(measure);
   NoFlip filter;
   const Lattice lattice{1, tile->step};
+  SplitRecorder splits(measure, lattice, base_triangles(*mesh));
   const CollapseRun run =
-      record_collapses(*mesh, cost, filter, splits.listen(lattice, base_triangles(*mesh)),
-                       {.report = {}, .stop = std::move(stop)});
+      record_collapses(*mesh, cost, filter, splits, {.report = {}, .stop = std::move(stop)});
   if (run.cancelled) return fail(Errc::cancelled, "stopped");
   return to_stream(splits.mesh, lattice, frame_of(id, datum));
 }

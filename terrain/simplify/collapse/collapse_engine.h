@@ -23,7 +23,8 @@
 //     /// True when the star that the collapse of h to `at` leaves is acceptable.
 //     bool allows(const HalfedgeMesh&, Index h, const Vec3& at);
 //   };
-//   void observer(const Collapse&);   // called before each collapse; for progressive meshes
+//
+// A CollapseRecorder, if there is one, is told each collapse before it is made.
 //
 // Which end vanishes: the one that is not on the border; when both or none are, origin(h). The
 // engine itself checks the link condition. It sets aside edges that a filter refuses, and tries
@@ -42,6 +43,7 @@
 #include "terrain/base/progress.h"
 #include "terrain/mesh/halfedge_mesh.h"
 #include "terrain/simplify/collapse/bucket_queue.h"
+#include "terrain/simplify/common/collapse_recorder.h"
 
 namespace tind {
 
@@ -57,22 +59,10 @@ struct CollapseStop {
   float cost = kNever;        // stop at the first bucket above this cost
 };
 
-/// One collapse, enough to undo it: `kept` moves from before to after, `removed` goes; `left` and
-/// `right` are the apexes of the two triangles that go (right: kNone on the border).
-struct Collapse {
-  HalfedgeMesh::Index removed, kept, left, right;
-  Vec3 removed_position, kept_before, kept_after;
-  float cost;
-};
-
 struct CollapseRun {
   std::uint64_t collapses = 0;
   bool reached = false;  // at most stop.triangles are left, or stop.cost is reached
   bool cancelled = false;
-};
-
-struct IgnoreCollapses {
-  void operator()(const Collapse&) const {}
 };
 
 /// True iff h may collapse without changing the topology; as HalfedgeMesh::link_ok, but fast for
@@ -80,15 +70,16 @@ struct IgnoreCollapses {
 bool collapse_keeps_manifold(const HalfedgeMesh&, HalfedgeMesh::Index h);
 
 /// Collapses edges of `mesh` in place until `stop`, or until no edge is left that may go.
-template <class Cost, class Filter, class Observer = IgnoreCollapses>
+/// `recorder` (not owned) hears of each.
+template <class Cost, class Filter>
 CollapseRun collapse_edges(HalfedgeMesh& mesh, Cost& cost, Filter& filter, const CollapseStop& stop,
-                           const Progress& progress = {}, Observer&& observer = {});
+                           const Progress& progress = {}, CollapseRecorder* recorder = nullptr);
 
 // ---- implementation -------------------------------------------------------------------------
 
 namespace detail {
 
-template <class Cost, class Filter, class Observer>
+template <class Cost, class Filter>
 class CollapseEngine {
  public:
   using Index = HalfedgeMesh::Index;
@@ -96,13 +87,13 @@ class CollapseEngine {
   using Bucket = BucketQueue::Bucket;
 
   CollapseEngine(HalfedgeMesh& mesh, Cost& cost, Filter& filter, const CollapseStop& stop,
-                 const Progress& progress, Observer& observer)
+                 const Progress& progress, CollapseRecorder* recorder)
       : mesh_(mesh),
         cost_(cost),
         filter_(filter),
         stop_(stop),
         progress_(progress),
-        observer_(observer),
+        recorder_(recorder),
         queue_(mesh.halfedge_slots()),
         state_(mesh.vertex_slots()),
         start_(mesh.triangle_count()) {
@@ -138,7 +129,7 @@ class CollapseEngine {
   Filter& filter_;
   const CollapseStop& stop_;
   const Progress& progress_;
-  Observer& observer_;
+  CollapseRecorder* recorder_;
   BucketQueue queue_;
   std::vector<VertexState> state_;  // per vertex
   std::vector<Index> batch_;
@@ -289,10 +280,8 @@ class CollapseEngine {
   }
 
   void apply(Index h, const Proposal& p) {
-    const Index g = mesh_.twin(h);
     const Index removed = mesh_.origin(h), kept = mesh_.dest(h);
-    observer_(Collapse{removed, kept, mesh_.apex(h), g == kNone ? kNone : mesh_.apex(g),
-                       mesh_.position(removed), mesh_.position(kept), p.position, p.cost});
+    if (recorder_) recorder_->collapse(collapse_of(mesh_, h, p.position));
     cost_.merge(mesh_, h, p.position);
     mesh_.collapse(h);
     mesh_.position(kept) = p.position;
@@ -320,10 +309,10 @@ class CollapseEngine {
 
 }  // namespace detail
 
-template <class Cost, class Filter, class Observer>
+template <class Cost, class Filter>
 CollapseRun collapse_edges(HalfedgeMesh& mesh, Cost& cost, Filter& filter, const CollapseStop& stop,
-                           const Progress& progress, Observer&& observer) {
-  return detail::CollapseEngine(mesh, cost, filter, stop, progress, observer).run();
+                           const Progress& progress, CollapseRecorder* recorder) {
+  return detail::CollapseEngine(mesh, cost, filter, stop, progress, recorder).run();
 }
 
 }  // namespace tind

@@ -51,10 +51,10 @@ class OnLattice {
 /// The second part of a recorded run (CollapseRecorder); `filter` no longer knows any bound.
 template <class Cost, class Filter>
 CollapseRun record_collapses(HalfedgeMesh& mesh, Cost& cost, Filter& filter,
-                             const CollapseRecorder& recorder, const Progress& progress) {
+                             CollapseRecorder& recorder, const Progress& progress) {
   recorder.fine(mesh);
   const CollapseRun run =
-      collapse_edges(mesh, cost, filter, {recorder.triangles, kNever}, progress, recorder.collapse);
+      collapse_edges(mesh, cost, filter, {recorder.triangles, kNever}, progress, &recorder);
   recorder.base(mesh);
   return run;
 }

@@ -57,7 +57,7 @@ class Collapser {
 
   /// From now on tells every edge collapse, also the two that a triangle's is made of, and leaves
   /// alone the triangles for which the mesh between these two would not be valid.
-  void tell(const CollapseRecorder& recorder) { recorder_ = &recorder; }
+  void tell(CollapseRecorder& recorder) { recorder_ = &recorder; }
 
   std::uint64_t steps() const { return steps_; }
 
@@ -94,7 +94,7 @@ class Collapser {
   std::uint64_t steps_ = 0;
   std::size_t target_ = 0;
   bool edges_only_ = false;
-  const CollapseRecorder* recorder_ = nullptr;
+  CollapseRecorder* recorder_ = nullptr;
 
   const Vec3& at(Index v) const { return mesh_.position(v); }
   OffsetN<3> offset(const Vec3& from, const Vec3& to) const {
@@ -310,10 +310,7 @@ std::optional<Vec3> Collapser<Rules>::stopover(Index h, const Vec3& p) const {
 
 template <class Rules>
 void Collapser<Rules>::tell_collapse(Index h, const Vec3& p) const {
-  if (!recorder_) return;
-  const Index a = mesh_.origin(h), b = mesh_.dest(h), g = mesh_.twin(h);
-  recorder_->collapse(
-      {a, b, mesh_.apex(h), g == kNone ? kNone : mesh_.apex(g), at(a), at(b), p, 0});
+  if (recorder_) recorder_->collapse(collapse_of(mesh_, h, p));
 }
 
 /// Two edge collapses: first origin(h), then apex(h), into dest(h), which moves to its new place by
@@ -519,7 +516,7 @@ Result<Simplified> run(HalfedgeMesh& mesh, Rules& rules, const TriangleCollapseO
   Simplified out;
   out.input_triangles = mesh.triangle_count();
   Collapser<Rules> collapser(mesh, rules, method.placement == Placement::centroid);
-  const CollapseRecorder* const recorder = options.recorder;
+  CollapseRecorder* const recorder = options.recorder;
   bool ran = collapser.run(target_triangles(options.stop, out.input_triangles),
                            recorder ? progress.part(0, 0.5) : progress.part(0, 1));
   if (ran && recorder) {

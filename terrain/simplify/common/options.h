@@ -4,12 +4,12 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 
 #include "terrain/base/result.h"
 #include "terrain/mesh/tin.h"
+#include "terrain/simplify/common/collapse_recorder.h"
 
 namespace tind {
 
@@ -22,33 +22,6 @@ struct StopAt {
 };
 
 struct Constraints;  // constraints.h
-struct Collapse;     // collapse_engine.h
-class HalfedgeMesh;
-
-/// Positions that cost few bits: x and y are multiples of 1 / per_post, heights of z_step_m.
-struct Lattice {
-  double per_post = 1024;  // a power of two, at most 1024
-  double z_step_m = 0;     // 0: any height
-
-  Vec3 snap(const Vec3& p) const {
-    constexpr double kRound = 6755399441055744.0;  // 1.5 * 2^52: the sum has no fraction
-    return {(p.x * per_post + kRound - kRound) / per_post,
-            (p.y * per_post + kRound - kRound) / per_post,
-            z_step_m > 0 ? std::nearbyint(p.z / z_step_m) * z_step_m : p.z};
-  }
-};
-
-/// Who wants the collapses themselves (terrain/progressive). The method first runs to its `stop`,
-/// then goes on to `triangles`, or as far as it can, and tells each collapse of this second part.
-/// All vertices stay on the lattice. For methods with kTellsCollapses; the others do not look at
-/// it.
-struct CollapseRecorder {
-  Lattice lattice;
-  std::size_t triangles = 1;
-  std::function<void(const HalfedgeMesh&)> fine;  // the mesh before the second part; it stays there
-  std::function<void(const Collapse&)> collapse;  // before each
-  std::function<void(const HalfedgeMesh&)> base;  // the mesh at the end
-};
 
 /// What every method reads; its own options are beside each method.
 struct RunOptions {
@@ -56,7 +29,7 @@ struct RunOptions {
   /// Lines that stay edges, level polygons, a boundary. The DEM is then constraints->dem.
   std::shared_ptr<const Constraints> constraints;
   int threads = 1;
-  const CollapseRecorder* recorder = nullptr;  // not owned
+  CollapseRecorder* recorder = nullptr;  // not owned
 };
 
 /// Fails (invalid_argument) unless exactly one condition is set and makes sense.
