@@ -23,12 +23,11 @@ Json to_json(const TileRange& r) {
 /// Reads members of one object; remembers the first thing that is wrong.
 class Fields {
  public:
-  Fields(const Json& object, std::string& error) : object_(object), error_(error) {}
+  explicit Fields(const Json& object) : object_(object) {}
 
-  bool ok() const { return ok_; }
+  const std::string& error() const { return error_; }
   void reject(const std::string& why) {
-    if (ok_) error_ = "layer.json: " + why;
-    ok_ = false;
+    if (error_.empty()) error_ = "layer.json: " + why;
   }
   const Json* find(const char* key) const {
     const auto it = object_.find(key);
@@ -99,8 +98,7 @@ class Fields {
   }
 
   const Json& object_;
-  std::string& error_;
-  bool ok_ = true;
+  std::string error_;
 };
 
 }  // namespace
@@ -140,14 +138,12 @@ std::string encode_layer_json(const LayerJson& layer) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-std::optional<LayerJson> decode_layer_json(std::string_view text, std::string& error) {
+Result<LayerJson> decode_layer_json(std::string_view text) {
   const Json json = Json::parse(text, nullptr, false);
-  if (json.is_discarded() || !json.is_object()) {
-    error = "layer.json: not a JSON object";
-    return std::nullopt;
-  }
+  if (json.is_discarded() || !json.is_object())
+    return fail(Errc::bad_data, "layer.json: not a JSON object");
   LayerJson layer;
-  Fields fields(json, error);
+  Fields fields(json);
   if (!fields.find("format")) fields.reject("no format");
   if (!fields.find("tiles")) fields.reject("no tiles");
   fields.text("format", layer.format);
@@ -170,7 +166,7 @@ std::optional<LayerJson> decode_layer_json(std::string_view text, std::string& e
   fields.level("metadataAvailability", layer.metadata_availability);
   fields.text("side", layer.side);
   fields.text("datum", layer.datum);
-  if (!fields.ok()) return std::nullopt;
+  if (!fields.error().empty()) return fail(Errc::bad_data, fields.error());
   return layer;
 }
 

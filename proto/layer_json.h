@@ -4,10 +4,11 @@
 
 #include <array>
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "terrain/base/result.h"
 
 namespace tind::proto {
 
@@ -44,8 +45,8 @@ struct LayerJson {
 /// Every field, deterministic order and digits.
 std::string encode_layer_json(const LayerJson&);
 
-/// Accepts what other makers write (missing optional fields); nothing and a reason in `error` when
-/// it is not a layer.json of quantized-mesh tiles.
-std::optional<LayerJson> decode_layer_json(std::string_view text, std::string& error);
+/// Accepts what other makers write (missing optional fields); bad_data when it is not a layer.json
+/// of quantized-mesh tiles.
+Result<LayerJson> decode_layer_json(std::string_view text);
 
 }  // namespace tind::proto

@@ -9,10 +9,11 @@
 
 #include <array>
 #include <cstdint>
-#include <expected>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "terrain/base/result.h"
 
 namespace tind::proto {
 
@@ -29,10 +30,6 @@ struct Mesh {
   // OBJ only: what the file names, in order of first use.
   std::vector<std::string> material_libraries, materials;
 };
-
-/// A value, or one line that says what is wrong.
-template <class T>
-using MeshResult = std::expected<T, std::string>;
 
 // ---- writing ----
 
@@ -57,29 +54,29 @@ struct Stl {
 };
 Stl encode_stl(const Mesh&);
 
-MeshResult<void> write_ply(const std::string& path, const Mesh&, const PlyOptions& = {});
+Result<void> write_ply(const std::string& path, const Mesh&, const PlyOptions& = {});
 /// With a texture: also PATH with its extension replaced by .mtl.
-MeshResult<void> write_obj(const std::string& path, const Mesh&);
+Result<void> write_obj(const std::string& path, const Mesh&);
 /// Gives the origin.
-MeshResult<std::array<double, 3>> write_stl(const std::string& path, const Mesh&);
+Result<std::array<double, 3>> write_stl(const std::string& path, const Mesh&);
 
 /// By the extension .ply, .obj or .stl, any case.
-MeshResult<void> write_mesh(const std::string& path, const Mesh&);
+Result<void> write_mesh(const std::string& path, const Mesh&);
 
 // ---- reading ----
 
 /// ascii and binary of both byte orders; any scalar types; x y z, red green blue (bytes or floats),
 /// nx ny nz, s t | u v | texture_u texture_v; faces (polygons become fans) and triangle strips.
 /// Unknown elements and properties are skipped.
-MeshResult<Mesh> decode_ply(std::string_view bytes);
+Result<Mesh> decode_ply(std::string_view bytes);
 
 /// v (with colour), vt, vn, f in every index form, negative ones too; polygons become fans. A
 /// vertex used with several vt or vn is split: the first use keeps its place, others follow at
 /// the end.
-MeshResult<Mesh> decode_obj(std::string_view text);
+Result<Mesh> decode_obj(std::string_view text);
 
 /// ascii or binary; equal positions become one vertex. The origin that encode_stl wrote is added.
-MeshResult<Mesh> decode_stl(std::string_view bytes);
+Result<Mesh> decode_stl(std::string_view bytes);
 
 /// File name of the diffuse texture (map_Kd) of a material; the first one when `material` is empty;
 /// empty when there is none.
@@ -87,6 +84,6 @@ std::string diffuse_texture(std::string_view mtl_text, std::string_view material
 
 /// By extension. Of an OBJ the material libraries beside it are read for `texture`; names that
 /// leave its folder are not followed.
-MeshResult<Mesh> read_mesh(const std::string& path);
+Result<Mesh> read_mesh(const std::string& path);
 
 }  // namespace tind::proto

@@ -4,8 +4,8 @@
 #include <cctype>
 #include <filesystem>
 
-#include "proto/file_io.h"
 #include "proto/mesh_io.h"
+#include "terrain/base/file_io.h"
 
 namespace tind::proto {
 namespace {
@@ -33,18 +33,19 @@ std::string find_texture(const fs::path& obj, const Mesh& mesh) {
 
 }  // namespace
 
-MeshResult<Mesh> read_mesh(const std::string& path) {
+Result<Mesh> read_mesh(const std::string& path) {
   std::string extension = fs::path(path).extension().string();
   std::ranges::transform(extension, extension.begin(),
                          [](unsigned char c) { return char(std::tolower(c)); });
   if (extension != ".ply" && extension != ".obj" && extension != ".stl")
-    return std::unexpected("cannot read " + path + ": the extension must be .ply, .obj or .stl");
+    return fail(Errc::unsupported,
+                "cannot read " + path + ": the extension must be .ply, .obj or .stl");
   const auto bytes = read_whole_file(path);
   if (!bytes) return std::unexpected(bytes.error());
   auto mesh = extension == ".ply"   ? decode_ply(*bytes)
               : extension == ".obj" ? decode_obj(*bytes)
                                     : decode_stl(*bytes);
-  if (!mesh) return std::unexpected(path + ": " + mesh.error());
+  if (!mesh) return fail(path, mesh.error());
   if (extension == ".obj") mesh->texture = find_texture(path, *mesh);
   return mesh;
 }

@@ -211,9 +211,9 @@ constexpr const char* kTooMany = "there are more than two splits a byte, which n
 
 }  // namespace
 
-std::expected<std::vector<std::uint8_t>, std::string> encode(const MeshStream& stream) {
+Result<std::vector<std::uint8_t>> encode(const MeshStream& stream) {
   if (stream.total_splits != stream.splits.size())
-    return std::unexpected("a part of a stream cannot be written, only a whole one");
+    return fail(Errc::bad_data, "a part of a stream cannot be written, only a whole one");
   std::string problem;
   Walk w{stream.frame,
          SplitTopology(stream.base_triangles, stream.base_vertices.size(), stream.splits.size(),
@@ -224,7 +224,7 @@ std::expected<std::vector<std::uint8_t>, std::string> encode(const MeshStream& s
          0,
          0,
          {}};
-  if (!problem.empty()) return std::unexpected(problem);
+  if (!problem.empty()) return fail(Errc::bad_data, problem);
   std::vector<std::uint8_t> out = encode_start(stream);
   if (stream.splits.empty()) return out;
   const std::size_t start = out.size();
@@ -236,7 +236,7 @@ std::expected<std::vector<std::uint8_t>, std::string> encode(const MeshStream& s
     code_block(n, *models, b);
     for (std::uint32_t i = 0; i < b.splits; ++i, ++at) {
       if (at == stream.splits.size())
-        return std::unexpected("the blocks hold more splits than there are");
+        return fail(Errc::bad_data, "the blocks hold more splits than there are");
       LatticeSplit s = stream.splits[at];
       if (i == 0 || s.vertex < w.previous) {
         if (i > 0) n.bit(models->new_generation, true);
@@ -248,18 +248,18 @@ std::expected<std::vector<std::uint8_t>, std::string> encode(const MeshStream& s
       if (s.vertex >= known ||
           w.topology.place(s.vertex, s.left, s.right).edge == SplitTopology::kNone ||
           !code_topology(n, *models, w, s) || !code_positions(n, *models, w, s))
-        return std::unexpected("split " + std::to_string(at) + " cannot be applied");
-      if (too_many(at + 1, start + coder.asked())) return std::unexpected(kTooMany);
+        return fail(Errc::bad_data, "split " + std::to_string(at) + " cannot be applied");
+      if (too_many(at + 1, start + coder.asked())) return fail(Errc::bad_data, kTooMany);
       apply(w, s);
     }
   }
   if (at != stream.splits.size())
-    return std::unexpected("the blocks hold fewer splits than there are");
+    return fail(Errc::bad_data, "the blocks hold fewer splits than there are");
   coder.finish();
   return out;
 }
 
-std::expected<MeshStream, std::string> decode_mesh_stream(std::span<const std::uint8_t> bytes) {
+Result<MeshStream> decode_mesh_stream(std::span<const std::uint8_t> bytes) {
   MeshStream stream;
   const auto start = decode_start(bytes, stream);
   if (!start) return std::unexpected(start.error());
@@ -272,18 +272,19 @@ std::expected<MeshStream, std::string> decode_mesh_stream(std::span<const std::u
          0,
          0,
          {}};
-  if (!problem.empty()) return std::unexpected(problem);
+  if (!problem.empty()) return fail(Errc::bad_data, problem);
   stream.base_bytes = *start;
   const auto body = bytes.subspan(*start);
   if (stream.total_splits == 0) {
-    if (!body.empty()) return std::unexpected("there are bytes after the end of the .tpm stream");
+    if (!body.empty())
+      return fail(Errc::bad_data, "there are bytes after the end of the .tpm stream");
     return stream;
   }
   RangeDecoder coder(body);
   Numbers<RangeDecoder> n(coder);
   const auto models = std::make_unique<Models>();
   const auto wrong = [&](const char* what) {
-    return std::unexpected("split " + std::to_string(stream.splits.size()) + ": " + what);
+    return fail(Errc::bad_data, "split " + std::to_string(stream.splits.size()) + ": " + what);
   };
   while (stream.splits.size() < stream.total_splits) {
     StreamBlock b;
@@ -309,7 +310,7 @@ std::expected<MeshStream, std::string> decode_mesh_stream(std::span<const std::u
     }
   }
   if (coder.asked() != body.size())
-    return std::unexpected("there are bytes after the end of the .tpm stream");
+    return fail(Errc::bad_data, "there are bytes after the end of the .tpm stream");
   return stream;
 }
 

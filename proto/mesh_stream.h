@@ -14,10 +14,11 @@
 
 #include <array>
 #include <cstdint>
-#include <expected>
 #include <span>
 #include <string>
 #include <vector>
+
+#include "terrain/base/result.h"
 
 namespace tind::proto {
 
@@ -70,14 +71,14 @@ struct MeshStream {
 inline constexpr std::int32_t kMostInSpace = 1 << 28;
 
 /// REQUIRES of the splits: that they can be applied one after the other, and coordinates of the
-/// sizes above. Else one line that says what is wrong.
-std::expected<std::vector<std::uint8_t>, std::string> encode(const MeshStream&);
+/// sizes above. Else bad_data.
+Result<std::vector<std::uint8_t>> encode(const MeshStream&);
 
-/// Any prefix of a stream: as many splits as its bytes say for certain. One line, and nothing else,
+/// Any prefix of a stream: as many splits as its bytes say for certain. bad_data, and nothing else,
 /// for bytes that are no such prefix (`bytes too few for the base` included), and for a split that
 /// would flip a triangle of a terrain, or makes more than two splits a byte (beyond the first
 /// thousand). Never reads outside; allocates at most 500 times their size, and 1 MB.
-std::expected<MeshStream, std::string> decode_mesh_stream(std::span<const std::uint8_t> bytes);
+Result<MeshStream> decode_mesh_stream(std::span<const std::uint8_t> bytes);
 
 /// Where a reader may stop: at the first state that is known to be within max_error_m, and at the
 /// last one of at most `triangles`.

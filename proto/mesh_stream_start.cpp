@@ -123,32 +123,32 @@ std::int64_t largest_coordinate(StreamFrame frame, int axis) {
   return axis < 2 ? 1 << 29 : 1 << 30;
 }
 
-std::expected<std::size_t, std::string> decode_start(std::span<const std::uint8_t> bytes,
-                                                     MeshStream& s) {
+Result<std::size_t> decode_start(std::span<const std::uint8_t> bytes, MeshStream& s) {
   ByteReader in(bytes);
-  if (in.get_text(4) != "TPM1") return std::unexpected("this is no .tpm stream");
+  if (in.get_text(4) != "TPM1") return fail(Errc::bad_data, "this is no .tpm stream");
   const auto version = in.get<std::uint16_t>();
-  if (in.ended()) return std::unexpected(kTooFew);
+  if (in.ended()) return fail(Errc::bad_data, kTooFew);
   if (version != 1 && version != 2)
-    return std::unexpected("version " + std::to_string(version) + " of .tpm is not known here");
+    return fail(Errc::bad_data,
+                "version " + std::to_string(version) + " of .tpm is not known here");
   s.frame = StreamFrame(version);
   const bool fits = s.frame == StreamFrame::space ? get_space(in, s) : get_terrain(in, s);
   const std::size_t vertices = in.get<std::uint32_t>(), triangles = in.get<std::uint32_t>();
   s.total_splits = in.get<std::uint32_t>();
   const std::size_t crs = in.get<std::uint32_t>(), base = in.get<std::uint32_t>();
   in.get<std::uint64_t>();  // reserved
-  if (in.ended()) return std::unexpected(kTooFew);
+  if (in.ended()) return fail(Errc::bad_data, kTooFew);
   if (!fits || vertices < 3 || triangles < 1 || vertices + std::size_t(s.total_splits) > ~0u)
-    return std::unexpected("the header of the .tpm stream makes no sense");
+    return fail(Errc::bad_data, "the header of the .tpm stream makes no sense");
   s.crs = in.get_text(crs);
   const std::size_t begin = in.at();
-  if (in.ended() || in.left() < base) return std::unexpected(kTooFew);
+  if (in.ended() || in.left() < base) return fail(Errc::bad_data, kTooFew);
   if (vertices * 3 + triangles * 3 > base)
-    return std::unexpected("the base mesh has more numbers than bytes");
+    return fail(Errc::bad_data, "the base mesh has more numbers than bytes");
   if (const std::string wrong = decode_base(in, s, vertices, triangles); !wrong.empty())
-    return std::unexpected(wrong);
+    return fail(Errc::bad_data, wrong);
   if (in.ended() || in.at() - begin != base)
-    return std::unexpected("the base mesh is not as long as the header says");
+    return fail(Errc::bad_data, "the base mesh is not as long as the header says");
   return in.at();
 }
 

@@ -16,7 +16,7 @@ std::int64_t largest_coordinate(StreamFrame, int axis);
 
 std::vector<std::uint8_t> encode_start(const MeshStream&);
 
-/// Fills in everything but blocks and splits; the number of bytes taken, or what is wrong.
-std::expected<std::size_t, std::string> decode_start(std::span<const std::uint8_t>, MeshStream&);
+/// Fills in everything but blocks and splits; the number of bytes taken.
+Result<std::size_t> decode_start(std::span<const std::uint8_t>, MeshStream&);
 
 }  // namespace tind::proto

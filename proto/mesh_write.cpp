@@ -9,9 +9,9 @@
 #include <filesystem>
 #include <limits>
 
-#include "proto/file_io.h"
 #include "proto/mesh_io.h"
 #include "terrain/base/bytes.h"
+#include "terrain/base/file_io.h"
 
 namespace tind::proto {
 namespace {
@@ -188,11 +188,11 @@ Stl encode_stl(const Mesh& m) {
   return stl;
 }
 
-MeshResult<void> write_ply(const std::string& path, const Mesh& m, const PlyOptions& options) {
+Result<void> write_ply(const std::string& path, const Mesh& m, const PlyOptions& options) {
   return write_whole_file(path, encode_ply(m, options));
 }
 
-MeshResult<void> write_obj(const std::string& path, const Mesh& m) {
+Result<void> write_obj(const std::string& path, const Mesh& m) {
   if (m.texture.empty()) return write_whole_file(path, encode_obj(m));
   const auto library = std::filesystem::path(path).replace_extension(".mtl");
   const std::string mtl = "newmtl surface\nKd 1 1 1\nmap_Kd " + one_line(m.texture) + "\n";
@@ -200,13 +200,13 @@ MeshResult<void> write_obj(const std::string& path, const Mesh& m) {
   return write_whole_file(path, encode_obj(m, library.filename().string()));
 }
 
-MeshResult<std::array<double, 3>> write_stl(const std::string& path, const Mesh& m) {
+Result<std::array<double, 3>> write_stl(const std::string& path, const Mesh& m) {
   const Stl stl = encode_stl(m);
   if (auto done = write_whole_file(path, stl.bytes); !done) return std::unexpected(done.error());
   return stl.origin;
 }
 
-MeshResult<void> write_mesh(const std::string& path, const Mesh& m) {
+Result<void> write_mesh(const std::string& path, const Mesh& m) {
   const std::string extension = lower_extension(path);
   if (extension == ".ply") return write_ply(path, m);
   if (extension == ".obj") return write_obj(path, m);
@@ -214,7 +214,8 @@ MeshResult<void> write_mesh(const std::string& path, const Mesh& m) {
     if (auto done = write_stl(path, m); !done) return std::unexpected(done.error());
     return {};
   }
-  return std::unexpected("cannot write " + path + ": the extension must be .ply, .obj or .stl");
+  return fail(Errc::unsupported,
+              "cannot write " + path + ": the extension must be .ply, .obj or .stl");
 }
 
 }  // namespace tind::proto

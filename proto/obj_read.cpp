@@ -32,11 +32,11 @@ struct CornerHash {
 
 class ObjReader {
  public:
-  MeshResult<Mesh> read(std::string_view bytes) {
+  Result<Mesh> read(std::string_view bytes) {
     text::Lines lines(bytes);
     for (std::string_view line; lines.next(line);)
       if (!statement(line))
-        return std::unexpected("OBJ line " + std::to_string(lines.number()) + ": " + why_);
+        return fail(Errc::bad_data, "OBJ line " + std::to_string(lines.number()) + ": " + why_);
     fill_attributes();
     return std::move(mesh_);
   }
@@ -192,7 +192,7 @@ class ObjReader {
 
 }  // namespace
 
-MeshResult<Mesh> decode_obj(std::string_view bytes) { return ObjReader().read(bytes); }
+Result<Mesh> decode_obj(std::string_view bytes) { return ObjReader().read(bytes); }
 
 std::string diffuse_texture(std::string_view mtl_text, std::string_view material) {
   text::Lines lines(mtl_text);

@@ -82,10 +82,10 @@ struct Header {
   std::size_t size = 0, lines = 0;
 };
 
-using Failure = std::unexpected<std::string>;
+std::unexpected<Error> bad(std::string why) { return fail(Errc::bad_data, std::move(why)); }
 
-Failure bad_line(std::size_t line, const std::string& why) {
-  return Failure("PLY line " + std::to_string(line) + ": " + why);
+std::unexpected<Error> bad_line(std::size_t line, const std::string& why) {
+  return bad("PLY line " + std::to_string(line) + ": " + why);
 }
 
 std::optional<Type> type_named(std::string_view name) {
@@ -140,9 +140,9 @@ std::string parse_header_line(std::string_view line, Header& header) {
   return {};
 }
 
-MeshResult<Header> parse_header(std::string_view bytes) {
+Result<Header> parse_header(std::string_view bytes) {
   if (!bytes.starts_with("ply\n") && !bytes.starts_with("ply\r\n"))
-    return Failure("not a PLY file: it does not begin with \"ply\"");
+    return bad("not a PLY file: it does not begin with \"ply\"");
   Header header;
   bool has_format = false;
   while (header.size < bytes.size()) {
@@ -160,7 +160,7 @@ MeshResult<Header> parse_header(std::string_view bytes) {
     if (const std::string why = parse_header_line(line, header); !why.empty())
       return bad_line(header.lines, why);
   }
-  return Failure("PLY: the header has no end_header");
+  return bad("PLY: the header has no end_header");
 }
 
 // ---- sources of scalars ----
@@ -373,28 +373,28 @@ class Body {
 };
 
 template <class Source>
-MeshResult<Mesh> read_body(std::string_view bytes, Header& header) {
+Result<Mesh> read_body(std::string_view bytes, Header& header) {
   Mesh mesh;
   mesh.texture = std::move(header.texture);
   Body<Source> body(Source(bytes, header), mesh);
-  if (!body.read(header)) return Failure(body.why());
+  if (!body.read(header)) return bad(body.why());
   for (const auto& triangle : mesh.triangles)  // faces may come before the vertices
     for (const std::uint32_t index : triangle)
       if (index >= mesh.positions.size())
-        return Failure("PLY: a face names vertex " + std::to_string(index) + " of " +
-                       std::to_string(mesh.positions.size()));
+        return bad("PLY: a face names vertex " + std::to_string(index) + " of " +
+                   std::to_string(mesh.positions.size()));
   return mesh;
 }
 
 }  // namespace
 
-MeshResult<Mesh> decode_ply(std::string_view bytes) {
+Result<Mesh> decode_ply(std::string_view bytes) {
   auto header = parse_header(bytes);
-  if (!header) return Failure(header.error());
+  if (!header) return std::unexpected(header.error());
   const auto vertex = std::ranges::count(header->elements, "vertex", &Element::name);
   if (vertex != 1)
-    return Failure("PLY: the header names " + std::to_string(vertex) +
-                   " vertex elements instead of one");
+    return bad("PLY: the header names " + std::to_string(vertex) +
+               " vertex elements instead of one");
   switch (header->encoding) {
     case Encoding::ascii:
       return read_body<Ascii>(bytes, *header);
@@ -403,7 +403,7 @@ MeshResult<Mesh> decode_ply(std::string_view bytes) {
     case Encoding::big:
       return read_body<Binary<std::endian::big>>(bytes, *header);
   }
-  return Failure("PLY: unknown format");
+  return bad("PLY: unknown format");
 }
 
 }  // namespace tind::proto

@@ -106,11 +106,10 @@ void put_metadata(Writer& out, const std::string& json) {
 
 /// Where the parts of a tile lie, every size checked against the bytes that are there.
 struct Walk {
-  Walk(std::span<const std::uint8_t> the_bytes, std::string& reason)
-      : bytes(the_bytes), error(reason) {}
+  explicit Walk(std::span<const std::uint8_t> the_bytes) : bytes(the_bytes) {}
 
   std::span<const std::uint8_t> bytes;
-  std::string& error;
+  std::string error;
   std::size_t at = 0;
 
   std::size_t vertices = 0, triangles = 0, index_size = 2;
@@ -365,25 +364,25 @@ std::vector<std::uint8_t> encode(const QuantizedMesh& m) {
   return bytes;
 }
 
-std::optional<QuantizedMesh> decode(std::span<const std::uint8_t> bytes, std::string& error) {
+Result<QuantizedMesh> decode(std::span<const std::uint8_t> bytes) {
   QuantizedMesh m;
-  Walk walk(bytes, error);
-  if (!walk.up_to_extensions() || !read_header(walk, m)) return std::nullopt;
+  Walk walk(bytes);
+  const auto bad = [&] { return fail(Errc::bad_data, walk.error); };
+  if (!walk.up_to_extensions() || !read_header(walk, m)) return bad();
   const std::size_t n = walk.vertices, begin = walk.vertex_data;
   if (!read_deltas(walk, begin, "u", m.u) || !read_deltas(walk, begin + 2 * n, "v", m.v) ||
       !read_deltas(walk, begin + 4 * n, "height", m.h))
-    return std::nullopt;
+    return bad();
   const bool indices =
       walk.index_size == 4
           ? read_triangles<std::uint32_t>(walk, m) && read_edges<std::uint32_t>(walk, m)
           : read_triangles<std::uint16_t>(walk, m) && read_edges<std::uint16_t>(walk, m);
-  if (!indices || !read_extensions(walk, m)) return std::nullopt;
+  if (!indices || !read_extensions(walk, m)) return bad();
   return m;
 }
 
 std::vector<std::uint8_t> strip_extensions(std::span<const std::uint8_t> bytes, Extensions keep) {
-  std::string error;
-  Walk walk(bytes, error);
+  Walk walk(bytes);
   std::vector<std::uint8_t> kept(bytes.begin(), bytes.end());
   if (!walk.up_to_extensions()) return kept;
   std::size_t end = walk.at;

@@ -5,10 +5,11 @@
 
 #include <array>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
+
+#include "terrain/base/result.h"
 
 namespace tind::proto {
 
@@ -34,9 +35,9 @@ void arrange(QuantizedMesh&);
 std::vector<std::uint8_t> encode(const QuantizedMesh&);
 
 /// Any maker's tile: strict about sizes and ranges, skips unknown extensions by their length,
-/// accepts legacy big-endian `vertexnormals` lengths. Nothing, and a one-line reason, on bad bytes.
+/// accepts legacy big-endian `vertexnormals` lengths. bad_data on bad bytes.
 /// Never reads outside `bytes`; allocates at most about 20 times their size.
-std::optional<QuantizedMesh> decode(std::span<const std::uint8_t> bytes, std::string& error);
+Result<QuantizedMesh> decode(std::span<const std::uint8_t> bytes);
 
 /// Which extensions to keep, from any client's way of asking.
 struct Extensions {

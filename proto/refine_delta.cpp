@@ -67,10 +67,10 @@ std::string encode(const RefineDelta& d) {
   return bytes;
 }
 
-std::expected<RefineDelta, std::string> decode_refine_delta(std::string_view bytes) {
+Result<RefineDelta> decode_refine_delta(std::string_view bytes) {
   ByteReader in(bytes);
   if (in.get_text(4) != kMagic)
-    return std::unexpected("not a refined mesh: it does not begin with TRF1");
+    return fail(Errc::bad_data, "not a refined mesh: it does not begin with TRF1");
   RefineDelta d;
   const auto flags = in.get<std::uint8_t>();
   d.whole = flags & 1;
@@ -94,8 +94,9 @@ std::expected<RefineDelta, std::string> decode_refine_delta(std::string_view byt
     for (std::uint32_t& c : t.corners) c = corner = corner_of(get_number(in), corner);
     d.triangles.push_back(t);
   }
-  if (!in.good() || flags > 1) return std::unexpected("a refined mesh that is cut off or damaged");
-  if (in.left() > 0) return std::unexpected("bytes are left after a refined mesh");
+  if (!in.good() || flags > 1)
+    return fail(Errc::bad_data, "a refined mesh that is cut off or damaged");
+  if (in.left() > 0) return fail(Errc::bad_data, "bytes are left after a refined mesh");
   return d;
 }
 

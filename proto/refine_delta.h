@@ -4,11 +4,12 @@
 
 #include <array>
 #include <cstdint>
-#include <expected>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "terrain/base/result.h"
 
 namespace tind::proto {
 
@@ -34,7 +35,7 @@ struct RefineDelta {
 };
 
 std::string encode(const RefineDelta&);
-/// One line that says what is wrong; never trusts a count.
-std::expected<RefineDelta, std::string> decode_refine_delta(std::string_view bytes);
+/// bad_data where something is wrong; never trusts a count.
+Result<RefineDelta> decode_refine_delta(std::string_view bytes);
 
 }  // namespace tind::proto

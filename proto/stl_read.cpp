@@ -70,12 +70,12 @@ Position header_origin(std::string_view header) {
   return origin;
 }
 
-MeshResult<Mesh> decode_binary(std::string_view bytes) {
-  if (bytes.size() < 84) return std::unexpected("STL: shorter than its header");
+Result<Mesh> decode_binary(std::string_view bytes) {
+  if (bytes.size() < 84) return fail(Errc::bad_data, "STL: shorter than its header");
   const std::size_t count = load<std::uint32_t>(bytes.data() + 80);
   if (count > (bytes.size() - 84) / 50)
-    return std::unexpected("STL byte 80: " + std::to_string(count) + " triangles, but only " +
-                           std::to_string((bytes.size() - 84) / 50) + " are there");
+    return fail(Errc::bad_data, "STL byte 80: " + std::to_string(count) + " triangles, but only " +
+                                    std::to_string((bytes.size() - 84) / 50) + " are there");
   const Position origin = header_origin(bytes.substr(0, 80));
   Mesh mesh;
   Welder welder(mesh.positions);
@@ -86,15 +86,15 @@ MeshResult<Mesh> decode_binary(std::string_view bytes) {
       for (int i = 0; i < 3; ++i, at += 4) {
         corner[i] = double(load<float>(at)) + origin[i];
         if (!std::isfinite(corner[i]))
-          return std::unexpected("STL byte " + std::to_string(at - bytes.data()) +
-                                 ": a coordinate is not finite");
+          return fail(Errc::bad_data, "STL byte " + std::to_string(at - bytes.data()) +
+                                          ": a coordinate is not finite");
       }
     add_triangle(mesh, welder, corners[0], corners[1], corners[2]);
   }
   return mesh;
 }
 
-MeshResult<Mesh> decode_ascii(std::string_view bytes) {
+Result<Mesh> decode_ascii(std::string_view bytes) {
   Mesh mesh;
   Welder welder(mesh.positions);
   std::vector<Position> loop;
@@ -102,7 +102,7 @@ MeshResult<Mesh> decode_ascii(std::string_view bytes) {
   for (std::string_view line; lines.next(line);) {
     const std::string_view word = text::take_word(line);
     const auto reject = [&](const char* why) {
-      return std::unexpected("STL line " + std::to_string(lines.number()) + ": " + why);
+      return fail(Errc::bad_data, "STL line " + std::to_string(lines.number()) + ": " + why);
     };
     if (word == "outer") loop.clear();
     if (word == "vertex") {
@@ -130,7 +130,7 @@ bool is_ascii(std::string_view bytes) {
 
 }  // namespace
 
-MeshResult<Mesh> decode_stl(std::string_view bytes) {
+Result<Mesh> decode_stl(std::string_view bytes) {
   return is_ascii(bytes) ? decode_ascii(bytes) : decode_binary(bytes);
 }
 

@@ -29,12 +29,8 @@ void append_frame(std::vector<std::uint8_t>& bytes, const TileFrame& f) {
   bytes.insert(bytes.end(), f.bytes.begin(), f.bytes.end());
 }
 
-std::optional<std::vector<TileFrame>> decode_frames(std::span<const std::uint8_t> bytes,
-                                                    std::string& error) {
-  const auto bad = [&](const char* why) {
-    error = why;
-    return std::nullopt;
-  };
+Result<std::vector<TileFrame>> decode_frames(std::span<const std::uint8_t> bytes) {
+  const auto bad = [](const char* why) { return fail(Errc::bad_data, why); };
   ByteReader in(bytes);
   if (in.left() < kFramesHead) return bad("shorter than its head");
   const auto number = [&] { return in.get<std::uint32_t>(); };

@@ -4,10 +4,10 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <span>
-#include <string>
 #include <vector>
+
+#include "terrain/base/result.h"
 
 namespace tind::proto {
 
@@ -24,8 +24,7 @@ void append_frame(std::vector<std::uint8_t>&, const TileFrame&);
 void append_frame_head(std::vector<std::uint8_t>&, const TileFrame&);
 constexpr std::size_t kFramesHead = 12, kFrameHead = 20;
 
-/// Views into `bytes`. Nothing, and a one-line reason, when they are not exactly such a response.
-std::optional<std::vector<TileFrame>> decode_frames(std::span<const std::uint8_t> bytes,
-                                                    std::string& error);
+/// Views into `bytes`. bad_data when they are not exactly such a response.
+Result<std::vector<TileFrame>> decode_frames(std::span<const std::uint8_t> bytes);
 
 }  // namespace tind::proto

@@ -67,12 +67,8 @@ std::vector<std::uint8_t> encode(const Transition& t) {
   return bytes;
 }
 
-std::optional<Transition> decode_transition(std::span<const std::uint8_t> bytes,
-                                            std::string& error) {
-  const auto bad = [&](std::string why) {
-    error = std::move(why);
-    return std::nullopt;
-  };
+Result<Transition> decode_transition(std::span<const std::uint8_t> bytes) {
+  const auto bad = [](std::string why) { return fail(Errc::bad_data, std::move(why)); };
   if (bytes.size() < kHeader) return bad("shorter than its header");
   ByteReader in(bytes);
   const auto number = [&] { return in.get<std::uint32_t>(); };

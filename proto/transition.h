@@ -5,10 +5,10 @@
 
 #include <array>
 #include <cstdint>
-#include <optional>
 #include <span>
-#include <string>
 #include <vector>
+
+#include "terrain/base/result.h"
 
 namespace tind::proto {
 
@@ -25,9 +25,8 @@ struct Transition {
 
 std::vector<std::uint8_t> encode(const Transition&);
 
-/// Nothing, and a one-line reason, on bad bytes: every count is checked against the bytes that are
+/// bad_data on bad bytes: every count is checked against the bytes that are
 /// there, every index against the vertices that exist at that point, every number is finite.
-std::optional<Transition> decode_transition(std::span<const std::uint8_t> bytes,
-                                            std::string& error);
+Result<Transition> decode_transition(std::span<const std::uint8_t> bytes);
 
 }  // namespace tind::proto

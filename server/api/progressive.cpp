@@ -33,7 +33,7 @@ std::optional<proto::StreamLimit> limit_of(const http::QueryNumbers& query) {
 http::Reply beginning(const Stream& whole, const proto::StreamLimit& limit,
                       const http::Conditions& client, std::string_view target) {
   const auto stream = proto::decode_mesh_stream(whole->bytes());
-  if (!stream) return http::problem_reply(Error{Errc::internal, stream.error()}, target);
+  if (!stream) return http::problem_reply(Error{Errc::internal, stream.error().what}, target);
   const std::size_t bytes = proto::bytes_until(*stream, limit);
   if (bytes == whole->bytes().size()) return whole->reply(client);
   return whole->beginning(bytes)->reply(client);

@@ -100,9 +100,8 @@ std::vector<std::uint8_t> encode_quantized_mesh(const TileModel& tile) {
 }
 
 Result<TileModel> decode_tile(TileId id, std::span<const std::uint8_t> bytes) {
-  std::string reason;
-  auto q = proto::decode(bytes, reason);
-  if (!q) return fail(Errc::bad_data, reason);
+  auto q = proto::decode(bytes);
+  if (!q) return std::unexpected(q.error());
   TileModel tile;
   tile.id = id;
   const double low = q->min_height, range = double(q->max_height) - low;

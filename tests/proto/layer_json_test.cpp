@@ -28,16 +28,15 @@ LayerJson two_levels() {
 }
 
 LayerJson must_decode(const std::string& text) {
-  std::string error;
-  const auto layer = decode_layer_json(text, error);
-  EXPECT_TRUE(layer.has_value()) << error;
+  const auto layer = decode_layer_json(text);
+  EXPECT_TRUE(layer.has_value()) << layer.error().what;
   return layer.value_or(LayerJson{});
 }
 
 std::string why_not(const std::string& text) {
-  std::string error;
-  EXPECT_FALSE(decode_layer_json(text, error).has_value()) << text;
-  return error;
+  const auto layer = decode_layer_json(text);
+  EXPECT_FALSE(layer) << text;
+  return layer ? "" : layer.error().what;
 }
 
 TEST(LayerJson, EveryFieldThatSomeClientRequiresIsThere) {

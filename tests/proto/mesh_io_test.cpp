@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <random>
 
-#include "proto/file_io.h"
+#include "terrain/base/file_io.h"
 #include "tests/support/support.h"
 
 namespace tind::proto {
@@ -36,8 +36,8 @@ Mesh full_mesh(std::size_t vertices = 50) {
   return m;
 }
 
-Mesh must(MeshResult<Mesh> mesh) {
-  EXPECT_TRUE(mesh.has_value()) << mesh.error();
+Mesh must(Result<Mesh> mesh) {
+  EXPECT_TRUE(mesh.has_value()) << mesh.error().what;
   return mesh.value_or(Mesh{});
 }
 
@@ -109,7 +109,7 @@ TEST(MeshIo, AsciiStl) {
                       "  vertex -0 1e0 0\n endloop\nendfacet\nendsolid a\n"));
   EXPECT_THAT(m.triangles, ElementsAre(Triangle{0, 1, 2}));
   EXPECT_EQ(m.positions[1][0], 1.5);
-  EXPECT_THAT(decode_stl("solid a\nouter loop\nvertex 1 2\n").error(), HasSubstr("line 3"));
+  EXPECT_THAT(decode_stl("solid a\nouter loop\nvertex 1 2\n").error().what, HasSubstr("line 3"));
 }
 
 TEST(MeshIo, AsciiPlyWithEverything) {
@@ -175,7 +175,7 @@ TEST(MeshIo, MaterialLibrariesOutsideTheFolderAreNotFollowed) {
 }
 
 TEST(MeshIo, SaysWhereItIsWrong) {
-  const auto why = [](MeshResult<Mesh> m) { return m ? "read" : m.error(); };
+  const auto why = [](Result<Mesh> m) { return m ? "read" : m.error().what; };
   EXPECT_THAT(why(decode_obj("v 0 0 0\nv 1 x 0\n")), HasSubstr("line 2"));
   EXPECT_THAT(why(decode_obj("v 0 0 0\nf 1 1 2\n")), HasSubstr("line 2"));
   EXPECT_THAT(why(decode_obj("v 0 0 0\nf 1 0 1\n")), HasSubstr("line 2"));
@@ -199,16 +199,16 @@ TEST(MeshIo, HeadersThatPromiseTooMuchCostNothing) {
       "ply\nformat binary_little_endian 1.0\nelement nothing 18446744073709551615\n"
       "element vertex 4000000000\nproperty float x\nproperty float y\n"
       "property float z\nend_header\n";
-  EXPECT_THAT(decode_ply(head + std::string(1000, 'x')).error(), HasSubstr("4000000000"));
+  EXPECT_THAT(decode_ply(head + std::string(1000, 'x')).error().what, HasSubstr("4000000000"));
 }
 
 TEST(MeshIo, AFailedWriteLeavesNothingBehind) {
   const tind::test::TempDir dir;
   const Mesh m = full_mesh(2000);
-  EXPECT_THAT(write_mesh(dir.file("no/such/a.ply"), m).error(), HasSubstr("No such file"));
-  EXPECT_THAT(write_mesh(dir.file("a.xyz"), m).error(), HasSubstr(".ply, .obj or .stl"));
-  EXPECT_THAT(write_mesh("/dev/full", m).error(), HasSubstr("extension"));
-  EXPECT_THAT(write_whole_file("/dev/full", "x").error(), HasSubstr("No space left"));
+  EXPECT_THAT(write_mesh(dir.file("no/such/a.ply"), m).error().what, HasSubstr("No such file"));
+  EXPECT_THAT(write_mesh(dir.file("a.xyz"), m).error().what, HasSubstr(".ply, .obj or .stl"));
+  EXPECT_THAT(write_mesh("/dev/full", m).error().what, HasSubstr("extension"));
+  EXPECT_THAT(write_whole_file("/dev/full", "x").error().what, HasSubstr("No space left"));
 
   ASSERT_TRUE(write_whole_file(dir.file("a.ply"), "old"));
   rlimit before;
@@ -219,7 +219,7 @@ TEST(MeshIo, AFailedWriteLeavesNothingBehind) {
   const auto result = write_mesh(dir.file("a.ply"), m);
   setrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, old_handler);
-  EXPECT_THAT(result.error(), HasSubstr("File too large"));
+  EXPECT_THAT(result.error().what, HasSubstr("File too large"));
   EXPECT_EQ(read_whole_file(dir.file("a.ply")).value(), "old");
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(dir.path()), {}), 1);
 }

@@ -6,7 +6,7 @@
 
 #include <random>
 
-#include "proto/file_io.h"
+#include "terrain/base/file_io.h"
 #include "tests/support/support.h"
 
 namespace tind::proto {
@@ -24,7 +24,7 @@ std::size_t most_splits(std::size_t bytes) { return 1024 + 2 * bytes; }
 TEST(MeshStream, AFewBytesAreNotTakenForMillionsOfSplits) {
   const auto got = decode_mesh_stream(seed("many_splits_in_few_bytes.tpm"));
   ASSERT_FALSE(got);
-  EXPECT_NE(got.error().find("two splits a byte"), std::string::npos) << got.error();
+  EXPECT_NE(got.error().what.find("two splits a byte"), std::string::npos) << got.error().what;
 }
 
 TEST(MeshStream, WhatIsRefusedIsNotWrittenEither) {

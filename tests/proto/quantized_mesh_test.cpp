@@ -74,16 +74,15 @@ QuantizedMesh with_extensions(QuantizedMesh m) {
 }
 
 QuantizedMesh must_decode(std::span<const std::uint8_t> bytes) {
-  std::string error;
-  auto m = decode(bytes, error);
-  EXPECT_TRUE(m.has_value()) << error;
+  auto m = decode(bytes);
+  EXPECT_TRUE(m.has_value()) << m.error().what;
   return m.value_or(QuantizedMesh{});
 }
 
 std::string why_not(std::span<const std::uint8_t> bytes) {
-  std::string error;
-  EXPECT_FALSE(decode(bytes, error).has_value());
-  return error;
+  const auto m = decode(bytes);
+  EXPECT_FALSE(m);
+  return m ? "" : m.error().what;
 }
 
 TEST(QuantizedMesh, TheSmallestTileByteByByte) {
@@ -225,10 +224,9 @@ TEST(QuantizedMesh, EveryTruncationIsRefused) {
   const QuantizedMesh m = with_extensions(arranged_grid(3));
   const Bytes bytes = encode(m);
   for (std::size_t size = 0; size < bytes.size(); ++size) {
-    std::string error;
-    const auto part = decode(std::span(bytes).first(size), error);
+    const auto part = decode(std::span(bytes).first(size));
     if (!part) {
-      EXPECT_FALSE(error.empty());
+      EXPECT_FALSE(part.error().what.empty());
       continue;
     }
     EXPECT_TRUE(part->metadata.empty()) << size;  // only a cut between two extensions is a tile
@@ -263,9 +261,8 @@ TEST(QuantizedMesh, ForeignTilesAreRead) {
     if (entry.path().extension() != ".terrain") continue;
     std::ifstream in(entry.path(), std::ios::binary);
     const Bytes bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-    std::string error;
-    const auto m = decode(bytes, error);
-    ASSERT_TRUE(m.has_value()) << entry.path() << ": " << error;
+    const auto m = decode(bytes);
+    ASSERT_TRUE(m.has_value()) << entry.path() << ": " << m.error().what;
     const std::string name = entry.path().filename().string();
     EXPECT_GT(m->triangles.size(), 0u) << name;
     if (name != "tile-opentin.terrain") {  // which has no edge lists at all

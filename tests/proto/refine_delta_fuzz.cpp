@@ -8,7 +8,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace tind::proto;
   const auto first = decode_refine_delta({reinterpret_cast<const char*>(data), size});
   if (!first) {
-    if (first.error().empty()) std::abort();
+    if (first.error().what.empty()) std::abort();
     return 0;
   }
   // Bytes, not numbers: a coordinate may be NaN.

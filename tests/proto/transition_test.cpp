@@ -23,9 +23,8 @@ Transition small() {
 
 TEST(Transition, ComesBackAsItWent) {
   const auto bytes = encode(small());
-  std::string error;
-  const auto back = decode_transition(bytes, error);
-  ASSERT_TRUE(back) << error;
+  const auto back = decode_transition(bytes);
+  ASSERT_TRUE(back) << back.error().what;
   EXPECT_EQ(encode(*back), bytes);
   EXPECT_EQ(back->splits, small().splits);
   EXPECT_EQ(back->u, small().u);
@@ -34,27 +33,27 @@ TEST(Transition, ComesBackAsItWent) {
 TEST(Transition, EveryPrefixIsRefused) {
   const auto bytes = encode(small());
   for (std::size_t n = 0; n < bytes.size(); ++n) {
-    std::string error;
-    EXPECT_FALSE(decode_transition(std::span(bytes).first(n), error)) << n;
-    EXPECT_FALSE(error.empty());
+    const auto back = decode_transition(std::span(bytes).first(n));
+    ASSERT_FALSE(back) << n;
+    EXPECT_FALSE(back.error().what.empty());
   }
 }
 
 TEST(Transition, WrongIndicesAndNumbersAreRefused) {
-  std::string error;
   Transition t = small();
   t.splits[0][1] = 4;  // the vertex that this split makes
-  EXPECT_FALSE(decode_transition(encode(t), error));
-  EXPECT_NE(error.find("not there yet"), std::string::npos);
+  const auto early = decode_transition(encode(t));
+  ASSERT_FALSE(early);
+  EXPECT_NE(early.error().what.find("not there yet"), std::string::npos);
   t = small();
   t.triangles[1][2] = 4;
-  EXPECT_FALSE(decode_transition(encode(t), error));
+  EXPECT_FALSE(decode_transition(encode(t)));
   t = small();
   t.u[2] = 0.0 / 0.0;
-  EXPECT_FALSE(decode_transition(encode(t), error));
+  EXPECT_FALSE(decode_transition(encode(t)));
   t = small();
   t.splits[0][2] = t.splits[0][1];
-  EXPECT_FALSE(decode_transition(encode(t), error));
+  EXPECT_FALSE(decode_transition(encode(t)));
 }
 
 TEST(TileFrames, ComeBackAsTheyWent) {
@@ -62,17 +61,16 @@ TEST(TileFrames, ComeBackAsTheyWent) {
   auto bytes = begin_frames(2);
   append_frame(bytes, {4, 5, 6, 200, tile});
   append_frame(bytes, {4, 5, 7, 404, {}});
-  std::string error;
-  const auto frames = decode_frames(bytes, error);
-  ASSERT_TRUE(frames) << error;
+  const auto frames = decode_frames(bytes);
+  ASSERT_TRUE(frames) << frames.error().what;
   ASSERT_EQ(frames->size(), 2u);
   EXPECT_EQ((*frames)[0].bytes.size(), 3u);
   EXPECT_EQ((*frames)[0].bytes[2], 3);
   EXPECT_EQ((*frames)[1].status, 404u);
   for (std::size_t n = 0; n < bytes.size(); ++n)
-    EXPECT_FALSE(decode_frames(std::span(bytes).first(n), error)) << n;
+    EXPECT_FALSE(decode_frames(std::span(bytes).first(n))) << n;
   bytes.push_back(0);
-  EXPECT_FALSE(decode_frames(bytes, error));
+  EXPECT_FALSE(decode_frames(bytes));
 }
 
 }  // namespace

@@ -5,9 +5,10 @@
 
 namespace tind::test {
 
-int expect_sound_mesh(const std::expected<proto::Mesh, std::string>& read, std::size_t size) {
+int expect_sound_mesh(const Result<proto::Mesh>& read, std::size_t size) {
   if (!read) {
-    if (read.error().empty() || read.error().find('\n') != std::string::npos) std::abort();
+    if (read.error().what.empty() || read.error().what.find('\n') != std::string::npos)
+      std::abort();
     return 0;
   }
   if (read->triangles.size() > size || read->positions.size() > size + 2) std::abort();

@@ -2,8 +2,6 @@
 // What every reader of mesh files promises for any bytes, for its fuzz target to call.
 
 #include <cstddef>
-#include <expected>
-#include <string>
 
 #include "proto/mesh_io.h"
 
@@ -11,6 +9,6 @@ namespace tind::test {
 
 /// `read`: what a reader made of `size` bytes. Memory in proportion, indices in range, errors of
 /// one line; what is read can be written and read again. Aborts otherwise.
-int expect_sound_mesh(const std::expected<proto::Mesh, std::string>& read, std::size_t size);
+int expect_sound_mesh(const Result<proto::Mesh>& read, std::size_t size);
 
 }  // namespace tind::test

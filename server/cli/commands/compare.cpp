@@ -9,13 +9,13 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "proto/file_io.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/dem_input.h"
 #include "server/cli/options/line_input.h"
 #include "server/cli/pictures/compare_page.h"
 #include "server/cli/pictures/surface_report.h"
 #include "server/cli/program/run_apart.h"
+#include "terrain/base/file_io.h"
 #include "terrain/raster/gdal/image_source.h"
 #include "terrain/simplify/common/simplified.h"
 #include "terrain/simplify/methods.h"
@@ -226,8 +226,8 @@ int run(const Arguments& a) {
   }
   auto write = [](const std::string& path, const std::string& text) {
     if (path.empty()) return true;
-    const auto ok = proto::write_whole_file(path, text);
-    if (!ok) complain({Errc::io, ok.error()});
+    const auto ok = write_whole_file(path, text);
+    if (!ok) complain(ok.error());
     return ok.has_value();
   };
   const std::string title = "Simplifying " + info.files[0].substr(info.files[0].rfind('/') + 1);

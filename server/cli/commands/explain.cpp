@@ -9,12 +9,12 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "proto/file_io.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/dem_input.h"
 #include "server/cli/options/output_options.h"
 #include "server/cli/pictures/explain_picture.h"
 #include "server/cli/program/progress_bar.h"
+#include "terrain/base/file_io.h"
 #include "terrain/store/open/open_store.h"
 
 namespace tind::cli {
@@ -151,9 +151,7 @@ Result<void> write_picture(const Arguments& a, const TileStory& story) {
   }
   const auto picture = explain_picture(story, source.get());
   if (!picture) return std::unexpected(picture.error());
-  const auto written = proto::write_whole_file(a.png, encode_png(*picture));
-  if (!written) return fail(Errc::io, written.error());
-  return {};
+  return write_whole_file(a.png, encode_png(*picture));
 }
 
 int run(const Arguments& a) {

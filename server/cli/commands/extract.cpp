@@ -7,12 +7,12 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "proto/file_io.h"
 #include "proto/mesh_io.h"
 #include "proto/mesh_stream.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/mesh_input.h"
 #include "server/cli/options/output_options.h"
+#include "terrain/base/file_io.h"
 #include "terrain/mesh/mesh_frame.h"
 #include "terrain/progressive/stream/progressive_cursor.h"
 #include "terrain/progressive/stream/progressive_stream.h"
@@ -47,14 +47,14 @@ Result<std::size_t> state_asked_for(const Extract& a, const ProgressiveMesh& pm,
 
 int run_extract(const Extract& a) {
   if (const int code = check_outputs({a.output}); code != kOk) return code;
-  const auto file = proto::read_whole_file(a.input);
+  const auto file = read_whole_file(a.input);
   if (!file) {
-    complain({Errc::io, file.error()});
+    complain(file.error());
     return kSourceMissing;
   }
   const auto stream = proto::decode_mesh_stream(
       {reinterpret_cast<const std::uint8_t*>(file->data()), file->size()});
-  if (!stream) return complain({Errc::bad_data, a.input + ": " + stream.error()});
+  if (!stream) return complain({Errc::bad_data, a.input + ": " + stream.error().what});
   const ProgressiveMesh pm = from_stream(*stream);
   auto cursor = ProgressiveCursor::open(pm);
   if (!cursor) return complain(cursor.error());
@@ -69,7 +69,7 @@ int run_extract(const Extract& a) {
       proto::write_mesh(a.output, terrain ? mesh_above(info.datum, std::move(level))
                                           : to_file_mesh(std::move(level)));
   if (!written) {
-    complain({Errc::io, written.error()});
+    complain(written.error());
     return kCannotCreate;
   }
   const bool complete = stream->splits.size() == stream->total_splits;

@@ -11,7 +11,6 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
-#include "proto/file_io.h"
 #include "proto/layer_json.h"
 #include "proto/mesh_stream.h"
 #include "proto/quantized_mesh.h"
@@ -20,6 +19,7 @@
 #include "server/cli/options/mesh_input.h"
 #include "server/cli/options/output_options.h"
 #include "server/log/printable.h"
+#include "terrain/base/file_io.h"
 #include "terrain/geo/ellipsoid.h"
 #include "terrain/progressive/stream/progressive_stream.h"
 #include "terrain/store/open/open_store.h"
@@ -93,9 +93,9 @@ Result<Json> info_tile(const Arguments& a, const std::string& path) {
   auto bytes = read_one_tile(path);
   if (!bytes) return std::unexpected(bytes.error());
   if (!gunzip(*bytes)) return fail(Errc::bad_data, path + ": damaged gzip data");
-  std::string reason;
-  const auto tile = proto::decode(*bytes, reason);
-  if (!tile) return fail(Errc::bad_data, path + ": not a quantized-mesh tile: " + reason);
+  const auto tile = proto::decode(*bytes);
+  if (!tile)
+    return fail(Errc::bad_data, path + ": not a quantized-mesh tile: " + tile.error().what);
   const Json j = to_json(*tile, bytes->size());
   return said(a, j, to_text(path, j));
 }
@@ -145,10 +145,9 @@ Result<Json> info_tile_set(const Arguments& a, const std::string& path) {
                                      ": a folder without layer.json is no tile set; name the files "
                                      "in it that you mean");
   if (!json) return std::unexpected(json.error());
-  std::string reason;
   const auto layer =
-      proto::decode_layer_json({reinterpret_cast<const char*>(json->data()), json->size()}, reason);
-  if (!layer) return fail(Errc::bad_data, store->layer_name() + ": " + reason);
+      proto::decode_layer_json({reinterpret_cast<const char*>(json->data()), json->size()});
+  if (!layer) return fail(store->layer_name(), layer.error());
   const Json j = to_json(*layer);
   return said(a, j, to_text(path, *layer, j));
 }
@@ -183,11 +182,11 @@ Result<Json> info_mesh(const Arguments& a, const std::string& path) {
 }
 
 Result<Json> info_progressive(const Arguments& a, const std::string& path) {
-  const auto file = proto::read_whole_file(path);
-  if (!file) return fail(Errc::not_found, file.error());
+  const auto file = read_whole_file(path);
+  if (!file) return fail(Errc::not_found, file.error().what);
   const auto stream = proto::decode_mesh_stream(
       {reinterpret_cast<const std::uint8_t*>(file->data()), file->size()});
-  if (!stream) return fail(Errc::bad_data, path + ": " + stream.error());
+  if (!stream) return fail(path, stream.error());
   const bool terrain = stream->frame == proto::StreamFrame::terrain;
   const std::size_t here = stream->splits.size(), all = stream->total_splits;
   const double error = here == all              ? stream->fine_error_m

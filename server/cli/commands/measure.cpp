@@ -28,7 +28,7 @@ struct Arguments {
 
 Result<Tin> read_tin(const std::string& path) {
   auto mesh = proto::read_mesh(path);
-  if (!mesh) return fail(Errc::bad_data, mesh.error());
+  if (!mesh) return fail(Errc::bad_data, mesh.error().what);
   for (const auto& p : mesh->positions)
     if (!std::isfinite(p[0] + p[1] + p[2]))
       return fail(Errc::bad_data, path + ": a vertex has a coordinate that is not a number");

@@ -8,12 +8,12 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "proto/file_io.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/dem_input.h"
 #include "server/cli/options/output_options.h"
 #include "server/cli/options/tile_options.h"
 #include "server/cli/options/trajectory_file.h"
+#include "terrain/base/file_io.h"
 #include "terrain/dataset/dem_dataset.h"
 #include "terrain/dataset/stored_dataset.h"
 #include "terrain/pyramid/plan/flight_plan.h"
@@ -59,8 +59,8 @@ Result<std::vector<FlightFix>> flight_of(const Arguments& a) {
     if (!flight) return fail(flight.error().code, "--velocity " + flight.error().what);
     return flight;
   }
-  const auto text = proto::read_whole_file(a.trajectory);
-  if (!text) return fail(Errc::not_found, text.error());
+  const auto text = read_whole_file(a.trajectory);
+  if (!text) return fail(Errc::not_found, text.error().what);
   auto flight = parse_trajectory(*text, a.speed);
   if (!flight) return fail(a.trajectory, flight.error());
   return flight;

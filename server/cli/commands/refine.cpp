@@ -107,7 +107,7 @@ int run(const Arguments& a) {
   if (const auto ok = proto::write_mesh(
           a.output, mesh_above(info.datum, mesh_map(info, a.frame, false).from_posts(tin)));
       !ok) {
-    complain({Errc::io, ok.error()});
+    complain(ok.error());
     return kCannotCreate;
   }
   const nlohmann::ordered_json report = {{"triangles", tin.triangles.size()},

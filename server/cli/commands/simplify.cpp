@@ -11,7 +11,6 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "proto/file_io.h"
 #include "proto/mesh_io.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/dem_input.h"
@@ -24,6 +23,7 @@
 #include "server/cli/program/dem_strips.h"
 #include "server/cli/program/peak_memory.h"
 #include "server/cli/program/progress_bar.h"
+#include "terrain/base/file_io.h"
 #include "terrain/mesh/mesh_frame.h"
 #include "terrain/raster/gdal/image_source.h"
 #include "terrain/simplify/bounded/bounded.h"
@@ -108,11 +108,11 @@ nlohmann::ordered_json report_json(const Arguments& a, const DemInfo& info, cons
 Result<Tin> write(const std::string& path, Tin tin, VerticalDatum datum) {
   if (!is_stl(path)) {
     const auto ok = proto::write_mesh(path, mesh_above(datum, tin));
-    if (!ok) return fail(Errc::io, ok.error());
+    if (!ok) return std::unexpected(ok.error());
     return tin;
   }
   const auto origin = proto::write_stl(path, to_file_mesh(tin));
-  if (!origin) return fail(Errc::io, origin.error());
+  if (!origin) return std::unexpected(origin.error());
   const auto& [x, y, z] = *origin;
   for (Vec3& v : tin.vertices) v = {x + float(v.x - x), y + float(v.y - y), z + float(v.z - z)};
   return tin;
@@ -178,7 +178,7 @@ int run_mesh(const Arguments& a) {
   const SurfaceDistance d = surface_distance(tin, made.tin, {.threads = a.options.threads});
   const auto ok = proto::write_mesh(a.output, to_file_mesh(made.tin));
   if (!ok) {
-    complain({Errc::io, ok.error()});
+    complain(ok.error());
     return kCannotCreate;
   }
   nlohmann::ordered_json report = {{"method", a.method.name},
@@ -192,8 +192,8 @@ int run_mesh(const Arguments& a) {
   report.update(distance_json(d));
   report["note"] = made.note;
   if (!a.report.empty()) {
-    if (const auto wrote = proto::write_whole_file(a.report, report.dump(2) + "\n"); !wrote) {
-      complain({Errc::io, wrote.error()});
+    if (const auto wrote = write_whole_file(a.report, report.dump(2) + "\n"); !wrote) {
+      complain(wrote.error());
       return kCannotCreate;
     }
   }
@@ -294,8 +294,8 @@ int run(Arguments& a, Command app) {
   if (lines) report["lines"] = lines_json(a.options.constraints->report, *lines);
   if (attributes) report["surface"] = distance_json(*attributes);
   if (!a.report.empty()) {
-    if (const auto ok = proto::write_whole_file(a.report, report.dump(2) + "\n"); !ok) {
-      complain({Errc::io, ok.error()});
+    if (const auto ok = write_whole_file(a.report, report.dump(2) + "\n"); !ok) {
+      complain(ok.error());
       return kCannotCreate;
     }
   }

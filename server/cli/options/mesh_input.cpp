@@ -5,8 +5,8 @@
 #include <cmath>
 #include <string_view>
 
-#include "proto/file_io.h"
 #include "proto/mesh_io.h"
+#include "terrain/base/file_io.h"
 #include "terrain/mesh/manifold.h"
 #include "terrain/mesh/mesh_frame.h"
 
@@ -20,7 +20,7 @@ bool is_mesh(const std::string& path) {
 
 Result<Tin> read_tin(const std::string& path) {
   auto file = proto::read_mesh(path);
-  if (!file) return fail(Errc::bad_data, file.error());
+  if (!file) return fail(Errc::bad_data, file.error().what);
   Tin tin = from_file_mesh(std::move(*file));
   for (std::size_t i = 0; i < tin.vertices.size(); ++i) {
     const Vec3& v = tin.vertices[i];
@@ -48,9 +48,9 @@ proto::Mesh mesh_above(VerticalDatum datum, Tin tin) {
 Result<std::size_t> write_stream(const std::string& path, const Result<proto::MeshStream>& stream) {
   if (!stream) return std::unexpected(stream.error());
   const auto bytes = proto::encode(*stream);
-  if (!bytes) return fail(Errc::internal, bytes.error());
+  if (!bytes) return fail(Errc::internal, bytes.error().what);
   const std::string_view text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
-  if (const auto ok = proto::write_whole_file(path, text); !ok) return fail(Errc::io, ok.error());
+  if (const auto ok = write_whole_file(path, text); !ok) return std::unexpected(ok.error());
   return bytes->size();
 }
 

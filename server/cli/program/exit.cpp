@@ -2,8 +2,8 @@
 
 #include <cstdio>
 
-#include "proto/file_io.h"
 #include "server/log/printable.h"
+#include "terrain/base/file_io.h"
 
 namespace tind::cli {
 
@@ -31,8 +31,8 @@ Exit exit_code(Errc code) {
 int check_outputs(std::initializer_list<std::string> paths) {
   for (const std::string& path : paths) {
     if (path.empty()) continue;
-    if (const auto ok = proto::can_write_file(path); !ok) {
-      complain({Errc::io, ok.error()});
+    if (const auto ok = can_write_file(path); !ok) {
+      complain(ok.error());
       return kCannotCreate;
     }
   }

@@ -19,7 +19,7 @@ Result<TileProducts::Product> build(TileService& tiles, const ServedDataset& dat
   if (!stream) return fail(dataset.name, stream.error());
   const auto encoded = proto::encode(*stream);
   if (!encoded)
-    return fail(Errc::internal, dataset.name + " " + tile.text() + ": " + encoded.error());
+    return fail(Errc::internal, dataset.name + " " + tile.text() + ": " + encoded.error().what);
   return http::Representation::make(
       {reinterpret_cast<const char*>(encoded->data()), encoded->size()},
       {.content_type = "application/vnd.tind.progressive-mesh",

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "proto/file_io.h"
+#include "terrain/base/file_io.h"
 #include "terrain/raster/source_blocks.h"
 #include "terrain/store/folder/folder_contents.h"
 #include "terrain/store/folder/tile_ledger.h"
@@ -28,7 +28,7 @@ struct Proof {
 };
 
 Json json_in(const std::string& path) {
-  const auto text = proto::read_whole_file(path);
+  const auto text = read_whole_file(path);
   return text ? Json::parse(*text, nullptr, false) : Json();
 }
 
@@ -60,7 +60,7 @@ bool proven(const std::string& aside, const std::string& file, const std::option
   if (!file.starts_with(kBlocks)) return false;
   const std::string digest = file.substr(std::string_view(kBlocks).size());
   if (proof && proof->digest == digest) return true;
-  const auto bytes = proto::read_whole_file(aside + file);
+  const auto bytes = read_whole_file(aside + file);
   return bytes && SourceBlocks::whole(*bytes, digest);
 }
 

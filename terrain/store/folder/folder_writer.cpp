@@ -21,7 +21,7 @@
 #include <utility>
 #include <vector>
 
-#include "proto/file_io.h"
+#include "terrain/base/file_io.h"
 #include "terrain/base/parallel.h"
 #include "terrain/store/folder/folder_aside.h"
 #include "terrain/store/folder/folder_contents.h"
@@ -107,8 +107,8 @@ Result<std::vector<std::uint8_t>> changes_since(const std::string& record, const
                                                 const std::string& output) {
   const BuildRecord old = decode_build_record(record).value_or(BuildRecord{});
   const std::string path = output + kBlocks + old.heights;
-  const auto bytes = proto::read_whole_file(path);
-  if (!bytes) return fail(Errc::io, bytes.error());
+  const auto bytes = read_whole_file(path);
+  if (!bytes) return std::unexpected(bytes.error());
   auto dirty = work.changes(old, *bytes);
   if (!dirty) return fail(path, dirty.error());
   return dirty;
@@ -169,8 +169,8 @@ Result<void> FolderWriter::claim_empty(const TileWork& work, const std::string& 
 /// Where there is a record.
 Result<void> FolderWriter::go_on(const TileWork& work, const std::string& record,
                                  const Progress& progress) {
-  const auto text = proto::read_whole_file(output_ + kRecord);
-  if (!text) return fail(Errc::io, text.error());
+  const auto text = read_whole_file(output_ + kRecord);
+  if (!text) return std::unexpected(text.error());
   const Json wanted = Json::parse(record), found = Json::parse(*text, nullptr, false);
   const bool same = found == wanted;
   const bool update = is_record(found) && !same && same_but_heights(found, wanted);
@@ -263,7 +263,7 @@ Result<void> FolderWriter::put_record(const std::string& folder, const std::stri
 /// The blocks' file is only read by the next update, which a damaged one would stop.
 Result<void> FolderWriter::mend_blocks(const std::string& folder, const SourceBlocks& blocks) {
   const std::string path = folder + kBlocks + blocks.digest(), wanted = blocks.encode();
-  if (const auto found = proto::read_whole_file(path); found && *found == wanted) return {};
+  if (const auto found = read_whole_file(path); found && *found == wanted) return {};
   return put(path, wanted);
 }
 
@@ -285,7 +285,7 @@ Result<void> FolderWriter::start_update(const std::string& record, const TileWor
   const std::string aside = output_ + kAside;
   claimed_ = true;
   // What an earlier run to the same content left there.
-  const auto text = proto::read_whole_file(aside + kRecord);
+  const auto text = read_whole_file(aside + kRecord);
   if (text && *text == record) aside_ = ledger_in(aside, record);
   if (aside_) {
     if (auto done = mend_blocks(aside, work.blocks); !done) return done;
@@ -323,7 +323,7 @@ std::vector<std::uint8_t> FolderWriter::look_at_tiles(bool aside, const Progress
     if (is_aside(k) != aside || progress.stopped()) return;
     const auto entry = ledger ? ledger->find(ids_[k]) : std::nullopt;
     if (entry) {
-      const auto bytes = proto::read_whole_file(path(k));
+      const auto bytes = read_whole_file(path(k));
       sound[k] = bytes && entry->vouches_for(*bytes);
     }
     std::error_code ignored;

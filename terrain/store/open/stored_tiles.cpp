@@ -60,10 +60,9 @@ Result<std::unique_ptr<TileSet>> open_stored_tiles(const std::string& location) 
                                         " cannot be read: is this a directory made by tind build "
                                         "that was finished?");
   }
-  std::string reason;
-  auto layer = proto::decode_layer_json(
-      {reinterpret_cast<const char*>(bytes->data()), bytes->size()}, reason);
-  if (!layer) return fail(Errc::bad_data, path + ": " + reason);
+  auto layer =
+      proto::decode_layer_json({reinterpret_cast<const char*>(bytes->data()), bytes->size()});
+  if (!layer) return fail(path, layer.error());
   if (auto sure = store->vouched_for(); !sure) return std::unexpected(sure.error());
   return std::make_unique<StoredTiles>(std::move(store), std::move(*layer));
 }

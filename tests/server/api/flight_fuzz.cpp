@@ -32,10 +32,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   api::Problems in_list;
   const auto tiles = api::parse_tile_list(text, in_list);
   require(!in_list.empty() || (!tiles.empty() && tiles.size() <= api::kMostTiles));
-  std::string error;
-  if (const auto frames = proto::decode_frames({data, size}, error))
+  if (const auto frames = proto::decode_frames({data, size}))
     for (const proto::TileFrame& f : *frames) require(f.bytes.size() <= size);
-  if (const auto t = proto::decode_transition({data, size}, error)) {
+  if (const auto t = proto::decode_transition({data, size})) {
     require(proto::encode(*t).size() == size);
     const TerrainTransition way = from_wire(*t);
     for (const double s : {0.0, 0.5, 1.0})

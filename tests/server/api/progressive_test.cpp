@@ -16,10 +16,9 @@ TEST_F(Api, ATransitionLeadsFromTheParentToTheTile) {
   const HttpReply reply = get("/transition/made-up/3/5/2");
   ASSERT_EQ(reply.status, 200) << reply.body;
   EXPECT_EQ(reply.headers.at("content-type"), "application/vnd.tind.transition");
-  std::string error;
   const auto* bytes = reinterpret_cast<const std::uint8_t*>(reply.body.data());
-  const auto way = proto::decode_transition({bytes, reply.body.size()}, error);
-  ASSERT_TRUE(way) << error;
+  const auto way = proto::decode_transition({bytes, reply.body.size()});
+  ASSERT_TRUE(way) << way.error().what;
   EXPECT_EQ(way->level, 3u);
   EXPECT_EQ(way->fine_vertices, 144u);
   EXPECT_EQ(get("/transition/made-up/3/5/2", "If-None-Match: " + reply.headers.at("etag") + "\r\n")
@@ -36,7 +35,7 @@ TEST_F(Api, ATransitionLeadsFromTheParentToTheTile) {
 proto::MeshStream stream_of(const std::string& bytes) {
   const auto stream = proto::decode_mesh_stream(
       {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
-  EXPECT_TRUE(stream) << stream.error();
+  EXPECT_TRUE(stream) << stream.error().what;
   return stream.value_or(proto::MeshStream());
 }
 

@@ -21,9 +21,8 @@ void move_another_over(const std::string& path) {
 }
 
 bool all_at(const HttpReply& tile, double height) {
-  std::string why;
-  const auto mesh = proto::decode(
-      {reinterpret_cast<const std::uint8_t*>(tile.body.data()), tile.body.size()}, why);
+  const auto mesh =
+      proto::decode({reinterpret_cast<const std::uint8_t*>(tile.body.data()), tile.body.size()});
   if (!mesh) return false;
   const double step = (double(mesh->max_height) - mesh->min_height) / 32767;
   return std::ranges::all_of(mesh->h, [&](std::uint16_t h) {

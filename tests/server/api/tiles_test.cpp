@@ -19,10 +19,9 @@ const std::string kAll = "?extensions=octvertexnormals-metadata";
 TEST_F(Api, ManyTilesComeInOneResponse) {
   const HttpReply reply = post("/tiles/made-up", R"({"tiles":["3/5/2","9/0/0","0/1/0"]})");
   ASSERT_EQ(reply.status, 200) << reply.body;
-  std::string error;
   const auto* bytes = reinterpret_cast<const std::uint8_t*>(reply.body.data());
-  const auto frames = proto::decode_frames({bytes, reply.body.size()}, error);
-  ASSERT_TRUE(frames) << error;
+  const auto frames = proto::decode_frames({bytes, reply.body.size()});
+  ASSERT_TRUE(frames) << frames.error().what;
   ASSERT_EQ(frames->size(), 3u);
   EXPECT_EQ((*frames)[0].status, 200u);
   EXPECT_EQ((*frames)[1].status, 404u);  // said, not dropped

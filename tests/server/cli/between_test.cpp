@@ -21,7 +21,7 @@ std::string write(const test::TempDir& dir, const char* name, const Tin& tin) {
 
 Tin read(const std::string& path) {
   auto file = proto::read_mesh(path);
-  EXPECT_TRUE(file) << file.error();
+  EXPECT_TRUE(file) << file.error().what;
   return from_file_mesh(std::move(*file));
 }
 

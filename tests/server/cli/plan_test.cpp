@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "proto/file_io.h"
 #include "server/cli/options/trajectory_file.h"
+#include "terrain/base/file_io.h"
 #include "tests/support/program.h"
 #include "tests/support/support.h"
 
@@ -95,8 +95,8 @@ TEST(Plan, ListsTilesWithTheirDeadlines) {
   const std::string tiles = dir.file("tiles"), file = dir.file("flight.csv");
   ASSERT_EQ(test::run_tind("build " + dem + " -o " + tiles + " --levels 0-9 --progress none").code,
             0);
-  ASSERT_TRUE(proto::write_whole_file(
-      file, "lon,lat,height,time\n-121.8,46.8,5000,0\n-121.6,46.8,5000,60\n"));
+  ASSERT_TRUE(
+      write_whole_file(file, "lon,lat,height,time\n-121.8,46.8,5000,0\n-121.6,46.8,5000,60\n"));
   const auto stored =
       test::run_tind("plan " + tiles + " --trajectory " + file + " --tolerance 32 --json");
   ASSERT_EQ(stored.code, 0) << stored.out;

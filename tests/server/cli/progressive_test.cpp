@@ -3,8 +3,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "proto/file_io.h"
 #include "proto/mesh_io.h"
+#include "terrain/base/file_io.h"
 #include "terrain/mesh/mesh_frame.h"
 #include "tests/support/program.h"
 #include "tests/support/support.h"
@@ -54,8 +54,8 @@ TEST(Progressive, AStreamIsMadeAndLevelsComeOutWithinTheirError) {
   EXPECT_EQ(nlohmann::json::parse(finest.answer)["splits"], figures["splits"]);
   EXPECT_EQ(nlohmann::json::parse(finest.answer)["max_error_m"], figures["fine_error_m"]);
 
-  const auto whole = proto::read_whole_file(tpm);
-  ASSERT_TRUE(proto::write_whole_file(dir.file("cut.tpm"), whole->substr(0, whole->size() / 2)));
+  const auto whole = read_whole_file(tpm);
+  ASSERT_TRUE(write_whole_file(dir.file("cut.tpm"), whole->substr(0, whole->size() / 2)));
   const auto cut = test::run_tind(std::string("extract ") + dir.file("cut.tpm") +
                                   " --triangles 100000000 -o " + ply + " --json");
   ASSERT_EQ(cut.code, 0) << cut.out;

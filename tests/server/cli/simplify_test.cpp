@@ -110,7 +110,7 @@ TEST(SimplifyCommandLine, PutsTheMeshWhereTheDemIs) {
   tind_json("simplify " + dir.file("dem.asc") + " -o " + dir.file("a.obj") +
             " --ratio 1 --method qem --json");
   const auto mesh = proto::read_mesh(dir.file("a.obj"));
-  ASSERT_TRUE(mesh) << mesh.error();
+  ASSERT_TRUE(mesh) << mesh.error().what;
   EXPECT_EQ(mesh->positions.front(), (std::array<double, 3>{105, 215, 1}));
   EXPECT_EQ(mesh->positions.back(), (std::array<double, 3>{125, 205, 6}));
 }

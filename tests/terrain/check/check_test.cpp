@@ -58,10 +58,7 @@ class Tiles {
     change(b);
     write(path(tile), b);
   }
-  Mesh mesh(const std::string& tile) const {
-    std::string error;
-    return proto::decode(read(path(tile)), error).value();
-  }
+  Mesh mesh(const std::string& tile) const { return proto::decode(read(path(tile))).value(); }
   template <class F>
   void edit(const std::string& tile, F&& change) const {
     Mesh m = mesh(tile);

@@ -76,7 +76,7 @@ TEST(Between, OneVertexLess) {  // the paper's extreme case, n = k + 1
 TEST(Between, SpotToABox) {
   TIND_NEEDS_SHARED_DATA(path, "mesh/spot.obj");
   auto file = proto::read_mesh(path);
-  ASSERT_TRUE(file) << file.error();
+  ASSERT_TRUE(file) << file.error().what;
   Tin whole = from_file_mesh(std::move(*file));
   whole.texcoords.clear();
   weld(whole);  // what the texture has split

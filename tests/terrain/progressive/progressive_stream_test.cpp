@@ -47,7 +47,7 @@ Made make(const std::string& method, int side, bool voids = false) {
   EXPECT_TRUE(stream) << stream.error().what;
   m.stream = std::move(*stream);
   auto bytes = encode(m.stream);
-  EXPECT_TRUE(bytes) << bytes.error();
+  EXPECT_TRUE(bytes) << bytes.error().what;
   m.bytes = std::move(*bytes);
   return m;
 }
@@ -95,7 +95,7 @@ TEST(ProgressiveStream, WhatIsDecodedIsWhatWasEncoded) {
   for (const char* method : {"bounded", "qem", "edge-cost", "memoryless", "triangle-collapse"}) {
     const Made m = make(method, 50);
     const auto back = proto::decode_mesh_stream(m.bytes);
-    ASSERT_TRUE(back) << method << ": " << back.error();
+    ASSERT_TRUE(back) << method << ": " << back.error().what;
     EXPECT_EQ(back->splits, m.stream.splits);
     EXPECT_EQ(back->blocks, m.stream.blocks);
     EXPECT_EQ(back->base_vertices, m.stream.base_vertices);
@@ -115,7 +115,8 @@ void check_prefix(const Made& m, const ProgressiveMesh& whole, ProgressiveCursor
                   std::size_t bytes, std::size_t* splits) {
   const auto part = proto::decode_mesh_stream(std::span(m.bytes).first(bytes));
   if (!part) {
-    ASSERT_NE(part.error().find("base"), std::string::npos) << bytes << ": " << part.error();
+    ASSERT_NE(part.error().what.find("base"), std::string::npos)
+        << bytes << ": " << part.error().what;
     ASSERT_EQ(*splits, 0u);
     return;
   }
@@ -165,7 +166,7 @@ TEST(ProgressiveStream, CutAtRandomBytesABigStreamIsAValidMesh) {
   parallel_for(cuts.size(), 0, [&](std::size_t i) {
     const auto part = proto::decode_mesh_stream(std::span(m.bytes).first(cuts[i]));
     if (!part) {
-      wrong += part.error().find("base") == std::string::npos;
+      wrong += part.error().what.find("base") == std::string::npos;
       return;
     }
     reached[i] = part->splits.size();

@@ -40,7 +40,7 @@ Made make(Tin input, const std::string& method, double step) {
   EXPECT_TRUE(stream) << stream.error().what;
   m.stream = std::move(*stream);
   auto bytes = encode(m.stream);
-  EXPECT_TRUE(bytes) << bytes.error();
+  EXPECT_TRUE(bytes) << bytes.error().what;
   m.bytes = std::move(*bytes);
   m.input = std::move(input);
   return m;
@@ -97,7 +97,7 @@ TEST(SurfaceProgressive, WhatIsDecodedIsWhatWasEncoded) {
   for (const Tin& shape : {test::sphere(200), test::hills(12), test::torus(16, 10)}) {
     const Made m = make(shape, "qem", 0.001);
     const auto back = proto::decode_mesh_stream(m.bytes);
-    ASSERT_TRUE(back) << back.error();
+    ASSERT_TRUE(back) << back.error().what;
     EXPECT_EQ(back->frame, proto::StreamFrame::space);
     EXPECT_EQ(back->splits, m.stream.splits);
     EXPECT_EQ(back->blocks, m.stream.blocks);
@@ -115,7 +115,7 @@ TEST(SurfaceProgressive, AStreamCutAnywhereIsAStateOfTheWholeOrSaysWhy) {
   for (std::size_t n = 0; n <= m.bytes.size(); ++n) {
     const auto part = proto::decode_mesh_stream(std::span(m.bytes).first(n));
     if (!part) {
-      ASSERT_EQ(last, 0u) << n << ": " << part.error();
+      ASSERT_EQ(last, 0u) << n << ": " << part.error().what;
       continue;
     }
     const ProgressiveMesh pm = from_stream(*part);

@@ -60,10 +60,9 @@ void expect_certified(const std::string& dem, double max_error, int exact_posts)
   EXPECT_EQ(report->over_budget, 0u);
   std::size_t bounds = 0;
   for (const auto& [name, bytes] : tiles_in(o.output)) {
-    std::string reason;
     const auto mesh =
-        proto::decode({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, reason);
-    ASSERT_TRUE(mesh) << name << ": " << reason;
+        proto::decode({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+    ASSERT_TRUE(mesh) << name << ": " << mesh.error().what;
     const auto metadata = nlohmann::json::parse(mesh->metadata);
     if (!metadata.contains("residual_m")) continue;
     ++bounds;

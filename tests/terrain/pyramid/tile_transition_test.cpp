@@ -110,8 +110,7 @@ TEST_F(TileTransition, TheCoarseEndHasTheParentsVertices) {
   for (const auto& [id, way] : ways_) {
     std::map<std::pair<double, double>, double> part;
     for (const Vec3& v : mesh_at(way, 0).vertices) part[{v.x, v.y}] = v.z;
-    std::string reason;
-    const auto parent = proto::decode(tiles_.at(id.parent()).bytes, reason);
+    const auto parent = proto::decode(tiles_.at(id.parent()).bytes);
     const double low = parent->min_height, range = double(parent->max_height) - low;
     for (std::size_t i = 0; i < parent->u.size(); ++i) {
       const double x = 2.0 * parent->u[i] - (id.x % 2 ? 32767 : 0);

@@ -52,9 +52,8 @@ Pyramid decode_all(const std::string& directory) {
     const int z = std::stoi(part->string());
     const int x = std::stoi((++part)->string());
     const int y = std::stoi((++part)->stem().string());
-    std::string reason;
-    auto mesh = proto::decode(read_bytes(entry.path()), reason);
-    EXPECT_TRUE(mesh) << relative << ": " << reason;
+    auto mesh = proto::decode(read_bytes(entry.path()));
+    EXPECT_TRUE(mesh) << relative << ": " << mesh.error().what;
     if (mesh) tiles.emplace(*tiling::tile(z, x, y), std::move(*mesh));
   }
   return tiles;

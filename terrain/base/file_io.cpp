@@ -1,7 +1,7 @@
 // POSIX calls instead of streams: a stream cannot say *why* a write failed, and close() is where
 // some file systems report a full disk.
 
-#include "proto/file_io.h"
+#include "terrain/base/file_io.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -13,11 +13,11 @@
 #include <filesystem>
 #include <random>
 
-namespace tind::proto {
+namespace tind {
 namespace {
 
-std::unexpected<std::string> failed(const std::string& what, const std::string& path, int code) {
-  return std::unexpected("cannot " + what + " " + path + ": " + std::strerror(code));
+std::unexpected<Error> failed(const std::string& what, const std::string& path, int code) {
+  return fail(Errc::io, "cannot " + what + " " + path + ": " + std::strerror(code));
 }
 
 /// 0, or errno.
@@ -105,7 +105,7 @@ int sync_folder(const std::string& folder) {
 
 }  // namespace
 
-std::expected<std::string, std::string> read_whole_file(const std::string& path) {
+Result<std::string> read_whole_file(const std::string& path) {
   const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (file < 0) return failed("open", path, errno);
   std::string bytes;
@@ -127,7 +127,7 @@ std::expected<std::string, std::string> read_whole_file(const std::string& path)
   return bytes;
 }
 
-std::expected<void, std::string> write_whole_file(const std::string& path, std::string_view bytes) {
+Result<void> write_whole_file(const std::string& path, std::string_view bytes) {
   const std::string target = target_of(path);
   if (is_special(target)) {
     const int device = ::open(target.c_str(), O_WRONLY | O_CLOEXEC);
@@ -151,7 +151,7 @@ std::expected<void, std::string> write_whole_file(const std::string& path, std::
   return failed("write", path, EIO);
 }
 
-std::expected<void, std::string> can_write_file(const std::string& path) {
+Result<void> can_write_file(const std::string& path) {
   const std::string target = target_of(path);
   struct stat status {};
   if (::stat(target.c_str(), &status) == 0 && S_ISDIR(status.st_mode))
@@ -165,4 +165,4 @@ std::expected<void, std::string> can_write_file(const std::string& path) {
   return {};
 }
 
-}  // namespace tind::proto
+}  // namespace tind

@@ -1,23 +1,24 @@
 #pragma once
-// Whole files in and out, with the operating system's reason when it does not work.
+// Whole files in and out; what does not work is an Errc::io with the operating system's reason.
 
-#include <expected>
 #include <string>
 #include <string_view>
 
-namespace tind::proto {
+#include "terrain/base/result.h"
+
+namespace tind {
 
 /// The bytes of a file, or "cannot read PATH: reason".
-std::expected<std::string, std::string> read_whole_file(const std::string& path);
+Result<std::string> read_whole_file(const std::string& path);
 
 /// Writes PATH by way of a temporary file in the same folder and a rename: whoever looks sees the
 /// old file or the new one, never a part; a failed write leaves nothing behind. When it returns,
 /// the file stays also if the power is cut. A symbolic link is followed; something that is not a
 /// regular file (/dev/stdout, a pipe) is written directly.
-std::expected<void, std::string> write_whole_file(const std::string& path, std::string_view bytes);
+Result<void> write_whole_file(const std::string& path, std::string_view bytes);
 
 /// Could PATH be written, as far as one can tell beforehand? To be asked before long work; leaves
 /// nothing behind. Or write_whole_file's message.
-std::expected<void, std::string> can_write_file(const std::string& path);
+Result<void> can_write_file(const std::string& path);
 
-}  // namespace tind::proto
+}  // namespace tind

@@ -1,4 +1,4 @@
-#include "proto/file_io.h"
+#include "terrain/base/file_io.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 
 #include "tests/support/support.h"
 
-namespace tind::proto {
+namespace tind {
 namespace {
 
 namespace fs = std::filesystem;
@@ -63,11 +63,11 @@ TEST(FileIo, whether_a_file_can_be_written_is_known_beforehand) {
   EXPECT_TRUE(can_write_file(dir.file("old")));
   EXPECT_EQ(read_whole_file(dir.file("old")).value(), "old");
   EXPECT_TRUE(can_write_file("/dev/null"));
-  EXPECT_THAT(can_write_file(dir.file("no/such/folder")).error(), HasSubstr("No such file"));
-  EXPECT_THAT(can_write_file(dir.path().string()).error(), HasSubstr("Is a directory"));
-  EXPECT_THAT(can_write_file(dir.file("old/below")).error(), HasSubstr("Not a directory"));
+  EXPECT_THAT(can_write_file(dir.file("no/such/folder")).error().what, HasSubstr("No such file"));
+  EXPECT_THAT(can_write_file(dir.path().string()).error().what, HasSubstr("Is a directory"));
+  EXPECT_THAT(can_write_file(dir.file("old/below")).error().what, HasSubstr("Not a directory"));
   EXPECT_EQ(files_in(dir.path()), 1);
 }
 
 }  // namespace
-}  // namespace tind::proto
+}  // namespace tind
