@@ -5,12 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <list>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
 
+#include "terrain/base/lru.h"
 #include "terrain/base/parallel.h"
 #include "terrain/check/check_decode.h"
 #include "terrain/check/check_surface.h"
@@ -33,28 +33,15 @@ class SurfaceCache {
   Surface get(TileId id) {
     {
       const std::lock_guard lock(mutex_);
-      if (const auto it = known_.find(id); it != known_.end()) {
-        order_.splice(order_.begin(), order_, it->second);
-        return it->second->second;
-      }
+      if (const Surface* known = surfaces_.find(id)) return *known;
     }
     Surface surface = load(id);
     const std::lock_guard lock(mutex_);
-    if (known_.contains(id)) return surface;
-    order_.emplace_front(id, surface);
-    known_[id] = order_.begin();
-    bytes_ += size(surface);
-    while (bytes_ > kCacheBytes && order_.size() > 1) {
-      bytes_ -= size(order_.back().second);
-      known_.erase(order_.back().first);
-      order_.pop_back();
-    }
+    surfaces_.insert(id, surface, surface ? surface->bytes() : 100);
     return surface;
   }
 
  private:
-  static std::size_t size(const Surface& s) { return s ? s->bytes() : 100; }
-
   Surface load(TileId id) const {
     Findings ignored;  // reported elsewhere
     std::vector<std::uint8_t> bytes;
@@ -69,9 +56,7 @@ class SurfaceCache {
 
   const TileListing& listing_;
   std::mutex mutex_;
-  std::list<std::pair<TileId, Surface>> order_;
-  std::map<TileId, std::list<std::pair<TileId, Surface>>::iterator> known_;
-  std::size_t bytes_ = 0;
+  Lru<TileId, Surface> surfaces_{kCacheBytes, 1};
 };
 
 // ---- posts ----

@@ -2,11 +2,11 @@
 // An LRU cache of decoded blocks of heights, bounded in bytes. Thread-safe.
 
 #include <cstdint>
-#include <list>
+#include <functional>
 #include <memory>
 #include <mutex>
-#include <unordered_map>
 
+#include "terrain/base/lru.h"
 #include "terrain/raster/height_grid.h"
 
 namespace tind {
@@ -16,7 +16,7 @@ class BlockCache {
   using Block = std::shared_ptr<const HeightGrid>;
 
   /// At least one block is kept, however small the bound.
-  explicit BlockCache(std::size_t max_bytes) : max_bytes_(max_bytes) {}
+  explicit BlockCache(std::size_t max_bytes) : blocks_(max_bytes, 1) {}
 
   /// nullptr where absent.
   Block find(std::uint64_t key);
@@ -26,15 +26,8 @@ class BlockCache {
   std::size_t bytes() const;
 
  private:
-  struct Entry {
-    std::uint64_t key;
-    Block block;
-  };
-  const std::size_t max_bytes_;
   mutable std::mutex mutex_;
-  std::size_t bytes_ = 0;
-  std::list<Entry> order_;  // most recently used first
-  std::unordered_map<std::uint64_t, std::list<Entry>::iterator> where_;
+  Lru<std::uint64_t, Block, std::hash<std::uint64_t>> blocks_;
 };
 
 }  // namespace tind

@@ -99,11 +99,7 @@ Result<std::shared_ptr<const RefineService::Scene>> RefineService::scene(
   const Key key{dataset.index, *window};
   {
     const std::lock_guard lock(mutex_);
-    const auto known = std::ranges::find(scenes_, key, [](const auto& s) { return s.first; });
-    if (known != scenes_.end()) {
-      scenes_.splice(scenes_.begin(), scenes_, known);
-      return known->second;
-    }
+    if (const auto* known = scenes_.find(key)) return *known;
     if (making_.size() >= limits_.scenes || !making_.insert(key).second)
       return fail(Errc::busy, "this or other data are being made ready for refining: try again");
   }
@@ -111,11 +107,8 @@ Result<std::shared_ptr<const RefineService::Scene>> RefineService::scene(
   auto made = make(*dem, *window, std::move(stop));
   if (!made) return made;
   const std::lock_guard lock(mutex_);
-  scenes_.emplace_front(key, *made);
-  while (scenes_.size() > limits_.scenes) {
-    std::erase_if(views_, [&](const auto& v) { return v.second->scene == scenes_.back().second; });
-    scenes_.pop_back();
-  }
+  for (const auto& gone : scenes_.insert(key, *made))
+    std::erase_if(views_, [&](const auto& v) { return v.second->scene == gone.value; });
   return made;
 }
 
@@ -126,7 +119,7 @@ bool RefineService::ready(const ServedDataset& dataset, const std::optional<GeoR
   if (!window) return true;
   const Key key{dataset.index, *window};
   const std::lock_guard lock(mutex_);
-  return std::ranges::any_of(scenes_, [&](const auto& s) { return s.first == key; });
+  return scenes_.peek(key) != nullptr;
 }
 
 bool RefineService::ready(const ServedDataset& dataset, const GeoRegion& region,
@@ -203,7 +196,9 @@ std::unique_ptr<RefineService::View> RefineService::take(const ServedDataset& da
 void RefineService::keep(const std::string& token, std::unique_ptr<View> view) {
   const std::lock_guard lock(mutex_);
   // Its scene may have gone meanwhile, and would live on with it.
-  if (std::ranges::none_of(scenes_, [&](const auto& s) { return s.second == view->scene; })) return;
+  if (std::ranges::none_of(scenes_.entries(),
+                           [&](const auto& s) { return s.value == view->scene; }))
+    return;
   view->used = Clock::now();
   views_.emplace(token, std::move(view));
   drop_views(Clock::now());

@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <list>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -16,6 +15,7 @@
 #include "proto/refine_delta.h"
 #include "server/services/datasets/catalog.h"
 #include "server/services/refine/refine_window.h"
+#include "terrain/base/lru.h"
 #include "terrain/base/result.h"
 #include "terrain/progressive/multires/camera.h"
 #include "terrain/progressive/multires/geo_region.h"
@@ -39,7 +39,8 @@ struct RefineLimits {
 class RefineService {
  public:
   using Clock = std::chrono::steady_clock;
-  explicit RefineService(const RefineLimits& limits = {}) : limits_(limits) {}
+  explicit RefineService(const RefineLimits& limits = {})
+      : limits_(limits), scenes_(limits.scenes) {}
 
   /// The whole mesh for a region, of the dataset or of a window of it; without a window of
   /// a dataset that has too many posts, one around the region. REQUIRES: errors.inside_m
@@ -91,7 +92,7 @@ class RefineService {
 
   const RefineLimits limits_;
   mutable std::mutex mutex_;
-  std::list<std::pair<Key, std::shared_ptr<const Scene>>> scenes_;  // last used first
+  Lru<Key, std::shared_ptr<const Scene>> scenes_;
   std::set<Key> making_;
   std::map<std::string, std::unique_ptr<View>> views_;
 };

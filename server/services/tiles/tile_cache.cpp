@@ -26,53 +26,39 @@ std::size_t TileCache::Hash::operator()(const TileKey& key) const {
   return mix(place ^ mix(rest + 0x9e3779b97f4a7c15u));
 }
 
+TileCache::TileCache(std::size_t max_bytes) : shard_bytes_(max_bytes / kShards) {
+  for (std::size_t i = 0; i < kShards; ++i) shards_.emplace_back(shard_bytes_);
+}
+
 TileCache::Tile TileCache::find(const TileKey& key) {
   Shard& shard = shard_of(key);
   const std::lock_guard lock(shard.mutex);
-  const auto found = shard.index.find(key);
-  if (found == shard.index.end()) return nullptr;
-  shard.recent.splice(shard.recent.begin(), shard.recent, found->second);
-  return found->second->tile;
+  const Tile* found = shard.tiles.find(key);
+  return found ? *found : nullptr;
 }
 
 TileCache::Tile TileCache::peek(const TileKey& key) const {
   const Shard& shard = shard_of(key);
   const std::lock_guard lock(shard.mutex);
-  const auto found = shard.index.find(key);
-  return found == shard.index.end() ? nullptr : found->second->tile;
+  const Tile* found = shard.tiles.peek(key);
+  return found ? *found : nullptr;
 }
 
 void TileCache::insert(const TileKey& key, Tile tile) {
   const std::size_t bytes = cost_of(*tile);
   if (bytes > shard_bytes_) return;
   Shard& shard = shard_of(key);
+  decltype(shard.tiles)::Entries gone;  // freed after the lock
   const std::lock_guard lock(shard.mutex);
-  if (const auto found = shard.index.find(key); found != shard.index.end()) {
-    shard.bytes -= found->second->bytes;
-    shard.recent.erase(found->second);
-    shard.index.erase(found);
-  }
-  shard.recent.push_front({key, std::move(tile), bytes});
-  shard.index[key] = shard.recent.begin();
-  shard.bytes += bytes;
-  shrink(shard);
-}
-
-void TileCache::shrink(Shard& shard) {
-  while (shard.bytes > shard_bytes_) {
-    const Entry& last = shard.recent.back();
-    shard.bytes -= last.bytes;
-    shard.index.erase(last.key);
-    shard.recent.pop_back();
-    evictions_.fetch_add(1, std::memory_order_relaxed);
-  }
+  gone = shard.tiles.insert(key, std::move(tile), bytes);
+  evictions_.fetch_add(gone.size(), std::memory_order_relaxed);
 }
 
 std::size_t TileCache::bytes() const {
   std::size_t sum = 0;
   for (const Shard& shard : shards_) {
     const std::lock_guard lock(shard.mutex);
-    sum += shard.bytes;
+    sum += shard.tiles.weight();
   }
   return sum;
 }
@@ -81,7 +67,7 @@ std::size_t TileCache::tiles() const {
   std::size_t sum = 0;
   for (const Shard& shard : shards_) {
     const std::lock_guard lock(shard.mutex);
-    sum += shard.index.size();
+    sum += shard.tiles.size();
   }
   return sum;
 }

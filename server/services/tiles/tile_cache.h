@@ -1,17 +1,16 @@
 #pragma once
 // Finished tiles in memory, ready to send; bounded in bytes, least recently used goes first.
 
-#include <array>
 #include <atomic>
 #include <compare>
 #include <cstddef>
 #include <cstdint>
-#include <list>
+#include <deque>
 #include <memory>
 #include <mutex>
-#include <unordered_map>
 
 #include "server/http/message/representation.h"
+#include "terrain/base/lru.h"
 #include "terrain/geo/tiling_scheme.h"
 
 namespace tind::services {
@@ -33,7 +32,7 @@ class TileCache {
  public:
   using Tile = std::shared_ptr<const http::Representation>;
 
-  explicit TileCache(std::size_t max_bytes) : shard_bytes_(max_bytes / kShards) {}
+  explicit TileCache(std::size_t max_bytes);
 
   /// Null when it is not here.
   Tile find(const TileKey&);
@@ -48,27 +47,20 @@ class TileCache {
 
  private:
   static constexpr std::size_t kShards = 16;
-  struct Entry {
-    TileKey key;
-    Tile tile;
-    std::size_t bytes;
-  };
   struct Hash {
     std::size_t operator()(const TileKey&) const;
   };
   struct Shard {
+    explicit Shard(std::size_t bytes) : tiles(bytes) {}
     mutable std::mutex mutex;
-    std::list<Entry> recent;  // front: used last
-    std::unordered_map<TileKey, std::list<Entry>::iterator, Hash> index;
-    std::size_t bytes = 0;
+    Lru<TileKey, Tile, Hash> tiles;
   };
 
   Shard& shard_of(const TileKey& key) { return shards_[Hash{}(key) >> 60]; }
   const Shard& shard_of(const TileKey& key) const { return shards_[Hash{}(key) >> 60]; }
-  void shrink(Shard&);
 
-  std::array<Shard, kShards> shards_;
   const std::size_t shard_bytes_;
+  std::deque<Shard> shards_;
   std::atomic<std::uint64_t> evictions_{0};
 };
 
