@@ -12,12 +12,13 @@
 #include <chrono>
 #include <condition_variable>
 #include <deque>
-#include <map>
 #include <mutex>
 #include <stop_token>
 #include <thread>
 #include <utility>
+#include <vector>
 
+#include "server/log/log_limiter.h"
 #include "server/log/printable.h"
 
 // A pipe that poll() calls writable takes a page without blocking, which is as much as is written
@@ -32,45 +33,12 @@ constexpr std::size_t kMostWaiting = 1 << 20;  // bytes
 constexpr std::size_t kAtOnce = 4096;
 constexpr int kEqualLines = 5;  // in kWindow
 constexpr std::chrono::seconds kWindow{10};
-constexpr std::size_t kMostTexts = 256;  // told apart in kWindow; all others count as one
+constexpr std::size_t kMostTexts = 256;  // told apart in kWindow; others are only counted
 constexpr std::chrono::milliseconds kFarewell{300};
 
 std::atomic<std::uint64_t> dropped_lines{0}, repeated_lines{0};
 
 }  // namespace
-
-/// What was said lately, and how often.
-class Repetitions {
- public:
-  /// False: it has been said often enough.
-  bool may_say(std::string_view text, Clock::time_point now) {
-    std::string key(text.substr(0, text.find(" request=")));
-    if (!said_.contains(key) && said_.size() >= kMostTexts) key = "(other messages)";
-    Said& said = said_[std::move(key)];
-    if (said.count == 0) said.since = now;
-    return ++said.count <= kEqualLines;
-  }
-  /// Calls f(text, how often it was not written) for those whose time is over, and forgets them.
-  template <class F>
-  void forget(Clock::time_point until, F&& f) {
-    for (auto it = said_.begin(); it != said_.end();) {
-      const auto& [text, said] = *it;
-      if (said.since > until) {
-        ++it;
-        continue;
-      }
-      if (said.count > kEqualLines) f(text, said.count - kEqualLines);
-      it = said_.erase(it);
-    }
-  }
-
- private:
-  struct Said {
-    Clock::time_point since;
-    int count = 0;
-  };
-  std::map<std::string, Said> said_;
-};
 
 class LogSink final : public spdlog::sinks::base_sink<std::mutex> {
  public:
@@ -88,13 +56,19 @@ class LogSink final : public spdlog::sinks::base_sink<std::mutex> {
  private:
   void sink_it_(const spdlog::details::log_msg& message) override {
     const std::string_view text(message.payload.data(), message.payload.size());
-    if (message.level >= spdlog::level::warn && !repetitions_.may_say(text, Clock::now())) {
+    if (message.level >= spdlog::level::warn && !may_say(text, Clock::now())) {
       repeated_lines.fetch_add(1, std::memory_order_relaxed);
       return;
     }
     put(message);
   }
   void flush_() override {}
+
+  /// Under the sink's mutex.
+  bool may_say(std::string_view text, Clock::time_point now) {
+    tell(limiter_.forget(now));
+    return limiter_.take(text.substr(0, text.find(" request=")), now).has_value();
+  }
 
   /// Under the sink's mutex.
   void put(const spdlog::details::log_msg& message) {
@@ -116,11 +90,16 @@ class LogSink final : public spdlog::sinks::base_sink<std::mutex> {
     put(spdlog::details::log_msg("tind", level, text));
   }
 
-  void tell_repetitions(Clock::time_point until) {
+  /// Under the sink's mutex.
+  void tell(const std::vector<LogLimiter::Unsaid>& repeated) {
+    for (const auto& [text, times] : repeated)
+      say(spdlog::level::warn,
+          fmt::format("{} (repeated {} times)", text.empty() ? "(other messages)" : text, times));
+  }
+
+  void tell_repetitions(Clock::time_point now) {
     const std::lock_guard lock(mutex_);
-    repetitions_.forget(until, [this](const std::string& text, int times) {
-      say(spdlog::level::warn, fmt::format("{} (repeated {} times)", text, times));
-    });
+    tell(limiter_.forget(now));
   }
 
   void tell_missing() {
@@ -142,7 +121,7 @@ class LogSink final : public spdlog::sinks::base_sink<std::mutex> {
         wake_.wait_for(lock, stop, std::chrono::seconds(1), [&] { return !lines_.empty(); });
       }
       write_waiting(stop);
-      tell_repetitions(Clock::now() - kWindow);
+      tell_repetitions(Clock::now());
       tell_missing();
     }
     tell_repetitions(Clock::time_point::max());
@@ -182,7 +161,7 @@ class LogSink final : public spdlog::sinks::base_sink<std::mutex> {
   }
 
   const int fd_;
-  Repetitions repetitions_;  // guarded by mutex_
+  LogLimiter limiter_{kWindow, kMostTexts, kEqualLines};
   std::mutex lines_mutex_;
   std::condition_variable_any wake_;
   std::deque<std::string> lines_;
