@@ -6,7 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
+
+#include "proto/json_member.h"
 
 namespace tind::proto {
 namespace {
@@ -30,14 +31,15 @@ class Fields {
     if (error_.empty()) error_ = "layer.json: " + why;
   }
   const Json* find(const char* key) const {
-    const auto it = object_.find(key);
-    return it == object_.end() || it->is_null() ? nullptr : &*it;
+    const Json* const value = json::member(object_, key);
+    return value && !value->is_null() ? value : nullptr;
   }
   void text(const char* key, std::string& out) {
     const Json* value = find(key);
     if (!value) return;
-    if (!value->is_string()) return reject(std::string(key) + " is not a string");
-    out = value->get<std::string>();
+    auto text = json::as_text(*value);
+    if (!text) return reject(std::string(key) + " is not a string");
+    out = std::move(*text);
   }
   void texts(const char* key, std::vector<std::string>& out) {
     const Json* value = find(key);
@@ -45,24 +47,27 @@ class Fields {
     if (!value->is_array()) return reject(std::string(key) + " is not an array of strings");
     out.clear();
     for (const Json& item : *value) {
-      if (!item.is_string()) return reject(std::string(key) + " is not an array of strings");
-      out.push_back(item.get<std::string>());
+      auto text = json::as_text(item);
+      if (!text) return reject(std::string(key) + " is not an array of strings");
+      out.push_back(std::move(*text));
     }
   }
   void level(const char* key, int& out) {
     const Json* value = find(key);
     if (!value) return;
-    if (!value->is_number_integer() || *value < 0 || *value > kDeepestLevel)
+    const auto level = json::as_whole(*value, 0, kDeepestLevel);
+    if (!level)
       return reject(std::string(key) + " is not a level, 0.." + std::to_string(kDeepestLevel));
-    out = value->get<int>();
+    out = int(*level);
   }
   void bounds(std::array<double, 4>& out) {
     const Json* value = find("bounds");
     if (!value) return;
     if (!value->is_array() || value->size() != 4) return reject("bounds are not four numbers");
     for (std::size_t i = 0; i < 4; ++i) {
-      if (!(*value)[i].is_number()) return reject("bounds are not four numbers");
-      out[i] = (*value)[i].get<double>();
+      const auto degrees = json::as_number((*value)[i]);
+      if (!degrees) return reject("bounds are not four numbers");
+      out[i] = *degrees;
     }
   }
   void available(std::vector<Level>& out) {
@@ -85,16 +90,14 @@ class Fields {
 
  private:
   static bool read_number(const Json& range, const char* key, std::uint32_t& out) {
-    const auto it = range.find(key);
-    if (it == range.end() || !it->is_number_integer()) return false;
-    if (*it < 0 || *it > std::numeric_limits<std::uint32_t>::max()) return false;
-    out = it->get<std::uint32_t>();
-    return true;
+    const auto n = json::whole(range, key, 0, std::numeric_limits<std::uint32_t>::max());
+    if (n) out = std::uint32_t(*n);
+    return n.has_value();
   }
   static bool read_range(const Json& range, TileRange& r) {
-    return range.is_object() && read_number(range, "startX", r.start_x) &&
-           read_number(range, "startY", r.start_y) && read_number(range, "endX", r.end_x) &&
-           read_number(range, "endY", r.end_y) && r.start_x <= r.end_x && r.start_y <= r.end_y;
+    return read_number(range, "startX", r.start_x) && read_number(range, "startY", r.start_y) &&
+           read_number(range, "endX", r.end_x) && read_number(range, "endY", r.end_y) &&
+           r.start_x <= r.end_x && r.start_y <= r.end_y;
   }
 
   const Json& object_;

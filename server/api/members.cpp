@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "proto/json_member.h"
+
 namespace tind::api {
 namespace {
 
@@ -28,8 +30,7 @@ std::string Members::name_of(const char* member) const {
 
 const Json* Members::member(const char* name, Need need) {
   known_.push_back(name);
-  const auto found = object_.find(name);
-  if (found != object_.end()) return &*found;
+  if (const Json* const found = json::member(object_, name)) return found;
   if (need == Need::must) problems_.add(name_of(name), "missing");
   return nullptr;
 }
@@ -37,8 +38,8 @@ const Json* Members::member(const char* name, Need need) {
 void Members::number(const char* name, double low, double high, double& value, Need need) {
   const Json* const found = member(name, need);
   if (!found) return;
-  if (found->is_number() && double(*found) >= low && double(*found) <= high)
-    value = *found;
+  if (const auto x = json::as_number(*found, low, high))
+    value = *x;
   else
     problems_.add(name_of(name),
                   "must be a number from " + Json(low).dump() + " to " + Json(high).dump());

@@ -4,7 +4,8 @@
 #include "terrain/check/check_files.h"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
+
+#include "proto/json_member.h"
 
 namespace tind {
 
@@ -46,8 +47,8 @@ class LayerCheck {
   void report(std::size_t r, const std::string& detail) { findings_.add(r, kLayer, detail); }
 
   void text(const char* key, std::size_t r, const std::string& wanted) {
-    const auto it = json_.find(key);
-    if (it == json_.end()) return report(r, "missing");
+    const Json* const it = json::member(json_, key);
+    if (!it) return report(r, "missing");
     if (!it->is_string() || (!wanted.empty() && *it != wanted)) report(r, it->dump());
   }
 
@@ -98,10 +99,11 @@ class LayerCheck {
     const char* const keys[] = {"startX", "startY", "endX", "endY"};
     std::int64_t n[4] = {};
     for (int i = 0; i < 4; ++i) {
-      if (!item.is_object() || !item.contains(keys[i]) || !item[keys[i]].is_number_integer())
+      const auto found = json::whole(item, keys[i]);
+      if (!found)
         return report(rule("layer.available"),
                       "level " + std::to_string(level) + ": " + item.dump());
-      n[i] = item[keys[i]].get<std::int64_t>();
+      n[i] = *found;
     }
     const Range r{n[0], n[1], n[2], n[3]};
     if (r.x0 > r.x1 || r.y0 > r.y1 || !tiling::tile(level, r.x0, r.y0) ||

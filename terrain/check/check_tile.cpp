@@ -8,17 +8,19 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <nlohmann/json.hpp>
+#include <limits>
 #include <numbers>
 
-namespace tind {
+#include "proto/json_member.h"
 
+namespace tind {
 namespace {
 
 constexpr double kA = 6378137.0;          // metres
 constexpr double kB = 6356752.314245179;  // metres
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr std::int32_t kEnd = 32767;
+constexpr double kLargest = std::numeric_limits<double>::max();
 constexpr const char* kSides[] = {"west", "south", "east", "north"};
 
 std::string number(double x) {
@@ -283,9 +285,9 @@ StatedError stated_error(const CheckedTile& tile, TileId id, double error_factor
     findings.add(rule("ext.metadata"), where, "not a JSON object");
     return stated;
   }
-  if (json.is_object() && json.contains("geometricerror") && json["geometricerror"].is_number())
-    stated.geometric_error_m = json["geometricerror"].get<double>();
-  if (!json.is_object() || !json.contains("max_error_m")) {
+  stated.geometric_error_m = json::number(json, "geometricerror");
+  const auto* const value = json::member(json, "max_error_m");
+  if (!value) {
     findings.add(rule("error.missing"), where, "");
     return stated;
   }
@@ -298,21 +300,20 @@ StatedError stated_error(const CheckedTile& tile, TileId id, double error_factor
       findings.add(rule("error.side"), where, side.dump());
   }
   if (const auto edge = json.find("edge_error_m"); edge != json.end()) {
-    if (edge->is_number() && edge->get<double>() >= 0 && !std::isinf(edge->get<double>()))
-      stated.edge_error_m = edge->get<double>();
+    if (const auto error = json::as_number(*edge, 0, kLargest))
+      stated.edge_error_m = *error;
     else
       findings.add(rule("error.edge"), where, edge->dump());
   }
-  const auto& value = json["max_error_m"];
-  if (!value.is_number() || !(value.get<double>() >= 0) || std::isinf(value.get<double>())) {
-    findings.add(rule("error.value"), where, value.dump());
+  const auto found = json::as_number(*value, 0, kLargest);
+  if (!found) {
+    findings.add(rule("error.value"), where, value->dump());
     return stated;
   }
-  const double error = value.get<double>();
+  const double error = *found;
   stated.max_error_m = error;
   stated.exact = json.contains("error_kind") && json["error_kind"] == "exact";
-  if (json.contains("residual_m") && json["residual_m"].is_number())
-    stated.residual_m = json["residual_m"].get<double>();
+  stated.residual_m = json::number(json, "residual_m");
   if (stated.geometric_error_m && *stated.geometric_error_m < error)
     findings.add(rule("error.geometric"), where, json["geometricerror"].dump());
   const double budget = assumed_level_error(id.level) * error_factor;

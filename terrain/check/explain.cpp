@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <set>
 
+#include "proto/json_member.h"
 #include "terrain/check/check_decode.h"
 #include "terrain/check/check_surface.h"
 #include "terrain/pyramid/plan/level_plan.h"
@@ -58,8 +58,7 @@ Result<MadeWith> made_with(const TileStore& store, double error_factor) {
   const auto layer = store.layer_json();
   if (!layer) return std::unexpected(layer.error());
   const auto json = nlohmann::json::parse(*layer, nullptr, false);
-  if (json.is_object() && json.contains("maxzoom") && json["maxzoom"].is_number_integer())
-    made.deepest = json["maxzoom"].get<int>();
+  made.deepest = int(json::whole(json, "maxzoom").value_or(made.deepest));
   const auto record = store.record();
   if (!record) return made;
   made.recorded = true;

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cassert>
-#include <nlohmann/json.hpp>
 
+#include "proto/json_member.h"
 #include "proto/quantized_mesh.h"
 
 namespace tind {
@@ -34,44 +34,25 @@ std::string metadata_of(const TileModel& tile) {
   return metadata.dump();
 }
 
-/// Members of tind's metadata; those of another kind read as not there.
-class Members {
- public:
-  explicit Members(const std::string& text) : json_(nlohmann::json::parse(text, nullptr, false)) {}
-
-  std::optional<double> number(const char* name) const {
-    const auto* found = find(name);
-    if (!found || !found->is_number()) return {};
-    return std::max(0.0, found->get<double>());
-  }
-  std::optional<std::string> text(const char* name) const {
-    const auto* found = find(name);
-    if (!found || !found->is_string()) return {};
-    return found->get<std::string>();
-  }
-
- private:
-  const nlohmann::json* find(const char* name) const {
-    if (!json_.is_object()) return nullptr;
-    const auto found = json_.find(name);
-    return found == json_.end() ? nullptr : &*found;
-  }
-  nlohmann::json json_;
-};
+/// Members of tind's metadata; what is of another kind reads as not there.
+std::optional<double> distance(const nlohmann::json& metadata, const char* name) {
+  const auto x = json::number(metadata, name);
+  return x ? std::optional(std::max(0.0, *x)) : std::nullopt;
+}
 
 void read_metadata(const std::string& text, TileModel& tile) {
-  const Members members(text);
-  const auto error = members.number("max_error_m");
+  const auto metadata = nlohmann::json::parse(text, nullptr, false);
+  const auto error = distance(metadata, "max_error_m");
   if (!error) return;
-  const auto side = enum_named<Side>(members.text("side").value_or(""));
+  const auto side = enum_named<Side>(json::text(metadata, "side").value_or(""));
   tile.certificate = TileCertificate{.max_error_m = *error,
-                                     .edge_error_m = members.number("edge_error_m").value_or(0),
-                                     .exact = members.text("error_kind") == "exact",
+                                     .edge_error_m = distance(metadata, "edge_error_m").value_or(0),
+                                     .exact = json::text(metadata, "error_kind") == "exact",
                                      .side = side.value_or(Side::both)};
   tile.one_sided = side.has_value();
-  tile.displayed_error_m = members.number("geometricerror").value_or(0);
-  tile.posts = std::uint64_t(std::min(members.number("posts").value_or(0), 0x1p53));
-  tile.residual_m = members.number("residual_m");
+  tile.displayed_error_m = distance(metadata, "geometricerror").value_or(0);
+  tile.posts = std::uint64_t(std::min(distance(metadata, "posts").value_or(0), 0x1p53));
+  tile.residual_m = distance(metadata, "residual_m");
 }
 
 }  // namespace

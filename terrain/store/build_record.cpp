@@ -1,7 +1,8 @@
 #include "terrain/store/build_record.h"
 
 #include <limits>
-#include <nlohmann/json.hpp>
+
+#include "proto/json_member.h"
 
 namespace tind {
 
@@ -12,20 +13,17 @@ using Json = nlohmann::ordered_json;
 constexpr int kFormat = 3;  // of the record; from 3 on there is a ledger
 
 void take(const Json& record, const char* key, double& to) {
-  const auto it = record.find(key);
-  if (it != record.end() && it->is_number()) to = it->get<double>();
+  to = json::number(record, key).value_or(to);
 }
 
 void take(const Json& record, const char* key, std::string& to) {
-  const auto it = record.find(key);
-  if (it != record.end() && it->is_string()) to = it->get<std::string>();
+  to = json::text(record, key).value_or(to);
 }
 
 /// Numbers that no int holds stay out.
 void take(const Json& record, const char* key, int& to) {
-  double value = std::numeric_limits<double>::quiet_NaN();
-  take(record, key, value);
-  if (std::abs(value) <= std::numeric_limits<int>::max()) to = int(value);
+  constexpr double kMost = std::numeric_limits<int>::max();
+  to = int(json::number(record, key, -kMost, kMost).value_or(to));
 }
 
 }  // namespace

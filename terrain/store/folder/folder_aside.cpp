@@ -6,9 +6,9 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <optional>
 
+#include "proto/json_member.h"
 #include "terrain/base/file_io.h"
 #include "terrain/raster/source_blocks.h"
 #include "terrain/store/folder/folder_contents.h"
@@ -41,8 +41,7 @@ std::optional<Proof> proof_of(const std::string& folder, const std::string& asid
   const Json own = json_in(aside + kRecord);
   if (!is_record(own) || !same_but_heights(own, json_in(folder + kRecord))) return {};
   Proof proof;
-  const Json heights = own.value("heights", Json());
-  if (heights.is_string()) proof.digest = heights;
+  proof.digest = json::text(own, "heights").value_or("");
   for (const std::string& place : {aside, folder}) {
     auto ledger = TileLedger::open(place + kLedger);
     if (!ledger) continue;
@@ -98,9 +97,7 @@ Result<std::vector<std::string>> names_below(const std::string& aside) {
 
 }  // namespace
 
-bool is_record(const Json& j) {
-  return j.is_object() && j.contains("made_by") && j["made_by"] == "tind build";
-}
+bool is_record(const Json& j) { return json::text(j, "made_by") == "tind build"; }
 
 bool same_but_heights(Json a, Json b) {
   if (!a.is_object() || !b.is_object()) return false;
@@ -163,10 +160,8 @@ Result<void> adopt(FolderFiles& files, const std::string& folder) {
     if (auto done = files.sync_folder(folder); !done) return done;
   }
   const Json record = json_in(folder + kRecord);
-  if (is_record(record) && record.contains("heights") && record["heights"].is_string()) {
-    const std::string digest = record["heights"];
-    if (auto done = remove_other_blocks(files, folder, digest); !done) return done;
-  }
+  if (const auto digest = json::text(record, "heights"); digest && is_record(record))
+    if (auto done = remove_other_blocks(files, folder, *digest); !done) return done;
   if (auto done = remove_aside(files, folder, kReady); !done) return done;
   return files.sync_folder(folder);
 }
