@@ -1,6 +1,7 @@
 #include "server/api/flight_request.h"
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <utility>

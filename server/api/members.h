@@ -2,7 +2,7 @@
 // The bodies of POSTs: JSON from anybody. Whatever is wrong is said with the name of the parameter,
 // in one way for all of them.
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 #include <vector>

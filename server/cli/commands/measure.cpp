@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "proto/mesh_io.h"
 #include "server/cli/commands/commands.h"

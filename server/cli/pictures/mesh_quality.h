@@ -1,7 +1,7 @@
 #pragma once
 // The referee's verdict on a mesh of a DEM, as `tind simplify` and `tind measure` report it.
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include "terrain/base/result.h"
 #include "terrain/mesh/mesh_frame.h"

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+
 #include "terrain/base/result.h"
 #include "terrain/raster/height_grid.h"
 #include "terrain/simplify/collapse/attribute_quadric.h"

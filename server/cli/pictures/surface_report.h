@@ -1,7 +1,7 @@
 #pragma once
 // How `tind simplify` and `tind measure` report the distance of two surfaces.
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 
