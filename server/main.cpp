@@ -4,11 +4,14 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <memory>
 #include <sstream>
 #include <string>
 
 #include "server/cli/commands/commands.h"
+#include "server/cli/program/data_dir.h"
 #include "server/log/printable.h"
+#include "terrain/geo/environment.h"
 
 #ifndef TIND_VERSION
 #define TIND_VERSION "0"
@@ -31,7 +34,7 @@ int once_printed(int exit) {
 int main(int argc, char** argv) {
   tind::cli::Program program(
       "tind: terrain meshes whose error is known. DEMs in, simplified TINs and tiles out.",
-      "tind " TIND_VERSION);
+      "tind " TIND_VERSION, std::make_shared<const tind::Environment>(tind::cli::data_dir()));
   const tind::cli::Command app = program.root();
   int exit = tind::cli::kOk;
   // subcommands: one line each

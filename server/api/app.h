@@ -17,6 +17,7 @@
 #include "server/services/tiles/tile_streams.h"
 #include "server/services/tiles/tile_transitions.h"
 #include "server/services/work/cpu_pool.h"
+#include "terrain/geo/environment.h"
 
 namespace tind::api {
 
@@ -27,6 +28,7 @@ struct App {
   const services::TileCache& cache;
   services::CpuPool& pool;
   const http::StaticFiles& viewer;
+  const Environment& environment;
   const http::Server* server = nullptr;              // set once it listens, before it runs
   services::RefineService* refine = nullptr;         // null: no /refine
   services::TileStreams* streams = nullptr;          // null: no /progressive

@@ -7,7 +7,6 @@
 #include "server/api/app.h"
 #include "server/http/message/problem.h"
 #include "server/http/message/query_numbers.h"
-#include "terrain/geo/geoid.h"
 
 namespace tind::api {
 namespace {
@@ -30,10 +29,10 @@ const char* word(Coverage coverage) {
 const http::QueryWord kWords[] = {{"datum", {"source", "ellipsoid"}}};
 
 /// The height as it is above another datum. REQUIRES: both known, or the same.
-Result<HeightAt> convert(HeightAt height, const Geographic& where, VerticalDatum from,
-                         VerticalDatum to) {
+Result<HeightAt> convert(const Environment& environment, HeightAt height, const Geographic& where,
+                         VerticalDatum from, VerticalDatum to) {
   if (from == to || height.coverage != Coverage::value) return height;
-  const auto geoid = Geoid::egm96();
+  const auto geoid = environment.egm96();
   if (!geoid) return std::unexpected(geoid.error());
   const double above = (*geoid)->undulation(where);
   height.height_m += to == VerticalDatum::ellipsoid ? above : -above;
@@ -77,10 +76,10 @@ std::optional<http::Reply> elevation(const App& app, const http::Request& reques
   const Geographic where{*query.values[0], *query.values[1]};
   return answer_on_worker(
       app, services::Work::question, request, later,
-      [dataset, where, datum, target = std::string(request.head.target)](const std::stop_token&) {
+      [&app, dataset, where, datum, target = std::string(request.head.target)](const std::stop_token&) {
         const DemSource& dem = *dataset->source;
         auto height = height_at(dem, where);
-        if (height) height = convert(*height, where, dem.info().datum, datum);
+        if (height) height = convert(app.environment, *height, where, dem.info().datum, datum);
         return height ? answer(*dataset, where, *height, datum)
                       : http::problem_reply(height.error(), target);
       });

@@ -15,11 +15,7 @@ namespace tind {
 /// Thread-safe; 2 MB.
 class Geoid {
  public:
-  /// The process's EGM96, loaded at the first call. Looked for, in this order, in
-  /// $TIND_DATA/geoids, <folder of the program>/../share/tind/geoids, and the build tree. The error
-  /// names the script that makes the file.
-  static Result<std::shared_ptr<const Geoid>> egm96();
-  /// A grid `name`.pgm in `folder`.
+  /// A grid `name`.pgm in `folder`. An installation's is in its Environment.
   static Result<std::shared_ptr<const Geoid>> load(const std::string& folder,
                                                    const std::string& name);
 

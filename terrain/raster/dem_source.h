@@ -10,6 +10,7 @@
 
 #include "terrain/base/result.h"
 #include "terrain/geo/coordinates.h"
+#include "terrain/geo/environment.h"
 #include "terrain/raster/height_grid.h"
 
 namespace tind {
@@ -37,6 +38,8 @@ struct DemOptions {
   /// Bound of the files that are unpacked in memory (x.hgt.zip) while nobody reads from
   /// them, bytes.
   std::size_t unpacked_bytes = 256u << 20;
+  /// Has the geoid; only where egm96 heights are to be brought to the ellipsoid.
+  std::shared_ptr<const Environment> environment = nullptr;
 };
 
 /// A rectangle of posts, both ends included.

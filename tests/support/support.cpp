@@ -66,6 +66,11 @@ std::string shared_data(const std::string& name) {
   return std::filesystem::exists(path) ? path : std::string();
 }
 
+std::shared_ptr<const Environment> environment() {
+  static const auto shared = std::make_shared<const Environment>(TIND_SHARE);
+  return shared;
+}
+
 TempDir::TempDir() {
   std::string pattern = (std::filesystem::temp_directory_path() / "tind-test-XXXXXX").string();
   path_ = mkdtemp(pattern.data());

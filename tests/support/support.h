@@ -3,9 +3,11 @@
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <random>
 #include <string>
 
+#include "terrain/geo/environment.h"
 #include "terrain/raster/height_grid.h"
 
 namespace tind::test {
@@ -38,6 +40,9 @@ std::string testdata(const std::string& name);
 /// The large data set beside the repository, or empty when it is not there (skip the test then:
 /// TIND_NEEDS_SHARED_DATA).
 std::string shared_data(const std::string& name);
+
+/// Of the build tree: the geoid that programs find beside them.
+std::shared_ptr<const Environment> environment();
 
 /// A fresh folder, removed with the object.
 class TempDir {

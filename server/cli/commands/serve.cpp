@@ -30,6 +30,7 @@
 #include "server/services/datasets/open_dataset.h"
 #include "terrain/dataset/dem_dataset.h"
 #include "terrain/dataset/stored_dataset.h"
+#include "terrain/geo/environment.h"
 #include "terrain/pyramid/plan/level_plan.h"
 #include "terrain/raster/nodata.h"
 
@@ -46,6 +47,7 @@ struct Options {
   std::map<std::string, std::string> flags;
   std::vector<std::string> datasets;
   bool check_config = false, print_config = false;
+  std::shared_ptr<const Environment> environment;
 };
 
 std::vector<std::string> environment_names() {
@@ -132,8 +134,9 @@ Result<void> something_to_serve(const Config& config) {
               "nothing to serve: name a DEM or a directory of tiles (see tind serve --help)");
 }
 
-DemOptions dem_options(const Config& config) {
+DemOptions dem_options(const Config& config, std::shared_ptr<const Environment> environment) {
   DemOptions dem;
+  dem.environment = std::move(environment);
   dem.from_datum = datum_named(config.from_datum);
   dem.to_datum = config.to_datum == "same" ? TargetDatum::same : TargetDatum::ellipsoid_if_known;
   if (!config.nodata.empty()) (void)set_nodata(config.nodata, dem);  // checked when it was read
@@ -150,9 +153,10 @@ TileSetOptions tile_options(const Config& config) {
   return tiles;
 }
 
-Result<services::Catalog> open_datasets(const Config& config) {
+Result<services::Catalog> open_datasets(const Config& config,
+                                        const std::shared_ptr<const Environment>& environment) {
   if (auto any = something_to_serve(config); !any) return std::unexpected(any.error());
-  const DemOptions dem = dem_options(config);
+  const DemOptions dem = dem_options(config, environment);
   const TileSetOptions tiles = tile_options(config);
   services::Catalog catalog;
   std::vector<Error> bad;
@@ -178,16 +182,9 @@ Result<services::Catalog> open_datasets(const Config& config) {
                                        bad.size(), config.datasets.size()));
 }
 
-std::string viewer_directory(const Config& config) {
-  if (!config.viewer.empty()) return config.viewer;
-  if (const char* data = std::getenv("TIND_DATA")) return std::string(data) + "/viewer";
-  std::error_code error;
-  const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
-  return (program.parent_path().parent_path() / "share/tind/viewer").string();
-}
-
-Result<http::StaticFiles> load_viewer(const Config& config) {
-  const std::string directory = viewer_directory(config);
+Result<http::StaticFiles> load_viewer(const Config& config, const Environment& environment) {
+  const std::string directory =
+      config.viewer.empty() ? environment.data_dir() + "/viewer" : config.viewer;
   auto files = http::StaticFiles::load(directory);
   if (files || !config.viewer.empty()) return files;
   spdlog::warn("no viewer in {}: serving data only", directory);
@@ -227,16 +224,16 @@ void follow(services::Catalog& catalog, const std::stop_token& stop) {
       spdlog::info("{}: its folder has got other tiles, which are served from now on", name);
 }
 
-int serve(const Config& config) {
+int serve(const Config& config, const std::shared_ptr<const Environment>& environment) {
   bound_memory();
   ignore_signals();
   const logging::Log log(config.log_level);
   if (::geteuid() == 0)
     spdlog::warn(
         "running as root: DEM files are decoded in this process; a user of its own is safer");
-  auto catalog = open_datasets(config);
+  auto catalog = open_datasets(config, environment);
   if (!catalog) return complain(catalog.error());
-  auto viewer = load_viewer(config);
+  auto viewer = load_viewer(config, *environment);
   if (!viewer) return complain(viewer.error());
 
   services::TileCache cache(std::size_t(config.cache_mb) << 20);
@@ -246,7 +243,7 @@ int serve(const Config& config) {
   services::TileTransitions transitions(tiles, cache, pool);
   services::TileEncodings encodings(tiles, cache, pool);
   services::RefineService refine;
-  api::App app{*catalog, tiles, cache, pool, *viewer};
+  api::App app{*catalog, tiles, cache, pool, *viewer, *environment};
   app.refine = &refine;
   app.streams = &streams;
   app.transitions = &transitions;
@@ -269,7 +266,8 @@ int serve(const Config& config) {
 
 /// What would end the start: all that is read before the daemon is ready, and of a DEM that it
 /// reads later that it opens. The sum is of those.
-Result<std::size_t> check(const Config& config) {
+Result<std::size_t> check(const Config& config,
+                          const std::shared_ptr<const Environment>& environment) {
   if (auto any = something_to_serve(config); !any) return std::unexpected(any.error());
   std::size_t not_read = 0;
   for (const std::string& text : config.datasets) {
@@ -277,7 +275,7 @@ Result<std::size_t> check(const Config& config) {
     if (services::is_stored(spec)) {
       if (auto dataset = stored_dataset(spec.files[0]); !dataset)
         return std::unexpected(dataset.error());
-    } else if (auto dem = services::open_dem(spec, dem_options(config)); !dem) {
+    } else if (auto dem = services::open_dem(spec, dem_options(config, environment)); !dem) {
       return std::unexpected(dem.error());
     } else if ((*dem)->info().cols * (*dem)->info().rows > kMostReadAtOnce) {
       ++not_read;
@@ -293,7 +291,7 @@ Result<std::size_t> check(const Config& config) {
 int run(const Options& options) {
   const auto config = configure(options);
   if (!config) return complain(config.error());
-  Result<std::size_t> not_read = options.check_config ? check(*config) : Result<std::size_t>(0);
+  Result<std::size_t> not_read = options.check_config ? check(*config, options.environment) : Result<std::size_t>(0);
   if (!not_read) return complain(not_read.error());
   if (*not_read > 0)
     warn(fmt::format("{} DEMs of more than {} million posts were opened, but not read", *not_read,
@@ -301,7 +299,7 @@ int run(const Options& options) {
   if (options.print_config) std::fputs(services::print_config(*config).c_str(), stdout);
   if (options.check_config && !options.print_config) std::puts("tind: the configuration is valid");
   if (options.print_config || options.check_config) return kOk;
-  return serve(*config);
+  return serve(*config, options.environment);
 }
 
 }  // namespace
@@ -310,6 +308,7 @@ void add_serve(Command program, int& exit) {
   auto options = std::make_shared<Options>();
   Command command = program.add_subcommand(
       "serve", "Serve DEMs (tiled on demand) and directories of tiles over HTTP");
+  options->environment = command.environment();
   command.add_option("dataset", options->datasets,
                      "DEM or directory; NAME=FILE[,FILE...] names it and joins several files");
   command.add_option("--config", options->config_file, "TOML file with the settings below");

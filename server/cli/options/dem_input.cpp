@@ -16,6 +16,7 @@ constexpr std::int64_t kMaxPosts = 400'000'000;
 }  // namespace
 
 void add_dem_options(Command app, DemInput& input) {
+  input.environment = app.environment();
   app.add_option(
          "--from-datum", input.from_datum,
          "what the heights are above, where the file does not say: egm96, ellipsoid, unknown")
@@ -55,6 +56,7 @@ DemOptions dem_options(const DemInput& input) {
   if (!input.nodata.empty())
     (void)set_nodata(fmt::format("{}", fmt::join(input.nodata, ",")), options);
   options.allow_vrt = input.allow_vrt;
+  options.environment = input.environment;
   return options;
 }
 

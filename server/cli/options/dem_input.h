@@ -19,6 +19,7 @@ struct DemInput {
   bool to_datum_given = false;  // else it is what the subcommand does by itself
   std::vector<std::string> nodata;
   bool allow_vrt = false;
+  std::shared_ptr<const Environment> environment;  // the program's
 };
 
 /// --from-datum, --to-datum, --nodata, --allow-vrt.

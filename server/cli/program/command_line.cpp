@@ -175,11 +175,11 @@ Option Command::add_action(const std::string& name, std::function<void()> act,
 Command Command::add_group(const std::string& title, int least, int most) {
   CLI::Option_group* const group = app_->add_option_group(title);
   group->require_option(std::size_t(least), std::size_t(most));
-  return Command(group);
+  return Command(group, environment_);
 }
 
 Command Command::add_subcommand(const std::string& name, const std::string& what) {
-  return Command(app_->add_subcommand(name, what));
+  return Command(app_->add_subcommand(name, what), environment_);
 }
 
 void Command::footer(const std::string& text) { app_->footer(text); }
@@ -206,8 +206,9 @@ void refuse_value(const std::string& name, const std::string& why) {
 
 // --- the line ------------------------------------------------------------------------------------
 
-Program::Program(const std::string& description, const std::string& version)
-    : app_(std::make_unique<CLI::App>(description)) {
+Program::Program(const std::string& description, const std::string& version,
+                 std::shared_ptr<const Environment> environment)
+    : app_(std::make_unique<CLI::App>(description)), environment_(std::move(environment)) {
   app_->set_version_flag("--version", version);
   app_->require_subcommand(1);
 }

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "terrain/base/enum_names.h"
@@ -15,6 +16,10 @@ namespace CLI {
 class App;
 class Option;
 }  // namespace CLI
+
+namespace tind {
+class Environment;
+}
 
 namespace tind::cli {
 
@@ -45,7 +50,8 @@ class Option {
 /// A command, or a group of its options: a handle, copied freely.
 class Command {
  public:
-  explicit Command(CLI::App* app) : app_(app) {}
+  Command(CLI::App* app, std::shared_ptr<const Environment> environment)
+      : app_(app), environment_(std::move(environment)) {}
 
   /// `name` is "--name", "-n,--name", or "name" for a positional. The value is written when the
   /// line is parsed, so it lives as long as the program. T: std::string, int, std::uint32_t,
@@ -76,12 +82,16 @@ class Command {
   bool given(const std::string& option) const;
   std::vector<std::string> subcommands() const;
 
+  /// The program's: null where it was given none.
+  const std::shared_ptr<const Environment>& environment() const { return environment_; }
+
  private:
   /// `take` sees one of `words` only; `now` is what shown() shows.
   Option add_words(const std::string& name, std::vector<std::string> words, std::string now,
                    std::function<void(const std::string&)> take, const std::string& help);
 
   CLI::App* app_;
+  std::shared_ptr<const Environment> environment_;
 };
 
 /// What the line lacks, or has wrong: ends the parsing as if the parser had found it.
@@ -91,12 +101,13 @@ class Command {
 /// The whole line.
 class Program {
  public:
-  Program(const std::string& description, const std::string& version);
+  Program(const std::string& description, const std::string& version,
+          std::shared_ptr<const Environment> environment = nullptr);
   ~Program();
   Program(const Program&) = delete;
   Program& operator=(const Program&) = delete;
 
-  Command root() { return Command(app_.get()); }
+  Command root() { return Command(app_.get(), environment_); }
 
   struct Parsed {
     bool ran = false;  // a command did; else help or the version was printed, or:
@@ -108,6 +119,7 @@ class Program {
 
  private:
   std::unique_ptr<CLI::App> app_;
+  std::shared_ptr<const Environment> environment_;
 };
 
 }  // namespace tind::cli

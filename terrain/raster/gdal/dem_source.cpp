@@ -236,7 +236,10 @@ Result<void> RasterSource::settle_datum(const gdal::FileFacts& facts, const DemO
   if (facts.crs.kind == CrsKind::none)
     return fail(Errc::invalid_argument,
                 facts.path + ": has no CRS, so its heights cannot be brought to the ellipsoid");
-  auto geoid = Geoid::egm96();
+  if (!options.environment)
+    return fail(Errc::invalid_argument,
+                facts.path + ": to the ellipsoid only with an environment, which has the geoid");
+  auto geoid = options.environment->egm96();
   if (!geoid) return std::unexpected(geoid.error());
   shift_.emplace(*geoid, frame_, options.keep_source_units ? facts.z_unit_m : 1);
   info_.datum = VerticalDatum::ellipsoid;

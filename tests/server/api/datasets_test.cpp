@@ -14,7 +14,6 @@
 
 #include "server/api/methods.h"
 #include "terrain/dataset/dem_dataset.h"
-#include "terrain/geo/geoid.h"
 #include "terrain/simplify/methods.h"
 #include "tests/server/api/api_fixture.h"
 #include "tests/support/made_up_source.h"
@@ -126,6 +125,7 @@ TEST_F(Api, ADemWithoutTilesAnswersQuestionsOnly) {
 TEST_F(Api, ElevationSaysWhatItIsAbove) {
   DemOptions egm96;
   egm96.from_datum = VerticalDatum::egm96, egm96.to_datum = TargetDatum::ellipsoid;
+  egm96.environment = environment_;
   ASSERT_TRUE(
       services::open_dataset(catalog_, {"converted", {test::testdata("rainier.tif")}}, egm96, {}));
   ASSERT_TRUE(
@@ -147,7 +147,7 @@ TEST_F(Api, ElevationSaysWhatItIsAbove) {
   EXPECT_EQ(above["datum"], "ellipsoid");
   const Json made_above = Json::parse(ask("as-stored", "&datum=ellipsoid").body);
   EXPECT_NEAR(above["height_m"].get<double>(), made_above["height_m"].get<double>(), 2e-3);
-  const double undulation = (*Geoid::egm96())->undulation({-121.76, 46.85});
+  const double undulation = (*environment_->egm96())->undulation({-121.76, 46.85});
   EXPECT_LT(undulation, -10);
   EXPECT_NEAR(above["height_m"].get<double>() - own["height_m"].get<double>(), undulation, 2e-3);
   for (const auto& [dataset, datum] :

@@ -14,7 +14,7 @@ namespace tind {
 namespace {
 
 std::shared_ptr<const Geoid> egm96() {
-  auto geoid = Geoid::egm96();
+  auto geoid = test::environment()->egm96();
   EXPECT_TRUE(geoid.has_value()) << (geoid ? "" : geoid.error().what);
   return geoid ? *geoid : nullptr;
 }

@@ -29,7 +29,8 @@ Result<std::shared_ptr<const DemSource>> open(std::vector<std::string> files,
 }
 
 std::shared_ptr<const DemSource> must_open(std::vector<std::string> files,
-                                           const DemOptions& options = {}) {
+                                           DemOptions options = {}) {
+  options.environment = test::environment();
   auto source = open(std::move(files), options);
   EXPECT_TRUE(source.has_value()) << (source ? "" : source.error().what);
   return source ? *source : nullptr;
@@ -310,7 +311,7 @@ TEST(DatumShift, ProjectedPostsGetTheUndulationOfTheirPlace) {
   ASSERT_TRUE(plain && shifted);
   EXPECT_EQ(plain->info().rounding_m, 0);
   EXPECT_EQ(shifted->info().datum, VerticalDatum::ellipsoid);
-  const auto geoid = Geoid::egm96();
+  const auto geoid = test::environment()->egm96();
   ASSERT_TRUE(geoid);
   const auto z = plain->read(0, 0, 200, 200), h = shifted->read(0, 0, 200, 200);
   ASSERT_TRUE(z && h);

@@ -14,6 +14,7 @@ namespace {
 
 std::shared_ptr<const DemSource> must_open(std::vector<std::string> files,
                                            DemOptions options = {}) {
+  options.environment = test::environment();
   auto source = DemSource::open(files, options);
   EXPECT_TRUE(source.has_value()) << (source ? "" : source.error().what);
   return source ? *source : nullptr;
