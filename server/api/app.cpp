@@ -64,9 +64,9 @@ void answer_on_worker(const App& app, services::Work work, std::string_view targ
 }
 
 std::optional<http::Reply> answer_on_worker(const App& app, services::Work work,
-                                            const http::Request& request, http::Later& later,
-                                            Answer answer) {
-  answer_on_worker(app, work, request.head.target, later.responder(), std::move(answer));
+                                            const http::Request& request,
+                                            http::DeferredReply& deferred, Answer answer) {
+  answer_on_worker(app, work, request.head.target, deferred.responder(), std::move(answer));
   return std::nullopt;
 }
 

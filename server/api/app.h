@@ -77,6 +77,6 @@ using Answer = std::move_only_function<http::Reply(std::stop_token)>;
 void answer_on_worker(const App&, services::Work, std::string_view target, http::Responder, Answer);
 /// The same for a handler; always nothing, which is what it returns then.
 std::optional<http::Reply> answer_on_worker(const App&, services::Work, const http::Request&,
-                                            http::Later&, Answer);
+                                            http::DeferredReply&, Answer);
 
 }  // namespace tind::api

@@ -109,7 +109,7 @@ void add_dataset_routes(http::Router& router, const App& app) {
     std::shared_ptr<const http::Representation> settled;
   };
   const auto known = std::make_shared<List>();
-  router.get("/datasets", [&app, known](const http::Request& request, http::Later&) {
+  router.get("/datasets", [&app, known](const http::Request& request, http::DeferredReply&) {
     const std::lock_guard lock(known->mutex);
     if (known->settled) return known->settled->reply(request.head.fields);
     const bool reading = any_reading(app.catalog);

@@ -54,7 +54,7 @@ http::Reply answer(const services::ServedDataset& dataset, const Geographic& whe
 }
 
 std::optional<http::Reply> elevation(const App& app, const http::Request& request,
-                                     http::Later& later) {
+                                     http::DeferredReply& deferred) {
   const auto [dataset, not_found] = find_dataset(app, request.matched[0], request);
   if (!dataset) return not_found;
   if (!dataset->source)
@@ -74,23 +74,26 @@ std::optional<http::Reply> elevation(const App& app, const http::Request& reques
         {"datum", "cannot be ellipsoid: what this DEM's heights are above is not known"});
   if (!query.problems.empty()) return http::problem_reply(query.problems, request.head.target);
   const Geographic where{*query.values[0], *query.values[1]};
-  return answer_on_worker(
-      app, services::Work::question, request, later,
-      [&app, dataset, where, datum, target = std::string(request.head.target)](const std::stop_token&) {
-        const DemSource& dem = *dataset->source;
-        auto height = height_at(dem, where);
-        if (height) height = convert(app.environment, *height, where, dem.info().datum, datum);
-        return height ? answer(*dataset, where, *height, datum)
-                      : http::problem_reply(height.error(), target);
-      });
+  return answer_on_worker(app, services::Work::question, request, deferred,
+                          [&app, dataset, where, datum,
+                           target = std::string(request.head.target)](const std::stop_token&) {
+                            const DemSource& dem = *dataset->source;
+                            auto height = height_at(dem, where);
+                            if (height)
+                              height =
+                                  convert(app.environment, *height, where, dem.info().datum, datum);
+                            return height ? answer(*dataset, where, *height, datum)
+                                          : http::problem_reply(height.error(), target);
+                          });
 }
 
 }  // namespace
 
 void add_elevation_routes(http::Router& router, const App& app) {
-  router.get("/elevation/{dataset}", [&app](const http::Request& request, http::Later& later) {
-    return elevation(app, request, later);
-  });
+  router.get("/elevation/{dataset}",
+             [&app](const http::Request& request, http::DeferredReply& deferred) {
+               return elevation(app, request, deferred);
+             });
 }
 
 }  // namespace tind::api

@@ -9,10 +9,11 @@ namespace tind::api {
 namespace {
 
 std::optional<http::Reply> encoded_tile(const App& app, services::TileProducts& products,
-                                        const http::Request& request, http::Later& later) {
+                                        const http::Request& request,
+                                        http::DeferredReply& deferred) {
   auto tile = find_tile(app, request);
   if (!tile) return std::move(tile.error());
-  return serve_product(request, later, *tile, products);
+  return serve_product(request, deferred, *tile, products);
 }
 
 }  // namespace
@@ -22,8 +23,8 @@ void add_encoding_routes(http::Router& router, const App& app) {
   for (const auto& encoding : app.encodings->all())
     router.get("/terrain/{dataset}/{z}/{x}/{y}." + std::string(encoding.format.extension),
                [&app, products = encoding.products.get()](const http::Request& request,
-                                                          http::Later& later) {
-                 return encoded_tile(app, *products, request, later);
+                                                          http::DeferredReply& deferred) {
+                 return encoded_tile(app, *products, request, deferred);
                });
 }
 

@@ -30,12 +30,13 @@ http::Reply answer(const FlightPlan& plan) {
                           {{"Cache-Control", "no-store"}});
 }
 
-std::optional<http::Reply> plan(const App& app, const http::Request& request, http::Later& later) {
+std::optional<http::Reply> plan(const App& app, const http::Request& request,
+                                http::DeferredReply& deferred) {
   const auto [dataset, not_found] = find_dataset(app, request.matched[0], request);
   if (!dataset) return not_found;
   if (!dataset->tiles) return no_tiles(request);
   return answer_on_worker(
-      app, services::Work::batch, request, later,
+      app, services::Work::batch, request, deferred,
       [dataset, &app, body = request.body,
        target = std::string(request.head.target)](const std::stop_token& stop) {
         Problems problems;
@@ -90,7 +91,8 @@ http::Reply in_frames(const App& app, const services::ServedDataset& dataset,
                           {{"Cache-Control", "no-store"}});
 }
 
-std::optional<http::Reply> tiles(const App& app, const http::Request& request, http::Later& later) {
+std::optional<http::Reply> tiles(const App& app, const http::Request& request,
+                                 http::DeferredReply& deferred) {
   const auto [dataset, not_found] = find_dataset(app, request.matched[0], request);
   if (!dataset) return not_found;
   Problems problems;
@@ -100,7 +102,7 @@ std::optional<http::Reply> tiles(const App& app, const http::Request& request, h
   const bool all_here = std::ranges::all_of(
       ids, [&](TileId id) { return !dataset->has(id) || app.tiles.peek(*dataset, id, asked); });
   return answer_on_worker(
-      app, all_here ? services::Work::question : services::Work::batch, request, later,
+      app, all_here ? services::Work::question : services::Work::batch, request, deferred,
       [dataset, &app, ids = std::move(ids), asked](const std::stop_token& stop) {
         return in_frames(app, *dataset, ids, asked, stop);
       });
@@ -110,9 +112,9 @@ std::optional<http::Reply> tiles(const App& app, const http::Request& request, h
 
 void add_flight_routes(http::Router& router, const App& app) {
   router.post("/plan/{dataset}", json_for_dataset(app, kPlanBody),
-              [&app](const http::Request& r, http::Later& l) { return plan(app, r, l); });
+              [&app](const http::Request& r, http::DeferredReply& d) { return plan(app, r, d); });
   router.post("/tiles/{dataset}", json_for_dataset(app, kTilesBody),
-              [&app](const http::Request& r, http::Later& l) { return tiles(app, r, l); });
+              [&app](const http::Request& r, http::DeferredReply& d) { return tiles(app, r, d); });
 }
 
 }  // namespace tind::api

@@ -34,12 +34,13 @@ http::Reply metrics(const App& app) {
 
 void add_health_routes(http::Router& router, const App& app) {
   // Alive: this thread answers. Never asks anything else, or a slow disk would have us killed.
-  router.get_always("/livez",
-                    [](const http::Request&, http::Later&) { return text(200, "alive\n"); });
+  router.get_always(
+      "/livez", [](const http::Request&, http::DeferredReply&) { return text(200, "alive\n"); });
   for (const char* path : {"/readyz", "/healthz"})
-    router.get_always(path, [&app](const http::Request&, http::Later&) { return readiness(app); });
+    router.get_always(
+        path, [&app](const http::Request&, http::DeferredReply&) { return readiness(app); });
   router.get_always("/metrics",
-                    [&app](const http::Request&, http::Later&) { return metrics(app); });
+                    [&app](const http::Request&, http::DeferredReply&) { return metrics(app); });
 }
 
 }  // namespace tind::api

@@ -28,7 +28,7 @@ std::string methods_json() {
 
 void add_method_routes(http::Router& router) {
   const auto all = http::Representation::make(methods_json(), {.content_type = "application/json"});
-  router.get("/methods", [all](const http::Request& request, http::Later&) {
+  router.get("/methods", [all](const http::Request& request, http::DeferredReply&) {
     return all->reply(request.head.fields);
   });
 }

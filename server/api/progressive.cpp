@@ -40,7 +40,7 @@ http::Reply beginning(const Stream& whole, const proto::StreamLimit& limit,
 }
 
 std::optional<http::Reply> progressive(const App& app, const http::Request& request,
-                                       http::Later& later) {
+                                       http::DeferredReply& deferred) {
   auto tile = find_tile(app, request);
   if (!tile) return std::move(tile.error());
   const std::string target(request.head.target);
@@ -56,9 +56,9 @@ std::optional<http::Reply> progressive(const App& app, const http::Request& requ
     return limit ? beginning(stream, *limit, client, target) : stream->reply(client);
   };
   if (hit)
-    return answer_on_worker(app, services::Work::question, request, later,
+    return answer_on_worker(app, services::Work::question, request, deferred,
                             [hit, answer](const std::stop_token&) { return answer(hit); });
-  return answer_when_made(request, later, make_of(*app.streams, *tile), answer);
+  return answer_when_made(request, deferred, make_of(*app.streams, *tile), answer);
 }
 
 }  // namespace
@@ -66,8 +66,8 @@ std::optional<http::Reply> progressive(const App& app, const http::Request& requ
 void add_progressive_routes(http::Router& router, const App& app) {
   if (!app.streams) return;
   router.get("/progressive/{dataset}/{z}/{x}/{y}",
-             [&app](const http::Request& request, http::Later& later) {
-               return progressive(app, request, later);
+             [&app](const http::Request& request, http::DeferredReply& deferred) {
+               return progressive(app, request, deferred);
              });
 }
 

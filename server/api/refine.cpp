@@ -187,14 +187,14 @@ Result<proto::RefineDelta> refined(services::RefineService& service,
 /// What is ready is answered at once; what must be prepared first waits for its turn among the
 /// long work.
 std::optional<http::Reply> refine(const App& app, const http::Request& request,
-                                  http::Later& later) {
+                                  http::DeferredReply& deferred) {
   const auto [dataset, not_found] = find_dataset(app, request.matched[0], request);
   if (!dataset) return not_found;
   Problems problems;
   Asked asked = read_request(request.body, problems);
   if (!problems.empty()) return http::problem_reply(problems.list(), request.head.target);
-  run_on_worker(app, services::Work::question, request.head.target, later.responder(),
-                [&app, dataset, asked = std::move(asked), client = later.client(),
+  run_on_worker(app, services::Work::question, request.head.target, deferred.responder(),
+                [&app, dataset, asked = std::move(asked), client = deferred.client(),
                  target = std::string(request.head.target)](http::Responder responder,
                                                             const std::stop_token& stop) {
                   const auto make = [&app, dataset, asked, client,
@@ -212,8 +212,8 @@ std::optional<http::Reply> refine(const App& app, const http::Request& request,
 void add_refine_routes(http::Router& router, const App& app) {
   if (!app.refine) return;
   router.post("/refine/{dataset}", json_for_dataset(app, kMostBody),
-              [&app](const http::Request& request, http::Later& later) {
-                return refine(app, request, later);
+              [&app](const http::Request& request, http::DeferredReply& deferred) {
+                return refine(app, request, deferred);
               });
 }
 

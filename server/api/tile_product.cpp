@@ -29,10 +29,10 @@ MakeProduct make_of(services::TileProducts& products, const AskedTile& tile) {
   };
 }
 
-std::optional<http::Reply> answer_when_made(const http::Request& request, http::Later& later,
-                                            const MakeProduct& make,
+std::optional<http::Reply> answer_when_made(const http::Request& request,
+                                            http::DeferredReply& deferred, const MakeProduct& make,
                                             std::function<http::Reply(const Product&)> answer) {
-  auto responder = later.responder();
+  auto responder = deferred.responder();
   const std::stop_token gone = responder.gone();
   make(
       [responder = std::move(responder), answer = std::move(answer),
@@ -43,18 +43,20 @@ std::optional<http::Reply> answer_when_made(const http::Request& request, http::
   return std::nullopt;
 }
 
-std::optional<http::Reply> serve_product(const http::Request& request, http::Later& later,
-                                         const Product& cached, const MakeProduct& make) {
+std::optional<http::Reply> serve_product(const http::Request& request,
+                                         http::DeferredReply& deferred, const Product& cached,
+                                         const MakeProduct& make) {
   if (cached) return cached->reply(request.head.fields);
-  return answer_when_made(request, later, make,
+  return answer_when_made(request, deferred, make,
                           [client = http::Conditions(request.head.fields)](const Product& made) {
                             return made->reply(client);
                           });
 }
 
-std::optional<http::Reply> serve_product(const http::Request& request, http::Later& later,
-                                         const AskedTile& tile, services::TileProducts& products) {
-  return serve_product(request, later, products.cached(*tile.dataset, tile.id),
+std::optional<http::Reply> serve_product(const http::Request& request,
+                                         http::DeferredReply& deferred, const AskedTile& tile,
+                                         services::TileProducts& products) {
+  return serve_product(request, deferred, products.cached(*tile.dataset, tile.id),
                        make_of(products, tile));
 }
 

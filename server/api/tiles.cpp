@@ -10,12 +10,13 @@
 namespace tind::api {
 namespace {
 
-std::optional<http::Reply> tile(const App& app, const http::Request& request, http::Later& later) {
+std::optional<http::Reply> tile(const App& app, const http::Request& request,
+                                http::DeferredReply& deferred) {
   auto found = find_tile(app, request);
   if (!found) return std::move(found.error());
   const services::ServedDataset& dataset = *found->dataset;
   const proto::Extensions asked = asked_extensions(request.head.fields, request.head.query);
-  return serve_product(request, later, app.tiles.cached(dataset, found->id, asked),
+  return serve_product(request, deferred, app.tiles.cached(dataset, found->id, asked),
                        [&](services::TileProducts::Done done, std::stop_token gone) {
                          app.tiles.make(dataset, found->id, asked, std::move(done),
                                         std::move(gone));
@@ -33,12 +34,13 @@ std::optional<http::Reply> layer_json(const App& app, const http::Request& reque
 
 void add_tile_routes(http::Router& router, const App& app) {
   router.get("/terrain/{dataset}/{z}/{x}/{y}.terrain",
-             [&app](const http::Request& request, http::Later& later) {
-               return tile(app, request, later);
+             [&app](const http::Request& request, http::DeferredReply& deferred) {
+               return tile(app, request, deferred);
              });
-  router.get("/terrain/{dataset}/layer.json", [&app](const http::Request& request, http::Later&) {
-    return layer_json(app, request);
-  });
+  router.get("/terrain/{dataset}/layer.json",
+             [&app](const http::Request& request, http::DeferredReply&) {
+               return layer_json(app, request);
+             });
 }
 
 }  // namespace tind::api

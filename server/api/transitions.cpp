@@ -11,12 +11,12 @@ namespace {
 constexpr std::string_view kNoWay = "There is no such tile, or it has no parent.";
 
 std::optional<http::Reply> transition(const App& app, const http::Request& request,
-                                      http::Later& later) {
+                                      http::DeferredReply& deferred) {
   auto tile = find_tile(app, request, kNoWay);
   if (!tile) return std::move(tile.error());
   if (tile->id.level == 0 || !tile->dataset->has(tile->id.parent()))
     return no_tile(request, kNoWay);
-  return serve_product(request, later, *tile, *app.transitions);
+  return serve_product(request, deferred, *tile, *app.transitions);
 }
 
 }  // namespace
@@ -24,8 +24,8 @@ std::optional<http::Reply> transition(const App& app, const http::Request& reque
 void add_transition_routes(http::Router& router, const App& app) {
   if (!app.transitions) return;
   router.get("/transition/{dataset}/{z}/{x}/{y}",
-             [&app](const http::Request& request, http::Later& later) {
-               return transition(app, request, later);
+             [&app](const http::Request& request, http::DeferredReply& deferred) {
+               return transition(app, request, deferred);
              });
 }
 

@@ -19,10 +19,10 @@ std::optional<http::Reply> file(const App& app, const http::Request& request,
 }  // namespace
 
 void add_viewer_routes(http::Router& router, const App& app) {
-  router.get("/", [&app](const http::Request& request, http::Later&) {
+  router.get("/", [&app](const http::Request& request, http::DeferredReply&) {
     return file(app, request, "index.html");
   });
-  router.get("/viewer/{path...}", [&app](const http::Request& request, http::Later&) {
+  router.get("/viewer/{path...}", [&app](const http::Request& request, http::DeferredReply&) {
     return file(app, request, request.matched[0]);
   });
 }

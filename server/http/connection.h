@@ -38,7 +38,7 @@ struct ConnectionContext {
 
 class Connection final : public std::enable_shared_from_this<Connection>,
                          private TimerWheel::Timer,
-                         private Later {
+                         private DeferredReply {
  public:
   /// `refused`: it is one too many, for that reason (a label of the metrics), and gets an answer
   /// only from routes that always give one.

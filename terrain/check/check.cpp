@@ -105,7 +105,7 @@ double distance(const Edge& a, const Edge& b, double scale, double shift) {
 }
 
 /// What is kept of a tile after it has been looked at.
-struct Remains {
+struct TileSummary {
   bool good = false, has_normals = false;
   std::array<Edge, 4> edges;
   std::array<std::array<Edge, 2>, 2> middles;  // northward, eastward; of parents
@@ -149,7 +149,7 @@ class LevelCheck {
   }
 
   struct Looked {
-    Remains remains;
+    TileSummary summary;
     Findings findings;
     std::uint64_t triangles = 0, bytes = 0;
   };
@@ -162,13 +162,13 @@ class LevelCheck {
     l.bytes = bytes.size();
     if (!check_decode(bytes, id.text(), tile, l.findings)) return l;
     l.triangles = tile.triangles.size();
-    l.remains.stated = check_tile(tile, id, options_.error_factor, l.findings);
-    l.remains.good = true;
-    l.remains.has_normals = !tile.normals.empty();
-    l.remains.min_height = tile.min_height;
-    l.remains.max_height = tile.max_height;
-    for (int side = 0; side < 4; ++side) l.remains.edges[std::size_t(side)] = edge_of(tile, side);
-    for (const auto& [name, there] : {std::pair{"octvertexnormals", l.remains.has_normals},
+    l.summary.stated = check_tile(tile, id, options_.error_factor, l.findings);
+    l.summary.good = true;
+    l.summary.has_normals = !tile.normals.empty();
+    l.summary.min_height = tile.min_height;
+    l.summary.max_height = tile.max_height;
+    for (int side = 0; side < 4; ++side) l.summary.edges[std::size_t(side)] = edge_of(tile, side);
+    for (const auto& [name, there] : {std::pair{"octvertexnormals", l.summary.has_normals},
                                       {"watermask", tile.has_water_mask},
                                       {"metadata", !tile.metadata.empty()}})
       if (there && std::ranges::find(listing_.extensions, name) == listing_.extensions.end())
@@ -187,14 +187,15 @@ class LevelCheck {
     }
     for (std::size_t i = 0; i < looked.size(); ++i) neighbours(begin, i, looked);
     parents(begin, looked);
-    for (std::size_t i = 0; i < looked.size(); ++i) errors(begin + i, looked[i].remains);
+    for (std::size_t i = 0; i < looked.size(); ++i) errors(begin + i, looked[i].summary);
     keep_columns(begin, looked);
   }
 
-  const Remains* remains_of(TileId id, std::size_t begin, const std::vector<Looked>& looked) const {
+  const TileSummary* summary_of(TileId id, std::size_t begin,
+                                const std::vector<Looked>& looked) const {
     const std::int64_t place = listing_.find(id) - std::int64_t(begin);
     if (place >= 0 && place < std::int64_t(looked.size()))
-      return &looked[std::size_t(place)].remains;
+      return &looked[std::size_t(place)].summary;
     const auto it = last_column_.find(id);
     return it == last_column_.end() ? nullptr : &it->second;
   }
@@ -202,17 +203,17 @@ class LevelCheck {
   /// Each pair is compared once: with the tile to the west and the one to the south.
   void neighbours(std::size_t begin, std::size_t i, const std::vector<Looked>& looked) {
     const TileId id = tiles_[begin + i];
-    const Remains& here = looked[i].remains;
+    const TileSummary& here = looked[i].summary;
     if (id.x > 0)
-      if (const Remains* west = remains_of({id.level, id.x - 1, id.y}, begin, looked))
+      if (const TileSummary* west = summary_of({id.level, id.x - 1, id.y}, begin, looked))
         compare(id, here, kWest, {id.level, id.x - 1, id.y}, *west, kEast);
     if (id.y > 0)
-      if (const Remains* south = remains_of({id.level, id.x, id.y - 1}, begin, looked))
+      if (const TileSummary* south = summary_of({id.level, id.x, id.y - 1}, begin, looked))
         compare(id, here, kSouth, {id.level, id.x, id.y - 1}, *south, kNorth);
   }
 
-  void compare(TileId id, const Remains& here, int side, TileId other_id, const Remains& other,
-               int other_side) {
+  void compare(TileId id, const TileSummary& here, int side, TileId other_id,
+               const TileSummary& other, int other_side) {
     if (!here.good || !other.good) return;
     const Edge &a = here.edges[std::size_t(side)], &b = other.edges[std::size_t(other_side)];
     if (a.size() < 2 || b.size() < 2) return;  // edge.short says it
@@ -238,24 +239,24 @@ class LevelCheck {
     std::ranges::sort(ids);
     const auto twice = std::ranges::unique(ids);
     ids.erase(twice.begin(), twice.end());
-    std::vector<Remains> remains(ids.size());
+    std::vector<TileSummary> summaries(ids.size());
     parallel_for(ids.size(), options_.threads,
-                 [&](std::size_t i) { remains[i] = parent_edges(ids[i]); });
+                 [&](std::size_t i) { summaries[i] = parent_edges(ids[i]); });
     for (std::size_t i = 0; i < looked.size(); ++i) {
       const TileId id = tiles_[begin + i];
       const auto place = std::ranges::lower_bound(ids, id.parent()) - ids.begin();
-      const Remains& parent = remains[std::size_t(place)];
-      if (!looked[i].remains.good || !parent.good) continue;
-      gap_to_parent(id, looked[i].remains, parent, id.x % 2 ? kEast : kWest, id.y % 2);
-      gap_to_parent(id, looked[i].remains, parent, id.y % 2 ? kNorth : kSouth, id.x % 2);
-      gap_to_stand_in(id, looked[i].remains, parent);
-      refines(id, looked[i].remains, parent);
+      const TileSummary& parent = summaries[std::size_t(place)];
+      if (!looked[i].summary.good || !parent.good) continue;
+      gap_to_parent(id, looked[i].summary, parent, id.x % 2 ? kEast : kWest, id.y % 2);
+      gap_to_parent(id, looked[i].summary, parent, id.y % 2 ? kNorth : kSouth, id.x % 2);
+      gap_to_stand_in(id, looked[i].summary, parent);
+      refines(id, looked[i].summary, parent);
     }
   }
 
   /// A client that takes `geometricerror` for the tile's error and the level's where there is none
   /// - or no tile, only a quarter of the parent - goes on only to children that are better.
-  void refines(TileId id, const Remains& child, const Remains& parent) {
+  void refines(TileId id, const TileSummary& child, const TileSummary& parent) {
     const double assumed = assumed_level_error(id.level);
     double mine = child.stated.geometric_error_m.value_or(assumed);
     if (!whole_family(id)) mine = std::max(mine, assumed);
@@ -270,8 +271,8 @@ class LevelCheck {
            has({id.level, id.x ^ 1, id.y ^ 1});
   }
 
-  Remains parent_edges(TileId id) const {
-    Remains r;
+  TileSummary parent_edges(TileId id) const {
+    TileSummary r;
     Findings ignored;  // the parent's own level has reported them
     std::vector<std::uint8_t> bytes;
     CheckedTile tile;
@@ -289,7 +290,8 @@ class LevelCheck {
 
   bool has(TileId id) const { return std::ranges::binary_search(tiles_, id); }
 
-  void gap_to_parent(TileId id, const Remains& child, const Remains& parent, int side, int half) {
+  void gap_to_parent(TileId id, const TileSummary& child, const TileSummary& parent, int side,
+                     int half) {
     const double gap = gap_to(parent.edges[std::size_t(side)], child, side, half);
     level_.gap_m = std::max(level_.gap_m, gap);
     // What a tile says of its edges counts more than what it says of its posts.
@@ -301,7 +303,7 @@ class LevelCheck {
   }
 
   /// Where a neighbour is missing, its parent's part is drawn in its stead.
-  void gap_to_stand_in(TileId id, const Remains& child, const Remains& parent) {
+  void gap_to_stand_in(TileId id, const TileSummary& child, const TileSummary& parent) {
     const auto& mine =
         child.stated.edge_error_m ? child.stated.edge_error_m : child.stated.max_error_m;
     const auto look = [&](TileId missing, bool northward, int side, int half) {
@@ -322,7 +324,7 @@ class LevelCheck {
 
   /// Between a side of a tile and a line of its parent; 0 where one of the two is no line
   /// (edge.short says it).
-  static double gap_to(const Edge& line, const Remains& child, int side, int half) {
+  static double gap_to(const Edge& line, const TileSummary& child, int side, int half) {
     const Edge& edge = child.edges[std::size_t(side)];
     if (line.size() < 2 || edge.size() < 2) return 0;
     return distance(line, edge, 0.5, half * kEnd / 2);
@@ -334,7 +336,7 @@ class LevelCheck {
                            metres(gap) + ", the errors together are " + metres(allowed));
   }
 
-  void errors(std::size_t place, const Remains& r) {
+  void errors(std::size_t place, const TileSummary& r) {
     if (!r.good) return;
     if (r.stated.max_error_m) level_.stated_m = std::max(level_.stated_m, *r.stated.max_error_m);
     if (!measured_) return;
@@ -364,7 +366,7 @@ class LevelCheck {
   }
 
   /// A one-sided tile may touch posts on its other side, and no more.
-  void side(const Remains& r, const MeasuredTile& m, const std::string& where, double slack) {
+  void side(const TileSummary& r, const MeasuredTile& m, const std::string& where, double slack) {
     const double wrong = r.stated.side == Side::above   ? m.below_m
                          : r.stated.side == Side::below ? m.above_m
                                                         : 0;
@@ -378,8 +380,8 @@ class LevelCheck {
     last_column_.clear();
     for (std::size_t i = 0; i < looked.size(); ++i) {
       const TileId id = tiles_[begin + i];
-      if (id.x == 0) first_column_[id] = looked[i].remains;
-      if (id.x == tiles_[begin + looked.size() - 1].x) last_column_[id] = looked[i].remains;
+      if (id.x == 0) first_column_[id] = looked[i].summary;
+      if (id.x == tiles_[begin + looked.size() - 1].x) last_column_[id] = looked[i].summary;
     }
   }
 
@@ -398,7 +400,7 @@ class LevelCheck {
   const std::vector<MeasuredTile>* measured_;
   CheckReport& report_;
   CheckLevel level_;
-  std::map<TileId, Remains> first_column_, last_column_;
+  std::map<TileId, TileSummary> first_column_, last_column_;
 };
 
 }  // namespace

@@ -77,7 +77,7 @@ bool on_border(const CheckedTile& t, std::size_t i) {
   return t.u[i] == 0 || t.v[i] == 0 || t.u[i] == kEnd || t.v[i] == kEnd;
 }
 
-void count_vertices(TileStory& story, int lattice_cells) {
+void count_vertices(TileExplanation& story, int lattice_cells) {
   std::set<std::int32_t> lines;
   for (int k = 1; k < lattice_cells; ++k)
     lines.insert(std::int32_t(std::lround(k * kEnd / lattice_cells)));
@@ -183,9 +183,9 @@ Result<std::uint64_t> valid_posts(const DemSource& source, TileId id, const Prog
 
 /// Of several files the first with a valid post wins: so a file's share is what it adds to those
 /// before it.
-Result<std::vector<PostStory::File>> shares(const ExplainOptions& o, TileId id,
-                                            const Progress& progress) {
-  std::vector<PostStory::File> files;
+Result<std::vector<PostStatistics::File>> shares(const ExplainOptions& o, TileId id,
+                                                 const Progress& progress) {
+  std::vector<PostStatistics::File> files;
   std::vector<std::string> so_far;
   std::uint64_t before = 0;
   for (const std::string& file : o.files) {
@@ -203,9 +203,9 @@ Result<std::vector<PostStory::File>> shares(const ExplainOptions& o, TileId id,
   return files;
 }
 
-Result<PostStory> posts_of(const DemSource& source, const TileStory& story,
-                           const Progress& progress) {
-  PostStory p;
+Result<PostStatistics> posts_of(const DemSource& source, const TileExplanation& story,
+                                const Progress& progress) {
+  PostStatistics p;
   const TileSurface surface(story.mesh);
   std::vector<float> errors;  // for the histogram, whose range is known last
   double squares = 0, sum = 0;
@@ -235,7 +235,8 @@ Result<PostStory> posts_of(const DemSource& source, const TileStory& story,
   }
   for (const float e : errors) {
     const double share = p.max_error_m > 0 ? (double(e) / p.max_error_m + 1) / 2 : 0.5;
-    ++p.histogram[std::size_t(std::clamp(int(share * PostStory::kBins), 0, PostStory::kBins - 1))];
+    ++p.histogram[std::size_t(
+        std::clamp(int(share * PostStatistics::kBins), 0, PostStatistics::kBins - 1))];
   }
   const auto heights = heights_over(source, story.rect, kFilledCells, kFilledCells);
   if (!heights) return std::unexpected(heights.error());
@@ -247,37 +248,38 @@ Result<PostStory> posts_of(const DemSource& source, const TileStory& story,
 
 // ---- why ----
 
-void say_why(TileStory& s, double assumed_m, double fit_error_m, int lattice_cells, bool recorded) {
+void find_limit(TileExplanation& s, double assumed_m, double fit_error_m, int lattice_cells,
+                bool recorded) {
   const double stated = s.stated.max_error_m.value_or(s.posts ? s.posts->max_error_m : 0);
   const std::string used = metres(stated) + " of " + metres(s.budget_m);
   if (stated > s.budget_m * (1 + 1e-9)) {
-    s.binds = "grid";
+    s.limited_by = "grid";
     s.because = "its error is over its budget (" + used +
                 "): the format's integer grid cannot follow the slopes here";
   } else if (s.free_vertices == 0 && s.lattice_vertices > 0) {
-    s.binds = "curvature";
+    s.limited_by = "curvature";
     s.because = "only the lattice of " + std::to_string(lattice_cells) + " x " +
                 std::to_string(lattice_cells) +
                 " cells that every tile of this level keeps against the earth's curvature";
   } else if (s.free_vertices == 0) {
-    s.binds = s.border_vertices > 4 ? "border" : "nothing";
+    s.limited_by = s.border_vertices > 4 ? "border" : "nothing";
     s.because = s.border_vertices > 4
                     ? "its edges need vertices (neighbours share them), its inside none"
                     : "two triangles are enough: " + used;
   } else if (fit_error_m < 0.999 * s.budget_m) {
-    s.binds = "cap";
+    s.limited_by = "cap";
     s.because = "clients would take " + metres(s.budget_m) + " at this level; it is fitted to " +
                 metres(fit_error_m) + ", so that a globe seen from afar has its mountains";
   } else if (s.deepest && recorded && !s.posts && s.budget_m == assumed_m) {
-    s.binds = "max-error";
+    s.limited_by = "max-error";
     s.because =
         "the bound at the deepest level, by default 1/32 of the posts' spacing (--source "
         "tells how much that is)";
   } else if (s.deepest && s.budget_m < 0.999 * assumed_m) {
-    s.binds = "max-error";
+    s.limited_by = "max-error";
     s.because = "the bound asked for at the deepest level: " + used + " used";
   } else {
-    s.binds = "level";
+    s.limited_by = "level";
     s.because =
         "what globe clients assume of level " + std::to_string(s.id.level) + ": " + used + " used";
   }
@@ -307,11 +309,11 @@ Result<HeightGrid> heights_over(const DemSource& source, const GeoRect& rect, in
   return grid;
 }
 
-Result<TileStory> explain_tile(const TileStore& store, TileId id, const ExplainOptions& o,
-                               const Progress& progress) {
+Result<TileExplanation> explain_tile(const TileStore& store, TileId id, const ExplainOptions& o,
+                                     const Progress& progress) {
   const auto made = made_with(store, o.error_factor);
   if (!made) return std::unexpected(made.error());
-  TileStory story;
+  TileExplanation story;
   story.id = id;
   story.rect = tiling::rect(id);
   auto tile = decoded(store, id, &story.bytes);
@@ -352,7 +354,7 @@ Result<TileStory> explain_tile(const TileStore& store, TileId id, const ExplainO
     posts->files = std::move(*files);
     story.posts = std::move(*posts);
   }
-  say_why(story, assumed, fit_error, lattice_cells, made->recorded);
+  find_limit(story, assumed, fit_error, lattice_cells, made->recorded);
   return story;
 }
 

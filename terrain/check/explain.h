@@ -18,7 +18,7 @@
 namespace tind {
 
 /// What the posts say. Errors are the mesh's height minus the post's.
-struct PostStory {
+struct PostStatistics {
   static constexpr int kBins = 20;
   struct File {
     std::string name;
@@ -37,7 +37,7 @@ struct PostStory {
   } worst;  // the first one on a tie
 };
 
-struct TileStory {
+struct TileExplanation {
   TileId id;
   GeoRect rect;
   std::uint64_t bytes = 0;  // unpacked
@@ -51,12 +51,12 @@ struct TileStory {
   /// "level" (what clients assume of the level), "cap" (the largest error that any tile is fitted
   /// to), "curvature" (the lattice of coarse levels), "border" (only its edges have vertices),
   /// "grid" (it is over its budget: integers cannot follow the slopes), "nothing" (two triangles).
-  std::string binds, because;
+  std::string limited_by, because;
   std::size_t border_vertices = 0, lattice_vertices = 0, free_vertices = 0;
   /// By level, the coarsest first: vertices that the tiles from that level down to this one share.
   std::vector<std::pair<int, std::size_t>> origins;
 
-  std::optional<PostStory> posts;  // with a source
+  std::optional<PostStatistics> posts;  // with a source
 };
 
 struct ExplainOptions {
@@ -67,8 +67,8 @@ struct ExplainOptions {
 
 /// Fails when the tile cannot be had or is too damaged to be looked at. Goes over the posts of the
 /// tile a few rows at a time.
-Result<TileStory> explain_tile(const TileStore&, TileId, const ExplainOptions&,
-                               const Progress& = {});
+Result<TileExplanation> explain_tile(const TileStore&, TileId, const ExplainOptions&,
+                                     const Progress& = {});
 
 /// H at the middles of width x height even cells of a rectangle, row 0 in the north; NaN where H
 /// is void.

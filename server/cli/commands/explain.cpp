@@ -44,9 +44,9 @@ std::optional<TileId> parse_tile(std::string text) {
   return at == end ? tiling::tile(n[0], n[1], n[2]) : std::nullopt;
 }
 
-nlohmann::ordered_json to_json(const PostStory& p) {
+nlohmann::ordered_json to_json(const PostStatistics& p) {
   nlohmann::ordered_json j;
-  for (const PostStory::File& f : p.files)
+  for (const PostStatistics::File& f : p.files)
     j["files"].push_back({{"name", f.name}, {"posts", f.posts}});
   j["posts"] = p.posts;
   j["voids"] = p.voids;
@@ -65,7 +65,7 @@ nlohmann::ordered_json to_json(const PostStory& p) {
   return j;
 }
 
-nlohmann::ordered_json to_json(const TileStory& s) {
+nlohmann::ordered_json to_json(const TileExplanation& s) {
   nlohmann::ordered_json j;
   j["tile"] = s.id.text();
   j["rectangle"] = {s.rect.west, s.rect.south, s.rect.east, s.rect.north};
@@ -83,18 +83,18 @@ nlohmann::ordered_json to_json(const TileStory& s) {
   if (s.stated.residual_m) j["residual_m"] = *s.stated.residual_m;
   j["side"] = name_of(s.stated.side);
   j["budget_m"] = s.budget_m;
-  j["binds"] = s.binds;
+  j["limited_by"] = s.limited_by;
   j["because"] = s.because;
   if (s.posts) j["source"] = to_json(*s.posts);
   return j;
 }
 
-void print_histogram(const PostStory& p) {
+void print_histogram(const PostStatistics& p) {
   constexpr std::uint64_t kWidth = 46;
   const std::uint64_t most = std::max<std::uint64_t>(1, *std::ranges::max_element(p.histogram));
   fmt::print("\n  mesh minus post, m      posts\n");
-  for (int b = 0; b < PostStory::kBins; ++b) {
-    const double step = 2 * p.max_error_m / PostStory::kBins;
+  for (int b = 0; b < PostStatistics::kBins; ++b) {
+    const double step = 2 * p.max_error_m / PostStatistics::kBins;
     const std::uint64_t n = p.histogram[std::size_t(b)];
     fmt::print("  {:>8.3g} .. {:<8.3g} {:>8}  {}\n", -p.max_error_m + b * step,
                -p.max_error_m + (b + 1) * step, n,
@@ -102,10 +102,11 @@ void print_histogram(const PostStory& p) {
   }
 }
 
-void print(const PostStory& p, double budget_m) {
+void print(const PostStatistics& p, double budget_m) {
   fmt::print("posts       {} valid, {} void; {:.1f} % of the rectangle is filled\n", p.posts,
              p.voids, 100 * p.filled_share);
-  for (const PostStory::File& f : p.files) fmt::print("            {} from {}\n", f.posts, f.name);
+  for (const PostStatistics::File& f : p.files)
+    fmt::print("            {} from {}\n", f.posts, f.name);
   if (p.posts == 0) return;
   fmt::print(
       "errors      {:.6g} m at most (mesh above {:.6g}, below {:.6g}), mean {:.4g}, RMS {:.4g}\n",
@@ -118,7 +119,7 @@ void print(const PostStory& p, double budget_m) {
   print_histogram(p);
 }
 
-void print(const TileStory& s) {
+void print(const TileExplanation& s) {
   fmt::print("tile        {}: {:.9g}..{:.9g} E, {:.9g}..{:.9g} N\n", s.id.text(), s.rect.west,
              s.rect.east, s.rect.south, s.rect.north);
   fmt::print(
@@ -138,11 +139,11 @@ void print(const TileStory& s) {
                name_of(s.stated.side));
   else
     fmt::print("states      no error\n");
-  fmt::print("so fine by  {}: {}\n", s.binds, s.because);
+  fmt::print("so fine by  {}: {}\n", s.limited_by, s.because);
   if (s.posts) print(*s.posts, s.budget_m);
 }
 
-Result<void> write_picture(const Arguments& a, const TileStory& story) {
+Result<void> write_picture(const Arguments& a, const TileExplanation& story) {
   std::shared_ptr<const DemSource> source;
   if (!a.dem.files.empty()) {
     auto opened = open_dem(a.dem);
@@ -162,7 +163,7 @@ int run(const Arguments& a) {
                                      "' is no tile of the pyramid: z/x/y, rows from the "
                                      "south, two columns at level 0"});
   if (const int code = check_outputs({a.png}); code != kOk) return code;
-  Result<TileStory> story = fail(Errc::internal, "not looked at");
+  Result<TileExplanation> story = fail(Errc::internal, "not looked at");
   {
     ProgressBar bar("posts", progress_style(a.progress));
     story = explain_tile(

@@ -291,7 +291,8 @@ Result<std::size_t> check(const Config& config,
 int run(const Options& options) {
   const auto config = configure(options);
   if (!config) return complain(config.error());
-  Result<std::size_t> not_read = options.check_config ? check(*config, options.environment) : Result<std::size_t>(0);
+  Result<std::size_t> not_read =
+      options.check_config ? check(*config, options.environment) : Result<std::size_t>(0);
   if (!not_read) return complain(not_read.error());
   if (*not_read > 0)
     warn(fmt::format("{} DEMs of more than {} million posts were opened, but not read", *not_read,

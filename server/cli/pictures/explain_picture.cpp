@@ -35,7 +35,7 @@ HeightGrid rasterised(const CheckedTile& tile, int width, int height) {
 
 class Canvas {
  public:
-  Canvas(const TileStory& story, Vec2 pixel_m, int width)
+  Canvas(const TileExplanation& story, Vec2 pixel_m, int width)
       : story_(story), pixel_m_(pixel_m), picture_(width, kHeight, kPale) {}
 
   /// `relief` gives the shade; where `truth` is known its difference from the mesh is the colour.
@@ -121,14 +121,14 @@ class Canvas {
     }
   }
 
-  const TileStory& story_;
+  const TileExplanation& story_;
   Vec2 pixel_m_;
   Picture picture_;
 };
 
 }  // namespace
 
-Result<Picture> explain_picture(const TileStory& story, const DemSource* source) {
+Result<Picture> explain_picture(const TileExplanation& story, const DemSource* source) {
   const double lat = (story.rect.south + story.rect.north) / 2;
   const Vec2 degree = wgs84::metres_per_degree(lat);
   const int width = std::max(kNarrowest, int(std::lround(kHeight * degree.x / degree.y)));

@@ -46,9 +46,9 @@ class Responder {
 };
 
 /// How a handler says that its answer will come later.
-class Later {
+class DeferredReply {
  public:
-  virtual ~Later() = default;
+  virtual ~DeferredReply() = default;
   /// At most once per request; the handler then returns nothing.
   virtual Responder responder() = 0;
   /// Whose request it is: the address at the other end, of IPv6 the 64 bits that one client has.
@@ -56,7 +56,7 @@ class Later {
 };
 
 /// Runs on an I/O thread: never blocks, never computes. Answers at once, or takes
-/// `later.responder()`, hands the work to somebody else and returns nothing.
-using Handler = std::function<std::optional<Reply>(const Request&, Later& later)>;
+/// `deferred.responder()`, hands the work to somebody else and returns nothing.
+using Handler = std::function<std::optional<Reply>(const Request&, DeferredReply& deferred)>;
 
 }  // namespace tind::http

@@ -28,10 +28,11 @@ struct BetweenModels {
 
 /// Connected, orientable manifolds with as many handles and borders. Borders lead to borders:
 /// border vertices go along the border only. Spheres and discs succeed unless they are so unlike
-/// that the paths wind without end. Fails (invalid_argument) when the two are not of that kind,
-/// (unsupported) when that happens, or when on a model with handles an edge finds no way or the
-/// collapses end elsewhere; with the place. With a `lattice` all places lie on it, also those of
-/// the ends, which are exact where it holds them. Deterministic. O(coarse edges x n log n).
+/// that the paths would need ever more vertices. Fails (invalid_argument) when the two are not of
+/// that kind, (unsupported) when that happens, or when on a model with handles an edge finds no way
+/// or the collapses end elsewhere; with the place. With a `lattice` all places lie on it, also
+/// those of the ends, which are exact where it holds them. Deterministic. O(coarse edges x n log
+/// n).
 Result<BetweenModels> between_models(const Tin& fine, const Tin& coarse,
                                      const SpaceLattice* lattice = nullptr,
                                      const Progress& progress = {});

@@ -14,10 +14,10 @@ namespace {
 
 using Index = HalfedgeMesh::Index;
 constexpr Index kNone = HalfedgeMesh::kNone;
-constexpr double kForeign = 4;  // how much dearer a step is in a set of neither end
+constexpr double kForeign = 4;  // how much more a step costs in a set of neither end
 constexpr double kSplit = 8;    // and one across an edge that must be split
 
-/// Models whose edges wind around each other need without end; those of one surface a few.
+/// Models whose edges wind around each other need ever more; those of one surface a few.
 std::size_t most_splits(std::size_t fine_vertices) { return 20000 + 4 * fine_vertices; }
 
 using Pair = std::pair<Index, Index>;
@@ -34,7 +34,7 @@ class Router {
 
   Result<void> run(const Progress& progress) {
     choose_representatives();
-    near_ = grown();
+    nearest_ = grown();
     out_.set.assign(m_.vertex_slots(), kNone);
     for (Index j = 0; j < c_.vertex_slots(); ++j) out_.set[out_.representative[j]] = j;
     const std::vector<Index> edges = edges_trees_first();
@@ -60,8 +60,8 @@ class Router {
   HalfedgeMesh& m_;
   const HalfedgeMesh& c_;
   VertexSets& out_;
-  std::vector<Index> first_;  // by coarse half-edge: the first vertex of its path
-  std::vector<Index> near_;   // the paper's sets, by number of edges
+  std::vector<Index> first_;    // by coarse half-edge: the first vertex of its path
+  std::vector<Index> nearest_;  // the paper's sets, by number of edges
   std::set<Pair> path_edges_;
 
   Vec3 at(const Node& n) const {
@@ -260,7 +260,7 @@ class Router {
     using Entry = std::pair<double, Node>;
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
     const auto reach = [&](const Node& n, const Vec3& from, double cost, const Node& by) {
-      const bool home = n.is_vertex() && (near_[n.a] == a || near_[n.a] == b);
+      const bool home = n.is_vertex() && (nearest_[n.a] == a || nearest_[n.a] == b);
       cost += length(at(n) - from) * (home ? 1 : n.is_vertex() ? kForeign : kSplit);
       const auto [found, fresh] = best.try_emplace(n, cost, by);
       if (!fresh && found->second.first <= cost) return;
@@ -305,7 +305,7 @@ class Router {
       if (!n.is_vertex()) {
         line.push_back(m_.split_edge(m_.find(n.a, n.b), at(n)));
         out_.set.push_back(kNone);
-        near_.push_back(near_[n.a]);
+        nearest_.push_back(nearest_[n.a]);
         ++out_.split_in;
       } else {
         line.push_back(n.a);

@@ -4,7 +4,7 @@
 //
 // The paper grows sets first and mends them one adjacency at a time, which can fail. Here each
 // coarse edge is first given a path between its two representatives: along fine edges, cheapest
-// inside the two sets that it joins and dear elsewhere, never across another path, leaving and
+// inside the two sets that it joins and expensive elsewhere, never across another path, leaving and
 // arriving between the same neighbours as the edge does in the coarse model. The paths cut the fine
 // model into one patch for each coarse triangle. A path belongs half to either end, and sets grow
 // on inside the patches, where only the three sets of its corners can meet.

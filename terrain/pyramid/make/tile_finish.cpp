@@ -76,7 +76,7 @@ double round_up_bound(double x) {
 
 /// For clients that display by it (3d-tiles-renderer): what clients assume of the level, or the
 /// budget where that is larger. Never the measured error: a child whose figure is not below its
-/// parent's is refined without end, and what is measured does not halve from level to level.
+/// parent's is refined again and again, and what is measured does not halve from level to level.
 double displayed_error(const TileJob& job) {
   return tiling::level_error(job.id.level) * std::max(1.0, job.plan.options().error_factor);
 }

@@ -116,7 +116,7 @@ class Collapser {
   float triangle_cost(Index h, Index pinned) const;
   Vec3 place_triangle(Index h, Index pinned) const;
   bool may_merge(Index h, const Vec3& p) const;
-  std::optional<Vec3> stopover(Index h, const Vec3& p) const;
+  std::optional<Vec3> waypoint(Index h, const Vec3& p) const;
   void tell_collapse(Index h, const Vec3& p) const;
   Index merge_triangle(Index h, const Vec3& p, const Vec3& between);
   Index merge_edge(Index h, const Vec3& p);
@@ -299,7 +299,7 @@ bool Collapser<Rules>::may_merge(Index h, const Vec3& p) const {
 
 /// Where dest(h) may be after the first of the two edge collapses that merge a triangle at p.
 template <class Rules>
-std::optional<Vec3> Collapser<Rules>::stopover(Index h, const Vec3& p) const {
+std::optional<Vec3> Collapser<Rules>::waypoint(Index h, const Vec3& p) const {
   const Vec3 &a = at(mesh_.origin(h)), &b = at(mesh_.dest(h));
   const bool pinned = !rules_.interior(mesh_.origin(h)) || !rules_.interior(mesh_.dest(h));
   if (pinned) return rules_.allows(mesh_, h, p) ? std::optional(p) : std::nullopt;
@@ -411,7 +411,7 @@ bool Collapser<Rules>::step(Index t, const Move& move) {
   } else {
     const Vec3 p = rules_.on_lattice(place_triangle(3 * t, move.pinned));
     if (!may_merge(3 * t, p)) return false;
-    const std::optional<Vec3> between = recorder_ ? stopover(3 * t, p) : p;
+    const std::optional<Vec3> between = recorder_ ? waypoint(3 * t, p) : p;
     if (!between) return false;
     survivor = merge_triangle(3 * t, p, *between);
   }

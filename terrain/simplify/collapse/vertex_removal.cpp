@@ -68,7 +68,7 @@ class Remover {
   std::vector<std::uint32_t> changed_in_;  // the turn in which the vertex's ring last changed
   std::uint32_t turn_ = 1;
   std::vector<Index> waiting_;  // for the next turn
-  /// `plane`, whose keys are dear: of each vertex, up to date but for those in waiting_.
+  /// `plane`, whose keys are expensive: of each vertex, up to date but for those in waiting_.
   std::vector<Bucket> key_;
   Plan plan_;
   std::uint32_t removed_ = 0;

@@ -90,7 +90,7 @@ class Api : public ::testing::Test {
   services::TileTransitions transitions_{tiles_, cache_, pool_};
   services::TileEncodings encodings_{tiles_, cache_, pool_};
   const std::shared_ptr<const Environment> environment_ = test::environment();
-  App app_{catalog_, tiles_,   cache_,    pool_,         viewer_,     *environment_,
+  App app_{catalog_, tiles_,   cache_,    pool_,         viewer_,    *environment_,
            nullptr,  &refine_, &streams_, &transitions_, &encodings_};
   http::Router router_;
   std::optional<test::RunningServer> running_;

@@ -81,12 +81,12 @@ TEST_F(ExplainTest, VerticesAddUp) {
 }
 
 TEST_F(ExplainTest, WhatBinds) {
-  EXPECT_EQ(explain(kLeaf)["binds"], "max-error");
+  EXPECT_EQ(explain(kLeaf)["limited_by"], "max-error");
   EXPECT_DOUBLE_EQ(explain(kLeaf)["budget_m"], 10);
-  EXPECT_EQ(explain("11/661/1556", "--source " + dem())["binds"], "level");
-  EXPECT_EQ(explain("0/0/0", "--source " + dem())["binds"], "cap");
+  EXPECT_EQ(explain("11/661/1556", "--source " + dem())["limited_by"], "level");
+  EXPECT_EQ(explain("0/0/0", "--source " + dem())["limited_by"], "cap");
   const Json empty = explain("0/1/0", "--source " + dem());
-  EXPECT_EQ(empty["binds"], "curvature");  // the other hemisphere
+  EXPECT_EQ(empty["limited_by"], "curvature");  // the other hemisphere
   EXPECT_EQ(empty["source"]["posts"], 0);
   EXPECT_EQ(empty["source"]["filled_share"], 1);
 }

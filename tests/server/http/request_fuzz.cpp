@@ -23,7 +23,7 @@ void require(bool condition) {
 const Router& router() {
   static const Router made = [] {
     Router table;
-    const Handler nothing = [](const Request&, Later&) { return std::optional<Reply>(); };
+    const Handler nothing = [](const Request&, DeferredReply&) { return std::optional<Reply>(); };
     table.get("/", nothing);
     table.get("/terrain/{dataset}/{z}/{x}/{y}.terrain", nothing);
     table.get("/viewer/{path...}", nothing);

@@ -7,7 +7,7 @@
 namespace tind::http {
 namespace {
 
-struct Nobody : Later {
+struct Nobody : DeferredReply {
   Responder responder() override {
     return Responder([](Reply) {});
   }
@@ -15,7 +15,7 @@ struct Nobody : Later {
 };
 
 Handler says(std::string text) {
-  return [text](const Request& request, Later&) {
+  return [text](const Request& request, DeferredReply&) {
     std::string body = text;
     for (const auto match : request.matched)
       if (!match.empty()) body += "|" + std::string(match);

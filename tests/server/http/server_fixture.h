@@ -41,31 +41,33 @@ struct Parked {
 
 inline Router example(Parked& parked) {
   Router router;
-  router.get("/", [](const Request&, Later&) { return make_reply(200, "text/plain", "hello"); });
-  router.get("/echo/{what}", [](const Request& request, Later&) {
+  router.get("/",
+             [](const Request&, DeferredReply&) { return make_reply(200, "text/plain", "hello"); });
+  router.get("/echo/{what}", [](const Request& request, DeferredReply&) {
     return make_reply(200, "text/plain", request.matched[0]);
   });
-  router.get("/large", [](const Request&, Later&) {
+  router.get("/large", [](const Request&, DeferredReply&) {
     return make_reply(200, "text/plain", std::string(5'000'000, 'x'));
   });
-  router.get("/medium", [](const Request&, Later&) {
+  router.get("/medium", [](const Request&, DeferredReply&) {
     return make_reply(200, "text/plain", std::string(200'000, 'y'));
   });
-  router.get_always("/health",
-                    [](const Request&, Later&) { return make_reply(200, "text/plain", "well"); });
-  router.get("/throws", [](const Request&, Later&) -> std::optional<Reply> {
+  router.get_always("/health", [](const Request&, DeferredReply&) {
+    return make_reply(200, "text/plain", "well");
+  });
+  router.get("/throws", [](const Request&, DeferredReply&) -> std::optional<Reply> {
     throw std::runtime_error("on purpose");
   });
-  router.get("/drops", [](const Request&, Later& later) {
-    later.responder();
+  router.get("/drops", [](const Request&, DeferredReply& deferred) {
+    deferred.responder();
     return std::optional<Reply>();
   });
-  router.get("/later", [&parked](const Request&, Later& later) {
+  router.get("/later", [&parked](const Request&, DeferredReply& deferred) {
     const std::lock_guard lock(parked.mutex);
-    parked.waiting.push_back(later.responder());
+    parked.waiting.push_back(deferred.responder());
     return std::optional<Reply>();
   });
-  router.get("/pieces", [](const Request&, Later&) {
+  router.get("/pieces", [](const Request&, DeferredReply&) {
     auto owner = std::make_shared<Payload>();
     owner->bytes = "[," + std::string(6 * 700, 'p');
     const std::string_view bytes = owner->bytes;
@@ -81,12 +83,13 @@ inline Router example(Parked& parked) {
     if (request.matched[0] == "here") return std::nullopt;
     return problem_reply({.status = 404, .detail = "not here"});
   };
-  router.post("/json/{where}", json, [](const Request& request, Later&) {
+  router.post("/json/{where}", json, [](const Request& request, DeferredReply&) {
     return make_reply(200, "text/plain", std::to_string(request.body.size()));
   });
-  router.post("/count", {.max_bytes = 100'000, .type = ""}, [](const Request& request, Later&) {
-    return make_reply(200, "text/plain", std::to_string(request.body.size()));
-  });
+  router.post("/count", {.max_bytes = 100'000, .type = ""},
+              [](const Request& request, DeferredReply&) {
+                return make_reply(200, "text/plain", std::to_string(request.body.size()));
+              });
   return router;
 }
 

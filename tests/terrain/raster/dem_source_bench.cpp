@@ -36,10 +36,9 @@ void read_or_die(const DemSource& source, std::int64_t col, std::int64_t row, in
 }
 
 void table(const std::string& file) {
-  const DemOptions plain,
-      shifted{.from_datum = VerticalDatum::egm96,
-              .to_datum = TargetDatum::ellipsoid,
-              .environment = test::environment()};
+  const DemOptions plain, shifted{.from_datum = VerticalDatum::egm96,
+                                  .to_datum = TargetDatum::ellipsoid,
+                                  .environment = test::environment()};
   std::int64_t cols = 0, rows = 0;
   double once = 0;
   const auto line = [&](const char* what, double posts, double us) {
