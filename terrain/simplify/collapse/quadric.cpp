@@ -8,10 +8,12 @@
 
 #include "terrain/simplify/collapse/quadric.h"
 
+#include <array>
 #include <cmath>
 #include <vector>
 
 #include "terrain/simplify/collapse/collapse_method.h"
+#include "terrain/simplify/collapse/quadric_n.h"
 #include "terrain/simplify/common/springs.h"
 
 namespace tind {
@@ -23,54 +25,8 @@ constexpr Index kNone = HalfedgeMesh::kNone;
 
 constexpr double kBorderWeight = 10;
 
-struct Vec3f {
-  float x, y, z;
-};
-
-/// q(v) = v^T A v + 2 b.v + c, v relative to the quadric's origin, metres.
-struct Quadric {
-  float xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
-  float bx = 0, by = 0, bz = 0;
-  float c = 0;
-
-  void add_plane(const Vec3& n, double weight) {  // through the origin; n need not be unit
-    xx += float(weight * n.x * n.x);
-    xy += float(weight * n.x * n.y);
-    xz += float(weight * n.x * n.z);
-    yy += float(weight * n.y * n.y);
-    yz += float(weight * n.y * n.z);
-    zz += float(weight * n.z * n.z);
-  }
-  void add(const Quadric& q) {
-    xx += q.xx, xy += q.xy, xz += q.xz, yy += q.yy, yz += q.yz, zz += q.zz;
-    bx += q.bx, by += q.by, bz += q.bz;
-    c += q.c;
-  }
-  Vec3f times(const Vec3f& v) const {
-    return {xx * v.x + xy * v.y + xz * v.z, xy * v.x + yy * v.y + yz * v.z,
-            xz * v.x + yz * v.y + zz * v.z};
-  }
-  float at(const Vec3f& v) const {
-    const Vec3f a = times(v);
-    return v.x * (a.x + 2 * bx) + v.y * (a.y + 2 * by) + v.z * (a.z + 2 * bz) + c;
-  }
-  /// The same function, relative to an origin moved by `d`.
-  void move_origin(const Vec3f& d) {
-    const Vec3f a = times(d);
-    c += d.x * (a.x + 2 * bx) + d.y * (a.y + 2 * by) + d.z * (a.z + 2 * bz);
-    bx += a.x, by += a.y, bz += a.z;
-  }
-  /// Where q is least, by cofactors. REQUIRES: positive definite (the spring sees to it).
-  Vec3f least() const {
-    const float cxx = yy * zz - yz * yz, cxy = xz * yz - xy * zz, cxz = xy * yz - xz * yy;
-    const float cyy = xx * zz - xz * xz, cyz = xy * xz - xx * yz, czz = xx * yy - xy * xy;
-    const float s = -1 / (xx * cxx + xy * cxy + xz * cxz);
-    return {s * (cxx * bx + cxy * by + cxz * bz), s * (cxy * bx + cyy * by + cyz * bz),
-            s * (cxz * bx + cyz * by + czz * bz)};
-  }
-  /// The height where q is least at a given place.
-  float least_z(float x, float y) const { return -(bz + xz * x + yz * y) / zz; }
-};
+using Quadric = QuadricN<3>;
+using Vec3f = std::array<float, 3>;  // relative to a quadric's origin, metres
 
 class QuadricCost {
  public:
@@ -97,7 +53,7 @@ class QuadricCost {
     const Vec3 &pa = m.position(a), &pb = m.position(b);
     const Vec3f ab = offset(pa, pb);
     Quadric q = quadric_[b];  // brought to the origin of a
-    q.move_origin({-ab.x, -ab.y, -ab.z});
+    q.move_origin({-ab[0], -ab[1], -ab[2]});
     q.add(quadric_[a]);
     if (subset_ || rule == Merge::either) return subset_placement(q, rule, pa, pb, ab);
     return optimal_placement(q, rule, a, b, pa, pb, ab);
@@ -126,10 +82,9 @@ class QuadricCost {
     const Vec3 n = cross(terrain_.metric(m.position(m.dest(h))) - a,
                          terrain_.metric(m.position(m.apex(h))) - a);
     const double area2 = length(n);
-    Quadric q;
-    q.add_plane(n, 0.5 * n.z / area2 / area2);  // area * unit normal squared
     const float spring = float(0.5 * n.z / 3) * float(kQemSpring);
-    q.xx += spring, q.yy += spring, q.zz += spring;
+    // The area times the squared unit normal.
+    const Quadric q = Quadric::of_plane({n.x, n.y, n.z}, 0.5 * n.z / area2 / area2, spring);
     for (Index e = h; e < h + 3; ++e) quadric_[m.origin(e)].add(q);
   }
 
@@ -139,15 +94,16 @@ class QuadricCost {
     const Vec3 n = cross(along, terrain_.metric(m.position(m.apex(h))) - a);
     const Vec3 out = cross(along, n);
     const double weight = kBorderWeight * dot(along, along) / dot(out, out);
-    quadric_[m.origin(h)].add_plane(out, weight);
-    quadric_[m.dest(h)].add_plane(out, weight);
+    const Quadric wall = Quadric::of_plane({out.x, out.y, out.z}, weight, 0);
+    quadric_[m.origin(h)].add(wall);
+    quadric_[m.dest(h)].add(wall);
   }
 
   static float clean(float cost) { return cost > 0 ? cost : 0; }
 
   Proposal subset_placement(const Quadric& q, Merge rule, const Vec3& pa, const Vec3& pb,
                             const Vec3f& ab) const {
-    const float at_a = clean(q.c), at_b = clean(q.at(ab));
+    const float at_a = clean(q.c), at_b = clean(q.value(ab));
     if (rule == Merge::at_origin) return {at_a, pa};
     if (rule == Merge::at_dest) return {at_b, pb};
     return at_a < at_b ? Proposal{at_a, pa} : Proposal{at_b, pb};
@@ -172,9 +128,9 @@ class QuadricCost {
         break;
       default: {
         const Vec3f v = q.least();
-        const double reach = 4 * (double(ab.x) * ab.x + double(ab.y) * ab.y);
-        const bool near = double(v.x) * v.x + double(v.y) * v.y <= reach;
-        at = near ? Vec3{pa.x + v.x / terrain_.metres_x, pa.y + v.y / terrain_.metres_y, pa.z}
+        const double reach = 4 * (double(ab[0]) * ab[0] + double(ab[1]) * ab[1]);
+        const bool near = double(v[0]) * v[0] + double(v[1]) * v[1] <= reach;
+        at = near ? Vec3{pa.x + v[0] / terrain_.metres_x, pa.y + v[1] / terrain_.metres_y, pa.z}
                   : Vec3{(pa.x + pb.x) / 2, (pa.y + pb.y) / 2, pa.z};
         at.x = snap_to_lattice(at.x);
         at.y = snap_to_lattice(at.y);
@@ -182,18 +138,19 @@ class QuadricCost {
     }
     Vec3f v = offset(pa, at);
     if (height_free) {
-      v.z = q.least_z(v.x, v.y);
-      at.z = pa.z + v.z;
+      v[2] = q.least_third(v[0], v[1]);
+      at.z = pa.z + v[2];
     }
-    return {clean(q.at(v)), at};
+    return {clean(q.value(v)), at};
   }
 
   /// On a side one coordinate is given (both ends have it), and the place along the side is least
   /// for the best height there: two unknowns, and kept between the two ends.
   Vec3 least_on_side(const Quadric& q, Merge rule, const Vec3& pa, const Vec3& pb) const {
     const bool x = rule == Merge::along_x;
-    const float ss = x ? q.xx : q.yy, sz = x ? q.xz : q.yz, bs = x ? q.bx : q.by;
-    const float s = (q.bz * sz - bs * q.zz) / (ss * q.zz - sz * sz);
+    const int k = x ? 0 : 1;
+    const float ss = q(k, k), sz = q(k, 2), zz = q(2, 2);
+    const float s = (q.b[2] * sz - q.b[k] * zz) / (ss * zz - sz * sz);
     Vec3 at = pa;
     const double place = (x ? pa.x : pa.y) + s / (x ? terrain_.metres_x : terrain_.metres_y);
     const auto [low, high] = x ? std::minmax(pa.x, pb.x) : std::minmax(pa.y, pb.y);
