@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "proto/json_member.h"
+#include "proto/json_text.h"
 
 namespace tind::proto {
 namespace {
@@ -142,7 +143,7 @@ std::string encode_layer_json(const LayerJson& layer) {
 }
 
 Result<LayerJson> decode_layer_json(std::string_view text) {
-  const Json json = Json::parse(text, nullptr, false);
+  const Json json = json::parse<Json>(text);
   if (json.is_discarded() || !json.is_object())
     return fail(Errc::bad_data, "layer.json: not a JSON object");
   LayerJson layer;

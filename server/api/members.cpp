@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "proto/json_member.h"
+#include "proto/json_text.h"
 
 namespace tind::api {
 namespace {
@@ -13,7 +14,7 @@ const Json kNothing = Json::object();
 }  // namespace
 
 Json parse_body(std::string_view body, Problems& problems) {
-  Json json = Json::parse(body, nullptr, false);
+  Json json = json::parse<Json>(body);
   if (json.is_object()) return json;
   problems.add("body", json.is_discarded() ? "is not JSON" : "must be a JSON object");
   return kNothing;

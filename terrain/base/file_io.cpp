@@ -127,6 +127,11 @@ Result<std::string> read_whole_file(const std::string& path) {
   return bytes;
 }
 
+Result<std::string> read_regular_file(const std::string& path) {
+  if (is_special(path)) return fail(Errc::io, "cannot read " + path + ": not a regular file");
+  return read_whole_file(path);
+}
+
 Result<void> write_whole_file(const std::string& path, std::string_view bytes) {
   const std::string target = target_of(path);
   if (is_special(target)) {

@@ -10,6 +10,8 @@ namespace tind {
 
 /// The bytes of a file, or "cannot read PATH: reason".
 Result<std::string> read_whole_file(const std::string& path);
+/// The same of a regular file (or a link to one) only: a pipe or a device would keep who reads it.
+Result<std::string> read_regular_file(const std::string& path);
 
 /// Writes PATH by way of a temporary file in the same folder and a rename: whoever looks sees the
 /// old file or the new one, never a part; a failed write leaves nothing behind. When it returns,

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "proto/json_member.h"
+#include "proto/json_text.h"
 
 namespace tind {
 
@@ -276,7 +277,7 @@ Result<TileListing> check_files(const TileStore& store, int first, int last, Fin
   report_faults(store, findings);
   const auto bytes = store.layer_json();
   if (!bytes && !listed) return std::unexpected(bytes.error());
-  const Json json = bytes ? Json::parse(*bytes, nullptr, false) : Json();
+  const Json json = bytes ? json::parse<Json>(*bytes) : Json();
   if (!json.is_object()) {
     findings.add(rule("layer.readable"), kLayer, bytes ? "not a JSON object" : "cannot be read");
     keep_levels(listing, first, last);

@@ -12,6 +12,7 @@
 #include <numbers>
 
 #include "proto/json_member.h"
+#include "proto/json_text.h"
 
 namespace tind {
 namespace {
@@ -280,7 +281,7 @@ StatedError stated_error(const CheckedTile& tile, TileId id, double error_factor
                          Findings& findings) {
   StatedError stated;
   const std::string where = id.text();
-  const auto json = nlohmann::json::parse(tile.metadata, nullptr, false);
+  const auto json = json::parse<nlohmann::json>(tile.metadata);
   if (!tile.metadata.empty() && !json.is_object()) {
     findings.add(rule("ext.metadata"), where, "not a JSON object");
     return stated;

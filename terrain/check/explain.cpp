@@ -6,6 +6,7 @@
 #include <set>
 
 #include "proto/json_member.h"
+#include "proto/json_text.h"
 #include "terrain/check/check_decode.h"
 #include "terrain/check/check_surface.h"
 #include "terrain/pyramid/plan/level_plan.h"
@@ -57,7 +58,7 @@ Result<MadeWith> made_with(const TileStore& store, double error_factor) {
   made.options.error_factor = error_factor;
   const auto layer = store.layer_json();
   if (!layer) return std::unexpected(layer.error());
-  const auto json = nlohmann::json::parse(*layer, nullptr, false);
+  const auto json = json::parse<nlohmann::json>(*layer);
   made.deepest = int(json::whole(json, "maxzoom").value_or(made.deepest));
   const auto record = store.record();
   if (!record) return made;

@@ -4,6 +4,7 @@
 #include <cassert>
 
 #include "proto/json_member.h"
+#include "proto/json_text.h"
 #include "proto/quantized_mesh.h"
 
 namespace tind {
@@ -41,7 +42,7 @@ std::optional<double> distance(const nlohmann::json& metadata, const char* name)
 }
 
 void read_metadata(const std::string& text, TileModel& tile) {
-  const auto metadata = nlohmann::json::parse(text, nullptr, false);
+  const auto metadata = json::parse<nlohmann::json>(text);
   const auto error = distance(metadata, "max_error_m");
   if (!error) return;
   const auto side = enum_named<Side>(json::text(metadata, "side").value_or(""));

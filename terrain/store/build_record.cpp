@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "proto/json_member.h"
+#include "proto/json_text.h"
 
 namespace tind {
 
@@ -51,7 +52,7 @@ std::string encode(const BuildRecord& r) {
 }
 
 std::optional<BuildRecord> decode_build_record(std::string_view text) {
-  const Json j = Json::parse(text, nullptr, false);
+  const Json j = json::parse<Json>(text);
   if (!j.is_object()) return {};
   BuildRecord r;
   take(j, "epoch", r.epoch);

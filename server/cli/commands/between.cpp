@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "proto/json_text.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/mesh_input.h"
 #include "server/cli/program/progress_bar.h"
@@ -85,7 +86,7 @@ int run(const Arguments& a) {
                                       {"dropped_triangles", dropped},
                                       {"bytes", *bytes},
                                       {"output", a.output}};
-    std::printf("%s\n", j.dump(2).c_str());
+    std::printf("%s\n", json::to_text(j, 2).c_str());
     return kOk;
   }
   fmt::print("{} vertices to {}, in {} splits ({} vertices split in); {} triangles turn over\n",

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <stop_token>
 
+#include "proto/json_text.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/commands/estimate.h"
 #include "server/cli/options/dem_input.h"
@@ -162,7 +163,7 @@ int run(Arguments a) {
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (a.json)
-    fmt::print("{}\n", to_json(*report, (*source)->info().datum, seconds).dump(1));
+    fmt::print("{}\n", json::to_text(to_json(*report, (*source)->info().datum, seconds), 1));
   else
     print(*report, (*source)->info().datum, seconds);
   return kOk;

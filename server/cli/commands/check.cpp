@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "proto/json_text.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/dem_input.h"
 #include "server/cli/options/output_options.h"
@@ -117,7 +118,7 @@ int run(Arguments a) {
   }
   if (!report) return complain(report.error());
   if (a.json) {
-    std::printf("%s\n", to_json(*report, source != nullptr).dump(2).c_str());
+    std::printf("%s\n", json::to_text(to_json(*report, source != nullptr), 2).c_str());
   } else {
     print_levels(*report, source != nullptr);
     print_findings(*report);

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "proto/json_text.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/dem_input.h"
 #include "server/cli/options/line_input.h"
@@ -220,7 +221,7 @@ int run(const Arguments& a) {
   if (a.json) {
     nlohmann::ordered_json j = nlohmann::ordered_json::array();
     for (const CompareRow& r : rows) j.push_back(row_json(r));
-    std::printf("%s\n", j.dump(2).c_str());
+    std::printf("%s\n", json::to_text(j, 2).c_str());
   } else {
     fmt::print("{}", table_text(rows));
   }

@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "proto/json_text.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/dem_input.h"
 #include "server/cli/options/output_options.h"
@@ -71,7 +72,7 @@ int print_estimate(const DemSource& source, const BuildOptions& options,
   // The samples are made by as many threads as the build has, the largest tiles among them.
   const double peak_mb = PeakMemory::megabytes();
   if (json)
-    fmt::print("{}\n", to_json(*estimate, peak_mb).dump(1));
+    fmt::print("{}\n", json::to_text(to_json(*estimate, peak_mb), 1));
   else
     print(*estimate, peak_mb);
   return kOk;

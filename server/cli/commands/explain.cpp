@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "proto/json_text.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/dem_input.h"
 #include "server/cli/options/output_options.h"
@@ -175,7 +176,7 @@ int run(const Arguments& a) {
   if (!a.png.empty())
     if (const auto done = write_picture(a, *story); !done) return complain(done.error());
   if (a.json)
-    fmt::print("{}\n", to_json(*story).dump(2));
+    fmt::print("{}\n", json::to_text(to_json(*story), 2));
   else
     print(*story);
   return kOk;

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "proto/json_text.h"
 #include "proto/mesh_io.h"
 #include "proto/mesh_stream.h"
 #include "server/cli/commands/commands.h"
@@ -84,7 +85,7 @@ int run_extract(const Extract& a) {
       j["vertical_datum"] = name(info.datum);
     }
     j["output"] = a.output;
-    std::printf("%s\n", j.dump(2).c_str());
+    std::printf("%s\n", json::to_text(j, 2).c_str());
   } else {
     fmt::print("{} triangles, {} vertices, ", cursor->triangles(), cursor->positions().size());
     if (terrain)

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
+#include "proto/json_text.h"
 #include "proto/layer_json.h"
 #include "proto/mesh_stream.h"
 #include "proto/quantized_mesh.h"
@@ -59,7 +60,7 @@ Json to_json(const proto::QuantizedMesh& tile, std::size_t bytes) {
   if (!tile.metadata.empty()) extensions.push_back("metadata");
   j["extensions"] = extensions;
   if (!tile.metadata.empty()) {
-    j["metadata"] = Json::parse(tile.metadata, nullptr, false);
+    j["metadata"] = json::parse<Json>(tile.metadata);
     if (j["metadata"].is_discarded()) j["metadata"] = tile.metadata;
   }
   return j;
@@ -79,7 +80,7 @@ std::string to_text(const std::string& path, const Json& j) {
                      c[0].get<double>(), c[1].get<double>(), c[2].get<double>());
   out += fmt::format("sphere     radius {:.1f} m\n", j["bounding_sphere"][3].get<double>());
   out += fmt::format("extensions {}\n", j["extensions"].dump());
-  if (j.contains("metadata")) out += fmt::format("metadata   {}\n", j["metadata"].dump());
+  if (j.contains("metadata")) out += fmt::format("metadata   {}\n", json::to_text(j["metadata"]));
   return out;
 }
 
@@ -256,7 +257,7 @@ int run_inventory(const Arguments& a, const std::string& why) {
     all.push_back(std::move(entry));
   }
   if (a.options.json)
-    std::printf("%s\n", all.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
+    std::printf("%s\n", json::to_text(all, 2).c_str());
   else
     std::printf("%zu inputs, each by itself: %s\n", all.size(), logging::printable(why).c_str());
   return exit;

@@ -6,6 +6,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "proto/json_text.h"
 #include "proto/mesh_io.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/dem_input.h"
@@ -45,7 +46,7 @@ int run_surfaces(const Arguments& a, const Tin& mesh) {
       return complain({Errc::bad_data, "a mesh without triangles has no surface to measure"});
   const SurfaceDistance d = surface_distance(mesh, *other, {.threads = a.threads});
   if (a.json)
-    std::printf("%s\n", distance_json(d).dump(2).c_str());
+    std::printf("%s\n", json::to_text(distance_json(d), 2).c_str());
   else
     fmt::print("{}", distance_text(d));
   return kOk;
@@ -71,7 +72,7 @@ int run(const Arguments& a) {
     j["frame"] = name_of(a.frame);
     j["mesh"] = a.mesh;
     j["dem"] = a.dem.files;
-    std::printf("%s\n", j.dump(2).c_str());
+    std::printf("%s\n", json::to_text(j, 2).c_str());
   } else {
     fmt::print("{}", quality_text(quality));
   }

@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "proto/json_text.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/dem_input.h"
 #include "server/cli/options/output_options.h"
@@ -104,7 +105,7 @@ int run(Arguments& a) {
                                       {"late_tiles", late_tiles},
                                       {"most_late_s", most},
                                       {"tiles", std::move(list)}};
-    std::printf("%s\n", j.dump(1).c_str());
+    std::printf("%s\n", json::to_text(j, 1).c_str());
     return kOk;
   }
   fmt::print("{:<20} {:>10} {:>10} {:>8} {:>8}\n", "tile", "needed, s", "arrives, s", "late, s",

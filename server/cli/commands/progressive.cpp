@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "proto/json_text.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/dem_input.h"
 #include "server/cli/options/mesh_input.h"
@@ -84,7 +85,7 @@ int run_surface(Arguments& a) {
                                       {"bytes", *bytes},
                                       {"input", a.input.files},
                                       {"output", a.output}};
-    std::printf("%s\n", j.dump(2).c_str());
+    std::printf("%s\n", json::to_text(j, 2).c_str());
     return kOk;
   }
   fmt::print("{}: {} triangles within {:.4g} to {} vertices within {:.4g}, {} bytes\n",
@@ -103,6 +104,11 @@ int run(Arguments& a, Command app) {
   const auto method = method_of(app, a.method);
   if (!method) return complain(method.error());
   a.options.method = *method;
+  for (const char* const option : {"--side", "--effort"})
+    if (app.given(option))
+      return complain({Errc::invalid_argument,
+                       std::string(option) + " is not for progressive meshes: their bounds hold on "
+                                             "both sides, and their collapses are all tried"});
   if (const int code = check_outputs({a.output}); code != kOk) return code;
   if (surface) return run_surface(a);
   const auto dem = open_dem(a.input);
@@ -138,7 +144,7 @@ int run(Arguments& a, Command app) {
         {"posts_isolated", isolated},   {"bytes", *bytes},
         {"crs", info.crs_name},         {"vertical_datum", name(info.datum)},
         {"input", info.files},          {"output", a.output}};
-    std::printf("%s\n", j.dump(2).c_str());
+    std::printf("%s\n", json::to_text(j, 2).c_str());
   } else {
     fmt::print("{}: {} triangles within {:.4g} m to {} vertices within {:.4g} m, {} bytes\n",
                a.method.name, made->base.triangles.size(), base_error, vertices, made->fine_error_m,

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "proto/json_text.h"
 #include "proto/mesh_io.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/dem_input.h"
@@ -121,7 +122,7 @@ int run(const Arguments& a) {
                                            {"max_error_m", measured.outside.max_m},
                                            {"posts", measured.outside.posts}}}};
   if (a.json)
-    std::printf("%s\n", report.dump(2).c_str());
+    std::printf("%s\n", json::to_text(report, 2).c_str());
   else
     fmt::print("{} triangles; inside {}, outside {}\n", tin.triangles.size(),
                within(measured.inside), within(measured.outside));

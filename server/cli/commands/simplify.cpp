@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "proto/json_text.h"
 #include "proto/mesh_io.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/dem_input.h"
@@ -121,7 +122,7 @@ Result<Tin> write(const std::string& path, Tin tin, VerticalDatum datum) {
 void print(const Arguments& a, const nlohmann::ordered_json& report, const Simplified& made,
            const MeshQuality& quality, const Seconds& s) {
   if (a.json) {
-    std::printf("%s\n", report.dump(2).c_str());
+    std::printf("%s\n", json::to_text(report, 2).c_str());
     return;
   }
   fmt::print("{}: {} of {} triangles in {} steps\n{}", a.method.name, quality.triangles,
@@ -192,13 +193,13 @@ int run_mesh(const Arguments& a) {
   report.update(distance_json(d));
   report["note"] = made.note;
   if (!a.report.empty()) {
-    if (const auto wrote = write_whole_file(a.report, report.dump(2) + "\n"); !wrote) {
+    if (const auto wrote = write_whole_file(a.report, json::to_text(report, 2) + "\n"); !wrote) {
       complain(wrote.error());
       return kCannotCreate;
     }
   }
   if (a.json) {
-    std::printf("%s\n", report.dump(2).c_str());
+    std::printf("%s\n", json::to_text(report, 2).c_str());
     return kOk;
   }
   fmt::print("{}: {} of {} triangles in {} steps, {:.3f} s\n{}", a.method.name,
@@ -294,7 +295,7 @@ int run(Arguments& a, Command app) {
   if (lines) report["lines"] = lines_json(a.options.constraints->report, *lines);
   if (attributes) report["surface"] = distance_json(*attributes);
   if (!a.report.empty()) {
-    if (const auto ok = write_whole_file(a.report, report.dump(2) + "\n"); !ok) {
+    if (const auto ok = write_whole_file(a.report, json::to_text(report, 2) + "\n"); !ok) {
       complain(ok.error());
       return kCannotCreate;
     }

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "proto/json_text.h"
 #include "terrain/geo/ellipsoid.h"
 
 namespace tind::cli {
@@ -191,7 +192,7 @@ Result<Fixes> read_line(const Json& geometry, const Json& properties) {
 }
 
 Result<Fixes> read_geojson(std::string_view text) {
-  Json json = Json::parse(text, nullptr, false);
+  Json json = json::parse<Json>(text);
   if (json.is_discarded() || !json.is_object()) return wrong("the GeoJSON is no JSON object");
   if (json.value("type", Json()) == "FeatureCollection") {
     const Json features = json.value("features", Json());
@@ -214,6 +215,7 @@ double metres(const FlightFix& a, const FlightFix& b) {
 
 Result<std::vector<FlightFix>> parse_trajectory(std::string_view text,
                                                 std::optional<double> speed) {
+  if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // a byte order mark
   const std::size_t start = text.find_first_not_of(" \t\r\n");
   const bool json = start != text.npos && text[start] == '{';
   auto read = json ? read_geojson(text) : read_csv(text);

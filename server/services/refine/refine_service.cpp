@@ -94,6 +94,8 @@ Result<std::shared_ptr<const RefineService::Scene>> RefineService::scene(
     const ServedDataset& dataset, const std::optional<GeoRect>& asked, std::stop_token stop) {
   const DemSource* const dem = dataset.source.get();
   if (!dem) return fail(Errc::not_found, "this dataset is a store of tiles without its DEM");
+  if (dem->info().cols < 2 || dem->info().rows < 2)
+    return fail(Errc::unsupported, "a DEM of one row or column has no triangles");
   const auto window = refine_window(*dem, asked, limits_.posts);
   if (!window) return std::unexpected(window.error());
   const Key key{dataset.index, *window};
@@ -143,6 +145,8 @@ Result<proto::RefineDelta> RefineService::region(const ServedDataset& dataset,
                                                  std::stop_token stop) {
   const DemSource* const dem = dataset.source.get();
   if (!dem) return fail(Errc::not_found, "this dataset is a store of tiles without its DEM");
+  if (dem->info().cols < 2 || dem->info().rows < 2)
+    return fail(Errc::unsupported, "a DEM of one row or column has no triangles");
   if (const auto valid = region.over(*dem); !valid) return std::unexpected(valid.error());
   const auto ready = scene(dataset, window_of(dataset, region, window), std::move(stop));
   if (!ready) return std::unexpected(ready.error());

@@ -115,7 +115,8 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
       progress.at(looking + (1 - looking) * double(n) / double(ids.size()));
   });
   const auto committed = store.commit();  // what was made is not lost, however it ended
-  if (first_error) return std::unexpected(*first_error);
+  if (first_error && !(first_error->code == Errc::cancelled && progress.stopped()))
+    return std::unexpected(*first_error);
   if (!committed) return std::unexpected(committed.error());
   if (progress.stopped()) {
     return fail(Errc::cancelled, "stopped after " + std::to_string(done) + " of " +

@@ -138,8 +138,9 @@ Weights weights_of(const EdgeCostOptions& options, const Scales& scales) {
 
 Result<Simplified> simplify_edge_cost(const Terrain& dem, const EdgeCostOptions& method,
                                       const RunOptions& options, const Progress& progress) {
-  if (method.alpha < 0 || method.beta < 0)
-    return fail(Errc::invalid_argument, "alpha and beta must not be negative");
+  for (const double weight : {method.alpha, method.beta})
+    if (!(weight >= 0 && weight <= 1e100))
+      return fail(Errc::invalid_argument, "alpha and beta must be numbers >= 0, at most 1e100");
   Scales scales;
   Result<Simplified> out = collapse_terrain(dem, options, progress, [&](TerrainMesh& terrain) {
     EdgeCost cost(terrain, {});

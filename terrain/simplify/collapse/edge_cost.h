@@ -42,7 +42,7 @@ struct EdgeCostOptions {
   static constexpr const char* kName = "edge-cost";
   static constexpr bool kTellsCollapses = true;
   static constexpr const char* kVariant = "term";
-  double alpha = 0.25, beta = 2;  // NaN-free, dimensionless (algorithms: edge cost)
+  double alpha = 0.25, beta = 2;  // dimensionless
   Term term = Term::all;
 
   template <class F>

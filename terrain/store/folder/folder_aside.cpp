@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "proto/json_member.h"
+#include "proto/json_text.h"
 #include "terrain/base/file_io.h"
 #include "terrain/raster/source_blocks.h"
 #include "terrain/store/folder/folder_contents.h"
@@ -28,8 +29,8 @@ struct Proof {
 };
 
 Json json_in(const std::string& path) {
-  const auto text = read_whole_file(path);
-  return text ? Json::parse(*text, nullptr, false) : Json();
+  const auto text = read_regular_file(path);
+  return text ? json::parse<Json>(*text) : Json();
 }
 
 bool is_tile(const std::string& file) {
@@ -59,7 +60,7 @@ bool proven(const std::string& aside, const std::string& file, const std::option
   if (!file.starts_with(kBlocks)) return false;
   const std::string digest = file.substr(std::string_view(kBlocks).size());
   if (proof && proof->digest == digest) return true;
-  const auto bytes = read_whole_file(aside + file);
+  const auto bytes = read_regular_file(aside + file);
   return bytes && SourceBlocks::whole(*bytes, digest);
 }
 

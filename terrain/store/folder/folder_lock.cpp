@@ -46,6 +46,11 @@ bool same_file(int file, const std::string& path) {
          open.st_dev == named.st_dev && open.st_ino == named.st_ino;
 }
 
+bool is_regular(int file) {
+  struct stat status {};
+  return ::fstat(file, &status) == 0 && S_ISREG(status.st_mode);
+}
+
 }  // namespace
 
 Result<FolderLock> FolderLock::take(const std::string& folder) {
@@ -54,6 +59,11 @@ Result<FolderLock> FolderLock::take(const std::string& folder) {
     const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
     if (file < 0) return fail(Errc::io, "cannot create " + path + ": " + std::strerror(errno));
     FolderLock lock(path, file);
+    if (!is_regular(file)) {
+      lock.path_.clear();  // not ours to remove
+      return fail(Errc::invalid_argument,
+                  path + " is in the way and not tind's: choose another directory");
+    }
     struct flock byte {};
     byte.l_type = F_WRLCK, byte.l_whence = SEEK_SET, byte.l_start = kLockedByte, byte.l_len = 1;
     const bool taken = ::fcntl(file, F_OFD_SETLK, &byte) == 0;

@@ -44,7 +44,7 @@ InForce in_force(const std::string& base) {
   const std::string ready = base + folder::kReady;
   auto own = TileLedger::open(base + folder::kLedger);
   if (folder::type_of(ready) == fs::file_type::directory) {
-    if (const auto record = read_whole_file(ready + folder::kRecord)) {
+    if (const auto record = read_regular_file(ready + folder::kRecord)) {
       auto moving = TileLedger::open(ready + folder::kLedger);
       if (!moving) moving = TileLedger::open(base + folder::kLedger);  // it has just moved
       if (moving && moving->belongs_to(*record)) {

@@ -21,6 +21,7 @@
 #include <utility>
 #include <vector>
 
+#include "proto/json_text.h"
 #include "terrain/base/file_io.h"
 #include "terrain/base/parallel.h"
 #include "terrain/store/folder/folder_aside.h"
@@ -107,7 +108,7 @@ Result<std::vector<std::uint8_t>> changes_since(const std::string& record, const
                                                 const std::string& output) {
   const BuildRecord old = decode_build_record(record).value_or(BuildRecord{});
   const std::string path = output + kBlocks + old.heights;
-  const auto bytes = read_whole_file(path);
+  const auto bytes = read_regular_file(path);
   if (!bytes) return std::unexpected(bytes.error());
   auto dirty = work.changes(old, *bytes);
   if (!dirty) return fail(path, dirty.error());
@@ -132,10 +133,13 @@ std::unexpected<Error> refused(const std::string& folder, const std::string& why
   return fail(Errc::invalid_argument, folder + " holds " + why + ": " + what_to_do);
 }
 
-/// A ledger of this folder that says what it says of the tiles of this record.
-std::optional<TileLedger> ledger_in(const std::string& folder, const std::string& record) {
+/// A ledger of this folder that says what it says of the tiles of this record, all of them.
+std::optional<TileLedger> ledger_in(const std::string& folder, const std::string& record,
+                                    const TileOrder& ids) {
   auto ledger = TileLedger::open(folder + kLedger);
   if (!ledger || !ledger->belongs_to(record)) return {};
+  for (std::size_t k = 0; k < ids.size(); ++k)
+    if (!ledger->names(ids[k])) return {};
   return std::move(*ledger);
 }
 
@@ -169,9 +173,9 @@ Result<void> FolderWriter::claim_empty(const TileWork& work, const std::string& 
 /// Where there is a record.
 Result<void> FolderWriter::go_on(const TileWork& work, const std::string& record,
                                  const Progress& progress) {
-  const auto text = read_whole_file(output_ + kRecord);
+  const auto text = read_regular_file(output_ + kRecord);
   if (!text) return std::unexpected(text.error());
-  const Json wanted = Json::parse(record), found = Json::parse(*text, nullptr, false);
+  const Json wanted = json::parse<Json>(record), found = Json::parse(*text);
   const bool same = found == wanted;
   const bool update = is_record(found) && !same && same_but_heights(found, wanted);
   if (!same && !update) return replace(work, record, found, difference(found, wanted));
@@ -179,7 +183,7 @@ Result<void> FolderWriter::go_on(const TileWork& work, const std::string& record
   if (auto ok = check_way(output_, ids_, true, all); !ok) return ok;
   if (auto ok = check_blocks(output_, work.blocks.digest(), same); !ok) return ok;
   if (auto done = remove_partial_files(files_, output_); !done) return done;
-  ledger_ = ledger_in(output_, *text);
+  ledger_ = ledger_in(output_, *text, ids_);
   if (update) {
     auto dirty = changes_since(*text, work, output_);
     if (!dirty) {
@@ -263,7 +267,7 @@ Result<void> FolderWriter::put_record(const std::string& folder, const std::stri
 /// The blocks' file is only read by the next update, which a damaged one would stop.
 Result<void> FolderWriter::mend_blocks(const std::string& folder, const SourceBlocks& blocks) {
   const std::string path = folder + kBlocks + blocks.digest(), wanted = blocks.encode();
-  if (const auto found = read_whole_file(path); found && *found == wanted) return {};
+  if (const auto found = read_regular_file(path); found && *found == wanted) return {};
   return put(path, wanted);
 }
 
@@ -285,8 +289,8 @@ Result<void> FolderWriter::start_update(const std::string& record, const TileWor
   const std::string aside = output_ + kAside;
   claimed_ = true;
   // What an earlier run to the same content left there.
-  const auto text = read_whole_file(aside + kRecord);
-  if (text && *text == record) aside_ = ledger_in(aside, record);
+  const auto text = read_regular_file(aside + kRecord);
+  if (text && *text == record) aside_ = ledger_in(aside, record, ids_);
   if (aside_) {
     if (auto done = mend_blocks(aside, work.blocks); !done) return done;
   } else {
@@ -323,7 +327,7 @@ std::vector<std::uint8_t> FolderWriter::look_at_tiles(bool aside, const Progress
     if (is_aside(k) != aside || progress.stopped()) return;
     const auto entry = ledger ? ledger->find(ids_[k]) : std::nullopt;
     if (entry) {
-      const auto bytes = read_whole_file(path(k));
+      const auto bytes = read_regular_file(path(k));
       sound[k] = bytes && entry->vouches_for(*bytes);
     }
     std::error_code ignored;

@@ -5,6 +5,7 @@
 #include "terrain/store/folder/tile_ledger.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
@@ -108,13 +109,17 @@ std::string TileLedger::blank(std::string_view record, const Levels& levels) {
 
 Result<TileLedger> TileLedger::open(const std::string& path) {
   TileLedger ledger;
-  ledger.file_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  // A pipe in its place must not keep us waiting.
+  ledger.file_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (ledger.file_ < 0)
     return fail(errno == ENOENT ? Errc::not_found : Errc::io, path + ": " + std::strerror(errno));
   const auto damaged = [&] { return fail(Errc::bad_data, path + " is damaged"); };
+  struct stat status {};
+  if (::fstat(ledger.file_, &status) != 0 || !S_ISREG(status.st_mode)) return damaged();
   Head head;
   if (!read_at(ledger.file_, 0, &head, sizeof head) || head.magic != kMagic ||
-      head.ranges > kMostRanges)
+      head.ranges > kMostRanges ||
+      std::uint64_t(status.st_size) < sizeof head + head.ranges * sizeof(Range))
     return damaged();
   if (head.version != kVersion)
     return fail(Errc::unsupported, path + " is of another version of tind");

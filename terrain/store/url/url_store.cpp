@@ -5,6 +5,8 @@
 #include <string_view>
 #include <utility>
 
+#include "proto/json_text.h"
+
 namespace tind {
 
 namespace {
@@ -31,7 +33,7 @@ void replace(std::string& text, std::string_view what, const std::string& with) 
 
 /// The first template of layer.json, with the version in its place; empty where there is none.
 std::string template_in(const Bytes& layer) {
-  const auto json = nlohmann::json::parse(layer, nullptr, false);
+  const auto json = json::parse<nlohmann::json>(layer);
   if (!json.is_object()) return {};
   const auto tiles = json.find("tiles"), version = json.find("version");
   if (tiles == json.end() || !tiles->is_array() || tiles->empty() || !(*tiles)[0].is_string())

@@ -17,6 +17,9 @@ TEST(Trajectory, CsvAndGeoJsonSayTheSame) {
   const auto csv =
       parse_trajectory("# a flight\nTime,Lat,Lon,height_m\n10,46,-121,900\n40,47,-122,800\n", {});
   ASSERT_TRUE(csv) << csv.error().what;
+  const auto marked = parse_trajectory("\xef\xbb\xbfTime,Lat,Lon\n10,46,-121\n40,47,-122\n", {});
+  ASSERT_TRUE(marked) << marked.error().what;
+  EXPECT_EQ(marked->at(1).time_s, csv->at(1).time_s);
   const auto plain = parse_trajectory("-121,46,900,10\r\n-122,47,800,40\r\n", {});
   ASSERT_TRUE(plain) << plain.error().what;
   const auto line = parse_trajectory(

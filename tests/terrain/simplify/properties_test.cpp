@@ -295,5 +295,18 @@ TEST(EveryMeshMethod, LeavesAManifoldAndStopsAtTheCountOrSaysWhyNot) {
   }
 }
 
+TEST(EdgeCost, WeightsThatAreNoNumbersAreRefused) {
+  const HeightGrid g = test::grid_from("0 1 2 / 3 4 9 / 5 2 7");
+  for (const double wrong : {std::nan(""), HUGE_VAL, -1.0, 1e200})
+    for (const bool first : {true, false}) {
+      SimplifyOptions o;
+      o.stop.triangles = 4;
+      o.method = EdgeCostOptions{.alpha = first ? wrong : 1, .beta = first ? 1 : wrong};
+      const auto made = simplify({g, 1, 1}, o);
+      ASSERT_FALSE(made) << wrong;
+      EXPECT_EQ(made.error().code, Errc::invalid_argument);
+    }
+}
+
 }  // namespace
 }  // namespace tind

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <array>
 #include <filesystem>
@@ -160,6 +161,30 @@ TEST_F(FolderStoreTest, WhatIsDamagedBesideTheTilesIsNamed) {
   EXPECT_EQ(faults[0].name, "tind-tiles.ledger");
   EXPECT_EQ(faults[1].in, StoreFault::In::blocks);
   EXPECT_EQ(faults[1].name, blocks_file);
+}
+
+TEST_F(FolderStoreTest, APipeInTheWayKeepsNobodyWaiting) {
+  write(1, " a");
+  for (const char* name : {"/tind-tiles.ledger", "/tind-build.json"}) {
+    fs::remove(path() + name);
+    ASSERT_EQ(mkfifo((path() + name).c_str(), 0666), 0);
+  }
+  EXPECT_FALSE(open_store(path())->faults().empty());
+  const SourceBlocks heights = blocks(1);
+  const TileOrder ids(areas_, 0, 1);
+  const TileWork work{.ids = ids, .levels = {}, .record = {}, .blocks = heights, .changes = {}};
+  const auto locked = lock_store(path());
+  ASSERT_TRUE(locked) << locked.error().what;
+  EXPECT_FALSE((*locked)->claim(work));
+}
+
+TEST_F(FolderStoreTest, ALockThatIsNotOursStays) {
+  fs::create_directories(path());
+  ASSERT_EQ(mkfifo((path() + "/tind-lock").c_str(), 0666), 0);
+  const auto locked = lock_store(path());
+  ASSERT_FALSE(locked);
+  EXPECT_EQ(locked.error().code, Errc::invalid_argument);
+  EXPECT_TRUE(fs::exists(path() + "/tind-lock"));
 }
 
 TEST(PartialPaths, NoTwoWritersShareOneAndAllAreSweptLater) {

@@ -1,0 +1,29 @@
+#pragma once
+// JSON as text, from strangers and for them. nlohmann/json reads any depth, but copies, compares
+// and writes by recursion, and throws at text that is not UTF-8: neither may end the program.
+
+#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tind::json {
+
+/// Arrays and objects within each other, at most.
+inline constexpr int kDeepest = 100;
+
+/// Discarded (is_discarded()) where the text is no JSON, or nested more deeply than kDeepest. Json:
+/// nlohmann::json or nlohmann::ordered_json.
+template <class Json>
+Json parse(std::string_view text);
+template <class Json>
+Json parse(const std::vector<std::uint8_t>& text) {
+  return parse<Json>(std::string_view(reinterpret_cast<const char*>(text.data()), text.size()));
+}
+
+/// `indent`: blanks a level; -1: one line. Bytes that are not UTF-8 become U+FFFD.
+std::string to_text(const nlohmann::json&, int indent = -1);
+std::string to_text(const nlohmann::ordered_json&, int indent = -1);
+
+}  // namespace tind::json

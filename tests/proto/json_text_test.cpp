@@ -1,0 +1,39 @@
+#include "proto/json_text.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+namespace tind::json {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string nested(int depth) {
+  return std::string(std::size_t(depth), '[') + std::string(std::size_t(depth), ']');
+}
+
+TEST(JsonText, TooDeepIsNoJson) {
+  EXPECT_FALSE(parse<Json>(nested(kDeepest)).is_discarded());
+  EXPECT_TRUE(parse<Json>(nested(kDeepest + 1)).is_discarded());
+  EXPECT_TRUE(parse<nlohmann::json>(nested(1'000'000)).is_discarded());
+  EXPECT_TRUE(parse<Json>("{\"a\":" + nested(kDeepest) + "}").is_discarded());
+  // Brackets in strings do not count, nor do arrays beside each other.
+  EXPECT_EQ(parse<Json>("[\"" + std::string(500, '[') + "\\\"[\"]").size(), 1u);
+  std::string wide = "[[]";
+  for (int i = 0; i < 500; ++i) wide += ",[{}]";
+  EXPECT_EQ(parse<Json>(wide + "]").size(), 501u);
+}
+
+TEST(JsonText, WhatIsNoJsonIsDiscarded) {
+  for (const char* text : {"", "{", "[1,]", "\"", "\xff", "nul"})
+    EXPECT_TRUE(parse<Json>(text).is_discarded()) << text;
+}
+
+TEST(JsonText, TextThatIsNotUtf8IsWrittenAllTheSame) {
+  EXPECT_EQ(to_text(Json{{"file", "a\xff.tif"}}), "{\"file\":\"a\xef\xbf\xbd.tif\"}");
+  EXPECT_EQ(to_text(Json::array({1, 2}), 1), "[\n 1,\n 2\n]");
+}
+
+}  // namespace
+}  // namespace tind::json
