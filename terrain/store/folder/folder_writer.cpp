@@ -175,7 +175,7 @@ Result<void> FolderWriter::go_on(const TileWork& work, const std::string& record
                                  const Progress& progress) {
   const auto text = read_regular_file(output_ + kRecord);
   if (!text) return std::unexpected(text.error());
-  const Json wanted = json::parse<Json>(record), found = Json::parse(*text);
+  const Json wanted = json::parse<Json>(record), found = json::parse<Json>(*text);
   const bool same = found == wanted;
   const bool update = is_record(found) && !same && same_but_heights(found, wanted);
   if (!same && !update) return replace(work, record, found, difference(found, wanted));
