@@ -1,30 +1,8 @@
 #include "server/cli/commands/commands.h"
 
-#include <algorithm>
-#include <numeric>
-#include <utility>
-#include <vector>
+#include "terrain/base/edit_distance.h"
 
 namespace tind::cli {
-
-namespace {
-
-/// How many letters must be put in, left out or changed to make one word of the other.
-std::size_t edits(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), 0);
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = std::exchange(row[0], i + 1);
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t changed = diagonal + (a[i] != b[j]);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({changed, row[j] + 1, diagonal + 1});
-    }
-  }
-  return row.back();
-}
-
-}  // namespace
 
 std::string unknown_command(Command program, int argc, const char* const* argv) {
   if (argc < 2 || argv[1][0] == '-') return {};
@@ -33,7 +11,7 @@ std::string unknown_command(Command program, int argc, const char* const* argv) 
   std::size_t least = 3;  // edits that still make a misspelling
   for (const std::string& name : program.subcommands()) {
     if (name == word) return {};
-    const std::size_t n = edits(word, name);
+    const std::size_t n = edit_distance(word, name);
     if (n < least) least = n, nearest = name;
   }
   return "there is no command '" + word + "'; " +

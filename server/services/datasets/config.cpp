@@ -9,8 +9,8 @@
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
-#include <numeric>
 
+#include "terrain/base/edit_distance.h"
 #include "terrain/raster/nodata.h"
 
 namespace tind::services {
@@ -132,19 +132,6 @@ std::string environment_key(std::string_view name) {
   for (const char c : name)
     key += c == '-' ? '_' : char(std::toupper(static_cast<unsigned char>(c)));
   return key;
-}
-
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = std::exchange(row[0], i);
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i - 1] != b[j - 1]);
-      diagonal = std::exchange(row[j], std::min({row[j] + 1, row[j - 1] + 1, replaced}));
-    }
-  }
-  return row.back();
 }
 
 /// `name_of`: how a setting is called where the unknown name was found.
