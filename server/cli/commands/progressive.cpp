@@ -104,11 +104,6 @@ int run(Arguments& a, Command app) {
   const auto method = method_of(app, a.method);
   if (!method) return complain(method.error());
   a.options.method = *method;
-  for (const char* const option : {"--side", "--effort"})
-    if (app.given(option))
-      return complain({Errc::invalid_argument,
-                       std::string(option) + " is not for progressive meshes: their bounds hold on "
-                                             "both sides, and their collapses are all tried"});
   if (const int code = check_outputs({a.output}); code != kOk) return code;
   if (surface) return run_surface(a);
   const auto dem = open_dem(a.input);
@@ -177,7 +172,8 @@ void add_progressive(Command program, int& exit) {
   app.add_option("--step", a->step,
                  "DEM: step of heights, metres; by default an eighth of the error at the fine end. "
                  "Mesh: step of its coordinates; by default 1/65536 of its diagonal at most");
-  add_method_options(app, a->method, a->options.threads);
+  // The bounds of a progressive mesh hold on both sides, and all its collapses are tried.
+  add_method_options(app, a->method, a->options.threads, {"side", "effort"});
   add_dem_options(app, a->input);
   add_json_flag(app, a->json);
   add_progress_option(app, a->progress);

@@ -47,13 +47,15 @@ Result<MethodOptions> method_of(Command app, const MethodLine& line) {
   return *std::ranges::find(line.all, named->index(), &MethodOptions::index);
 }
 
-void add_method_options(Command app, MethodLine& line, int& threads) {
+void add_method_options(Command app, MethodLine& line, int& threads,
+                        std::initializer_list<std::string_view> without) {
   app.add_option("--method", line.name, "how; 'tind methods' says which to take for what").shown();
   for (MethodOptions& method : line.all) {
     std::visit(
         [&](auto& options) {
           options.each_option([&](const std::string& name, auto member, const char* help) {
-            add_field(app, "--" + name, options.*member, help);
+            if (std::ranges::count(without, name) == 0)
+              add_field(app, "--" + name, options.*member, help);
           });
         },
         method);

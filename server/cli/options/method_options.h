@@ -2,7 +2,9 @@
 // The options that choose a method of simplification and tune it, for every subcommand that runs
 // one.
 
+#include <initializer_list>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "server/cli/program/command_line.h"
@@ -20,8 +22,9 @@ struct MethodLine {
 };
 
 /// --method and what each method reads, --threads; not where to stop. --drape is left to commands
-/// that know a DEM to lay it over.
-void add_method_options(Command, MethodLine&, int& threads);
+/// that know a DEM to lay it over. `without`: options that the command has no use for.
+void add_method_options(Command, MethodLine&, int& threads,
+                        std::initializer_list<std::string_view> without = {});
 
 /// The method that the line names, with its options. Fails (invalid_argument) when there is no such
 /// method, or when an option was given that it does not read.
