@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+
 #include "server/cli/program/exit.h"
+#include "terrain/raster/dem_options_text.h"
 #include "terrain/raster/nodata.h"
 
 namespace tind::cli {
@@ -13,48 +16,38 @@ namespace {
 /// A full mesh takes about 200 bytes a post, and its half-edges are numbered with 32 bits.
 constexpr std::int64_t kMaxPosts = 400'000'000;
 
+std::string flag_of(std::string name) {
+  std::ranges::replace(name, '_', '-');
+  return "--" + name;
+}
+
 }  // namespace
 
 void add_dem_options(Command app, DemInput& input) {
   input.environment = app.environment();
-  app.add_option(
-         "--from-datum", input.from_datum,
-         "what the heights are above, where the file does not say: egm96, ellipsoid, unknown")
-      .one_of({"egm96", "ellipsoid", "unknown"})
-      .shown();
-  const auto to_datum = [&input](const std::string& value) {
-    input.to_datum = value;
-    input.to_datum_given = true;
-  };
-  app.add_function(
-         "--to-datum", to_datum,
-         "convert heights: ellipsoid, or same (not at all)" +
-             std::string(input.to_datum == "same"
-                             ? "; same without it"
-                             : "; without it: ellipsoid, where it is known what they are above"))
-      .one_of({"ellipsoid", "same"});
-  app.add_option("--nodata", input.nodata,
-                 "values that mean no data, beside the one that the file declares: -9999 or "
-                 "-9999,-32768; none: the declared one is a height")
-      .expected(1)
-      .check([](const std::string& value) {
-        DemOptions options;
-        const auto ok = set_nodata(value, options);
-        return ok ? std::string() : ok.error().what;
-      });
+  for (const DemOptionText& option : dem_option_texts()) {
+    const std::string name = option.name, flag = flag_of(name);
+    std::string help = option.help;
+    if (name == "to_datum")
+      help += input.to_datum == "same"
+                  ? "; same without it"
+                  : "; without it: ellipsoid, where it is known what they are above";
+    app.add_function(
+        flag,
+        [&input, name, flag](const std::string& text) {
+          if (const auto ok = set_dem_option(name, text, input.said); !ok)
+            refuse_value(flag, ok.error().what);
+          input.to_datum_given = input.to_datum_given || name == "to_datum";
+        },
+        help);
+  }
   app.add_flag("--allow-vrt", input.allow_vrt, "read VRT files, which may name any other file");
 }
 
 DemOptions dem_options(const DemInput& input) {
-  DemOptions options;
-  if (input.from_datum == "egm96") options.from_datum = VerticalDatum::egm96;
-  if (input.from_datum == "ellipsoid") options.from_datum = VerticalDatum::ellipsoid;
-  if (input.to_datum == "ellipsoid")
-    options.to_datum =
-        input.to_datum_given ? TargetDatum::ellipsoid : TargetDatum::ellipsoid_if_known;
-  // Checked when it was parsed.
-  if (!input.nodata.empty())
-    (void)set_nodata(fmt::format("{}", fmt::join(input.nodata, ",")), options);
+  DemOptions options = input.said;
+  if (!input.to_datum_given && input.to_datum == "ellipsoid")
+    options.to_datum = TargetDatum::ellipsoid_if_known;
   options.allow_vrt = input.allow_vrt;
   options.environment = input.environment;
   return options;

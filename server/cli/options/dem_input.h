@@ -15,14 +15,14 @@ namespace tind::cli {
 /// What the user said about the input; bound to the options that `add_dem_options` adds.
 struct DemInput {
   std::vector<std::string> files;
-  std::string from_datum = "unknown", to_datum = "same";
-  bool to_datum_given = false;  // else it is what the subcommand does by itself
-  std::vector<std::string> nodata;
+  DemOptions said;                // by the options of dem_options_text.h
+  std::string to_datum = "same";  // what the subcommand does by itself: same or ellipsoid
+  bool to_datum_given = false;
   bool allow_vrt = false;
   std::shared_ptr<const Environment> environment;  // the program's
 };
 
-/// --from-datum, --to-datum, --nodata, --allow-vrt.
+/// Those of dem_options_text.h (--from-datum, --to-datum, --nodata ...) and --allow-vrt.
 void add_dem_options(Command, DemInput&);
 
 DemOptions dem_options(const DemInput&);

@@ -1,0 +1,37 @@
+// What users type about a DEM, wherever they type it.
+
+#include "terrain/raster/dem_options_text.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace tind {
+namespace {
+
+TEST(DemOptionsText, EachTextSetsItsMember) {
+  DemOptions options;
+  ASSERT_TRUE(set_dem_option("from_datum", "egm96", options));
+  EXPECT_EQ(options.from_datum, VerticalDatum::egm96);
+  ASSERT_TRUE(set_dem_option("to_datum", "ellipsoid", options));
+  EXPECT_EQ(options.to_datum, TargetDatum::ellipsoid);
+  ASSERT_TRUE(set_dem_option("to_datum", "same", options));
+  EXPECT_EQ(options.to_datum, TargetDatum::same);
+  ASSERT_TRUE(set_dem_option("nodata", "-1,none", options));
+  EXPECT_EQ(options.nodata, std::vector<double>{-1});
+  EXPECT_TRUE(options.ignore_declared_nodata);
+}
+
+TEST(DemOptionsText, WhatMakesNoSenseIsRefused) {
+  DemOptions options;
+  for (const DemOptionText& one : dem_option_texts())
+    for (const char* text : {"", "nonsense", "-9999,"}) {
+      const auto set = set_dem_option(one.name, text, options);
+      ASSERT_FALSE(set) << one.name << " = " << text;
+      EXPECT_EQ(set.error().code, Errc::invalid_argument);
+    }
+  EXPECT_EQ(set_dem_option("from-datum", "egm96", options).error().code, Errc::not_found);
+}
+
+}  // namespace
+}  // namespace tind
