@@ -112,11 +112,6 @@ std::size_t connections_within_limits(std::size_t wanted) {
   return std::min<std::size_t>(wanted, limit.rlim_cur - spare);
 }
 
-VerticalDatum datum_named(const std::string& text) {
-  if (text == "egm96") return VerticalDatum::egm96;
-  return text == "ellipsoid" ? VerticalDatum::ellipsoid : VerticalDatum::unknown;
-}
-
 /// What the operator should know of a DEM. Of one that is still being read there is only a sample.
 void log_warnings(const services::ServedDataset& dataset) {
   const DemSource* const dem = dataset.source.get();
@@ -129,57 +124,59 @@ void log_warnings(const services::ServedDataset& dataset) {
 }
 
 Result<void> something_to_serve(const Config& config) {
-  if (!config.datasets.empty()) return {};
+  if (!config.datasets.empty() || !config.tables.empty()) return {};
   return fail(Errc::invalid_argument,
               "nothing to serve: name a DEM or a directory of tiles (see tind serve --help)");
 }
 
-DemOptions dem_options(const Config& config, std::shared_ptr<const Environment> environment) {
-  DemOptions dem;
-  dem.environment = std::move(environment);
-  dem.from_datum = datum_named(config.from_datum);
-  dem.to_datum = config.to_datum == "same" ? TargetDatum::same : TargetDatum::ellipsoid_if_known;
-  if (!config.nodata.empty()) (void)set_nodata(config.nodata, dem);  // checked when it was read
-  dem.allow_vrt = config.allow_vrt;
-  dem.cache_bytes = (std::size_t(config.source_cache_mb) << 20) / config.datasets.size();
-  return dem;
+std::vector<services::DatasetSpec> specs_of(const Config& config) {
+  std::vector<services::DatasetSpec> specs;
+  for (const std::string& text : config.datasets)
+    specs.push_back(services::parse_dataset_spec(text));
+  specs.insert(specs.end(), config.tables.begin(), config.tables.end());
+  return specs;
 }
 
-TileSetOptions tile_options(const Config& config) {
-  TileSetOptions tiles;
-  tiles.max_error_m = config.max_error;
-  tiles.error_factor = config.error_factor;
-  tiles.side = config.side;
-  return tiles;
+Result<services::DatasetOptions> options_of(const Config& config, const services::DatasetSpec& spec,
+                                            std::shared_ptr<const Environment> environment) {
+  auto options = services::dataset_options(config.every, spec.own);
+  if (!options) return options;
+  options->dem.environment = std::move(environment);
+  options->dem.cache_bytes =
+      (std::size_t(config.source_cache_mb) << 20) / (config.datasets.size() + config.tables.size());
+  return options;
 }
 
 Result<services::Catalog> open_datasets(const Config& config,
                                         const std::shared_ptr<const Environment>& environment) {
   if (auto any = something_to_serve(config); !any) return std::unexpected(any.error());
-  const DemOptions dem = dem_options(config, environment);
-  const TileSetOptions tiles = tile_options(config);
   services::Catalog catalog;
   std::vector<Error> bad;
-  for (const std::string& text : config.datasets)
-    if (auto opened = open_dataset(
-            catalog, services::parse_dataset_spec(text), dem, tiles,
-            config.index_dir.empty() ? services::default_index_dir() : config.index_dir);
-        !opened)
-      bad.push_back(opened.error());
-  for (const auto& dataset : catalog.all()) {
-    log_warnings(*dataset);
-    const DemSource* const source = dataset->source.get();
-    const auto plan = source ? TilePlan::make(source->info(), HeightRange{}, tiles)
+  const auto specs = specs_of(config);
+  for (const services::DatasetSpec& spec : specs) {
+    const auto options = options_of(config, spec, environment);
+    if (!options) return std::unexpected(options.error());
+    auto dataset =
+        open_dataset(spec, *options,
+                     config.index_dir.empty() ? services::default_index_dir() : config.index_dir);
+    if (!dataset) {
+      bad.push_back(dataset.error());
+      continue;
+    }
+    const auto& added = catalog.add(name_of(spec), std::move(*dataset));
+    log_warnings(added);
+    const DemSource* const source = added.source.get();
+    const auto plan = source ? TilePlan::make(source->info(), HeightRange{}, options->tiles)
                              : fail(Errc::not_found, "tiles as they were built");
     const std::string warning = plan ? plan->warning(source->info()) : std::string();
-    if (!warning.empty()) spdlog::warn("{}: {}", dataset->name, warning);
+    if (!warning.empty()) spdlog::warn("{}: {}", added.name, warning);
   }
   if (bad.empty()) return catalog;
-  if (bad.size() == 1 && config.datasets.size() == 1) return std::unexpected(bad[0]);
+  if (bad.size() == 1 && specs.size() == 1) return std::unexpected(bad[0]);
   for (const Error& error : bad) complain(error);
   return fail(bad[0].code, fmt::format("{} of {} datasets cannot be served, for the reasons above; "
                                        "mend them or leave them out",
-                                       bad.size(), config.datasets.size()));
+                                       bad.size(), specs.size()));
 }
 
 Result<http::StaticFiles> load_viewer(const Config& config, const Environment& environment) {
@@ -270,16 +267,20 @@ Result<std::size_t> check(const Config& config,
                           const std::shared_ptr<const Environment>& environment) {
   if (auto any = something_to_serve(config); !any) return std::unexpected(any.error());
   std::size_t not_read = 0;
-  for (const std::string& text : config.datasets) {
-    const services::DatasetSpec spec = services::parse_dataset_spec(text);
+  for (services::DatasetSpec spec : specs_of(config)) {
+    auto files = services::files_of(spec);
+    if (!files) return std::unexpected(files.error());
+    spec.files = std::move(*files);
+    const auto options = options_of(config, spec, environment);
+    if (!options) return std::unexpected(options.error());
     if (services::is_stored(spec)) {
       if (auto dataset = stored_dataset(spec.files[0]); !dataset)
         return std::unexpected(dataset.error());
-    } else if (auto dem = services::open_dem(spec, dem_options(config, environment)); !dem) {
+    } else if (auto dem = services::open_dem(spec, options->dem); !dem) {
       return std::unexpected(dem.error());
     } else if ((*dem)->info().cols * (*dem)->info().rows > kMostReadAtOnce) {
       ++not_read;
-    } else if (auto dataset = dem_dataset(*dem, tile_options(config)); !dataset) {
+    } else if (auto dataset = dem_dataset(*dem, options->tiles); !dataset) {
       return std::unexpected(dataset.error());
     }
   }

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "proto/layer_json.h"
+#include "server/services/datasets/dataset_spec.h"
 
 namespace tind::services {
 namespace {
@@ -24,7 +25,8 @@ std::shared_ptr<const ServedDataset> serve_as(std::uint32_t index, std::string n
   served->index = index;
   served->name = std::move(name);
   if (!served->tiles) return served;
-  const proto::LayerJson& layer = served->tiles->layer();
+  proto::LayerJson layer = served->tiles->layer();
+  layer.attribution = served->facts().attribution;
   served->offered = offered_by(layer);
   served->layer_json = http::Representation::make(proto::encode_layer_json(layer),
                                                   {.content_type = "application/json"});
@@ -32,18 +34,6 @@ std::shared_ptr<const ServedDataset> serve_as(std::uint32_t index, std::string n
 }
 
 }  // namespace
-
-std::string safe_name(std::string_view text) {
-  std::string name(text.substr(0, kMaxName));
-  for (char& c : name) {
-    const bool fine = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                      c == '.' || c == '_' || c == '-';
-    if (!fine) c = '_';
-  }
-  if (name.empty()) return "dataset";
-  if (name[0] == '.') name[0] = '_';
-  return name;
-}
 
 const ServedDataset& Catalog::add(std::string name, Dataset dataset) {
   const std::string safe = safe_name(name);

@@ -29,9 +29,6 @@ struct ServedDataset : Dataset, std::enable_shared_from_this<ServedDataset> {
   bool has(TileId id) const { return tiles && tiles->available(id); }
 };
 
-/// [A-Za-z0-9._-]{1,64}, not beginning with a dot: what is not is replaced by '_'.
-std::string safe_name(std::string_view text);
-
 class Catalog {
  public:
   /// `name` is made safe, and numbered ("alps-2") where it is taken.

@@ -2,7 +2,7 @@
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
-#include <toml++/toml.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -10,26 +10,10 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "terrain/base/edit_distance.h"
-#include "terrain/raster/nodata.h"
-
 namespace tind::services {
 namespace {
 
 // --- the kinds of settings -----------------------------------------------------------------------
-
-std::string quoted(std::string_view text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
-    if (static_cast<unsigned char>(c) < 0x20) {
-      out += fmt::format("\\u{:04x}", int(c));
-    } else {
-      out += c;
-    }
-  }
-  return out + '"';
-}
 
 Setting text(std::string name, std::string help, std::string Config::*field) {
   return {std::move(name), std::move(help), false,
@@ -37,7 +21,7 @@ Setting text(std::string name, std::string help, std::string Config::*field) {
             config.*field = value;
             return {};
           },
-          [field](const Config& config) { return quoted(config.*field); }};
+          [field](const Config& config) { return toml_quoted(config.*field); }};
 }
 
 Setting choice(std::string name, std::string help, std::string Config::*field,
@@ -53,31 +37,13 @@ Setting choice(std::string name, std::string help, std::string Config::*field,
   return setting;
 }
 
-template <NamedEnum E>
-Setting choice(std::string name, std::string help, E Config::*field) {
-  return {std::move(name), std::move(help), false,
-          [field](Config& config, std::string_view value) -> Result<void> {
-            const auto chosen = enum_named<E>(value);
-            if (!chosen)
-              return fail(Errc::invalid_argument,
-                          fmt::format("must be one of {}", fmt::join(enum_names<E>(), ", ")));
-            config.*field = *chosen;
-            return {};
-          },
-          [field](const Config& config) { return quoted(name_of(config.*field)); }};
-}
-
 template <class Number>
 Setting number(std::string name, std::string help, Number Config::*field, Number low, Number high) {
   return {std::move(name), std::move(help), false,
           [=](Config& config, std::string_view value) -> Result<void> {
-            Number parsed{};
-            const char* const end = value.data() + value.size();
-            const auto [stop, error] = std::from_chars(value.data(), end, parsed);
-            if (error != std::errc() || stop != end || !(parsed >= low && parsed <= high))
-              return fail(Errc::invalid_argument,
-                          fmt::format("must be a number from {} to {}", low, high));
-            config.*field = parsed;
+            const auto parsed = parse_number(value, low, high);
+            if (!parsed) return std::unexpected(parsed.error());
+            config.*field = *parsed;
             return {};
           },
           [field](const Config& config) { return fmt::format("{}", config.*field); }};
@@ -86,27 +52,32 @@ Setting number(std::string name, std::string help, Number Config::*field, Number
 Setting toggle(std::string name, std::string help, bool Config::*field) {
   return {std::move(name), std::move(help), true,
           [field](Config& config, std::string_view value) -> Result<void> {
-            if (value != "true" && value != "false")
-              return fail(Errc::invalid_argument, "must be true or false");
-            config.*field = value == "true";
+            const auto on = parse_switch(value);
+            if (!on) return std::unexpected(on.error());
+            config.*field = *on;
             return {};
           },
           [field](const Config& config) { return std::string(config.*field ? "true" : "false"); }};
 }
 
-Setting nodata_setting() {
-  Setting setting = text("nodata",
-                         "values that mean no data in the DEMs, beside those that they declare: "
-                         "-9999 or -9999,-32768; none: the declared ones are heights",
-                         &Config::nodata);
-  setting.set = [](Config& config, std::string_view value) -> Result<void> {
-    DemOptions options;
-    if (!value.empty() && !set_nodata(value, options))
-      return fail(Errc::invalid_argument, "must be numbers with commas between, or none");
-    config.nodata = value;
-    return {};
-  };
-  return setting;
+/// What is said here holds for every dataset whose table says nothing else.
+Setting of_every_dataset(const DatasetSetting& row) {
+  return {row.name, row.help, row.is_switch,
+          [&row](Config& config, std::string_view value) -> Result<void> {
+            if (value.empty() || value == row.initial) {  // as it is where nobody says anything
+              config.every.erase(row.name);
+              return {};
+            }
+            DatasetOptions scratch;
+            if (auto done = row.set(scratch, value); !done) return done;
+            config.every[row.name] = value;
+            return {};
+          },
+          [&row](const Config& config) {
+            const auto said = config.every.find(row.name);
+            const std::string& text = said == config.every.end() ? row.initial : said->second;
+            return row.is_number || row.is_switch ? text : toml_quoted(text);
+          }};
 }
 
 Setting listen_setting() {
@@ -122,11 +93,6 @@ Setting listen_setting() {
 
 // --- names ---------------------------------------------------------------------------------------
 
-std::string file_key(std::string name) {
-  std::ranges::replace(name, '-', '_');
-  return name;
-}
-
 std::string environment_key(std::string_view name) {
   std::string key = "TIND_";
   for (const char c : name)
@@ -137,16 +103,10 @@ std::string environment_key(std::string_view name) {
 /// `name_of`: how a setting is called where the unknown name was found.
 template <class NameOf>
 std::string suggestion(std::string_view unknown, NameOf&& name_of) {
-  std::string best;
-  std::size_t distance = 1 + unknown.size() / 3;
-  const auto consider = [&](const std::string& key) {
-    const std::size_t d = edit_distance(unknown, key);
-    if (d > distance) return;
-    distance = d;
-    best = key;
-  };
-  for (const Setting& setting : settings()) consider(name_of(setting.name));
-  return best.empty() ? "; see tind serve --print-config for all" : "; did you mean " + best + "?";
+  std::vector<std::string> names;
+  for (const Setting& setting : settings()) names.push_back(name_of(setting.name));
+  const std::string near = did_you_mean(unknown, names);
+  return near.empty() ? "; see tind serve --print-config for all" : near;
 }
 
 /// Not settings of the daemon: where its data lies, the program that tests run, and what Kubernetes
@@ -180,50 +140,71 @@ Result<void> set(Config& config, const Setting& setting, std::string_view value,
   return {};
 }
 
-/// A scalar as the text that a flag would have; nothing for tables, arrays and dates.
-std::optional<std::string> scalar_text(const toml::node& node) {
-  if (const auto* value = node.as_string()) return value->get();
-  if (const auto* value = node.as_integer()) return std::to_string(value->get());
-  if (const auto* value = node.as_floating_point()) return fmt::format("{}", value->get());
-  if (const auto* value = node.as_boolean()) return std::string(value->get() ? "true" : "false");
-  return std::nullopt;
-}
-
-Result<void> read_datasets(Config& config, const toml::node& node, const std::string& where) {
-  const toml::array* const list = node.as_array();
-  if (!list) return fail(Errc::invalid_argument, where + ": datasets must be a list of strings");
-  for (const toml::node& item : *list) {
-    if (!item.is_string())
-      return fail(Errc::invalid_argument, where + ": datasets must be a list of strings");
-    config.datasets.push_back(item.as_string()->get());
+Result<void> read_datasets(Config& config, const TomlValue& node, const std::string& where) {
+  const auto bad = [&] {
+    return fail(Errc::invalid_argument, where + ": datasets must be a list of strings");
+  };
+  if (!node.list()) return bad();
+  for (const TomlValue& item : *node.list()) {
+    if (!item.is_text) return bad();
+    config.datasets.push_back(*item.scalar());
   }
   return {};
 }
 
-Result<void> read_file(Config& config, const std::string& file) {
-  toml::table table;
-  try {
-    table = toml::parse_file(file);
-  } catch (const toml::parse_error& error) {
-    const bool placed = error.source().begin.line > 0;
-    const std::string line =
-        placed ? ":" + std::to_string(error.source().begin.line) : std::string();
-    return fail(Errc::invalid_argument, file + line + ": " + std::string(error.description()));
+/// [[dataset]]
+Result<void> read_tables(Config& config, const TomlValue& node, const std::string& file) {
+  if (node.table())
+    return fail(Errc::invalid_argument,
+                fmt::format("{}:{}: write [[dataset]], with two brackets", file, node.line));
+  if (!node.list() || node.list()->empty())
+    return fail(Errc::invalid_argument,
+                fmt::format("{}:{}: dataset is for tables, [[dataset]]; did you mean datasets?",
+                            file, node.line));
+  for (const TomlValue& item : *node.list()) {
+    auto spec = read_dataset_table(item, file);
+    if (!spec) return std::unexpected(spec.error());
+    for (const DatasetSpec& other : config.tables)
+      if (!spec->name.empty() && other.name == spec->name)
+        return fail(Errc::invalid_argument, fmt::format("{}: a second dataset {}; the first is {}",
+                                                        spec->where, spec->name, other.where));
+    config.tables.push_back(std::move(*spec));
   }
-  for (const auto& [key, node] : table) {
-    const std::string where = file + ":" + std::to_string(node.source().begin.line);
-    if (key.str() == "datasets") {
-      if (auto done = read_datasets(config, node, where); !done) return done;
+  return {};
+}
+
+/// As a flag would have it: one value, or several with commas between.
+std::optional<std::string> text_of(const TomlValue& value, const Setting& setting) {
+  if (value.scalar()) return *value.scalar();
+  const DatasetSetting* const row = dataset_setting(setting.name);
+  if (!value.list() || value.list()->empty() || !row || !row->is_list) return std::nullopt;
+  std::string text;
+  for (const TomlValue& item : *value.list()) {
+    if (!item.scalar()) return std::nullopt;
+    text += (text.empty() ? "" : ",") + *item.scalar();
+  }
+  return text;
+}
+
+Result<void> read_file(Config& config, const std::string& file) {
+  const auto table = read_toml(file);
+  if (!table) return std::unexpected(table.error());
+  for (const auto& [key, node] : *table) {
+    const std::string where = fmt::format("{}:{}", file, node.line);
+    if (key == "datasets" || key == "dataset") {
+      auto done =
+          key == "dataset" ? read_tables(config, node, file) : read_datasets(config, node, where);
+      if (!done) return done;
       continue;
     }
     const auto setting = std::ranges::find_if(
-        settings(), [&](const Setting& row) { return file_key(row.name) == key.str(); });
+        settings(), [&](const Setting& row) { return file_key(row.name) == key; });
     if (setting == settings().end())
       return fail(Errc::invalid_argument,
-                  fmt::format("{}: unknown key {}{}", where, key.str(),
-                              key.str().starts_with("dataset") ? "; did you mean datasets?"
-                                                               : suggestion(key.str(), file_key)));
-    const auto value = scalar_text(node);
+                  fmt::format("{}: unknown key {}{}", where, key,
+                              key.starts_with("dataset") ? "; did you mean datasets?"
+                                                         : suggestion(key, file_key)));
+    const auto value = text_of(node, *setting);
     if (!value)
       return fail(Errc::invalid_argument, where + ": " + setting->name + " must be a plain value");
     if (auto done = set(config, *setting, *value, where); !done) return done;
@@ -231,10 +212,8 @@ Result<void> read_file(Config& config, const std::string& file) {
   return {};
 }
 
-}  // namespace
-
-const std::vector<Setting>& settings() {
-  static const std::vector<Setting> table = {
+std::vector<Setting> make_table() {
+  std::vector<Setting> table = {
       listen_setting(),
       number("threads", "threads for network I/O; 0: one per core", &Config::threads, 0, 1024),
       number("build-threads", "threads that make tiles; 0: one per core", &Config::build_threads, 0,
@@ -244,16 +223,6 @@ const std::vector<Setting>& settings() {
       number("cache-mb", "memory for finished tiles, megabytes", &Config::cache_mb, 0, 1'000'000),
       number("source-cache-mb", "memory for the DEMs' heights, all together, megabytes",
              &Config::source_cache_mb, 1, 1'000'000),
-      choice("from-datum", "what the DEMs' heights are above", &Config::from_datum,
-             {"unknown", "egm96", "ellipsoid"}),
-      choice("to-datum", "what the tiles' heights are above", &Config::to_datum,
-             {"ellipsoid", "same"}),
-      nodata_setting(),
-      number("max-error", "largest error at the deepest level, metres; 0: 1/32 of the post spacing",
-             &Config::max_error, 0.0, 1e6),
-      number("error-factor", "scales the error that each coarser level may have",
-             &Config::error_factor, 1e-3, 1e3),
-      choice("side", "where tiles lie as seen from the DEM's posts", &Config::side),
       number("max-connections", "clients connected at the same time", &Config::max_connections, 1,
              1'000'000),
       number("max-connections-per-address",
@@ -266,7 +235,6 @@ const std::vector<Setting>& settings() {
           "index-dir",
           "folder for the residual indexes of large DEMs; default: tind in the user's cache folder",
           &Config::index_dir),
-      toggle("allow-vrt", "accept VRT files, which can name any other file", &Config::allow_vrt),
       toggle("access-log", "log every request", &Config::access_log),
       choice("log-level", "how much to log", &Config::log_level,
              {"debug", "info", "warn", "error", "off"}),
@@ -275,6 +243,18 @@ const std::vector<Setting>& settings() {
       number("grace", "seconds that requests in flight have after a stop", &Config::grace, 0.0,
              3600.0),
   };
+  const auto after_caches = std::ranges::find(table, "max-connections", &Setting::name);
+  std::vector<Setting> of_datasets;
+  for (const DatasetSetting& row : dataset_settings())
+    if (row.for_all) of_datasets.push_back(of_every_dataset(row));
+  table.insert(after_caches, of_datasets.begin(), of_datasets.end());
+  return table;
+}
+
+}  // namespace
+
+const std::vector<Setting>& settings() {
+  static const std::vector<Setting> table = make_table();
   return table;
 }
 
@@ -304,17 +284,21 @@ Result<Config> read_config(const ConfigInput& input) {
     if (auto done = set(config, setting, flag->second, "--" + setting.name); !done)
       return std::unexpected(done.error());
   }
-  if (!input.datasets.empty()) config.datasets = input.datasets;
+  if (!input.datasets.empty()) {
+    config.datasets = input.datasets;
+    config.tables.clear();
+  }
   return config;
 }
 
 std::string print_config(const Config& config) {
   std::vector<std::string> datasets;
-  for (const std::string& dataset : config.datasets) datasets.push_back(quoted(dataset));
+  for (const std::string& dataset : config.datasets) datasets.push_back(toml_quoted(dataset));
   std::string out = fmt::format("datasets = [{}]\n", fmt::join(datasets, ", "));
   for (const Setting& setting : settings())
     out +=
         fmt::format("{} = {}  # {}\n", file_key(setting.name), setting.show(config), setting.help);
+  for (const DatasetSpec& table : config.tables) out += print_dataset_table(table);
   return out;
 }
 

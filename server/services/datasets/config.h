@@ -12,31 +12,26 @@
 #include <string_view>
 #include <vector>
 
+#include "server/services/datasets/dataset_spec.h"
 #include "terrain/base/result.h"
-#include "terrain/mesh/side.h"
 
 namespace tind::services {
 
 struct Config {
-  std::vector<std::string> datasets;
+  std::vector<std::string> datasets;  // "alps=a.tif,b.tif", as on the command line
+  std::vector<DatasetSpec> tables;    // [[dataset]]
+  SettingTexts every;                 // what holds for all datasets, by name in dataset_settings()
   std::string listen = "127.0.0.1:8080";
   int threads = 0;        // I/O; 0: one per core
   int build_threads = 0;  // CPU work; 0: one per core
   int queue = 256;
   int cache_mb = 128;        // finished tiles
   int source_cache_mb = 24;  // heights of all DEMs together
-  std::string from_datum = "unknown";
-  std::string to_datum = "ellipsoid";
-  double max_error = 0;
-  double error_factor = 1;
-  Side side = Side::both;
   int max_connections = 4096;
   int max_connections_per_address = 0;  // 0: a quarter of these
   int buffer_mb = 128;                  // request bodies, responses on their way
   std::string viewer;
   std::string index_dir;  // empty: default_index_dir()
-  std::string nodata;     // empty: as the DEMs declare it
-  bool allow_vrt = false;
   bool access_log = false;
   std::string log_level = "info";
   double drain_delay = 0;  // seconds
@@ -52,7 +47,8 @@ struct Setting {
   std::function<std::string(const Config&)> show;  // as a TOML value
 };
 
-/// Every setting but the datasets, which are arguments (`datasets = [...]` in the file).
+/// Every setting but the datasets, which are arguments (`datasets = [...]` and [[dataset]] in the
+/// file). Those of all datasets are the rows of dataset_settings().
 const std::vector<Setting>& settings();
 
 struct ConfigInput {
@@ -61,7 +57,7 @@ struct ConfigInput {
   std::vector<std::string> environment_names =
       {};                                    // all there are: one TIND_... unknown is an error
   std::map<std::string, std::string> flags;  // by setting name
-  std::vector<std::string> datasets;         // when not empty: instead of the file's
+  std::vector<std::string> datasets;         // when not empty: instead of all of the file's
 };
 
 /// The first error names where it is and, for an unknown key, what was probably meant.

@@ -1,7 +1,7 @@
 #include "server/services/datasets/open_dataset.h"
 
-#include <algorithm>
 #include <filesystem>
+#include <utility>
 
 #include "terrain/dataset/dem_dataset.h"
 #include "terrain/dataset/stored_dataset.h"
@@ -9,40 +9,30 @@
 namespace tind::services {
 namespace {
 
-Result<Dataset> open(const DatasetSpec& spec, const DemOptions& dem_options,
-                     const TileSetOptions& options, const std::string& index_dir) {
+Result<Dataset> open(const DatasetSpec& spec, const DatasetOptions& options,
+                     const std::string& index_dir) {
   if (is_stored(spec)) return stored_dataset(spec.files[0]);
-  auto dem = open_dem(spec, dem_options);
+  auto dem = open_dem(spec, options.dem);
   if (!dem) return std::unexpected(dem.error());
-  return dem_dataset(std::move(*dem), options, index_dir);
+  return dem_dataset(std::move(*dem), options.tiles, index_dir);
 }
 
-std::string name_of(const DatasetSpec& spec) {
-  if (!spec.name.empty()) return spec.name;
-  const std::filesystem::path path = std::filesystem::path(spec.files[0]).lexically_normal();
-  const bool slash = !path.has_filename();  // "tiles/"
-  if (slash) return path.parent_path().filename().string();
-  return std::filesystem::is_directory(path) ? path.filename().string() : path.stem().string();
+Dataset with_attribution(Dataset dataset, const std::string& attribution) {
+  dataset.facts = [known = std::move(dataset.facts), attribution] {
+    DatasetFacts facts = known();
+    facts.attribution = attribution;
+    return facts;
+  };
+  if (dataset.renewed)
+    dataset.renewed = [renewed = std::move(dataset.renewed), attribution]() {
+      auto other = renewed();
+      if (other) other = with_attribution(std::move(*other), attribution);
+      return other;
+    };
+  return dataset;
 }
 
 }  // namespace
-
-DatasetSpec parse_dataset_spec(const std::string& text) {
-  const auto equals = text.find('=');
-  if (equals == text.npos || std::filesystem::exists(text)) return {{}, {text}};
-  DatasetSpec spec{text.substr(0, equals), {}};
-  std::string_view rest = std::string_view(text).substr(equals + 1);
-  while (!rest.empty()) {
-    const std::string_view file = rest.substr(0, rest.find(','));
-    if (!file.empty()) spec.files.emplace_back(file);
-    rest.remove_prefix(std::min(file.size() + 1, rest.size()));
-  }
-  return spec;
-}
-
-bool is_stored(const DatasetSpec& spec) {
-  return spec.files.size() == 1 && std::filesystem::is_directory(spec.files[0]);
-}
 
 Result<std::shared_ptr<const DemSource>> open_dem(const DatasetSpec& spec,
                                                   const DemOptions& options) {
@@ -50,15 +40,29 @@ Result<std::shared_ptr<const DemSource>> open_dem(const DatasetSpec& spec,
   if (dem || dem.error().code != Errc::not_found || spec.files.size() != 1) return dem;
   const std::string& text = spec.files[0];
   if (text.find(',') == text.npos || std::filesystem::exists(text)) return dem;
-  return fail(Errc::not_found,
-              dem.error().what + "; several files are one dataset as NAME=" + text);
+  return fail(Errc::not_found, dem.error().what +
+                                   "; several files are one dataset as NAME=" + text +
+                                   ", and those whose names hold commas as [[dataset]] in a file "
+                                   "for --config");
+}
+
+Result<Dataset> open_dataset(const DatasetSpec& spec, const DatasetOptions& options,
+                             const std::string& index_dir) {
+  if (spec.files.empty())
+    return fail(Errc::invalid_argument, "dataset " + spec.name + " names no file");
+  auto files = files_of(spec);
+  if (!files) return std::unexpected(files.error());
+  DatasetSpec plain = spec;
+  plain.files = std::move(*files);
+  auto dataset = open(plain, options, index_dir);
+  if (!dataset && !spec.where.empty()) return fail(spec.where, dataset.error());
+  if (!dataset || options.attribution.empty()) return dataset;
+  return with_attribution(std::move(*dataset), options.attribution);
 }
 
 Result<void> open_dataset(Catalog& catalog, const DatasetSpec& spec, const DemOptions& dem_options,
                           const TileSetOptions& options, const std::string& index_dir) {
-  if (spec.files.empty())
-    return fail(Errc::invalid_argument, "dataset " + spec.name + " names no file");
-  auto dataset = open(spec, dem_options, options, index_dir);
+  auto dataset = open_dataset(spec, {dem_options, options, {}}, index_dir);
   if (!dataset) return std::unexpected(dataset.error());
   catalog.add(name_of(spec), std::move(*dataset));
   return {};

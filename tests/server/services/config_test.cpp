@@ -52,10 +52,12 @@ TEST_F(ConfigTest, ReadsEveryKind) {
   ASSERT_TRUE(config) << config.error().what;
   EXPECT_EQ(config->datasets, (std::vector<std::string>{"a.tif", "b=c.tif,d.tif"}));
   EXPECT_EQ(config->listen, "[::1]:80");
-  EXPECT_EQ(config->max_error, 2);
-  EXPECT_EQ(config->error_factor, 0.5);
-  EXPECT_TRUE(config->allow_vrt);
-  EXPECT_EQ(config->from_datum, "egm96");
+  const auto options = dataset_options(config->every, {});
+  ASSERT_TRUE(options) << options.error().what;
+  EXPECT_EQ(options->tiles.max_error_m, 2);
+  EXPECT_EQ(options->tiles.error_factor, 0.5);
+  EXPECT_TRUE(options->dem.allow_vrt);
+  EXPECT_EQ(options->dem.from_datum, VerticalDatum::egm96);
   input_.datasets = {"x.tif"};
   EXPECT_EQ(read("datasets = [\"a.tif\"]\n")->datasets, std::vector<std::string>{"x.tif"});
 }
@@ -86,7 +88,7 @@ TEST_F(ConfigTest, WrongValuesNameTheirPlace) {
   EXPECT_NE(error("queue = \"many\"\n").find("not \"many\""), std::string::npos);
   EXPECT_NE(error("queue = 1.5\n").find("queue must be"), std::string::npos);
   EXPECT_NE(error("queue = [1]\n").find("plain value"), std::string::npos);
-  EXPECT_NE(error("from_datum = \"egm2008\"\n").find("one of unknown, egm96, ellipsoid"),
+  EXPECT_NE(error("from_datum = \"nonsense\"\n").find("tind.toml:1: from-datum"),
             std::string::npos);
   EXPECT_NE(error("allow_vrt = 1\n").find("true or false"), std::string::npos);
   EXPECT_NE(error("datasets = \"a.tif\"\n").find("list of strings"), std::string::npos);
@@ -102,9 +104,8 @@ TEST_F(ConfigTest, WrongValuesNameTheirPlace) {
 TEST_F(ConfigTest, WhatIsPrintedCanBeRead) {
   Config config;
   config.datasets = {"a \"b\" \\ c.tif", "d=e.tif,f.tif"};
-  config.max_error = 0.25;
+  config.every = {{"max-error", "0.25"}, {"allow-vrt", "true"}};
   config.grace = 1.5;
-  config.allow_vrt = true;
   config.viewer = "/some where";
   const std::string printed = print_config(config);
   const auto again = read(printed);

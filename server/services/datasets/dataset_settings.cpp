@@ -1,0 +1,166 @@
+#include "server/services/datasets/dataset_settings.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+
+#include "terrain/base/enum_names.h"
+#include "terrain/geo/tiling_scheme.h"
+#include "terrain/raster/dem_options_text.h"
+
+namespace tind::services {
+namespace {
+
+// --- the DEM -------------------------------------------------------------------------------------
+
+DatasetSetting of_dem(const DemOptionText& text) {
+  std::string name = text.name;
+  std::ranges::replace(name, '_', '-');
+  DatasetSetting row{.name = name, .help = text.help, .set = {}};
+  row.is_list = name == "nodata";
+  if (name == "from-datum") row.initial = "unknown";
+  if (name == "to-datum") row.initial = "ellipsoid";
+  row.set = [key = std::string(text.name)](DatasetOptions& options, std::string_view value) {
+    return set_dem_option(key, value, options.dem);
+  };
+  return row;
+}
+
+DatasetSetting allow_vrt() {
+  return {.name = "allow-vrt",
+          .help = "accept VRT files, which can name any other file",
+          .initial = "false",
+          .is_switch = true,
+          .set = [](DatasetOptions& options, std::string_view value) -> Result<void> {
+            const auto on = parse_switch(value);
+            if (!on) return std::unexpected(on.error());
+            options.dem.allow_vrt = *on;
+            return {};
+          }};
+}
+
+// --- its tiles -----------------------------------------------------------------------------------
+
+DatasetSetting number(std::string name, std::string help, double TileSetOptions::*field, double low,
+                      double high) {
+  return {.name = std::move(name),
+          .help = std::move(help),
+          .initial = fmt::format("{}", TileSetOptions{}.*field),
+          .is_number = true,
+          .set = [=](DatasetOptions& options, std::string_view value) -> Result<void> {
+            const auto parsed = parse_number(value, low, high);
+            if (!parsed) return std::unexpected(parsed.error());
+            options.tiles.*field = *parsed;
+            return {};
+          }};
+}
+
+template <NamedEnum E>
+DatasetSetting choice(std::string name, std::string help, E TileSetOptions::*field) {
+  return {.name = std::move(name),
+          .help = fmt::format("{}: {}", help, fmt::join(enum_names<E>(), ", ")),
+          .initial = name_of(TileSetOptions{}.*field),
+          .set = [field](DatasetOptions& options, std::string_view value) -> Result<void> {
+            const auto chosen = enum_named<E>(value);
+            if (!chosen)
+              return fail(Errc::invalid_argument,
+                          fmt::format("must be one of {}", fmt::join(enum_names<E>(), ", ")));
+            options.tiles.*field = *chosen;
+            return {};
+          }};
+}
+
+/// "A-B" or "A".
+Result<void> set_levels(DatasetOptions& options, std::string_view text) {
+  const std::string_view low = text.substr(0, text.find('-'));
+  const std::string_view high = low.size() == text.size() ? low : text.substr(low.size() + 1);
+  const auto first = parse_number<int>(low, 0, tiling::kMaxLevel);
+  const auto last = parse_number<int>(high, 0, tiling::kMaxLevel);
+  if (!first || !last || *last < *first)
+    return fail(Errc::invalid_argument,
+                fmt::format("must be A-B with 0 <= A <= B <= {}", tiling::kMaxLevel));
+  options.tiles.first_level = *first;
+  options.tiles.last_level = *last;
+  return {};
+}
+
+// --- the table -----------------------------------------------------------------------------------
+
+std::vector<DatasetSetting> make_table() {
+  std::vector<DatasetSetting> table;
+  for (const DemOptionText& text : dem_option_texts()) table.push_back(of_dem(text));
+  table.push_back(allow_vrt());
+  table.push_back(number("max-error",
+                         "largest error at the deepest level, metres; 0: 1/32 of the post spacing",
+                         &TileSetOptions::max_error_m, 0, 1e6));
+  table.push_back(number("error-factor", "scales the error that each coarser level may have",
+                         &TileSetOptions::error_factor, 1e-3, 1e3));
+  table.push_back(
+      choice("side", "where tiles lie as seen from the DEM's posts", &TileSetOptions::side));
+  table.push_back(
+      choice("effort", "how hard to look for fewer triangles", &TileSetOptions::effort));
+  table.push_back(
+      {.name = "levels", .help = "only these levels, A-B", .for_all = false, .set = set_levels});
+  table.push_back({.name = "attribution",
+                   .help = "who is to be named with it",
+                   .for_all = false,
+                   .set = [](DatasetOptions& options, std::string_view value) -> Result<void> {
+                     options.attribution = value;
+                     return {};
+                   }});
+  return table;
+}
+
+Result<void> apply(const SettingTexts& texts, DatasetOptions& options) {
+  for (const auto& [name, text] : texts) {
+    const DatasetSetting* const row = dataset_setting(name);
+    if (!row) return fail(Errc::invalid_argument, "there is no setting " + name);
+    if (auto done = row->set(options, text); !done) return fail(name, done.error());
+  }
+  return {};
+}
+
+}  // namespace
+
+const std::vector<DatasetSetting>& dataset_settings() {
+  static const std::vector<DatasetSetting> table = make_table();
+  return table;
+}
+
+const DatasetSetting* dataset_setting(std::string_view name) {
+  const auto row = std::ranges::find(dataset_settings(), name, &DatasetSetting::name);
+  return row == dataset_settings().end() ? nullptr : &*row;
+}
+
+Result<DatasetOptions> dataset_options(const SettingTexts& every, const SettingTexts& own) {
+  DatasetOptions options;
+  options.dem.to_datum = TargetDatum::ellipsoid;
+  if (auto done = apply(every, options); !done) return std::unexpected(done.error());
+  // Said of all it is a wish; said of one dataset it must be possible.
+  if (options.dem.to_datum == TargetDatum::ellipsoid)
+    options.dem.to_datum = TargetDatum::ellipsoid_if_known;
+  if (auto done = apply(own, options); !done) return std::unexpected(done.error());
+  return options;
+}
+
+Result<bool> parse_switch(std::string_view value) {
+  if (value != "true" && value != "false")
+    return fail(Errc::invalid_argument, "must be true or false");
+  return value == "true";
+}
+
+template <class Number>
+Result<Number> parse_number(std::string_view value, Number low, Number high) {
+  Number parsed{};
+  const char* const end = value.data() + value.size();
+  const auto [stop, error] = std::from_chars(value.data(), end, parsed);
+  if (error != std::errc() || stop != end || !(parsed >= low && parsed <= high))
+    return fail(Errc::invalid_argument, fmt::format("must be a number from {} to {}", low, high));
+  return parsed;
+}
+template Result<int> parse_number(std::string_view, int, int);
+template Result<double> parse_number(std::string_view, double, double);
+
+}  // namespace tind::services

@@ -1,0 +1,262 @@
+#include "server/services/datasets/dataset_spec.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <glob.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <filesystem>
+#include <memory>
+#include <set>
+
+#include "terrain/base/edit_distance.h"
+
+namespace tind::services {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMaxName = 64;
+constexpr std::string_view kWild = "*?[";
+constexpr char kBetweenPaths = '\n';  // of a setting that takes several files
+
+std::string at(const std::string& file, int line) { return fmt::format("{}:{}", file, line); }
+
+// --- paths ---------------------------------------------------------------------------------------
+
+bool is_url(std::string_view text) { return text.find("://") != text.npos; }
+
+/// So that a pattern's folder means only itself.
+std::string without_wildcards(const std::string& folder) {
+  std::string plain;
+  for (const char c : folder) {
+    if (kWild.find(c) != kWild.npos || c == '\\') plain += '\\';
+    plain += c;
+  }
+  return plain;
+}
+
+/// As a table names it, relative to its file's folder; "@list.txt" is a list of files.
+std::string beside(const fs::path& folder, const std::string& text) {
+  if (is_url(text)) return text;
+  const bool is_list = text.starts_with('@');
+  const std::string name = is_list ? text.substr(1) : text;
+  if (fs::path(name).is_absolute()) return text;
+  const std::string full = (folder / name).lexically_normal().string();
+  std::error_code error;
+  if (name.find_first_of(kWild) != name.npos && !fs::exists(full, error))
+    return without_wildcards(folder.string()) + "/" + name;
+  return is_list ? "@" + full : full;
+}
+
+// --- values --------------------------------------------------------------------------------------
+
+/// One text, or several of a list.
+Result<std::vector<std::string>> texts_of(const TomlValue& value, const std::string& what) {
+  const auto bad = [&] { return fail(Errc::invalid_argument, what); };
+  if (const std::string* text = value.scalar()) return std::vector{*text};
+  if (!value.list()) return bad();
+  std::vector<std::string> texts;
+  for (const TomlValue& item : *value.list()) {
+    if (!item.scalar()) return bad();
+    texts.push_back(*item.scalar());
+  }
+  return texts;
+}
+
+Result<std::vector<std::string>> read_files(const TomlValue& value, const fs::path& folder,
+                                            const std::string& where) {
+  auto files = texts_of(value, where + ": files must be a list of texts");
+  if (!files) return files;
+  if (files->empty() || std::ranges::find(*files, "") != files->end())
+    return fail(Errc::invalid_argument, where + ": files must name a file at least");
+  for (std::string& file : *files) file = beside(folder, file);
+  return files;
+}
+
+Result<std::string> read_name(const TomlValue& value, const std::string& where) {
+  const std::string* const name = value.scalar();
+  if (!name || *name != safe_name(*name))
+    return fail(Errc::invalid_argument,
+                where +
+                    ": name must be 1 to 64 of the letters A-Z a-z 0-9 . _ -, not beginning "
+                    "with a dot");
+  return *name;
+}
+
+Result<std::string> read_setting(const DatasetSetting& row, const TomlValue& value,
+                                 const fs::path& folder, const std::string& where) {
+  auto texts = texts_of(value, where + ": " + file_key(row.name) + " must be a plain value");
+  if (!texts) return std::unexpected(texts.error());
+  if (value.list() && !row.is_list)
+    return fail(Errc::invalid_argument, where + ": " + file_key(row.name) + " takes one value");
+  if (row.is_path)
+    for (std::string& text : *texts) text = beside(folder, text);
+  const std::string text =
+      fmt::format("{}", fmt::join(*texts, row.is_path ? std::string(1, kBetweenPaths) : ","));
+  DatasetOptions scratch;
+  if (auto done = row.set(scratch, text); !done)
+    return fail(done.error().code, fmt::format("{}: {} {}, not \"{}\"", where, file_key(row.name),
+                                               done.error().what, text));
+  return text;
+}
+
+std::vector<std::string> keys_of_tables() {
+  std::vector<std::string> keys = {"name", "files"};
+  for (const DatasetSetting& row : dataset_settings()) keys.push_back(file_key(row.name));
+  return keys;
+}
+
+std::string list_of(const std::vector<std::string>& texts) {
+  std::vector<std::string> all;
+  for (const std::string& text : texts) all.push_back(toml_quoted(text));
+  return fmt::format("[{}]", fmt::join(all, ", "));
+}
+
+std::vector<std::string> paths_in(const std::string& text) {
+  std::vector<std::string> paths;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(kBetweenPaths, begin), text.size());
+    paths.push_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return paths;
+}
+
+Result<std::vector<std::string>> fitting(const std::string& pattern) {
+  glob_t found{};
+  const std::unique_ptr<glob_t, void (*)(glob_t*)> owner(&found, globfree);
+  const auto stops = [](const char*, int error) {
+    return int(error != ENOENT && error != ENOTDIR);
+  };
+  const int code = ::glob(pattern.c_str(), 0, stops, &found);
+  if (code == GLOB_NOMATCH) return fail(Errc::not_found, pattern + ": no file fits this pattern");
+  if (code != 0) return fail(Errc::io, pattern + ": its folder cannot be read");
+  return std::vector<std::string>(found.gl_pathv, found.gl_pathv + found.gl_pathc);
+}
+
+}  // namespace
+
+DatasetSpec parse_dataset_spec(const std::string& text) {
+  const auto equals = text.find('=');
+  if (equals == text.npos || fs::exists(text)) return {{}, {text}};
+  DatasetSpec spec{text.substr(0, equals), {}};
+  std::string_view rest = std::string_view(text).substr(equals + 1);
+  while (!rest.empty()) {
+    const std::string_view file = rest.substr(0, rest.find(','));
+    if (!file.empty()) spec.files.emplace_back(file);
+    rest.remove_prefix(std::min(file.size() + 1, rest.size()));
+  }
+  return spec;
+}
+
+Result<DatasetSpec> read_dataset_table(const TomlValue& value, const std::string& file,
+                                       const std::string& name) {
+  const std::string begin = at(file, value.line);
+  if (!value.table())
+    return fail(Errc::invalid_argument, begin + ": write a dataset as a table, [[dataset]]");
+  const fs::path folder = fs::absolute(file).parent_path();
+  DatasetSpec spec{name, {}, {}, begin};
+  for (const auto& [key, member] : *value.table()) {
+    const std::string where = at(file, member.line);
+    Result<void> done;
+    if (key == "name") {
+      auto given = read_name(member, where);
+      if (!given) return std::unexpected(given.error());
+      spec.name = *given;
+    } else if (key == "files") {
+      auto files = read_files(member, folder, where);
+      if (!files) return std::unexpected(files.error());
+      spec.files = std::move(*files);
+    } else {
+      const auto row =
+          std::ranges::find(dataset_settings(), key,
+                            [](const DatasetSetting& setting) { return file_key(setting.name); });
+      if (row == dataset_settings().end())
+        return fail(Errc::invalid_argument, fmt::format("{}: unknown key {} of a dataset{}", where,
+                                                        key, did_you_mean(key, keys_of_tables())));
+      auto text = read_setting(*row, member, folder, where);
+      if (!text) return std::unexpected(text.error());
+      spec.own[row->name] = std::move(*text);
+    }
+  }
+  if (spec.files.empty())
+    return fail(Errc::invalid_argument, begin + ": a dataset without files = [...]");
+  return spec;
+}
+
+std::string print_dataset_table(const DatasetSpec& spec) {
+  std::string out = "\n[[dataset]]\n";
+  if (!spec.name.empty()) out += "name = " + toml_quoted(spec.name) + "\n";
+  out += "files = " + list_of(spec.files) + "\n";
+  for (const auto& [name, text] : spec.own) {
+    const DatasetSetting& row = *dataset_setting(name);
+    const auto paths = row.is_path ? paths_in(text) : std::vector{text};
+    const bool bare = row.is_number || row.is_switch;
+    out += fmt::format("{} = {}\n", file_key(name),
+                       paths.size() > 1 ? list_of(paths)
+                       : bare           ? text
+                                        : toml_quoted(text));
+  }
+  return out;
+}
+
+Result<std::vector<std::string>> files_of(const DatasetSpec& spec) {
+  if (spec.where.empty()) return spec.files;
+  std::vector<std::string> files;
+  std::set<std::string> seen;
+  std::error_code error;
+  for (const std::string& file : spec.files) {
+    const bool pattern = file.find_first_of(kWild) != file.npos && !is_url(file) &&
+                         !file.starts_with('@') && !fs::exists(file, error);
+    auto named = pattern ? fitting(file) : Result<std::vector<std::string>>(std::vector{file});
+    if (!named) return fail(spec.where, named.error());
+    for (std::string& one : *named)
+      if (seen.insert(one).second) files.push_back(std::move(one));
+  }
+  return files;
+}
+
+std::string name_of(const DatasetSpec& spec) {
+  if (!spec.name.empty()) return spec.name;
+  const fs::path path = fs::path(spec.files[0]).lexically_normal();
+  const bool slash = !path.has_filename();  // "tiles/"
+  if (slash) return path.parent_path().filename().string();
+  return fs::is_directory(path) ? path.filename().string() : path.stem().string();
+}
+
+bool is_stored(const DatasetSpec& spec) {
+  return spec.files.size() == 1 && fs::is_directory(spec.files[0]);
+}
+
+std::string safe_name(std::string_view text) {
+  std::string name(text.substr(0, kMaxName));
+  for (char& c : name) {
+    const bool fine = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                      c == '.' || c == '_' || c == '-';
+    if (!fine) c = '_';
+  }
+  if (name.empty()) return "dataset";
+  if (name[0] == '.') name[0] = '_';
+  return name;
+}
+
+std::string did_you_mean(std::string_view unknown, const std::vector<std::string>& names) {
+  std::string best;
+  std::size_t distance = 1 + unknown.size() / 3;
+  for (const std::string& name : names) {
+    const std::size_t d = edit_distance(unknown, name);
+    if (d > distance) continue;
+    distance = d;
+    best = name;
+  }
+  return best.empty() ? std::string() : "; did you mean " + best + "?";
+}
+
+std::string file_key(std::string name) {
+  std::ranges::replace(name, '-', '_');
+  return name;
+}
+
+}  // namespace tind::services

@@ -1,0 +1,53 @@
+#pragma once
+// What the operator names to be served as one dataset: on a command line, or as a [[dataset]] table
+// of a configuration file.
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "server/services/datasets/dataset_settings.h"
+#include "server/services/datasets/toml_file.h"
+#include "terrain/base/result.h"
+
+namespace tind::services {
+
+/// One raster, several as one source, or a directory made by `tind build`.
+struct DatasetSpec {
+  std::string name;                // empty: from the first file's name
+  std::vector<std::string> files;  // of a table: may be patterns (*, ?, [a-c])
+  SettingTexts own = {};           // what its table says
+  std::string where = {};          // the table's file and line; empty: it has none
+};
+
+/// "alps=a.tif,b.tif" or just a path. (Files whose names hold commas are named in a table.)
+DatasetSpec parse_dataset_spec(const std::string& text);
+
+/// A table of `file`, whose paths are relative to the file's folder. `name`: where it has none; if
+/// that is empty, it may be without.
+Result<DatasetSpec> read_dataset_table(const TomlValue&, const std::string& file,
+                                       const std::string& name = {});
+
+/// As a [[dataset]] table that read_dataset_table reads.
+std::string print_dataset_table(const DatasetSpec&);
+
+/// The spec's files with its patterns replaced by the files that fit them, in the order of their
+/// names; each once. An error names a pattern that fits nothing.
+Result<std::vector<std::string>> files_of(const DatasetSpec&);
+
+/// The name that the spec gives, or that of its first file without the extension.
+std::string name_of(const DatasetSpec&);
+
+/// A directory of tiles, and no DEM?
+bool is_stored(const DatasetSpec&);
+
+/// [A-Za-z0-9._-]{1,64}, not beginning with a dot: what is not is replaced by '_'.
+std::string safe_name(std::string_view text);
+
+/// "; did you mean max_error?", of the name that is nearest to `unknown`; empty where none is near.
+std::string did_you_mean(std::string_view unknown, const std::vector<std::string>& names);
+
+/// A setting's name in a file: max_error.
+std::string file_key(std::string name);
+
+}  // namespace tind::services

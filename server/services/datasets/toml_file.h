@@ -1,0 +1,34 @@
+#pragma once
+// A TOML file as a plain tree, with the line of every value.
+
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "terrain/base/result.h"
+
+namespace tind::services {
+
+struct TomlValue {
+  using List = std::vector<TomlValue>;
+  using Table = std::vector<std::pair<std::string, TomlValue>>;  // in the order of its lines
+
+  int line = 0;
+  bool is_text = false;  // a scalar in quotes
+  /// A scalar is the text that a flag would have: "12", "0.5", "true". Dates are no values here.
+  std::variant<std::string, List, Table> value;
+
+  const std::string* scalar() const { return std::get_if<std::string>(&value); }
+  const List* list() const { return std::get_if<List>(&value); }
+  const Table* table() const { return std::get_if<Table>(&value); }
+};
+
+/// The error names the file and, where the text is wrong, the line.
+Result<TomlValue::Table> read_toml(const std::string& file);
+
+/// The text as a TOML string, quotes included.
+std::string toml_quoted(std::string_view);
+
+}  // namespace tind::services

@@ -1,0 +1,136 @@
+// [[dataset]] tables: what they say, what is refused, and that they are printed as they are read.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "server/services/datasets/config.h"
+#include "server/services/datasets/open_dataset.h"
+#include "tests/support/support.h"
+
+namespace tind::services {
+namespace {
+
+namespace fs = std::filesystem;
+
+class DatasetTable : public ::testing::Test {
+ protected:
+  Result<Config> read(const std::string& toml) {
+    input_.file = folder_.file("tind.toml");
+    std::ofstream(input_.file) << toml;
+    return read_config(input_);
+  }
+  std::string error(const std::string& toml) {
+    const auto config = read(toml);
+    return config ? "no error" : config.error().what;
+  }
+  std::string in_folder(const std::string& name) { return folder_.file(name); }
+
+  test::TempDir folder_;
+  ConfigInput input_;
+};
+
+TEST_F(DatasetTable, SaysMoreThanTheDaemonDoesForAll) {
+  const auto config = read(
+      "max_error = 4\nside = \"above\"\n"
+      "[[dataset]]\nname = \"alps\"\nfiles = [\"a,b=c.tif\", \"/data/d.tif\"]\nmax_error = 0.5\n"
+      "nodata = [-1, -2]\nlevels = \"2-9\"\nattribution = \"ours\"\n"
+      "[[dataset]]\nfiles = \"e.tif\"\n");
+  ASSERT_TRUE(config) << config.error().what;
+  ASSERT_EQ(config->tables.size(), 2u);
+  const DatasetSpec& alps = config->tables[0];
+  EXPECT_EQ(alps.name, "alps");
+  EXPECT_EQ(alps.files, (std::vector{in_folder("a,b=c.tif"), std::string("/data/d.tif")}));
+  const auto of_alps = dataset_options(config->every, alps.own);
+  ASSERT_TRUE(of_alps);
+  EXPECT_EQ(of_alps->tiles.max_error_m, 0.5);
+  EXPECT_EQ(of_alps->tiles.side, Side::above);
+  EXPECT_EQ(of_alps->tiles.first_level, 2);
+  EXPECT_EQ(of_alps->tiles.last_level, 9);
+  EXPECT_EQ(of_alps->dem.nodata, (std::vector<double>{-1, -2}));
+  EXPECT_EQ(of_alps->attribution, "ours");
+  const auto of_other = dataset_options(config->every, config->tables[1].own);
+  ASSERT_TRUE(of_other);
+  EXPECT_EQ(of_other->tiles.max_error_m, 4);
+  EXPECT_EQ(of_other->tiles.last_level, -1);
+  EXPECT_EQ(name_of(config->tables[1]), "e");
+}
+
+TEST_F(DatasetTable, MistakesNameTheirLineAndWhatWasMeant) {
+  const std::string begin = "[[dataset]]\nfiles = [\"a.tif\"]\n";
+  const auto expect = [&](const std::string& toml, const std::string& words) {
+    const std::string what = error(toml);
+    EXPECT_NE(what.find(words), std::string::npos) << toml << "\n" << what;
+  };
+  expect(begin + "max_eror = 1\n",
+         "tind.toml:3: unknown key max_eror of a dataset; did you mean max_error?");
+  expect(begin + "max_error = \"much\"\n", "tind.toml:3: max_error must be a number");
+  expect(begin + "max_error = [1, 2]\n", "tind.toml:3: max_error takes one value");
+  expect(begin + "levels = \"9-3\"\n", "tind.toml:3: levels must be A-B");
+  expect(begin + "name = \"../x\"\n", "tind.toml:3: name must be");
+  expect("[[dataset]]\nname = \"x\"\n", "tind.toml:1: a dataset without files");
+  expect("[[dataset]]\nfiles = []\n", "tind.toml:2: files must name a file");
+  expect("[[dataset]]\nfiles = [3, [4]]\n", "tind.toml:2: files must be");
+  expect("[dataset]\nfiles = [\"a.tif\"]\n", "tind.toml:1: write [[dataset]], with two brackets");
+  expect(
+      "[[dataset]]\nname = \"x\"\nfiles = [\"a.tif\"]\n[[dataset]]\nfiles = [\"b.tif\"]\nname = "
+      "\"x\"\n",
+      "tind.toml:4: a second dataset x");
+  expect("[[dataset]]\nfiles = [\"a.tif\"\n", "tind.toml:");
+  expect(begin + "max_error = 1979-05-27\n", "tind.toml:3");
+}
+
+TEST_F(DatasetTable, IsPrintedAsItIsRead) {
+  const auto config = read(
+      "nodata = -9999\n[[dataset]]\nname = \"a\"\nfiles = [\"a \\\"b\\\".tif\", \"c/*.tif\"]\n"
+      "max_error = 2.5\nallow_vrt = true\nside = \"below\"\nnodata = [-1, -2]\n");
+  ASSERT_TRUE(config) << config.error().what;
+  const std::string printed = print_config(*config);
+  const auto again = read(printed);
+  ASSERT_TRUE(again) << again.error().what << "\n" << printed;
+  EXPECT_EQ(print_config(*again), printed);
+  EXPECT_EQ(again->tables[0].own, config->tables[0].own);
+  EXPECT_EQ(again->tables[0].files, config->tables[0].files);
+  EXPECT_EQ(again->every, config->every);  // what is printed as the default is not said
+}
+
+TEST_F(DatasetTable, PatternsAreTheFilesThatFitThem) {
+  fs::create_directories(in_folder("[x] c"));
+  for (const char* name : {"[x] c/b,2.tif", "[x] c/a.tif", "[x] c/c.txt", "odd*.tif"})
+    std::ofstream(in_folder(name)) << "x";
+  const auto files = [](const Result<Config>& config) {
+    return config ? files_of(config->tables.at(0)) : std::unexpected(config.error());
+  };
+  const auto found =
+      files(read("[[dataset]]\nfiles = [\"[[]x] c/*.tif\", \"[x] c/a.tif\", \"odd*.tif\"]\n"));
+  ASSERT_TRUE(found) << found.error().what;
+  EXPECT_EQ(*found, (std::vector{in_folder("[x] c/a.tif"), in_folder("[x] c/b,2.tif"),
+                                 in_folder("odd*.tif")}));
+  const auto none = files(read("[[dataset]]\nfiles = [\"no/*.tif\"]\n"));
+  ASSERT_FALSE(none);
+  EXPECT_EQ(none.error().code, Errc::not_found);
+  EXPECT_NE(none.error().what.find("no/*.tif"), std::string::npos) << none.error().what;
+}
+
+TEST_F(DatasetTable, ServesItsFilesUnderItsNameAndAttribution) {
+  fs::copy_file(test::testdata("rainier.tif"), in_folder("r,1.tif"));
+  const auto config = read(
+      "[[dataset]]\nname = \"mountain\"\nfiles = [\"r,*.tif\"]\nmax_error = 20\nlevels = \"0-3\"\n"
+      "attribution = \"USGS\"\n");
+  ASSERT_TRUE(config) << config.error().what;
+  auto options = dataset_options(config->every, config->tables[0].own);
+  ASSERT_TRUE(options) << options.error().what;
+  options->dem.environment = test::environment();
+  const auto dataset = open_dataset(config->tables[0], *options);
+  ASSERT_TRUE(dataset) << dataset.error().what;
+  EXPECT_EQ(dataset->facts().attribution, "USGS");
+  EXPECT_EQ(dataset->tiles->layer().maxzoom, 3);
+  Catalog catalog;
+  const ServedDataset& served = catalog.add("mountain", *dataset);
+  EXPECT_NE(served.layer_json->body().find("\"attribution\":\"USGS\""), std::string::npos)
+      << served.layer_json->body();
+}
+
+}  // namespace
+}  // namespace tind::services
