@@ -14,8 +14,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json source_of(const DemSource& dem) {
-  const DemInfo& info = dem.info();
+Json source_of(const Surface& surface) {
+  const DemInfo& info = surface.info();
   return {{"driver", info.driver},
           {"columns", info.cols},
           {"rows", info.rows},

@@ -77,7 +77,7 @@ std::optional<http::Reply> elevation(const App& app, const http::Request& reques
   return answer_on_worker(app, services::Work::question, request, deferred,
                           [&app, dataset, where, datum,
                            target = std::string(request.head.target)](const std::stop_token&) {
-                            const DemSource& dem = *dataset->source;
+                            const DemSource& dem = *dataset->source->only();
                             auto height = height_at(dem, where);
                             if (height)
                               height =

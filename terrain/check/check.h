@@ -11,7 +11,7 @@
 #include "terrain/base/result.h"
 #include "terrain/check/check_findings.h"
 #include "terrain/geo/tiling_scheme.h"
-#include "terrain/raster/dem_source.h"
+#include "terrain/surface/surface.h"
 
 namespace tind {
 
@@ -19,7 +19,7 @@ struct CheckOptions {
   double error_factor = 1;                              // the budget that the tiles were built for
   int threads = 0;                                      // 0: one per core; eight for a URL
   int first_level = 0, last_level = tiling::kMaxLevel;  // what to look at
-  const DemSource* source = nullptr;  // with it, max_error_m is recomputed over every post
+  std::optional<Surface> source = {};  // with it, max_error_m is recomputed over every post
 };
 
 struct CheckLevel {

@@ -23,26 +23,26 @@ constexpr int kBlock = 256;  // posts a side
 constexpr std::size_t kCacheBytes = 256u << 20;
 constexpr double kEnd = 32767;
 
-using Surface = std::shared_ptr<const TileSurface>;  // null: cannot be decoded
+using Mesh = std::shared_ptr<const TileSurface>;  // null: cannot be decoded
 
 /// Decoded tiles, the least recently used ones forgotten.
 class SurfaceCache {
  public:
   explicit SurfaceCache(const TileListing& listing) : listing_(listing) {}
 
-  Surface get(TileId id) {
+  Mesh get(TileId id) {
     {
       const std::lock_guard lock(mutex_);
-      if (const Surface* known = surfaces_.find(id)) return *known;
+      if (const Mesh* known = surfaces_.find(id)) return *known;
     }
-    Surface surface = load(id);
+    Mesh surface = load(id);
     const std::lock_guard lock(mutex_);
     surfaces_.insert(id, surface, surface ? surface->bytes() : 100);
     return surface;
   }
 
  private:
-  Surface load(TileId id) const {
+  Mesh load(TileId id) const {
     Findings ignored;  // reported elsewhere
     std::vector<std::uint8_t> bytes;
     CheckedTile tile;
@@ -56,7 +56,7 @@ class SurfaceCache {
 
   const TileListing& listing_;
   std::mutex mutex_;
-  Lru<TileId, Surface> surfaces_{kCacheBytes, 1};
+  Lru<TileId, Mesh> surfaces_{kCacheBytes, 1};
 };
 
 // ---- posts ----
@@ -108,7 +108,7 @@ class LevelMeasure {
 
  private:
   struct Entry {
-    Surface surface;
+    Mesh surface;
     MeasuredTile* result = nullptr;
   };
 
@@ -195,9 +195,10 @@ Result<std::vector<Post>> read_posts(const DemSource& source, const PostRect& bl
 }  // namespace
 
 Result<std::vector<std::vector<MeasuredTile>>> measure_against_source(const TileListing& listing,
-                                                                      const DemSource& source,
+                                                                      const Surface& surface,
                                                                       int threads,
                                                                       const Progress& progress) {
+  const DemSource& source = *surface.only();
   std::vector<std::vector<MeasuredTile>> measured(listing.levels.size());
   for (std::size_t z = 0; z < measured.size(); ++z) measured[z].resize(listing.levels[z].size());
   SurfaceCache cache(listing);

@@ -8,7 +8,7 @@
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
 #include "terrain/check/check_files.h"
-#include "terrain/raster/dem_source.h"
+#include "terrain/surface/surface.h"
 
 namespace tind {
 
@@ -27,7 +27,7 @@ struct MeasuredTile {
 /// post is located in the tile of every level. Decoded tiles are cached, about 256 MB at most.
 /// Tiles that cannot be decoded get no posts.
 Result<std::vector<std::vector<MeasuredTile>>> measure_against_source(const TileListing&,
-                                                                      const DemSource&, int threads,
+                                                                      const Surface&, int threads,
                                                                       const Progress&);
 
 }  // namespace tind

@@ -10,8 +10,8 @@
 #include "terrain/check/check_decode.h"
 #include "terrain/check/check_surface.h"
 #include "terrain/pyramid/plan/level_plan.h"
-#include "terrain/tile/height_field.h"
-#include "terrain/tile/tile_posts.h"
+#include "terrain/surface/height_field.h"
+#include "terrain/surface/tile_posts.h"
 
 namespace tind {
 
@@ -288,12 +288,12 @@ void find_limit(TileExplanation& s, double assumed_m, double fit_error_m, int la
 
 }  // namespace
 
-Result<HeightGrid> heights_over(const DemSource& source, const GeoRect& rect, int width,
+Result<HeightGrid> heights_over(const Surface& surface, const GeoRect& rect, int width,
                                 int height) {
-  HeightField field(source);
-  const PostWindow w = post_window(source, rect);
-  if (!w.empty() && w.cols * w.rows <= kLoadPosts) {
-    if (auto done = field.load(w.col, w.row, int(w.cols), int(w.rows)); !done)
+  HeightField field(surface);
+  for (const auto& [layer, w, step] : surface_windows(surface, rect)) {
+    if (w.cols * w.rows > kLoadPosts) continue;
+    if (auto done = field.load(layer, w.col, w.row, int(w.cols), int(w.rows)); !done)
       return std::unexpected(done.error());
   }
   HeightGrid grid(width, height);
@@ -338,7 +338,7 @@ Result<TileExplanation> explain_tile(const TileStore& store, TileId id, const Ex
     source = *opened;
     // Heights decide neither budgets nor lattices: no need to read them all.
     const HeightRange range{story.mesh.min_height, story.mesh.max_height, 1};
-    const auto plan = TilePlan::make(source->info(), range, made->options);
+    const auto plan = TilePlan::make(*source, range, made->options);
     if (plan && id.level <= plan->max_level()) {
       const LevelPlan& level = plan->level(id.level);
       story.budget_m = level.budget_m;

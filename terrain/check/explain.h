@@ -14,6 +14,7 @@
 #include "terrain/raster/dem_source.h"
 #include "terrain/raster/height_grid.h"
 #include "terrain/store/tile_store.h"
+#include "terrain/surface/surface.h"
 
 namespace tind {
 
@@ -72,6 +73,6 @@ Result<TileExplanation> explain_tile(const TileStore&, TileId, const ExplainOpti
 
 /// H at the middles of width x height even cells of a rectangle, row 0 in the north; NaN where H
 /// is void.
-Result<HeightGrid> heights_over(const DemSource&, const GeoRect&, int width, int height);
+Result<HeightGrid> heights_over(const Surface&, const GeoRect&, int width, int height);
 
 }  // namespace tind

@@ -11,10 +11,11 @@ Dataset dataset_of(std::shared_ptr<const TileSet> tiles) {
   return {nullptr, std::move(tiles), [facts = std::move(facts)] { return facts; }};
 }
 
-Dataset dataset_of(std::shared_ptr<const DemSource> source) {
-  const DemInfo& info = source->info();
+Dataset dataset_of(const Surface& surface) {
+  const DemInfo& info = surface.info();
   DatasetFacts facts{info.bounds, name(info.datum), {}, {}};
-  return {std::move(source), nullptr, [facts = std::move(facts)] { return facts; }};
+  return {std::make_shared<const Surface>(surface), nullptr,
+          [facts = std::move(facts)] { return facts; }};
 }
 
 }  // namespace tind

@@ -8,8 +8,8 @@
 
 #include "terrain/geo/coordinates.h"
 #include "terrain/pyramid/plan/height_extremes.h"
-#include "terrain/raster/dem_source.h"
 #include "terrain/store/tile_set.h"
+#include "terrain/surface/surface.h"
 
 namespace tind {
 
@@ -31,7 +31,7 @@ struct DatasetFacts {
 /// below what has only one of the two. Another kind is another such file; errors of opening are
 /// that function's, a Dataset is whole.
 struct Dataset {
-  std::shared_ptr<const DemSource> source;
+  std::shared_ptr<const Surface> source;
   std::shared_ptr<const TileSet> tiles;
 
   /// As known by now; takes no longer than copying it.
@@ -46,6 +46,6 @@ struct Dataset {
 Dataset dataset_of(std::shared_ptr<const TileSet>);
 
 /// A source without tiles, as one whose posts only answer questions. REQUIRES: not null.
-Dataset dataset_of(std::shared_ptr<const DemSource>);
+Dataset dataset_of(const Surface&);
 
 }  // namespace tind

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "terrain/simplify/insertion/delaunay_insertion.h"
-#include "terrain/tile/post_warp.h"
+#include "terrain/surface/post_warp.h"
 
 namespace tind {
 
@@ -27,11 +27,11 @@ struct Crossings {
   std::vector<double> of_bounds;  // where the data ends, and where what fills the rest turns
 };
 
-Crossings crossings(const TileEdge& e, const DemSource& source, const BorderOptions& o) {
-  const DemInfo& info = source.info();
+Crossings crossings(const TileEdge& e, const Surface& surface, const BorderOptions& o) {
+  const DemInfo& info = surface.info();
   const Affine& grid = info.post_to_crs;
   Crossings found;
-  if (!source.is_plain_geographic() || grid.x_row != 0 || grid.y_col != 0) return found;
+  if (!surface.is_plain_geographic() || grid.x_row != 0 || grid.y_col != 0) return found;
   const bool northward = e.start.lon == e.end.lon;
   const double first = northward ? e.start.lat : e.start.lon;
   const double width = northward ? e.end.lat - e.start.lat : e.end.lon - e.start.lon;
@@ -77,9 +77,9 @@ struct Profile {
 
 /// Where a level looks at H. Between crossings H is linear: there the ends and the crossings
 /// say all.
-Profile places_of(const TileEdge& e, const DemSource& source, const BorderOptions& o) {
+Profile places_of(const TileEdge& e, const Surface& surface, const BorderOptions& o) {
   Profile profile;
-  Crossings found = crossings(e, source, o);
+  Crossings found = crossings(e, surface, o);
   profile.whole = !found.all.empty();
   std::vector<double>& places = profile.at = std::move(found.all);
   const int even = profile.whole ? o.fixed_cells : o.samples;
@@ -99,14 +99,14 @@ void ask_heights(Profile& profile, const TileEdge& e, const HeightField& field) 
 }
 
 /// What the next level knows of the edge, from the two edges that it has there, asked as it asks.
-Profile halves_of(const TileEdge& e, const HeightField& field, const DemSource& source,
+Profile halves_of(const TileEdge& e, const HeightField& field, const Surface& surface,
                   const BorderOptions& o) {
   const Geographic middle{(e.start.lon + e.end.lon) / 2, (e.start.lat + e.end.lat) / 2};
   Profile both;
   both.whole = true;
   for (const int half : {0, 1}) {
     const TileEdge part = half == 0 ? TileEdge{e.start, middle} : TileEdge{middle, e.end};
-    Profile p = places_of(part, source, o);
+    Profile p = places_of(part, surface, o);
     ask_heights(p, part, field);
     for (std::size_t i = half; i < p.at.size(); ++i) {  // the middle once
       both.at.push_back((p.at[i] + half * kTileExtent) / 2);
@@ -216,11 +216,11 @@ TileEdge tile_edge(TileId tile, TileSide side) {
   return {};
 }
 
-Border make_border(const TileEdge& edge, const HeightField& field, const DemSource& source,
+Border make_border(const TileEdge& edge, const HeightField& field, const Surface& surface,
                    const BorderOptions& o) {
-  Profile own = places_of(edge, source, o), halves;
+  Profile own = places_of(edge, surface, o), halves;
   ask_heights(own, edge, field);
-  if (o.halves) halves = halves_of(edge, field, source, o);
+  if (o.halves) halves = halves_of(edge, field, surface, o);
   const bool more = o.halves && !(own.whole && halves.whole);
   std::vector<Sample> samples = samples_of(own, more ? &halves : nullptr, o.offset_m);
   for (int k = 0; k <= o.fixed_cells; ++k) {

@@ -1,15 +1,15 @@
 #pragma once
 // The line that two neighbouring tiles share. It is the reason why tiles have no cracks.
 //
-// A border is a function of edge, level and source alone. So both tiles derive the same vertices,
+// A border is a function of edge, level and surface alone. So both tiles derive the same vertices,
 // at the same integer positions, with heights on the same power-of-two step, and a client decodes
 // the same bits from both. Simplifying the interior of a tile never changes its border.
 
 #include <vector>
 
 #include "terrain/geo/tiling_scheme.h"
-#include "terrain/raster/dem_source.h"
-#include "terrain/tile/height_field.h"
+#include "terrain/surface/height_field.h"
+#include "terrain/surface/surface.h"
 
 namespace tind {
 
@@ -27,7 +27,7 @@ struct BorderOptions {
   double height_step = 0;  // heights are multiples of this
   int place_step = 1;      // t is a multiple of this, except ends, fixed vertices, narrow gaps
   int fixed_cells = 1;     // vertices at every 1 / fixed_cells of the edge stay (earth curvature)
-  int samples = 64;        // of H, where the source's posts do not give them (power of two)
+  int samples = 64;        // of H, where the surface's posts do not give them (power of two)
   bool halves = false;     // there is a next level: its two edges' samples count here, too
 };
 
@@ -48,6 +48,6 @@ struct Border {
 /// The simplified line. A one-pass cone filter: from each vertex the line goes on as long as one
 /// slope keeps within the tolerance of every sample; vertex heights float inside the band.
 /// O(samples). In voids it follows HeightField::filled.
-Border make_border(const TileEdge&, const HeightField&, const DemSource&, const BorderOptions&);
+Border make_border(const TileEdge&, const HeightField&, const Surface&, const BorderOptions&);
 
 }  // namespace tind

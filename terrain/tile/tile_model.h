@@ -13,8 +13,8 @@
 #include "terrain/geo/tiling_scheme.h"
 #include "terrain/mesh/side.h"
 #include "terrain/mesh/tin.h"
+#include "terrain/surface/post_warp.h"
 #include "terrain/tile/culling.h"
-#include "terrain/tile/post_warp.h"
 
 namespace tind {
 

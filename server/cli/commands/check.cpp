@@ -109,7 +109,7 @@ int run(Arguments a) {
                                               " has no coordinate reference system: tiles cannot "
                                               "be compared with it"});
     source = *dem;
-    a.options.source = source.get();
+    a.options.source = source;
   }
   Result<CheckReport> report = fail(Errc::internal, "not checked");
   {

@@ -59,14 +59,14 @@ void print(const BuildEstimate& e, double peak_mb) {
 
 }  // namespace
 
-int print_estimate(const DemSource& source, const BuildOptions& options,
-                   const std::string& progress, bool json) {
+int print_estimate(const Surface& surface, const BuildOptions& options, const std::string& progress,
+                   bool json) {
   Result<BuildEstimate> estimate = fail(Errc::internal, "not run");
-  warn_of_plan(source, options.tiles);
+  warn_of_plan(surface, options.tiles);
   PeakMemory::forget();
   {
     ProgressBar bar("samples", progress_style(progress));
-    estimate = estimate_build(source, options, bar.progress());
+    estimate = estimate_build(surface, options, bar.progress());
   }
   if (!estimate) return complain(estimate.error());
   // The samples are made by as many threads as the build has, the largest tiles among them.

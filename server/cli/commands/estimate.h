@@ -4,11 +4,11 @@
 #include <string>
 
 #include "terrain/pyramid/build/build.h"
-#include "terrain/raster/dem_source.h"
+#include "terrain/surface/surface.h"
 
 namespace tind::cli {
 
 /// Estimates and prints; returns the exit code.
-int print_estimate(const DemSource&, const BuildOptions&, const std::string& progress, bool json);
+int print_estimate(const Surface&, const BuildOptions&, const std::string& progress, bool json);
 
 }  // namespace tind::cli

@@ -145,13 +145,13 @@ void print(const TileExplanation& s) {
 }
 
 Result<void> write_picture(const Arguments& a, const TileExplanation& story) {
-  std::shared_ptr<const DemSource> source;
+  std::optional<Surface> source;
   if (!a.dem.files.empty()) {
     auto opened = open_dem(a.dem);
     if (!opened) return std::unexpected(opened.error());
-    source = *opened;
+    source.emplace(*opened);
   }
-  const auto picture = explain_picture(story, source.get());
+  const auto picture = explain_picture(story, source ? &*source : nullptr);
   if (!picture) return std::unexpected(picture.error());
   return write_whole_file(a.png, encode_png(*picture));
 }

@@ -114,7 +114,7 @@ std::size_t connections_within_limits(std::size_t wanted) {
 
 /// What the operator should know of a DEM. Of one that is still being read there is only a sample.
 void log_warnings(const services::ServedDataset& dataset) {
-  const DemSource* const dem = dataset.source.get();
+  const DemSource* const dem = dataset.source ? dataset.source->only() : nullptr;
   if (!dem) return;
   for (const std::string& line : dem->info().warnings) spdlog::warn("{}", logging::printable(line));
   if (dataset.tiles && dataset.tiles->readiness().state == Readiness::State::reading)
@@ -165,10 +165,10 @@ Result<services::Catalog> open_datasets(const Config& config,
     }
     const auto& added = catalog.add(name_of(spec), std::move(*dataset));
     log_warnings(added);
-    const DemSource* const source = added.source.get();
-    const auto plan = source ? TilePlan::make(source->info(), HeightRange{}, options->tiles)
+    const Surface* const source = added.source.get();
+    const auto plan = source ? TilePlan::make(*source, HeightRange{}, options->tiles)
                              : fail(Errc::not_found, "tiles as they were built");
-    const std::string warning = plan ? plan->warning(source->info()) : std::string();
+    const std::string warning = plan ? plan->warning(*source) : std::string();
     if (!warning.empty()) spdlog::warn("{}: {}", added.name, warning);
   }
   if (bad.empty()) return catalog;

@@ -80,9 +80,9 @@ void add_tile_options(Command command, TileSetOptions& options) {
       .shown();
 }
 
-void warn_of_plan(const DemSource& source, const TileSetOptions& options) {
-  const auto plan = TilePlan::make(source.info(), HeightRange{}, options);
-  const std::string warning = plan ? plan->warning(source.info()) : std::string();
+void warn_of_plan(const Surface& surface, const TileSetOptions& options) {
+  const auto plan = TilePlan::make(surface, HeightRange{}, options);
+  const std::string warning = plan ? plan->warning(surface) : std::string();
   if (!warning.empty()) fmt::print(stderr, "tind: warning: {}\n", warning);
 }
 

@@ -5,7 +5,7 @@
 
 #include "server/cli/program/command_line.h"
 #include "terrain/pyramid/plan/tile_set_options.h"
-#include "terrain/raster/dem_source.h"
+#include "terrain/surface/surface.h"
 
 namespace tind::cli {
 
@@ -17,6 +17,6 @@ void add_tile_options(Command, TileSetOptions& options);
 
 /// One line on stderr, where the pyramid is not what whoever asked for it may have
 /// meant (TilePlan::warning).
-void warn_of_plan(const DemSource&, const TileSetOptions&);
+void warn_of_plan(const Surface&, const TileSetOptions&);
 
 }  // namespace tind::cli

@@ -128,7 +128,7 @@ class Canvas {
 
 }  // namespace
 
-Result<Picture> explain_picture(const TileExplanation& story, const DemSource* source) {
+Result<Picture> explain_picture(const TileExplanation& story, const Surface* source) {
   const double lat = (story.rect.south + story.rect.north) / 2;
   const Vec2 degree = wgs84::metres_per_degree(lat);
   const int width = std::max(kNarrowest, int(std::lround(kHeight * degree.x / degree.y)));

@@ -13,7 +13,7 @@
 #include <tuple>
 
 #include "terrain/progressive/multires/levelled_collapse.h"
-#include "terrain/tile/void_fill.h"
+#include "terrain/surface/void_fill.h"
 
 namespace tind::services {
 
@@ -56,6 +56,11 @@ proto::RefineDelta whole_mesh(const MultiTriangulation& all, const ViewGeometry&
   return d;
 }
 
+/// What a scene is made of: null where there are only tiles.
+const DemSource* dem_of(const ServedDataset& dataset) {
+  return dataset.source ? dataset.source->only() : nullptr;
+}
+
 }  // namespace
 
 Result<std::shared_ptr<const RefineService::Scene>> RefineService::make(const DemSource& dem,
@@ -92,7 +97,7 @@ class RefineService::Making {
 
 Result<std::shared_ptr<const RefineService::Scene>> RefineService::scene(
     const ServedDataset& dataset, const std::optional<GeoRect>& asked, std::stop_token stop) {
-  const DemSource* const dem = dataset.source.get();
+  const DemSource* const dem = dem_of(dataset);
   if (!dem) return fail(Errc::not_found, "this dataset is a store of tiles without its DEM");
   if (dem->info().cols < 2 || dem->info().rows < 2)
     return fail(Errc::unsupported, "a DEM of one row or column has no triangles");
@@ -115,7 +120,7 @@ Result<std::shared_ptr<const RefineService::Scene>> RefineService::scene(
 }
 
 bool RefineService::ready(const ServedDataset& dataset, const std::optional<GeoRect>& asked) const {
-  const DemSource* const dem = dataset.source.get();
+  const DemSource* const dem = dem_of(dataset);
   if (!dem) return true;  // it fails at once
   const auto window = refine_window(*dem, asked, limits_.posts);
   if (!window) return true;
@@ -143,7 +148,7 @@ Result<proto::RefineDelta> RefineService::region(const ServedDataset& dataset,
                                                  const RegionErrors& errors,
                                                  const std::optional<GeoRect>& window,
                                                  std::stop_token stop) {
-  const DemSource* const dem = dataset.source.get();
+  const DemSource* const dem = dem_of(dataset);
   if (!dem) return fail(Errc::not_found, "this dataset is a store of tiles without its DEM");
   if (dem->info().cols < 2 || dem->info().rows < 2)
     return fail(Errc::unsupported, "a DEM of one row or column has no triangles");

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "terrain/geo/ellipsoid.h"
-#include "terrain/tile/tile_posts.h"
+#include "terrain/surface/tile_posts.h"
 
 namespace tind::services {
 namespace {

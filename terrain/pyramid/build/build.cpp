@@ -26,30 +26,30 @@ std::vector<std::uint8_t> gzipped(const std::vector<std::uint8_t>& bytes) {
   return deflate(bytes, Wrapping::gzip, 10);
 }
 
-Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const BuildOptions& o,
+Result<BuildReport> build_tiles(const Surface& surface, const BuildOptions& o,
                                 const Progress& progress) {
   // The share of the work that reading every post is, more or less; twice, where an index is made.
-  const bool large = deepest_indexed_level(source->info(), o.tiles.exact_posts) >= 0;
+  const bool large = deepest_indexed_level(surface, o.tiles.exact_posts) >= 0;
   const double reading = large ? 0.3 : 0.02;
-  if (const auto outline = TilePlan::make(source->info(), HeightRange{}, o.tiles); !outline)
+  if (const auto outline = TilePlan::make(surface, HeightRange{}, o.tiles); !outline)
     return std::unexpected(outline.error());  // before anything is made
   const auto ours = o.lock(o.output);
   if (!ours) return std::unexpected(ours.error());
-  SourceBlocks blocks(source->info());
+  SourceBlocks blocks(surface.info());
   const auto range =
-      scan_heights(*source, progress.part(0, large ? 0.1 : reading), o.threads, &blocks);
+      scan_heights(surface, progress.part(0, large ? 0.1 : reading), o.threads, &blocks);
   if (!range) return std::unexpected(range.error());
-  auto plan = TilePlan::make(source->info(), *range, o.tiles);
+  auto plan = TilePlan::make(surface, *range, o.tiles);
   if (!plan) return std::unexpected(plan.error());
   const TileOrder ids = plan->order();
   const double looking = reading + 0.03;
   BuildReport report;
-  const auto writer = (*ours)->claim(tile_work(*source, *plan, ids, blocks, o, report.update),
+  const auto writer = (*ours)->claim(tile_work(surface, *plan, ids, blocks, o, report.update),
                                      progress.part(reading, looking));
   if (!writer) return std::unexpected(writer.error());
   TileWriter& store = **writer;
   auto index =
-      index_for(*source, *plan, store.index_path(), o.threads, progress.part(0.1, reading));
+      index_for(surface, *plan, store.index_path(), o.threads, progress.part(0.1, reading));
   if (!index) return std::unexpected(index.error());
   if (*index) plan->use(std::move(*index));
   report.tiles = ids.size();
@@ -73,7 +73,7 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
     const auto there = store.finished(i);
     TileFacts known = there.value_or(TileFacts{});
     if (!there) {
-      auto tile = make_tile(*source, *plan, id, progress.stop);
+      auto tile = make_tile(surface, *plan, id, progress.stop);
       Result<void> written;
       if (tile) {
         known.max_error_m = tile->max_error_m;
@@ -123,10 +123,10 @@ Result<BuildReport> build_tiles(std::shared_ptr<const DemSource> source, const B
                                      std::to_string(ids.size()) +
                                      " tiles; run the same command to go on");
   }
-  const std::string& file = source->info().files.front();
+  const std::string& file = surface.info().files.front();
   const std::string name = file.substr(file.find_last_of('/') + 1);
   proto::LayerJson layer = plan->layer(name.substr(0, name.find('.')));
-  layer.version = tile_version(source->info(), *plan, blocks.digest());
+  layer.version = tile_version(surface, *plan, blocks.digest());
   if (auto finished = store.finish(proto::encode_layer_json(layer)); !finished)
     return std::unexpected(finished.error());
   progress.at(1);

@@ -10,8 +10,8 @@
 #include "terrain/base/result.h"
 #include "terrain/pyramid/plan/level_plan.h"
 #include "terrain/pyramid/plan/tile_set_options.h"
-#include "terrain/raster/dem_source.h"
 #include "terrain/store/open/open_store.h"
+#include "terrain/surface/surface.h"
 
 namespace tind {
 
@@ -69,7 +69,6 @@ struct BuildReport {
 /// touched: where it is in the way, or another build runs in the directory (Errc::busy), nothing is
 /// done. layer.json comes last, and only when all tiles are there. On a stop: Errc::cancelled,
 /// nothing torn, run again to go on.
-Result<BuildReport> build_tiles(std::shared_ptr<const DemSource>, const BuildOptions&,
-                                const Progress& = {});
+Result<BuildReport> build_tiles(const Surface&, const BuildOptions&, const Progress& = {});
 
 }  // namespace tind

@@ -62,14 +62,14 @@ LevelEstimate extrapolated(int level, std::uint64_t count, const std::vector<Mad
 
 }  // namespace
 
-Result<BuildEstimate> estimate_build(const DemSource& source, const BuildOptions& o,
+Result<BuildEstimate> estimate_build(const Surface& surface, const BuildOptions& o,
                                      const Progress& progress) {
   BuildEstimate estimate;
   estimate.threads = o.threads > 0 ? o.threads : hardware_threads();
   const auto begin = Clock::now();
   Progress reading = progress;
   reading.report = [&](double share) { progress.at(0.1 * share); };
-  const auto plan = plan_source(source, o.tiles, "", o.threads, reading);
+  const auto plan = plan_source(surface, o.tiles, "", o.threads, reading);
   if (!plan) return std::unexpected(plan.error());
   estimate.reading_seconds = since(begin);
 
@@ -86,7 +86,7 @@ Result<BuildEstimate> estimate_build(const DemSource& source, const BuildOptions
       if (error || progress.stopped()) return;
     }
     const auto start = Clock::now();
-    auto tile = make_tile(source, *plan, ids[i], progress.stop);
+    auto tile = make_tile(surface, *plan, ids[i], progress.stop);
     if (tile)
       made[i] = {double(o.gzip ? gzipped(tile->bytes).size() : tile->bytes.size()), since(start)};
     const std::lock_guard lock(mutex);

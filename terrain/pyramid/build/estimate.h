@@ -8,7 +8,7 @@
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
 #include "terrain/pyramid/build/build.h"
-#include "terrain/raster/dem_source.h"
+#include "terrain/surface/surface.h"
 
 namespace tind {
 
@@ -33,6 +33,6 @@ struct BuildEstimate {
 /// Levels of up to 16 tiles are made whole; of others 16 and the square root of their number, one
 /// out of each of as many runs of rows, chosen by the tile's address alone: the same call samples
 /// the same tiles. Nothing is written. Times depend on the machine and what else it does.
-Result<BuildEstimate> estimate_build(const DemSource&, const BuildOptions&, const Progress& = {});
+Result<BuildEstimate> estimate_build(const Surface&, const BuildOptions&, const Progress& = {});
 
 }  // namespace tind

@@ -9,11 +9,11 @@ namespace tind {
 
 namespace {
 
-BuildRecord record_of(const DemSource& source, const TilePlan& plan, const SourceBlocks& blocks,
+BuildRecord record_of(const Surface& surface, const TilePlan& plan, const SourceBlocks& blocks,
                       const BuildOptions& o) {
   BuildRecord r;
   r.epoch = kTileEpoch;
-  r.grid = grid_digest(source.info());
+  r.grid = grid_digest(surface);
   r.heights = blocks.digest();
   r.max_error_m = o.tiles.max_error_m;
   r.error_factor = o.tiles.error_factor;
@@ -21,7 +21,7 @@ BuildRecord record_of(const DemSource& source, const TilePlan& plan, const Sourc
   r.first_level = plan.first_level();
   r.last_level = plan.last_level();
   r.side = name_of(o.tiles.side);
-  r.vertical_datum = name(source.info().datum);
+  r.vertical_datum = name(surface.info().datum);
   r.effort = name_of(o.tiles.effort);
   r.gzip = o.gzip;
   r.exact_posts = o.tiles.exact_posts;
@@ -31,7 +31,7 @@ BuildRecord record_of(const DemSource& source, const TilePlan& plan, const Sourc
 }
 
 /// Which tiles depend on heights that changed.
-std::vector<std::uint8_t> tiles_of_changes(const DemSource& source, const TilePlan& plan,
+std::vector<std::uint8_t> tiles_of_changes(const Surface& surface, const TilePlan& plan,
                                            const TileOrder& ids, const SourceBlocks& before,
                                            const SourceBlocks& after,
                                            const std::vector<double>& old_steps_m,
@@ -40,7 +40,7 @@ std::vector<std::uint8_t> tiles_of_changes(const DemSource& source, const TilePl
   report.blocks = after.size();
   report.block_posts = after.side();
   for (const std::uint8_t differs : after.difference(before)) report.changed_blocks += differs;
-  std::vector<std::uint8_t> dirty = dirty_tiles(source, plan, ids, before, after);
+  std::vector<std::uint8_t> dirty = dirty_tiles(surface, plan, ids, before, after);
   std::vector<bool> other_steps;
   for (int z = 0; z <= plan.max_level(); ++z) {
     const bool same = std::size_t(z) < old_steps_m.size() &&
@@ -59,17 +59,17 @@ std::vector<std::uint8_t> tiles_of_changes(const DemSource& source, const TilePl
 
 }  // namespace
 
-TileWork tile_work(const DemSource& source, const TilePlan& plan, const TileOrder& ids,
+TileWork tile_work(const Surface& surface, const TilePlan& plan, const TileOrder& ids,
                    const SourceBlocks& blocks, const BuildOptions& o, UpdateReport& update) {
   const auto changes = [&](const BuildRecord& old,
                            std::string_view old_blocks) -> Result<std::vector<std::uint8_t>> {
-    const auto before = SourceBlocks::decode(old_blocks, source.info(), old.heights);
+    const auto before = SourceBlocks::decode(old_blocks, surface.info(), old.heights);
     if (!before) return std::unexpected(before.error());
-    return tiles_of_changes(source, plan, ids, *before, blocks, old.steps_m, update);
+    return tiles_of_changes(surface, plan, ids, *before, blocks, old.steps_m, update);
   };
   return {.ids = ids,
           .levels = plan.layer("").available,
-          .record = record_of(source, plan, blocks, o),
+          .record = record_of(surface, plan, blocks, o),
           .blocks = blocks,
           .changes = changes,
           .force = o.force,

@@ -21,16 +21,14 @@ namespace {
 class TilesOnDemand : public DemTiles {
  public:
   /// `outline`: a plan whose levels and availability are right; its heights are not known yet.
-  TilesOnDemand(std::shared_ptr<const DemSource> source, TilePlan outline, std::string index_path,
-                std::string name)
-      : source_(std::move(source)),
+  TilesOnDemand(Surface surface, TilePlan outline, std::string index_path, std::string name)
+      : surface_(std::move(surface)),
         outline_(std::move(outline)),
         index_path_(std::move(index_path)),
         layer_(outline_.layer(name)) {
     // Of a large source all heights are not known before layer.json is asked for: its files then
     // stand for them.
-    layer_.version =
-        tile_version(source_->info(), outline_, "files " + source_->info().fingerprint);
+    layer_.version = tile_version(surface_, outline_, "files " + surface_.info().fingerprint);
   }
 
   /// `at_once`: nobody else knows of this object yet.
@@ -40,15 +38,15 @@ class TilesOnDemand : public DemTiles {
     progress.report = [this](double share) { share_ = share; };
     std::string content;
     try {
-      plan_ = plan_source(*source_, outline_.options(), index_path_, threads, progress, &content);
+      plan_ = plan_source(surface_, outline_.options(), index_path_, threads, progress, &content);
       if (at_once && !content.empty())  // as in a batch; later nobody may write it any more
-        layer_.version = tile_version(source_->info(), outline_, content);
+        layer_.version = tile_version(surface_, outline_, content);
       if (*plan_) {
-        if (const auto found = find_extremes(*source_, **plan_, stop)) extremes_ = *found;
+        if (const auto found = find_extremes(surface_, **plan_, stop)) extremes_ = *found;
       }
     } catch (const std::exception& error) {  // in a thread of its own it would end the process
       plan_ =
-          fail(Errc::internal, "reading " + source_->info().files.front() + ": " + error.what());
+          fail(Errc::internal, "reading " + surface_.info().files.front() + ": " + error.what());
     }
     known_ = true;  // from here on others may look at plan_ and extremes_
   }
@@ -62,11 +60,11 @@ class TilesOnDemand : public DemTiles {
   Result<TileBytes> tile(TileId id, std::stop_token stop) const override {
     if (!available(id)) return fail(Errc::not_found, "no tile " + id.text() + " in this dataset");
     if (!known_) {
-      return fail(Errc::busy, "the heights of " + source_->info().files.front() +
+      return fail(Errc::busy, "the heights of " + surface_.info().files.front() +
                                   " are still being read for the first time; try again soon");
     }
     if (!*plan_) return std::unexpected(plan_->error());
-    return make_tile(*source_, **plan_, id, stop);
+    return make_tile(surface_, **plan_, id, stop);
   }
   std::optional<HeightExtremes> extremes() const override {
     return known_ ? extremes_ : std::nullopt;
@@ -78,7 +76,7 @@ class TilesOnDemand : public DemTiles {
   }
 
  private:
-  std::shared_ptr<const DemSource> source_;
+  Surface surface_;
   TilePlan outline_;
   std::string index_path_;
   proto::LayerJson layer_;
@@ -91,16 +89,15 @@ class TilesOnDemand : public DemTiles {
 
 }  // namespace
 
-Result<std::unique_ptr<DemTiles>> open_dem_tiles(std::shared_ptr<const DemSource> source,
-                                                 const TileSetOptions& options,
+Result<std::unique_ptr<DemTiles>> open_dem_tiles(Surface surface, const TileSetOptions& options,
                                                  std::int64_t read_at_once,
                                                  const std::string& index_path) {
-  const DemInfo& info = source->info();
-  auto outline = TilePlan::make(info, HeightRange{}, options);
+  const DemInfo& info = surface.info();
+  auto outline = TilePlan::make(surface, HeightRange{}, options);
   if (!outline) return std::unexpected(outline.error());
   const std::string& file = info.files.front();
   const std::string name = file.substr(file.find_last_of('/') + 1);
-  auto tiles = std::make_unique<TilesOnDemand>(source, std::move(*outline), index_path,
+  auto tiles = std::make_unique<TilesOnDemand>(surface, std::move(*outline), index_path,
                                                name.substr(0, name.find('.')));
   if (info.cols > read_at_once / info.rows) {
     tiles->find_heights_in_background();

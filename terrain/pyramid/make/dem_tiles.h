@@ -9,8 +9,8 @@
 #include "terrain/base/result.h"
 #include "terrain/pyramid/plan/height_extremes.h"
 #include "terrain/pyramid/plan/tile_set_options.h"
-#include "terrain/raster/dem_source.h"
 #include "terrain/store/tile_set.h"
+#include "terrain/surface/surface.h"
 
 namespace tind {
 
@@ -28,8 +28,7 @@ inline constexpr std::int64_t kMostReadAtOnce = std::int64_t(1) << 25;
 /// of a source with more than `read_at_once` posts they are found in the background, on one thread,
 /// and until then every tile is Errc::busy. The index is kept at `index_path`, or with the tiles
 /// where that is empty.
-Result<std::unique_ptr<DemTiles>> open_dem_tiles(std::shared_ptr<const DemSource>,
-                                                 const TileSetOptions&,
+Result<std::unique_ptr<DemTiles>> open_dem_tiles(Surface, const TileSetOptions&,
                                                  std::int64_t read_at_once = kMostReadAtOnce,
                                                  const std::string& index_path = {});
 

@@ -13,7 +13,7 @@
 #include "terrain/encode/quantized_mesh_tile.h"
 #include "terrain/pyramid/make/tile_job.h"
 #include "terrain/pyramid/residual/residual_index.h"
-#include "terrain/tile/post_warp.h"
+#include "terrain/surface/post_warp.h"
 
 namespace tind {
 
@@ -27,13 +27,17 @@ constexpr double kMostMargin = 320;            // posts, as many as a tile has w
 /// before: beyond the margin H asks the source, too.
 Result<void> load_heights(TileJob& job) {
   const Stopwatch watch(job.cost.reading);
-  if (job.window.empty() || decimation(job.window) > 1) return {};
-  const DemInfo& info = job.source.info();
-  const double reach =
-      job.level.normal_reach_deg * 111320 / std::min(info.spacing_x_m, info.spacing_y_m);
-  const int margin = 2 + int(std::ceil(std::min(reach, kMostMargin)));
-  return job.field.load(job.window.col - margin, job.window.row - margin,
-                        int(job.window.cols) + 2 * margin, int(job.window.rows) + 2 * margin);
+  for (const auto& [layer, w, step] : job.windows) {
+    if (decimation(w) > 1) continue;
+    const DemInfo& info = job.surface.layers()[layer].source->info();
+    const double reach =
+        job.level.normal_reach_deg * 111320 / std::min(info.spacing_x_m, info.spacing_y_m);
+    const int margin = 2 + int(std::ceil(std::min(reach, kMostMargin)));
+    auto done = job.field.load(layer, w.col - margin, w.row - margin, int(w.cols) + 2 * margin,
+                               int(w.rows) + 2 * margin);
+    if (!done) return done;
+  }
+  return {};
 }
 
 Border border_of(const TileJob& job, TileId id, TileSide side) {
@@ -46,7 +50,7 @@ Border border_of(const TileJob& job, TileId id, TileSide side) {
   o.samples = level.border_samples;
   o.place_step = level.border_place_step;
   o.halves = id.level < job.plan.max_level();
-  return make_border(tile_edge(id, side), job.field, job.source, o);
+  return make_border(tile_edge(id, side), job.field, job.surface, o);
 }
 
 /// Where a child has no tile, clients draw this tile's part in its stead, beside its sibling, which
@@ -107,9 +111,11 @@ Result<void> derive_borders(TileJob& job) {
 
 Result<void> find_range(TileJob& job, std::stop_token stop) {
   const Stopwatch watch(job.cost.reading);
-  const std::int64_t most = job.source.is_plain_geographic() ? kChunkPosts : kChunkPosts / 4;
-  if (job.window.cols * job.window.rows <= most) {
-    auto posts = TilePosts::read(job.source, job.window, job.id, 1, job.level.offset_m);
+  const std::int64_t most = job.surface.is_plain_geographic() ? kChunkPosts : kChunkPosts / 4;
+  std::int64_t count = 0;
+  for (const LayerWindow& w : job.windows) count += w.posts.cols * w.posts.rows;
+  if (count <= most) {
+    auto posts = TilePosts::read(job.surface, job.windows, job.id, job.level.offset_m);
     if (!posts) return std::unexpected(posts.error());
     job.whole.emplace(std::move(*posts));
   }
@@ -136,34 +142,35 @@ Result<void> look_up_posts(TileJob& job) {
 
 Result<void> stream_posts(const TileJob& job, std::stop_token stop,
                           const std::function<void(const TilePosts&)>& f) {
-  if (job.window.empty()) return {};
   if (job.whole) {
     if (job.whole->inside() > 0) f(*job.whole);
     return {};
   }
-  const PostWindow& all = job.window;
-  const std::int64_t cols_at_once = std::min(all.cols, kChunkPosts / 2);
-  const std::int64_t rows_at_once = std::max<std::int64_t>(2, kChunkPosts / all.cols);
-  for (std::int64_t r = 0; r < all.rows; r += rows_at_once)
-    for (std::int64_t c = 0; c < all.cols; c += cols_at_once) {
-      if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
-      PostWindow part = all;
-      part.col += c, part.row += r;
-      part.cols = std::min(cols_at_once, all.cols - c);
-      part.rows = std::min(rows_at_once, all.rows - r);
-      const auto posts = TilePosts::read(job.source, part, job.id, 1, job.level.offset_m);
-      if (!posts) return std::unexpected(posts.error());
-      if (posts->inside() > 0) f(*posts);
-    }
+  for (const LayerWindow& window : job.windows) {
+    const PostWindow& all = window.posts;
+    const std::int64_t cols_at_once = std::min(all.cols, kChunkPosts / 2);
+    const std::int64_t rows_at_once = std::max<std::int64_t>(2, kChunkPosts / all.cols);
+    for (std::int64_t r = 0; r < all.rows; r += rows_at_once)
+      for (std::int64_t c = 0; c < all.cols; c += cols_at_once) {
+        if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
+        LayerWindow part = window;
+        part.posts.col += c, part.posts.row += r;
+        part.posts.cols = std::min(cols_at_once, all.cols - c);
+        part.posts.rows = std::min(rows_at_once, all.rows - r);
+        const auto posts = TilePosts::read(job.surface, {&part, 1}, job.id, job.level.offset_m);
+        if (!posts) return std::unexpected(posts.error());
+        if (posts->inside() > 0) f(*posts);
+      }
+  }
   return {};
 }
 
-Result<TileModel> model_tile(const DemSource& source, const TilePlan& plan, TileId id,
+Result<TileModel> model_tile(const Surface& surface, const TilePlan& plan, TileId id,
                              std::stop_token stop, TileCost* cost) {
-  TileJob job(source, plan, id);
+  TileJob job(surface, plan, id);
   if (auto done = load_heights(job); !done) return fail("tile " + id.text(), done.error());
   if (auto done = derive_borders(job); !done) return std::unexpected(done.error());
-  const bool indexed = plan.index() && plan.index()->serves(id.level) && !job.window.empty();
+  const bool indexed = plan.index() && plan.index()->serves(id.level) && !job.windows.empty();
   auto known = indexed ? look_up_posts(job) : find_range(job, stop);
   if (!known) return fail("tile " + id.text(), known.error());
   const auto meshed = fit_tile(job, stop);
@@ -175,10 +182,10 @@ Result<TileModel> model_tile(const DemSource& source, const TilePlan& plan, Tile
   return tile;
 }
 
-Result<TileBytes> make_tile(const DemSource& source, const TilePlan& plan, TileId id,
+Result<TileBytes> make_tile(const Surface& surface, const TilePlan& plan, TileId id,
                             std::stop_token stop) {
   TileBytes tile;
-  const auto model = model_tile(source, plan, id, std::move(stop), &tile.cost);
+  const auto model = model_tile(surface, plan, id, std::move(stop), &tile.cost);
   if (!model) return std::unexpected(model.error());
   const Stopwatch watch(tile.cost.encoding);
   tile.bytes = encode_quantized_mesh(*model);

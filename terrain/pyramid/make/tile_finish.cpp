@@ -122,8 +122,8 @@ Result<TileModel> finish_tile(TileJob& job, const TileMesh& meshed) {
   tile.volumes = volumes_of(job, meshed.mesh);  // the sphere depends on the order
   TileCertificate says{.max_error_m = round_up(meshed.max_error),
                        .edge_error_m = round_up_bound(job.edge_error_m),
-                       .exact = !job.lattice && job.source.info().rounding_m == 0 &&
-                                job.source.is_plain_geographic()};
+                       .exact = !job.lattice && job.surface.info().rounding_m == 0 &&
+                                job.surface.is_plain_geographic()};
   // A tile that could not be kept on one side says so: then it is like any other.
   if (meshed.wrong_side == 0) says.side = job.plan.options().side;
   tile.certificate = says;

@@ -12,7 +12,7 @@
 #include "terrain/pyramid/residual/residual_index.h"
 #include "terrain/simplify/bounded/bounded_mesher.h"
 #include "terrain/simplify/bounded/search_effort.h"
-#include "terrain/tile/post_warp.h"
+#include "terrain/surface/post_warp.h"
 
 namespace tind {
 
@@ -177,8 +177,8 @@ Result<Extremes> measure(const TileJob& job, const Tin& mesh, std::stop_token st
 
 /// Stored heights are floats, and posts of projected sources are placed by interpolation (within
 /// 1e-6 m): both count as error.
-double margin_of(const DemSource& source) {
-  return source.info().rounding_m + (source.is_plain_geographic() ? 0 : kPlacingError);
+double margin_of(const Surface& surface) {
+  return surface.info().rounding_m + (surface.is_plain_geographic() ? 0 : kPlacingError);
 }
 
 /// Fits a mesh within `eps` of the samples. Its error is not known yet.
@@ -217,7 +217,9 @@ TileMesh mesh_within(TileJob& job, const Samples& samples, double eps, double pl
 Result<TileMesh> fit(TileJob& job, double eps, int step, double place_step, std::stop_token stop) {
   std::optional<TilePosts> decimated;
   if (step > 1 || !job.whole) {
-    auto read = TilePosts::read(job.source, job.window, job.id, step, job.level.offset_m);
+    std::vector<LayerWindow> windows = job.windows;
+    for (LayerWindow& w : windows) w.step = step;
+    auto read = TilePosts::read(job.surface, windows, job.id, job.level.offset_m);
     if (!read) return std::unexpected(read.error());
     decimated.emplace(std::move(*read));
   }
@@ -228,7 +230,7 @@ Result<TileMesh> fit(TileJob& job, double eps, int step, double place_step, std:
   const Stopwatch watch(job.cost.measuring);
   auto measured = measure(job, result.mesh, stop);
   if (!measured) return std::unexpected(measured.error());
-  const double margin = margin_of(job.source);
+  const double margin = margin_of(job.surface);
   result.max_error = measured->error() + (job.posts.posts > 0 ? margin : 0);
   result.wrong_side = measured->wrong(job.plan.options().side, margin);
   return result;
@@ -239,7 +241,7 @@ Result<TileMesh> fit(TileJob& job, double eps, int step, double place_step, std:
 /// vertices only cannot be helped.
 Result<void> force_side(const TileJob& job, TileMesh& m, std::stop_token stop) {
   constexpr double kLeastWeight = 0.05;
-  const double margin = margin_of(job.source);
+  const double margin = margin_of(job.surface);
   const double up = job.plan.options().side == Side::above ? 1 : -1;
   const auto inner = [](const Vec3& v) {
     return v.x > 0 && v.y > 0 && v.x < kTileExtent && v.y < kTileExtent;
@@ -279,14 +281,14 @@ Result<void> force_side(const TileJob& job, TileMesh& m, std::stop_token stop) {
 
 /// Tries the cheapest fit first: fewer posts, then all of them; keeps the best.
 Result<TileMesh> fit_within_budget(TileJob& job, std::stop_token stop) {
-  const double eps = job.level.fit_error_m - margin_of(job.source);
+  const double eps = job.level.fit_error_m - margin_of(job.surface);
   Result<TileMesh> best = fail(Errc::internal, "no fit tried");
-  int step = decimation(job.window);
+  int step = decimation(job);
   double place = 0;
   for (;;) {
     // Posts that the fit does not see get a share of the band to themselves.
     const double share = step == 1 ? eps : 0.7 * eps;
-    if (place == 0) place = place_step(job.source.info(), job.id.level, share, step);
+    if (place == 0) place = place_step(job.surface.info(), job.id.level, share, step);
     auto meshed = fit(job, share, step, place, stop);
     if (!meshed) return meshed;
     const bool better = !best || std::pair(meshed->wrong_side, meshed->max_error) <
@@ -294,9 +296,10 @@ Result<TileMesh> fit_within_budget(TileJob& job, std::stop_token stop) {
     if (better) best = std::move(meshed);
     if (best->max_error <= job.level.budget_m && best->wrong_side == 0) return best;
     constexpr std::int64_t kMost = 4 * kMeshPosts * kMeshPosts;
-    const PostWindow& w = job.window;  // its shorter side may have fewer posts than a step
-    const bool too_big =
-        w.cols * w.rows / step / step > kMost || std::max(w.cols, w.rows) / step > kMost;
+    const bool too_big = std::ranges::any_of(job.windows, [step](const LayerWindow& l) {
+      const PostWindow& w = l.posts;  // its shorter side may have fewer posts than a step
+      return w.cols * w.rows / step / step > kMost || std::max(w.cols, w.rows) / step > kMost;
+    });
     if (step > 1 && !too_big)
       step /= 2, place = 0;
     else if (place > 1)
@@ -310,7 +313,7 @@ Result<TileMesh> fit_within_budget(TileJob& job, std::stop_token stop) {
 /// differ from it is left of the band. Over its budget where that is too little.
 Result<TileMesh> fit_to_lattice(TileJob& job, std::stop_token stop) {
   const ResidualLattice& lattice = *job.lattice;
-  const double margin = margin_of(job.source) + kPlacingError;
+  const double margin = margin_of(job.surface) + kPlacingError;
   const double room = job.level.budget_m - lattice.largest_residual() - margin;
   const double eps =
       std::min(0.7 * job.level.fit_error_m, std::max(room, 0.25 * job.level.budget_m));
@@ -318,9 +321,9 @@ Result<TileMesh> fit_to_lattice(TileJob& job, std::stop_token stop) {
   for (int step = lattice.cells >= 1024 ? lattice.cells / 256 : 1;; step /= 2) {
     const std::vector<float> heights = lattice.fitted_heights(step);
     const int nodes = lattice.cells / step + 1;
-    const int posts = std::max(1, int(job.window.cols / nodes));
+    const int posts = std::max(1, int(job.windows.front().posts.cols / nodes));
     TileMesh meshed = mesh_within(job, ResidualLattice::samples(heights, nodes), eps,
-                                  place_step(job.source.info(), job.id.level, eps, posts), stop);
+                                  place_step(job.surface.info(), job.id.level, eps, posts), stop);
     if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
     meshed.max_error = lattice.posts > 0 ? lattice_bound(meshed.mesh, lattice) + margin : 0;
     if (step == 1 || meshed.max_error <= job.level.budget_m) return meshed;
@@ -332,6 +335,12 @@ Result<TileMesh> fit_to_lattice(TileJob& job, std::stop_token stop) {
 int decimation(const PostWindow& w) {
   int step = 1;
   while (std::max(w.cols, w.rows) / step > kMeshPosts) step *= 2;
+  return step;
+}
+
+int decimation(const TileJob& job) {
+  int step = 1;
+  for (const LayerWindow& w : job.windows) step = std::max(step, decimation(w.posts));
   return step;
 }
 

@@ -14,24 +14,24 @@
 #include "terrain/mesh/tin.h"
 #include "terrain/pyramid/plan/level_plan.h"
 #include "terrain/pyramid/residual/residual_lattice.h"
-#include "terrain/raster/dem_source.h"
 #include "terrain/store/tile_set.h"
+#include "terrain/surface/height_field.h"
+#include "terrain/surface/surface.h"
+#include "terrain/surface/tile_posts.h"
 #include "terrain/tile/border.h"
-#include "terrain/tile/height_field.h"
 #include "terrain/tile/tile_model.h"
-#include "terrain/tile/tile_posts.h"
 
 namespace tind {
 
 /// Everything about one tile that several steps need.
 struct TileJob {
   TileCost cost;
-  const DemSource& source;
+  const Surface& surface;
   const TilePlan& plan;
   TileId id;
   GeoRect rect;
   const LevelPlan& level;
-  PostWindow window;
+  std::vector<LayerWindow> windows;
   HeightField field;
   std::array<std::vector<BorderVertex>, 4> borders;  // west, south, east, north
   double edge_error_m = 0;                           // of the worst of them
@@ -43,15 +43,17 @@ struct TileJob {
   std::optional<TilePosts> whole;          // they, where not too many; offset as the level's
   std::optional<ResidualLattice> lattice;  // stands for the posts, where there are very many
 
-  TileJob(const DemSource& s, const TilePlan& p, TileId t)
-      : source(s), plan(p), id(t), rect(tiling::rect(t)), level(p.level(t.level)), field(s) {
-    window = post_window(source, rect);
+  TileJob(const Surface& s, const TilePlan& p, TileId t)
+      : surface(s), plan(p), id(t), rect(tiling::rect(t)), level(p.level(t.level)), field(s) {
+    windows = surface_windows(surface, rect);
   }
 };
 
 /// Posts to be skipped between those that the mesh is fitted to, so that they are not too many: a
 /// power of two.
 int decimation(const PostWindow&);
+/// Of all posts of the tile.
+int decimation(const TileJob&);
 
 /// Calls f with all posts of the tile, a part of the window at a time.
 Result<void> stream_posts(const TileJob&, std::stop_token,

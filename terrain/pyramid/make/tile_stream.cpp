@@ -16,7 +16,7 @@
 #include "terrain/progressive/stream/split_recorder.h"
 #include "terrain/pyramid/plan/level_plan.h"
 #include "terrain/simplify/collapse/collapse_method.h"
-#include "terrain/tile/post_warp.h"
+#include "terrain/surface/post_warp.h"
 
 namespace tind {
 

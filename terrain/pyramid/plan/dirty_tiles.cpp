@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "terrain/pyramid/plan/plan_source.h"
-#include "terrain/tile/tile_posts.h"
-#include "terrain/tile/void_fill.h"
+#include "terrain/surface/tile_posts.h"
+#include "terrain/surface/void_fill.h"
 
 namespace tind {
 
@@ -119,14 +119,15 @@ PostWindow window_beside(const DemSource& source, GeoRect rect, std::int64_t pos
 
 }  // namespace
 
-std::vector<std::uint8_t> dirty_tiles(const DemSource& source, const TilePlan& plan,
+std::vector<std::uint8_t> dirty_tiles(const Surface& surface, const TilePlan& plan,
                                       const TileOrder& ids, const SourceBlocks& before,
                                       const SourceBlocks& after) {
+  const DemSource& source = *surface.only();
   const DemInfo& info = source.info();
   const BlockCounts changed(after.difference(before), after, info);
   const BlockCounts filled(voids_to_fill_anew(changed, before, after), after, info);
 
-  const int deepest_indexed = deepest_indexed_level(info, plan);
+  const int deepest_indexed = deepest_indexed_level(surface, plan);
   std::vector<std::uint8_t> dirty(ids.size());
   for (std::size_t k = 0; k < ids.size(); ++k) {
     const TileId id = ids[k];

@@ -5,8 +5,8 @@
 
 #include "terrain/geo/tile_order.h"
 #include "terrain/pyramid/plan/level_plan.h"
-#include "terrain/raster/dem_source.h"
 #include "terrain/raster/source_blocks.h"
+#include "terrain/surface/surface.h"
 
 namespace tind {
 
@@ -14,7 +14,7 @@ namespace tind {
 /// posts of its rectangle and a few around (neighbours share lines; normals reach farther), and,
 /// where there are voids among them or the source ends, on all that could fill those. An ancestor
 /// depends on what its descendants do. `before` and `after` are of the same grid.
-std::vector<std::uint8_t> dirty_tiles(const DemSource&, const TilePlan&, const TileOrder& ids,
+std::vector<std::uint8_t> dirty_tiles(const Surface&, const TilePlan&, const TileOrder& ids,
                                       const SourceBlocks& before, const SourceBlocks& after);
 
 }  // namespace tind

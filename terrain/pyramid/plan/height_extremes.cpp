@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "terrain/pyramid/residual/residual_index.h"
-#include "terrain/tile/tile_posts.h"
+#include "terrain/surface/tile_posts.h"
 
 namespace tind {
 
@@ -79,8 +79,9 @@ Result<PostPlace> place_of(const DemSource& source, const TilePlan& plan, End en
 
 }  // namespace
 
-Result<HeightExtremes> find_extremes(const DemSource& source, const TilePlan& plan,
+Result<HeightExtremes> find_extremes(const Surface& surface, const TilePlan& plan,
                                      std::stop_token stop) {
+  const DemSource& source = *surface.only();
   const auto lowest = place_of(source, plan, End::lowest, stop);
   if (!lowest) return std::unexpected(lowest.error());
   const auto highest = place_of(source, plan, End::highest, stop);

@@ -6,7 +6,7 @@
 #include "terrain/base/result.h"
 #include "terrain/geo/coordinates.h"
 #include "terrain/pyramid/plan/level_plan.h"
-#include "terrain/raster/dem_source.h"
+#include "terrain/surface/surface.h"
 
 namespace tind {
 
@@ -22,6 +22,6 @@ struct HeightExtremes {
 /// The posts that hold the range of the plan's heights. Where the plan's own pass over the source
 /// has met them nothing is read; else (a plan that rests on an index, which knows the range of each
 /// tile) the posts of two tiles are. REQUIRES: a plan of this source, of valid posts.
-Result<HeightExtremes> find_extremes(const DemSource&, const TilePlan&, std::stop_token = {});
+Result<HeightExtremes> find_extremes(const Surface&, const TilePlan&, std::stop_token = {});
 
 }  // namespace tind

@@ -173,10 +173,10 @@ std::string no_valid_height(const DemInfo& info) {
          " no valid height: every post is void (its nodata value, or not a number)";
 }
 
-Result<HeightRange> scan_heights(const DemSource& source, const Progress& progress, int threads,
+Result<HeightRange> scan_heights(const Surface& surface, const Progress& progress, int threads,
                                  SourceBlocks* blocks) {
-  auto range = read_height_range(source, progress, threads, blocks);
-  if (range && range->valid == 0) return fail(Errc::bad_data, no_valid_height(source.info()));
+  auto range = read_height_range(*surface.only(), progress, threads, blocks);
+  if (range && range->valid == 0) return fail(Errc::bad_data, no_valid_height(surface.info()));
   return range;
 }
 
@@ -201,8 +201,9 @@ GeoRect bounds_with_area(const DemInfo& info) {
 
 }  // namespace
 
-Result<TilePlan> TilePlan::make(const DemInfo& info, const HeightRange& range,
+Result<TilePlan> TilePlan::make(const Surface& surface, const HeightRange& range,
                                 const TileSetOptions& options) {
+  const DemInfo& info = surface.info();
   if (info.crs_kind == CrsKind::none) {
     return fail(Errc::unsupported, info.files.front() +
                                        " has no coordinate reference system, so its place on the "
@@ -287,7 +288,8 @@ std::uint64_t TilePlan::tile_count() const {
   return n;
 }
 
-std::string TilePlan::warning(const DemInfo& info) const {
+std::string TilePlan::warning(const Surface& surface) const {
+  const DemInfo& info = surface.info();
   constexpr std::uint64_t kMany = 10'000;
   constexpr double kPostsOfATile = 64, kFar = 0.01;
   constexpr double kFinest = 0.01;  // metres: 1e-7 degrees

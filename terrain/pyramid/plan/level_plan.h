@@ -16,6 +16,7 @@
 #include "terrain/geo/tiling_scheme.h"
 #include "terrain/pyramid/plan/tile_set_options.h"
 #include "terrain/raster/dem_source.h"
+#include "terrain/surface/surface.h"
 
 namespace tind {
 
@@ -45,7 +46,7 @@ Result<HeightRange> read_height_range(const DemSource&, const Progress& = {}, in
 /// Why there is nothing to be made of a source without a valid post.
 std::string no_valid_height(const DemInfo&);
 /// The same, and fails with bad_data where no post is valid.
-Result<HeightRange> scan_heights(const DemSource&, const Progress& = {}, int threads = 0,
+Result<HeightRange> scan_heights(const Surface&, const Progress& = {}, int threads = 0,
                                  SourceBlocks* blocks = nullptr);
 
 /// A tile of this level keeps the vertices of a lattice of so many cells a side, so that its
@@ -73,8 +74,8 @@ struct LevelPlan {
 
 class TilePlan {
  public:
-  /// Fails with `unsupported` for a source without CRS, `invalid_argument` for bad options.
-  static Result<TilePlan> make(const DemInfo&, const HeightRange&, const TileSetOptions&);
+  /// Fails with `unsupported` for a DEM without CRS, `invalid_argument` for bad options.
+  static Result<TilePlan> make(const Surface&, const HeightRange&, const TileSetOptions&);
 
   /// Where the pyramid ends: its tiles keep the final bound. Tiles are made for a pyramid of all
   /// levels from 0 on, whichever of them are asked for.
@@ -104,7 +105,7 @@ class TilePlan {
   proto::LayerJson layer(const std::string& name) const;
   /// What whoever asked for it may not have meant: very many tiles for so few posts, or files that
   /// lie far apart. One line; mostly empty.
-  std::string warning(const DemInfo&) const;
+  std::string warning(const Surface&) const;
 
   /// What the metadata of a tile of every kAvailabilityLevels-th level lists: by level from the
   /// next one on, the tiles of the whole pyramid below it. Empty for tiles of other levels.

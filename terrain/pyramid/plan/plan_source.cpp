@@ -24,45 +24,44 @@ std::string passing_path() {
 
 }  // namespace
 
-int deepest_indexed_level(const DemInfo& info, const TilePlan& plan) {
-  const int deepest = deepest_indexed_level(info, plan.options().exact_posts);
+int deepest_indexed_level(const Surface& surface, const TilePlan& plan) {
+  const int deepest = deepest_indexed_level(surface, plan.options().exact_posts);
   // The level below the deepest has borders that leave room for the index, too.
   return plan.options().side != Side::both || deepest + 1 < plan.first_level() ? -1 : deepest;
 }
 
-Result<std::shared_ptr<const ResidualIndex>> index_for(const DemSource& source,
-                                                       const TilePlan& plan,
+Result<std::shared_ptr<const ResidualIndex>> index_for(const Surface& surface, const TilePlan& plan,
                                                        const std::string& path, int threads,
                                                        const Progress& progress) {
-  const int deepest = deepest_indexed_level(source.info(), plan);
+  const int deepest = deepest_indexed_level(surface, plan);
   if (deepest < 0) return nullptr;
   const std::string file = path.empty() ? passing_path() : path;
-  auto index = ResidualIndex::open_or_make(file, source, deepest + 1, threads, progress);
+  auto index = ResidualIndex::open_or_make(file, surface, deepest + 1, threads, progress);
   if (path.empty()) {  // what is open stays readable
     ::unlink(file.c_str());
     ::unlink((file + ".part").c_str());
   }
-  if (!index) return fail("the residual index of " + source.info().files.front(), index.error());
+  if (!index) return fail("the residual index of " + surface.info().files.front(), index.error());
   return index;
 }
 
-Result<TilePlan> plan_source(const DemSource& source, const TileSetOptions& options,
+Result<TilePlan> plan_source(const Surface& surface, const TileSetOptions& options,
                              const std::string& index_path, int threads, const Progress& progress,
                              std::string* content) {
-  auto outline = TilePlan::make(source.info(), HeightRange{}, options);
+  auto outline = TilePlan::make(surface, HeightRange{}, options);
   if (!outline) return outline;
-  auto index = index_for(source, *outline, index_path, threads, progress);
+  auto index = index_for(surface, *outline, index_path, threads, progress);
   if (!index) return std::unexpected(index.error());
   if (!*index) {
-    SourceBlocks blocks(source.info());
-    const auto range = scan_heights(source, progress, threads, content ? &blocks : nullptr);
+    SourceBlocks blocks(surface.info());
+    const auto range = scan_heights(surface, progress, threads, content ? &blocks : nullptr);
     if (!range) return std::unexpected(range.error());
     if (content) *content = blocks.digest();
-    return TilePlan::make(source.info(), *range, options);
+    return TilePlan::make(surface, *range, options);
   }
-  if ((*index)->posts() == 0) return fail(Errc::bad_data, no_valid_height(source.info()));
-  auto plan = TilePlan::make(source.info(),
-                             {(*index)->min_m(), (*index)->max_m(), (*index)->posts()}, options);
+  if ((*index)->posts() == 0) return fail(Errc::bad_data, no_valid_height(surface.info()));
+  auto plan =
+      TilePlan::make(surface, {(*index)->min_m(), (*index)->max_m(), (*index)->posts()}, options);
   if (plan) plan->use(std::move(*index));
   return plan;
 }

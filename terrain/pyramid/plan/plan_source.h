@@ -10,25 +10,25 @@
 #include "terrain/pyramid/plan/level_plan.h"
 #include "terrain/pyramid/plan/tile_set_options.h"
 #include "terrain/pyramid/residual/residual_index.h"
-#include "terrain/raster/dem_source.h"
+#include "terrain/surface/surface.h"
 
 namespace tind {
 
 /// The deepest level of the plan whose tiles rest on an index, -1 when none does. Of one-sided
 /// tiles every post is read: the index does not tell above from below.
-int deepest_indexed_level(const DemInfo&, const TilePlan&);
+int deepest_indexed_level(const Surface&, const TilePlan&);
 
 /// The index of a source, made if need be; null where no tile of the plan rests on one
 /// (deepest_indexed_level). `path`: where it is or is to be; empty: nowhere, it goes with the last
 /// who holds it. Fails as ResidualIndex::open_or_make does.
-Result<std::shared_ptr<const ResidualIndex>> index_for(const DemSource&, const TilePlan&,
+Result<std::shared_ptr<const ResidualIndex>> index_for(const Surface&, const TilePlan&,
                                                        const std::string& path, int threads = 0,
                                                        const Progress& = {});
 
 /// The plan of a source, with its index. Fails as TilePlan::make and index_for do, and where posts
 /// cannot be read. `content`: becomes 32 digits that stand for all heights (source_blocks.h), where
 /// they are read; nothing does where the index says what is needed of them.
-Result<TilePlan> plan_source(const DemSource&, const TileSetOptions&, const std::string& index_path,
+Result<TilePlan> plan_source(const Surface&, const TileSetOptions&, const std::string& index_path,
                              int threads = 0, const Progress& = {}, std::string* content = nullptr);
 
 }  // namespace tind

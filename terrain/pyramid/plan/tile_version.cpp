@@ -6,7 +6,8 @@
 
 namespace tind {
 
-std::string grid_digest(const DemInfo& info) {
+std::string grid_digest(const Surface& surface) {
+  const DemInfo& info = surface.info();
   const Affine& a = info.post_to_crs;
   return hash128(fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}", info.cols, info.rows, a.x0,
                              a.x_col, a.x_row, a.y0, a.y_col, a.y_row, info.crs_wkt,
@@ -26,10 +27,10 @@ std::string area_digest(const TilePlan& plan) {
   return rectangles ? std::string() : hash128(text).text();
 }
 
-std::string tile_version(const DemInfo& info, const TilePlan& plan, const std::string& content) {
+std::string tile_version(const Surface& surface, const TilePlan& plan, const std::string& content) {
   const TileSetOptions& o = plan.options();
   const std::string text = fmt::format(
-      "{} {} {} {} {} {} {} {}{}", grid_digest(info), content, o.max_error_m, o.error_factor,
+      "{} {} {} {} {} {} {} {}{}", grid_digest(surface), content, o.max_error_m, o.error_factor,
       plan.max_level(), name_of(o.side), name_of(o.effort), o.exact_posts, area_digest(plan));
   constexpr int kBits = 53;  // a number that JavaScript, too, holds whole
   return fmt::format("{}.0.{}", kTileEpoch, hash64(text) >> (64 - kBits));

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "terrain/pyramid/plan/level_plan.h"
-#include "terrain/raster/dem_source.h"
+#include "terrain/surface/surface.h"
 
 namespace tind {
 
@@ -14,13 +14,13 @@ namespace tind {
 inline constexpr int kTileEpoch = 4;
 
 /// 32 digits for where the posts are and what their heights mean.
-std::string grid_digest(const DemInfo&);
+std::string grid_digest(const Surface&);
 
 /// 32 digits for which tiles there are, where they are not a rectangle on every level;
 /// else nothing.
 std::string area_digest(const TilePlan&);
 
 /// layer.json's `version`: EPOCH.0.NUMBER. `content` stands for the heights.
-std::string tile_version(const DemInfo&, const TilePlan&, const std::string& content);
+std::string tile_version(const Surface&, const TilePlan&, const std::string& content);
 
 }  // namespace tind

@@ -57,10 +57,10 @@ std::uint64_t hash_before(const T& header) {
   return hash64({&header, sizeof(T) - sizeof(std::uint64_t)});
 }
 
-FileHeader header_for(const DemSource& source, int level) {
+FileHeader header_for(const Surface& surface, int level) {
   FileHeader h;
   h.level = std::uint32_t(level);
-  const DemInfo& info = source.info();
+  const DemInfo& info = surface.info();
   std::copy_n(info.fingerprint.begin(), std::min(info.fingerprint.size(), h.fingerprint.size()),
               h.fingerprint.begin());
   h.cols = info.cols, h.rows = info.rows;
@@ -92,8 +92,8 @@ Result<void> write_at(int file, const std::string& path, std::uint64_t at, const
 }
 
 /// Tiles of a level that hold a post, or touch one with a side.
-std::vector<TileId> touched_tiles(const DemSource& source, int level) {
-  const DemInfo& info = source.info();
+std::vector<TileId> touched_tiles(const Surface& surface, int level) {
+  const DemInfo& info = surface.info();
   const double side = tiling::tile_degrees(level);
   const auto index = [&](double degrees, std::uint32_t count, double hair) {
     return std::uint32_t(std::clamp(std::floor(degrees / side + hair), 0.0, double(count - 1)));
@@ -112,6 +112,10 @@ std::vector<TileId> touched_tiles(const DemSource& source, int level) {
 }
 
 }  // namespace
+
+int deepest_indexed_level(const Surface& surface, std::int64_t exact_posts) {
+  return surface.only() ? deepest_indexed_level(surface.only()->info(), exact_posts) : -1;
+}
 
 int deepest_indexed_level(const DemInfo& info, std::int64_t exact_posts) {
   if (info.crs_kind == CrsKind::none) return -1;
@@ -199,10 +203,10 @@ class ResidualFile {
   }
 
   /// The facts that the roots hold. Fails when a root is not there.
-  static Result<void> sum_up(Index& index, const DemSource& source) {
+  static Result<void> sum_up(Index& index, const Surface& surface) {
     index.min_m_ = HUGE_VAL, index.max_m_ = -HUGE_VAL;
     index.posts_ = 0;
-    for (const TileId id : touched_tiles(source, 0)) {
+    for (const TileId id : touched_tiles(surface, 0)) {
       const auto root = index.record(id);
       if (!root) return std::unexpected(root.error());
       if (!root->has_posts()) continue;
@@ -217,11 +221,13 @@ class ResidualFile {
     return {};
   }
 
-  ResidualFile(const DemSource& source, std::shared_ptr<Index> index)
-      : source_(source), index_(std::move(index)), step_(residual_step_m(index_->level_)) {}
+  ResidualFile(Surface surface, std::shared_ptr<Index> index)
+      : surface_(std::move(surface)),
+        index_(std::move(index)),
+        step_(residual_step_m(index_->level_)) {}
 
   Result<void> make(int threads, const Progress& progress) {
-    const FileHeader header = header_for(source_, index_->level_);
+    const FileHeader header = header_for(surface_, index_->level_);
     auto begun = walk(*index_, header, threads);
     if (begun && begun->whole) return {};
     if (begun) {
@@ -244,7 +250,7 @@ class ResidualFile {
   }
 
  private:
-  const DemSource& source_;
+  const Surface surface_;
   const std::shared_ptr<Index> index_;
   const double step_;
   std::uint64_t end_ = 0;
@@ -252,7 +258,7 @@ class ResidualFile {
 
   Result<void> level(int z, int threads, const Progress& progress) {
     const bool deepest = z == index_->level_;
-    const std::vector<TileId> all = touched_tiles(source_, z);
+    const std::vector<TileId> all = touched_tiles(surface_, z);
     std::vector<TileId> ids;
     for (const TileId id : all)
       if (!index_->places_.contains(id)) ids.push_back(id);
@@ -264,7 +270,7 @@ class ResidualFile {
         if (error || progress.stopped()) return;
       }
       auto record =
-          deepest ? scan_residuals(source_, ids[i], step_, progress.stop) : from_children(ids[i]);
+          deepest ? scan_residuals(surface_, ids[i], step_, progress.stop) : from_children(ids[i]);
       Result<void> written;
       if (record) written = append(ids[i], encode(*record));
       const std::lock_guard lock(mutex_);
@@ -318,24 +324,25 @@ ResidualIndex::~ResidualIndex() {
 }
 
 Result<std::shared_ptr<const ResidualIndex>> ResidualIndex::open(const std::string& path,
-                                                                 const DemSource& source,
+                                                                 const Surface& surface,
                                                                  int level) {
   auto index = ResidualFile::blank(path, level);
   index->file_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (index->file_ < 0)
     return fail(errno == ENOENT ? Errc::not_found : Errc::io, path + ": " + std::strerror(errno));
-  const auto walked = ResidualFile::walk(*index, header_for(source, level), 0);
+  const auto walked = ResidualFile::walk(*index, header_for(surface, level), 0);
   if (!walked) return std::unexpected(walked.error());
   if (!walked->whole) return fail(Errc::bad_data, path + ": damaged, or not finished");
-  if (auto done = ResidualFile::sum_up(*index, source); !done) return std::unexpected(done.error());
+  if (auto done = ResidualFile::sum_up(*index, surface); !done)
+    return std::unexpected(done.error());
   return index;
 }
 
 Result<std::shared_ptr<const ResidualIndex>> ResidualIndex::open_or_make(const std::string& path,
-                                                                         const DemSource& source,
+                                                                         const Surface& surface,
                                                                          int level, int threads,
                                                                          const Progress& progress) {
-  if (auto there = open(path, source, level)) return there;
+  if (auto there = open(path, surface, level)) return there;
   const std::string part = path + ".part";
   auto index = ResidualFile::blank(part, level);
   index->file_ = ::open(part.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
@@ -344,17 +351,18 @@ Result<std::shared_ptr<const ResidualIndex>> ResidualIndex::open_or_make(const s
     if (progress.stopped()) return fail(Errc::cancelled, "stopped");
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
   }
-  if (auto there = open(path, source, level)) {  // it was
+  if (auto there = open(path, surface, level)) {  // it was
     ::unlink(part.c_str());
     return there;
   }
-  if (auto made = ResidualFile(source, index).make(threads, progress); !made)
+  if (auto made = ResidualFile(surface, index).make(threads, progress); !made)
     return std::unexpected(made.error());
   if (::fsync(index->file_) != 0 || ::rename(part.c_str(), path.c_str()) != 0)
     return fail(Errc::io, path + ": cannot be written: " + std::strerror(errno));
   index->path_ = path;
   index->made_now_ = true;
-  if (auto done = ResidualFile::sum_up(*index, source); !done) return std::unexpected(done.error());
+  if (auto done = ResidualFile::sum_up(*index, surface); !done)
+    return std::unexpected(done.error());
   progress.at(1);
   return index;
 }

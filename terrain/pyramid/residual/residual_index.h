@@ -11,7 +11,7 @@
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
 #include "terrain/pyramid/residual/residual_record.h"
-#include "terrain/raster/dem_source.h"
+#include "terrain/surface/surface.h"
 
 namespace tind {
 
@@ -24,6 +24,8 @@ inline constexpr std::int64_t kExactSourcePosts = std::int64_t(1) << 25;
 /// facts alone. `exact_posts` > 0: instead of both numbers above. The index itself is made one
 /// level deeper: its residuals at a tile's own level would take too much of the tile's budget.
 int deepest_indexed_level(const DemInfo&, std::int64_t exact_posts = 0);
+/// Surfaces of several layers have no index: every tile reads its posts.
+int deepest_indexed_level(const Surface&, std::int64_t exact_posts = 0);
 
 /// A finished index, open for reading. Thread-safe.
 class ResidualIndex {
@@ -34,14 +36,14 @@ class ResidualIndex {
 
   /// Opens the file and reads it through. Fails with not_found; with bad_data for one that is
   /// damaged, unfinished, of another version, another source or another level.
-  static Result<std::shared_ptr<const ResidualIndex>> open(const std::string& path,
-                                                           const DemSource&, int level);
+  static Result<std::shared_ptr<const ResidualIndex>> open(const std::string& path, const Surface&,
+                                                           int level);
   /// The same, and where that fails makes it: tiles of `level` straight from the posts, each parent
   /// from its four children. A file that is wrong is replaced; one that was begun (PATH.part) is
   /// gone on with; one that another process is making is waited for. The records do not depend on
   /// `threads`, only their order in the file does. Errc::cancelled on a stop: run again to go on.
   static Result<std::shared_ptr<const ResidualIndex>> open_or_make(const std::string& path,
-                                                                   const DemSource&, int level,
+                                                                   const Surface&, int level,
                                                                    int threads = 0,
                                                                    const Progress& = {});
 

@@ -9,8 +9,8 @@
 #include <cmath>
 
 #include "terrain/base/hash.h"
-#include "terrain/tile/height_field.h"
-#include "terrain/tile/tile_posts.h"
+#include "terrain/surface/height_field.h"
+#include "terrain/surface/tile_posts.h"
 
 namespace tind {
 
@@ -102,8 +102,8 @@ class PatchPosts {
 
 class TileScan {
  public:
-  TileScan(const DemSource& source, TileId id, double step_m)
-      : source_(source), id_(id), rect_(tiling::rect(id)), step_(step_m) {}
+  TileScan(const Surface& surface, TileId id, double step_m)
+      : surface_(surface), id_(id), rect_(tiling::rect(id)), step_(step_m) {}
 
   Result<ResidualRecord> run(std::stop_token stop) {
     record_.heights.assign(std::size_t(ResidualRecord::kNodes) * ResidualRecord::kNodes, 0);
@@ -132,7 +132,7 @@ class TileScan {
   }
 
  private:
-  const DemSource& source_;
+  const Surface& surface_;
   const TileId id_;
   const GeoRect rect_;
   const double step_;
@@ -151,19 +151,19 @@ class TileScan {
   Result<void> patch(int patch_col, int patch_row) {
     const int col0 = patch_col * kCells, row0 = patch_row * kCells;
     const Geographic nw = place(col0, row0), se = place(col0 + kCells, row0 + kCells);
-    const PostWindow window = post_window(source_, {nw.lon, se.lat, se.lon, nw.lat});
-    HeightField field(source_);
-    if (!window.empty()) {
-      auto loaded = field.load(window.col, window.row, int(window.cols), int(window.rows));
+    const auto windows = surface_windows(surface_, {nw.lon, se.lat, se.lon, nw.lat});
+    HeightField field(surface_);
+    for (const auto& [layer, w, step] : windows) {
+      auto loaded = field.load(layer, w.col, w.row, int(w.cols), int(w.rows));
       if (!loaded) return loaded;
     }
     Nodes nodes;
     if (auto found = find_nodes(field, col0, row0, nodes); !found) return found;
-    if (window.empty()) return {};
-    const auto posts = TilePosts::read(source_, window, id_, 1);
+    if (windows.empty()) return {};
+    const auto posts = TilePosts::read(surface_, windows, id_);
     if (!posts) return std::unexpected(posts.error());
     if (posts->inside() == 0) return {};
-    const auto bits = field.loaded().values();
+    const auto bits = field.loaded(windows.front().layer).values();
     record_.hashes[std::size_t(patch_row * kPatches + patch_col)] =
         hash64({bits.data(), bits.size_bytes()});
 
@@ -299,9 +299,9 @@ class TileScan {
 
 }  // namespace
 
-Result<ResidualRecord> scan_residuals(const DemSource& source, TileId id, double step_m,
+Result<ResidualRecord> scan_residuals(const Surface& surface, TileId id, double step_m,
                                       std::stop_token stop) {
-  return TileScan(source, id, step_m).run(stop);
+  return TileScan(surface, id, step_m).run(stop);
 }
 
 }  // namespace tind

@@ -5,15 +5,14 @@
 
 #include "terrain/base/result.h"
 #include "terrain/pyramid/residual/residual_record.h"
-#include "terrain/raster/dem_source.h"
+#include "terrain/surface/surface.h"
 
 namespace tind {
 
-/// The record of one tile, straight from its posts: heights of nodes are H of the source with its
+/// The record of one tile, straight from its posts: heights of nodes are H of the surface with its
 /// voids filled, rounded to `step_m`; residuals are maxima over the posts of each closed cell, for
 /// cells of up to 32 x 32 of the tile's own, and bounds by way of those for larger ones. Reads the
-/// posts once, an eighth of the tile by an eighth at a time. Pure. Thread-safe for one source.
-Result<ResidualRecord> scan_residuals(const DemSource&, TileId, double step_m,
-                                      std::stop_token = {});
+/// posts once, an eighth of the tile by an eighth at a time. Pure. Thread-safe.
+Result<ResidualRecord> scan_residuals(const Surface&, TileId, double step_m, std::stop_token = {});
 
 }  // namespace tind

@@ -146,7 +146,7 @@ TEST(RefineService, TakesWindowsOfWhatIsTooLarge) {
   const auto region = service.region(dataset, GeoRegion::box(north), {0, 50}, {}, {});
   ASSERT_TRUE(region) << region.error().what;
   EXPECT_NEAR(region->lat, 46.9, 0.03);
-  const DemSource& dem = *dataset.source;
+  const DemSource& dem = *dataset.source->only();
   const auto in_window = service.region(dataset, GeoRegion::box(north), {0, 50}, north, {});
   ASSERT_TRUE(in_window) << in_window.error().what;
   for (const Geographic p : {Geographic{-121.8, 46.9}, {-121.75, 46.87}, {-121.72, 46.93}}) {

@@ -364,7 +364,7 @@ class CheckTest : public testing::Test {
     delete good_;
   }
 
-  static Findings check(const fs::path& folder, const DemSource* source = source_.get(),
+  static Findings check(const fs::path& folder, const std::optional<Surface>& source = source_,
                         int threads = 1) {
     const auto report = check_tiles(folder.string(), {.threads = threads, .source = source});
     EXPECT_TRUE(report.has_value()) << report.error().what;
@@ -401,7 +401,7 @@ std::shared_ptr<const DemSource> CheckTest::source_;
 
 TEST_F(CheckTest, AGoodPyramidHasNoViolation) {
   const auto report =
-      check_tiles((good_->path() / "tiles").string(), {.threads = 2, .source = source_.get()});
+      check_tiles((good_->path() / "tiles").string(), {.threads = 2, .source = source_});
   ASSERT_TRUE(report.has_value());
   for (std::size_t r = 0; r < kCheckRuleCount; ++r)
     if (kCheckRules[r].severity == Severity::violation) {
@@ -426,7 +426,7 @@ TEST_F(CheckTest, FindsASourceThatIsElsewhere) {
   // Both lie in some coarse tiles together; alone with the leaves they do not.
   const test::TempDir copy;
   fs::copy(good_->path() / "tiles" / "12", copy.path() / "12", fs::copy_options::recursive);
-  EXPECT_EQ(check(copy.path(), other.get())[rule("source.overlap")].count, 1u);
+  EXPECT_EQ(check(copy.path(), other)[rule("source.overlap")].count, 1u);
 }
 
 TEST_F(CheckTest, EveryRuleHasAPlantedDefect) {
@@ -443,8 +443,8 @@ TEST_F(CheckTest, TheReportDoesNotDependOnThreads) {
   const Tiles tiles(copy.path() / "tiles");
   for (const char* id : {"12/1462/2813", "12/1463/2813", "11/731/1406"})
     tiles.edit(id, [](Mesh& m) { m.h[m.west[1]] ^= 1, m.bounding_sphere[3] = 1; });
-  const Findings one = check(tiles.folder(), source_.get(), 1);
-  const Findings four = check(tiles.folder(), source_.get(), 4);
+  const Findings one = check(tiles.folder(), source_, 1);
+  const Findings four = check(tiles.folder(), source_, 4);
   for (std::size_t r = 0; r < kCheckRuleCount; ++r) {
     EXPECT_EQ(one[r].count, four[r].count);
     EXPECT_EQ(one[r].examples, four[r].examples);

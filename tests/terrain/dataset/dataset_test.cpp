@@ -38,7 +38,8 @@ TEST(Dataset, OfTilesKnowsWhatTheirLayerSays) {
 TEST(Dataset, OfASourceNeedsNoTiles) {
   const auto source = ramp();
   const Dataset dataset = dataset_of(source);
-  EXPECT_EQ(dataset.source, source);
+  ASSERT_TRUE(dataset.source);
+  EXPECT_EQ(dataset.source->only(), source.get());
   EXPECT_EQ(dataset.tiles, nullptr);
   EXPECT_EQ(dataset.facts().bounds, source->info().bounds);
   EXPECT_EQ(dataset.facts().datum, "unknown");
@@ -48,7 +49,8 @@ TEST(Dataset, OfADemHasBothAndItsExtremes) {
   const auto source = ramp();
   const auto dataset = dem_dataset(source, {});
   ASSERT_TRUE(dataset) << dataset.error().what;
-  EXPECT_EQ(dataset->source, source);
+  ASSERT_TRUE(dataset->source);
+  EXPECT_EQ(dataset->source->only(), source.get());
   ASSERT_TRUE(dataset->tiles);
   const DatasetFacts facts = dataset->facts();
   EXPECT_EQ(facts.datum, dataset->tiles->layer().datum);

@@ -72,7 +72,7 @@ void expect_certified(const std::string& dem, double max_error, int exact_posts)
   // About one a level at least; where the bound would break the budget, posts are read after all.
   EXPECT_GE(bounds, std::size_t(report->indexed_level) / 2);
   CheckOptions check;
-  check.source = source.get();
+  check.source = source;
   const auto checked = check_tiles(o.output, check);
   ASSERT_TRUE(checked) << checked.error().what;
   EXPECT_EQ(checked->findings.total(Severity::violation), 0u);

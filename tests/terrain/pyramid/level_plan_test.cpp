@@ -13,7 +13,7 @@ using test::MadeUpSource;
 
 int deepest_level(double north, double spacing_deg) {
   const MadeUpSource source(HeightGrid(50, 50), {10, north}, spacing_deg);
-  const auto plan = TilePlan::make(source.info(), HeightRange{}, {});
+  const auto plan = TilePlan::make(source, HeightRange{}, {});
   EXPECT_TRUE(plan);
   return plan->max_level();
 }
@@ -30,7 +30,7 @@ TEST(TilePlan, bounds_of_a_single_row_or_column_have_an_area) {
   for (const auto& [cols, rows] : {std::pair{1, 1}, {1, 50}, {50, 1}, {50, 50}})
     for (const Geographic corner : {Geographic{10, 46}, {-180, 90}, {180, -85}}) {
       const MadeUpSource source(HeightGrid(cols, rows), corner, 1e-3);
-      const auto plan = TilePlan::make(source.info(), HeightRange{}, {});
+      const auto plan = TilePlan::make(source, HeightRange{}, {});
       ASSERT_TRUE(plan) << plan.error().what;
       const auto [west, south, east, north] = plan->layer("").bounds;
       EXPECT_LT(west, east);

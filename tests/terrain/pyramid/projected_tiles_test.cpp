@@ -27,7 +27,7 @@ TEST_P(ProjectedTiles, have_no_cracks_and_are_within_what_they_state) {
   const auto report = build_tiles(source, build);
   ASSERT_TRUE(report) << report.error().what;
   CheckOptions check;
-  check.source = source.get();
+  check.source = source;
   const auto checked = check_tiles(build.output, check);
   ASSERT_TRUE(checked) << checked.error().what;
   for (std::size_t rule = 0; rule < kCheckRuleCount; ++rule)

@@ -47,7 +47,7 @@ class SparseTiles : public testing::Test {
     const auto report = build_tiles(source, o);
     EXPECT_TRUE(report) << report.error().what;
     CheckOptions check;
-    check.source = source.get();
+    check.source = source;
     const auto checked = check_tiles(o.output, check);
     EXPECT_TRUE(checked);
     if (checked) {
@@ -148,7 +148,7 @@ TEST_F(SparseTiles, far_apart_are_worth_a_line) {
   const auto a = file("a", 10, 50), b = file("b", 10.105, 50), far = file("far", 70, -20);
   const auto warning_of = [&](const std::vector<std::string>& files, TileSetOptions options) {
     const auto source = open(files);
-    return TilePlan::make(source->info(), HeightRange{}, options)->warning(source->info());
+    return TilePlan::make(*source, HeightRange{}, options)->warning(*source);
   };
   EXPECT_EQ(warning_of({a, b}, {}), "");
   EXPECT_NE(warning_of({a, b, far}, {}).find("3 files lie far apart"), std::string::npos);

@@ -15,7 +15,7 @@
 #include "terrain/pyramid/plan/level_plan.h"
 #include "terrain/pyramid/plan/tile_set_options.h"
 #include "terrain/store/tile_set.h"
-#include "terrain/tile/tile_posts.h"
+#include "terrain/surface/tile_posts.h"
 #include "tests/support/made_up_tiles.h"
 #include "tests/support/support.h"
 

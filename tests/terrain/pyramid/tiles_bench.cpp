@@ -34,7 +34,7 @@ Run make_all(const DemSource& source, const TileSetOptions& options, int threads
   run.seconds = test::seconds_of([&] {
     const auto range = scan_heights(source, {}, threads);
     if (!range) give_up(range.error().what);
-    const auto plan = TilePlan::make(source.info(), *range, options);
+    const auto plan = TilePlan::make(source, *range, options);
     if (!plan) give_up(plan.error().what);
     std::vector<TileId> ids;
     for (int z = plan->first_level(); z <= plan->last_level(); ++z) {
@@ -75,7 +75,7 @@ std::uint64_t violations(std::shared_ptr<const DemSource> source, const TileSetO
   o.gzip = true;
   if (const auto built = build_tiles(source, o); !built) give_up(built.error().what);
   CheckOptions check;
-  check.source = source.get();
+  check.source = source;
   const auto report = check_tiles(o.output, check);
   if (!report) give_up(report.error().what);
   return report->findings.total(Severity::violation);

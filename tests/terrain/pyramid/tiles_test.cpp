@@ -221,7 +221,7 @@ void check_one_sided(const std::string& file, Side side, double max_error) {
   EXPECT_EQ(report->not_one_sided, 0u);
   EXPECT_EQ(report->over_budget, 0u);
   CheckOptions check;
-  check.source = source.get();
+  check.source = source;
   const auto checked = check_tiles(o.output, check);
   ASSERT_TRUE(checked) << checked.error().what;
   EXPECT_EQ(checked->findings.total(Severity::violation), 0u);

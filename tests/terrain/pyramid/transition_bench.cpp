@@ -12,7 +12,7 @@
 #include "terrain/pyramid/make/tile_transition.h"
 #include "terrain/store/open/stored_tiles.h"
 #include "terrain/store/tile_set.h"
-#include "terrain/tile/post_warp.h"
+#include "terrain/surface/post_warp.h"
 #include "tests/support/bench.h"
 
 using namespace tind;

@@ -1,9 +1,9 @@
-#include "terrain/tile/tile_posts.h"
+#include "terrain/surface/tile_posts.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "terrain/tile/post_warp.h"
+#include "terrain/surface/post_warp.h"
 
 namespace tind {
 
@@ -91,6 +91,21 @@ PostWindow post_window(const DemSource& source, const GeoRect& rect) {
   }
   return source.is_plain_geographic() ? plain_window(source.info(), rect)
                                       : projected_window(source, rect);
+}
+
+std::vector<LayerWindow> surface_windows(const Surface& surface, const GeoRect& rect) {
+  std::vector<LayerWindow> windows;
+  for (std::size_t k = 0; k < surface.layers().size(); ++k) {
+    const PostWindow posts = post_window(*surface.layers()[k].source, rect);
+    if (!posts.empty()) windows.push_back({k, posts});
+  }
+  return windows;
+}
+
+Result<TilePosts> TilePosts::read(const Surface& surface, std::span<const LayerWindow> windows,
+                                  TileId tile, double offset) {
+  const LayerWindow none, &w = windows.empty() ? none : windows.front();
+  return read(*surface.layers()[w.layer].source, w.posts, tile, w.step, offset);
 }
 
 Result<TilePosts> TilePosts::read(const DemSource& source, const PostWindow& w, TileId tile,

@@ -3,7 +3,7 @@
 // where the interpolation is worst; where it is off there (widely spaced posts, a pole), PROJ is
 // asked for every post of the cell.
 
-#include "terrain/tile/post_warp.h"
+#include "terrain/surface/post_warp.h"
 
 #include <algorithm>
 #include <array>

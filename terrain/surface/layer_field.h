@@ -1,8 +1,6 @@
 #pragma once
-// H, the height function of a source. Every tile, border and query takes its heights from it.
-//
-// H depends only on the source and the position, never on the tile that needs it. So two tiles, two
-// runs and two machines get the same height to the last bit.
+// Heights between the posts of one DEM: what a layer of a surface says by itself (height_field.h
+// says what the surface does).
 
 #include <optional>
 #include <span>
@@ -11,15 +9,15 @@
 #include "terrain/geo/coordinates.h"
 #include "terrain/raster/dem_source.h"
 #include "terrain/raster/height_grid.h"
-#include "terrain/tile/void_fill.h"
+#include "terrain/surface/void_fill.h"
 
 namespace tind {
 
 /// Bilinear over the four posts around a place; a plane over three where one is void; NaN else.
 /// Within half a post spacing outside the grid the outermost posts count on.
-class HeightField {
+class LayerField {
  public:
-  explicit HeightField(const DemSource& source) : source_(source), info_(source.info()) {}
+  explicit LayerField(const DemSource& source) : source_(source), info_(source.info()) {}
 
   /// Keeps the posts [col, col + cols) x [row, row + rows) in memory, which makes H fast there.
   /// Elsewhere H reads the source, 2 x 2 posts at a time.

@@ -1,4 +1,4 @@
-#include "terrain/tile/height_field.h"
+#include "terrain/surface/layer_field.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,11 +18,11 @@ double on_post(double t) { return std::abs(t - std::round(t)) < 1e-6 ? std::roun
 
 }  // namespace
 
-bool HeightField::Cell::whole() const { return !std::isnan(nw + ne + sw + se); }
+bool LayerField::Cell::whole() const { return !std::isnan(nw + ne + sw + se); }
 
-double HeightField::Cell::height() const { return height_between(nw, ne, sw, se, fx, fy); }
+double LayerField::Cell::height() const { return height_between(nw, ne, sw, se, fx, fy); }
 
-Result<void> HeightField::load(std::int64_t col, std::int64_t row, int cols, int rows) {
+Result<void> LayerField::load(std::int64_t col, std::int64_t row, int cols, int rows) {
   auto grid = source_.read(col, row, cols, rows);
   if (!grid) return std::unexpected(grid.error());
   window_ = std::move(*grid);
@@ -31,7 +31,7 @@ Result<void> HeightField::load(std::int64_t col, std::int64_t row, int cols, int
   return {};
 }
 
-std::optional<HeightField::Cell> HeightField::cell_at(Vec2 post) const {
+std::optional<LayerField::Cell> LayerField::cell_at(Vec2 post) const {
   if (std::isnan(post.x) || std::isnan(post.y)) return {};
   post = {on_post(post.x), on_post(post.y)};
   const double max_col = double(info_.cols - 1), max_row = double(info_.rows - 1);
@@ -64,19 +64,19 @@ std::optional<HeightField::Cell> HeightField::cell_at(Vec2 post) const {
   return Cell{four->at(0, 0), four->at(1, 0), four->at(0, 1), four->at(1, 1), fx, fy};
 }
 
-double HeightField::at_post(Vec2 post) const {
+double LayerField::at_post(Vec2 post) const {
   const auto cell = cell_at(post);
   return cell ? cell->height() : kNothing;
 }
 
-void HeightField::at(std::span<const Geographic> places, std::span<double> heights) const {
+void LayerField::at(std::span<const Geographic> places, std::span<double> heights) const {
   std::vector<Vec2> posts(places.size());
   source_.to_post(places, posts);
   for (std::size_t i = 0; i < posts.size(); ++i) heights[i] = at_post(posts[i]);
 }
 
 /// Bilinear over four posts, whatever they are; NaN where `around` does not reach far enough.
-double HeightField::filled_post(Vec2 post, const VoidFill* around) const {
+double LayerField::filled_post(Vec2 post, const VoidFill* around) const {
   const auto c = std::int64_t(std::floor(post.x)), r = std::int64_t(std::floor(post.y));
   std::optional<VoidFill> own;
   if (!around || !around->covers(c, r) || !around->covers(c + 1, r + 1)) {
@@ -94,7 +94,7 @@ double HeightField::filled_post(Vec2 post, const VoidFill* around) const {
 }
 
 /// One read for all of them, where that is not too much.
-std::optional<VoidFill> HeightField::fill_around(std::span<const Vec2> posts, int reach) const {
+std::optional<VoidFill> LayerField::fill_around(std::span<const Vec2> posts, int reach) const {
   constexpr double kMost = 1 << 19;  // posts
   if (posts.size() < 2) return {};
   Vec2 low = posts[0], high = posts[0];
@@ -112,7 +112,7 @@ std::optional<VoidFill> HeightField::fill_around(std::span<const Vec2> posts, in
   return {};
 }
 
-void HeightField::filled(std::span<const Geographic> places, std::span<double> heights) const {
+void LayerField::filled(std::span<const Geographic> places, std::span<double> heights) const {
   constexpr int kReach = VoidFill::kReach;
   std::vector<Vec2> posts(places.size()), missing;
   std::vector<std::size_t> where;

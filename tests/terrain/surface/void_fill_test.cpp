@@ -1,4 +1,4 @@
-#include "terrain/tile/void_fill.h"
+#include "terrain/surface/void_fill.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "terrain/tile/height_field.h"
+#include "terrain/surface/height_field.h"
 #include "tests/support/made_up_source.h"
 
 namespace tind {
@@ -127,7 +127,7 @@ TEST(HeightField, one_by_one_or_together_gives_the_same_heights) {
   std::mt19937 random(4);
   const MadeUpSource source(with_voids(random, 60, 60, 0.3), {0, 59}, 1);
   HeightField with_window(source);
-  ASSERT_TRUE(with_window.load(10, 10, 30, 30));
+  ASSERT_TRUE(with_window.load(0, 10, 10, 30, 30));
   const HeightField without(source);
   std::uniform_real_distribution<double> place(-70, 80);
   std::vector<Geographic> places;

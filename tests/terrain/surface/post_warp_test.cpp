@@ -1,4 +1,4 @@
-#include "terrain/tile/post_warp.h"
+#include "terrain/surface/post_warp.h"
 
 #include <gtest/gtest.h>
 

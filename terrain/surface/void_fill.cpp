@@ -2,7 +2,7 @@
 // the right (the first half of Felzenszwalb and Huttenlocher's distance transform). The columns'
 // half is a short search, because few posts are asked for.
 
-#include "terrain/tile/void_fill.h"
+#include "terrain/surface/void_fill.h"
 
 #include <algorithm>
 #include <cmath>

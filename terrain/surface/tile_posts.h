@@ -1,15 +1,17 @@
 #pragma once
 // The posts that a tile is fitted to and measured at, in tile coordinates (u, v, not rounded).
 
-#include <functional>
-#include <stop_token>
-#include <variant>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
 
 #include "terrain/base/result.h"
 #include "terrain/geo/tiling_scheme.h"
 #include "terrain/raster/dem_source.h"
 #include "terrain/raster/height_grid.h"
 #include "terrain/simplify/insertion/samples.h"
+#include "terrain/surface/surface.h"
 
 namespace tind {
 
@@ -21,13 +23,26 @@ struct PostWindow {
 };
 PostWindow post_window(const DemSource&, const GeoRect&);
 
-/// Posts of a window, or every `step`-th of them, as samples of the tile's mesh. Owns the heights.
+/// The posts of one layer that can count in a rectangle: every `step`-th of a window.
+struct LayerWindow {
+  std::size_t layer = 0;
+  PostWindow posts;
+  int step = 1;
+};
+/// Of every layer that has any, the lowest first.
+std::vector<LayerWindow> surface_windows(const Surface&, const GeoRect&);
+
+/// THE place where posts become what a tile is fitted to and measured at: samples of its mesh, with
+/// the heights that H has there. Owns the heights.
 class TilePosts {
  public:
   TilePosts(TilePosts&&) = default;
   TilePosts& operator=(TilePosts&&) = default;
 
   /// `offset`: added to the samples' heights, not to min_m() and max_m().
+  static Result<TilePosts> read(const Surface&, std::span<const LayerWindow>, TileId,
+                                double offset = 0);
+  /// The posts of one DEM, with the heights that it has itself.
   static Result<TilePosts> read(const DemSource&, const PostWindow&, TileId, int step,
                                 double offset = 0);
 
