@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "server/api/accuracy_json.h"
 #include "server/api/app.h"
 
 namespace tind::api {
@@ -16,12 +17,14 @@ using Json = nlohmann::ordered_json;
 
 Json source_of(const Surface& surface) {
   const DemInfo& info = surface.info();
-  return {{"driver", info.driver},
-          {"columns", info.cols},
-          {"rows", info.rows},
-          {"crs", info.crs_name},
-          {"spacing_m", {info.spacing_x_m, info.spacing_y_m}},
-          {"datum", name(info.source_datum)}};
+  Json json = {{"driver", info.driver},
+               {"columns", info.cols},
+               {"rows", info.rows},
+               {"crs", info.crs_name},
+               {"spacing_m", {info.spacing_x_m, info.spacing_y_m}},
+               {"datum", name(info.source_datum)}};
+  if (info.accuracy) json["accuracy"] = accuracy_json(*info.accuracy);
+  return json;
 }
 
 Json place(const HeightExtremes::Place& place) {

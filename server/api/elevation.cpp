@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "server/api/accuracy_json.h"
 #include "server/api/app.h"
 #include "server/http/message/problem.h"
 #include "server/http/message/query_numbers.h"
@@ -46,6 +47,8 @@ http::Reply answer(const services::ServedDataset& dataset, const Geographic& whe
   json["height_m"] = found.coverage == Coverage::value ? nlohmann::ordered_json(found.height_m)
                                                        : nlohmann::ordered_json(nullptr);
   json["datum"] = name(datum);
+  if (const auto& accuracy = dataset.source->info().accuracy)
+    json["accuracy"] = accuracy_json(*accuracy);
   json["source"] = dataset.name;
   json["lon"] = where.lon;
   json["lat"] = where.lat;

@@ -4,31 +4,52 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "terrain/base/enum_names.h"
 #include "terrain/base/result.h"
 #include "terrain/geo/coordinates.h"
 #include "terrain/geo/environment.h"
+#include "terrain/geo/vertical_datum.h"
 #include "terrain/raster/height_grid.h"
 
 namespace tind {
 
-enum class VerticalDatum { unknown, ellipsoid, egm96 };
-/// `ellipsoid_if_known`: heights of unknown datum stay as they are, with a warning.
-enum class TargetDatum { same, ellipsoid, ellipsoid_if_known };
-const char* name(VerticalDatum);
+/// How a raster's bands hold heights: one band of numbers, or three of colours (terrain-RGB).
+enum class HeightEncoding { number, mapbox, terrarium };
+template <>
+struct EnumNames<HeightEncoding> {
+  static constexpr const char* kWhat = "encoding";
+  static constexpr std::pair<HeightEncoding, const char*> kAll[] = {
+      {HeightEncoding::number, "number"},
+      {HeightEncoding::mapbox, "mapbox"},
+      {HeightEncoding::terrarium, "terrarium"}};
+};
 
 struct DemOptions {
   /// What the heights are above. `unknown`: take it from the file's compound CRS if it says so.
   VerticalDatum from_datum = VerticalDatum::unknown;
-  /// `ellipsoid` converts egm96 heights; for heights of unknown datum, it is an error.
+  /// For heights of unknown datum, anything but `same` and `ellipsoid_if_known` is an error.
   TargetDatum to_datum = TargetDatum::same;
   /// Values, as they stand in the file, that mean no data beside the one that the file declares.
   std::vector<double> nodata = {};
   /// What the file declares to mean no data is a height.
   bool ignore_declared_nodata = false;
+  /// The CRS of the coordinates, whatever the file says: as PROJ knows it (EPSG:25832, WKT, a PROJ
+  /// string). What the file says of its heights stays, where this says nothing of them. Empty: the
+  /// file's.
+  std::string crs = {};
+  /// Which band has the heights, from 1; with colours the first of the three. 0: the only one.
+  int band = 0;
+  HeightEncoding encoding = HeightEncoding::number;
+  /// Height = number * scale + offset, in the file's unit, in place of what the file says.
+  std::optional<double> scale = {}, offset = {};
+  /// How good the heights are by their maker's word: repeated beside them, changes none.
+  std::optional<VerticalAccuracy> accuracy = {};
   /// VRT files can name any other file: only when the operator says so.
   bool allow_vrt = false;
   /// Heights in the raster's own unit instead of metres (only `tind simplify --units source`).
@@ -51,8 +72,8 @@ struct PostRect {
 enum class CrsKind { none, geographic, projected };
 
 struct DemInfo {
-  std::vector<std::string> files;
-  std::string driver;  // of the first file, e.g. "GTiff"
+  std::vector<std::string> files;  // those of folders and lists one by one
+  std::string driver;              // of the first file, e.g. "GTiff"
   std::int64_t cols = 0, rows = 0;
   bool has_geotransform = false;
   Affine post_to_crs;  // identity with y = -row where the file has no geotransform
@@ -63,6 +84,13 @@ struct DemInfo {
   VerticalDatum datum = VerticalDatum::unknown;  // of the heights that read() returns
   VerticalDatum source_datum = VerticalDatum::unknown;
   std::string vertical_crs;  // as the file names it, "EGM2008 height"; empty where it does not
+  std::optional<VerticalAccuracy> accuracy;  // as DemOptions has it
+  /// How heights were converted, "egm96-15.pgm, bilinear"; empty where they were not.
+  std::string datum_way;
+  /// How exactly PROJ states to know the CRS's places on WGS84, metres; 0: exactly; nothing: not.
+  /// And the operation that it takes, by its name.
+  std::optional<double> crs_accuracy_m;
+  std::string crs_way;
   /// Bounding box of the posts. Longitudes are brought to -180..180; a source that crosses the
   /// antimeridian or goes around the globe gets west = -180, east = 180. Latitudes are clipped to
   /// +-90. Meaningless without a CRS.
@@ -97,7 +125,8 @@ struct UndeclaredNodata {
 class DemSource {
  public:
   /// Opens one raster, or several that share CRS and grid (adjacent or overlapping: the first file
-  /// that has a valid post wins). Errors name the file and say what to do.
+  /// that has a valid post wins). A folder stands for the rasters in it and "@list.txt" for those
+  /// that it names (dem_files.h). Errors name the file and say what to do.
   static Result<std::shared_ptr<const DemSource>> open(std::span<const std::string> files,
                                                        const DemOptions& options = {});
   virtual ~DemSource() = default;

@@ -17,12 +17,14 @@
 #include "proto/quantized_mesh.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/commands/info_dem.h"
+#include "server/cli/commands/info_inventory.h"
 #include "server/cli/options/mesh_input.h"
 #include "server/cli/options/output_options.h"
 #include "server/log/printable.h"
 #include "terrain/base/file_io.h"
 #include "terrain/geo/ellipsoid.h"
 #include "terrain/progressive/stream/progressive_stream.h"
+#include "terrain/raster/dem_files.h"
 #include "terrain/store/open/open_store.h"
 
 namespace tind::cli {
@@ -239,40 +241,34 @@ Result<Json> info_of_one(const Arguments& a, const std::string& path) {
   return info_files(a, {path});
 }
 
-/// Several that are no one source: each by itself, also where some cannot be read.
-int run_inventory(const Arguments& a, const std::string& why) {
-  Json all = Json::array();
-  int exit = kOk;
-  for (const std::string& path : a.dem.files) {
-    auto one = info_of_one(a, path);
-    if (!a.options.json) std::printf("\n");
-    std::fflush(stdout);
-    if (!one) {
-      const int code = complain(one.error());
-      if (exit == kOk) exit = code;
-      one = Json{{"kind", "unreadable"}, {"error", one.error().what}};
-    }
-    Json entry = {{"input", path}};
-    if (one->is_object()) entry.update(*one);  // not where text was asked for
-    all.push_back(std::move(entry));
-  }
-  if (a.options.json)
-    std::printf("%s\n", json::to_text(all, 2).c_str());
-  else
-    std::printf("%zu inputs, each by itself: %s\n", all.size(), logging::printable(why).c_str());
-  return exit;
+/// Each by itself, also where some cannot be read.
+int run_inventory(const Arguments& a, const std::vector<std::string>& inputs) {
+  Arguments quiet = a;
+  quiet.options.quiet = true;
+  quiet.options.json = true;
+  return print_inventory(
+      inputs, [&](const std::string& path) { return info_of_one(quiet, path); }, a.options.json);
+}
+
+/// The rasters of a folder or a list that are no one DEM.
+std::vector<std::string> parts_of(const Arguments& a, const std::string& input) {
+  if (!input.starts_with('@') && !is_dem_folder(input)) return {};
+  auto files = dem_files({&input, 1}, dem_options(a.dem));
+  return files && files->files.size() > 1 ? std::move(files->files) : std::vector<std::string>();
 }
 
 int run(const Arguments& a) {
-  Result<Json> said = Json();
-  if (a.dem.files.size() > 1) {
-    const auto one_source = DemSource::open(a.dem.files, dem_options(a.dem));
-    if (!one_source) return run_inventory(a, one_source.error().what);
-    said = info_dem(**one_source, a.options);
-  } else {
-    said = info_of_one(a, a.dem.files[0]);
+  const std::string& input = a.dem.files[0];
+  if (a.dem.files.size() > 1) return run_inventory(a, a.dem.files);
+  auto said = info_of_one(a, input);
+  if (!said) {
+    if (const auto parts = parts_of(a, input); !parts.empty()) {
+      std::fprintf(stderr, "tind: no one DEM, so each by itself: %s\n",
+                   logging::printable(said.error().what).c_str());
+      return run_inventory(a, parts);
+    }
+    return complain(said.error());
   }
-  if (!said) return complain(said.error());
   if (a.options.json)
     std::printf("%s\n", said->dump(2, ' ', false, Json::error_handler_t::replace).c_str());
   return kOk;
@@ -283,10 +279,10 @@ int run(const Arguments& a) {
 void add_info(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
   Command app = program.add_subcommand("info", "Say what a DEM, a mesh, a tile or a tile set is");
-  app.add_option(
-         "input", a->dem.files,
-         "a DEM (or several), a .terrain tile, a folder or URL of tiles, a .tpm, or a mesh; "
-         "several DEMs that share a grid are one, other inputs are told one by one")
+  app.add_option("input", a->dem.files,
+                 "a DEM, a folder or @list of DEMs, a .terrain tile, a folder or URL of tiles, a "
+                 ".tpm, or a "
+                 "mesh; of several inputs an inventory, a line each")
       .required();
   add_dem_options(app, a->dem);
   app.add_flag("--stats", a->options.stats,
@@ -296,7 +292,10 @@ void add_info(Command program, int& exit) {
   app.add_flag("--json", a->options.json, "print it as JSON");
   app.footer(
       "Every post of a DEM is read where there are 33 million or fewer. Of a larger one a sample "
-      "of blocks is read, unless --stats is given, and what it shows is called a sample.");
+      "of blocks is read, unless --stats is given, and what it shows is called a sample. A folder "
+      "or @list of DEMs that share a grid is one DEM, any other an inventory. The exit code is "
+      "that "
+      "of the first input that cannot be read, 0 where all can.");
   app.on_run([a, &exit] { exit = run(*a); });
 }
 

@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "server/api/accuracy_json.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/program/dem_strips.h"
 #include "server/cli/program/progress_bar.h"
@@ -94,6 +95,8 @@ Json to_json(const DemSource& dem, const Heights& heights) {
   j["datum"] = name(info.datum);
   j["vertical_crs"] = info.vertical_crs;
   j["rounding_m"] = info.rounding_m;
+  if (info.accuracy) j["accuracy"] = api::accuracy_json(*info.accuracy);
+  j["warnings"] = info.warnings;
   j["fingerprint"] = info.fingerprint;
   const auto add = [](Json& to, const Heights& h) {
     to["min_height_m"] = h.range.valid == 0 ? Json() : Json(h.range.min_m);
@@ -146,6 +149,7 @@ std::string facts(const DemInfo& info) {
                          ? std::string("stored exactly")
                          : fmt::format("rounded by at most {:.3g} m", info.rounding_m));
   out += fmt::format("datum      {}{}\n", name(info.datum), datum_remark(info));
+  if (info.accuracy) out += fmt::format("accuracy   {}, as stated\n", text(*info.accuracy));
   return out + fmt::format("content    {}\n", info.fingerprint);
 }
 
@@ -165,14 +169,14 @@ std::string to_text(const Heights& h) {
 }  // namespace
 
 Result<Json> info_dem(const DemSource& dem, const InfoDemOptions& options) {
-  warn_of(dem.info());
+  if (!options.quiet) warn_of(dem.info());
   if (!options.json) {
     std::printf("%s", facts(dem.info()).c_str());
     std::fflush(stdout);
   }
   const auto heights = heights_of(dem, options);
   if (!heights) return std::unexpected(heights.error());
-  warn_of_nodata(dem);
+  if (!options.quiet) warn_of_nodata(dem);
   if (options.json) return to_json(dem, *heights);
   std::printf("%s", to_text(*heights).c_str());
   return Json();

@@ -12,6 +12,7 @@ namespace tind::cli {
 struct InfoDemOptions {
   bool stats = false;  // read every post, however many there are
   bool json = false;
+  bool quiet = false;  // no warnings: of many inputs they would hide the lines
   std::string progress = "auto";
 };
 

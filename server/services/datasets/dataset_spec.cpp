@@ -11,6 +11,7 @@
 #include <set>
 
 #include "terrain/base/edit_distance.h"
+#include "terrain/raster/dem_files.h"
 
 namespace tind::services {
 namespace {
@@ -227,7 +228,7 @@ std::string name_of(const DatasetSpec& spec) {
 }
 
 bool is_stored(const DatasetSpec& spec) {
-  return spec.files.size() == 1 && fs::is_directory(spec.files[0]);
+  return spec.files.size() == 1 && fs::is_directory(spec.files[0]) && !is_dem_folder(spec.files[0]);
 }
 
 std::string safe_name(std::string_view text) {

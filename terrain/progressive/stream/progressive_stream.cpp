@@ -152,6 +152,11 @@ Vec3 position(const LatticePoint& p, const proto::MeshStream& s) {
   return {p[0] / double(s.per_post), p[1] / double(s.per_post), p[2] * s.z_step_m};
 }
 
+/// The format has numbers for unknown, ellipsoid and egm96.
+std::uint8_t datum_number(const VerticalDatum& datum) {
+  return datum.kind() <= VerticalDatum::egm96 ? datum.kind() : VerticalDatum::unknown;
+}
+
 }  // namespace
 
 Result<proto::MeshStream> to_stream(const ProgressiveMesh& pm, const Lattice& lattice,
@@ -167,7 +172,7 @@ Result<proto::MeshStream> to_stream(const ProgressiveMesh& pm, const Lattice& la
   const Affine& a = info.post_to_crs;
   out->post_to_crs = {a.x0, a.x_col, a.x_row, a.y0, a.y_col, a.y_row};
   out->z_unit_m = info.z_unit_m;
-  out->datum = std::uint8_t(info.datum);
+  out->datum = datum_number(info.datum);
   if (!info.crs_wkt.empty()) out->crs = info.crs_name + "\n" + info.crs_wkt;
   return out;
 }
@@ -217,7 +222,7 @@ DemInfo info_of(const proto::MeshStream& stream) {
   info.post_to_crs = {a[0], a[1], a[2], a[3], a[4], a[5]};
   info.has_geotransform = true;
   info.z_unit_m = stream.z_unit_m;
-  info.datum = info.source_datum = VerticalDatum(stream.datum);
+  info.datum = info.source_datum = VerticalDatum(VerticalDatum::Kind(stream.datum));
   const std::size_t line = stream.crs.find('\n');
   if (line != std::string::npos) {
     info.crs_name = stream.crs.substr(0, line);

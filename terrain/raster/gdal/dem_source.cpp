@@ -14,6 +14,7 @@
 
 #include "terrain/base/hash.h"
 #include "terrain/raster/block_cache.h"
+#include "terrain/raster/dem_files.h"
 #include "terrain/raster/gdal/datum_shift.h"
 #include "terrain/raster/gdal/gdal_frame.h"
 #include "terrain/raster/gdal/gdal_mosaic.h"
@@ -34,7 +35,7 @@ std::int64_t modulo(std::int64_t a, std::int64_t n) { return ((a % n) + n) % n; 
 
 class RasterSource final : public DemSource {
  public:
-  static Result<std::shared_ptr<const DemSource>> open(std::span<const std::string> files,
+  static Result<std::shared_ptr<const DemSource>> open(std::span<const std::string> named,
                                                        const DemOptions& options);
 
   const DemInfo& info() const override { return info_; }
@@ -76,6 +77,16 @@ class RasterSource final : public DemSource {
   mutable BlockCache cache_;
   mutable std::array<std::mutex, 61> loading_;
 };
+
+/// What the numbers of the files are said to mean; empty where nothing is.
+std::string numbers_text(const DemOptions& options) {
+  std::string text;
+  if (options.band > 0) text += fmt::format(" band {}", options.band);
+  if (options.encoding != HeightEncoding::number) text += " " + name_of(options.encoding);
+  if (options.scale) text += fmt::format(" scale {}", *options.scale);
+  if (options.offset) text += fmt::format(" offset {}", *options.offset);
+  return text;
+}
 
 /// The column of the files that holds a column of the world, or -1.
 std::int64_t RasterSource::source_col(std::int64_t col) const {
@@ -205,6 +216,7 @@ Result<HeightGrid> RasterSource::read_decimated(std::int64_t col, std::int64_t r
 Result<void> RasterSource::settle_datum(const gdal::FileFacts& facts, const DemOptions& options) {
   const VerticalDatum said = options.from_datum, stated = facts.crs.datum;
   info_.vertical_crs = facts.crs.vertical;
+  info_.accuracy = options.accuracy;
   info_.datum = info_.source_datum = said != VerticalDatum::unknown ? said : stated;
   const std::string stated_name =
       !info_.vertical_crs.empty() ? "'" + info_.vertical_crs + "'" : std::string(name(stated));
@@ -275,6 +287,7 @@ Result<void> RasterSource::describe(std::span<const std::string> files, const De
   info_.spacing_x_m = spacing.x;
   info_.spacing_y_m = spacing.y;
 
+  for (std::string& line : mosaic_.warnings()) info_.warnings.push_back(std::move(line));
   if (auto ok = settle_datum(facts, options); !ok) return ok;
   if (shift_ || !mosaic_.exact()) {
     max_height_ = options.keep_source_units ? kMaxSourceHeight : kMaxHeight;
@@ -287,12 +300,16 @@ Result<void> RasterSource::describe(std::span<const std::string> files, const De
                           options.keep_source_units);
   if (options.ignore_declared_nodata) *content += " none";
   for (const double nodata : options.nodata) *content += fmt::format(" {}", nodata);
+  *content += numbers_text(options);
   info_.fingerprint = hash128(*content).text();
   return {};
 }
 
-Result<std::shared_ptr<const DemSource>> RasterSource::open(std::span<const std::string> files,
+Result<std::shared_ptr<const DemSource>> RasterSource::open(std::span<const std::string> named,
                                                             const DemOptions& options) {
+  auto inputs = dem_files(named, options);
+  if (!inputs) return std::unexpected(inputs.error());
+  const std::vector<std::string>& files = inputs->files;
   auto mosaic = gdal::Mosaic::open(files, options);
   if (!mosaic) return std::unexpected(mosaic.error());
   auto frame =
@@ -300,23 +317,12 @@ Result<std::shared_ptr<const DemSource>> RasterSource::open(std::span<const std:
   if (!frame) return fail(files[0], frame.error());
   std::shared_ptr<RasterSource> source(
       new RasterSource(std::move(*mosaic), std::move(*frame), options));
+  source->info_.warnings = std::move(inputs->warnings);
   if (auto ok = source->describe(files, options); !ok) return std::unexpected(ok.error());
   return source;
 }
 
 }  // namespace
-
-const char* name(VerticalDatum datum) {
-  switch (datum) {
-    case VerticalDatum::ellipsoid:
-      return "ellipsoid";
-    case VerticalDatum::egm96:
-      return "egm96";
-    case VerticalDatum::unknown:
-      break;
-  }
-  return "unknown";
-}
 
 Result<std::shared_ptr<const DemSource>> DemSource::open(std::span<const std::string> files,
                                                          const DemOptions& options) {

@@ -118,13 +118,31 @@ Result<CrsFacts> describe(const OGRSpatialReference* given) {
   return facts;
 }
 
+Result<CrsFacts> crs_named(const std::string& text) {
+  set_up();
+  const Complaints complaints;
+  OGRSpatialReference crs;
+  const char* options[] = {"ALLOW_NETWORK_ACCESS=NO", "ALLOW_FILE_ACCESS=NO", nullptr};
+  if (crs.SetFromUserInput(text.c_str(), options) != OGRERR_NONE)
+    return fail(Errc::invalid_argument, "PROJ knows no CRS '" + text + "' (" +
+                                            complaints.text("say EPSG:25832, or WKT") + ")");
+  auto facts = describe(&crs);
+  if (!facts)
+    return fail(Errc::invalid_argument, "'" + text + "' is neither geographic nor projected");
+  if (facts->kind == CrsKind::none)
+    return fail(Errc::invalid_argument, "'" + text + "' has no place on the globe");
+  return facts;
+}
+
 bool same_crs(const std::string& wkt_a, const std::string& wkt_b) {
   if (wkt_a == wkt_b) return true;
   OGRSpatialReference a, b;
   if (wkt_a.empty() || wkt_b.empty() || a.importFromWkt(wkt_a.c_str()) != OGRERR_NONE ||
       b.importFromWkt(wkt_b.c_str()) != OGRERR_NONE)
     return false;
-  const char* options[] = {"CRITERION=EQUIVALENT", nullptr};
+  // Coordinates are longitude first here, whichever order the system has.
+  const char* options[] = {"IGNORE_DATA_AXIS_TO_SRS_AXIS_MAPPING=YES",
+                           "CRITERION=EQUIVALENT_EXCEPT_AXIS_ORDER_GEOGCRS", nullptr};
   return a.IsSame(&b, options);
 }
 

@@ -27,6 +27,9 @@ struct CrsFacts {
 /// Reads a CRS; nullptr and local (engineering) systems are CrsKind::none.
 Result<CrsFacts> describe(const OGRSpatialReference*);
 
+/// What a person names: an authority's code, WKT, a PROJ string; never a file or a URL.
+Result<CrsFacts> crs_named(const std::string& text);
+
 /// Whether two horizontal systems (CrsFacts::wkt) are the same place for the same numbers.
 bool same_crs(const std::string& wkt_a, const std::string& wkt_b);
 

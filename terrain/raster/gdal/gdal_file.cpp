@@ -3,8 +3,8 @@
 // Reading: one dataset per concurrent reader, because a GDAL dataset is not thread-safe.
 //
 // SRTM tiles come as "N41E001.hgt.zip". Random access inside a zip restarts decompression, and
-// GDAL does not compare its checksum; so the tile is unpacked into memory, once per handle (26 MB
-// for 1").
+// GDAL does not compare its checksum; so the tile is unpacked into memory (26 MB for 1"), where all
+// handles of the file share it.
 //
 // What lies at the path may change while the source is in use, and a handle that is opened then
 // would see other heights than the one before. So whatever was read counts only when all files are
@@ -38,7 +38,6 @@ struct CloseFile {
   void operator()(VSILFILE* file) const { VSIFCloseL(file); }
 };
 using File = std::unique_ptr<VSILFILE, CloseFile>;
-constexpr double kFoot = 0.3048, kUsFoot = 1200.0 / 3937.0;
 
 std::string lower(std::string text) {
   for (char& c : text) c = char(std::tolower(static_cast<unsigned char>(c)));
@@ -60,68 +59,39 @@ Result<std::string> real_file(const std::string& path) {
   return fs::absolute(path).string();
 }
 
-/// Unpacks an SRTM tile to /vsimem/, whose path is returned; the driver goes by its name.
-Result<std::string> unpack(const std::string& path) {
-  auto entry = read_zip_entry(path, ".hgt", std::size_t(kRasterLimits.max_block_bytes));
+}  // namespace
+
+/// A file in memory, below all handles of one raster.
+struct IdleHandles::Unpacked {
+  std::string path;  // below /vsimem/
+  std::size_t bytes = 0;
+
+  Unpacked() = default;
+  Unpacked(const Unpacked&) = delete;
+  Unpacked& operator=(const Unpacked&) = delete;
+  ~Unpacked() {
+    const Complaints silence;
+    if (!path.empty()) VSIUnlink(path.c_str());
+  }
+};
+
+namespace {
+
+/// An SRTM tile or a GeoTIFF in memory; the driver goes by its name.
+Result<std::shared_ptr<const IdleHandles::Unpacked>> unpack(const std::string& path) {
+  auto entry =
+      read_zip_entry(path, {".hgt", ".tif", ".tiff"}, std::size_t(kRasterLimits.max_whole_bytes));
   if (!entry) return std::unexpected(entry.error());
   static std::atomic<unsigned> counter{0};
-  const std::string target =
+  auto unpacked = std::make_shared<IdleHandles::Unpacked>();
+  unpacked->path =
       fmt::format("/vsimem/tind/{}/{}", counter++, CPLGetFilename(entry->name.c_str()));
-  const File memory(VSIFOpenL(target.c_str(), "wb"));
+  unpacked->bytes = entry->bytes.size();
+  const File memory(VSIFOpenL(unpacked->path.c_str(), "wb"));
   if (!memory ||
       VSIFWriteL(entry->bytes.data(), 1, entry->bytes.size(), memory.get()) != entry->bytes.size())
     return fail(Errc::io, path + ": no memory to unpack it");
-  return target;
-}
-
-/// Metres per unit as the band's unit type names it; 0 where it names none, NaN where unknown.
-double unit_in_metres(const std::string& given) {
-  const std::string unit = lower(given);
-  if (unit.empty()) return 0;
-  for (const char* name : {"m", "metre", "metres", "meter", "meters"})
-    if (unit == name) return 1;
-  for (const char* name : {"ft", "foot", "feet", "international foot", "international feet"})
-    if (unit == name) return kFoot;
-  for (const char* name : {"us survey foot", "us survey feet", "ftus", "us-ft", "us_survey_foot",
-                           "foot_us", "us_ft", "sft"})
-    if (unit == name) return kUsFoot;
-  if (unit == "cm" || unit == "centimetre" || unit == "centimeter") return 0.01;
-  if (unit == "dm" || unit == "decimetre" || unit == "decimeter") return 0.1;
-  if (unit == "mm" || unit == "millimetre" || unit == "millimeter") return 0.001;
-  if (unit == "km" || unit == "kilometre" || unit == "kilometer") return 1000;
-  return kNaN;
-}
-
-/// Refuses what would be costly or meaningless before any block is decoded.
-Result<void> preflight(const std::string& path, GDALDataset& set) {
-  const int bands = set.GetRasterCount();
-  if (bands < 1) return fail(Errc::unsupported, path + ": has no raster");
-  GDALRasterBand& band = *set.GetRasterBand(1);
-  const bool alpha = bands == 2 && set.GetRasterBand(2)->GetColorInterpretation() == GCI_AlphaBand;
-  if (bands > 1 && !alpha)
-    return fail(
-        Errc::unsupported,
-        fmt::format("{}: has {} bands; a DEM has one (pick it: gdal_translate -b 1)", path, bands));
-  const GDALDataType type = band.GetRasterDataType();
-  if (GDALDataTypeIsComplex(type) || band.GetColorTable())
-    return fail(Errc::unsupported, path + ": its numbers are colours or complex, not heights");
-  const std::int64_t cols = set.GetRasterXSize(), rows = set.GetRasterYSize();
-  if (cols < 1 || rows < 1 || cols > kRasterLimits.max_side || rows > kRasterLimits.max_side)
-    return fail(Errc::out_of_range, fmt::format("{}: {} x {} posts is beyond {} a side", path, cols,
-                                                rows, kRasterLimits.max_side));
-  int block_cols = 0, block_rows = 0;
-  band.GetBlockSize(&block_cols, &block_rows);
-  const std::int64_t sample = GDALGetDataTypeSizeBytes(type) * bands;
-  if (std::int64_t(block_cols) * block_rows > kRasterLimits.max_block_bytes / sample)
-    return fail(Errc::out_of_range,
-                fmt::format("{}: blocks of {} x {} are larger than {} MiB; rewrite it with "
-                            "gdal_translate -co TILED=YES",
-                            path, block_cols, block_rows, kRasterLimits.max_block_bytes >> 20));
-  const std::string driver = set.GetDriverName();
-  const bool whole = driver == "PNG" || driver == "USGSDEM";
-  if (whole && cols * rows > kRasterLimits.max_whole_bytes / sample)
-    return fail(Errc::out_of_range, path + ": too large for its format; convert it to GeoTIFF");
-  return {};
+  return unpacked;
 }
 
 /// The file of the system that GDAL reads a name from: that of an archive for a member of it; empty
@@ -153,8 +123,9 @@ std::string hash_of_ends(const std::string& path, std::uint64_t size) {
 
 struct IdleHandles::Handle {
   GDALDataset* set = nullptr;
-  std::string memory;     // the /vsimem/ file below it, if any
-  std::size_t bytes = 0;  // of that file
+  std::shared_ptr<const Unpacked> memory;  // below it, if any
+
+  std::size_t bytes() const { return memory ? memory->bytes : 0; }
 
   Handle() = default;
   Handle(const Handle&) = delete;
@@ -162,7 +133,6 @@ struct IdleHandles::Handle {
   ~Handle() {
     const Complaints silence;
     if (set) GDALClose(set);
-    if (!memory.empty()) VSIUnlink(memory.c_str());
   }
 };
 
@@ -187,7 +157,7 @@ std::unique_ptr<IdleHandles::Handle> IdleHandles::take(const RasterFile* owner) 
   for (auto it = idle_.begin(); it != idle_.end(); ++it) {
     if (it->owner != owner) continue;
     auto handle = std::move(it->handle);
-    bytes_ -= handle->bytes;
+    bytes_ -= handle->bytes();
     idle_.erase(it);
     return handle;
   }
@@ -197,22 +167,26 @@ std::unique_ptr<IdleHandles::Handle> IdleHandles::take(const RasterFile* owner) 
 void IdleHandles::give(const RasterFile* owner, std::unique_ptr<Handle> handle) {
   std::list<Entry> closed;  // destroyed after the lock is gone
   const std::lock_guard lock(mutex_);
-  bytes_ += handle->bytes;
+  bytes_ += handle->bytes();
   idle_.push_front({owner, std::move(handle)});
   while (idle_.size() > kMaxIdle || (bytes_ > max_bytes_ && idle_.size() > 1)) {
-    bytes_ -= idle_.back().handle->bytes;
+    bytes_ -= idle_.back().handle->bytes();
     closed.splice(closed.begin(), idle_, std::prev(idle_.end()));
   }
 }
 
 RasterFile::RasterFile(std::string path, const DemOptions& options,
                        std::shared_ptr<IdleHandles> idle)
-    : path_(std::move(path)),
-      allow_vrt_(options.allow_vrt),
-      idle_(std::move(idle)),
-      ignore_declared_nodata_(options.ignore_declared_nodata),
-      nodata_(options.nodata) {}
+    : path_(std::move(path)), allow_vrt_(options.allow_vrt), idle_(std::move(idle)) {}
 RasterFile::~RasterFile() = default;
+
+Result<std::shared_ptr<const IdleHandles::Unpacked>> RasterFile::unpacked() const {
+  const std::lock_guard one_at_a_time(unpacking_);
+  if (auto there = unpacked_.lock()) return there;
+  auto made = unpack(path_);
+  if (made) unpacked_ = *made;
+  return made;
+}
 
 Result<std::unique_ptr<IdleHandles::Handle>> RasterFile::open_handle() const {
   const Complaints complaints;
@@ -221,11 +195,10 @@ Result<std::unique_ptr<IdleHandles::Handle>> RasterFile::open_handle() const {
   auto handle = std::make_unique<IdleHandles::Handle>();
   std::string target = *real;
   if (is_zip(path_)) {
-    auto memory = unpack(path_);
+    auto memory = unpacked();
     if (!memory) return std::unexpected(memory.error());
-    target = handle->memory = *memory;
-    VSIStatBufL stat;
-    if (VSIStatL(target.c_str(), &stat) == 0) handle->bytes = std::size_t(stat.st_size);
+    handle->memory = std::move(*memory);
+    target = handle->memory->path;
   }
   handle->set = static_cast<GDALDataset*>(
       GDALOpenEx(target.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR,
@@ -235,65 +208,65 @@ Result<std::unique_ptr<IdleHandles::Handle>> RasterFile::open_handle() const {
                                        ": a VRT can name any other file, so it is read only with "
                                        "--allow-vrt");
   if (!handle->set)
-    return fail(Errc::bad_data, path_ +
-                                    ": not a raster tind reads (GeoTIFF, SRTM HGT, DTED, USGS "
-                                    "DEM, Arc/Info ASCII, PNG), or damaged: " +
-                                    complaints.text("no driver recognises it"));
+    return fail(Errc::bad_data,
+                path_ +
+                    ": not a raster tind reads (GeoTIFF, SRTM HGT, DTED, USGS "
+                    "DEM, Arc/Info ASCII, Erdas .img, BIL, FLT, PNG), or damaged: " +
+                    complaints.text("no driver recognises it"));
   return handle;
 }
 
-Result<void> RasterFile::learn(IdleHandles::Handle& handle, bool keep_source_units) {
-  const Complaints complaints;
+/// Where its posts are.
+Result<void> RasterFile::learn_place(IdleHandles::Handle& handle, const DemOptions& options) {
   GDALDataset& set = *handle.set;
-  if (auto ok = preflight(path_, set); !ok) return ok;
-  GDALRasterBand& band = *set.GetRasterBand(1);
-  facts_.path = path_;
-  facts_.driver = set.GetDriverName();
-  facts_.cols = set.GetRasterXSize();
-  facts_.rows = set.GetRasterYSize();
-
   double g[6] = {0, 1, 0, 0, 0, 1};
   const bool placed = set.GetGeoTransform(g) == CE_None;
   const bool identity =
       g[0] == 0 && g[1] == 1 && g[2] == 0 && g[3] == 0 && g[4] == 0 && std::abs(g[5]) == 1;
-  if (placed && !identity) {
-    facts_.has_geotransform = true;
-    facts_.post_to_crs = {g[0] + 0.5 * (g[1] + g[2]), g[1], g[2],
-                          g[3] + 0.5 * (g[4] + g[5]), g[4], g[5]};
-    const double det = g[1] * g[5] - g[2] * g[4];
-    if (!std::isfinite(det) || det == 0 || !std::isfinite(g[0]) || !std::isfinite(g[3]))
-      return fail(Errc::bad_data, path_ + ": its geotransform is singular");
-    auto crs = describe(set.GetSpatialRef());
-    if (!crs) return fail(path_, crs.error());
-    facts_.crs = *crs;
+  facts_.has_geotransform = placed && !identity;
+  if (!facts_.has_geotransform && !options.crs.empty())
+    return fail(Errc::invalid_argument,
+                path_ + ": has no geotransform, so a CRS (" + options.crs +
+                    ") gives it no place; add a world file, or leave --crs out");
+  if (!facts_.has_geotransform) return {};
+  facts_.post_to_crs = {g[0] + 0.5 * (g[1] + g[2]), g[1], g[2],
+                        g[3] + 0.5 * (g[4] + g[5]), g[4], g[5]};
+  const double det = g[1] * g[5] - g[2] * g[4];
+  if (!std::isfinite(det) || det == 0 || !std::isfinite(g[0]) || !std::isfinite(g[3]))
+    return fail(Errc::bad_data, path_ + ": its geotransform is singular");
+  auto own = describe(set.GetSpatialRef());
+  if (options.crs.empty()) {
+    if (!own) return fail(path_, own.error());
+    facts_.crs = std::move(*own);
+    return {};
   }
-
-  int has = 0;
-  scale_ = band.GetScale(&has);
-  offset_ = band.GetOffset(&has);
-  if (!std::isfinite(scale_) || scale_ == 0 || !std::isfinite(offset_))
-    return fail(Errc::bad_data, path_ + ": its scale or offset is not a number");
-  facts_.z_unit_m = unit_in_metres(band.GetUnitType());
-  if (std::isnan(facts_.z_unit_m))
-    return fail(Errc::unsupported, fmt::format("{}: heights in the unit '{}', which tind does not "
-                                               "know; set m or ft with gdal_edit.py -units",
-                                               path_, band.GetUnitType()));
-  if (facts_.z_unit_m == 0) facts_.z_unit_m = facts_.crs.vertical_unit_m;
-  if (facts_.z_unit_m == 0) facts_.z_unit_m = 1;
-
-  const GDALDataType type = band.GetRasterDataType();
-  is_float_ = GDALDataTypeIsFloating(type);
-  const bool converted =
-      scale_ != 1 || offset_ != 0 || (facts_.z_unit_m != 1 && !keep_source_units);
-  facts_.exact = !converted && type != GDT_Float64;
-  if (!keep_source_units) {
-    scale_ *= facts_.z_unit_m;
-    offset_ *= facts_.z_unit_m;
+  auto named = crs_named(options.crs);
+  if (!named) return fail("--crs", named.error());
+  facts_.crs = std::move(*named);
+  if (!own || own->kind == CrsKind::none) return {};
+  if (!same_crs(own->wkt, facts_.crs.wkt)) facts_.own_crs = own->name;
+  if (facts_.crs.vertical.empty() && facts_.crs.datum == VerticalDatum::unknown) {
+    facts_.crs.datum = own->datum;
+    facts_.crs.vertical = own->vertical;
+    facts_.crs.vertical_unit_m = own->vertical_unit_m;
   }
-  const double declared = band.GetNoDataValue(&has);
-  if (has && !ignore_declared_nodata_) nodata_.push_back(declared);
-  masked_ = (band.GetMaskFlags() & GMF_PER_DATASET) != 0;
-  sums_ = std::make_unique<BlockSums>(set);
+  return {};
+}
+
+Result<void> RasterFile::learn(IdleHandles::Handle& handle, const DemOptions& options) {
+  const Complaints complaints;
+  GDALDataset& set = *handle.set;
+  facts_.path = path_;
+  facts_.driver = set.GetDriverName();
+  facts_.cols = set.GetRasterXSize();
+  facts_.rows = set.GetRasterYSize();
+  if (auto ok = learn_place(handle, options); !ok) return ok;
+  auto heights =
+      HeightBand::of(path_, set, facts_.crs.vertical_unit_m, handle.memory != nullptr, options);
+  if (!heights) return std::unexpected(heights.error());
+  heights_ = std::move(*heights);
+  facts_.z_unit_m = heights_->z_unit_m();
+  facts_.exact = heights_->exact();
   if (facts_.driver == "AAIGrid")
     if (auto ok = check_ascii_grid(path_, facts_.cols * facts_.rows); !ok)
       return fail(path_, ok.error());
@@ -317,18 +290,10 @@ Result<std::unique_ptr<RasterFile>> RasterFile::open(const std::string& path,
     if (auto ok = file->states_.add(other); !ok) return std::unexpected(ok.error());
   if (!others.empty()) handle = file->open_handle();
   if (!handle) return std::unexpected(handle.error());
-  if (auto ok = file->if_unchanged(file->learn(**handle, options.keep_source_units)); !ok)
+  if (auto ok = file->if_unchanged(file->learn(**handle, options)); !ok)
     return std::unexpected(ok.error());
   file->idle_->give(file.get(), std::move(*handle));
   return file;
-}
-
-bool RasterFile::is_void(double raw) const {
-  if (!(std::abs(raw) < 1e38)) return true;  // NaN, infinite, or the usual +-3.4e38
-  // A float32 nodata value is often written in decimal with other digits than the stored float.
-  return std::ranges::any_of(nodata_, [&](double nodata) {
-    return raw == nodata || (is_float_ && float(raw) == float(nodata));
-  });
 }
 
 void RasterFile::count_customary(std::span<const double> raw) const {
@@ -338,7 +303,7 @@ void RasterFile::count_customary(std::span<const double> raw) const {
   for (const double z : raw) {
     if (z > -9999 && z < 32767) continue;
     for (std::size_t k = 0; k < customary_.size(); ++k)
-      if (z == kCustomaryNodata[k] && !is_void(z))
+      if (z == kCustomaryNodata[k] && !heights_->is_void(z))
         customary_[k].fetch_add(1, std::memory_order_relaxed);
   }
 }
@@ -365,26 +330,15 @@ Result<void> RasterFile::if_unchanged(Result<void> done) const {
 
 Result<void> RasterFile::read_with(IdleHandles::Handle& handle, int col, int row, int cols,
                                    int rows, std::span<double> out) const {
-  if (auto ok = sums_->check(*handle.set, path_, col, row, cols, rows); !ok)
-    return fail(path_, ok.error());
   const Complaints complaints;
-  GDALRasterBand& band = *handle.set->GetRasterBand(1);
-  CPLErr status = band.RasterIO(GF_Read, col, row, cols, rows, out.data(), cols, rows, GDT_Float64,
-                                0, 0, nullptr);
-  std::vector<GByte> mask;
-  if (status == CE_None && masked_) {
-    mask.resize(out.size());
-    status = band.GetMaskBand()->RasterIO(GF_Read, col, row, cols, rows, mask.data(), cols, rows,
-                                          GDT_Byte, 0, 0, nullptr);
-  }
-  if (status != CE_None || complaints.failed())
+  const Result<void> done = heights_->read_raw(*handle.set, path_, col, row, cols, rows, out);
+  if (!done && !done.error().what.empty()) return fail(path_, done.error());
+  if (!done || complaints.failed())
     return fail(Errc::bad_data,
                 fmt::format("{}: cannot read posts at column {}, row {}: {}", path_, col, row,
                             complaints.text("the file is truncated or damaged")));
-  for (std::size_t i = 0; i < mask.size(); ++i)
-    if (mask[i] == 0) out[i] = kNaN;
   count_customary(out);
-  for (double& z : out) z = is_void(z) ? kNaN : z * scale_ + offset_;
+  for (double& z : out) z = heights_->height(z);
   return {};
 }
 

@@ -7,6 +7,7 @@
 #include <list>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -15,17 +16,10 @@
 #include "terrain/raster/dem_source.h"
 #include "terrain/raster/file_state.h"
 #include "terrain/raster/gdal/gdal_crs.h"
+#include "terrain/raster/gdal/height_band.h"
 #include "terrain/raster/nodata.h"
 
 namespace tind::gdal {
-
-/// Bounds of what is opened at all.
-struct RasterLimits {
-  std::int64_t max_side = std::int64_t(1) << 30;  // posts
-  std::int64_t max_block_bytes = 64 << 20;        // one block, decoded
-  std::int64_t max_whole_bytes = 512 << 20;       // formats that are decoded as a whole
-};
-inline constexpr RasterLimits kRasterLimits;
 
 struct FileFacts {
   std::string path, driver;
@@ -33,11 +27,11 @@ struct FileFacts {
   bool has_geotransform = false;
   Affine post_to_crs;   // posts are pixel centres
   CrsFacts crs;         // none without a geotransform
+  std::string own_crs;  // what the file calls its CRS, where --crs says that it is another
   double z_unit_m = 1;  // metres per unit, as stated by band or vertical CRS
   bool exact = true;    // what read() gives is a float as it is (32-bit integers: up to 2^24)
 };
 
-class BlockSums;
 class RasterFile;
 
 /// Open datasets that nobody reads from just now, of all files of one source. The longest unused
@@ -46,7 +40,8 @@ class RasterFile;
 class IdleHandles {
  public:
   static constexpr std::size_t kMaxIdle = 32;
-  struct Handle;  // a GDAL dataset and the memory it may live in
+  struct Unpacked;  // a file in memory
+  struct Handle;    // a GDAL dataset and the memory it may live in
   explicit IdleHandles(std::size_t max_bytes);
   ~IdleHandles();
   std::unique_ptr<Handle> take(const RasterFile* owner);
@@ -62,9 +57,9 @@ class IdleHandles {
 
 class RasterFile {
  public:
-  /// Opens and judges the file: driver, sizes, bands, CRS. `path` may be "x.hgt.zip". From here on
-  /// everything is read of the content that was opened: where the file, or one that it refers to,
-  /// has changed since, reading fails (Errc::io) until it is as it was.
+  /// Opens and judges the file: driver, sizes, bands, CRS. `path` may be "x.hgt.zip" or
+  /// "x.tif.zip". From here on everything is read of the content that was opened: where the file,
+  /// or one that it refers to, has changed since, reading fails (Errc::io) until it is as it was.
   static Result<std::unique_ptr<RasterFile>> open(const std::string& path, const DemOptions&,
                                                   std::shared_ptr<IdleHandles> idle);
   ~RasterFile();
@@ -93,16 +88,18 @@ class RasterFile {
  private:
   RasterFile(std::string path, const DemOptions&, std::shared_ptr<IdleHandles> idle);
   Result<std::unique_ptr<IdleHandles::Handle>> open_handle() const;
+  /// What is in the zip: one copy for all handles, gone with the last of them.
+  Result<std::shared_ptr<const IdleHandles::Unpacked>> unpacked() const;
   /// This file and those that it refers to, as the handle knows them.
   std::vector<std::string> files_of(IdleHandles::Handle&) const;
   /// An idle handle, or a new one.
   Result<std::unique_ptr<IdleHandles::Handle>> borrow() const;
   /// What came of reading, unless the files have changed meanwhile: then that.
   Result<void> if_unchanged(Result<void> done) const;
-  Result<void> learn(IdleHandles::Handle&, bool keep_source_units);
+  Result<void> learn(IdleHandles::Handle&, const DemOptions&);
+  Result<void> learn_place(IdleHandles::Handle&, const DemOptions&);
   Result<void> read_with(IdleHandles::Handle&, int col, int row, int cols, int rows,
                          std::span<double> out) const;
-  bool is_void(double raw) const;
   void count_customary(std::span<const double> raw) const;
 
   std::string path_;
@@ -110,10 +107,9 @@ class RasterFile {
   std::shared_ptr<IdleHandles> idle_;
   FileStates states_;
   FileFacts facts_;
-  std::unique_ptr<BlockSums> sums_;
-  double scale_ = 1, offset_ = 0;
-  bool is_float_ = false, masked_ = false, ignore_declared_nodata_;
-  std::vector<double> nodata_;
+  std::optional<HeightBand> heights_;
+  mutable std::mutex unpacking_;
+  mutable std::weak_ptr<const IdleHandles::Unpacked> unpacked_;
   mutable std::array<std::atomic<std::uint64_t>, std::size(kCustomaryNodata)> customary_{};
   mutable std::atomic<std::int64_t> looked_at_ = 0;
 };

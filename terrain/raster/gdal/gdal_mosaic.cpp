@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace tind::gdal {
 namespace {
@@ -123,6 +124,21 @@ std::vector<PostRect> Mosaic::covered() const {
     }
   files.insert(files.end(), ways.begin(), ways.end());
   return files;
+}
+
+std::vector<std::string> Mosaic::warnings() const {
+  const FileFacts* first = nullptr;
+  std::size_t others = 0;
+  for (const Part& part : parts_) {
+    if (part.file->facts().own_crs.empty()) continue;
+    if (std::exchange(first, first ? first : &part.file->facts())) ++others;
+  }
+  if (!first) return {};
+  return {
+      fmt::format("{}{}: says that its CRS is '{}'; its coordinates are taken as '{}', as --crs "
+                  "says",
+                  first->path, others > 0 ? fmt::format(" and {} more", others) : "",
+                  first->own_crs, first->crs.name)};
 }
 
 bool Mosaic::exact() const {

@@ -25,6 +25,8 @@ class Mosaic {
   const FileFacts& facts() const { return parts_[0].file->facts(); }
   /// Where its files are, as DemInfo has it.
   std::vector<PostRect> covered() const;
+  /// What is odd about its files, as DemInfo has it.
+  std::vector<std::string> warnings() const;
   /// Every file stores floats as they are.
   bool exact() const;
 

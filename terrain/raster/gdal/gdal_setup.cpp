@@ -69,7 +69,9 @@ void set_up() {
     GDALRegister_DTED();
     GDALRegister_USGSDEM();
     GDALRegister_AAIGrid();
+    GDALRegister_HFA();
     GDALRegister_PNG();
+    GDALRegister_EHdr();  // BIL, BIP, BSQ, FLT; last: takes whatever has a .hdr beside it
     GDALRegister_MEM();
     if (!CPLGetConfigOption("GDAL_CACHEMAX", nullptr)) GDALSetCacheMax64(kCacheBytes);
   });
@@ -111,11 +113,9 @@ const char* const* vector_drivers() {
 }
 
 const char* const* raster_drivers(bool with_vrt) {
-  static constexpr const char* kPlain[] = {"GTiff",   "SRTMHGT", "DTED", "USGSDEM",
-                                           "AAIGrid", "PNG",     nullptr};
-  static constexpr const char* kWithVrt[] = {"GTiff",   "SRTMHGT", "DTED", "USGSDEM",
-                                             "AAIGrid", "PNG",     "VRT",  nullptr};
-  return with_vrt ? kWithVrt : kPlain;
+  static constexpr const char* kWithVrt[] = {"VRT",     "GTiff", "SRTMHGT", "DTED", "USGSDEM",
+                                             "AAIGrid", "HFA",   "EHdr",    "PNG",  nullptr};
+  return kWithVrt + (with_vrt ? 0 : 1);
 }
 
 Complaints::Complaints() { CPLPushErrorHandlerEx(keep, this); }

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <memory>
 #include <string_view>
+#include <utility>
 
 #include "terrain/base/deflate.h"
 
@@ -49,15 +50,16 @@ constexpr std::array<bool, 256> kNumberBytes = [] {
 
 }  // namespace
 
-BlockSums::BlockSums(GDALDataset& set) {
+BlockSums::BlockSums(GDALDataset& set, std::vector<int> bands) : bands_(std::move(bands)) {
   if (!is_deflate_tiff(set)) return;
-  GDALRasterBand& band = *set.GetRasterBand(1);
+  GDALRasterBand& band = *set.GetRasterBand(bands_[0]);
   band.GetBlockSize(&block_cols_, &block_rows_);
   across_ = std::uint64_t((set.GetRasterXSize() - 1) / block_cols_ + 1);
   const auto down = std::uint64_t((set.GetRasterYSize() - 1) / block_rows_ + 1);
   block_bytes_ = std::size_t(block_cols_) * block_rows_ * set.GetRasterCount() *
                  std::size_t(GDALGetDataTypeSizeBytes(band.GetRasterDataType()));
-  pages_ = std::vector<std::atomic<Page*>>((across_ * down - 1) / kPage + 1);
+  of_band_ = across_ * down;
+  pages_ = std::vector<std::atomic<Page*>>((of_band_ * bands_.size() - 1) / kPage + 1);
 }
 
 BlockSums::~BlockSums() {
@@ -78,19 +80,21 @@ std::atomic<bool>& BlockSums::good(std::uint64_t block) const {
 Result<void> BlockSums::check(GDALDataset& set, const std::string& real, int col, int row, int cols,
                               int rows) const {
   if (pages_.empty()) return {};
-  for (int y = row / block_rows_; y <= (row + rows - 1) / block_rows_; ++y)
-    for (int x = col / block_cols_; x <= (col + cols - 1) / block_cols_; ++x) {
-      const std::uint64_t block = std::uint64_t(y) * across_ + std::uint64_t(x);
-      if (pages_[block / kPage] && good(block).load(std::memory_order_relaxed)) continue;
-      const auto there = check_block(set, real, x, y);
-      if (!there) return std::unexpected(there.error());
-      if (*there) good(block).store(true, std::memory_order_relaxed);
-    }
+  for (std::size_t b = 0; b < bands_.size(); ++b)
+    for (int y = row / block_rows_; y <= (row + rows - 1) / block_rows_; ++y)
+      for (int x = col / block_cols_; x <= (col + cols - 1) / block_cols_; ++x) {
+        const std::uint64_t block = b * of_band_ + std::uint64_t(y) * across_ + std::uint64_t(x);
+        if (pages_[block / kPage] && good(block).load(std::memory_order_relaxed)) continue;
+        const auto there = check_block(set, real, bands_[b], x, y);
+        if (!there) return std::unexpected(there.error());
+        if (*there) good(block).store(true, std::memory_order_relaxed);
+      }
   return {};
 }
 
-Result<bool> BlockSums::check_block(GDALDataset& set, const std::string& real, int x, int y) const {
-  const Extent extent = extent_of(*set.GetRasterBand(1), x, y);
+Result<bool> BlockSums::check_block(GDALDataset& set, const std::string& real, int band, int x,
+                                    int y) const {
+  const Extent extent = extent_of(*set.GetRasterBand(band), x, y);
   if (extent.size == 0) return false;
   // DEFLATE grows incompressible data by 5 bytes in 65535, and never by half.
   if (extent.size > block_bytes_ + block_bytes_ / 2 + 1024)

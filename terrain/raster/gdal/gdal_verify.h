@@ -19,8 +19,9 @@ namespace tind::gdal {
 /// goes through as other heights.) Thread-safe.
 class BlockSums {
  public:
-  /// Does nothing for other formats and compressions.
-  explicit BlockSums(GDALDataset& set);
+  /// `bands`: whose blocks are read; of bands that share their blocks, one. Does nothing for other
+  /// formats and compressions. REQUIRES: at least one band.
+  BlockSums(GDALDataset& set, std::vector<int> bands);
   ~BlockSums();
 
   /// Of the blocks under a window of posts; `real` is the file behind `set`.
@@ -34,11 +35,12 @@ class BlockSums {
   using Page = std::array<std::atomic<bool>, kPage>;
 
   /// False where the block is not in the file: there is nothing to be good.
-  Result<bool> check_block(GDALDataset& set, const std::string& real, int x, int y) const;
+  Result<bool> check_block(GDALDataset& set, const std::string& real, int band, int x, int y) const;
   std::atomic<bool>& good(std::uint64_t block) const;
 
+  std::vector<int> bands_;
   int block_cols_ = 0, block_rows_ = 0;
-  std::uint64_t across_ = 0;
+  std::uint64_t across_ = 0, of_band_ = 0;  // blocks
   std::size_t block_bytes_ = 0;
   mutable std::vector<std::atomic<Page*>> pages_;  // empty: nothing to check
 };

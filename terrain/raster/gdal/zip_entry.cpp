@@ -5,6 +5,7 @@
 #include "terrain/raster/gdal/zip_entry.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cctype>
@@ -85,17 +86,19 @@ bool unpack(Bytes zip, const Entry& entry, std::vector<std::uint8_t>& out) {
 }  // namespace
 
 Result<ZipEntry> zip_entry(std::span<const std::uint8_t> zip, const std::string& path,
-                           const std::string& suffix, std::size_t max_bytes) {
+                           const std::vector<std::string>& suffixes, std::size_t max_bytes) {
   const auto damaged = fail(Errc::bad_data, path + ": the zip is truncated or damaged");
   const auto end = end_record(zip);
   if (!end) return damaged;
   std::vector<Entry> entries = directory(zip, *end);
-  std::erase_if(entries, [&](const Entry& e) { return !ends_with(e.name, suffix); });
+  std::erase_if(entries, [&](const Entry& e) {
+    return std::ranges::none_of(suffixes, [&](const auto& one) { return ends_with(e.name, one); });
+  });
   if (entries.size() != 1)
     return fail(
         Errc::unsupported,
         fmt::format("{}: holds {} {} files instead of one; unzip it first (or it is damaged)", path,
-                    entries.size(), suffix));
+                    entries.size(), fmt::join(suffixes, " or ")));
   if (entries[0].unpacked > max_bytes)
     return fail(Errc::out_of_range, fmt::format("{}: unpacks to {} bytes, more than {}; unzip it "
                                                 "first",
@@ -105,7 +108,7 @@ Result<ZipEntry> zip_entry(std::span<const std::uint8_t> zip, const std::string&
   return result;
 }
 
-Result<ZipEntry> read_zip_entry(const std::string& path, const std::string& suffix,
+Result<ZipEntry> read_zip_entry(const std::string& path, const std::vector<std::string>& suffixes,
                                 std::size_t max_bytes) {
   std::ifstream in(path, std::ios::binary | std::ios::ate);
   const std::streamoff size = in ? std::streamoff(in.tellg()) : -1;
@@ -119,7 +122,7 @@ Result<ZipEntry> read_zip_entry(const std::string& path, const std::string& suff
   if (!in.read(reinterpret_cast<char*>(zip.data()), size))
     return fail(Errc::io, path + ": cannot be read");
 
-  return zip_entry(zip, path, suffix, max_bytes);
+  return zip_entry(zip, path, suffixes, max_bytes);
 }
 
 }  // namespace tind

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "terrain/raster/dem_files.h"
 #include "terrain/store/folder/folder_store.h"
 #include "terrain/store/folder/folder_writer.h"
 #include "terrain/store/url/url_store.h"
@@ -10,8 +11,8 @@ namespace tind {
 
 bool names_store(const std::string& location) {
   std::error_code none;
-  return is_url(location) || std::filesystem::is_directory(location, none) ||
-         location.ends_with("layer.json");
+  return is_url(location) || location.ends_with("layer.json") ||
+         (std::filesystem::is_directory(location, none) && !is_dem_folder(location));
 }
 
 std::unique_ptr<TileStore> open_store(const std::string& location) {

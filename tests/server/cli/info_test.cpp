@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -150,28 +151,48 @@ TEST(Info, Meshes) {
   EXPECT_LT(cut["vertices"], whole["vertices"]);
 }
 
+std::size_t lines_of(const std::string& text) { return std::ranges::count(text, '\n'); }
+
 TEST(Info, AnInventoryOfWhateverLiesThere) {
-  const tind::test::TempDir folder;
+  const tind::test::TempDir folder, empty;
   std::ofstream(folder.file("noise.tif")) << "noise";
-  const std::string good = testdata("rainier.tif") + " " + testdata("crater.tif");
-  const Ran two = info(good);
+  const Ran two = info(testdata("rainier.tif") + " " + testdata("crater.tif"));
   EXPECT_EQ(two.code, 0) << two.out;
-  EXPECT_THAT(two.answer, testing::AllOf(testing::HasSubstr("577 x 481"),
-                                         testing::HasSubstr("can be simplified"),
-                                         testing::HasSubstr("2 inputs")));
+  EXPECT_EQ(lines_of(two.out), 2u) << two.out;
+  EXPECT_THAT(two.answer,
+              testing::AllOf(testing::HasSubstr("GTiff, 577 x 481 posts, 63.62 x 92.64 m"),
+                             testing::HasSubstr("datum egm96, 312 .. 4371 m, 1.63 % void"),
+                             testing::HasSubstr("no CRS, datum unknown, 1533 .. 2478 m")));
   const std::string all = testdata("rainier.tif") + " " + folder.file("noise.tif") + " " +
-                          folder.path().string() + " " + testdata("crater.tif");
+                          empty.path().string() + " " + testdata("crater.tif");
   const Ran told = info(all);
   EXPECT_EQ(told.code, 65);
-  EXPECT_THAT(told.answer, testing::AllOf(testing::HasSubstr("577 x 481"),
-                                          testing::HasSubstr("can be simplified")));
-  EXPECT_THAT(told.out, testing::HasSubstr("noise.tif: not a raster"));
-  EXPECT_THAT(told.out, testing::HasSubstr("folder without layer.json"));
+  EXPECT_EQ(lines_of(told.answer), 4u) << told.out;
+  EXPECT_THAT(told.answer,
+              testing::AllOf(testing::HasSubstr("577 x 481"), testing::HasSubstr("no CRS"),
+                             testing::HasSubstr("noise.tif "),
+                             testing::HasSubstr(" cannot be read: not a raster"),
+                             testing::HasSubstr("folder without layer.json")));
+  EXPECT_THAT(told.out, testing::HasSubstr("2 of 4 inputs cannot be read"));
   const auto json = nlohmann::json::parse(info(all + " --json").answer);
   ASSERT_EQ(json.size(), 4u);
   EXPECT_EQ(json[0]["kind"], "dem");
+  EXPECT_EQ(json[0]["cols"], 577);
   EXPECT_EQ(json[1]["kind"], "unreadable");
   EXPECT_EQ(json[3]["input"], testdata("crater.tif"));
+}
+
+TEST(Info, AFolderIsOneDemWhereItsRastersShareAGrid) {
+  const tind::test::TempDir folder;
+  std::filesystem::copy_file(testdata("rainier.tif"), folder.file("a.tif"));
+  EXPECT_EQ(json_of(folder.path().string())["cols"], 577);
+  std::ofstream(folder.file("list.txt")) << "# one\na.tif\n";
+  EXPECT_EQ(json_of("@" + folder.file("list.txt"))["cols"], 577);
+  std::filesystem::copy_file(testdata("crater.tif"), folder.file("b.tif"));
+  const Ran several = info(folder.path().string());
+  EXPECT_EQ(several.code, 0) << several.out;
+  EXPECT_EQ(lines_of(several.answer), 2u) << several.out;
+  EXPECT_THAT(several.out, testing::HasSubstr("no one DEM"));
 }
 
 TEST(Info, WhatIsNoRasterIsCalledWhatItIs) {
