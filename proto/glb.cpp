@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cctype>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "terrain/base/bytes.h"
@@ -44,12 +46,13 @@ void pad(std::vector<std::uint8_t>& bytes, std::uint8_t with) {
   while (bytes.size() % 4 != 0) bytes.push_back(with);
 }
 
-Json vectors(std::size_t count) {
-  return {{"componentType", kFloat}, {"count", count}, {"type", "VEC3"}};
+Json vectors(std::size_t count, const char* type = "VEC3") {
+  return {{"componentType", kFloat}, {"count", count}, {"type", type}};
 }
 
+template <std::size_t N>
 int add_vectors(Layout& layout, std::vector<std::uint8_t>& bytes,
-                const std::vector<std::array<float, 3>>& values, Json accessor) {
+                const std::vector<std::array<float, N>>& values, Json accessor) {
   const std::size_t begin = bytes.size();
   ByteWriter out(bytes);
   for (const auto& value : values)
@@ -89,8 +92,41 @@ int add_indices(Layout& layout, std::vector<std::uint8_t>& bytes, const Glb& glb
 }
 
 /// x, y, z up -> x, z, -y: by columns, as glTF has matrices.
-Json matrix(const std::array<double, 3>& o) {
-  return {1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0, o[0], o[2], -o[1], 1};
+Json matrix(const Glb& glb) {
+  const auto short_number = [](double v) {  // 1, not 1.0
+    return v == std::trunc(v) && std::abs(v) < 1e15 ? Json(std::int64_t(v)) : Json(v);
+  };
+  Json m = Json::array();
+  for (const auto& axis : glb.axes) {
+    for (const double v : {axis[0], axis[2], -axis[1]}) m.push_back(short_number(v));
+    m.push_back(0);
+  }
+  for (const double v : {glb.origin[0], glb.origin[2], -glb.origin[1]}) m.push_back(v);
+  m.push_back(1);
+  return m;
+}
+
+/// A surface that shows its colours or its image as they are, from both sides.
+Json material(const Glb& glb) {
+  Json surface = {{"metallicFactor", 0}, {"roughnessFactor", 1}};
+  if (!glb.texture.empty()) surface["baseColorTexture"] = {{"index", 0}};
+  return {{"pbrMetallicRoughness", surface}, {"doubleSided", true}};
+}
+
+/// A relative URI of a file's name (RFC 3986).
+std::string uri_of(const std::string& name) {
+  std::string out;
+  for (const unsigned char c : name) {
+    if (std::isalnum(c) || c == '-' || c == '.' || c == '_' || c == '~' || c == '/') {
+      out += char(c);
+      continue;
+    }
+    constexpr char kHex[] = "0123456789ABCDEF";
+    out += '%';
+    out += kHex[c >> 4];
+    out += kHex[c & 15];
+  }
+  return out;
 }
 
 void put_chunk(ByteWriter<>& out, std::uint32_t type, const std::vector<std::uint8_t>& bytes) {
@@ -110,17 +146,30 @@ std::vector<std::uint8_t> encode(const Glb& glb) {
   attributes["POSITION"] = add_vectors(layout, numbers, glb.positions, positions_accessor(glb));
   if (!glb.normals.empty())
     attributes["NORMAL"] = add_vectors(layout, numbers, glb.normals, vectors(glb.normals.size()));
+  if (!glb.colours.empty())
+    attributes["COLOR_0"] = add_vectors(layout, numbers, glb.colours, vectors(glb.colours.size()));
+  if (!glb.texcoords.empty())
+    attributes["TEXCOORD_0"] =
+        add_vectors(layout, numbers, glb.texcoords, vectors(glb.texcoords.size(), "VEC2"));
   const int indices = add_indices(layout, numbers, glb);
 
   Json gltf;
   gltf["asset"] = {{"version", "2.0"}, {"generator", "tind"}};
   gltf["scene"] = 0;
   gltf["scenes"] = {{{"nodes", {0}}}};
-  Json node = {{"mesh", 0}, {"matrix", matrix(glb.origin)}};
+  Json node = {{"mesh", 0}, {"matrix", matrix(glb)}};
   if (!glb.extras.empty()) node["extras"] = Json::parse(glb.extras);
   gltf["nodes"] = Json::array({std::move(node)});
-  gltf["meshes"] = {
-      {{"primitives", {{{"attributes", attributes}, {"indices", indices}, {"mode", kFaces}}}}}};
+  Json primitive = {{"attributes", attributes}, {"indices", indices}, {"mode", kFaces}};
+  if (!glb.colours.empty() || !glb.texture.empty()) {
+    primitive["material"] = 0;
+    gltf["materials"] = Json::array({material(glb)});
+  }
+  if (!glb.texture.empty()) {
+    gltf["textures"] = Json::array({Json{{"source", 0}}});
+    gltf["images"] = Json::array({Json{{"uri", uri_of(glb.texture)}}});
+  }
+  gltf["meshes"] = Json::array({Json{{"primitives", Json::array({primitive})}}});
   gltf["buffers"] = {{{"byteLength", numbers.size()}}};
   layout.put_into(gltf);
   const std::string text = gltf.dump();

@@ -9,14 +9,19 @@
 
 namespace tind::proto {
 
-/// A surface whose z points up, around an origin that is kept in double: a vertex lies at origin +
-/// position. The node turns it to glTF's frame, where y points up; who turns that back, as 3D Tiles
-/// does, has the surface where it was.
+/// A surface whose z points up, in a frame that is kept in double: a vertex lies at origin + x
+/// axes[0] + y axes[1] + z axes[2]. The node's matrix has the frame and turns it to glTF's, where y
+/// points up; who turns that back, as 3D Tiles does, has the surface where it was.
 struct Glb {
   std::array<double, 3> origin{};
+  /// REQUIRES: orthogonal (glTF's matrices are turns and scales).
+  std::array<std::array<double, 3>, 3> axes{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   std::vector<std::array<float, 3>> positions;
   std::vector<std::array<float, 3>> normals;            // unit; empty, or one for each position
-  std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise
+  std::vector<std::array<float, 3>> colours;            // linear r g b, 0..1; likewise
+  std::vector<std::array<float, 2>> texcoords;          // s right, t DOWN; likewise
+  std::string texture;                                  // a file beside it, or empty
+  std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise, as the positions are
   std::string extras;                                   // of the node: a JSON object, or empty
 };
 

@@ -1,11 +1,11 @@
 #pragma once
-// Triangle meshes as files: PLY, OBJ and STL, written so that nothing is lost and read from any
-// maker. Plain numbers and bytes; frames and units are the caller's.
+// Triangle meshes as bytes: written so that nothing is lost and read from any maker. Plain numbers;
+// frames and units are the caller's, who says in MeshPlace what they are. Which formats there are
+// for people is the table in terrain/mesh/mesh_file.h.
 //
 // Readers take any bytes: they never read outside them, allocate at most about 40 times their size
 // whatever a header claims, and say what is wrong in one line with a line number (text) or a byte
-// offset (binary). Writers make the file under a temporary name in the same folder and rename it,
-// so a full disk leaves no torn file.
+// offset (binary).
 
 #include <array>
 #include <cstdint>
@@ -17,6 +17,32 @@
 
 namespace tind::proto {
 
+/// Where the numbers of a mesh are on Earth. Every format writes as much of it as it has room for.
+struct MeshPlace {
+  // The reference system of x and y. All empty: none is known.
+  int epsg = 0;  // 0: it has no code
+  std::string crs_wkt = {}, crs_name = {};
+  bool geographic = false;  // x, y are degrees, longitude first
+  double unit_m = 1;        // metres per unit of x and y, where not geographic
+
+  std::string vertical_datum = {};  // what z is above; empty: this is no terrain
+  double z_unit_m = 1;              // metres per unit of z
+
+  /// x and y are metres from a point of that system instead: x_crs = origin[0] + to_crs[0] x +
+  /// to_crs[1] y, y_crs = origin[1] + to_crs[2] x + to_crs[3] y.
+  bool local = false;
+  std::array<double, 2> origin{};
+  std::array<double, 4> to_crs{1, 0, 0, 1};
+
+  /// The lattice on which most vertices lie: x = x0 + col x_col + row x_row, then the same for y.
+  /// With it, formats of 32-bit numbers keep whole columns and rows exactly. All zero: none.
+  std::array<double, 6> lattice{};
+};
+
+/// "crs: EPSG:32611", "vertical datum: egm96" ...: what is known, a line each, for formats with
+/// comments. QGIS takes the CRS from the first one in a PLY (MDAL, mdal_ply.cpp).
+std::vector<std::string> place_lines(const MeshPlace&);
+
 /// Attributes are per vertex: each array is empty or as long as `positions`.
 struct Mesh {
   std::vector<std::array<double, 3>> positions;
@@ -25,7 +51,7 @@ struct Mesh {
   std::vector<std::array<float, 3>> normals;    // as in the file
   std::vector<std::array<float, 2>> texcoords;  // s right, t up
   std::string texture;                          // image file name, or empty
-  std::vector<std::string> comments;            // written, one line each (PLY and OBJ), not read
+  MeshPlace place;                              // written, not read
 
   // OBJ only: what the file names, in order of first use.
   std::vector<std::string> material_libraries, materials;
@@ -54,14 +80,39 @@ struct Stl {
 };
 Stl encode_stl(const Mesh&);
 
-Result<void> write_ply(const std::string& path, const Mesh&, const PlyOptions& = {});
-/// With a texture: also PATH with its extension replaced by .mtl.
-Result<void> write_obj(const std::string& path, const Mesh&);
-/// Gives the origin.
-Result<std::array<double, 3>> write_stl(const std::string& path, const Mesh&);
+/// STL as it stands in the file: positions rounded to what its reader gets.
+Mesh as_in_stl(Mesh);
 
-/// By the extension .ply, .obj or .stl, any case.
-Result<void> write_mesh(const std::string& path, const Mesh&);
+/// The material library that `encode_obj` names, for the texture.
+std::string encode_mtl(const Mesh&);
+
+/// GLB with positions, colours, normals and texture coordinates. Where the place has a lattice,
+/// positions are columns, rows and heights, and the node's matrix, in double, puts them where
+/// they are; else they are relative to the middle, which the matrix names. The node's extras name
+/// the place. Fails (invalid_argument) without a triangle: glTF has no empty mesh.
+Result<std::string> encode_glb(const Mesh&);
+/// GLB as it stands in the file.
+Mesh as_in_glb(Mesh);
+
+/// Aquaveo's 2DM (SMS, QGIS, TUFLOW): the shape alone. Text, shortest digits.
+std::string encode_2dm(const Mesh&);
+
+/// UGRID 1.0 (CF conventions for unstructured grids) in a NetCDF file of the classic 64-bit offset
+/// format; z as node_z, standard_name altitude. Fails (out_of_range) beyond 2^31 vertices
+/// or 4 GB.
+Result<std::string> encode_ugrid(const Mesh&);
+
+/// VTK's XML UnstructuredGrid, binary in base64; colours, normals and texture coordinates as
+/// PointData.
+std::string encode_vtu(const Mesh&);
+
+/// DXF R12 (AutoCAD): one 3DFACE a triangle on the layer TERRAIN. Text, shortest digits.
+std::string encode_dxf(const Mesh&);
+
+/// LandXML 1.2: one Surface, a TIN. y before x, as LandXML has it. Fails (invalid_argument) for
+/// units that it has no word for: degrees, or feet other than the two.
+Result<std::string> encode_landxml(const Mesh&);
+Result<void> landxml_can_say(const MeshPlace&);
 
 // ---- reading ----
 
@@ -82,8 +133,15 @@ Result<Mesh> decode_stl(std::string_view bytes);
 /// empty when there is none.
 std::string diffuse_texture(std::string_view mtl_text, std::string_view material);
 
-/// By extension. Of an OBJ the material libraries beside it are read for `texture`; names that
-/// leave its folder are not followed.
-Result<Mesh> read_mesh(const std::string& path);
+/// The texture that the OBJ at `path` names by way of the material libraries beside it; names that
+/// leave its folder are not followed. A library that cannot be read costs the texture, not
+/// the mesh.
+std::string texture_of_obj(const std::string& path, const Mesh&);
+
+/// ND, E3T and E4Q (two triangles); other cards are read over, E6T, E8Q and E9Q refused.
+Result<Mesh> decode_2dm(std::string_view text);
+
+/// Every Surface with a TIN, as one mesh; faces marked invisible (i="1") are left out.
+Result<Mesh> decode_landxml(std::string_view text);
 
 }  // namespace tind::proto

@@ -3,15 +3,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
-#include <charconv>
 #include <cmath>
-#include <filesystem>
 #include <limits>
 
 #include "proto/mesh_io.h"
+#include "proto/text_put.h"
 #include "terrain/base/bytes.h"
-#include "terrain/base/file_io.h"
 
 namespace tind::proto {
 namespace {
@@ -21,22 +18,11 @@ void put(std::string& out, T value) {
   ByteWriter(out).put(value);
 }
 
-template <class T>
-void put_text(std::string& out, T value) {
-  char digits[32];
-  out.append(digits, std::to_chars(digits, digits + sizeof digits, value).ptr);
-}
+using text::one_line;
+using text::put_text;
 
 std::uint8_t to_byte(float channel) {
   return std::uint8_t(std::lround(std::clamp(channel, 0.0f, 1.0f) * 255));
-}
-
-/// A comment ends with its line.
-std::string one_line(std::string_view text) {
-  std::string line(text);
-  std::ranges::replace_if(
-      line, [](char c) { return c == '\n' || c == '\r'; }, ' ');
-  return line;
 }
 
 // ---- ply ----
@@ -45,7 +31,7 @@ std::string ply_header(const Mesh& m, const PlyOptions& options) {
   const char* position = options.float_positions ? "float" : "double";
   const char* channel = options.float_colours ? "float" : "uchar";
   std::string h = "ply\nformat binary_little_endian 1.0\ncomment tind\n";
-  for (const std::string& comment : m.comments) h += "comment " + one_line(comment) + "\n";
+  for (const std::string& line : place_lines(m.place)) h += "comment " + one_line(line) + "\n";
   if (!m.texture.empty()) h += "comment TextureFile " + one_line(m.texture) + "\n";
   h += "element vertex " + std::to_string(m.positions.size()) + "\n";
   const auto property = [&](const char* type, const char* name) {
@@ -121,13 +107,6 @@ Float3 face_normal(const Float3& a, const Float3& b, const Float3& c) {
   return {float(x / length), float(y / length), float(z / length)};
 }
 
-std::string lower_extension(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::ranges::transform(extension, extension.begin(),
-                         [](unsigned char c) { return std::tolower(c); });
-  return extension;
-}
-
 }  // namespace
 
 std::string encode_ply(const Mesh& m, const PlyOptions& options) {
@@ -152,7 +131,7 @@ std::string encode_ply(const Mesh& m, const PlyOptions& options) {
 
 std::string encode_obj(const Mesh& m, std::string_view material_library) {
   std::string out = "# tind\n";
-  for (const std::string& comment : m.comments) out += "# " + one_line(comment) + "\n";
+  for (const std::string& line : place_lines(m.place)) out += "# " + one_line(line) + "\n";
   out.reserve(out.size() + m.positions.size() * 60 + m.triangles.size() * 28);
   if (!material_library.empty())
     out += "mtllib " + one_line(material_library) + "\nusemtl surface\n";
@@ -188,34 +167,15 @@ Stl encode_stl(const Mesh& m) {
   return stl;
 }
 
-Result<void> write_ply(const std::string& path, const Mesh& m, const PlyOptions& options) {
-  return write_whole_file(path, encode_ply(m, options));
+Mesh as_in_stl(Mesh m) {
+  const std::array<double, 3> origin = stl_origin(m);
+  for (auto& p : m.positions)
+    for (std::size_t i = 0; i < 3; ++i) p[i] = origin[i] + double(float(p[i] - origin[i]));
+  return m;
 }
 
-Result<void> write_obj(const std::string& path, const Mesh& m) {
-  if (m.texture.empty()) return write_whole_file(path, encode_obj(m));
-  const auto library = std::filesystem::path(path).replace_extension(".mtl");
-  const std::string mtl = "newmtl surface\nKd 1 1 1\nmap_Kd " + one_line(m.texture) + "\n";
-  if (auto done = write_whole_file(library.string(), mtl); !done) return done;
-  return write_whole_file(path, encode_obj(m, library.filename().string()));
-}
-
-Result<std::array<double, 3>> write_stl(const std::string& path, const Mesh& m) {
-  const Stl stl = encode_stl(m);
-  if (auto done = write_whole_file(path, stl.bytes); !done) return std::unexpected(done.error());
-  return stl.origin;
-}
-
-Result<void> write_mesh(const std::string& path, const Mesh& m) {
-  const std::string extension = lower_extension(path);
-  if (extension == ".ply") return write_ply(path, m);
-  if (extension == ".obj") return write_obj(path, m);
-  if (extension == ".stl") {
-    if (auto done = write_stl(path, m); !done) return std::unexpected(done.error());
-    return {};
-  }
-  return fail(Errc::unsupported,
-              "cannot write " + path + ": the extension must be .ply, .obj or .stl");
+std::string encode_mtl(const Mesh& m) {
+  return "newmtl surface\nKd 1 1 1\nmap_Kd " + one_line(m.texture) + "\n";
 }
 
 }  // namespace tind::proto

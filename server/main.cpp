@@ -46,6 +46,7 @@ int main(int argc, char** argv) {
   tind::cli::add_measure(app, exit);
   tind::cli::add_compare(app, exit);
   tind::cli::add_methods(app, exit);
+  tind::cli::add_formats(app, exit);
   tind::cli::add_info(app, exit);
   tind::cli::add_build(app, exit);
   tind::cli::add_check(app, exit);

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "terrain/raster/crs_code.h"
+
 namespace tind {
 
 namespace {
@@ -38,6 +40,27 @@ MeshMap mesh_map(const DemInfo& info, MeshFrame frame, bool source_units) {
   MeshMap map{info.post_to_crs, source_units ? 1 / info.z_unit_m : 1};
   if (frame == MeshFrame::metric) map.xy = {0, info.spacing_x_m, 0, 0, 0, -info.spacing_y_m};
   return map;
+}
+
+proto::MeshPlace mesh_place(const DemInfo& info, MeshFrame frame, bool source_units) {
+  proto::MeshPlace place;
+  const CrsCode code = crs_code(info.crs_wkt);
+  place.epsg = code.epsg;
+  place.geographic = code.geographic;
+  place.unit_m = code.unit_m;
+  place.crs_wkt = info.crs_wkt;
+  place.crs_name = info.crs_name;
+  place.vertical_datum = name(info.datum);
+  place.z_unit_m = source_units ? info.z_unit_m : 1;
+  const Affine xy = mesh_map(info, frame, source_units).xy;
+  place.lattice = {xy.x0, xy.x_col, xy.x_row, xy.y0, xy.y_col, xy.y_row};
+  if (frame != MeshFrame::metric) return place;
+  const Affine& crs = info.post_to_crs;
+  place.local = true;
+  place.origin = {crs.x0, crs.y0};
+  place.to_crs = {crs.x_col / info.spacing_x_m, -crs.x_row / info.spacing_y_m,
+                  crs.y_col / info.spacing_x_m, -crs.y_row / info.spacing_y_m};
+  return place;
 }
 
 proto::Mesh to_file_mesh(Tin tin) {

@@ -37,6 +37,9 @@ struct MeshMap {
 /// `source_units`: z in the raster's own unit instead of metres.
 MeshMap mesh_map(const DemInfo&, MeshFrame, bool source_units);
 
+/// What mesh files say of where such a mesh is. Looks up the CRS's code: milliseconds.
+proto::MeshPlace mesh_place(const DemInfo&, MeshFrame, bool source_units);
+
 /// The arrays of a mesh file. Nothing is converted.
 proto::Mesh to_file_mesh(Tin);
 Tin from_file_mesh(proto::Mesh);

@@ -1,13 +1,15 @@
 // The referee. Every triangle is scan-converted over the posts that it covers; a post keeps the
-// largest error that any triangle gives it, so the order of triangles does not matter, and bands of
-// rows can be done by different threads. Largest errors are kept in double; the others as float
-// (relative 6e-8), whose sums run in double and in post order.
+// largest error that any triangle gives it, with its sign, so the order of triangles does not
+// matter, and bands of rows can be done by different threads. Largest errors are kept in double;
+// the others as float (relative 6e-8), whose sums run in double and in post order.
 
 #include "terrain/mesh/vertical_error.h"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
+#include <utility>
 #include <vector>
 
 #include "terrain/base/parallel.h"
@@ -17,7 +19,9 @@ namespace tind {
 
 namespace {
 
-constexpr float kUncovered = -1;
+/// No triangle has been at the post: not below any error, so that the first one replaces it. Voids
+/// stay like that.
+constexpr float kUncovered = std::numeric_limits<float>::quiet_NaN();
 
 struct Extreme {
   double error = -1;
@@ -38,8 +42,8 @@ struct Band {
 void measure_short(const PostSpan& span, const float* posts, float* out, Band& band) {
   for (int c = span.first; c <= span.last; ++c) {
     const double d = span.height(c) - posts[c];  // NaN at a void: compares false
-    const float e = float(std::fabs(d));
-    if (e > out[c]) out[c] = e;
+    const float e = float(d);
+    if (!(std::fabs(e) <= std::fabs(out[c]))) out[c] = e;
     if (d >= band.above.error) band.above.take(d, c, span.row);
     if (-d >= band.below.error) band.below.take(-d, c, span.row);
   }
@@ -55,8 +59,8 @@ void measure_long(PostSpan span, const float* posts, float* out, Band& band) {
     float* const o = out + span.first;
     for (int k = 0; k < kLanes; ++k) d[k] = span.height(span.first + k) - p[k];
     for (int k = 0; k < kLanes; ++k) {
-      const float e = float(std::fabs(d[k]));
-      o[k] = e > o[k] ? e : o[k];
+      const float e = float(d[k]);
+      o[k] = !(std::fabs(e) <= std::fabs(o[k])) ? e : o[k];
     }
     unsigned extreme = 0;
     for (int k = 0; k < kLanes; ++k)
@@ -99,10 +103,10 @@ void measure_rims(const Tin& mesh, const HeightGrid& grid, double slack, std::ve
     const auto measure = [&](const PostSpan& span) {
       for (int c = span.first; c <= span.last; ++c) {
         const std::size_t i = std::size_t(span.row) * grid.cols() + c;
-        if (before[i] != kUncovered || grid.is_void(c, span.row)) continue;
+        if (!std::isnan(before[i]) || grid.is_void(c, span.row)) continue;
         const double x = std::clamp(double(c), span.x0, span.x1);
         const double d = span.z0 + (x - span.x0) * span.slope - grid.at(c, span.row);
-        worst[i] = std::max(worst[i], float(std::fabs(d)));
+        if (!(std::fabs(float(d)) <= std::fabs(worst[i]))) worst[i] = float(d);
         extremes.above.take(d, c, span.row);
         extremes.below.take(-d, c, span.row);
       }
@@ -123,27 +127,52 @@ double percentile(std::vector<float>& values, std::size_t all, double share) {
   return values.back();
 }
 
+/// What is summed up over the covered valid posts.
+class Sums {
+ public:
+  /// `e`: mesh - post. Rows from the first to the last.
+  void add(double e) {
+    sum_ += std::fabs(e);
+    sum2_ += e * e;
+    (e > 0 ? above_ : below_) += std::fabs(e);
+  }
+  void end_row(VerticalError& out) {
+    signed_sum_ += above_ - below_;
+    out.row_above_m.push_back(std::exchange(above_, 0));
+    out.row_below_m.push_back(std::exchange(below_, 0));
+  }
+  void finish(VerticalError& out) const {
+    if (out.posts == 0) return;
+    out.mean_m = sum_ / double(out.posts);
+    out.rms_m = std::sqrt(sum2_ / double(out.posts));
+    out.bias_m = signed_sum_ / double(out.posts);
+  }
+
+ private:
+  double sum_ = 0, sum2_ = 0, signed_sum_ = 0, above_ = 0, below_ = 0;
+};
+
 /// Counts, sums and percentiles over the valid posts. Uses up `worst`.
 void summarise(const HeightGrid& grid, std::vector<float>& worst, VerticalError& out) {
-  double sum = 0, sum2 = 0;
-  std::size_t kept = 0;
-  const std::span<const float> heights = grid.values();
-  for (std::size_t i = 0; i < heights.size(); ++i) {
-    if (std::isnan(heights[i])) continue;
-    if (worst[i] == kUncovered) {
-      ++out.uncovered;
-      continue;
+  Sums sums;
+  std::size_t kept = 0, i = 0;
+  for (int row = 0; row < grid.rows(); ++row) {
+    for (const float height : grid.row(row)) {
+      const float e = worst[i++];
+      if (std::isnan(height)) continue;
+      if (std::isnan(e)) {
+        ++out.uncovered;
+        continue;
+      }
+      sums.add(e);
+      worst[kept++] = std::fabs(e);
     }
-    const double e = worst[i];
-    sum += e;
-    sum2 += e * e;
-    worst[kept++] = worst[i];
+    sums.end_row(out);
   }
   worst.resize(kept);
   out.posts = kept;
+  sums.finish(out);
   if (kept == 0) return;
-  out.mean_m = sum / double(kept);
-  out.rms_m = std::sqrt(sum2 / double(kept));
   out.p99_m = percentile(worst, kept, 0.99);
   out.p95_m = percentile(worst, kept, 0.95);
   out.p50_m = percentile(worst, kept, 0.50);
@@ -248,7 +277,7 @@ Result<VerticalError> vertical_error_in_strips(const Tin& mesh, int cols, int ro
   VerticalError out;
   Band all;
   Histogram histogram;
-  double sum = 0, sum2 = 0;
+  Sums sums;
   std::vector<float> worst;
   for (int row = 0; row < rows; row += kStrip) {
     const auto strip = read(row, std::min(kStrip, rows - row));
@@ -262,21 +291,21 @@ Result<VerticalError> vertical_error_in_strips(const Tin& mesh, int cols, int ro
     all.above.take(band.above.error, band.above.col, band.above.row);
     all.below.take(band.below.error, band.below.col, band.below.row);
     for (std::size_t i = 0; i < worst.size(); ++i) {
-      if (std::isnan(strip->values()[i])) continue;
-      if (worst[i] == kUncovered) {
+      const float e = worst[i];
+      if (std::isnan(strip->values()[i])) {
+      } else if (std::isnan(e)) {
         ++out.uncovered;
-        continue;
+      } else {
+        ++out.posts;
+        sums.add(e);
+        histogram.add(std::fabs(e));
       }
-      ++out.posts;
-      sum += worst[i];
-      sum2 += double(worst[i]) * worst[i];
-      histogram.add(worst[i]);
+      if ((i + 1) % std::size_t(cols) == 0) sums.end_row(out);
     }
   }
   set_extremes(all, out);
+  sums.finish(out);
   if (out.posts == 0) return out;
-  out.mean_m = sum / double(out.posts);
-  out.rms_m = std::sqrt(sum2 / double(out.posts));
   out.p50_m = histogram.percentile(out.posts, 0.50);
   out.p95_m = histogram.percentile(out.posts, 0.95);
   out.p99_m = histogram.percentile(out.posts, 0.99);

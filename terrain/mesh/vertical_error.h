@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <vector>
 
 #include "terrain/base/result.h"
 #include "terrain/mesh/tin.h"
@@ -18,6 +19,10 @@ struct VerticalError {
   int max_col = -1, max_row = -1;           // where the maximum is
   std::uint64_t posts = 0;                  // valid posts measured
   std::uint64_t uncovered = 0;              // valid posts that no triangle covers
+  double bias_m = 0;                        // mean of mesh - post
+  /// Sums over each row's covered posts of how far the mesh is above them, and below, both >= 0:
+  /// times the area of a post, the volume between mesh and DEM.
+  std::vector<double> row_above_m, row_below_m;
 };
 
 /// Measures `mesh`, whose x, y are POST coordinates with y = -row (so that triangles are

@@ -10,6 +10,7 @@
 #include <random>
 
 #include "terrain/base/file_io.h"
+#include "terrain/mesh/mesh_file.h"
 #include "tests/support/support.h"
 
 namespace tind::proto {
@@ -206,8 +207,8 @@ TEST(MeshIo, AFailedWriteLeavesNothingBehind) {
   const tind::test::TempDir dir;
   const Mesh m = full_mesh(2000);
   EXPECT_THAT(write_mesh(dir.file("no/such/a.ply"), m).error().what, HasSubstr("No such file"));
-  EXPECT_THAT(write_mesh(dir.file("a.xyz"), m).error().what, HasSubstr(".ply, .obj or .stl"));
-  EXPECT_THAT(write_mesh("/dev/full", m).error().what, HasSubstr("extension"));
+  EXPECT_THAT(write_mesh(dir.file("a.xyz"), m).error().what, HasSubstr(".ply, .obj, .stl"));
+  EXPECT_THAT(write_mesh("/dev/full", m).error().what, HasSubstr("cannot tell the format"));
   EXPECT_THAT(write_whole_file("/dev/full", "x").error().what, HasSubstr("No space left"));
 
   ASSERT_TRUE(write_whole_file(dir.file("a.ply"), "old"));

@@ -21,6 +21,7 @@ void add_between(Command program, int& exit);
 void add_measure(Command program, int& exit);
 void add_compare(Command program, int& exit);
 void add_methods(Command program, int& exit);
+void add_formats(Command program, int& exit);
 void add_info(Command program, int& exit);
 void add_build(Command program, int& exit);
 void add_check(Command program, int& exit);

@@ -23,7 +23,8 @@ namespace tind::cli {
 namespace {
 
 struct Extract {
-  std::string input, output;
+  std::string input;
+  MeshOutput output;
   std::optional<std::size_t> triangles;
   std::optional<double> max_error;
   bool json = false;
@@ -47,7 +48,9 @@ Result<std::size_t> state_asked_for(const Extract& a, const ProgressiveMesh& pm,
 }
 
 int run_extract(const Extract& a) {
-  if (const int code = check_outputs({a.output}); code != kOk) return code;
+  const auto format = format_of(a.output);
+  if (!format) return complain(format.error());
+  if (const int code = check_outputs({a.output.path}); code != kOk) return code;
   const auto file = read_whole_file(a.input);
   if (!file) {
     complain(file.error());
@@ -66,13 +69,9 @@ int run_extract(const Extract& a) {
   const DemInfo info = terrain ? info_of(*stream) : DemInfo{};
   Tin level = cursor->extract();
   if (terrain) level = mesh_map(info, MeshFrame::source, false).from_posts(std::move(level));
-  const auto written =
-      proto::write_mesh(a.output, terrain ? mesh_above(info.datum, std::move(level))
-                                          : to_file_mesh(std::move(level)));
-  if (!written) {
-    complain(written.error());
-    return kCannotCreate;
-  }
+  proto::Mesh mesh = to_file_mesh(std::move(level));
+  if (terrain) mesh.place = mesh_place(info, MeshFrame::source, false);
+  if (const int code = put_mesh(a.output, **format, mesh); code != kOk) return code;
   const bool complete = stream->splits.size() == stream->total_splits;
   if (a.json) {
     nlohmann::ordered_json j = {{"triangles", cursor->triangles()},
@@ -84,7 +83,7 @@ int run_extract(const Extract& a) {
       j["crs"] = info.crs_name;
       j["vertical_datum"] = name(info.datum);
     }
-    j["output"] = a.output;
+    j["output"] = a.output.path;
     std::printf("%s\n", json::to_text(j, 2).c_str());
   } else {
     fmt::print("{} triangles, {} vertices, ", cursor->triangles(), cursor->positions().size());
@@ -106,7 +105,7 @@ void add_extract(Command program, int& exit) {
   Command app =
       program.add_subcommand("extract", "Take one level of detail out of a .tpm, as a mesh file");
   app.add_option("input", a->input, "a .tpm, or the beginning of one").required();
-  app.add_option("-o,--output", a->output, "the mesh: .ply, .obj or .stl").required();
+  add_mesh_output(app, a->output);
   Command group = app.add_group("Level (at most one; without, the finest)", 0, 1);
   group.add_option("--triangles", a->triangles, "the finest level of at most this many triangles");
   group.add_option(

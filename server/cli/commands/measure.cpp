@@ -28,15 +28,6 @@ struct Arguments {
   bool json = false;
 };
 
-Result<Tin> read_tin(const std::string& path) {
-  auto mesh = proto::read_mesh(path);
-  if (!mesh) return fail(Errc::bad_data, mesh.error().what);
-  for (const auto& p : mesh->positions)
-    if (!std::isfinite(p[0] + p[1] + p[2]))
-      return fail(Errc::bad_data, path + ": a vertex has a coordinate that is not a number");
-  return from_file_mesh(std::move(*mesh));
-}
-
 /// Two meshes: the distance of their surfaces, both ways.
 int run_surfaces(const Arguments& a, const Tin& mesh) {
   const Result<Tin> other = read_tin(a.dem.files[0]);
@@ -61,7 +52,8 @@ int run(const Arguments& a) {
   const Result<Terrain> posts = read_all(**dem);
   if (!posts) return complain(posts.error());
   const MeshMap map = mesh_map((*dem)->info(), a.frame, a.units == "source");
-  const MeshQuality quality = mesh_quality(*mesh, map, posts->grid, a.threads, is_stl(a.mesh));
+  const MeshQuality quality = mesh_quality(*mesh, map, posts->grid, a.threads,
+                                           format_to_read(a.mesh)->as_in_file != nullptr);
   if (quality.error.posts == 0) {
     return complain({Errc::bad_data,
                      "the mesh covers no valid post of the DEM: are both in one "
@@ -69,6 +61,7 @@ int run(const Arguments& a) {
   }
   if (a.json) {
     nlohmann::ordered_json j = quality_json(quality);
+    j.update(ground_json(quality, (*dem)->info()));
     j["frame"] = name_of(a.frame);
     j["mesh"] = a.mesh;
     j["dem"] = a.dem.files;
@@ -87,7 +80,7 @@ void add_measure(Command program, int& exit) {
       "measure",
       "Measure the vertical error of a mesh against every post of a DEM, or the distance of two "
       "meshes' surfaces");
-  app.add_option("mesh", a->mesh, "a PLY, OBJ or STL file").required();
+  app.add_option("mesh", a->mesh, "the mesh: " + readable_extensions()).required();
   app.add_option("dem", a->dem.files, "the DEM, or several that share one grid; or a second mesh")
       .required();
   add_dem_options(app, a->dem);

@@ -25,7 +25,8 @@ void print_methods(bool json) {
     fmt::print("{:<18} {:<50} {:<8} {:>6} {:>6}\n", m.name, m.take_for, m.voids, m.time, m.rms);
   fmt::print(
       "\nWithout --method it is {}: within an error it has the fewest triangles, at a count the\n"
-      "smallest RMS error. Meshes (PLY, OBJ, STL) take qem, attribute-qem and triangle-collapse;\n"
+      "smallest RMS error. Meshes (PLY, OBJ, STL ...) take qem, attribute-qem and "
+      "triangle-collapse;\n"
       "there it is {}. Time and RMS error are those beside qem's at 10 % of the triangles.\n\n"
       "All of them: no triangle flips; every valid post with a full cell beside it is covered;\n"
       "--max-error holds at every covered post; --triangles and --ratio are never exceeded, or "

@@ -24,7 +24,8 @@ namespace {
 
 struct Arguments {
   DemInput input;
-  std::string bbox, polygon, route, output, progress = "auto";
+  MeshOutput output;
+  std::string bbox, polygon, route, progress = "auto";
   MeshFrame frame = MeshFrame::source;
   double width_m = 0;
   RegionErrors errors{1, 50};
@@ -89,10 +90,14 @@ int run(const Arguments& a) {
   if (!asked) return complain(asked.error());
   if (!(a.errors.inside_m >= 0 && a.errors.inside_m <= a.errors.outside_m))
     return complain({Errc::invalid_argument, "--inside must be 0 or more and not above --outside"});
-  if (const int code = check_outputs({a.output}); code != kOk) return code;
+  const auto format = format_of(a.output);
+  if (!format) return complain(format.error());
+  if (const int code = check_outputs({a.output.path}); code != kOk) return code;
   const auto dem = open_dem(a.input);
   if (!dem) return complain(dem.error());
   const DemInfo& info = (*dem)->info();
+  const proto::MeshPlace place = mesh_place(info, a.frame, false);
+  if (const auto ok = can_say(**format, place); !ok) return complain(ok.error());
   const auto region = asked->over(**dem);
   if (!region) return complain(region.error());
   const Result<Terrain> posts = read_all(**dem);
@@ -105,12 +110,9 @@ int run(const Arguments& a) {
   if (!all) return complain(all.error());
   const Tin tin = refine_region(*all, *region, a.errors).to_tin();
   const Measured measured = measure(tin, posts->grid, *region, a.threads);
-  if (const auto ok = proto::write_mesh(
-          a.output, mesh_above(info.datum, mesh_map(info, a.frame, false).from_posts(tin)));
-      !ok) {
-    complain(ok.error());
-    return kCannotCreate;
-  }
+  proto::Mesh mesh = to_file_mesh(mesh_map(info, a.frame, false).from_posts(tin));
+  mesh.place = place;
+  if (const int code = put_mesh(a.output, **format, mesh); code != kOk) return code;
   const nlohmann::ordered_json report = {{"triangles", tin.triangles.size()},
                                          {"vertices", tin.vertices.size()},
                                          {"inside",
@@ -136,7 +138,7 @@ void add_refine(Command program, int& exit) {
   Command app = program.add_subcommand(
       "refine", "One mesh of a DEM, fine in a region and coarse outside; both errors hold");
   app.add_option("input", a->input.files, "a DEM, or several that share one grid").required();
-  app.add_option("-o,--output", a->output, "the mesh: .ply, .obj or .stl").required();
+  add_mesh_output(app, a->output);
   Command group = app.add_group("Region (exactly one), decimal degrees", 1, 1);
   group.add_option("--bbox", a->bbox,
                    "WEST,SOUTH,EAST,NORTH; across the antimeridian 179,-20,181,-10");

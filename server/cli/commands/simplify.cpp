@@ -40,7 +40,9 @@ namespace {
 struct Arguments {
   DemInput input;
   LineInput lines;
-  std::string output, report, drape;
+  MeshOutput output;
+  const MeshFormat* format = nullptr;
+  std::string report, drape;
   MethodLine method;
   SimplifyOptions options;
   MeshFrame frame = MeshFrame::source;
@@ -67,9 +69,13 @@ class Stopwatch {
 
 /// What can be refused before a large file is read.
 Result<void> check(Arguments& a, Command app) {
-  if (!is_mesh(a.output))
-    return fail(Errc::invalid_argument,
-                "cannot tell the format of " + a.output + ": name it .ply, .obj or .stl");
+  const auto format = format_of(a.output);
+  if (!format) return std::unexpected(format.error());
+  a.format = *format;
+  if (!a.drape.empty() && !a.format->colours)
+    return fail(Errc::invalid_argument, fmt::format("{} has no room for the colours of --drape: "
+                                                    "write .ply, .obj, .glb or .vtu",
+                                                    a.format->title));
   const auto method = method_of(app, a.method);
   if (!method) return std::unexpected(method.error());
   a.options.method = *method;
@@ -86,10 +92,14 @@ nlohmann::ordered_json report_json(const Arguments& a, const DemInfo& info, cons
   nlohmann::ordered_json j = {
       {"method", a.method.name}, {"steps", made.steps}, {"input_triangles", made.input_triangles}};
   j.update(quality_json(quality));
+  j.update(ground_json(quality, info));
   j["frame"] = name_of(a.frame);
   j["units"] = a.units;
-  j["crs"] = info.crs_name;
-  j["vertical_datum"] = name(info.datum);
+  if (a.frame == MeshFrame::metric) {
+    const proto::MeshPlace place = mesh_place(info, a.frame, false);
+    j["origin"] = place.origin;
+    j["metres_to_crs"] = place.to_crs;
+  }
   j["spacing_m"] = {info.spacing_x_m, info.spacing_y_m};
   j["seconds"] = {{"read", seconds.read},
                   {"simplify", seconds.simplify},
@@ -100,23 +110,15 @@ nlohmann::ordered_json report_json(const Arguments& a, const DemInfo& info, cons
   for (const auto& [key, value] : made.details) j["details"][key] = value;
   j["note"] = made.note;
   j["input"] = info.files;
-  j["output"] = a.output;
+  j["output"] = a.output.path;
+  j["format"] = a.format->name;
   return j;
 }
 
-/// Writes the mesh and gives it back as it stands in the file: STL has 32-bit coordinates only,
-/// relative to an origin; the other formats lose nothing.
-Result<Tin> write(const std::string& path, Tin tin, VerticalDatum datum) {
-  if (!is_stl(path)) {
-    const auto ok = proto::write_mesh(path, mesh_above(datum, tin));
-    if (!ok) return std::unexpected(ok.error());
-    return tin;
-  }
-  const auto origin = proto::write_stl(path, to_file_mesh(tin));
-  if (!origin) return std::unexpected(origin.error());
-  const auto& [x, y, z] = *origin;
-  for (Vec3& v : tin.vertices) v = {x + float(v.x - x), y + float(v.y - y), z + float(v.z - z)};
-  return tin;
+/// The mesh as it stands in the file: some formats have 32-bit coordinates only.
+Tin as_in_file(const MeshFormat& format, proto::Mesh mesh) {
+  if (format.as_in_file) mesh = format.as_in_file(std::move(mesh));
+  return from_file_mesh(std::move(mesh));
 }
 
 void print(const Arguments& a, const nlohmann::ordered_json& report, const Simplified& made,
@@ -137,22 +139,23 @@ Result<void> hold_to_bound(const Arguments& a, const MeshQuality& quality, Simpl
   if (!a.options.stop.max_error_m) return {};
   const double bound = *a.options.stop.max_error_m;
   if (quality.error.max_m <= bound * (1 + 1e-9) + 1e-8 || !made.note.empty()) return {};
-  if (!is_stl(a.output)) {
-    return fail(Errc::internal, fmt::format("{} keeps {} m, not {} m: this is a bug, the mesh in "
-                                            "{} does not hold what was asked",
-                                            a.method.name, quality.error.max_m, bound, a.output));
+  if (!a.format->as_in_file) {
+    return fail(Errc::internal,
+                fmt::format("{} keeps {} m, not {} m: this is a bug, the mesh in "
+                            "{} does not hold what was asked",
+                            a.method.name, quality.error.max_m, bound, a.output.path));
   }
-  made.note = fmt::format("the 32-bit coordinates of STL take the mesh {:.3g} m beyond the bound",
-                          quality.error.max_m - bound);
+  made.note = fmt::format("the 32-bit coordinates of {} take the mesh {:.3g} m beyond the bound",
+                          a.format->title, quality.error.max_m - bound);
   return {};
 }
 
 /// No method leaves out a post that a triangle of posts holds; 32 bits of a degree may.
 void tell_of_posts_lost(const Arguments& a, const MeshQuality& quality, Simplified& made) {
-  if (!is_stl(a.output) || a.lines.any() || quality.uncovered <= quality.isolated) return;
+  if (!a.format->as_in_file || a.lines.any() || quality.uncovered <= quality.isolated) return;
   made.note += fmt::format(
-      "{}the 32-bit coordinates of STL leave {} posts beside the mesh: {}PLY and OBJ hold them",
-      made.note.empty() ? "" : "; ", quality.uncovered - quality.isolated,
+      "{}the 32-bit coordinates of {} leave {} posts beside the mesh: {}PLY and OBJ hold them",
+      made.note.empty() ? "" : "; ", a.format->title, quality.uncovered - quality.isolated,
       a.frame == MeshFrame::metric ? "" : "--frame metric, or ");
 }
 
@@ -164,6 +167,8 @@ int run_mesh(const Arguments& a) {
   auto read = read_tin(a.input.files[0]);
   if (!read) return complain(read.error());
   Tin& tin = *read;
+  if (const std::string lost = lost_attributes(*a.format, to_file_mesh(tin)); !lost.empty())
+    warn(fmt::format("{} has no room for the {} of {}", a.format->title, lost, a.input.files[0]));
   const auto* const attributed = std::get_if<AttributeQemOptions>(&a.options.method);
   if (attributed && asks_for_normals(*attributed) && tin.normals.empty())
     tin.normals = vertex_normals(tin);
@@ -177,11 +182,8 @@ int run_mesh(const Arguments& a) {
   const double seconds = watch.lap();
   const Simplified& made = result->made;
   const SurfaceDistance d = surface_distance(tin, made.tin, {.threads = a.options.threads});
-  const auto ok = proto::write_mesh(a.output, to_file_mesh(made.tin));
-  if (!ok) {
-    complain(ok.error());
-    return kCannotCreate;
-  }
+  const int wrote_mesh = put_mesh(a.output, *a.format, to_file_mesh(made.tin));
+  if (wrote_mesh != kOk) return wrote_mesh;
   nlohmann::ordered_json report = {{"method", a.method.name},
                                    {"steps", made.steps},
                                    {"input_triangles", made.input_triangles},
@@ -236,13 +238,15 @@ Result<Simplified> make_in_strips(const Arguments& a, const DemSource& dem,
 int run(Arguments& a, Command app) {
   if (!app.given("--method") && is_mesh(a.input.files[0])) a.method.name = DefaultMeshMethod::kName;
   if (const Result<void> ok = check(a, app); !ok) return complain(ok.error());
-  if (const int code = check_outputs({a.output, a.report}); code != kOk) return code;
+  if (const int code = check_outputs({a.output.path, a.report}); code != kOk) return code;
   if (is_mesh(a.input.files[0])) return run_mesh(a);
   Seconds seconds;
   Stopwatch watch;
   const auto dem = open_dem(a.input);
   if (!dem) return complain(dem.error());
   const DemInfo& info = (*dem)->info();
+  const proto::MeshPlace place = mesh_place(info, a.frame, a.units == "source");
+  if (const auto ok = can_say(*a.format, place); !ok) return complain(ok.error());
   const bool stream = streams(a, info);
   Result<Terrain> posts = stream ? Terrain() : read_all(**dem);
   if (!posts) return complain(posts.error());
@@ -275,16 +279,16 @@ int run(Arguments& a, Command app) {
   watch.lap();
 
   const MeshMap map = mesh_map(info, a.frame, a.units == "source");
-  const Result<Tin> written = write(a.output, map.from_posts(std::move(made->tin)), info.datum);
-  if (!written) {
-    complain(written.error());
-    return kCannotCreate;
-  }
+  proto::Mesh mesh = to_file_mesh(map.from_posts(std::move(made->tin)));
+  mesh.place = place;
+  if (const int code = put_mesh(a.output, *a.format, mesh); code != kOk) return code;
+  const Tin written = as_in_file(*a.format, std::move(mesh));
+  const bool rounded = a.format->as_in_file != nullptr;
   seconds.write = watch.lap();
   const Result<MeshQuality> quality =
-      stream ? mesh_quality_in_strips(*written, map, int(info.cols), int(info.rows),
-                                      strips_of(**dem), a.options.threads, is_stl(a.output))
-             : mesh_quality(*written, map, posts->grid, a.options.threads, is_stl(a.output));
+      stream ? mesh_quality_in_strips(written, map, int(info.cols), int(info.rows),
+                                      strips_of(**dem), a.options.threads, rounded)
+             : mesh_quality(written, map, posts->grid, a.options.threads, rounded);
   if (!quality) return complain(quality.error());
   seconds.measure = watch.lap();
   if (const auto ok = hold_to_bound(a, *quality, *made); !ok) return complain(ok.error());
@@ -319,12 +323,11 @@ void add_stop(Command app, StopAt& stop) {
 void add_simplify(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
   Command app = program.add_subcommand(
-      "simplify",
-      "Simplify a DEM (or a PLY, OBJ or STL mesh) to one triangle mesh whose error is measured");
+      "simplify", "Simplify a DEM (or a mesh) to one triangle mesh whose error is measured");
   app.add_option("input", a->input.files,
-                 "a DEM, or several that share one grid; or one mesh: .ply, .obj or .stl")
+                 "a DEM, or several that share one grid; or one mesh: " + readable_extensions())
       .required();
-  app.add_option("-o,--output", a->output, "the mesh: .ply, .obj or .stl").required();
+  add_mesh_output(app, a->output);
   add_stop(app, a->options.stop);
   add_method_options(app, a->method, a->options.threads);
   add_dem_options(app, a->input);

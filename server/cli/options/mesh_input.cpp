@@ -1,25 +1,20 @@
 #include "server/cli/options/mesh_input.h"
 
-#include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <string_view>
 
 #include "proto/mesh_io.h"
 #include "terrain/base/file_io.h"
 #include "terrain/mesh/manifold.h"
+#include "terrain/mesh/mesh_file.h"
 #include "terrain/mesh/mesh_frame.h"
 
 namespace tind::cli {
 
-bool is_mesh(const std::string& path) {
-  std::string e = path.substr(path.size() - std::min<std::size_t>(path.size(), 4));
-  std::ranges::transform(e, e.begin(), [](unsigned char c) { return std::tolower(c); });
-  return e == ".ply" || e == ".obj" || e == ".stl";
-}
+bool is_mesh(const std::string& path) { return format_to_read(path) != nullptr; }
 
 Result<Tin> read_tin(const std::string& path) {
-  auto file = proto::read_mesh(path);
+  auto file = read_mesh(path);
   if (!file) return fail(Errc::bad_data, file.error().what);
   Tin tin = from_file_mesh(std::move(*file));
   for (std::size_t i = 0; i < tin.vertices.size(); ++i) {
@@ -37,12 +32,6 @@ Result<Tin> read_shape(const std::string& path) {
   weld(*tin);
   drop_unused_vertices(*tin);
   return tin;
-}
-
-proto::Mesh mesh_above(VerticalDatum datum, Tin tin) {
-  proto::Mesh mesh = to_file_mesh(std::move(tin));
-  mesh.comments.push_back(std::string("vertical datum: ") + name(datum));
-  return mesh;
 }
 
 Result<std::size_t> write_stream(const std::string& path, const Result<proto::MeshStream>& stream) {

@@ -11,7 +11,7 @@
 
 namespace tind::cli {
 
-/// By its extension: .ply, .obj or .stl, in any case.
+/// By its extension, in any case: of a format that is read as a mesh.
 bool is_mesh(const std::string& path);
 
 /// The file's mesh, attributes included. Fails (bad_data) with the file's name, also where a
@@ -20,9 +20,6 @@ Result<Tin> read_tin(const std::string& path);
 
 /// The shape alone: no attributes, vertices that only they kept apart welded, unused ones gone.
 Result<Tin> read_shape(const std::string& path);
-
-/// As a file, which says what its heights are above.
-proto::Mesh mesh_above(VerticalDatum, Tin);
 
 /// Encodes and writes; the number of bytes. Fails (io) when the file cannot be written.
 Result<std::size_t> write_stream(const std::string& path, const Result<proto::MeshStream>&);

@@ -1,6 +1,30 @@
 #include "server/cli/options/output_options.h"
 
+#include "server/cli/program/exit.h"
+
 namespace tind::cli {
+
+void add_mesh_output(Command app, MeshOutput& output) {
+  app.add_option("-o,--output", output.path,
+                 "the mesh: " + writable_extensions() + "; 'tind formats' says what each can carry")
+      .required();
+  std::vector<std::string> names;
+  for (const MeshFormat& f : mesh_formats())
+    if (f.encode) names.push_back(f.name);
+  app.add_option("--format", output.format, "of the mesh, where the extension does not say it")
+      .one_of(names);
+}
+
+Result<const MeshFormat*> format_of(const MeshOutput& output) {
+  return format_to_write(output.path, output.format);
+}
+
+int put_mesh(const MeshOutput& output, const MeshFormat& format, const proto::Mesh& mesh) {
+  const auto ok = write_mesh(output.path, format, mesh);
+  if (ok) return kOk;
+  const int code = complain(ok.error());
+  return ok.error().code == Errc::io ? kCannotCreate : code;
+}
 
 void add_frame_option(Command app, MeshFrame& frame) {
   app.add_choice("--frame", frame, "x and y in the DEM's own CRS, or metres from its first post")

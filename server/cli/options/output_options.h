@@ -4,9 +4,25 @@
 #include <string>
 
 #include "server/cli/program/command_line.h"
+#include "terrain/mesh/mesh_file.h"
 #include "terrain/mesh/mesh_frame.h"
 
 namespace tind::cli {
+
+/// Where a mesh goes, and as what.
+struct MeshOutput {
+  std::string path, format;  // format: empty, the path's extension says it
+};
+
+/// -o, --output and --format.
+void add_mesh_output(Command, MeshOutput&);
+
+/// Fails (invalid_argument) with the list of formats: before any work.
+Result<const MeshFormat*> format_of(const MeshOutput&);
+
+/// Writes it. kOk, or says why not: with the code of what is wrong, or kCannotCreate where it is
+/// the file.
+int put_mesh(const MeshOutput&, const MeshFormat&, const proto::Mesh&);
 
 /// --frame: where x and y of a written mesh are counted from.
 void add_frame_option(Command, MeshFrame& frame);

@@ -3,12 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <string_view>
 
 #include "terrain/mesh/validity.h"
+#include "terrain/raster/crs_code.h"
 
 namespace tind::cli {
 
@@ -78,12 +77,23 @@ MeshQuality mesh_quality(const Tin& mesh, const MeshMap& map, const HeightGrid& 
   return q;
 }
 
-bool is_stl(const std::string& path) {
-  constexpr std::string_view kStl = ".stl";
-  return path.size() >= kStl.size() &&
-         std::equal(kStl.begin(), kStl.end(), path.end() - kStl.size(), [](char a, char b) {
-           return a == std::tolower(static_cast<unsigned char>(b));
-         });
+VolumeBetween volume_between(const VerticalError& e, const DemInfo& info) {
+  constexpr double kRadian = 3.14159265358979323846 / 180;
+  const double middle_col = double(info.cols - 1) / 2, middle_row = double(info.rows - 1) / 2;
+  const double step = std::hypot(info.post_to_crs.x_col, info.post_to_crs.y_col);
+  const bool degrees = info.crs_kind == CrsKind::geographic && info.period_cols > 0 && step > 0;
+  const auto cosine = [&](double row) {  // the CRS may count in other units than degrees
+    const double y = info.post_to_crs.apply(middle_col, row).y;
+    return std::cos(y * 360 / (info.period_cols * step) * kRadian);
+  };
+  VolumeBetween v;
+  for (std::size_t row = 0; row < e.row_above_m.size(); ++row) {
+    double area = info.spacing_x_m * info.spacing_y_m;
+    if (degrees) area *= std::max(0.0, cosine(double(row))) / std::max(1e-9, cosine(middle_row));
+    v.above_m3 += area * e.row_above_m[row];
+    v.below_m3 += area * e.row_below_m[row];
+  }
+  return v;
 }
 
 nlohmann::ordered_json quality_json(const MeshQuality& q) {
@@ -99,6 +109,7 @@ nlohmann::ordered_json quality_json(const MeshQuality& q) {
           {"max_above_m", e.max_above_m},
           {"max_below_m", e.max_below_m},
           {"max_at", {{"col", e.max_col}, {"row", e.max_row}}},
+          {"bias_m", e.bias_m},
           {"posts", e.posts},
           {"flipped", q.flipped},
           {"non_manifold", q.non_manifold},
@@ -106,14 +117,29 @@ nlohmann::ordered_json quality_json(const MeshQuality& q) {
           {"posts_isolated", q.isolated}};
 }
 
+nlohmann::ordered_json ground_json(const MeshQuality& q, const DemInfo& info) {
+  const VolumeBetween v = volume_between(q.error, info);
+  const int code = crs_code(info.crs_wkt).epsg;
+  const std::uint64_t all = std::uint64_t(info.cols) * std::uint64_t(info.rows);
+  nlohmann::ordered_json j = {
+      {"volume_m3",
+       {{"net", v.above_m3 - v.below_m3}, {"above", v.above_m3}, {"below", v.below_m3}}},
+      {"posts_void", all - q.error.posts - q.uncovered},
+      {"crs", info.crs_name}};
+  j["epsg"] = code > 0 ? nlohmann::ordered_json(code) : nullptr;
+  j["crs_wkt"] = info.crs_wkt;
+  j["vertical_datum"] = name(info.datum);
+  return j;
+}
+
 std::string quality_text(const MeshQuality& q) {
   const VerticalError& e = q.error;
   std::string text = fmt::format(
       "{} triangles, {} vertices; {} flipped, {} posts uncovered\n"
       "vertical error over {} posts: max {:.3f} m (at column {}, row {}), RMS {:.3f} m, "
-      "mean {:.3f} m, 50/95/99 % below {:.3f}/{:.3f}/{:.3f} m\n",
+      "mean {:.3f} m, 50/95/99 % below {:.3f}/{:.3f}/{:.3f} m; mesh - post {:+.3f} m in the mean\n",
       q.triangles, q.vertices, q.flipped, q.uncovered, e.posts, e.max_m, e.max_col, e.max_row,
-      e.rms_m, e.mean_m, e.p50_m, e.p95_m, e.p99_m);
+      e.rms_m, e.mean_m, e.p50_m, e.p95_m, e.p99_m, e.bias_m);
   if (q.uncovered > 0) {
     text += fmt::format(
         "{} valid posts ({:.2g} %) are in no triangle, and the error does not count them: {} of "

@@ -35,12 +35,20 @@ Result<MeshQuality> mesh_quality_in_strips(const Tin& mesh, const MeshMap& map, 
 /// Valid posts that are in no cell with three valid corners: no triangle of neighbours holds them.
 std::uint64_t isolated_posts(const HeightGrid&);
 
-/// By its extension; STL has 32-bit coordinates only.
-bool is_stl(const std::string& path);
+/// The space between the mesh and the DEM over the covered posts, cubic metres, both >= 0. A post
+/// stands for a cell of the grid; cells of degrees become narrower with the cosine of
+/// their latitude.
+struct VolumeBetween {
+  double above_m3 = 0, below_m3 = 0;  // where the mesh is above the DEM, and below it
+};
+VolumeBetween volume_between(const VerticalError&, const DemInfo&);
 
-/// triangles, vertices, max_error_m ... p99_m, max_at, posts, flipped,
+/// triangles, vertices, max_error_m ... p99_m, max_at, bias_m, posts, flipped,
 /// posts_uncovered, posts_isolated.
 nlohmann::ordered_json quality_json(const MeshQuality&);
+
+/// Of a mesh over all of its DEM: volume_m3, posts_void; crs, epsg, crs_wkt, vertical_datum.
+nlohmann::ordered_json ground_json(const MeshQuality&, const DemInfo&);
 
 /// Two or three lines for a person.
 std::string quality_text(const MeshQuality&);

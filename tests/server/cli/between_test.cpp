@@ -4,6 +4,7 @@
 #include <set>
 
 #include "proto/mesh_io.h"
+#include "terrain/mesh/mesh_file.h"
 #include "terrain/mesh/mesh_frame.h"
 #include "tests/support/program.h"
 #include "tests/support/support.h"
@@ -15,12 +16,12 @@ namespace {
 
 std::string write(const test::TempDir& dir, const char* name, const Tin& tin) {
   const std::string path = dir.file(name);
-  EXPECT_TRUE(proto::write_mesh(path, to_file_mesh(tin)));
+  EXPECT_TRUE(write_mesh(path, to_file_mesh(tin)));
   return path;
 }
 
 Tin read(const std::string& path) {
-  auto file = proto::read_mesh(path);
+  auto file = read_mesh(path);
   EXPECT_TRUE(file) << file.error().what;
   return from_file_mesh(std::move(*file));
 }

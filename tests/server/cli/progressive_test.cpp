@@ -5,6 +5,7 @@
 
 #include "proto/mesh_io.h"
 #include "terrain/base/file_io.h"
+#include "terrain/mesh/mesh_file.h"
 #include "terrain/mesh/mesh_frame.h"
 #include "tests/support/program.h"
 #include "tests/support/support.h"
@@ -85,7 +86,7 @@ TEST(Progressive, AMeshIsTakenToo) {
   const test::TempDir dir;
   const std::string tpm = dir.file("ball.tpm"), fine = dir.file("ball.ply"),
                     ply = dir.file("out.ply");
-  ASSERT_TRUE(proto::write_mesh(fine, to_file_mesh(test::sphere(400))));
+  ASSERT_TRUE(write_mesh(fine, to_file_mesh(test::sphere(400))));
   const auto made = test::run_tind("progressive " + fine + " -o " + tpm + " --json");
   ASSERT_EQ(made.code, 0) << made.out;
   const auto figures = nlohmann::json::parse(made.answer);

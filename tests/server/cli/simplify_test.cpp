@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "proto/mesh_io.h"
+#include "terrain/mesh/mesh_file.h"
 #include "terrain/simplify/methods.h"
 #include "tests/support/program_json.h"
 #include "tests/support/support.h"
@@ -56,7 +57,8 @@ TEST_P(SimplifyCommand, ReportsWhatMeasureFindsInTheFile) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Formats, SimplifyCommand, testing::Values("ply", "obj", "stl"));
+INSTANTIATE_TEST_SUITE_P(Formats, SimplifyCommand,
+                         testing::Values("ply", "obj", "stl", "2dm", "xml"));
 
 TEST(SimplifyCommandLine, KeepsTheBoundOfTheMeshAsWritten) {
   const TempDir dir;
@@ -109,7 +111,7 @@ TEST(SimplifyCommandLine, PutsTheMeshWhereTheDemIs) {
                                         "10\n1 2 3\n4 5 6\n";
   tind_json("simplify " + dir.file("dem.asc") + " -o " + dir.file("a.obj") +
             " --ratio 1 --method qem --json");
-  const auto mesh = proto::read_mesh(dir.file("a.obj"));
+  const auto mesh = read_mesh(dir.file("a.obj"));
   ASSERT_TRUE(mesh) << mesh.error().what;
   EXPECT_EQ(mesh->positions.front(), (std::array<double, 3>{105, 215, 1}));
   EXPECT_EQ(mesh->positions.back(), (std::array<double, 3>{125, 205, 6}));

@@ -11,6 +11,7 @@
 #include "proto/mesh_io.h"
 #include "terrain/mesh/halfedge_mesh.h"
 #include "terrain/mesh/manifold.h"
+#include "terrain/mesh/mesh_file.h"
 #include "terrain/mesh/mesh_frame.h"
 #include "tests/support/support.h"
 #include "tests/terrain/progressive/expand.h"
@@ -75,7 +76,7 @@ TEST(Between, OneVertexLess) {  // the paper's extreme case, n = k + 1
 
 TEST(Between, SpotToABox) {
   TIND_NEEDS_SHARED_DATA(path, "mesh/spot.obj");
-  auto file = proto::read_mesh(path);
+  auto file = read_mesh(path);
   ASSERT_TRUE(file) << file.error().what;
   Tin whole = from_file_mesh(std::move(*file));
   whole.texcoords.clear();

@@ -1,0 +1,61 @@
+#pragma once
+// THE table of mesh formats: what every command that reads or writes a mesh goes by.
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "proto/mesh_io.h"
+#include "terrain/base/result.h"
+
+namespace tind {
+
+struct MeshFormat {
+  const char* name = "";
+  std::vector<const char*> extensions = {};  // lower case, with their dot; the usual one first
+  const char* title = "";
+  const char* crs = "";      // how much of the CRS a reader learns
+  const char* numbers = "";  // of coordinates: "double", or what becomes of them
+  const char* meant_for = "";
+  bool colours = false, normals = false, texcoords = false;     // has room for them
+  Result<void> (*can_say)(const proto::MeshPlace&) = nullptr;   // null: any place
+  Result<std::string> (*encode)(const proto::Mesh&) = nullptr;  // null: tind does not write it
+  Result<proto::Mesh> (*decode)(std::string_view) = nullptr;    // null: tind does not read it
+  /// Positions as a reader of the file gets them; null: as they are.
+  proto::Mesh (*as_in_file)(proto::Mesh) = nullptr;
+};
+
+std::span<const MeshFormat> mesh_formats();
+
+/// ".ply, .obj ... or .xml": of the formats that can be written, or read.
+std::string writable_extensions();
+std::string readable_extensions();
+
+/// Which format to write: by its name, or, where that is empty, by the path's extension in any
+/// case. Fails (invalid_argument) with the list of what there is.
+Result<const MeshFormat*> format_to_write(const std::string& path, const std::string& name = {});
+
+/// Null where the extension is of no format that tind reads.
+const MeshFormat* format_to_read(const std::string& path);
+
+/// Fails (invalid_argument) where the format has no words for such a place: to be asked before long
+/// work.
+Result<void> can_say(const MeshFormat&, const proto::MeshPlace&);
+
+/// "colours, normals", or "none".
+std::string attributes_of(const MeshFormat&);
+
+/// What of the mesh has no room in the format: "colours and normals"; empty where all has.
+std::string lost_attributes(const MeshFormat&, const proto::Mesh&);
+
+/// Writes by way of a temporary file and a rename (write_whole_file). An OBJ with a texture: also
+/// PATH with its extension replaced by .mtl. Fails (invalid_argument) where the format cannot say
+/// what the mesh is, (io) where the file cannot be written.
+Result<void> write_mesh(const std::string& path, const MeshFormat&, const proto::Mesh&);
+/// By the extension.
+Result<void> write_mesh(const std::string& path, const proto::Mesh&);
+
+/// By the extension; of an OBJ also the texture that its material library names.
+Result<proto::Mesh> read_mesh(const std::string& path);
+
+}  // namespace tind

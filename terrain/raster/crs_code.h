@@ -1,0 +1,19 @@
+#pragma once
+// What a reference system's WKT says, for formats that name it in their own way.
+
+#include <string>
+
+namespace tind {
+
+struct CrsCode {
+  /// The EPSG code that the text names, or that of the one system which PROJ's list knows to be the
+  /// same. 0: there is none.
+  int epsg = 0;
+  bool geographic = false;
+  double unit_m = 1;  // metres per unit, where not geographic
+};
+
+/// Of a horizontal system. All zero where the text is no CRS. Milliseconds.
+CrsCode crs_code(const std::string& wkt);
+
+}  // namespace tind
