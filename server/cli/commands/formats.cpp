@@ -47,7 +47,7 @@ void print_table() {
       "no\n"
       "CRS: the file then names the origin and how metres become coordinates, where it has room "
       "for\n"
-      "text.\n");
+      "text. Rasters of a mesh: 'tind simplify --raster' and '--error-raster'.\n");
 }
 
 }  // namespace

@@ -19,6 +19,7 @@
 #include "server/cli/options/mesh_input.h"
 #include "server/cli/options/method_options.h"
 #include "server/cli/options/output_options.h"
+#include "server/cli/options/raster_output.h"
 #include "server/cli/pictures/mesh_quality.h"
 #include "server/cli/pictures/surface_report.h"
 #include "server/cli/program/dem_strips.h"
@@ -41,6 +42,7 @@ struct Arguments {
   DemInput input;
   LineInput lines;
   MeshOutput output;
+  RasterOutput rasters;
   const MeshFormat* format = nullptr;
   std::string report, drape;
   MethodLine method;
@@ -72,6 +74,7 @@ Result<void> check(Arguments& a, Command app) {
   const auto format = format_of(a.output);
   if (!format) return std::unexpected(format.error());
   a.format = *format;
+  if (const auto ok = check(a.rasters); !ok) return ok;
   if (!a.drape.empty() && !a.format->colours)
     return fail(Errc::invalid_argument, fmt::format("{} has no room for the colours of --drape: "
                                                     "write .ply, .obj, .glb or .vtu",
@@ -80,8 +83,9 @@ Result<void> check(Arguments& a, Command app) {
   if (!method) return std::unexpected(method.error());
   a.options.method = *method;
   if (!is_mesh(a.input.files[0])) return {};
-  for (const char* option : {"--from-datum", "--to-datum", "--allow-vrt", "--drape", "--frame",
-                             "--units", "--subset-placement", "--border-constraints"})
+  for (const char* option :
+       {"--from-datum", "--to-datum", "--allow-vrt", "--drape", "--frame", "--units",
+        "--subset-placement", "--border-constraints", "--raster", "--error-raster"})
     if (app.given(option))
       return fail(Errc::invalid_argument, std::string(option) + " needs a DEM, not a mesh");
   return {};
@@ -112,6 +116,8 @@ nlohmann::ordered_json report_json(const Arguments& a, const DemInfo& info, cons
   j["input"] = info.files;
   j["output"] = a.output.path;
   j["format"] = a.format->name;
+  if (!a.rasters.heights.empty()) j["raster"] = a.rasters.heights;
+  if (!a.rasters.errors.empty()) j["error_raster"] = a.rasters.errors;
   return j;
 }
 
@@ -235,10 +241,22 @@ Result<Simplified> make_in_strips(const Arguments& a, const DemSource& dem,
                                std::get<BoundedOptions>(a.options.method), a.options, progress);
 }
 
+/// Of a DEM in memory.
+RasterRows rows_in(const HeightGrid& grid) {
+  return [&grid](int row, int rows) -> Result<HeightGrid> {
+    HeightGrid strip(grid.cols(), rows);
+    for (int r = 0; r < rows; ++r) std::ranges::copy(grid.row(row + r), strip.row(r).begin());
+    return strip;
+  };
+}
+
 int run(Arguments& a, Command app) {
   if (!app.given("--method") && is_mesh(a.input.files[0])) a.method.name = DefaultMeshMethod::kName;
   if (const Result<void> ok = check(a, app); !ok) return complain(ok.error());
-  if (const int code = check_outputs({a.output.path, a.report}); code != kOk) return code;
+  if (const int code =
+          check_outputs({a.output.path, a.report, a.rasters.heights, a.rasters.errors});
+      code != kOk)
+    return code;
   if (is_mesh(a.input.files[0])) return run_mesh(a);
   Seconds seconds;
   Stopwatch watch;
@@ -247,6 +265,7 @@ int run(Arguments& a, Command app) {
   const DemInfo& info = (*dem)->info();
   const proto::MeshPlace place = mesh_place(info, a.frame, a.units == "source");
   if (const auto ok = can_say(*a.format, place); !ok) return complain(ok.error());
+  if (const auto ok = check(a.rasters, info); !ok) return complain(ok.error());
   const bool stream = streams(a, info);
   Result<Terrain> posts = stream ? Terrain() : read_all(**dem);
   if (!posts) return complain(posts.error());
@@ -278,6 +297,11 @@ int run(Arguments& a, Command app) {
   const auto attributes = attribute_errors(a.options, *posts, made->tin);
   watch.lap();
 
+  if (a.rasters.any()) {
+    const RasterRows rows = stream ? strips_of(**dem) : rows_in(posts->grid);
+    const int code = write_rasters(a.rasters, info, made->tin, rows, a.options.threads);
+    if (code != kOk) return code;
+  }
   const MeshMap map = mesh_map(info, a.frame, a.units == "source");
   proto::Mesh mesh = to_file_mesh(map.from_posts(std::move(made->tin)));
   mesh.place = place;
@@ -338,6 +362,7 @@ void add_simplify(Command program, int& exit) {
   app.add_option("--units", a->units, "z in metres, or in the DEM's own unit")
       .one_of({"metres", "source"})
       .shown();
+  add_raster_output(app, a->rasters);
   app.add_option("--report", a->report, "write the figures here, as JSON");
   add_json_flag(app, a->json);
   add_progress_option(app, a->progress);

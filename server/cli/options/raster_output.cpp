@@ -1,0 +1,72 @@
+#include "server/cli/options/raster_output.h"
+
+#include <filesystem>
+
+#include "server/cli/program/exit.h"
+#include "terrain/base/file_io.h"
+#include "terrain/mesh/mesh_raster.h"
+
+namespace tind::cli {
+
+namespace {
+
+int write_one(const std::string& path, bool heights, const DemInfo& info, const Tin& mesh,
+              const RasterRows& posts, int threads) {
+  const auto rows = [&](int row, int count) -> Result<HeightGrid> {
+    const auto strip = posts(row, count);
+    if (!strip) return std::unexpected(strip.error());
+    MeshRaster raster = mesh_raster(mesh, *strip, row, threads);
+    return heights ? std::move(raster.heights) : std::move(raster.errors);
+  };
+  const auto made = encode_raster(*raster_format(path), info, heights, rows);
+  if (!made) return complain(made.error());
+  auto ok = write_whole_file(path, made->bytes);
+  if (ok && !made->prj.empty())
+    ok =
+        write_whole_file(std::filesystem::path(path).replace_extension(".prj").string(), made->prj);
+  if (ok) return kOk;
+  complain(ok.error());
+  return kCannotCreate;
+}
+
+}  // namespace
+
+void add_raster_output(Command app, RasterOutput& output) {
+  app.add_option("--raster", output.heights,
+                 "also the mesh's height at every post, metres: .tif, or .asc with a .prj");
+  app.add_option("--error-raster", output.errors,
+                 "also mesh - post at every post, metres: .tif or .asc; no data where there is no "
+                 "post or no triangle");
+}
+
+Result<void> check(const RasterOutput& output) {
+  for (const std::string& path : {output.heights, output.errors})
+    if (!path.empty())
+      if (const auto format = raster_format(path); !format) return std::unexpected(format.error());
+  if (output.any() && output.heights == output.errors)
+    return fail(Errc::invalid_argument, "--raster and --error-raster name the same file");
+  return {};
+}
+
+Result<void> check(const RasterOutput& output, const DemInfo& info) {
+  for (const std::string& path : {output.heights, output.errors}) {
+    if (path.empty()) continue;
+    if (auto ok = can_say(*raster_format(path), info); !ok) return ok;
+    std::error_code ignored;
+    for (const std::string& file : info.files)
+      if (std::filesystem::equivalent(path, file, ignored))
+        return fail(Errc::invalid_argument, path + " is the DEM itself: name another raster");
+  }
+  return {};
+}
+
+int write_rasters(const RasterOutput& output, const DemInfo& info, const Tin& mesh,
+                  const RasterRows& posts, int threads) {
+  if (!output.heights.empty())
+    if (const int code = write_one(output.heights, true, info, mesh, posts, threads); code != kOk)
+      return code;
+  if (output.errors.empty()) return kOk;
+  return write_one(output.errors, false, info, mesh, posts, threads);
+}
+
+}  // namespace tind::cli

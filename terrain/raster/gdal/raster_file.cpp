@@ -1,0 +1,134 @@
+// A GeoTIFF is written strip by strip into memory, compressed; an ASCII grid is GDAL's copy of it.
+
+#include "terrain/raster/raster_file.h"
+
+#include <gdal_priv.h>
+#include <ogr_spatialref.h>
+
+#include <algorithm>
+#include <climits>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+
+#include "terrain/raster/gdal/gdal_setup.h"
+#include "terrain/raster/gdal/memory_file.h"
+
+namespace tind {
+namespace {
+
+constexpr float kNothing = -9999;
+constexpr int kStrip = 256;
+
+using Dataset = std::unique_ptr<GDALDataset, decltype([](GDALDataset* d) { GDALClose(d); })>;
+
+/// With the datum that the heights are above, where there is a CRS for it.
+OGRSpatialReference crs_of(const DemInfo& info, bool heights) {
+  OGRSpatialReference crs;
+  crs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+  if (crs.importFromWkt(info.crs_wkt.c_str()) != OGRERR_NONE || !heights) return crs;
+  if (info.datum == VerticalDatum::ellipsoid) crs.PromoteTo3D(nullptr);
+  if (info.datum != VerticalDatum::egm96) return crs;
+  OGRSpatialReference egm96, both;
+  if (egm96.importFromEPSG(5773) != OGRERR_NONE) return crs;
+  const std::string name = std::string(crs.GetName()) + " + EGM96 height";
+  if (both.SetCompoundCS(name.c_str(), &crs, &egm96) != OGRERR_NONE) return crs;
+  both.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+  return both;
+}
+
+bool describe(GDALDataset& file, const DemInfo& info, bool heights) {
+  bool ok = file.GetRasterBand(1)->SetNoDataValue(double(kNothing)) == CE_None;
+  file.GetRasterBand(1)->SetDescription(heights ? "height of the mesh" : "mesh - DEM");
+  file.GetRasterBand(1)->SetUnitType("metre");
+  if (info.has_geotransform) {  // posts are centres of pixels
+    const Affine& a = info.post_to_crs;
+    const Vec2 corner = a.apply(-0.5, -0.5);
+    double transform[] = {corner.x, a.x_col, a.x_row, corner.y, a.y_col, a.y_row};
+    ok = ok && file.SetGeoTransform(transform) == CE_None;
+  }
+  if (!info.crs_wkt.empty()) {
+    const OGRSpatialReference crs = crs_of(info, heights);
+    ok = ok && file.SetSpatialRef(&crs) == CE_None;
+  }
+  return ok;
+}
+
+Result<void> put_rows(GDALDataset& file, const DemInfo& info, const RasterRows& rows) {
+  const int cols = int(info.cols);
+  for (int row = 0; row < int(info.rows); row += kStrip) {
+    const int n = std::min(kStrip, int(info.rows) - row);
+    auto strip = rows(row, n);
+    if (!strip) return std::unexpected(strip.error());
+    for (float& v : strip->values())
+      if (std::isnan(v)) v = kNothing;
+    if (file.GetRasterBand(1)->RasterIO(GF_Write, 0, row, cols, n, strip->values().data(), cols, n,
+                                        GDT_Float32, 0, 0, nullptr) != CE_None)
+      return fail(Errc::internal, "GDAL refuses a row");
+  }
+  return {};
+}
+
+GDALDriver* driver_named(const char* name) { return GetGDALDriverManager()->GetDriverByName(name); }
+
+Dataset make_tiff(const std::string& name, const DemInfo& info) {
+  const char* const options[] = {"COMPRESS=DEFLATE", "PREDICTOR=3", "TILED=YES", "BIGTIFF=IF_SAFER",
+                                 nullptr};
+  return Dataset(driver_named("GTiff")->Create(name.c_str(), int(info.cols), int(info.rows), 1,
+                                               GDT_Float32, const_cast<char**>(options)));
+}
+
+RasterBytes ascii_of(const std::string& tiff) {
+  const Dataset from(GDALDataset::Open(tiff.c_str(), GDAL_OF_RASTER, gdal::raster_drivers(false)));
+  const gdal::MemoryFile memory(".asc");
+  const char* const options[] = {"SIGNIFICANT_DIGITS=9", nullptr};  // a float32 in full
+  const Dataset copy(from ? driver_named("AAIGrid")->CreateCopy(memory.name().c_str(), from.get(),
+                                                                FALSE, const_cast<char**>(options),
+                                                                nullptr, nullptr)
+                          : nullptr);
+  return {memory.bytes(), memory.bytes_beside(".prj")};
+}
+
+}  // namespace
+
+Result<RasterFormat> raster_format(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  std::ranges::transform(extension, extension.begin(),
+                         [](unsigned char c) { return char(std::tolower(c)); });
+  if (extension == ".tif" || extension == ".tiff") return RasterFormat::geotiff;
+  if (extension == ".asc") return RasterFormat::ascii_grid;
+  return fail(Errc::invalid_argument,
+              "cannot tell the format of the raster " + path + ": name it .tif, .tiff or .asc");
+}
+
+Result<void> can_say(RasterFormat format, const DemInfo& info) {
+  if (info.cols > INT_MAX || info.rows > INT_MAX)
+    return fail(Errc::out_of_range, "the DEM has too many columns or rows for one raster");
+  const Affine& a = info.post_to_crs;
+  if (format == RasterFormat::ascii_grid && (a.x_row != 0 || a.y_col != 0 || a.y_row > 0))
+    return fail(Errc::invalid_argument,
+                "an ASCII grid has its rows from the north and no rotation: write .tif");
+  return {};
+}
+
+Result<RasterBytes> encode_raster(RasterFormat format, const DemInfo& info, bool heights,
+                                  const RasterRows& rows) {
+  if (const auto ok = can_say(format, info); !ok) return std::unexpected(ok.error());
+  gdal::set_up();
+  gdal::Complaints complaints;
+  const gdal::MemoryFile memory(".tif");
+  Dataset file = make_tiff(memory.name(), info);
+  const bool described = file && describe(*file, info, heights);
+  if (described)
+    if (const auto put = put_rows(*file, info, rows); !put) return std::unexpected(put.error());
+  file.reset();
+  RasterBytes made;
+  if (described && !complaints.failed())
+    made =
+        format == RasterFormat::geotiff ? RasterBytes{memory.bytes(), ""} : ascii_of(memory.name());
+  if (made.bytes.empty() || complaints.failed())
+    return fail(Errc::internal, "cannot make the raster: " + complaints.text("no reason"));
+  return made;
+}
+
+}  // namespace tind

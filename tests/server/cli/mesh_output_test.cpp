@@ -1,0 +1,192 @@
+// What `tind simplify` writes besides and about the mesh: formats, rasters, where it is.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "terrain/base/file_io.h"
+#include "terrain/mesh/mesh_file.h"
+#include "terrain/raster/dem_source.h"
+#include "tests/support/program_json.h"
+#include "tests/support/support.h"
+
+namespace tind {
+namespace {
+
+using test::run_tind;
+using test::TempDir;
+using test::testdata;
+using test::tind_json;
+using testing::HasSubstr;
+
+/// 20 x 12 posts, 30 m apart; one void and one post between voids. Row 0 in the north.
+std::string small_dem(const TempDir& dir) {
+  std::ofstream file(dir.file("dem.asc"));
+  file << "ncols 20\nnrows 12\nxllcorner 1000\nyllcorner 2000\ncellsize 30\nnodata_value -9\n";
+  for (int r = 0; r < 12; ++r)
+    for (int c = 0; c < 20; ++c)
+      file << (r == 5 && c == 7 ? -9.0 : (r * 7 + c * c) % 13 + 0.5) << (c < 19 ? ' ' : '\n');
+  return dir.file("dem.asc");
+}
+
+HeightGrid read_raster(const std::string& path, DemInfo* info = nullptr) {
+  const std::string files[] = {path};
+  const auto dem = DemSource::open(files);
+  EXPECT_TRUE(dem) << dem.error().what;
+  if (!dem) return {};
+  if (info) *info = (*dem)->info();
+  return (*dem)->read(0, 0, int((*dem)->info().cols), int((*dem)->info().rows)).value();
+}
+
+TEST(MeshOutput, EveryFormatByExtensionAndByName) {
+  const TempDir dir;
+  const std::string start = "simplify " + small_dem(dir) + " --ratio 0.5 --method qem -o ";
+  for (const MeshFormat& f : mesh_formats()) {
+    const std::string by_extension = dir.file(std::string("a") + f.extensions.front());
+    const std::string by_name = dir.file("b." + std::string(f.name) + ".out");
+    EXPECT_EQ(tind_json(start + by_extension + " --json")["format"], f.name);
+    EXPECT_EQ(tind_json(start + by_name + " --json --format " + f.name)["format"], f.name);
+    EXPECT_EQ(read_whole_file(by_name).value(), read_whole_file(by_extension).value()) << f.name;
+  }
+  const auto unknown = run_tind(start + dir.file("a.xyz"));
+  EXPECT_EQ(unknown.code, 2);
+  for (const MeshFormat& f : mesh_formats())
+    EXPECT_THAT(unknown.out, HasSubstr(f.extensions.front()));
+  // Before any work: the DEM is not there at all.
+  EXPECT_EQ(run_tind("simplify none.tif --ratio 0.5 -o " + dir.file("a.xyz")).code, 2);
+  EXPECT_EQ(run_tind("refine none.tif --bbox 1,2,3,4 -o " + dir.file("a.xyz")).code, 2);
+  EXPECT_EQ(run_tind("extract none.tpm -o " + dir.file("a.xyz")).code, 2);
+}
+
+TEST(MeshOutput, FormatsListsThemAll) {
+  const auto listed = tind_json("formats --json");
+  ASSERT_EQ(listed.size(), mesh_formats().size());
+  const auto text = run_tind("formats");
+  EXPECT_EQ(text.code, 0);
+  for (const MeshFormat& f : mesh_formats()) EXPECT_THAT(text.answer, HasSubstr(f.title));
+}
+
+TEST(MeshOutput, WhatAFormatCannotCarryIsRefusedFirst) {
+  const TempDir dir;
+  const std::string degrees = "simplify " + testdata("rainier.tif") + " --ratio 0.01 ";
+  const auto xml = run_tind(degrees + "-o " + dir.file("a.xml"));
+  EXPECT_EQ(xml.code, 2);
+  EXPECT_THAT(xml.out, HasSubstr("--frame metric"));
+  EXPECT_EQ(run_tind(degrees + "--frame metric -o " + dir.file("a.xml")).code, 0);
+  const auto drape =
+      run_tind("simplify none.tif --ratio 0.5 --method attribute-qem --drape none.png -o " +
+               dir.file("a.2dm"));
+  EXPECT_EQ(drape.code, 2);
+  EXPECT_THAT(drape.out, HasSubstr("colours"));
+}
+
+TEST(MeshOutput, RastersHoldTheMeshAndItsErrors) {
+  const TempDir dir;
+  const std::string dem = small_dem(dir), mesh = dir.file("a.ply");
+  for (const std::string extension : {".tif", ".asc"}) {
+    const std::string heights = dir.file("h" + extension), errors = dir.file("e" + extension);
+    const auto made = tind_json("simplify " + dem + " --ratio 0.3 --method qem --json -o " + mesh +
+                                " --raster " + heights + " --error-raster " + errors);
+    DemInfo info;
+    const HeightGrid posts = read_raster(dem), h = read_raster(heights, &info),
+                     e = read_raster(errors);
+    ASSERT_EQ(h.size(), posts.size());
+    EXPECT_EQ(info.post_to_crs, (Affine{1015, 30, 0, 2345, 0, -30})) << extension;
+    double worst = 0, sum = 0, above = 0;
+    std::uint64_t covered = 0;
+    for (std::size_t i = 0; i < posts.size(); ++i) {
+      const double error = double(e.values()[i]), post = double(posts.values()[i]);
+      EXPECT_EQ(std::isnan(error), std::isnan(post) || std::isnan(h.values()[i]));
+      if (std::isnan(error)) continue;
+      EXPECT_NEAR(double(h.values()[i]) - post, error, 1e-5);
+      worst = std::max(worst, std::fabs(error));
+      sum += error;
+      above += std::max(0.0, error);
+      ++covered;
+    }
+    EXPECT_EQ(covered, made["posts"]);
+    EXPECT_NEAR(worst, made["max_error_m"], 1e-6);
+    EXPECT_NEAR(sum / double(covered), made["bias_m"], 1e-6);
+    EXPECT_NEAR(sum * 900, made["volume_m3"]["net"], 1e-2);
+    EXPECT_NEAR(above * 900, made["volume_m3"]["above"], 1e-2);
+    EXPECT_EQ(made["posts_void"], 1);
+    EXPECT_EQ(made["posts"].get<int>() + made["posts_uncovered"].get<int>() +
+                  made["posts_void"].get<int>(),
+              240);
+  }
+}
+
+TEST(MeshOutput, ARasterNamesTheDatumOfItsHeights) {
+  const TempDir dir;
+  const std::string start = "simplify " + testdata("rainier.tif") + " --ratio 0.01 -o " +
+                            dir.file("a.ply") + " --from-datum egm96 --raster " +
+                            dir.file("h.tif") + " --error-raster " + dir.file("e.tif");
+  tind_json(start + " --json");
+  DemInfo info;
+  read_raster(dir.file("h.tif"), &info);
+  EXPECT_EQ(info.source_datum, VerticalDatum::egm96);
+  read_raster(dir.file("e.tif"), &info);
+  EXPECT_EQ(info.source_datum, VerticalDatum::unknown);
+  tind_json(start + " --json --to-datum ellipsoid");
+  read_raster(dir.file("h.tif"), &info);
+  EXPECT_EQ(info.source_datum, VerticalDatum::ellipsoid);
+}
+
+TEST(MeshOutput, RastersThatCannotBeAreRefused) {
+  const TempDir dir;
+  const std::string dem = small_dem(dir);
+  const std::string start =
+      "simplify " + dem + " --ratio 0.5 -o " + dir.file("a.ply") + " --raster ";
+  EXPECT_EQ(run_tind(start + dir.file("a.png")).code, 2);
+  EXPECT_EQ(run_tind(start + dem).code, 2);
+  EXPECT_EQ(run_tind(start + dir.file("a.tif") + " --error-raster " + dir.file("a.tif")).code, 2);
+  EXPECT_EQ(run_tind(start + dir.file("no/such/a.tif")).code, 73);
+  std::ofstream(dir.file("m.obj")) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  EXPECT_EQ(run_tind("simplify " + dir.file("m.obj") + " --ratio 0.5 -o " + dir.file("a.ply") +
+                     " --raster " + dir.file("a.tif"))
+                .code,
+            2);
+  EXPECT_FALSE(std::filesystem::exists(dir.file("a.ply")));
+}
+
+TEST(MeshOutput, TheMetricFrameSaysHowToGetBack) {
+  const TempDir dir;
+  const std::string start =
+      "simplify " + testdata("rainier.tif") + " --ratio 0.01 --method greedy --json -o ";
+  const auto there = tind_json(start + dir.file("s.ply"));
+  const auto made = tind_json(start + dir.file("m.ply") + " --frame metric");
+  EXPECT_EQ(there["epsg"], 4326);
+  EXPECT_THAT(there["crs_wkt"].get<std::string>(), HasSubstr("WGS"));
+  EXPECT_FALSE(there.contains("origin"));
+  const auto in_crs = read_mesh(dir.file("s.ply")), local = read_mesh(dir.file("m.ply"));
+  ASSERT_TRUE(in_crs && local);
+  const auto o = made["origin"].get<std::vector<double>>(),
+             t = made["metres_to_crs"].get<std::vector<double>>();
+  for (std::size_t i = 0; i < local->positions.size(); ++i) {
+    const auto& [x, y, z] = local->positions[i];
+    EXPECT_NEAR(o[0] + t[0] * x + t[1] * y, in_crs->positions[i][0], 1e-11);
+    EXPECT_NEAR(o[1] + t[2] * x + t[3] * y, in_crs->positions[i][1], 1e-11);
+  }
+  EXPECT_THAT(read_whole_file(dir.file("s.ply")).value(), HasSubstr("\ncomment crs: EPSG:4326\n"));
+  EXPECT_THAT(read_whole_file(dir.file("m.ply")).value(), HasSubstr("\ncomment origin: "));
+}
+
+TEST(MeshOutput, MeasureAndCompareReadWhatSimplifyWrites) {
+  const TempDir dir;
+  const std::string dem = testdata("bigtujunga_crop.tif");
+  const auto made = tind_json("simplify " + dem + " --max-error 20 --json -o " + dir.file("a.xml"));
+  const auto found = tind_json("measure " + dir.file("a.xml") + " " + dem + " --json");
+  for (const char* key : {"max_error_m", "bias_m"}) EXPECT_NEAR(found[key], made[key], 1e-9) << key;
+  EXPECT_NEAR(found["volume_m3"]["net"], made["volume_m3"]["net"], 1);
+  EXPECT_EQ(found["epsg"], 32611);
+  tind_json("simplify " + dir.file("a.xml") + " --ratio 0.5 --json -o " + dir.file("b.2dm"));
+  EXPECT_GT(tind_json("measure " + dir.file("b.2dm") + " " + dir.file("a.xml") + " --json").size(),
+            2u);
+}
+
+}  // namespace
+}  // namespace tind
