@@ -21,6 +21,7 @@ Json source_of(const Surface& surface) {
                {"columns", info.cols},
                {"rows", info.rows},
                {"crs", info.crs_name},
+               {"crs_accuracy_m", info.crs_accuracy_m ? Json(*info.crs_accuracy_m) : Json()},
                {"spacing_m", {info.spacing_x_m, info.spacing_y_m}},
                {"datum", name(info.source_datum)}};
   if (info.accuracy) json["accuracy"] = accuracy_json(*info.accuracy);

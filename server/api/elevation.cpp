@@ -8,6 +8,7 @@
 #include "server/api/app.h"
 #include "server/http/message/problem.h"
 #include "server/http/message/query_numbers.h"
+#include "terrain/raster/datums.h"
 
 namespace tind::api {
 namespace {
@@ -27,22 +28,55 @@ const char* word(Coverage coverage) {
   return "outside";
 }
 
-const http::QueryWord kWords[] = {{"datum", {"source", "ellipsoid"}}};
+/// EPSG:5703 and the like: nothing that could name a file.
+bool is_epsg_code(std::string_view text) {
+  constexpr std::string_view kAuthority = "EPSG:";
+  if (!text.starts_with(kAuthority)) return false;
+  text.remove_prefix(kAuthority.size());
+  return !text.empty() && text.size() <= 6 &&
+         text.find_first_not_of("0123456789") == std::string_view::npos;
+}
 
-/// The height as it is above another datum. REQUIRES: both known, or the same.
+const http::QueryWord kWords[] = {{"datum",
+                                   {"source", "ellipsoid", "egm84", "egm96", "egm2008"},
+                                   is_epsg_code,
+                                   "EPSG:CODE of a vertical CRS"}};
+
+/// What an answer may say of the datum: neither where grids are looked for nor which are there.
+std::unexpected<Error> not_above(const std::string& word, const char* why) {
+  return fail(Errc::invalid_argument, "cannot be " + word + ": " + why);
+}
+
+/// The datum of a word of the query.
+Result<VerticalDatum> datum_of(const std::string& word, const DemInfo& info) {
+  if (word.empty() || word == "source") return info.source_datum;
+  auto datum = datum_named(word);
+  if (!datum) return not_above(word, "PROJ knows no such vertical CRS that counts upwards");
+  if (*datum != info.datum && info.datum == VerticalDatum::unknown)
+    return not_above(word, "what this DEM's heights are above is not known");
+  return datum;
+}
+
+/// The height as it is above another datum.
 Result<HeightAt> convert(const Environment& environment, HeightAt height, const Geographic& where,
-                         VerticalDatum from, VerticalDatum to) {
-  if (from == to || height.coverage != Coverage::value) return height;
-  const auto geoid = environment.egm96();
-  if (!geoid) return std::unexpected(geoid.error());
-  const double above = (*geoid)->undulation(where);
-  height.height_m += to == VerticalDatum::ellipsoid ? above : -above;
+                         const DemInfo& info, const VerticalDatum& to) {
+  if (info.datum == to || height.coverage != Coverage::value) return height;
+  double sign = 1;
+  for (const VerticalDatum& datum : {info.datum, to}) {
+    const auto surface = datum_surface(datum, info.bounds, info.crs_wkt, environment);
+    if (!surface) return not_above(name(to), "its grid is not here, or does not reach there");
+    double above = 0;
+    if (*surface) (*surface)->undulations({&where, 1}, {&above, 1});
+    if (std::isnan(above)) return not_above(name(to), "its grid does not reach there");
+    height.height_m += sign * above;
+    sign = -1;
+  }
   height.height_m = std::round(height.height_m * 1000) / 1000;  // it was rounded once already
   return height;
 }
 
 http::Reply answer(const services::ServedDataset& dataset, const Geographic& where,
-                   const HeightAt& found, VerticalDatum datum) {
+                   const HeightAt& found, const VerticalDatum& datum) {
   nlohmann::ordered_json json = {{"coverage", word(found.coverage)}};
   json["height_m"] = found.coverage == Coverage::value ? nlohmann::ordered_json(found.height_m)
                                                        : nlohmann::ordered_json(nullptr);
@@ -69,24 +103,21 @@ std::optional<http::Reply> elevation(const App& app, const http::Request& reques
     for (std::size_t k = 0; k < 2; ++k)
       if (!query.values[k])
         query.problems.push_back({std::string(kQuery[k].name), "missing: decimal degrees"});
-  const DemInfo& info = dataset->source->info();
-  const VerticalDatum datum =
-      query.words[0] == "ellipsoid" ? VerticalDatum::ellipsoid : info.source_datum;
-  if (datum != info.datum && info.datum == VerticalDatum::unknown)
-    query.problems.push_back(
-        {"datum", "cannot be ellipsoid: what this DEM's heights are above is not known"});
   if (!query.problems.empty()) return http::problem_reply(query.problems, request.head.target);
   const Geographic where{*query.values[0], *query.values[1]};
   return answer_on_worker(app, services::Work::question, request, deferred,
-                          [&app, dataset, where, datum,
+                          [&app, dataset, where, word = query.words[0],
                            target = std::string(request.head.target)](const std::stop_token&) {
-                            const DemSource& dem = *dataset->source->only();
-                            auto height = height_at(dem, where);
-                            if (height)
-                              height =
-                                  convert(app.environment, *height, where, dem.info().datum, datum);
-                            return height ? answer(*dataset, where, *height, datum)
-                                          : http::problem_reply(height.error(), target);
+                            const DemInfo& info = dataset->source->info();
+                            const auto height = height_at(*dataset->source->only(), where);
+                            if (!height) return http::problem_reply(height.error(), target);
+                            const auto datum = datum_of(word, info);
+                            const auto above =
+                                datum ? convert(app.environment, *height, where, info, *datum)
+                                      : Result<HeightAt>(std::unexpected(datum.error()));
+                            if (!above)
+                              return http::problem_reply({{"datum", above.error().what}}, target);
+                            return answer(*dataset, where, *above, *datum);
                           });
 }
 

@@ -6,29 +6,32 @@
 #include <iterator>
 #include <string>
 #include <system_error>
+#include <utility>
 
+#include "terrain/raster/datums.h"
 #include "terrain/raster/nodata.h"
 
 namespace tind {
 namespace {
 
-std::unexpected<Error> none_of(std::string_view text, const char* values) {
-  return fail(Errc::invalid_argument, "'" + std::string(text) + "' is not one of " + values);
-}
-
 Result<void> set_from_datum(std::string_view text, DemOptions& options) {
-  for (const VerticalDatum datum :
-       {VerticalDatum::unknown, VerticalDatum::egm96, VerticalDatum::ellipsoid})
-    if (text == name(datum)) {
-      options.from_datum = datum;
-      return {};
-    }
-  return none_of(text, "egm96, ellipsoid, unknown");
+  auto datum = datum_named(text);
+  if (!datum) return std::unexpected(datum.error());
+  options.from_datum = std::move(*datum);
+  return {};
 }
 
 Result<void> set_to_datum(std::string_view text, DemOptions& options) {
-  if (text != "ellipsoid" && text != "same") return none_of(text, "ellipsoid, same");
-  options.to_datum = text == "same" ? TargetDatum::same : TargetDatum::ellipsoid;
+  if (text == "same") {
+    options.to_datum = TargetDatum::same;
+    return {};
+  }
+  auto datum = datum_named(text);
+  if (!datum) return std::unexpected(datum.error());
+  if (*datum == VerticalDatum::unknown)
+    return fail(Errc::invalid_argument, "heights cannot be brought to what nobody knows; say same");
+  options.to_datum = *datum == VerticalDatum::ellipsoid ? TargetDatum(TargetDatum::ellipsoid)
+                                                        : TargetDatum(std::move(*datum));
   return {};
 }
 
@@ -105,9 +108,12 @@ struct Row {
 
 constexpr Row kRows[] = {
     {{"from_datum",
-      "what the heights are above, where the file does not say: egm96, ellipsoid, unknown"},
+      "what the heights are above, where the file does not say: ellipsoid, egm84, egm96, egm2008, "
+      "a "
+      "vertical CRS (EPSG:5703), a geoid file (.pgm, .gtx, .tif), unknown"},
      set_from_datum},
-    {{"to_datum", "convert heights: ellipsoid, or same (not at all)"}, set_to_datum},
+    {{"to_datum", "convert heights: to ellipsoid, or any other of these; same: not at all"},
+     set_to_datum},
     {{"nodata",
       "values that mean no data, beside the one that the file declares: -9999 or -9999,-32768; "
       "none: the declared one is a height"},

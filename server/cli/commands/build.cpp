@@ -12,6 +12,7 @@
 #include <stop_token>
 
 #include "proto/json_text.h"
+#include "server/api/accuracy_json.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/commands/estimate.h"
 #include "server/cli/options/dem_input.h"
@@ -46,9 +47,10 @@ void on_signal(int) {
   signal_seen = 1;
 }
 
-nlohmann::ordered_json to_json(const BuildReport& r, VerticalDatum datum, double seconds) {
+nlohmann::ordered_json to_json(const BuildReport& r, const DemInfo& info, double seconds) {
   nlohmann::ordered_json j;
-  j["vertical_datum"] = name(datum);
+  j["vertical_datum"] = name(info.datum);
+  if (info.accuracy) j["accuracy"] = api::accuracy_json(*info.accuracy);
   j["tiles"] = r.tiles;
   j["built"] = r.built;
   j["reused"] = r.reused;
@@ -163,7 +165,7 @@ int run(Arguments a) {
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (a.json)
-    fmt::print("{}\n", json::to_text(to_json(*report, (*source)->info().datum, seconds), 1));
+    fmt::print("{}\n", json::to_text(to_json(*report, (*source)->info(), seconds), 1));
   else
     print(*report, (*source)->info().datum, seconds);
   return kOk;

@@ -81,7 +81,9 @@ Json to_json(const DemSource& dem, const Heights& heights) {
   j["crs"] = {{"kind", text(info.crs_kind)},
               {"name", info.crs_name},
               {"unit_m", info.crs_unit_m},
-              {"wkt", info.crs_wkt}};
+              {"wkt", info.crs_wkt},
+              {"accuracy_m", info.crs_accuracy_m ? Json(*info.crs_accuracy_m) : Json()},
+              {"to_wgs84", info.crs_way}};
   if (info.crs_kind != CrsKind::none) {
     const GeoRect& b = info.bounds;
     j["bounds"] = {b.west, b.south, b.east, b.north};
@@ -94,6 +96,7 @@ Json to_json(const DemSource& dem, const Heights& heights) {
   j["source_datum"] = name(info.source_datum);
   j["datum"] = name(info.datum);
   j["vertical_crs"] = info.vertical_crs;
+  j["datum_way"] = info.datum_way;
   j["rounding_m"] = info.rounding_m;
   if (info.accuracy) j["accuracy"] = api::accuracy_json(*info.accuracy);
   j["warnings"] = info.warnings;
@@ -119,11 +122,20 @@ Json to_json(const DemSource& dem, const Heights& heights) {
   return j;
 }
 
+/// How well its places are known, where that is not exactly.
+std::string crs_remark(const DemInfo& info) {
+  if (!info.crs_accuracy_m) return " (on WGS84 not known how exactly)";
+  if (*info.crs_accuracy_m == 0) return {};
+  return fmt::format(" (on WGS84 to {:.3g} m: {})", *info.crs_accuracy_m, info.crs_way);
+}
+
 std::string datum_remark(const DemInfo& info) {
-  if (info.datum != info.source_datum) return fmt::format(" (file: {})", name(info.source_datum));
-  if (info.datum != VerticalDatum::unknown) return {};
-  if (info.vertical_crs.empty()) return " (say what it is with --from-datum)";
-  return " (file: '" + logging::printable(info.vertical_crs) + "'; tind knows egm96 and ellipsoid)";
+  if (info.datum != info.source_datum)
+    return logging::printable(
+        fmt::format(" (from {}, by {})", name(info.source_datum), info.datum_way));
+  if (info.vertical_crs.empty())
+    return info.datum == VerticalDatum::unknown ? " (say what it is with --from-datum)" : "";
+  return " (file: '" + logging::printable(info.vertical_crs) + "')";
 }
 
 /// All but the heights' range and the voids.
@@ -139,7 +151,7 @@ std::string facts(const DemInfo& info) {
                        m.y_row);
   out += fmt::format("CRS        {}\n", info.crs_kind == CrsKind::none
                                             ? "none: can be simplified, but not tiled"
-                                            : info.crs_name);
+                                            : info.crs_name + crs_remark(info));
   if (info.crs_kind != CrsKind::none)
     out += fmt::format("bounds     {:.6f} {:.6f} {:.6f} {:.6f} (west south east north){}\n",
                        info.bounds.west, info.bounds.south, info.bounds.east, info.bounds.north,
@@ -148,7 +160,7 @@ std::string facts(const DemInfo& info) {
                      info.rounding_m == 0
                          ? std::string("stored exactly")
                          : fmt::format("rounded by at most {:.3g} m", info.rounding_m));
-  out += fmt::format("datum      {}{}\n", name(info.datum), datum_remark(info));
+  out += fmt::format("datum      {}{}\n", logging::printable(name(info.datum)), datum_remark(info));
   if (info.accuracy) out += fmt::format("accuracy   {}, as stated\n", text(*info.accuracy));
   return out + fmt::format("content    {}\n", info.fingerprint);
 }

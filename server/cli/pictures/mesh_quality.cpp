@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "server/api/accuracy_json.h"
 #include "terrain/mesh/validity.h"
 #include "terrain/raster/crs_code.h"
 
@@ -129,6 +130,7 @@ nlohmann::ordered_json ground_json(const MeshQuality& q, const DemInfo& info) {
   j["epsg"] = code > 0 ? nlohmann::ordered_json(code) : nullptr;
   j["crs_wkt"] = info.crs_wkt;
   j["vertical_datum"] = name(info.datum);
+  if (info.accuracy) j["accuracy"] = api::accuracy_json(*info.accuracy);
   return j;
 }
 

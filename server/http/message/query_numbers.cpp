@@ -27,14 +27,16 @@ bool read_word(const std::string& name, const std::string& text, std::span<const
                QueryNumbers& read) {
   const auto found = std::ranges::find(words, name, &QueryWord::name);
   if (found == words.end()) return false;
-  std::string_view& word = read.words[std::size_t(found - words.begin())];
-  const auto one = std::ranges::find(found->words, text);
+  std::string& word = read.words[std::size_t(found - words.begin())];
+  const bool known = std::ranges::find(found->words, text) != found->words.end() ||
+                     (found->fits && found->fits(text));
   if (!word.empty())
     read.problems.push_back({name, "given twice"});
-  else if (one == found->words.end())
-    read.problems.push_back({name, fmt::format("must be {}", fmt::join(found->words, " or "))});
+  else if (!known)
+    read.problems.push_back({name, fmt::format("must be {}{}{}", fmt::join(found->words, " or "),
+                                               found->fits ? " or " : "", found->form)});
   else
-    word = *one;
+    word = text;
   return true;
 }
 

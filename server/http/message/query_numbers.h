@@ -18,15 +18,17 @@ struct QueryNumber {
   bool whole = false;     // no fractions
 };
 
-/// A parameter that is one of some words.
+/// A parameter that is one of some words, or of a form.
 struct QueryWord {
   std::string_view name;
   std::vector<std::string_view> words;
+  bool (*fits)(std::string_view) = nullptr;  // further words
+  std::string_view form = {};                // what these look like, for a person
 };
 
 struct QueryNumbers {
   std::vector<std::optional<double>> values;  // as the numbers that may be there; none: not given
-  std::vector<std::string_view> words;        // as the words; empty: not given
+  std::vector<std::string> words;             // as the words; empty: not given
   std::vector<ParameterProblem> problems;
 };
 

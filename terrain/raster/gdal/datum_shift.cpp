@@ -1,7 +1,10 @@
 #include "terrain/raster/gdal/datum_shift.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 namespace tind {
@@ -21,8 +24,10 @@ Geographic between(const Geographic& a, const Geographic& b, double f) {
 
 }  // namespace
 
-DatumShift::DatumShift(std::shared_ptr<const Geoid> geoid, const gdal::Frame& frame, double unit_m)
-    : geoid_(std::move(geoid)), frame_(frame), unit_m_(unit_m) {
+DatumShift::DatumShift(std::shared_ptr<const DatumSurface> from,
+                       std::shared_ptr<const DatumSurface> to, const gdal::Frame& frame,
+                       double unit_m)
+    : from_(std::move(from)), to_(std::move(to)), frame_(frame), unit_m_(unit_m) {
   const Vec2 spacing = frame.spacing_m();
   const GeoRect bounds = frame.bounds();
   const bool bends =
@@ -30,35 +35,60 @@ DatumShift::DatumShift(std::shared_ptr<const Geoid> geoid, const gdal::Frame& fr
   by_cells_ = !frame.plain() && !bends && std::max(spacing.x, spacing.y) <= kFineSpacing;
 }
 
-void DatumShift::add(std::int64_t col, std::int64_t row, int cols, int rows,
-                     std::span<double> heights) const {
-  if (by_cells_)
-    add_by_cells(col, row, cols, rows, heights);
-  else
-    add_each(col, row, cols, rows, heights);
+Result<void> DatumShift::add(std::int64_t col, std::int64_t row, int cols, int rows,
+                             std::span<double> heights) const {
+  return by_cells_ ? add_by_cells(col, row, cols, rows, heights)
+                   : add_each(col, row, cols, rows, heights);
 }
 
-void DatumShift::add_each(std::int64_t col, std::int64_t row, int cols, int rows,
-                          std::span<double> heights) const {
+Result<void> DatumShift::add_row(std::span<const Geographic> places,
+                                 std::span<double> heights) const {
+  std::vector<std::size_t> valid;
+  std::vector<Geographic> where;
+  for (std::size_t i = 0; i < heights.size(); ++i) {
+    if (std::isnan(heights[i])) continue;
+    valid.push_back(i);
+    where.push_back(places[i]);
+  }
+  std::vector<double> undulations(valid.size());
+  const auto apply = [&](const DatumSurface& surface, double sign) -> Result<void> {
+    surface.undulations(where, undulations);
+    for (std::size_t k = 0; k < valid.size(); ++k) {
+      if (std::isnan(undulations[k]) && !std::isnan(where[k].lat))
+        return fail(Errc::out_of_range,
+                    fmt::format("there is a height at longitude {:.6f}, latitude {:.6f}, where {} "
+                                "has none to convert it with",
+                                where[k].lon, where[k].lat, surface.way()));
+      heights[valid[k]] += sign * undulations[k] / unit_m_;
+    }
+    return {};
+  };
+  if (from_)
+    if (auto ok = apply(*from_, 1); !ok) return ok;
+  if (to_)
+    if (auto ok = apply(*to_, -1); !ok) return ok;
+  return {};
+}
+
+Result<void> DatumShift::add_each(std::int64_t col, std::int64_t row, int cols, int rows,
+                                  std::span<double> heights) const {
   std::vector<Vec2> posts(cols);
   std::vector<Geographic> places(cols);
   for (int r = 0; r < rows; ++r) {
     for (int c = 0; c < cols; ++c) posts[c] = {double(col + c), double(row + r)};
     frame_.to_geographic(posts, places);
-    for (int c = 0; c < cols; ++c) {
-      double& z = heights[std::size_t(r) * cols + c];
-      if (!std::isnan(z)) z += geoid_->undulation(places[c]) / unit_m_;
-    }
+    if (auto ok = add_row(places, heights.subspan(std::size_t(r) * cols, cols)); !ok) return ok;
   }
+  return {};
 }
 
-void DatumShift::add_by_cells(std::int64_t col, std::int64_t row, int cols, int rows,
-                              std::span<double> heights) const {
+Result<void> DatumShift::add_by_cells(std::int64_t col, std::int64_t row, int cols, int rows,
+                                      std::span<double> heights) const {
   const std::int64_t c0 = cell_of(col), r0 = cell_of(row);
   const int nodes_x = int(cell_of(col + cols - 1) - c0) + 2;
   const int nodes_y = int(cell_of(row + rows - 1) - r0) + 2;
   std::vector<Vec2> posts(std::size_t(nodes_x) * nodes_y);
-  std::vector<Geographic> nodes(posts.size());
+  std::vector<Geographic> nodes(posts.size()), places(cols);
   for (int y = 0; y < nodes_y; ++y)
     for (int x = 0; x < nodes_x; ++x)
       posts[std::size_t(y) * nodes_x + x] = {double((c0 + x) * kCell), double((r0 + y) * kCell)};
@@ -67,17 +97,15 @@ void DatumShift::add_by_cells(std::int64_t col, std::int64_t row, int cols, int 
     const std::int64_t y = cell_of(row + r) - r0;
     const double fy = double(row + r - (r0 + y) * kCell) / kCell;
     for (int c = 0; c < cols; ++c) {
-      double& z = heights[std::size_t(r) * cols + c];
-      if (std::isnan(z)) continue;
       const std::int64_t x = cell_of(col + c) - c0;
       const double fx = double(col + c - (c0 + x) * kCell) / kCell;
       const Geographic* north = &nodes[std::size_t(y) * nodes_x + std::size_t(x)];
       const Geographic* south = north + nodes_x;
-      const Geographic place =
-          between(between(north[0], north[1], fx), between(south[0], south[1], fx), fy);
-      z += geoid_->undulation(place) / unit_m_;
+      places[c] = between(between(north[0], north[1], fx), between(south[0], south[1], fx), fy);
     }
+    if (auto ok = add_row(places, heights.subspan(std::size_t(r) * cols, cols)); !ok) return ok;
   }
+  return {};
 }
 
 }  // namespace tind

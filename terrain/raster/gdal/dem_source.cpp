@@ -15,6 +15,7 @@
 #include "terrain/base/hash.h"
 #include "terrain/raster/block_cache.h"
 #include "terrain/raster/dem_files.h"
+#include "terrain/raster/gdal/datum_choice.h"
 #include "terrain/raster/gdal/datum_shift.h"
 #include "terrain/raster/gdal/gdal_frame.h"
 #include "terrain/raster/gdal/gdal_mosaic.h"
@@ -73,6 +74,7 @@ class RasterSource final : public DemSource {
   gdal::Frame frame_;
   DemInfo info_;
   std::optional<DatumShift> shift_;
+  std::string datum_identity_;
   double max_height_ = kMaxExact;
   mutable BlockCache cache_;
   mutable std::array<std::mutex, 61> loading_;
@@ -106,7 +108,9 @@ std::unexpected<Error> RasterSource::too_high(double z, std::int64_t col, std::i
 
 Result<void> RasterSource::finish(std::int64_t col, std::int64_t row, int cols, int rows,
                                   std::span<double> heights, std::span<float> out) const {
-  if (shift_) shift_->add(col, row, cols, rows, heights);
+  if (shift_)
+    if (auto ok = shift_->add(col, row, cols, rows, heights); !ok)
+      return fail(info_.files[0], ok.error());
   for (std::size_t i = 0; i < heights.size(); ++i) {
     const double z = heights[i];
     if (std::abs(z) > max_height_)
@@ -212,49 +216,19 @@ Result<HeightGrid> RasterSource::read_decimated(std::int64_t col, std::int64_t r
   return out;
 }
 
-/// What the heights are above, and what they are to be above.
 Result<void> RasterSource::settle_datum(const gdal::FileFacts& facts, const DemOptions& options) {
-  const VerticalDatum said = options.from_datum, stated = facts.crs.datum;
+  auto choice = choose_datum(facts, info_.bounds, options);
+  if (!choice) return std::unexpected(choice.error());
   info_.vertical_crs = facts.crs.vertical;
   info_.accuracy = options.accuracy;
-  info_.datum = info_.source_datum = said != VerticalDatum::unknown ? said : stated;
-  const std::string stated_name =
-      !info_.vertical_crs.empty() ? "'" + info_.vertical_crs + "'" : std::string(name(stated));
-  const bool states = stated != VerticalDatum::unknown || !info_.vertical_crs.empty();
-  if (said != VerticalDatum::unknown && states && said != stated)
-    info_.warnings.push_back(
-        fmt::format("{}: says that its heights are above {}; they are taken as above {}, as "
-                    "--from-datum says",
-                    facts.path, stated_name, name(said)));
-  if (options.to_datum == TargetDatum::same || info_.source_datum == VerticalDatum::ellipsoid)
-    return {};
-  if (info_.source_datum == VerticalDatum::unknown) {
-    const std::string why =
-        states ? fmt::format(
-                     "{}: its heights are above {}, from which tind cannot convert (it "
-                     "knows egm96 and ellipsoid)",
-                     facts.path, stated_name)
-               : facts.path + ": does not say what its heights are above";
-    const std::string remedy =
-        states ? "convert them with gdalwarp -s_srs ... -t_srs EPSG:4979, or name the nearest that "
-                 "tind knows with --from-datum"
-               : "say it with --from-datum egm96 or ellipsoid";
-    if (options.to_datum == TargetDatum::ellipsoid)
-      return fail(Errc::invalid_argument, why + ", so they cannot be brought to the ellipsoid; " +
-                                              remedy + ", or leave --to-datum out");
-    info_.warnings.push_back(why + "; they stay as they are, datum unknown (" + remedy + ")");
-    return {};
-  }
-  if (facts.crs.kind == CrsKind::none)
-    return fail(Errc::invalid_argument,
-                facts.path + ": has no CRS, so its heights cannot be brought to the ellipsoid");
-  if (!options.environment)
-    return fail(Errc::invalid_argument,
-                facts.path + ": to the ellipsoid only with an environment, which has the geoid");
-  auto geoid = options.environment->egm96();
-  if (!geoid) return std::unexpected(geoid.error());
-  shift_.emplace(*geoid, frame_, options.keep_source_units ? facts.z_unit_m : 1);
-  info_.datum = VerticalDatum::ellipsoid;
+  info_.source_datum = choice->source;
+  info_.datum = choice->result;
+  info_.datum_way = choice->way();
+  datum_identity_ = choice->identity();
+  for (std::string& line : choice->warnings) info_.warnings.push_back(std::move(line));
+  if (choice->shifts)
+    shift_.emplace(choice->from, choice->to, frame_,
+                   options.keep_source_units ? facts.z_unit_m : 1);
   return {};
 }
 
@@ -270,6 +244,10 @@ Result<void> RasterSource::describe(std::span<const std::string> files, const De
   info_.crs_wkt = facts.crs.wkt;
   info_.crs_name = facts.crs.name;
   info_.crs_unit_m = facts.crs.unit_m;
+  info_.crs_accuracy_m = frame_.crs_way().accuracy_m;
+  info_.crs_way = frame_.crs_way().name;
+  if (!frame_.crs_way().warning.empty())
+    info_.warnings.push_back(facts.path + ": " + frame_.crs_way().warning);
   info_.z_unit_m = facts.z_unit_m;
   info_.bounds = frame_.bounds();
   info_.covered = mosaic_.covered();
@@ -300,7 +278,7 @@ Result<void> RasterSource::describe(std::span<const std::string> files, const De
                           options.keep_source_units);
   if (options.ignore_declared_nodata) *content += " none";
   for (const double nodata : options.nodata) *content += fmt::format(" {}", nodata);
-  *content += numbers_text(options);
+  *content += numbers_text(options) + datum_identity_;
   info_.fingerprint = hash128(*content).text();
   return {};
 }

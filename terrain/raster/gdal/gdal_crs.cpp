@@ -4,20 +4,27 @@
 
 #include "terrain/raster/gdal/gdal_crs.h"
 
+#include <fmt/format.h>
 #include <ogr_spatialref.h>
 #include <proj.h>
 
+#include <algorithm>
 #include <cmath>
-#include <limits>
+#include <map>
 #include <mutex>
+#include <utility>
 #include <vector>
 
+#include "terrain/raster/datums.h"
 #include "terrain/raster/gdal/gdal_setup.h"
+#include "terrain/raster/gdal/proj_operation.h"
 
 namespace tind::gdal {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr int kMostWays = 3;  // that are named where their grids are missing
+/// Ways that PROJ states to be better than this are not asked for better ones, metres.
+constexpr double kCloseEnough = 1;
 
 std::string wkt2(const OGRSpatialReference& crs) {
   char* text = nullptr;
@@ -41,6 +48,7 @@ bool mentions(const std::string& text, const char* word) {
   return text.find(word) != std::string::npos;
 }
 
+/// By its code where it has one that PROJ knows, else by its name.
 VerticalDatum vertical_datum(const OGRSpatialReference& crs) {
   if (crs.IsGeographic() && !crs.IsCompound())
     return crs.GetAxesCount() == 3 ? VerticalDatum::ellipsoid : VerticalDatum::unknown;
@@ -49,26 +57,15 @@ VerticalDatum vertical_datum(const OGRSpatialReference& crs) {
   const std::string text = std::string(datum ? datum : "") + " " +
                            (crs.GetAttrValue("VERT_CS") ? crs.GetAttrValue("VERT_CS") : "");
   if (mentions(text, "EGM96") || mentions(text, "EGM_96")) return VerticalDatum::egm96;
+  if (mentions(text, "EGM2008") || mentions(text, "EGM_2008")) return VerticalDatum::egm2008;
+  if (mentions(text, "EGM84") || mentions(text, "EGM_84")) return VerticalDatum::egm84;
   if ((type && std::string(type) == "2002") || mentions(text, "llipsoid"))
     return VerticalDatum::ellipsoid;
-  return VerticalDatum::unknown;
+  const char *authority = crs.GetAuthorityName("VERT_CS"), *code = crs.GetAuthorityCode("VERT_CS");
+  if (!authority || !code) return VerticalDatum::unknown;
+  auto named = datum_named(std::string(authority) + ":" + code);
+  return named ? std::move(*named) : VerticalDatum(VerticalDatum::unknown);
 }
-
-/// A PROJ context and an operation in it: what one thread needs.
-struct Operation {
-  PJ_CONTEXT* context = proj_context_create();
-  PJ* pj = nullptr;
-  Operation() {
-    proj_context_set_enable_network(context, 0);
-    proj_log_level(context, PJ_LOG_NONE);
-  }
-  ~Operation() {
-    proj_destroy(pj);
-    proj_context_destroy(context);
-  }
-  Operation(const Operation&) = delete;
-  Operation& operator=(const Operation&) = delete;
-};
 
 /// The best operation from `wkt` to WGS84 at `where`, longitude and easting first on both sides.
 std::unique_ptr<Operation> operation_at(const std::string& wkt, Vec2 where) {
@@ -85,6 +82,83 @@ std::unique_ptr<Operation> operation_at(const std::string& wkt, Vec2 where) {
   else
     made->pj = all;
   return made;
+}
+
+/// The grids that PROJ would rather take there than what it has; empty where there are none.
+std::string missing_grid(pj_ctx* context, const std::string& wkt, Vec2 lon_lat) {
+  PJ* const from = proj_create(context, wkt.c_str());
+  PJ* const to = proj_create(context, "EPSG:4326");
+  PJ_OPERATION_FACTORY_CONTEXT* const choice =
+      proj_create_operation_factory_context(context, nullptr);
+  std::string missing;
+  if (from && to && choice) {
+    constexpr double kAround = 0.01;  // degrees: PROJ passes over an area without width
+    proj_operation_factory_context_set_area_of_interest(context, choice, lon_lat.x - kAround,
+                                                        lon_lat.y - kAround, lon_lat.x + kAround,
+                                                        lon_lat.y + kAround);
+    proj_operation_factory_context_set_spatial_criterion(context, choice,
+                                                         PROJ_SPATIAL_CRITERION_STRICT_CONTAINMENT);
+    proj_operation_factory_context_set_grid_availability_use(context, choice,
+                                                             PROJ_GRID_AVAILABILITY_IGNORED);
+    PJ_OBJ_LIST* const ways = proj_create_operations(context, from, to, choice);
+    bool whole = false;
+    for (int i = 0; ways && !whole && i < std::min(proj_list_get_count(ways), kMostWays); ++i) {
+      PJ* const way = proj_list_get(context, ways, i);
+      whole = true;
+      for (int k = 0; k < proj_coordoperation_get_grid_used_count(context, way); ++k) {
+        const char *name = nullptr, *url = nullptr;
+        int there = 1;
+        if (!proj_coordoperation_get_grid_used(context, way, k, &name, nullptr, nullptr, &url,
+                                               nullptr, nullptr, &there) ||
+            there)
+          continue;
+        whole = false;
+        if (missing.find(name) == missing.npos)
+          missing += std::string(missing.empty() ? "" : " or ") + name +
+                     (url && *url ? std::string(" (") + url + ")" : "");
+      }
+      proj_destroy(way);
+    }
+    proj_list_destroy(ways);
+  }
+  proj_operation_factory_context_destroy(choice);
+  proj_destroy(to);
+  proj_destroy(from);
+  return missing;
+}
+
+/// The same, kept by degree: PROJ takes a tenth of a second to say it, and DEMs come in hundreds.
+std::string known_missing(pj_ctx* context, const std::string& wkt, Vec2 lon_lat) {
+  constexpr std::size_t kMost = 1000;
+  static std::mutex mutex;
+  static std::map<std::string, std::string> known;
+  const std::string key = fmt::format("{:.0f} {:.0f} {}", lon_lat.x, lon_lat.y, wkt);
+  const std::lock_guard lock(mutex);
+  if (const auto found = known.find(key); found != known.end()) return found->second;
+  if (known.size() >= kMost) known.clear();
+  return known[key] = missing_grid(context, wkt, lon_lat);
+}
+
+CrsWay way_of(const Operation& one, const std::string& wkt, Vec2 where) {
+  CrsWay way;
+  const char* const name = proj_get_name(one.pj);
+  way.name = name ? name : "";
+  const double accuracy = proj_coordoperation_get_accuracy(one.context, one.pj);
+  const bool ballpark = proj_coordoperation_has_ballpark_transformation(one.context, one.pj);
+  if (accuracy >= 0 && !ballpark) way.accuracy_m = accuracy;
+  if (way.accuracy_m && *way.accuracy_m < kCloseEnough) return way;
+  const PJ_COORD at = proj_trans(one.pj, PJ_FWD, proj_coord(where.x, where.y, 0, HUGE_VAL));
+  const std::string grid = std::isfinite(at.xy.x) && std::isfinite(at.xy.y)
+                               ? known_missing(one.context, wkt, {at.xy.x, at.xy.y})
+                               : std::string();
+  const std::string exact =
+      way.accuracy_m ? fmt::format("exact to {:.3g} m, as PROJ states", *way.accuracy_m)
+                     : std::string("a guess of PROJ's (\"ballpark\"), off by up to some 100 m");
+  if (!grid.empty())
+    way.warning = "its places on WGS84 are " + exact + ": PROJ misses the grid " + grid;
+  else if (!way.accuracy_m)
+    way.warning = "its places on WGS84 are " + exact;
+  return way;
 }
 
 }  // namespace
@@ -146,70 +220,39 @@ bool same_crs(const std::string& wkt_a, const std::string& wkt_b) {
   return a.IsSame(&b, options);
 }
 
-struct ToGeographic::Pool {
-  std::mutex mutex;
-  std::unique_ptr<Operation> original;  // only ever cloned, under the mutex
-  std::vector<std::unique_ptr<Operation>> idle;
-  /// A datum shift moves heights too, which are dropped: there and back is then a millimetre off.
-  bool drifts = false;
-
-  std::unique_ptr<Operation> take() {
-    const std::lock_guard lock(mutex);
-    if (!idle.empty()) {
-      auto one = std::move(idle.back());
-      idle.pop_back();
-      return one;
-    }
-    auto one = std::make_unique<Operation>();
-    one->pj = proj_clone(one->context, original->pj);
-    return one;
-  }
-  void give(std::unique_ptr<Operation> one) {
-    const std::lock_guard lock(mutex);
-    idle.push_back(std::move(one));
-  }
-  void run(PJ_DIRECTION direction, std::span<Vec2> points) {
-    if (points.empty()) return;
-    auto one = take();
-    proj_errno_reset(one->pj);
-    proj_trans_generic(one->pj, direction, &points[0].x, sizeof(Vec2), points.size(), &points[0].y,
-                       sizeof(Vec2), points.size(), nullptr, 0, 0, nullptr, 0, 0);
-    give(std::move(one));
-    for (Vec2& p : points)
-      if (!std::isfinite(p.x) || !std::isfinite(p.y)) p = {kNaN, kNaN};
-  }
-};
-
-ToGeographic::ToGeographic(std::unique_ptr<Pool> pool) : pool_(std::move(pool)) {}
+ToGeographic::ToGeographic(std::unique_ptr<Operations> operations, CrsWay way)
+    : operations_(std::move(operations)), way_(std::move(way)) {}
 ToGeographic::~ToGeographic() = default;
 
 Result<std::unique_ptr<ToGeographic>> ToGeographic::make(const std::string& wkt, Vec2 where) {
-  auto pool = std::make_unique<Pool>();
-  pool->original = operation_at(wkt, where);
-  if (!pool->original)
+  auto original = operation_at(wkt, where);
+  if (!original)
     return fail(Errc::unsupported,
                 "PROJ knows no way from its CRS to WGS84; assign another with "
                 "gdal_translate -a_srs");
+  CrsWay way = way_of(*original, wkt, where);
+  std::unique_ptr<ToGeographic> made(
+      new ToGeographic(std::make_unique<Operations>(std::move(original)), std::move(way)));
   Vec2 back = where;
-  pool->run(PJ_FWD, {&back, 1});
-  pool->run(PJ_INV, {&back, 1});
-  pool->drifts = !(std::hypot(back.x - where.x, back.y - where.y) < 1e-7);
-  return std::unique_ptr<ToGeographic>(new ToGeographic(std::move(pool)));
+  made->operations_->run(true, {&back, 1});
+  made->operations_->run(false, {&back, 1});
+  made->drifts_ = !(std::hypot(back.x - where.x, back.y - where.y) < 1e-7);
+  return made;
 }
 
-void ToGeographic::to_geographic(std::span<Vec2> points) const { pool_->run(PJ_FWD, points); }
+void ToGeographic::to_geographic(std::span<Vec2> points) const { operations_->run(true, points); }
 
 void ToGeographic::to_crs(std::span<Vec2> points) const {
-  if (!pool_->drifts) return pool_->run(PJ_INV, points);
+  if (!drifts_) return operations_->run(false, points);
   // One step of fixed-point iteration; the drift changes by 1e-7 of itself over itself.
   std::vector<Vec2> returned(points.begin(), points.end());
-  pool_->run(PJ_INV, returned);
-  pool_->run(PJ_FWD, returned);
+  operations_->run(false, returned);
+  operations_->run(true, returned);
   for (std::size_t i = 0; i < points.size(); ++i) {
     points[i].x += points[i].x - returned[i].x;
     points[i].y += points[i].y - returned[i].y;
   }
-  pool_->run(PJ_INV, points);
+  operations_->run(false, points);
 }
 
 }  // namespace tind::gdal

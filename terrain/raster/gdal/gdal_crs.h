@@ -2,6 +2,7 @@
 // Coordinate reference systems: describes a raster's CRS, transforms between it and WGS84.
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -10,6 +11,10 @@
 #include "terrain/raster/dem_source.h"
 
 class OGRSpatialReference;
+
+namespace tind::gdal {
+class Operations;
+}
 
 namespace tind::gdal {
 
@@ -33,6 +38,13 @@ Result<CrsFacts> crs_named(const std::string& text);
 /// Whether two horizontal systems (CrsFacts::wkt) are the same place for the same numbers.
 bool same_crs(const std::string& wkt_a, const std::string& wkt_b);
 
+/// How well PROJ knows where a CRS's places are on WGS84.
+struct CrsWay {
+  std::string name;                  // of the operation, as PROJ has it
+  std::optional<double> accuracy_m;  // as PROJ states it; nothing: it does not
+  std::string warning;               // where a grid is missing, or nobody knows how exact it is
+};
+
 /// crs <-> geographic. One operation is chosen where the DEM lies and kept for all points, so the
 /// result for a point does not depend on which points are asked for with it. Thread-safe.
 class ToGeographic {
@@ -45,11 +57,14 @@ class ToGeographic {
   /// to_geographic to 1 um on the ground.
   void to_geographic(std::span<Vec2> points) const;
   void to_crs(std::span<Vec2> points) const;
+  const CrsWay& way() const { return way_; }
 
  private:
-  struct Pool;
-  explicit ToGeographic(std::unique_ptr<Pool>);
-  std::unique_ptr<Pool> pool_;
+  ToGeographic(std::unique_ptr<Operations>, CrsWay);
+  std::unique_ptr<Operations> operations_;
+  /// A datum shift moves heights too, which are dropped: there and back is then a millimetre off.
+  bool drifts_ = false;
+  CrsWay way_;
 };
 
 }  // namespace tind::gdal

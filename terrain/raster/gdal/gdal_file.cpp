@@ -25,6 +25,7 @@
 #include <set>
 
 #include "terrain/base/hash.h"
+#include "terrain/raster/datums.h"
 #include "terrain/raster/gdal/gdal_setup.h"
 #include "terrain/raster/gdal/gdal_verify.h"
 #include "terrain/raster/gdal/zip_entry.h"
@@ -261,8 +262,11 @@ Result<void> RasterFile::learn(IdleHandles::Handle& handle, const DemOptions& op
   facts_.cols = set.GetRasterXSize();
   facts_.rows = set.GetRasterYSize();
   if (auto ok = learn_place(handle, options); !ok) return ok;
-  auto heights =
-      HeightBand::of(path_, set, facts_.crs.vertical_unit_m, handle.memory != nullptr, options);
+  // A CRS that was named for the heights names their unit, too, where the file names none.
+  const double named_unit = options.from_datum.kind() == VerticalDatum::crs
+                                ? unit_of(options.from_datum)
+                                : facts_.crs.vertical_unit_m;
+  auto heights = HeightBand::of(path_, set, named_unit, handle.memory != nullptr, options);
   if (!heights) return std::unexpected(heights.error());
   heights_ = std::move(*heights);
   facts_.z_unit_m = heights_->z_unit_m();

@@ -26,6 +26,9 @@ class Frame {
   double period() const { return period_; }
   bool wraps() const { return wraps_; }
 
+  /// How well its places are known; exactly where it is plain or has no CRS.
+  CrsWay crs_way() const { return transform_ ? transform_->way() : CrsWay{"", 0.0, ""}; }
+
   GeoRect bounds() const;
   /// The bounding box of some of the posts: one, or two where it crosses the antimeridian.
   std::vector<GeoRect> extents(const PostRect&) const;

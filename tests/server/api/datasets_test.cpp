@@ -150,8 +150,14 @@ TEST_F(Api, ElevationSaysWhatItIsAbove) {
   const double undulation = (*environment_->egm96())->undulation({-121.76, 46.85});
   EXPECT_LT(undulation, -10);
   EXPECT_NEAR(above["height_m"].get<double>() - own["height_m"].get<double>(), undulation, 2e-3);
+  EXPECT_EQ(Json::parse(ask("as-stored", "&datum=egm96").body)["height_m"], as_stored["height_m"]);
+  const Json by_code = Json::parse(ask("converted", "&datum=EPSG:5773").body);
+  EXPECT_EQ(by_code["datum"], "egm96");
+  EXPECT_EQ(by_code["height_m"], own["height_m"]);
   for (const auto& [dataset, datum] :
        {std::pair("unknown", "&datum=ellipsoid"), std::pair("converted", "&datum=geoid"),
+        std::pair("converted", "&datum=EPSG:4326"), std::pair("converted", "&datum=EPSG:5703"),
+        std::pair("converted", "&datum=/etc/geoid.gtx"), std::pair("unknown", "&datum=EPSG:5773"),
         std::pair("converted", "&datum=source&datum=source"), std::pair("converted", "&datum=")}) {
     const HttpReply refused = ask(dataset, datum);
     EXPECT_EQ(refused.status, 400) << datum;

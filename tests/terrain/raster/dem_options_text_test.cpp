@@ -15,6 +15,10 @@ TEST(DemOptionsText, EachTextSetsItsMember) {
   EXPECT_EQ(options.from_datum, VerticalDatum::egm96);
   ASSERT_TRUE(set_dem_option("to_datum", "ellipsoid", options));
   EXPECT_EQ(options.to_datum, TargetDatum::ellipsoid);
+  ASSERT_TRUE(set_dem_option("to_datum", "egm2008", options));
+  EXPECT_EQ(options.to_datum.named, VerticalDatum::egm2008);
+  ASSERT_TRUE(set_dem_option("from_datum", "EPSG:5703", options));
+  EXPECT_EQ(options.from_datum, VerticalDatum(VerticalDatum::crs, "EPSG:5703"));
   ASSERT_TRUE(set_dem_option("to_datum", "same", options));
   EXPECT_EQ(options.to_datum, TargetDatum::same);
   ASSERT_TRUE(set_dem_option("nodata", "-1,none", options));
