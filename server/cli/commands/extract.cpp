@@ -79,11 +79,9 @@ int run_extract(const Extract& a) {
                                 {terrain ? "max_error_m" : "max_error", cursor->error_m()},
                                 {"splits", *state},
                                 {"complete", complete}};
-    if (terrain) {
-      j["crs"] = info.crs_name;
-      j["vertical_datum"] = name(info.datum);
-    }
+    if (terrain) j.update(place_json(mesh.place));
     j["output"] = a.output.path;
+    j["format"] = (*format)->name;
     std::printf("%s\n", json::to_text(j, 2).c_str());
   } else {
     fmt::print("{} triangles, {} vertices, ", cursor->triangles(), cursor->positions().size());

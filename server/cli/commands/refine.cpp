@@ -113,16 +113,20 @@ int run(const Arguments& a) {
   proto::Mesh mesh = to_file_mesh(mesh_map(info, a.frame, false).from_posts(tin));
   mesh.place = place;
   if (const int code = put_mesh(a.output, **format, mesh); code != kOk) return code;
-  const nlohmann::ordered_json report = {{"triangles", tin.triangles.size()},
-                                         {"vertices", tin.vertices.size()},
-                                         {"inside",
-                                          {{"asked_m", a.errors.inside_m},
-                                           {"max_error_m", measured.inside.max_m},
-                                           {"posts", measured.inside.posts}}},
-                                         {"outside",
-                                          {{"asked_m", a.errors.outside_m},
-                                           {"max_error_m", measured.outside.max_m},
-                                           {"posts", measured.outside.posts}}}};
+  nlohmann::ordered_json report = {{"triangles", tin.triangles.size()},
+                                   {"vertices", tin.vertices.size()},
+                                   {"inside",
+                                    {{"asked_m", a.errors.inside_m},
+                                     {"max_error_m", measured.inside.max_m},
+                                     {"posts", measured.inside.posts}}},
+                                   {"outside",
+                                    {{"asked_m", a.errors.outside_m},
+                                     {"max_error_m", measured.outside.max_m},
+                                     {"posts", measured.outside.posts}}}};
+  report["frame"] = name_of(a.frame);
+  report.update(place_json(place));
+  report["output"] = a.output.path;
+  report["format"] = (*format)->name;
   if (a.json)
     std::printf("%s\n", json::to_text(report, 2).c_str());
   else

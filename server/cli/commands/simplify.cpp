@@ -99,11 +99,7 @@ nlohmann::ordered_json report_json(const Arguments& a, const DemInfo& info, cons
   j.update(ground_json(quality, info));
   j["frame"] = name_of(a.frame);
   j["units"] = a.units;
-  if (a.frame == MeshFrame::metric) {
-    const proto::MeshPlace place = mesh_place(info, a.frame, false);
-    j["origin"] = place.origin;
-    j["metres_to_crs"] = place.to_crs;
-  }
+  j.update(place_json(mesh_place(info, a.frame, false)));
   j["spacing_m"] = {info.spacing_x_m, info.spacing_y_m};
   j["seconds"] = {{"read", seconds.read},
                   {"simplify", seconds.simplify},

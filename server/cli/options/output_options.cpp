@@ -1,5 +1,7 @@
 #include "server/cli/options/output_options.h"
 
+#include <nlohmann/json.hpp>
+
 #include "server/cli/program/exit.h"
 
 namespace tind::cli {
@@ -24,6 +26,17 @@ int put_mesh(const MeshOutput& output, const MeshFormat& format, const proto::Me
   if (ok) return kOk;
   const int code = complain(ok.error());
   return ok.error().code == Errc::io ? kCannotCreate : code;
+}
+
+nlohmann::ordered_json place_json(const proto::MeshPlace& place) {
+  nlohmann::ordered_json j = {{"crs", place.crs_name}};
+  j["epsg"] = place.epsg > 0 ? nlohmann::ordered_json(place.epsg) : nullptr;
+  j["crs_wkt"] = place.crs_wkt;
+  j["vertical_datum"] = place.vertical_datum;
+  if (!place.local) return j;
+  j["origin"] = place.origin;
+  j["metres_to_crs"] = place.to_crs;
+  return j;
 }
 
 void add_frame_option(Command app, MeshFrame& frame) {

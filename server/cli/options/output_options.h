@@ -1,6 +1,7 @@
 #pragma once
 // The options that many subcommands share about what they print and write.
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "server/cli/program/command_line.h"
@@ -23,6 +24,10 @@ Result<const MeshFormat*> format_of(const MeshOutput&);
 /// Writes it. kOk, or says why not: with the code of what is wrong, or kCannotCreate where it is
 /// the file.
 int put_mesh(const MeshOutput&, const MeshFormat&, const proto::Mesh&);
+
+/// Where its numbers are, for a report: crs, epsg (null without a code), crs_wkt, vertical_datum;
+/// in the metric frame origin and metres_to_crs.
+nlohmann::ordered_json place_json(const proto::MeshPlace&);
 
 /// --frame: where x and y of a written mesh are counted from.
 void add_frame_option(Command, MeshFrame& frame);

@@ -175,6 +175,22 @@ TEST(MeshOutput, TheMetricFrameSaysHowToGetBack) {
   EXPECT_THAT(read_whole_file(dir.file("m.ply")).value(), HasSubstr("\ncomment origin: "));
 }
 
+TEST(MeshOutput, RefineAndExtractSayWhereTheirMeshIs) {
+  const TempDir dir;
+  const std::string dem = testdata("bigtujunga_crop.tif");
+  const auto refined = tind_json("refine " + dem + " --bbox -118.2,34.3,-118.1,34.4 --inside 20 " +
+                                 "--outside 50 --frame metric --json -o " + dir.file("a.fgb"));
+  EXPECT_EQ(refined["epsg"], 32611);
+  EXPECT_EQ(refined["origin"].size(), 2u);
+  EXPECT_EQ(refined["format"], "fgb");
+  ASSERT_EQ(run_tind("progressive " + dem + " --method qem -o " + dir.file("a.tpm")).code, 0);
+  const auto level =
+      tind_json("extract " + dir.file("a.tpm") + " --max-error 50 --json -o " + dir.file("a.nc"));
+  EXPECT_EQ(level["epsg"], 32611);
+  EXPECT_FALSE(level.contains("origin"));
+  EXPECT_THAT(read_whole_file(dir.file("a.nc")).value(), HasSubstr("EPSG:32611"));
+}
+
 TEST(MeshOutput, MeasureAndCompareReadWhatSimplifyWrites) {
   const TempDir dir;
   const std::string dem = testdata("bigtujunga_crop.tif");

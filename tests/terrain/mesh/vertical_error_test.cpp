@@ -186,9 +186,25 @@ TEST(VerticalError, InStripsItFindsTheSame) {
   EXPECT_NEAR(strips->rms_m, whole.rms_m, 1e-6);
   EXPECT_NEAR(strips->p99_m, whole.p99_m, 6e-4 * whole.p99_m);
   EXPECT_NEAR(strips->p50_m, whole.p50_m, 6e-4 * whole.p50_m);
+  EXPECT_NEAR(strips->bias_m, whole.bias_m, 1e-6);
+  EXPECT_EQ(strips->row_above_m, whole.row_above_m);
+  EXPECT_EQ(strips->row_below_m, whole.row_below_m);
   const auto broken = vertical_error_in_strips(
       mesh, 90, 700, [](int, int) -> Result<HeightGrid> { return fail(Errc::io, "disk gone"); });
   EXPECT_EQ(broken.error().code, Errc::io);
+}
+
+TEST(VerticalError, AboveAndBelowAreKeptApart) {
+  const HeightGrid grid = grid_from("0 0 0 / 4 . 4");
+  Tin mesh;  // flat, at 1
+  mesh.vertices = {{0, 0, 1}, {0, -1, 1}, {2, -1, 1}, {2, 0, 1}};
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  const VerticalError e = vertical_error(mesh, grid);
+  EXPECT_EQ(e.posts, 5u);
+  EXPECT_DOUBLE_EQ(e.bias_m, (3 * 1 - 2 * 3) / 5.0);
+  EXPECT_DOUBLE_EQ(e.mean_m, (3 * 1 + 2 * 3) / 5.0);
+  EXPECT_EQ(e.row_above_m, (std::vector<double>{3, 0}));
+  EXPECT_EQ(e.row_below_m, (std::vector<double>{0, 6}));
 }
 
 TEST(ScanTriangle, TheOrderOfTheCornersDoesNotMatterToTheLastBit) {
