@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <filesystem>
@@ -72,14 +73,13 @@ class GeoidSurface final : public DatumSurface {
 class Kept {
  public:
   Result<Surface> get(const std::string& key, const std::function<Result<Surface>()>& make) {
-    const std::lock_guard lock(mutex_);
-    const auto found = std::ranges::find(kept_, key, &std::pair<std::string, Surface>::first);
-    if (found != kept_.end()) {
-      kept_.splice(kept_.begin(), kept_, found);
-      return kept_.front().second;
-    }
+    if (Surface there = find(key)) return there;
+    // Who needs the same waits; who needs another does not.
+    const std::lock_guard one_at_a_time(making_[std::hash<std::string>()(key) % making_.size()]);
+    if (Surface there = find(key)) return there;
     auto made = make();
     if (!made) return made;
+    const std::lock_guard lock(mutex_);
     kept_.emplace_front(key, *made);
     if (kept_.size() > kMost) kept_.pop_back();
     return made;
@@ -87,11 +87,26 @@ class Kept {
 
  private:
   static constexpr std::size_t kMost = 16;
+
+  Surface find(const std::string& key) {
+    const std::lock_guard lock(mutex_);
+    const auto found = std::ranges::find(kept_, key, &std::pair<std::string, Surface>::first);
+    if (found == kept_.end()) return nullptr;
+    kept_.splice(kept_.begin(), kept_, found);
+    return kept_.front().second;
+  }
+
+  std::array<std::mutex, 31> making_;
   std::mutex mutex_;
   std::list<std::pair<std::string, Surface>> kept_;  // used last, first
 };
 
-Kept& kept() {
+/// Apart, so that many small ones never push out a grid of half a gigabyte.
+Kept& kept_grids() {
+  static Kept all;
+  return all;
+}
+Kept& kept_ways() {
   static Kept all;
   return all;
 }
@@ -101,7 +116,7 @@ Result<Surface> pgm_surface(const std::string& folder, const std::string& name) 
   const auto state = file_state(path);
   if (!state) return std::unexpected(state.error());
   const std::string identity = fmt::format("{} {} {}", name, state->size, state->written_ns);
-  return kept().get(path + " " + identity, [&]() -> Result<Surface> {
+  return kept_grids().get(path + " " + identity, [&]() -> Result<Surface> {
     auto geoid = cubic_geoid(folder, name);
     if (!geoid) return std::unexpected(geoid.error());
     return std::make_shared<const GeoidSurface>(*geoid, name + ".pgm, cubic", identity);
@@ -185,9 +200,9 @@ Result<Surface> datum_surface(const VerticalDatum& datum, const GeoRect& area,
     return model_surface(*model, datum.text(), area, environment);
   switch (datum.kind()) {
     case VerticalDatum::crs:
-      return kept().get(fmt::format("{} {} {} {} {} {}", datum.text(), area.west, area.south,
-                                    area.east, area.north, crs_wkt),
-                        [&] { return gdal::proj_surface(datum.text(), area, crs_wkt); });
+      return kept_ways().get(fmt::format("{} {} {} {} {} {}", datum.text(), area.west, area.south,
+                                         area.east, area.north, crs_wkt),
+                             [&] { return gdal::proj_surface(datum.text(), area, crs_wkt); });
     case VerticalDatum::file:
       return file_surface(datum.text());
     default:

@@ -242,7 +242,7 @@ Result<void> RasterFile::learn_place(IdleHandles::Handle& handle, const DemOptio
     return {};
   }
   auto named = crs_named(options.crs);
-  if (!named) return fail("--crs", named.error());
+  if (!named) return fail(path_ + ": --crs", named.error());
   facts_.crs = std::move(*named);
   if (!own || own->kind == CrsKind::none) return {};
   if (!same_crs(own->wkt, facts_.crs.wkt)) facts_.own_crs = own->name;

@@ -215,6 +215,13 @@ TEST_F(Datums, AVerticalCrsThroughTheGridThatProjNames) {
   EXPECT_NEAR((*found)->read(0, 0, 1, 1)->at(0, 0), 1000 - 20 - 6.9 + 1.75, 1e-3);
   EXPECT_NEAR((*found)->read(4, 3, 1, 1)->at(0, 0), 1000 - 20 - 6.15 + 2.25, 1e-3);
   EXPECT_EQ(name((*found)->info().source_datum), "EPSG:5703");
+  const auto compound = open(west, "EPSG:6318+5703", "ellipsoid");
+  ASSERT_TRUE(compound) << compound.error().what;
+  EXPECT_EQ((*compound)->read(4, 3, 1, 1)->at(0, 0), (*found)->read(4, 3, 1, 1)->at(0, 0));
+  // In feet above the same zero: 1000 US survey feet are 304.8006 m.
+  const auto feet = open(west, "EPSG:6360", "ellipsoid");
+  ASSERT_TRUE(feet) << feet.error().what;
+  EXPECT_NEAR((*feet)->read(0, 0, 1, 1)->at(0, 0), 304.8006 - 20 - 6.9 + 1.75, 2e-3);
   EXPECT_THAT((*found)->info().datum_way, HasSubstr("us_noaa_g2018u0.tif"));
 }
 
