@@ -21,6 +21,7 @@ std::string methods_json() {
                    {"voids", m.voids},
                    {"time_beside_qem", m.time},
                    {"rms_beside_qem", m.rms},
+                   {"tiles", m.tiles},
                    {"options", m.options}});
   }
   return all.dump(2) + "\n";

@@ -51,6 +51,7 @@ struct MadeWith {
   TileSetOptions options;
   int deepest = -1;
   bool recorded = false;  // by tind build, beside the tiles
+  std::string method;     // so recorded
 };
 
 Result<MadeWith> made_with(const TileStore& store, double error_factor) {
@@ -63,6 +64,7 @@ Result<MadeWith> made_with(const TileStore& store, double error_factor) {
   const auto record = store.record();
   if (!record) return made;
   made.recorded = true;
+  made.method = record->method.empty() ? BoundedOptions::kName : record->method;
   made.options.max_error_m = record->max_error_m;
   if (record->error_factor > 0) made.options.error_factor = record->error_factor;
   // What somebody's server says can be anything.
@@ -324,6 +326,7 @@ Result<TileExplanation> explain_tile(const TileStore& store, TileId id, const Ex
   story.stated = check_tile(story.mesh, id, made->options.error_factor, ignored);
   story.origins = origins(store, id, story.mesh);
   story.deepest = id.level == made->deepest;
+  story.method = made->method;
 
   const double assumed = assumed_level_error(id.level) * made->options.error_factor;
   story.budget_m = assumed;

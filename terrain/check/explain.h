@@ -53,6 +53,7 @@ struct TileExplanation {
   /// to), "curvature" (the lattice of coarse levels), "border" (only its edges have vertices),
   /// "grid" (it is over its budget: integers cannot follow the slopes), "nothing" (two triangles).
   std::string limited_by, because;
+  std::string method;  // of tind build, with its options; empty where no record says
   std::size_t border_vertices = 0, lattice_vertices = 0, free_vertices = 0;
   /// By level, the coarsest first: vertices that the tiles from that level down to this one share.
   std::vector<std::pair<int, std::size_t>> origins;

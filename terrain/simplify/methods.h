@@ -5,10 +5,13 @@
 #include <string>
 #include <vector>
 
+#include "terrain/base/progress.h"
 #include "terrain/base/result.h"
 #include "terrain/simplify/options.h"
 
 namespace tind {
+
+struct HeldMesh;
 
 /// What one chooses by, and what one reads when it is chosen.
 struct MethodInfo {
@@ -18,6 +21,7 @@ struct MethodInfo {
   std::string voids;     // holes, or covered
   /// Time and RMS error beside qem's at 10 % of the triangles (scripts/reproduce --only choose).
   std::string time, rms;
+  bool tiles = false;                     // it can hold a border, so it makes tiles, too
   std::vector<std::string> options = {};  // that it reads, as they are typed
 };
 
@@ -31,6 +35,13 @@ std::string method_name(const MethodOptions&);
 
 /// Fails (invalid_argument), with all names that there are.
 Result<MethodOptions> method_named(const std::string& name);
+
+/// Fails (invalid_argument) where an option makes no sense.
+Result<void> check_options(const MethodOptions&);
+
+/// Simplifies a mesh whose border is held as far as its bound allows. Fails with cancelled, or with
+/// unsupported where the method does not collapse (HeldMesh).
+Result<void> simplify_held(HeldMesh&, const MethodOptions&, const Progress& = {});
 
 /// "vertex-removal:degree": the method and the value of its kVariant; or a method's name alone.
 Result<MethodOptions> method_variant(const std::string& text);

@@ -24,10 +24,13 @@ constexpr const char* kAllStops = "triangles, ratio, max error";
 constexpr const char* kHoles = "holes";
 constexpr const char* kCovered = "covered";
 
+using OnHeldMesh = Result<void> (*)(HeldMesh&, const MethodOptions&, const Progress&);
+
 struct Row {
   MethodInfo info;
   MethodOptions defaults;
   Method run;
+  OnHeldMesh held;  // null where it does not collapse
 };
 
 template <class Options>
@@ -43,11 +46,21 @@ Row row(MethodInfo info) {
   using Options = decltype(options_of(function));
   info.name = Options::kName;
   Options::each_option([&](const char* name, auto, const char*) { info.options.push_back(name); });
+  OnHeldMesh held = nullptr;
+  if constexpr (requires(HeldMesh & mesh, const Options& o) {
+                  collapse_held(mesh, o, Progress{});
+                }) {
+    info.tiles = true;
+    held = [](HeldMesh& mesh, const MethodOptions& method, const Progress& progress) {
+      return collapse_held(mesh, std::get<Options>(method), progress);
+    };
+  }
   return {std::move(info), Options{},
           [](const Terrain& dem, const MethodOptions& method, const RunOptions& options,
              const Progress& progress) {
             return function(dem, std::get<Options>(method), options, progress);
-          }};
+          },
+          held};
 }
 
 const std::vector<Row>& table() {
@@ -60,7 +73,8 @@ const std::vector<Row>& table() {
            .take_for = "nearly everything: fewest triangles, least error",
            .voids = kCovered,
            .time = "2",
-           .rms = "0.6"}),
+           .rms = "0.6",
+           .tiles = true}),
       row<simplify_qem>({.minimises = "squared distance to the planes of all merged triangles",
                          .stops = kAllStops,
                          .guarantees = kAlways,
@@ -84,7 +98,8 @@ const std::vector<Row>& table() {
                             .take_for = "vertices that are posts; haste",
                             .voids = kCovered,
                             .time = "0.2",
-                            .rms = "1.3"}),
+                            .rms = "1.3",
+                            .tiles = true}),
       row<simplify_cluster>(
           {.minimises = "squared distance to the planes of each cell of a uniform grid",
            .stops = "triangles, ratio; max error up to 33 million posts",
@@ -214,6 +229,21 @@ Result<MethodOptions> method_named(const std::string& name) {
   for (const Row& row : table())
     if (row.info.name == name) return row.defaults;
   return no_such_method(name);
+}
+
+Result<void> check_options(const MethodOptions& method) {
+  return std::visit(
+      [](const auto& options) -> Result<void> {
+        if constexpr (requires { check_method(options); }) return check_method(options);
+        return {};
+      },
+      method);
+}
+
+Result<void> simplify_held(HeldMesh& mesh, const MethodOptions& method, const Progress& progress) {
+  const Row& row = row_of(method);
+  if (row.held) return row.held(mesh, method, progress);
+  return fail(Errc::unsupported, row.info.name + " collapses no edges");
 }
 
 Result<MethodOptions> method_variant(const std::string& text) {

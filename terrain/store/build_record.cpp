@@ -43,6 +43,7 @@ std::string encode(const BuildRecord& r) {
   j["side"] = r.side;
   j["vertical_datum"] = r.vertical_datum;  // for people; the grid has it, too
   j["effort"] = r.effort;
+  if (!r.method.empty()) j["method"] = r.method;
   j["gzip"] = r.gzip;
   if (r.exact_posts > 0) j["exact_posts"] = r.exact_posts;
   if (!r.tiles.empty()) j["tiles"] = r.tiles;
@@ -68,6 +69,7 @@ std::optional<BuildRecord> decode_build_record(std::string_view text) {
   take(j, "side", r.side);
   take(j, "vertical_datum", r.vertical_datum);
   take(j, "effort", r.effort);
+  take(j, "method", r.method);
   if (const Json gzip = j.value("gzip", Json()); gzip.is_boolean()) r.gzip = gzip;
   if (const Json posts = j.value("exact_posts", Json()); posts.is_number_integer())
     r.exact_posts = posts;

@@ -14,10 +14,11 @@
 
 namespace tind {
 
-/// What making a tile took, seconds of one thread. For people only: no byte of a tile depends
-/// on it.
+/// What making a tile took, seconds of one thread, and who made it. For people only: no byte of a
+/// tile depends on it.
 struct TileCost {
   double reading = 0, borders = 0, fitting = 0, measuring = 0, encoding = 0;
+  bool by_bounded = false;  // instead of another method, which could not keep the budget
 };
 
 /// One finished tile: quantized-mesh-1.0 with all the extensions that tind makes (octvertexnormals,

@@ -21,6 +21,7 @@
 #include "server/cli/options/tile_options.h"
 #include "server/cli/program/peak_memory.h"
 #include "server/cli/program/progress_bar.h"
+#include "terrain/simplify/method_text.h"
 
 namespace tind::cli {
 
@@ -29,6 +30,7 @@ namespace {
 struct Arguments {
   DemInput input;
   BuildOptions options;
+  MethodLine method;
   std::uint64_t memory = kDefaultMemory;
   std::string progress = "auto";
   bool json = false, dry_run = false;
@@ -47,7 +49,8 @@ void on_signal(int) {
   signal_seen = 1;
 }
 
-nlohmann::ordered_json to_json(const BuildReport& r, const DemInfo& info, double seconds) {
+nlohmann::ordered_json to_json(const BuildReport& r, const TileSetOptions& tiles,
+                               const DemInfo& info, double seconds) {
   nlohmann::ordered_json j;
   j["vertical_datum"] = name(info.datum);
   if (info.accuracy) j["accuracy"] = api::accuracy_json(*info.accuracy);
@@ -70,6 +73,8 @@ nlohmann::ordered_json to_json(const BuildReport& r, const DemInfo& info, double
   j["worst_over_budget"] = r.worst_over_budget;
   j["worst_over_budget_m"] = r.worst_over_budget_m;
   j["not_one_sided"] = r.not_one_sided;
+  j["method"] = method_text(tiles.method);
+  j["by_bounded"] = r.by_bounded;
   if (r.indexed_level >= 0)
     j["index"] = {
         {"deepest_level", r.indexed_level}, {"bytes", r.index_bytes}, {"made", r.index_made}};
@@ -85,7 +90,7 @@ nlohmann::ordered_json to_json(const BuildReport& r, const DemInfo& info, double
   return j;
 }
 
-void print(const BuildReport& r, VerticalDatum datum, double seconds) {
+void print(const BuildReport& r, const TileSetOptions& tiles, VerticalDatum datum, double seconds) {
   fmt::print("{:>5} {:>10} {:>12} {:>12} {:>14}\n", "level", "tiles", "bytes/tile", "budget m",
              "worst error m");
   for (const LevelReport& l : r.levels) {
@@ -103,6 +108,9 @@ void print(const BuildReport& r, VerticalDatum datum, double seconds) {
             : fmt::format("{} tiles cannot keep their level's budget", r.over_budget),
         r.over_budget == 1 ? "s its" : " their", r.worst_over_budget, r.worst_over_budget_m);
   }
+  if (r.by_bounded > 0)
+    fmt::print("{} of the tiles are made by bounded: {} cannot keep their level's budget\n",
+               r.by_bounded, method_name(tiles.method));
   if (r.not_one_sided > 0) {
     fmt::print(
         "{} tiles could not be kept on one side of their posts and say so in their metadata\n",
@@ -165,9 +173,10 @@ int run(Arguments a) {
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (a.json)
-    fmt::print("{}\n", json::to_text(to_json(*report, (*source)->info(), seconds), 1));
+    fmt::print("{}\n",
+               json::to_text(to_json(*report, a.options.tiles, (*source)->info(), seconds), 1));
   else
-    print(*report, (*source)->info().datum, seconds);
+    print(*report, a.options.tiles, (*source)->info().datum, seconds);
   return kOk;
 }
 
@@ -180,6 +189,7 @@ void add_build(Command program, int& exit) {
   c.add_option("DEM", a->input.files, "raster files").required();
   c.add_option("-o,--output", a->options.output, "directory of the tiles");
   add_tile_options(c, a->options.tiles);
+  add_tile_method(c, a->method);
   a->input.to_datum = "ellipsoid";  // as globe tiles are, and as tind serve makes them
   add_dem_options(c, a->input);
   c.add_option("--threads", a->options.threads, "threads (default: one per core)").range(1, 1024);
@@ -198,7 +208,8 @@ void add_build(Command program, int& exit) {
   c.add_flag("--dry-run", a->dry_run, "only say what it would take, as tind estimate does");
   c.on_run([a, c, &exit] {
     if (!c.given("--output") && !a->dry_run) refuse_missing("--output");
-    exit = run(*a);
+    const auto method = set_tile_method(c, a->method, a->options.tiles);
+    exit = method ? run(*a) : complain(method.error());
   });
 }
 

@@ -11,8 +11,10 @@
 
 #include "proto/json_text.h"
 #include "server/cli/commands/commands.h"
+#include "server/cli/commands/compare_tiles.h"
 #include "server/cli/options/dem_input.h"
 #include "server/cli/options/line_input.h"
+#include "server/cli/options/tile_options.h"
 #include "server/cli/pictures/compare_page.h"
 #include "server/cli/pictures/surface_report.h"
 #include "server/cli/program/run_apart.h"
@@ -35,6 +37,8 @@ struct Arguments {
   std::string html, csv, drape;
   int threads = 1;
   bool json = false;
+  bool tiles = false;      // by several methods, instead of one mesh by each
+  TileSetOptions pyramid;  // of theirs, but for the method
 };
 
 Result<double> parse_number(const std::string& text) {
@@ -238,6 +242,42 @@ int run(const Arguments& a) {
   return kOk;
 }
 
+/// What of the line makes no sense beside --tiles; empty: nothing.
+std::string out_of_place(Command app, const Arguments& a) {
+  for (const char* option : {"--at", "--drape", "--html", "--csv"})
+    if (app.given(option)) return std::string(option) + " is for meshes; leave it or --tiles out";
+  if (a.lines.any()) return "tiles are compared without lines";
+  if (a.max_error.size() > 1)
+    return "a pyramid has one --max-error, that of its deepest level; give one, or none";
+  return {};
+}
+
+int run_tiles(Command app, const Arguments& a) {
+  if (const std::string wrong = out_of_place(app, a); !wrong.empty())
+    return complain({Errc::invalid_argument, wrong});
+  CompareTiles c;
+  c.input = a.input;
+  if (!a.input.to_datum_given) c.input.to_datum = "ellipsoid";  // as tind build has it
+  c.threads = a.threads;
+  c.json = a.json;
+  TileSetOptions options = a.pyramid;
+  for (const std::string& text : a.max_error) {
+    const auto v = parse_number(text);
+    if (!v) return complain(v.error());
+    options.max_error_m = *v;
+  }
+  const std::vector<std::string> usual = {"bounded", "memoryless", "qem", "greedy", "edge-cost"};
+  for (const std::string& text : app.given("--methods") ? a.methods : usual) {
+    const auto method = method_variant(text);
+    if (!method) return complain(method.error());
+    options.method = *method;
+    const auto* const bounded = std::get_if<BoundedOptions>(&*method);
+    options.effort = bounded ? bounded->effort : Effort::normal;
+    c.methods.emplace_back(text, options);
+  }
+  return compare_tiles(c);
+}
+
 }  // namespace
 
 void add_compare(Command program, int& exit) {
@@ -250,10 +290,18 @@ void add_compare(Command program, int& exit) {
                  "placement (triangle-collapse), a metric (attribute-qem) or an effort (bounded)")
       .delimiter(',')
       .shown();
-  Command stop = app.add_group("Stop at (exactly one)", 1, 1);
+  app.add_flag(
+      "--tiles", a->tiles,
+      "compare the tiles of the DEM's pyramid, each of which keeps the error that its level "
+      "may have: bytes, triangles, time and largest error by method and level");
+  add_levels_option(app, "--tiles: only these levels of the pyramid, e.g. 0-8 (default: all)",
+                    a->pyramid.first_level, a->pyramid.last_level);
+  Command stop = app.add_group("Stop at (exactly one; with --tiles --max-error at most)", 0, 1);
   stop.add_option("--at", a->at, "shares like 10% or triangle counts, comma-separated")
       .delimiter(',');
-  stop.add_option("--max-error", a->max_error, "error bounds in metres, comma-separated")
+  stop.add_option("--max-error", a->max_error,
+                  "error bounds in metres, comma-separated; --tiles: that of the deepest level "
+                  "(default: 1/32 of the posts' spacing)")
       .delimiter(',');
   add_dem_options(app, a->input);
   add_line_options(app, a->lines);
@@ -262,7 +310,12 @@ void add_compare(Command program, int& exit) {
   app.add_option("--csv", a->csv, "write the table here as CSV");
   app.add_flag("--json", a->json, "print the table as JSON");
   app.add_option("--threads", a->threads, "threads to use, 0: one per core").not_negative().shown();
-  app.on_run([a, &exit] { exit = run(*a); });
+  app.on_run([a, app, &exit] {
+    if (!a->tiles && !app.given("--at") && !app.given("--max-error"))
+      refuse_missing("--at or --max-error");
+    if (!a->tiles && app.given("--levels")) refuse_value("--levels", "is for --tiles");
+    exit = a->tiles ? run_tiles(app, *a) : run(*a);
+  });
 }
 
 }  // namespace tind::cli

@@ -22,6 +22,7 @@ namespace {
 struct Arguments {
   DemInput input;
   BuildOptions options;
+  MethodLine method;
   std::string progress = "auto";
   bool json = false;
 };
@@ -84,6 +85,7 @@ void add_estimate(Command program, int& exit) {
       "estimate", "How many tiles a build would make, their bytes, its time and memory");
   c.add_option("DEM", a->input.files, "raster files").required();
   add_tile_options(c, a->options.tiles);
+  add_tile_method(c, a->method);
   a->input.to_datum = "ellipsoid";  // as tind build has it
   add_dem_options(c, a->input);
   c.add_option("--threads", a->options.threads, "threads of the build (default: one per core)")
@@ -92,7 +94,11 @@ void add_estimate(Command program, int& exit) {
   add_progress_option(c, a->progress);
   c.add_flag("--json", a->json, "print the estimate as JSON");
   c.footer("Some tiles of each level are made to see; nothing is written.");
-  c.on_run([a, &exit] {
+  c.on_run([a, c, &exit] {
+    if (const auto set = set_tile_method(c, a->method, a->options.tiles); !set) {
+      exit = complain(set.error());
+      return;
+    }
     const auto source = open_dem(a->input);
     exit = source ? print_estimate(**source, a->options, a->progress, a->json)
                   : complain(source.error());

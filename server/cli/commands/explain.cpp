@@ -15,7 +15,9 @@
 #include "server/cli/options/output_options.h"
 #include "server/cli/pictures/explain_picture.h"
 #include "server/cli/program/progress_bar.h"
+#include "server/log/printable.h"
 #include "terrain/base/file_io.h"
+#include "terrain/simplify/options.h"
 #include "terrain/store/open/open_store.h"
 
 namespace tind::cli {
@@ -83,6 +85,7 @@ nlohmann::ordered_json to_json(const TileExplanation& s) {
   j["stated_as"] = s.stated.exact ? "exact" : "bound";
   if (s.stated.residual_m) j["residual_m"] = *s.stated.residual_m;
   j["side"] = name_of(s.stated.side);
+  if (!s.method.empty()) j["method"] = s.method;
   j["budget_m"] = s.budget_m;
   j["limited_by"] = s.limited_by;
   j["because"] = s.because;
@@ -140,6 +143,11 @@ void print(const TileExplanation& s) {
                name_of(s.stated.side));
   else
     fmt::print("states      no error\n");
+  if (!s.method.empty())
+    fmt::print("made by     {}{}\n", logging::printable(s.method),
+               s.method == BoundedOptions::kName
+                   ? ""
+                   : ", or by bounded where that could not keep the budget");
   fmt::print("so fine by  {}: {}\n", s.limited_by, s.because);
   if (s.posts) print(*s.posts, s.budget_m);
 }

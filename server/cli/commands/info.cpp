@@ -25,6 +25,7 @@
 #include "terrain/geo/ellipsoid.h"
 #include "terrain/progressive/stream/progressive_stream.h"
 #include "terrain/raster/dem_files.h"
+#include "terrain/simplify/options.h"
 #include "terrain/store/open/open_store.h"
 
 namespace tind::cli {
@@ -133,6 +134,8 @@ std::string to_text(const std::string& path, const proto::LayerJson& layer, cons
                                 layer.format, layer.projection, layer.scheme);
   out += fmt::format("bounds     {:.6f} (west south east north)\n", fmt::join(layer.bounds, " "));
   out += fmt::format("datum      {}\n", layer.datum.empty() ? "not stated" : layer.datum);
+  if (j.contains("method"))
+    out += fmt::format("method     {}\n", logging::printable(j["method"].get<std::string>()));
   out += fmt::format("levels     {} .. {}\n", layer.minzoom, layer.maxzoom);
   for (const Json& level : j["levels"])
     out += fmt::format("  {:>2}       {} tiles\n", level["level"].get<int>(),
@@ -151,7 +154,9 @@ Result<Json> info_tile_set(const Arguments& a, const std::string& path) {
   const auto layer =
       proto::decode_layer_json({reinterpret_cast<const char*>(json->data()), json->size()});
   if (!layer) return fail(store->layer_name(), layer.error());
-  const Json j = to_json(*layer);
+  Json j = to_json(*layer);
+  if (const auto record = store->record())
+    j["method"] = record->method.empty() ? BoundedOptions::kName : record->method;
   return said(a, j, to_text(path, *layer, j));
 }
 

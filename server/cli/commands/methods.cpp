@@ -20,9 +20,11 @@ void print_methods(bool json) {
     std::fputs(api::methods_json().c_str(), stdout);
     return;
   }
-  fmt::print("{:<18} {:<50} {:<8} {:>6} {:>6}\n", "method", "take it for", "voids", "time", "RMS");
+  fmt::print("{:<18} {:<58} {:<8} {:>5} {:>5} {:>6}\n", "method", "take it for", "voids", "time",
+             "RMS", "tiles");
   for (const MethodInfo& m : methods())
-    fmt::print("{:<18} {:<50} {:<8} {:>6} {:>6}\n", m.name, m.take_for, m.voids, m.time, m.rms);
+    fmt::print("{:<18} {:<58} {:<8} {:>5} {:>5} {:>6}\n", m.name, m.take_for, m.voids, m.time,
+               m.rms, m.tiles ? "yes" : "no");
   fmt::print(
       "\nWithout --method it is {}: within an error it has the fewest triangles, at a count the\n"
       "smallest RMS error. Meshes (PLY, OBJ, STL ...) take qem, attribute-qem and "
@@ -35,7 +37,10 @@ void print_methods(bool json) {
       "has\n"
       "no cell of three valid corners beside it is left out. covered: triangles close the voids, "
       "and\n"
-      "no valid post is left out. In 'tind progressive' all of them leave holes.\n",
+      "no valid post is left out. In 'tind progressive' all of them leave holes.\n"
+      "tiles: 'tind build --method' and the daemon make tiles by it, all with the same borders "
+      "and\n"
+      "within the same error, voids closed.\n",
       method_name(MethodOptions{}), DefaultMeshMethod::kName);
   for (const MethodInfo& m : methods()) {
     std::string options;

@@ -31,14 +31,17 @@ void add_field(Command, const std::string&,
 
 }  // namespace
 
-Result<MethodOptions> method_of(Command app, const MethodLine& line) {
+Result<MethodOptions> method_of(Command app, const MethodLine& line,
+                                std::initializer_list<std::string_view> without) {
   const Result<MethodOptions> named = method_named(line.name);
   if (!named) return named;
   const auto all = methods();
   const auto chosen = std::ranges::find(all, line.name, &MethodInfo::name);
   for (const MethodInfo& other : all) {
     for (const std::string& name : other.options) {
-      if (!app.given("--" + name) || std::ranges::count(chosen->options, name)) continue;
+      if (!app.given("--" + name) || std::ranges::count(chosen->options, name) ||
+          std::ranges::count(without, name))
+        continue;
       return fail(Errc::invalid_argument, "--" + name + " is for " + other.name + ", not for " +
                                               line.name + ": leave it out, or choose --method " +
                                               other.name);
@@ -47,8 +50,8 @@ Result<MethodOptions> method_of(Command app, const MethodLine& line) {
   return *std::ranges::find(line.all, named->index(), &MethodOptions::index);
 }
 
-void add_method_options(Command app, MethodLine& line, int& threads,
-                        std::initializer_list<std::string_view> without) {
+void add_method_choice(Command app, MethodLine& line,
+                       std::initializer_list<std::string_view> without) {
   app.add_option("--method", line.name, "how; 'tind methods' says which to take for what").shown();
   for (MethodOptions& method : line.all) {
     std::visit(
@@ -60,6 +63,11 @@ void add_method_options(Command app, MethodLine& line, int& threads,
         },
         method);
   }
+}
+
+void add_method_options(Command app, MethodLine& line, int& threads,
+                        std::initializer_list<std::string_view> without) {
+  add_method_choice(app, line, without);
   app.add_option("--threads", threads, "threads to use, 0: one per core").not_negative().shown();
 }
 

@@ -26,8 +26,13 @@ struct MethodLine {
 void add_method_options(Command, MethodLine&, int& threads,
                         std::initializer_list<std::string_view> without = {});
 
+/// The same without --threads.
+void add_method_choice(Command, MethodLine&, std::initializer_list<std::string_view> without = {});
+
 /// The method that the line names, with its options. Fails (invalid_argument) when there is no such
-/// method, or when an option was given that it does not read.
-Result<MethodOptions> method_of(Command, const MethodLine&);
+/// method, or when an option was given that it does not read. `without`: options of methods that
+/// the command has itself, for something else.
+Result<MethodOptions> method_of(Command, const MethodLine&,
+                                std::initializer_list<std::string_view> without = {});
 
 }  // namespace tind::cli

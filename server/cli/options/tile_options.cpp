@@ -5,6 +5,7 @@
 #include <charconv>
 
 #include "terrain/pyramid/plan/level_plan.h"
+#include "terrain/pyramid/plan/tile_method.h"
 
 namespace tind::cli {
 
@@ -75,9 +76,22 @@ void add_tile_options(Command command, TileSetOptions& options) {
                   "(default: 10 million, and none of a source of up to 33 million)")
       .range(std::int64_t(1) << 16, std::int64_t(1) << 50);
   command
-      .add_choice("--effort", options.effort,
-                  "how hard to look for fewer triangles: fast, normal, best")
+      .add_choice(
+          "--effort", options.effort,
+          "bounded: how hard to look for fewer triangles: fast, normal, best; also for tiles "
+          "that it makes because another method cannot keep their budget")
       .shown();
+}
+
+void add_tile_method(Command command, MethodLine& line) {
+  add_method_choice(command, line, {"side", "effort"});
+}
+
+Result<void> set_tile_method(Command command, const MethodLine& line, TileSetOptions& options) {
+  const auto method = method_of(command, line, {"side", "effort"});
+  if (!method) return std::unexpected(method.error());
+  options.method = *method;
+  return check_tile_method(options.method);
 }
 
 void warn_of_plan(const Surface& surface, const TileSetOptions& options) {

@@ -8,7 +8,9 @@
 
 #include "terrain/base/enum_names.h"
 #include "terrain/geo/tiling_scheme.h"
+#include "terrain/pyramid/plan/tile_method.h"
 #include "terrain/raster/dem_options_text.h"
+#include "terrain/simplify/method_text.h"
 
 namespace tind::services {
 namespace {
@@ -72,6 +74,21 @@ DatasetSetting choice(std::string name, std::string help, E TileSetOptions::*fie
           }};
 }
 
+/// "qem", "edge-cost alpha=0.5": bounded has its effort and side in settings of their own.
+DatasetSetting method() {
+  return {.name = "method",
+          .help =
+              "who makes the tiles' meshes, with options of its own after the name, as in "
+              "'edge-cost alpha=0.5'; tind methods lists them",
+          .initial = method_text(TileSetOptions{}.method),
+          .set = [](DatasetOptions& options, std::string_view value) -> Result<void> {
+            const auto method = tile_method_from_text(std::string(value));
+            if (!method) return std::unexpected(method.error());
+            options.tiles.method = *method;
+            return {};
+          }};
+}
+
 /// "A-B" or "A".
 Result<void> set_levels(DatasetOptions& options, std::string_view text) {
   const std::string_view low = text.substr(0, text.find('-'));
@@ -99,6 +116,7 @@ std::vector<DatasetSetting> make_table() {
                          &TileSetOptions::error_factor, 1e-3, 1e3));
   table.push_back(
       choice("side", "where tiles lie as seen from the DEM's posts", &TileSetOptions::side));
+  table.push_back(method());
   table.push_back(
       choice("effort", "how hard to look for fewer triangles", &TileSetOptions::effort));
   table.push_back(

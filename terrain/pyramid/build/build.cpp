@@ -72,10 +72,12 @@ Result<BuildReport> build_tiles(const Surface& surface, const BuildOptions& o,
     const TileId id = ids[i];
     const auto there = store.finished(i);
     TileFacts known = there.value_or(TileFacts{});
+    bool by_bounded = false;
     if (!there) {
       auto tile = make_tile(surface, *plan, id, progress.stop);
       Result<void> written;
       if (tile) {
+        by_bounded = tile->cost.by_bounded;
         known.max_error_m = tile->max_error_m;
         known.edge_error_m = tile->edge_error_m;
         known.not_one_sided = tile->side != o.tiles.side;
@@ -101,6 +103,7 @@ Result<BuildReport> build_tiles(const Surface& surface, const BuildOptions& o,
       report.bytes += known.size;
       ++(there ? report.reused : report.built);
       report.not_one_sided += known.not_one_sided;
+      report.by_bounded += by_bounded;
       if (known.max_error_m > level.budget_m + kLastDigit_m) {
         ++report.over_budget;
         if (known.max_error_m / level.budget_m > worst_excess) {

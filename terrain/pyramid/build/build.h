@@ -52,6 +52,7 @@ struct BuildReport {
   std::uint64_t over_budget = 0;    // tiles that say a larger error than their level's budget
   std::string worst_over_budget;    // z/x/y of the worst of them
   double worst_over_budget_m = 0;   // and what it says
+  std::uint64_t by_bounded = 0;     // of `built`: instead of the method, over the budget with it
   std::uint64_t not_one_sided = 0;  // tiles that --side asked for and could not be: they say "both"
   std::vector<LevelReport> levels;
   UpdateReport update;

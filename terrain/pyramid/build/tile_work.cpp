@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "terrain/pyramid/plan/dirty_tiles.h"
+#include "terrain/pyramid/plan/tile_method.h"
 #include "terrain/pyramid/plan/tile_version.h"
 
 namespace tind {
@@ -23,6 +24,7 @@ BuildRecord record_of(const Surface& surface, const TilePlan& plan, const Source
   r.side = name_of(o.tiles.side);
   r.vertical_datum = name(surface.info().datum);
   r.effort = name_of(o.tiles.effort);
+  r.method = tile_method(o.tiles);
   r.gzip = o.gzip;
   r.exact_posts = o.tiles.exact_posts;
   r.tiles = area_digest(plan);

@@ -7,8 +7,10 @@
 #include <map>
 #include <numbers>
 
+#include "terrain/geo/ellipsoid.h"
 #include "terrain/mesh/triangle_plane.h"
 #include "terrain/pyramid/make/tile_job.h"
+#include "terrain/pyramid/make/tile_methods.h"
 #include "terrain/pyramid/residual/residual_index.h"
 #include "terrain/simplify/bounded/bounded_mesher.h"
 #include "terrain/simplify/bounded/search_effort.h"
@@ -20,6 +22,7 @@ namespace {
 
 constexpr double kPlacingError = 1e-5;    // metres of height: 1e-6 m on a slope of ten
 constexpr double kLargestHeightStep = 4;  // metres
+constexpr double kNarrower = 0.7;         // of the band, for a method that left it
 constexpr std::int64_t kMeshPosts = 320;  // posts a side that a mesh is fitted to at most
 
 double power_of_two_at_most(double x) { return std::exp2(std::floor(std::log2(x))); }
@@ -188,7 +191,8 @@ TileMesh mesh_within(TileJob& job, const Samples& samples, double eps, double pl
   const Stopwatch watch(job.cost.fitting);
   TileMesh result;
   result.lattice = height_lattice(job, eps);
-  const double lat = (job.rect.south + job.rect.north) / 2 * std::numbers::pi / 180;
+  const double mid = (job.rect.south + job.rect.north) / 2;
+  const double lat = mid * std::numbers::pi / 180;
   MesherOptions o;
   o.eps = eps;
   if (job.posts.posts > 0) o.relief = job.posts.max_m - job.posts.min_m;
@@ -206,6 +210,13 @@ TileMesh mesh_within(TileJob& job, const Samples& samples, double eps, double pl
   LinePoints kept;
   HalfedgeMesh frame = frame_mesh(job, samples, o.x_scale, result.lattice, kept);
   o.pinned = std::uint32_t(frame.vertex_slots());
+  if (!std::holds_alternative<BoundedOptions>(job.method)) {
+    const double metres = job.rect.height() * wgs84::metres_per_degree(mid).y / kTileExtent;
+    result.mesh =
+        mesh_by_method(job.method, std::move(frame), job.stand_in.empty() ? nullptr : &kept,
+                       samples, o, metres, progress);
+    return result;
+  }
   BoundedMesher mesher(std::move(frame), samples, o);
   if (!job.stand_in.empty()) mesher.keep(&kept);
   mesher.run(progress);
@@ -287,7 +298,7 @@ Result<TileMesh> fit_within_budget(TileJob& job, std::stop_token stop) {
   double place = 0;
   for (;;) {
     // Posts that the fit does not see get a share of the band to themselves.
-    const double share = step == 1 ? eps : 0.7 * eps;
+    const double share = (step == 1 ? eps : 0.7 * eps) * job.inner;
     if (place == 0) place = place_step(job.surface.info(), job.id.level, share, step);
     auto meshed = fit(job, share, step, place, stop);
     if (!meshed) return meshed;
@@ -316,7 +327,7 @@ Result<TileMesh> fit_to_lattice(TileJob& job, std::stop_token stop) {
   const double margin = margin_of(job.surface) + kPlacingError;
   const double room = job.level.budget_m - lattice.largest_residual() - margin;
   const double eps =
-      std::min(0.7 * job.level.fit_error_m, std::max(room, 0.25 * job.level.budget_m));
+      std::min(0.7 * job.level.fit_error_m, std::max(room, 0.25 * job.level.budget_m)) * job.inner;
   // Every fourth node of four times as fine a lattice first; all of one that is twice as fine.
   for (int step = lattice.cells >= 1024 ? lattice.cells / 256 : 1;; step /= 2) {
     const std::vector<float> heights = lattice.fitted_heights(step);
@@ -344,7 +355,10 @@ int decimation(const TileJob& job) {
   return step;
 }
 
-Result<TileMesh> fit_tile(TileJob& job, std::stop_token stop) {
+namespace {
+
+/// The best that job.method can do.
+Result<TileMesh> fit_by_method(TileJob& job, std::stop_token stop) {
   Result<TileMesh> made = job.lattice ? fit_to_lattice(job, stop) : fit_within_budget(job, stop);
   if (job.lattice && made && made->max_error > job.level.budget_m) {
     job.lattice.reset();
@@ -352,6 +366,34 @@ Result<TileMesh> fit_tile(TileJob& job, std::stop_token stop) {
   }
   if (made && made->wrong_side > 0)
     if (auto done = force_side(job, *made, stop); !done) return std::unexpected(done.error());
+  return made;
+}
+
+/// How bad: what the side lacks first, then the error.
+std::pair<double, double> badness(const TileMesh& m) { return {m.wrong_side, m.max_error}; }
+
+}  // namespace
+
+Result<TileMesh> fit_tile(TileJob& job, std::stop_token stop) {
+  Result<TileMesh> made = fit_by_method(job, stop);
+  const auto enough = [&] {
+    return !made || (made->max_error <= job.level.budget_m && made->wrong_side == 0);
+  };
+  if (enough() || std::holds_alternative<BoundedOptions>(job.method)) return made;
+  // What is measured is over the budget: a narrower band, then the method that does not give up.
+  const auto instead = [&](double inner) -> Result<void> {
+    job.inner = inner;
+    Result<TileMesh> other = fit_by_method(job, stop);
+    if (!other) return std::unexpected(other.error());
+    if (badness(*other) >= badness(*made)) return {};
+    made = std::move(other);
+    job.cost.by_bounded = std::holds_alternative<BoundedOptions>(job.method);
+    return {};
+  };
+  if (const auto tried = instead(kNarrower); !tried) return std::unexpected(tried.error());
+  if (enough()) return made;
+  job.method = BoundedOptions{};
+  if (const auto tried = instead(1); !tried) return std::unexpected(tried.error());
   return made;
 }
 

@@ -42,9 +42,17 @@ struct TileJob {
   } posts;                                 // all valid ones in the closed rectangle
   std::optional<TilePosts> whole;          // they, where not too many; offset as the level's
   std::optional<ResidualLattice> lattice;  // stands for the posts, where there are very many
+  MethodOptions method;                    // that fits the mesh
+  double inner = 1;                        // share of the band that it gets
 
   TileJob(const Surface& s, const TilePlan& p, TileId t)
-      : surface(s), plan(p), id(t), rect(tiling::rect(t)), level(p.level(t.level)), field(s) {
+      : surface(s),
+        plan(p),
+        id(t),
+        rect(tiling::rect(t)),
+        level(p.level(t.level)),
+        field(s),
+        method(p.options().method) {
     windows = surface_windows(surface, rect);
   }
 };

@@ -10,6 +10,7 @@
 
 #include "terrain/base/parallel.h"
 #include "terrain/geo/ellipsoid.h"
+#include "terrain/pyramid/plan/tile_method.h"
 #include "terrain/pyramid/residual/residual_index.h"
 #include "terrain/raster/source_blocks.h"
 
@@ -212,6 +213,7 @@ Result<TilePlan> TilePlan::make(const Surface& surface, const HeightRange& range
   }
   if (!(options.error_factor > 0) || !(options.max_error_m >= 0))
     return fail(Errc::invalid_argument, "error bounds must be positive numbers of metres");
+  if (const auto ok = check_tile_method(options.method); !ok) return std::unexpected(ok.error());
   TilePlan plan;
   plan.options_ = options;
   plan.range_ = range;

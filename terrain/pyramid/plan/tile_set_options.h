@@ -5,6 +5,7 @@
 
 #include "terrain/mesh/side.h"
 #include "terrain/simplify/common/effort.h"
+#include "terrain/simplify/options.h"
 
 namespace tind {
 
@@ -15,6 +16,10 @@ struct TileSetOptions {
   // Levels that are made and offered of it; -1: down to the end. No byte of a tile depends on them.
   int first_level = 0, last_level = -1;
   Side side = Side::both;
+  /// Who makes the meshes of tiles: a method that check_tile_method lets pass. What bounded itself
+  /// reads is not in here: `side` is everybody's, and `effort` also that of the tiles which bounded
+  /// makes instead, where the method cannot keep a tile within its budget.
+  MethodOptions method = {};
   Effort effort = Effort::normal;
   /// Tiles of more posts than this are certified through the residual index; 0: as
   /// residual_index.h says.

@@ -279,6 +279,17 @@ Result<Simplified> run_any(HalfedgeMesh& mesh, Rules& rules, const Tin& attribut
   return fail(Errc::internal, "no quadric of this dimension");
 }
 
+template <int N>
+Result<void> run_held(HeldMesh& held, const Tin& attributed, const Layout& layout,
+                      const Progress& progress) {
+  TerrainRules rules(held);
+  const HalfedgeMesh& mesh = held.terrain.mesh;
+  std::vector<std::array<float, N - 3>> packed(mesh.vertex_slots());
+  for (Index v = 0; v < packed.size(); ++v) packed[v] = pack<N - 3>(attributed, v, layout);
+  AttributeCost<N, TerrainRules> cost(mesh, rules, layout, std::move(packed));
+  return collapse_within(held, cost, progress);
+}
+
 /// The terrain's vertices in metres with normals of the slope (central differences where both
 /// neighbours are valid, one-sided where one is) and, if there is a drape, colours.
 Tin attributed_vertices(const TerrainMesh& terrain, const HeightGrid& grid,
@@ -365,6 +376,22 @@ Result<Simplified> attribute_qem_mesh(const Tin& tin, const AttributeQemOptions&
   Tin with_normals = tin;
   with_normals.normals = vertex_normals(tin);
   return run_any(*mesh, rules, with_normals, method, options, progress);
+}
+
+Result<void> collapse_held(HeldMesh& held, const AttributeQemOptions& method,
+                           const Progress& progress) {
+  const HalfedgeMesh& mesh = held.terrain.mesh;
+  Tin attributed;
+  for (const Vec3& p : mesh.positions()) attributed.vertices.push_back(held.terrain.metric(p));
+  for (Index t = 0; t < mesh.triangle_slots(); ++t)
+    if (mesh.alive_triangle(t))
+      attributed.triangles.push_back(
+          {mesh.origin(3 * t), mesh.origin(3 * t + 1), mesh.origin(3 * t + 2)});
+  attributed.normals = vertex_normals(attributed);
+  const Result<Layout> layout = layout_of(attributed, method);
+  if (!layout) return std::unexpected(layout.error());
+  return layout->normal ? run_held<6>(held, attributed, *layout, progress)
+                        : run_held<3>(held, attributed, *layout, progress);
 }
 
 }  // namespace tind

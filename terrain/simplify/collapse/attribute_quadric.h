@@ -26,6 +26,8 @@
 
 namespace tind {
 
+struct HeldMesh;
+
 /// Which attributes take part.
 enum class AttributeChoice { automatic, texture, colour, normal, colour_and_normal };
 
@@ -97,5 +99,9 @@ std::vector<std::array<float, 3>> vertex_normals(const Tin&);
 /// what attribute errors are measured against.
 Result<Tin> terrain_with_attributes(const Terrain& dem, const AttributeQemOptions&,
                                     const Constraints*);
+
+/// The same on a mesh whose border is held, as far as its bound allows. The options have passed
+/// check_method.
+Result<void> collapse_held(HeldMesh&, const AttributeQemOptions&, const Progress&);
 
 }  // namespace tind

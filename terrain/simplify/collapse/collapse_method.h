@@ -11,6 +11,7 @@
 #include "terrain/raster/terrain.h"
 #include "terrain/simplify/collapse/collapse_engine.h"
 #include "terrain/simplify/collapse/exact_check.h"
+#include "terrain/simplify/common/held_mesh.h"
 #include "terrain/simplify/common/options.h"
 #include "terrain/simplify/common/simplified.h"
 #include "terrain/simplify/common/terrain_mesh.h"
@@ -70,6 +71,38 @@ CollapseRun collapse_until(const StopAt& stop, const HeightGrid& grid, HalfedgeM
   }
   NoFlip filter;
   return collapse_edges(mesh, cost, filter, until, progress);
+}
+
+/// A method's cost on a held mesh.
+template <class Cost>
+class OnHeld {
+ public:
+  static constexpr bool kOnlyGrows = Cost::kOnlyGrows;
+
+  OnHeld(Cost& cost, const HeldMesh& held) : cost_(cost), held_(held) {}
+
+  Proposal propose(const HalfedgeMesh& m, HalfedgeMesh::Index h) {
+    Proposal p = cost_.propose(m, h);
+    if (p.cost < kNever) p.position = held_.placed(m.origin(h), m.dest(h), p.position);
+    return p;
+  }
+  void merge(const HalfedgeMesh& m, HalfedgeMesh::Index h, const Vec3& at) {
+    cost_.merge(m, h, at);
+  }
+
+ private:
+  Cost& cost_;
+  const HeldMesh& held_;
+};
+
+/// Collapses edges of a held mesh by `cost` until none is left that may go.
+template <class Cost>
+Result<void> collapse_within(HeldMesh& held, Cost& cost, const Progress& progress) {
+  OnHeld on_held(cost, held);
+  WithinHeld filter(held);
+  const CollapseRun run = collapse_edges(held.terrain.mesh, on_held, filter, {0, kNever}, progress);
+  if (run.cancelled) return fail(Errc::cancelled, "simplification was stopped");
+  return {};
 }
 
 /// `make_cost(TerrainMesh&)` returns the method's Cost (collapse_engine.h). The terrain

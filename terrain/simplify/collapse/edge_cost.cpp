@@ -136,11 +136,16 @@ Weights weights_of(const EdgeCostOptions& options, const Scales& scales) {
 
 }  // namespace
 
-Result<Simplified> simplify_edge_cost(const Terrain& dem, const EdgeCostOptions& method,
-                                      const RunOptions& options, const Progress& progress) {
+Result<void> check_method(const EdgeCostOptions& method) {
   for (const double weight : {method.alpha, method.beta})
     if (!(weight >= 0 && weight <= 1e100))
       return fail(Errc::invalid_argument, "alpha and beta must be numbers >= 0, at most 1e100");
+  return {};
+}
+
+Result<Simplified> simplify_edge_cost(const Terrain& dem, const EdgeCostOptions& method,
+                                      const RunOptions& options, const Progress& progress) {
+  if (const auto ok = check_method(method); !ok) return std::unexpected(ok.error());
   Scales scales;
   Result<Simplified> out = collapse_terrain(dem, options, progress, [&](TerrainMesh& terrain) {
     EdgeCost cost(terrain, {});
@@ -155,6 +160,13 @@ Result<Simplified> simplify_edge_cost(const Terrain& dem, const EdgeCostOptions&
     out->details["beta_scale"] = scales.beta;
   }
   return out;
+}
+
+Result<void> collapse_held(HeldMesh& held, const EdgeCostOptions& method,
+                           const Progress& progress) {
+  EdgeCost cost(held.terrain, {});
+  cost.set(weights_of(method, scales_of(held.terrain.mesh, cost)));
+  return collapse_within(held, cost, progress);
 }
 
 }  // namespace tind

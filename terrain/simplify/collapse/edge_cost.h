@@ -24,6 +24,8 @@
 
 namespace tind {
 
+struct HeldMesh;
+
 /// The default weights are the best pair of edge_cost_weights_bench. They matter little: of its
 /// pairs none is 10 % better than no weights at all, and none 8 % worse.
 /// All terms of the cost, or one alone.
@@ -55,5 +57,12 @@ struct EdgeCostOptions {
 
 Result<Simplified> simplify_edge_cost(const Terrain& dem, const EdgeCostOptions&, const RunOptions&,
                                       const Progress&);
+
+/// Fails (invalid_argument) on weights that are no weights.
+Result<void> check_method(const EdgeCostOptions&);
+
+/// The same on a mesh whose border is held, as far as its bound allows. The options have passed
+/// check_method.
+Result<void> collapse_held(HeldMesh&, const EdgeCostOptions&, const Progress&);
 
 }  // namespace tind

@@ -15,6 +15,8 @@
 
 namespace tind {
 
+struct HeldMesh;
+
 struct MemorylessOptions {
   static constexpr const char* kName = "memoryless";
   static constexpr bool kTellsCollapses = true;
@@ -25,5 +27,9 @@ struct MemorylessOptions {
 
 Result<Simplified> simplify_memoryless(const Terrain& dem, const MemorylessOptions&,
                                        const RunOptions&, const Progress&);
+
+/// The same on a mesh whose border is held, as far as its bound allows. The options have passed
+/// check_method.
+Result<void> collapse_held(HeldMesh&, const MemorylessOptions&, const Progress&);
 
 }  // namespace tind

@@ -7,7 +7,8 @@
 //   Vec3 metric(Vec3 difference)    of positions, to the frame in which distances make sense
 //   Vec3 unmetric(Vec3)             and back
 //   Vec3 snap(Vec3)                 to the positions that this kind of mesh allows
-//   Vec3 on_lattice(Vec3)           to a recorder's lattice, if there is one
+//   Vec3 on_lattice(Index a, Index b, Vec3)
+//                                   where a and b merge, to a recorder's lattice or a held mesh's
 //   void forget_bound()             the error is no longer bounded (a recorder's second part)
 //   bool allows(mesh, h, at)        the engine's filter: the star of a collapse stays valid
 //   bool allows_triangle(was, now)  the same for one triangle of it
@@ -22,6 +23,7 @@
 #include "terrain/simplify/collapse/collapse_engine.h"
 #include "terrain/simplify/collapse/exact_check.h"
 #include "terrain/simplify/collapse/quadric_n.h"
+#include "terrain/simplify/common/held_mesh.h"
 #include "terrain/simplify/common/options.h"
 #include "terrain/simplify/common/terrain_mesh.h"
 
@@ -39,6 +41,7 @@ class TerrainRules {
       : terrain_(terrain) {
     if (max_error) bound_.emplace(grid, *max_error);
   }
+  explicit TerrainRules(HeldMesh& held) : terrain_(held.terrain), held_(&held) {}
 
   void forget_bound() { bound_.reset(); }
   void put_on(const Lattice& lattice) { lattice_ = lattice; }
@@ -52,16 +55,23 @@ class TerrainRules {
     return {d.x / terrain_.metres_x, d.y / terrain_.metres_y, d.z};
   }
   Vec3 snap(const Vec3& p) const { return {snap_to_lattice(p.x), snap_to_lattice(p.y), p.z}; }
-  Vec3 on_lattice(const Vec3& p) const { return lattice_ ? lattice_->snap(p) : p; }
+  Vec3 on_lattice(Index a, Index b, const Vec3& p) const {
+    if (held_) return held_->placed(a, b, p);
+    return lattice_ ? lattice_->snap(p) : p;
+  }
   bool allows(const HalfedgeMesh& mesh, Index h, const Vec3& at) const {
+    if (held_) return WithinHeld(*held_).allows(mesh, h, at);
     return bound_ ? bound_->allows(mesh, h, at) : star_stays_ccw(mesh, h, at);
   }
   bool allows_triangle(const Triangle3&, const Triangle3& now) const {
-    return surely_ccw(now[0], now[1], now[2]) && (!bound_ || bound_->holds(now[0], now[1], now[2]));
+    if (!surely_ccw(now[0], now[1], now[2])) return false;
+    if (held_) return WithinHeld(*held_).holds(now[0], now[1], now[2]);
+    return !bound_ || bound_->holds(now[0], now[1], now[2]);
   }
 
  private:
   TerrainMesh& terrain_;
+  const HeldMesh* held_ = nullptr;
   std::optional<WithinError> bound_;
   std::optional<Lattice> lattice_;
 };
@@ -86,7 +96,7 @@ class SurfaceRules {
   Vec3 metric(const Vec3& d) const { return d; }
   Vec3 unmetric(const Vec3& d) const { return d; }
   Vec3 snap(const Vec3& p) const { return p; }
-  Vec3 on_lattice(const Vec3& p) const { return lattice_ ? lattice_->snap(p) : p; }
+  Vec3 on_lattice(Index, Index, const Vec3& p) const { return lattice_ ? lattice_->snap(p) : p; }
   void put_on(const Lattice& lattice) { lattice_ = lattice; }
   void forget_bound() {}
   bool allows(const HalfedgeMesh& mesh, Index h, const Vec3& at) const;

@@ -19,6 +19,8 @@
 
 namespace tind {
 
+struct HeldMesh;
+
 struct QemOptions {
   static constexpr const char* kName = "qem";
   static constexpr bool kTellsCollapses = true;
@@ -35,5 +37,9 @@ struct QemOptions {
 
 Result<Simplified> simplify_qem(const Terrain& dem, const QemOptions&, const RunOptions&,
                                 const Progress&);
+
+/// The same on a mesh whose border is held, as far as its bound allows. The options have passed
+/// check_method.
+Result<void> collapse_held(HeldMesh&, const QemOptions&, const Progress&);
 
 }  // namespace tind

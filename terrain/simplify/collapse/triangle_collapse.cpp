@@ -197,7 +197,7 @@ auto Collapser<Rules>::weigh_edges(Index h, bool border_only) const -> Move {
     Quadric q = seen_from(b, at(a));
     q.add(vertex_[a].q);
     const Placed<3> p = place_merged<3>(rules_, rule, q, mesh_, a, b);
-    if (p.cost < best.cost) best = {p.cost, k, rules_.on_lattice(p.at), kNone};
+    if (p.cost < best.cost) best = {p.cost, k, rules_.on_lattice(a, b, p.at), kNone};
   }
   return best;
 }
@@ -301,9 +301,10 @@ bool Collapser<Rules>::may_merge(Index h, const Vec3& p) const {
 template <class Rules>
 std::optional<Vec3> Collapser<Rules>::waypoint(Index h, const Vec3& p) const {
   const Vec3 &a = at(mesh_.origin(h)), &b = at(mesh_.dest(h));
+  const Vec3 middle = rules_.on_lattice(mesh_.origin(h), mesh_.dest(h), rules_.snap((a + b) * 0.5));
   const bool pinned = !rules_.interior(mesh_.origin(h)) || !rules_.interior(mesh_.dest(h));
   if (pinned) return rules_.allows(mesh_, h, p) ? std::optional(p) : std::nullopt;
-  for (const Vec3& between : {p, b, a, rules_.on_lattice(rules_.snap((a + b) * 0.5))})
+  for (const Vec3& between : {p, b, a, middle})
     if (rules_.allows(mesh_, h, between)) return between;
   return {};
 }
@@ -386,7 +387,8 @@ void Collapser<Rules>::collapse_rim_edge(Index centre) {
     const Index a = mesh_.origin(e), b = mesh_.dest(e);
     Quadric q = seen_from(b, at(a));
     q.add(vertex_[a].q);
-    const Vec3 p = rules_.on_lattice(place_merged<3>(rules_, rim[tries].rule, q, mesh_, a, b).at);
+    const Vec3 p =
+        rules_.on_lattice(a, b, place_merged<3>(rules_, rim[tries].rule, q, mesh_, a, b).at);
     if (!rules_.allows(mesh_, e, p) || !collapse_keeps_manifold(mesh_, e)) continue;
     vertex_[merge_edge(e, p)].changed_in = round_;
     return;
@@ -409,7 +411,8 @@ bool Collapser<Rules>::step(Index t, const Move& move) {
     if (!collapse_keeps_manifold(mesh_, move.edge)) return false;
     survivor = merge_edge(move.edge, move.edge_to);
   } else {
-    const Vec3 p = rules_.on_lattice(place_triangle(3 * t, move.pinned));
+    const Index end = move.pinned != kNone ? move.pinned : mesh_.origin(3 * t);
+    const Vec3 p = rules_.on_lattice(end, end, place_triangle(3 * t, move.pinned));
     if (!may_merge(3 * t, p)) return false;
     const std::optional<Vec3> between = recorder_ ? waypoint(3 * t, p) : p;
     if (!between) return false;
@@ -555,6 +558,15 @@ Result<Simplified> triangle_collapse_mesh(const Tin& tin, const TriangleCollapse
   SurfaceRules rules(*mesh);
   if (options.recorder) rules.put_on(options.recorder->lattice);
   return run(*mesh, rules, method, options, progress);
+}
+
+Result<void> collapse_held(HeldMesh& held, const TriangleCollapseOptions& method,
+                           const Progress& progress) {
+  TerrainRules rules(held);
+  Collapser<TerrainRules> collapser(held.terrain.mesh, rules,
+                                    method.placement == Placement::centroid);
+  if (!collapser.run(0, progress)) return fail(Errc::cancelled, "simplification was stopped");
+  return {};
 }
 
 }  // namespace tind

@@ -20,6 +20,8 @@
 
 namespace tind {
 
+struct HeldMesh;
+
 /// Reads `placement` ("quadric" | "centroid") and `stop`.
 /// Where the merged vertex goes.
 enum class Placement { quadric, centroid };
@@ -50,5 +52,9 @@ Result<Simplified> simplify_triangle_collapse(const Terrain& dem, const Triangle
 /// The same for a general manifold mesh; positions only.
 Result<Simplified> triangle_collapse_mesh(const Tin&, const TriangleCollapseOptions&,
                                           const RunOptions&, const Progress&);
+
+/// The same on a mesh whose border is held, as far as its bound allows. The options have passed
+/// check_method.
+Result<void> collapse_held(HeldMesh&, const TriangleCollapseOptions&, const Progress&);
 
 }  // namespace tind

@@ -15,6 +15,7 @@
 #include "terrain/simplify/collapse/bucket_queue.h"
 #include "terrain/simplify/collapse/collapse_method.h"
 #include "terrain/simplify/collapse/exact_check.h"
+#include "terrain/simplify/common/held_mesh.h"
 #include "terrain/simplify/common/terrain_mesh.h"
 
 namespace tind {
@@ -48,6 +49,8 @@ class Remover {
  public:
   Remover(TerrainMesh& terrain, const HeightGrid& grid, Criterion criterion, int k,
           std::optional<double> max_error);
+  /// Of a held mesh, within its bound.
+  Remover(HeldMesh& held, Criterion criterion, int k);
 
   /// Removes vertices until at most `target` triangles are left or none may go. False when told
   /// to stop.
@@ -62,6 +65,7 @@ class Remover {
   Criterion criterion_;
   int k_;
   std::optional<WithinError> bound_;
+  std::optional<WithinHeld> held_;
   BucketQueue queue_;
   std::vector<std::uint32_t> degree_;
   std::vector<std::uint8_t> may_go_;
@@ -77,6 +81,8 @@ class Remover {
   const Vec3& at(Index v) const { return mesh_.position(v); }
   Vec3 metric(Index v) const { return terrain_.metric(at(v)); }
 
+  Remover(TerrainMesh& terrain, Criterion criterion, int k);
+  void enter_all();
   void gather_ring(Index v);
   bool may_ever_go(Index v) const;
   Bucket key(Index v) const;
@@ -99,8 +105,7 @@ class Remover {
   void refresh();
 };
 
-Remover::Remover(TerrainMesh& terrain, const HeightGrid& grid, Criterion criterion, int k,
-                 std::optional<double> max_error)
+Remover::Remover(TerrainMesh& terrain, Criterion criterion, int k)
     : terrain_(terrain),
       mesh_(terrain.mesh),
       criterion_(criterion),
@@ -109,12 +114,25 @@ Remover::Remover(TerrainMesh& terrain, const HeightGrid& grid, Criterion criteri
       degree_(mesh_.vertex_slots()),
       may_go_(mesh_.vertex_slots()),
       changed_in_(mesh_.vertex_slots(), 0),
-      renewed_for_(mesh_.vertex_slots(), 0) {
+      renewed_for_(mesh_.vertex_slots(), 0) {}
+
+Remover::Remover(TerrainMesh& terrain, const HeightGrid& grid, Criterion criterion, int k,
+                 std::optional<double> max_error)
+    : Remover(terrain, criterion, k) {
   if (max_error) bound_.emplace(grid, *max_error);
+  enter_all();
+}
+
+Remover::Remover(HeldMesh& held, Criterion criterion, int k) : Remover(held.terrain, criterion, k) {
+  held_.emplace(held);
+  enter_all();
+}
+
+void Remover::enter_all() {
   const Index n = Index(mesh_.vertex_slots());
   for (Index v = 0; v < n; ++v)
     if (mesh_.alive_vertex(v)) degree_[v] = std::uint32_t(mesh_.degree(v));
-  key_.resize(criterion == Criterion::plane ? n : 0);
+  key_.resize(criterion_ == Criterion::plane ? n : 0);
   for (Index v = 0; v < n; ++v)
     if ((may_go_[v] = may_ever_go(v))) enter(v);
 }
@@ -143,6 +161,7 @@ std::array<Index, 2> Remover::line_neighbours(Index v) const {
 /// asked once.
 bool Remover::may_ever_go(Index v) const {
   if (!mesh_.alive_vertex(v)) return false;
+  if (held_) return terrain_.kind[v] == VertexKind::interior;
   if (terrain_.lines.on_line(v)) return terrain_.kind[v] == VertexKind::along_line;
   if (!mesh_.on_border(v)) return true;
   const auto [a, b] = border_neighbours(mesh_, v);
@@ -281,8 +300,9 @@ bool Remover::close_hole(Index v) {
 }
 
 bool Remover::within_bound() const {
-  return !bound_ || std::ranges::all_of(plan_.triangles, [&](const Triangle& t) {
-    return bound_->holds(at(t[0]), at(t[1]), at(t[2]));
+  return std::ranges::all_of(plan_.triangles, [&](const Triangle& t) {
+    const Vec3 &a = at(t[0]), &b = at(t[1]), &c = at(t[2]);
+    return (!bound_ || bound_->holds(a, b, c)) && (!held_ || held_->holds(a, b, c));
   });
 }
 
@@ -392,9 +412,14 @@ bool Remover::run(std::size_t target, const Progress& progress) {
 
 }  // namespace
 
+Result<void> check_method(const VertexRemovalOptions& method) {
+  if (method.k < 1 || method.k > 16) return fail(Errc::invalid_argument, "k must lie in 1..16");
+  return {};
+}
+
 Result<Simplified> simplify_vertex_removal(const Terrain& dem, const VertexRemovalOptions& method,
                                            const RunOptions& options, const Progress& progress) {
-  if (method.k < 1 || method.k > 16) return fail(Errc::invalid_argument, "k must lie in 1..16");
+  if (const auto ok = check_method(method); !ok) return std::unexpected(ok.error());
   Result<TerrainMesh> terrain = terrain_mesh(dem, options.constraints.get());
   if (!terrain) return std::unexpected(terrain.error());
 
@@ -407,6 +432,13 @@ Result<Simplified> simplify_vertex_removal(const Terrain& dem, const VertexRemov
   out.note = stop_note(options.stop, out.input_triangles, terrain->mesh.triangle_count());
   out.tin = terrain->mesh.to_tin();
   return out;
+}
+
+Result<void> collapse_held(HeldMesh& held, const VertexRemovalOptions& method,
+                           const Progress& progress) {
+  Remover remover(held, method.criterion, method.k);
+  if (!remover.run(0, progress)) return fail(Errc::cancelled, "simplification was stopped");
+  return {};
 }
 
 }  // namespace tind

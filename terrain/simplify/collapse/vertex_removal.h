@@ -24,6 +24,8 @@
 
 namespace tind {
 
+struct HeldMesh;
+
 /// Reads `criterion`, `k` (1..16) and `stop` of the options. A removal that would move the surface
 /// past `max_error_m` at any post is refused, and the vertex is tried again once its ring changes.
 /// Fails (invalid_argument) on an unknown criterion or a k out of range.
@@ -55,5 +57,12 @@ struct VertexRemovalOptions {
 
 Result<Simplified> simplify_vertex_removal(const Terrain& dem, const VertexRemovalOptions&,
                                            const RunOptions&, const Progress&);
+
+/// Fails (invalid_argument) on a k out of range.
+Result<void> check_method(const VertexRemovalOptions&);
+
+/// The same on a mesh whose border is held, as far as its bound allows. The options have passed
+/// check_method.
+Result<void> collapse_held(HeldMesh&, const VertexRemovalOptions&, const Progress&);
 
 }  // namespace tind

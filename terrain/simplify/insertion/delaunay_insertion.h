@@ -99,6 +99,11 @@ class DelaunayInsertion {
     return insert_at(t, p, true);
   }
 
+  /// The same for a point near vertex `near`.
+  bool insert_point(const Vec3& p, Index near) {
+    return insert_at(HalfedgeMesh::triangle(mesh_.out(near)), p, false);
+  }
+
   void run_passes(const Progress& progress = {}) {
     std::vector<Index> now, next;
     for (Index t = 0; t < mesh_.triangle_slots(); ++t)

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 
 #include "tests/support/program_json.h"
@@ -44,6 +45,36 @@ TEST(CompareCommand, PrintsOneRowForEachMethodAndStopAndWritesAPageThatStandsAlo
   std::string head;
   std::getline(csv, head);
   EXPECT_EQ(head.substr(0, 12), "method,stop,");
+}
+
+TEST(CompareCommand, ComparesTilesByMethodAndLevel) {
+  const auto rows = tind_json("compare " + testdata("bigtujunga_crop.tif") +
+                              " --tiles --methods bounded,qem,greedy --json --threads 2");
+  ASSERT_EQ(rows.size(), 3u);
+  std::set<double> bytes;
+  for (const auto& row : rows) {
+    double sum = 0, triangles = 0, worst = 0;
+    for (const auto& level : row["levels"]) {
+      sum += level["bytes"]["all"].get<double>();
+      triangles += level["triangles"]["all"].get<double>();
+      worst = std::max(worst, level["worst_error_m"].get<double>());
+    }
+    EXPECT_EQ(sum, row["bytes"]["all"]);
+    EXPECT_EQ(triangles, row["triangles"]["all"]);
+    EXPECT_EQ(worst, row["worst_error_m"]);
+    EXPECT_GT(row["tiles"], 10);
+    EXPECT_EQ(row["tiles"], rows[0]["tiles"]);
+    EXPECT_EQ(row["by_bounded"], 0);
+    bytes.insert(sum);
+  }
+  EXPECT_EQ(bytes.size(), 3u);
+  // What a pyramid cannot have is refused, each with its reason.
+  for (const char* wrong : {"--methods cluster", "--at 10%", "--max-error 1,2", "--csv x.csv"})
+    EXPECT_NE(run_tind("compare " + testdata("bigtujunga_crop.tif") + " --tiles " + wrong).code, 0)
+        << wrong;
+  EXPECT_NE(run_tind("compare " + testdata("bigtujunga_crop.tif") + " --at 10% --levels 0-3").code,
+            0);
+  EXPECT_NE(run_tind("compare " + testdata("bigtujunga_crop.tif")).code, 0);
 }
 
 TEST(CompareCommand, ShowsTheErrorsOfAttributesToo) {

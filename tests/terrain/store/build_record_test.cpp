@@ -50,6 +50,7 @@ TEST(BuildRecord, EveryMemberComesBack) {
   EXPECT_TRUE(other([](BuildRecord& r) { r.last_level = 8; }));
   EXPECT_TRUE(other([](BuildRecord& r) { r.side = "below"; }));
   EXPECT_TRUE(other([](BuildRecord& r) { r.effort = "high"; }));
+  EXPECT_TRUE(other([](BuildRecord& r) { r.method = "qem"; }));
   EXPECT_TRUE(other([](BuildRecord& r) { r.gzip = false; }));
   EXPECT_TRUE(other([](BuildRecord& r) { r.exact_posts = 0; }));
   EXPECT_TRUE(other([](BuildRecord& r) { r.tiles.clear(); }));

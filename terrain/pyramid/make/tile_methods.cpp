@@ -1,0 +1,124 @@
+// Greedy insertion grows the frame; all other methods get the frame with every sample inserted, and
+// collapse it under the exact check over the samples. The collapse engine knows a vertex that may
+// not move (VertexKind::fixed): the frame's are that. Two such vertices never merge, so an edge
+// between two of them stays, too, and with it the border and every line.
+
+#include "terrain/pyramid/make/tile_methods.h"
+
+#include <cmath>
+#include <memory>
+
+#include "terrain/mesh/triangle_plane.h"
+#include "terrain/simplify/common/held_mesh.h"
+#include "terrain/simplify/insertion/delaunay_insertion.h"
+#include "terrain/simplify/methods.h"
+
+namespace tind {
+
+namespace {
+
+/// The bound, a hair tighter: rounding may not break it.
+double inner_bound(const MesherOptions& o) { return o.eps - 1e-9 * (o.eps + o.relief); }
+
+InsertionOptions insertion_options(const MesherOptions& o) {
+  InsertionOptions i;
+  i.limit = inner_bound(o);
+  i.x_scale = o.x_scale;
+  i.locked_border = i.integer_lattice = true;
+  i.lattice_max = o.lattice_max;
+  i.height_step = o.height_step;
+  return i;
+}
+
+/// Calls f(sample) for all that are valid, in an order in which neighbours follow each other.
+template <class F>
+void each_sample(const GridSamples& s, F&& f) {
+  for (int row = 0; row < s.rows; ++row) {
+    for (int k = 0; k < s.cols; ++k) {
+      const int col = row % 2 ? s.cols - 1 - k : k;  // there and back
+      const Vec3 p = s.sample(std::size_t(row) * s.row_length() + std::size_t(col));
+      if (!std::isnan(p.z)) f(p);
+    }
+  }
+}
+template <class F>
+void each_sample(const ScatteredSamples& s, F&& f) {
+  for (std::size_t i = 0; i < s.size(); ++i) f(s.sample(i));
+}
+
+/// Makes every sample inside the frame a vertex; not where there is one already, or a line has no
+/// room beside it. They are samples all the same.
+template <class Samples>
+void insert_all(HalfedgeMesh& mesh, const Samples& samples, const MesherOptions& o,
+                LinePoints* kept) {
+  DelaunayInsertion<Samples> insertion(mesh, samples, insertion_options(o));
+  if (kept) insertion.keep(kept);
+  HalfedgeMesh::Index near = 0;
+  each_sample(samples, [&](const Vec3& sample) {
+    const Vec3 p{std::nearbyint(sample.x), std::nearbyint(sample.y),
+                 std::clamp(snap_height(sample.z, o.height_step), o.height_min, o.height_max)};
+    if (!(p.x > 0 && p.y > 0 && p.x < o.lattice_max && p.y < o.lattice_max)) return;
+    const std::size_t before = mesh.vertex_slots();
+    if (insertion.insert_point(p, near)) near = HalfedgeMesh::Index(before);
+  });
+}
+
+/// The exact check behind every collapse. Posts on the border are the border's business: nothing
+/// inside can help them.
+template <class Samples>
+auto within_bound(const Samples& samples, const MesherOptions& o) {
+  return [&samples, bound = inner_bound(o), last = o.lattice_max](const Vec3& a, const Vec3& b,
+                                                                  const Vec3& c) {
+    const TrianglePlane plane(a, b, c);
+    const auto [gx, gy] = plane.slope;
+    const double size = std::max(std::abs(b.z - a.z), std::abs(c.z - a.z)) + bound;
+    const Band band{a.x, a.y, a.z, bound, gx, gy, -bound, gx, gy, size};
+    return samples.scan_outside(a, b, c, band, [&](double x, double y, double z, std::size_t) {
+      constexpr double kHair = 1e-6;
+      return std::abs(plane.at(x, y) - z) <= bound || x < kHair || y < kHair || x > last - kHair ||
+             y > last - kHair;
+    });
+  };
+}
+
+template <class Samples>
+HalfedgeMesh collapsed(const MethodOptions& method, HalfedgeMesh mesh, LinePoints* kept,
+                       const Samples& samples, const MesherOptions& o, double metres_per_unit,
+                       const Progress& progress) {
+  insert_all(mesh, samples, o, kept);
+  HeldMesh held;
+  held.terrain.mesh = std::move(mesh);
+  held.terrain.kind.assign(held.terrain.mesh.vertex_slots(), VertexKind::interior);
+  std::fill_n(held.terrain.kind.begin(), o.pinned, VertexKind::fixed);
+  held.terrain.metres_x = metres_per_unit * o.x_scale;
+  held.terrain.metres_y = metres_per_unit;
+  held.place_step = o.lattice_step;
+  held.height_step = o.height_step;
+  held.height_min = o.height_min, held.height_max = o.height_max;
+  held.within = within_bound(samples, o);
+  // What it can fail with is a stop, which callers see themselves.
+  static_cast<void>(simplify_held(held, method, progress));
+  return std::move(held.terrain.mesh);
+}
+
+}  // namespace
+
+template <class Samples>
+Tin mesh_by_method(const MethodOptions& method, HalfedgeMesh frame, LinePoints* kept,
+                   const Samples& samples, const MesherOptions& o, double metres_per_unit,
+                   const Progress& progress) {
+  if (!std::holds_alternative<GreedyOptions>(method))
+    return collapsed(method, std::move(frame), kept, samples, o, metres_per_unit, progress)
+        .to_tin();
+  DelaunayInsertion<Samples> insertion(frame, samples, insertion_options(o));
+  if (kept) insertion.keep(kept);
+  insertion.run_worst_first(~std::uint64_t(0), progress);
+  return frame.to_tin();
+}
+
+template Tin mesh_by_method(const MethodOptions&, HalfedgeMesh, LinePoints*, const GridSamples&,
+                            const MesherOptions&, double, const Progress&);
+template Tin mesh_by_method(const MethodOptions&, HalfedgeMesh, LinePoints*,
+                            const ScatteredSamples&, const MesherOptions&, double, const Progress&);
+
+}  // namespace tind

@@ -1,0 +1,60 @@
+#pragma once
+// A mesh that collapse methods are given instead of a DEM's own: a tile's, in the tile's frame. Its
+// border and its lines are held, and so is a bound that somebody else knows.
+
+#include <cmath>
+#include <functional>
+
+#include "terrain/simplify/common/terrain_mesh.h"
+
+namespace tind {
+
+/// Vertices of VertexKind::fixed stay where they are, and so do all edges between two of them: no
+/// collapse of another edge takes one away. All others are interior.
+struct HeldMesh {
+  TerrainMesh terrain;
+  /// Merged vertices stand on multiples of place_step, whole numbers at least; their heights are
+  /// multiples of height_step (0: any) between the two limits.
+  double place_step = 1, height_step = 0;
+  double height_min = -HUGE_VAL, height_max = HUGE_VAL;
+  /// Whether the surface may have this triangle (counter-clockwise): nothing that is to be near it
+  /// is farther than the bound.
+  std::function<bool(const Vec3&, const Vec3&, const Vec3&)> within;
+
+  bool interior(HalfedgeMesh::Index v) const { return terrain.kind[v] == VertexKind::interior; }
+
+  /// Where a vertex may be that merges at p; a place of whole numbers is one already.
+  Vec3 snap(const Vec3& p) const {
+    const auto whole = [](double v) { return v == std::nearbyint(v); };
+    const auto on_step = [](double v, double step) { return std::nearbyint(v / step) * step; };
+    Vec3 at = p;
+    if (!whole(p.x) || !whole(p.y)) at = {on_step(p.x, place_step), on_step(p.y, place_step), p.z};
+    if (height_step > 0) at.z = on_step(at.z, height_step);
+    at.z = std::min(std::max(at.z, height_min), height_max);
+    return at;
+  }
+
+  /// Where the ends a and b merge when a method says p: an end that is held stays to the bit.
+  Vec3 placed(HalfedgeMesh::Index a, HalfedgeMesh::Index b, const Vec3& p) const {
+    return interior(a) && interior(b) ? snap(p) : p;
+  }
+};
+
+/// The filter of a held mesh: nothing flips, nothing leaves the bound.
+class WithinHeld {
+ public:
+  explicit WithinHeld(const HeldMesh& held) : held_(held) {}
+
+  bool allows(const HalfedgeMesh& m, HalfedgeMesh::Index h, const Vec3& at) const {
+    return star_stays_ccw(m, h, at) && m.all_kept(h, [&](HalfedgeMesh::Index e) {
+      return held_.within(at, m.position(m.dest(e)), m.position(m.apex(e)));
+    });
+  }
+  /// One triangle. REQUIRES: counter-clockwise.
+  bool holds(const Vec3& a, const Vec3& b, const Vec3& c) const { return held_.within(a, b, c); }
+
+ private:
+  const HeldMesh& held_;
+};
+
+}  // namespace tind
