@@ -6,9 +6,10 @@
 // seen by both triangles, and rounding cannot let it fall between them: an edge's crossing with a
 // row is computed from its two ends in a fixed order, whichever triangle asks, and posts within
 // kSlack of a post spacing outside still count (meshes read back from a file in map coordinates are
-// off by that much). Heights are interpolated along the two edges, then between them, so even a
-// sliver's heights stay between those of its corners. The result depends on the three points only,
-// not on their order: a filter and the referee agree to the last bit.
+// off by that much): where an edge is level but for that, its row takes all of it. Heights are
+// interpolated along the two edges, then between them, so even a sliver's heights stay between
+// those of its corners. The result depends on the three points only, not on their order: a filter
+// and the referee agree to the last bit.
 
 #include <algorithm>
 #include <cmath>
@@ -84,6 +85,12 @@ inline bool scan_triangle(const Vec3& p, const Vec3& q, const Vec3& r, int row_b
     double xr = other.x + o * other.dx, zr = other.z + o * other.dz;
     if (side.height == 0) xr = bottom->x, zr = bottom->z;  // all three on one row
     if (xr < xl) std::swap(xl, xr), std::swap(zl, zr);
+    for (const Vec3* corner : {top, mid, bottom}) {
+      const double off = std::abs(row + corner->y);
+      if (!(off > 0 && off <= slack)) continue;
+      if (corner->x < xl) xl = corner->x, zl = corner->z;
+      if (corner->x > xr) xr = corner->x, zr = corner->z;
+    }
     PostSpan span{row,
                   std::max(0, first_at_or_after(xl - slack)),
                   std::min(cols - 1, last_at_or_before(xr + slack)),

@@ -248,6 +248,14 @@ Result<void> RasterSource::describe(std::span<const std::string> files, const De
   info_.crs_way = frame_.crs_way().name;
   if (!frame_.crs_way().warning.empty())
     info_.warnings.push_back(facts.path + ": " + frame_.crs_way().warning);
+  if (!frame_.touches_globe()) {
+    const Vec2 first = info_.post_to_crs.apply(0, 0);
+    return fail(
+        options.crs.empty() ? Errc::bad_data : Errc::invalid_argument,
+        fmt::format("{}: its coordinates (the first post is at {:.10g}, {:.10g}) lie outside "
+                    "of its CRS, {}; say with --crs which one they are in",
+                    facts.path, first.x, first.y, info_.crs_name));
+  }
   info_.z_unit_m = facts.z_unit_m;
   info_.bounds = frame_.bounds();
   info_.covered = mosaic_.covered();

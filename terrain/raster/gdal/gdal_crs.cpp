@@ -178,6 +178,9 @@ Result<CrsFacts> describe(const OGRSpatialReference* given) {
     facts.vertical_unit_m = given->GetTargetLinearUnits("VERT_CS");
     const char* vertical = given->GetAttrValue("VERT_CS");
     facts.vertical = vertical ? vertical : "unnamed";
+    OGRAxisOrientation up = OAO_Up;
+    given->GetAxis(nullptr, 2, &up);
+    facts.downwards = up == OAO_Down;
   }
   OGRSpatialReference flat(*given);
   flat.StripVertical();

@@ -27,6 +27,7 @@ struct CrsFacts {
   VerticalDatum datum = VerticalDatum::unknown;
   std::string vertical;        // name of its vertical part; empty where there is none
   double vertical_unit_m = 0;  // 0 where the CRS has no vertical part
+  bool downwards = false;      // its vertical part counts depths
 };
 
 /// Reads a CRS; nullptr and local (engineering) systems are CrsKind::none.

@@ -250,6 +250,7 @@ Result<void> RasterFile::learn_place(IdleHandles::Handle& handle, const DemOptio
     facts_.crs.datum = own->datum;
     facts_.crs.vertical = own->vertical;
     facts_.crs.vertical_unit_m = own->vertical_unit_m;
+    facts_.crs.downwards = own->downwards;
   }
   return {};
 }
@@ -262,6 +263,11 @@ Result<void> RasterFile::learn(IdleHandles::Handle& handle, const DemOptions& op
   facts_.cols = set.GetRasterXSize();
   facts_.rows = set.GetRasterYSize();
   if (auto ok = learn_place(handle, options); !ok) return ok;
+  if (facts_.crs.downwards && !options.scale)
+    return fail(Errc::invalid_argument,
+                path_ + ": its vertical CRS '" + facts_.crs.vertical +
+                    "' counts downwards; say --scale -1 and, with --from-datum, what the heights "
+                    "are above then; or --scale 1 where they are heights already");
   // A CRS that was named for the heights names their unit, too, where the file names none.
   const double named_unit = options.from_datum.kind() == VerticalDatum::crs
                                 ? unit_of(options.from_datum)

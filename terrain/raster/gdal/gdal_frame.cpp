@@ -62,6 +62,7 @@ Result<Frame> Frame::make(const CrsFacts& crs, const Affine& post_to_crs, std::i
   frame.kind_ = crs.kind;
   frame.unit_m_ = crs.unit_m;
   frame.find_period(crs);
+  if (crs.turn > 0) frame.full_turn_ = crs.turn;
   const bool upright = post_to_crs.x_row == 0 && post_to_crs.y_col == 0;
   frame.plain_ = crs.plain_wgs84 && upright;
   if (crs.kind != CrsKind::none && !frame.plain_) {
@@ -130,6 +131,24 @@ Geographic Frame::geographic(Vec2 post) const {
   Geographic p;
   to_geographic({&post, 1}, {&p, 1});
   return p;
+}
+
+bool Frame::touches_globe() const {
+  if (kind_ == CrsKind::none) return true;
+  constexpr int kSide = 17;
+  constexpr double kMostTurns = 4;  // longitudes that are still degrees
+  std::vector<Vec2> posts;
+  for (int i = 0; i < kSide * kSide; ++i)
+    posts.push_back({double(cols_ - 1) * (i % kSide) / (kSide - 1),
+                     double(rows_ - 1) * (i / kSide) / (kSide - 1)});
+  std::vector<Geographic> places(posts.size());
+  to_geographic(posts, places);
+  for (std::size_t i = 0; i < posts.size(); ++i) {
+    const double x = map_.apply(posts[i].x, posts[i].y).x;
+    const bool far = kind_ == CrsKind::geographic && !(std::abs(x) <= kMostTurns * full_turn_);
+    if (!far && std::isfinite(places[i].lon) && std::abs(places[i].lat) <= 90) return true;
+  }
+  return false;
 }
 
 GeoRect Frame::bounds() const {

@@ -29,6 +29,8 @@ class Frame {
   /// How well its places are known; exactly where it is plain or has no CRS.
   CrsWay crs_way() const { return transform_ ? transform_->way() : CrsWay{"", 0.0, ""}; }
 
+  /// Whether any of some places all over the raster is on the globe; without a CRS it is.
+  bool touches_globe() const;
   GeoRect bounds() const;
   /// The bounding box of some of the posts: one, or two where it crosses the antimeridian.
   std::vector<GeoRect> extents(const PostRect&) const;
@@ -45,6 +47,7 @@ class Frame {
   std::int64_t cols_ = 0, rows_ = 0;
   CrsKind kind_ = CrsKind::none;
   double unit_m_ = 1, turn_ = 0, period_ = 0;
+  double full_turn_ = 360;  // in units of the CRS, where that is geographic
   bool plain_ = false, wraps_ = false;
   std::shared_ptr<const ToGeographic> transform_;  // null for plain or none
 };

@@ -117,6 +117,12 @@ Result<void> HeightBand::choose(const std::string& path, GDALDataset& set,
   bool three = band_ + 2 <= bands;
   for (int b = band_; three && b < band_ + 3; ++b)
     three = set.GetRasterBand(b)->GetRasterDataType() == GDT_Byte && !is_alpha(set, b);
+  if (options.band == 0 && bands > 4)
+    return fail(
+        Errc::unsupported,
+        fmt::format("{}: has {} bands; say with --band which is the first of the three that "
+                    "hold heights as colours",
+                    path, bands));
   if (palette_.empty() && !three)
     return fail(Errc::unsupported,
                 fmt::format("{}: heights as colours ({}) are three bands of bytes, red, green and "
@@ -157,6 +163,8 @@ Result<void> HeightBand::interpret(const std::string& path, GDALDataset& set,
   const double declared = band.GetNoDataValue(&has);
   if (has && !options.ignore_declared_nodata && !colours) nodata_.push_back(declared);
   masked_ = (band.GetMaskFlags() & GMF_PER_DATASET) != 0;
+  for (int b = 1; b <= set.GetRasterCount() && !masked_; ++b)  // beside floats GDAL passes over it
+    if (b != band_ && is_alpha(set, b)) alpha_ = b;
   return {};
 }
 
@@ -204,6 +212,14 @@ Result<void> HeightBand::read_raw(GDALDataset& set, const std::string& file, int
   } else if (band.RasterIO(GF_Read, col, row, cols, rows, out.data(), cols, rows, GDT_Float64, 0, 0,
                            nullptr) != CE_None) {
     return fail(Errc::bad_data, "");
+  }
+  if (alpha_ > 0) {
+    std::vector<double> alpha(out.size());
+    if (set.GetRasterBand(alpha_)->RasterIO(GF_Read, col, row, cols, rows, alpha.data(), cols, rows,
+                                            GDT_Float64, 0, 0, nullptr) != CE_None)
+      return fail(Errc::bad_data, "");
+    for (std::size_t i = 0; i < alpha.size(); ++i)
+      if (!(alpha[i] > 0)) out[i] = kNaN;
   }
   if (!masked_) return {};
   std::vector<GByte> mask(out.size());

@@ -56,6 +56,7 @@ class HeightBand {
   HeightEncoding encoding_ = HeightEncoding::number;
   std::vector<std::uint32_t> palette_;  // 0xAARRGGBB; empty: colours are in three bands
   double scale_ = 1, offset_ = 0, z_unit_m_ = 1;
+  int alpha_ = 0;  // a band of transparency that GDAL makes no mask of; 0: none
   bool is_float_ = false, masked_ = false, exact_ = true;
   std::vector<double> nodata_;
   std::unique_ptr<BlockSums> sums_;

@@ -10,7 +10,9 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
+#include "terrain/raster/datums.h"
 #include "terrain/raster/gdal/gdal_setup.h"
 #include "terrain/raster/gdal/memory_file.h"
 
@@ -22,19 +24,51 @@ constexpr int kStrip = 256;
 
 using Dataset = std::unique_ptr<GDALDataset, decltype([](GDALDataset* d) { GDALClose(d); })>;
 
-/// With the datum that the heights are above, where there is a CRS for it.
-OGRSpatialReference crs_of(const DemInfo& info, bool heights) {
+/// The vertical CRS of metres above a datum; nothing where there is none.
+std::optional<OGRSpatialReference> vertical_of(const VerticalDatum& datum) {
+  const std::string code = datum == VerticalDatum::egm96     ? "EPSG:5773"
+                           : datum == VerticalDatum::egm84   ? "EPSG:5798"
+                           : datum == VerticalDatum::egm2008 ? "EPSG:3855"
+                           : datum.kind() == VerticalDatum::crs && unit_of(datum) == 1
+                               ? datum.text()
+                               : "";
   OGRSpatialReference crs;
+  if (code.empty() || crs.SetFromUserInput(code.c_str()) != OGRERR_NONE) return {};
+  if (crs.IsVertical() && !crs.IsCompound()) return crs;
+  const OGR_SRSNode* const part = crs.GetAttrNode("VERT_CS");  // of "EPSG:4269+5703"
+  char* wkt = nullptr;
+  OGRSpatialReference alone;
+  const bool found =
+      part && part->exportToWkt(&wkt) == OGRERR_NONE && alone.importFromWkt(wkt) == OGRERR_NONE;
+  CPLFree(wkt);
+  return found ? std::optional(alone) : std::nullopt;
+}
+
+struct RasterCrs {
+  OGRSpatialReference crs;
+  bool tells_datum = false;
+};
+
+/// With the datum that the heights are above, where there is a CRS for it that GeoTIFF can say: of
+/// ellipsoidal heights only those of EPSG's geographic systems, else a file would have none at all.
+RasterCrs crs_of(const DemInfo& info, bool heights) {
+  RasterCrs out;
+  OGRSpatialReference& crs = out.crs;
   crs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
-  if (crs.importFromWkt(info.crs_wkt.c_str()) != OGRERR_NONE || !heights) return crs;
-  if (info.datum == VerticalDatum::ellipsoid) crs.PromoteTo3D(nullptr);
-  if (info.datum != VerticalDatum::egm96) return crs;
-  OGRSpatialReference egm96, both;
-  if (egm96.importFromEPSG(5773) != OGRERR_NONE) return crs;
-  const std::string name = std::string(crs.GetName()) + " + EGM96 height";
-  if (both.SetCompoundCS(name.c_str(), &crs, &egm96) != OGRERR_NONE) return crs;
-  both.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
-  return both;
+  if (crs.importFromWkt(info.crs_wkt.c_str()) != OGRERR_NONE || !heights) return out;
+  OGRSpatialReference made;
+  if (info.datum == VerticalDatum::ellipsoid) {
+    made = crs;
+    out.tells_datum = crs.IsGeographic() && made.PromoteTo3D(nullptr) == OGRERR_NONE &&
+                      made.GetAuthorityCode(nullptr);
+  } else if (const auto vertical = vertical_of(info.datum)) {
+    const std::string name = std::string(crs.GetName()) + " + " + vertical->GetName();
+    out.tells_datum = made.SetCompoundCS(name.c_str(), &crs, &*vertical) == OGRERR_NONE;
+  }
+  if (!out.tells_datum) return out;
+  crs = made;
+  crs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+  return out;
 }
 
 bool describe(GDALDataset& file, const DemInfo& info, bool heights) {
@@ -47,10 +81,14 @@ bool describe(GDALDataset& file, const DemInfo& info, bool heights) {
     double transform[] = {corner.x, a.x_col, a.x_row, corner.y, a.y_col, a.y_row};
     ok = ok && file.SetGeoTransform(transform) == CE_None;
   }
+  bool told = false;
   if (!info.crs_wkt.empty()) {
-    const OGRSpatialReference crs = crs_of(info, heights);
-    ok = ok && file.SetSpatialRef(&crs) == CE_None;
+    const RasterCrs place = crs_of(info, heights);
+    ok = ok && file.SetSpatialRef(&place.crs) == CE_None;
+    told = place.tells_datum;
   }
+  if (heights && !told && info.datum != VerticalDatum::unknown)
+    ok = ok && file.SetMetadataItem("VERTICAL_DATUM", name(info.datum).c_str()) == CE_None;
   return ok;
 }
 

@@ -136,6 +136,32 @@ TEST(MeshOutput, ARasterNamesTheDatumOfItsHeights) {
   EXPECT_EQ(info.source_datum, VerticalDatum::ellipsoid);
 }
 
+TEST(MeshOutput, ARasterOfAProjectedDemKeepsItsCrsWhateverItsDatum) {
+  const TempDir dir;
+  std::ofstream(dir.file("u.asc"))
+      << "ncols 4\nnrows 2\nxllcorner 500000\nyllcorner 5700000\ncellsize 30\n1 2 3 4\n5 7 6 5\n";
+  const std::string start = "simplify " + dir.file("u.asc") +
+                            " --crs EPSG:25832 --max-error 0.001 -o " + dir.file("a.ply") +
+                            " --raster " + dir.file("h.tif");
+  for (const char* datum :
+       {"ellipsoid", "egm84", "egm96", "egm2008", "EPSG:5783", "EPSG:4258+5783", "EPSG:6360"}) {
+    const auto ran = run_tind(start + " --from-datum " + datum);
+    ASSERT_EQ(ran.code, 0) << ran.out;
+    DemInfo info;
+    const std::string said = datum;
+    const double metres = said == "EPSG:6360" ? 7 * 1200 / 3937. : 7;  // it counts in US feet
+    EXPECT_NEAR(read_raster(dir.file("h.tif"), &info).at(1, 1), metres, 0.0011) << datum;
+    EXPECT_THAT(info.crs_name, HasSubstr("UTM zone 32N")) << datum;
+    const bool in_crs = said != "ellipsoid" && said != "EPSG:6360";  // heights are metres now
+    if (in_crs) {
+      EXPECT_NE(info.source_datum, VerticalDatum::unknown) << datum;
+    } else {
+      EXPECT_THAT(read_whole_file(dir.file("h.tif")).value(),
+                  HasSubstr("<Item name=\"VERTICAL_DATUM\">" + said + "</Item>"));
+    }
+  }
+}
+
 TEST(MeshOutput, RastersThatCannotBeAreRefused) {
   const TempDir dir;
   const std::string dem = small_dem(dir);

@@ -68,6 +68,19 @@ void expect_same(const VerticalError& a, const VerticalError& b) {
   EXPECT_NEAR(a.p99_m, b.p99_m, 1e-4);
 }
 
+TEST(VerticalError, ARimThatIsLevelButForRoundingHoldsAllItsPosts) {
+  const HeightGrid grid = grid_from("0 0 7 0 0 / . . . . . / . . . . .");
+  for (const double off : {1e-9, -1e-9, 0.0}) {
+    for (const double other : {3e-9, -3e-9, 0.0}) {
+      // Either end of the rim a little off its row; a corner elsewhere.
+      const Tin mesh{{{0, off, 0}, {4, other, 0}, {2, -2, 0}}, {{0, 2, 1}}, {}, {}, {}};
+      const VerticalError e = vertical_error(mesh, grid);
+      EXPECT_EQ(e.uncovered, 0u) << off << " " << other;
+      EXPECT_DOUBLE_EQ(e.max_m, 7) << off << " " << other;
+    }
+  }
+}
+
 TEST(VerticalError, OneTriangleByHand) {
   const HeightGrid grid = grid_from("0 0 0 / 0 5 . / 1 0 0");
   const Tin mesh{{{0, 0, 0}, {0, -2, 2}, {2, 0, 0}}, {{0, 1, 2}}, {}, {}, {}};

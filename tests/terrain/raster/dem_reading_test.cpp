@@ -204,7 +204,55 @@ TEST_F(DemReading, AlphaOfZeroIsAVoid) {
               ElementsAre(0, kVoid, 1, 0, kVoid, 1));
 }
 
+TEST_F(DemReading, AlphaBesideFloatsIsAVoid) {
+  const std::string tif = folder_.file("fa.tif");
+  const std::string script =
+      "/usr/bin/python3 -c \"from osgeo import gdal; import struct; "
+      "d = gdal.GetDriverByName('GTiff').Create('" +
+      tif +
+      "', 3, 1, 2, gdal.GDT_Float32, ['ALPHA=YES']); "
+      "d.GetRasterBand(1).WriteRaster(0, 0, 3, 1, struct.pack('3f', 5, 0, 6)); "
+      "d.GetRasterBand(2).WriteRaster(0, 0, 3, 1, struct.pack('3f', 255, 0, 1))\"";
+  ASSERT_EQ(std::system(script.c_str()), 0);
+  EXPECT_THAT(heights(tif), ElementsAre(5, kVoid, 6));
+}
+
+TEST_F(DemReading, ColoursAmongMoreThanFourBandsAreNamed) {
+  const std::string file = raw("m5.bil", std::vector<std::uint8_t>(30, 1),
+                               "NBITS 8\nNBANDS 5\nLAYOUT BIP\nBYTEORDER I\n");
+  const auto many = open(file, {.encoding = HeightEncoding::mapbox});
+  ASSERT_FALSE(many);
+  EXPECT_THAT(many.error().what, HasSubstr("--band"));
+  EXPECT_TRUE(open(file, {.band = 2, .encoding = HeightEncoding::mapbox}));
+}
+
 // ---- where it is ----
+
+TEST_F(DemReading, DepthsAreNotReadAsHeights) {
+  const std::string bil = raw<std::int16_t>("a.bil", {1, 2, 3, 4, 5, 6}, kInt16);
+  for (const char* crs : {"EPSG:4326+5715", "EPSG:4326+5861", "EPSG:4326+6358"}) {
+    const auto depths = open(bil, {.crs = crs});
+    ASSERT_FALSE(depths) << crs;
+    EXPECT_EQ(depths.error().code, Errc::invalid_argument);
+    EXPECT_THAT(depths.error().what, HasSubstr("counts downwards; say --scale -1")) << crs;
+  }
+  EXPECT_EQ(heights(bil, {.crs = "EPSG:4326+5715", .scale = -1.0})[1], -2);
+}
+
+TEST_F(DemReading, CoordinatesOutsideTheCrsAreAnError) {
+  const std::string bil = raw<std::int16_t>("a.bil", {1, 2, 3, 4, 5, 6}, kInt16);
+  for (const char* place : {"ULXMAP 500000\nULYMAP 5700000\n", "ULXMAP 10\nULYMAP 120\n",
+                            "ULXMAP 500000\nULYMAP 50\n"}) {
+    write("a.hdr", "NROWS 2\nNCOLS 3\nXDIM 0.5\nYDIM 0.25\n" + kInt16 + place);
+    const auto nowhere = open(bil, {.crs = "EPSG:4326"});
+    ASSERT_FALSE(nowhere) << place;
+    EXPECT_EQ(nowhere.error().code, Errc::invalid_argument);
+    EXPECT_THAT(nowhere.error().what, HasSubstr("outside of its CRS, WGS 84")) << place;
+  }
+  // The rim may be: rows that begin beyond the pole.
+  write("a.hdr", "NROWS 2\nNCOLS 3\nXDIM 0.5\nYDIM 1\nULXMAP 10\nULYMAP 90.5\n" + kInt16);
+  EXPECT_TRUE(open(bil, {.crs = "EPSG:4326"}));
+}
 
 TEST_F(DemReading, TheCrsThatWasNamed) {
   const std::string bil = raw<std::int16_t>("a.bil", {1, 2, 3, 4, 5, 6}, kInt16);
