@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -107,19 +108,22 @@ std::string list(const services::Catalog& catalog) {
 }  // namespace
 
 void add_dataset_routes(http::Router& router, const App& app) {
-  // While large DEMs are read the list says how far that is; then it does not change any more.
+  // While large DEMs are read the list says how far that is; then it changes with the catalog only.
   struct List {
     std::mutex mutex;
     std::shared_ptr<const http::Representation> settled;
+    std::uint64_t of = 0;  // which catalog
   };
   const auto known = std::make_shared<List>();
   router.get("/datasets", [&app, known](const http::Request& request, http::DeferredReply&) {
     const std::lock_guard lock(known->mutex);
-    if (known->settled) return known->settled->reply(request.head.fields);
+    const std::uint64_t revision = app.catalog.revision();
+    if (known->settled && known->of == revision) return known->settled->reply(request.head.fields);
     const bool reading = any_reading(app.catalog);
     const auto now =
         http::Representation::make(list(app.catalog), {.content_type = "application/json"});
-    if (!reading) known->settled = now;
+    known->settled = reading ? nullptr : now;
+    known->of = revision;
     return now->reply(request.head.fields);
   });
 }
