@@ -140,10 +140,8 @@ services::CatalogKeeper::Settings keeper_settings(const Options& options, const 
           .environment = options.environment,
           .pool = SourcePool::make({.heights_bytes = std::size_t(config.source_cache_mb) << 20,
                                     .open_files = kOpenFiles}),
-          .opened =
-              [](const services::ServedDataset& dataset, const services::DatasetOptions& how) {
-                log_warnings(dataset, how.tiles);
-              }};
+          .opened = [](const services::ServedDataset& dataset,
+                       const services::DatasetOptions& how) { log_warnings(dataset, how.tiles); }};
 }
 
 /// The first load: who starts a daemon sees every reason why it does not start.
