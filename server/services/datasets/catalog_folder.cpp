@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <set>
 
+#include "terrain/raster/dem_files.h"
 #include "terrain/raster/file_state.h"
 
 namespace tind::services {
@@ -69,13 +70,12 @@ void look_into_folder(FolderEntry& entry, States& states) {
     entry.wrong = inside.error().what;
     return;
   }
-  for (const fs::path& path : *inside) {
-    if (!fs::is_regular_file(path, error)) continue;
-    if (!path.filename().string().starts_with('.')) states.add(path.string());
-    if (!is_passed_over(path)) entry.spec.files.push_back(path.string());
-  }
-  if (entry.spec.files.empty())
-    entry.wrong = entry.path + ": holds neither finished tiles (layer.json) nor rasters";
+  for (const fs::path& path : *inside)
+    if (fs::is_regular_file(path, error) && !path.filename().string().starts_with('.'))
+      states.add(path.string());
+  if (const auto rasters = dem_files(std::vector{entry.path}, {.allow_vrt = true}); !rasters)
+    entry.wrong = rasters.error().what;
+  entry.spec.files = {entry.path};
 }
 
 void look_into_table(FolderEntry& entry, States& states) {

@@ -19,6 +19,7 @@
 
 #include "server/services/datasets/open_dataset.h"
 #include "terrain/base/parallel.h"
+#include "terrain/raster/dem_files.h"
 
 namespace tind::services {
 namespace {
@@ -28,11 +29,16 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kLook{1000};  // between two looks, where one takes little time
 constexpr int kPause = 20;                        // else so many times as long as one took
 
-/// Two specs with the same key are opened as the same dataset.
+/// Two specs with the same key are opened as the same dataset. A folder of rasters and a list stand
+/// for what they hold now.
 std::string key_of(const Config& config, const DatasetSpec& spec,
                    const std::vector<std::string>& files) {
   std::string key = config.index_dir + "\n";
-  for (const std::string& file : files) key += file + "\n";
+  const auto options = dataset_options(config.every, spec.own);
+  const bool tiles = is_stored({.name = {}, .files = files});
+  const auto held =
+      tiles || !options ? Result<DemFiles>(DemFiles{files, {}}) : dem_files(files, options->dem);
+  for (const std::string& file : held ? held->files : files) key += file + "\n";
   for (const auto& [name, text] : config.every)
     if (!spec.own.contains(name)) key += fmt::format("every {} {}\n", name, text);
   for (const auto& [name, text] : spec.own) key += fmt::format("own {} {}\n", name, text);

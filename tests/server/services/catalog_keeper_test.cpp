@@ -30,7 +30,9 @@ class Keeper : public testing::Test {
   /// Resting since long ago.
   void dem(const std::string& name, int height = 1) {
     test::write_flat_dem(in_folder(name), height);
-    fs::last_write_time(in_folder(name), fs::file_time_type::clock::now() - 1h);
+    for (const char* const ending : {".asc", ".prj"})
+      fs::last_write_time(fs::path(in_folder(name)).replace_extension(ending),
+                          fs::file_time_type::clock::now() - 1h);
   }
   void text(const std::string& name, const std::string& text) {
     std::ofstream(in_folder(name)) << text;
@@ -170,10 +172,11 @@ TEST_F(Keeper, OfAFolderEachEntryStandsForItself) {
   dem("b.asc", 4);
   text("all/tabled.toml", "files = [\"../*.asc\"]\nmax_error = 3\n");
   fs::create_symlink(in_folder("b.asc"), in_folder("all/linked.asc"));
+  fs::create_symlink(in_folder("b.prj"), in_folder("all/linked.prj"));
   fs::create_symlink("nowhere", in_folder("all/dangling.asc"));
   load(toml);
   EXPECT_EQ(why_, "");
-  EXPECT_THAT(names(), ElementsAre("a", "linked", "parts", "tabled"));
+  ASSERT_THAT(names(), ElementsAre("a", "linked", "parts", "tabled"));
   EXPECT_EQ(height("parts"), 3);
   EXPECT_EQ(height("tabled"), 4);
   EXPECT_EQ(height("linked"), 4);
