@@ -16,6 +16,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <iterator>
 #include <map>
 #include <thread>
 
@@ -105,6 +106,13 @@ void bound_memory() {
   setenv("GDAL_CACHEMAX", "16", 0);      // MB; the operator's own setting wins
 }
 
+/// Folders of tiles keep theirs.
+std::size_t open_descriptors() {
+  std::error_code error;
+  std::filesystem::directory_iterator all("/proc/self/fd", error);
+  return error ? 0 : std::size_t(std::distance(begin(all), end(all)));
+}
+
 /// As many descriptors as the system lets us have; the rest is what connections may use.
 std::size_t connections_within_limits(std::size_t wanted) {
   rlimit limit{};
@@ -112,7 +120,8 @@ std::size_t connections_within_limits(std::size_t wanted) {
   limit.rlim_cur = limit.rlim_max;
   setrlimit(RLIMIT_NOFILE, &limit);
   getrlimit(RLIMIT_NOFILE, &limit);
-  const std::size_t spare = std::min<std::size_t>(kSpareDescriptors, limit.rlim_cur / 2);
+  const std::size_t spare =
+      std::min<std::size_t>(kSpareDescriptors + open_descriptors(), limit.rlim_cur / 2);
   return std::min<std::size_t>(wanted, limit.rlim_cur - spare);
 }
 
