@@ -271,10 +271,9 @@ TileMesh mesh_within(TileJob& job, const Samples& samples, double eps, double pl
   o.pinned = std::uint32_t(frame.vertex_slots());
   if (!std::holds_alternative<BoundedOptions>(job.method)) {
     const double metres = job.rect.height() * wgs84::metres_per_degree(mid).y / kTileExtent;
-    result.mesh =
-        mesh_by_method(job.method, std::move(frame),
-                       job.stand_in.empty() && job.lines.lines.empty() ? nullptr : &kept, samples,
-                       o, metres, progress);
+    result.mesh = mesh_by_method(job.method, std::move(frame),
+                                 job.stand_in.empty() && job.lines.lines.empty() ? nullptr : &kept,
+                                 samples, o, metres, progress);
     return result;
   }
   BoundedMesher mesher(std::move(frame), samples, o);
