@@ -14,6 +14,7 @@
 #include "terrain/base/parallel.h"
 #include "terrain/check/check_decode.h"
 #include "terrain/check/check_surface.h"
+#include "terrain/shapes/surface_shapes.h"
 
 namespace tind {
 
@@ -76,6 +77,12 @@ void merge(MeasuredTile& into, const MeasuredTile& from) {
   into.high_m = first ? from.high_m : std::max(into.high_m, from.high_m);
   into.above_m = first ? from.above_m : std::max(into.above_m, from.above_m);
   into.below_m = first ? from.below_m : std::max(into.below_m, from.below_m);
+  for (const auto& [level, range] : from.flat) {
+    const auto [there, is_new] = into.flat.try_emplace(level, range);
+    if (is_new) continue;
+    there->second.low = std::min(there->second.low, range.low);
+    there->second.high = std::max(there->second.high, range.high);
+  }
   into.posts += from.posts;
   into.uncovered += from.uncovered;
 }
@@ -83,18 +90,33 @@ void merge(MeasuredTile& into, const MeasuredTile& from) {
 struct Post {
   double lon, lat, height;
   std::int64_t col, row;
+  std::optional<double> level = {};  // of the polygon that it lies in
 };
+
+/// Does a place lie so far inside its polygon that a level has to show it level? Lines may be
+/// thinned by 128 units of the tile's grid, and what is smaller than four times that is no line.
+bool well_inside(const AreaSet& areas, const Post& p, int level) {
+  const double reach = tiling::tile_degrees(level) * 4 * 128 / kEnd;
+  const double wide = reach / std::max(0.01, std::cos(p.lat * 0.017453292519943295));
+  return !areas.crosses({p.lon - wide, p.lat - reach, p.lon + wide, p.lat + reach});
+}
 
 /// Measures the posts of one block in the tiles of one level.
 class LevelMeasure {
  public:
-  LevelMeasure(int level, const TileListing& listing, SurfaceCache& cache)
-      : level_(level), side_(tiling::tile_degrees(level)), listing_(listing), cache_(cache) {}
+  LevelMeasure(int level, const TileListing& listing, SurfaceCache& cache,
+               const SurfaceShapes* shapes)
+      : level_(level),
+        side_(tiling::tile_degrees(level)),
+        listing_(listing),
+        cache_(cache),
+        shapes_(shapes) {}
 
   /// The tiles whose closed rectangle holds the post: one, two on an edge, four on a corner.
   void post(const Post& p) {
     const double x = (p.lon + 180) / side_, y = (p.lat + 90) / side_;
     const auto columns = std::int64_t(tiling::columns(level_));
+    flat_ = p.level && well_inside(shapes_->level_areas(), p, level_);
     const auto tx = std::int64_t(std::floor(x)), ty = std::int64_t(std::floor(y));
     for (std::int64_t dy = 0; dy <= (y == double(ty) ? 1 : 0); ++dy)
       for (std::int64_t dx = 0; dx <= (x == double(tx) ? 1 : 0); ++dx) {
@@ -126,6 +148,7 @@ class LevelMeasure {
       one.max_error_m = std::abs(gap->worst());
       one.above_m = gap->high;
       one.below_m = -gap->low;
+      if (flat_) one.flat[*p.level] = {gap->low, gap->high};
     }
     one.low_m = one.high_m = p.height;
     merge(*entry_.result, one);
@@ -146,6 +169,8 @@ class LevelMeasure {
   const double side_;
   const TileListing& listing_;
   SurfaceCache& cache_;
+  const SurfaceShapes* shapes_;
+  bool flat_ = false;  // the post at hand has to be level
   std::map<TileId, Entry> entries_;
   std::map<std::int64_t, MeasuredTile> measured_;
   std::optional<TileId> last_;
@@ -168,7 +193,8 @@ std::vector<PostRect> blocks_of(const DemInfo& info) {
   return blocks;
 }
 
-Result<std::vector<Post>> read_posts(const DemSource& source, const PostRect& block) {
+Result<std::vector<Post>> read_posts(const DemSource& source, const SurfaceShapes* shapes,
+                                     const PostRect& block) {
   const std::int64_t col = block.col, row = block.row;
   const int cols = int(block.last_col - col + 1), rows = int(block.last_row - row + 1);
   const auto heights = source.read(col, row, cols, rows);
@@ -188,6 +214,7 @@ Result<std::vector<Post>> read_posts(const DemSource& source, const PostRect& bl
     posts[i].lat = places[i].lat;
     while (posts[i].lon > 180) posts[i].lon -= 360;
     while (posts[i].lon < -180) posts[i].lon += 360;
+    if (shapes) posts[i].level = shapes->level_at({posts[i].lon, posts[i].lat});
   }
   return posts;
 }
@@ -211,7 +238,7 @@ Result<std::vector<std::vector<MeasuredTile>>> measure_against_source(const Tile
       const std::lock_guard lock(mutex);
       if (error || progress.stopped()) return;
     }
-    const auto posts = read_posts(source, blocks[i]);
+    const auto posts = read_posts(source, surface.shapes(), blocks[i]);
     if (!posts) {
       const std::lock_guard lock(mutex);
       if (!error) error = posts.error();
@@ -219,7 +246,7 @@ Result<std::vector<std::vector<MeasuredTile>>> measure_against_source(const Tile
     }
     for (std::size_t z = 0; z < measured.size(); ++z) {
       if (listing.levels[z].empty()) continue;
-      LevelMeasure level(int(z), listing, cache);
+      LevelMeasure level(int(z), listing, cache, surface.shapes());
       for (const Post& p : *posts)
         if (std::isfinite(p.lon) && std::isfinite(p.lat)) level.post(p);
       const std::lock_guard lock(mutex);

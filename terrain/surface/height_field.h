@@ -18,9 +18,9 @@
 
 namespace tind {
 
-/// Of one DEM: bilinear over the four posts around a place; a plane over three where one is void;
-/// NaN else. Within half a post spacing outside the grid the outermost posts count on. For one
-/// thread.
+/// In a polygon that is level, its level. Else of one DEM: bilinear over the four posts around a
+/// place; a plane over three where one is void; NaN else. Within half a post spacing outside the
+/// grid the outermost posts count on. For one thread.
 class HeightField {
  public:
   explicit HeightField(Surface surface);
@@ -43,6 +43,8 @@ class HeightField {
  private:
   Surface surface_;
   std::vector<LayerField> layers_;
+
+  void level(std::span<const Geographic> places, std::span<double> heights) const;
 };
 
 }  // namespace tind

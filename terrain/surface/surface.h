@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "terrain/raster/dem_source.h"
+#include "terrain/shapes/shaped_dem.h"
 
 namespace tind {
 
@@ -37,6 +38,9 @@ class Surface {
   std::span<const SurfaceLayer> layers() const { return *layers_; }
   /// The DEM of a surface that has only one; else null.
   const DemSource* only() const { return layers_->size() == 1 ? top().get() : nullptr; }
+
+  /// The lines and the water that go with it; null: none.
+  const SurfaceShapes* shapes() const { return shapes_of(*top()); }
 
   /// What is known of it as a whole: of one DEM, what that says of itself.
   const DemInfo& info() const { return top()->info(); }

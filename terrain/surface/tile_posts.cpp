@@ -170,4 +170,31 @@ Result<TilePosts> TilePosts::read(const DemSource& source, const PostWindow& w, 
   return posts;
 }
 
+TilePosts TilePosts::adapted(const std::function<double(double, double, double)>& f) const {
+  TilePosts posts;
+  posts.plain_ = plain_;
+  posts.min_m_ = min_m_, posts.max_m_ = max_m_, posts.inside_ = inside_;
+  if (plain_) {
+    posts.heights_ = heights_;
+    posts.grid_ = grid_;
+    float* z = posts.heights_.values().data();
+    posts.grid_.z = z;
+    for (std::size_t i = 0; i < grid_.size(); ++i) {
+      if (std::isnan(z[i])) continue;
+      const Vec3 p = grid_.sample(i);
+      z[i] = float(f(p.x, p.y, p.z) - grid_.offset);
+    }
+    return posts;
+  }
+  std::vector<Vec3> points;
+  for (std::size_t i = 0; i < scattered_.size(); ++i) {
+    Vec3 p = scattered_.sample(i);
+    p.z = f(p.x, p.y, p.z) - scattered_.offset;
+    points.push_back(p);
+  }
+  posts.scattered_ = ScatteredSamples(points, kTileExtent);
+  posts.scattered_.offset = scattered_.offset;
+  return posts;
+}
+
 }  // namespace tind

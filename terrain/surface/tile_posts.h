@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -51,6 +52,9 @@ class TilePosts {
   auto visit(F&& f) const {
     return plain_ ? f(grid_) : f(scattered_);
   }
+  /// The same posts with other heights: z = f(u, v, z), z with the offset in it.
+  TilePosts adapted(const std::function<double(double u, double v, double z)>& f) const;
+
   double min_m() const { return min_m_; }
   double max_m() const { return max_m_; }
   std::uint64_t inside() const { return inside_; }  // valid posts in the closed rectangle

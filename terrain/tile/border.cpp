@@ -77,7 +77,8 @@ struct Profile {
 
 /// Where a level looks at H. Between crossings H is linear: there the ends and the crossings
 /// say all.
-Profile places_of(const TileEdge& e, const Surface& surface, const BorderOptions& o) {
+Profile places_of(const TileEdge& e, const Surface& surface, const BorderOptions& o,
+                  const std::vector<BorderSample>& lines) {
   Profile profile;
   Crossings found = crossings(e, surface, o);
   profile.whole = !found.all.empty();
@@ -85,17 +86,25 @@ Profile places_of(const TileEdge& e, const Surface& surface, const BorderOptions
   const int even = profile.whole ? o.fixed_cells : o.samples;
   for (int i = 0; i <= even; ++i) places.push_back(std::round(double(i) * kTileExtent / even));
   places.insert(places.end(), found.of_bounds.begin(), found.of_bounds.end());
+  for (const BorderSample& line : lines) places.push_back(line.t);
   std::sort(places.begin(), places.end());
   places.erase(std::unique(places.begin(), places.end()), places.end());
   return profile;
 }
 
-void ask_heights(Profile& profile, const TileEdge& e, const HeightField& field) {
+void ask_heights(Profile& profile, const TileEdge& e, const HeightField& field,
+                 const std::vector<BorderSample>& lines) {
   std::vector<Geographic> points;
   points.reserve(profile.at.size());
   for (const double t : profile.at) points.push_back(along(e, t));
   profile.h.resize(points.size());
   field.filled(points, profile.h);  // so that levels agree in voids, too
+  std::size_t i = 0;
+  for (const BorderSample& line : lines) {
+    if (std::isnan(line.height)) continue;
+    while (profile.at[i] < line.t) ++i;
+    profile.h[i] = line.height;
+  }
 }
 
 /// What the next level knows of the edge, from the two edges that it has there, asked as it asks.
@@ -106,8 +115,9 @@ Profile halves_of(const TileEdge& e, const HeightField& field, const Surface& su
   both.whole = true;
   for (const int half : {0, 1}) {
     const TileEdge part = half == 0 ? TileEdge{e.start, middle} : TileEdge{middle, e.end};
-    Profile p = places_of(part, surface, o);
-    ask_heights(p, part, field);
+    const auto& lines = o.crossings_of_half[half];
+    Profile p = places_of(part, surface, o, lines);
+    ask_heights(p, part, field, lines);
     for (std::size_t i = half; i < p.at.size(); ++i) {  // the middle once
       both.at.push_back((p.at[i] + half * kTileExtent) / 2);
       both.h.push_back(p.h[i]);
@@ -121,14 +131,15 @@ struct Sample {
   double t;
   double h;
   bool fixed;
-  int place() const { return int(std::lround(t)); }  // where a vertex can stand
+  int at = -1;                                                      // where a vertex has to stand
+  int place() const { return at >= 0 ? at : int(std::lround(t)); }  // where it can
 };
 
 std::vector<Sample> samples_of(const Profile& own, const Profile* halves, double offset) {
   std::vector<Sample> samples;
   for (const Profile* p : {&own, halves})
     for (std::size_t i = 0; p && i < p->at.size(); ++i)
-      samples.push_back({p->at[i], p->h[i] + offset, false});
+      samples.push_back({p->at[i], p->h[i] + offset, false, -1});
   std::stable_sort(samples.begin(), samples.end(),
                    [](const Sample& a, const Sample& b) { return a.t < b.t; });
   const auto same = std::unique(samples.begin(), samples.end(),
@@ -218,17 +229,27 @@ TileEdge tile_edge(TileId tile, TileSide side) {
 
 Border make_border(const TileEdge& edge, const HeightField& field, const Surface& surface,
                    const BorderOptions& o) {
-  Profile own = places_of(edge, surface, o), halves;
-  ask_heights(own, edge, field);
+  Profile own = places_of(edge, surface, o, o.crossings), halves;
+  ask_heights(own, edge, field, o.crossings);
   if (o.halves) halves = halves_of(edge, field, surface, o);
-  const bool more = o.halves && !(own.whole && halves.whole);
+  // The next level may have lines that this one does not.
+  const bool more = o.halves && !(own.whole && halves.whole && o.crossings_of_half[0].empty() &&
+                                  o.crossings_of_half[1].empty());
   std::vector<Sample> samples = samples_of(own, more ? &halves : nullptr, o.offset_m);
   for (int k = 0; k <= o.fixed_cells; ++k) {
     const double t = std::round(double(k) * kTileExtent / o.fixed_cells);
+    if (std::ranges::any_of(o.lines, [&](const auto& line) { return line.t == t; })) continue;
     for (Sample& s : samples) s.fixed |= s.t == t;
   }
   // Snapping moves a vertex by half a step; two snapped ends move the line by as much.
   const double tolerance = std::max(o.tolerance_m - o.height_step, o.height_step / 2);
+  for (const BorderOptions::LineVertex& line : o.lines)
+    for (Sample& s : samples) {
+      if (s.t != line.crossing) continue;
+      s.fixed = true, s.at = line.t;
+      if (!std::isnan(line.height))
+        s.h = std::clamp(line.height + o.offset_m, s.h - tolerance / 2, s.h + tolerance / 2);
+    }
   auto fixed_height = [&](std::size_t i) { return snap_height(samples[i].h, o.height_step); };
   Border border;
   border.line = {{0, fixed_height(0)}};

@@ -16,6 +16,7 @@
 #include "server/cli/commands/commands.h"
 #include "server/cli/commands/estimate.h"
 #include "server/cli/options/dem_input.h"
+#include "server/cli/options/line_input.h"
 #include "server/cli/options/memory_limit.h"
 #include "server/cli/options/output_options.h"
 #include "server/cli/options/tile_options.h"
@@ -31,6 +32,7 @@ struct Arguments {
   DemInput input;
   BuildOptions options;
   MethodLine method;
+  ShapeFiles shapes;
   std::uint64_t memory = kDefaultMemory;
   std::string progress = "auto";
   bool json = false, dry_run = false;
@@ -140,7 +142,9 @@ void print(const BuildReport& r, const TileSetOptions& tiles, VerticalDatum datu
 int run(Arguments a) {
   DemOptions dem = dem_options(a.input);
   limit_caches(a.memory, a.input.files, dem);
-  auto source = DemSource::open(a.input.files, dem);
+  auto opened = DemSource::open(a.input.files, dem);
+  if (!opened) return complain(opened.error());
+  const auto source = with_shapes(std::move(*opened), a.shapes);
   if (!source) return complain(source.error());
   warn_of((*source)->info());
   const auto threads = threads_within(a.memory, **source, dem, a.options.threads);
@@ -192,6 +196,7 @@ void add_build(Command program, int& exit) {
   add_tile_method(c, a->method);
   a->input.to_datum = "ellipsoid";  // as globe tiles are, and as tind serve makes them
   add_dem_options(c, a->input);
+  add_shape_options(c, a->shapes);
   c.add_option("--threads", a->options.threads, "threads (default: one per core)").range(1, 1024);
   add_memory_option(c, a->memory);
   c.add_flag("--gzip", a->options.gzip,

@@ -15,6 +15,7 @@
 #include "proto/json_text.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/dem_input.h"
+#include "server/cli/options/line_input.h"
 #include "server/cli/options/output_options.h"
 #include "server/cli/options/tile_options.h"
 #include "server/cli/program/progress_bar.h"
@@ -27,6 +28,7 @@ struct Arguments {
   std::string where;
   DemInput dem;
   CheckOptions options;
+  ShapeFiles shapes;  // of the source
   std::string progress = "auto";
   bool json = false, list_rules = false;
 };
@@ -108,6 +110,8 @@ int run(Arguments a) {
       return complain({Errc::unsupported, a.dem.files[0] +
                                               " has no coordinate reference system: tiles cannot "
                                               "be compared with it"});
+    dem = with_shapes(std::move(*dem), a.shapes);
+    if (!dem) return complain(dem.error());
     source = *dem;
     a.options.source = source;
   }
@@ -138,6 +142,7 @@ void add_check(Command program, int& exit) {
                  "the DEM that the tiles were made of: recompute every error over all posts");
   a->dem.to_datum = "ellipsoid";  // as tind build has it
   add_dem_options(app, a->dem);
+  add_shape_options(app, a->shapes);
   app.add_option("--error-factor", a->options.error_factor,
                  "budget of a level, times what globe clients assume of it")
       .positive()

@@ -5,6 +5,7 @@
 
 #include "terrain/dataset/dem_dataset.h"
 #include "terrain/dataset/stored_dataset.h"
+#include "terrain/shapes/shaped_dem.h"
 
 namespace tind::services {
 namespace {
@@ -13,6 +14,8 @@ Result<Dataset> open(const DatasetSpec& spec, const DatasetOptions& options,
                      const std::string& index_dir) {
   if (is_stored(spec)) return stored_dataset(spec.files[0]);
   auto dem = open_dem(spec, options.dem);
+  if (!dem) return std::unexpected(dem.error());
+  dem = shaped_dem(std::move(*dem), options.shapes);
   if (!dem) return std::unexpected(dem.error());
   return dem_dataset(std::move(*dem), options.tiles, index_dir);
 }
@@ -62,7 +65,7 @@ Result<Dataset> open_dataset(const DatasetSpec& spec, const DatasetOptions& opti
 
 Result<void> open_dataset(Catalog& catalog, const DatasetSpec& spec, const DemOptions& dem_options,
                           const TileSetOptions& options, const std::string& index_dir) {
-  auto dataset = open_dataset(spec, {dem_options, options, {}}, index_dir);
+  auto dataset = open_dataset(spec, {dem_options, options, {}, {}}, index_dir);
   if (!dataset) return std::unexpected(dataset.error());
   catalog.add(name_of(spec), std::move(*dataset));
   return {};

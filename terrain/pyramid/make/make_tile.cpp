@@ -9,10 +9,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "terrain/encode/quantized_mesh_tile.h"
 #include "terrain/pyramid/make/tile_job.h"
 #include "terrain/pyramid/residual/residual_index.h"
+#include "terrain/shapes/surface_shapes.h"
 #include "terrain/surface/post_warp.h"
 
 namespace tind {
@@ -40,7 +42,35 @@ Result<void> load_heights(TileJob& job) {
   return {};
 }
 
-Border border_of(const TileJob& job, TileId id, TileSide side) {
+std::vector<BorderSample> border_samples(const std::vector<ShapeCrossing>& crossings) {
+  std::vector<BorderSample> samples;
+  for (const ShapeCrossing& c : crossings)
+    samples.push_back({c.t, c.shore ? c.height_m : std::numeric_limits<double>::quiet_NaN()});
+  return samples;
+}
+
+/// Where the dataset's lines cross an edge, as options of its border and as vertices of it.
+CrossingVertices cross_lines(const TileJob& job, int z, const TileEdge& edge, BorderOptions& o) {
+  const SurfaceShapes* shapes = job.surface.shapes();
+  if (!shapes || shapes->lines().empty()) return {};
+  const auto crossings = shapes->lines().crossings(edge.start, edge.end, line_scale(job.plan, z));
+  o.crossings = border_samples(crossings);
+  CrossingVertices vertices(crossings, std::max(1, int(job.plan.level(z).line_tolerance / 4)));
+  for (const CrossingVertices::Vertex& v : vertices.all())
+    o.lines.push_back(
+        {v.crossing, v.t, v.shore ? std::numeric_limits<double>::quiet_NaN() : v.height_m});
+  if (o.halves) {
+    const Geographic middle{(edge.start.lon + edge.end.lon) / 2,
+                            (edge.start.lat + edge.end.lat) / 2};
+    const LineScale next = line_scale(job.plan, z + 1);
+    o.crossings_of_half[0] = border_samples(shapes->lines().crossings(edge.start, middle, next));
+    o.crossings_of_half[1] = border_samples(shapes->lines().crossings(middle, edge.end, next));
+  }
+  return vertices;
+}
+
+Border border_of(const TileJob& job, TileId id, TileSide side,
+                 CrossingVertices* crossings = nullptr) {
   const LevelPlan& level = job.plan.level(id.level);
   BorderOptions o;
   o.tolerance_m = level.border_tolerance_m;
@@ -50,6 +80,8 @@ Border border_of(const TileJob& job, TileId id, TileSide side) {
   o.samples = level.border_samples;
   o.place_step = level.border_place_step;
   o.halves = id.level < job.plan.max_level();
+  const CrossingVertices vertices = cross_lines(job, id.level, tile_edge(id, side), o);
+  if (crossings) *crossings = vertices;
   return make_border(tile_edge(id, side), job.field, job.surface, o);
 }
 
@@ -100,7 +132,7 @@ void stand_in_for_children(TileJob& job) {
 Result<void> derive_borders(TileJob& job) {
   const Stopwatch watch(job.cost.borders);
   for (const TileSide side : {TileSide::west, TileSide::south, TileSide::east, TileSide::north}) {
-    Border border = border_of(job, job.id, side);
+    Border border = border_of(job, job.id, side, &job.crossings[std::size_t(side)]);
     job.borders[std::size_t(side)] = std::move(border.line);
     job.edge_error_m = std::max(job.edge_error_m, border.error_m);
   }
@@ -139,6 +171,16 @@ Result<void> look_up_posts(TileJob& job) {
 }
 
 }  // namespace
+
+LineScale line_scale(const TilePlan& plan, int z) {
+  constexpr double kLeast = 4;
+  const LevelPlan& level = plan.level(z);
+  const double unit = tiling::tile_degrees(z) / kTileExtent;
+  return {.least_deg = kLeast * level.line_tolerance * unit,
+          .relief_m = level.fit_error_m / 2,
+          .finest_deg = kLeast * unit,
+          .step_m = level.border_step_m};
+}
 
 Result<void> stream_posts(const TileJob& job, std::stop_token stop,
                           const std::function<void(const TilePosts&)>& f) {

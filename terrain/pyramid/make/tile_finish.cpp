@@ -6,6 +6,7 @@
 #include "terrain/geo/ellipsoid.h"
 #include "terrain/pyramid/make/tile_job.h"
 #include "terrain/pyramid/residual/indexed_heights.h"
+#include "terrain/shapes/surface_shapes.h"
 #include "terrain/tile/culling.h"
 #include "terrain/tile/normals.h"
 #include "terrain/tile/triangle_order.h"
@@ -131,6 +132,11 @@ Result<TileModel> finish_tile(TileJob& job, const TileMesh& meshed) {
   tile.displayed_error_m = round_up(displayed_error(job));
   tile.posts = job.posts.posts;
   if (job.lattice) tile.residual_m = round_up(job.lattice->largest_residual());
+  if (const SurfaceShapes* shapes = job.surface.shapes(); shapes && !shapes->water().empty()) {
+    auto mask = water_mask(shapes->water(), job.rect);
+    if (!mask) return std::unexpected(mask.error());
+    tile.water_mask = std::move(*mask);
+  }
   if (job.id.level % TilePlan::kAvailabilityLevels == 0)
     tile.descendants = job.plan.descendants(job.id);
   return tile;

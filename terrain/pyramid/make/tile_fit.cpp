@@ -9,9 +9,11 @@
 
 #include "terrain/geo/ellipsoid.h"
 #include "terrain/mesh/triangle_plane.h"
+#include "terrain/pyramid/make/kept_lines.h"
 #include "terrain/pyramid/make/tile_job.h"
 #include "terrain/pyramid/make/tile_methods.h"
 #include "terrain/pyramid/residual/residual_index.h"
+#include "terrain/shapes/surface_shapes.h"
 #include "terrain/simplify/bounded/bounded_mesher.h"
 #include "terrain/simplify/bounded/search_effort.h"
 #include "terrain/surface/post_warp.h"
@@ -38,6 +40,9 @@ HeightLattice height_lattice(const TileJob& job, double eps) {
   }
   for (const auto& line : job.stand_in)
     for (const Vec3& v : line) low = std::min(low, v.z), high = std::max(high, v.z);
+  for (const TileLine& line : job.lines.lines)
+    for (const Vec3& v : line.points)
+      if (line.shore) low = std::min(low, v.z), high = std::max(high, v.z);
   if (job.posts.posts > 0) {
     const double offset = job.level.offset_m;
     low = std::min(low, job.posts.min_m + std::min(0.0, offset) - eps);
@@ -46,6 +51,54 @@ HeightLattice height_lattice(const TileJob& job, double eps) {
   const double step =
       std::clamp(power_of_two_at_least((high - low) / 32766), 1.0 / 1024, job.level.border_step_m);
   return {std::floor(low / step) * step, step};
+}
+
+/// The level of water where the lines of the tile say so, else z.
+double level_by_lines(const TileJob& job, double u, double v, double z) {
+  const std::uint32_t between = job.lines.between.holding(u, v);
+  return between == AreaSet::kNone ? z : job.lines.level_between[between];
+}
+
+/// Gives breaklines the surface's heights, or their own as far as the level's error allows.
+void give_heights(const TileJob& job, std::vector<TileLine>& lines) {
+  std::vector<Geographic> places;
+  for (const TileLine& line : lines)
+    for (const Vec3& p : line.points)
+      if (!line.shore) places.push_back(place_of(job.rect, p));
+  std::vector<double> heights(places.size());
+  job.field.filled(places, heights);
+  std::size_t i = 0;
+  const double most = job.level.fit_error_m / 2;
+  for (TileLine& line : lines)
+    for (Vec3& p : line.points) {
+      if (line.shore) continue;
+      const double h = heights[i++];
+      p.z = std::isnan(p.z) ? h : std::clamp(p.z, h - most, h + most);
+    }
+}
+
+/// Makes the dataset's lines edges of the mesh that stay. All their points come first, so that no
+/// flip for one of them undoes another.
+template <class Insertion>
+void keep_lines(const TileJob& job, const HeightLattice& lattice, HalfedgeMesh& mesh,
+                Insertion& insertion, LinePoints& kept) {
+  if (job.lines.lines.empty()) return;
+  insertion.keep(&kept);
+  std::vector<TileLine> lines = job.lines.lines;
+  give_heights(job, lines);
+  // Where the two meet, the shore says how high.
+  std::ranges::stable_partition(lines, [](const TileLine& line) { return !line.shore; });
+  KeptLines keeper(mesh, insertion, kept);
+  std::vector<std::vector<HalfedgeMesh::Index>> vertices;
+  for (const TileLine& line : lines) {
+    vertices.emplace_back();
+    for (const Vec3& p : line.points) {
+      const double h = std::clamp(p.z, lattice.min, lattice.max());
+      vertices.back().push_back(keeper.vertex({p.x, p.y, snap_height(h, lattice.step)}));
+    }
+  }
+  for (const auto& line : vertices)
+    for (std::size_t i = 1; i < line.size(); ++i) keeper.join(line[i - 1], line[i]);
 }
 
 /// Makes the lines of job.stand_in, whose points are vertices, edges of the mesh that stay.
@@ -133,8 +186,14 @@ HalfedgeMesh frame_mesh(TileJob& job, const Samples& samples, double x_scale,
   job.field.filled(places, heights);
   for (std::size_t k = 0; k < points.size(); ++k) {
     points[k].z = heights[k] + job.level.offset_m;
+    if (const SurfaceShapes* shapes = job.surface.shapes()) {
+      if (const auto level = shapes->level_at(places[k]))
+        points[k].z = line_scale(job.plan, job.id.level).level(*level);
+      points[k].z = level_by_lines(job, points[k].x, points[k].y, points[k].z);
+    }
     insert(points[k]);
   }
+  keep_lines(job, lattice, mesh, insertion, kept);
   keep_stand_ins(job, lattice.step, mesh, insertion, kept);
   return mesh;
 }
@@ -212,13 +271,13 @@ TileMesh mesh_within(TileJob& job, const Samples& samples, double eps, double pl
   o.pinned = std::uint32_t(frame.vertex_slots());
   if (!std::holds_alternative<BoundedOptions>(job.method)) {
     const double metres = job.rect.height() * wgs84::metres_per_degree(mid).y / kTileExtent;
-    result.mesh =
-        mesh_by_method(job.method, std::move(frame), job.stand_in.empty() ? nullptr : &kept,
-                       samples, o, metres, progress);
+    result.mesh = mesh_by_method(job.method, std::move(frame),
+                                 job.stand_in.empty() && job.lines.lines.empty() ? nullptr : &kept,
+                                 samples, o, metres, progress);
     return result;
   }
   BoundedMesher mesher(std::move(frame), samples, o);
-  if (!job.stand_in.empty()) mesher.keep(&kept);
+  if (!job.stand_in.empty() || !job.lines.lines.empty()) mesher.keep(&kept);
   mesher.run(progress);
   result.mesh = mesher.mesh().to_tin();
   return result;
@@ -234,7 +293,14 @@ Result<TileMesh> fit(TileJob& job, double eps, int step, double place_step, std:
     if (!read) return std::unexpected(read.error());
     decimated.emplace(std::move(*read));
   }
-  const TilePosts& posts = decimated ? *decimated : *job.whole;
+  const TilePosts* given = decimated ? &*decimated : &*job.whole;
+  std::optional<TilePosts> adapted;  // dry posts that a thinned shore takes for water
+  if (!job.lines.between.empty()) {
+    adapted.emplace(
+        given->adapted([&](double u, double v, double z) { return level_by_lines(job, u, v, z); }));
+    given = &*adapted;
+  }
+  const TilePosts& posts = *given;
   TileMesh result = posts.visit(
       [&](const auto& samples) { return mesh_within(job, samples, eps, place_step, stop); });
   if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
@@ -330,8 +396,15 @@ Result<TileMesh> fit_to_lattice(TileJob& job, std::stop_token stop) {
       std::min(0.7 * job.level.fit_error_m, std::max(room, 0.25 * job.level.budget_m)) * job.inner;
   // Every fourth node of four times as fine a lattice first; all of one that is twice as fine.
   for (int step = lattice.cells >= 1024 ? lattice.cells / 256 : 1;; step /= 2) {
-    const std::vector<float> heights = lattice.fitted_heights(step);
+    std::vector<float> heights = lattice.fitted_heights(step);
     const int nodes = lattice.cells / step + 1;
+    if (!job.lines.between.empty()) {
+      const GridSamples samples = ResidualLattice::samples(heights, nodes);
+      for (std::size_t i = 0; i < heights.size(); ++i) {
+        const Vec3 p = samples.sample(i);
+        if (!std::isnan(heights[i])) heights[i] = float(level_by_lines(job, p.x, p.y, p.z));
+      }
+    }
     const int posts = std::max(1, int(job.windows.front().posts.cols / nodes));
     TileMesh meshed = mesh_within(job, ResidualLattice::samples(heights, nodes), eps,
                                   place_step(job.surface.info(), job.id.level, eps, posts), stop);
@@ -339,6 +412,57 @@ Result<TileMesh> fit_to_lattice(TileJob& job, std::stop_token stop) {
     meshed.max_error = lattice.posts > 0 ? lattice_bound(meshed.mesh, lattice) + margin : 0;
     if (step == 1 || meshed.max_error <= job.level.budget_m) return meshed;
   }
+}
+
+Result<TileMesh> fit_lines_as_they_are(TileJob& job, std::stop_token stop) {
+  Result<TileMesh> made = job.lattice ? fit_to_lattice(job, stop) : fit_within_budget(job, stop);
+  if (job.lattice && made && made->max_error > job.level.budget_m) {
+    job.lattice.reset();
+    made = fit_within_budget(job, stop);
+  }
+  return made;
+}
+
+/// Lets shores go around the posts beside them that are no part of the water: with a post closer to
+/// a shore than the grid can tell, no mesh is within its budget.
+Result<void> bend_around_posts(TileJob& job, std::stop_token stop) {
+  ShoreBender bender(job.lines);
+  const SurfaceShapes& shapes = *job.surface.shapes();
+  const auto wet = [&](double u, double v) {
+    return shapes.level_at(place_of(job.rect, {u, v, 0})).has_value();
+  };
+  auto done = stream_posts(job, stop, [&](const TilePosts& posts) {
+    posts.visit([&](const auto& samples) {
+      for (std::size_t i = 0; i < samples.size(); ++i)
+        if (const Vec3 p = samples.sample(i); !std::isnan(p.z))
+          bender.meet(p, 0.9 * job.level.budget_m);
+    });
+  });
+  if (done) bender.bend(job.lines, wet);
+  return done;
+}
+
+/// Lines thinned as the level allows; where a tile cannot stay within its budget so, a quarter as
+/// much, then as they are, at last without them: the certificate comes first.
+Result<TileMesh> fit_with_lines(TileJob& job, std::stop_token stop) {
+  const SurfaceShapes* shapes = job.surface.shapes();
+  if (!shapes || shapes->lines().empty()) return fit_lines_as_they_are(job, stop);
+  const LineScale scale = line_scale(job.plan, job.id.level);
+  Result<TileMesh> best = fail(Errc::internal, "no fit tried");
+  for (const double share : {1.0, 0.25, 0.0}) {
+    job.lines =
+        tile_lines(shapes->lines(), job.id, scale, job.crossings, share * job.level.line_tolerance);
+    if (share == 0)
+      if (auto bent = bend_around_posts(job, stop); !bent) return std::unexpected(bent.error());
+    auto made = fit_lines_as_they_are(job, stop);
+    if (!made) return made;
+    if (!best || made->max_error < best->max_error) best = std::move(made);
+    if (best->max_error <= job.level.budget_m || job.lines.lines.empty()) return best;
+  }
+  job.lines = {};
+  auto without = fit_lines_as_they_are(job, stop);
+  if (!without || without->max_error <= job.level.budget_m) return without;
+  return best;
 }
 
 }  // namespace
@@ -359,11 +483,7 @@ namespace {
 
 /// The best that job.method can do.
 Result<TileMesh> fit_by_method(TileJob& job, std::stop_token stop) {
-  Result<TileMesh> made = job.lattice ? fit_to_lattice(job, stop) : fit_within_budget(job, stop);
-  if (job.lattice && made && made->max_error > job.level.budget_m) {
-    job.lattice.reset();
-    made = fit_within_budget(job, stop);
-  }
+  Result<TileMesh> made = fit_with_lines(job, stop);
   if (made && made->wrong_side > 0)
     if (auto done = force_side(job, *made, stop); !done) return std::unexpected(done.error());
   return made;

@@ -13,6 +13,8 @@
 #include "terrain/pyramid/plan/tile_method.h"
 #include "terrain/pyramid/residual/residual_index.h"
 #include "terrain/raster/source_blocks.h"
+#include "terrain/shapes/surface_shapes.h"
+#include "terrain/tile/tile_lines.h"
 
 namespace tind {
 
@@ -214,8 +216,17 @@ Result<TilePlan> TilePlan::make(const Surface& surface, const HeightRange& range
   if (!(options.error_factor > 0) || !(options.max_error_m >= 0))
     return fail(Errc::invalid_argument, "error bounds must be positive numbers of metres");
   if (const auto ok = check_tile_method(options.method); !ok) return std::unexpected(ok.error());
+  const SurfaceShapes* shapes = surface.shapes();
+  if (shapes && !shapes->lines().empty() && options.side != Side::both)
+    return fail(Errc::invalid_argument,
+                "lines have one height: with them --side is both, neither above nor below");
   TilePlan plan;
   plan.options_ = options;
+  if (shapes) {
+    plan.shapes_ = shapes->digest();
+    plan.levels_of_shapes_ = shapes->level_digest();
+    plan.water_mask_ = !shapes->water().empty();
+  }
   plan.range_ = range;
   plan.bounds_ = bounds_with_area(info);
   plan.datum_ = info.datum;
@@ -257,6 +268,7 @@ Result<TilePlan> TilePlan::make(const Surface& surface, const HeightRange& range
     level.border_tolerance_m = kBorderShare * level.fit_error_m;
     level.border_place_step = place_step(info, z, level.fit_error_m);
     level.curvature_cells = curvature_cells(z);
+    level.line_tolerance = line_tolerance(z, level.budget_m);
     level.normal_reach_deg = std::max(spacing / latitude_degree, tiling::tile_degrees(z) / 128);
     plan.levels_.push_back(level);
   }
@@ -331,6 +343,7 @@ proto::LayerJson TilePlan::layer(const std::string& name) const {
       layer.available.push_back(on_the_wire(tiles(z).ranges()));
   }
   layer.extensions = {"octvertexnormals", "metadata"};
+  if (water_mask_) layer.extensions.insert(layer.extensions.begin() + 1, "watermask");
   layer.metadata_availability = kAvailabilityLevels;
   layer.side = name_of(options_.side);
   layer.datum = tind::name(datum_);

@@ -69,6 +69,7 @@ struct LevelPlan {
   double border_step_m = 0;     // heights on tile borders are multiples of this power of two
   int border_place_step = 1;    // and their places multiples of this, of 32767 along the side
   int curvature_cells = 1;      // see above
+  double line_tolerance = 1;    // units of the tile's grid by which lines may be thinned
   double normal_reach_deg = 0;  // normals are taken from H's differences over +- this
 };
 
@@ -86,6 +87,9 @@ class TilePlan {
   const LevelPlan& level(int z) const { return levels_[std::size_t(z)]; }
   const TileSetOptions& options() const { return options_; }
   const HeightRange& range() const { return range_; }
+  /// Stand for the surface's lines and water, and for their levels; empty where it has none.
+  const std::string& shapes() const { return shapes_; }
+  const std::string& levels_of_shapes() const { return levels_of_shapes_; }
 
   /// From here on tiles of levels above the index's own are fitted and certified through it, and
   /// have borders that leave room for what it does not know.
@@ -117,6 +121,8 @@ class TilePlan {
   std::vector<LevelPlan> levels_;
   TileSetOptions options_;
   HeightRange range_;
+  std::string shapes_, levels_of_shapes_;
+  bool water_mask_ = false;
   GeoRect bounds_;
   VerticalDatum datum_ = VerticalDatum::unknown;
   std::vector<TileArea> areas_;  // by level from 0

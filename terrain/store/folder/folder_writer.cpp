@@ -125,6 +125,8 @@ std::string difference(const Json& found, const Json& wanted) {
            found.value("epoch", Json()).dump() + ", not " + wanted["epoch"].dump() + ")";
   }
   if (found.value("grid", Json()) != wanted["grid"]) return "tiles of another source";
+  if (found.value("shapes", Json()) != wanted.value("shapes", Json()))
+    return "tiles with other lines or water";
   return "tiles of other options";
 }
 
