@@ -114,13 +114,15 @@ std::size_t connections_within_limits(std::size_t wanted) {
 
 /// What the operator should know of a DEM. Of one that is still being read there is only a sample.
 void log_warnings(const services::ServedDataset& dataset) {
-  const DemSource* const dem = dataset.source ? dataset.source->only() : nullptr;
-  if (!dem) return;
-  for (const std::string& line : dem->info().warnings) spdlog::warn("{}", logging::printable(line));
-  if (dataset.tiles && dataset.tiles->readiness().state == Readiness::State::reading)
-    (void)for_sample_blocks(*dem, [](const HeightGrid&) {});  // a failure is found by who reads all
-  if (const std::string line = undeclared_nodata_text(*dem); !line.empty())
+  if (!dataset.source) return;
+  for (const std::string& line : dataset.source->info().warnings)
     spdlog::warn("{}", logging::printable(line));
+  for (const SurfaceLayer& layer : dataset.source->layers()) {
+    if (dataset.tiles && dataset.tiles->readiness().state == Readiness::State::reading)
+      (void)for_sample_blocks(*layer.source, [](const HeightGrid&) {});  // who reads all, reports
+    if (const std::string line = undeclared_nodata_text(*layer.source); !line.empty())
+      spdlog::warn("{}", logging::printable(line));
+  }
 }
 
 Result<void> something_to_serve(const Config& config) {
@@ -276,9 +278,9 @@ Result<std::size_t> check(const Config& config,
     if (services::is_stored(spec)) {
       if (auto dataset = stored_dataset(spec.files[0]); !dataset)
         return std::unexpected(dataset.error());
-    } else if (auto dem = services::open_dem(spec, options->dem); !dem) {
+    } else if (auto dem = services::open_source(spec, options->dem); !dem) {
       return std::unexpected(dem.error());
-    } else if ((*dem)->info().cols * (*dem)->info().rows > kMostReadAtOnce) {
+    } else if (dem->post_count() > kMostReadAtOnce) {
       ++not_read;
     } else if (auto dataset = dem_dataset(*dem, options->tiles); !dataset) {
       return std::unexpected(dataset.error());
