@@ -16,8 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json source_of(const Surface& surface) {
-  const DemInfo& info = surface.info();
+Json source_of(const DemInfo& info) {
   Json json = {{"driver", info.driver},
                {"columns", info.cols},
                {"rows", info.rows},
@@ -27,6 +26,21 @@ Json source_of(const Surface& surface) {
                {"datum", name(info.source_datum)}};
   if (info.accuracy) json["accuracy"] = accuracy_json(*info.accuracy);
   return json;
+}
+
+/// Of several layers: each, the lowest first.
+Json source_of(const Surface& surface) {
+  if (surface.only()) return source_of(surface.info());
+  Json layers = Json::array();
+  for (const SurfaceLayer& layer : surface.layers()) {
+    const DemInfo& info = layer.source->info();
+    Json one = {{"name", layer.name}};
+    one.update(source_of(info));
+    one["bounds"] = {info.bounds.west, info.bounds.south, info.bounds.east, info.bounds.north};
+    one["blend_m"] = layer.blend_m;
+    layers.push_back(std::move(one));
+  }
+  return {{"layers", std::move(layers)}};
 }
 
 Json place(const HeightExtremes::Place& place) {
@@ -65,7 +79,7 @@ Json links(const services::ServedDataset& dataset) {
             {"tiles_in_frames", of("/tiles/")}};
   }
   if (dataset.source) {
-    json["refine"] = of("/refine/");
+    if (dataset.source->only()) json["refine"] = of("/refine/");
     json["elevation"] = of("/elevation/") + "{?lon,lat,datum}";
   }
   return json;

@@ -16,6 +16,7 @@ namespace tind {
 /// What the posts say about one tile.
 struct MeasuredTile {
   double max_error_m = 0;
+  std::size_t layer = 0;
   std::int64_t col = 0, row = 0;  // the post where it is; the first one on a tie
   std::uint64_t posts = 0;        // valid posts in the closed rectangle
   std::uint64_t uncovered = 0;    // of them, those over no triangle

@@ -12,6 +12,7 @@
 #include "terrain/raster/dem_source.h"
 #include "terrain/raster/height_grid.h"
 #include "terrain/simplify/insertion/samples.h"
+#include "terrain/surface/height_field.h"
 #include "terrain/surface/surface.h"
 
 namespace tind {
@@ -29,9 +30,12 @@ struct LayerWindow {
   std::size_t layer = 0;
   PostWindow posts;
   int step = 1;
+  bool alone = true;  // no other layer has a say in the rectangle: heights are the layer's own
 };
-/// Of every layer that has any, the lowest first.
-std::vector<LayerWindow> surface_windows(const Surface&, const GeoRect&);
+/// Of every layer that has any, the lowest first. A layer whose posts leave no place in the
+/// rectangle to those below stands alone, where that takes no more than a tile's share of posts to
+/// see; a layer of a surface of one always does.
+Result<std::vector<LayerWindow>> surface_windows(const Surface&, const GeoRect&);
 
 /// THE place where posts become what a tile is fitted to and measured at: samples of its mesh, with
 /// the heights that H has there. Owns the heights.
@@ -41,7 +45,7 @@ class TilePosts {
   TilePosts& operator=(TilePosts&&) = default;
 
   /// `offset`: added to the samples' heights, not to min_m() and max_m().
-  static Result<TilePosts> read(const Surface&, std::span<const LayerWindow>, TileId,
+  static Result<TilePosts> read(const HeightField&, std::span<const LayerWindow>, TileId,
                                 double offset = 0);
   /// The posts of one DEM, with the heights that it has itself.
   static Result<TilePosts> read(const DemSource&, const PostWindow&, TileId, int step,
@@ -61,6 +65,10 @@ class TilePosts {
 
  private:
   TilePosts() = default;
+  void count(double u, double v, double z);
+  /// Adds a window's posts in tile coordinates, as samples.
+  static Result<void> gather(const HeightField&, const LayerWindow&, TileId,
+                             std::vector<Vec3>& points);
 
   bool plain_ = false;
   HeightGrid heights_;

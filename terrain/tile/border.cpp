@@ -27,11 +27,12 @@ struct Crossings {
   std::vector<double> of_bounds;  // where the data ends, and where what fills the rest turns
 };
 
-Crossings crossings(const TileEdge& e, const Surface& surface, const BorderOptions& o) {
-  const DemInfo& info = surface.info();
+/// Of one layer. False: its posts are on no lines of longitude and latitude.
+bool add_crossings(const TileEdge& e, const DemSource& source, const BorderOptions& o,
+                   Crossings& found) {
+  const DemInfo& info = source.info();
   const Affine& grid = info.post_to_crs;
-  Crossings found;
-  if (!surface.is_plain_geographic() || grid.x_row != 0 || grid.y_col != 0) return found;
+  if (!source.is_plain_geographic() || grid.x_row != 0 || grid.y_col != 0) return false;
   const bool northward = e.start.lon == e.end.lon;
   const double first = northward ? e.start.lat : e.start.lon;
   const double width = northward ? e.end.lat - e.start.lat : e.end.lon - e.start.lon;
@@ -49,7 +50,7 @@ Crossings crossings(const TileEdge& e, const Surface& surface, const BorderOptio
     const double k0 = std::ceil((first - origin) / step);
     const auto count = std::int64_t(std::ceil(width / step)) + 1;
     for (std::int64_t i = 0; i < count; ++i) add(found.all, origin + (k0 + double(i)) * step);
-    return found;
+    return true;
   }
   const double last = double((northward ? info.rows : info.cols) - 1);
   for (const double shift : {0.0, 360.0, -360.0}) {
@@ -58,6 +59,30 @@ Crossings crossings(const TileEdge& e, const Surface& surface, const BorderOptio
       for (const double post : {-past, last + past})
         add(found.of_bounds, origin + post * signed_step + shift);
   }
+  return true;
+}
+
+Crossings crossings(const TileEdge& e, const Surface& surface, const BorderOptions& o) {
+  Crossings found;
+  if (const DemSource* dem = surface.only()) {
+    add_crossings(e, *dem, o, found);
+    return found;
+  }
+  const GeoRect edge{e.start.lon, e.start.lat, e.end.lon, e.end.lat};
+  bool known = true;
+  for (std::size_t k = 0; k < surface.layers().size(); ++k) {
+    if (!surface.reaches(k, edge)) continue;
+    Crossings of_layer;
+    known = add_crossings(e, *surface.layers()[k].source, o, of_layer) &&
+            of_layer.of_bounds.empty() && known;
+    found.all.insert(found.all.end(), of_layer.all.begin(), of_layer.all.end());
+    found.of_bounds.insert(found.of_bounds.end(), of_layer.of_bounds.begin(),
+                           of_layer.of_bounds.end());
+  }
+  if (known) return found;
+  // H bends at the lines of some layer only: they are places among others.
+  found.of_bounds.insert(found.of_bounds.end(), found.all.begin(), found.all.end());
+  found.all.clear();
   return found;
 }
 
@@ -93,12 +118,13 @@ Profile places_of(const TileEdge& e, const Surface& surface, const BorderOptions
 }
 
 void ask_heights(Profile& profile, const TileEdge& e, const HeightField& field,
-                 const std::vector<BorderSample>& lines) {
+                 const BorderOptions& o, const std::vector<BorderSample>& lines) {
   std::vector<Geographic> points;
   points.reserve(profile.at.size());
   for (const double t : profile.at) points.push_back(along(e, t));
   profile.h.resize(points.size());
   field.filled(points, profile.h);  // so that levels agree in voids, too
+  for (double& h : profile.h) h = std::clamp(h, o.lowest_m, o.highest_m);
   std::size_t i = 0;
   for (const BorderSample& line : lines) {
     if (std::isnan(line.height)) continue;
@@ -117,7 +143,7 @@ Profile halves_of(const TileEdge& e, const HeightField& field, const Surface& su
     const TileEdge part = half == 0 ? TileEdge{e.start, middle} : TileEdge{middle, e.end};
     const auto& lines = o.crossings_of_half[half];
     Profile p = places_of(part, surface, o, lines);
-    ask_heights(p, part, field, lines);
+    ask_heights(p, part, field, o, lines);
     for (std::size_t i = half; i < p.at.size(); ++i) {  // the middle once
       both.at.push_back((p.at[i] + half * kTileExtent) / 2);
       both.h.push_back(p.h[i]);
@@ -230,7 +256,7 @@ TileEdge tile_edge(TileId tile, TileSide side) {
 Border make_border(const TileEdge& edge, const HeightField& field, const Surface& surface,
                    const BorderOptions& o) {
   Profile own = places_of(edge, surface, o, o.crossings), halves;
-  ask_heights(own, edge, field, o.crossings);
+  ask_heights(own, edge, field, o, o.crossings);
   if (o.halves) halves = halves_of(edge, field, surface, o);
   // The next level may have lines that this one does not.
   const bool more = o.halves && !(own.whole && halves.whole && o.crossings_of_half[0].empty() &&

@@ -5,6 +5,7 @@
 // at the same integer positions, with heights on the same power-of-two step, and a client decodes
 // the same bits from both. Simplifying the interior of a tile never changes its border.
 
+#include <cmath>
 #include <vector>
 
 #include "terrain/geo/tiling_scheme.h"
@@ -39,7 +40,8 @@ struct BorderOptions {
   int place_step = 1;      // t is a multiple of this, except ends, fixed vertices, narrow gaps
   int fixed_cells = 1;     // vertices at every 1 / fixed_cells of the edge stay (earth curvature)
   int samples = 64;        // of H, where the surface's posts do not give them (power of two)
-  bool halves = false;     // there is a next level: its two edges' samples count here, too
+  double lowest_m = -HUGE_VAL, highest_m = HUGE_VAL;  // heights beyond these are cut off
+  bool halves = false;  // there is a next level: its two edges' samples count here, too
   /// Lines that cross the edge, by t; and those of the next level its two halves.
   std::vector<BorderSample> crossings, crossings_of_half[2];
   /// A vertex that lines need: that of the crossing at `crossing`. Not at the ends of the edge.

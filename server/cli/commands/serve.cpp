@@ -30,6 +30,7 @@
 #include "server/services/datasets/open_dataset.h"
 #include "terrain/dataset/dem_dataset.h"
 #include "terrain/dataset/stored_dataset.h"
+#include "terrain/surface/open_surface.h"
 #include "terrain/geo/environment.h"
 #include "terrain/pyramid/plan/level_plan.h"
 #include "terrain/raster/nodata.h"
@@ -127,7 +128,6 @@ std::size_t connections_within_limits(std::size_t wanted) {
 
 /// What the operator should know of a DEM. Of one that is still being read there is only a sample.
 void log_warnings(const DemSource& dem, bool is_read) {
-  for (const std::string& line : dem.info().warnings) spdlog::warn("{}", logging::printable(line));
   if (!is_read)
     (void)for_sample_blocks(dem, [](const HeightGrid&) {});  // a failure is found by who reads all
   if (const std::string line = undeclared_nodata_text(dem); !line.empty())
@@ -138,6 +138,8 @@ void log_warnings(const services::ServedDataset& dataset, const TileSetOptions& 
   if (!dataset.source) return;
   const bool is_read =
       !dataset.tiles || dataset.tiles->readiness().state != Readiness::State::reading;
+  for (const std::string& line : dataset.source->info().warnings)
+    spdlog::warn("{}", logging::printable(line));
   for (const SurfaceLayer& layer : dataset.source->layers()) log_warnings(*layer.source, is_read);
   const auto plan = TilePlan::make(*dataset.source, HeightRange{}, options);
   const std::string warning = plan ? plan->warning(*dataset.source) : std::string();
@@ -288,10 +290,12 @@ Result<std::size_t> check_dataset(services::DatasetSpec spec, const Config& conf
       return std::unexpected(dataset.error());
     return 0;
   }
-  const auto dem = services::open_dem(spec, options->dem);
-  if (!dem) return std::unexpected(dem.error());
-  if ((*dem)->info().cols * (*dem)->info().rows > kMostReadAtOnce) return 1;
-  if (auto dataset = dem_dataset(*dem, options->tiles); !dataset)
+  const auto opened = services::open_source(spec, options->dem);
+  if (!opened) return std::unexpected(opened.error());
+  const auto source = shaped_surface(*opened, options->shapes);
+  if (!source) return std::unexpected(source.error());
+  if (source->post_count() > kMostReadAtOnce) return 1;
+  if (auto dataset = dem_dataset(*source, options->tiles); !dataset)
     return std::unexpected(dataset.error());
   return 0;
 }

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "terrain/shapes/shaped_dem.h"
+#include "terrain/surface/open_surface.h"
 #include "terrain/shapes/surface_shapes.h"
 #include "terrain/simplify/constraints/constraint_heights.h"
 
@@ -113,11 +113,10 @@ void add_shape_options(Command app, ShapeFiles& files) {
       "or the DEM's (dem)");
 }
 
-Result<std::shared_ptr<const DemSource>> with_shapes(std::shared_ptr<const DemSource> dem,
-                                                     const ShapeFiles& files) {
-  auto shaped = shaped_dem(std::move(dem), files);
+Result<Surface> with_shapes(Surface surface, const ShapeFiles& files) {
+  auto shaped = shaped_surface(std::move(surface), files);
   if (!shaped) return shaped;
-  const SurfaceShapes* shapes = shapes_of(**shaped);
+  const SurfaceShapes* shapes = shaped->shapes();
   if (!shapes) return shaped;
   const ShapesReport& r = shapes->report();
   for (const std::string& warning : r.warnings) fmt::print(stderr, "tind: warning: {}\n", warning);

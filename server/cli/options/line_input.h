@@ -13,6 +13,7 @@
 #include "terrain/raster/terrain.h"
 #include "terrain/shapes/shape_files.h"
 #include "terrain/simplify/constraints/constraints.h"
+#include "terrain/surface/surface.h"
 
 namespace tind::cli {
 
@@ -27,9 +28,8 @@ void add_line_options(Command, LineInput&);
 /// The same and --water for tiles: --breaklines, --flatten, --boundary, --water, --line-heights.
 void add_shape_options(Command, ShapeFiles&);
 
-/// A DEM with the lines and the water of files, and on stderr what became of them.
-Result<std::shared_ptr<const DemSource>> with_shapes(std::shared_ptr<const DemSource>,
-                                                     const ShapeFiles&);
+/// A surface with the lines and the water of files, and on stderr what became of them.
+Result<Surface> with_shapes(Surface, const ShapeFiles&);
 
 /// The files' shapes over `posts`, which are all of `dem`. Says on stderr which files have only
 /// zeros for heights, where the DEM is not at sea level.

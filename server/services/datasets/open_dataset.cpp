@@ -6,6 +6,7 @@
 #include "terrain/dataset/dem_dataset.h"
 #include "terrain/dataset/stored_dataset.h"
 #include "terrain/shapes/shaped_dem.h"
+#include "terrain/surface/open_surface.h"
 
 namespace tind::services {
 namespace {
@@ -13,11 +14,11 @@ namespace {
 Result<Dataset> open(const DatasetSpec& spec, const DatasetOptions& options,
                      const std::string& index_dir) {
   if (is_stored(spec)) return stored_dataset(spec.files[0]);
-  auto dem = open_dem(spec, options.dem);
-  if (!dem) return std::unexpected(dem.error());
-  dem = shaped_dem(std::move(*dem), options.shapes);
-  if (!dem) return std::unexpected(dem.error());
-  return dem_dataset(std::move(*dem), options.tiles, index_dir);
+  auto source = open_source(spec, options.dem);
+  if (!source) return std::unexpected(source.error());
+  source = shaped_surface(std::move(*source), options.shapes);
+  if (!source) return std::unexpected(source.error());
+  return dem_dataset(std::move(*source), options.tiles, index_dir);
 }
 
 Dataset with_attribution(Dataset dataset, const std::string& attribution) {
@@ -37,9 +38,8 @@ Dataset with_attribution(Dataset dataset, const std::string& attribution) {
 
 }  // namespace
 
-Result<std::shared_ptr<const DemSource>> open_dem(const DatasetSpec& spec,
-                                                  const DemOptions& options) {
-  auto dem = DemSource::open(spec.files, options);
+Result<Surface> open_source(const DatasetSpec& spec, const DemOptions& options) {
+  auto dem = open_surface(spec.files, {.dem = options});
   if (dem || dem.error().code != Errc::not_found || spec.files.size() != 1) return dem;
   const std::string& text = spec.files[0];
   if (text.find(',') == text.npos || std::filesystem::exists(text)) return dem;

@@ -10,7 +10,7 @@ namespace tind {
 
 namespace {
 
-BuildRecord record_of(const Surface& surface, const TilePlan& plan, const SourceBlocks& blocks,
+BuildRecord record_of(const Surface& surface, const TilePlan& plan, const SurfaceBlocks& blocks,
                       const BuildOptions& o) {
   BuildRecord r;
   r.epoch = kTileEpoch;
@@ -36,13 +36,17 @@ BuildRecord record_of(const Surface& surface, const TilePlan& plan, const Source
 
 /// Which tiles depend on heights that changed.
 std::vector<std::uint8_t> tiles_of_changes(const Surface& surface, const TilePlan& plan,
-                                           const TileOrder& ids, const SourceBlocks& before,
-                                           const SourceBlocks& after, const BuildRecord& old,
+                                           const TileOrder& ids, const SurfaceBlocks& before,
+                                           const SurfaceBlocks& after, const BuildRecord& old,
                                            UpdateReport& report) {
   report.updated = true;
-  report.blocks = after.size();
-  report.block_posts = after.side();
-  for (const std::uint8_t differs : after.difference(before)) report.changed_blocks += differs;
+  for (std::size_t k = 0; k < after.layers().size(); ++k) {
+    const SourceBlocks& layer = after.layers()[k];
+    report.blocks += layer.size();
+    report.block_posts = std::max(report.block_posts, layer.side());
+    for (const std::uint8_t differs : layer.difference(before.layers()[k]))
+      report.changed_blocks += differs;
+  }
   std::vector<std::uint8_t> dirty = dirty_tiles(surface, plan, ids, before, after);
   // A level may be the median of posts far from a tile.
   const bool other_levels = old.shape_levels != plan.levels_of_shapes();
@@ -66,17 +70,17 @@ std::vector<std::uint8_t> tiles_of_changes(const Surface& surface, const TilePla
 }  // namespace
 
 TileWork tile_work(const Surface& surface, const TilePlan& plan, const TileOrder& ids,
-                   const SourceBlocks& blocks, const BuildOptions& o, UpdateReport& update) {
+                   const SurfaceBlocks& blocks, const BuildOptions& o, UpdateReport& update) {
   const auto changes = [&](const BuildRecord& old,
                            std::string_view old_blocks) -> Result<std::vector<std::uint8_t>> {
-    const auto before = SourceBlocks::decode(old_blocks, surface.info(), old.heights);
+    const auto before = SurfaceBlocks::decode(old_blocks, surface, old.heights);
     if (!before) return std::unexpected(before.error());
     return tiles_of_changes(surface, plan, ids, *before, blocks, old, update);
   };
   return {.ids = ids,
           .levels = plan.layer("").available,
           .record = record_of(surface, plan, blocks, o),
-          .blocks = blocks,
+          .blocks = {blocks.digest(), [&blocks] { return blocks.encode(); }},
           .changes = changes,
           .force = o.force,
           .threads = o.threads,

@@ -29,7 +29,7 @@ constexpr double kMostMargin = 320;            // posts, as many as a tile has w
 /// before: beyond the margin H asks the source, too.
 Result<void> load_heights(TileJob& job) {
   const Stopwatch watch(job.cost.reading);
-  for (const auto& [layer, w, step] : job.windows) {
+  for (const auto& [layer, w, step, alone] : job.windows) {
     if (decimation(w) > 1) continue;
     const DemInfo& info = job.surface.layers()[layer].source->info();
     const double reach =
@@ -71,7 +71,7 @@ CrossingVertices cross_lines(const TileJob& job, int z, const TileEdge& edge, Bo
 
 Border border_of(const TileJob& job, TileId id, TileSide side,
                  CrossingVertices* crossings = nullptr) {
-  const LevelPlan& level = job.plan.level(id.level);
+  const LevelPlan& level = job.plan.level(id, side);
   BorderOptions o;
   o.tolerance_m = level.border_tolerance_m;
   o.offset_m = level.offset_m;
@@ -79,6 +79,7 @@ Border border_of(const TileJob& job, TileId id, TileSide side,
   o.fixed_cells = level.curvature_cells;
   o.samples = level.border_samples;
   o.place_step = level.border_place_step;
+  o.lowest_m = level.lowest_m, o.highest_m = level.highest_m;
   o.halves = id.level < job.plan.max_level();
   const CrossingVertices vertices = cross_lines(job, id.level, tile_edge(id, side), o);
   if (crossings) *crossings = vertices;
@@ -147,7 +148,7 @@ Result<void> find_range(TileJob& job, std::stop_token stop) {
   std::int64_t count = 0;
   for (const LayerWindow& w : job.windows) count += w.posts.cols * w.posts.rows;
   if (count <= most) {
-    auto posts = TilePosts::read(job.surface, job.windows, job.id, job.level.offset_m);
+    auto posts = TilePosts::read(job.field, job.windows, job.id, job.level.offset_m);
     if (!posts) return std::unexpected(posts.error());
     job.whole.emplace(std::move(*posts));
   }
@@ -199,7 +200,7 @@ Result<void> stream_posts(const TileJob& job, std::stop_token stop,
         part.posts.col += c, part.posts.row += r;
         part.posts.cols = std::min(cols_at_once, all.cols - c);
         part.posts.rows = std::min(rows_at_once, all.rows - r);
-        const auto posts = TilePosts::read(job.surface, {&part, 1}, job.id, job.level.offset_m);
+        const auto posts = TilePosts::read(job.field, {&part, 1}, job.id, job.level.offset_m);
         if (!posts) return std::unexpected(posts.error());
         if (posts->inside() > 0) f(*posts);
       }
@@ -210,6 +211,9 @@ Result<void> stream_posts(const TileJob& job, std::stop_token stop,
 Result<TileModel> model_tile(const Surface& surface, const TilePlan& plan, TileId id,
                              std::stop_token stop, TileCost* cost) {
   TileJob job(surface, plan, id);
+  auto windows = surface_windows(surface, job.rect);
+  if (!windows) return fail("tile " + id.text(), windows.error());
+  job.windows = std::move(*windows);
   if (auto done = load_heights(job); !done) return fail("tile " + id.text(), done.error());
   if (auto done = derive_borders(job); !done) return std::unexpected(done.error());
   const bool indexed = plan.index() && plan.index()->serves(id.level) && !job.windows.empty();

@@ -66,6 +66,12 @@ Result<std::vector<std::array<std::uint8_t, 2>>> normals_of(const TileJob& job, 
   return normals;
 }
 
+/// Are the posts what they were measured as, to the last bit?
+bool plain_and_alone(const TileJob& job) {
+  if (job.surface.only()) return job.surface.is_plain_geographic();
+  return job.alone() && job.surface.layers()[job.windows[0].layer].source->is_plain_geographic();
+}
+
 double round_up(double x) { return std::ceil(x * 1e6) / 1e6; }
 
 /// Upwards to four digits: of a bound that nobody calls exact, more are not worth their bytes.
@@ -121,10 +127,10 @@ Result<TileModel> finish_tile(TileJob& job, const TileMesh& meshed) {
   if (!normals) return std::unexpected(normals.error());
   tile.normals = std::move(*normals);
   tile.volumes = volumes_of(job, meshed.mesh);  // the sphere depends on the order
-  TileCertificate says{.max_error_m = round_up(meshed.max_error),
-                       .edge_error_m = round_up_bound(job.edge_error_m),
-                       .exact = !job.lattice && job.surface.info().rounding_m == 0 &&
-                                job.surface.is_plain_geographic()};
+  TileCertificate says{
+      .max_error_m = round_up(meshed.max_error),
+      .edge_error_m = round_up_bound(job.edge_error_m),
+      .exact = !job.lattice && job.surface.info().rounding_m == 0 && plain_and_alone(job)};
   // A tile that could not be kept on one side says so: then it is like any other.
   if (meshed.wrong_side == 0) says.side = job.plan.options().side;
   tile.certificate = says;

@@ -48,6 +48,8 @@ HeightLattice height_lattice(const TileJob& job, double eps) {
     low = std::min(low, job.posts.min_m + std::min(0.0, offset) - eps);
     high = std::max(high, job.posts.max_m + std::max(0.0, offset) + eps);
   }
+  low = std::max(low, job.level.lowest_m - 2 * eps);
+  high = std::min(high, job.level.highest_m + 2 * eps);
   const double step =
       std::clamp(power_of_two_at_least((high - low) / 32766), 1.0 / 1024, job.level.border_step_m);
   return {std::floor(low / step) * step, step};
@@ -239,8 +241,12 @@ Result<Extremes> measure(const TileJob& job, const Tin& mesh, std::stop_token st
 
 /// Stored heights are floats, and posts of projected sources are placed by interpolation (within
 /// 1e-6 m): both count as error.
-double margin_of(const Surface& surface) {
-  return surface.info().rounding_m + (surface.is_plain_geographic() ? 0 : kPlacingError);
+double margin_of(const TileJob& job) {
+  const Surface& surface = job.surface;
+  const bool plain = job.alone()
+                         ? surface.layers()[job.windows[0].layer].source->is_plain_geographic()
+                         : surface.is_plain_geographic();
+  return surface.info().rounding_m + (plain ? 0 : kPlacingError);
 }
 
 /// Fits a mesh within `eps` of the samples. Its error is not known yet.
@@ -283,13 +289,19 @@ TileMesh mesh_within(TileJob& job, const Samples& samples, double eps, double pl
   return result;
 }
 
+/// Of the layer that is skipped most every `step`-th post; of the others as many times fewer as of
+/// that. REQUIRES: a power of two.
+int step_of(const TileJob& job, const LayerWindow& w, int step) {
+  return std::max(1, decimation(job, w) * step / decimation(job));
+}
+
 /// Fits a mesh within `eps` of every `step`-th post, then measures it over all posts.
 Result<TileMesh> fit(TileJob& job, double eps, int step, double place_step, std::stop_token stop) {
   std::optional<TilePosts> decimated;
   if (step > 1 || !job.whole) {
     std::vector<LayerWindow> windows = job.windows;
-    for (LayerWindow& w : windows) w.step = step;
-    auto read = TilePosts::read(job.surface, windows, job.id, job.level.offset_m);
+    for (LayerWindow& w : windows) w.step = step_of(job, w, step);
+    auto read = TilePosts::read(job.field, windows, job.id, job.level.offset_m);
     if (!read) return std::unexpected(read.error());
     decimated.emplace(std::move(*read));
   }
@@ -307,7 +319,7 @@ Result<TileMesh> fit(TileJob& job, double eps, int step, double place_step, std:
   const Stopwatch watch(job.cost.measuring);
   auto measured = measure(job, result.mesh, stop);
   if (!measured) return std::unexpected(measured.error());
-  const double margin = margin_of(job.surface);
+  const double margin = margin_of(job);
   result.max_error = measured->error() + (job.posts.posts > 0 ? margin : 0);
   result.wrong_side = measured->wrong(job.plan.options().side, margin);
   return result;
@@ -318,7 +330,7 @@ Result<TileMesh> fit(TileJob& job, double eps, int step, double place_step, std:
 /// vertices only cannot be helped.
 Result<void> force_side(const TileJob& job, TileMesh& m, std::stop_token stop) {
   constexpr double kLeastWeight = 0.05;
-  const double margin = margin_of(job.surface);
+  const double margin = margin_of(job);
   const double up = job.plan.options().side == Side::above ? 1 : -1;
   const auto inner = [](const Vec3& v) {
     return v.x > 0 && v.y > 0 && v.x < kTileExtent && v.y < kTileExtent;
@@ -358,14 +370,14 @@ Result<void> force_side(const TileJob& job, TileMesh& m, std::stop_token stop) {
 
 /// Tries the cheapest fit first: fewer posts, then all of them; keeps the best.
 Result<TileMesh> fit_within_budget(TileJob& job, std::stop_token stop) {
-  const double eps = job.level.fit_error_m - margin_of(job.surface);
+  const double eps = job.level.fit_error_m - margin_of(job);
   Result<TileMesh> best = fail(Errc::internal, "no fit tried");
   int step = decimation(job);
   double place = 0;
   for (;;) {
     // Posts that the fit does not see get a share of the band to themselves.
     const double share = (step == 1 ? eps : 0.7 * eps) * job.inner;
-    if (place == 0) place = place_step(job.surface.info(), job.id.level, share, step);
+    if (place == 0) place = place_step(job.spacing_m() * step, job.id.level, share);
     auto meshed = fit(job, share, step, place, stop);
     if (!meshed) return meshed;
     const bool better = !best || std::pair(meshed->wrong_side, meshed->max_error) <
@@ -390,7 +402,7 @@ Result<TileMesh> fit_within_budget(TileJob& job, std::stop_token stop) {
 /// differ from it is left of the band. Over its budget where that is too little.
 Result<TileMesh> fit_to_lattice(TileJob& job, std::stop_token stop) {
   const ResidualLattice& lattice = *job.lattice;
-  const double margin = margin_of(job.surface) + kPlacingError;
+  const double margin = margin_of(job) + kPlacingError;
   const double room = job.level.budget_m - lattice.largest_residual() - margin;
   const double eps =
       std::min(0.7 * job.level.fit_error_m, std::max(room, 0.25 * job.level.budget_m)) * job.inner;
@@ -407,7 +419,7 @@ Result<TileMesh> fit_to_lattice(TileJob& job, std::stop_token stop) {
     }
     const int posts = std::max(1, int(job.windows.front().posts.cols / nodes));
     TileMesh meshed = mesh_within(job, ResidualLattice::samples(heights, nodes), eps,
-                                  place_step(job.surface.info(), job.id.level, eps, posts), stop);
+                                  place_step(job.spacing_m() * posts, job.id.level, eps), stop);
     if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
     meshed.max_error = lattice.posts > 0 ? lattice_bound(meshed.mesh, lattice) + margin : 0;
     if (step == 1 || meshed.max_error <= job.level.budget_m) return meshed;
@@ -473,9 +485,32 @@ int decimation(const PostWindow& w) {
   return step;
 }
 
+double TileJob::spacing_m() const {
+  double spacing = HUGE_VAL;
+  for (const LayerWindow& w : windows) {
+    const DemInfo& info = surface.layers()[w.layer].source->info();
+    spacing = std::min({spacing, info.spacing_x_m, info.spacing_y_m});
+  }
+  const DemInfo& all = surface.info();
+  return windows.empty() ? std::min(all.spacing_x_m, all.spacing_y_m) : spacing;
+}
+
+/// Of one layer among others: so that its posts are not much denser in the tile than the most that
+/// one layer has.
+int decimation(const TileJob& job, const LayerWindow& w) {
+  int step = decimation(w.posts);
+  if (job.windows.size() == 1) return step;
+  const double metres = tiling::tile_degrees(job.id.level) * 111320 / (2 * kMeshPosts);
+  const DemInfo& info = job.surface.layers()[w.layer].source->info();
+  while (step * std::min(info.spacing_x_m, info.spacing_y_m) < metres &&
+         2 * step < std::max(w.posts.cols, w.posts.rows))
+    step *= 2;
+  return step;
+}
+
 int decimation(const TileJob& job) {
   int step = 1;
-  for (const LayerWindow& w : job.windows) step = std::max(step, decimation(w.posts));
+  for (const LayerWindow& w : job.windows) step = std::max(step, decimation(job, w));
   return step;
 }
 

@@ -53,11 +53,13 @@ struct TileJob {
         plan(p),
         id(t),
         rect(tiling::rect(t)),
-        level(p.level(t.level)),
+        level(p.level(t)),
         field(s),
-        method(p.options().method) {
-    windows = surface_windows(surface, rect);
-  }
+        method(p.options().method) {}
+
+  /// Only one layer has a say.
+  bool alone() const { return windows.size() == 1 && windows.front().alone; }
+  double spacing_m() const;  // of the finest layer that has posts here
 };
 
 /// What a level asks of the dataset's lines.
@@ -66,7 +68,8 @@ LineScale line_scale(const TilePlan&, int level);
 /// Posts to be skipped between those that the mesh is fitted to, so that they are not too many: a
 /// power of two.
 int decimation(const PostWindow&);
-/// Of all posts of the tile.
+/// Of one layer of the tile, and of the one that is skipped most.
+int decimation(const TileJob&, const LayerWindow&);
 int decimation(const TileJob&);
 
 /// Calls f with all posts of the tile, a part of the window at a time.
