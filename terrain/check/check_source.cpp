@@ -228,6 +228,7 @@ Result<void> settle_heights(const Surface& surface, std::size_t layer,
 
 Result<std::vector<Post>> read_posts(const Surface& surface, const LayerBlock& part) {
   const DemSource& source = *surface.layers()[part.layer].source;
+  const SurfaceShapes* const shapes = surface.shapes();
   const PostRect& block = part.posts;
   const std::int64_t col = block.col, row = block.row;
   const int cols = int(block.last_col - col + 1), rows = int(block.last_row - row + 1);
