@@ -13,6 +13,7 @@
 #include "proto/json_text.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/mesh_input.h"
+#include "server/cli/options/output_paths.h"
 #include "server/cli/program/progress_bar.h"
 #include "terrain/mesh/manifold.h"
 #include "terrain/progressive/stream/progressive_stream.h"
@@ -48,7 +49,7 @@ bool exact(const SpaceLattice& lattice, const Tin& tin) {
 }
 
 int run(const Arguments& a) {
-  if (const int code = check_outputs({a.output}); code != kOk) return code;
+  if (const int code = check_outputs({a.output}, {a.fine, a.coarse}); code != kOk) return code;
   const auto fine = read_model(a.fine), coarse = read_model(a.coarse);
   if (!fine) return complain(fine.error());
   if (!coarse) return complain(coarse.error());

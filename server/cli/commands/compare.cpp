@@ -14,6 +14,7 @@
 #include "server/cli/commands/compare_tiles.h"
 #include "server/cli/options/dem_input.h"
 #include "server/cli/options/line_input.h"
+#include "server/cli/options/output_paths.h"
 #include "server/cli/options/tile_options.h"
 #include "server/cli/pictures/compare_page.h"
 #include "server/cli/pictures/surface_report.h"
@@ -184,7 +185,9 @@ int run(const Arguments& a) {
   }
   const auto stops = stops_of(a);
   if (!stops) return complain(stops.error());
-  if (const int code = check_outputs({a.csv, a.html}); code != kOk) return code;
+  std::vector<std::string> inputs = inputs_of(a.input, a.lines);
+  inputs.push_back(a.drape);
+  if (const int code = check_outputs({a.csv, a.html}, inputs); code != kOk) return code;
   const auto takes_drape = [](const MethodOptions& m) {
     return std::holds_alternative<AttributeQemOptions>(m);
   };

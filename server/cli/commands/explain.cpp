@@ -13,6 +13,7 @@
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/dem_input.h"
 #include "server/cli/options/output_options.h"
+#include "server/cli/options/output_paths.h"
 #include "server/cli/options/surface_input.h"
 #include "server/cli/pictures/explain_picture.h"
 #include "server/cli/program/progress_bar.h"
@@ -168,7 +169,7 @@ int run(const Arguments& a) {
         {Errc::invalid_argument, "'" + a.tile +
                                      "' is no tile of the pyramid: z/x/y, rows from the "
                                      "south, two columns at level 0"});
-  if (const int code = check_outputs({a.png}); code != kOk) return code;
+  if (const int code = check_outputs({a.png}, inputs_of(a.dem)); code != kOk) return code;
   std::optional<Surface> source;
   if (names_any(a.dem, a.layers)) {
     auto opened = open_surface(a.dem, a.layers);

@@ -13,6 +13,7 @@
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/mesh_input.h"
 #include "server/cli/options/output_options.h"
+#include "server/cli/options/output_paths.h"
 #include "terrain/base/file_io.h"
 #include "terrain/mesh/mesh_frame.h"
 #include "terrain/progressive/stream/progressive_cursor.h"
@@ -50,7 +51,7 @@ Result<std::size_t> state_asked_for(const Extract& a, const ProgressiveMesh& pm,
 int run_extract(const Extract& a) {
   const auto format = format_of(a.output);
   if (!format) return complain(format.error());
-  if (const int code = check_outputs({a.output.path}); code != kOk) return code;
+  if (const int code = check_outputs({a.output.path}, {a.input}); code != kOk) return code;
   const auto file = read_whole_file(a.input);
   if (!file) {
     complain(file.error());

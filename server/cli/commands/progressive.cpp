@@ -14,6 +14,7 @@
 #include "server/cli/options/mesh_input.h"
 #include "server/cli/options/method_options.h"
 #include "server/cli/options/output_options.h"
+#include "server/cli/options/output_paths.h"
 #include "server/cli/pictures/mesh_quality.h"
 #include "server/cli/program/progress_bar.h"
 #include "terrain/progressive/stream/make_progressive.h"
@@ -104,7 +105,7 @@ int run(Arguments& a, Command app) {
   const auto method = method_of(app, a.method);
   if (!method) return complain(method.error());
   a.options.method = *method;
-  if (const int code = check_outputs({a.output}); code != kOk) return code;
+  if (const int code = check_outputs({a.output}, inputs_of(a.input)); code != kOk) return code;
   if (surface) return run_surface(a);
   const auto dem = open_dem(a.input);
   if (!dem) return complain(dem.error());

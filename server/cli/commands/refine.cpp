@@ -12,6 +12,7 @@
 #include "server/cli/options/dem_input.h"
 #include "server/cli/options/mesh_input.h"
 #include "server/cli/options/output_options.h"
+#include "server/cli/options/output_paths.h"
 #include "server/cli/program/progress_bar.h"
 #include "terrain/mesh/mesh_frame.h"
 #include "terrain/mesh/vertical_error.h"
@@ -92,7 +93,7 @@ int run(const Arguments& a) {
     return complain({Errc::invalid_argument, "--inside must be 0 or more and not above --outside"});
   const auto format = format_of(a.output);
   if (!format) return complain(format.error());
-  if (const int code = check_outputs({a.output.path}); code != kOk) return code;
+  if (const int code = check_outputs({a.output.path}, inputs_of(a.input)); code != kOk) return code;
   const auto dem = open_dem(a.input);
   if (!dem) return complain(dem.error());
   const DemInfo& info = (*dem)->info();

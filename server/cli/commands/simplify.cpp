@@ -19,6 +19,7 @@
 #include "server/cli/options/mesh_input.h"
 #include "server/cli/options/method_options.h"
 #include "server/cli/options/output_options.h"
+#include "server/cli/options/output_paths.h"
 #include "server/cli/options/raster_output.h"
 #include "server/cli/pictures/mesh_quality.h"
 #include "server/cli/pictures/surface_report.h"
@@ -249,8 +250,10 @@ RasterRows rows_in(const HeightGrid& grid) {
 int run(Arguments& a, Command app) {
   if (!app.given("--method") && is_mesh(a.input.files[0])) a.method.name = DefaultMeshMethod::kName;
   if (const Result<void> ok = check(a, app); !ok) return complain(ok.error());
+  std::vector<std::string> inputs = inputs_of(a.input, a.lines);
+  inputs.push_back(a.drape);
   if (const int code =
-          check_outputs({a.output.path, a.report, a.rasters.heights, a.rasters.errors});
+          check_outputs({a.output.path, a.report, a.rasters.heights, a.rasters.errors}, inputs);
       code != kOk)
     return code;
   if (is_mesh(a.input.files[0])) return run_mesh(a);

@@ -37,6 +37,7 @@ void add_dem_options(Command app, DemInput& input) {
         [&input, name, flag](const std::string& text) {
           if (const auto ok = set_dem_option(name, text, input.said); !ok)
             refuse_value(flag, ok.error().what);
+          if (name.ends_with("_datum")) input.datums.push_back(text);
           input.to_datum_given = input.to_datum_given || name == "to_datum";
         },
         help);

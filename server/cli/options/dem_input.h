@@ -18,6 +18,7 @@ struct DemInput {
   DemOptions said;                // by the options of dem_options_text.h
   std::string to_datum = "same";  // what the subcommand does by itself: same or ellipsoid
   bool to_datum_given = false;
+  std::vector<std::string> datums;  // as said: some are files of geoids
   bool allow_vrt = false;
   std::shared_ptr<const Environment> environment;  // the program's
 };

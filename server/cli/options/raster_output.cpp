@@ -43,8 +43,6 @@ Result<void> check(const RasterOutput& output) {
   for (const std::string& path : {output.heights, output.errors})
     if (!path.empty())
       if (const auto format = raster_format(path); !format) return std::unexpected(format.error());
-  if (output.any() && output.heights == output.errors)
-    return fail(Errc::invalid_argument, "--raster and --error-raster name the same file");
   return {};
 }
 
@@ -52,10 +50,6 @@ Result<void> check(const RasterOutput& output, const DemInfo& info) {
   for (const std::string& path : {output.heights, output.errors}) {
     if (path.empty()) continue;
     if (auto ok = can_say(*raster_format(path), info); !ok) return ok;
-    std::error_code ignored;
-    for (const std::string& file : info.files)
-      if (std::filesystem::equivalent(path, file, ignored))
-        return fail(Errc::invalid_argument, path + " is the DEM itself: name another raster");
   }
   return {};
 }

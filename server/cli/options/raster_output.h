@@ -19,8 +19,8 @@ struct RasterOutput {
 /// --raster and --error-raster.
 void add_raster_output(Command, RasterOutput&);
 
-/// What can be refused before any work: other extensions, one name for both; and, once the DEM is
-/// open, places that the format cannot say, and the DEM itself.
+/// What can be refused before any work: other extensions; and, once the DEM is open,
+/// places that the format cannot say. (check_outputs refuses the DEM itself.)
 Result<void> check(const RasterOutput&);
 Result<void> check(const RasterOutput&, const DemInfo&);
 

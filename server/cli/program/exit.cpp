@@ -3,7 +3,6 @@
 #include <cstdio>
 
 #include "server/log/printable.h"
-#include "terrain/base/file_io.h"
 
 namespace tind::cli {
 
@@ -26,17 +25,6 @@ Exit exit_code(Errc code) {
       return kInternal;
   }
   return kInternal;
-}
-
-int check_outputs(std::initializer_list<std::string> paths) {
-  for (const std::string& path : paths) {
-    if (path.empty()) continue;
-    if (const auto ok = can_write_file(path); !ok) {
-      complain(ok.error());
-      return kCannotCreate;
-    }
-  }
-  return kOk;
 }
 
 int complain(const Error& error) {

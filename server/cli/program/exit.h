@@ -1,7 +1,6 @@
 #pragma once
 // How a command ends: exit codes, and what it says on stderr.
 
-#include <initializer_list>
 #include <string>
 
 #include "terrain/base/result.h"
@@ -28,8 +27,5 @@ Exit exit_code(Errc);
 int complain(const Error&);
 /// Prints "tind: warning: what" on stderr.
 void warn(const std::string& what);
-/// For those of `paths` that are not empty: kOk when each can be written, else says why not and
-/// returns kCannotCreate. Before long work, so that it is not lost.
-int check_outputs(std::initializer_list<std::string> paths);
 
 }  // namespace tind::cli

@@ -1,0 +1,144 @@
+#include "server/cli/options/output_paths.h"
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <iterator>
+#include <string_view>
+
+#include "server/cli/options/dem_input.h"
+#include "server/cli/options/line_input.h"
+#include "server/cli/program/exit.h"
+#include "terrain/base/file_io.h"
+#include "terrain/raster/dem_files.h"
+
+namespace tind::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Read beside a file of the same name without its ending: headers and CRSs of rasters, the parts
+/// of a Shapefile, the materials of an OBJ.
+constexpr std::string_view kBesideStem[] = {".hdr", ".prj", ".tfw", ".tifw", ".pgw", ".wld",
+                                            ".blw", ".bpw", ".clr", ".stx",  ".ige", ".rrd",
+                                            ".rde", ".aux", ".dbf", ".shx",  ".cpg", ".mtl"};
+/// Read beside a file of the same name with its ending.
+constexpr std::string_view kBesideName[] = {".aux.xml", ".ovr", ".msk"};
+
+std::string lower(std::string text) {
+  for (char& c : text) c = char(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+/// One spelling for all names of a file, whether it is there or not.
+fs::path real_path(fs::path path) {
+  std::error_code error;
+  for (int links = 0; links < 40 && fs::is_symlink(path, error) && !fs::exists(path, error);
+       ++links)  // a link to what is not there yet
+    path = path.parent_path() / fs::read_symlink(path, error);
+  fs::path real = fs::weakly_canonical(fs::absolute(path, error), error);
+  return error ? fs::absolute(path, error).lexically_normal() : real;
+}
+
+bool same_file(const fs::path& a, const fs::path& b) {
+  std::error_code ignored;
+  return a == b || fs::equivalent(a, b, ignored);
+}
+
+bool is_device(const fs::path& path) {
+  std::error_code ignored;
+  const auto status = fs::status(path, ignored);
+  return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
+}
+
+bool belongs_to(const fs::path& output, const fs::path& input) {
+  if (output.parent_path() != input.parent_path()) return false;
+  const std::string name = output.filename().string(), whole = input.filename().string();
+  if (name.starts_with(whole))
+    return std::ranges::count(kBesideName, lower(name.substr(whole.size()))) > 0;
+  const std::string ending = lower(output.extension().string());
+  const std::string of = lower(input.extension().string());
+  if (of == ".tif" && (ending == ".prj" || ending == ".hdr")) return false;  // has its own inside
+  if (of == ".tiff" && (ending == ".prj" || ending == ".hdr")) return false;
+  return output.stem() == input.stem() && std::ranges::count(kBesideStem, ending) > 0;
+}
+
+struct Named {
+  std::string name;  // as the user did
+  fs::path real;
+};
+
+/// With the files that are written beside it.
+std::vector<Named> files_of(const std::vector<std::string>& outputs) {
+  std::vector<Named> out;
+  for (const std::string& path : outputs) {
+    if (path.empty() || is_device(path)) continue;
+    out.push_back({path, real_path(path)});
+    const std::string ending = lower(fs::path(path).extension().string());
+    const char* const beside = ending == ".asc" ? ".prj" : ending == ".obj" ? ".mtl" : nullptr;
+    if (!beside) continue;
+    const fs::path second = fs::path(path).replace_extension(beside);
+    out.push_back({second.string() + ", written beside " + path + ",", real_path(second)});
+  }
+  return out;
+}
+
+std::vector<Named> read_files(const std::vector<std::string>& inputs) {
+  DemOptions options;
+  options.allow_vrt = true;  // one more file to keep
+  std::vector<Named> out;
+  for (const std::string& input : inputs) {
+    if (input.starts_with('@')) out.push_back({input.substr(1), real_path(input.substr(1))});
+    const auto members = dem_files(std::span(&input, 1), options);
+    if (!members) continue;  // whoever opens it says why
+    for (const std::string& file : members->files) out.push_back({file, real_path(file)});
+  }
+  return out;
+}
+
+std::string wrong_with(const std::vector<Named>& outputs, const std::vector<Named>& inputs) {
+  for (const Named& output : outputs) {
+    for (const Named& input : inputs) {
+      if (same_file(output.real, input.real))
+        return output.name + " is the input " + input.name + ": name another output";
+      if (belongs_to(output.real, input.real))
+        return output.name + " is read beside the input " + input.name + ": name another output";
+    }
+  }
+  for (std::size_t i = 0; i < outputs.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k)
+      if (same_file(outputs[i].real, outputs[k].real))
+        return outputs[k].name + " and " + outputs[i].name +
+               " are the same file: each output needs its own";
+  return "";
+}
+
+}  // namespace
+
+std::vector<std::string> inputs_of(const DemInput& input) {
+  std::vector<std::string> out = input.files;
+  out.insert(out.end(), input.datums.begin(), input.datums.end());
+  return out;
+}
+
+std::vector<std::string> inputs_of(const DemInput& input, const LineInput& lines) {
+  std::vector<std::string> out = inputs_of(input);
+  for (const auto* files : {&lines.breaklines, &lines.flatten, &lines.boundary})
+    out.insert(out.end(), files->begin(), files->end());
+  return out;
+}
+
+int check_outputs(const std::vector<std::string>& outputs, const std::vector<std::string>& inputs) {
+  if (const std::string wrong = wrong_with(files_of(outputs), read_files(inputs)); !wrong.empty())
+    return complain({Errc::invalid_argument, wrong});
+  for (const std::string& path : outputs) {
+    if (path.empty()) continue;
+    if (const auto ok = can_write_file(path); !ok) {
+      complain(ok.error());
+      return kCannotCreate;
+    }
+  }
+  return kOk;
+}
+
+}  // namespace tind::cli

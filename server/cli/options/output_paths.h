@@ -1,0 +1,25 @@
+#pragma once
+// Where a command writes, against what it reads: refused before any work, so that no input is lost
+// and no output overwrites another.
+
+#include <string>
+#include <vector>
+
+namespace tind::cli {
+
+struct DemInput;
+struct LineInput;
+
+/// What a DEM, its options' geoid files and the lines over it are read from, as they were named.
+std::vector<std::string> inputs_of(const DemInput&);
+std::vector<std::string> inputs_of(const DemInput&, const LineInput&);
+
+/// Of `outputs` those that are not empty. kOk, or says on stderr what is wrong and returns its
+/// code: kUsage for an output that is an input, a member of a folder or "@list" among them, or a
+/// file that is read beside one (the .prj of a .flt), and for two outputs on one file, counting
+/// those that are written beside (the .prj of an .asc, the .mtl of an .obj). Symbolic links, hard
+/// links and ".." hide nothing; devices and pipes may be named as often as one likes. kCannotCreate
+/// where an output cannot be written.
+int check_outputs(const std::vector<std::string>& outputs, const std::vector<std::string>& inputs);
+
+}  // namespace tind::cli

@@ -1,0 +1,83 @@
+// No input is overwritten, and no output by another.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+#include "terrain/base/file_io.h"
+#include "tests/support/program.h"
+
+namespace tind {
+namespace {
+
+namespace fs = std::filesystem;
+using test::run_tind;
+
+class OutputPaths : public testing::Test {
+ protected:
+  OutputPaths() {
+    fs::copy_file(test::testdata("desert.asc"), dem);
+    fs::create_directories(folder.file("f"));
+    fs::copy_file(dem, folder.file("f/a.asc"));
+    fs::create_symlink(dem, folder.file("link.asc"));
+    EXPECT_TRUE(write_whole_file(folder.file("l.txt"), "f/a.asc\n"));
+  }
+  void refused(const std::string& line, const std::string& why = "name another output") {
+    const std::string before = *read_whole_file(dem),
+                      member = *read_whole_file(folder.file("f/a.asc"));
+    const auto ran = run_tind(line, "cd " + folder.file("") + ";");
+    EXPECT_EQ(ran.code, 2) << line << "\n" << ran.out;
+    EXPECT_NE(ran.out.find(why), std::string::npos) << line << "\n" << ran.out;
+    EXPECT_EQ(std::count(ran.out.begin(), ran.out.end(), '\n'), 1) << ran.out;
+    EXPECT_EQ(*read_whole_file(dem), before) << line;
+    EXPECT_EQ(*read_whole_file(folder.file("f/a.asc")), member) << line;
+    EXPECT_FALSE(fs::exists(folder.file("o.ply"))) << line;
+  }
+
+  test::TempDir folder;
+  std::string dem = folder.file("d.asc");
+};
+
+TEST_F(OutputPaths, an_input_is_refused_by_every_command_whatever_its_name) {
+  const std::string stop = " --max-error 5 ";
+  refused("simplify d.asc -o d.asc --format ply" + stop);
+  refused("simplify d.asc -o f/../d.asc --format ply" + stop);
+  refused("simplify d.asc -o link.asc --format ply" + stop);
+  refused("simplify link.asc -o o.ply --report d.asc" + stop);
+  refused("simplify d.asc -o o.ply --raster ./d.asc" + stop);
+  refused("simplify f -o o.ply --error-raster f/a.asc" + stop);
+  refused("simplify @l.txt -o o.ply --report f/a.asc" + stop);
+  refused("simplify @l.txt -o o.ply --report l.txt" + stop);
+  refused("refine d.asc -o d.asc --format ply --bbox 0,0,1,1");
+  refused("progressive d.asc -o d.asc");
+  refused("between d.asc f/a.asc -o f/a.asc");
+  refused("extract d.asc -o d.asc --format ply");
+  refused("compare d.asc --max-error 5 --csv d.asc");
+  refused("explain f 0/0/0 --source d.asc --png d.asc");
+}
+
+TEST_F(OutputPaths, a_file_read_beside_an_input_is_refused) {
+  refused("simplify d.asc -o o.ply --report d.prj --max-error 5");
+  refused("simplify d.asc -o o.ply --report d.asc.aux.xml --max-error 5");
+  refused("refine d.asc -o d.prj --format ply --bbox 0,0,1,1");
+}
+
+TEST_F(OutputPaths, two_outputs_on_one_file_are_refused) {
+  const std::string why = "each output needs its own", stop = " --max-error 5";
+  refused("simplify d.asc -o o.ply --report f/../o.ply" + stop, why);
+  refused("simplify d.asc -o o.ply --raster f/r.asc --error-raster f/./r.asc" + stop, why);
+  refused("simplify d.asc -o o.ply --raster f/r.asc --report f/r.prj" + stop, why);
+  refused("compare d.asc --max-error 5 --csv f/x --html ./f/x", why);
+}
+
+TEST_F(OutputPaths, other_names_and_devices_are_written) {
+  const std::string in = "cd " + folder.file("") + ";";
+  const auto ran = run_tind("simplify d.asc -o d.xml --max-error 5 --report /dev/null", in);
+  EXPECT_EQ(ran.code, 0) << ran.out;
+  for (int twice = 0; twice < 2; ++twice)
+    EXPECT_EQ(run_tind("simplify f -o f.ply --max-error 5 --raster f/../r.asc", in).code, 0);
+}
+
+}  // namespace
+}  // namespace tind
