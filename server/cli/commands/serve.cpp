@@ -219,7 +219,6 @@ Result<std::unique_ptr<http::Server>> listen_for_admin(const Config& config,
 int serve(const Config& config, const Options& options) {
   bound_memory();
   const bool had_terminal = has_terminal();
-  ignore_signals();
   const logging::Log log(config.log_level);
   if (::geteuid() == 0)
     spdlog::warn(
@@ -328,6 +327,7 @@ Result<std::size_t> check(const Config& config,
 }
 
 int run(const Options& options) {
+  if (!options.check_config && !options.print_config) ignore_signals();
   const auto config = configure(options);
   if (!config) return complain(config.error());
   Result<std::size_t> not_read =
