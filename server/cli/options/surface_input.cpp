@@ -63,15 +63,15 @@ void add_layer_options(Command app, SurfaceInput& input) {
   app.add_option("--layer", input.layers,
                  "NAME=FILE[,FILE...]: a layer, instead of DEM files; repeated, the lowest first. "
                  "(Without it files of one grid are a layer, finer ones above)")
-      .expected(1);
+      .repeated();
   app.add_option("--blend", input.blends,
                  "METRES, or NAME=METRES of one layer: how far beyond its posts a layer bends what "
                  "lies below it, so that no step shows; 0: not at all; at most 64 of its posts "
                  "(default: two spacings of the coarsest layer below)")
-      .expected(1);
+      .repeated();
   app.add_option("--layer-error", input.layer_errors,
                  "NAME=METRES: --max-error of one layer, where the pyramid ends with it")
-      .expected(1);
+      .repeated();
 }
 
 bool names_any(const DemInput& input, const SurfaceInput& layers) {
