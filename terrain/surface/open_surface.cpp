@@ -5,9 +5,9 @@
 #include <functional>
 #include <set>
 
+#include "terrain/raster/dem_files.h"
 #include "terrain/shapes/shaped_dem.h"
 #include "terrain/shapes/surface_shapes.h"
-#include "terrain/raster/dem_files.h"
 
 namespace tind {
 

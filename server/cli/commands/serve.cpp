@@ -30,10 +30,10 @@
 #include "server/services/datasets/open_dataset.h"
 #include "terrain/dataset/dem_dataset.h"
 #include "terrain/dataset/stored_dataset.h"
-#include "terrain/surface/open_surface.h"
 #include "terrain/geo/environment.h"
 #include "terrain/pyramid/plan/level_plan.h"
 #include "terrain/raster/nodata.h"
+#include "terrain/surface/open_surface.h"
 
 namespace tind::cli {
 namespace {

@@ -8,9 +8,9 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "terrain/surface/open_surface.h"
 #include "terrain/shapes/surface_shapes.h"
 #include "terrain/simplify/constraints/constraint_heights.h"
+#include "terrain/surface/open_surface.h"
 
 namespace tind::cli {
 

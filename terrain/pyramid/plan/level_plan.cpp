@@ -15,9 +15,9 @@
 #include "terrain/pyramid/residual/residual_index.h"
 #include "terrain/raster/source_blocks.h"
 #include "terrain/shapes/surface_shapes.h"
-#include "terrain/tile/tile_lines.h"
 #include "terrain/surface/surface_blocks.h"
 #include "terrain/surface/tile_posts.h"
+#include "terrain/tile/tile_lines.h"
 
 namespace tind {
 
