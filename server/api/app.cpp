@@ -14,7 +14,7 @@ http::Router make_router(const App& app) {
   add_transition_routes(router, app);
   add_flight_routes(router, app);
   add_progressive_routes(router, app);
-  add_health_routes(router, app);
+  add_health_routes(router, app, false);
   add_refine_routes(router, app);
   add_viewer_routes(router, app);
   return router;

@@ -10,6 +10,7 @@
 #include "server/http/server.h"
 #include "server/http/static_files.h"
 #include "server/services/datasets/catalog.h"
+#include "server/services/datasets/catalog_keeper.h"
 #include "server/services/refine/refine_service.h"
 #include "server/services/tiles/tile_cache.h"
 #include "server/services/tiles/tile_encodings.h"
@@ -34,9 +35,14 @@ struct App {
   services::TileStreams* streams = nullptr;          // null: no /progressive
   services::TileTransitions* transitions = nullptr;  // null: no /transition
   services::TileEncodings* encodings = nullptr;      // null: tiles as quantized-mesh only
+  services::CatalogKeeper* keeper = nullptr;         // null: the catalog stays as it is
 };
 
+/// For everybody.
 http::Router make_router(const App&);
+/// For the operator alone, at a place of its own: health with its reasons, and /admin/reload.
+/// `by_address`: a web page could ask there, too, and is refused.
+http::Router make_admin_router(const App&, bool by_address);
 
 // One function per resource, each in its own file.
 void add_tile_routes(http::Router&, const App&);
@@ -45,7 +51,8 @@ void add_elevation_routes(http::Router&, const App&);
 void add_encoding_routes(http::Router&, const App&);
 void add_transition_routes(http::Router&, const App&);
 void add_flight_routes(http::Router&, const App&);
-void add_health_routes(http::Router&, const App&);
+/// `reasons`: /readyz?verbose says them, which name files.
+void add_health_routes(http::Router&, const App&, bool reasons);
 void add_method_routes(http::Router&);
 void add_progressive_routes(http::Router&, const App&);
 void add_refine_routes(http::Router&, const App&);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -15,8 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json source_of(const Surface& surface) {
-  const DemInfo& info = surface.info();
+Json source_of(const DemInfo& info) {
   Json json = {{"driver", info.driver},
                {"columns", info.cols},
                {"rows", info.rows},
@@ -26,6 +26,21 @@ Json source_of(const Surface& surface) {
                {"datum", name(info.source_datum)}};
   if (info.accuracy) json["accuracy"] = accuracy_json(*info.accuracy);
   return json;
+}
+
+/// Of several layers: each, the lowest first.
+Json source_of(const Surface& surface) {
+  if (surface.only()) return source_of(surface.info());
+  Json layers = Json::array();
+  for (const SurfaceLayer& layer : surface.layers()) {
+    const DemInfo& info = layer.source->info();
+    Json one = {{"name", layer.name}};
+    one.update(source_of(info));
+    one["bounds"] = {info.bounds.west, info.bounds.south, info.bounds.east, info.bounds.north};
+    one["blend_m"] = layer.blend_m;
+    layers.push_back(std::move(one));
+  }
+  return {{"layers", std::move(layers)}};
 }
 
 Json place(const HeightExtremes::Place& place) {
@@ -64,7 +79,7 @@ Json links(const services::ServedDataset& dataset) {
             {"tiles_in_frames", of("/tiles/")}};
   }
   if (dataset.source) {
-    json["refine"] = of("/refine/");
+    if (dataset.source->only()) json["refine"] = of("/refine/");
     json["elevation"] = of("/elevation/") + "{?lon,lat,datum}";
   }
   return json;
@@ -107,19 +122,22 @@ std::string list(const services::Catalog& catalog) {
 }  // namespace
 
 void add_dataset_routes(http::Router& router, const App& app) {
-  // While large DEMs are read the list says how far that is; then it does not change any more.
+  // While large DEMs are read the list says how far that is; then it changes with the catalog only.
   struct List {
     std::mutex mutex;
     std::shared_ptr<const http::Representation> settled;
+    std::uint64_t of = 0;  // which catalog
   };
   const auto known = std::make_shared<List>();
   router.get("/datasets", [&app, known](const http::Request& request, http::DeferredReply&) {
     const std::lock_guard lock(known->mutex);
-    if (known->settled) return known->settled->reply(request.head.fields);
+    const std::uint64_t revision = app.catalog.revision();
+    if (known->settled && known->of == revision) return known->settled->reply(request.head.fields);
     const bool reading = any_reading(app.catalog);
     const auto now =
         http::Representation::make(list(app.catalog), {.content_type = "application/json"});
-    if (!reading) known->settled = now;
+    known->settled = reading ? nullptr : now;
+    known->of = revision;
     return now->reply(request.head.fields);
   });
 }

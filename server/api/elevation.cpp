@@ -9,6 +9,7 @@
 #include "server/http/message/problem.h"
 #include "server/http/message/query_numbers.h"
 #include "terrain/raster/datums.h"
+#include "terrain/surface/height_field.h"
 
 namespace tind::api {
 namespace {
@@ -76,14 +77,20 @@ Result<HeightAt> convert(const Environment& environment, HeightAt height, const 
 }
 
 http::Reply answer(const services::ServedDataset& dataset, const Geographic& where,
-                   const HeightAt& found, const VerticalDatum& datum) {
+                   const SurfaceHeight& answered, const VerticalDatum& datum) {
+  const HeightAt& found = answered.height;
+  const SurfaceLayer& layer = dataset.source->layers()[answered.layer];
+  const DemInfo& info = layer.source->info();
   nlohmann::ordered_json json = {{"coverage", word(found.coverage)}};
   json["height_m"] = found.coverage == Coverage::value ? nlohmann::ordered_json(found.height_m)
                                                        : nlohmann::ordered_json(nullptr);
   json["datum"] = name(datum);
-  if (const auto& accuracy = dataset.source->info().accuracy)
-    json["accuracy"] = accuracy_json(*accuracy);
+  if (info.accuracy) json["accuracy"] = accuracy_json(*info.accuracy);
   json["source"] = dataset.name;
+  if (!dataset.source->only() && found.coverage == Coverage::value) {
+    json["layer"] = layer.name;
+    json["spacing_m"] = {info.spacing_x_m, info.spacing_y_m};
+  }
   json["lon"] = where.lon;
   json["lat"] = where.lat;
   return http::make_reply(200, "application/json", json.dump() + "\n",
@@ -108,16 +115,18 @@ std::optional<http::Reply> elevation(const App& app, const http::Request& reques
   return answer_on_worker(app, services::Work::question, request, deferred,
                           [&app, dataset, where, word = query.words[0],
                            target = std::string(request.head.target)](const std::stop_token&) {
-                            const DemInfo& info = dataset->source->info();
-                            const auto height = height_at(*dataset->source->only(), where);
-                            if (!height) return http::problem_reply(height.error(), target);
+                            const Surface& surface = *dataset->source;
+                            auto found = height_at(surface, where);
+                            if (!found) return http::problem_reply(found.error(), target);
+                            const DemInfo& info = surface.layers()[found->layer].source->info();
                             const auto datum = datum_of(word, info);
                             const auto above =
-                                datum ? convert(app.environment, *height, where, info, *datum)
+                                datum ? convert(app.environment, found->height, where, info, *datum)
                                       : Result<HeightAt>(std::unexpected(datum.error()));
                             if (!above)
                               return http::problem_reply({{"datum", above.error().what}}, target);
-                            return answer(*dataset, where, *above, *datum);
+                            found->height = *above;
+                            return answer(*dataset, where, *found, *datum);
                           });
 }
 

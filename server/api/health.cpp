@@ -1,8 +1,12 @@
 // /livez, /readyz, /healthz and /metrics: for orchestrators and for Prometheus.
 
+#include <fmt/format.h>
+
+#include <string>
 #include <vector>
 
 #include "server/api/app.h"
+#include "server/log/printable.h"
 #include "server/services/metrics.h"
 
 namespace tind::api {
@@ -13,8 +17,37 @@ http::Reply text(int status, std::string_view body) {
                           {{"Cache-Control", "no-store"}});
 }
 
-http::Reply readiness(const App& app) {
-  return app.server && app.server->ready() ? text(200, "ready\n") : text(503, "not ready\n");
+bool is_verbose(const http::Request& request) {
+  const std::string_view query = request.head.query;
+  return query == "verbose" || query.starts_with("verbose=") || query.starts_with("verbose&");
+}
+
+/// One line each: [+] what is well, [-] what is not, [.] what is left alone.
+std::string report(const App& app, bool reasons) {
+  std::string out = app.server && app.server->ready() ? "[+] listening\n" : "[-] listening\n";
+  out += fmt::format("[+] {} datasets\n", app.catalog.all().size());
+  if (!app.keeper) return out;
+  const auto because = [&](const std::string& why) {
+    return reasons ? ": " + logging::printable(why) : std::string(" (the log says why)");
+  };
+  const auto status = app.keeper->status();
+  if (status.wrong)
+    out += fmt::format("[-] reload at {} failed, what there was stays{}\n", status.when,
+                       because(*status.wrong));
+  else if (!status.when.empty())
+    out += fmt::format("[+] reloaded at {}\n", status.when);
+  for (const auto& [name, why] : status.unlike)
+    out += fmt::format("[-] dataset {}: its files are not as they were opened{}\n", name,
+                       because(why));
+  for (const auto& [path, why] : status.aside)
+    if (reasons) out += fmt::format("[.] left alone: {}\n", logging::printable(why));
+  return out;
+}
+
+http::Reply readiness(const App& app, const http::Request& request, bool reasons) {
+  const bool ready = app.server && app.server->ready();
+  const std::string before = is_verbose(request) ? report(app, reasons) : std::string();
+  return text(ready ? 200 : 503, before + (ready ? "ready\n" : "not ready\n"));
 }
 
 http::Reply metrics(const App& app) {
@@ -24,21 +57,22 @@ http::Reply metrics(const App& app) {
   if (app.encodings)
     for (const auto& encoding : app.encodings->all())
       products.emplace_back(encoding.format.name, encoding.products.get());
-  return http::make_reply(
-      200, "text/plain; version=0.0.4; charset=utf-8",
-      services::render_metrics(stats, app.catalog, app.tiles, app.cache, app.pool, products),
-      {{"Cache-Control", "no-store"}});
+  return http::make_reply(200, "text/plain; version=0.0.4; charset=utf-8",
+                          services::render_metrics(stats, app.catalog, app.keeper, app.tiles,
+                                                   app.cache, app.pool, products),
+                          {{"Cache-Control", "no-store"}});
 }
 
 }  // namespace
 
-void add_health_routes(http::Router& router, const App& app) {
+void add_health_routes(http::Router& router, const App& app, bool reasons) {
   // Alive: this thread answers. Never asks anything else, or a slow disk would have us killed.
   router.get_always(
       "/livez", [](const http::Request&, http::DeferredReply&) { return text(200, "alive\n"); });
   for (const char* path : {"/readyz", "/healthz"})
-    router.get_always(
-        path, [&app](const http::Request&, http::DeferredReply&) { return readiness(app); });
+    router.get_always(path, [&app, reasons](const http::Request& request, http::DeferredReply&) {
+      return readiness(app, request, reasons);
+    });
   router.get_always("/metrics",
                     [&app](const http::Request&, http::DeferredReply&) { return metrics(app); });
 }

@@ -338,6 +338,7 @@ bool Connection::take_head() {
 
 bool Connection::begin_body(std::size_t max_body) {
   const RequestHead& head = parser_.head();
+  if (!head.content_length && max_body == 0) return call_handler();  // says that there is none
   if (!head.content_length) {
     refuse(411, "A request with a body must have a Content-Length.", "no_length");
     return false;

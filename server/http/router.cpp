@@ -111,6 +111,8 @@ void Router::post(std::string pattern, BodyRules rules, Handler handler) {
 
 std::variant<Router::Match, Reply> Router::route(Request& request) const {
   const Method method = request.head.method;
+  if (refuse_first_)
+    if (auto reply = refuse_first_(request)) return *std::move(reply);
   if (request.path == "*") return options_reply("GET, HEAD, OPTIONS", {});
   for (const Route& route : routes_) {
     if (!fits(route, request)) continue;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -35,6 +36,10 @@ class Router {
   /// of them: for whoever watches the server.
   void get_always(std::string pattern, Handler);
   void post(std::string pattern, BodyRules, Handler);
+  /// Asked of every request, before anything else; its reply is the final one.
+  void refuse_first(std::function<std::optional<Reply>(const Request&)> refuse) {
+    refuse_first_ = std::move(refuse);
+  }
 
   struct Route {
     std::string pattern;
@@ -56,6 +61,7 @@ class Router {
  private:
   Route& at(const std::string& pattern);
   std::vector<Route> routes_;
+  std::function<std::optional<Reply>(const Request&)> refuse_first_;
 };
 
 }  // namespace tind::http

@@ -12,12 +12,14 @@
 #include <boost/asio/steady_timer.hpp>
 #include <cerrno>
 #include <cstring>
+#include <optional>
 #include <thread>
 #include <vector>
 
 #include "server/http/connection.h"
 #include "server/http/io_loop.h"
 #include "server/http/message/problem.h"
+#include "server/http/unix_socket.h"
 #include "terrain/base/parallel.h"
 
 // One acceptor, on the first loop, hands each connection to the loop that has fewest: steadier for
@@ -78,6 +80,8 @@ struct Server::Impl {
 
   // start
   Result<void> open();
+  Result<void> listen_at_port();
+  Result<void> listen_at_socket();
 
   // accepting, on the first loop
   void wait_for_clients();
@@ -102,6 +106,7 @@ struct Server::Impl {
   Addresses addresses;
   ConnectionContext context;
   std::vector<std::unique_ptr<IoLoop>> loops;
+  std::optional<UnixSocket> unix_socket;  // its file goes with this
   std::unique_ptr<tcp::acceptor> acceptor;
   std::unique_ptr<asio::steady_timer> drain_timer;
   std::unique_ptr<asio::signal_set> signals;
@@ -115,19 +120,29 @@ struct Server::Impl {
 };
 
 Result<void> Server::Impl::open() {
+  const int threads = options.threads > 0 ? options.threads : hardware_threads();
+  for (int i = 0; i < threads; ++i) loops.push_back(std::make_unique<IoLoop>());
+  acceptor = std::make_unique<tcp::acceptor>(loops[0]->context());
+  if (auto done = options.socket.empty() ? listen_at_port() : listen_at_socket(); !done)
+    return done;
+  drain_timer = std::make_unique<asio::steady_timer>(loops[0]->context());
+  reserve_fd = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
+  if (options.handle_signals)
+    signals = std::make_unique<asio::signal_set>(loops[0]->context(), SIGTERM, SIGINT, SIGHUP);
+  return {};
+}
+
+Result<void> Server::Impl::listen_at_port() {
   const std::string where = options.address + ":" + std::to_string(options.port);
   const auto cannot = [&](const error_code& error) {
     return fail(Errc::io, "cannot listen on " + where + ": " + error.message());
   };
-  const int threads = options.threads > 0 ? options.threads : hardware_threads();
-  for (int i = 0; i < threads; ++i) loops.push_back(std::make_unique<IoLoop>());
   error_code error;
   const auto address = asio::ip::make_address(options.address, error);
   if (error)
     return fail(Errc::invalid_argument, options.address + " is not an IP address to listen on");
   const tcp::endpoint endpoint(address, options.port);
   protocol = endpoint.protocol();
-  acceptor = std::make_unique<tcp::acceptor>(loops[0]->context());
   if (acceptor->open(protocol, error)) return cannot(error);
   if (acceptor->set_option(tcp::acceptor::reuse_address(true), error)) return cannot(error);
   if (acceptor->bind(endpoint, error)) return cannot(error);
@@ -135,10 +150,18 @@ Result<void> Server::Impl::open() {
   if (acceptor->non_blocking(true, error)) return cannot(error);
   bound_port = acceptor->local_endpoint(error).port();
   if (error) return cannot(error);
-  drain_timer = std::make_unique<asio::steady_timer>(loops[0]->context());
-  reserve_fd = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
-  if (options.handle_signals)
-    signals = std::make_unique<asio::signal_set>(loops[0]->context(), SIGTERM, SIGINT, SIGHUP);
+  return {};
+}
+
+/// Asio's sockets only carry the descriptor: what is TCP's own (an address, TCP_NODELAY) fails
+/// without harm.
+Result<void> Server::Impl::listen_at_socket() {
+  auto bound = UnixSocket::listen(options.socket, kBacklog);
+  if (!bound) return std::unexpected(bound.error());
+  unix_socket.emplace(std::move(*bound));
+  error_code error;
+  if (acceptor->assign(protocol, unix_socket->take_descriptor(), error))
+    return fail(Errc::io, "cannot listen at " + options.socket + ": " + error.message());
   return {};
 }
 
@@ -267,7 +290,7 @@ void Server::Impl::wait_for_signal() {
     if (error) return;
     wait_for_signal();
     if (number == SIGHUP && (stopping || !options.hangup_stops || !options.hangup_stops())) {
-      spdlog::warn("signal SIGHUP: nothing is read anew while running; restart for that");
+      if (!stopping && options.on_hangup) options.on_hangup();
       return;
     }
     if (stopping) {
@@ -340,6 +363,7 @@ Result<std::unique_ptr<Server>> Server::listen(const Router& router, const Serve
 std::uint16_t Server::port() const { return impl_->bound_port; }
 
 std::string Server::url() const {
+  if (!impl_->options.socket.empty()) return "unix:" + impl_->options.socket;
   const bool v6 = impl_->options.address.find(':') != std::string::npos;
   const std::string host = v6 ? "[" + impl_->options.address + "]" : impl_->options.address;
   return "http://" + host + ":" + std::to_string(port()) + "/";

@@ -19,12 +19,16 @@ namespace tind::http {
 struct ServerOptions {
   std::string address = "127.0.0.1";
   std::uint16_t port = 8080;  // 0: any free one
-  int threads = 0;            // 0: one per core
+  /// The path of a Unix socket instead of both, for its owner alone (mode 0600). One that nobody
+  /// listens at any more is replaced; anything else at that path is an error.
+  std::string socket = {};
+  int threads = 0;  // 0: one per core
   Limits limits;
   std::size_t buffer_bytes = 128 << 20;  // held for clients: request bodies, responses on their way
   bool access_log = false;
   bool handle_signals = true;                // SIGTERM and SIGINT stop; a second one at once
-  std::function<bool()> hangup_stops = {};   // asked at SIGHUP; otherwise that is only logged
+  std::function<bool()> hangup_stops = {};   // asked at SIGHUP; where it does not stop:
+  std::function<void()> on_hangup = {};      // called on an I/O thread
   std::chrono::milliseconds drain_delay{0};  // not ready, still accepting: for load balancers
   std::chrono::milliseconds grace{10'000};   // for requests in flight
 };
@@ -37,7 +41,7 @@ class Server {
   ~Server();
 
   std::uint16_t port() const;
-  /// "http://127.0.0.1:8080/"
+  /// "http://127.0.0.1:8080/", "unix:/run/tind.sock"
   std::string url() const;
 
   /// Serves until stop() or a signal, then until the requests in flight are answered (and those

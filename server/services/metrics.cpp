@@ -64,6 +64,16 @@ void http_metrics(Exposition& out, const http::StatsSnapshot& stats) {
   for (const auto& [reason, count] : stats.rejected) out.value(count, "reason=\"" + reason + "\"");
 }
 
+void catalog_metrics(Exposition& out, const Catalog& catalog, const CatalogKeeper* keeper) {
+  out.one("tind_datasets", "gauge", "Datasets served.", catalog.all().size());
+  const auto status = keeper ? keeper->status() : CatalogKeeper::Status{};
+  out.one("tind_datasets_changed", "gauge", "Of these, those whose files are not as they were.",
+          status.unlike.size());
+  out.begin("tind_reloads_total", "counter", "Readings of the configuration since the start.");
+  out.value(status.reloads, "result=\"ok\"");
+  out.value(status.failed_reloads, "result=\"failed\"");
+}
+
 void tile_metrics(Exposition& out, const TileService& service, const TileCache& cache) {
   const auto& counters = service.counters();
   out.begin("tind_tile_requests_total", "counter", "Requests for existing tiles, by outcome.");
@@ -157,12 +167,13 @@ void process_metrics(Exposition& out) {
 }  // namespace
 
 std::string render_metrics(const http::StatsSnapshot& http_stats, const Catalog& catalog,
-                           const TileService& service, const TileCache& cache, const CpuPool& pool,
+                           const CatalogKeeper* keeper, const TileService& service,
+                           const TileCache& cache, const CpuPool& pool,
                            std::span<const NamedProducts> products) {
   Exposition out;
   out.begin("tind_build_info", "gauge", "The version that is running.");
   out.value(1, "version=\"" TIND_VERSION "\"");
-  out.one("tind_datasets", "gauge", "Datasets served.", catalog.all().size());
+  catalog_metrics(out, catalog, keeper);
   http_metrics(out, http_stats);
   tile_metrics(out, service, cache);
   work_metrics(out, pool);

@@ -10,6 +10,7 @@
 
 #include "server/http/stats.h"
 #include "server/services/datasets/catalog.h"
+#include "server/services/datasets/catalog_keeper.h"
 #include "server/services/tiles/tile_cache.h"
 #include "server/services/tiles/tile_products.h"
 #include "server/services/tiles/tile_service.h"
@@ -20,7 +21,9 @@ namespace tind::services {
 /// The value of the label `product`, and the products; null: there are none.
 using NamedProducts = std::pair<std::string_view, const TileProducts*>;
 
-std::string render_metrics(const http::StatsSnapshot&, const Catalog&, const TileService&,
-                           const TileCache&, const CpuPool&, std::span<const NamedProducts>);
+/// `keeper`: null where the catalog stays as it is.
+std::string render_metrics(const http::StatsSnapshot&, const Catalog&, const CatalogKeeper* keeper,
+                           const TileService&, const TileCache&, const CpuPool&,
+                           std::span<const NamedProducts>);
 
 }  // namespace tind::services

@@ -197,7 +197,7 @@ async function openDataset(name) {
   const dataset = await whenRead(name);
   const url = new URL(`terrain/${encodeURIComponent(name)}`, document.baseURI).href; // CesiumJS needs it whole
   const layer = await fetchJson(`${url}/layer.json`);
-  const provider = await Cesium.CesiumTerrainProvider.fromUrl(patientResource(url), {requestVertexNormals: true, requestMetadata: true});
+  const provider = await Cesium.CesiumTerrainProvider.fromUrl(patientResource(url), {requestVertexNormals: true, requestWaterMask: true, requestMetadata: true});
   const rectangle = Cesium.Rectangle.fromDegrees(...layer.bounds);
   const {latitude} = Cesium.Rectangle.center(rectangle);
   const extent = 6371000 * Math.min(rectangle.width * Math.cos(latitude), rectangle.height, 2);

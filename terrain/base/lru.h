@@ -70,6 +70,20 @@ class Lru {
     return gone;
   }
 
+  /// Takes out and gives back those whose key `goes` says yes to. Looks at all.
+  template <class Goes>
+  Entries take_if(Goes&& goes) {
+    Entries taken;
+    for (auto it = recent_.begin(); it != recent_.end();) {
+      const auto here = it++;
+      if (!goes(std::as_const(here->key))) continue;
+      weight_ -= here->weight;
+      index_.erase(here->key);
+      taken.splice(taken.end(), recent_, here);
+    }
+    return taken;
+  }
+
   /// Most recently used first.
   const Entries& entries() const { return recent_; }
   std::size_t weight() const { return weight_; }

@@ -13,6 +13,7 @@
 #include "terrain/check/check_files.h"
 #include "terrain/check/check_source.h"
 #include "terrain/check/check_tile.h"
+#include "terrain/shapes/surface_shapes.h"
 #include "terrain/store/open/open_store.h"
 
 namespace tind {
@@ -115,6 +116,28 @@ struct TileSummary {
 
 // ---- one level ----
 
+/// Of 16 x 16 cells: one that lies in a polygon with all corners and its middle, and that no
+/// outline touches, is water; one that lies outside all, is none.
+void check_water(const CheckedTile& tile, TileId id, const WaterSource& water, Findings& findings) {
+  if (water.empty()) return;
+  if (!tile.has_water_mask)
+    return findings.add(rule("source.water"), id.text(), "it has no water mask");
+  if (!water.rasters.empty() || tile.water_mask.empty()) return;
+  const GeoRect r = tiling::rect(id);
+  const double side = r.width() / 256;
+  for (int row = 8; row < 256; row += 16)
+    for (int col = 8; col < 256; col += 16) {
+      const double west = r.west + col * side, north = r.north - row * side;
+      if (water.areas.crosses({west, north - side, west + side, north})) continue;
+      const bool wet = water.areas.holding(west + side / 2, north - side / 2) != AreaSet::kNone;
+      const std::size_t cell = tile.water_mask.size() == 1 ? 0 : std::size_t(row * 256 + col);
+      if (tile.water_mask[cell] == (wet ? 255 : 0)) continue;
+      return findings.add(rule("source.water"), id.text(),
+                          "row " + std::to_string(row) + ", column " + std::to_string(col) +
+                              " is " + std::to_string(tile.water_mask[cell]));
+    }
+}
+
 class LevelCheck {
  public:
   LevelCheck(const TileListing& listing, std::size_t z, const CheckOptions& options,
@@ -173,6 +196,8 @@ class LevelCheck {
                                       {"metadata", !tile.metadata.empty()}})
       if (there && std::ranges::find(listing_.extensions, name) == listing_.extensions.end())
         l.findings.add(rule("layer.extensions"), id.text(), std::string("carries ") + name);
+    if (options_.source && options_.source->shapes())
+      check_water(tile, id, options_.source->shapes()->water(), l.findings);
     return l;
   }
 
@@ -336,6 +361,10 @@ class LevelCheck {
                            metres(gap) + ", the errors together are " + metres(allowed));
   }
 
+  /// Heights of one level decode to one number but for rounding, and levels are brought to the
+  /// steps that heights have on borders, 1 m at most.
+  static constexpr double kLevel_m = 2e-3, kLevelOff_m = 0.51;
+
   void errors(std::size_t place, const TileSummary& r) {
     if (!r.good) return;
     if (r.stated.max_error_m) level_.stated_m = std::max(level_.stated_m, *r.stated.max_error_m);
@@ -359,6 +388,11 @@ class LevelCheck {
     if (r.stated.exact && *r.stated.max_error_m > m.max_error_m + slack)
       report_.findings.add(rule("source.exact"), where,
                            metres(m.max_error_m) + ", stated " + metres(*r.stated.max_error_m));
+    for (const auto& [level, range] : m.flat)
+      if (range.high - range.low > kLevel_m || std::max(range.high, -range.low) > kLevelOff_m)
+        report_.findings.add(rule("source.flat"), where,
+                             "water at " + metres(level) + " is from " + metres(level + range.low) +
+                                 " to " + metres(level + range.high));
     if (m.posts && (m.low_m < r.min_height || m.high_m > r.max_height))
       report_.findings.add(rule("source.height"), where,
                            "posts " + metres(m.low_m) + ".." + metres(m.high_m) + ", stated " +

@@ -215,6 +215,8 @@ class Reader {
     tile_.has_water_mask = true;
     if (body.size() != 1 && body.size() != 256 * 256)
       report(rule("ext.water-mask"), std::to_string(body.size()) + " bytes");
+    else
+      tile_.water_mask.assign(body.begin(), body.end());
   }
 
   void metadata(Bytes body) {

@@ -24,6 +24,7 @@ struct CheckedTile {
   std::array<std::vector<std::uint32_t>, 4> edges;  // west, south, east, north
   std::vector<std::array<std::uint8_t, 2>> normals;
   bool has_water_mask = false;
+  std::vector<std::uint8_t> water_mask;  // of a whole one: 1 or 65536 bytes
   std::string metadata;
 
   /// As a client computes it.

@@ -113,6 +113,8 @@ inline constexpr CheckRule kCheckRules[] = {
      "no post is above a mesh of side above, none below one of side below"},
     {"source.exact", kViolation, "an error that is called exact is the maximum over all posts"},
     {"source.height", kViolation, "minimum and maximum height bound the posts of the tile"},
+    {"source.flat", kViolation, "polygons that are to be level are, well inside"},
+    {"source.water", kViolation, "the water mask shows the water of the source, cell by cell"},
     {"source.overlap", kViolation, "the source has posts where the tiles are"},
 };
 

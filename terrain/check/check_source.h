@@ -3,6 +3,7 @@
 // holds it. (Promise 1.)
 
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "terrain/base/progress.h"
@@ -15,12 +16,19 @@ namespace tind {
 /// What the posts say about one tile.
 struct MeasuredTile {
   double max_error_m = 0;
+  std::size_t layer = 0;
   std::int64_t col = 0, row = 0;  // the post where it is; the first one on a tie
   std::uint64_t posts = 0;        // valid posts in the closed rectangle
   std::uint64_t uncovered = 0;    // of them, those over no triangle
   double low_m = 0, high_m = 0;   // of the posts
   double above_m = 0;  // how far the mesh rises above a post at most; negative: it never does
   double below_m = 0;  // how far it falls below a post at most
+  /// Of posts in polygons that are to be level, well inside: by level, how far the mesh is above
+  /// it, at least and at most.
+  struct Range {
+    double low = 0, high = 0;
+  };
+  std::map<double, Range> flat = {};
 };
 
 /// By level and place in the listing. Goes over the source once, block by block, in parallel; each

@@ -139,9 +139,12 @@ std::vector<std::pair<int, std::size_t>> origins(const TileStore& store, TileId 
 
 // ---- posts ----
 
-/// Calls f(u, v, height, col, row, place) for each post in the closed rectangle; voids are NaN.
+/// Calls f(u, v, height, col, row, place) for each post in the closed rectangle; voids are NaN. Of
+/// a layer among others: for those that no higher one replaces, at the height that H has there.
 template <class F>
-Result<void> each_post(const DemSource& source, TileId id, const Progress& progress, F&& f) {
+Result<void> each_post(const HeightField& field, std::size_t layer, TileId id,
+                       const Progress& progress, F&& f) {
+  const DemSource& source = *field.surface().layers()[layer].source;
   const GeoRect rect = tiling::rect(id);
   const PostWindow w = post_window(source, rect);
   if (w.empty()) return {};
@@ -158,7 +161,10 @@ Result<void> each_post(const DemSource& source, TileId id, const Progress& progr
       for (int i = 0; i < cols; ++i) at.push_back({double(w.col + i), double(w.row + r + j)});
     places.resize(at.size());
     source.to_geographic(at, places);
+    std::vector<double> own(heights->values().begin(), heights->values().end()), z = own;
+    if (!field.surface().only()) field.raise(layer, places, z);
     for (std::size_t k = 0; k < at.size(); ++k) {
+      if (std::isnan(z[k]) && !std::isnan(own[k])) continue;  // replaced
       double lon = places[k].lon;
       while (lon < rect.west - 1e-9) lon += 360;
       while (lon > rect.east + 1e-9) lon -= 360;
@@ -166,17 +172,17 @@ Result<void> each_post(const DemSource& source, TileId id, const Progress& progr
       const double v = (places[k].lat - rect.south) / rect.height() * kEnd;
       constexpr double kHair = 1e-6;
       if (!(u >= -kHair && u <= kEnd + kHair && v >= -kHair && v <= kEnd + kHair)) continue;
-      f(u, v, double(heights->values()[k]), std::int64_t(at[k].x), std::int64_t(at[k].y),
-        Geographic{lon, places[k].lat});
+      f(u, v, z[k], std::int64_t(at[k].x), std::int64_t(at[k].y), Geographic{lon, places[k].lat});
     }
     progress.at(double(r) / double(w.rows));
   }
+  if (const auto error = field.error()) return std::unexpected(*error);
   return {};
 }
 
 Result<std::uint64_t> valid_posts(const DemSource& source, TileId id, const Progress& progress) {
   std::uint64_t valid = 0;
-  auto done = each_post(source, id, progress,
+  auto done = each_post(HeightField(source), 0, id, progress,
                         [&](double, double, double z, std::int64_t, std::int64_t, Geographic) {
                           valid += !std::isnan(z);
                         });
@@ -206,32 +212,38 @@ Result<std::vector<PostStatistics::File>> shares(const ExplainOptions& o, TileId
   return files;
 }
 
-Result<PostStatistics> posts_of(const DemSource& source, const TileExplanation& story,
+Result<PostStatistics> posts_of(const Surface& source, const TileExplanation& story,
                                 const Progress& progress) {
   PostStatistics p;
   const TileSurface surface(story.mesh);
   std::vector<float> errors;  // for the histogram, whose range is known last
   double squares = 0, sum = 0;
   p.above_m = p.below_m = -HUGE_VAL;
-  auto done = each_post(
-      source, story.id, progress,
-      [&](double u, double v, double z, std::int64_t col, std::int64_t row, Geographic place) {
-        if (std::isnan(z)) return void(++p.voids);
-        ++p.posts;
-        const auto gap = surface.gap_at(std::clamp(u, 0.0, kEnd), std::clamp(v, 0.0, kEnd), z);
-        if (!gap) return;
-        const double error = gap->worst();
-        p.above_m = std::max(p.above_m, gap->high);
-        p.below_m = std::max(p.below_m, -gap->low);
-        sum += std::abs(error);
-        squares += error * error;
-        p.near_budget += std::abs(error) > 0.9 * story.budget_m;
-        errors.push_back(float(error));
-        if (p.posts > 1 && std::abs(error) <= p.max_error_m) return;
-        p.max_error_m = std::abs(error);
-        p.worst = {place, col, row, z, error};
-      });
-  if (!done) return std::unexpected(done.error());
+  const auto take = [&](double u, double v, double z, std::int64_t col, std::int64_t row,
+                        Geographic place) {
+    if (std::isnan(z)) return void(++p.voids);
+    ++p.posts;
+    const auto gap = surface.gap_at(std::clamp(u, 0.0, kEnd), std::clamp(v, 0.0, kEnd), z);
+    if (!gap) return;
+    const double error = gap->worst();
+    p.above_m = std::max(p.above_m, gap->high);
+    p.below_m = std::max(p.below_m, -gap->low);
+    sum += std::abs(error);
+    squares += error * error;
+    p.near_budget += std::abs(error) > 0.9 * story.budget_m;
+    errors.push_back(float(error));
+    if (p.posts > 1 && std::abs(error) <= p.max_error_m) return;
+    p.max_error_m = std::abs(error);
+    p.worst = {place, col, row, z, error};
+  };
+  const HeightField field(source);
+  for (std::size_t k = 0; k < source.layers().size(); ++k) {
+    const std::uint64_t before = p.posts;
+    if (auto done = each_post(field, k, story.id, progress, take); !done)
+      return std::unexpected(done.error());
+    if (!source.only() && p.posts > before)
+      p.files.push_back({source.layers()[k].name, p.posts - before});
+  }
   if (!errors.empty()) {
     p.mean_m = sum / double(errors.size());
     p.rms_m = std::sqrt(squares / double(errors.size()));
@@ -293,7 +305,9 @@ void find_limit(TileExplanation& s, double assumed_m, double fit_error_m, int la
 Result<HeightGrid> heights_over(const Surface& surface, const GeoRect& rect, int width,
                                 int height) {
   HeightField field(surface);
-  for (const auto& [layer, w, step] : surface_windows(surface, rect)) {
+  const auto windows = surface_windows(surface, rect);
+  if (!windows) return std::unexpected(windows.error());
+  for (const auto& [layer, w, step, alone] : *windows) {
     if (w.cols * w.rows > kLoadPosts) continue;
     if (auto done = field.load(layer, w.col, w.row, int(w.cols), int(w.rows)); !done)
       return std::unexpected(done.error());
@@ -334,16 +348,18 @@ Result<TileExplanation> explain_tile(const TileStore& store, TileId id, const Ex
     story.budget_m = std::min(assumed, made->options.max_error_m);
   double fit_error = story.budget_m;
   int lattice_cells = 1;
-  std::shared_ptr<const DemSource> source;
-  if (!o.files.empty()) {
+  std::optional<Surface> source = o.layers;
+  if (!source && !o.files.empty()) {
     auto opened = DemSource::open(o.files, o.dem);
     if (!opened) return std::unexpected(opened.error());
-    source = *opened;
+    source.emplace(*opened);
+  }
+  if (source) {
     // Heights decide neither budgets nor lattices: no need to read them all.
     const HeightRange range{story.mesh.min_height, story.mesh.max_height, 1};
     const auto plan = TilePlan::make(*source, range, made->options);
     if (plan && id.level <= plan->max_level()) {
-      const LevelPlan& level = plan->level(id.level);
+      const LevelPlan& level = plan->level(id);
       story.budget_m = level.budget_m;
       fit_error = level.fit_error_m;
       lattice_cells = level.curvature_cells;
@@ -353,9 +369,11 @@ Result<TileExplanation> explain_tile(const TileStore& store, TileId id, const Ex
   if (source) {
     auto posts = posts_of(*source, story, progress);
     if (!posts) return std::unexpected(posts.error());
-    auto files = shares(o, id, progress);
-    if (!files) return std::unexpected(files.error());
-    posts->files = std::move(*files);
+    if (source->only()) {
+      auto files = shares(o, id, progress);
+      if (!files) return std::unexpected(files.error());
+      posts->files = std::move(*files);
+    }
     story.posts = std::move(*posts);
   }
   find_limit(story, assumed, fit_error, lattice_cells, made->recorded);

@@ -22,7 +22,7 @@ namespace tind {
 struct PostStatistics {
   static constexpr int kBins = 20;
   struct File {
-    std::string name;
+    std::string name;         // of a file; of several layers the layer's
     std::uint64_t posts = 0;  // valid ones that the tile has from it
   };
   std::vector<File> files;
@@ -64,7 +64,8 @@ struct TileExplanation {
 struct ExplainOptions {
   std::vector<std::string> files;  // of the source; none: only what the tile says itself
   DemOptions dem;
-  double error_factor = 1;  // where no record of tind build lies beside the tiles
+  std::optional<Surface> layers = {};  // instead of files: the source has several layers
+  double error_factor = 1;             // where no record of tind build lies beside the tiles
 };
 
 /// Fails when the tile cannot be had or is too damaged to be looked at. Goes over the posts of the

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "terrain/base/result.h"
 #include "terrain/geo/coordinates.h"
 #include "terrain/pyramid/plan/height_extremes.h"
 #include "terrain/store/tile_set.h"
@@ -40,6 +41,10 @@ struct Dataset {
   /// The same opened anew, where what lies there is another by now and has come to rest; nothing
   /// while it is as it was opened. Reads the store: not for I/O threads. Empty: it never changes.
   std::function<std::optional<Dataset>()> renewed = {};
+
+  /// Errc::io, saying what became of it, unless what it reads is as it was opened. Asks the system
+  /// once a file: not for I/O threads. Empty: nobody can tell.
+  std::function<Result<void>()> unchanged = {};
 };
 
 /// Tiles without their source. REQUIRES: not null.

@@ -30,6 +30,11 @@ Result<Dataset> dem_dataset(const Surface& surface, const TileSetOptions& option
   const std::shared_ptr<const DemTiles> tiles = std::move(*opened);
   Dataset made = dataset_of(tiles);
   made.source = std::make_shared<const Surface>(surface);
+  made.unchanged = [surface]() -> Result<void> {
+    for (const SurfaceLayer& layer : surface.layers())
+      if (auto same = layer.source->unchanged(); !same) return same;
+    return {};
+  };
   made.facts = [tiles, settled = made.facts()] {
     DatasetFacts facts = settled;
     facts.extremes = tiles->extremes();

@@ -68,6 +68,7 @@ std::vector<std::uint8_t> encode_quantized_mesh(const TileModel& tile) {
   }
   q.triangles = tile.mesh.triangles;
   q.oct_normals = tile.normals;
+  q.water_mask = tile.water_mask;
   q.min_height = float(tile.heights.min);
   q.max_height = float(tile.heights.max());
   const CullingVolumes& volumes = tile.volumes;
@@ -94,6 +95,7 @@ Result<TileModel> decode_tile(TileId id, std::span<const std::uint8_t> bytes) {
         {double(q->u[i]), double(q->v[i]), low + q->h[i] * range / kTileExtent});
   tile.mesh.triangles = std::move(q->triangles);
   tile.normals = std::move(q->oct_normals);
+  tile.water_mask = std::move(q->water_mask);
   const auto& [x, y, z] = q->center;
   const auto& sphere = q->bounding_sphere;
   const auto& hidden = q->horizon_occlusion;

@@ -30,6 +30,20 @@ struct EnumNames<HeightEncoding> {
       {HeightEncoding::terrarium, "terrarium"}};
 };
 
+/// What the sources of one process may share: files that are open and not read from just now, and
+/// decoded heights, each with one bound for all. Thread-safe; sources keep the pool they were
+/// opened with.
+class SourcePool {
+ public:
+  struct Limits {
+    std::size_t heights_bytes = 64u << 20;    // decoded; at least one block is kept
+    std::size_t unpacked_bytes = 256u << 20;  // of files that are unpacked in memory
+    std::size_t open_files = 64;
+  };
+  static std::shared_ptr<SourcePool> make(const Limits&);
+  virtual ~SourcePool() = default;
+};
+
 struct DemOptions {
   /// What the heights are above. `unknown`: take it from the file's compound CRS if it says so.
   VerticalDatum from_datum = VerticalDatum::unknown;
@@ -59,6 +73,8 @@ struct DemOptions {
   /// Bound of the files that are unpacked in memory (x.hgt.zip) while nobody reads from
   /// them, bytes.
   std::size_t unpacked_bytes = 256u << 20;
+  /// Shared with others, with its bounds instead of these two; null: a pool of its own.
+  std::shared_ptr<SourcePool> pool = nullptr;
   /// Has the geoid; only where egm96 heights are to be brought to the ellipsoid.
   std::shared_ptr<const Environment> environment = nullptr;
 };
@@ -150,6 +166,10 @@ class DemSource {
   /// Undeclared nodata among the posts read so far, the most frequent value first. When all posts
   /// have been read once, the numbers are exact, and later readings do not add to them.
   virtual std::vector<UndeclaredNodata> undeclared_nodata() const { return {}; }
+
+  /// Errc::io, naming the file and what became of it, unless all files are as they were when the
+  /// source was opened. Asks the system once a file. Thread-safe.
+  virtual Result<void> unchanged() const { return {}; }
 
   /// True where post <-> geographic is one affine map without rotation (a WGS84 lon/lat raster).
   virtual bool is_plain_geographic() const = 0;

@@ -79,7 +79,7 @@ std::string SourceBlocks::encode() const {
 }
 
 bool SourceBlocks::whole(std::string_view bytes, const std::string& digest) {
-  if (!bytes.starts_with(kMagic)) return false;
+  if (!bytes.starts_with(kMagic) && !bytes.starts_with(kLayersMagic)) return false;
   bytes.remove_prefix(kMagic.size());
   return hash128(bytes).text() == digest;
 }

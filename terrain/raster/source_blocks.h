@@ -37,7 +37,9 @@ class SourceBlocks {
   /// 32 digits that stand for every post.
   std::string digest() const;
   std::string encode() const;
-  /// Is it what encode() made of blocks with this digest, whatever the grid?
+  /// How the blocks of several layers begin (surface/surface_blocks.h).
+  static constexpr std::string_view kLayersMagic{"TNSB\2\0\0\0", 8};
+  /// Is it what encode() made of blocks with this digest, whatever the grid, or of several layers?
   static bool whole(std::string_view bytes, const std::string& digest);
   /// Fails with bad_data unless it is what encode() made for this grid and has this digest.
   static Result<SourceBlocks> decode(std::string_view bytes, const DemInfo&,

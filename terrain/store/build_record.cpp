@@ -47,6 +47,8 @@ std::string encode(const BuildRecord& r) {
   j["gzip"] = r.gzip;
   if (r.exact_posts > 0) j["exact_posts"] = r.exact_posts;
   if (!r.tiles.empty()) j["tiles"] = r.tiles;
+  if (!r.shapes.empty()) j["shapes"] = r.shapes;
+  if (!r.shape_levels.empty()) j["shape_levels"] = r.shape_levels;
   // By level: a source with a larger range of heights can need coarser steps.
   for (const double step : r.steps_m) j["steps_m"].push_back(step);
   return j.dump(1) + "\n";
@@ -74,6 +76,8 @@ std::optional<BuildRecord> decode_build_record(std::string_view text) {
   if (const Json posts = j.value("exact_posts", Json()); posts.is_number_integer())
     r.exact_posts = posts;
   take(j, "tiles", r.tiles);
+  take(j, "shapes", r.shapes);
+  take(j, "shape_levels", r.shape_levels);
   if (const Json steps = j.value("steps_m", Json()); steps.is_array())
     for (const Json& step : steps)
       r.steps_m.push_back(step.is_number() ? step.get<double>()

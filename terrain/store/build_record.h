@@ -27,6 +27,8 @@ struct BuildRecord {
   std::int64_t exact_posts = 0;  // 0: not asked for
   std::string tiles;             // digest of which tiles there are; empty: rectangles
   std::vector<double> steps_m;   // by level: the step of heights on borders
+  std::string shapes;            // stands for the lines and the water; empty: there are none
+  std::string shape_levels;      // and this for their levels, which go by the heights
 };
 
 /// The text that is kept: the same record, the same text.

@@ -22,7 +22,7 @@ struct TileCost {
 };
 
 /// One finished tile: quantized-mesh-1.0 with all the extensions that tind makes (octvertexnormals,
-/// metadata), not compressed.
+/// metadata, and watermask where there is water), not compressed.
 struct TileBytes {
   std::vector<std::uint8_t> bytes;
   TileCost cost;

@@ -18,7 +18,6 @@
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
 #include "terrain/geo/tile_order.h"
-#include "terrain/raster/source_blocks.h"
 #include "terrain/store/build_record.h"
 
 namespace tind {
@@ -30,10 +29,16 @@ struct TileFacts {
   bool not_one_sided = false;  // asked for one side, and could not be
 };
 
+/// What is kept of the heights for the next update: hashes of blocks (raster/source_blocks.h).
+struct KeptBlocks {
+  std::string digest;                   // 32 digits that stand for all of them
+  std::function<std::string()> encode;  // the bytes of the file
+};
+
 /// What a build is going to write.
 struct TileWork {
   /// One flag for each of `ids`: does the tile depend on heights that changed since the tiles of
-  /// `old` were made? `old_blocks`: what SourceBlocks::encode() gave then. Fails where that cannot
+  /// `old` were made? `old_blocks`: what KeptBlocks::encode() gave then. Fails where that cannot
   /// be told.
   using Changes = std::function<Result<std::vector<std::uint8_t>>(const BuildRecord& old,
                                                                   std::string_view old_blocks)>;
@@ -41,7 +46,7 @@ struct TileWork {
   const TileOrder& ids;                               // must outlive the writer
   std::vector<std::vector<proto::TileRange>> levels;  // the same tiles, as layer.json has them
   BuildRecord record;
-  const SourceBlocks& blocks;  // of the heights, to be kept for the next update
+  KeptBlocks blocks;
   Changes changes;
   bool force = false;  // replace tiles of another source or of other options
   int threads = 0;     // to look at what is there; 0: one per core

@@ -13,17 +13,23 @@
 #include "terrain/base/result.h"
 #include "terrain/geo/coordinates.h"
 #include "terrain/raster/height_grid.h"
+#include "terrain/surface/layer_blend.h"
 #include "terrain/surface/layer_field.h"
 #include "terrain/surface/surface.h"
 
 namespace tind {
 
-/// Of one DEM: bilinear over the four posts around a place; a plane over three where one is void;
-/// NaN else. Within half a post spacing outside the grid the outermost posts count on. For one
-/// thread.
+/// In a polygon that is level, its level. Else of one DEM: bilinear over the four posts around a
+/// place; a plane over three where one is void; NaN else. Within half a post spacing outside the
+/// grid the outermost posts count on.
+///
+/// Of layers: that of the topmost layer with a height there; where layers above it end nearby, bent
+/// to them (layer_blend.h). Upper layers end at their outermost posts. For one thread.
 class HeightField {
  public:
   explicit HeightField(Surface surface);
+
+  const Surface& surface() const { return surface_; }
 
   /// Keeps the posts [col, col + cols) x [row, row + rows) of a layer in memory, which makes H fast
   /// there. Elsewhere H reads the source, 2 x 2 posts at a time.
@@ -33,16 +39,41 @@ class HeightField {
   const HeightGrid& loaded(std::size_t layer) const { return layers_[layer].loaded(); }
 
   /// H at many places; NaN for void and outside. A read error is kept and shows in error().
-  void at(std::span<const Geographic> places, std::span<double> heights) const;
-  /// H with the voids filled (void_fill.h), so that it is continuous and everywhere: of one DEM,
-  /// bilinear over four posts, whichever of them are void.
+  /// `deciding`: becomes the topmost layer with a height there, -1 for none.
+  void at(std::span<const Geographic> places, std::span<double> heights,
+          std::span<int> deciding = {}) const;
+  /// H with the voids filled (void_fill.h), so that it is continuous and everywhere. Of one DEM,
+  /// bilinear over four posts, whichever of them are void. Of layers, where none has a height: each
+  /// in turn beside what fills below it, as far as there is any.
   void filled(std::span<const Geographic> places, std::span<double> heights) const;
 
-  const std::optional<Error>& error() const;
+  /// H at places where `layer` has a height and that is `heights`: bent to the layers above that
+  /// end nearby; NaN where one of those has a height itself and decides.
+  void raise(std::size_t layer, std::span<const Geographic> places,
+             std::span<double> heights) const;
+
+  std::optional<Error> error() const;
 
  private:
   Surface surface_;
   std::vector<LayerField> layers_;
+  mutable std::vector<LayerBlend> blends_;  // of layers 1, 2, ...
+  mutable std::optional<Error> error_;
+
+  struct Places;  // in the course of finding their heights
+  void level(std::span<const Geographic> places, std::span<double> heights) const;
+  void find_own(std::size_t begin, std::size_t end, Places&) const;
+  void add_layer(std::size_t k, Places&) const;
+  void fill(std::size_t layers, std::span<const Geographic> places, std::span<double> heights,
+            std::span<double> shares) const;
 };
+
+/// H at one place, and which layer decides it. Of one DEM as height_at() of the DEM, which ends at
+/// its outermost posts.
+struct SurfaceHeight {
+  HeightAt height;
+  std::size_t layer = 0;  // REQUIRES: a height
+};
+Result<SurfaceHeight> height_at(const Surface&, Geographic);
 
 }  // namespace tind

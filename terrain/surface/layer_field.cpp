@@ -76,21 +76,24 @@ void LayerField::at(std::span<const Geographic> places, std::span<double> height
 }
 
 /// Bilinear over four posts, whatever they are; NaN where `around` does not reach far enough.
-double LayerField::filled_post(Vec2 post, const VoidFill* around) const {
+VoidFill::Post LayerField::filled_post(Vec2 post, const VoidFill* around) const {
   const auto c = std::int64_t(std::floor(post.x)), r = std::int64_t(std::floor(post.y));
   std::optional<VoidFill> own;
   if (!around || !around->covers(c, r) || !around->covers(c + 1, r + 1)) {
     auto fill = VoidFill::load(source_, c, r, 2, 2);
     if (!fill) {
       if (!error_) error_ = fill.error();
-      return 0;
+      return {};
     }
     around = &own.emplace(std::move(*fill));
   }
-  const double nw = around->at(c, r), ne = around->at(c + 1, r), sw = around->at(c, r + 1),
-               se = around->at(c + 1, r + 1);
-  if (std::isnan(nw + ne + sw + se)) return kNothing;  // look farther
-  return height_between(nw, ne, sw, se, post.x - double(c), post.y - double(r));
+  const auto nw = around->post(c, r), ne = around->post(c + 1, r), sw = around->post(c, r + 1),
+             se = around->post(c + 1, r + 1);
+  if (std::isnan(nw.height + ne.height + sw.height + se.height))
+    return {kNothing, kNothing};  // look farther
+  const double fx = post.x - double(c), fy = post.y - double(r);
+  return {height_between(nw.height, ne.height, sw.height, se.height, fx, fy),
+          height_between(nw.share, ne.share, sw.share, se.share, fx, fy)};
 }
 
 /// One read for all of them, where that is not too much.
@@ -112,7 +115,19 @@ std::optional<VoidFill> LayerField::fill_around(std::span<const Vec2> posts, int
   return {};
 }
 
-void LayerField::filled(std::span<const Geographic> places, std::span<double> heights) const {
+void LayerField::inside(std::span<const Geographic> places, std::span<double> heights,
+                        std::span<Vec2> posts) const {
+  source_.to_post(places, posts);
+  for (std::size_t i = 0; i < posts.size(); ++i) {
+    const Vec2 p{on_post(posts[i].x), on_post(posts[i].y)};
+    const bool within = p.y >= 0 && p.y <= double(info_.rows - 1) &&
+                        (info_.wraps_longitude || (p.x >= 0 && p.x <= double(info_.cols - 1)));
+    heights[i] = within ? at_post(p) : kNothing;
+  }
+}
+
+void LayerField::filled(std::span<const Geographic> places, std::span<double> heights,
+                        std::span<double> shares) const {
   constexpr int kReach = VoidFill::kReach;
   std::vector<Vec2> posts(places.size()), missing;
   std::vector<std::size_t> where;
@@ -121,6 +136,7 @@ void LayerField::filled(std::span<const Geographic> places, std::span<double> he
     const Vec2 p = posts[i];
     const auto cell = cell_at(p);
     heights[i] = cell && cell->whole() ? cell->height() : 0;
+    if (!shares.empty()) shares[i] = cell && cell->whole() ? 1 : 0;
     const bool near = p.x >= -kReach - 1 && p.y >= -kReach - 1 &&
                       p.x <= double(info_.cols + kReach) && p.y <= double(info_.rows + kReach);
     if ((cell && cell->whole()) || !near) continue;  // (NaN is not near: no projection there)
@@ -132,8 +148,9 @@ void LayerField::filled(std::span<const Geographic> places, std::span<double> he
     const auto fill = fill_around(missing, reach);
     std::size_t open = 0;
     for (std::size_t k = 0; k < missing.size(); ++k) {
-      const double h = filled_post(missing[k], fill ? &*fill : nullptr);
+      const auto [h, share] = filled_post(missing[k], fill ? &*fill : nullptr);
       heights[where[k]] = h;
+      if (!shares.empty()) shares[where[k]] = share;
       if (std::isnan(h)) missing[open] = missing[k], where[open++] = where[k];
     }
     missing.resize(open);

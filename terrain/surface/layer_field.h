@@ -32,7 +32,13 @@ class LayerField {
   void at(std::span<const Geographic> places, std::span<double> heights) const;
   /// H with the voids filled (void_fill.h), so that it is continuous and everywhere: bilinear over
   /// four posts, whichever of them are void.
-  void filled(std::span<const Geographic> places, std::span<double> heights) const;
+  /// `shares`, where wanted: how much of a height that is (VoidFill::Post), 1 to 0.
+  void filled(std::span<const Geographic> places, std::span<double> heights,
+              std::span<double> shares = {}) const;
+  /// The layer's own height where it has one inside its outermost posts: among four valid posts,
+  /// or in the triangle of three; NaN else. `posts`: become the places in post coordinates.
+  void inside(std::span<const Geographic> places, std::span<double> heights,
+              std::span<Vec2> posts) const;
 
   const std::optional<Error>& error() const { return error_; }
 
@@ -50,7 +56,7 @@ class LayerField {
     double height() const;
   };
   std::optional<Cell> cell_at(Vec2 post) const;
-  double filled_post(Vec2 post, const VoidFill* around) const;
+  VoidFill::Post filled_post(Vec2 post, const VoidFill* around) const;
   std::optional<VoidFill> fill_around(std::span<const Vec2> posts, int reach) const;
 };
 

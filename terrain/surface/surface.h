@@ -4,19 +4,29 @@
 // there are.
 
 #include <concepts>
+#include <cstddef>
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "terrain/base/result.h"
 #include "terrain/raster/dem_source.h"
+#include "terrain/shapes/shaped_dem.h"
 
 namespace tind {
 
 struct SurfaceLayer {
   std::string name;
   std::shared_ptr<const DemSource> source;
+  /// How far beyond its valid posts, metres, the layer bends what lies below so that no step shows;
+  /// 0: not at all; negative: as Surface::of_layers says.
+  double blend_m = -1;
+  /// Of the tiles at the end of its pyramid; 0: as the options of the tiles say.
+  double max_error_m = 0;
 };
 
 /// A value that is cheap to copy; copies share their layers. Thread-safe.
@@ -25,30 +35,57 @@ class Surface {
   /// Of one DEM.
   template <std::derived_from<DemSource> Source>
   Surface(std::shared_ptr<Source> source)  // NOLINT: a DEM is a surface
-      : Surface(std::vector{SurfaceLayer{{}, std::move(source)}}) {}
+      : Surface(std::shared_ptr<const DemSource>(std::move(source)), 0) {}
   template <std::derived_from<DemSource> Source>
   Surface(std::shared_ptr<const Source> source)  // NOLINT
-      : Surface(std::vector{SurfaceLayer{{}, std::move(source)}}) {}
+      : Surface(std::shared_ptr<const DemSource>(std::move(source)), 0) {}
   /// The same of a DEM that somebody else holds, as long as that does.
   Surface(const DemSource& source)  // NOLINT
-      : Surface(std::shared_ptr<const DemSource>(std::shared_ptr<void>(), &source)) {}
+      : Surface(std::shared_ptr<const DemSource>(std::shared_ptr<void>(), &source), 0) {}
+
+  /// The lowest first. One layer is its DEM. Blends become lengths: where they are negative, two
+  /// spacings of the coarsest layer that lies below; at most VoidFill::kReach posts of the layer's
+  /// own. Fails (unsupported) for a layer without CRS, (invalid_argument) where two are known to be
+  /// above different datums, and names them; a datum that is not known beside one that is: a
+  /// warning of info().
+  static Result<Surface> of_layers(std::vector<SurfaceLayer>);
 
   /// The lowest first.
-  std::span<const SurfaceLayer> layers() const { return *layers_; }
+  std::span<const SurfaceLayer> layers() const { return parts_->layers; }
   /// The DEM of a surface that has only one; else null.
-  const DemSource* only() const { return layers_->size() == 1 ? top().get() : nullptr; }
+  const DemSource* only() const {
+    return parts_->layers.size() == 1 ? parts_->layers[0].source.get() : nullptr;
+  }
 
-  /// What is known of it as a whole: of one DEM, what that says of itself.
-  const DemInfo& info() const { return top()->info(); }
+  /// The lines and the water that go with it, the same for all layers; null: none.
+  const SurfaceShapes* shapes() const { return shapes_of(*layers().front().source); }
+
+  /// What is known of it as a whole: of one DEM, what that says of itself. Of several: files,
+  /// bounds, extents and warnings of all, spacing of the finest, the largest rounding, a
+  /// fingerprint of all; no grid (0 columns and rows).
+  const DemInfo& info() const { return parts_->info ? *parts_->info : only()->info(); }
+  /// Of all layers.
+  std::int64_t post_count() const;
   /// Are all of its posts plain longitudes and latitudes?
-  bool is_plain_geographic() const { return top()->is_plain_geographic(); }
+  bool is_plain_geographic() const;
+
+  /// Could layer k have a say in a rectangle? Of the upper ones that is what they may bend, too.
+  bool reaches(std::size_t k, const GeoRect&) const;
 
  private:
-  explicit Surface(std::vector<SurfaceLayer> layers)
-      : layers_(std::make_shared<const std::vector<SurfaceLayer>>(std::move(layers))) {}
-  const std::shared_ptr<const DemSource>& top() const { return layers_->back().source; }
+  struct Parts {
+    std::vector<SurfaceLayer> layers;
+    std::optional<DemInfo> info;                // of several
+    std::vector<std::vector<GeoRect>> reaches;  // of several: by layer, extents and what is near
+  };
+  Surface(std::shared_ptr<const DemSource> source, int);
+  explicit Surface(std::shared_ptr<const Parts> parts) : parts_(std::move(parts)) {}
 
-  std::shared_ptr<const std::vector<SurfaceLayer>> layers_;
+  std::shared_ptr<const Parts> parts_;
 };
+
+/// Ground distance of neighbouring posts, metres, as plans take it of a layer among others: rounded
+/// to steps of 19 %, so that a file more does not change it by a hair.
+double rank_spacing_m(const DemInfo&);
 
 }  // namespace tind

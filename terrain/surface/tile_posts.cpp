@@ -81,6 +81,24 @@ PostWindow projected_window(const DemSource& source, const GeoRect& r) {
   return clipped(info, low.x - bend, high.x + bend, low.y - bend, high.y + bend);
 }
 
+/// Decimated posts are the multiples of `step`, counted from the source's corner.
+struct Lattice {
+  std::int64_t col, row;
+  int cols, rows;
+
+  Lattice(const PostWindow& w, int step)
+      : col((w.col + step - 1) / step * step),
+        row((w.row + step - 1) / step * step),
+        cols(int((w.col + w.cols - 1 - col) / step + 1)),
+        rows(int((w.row + w.rows - 1 - row) / step + 1)) {}
+  bool empty() const { return cols <= 0 || rows <= 0; }
+};
+
+Result<HeightGrid> read_lattice(const DemSource& source, const Lattice& l, int step) {
+  return step == 1 ? source.read(l.col, l.row, l.cols, l.rows)
+                   : source.read_decimated(l.col, l.row, l.cols, l.rows, step);
+}
+
 }  // namespace
 
 PostWindow post_window(const DemSource& source, const GeoRect& rect) {
@@ -93,19 +111,114 @@ PostWindow post_window(const DemSource& source, const GeoRect& rect) {
                                       : projected_window(source, rect);
 }
 
-std::vector<LayerWindow> surface_windows(const Surface& surface, const GeoRect& rect) {
-  std::vector<LayerWindow> windows;
-  for (std::size_t k = 0; k < surface.layers().size(); ++k) {
-    const PostWindow posts = post_window(*surface.layers()[k].source, rect);
-    if (!posts.empty()) windows.push_back({k, posts});
+namespace {
+
+/// Do the layer's posts leave no place in the rectangle to layers below? Says no where that is not
+/// easily seen: a tile of many posts, the end of the layer, a void near by.
+Result<bool> fills(const DemSource& source, const PostWindow& w, const GeoRect& r) {
+  constexpr std::int64_t kMost = 1 << 18;  // posts
+  constexpr int kSide = 9;
+  if (w.empty() || w.cols * w.rows > kMost) return false;
+  const DemInfo& info = source.info();
+  std::vector<Geographic> outline;
+  for (int i = 0; i < kSide; ++i) {
+    const double lon = r.west + r.width() * i / (kSide - 1),
+                 lat = r.south + r.height() * i / (kSide - 1);
+    for (const Geographic p : {Geographic{lon, r.south}, Geographic{lon, r.north},
+                               Geographic{r.west, lat}, Geographic{r.east, lat}})
+      outline.push_back(p);
   }
+  std::vector<Vec2> posts(outline.size());
+  source.to_post(outline, posts);
+  for (const Vec2& p : posts) {
+    const bool in_cols =
+        info.wraps_longitude ? std::isfinite(p.x) : p.x >= 1 && p.x <= double(info.cols - 2);
+    if (!in_cols || !(p.y >= 1 && p.y <= double(info.rows - 2))) return false;
+  }
+  const auto heights = source.read(w.col, w.row, int(w.cols), int(w.rows));
+  if (!heights) return std::unexpected(heights.error());
+  return std::ranges::none_of(heights->values(), [](float z) { return std::isnan(z); });
+}
+
+}  // namespace
+
+Result<std::vector<LayerWindow>> surface_windows(const Surface& surface, const GeoRect& rect) {
+  std::vector<LayerWindow> windows;
+  std::size_t touching = 0;
+  for (std::size_t k = surface.layers().size(); k-- > 0;) {
+    if (!surface.reaches(k, rect)) continue;
+    const DemSource& source = *surface.layers()[k].source;
+    const PostWindow posts = post_window(source, rect);
+    if (!posts.empty()) windows.push_back({k, posts});
+    if (++touching > 1 || surface.only()) continue;
+    const auto whole = fills(source, posts, rect);
+    if (!whole) return std::unexpected(whole.error());
+    if (*whole) return windows;  // what is below has no say
+  }
+  for (LayerWindow& w : windows) w.alone = touching == 1;
+  std::ranges::reverse(windows);
   return windows;
 }
 
-Result<TilePosts> TilePosts::read(const Surface& surface, std::span<const LayerWindow> windows,
+void TilePosts::count(double u, double v, double z) {
+  if (std::isnan(z) || u < -kHair || v < -kHair || u > kTileExtent + kHair ||
+      v > kTileExtent + kHair)
+    return;
+  ++inside_;
+  min_m_ = std::min<double>(min_m_, z);
+  max_m_ = std::max<double>(max_m_, z);
+}
+
+/// Where posts beside other layers' lie, at the heights that H has there.
+Result<void> TilePosts::gather(const HeightField& field, const LayerWindow& window, TileId tile,
+                               std::vector<Vec3>& points) {
+  const auto& [layer, w, step, alone] = window;
+  const DemSource& source = *field.surface().layers()[layer].source;
+  const GeoRect rect = tiling::rect(tile);
+  const Lattice posts(w, step);
+  if (posts.empty()) return {};
+  const auto heights = read_lattice(source, posts, step);
+  if (!heights) return std::unexpected(heights.error());
+  const double per_lon = kTileExtent / rect.width(), per_lat = kTileExtent / rect.height();
+  const auto all = post_positions(source, posts.col, posts.row, posts.cols, posts.rows, step);
+  std::vector<Geographic> places;
+  std::vector<double> z;
+  const std::size_t first = points.size();
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    if (std::isnan(heights->values()[k])) continue;
+    double lon = all[k].lon;  // of a source whose longitudes run otherwise, and on the antimeridian
+    lon -= 360 * std::round((lon - (rect.west + rect.east) / 2) / 360);
+    const double u = (lon - rect.west) * per_lon, v = (all[k].lat - rect.south) * per_lat;
+    if (!(u >= -kHair && v >= -kHair && u <= kTileExtent + kHair && v <= kTileExtent + kHair))
+      continue;
+    places.push_back(all[k]);
+    z.push_back(heights->values()[k]);
+    points.push_back({u, v, 0});
+  }
+  field.raise(layer, places, z);
+  if (const auto error = field.error()) return std::unexpected(*error);
+  std::size_t kept = first;
+  for (std::size_t k = 0; k < z.size(); ++k)
+    if (!std::isnan(z[k])) points[kept++] = {points[first + k].x, points[first + k].y, z[k]};
+  points.resize(kept);
+  return {};
+}
+
+Result<TilePosts> TilePosts::read(const HeightField& field, std::span<const LayerWindow> windows,
                                   TileId tile, double offset) {
-  const LayerWindow none, &w = windows.empty() ? none : windows.front();
-  return read(*surface.layers()[w.layer].source, w.posts, tile, w.step, offset);
+  const auto layers = field.surface().layers();
+  if (windows.empty()) return read(*layers[0].source, {}, tile, 1, offset);
+  if (const LayerWindow& w = windows.front(); windows.size() == 1 && w.alone)
+    return read(*layers[w.layer].source, w.posts, tile, w.step, offset);
+  std::vector<Vec3> points;
+  for (const LayerWindow& w : windows)
+    if (auto done = gather(field, w, tile, points); !done) return std::unexpected(done.error());
+  TilePosts posts;
+  posts.min_m_ = HUGE_VAL, posts.max_m_ = -HUGE_VAL;
+  for (const Vec3& p : points) posts.count(p.x, p.y, p.z);
+  posts.scattered_ = ScatteredSamples(points, kTileExtent);
+  posts.scattered_.offset = offset;
+  return posts;
 }
 
 Result<TilePosts> TilePosts::read(const DemSource& source, const PostWindow& w, TileId tile,
@@ -116,26 +229,15 @@ Result<TilePosts> TilePosts::read(const DemSource& source, const PostWindow& w, 
                  source.info().post_to_crs.y_row < 0;
   if (w.empty()) return posts;
   const GeoRect rect = tiling::rect(tile);
-  // Decimated posts are the multiples of `step`, counted from the source's corner.
-  const std::int64_t col = (w.col + step - 1) / step * step, row = (w.row + step - 1) / step * step;
-  const int cols = int((w.col + w.cols - 1 - col) / step + 1);
-  const int rows = int((w.row + w.rows - 1 - row) / step + 1);
-  if (cols <= 0 || rows <= 0) return posts;
-  auto heights = step == 1 ? source.read(col, row, cols, rows)
-                           : source.read_decimated(col, row, cols, rows, step);
+  const Lattice lattice(w, step);
+  if (lattice.empty()) return posts;
+  const auto& [col, row, cols, rows] = lattice;
+  auto heights = read_lattice(source, lattice, step);
   if (!heights) return std::unexpected(heights.error());
   posts.heights_ = std::move(*heights);
 
   const double per_lon = kTileExtent / rect.width(), per_lat = kTileExtent / rect.height();
   posts.min_m_ = HUGE_VAL, posts.max_m_ = -HUGE_VAL;
-  auto count = [&](double u, double v, float z) {
-    if (std::isnan(z) || u < -kHair || v < -kHair || u > kTileExtent + kHair ||
-        v > kTileExtent + kHair)
-      return;
-    ++posts.inside_;
-    posts.min_m_ = std::min<double>(posts.min_m_, z);
-    posts.max_m_ = std::max<double>(posts.max_m_, z);
-  };
   if (posts.plain_) {
     const Affine& a = source.info().post_to_crs;
     GridSamples& g = posts.grid_;
@@ -147,7 +249,7 @@ Result<TilePosts> TilePosts::read(const DemSource& source, const PostWindow& w, 
     g.z = posts.heights_.values().data();
     for (int j = 0; j < rows; ++j)
       for (int i = 0; i < cols; ++i)
-        count(g.x0 + i * g.dx, g.y0 - j * g.dy, posts.heights_.at(i, j));
+        posts.count(g.x0 + i * g.dx, g.y0 - j * g.dy, posts.heights_.at(i, j));
     return posts;
   }
   const std::vector<Geographic> places = post_positions(source, col, row, cols, rows, step);
@@ -161,12 +263,39 @@ Result<TilePosts> TilePosts::read(const DemSource& source, const PostWindow& w, 
     if (std::isnan(z) ||
         !(u >= -kHair && v >= -kHair && u <= kTileExtent + kHair && v <= kTileExtent + kHair))
       continue;
-    count(u, v, z);
+    posts.count(u, v, z);
     points.push_back({u, v, z});
   }
   posts.scattered_ = ScatteredSamples(points, kTileExtent);
   posts.scattered_.offset = offset;
   posts.heights_ = {};
+  return posts;
+}
+
+TilePosts TilePosts::adapted(const std::function<double(double, double, double)>& f) const {
+  TilePosts posts;
+  posts.plain_ = plain_;
+  posts.min_m_ = min_m_, posts.max_m_ = max_m_, posts.inside_ = inside_;
+  if (plain_) {
+    posts.heights_ = heights_;
+    posts.grid_ = grid_;
+    float* z = posts.heights_.values().data();
+    posts.grid_.z = z;
+    for (std::size_t i = 0; i < grid_.size(); ++i) {
+      if (std::isnan(z[i])) continue;
+      const Vec3 p = grid_.sample(i);
+      z[i] = float(f(p.x, p.y, p.z) - grid_.offset);
+    }
+    return posts;
+  }
+  std::vector<Vec3> points;
+  for (std::size_t i = 0; i < scattered_.size(); ++i) {
+    Vec3 p = scattered_.sample(i);
+    p.z = f(p.x, p.y, p.z) - scattered_.offset;
+    points.push_back(p);
+  }
+  posts.scattered_ = ScatteredSamples(points, kTileExtent);
+  posts.scattered_.offset = scattered_.offset;
   return posts;
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "terrain/raster/dem_source.h"
 #include "terrain/raster/height_grid.h"
 #include "terrain/simplify/insertion/samples.h"
+#include "terrain/surface/height_field.h"
 #include "terrain/surface/surface.h"
 
 namespace tind {
@@ -28,9 +30,12 @@ struct LayerWindow {
   std::size_t layer = 0;
   PostWindow posts;
   int step = 1;
+  bool alone = true;  // no other layer has a say in the rectangle: heights are the layer's own
 };
-/// Of every layer that has any, the lowest first.
-std::vector<LayerWindow> surface_windows(const Surface&, const GeoRect&);
+/// Of every layer that has any, the lowest first. A layer whose posts leave no place in the
+/// rectangle to those below stands alone, where that takes no more than a tile's share of posts to
+/// see; a layer of a surface of one always does.
+Result<std::vector<LayerWindow>> surface_windows(const Surface&, const GeoRect&);
 
 /// THE place where posts become what a tile is fitted to and measured at: samples of its mesh, with
 /// the heights that H has there. Owns the heights.
@@ -40,7 +45,7 @@ class TilePosts {
   TilePosts& operator=(TilePosts&&) = default;
 
   /// `offset`: added to the samples' heights, not to min_m() and max_m().
-  static Result<TilePosts> read(const Surface&, std::span<const LayerWindow>, TileId,
+  static Result<TilePosts> read(const HeightField&, std::span<const LayerWindow>, TileId,
                                 double offset = 0);
   /// The posts of one DEM, with the heights that it has itself.
   static Result<TilePosts> read(const DemSource&, const PostWindow&, TileId, int step,
@@ -51,12 +56,19 @@ class TilePosts {
   auto visit(F&& f) const {
     return plain_ ? f(grid_) : f(scattered_);
   }
+  /// The same posts with other heights: z = f(u, v, z), z with the offset in it.
+  TilePosts adapted(const std::function<double(double u, double v, double z)>& f) const;
+
   double min_m() const { return min_m_; }
   double max_m() const { return max_m_; }
   std::uint64_t inside() const { return inside_; }  // valid posts in the closed rectangle
 
  private:
   TilePosts() = default;
+  void count(double u, double v, double z);
+  /// Adds a window's posts in tile coordinates, as samples.
+  static Result<void> gather(const HeightField&, const LayerWindow&, TileId,
+                             std::vector<Vec3>& points);
 
   bool plain_ = false;
   HeightGrid heights_;

@@ -70,9 +70,9 @@ bool VoidFill::covers(std::int64_t col, std::int64_t row) const {
          row < row_ + around_.rows() - reach_;
 }
 
-double VoidFill::at(std::int64_t col, std::int64_t row) const {
+VoidFill::Post VoidFill::post(std::int64_t col, std::int64_t row) const {
   const double beyond = reach_ < kReach ? std::numeric_limits<double>::quiet_NaN() : 0;
-  if (all_void_) return beyond;
+  if (all_void_) return {beyond, beyond};
   const int c = int(col - col_), r = int(row - row_), width = around_.cols();
   int best = reach_ * reach_ + 1;  // squared distance
   float height = 0;
@@ -85,9 +85,10 @@ double VoidFill::at(std::int64_t col, std::int64_t row) const {
       height = around_.at(left <= right ? c - left : c + right, line);
     }
   }
-  if (best > reach_ * reach_) return beyond;
+  if (best > reach_ * reach_) return {beyond, beyond};
   const double distance = std::sqrt(double(best));
-  return height * std::min(1.0, (kReach - distance) / (kReach - kFlat));
+  const double share = std::min(1.0, (kReach - distance) / (kReach - kFlat));
+  return {height * share, share};
 }
 
 Result<HeightGrid> fill_voids(const DemSource& source, HeightGrid posts, std::int64_t col,

@@ -26,7 +26,14 @@ class VoidFill {
 
   bool covers(std::int64_t col, std::int64_t row) const;
   /// Height of a post that is covered, valid or not. O(distance).
-  double at(std::int64_t col, std::int64_t row) const;
+  double at(std::int64_t col, std::int64_t row) const { return post(col, row).height; }
+
+  /// The same, and which share of the nearest post's height that is: 1 at valid posts and near
+  /// them, 0 beyond the reach.
+  struct Post {
+    double height = 0, share = 0;
+  };
+  Post post(std::int64_t col, std::int64_t row) const;
 
  private:
   HeightGrid around_;

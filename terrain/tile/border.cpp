@@ -27,11 +27,12 @@ struct Crossings {
   std::vector<double> of_bounds;  // where the data ends, and where what fills the rest turns
 };
 
-Crossings crossings(const TileEdge& e, const Surface& surface, const BorderOptions& o) {
-  const DemInfo& info = surface.info();
+/// Of one layer. False: its posts are on no lines of longitude and latitude.
+bool add_crossings(const TileEdge& e, const DemSource& source, const BorderOptions& o,
+                   Crossings& found) {
+  const DemInfo& info = source.info();
   const Affine& grid = info.post_to_crs;
-  Crossings found;
-  if (!surface.is_plain_geographic() || grid.x_row != 0 || grid.y_col != 0) return found;
+  if (!source.is_plain_geographic() || grid.x_row != 0 || grid.y_col != 0) return false;
   const bool northward = e.start.lon == e.end.lon;
   const double first = northward ? e.start.lat : e.start.lon;
   const double width = northward ? e.end.lat - e.start.lat : e.end.lon - e.start.lon;
@@ -49,7 +50,7 @@ Crossings crossings(const TileEdge& e, const Surface& surface, const BorderOptio
     const double k0 = std::ceil((first - origin) / step);
     const auto count = std::int64_t(std::ceil(width / step)) + 1;
     for (std::int64_t i = 0; i < count; ++i) add(found.all, origin + (k0 + double(i)) * step);
-    return found;
+    return true;
   }
   const double last = double((northward ? info.rows : info.cols) - 1);
   for (const double shift : {0.0, 360.0, -360.0}) {
@@ -58,6 +59,30 @@ Crossings crossings(const TileEdge& e, const Surface& surface, const BorderOptio
       for (const double post : {-past, last + past})
         add(found.of_bounds, origin + post * signed_step + shift);
   }
+  return true;
+}
+
+Crossings crossings(const TileEdge& e, const Surface& surface, const BorderOptions& o) {
+  Crossings found;
+  if (const DemSource* dem = surface.only()) {
+    add_crossings(e, *dem, o, found);
+    return found;
+  }
+  const GeoRect edge{e.start.lon, e.start.lat, e.end.lon, e.end.lat};
+  bool known = true;
+  for (std::size_t k = 0; k < surface.layers().size(); ++k) {
+    if (!surface.reaches(k, edge)) continue;
+    Crossings of_layer;
+    known = add_crossings(e, *surface.layers()[k].source, o, of_layer) &&
+            of_layer.of_bounds.empty() && known;
+    found.all.insert(found.all.end(), of_layer.all.begin(), of_layer.all.end());
+    found.of_bounds.insert(found.of_bounds.end(), of_layer.of_bounds.begin(),
+                           of_layer.of_bounds.end());
+  }
+  if (known) return found;
+  // H bends at the lines of some layer only: they are places among others.
+  found.of_bounds.insert(found.of_bounds.end(), found.all.begin(), found.all.end());
+  found.all.clear();
   return found;
 }
 
@@ -77,7 +102,8 @@ struct Profile {
 
 /// Where a level looks at H. Between crossings H is linear: there the ends and the crossings
 /// say all.
-Profile places_of(const TileEdge& e, const Surface& surface, const BorderOptions& o) {
+Profile places_of(const TileEdge& e, const Surface& surface, const BorderOptions& o,
+                  const std::vector<BorderSample>& lines) {
   Profile profile;
   Crossings found = crossings(e, surface, o);
   profile.whole = !found.all.empty();
@@ -85,17 +111,26 @@ Profile places_of(const TileEdge& e, const Surface& surface, const BorderOptions
   const int even = profile.whole ? o.fixed_cells : o.samples;
   for (int i = 0; i <= even; ++i) places.push_back(std::round(double(i) * kTileExtent / even));
   places.insert(places.end(), found.of_bounds.begin(), found.of_bounds.end());
+  for (const BorderSample& line : lines) places.push_back(line.t);
   std::sort(places.begin(), places.end());
   places.erase(std::unique(places.begin(), places.end()), places.end());
   return profile;
 }
 
-void ask_heights(Profile& profile, const TileEdge& e, const HeightField& field) {
+void ask_heights(Profile& profile, const TileEdge& e, const HeightField& field,
+                 const BorderOptions& o, const std::vector<BorderSample>& lines) {
   std::vector<Geographic> points;
   points.reserve(profile.at.size());
   for (const double t : profile.at) points.push_back(along(e, t));
   profile.h.resize(points.size());
   field.filled(points, profile.h);  // so that levels agree in voids, too
+  for (double& h : profile.h) h = std::clamp(h, o.lowest_m, o.highest_m);
+  std::size_t i = 0;
+  for (const BorderSample& line : lines) {
+    if (std::isnan(line.height)) continue;
+    while (profile.at[i] < line.t) ++i;
+    profile.h[i] = line.height;
+  }
 }
 
 /// What the next level knows of the edge, from the two edges that it has there, asked as it asks.
@@ -106,8 +141,9 @@ Profile halves_of(const TileEdge& e, const HeightField& field, const Surface& su
   both.whole = true;
   for (const int half : {0, 1}) {
     const TileEdge part = half == 0 ? TileEdge{e.start, middle} : TileEdge{middle, e.end};
-    Profile p = places_of(part, surface, o);
-    ask_heights(p, part, field);
+    const auto& lines = o.crossings_of_half[half];
+    Profile p = places_of(part, surface, o, lines);
+    ask_heights(p, part, field, o, lines);
     for (std::size_t i = half; i < p.at.size(); ++i) {  // the middle once
       both.at.push_back((p.at[i] + half * kTileExtent) / 2);
       both.h.push_back(p.h[i]);
@@ -121,14 +157,15 @@ struct Sample {
   double t;
   double h;
   bool fixed;
-  int place() const { return int(std::lround(t)); }  // where a vertex can stand
+  int at = -1;                                                      // where a vertex has to stand
+  int place() const { return at >= 0 ? at : int(std::lround(t)); }  // where it can
 };
 
 std::vector<Sample> samples_of(const Profile& own, const Profile* halves, double offset) {
   std::vector<Sample> samples;
   for (const Profile* p : {&own, halves})
     for (std::size_t i = 0; p && i < p->at.size(); ++i)
-      samples.push_back({p->at[i], p->h[i] + offset, false});
+      samples.push_back({p->at[i], p->h[i] + offset, false, -1});
   std::stable_sort(samples.begin(), samples.end(),
                    [](const Sample& a, const Sample& b) { return a.t < b.t; });
   const auto same = std::unique(samples.begin(), samples.end(),
@@ -218,17 +255,27 @@ TileEdge tile_edge(TileId tile, TileSide side) {
 
 Border make_border(const TileEdge& edge, const HeightField& field, const Surface& surface,
                    const BorderOptions& o) {
-  Profile own = places_of(edge, surface, o), halves;
-  ask_heights(own, edge, field);
+  Profile own = places_of(edge, surface, o, o.crossings), halves;
+  ask_heights(own, edge, field, o, o.crossings);
   if (o.halves) halves = halves_of(edge, field, surface, o);
-  const bool more = o.halves && !(own.whole && halves.whole);
+  // The next level may have lines that this one does not.
+  const bool more = o.halves && !(own.whole && halves.whole && o.crossings_of_half[0].empty() &&
+                                  o.crossings_of_half[1].empty());
   std::vector<Sample> samples = samples_of(own, more ? &halves : nullptr, o.offset_m);
   for (int k = 0; k <= o.fixed_cells; ++k) {
     const double t = std::round(double(k) * kTileExtent / o.fixed_cells);
+    if (std::ranges::any_of(o.lines, [&](const auto& line) { return line.t == t; })) continue;
     for (Sample& s : samples) s.fixed |= s.t == t;
   }
   // Snapping moves a vertex by half a step; two snapped ends move the line by as much.
   const double tolerance = std::max(o.tolerance_m - o.height_step, o.height_step / 2);
+  for (const BorderOptions::LineVertex& line : o.lines)
+    for (Sample& s : samples) {
+      if (s.t != line.crossing) continue;
+      s.fixed = true, s.at = line.t;
+      if (!std::isnan(line.height))
+        s.h = std::clamp(line.height + o.offset_m, s.h - tolerance / 2, s.h + tolerance / 2);
+    }
   auto fixed_height = [&](std::size_t i) { return snap_height(samples[i].h, o.height_step); };
   Border border;
   border.line = {{0, fixed_height(0)}};

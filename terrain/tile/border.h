@@ -5,6 +5,7 @@
 // at the same integer positions, with heights on the same power-of-two step, and a client decodes
 // the same bits from both. Simplifying the interior of a tile never changes its border.
 
+#include <cmath>
 #include <vector>
 
 #include "terrain/geo/tiling_scheme.h"
@@ -18,8 +19,19 @@ struct TileEdge {
   Geographic start, end;  // west to east, or south to north: never by which tile asks
 };
 
+/// A vertex of a border: t = 0..32767 along the edge.
+struct BorderVertex {
+  int t = 0;
+  double height = 0;
+};
+
 enum class TileSide { west, south, east, north };
 TileEdge tile_edge(TileId, TileSide);
+
+/// Where a line crosses an edge (tile_lines.h), and the height there: the level of a shore; NaN: H.
+struct BorderSample {
+  double t = 0, height = 0;
+};
 
 struct BorderOptions {
   double tolerance_m = 1;  // of the line against H + offset, at H's own samples
@@ -28,13 +40,17 @@ struct BorderOptions {
   int place_step = 1;      // t is a multiple of this, except ends, fixed vertices, narrow gaps
   int fixed_cells = 1;     // vertices at every 1 / fixed_cells of the edge stay (earth curvature)
   int samples = 64;        // of H, where the surface's posts do not give them (power of two)
-  bool halves = false;     // there is a next level: its two edges' samples count here, too
-};
-
-/// A vertex of a border: t = 0..32767 along the edge.
-struct BorderVertex {
-  int t = 0;
-  double height = 0;
+  double lowest_m = -HUGE_VAL, highest_m = HUGE_VAL;  // heights beyond these are cut off
+  bool halves = false;  // there is a next level: its two edges' samples count here, too
+  /// Lines that cross the edge, by t; and those of the next level its two halves.
+  std::vector<BorderSample> crossings, crossings_of_half[2];
+  /// A vertex that lines need: that of the crossing at `crossing`. Not at the ends of the edge.
+  struct LineVertex {
+    double crossing = 0;
+    int t = 0;
+    double height = 0;  // a breakline's own, which counts within the tolerance; NaN: as crossings
+  };
+  std::vector<LineVertex> lines;
 };
 
 struct Border {

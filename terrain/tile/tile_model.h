@@ -42,6 +42,9 @@ struct TileModel {
   /// Of the surface, one a vertex, octahedral (normals.h): on a lattice, too, so that all
   /// encodings agree. Empty where a tile has none.
   std::vector<std::array<std::uint8_t, 2>> normals;
+  /// As water_mask() makes it (water_mask.h): 1 or 256 x 256 bytes. Empty where the dataset has no
+  /// water.
+  std::vector<std::uint8_t> water_mask;
   CullingVolumes volumes;
   std::optional<TileCertificate> certificate;  // none: another maker's tile that states no error
 

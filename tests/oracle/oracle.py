@@ -8,6 +8,11 @@ the rectangle without flips, the bounding sphere, and with the neighbours shared
 
     oracle.py DIR DEM            checks tiles that are there (made with --to-datum same)
     oracle.py --build DEM...     makes them first, with the program in $TIND_BINARY
+    oracle.py --layers [--blend M] DIR LOWEST ... HIGHEST
+                                 tiles of layers, each FILE[,FILE...] of one grid; with --build too
+
+Of layers a post counts where no higher layer has four valid posts around it. Where one has some, or a
+valid post within the blend, its height is not the oracle's to say: such posts are left out.
 
 With --geoid tind adds the undulation of EGM96, and so does the oracle, from PROJ's own grid. Further
 options go behind --options, e.g. --options --max-error 5. Exit code 0: no disagreement.
@@ -112,6 +117,98 @@ class Source:
             inside = (lat >= south) & (lat <= south + side)
         u, v = (lon - west) / side * END, (lat - south) / side * END
         return np.clip(u[inside], 0, END), np.clip(v[inside], 0, END), z[inside]
+
+
+class Cover:
+    """Which places the cells of a raster's valid posts hold, and which are near them."""
+
+    def __init__(self, path, blend):
+        data = gdal.Open(path)
+        band = data.GetRasterBand(1)
+        z = band.ReadAsArray().astype(np.float64)
+        valid = ~np.isnan(z) if band.GetNoDataValue() is None else (z != band.GetNoDataValue()) & ~np.isnan(z)
+        self.map = gdal.InvGeoTransform(data.GetGeoTransform())
+        crs = data.GetSpatialRef()
+        crs.SetAxisMappingStrategy(osr.OAMS_TRADITIONAL_GIS_ORDER)
+        globe = osr.SpatialReference()
+        globe.ImportFromEPSG(4326)
+        globe.SetAxisMappingStrategy(osr.OAMS_TRADITIONAL_GIS_ORDER)
+        self.from_globe = None if crs.IsGeographic() else osr.CoordinateTransformation(globe, crs)
+        to_globe = osr.CoordinateTransformation(crs, globe)
+        gt = data.GetGeoTransform()
+        corners = [to_globe.TransformPoint(gt[0] + x * gt[1], gt[3] + y * gt[5])
+                   for x in (0, data.RasterXSize / 2, data.RasterXSize) for y in (0, data.RasterYSize / 2, data.RasterYSize)]
+        metre = 1 / 111320
+        lats = [c[1] for c in corners]
+        thin = max(0.05, float(np.cos(np.radians(max(abs(min(lats)), abs(max(lats)))))))
+        unit = crs.GetLinearUnits() if crs.IsProjected() else 111320 * thin
+        self.reach = int(np.ceil(blend / (unit * min(abs(gt[1]), abs(gt[5]))))) + 2
+        grow = blend * metre + 3 * max(abs(gt[1]), abs(gt[5])) * (1 if crs.IsGeographic() else unit * metre)
+        lons = [c[0] for c in corners]
+        self.box = (min(lons) - grow / thin, max(lons) + grow / thin, min(lats) - grow, max(lats) + grow)
+        self.rows, self.cols = valid.shape
+        self.sums = np.zeros((self.rows + 1, self.cols + 1), np.int64)
+        self.sums[1:, 1:] = valid.cumsum(0).cumsum(1)
+
+    def count(self, c0, c1, r0, r1):
+        c0, c1 = np.clip(c0, 0, self.cols), np.clip(c1, 0, self.cols)
+        r0, r1 = np.clip(r0, 0, self.rows), np.clip(r1, 0, self.rows)
+        return self.sums[r1, c1] - self.sums[r0, c1] - self.sums[r1, c0] + self.sums[r0, c0]
+
+    def __call__(self, lon, lat):
+        """(held, near) for each place."""
+        held, near = np.zeros(len(lon), bool), np.zeros(len(lon), bool)
+        some = np.flatnonzero((lon >= self.box[0]) & (lon <= self.box[1]) & (lat >= self.box[2]) & (lat <= self.box[3]))
+        if len(some) == 0:
+            return held, near
+        x, y = lon[some], lat[some]
+        if self.from_globe:
+            x, y, _ = np.array(self.from_globe.TransformPoints(np.stack([x, y], axis=1))).T
+        g = self.map
+        col, row = g[0] + x * g[1] + y * g[2] - 0.5, g[3] + x * g[4] + y * g[5] - 0.5
+        for a in (col, row):
+            on = np.abs(a - np.round(a)) < 1e-6
+            a[on] = np.round(a[on])
+        c, r = np.floor(col).astype(np.int64), np.floor(row).astype(np.int64)
+        c1, r1 = np.ceil(col).astype(np.int64), np.ceil(row).astype(np.int64)
+        held[some] = self.count(c, c1 + 1, r, r1 + 1) == (c1 - c + 1) * (r1 - r + 1)
+        near[some] = self.count(c - self.reach, c1 + 1 + self.reach, r - self.reach, r1 + 1 + self.reach) > 0
+        return held, near
+
+
+class Layers:
+    """The posts that decide, of layers given from the lowest to the highest."""
+    plain, tolerance = False, PLACING
+
+    def __init__(self, layers, blend, geoid=None):
+        parts, above = [], []
+        for files in reversed(layers):
+            covers = []
+            for path in files:
+                source = Source(path, geoid)
+                self.tolerance = max(self.tolerance, source.tolerance)
+                if source.plain:
+                    lon, lat = (a.ravel() for a in np.meshgrid(source.lon, source.lat))
+                    keep = ~np.isnan(source.z.ravel())
+                    lon, lat, z = lon[keep], lat[keep], source.z.ravel()[keep]
+                else:
+                    lon, lat, z = source.lon, source.lat, source.z
+                for cover in above:
+                    held, near = cover(lon, lat)
+                    sure = ~held & ~near
+                    lon, lat, z = lon[sure], lat[sure], z[sure]
+                # Of files of one grid the first that has a post says it: the same place again is left out.
+                for cover in covers:
+                    held, near = cover(lon, lat)
+                    lon, lat, z = lon[~held], lat[~held], z[~held]
+                parts.append((lon, lat, z))
+                covers.append(Cover(path, blend))
+            above += covers
+        lon, lat, z = (np.concatenate(a) for a in zip(*parts))
+        order = np.argsort(lon)
+        self.lon, self.lat, self.z = lon[order], lat[order], z[order]
+
+    posts = Source.posts
 
 
 # ---- a tile ----
@@ -283,10 +380,10 @@ def look_at(name):
     return name, faults, [tile.side(k) for k in range(4)], len(heights), kind == "exact", truth, stated
 
 
-def check(folder, dem, geoid):
+def check(folder, dem, source):
     global SOURCE, FOLDER
     begin = time.time()
-    SOURCE, FOLDER = Source(dem, geoid), pathlib.Path(folder)
+    SOURCE, FOLDER = source, pathlib.Path(folder)
     names = sorted(p.relative_to(FOLDER).with_suffix("").as_posix() for p in FOLDER.glob("*/*/*.terrain"))
     with multiprocessing.Pool() as pool:
         looked = pool.map(look_at, names, chunksize=8)
@@ -313,19 +410,32 @@ def main():
     parser.add_argument("--build", action="store_true")
     parser.add_argument("paths", nargs="+")
     parser.add_argument("--options", nargs=argparse.REMAINDER, default=[])
+    parser.add_argument("--layers", action="store_true", help="the DEMs are layers of one pyramid, the lowest first")
+    parser.add_argument("--blend", type=float, default=200, help="metres, of every layer (--layers)")
     parser.add_argument("--geoid", action="store_true", help="the tiles are above the ellipsoid, the DEM above EGM96")
     args = parser.parse_args()
     geoid = Geoid() if args.geoid else None
     datum = ["--from-datum", "egm96", "--to-datum", "ellipsoid"] if geoid else ["--to-datum", "same"]
     results = []
-    if args.build:
+    if args.layers:
+        dems = args.paths if args.build else args.paths[1:]
+        source = Layers([dem.split(",") for dem in dems], args.blend, geoid)
+        if args.build:
+            layers = [part for k, dem in enumerate(dems) for part in ("--layer", f"L{k}={dem}")]
+            with tempfile.TemporaryDirectory() as folder:
+                subprocess.run([os.environ["TIND_BINARY"], "build", *layers, "--blend", str(args.blend), "-o", folder,
+                                *datum, "--progress", "none", *args.options], check=True, stdout=subprocess.DEVNULL)
+                results.append(check(folder, f"{len(dems)} layers", source))
+        else:
+            results.append(check(args.paths[0], f"{len(dems)} layers", source))
+    elif args.build:
         for dem in args.paths:
             with tempfile.TemporaryDirectory() as folder:
                 subprocess.run([os.environ["TIND_BINARY"], "build", dem, "-o", folder, *datum,
                                 "--progress", "none", *args.options], check=True, stdout=subprocess.DEVNULL)
-                results.append(check(folder, dem, geoid))
+                results.append(check(folder, dem, Source(dem, geoid)))
     else:
-        results.append(check(*args.paths, geoid))
+        results.append(check(*args.paths, Source(args.paths[1], geoid)))
     tiles, faults = (sum(r[k] for r in results) for k in (0, 1))
     print(f"{tiles} tiles, {faults} disagreements")
     return 1 if faults else 0

@@ -16,8 +16,10 @@
 #include "server/cli/commands/commands.h"
 #include "server/cli/commands/estimate.h"
 #include "server/cli/options/dem_input.h"
+#include "server/cli/options/line_input.h"
 #include "server/cli/options/memory_limit.h"
 #include "server/cli/options/output_options.h"
+#include "server/cli/options/surface_input.h"
 #include "server/cli/options/tile_options.h"
 #include "server/cli/program/peak_memory.h"
 #include "server/cli/program/progress_bar.h"
@@ -29,8 +31,10 @@ namespace {
 
 struct Arguments {
   DemInput input;
+  SurfaceInput layers;
   BuildOptions options;
   MethodLine method;
+  ShapeFiles shapes;
   std::uint64_t memory = kDefaultMemory;
   std::string progress = "auto";
   bool json = false, dry_run = false;
@@ -140,14 +144,16 @@ void print(const BuildReport& r, const TileSetOptions& tiles, VerticalDatum datu
 int run(Arguments a) {
   DemOptions dem = dem_options(a.input);
   limit_caches(a.memory, a.input.files, dem);
-  auto source = DemSource::open(a.input.files, dem);
+  auto opened = open_surface(a.input, a.layers, dem);
+  if (!opened) return complain(opened.error());
+  const auto source = with_shapes(std::move(*opened), a.shapes);
   if (!source) return complain(source.error());
-  warn_of((*source)->info());
-  const auto threads = threads_within(a.memory, **source, dem, a.options.threads);
+  const auto threads = threads_within(a.memory, *source, dem, a.options.threads);
   if (!threads) return complain(threads.error());
   a.options.threads = *threads;
-  if (a.dry_run) return print_estimate(**source, a.options, a.progress, a.json);
-  warn_of_plan(**source, a.options.tiles);
+  if (a.dry_run) return print_estimate(*source, a.options, a.progress, a.json);
+  if (!a.json) fmt::print("{}", layers_text(*source));
+  warn_of_plan(*source, a.options.tiles);
   std::error_code error;  // before the work
   std::filesystem::create_directories(a.options.output, error);
   if (error) {
@@ -169,14 +175,14 @@ int run(Arguments a) {
     report = build_tiles(*source, a.options, progress);
   }
   if (!report) return complain(report.error());
-  warn_of_nodata(**source);
+  warn_of_nodata(*source);
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (a.json)
     fmt::print("{}\n",
-               json::to_text(to_json(*report, a.options.tiles, (*source)->info(), seconds), 1));
+               json::to_text(to_json(*report, a.options.tiles, source->info(), seconds), 1));
   else
-    print(*report, a.options.tiles, (*source)->info().datum, seconds);
+    print(*report, a.options.tiles, source->info().datum, seconds);
   return kOk;
 }
 
@@ -185,13 +191,15 @@ int run(Arguments a) {
 void add_build(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
   Command c = program.add_subcommand(
-      "build", "make the tile pyramid of a DEM (or of several that share a grid) in a directory");
-  c.add_option("DEM", a->input.files, "raster files").required();
+      "build", "make the tile pyramid of a DEM, or of layers of several, in a directory");
+  c.add_option("DEM", a->input.files, "raster files");
   c.add_option("-o,--output", a->options.output, "directory of the tiles");
   add_tile_options(c, a->options.tiles);
   add_tile_method(c, a->method);
   a->input.to_datum = "ellipsoid";  // as globe tiles are, and as tind serve makes them
   add_dem_options(c, a->input);
+  add_shape_options(c, a->shapes);
+  add_layer_options(c, a->layers);
   c.add_option("--threads", a->options.threads, "threads (default: one per core)").range(1, 1024);
   add_memory_option(c, a->memory);
   c.add_flag("--gzip", a->options.gzip,
@@ -207,6 +215,7 @@ void add_build(Command program, int& exit) {
       "on them. Tiles are quantized-mesh-1.0, EPSG:4326, TMS.");
   c.add_flag("--dry-run", a->dry_run, "only say what it would take, as tind estimate does");
   c.on_run([a, c, &exit] {
+    if (!names_any(a->input, a->layers)) refuse_missing("DEM");
     if (!c.given("--output") && !a->dry_run) refuse_missing("--output");
     const auto method = set_tile_method(c, a->method, a->options.tiles);
     exit = method ? run(*a) : complain(method.error());

@@ -15,7 +15,9 @@
 #include "proto/json_text.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/dem_input.h"
+#include "server/cli/options/line_input.h"
 #include "server/cli/options/output_options.h"
+#include "server/cli/options/surface_input.h"
 #include "server/cli/options/tile_options.h"
 #include "server/cli/program/progress_bar.h"
 
@@ -26,7 +28,9 @@ namespace {
 struct Arguments {
   std::string where;
   DemInput dem;
+  SurfaceInput layers;
   CheckOptions options;
+  ShapeFiles shapes;  // of the source
   std::string progress = "auto";
   bool json = false, list_rules = false;
 };
@@ -100,15 +104,17 @@ int run(Arguments a) {
     print_rules();
     return kOk;
   }
-  std::shared_ptr<const DemSource> source;
-  if (!a.dem.files.empty()) {
-    auto dem = open_dem(a.dem);
+  std::optional<Surface> source;
+  if (names_any(a.dem, a.layers)) {
+    auto dem = open_surface(a.dem, a.layers);
     if (!dem) return complain(dem.error());
-    if ((*dem)->info().crs_kind == CrsKind::none)
+    if (dem->info().crs_kind == CrsKind::none)
       return complain({Errc::unsupported, a.dem.files[0] +
                                               " has no coordinate reference system: tiles cannot "
                                               "be compared with it"});
-    source = *dem;
+    const auto shaped = with_shapes(*dem, a.shapes);
+    if (!shaped) return complain(shaped.error());
+    source.emplace(*shaped);
     a.options.source = source;
   }
   Result<CheckReport> report = fail(Errc::internal, "not checked");
@@ -118,9 +124,9 @@ int run(Arguments a) {
   }
   if (!report) return complain(report.error());
   if (a.json) {
-    std::printf("%s\n", json::to_text(to_json(*report, source != nullptr), 2).c_str());
+    std::printf("%s\n", json::to_text(to_json(*report, source.has_value()), 2).c_str());
   } else {
-    print_levels(*report, source != nullptr);
+    print_levels(*report, source.has_value());
     print_findings(*report);
   }
   return report->ok() ? kOk : kBadData;
@@ -134,10 +140,14 @@ void add_check(Command program, int& exit) {
       program.add_subcommand("check", "Check quantized-mesh tiles, rule by rule; anyone's tiles");
   app.add_option("DIR|URL", a->where,
                  "a directory with layer.json and z/x/y.terrain, or where a server has them");
-  app.add_option("--source", a->dem.files,
-                 "the DEM that the tiles were made of: recompute every error over all posts");
+  app.add_option(
+      "--source", a->dem.files,
+      "the DEM, or the files of all layers, that the tiles were made of: recompute every "
+      "error over all posts");
   a->dem.to_datum = "ellipsoid";  // as tind build has it
   add_dem_options(app, a->dem);
+  add_shape_options(app, a->shapes);
+  add_layer_options(app, a->layers);
   app.add_option("--error-factor", a->options.error_factor,
                  "budget of a level, times what globe clients assume of it")
       .positive()

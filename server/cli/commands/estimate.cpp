@@ -10,6 +10,7 @@
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/dem_input.h"
 #include "server/cli/options/output_options.h"
+#include "server/cli/options/surface_input.h"
 #include "server/cli/options/tile_options.h"
 #include "server/cli/program/peak_memory.h"
 #include "server/cli/program/progress_bar.h"
@@ -21,6 +22,7 @@ namespace {
 
 struct Arguments {
   DemInput input;
+  SurfaceInput layers;
   BuildOptions options;
   MethodLine method;
   std::string progress = "auto";
@@ -83,11 +85,12 @@ void add_estimate(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
   Command c = program.add_subcommand(
       "estimate", "How many tiles a build would make, their bytes, its time and memory");
-  c.add_option("DEM", a->input.files, "raster files").required();
+  c.add_option("DEM", a->input.files, "raster files");
   add_tile_options(c, a->options.tiles);
   add_tile_method(c, a->method);
   a->input.to_datum = "ellipsoid";  // as tind build has it
   add_dem_options(c, a->input);
+  add_layer_options(c, a->layers);
   c.add_option("--threads", a->options.threads, "threads of the build (default: one per core)")
       .range(1, 1024);
   c.add_flag("--gzip", a->options.gzip, "bytes of compressed tiles");
@@ -95,12 +98,13 @@ void add_estimate(Command program, int& exit) {
   c.add_flag("--json", a->json, "print the estimate as JSON");
   c.footer("Some tiles of each level are made to see; nothing is written.");
   c.on_run([a, c, &exit] {
+    if (!names_any(a->input, a->layers)) refuse_missing("DEM");
     if (const auto set = set_tile_method(c, a->method, a->options.tiles); !set) {
       exit = complain(set.error());
       return;
     }
-    const auto source = open_dem(a->input);
-    exit = source ? print_estimate(**source, a->options, a->progress, a->json)
+    const auto source = open_surface(a->input, a->layers);
+    exit = source ? print_estimate(*source, a->options, a->progress, a->json)
                   : complain(source.error());
   });
 }

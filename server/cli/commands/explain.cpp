@@ -14,6 +14,7 @@
 #include "server/cli/options/dem_input.h"
 #include "server/cli/options/output_options.h"
 #include "server/cli/options/output_paths.h"
+#include "server/cli/options/surface_input.h"
 #include "server/cli/pictures/explain_picture.h"
 #include "server/cli/program/progress_bar.h"
 #include "server/log/printable.h"
@@ -28,6 +29,7 @@ namespace {
 struct Arguments {
   std::string where, tile, png;
   DemInput dem;
+  SurfaceInput layers;
   double error_factor = 1;
   std::string progress = "auto";
   bool json = false;
@@ -153,13 +155,8 @@ void print(const TileExplanation& s) {
   if (s.posts) print(*s.posts, s.budget_m);
 }
 
-Result<void> write_picture(const Arguments& a, const TileExplanation& story) {
-  std::optional<Surface> source;
-  if (!a.dem.files.empty()) {
-    auto opened = open_dem(a.dem);
-    if (!opened) return std::unexpected(opened.error());
-    source.emplace(*opened);
-  }
+Result<void> write_picture(const Arguments& a, const TileExplanation& story,
+                           const std::optional<Surface>& source) {
   const auto picture = explain_picture(story, source ? &*source : nullptr);
   if (!picture) return std::unexpected(picture.error());
   return write_whole_file(a.png, encode_png(*picture));
@@ -173,17 +170,23 @@ int run(const Arguments& a) {
                                      "' is no tile of the pyramid: z/x/y, rows from the "
                                      "south, two columns at level 0"});
   if (const int code = check_outputs({a.png}, inputs_of(a.dem)); code != kOk) return code;
+  std::optional<Surface> source;
+  if (names_any(a.dem, a.layers)) {
+    auto opened = open_surface(a.dem, a.layers);
+    if (!opened) return complain(opened.error());
+    source.emplace(*opened);
+  }
+  ExplainOptions options{
+      .files = a.dem.files, .dem = dem_options(a.dem), .error_factor = a.error_factor};
+  if (source && !source->only()) options.layers = source;
   Result<TileExplanation> story = fail(Errc::internal, "not looked at");
   {
     ProgressBar bar("posts", progress_style(a.progress));
-    story = explain_tile(
-        *open_store(a.where), *id,
-        {.files = a.dem.files, .dem = dem_options(a.dem), .error_factor = a.error_factor},
-        bar.progress());
+    story = explain_tile(*open_store(a.where), *id, options, bar.progress());
   }
   if (!story) return complain(story.error());
   if (!a.png.empty())
-    if (const auto done = write_picture(a, *story); !done) return complain(done.error());
+    if (const auto done = write_picture(a, *story, source); !done) return complain(done.error());
   if (a.json)
     fmt::print("{}\n", json::to_text(to_json(*story), 2));
   else
@@ -202,6 +205,7 @@ void add_explain(Command program, int& exit) {
   app.add_option("--source", a->dem.files, "the DEM that the tiles were made of");
   a->dem.to_datum = "ellipsoid";  // as tind build has it
   add_dem_options(app, a->dem);
+  add_layer_options(app, a->layers);
   app.add_option("--png", a->png,
                  "write a picture: relief, the mesh's edges, and with --source its error in colour "
                  "(blue: mesh below, red: above) and the worst post");

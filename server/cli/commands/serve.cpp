@@ -11,14 +11,13 @@
 
 #include <chrono>
 #include <cmath>
-#include <condition_variable>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <iterator>
 #include <map>
-#include <mutex>
 #include <thread>
 
 #include "server/api/app.h"
@@ -26,6 +25,7 @@
 #include "server/cli/program/dem_strips.h"
 #include "server/log/log.h"
 #include "server/log/printable.h"
+#include "server/services/datasets/catalog_keeper.h"
 #include "server/services/datasets/config.h"
 #include "server/services/datasets/open_dataset.h"
 #include "terrain/dataset/dem_dataset.h"
@@ -33,6 +33,7 @@
 #include "terrain/geo/environment.h"
 #include "terrain/pyramid/plan/level_plan.h"
 #include "terrain/raster/nodata.h"
+#include "terrain/surface/open_surface.h"
 
 namespace tind::cli {
 namespace {
@@ -40,7 +41,9 @@ namespace {
 using services::Config;
 
 constexpr std::chrono::milliseconds kToEnd{1000};  // after the last response, or the grace period
-constexpr std::size_t kSpareDescriptors = 128;     // DEM files, logs, libraries, a few connections
+constexpr std::size_t kOpenFiles = 64;             // of DEMs, while nobody reads from them
+constexpr std::size_t kSpareDescriptors = 192;     // DEM files, logs, libraries, a few connections
+constexpr std::size_t kAdminConnections = 16;
 
 struct Options {
   std::string config_file;
@@ -70,9 +73,12 @@ Result<Config> configure(const Options& options) {
 }
 
 /// What would end a daemon by default although nobody wants it to end: a reader of its output that
-/// has gone, and signals that it has no use for. SIGHUP has its handler once the server listens.
+/// has gone, and signals that it has no use for. SIGHUP has its handler once the server listens;
+/// before that it is remembered.
+volatile std::sig_atomic_t hung_up = 0;
 void ignore_signals() {
-  for (const int signal : {SIGPIPE, SIGUSR1, SIGUSR2, SIGHUP}) std::signal(signal, SIG_IGN);
+  for (const int signal : {SIGPIPE, SIGUSR1, SIGUSR2}) std::signal(signal, SIG_IGN);
+  std::signal(SIGHUP, [](int) { hung_up = 1; });
 }
 
 bool has_terminal() {
@@ -101,6 +107,13 @@ void bound_memory() {
   setenv("GDAL_CACHEMAX", "16", 0);      // MB; the operator's own setting wins
 }
 
+/// Folders of tiles keep theirs.
+std::size_t open_descriptors() {
+  std::error_code error;
+  std::filesystem::directory_iterator all("/proc/self/fd", error);
+  return error ? 0 : std::size_t(std::distance(begin(all), end(all)));
+}
+
 /// As many descriptors as the system lets us have; the rest is what connections may use.
 std::size_t connections_within_limits(std::size_t wanted) {
   rlimit limit{};
@@ -108,75 +121,50 @@ std::size_t connections_within_limits(std::size_t wanted) {
   limit.rlim_cur = limit.rlim_max;
   setrlimit(RLIMIT_NOFILE, &limit);
   getrlimit(RLIMIT_NOFILE, &limit);
-  const std::size_t spare = std::min<std::size_t>(kSpareDescriptors, limit.rlim_cur / 2);
+  const std::size_t spare =
+      std::min<std::size_t>(kSpareDescriptors + open_descriptors(), limit.rlim_cur / 2);
   return std::min<std::size_t>(wanted, limit.rlim_cur - spare);
 }
 
 /// What the operator should know of a DEM. Of one that is still being read there is only a sample.
-void log_warnings(const services::ServedDataset& dataset) {
-  const DemSource* const dem = dataset.source ? dataset.source->only() : nullptr;
-  if (!dem) return;
-  for (const std::string& line : dem->info().warnings) spdlog::warn("{}", logging::printable(line));
-  if (dataset.tiles && dataset.tiles->readiness().state == Readiness::State::reading)
-    (void)for_sample_blocks(*dem, [](const HeightGrid&) {});  // a failure is found by who reads all
-  if (const std::string line = undeclared_nodata_text(*dem); !line.empty())
+void log_warnings(const DemSource& dem, bool is_read) {
+  if (!is_read)
+    (void)for_sample_blocks(dem, [](const HeightGrid&) {});  // a failure is found by who reads all
+  if (const std::string line = undeclared_nodata_text(dem); !line.empty())
     spdlog::warn("{}", logging::printable(line));
 }
 
-Result<void> something_to_serve(const Config& config) {
-  if (!config.datasets.empty() || !config.tables.empty()) return {};
-  return fail(Errc::invalid_argument,
-              "nothing to serve: name a DEM or a directory of tiles (see tind serve --help)");
+void log_warnings(const services::ServedDataset& dataset, const TileSetOptions& options) {
+  if (!dataset.source) return;
+  const bool is_read =
+      !dataset.tiles || dataset.tiles->readiness().state != Readiness::State::reading;
+  for (const std::string& line : dataset.source->info().warnings)
+    spdlog::warn("{}", logging::printable(line));
+  for (const SurfaceLayer& layer : dataset.source->layers()) log_warnings(*layer.source, is_read);
+  const auto plan = TilePlan::make(*dataset.source, HeightRange{}, options);
+  const std::string warning = plan ? plan->warning(*dataset.source) : std::string();
+  if (!warning.empty()) spdlog::warn("{}: {}", dataset.name, warning);
 }
 
-std::vector<services::DatasetSpec> specs_of(const Config& config) {
-  std::vector<services::DatasetSpec> specs;
-  for (const std::string& text : config.datasets)
-    specs.push_back(services::parse_dataset_spec(text));
-  specs.insert(specs.end(), config.tables.begin(), config.tables.end());
-  return specs;
+services::CatalogKeeper::Settings keeper_settings(const Options& options, const Config& config) {
+  return {.read = [&options] { return configure(options); },
+          .environment = options.environment,
+          .pool = SourcePool::make({.heights_bytes = std::size_t(config.source_cache_mb) << 20,
+                                    .open_files = kOpenFiles}),
+          .opened = [](const services::ServedDataset& dataset,
+                       const services::DatasetOptions& how) { log_warnings(dataset, how.tiles); }};
 }
 
-Result<services::DatasetOptions> options_of(const Config& config, const services::DatasetSpec& spec,
-                                            std::shared_ptr<const Environment> environment) {
-  auto options = services::dataset_options(config.every, spec.own);
-  if (!options) return options;
-  options->dem.environment = std::move(environment);
-  options->dem.cache_bytes =
-      (std::size_t(config.source_cache_mb) << 20) / (config.datasets.size() + config.tables.size());
-  return options;
-}
-
-Result<services::Catalog> open_datasets(const Config& config,
-                                        const std::shared_ptr<const Environment>& environment) {
-  if (auto any = something_to_serve(config); !any) return std::unexpected(any.error());
-  services::Catalog catalog;
-  std::vector<Error> bad;
-  const auto specs = specs_of(config);
-  for (const services::DatasetSpec& spec : specs) {
-    const auto options = options_of(config, spec, environment);
-    if (!options) return std::unexpected(options.error());
-    auto dataset =
-        open_dataset(spec, *options,
-                     config.index_dir.empty() ? services::default_index_dir() : config.index_dir);
-    if (!dataset) {
-      bad.push_back(dataset.error());
-      continue;
-    }
-    const auto& added = catalog.add(name_of(spec), std::move(*dataset));
-    log_warnings(added);
-    const Surface* const source = added.source.get();
-    const auto plan = source ? TilePlan::make(*source, HeightRange{}, options->tiles)
-                             : fail(Errc::not_found, "tiles as they were built");
-    const std::string warning = plan ? plan->warning(*source) : std::string();
-    if (!warning.empty()) spdlog::warn("{}: {}", added.name, warning);
-  }
-  if (bad.empty()) return catalog;
-  if (bad.size() == 1 && specs.size() == 1) return std::unexpected(bad[0]);
+/// The first load: who starts a daemon sees every reason why it does not start.
+Result<void> load_all(services::CatalogKeeper& keeper) {
+  const auto loaded = keeper.load();
+  if (loaded) return {};
+  const std::vector<Error>& bad = loaded.error();
+  if (bad.size() == 1) return std::unexpected(bad[0]);
   for (const Error& error : bad) complain(error);
-  return fail(bad[0].code, fmt::format("{} of {} datasets cannot be served, for the reasons above; "
-                                       "mend them or leave them out",
-                                       bad.size(), specs.size()));
+  return fail(bad[0].code, fmt::format("{} datasets cannot be served, for the reasons above; mend "
+                                       "them or leave them out",
+                                       bad.size()));
 }
 
 Result<http::StaticFiles> load_viewer(const Config& config, const Environment& environment) {
@@ -188,7 +176,7 @@ Result<http::StaticFiles> load_viewer(const Config& config, const Environment& e
   return http::StaticFiles();
 }
 
-http::ServerOptions server_options(const Config& config) {
+http::ServerOptions server_options(const Config& config, bool had_terminal) {
   const auto listen = services::parse_listen(config.listen);
   const auto milliseconds = [](double seconds) {
     return std::chrono::milliseconds(std::llround(seconds * 1000));
@@ -203,34 +191,42 @@ http::ServerOptions server_options(const Config& config) {
                                    : std::max<std::size_t>(1, options.limits.connections / 4);
   options.buffer_bytes = std::size_t(config.buffer_mb) << 20;
   options.access_log = config.access_log;
-  options.hangup_stops = [had_terminal = has_terminal()] {
-    return had_terminal && !has_terminal();
-  };
+  options.hangup_stops = [had_terminal] { return had_terminal && !has_terminal(); };
   options.drain_delay = milliseconds(config.drain_delay);
   options.grace = milliseconds(config.grace);
   return options;
 }
 
-/// Updates of folders that are served, once a second.
-void follow(services::Catalog& catalog, const std::stop_token& stop) {
-  std::mutex mutex;
-  std::condition_variable_any wait;
-  std::unique_lock lock(mutex);
-  while (!wait.wait_for(lock, stop, std::chrono::seconds(1), [&] { return stop.stop_requested(); }))
-    for (const std::string& name : catalog.follow())
-      spdlog::info("{}: its folder has got other tiles, which are served from now on", name);
+/// The operator's own listener; nothing where there is to be none.
+Result<std::unique_ptr<http::Server>> listen_for_admin(const Config& config,
+                                                       const http::Router& router) {
+  if (config.admin_listen.empty()) return nullptr;
+  const auto where = services::parse_admin_listen(config.admin_listen);
+  http::ServerOptions options;
+  options.address = where->address;
+  options.port = where->port;
+  options.socket = where->socket;
+  options.threads = 1;
+  options.limits.connections = options.limits.per_address = kAdminConnections;
+  options.access_log = config.access_log;
+  options.handle_signals = false;
+  options.grace = std::chrono::milliseconds(200);  // less than kToEnd
+  auto server = http::Server::listen(router, options);
+  if (!server) return fail("admin-listen", server.error());
+  return server;
 }
 
-int serve(const Config& config, const std::shared_ptr<const Environment>& environment) {
+int serve(const Config& config, const Options& options) {
   bound_memory();
-  ignore_signals();
+  const bool had_terminal = has_terminal();
   const logging::Log log(config.log_level);
   if (::geteuid() == 0)
     spdlog::warn(
         "running as root: DEM files are decoded in this process; a user of its own is safer");
-  auto catalog = open_datasets(config, environment);
-  if (!catalog) return complain(catalog.error());
-  auto viewer = load_viewer(config, *environment);
+  services::Catalog catalog;
+  services::CatalogKeeper keeper(catalog, keeper_settings(options, config));
+  if (auto loaded = load_all(keeper); !loaded) return complain(loaded.error());
+  auto viewer = load_viewer(config, *options.environment);
   if (!viewer) return complain(viewer.error());
 
   services::TileCache cache(std::size_t(config.cache_mb) << 20);
@@ -240,48 +236,89 @@ int serve(const Config& config, const std::shared_ptr<const Environment>& enviro
   services::TileTransitions transitions(tiles, cache, pool);
   services::TileEncodings encodings(tiles, cache, pool);
   services::RefineService refine;
-  api::App app{*catalog, tiles, cache, pool, *viewer, *environment};
+  api::App app{catalog, tiles, cache, pool, *viewer, *options.environment};
   app.refine = &refine;
   app.streams = &streams;
   app.transitions = &transitions;
   app.encodings = &encodings;
+  app.keeper = &keeper;
   const http::Router router = api::make_router(app);
-  auto server = http::Server::listen(router, server_options(config));
+  const http::Router admin_router =
+      api::make_admin_router(app, !config.admin_listen.starts_with("unix:"));
+  auto listening = server_options(config, had_terminal);
+  listening.on_hangup = [&keeper] { keeper.reload(); };
+  auto server = http::Server::listen(router, listening);
   if (!server) return complain(server.error());
   app.server = server->get();
+  auto admin = listen_for_admin(config, admin_router);
+  if (!admin) return complain(admin.error());
 
-  std::printf("tind: serving %zu datasets at %s\n", catalog->all().size(),
-              (*server)->url().c_str());
+  std::printf("tind: serving %zu datasets at %s\n", catalog.all().size(), (*server)->url().c_str());
   std::fflush(stdout);
-  const std::jthread follower([&](const std::stop_token& stop) { follow(*catalog, stop); });
+  if (*admin) spdlog::info("admin at {}", (*admin)->url());
+  if (hung_up && listening.hangup_stops())
+    (*server)->stop();
+  else if (hung_up)
+    keeper.reload();
+  std::jthread follower([&](const std::stop_token& stop) { keeper.run(stop); });
+  std::jthread admin_loop([&] {
+    if (*admin) (*admin)->run();
+  });
   const int code = (*server)->run() ? kOk : kTryAgain;
   end_within(kToEnd, code);
+  follower.request_stop();
+  if (*admin) (*admin)->stop();
+  follower.join();
+  admin_loop.join();
   pool.stop();  // before the server goes: what waits here answers through it
   spdlog::info("stopped");
   return code;
 }
 
+/// How many DEMs of one dataset are not read at the start, and not here: 0 or 1.
+Result<std::size_t> check_dataset(services::DatasetSpec spec, const Config& config,
+                                  const std::shared_ptr<const Environment>& environment) {
+  auto files = services::files_of(spec);
+  if (!files) return std::unexpected(files.error());
+  spec.files = std::move(*files);
+  auto options = services::dataset_options(config.every, spec.own);
+  if (!options) return std::unexpected(options.error());
+  options->dem.environment = environment;
+  if (services::is_stored(spec)) {
+    if (auto dataset = stored_dataset(spec.files[0]); !dataset)
+      return std::unexpected(dataset.error());
+    return 0;
+  }
+  const auto opened = services::open_source(spec, options->dem);
+  if (!opened) return std::unexpected(opened.error());
+  const auto source = shaped_surface(*opened, options->shapes);
+  if (!source) return std::unexpected(source.error());
+  if (source->post_count() > kMostReadAtOnce) return 1;
+  if (auto dataset = dem_dataset(*source, options->tiles); !dataset)
+    return std::unexpected(dataset.error());
+  return 0;
+}
+
 /// What would end the start: all that is read before the daemon is ready, and of a DEM that it
-/// reads later that it opens. The sum is of those.
+/// reads later that it opens. The sum is of those. What a start would leave alone is a warning.
 Result<std::size_t> check(const Config& config,
                           const std::shared_ptr<const Environment>& environment) {
-  if (auto any = something_to_serve(config); !any) return std::unexpected(any.error());
+  if (auto any = services::something_to_serve(config); !any) return std::unexpected(any.error());
   std::size_t not_read = 0;
-  for (services::DatasetSpec spec : specs_of(config)) {
-    auto files = services::files_of(spec);
-    if (!files) return std::unexpected(files.error());
-    spec.files = std::move(*files);
-    const auto options = options_of(config, spec, environment);
-    if (!options) return std::unexpected(options.error());
-    if (services::is_stored(spec)) {
-      if (auto dataset = stored_dataset(spec.files[0]); !dataset)
-        return std::unexpected(dataset.error());
-    } else if (auto dem = services::open_dem(spec, options->dem); !dem) {
-      return std::unexpected(dem.error());
-    } else if ((*dem)->info().cols * (*dem)->info().rows > kMostReadAtOnce) {
-      ++not_read;
-    } else if (auto dataset = dem_dataset(*dem, options->tiles); !dataset) {
-      return std::unexpected(dataset.error());
+  for (const services::DatasetSpec& spec : services::specs_of(config)) {
+    const auto checked = check_dataset(spec, config, environment);
+    if (!checked) return checked;
+    not_read += *checked;
+  }
+  if (!config.catalog.empty()) {
+    const auto entries = services::CatalogFolder(config.catalog).look();
+    if (!entries) return std::unexpected(entries.error());
+    for (const services::FolderEntry& entry : *entries) {
+      const auto checked = entry.wrong.empty()
+                               ? check_dataset(entry.spec, config, environment)
+                               : Result<std::size_t>(fail(Errc::bad_data, entry.wrong));
+      if (!checked) warn("left alone: " + checked.error().what);
+      not_read += checked.value_or(0);
     }
   }
   if (!config.viewer.empty() && !std::filesystem::is_directory(config.viewer))
@@ -290,6 +327,7 @@ Result<std::size_t> check(const Config& config,
 }
 
 int run(const Options& options) {
+  if (!options.check_config && !options.print_config) ignore_signals();
   const auto config = configure(options);
   if (!config) return complain(config.error());
   Result<std::size_t> not_read =
@@ -301,7 +339,7 @@ int run(const Options& options) {
   if (options.print_config) std::fputs(services::print_config(*config).c_str(), stdout);
   if (options.check_config && !options.print_config) std::puts("tind: the configuration is valid");
   if (options.print_config || options.check_config) return kOk;
-  return serve(*config, options.environment);
+  return serve(*config, options);
 }
 
 }  // namespace
@@ -315,14 +353,17 @@ void add_serve(Command program, int& exit) {
                      "DEM or directory; NAME=FILE[,FILE...] names it and joins several files");
   command.add_option("--config", options->config_file, "TOML file with the settings below");
   for (const services::Setting& setting : services::settings()) {
+    const std::string initial = setting.show(Config{});
+    const std::string help =
+        setting.is_switch || initial == "\"\"" ? setting.help : setting.help + " [" + initial + "]";
     const auto store = [options, name = setting.name](const std::string& value) {
       options->flags[name] = value;
     };
     if (setting.is_switch) {
       command.add_action(
-          "--" + setting.name, [store] { store("true"); }, setting.help);
+          "--" + setting.name, [store] { store("true"); }, help);
     } else {
-      command.add_function("--" + setting.name, store, setting.help);
+      command.add_function("--" + setting.name, store, help);
     }
   }
   command.add_flag(

@@ -8,7 +8,9 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "terrain/shapes/surface_shapes.h"
 #include "terrain/simplify/constraints/constraint_heights.h"
+#include "terrain/surface/open_surface.h"
 
 namespace tind::cli {
 
@@ -86,6 +88,44 @@ void add_line_options(Command app, LineInput& lines) {
          "DEM's (dem)")
       .one_of({"line", "dem"})
       .shown();
+}
+
+void add_shape_options(Command app, ShapeFiles& files) {
+  app.add_option("--breaklines", files.breaklines,
+                 "keep the lines of this vector file as edges of tiles, thinned with the level");
+  app.add_option("--flatten", files.flatten,
+                 "make the polygons of this vector file level, in every level of tiles (lakes, "
+                 "runways)");
+  app.add_option("--boundary", files.boundary,
+                 "posts outside the polygons of this vector file do not count, and tiles wholly "
+                 "outside are not made");
+  app.add_option(
+      "--water", files.water,
+      "tiles carry a water mask of the polygons of this vector file, or of this raster's "
+      "posts that are valid and not 0; does not flatten: name a file for both");
+  app.add_function(
+      "--line-heights",
+      [&files](const std::string& text) {
+        if (auto set = set_shape_option(files, "line_heights", text); !set)
+          refuse_value("--line-heights", "takes line or dem");
+      },
+      "of breaklines and flattened polygons: their own (line, the default) where they have any, "
+      "or the DEM's (dem)");
+}
+
+Result<Surface> with_shapes(Surface surface, const ShapeFiles& files) {
+  auto shaped = shaped_surface(std::move(surface), files);
+  if (!shaped) return shaped;
+  const SurfaceShapes* shapes = shaped->shapes();
+  if (!shapes) return shaped;
+  const ShapesReport& r = shapes->report();
+  for (const std::string& warning : r.warnings) fmt::print(stderr, "tind: warning: {}\n", warning);
+  if (r.without_level > 0)
+    fmt::print(stderr,
+               "tind: warning: {} polygons to be level have no height of their own and no post in "
+               "them or at their outline: they are at 0 m\n",
+               r.without_level);
+  return shaped;
 }
 
 Result<std::shared_ptr<const Constraints>> read_lines(const LineInput& input, const DemSource& dem,

@@ -11,7 +11,9 @@
 #include "terrain/base/result.h"
 #include "terrain/raster/dem_source.h"
 #include "terrain/raster/terrain.h"
+#include "terrain/shapes/shape_files.h"
 #include "terrain/simplify/constraints/constraints.h"
+#include "terrain/surface/surface.h"
 
 namespace tind::cli {
 
@@ -22,6 +24,12 @@ struct LineInput {
 };
 
 void add_line_options(Command, LineInput&);
+
+/// The same and --water for tiles: --breaklines, --flatten, --boundary, --water, --line-heights.
+void add_shape_options(Command, ShapeFiles&);
+
+/// A surface with the lines and the water of files, and on stderr what became of them.
+Result<Surface> with_shapes(Surface, const ShapeFiles&);
 
 /// The files' shapes over `posts`, which are all of `dem`. Says on stderr which files have only
 /// zeros for heights, where the DEM is not at sea level.

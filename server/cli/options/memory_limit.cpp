@@ -45,14 +45,19 @@ void limit_caches(std::uint64_t memory, const std::vector<std::string>& files, D
   dem.unpacked_bytes = zipped ? std::clamp(memory / 4, 32 * kMega, 256 * kMega) : 0;
 }
 
-Result<int> threads_within(std::uint64_t memory, const DemSource& source, const DemOptions& dem,
+Result<int> threads_within(std::uint64_t memory, const Surface& surface, const DemOptions& dem,
                            int threads) {
-  const std::uint64_t each = source.is_plain_geographic() ? kPerThread : kPerThreadProjected;
-  const std::uint64_t fixed = kProgram + gdal_bytes(memory) + dem.cache_bytes + dem.unpacked_bytes;
+  const std::uint64_t each =
+      surface.only() && surface.is_plain_geographic() ? kPerThread : kPerThreadProjected;
+  const std::uint64_t layers = surface.layers().size();
+  const std::uint64_t fixed =
+      kProgram + gdal_bytes(memory) + layers * (dem.cache_bytes + dem.unpacked_bytes);
   if (memory < fixed + each) {
     std::uint64_t needed = memory;  // caches grow with it
-    while (needed < kProgram + gdal_bytes(needed) + std::max(8 * kMega, needed / 16) +
-                        (dem.unpacked_bytes ? std::max(32 * kMega, needed / 4) : 0) + each)
+    while (needed < kProgram + gdal_bytes(needed) +
+                        layers * (std::max(8 * kMega, needed / 16) +
+                                  (dem.unpacked_bytes ? std::max(32 * kMega, needed / 4) : 0)) +
+                        each)
       needed += kMega;
     return fail(Errc::invalid_argument,
                 fmt::format("--memory {}M is not enough for one thread with this source; {}M is",

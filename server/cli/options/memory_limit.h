@@ -9,6 +9,7 @@
 #include "server/cli/program/command_line.h"
 #include "terrain/base/result.h"
 #include "terrain/raster/dem_source.h"
+#include "terrain/surface/surface.h"
 
 namespace tind::cli {
 
@@ -23,6 +24,6 @@ void limit_caches(std::uint64_t memory, const std::vector<std::string>& files, D
 
 /// As many of the threads that are asked for (0: one per core) as there is memory to work in. Fails
 /// where there is not enough for one.
-Result<int> threads_within(std::uint64_t memory, const DemSource&, const DemOptions&, int threads);
+Result<int> threads_within(std::uint64_t memory, const Surface&, const DemOptions&, int threads);
 
 }  // namespace tind::cli

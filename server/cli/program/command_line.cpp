@@ -115,6 +115,11 @@ Option Option::expected(int values) {
   return *this;
 }
 
+Option Option::repeated() {
+  option_->allow_extra_args(false);
+  return *this;
+}
+
 Option Option::needs(Option other) {
   option_->needs(other.option_);
   return *this;

@@ -39,6 +39,7 @@ class Option {
   Option bytes();                    // "400M", "2G": powers of 1024
   Option delimiter(char separator);  // of lists
   Option expected(int values);
+  Option repeated();  // of lists: one value each time it is given
   Option needs(Option other);
   /// `wrong`: what is wrong with a value; empty where nothing is.
   Option check(std::function<std::string(const std::string&)> wrong);

@@ -15,6 +15,7 @@ constexpr Reason kReasons[] = {
     {206, "Partial Content"},
     {304, "Not Modified"},
     {400, "Bad Request"},
+    {403, "Forbidden"},
     {404, "Not Found"},
     {405, "Method Not Allowed"},
     {408, "Request Timeout"},

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 
 #include "proto/layer_json.h"
 #include "server/services/datasets/dataset_spec.h"
@@ -35,42 +36,64 @@ std::shared_ptr<const ServedDataset> serve_as(std::uint32_t index, std::string n
 
 }  // namespace
 
-const ServedDataset& Catalog::add(std::string name, Dataset dataset) {
+std::string free_name(std::string_view name, const std::function<bool(const std::string&)>& taken) {
   const std::string safe = safe_name(name);
   std::string unique = safe;
-  for (int number = 2; by_name_.contains(unique); ++number) {
+  for (int number = 2; taken(unique); ++number) {
     const std::string suffix = std::string("-").append(std::to_string(number));
     unique = safe.substr(0, kMaxName - suffix.size()) + suffix;
   }
-  by_name_[unique] = datasets_.size();
-  datasets_.push_back(serve_as(next_index_++, unique, std::move(dataset)));
-  return *datasets_.back();
+  return unique;
+}
+
+const ServedDataset& Catalog::add(std::string name, Dataset dataset) {
+  Datasets datasets = all();
+  const auto taken = [this](const std::string& one) { return find(one) != nullptr; };
+  datasets.push_back(make(free_name(name, taken), std::move(dataset)));
+  const ServedDataset& added = *datasets.back();
+  replace(std::move(datasets));
+  return added;
+}
+
+std::shared_ptr<const Catalog::State> Catalog::now() const {
+  const std::lock_guard lock(mutex_);
+  return state_;
 }
 
 std::shared_ptr<const ServedDataset> Catalog::find(std::string_view name) const {
-  const auto found = by_name_.find(name);
-  if (found == by_name_.end()) return nullptr;
-  const std::lock_guard lock(*mutex_);
-  return datasets_[found->second];
+  const auto state = now();
+  const auto found = state->by_name.find(name);
+  return found == state->by_name.end() ? nullptr : state->datasets[found->second];
 }
 
-std::vector<std::shared_ptr<const ServedDataset>> Catalog::all() const {
-  const std::lock_guard lock(*mutex_);
-  return datasets_;
+Catalog::Datasets Catalog::all() const { return now()->datasets; }
+
+std::uint64_t Catalog::revision() const { return now()->revision; }
+
+std::shared_ptr<const ServedDataset> Catalog::make(std::string name, Dataset dataset) {
+  return serve_as(next_index_++, std::move(name), std::move(dataset));
+}
+
+void Catalog::replace(Datasets datasets) {
+  auto made = std::make_shared<State>();
+  for (std::size_t i = 0; i < datasets.size(); ++i) made->by_name[datasets[i]->name] = i;
+  made->datasets = std::move(datasets);
+  std::shared_ptr<const State> old;  // goes after the lock
+  const std::lock_guard lock(mutex_);
+  made->revision = state_->revision + 1;
+  old = std::exchange(state_, std::move(made));
 }
 
 std::vector<std::string> Catalog::follow() {
   std::vector<std::string> others;
-  const auto now = all();
-  for (std::size_t i = 0; i < now.size(); ++i) {
-    const ServedDataset& old = *now[i];
-    auto renewed = old.renewed ? old.renewed() : std::nullopt;
+  Datasets datasets = all();
+  for (auto& dataset : datasets) {
+    auto renewed = dataset->renewed ? dataset->renewed() : std::nullopt;
     if (!renewed) continue;
-    auto made = serve_as(next_index_++, old.name, std::move(*renewed));
-    const std::lock_guard lock(*mutex_);
-    datasets_[i] = std::move(made);
-    others.push_back(old.name);
+    dataset = make(dataset->name, std::move(*renewed));
+    others.push_back(dataset->name);
   }
+  if (!others.empty()) replace(std::move(datasets));
   return others;
 }
 

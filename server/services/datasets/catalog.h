@@ -1,9 +1,11 @@
 #pragma once
-// The datasets that a daemon serves: opened at start, looked up by name. One whose store gets other
-// tiles is opened anew, and is another dataset of the same name: nothing that was made of the old
-// one, cached or on its way, is taken for the new one's.
+// The datasets that a daemon serves, looked up by name. They change all at once: who asks finds the
+// old ones or the new ones. One that is opened anew is another dataset of the same name: nothing
+// that was made of the old one, cached or on its way, is taken for the new one's.
 
+#include <atomic>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -31,23 +33,42 @@ struct ServedDataset : Dataset, std::enable_shared_from_this<ServedDataset> {
 
 class Catalog {
  public:
+  using Datasets = std::vector<std::shared_ptr<const ServedDataset>>;
+
   /// `name` is made safe, and numbered ("alps-2") where it is taken.
   const ServedDataset& add(std::string name, Dataset);
 
-  /// Null when there is none of that name. Thread-safe, like all().
+  /// Null when there is none of that name. Thread-safe, like all that follows.
   std::shared_ptr<const ServedDataset> find(std::string_view name) const;
   /// In the order they were added.
-  std::vector<std::shared_ptr<const ServedDataset>> all() const;
+  Datasets all() const;
+  /// Another number whenever there are other datasets.
+  std::uint64_t revision() const;
+
+  /// A dataset that is not in the catalog yet, for replace(). REQUIRES: a safe name.
+  std::shared_ptr<const ServedDataset> make(std::string name, Dataset);
+  /// These in place of all there are, whose last users end with them. REQUIRES: no name twice.
+  void replace(Datasets);
 
   /// Takes what Dataset::renewed() gives in place of the old one, and names those. One that cannot
-  /// be opened yet stays as it was, to be looked at the next time. One thread at a time.
+  /// be opened yet stays as it was, to be looked at the next time. One thread at a time, which is
+  /// the one that replaces.
   std::vector<std::string> follow();
 
  private:
-  std::unique_ptr<std::mutex> mutex_ = std::make_unique<std::mutex>();  // of what is here
-  std::vector<std::shared_ptr<const ServedDataset>> datasets_;
-  std::map<std::string, std::size_t, std::less<>> by_name_;
-  std::uint32_t next_index_ = 0;
+  struct State {
+    Datasets datasets;
+    std::map<std::string, std::size_t, std::less<>> by_name;
+    std::uint64_t revision = 0;
+  };
+  std::shared_ptr<const State> now() const;
+
+  mutable std::mutex mutex_;  // of the pointer
+  std::shared_ptr<const State> state_ = std::make_shared<State>();
+  std::atomic<std::uint32_t> next_index_{0};
 };
+
+/// `name` made safe, and numbered ("alps-2") until `taken` says no.
+std::string free_name(std::string_view name, const std::function<bool(const std::string&)>& taken);
 
 }  // namespace tind::services

@@ -60,6 +60,20 @@ Setting toggle(std::string name, std::string help, bool Config::*field) {
           [field](const Config& config) { return std::string(config.*field ? "true" : "false"); }};
 }
 
+Setting admin_listen_setting() {
+  Setting setting = text("admin-listen",
+                         "where to listen for /admin/reload, /metrics and /readyz?verbose: "
+                         "127.0.0.1:PORT or unix:/PATH; nowhere without it",
+                         &Config::admin_listen);
+  setting.set = [](Config& config, std::string_view value) -> Result<void> {
+    if (!value.empty())
+      if (auto parsed = parse_admin_listen(value); !parsed) return std::unexpected(parsed.error());
+    config.admin_listen = value;
+    return {};
+  };
+  return setting;
+}
+
 /// What is said here holds for every dataset whose table says nothing else.
 Setting of_every_dataset(const DatasetSetting& row) {
   return {row.name, row.help, row.is_switch,
@@ -214,7 +228,10 @@ Result<void> read_file(Config& config, const std::string& file) {
 
 std::vector<Setting> make_table() {
   std::vector<Setting> table = {
+      text("catalog", "folder of which each file and folder is a dataset; it is followed",
+           &Config::catalog),
       listen_setting(),
+      admin_listen_setting(),
       number("threads", "threads for network I/O; 0: one per core", &Config::threads, 0, 1024),
       number("build-threads", "threads that make tiles; 0: one per core", &Config::build_threads, 0,
              1024),
@@ -328,6 +345,51 @@ Result<ListenAddress> parse_listen(std::string_view text) {
       inet_pton(AF_INET6, listen.address.c_str(), ignored.data()) != 1)
     return bad();
   return listen;
+}
+
+Result<AdminAddress> parse_admin_listen(std::string_view text) {
+  constexpr std::string_view kUnix = "unix:";
+  constexpr std::size_t kMaxSocketPath = 103;  // what the system takes, less what a new one needs
+  AdminAddress where;
+  if (text.starts_with(kUnix)) {
+    where.socket = text.substr(kUnix.size());
+    if (where.socket.empty() || where.socket.size() > kMaxSocketPath)
+      return fail(Errc::invalid_argument,
+                  fmt::format("must have a path of 1 to {} bytes after unix:", kMaxSocketPath));
+    return where;
+  }
+  auto listen = parse_listen(text);
+  if (!listen)
+    return fail(Errc::invalid_argument, "must be 127.0.0.1:PORT, [::1]:PORT or unix:/PATH");
+  if (!listen->address.starts_with("127.") && listen->address != "::1")
+    return fail(Errc::invalid_argument,
+                "must be an address that only this machine reaches (127.0.0.1, [::1]) or "
+                "unix:/PATH: who reaches it may reload the catalog");
+  static_cast<ListenAddress&>(where) = std::move(*listen);
+  return where;
+}
+
+Result<void> something_to_serve(const Config& config) {
+  if (!config.datasets.empty() || !config.tables.empty() || !config.catalog.empty()) return {};
+  return fail(Errc::invalid_argument,
+              "nothing to serve: name a DEM or a directory of tiles (see tind serve --help)");
+}
+
+std::vector<DatasetSpec> specs_of(const Config& config) {
+  std::vector<DatasetSpec> specs;
+  for (const std::string& text : config.datasets) specs.push_back(parse_dataset_spec(text));
+  specs.insert(specs.end(), config.tables.begin(), config.tables.end());
+  return specs;
+}
+
+std::vector<std::string> settings_for_restart(const Config& old, const Config& now) {
+  std::vector<std::string> names;
+  for (const Setting& setting : settings()) {
+    const bool taken_over = dataset_setting(setting.name) != nullptr || setting.name == "catalog" ||
+                            setting.name == "index-dir";
+    if (!taken_over && setting.show(old) != setting.show(now)) names.push_back(setting.name);
+  }
+  return names;
 }
 
 }  // namespace tind::services

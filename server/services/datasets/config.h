@@ -21,9 +21,11 @@ struct Config {
   std::vector<std::string> datasets;  // "alps=a.tif,b.tif", as on the command line
   std::vector<DatasetSpec> tables;    // [[dataset]]
   SettingTexts every;                 // what holds for all datasets, by name in dataset_settings()
+  std::string catalog;                // a folder of datasets; empty: none
   std::string listen = "127.0.0.1:8080";
-  int threads = 0;        // I/O; 0: one per core
-  int build_threads = 0;  // CPU work; 0: one per core
+  std::string admin_listen;  // "127.0.0.1:8081", "unix:/run/tind.sock"; empty: nowhere
+  int threads = 0;           // I/O; 0: one per core
+  int build_threads = 0;     // CPU work; 0: one per core
   int queue = 256;
   int cache_mb = 128;        // finished tiles
   int source_cache_mb = 24;  // heights of all DEMs together
@@ -75,5 +77,20 @@ struct ListenAddress {
   std::uint16_t port = 0;
 };
 Result<ListenAddress> parse_listen(std::string_view);
+
+/// The same of this machine alone, or "unix:/run/tind.sock".
+struct AdminAddress : ListenAddress {
+  std::string socket;  // its path; empty: address and port
+};
+Result<AdminAddress> parse_admin_listen(std::string_view);
+
+/// The error says that the configuration names nothing.
+Result<void> something_to_serve(const Config&);
+
+/// Everything that is to be served, but the catalog's folder.
+std::vector<DatasetSpec> specs_of(const Config&);
+
+/// Names of settings that differ and that a running daemon cannot take over.
+std::vector<std::string> settings_for_restart(const Config& old, const Config& now);
 
 }  // namespace tind::services

@@ -89,6 +89,36 @@ DatasetSetting method() {
           }};
 }
 
+// --- its lines and its water ---------------------------------------------------------------------
+
+/// Of one dataset: another's are elsewhere.
+DatasetSetting shape_files(std::string name, std::string help) {
+  DatasetSetting row{.name = name, .help = std::move(help), .set = {}};
+  row.is_list = row.is_path = true;
+  row.for_all = false;
+  row.set = [name](DatasetOptions& options, std::string_view value) -> Result<void> {
+    while (!value.empty()) {
+      const std::string_view path = value.substr(0, value.find('\n'));
+      if (auto set = set_shape_option(options.shapes, name, path); !set) return set;
+      value.remove_prefix(std::min(path.size() + 1, value.size()));
+    }
+    return {};
+  };
+  return row;
+}
+
+DatasetSetting line_heights() {
+  return {.name = "line-heights",
+          .help =
+              "heights of breaklines and level polygons: their own where they have any (line), "
+              "or the DEM's (dem)",
+          .initial = "line",
+          .for_all = false,
+          .set = [](DatasetOptions& options, std::string_view value) {
+            return set_shape_option(options.shapes, "line_heights", value);
+          }};
+}
+
 /// "A-B" or "A".
 Result<void> set_levels(DatasetOptions& options, std::string_view text) {
   const std::string_view low = text.substr(0, text.find('-'));
@@ -121,6 +151,12 @@ std::vector<DatasetSetting> make_table() {
       choice("effort", "how hard to look for fewer triangles", &TileSetOptions::effort));
   table.push_back(
       {.name = "levels", .help = "only these levels, A-B", .for_all = false, .set = set_levels});
+  table.push_back(shape_files("breaklines", "lines that stay edges of tiles: vector files"));
+  table.push_back(shape_files("flatten", "polygons that are level in all tiles: vector files"));
+  table.push_back(shape_files("boundary", "only posts in these polygons count: vector files"));
+  table.push_back(shape_files(
+      "water", "what the tiles' water masks show: polygons of vector files, or rasters"));
+  table.push_back(line_heights());
   table.push_back({.name = "attribution",
                    .help = "who is to be named with it",
                    .for_all = false,

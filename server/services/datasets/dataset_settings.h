@@ -12,6 +12,7 @@
 #include "terrain/base/result.h"
 #include "terrain/pyramid/plan/tile_set_options.h"
 #include "terrain/raster/dem_source.h"
+#include "terrain/shapes/shape_files.h"
 
 namespace tind::services {
 
@@ -19,6 +20,7 @@ namespace tind::services {
 struct DatasetOptions {
   DemOptions dem;
   TileSetOptions tiles;
+  ShapeFiles shapes;        // its lines and its water
   std::string attribution;  // empty: as its tiles say
 };
 

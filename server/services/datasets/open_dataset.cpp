@@ -5,6 +5,8 @@
 
 #include "terrain/dataset/dem_dataset.h"
 #include "terrain/dataset/stored_dataset.h"
+#include "terrain/shapes/shaped_dem.h"
+#include "terrain/surface/open_surface.h"
 
 namespace tind::services {
 namespace {
@@ -12,9 +14,11 @@ namespace {
 Result<Dataset> open(const DatasetSpec& spec, const DatasetOptions& options,
                      const std::string& index_dir) {
   if (is_stored(spec)) return stored_dataset(spec.files[0]);
-  auto dem = open_dem(spec, options.dem);
-  if (!dem) return std::unexpected(dem.error());
-  return dem_dataset(std::move(*dem), options.tiles, index_dir);
+  auto source = open_source(spec, options.dem);
+  if (!source) return std::unexpected(source.error());
+  source = shaped_surface(std::move(*source), options.shapes);
+  if (!source) return std::unexpected(source.error());
+  return dem_dataset(std::move(*source), options.tiles, index_dir);
 }
 
 Dataset with_attribution(Dataset dataset, const std::string& attribution) {
@@ -34,9 +38,8 @@ Dataset with_attribution(Dataset dataset, const std::string& attribution) {
 
 }  // namespace
 
-Result<std::shared_ptr<const DemSource>> open_dem(const DatasetSpec& spec,
-                                                  const DemOptions& options) {
-  auto dem = DemSource::open(spec.files, options);
+Result<Surface> open_source(const DatasetSpec& spec, const DemOptions& options) {
+  auto dem = open_surface(spec.files, {.dem = options});
   if (dem || dem.error().code != Errc::not_found || spec.files.size() != 1) return dem;
   const std::string& text = spec.files[0];
   if (text.find(',') == text.npos || std::filesystem::exists(text)) return dem;
@@ -62,7 +65,7 @@ Result<Dataset> open_dataset(const DatasetSpec& spec, const DatasetOptions& opti
 
 Result<void> open_dataset(Catalog& catalog, const DatasetSpec& spec, const DemOptions& dem_options,
                           const TileSetOptions& options, const std::string& index_dir) {
-  auto dataset = open_dataset(spec, {dem_options, options, {}}, index_dir);
+  auto dataset = open_dataset(spec, {dem_options, options, {}, {}}, index_dir);
   if (!dataset) return std::unexpected(dataset.error());
   catalog.add(name_of(spec), std::move(*dataset));
   return {};

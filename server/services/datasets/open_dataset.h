@@ -10,12 +10,13 @@
 #include "terrain/dataset/dataset.h"
 #include "terrain/pyramid/plan/tile_set_options.h"
 #include "terrain/raster/dem_source.h"
+#include "terrain/surface/surface.h"
 
 namespace tind::services {
 
-/// The spec's DEM; one file of no such name that holds commas gets a hint at "NAME=a,b" and at
-/// [[dataset]].
-Result<std::shared_ptr<const DemSource>> open_dem(const DatasetSpec&, const DemOptions&);
+/// The spec's DEM, or the layers that its files make; one file of no such name that holds commas
+/// gets a hint at "NAME=a,b" and at [[dataset]].
+Result<Surface> open_source(const DatasetSpec&, const DemOptions&);
 
 /// Opens the spec's files; the error says which cannot be opened, and why. Residual indexes of
 /// large DEMs are kept in `index_dir`; nowhere where that is empty.

@@ -56,9 +56,15 @@ proto::RefineDelta whole_mesh(const MultiTriangulation& all, const ViewGeometry&
   return d;
 }
 
-/// What a scene is made of: null where there are only tiles.
+/// What a scene is made of: null where there are only tiles, or layers.
 const DemSource* dem_of(const ServedDataset& dataset) {
   return dataset.source ? dataset.source->only() : nullptr;
+}
+
+std::unexpected<Error> no_dem(const ServedDataset& dataset) {
+  if (dataset.source)
+    return fail(Errc::unsupported, "this dataset has layers; only one DEM can be refined");
+  return fail(Errc::not_found, "this dataset is a store of tiles without its DEM");
 }
 
 }  // namespace
@@ -98,7 +104,7 @@ class RefineService::Making {
 Result<std::shared_ptr<const RefineService::Scene>> RefineService::scene(
     const ServedDataset& dataset, const std::optional<GeoRect>& asked, std::stop_token stop) {
   const DemSource* const dem = dem_of(dataset);
-  if (!dem) return fail(Errc::not_found, "this dataset is a store of tiles without its DEM");
+  if (!dem) return no_dem(dataset);
   if (dem->info().cols < 2 || dem->info().rows < 2)
     return fail(Errc::unsupported, "a DEM of one row or column has no triangles");
   const auto window = refine_window(*dem, asked, limits_.posts);
@@ -131,7 +137,7 @@ bool RefineService::ready(const ServedDataset& dataset, const std::optional<GeoR
 
 bool RefineService::ready(const ServedDataset& dataset, const GeoRegion& region,
                           const std::optional<GeoRect>& asked) const {
-  return !dataset.source || ready(dataset, window_of(dataset, region, asked));
+  return !dem_of(dataset) || ready(dataset, window_of(dataset, region, asked));
 }
 
 /// A region of what is too large brings its own window.
@@ -149,7 +155,7 @@ Result<proto::RefineDelta> RefineService::region(const ServedDataset& dataset,
                                                  const std::optional<GeoRect>& window,
                                                  std::stop_token stop) {
   const DemSource* const dem = dem_of(dataset);
-  if (!dem) return fail(Errc::not_found, "this dataset is a store of tiles without its DEM");
+  if (!dem) return no_dem(dataset);
   if (dem->info().cols < 2 || dem->info().rows < 2)
     return fail(Errc::unsupported, "a DEM of one row or column has no triangles");
   if (const auto valid = region.over(*dem); !valid) return std::unexpected(valid.error());

@@ -13,6 +13,7 @@
 #include "terrain/pyramid/plan/plan_source.h"
 #include "terrain/pyramid/plan/tile_version.h"
 #include "terrain/pyramid/residual/residual_index.h"
+#include "terrain/surface/surface_blocks.h"
 
 namespace tind {
 
@@ -31,14 +32,15 @@ Result<BuildReport> build_tiles(const Surface& surface, const BuildOptions& o,
   // The share of the work that reading every post is, more or less; twice, where an index is made.
   const bool large = deepest_indexed_level(surface, o.tiles.exact_posts) >= 0;
   const double reading = large ? 0.3 : 0.02;
-  if (const auto outline = TilePlan::make(surface, HeightRange{}, o.tiles); !outline)
-    return std::unexpected(outline.error());  // before anything is made
+  const auto outline = TilePlan::make(surface, HeightRange{}, o.tiles);
+  if (!outline) return std::unexpected(outline.error());  // before anything is made
   const auto ours = o.lock(o.output);
   if (!ours) return std::unexpected(ours.error());
-  SourceBlocks blocks(surface.info());
-  const auto range =
-      scan_heights(surface, progress.part(0, large ? 0.1 : reading), o.threads, &blocks);
+  SurfaceBlocks blocks(surface);
+  auto range = scan_heights(surface, progress.part(0, large ? 0.1 : reading), o.threads, &blocks);
   if (!range) return std::unexpected(range.error());
+  if (auto done = find_level_ranges(surface, *outline, *range); !done)
+    return std::unexpected(done.error());
   auto plan = TilePlan::make(surface, *range, o.tiles);
   if (!plan) return std::unexpected(plan.error());
   const TileOrder ids = plan->order();
@@ -104,10 +106,11 @@ Result<BuildReport> build_tiles(const Surface& surface, const BuildOptions& o,
       ++(there ? report.reused : report.built);
       report.not_one_sided += known.not_one_sided;
       report.by_bounded += by_bounded;
-      if (known.max_error_m > level.budget_m + kLastDigit_m) {
+      if (const double budget = plan->level(id).budget_m;
+          known.max_error_m > budget + kLastDigit_m) {
         ++report.over_budget;
-        if (known.max_error_m / level.budget_m > worst_excess) {
-          worst_excess = known.max_error_m / level.budget_m;
+        if (known.max_error_m / budget > worst_excess) {
+          worst_excess = known.max_error_m / budget;
           report.worst_over_budget = id.text();
           report.worst_over_budget_m = known.max_error_m;
         }

@@ -5,14 +5,14 @@
 #include "terrain/geo/tile_order.h"
 #include "terrain/pyramid/build/build.h"
 #include "terrain/pyramid/plan/level_plan.h"
-#include "terrain/raster/source_blocks.h"
 #include "terrain/store/tile_writer.h"
 #include "terrain/surface/surface.h"
+#include "terrain/surface/surface_blocks.h"
 
 namespace tind {
 
 /// All that is given must outlive the work. `update` is filled in when the store asks for changes.
-TileWork tile_work(const Surface&, const TilePlan&, const TileOrder&, const SourceBlocks&,
+TileWork tile_work(const Surface&, const TilePlan&, const TileOrder&, const SurfaceBlocks&,
                    const BuildOptions&, UpdateReport& update);
 
 }  // namespace tind

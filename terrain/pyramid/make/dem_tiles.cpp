@@ -99,7 +99,7 @@ Result<std::unique_ptr<DemTiles>> open_dem_tiles(Surface surface, const TileSetO
   const std::string name = file.substr(file.find_last_of('/') + 1);
   auto tiles = std::make_unique<TilesOnDemand>(surface, std::move(*outline), index_path,
                                                name.substr(0, name.find('.')));
-  if (info.cols > read_at_once / info.rows) {
+  if (surface.post_count() > read_at_once) {
     tiles->find_heights_in_background();
     return tiles;
   }

@@ -9,10 +9,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "terrain/encode/quantized_mesh_tile.h"
 #include "terrain/pyramid/make/tile_job.h"
 #include "terrain/pyramid/residual/residual_index.h"
+#include "terrain/shapes/surface_shapes.h"
 #include "terrain/surface/post_warp.h"
 
 namespace tind {
@@ -27,7 +29,7 @@ constexpr double kMostMargin = 320;            // posts, as many as a tile has w
 /// before: beyond the margin H asks the source, too.
 Result<void> load_heights(TileJob& job) {
   const Stopwatch watch(job.cost.reading);
-  for (const auto& [layer, w, step] : job.windows) {
+  for (const auto& [layer, w, step, alone] : job.windows) {
     if (decimation(w) > 1) continue;
     const DemInfo& info = job.surface.layers()[layer].source->info();
     const double reach =
@@ -40,8 +42,36 @@ Result<void> load_heights(TileJob& job) {
   return {};
 }
 
-Border border_of(const TileJob& job, TileId id, TileSide side) {
-  const LevelPlan& level = job.plan.level(id.level);
+std::vector<BorderSample> border_samples(const std::vector<ShapeCrossing>& crossings) {
+  std::vector<BorderSample> samples;
+  for (const ShapeCrossing& c : crossings)
+    samples.push_back({c.t, c.shore ? c.height_m : std::numeric_limits<double>::quiet_NaN()});
+  return samples;
+}
+
+/// Where the dataset's lines cross an edge, as options of its border and as vertices of it.
+CrossingVertices cross_lines(const TileJob& job, int z, const TileEdge& edge, BorderOptions& o) {
+  const SurfaceShapes* shapes = job.surface.shapes();
+  if (!shapes || shapes->lines().empty()) return {};
+  const auto crossings = shapes->lines().crossings(edge.start, edge.end, line_scale(job.plan, z));
+  o.crossings = border_samples(crossings);
+  CrossingVertices vertices(crossings, std::max(1, int(job.plan.level(z).line_tolerance / 4)));
+  for (const CrossingVertices::Vertex& v : vertices.all())
+    o.lines.push_back(
+        {v.crossing, v.t, v.shore ? std::numeric_limits<double>::quiet_NaN() : v.height_m});
+  if (o.halves) {
+    const Geographic middle{(edge.start.lon + edge.end.lon) / 2,
+                            (edge.start.lat + edge.end.lat) / 2};
+    const LineScale next = line_scale(job.plan, z + 1);
+    o.crossings_of_half[0] = border_samples(shapes->lines().crossings(edge.start, middle, next));
+    o.crossings_of_half[1] = border_samples(shapes->lines().crossings(middle, edge.end, next));
+  }
+  return vertices;
+}
+
+Border border_of(const TileJob& job, TileId id, TileSide side,
+                 CrossingVertices* crossings = nullptr) {
+  const LevelPlan& level = job.plan.level(id, side);
   BorderOptions o;
   o.tolerance_m = level.border_tolerance_m;
   o.offset_m = level.offset_m;
@@ -49,7 +79,10 @@ Border border_of(const TileJob& job, TileId id, TileSide side) {
   o.fixed_cells = level.curvature_cells;
   o.samples = level.border_samples;
   o.place_step = level.border_place_step;
+  o.lowest_m = level.lowest_m, o.highest_m = level.highest_m;
   o.halves = id.level < job.plan.max_level();
+  const CrossingVertices vertices = cross_lines(job, id.level, tile_edge(id, side), o);
+  if (crossings) *crossings = vertices;
   return make_border(tile_edge(id, side), job.field, job.surface, o);
 }
 
@@ -100,7 +133,7 @@ void stand_in_for_children(TileJob& job) {
 Result<void> derive_borders(TileJob& job) {
   const Stopwatch watch(job.cost.borders);
   for (const TileSide side : {TileSide::west, TileSide::south, TileSide::east, TileSide::north}) {
-    Border border = border_of(job, job.id, side);
+    Border border = border_of(job, job.id, side, &job.crossings[std::size_t(side)]);
     job.borders[std::size_t(side)] = std::move(border.line);
     job.edge_error_m = std::max(job.edge_error_m, border.error_m);
   }
@@ -115,7 +148,7 @@ Result<void> find_range(TileJob& job, std::stop_token stop) {
   std::int64_t count = 0;
   for (const LayerWindow& w : job.windows) count += w.posts.cols * w.posts.rows;
   if (count <= most) {
-    auto posts = TilePosts::read(job.surface, job.windows, job.id, job.level.offset_m);
+    auto posts = TilePosts::read(job.field, job.windows, job.id, job.level.offset_m);
     if (!posts) return std::unexpected(posts.error());
     job.whole.emplace(std::move(*posts));
   }
@@ -140,6 +173,16 @@ Result<void> look_up_posts(TileJob& job) {
 
 }  // namespace
 
+LineScale line_scale(const TilePlan& plan, int z) {
+  constexpr double kLeast = 4;
+  const LevelPlan& level = plan.level(z);
+  const double unit = tiling::tile_degrees(z) / kTileExtent;
+  return {.least_deg = kLeast * level.line_tolerance * unit,
+          .relief_m = level.fit_error_m / 2,
+          .finest_deg = kLeast * unit,
+          .step_m = level.border_step_m};
+}
+
 Result<void> stream_posts(const TileJob& job, std::stop_token stop,
                           const std::function<void(const TilePosts&)>& f) {
   if (job.whole) {
@@ -157,7 +200,7 @@ Result<void> stream_posts(const TileJob& job, std::stop_token stop,
         part.posts.col += c, part.posts.row += r;
         part.posts.cols = std::min(cols_at_once, all.cols - c);
         part.posts.rows = std::min(rows_at_once, all.rows - r);
-        const auto posts = TilePosts::read(job.surface, {&part, 1}, job.id, job.level.offset_m);
+        const auto posts = TilePosts::read(job.field, {&part, 1}, job.id, job.level.offset_m);
         if (!posts) return std::unexpected(posts.error());
         if (posts->inside() > 0) f(*posts);
       }
@@ -168,6 +211,9 @@ Result<void> stream_posts(const TileJob& job, std::stop_token stop,
 Result<TileModel> model_tile(const Surface& surface, const TilePlan& plan, TileId id,
                              std::stop_token stop, TileCost* cost) {
   TileJob job(surface, plan, id);
+  auto windows = surface_windows(surface, job.rect);
+  if (!windows) return fail("tile " + id.text(), windows.error());
+  job.windows = std::move(*windows);
   if (auto done = load_heights(job); !done) return fail("tile " + id.text(), done.error());
   if (auto done = derive_borders(job); !done) return std::unexpected(done.error());
   const bool indexed = plan.index() && plan.index()->serves(id.level) && !job.windows.empty();

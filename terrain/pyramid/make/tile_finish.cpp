@@ -6,6 +6,7 @@
 #include "terrain/geo/ellipsoid.h"
 #include "terrain/pyramid/make/tile_job.h"
 #include "terrain/pyramid/residual/indexed_heights.h"
+#include "terrain/shapes/surface_shapes.h"
 #include "terrain/tile/culling.h"
 #include "terrain/tile/normals.h"
 #include "terrain/tile/triangle_order.h"
@@ -65,6 +66,12 @@ Result<std::vector<std::array<std::uint8_t, 2>>> normals_of(const TileJob& job, 
   return normals;
 }
 
+/// Are the posts what they were measured as, to the last bit?
+bool plain_and_alone(const TileJob& job) {
+  if (job.surface.only()) return job.surface.is_plain_geographic();
+  return job.alone() && job.surface.layers()[job.windows[0].layer].source->is_plain_geographic();
+}
+
 double round_up(double x) { return std::ceil(x * 1e6) / 1e6; }
 
 /// Upwards to four digits: of a bound that nobody calls exact, more are not worth their bytes.
@@ -120,10 +127,10 @@ Result<TileModel> finish_tile(TileJob& job, const TileMesh& meshed) {
   if (!normals) return std::unexpected(normals.error());
   tile.normals = std::move(*normals);
   tile.volumes = volumes_of(job, meshed.mesh);  // the sphere depends on the order
-  TileCertificate says{.max_error_m = round_up(meshed.max_error),
-                       .edge_error_m = round_up_bound(job.edge_error_m),
-                       .exact = !job.lattice && job.surface.info().rounding_m == 0 &&
-                                job.surface.is_plain_geographic()};
+  TileCertificate says{
+      .max_error_m = round_up(meshed.max_error),
+      .edge_error_m = round_up_bound(job.edge_error_m),
+      .exact = !job.lattice && job.surface.info().rounding_m == 0 && plain_and_alone(job)};
   // A tile that could not be kept on one side says so: then it is like any other.
   if (meshed.wrong_side == 0) says.side = job.plan.options().side;
   tile.certificate = says;
@@ -131,6 +138,11 @@ Result<TileModel> finish_tile(TileJob& job, const TileMesh& meshed) {
   tile.displayed_error_m = round_up(displayed_error(job));
   tile.posts = job.posts.posts;
   if (job.lattice) tile.residual_m = round_up(job.lattice->largest_residual());
+  if (const SurfaceShapes* shapes = job.surface.shapes(); shapes && !shapes->water().empty()) {
+    auto mask = water_mask(shapes->water(), job.rect);
+    if (!mask) return std::unexpected(mask.error());
+    tile.water_mask = std::move(*mask);
+  }
   if (job.id.level % TilePlan::kAvailabilityLevels == 0)
     tile.descendants = job.plan.descendants(job.id);
   return tile;

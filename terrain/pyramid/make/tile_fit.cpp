@@ -9,9 +9,11 @@
 
 #include "terrain/geo/ellipsoid.h"
 #include "terrain/mesh/triangle_plane.h"
+#include "terrain/pyramid/make/kept_lines.h"
 #include "terrain/pyramid/make/tile_job.h"
 #include "terrain/pyramid/make/tile_methods.h"
 #include "terrain/pyramid/residual/residual_index.h"
+#include "terrain/shapes/surface_shapes.h"
 #include "terrain/simplify/bounded/bounded_mesher.h"
 #include "terrain/simplify/bounded/search_effort.h"
 #include "terrain/surface/post_warp.h"
@@ -38,14 +40,67 @@ HeightLattice height_lattice(const TileJob& job, double eps) {
   }
   for (const auto& line : job.stand_in)
     for (const Vec3& v : line) low = std::min(low, v.z), high = std::max(high, v.z);
+  for (const TileLine& line : job.lines.lines)
+    for (const Vec3& v : line.points)
+      if (line.shore) low = std::min(low, v.z), high = std::max(high, v.z);
   if (job.posts.posts > 0) {
     const double offset = job.level.offset_m;
     low = std::min(low, job.posts.min_m + std::min(0.0, offset) - eps);
     high = std::max(high, job.posts.max_m + std::max(0.0, offset) + eps);
   }
+  low = std::max(low, job.level.lowest_m - 2 * eps);
+  high = std::min(high, job.level.highest_m + 2 * eps);
   const double step =
       std::clamp(power_of_two_at_least((high - low) / 32766), 1.0 / 1024, job.level.border_step_m);
   return {std::floor(low / step) * step, step};
+}
+
+/// The level of water where the lines of the tile say so, else z.
+double level_by_lines(const TileJob& job, double u, double v, double z) {
+  const std::uint32_t between = job.lines.between.holding(u, v);
+  return between == AreaSet::kNone ? z : job.lines.level_between[between];
+}
+
+/// Gives breaklines the surface's heights, or their own as far as the level's error allows.
+void give_heights(const TileJob& job, std::vector<TileLine>& lines) {
+  std::vector<Geographic> places;
+  for (const TileLine& line : lines)
+    for (const Vec3& p : line.points)
+      if (!line.shore) places.push_back(place_of(job.rect, p));
+  std::vector<double> heights(places.size());
+  job.field.filled(places, heights);
+  std::size_t i = 0;
+  const double most = job.level.fit_error_m / 2;
+  for (TileLine& line : lines)
+    for (Vec3& p : line.points) {
+      if (line.shore) continue;
+      const double h = heights[i++];
+      p.z = std::isnan(p.z) ? h : std::clamp(p.z, h - most, h + most);
+    }
+}
+
+/// Makes the dataset's lines edges of the mesh that stay. All their points come first, so that no
+/// flip for one of them undoes another.
+template <class Insertion>
+void keep_lines(const TileJob& job, const HeightLattice& lattice, HalfedgeMesh& mesh,
+                Insertion& insertion, LinePoints& kept) {
+  if (job.lines.lines.empty()) return;
+  insertion.keep(&kept);
+  std::vector<TileLine> lines = job.lines.lines;
+  give_heights(job, lines);
+  // Where the two meet, the shore says how high.
+  std::ranges::stable_partition(lines, [](const TileLine& line) { return !line.shore; });
+  KeptLines keeper(mesh, insertion, kept);
+  std::vector<std::vector<HalfedgeMesh::Index>> vertices;
+  for (const TileLine& line : lines) {
+    vertices.emplace_back();
+    for (const Vec3& p : line.points) {
+      const double h = std::clamp(p.z, lattice.min, lattice.max());
+      vertices.back().push_back(keeper.vertex({p.x, p.y, snap_height(h, lattice.step)}));
+    }
+  }
+  for (const auto& line : vertices)
+    for (std::size_t i = 1; i < line.size(); ++i) keeper.join(line[i - 1], line[i]);
 }
 
 /// Makes the lines of job.stand_in, whose points are vertices, edges of the mesh that stay.
@@ -133,8 +188,14 @@ HalfedgeMesh frame_mesh(TileJob& job, const Samples& samples, double x_scale,
   job.field.filled(places, heights);
   for (std::size_t k = 0; k < points.size(); ++k) {
     points[k].z = heights[k] + job.level.offset_m;
+    if (const SurfaceShapes* shapes = job.surface.shapes()) {
+      if (const auto level = shapes->level_at(places[k]))
+        points[k].z = line_scale(job.plan, job.id.level).level(*level);
+      points[k].z = level_by_lines(job, points[k].x, points[k].y, points[k].z);
+    }
     insert(points[k]);
   }
+  keep_lines(job, lattice, mesh, insertion, kept);
   keep_stand_ins(job, lattice.step, mesh, insertion, kept);
   return mesh;
 }
@@ -180,8 +241,12 @@ Result<Extremes> measure(const TileJob& job, const Tin& mesh, std::stop_token st
 
 /// Stored heights are floats, and posts of projected sources are placed by interpolation (within
 /// 1e-6 m): both count as error.
-double margin_of(const Surface& surface) {
-  return surface.info().rounding_m + (surface.is_plain_geographic() ? 0 : kPlacingError);
+double margin_of(const TileJob& job) {
+  const Surface& surface = job.surface;
+  const bool plain = job.alone()
+                         ? surface.layers()[job.windows[0].layer].source->is_plain_geographic()
+                         : surface.is_plain_geographic();
+  return surface.info().rounding_m + (plain ? 0 : kPlacingError);
 }
 
 /// Fits a mesh within `eps` of the samples. Its error is not known yet.
@@ -212,16 +277,22 @@ TileMesh mesh_within(TileJob& job, const Samples& samples, double eps, double pl
   o.pinned = std::uint32_t(frame.vertex_slots());
   if (!std::holds_alternative<BoundedOptions>(job.method)) {
     const double metres = job.rect.height() * wgs84::metres_per_degree(mid).y / kTileExtent;
-    result.mesh =
-        mesh_by_method(job.method, std::move(frame), job.stand_in.empty() ? nullptr : &kept,
-                       samples, o, metres, progress);
+    result.mesh = mesh_by_method(job.method, std::move(frame),
+                                 job.stand_in.empty() && job.lines.lines.empty() ? nullptr : &kept,
+                                 samples, o, metres, progress);
     return result;
   }
   BoundedMesher mesher(std::move(frame), samples, o);
-  if (!job.stand_in.empty()) mesher.keep(&kept);
+  if (!job.stand_in.empty() || !job.lines.lines.empty()) mesher.keep(&kept);
   mesher.run(progress);
   result.mesh = mesher.mesh().to_tin();
   return result;
+}
+
+/// Of the layer that is skipped most every `step`-th post; of the others as many times fewer as of
+/// that. REQUIRES: a power of two.
+int step_of(const TileJob& job, const LayerWindow& w, int step) {
+  return std::max(1, decimation(job, w) * step / decimation(job));
 }
 
 /// Fits a mesh within `eps` of every `step`-th post, then measures it over all posts.
@@ -229,19 +300,26 @@ Result<TileMesh> fit(TileJob& job, double eps, int step, double place_step, std:
   std::optional<TilePosts> decimated;
   if (step > 1 || !job.whole) {
     std::vector<LayerWindow> windows = job.windows;
-    for (LayerWindow& w : windows) w.step = step;
-    auto read = TilePosts::read(job.surface, windows, job.id, job.level.offset_m);
+    for (LayerWindow& w : windows) w.step = step_of(job, w, step);
+    auto read = TilePosts::read(job.field, windows, job.id, job.level.offset_m);
     if (!read) return std::unexpected(read.error());
     decimated.emplace(std::move(*read));
   }
-  const TilePosts& posts = decimated ? *decimated : *job.whole;
+  const TilePosts* given = decimated ? &*decimated : &*job.whole;
+  std::optional<TilePosts> adapted;  // dry posts that a thinned shore takes for water
+  if (!job.lines.between.empty()) {
+    adapted.emplace(
+        given->adapted([&](double u, double v, double z) { return level_by_lines(job, u, v, z); }));
+    given = &*adapted;
+  }
+  const TilePosts& posts = *given;
   TileMesh result = posts.visit(
       [&](const auto& samples) { return mesh_within(job, samples, eps, place_step, stop); });
   if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
   const Stopwatch watch(job.cost.measuring);
   auto measured = measure(job, result.mesh, stop);
   if (!measured) return std::unexpected(measured.error());
-  const double margin = margin_of(job.surface);
+  const double margin = margin_of(job);
   result.max_error = measured->error() + (job.posts.posts > 0 ? margin : 0);
   result.wrong_side = measured->wrong(job.plan.options().side, margin);
   return result;
@@ -252,7 +330,7 @@ Result<TileMesh> fit(TileJob& job, double eps, int step, double place_step, std:
 /// vertices only cannot be helped.
 Result<void> force_side(const TileJob& job, TileMesh& m, std::stop_token stop) {
   constexpr double kLeastWeight = 0.05;
-  const double margin = margin_of(job.surface);
+  const double margin = margin_of(job);
   const double up = job.plan.options().side == Side::above ? 1 : -1;
   const auto inner = [](const Vec3& v) {
     return v.x > 0 && v.y > 0 && v.x < kTileExtent && v.y < kTileExtent;
@@ -292,14 +370,14 @@ Result<void> force_side(const TileJob& job, TileMesh& m, std::stop_token stop) {
 
 /// Tries the cheapest fit first: fewer posts, then all of them; keeps the best.
 Result<TileMesh> fit_within_budget(TileJob& job, std::stop_token stop) {
-  const double eps = job.level.fit_error_m - margin_of(job.surface);
+  const double eps = job.level.fit_error_m - margin_of(job);
   Result<TileMesh> best = fail(Errc::internal, "no fit tried");
   int step = decimation(job);
   double place = 0;
   for (;;) {
     // Posts that the fit does not see get a share of the band to themselves.
     const double share = (step == 1 ? eps : 0.7 * eps) * job.inner;
-    if (place == 0) place = place_step(job.surface.info(), job.id.level, share, step);
+    if (place == 0) place = place_step(job.spacing_m() * step, job.id.level, share);
     auto meshed = fit(job, share, step, place, stop);
     if (!meshed) return meshed;
     const bool better = !best || std::pair(meshed->wrong_side, meshed->max_error) <
@@ -324,21 +402,79 @@ Result<TileMesh> fit_within_budget(TileJob& job, std::stop_token stop) {
 /// differ from it is left of the band. Over its budget where that is too little.
 Result<TileMesh> fit_to_lattice(TileJob& job, std::stop_token stop) {
   const ResidualLattice& lattice = *job.lattice;
-  const double margin = margin_of(job.surface) + kPlacingError;
+  const double margin = margin_of(job) + kPlacingError;
   const double room = job.level.budget_m - lattice.largest_residual() - margin;
   const double eps =
       std::min(0.7 * job.level.fit_error_m, std::max(room, 0.25 * job.level.budget_m)) * job.inner;
   // Every fourth node of four times as fine a lattice first; all of one that is twice as fine.
   for (int step = lattice.cells >= 1024 ? lattice.cells / 256 : 1;; step /= 2) {
-    const std::vector<float> heights = lattice.fitted_heights(step);
+    std::vector<float> heights = lattice.fitted_heights(step);
     const int nodes = lattice.cells / step + 1;
+    if (!job.lines.between.empty()) {
+      const GridSamples samples = ResidualLattice::samples(heights, nodes);
+      for (std::size_t i = 0; i < heights.size(); ++i) {
+        const Vec3 p = samples.sample(i);
+        if (!std::isnan(heights[i])) heights[i] = float(level_by_lines(job, p.x, p.y, p.z));
+      }
+    }
     const int posts = std::max(1, int(job.windows.front().posts.cols / nodes));
     TileMesh meshed = mesh_within(job, ResidualLattice::samples(heights, nodes), eps,
-                                  place_step(job.surface.info(), job.id.level, eps, posts), stop);
+                                  place_step(job.spacing_m() * posts, job.id.level, eps), stop);
     if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
     meshed.max_error = lattice.posts > 0 ? lattice_bound(meshed.mesh, lattice) + margin : 0;
     if (step == 1 || meshed.max_error <= job.level.budget_m) return meshed;
   }
+}
+
+Result<TileMesh> fit_lines_as_they_are(TileJob& job, std::stop_token stop) {
+  Result<TileMesh> made = job.lattice ? fit_to_lattice(job, stop) : fit_within_budget(job, stop);
+  if (job.lattice && made && made->max_error > job.level.budget_m) {
+    job.lattice.reset();
+    made = fit_within_budget(job, stop);
+  }
+  return made;
+}
+
+/// Lets shores go around the posts beside them that are no part of the water: with a post closer to
+/// a shore than the grid can tell, no mesh is within its budget.
+Result<void> bend_around_posts(TileJob& job, std::stop_token stop) {
+  ShoreBender bender(job.lines);
+  const SurfaceShapes& shapes = *job.surface.shapes();
+  const auto wet = [&](double u, double v) {
+    return shapes.level_at(place_of(job.rect, {u, v, 0})).has_value();
+  };
+  auto done = stream_posts(job, stop, [&](const TilePosts& posts) {
+    posts.visit([&](const auto& samples) {
+      for (std::size_t i = 0; i < samples.size(); ++i)
+        if (const Vec3 p = samples.sample(i); !std::isnan(p.z))
+          bender.meet(p, 0.9 * job.level.budget_m);
+    });
+  });
+  if (done) bender.bend(job.lines, wet);
+  return done;
+}
+
+/// Lines thinned as the level allows; where a tile cannot stay within its budget so, a quarter as
+/// much, then as they are, at last without them: the certificate comes first.
+Result<TileMesh> fit_with_lines(TileJob& job, std::stop_token stop) {
+  const SurfaceShapes* shapes = job.surface.shapes();
+  if (!shapes || shapes->lines().empty()) return fit_lines_as_they_are(job, stop);
+  const LineScale scale = line_scale(job.plan, job.id.level);
+  Result<TileMesh> best = fail(Errc::internal, "no fit tried");
+  for (const double share : {1.0, 0.25, 0.0}) {
+    job.lines =
+        tile_lines(shapes->lines(), job.id, scale, job.crossings, share * job.level.line_tolerance);
+    if (share == 0)
+      if (auto bent = bend_around_posts(job, stop); !bent) return std::unexpected(bent.error());
+    auto made = fit_lines_as_they_are(job, stop);
+    if (!made) return made;
+    if (!best || made->max_error < best->max_error) best = std::move(made);
+    if (best->max_error <= job.level.budget_m || job.lines.lines.empty()) return best;
+  }
+  job.lines = {};
+  auto without = fit_lines_as_they_are(job, stop);
+  if (!without || without->max_error <= job.level.budget_m) return without;
+  return best;
 }
 
 }  // namespace
@@ -349,9 +485,32 @@ int decimation(const PostWindow& w) {
   return step;
 }
 
+double TileJob::spacing_m() const {
+  double spacing = HUGE_VAL;
+  for (const LayerWindow& w : windows) {
+    const DemInfo& info = surface.layers()[w.layer].source->info();
+    spacing = std::min({spacing, info.spacing_x_m, info.spacing_y_m});
+  }
+  const DemInfo& all = surface.info();
+  return windows.empty() ? std::min(all.spacing_x_m, all.spacing_y_m) : spacing;
+}
+
+/// Of one layer among others: so that its posts are not much denser in the tile than the most that
+/// one layer has.
+int decimation(const TileJob& job, const LayerWindow& w) {
+  int step = decimation(w.posts);
+  if (job.windows.size() == 1) return step;
+  const double metres = tiling::tile_degrees(job.id.level) * 111320 / (2 * kMeshPosts);
+  const DemInfo& info = job.surface.layers()[w.layer].source->info();
+  while (step * std::min(info.spacing_x_m, info.spacing_y_m) < metres &&
+         2 * step < std::max(w.posts.cols, w.posts.rows))
+    step *= 2;
+  return step;
+}
+
 int decimation(const TileJob& job) {
   int step = 1;
-  for (const LayerWindow& w : job.windows) step = std::max(step, decimation(w.posts));
+  for (const LayerWindow& w : job.windows) step = std::max(step, decimation(job, w));
   return step;
 }
 
@@ -359,11 +518,7 @@ namespace {
 
 /// The best that job.method can do.
 Result<TileMesh> fit_by_method(TileJob& job, std::stop_token stop) {
-  Result<TileMesh> made = job.lattice ? fit_to_lattice(job, stop) : fit_within_budget(job, stop);
-  if (job.lattice && made && made->max_error > job.level.budget_m) {
-    job.lattice.reset();
-    made = fit_within_budget(job, stop);
-  }
+  Result<TileMesh> made = fit_with_lines(job, stop);
   if (made && made->wrong_side > 0)
     if (auto done = force_side(job, *made, stop); !done) return std::unexpected(done.error());
   return made;

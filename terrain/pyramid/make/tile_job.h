@@ -19,6 +19,7 @@
 #include "terrain/surface/surface.h"
 #include "terrain/surface/tile_posts.h"
 #include "terrain/tile/border.h"
+#include "terrain/tile/tile_lines.h"
 #include "terrain/tile/tile_model.h"
 
 namespace tind {
@@ -35,7 +36,9 @@ struct TileJob {
   HeightField field;
   std::array<std::vector<BorderVertex>, 4> borders;  // west, south, east, north
   double edge_error_m = 0;                           // of the worst of them
-  std::vector<std::vector<Vec3>> stand_in;  // lines that the mesh has where children are missing
+  std::vector<std::vector<Vec3>> stand_in;    // lines that the mesh has where children are missing
+  std::array<CrossingVertices, 4> crossings;  // of the dataset's lines with the borders
+  TileLines lines;                            // those inside, as the fit at hand has them
   struct Posts {
     double min_m = 0, max_m = 0;
     std::uint64_t posts = 0;
@@ -50,17 +53,23 @@ struct TileJob {
         plan(p),
         id(t),
         rect(tiling::rect(t)),
-        level(p.level(t.level)),
+        level(p.level(t)),
         field(s),
-        method(p.options().method) {
-    windows = surface_windows(surface, rect);
-  }
+        method(p.options().method) {}
+
+  /// Only one layer has a say.
+  bool alone() const { return windows.size() == 1 && windows.front().alone; }
+  double spacing_m() const;  // of the finest layer that has posts here
 };
+
+/// What a level asks of the dataset's lines.
+LineScale line_scale(const TilePlan&, int level);
 
 /// Posts to be skipped between those that the mesh is fitted to, so that they are not too many: a
 /// power of two.
 int decimation(const PostWindow&);
-/// Of all posts of the tile.
+/// Of one layer of the tile, and of the one that is skipped most.
+int decimation(const TileJob&, const LayerWindow&);
 int decimation(const TileJob&);
 
 /// Calls f with all posts of the tile, a part of the window at a time.

@@ -117,18 +117,16 @@ PostWindow window_beside(const DemSource& source, GeoRect rect, std::int64_t pos
   return post_window(source, rect);
 }
 
-}  // namespace
-
-std::vector<std::uint8_t> dirty_tiles(const Surface& surface, const TilePlan& plan,
-                                      const TileOrder& ids, const SourceBlocks& before,
-                                      const SourceBlocks& after) {
-  const DemSource& source = *surface.only();
+/// Marks the tiles that depend on blocks of one DEM that changed; `farther`: posts more around a
+/// tile that it depends on, with all that fills voids there.
+void mark(const Surface& surface, const DemSource& source, const TilePlan& plan,
+          const TileOrder& ids, const SourceBlocks& before, const SourceBlocks& after,
+          double farther, std::vector<std::uint8_t>& dirty) {
   const DemInfo& info = source.info();
   const BlockCounts changed(after.difference(before), after, info);
   const BlockCounts filled(voids_to_fill_anew(changed, before, after), after, info);
 
   const int deepest_indexed = deepest_indexed_level(surface, plan);
-  std::vector<std::uint8_t> dirty(ids.size());
   for (std::size_t k = 0; k < ids.size(); ++k) {
     const TileId id = ids[k];
     const GeoRect rect = tiling::rect(id);
@@ -138,15 +136,34 @@ std::vector<std::uint8_t> dirty_tiles(const Surface& surface, const TilePlan& pl
     const double degrees = plan.level(id.level).normal_reach_deg +
                            (indexed ? tiling::tile_degrees(id.level) / kNormalCells : 0);
     const double reach = degrees * 111320 / std::min(info.spacing_x_m, info.spacing_y_m) +
-                         (indexed ? kFillReach : 0);
+                         (indexed ? kFillReach : 0) + farther;
     const std::int64_t around = 2 + std::int64_t(std::ceil(reach));
     if (posts.empty()) {
-      dirty[k] = changed.any(window_beside(source, rect, around));
+      dirty[k] |= changed.any(window_beside(source, rect, around));
       continue;
     }
-    const PostWindow near = grown(posts, around), &filled_in = indexed ? near : posts;
-    dirty[k] =
+    const bool wide = indexed || farther > 0;
+    const PostWindow near = grown(posts, around), &filled_in = wide ? near : posts;
+    dirty[k] |=
         changed.any(near) || filled.any(filled_in) || changed_beyond(changed, filled_in, info);
+  }
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> dirty_tiles(const Surface& surface, const TilePlan& plan,
+                                      const TileOrder& ids, const SurfaceBlocks& before,
+                                      const SurfaceBlocks& after) {
+  std::vector<std::uint8_t> dirty(ids.size());
+  double bent_m = 0;  // a chain of layers, each bent to the next
+  for (const SurfaceLayer& layer : surface.layers()) bent_m += layer.blend_m;
+  for (std::size_t k = 0; k < surface.layers().size(); ++k) {
+    const DemSource& source = *surface.layers()[k].source;
+    const DemInfo& info = source.info();
+    // Where layers end, what fills voids of one is bent to another.
+    const double farther =
+        surface.only() ? 0 : bent_m / std::min(info.spacing_x_m, info.spacing_y_m) + kFillReach;
+    mark(surface, source, plan, ids, before.layers()[k], after.layers()[k], farther, dirty);
   }
   return dirty;
 }

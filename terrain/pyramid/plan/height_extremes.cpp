@@ -81,15 +81,17 @@ Result<PostPlace> place_of(const DemSource& source, const TilePlan& plan, End en
 
 Result<HeightExtremes> find_extremes(const Surface& surface, const TilePlan& plan,
                                      std::stop_token stop) {
-  const DemSource& source = *surface.only();
+  const DemSource& source = *surface.layers().front().source;
   const auto lowest = place_of(source, plan, End::lowest, stop);
   if (!lowest) return std::unexpected(lowest.error());
   const auto highest = place_of(source, plan, End::highest, stop);
   if (!highest) return std::unexpected(highest.error());
   std::vector<Geographic> where(2);
-  source.to_geographic(std::vector<Vec2>{{double(lowest->col), double(lowest->row)},
-                                         {double(highest->col), double(highest->row)}},
-                       where);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const PostPlace& place = i == 0 ? *lowest : *highest;
+    const Vec2 post{double(place.col), double(place.row)};
+    surface.layers()[place.layer].source->to_geographic({&post, 1}, {&where[i], 1});
+  }
   return HeightExtremes{{where[0], plan.range().min_m}, {where[1], plan.range().max_m}};
 }
 

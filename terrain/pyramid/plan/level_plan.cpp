@@ -7,12 +7,17 @@
 #include <mutex>
 #include <numbers>
 #include <optional>
+#include <tuple>
 
 #include "terrain/base/parallel.h"
 #include "terrain/geo/ellipsoid.h"
 #include "terrain/pyramid/plan/tile_method.h"
 #include "terrain/pyramid/residual/residual_index.h"
 #include "terrain/raster/source_blocks.h"
+#include "terrain/shapes/surface_shapes.h"
+#include "terrain/surface/surface_blocks.h"
+#include "terrain/surface/tile_posts.h"
+#include "terrain/tile/tile_lines.h"
 
 namespace tind {
 
@@ -72,9 +77,8 @@ int curvature_cells(int level) {
   return cells <= 1 ? 1 : int(power_of_two_at_least(cells));
 }
 
-int place_step(const DemInfo& info, int level, double eps, int step) {
-  const double spacing = std::min(info.spacing_x_m, info.spacing_y_m) * step;
-  const double degrees = std::min(spacing / 4, eps) / 111320;
+int place_step(double spacing_m, int level, double eps) {
+  const double degrees = std::min(spacing_m / 4, eps) / 111320;
   const double units = degrees / tiling::tile_degrees(level) * 32767;
   return int(std::clamp(power_of_two_at_most(std::max(units, 1.0)), 1.0, 64.0));
 }
@@ -169,19 +173,74 @@ Result<HeightRange> read_height_range(const DemSource& source, const Progress& p
   return all.range();
 }
 
+namespace {
+
+/// Takes in a layer's.
+void add_layer(HeightRange& all, HeightRange part, std::size_t layer) {
+  if (part.lowest) part.lowest->layer = layer;
+  if (part.highest) part.highest->layer = layer;
+  all.valid += part.valid;
+  if (part.min_m < all.min_m) all.min_m = part.min_m, all.lowest = part.lowest;
+  if (part.max_m > all.max_m) all.max_m = part.max_m, all.highest = part.highest;
+}
+
+}  // namespace
+
 std::string no_valid_height(const DemInfo& info) {
   return info.files.front() + (info.files.size() > 1 ? " and the others have" : " has") +
          " no valid height: every post is void (its nodata value, or not a number)";
 }
 
 Result<HeightRange> scan_heights(const Surface& surface, const Progress& progress, int threads,
-                                 SourceBlocks* blocks) {
-  auto range = read_height_range(*surface.only(), progress, threads, blocks);
+                                 SurfaceBlocks* blocks) {
+  const auto layers = surface.layers();
+  Result<HeightRange> range = HeightRange{HUGE_VAL, -HUGE_VAL, 0};
+  double done = 0;
+  for (std::size_t k = 0; k < layers.size() && range; ++k) {
+    const DemInfo& info = layers[k].source->info();
+    const double share = double(info.cols) * double(info.rows) / double(surface.post_count());
+    auto part = read_height_range(*layers[k].source, progress.part(done, done + share), threads,
+                                  blocks ? &blocks->layers()[k] : nullptr);
+    done += share;
+    if (!part) return part;
+    if (layers.size() == 1) {
+      range = part;
+      break;
+    }
+    add_layer(*range, *part, k);
+  }
   if (range && range->valid == 0) return fail(Errc::bad_data, no_valid_height(surface.info()));
   return range;
 }
 
 namespace {
+
+/// The levels that have tiles below the end of the coarsest layer: as few areas as there are ends.
+struct Group {
+  int first = 0, last = 0;
+};
+std::vector<Group> groups_below(const TilePlan& plan, std::size_t layers) {
+  std::vector<int> ends;
+  for (std::size_t k = 0; k < layers; ++k) ends.push_back(plan.deepest_of(k));
+  std::ranges::sort(ends);
+  ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
+  std::vector<Group> groups;
+  for (std::size_t i = 1; i < ends.size(); ++i) groups.push_back({ends[i - 1] + 1, ends[i]});
+  return groups;
+}
+
+/// Of the posts of a window, a part at a time.
+Result<void> add_window(const DemSource& source, const PostWindow& w, HeightRange& range) {
+  constexpr std::int64_t kRows = 256, kCols = 4096;
+  for (std::int64_t r = 0; r < w.rows; r += kRows)
+    for (std::int64_t c = 0; c < w.cols; c += kCols) {
+      const auto grid = source.read(w.col + c, w.row + r, int(std::min(kCols, w.cols - c)),
+                                    int(std::min(kRows, w.rows - r)));
+      if (!grid) return std::unexpected(grid.error());
+      range.add(grid->values());
+    }
+  return {};
+}
 
 /// The posts' bounds; around a single row or column of posts half a spacing more, because clients
 /// fly to an area.
@@ -202,6 +261,28 @@ GeoRect bounds_with_area(const DemInfo& info) {
 
 }  // namespace
 
+Result<void> find_level_ranges(const Surface& surface, const TilePlan& outline,
+                               HeightRange& range) {
+  const auto layers = surface.layers();
+  if (layers.size() == 1) return {};
+  range.of_levels.assign(std::size_t(outline.max_level()) + 1, {range.min_m, range.max_m});
+  for (const Group& group : groups_below(outline, layers.size())) {
+    HeightRange part{HUGE_VAL, -HUGE_VAL, 0};
+    for (const TileRange& r : outline.tiles(group.first).ranges()) {
+      const double side = tiling::tile_degrees(group.first);
+      const GeoRect rect{r.west * side - 180, r.south * side - 90, (r.east + 1) * side - 180,
+                         (r.north + 1) * side - 90};
+      for (const SurfaceLayer& layer : layers)
+        if (auto done = add_window(*layer.source, post_window(*layer.source, rect), part); !done)
+          return done;
+    }
+    if (part.valid == 0) continue;
+    for (int z = group.first; z <= group.last; ++z)
+      range.of_levels[std::size_t(z)] = {part.min_m, part.max_m};
+  }
+  return {};
+}
+
 Result<TilePlan> TilePlan::make(const Surface& surface, const HeightRange& range,
                                 const TileSetOptions& options) {
   const DemInfo& info = surface.info();
@@ -214,12 +295,21 @@ Result<TilePlan> TilePlan::make(const Surface& surface, const HeightRange& range
   if (!(options.error_factor > 0) || !(options.max_error_m >= 0))
     return fail(Errc::invalid_argument, "error bounds must be positive numbers of metres");
   if (const auto ok = check_tile_method(options.method); !ok) return std::unexpected(ok.error());
+  const SurfaceShapes* shapes = surface.shapes();
+  if (shapes && !shapes->lines().empty() && options.side != Side::both)
+    return fail(Errc::invalid_argument,
+                "lines have one height: with them --side is both, neither above nor below");
   TilePlan plan;
   plan.options_ = options;
+  if (shapes) {
+    plan.shapes_ = shapes->digest();
+    plan.levels_of_shapes_ = shapes->level_digest();
+    plan.water_mask_ = !shapes->water().empty();
+  }
   plan.range_ = range;
   plan.bounds_ = bounds_with_area(info);
   plan.datum_ = info.datum;
-  plan.max_level_ = options.max_level >= 0 ? options.max_level : leaf_level(info);
+  plan.settle_ends(surface);
   plan.first_level_ = options.first_level;
   plan.last_level_ =
       options.last_level < 0 ? plan.max_level_ : std::min(options.last_level, plan.max_level_);
@@ -234,45 +324,151 @@ Result<TilePlan> TilePlan::make(const Surface& surface, const HeightRange& range
                     std::to_string(plan.max_level_) + ": there is no level " +
                     std::to_string(plan.first_level_) + " (--deepest makes it end elsewhere)");
   }
-  for (int z = 0; z <= plan.max_level_; ++z) plan.areas_.push_back(area_of(info, z));
-  const double spacing = std::sqrt(info.spacing_x_m * info.spacing_y_m);
-  const double leaf_error = options.max_error_m > 0 ? options.max_error_m : spacing / 32;
-  const double latitude_degree = 111320;
-  for (int z = 0; z <= plan.max_level_; ++z) {
-    LevelPlan level;
-    level.budget_m = tiling::level_error(z) * options.error_factor;
-    if (z == plan.max_level_) level.budget_m = std::min(level.budget_m, leaf_error);
-    level.fit_error_m = std::min(level.budget_m, kLargestError);
-    if (options.side != Side::both) {
-      level.fit_error_m /= 2;
-      level.offset_m = options.side == Side::above ? level.fit_error_m : -level.fit_error_m;
+  plan.settle_areas(surface);
+  for (int z = 0; z <= plan.max_level_; ++z) plan.levels_.push_back(plan.kinds_of(surface, z));
+  return plan;
+}
+
+/// Where each layer ends, and how exact it is there.
+void TilePlan::settle_ends(const Surface& surface) {
+  const auto layers = surface.layers();
+  std::vector<double> bounds;
+  for (const SurfaceLayer& layer : layers) {
+    const DemInfo& info = layer.source->info();
+    leaves_.push_back(leaf_level(info));
+    const double spacing =
+        layers.size() == 1 ? std::sqrt(info.spacing_x_m * info.spacing_y_m) : rank_spacing_m(info);
+    const double asked = layer.max_error_m > 0 ? layer.max_error_m : options_.max_error_m;
+    bounds.push_back(asked > 0 ? asked : spacing / 32);
+  }
+  max_level_ = std::ranges::max(leaves_);
+  if (options_.max_level >= 0)
+    for (int& leaf : leaves_)
+      leaf = leaf == max_level_ ? options_.max_level : std::min(leaf, options_.max_level);
+  if (options_.max_level >= 0) max_level_ = options_.max_level;
+  ends_m_ = bounds;
+  std::ranges::sort(ends_m_);
+  ends_m_.erase(std::unique(ends_m_.begin(), ends_m_.end()), ends_m_.end());
+  for (const double bound : bounds)
+    bound_of_.push_back(std::size_t(std::ranges::find(ends_m_, bound) - ends_m_.begin()));
+}
+
+void TilePlan::settle_areas(const Surface& surface) {
+  const auto layers = surface.layers();
+  if (layers.size() > 1) {
+    for (const SurfaceLayer& layer : layers) {
+      auto& areas = layer_areas_.emplace_back();  // one level more: the parts of the last tiles
+      for (int z = 0; z <= std::min(max_level_ + 1, tiling::kMaxLevel); ++z)
+        areas.push_back(area_of(layer.source->info(), z));
     }
+  }
+  for (int z = 0; z <= max_level_; ++z) {
+    std::vector<TileRange> ranges;
+    for (std::size_t k = 0; k < layers.size(); ++k) {
+      if (leaves_[k] < z) continue;
+      const TileArea area = area_of(layers[k].source->info(), z);
+      ranges.insert(ranges.end(), area.ranges().begin(), area.ranges().end());
+    }
+    areas_.emplace_back(std::move(ranges));
+  }
+}
+
+/// Which of its level's plans a tile has: of the parts that end here, the strictest bound.
+std::size_t TilePlan::kind_of(TileId t) const {
+  if (layer_areas_.empty()) return t.level == max_level_ ? 1 : 0;
+  std::size_t kind = 0;
+  for (int part = 0; part < 4; ++part) {
+    const TileId child = t.child(part % 2, part / 2);
+    if (available(child)) continue;
+    for (std::size_t k = 0; k < layer_areas_.size(); ++k) {
+      const auto& areas = layer_areas_[k];
+      const bool there = std::size_t(child.level) < areas.size() &&
+                         areas[std::size_t(child.level)].contains(child.x, child.y);
+      if (there && (kind == 0 || bound_of_[k] + 1 < kind)) kind = bound_of_[k] + 1;
+    }
+  }
+  // (A layer too small for a tile of the next level ends here, too.)
+  return kind == 0 && t.level == max_level_ ? 1 : kind;
+}
+
+const LevelPlan& TilePlan::level(TileId t, TileSide side) const {
+  const LevelPlan& own = level(t);
+  if (layer_areas_.empty()) return own;
+  const std::uint32_t columns = tiling::columns(t.level), rows = tiling::rows(t.level);
+  TileId other = t;
+  if (side == TileSide::west) other.x = (t.x + columns - 1) % columns;
+  if (side == TileSide::east) other.x = (t.x + 1) % columns;
+  if (side == TileSide::south && t.y > 0) --other.y;
+  if (side == TileSide::north && t.y + 1 < rows) ++other.y;
+  if (!available(other)) return own;
+  const LevelPlan& beside = level(other);
+  return beside.fit_error_m < own.fit_error_m ? beside : own;
+}
+
+/// A level's plans: [0] of tiles that go on, then one for each bound.
+std::vector<LevelPlan> TilePlan::kinds_of(const Surface& surface, int z) const {
+  const bool one = surface.only() != nullptr;
+  const DemInfo& info = surface.info();
+  const double spacing = std::sqrt(info.spacing_x_m * info.spacing_y_m);
+  const double latitude_degree = 111320;
+  double low = range_.min_m, high = range_.max_m;
+  if (std::size_t(z) < range_.of_levels.size())
+    std::tie(low, high) = range_.of_levels[std::size_t(z)];
+  std::vector<LevelPlan> kinds(ends_m_.size() + 1);
+  double strictest = HUGE_VAL;  // of those that this level can have
+  for (std::size_t i = 0; i < kinds.size(); ++i) {
+    LevelPlan& level = kinds[i];
+    level.budget_m = tiling::level_error(z) * options_.error_factor;
+    if (i > 0) level.budget_m = std::min(level.budget_m, ends_m_[i - 1]);
+    level.fit_error_m = std::min(level.budget_m, kLargestError);
+    bool can_be = i == 0 || one;
+    for (std::size_t k = 0; k < leaves_.size() && !can_be; ++k)
+      can_be = leaves_[k] <= z && bound_of_[k] + 1 == i;
+    if (can_be && (!one || (i == 1) == (z == max_level_)))
+      strictest = std::min(strictest, level.fit_error_m);
+  }
+  const double widest = kinds[0].fit_error_m;
+  for (LevelPlan& level : kinds) {
+    if (options_.side != Side::both) {
+      // A corner has one height, whichever of its tiles asks: all of a level lie as far off.
+      level.fit_error_m = (one ? level.fit_error_m : strictest) / 2;
+      level.offset_m = options_.side == Side::above ? level.fit_error_m : -level.fit_error_m;
+    }
+    const double fit = one ? level.fit_error_m
+                           : strictest / (options_.side != Side::both ? 2 : 1);  // so has its step
     // Heights of a tile: posts, 0 where there are none, and half a band beyond either.
-    const double relief = std::max(range.max_m, 0.0) - std::min(range.min_m, 0.0) +
-                          2 * (level.fit_error_m + std::abs(level.offset_m)) + 4 * kLargestStep;
+    const double relief = std::max(high, 0.0) - std::min(low, 0.0) +
+                          2 * ((one ? level.fit_error_m : widest) + std::abs(level.offset_m)) +
+                          4 * kLargestStep;
     const double needed = power_of_two_at_least(std::max(relief, 1.0) / 32767);
     level.border_step_m =
-        std::clamp(power_of_two_at_most(level.fit_error_m / 16), std::max(needed, kSmallestStep),
+        std::clamp(power_of_two_at_most(fit / 16), std::max(needed, kSmallestStep),
                    std::max(needed, kLargestStep));
     level.border_tolerance_m = kBorderShare * level.fit_error_m;
-    level.border_place_step = place_step(info, z, level.fit_error_m);
-    level.curvature_cells = curvature_cells(z);
+    level.curvature_cells = tind::curvature_cells(z);
+    level.line_tolerance = line_tolerance(z, level.budget_m);
     level.normal_reach_deg = std::max(spacing / latitude_degree, tiling::tile_degrees(z) / 128);
-    plan.levels_.push_back(level);
+    double places = std::min(info.spacing_x_m, info.spacing_y_m);
+    if (!one) {
+      places = std::max(places, tiling::tile_degrees(z) * latitude_degree / 128);
+      level.lowest_m = std::min(low, 0.0), level.highest_m = std::max(high, 0.0);
+    }
+    level.border_place_step = place_step(places, z, level.fit_error_m);
   }
-  return plan;
+  return kinds;
 }
 
 void TilePlan::use(std::shared_ptr<const ResidualIndex> index) {
   index_ = std::move(index);
   for (int z = 0; z <= std::min(max_level_, index_->level()); ++z) {
-    LevelPlan& level = levels_[std::size_t(z)];
-    // What lies between nodes or skipped posts comes on top of a mesh's error, beside its border
-    // too, where nothing can be done about it.
-    level.border_tolerance_m = kCoarseBorderShare * level.fit_error_m;
-    // Tiles of millions of posts have thousands along a border. The coarser ones need not be looked
-    // at so closely: their budgets are larger than what lies between samples.
-    if (z >= index_->level() - 3) level.border_samples = 1024;
+    for (LevelPlan& level : levels_[std::size_t(z)]) {
+      // What lies between nodes or skipped posts comes on top of a mesh's error, beside its border
+      // too, where nothing can be done about it.
+      level.border_tolerance_m = kCoarseBorderShare * level.fit_error_m;
+      // Tiles of millions of posts have thousands along a border. The coarser ones need not be
+      // looked at so closely: their budgets are larger than what lies between samples.
+      if (z >= index_->level() - 3) level.border_samples = 1024;
+    }
   }
 }
 
@@ -295,24 +491,26 @@ std::string TilePlan::warning(const Surface& surface) const {
   constexpr std::uint64_t kMany = 10'000;
   constexpr double kPostsOfATile = 64, kFar = 0.01;
   constexpr double kFinest = 0.01;  // metres: 1e-7 degrees
-  if (info.covered.empty()) return {};
+  if (surface.only() && info.covered.empty()) return {};
   if (std::max(info.spacing_x_m, info.spacing_y_m) < kFinest)  // near a pole only one is small
     return "posts less than 1 cm apart are too fine for tiles in degrees: stated errors may be too "
            "small by micrometres, or far too large; resample it to 1 cm or coarser";
-  if (max_level_ <= last_level_ && options_.max_error_m > levels_.back().budget_m)
+  if (max_level_ <= last_level_ && options_.max_error_m > level(max_level_).budget_m)
     return fmt::format(
         "the largest error asked for, {:g} m, changes nothing: level {} keeps {:g} m; --deepest or "
         "--error-factor makes coarser tiles",
-        options_.max_error_m, max_level_, levels_.back().budget_m);
+        options_.max_error_m, max_level_, level(max_level_).budget_m);
   const std::uint64_t tiles = tile_count();
-  const double posts = posts_of(info);
+  double posts = 0;
+  for (const SurfaceLayer& layer : surface.layers()) posts += posts_of(layer.source->info());
   const std::string levels =
       "levels " + std::to_string(first_level_) + "-" + std::to_string(last_level_);
   const std::string of = std::to_string(tiles) + " tiles of " + levels;
   if (tiles > kMany && posts < kPostsOfATile * double(tiles))
     return of + " for " + std::to_string(std::int64_t(posts)) +
            " posts: --levels or --deepest makes fewer";
-  if (info.files.size() > 1 && posts < kFar * double(info.cols) * double(info.rows))
+  if (surface.only() && info.files.size() > 1 &&
+      posts < kFar * double(info.cols) * double(info.rows))
     return "the " + std::to_string(info.files.size()) +
            " files lie far apart (they fill less than 1 % of the rectangle around them): " + of;
   return {};
@@ -331,6 +529,7 @@ proto::LayerJson TilePlan::layer(const std::string& name) const {
       layer.available.push_back(on_the_wire(tiles(z).ranges()));
   }
   layer.extensions = {"octvertexnormals", "metadata"};
+  if (water_mask_) layer.extensions.insert(layer.extensions.begin() + 1, "watermask");
   layer.metadata_availability = kAvailabilityLevels;
   layer.side = name_of(options_.side);
   layer.datum = tind::name(datum_);

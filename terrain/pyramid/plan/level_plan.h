@@ -2,6 +2,9 @@
 // What is decided before the first tile is made: levels, error budgets, height steps, availability.
 // A pure function of the source's facts and the options.
 
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -17,13 +20,17 @@
 #include "terrain/pyramid/plan/tile_set_options.h"
 #include "terrain/raster/dem_source.h"
 #include "terrain/surface/surface.h"
+#include "terrain/tile/border.h"
 
 namespace tind {
 
 class ResidualIndex;
+class SourceBlocks;
+class TilePlan;
 
 struct PostPlace {
   std::int64_t col = 0, row = 0;
+  std::size_t layer = 0;
 };
 
 /// The lowest and highest valid post of a source.
@@ -32,22 +39,28 @@ struct HeightRange {
   std::uint64_t valid = 0;  // posts
   /// Where, if a pass over the posts has met them; of several the same for any number of threads.
   std::optional<PostPlace> lowest = {}, highest = {};
+  /// By level, of the posts in and around its tiles, where that is less than all (layers).
+  std::vector<std::pair<double, double>> of_levels = {};
 
   /// Takes in posts. REQUIRES: a range that began as {HUGE_VAL, -HUGE_VAL, 0}.
   void add(std::span<const float> posts);
 };
 
-class SourceBlocks;
+class SurfaceBlocks;
 
 /// One streaming pass over all posts, 4 MB a thread. Fails where a block is unreadable. `blocks`:
 /// learn what the posts are in the same pass.
 Result<HeightRange> read_height_range(const DemSource&, const Progress& = {}, int threads = 0,
                                       SourceBlocks* blocks = nullptr);
+/// Of several layers: what the levels below the end of the coarsest one need to know of the range
+/// (HeightRange::of_levels). Reads posts of the coarser layers under the finer ones. `outline`: a
+/// plan of the same levels.
+Result<void> find_level_ranges(const Surface&, const TilePlan& outline, HeightRange&);
 /// Why there is nothing to be made of a source without a valid post.
 std::string no_valid_height(const DemInfo&);
 /// The same, and fails with bad_data where no post is valid.
 Result<HeightRange> scan_heights(const Surface&, const Progress& = {}, int threads = 0,
-                                 SourceBlocks* blocks = nullptr);
+                                 SurfaceBlocks* blocks = nullptr);
 
 /// A tile of this level keeps the vertices of a lattice of so many cells a side, so that its
 /// triangles, drawn straight through space, follow the earth's curvature. A power of two.
@@ -57,7 +70,7 @@ int curvature_cells(int level);
 /// few bytes once tiles are compressed, and within an error bound the exact place is worth
 /// little. A power of two: at most a quarter of the way between every step-th post, and no more
 /// than the bound.
-int place_step(const DemInfo&, int level, double eps, int step = 1);
+int place_step(double spacing_m, int level, double eps);
 
 struct LevelPlan {
   double budget_m = 0;     // no post of a tile may be farther than this from its mesh
@@ -69,7 +82,10 @@ struct LevelPlan {
   double border_step_m = 0;     // heights on tile borders are multiples of this power of two
   int border_place_step = 1;    // and their places multiples of this, of 32767 along the side
   int curvature_cells = 1;      // see above
+  double line_tolerance = 1;    // units of the tile's grid by which lines may be thinned
   double normal_reach_deg = 0;  // normals are taken from H's differences over +- this
+  /// Heights beyond these have no place in a tile (what bends a layer may overshoot).
+  double lowest_m = -HUGE_VAL, highest_m = HUGE_VAL;
 };
 
 class TilePlan {
@@ -83,9 +99,24 @@ class TilePlan {
   /// The levels that are asked for.
   int first_level() const { return first_level_; }
   int last_level() const { return last_level_; }
-  const LevelPlan& level(int z) const { return levels_[std::size_t(z)]; }
+  /// Of a level's tiles that have tiles below them in all of their parts with posts; of the last
+  /// level, of its strictest tiles. Of one DEM all tiles of a level are alike.
+  const LevelPlan& level(int z) const {
+    const auto& kinds = levels_[std::size_t(z)];
+    return z == max_level_ ? kinds[1] : kinds.front();
+  }
+  /// Of a tile. Where a part of it has posts, but no tile below it, it is as exact as the strictest
+  /// layer that has posts there asks for.
+  const LevelPlan& level(TileId t) const { return levels_[std::size_t(t.level)][kind_of(t)]; }
+  /// Of a side of it: of the stricter of the two tiles that share it.
+  const LevelPlan& level(TileId, TileSide) const;
+  /// The deepest level with tiles of which layer k is the reason.
+  int deepest_of(std::size_t k) const { return leaves_[k]; }
   const TileSetOptions& options() const { return options_; }
   const HeightRange& range() const { return range_; }
+  /// Stand for the surface's lines and water, and for their levels; empty where it has none.
+  const std::string& shapes() const { return shapes_; }
+  const std::string& levels_of_shapes() const { return levels_of_shapes_; }
 
   /// From here on tiles of levels above the index's own are fitted and certified through it, and
   /// have borders that leave room for what it does not know.
@@ -113,10 +144,22 @@ class TilePlan {
   std::vector<std::vector<proto::TileRange>> descendants(TileId) const;
 
  private:
+  std::size_t kind_of(TileId) const;
+  void settle_ends(const Surface&);
+  void settle_areas(const Surface&);
+  std::vector<LevelPlan> kinds_of(const Surface&, int level) const;
+
   int max_level_ = 0, first_level_ = 0, last_level_ = 0;
-  std::vector<LevelPlan> levels_;
+  /// By level: [0] of tiles that go on below, [i] of those that end, by ends_m_[i - 1].
+  std::vector<std::vector<LevelPlan>> levels_;
+  std::vector<double> ends_m_;                      // of layers at their ends, the strictest first
+  std::vector<int> leaves_;                         // by layer
+  std::vector<std::size_t> bound_of_;               // by layer, in ends_m_
+  std::vector<std::vector<TileArea>> layer_areas_;  // by layer and level; of several layers
   TileSetOptions options_;
   HeightRange range_;
+  std::string shapes_, levels_of_shapes_;
+  bool water_mask_ = false;
   GeoRect bounds_;
   VerticalDatum datum_ = VerticalDatum::unknown;
   std::vector<TileArea> areas_;  // by level from 0

@@ -5,7 +5,7 @@
 #include <atomic>
 #include <filesystem>
 
-#include "terrain/raster/source_blocks.h"
+#include "terrain/surface/surface_blocks.h"
 
 namespace tind {
 
@@ -53,9 +53,11 @@ Result<TilePlan> plan_source(const Surface& surface, const TileSetOptions& optio
   auto index = index_for(surface, *outline, index_path, threads, progress);
   if (!index) return std::unexpected(index.error());
   if (!*index) {
-    SourceBlocks blocks(surface.info());
-    const auto range = scan_heights(surface, progress, threads, content ? &blocks : nullptr);
+    SurfaceBlocks blocks(surface);
+    auto range = scan_heights(surface, progress, threads, content ? &blocks : nullptr);
     if (!range) return std::unexpected(range.error());
+    if (auto done = find_level_ranges(surface, *outline, *range); !done)
+      return std::unexpected(done.error());
     if (content) *content = blocks.digest();
     return TilePlan::make(surface, *range, options);
   }

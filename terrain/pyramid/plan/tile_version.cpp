@@ -7,13 +7,25 @@
 
 namespace tind {
 
-std::string grid_digest(const Surface& surface) {
-  const DemInfo& info = surface.info();
+namespace {
+
+std::string grid_digest(const DemInfo& info) {
   const Affine& a = info.post_to_crs;
   return hash128(fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}", info.cols, info.rows, a.x0,
                              a.x_col, a.x_row, a.y0, a.y_col, a.y_row, info.crs_wkt,
                              name(info.datum), info.rounding_m, info.wraps_longitude))
       .text();
+}
+
+}  // namespace
+
+std::string grid_digest(const Surface& surface) {
+  if (const DemSource* dem = surface.only()) return grid_digest(dem->info());
+  std::string layers;
+  for (const SurfaceLayer& layer : surface.layers())
+    layers += fmt::format("{} {} {}\n", grid_digest(layer.source->info()), layer.blend_m,
+                          layer.max_error_m);
+  return hash128(layers).text();
 }
 
 std::string area_digest(const TilePlan& plan) {
@@ -30,10 +42,10 @@ std::string area_digest(const TilePlan& plan) {
 
 std::string tile_version(const Surface& surface, const TilePlan& plan, const std::string& content) {
   const TileSetOptions& o = plan.options();
-  const std::string text =
-      fmt::format("{} {} {} {} {} {} {} {}{}{}", grid_digest(surface), content, o.max_error_m,
-                  o.error_factor, plan.max_level(), name_of(o.side), name_of(o.effort),
-                  o.exact_posts, area_digest(plan), tile_method(o));
+  const std::string text = fmt::format(
+      "{} {} {} {} {} {} {} {}{}{}{}{}", grid_digest(surface), content, o.max_error_m,
+      o.error_factor, plan.max_level(), name_of(o.side), name_of(o.effort), o.exact_posts,
+      area_digest(plan), tile_method(o), plan.shapes(), plan.levels_of_shapes());
   constexpr int kBits = 53;  // a number that JavaScript, too, holds whole
   return fmt::format("{}.0.{}", kTileEpoch, hash64(text) >> (64 - kBits));
 }

@@ -151,16 +151,18 @@ class TileScan {
   Result<void> patch(int patch_col, int patch_row) {
     const int col0 = patch_col * kCells, row0 = patch_row * kCells;
     const Geographic nw = place(col0, row0), se = place(col0 + kCells, row0 + kCells);
-    const auto windows = surface_windows(surface_, {nw.lon, se.lat, se.lon, nw.lat});
+    const auto found = surface_windows(surface_, {nw.lon, se.lat, se.lon, nw.lat});
+    if (!found) return std::unexpected(found.error());
+    const std::vector<LayerWindow>& windows = *found;
     HeightField field(surface_);
-    for (const auto& [layer, w, step] : windows) {
+    for (const auto& [layer, w, step, alone] : windows) {
       auto loaded = field.load(layer, w.col, w.row, int(w.cols), int(w.rows));
       if (!loaded) return loaded;
     }
     Nodes nodes;
-    if (auto found = find_nodes(field, col0, row0, nodes); !found) return found;
+    if (auto done = find_nodes(field, col0, row0, nodes); !done) return done;
     if (windows.empty()) return {};
-    const auto posts = TilePosts::read(surface_, windows, id_);
+    const auto posts = TilePosts::read(field, windows, id_);
     if (!posts) return std::unexpected(posts.error());
     if (posts->inside() == 0) return {};
     const auto bits = field.loaded(windows.front().layer).values();

@@ -19,6 +19,7 @@
 #include "terrain/raster/gdal/datum_shift.h"
 #include "terrain/raster/gdal/gdal_frame.h"
 #include "terrain/raster/gdal/gdal_mosaic.h"
+#include "terrain/raster/gdal/source_pool.h"
 #include "terrain/raster/nodata.h"
 
 namespace tind {
@@ -55,10 +56,12 @@ class RasterSource final : public DemSource {
   std::vector<UndeclaredNodata> undeclared_nodata() const override {
     return mosaic_.undeclared_nodata();
   }
+  Result<void> unchanged() const override { return mosaic_.unchanged(); }
+  ~RasterSource() override { pool_->heights.forget(id_); }
 
  private:
-  RasterSource(gdal::Mosaic mosaic, gdal::Frame frame, const DemOptions& options)
-      : mosaic_(std::move(mosaic)), frame_(std::move(frame)), cache_(options.cache_bytes) {}
+  RasterSource(gdal::Mosaic mosaic, gdal::Frame frame, std::shared_ptr<gdal::Pool> pool)
+      : mosaic_(std::move(mosaic)), frame_(std::move(frame)), pool_(std::move(pool)) {}
   Result<void> describe(std::span<const std::string> files, const DemOptions&);
   Result<void> settle_datum(const gdal::FileFacts&, const DemOptions&);
   std::unexpected<Error> too_high(double z, std::int64_t col, std::int64_t row) const;
@@ -76,7 +79,8 @@ class RasterSource final : public DemSource {
   std::optional<DatumShift> shift_;
   std::string datum_identity_;
   double max_height_ = kMaxExact;
-  mutable BlockCache cache_;
+  const std::shared_ptr<gdal::Pool> pool_;
+  const std::uint64_t id_ = BlockCache::new_source();
   mutable std::array<std::mutex, 61> loading_;
 };
 
@@ -139,17 +143,18 @@ Result<HeightGrid> RasterSource::load(std::int64_t col, std::int64_t row, int co
 
 Result<BlockCache::Block> RasterSource::block(std::int64_t block_col,
                                               std::int64_t block_row) const {
-  const std::uint64_t key = std::uint64_t(block_row) << 32 | std::uint64_t(block_col);
-  if (auto found = cache_.find(key)) return found;
+  const std::uint64_t place = std::uint64_t(block_row) << 32 | std::uint64_t(block_col);
+  const BlockCache::Key key{id_, place};
+  if (auto found = pool_->heights.find(key)) return found;
   // Neighbouring tiles are built at once and miss the same block: one loads it, the others wait.
-  const std::lock_guard one_at_a_time(loading_[key % loading_.size()]);
-  if (auto found = cache_.find(key)) return found;
+  const std::lock_guard one_at_a_time(loading_[place % loading_.size()]);
+  if (auto found = pool_->heights.find(key)) return found;
   const std::int64_t col = block_col * kBlock, row = block_row * kBlock;
   auto grid = load(col, row, int(std::min<std::int64_t>(kBlock, info_.cols - col)),
                    int(std::min<std::int64_t>(kBlock, info_.rows - row)));
   if (!grid) return std::unexpected(grid.error());
   auto made = std::make_shared<const HeightGrid>(std::move(*grid));
-  cache_.insert(key, made);
+  pool_->heights.insert(key, made);
   return made;
 }
 
@@ -296,13 +301,14 @@ Result<std::shared_ptr<const DemSource>> RasterSource::open(std::span<const std:
   auto inputs = dem_files(named, options);
   if (!inputs) return std::unexpected(inputs.error());
   const std::vector<std::string>& files = inputs->files;
-  auto mosaic = gdal::Mosaic::open(files, options);
+  auto pool = gdal::Pool::of(options);
+  auto mosaic = gdal::Mosaic::open(files, options, pool->idle);
   if (!mosaic) return std::unexpected(mosaic.error());
   auto frame =
       gdal::Frame::make(mosaic->facts().crs, mosaic->post_to_crs(), mosaic->cols(), mosaic->rows());
   if (!frame) return fail(files[0], frame.error());
   std::shared_ptr<RasterSource> source(
-      new RasterSource(std::move(*mosaic), std::move(*frame), options));
+      new RasterSource(std::move(*mosaic), std::move(*frame), std::move(pool)));
   source->info_.warnings = std::move(inputs->warnings);
   if (auto ok = source->describe(files, options); !ok) return std::unexpected(ok.error());
   return source;

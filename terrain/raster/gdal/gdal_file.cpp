@@ -150,7 +150,8 @@ bool is_vrt(const IdleHandles::Handle& handle) {
 
 }  // namespace
 
-IdleHandles::IdleHandles(std::size_t max_bytes) : max_bytes_(max_bytes) {}
+IdleHandles::IdleHandles(std::size_t max_bytes, std::size_t max_open)
+    : max_bytes_(max_bytes), max_open_(max_open) {}
 IdleHandles::~IdleHandles() = default;
 
 std::unique_ptr<IdleHandles::Handle> IdleHandles::take(const RasterFile* owner) {
@@ -170,16 +171,27 @@ void IdleHandles::give(const RasterFile* owner, std::unique_ptr<Handle> handle) 
   const std::lock_guard lock(mutex_);
   bytes_ += handle->bytes();
   idle_.push_front({owner, std::move(handle)});
-  while (idle_.size() > kMaxIdle || (bytes_ > max_bytes_ && idle_.size() > 1)) {
+  while (idle_.size() > max_open_ || (bytes_ > max_bytes_ && idle_.size() > 1)) {
     bytes_ -= idle_.back().handle->bytes();
     closed.splice(closed.begin(), idle_, std::prev(idle_.end()));
+  }
+}
+
+void IdleHandles::forget(const RasterFile* owner) {
+  std::list<Entry> closed;  // destroyed after the lock is gone
+  const std::lock_guard lock(mutex_);
+  for (auto it = idle_.begin(); it != idle_.end();) {
+    const auto here = it++;
+    if (here->owner != owner) continue;
+    bytes_ -= here->handle->bytes();
+    closed.splice(closed.begin(), idle_, here);
   }
 }
 
 RasterFile::RasterFile(std::string path, const DemOptions& options,
                        std::shared_ptr<IdleHandles> idle)
     : path_(std::move(path)), allow_vrt_(options.allow_vrt), idle_(std::move(idle)) {}
-RasterFile::~RasterFile() = default;
+RasterFile::~RasterFile() { idle_->forget(this); }
 
 Result<std::shared_ptr<const IdleHandles::Unpacked>> RasterFile::unpacked() const {
   const std::lock_guard one_at_a_time(unpacking_);

@@ -34,25 +34,26 @@ struct FileFacts {
 
 class RasterFile;
 
-/// Open datasets that nobody reads from just now, of all files of one source. The longest unused
-/// is closed when they are more than `kMaxIdle`, or unpacked files among them more than so many
-/// bytes. Thread-safe.
+/// Open datasets that nobody reads from just now, of all files of a pool. The longest unused is
+/// closed when they are more than `max_open`, or unpacked files among them more than so many bytes.
+/// Thread-safe.
 class IdleHandles {
  public:
-  static constexpr std::size_t kMaxIdle = 32;
   struct Unpacked;  // a file in memory
   struct Handle;    // a GDAL dataset and the memory it may live in
-  explicit IdleHandles(std::size_t max_bytes);
+  IdleHandles(std::size_t max_bytes, std::size_t max_open);
   ~IdleHandles();
   std::unique_ptr<Handle> take(const RasterFile* owner);
   void give(const RasterFile* owner, std::unique_ptr<Handle>);
+  /// Closes those of one that goes: another may come to have its address.
+  void forget(const RasterFile* owner);
 
  private:
   struct Entry;
   std::mutex mutex_;
   std::list<Entry> idle_;  // most recently used first
   std::size_t bytes_ = 0;
-  const std::size_t max_bytes_;
+  const std::size_t max_bytes_, max_open_;
 };
 
 class RasterFile {
@@ -80,6 +81,9 @@ class RasterFile {
     double* height;  // where it goes
   };
   Result<void> read_posts(std::span<const Post>) const;
+
+  /// As DemSource has it.
+  Result<void> unchanged() const { return states_.unchanged(); }
 
   /// Text that changes when the content does: sizes, inodes, times, hashes of first and last 64 KiB
   /// of this file and of those it refers to.

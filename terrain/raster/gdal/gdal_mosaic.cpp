@@ -34,10 +34,10 @@ Error mismatch(const FileFacts& a, const FileFacts& b, const std::string& why) {
 
 }  // namespace
 
-Result<Mosaic> Mosaic::open(std::span<const std::string> paths, const DemOptions& options) {
+Result<Mosaic> Mosaic::open(std::span<const std::string> paths, const DemOptions& options,
+                            const std::shared_ptr<IdleHandles>& idle) {
   if (paths.empty()) return fail(Errc::invalid_argument, "no raster file given");
   Mosaic mosaic;
-  auto idle = std::make_shared<IdleHandles>(options.unpacked_bytes);
   for (const std::string& path : paths) {
     auto file = RasterFile::open(path, options, idle);
     if (!file) return std::unexpected(file.error());
@@ -191,6 +191,12 @@ Result<void> Mosaic::read_lattice(std::span<const std::int64_t> cols,
     if (posts.empty()) continue;
     if (auto ok = part.file->read_posts(posts); !ok) return ok;
   }
+  return {};
+}
+
+Result<void> Mosaic::unchanged() const {
+  for (const Part& part : parts_)
+    if (auto same = part.file->unchanged(); !same) return same;
   return {};
 }
 

@@ -16,7 +16,8 @@ class Mosaic {
  public:
   /// The files must share CRS, vertical datum and grid: steps equal to 1e-6, offsets whole posts to
   /// within 0.01. They may lie apart, touch or overlap.
-  static Result<Mosaic> open(std::span<const std::string> paths, const DemOptions&);
+  static Result<Mosaic> open(std::span<const std::string> paths, const DemOptions&,
+                             const std::shared_ptr<IdleHandles>&);
 
   std::int64_t cols() const { return cols_; }
   std::int64_t rows() const { return rows_; }
@@ -42,7 +43,8 @@ class Mosaic {
 
   Result<std::string> fingerprint() const;
 
-  /// As DemSource has it.
+  /// As DemSource has them.
+  Result<void> unchanged() const;
   std::vector<UndeclaredNodata> undeclared_nodata() const;
 
  private:

@@ -72,7 +72,86 @@ class ToPosts {
   std::unique_ptr<gdal::ToGeographic> geographic_;  // null: longitude and latitude already
 };
 
-void add(const OGRGeometry& g, const ToPosts& to, VectorShapes& out) {
+/// From the coordinates of one layer to longitudes and latitudes.
+class ToGlobe {
+ public:
+  static Result<ToGlobe> make(OGRLayer& layer, const DemInfo& dem) {
+    ToGlobe to;
+    auto crs = gdal::describe(layer.GetSpatialRef());
+    if (!crs) return std::unexpected(crs.error());
+    if (crs->vertical_unit_m > 0) to.z_unit_m_ = crs->vertical_unit_m;
+    if (crs->plain_wgs84) return to;
+    std::string wkt = crs->wkt;
+    if (crs->kind == CrsKind::none) wkt = dem.crs_wkt;
+    if (wkt.empty()) return fail(Errc::bad_data, "has no CRS, and neither has the DEM");
+    OGREnvelope box;
+    Vec2 where;
+    if (layer.GetExtent(&box, TRUE) == OGRERR_NONE)
+      where = {(box.MinX + box.MaxX) / 2, (box.MinY + box.MaxY) / 2};
+    auto made = gdal::ToGeographic::make(wkt, where);
+    if (!made) return std::unexpected(made.error());
+    to.geographic_ = std::move(*made);
+    return to;
+  }
+
+  VectorLine line(const OGRSimpleCurve& curve) const {
+    VectorLine line;
+    Place last;
+    for (int i = 0; i < curve.getNumPoints(); ++i) {
+      Place place = at({curve.getX(i), curve.getY(i)});
+      place.z = curve.Is3D() ? curve.getZ(i) * z_unit_m_ : std::numeric_limits<double>::quiet_NaN();
+      if (i > 0 && geographic_) divide(last, place, kDeepest, line);
+      line.push_back({place.globe.x, place.globe.y, place.z});
+      last = place;
+    }
+    unroll(line);
+    return line;
+  }
+
+ private:
+  struct Place {
+    Vec2 crs, globe;
+    double z = 0;
+  };
+  static constexpr int kDeepest = 10;        // halvings of a segment
+  static constexpr double kStraight = 1e-7;  // degrees
+
+  ToGlobe() = default;
+
+  Place at(Vec2 crs) const {
+    Place place{crs, crs};
+    if (geographic_) geographic_->to_geographic(std::span(&place.globe, 1));
+    return place;
+  }
+  /// The points between a and b that keep the line as straight as it is in its own CRS.
+  void divide(const Place& a, const Place& b, int depth, VectorLine& line) const {
+    if (depth == 0) return;
+    Place middle = at({(a.crs.x + b.crs.x) / 2, (a.crs.y + b.crs.y) / 2});
+    middle.z = (a.z + b.z) / 2;
+    const double off = std::max(std::abs(middle.globe.x - (a.globe.x + b.globe.x) / 2),
+                                std::abs(middle.globe.y - (a.globe.y + b.globe.y) / 2));
+    if (!(off > kStraight) || off > 90) return;  // also where a place is unknown
+    divide(a, middle, depth - 1, line);
+    line.push_back({middle.globe.x, middle.globe.y, middle.z});
+    divide(middle, b, depth - 1, line);
+  }
+  static void unroll(VectorLine& line) {
+    double turn = 0, last = line.empty() ? 0 : line.front().x;
+    for (Vec3& p : line) {
+      const double step = p.x - last;
+      last = p.x;
+      // A step of 360 goes along the edge of the map, as to a pole: it is meant.
+      if (std::abs(step) > 180 && std::abs(step) < 360 - 1e-9) turn += step > 0 ? -360 : 360;
+      p.x += turn;
+    }
+  }
+
+  double z_unit_m_ = 1;
+  std::unique_ptr<gdal::ToGeographic> geographic_;  // null: longitude and latitude already
+};
+
+template <class To>
+void add(const OGRGeometry& g, const To& to, VectorShapes& out) {
   switch (wkbFlatten(g.getGeometryType())) {
     case wkbPoint:
       ++out.points;
@@ -98,8 +177,9 @@ void add(const OGRGeometry& g, const ToPosts& to, VectorShapes& out) {
   }
 }
 
-Result<void> read_layer(OGRLayer& layer, const DemSource& dem, VectorShapes& out) {
-  const auto to = ToPosts::make(layer, dem);
+template <class To, class Dem>
+Result<void> read_layer(OGRLayer& layer, const Dem& dem, VectorShapes& out) {
+  const auto to = To::make(layer, dem);
   if (!to) return std::unexpected(to.error());
   for (const auto& feature : layer) {
     ++out.features;
@@ -128,9 +208,8 @@ bool meets(const VectorShapes& shapes, const DemInfo& dem) {
          });
 }
 
-}  // namespace
-
-Result<VectorShapes> read_vectors(const std::string& path, const DemSource& dem) {
+template <class To, class Dem>
+Result<VectorShapes> read_file(const std::string& path, const Dem& dem) {
   std::error_code ignored;  // GDAL would also open URLs, and text that looks like a format
   if (!std::filesystem::exists(path, ignored))
     return fail(Errc::not_found, path + ": there is no such file");
@@ -146,7 +225,7 @@ Result<VectorShapes> read_vectors(const std::string& path, const DemSource& dem)
   }
   VectorShapes shapes;
   for (OGRLayer* layer : set->GetLayers()) {
-    if (const auto ok = read_layer(*layer, dem, shapes); !ok) return fail(path, ok.error());
+    if (const auto ok = read_layer<To>(*layer, dem, shapes); !ok) return fail(path, ok.error());
   }
   if (complaints.failed()) return fail(Errc::bad_data, path + ": " + complaints.text("unreadable"));
   if (shapes.lines.empty() && shapes.polygons.empty()) {
@@ -154,11 +233,23 @@ Result<VectorShapes> read_vectors(const std::string& path, const DemSource& dem)
                 path + (shapes.points > 0 ? ": has points only; lines or polygons are needed"
                                           : ": is empty; lines or polygons are needed"));
   }
-  if (!meets(shapes, dem.info())) {
+  return shapes;
+}
+
+}  // namespace
+
+Result<VectorShapes> read_vectors(const std::string& path, const DemSource& dem) {
+  auto shapes = read_file<ToPosts>(path, dem);
+  if (!shapes) return shapes;
+  if (!meets(*shapes, dem.info())) {
     return fail(Errc::bad_data,
                 path + ": nothing in it lies on the DEM; is its CRS the right one?");
   }
   return shapes;
+}
+
+Result<VectorShapes> read_vectors_on_globe(const std::string& path, const DemInfo& dem) {
+  return read_file<ToGlobe>(path, dem);
 }
 
 }  // namespace tind

@@ -35,4 +35,12 @@ struct VectorShapes {
 /// that is unreadable, has neither line nor polygon, or has nothing within the DEM's rectangle.
 Result<VectorShapes> read_vectors(const std::string& path, const DemSource& dem);
 
+/// The same in longitudes and latitudes (x = lon, y = lat, degrees), wherever on the globe. Between
+/// vertices lines are straight in longitude and latitude; those of another CRS get vertices between
+/// theirs, so that they stay within a centimetre or so of where they are straight. A line's
+/// longitudes go on beyond +-180 where it crosses the antimeridian: a step of more than 180 and
+/// less than 360 degrees is taken for the shorter way around. A file without CRS has the one of
+/// `dem`.
+Result<VectorShapes> read_vectors_on_globe(const std::string& path, const DemInfo& dem);
+
 }  // namespace tind

@@ -20,6 +20,14 @@ class LinePoints {
 
   /// An edge that stays and has no points of its own.
   void add_edge(Index a, Index b) { edges_.add(a, b); }
+  /// It need not stay any more; its ends are on lines all the same.
+  void remove_edge(Index a, Index b) { edges_.remove(a, b); }
+  /// Vertex v has halved it.
+  void split_edge(Index a, Index b, Index v) {
+    edges_.remove(a, b);
+    edges_.add(a, v);
+    edges_.add(v, b);
+  }
 
   /// The edge a-b of the mesh, with `inner` exactly on it, in order from a to b.
   void add_line(Index a, Index b, std::vector<Vec3> inner);

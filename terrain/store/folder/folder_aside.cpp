@@ -102,7 +102,7 @@ bool is_record(const Json& j) { return json::text(j, "made_by") == "tind build";
 
 bool same_but_heights(Json a, Json b) {
   if (!a.is_object() || !b.is_object()) return false;
-  for (const char* key : {"heights", "steps_m"}) a.erase(key), b.erase(key);
+  for (const char* key : {"heights", "steps_m", "shape_levels"}) a.erase(key), b.erase(key);
   return a == b;
 }
 

@@ -95,7 +95,7 @@ class FolderWriter : public TileWriter {
   Result<void> put(const std::string& path, std::string_view bytes);
   Result<void> put_record(const std::string& folder, const std::string& record, const TileWork&,
                           std::optional<TileLedger>&);
-  Result<void> mend_blocks(const std::string& folder, const SourceBlocks&);
+  Result<void> mend_blocks(const std::string& folder, const KeptBlocks&);
   Result<void> start(const std::string& record, const TileWork&);
   Result<void> start_update(const std::string& record, const TileWork&, const Progress&);
   Result<void> make_folders();
@@ -125,6 +125,8 @@ std::string difference(const Json& found, const Json& wanted) {
            found.value("epoch", Json()).dump() + ", not " + wanted["epoch"].dump() + ")";
   }
   if (found.value("grid", Json()) != wanted["grid"]) return "tiles of another source";
+  if (found.value("shapes", Json()) != wanted.value("shapes", Json()))
+    return "tiles with other lines or water";
   return "tiles of other options";
 }
 
@@ -166,7 +168,7 @@ Result<void> FolderWriter::claim_empty(const TileWork& work, const std::string& 
     return refused(output_, "a tile set that tind build did not make", "choose another directory");
   const auto none = [](TileId) { return false; };
   if (auto ok = check_way(output_, ids_, false, none); !ok) return ok;
-  if (auto ok = check_blocks(output_, work.blocks.digest(), false); !ok) return ok;
+  if (auto ok = check_blocks(output_, work.blocks.digest, false); !ok) return ok;
   return start(record, work);
 }
 
@@ -181,7 +183,7 @@ Result<void> FolderWriter::go_on(const TileWork& work, const std::string& record
   if (!same && !update) return replace(work, record, found, difference(found, wanted));
   const auto all = [](TileId) { return true; };
   if (auto ok = check_way(output_, ids_, true, all); !ok) return ok;
-  if (auto ok = check_blocks(output_, work.blocks.digest(), same); !ok) return ok;
+  if (auto ok = check_blocks(output_, work.blocks.digest, same); !ok) return ok;
   if (auto done = remove_partial_files(files_, output_); !done) return done;
   ledger_ = ledger_in(output_, *text, ids_);
   if (update) {
@@ -221,7 +223,7 @@ Result<void> FolderWriter::replace(const TileWork& work, const std::string& reco
   if (auto ok = check_way(output_, ids_, true, named); !ok) return ok;
   const bool same_heights =
       is_record(found) && found.value("heights", Json()) == work.record.heights;
-  if (auto ok = check_blocks(output_, work.blocks.digest(), same_heights); !ok) return ok;
+  if (auto ok = check_blocks(output_, work.blocks.digest, same_heights); !ok) return ok;
   // So that no old tile can be taken for one of ours.
   if (auto done = files_.remove(output_ + kLayer); !done) return done;
   if (auto done = files_.sync_folder(output_); !done) return done;
@@ -254,8 +256,8 @@ Result<void> FolderWriter::put(const std::string& path, std::string_view bytes) 
 /// Blocks, an empty ledger and the record that needs both.
 Result<void> FolderWriter::put_record(const std::string& folder, const std::string& record,
                                       const TileWork& work, std::optional<TileLedger>& ledger) {
-  const SourceBlocks& blocks = work.blocks;
-  if (auto done = put(folder + kBlocks + blocks.digest(), blocks.encode()); !done) return done;
+  const KeptBlocks& blocks = work.blocks;
+  if (auto done = put(folder + kBlocks + blocks.digest, blocks.encode()); !done) return done;
   if (auto done = put(folder + kLedger, TileLedger::blank(record, work.levels)); !done) return done;
   if (auto done = put(folder + kRecord, record); !done) return done;
   auto opened = TileLedger::open(folder + kLedger);
@@ -265,8 +267,8 @@ Result<void> FolderWriter::put_record(const std::string& folder, const std::stri
 }
 
 /// The blocks' file is only read by the next update, which a damaged one would stop.
-Result<void> FolderWriter::mend_blocks(const std::string& folder, const SourceBlocks& blocks) {
-  const std::string path = folder + kBlocks + blocks.digest(), wanted = blocks.encode();
+Result<void> FolderWriter::mend_blocks(const std::string& folder, const KeptBlocks& blocks) {
+  const std::string path = folder + kBlocks + blocks.digest, wanted = blocks.encode();
   if (const auto found = read_regular_file(path); found && *found == wanted) return {};
   return put(path, wanted);
 }
@@ -277,7 +279,7 @@ Result<void> FolderWriter::start(const std::string& record, const TileWork& work
     return std::unexpected(done.error());
   if (auto done = put_record(output_, record, work, ledger_); !done)
     return std::unexpected(done.error());
-  if (auto done = remove_other_blocks(files_, output_, work.blocks.digest()); !done)
+  if (auto done = remove_other_blocks(files_, output_, work.blocks.digest); !done)
     return std::unexpected(done.error());
   return make_folders();
 }

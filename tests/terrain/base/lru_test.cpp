@@ -27,6 +27,17 @@ TEST(Lru, counts_where_no_weight_is_given) {
   EXPECT_EQ(cache.size(), 2u);
 }
 
+TEST(Lru, what_is_taken_out_weighs_nothing_any_more) {
+  Cache cache(3);
+  for (int i = 1; i <= 3; ++i) cache.insert(i, "a");
+  EXPECT_EQ(keys(cache.take_if([](int key) { return key != 2; })), (std::vector{3, 1}));
+  EXPECT_EQ(cache.weight(), 1u);
+  EXPECT_EQ(cache.find(1), nullptr);
+  EXPECT_EQ(*cache.find(2), "a");
+  EXPECT_TRUE(cache.insert(4, "b").empty());
+  EXPECT_EQ(keys(cache.entries()), (std::vector{4, 2}));
+}
+
 TEST(Lru, a_find_is_a_use_and_a_peek_is_none) {
   Cache cache(2);
   cache.insert(1, "a");

@@ -88,10 +88,11 @@ Built build(const Surface& surface, TileSetOptions tiles, const MethodOptions& m
   return {*report, tiles_in(o.output)};
 }
 
-void expect_tiles_by_every_method(const Surface& surface, const TileSetOptions& options) {
+void expect_tiles_by(const std::vector<MethodOptions>& methods, const Surface& surface,
+                     const TileSetOptions& options) {
   const Built bounded = build(surface, options, BoundedOptions{}, 2, true);
   ASSERT_GT(bounded.tiles.size(), 10u);
-  for (const MethodOptions& method : tile_methods()) {
+  for (const MethodOptions& method : methods) {
     const std::string name = method_text(method);
     const Built one = build(surface, options, method, 1, true);
     EXPECT_TRUE(one.tiles == build(surface, options, method, 4, false).tiles) << name;
@@ -108,23 +109,34 @@ void expect_tiles_by_every_method(const Surface& surface, const TileSetOptions& 
   }
 }
 
+void expect_tiles_by_every_method(const Surface& surface, const TileSetOptions& options) {
+  expect_tiles_by(tile_methods(), surface, options);
+}
+
 TEST(MethodTiles, of_a_grid_with_voids) {
-  expect_tiles_by_every_method(std::make_shared<MadeUpSource>(test::terrain_with_voids(90, 70, 3),
+  expect_tiles_by_every_method(std::make_shared<MadeUpSource>(test::terrain_with_voids(50, 40, 3),
                                                               Geographic{7.1, 45.9}, .002),
                                {.max_error_m = 15});
 }
 
 TEST(MethodTiles, of_posts_on_no_line_of_longitude) {
-  expect_tiles_by_every_method(std::make_shared<MadeUpSource>(test::terrain_with_voids(80, 60, 4),
+  expect_tiles_by_every_method(std::make_shared<MadeUpSource>(test::terrain_with_voids(44, 36, 4),
                                                               Geographic{7.1, 45.9}, .002, 0.3),
                                {.max_error_m = 15});
 }
 
 TEST(MethodTiles, on_one_side) {
   for (const Side side : {Side::above, Side::below})
-    expect_tiles_by_every_method(std::make_shared<MadeUpSource>(test::rough_terrain(50, 40, 5, 300),
+    expect_tiles_by_every_method(std::make_shared<MadeUpSource>(test::rough_terrain(26, 22, 5, 300),
                                                                 Geographic{7.1, 45.9}, .002),
                                  {.max_error_m = 20, .side = side});
+}
+
+TEST(MethodTiles, through_the_residual_index) {  // one of each family
+  expect_tiles_by({GreedyOptions{}, EdgeCostOptions{}, VertexRemovalOptions{}},
+                  std::make_shared<MadeUpSource>(test::rough_terrain(300, 230, 6, 100),
+                                                 Geographic{7.1, 45.9}, .001),
+                  {.max_error_m = 90, .exact_posts = 1 << 16});
 }
 
 TEST(MethodTiles, that_stand_in_for_a_child_that_is_missing) {
@@ -148,6 +160,27 @@ TEST(MethodTiles, that_stand_in_for_a_child_that_is_missing) {
   const auto source = DemSource::open(files);
   ASSERT_TRUE(source) << source.error().what;
   expect_tiles_by_every_method(*source, {.max_error_m = 10});
+}
+
+TEST(MethodTiles, of_cliffs_that_no_grid_can_follow_are_never_worse_than_boundeds) {
+  HeightGrid cliffs(40, 40);
+  for (int r = 0; r < 40; ++r)
+    for (int c = 0; c < 40; ++c) cliffs.at(c, r) = (c * 7 + r * 3) % 5 < 2 ? 8000.f : -8000.f;
+  const Surface surface = std::make_shared<MadeUpSource>(cliffs, Geographic{7.1, 45.9}, 1e-6);
+  const TileSetOptions options{.max_error_m = .01, .max_level = 15};
+  const Built bounded = build(surface, options, BoundedOptions{}, 2, false);
+  ASSERT_GT(bounded.report.over_budget, 0u);
+  std::uint64_t by_bounded = 0;
+  for (const MethodOptions& method : tile_methods()) {
+    const Built one = build(surface, options, method, 2, false);
+    ASSERT_EQ(one.report.levels.size(), bounded.report.levels.size());
+    for (std::size_t z = 0; z < one.report.levels.size(); ++z)
+      EXPECT_LE(one.report.levels[z].worst_error_m,
+                std::max(bounded.report.levels[z].worst_error_m, bounded.report.levels[z].budget_m))
+          << method_text(method) << " " << z;
+    by_bounded += one.report.by_bounded;
+  }
+  EXPECT_GT(by_bounded, 0u);
 }
 
 TEST(MethodTiles, that_cannot_be_made_say_who_can) {

@@ -48,7 +48,7 @@ class FolderStoreTest : public testing::Test {
     TileWork work{.ids = ids,
                   .levels = {{{0, 0, 1, 0}}, {{2, 1, 2, 1}}},
                   .record = {},
-                  .blocks = heights,
+                  .blocks = {heights.digest(), [&] { return heights.encode(); }},
                   .changes = [&](const BuildRecord& old,
                                  std::string_view old_blocks) -> Result<std::vector<std::uint8_t>> {
                     EXPECT_EQ(old_blocks, old_heights_);
@@ -172,7 +172,11 @@ TEST_F(FolderStoreTest, APipeInTheWayKeepsNobodyWaiting) {
   EXPECT_FALSE(open_store(path())->faults().empty());
   const SourceBlocks heights = blocks(1);
   const TileOrder ids(areas_, 0, 1);
-  const TileWork work{.ids = ids, .levels = {}, .record = {}, .blocks = heights, .changes = {}};
+  const TileWork work{.ids = ids,
+                      .levels = {},
+                      .record = {},
+                      .blocks = {heights.digest(), [&] { return heights.encode(); }},
+                      .changes = {}};
   const auto locked = lock_store(path());
   ASSERT_TRUE(locked) << locked.error().what;
   EXPECT_FALSE((*locked)->claim(work));

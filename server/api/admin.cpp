@@ -1,0 +1,73 @@
+// What only the operator asks, at a place that only this machine reaches.
+
+#include <algorithm>
+#include <cctype>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+
+#include "server/api/app.h"
+#include "server/http/message/problem.h"
+
+namespace tind::api {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Of an address, or of this machine: a page that a browser got from elsewhere under a name that
+/// was made to mean this machine asks with that name.
+bool is_this_machine(std::string_view host) {
+  host = host.substr(0, host.starts_with('[') ? host.find(']') + 1 : host.find(':'));
+  return host.empty() || host == "localhost" || host.starts_with('[') ||
+         std::ranges::all_of(host, [](unsigned char c) { return std::isdigit(c) || c == '.'; });
+}
+
+/// Browsers say where a page that asks comes from; programs do not.
+std::optional<http::Reply> refuse_pages(const http::Request& request) {
+  if (!request.head.fields.find("origin") && is_this_machine(request.head.host))
+    return std::nullopt;
+  return http::problem_reply({.status = 403,
+                              .detail = "This is for the operator, not for web pages.",
+                              .instance = request.head.target});
+}
+
+http::Reply answer(const Result<services::CatalogChange>& change, const std::string& target) {
+  if (!change) {
+    if (change.error().code == Errc::cancelled) return http::problem_reply(change.error(), target);
+    return http::problem_reply({.status = 422,
+                                .detail = "What is served stays as it was: " + change.error().what,
+                                .instance = target});
+  }
+  const Json json = {{"kept", change->kept},
+                     {"new", change->added},
+                     {"opened_anew", change->replaced},
+                     {"gone", change->removed},
+                     {"only_after_restart", change->for_restart}};
+  return http::make_reply(200, "application/json",
+                          json.dump(2, ' ', true, Json::error_handler_t::replace) + "\n",
+                          {{"Cache-Control", "no-store"}});
+}
+
+std::optional<http::Reply> reload(const App& app, const http::Request& request,
+                                  http::DeferredReply& deferred) {
+  app.keeper->reload(
+      [to = deferred.responder(), target = std::string(request.head.target)](
+          Result<services::CatalogChange> change) mutable { to(answer(change, target)); });
+  return std::nullopt;
+}
+
+}  // namespace
+
+http::Router make_admin_router(const App& app, bool by_address) {
+  http::Router router;
+  add_health_routes(router, app, true);
+  http::BodyRules none{.max_bytes = 0, .type = ""};
+  router.post("/admin/reload", none,
+              [&app](const http::Request& request, http::DeferredReply& deferred) {
+                return reload(app, request, deferred);
+              });
+  if (by_address) router.refuse_first(refuse_pages);
+  return router;
+}
+
+}  // namespace tind::api

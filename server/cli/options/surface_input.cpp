@@ -1,0 +1,126 @@
+#include "server/cli/options/surface_input.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <charconv>
+#include <filesystem>
+#include <optional>
+
+#include "server/log/printable.h"
+#include "terrain/surface/open_surface.h"
+
+namespace tind::cli {
+
+namespace {
+
+std::optional<double> metres(const std::string& text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !(value >= 0 && value < 1e7))
+    return {};
+  return value;
+}
+
+/// "NAME=FILE[,FILE...]"
+Result<LayerSpec> layer_of(const std::string& text) {
+  const auto equals = text.find('=');
+  if (equals == text.npos || equals == 0 || equals + 1 == text.size())
+    return fail(Errc::invalid_argument,
+                "--layer " + text + ": takes NAME=FILE, or NAME=FILE,FILE of one grid");
+  LayerSpec spec{text.substr(0, equals), {}};
+  std::string rest = text.substr(equals + 1);
+  if (std::filesystem::exists(rest)) {  // a name that holds a comma
+    spec.files = {rest};
+    return spec;
+  }
+  for (std::size_t at = 0; at <= rest.size();) {
+    const auto comma = std::min(rest.find(',', at), rest.size());
+    if (comma > at) spec.files.push_back(rest.substr(at, comma - at));
+    at = comma + 1;
+  }
+  return spec;
+}
+
+/// "NAME=M"; or "M", where `all` can be set.
+Result<void> add_metres(const char* option, const std::string& text, double* all,
+                        std::vector<SurfaceOptions::OfLayer>& said) {
+  const auto equals = text.rfind('=');
+  const auto value = metres(equals == text.npos ? text : text.substr(equals + 1));
+  if (!value || (equals == text.npos && !all) || equals == 0)
+    return fail(Errc::invalid_argument,
+                fmt::format("{} {}: takes {}NAME=METRES", option, text, all ? "METRES, or " : ""));
+  if (equals == text.npos)
+    *all = *value;
+  else
+    said.push_back({text.substr(0, equals), *value});
+  return {};
+}
+
+}  // namespace
+
+void add_layer_options(Command app, SurfaceInput& input) {
+  app.add_option("--layer", input.layers,
+                 "NAME=FILE[,FILE...]: a layer, instead of DEM files; repeated, the lowest first. "
+                 "(Without it files of one grid are a layer, finer ones above)")
+      .repeated();
+  app.add_option("--blend", input.blends,
+                 "METRES, or NAME=METRES of one layer: how far beyond its posts a layer bends what "
+                 "lies below it, so that no step shows; 0: not at all; at most 64 of its posts "
+                 "(default: two spacings of the coarsest layer below)")
+      .repeated();
+  app.add_option("--layer-error", input.layer_errors,
+                 "NAME=METRES: --max-error of one layer, where the pyramid ends with it")
+      .repeated();
+}
+
+bool names_any(const DemInput& input, const SurfaceInput& layers) {
+  return !input.files.empty() || !layers.layers.empty();
+}
+
+Result<Surface> open_surface(const DemInput& input, const SurfaceInput& said,
+                             const DemOptions& options) {
+  SurfaceOptions o{.dem = options};
+  for (const std::string& text : said.blends)
+    if (auto ok = add_metres("--blend", text, &o.blend_m, o.blends_m); !ok)
+      return std::unexpected(ok.error());
+  for (const std::string& text : said.layer_errors)
+    if (auto ok = add_metres("--layer-error", text, nullptr, o.max_errors_m); !ok)
+      return std::unexpected(ok.error());
+  if (!input.files.empty() && !said.layers.empty())
+    return fail(Errc::invalid_argument,
+                "either DEM files, which make their layers themselves, or --layer");
+  std::vector<LayerSpec> specs;
+  for (const std::string& text : said.layers) {
+    auto spec = layer_of(text);
+    if (!spec) return std::unexpected(spec.error());
+    specs.push_back(std::move(*spec));
+  }
+  auto surface = specs.empty() ? tind::open_surface(input.files, o) : tind::open_surface(specs, o);
+  if (surface) warn_of(surface->info());
+  return surface;
+}
+
+Result<Surface> open_surface(const DemInput& input, const SurfaceInput& layers) {
+  return open_surface(input, layers, dem_options(input));
+}
+
+void warn_of_nodata(const Surface& surface) {
+  for (const SurfaceLayer& layer : surface.layers()) warn_of_nodata(*layer.source);
+}
+
+std::string layers_text(const Surface& surface) {
+  std::string text;
+  if (surface.only()) return text;
+  for (std::size_t k = surface.layers().size(); k-- > 0;) {
+    const SurfaceLayer& layer = surface.layers()[k];
+    const DemInfo& info = layer.source->info();
+    text += fmt::format(
+        "layer {:<12} {:.4g} x {:.4g} m, {}, {}; {}\n", layer.name, info.spacing_x_m,
+        info.spacing_y_m, k == 0 ? "at the bottom" : fmt::format("blend {:.4g} m", layer.blend_m),
+        info.crs_name, logging::printable(fmt::format("{}", fmt::join(info.files, ", "))));
+  }
+  return text;
+}
+
+}  // namespace tind::cli

@@ -1,0 +1,151 @@
+#include "server/services/datasets/catalog_folder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <set>
+
+#include "terrain/raster/dem_files.h"
+#include "terrain/raster/file_state.h"
+
+namespace tind::services {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Of files that say something about another one of the same name.
+const std::set<std::string, std::less<>> kBesideOthers = {
+    ".prj", ".qpj", ".hdr", ".tfw", ".pgw", ".wld", ".blw", ".clr",  ".stx", ".ovr",
+    ".msk", ".xml", ".rrd", ".ige", ".cpg", ".txt", ".md",  ".json", ".lock"};
+
+bool is_passed_over(const fs::path& path) {
+  const std::string name = path.filename().string();
+  std::string extension = path.extension().string();
+  std::ranges::transform(extension, extension.begin(),
+                         [](unsigned char c) { return char(std::tolower(c)); });
+  return name.starts_with('.') || name.ends_with('~') || kBesideOthers.contains(extension);
+}
+
+/// What lies in a folder, by name.
+Result<std::vector<fs::path>> entries_of(const std::string& folder) {
+  std::error_code error;
+  std::vector<fs::path> paths;
+  fs::directory_iterator at(folder, error);
+  for (; !error && at != fs::directory_iterator(); at.increment(error)) paths.push_back(at->path());
+  if (error)
+    return fail(error == std::errc::no_such_file_or_directory ? Errc::not_found : Errc::io,
+                folder + ": cannot be read as a catalog: " + error.message());
+  std::ranges::sort(paths);
+  return paths;
+}
+
+/// Gathers the states of an entry's files, and whether all were last written to a while ago.
+struct States {
+  std::string text;
+  std::int64_t last_written_ns = 0;
+
+  void add(const std::string& path) {
+    const auto state = file_state(path);
+    if (!state) {
+      text += path + " is not there\n";
+      return;
+    }
+    text += fmt::format("{} {} {} {} {}\n", path, state->device, state->inode, state->size,
+                        state->written_ns);
+    last_written_ns = std::max(last_written_ns, state->written_ns);
+  }
+};
+
+/// A folder of tiles, or of rasters, which are one dataset.
+void look_into_folder(FolderEntry& entry, States& states) {
+  std::error_code error;
+  if (fs::exists(entry.path + "/layer.json", error)) {
+    states.add(entry.path + "/layer.json");
+    entry.spec.files = {entry.path};
+    return;
+  }
+  const auto inside = entries_of(entry.path);
+  if (!inside) {
+    entry.wrong = inside.error().what;
+    return;
+  }
+  for (const fs::path& path : *inside)
+    if (fs::is_regular_file(path, error) && !path.filename().string().starts_with('.'))
+      states.add(path.string());
+  if (const auto rasters = dem_files(std::vector{entry.path}, {.allow_vrt = true}); !rasters)
+    entry.wrong = rasters.error().what;
+  entry.spec.files = {entry.path};
+}
+
+void look_into_table(FolderEntry& entry, States& states) {
+  states.add(entry.path);
+  const std::string name = entry.spec.name;
+  const auto table = read_toml(entry.path);
+  auto spec =
+      table ? read_dataset_table({.line = 1, .is_text = false, .value = *table}, entry.path, name)
+            : std::unexpected(table.error());
+  const auto files = spec ? files_of(*spec) : std::unexpected(spec.error());
+  if (!files) {
+    entry.wrong = files.error().what;
+    return;
+  }
+  entry.spec = std::move(*spec);
+  std::error_code error;
+  for (const std::string& file : *files)
+    if (fs::is_regular_file(file, error) || !fs::exists(file, error)) states.add(file);
+}
+
+/// What it is, as far as the file system tells.
+FolderEntry entry_at(const fs::path& path, States& states) {
+  FolderEntry entry{.path = path.string(), .spec = {}, .state = {}, .rests = false, .wrong = {}};
+  std::error_code error;
+  const bool is_folder = fs::is_directory(path, error);
+  entry.spec.name = safe_name((is_folder ? path.filename() : path.stem()).string());
+  if (is_folder) {
+    look_into_folder(entry, states);
+  } else if (!fs::is_regular_file(path, error)) {
+    entry.wrong = entry.path + ": is neither a file nor a folder";
+  } else if (path.extension() == ".toml") {
+    look_into_table(entry, states);
+  } else {
+    states.add(entry.path);
+    entry.spec.files = {entry.path};
+  }
+  return entry;
+}
+
+/// By the system's clock; a time in the future (another machine's clock) is not long ago.
+bool written_long_ago(std::int64_t written_ns) {
+  using namespace std::chrono;
+  const auto now = system_clock::now().time_since_epoch();
+  return nanoseconds(written_ns) + CatalogFolder::kRest <= now;
+}
+
+}  // namespace
+
+Result<std::vector<FolderEntry>> CatalogFolder::look(Clock::time_point now) {
+  const auto paths = entries_of(folder_);
+  if (!paths) return std::unexpected(paths.error());
+  std::vector<FolderEntry> entries;
+  std::map<std::string, Seen> seen;
+  for (const fs::path& path : *paths) {
+    if (is_passed_over(path)) continue;
+    States states;
+    FolderEntry entry = entry_at(path, states);
+    entry.state = std::move(states.text);
+    const auto before = seen_.find(entry.path);
+    const bool same = before != seen_.end() && before->second.state == entry.state;
+    const auto since = same ? before->second.since
+                       : before == seen_.end() && written_long_ago(states.last_written_ns)
+                           ? now - kRest
+                           : now;
+    entry.rests = now - since >= kRest;
+    seen[entry.path] = {entry.state, since};
+    entries.push_back(std::move(entry));
+  }
+  seen_ = std::move(seen);
+  return entries;
+}
+
+}  // namespace tind::services

@@ -1,0 +1,52 @@
+#pragma once
+// A folder that is a catalog: everything in it is a dataset, and what is put there or taken away
+// comes and goes while the daemon runs.
+//
+//   * a raster is a dataset of its name without the extension; so is a folder of tiles, and a
+//     folder of rasters, which are one dataset; NAME.toml holds the keys of a [[dataset]] table
+//   * names that begin with a dot, and files that belong to others (x.prj, x.aux.xml), are passed
+//     over
+//   * what is still being written waits until it has been the same for a while
+
+#include <chrono>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "server/services/datasets/dataset_spec.h"
+#include "terrain/base/result.h"
+
+namespace tind::services {
+
+/// One thing that lies there.
+struct FolderEntry {
+  std::string path;
+  DatasetSpec spec;   // its name is that of the entry
+  std::string state;  // changes when its files do
+  bool rests = false;
+  std::string wrong;  // why it cannot be a dataset; empty: it may be one
+};
+
+class CatalogFolder {
+ public:
+  using Clock = std::chrono::steady_clock;
+  /// For so long what lies there must have been the same.
+  static constexpr std::chrono::milliseconds kRest{2000};
+
+  explicit CatalogFolder(std::string folder) : folder_(std::move(folder)) {}
+  const std::string& folder() const { return folder_; }
+
+  /// Everything there, by name. What was last written to kRest ago or longer rests already when it
+  /// is seen for the first time. Errc::not_found or io where the folder cannot be read.
+  Result<std::vector<FolderEntry>> look(Clock::time_point now = Clock::now());
+
+ private:
+  struct Seen {
+    std::string state;
+    Clock::time_point since;
+  };
+  const std::string folder_;
+  std::map<std::string, Seen> seen_;  // by path
+};
+
+}  // namespace tind::services

@@ -1,0 +1,426 @@
+// What is wanted is listed first, what is there already is kept, the rest is opened by several
+// threads, and only then, when nothing is wrong, the catalog gets the new list in one step.
+// Requests hold the datasets that they began with; the last of an old one is let go here, because
+// closing files may take its time.
+
+#include "server/services/datasets/catalog_keeper.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <ctime>
+#include <exception>
+#include <iterator>
+#include <set>
+#include <utility>
+
+#include "server/services/datasets/open_dataset.h"
+#include "terrain/base/parallel.h"
+#include "terrain/raster/dem_files.h"
+
+namespace tind::services {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::milliseconds kLook{1000};  // between two looks, where one takes little time
+constexpr int kPause = 20;                        // else so many times as long as one took
+
+/// Two specs with the same key are opened as the same dataset. A folder of rasters and a list stand
+/// for what they hold now.
+std::string key_of(const Config& config, const DatasetSpec& spec,
+                   const std::vector<std::string>& files) {
+  std::string key = config.index_dir + "\n";
+  const auto options = dataset_options(config.every, spec.own);
+  const bool tiles = is_stored({.name = {}, .files = files});
+  const auto held =
+      tiles || !options ? Result<DemFiles>(DemFiles{files, {}}) : dem_files(files, options->dem);
+  for (const std::string& file : held ? held->files : files) key += file + "\n";
+  for (const auto& [name, text] : config.every)
+    if (!spec.own.contains(name)) key += fmt::format("every {} {}\n", name, text);
+  for (const auto& [name, text] : spec.own) key += fmt::format("own {} {}\n", name, text);
+  return key;
+}
+
+bool is_as_it_was(const ServedDataset& dataset) {
+  return !dataset.unchanged || dataset.unchanged().has_value();
+}
+
+std::unexpected<Error> stopping() { return fail(Errc::cancelled, "the server is shutting down"); }
+
+std::string now_text() { return fmt::format("{:%FT%TZ}", fmt::gmtime(std::time(nullptr))); }
+
+std::string text_of(const CatalogChange& change, std::size_t all) {
+  std::string text = fmt::format("{} datasets", all);
+  const auto add = [&](const char* what, const std::vector<std::string>& names) {
+    if (!names.empty()) text += fmt::format("; {}: {}", what, fmt::join(names, ", "));
+  };
+  add("new", change.added);
+  add("opened anew", change.replaced);
+  add("gone", change.removed);
+  add("only a restart changes", change.for_restart);
+  return text;
+}
+
+}  // namespace
+
+CatalogKeeper::CatalogKeeper(Catalog& catalog, Settings settings)
+    : catalog_(catalog), settings_(std::move(settings)) {}
+
+// --- what is wanted ------------------------------------------------------------------------------
+
+/// What is served already as this one would be opened: under the same name if there are several.
+const CatalogKeeper::Wanted* CatalogKeeper::same_as(const Wanted& wanted,
+                                                    const std::string& name) const {
+  const Wanted* found = nullptr;
+  for (const Wanted& here : here_)
+    if (here.key == wanted.key && (!found || here.served->name == name)) found = &here;
+  return found;
+}
+
+/// What has other files by now is opened anew.
+void CatalogKeeper::want_configured(const Config& config, std::vector<Wanted>& wanted) const {
+  for (DatasetSpec& spec : specs_of(config)) {
+    Wanted one{.spec = std::move(spec)};
+    if (one.spec.files.empty()) {
+      one.wrong = Error{Errc::invalid_argument, "dataset " + one.spec.name + " names no file"};
+    } else if (const auto files = files_of(one.spec); !files) {
+      one.wrong = files.error();
+    } else {
+      one.key = key_of(config, one.spec, *files);
+      const Wanted* const same = same_as(one, name_of(one.spec));
+      if (same && is_as_it_was(*same->served)) one.served = same->served;
+    }
+    wanted.push_back(std::move(one));
+  }
+}
+
+Result<void> CatalogKeeper::want_folder(const Config& config, std::vector<Wanted>& wanted) {
+  const auto entries = folder_->look();
+  if (!entries) return std::unexpected(entries.error());
+  std::set<std::string> there;
+  for (const FolderEntry& entry : *entries) {
+    there.insert(entry.path);
+    const auto old = std::ranges::find(here_, entry.path, &Wanted::entry);
+    Wanted one{.spec = entry.spec, .entry = entry.path, .state = entry.state};
+    if (old != here_.end()) one.served = old->served;
+    const bool is_table = entry.path.ends_with(".toml");
+    if (!entry.wrong.empty()) {
+      if (entry.rests) leave_aside(entry.path, entry.state, entry.wrong);
+      if (!is_table) one.served = nullptr;  // there is nothing in it any more
+    } else {
+      const auto files = files_of(entry.spec);
+      one.key = files ? key_of(config, entry.spec, *files) : std::string();
+      const bool same =
+          one.served && old->key == one.key && old->state == one.state && is_as_it_was(*one.served);
+      const auto left = left_.find(entry.path);
+      const bool hopeless = left != left_.end() && left->second == entry.state;
+      if (entry.rests && !same && !hopeless) one.served = nullptr;
+      if (entry.rests && !hopeless) {
+        wanted.push_back(std::move(one));
+        continue;
+      }
+    }
+    if (!one.served) continue;  // not yet, or never
+    one.key = old->key;         // as it was opened
+    one.state = old->state;
+    wanted.push_back(std::move(one));
+  }
+  std::erase_if(left_, [&](const auto& left) { return !there.contains(left.first); });
+  const std::lock_guard lock(mutex_);
+  std::erase_if(status_.aside, [&](const auto& aside) { return !left_.contains(aside.first); });
+  return {};
+}
+
+/// Said once for each state of its files.
+void CatalogKeeper::leave_aside(const std::string& entry, const std::string& state,
+                                const std::string& why) {
+  const auto [left, is_new] = left_.emplace(entry, state);
+  if (!is_new && left->second == state) return;
+  left->second = state;
+  spdlog::warn("catalog: left alone: {}", why);
+  const std::lock_guard lock(mutex_);
+  status_.aside[entry] = why;
+}
+
+// --- opening -------------------------------------------------------------------------------------
+
+Result<DatasetOptions> CatalogKeeper::options_of(const Config& config,
+                                                 const DatasetSpec& spec) const {
+  auto options = dataset_options(config.every, spec.own);
+  if (!options) return options;
+  options->dem.environment = settings_.environment;
+  options->dem.pool = settings_.pool;
+  return options;
+}
+
+void CatalogKeeper::open(const Config& config, std::vector<Wanted>& wanted) const {
+  std::vector<Wanted*> to_open;
+  for (Wanted& one : wanted)
+    if (!one.served && !one.wrong) to_open.push_back(&one);
+  const std::string index_dir = config.index_dir.empty() ? default_index_dir() : config.index_dir;
+  parallel_for(to_open.size(), 0, [&](std::size_t i) {
+    Wanted& one = *to_open[i];
+    try {
+      const auto options = options_of(config, one.spec);
+      auto opened = options ? open_dataset(one.spec, *options, index_dir)
+                            : Result<Dataset>(std::unexpected(options.error()));
+      if (opened)
+        one.opened = std::move(*opened);
+      else
+        one.wrong = opened.error();
+    } catch (const std::exception& error) {
+      one.wrong = Error{Errc::internal, one.spec.files[0] + ": " + error.what()};
+    }
+  });
+}
+
+// --- putting it there ----------------------------------------------------------------------------
+
+CatalogChange CatalogKeeper::put(std::vector<Wanted> wanted) {
+  std::set<std::string> names;
+  // Names that tables give are theirs.
+  for (const Wanted& one : wanted)
+    if (one.entry.empty() && !one.spec.where.empty() && !one.spec.name.empty())
+      names.insert(one.spec.name);
+  const auto taken = [&](const std::string& name) { return names.contains(name); };
+  std::vector<Wanted> here;
+  std::vector<const Wanted*> opened;
+  here.reserve(wanted.size());
+  for (Wanted& one : wanted) {
+    const bool has_own = one.entry.empty() && !one.spec.where.empty() && !one.spec.name.empty();
+    const std::string name = has_own ? one.spec.name : safe_name(name_of(one.spec));
+    if (!one.entry.empty() && taken(name)) {
+      leave_aside(one.entry, one.state,
+                  fmt::format("{}: there is another dataset {}", one.entry, name));
+      continue;
+    }
+    const std::string unique = has_own ? name : free_name(name, taken);
+    names.insert(unique);
+    const bool is_new = !one.served;
+    if (is_new)
+      one.served = catalog_.make(unique, std::move(*one.opened));
+    else if (one.served->name != unique)
+      one.served = catalog_.make(unique, Dataset(*one.served));
+    one.opened.reset();
+    if (is_new && left_.erase(one.entry) > 0) {
+      const std::lock_guard lock(mutex_);
+      status_.aside.erase(one.entry);
+    }
+    here.push_back(std::move(one));
+    if (is_new) opened.push_back(&here.back());
+  }
+  CatalogChange change;
+  Catalog::Datasets datasets;
+  std::map<std::string, std::shared_ptr<const ServedDataset>> before;
+  for (const Wanted& old : here_) before[old.served->name] = old.served;
+  for (const Wanted& one : here) {
+    const auto old = before.find(one.served->name);
+    if (old == before.end())
+      change.added.push_back(one.served->name);
+    else if (old->second != one.served)
+      change.replaced.push_back(one.served->name);
+    else
+      ++change.kept;
+    datasets.push_back(one.served);
+    if (old != before.end() && old->second == one.served) before.erase(old);
+  }
+  for (auto& [name, old] : before) {
+    if (std::ranges::find(change.replaced, name) == change.replaced.end())
+      change.removed.push_back(name);
+    retired_.push_back(std::move(old));
+  }
+  catalog_.replace(std::move(datasets));
+  for (const Wanted* one : opened)
+    if (settings_.opened) settings_.opened(*one->served, *options_of(config_, one->spec));
+  here_ = std::move(here);
+  return change;
+}
+
+std::expected<CatalogChange, CatalogKeeper::Reasons> CatalogKeeper::gather(const Config& config,
+                                                                           bool look) {
+  std::vector<Wanted> wanted;
+  if (look)
+    want_configured(config, wanted);
+  else
+    std::ranges::copy_if(here_, std::back_inserter(wanted), &std::string::empty, &Wanted::entry);
+  if (folder_)
+    if (auto done = want_folder(config, wanted); !done)
+      return std::unexpected(Reasons{done.error()});
+  open(config, wanted);
+  Reasons reasons;
+  for (Wanted& one : wanted) {
+    if (!one.wrong) continue;
+    if (one.entry.empty()) {
+      reasons.push_back(*one.wrong);
+      continue;
+    }
+    leave_aside(one.entry, one.state, one.wrong->what);
+    const auto old = std::ranges::find(here_, one.entry, &Wanted::entry);
+    if (old == here_.end()) continue;
+    one = *old;  // what there was stays
+  }
+  if (!reasons.empty()) return std::unexpected(std::move(reasons));
+  std::erase_if(wanted, [](const Wanted& one) { return !one.served && !one.opened; });
+  const bool same = std::ranges::equal(wanted, here_, [](const Wanted& a, const Wanted& b) {
+    return a.served && a.served == b.served && name_of(a.spec) == name_of(b.spec);
+  });
+  if (same && !look) return CatalogChange{.kept = here_.size()};
+  return put(std::move(wanted));
+}
+
+std::expected<CatalogChange, CatalogKeeper::Reasons> CatalogKeeper::load() {
+  const auto config = settings_.read();
+  if (!config) return std::unexpected(Reasons{config.error()});
+  if (auto any = something_to_serve(*config); !any) return std::unexpected(Reasons{any.error()});
+  auto old_folder = folder_;
+  left_.clear();  // what was left alone gets another chance
+  if (config->catalog.empty())
+    folder_ = nullptr;
+  else if (!folder_ || folder_->folder() != config->catalog)
+    folder_ = std::make_shared<CatalogFolder>(config->catalog);
+  const Config old_config = std::exchange(config_, *config);
+  auto change = gather(config_, true);
+  if (!change) {
+    config_ = old_config;
+    folder_ = std::move(old_folder);
+    return change;
+  }
+  if (std::exchange(loaded_, true)) {
+    change->for_restart = settings_for_restart(running_, config_);
+  } else {
+    running_ = config_;
+  }
+  return change;
+}
+
+// --- while the daemon runs -----------------------------------------------------------------------
+
+void CatalogKeeper::reload(Done done) {
+  std::unique_lock lock(mutex_);
+  if (ended_) {
+    lock.unlock();
+    if (done) done(stopping());
+    return;
+  }
+  if (done) waiting_.push_back(std::move(done));
+  asked_ = true;
+  wake_.notify_all();
+}
+
+void CatalogKeeper::reload_now(std::vector<Done> waiting) {
+  follow_tiles();
+  const auto change = load();
+  std::string why;
+  if (change) {
+    spdlog::info("reloaded: {}", text_of(*change, here_.size()));
+  } else {
+    for (const Error& reason : change.error()) {
+      spdlog::error("reload: {}", reason.what);
+      why += (why.empty() ? "" : "; ") + reason.what;
+    }
+    spdlog::error("the reload failed: the {} datasets that there were stay", here_.size());
+  }
+  look_at_files();
+  {
+    const std::lock_guard lock(mutex_);
+    ++(change ? status_.reloads : status_.failed_reloads);
+    status_.when = now_text();
+    status_.wrong = change ? std::nullopt : std::optional(why);
+  }
+  for (Done& done : waiting)
+    done(change ? Result<CatalogChange>(*change) : fail(change.error()[0].code, why));
+}
+
+/// Folders of tiles that were updated.
+void CatalogKeeper::follow_tiles() {
+  for (const std::string& name : catalog_.follow()) {
+    spdlog::info("{}: its folder has got other tiles, which are served from now on", name);
+    const auto here =
+        std::ranges::find_if(here_, [&](const Wanted& one) { return one.served->name == name; });
+    if (here == here_.end()) continue;
+    retired_.push_back(std::exchange(here->served, catalog_.find(name)));
+  }
+}
+
+void CatalogKeeper::follow_folder() {
+  if (!folder_) return;
+  const auto change = gather(config_, false);
+  if (!change) {
+    // Not the folder's entries, but the folder itself.
+    if (!std::exchange(folder_lost_, true))
+      for (const Error& reason : change.error()) spdlog::error("catalog: {}", reason.what);
+    return;
+  }
+  folder_lost_ = false;
+  if (change->any()) spdlog::info("catalog: {}", text_of(*change, here_.size()));
+}
+
+/// Says once what became of a dataset's files, and once that they are back.
+void CatalogKeeper::look_at_files() {
+  std::map<std::string, std::string> unlike;
+  for (const Wanted& one : here_) {
+    if (!one.served->unchanged) continue;
+    if (const auto same = one.served->unchanged(); !same)
+      unlike[one.served->name] = same.error().what;
+  }
+  std::map<std::string, std::string> before;
+  {
+    const std::lock_guard lock(mutex_);
+    before = std::exchange(status_.unlike, unlike);
+  }
+  for (const auto& [name, why] : unlike)
+    if (!before.contains(name)) spdlog::warn("{}: {}; what needs reading answers 503", name, why);
+  for (const auto& [name, why] : before)
+    if (!unlike.contains(name)) spdlog::info("{}: its files are as they were opened", name);
+}
+
+void CatalogKeeper::drop_retired() {
+  std::erase_if(retired_, [](const auto& dataset) { return dataset.use_count() == 1; });
+}
+
+void CatalogKeeper::run(const std::stop_token& stop) {
+  std::chrono::milliseconds pause = kLook;
+  while (!stop.stop_requested()) {
+    std::vector<Done> waiting;
+    bool asked = false;
+    {
+      std::unique_lock lock(mutex_);
+      wake_.wait_for(lock, stop, pause, [&] { return asked_; });
+      asked = std::exchange(asked_, false);
+      waiting.swap(waiting_);
+    }
+    if (stop.stop_requested()) {
+      for (Done& done : waiting) done(stopping());
+      break;
+    }
+    const auto begin = Clock::now();
+    if (asked) {
+      reload_now(std::move(waiting));
+    } else {
+      follow_tiles();
+      follow_folder();
+      look_at_files();
+    }
+    drop_retired();
+    const auto took = std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - begin);
+    pause = asked ? kLook : std::max(kLook, kPause * took);
+  }
+  std::vector<Done> waiting;
+  {
+    const std::lock_guard lock(mutex_);
+    ended_ = true;
+    waiting.swap(waiting_);
+  }
+  for (Done& done : waiting) done(stopping());
+}
+
+CatalogKeeper::Status CatalogKeeper::status() const {
+  const std::lock_guard lock(mutex_);
+  return status_;
+}
+
+}  // namespace tind::services

@@ -1,0 +1,120 @@
+#pragma once
+// Fills the catalog from what the operator says, and keeps it so while the daemon runs: reads the
+// configuration anew when told to, follows a folder that is a catalog and folders of tiles that are
+// updated, and looks whether the files of the others are as they were.
+//
+// A reload is all or nothing: while anything that the configuration names is wrong, what is served
+// stays. What it names as before, of files that are as they were, is kept, with all that is cached
+// of it. Of a catalog's folder each entry stands for itself: what cannot be opened is left aside.
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <expected>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "server/services/datasets/catalog.h"
+#include "server/services/datasets/catalog_folder.h"
+#include "server/services/datasets/config.h"
+#include "terrain/base/result.h"
+#include "terrain/geo/environment.h"
+#include "terrain/raster/dem_source.h"
+
+namespace tind::services {
+
+/// What came of putting the catalog together.
+struct CatalogChange {
+  std::size_t kept = 0;
+  std::vector<std::string> added = {}, replaced = {}, removed = {};  // names
+  std::vector<std::string> for_restart = {};                         // settings that need one
+  bool any() const { return !added.empty() || !replaced.empty() || !removed.empty(); }
+};
+
+class CatalogKeeper {
+ public:
+  struct Settings {
+    /// The configuration as it is now: not on an I/O thread.
+    std::function<Result<Config>()> read;
+    std::shared_ptr<const Environment> environment;
+    std::shared_ptr<SourcePool> pool;
+    /// Called for each dataset that was opened, with its options, from the thread that opened it.
+    std::function<void(const ServedDataset&, const DatasetOptions&)> opened = {};
+  };
+  /// The catalog outlives it.
+  CatalogKeeper(Catalog& catalog, Settings settings);
+
+  /// Every reason why the catalog could not be put together.
+  using Reasons = std::vector<Error>;
+  /// Reads the configuration and puts the catalog together, on this thread and others. For the
+  /// start, or on the thread that runs.
+  std::expected<CatalogChange, Reasons> load();
+
+  using Done = std::move_only_function<void(Result<CatalogChange>)>;
+  /// From any thread, also before run(): load() on the thread that runs; `done` is called there.
+  /// Who asks while one is under way gets another one, and all who ask meanwhile the same.
+  void reload(Done done = {});
+
+  /// Until it is told to stop.
+  void run(const std::stop_token&);
+
+  struct Status {
+    std::uint64_t reloads = 0, failed_reloads = 0;
+    std::optional<std::string> wrong;           // with the last reload
+    std::string when;                           // that was, "2026-11-22T16:00:00Z"
+    std::map<std::string, std::string> unlike;  // datasets whose files have changed, and how
+    std::map<std::string, std::string> aside;  // entries of the folder that are not served, and why
+  };
+  Status status() const;
+
+ private:
+  /// One dataset that is to be there.
+  struct Wanted {
+    DatasetSpec spec;
+    std::string key = {};    // of files and options
+    std::string entry = {};  // of the catalog's folder; empty: of the configuration
+    std::string state = {};  // of the entry
+    std::shared_ptr<const ServedDataset> served = nullptr;  // null: is to be opened
+    std::optional<Dataset> opened = {};
+    std::optional<Error> wrong = {};
+  };
+
+  void want_configured(const Config&, std::vector<Wanted>&) const;
+  Result<void> want_folder(const Config&, std::vector<Wanted>&);
+  const Wanted* same_as(const Wanted&, const std::string& name) const;
+  void open(const Config&, std::vector<Wanted>&) const;
+  CatalogChange put(std::vector<Wanted>);
+  std::expected<CatalogChange, Reasons> gather(const Config&, bool look);
+  void reload_now(std::vector<Done>);
+  void follow_tiles();
+  void follow_folder();
+  void look_at_files();
+  void drop_retired();
+  void leave_aside(const std::string& entry, const std::string& state, const std::string& why);
+  Result<DatasetOptions> options_of(const Config&, const DatasetSpec&) const;
+
+  Catalog& catalog_;
+  const Settings settings_;
+
+  // Of the thread that runs.
+  Config config_, running_;  // of the last load that went well, of the first
+  bool loaded_ = false, folder_lost_ = false;
+  std::vector<Wanted> here_;  // what is served, in its order
+  std::shared_ptr<CatalogFolder> folder_;
+  std::map<std::string, std::string> left_;  // entries that were left aside, and their states
+  Catalog::Datasets retired_;                // requests may have them still
+
+  mutable std::mutex mutex_;  // of these
+  std::condition_variable_any wake_;
+  bool asked_ = false, ended_ = false;
+  std::vector<Done> waiting_;
+  Status status_;
+};
+
+}  // namespace tind::services

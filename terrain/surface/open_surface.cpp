@@ -1,0 +1,119 @@
+#include "terrain/surface/open_surface.h"
+
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <set>
+
+#include "terrain/raster/dem_files.h"
+#include "terrain/shapes/shaped_dem.h"
+#include "terrain/shapes/surface_shapes.h"
+
+namespace tind {
+
+namespace {
+
+std::string stem(const std::string& path) {
+  const std::string name = path.substr(path.find_last_of('/') + 1);
+  return name.substr(0, name.find('.'));
+}
+
+std::string names_of(const std::vector<SurfaceLayer>& layers) {
+  std::string names;
+  for (const SurfaceLayer& layer : layers) names += (names.empty() ? "" : ", ") + layer.name;
+  return names;
+}
+
+Result<void> apply(const std::vector<SurfaceOptions::OfLayer>& said, double SurfaceLayer::*member,
+                   std::vector<SurfaceLayer>& layers) {
+  for (const auto& [name, metres] : said) {
+    const auto layer = std::ranges::find(layers, name, &SurfaceLayer::name);
+    if (layer == layers.end())
+      return fail(Errc::invalid_argument,
+                  "there is no layer '" + name + "'; the layers are " + names_of(layers));
+    (*layer).*member = metres;
+  }
+  return {};
+}
+
+Result<Surface> surface_of(std::vector<SurfaceLayer> layers, const SurfaceOptions& options) {
+  for (SurfaceLayer& layer : layers) layer.blend_m = options.blend_m;
+  if (auto done = apply(options.blends_m, &SurfaceLayer::blend_m, layers); !done)
+    return std::unexpected(done.error());
+  if (auto done = apply(options.max_errors_m, &SurfaceLayer::max_error_m, layers); !done)
+    return std::unexpected(done.error());
+  return Surface::of_layers(std::move(layers));
+}
+
+/// Files by grid, in the order in which grids come first.
+Result<std::vector<std::vector<std::string>>> by_grid(std::span<const std::string> files,
+                                                      const DemOptions& dem) {
+  std::vector<std::vector<std::string>> groups;
+  for (const std::string& file : files) {
+    if (auto alone = DemSource::open({&file, 1}, dem); !alone)
+      return std::unexpected(alone.error());
+    const auto fits = [&](const std::vector<std::string>& group) {
+      return DemSource::open(std::array{group.front(), file}, dem).has_value();
+    };
+    const auto group = std::ranges::find_if(groups, fits);
+    if (group != groups.end())
+      group->push_back(file);
+    else
+      groups.push_back({file});
+  }
+  return groups;
+}
+
+}  // namespace
+
+Result<Surface> open_surface(std::span<const LayerSpec> specs, const SurfaceOptions& options) {
+  std::vector<SurfaceLayer> layers;
+  for (const LayerSpec& spec : specs) {
+    if (std::ranges::find(layers, spec.name, &SurfaceLayer::name) != layers.end())
+      return fail(Errc::invalid_argument, "two layers are named '" + spec.name + "'");
+    auto source = DemSource::open(spec.files, spec.dem.value_or(options.dem));
+    if (!source) return fail("layer " + spec.name, source.error());
+    layers.push_back({spec.name, std::move(*source)});
+  }
+  return surface_of(std::move(layers), options);
+}
+
+Result<Surface> open_surface(std::span<const std::string> files, const SurfaceOptions& options) {
+  auto one = DemSource::open(files, options.dem);
+  if (one) return surface_of({{stem(files[0]), std::move(*one)}}, options);
+  if (files.size() < 2 || one.error().code != Errc::unsupported)
+    return std::unexpected(one.error());
+  const auto named = dem_files(files, options.dem);
+  if (!named) return std::unexpected(named.error());
+  const auto groups = by_grid(named->files, options.dem);
+  if (!groups) return std::unexpected(groups.error());
+  if (groups->size() < 2) return std::unexpected(one.error());
+  std::vector<SurfaceLayer> layers;
+  std::set<std::string> names;
+  for (const std::vector<std::string>& group : *groups) {
+    auto source = DemSource::open(group, options.dem);
+    if (!source) return std::unexpected(source.error());
+    std::string name = stem(group.front());
+    for (int n = 2; !names.insert(name).second; ++n)
+      name = stem(group.front()) + "-" + std::to_string(n);
+    layers.push_back({name, std::move(*source)});
+  }
+  std::ranges::reverse(layers);
+  std::ranges::stable_sort(layers, std::greater{}, [](const SurfaceLayer& layer) {
+    return rank_spacing_m(layer.source->info());
+  });
+  return surface_of(std::move(layers), options);
+}
+
+Result<Surface> shaped_surface(Surface surface, const ShapeFiles& files) {
+  if (!files.any()) return surface;
+  std::vector<SurfaceLayer> layers(surface.layers().begin(), surface.layers().end());
+  std::vector<std::shared_ptr<const DemSource>> sources;
+  for (const SurfaceLayer& layer : layers) sources.push_back(layer.source);
+  const auto shapes = SurfaceShapes::make(sources, files);
+  if (!shapes) return std::unexpected(shapes.error());
+  for (SurfaceLayer& layer : layers) layer.source = shaped_dem(layer.source, *shapes);
+  return Surface::of_layers(std::move(layers));
+}
+
+}  // namespace tind

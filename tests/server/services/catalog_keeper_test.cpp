@@ -1,0 +1,233 @@
+// What a catalog becomes of what the operator says, time after time.
+
+#include "server/services/datasets/catalog_keeper.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <spdlog/spdlog.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "tests/support/flat_dem.h"
+#include "tests/support/support.h"
+
+namespace tind::services {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+class Keeper : public testing::Test {
+ protected:
+  Keeper() { spdlog::set_level(spdlog::level::off); }
+  ~Keeper() override { spdlog::set_level(spdlog::level::info); }
+
+  std::string in_folder(const std::string& name) const { return folder_.file(name); }
+  /// Resting since long ago.
+  void dem(const std::string& name, int height = 1) {
+    test::write_flat_dem(in_folder(name), height);
+    for (const char* const ending : {".asc", ".prj"})
+      fs::last_write_time(fs::path(in_folder(name)).replace_extension(ending),
+                          fs::file_time_type::clock::now() - 1h);
+  }
+  void text(const std::string& name, const std::string& text) {
+    std::ofstream(in_folder(name)) << text;
+    fs::last_write_time(in_folder(name), fs::file_time_type::clock::now() - 1h);
+  }
+  CatalogChange load(const std::string& toml) {
+    std::ofstream(in_folder("tind.toml")) << toml;
+    auto change = keeper_.load();
+    why_ = change ? std::string() : change.error()[0].what;
+    return change ? *change : CatalogChange{};
+  }
+  std::vector<std::string> names() const {
+    std::vector<std::string> names;
+    for (const auto& dataset : catalog_.all()) names.push_back(dataset->name);
+    return names;
+  }
+  /// Of its only post that everybody asks for.
+  float height(const std::string& name) const {
+    return catalog_.find(name)->source->only()->read(3, 3, 1, 1)->at(0, 0);
+  }
+
+  test::TempDir folder_;
+  Catalog catalog_;
+  CatalogKeeper keeper_{
+      catalog_,
+      {.read =
+           [file = folder_.file("tind.toml")] {
+             return read_config({.file = file, .environment = {}, .flags = {}, .datasets = {}});
+           },
+       .environment = test::environment(),
+       .pool = SourcePool::make({})}};
+  std::string why_;
+};
+
+std::string table(const std::string& name, const std::string& files, const std::string& more = {}) {
+  return "[[dataset]]\nname = \"" + name + "\"\nfiles = [\"" + files + "\"]\n" + more;
+}
+
+TEST_F(Keeper, KeepsWhatIsSaidAsBeforeOfFilesAsTheyWere) {
+  dem("a.asc", 1);
+  dem("b.asc", 2);
+  dem("c.asc", 3);
+  EXPECT_THAT(load(table("a", "a.asc") + table("b", "b.asc") + table("c", "c.asc")).added,
+              ElementsAre("a", "b", "c"));
+  const auto a = catalog_.find("a"), b = catalog_.find("b"), c = catalog_.find("c");
+  dem("b.asc", 20);
+  const CatalogChange change =
+      load(table("c", "c.asc", "max_error = 9\n") + table("b", "b.asc") + table("a", "a.asc"));
+  EXPECT_EQ(change.kept, 1u);
+  EXPECT_THAT(change.replaced, ElementsAre("c", "b"));
+  EXPECT_EQ(catalog_.find("a"), a);
+  EXPECT_NE(catalog_.find("b")->index, b->index);
+  EXPECT_NE(catalog_.find("c")->index, c->index);
+  EXPECT_EQ(height("b"), 20);
+  EXPECT_THAT(names(), ElementsAre("c", "b", "a"));
+}
+
+TEST_F(Keeper, ARenamedDatasetIsNotReadAgain) {
+  dem("a.asc");
+  load(table("a", "a.asc"));
+  const auto a = catalog_.find("a");
+  const CatalogChange change = load(table("z", "a.asc"));
+  EXPECT_THAT(change.added, ElementsAre("z"));
+  EXPECT_THAT(change.removed, ElementsAre("a"));
+  EXPECT_EQ(catalog_.find("a"), nullptr);
+  EXPECT_EQ(catalog_.find("z")->source, a->source);
+  EXPECT_NE(catalog_.find("z")->index, a->index);
+}
+
+TEST_F(Keeper, WhatIsRemovedLivesAsLongAsWhoUsesIt) {
+  dem("a.asc", 7);
+  dem("b.asc");
+  load(table("a", "a.asc") + table("b", "b.asc"));
+  const auto in_use = catalog_.find("a");
+  EXPECT_THAT(load(table("b", "b.asc")).removed, ElementsAre("a"));
+  EXPECT_EQ(catalog_.find("a"), nullptr);
+  EXPECT_EQ(in_use->source->only()->read(3, 3, 1, 1)->at(0, 0), 7);
+}
+
+TEST_F(Keeper, IsAllOrNothing) {
+  dem("a.asc");
+  dem("b.asc");
+  load(table("a", "a.asc"));
+  const auto a = catalog_.find("a");
+  const std::uint64_t revision = catalog_.revision();
+  fs::create_directory(in_folder("empty"));
+  text("text.asc", "this is no raster\n");
+  const struct {
+    std::string toml, words;
+  } bad[] = {
+      {"", "nothing to serve"},
+      {table("b", "b.asc") + table("c", "c.asc"), "c.asc"},
+      {table("b", "b.asc") + table("c", "*.hgt"), "no file fits"},
+      {table("b", "b.asc") + table("b", "a.asc"), "a second dataset b"},
+      {table("b", "b.asc") + table("c", "text.asc"), "text.asc"},
+      {table("b", "b.asc") + table("c", "empty"), "empty"},
+      {table("b", "b.asc") + "[[dataset]]\nname = \"half", "tind.toml:"},
+      {"catalog = \"" + in_folder("none") + "\"\n", "none: cannot be read"},
+  };
+  for (const auto& [toml, words] : bad) {
+    load(toml);
+    EXPECT_THAT(why_, HasSubstr(words)) << toml;
+    EXPECT_THAT(names(), ElementsAre("a"));
+    EXPECT_EQ(catalog_.find("a"), a);
+  }
+  fs::remove(in_folder("tind.toml"));
+  EXPECT_FALSE(keeper_.load());
+  EXPECT_EQ(catalog_.revision(), revision);
+}
+
+TEST_F(Keeper, SaysWhatOnlyARestartChanges) {
+  dem("a.asc");
+  EXPECT_THAT(load("queue = 3\n" + table("a", "a.asc")).for_restart, IsEmpty());
+  EXPECT_THAT(load("queue = 4\nmax_error = 2\n" + table("a", "a.asc")).for_restart,
+              ElementsAre("queue"));
+  // Not once only: it is still not so.
+  EXPECT_THAT(load("queue = 4\nmax_error = 2\n" + table("a", "a.asc")).for_restart,
+              ElementsAre("queue"));
+  EXPECT_THAT(load("queue = 3\n" + table("a", "a.asc")).for_restart, IsEmpty());
+}
+
+TEST_F(Keeper, OneWithoutANameMakesRoomForOneWithIt) {
+  dem("a.asc", 1);
+  dem("b.asc", 2);
+  load("[[dataset]]\nfiles = [\"a.asc\"]\n" + table("a", "b.asc"));
+  EXPECT_THAT(names(), ElementsAre("a-2", "a"));
+  EXPECT_EQ(height("a"), 2);
+}
+
+TEST_F(Keeper, OfAFolderEachEntryStandsForItself) {
+  fs::create_directories(in_folder("all/parts"));
+  const std::string toml = "catalog = \"" + in_folder("all") + "\"\n";
+  dem("all/a.asc", 1);
+  dem("all/parts/p.asc", 3);
+  text("all/readme", "not a raster");
+  text("all/broken.tif", "not a raster");
+  dem("b.asc", 4);
+  text("all/tabled.toml", "files = [\"../*.asc\"]\nmax_error = 3\n");
+  fs::create_symlink(in_folder("b.asc"), in_folder("all/linked.asc"));
+  fs::create_symlink(in_folder("b.prj"), in_folder("all/linked.prj"));
+  fs::create_symlink("nowhere", in_folder("all/dangling.asc"));
+  load(toml);
+  EXPECT_EQ(why_, "");
+  ASSERT_THAT(names(), ElementsAre("a", "linked", "parts", "tabled"));
+  EXPECT_EQ(height("parts"), 3);
+  EXPECT_EQ(height("tabled"), 4);
+  EXPECT_EQ(height("linked"), 4);
+  EXPECT_EQ(keeper_.status().aside.size(), 3u);  // readme, broken.tif, dangling.asc
+
+  const auto a = catalog_.find("a"), tabled = catalog_.find("tabled");
+  text("all/tabled.toml", "files = [\"../*.asc");
+  fs::remove(in_folder("all/linked.asc"));
+  const CatalogChange change = load(toml);
+  EXPECT_EQ(why_, "");
+  EXPECT_THAT(change.removed, ElementsAre("linked"));
+  EXPECT_EQ(catalog_.find("a"), a);
+  EXPECT_EQ(catalog_.find("tabled"), tabled);  // half of a table is no reason to end it
+}
+
+TEST(CatalogFolder, WaitsForWhatIsStillWritten) {
+  const test::TempDir folder;
+  const auto write = [&](const std::string& text) {
+    std::ofstream(folder.file("a.asc"), std::ios::app) << text;
+  };
+  CatalogFolder catalog(folder.path().string());
+  const auto start = CatalogFolder::Clock::now();
+  const auto rests = [&](std::chrono::milliseconds after) {
+    const auto entries = catalog.look(start + after);
+    EXPECT_TRUE(entries);
+    EXPECT_EQ(entries->size(), 1u);
+    return entries->at(0).rests;
+  };
+  write("x");
+  EXPECT_FALSE(rests(0ms));
+  EXPECT_FALSE(rests(1500ms));
+  write("y");
+  EXPECT_FALSE(rests(2500ms));
+  EXPECT_FALSE(rests(4000ms));
+  EXPECT_TRUE(rests(4500ms));
+  // Replaced by one that is old: all the same, since it was another a moment ago.
+  std::ofstream(folder.file(".b")) << "z";
+  fs::last_write_time(folder.file(".b"), fs::file_time_type::clock::now() - 1h);
+  fs::rename(folder.file(".b"), folder.file("a.asc"));
+  EXPECT_FALSE(rests(5000ms));
+  EXPECT_TRUE(rests(7000ms));
+}
+
+TEST(AdminListen, IsOfThisMachineAlone) {
+  EXPECT_EQ(parse_admin_listen("127.0.0.1:81")->port, 81);
+  EXPECT_EQ(parse_admin_listen("[::1]:81")->address, "::1");
+  EXPECT_EQ(parse_admin_listen("unix:/run/t.sock")->socket, "/run/t.sock");
+  for (const std::string bad : {"0.0.0.0:81", "10.0.0.1:81", "unix:", "", "[::]:81", "x"})
+    EXPECT_FALSE(parse_admin_listen(bad)) << bad;
+  EXPECT_FALSE(parse_admin_listen("unix:/" + std::string(103, 'a')));
+}
+
+}  // namespace
+}  // namespace tind::services

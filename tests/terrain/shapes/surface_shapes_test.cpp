@@ -1,0 +1,182 @@
+#include "terrain/shapes/surface_shapes.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "terrain/shapes/shaped_dem.h"
+#include "tests/support/made_up_source.h"
+#include "tests/support/shapes_file.h"
+
+namespace tind {
+namespace {
+
+using test::MadeUpSource;
+using test::square;
+using Shapes = test::ShapesFile;
+
+/// 61 x 61 posts, ten a degree, from (0, 6) to (6, 0): heights 100 + column.
+std::shared_ptr<const DemSource> slope() {
+  HeightGrid grid(61, 61);
+  for (int r = 0; r < 61; ++r)
+    for (int c = 0; c < 61; ++c) grid.at(c, r) = float(100 + c);
+  return std::make_shared<MadeUpSource>(grid, Geographic{0, 6}, 0.1);
+}
+
+Result<std::shared_ptr<const SurfaceShapes>> flatten(const Shapes& shapes,
+                                                     std::shared_ptr<const DemSource> dem) {
+  ShapeFiles files;
+  files.flatten.push_back(shapes.write());
+  return SurfaceShapes::make(std::span(&dem, 1), files);
+}
+
+TEST(SurfaceShapes, level_is_the_median_of_own_heights_of_posts_or_of_the_outline) {
+  const auto made = flatten(Shapes("median")
+                                .polygon({square(1, 1, 1)}, 77.0)
+                                .polygon({square(3.05, 3.05, 0.5)})    // columns 31 to 35
+                                .polygon({square(5.01, 5.01, 0.02)}),  // between posts
+                            slope());
+  ASSERT_TRUE(made) << made.error().what;
+  EXPECT_EQ((*made)->level_at({1.5, 1.5}), 77.0);
+  EXPECT_EQ((*made)->level_at({3.3, 3.3}), 133.0);
+  ASSERT_TRUE((*made)->level_at({5.02, 5.02}));
+  EXPECT_NEAR(*(*made)->level_at({5.02, 5.02}), 150.2, 0.11);
+  EXPECT_FALSE((*made)->level_at({4.5, 4.5}));
+  EXPECT_EQ((*made)->report().flattened, 3u);
+}
+
+TEST(SurfaceShapes, polygons_that_touch_or_lie_in_one_another_share_the_lowest_level) {
+  const auto made = flatten(Shapes("touch")
+                                .polygon({square(1, 1, 1)}, 50.0)
+                                .polygon({square(2, 1, 1)}, 40.0)          // side by side
+                                .polygon({square(2.25, 1.25, 0.5)}, 30.0)  // inside that
+                                .polygon({square(4, 4, 1)}, 20.0),         // elsewhere
+                            slope());
+  ASSERT_TRUE(made) << made.error().what;
+  EXPECT_EQ((*made)->level_at({1.5, 1.5}), 30.0);
+  EXPECT_EQ((*made)->level_at({2.1, 1.1}), 30.0);
+  EXPECT_EQ((*made)->level_at({2.5, 1.5}), 30.0);
+  EXPECT_EQ((*made)->level_at({4.5, 4.5}), 20.0);
+  // Where one water meets itself there is no shore: the two squares have one outline.
+  EXPECT_EQ((*made)->lines().networks().size(), 2u);
+  double length = 0;
+  for (const ShapeChain& c : (*made)->lines().chains())
+    for (std::size_t i = 1; i < c.points.size(); ++i)
+      length += std::hypot(c.points[i].x - c.points[i - 1].x, c.points[i].y - c.points[i - 1].y);
+  EXPECT_NEAR(length, 6 + 4, 1e-6);
+}
+
+TEST(SurfaceShapes, dirty_polygons_are_repaired) {
+  // A bow tie, one with a hole that touches its outline, and one given twice.
+  const auto made = flatten(Shapes("dirty")
+                                .polygon({{{1, 1}, {2, 2}, {2, 1}, {1, 2}}}, 10.0)
+                                .polygon({square(3, 1, 1), square(3, 1.25, 0.5)}, 20.0)
+                                .polygon({square(5, 1, 0.5)}, 30.0)
+                                .polygon({square(5, 1, 0.5)}, 35.0),
+                            slope());
+  ASSERT_TRUE(made) << made.error().what;
+  EXPECT_GE((*made)->report().repairs.crossings, 1u);
+  EXPECT_EQ((*made)->level_at({1.1, 1.5}), 10.0);
+  EXPECT_EQ((*made)->level_at({1.9, 1.5}), 10.0);
+  EXPECT_FALSE((*made)->level_at({1.5, 1.1}));
+  EXPECT_FALSE((*made)->level_at({3.1, 1.5}));  // in the hole
+  EXPECT_EQ((*made)->level_at({3.8, 1.5}), 20.0);
+  EXPECT_EQ((*made)->level_at({5.2, 1.2}), 30.0);
+}
+
+TEST(SurfaceShapes, posts_in_polygons_are_level_and_voids_stay) {
+  HeightGrid grid(11, 11);
+  for (float& z : grid.values()) z = 5;
+  grid.at(5, 5) = HeightGrid::kVoid;
+  std::shared_ptr<const DemSource> dem =
+      std::make_shared<MadeUpSource>(grid, Geographic{0, 1}, 0.1);
+  const auto made = flatten(Shapes("posts").polygon({square(0.35, 0.35, 0.3)}, 2.0), dem);
+  ASSERT_TRUE(made) << made.error().what;
+  const auto shaped = shaped_dem(dem, *made);
+  EXPECT_NE(shaped->info().fingerprint, dem->info().fingerprint);
+  for (const int step : {1, 2}) {
+    const int side = 10 / step + 1;
+    const auto posts =
+        step == 1 ? shaped->read(0, 0, side, side) : shaped->read_decimated(0, 0, side, side, step);
+    ASSERT_TRUE(posts);
+    for (int r = 0; r < side; ++r)
+      for (int c = 0; c < side; ++c) {
+        const int col = c * step, row = r * step;
+        const bool in = col >= 4 && col <= 6 && row >= 4 && row <= 6;
+        if (col == 5 && row == 5)
+          EXPECT_TRUE(std::isnan(posts->at(c, r)));
+        else
+          EXPECT_EQ(posts->at(c, r), in ? 2 : 5) << col << " " << row;
+      }
+  }
+}
+
+TEST(SurfaceShapes, posts_outside_the_boundary_are_void_and_have_no_tiles) {
+  const auto dem = slope();
+  Shapes land("land");
+  ShapeFiles files;
+  files.boundary = {land.polygon({square(0.95, 0.95, 1.1)}).write()};
+  const auto made = SurfaceShapes::make(std::span(&dem, 1), files);
+  ASSERT_TRUE(made) << made.error().what;
+  const auto shaped = shaped_dem(dem, *made);
+  const auto posts = shaped->read(0, 0, 61, 61);
+  ASSERT_TRUE(posts);
+  int valid = 0;
+  for (const float z : posts->values()) valid += !std::isnan(z);
+  EXPECT_EQ(valid, 11 * 11);
+  EXPECT_LT(shaped->info().bounds.east, 2.3);
+  EXPECT_GT(shaped->info().bounds.west, 0.7);
+}
+
+TEST(SurfaceShapes, a_polygon_across_the_antimeridian_is_on_both_sides) {
+  HeightGrid grid(3601, 21);
+  for (float& z : grid.values()) z = 9;
+  std::shared_ptr<const DemSource> dem =
+      std::make_shared<MadeUpSource>(grid, Geographic{-180, 1}, 0.1);
+  for (const double turn : {0.0, -360.0}) {
+    // From 179.5 to 180.5, as it is or with the step of a map that ends at 180.
+    const auto made = flatten(
+        Shapes("antimeridian")
+            .polygon({{{179.5, 0}, {180.5 + turn, 0}, {180.5 + turn, 0.5}, {179.5, 0.5}}}, 3.0),
+        dem);
+    ASSERT_TRUE(made) << made.error().what;
+    EXPECT_EQ((*made)->level_at({179.9, 0.2}), 3.0);
+    EXPECT_EQ((*made)->level_at({-179.9, 0.2}), 3.0);
+    EXPECT_FALSE((*made)->level_at({0, 0.2}));
+    EXPECT_FALSE((*made)->level_at({-179.4, 0.2}));
+  }
+}
+
+TEST(SurfaceShapes, what_cannot_be_used_says_why) {
+  const auto dem = slope();
+  const auto failure = [&](const std::string& path, auto member) {
+    ShapeFiles files;
+    (files.*member).push_back(path);
+    const auto made = SurfaceShapes::make(std::span(&dem, 1), files);
+    return made ? Errc{} : made.error().code;
+  };
+  Shapes lines("lines"), far("far"), none("none");
+  lines.line({{1, 1}, {2, 2}});
+  far.polygon({square(50, 50, 1)});
+  EXPECT_EQ(failure(lines.write(), &ShapeFiles::flatten), Errc::bad_data);
+  EXPECT_EQ(failure(lines.write(), &ShapeFiles::water), Errc::bad_data);
+  EXPECT_EQ(failure(far.write(), &ShapeFiles::flatten), Errc::bad_data);
+  EXPECT_EQ(failure(none.write(), &ShapeFiles::breaklines), Errc::bad_data);
+  EXPECT_EQ(failure("nowhere.gpkg", &ShapeFiles::flatten), Errc::not_found);
+  EXPECT_EQ(failure("nowhere.gpkg", &ShapeFiles::water), Errc::not_found);
+}
+
+TEST(ShapeFiles, are_set_by_name) {
+  ShapeFiles files;
+  EXPECT_TRUE(set_shape_option(files, "flatten", "a.gpkg"));
+  EXPECT_TRUE(set_shape_option(files, "flatten", "b.gpkg"));
+  EXPECT_TRUE(set_shape_option(files, "line_heights", "dem"));
+  EXPECT_EQ(files.flatten, (std::vector<std::string>{"a.gpkg", "b.gpkg"}));
+  EXPECT_TRUE(files.dem_heights);
+  EXPECT_FALSE(set_shape_option(files, "line_heights", "sky"));
+  EXPECT_FALSE(set_shape_option(files, "flaten", "a"));
+  EXPECT_FALSE(set_shape_option(files, "water", ""));
+}
+
+}  // namespace
+}  // namespace tind
