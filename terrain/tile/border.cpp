@@ -27,7 +27,8 @@ struct Crossings {
   std::vector<double> of_bounds;  // where the data ends, and where what fills the rest turns
 };
 
-/// Of one layer. False: its posts are on no lines of longitude and latitude.
+/// Of one layer. False: not all of them, which are too many or not known (its posts are on no lines
+/// of longitude and latitude).
 bool add_crossings(const TileEdge& e, const DemSource& source, const BorderOptions& o,
                    Crossings& found) {
   const DemInfo& info = source.info();
@@ -59,7 +60,7 @@ bool add_crossings(const TileEdge& e, const DemSource& source, const BorderOptio
       for (const double post : {-past, last + past})
         add(found.of_bounds, origin + post * signed_step + shift);
   }
-  return true;
+  return false;
 }
 
 Crossings crossings(const TileEdge& e, const Surface& surface, const BorderOptions& o) {
@@ -73,8 +74,7 @@ Crossings crossings(const TileEdge& e, const Surface& surface, const BorderOptio
   for (std::size_t k = 0; k < surface.layers().size(); ++k) {
     if (!surface.reaches(k, edge)) continue;
     Crossings of_layer;
-    known = add_crossings(e, *surface.layers()[k].source, o, of_layer) &&
-            of_layer.of_bounds.empty() && known;
+    known = add_crossings(e, *surface.layers()[k].source, o, of_layer) && known;
     found.all.insert(found.all.end(), of_layer.all.begin(), of_layer.all.end());
     found.of_bounds.insert(found.of_bounds.end(), of_layer.of_bounds.begin(),
                            of_layer.of_bounds.end());

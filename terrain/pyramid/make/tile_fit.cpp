@@ -384,10 +384,11 @@ Result<TileMesh> fit_within_budget(TileJob& job, std::stop_token stop) {
                                      std::pair(best->wrong_side, best->max_error);
     if (better) best = std::move(meshed);
     if (best->max_error <= job.level.budget_m && best->wrong_side == 0) return best;
-    constexpr std::int64_t kMost = 4 * kMeshPosts * kMeshPosts;
-    const bool too_big = std::ranges::any_of(job.windows, [step](const LayerWindow& l) {
+    // A fine layer in a corner of a tile has more posts to the area than any that is alone.
+    const std::int64_t most = (job.windows.size() > 1 ? 16 : 4) * kMeshPosts * kMeshPosts;
+    const bool too_big = std::ranges::any_of(job.windows, [step, most](const LayerWindow& l) {
       const PostWindow& w = l.posts;  // its shorter side may have fewer posts than a step
-      return w.cols * w.rows / step / step > kMost || std::max(w.cols, w.rows) / step > kMost;
+      return w.cols * w.rows / step / step > most || std::max(w.cols, w.rows) / step > most;
     });
     if (step > 1 && !too_big)
       step /= 2, place = 0;

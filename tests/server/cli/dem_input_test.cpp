@@ -209,7 +209,7 @@ TEST(DemInput, ServeNamesEveryDatasetThatCannotBeServed) {
   EXPECT_EQ(ran.code, 65);
   EXPECT_THAT(ran.out, HasSubstr(dir.file("noise.tif") + ": not a raster"));
   EXPECT_THAT(ran.out, HasSubstr(dir.file("none.tif") + ": no such file"));
-  EXPECT_THAT(ran.out, HasSubstr("2 of 3 datasets"));
+  EXPECT_THAT(ran.out, HasSubstr("2 datasets cannot be served"));
 }
 
 /// Every second post of every second row is valid, so no two neighbours are.
