@@ -20,6 +20,8 @@ constexpr std::uint32_t kMagic = 0x46546c67, kVersion = 2;  // "glTF"
 constexpr std::uint32_t kJsonChunk = 0x4e4f534a, kBinaryChunk = 0x004e4942;
 constexpr int kFloat = 5126, kShort = 5123, kInt = 5125;        // component types
 constexpr int kVertices = 34962, kIndices = 34963, kFaces = 4;  // targets; mode: triangles
+constexpr int kNoTarget = 0;
+constexpr const char* kTileEdges = "CESIUM_tile_edges";
 constexpr std::size_t kLargest16Bit = 65535;  // vertices: the index 65535 restarts a primitive
 
 /// Lays arrays out one behind the other and describes each as a view with one accessor.
@@ -27,8 +29,8 @@ class Layout {
  public:
   /// The accessor's number.
   int add(std::size_t begin, std::size_t end, int target, Json accessor) {
-    views_.push_back(
-        {{"buffer", 0}, {"byteOffset", begin}, {"byteLength", end - begin}, {"target", target}});
+    views_.push_back({{"buffer", 0}, {"byteOffset", begin}, {"byteLength", end - begin}});
+    if (target != kNoTarget) views_.back()["target"] = target;
     accessor["bufferView"] = views_.size() - 1;
     accessors_.push_back(std::move(accessor));
     return int(accessors_.size() - 1);
@@ -61,34 +63,74 @@ int add_vectors(Layout& layout, std::vector<std::uint8_t>& bytes,
 }
 
 /// Readers want the box of the positions, exactly.
-Json positions_accessor(const Glb& glb) {
-  std::array<float, 3> low = glb.positions.front(), high = low;
-  for (const auto& p : glb.positions)
+Json positions_accessor(const std::vector<std::array<float, 3>>& positions) {
+  std::array<float, 3> low = positions.front(), high = low;
+  for (const auto& p : positions)
     for (std::size_t k = 0; k < 3; ++k) {
       low[k] = std::min(low[k], p[k]);
       high[k] = std::max(high[k], p[k]);
     }
-  Json accessor = vectors(glb.positions.size());
+  Json accessor = vectors(positions.size());
   accessor["min"] = low;
   accessor["max"] = high;
   return accessor;
 }
 
-int add_indices(Layout& layout, std::vector<std::uint8_t>& bytes, const Glb& glb) {
-  const bool small = glb.positions.size() <= kLargest16Bit;
+/// Indices of `vertices` vertices. `put`: calls its argument with each.
+template <class Put>
+int add_indices(Layout& layout, std::vector<std::uint8_t>& bytes, std::size_t vertices, int target,
+                const Put& put) {
+  const bool small = vertices <= kLargest16Bit;
   const std::size_t begin = bytes.size();
   ByteWriter out(bytes);
-  for (const auto& triangle : glb.triangles)
-    for (const std::uint32_t index : triangle) {
-      assert(index < glb.positions.size());
-      small ? out.put(std::uint16_t(index)) : out.put(index);
-    }
-  const int number = layout.add(begin, bytes.size(), kIndices,
-                                {{"componentType", small ? kShort : kInt},
-                                 {"count", 3 * glb.triangles.size()},
-                                 {"type", "SCALAR"}});
+  std::size_t count = 0;
+  put([&](std::uint32_t index) {
+    assert(index < vertices);
+    small ? out.put(std::uint16_t(index)) : out.put(index);
+    ++count;
+  });
+  const int number =
+      layout.add(begin, bytes.size(), target,
+                 {{"componentType", small ? kShort : kInt}, {"count", count}, {"type", "SCALAR"}});
   pad(bytes, 0);
   return number;
+}
+
+int add_triangles(Layout& layout, std::vector<std::uint8_t>& bytes, std::size_t vertices,
+                  const std::vector<std::array<std::uint32_t, 3>>& triangles) {
+  return add_indices(layout, bytes, vertices, kIndices, [&](const auto& put) {
+    for (const auto& triangle : triangles)
+      for (const std::uint32_t index : triangle) put(index);
+  });
+}
+
+Json tile_edges(Layout& layout, std::vector<std::uint8_t>& bytes, std::size_t vertices,
+                const Glb::Edges& edges) {
+  const auto add = [&](const std::vector<std::uint32_t>& side) {
+    return add_indices(layout, bytes, vertices, kNoTarget, [&](const auto& put) {
+      for (const std::uint32_t index : side) put(index);
+    });
+  };
+  Json json;
+  json["left"] = add(edges.left);
+  json["bottom"] = add(edges.bottom);
+  json["right"] = add(edges.right);
+  json["top"] = add(edges.top);
+  return json;
+}
+
+Json part_of(Layout& layout, std::vector<std::uint8_t>& bytes, const GlbPart& part) {
+  assert(!part.positions.empty() && !part.triangles.empty());
+  assert(part.normals.empty() || part.normals.size() == part.positions.size());
+  Json attributes;
+  attributes["POSITION"] =
+      add_vectors(layout, bytes, part.positions, positions_accessor(part.positions));
+  if (!part.normals.empty())
+    attributes["NORMAL"] = add_vectors(layout, bytes, part.normals, vectors(part.normals.size()));
+  const int indices = add_triangles(layout, bytes, part.positions.size(), part.triangles);
+  Json primitive = {{"attributes", attributes}, {"indices", indices}, {"mode", kFaces}};
+  if (!part.extras.empty()) primitive["extras"] = Json::parse(part.extras);
+  return primitive;
 }
 
 /// x, y, z up -> x, z, -y: by columns, as glTF has matrices.
@@ -106,11 +148,13 @@ Json matrix(const Glb& glb) {
   return m;
 }
 
-/// A surface that shows its colours or its image as they are, from both sides.
+/// A surface that shows its colours or its image as they are, from both sides unless it is matt.
 Json material(const Glb& glb) {
   Json surface = {{"metallicFactor", 0}, {"roughnessFactor", 1}};
   if (!glb.texture.empty()) surface["baseColorTexture"] = {{"index", 0}};
-  return {{"pbrMetallicRoughness", surface}, {"doubleSided", true}};
+  Json json = {{"pbrMetallicRoughness", surface}};
+  if (!glb.matt) json["doubleSided"] = true;
+  return json;
 }
 
 /// A relative URI of a file's name (RFC 3986).
@@ -135,15 +179,12 @@ void put_chunk(ByteWriter<>& out, std::uint32_t type, const std::vector<std::uin
   out.put_bytes(bytes.data(), bytes.size());
 }
 
-}  // namespace
-
-std::vector<std::uint8_t> encode(const Glb& glb) {
+Json surface_of(Layout& layout, std::vector<std::uint8_t>& numbers, const Glb& glb) {
   assert(!glb.positions.empty() && !glb.triangles.empty());
   assert(glb.normals.empty() || glb.normals.size() == glb.positions.size());
-  std::vector<std::uint8_t> numbers;
-  Layout layout;
   Json attributes;
-  attributes["POSITION"] = add_vectors(layout, numbers, glb.positions, positions_accessor(glb));
+  attributes["POSITION"] =
+      add_vectors(layout, numbers, glb.positions, positions_accessor(glb.positions));
   if (!glb.normals.empty())
     attributes["NORMAL"] = add_vectors(layout, numbers, glb.normals, vectors(glb.normals.size()));
   if (!glb.colours.empty())
@@ -151,25 +192,39 @@ std::vector<std::uint8_t> encode(const Glb& glb) {
   if (!glb.texcoords.empty())
     attributes["TEXCOORD_0"] =
         add_vectors(layout, numbers, glb.texcoords, vectors(glb.texcoords.size(), "VEC2"));
-  const int indices = add_indices(layout, numbers, glb);
+  const int indices = add_triangles(layout, numbers, glb.positions.size(), glb.triangles);
+  Json primitive = {{"attributes", attributes}, {"indices", indices}, {"mode", kFaces}};
+  if (glb.edges)
+    primitive["extensions"][kTileEdges] =
+        tile_edges(layout, numbers, glb.positions.size(), *glb.edges);
+  return primitive;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> encode(const Glb& glb) {
+  std::vector<std::uint8_t> numbers;
+  Layout layout;
+  Json primitives = Json::array({surface_of(layout, numbers, glb)});
+  for (const GlbPart& part : glb.parts) primitives.push_back(part_of(layout, numbers, part));
 
   Json gltf;
   gltf["asset"] = {{"version", "2.0"}, {"generator", "tind"}};
+  if (glb.edges) gltf["extensionsUsed"] = Json::array({kTileEdges});
   gltf["scene"] = 0;
   gltf["scenes"] = {{{"nodes", {0}}}};
   Json node = {{"mesh", 0}, {"matrix", matrix(glb)}};
   if (!glb.extras.empty()) node["extras"] = Json::parse(glb.extras);
   gltf["nodes"] = Json::array({std::move(node)});
-  Json primitive = {{"attributes", attributes}, {"indices", indices}, {"mode", kFaces}};
-  if (!glb.colours.empty() || !glb.texture.empty()) {
-    primitive["material"] = 0;
+  if (!glb.colours.empty() || !glb.texture.empty() || glb.matt) {
+    for (Json& primitive : primitives) primitive["material"] = 0;
     gltf["materials"] = Json::array({material(glb)});
   }
   if (!glb.texture.empty()) {
     gltf["textures"] = Json::array({Json{{"source", 0}}});
     gltf["images"] = Json::array({Json{{"uri", uri_of(glb.texture)}}});
   }
-  gltf["meshes"] = Json::array({Json{{"primitives", Json::array({primitive})}}});
+  gltf["meshes"] = Json::array({Json{{"primitives", std::move(primitives)}}});
   gltf["buffers"] = {{{"byteLength", numbers.size()}}};
   layout.put_into(gltf);
   const std::string text = gltf.dump();

@@ -4,10 +4,19 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace tind::proto {
+
+/// A surface beside the first one, in the same frame.
+struct GlbPart {
+  std::vector<std::array<float, 3>> positions;
+  std::vector<std::array<float, 3>> normals;            // unit; empty, or one for each position
+  std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise, as the positions are
+  std::string extras;                                   // of the primitive: a JSON object, or empty
+};
 
 /// A surface whose z points up, in a frame that is kept in double: a vertex lies at origin + x
 /// axes[0] + y axes[1] + z axes[2]. The node's matrix has the frame and turns it to glTF's, where y
@@ -23,6 +32,14 @@ struct Glb {
   std::string texture;                                  // a file beside it, or empty
   std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise, as the positions are
   std::string extras;                                   // of the node: a JSON object, or empty
+  /// The vertices on the sides of a tile, for CesiumJS's terrain (CESIUM_tile_edges).
+  struct Edges {
+    std::vector<std::uint32_t> left, bottom, right, top;
+  };
+  std::optional<Edges> edges;
+  std::vector<GlbPart> parts;  // each a primitive of its own, after the surface's
+  /// Neither shining nor metal, from outside only. What says nothing is metal to glTF.
+  bool matt = false;
 };
 
 /// REQUIRES: at least one triangle, finite positions, indices in range, `extras` JSON. Indices take

@@ -1,18 +1,30 @@
 // What rounding does to the error, in the tile's own frame, which is the certificate's: a vertex is
 // moved by at most d metres, up or aside; where the surface is as steep as its steepest triangle,
 // moving it aside by d changes the height at a place by at most d times that slope.
+//
+// What straightness does: let P(longitude, latitude, height) be the place in space. Over a triangle
+// with corners q_i and weights w_i, the straight surface lies at sum w_i P(q_i), the certificate's
+// at P(sum w_i q_i). By Taylor, with sum w_i (q_i - q) = 0, they differ by at most half of
+// sum w_i |D2P[q_i - q, q_i - q]|, and a weighted mean of products of two coordinates'
+// differences is at most a quarter of the product of their ranges (Popoviciu; Cauchy-Schwarz).
+// D2P is written out below, upwards and aside, for the largest latitude of the triangle.
 
 #include "terrain/encode/glb_tile.h"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "proto/glb.h"
 #include "terrain/geo/ellipsoid.h"
+#include "terrain/tile/border.h"
 #include "terrain/tile/normals.h"
 
 namespace tind {
 namespace {
+
+constexpr int kFinestLattice = 13;  // level
+constexpr double kRadians = std::numbers::pi / 180;
 
 /// Metres to a unit of the tile's grid, the fewest at a triangle's vertices. At a pole, where all
 /// longitudes are one place, nothing is moved along u.
@@ -39,6 +51,7 @@ double steepest(const TileModel& tile) {
     const Vec3& a = tile.mesh.vertices[triangle[0]];
     const Vec3 p = tile.mesh.vertices[triangle[1]] - a, q = tile.mesh.vertices[triangle[2]] - a;
     const double area = p.x * q.y - q.x * p.y;  // positive: counter-clockwise
+    if (!(area > 0)) continue;                  // of another maker
     const Scale scale = scale_of(rect, tile.mesh, triangle);
     const double along_u = std::abs(p.z * q.y - q.z * p.y) / area / scale.u;
     const double along_v = std::abs(q.z * p.x - p.z * q.x) / area / scale.v;
@@ -47,41 +60,212 @@ double steepest(const TileModel& tile) {
   return most;
 }
 
+/// A range of places, in radians and metres.
+struct Extent {
+  double lon = 0, lat = 0, height = 0;     // how wide
+  double sine = 0, cosine = 0, sines = 0;  // the largest of latitude's; of their product
+  double radius = 0;                       // of the earth, with the heights
+
+  /// REQUIRES: at least one of `vertices`.
+  template <class Vertices>
+  Extent(const GeoRect& rect, const Tin& mesh, const Vertices& vertices) {
+    double west = HUGE_VAL, east = -HUGE_VAL, south = HUGE_VAL, north = -HUGE_VAL;
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (const std::uint32_t i : vertices) {
+      const Geographic p = place_of(rect, mesh.vertices[i]);
+      west = std::min(west, p.lon), east = std::max(east, p.lon);
+      south = std::min(south, p.lat), north = std::max(north, p.lat);
+      low = std::min(low, mesh.vertices[i].z), high = std::max(high, mesh.vertices[i].z);
+    }
+    lon = (east - west) * kRadians, lat = (north - south) * kRadians, height = high - low;
+    const double far = std::max(std::abs(south), std::abs(north)) * kRadians;
+    const double near =
+        south < 0 && north > 0 ? 0 : std::min(std::abs(south), std::abs(north)) * kRadians;
+    sine = std::sin(far), cosine = std::cos(near);
+    sines = near < std::numbers::pi / 4 && far > std::numbers::pi / 4
+                ? 0.5
+                : std::max(std::sin(2 * near), std::sin(2 * far)) / 2;
+    radius = kLargestRadius_m + std::max(0.0, high);
+  }
+
+  static constexpr double kLargestRadius_m = 6.4e6;  // of curvature, at the poles
+};
+
+/// From the straight surface over a triangle, or line, to that of the certificate.
+struct Bend {
+  double up_m = 0, east_m = 0, north_m = 0;
+
+  double aside_m() const { return east_m + north_m; }
+};
+
+Bend bend_of(const Extent& e) {
+  constexpr double kFlattening = 0.011;  // how a meridian's radius changes along it, at most
+  const double down = e.radius * (e.cosine * e.cosine * e.lon * e.lon + e.lat * e.lat);
+  const double north =
+      e.radius * (e.sines * e.lon * e.lon + kFlattening * e.lat * e.lat) + 2 * e.height * e.lat;
+  const double east = 2 * e.lon * (e.radius * e.sine * e.lat + e.height * e.cosine);
+  const double turn = std::min(1.0, e.lon + e.lat);  // of what is up, on the way
+  return {(down + turn * (north + east)) / 8, (east + turn * down) / 8, (north + turn * down) / 8};
+}
+
+/// Vertices on a side, from its south or its west on.
+std::vector<std::uint32_t> side_of(const Tin& mesh, TileSide side) {
+  const bool upright = side == TileSide::west || side == TileSide::east;
+  const double at = side == TileSide::east || side == TileSide::north ? kTileExtent : 0;
+  std::vector<std::uint32_t> line;
+  for (std::uint32_t i = 0; i < mesh.vertices.size(); ++i)
+    if ((upright ? mesh.vertices[i].x : mesh.vertices[i].y) == at) line.push_back(i);
+  std::ranges::sort(
+      line, {}, [&](std::uint32_t i) { return upright ? mesh.vertices[i].y : mesh.vertices[i].x; });
+  return line;
+}
+
+constexpr std::array kSides = {TileSide::west, TileSide::south, TileSide::east, TileSide::north};
+
+/// Over its own line, vertically: what lies aside of a tile's edge is no step between two tiles.
+double border_bend(const GeoRect& rect, const Tin& mesh) {
+  double most = 0;
+  for (const TileSide side : kSides) {
+    const bool upright = side == TileSide::west || side == TileSide::east;
+    const auto line = side_of(mesh, side);
+    for (std::size_t i = 1; i < line.size(); ++i) {
+      const Extent e(rect, mesh, std::array{line[i - 1], line[i]});
+      const Bend bend = bend_of(e);
+      const double length = e.radius * (upright ? e.lat : e.lon * e.cosine);
+      const double along = upright ? bend.north_m : bend.east_m;
+      most = std::max(most, bend.up_m + (length > 0 ? along * e.height / length : 0));
+    }
+  }
+  return most;
+}
+
+double on_lattice(double x, double step) { return std::round(x / step) * step; }
+
+Vec3 on_lattice(const Vec3& p, double step) {
+  return {on_lattice(p.x, step), on_lattice(p.y, step), on_lattice(p.z, step)};
+}
+
 /// Upwards to a micrometre, as the certificate's own figures are.
 double round_up(double x) { return std::ceil(x * 1e6) / 1e6; }
 
-std::string extras_of(const TileModel& tile, double moved) {
+std::string extras_of(const TileModel& tile, const SpaceError& space) {
   nlohmann::ordered_json extras;
   if (tile.certificate) {
-    extras["max_error_m"] = round_up(tile.certificate->max_error_m + moved * (1 + steepest(tile)));
+    extras["max_error_m"] = round_up(tile.certificate->max_error_m + space.surface_m);
     extras["error_kind"] = "bound";
   }
-  extras["rounding_m"] = round_up(moved);
+  extras["rounding_m"] = round_up(space.moved_m);
   extras["tile"] = tile.id.text();
   return extras.dump();
 }
 
+std::array<float, 3> narrow(const Vec3& p) { return {float(p.x), float(p.y), float(p.z)}; }
+
+/// As quantized-mesh sorts them: around the tile, clockwise. Nothing where a side has none, in
+/// tiles of other makers.
+std::optional<proto::Glb::Edges> edges_of(const Tin& mesh) {
+  proto::Glb::Edges edges = {side_of(mesh, TileSide::west), side_of(mesh, TileSide::south),
+                             side_of(mesh, TileSide::east), side_of(mesh, TileSide::north)};
+  for (const auto* side : {&edges.left, &edges.bottom, &edges.right, &edges.top})
+    if (side->size() < 2) return {};
+  std::ranges::reverse(edges.bottom);
+  std::ranges::reverse(edges.right);
+  return edges;
+}
+
+/// A tile's vertices where a client draws them.
+class Places {
+ public:
+  explicit Places(const TileModel& tile)
+      : rect_(tiling::rect(tile.id)),
+        step_(glb_lattice(tile.id.level)),
+        origin_(on_lattice(tile.volumes.center, step_)) {}
+
+  const Vec3& origin() const { return origin_; }
+  Vec3 exact(const Vec3& vertex) const { return wgs84::to_ecef(place_of(rect_, vertex), vertex.z); }
+  /// From the origin.
+  std::array<float, 3> drawn(const Vec3& vertex) const {
+    return narrow(on_lattice(exact(vertex), step_) - origin_);
+  }
+  double moved_m(const Vec3& vertex) const {
+    const auto [x, y, z] = drawn(vertex);
+    return length(origin_ + Vec3{x, y, z} - exact(vertex));
+  }
+
+ private:
+  GeoRect rect_;
+  double step_;
+  Vec3 origin_;
+};
+
+/// Counter-clockwise around the tile.
+std::vector<std::uint32_t> around(const Tin& mesh, TileSide side) {
+  auto line = side_of(mesh, side);
+  if (side == TileSide::north || side == TileSide::west) std::ranges::reverse(line);
+  return line;
+}
+
+/// Walls below the border, seen from outside; lit as the surface above them is, so that they do not
+/// show.
+proto::GlbPart walls(const TileModel& tile, const Places& places, double depth,
+                     const proto::Glb& surface) {
+  proto::GlbPart part;
+  for (const TileSide side : kSides) {
+    const auto line = around(tile.mesh, side);
+    for (std::size_t k = 0; k < line.size(); ++k) {
+      const std::uint32_t at = std::uint32_t(part.positions.size());
+      Vec3 foot = tile.mesh.vertices[line[k]];
+      foot.z -= depth;
+      part.positions.push_back(surface.positions[line[k]]);
+      part.positions.push_back(places.drawn(foot));
+      if (!surface.normals.empty())
+        part.normals.insert(part.normals.end(), 2, surface.normals[line[k]]);
+      if (k == 0) continue;
+      part.triangles.push_back({at - 2, at - 1, at + 1});
+      part.triangles.push_back({at - 2, at + 1, at});
+    }
+  }
+  part.extras = nlohmann::ordered_json{{"skirt", true}, {"depth_m", depth}}.dump();
+  return part;
+}
+
 }  // namespace
 
-std::vector<std::uint8_t> encode_glb(const TileModel& tile) {
-  const Vec3& center = tile.volumes.center;
+double glb_lattice(int level) { return 1.0 / double(1u << std::min(level, kFinestLattice)); }
+
+SpaceError space_error(const TileModel& tile) {
   const GeoRect rect = tiling::rect(tile.id);
+  const Places places(tile);
+  SpaceError error;
+  for (const Vec3& v : tile.mesh.vertices)
+    error.moved_m = std::max(error.moved_m, places.moved_m(v));
+  double up = 0, aside = 0;
+  for (const Triangle& triangle : tile.mesh.triangles) {
+    const Bend bend = bend_of(Extent(rect, tile.mesh, triangle));
+    up = std::max(up, bend.up_m), aside = std::max(aside, bend.aside_m());
+  }
+  const double slope = steepest(tile);
+  error.surface_m = up + slope * aside + error.moved_m * (1 + slope);
+  error.edge_m = border_bend(rect, tile.mesh) + error.moved_m * (1 + slope);
+  return error;
+}
+
+std::vector<std::uint8_t> encode_glb(const TileModel& tile, const GlbTileOptions& options) {
+  const Places places(tile);
   proto::Glb glb;
-  glb.origin = {center.x, center.y, center.z};
-  double moved = 0;
-  for (const Vec3& v : tile.mesh.vertices) {
-    const Vec3 exact = wgs84::to_ecef(place_of(rect, v), v.z) - center;
-    const std::array<float, 3> at = {float(exact.x), float(exact.y), float(exact.z)};
-    moved = std::max(moved, length(Vec3{at[0], at[1], at[2]} - exact));
-    glb.positions.push_back(at);
-  }
-  for (const auto& oct : tile.normals) {
-    const Vec3 n = oct_decode(oct);
-    glb.normals.push_back({float(n.x), float(n.y), float(n.z)});
-  }
+  glb.origin = {places.origin().x, places.origin().y, places.origin().z};
+  glb.positions.reserve(tile.mesh.vertices.size());
+  for (const Vec3& v : tile.mesh.vertices) glb.positions.push_back(places.drawn(v));
+  for (const auto& oct : tile.normals) glb.normals.push_back(narrow(oct_decode(oct)));
   glb.triangles.assign(tile.mesh.triangles.begin(), tile.mesh.triangles.end());
-  glb.extras = extras_of(tile, moved);
+  glb.extras = extras_of(tile, space_error(tile));
+  glb.matt = options.matt;
+  if (options.edges) glb.edges = edges_of(tile.mesh);
+  if (options.skirt_m > 0) glb.parts.push_back(walls(tile, places, options.skirt_m, glb));
+  if (!glb.parts.empty() && glb.parts.back().triangles.empty()) glb.parts.clear();
   return proto::encode(glb);
 }
+
+std::vector<std::uint8_t> encode_glb(const TileModel& tile) { return encode_glb(tile, {}); }
 
 }  // namespace tind

@@ -1,5 +1,9 @@
 #pragma once
 // Encodes a tile as GLB (binary glTF): positions around its centre, normals, error in `extras`.
+//
+// A client draws a triangle straight through space, so this mesh is not to the last digit the one
+// that the tile's certificate is about, whose triangles are straight in longitude, latitude and
+// height. What lies between the two is bounded here and part of every error that is stated.
 
 #include <cstdint>
 #include <vector>
@@ -8,9 +12,33 @@
 
 namespace tind {
 
-/// Positions are float, relative to a centre in double: what that rounds off is part of the
-/// max_error_m that the node's extras state. Neighbours have other centres, so at their common edge
-/// they agree to that rounding (`rounding_m`), not to the bit.
+/// How far the mesh of a GLB is from the tile's own.
+struct SpaceError {
+  double moved_m = 0;    // a vertex, by the rounding of its position
+  double surface_m = 0;  // the surface, vertically, anywhere: by rounding and by its being straight
+  double edge_m = 0;     // likewise its border, over its own place
+};
+/// O(triangles).
+SpaceError space_error(const TileModel&);
+
+/// Positions of all tiles of a level are multiples of this many metres (ECEF), the nodes' own, too:
+/// what a client adds up in double is exact, so neighbours agree to the bit on their common edge.
+/// A power of two; 1 m on level 0, an eighth of a millimetre from level 13 on. Floats hold 2^24 of
+/// them: enough for a tile on earth, 8976 km / 2^level above and below its middle. (One of more
+/// relief would be rounded to coarser multiples: made-up heights.)
+double glb_lattice(int level);
+
+/// What a GLB of 3D Tiles has beside the surface.
+struct GlbTileOptions {
+  bool edges = false;  // the vertices of its sides, as CesiumJS's terrain wants them
+  double skirt_m = 0;  // walls that hang so deep from its border; 0: none
+  bool matt = false;   // says what light does to it; else that is left to who draws it
+};
+
+/// Lossless but for the rounding to the lattice. Its node's extras state `max_error_m`, which no
+/// post of the tile is farther from the mesh as it is drawn.
 std::vector<std::uint8_t> encode_glb(const TileModel&);
+/// The same with what 3D Tiles need. The walls are a primitive of their own, marked in its extras.
+std::vector<std::uint8_t> encode_glb(const TileModel&, const GlbTileOptions&);
 
 }  // namespace tind

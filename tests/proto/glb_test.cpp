@@ -102,5 +102,40 @@ TEST(Glb, ExtrasStandAtTheNode) {
   EXPECT_FALSE(g["meshes"][0]["primitives"][0]["attributes"].contains("NORMAL"));
 }
 
+TEST(Glb, AMattSurfaceWithEdgesAndAWall) {
+  Glb glb = square();
+  glb.edges = Glb::Edges{{0, 3}, {1, 0}, {2, 1}, {3, 2}};
+  glb.parts.push_back({{{0, 0, 0}, {0, 0, -9}, {1, 0, -2}}, {}, {{0, 1, 2}}, R"({"skirt":true})"});
+  glb.matt = true;
+  const std::vector<std::uint8_t> bytes = encode(glb);
+  const Parts parts = parts_of(bytes);
+  const Json& g = parts.json;
+  const Json& primitives = g["meshes"][0]["primitives"];
+  ASSERT_EQ(primitives.size(), 2u);
+  EXPECT_EQ(g["extensionsUsed"], Json::array({"CESIUM_tile_edges"}));
+  EXPECT_FALSE(g.contains("extensionsRequired"));
+  const Json& edges = primitives[0]["extensions"]["CESIUM_tile_edges"];
+  const auto list = [&](const char* side) {
+    const Json& accessor = g["accessors"][edges[side].get<std::size_t>()];
+    const Json& view = g["bufferViews"][accessor["bufferView"].get<std::size_t>()];
+    EXPECT_FALSE(view.contains("target")) << "neither vertices nor triangles";
+    EXPECT_EQ(view["byteOffset"].get<std::size_t>() % 4, 0u);
+    ByteReader in(parts.numbers.substr(view["byteOffset"], view["byteLength"]));
+    std::vector<std::uint32_t> indices;
+    while (in.left() > 0) indices.push_back(in.get<std::uint16_t>());
+    EXPECT_EQ(accessor["count"], indices.size());
+    return indices;
+  };
+  EXPECT_EQ(list("left"), glb.edges->left);
+  EXPECT_EQ(list("bottom"), glb.edges->bottom);
+  EXPECT_EQ(list("right"), glb.edges->right);
+  EXPECT_EQ(list("top"), glb.edges->top);
+  EXPECT_EQ(primitives[1]["extras"]["skirt"], true);
+  const Json& wall = g["accessors"][primitives[1]["attributes"]["POSITION"].get<std::size_t>()];
+  EXPECT_EQ(wall["min"], Json({0.0, 0.0, -9.0}));
+  for (const Json& primitive : primitives) EXPECT_EQ(primitive["material"], 0);
+  EXPECT_FALSE(g["materials"][0].contains("doubleSided"));
+}
+
 }  // namespace
 }  // namespace tind::proto
