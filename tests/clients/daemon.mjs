@@ -7,7 +7,7 @@ import {fileURLToPath} from "node:url";
 export const ROOT = fileURLToPath(new URL("../..", import.meta.url));
 export const PROGRAM = process.env.TIND_BINARY ?? `${ROOT}/build/release/tind`;
 
-async function freePort() {
+export async function freePort() {
   const probe = createServer().listen(0, "127.0.0.1");
   await once(probe, "listening");
   const {port} = probe.address();
@@ -16,7 +16,7 @@ async function freePort() {
   return port;
 }
 
-/// {origin, stop()}; resolves when the daemon says that it is ready.
+/// {origin, stop(), signal(name), said()}; resolves when the daemon says that it is ready.
 export async function startDaemon(...args) {
   const address = `127.0.0.1:${await freePort()}`;
   const daemon = spawn(PROGRAM, ["serve", ...args, "--listen", address], {cwd: ROOT, stdio: ["ignore", "ignore", "pipe"]});
@@ -35,5 +35,5 @@ export async function startDaemon(...args) {
     const [code] = await ended;
     return code;
   };
-  return {origin, stop, said: () => said};
+  return {origin, stop, signal: (name) => daemon.kill(name), said: () => said};
 }
