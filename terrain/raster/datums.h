@@ -18,7 +18,11 @@ namespace tind {
 /// GeographicLib's grids of these ("egm2008-2_5"), a vertical or compound CRS that PROJ knows
 /// ("EPSG:5703", "EPSG:4269+5703"), or a file of a geoid (.pgm as GeographicLib has it; .gtx, .tif
 /// as PROJ has it). invalid_argument for anything else, not_found for a file that is not there.
+/// Small and capital letters are the same in all but files.
 Result<VerticalDatum> datum_named(std::string_view text);
+
+/// By its ending alone: would datum_named() look for a file?
+bool names_geoid_file(std::string_view text);
 
 /// The zero of a datum over some area. Thread-safe.
 class DatumSurface {

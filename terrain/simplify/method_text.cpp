@@ -72,7 +72,7 @@ Result<void> set_option(Options& options, const std::string& word) {
   });
   if (done) return {};
   return std::unexpected(
-      Error{done.error().code, fmt::format("method option '{}': {} ({})", word, done.error().what,
+      Error{done.error().code, fmt::format("option '{}': {} ({})", word, done.error().what,
                                            names.empty() ? "it has none" : "it has " + names)});
 }
 

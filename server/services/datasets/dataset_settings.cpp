@@ -9,6 +9,7 @@
 #include "terrain/base/enum_names.h"
 #include "terrain/geo/tiling_scheme.h"
 #include "terrain/pyramid/plan/tile_method.h"
+#include "terrain/raster/datums.h"
 #include "terrain/raster/dem_options_text.h"
 #include "terrain/simplify/method_text.h"
 
@@ -24,6 +25,7 @@ DatasetSetting of_dem(const DemOptionText& text) {
   row.is_list = name == "nodata";
   if (name == "from-datum") row.initial = "unknown";
   if (name == "to-datum") row.initial = "ellipsoid";
+  if (name.ends_with("-datum")) row.may_be_path = names_geoid_file;
   row.set = [key = std::string(text.name)](DatasetOptions& options, std::string_view value) {
     return set_dem_option(key, value, options.dem);
   };

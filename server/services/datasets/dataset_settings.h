@@ -34,6 +34,7 @@ struct DatasetSetting {
   bool is_list = false;      // takes several with commas between, in TOML also as a list
   bool is_path = false;      // names files: in a table relative to its folder, '\n' between several
   bool for_all = true;       // also a setting of the daemon
+  bool (*may_be_path)(std::string_view) = nullptr;  // of a text that can name a file, or else
   std::function<Result<void>(DatasetOptions&, std::string_view)> set;
 };
 

@@ -92,8 +92,8 @@ Result<std::string> read_setting(const DatasetSetting& row, const TomlValue& val
   if (!texts) return std::unexpected(texts.error());
   if (value.list() && !row.is_list)
     return fail(Errc::invalid_argument, where + ": " + file_key(row.name) + " takes one value");
-  if (row.is_path)
-    for (std::string& text : *texts) text = beside(folder, text);
+  for (std::string& text : *texts)
+    if (row.is_path || (row.may_be_path && row.may_be_path(text))) text = beside(folder, text);
   const std::string text =
       fmt::format("{}", fmt::join(*texts, row.is_path ? std::string(1, kBetweenPaths) : ","));
   DatasetOptions scratch;

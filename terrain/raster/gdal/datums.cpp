@@ -157,8 +157,20 @@ Result<Surface> model_surface(const Model& model, const std::string& grid, const
 
 }  // namespace
 
+bool names_geoid_file(std::string_view text) {
+  const std::string end = ending(text);
+  return end == ".pgm" || end == ".gtx" || end == ".tif" || end == ".tiff";
+}
+
 Result<VerticalDatum> datum_named(std::string_view given) {
-  const std::string text(given);
+  if (names_geoid_file(given)) {
+    std::error_code error;
+    if (!fs::is_regular_file(given, error))
+      return fail(Errc::not_found, "there is no geoid file " + std::string(given));
+    return VerticalDatum(VerticalDatum::file, std::string(given));
+  }
+  std::string text(given);
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return std::tolower(c); });
   if (text == "unknown") return VerticalDatum(VerticalDatum::unknown);
   if (text == "ellipsoid") return VerticalDatum(VerticalDatum::ellipsoid);
   for (const Model& model : models()) {
@@ -166,13 +178,7 @@ Result<VerticalDatum> datum_named(std::string_view given) {
     if (std::ranges::find(model.grids, text) != model.grids.end())
       return VerticalDatum(model.kind, text);
   }
-  if (const std::string end = ending(text);
-      end == ".pgm" || end == ".gtx" || end == ".tif" || end == ".tiff") {
-    std::error_code error;
-    if (!fs::is_regular_file(text, error))
-      return fail(Errc::not_found, "there is no geoid file " + text);
-    return VerticalDatum(VerticalDatum::file, text);
-  }
+  text = given;
   const auto crs = text.empty() || text.size() > 100 ? fail(Errc::invalid_argument, "")
                                                      : gdal::vertical_crs(text);
   if (!crs && !crs.error().what.empty() && text.find(':') != text.npos)

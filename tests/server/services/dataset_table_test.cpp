@@ -81,6 +81,20 @@ TEST_F(DatasetTable, MistakesNameTheirLineAndWhatWasMeant) {
   expect(begin + "max_error = 1979-05-27\n", "tind.toml:3");
 }
 
+TEST_F(DatasetTable, NamesAGeoidFileBesideItAndNoOtherDatum) {
+  std::ofstream(in_folder("ours.gtx")) << "only its name counts";
+  const auto config =
+      read("[[dataset]]\nfiles = [\"a.tif\"]\nfrom_datum = \"ours.gtx\"\nto_datum = \"egm96\"\n");
+  ASSERT_TRUE(config) << config.error().what;
+  const auto options = dataset_options(config->every, config->tables[0].own);
+  ASSERT_TRUE(options) << options.error().what;
+  EXPECT_EQ(options->dem.from_datum, VerticalDatum(VerticalDatum::file, in_folder("ours.gtx")));
+  EXPECT_EQ(options->dem.to_datum, TargetDatum(VerticalDatum::egm96));
+  EXPECT_NE(error("[[dataset]]\nfiles = [\"a.tif\"]\nfrom_datum = \"other.gtx\"\n")
+                .find("there is no geoid file " + in_folder("other.gtx")),
+            std::string::npos);
+}
+
 TEST_F(DatasetTable, IsPrintedAsItIsRead) {
   const auto config = read(
       "nodata = -9999\n[[dataset]]\nname = \"a\"\nfiles = [\"a \\\"b\\\".tif\", \"c/*.tif\"]\n"

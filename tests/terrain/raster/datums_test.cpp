@@ -120,6 +120,8 @@ TEST(DatumNames, AreWhatOutputsSay) {
     EXPECT_EQ(name(*datum_named(word)), word);
   EXPECT_EQ(name(*datum_named("egm2008-2_5")), "egm2008");
   EXPECT_EQ(*datum_named("egm96-5"), VerticalDatum::egm96);
+  EXPECT_EQ(*datum_named("EGM2008"), VerticalDatum::egm2008);
+  EXPECT_EQ(*datum_named("Ellipsoid"), VerticalDatum::ellipsoid);
   EXPECT_EQ(*datum_named("EPSG:5773"), VerticalDatum::egm96);
   EXPECT_EQ(*datum_named("EPSG:3855"), VerticalDatum::egm2008);
   EXPECT_EQ(*datum_named("EPSG:4979"), VerticalDatum::ellipsoid);
