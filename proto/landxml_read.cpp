@@ -3,10 +3,13 @@
 
 #include <expat.h>
 
+#include <algorithm>
 #include <memory>
 #include <unordered_map>
+#include <utility>
 
 #include "proto/mesh_io.h"
+#include "proto/mesh_quad.h"
 #include "proto/text_scan.h"
 
 namespace tind::proto {
@@ -62,11 +65,24 @@ class LandXmlReader {
   static void on_end(void* self, const char* name) { static_cast<LandXmlReader*>(self)->end(name); }
   static void on_text(void* self, const char* text, int size) {
     auto& reader = *static_cast<LandXmlReader*>(self);
-    if (reader.in_point_ || reader.in_face_) reader.text_.append(text, std::size_t(size));
+    if ((reader.in_point_ || reader.in_face_) && reader.within_ == 0)
+      reader.text_.append(text, std::size_t(size));
   }
 
-  void start(std::string_view name, const char** attributes) {
+  /// Without a namespace's prefix.
+  static std::string_view local_name(std::string_view name) {
+    return name.substr(name.rfind(':') + 1);
+  }
+
+  void start(std::string_view full_name, const char** attributes) {
+    if (in_point_ || in_face_) {  // of somebody else: <P id="1">1 2 3<Feature/></P>
+      ++within_;
+      return;
+    }
+    const std::string_view name = local_name(full_name);
     if (name == "LandXML") is_landxml_ = true;
+    if (name == "Metric" || name == "Imperial") units(attributes);
+    if (name == "CoordinateSystem") coordinate_system(attributes);
     if (name == "Surface") number_.clear(), named_.clear();
     if (name == "Pnts") in_points_ = true;
     if (name == "Faces") in_faces_ = true;
@@ -77,13 +93,58 @@ class LandXmlReader {
       reject("a point without a number");
   }
 
-  void end(std::string_view name) {
+  void end(std::string_view full_name) {
+    if (within_ > 0) {
+      --within_;
+      return;
+    }
+    const std::string_view name = local_name(full_name);
     if (name == "P" && in_point_) point();
     if (name == "F" && in_face_) face();
     if (name == "Pnts") in_points_ = false;
     if (name == "Faces") in_faces_ = false;
     if (name == "Surface") finish_surface();
     in_point_ = in_face_ = false;
+  }
+
+  /// Metres per unit of that name; 0: no name of a length.
+  static double metres_per(std::string_view unit) {
+    constexpr std::pair<std::string_view, double> kUnits[] = {
+        {"meter", 1},        {"millimeter", .001},
+        {"centimeter", .01}, {"kilometer", 1000},
+        {"foot", .3048},     {"feet", .3048},
+        {"inch", .0254},     {"mile", 1609.344},
+        {"miles", 1609.344}, {"USSurveyFoot", 1200.0 / 3937}};
+    for (const auto& [name, metres] : kUnits)
+      if (unit == name) return metres;
+    return 0;
+  }
+
+  void units(const char** attributes) {
+    const std::string_view across = attribute(attributes, "linearUnit");
+    const std::string_view up = attribute(attributes, "elevationUnit");
+    const double metres = metres_per(across);
+    if (metres == 0) return reject("a linear unit that LandXML does not have");
+    mesh_.place.unit_m = mesh_.place.z_unit_m = metres;
+    if (up.empty() || (up == "feet" && across == "USSurveyFoot")) return;  // its feet
+    mesh_.place.z_unit_m = metres_per(up);
+    if (mesh_.place.z_unit_m == 0) reject("an elevation unit that LandXML does not have");
+  }
+
+  void coordinate_system(const char** attributes) {
+    MeshPlace& place = mesh_.place;
+    std::string_view lines = attribute(attributes, "desc");
+    while (!lines.empty()) {
+      const std::size_t end = std::min(lines.find("; "), lines.size());
+      read_place_line(lines.substr(0, end), place);
+      lines.remove_prefix(std::min(end + 2, lines.size()));
+    }
+    int epsg = 0;
+    if (text::parse(std::string_view(attribute(attributes, "epsgCode")), epsg) && epsg > 0)
+      place.epsg = epsg;
+    if (const char* const wkt = attribute(attributes, "ogcWktCode"); *wkt) place.crs_wkt = wkt;
+    if (const char* const datum = attribute(attributes, "verticalDatum"); *datum)
+      place.vertical_datum = datum;
   }
 
   void point() {
@@ -99,22 +160,30 @@ class LandXmlReader {
 
   void face() {
     std::string_view rest = text_;
-    std::array<std::uint64_t, 3> ids{};
-    for (std::uint64_t& id : ids)
-      if (!text::parse(text::take_word(rest), id)) return reject("a face needs three points");
+    std::array<std::uint64_t, 4> ids{};
+    for (std::size_t i = 0; i < 3; ++i)
+      if (!text::parse(text::take_word(rest), ids[i])) return reject("a face needs three points");
+    ids[3] = ids[2];
+    if (const auto fourth = text::take_word(rest); !fourth.empty() && !text::parse(fourth, ids[3]))
+      return reject("a face names something that is no point");
+    if (!text::trim(rest).empty()) return reject("a face of more than four points");
     named_.push_back(ids);
   }
 
   void finish_surface() {
     for (const auto& ids : named_) {
-      std::array<std::uint32_t, 3> t{};
-      for (std::size_t i = 0; i < 3; ++i) {
+      std::array<std::uint32_t, 4> q{};
+      for (std::size_t i = 0; i < 4; ++i) {
         const auto at = number_.find(ids[i]);
         if (at == number_.end())
           return reject("a face names point " + std::to_string(ids[i]) + ", which is not there");
-        t[i] = at->second;
+        q[i] = at->second;
       }
-      mesh_.triangles.push_back(turned_up(t));
+      if (ids[2] == ids[3])
+        mesh_.triangles.push_back(turned_up({q[0], q[1], q[2]}));
+      else
+        for (const auto& t : split_quad(mesh_.positions, q))
+          mesh_.triangles.push_back(turned_up(t));
     }
     named_.clear();
   }
@@ -131,9 +200,10 @@ class LandXmlReader {
   XML_Parser parser_ = nullptr;
   Mesh mesh_;
   std::unordered_map<std::uint64_t, std::uint32_t> number_;  // of the surface that is read
-  std::vector<std::array<std::uint64_t, 3>> named_;
+  std::vector<std::array<std::uint64_t, 4>> named_;          // a triangle has its last corner twice
   std::string text_, why_;
   std::uint64_t id_ = 0;
+  int within_ = 0;  // elements open inside a point or a face
   bool is_landxml_ = false, in_points_ = false, in_faces_ = false;
   bool in_point_ = false, in_face_ = false;
 };

@@ -5,6 +5,7 @@
 #include <unordered_map>
 
 #include "proto/mesh_io.h"
+#include "proto/mesh_quad.h"
 #include "proto/text_put.h"
 #include "proto/text_scan.h"
 
@@ -17,12 +18,20 @@ void put_card(std::string& out, const char* card, std::size_t id) {
   text::put_text(out, id);
 }
 
+/// Cards are in capitals, but not of every program.
+std::string in_capitals(std::string_view word) {
+  std::string out(word.substr(0, 8));
+  for (char& c : out)
+    if (c >= 'a' && c <= 'z') c = char(c - 'a' + 'A');
+  return out;
+}
+
 class Reader2dm {
  public:
   Result<Mesh> read(std::string_view bytes) {
     text::Lines lines(bytes);
     std::string_view line;
-    if (!lines.next(line) || text::take_word(line) != "MESH2D")
+    if (!lines.next(line) || in_capitals(text::take_word(line)) != "MESH2D")
       return fail(Errc::bad_data, "not a 2DM file: it does not begin with MESH2D");
     while (lines.next(line)) {
       const std::string why = card(line);
@@ -35,13 +44,13 @@ class Reader2dm {
  private:
   /// Empty, or what is wrong.
   std::string card(std::string_view rest) {
-    const std::string_view word = text::take_word(rest);
+    if (rest.starts_with('#')) read_place_line(rest.substr(1), mesh_.place);
+    const std::string word = in_capitals(text::take_word(rest));
     if (word == "ND") return node(rest);
     if (word == "E3T") return element(rest, 3);
     if (word == "E4Q") return element(rest, 4);
     for (const char* other : {"E6T", "E8Q", "E9Q"})
-      if (word == other)
-        return std::string(other) + " elements have curved sides; only E3T and E4Q are read";
+      if (word == other) return word + " elements have curved sides; only E3T and E4Q are read";
     return {};
   }
 
@@ -62,30 +71,33 @@ class Reader2dm {
     text::take_word(rest);  // its own number
     for (std::size_t i = 0; i < corners; ++i)
       if (!text::parse(text::take_word(rest), ids[i])) return "an element needs its nodes";
-    named_.push_back({ids[0], ids[1], ids[2]});
-    if (corners == 4) named_.push_back({ids[0], ids[2], ids[3]});
+    if (corners == 3) ids[3] = ids[2];
+    named_.push_back(ids);
     return {};
   }
 
   /// Elements may come before their nodes.
   Result<Mesh> resolve() {
     for (const auto& ids : named_) {
-      std::array<std::uint32_t, 3> t{};
-      for (std::size_t i = 0; i < 3; ++i) {
+      std::array<std::uint32_t, 4> q{};
+      for (std::size_t i = 0; i < 4; ++i) {
         const auto at = number_.find(ids[i]);
         if (at == number_.end())
           return fail(Errc::bad_data, "2DM: an element names node " + std::to_string(ids[i]) +
                                           ", which is not there");
-        t[i] = at->second;
+        q[i] = at->second;
       }
-      mesh_.triangles.push_back(t);
+      if (ids[2] == ids[3])
+        mesh_.triangles.push_back({q[0], q[1], q[2]});
+      else
+        for (const auto& t : split_quad(mesh_.positions, q)) mesh_.triangles.push_back(t);
     }
     return std::move(mesh_);
   }
 
   Mesh mesh_;
   std::unordered_map<std::uint64_t, std::uint32_t> number_;
-  std::vector<std::array<std::uint64_t, 3>> named_;
+  std::vector<std::array<std::uint64_t, 4>> named_;  // a triangle has its last corner twice
 };
 
 }  // namespace

@@ -42,6 +42,8 @@ struct MeshPlace {
 /// "crs: EPSG:32611", "vertical datum: egm96" ...: what is known, a line each, for formats with
 /// comments. QGIS takes the CRS from the first one in a PLY (MDAL, mdal_ply.cpp).
 std::vector<std::string> place_lines(const MeshPlace&);
+/// One such line, read back; any other text says nothing.
+void read_place_line(std::string_view, MeshPlace&);
 
 /// Attributes are per vertex: each array is empty or as long as `positions`.
 struct Mesh {
@@ -51,7 +53,9 @@ struct Mesh {
   std::vector<std::array<float, 3>> normals;    // as in the file
   std::vector<std::array<float, 2>> texcoords;  // s right, t up
   std::string texture;                          // image file name, or empty
-  MeshPlace place;                              // written, not read
+  /// Read back from PLY, OBJ, 2DM and LandXML as far as the file says it (place_lines; LandXML's
+  /// units and codes). What a CRS means (geographic, unit_m) no reader looks up.
+  MeshPlace place;
 
   // OBJ only: what the file names, in order of first use.
   std::vector<std::string> material_libraries, materials;

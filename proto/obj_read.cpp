@@ -48,6 +48,7 @@ class ObjReader {
   }
 
   bool statement(std::string_view line) {
+    if (line.starts_with('#')) read_place_line(line.substr(1), mesh_.place);
     if (const auto comment = line.find('#'); comment != line.npos) line = line.substr(0, comment);
     const std::string_view word = text::take_word(line);
     if (word == "v") return vertex(line);

@@ -79,6 +79,7 @@ struct Header {
   Encoding encoding = Encoding::ascii;
   std::vector<Element> elements;
   std::string texture;
+  MeshPlace place;
   std::size_t size = 0, lines = 0;
 };
 
@@ -133,6 +134,7 @@ std::string parse_header_line(std::string_view line, Header& header) {
     if (!property || header.elements.empty()) return "not a property";
     header.elements.back().properties.push_back(*property);
   } else if (word == "comment") {
+    read_place_line(rest, header.place);
     if (text::take_word(rest) == "TextureFile") header.texture = text::trim(rest);
   } else if (word != "obj_info" && !word.empty()) {
     return "unknown header word " + std::string(word.substr(0, 40));
@@ -376,6 +378,7 @@ template <class Source>
 Result<Mesh> read_body(std::string_view bytes, Header& header) {
   Mesh mesh;
   mesh.texture = std::move(header.texture);
+  mesh.place = std::move(header.place);
   Body<Source> body(Source(bytes, header), mesh);
   if (!body.read(header)) return bad(body.why());
   for (const auto& triangle : mesh.triangles)  // faces may come before the vertices

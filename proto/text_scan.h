@@ -44,11 +44,13 @@ inline bool parse_finite(std::string_view word, double& out) {
   return parse(word, out) && std::isfinite(out);
 }
 
-/// Lines one after the other, with their numbers from 1. A backslash at a line's end joins
-/// the next.
+/// Lines one after the other, with their numbers from 1, whichever way they end (LF, CR LF, CR). A
+/// backslash at a line's end joins the next; a byte order mark at the beginning is none of them.
 class Lines {
  public:
-  explicit Lines(std::string_view text) : rest_(text) {}
+  explicit Lines(std::string_view text) : rest_(text) {
+    if (rest_.starts_with("\xEF\xBB\xBF")) rest_.remove_prefix(3);
+  }
 
   bool next(std::string_view& line) {
     if (!take(line)) return false;
@@ -68,10 +70,10 @@ class Lines {
  private:
   bool take(std::string_view& line) {
     if (rest_.empty()) return false;
-    const std::size_t end = rest_.find('\n');
+    const std::size_t end = rest_.find_first_of("\r\n");
     line = rest_.substr(0, end);
-    rest_.remove_prefix(end == rest_.npos ? rest_.size() : end + 1);
-    if (line.ends_with('\r')) line.remove_suffix(1);
+    const bool two = end != rest_.npos && rest_.substr(end).starts_with("\r\n");
+    rest_.remove_prefix(end == rest_.npos ? rest_.size() : end + 1 + std::size_t(two));
     ++last_;
     return true;
   }

@@ -1,5 +1,6 @@
 #include "terrain/mesh/mesh_frame.h"
 
+#include <string>
 #include <utility>
 
 #include "terrain/raster/crs_code.h"
@@ -61,6 +62,25 @@ proto::MeshPlace mesh_place(const DemInfo& info, MeshFrame frame, bool source_un
   place.to_crs = {crs.x_col / info.spacing_x_m, -crs.x_row / info.spacing_y_m,
                   crs.y_col / info.spacing_x_m, -crs.y_row / info.spacing_y_m};
   return place;
+}
+
+proto::MeshPlace looked_up(proto::MeshPlace said) {
+  const CrsCode code = crs_code(said.epsg > 0 ? "EPSG:" + std::to_string(said.epsg) : said.crs_wkt);
+  if (code.name.empty()) return said;
+  said.geographic = code.geographic;
+  if (!code.geographic) said.unit_m = code.unit_m;
+  if (said.epsg == 0) said.epsg = code.epsg;
+  if (said.crs_name.empty()) said.crs_name = code.name;
+  return said;
+}
+
+Tin in_crs(Tin tin, const proto::MeshPlace& place) {
+  const auto& [x0, y0] = place.origin;
+  const auto& m = place.to_crs;
+  for (Vec3& v : tin.vertices)
+    v = {x0 + m[0] * v.x + m[1] * v.y, y0 + m[2] * v.x + m[3] * v.y, v.z};
+  if (m[0] * m[3] - m[1] * m[2] < 0) turn_triangles(tin);
+  return tin;
 }
 
 proto::Mesh to_file_mesh(Tin tin) {

@@ -40,6 +40,12 @@ MeshMap mesh_map(const DemInfo&, MeshFrame, bool source_units);
 /// What mesh files say of where such a mesh is. Looks up the CRS's code: milliseconds.
 proto::MeshPlace mesh_place(const DemInfo&, MeshFrame, bool source_units);
 
+/// What a mesh file said, with what its CRS means (name, degrees or not, unit). Milliseconds.
+proto::MeshPlace looked_up(proto::MeshPlace said);
+
+/// A mesh that is local to a point of its CRS, in that CRS. REQUIRES: place.local.
+Tin in_crs(Tin, const proto::MeshPlace&);
+
 /// The arrays of a mesh file. Nothing is converted.
 proto::Mesh to_file_mesh(Tin);
 Tin from_file_mesh(proto::Mesh);

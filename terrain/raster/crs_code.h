@@ -11,9 +11,10 @@ struct CrsCode {
   int epsg = 0;
   bool geographic = false;
   double unit_m = 1;  // metres per unit, where not geographic
+  std::string name = {};
 };
 
-/// Of a horizontal system. All zero where the text is no CRS. Milliseconds.
-CrsCode crs_code(const std::string& wkt);
+/// Of a horizontal system, as WKT or "EPSG:n". All zero where the text is no CRS. Milliseconds.
+CrsCode crs_code(const std::string& text);
 
 }  // namespace tind

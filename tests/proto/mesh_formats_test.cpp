@@ -121,6 +121,77 @@ TEST(MeshFormats, TwoDmOfOtherMakers) {
     EXPECT_THAT(decode_2dm(text).error().what, HasSubstr(why)) << text;
 }
 
+TEST(MeshFormats, WhereAMeshIsIsReadBack) {
+  Mesh m = grid_mesh(0, 0, 1);
+  m.place = {.epsg = 2994, .vertical_datum = "EPSG:5703", .z_unit_m = 0.3048};
+  Mesh local = m;
+  local.place = {.crs_wkt = "PROJCRS[\"x\"]",
+                 .vertical_datum = "egm96",
+                 .local = true,
+                 .origin = {567890.25, -12},
+                 .to_crs = {0.5, 1, -1, 0.5}};
+  for (const Mesh& mesh : {m, local})
+    for (const MeshPlace& read :
+         {must(decode_ply(encode_ply(mesh))).place, must(decode_obj(encode_obj(mesh))).place,
+          must(decode_2dm(encode_2dm(mesh))).place,
+          must(decode_landxml(encode_landxml(mesh).value())).place})
+      EXPECT_EQ(place_lines(read), place_lines(mesh.place));
+  MeshPlace none;
+  for (const char* line : {"crs:", "crs: ", "origin: 1", "origin: 1 2 3", "metres to crs: a b c d",
+                           "z unit in metres: -1", "z unit in metres: nan", "see crs: EPSG:1"})
+    read_place_line(line, none);
+  EXPECT_EQ(none.epsg, 0);
+  EXPECT_EQ(none.crs_wkt, "");
+  EXPECT_EQ(none.origin, (std::array<double, 2>{}));
+  EXPECT_EQ(none.to_crs, (std::array<double, 4>{1, 0, 0, 1}));
+  EXPECT_EQ(none.z_unit_m, 1);
+}
+
+TEST(MeshFormats, LinesEndAsOtherMachinesEndThem) {
+  for (const std::string end : {"\n", "\r\n", "\r"}) {
+    const std::string mark = "\xEF\xBB\xBF";
+    const Mesh m = must(decode_2dm(mark + "mesh2d" + end + "nd 1 0 0 1" + end + "Nd 2 1 0 1" + end +
+                                   "ND 3 0 1 1" + end + end + "e3t 1 1 2 3 1" + end));
+    EXPECT_THAT(m.triangles, ElementsAre(Triangle{0, 1, 2}));
+    EXPECT_THAT(must(decode_obj("v 0 0 0" + end + "v 1 0 0 \\" + end + " " + end + "v 0 1 0" + end +
+                                "f 1 2 3"))
+                    .triangles,
+                ElementsAre(Triangle{0, 1, 2}));
+  }
+}
+
+TEST(MeshFormats, AQuadIsPartedInside) {
+  const std::string nodes = "ND 1 0 0 0\nND 2 4 0 0\nND 3 1 1 0\nND 4 0 4 0\n";  // a dart, in at 3
+  EXPECT_THAT(must(decode_2dm("MESH2D\n" + nodes + "E4Q 1 1 2 3 4 1\n")).triangles,
+              ElementsAre(Triangle{0, 1, 2}, Triangle{0, 2, 3}));
+  EXPECT_THAT(must(decode_2dm("MESH2D\n" + nodes + "E4Q 1 2 3 4 1 1\n")).triangles,
+              ElementsAre(Triangle{2, 3, 0}, Triangle{2, 0, 1}));
+}
+
+TEST(MeshFormats, LandXmlOfOtherMakersInFeetWithPrefixesAndQuads) {
+  const std::string text =
+      "<x:LandXML xmlns:x=\"http://www.landxml.org/schema/LandXML-1.2\"><x:Units><x:Imperial "
+      "linearUnit=\"USSurveyFoot\" elevationUnit=\"feet\"/></x:Units><x:CoordinateSystem "
+      "epsgCode=\"2994\"/><x:Surfaces><x:Surface><x:Definition><x:Pnts><x:P id=\"1\">0 0 "
+      "5<x:Feature code=\"P\">9 9 9</x:Feature></x:P><x:P id=\"2\">0 4 5</x:P><x:P id=\"3\">4 4 "
+      "5</x:P><x:P id=\"4\">4 0 5</x:P></x:Pnts><x:Faces><x:F>1 2 3 4<x:P "
+      "id=\"5\"/></x:F></x:Faces></x:Definition></x:Surface></x:Surfaces></x:LandXML>";
+  const Mesh m = must(decode_landxml(text));
+  EXPECT_THAT(m.triangles, ElementsAre(Triangle{0, 1, 2}, Triangle{0, 2, 3}));
+  EXPECT_EQ(m.positions.size(), 4u);
+  EXPECT_EQ(m.place.epsg, 2994);
+  EXPECT_DOUBLE_EQ(m.place.unit_m, 1200.0 / 3937);
+  EXPECT_DOUBLE_EQ(m.place.z_unit_m, 1200.0 / 3937);
+  const auto wrong = [&](std::string from, const std::string& to) {
+    std::string changed = text;
+    changed.replace(changed.find(from), from.size(), to);
+    return decode_landxml(changed).error().what;
+  };
+  EXPECT_THAT(wrong("1 2 3 4<", "1 2 3 4 1<"), HasSubstr("more than four"));
+  EXPECT_THAT(wrong("1 2 3 4<", "1 2 3 x<"), HasSubstr("no point"));
+  EXPECT_THAT(wrong("USSurveyFoot", "ell"), HasSubstr("linear unit"));
+}
+
 TEST(MeshFormats, LandXmlOfOtherMakers) {
   const std::string head = "<?xml version=\"1.0\" encoding=\"ISO-8859-1\"?>\n<LandXML><Surfaces>";
   const std::string points =

@@ -163,8 +163,9 @@ Result<Json> info_tile_set(const Arguments& a, const std::string& path) {
 // ---- a mesh ----
 
 Result<Json> info_mesh(const Arguments& a, const std::string& path) {
-  const auto tin = read_tin(path);
-  if (!tin) return std::unexpected(tin.error());
+  const auto read = read_placed_tin(path);
+  if (!read) return std::unexpected(read.error());
+  const Tin* const tin = &read->tin;
   Vec3 low{HUGE_VAL, HUGE_VAL, HUGE_VAL}, high{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
   for (const Vec3& v : tin->vertices) {
     low = {std::min(low.x, v.x), std::min(low.y, v.y), std::min(low.z, v.z)};
@@ -185,6 +186,12 @@ Result<Json> info_mesh(const Arguments& a, const std::string& path) {
     j["high"] = {high.x, high.y, high.z};
     text += fmt::format("x y z      {:.10g} {:.10g} {:.10g} .. {:.10g} {:.10g} {:.10g}\n", low.x,
                         low.y, low.z, high.x, high.y, high.z);
+  }
+  if (is_known(read->place)) {
+    j.update(place_json(read->place));
+    j["z_unit_m"] = read->place.z_unit_m;
+    for (const std::string& line : proto::place_lines(read->place))
+      text += fmt::format("says       {}\n", logging::printable(line));
   }
   return said(a, std::move(j), text);
 }

@@ -24,18 +24,37 @@ struct Arguments {
   DemInput dem;
   MeshFrame frame = MeshFrame::source;
   std::string units = "metres";
+  bool frame_given = false, units_given = false;
   int threads = 1;
   bool json = false;
 };
 
+/// Of two things that are measured against each other.
+void warn_if_elsewhere(const std::string& mesh, const proto::MeshPlace& place, int epsg,
+                       const std::string& datum) {
+  if (place.epsg > 0 && epsg > 0 && place.epsg != epsg)
+    warn(
+        fmt::format("{} says EPSG:{}, not EPSG:{} as what it is measured against: tind compares "
+                    "the numbers as they are",
+                    mesh, place.epsg, epsg));
+  const auto known = [](const std::string& d) { return !d.empty() && d != "unknown"; };
+  if (known(place.vertical_datum) && known(datum) && place.vertical_datum != datum)
+    warn(
+        fmt::format("{} says that its heights are above {}, not {} as what it is measured "
+                    "against: give --to-datum for the DEM",
+                    mesh, place.vertical_datum, datum));
+}
+
 /// Two meshes: the distance of their surfaces, both ways.
-int run_surfaces(const Arguments& a, const Tin& mesh) {
-  const Result<Tin> other = read_tin(a.dem.files[0]);
+int run_surfaces(const Arguments& a, const PlacedTin& mesh) {
+  if (const auto ok = no_dem_options(a.dem, a.dem.files[0]); !ok) return complain(ok.error());
+  const Result<PlacedTin> other = read_placed_tin(a.dem.files[0]);
   if (!other) return complain(other.error());
-  for (const Tin* tin : {&mesh, &*other})
-    if (tin->triangles.empty())
+  for (const PlacedTin* one : {&mesh, &*other})
+    if (one->tin.triangles.empty())
       return complain({Errc::bad_data, "a mesh without triangles has no surface to measure"});
-  const SurfaceDistance d = surface_distance(mesh, *other, {.threads = a.threads});
+  warn_if_elsewhere(a.mesh, mesh.place, other->place.epsg, other->place.vertical_datum);
+  const SurfaceDistance d = surface_distance(mesh.tin, other->tin, {.threads = a.threads});
   if (a.json)
     std::printf("%s\n", json::to_text(distance_json(d), 2).c_str());
   else
@@ -43,16 +62,31 @@ int run_surfaces(const Arguments& a, const Tin& mesh) {
   return kOk;
 }
 
+/// As the mesh's file says, unless the user does.
+struct Reading {
+  Tin mesh;
+  MeshMap map;
+};
+Reading reading(const Arguments& a, PlacedTin mesh, const DemInfo& dem) {
+  const bool moved = mesh.place.local && !a.frame_given;
+  Reading r{moved ? in_crs(std::move(mesh.tin), mesh.place) : std::move(mesh.tin),
+            mesh_map(dem, a.frame, a.units == "source")};
+  if (!a.units_given) r.map.z_per_metre = 1 / mesh.place.z_unit_m;
+  return r;
+}
+
 int run(const Arguments& a) {
-  const Result<Tin> mesh = read_tin(a.mesh);
-  if (!mesh) return complain(mesh.error());
-  if (a.dem.files.size() == 1 && is_mesh(a.dem.files[0])) return run_surfaces(a, *mesh);
+  Result<PlacedTin> placed = read_placed_tin(a.mesh);
+  if (!placed) return complain(placed.error());
+  if (a.dem.files.size() == 1 && is_mesh(a.dem.files[0])) return run_surfaces(a, *placed);
   const auto dem = open_dem(a.dem);
   if (!dem) return complain(dem.error());
   const Result<Terrain> posts = read_all(**dem);
   if (!posts) return complain(posts.error());
-  const MeshMap map = mesh_map((*dem)->info(), a.frame, a.units == "source");
-  const MeshQuality quality = mesh_quality(*mesh, map, posts->grid, a.threads,
+  const proto::MeshPlace here = mesh_place((*dem)->info(), MeshFrame::source, false);
+  warn_if_elsewhere(a.mesh, placed->place, here.epsg, here.vertical_datum);
+  const auto [mesh, map] = reading(a, std::move(*placed), (*dem)->info());
+  const MeshQuality quality = mesh_quality(mesh, map, posts->grid, a.threads,
                                            format_to_read(a.mesh)->as_in_file != nullptr);
   if (quality.error.posts == 0) {
     return complain({Errc::bad_data,
@@ -84,14 +118,20 @@ void add_measure(Command program, int& exit) {
   app.add_option("dem", a->dem.files, "the DEM, or several that share one grid; or a second mesh")
       .required();
   add_dem_options(app, a->dem);
-  app.add_choice("--frame", a->frame, "the mesh's x and y: source (the DEM's CRS) or metric")
-      .shown();
-  app.add_option("--units", a->units, "the mesh's z: metres, or source (the DEM's own unit)")
-      .one_of({"metres", "source"})
-      .shown();
+  app.add_choice("--frame", a->frame,
+                 "the mesh's x and y: source (the DEM's CRS) or metric; without it as the mesh's "
+                 "file says, else source");
+  app.add_option("--units", a->units,
+                 "the mesh's z: metres, or source (the DEM's own unit); without it as the mesh's "
+                 "file says, else metres")
+      .one_of({"metres", "source"});
   app.add_option("--threads", a->threads, "threads to use, 0: one per core").not_negative().shown();
   add_json_flag(app, a->json);
-  app.on_run([a, &exit] { exit = run(*a); });
+  app.on_run([a, app, &exit] {
+    a->frame_given = app.given("--frame");
+    a->units_given = app.given("--units");
+    exit = run(*a);
+  });
 }
 
 }  // namespace tind::cli

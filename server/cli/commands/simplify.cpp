@@ -167,9 +167,11 @@ int run_mesh(const Arguments& a) {
   if (a.input.files.size() != 1) return complain({Errc::invalid_argument, "one mesh at a time"});
   if (a.lines.any())
     return complain({Errc::invalid_argument, "--breaklines, --flatten and --boundary need a DEM"});
-  auto read = read_tin(a.input.files[0]);
+  if (const auto ok = no_dem_options(a.input, a.input.files[0]); !ok) return complain(ok.error());
+  auto read = read_placed_tin(a.input.files[0]);
   if (!read) return complain(read.error());
-  Tin& tin = *read;
+  Tin& tin = read->tin;
+  if (const auto ok = can_say(*a.format, read->place); !ok) return complain(ok.error());
   if (const std::string lost = lost_attributes(*a.format, to_file_mesh(tin)); !lost.empty())
     warn(fmt::format("{} has no room for the {} of {}", a.format->title, lost, a.input.files[0]));
   const auto* const attributed = std::get_if<AttributeQemOptions>(&a.options.method);
@@ -185,7 +187,9 @@ int run_mesh(const Arguments& a) {
   const double seconds = watch.lap();
   const Simplified& made = result->made;
   const SurfaceDistance d = surface_distance(tin, made.tin, {.threads = a.options.threads});
-  const int wrote_mesh = put_mesh(a.output, *a.format, to_file_mesh(made.tin));
+  proto::Mesh mesh = to_file_mesh(made.tin);
+  mesh.place = read->place;
+  const int wrote_mesh = put_mesh(a.output, *a.format, mesh);
   if (wrote_mesh != kOk) return wrote_mesh;
   nlohmann::ordered_json report = {{"method", a.method.name},
                                    {"steps", made.steps},
@@ -196,6 +200,7 @@ int run_mesh(const Arguments& a) {
                                    {"seconds", seconds},
                                    {"peak_mb", PeakMemory::megabytes()}};
   report.update(distance_json(d));
+  if (is_known(read->place)) report.update(place_json(read->place));
   report["note"] = made.note;
   if (!a.report.empty()) {
     if (const auto wrote = write_whole_file(a.report, json::to_text(report, 2) + "\n"); !wrote) {

@@ -37,12 +37,19 @@ void add_dem_options(Command app, DemInput& input) {
         [&input, name, flag](const std::string& text) {
           if (const auto ok = set_dem_option(name, text, input.said); !ok)
             refuse_value(flag, ok.error().what);
+          input.given.push_back(flag);
           if (name.ends_with("_datum")) input.datums.push_back(text);
           input.to_datum_given = input.to_datum_given || name == "to_datum";
         },
         help);
   }
   app.add_flag("--allow-vrt", input.allow_vrt, "read VRT files, which may name any other file");
+}
+
+Result<void> no_dem_options(const DemInput& input, const std::string& mesh) {
+  if (input.given.empty()) return {};
+  return fail(Errc::invalid_argument,
+              fmt::format("{} is said of DEMs, and {} is a mesh", input.given.front(), mesh));
 }
 
 DemOptions dem_options(const DemInput& input) {

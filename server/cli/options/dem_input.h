@@ -18,6 +18,7 @@ struct DemInput {
   DemOptions said;                // by the options of dem_options_text.h
   std::string to_datum = "same";  // what the subcommand does by itself: same or ellipsoid
   bool to_datum_given = false;
+  std::vector<std::string> given;   // flags, as the user wrote them
   std::vector<std::string> datums;  // as said: some are files of geoids
   bool allow_vrt = false;
   std::shared_ptr<const Environment> environment;  // the program's
@@ -27,6 +28,10 @@ struct DemInput {
 void add_dem_options(Command, DemInput&);
 
 DemOptions dem_options(const DemInput&);
+
+/// Fails (invalid_argument) where an option of DEMs was given beside a mesh, which it says nothing
+/// of.
+Result<void> no_dem_options(const DemInput&, const std::string& mesh);
 
 /// With what should be known of it as warnings on stderr.
 Result<std::shared_ptr<const DemSource>> open_dem(const DemInput&);

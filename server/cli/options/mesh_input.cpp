@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <string_view>
+#include <utility>
 
 #include "proto/mesh_io.h"
 #include "terrain/base/file_io.h"
@@ -13,16 +14,23 @@ namespace tind::cli {
 
 bool is_mesh(const std::string& path) { return format_to_read(path) != nullptr; }
 
-Result<Tin> read_tin(const std::string& path) {
+Result<PlacedTin> read_placed_tin(const std::string& path) {
   auto file = read_mesh(path);
   if (!file) return fail(Errc::bad_data, file.error().what);
+  proto::MeshPlace place = looked_up(std::move(file->place));
   Tin tin = from_file_mesh(std::move(*file));
   for (std::size_t i = 0; i < tin.vertices.size(); ++i) {
     const Vec3& v = tin.vertices[i];
     if (!std::isfinite(v.x + v.y + v.z))
       return fail(Errc::bad_data, path + ": vertex " + std::to_string(i) + " lies nowhere");
   }
-  return tin;
+  return PlacedTin{std::move(tin), std::move(place)};
+}
+
+Result<Tin> read_tin(const std::string& path) {
+  auto read = read_placed_tin(path);
+  if (!read) return std::unexpected(read.error());
+  return std::move(read->tin);
 }
 
 Result<Tin> read_shape(const std::string& path) {

@@ -17,6 +17,12 @@ bool is_mesh(const std::string& path);
 /// The file's mesh, attributes included. Fails (bad_data) with the file's name, also where a
 /// coordinate is not a number.
 Result<Tin> read_tin(const std::string& path);
+/// With what the file says of where it is.
+struct PlacedTin {
+  Tin tin;
+  proto::MeshPlace place;
+};
+Result<PlacedTin> read_placed_tin(const std::string& path);
 
 /// The shape alone: no attributes, vertices that only they kept apart welded, unused ones gone.
 Result<Tin> read_shape(const std::string& path);

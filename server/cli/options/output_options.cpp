@@ -39,6 +39,8 @@ nlohmann::ordered_json place_json(const proto::MeshPlace& place) {
   return j;
 }
 
+bool is_known(const proto::MeshPlace& place) { return !proto::place_lines(place).empty(); }
+
 void add_frame_option(Command app, MeshFrame& frame) {
   app.add_choice("--frame", frame, "x and y in the DEM's own CRS, or metres from its first post")
       .shown();

@@ -28,6 +28,8 @@ int put_mesh(const MeshOutput&, const MeshFormat&, const proto::Mesh&);
 /// Where its numbers are, for a report: crs, epsg (null without a code), crs_wkt, vertical_datum;
 /// in the metric frame origin and metres_to_crs.
 nlohmann::ordered_json place_json(const proto::MeshPlace&);
+/// Does it say anything?
+bool is_known(const proto::MeshPlace&);
 
 /// --frame: where x and y of a written mesh are counted from.
 void add_frame_option(Command, MeshFrame& frame);

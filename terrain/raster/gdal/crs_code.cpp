@@ -37,12 +37,15 @@ int known_as(const OGRSpatialReference& crs) {
 
 }  // namespace
 
-CrsCode crs_code(const std::string& wkt) {
+CrsCode crs_code(const std::string& text) {
   gdal::set_up();
   const gdal::Complaints quiet;
   OGRSpatialReference crs;
-  if (wkt.empty() || crs.importFromWkt(wkt.c_str()) != OGRERR_NONE) return {};
-  CrsCode code{code_of(crs), crs.IsGeographic() != 0, 1};
+  const bool is_code = text.starts_with("EPSG:");
+  const auto read =
+      is_code ? crs.importFromEPSG(std::atoi(text.c_str() + 5)) : crs.importFromWkt(text.c_str());
+  if (text.empty() || read != OGRERR_NONE) return {};
+  CrsCode code{code_of(crs), crs.IsGeographic() != 0, 1, crs.GetName() ? crs.GetName() : ""};
   if (code.epsg == 0) code.epsg = known_as(crs);
   if (!code.geographic) code.unit_m = crs.GetLinearUnits();
   return code;

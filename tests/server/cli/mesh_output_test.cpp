@@ -230,5 +230,36 @@ TEST(MeshOutput, MeasureAndCompareReadWhatSimplifyWrites) {
             2u);
 }
 
+TEST(MeshInput, KeepsAndCountsWhatItsFileSaysOfItsPlace) {
+  const TempDir dir;
+  const std::string dem = testdata("rainier.tif");
+  const std::string start = "simplify " + dem + " --from-datum egm96 --max-error 20 -o ";
+  ASSERT_EQ(run_tind(start + dir.file("a.ply") + " --frame metric").code, 0);
+  ASSERT_EQ(run_tind(start + dir.file("b.ply")).code, 0);
+  // In the frame that the file names, without being told.
+  const auto by_file = tind_json("measure " + dir.file("a.ply") + " " + dem + " --json");
+  const auto told =
+      tind_json("measure " + dir.file("a.ply") + " " + dem + " --frame metric --json");
+  EXPECT_EQ(by_file["posts"], told["posts"]);
+  EXPECT_NEAR(by_file["max_error_m"], told["max_error_m"], 1e-6);
+  EXPECT_LT(by_file["max_error_m"], 20.0001);
+  // Another datum is said.
+  EXPECT_NE(run_tind("measure " + dir.file("b.ply") + " " + dem +
+                     " --from-datum egm96 --to-datum ellipsoid")
+                .out.find("above egm96, not ellipsoid"),
+            std::string::npos);
+  // And it goes from mesh to mesh.
+  ASSERT_EQ(run_tind("simplify " + dir.file("a.ply") + " --ratio .5 -o " + dir.file("c.obj")).code,
+            0);
+  const auto info = tind_json("info " + dir.file("c.obj") + " --json");
+  EXPECT_EQ(info["vertical_datum"], "egm96");
+  EXPECT_EQ(info["epsg"], 4326);
+  EXPECT_EQ(info["origin"], tind_json("info " + dir.file("a.ply") + " --json")["origin"]);
+  const auto refused =
+      run_tind("simplify " + dir.file("a.ply") + " --nodata 3 --ratio .5 -o " + dir.file("d.obj"));
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_NE(refused.out.find("--nodata is said of DEMs"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace tind
