@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <unordered_set>
 
 namespace tind {
 
@@ -57,6 +58,30 @@ LayerBlend::Post LayerBlend::normal(Post p) const {
   return p;
 }
 
+void LayerBlend::find_nearest(Block& block, int none_in_row, int none_in_column) {
+  const int width = block.around.cols(), height = block.around.rows();
+  const auto values = block.around.values();
+  for (auto* far : {&block.left, &block.right, &block.up, &block.down}) far->resize(values.size());
+  // Away from a line's end, post by post.
+  const auto walk = [&](std::vector<std::int16_t>& far, int first, int step, int count, int none) {
+    std::int16_t n = std::int16_t(none);
+    for (int k = 0, at = first; k < count; ++k, at += step) {
+      n = std::isnan(values[std::size_t(at)]) ? std::min(std::int16_t(none), std::int16_t(n + 1))
+                                              : std::int16_t(0);
+      block.any |= n == 0;
+      far[std::size_t(at)] = n;
+    }
+  };
+  for (int r = 0; r < height; ++r) {
+    walk(block.left, r * width, 1, width, none_in_row);
+    walk(block.right, (r + 1) * width - 1, -1, width, none_in_row);
+  }
+  for (int c = 0; c < width; ++c) {
+    walk(block.up, c, width, height, none_in_column);
+    walk(block.down, (height - 1) * width + c, -width, height, none_in_column);
+  }
+}
+
 Result<std::shared_ptr<const LayerBlend::Block>> LayerBlend::block_of(Post p) {
   const Post first{floor_div(p.col, kBlock) * kBlock, floor_div(p.row, kBlock) * kBlock};
   if (const auto found = blocks_.find(key(first)); found != blocks_.end()) return found->second;
@@ -65,22 +90,7 @@ Result<std::shared_ptr<const LayerBlend::Block>> LayerBlend::block_of(Post p) {
   if (!grid) return std::unexpected(grid.error());
   auto block = std::make_shared<Block>();
   block->around = std::move(*grid);
-  block->left.resize(block->around.size());
-  block->right.resize(block->around.size());
-  const auto none = std::int16_t(reach_cols_ + 1);
-  for (int r = 0; r < height; ++r) {
-    const auto line = block->around.row(r);
-    const std::size_t at = std::size_t(r) * std::size_t(width);
-    std::int16_t far = none;
-    const auto step = [&](int c) {
-      far = std::isnan(line[std::size_t(c)]) ? std::min<std::int16_t>(none, far + 1) : 0;
-      block->any |= far == 0;
-      return far;
-    };
-    for (int c = 0; c < width; ++c) block->left[at + std::size_t(c)] = step(c);
-    far = none;
-    for (int c = width; c-- > 0;) block->right[at + std::size_t(c)] = step(c);
-  }
+  find_nearest(*block, reach_cols_ + 1, reach_rows_ + 1);
   if (blocks_.size() >= kMostBlocks) blocks_.clear();
   blocks_[key(first)] = block;
   return block;
@@ -92,32 +102,35 @@ float LayerBlend::own_height(const Block& block, Post p) const {
                          int(p.row - floor_div(p.row, kBlock) * kBlock) + reach_rows_);
 }
 
-/// f(post, distance in metres): the nearest valid posts to the left and to the right in each row.
+/// f(post, distance in metres): the nearest valid posts to the left and to the right in each row,
+/// above and below in each column.
 template <class F>
 void LayerBlend::each_near(const Block& block, Post p, F&& f) const {
   if (!block.any) return;
   const int c = int(p.col - floor_div(p.col, kBlock) * kBlock) + reach_cols_,
             r = int(p.row - floor_div(p.row, kBlock) * kBlock) + reach_rows_;
-  for (int away = -reach_rows_; away <= reach_rows_; ++away) {
-    const std::size_t at =
-        std::size_t(r + away) * std::size_t(block.around.cols()) + std::size_t(c);
+  const auto width = std::size_t(block.around.cols());
+  const double across = info_.spacing_x_m, down = info_.spacing_y_m, most = blend_m_ * blend_m_;
+  const auto one = [&](int dx, int dy) {
+    const double x = dx * across, y = dy * down, square = x * x + y * y;
+    if (square < most) f(Post{p.col + dx, p.row + dy}, std::sqrt(square));
+  };
+  for (int dy = -reach_rows_; dy <= reach_rows_; ++dy) {
+    const std::size_t at = std::size_t(r + dy) * width + std::size_t(c);
     const int left = block.left[at], right = block.right[at];
-    const auto one = [&](int cols, int dx) {
-      if (cols > reach_cols_) return;
-      const double d = std::hypot(cols * info_.spacing_x_m, away * info_.spacing_y_m);
-      if (d < blend_m_) f(Post{p.col + dx, p.row + away}, d);
-    };
-    one(left, -left);
-    if (left > 0) one(right, right);
+    if (left <= reach_cols_) one(-left, dy);
+    if (left > 0 && right <= reach_cols_) one(right, dy);
+  }
+  for (int dx = -reach_cols_; dx <= reach_cols_; ++dx) {
+    const std::size_t at = std::size_t(r) * width + std::size_t(c + dx);
+    const int up = block.up[at], low = block.down[at];
+    if (up <= reach_rows_) one(dx, -up);
+    if (up > 0 && low <= reach_rows_) one(dx, low);
   }
 }
 
-/// Asks the surface below at valid posts of which nothing is known yet.
-Result<void> LayerBlend::learn(std::vector<Post> posts, const Below& below) {
-  for (Post& p : posts) p = normal(p);
-  std::ranges::sort(posts);
-  posts.erase(std::unique(posts.begin(), posts.end()), posts.end());
-  std::erase_if(posts, [&](Post p) { return known_.contains(key(p)); });
+/// Asks the surface below at valid posts. REQUIRES: nothing is known of any yet, each named once.
+Result<void> LayerBlend::learn(std::span<const Post> posts, const Below& below) {
   if (posts.empty()) return {};
   std::vector<Vec2> at;
   for (const Post& p : posts) at.push_back({double(p.col), double(p.row)});
@@ -165,12 +178,18 @@ Result<void> LayerBlend::bend(std::span<const Vec2> posts, std::span<double> hei
   };
   std::vector<Cell> cells;
   std::vector<Post> needed;
+  std::unordered_set<std::uint64_t> asked, seen, looked;  // posts, cells, corners
+  const auto need = [&](Post p) {
+    p = normal(p);
+    if (!known_.contains(key(p)) && asked.insert(key(p)).second) needed.push_back(p);
+  };
   for (const Vec2& post : posts) {
     const Vec2 p{on_post(post.x), on_post(post.y)};
     const Cell cell{{std::int64_t(std::floor(p.x)), std::int64_t(std::floor(p.y))},
                     p.x - std::floor(p.x),
                     p.y - std::floor(p.y)};
     cells.push_back(cell);
+    if (!seen.insert(key(cell.first)).second) continue;
     std::size_t valid = 0;
     std::array<Post, 4> corners;
     for (std::size_t k = 0; k < 4; ++k) {
@@ -178,12 +197,13 @@ Result<void> LayerBlend::bend(std::span<const Vec2> posts, std::span<double> hei
       const auto block = block_of(corners[k]);
       if (!block) return std::unexpected(block.error());
       valid += !std::isnan(own_height(**block, corners[k]));
-      if (!means_.contains(key(normal(corners[k]))))
-        each_near(**block, corners[k], [&](Post q, double) { needed.push_back(q); });
+      if (!means_.contains(key(normal(corners[k]))) && looked.insert(key(corners[k])).second)
+        each_near(**block, corners[k], [&](Post q, double) { need(q); });
     }
-    if (valid > 0) needed.insert(needed.end(), corners.begin(), corners.end());
+    if (valid > 0) std::ranges::for_each(corners, need);
   }
-  if (auto done = learn(std::move(needed), below); !done) return done;
+  std::ranges::sort(needed);
+  if (auto done = learn(needed, below); !done) return done;
 
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const auto& [first, fx, fy] = cells[i];

@@ -20,9 +20,10 @@ namespace tind {
 
 /// Of a post where the layer is valid, the correction is its height less that of the surface below;
 /// of any other within `blend_m` of such posts a mean of their corrections, weighted by
-/// (1/d - 1/blend)^2 (Franke and Little), of the nearest to the left and to the right in each row,
-/// times a slope from 1 to 0 at blend_m. In a cell between posts that are all valid the layer says
-/// the height; in any other it is
+/// (1/d - 1/blend)^2 (Franke and Little), of the nearest to the left and to the right in each row
+/// and above and below in each column, times a slope from 1 to 0 at blend_m. (Of rows alone, a rim
+/// along a row would go on as a curtain: each column has only its own posts beside it.) In a cell
+/// between posts that are all valid the layer says the height; in any other it is
 ///   bilinear(correction) + s bilinear(below at the posts) + (1 - s) below at the place
 /// with s = bilinear(1 at valid posts, 0 else): so H is continuous across the sides of all cells,
 /// whatever the surface below does between posts. (With one post that is not valid: linear over
@@ -58,6 +59,7 @@ class LayerBlend {
   struct Block {
     HeightGrid around;
     std::vector<std::int16_t> left, right;  // columns to the nearest valid post in the row
+    std::vector<std::int16_t> up, down;     // rows to the nearest in the column
     bool any = false;
   };
   struct Corner {
@@ -81,7 +83,8 @@ class LayerBlend {
   float own_height(const Block&, Post) const;
   template <class F>
   void each_near(const Block&, Post, F&& f) const;
-  Result<void> learn(std::vector<Post> posts, const Below& below);
+  static void find_nearest(Block&, int none_in_row, int none_in_column);
+  Result<void> learn(std::span<const Post> posts, const Below& below);
   Result<double> mean(Post);
 };
 

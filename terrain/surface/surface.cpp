@@ -36,6 +36,28 @@ bool meet(const GeoRect& a, const GeoRect& b) {
   return false;
 }
 
+/// What two rectangles share, also across the antimeridian: in the longitudes of the second.
+void add_shared(const GeoRect& a, const GeoRect& b, std::vector<GeoRect>& shared) {
+  for (const double turn : {0.0, 360.0, -360.0}) {
+    const GeoRect r{std::max(a.west + turn, b.west), std::max(a.south, b.south),
+                    std::min(a.east + turn, b.east), std::min(a.north, b.north)};
+    if (r.west < r.east && r.south < r.north) shared.push_back(r);
+  }
+}
+
+/// The extents of layer k, and of those below it what the layer bends.
+std::vector<GeoRect> area_of(const std::vector<SurfaceLayer>& layers, std::size_t k) {
+  const SurfaceLayer& layer = layers[k];
+  const auto own = extents_of(layer.source->info());
+  std::vector<GeoRect> area(own.begin(), own.end());
+  if (!(layer.blend_m > 0)) return area;
+  for (const GeoRect& extent : own)
+    for (std::size_t below = 0; below < k; ++below)
+      for (const GeoRect& other : extents_of(layers[below].source->info()))
+        add_shared(grown(extent, layer.blend_m), other, area);
+  return area;
+}
+
 double finest_m(const DemInfo& info) { return std::min(info.spacing_x_m, info.spacing_y_m); }
 
 void settle_blend(std::vector<SurfaceLayer>& layers, std::size_t k) {
@@ -151,6 +173,7 @@ Result<Surface> Surface::of_layers(std::vector<SurfaceLayer> layers) {
       auto& reaches = parts->reaches.emplace_back();
       for (const GeoRect& r : extents_of(info)) reaches.push_back(grown(r, near));
     }
+    for (std::size_t k = 0; k < layers.size(); ++k) parts->areas.push_back(area_of(layers, k));
   } else {
     layers[0].blend_m = 0;
   }
@@ -169,6 +192,10 @@ bool Surface::is_plain_geographic() const {
   return std::ranges::all_of(parts_->layers, [](const SurfaceLayer& layer) {
     return layer.source->is_plain_geographic();
   });
+}
+
+std::span<const GeoRect> Surface::area(std::size_t k) const {
+  return parts_->areas.empty() ? extents_of(info()) : std::span(parts_->areas[k]);
 }
 
 bool Surface::reaches(std::size_t k, const GeoRect& rect) const {

@@ -69,6 +69,10 @@ class Surface {
   /// Are all of its posts plain longitudes and latitudes?
   bool is_plain_geographic() const;
 
+  /// Where layer k is a reason for tiles: over its files, and over what it bends of those below
+  /// (there the surface is as fine as the layer).
+  std::span<const GeoRect> area(std::size_t k) const;
+
   /// Could layer k have a say in a rectangle? Of the upper ones that is what they may bend, too.
   bool reaches(std::size_t k, const GeoRect&) const;
 
@@ -77,6 +81,7 @@ class Surface {
     std::vector<SurfaceLayer> layers;
     std::optional<DemInfo> info;                // of several
     std::vector<std::vector<GeoRect>> reaches;  // of several: by layer, extents and what is near
+    std::vector<std::vector<GeoRect>> areas;    // of several
   };
   Surface(std::shared_ptr<const DemSource> source, int);
   explicit Surface(std::shared_ptr<const Parts> parts) : parts_(std::move(parts)) {}

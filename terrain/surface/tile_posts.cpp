@@ -205,17 +205,29 @@ Result<void> TilePosts::gather(const HeightField& field, const LayerWindow& wind
 }
 
 Result<TilePosts> TilePosts::read(const HeightField& field, std::span<const LayerWindow> windows,
-                                  TileId tile, double offset) {
+                                  TileId tile, double offset, std::span<const Vec3> beside) {
   const auto layers = field.surface().layers();
-  if (windows.empty()) return read(*layers[0].source, {}, tile, 1, offset);
-  if (const LayerWindow& w = windows.front(); windows.size() == 1 && w.alone)
+  if (windows.empty() && beside.empty()) return read(*layers[0].source, {}, tile, 1, offset);
+  if (windows.size() == 1 && windows.front().alone && beside.empty()) {
+    const LayerWindow& w = windows.front();
     return read(*layers[w.layer].source, w.posts, tile, w.step, offset);
+  }
   std::vector<Vec3> points;
   for (const LayerWindow& w : windows)
     if (auto done = gather(field, w, tile, points); !done) return std::unexpected(done.error());
+  const std::size_t count = points.size();
+  points.insert(points.end(), beside.begin(), beside.end());
+  TilePosts posts = of_samples(points, offset);
+  posts.inside_ = count;
+  return posts;
+}
+
+TilePosts TilePosts::of_samples(std::span<const Vec3> points, double offset) {
   TilePosts posts;
-  posts.min_m_ = HUGE_VAL, posts.max_m_ = -HUGE_VAL;
-  for (const Vec3& p : points) posts.count(p.x, p.y, p.z);
+  for (const Vec3& p : points) {
+    posts.min_m_ = std::min(posts.min_m_, p.z);
+    posts.max_m_ = std::max(posts.max_m_, p.z);
+  }
   posts.scattered_ = ScatteredSamples(points, kTileExtent);
   posts.scattered_.offset = offset;
   return posts;
@@ -237,7 +249,6 @@ Result<TilePosts> TilePosts::read(const DemSource& source, const PostWindow& w, 
   posts.heights_ = std::move(*heights);
 
   const double per_lon = kTileExtent / rect.width(), per_lat = kTileExtent / rect.height();
-  posts.min_m_ = HUGE_VAL, posts.max_m_ = -HUGE_VAL;
   if (posts.plain_) {
     const Affine& a = source.info().post_to_crs;
     GridSamples& g = posts.grid_;

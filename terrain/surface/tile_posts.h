@@ -1,6 +1,7 @@
 #pragma once
 // The posts that a tile is fitted to and measured at, in tile coordinates (u, v, not rounded).
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -44,9 +45,12 @@ class TilePosts {
   TilePosts(TilePosts&&) = default;
   TilePosts& operator=(TilePosts&&) = default;
 
-  /// `offset`: added to the samples' heights, not to min_m() and max_m().
+  /// `offset`: added to the samples' heights, not to min_m() and max_m(). `beside`: samples of H
+  /// that are no posts (rim_samples.h), in tile coordinates.
   static Result<TilePosts> read(const HeightField&, std::span<const LayerWindow>, TileId,
-                                double offset = 0);
+                                double offset = 0, std::span<const Vec3> beside = {});
+  /// Of samples that are no posts.
+  static TilePosts of_samples(std::span<const Vec3>, double offset = 0);
   /// The posts of one DEM, with the heights that it has itself.
   static Result<TilePosts> read(const DemSource&, const PostWindow&, TileId, int step,
                                 double offset = 0);
@@ -59,7 +63,8 @@ class TilePosts {
   /// The same posts with other heights: z = f(u, v, z), z with the offset in it.
   TilePosts adapted(const std::function<double(double u, double v, double z)>& f) const;
 
-  double min_m() const { return min_m_; }
+  bool empty() const { return !(min_m_ <= max_m_); }
+  double min_m() const { return min_m_; }  // of all samples
   double max_m() const { return max_m_; }
   std::uint64_t inside() const { return inside_; }  // valid posts in the closed rectangle
 
@@ -74,7 +79,7 @@ class TilePosts {
   HeightGrid heights_;
   GridSamples grid_;
   ScatteredSamples scattered_;
-  double min_m_ = 0, max_m_ = 0;
+  double min_m_ = HUGE_VAL, max_m_ = -HUGE_VAL;
   std::uint64_t inside_ = 0;
 };
 

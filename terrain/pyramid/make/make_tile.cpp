@@ -16,6 +16,7 @@
 #include "terrain/pyramid/residual/residual_index.h"
 #include "terrain/shapes/surface_shapes.h"
 #include "terrain/surface/post_warp.h"
+#include "terrain/surface/rim_samples.h"
 
 namespace tind {
 
@@ -144,15 +145,20 @@ Result<void> derive_borders(TileJob& job) {
 
 Result<void> find_range(TileJob& job, std::stop_token stop) {
   const Stopwatch watch(job.cost.reading);
+  if (!job.alone()) {
+    auto beside = rim_samples(job.field, job.id);
+    if (!beside) return std::unexpected(beside.error());
+    job.beside = std::move(*beside);
+  }
   const std::int64_t most = job.surface.is_plain_geographic() ? kChunkPosts : kChunkPosts / 4;
   std::int64_t count = 0;
   for (const LayerWindow& w : job.windows) count += w.posts.cols * w.posts.rows;
   if (count <= most) {
-    auto posts = TilePosts::read(job.field, job.windows, job.id, job.level.offset_m);
+    auto posts = TilePosts::read(job.field, job.windows, job.id, job.level.offset_m, job.beside);
     if (!posts) return std::unexpected(posts.error());
     job.whole.emplace(std::move(*posts));
   }
-  TileJob::Posts all{HUGE_VAL, -HUGE_VAL, 0};
+  TileJob::Posts all;
   auto done = stream_posts(job, stop, [&](const TilePosts& posts) {
     all.min_m = std::min(all.min_m, posts.min_m());
     all.max_m = std::max(all.max_m, posts.max_m());
@@ -166,7 +172,7 @@ Result<void> find_range(TileJob& job, std::stop_token stop) {
 Result<void> look_up_posts(TileJob& job) {
   auto lattice = job.plan.index()->lattice(job.id);
   if (!lattice) return std::unexpected(lattice.error());
-  job.posts = {lattice->min_m, lattice->max_m, lattice->posts};
+  if (lattice->posts > 0) job.posts = {lattice->min_m, lattice->max_m, lattice->posts};
   job.lattice = std::move(*lattice);
   return {};
 }
@@ -186,9 +192,10 @@ LineScale line_scale(const TilePlan& plan, int z) {
 Result<void> stream_posts(const TileJob& job, std::stop_token stop,
                           const std::function<void(const TilePosts&)>& f) {
   if (job.whole) {
-    if (job.whole->inside() > 0) f(*job.whole);
+    if (!job.whole->empty()) f(*job.whole);
     return {};
   }
+  if (!job.beside.empty()) f(TilePosts::of_samples(job.beside, job.level.offset_m));
   for (const LayerWindow& window : job.windows) {
     const PostWindow& all = window.posts;
     const std::int64_t cols_at_once = std::min(all.cols, kChunkPosts / 2);
@@ -202,7 +209,7 @@ Result<void> stream_posts(const TileJob& job, std::stop_token stop,
         part.posts.rows = std::min(rows_at_once, all.rows - r);
         const auto posts = TilePosts::read(job.field, {&part, 1}, job.id, job.level.offset_m);
         if (!posts) return std::unexpected(posts.error());
-        if (posts->inside() > 0) f(*posts);
+        if (!posts->empty()) f(*posts);
       }
   }
   return {};

@@ -43,7 +43,7 @@ HeightLattice height_lattice(const TileJob& job, double eps) {
   for (const TileLine& line : job.lines.lines)
     for (const Vec3& v : line.points)
       if (line.shore) low = std::min(low, v.z), high = std::max(high, v.z);
-  if (job.posts.posts > 0) {
+  if (job.posts.any()) {
     const double offset = job.level.offset_m;
     low = std::min(low, job.posts.min_m + std::min(0.0, offset) - eps);
     high = std::max(high, job.posts.max_m + std::max(0.0, offset) + eps);
@@ -260,7 +260,7 @@ TileMesh mesh_within(TileJob& job, const Samples& samples, double eps, double pl
   const double lat = mid * std::numbers::pi / 180;
   MesherOptions o;
   o.eps = eps;
-  if (job.posts.posts > 0) o.relief = job.posts.max_m - job.posts.min_m;
+  if (job.posts.any()) o.relief = job.posts.max_m - job.posts.min_m;
   o.x_scale = std::max(0.1, std::cos(lat));
   o.locked_border = o.integer_lattice = true;
   o.lattice_max = kTileExtent;
@@ -301,7 +301,7 @@ Result<TileMesh> fit(TileJob& job, double eps, int step, double place_step, std:
   if (step > 1 || !job.whole) {
     std::vector<LayerWindow> windows = job.windows;
     for (LayerWindow& w : windows) w.step = step_of(job, w, step);
-    auto read = TilePosts::read(job.field, windows, job.id, job.level.offset_m);
+    auto read = TilePosts::read(job.field, windows, job.id, job.level.offset_m, job.beside);
     if (!read) return std::unexpected(read.error());
     decimated.emplace(std::move(*read));
   }
@@ -320,7 +320,7 @@ Result<TileMesh> fit(TileJob& job, double eps, int step, double place_step, std:
   auto measured = measure(job, result.mesh, stop);
   if (!measured) return std::unexpected(measured.error());
   const double margin = margin_of(job);
-  result.max_error = measured->error() + (job.posts.posts > 0 ? margin : 0);
+  result.max_error = measured->error() + (job.posts.any() ? margin : 0);
   result.wrong_side = measured->wrong(job.plan.options().side, margin);
   return result;
 }

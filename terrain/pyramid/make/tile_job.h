@@ -40,10 +40,12 @@ struct TileJob {
   std::array<CrossingVertices, 4> crossings;  // of the dataset's lines with the borders
   TileLines lines;                            // those inside, as the fit at hand has them
   struct Posts {
-    double min_m = 0, max_m = 0;
+    double min_m = HUGE_VAL, max_m = -HUGE_VAL;
     std::uint64_t posts = 0;
-  } posts;                                 // all valid ones in the closed rectangle
-  std::optional<TilePosts> whole;          // they, where not too many; offset as the level's
+    bool any() const { return min_m <= max_m; }
+  } posts;                         // all valid ones in the closed rectangle; its range: with
+  std::vector<Vec3> beside;        // samples of H beside the posts of layers
+  std::optional<TilePosts> whole;  // they, where not too many; offset as the level's
   std::optional<ResidualLattice> lattice;  // stands for the posts, where there are very many
   MethodOptions method;                    // that fits the mesh
   double inner = 1;                        // share of the band that it gets

@@ -44,11 +44,10 @@ int leaf_level(const DemInfo& info) {
   return tiling::kMaxLevel;
 }
 
-TileArea area_of(const DemInfo& info, int level) {
+TileArea area_of(const Surface& surface, std::size_t layer, int level) {
   if (level == 0) return TileArea({{0, 0, 1, 0}});
-  if (info.extents.empty()) return TileArea({tiles_over(info.bounds, level)});
   std::vector<TileRange> ranges;
-  for (const GeoRect& extent : info.extents) ranges.push_back(tiles_over(extent, level));
+  for (const GeoRect& r : surface.area(layer)) ranges.push_back(tiles_over(r, level));
   return TileArea(std::move(ranges));
 }
 
@@ -356,17 +355,17 @@ void TilePlan::settle_ends(const Surface& surface) {
 void TilePlan::settle_areas(const Surface& surface) {
   const auto layers = surface.layers();
   if (layers.size() > 1) {
-    for (const SurfaceLayer& layer : layers) {
+    for (std::size_t k = 0; k < layers.size(); ++k) {
       auto& areas = layer_areas_.emplace_back();  // one level more: the parts of the last tiles
       for (int z = 0; z <= std::min(max_level_ + 1, tiling::kMaxLevel); ++z)
-        areas.push_back(area_of(layer.source->info(), z));
+        areas.push_back(area_of(surface, k, z));
     }
   }
   for (int z = 0; z <= max_level_; ++z) {
     std::vector<TileRange> ranges;
     for (std::size_t k = 0; k < layers.size(); ++k) {
       if (leaves_[k] < z) continue;
-      const TileArea area = area_of(layers[k].source->info(), z);
+      const TileArea area = area_of(surface, k, z);
       ranges.insert(ranges.end(), area.ranges().begin(), area.ranges().end());
     }
     areas_.emplace_back(std::move(ranges));
@@ -391,18 +390,44 @@ std::size_t TilePlan::kind_of(TileId t) const {
   return kind == 0 && t.level == max_level_ ? 1 : kind;
 }
 
+/// Of the layers that are the reason for tiles below along a side, the strictest bound, as a kind;
+/// 0: there is no tile.
+std::size_t TilePlan::kind_below(TileId t, TileSide side) const {
+  std::size_t kind = 0;
+  for (const int half : {0, 1}) {
+    const bool upright = side == TileSide::west || side == TileSide::east;
+    const TileId child =
+        upright ? t.child(side == TileSide::east, half) : t.child(half, side == TileSide::north);
+    if (t.level >= max_level_ || !available(child)) continue;
+    for (std::size_t k = 0; k < layer_areas_.size(); ++k)
+      if (leaves_[k] >= child.level &&
+          layer_areas_[k][std::size_t(child.level)].contains(child.x, child.y) &&
+          (kind == 0 || bound_of_[k] + 1 < kind))
+        kind = bound_of_[k] + 1;
+  }
+  return kind;
+}
+
 const LevelPlan& TilePlan::level(TileId t, TileSide side) const {
   const LevelPlan& own = level(t);
   if (layer_areas_.empty()) return own;
   const std::uint32_t columns = tiling::columns(t.level), rows = tiling::rows(t.level);
   TileId other = t;
-  if (side == TileSide::west) other.x = (t.x + columns - 1) % columns;
-  if (side == TileSide::east) other.x = (t.x + 1) % columns;
-  if (side == TileSide::south && t.y > 0) --other.y;
+  TileSide facing = TileSide::south;
+  if (side == TileSide::west) other.x = (t.x + columns - 1) % columns, facing = TileSide::east;
+  if (side == TileSide::east) other.x = (t.x + 1) % columns, facing = TileSide::west;
+  if (side == TileSide::south && t.y > 0) --other.y, facing = TileSide::north;
   if (side == TileSide::north && t.y + 1 < rows) ++other.y;
-  if (!available(other)) return own;
-  const LevelPlan& beside = level(other);
-  return beside.fit_error_m < own.fit_error_m ? beside : own;
+  if (other == t) return own;
+  const LevelPlan* strictest = &own;
+  const auto take = [&](const LevelPlan& plan) {
+    if (plan.fit_error_m < strictest->fit_error_m) strictest = &plan;
+  };
+  if (available(other)) take(level(other));
+  // Where tiles go on below on one side only, clients draw those beside this one.
+  const std::size_t here = kind_below(t, side), there = kind_below(other, facing);
+  if ((here == 0) != (there == 0)) take(levels_[std::size_t(t.level)][std::max(here, there)]);
+  return *strictest;
 }
 
 /// A level's plans: [0] of tiles that go on, then one for each bound.

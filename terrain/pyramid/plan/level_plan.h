@@ -108,7 +108,8 @@ class TilePlan {
   /// Of a tile. Where a part of it has posts, but no tile below it, it is as exact as the strictest
   /// layer that has posts there asks for.
   const LevelPlan& level(TileId t) const { return levels_[std::size_t(t.level)][kind_of(t)]; }
-  /// Of a side of it: of the stricter of the two tiles that share it.
+  /// Of a side of it: of the stricter of the two tiles that share it; where tiles go on below on
+  /// one side only, as strict as those.
   const LevelPlan& level(TileId, TileSide) const;
   /// The deepest level with tiles of which layer k is the reason.
   int deepest_of(std::size_t k) const { return leaves_[k]; }
@@ -145,6 +146,7 @@ class TilePlan {
 
  private:
   std::size_t kind_of(TileId) const;
+  std::size_t kind_below(TileId, TileSide) const;
   void settle_ends(const Surface&);
   void settle_areas(const Surface&);
   std::vector<LevelPlan> kinds_of(const Surface&, int level) const;

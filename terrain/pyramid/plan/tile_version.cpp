@@ -9,6 +9,9 @@ namespace tind {
 
 namespace {
 
+/// As kTileEpoch, but of tiles of several layers only: those of one DEM need not be made again.
+constexpr int kLayerEpoch = 2;
+
 std::string grid_digest(const DemInfo& info) {
   const Affine& a = info.post_to_crs;
   return hash128(fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}", info.cols, info.rows, a.x0,
@@ -21,7 +24,7 @@ std::string grid_digest(const DemInfo& info) {
 
 std::string grid_digest(const Surface& surface) {
   if (const DemSource* dem = surface.only()) return grid_digest(dem->info());
-  std::string layers;
+  std::string layers = fmt::format("layers {}\n", kLayerEpoch);
   for (const SurfaceLayer& layer : surface.layers())
     layers += fmt::format("{} {} {}\n", grid_digest(layer.source->info()), layer.blend_m,
                           layer.max_error_m);

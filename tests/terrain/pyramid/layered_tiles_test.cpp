@@ -9,9 +9,13 @@
 
 #include "terrain/base/file_io.h"
 #include "terrain/check/check.h"
+#include "terrain/check/check_decode.h"
+#include "terrain/check/check_surface.h"
+#include "terrain/encode/quantized_mesh_tile.h"
 #include "terrain/pyramid/build/build.h"
 #include "terrain/pyramid/make/dem_tiles.h"
 #include "terrain/pyramid/plan/level_plan.h"
+#include "terrain/surface/rim_samples.h"
 #include "terrain/surface/surface.h"
 #include "tests/support/made_up_source.h"
 
@@ -137,6 +141,83 @@ TEST(LayeredTiles, where_a_layer_ends_its_tiles_keep_its_bound) {
     EXPECT_LE(plan->level(id, TileSide::west).fit_error_m, plan->level(id).fit_error_m);
   }
   EXPECT_TRUE(ends);
+}
+
+/// Rough posts 14 km apart, and 300 m above them fine ones.
+Surface over_sparse_posts() {
+  HeightGrid fine = test::terrain_with_voids(90, 90, 2);
+  for (float& z : fine.values()) z += 300;
+  return *Surface::of_layers({{"base", made(rough_terrain(12, 12, 1, 2000), {9.5, 50.5}, 0.125)},
+                              {"fine", made(std::move(fine), {10.3, 49.7}, 0.004, 0.1)}});
+}
+
+TEST(LayeredTiles, follow_what_a_layer_bends_where_there_is_no_post) {
+  const test::TempDir dir;
+  const Surface surface = over_sparse_posts();
+  const auto built = build_tiles(surface, options(dir.file("tiles"), 2));
+  ASSERT_TRUE(built);
+  EXPECT_EQ(built->over_budget, 0u);
+  expect_no_violation(dir.file("tiles"), surface);
+  const auto plan = TilePlan::make(surface, HeightRange{}, {});
+  ASSERT_TRUE(plan);
+  const HeightField field(surface);
+  std::size_t looked_at = 0;
+  for (const auto& [name, bytes] : tiles_in(dir.file("tiles"))) {
+    int z = 0;
+    unsigned x = 0, y = 0;
+    ASSERT_EQ(std::sscanf(name.c_str(), "%d/%u/%u", &z, &x, &y), 3);
+    const TileId id = *tiling::tile(std::uint32_t(z), x, y);
+    const auto samples = rim_samples(field, id);
+    ASSERT_TRUE(samples);
+    Findings none;
+    CheckedTile tile;
+    const std::vector<std::uint8_t> data(bytes.begin(), bytes.end());
+    ASSERT_TRUE(check_decode(data, name, tile, none));
+    const auto decoded = decode_tile(id, data);
+    ASSERT_TRUE(decoded && decoded->certificate);
+    const TileSurface mesh(tile);
+    for (const Vec3& s : *samples) {
+      ++looked_at;
+      const auto gap = mesh.gap_at(s.x, s.y, s.z);
+      ASSERT_TRUE(gap);
+      EXPECT_LE(std::abs(gap->worst()), decoded->certificate->max_error_m + 1e-3) << name;
+    }
+  }
+  EXPECT_GT(looked_at, 1000u);
+}
+
+TEST(LayeredTiles, reach_as_far_as_a_layer_bends_and_meet_coarser_ones_at_the_finer_bound) {
+  const Surface surface = over_sparse_posts();
+  const auto plan = TilePlan::make(surface, HeightRange{}, {});
+  ASSERT_TRUE(plan);
+  const SurfaceLayer& fine = surface.layers()[1];
+  const GeoRect& own = fine.source->info().bounds;
+  const double up = fine.blend_m / 111320;
+  const int z = plan->deepest_of(1);
+  const double side = tiling::tile_degrees(z);
+  for (const double lat : {own.south - 0.95 * up, own.north + 0.95 * up}) {
+    const auto id = tiling::tile(std::uint32_t(z), std::uint32_t((own.west + 180) / side),
+                                 std::uint32_t((lat + 90) / side));
+    EXPECT_TRUE(plan->available(*id)) << lat;
+  }
+  // Edges with tiles below on one side only.
+  const auto goes_on = [&](TileId t, int east) {
+    return plan->available(t.child(east, 0)) || plan->available(t.child(east, 1));
+  };
+  std::size_t edges = 0;
+  for (int level = 0; level < z; ++level)
+    for (std::uint64_t i = 0; i < plan->tiles(level).size(); ++i) {
+      const auto [x, y] = plan->tiles(level)[i];
+      const TileId here{level, x, y}, there{level, (x + 1) % tiling::columns(level), y};
+      if (goes_on(here, 1) == goes_on(there, 0)) continue;
+      ++edges;
+      const LevelPlan& mine = plan->level(here, TileSide::east);
+      EXPECT_LE(mine.fit_error_m, rank_spacing_m(fine.source->info()) / 32);
+      if (plan->available(there)) {
+        EXPECT_EQ(mine.border_tolerance_m, plan->level(there, TileSide::west).border_tolerance_m);
+      }
+    }
+  EXPECT_GT(edges, 3u);
 }
 
 TEST(LayeredTiles, one_sided_tiles_of_layers_stay_on_their_side) {

@@ -115,6 +115,27 @@ TEST(Layers, h_has_no_step_at_rims_nor_at_voids) {
   }
 }
 
+TEST(Layers, a_rim_goes_on_alike_whether_it_runs_along_rows_or_columns) {
+  // On the equator, and the same when mirrored at its diagonal.
+  HeightGrid grid = rough_terrain(100, 100, 5, 300);
+  for (int r = 0; r < 100; ++r)
+    for (int c = 0; c < r; ++c) grid.at(c, r) = grid.at(r, c);
+  const auto base = made(HeightGrid(60, 60, 100.f), {10, 0.3}, kBase);
+  const auto fine = made(std::move(grid), {10.2, 0.1}, kFine);
+  const auto surface = Surface::of_layers({{"base", base}, {"fine", fine}});
+  ASSERT_TRUE(surface);
+  const HeightField field(*surface);
+  for (const double out : {1.0, 3.0, 6.5})
+    for (int k = 0; k < 100; ++k) {
+      const std::vector<Vec2> posts = {{double(k), -out}, {-out, double(k)}};
+      std::vector<Geographic> places(2);
+      fine->to_geographic(posts, places);
+      std::vector<double> h(2);
+      field.at(places, h);
+      EXPECT_NEAR(h[0], h[1], 0.01) << k << " " << out;
+    }
+}
+
 TEST(Layers, without_blending_there_is_a_step) {  // else the test above sees nothing
   const Two two(0, 0);
   const HeightField field(two.surface);
