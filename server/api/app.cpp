@@ -16,6 +16,7 @@ http::Router make_router(const App& app) {
   add_progressive_routes(router, app);
   add_health_routes(router, app, false);
   add_refine_routes(router, app);
+  add_tiles3d_routes(router, app);
   add_viewer_routes(router, app);
   return router;
 }

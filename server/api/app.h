@@ -17,6 +17,7 @@
 #include "server/services/tiles/tile_service.h"
 #include "server/services/tiles/tile_streams.h"
 #include "server/services/tiles/tile_transitions.h"
+#include "server/services/tiles/tiles3d.h"
 #include "server/services/work/cpu_pool.h"
 #include "terrain/geo/environment.h"
 
@@ -36,6 +37,7 @@ struct App {
   services::TileTransitions* transitions = nullptr;  // null: no /transition
   services::TileEncodings* encodings = nullptr;      // null: tiles as quantized-mesh only
   services::CatalogKeeper* keeper = nullptr;         // null: the catalog stays as it is
+  services::Tiles3d* tiles3d = nullptr;              // null: no /3dtiles
 };
 
 /// For everybody.
@@ -56,6 +58,7 @@ void add_health_routes(http::Router&, const App&, bool reasons);
 void add_method_routes(http::Router&);
 void add_progressive_routes(http::Router&, const App&);
 void add_refine_routes(http::Router&, const App&);
+void add_tiles3d_routes(http::Router&, const App&);
 void add_viewer_routes(http::Router&, const App&);
 
 /// The dataset of that name, or the 404 that says there is none.

@@ -10,6 +10,7 @@
 
 #include "server/api/accuracy_json.h"
 #include "server/api/app.h"
+#include "terrain/tiles3d/tileset.h"
 
 namespace tind::api {
 namespace {
@@ -77,6 +78,7 @@ Json links(const services::ServedDataset& dataset) {
             {"transition", of("/transition/") + "/{z}/{x}/{y}"},
             {"plan", of("/plan/")},
             {"tiles_in_frames", of("/tiles/")}};
+    if (tiles3d::has_roots(*dataset.tiles)) json["3dtiles"] = of("/3dtiles/") + "/tileset.json";
   }
   if (dataset.source) {
     if (dataset.source->only()) json["refine"] = of("/refine/");

@@ -57,6 +57,11 @@ http::Reply metrics(const App& app) {
   if (app.encodings)
     for (const auto& encoding : app.encodings->all())
       products.emplace_back(encoding.format.name, encoding.products.get());
+  if (app.tiles3d) {
+    products.emplace_back("3dtiles-glb", &app.tiles3d->contents);
+    products.emplace_back("3dtiles-subtree", &app.tiles3d->subtrees);
+    products.emplace_back("3dtiles-tileset", &app.tiles3d->tilesets);
+  }
   return http::make_reply(200, "text/plain; version=0.0.4; charset=utf-8",
                           services::render_metrics(stats, app.catalog, app.keeper, app.tiles,
                                                    app.cache, app.pool, products),

@@ -2,6 +2,8 @@
 
 #include <charconv>
 
+#include "terrain/tiles3d/tileset.h"
+
 namespace tind::api {
 namespace {
 
@@ -16,6 +18,11 @@ std::int64_t number(std::string_view text) {
 
 std::optional<TileId> tile_address(std::string_view z, std::string_view x, std::string_view y) {
   return tiling::tile(number(z), number(x), number(y));
+}
+
+std::optional<TileId> tile3d_address(std::string_view hemisphere, std::string_view z,
+                                     std::string_view x, std::string_view y) {
+  return tiles3d::tile_at(hemisphere, number(z), number(x), number(y));
 }
 
 }  // namespace tind::api

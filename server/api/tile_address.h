@@ -12,4 +12,8 @@ namespace tind::api {
 /// the pyramid.
 std::optional<TileId> tile_address(std::string_view z, std::string_view x, std::string_view y);
 
+/// The same of a tile of 3D Tiles (terrain/tiles3d/tileset.h), below "west" or "east".
+std::optional<TileId> tile3d_address(std::string_view hemisphere, std::string_view z,
+                                     std::string_view x, std::string_view y);
+
 }  // namespace tind::api

@@ -1,6 +1,6 @@
 // What rounding does to the error, in the tile's own frame, which is the certificate's: a vertex is
-// moved by at most d metres, up or aside; where the surface is as steep as its steepest triangle,
-// moving it aside by d changes the height at a place by at most d times that slope.
+// moved by at most d metres, up or aside; moving it aside by d changes the height at a place by at
+// most d times the slope of the surface around there, and by no more than its relief there.
 //
 // What straightness does: let P(longitude, latitude, height) be the place in space. Over a triangle
 // with corners q_i and weights w_i, the straight surface lies at sum w_i P(q_i), the certificate's
@@ -43,22 +43,73 @@ Scale scale_of(const GeoRect& rect, const Tin& mesh, const Triangle& triangle) {
   return scale;
 }
 
-/// The steepest that a triangle is: metres up for a metre east, plus those for a metre north.
-double steepest(const TileModel& tile) {
-  const GeoRect rect = tiling::rect(tile.id);
-  double most = 0;
-  for (const Triangle& triangle : tile.mesh.triangles) {
-    const Vec3& a = tile.mesh.vertices[triangle[0]];
-    const Vec3 p = tile.mesh.vertices[triangle[1]] - a, q = tile.mesh.vertices[triangle[2]] - a;
-    const double area = p.x * q.y - q.x * p.y;  // positive: counter-clockwise
-    if (!(area > 0)) continue;                  // of another maker
-    const Scale scale = scale_of(rect, tile.mesh, triangle);
-    const double along_u = std::abs(p.z * q.y - q.z * p.y) / area / scale.u;
-    const double along_v = std::abs(q.z * p.x - p.z * q.x) / area / scale.v;
-    most = std::max(most, along_u + along_v);
-  }
-  return most;
+/// Metres up for a metre east, and for one north.
+Vec2 slope_of(const GeoRect& rect, const Tin& mesh, const Triangle& triangle) {
+  const Vec3& a = mesh.vertices[triangle[0]];
+  const Vec3 p = mesh.vertices[triangle[1]] - a, q = mesh.vertices[triangle[2]] - a;
+  const double area = p.x * q.y - q.x * p.y;  // positive: counter-clockwise
+  if (!(area > 0)) return {};                 // of another maker
+  const Scale scale = scale_of(rect, mesh, triangle);
+  return {std::abs(p.z * q.y - q.z * p.y) / area / scale.u,
+          std::abs(q.z * p.x - p.z * q.x) / area / scale.v};
 }
+
+/// The steepest triangles, and the lowest and highest vertices of triangles, in and around every
+/// place of a tile.
+class Relief {
+ public:
+  explicit Relief(const TileModel& tile)
+      : rect_(tiling::rect(tile.id)), cells_(std::size_t(kCells) * kCells) {
+    for (const Triangle& triangle : tile.mesh.triangles) {
+      const Vec2 slope = slope_of(rect_, tile.mesh, triangle);
+      each_cell(tile.mesh, triangle, 0, 0, [&](Cell& cell) {
+        cell.slope = {std::max(cell.slope.x, slope.x), std::max(cell.slope.y, slope.y)};
+        for (const std::uint32_t i : triangle) {
+          cell.low = std::min(cell.low, tile.mesh.vertices[i].z);
+          cell.high = std::max(cell.high, tile.mesh.vertices[i].z);
+        }
+      });
+    }
+  }
+
+  /// How much the height changes from a place of the triangle to one so far east or west of it, and
+  /// so far north or south, metres.
+  double change(const Tin& mesh, const Triangle& triangle, double east, double north) {
+    const Scale scale = scale_of(rect_, mesh, triangle);
+    Cell all;
+    each_cell(mesh, triangle, east / scale.u, north / scale.v, [&](const Cell& cell) {
+      all.slope = {std::max(all.slope.x, cell.slope.x), std::max(all.slope.y, cell.slope.y)};
+      all.low = std::min(all.low, cell.low), all.high = std::max(all.high, cell.high);
+    });
+    return std::min(all.slope.x * east + all.slope.y * north, all.high - all.low);
+  }
+
+ private:
+  static constexpr int kCells = 64;  // a side
+  struct Cell {
+    Vec2 slope;
+    double low = HUGE_VAL, high = -HUGE_VAL;
+  };
+  GeoRect rect_;
+  std::vector<Cell> cells_;
+
+  /// Those that the triangle's box, widened by so many units, touches.
+  template <class Do>
+  void each_cell(const Tin& mesh, const Triangle& triangle, double u, double v, const Do& look) {
+    double west = HUGE_VAL, east = -HUGE_VAL, south = HUGE_VAL, north = -HUGE_VAL;
+    for (const std::uint32_t i : triangle) {
+      const Vec3& p = mesh.vertices[i];
+      west = std::min(west, p.x), east = std::max(east, p.x);
+      south = std::min(south, p.y), north = std::max(north, p.y);
+    }
+    const auto cell = [](double x) {
+      return int(std::clamp(x / kTileExtent * kCells, 0.0, kCells - 1.0));
+    };
+    for (int row = cell(south - v); row <= cell(north + v); ++row)
+      for (int col = cell(west - u); col <= cell(east + u); ++col)
+        look(cells_[std::size_t(row) * kCells + std::size_t(col)]);
+  }
+};
 
 /// A range of places, in radians and metres.
 struct Extent {
@@ -94,8 +145,6 @@ struct Extent {
 /// From the straight surface over a triangle, or line, to that of the certificate.
 struct Bend {
   double up_m = 0, east_m = 0, north_m = 0;
-
-  double aside_m() const { return east_m + north_m; }
 };
 
 Bend bend_of(const Extent& e) {
@@ -122,9 +171,10 @@ std::vector<std::uint32_t> side_of(const Tin& mesh, TileSide side) {
 
 constexpr std::array kSides = {TileSide::west, TileSide::south, TileSide::east, TileSide::north};
 
-/// Over its own line, vertically: what lies aside of a tile's edge is no step between two tiles.
-double border_bend(const GeoRect& rect, const Tin& mesh) {
-  double most = 0;
+/// Over its own line, vertically, with vertices that are `moved` away: what lies aside of a tile's
+/// edge is no step between two tiles.
+double border_error(const GeoRect& rect, const Tin& mesh, double moved) {
+  double most = moved;
   for (const TileSide side : kSides) {
     const bool upright = side == TileSide::west || side == TileSide::east;
     const auto line = side_of(mesh, side);
@@ -132,8 +182,9 @@ double border_bend(const GeoRect& rect, const Tin& mesh) {
       const Extent e(rect, mesh, std::array{line[i - 1], line[i]});
       const Bend bend = bend_of(e);
       const double length = e.radius * (upright ? e.lat : e.lon * e.cosine);
-      const double along = upright ? bend.north_m : bend.east_m;
-      most = std::max(most, bend.up_m + (length > 0 ? along * e.height / length : 0));
+      const double along = (upright ? bend.north_m : bend.east_m) + moved;
+      const double change = length > 0 ? std::min(e.height, along * e.height / length) : 0;
+      most = std::max(most, bend.up_m + moved + change);
     }
   }
   return most;
@@ -239,14 +290,16 @@ SpaceError space_error(const TileModel& tile) {
   SpaceError error;
   for (const Vec3& v : tile.mesh.vertices)
     error.moved_m = std::max(error.moved_m, places.moved_m(v));
-  double up = 0, aside = 0;
+  Relief relief(tile);
   for (const Triangle& triangle : tile.mesh.triangles) {
     const Bend bend = bend_of(Extent(rect, tile.mesh, triangle));
-    up = std::max(up, bend.up_m), aside = std::max(aside, bend.aside_m());
+    const double up = bend.up_m + error.moved_m, east = bend.east_m + error.moved_m,
+                 north = bend.north_m + error.moved_m;
+    error.shift_m = std::max(error.shift_m, std::hypot(up, east, north));
+    error.surface_m =
+        std::max(error.surface_m, up + relief.change(tile.mesh, triangle, east, north));
   }
-  const double slope = steepest(tile);
-  error.surface_m = up + slope * aside + error.moved_m * (1 + slope);
-  error.edge_m = border_bend(rect, tile.mesh) + error.moved_m * (1 + slope);
+  error.edge_m = border_error(rect, tile.mesh, error.moved_m);
   return error;
 }
 

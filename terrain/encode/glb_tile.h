@@ -15,8 +15,9 @@ namespace tind {
 /// How far the mesh of a GLB is from the tile's own.
 struct SpaceError {
   double moved_m = 0;    // a vertex, by the rounding of its position
-  double surface_m = 0;  // the surface, vertically, anywhere: by rounding and by its being straight
-  double edge_m = 0;     // likewise its border, over its own place
+  double shift_m = 0;    // any place of the surface, by rounding and by its being straight
+  double surface_m = 0;  // what these make vertically: on steep ground more than the shift
+  double edge_m = 0;     // of its border, vertically, over its own line
 };
 /// O(triangles).
 SpaceError space_error(const TileModel&);

@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <stop_token>
 
 #include "proto/json_text.h"
@@ -24,10 +25,15 @@
 #include "server/cli/program/peak_memory.h"
 #include "server/cli/program/progress_bar.h"
 #include "terrain/simplify/method_text.h"
+#include "terrain/store/open/stored_tiles.h"
+#include "terrain/tiles3d/tileset_folder.h"
 
 namespace tind::cli {
 
 namespace {
+
+constexpr const char* kQuantizedMesh = "quantized-mesh";
+constexpr const char* kTiles3d = "3dtiles";
 
 struct Arguments {
   DemInput input;
@@ -36,7 +42,7 @@ struct Arguments {
   MethodLine method;
   ShapeFiles shapes;
   std::uint64_t memory = kDefaultMemory;
-  std::string progress = "auto";
+  std::string progress = "auto", format = kQuantizedMesh;
   bool json = false, dry_run = false;
 };
 
@@ -141,7 +147,41 @@ void print(const BuildReport& r, const TileSetOptions& tiles, VerticalDatum datu
              r.built, r.reused, r.bytes, duration_text(seconds), name(datum));
 }
 
+/// The progress of a bar, which a signal stops.
+Progress stoppable(ProgressBar& bar) {
+  Progress progress = bar.progress(interrupted().get_token());
+  progress.report = [shown = progress.report](double share) {
+    if (signal_seen) interrupted().request_stop();
+    if (shown) shown(share);
+  };
+  return progress;
+}
+
+/// Of the tiles that lie there now, beside them.
+Result<tiles3d::FolderReport> write_tiles3d(const Arguments& a) {
+  const auto tiles = open_stored_tiles(a.options.output);
+  if (!tiles) return std::unexpected(tiles.error());
+  ProgressBar bar("3D Tiles", progress_style(a.progress));
+  return tiles3d::write_tileset(**tiles, a.options.output + "/3dtiles", a.options.threads,
+                                stoppable(bar));
+}
+
+nlohmann::ordered_json to_json(const tiles3d::FolderReport& r) {
+  return {{"contents", r.contents}, {"subtrees", r.subtrees}, {"bytes", r.bytes}};
+}
+
+void print(const tiles3d::FolderReport& r) {
+  if (r.there)
+    fmt::print("3D Tiles: kept\n");
+  else
+    fmt::print("3D Tiles: {} contents, {} subtrees, {} bytes\n", r.contents, r.subtrees, r.bytes);
+}
+
 int run(Arguments a) {
+  if (a.format == kTiles3d && a.options.tiles.first_level > 0)
+    return complain({Errc::invalid_argument,
+                     "--format 3dtiles needs level 0, from where clients find all others: leave "
+                     "out --levels, or begin it with 0"});
   DemOptions dem = dem_options(a.input);
   limit_caches(a.memory, a.input.files, dem);
   auto opened = open_surface(a.input, a.layers, dem);
@@ -166,23 +206,26 @@ int run(Arguments a) {
   Result<BuildReport> report = fail(Errc::internal, "not run");
   {
     ProgressBar bar("tiles", progress_style(a.progress));
-    Progress progress = bar.progress(interrupted().get_token());
-    auto shown = progress.report;
-    progress.report = [shown](double share) {
-      if (signal_seen) interrupted().request_stop();
-      if (shown) shown(share);
-    };
-    report = build_tiles(*source, a.options, progress);
+    report = build_tiles(*source, a.options, stoppable(bar));
   }
   if (!report) return complain(report.error());
   warn_of_nodata(*source);
+  std::optional<tiles3d::FolderReport> beside;
+  if (a.format == kTiles3d) {
+    const auto written = write_tiles3d(a);
+    if (!written) return complain(written.error());
+    beside = *written;
+  }
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  if (a.json)
-    fmt::print("{}\n",
-               json::to_text(to_json(*report, a.options.tiles, source->info(), seconds), 1));
-  else
+  if (a.json) {
+    auto summary = to_json(*report, a.options.tiles, source->info(), seconds);
+    if (beside) summary["3dtiles"] = to_json(*beside);
+    fmt::print("{}\n", json::to_text(summary, 1));
+  } else {
     print(*report, a.options.tiles, source->info().datum, seconds);
+    if (beside) print(*beside);
+  }
   return kOk;
 }
 
@@ -194,6 +237,10 @@ void add_build(Command program, int& exit) {
       "build", "make the tile pyramid of a DEM, or of layers of several, in a directory");
   c.add_option("DEM", a->input.files, "raster files");
   c.add_option("-o,--output", a->options.output, "directory of the tiles");
+  c.add_option("--format", a->format,
+               "quantized-mesh, or 3dtiles: the same, and 3D Tiles 1.1 made of them in the folder "
+               "3dtiles beside them, for any static server")
+      .one_of({kQuantizedMesh, kTiles3d});
   add_tile_options(c, a->options.tiles);
   add_tile_method(c, a->method);
   a->input.to_datum = "ellipsoid";  // as globe tiles are, and as tind serve makes them

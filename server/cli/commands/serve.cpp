@@ -235,6 +235,7 @@ int serve(const Config& config, const Options& options) {
   services::TileStreams streams(tiles, cache, pool);
   services::TileTransitions transitions(tiles, cache, pool);
   services::TileEncodings encodings(tiles, cache, pool);
+  services::Tiles3d tiles3d(tiles, cache, pool);
   services::RefineService refine;
   api::App app{catalog, tiles, cache, pool, *viewer, *options.environment};
   app.refine = &refine;
@@ -242,6 +243,7 @@ int serve(const Config& config, const Options& options) {
   app.transitions = &transitions;
   app.encodings = &encodings;
   app.keeper = &keeper;
+  app.tiles3d = &tiles3d;
   const http::Router router = api::make_router(app);
   const http::Router admin_router =
       api::make_admin_router(app, !config.admin_listen.starts_with("unix:"));

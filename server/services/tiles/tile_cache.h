@@ -23,6 +23,9 @@ struct TileKey {
   static constexpr std::uint8_t kWhole = 7;       // with all extensions that the dataset has
   static constexpr std::uint8_t kStream = 8;      // the tile as a progressive mesh
   static constexpr std::uint8_t kTransition = 9;  // from the parent's part to the tile
+  static constexpr std::uint8_t kContent3d = 10;  // of 3D Tiles: the tile's GLB
+  static constexpr std::uint8_t kSubtree3d = 11;  // the subtree that begins at the tile
+  static constexpr std::uint8_t kTileset3d = 12;  // of tile 0/0/0: tileset.json
   static constexpr std::uint8_t kEncodings = 16;  // and above: other formats of the tile
   friend bool operator==(const TileKey&, const TileKey&) = default;
 };

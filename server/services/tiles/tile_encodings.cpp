@@ -1,18 +1,15 @@
 #include "server/services/tiles/tile_encodings.h"
 
-#include "terrain/encode/quantized_mesh_tile.h"
+#include "server/services/tiles/finished_model.h"
 
 namespace tind::services {
 namespace {
 
-/// Of the tile as it is sent, wherever that comes from: a store and a DEM give the same bytes.
 Result<TileProducts::Product> build(TileService& tiles, const TileEncoder& format,
                                     const ServedDataset& dataset, TileId tile,
                                     std::stop_token stop) {
-  const auto whole = tiles.make_now(dataset, tile, dataset.offered, std::move(stop));
-  if (!whole) return std::unexpected(whole.error());
-  const auto model = decode_tile(tile, (*whole)->bytes());
-  if (!model) return fail(dataset.name + " " + tile.text(), model.error());
+  const auto model = finished_model(tiles, dataset, tile, std::move(stop));
+  if (!model) return std::unexpected(model.error());
   const std::vector<std::uint8_t> bytes = format.encode(*model);
   return http::Representation::make(
       {reinterpret_cast<const char*>(bytes.data()), bytes.size()},

@@ -17,14 +17,14 @@
 #include "terrain/shapes/surface_shapes.h"
 #include "terrain/surface/surface_blocks.h"
 #include "terrain/surface/tile_posts.h"
+#include "terrain/tile/largest_error.h"
 #include "terrain/tile/tile_lines.h"
 
 namespace tind {
 
 namespace {
 
-constexpr int kTileCells = 64;         // the leaf level's grid is at least as fine as the source
-constexpr double kLargestError = 500;  // metres; a globe seen from afar still has its mountains
+constexpr int kTileCells = 64;  // the leaf level's grid is at least as fine as the source
 constexpr double kBorderShare = 0.85, kCoarseBorderShare = 0.5;  // of the error that a fit may have
 constexpr double kLargestStep = 1;            // metres; no reason to round heights more coarsely
 constexpr double kSmallestStep = 1.0 / 1024;  // float32 headers hold its multiples up to 16 km
@@ -445,7 +445,7 @@ std::vector<LevelPlan> TilePlan::kinds_of(const Surface& surface, int z) const {
     LevelPlan& level = kinds[i];
     level.budget_m = tiling::level_error(z) * options_.error_factor;
     if (i > 0) level.budget_m = std::min(level.budget_m, ends_m_[i - 1]);
-    level.fit_error_m = std::min(level.budget_m, kLargestError);
+    level.fit_error_m = std::min(level.budget_m, kLargestError_m);
     bool can_be = i == 0 || one;
     for (std::size_t k = 0; k < leaves_.size() && !can_be; ++k)
       can_be = leaves_[k] <= z && bound_of_[k] + 1 == i;

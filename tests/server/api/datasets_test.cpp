@@ -92,7 +92,7 @@ TEST_F(Api, LinksOfADatasetWork) {
         if (const auto at = link.find(hole); at != link.npos) link.replace(at, hole.size(), value);
       return link;
     };
-    EXPECT_EQ(dataset["links"].size(), dataset["kind"] == "dem" ? 8u : 6u);
+    EXPECT_EQ(dataset["links"].size(), dataset["kind"] == "dem" ? 9u : 7u);
     for (const auto& [name, link] : dataset["links"].items()) {
       const bool posts = name == "plan" || name == "tiles_in_frames" || name == "refine";
       if (posts)

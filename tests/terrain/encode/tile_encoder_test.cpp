@@ -192,8 +192,8 @@ TEST_F(EncodedTiles, RoundingAddsLittleToTheErrorOfAGlb) {
     const SpaceError space = space_error(tile);
     EXPECT_LT(space.moved_m, glb_lattice(tile.id.level));
     // What clients assume of the level is never used up by straightness.
-    EXPECT_LT(space.surface_m, tile.displayed_error_m / 2) << tile.id.text();
-    EXPECT_LE(space.edge_m, space.surface_m + 1e-9);
+    EXPECT_LE(space.shift_m, tile.displayed_error_m / 2 + space.moved_m) << tile.id.text();
+    EXPECT_LE(space.edge_m, tile.displayed_error_m / 4 + 3 * space.moved_m) << tile.id.text();
   }
 }
 

@@ -1,0 +1,114 @@
+// 3D Tiles in CesiumJS in Chromium, as terrain (Cesium3DTilesTerrainProvider) and as a tileset
+// (Cesium3DTileset): all that it asks for is there, heights are those of the same tiles as
+// quantized-mesh, and the mountain is seen.
+import assert from "node:assert/strict";
+import {mkdirSync, readFileSync} from "node:fs";
+import {after, before, test} from "node:test";
+import {fileURLToPath} from "node:url";
+import {openBrowser, openPage} from "./browser.mjs";
+import {ROOT, startDaemon} from "./daemon.mjs";
+
+const CESIUM = fileURLToPath(new URL("node_modules/cesium/Build/Cesium", import.meta.url));
+const TYPES = {js: "text/javascript", json: "application/json", css: "text/css", wasm: "application/wasm"};
+const PAGE = `<!doctype html><html><head><link rel="stylesheet" href="/cesium/Widgets/CesiumWidget/CesiumWidget.css"></head><body style="margin:0"><div id="globe" style="width:1000px;height:640px"></div>
+<script>window.CESIUM_BASE_URL = "/cesium/";</script><script src="/cesium/Cesium.js"></script></body></html>`;
+let daemon, browser, page, complaints;
+
+before(async () => {
+  daemon = await startDaemon("testdata/rainier.tif", "--from-datum", "egm96", "--to-datum", "ellipsoid");
+  browser = await openBrowser();
+  ({page, complaints} = await openPage(browser, daemon.origin, {width: 1000, height: 640}));
+  await page.route(`${daemon.origin}/page.html`, (route) => route.fulfill({contentType: "text/html", body: PAGE}));
+  await page.route(`${daemon.origin}/cesium/**`, (route) => {
+    const path = new URL(route.request().url()).pathname.replace("/cesium", "");
+    route.fulfill({contentType: TYPES[path.split(".").pop()] ?? "application/octet-stream", body: readFileSync(CESIUM + path)});
+  });
+  await page.goto(`${daemon.origin}/page.html`);
+  await page.evaluate(() => {
+    window.said = [];
+    const log = console.log;
+    console.log = (...words) => (window.said.push(words.join(" ")), log(...words));
+    window.widget = new Cesium.CesiumWidget("globe", {baseLayer: false, contextOptions: {webgl: {preserveDrawingBuffer: true}}, requestRenderMode: false, msaaSamples: 1});
+    widget.scene.skyBox = undefined;
+    widget.scene.skyAtmosphere = undefined;
+    widget.scene.globe.baseColor = Cesium.Color.fromCssColorString("#c9b99a");
+    widget.scene.globe.enableLighting = true;
+    widget.clock.currentTime = Cesium.JulianDate.fromIso8601("2026-06-21T16:30:00Z");
+    widget.camera.setView({
+      destination: Cesium.Cartesian3.fromDegrees(-121.76, 46.65, 9000),
+      orientation: {heading: 0, pitch: Cesium.Math.toRadians(-18), roll: 0},
+    });
+  });
+});
+
+after(async () => {
+  await browser?.close();
+  if (daemon) assert.equal(await daemon.stop(), 0, daemon.said());
+});
+
+/// Mean step of luminance between neighbours in the lower half of the picture: 0 for a flat colour.
+const texture = () => page.evaluate(() => {
+  widget.scene.render();
+  const small = Object.assign(document.createElement("canvas"), {width: 160, height: 100});
+  const pen = small.getContext("2d");
+  pen.drawImage(widget.scene.canvas, 0, 0, 160, 100);
+  const {data} = pen.getImageData(0, 50, 160, 50);
+  const light = (i) => 0.3 * data[4 * i] + 0.6 * data[4 * i + 1] + 0.1 * data[4 * i + 2];
+  let sum = 0;
+  for (let i = 0; i < 160 * 50 - 1; ++i) sum += Math.abs(light(i + 1) - light(i));
+  return sum / (160 * 50);
+});
+
+const shot = async (name) => {
+  mkdirSync(`${ROOT}/build/shots`, {recursive: true});
+  await page.screenshot({path: `${ROOT}/build/shots/${name}.png`});
+};
+
+test("as terrain it has the heights of the quantized mesh, and is seen", async () => {
+  const found = await page.evaluate(async () => {
+    const tiles3d = await Cesium.Cesium3DTilesTerrainProvider.fromUrl("/3dtiles/rainier/tileset.json", {requestVertexNormals: true});
+    const mesh = await Cesium.CesiumTerrainProvider.fromUrl("/terrain/rainier", {requestVertexNormals: true});
+    const places = () => Array.from({length: 400}, (_, i) => Cesium.Cartographic.fromDegrees(-121.97 + 0.46 * ((i * 0.618034) % 1), 46.61 + 0.38 * (i / 400)));
+    // Each sampled tile asks for its subtree, those above before those below.
+    for (const level of [0, 3, 6, 9, 12]) await Cesium.sampleTerrain(tiles3d, level, places().slice(0, 1));
+    const a = await Cesium.sampleTerrain(tiles3d, 12, places()), b = await Cesium.sampleTerrain(mesh, 12, places());
+    widget.terrainProvider = tiles3d;
+    const offs = a.map((place, i) => Math.abs(place.height - b[i].height));
+    return {undefineds: a.filter(({height}) => height === undefined).length, most: Math.max(...offs), level: tiles3d.availability.computeMaximumLevelAtPosition(a[0])};
+  });
+  console.log("Cesium3DTilesTerrainProvider:", found);
+  assert.equal(found.undefineds, 0);
+  assert.equal(found.level, 12);
+  assert.ok(found.most < 0.5, `${found.most} m`);
+  await page.waitForFunction(() => widget.scene.globe.tilesLoaded && (window.calm = (window.calm ?? 0) + 1) > 10, undefined, {timeout: 240000, polling: 150});
+  await shot("3dtiles_terrain");
+  assert.ok((await texture()) > 2, `${await texture()}`);
+  assert.deepEqual(complaints, []);
+  assert.deepEqual((await page.evaluate(() => said)).filter((line) => /Could not/.test(line)), []);
+});
+
+test("as a tileset it draws the finest tiles it wants, by their measured errors", async () => {
+  const found = await page.evaluate(async () => {
+    widget.scene.globe.show = false;
+    widget.terrainProvider = new Cesium.EllipsoidTerrainProvider();
+    const tileset = await Cesium.Cesium3DTileset.fromUrl("/3dtiles/rainier/tileset.json", {maximumScreenSpaceError: 1});
+    const failed = [], errors = new Map();
+    let contents = 0;
+    tileset.tileFailed.addEventListener(({url, message}) => failed.push(`${url}: ${message}`));
+    tileset.tileLoad.addEventListener((tile) => (++contents, errors.set(tile._header.contents?.[0]?.uri ?? tile._contentResource?.url, tile.geometricError)));
+    widget.scene.primitives.add(tileset);
+    await new Promise((resolve) => tileset.allTilesLoaded.addEventListener(resolve));
+    const drawn = tileset._selectedTiles.map((tile) => [tile._contentResource.url.match(/(\d+)\/\d+\/\d+\.glb/)[1], tile.geometricError]);
+    return {failed, contents, drawn};
+  });
+  const deepest = Math.max(...found.drawn.map(([level]) => Number(level)));
+  console.log("Cesium3DTileset:", found.contents, "contents,", found.drawn.length, "drawn, down to level", deepest);
+  assert.deepEqual(found.failed, []);
+  assert.equal(deepest, 12);
+  // Not the level's nominal one, which halves from the root: what was measured.
+  assert.ok(found.drawn.some(([level, error]) => error !== 77067.33965563798 / 2 ** level));
+  await page.evaluate(() => new Promise((resolve) => setTimeout(resolve, 1500)));
+  await shot("3dtiles_tileset");
+  assert.ok((await texture()) > 2, `${await texture()}`);
+  assert.deepEqual(complaints, []);
+});

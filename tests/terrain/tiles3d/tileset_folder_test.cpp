@@ -1,0 +1,131 @@
+// 3D Tiles as files: the bytes of on demand; never another's files, never a part taken for whole.
+
+#include "terrain/tiles3d/tileset_folder.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <set>
+
+#include "terrain/base/file_io.h"
+#include "terrain/encode/quantized_mesh_tile.h"
+#include "terrain/pyramid/make/dem_tiles.h"
+#include "terrain/tiles3d/tileset.h"
+#include "tests/support/made_up_source.h"
+
+namespace tind::tiles3d {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Folder : public ::testing::Test {
+ protected:
+  static std::unique_ptr<DemTiles> open(const DemSource& source) {
+    TileSetOptions options;
+    options.effort = Effort::fast;
+    auto opened = open_dem_tiles(source, options);
+    EXPECT_TRUE(opened) << opened.error().what;
+    return std::move(*opened);
+  }
+  std::set<std::string> files() const {
+    std::set<std::string> all;
+    for (const auto& entry : fs::recursive_directory_iterator(folder_))
+      if (entry.is_regular_file()) all.insert(entry.path().lexically_relative(folder_).string());
+    return all;
+  }
+
+  test::MadeUpSource source_{test::rough_terrain(120, 100, 5), {7.1, 45.9}, 4e-4};
+  std::unique_ptr<DemTiles> tiles_ = open(source_);
+  test::TempDir dir_;
+  const std::string folder_ = dir_.file("3dtiles");
+};
+
+TEST_F(Folder, HoldsTheBytesOfOnDemandAndNothingElse) {
+  const auto report = write_tileset(*tiles_, folder_, 2);
+  ASSERT_TRUE(report) << report.error().what;
+  const Source source{*tiles_,
+                      [&](TileId id) { return decode_tile(id, tiles_->tile(id, {})->bytes); }};
+  std::uint64_t contents = 0, subtrees = 0;
+  for (const std::string& name : files()) {
+    const auto bytes = read_whole_file(folder_ + "/" + name);
+    ASSERT_TRUE(bytes);
+    const std::vector<std::uint8_t> there(bytes->begin(), bytes->end());
+    int z = 0, x = 0, y = 0;
+    char suffix[16] = "";
+    if (std::sscanf(name.c_str(), "%*4s/%d/%d/%d.%15s", &z, &x, &y, suffix) != 4) {
+      EXPECT_TRUE(name == "tileset.json" || name == "tind-3dtiles.json") << name;
+      continue;
+    }
+    const auto id = tile_at(name.substr(0, 4), z, x, y);
+    ASSERT_TRUE(id) << name;
+    const bool content_file = std::string(suffix) == "glb";
+    EXPECT_EQ(*(content_file ? content(source, *id) : subtree(source, *id)), there) << name;
+    ++(content_file ? contents : subtrees);
+  }
+  EXPECT_EQ(*read_whole_file(folder_ + "/tileset.json"), *tileset_json(source));
+  EXPECT_EQ(report->contents, contents);
+  EXPECT_EQ(report->subtrees, subtrees);
+  EXPECT_GT(contents, 25u);
+}
+
+TEST_F(Folder, IsLeftAsItIsWhereItIsOfTheseTiles) {
+  ASSERT_TRUE(write_tileset(*tiles_, folder_));
+  const std::string some = folder_ + "/east/0/0/0.glb";
+  std::ofstream(some, std::ios::app) << "x";  // to see whether it is written
+  const auto again = write_tileset(*tiles_, folder_);
+  ASSERT_TRUE(again);
+  EXPECT_TRUE(again->there);
+  EXPECT_TRUE(read_whole_file(some)->ends_with("x"));
+}
+
+TEST_F(Folder, OfOtherTilesIsReplacedWithoutARest) {
+  ASSERT_TRUE(write_tileset(*tiles_, folder_));
+  const auto before = files();
+  const test::MadeUpSource other(test::rough_terrain(60, 60, 5), {-7.1, 45.9}, 4e-4);
+  const auto others = open(other);
+  const auto report = write_tileset(*others, folder_);
+  ASSERT_TRUE(report) << report.error().what;
+  EXPECT_FALSE(report->there);
+  EXPECT_EQ(files().size(), report->contents + report->subtrees + 2);
+  EXPECT_NE(files(), before);
+}
+
+TEST_F(Folder, AStoppedRunLeavesNoTileset) {
+  ASSERT_TRUE(write_tileset(*tiles_, folder_));
+  const test::MadeUpSource other(test::rough_terrain(120, 100, 6), {7.1, 45.9}, 4e-4);
+  const auto others = open(other);
+  std::stop_source stop;
+  Progress progress;
+  progress.stop = stop.get_token();
+  progress.report = [&](double) { stop.request_stop(); };
+  const auto stopped = write_tileset(*others, folder_, 1, progress);
+  ASSERT_FALSE(stopped);
+  EXPECT_EQ(stopped.error().code, Errc::cancelled);
+  EXPECT_FALSE(files().contains("tileset.json"));
+  const auto again = write_tileset(*others, folder_);
+  ASSERT_TRUE(again);
+  EXPECT_FALSE(again->there);
+  EXPECT_TRUE(files().contains("tileset.json"));
+}
+
+TEST_F(Folder, OfSomebodyElseIsNotTouched) {
+  fs::create_directories(folder_);
+  std::ofstream(folder_ + "/tileset.json") << "{}";
+  const auto refused = write_tileset(*tiles_, folder_);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, Errc::invalid_argument);
+  EXPECT_EQ(files(), std::set<std::string>{"tileset.json"});
+  EXPECT_EQ(*read_whole_file(folder_ + "/tileset.json"), "{}");
+}
+
+TEST_F(Folder, ATileThatCannotBeMadeIsTheResult) {
+  source_.reads_left = 3;
+  const auto failed = write_tileset(*tiles_, folder_, 1);
+  ASSERT_FALSE(failed);
+  EXPECT_EQ(failed.error().code, Errc::io);
+  EXPECT_FALSE(files().contains("tileset.json"));
+}
+
+}  // namespace
+}  // namespace tind::tiles3d
