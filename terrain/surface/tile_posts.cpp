@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "terrain/surface/post_warp.h"
 
@@ -169,6 +170,40 @@ void TilePosts::count(double u, double v, double z) {
   max_m_ = std::max<double>(max_m_, z);
 }
 
+/// Around the posts of a window, generously; nothing where PROJ does not know.
+std::optional<GeoRect> rect_of(const DemSource& source, const PostWindow& w) {
+  constexpr int kSide = 9;
+  std::vector<Vec2> posts;
+  for (int j = 0; j < kSide; ++j)
+    for (int i = 0; i < kSide; ++i)
+      posts.push_back({double(w.col) + double(w.cols - 1) * i / (kSide - 1),
+                       double(w.row) + double(w.rows - 1) * j / (kSide - 1)});
+  std::vector<Geographic> places(posts.size());
+  source.to_geographic(posts, places);
+  GeoRect r{HUGE_VAL, HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+  for (const Geographic& p : places) {
+    if (!std::isfinite(p.lon) || !std::isfinite(p.lat)) return {};
+    const double lon = p.lon - 360 * std::round((p.lon - places[places.size() / 2].lon) / 360);
+    r = {std::min(r.west, lon), std::min(r.south, p.lat), std::max(r.east, lon),
+         std::max(r.north, p.lat)};
+  }
+  // Between the places posts may lie a little farther out.
+  const double lon = 0.1 * r.width() + 1e-9, lat = 0.1 * r.height() + 1e-9;
+  return GeoRect{r.west - lon, r.south - lat, r.east + lon, r.north + lat};
+}
+
+/// Could a layer above have a say in the posts of a window? (One below never has.)
+bool hidden_or_bent(const Surface& surface, const LayerWindow& w) {
+  if (w.layer + 1 == surface.layers().size()) return false;
+  const DemSource& source = *surface.layers()[w.layer].source;
+  const double most = source.is_plain_geographic() ? 150 : 6;  // degrees, so that it is known
+  const auto rect = rect_of(source, w.posts);
+  if (!rect || rect->width() > most || rect->height() > most) return true;
+  for (std::size_t k = w.layer + 1; k < surface.layers().size(); ++k)
+    if (surface.reaches(k, *rect)) return true;
+  return false;
+}
+
 /// Where posts beside other layers' lie, at the heights that H has there.
 Result<void> TilePosts::gather(const HeightField& field, const LayerWindow& window, TileId tile,
                                std::vector<Vec3>& points) {
@@ -195,7 +230,7 @@ Result<void> TilePosts::gather(const HeightField& field, const LayerWindow& wind
     z.push_back(heights->values()[k]);
     points.push_back({u, v, 0});
   }
-  field.raise(layer, places, z);
+  if (!alone && hidden_or_bent(field.surface(), window)) field.raise(layer, places, z);
   if (const auto error = field.error()) return std::unexpected(*error);
   std::size_t kept = first;
   for (std::size_t k = 0; k < z.size(); ++k)
@@ -208,10 +243,9 @@ Result<TilePosts> TilePosts::read(const HeightField& field, std::span<const Laye
                                   TileId tile, double offset, std::span<const Vec3> beside) {
   const auto layers = field.surface().layers();
   if (windows.empty() && beside.empty()) return read(*layers[0].source, {}, tile, 1, offset);
-  if (windows.size() == 1 && windows.front().alone && beside.empty()) {
-    const LayerWindow& w = windows.front();
-    return read(*layers[w.layer].source, w.posts, tile, w.step, offset);
-  }
+  if (windows.size() == 1 && beside.empty())
+    if (const LayerWindow& w = windows.front(); w.alone || !hidden_or_bent(field.surface(), w))
+      return read(*layers[w.layer].source, w.posts, tile, w.step, offset);
   std::vector<Vec3> points;
   for (const LayerWindow& w : windows)
     if (auto done = gather(field, w, tile, points); !done) return std::unexpected(done.error());

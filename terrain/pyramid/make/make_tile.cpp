@@ -23,6 +23,7 @@ namespace tind {
 namespace {
 
 constexpr std::int64_t kChunkPosts = 1 << 19;  // posts that the referee holds at a time
+constexpr std::int64_t kPartSide = 768;        // of a part of them, where there are several layers
 constexpr double kMostMargin = 320;            // posts, as many as a tile has where this pays
 
 /// The posts around the tile, so that H is a matter of memory; coarse tiles ask the source instead.
@@ -198,8 +199,10 @@ Result<void> stream_posts(const TileJob& job, std::stop_token stop,
   if (!job.beside.empty()) f(TilePosts::of_samples(job.beside, job.level.offset_m));
   for (const LayerWindow& window : job.windows) {
     const PostWindow& all = window.posts;
-    const std::int64_t cols_at_once = std::min(all.cols, kChunkPosts / 2);
-    const std::int64_t rows_at_once = std::max<std::int64_t>(2, kChunkPosts / all.cols);
+    // Of layers no wide strips: most parts then lie off the others, and are read as of one DEM.
+    const std::int64_t cols_at_once =
+        std::min(all.cols, window.alone ? kChunkPosts / 2 : kPartSide);
+    const std::int64_t rows_at_once = std::max<std::int64_t>(2, kChunkPosts / cols_at_once);
     for (std::int64_t r = 0; r < all.rows; r += rows_at_once)
       for (std::int64_t c = 0; c < all.cols; c += cols_at_once) {
         if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");

@@ -7,6 +7,7 @@
 #include "terrain/surface/height_field.h"
 #include "terrain/surface/open_surface.h"
 #include "terrain/surface/surface.h"
+#include "terrain/surface/tile_posts.h"
 #include "tests/support/made_up_source.h"
 
 namespace tind {
@@ -268,6 +269,43 @@ TEST(Layers, raised_posts_are_h_and_hidden_ones_are_gone) {
   }
   EXPECT_GT(hidden, 100u);
   EXPECT_GT(bent, 20u);
+}
+
+TEST(Layers, posts_of_a_part_have_h_whether_or_not_a_layer_above_is_near) {
+  for (const double turn : {0.0, 0.3}) {
+    const auto base = made(rough_terrain(60, 60, 1), {10, 50}, kBase, turn);
+    const Two two;
+    const auto surface = Surface::of_layers({{"base", base}, {"fine", two.fine}});
+    ASSERT_TRUE(surface);
+    const HeightField field(*surface);
+    const TileId tile = *tiling::tile(6, 67, 49);  // 8.4..11.3 E, 47.8..50.6 N
+    const GeoRect rect = tiling::rect(tile);
+    std::size_t plain = 0, bent = 0, hidden = 0;
+    for (int row = 0; row < 60; row += 6)
+      for (int col = 0; col < 60; col += 6) {
+        const LayerWindow part{.layer = 0, .posts = {col, row, 6, 6}, .alone = false};
+        const auto posts = TilePosts::read(field, {&part, 1}, tile);
+        ASSERT_TRUE(posts);
+        posts->visit([&](const auto& samples) {
+          for (std::size_t i = 0; i < samples.size(); ++i) {
+            const Vec3 s = samples.sample(i);
+            const Geographic p{rect.west + s.x / 32767 * rect.width(),
+                               rect.south + s.y / 32767 * rect.height()};
+            double h = 0, alone = 0;
+            int deciding = 1;
+            field.at({&p, 1}, {&h, 1}, {&deciding, 1});
+            HeightField(base).at({&p, 1}, {&alone, 1});
+            EXPECT_EQ(deciding, 0);
+            EXPECT_NEAR(s.z, h, 0.01);
+            ++(std::abs(alone - h) < 0.01 ? plain : bent);
+          }
+        });
+        hidden += 36 - posts->inside();
+      }
+    EXPECT_GT(plain, 1000u);
+    EXPECT_GT(bent, 20u);
+    EXPECT_GT(hidden, 100u);
+  }
 }
 
 TEST(Layers, the_layer_that_answers_is_named) {
