@@ -290,9 +290,10 @@ void find_limit(TileExplanation& s, double assumed_m, double fit_error_m, int la
     s.because =
         "the bound at the deepest level, by default 1/32 of the posts' spacing (--source "
         "tells how much that is)";
-  } else if (s.deepest && s.budget_m < 0.999 * assumed_m) {
+  } else if (s.budget_m < 0.999 * assumed_m) {
     s.limited_by = "max-error";
-    s.because = "the bound asked for at the deepest level: " + used + " used";
+    s.because = s.deepest ? "the bound asked for at the deepest level: " + used + " used"
+                          : "the bound where a layer ends: " + used + " used";
   } else {
     s.limited_by = "level";
     s.because =

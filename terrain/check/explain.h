@@ -48,10 +48,11 @@ struct TileExplanation {
   /// Of the level and, at the deepest one, of --max-error.
   double budget_m = 0;
   bool deepest = false;
-  /// What keeps it from being coarser: "max-error" (the bound asked for at the deepest level),
-  /// "level" (what clients assume of the level), "cap" (the largest error that any tile is fitted
-  /// to), "curvature" (the lattice of coarse levels), "border" (only its edges have vertices),
-  /// "grid" (it is over its budget: integers cannot follow the slopes), "nothing" (two triangles).
+  /// What keeps it from being coarser: "max-error" (the bound at the deepest level, or where a
+  /// layer ends), "level" (what clients assume of the level), "cap" (the largest error that any
+  /// tile is fitted to), "curvature" (the lattice of coarse levels), "border" (only its edges have
+  /// vertices), "grid" (it is over its budget: integers cannot follow the slopes), "nothing" (two
+  /// triangles).
   std::string limited_by, because;
   std::string method;  // of tind build, with its options; empty where no record says
   std::size_t border_vertices = 0, lattice_vertices = 0, free_vertices = 0;

@@ -11,10 +11,13 @@
 #include "terrain/check/check.h"
 #include "terrain/check/check_decode.h"
 #include "terrain/check/check_surface.h"
+#include "terrain/check/explain.h"
 #include "terrain/encode/quantized_mesh_tile.h"
 #include "terrain/pyramid/build/build.h"
+#include "terrain/pyramid/build/estimate.h"
 #include "terrain/pyramid/make/dem_tiles.h"
 #include "terrain/pyramid/plan/level_plan.h"
+#include "terrain/store/open/open_store.h"
 #include "terrain/surface/rim_samples.h"
 #include "terrain/surface/surface.h"
 #include "tests/support/made_up_source.h"
@@ -218,6 +221,38 @@ TEST(LayeredTiles, reach_as_far_as_a_layer_bends_and_meet_coarser_ones_at_the_fi
       }
     }
   EXPECT_GT(edges, 3u);
+}
+
+TEST(LayeredTiles, are_as_many_as_an_estimate_says_and_as_fine_as_explain_says) {
+  const test::TempDir dir;
+  const Surface surface = over_sparse_posts();
+  const BuildOptions o = options(dir.file("tiles"), 2);
+  const auto estimate = estimate_build(surface, o);
+  const auto built = build_tiles(surface, o);
+  ASSERT_TRUE(estimate && built);
+  EXPECT_EQ(estimate->tiles, built->tiles);
+  ASSERT_EQ(estimate->levels.size(), built->levels.size());
+  for (std::size_t z = 0; z < built->levels.size(); ++z)
+    EXPECT_EQ(estimate->levels[z].tiles, built->levels[z].tiles) << z;
+
+  const auto store = open_store(dir.file("tiles"));
+  const auto plan = TilePlan::make(surface, HeightRange{}, {});
+  ASSERT_TRUE(store && plan);
+  std::size_t by_layers = 0;  // tiles that are as fine as they are because a layer ends there
+  for (int z = 0; z < plan->max_level(); ++z)
+    for (std::uint64_t i = 0; i < plan->tiles(z).size(); ++i) {
+      const auto [x, y] = plan->tiles(z)[i];
+      const TileId id{z, x, y};
+      const auto story = explain_tile(*store, id, {.files = {}, .dem = {}, .layers = surface});
+      ASSERT_TRUE(story) << story.error().what;
+      EXPECT_EQ(story->budget_m, plan->level(id).budget_m) << id.text();
+      ASSERT_TRUE(story->posts);
+      EXPECT_LE(story->posts->max_error_m, *story->stated.max_error_m + 1e-6) << id.text();
+      EXPECT_FALSE(story->limited_by == "level" && story->budget_m < 0.999 * tiling::level_error(z))
+          << id.text();
+      by_layers += story->limited_by == "max-error";
+    }
+  EXPECT_GT(by_layers, 0u);
 }
 
 TEST(LayeredTiles, one_sided_tiles_of_layers_stay_on_their_side) {
