@@ -127,14 +127,23 @@ class Repairer {
     return any;
   }
 
-  /// Segments in order, each once for a source, none without length.
+  /// Segments in order, none without length, each once for a source that runs along it an odd
+  /// number of times, and twice for one that does so an even number of times: what is inside an
+  /// outline that folds onto itself stays inside.
   void tidy() {
     std::vector<LineSegment>& all = net_.segments;
     for (LineSegment& s : all)
       if (s.a > s.b) std::swap(s.a, s.b);
     std::erase_if(all, [](const LineSegment& s) { return s.a == s.b; });
     std::sort(all.begin(), all.end());
-    all.erase(std::unique(all.begin(), all.end()), all.end());
+    std::size_t kept = 0;
+    for (std::size_t i = 0, j = 0; i < all.size(); i = j) {
+      const LineSegment segment = all[i];
+      while (j < all.size() && all[j] == segment) ++j;
+      all[kept++] = segment;
+      if ((j - i) % 2 == 0) all[kept++] = segment;
+    }
+    all.resize(kept);
   }
 
   /// One round. True when nothing was left to do.

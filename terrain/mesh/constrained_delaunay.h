@@ -50,9 +50,11 @@ struct LineRepairs {
 bool has_constrained_delaunay();
 
 /// Makes `network` a network as above. A segment that is split or bent becomes several, all with
-/// its `source`; one that several sources share is there once for each. Points only get more;
-/// heights of crossings are linear along the first segment that has heights. REQUIRES: points on
-/// the lattice, finite x and y, valid indices. Deterministic; O(n log n) typically.
+/// its `source`; one that several sources share is there for each, twice for one that runs along it
+/// an even number of times (an outline that folds onto itself: no place changes sides there).
+/// Points only get more; heights of crossings are linear along the first segment that has heights.
+/// REQUIRES: points on the lattice, finite x and y, valid indices. Deterministic; O(n log n)
+/// typically.
 Result<LineRepairs> repair_lines(LineNetwork& network);
 
 /// The constrained Delaunay triangulation of all points (those not in `edges` too) in the plane:

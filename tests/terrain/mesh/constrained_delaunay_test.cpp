@@ -75,6 +75,16 @@ TEST_F(Lines, OverlapsAndDuplicatesShareTheirStretch) {
   expect_no_crossings(n);
 }
 
+TEST_F(Lines, WhatASourceRunsAlongTwiceIsThereTwice) {
+  LineNetwork n;
+  for (const auto& [ax, bx] : {std::pair{0, 4}, {4, 0}, {0, 4}, {6, 8}, {8, 6}}) {
+    add(n, ax, 0, bx, 0);
+    n.segments.back().source = 0;
+  }
+  ASSERT_TRUE(repair_lines(n));
+  EXPECT_EQ(n.segments.size(), 3u);  // 0-4 thrice is once, 6-8 twice is twice
+}
+
 TEST_F(Lines, AnyDirtBecomesANetwork) {
   std::mt19937 random(5);
   for (int round = 0; round < 60; ++round) {

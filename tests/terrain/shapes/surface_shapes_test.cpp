@@ -84,6 +84,28 @@ TEST(SurfaceShapes, dirty_polygons_are_repaired) {
   EXPECT_EQ((*made)->level_at({5.2, 1.2}), 30.0);
 }
 
+TEST(SurfaceShapes, an_outline_that_folds_onto_itself_floods_nothing_else) {
+  // A spike, there and back; a hole along the rim; a hole that is the whole of its polygon.
+  const auto made = flatten(
+      Shapes("fold")
+          .polygon({{{1, 1}, {2, 1}, {2, 2}, {1.5, 2}, {1.5, 4}, {1.5, 2}, {1, 2}}}, 20.0)
+          .polygon({square(3, 1, 1), {{3, 1.25}, {3.5, 1.25}, {3.5, 1.75}, {3, 1.75}}}, 30.0)
+          .polygon({square(5, 1, 0.5), square(5, 1, 0.5)}, 40.0),
+      slope());
+  ASSERT_TRUE(made) << made.error().what;
+  for (double lat = 0.53; lat < 5; lat += 0.1)
+    for (double lon = 0.03; lon < 6; lon += 0.1) {
+      const auto in = [&](double west, double south, double east, double north) {
+        return lon > west && lon < east && lat > south && lat < north;
+      };
+      const bool first = in(1, 1, 2, 2), second = in(3, 1, 4, 2) && !in(3, 1.25, 3.5, 1.75);
+      EXPECT_EQ((*made)->level_at({lon, lat}).value_or(0), first    ? 20
+                                                           : second ? 30
+                                                                    : 0)
+          << lon << " " << lat;
+    }
+}
+
 TEST(SurfaceShapes, posts_in_polygons_are_level_and_voids_stay) {
   HeightGrid grid(11, 11);
   for (float& z : grid.values()) z = 5;
