@@ -202,7 +202,10 @@ void HeightField::raise(std::size_t layer, std::span<const Geographic> places,
       if (const auto level = shapes->level_at(places[i])) heights[i] = *level;
 }
 
-Result<SurfaceHeight> height_at(const Surface& surface, Geographic place) {
+namespace {
+
+/// What the layers say of a place.
+Result<SurfaceHeight> height_of_layers(const Surface& surface, Geographic place) {
   if (const DemSource* dem = surface.only()) {
     const auto found = height_at(*dem, place);
     if (!found) return std::unexpected(found.error());
@@ -221,6 +224,19 @@ Result<SurfaceHeight> height_at(const Surface& surface, Geographic place) {
     if (found->coverage != Coverage::outside) return SurfaceHeight{{Coverage::void_, 0}, 0};
   }
   return SurfaceHeight{};
+}
+
+}  // namespace
+
+Result<SurfaceHeight> height_at(const Surface& surface, Geographic place) {
+  auto found = height_of_layers(surface, place);
+  const SurfaceShapes* shapes = surface.shapes();
+  if (!found || !shapes || found->height.coverage == Coverage::outside) return found;
+  // Between posts the shore is where the polygon says, not half a cell beside it.
+  place.lon -= 360 * std::floor((place.lon + 180) / 360);
+  const auto level = shapes->level_at(place);
+  if (level && !shapes->outside(place)) found->height = {Coverage::value, *level};
+  return found;
 }
 
 }  // namespace tind

@@ -69,7 +69,8 @@ class HeightField {
 };
 
 /// H at one place, and which layer decides it. Of one DEM as height_at() of the DEM, which ends at
-/// its outermost posts.
+/// its outermost posts. What is level is so up to its outline, also in cells that a shore cuts and
+/// in voids; not beyond the DEM or the boundary.
 struct SurfaceHeight {
   HeightAt height;
   std::size_t layer = 0;  // REQUIRES: a height
