@@ -22,11 +22,17 @@ constexpr int kFloat = 5126, kShort = 5123, kInt = 5125;        // component typ
 constexpr int kVertices = 34962, kIndices = 34963, kFaces = 4;  // targets; mode: triangles
 constexpr int kNoTarget = 0;
 constexpr const char* kTileEdges = "CESIUM_tile_edges";
+constexpr const char* kMetadata = "EXT_structural_metadata";
 constexpr std::size_t kLargest16Bit = 65535;  // vertices: the index 65535 restarts a primitive
 
 /// Lays arrays out one behind the other and describes each as a view with one accessor.
 class Layout {
  public:
+  /// The number of a view that no accessor reads.
+  int add(std::size_t begin, std::size_t end) {
+    views_.push_back({{"buffer", 0}, {"byteOffset", begin}, {"byteLength", end - begin}});
+    return int(views_.size() - 1);
+  }
   /// The accessor's number.
   int add(std::size_t begin, std::size_t end, int target, Json accessor) {
     views_.push_back({{"buffer", 0}, {"byteOffset", begin}, {"byteLength", end - begin}});
@@ -127,6 +133,9 @@ Json part_of(Layout& layout, std::vector<std::uint8_t>& bytes, const GlbPart& pa
       add_vectors(layout, bytes, part.positions, positions_accessor(part.positions));
   if (!part.normals.empty())
     attributes["NORMAL"] = add_vectors(layout, bytes, part.normals, vectors(part.normals.size()));
+  if (!part.texcoords.empty())
+    attributes["TEXCOORD_0"] =
+        add_vectors(layout, bytes, part.texcoords, vectors(part.texcoords.size(), "VEC2"));
   const int indices = add_triangles(layout, bytes, part.positions.size(), part.triangles);
   Json primitive = {{"attributes", attributes}, {"indices", indices}, {"mode", kFaces}};
   if (!part.extras.empty()) primitive["extras"] = Json::parse(part.extras);
@@ -179,9 +188,39 @@ void put_chunk(ByteWriter<>& out, std::uint32_t type, const std::vector<std::uin
   out.put_bytes(bytes.data(), bytes.size());
 }
 
+/// The image of a mask in the numbers, and what says that it is one.
+void add_water_mask(Json& gltf, Layout& layout, std::vector<std::uint8_t>& numbers,
+                    const std::string& png) {
+  const std::size_t begin = numbers.size();
+  ByteWriter(numbers).put_text(png);
+  const int view = layout.add(begin, numbers.size());
+  pad(numbers, 0);
+  gltf["textures"] = Json::array({Json{{"source", 0}}});
+  gltf["images"] = Json::array({Json{{"bufferView", view}, {"mimeType", "image/png"}}});
+  Json& metadata = gltf["extensions"][kMetadata];
+  metadata["schema"]["id"] = "terrain";
+  metadata["schema"]["classes"]["surface"]["properties"]["water"] = {{"type", "SCALAR"},
+                                                                     {"componentType", "UINT8"},
+                                                                     {"normalized", true},
+                                                                     {"semantic", "WATERMASK"}};
+  Json texture;
+  texture["class"] = "surface";
+  texture["properties"]["water"] = {{"index", 0}, {"texCoord", 0}, {"channels", {0}}};
+  metadata["propertyTextures"] = Json::array({texture});
+}
+
+/// Names of what a reader may leave out.
+Json extensions_of(const Glb& glb) {
+  Json names = Json::array();
+  if (glb.edges) names.push_back(kTileEdges);
+  if (!glb.water_mask_png.empty()) names.push_back(kMetadata);
+  return names;
+}
+
 Json surface_of(Layout& layout, std::vector<std::uint8_t>& numbers, const Glb& glb) {
   assert(!glb.positions.empty() && !glb.triangles.empty());
   assert(glb.normals.empty() || glb.normals.size() == glb.positions.size());
+  assert(glb.texture.empty() || glb.water_mask_png.empty());
   Json attributes;
   attributes["POSITION"] =
       add_vectors(layout, numbers, glb.positions, positions_accessor(glb.positions));
@@ -210,7 +249,7 @@ std::vector<std::uint8_t> encode(const Glb& glb) {
 
   Json gltf;
   gltf["asset"] = {{"version", "2.0"}, {"generator", "tind"}};
-  if (glb.edges) gltf["extensionsUsed"] = Json::array({kTileEdges});
+  if (Json names = extensions_of(glb); !names.empty()) gltf["extensionsUsed"] = std::move(names);
   gltf["scene"] = 0;
   gltf["scenes"] = {{{"nodes", {0}}}};
   Json node = {{"mesh", 0}, {"matrix", matrix(glb)}};
@@ -223,6 +262,11 @@ std::vector<std::uint8_t> encode(const Glb& glb) {
   if (!glb.texture.empty()) {
     gltf["textures"] = Json::array({Json{{"source", 0}}});
     gltf["images"] = Json::array({Json{{"uri", uri_of(glb.texture)}}});
+  }
+  if (!glb.water_mask_png.empty()) {
+    for (Json& primitive : primitives)
+      primitive["extensions"][kMetadata]["propertyTextures"] = Json::array({0});
+    add_water_mask(gltf, layout, numbers, glb.water_mask_png);
   }
   gltf["meshes"] = Json::array({Json{{"primitives", std::move(primitives)}}});
   gltf["buffers"] = {{{"byteLength", numbers.size()}}};

@@ -16,6 +16,7 @@ struct GlbPart {
   std::vector<std::array<float, 3>> normals;            // unit; empty, or one for each position
   std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise, as the positions are
   std::string extras;                                   // of the primitive: a JSON object, or empty
+  std::vector<std::array<float, 2>> texcoords = {};     // as normals are
 };
 
 /// A surface whose z points up, in a frame that is kept in double: a vertex lies at origin + x
@@ -37,6 +38,10 @@ struct Glb {
     std::vector<std::uint32_t> left, bottom, right, top;
   };
   std::optional<Edges> edges;
+  /// A PNG over the tile's rectangle, north up, white where water is: a property texture of
+  /// semantic WATERMASK (EXT_structural_metadata), as CesiumJS's terrain reads it. Or empty. Its
+  /// tilesets draw nothing of a mesh with such a texture and without texcoords.
+  std::string water_mask_png;
   std::vector<GlbPart> parts;  // each a primitive of its own, after the surface's
   /// Neither shining nor metal, from outside only. What says nothing is metal to glTF.
   bool matt = false;

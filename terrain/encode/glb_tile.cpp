@@ -16,6 +16,7 @@
 #include <numbers>
 
 #include "proto/glb.h"
+#include "proto/png.h"
 #include "terrain/geo/ellipsoid.h"
 #include "terrain/tile/border.h"
 #include "terrain/tile/normals.h"
@@ -271,6 +272,8 @@ proto::GlbPart walls(const TileModel& tile, const Places& places, double depth,
       part.positions.push_back(places.drawn(foot));
       if (!surface.normals.empty())
         part.normals.insert(part.normals.end(), 2, surface.normals[line[k]]);
+      if (!surface.texcoords.empty())
+        part.texcoords.insert(part.texcoords.end(), 2, surface.texcoords[line[k]]);
       if (k == 0) continue;
       part.triangles.push_back({at - 2, at - 1, at + 1});
       part.triangles.push_back({at - 2, at + 1, at});
@@ -278,6 +281,12 @@ proto::GlbPart walls(const TileModel& tile, const Places& places, double depth,
   }
   part.extras = nlohmann::ordered_json{{"skirt", true}, {"depth_m", depth}}.dump();
   return part;
+}
+
+/// One pixel, or one a cell.
+std::string png_of(const std::vector<std::uint8_t>& mask) {
+  const int side = int(std::lround(std::sqrt(double(mask.size()))));
+  return proto::encode_png(side, side, 1, mask);
 }
 
 }  // namespace
@@ -314,6 +323,11 @@ std::vector<std::uint8_t> encode_glb(const TileModel& tile, const GlbTileOptions
   glb.extras = extras_of(tile, space_error(tile));
   glb.matt = options.matt;
   if (options.edges) glb.edges = edges_of(tile.mesh);
+  if (options.water && !tile.water_mask.empty()) {
+    glb.water_mask_png = png_of(tile.water_mask);
+    for (const Vec3& v : tile.mesh.vertices)
+      glb.texcoords.push_back({float(v.x / kTileExtent), float(1 - v.y / kTileExtent)});
+  }
   if (options.skirt_m > 0) glb.parts.push_back(walls(tile, places, options.skirt_m, glb));
   if (!glb.parts.empty() && glb.parts.back().triangles.empty()) glb.parts.clear();
   return proto::encode(glb);

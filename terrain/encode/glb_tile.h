@@ -33,6 +33,7 @@ double glb_lattice(int level);
 struct GlbTileOptions {
   bool edges = false;  // the vertices of its sides, as CesiumJS's terrain wants them
   double skirt_m = 0;  // walls that hang so deep from its border; 0: none
+  bool water = false;  // the tile's water mask, where it has one
   bool matt = false;   // says what light does to it; else that is left to who draws it
 };
 

@@ -63,7 +63,8 @@ double wall_depth_m(const TileModel& tile, const TileModel* parent) {
 }
 
 std::vector<std::uint8_t> content(const TileModel& tile, const TileModel* parent) {
-  return encode_glb(tile, {.edges = true, .skirt_m = wall_depth_m(tile, parent), .matt = true});
+  return encode_glb(
+      tile, {.edges = true, .skirt_m = wall_depth_m(tile, parent), .water = true, .matt = true});
 }
 
 proto::Tile3d facts(const TileModel& tile, const TileModel* parent, bool leaf) {

@@ -2,7 +2,9 @@
 // (Cesium3DTileset): all that it asks for is there, heights are those of the same tiles as
 // quantized-mesh, and the mountain is seen.
 import assert from "node:assert/strict";
-import {mkdirSync, readFileSync} from "node:fs";
+import {mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync} from "node:fs";
+import {tmpdir} from "node:os";
+import {join} from "node:path";
 import {after, before, test} from "node:test";
 import {fileURLToPath} from "node:url";
 import {openBrowser, openPage} from "./browser.mjs";
@@ -12,10 +14,15 @@ const CESIUM = fileURLToPath(new URL("node_modules/cesium/Build/Cesium", import.
 const TYPES = {js: "text/javascript", json: "application/json", css: "text/css", wasm: "application/wasm"};
 const PAGE = `<!doctype html><html><head><link rel="stylesheet" href="/cesium/Widgets/CesiumWidget/CesiumWidget.css"></head><body style="margin:0"><div id="globe" style="width:1000px;height:640px"></div>
 <script>window.CESIUM_BASE_URL = "/cesium/";</script><script src="/cesium/Cesium.js"></script></body></html>`;
-let daemon, browser, page, complaints;
+const LAKE = [[-121.86, 46.72], [-121.63, 46.72], [-121.63, 46.87], [-121.86, 46.87], [-121.86, 46.72]];
+let folder, daemon, browser, page, complaints;
 
 before(async () => {
-  daemon = await startDaemon("testdata/rainier.tif", "--from-datum", "egm96", "--to-datum", "ellipsoid");
+  folder = mkdtempSync(join(tmpdir(), "tind-"));
+  writeFileSync(join(folder, "lake.geojson"), JSON.stringify({type: "Polygon", coordinates: [LAKE]}));
+  writeFileSync(join(folder, "config.toml"),
+    `[[dataset]]\nname = "rainier"\nfiles = ["${ROOT}/testdata/rainier.tif"]\nfrom_datum = "egm96"\nto_datum = "ellipsoid"\nwater = ["lake.geojson"]\n`);
+  daemon = await startDaemon("--config", join(folder, "config.toml"));
   browser = await openBrowser();
   ({page, complaints} = await openPage(browser, daemon.origin, {width: 1000, height: 640}));
   await page.route(`${daemon.origin}/page.html`, (route) => route.fulfill({contentType: "text/html", body: PAGE}));
@@ -44,6 +51,7 @@ before(async () => {
 after(async () => {
   await browser?.close();
   if (daemon) assert.equal(await daemon.stop(), 0, daemon.said());
+  rmSync(folder, {recursive: true, force: true});
 });
 
 /// Mean step of luminance between neighbours in the lower half of the picture: 0 for a flat colour.
@@ -85,6 +93,35 @@ test("as terrain it has the heights of the quantized mesh, and is seen", async (
   assert.ok((await texture()) > 2, `${await texture()}`);
   assert.deepEqual(complaints, []);
   assert.deepEqual((await page.evaluate(() => said)).filter((line) => /Could not/.test(line)), []);
+});
+
+test("its water mask is that of the quantized mesh, cell by cell", async () => {
+  const found = await page.evaluate(async () => {
+    const options = {requestWaterMask: true};
+    const tiles3d = await Cesium.Cesium3DTilesTerrainProvider.fromUrl("/3dtiles/rainier/tileset.json", options);
+    const mesh = await Cesium.CesiumTerrainProvider.fromUrl("/terrain/rainier", options);
+    const grey = (image) => {
+      const pen = Object.assign(document.createElement("canvas"), {width: image.width, height: image.height}).getContext("2d");
+      pen.drawImage(image, 0, 0);
+      return pen.getImageData(0, 0, image.width, image.height).data.filter((_, i) => i % 4 === 0);
+    };
+    const counts = {tiles: 0, pixels: 0, wet: 0, off: 0};
+    for (const [lon, lat] of [[-121.86, 46.87], [-121.7, 46.8], [-121.55, 46.95]]) {
+      for (let level = 0; level <= 12; ++level) {
+        const {x, y} = tiles3d.tilingScheme.positionToTileXY(Cesium.Cartographic.fromDegrees(lon, lat), level);
+        const [a, b] = [await tiles3d.requestTileGeometry(x, y, level), await mesh.requestTileGeometry(x, y, level)];
+        const pixels = grey(a.waterMask), wanted = b.waterMask;
+        if (pixels.length !== wanted.length) throw new Error(`${level}/${x}/${y}: ${pixels.length} pixels, not ${wanted.length}`);
+        ++counts.tiles;
+        wanted.forEach((value, i) => (++counts.pixels, (counts.wet += value > 0), (counts.off += pixels[i] !== value)));
+      }
+    }
+    return counts;
+  });
+  console.log("water masks:", found);
+  assert.equal(found.tiles, 39);
+  assert.equal(found.off, 0);
+  assert.ok(found.wet > 1000 && found.wet < found.pixels);
 });
 
 test("as a tileset it draws the finest tiles it wants, by their measured errors", async () => {

@@ -137,5 +137,23 @@ TEST(Glb, AMattSurfaceWithEdgesAndAWall) {
   EXPECT_FALSE(g["materials"][0].contains("doubleSided"));
 }
 
+TEST(Glb, AWaterMaskIsAPropertyTexture) {
+  Glb glb = square();
+  glb.water_mask_png = "not looked at";
+  const std::vector<std::uint8_t> bytes = encode(glb);
+  const Parts parts = parts_of(bytes);
+  const Json& g = parts.json;
+  EXPECT_EQ(g["extensionsUsed"], Json::array({"EXT_structural_metadata"}));
+  const Json& metadata = g["extensions"]["EXT_structural_metadata"];
+  EXPECT_EQ(metadata["schema"]["classes"]["surface"]["properties"]["water"]["semantic"],
+            "WATERMASK");
+  const Json& property = metadata["propertyTextures"][0]["properties"]["water"];
+  const Json& image = g["images"][g["textures"][property["index"].get<int>()]["source"].get<int>()];
+  EXPECT_EQ(image["mimeType"], "image/png");
+  const Json& view = g["bufferViews"][image["bufferView"].get<int>()];
+  EXPECT_EQ(parts.numbers.substr(view["byteOffset"], view["byteLength"]), glb.water_mask_png);
+  EXPECT_FALSE(g.contains("materials"));
+}
+
 }  // namespace
 }  // namespace tind::proto

@@ -1,0 +1,75 @@
+#include "proto/png.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "terrain/base/bytes.h"
+#include "terrain/base/deflate.h"
+
+namespace tind::proto {
+namespace {
+
+/// Reads by the standard's text, filter `up` alone; fails the test where a length or a checksum
+/// does not fit.
+struct Decoded {
+  std::uint32_t width = 0, height = 0;
+  int bits = 0, colour = 0;
+  std::vector<std::uint8_t> samples;
+};
+
+std::uint32_t big(ByteReader& in) {
+  std::uint32_t v = 0;
+  for (int i = 0; i < 4; ++i) v = v << 8 | in.get<std::uint8_t>();
+  return v;
+}
+
+Decoded decode(const std::string& png) {
+  Decoded decoded;
+  ByteReader in(png);
+  EXPECT_EQ(in.get_text(8), "\x89PNG\r\n\x1a\n");
+  std::string packed, type;
+  while (type != "IEND" && in.good()) {
+    const std::uint32_t size = big(in);
+    const std::string_view checked = in.get_text(4 + size);
+    EXPECT_EQ(big(in), crc32(checked));
+    type = checked.substr(0, 4);
+    ByteReader data(checked.substr(4));
+    if (type == "IHDR") {
+      decoded.width = big(data), decoded.height = big(data);
+      decoded.bits = data.get<std::uint8_t>(), decoded.colour = data.get<std::uint8_t>();
+    }
+    if (type == "IDAT") packed += checked.substr(4);
+  }
+  EXPECT_TRUE(in.good());
+  EXPECT_EQ(in.left(), 0u);
+  const auto raw = inflate(packed, Wrapping::zlib, 1 << 20);
+  EXPECT_TRUE(raw);
+  const std::size_t row = decoded.width * (decoded.colour == 2 ? 3 : 1);
+  EXPECT_EQ(raw->size(), decoded.height * (row + 1));
+  for (std::size_t y = 0; y < decoded.height; ++y) {
+    EXPECT_EQ((*raw)[y * (row + 1)], 2);
+    for (std::size_t i = 0; i < row; ++i)
+      decoded.samples.push_back(std::uint8_t((*raw)[y * (row + 1) + 1 + i] +
+                                             (y > 0 ? decoded.samples[(y - 1) * row + i] : 0)));
+  }
+  return decoded;
+}
+
+TEST(Png, KeepsGreyAndColours) {
+  for (const int channels : {1, 3})
+    for (const auto& [width, height] : {std::pair(1, 1), std::pair(5, 3), std::pair(3, 200)}) {
+      std::vector<std::uint8_t> samples;
+      for (int i = 0; i < width * height * channels; ++i)
+        samples.push_back(std::uint8_t(i * i + 7 * i));
+      const Decoded back = decode(encode_png(width, height, channels, samples));
+      EXPECT_EQ(back.width, std::uint32_t(width));
+      EXPECT_EQ(back.height, std::uint32_t(height));
+      EXPECT_EQ(back.bits, 8);
+      EXPECT_EQ(back.colour, channels == 3 ? 2 : 0);
+      EXPECT_EQ(back.samples, samples);
+    }
+}
+
+}  // namespace
+}  // namespace tind::proto
