@@ -10,6 +10,7 @@ http::Router make_router(const App& app) {
   add_dataset_routes(router, app);
   add_elevation_routes(router, app);
   add_encoding_routes(router, app);
+  add_height_image_routes(router, app);
   add_method_routes(router);
   add_transition_routes(router, app);
   add_flight_routes(router, app);

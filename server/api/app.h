@@ -12,6 +12,7 @@
 #include "server/services/datasets/catalog.h"
 #include "server/services/datasets/catalog_keeper.h"
 #include "server/services/refine/refine_service.h"
+#include "server/services/tiles/height_images.h"
 #include "server/services/tiles/tile_cache.h"
 #include "server/services/tiles/tile_encodings.h"
 #include "server/services/tiles/tile_service.h"
@@ -36,6 +37,7 @@ struct App {
   services::TileStreams* streams = nullptr;          // null: no /progressive
   services::TileTransitions* transitions = nullptr;  // null: no /transition
   services::TileEncodings* encodings = nullptr;      // null: tiles as quantized-mesh only
+  services::HeightImages* images = nullptr;          // null: no /rgb
   services::CatalogKeeper* keeper = nullptr;         // null: the catalog stays as it is
   services::Tiles3d* tiles3d = nullptr;              // null: no /3dtiles
 };
@@ -53,6 +55,7 @@ void add_elevation_routes(http::Router&, const App&);
 void add_encoding_routes(http::Router&, const App&);
 void add_transition_routes(http::Router&, const App&);
 void add_flight_routes(http::Router&, const App&);
+void add_height_image_routes(http::Router&, const App&);
 /// `reasons`: /readyz?verbose says them, which name files.
 void add_health_routes(http::Router&, const App&, bool reasons);
 void add_method_routes(http::Router&);

@@ -83,6 +83,7 @@ Json links(const services::ServedDataset& dataset) {
   if (dataset.source) {
     if (dataset.source->only()) json["refine"] = of("/refine/");
     json["elevation"] = of("/elevation/") + "{?lon,lat,datum}";
+    json["height_images"] = of("/rgb/") + "/tiles.json{?encoding}";
   }
   return json;
 }

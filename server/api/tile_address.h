@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "terrain/geo/tiling_scheme.h"
+#include "terrain/geo/web_mercator.h"
 
 namespace tind::api {
 
@@ -15,5 +16,9 @@ std::optional<TileId> tile_address(std::string_view z, std::string_view x, std::
 /// The same of a tile of 3D Tiles (terrain/tiles3d/tileset.h), below "west" or "east".
 std::optional<TileId> tile3d_address(std::string_view hemisphere, std::string_view z,
                                      std::string_view x, std::string_view y);
+
+/// The same of a web map's tile, whose rows are counted from the north.
+std::optional<web_mercator::Tile> web_tile_address(std::string_view z, std::string_view x,
+                                                   std::string_view y);
 
 }  // namespace tind::api

@@ -236,12 +236,14 @@ int serve(const Config& config, const Options& options) {
   services::TileTransitions transitions(tiles, cache, pool);
   services::TileEncodings encodings(tiles, cache, pool);
   services::Tiles3d tiles3d(tiles, cache, pool);
+  services::HeightImages images(cache, pool);
   services::RefineService refine;
   api::App app{catalog, tiles, cache, pool, *viewer, *options.environment};
   app.refine = &refine;
   app.streams = &streams;
   app.transitions = &transitions;
   app.encodings = &encodings;
+  app.images = &images;
   app.keeper = &keeper;
   app.tiles3d = &tiles3d;
   const http::Router router = api::make_router(app);

@@ -27,6 +27,8 @@ struct TileKey {
   static constexpr std::uint8_t kSubtree3d = 11;  // the subtree that begins at the tile
   static constexpr std::uint8_t kTileset3d = 12;  // of tile 0/0/0: tileset.json
   static constexpr std::uint8_t kEncodings = 16;  // and above: other formats of the tile
+  /// And above: of a web map's tile at this address, heights in one encoding and the next.
+  static constexpr std::uint8_t kHeightImages = 128;
   friend bool operator==(const TileKey&, const TileKey&) = default;
 };
 
