@@ -75,6 +75,7 @@ class LandXmlReader {
   }
 
   void start(std::string_view full_name, const char** attributes) {
+    if (++depth_ > kMostDepth) return reject("elements within elements more than 1000 deep");
     if (in_point_ || in_face_) {  // of somebody else: <P id="1">1 2 3<Feature/></P>
       ++within_;
       return;
@@ -94,6 +95,7 @@ class LandXmlReader {
   }
 
   void end(std::string_view full_name) {
+    --depth_;
     if (within_ > 0) {
       --within_;
       return;
@@ -203,6 +205,8 @@ class LandXmlReader {
   std::vector<std::array<std::uint64_t, 4>> named_;          // a triangle has its last corner twice
   std::string text_, why_;
   std::uint64_t id_ = 0;
+  static constexpr int kMostDepth = 1000;
+  int depth_ = 0;
   int within_ = 0;  // elements open inside a point or a face
   bool is_landxml_ = false, in_points_ = false, in_faces_ = false;
   bool in_point_ = false, in_face_ = false;

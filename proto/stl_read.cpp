@@ -98,12 +98,15 @@ Result<Mesh> decode_ascii(std::string_view bytes) {
   Mesh mesh;
   Welder welder(mesh.positions);
   std::vector<Position> loop;
+  bool ended = false;
   text::Lines lines(bytes);
   for (std::string_view line; lines.next(line);) {
     const std::string_view word = text::take_word(line);
     const auto reject = [&](const char* why) {
       return fail(Errc::bad_data, "STL line " + std::to_string(lines.number()) + ": " + why);
     };
+    if (word == "solid") ended = false;  // there may be several
+    if (word == "endsolid") ended = true;
     if (word == "outer") loop.clear();
     if (word == "vertex") {
       Position p;
@@ -118,6 +121,7 @@ Result<Mesh> decode_ascii(std::string_view bytes) {
         add_triangle(mesh, welder, loop[0], loop[i - 1], loop[i]);
     }
   }
+  if (!ended) return fail(Errc::bad_data, "STL: cut off, there is no endsolid");
   return mesh;
 }
 

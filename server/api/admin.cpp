@@ -24,8 +24,9 @@ bool is_this_machine(std::string_view host) {
 
 /// Browsers say where a page that asks comes from; programs do not.
 std::optional<http::Reply> refuse_pages(const http::Request& request) {
-  if (!request.head.fields.find("origin") && is_this_machine(request.head.host))
-    return std::nullopt;
+  const auto site = request.head.fields.find("sec-fetch-site");
+  const bool of_page = request.head.fields.find("origin") || (site && *site != "none");
+  if (!of_page && is_this_machine(request.head.host)) return std::nullopt;
   return http::problem_reply({.status = 403,
                               .detail = "This is for the operator, not for web pages.",
                               .instance = request.head.target});

@@ -29,7 +29,8 @@ class LayerCheck {
  public:
   LayerCheck(const Json& json, Findings& findings) : json_(json), findings_(findings) {}
 
-  void run() {
+  /// `begins`: the first level that there is meant to be.
+  void run(int begins) {
     text("format", rule("layer.format"), "quantized-mesh-1.0");
     text("projection", rule("layer.projection"), "EPSG:4326");
     text("scheme", rule("layer.scheme"), "tms");
@@ -37,7 +38,7 @@ class LayerCheck {
     text("attribution", rule("layer.attribution"), "");
     tiles();
     bounds();
-    available();
+    available(begins);
     zooms();
     extensions();
   }
@@ -76,7 +77,7 @@ class LayerCheck {
     if (!good) report(rule("layer.bounds"), it->dump());
   }
 
-  void available() {
+  void available(int begins) {
     const auto it = json_.find("available");
     if (it == json_.end() || !it->is_array())
       return report(rule("layer.available"), it == json_.end() ? "missing" : "not an array");
@@ -93,7 +94,7 @@ class LayerCheck {
         return r.holds({0, x, 0});
       });
     };
-    if (!root(0) || !root(1)) report(rule("layer.roots"), "");
+    if (begins == 0 && (!root(0) || !root(1))) report(rule("layer.roots"), "");
   }
 
   void range(const Json& item, int level) {
@@ -284,14 +285,17 @@ Result<TileListing> check_files(const TileStore& store, int first, int last, Fin
     return listing;
   }
   LayerCheck layer(json, findings);
-  layer.run();
+  // Levels that others make, of a build that was shared out.
+  const auto record = store.record();
+  const int begins = record ? std::clamp(record->first_level, 0, tiling::kMaxLevel) : 0;
+  layer.run(begins);
   listing.extensions = layer.names();
   if (listed) {
     check_missing(listing, layer.ranges(), findings);
   } else if (auto done = list_available(listing, layer.ranges(), first, last); !done) {
     return std::unexpected(done.error());
   }
-  check_unlisted(listing, layer.ranges(), listed ? 0 : first, findings);
+  check_unlisted(listing, layer.ranges(), std::max(listed ? 0 : first, begins), findings);
   keep_levels(listing, first, last);
   return listing;
 }

@@ -71,7 +71,8 @@ Result<void> FileStates::add(const std::string& path) {
 
 Result<void> FileStates::unchanged() const {
   constexpr const char* kRemedy =
-      " while it was in use; put it back as it was, or start again to read what is there now";
+      " while it was in use; put it back as it was, or open it anew (a daemon: reload) to read "
+      "what is there now";
   for (const Entry& entry : entries_) {
     const auto now = file_state(entry.path);
     if (!now) return fail(Errc::io, now.error().what + kRemedy);

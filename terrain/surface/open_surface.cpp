@@ -81,10 +81,10 @@ Result<Surface> open_surface(std::span<const LayerSpec> specs, const SurfaceOpti
 Result<Surface> open_surface(std::span<const std::string> files, const SurfaceOptions& options) {
   auto one = DemSource::open(files, options.dem);
   if (one) return surface_of({{stem(files[0]), std::move(*one)}}, options);
-  if (files.size() < 2 || one.error().code != Errc::unsupported)
-    return std::unexpected(one.error());
-  const auto named = dem_files(files, options.dem);
+  if (one.error().code != Errc::unsupported) return std::unexpected(one.error());
+  const auto named = dem_files(files, options.dem);  // those of folders and lists, too
   if (!named) return std::unexpected(named.error());
+  if (named->files.size() < 2) return std::unexpected(one.error());
   const auto groups = by_grid(named->files, options.dem);
   if (!groups) return std::unexpected(groups.error());
   if (groups->size() < 2) return std::unexpected(one.error());

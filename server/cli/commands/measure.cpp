@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -41,8 +42,13 @@ void warn_if_elsewhere(const std::string& mesh, const proto::MeshPlace& place, i
   if (known(place.vertical_datum) && known(datum) && place.vertical_datum != datum)
     warn(
         fmt::format("{} says that its heights are above {}, not {} as what it is measured "
-                    "against: give --to-datum for the DEM",
-                    mesh, place.vertical_datum, datum));
+                    "against (for a DEM: --to-datum {})",
+                    mesh, place.vertical_datum, datum, place.vertical_datum));
+}
+
+bool same_frame(const proto::MeshPlace& a, const proto::MeshPlace& b) {
+  return a.local == b.local && a.z_unit_m == b.z_unit_m &&
+         (!a.local || (a.origin == b.origin && a.to_crs == b.to_crs));
 }
 
 /// Two meshes: the distance of their surfaces, both ways.
@@ -54,6 +60,11 @@ int run_surfaces(const Arguments& a, const PlacedTin& mesh) {
     if (one->tin.triangles.empty())
       return complain({Errc::bad_data, "a mesh without triangles has no surface to measure"});
   warn_if_elsewhere(a.mesh, mesh.place, other->place.epsg, other->place.vertical_datum);
+  if (is_known(mesh.place) && is_known(other->place) && !same_frame(mesh.place, other->place))
+    warn(
+        fmt::format("{} and {} say that their coordinates have other units or origins: tind "
+                    "compares the numbers as they are",
+                    a.mesh, a.dem.files[0]));
   const SurfaceDistance d = surface_distance(mesh.tin, other->tin, {.threads = a.threads});
   if (a.json)
     std::printf("%s\n", json::to_text(distance_json(d), 2).c_str());
@@ -75,6 +86,20 @@ Reading reading(const Arguments& a, PlacedTin mesh, const DemInfo& dem) {
   return r;
 }
 
+/// A mesh that reaches farther cannot be told from one of another place or unit, and its planes
+/// have no digits left at the posts.
+Result<void> near_posts(const std::string& path, const Tin& mesh, const MeshMap& map) {
+  constexpr double kFarthest = 1 << 30;  // posts
+  for (const Vec3& v : mesh.vertices) {
+    const Vec2 at = map.xy.invert(v.x, v.y);
+    if (!(std::abs(at.x) < kFarthest && std::abs(at.y) < kFarthest))
+      return fail(Errc::bad_data, path +
+                                      " reaches more than 1e9 posts beyond the DEM: is it in "
+                                      "another CRS, or in another frame (--frame)?");
+  }
+  return {};
+}
+
 int run(const Arguments& a) {
   Result<PlacedTin> placed = read_placed_tin(a.mesh);
   if (!placed) return complain(placed.error());
@@ -86,6 +111,7 @@ int run(const Arguments& a) {
   const proto::MeshPlace here = mesh_place((*dem)->info(), MeshFrame::source, false);
   warn_if_elsewhere(a.mesh, placed->place, here.epsg, here.vertical_datum);
   const auto [mesh, map] = reading(a, std::move(*placed), (*dem)->info());
+  if (auto ok = near_posts(a.mesh, mesh, map); !ok) return complain(ok.error());
   const MeshQuality quality = mesh_quality(mesh, map, posts->grid, a.threads,
                                            format_to_read(a.mesh)->as_in_file != nullptr);
   if (quality.error.posts == 0) {

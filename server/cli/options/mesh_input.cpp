@@ -12,6 +12,13 @@
 
 namespace tind::cli {
 
+namespace {
+
+/// Beyond, squares of lengths lose their digits, and nothing on Earth is there.
+constexpr double kFarthest = 1e12;
+
+}  // namespace
+
 bool is_mesh(const std::string& path) { return format_to_read(path) != nullptr; }
 
 Result<PlacedTin> read_placed_tin(const std::string& path) {
@@ -21,9 +28,11 @@ Result<PlacedTin> read_placed_tin(const std::string& path) {
   Tin tin = from_file_mesh(std::move(*file));
   for (std::size_t i = 0; i < tin.vertices.size(); ++i) {
     const Vec3& v = tin.vertices[i];
-    if (!std::isfinite(v.x + v.y + v.z))
-      return fail(Errc::bad_data, path + ": vertex " + std::to_string(i) + " lies nowhere");
+    if (!(std::abs(v.x) <= kFarthest && std::abs(v.y) <= kFarthest && std::abs(v.z) <= kFarthest))
+      return fail(Errc::bad_data,
+                  path + ": vertex " + std::to_string(i) + " lies nowhere: coordinates go to 1e12");
   }
+  if (tin.vertices.empty()) return fail(Errc::bad_data, path + ": there is no vertex in it");
   return PlacedTin{std::move(tin), std::move(place)};
 }
 

@@ -16,8 +16,8 @@ namespace fs = std::filesystem;
 
 /// Of files that say something about another one of the same name.
 const std::set<std::string, std::less<>> kBesideOthers = {
-    ".prj", ".qpj", ".hdr", ".tfw", ".pgw", ".wld", ".blw", ".clr",  ".stx", ".ovr",
-    ".msk", ".xml", ".rrd", ".ige", ".cpg", ".txt", ".md",  ".json", ".lock"};
+    ".prj", ".qpj", ".hdr", ".tfw", ".pgw", ".wld", ".blw",  ".clr",  ".stx", ".ovr", ".msk",
+    ".xml", ".rrd", ".ige", ".cpg", ".txt", ".md",  ".json", ".lock", ".pgm", ".gtx"};  // geoids
 
 bool is_passed_over(const fs::path& path) {
   const std::string name = path.filename().string();
@@ -101,7 +101,7 @@ FolderEntry entry_at(const fs::path& path, States& states) {
   FolderEntry entry{.path = path.string(), .spec = {}, .state = {}, .rests = false, .wrong = {}};
   std::error_code error;
   const bool is_folder = fs::is_directory(path, error);
-  entry.spec.name = safe_name((is_folder ? path.filename() : path.stem()).string());
+  entry.spec.name = safe_name(is_folder ? path.filename().string() : name_of_file(path.string()));
   if (is_folder) {
     look_into_folder(entry, states);
   } else if (!fs::is_regular_file(path, error)) {
@@ -144,6 +144,8 @@ Result<std::vector<FolderEntry>> CatalogFolder::look(Clock::time_point now) {
     seen[entry.path] = {entry.state, since};
     entries.push_back(std::move(entry));
   }
+  // A folder that went away meanwhile makes all that was in it look lost.
+  if (auto there = entries_of(folder_); !there) return std::unexpected(there.error());
   seen_ = std::move(seen);
   return entries;
 }

@@ -149,8 +149,9 @@ Result<void> check_environment(const std::vector<std::string>& names) {
 Result<void> set(Config& config, const Setting& setting, std::string_view value,
                  const std::string& where) {
   if (auto done = setting.set(config, value); !done)
-    return fail(done.error().code, fmt::format("{}: {} {}, not \"{}\"", where, setting.name,
-                                               done.error().what, value));
+    return fail(done.error().code,
+                fmt::format("{}: {}", where,
+                            wrong_value(setting.name, std::string(value), done.error().what)));
   return {};
 }
 

@@ -163,6 +163,10 @@ std::vector<DatasetSetting> make_table() {
                    .help = "who is to be named with it",
                    .for_all = false,
                    .set = [](DatasetOptions& options, std::string_view value) -> Result<void> {
+                     constexpr std::size_t kMost = 2000;  // it is in every layer.json
+                     if (value.size() > kMost)
+                       return fail(Errc::invalid_argument,
+                                   fmt::format("must have at most {} bytes", kMost));
                      options.attribution = value;
                      return {};
                    }});

@@ -98,8 +98,9 @@ Result<std::string> read_setting(const DatasetSetting& row, const TomlValue& val
       fmt::format("{}", fmt::join(*texts, row.is_path ? std::string(1, kBetweenPaths) : ","));
   DatasetOptions scratch;
   if (auto done = row.set(scratch, text); !done)
-    return fail(done.error().code, fmt::format("{}: {} {}, not \"{}\"", where, file_key(row.name),
-                                               done.error().what, text));
+    return fail(
+        done.error().code,
+        fmt::format("{}: {}", where, wrong_value(file_key(row.name), text, done.error().what)));
   return text;
 }
 
@@ -219,12 +220,17 @@ Result<std::vector<std::string>> files_of(const DatasetSpec& spec) {
   return files;
 }
 
+std::string name_of_file(const std::string& path) {
+  const fs::path name = fs::path(path).filename();
+  return (name.extension() == ".zip" ? name.stem() : name).stem().string();
+}
+
 std::string name_of(const DatasetSpec& spec) {
   if (!spec.name.empty()) return spec.name;
   const fs::path path = fs::path(spec.files[0]).lexically_normal();
   const bool slash = !path.has_filename();  // "tiles/"
   if (slash) return path.parent_path().filename().string();
-  return fs::is_directory(path) ? path.filename().string() : path.stem().string();
+  return fs::is_directory(path) ? path.filename().string() : name_of_file(path.string());
 }
 
 bool is_stored(const DatasetSpec& spec) {
@@ -241,6 +247,13 @@ std::string safe_name(std::string_view text) {
   if (name.empty()) return "dataset";
   if (name[0] == '.') name[0] = '_';
   return name;
+}
+
+std::string wrong_value(const std::string& name, const std::string& value,
+                        const std::string& what) {
+  const bool names_it = !value.empty() && what.find("'" + value) != what.npos;
+  return names_it || what.ends_with(value) ? fmt::format("{}: {}", name, what)
+                                           : fmt::format("{} {}, not \"{}\"", name, what, value);
 }
 
 std::string did_you_mean(std::string_view unknown, const std::vector<std::string>& names) {

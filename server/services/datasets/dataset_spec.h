@@ -35,6 +35,9 @@ std::string print_dataset_table(const DatasetSpec&);
 /// names; each once. An error names a pattern that fits nothing.
 Result<std::vector<std::string>> files_of(const DatasetSpec&);
 
+/// "N52E008" of "/dems/N52E008.hgt.zip".
+std::string name_of_file(const std::string& path);
+
 /// The name that the spec gives, or that of its first file without the extension.
 std::string name_of(const DatasetSpec&);
 
@@ -43,6 +46,9 @@ bool is_stored(const DatasetSpec&);
 
 /// [A-Za-z0-9._-]{1,64}, not beginning with a dot: what is not is replaced by '_'.
 std::string safe_name(std::string_view text);
+
+/// One line of a value that is wrong, which it names once.
+std::string wrong_value(const std::string& name, const std::string& value, const std::string& what);
 
 /// "; did you mean max_error?", of the name that is nearest to `unknown`; empty where none is near.
 std::string did_you_mean(std::string_view unknown, const std::vector<std::string>& names);

@@ -56,7 +56,10 @@ class RasterSource final : public DemSource {
   std::vector<UndeclaredNodata> undeclared_nodata() const override {
     return mosaic_.undeclared_nodata();
   }
-  Result<void> unchanged() const override { return mosaic_.unchanged(); }
+  Result<void> unchanged() const override {
+    if (auto same = geoids_.unchanged(); !same) return same;
+    return mosaic_.unchanged();
+  }
   ~RasterSource() override { pool_->heights.forget(id_); }
 
  private:
@@ -78,6 +81,7 @@ class RasterSource final : public DemSource {
   DemInfo info_;
   std::optional<DatumShift> shift_;
   std::string datum_identity_;
+  FileStates geoids_;  // that the options name
   double max_height_ = kMaxExact;
   const std::shared_ptr<gdal::Pool> pool_;
   const std::uint64_t id_ = BlockCache::new_source();
@@ -230,6 +234,9 @@ Result<void> RasterSource::settle_datum(const gdal::FileFacts& facts, const DemO
   info_.datum = choice->result;
   info_.datum_way = choice->way();
   datum_identity_ = choice->identity();
+  for (const VerticalDatum& datum : {options.from_datum, options.to_datum.named})
+    if (datum.kind() == VerticalDatum::file)
+      if (auto ok = geoids_.add(datum.text()); !ok) return ok;
   for (std::string& line : choice->warnings) info_.warnings.push_back(std::move(line));
   if (choice->shifts)
     shift_.emplace(choice->from, choice->to, frame_,
