@@ -59,6 +59,10 @@ class ShapedDem : public DemSource {
     return source_->undeclared_nodata();
   }
   bool is_plain_geographic() const override { return source_->is_plain_geographic(); }
+  Result<void> unchanged() const override {
+    if (auto same = source_->unchanged(); !same) return same;
+    return shapes_->unchanged();
+  }
   const SurfaceShapes& shapes() const { return *shapes_; }
 
  private:

@@ -127,6 +127,7 @@ class ShapesBuilder {
   Result<VectorShapes> read(const std::string& path, const char* what) {
     auto read = read_vectors_on_globe(path, info());
     if (!read) return std::unexpected(read.error());
+    out_.states_.push_back(std::move(read->files));
     const GeoRect all = area();
     const auto meets = [&](const GlobeLine& line) {
       GeoRect box{HUGE_VAL, HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
@@ -480,6 +481,14 @@ std::optional<double> SurfaceShapes::level_at(Geographic p) const {
 
 bool SurfaceShapes::outside(Geographic p) const {
   return !boundary_.empty() && boundary_.holding(p.lon, p.lat) == AreaSet::kNone;
+}
+
+Result<void> SurfaceShapes::unchanged() const {
+  for (const FileStates& states : states_)
+    if (auto same = states.unchanged(); !same) return same;
+  for (const auto& raster : water_.rasters)
+    if (auto same = raster->unchanged(); !same) return same;
+  return {};
 }
 
 Result<std::shared_ptr<const SurfaceShapes>> SurfaceShapes::make(Layers layers,

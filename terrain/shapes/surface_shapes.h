@@ -13,6 +13,7 @@
 #include "terrain/base/result.h"
 #include "terrain/geo/coordinates.h"
 #include "terrain/raster/dem_source.h"
+#include "terrain/raster/file_state.h"
 #include "terrain/shapes/area_set.h"
 #include "terrain/shapes/shape_files.h"
 #include "terrain/shapes/shape_lines.h"
@@ -61,6 +62,10 @@ class SurfaceShapes {
   const ShapeLines& lines() const { return lines_; }
   const WaterSource& water() const { return water_; }
 
+  /// Errc::io, naming the file, unless all of files() are as they were read. (Only rasters of water
+  /// are read later; what was read of lines and polygons stays what it was.)
+  Result<void> unchanged() const;
+
  private:
   friend class ShapesBuilder;
   SurfaceShapes() = default;
@@ -72,6 +77,7 @@ class SurfaceShapes {
   std::vector<double> levels_;  // of level_areas_' polygons
   ShapeLines lines_;
   WaterSource water_;
+  std::vector<FileStates> states_;
 };
 
 }  // namespace tind

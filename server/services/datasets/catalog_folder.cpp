@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <set>
 
+#include "server/services/datasets/dataset_settings.h"
 #include "terrain/raster/dem_files.h"
 #include "terrain/raster/file_state.h"
 
@@ -94,6 +95,11 @@ void look_into_table(FolderEntry& entry, States& states) {
   std::error_code error;
   for (const std::string& file : *files)
     if (fs::is_regular_file(file, error) || !fs::exists(file, error)) states.add(file);
+  const auto options = dataset_options({}, entry.spec.own);
+  if (!options) return;  // opening it says why
+  const ShapeFiles& shapes = options->shapes;
+  for (const auto* list : {&shapes.breaklines, &shapes.flatten, &shapes.boundary, &shapes.water})
+    for (const std::string& file : *list) states.add(file);
 }
 
 /// What it is, as far as the file system tells.

@@ -373,7 +373,8 @@ void CatalogKeeper::look_at_files() {
     before = std::exchange(status_.unlike, unlike);
   }
   for (const auto& [name, why] : unlike)
-    if (!before.contains(name)) spdlog::warn("{}: {}; what needs reading answers 503", name, why);
+    if (!before.contains(name))
+      spdlog::warn("{}: {}; what needs reading that file answers 503", name, why);
   for (const auto& [name, why] : before)
     if (!unlike.contains(name)) spdlog::info("{}: its files are as they were opened", name);
 }

@@ -208,6 +208,32 @@ bool meets(const VectorShapes& shapes, const DemInfo& dem) {
          });
 }
 
+Result<Dataset> open_vectors(const std::string& path, const gdal::Complaints& complaints) {
+  Dataset set(
+      GDALDataset::Open(path.c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY, gdal::vector_drivers()));
+  if (set) return set;
+  return fail(Errc::bad_data,
+              path + ": " +
+                  complaints.text("not a vector file tind reads (GeoJSON, GeoPackage, "
+                                  "Shapefile, KML, GML, DXF and others)"));
+}
+
+/// The files that a set was opened from, but `path`, whose state is known. How many there are.
+Result<std::size_t> add_others(GDALDataset& set, const std::string& path, FileStates& states) {
+  std::error_code error;
+  std::size_t added = 0;
+  char** const names = set.GetFileList();
+  Result<void> ok;
+  for (char** name = names; ok && name && *name; ++name) {
+    if (*name == path || !std::filesystem::is_regular_file(*name, error)) continue;
+    ok = states.add(*name);
+    ++added;
+  }
+  CSLDestroy(names);
+  if (!ok) return std::unexpected(ok.error());
+  return added;
+}
+
 template <class To, class Dem>
 Result<VectorShapes> read_file(const std::string& path, const Dem& dem) {
   std::error_code ignored;  // GDAL would also open URLs, and text that looks like a format
@@ -215,18 +241,19 @@ Result<VectorShapes> read_file(const std::string& path, const Dem& dem) {
     return fail(Errc::not_found, path + ": there is no such file");
   gdal::register_vectors();
   const gdal::Complaints complaints;
-  const Dataset set(
-      GDALDataset::Open(path.c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY, gdal::vector_drivers()));
-  if (!set) {
-    return fail(Errc::bad_data,
-                path + ": " +
-                    complaints.text("not a vector file tind reads (GeoJSON, GeoPackage, "
-                                    "Shapefile, KML, GML, DXF and others)"));
-  }
   VectorShapes shapes;
-  for (OGRLayer* layer : set->GetLayers()) {
+  if (std::filesystem::is_regular_file(path, ignored))
+    if (auto ok = shapes.files.add(path); !ok) return std::unexpected(ok.error());
+  auto set = open_vectors(path, complaints);
+  if (!set) return std::unexpected(set.error());
+  const auto others = add_others(**set, path, shapes.files);
+  if (!others) return std::unexpected(others.error());
+  if (*others > 0) set = open_vectors(path, complaints);  // they have been looked into already
+  if (!set) return std::unexpected(set.error());
+  for (OGRLayer* layer : (*set)->GetLayers()) {
     if (const auto ok = read_layer<To>(*layer, dem, shapes); !ok) return fail(path, ok.error());
   }
+  if (auto same = shapes.files.unchanged(); !same) return std::unexpected(same.error());
   if (complaints.failed()) return fail(Errc::bad_data, path + ": " + complaints.text("unreadable"));
   if (shapes.lines.empty() && shapes.polygons.empty()) {
     return fail(Errc::bad_data,

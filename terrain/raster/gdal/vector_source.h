@@ -7,6 +7,7 @@
 
 #include "terrain/base/result.h"
 #include "terrain/raster/dem_source.h"
+#include "terrain/raster/file_state.h"
 
 namespace tind {
 
@@ -24,6 +25,7 @@ struct VectorShapes {
   std::vector<VectorPolygon> polygons;
   std::size_t features = 0;
   std::size_t points = 0;  // point geometries, which are left out
+  FileStates files;        // what it was read from, as that was
 };
 
 /// Reads all layers of `path`: ESRI Shapefile, GeoJSON (and its sequences, and TopoJSON),
@@ -32,7 +34,8 @@ struct VectorShapes {
 /// DEM's CRS; between them lines are straight there. A file or a DEM without CRS: coordinates are
 /// taken to be the DEM's. Heights are in the vertical unit of the file's CRS, metres if it has
 /// none, and are not converted between datums. Fails (not_found) for no file, (bad_data) for one
-/// that is unreadable, has neither line nor polygon, or has nothing within the DEM's rectangle.
+/// that is unreadable, has neither line nor polygon, or has nothing within the DEM's rectangle,
+/// (io) for one that is written to meanwhile.
 Result<VectorShapes> read_vectors(const std::string& path, const DemSource& dem);
 
 /// The same in longitudes and latitudes (x = lon, y = lat, degrees), wherever on the globe. Between

@@ -90,6 +90,33 @@ TEST_F(Keeper, KeepsWhatIsSaidAsBeforeOfFilesAsTheyWere) {
   EXPECT_THAT(names(), ElementsAre("c", "b", "a"));
 }
 
+TEST_F(Keeper, ADatasetWhoseLakeHasChangedIsOpenedAnew) {
+  dem("a.asc", 1);
+  const auto lake = [&](const char* level) {
+    text("lake.geojson", std::string(R"({"type":"Polygon","coordinates":[[)") + "[9,45," + level +
+                             "],[11,45," + level + "],[11,47," + level + "],[9,47," + level +
+                             "],[9,45," + level + "]]]}");
+  };
+  lake("50");
+  const std::string config = table("a", "a.asc", "flatten = [\"lake.geojson\"]\n");
+  EXPECT_THAT(load(config).added, ElementsAre("a")) << why_;
+  const auto old = catalog_.find("a");
+  EXPECT_EQ(height("a"), 50);
+  EXPECT_EQ(load(config).kept, 1u);
+  lake("70");
+  EXPECT_FALSE(old->unchanged());
+  EXPECT_EQ(old->source->only()->read(3, 3, 1, 1)->at(0, 0), 50);  // as it was opened
+  EXPECT_THAT(load(config).replaced, ElementsAre("a"));
+  EXPECT_EQ(height("a"), 70);
+  EXPECT_NE(catalog_.find("a")->index, old->index);
+  dem("a.asc", 2);  // a DEM with a lake is looked at, too
+  EXPECT_THAT(load(config).replaced, ElementsAre("a"));
+  fs::remove(in_folder("lake.geojson"));
+  load(config);
+  EXPECT_THAT(why_, HasSubstr("lake.geojson"));
+  EXPECT_EQ(height("a"), 70);
+}
+
 TEST_F(Keeper, ARenamedDatasetIsNotReadAgain) {
   dem("a.asc");
   load(table("a", "a.asc"));
