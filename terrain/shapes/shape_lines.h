@@ -19,6 +19,7 @@ struct ShapeChain {
   /// Of the water, for a shore; NaN: a breakline.
   double level_m = std::numeric_limits<double>::quiet_NaN();
   std::uint32_t network = 0;  // what hangs together has one number
+  bool water_left = false;    // of a shore, seen along it
   bool shore() const { return level_m == level_m; }
 };
 

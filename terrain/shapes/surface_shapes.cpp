@@ -352,7 +352,8 @@ class ShapesBuilder {
 
   struct Line {
     Index a, b;
-    double level;  // NaN: a breakline
+    double level;     // NaN: a breakline
+    bool water_left;  // from a to b
   };
 
   /// Shores and breaklines; where both run, the shore.
@@ -364,9 +365,9 @@ class ShapesBuilder {
       if (!std::isnan(left) && !std::isnan(right)) continue;  // within water
       const double level = std::isnan(left) ? right : left;
       if (!std::isnan(level) && !e.polygons.empty())
-        lines.push_back({e.a, e.b, level});
+        lines.push_back({e.a, e.b, level, !std::isnan(left)});
       else if (e.line != AreaSet::kNone && std::isnan(level))
-        lines.push_back({e.a, e.b, kNone});
+        lines.push_back({e.a, e.b, kNone, false});
     }
     return lines;
   }
@@ -378,8 +379,14 @@ class ShapesBuilder {
     std::vector<std::vector<Index>> at(net_.points.size());
     for (Index k = 0; k < lines.size(); ++k)
       at[lines[k].a].push_back(k), at[lines[k].b].push_back(k);
+    const auto water_left_from = [&](Index line, Index point) {
+      return lines[line].water_left == (lines[line].a == point);
+    };
     const auto passes = [&](Index point) {
-      return at[point].size() == 2 && same(lines[at[point][0]].level, lines[at[point][1]].level);
+      if (at[point].size() != 2) return false;
+      const Index k = at[point][0], l = at[point][1];
+      return same(lines[k].level, lines[l].level) &&
+             (std::isnan(lines[k].level) || water_left_from(k, point) != water_left_from(l, point));
     };
     std::vector<Index> group(net_.points.size());
     std::iota(group.begin(), group.end(), 0);
@@ -394,6 +401,7 @@ class ShapesBuilder {
     const auto follow = [&](Index line, Index from) {
       ShapeChain chain;
       chain.level_m = lines[line].level;
+      chain.water_left = water_left_from(line, from);
       chain.network = number.try_emplace(root_of(from), Index(number.size())).first->second;
       chain.points.push_back(net_.points[from]);
       for (Index point = from;;) {

@@ -115,7 +115,8 @@ class LinesOfTile {
     if (closed && line.size() < 4) line.clear();  // nothing but a spike is left of it
     std::uint32_t between = AreaSet::kNone;
     if (chain.shore()) between = note_between(given, line, height);
-    if (line.size() >= 2) out_.lines.push_back({std::move(line), chain.shore(), closed, between});
+    if (line.size() < 2) return;
+    out_.lines.push_back({std::move(line), chain.shore(), chain.water_left, closed, between});
   }
 
   TileLines take() {
@@ -139,8 +140,9 @@ class LinesOfTile {
 
   std::uint32_t note_between(const std::vector<Vec3>& given, const std::vector<Vec3>& line,
                              double level) {
-    const auto number = std::uint32_t(out_.level_between.size());
-    out_.level_between.push_back(level);
+    const auto known = std::ranges::find(out_.level_between, level);
+    const auto number = std::uint32_t(known - out_.level_between.begin());
+    if (known == out_.level_between.end()) out_.level_between.push_back(level);
     const auto add = [&](const Vec3& a, const Vec3& b) {
       edges_.push_back({{a.x, a.y}, {b.x, b.y}, number});
     };
@@ -187,96 +189,253 @@ double line_tolerance(int level, double error_m) {
 
 namespace {
 
-constexpr double kBesideShore = 3;  // units of the grid
+constexpr double kLeastClear = 4, kMostClear = 100;  // units of the grid
 constexpr double kStrip = 64;
+constexpr double kFarPost = 0.9;  // of the budget: what may lie on a shore
+
+bool in_circle(const Vec3& p, const Vec2& middle, double r) {
+  return std::hypot(p.x - middle.x, p.y - middle.y) < r;
+}
+
+/// Where the way from a to b crosses a circle, as shares of the way, in order: one, where one end
+/// is inside, whatever rounding says; else none or two.
+std::vector<double> circle_crossings(const Vec3& a, const Vec3& b, const Vec2& middle, double r) {
+  const bool from = in_circle(a, middle, r), to = in_circle(b, middle, r);
+  if (from && to) return {};
+  const double dx = b.x - a.x, dy = b.y - a.y, px = a.x - middle.x, py = a.y - middle.y;
+  const double aa = dx * dx + dy * dy, ab = px * dx + py * dy;
+  const double root = ab * ab - aa * (px * px + py * py - r * r);
+  if (aa == 0 || (!(root > 0) && from == to)) return {};
+  const double half = std::sqrt(std::max(root, 0.0));
+  const double first = (-ab - half) / aa, second = (-ab + half) / aa;
+  if (from != to) return {std::clamp(from ? second : first, 0.0, 1.0)};
+  if (!(first > 0 && second < 1)) return {};
+  return {first, second};
+}
+
+double grid_place(double v) { return std::clamp(std::round(v), 1.0, kTileExtent - 1); }
+
+bool comes_near(const std::vector<Vec3>& line, const Vec3& place, double radius) {
+  for (std::size_t i = 1; i < line.size(); ++i) {
+    const Vec3 &a = line[i - 1], &b = line[i];
+    if (std::min(a.y, b.y) < place.y + radius && std::max(a.y, b.y) > place.y - radius &&
+        distance_to(place, a, b, 1) < radius)
+      return true;
+  }
+  return false;
+}
+
+/// A disc taken out of a water: of its shores stays what lies outside, and where a shore goes into
+/// the disc, a way around it goes on to the next place where one comes out of it.
+class WaterWithoutDisc {
+ public:
+  /// `like`: a shore of that water.
+  WaterWithoutDisc(const Vec2& middle, double radius, const TileLine& like)
+      : middle_(middle), radius_(radius), like_(like) {}
+
+  void take(TileLine line) {
+    std::vector<Vec3>& points = line.points;
+    // Of chains with the water on the other side the other way is meant.
+    if (line.water_left != like_.water_left) std::ranges::reverse(points);
+    if (!line.closed) return cut(points, false);
+    const auto begin = std::ranges::find_if(points, [&](auto& p) { return !inside(p); });
+    if (begin == points.end()) return note_swallowed(points);
+    points.pop_back();
+    std::ranges::rotate(points, begin);
+    points.push_back(points.front());
+    cut(points, true);
+  }
+
+  /// The shores of what is left.
+  std::vector<TileLine> shores() {
+    if (parts_.empty() && surrounded_) {
+      around(0, 2 * std::numbers::pi);
+      way_.push_back(way_.front());
+      add(std::move(way_), true);
+    }
+    for (Part& first : parts_)
+      if (!first.used && !first.comes_out) follow(first, false);
+    for (Part& first : parts_)
+      if (!first.used) follow(first, true);
+    return std::move(shores_);
+  }
+
+ private:
+  struct Part {
+    std::vector<Vec3> points;
+    double out = 0, in = 0;  // turns at which it comes out of the disc and goes into it
+    bool comes_out = false, goes_in = false, used = false;
+  };
+  const Vec2 middle_;
+  const double radius_;
+  const TileLine like_;
+  std::vector<Part> parts_;
+  std::vector<TileLine> shores_;
+  std::vector<Vec3> way_;
+  double swallowed_ = 0;     // the largest of the rings in the disc
+  bool surrounded_ = false;  // by water
+
+  bool inside(const Vec3& p) const { return in_circle(p, middle_, radius_); }
+  /// Water on the left goes clockwise around what is dry.
+  double direction() const { return like_.water_left ? -1 : 1; }
+  double turn_at(const Vec3& p) const {
+    return direction() * std::atan2(p.y - middle_.y, p.x - middle_.x);
+  }
+  static double forward(double from, double to) {
+    const double turn = std::fmod(to - from, 2 * std::numbers::pi);
+    return turn < 0 ? turn + 2 * std::numbers::pi : turn;
+  }
+
+  void note_swallowed(const std::vector<Vec3>& ring) {
+    double area = 0;
+    for (std::size_t i = 1; i < ring.size(); ++i)
+      area += (ring[i - 1].x - middle_.x) * (ring[i].y - middle_.y) -
+              (ring[i].x - middle_.x) * (ring[i - 1].y - middle_.y);
+    if (std::abs(area) <= swallowed_) return;
+    swallowed_ = std::abs(area);
+    surrounded_ = (area > 0) != like_.water_left;
+  }
+
+  void cut(const std::vector<Vec3>& points, bool closed) {
+    const std::size_t first = parts_.size();
+    bool in = inside(points.front());
+    Part part;
+    const auto go_in = [&](const Vec3& at) {
+      part.points.push_back(at);
+      part.in = turn_at(at), part.goes_in = true;
+      parts_.push_back(std::move(part));
+      part = {};
+    };
+    const auto come_out = [&](const Vec3& at) {
+      part.points.push_back(at);
+      part.out = turn_at(at), part.comes_out = true;
+    };
+    in ? go_in(points.front()) : part.points.push_back(points.front());
+    for (std::size_t i = 1; i < points.size(); ++i) {
+      const Vec3 &a = points[i - 1], &b = points[i];
+      for (const double t : circle_crossings(a, b, middle_, radius_)) {
+        in ? come_out(a + (b - a) * t) : go_in(a + (b - a) * t);
+        in = !in;
+      }
+      if (!in) part.points.push_back(b);
+    }
+    if (in) come_out(points.back());
+    parts_.push_back(std::move(part));
+    if (!closed || parts_.size() == first + 1) return;
+    // It began in the middle of a part.
+    Part& last = parts_.back();
+    last.points.insert(last.points.end(), parts_[first].points.begin() + 1,
+                       parts_[first].points.end());
+    last.in = parts_[first].in, last.goes_in = true;
+    parts_.erase(parts_.begin() + std::ptrdiff_t(first));
+  }
+
+  void follow(Part& first, bool closed) {
+    way_.clear();
+    for (Part* part = &first;;) {
+      part->used = true;
+      for (const Vec3& p : part->points) put(p);
+      if (!part->goes_in) break;
+      Part* next = nullptr;
+      for (Part& other : parts_)
+        if (other.comes_out && (!other.used || (closed && &other == &first)) &&
+            (!next || forward(part->in, other.out) < forward(part->in, next->out)))
+          next = &other;
+      if (!next) break;
+      around(part->in, forward(part->in, next->out));
+      if (next == &first) break;
+      part = next;
+    }
+    if (closed && !way_.empty() && !same_place(way_.front(), way_.back()))
+      way_.push_back(way_.front());
+    add(std::move(way_), closed);
+    way_ = {};
+  }
+
+  void add(std::vector<Vec3> points, bool closed) {
+    if (points.size() < (closed ? 4u : 2u)) return;
+    TileLine line = like_;
+    line.points = std::move(points), line.closed = closed;
+    shores_.push_back(std::move(line));
+  }
+
+  /// On the grid, but where a line ends on the border.
+  void put(const Vec3& p) {
+    const auto on_border = [](double v) { return v == 0 || v == kTileExtent; };
+    const double z = like_.points.front().z;
+    const Vec3 q = on_border(p.x) || on_border(p.y) ? Vec3{p.x, p.y, z}
+                                                    : Vec3{grid_place(p.x), grid_place(p.y), z};
+    if (way_.empty() || !same_place(way_.back(), q)) way_.push_back(q);
+  }
+  /// Along the circle, never outside: there other shores may run.
+  void around(double from, double turn) {
+    constexpr double kCorner = std::numbers::pi / 8;
+    for (double k = std::floor(from / kCorner) + 1; k * kCorner - from < turn; ++k)
+      put({middle_.x + radius_ * std::cos(k * kCorner * direction()),
+           middle_.y + radius_ * std::sin(k * kCorner * direction()), 0});
+  }
+};
 
 }  // namespace
 
-ShoreBender::ShoreBender(const TileLines& lines) : strips_(std::size_t(kTileExtent / kStrip) + 2) {
-  for (std::uint32_t l = 0; l < lines.lines.size(); ++l) {
-    const TileLine& line = lines.lines[l];
-    for (std::uint32_t i = 0; line.shore && i + 1 < line.points.size(); ++i) {
+ShoreBender::ShoreBender(const TileLines& lines, double budget_m, double scale)
+    : budget_m_(budget_m), scale_(scale), strips_(std::size_t(kTileExtent / kStrip) + 1) {
+  const double reach = kMostClear * scale;
+  const auto strip = [](double v) { return std::size_t(std::clamp(v, 0.0, kTileExtent) / kStrip); };
+  for (const TileLine& line : lines.lines) {
+    if (!line.shore) continue;
+    low_ = std::min(low_, line.points.front().z), high_ = std::max(high_, line.points.front().z);
+    for (std::uint32_t i = 0; i + 1 < line.points.size(); ++i) {
       const Vec3 &a = line.points[i], &b = line.points[i + 1];
-      const auto strip = [](double v) {
-        return std::size_t(std::clamp(v, 0.0, kTileExtent) / kStrip);
-      };
-      const std::size_t last = strip(std::max(a.y, b.y) + kBesideShore);
-      for (std::size_t s = strip(std::min(a.y, b.y) - kBesideShore); s <= last; ++s)
+      const std::size_t last = strip(std::max(a.y, b.y) + reach);
+      for (std::size_t s = strip(std::min(a.y, b.y) - reach); s <= last; ++s)
         strips_[s].push_back(std::uint32_t(segments_.size()));
-      segments_.push_back({l, i, a, b});
+      segments_.push_back({a.z, a, b});
     }
   }
 }
 
-void ShoreBender::meet(const Vec3& post, double most) {
+/// A vertex may be most of a unit from its post: on this slope that is within the budget.
+double ShoreBender::clearance(double height_m) const {
+  return scale_ * std::clamp(2 + 2 * height_m / budget_m_, kLeastClear, kMostClear);
+}
+
+void ShoreBender::meet(const Vec3& post) {
+  const double most = kFarPost * budget_m_;
   if (!(post.y >= 0 && post.y <= kTileExtent)) return;
+  if (post.z <= low_ + most && post.z >= high_ - most) return;
   for (const std::uint32_t k : strips_[std::size_t(post.y / kStrip)]) {
     const Segment& s = segments_[k];
-    if (std::abs(post.z - s.a.z) <= most || distance_to(post, s.a, s.b, 1) > kBesideShore) continue;
-    const double dx = s.b.x - s.a.x, dy = s.b.y - s.a.y;
-    const double along = (post.x - s.a.x) * dx + (post.y - s.a.y) * dy;
-    if (along > 0 && along < dx * dx + dy * dy)
-      beside_segment_[{s.line, s.at}].push_back(post);
-    else
-      beside_point_.try_emplace({s.line, s.at + (along > 0)}, post);
+    const double height = std::abs(post.z - s.level), radius = clearance(height);
+    if (height > most && distance_to(post, s.a, s.b, 1) < radius)
+      discs_.insert({post.x, post.y, radius, s.level});
   }
 }
 
-namespace {
-
-/// A bend of a shore towards a post goes back into the water.
-void move_point(TileLines& lines, std::uint32_t l, std::uint32_t at, const Vec3& post,
-                const std::function<bool(double, double)>& wet) {
-  TileLine& line = lines.lines[l];
-  if (at == 0 || at + 1 >= line.points.size()) return;  // on the border, or where a ring begins
-  const Vec3 a = line.points[at - 1], b = line.points[at + 1], from = line.points[at];
-  const double dx = from.x - post.x, dy = from.y - post.y, length = std::hypot(dx, dy);
-  if (!(length > 0)) return;
-  const double go = kBesideShore + 1;
-  const Vec3 to{std::clamp(std::round(from.x + dx / length * go), 1.0, kTileExtent - 1),
-                std::clamp(std::round(from.y + dy / length * go), 1.0, kTileExtent - 1), from.z};
-  if (!wet(to.x, to.y) || same_place(to, a) || same_place(to, b)) return;
-  const auto add = [&](const Vec3& p, const Vec3& q) {
-    lines.edges_between.push_back({{p.x, p.y}, {q.x, q.y}, line.between});
-  };
-  add(a, to), add(to, b), add(b, from), add(from, a);
-  line.points[at] = to;
-}
-
-}  // namespace
-
-void ShoreBender::bend(TileLines& lines, const std::function<bool(double u, double v)>& wet) const {
-  for (const auto& [where, post] : beside_point_)
-    move_point(lines, where.first, where.second, post, wet);
-  for (auto it = beside_segment_.rbegin(); it != beside_segment_.rend();
-       ++it) {  // so that numbers before it hold
-    const auto [l, at] = it->first;
-    TileLine& line = lines.lines[l];
-    const Vec3 a = line.points[at], b = line.points[at + 1];
-    const double dx = b.x - a.x, dy = b.y - a.y, length = std::hypot(dx, dy);
-    std::vector<std::pair<double, Vec3>> way;  // by the share of the way
-    for (const Vec3& p : it->second)
-      for (const double side : {kBesideShore + 1, -kBesideShore - 1}) {
-        const Vec3 q{std::clamp(std::round(p.x - dy / length * side), 1.0, kTileExtent - 1),
-                     std::clamp(std::round(p.y + dx / length * side), 1.0, kTileExtent - 1), a.z};
-        if (!wet(q.x, q.y)) continue;
-        way.push_back({((q.x - a.x) * dx + (q.y - a.y) * dy) / (length * length), q});
-        break;
+void ShoreBender::bend(TileLines& lines) const {
+  if (discs_.empty()) return;
+  const auto add_edges = [&] {
+    for (const TileLine& line : lines.lines)
+      for (std::size_t i = 1; line.shore && i < line.points.size(); ++i) {
+        const Vec3 &p = line.points[i - 1], &q = line.points[i];
+        lines.edges_between.push_back({{p.x, p.y}, {q.x, q.y}, line.between});
       }
-    std::ranges::sort(way, {}, [](const auto& step) {
-      return std::tuple(step.first, step.second.x, step.second.y);
-    });
-    std::vector<Vec3> bent;
-    for (const auto& [share, q] : way)
-      if (share > 0 && share < 1 && !same_place(q, a) && !same_place(q, b)) bent.push_back(q);
-    const auto add = [&](const Vec3& p, const Vec3& q) {
-      lines.edges_between.push_back({{p.x, p.y}, {q.x, q.y}, line.between});
-    };
-    for (std::size_t i = 0; i <= bent.size(); ++i)
-      if (!bent.empty()) add(i == 0 ? a : bent[i - 1], i == bent.size() ? b : bent[i]);
-    if (!bent.empty()) add(b, a);
-    line.points.insert(line.points.begin() + at + 1, bent.begin(), bent.end());
+  };
+  add_edges();  // twice there: as if they were not
+  for (const Disc& disc : discs_) {
+    std::vector<TileLine> rest, met;
+    for (TileLine& line : lines.lines) {
+      const bool meets = line.shore && line.points.front().z == disc.level &&
+                         comes_near(line.points, {disc.u, disc.v, 0}, disc.radius);
+      (meets ? met : rest).push_back(std::move(line));
+    }
+    lines.lines = std::move(rest);
+    if (met.empty()) continue;
+    WaterWithoutDisc water({disc.u, disc.v}, disc.radius, met.front());
+    for (TileLine& line : met) water.take(std::move(line));
+    for (TileLine& line : water.shores()) lines.lines.push_back(std::move(line));
   }
+  add_edges();
   lines.between = AreaSet(lines.edges_between);
 }
 

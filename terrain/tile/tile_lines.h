@@ -2,11 +2,11 @@
 // The lines of a dataset (shape_lines.h) as one tile has them: on its integer grid, thinned as the
 // level allows, their ends at vertices that the borders of both neighbours have.
 
+#include <cmath>
+#include <compare>
 #include <cstdint>
-#include <functional>
-#include <map>
+#include <set>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "terrain/geo/tiling_scheme.h"
@@ -46,14 +46,15 @@ double line_tolerance(int level, double error_m);
 struct TileLine {
   std::vector<Vec3> points;  // u, v: integers; z: metres, NaN: the surface's
   bool shore = false;
+  bool water_left = false;                 // of a shore, seen along it
   bool closed = false;                     // first = last
-  std::uint32_t between = AreaSet::kNone;  // polygon of TileLines::between
+  std::uint32_t between = AreaSet::kNone;  // of a shore: polygon of TileLines::between
 };
 
 struct TileLines {
   std::vector<TileLine> lines;
-  /// What lies between shores as they are given and as they are here, in tile coordinates, and the
-  /// level there.
+  /// What lies between shores as they are given and as they are here, in tile coordinates: a
+  /// polygon for each level.
   AreaSet between;
   std::vector<double> level_between;  // of its polygons
   std::vector<AreaSet::Edge> edges_between;
@@ -64,26 +65,33 @@ struct TileLines {
 TileLines tile_lines(const ShapeLines&, TileId, const LineScale&,
                      std::span<const CrossingVertices> crossings, double tolerance);
 
-/// Finds posts that are as good as on a shore without being at its level, and leads the shore past
-/// them on the side of the water.
+/// Takes the ground around posts that are no part of the water, but too close to its shore for the
+/// grid, out of the water: there the shore goes around them. The steeper it has to be up to a post,
+/// the farther away the shore stays.
 class ShoreBender {
  public:
-  explicit ShoreBender(const TileLines&);
-  /// A post that may be `most` from the level.
-  void meet(const Vec3& post, double most);
-  /// The same lines as those given before. `wet`: is a place water, as the shapes are given?
-  void bend(TileLines&, const std::function<bool(double u, double v)>& wet) const;
+  /// Posts may be `budget_m` from the mesh. `scale`: of all distances.
+  ShoreBender(const TileLines&, double budget_m, double scale);
+  void meet(const Vec3& post);
+  /// The same lines as those given before. Those that end stay where they do.
+  void bend(TileLines&) const;
 
  private:
   struct Segment {
-    std::uint32_t line, at;  // from point `at` to the next
+    double level;
     Vec3 a, b;
   };
+  struct Disc {
+    double u = 0, v = 0, radius = 0, level = 0;
+    friend auto operator<=>(const Disc&, const Disc&) = default;
+  };
+  double budget_m_, scale_;
+  double low_ = HUGE_VAL, high_ = -HUGE_VAL;  // of the waters
   std::vector<Segment> segments_;
   std::vector<std::vector<std::uint32_t>> strips_;  // segments by v
-  /// By line and number of the point before, and by line and number of the point itself.
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<Vec3>> beside_segment_;
-  std::map<std::pair<std::uint32_t, std::uint32_t>, Vec3> beside_point_;
+  std::set<Disc> discs_;
+
+  double clearance(double height_m) const;
 };
 
 }  // namespace tind

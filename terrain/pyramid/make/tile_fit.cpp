@@ -24,6 +24,7 @@ namespace {
 
 constexpr double kPlacingError = 1e-5;    // metres of height: 1e-6 m on a slope of ten
 constexpr double kLargestHeightStep = 4;  // metres
+constexpr double kLinePlaceStep = 2;      // units: half of what shores keep from posts at least
 constexpr double kNarrower = 0.7;         // of the band, for a method that left it
 constexpr std::int64_t kMeshPosts = 320;  // posts a side that a mesh is fitted to at most
 
@@ -266,7 +267,9 @@ TileMesh mesh_within(TileJob& job, const Samples& samples, double eps, double pl
   o.lattice_max = kTileExtent;
   o.height_step =
       std::max(result.lattice.step, std::min(kLargestHeightStep, power_of_two_at_most(eps / 8)));
-  o.lattice_step = o.search_step_min = place_step;
+  // A vertex that is moved to a coarser lattice must not end up in the water beside its post.
+  o.lattice_step = o.search_step_min =
+      job.lines.lines.empty() ? place_step : std::min(place_step, kLinePlaceStep);
   o.height_min = result.lattice.min;
   o.height_max = result.lattice.max();
   set_effort(tile_effort(job.plan.options().effort), o);
@@ -438,35 +441,37 @@ Result<TileMesh> fit_lines_as_they_are(TileJob& job, std::stop_token stop) {
 
 /// Lets shores go around the posts beside them that are no part of the water: with a post closer to
 /// a shore than the grid can tell, no mesh is within its budget.
-Result<void> bend_around_posts(TileJob& job, std::stop_token stop) {
-  ShoreBender bender(job.lines);
-  const SurfaceShapes& shapes = *job.surface.shapes();
-  const auto wet = [&](double u, double v) {
-    return shapes.level_at(place_of(job.rect, {u, v, 0})).has_value();
-  };
+Result<void> bend_around_posts(TileJob& job, double scale, std::stop_token stop) {
+  ShoreBender bender(job.lines, job.level.budget_m, scale);
   auto done = stream_posts(job, stop, [&](const TilePosts& posts) {
     posts.visit([&](const auto& samples) {
       for (std::size_t i = 0; i < samples.size(); ++i)
-        if (const Vec3 p = samples.sample(i); !std::isnan(p.z))
-          bender.meet(p, 0.9 * job.level.budget_m);
+        if (const Vec3 p = samples.sample(i); !std::isnan(p.z)) bender.meet(p);
     });
   });
-  if (done) bender.bend(job.lines, wet);
+  if (done) bender.bend(job.lines);
   return done;
 }
 
-/// Lines thinned as the level allows; where a tile cannot stay within its budget so, a quarter as
-/// much, then as they are, at last without them: the certificate comes first.
+/// How lines are led where those before leave a tile over its budget.
+struct LineTry {
+  double thinned = 1;  // share of the level's tolerance
+  double clear = 1;    // of how far shores keep from posts
+};
+constexpr LineTry kLineTries[] = {{1, 1}, {0.25, 1}, {0, 1}, {0, 2}};
+
+/// At last without lines: the certificate comes first.
 Result<TileMesh> fit_with_lines(TileJob& job, std::stop_token stop) {
   const SurfaceShapes* shapes = job.surface.shapes();
   if (!shapes || shapes->lines().empty()) return fit_lines_as_they_are(job, stop);
   const LineScale scale = line_scale(job.plan, job.id.level);
   Result<TileMesh> best = fail(Errc::internal, "no fit tried");
-  for (const double share : {1.0, 0.25, 0.0}) {
-    job.lines =
-        tile_lines(shapes->lines(), job.id, scale, job.crossings, share * job.level.line_tolerance);
-    if (share == 0)
-      if (auto bent = bend_around_posts(job, stop); !bent) return std::unexpected(bent.error());
+  for (const LineTry& one : kLineTries) {
+    job.lines = tile_lines(shapes->lines(), job.id, scale, job.crossings,
+                           one.thinned * job.level.line_tolerance);
+    if (!job.lines.lines.empty() && !job.lattice)  // which is there so that no post need be read
+      if (auto bent = bend_around_posts(job, one.clear, stop); !bent)
+        return std::unexpected(bent.error());
     auto made = fit_lines_as_they_are(job, stop);
     if (!made) return made;
     if (!best || made->max_error < best->max_error) best = std::move(made);

@@ -136,18 +136,114 @@ TEST(TileLines, a_line_along_an_edge_lies_beside_it) {
   EXPECT_TRUE(tile_lines(lines, west, kAll, crossings(lines, west, 1), 0).lines.empty());
 }
 
+/// Is a place of a tile in a ring?
+bool in_ring(const std::vector<Vec3>& ring, double u, double v) {
+  bool inside = false;
+  for (std::size_t i = 1; i < ring.size(); ++i) {
+    const Vec3 &a = ring[i - 1], &b = ring[i];
+    if ((a.y <= v) != (b.y <= v)) inside ^= a.x + (v - a.y) / (b.y - a.y) * (b.x - a.x) > u;
+  }
+  return inside;
+}
+
+double distance_to_line(const std::vector<Vec3>& line, double u, double v) {
+  double least = HUGE_VAL;
+  for (std::size_t i = 1; i < line.size(); ++i) {
+    const Vec3 &a = line[i - 1], &b = line[i];
+    const double dx = b.x - a.x, dy = b.y - a.y;
+    const double t = std::clamp(((u - a.x) * dx + (v - a.y) * dy) / (dx * dx + dy * dy), 0.0, 1.0);
+    least = std::min(least, std::hypot(u - a.x - t * dx, v - a.y - t * dy));
+  }
+  return least;
+}
+
 TEST(ShoreBender, leads_a_shore_past_posts_that_are_as_good_as_on_it) {
-  TileLines lines;
-  lines.lines.push_back({{{1000, 1000, 5}, {9000, 1000, 5}}, true, false, 0});
-  lines.level_between = {5};
-  const auto wet = [](double, double v) { return v < 1000; };
-  ShoreBender bender(lines);
-  bender.meet({5000, 1001, 50}, 10);   // dry, a unit from the shore
-  bender.meet({6000, 1002, 7}, 10);    // no matter
-  bender.meet({7000, 1040, 500}, 10);  // far enough
-  bender.bend(lines, wet);
-  ASSERT_EQ(lines.lines[0].points.size(), 3u);
-  EXPECT_EQ(lines.lines[0].points[1], (Vec3{5000, 997, 5}));
+  for (const bool dry_side : {true, false}) {  // where the rounding of the shore has left the post
+    TileLines lines;
+    TileLine shore{.points = {{1000, 1000, 5}, {9000, 1000, 5}}, .shore = true};
+    shore.between = 0;
+    lines.lines.push_back(shore);  // water below, on the right
+    lines.level_between = {5};
+    ShoreBender bender(lines, 11, 1);
+    bender.meet({5000, dry_side ? 1000.4 : 999.6, 50});
+    bender.meet({6000, 1000.2, 12});  // within the budget
+    bender.meet({7000, 1040, 500});   // far enough, as far as it goes: 2 + 2 * 495 / 11 is more
+    bender.meet({8000, 1101, 5000});
+    bender.bend(lines);
+    const std::vector<Vec3>& line = lines.lines[0].points;
+    EXPECT_EQ(line.front(), (Vec3{1000, 1000, 5}));
+    EXPECT_EQ(line.back(), (Vec3{9000, 1000, 5}));
+    EXPECT_GT(distance_to_line(line, 5000, 1000), 9);
+    EXPECT_GT(distance_to_line(line, 7000, 1040), 87);
+    EXPECT_LT(distance_to_line(line, 6000, 1000.2), 1);
+    EXPECT_LT(distance_to_line(line, 8000, 1101), 102);
+    for (const Vec3& p : line) EXPECT_TRUE(p.y <= 1000 && p.z == 5);
+    EXPECT_EQ(lines.between.holding(5000, 995), 0u);
+    EXPECT_EQ(lines.between.holding(4000, 995), AreaSet::kNone);
+    EXPECT_EQ(lines.between.holding(5000, 1005), AreaSet::kNone);
+  }
+}
+
+TEST(ShoreBender, takes_discs_out_of_any_water_and_nothing_else) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> share(0, 1);
+  int moved = 0, flagged = 0;
+  for (int round = 0; round < 60; ++round) {
+    const bool island = round % 2;
+    TileLines lines;
+    TileLine shore{.points = {}, .shore = true};
+    shore.water_left = !island, shore.closed = true, shore.between = 0;
+    const double radius = 200 + 3000 * share(random) * share(random);
+    for (int k = 0; k <= 30; ++k) {
+      const double a = 2 * M_PI * (k % 30) / 30;
+      const double r = k == 30 ? 0 : radius * (0.5 + share(random));
+      shore.points.push_back(k == 30 ? shore.points[0]
+                                     : Vec3{std::round(16000 + r * std::cos(a)),
+                                            std::round(16000 + r * std::sin(a)), 100});
+    }
+    const std::vector<Vec3> before = shore.points;
+    lines.lines.push_back(shore);
+    lines.level_between = {100};
+    ShoreBender bender(lines, 10, 1);
+    std::vector<Vec3> posts;
+    for (std::size_t k = 0; k + 1 < before.size(); k += 3) {
+      const Vec3 middle = (before[k] + before[k + 1]) * 0.5;
+      posts.push_back({middle.x + 6 * share(random) - 3, middle.y + 6 * share(random) - 3,
+                       100 + 20 + 150 * share(random)});
+      bender.meet(posts.back());
+    }
+    bender.bend(lines);
+    const auto in_shores = [&](double u, double v) {
+      return std::ranges::count_if(
+                 lines.lines, [&](const TileLine& line) { return in_ring(line.points, u, v); }) %
+                 2 ==
+             1;
+    };
+    for (const Vec3& p : posts) {
+      const double clear = 0.98 * (2 + 2 * (p.z - 100) / 10);
+      ++flagged;
+      EXPECT_EQ(in_shores(p.x, p.y), island) << round;
+      for (const TileLine& line : lines.lines)
+        EXPECT_GT(distance_to_line(line.points, p.x, p.y), clear - 2) << round;
+    }
+    for (int k = 0; k < 3000; ++k) {
+      const double u = 16000 + 2.2 * radius * (share(random) - 0.5),
+                   v = 16000 + 2.2 * radius * (share(random) - 0.5);
+      double off = HUGE_VAL;  // from the nearest disc's rim
+      bool in_disc = false;
+      for (const Vec3& p : posts) {
+        const double r = 2 + 2 * (p.z - 100) / 10, d = std::hypot(u - p.x, v - p.y);
+        in_disc |= d < r;
+        off = std::min(off, std::abs(d - r) < 0.1 * r + 3 ? 0 : 1.0);
+      }
+      if (off == 0 || distance_to_line(before, u, v) < 2) continue;
+      const bool was_wet = in_ring(before, u, v) != island;
+      EXPECT_EQ(in_shores(u, v) != island, was_wet && !in_disc) << round << " " << u << " " << v;
+      moved += was_wet && in_disc;
+    }
+  }
+  EXPECT_GT(moved, 300);
+  EXPECT_GT(flagged, 500);
 }
 
 }  // namespace
