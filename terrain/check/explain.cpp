@@ -9,7 +9,8 @@
 #include "proto/json_text.h"
 #include "terrain/check/check_decode.h"
 #include "terrain/check/check_surface.h"
-#include "terrain/pyramid/plan/level_plan.h"
+#include "terrain/pyramid/plan/line_scale.h"
+#include "terrain/shapes/surface_shapes.h"
 #include "terrain/surface/height_field.h"
 #include "terrain/surface/tile_posts.h"
 
@@ -193,7 +194,11 @@ Result<std::uint64_t> valid_posts(const DemSource& source, TileId id, const Prog
 /// Of several files the first with a valid post wins: so a file's share is what it adds to those
 /// before it.
 Result<std::vector<PostStatistics::File>> shares(const ExplainOptions& o, TileId id,
+                                                 const SurfaceShapes* shapes,
                                                  const Progress& progress) {
+  const auto shaped = [shapes](std::shared_ptr<const DemSource> dem) {
+    return shapes ? shaped_dem(std::move(dem), {std::shared_ptr<void>(), shapes}) : dem;
+  };
   std::vector<PostStatistics::File> files;
   std::vector<std::string> so_far;
   std::uint64_t before = 0;
@@ -204,7 +209,7 @@ Result<std::vector<PostStatistics::File>> shares(const ExplainOptions& o, TileId
     so_far.push_back(file);
     const auto together = DemSource::open(so_far, o.dem);
     if (!together) return std::unexpected(together.error());
-    const auto posts = valid_posts(**together, id, progress);
+    const auto posts = valid_posts(*shaped(*together), id, progress);
     if (!posts) return std::unexpected(posts.error());
     if (*posts > before) files.push_back({file, *posts - before});
     before = *posts;
@@ -259,6 +264,59 @@ Result<PostStatistics> posts_of(const Surface& source, const TileExplanation& st
       double(std::ranges::count_if(heights->values(), [](float z) { return std::isnan(z); })) /
       (kFilledCells * kFilledCells);
   return p;
+}
+
+// ---- lines ----
+
+double distance_to_line(const Vec2& p, const std::vector<Vec2>& line) {
+  double least = HUGE_VAL;
+  for (std::size_t i = 1; i < line.size(); ++i) {
+    const double dx = line[i].x - line[i - 1].x, dy = line[i].y - line[i - 1].y;
+    const double length2 = dx * dx + dy * dy;
+    const double along = (p.x - line[i - 1].x) * dx + (p.y - line[i - 1].y) * dy;
+    const double t = length2 > 0 ? std::clamp(along / length2, 0.0, 1.0) : 0;
+    least = std::min(least, std::hypot(p.x - line[i - 1].x - t * dx, p.y - line[i - 1].y - t * dy));
+  }
+  return least;
+}
+
+/// One piece: its points (units of the grid), those of them that are vertices, and how far the
+/// others are from the way along those. A piece without vertices is not in the mesh.
+void follow(const ShapePiece& piece, const std::set<std::pair<int, int>>& vertices, double unit_m,
+            LineStory& story) {
+  std::vector<Vec2> kept;
+  const auto end = [&](const ShapePiece::End& at) {
+    const Vec2 ends[] = {{0, at.t}, {at.t, 0}, {kEnd, at.t}, {at.t, kEnd}};
+    if (at.side >= 0) kept.push_back(ends[at.side]);
+  };
+  end(piece.from);
+  for (const Vec3& p : piece.points)
+    if (vertices.contains({int(std::lround(p.x)), int(std::lround(p.y))}))
+      kept.push_back({p.x, p.y}), ++story.vertices;
+  if (piece.closed && !kept.empty()) kept.push_back(kept.front());
+  end(piece.to);
+  story.points += piece.points.size();
+  if (kept.size() < 2) return;
+  for (const Vec3& p : piece.points)
+    story.farthest_m = std::max(story.farthest_m, unit_m * distance_to_line({p.x, p.y}, kept));
+}
+
+std::optional<LineStory> lines_of(const ShapeLines& lines, const TilePlan& plan,
+                                  const TileExplanation& story) {
+  constexpr LineScale kAll;
+  std::set<std::pair<int, int>> vertices;
+  for (std::size_t i = 0; i < story.mesh.u.size(); ++i)
+    vertices.emplace(story.mesh.u[i], story.mesh.v[i]);
+  const double unit_m = story.rect.height() / kEnd * 111320;
+  const LineScale scale = line_scale(plan, story.id.level);
+  LineStory told{.tolerance_m = plan.level(story.id.level).line_tolerance * unit_m};
+  for (const ShapePiece& piece : lines.pieces(story.rect, kAll)) {
+    const bool counts = lines.counts(*piece.chain, scale);
+    ++(counts ? told.lines : told.too_small);
+    if (counts) follow(piece, vertices, unit_m, told);
+  }
+  if (told.lines + told.too_small == 0) return {};
+  return told;
 }
 
 // ---- why ----
@@ -349,7 +407,7 @@ Result<TileExplanation> explain_tile(const TileStore& store, TileId id, const Ex
     story.budget_m = std::min(assumed, made->options.max_error_m);
   double fit_error = story.budget_m;
   int lattice_cells = 1;
-  std::optional<Surface> source = o.layers;
+  std::optional<Surface> source = o.surface;
   if (!source && !o.files.empty()) {
     auto opened = DemSource::open(o.files, o.dem);
     if (!opened) return std::unexpected(opened.error());
@@ -364,6 +422,7 @@ Result<TileExplanation> explain_tile(const TileStore& store, TileId id, const Ex
       story.budget_m = level.budget_m;
       fit_error = level.fit_error_m;
       lattice_cells = level.curvature_cells;
+      if (source->shapes()) story.lines = lines_of(source->shapes()->lines(), *plan, story);
     }
   }
   count_vertices(story, lattice_cells);
@@ -371,7 +430,7 @@ Result<TileExplanation> explain_tile(const TileStore& store, TileId id, const Ex
     auto posts = posts_of(*source, story, progress);
     if (!posts) return std::unexpected(posts.error());
     if (source->only()) {
-      auto files = shares(o, id, progress);
+      auto files = shares(o, id, source->shapes(), progress);
       if (!files) return std::unexpected(files.error());
       posts->files = std::move(*files);
     }

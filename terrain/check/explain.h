@@ -38,6 +38,15 @@ struct PostStatistics {
   } worst;  // the first one on a tie
 };
 
+/// What became of the source's shores and breaklines in a tile: pieces of them, cut at its sides.
+struct LineStory {
+  std::size_t lines = 0, too_small = 0;  // those that count on the level, and those that do not
+  std::size_t points = 0;                // of those that count, as they are given
+  std::size_t vertices = 0;              // how many of those points are vertices of the tile
+  double tolerance_m = 0;                // by which the level may thin lines, on the ground
+  double farthest_m = 0;                 // of a point from the line between the vertices around it
+};
+
 struct TileExplanation {
   TileId id;
   GeoRect rect;
@@ -60,13 +69,14 @@ struct TileExplanation {
   std::vector<std::pair<int, std::size_t>> origins;
 
   std::optional<PostStatistics> posts;  // with a source
+  std::optional<LineStory> lines;       // with a source that has lines in the tile
 };
 
 struct ExplainOptions {
   std::vector<std::string> files;  // of the source; none: only what the tile says itself
   DemOptions dem;
-  std::optional<Surface> layers = {};  // instead of files: the source has several layers
-  double error_factor = 1;             // where no record of tind build lies beside the tiles
+  std::optional<Surface> surface = {};  // what they are with their lines, or several layers
+  double error_factor = 1;              // where no record of tind build lies beside the tiles
 };
 
 /// Fails when the tile cannot be had or is too damaged to be looked at. Goes over the posts of the

@@ -9,6 +9,7 @@
 #include "proto/json_text.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/dem_input.h"
+#include "server/cli/options/line_input.h"
 #include "server/cli/options/output_options.h"
 #include "server/cli/options/surface_input.h"
 #include "server/cli/options/tile_options.h"
@@ -25,6 +26,7 @@ struct Arguments {
   SurfaceInput layers;
   BuildOptions options;
   MethodLine method;
+  ShapeFiles shapes;
   std::string progress = "auto";
   bool json = false;
 };
@@ -91,6 +93,7 @@ void add_estimate(Command program, int& exit) {
   a->input.to_datum = "ellipsoid";  // as tind build has it
   add_dem_options(c, a->input);
   add_layer_options(c, a->layers);
+  add_shape_options(c, a->shapes);
   c.add_option("--threads", a->options.threads, "threads of the build (default: one per core)")
       .range(1, 1024);
   c.add_flag("--gzip", a->options.gzip, "bytes of compressed tiles");
@@ -103,7 +106,8 @@ void add_estimate(Command program, int& exit) {
       exit = complain(set.error());
       return;
     }
-    const auto source = open_surface(a->input, a->layers);
+    auto source = open_surface(a->input, a->layers);
+    if (source) source = with_shapes(std::move(*source), a->shapes);
     exit = source ? print_estimate(*source, a->options, a->progress, a->json)
                   : complain(source.error());
   });

@@ -12,6 +12,7 @@
 #include "proto/json_text.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/dem_input.h"
+#include "server/cli/options/line_input.h"
 #include "server/cli/options/output_options.h"
 #include "server/cli/options/output_paths.h"
 #include "server/cli/options/surface_input.h"
@@ -30,6 +31,7 @@ struct Arguments {
   std::string where, tile, png;
   DemInput dem;
   SurfaceInput layers;
+  ShapeFiles shapes;
   double error_factor = 1;
   std::string progress = "auto";
   bool json = false;
@@ -71,6 +73,11 @@ nlohmann::ordered_json to_json(const PostStatistics& p) {
   return j;
 }
 
+nlohmann::ordered_json to_json(const LineStory& l) {
+  return {{"lines", l.lines},       {"too_small", l.too_small},     {"points", l.points},
+          {"vertices", l.vertices}, {"tolerance_m", l.tolerance_m}, {"farthest_m", l.farthest_m}};
+}
+
 nlohmann::ordered_json to_json(const TileExplanation& s) {
   nlohmann::ordered_json j;
   j["tile"] = s.id.text();
@@ -90,6 +97,7 @@ nlohmann::ordered_json to_json(const TileExplanation& s) {
   j["side"] = name_of(s.stated.side);
   if (!s.method.empty()) j["method"] = s.method;
   j["budget_m"] = s.budget_m;
+  if (s.lines) j["lines"] = to_json(*s.lines);
   j["limited_by"] = s.limited_by;
   j["because"] = s.because;
   if (s.posts) j["source"] = to_json(*s.posts);
@@ -126,6 +134,16 @@ void print(const PostStatistics& p, double budget_m) {
   print_histogram(p);
 }
 
+void print(const LineStory& l) {
+  fmt::print("lines       {} in the tile, {} too small for its level\n", l.lines + l.too_small,
+             l.too_small);
+  if (l.lines == 0) return;
+  fmt::print(
+      "            of their {} points {} are vertices; the lines are at most {:.4g} m beside them "
+      "(the level allows {:.4g} m)\n",
+      l.points, l.vertices, l.farthest_m, l.tolerance_m);
+}
+
 void print(const TileExplanation& s) {
   fmt::print("tile        {}: {:.9g}..{:.9g} E, {:.9g}..{:.9g} N\n", s.id.text(), s.rect.west,
              s.rect.east, s.rect.south, s.rect.north);
@@ -151,6 +169,7 @@ void print(const TileExplanation& s) {
                s.method == BoundedOptions::kName
                    ? ""
                    : ", or by bounded where that could not keep the budget");
+  if (s.lines) print(*s.lines);
   fmt::print("so fine by  {}: {}\n", s.limited_by, s.because);
   if (s.posts) print(*s.posts, s.budget_m);
 }
@@ -173,12 +192,16 @@ int run(const Arguments& a) {
   std::optional<Surface> source;
   if (names_any(a.dem, a.layers)) {
     auto opened = open_surface(a.dem, a.layers);
+    if (opened) opened = with_shapes(std::move(*opened), a.shapes);
     if (!opened) return complain(opened.error());
     source.emplace(*opened);
+  } else if (a.shapes.any()) {
+    return complain({Errc::invalid_argument,
+                     "lines and water are explained with the DEM that they lie on: --source DEM"});
   }
   ExplainOptions options{
       .files = a.dem.files, .dem = dem_options(a.dem), .error_factor = a.error_factor};
-  if (source && !source->only()) options.layers = source;
+  if (source && (!source->only() || a.shapes.any())) options.surface = source;
   Result<TileExplanation> story = fail(Errc::internal, "not looked at");
   {
     ProgressBar bar("posts", progress_style(a.progress));
@@ -206,6 +229,7 @@ void add_explain(Command program, int& exit) {
   a->dem.to_datum = "ellipsoid";  // as tind build has it
   add_dem_options(app, a->dem);
   add_layer_options(app, a->layers);
+  add_shape_options(app, a->shapes);
   app.add_option("--png", a->png,
                  "write a picture: relief, the mesh's edges, and with --source its error in colour "
                  "(blue: mesh below, red: above) and the worst post");

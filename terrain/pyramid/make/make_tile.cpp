@@ -180,16 +180,6 @@ Result<void> look_up_posts(TileJob& job) {
 
 }  // namespace
 
-LineScale line_scale(const TilePlan& plan, int z) {
-  constexpr double kLeast = 4;
-  const LevelPlan& level = plan.level(z);
-  const double unit = tiling::tile_degrees(z) / kTileExtent;
-  return {.least_deg = kLeast * level.line_tolerance * unit,
-          .relief_m = level.fit_error_m / 2,
-          .finest_deg = kLeast * unit,
-          .step_m = level.border_step_m};
-}
-
 Result<void> stream_posts(const TileJob& job, std::stop_token stop,
                           const std::function<void(const TilePosts&)>& f) {
   if (job.whole) {

@@ -13,6 +13,7 @@
 #include "terrain/base/result.h"
 #include "terrain/mesh/tin.h"
 #include "terrain/pyramid/plan/level_plan.h"
+#include "terrain/pyramid/plan/line_scale.h"
 #include "terrain/pyramid/residual/residual_lattice.h"
 #include "terrain/store/tile_set.h"
 #include "terrain/surface/height_field.h"
@@ -63,9 +64,6 @@ struct TileJob {
   bool alone() const { return windows.size() == 1 && windows.front().alone; }
   double spacing_m() const;  // of the finest layer that has posts here
 };
-
-/// What a level asks of the dataset's lines.
-LineScale line_scale(const TilePlan&, int level);
 
 /// Posts to be skipped between those that the mesh is fitted to, so that they are not too many: a
 /// power of two.
