@@ -5,8 +5,10 @@
 
 #include "terrain/pyramid/make/tile_methods.h"
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
+#include <vector>
 
 #include "terrain/mesh/triangle_plane.h"
 #include "terrain/simplify/common/held_mesh.h"
@@ -16,6 +18,9 @@
 namespace tind {
 
 namespace {
+
+/// The levels of lakes are brought to the steps of borders, 1 m at most.
+constexpr double kLevelStep = 0.51;
 
 /// The bound, a hair tighter: rounding may not break it.
 double inner_bound(const MesherOptions& o) { return o.eps - 1e-9 * (o.eps + o.relief); }
@@ -30,31 +35,60 @@ InsertionOptions insertion_options(const MesherOptions& o) {
   return i;
 }
 
-/// Calls f(sample) for all that are valid, in an order in which neighbours follow each other.
+/// Calls f(sample, number) for all that are valid, in an order in which neighbours follow each
+/// other.
 template <class F>
 void each_sample(const GridSamples& s, F&& f) {
   for (int row = 0; row < s.rows; ++row) {
     for (int k = 0; k < s.cols; ++k) {
       const int col = row % 2 ? s.cols - 1 - k : k;  // there and back
-      const Vec3 p = s.sample(std::size_t(row) * s.row_length() + std::size_t(col));
-      if (!std::isnan(p.z)) f(p);
+      const std::size_t i = std::size_t(row) * s.row_length() + std::size_t(col);
+      const Vec3 p = s.sample(i);
+      if (!std::isnan(p.z)) f(p, i);
     }
   }
 }
 template <class F>
 void each_sample(const ScatteredSamples& s, F&& f) {
-  for (std::size_t i = 0; i < s.size(); ++i) f(s.sample(i));
+  for (std::size_t i = 0; i < s.size(); ++i) f(s.sample(i), i);
+}
+
+/// Which samples the frame is level with: those of its level triangles that have no other samples.
+/// In a lake, that is: a vertex there could only leave the level.
+template <class Samples>
+std::vector<bool> level_samples(const HalfedgeMesh& frame, const Samples& samples, double bound) {
+  const double hair = std::min(bound / 4, kLevelStep);
+  std::vector<bool> level(samples.size(), false);
+  std::vector<std::size_t> inside;
+  for (HalfedgeMesh::Index t = 0; t < frame.triangle_slots(); ++t) {
+    if (!frame.alive_triangle(t)) continue;
+    const Vec3 &a = frame.position(frame.origin(3 * t)), &b = frame.position(frame.dest(3 * t)),
+               &c = frame.position(frame.apex(3 * t));
+    if (a.z != b.z || a.z != c.z) continue;
+    inside.clear();
+    bool all = true;
+    samples.scan(a, b, c, [&](double, double, double z, std::size_t i) {
+      inside.push_back(i);
+      return all = std::abs(z - a.z) <= hair;
+    });
+    if (!all) continue;
+    for (const std::size_t i : inside) level[i] = true;
+  }
+  return level;
 }
 
 /// Makes every sample inside the frame a vertex; not where there is one already, or a line has no
-/// room beside it. They are samples all the same.
+/// room beside it, nor in the lakes of `kept`. They are samples all the same.
 template <class Samples>
 void insert_all(HalfedgeMesh& mesh, const Samples& samples, const MesherOptions& o,
                 LinePoints* kept) {
   DelaunayInsertion<Samples> insertion(mesh, samples, insertion_options(o));
   if (kept) insertion.keep(kept);
+  const std::vector<bool> level =
+      kept ? level_samples(mesh, samples, inner_bound(o)) : std::vector<bool>(samples.size(), false);
   HalfedgeMesh::Index near = 0;
-  each_sample(samples, [&](const Vec3& sample) {
+  each_sample(samples, [&](const Vec3& sample, std::size_t i) {
+    if (level[i]) return;
     const Vec3 p{std::nearbyint(sample.x), std::nearbyint(sample.y),
                  std::clamp(snap_height(sample.z, o.height_step), o.height_min, o.height_max)};
     if (!(p.x > 0 && p.y > 0 && p.x < o.lattice_max && p.y < o.lattice_max)) return;

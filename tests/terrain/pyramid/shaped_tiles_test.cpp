@@ -11,7 +11,10 @@
 #include "terrain/check/check.h"
 #include "terrain/encode/quantized_mesh_tile.h"
 #include "terrain/pyramid/build/build.h"
+#include "terrain/pyramid/plan/tile_method.h"
 #include "terrain/shapes/shaped_dem.h"
+#include "terrain/simplify/method_text.h"
+#include "terrain/simplify/methods.h"
 #include "tests/support/made_up_source.h"
 #include "tests/support/shapes_file.h"
 #include "tests/support/support.h"
@@ -93,6 +96,32 @@ TEST(ShapedTiles, keep_every_promise_and_have_the_same_bytes_for_any_number_of_t
   ASSERT_TRUE(report) << report.error().what;
   EXPECT_TRUE(report->ok());
   for (const CheckLevel& level : report->levels) EXPECT_EQ(level.crack_m, 0);
+}
+
+TEST(ShapedTiles, are_level_by_every_method) {
+  ShapesFile water("methods");
+  lakes(water);
+  ShapeFiles files;
+  files.flatten = {water.write()};
+  const auto shaped = shaped_dem(hills(), files);
+  ASSERT_TRUE(shaped) << shaped.error().what;
+  for (const MethodOptions& method : all_methods()) {
+    if (!check_tile_method(method)) continue;
+    test::TempDir folder;
+    BuildOptions o;
+    o.output = folder.file("tiles");
+    o.tiles.method = method;
+    o.tiles.max_error_m = 2;
+    o.threads = 2;
+    const auto built = build_tiles(*shaped, o);
+    ASSERT_TRUE(built) << method_text(method) << ": " << built.error().what;
+    CheckOptions options;
+    options.source = *shaped;
+    const auto report = check_tiles(folder.file("tiles"), options);
+    ASSERT_TRUE(report) << report.error().what;
+    EXPECT_TRUE(report->ok()) << method_text(method);
+    EXPECT_EQ(report->findings[rule("source.flat")].count, 0u) << method_text(method);
+  }
 }
 
 TEST(ShapedTiles, have_the_water_of_their_place) {
