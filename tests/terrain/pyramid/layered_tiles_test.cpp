@@ -243,7 +243,7 @@ TEST(LayeredTiles, are_as_many_as_an_estimate_says_and_as_fine_as_explain_says) 
     for (std::uint64_t i = 0; i < plan->tiles(z).size(); ++i) {
       const auto [x, y] = plan->tiles(z)[i];
       const TileId id{z, x, y};
-      const auto story = explain_tile(*store, id, {.files = {}, .dem = {}, .layers = surface});
+      const auto story = explain_tile(*store, id, {.files = {}, .dem = {}, .surface = surface});
       ASSERT_TRUE(story) << story.error().what;
       EXPECT_EQ(story->budget_m, plan->level(id).budget_m) << id.text();
       ASSERT_TRUE(story->posts);
