@@ -17,9 +17,15 @@ constexpr std::int64_t kMostBlocks = 1 << 18;  // 2 MB
 constexpr int kLargestSide = 256;              // those of scan_heights are whole ones
 constexpr std::string_view kMagic{"TNSB\1\0\0\0", 8};
 
+/// Of a block of so many posts.
+std::uint64_t hash_of_voids(std::size_t posts) {
+  const std::vector<float> voids(posts, std::numeric_limits<float>::quiet_NaN());
+  return hash64({voids.data(), voids.size() * sizeof(float)}) | 1;
+}
+
 }  // namespace
 
-SourceBlocks::SourceBlocks(const DemInfo& info) {
+SourceBlocks::SourceBlocks(const DemInfo& info) : cols_(info.cols), rows_(info.rows) {
   const auto count = [](std::int64_t posts, int side) { return (posts + side - 1) / side; };
   while (side_ < kLargestSide && count(info.cols, side_) * count(info.rows, side_) > kMostBlocks)
     side_ *= 2;
@@ -47,25 +53,28 @@ void SourceBlocks::add(std::int64_t col, std::int64_t row, const HeightGrid& gri
 }
 
 void SourceBlocks::add_void(std::int64_t col, std::int64_t row, int cols, int rows) {
-  const auto hash_of = [](std::size_t posts) {
-    const std::vector<float> voids(posts, std::numeric_limits<float>::quiet_NaN());
-    return hash64({voids.data(), voids.size() * sizeof(float)}) | 1;
-  };
   const auto side = std::size_t(side_);
-  const std::uint64_t whole = hash_of(side * side);
+  const std::uint64_t whole = hash_of_voids(side * side);
   for (int r = 0; r < rows; r += side_)
     for (int c = 0; c < cols; c += side_) {
       const std::size_t posts =
           std::size_t(std::min(side_, rows - r)) * std::size_t(std::min(side_, cols - c));
       hashes_[std::size_t((row + r) / side_ * across_ + (col + c) / side_)] =
-          posts == side * side ? whole : hash_of(posts);
+          posts == side * side ? whole : hash_of_voids(posts);
     }
 }
 
-std::vector<std::uint8_t> SourceBlocks::difference(const SourceBlocks& other) const {
-  std::vector<std::uint8_t> differs(hashes_.size());
-  for (std::size_t i = 0; i < differs.size(); ++i) differs[i] = hashes_[i] != other.hashes_[i];
-  return differs;
+bool SourceBlocks::all_void(std::int64_t i, std::int64_t j) const {
+  if (i >= across_ || j >= down_) return true;
+  const std::int64_t cols = std::min<std::int64_t>(side_, cols_ - i * side_),
+                     rows = std::min<std::int64_t>(side_, rows_ - j * side_);
+  return has_void(i, j) && hash(i, j) == hash_of_voids(std::size_t(cols * rows));
+}
+
+bool SourceBlocks::differs(std::int64_t i, std::int64_t j, const SourceBlocks& other) const {
+  const bool both = i < across_ && j < down_ && i < other.across_ && j < other.down_;
+  if (both && hash(i, j) == other.hash(i, j)) return false;  // of other posts: voids all of them
+  return !all_void(i, j) || !other.all_void(i, j);
 }
 
 std::string SourceBlocks::digest() const {

@@ -31,8 +31,13 @@ class SourceBlocks {
 
   /// Is some post of the block void?
   bool has_void(std::int64_t i, std::int64_t j) const { return hash(i, j) & 1; }
-  /// Blocks that are not the same. REQUIRES: of the same grid.
-  std::vector<std::uint8_t> difference(const SourceBlocks&) const;
+  /// Of the posts that the block has; one beyond the grid has none.
+  bool all_void(std::int64_t i, std::int64_t j) const;
+  /// Is a block not the same in two grids that begin at the same post and may end elsewhere? What
+  /// is beyond one is void there. REQUIRES: the same side().
+  bool differs(std::int64_t i, std::int64_t j, const SourceBlocks&) const;
+  std::int64_t cols() const { return cols_; }
+  std::int64_t rows() const { return rows_; }
 
   /// 32 digits that stand for every post.
   std::string digest() const;
@@ -47,6 +52,7 @@ class SourceBlocks {
 
  private:
   int side_ = 16;
+  std::int64_t cols_ = 0, rows_ = 0;
   std::int64_t across_ = 0, down_ = 0;
   std::vector<std::uint64_t> hashes_;  // row by row; the lowest bit says that there is a void
 

@@ -6,9 +6,31 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include "terrain/geo/coordinates.h"
+
 namespace tind {
+
+/// One layer of the surface that tiles were made of: where its posts were, and what of it decided
+/// which tiles there are. What an update with other files or layers is told from.
+struct LayerRecord {
+  std::string crs;  // digest of the CRS, of its way to longitude and latitude, of the datum
+  Affine post_to_crs;
+  std::int64_t cols = 0, rows = 0;
+  std::int64_t files = 1;
+  bool plain = false, wraps = false;  // DemSource::is_plain_geographic(), DemInfo::wraps_longitude
+  double period_cols = 0, spacing_x_m = 1, spacing_y_m = 1, rounding_m = 0;  // as in DemInfo
+  double blend_m = 0, max_error_m = 0;                                       // as in SurfaceLayer
+  GeoRect bounds;
+  std::vector<GeoRect> extents;
+
+  /// The same grid, continued: same CRS and steps, posts at the same places.
+  bool continues(const LayerRecord&) const;
+  /// Its posts are numbered from the same corner, too, and placed by the same arithmetic.
+  bool same_lattice(const LayerRecord&) const;
+};
 
 /// Everything that the bytes of the tiles depend on.
 struct BuildRecord {
@@ -29,7 +51,17 @@ struct BuildRecord {
   std::vector<double> steps_m;   // by level: the step of heights on borders
   std::string shapes;            // stands for the lines and the water; empty: there are none
   std::string shape_levels;      // and this for their levels, which go by the heights
+  int layer_epoch = 0;           // of tiles of several layers or files: as epoch; 0: of one file
+  int asked_deepest = -1;        // by an option; -1: by the posts
+  /// The lowest first. Empty: of a version that did not note them.
+  std::vector<LayerRecord> layers;
+  std::pair<double, double> range_m;                      // of all heights
+  std::vector<std::pair<double, double>> level_ranges_m;  // by level, where they differ (layers)
 };
+
+/// Can tiles of the one become tiles of the other by an update: are they made alike, of surfaces
+/// that have the grid of a layer in common?
+bool may_update(const BuildRecord& from, const BuildRecord& to);
 
 /// The text that is kept: the same record, the same text.
 std::string encode(const BuildRecord&);

@@ -83,8 +83,9 @@ class LockedStore {
 
   /// Makes the store ours for this work; at most once. What is there:
   /// - nothing, or tiles of the same: those stay that are as they were written
-  /// - tiles of the same grid and options but of other heights: an update. Only tiles that
-  ///   `changes` flags are made again, and take the old ones' places when all are ready
+  /// - tiles that can become these (may_update()): an update. Only tiles that `changes` flags are
+  ///   made again, and take the old ones' places when all are ready; those that are not of this
+  ///   work go then
   /// - other tiles of a build: refused, or with `force` removed
   /// - anything else where our tiles belong: refused
   virtual Result<std::unique_ptr<TileWriter>> claim(const TileWork&, const Progress& = {}) = 0;

@@ -21,8 +21,7 @@ constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 
 HeightField::HeightField(Surface surface) : surface_(std::move(surface)) {
   for (const SurfaceLayer& layer : surface_.layers()) layers_.emplace_back(*layer.source);
-  for (std::size_t k = 1; k < layers_.size(); ++k)
-    blends_.emplace_back(*surface_.layers()[k].source, surface_.layers()[k].blend_m);
+  for (std::size_t k = 1; k < layers_.size(); ++k) blends_.emplace_back(surface_.layers()[k]);
 }
 
 Result<void> HeightField::load(std::size_t layer, std::int64_t col, std::int64_t row, int cols,

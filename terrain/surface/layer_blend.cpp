@@ -37,10 +37,13 @@ double linear(const std::array<double, 4>& z, std::size_t at, double fx, double 
 
 }  // namespace
 
-LayerBlend::LayerBlend(const DemSource& source, double blend_m)
-    : source_(source), info_(source.info()), blend_m_(blend_m) {
-  reach_cols_ = int(std::floor(blend_m / info_.spacing_x_m));
-  reach_rows_ = int(std::floor(blend_m / info_.spacing_y_m));
+LayerBlend::LayerBlend(const SurfaceLayer& layer)
+    : source_(*layer.source),
+      info_(source_.info()),
+      spacing_m_(layer.spacing_m),
+      blend_m_(layer.blend_m) {
+  reach_cols_ = int(std::floor(blend_m_ / spacing_m_.x));
+  reach_rows_ = int(std::floor(blend_m_ / spacing_m_.y));
 }
 
 bool LayerBlend::near(Vec2 p) const {
@@ -110,7 +113,7 @@ void LayerBlend::each_near(const Block& block, Post p, F&& f) const {
   const int c = int(p.col - floor_div(p.col, kBlock) * kBlock) + reach_cols_,
             r = int(p.row - floor_div(p.row, kBlock) * kBlock) + reach_rows_;
   const auto width = std::size_t(block.around.cols());
-  const double across = info_.spacing_x_m, down = info_.spacing_y_m, most = blend_m_ * blend_m_;
+  const double across = spacing_m_.x, down = spacing_m_.y, most = blend_m_ * blend_m_;
   const auto one = [&](int dx, int dy) {
     const double x = dx * across, y = dy * down, square = x * x + y * y;
     if (square < most) f(Post{p.col + dx, p.row + dy}, std::sqrt(square));

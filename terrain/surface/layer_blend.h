@@ -15,6 +15,7 @@
 #include "terrain/geo/coordinates.h"
 #include "terrain/raster/dem_source.h"
 #include "terrain/raster/height_grid.h"
+#include "terrain/surface/surface.h"
 
 namespace tind {
 
@@ -35,7 +36,8 @@ class LayerBlend {
   using Below = std::function<void(std::span<const Geographic> places, std::span<double> heights,
                                    std::span<double> shares)>;
 
-  LayerBlend(const DemSource& source, double blend_m);
+  /// REQUIRES: a layer of a Surface, which outlives this.
+  explicit LayerBlend(const SurfaceLayer&);
 
   /// Could the layer bend anything at these post coordinates?
   bool near(Vec2 post) const;
@@ -69,6 +71,7 @@ class LayerBlend {
 
   const DemSource& source_;
   const DemInfo& info_;
+  Vec2 spacing_m_;
   double blend_m_;
   int reach_cols_, reach_rows_;
   std::unordered_map<std::uint64_t, std::shared_ptr<const Block>> blocks_;

@@ -18,10 +18,9 @@ constexpr int kAcrossBlend = 16, kAcrossTile = 256;  // samples
 double power_of_two_at_most(double x) { return std::exp2(std::floor(std::log2(x))); }
 
 std::int64_t step_of(const SurfaceLayer& layer, TileId tile) {
-  const DemInfo& info = layer.source->info();
-  const double spacing = std::min(info.spacing_x_m, info.spacing_y_m);
   const double tile_m = tiling::tile_degrees(tile.level) * 111320;
-  const double posts = std::max(layer.blend_m / kAcrossBlend, tile_m / kAcrossTile) / spacing;
+  const double posts =
+      std::max(layer.blend_m / kAcrossBlend, tile_m / kAcrossTile) / layer.finest_m();
   return std::int64_t(power_of_two_at_most(std::max(1.0, posts)));
 }
 
@@ -58,9 +57,9 @@ Lattice lattice_over(const SurfaceLayer& layer, const GeoRect& r, std::int64_t s
     n = int(std::max(0.0, std::floor((end - double(first)) / double(step)) + 1));
   };
   Lattice lattice;
-  const double reach_x = info.wraps_longitude ? 0 : std::ceil(layer.blend_m / info.spacing_x_m);
+  const double reach_x = info.wraps_longitude ? 0 : std::ceil(layer.blend_m / layer.spacing_m.x);
   range(low.x, high.x, reach_x, info.cols, lattice.col, lattice.cols);
-  range(low.y, high.y, std::ceil(layer.blend_m / info.spacing_y_m), info.rows, lattice.row,
+  range(low.y, high.y, std::ceil(layer.blend_m / layer.spacing_m.y), info.rows, lattice.row,
         lattice.rows);
   return lattice;
 }

@@ -58,12 +58,18 @@ std::vector<GeoRect> area_of(const std::vector<SurfaceLayer>& layers, std::size_
   return area;
 }
 
-double finest_m(const DemInfo& info) { return std::min(info.spacing_x_m, info.spacing_y_m); }
+double rounded(double spacing_m) { return std::exp2(std::round(std::log2(spacing_m) * 4) / 4); }
+
+/// `alone`: no other layer. See SurfaceLayer::spacing_m.
+Vec2 spacing_of(const DemInfo& info, bool alone) {
+  if (alone && info.files.size() <= 1) return {info.spacing_x_m, info.spacing_y_m};
+  return {rounded(info.spacing_x_m), rounded(info.spacing_y_m)};
+}
 
 void settle_blend(std::vector<SurfaceLayer>& layers, std::size_t k) {
   SurfaceLayer& layer = layers[k];
   const DemInfo& info = layer.source->info();
-  const double most = VoidFill::kReach * finest_m(info);
+  const double most = VoidFill::kReach * layer.finest_m();
   if (layer.blend_m < 0) {
     double coarsest = rank_spacing_m(info);
     for (std::size_t below = 0; below < k; ++below) {
@@ -150,13 +156,16 @@ double rank_spacing_m(const DemInfo& info) {
 
 Surface::Surface(std::shared_ptr<const DemSource> source, int) {
   auto parts = std::make_shared<Parts>();
-  parts->layers.push_back({{}, std::move(source), 0});
+  const Vec2 spacing = spacing_of(source->info(), true);
+  parts->layers.push_back({{}, std::move(source), 0, 0, spacing});
   parts_ = std::move(parts);
 }
 
 Result<Surface> Surface::of_layers(std::vector<SurfaceLayer> layers) {
   if (layers.empty()) return fail(Errc::invalid_argument, "a surface of no layers");
   auto parts = std::make_shared<Parts>();
+  for (SurfaceLayer& layer : layers)
+    layer.spacing_m = spacing_of(layer.source->info(), layers.size() == 1);
   if (layers.size() > 1) {
     for (const SurfaceLayer& layer : layers)
       if (layer.source->info().crs_kind == CrsKind::none)
@@ -169,7 +178,8 @@ Result<Surface> Surface::of_layers(std::vector<SurfaceLayer> layers) {
     if (auto ok = settle_datum(layers, *parts->info); !ok) return std::unexpected(ok.error());
     for (const SurfaceLayer& layer : layers) {
       const DemInfo& info = layer.source->info();
-      const double near = layer.blend_m + 2 * std::max(info.spacing_x_m, info.spacing_y_m);
+      // In posts the blend is up to 9 % longer: spacing_m is rounded.
+      const double near = 1.1 * layer.blend_m + 2.2 * layer.coarsest_m();
       auto& reaches = parts->reaches.emplace_back();
       for (const GeoRect& r : extents_of(info)) reaches.push_back(grown(r, near));
     }

@@ -3,6 +3,7 @@
 // tile, its borders and whoever checks them ask the surface; only here is it known how many DEMs
 // there are.
 
+#include <algorithm>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -27,6 +28,13 @@ struct SurfaceLayer {
   double blend_m = -1;
   /// Of the tiles at the end of its pyramid; 0: as the options of the tiles say.
   double max_error_m = 0;
+  /// Ground distance of neighbouring posts along columns' x and rows' y, metres, as tiles go by it;
+  /// a Surface sets it. Of a lone DEM of one file what it is; else rounded to steps of 19 %, so
+  /// that a file more, which moves the middle of the grid, does not change every tile by a hair.
+  Vec2 spacing_m = {};
+
+  double finest_m() const { return std::min(spacing_m.x, spacing_m.y); }
+  double coarsest_m() const { return std::max(spacing_m.x, spacing_m.y); }
 };
 
 /// A value that is cheap to copy; copies share their layers. Thread-safe.
@@ -89,8 +97,8 @@ class Surface {
   std::shared_ptr<const Parts> parts_;
 };
 
-/// Ground distance of neighbouring posts, metres, as plans take it of a layer among others: rounded
-/// to steps of 19 %, so that a file more does not change it by a hair.
+/// Ground distance of neighbouring posts, metres, one number for both directions, as plans take it
+/// of a layer among others: in steps of 19 %, as SurfaceLayer::spacing_m.
 double rank_spacing_m(const DemInfo&);
 
 }  // namespace tind

@@ -13,6 +13,15 @@
 
 namespace tind::test {
 
+/// Files that are not synced: the machine of the tests keeps its power, and its disk has other
+/// things to do.
+class Unsynced : public FolderFiles {
+ public:
+  Result<void> sync_file(const std::string&) override { return {}; }
+  Result<void> sync_folder(const std::string&) override { return {}; }
+  Result<void> sync_all(const std::string&) override { return {}; }
+};
+
 /// Does each step on the real disk, and keeps a list of them. From that list it makes folders as a
 /// power cut after any step could have left them: what was synced is there; of the rest, names may
 /// be the old or the new ones, each by itself, and files empty, short, full of zeros or torn

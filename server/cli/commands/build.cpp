@@ -77,7 +77,11 @@ nlohmann::ordered_json to_json(const BuildReport& r, const TileSetOptions& tiles
                    {"changed_blocks", r.update.changed_blocks},
                    {"block_posts", r.update.block_posts},
                    {"dirty_tiles", r.update.dirty_tiles},
-                   {"levels_of_other_steps", r.update.levels_of_other_steps}};
+                   {"levels_of_other_steps", r.update.levels_of_other_steps},
+                   {"new_layers", r.update.new_layers},
+                   {"gone_layers", r.update.gone_layers},
+                   {"gone_tiles", r.update.gone_tiles}};
+    if (!r.update.everything.empty()) j["update"]["everything"] = r.update.everything;
   }
   j["over_budget"] = r.over_budget;
   j["worst_over_budget"] = r.worst_over_budget;
@@ -98,6 +102,50 @@ nlohmann::ordered_json to_json(const BuildReport& r, const TileSetOptions& tiles
                            {"worst_edge_error_m", l.worst_edge_error_m}});
   }
   return j;
+}
+
+/// What changed since the tiles that are there were made, and what of them is made again; nothing
+/// where there is no update.
+std::string update_text(const UpdateReport& u) {
+  if (!u.updated) return {};
+  const std::string gone =
+      u.gone_tiles > 0 ? fmt::format("; {} have nothing to stand on any more", u.gone_tiles) : "";
+  if (!u.everything.empty())
+    return fmt::format("all {} tiles are made again, for {}{}\n", u.dirty_tiles, u.everything,
+                       gone);
+  std::string text;
+  if (!u.new_layers.empty())
+    text += fmt::format(
+        "{} (new, or on another grid than before): all tiles that {} a say in are "
+        "made again\n",
+        fmt::join(u.new_layers, ", "), u.new_layers.size() == 1 ? "it has" : "they have");
+  if (u.gone_layers > 0)
+    text += fmt::format("{} of before {} gone, or on another grid\n",
+                        u.gone_layers == 1 ? "1 layer" : fmt::format("{} layers", u.gone_layers),
+                        u.gone_layers == 1 ? "is" : "are");
+  text += fmt::format(
+      "heights changed in {} of {} blocks of {} x {} posts: {} tiles depend on what "
+      "changed{}{}\n",
+      u.changed_blocks, u.blocks, u.block_posts, u.block_posts, u.dirty_tiles,
+      u.levels_of_other_steps > 0
+          ? fmt::format(", {} whole levels because their range needs other height "
+                        "steps",
+                        u.levels_of_other_steps)
+          : "",
+      gone);
+  return text;
+}
+
+/// What an update of the folder would do, where there is one.
+int print_update(const Surface& surface, const BuildOptions& o, const std::string& style) {
+  Result<UpdateReport> update = fail(Errc::internal, "not run");
+  {
+    ProgressBar bar("posts", progress_style(style));
+    update = foresee_update(surface, o, bar.progress());
+  }
+  if (!update) return complain(update.error());
+  if (update->updated) fmt::print("an update of {}: {}", o.output, update_text(*update));
+  return kOk;
 }
 
 void print(const BuildReport& r, const TileSetOptions& tiles, VerticalDatum datum, double seconds) {
@@ -126,14 +174,7 @@ void print(const BuildReport& r, const TileSetOptions& tiles, VerticalDatum datu
         "{} tiles could not be kept on one side of their posts and say so in their metadata\n",
         r.not_one_sided);
   }
-  if (const UpdateReport& u = r.update; u.updated) {
-    fmt::print("heights changed in {} of {} blocks of {} x {} posts: {} tiles depend on them{}\n",
-               u.changed_blocks, u.blocks, u.block_posts, u.block_posts, u.dirty_tiles,
-               u.levels_of_other_steps > 0
-                   ? fmt::format(", {} whole levels because their range needs other height steps",
-                                 u.levels_of_other_steps)
-                   : "");
-  }
+  fmt::print("{}", update_text(r.update));
   if (r.unsound > 0) {
     fmt::print(
         "{} tiles of an earlier run were made again: torn, changed, missing or not known to be "
@@ -191,7 +232,12 @@ int run(Arguments a) {
   const auto threads = threads_within(a.memory, *source, dem, a.options.threads);
   if (!threads) return complain(threads.error());
   a.options.threads = *threads;
-  if (a.dry_run) return print_estimate(*source, a.options, a.progress, a.json);
+  if (a.dry_run) {
+    if (const int exit = print_estimate(*source, a.options, a.progress, a.json);
+        exit != kOk || a.options.output.empty() || a.json)
+      return exit;
+    return print_update(*source, a.options, a.progress);
+  }
   if (!a.json) fmt::print("{}", layers_text(*source));
   warn_of_plan(*source, a.options.tiles);
   std::error_code error;  // before the work
@@ -253,14 +299,16 @@ void add_build(Command program, int& exit) {
              "store tiles compressed (a static server must then send Content-Encoding: gzip)");
   c.add_flag(
       "--force", a->options.force,
-      "replace tiles that tind build made of another source, with other options or by another "
-      "version; nothing else is touched");
+      "replace tiles that tind build made of a source that has no layer's grid in common, with "
+      "other options or by another version; nothing else is touched");
   add_progress_option(c, a->progress);
   c.add_flag("--json", a->json, "print the summary as JSON");
   c.footer(
-      "Killed and run again, it goes on; where heights changed since, it makes again what depends "
-      "on them. Tiles are quantized-mesh-1.0, EPSG:4326, TMS.");
-  c.add_flag("--dry-run", a->dry_run, "only say what it would take, as tind estimate does");
+      "Killed and run again, it goes on; where heights, files or layers changed since, it makes "
+      "again what depends on them. Tiles are quantized-mesh-1.0, EPSG:4326, TMS.");
+  c.add_flag("--dry-run", a->dry_run,
+             "only say what it would take, as tind estimate does, and which tiles an update of the "
+             "directory would make again");
   c.on_run([a, c, &exit] {
     if (!names_any(a->input, a->layers)) refuse_missing("DEM");
     if (!c.given("--output") && !a->dry_run) refuse_missing("--output");

@@ -27,6 +27,46 @@ std::vector<std::uint8_t> gzipped(const std::vector<std::uint8_t>& bytes) {
   return deflate(bytes, Wrapping::gzip, 10);
 }
 
+namespace {
+
+/// What a build knows before its first tile.
+Result<TilePlan> plan_of_posts(const Surface& surface, const BuildOptions& o,
+                               const TilePlan& outline, SurfaceBlocks& blocks,
+                               const Progress& progress) {
+  auto range = scan_heights(surface, progress, o.threads, &blocks);
+  if (!range) return std::unexpected(range.error());
+  if (auto done = find_level_ranges(surface, outline, *range); !done)
+    return std::unexpected(done.error());
+  return TilePlan::make(surface, *range, o.tiles);
+}
+
+}  // namespace
+
+Result<UpdateReport> foresee_update(const Surface& surface, const BuildOptions& o,
+                                    const Progress& progress) {
+  UpdateReport update;
+  const auto outline = TilePlan::make(surface, HeightRange{}, o.tiles);
+  if (!outline) return std::unexpected(outline.error());
+  const auto record = open_store(o.output)->record();
+  if (!record) return update;
+  SurfaceBlocks blocks(surface);
+  const auto plan = plan_of_posts(surface, o, *outline, blocks, progress);
+  if (!plan) return std::unexpected(plan.error());
+  const TileOrder ids = plan->order();
+  const TileWork work = tile_work(surface, *plan, ids, blocks, o, update);
+  if (encode(*record) == encode(work.record)) return update;
+  if (!may_update(*record, work.record))
+    return fail(Errc::invalid_argument,
+                o.output +
+                    " holds tiles that cannot become these by an update: they are of "
+                    "another source or were made with other options (--force replaces them)");
+  const auto kept = read_kept_blocks(o.output, *record);
+  if (!kept) return std::unexpected(kept.error());
+  if (const auto dirty = work.changes(*record, *kept); !dirty)
+    return std::unexpected(dirty.error());
+  return update;
+}
+
 Result<BuildReport> build_tiles(const Surface& surface, const BuildOptions& o,
                                 const Progress& progress) {
   // The share of the work that reading every post is, more or less; twice, where an index is made.
@@ -37,11 +77,7 @@ Result<BuildReport> build_tiles(const Surface& surface, const BuildOptions& o,
   const auto ours = o.lock(o.output);
   if (!ours) return std::unexpected(ours.error());
   SurfaceBlocks blocks(surface);
-  auto range = scan_heights(surface, progress.part(0, large ? 0.1 : reading), o.threads, &blocks);
-  if (!range) return std::unexpected(range.error());
-  if (auto done = find_level_ranges(surface, *outline, *range); !done)
-    return std::unexpected(done.error());
-  auto plan = TilePlan::make(surface, *range, o.tiles);
+  auto plan = plan_of_posts(surface, o, *outline, blocks, progress.part(0, large ? 0.1 : reading));
   if (!plan) return std::unexpected(plan.error());
   const TileOrder ids = plan->order();
   const double looking = reading + 0.03;

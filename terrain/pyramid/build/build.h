@@ -36,14 +36,24 @@ struct LevelReport {
   double worst_edge_error_m = 0;  // skirts this deep and those of the level above hide every gap
 };
 
-/// What a build found in a directory of tiles of the same grid, made of other heights.
+/// What a build found in a directory of tiles that can become its own: of other heights, of other
+/// files or of other layers.
 struct UpdateReport {
-  bool updated = false;                          // false: there were none, or none of other heights
-  std::uint64_t blocks = 0, changed_blocks = 0;  // of block_posts x block_posts posts
+  bool updated = false;                 // false: there were none, or they are as they should be
+  std::vector<std::string> new_layers;  // names of those that are new, or on another grid
+  std::size_t gone_layers = 0;
+  std::string everything;        // why all tiles are made again, if they are
+  std::uint64_t gone_tiles = 0;  // there is nothing any more where they were
+  // Of the layers that are in both, block_posts x block_posts posts each.
+  std::uint64_t blocks = 0, changed_blocks = 0;
   int block_posts = 0;
   std::uint64_t dirty_tiles = 0;  // depend on what changed, and are made again
   int levels_of_other_steps = 0;  // the range of heights changed: whole levels are made again
 };
+
+/// What build_tiles() would find in o.output, with nothing made or changed. Reads every post. Fails
+/// as that does, with invalid_argument where it would refuse what is there.
+Result<UpdateReport> foresee_update(const Surface&, const BuildOptions&, const Progress& = {});
 
 struct BuildReport {
   std::uint64_t tiles = 0, built = 0, reused = 0, bytes = 0;

@@ -493,12 +493,12 @@ int decimation(const PostWindow& w) {
 
 double TileJob::spacing_m() const {
   double spacing = HUGE_VAL;
-  for (const LayerWindow& w : windows) {
-    const DemInfo& info = surface.layers()[w.layer].source->info();
-    spacing = std::min({spacing, info.spacing_x_m, info.spacing_y_m});
-  }
+  for (const LayerWindow& w : windows)
+    spacing = std::min(spacing, surface.layers()[w.layer].finest_m());
+  if (!windows.empty()) return spacing;
   const DemInfo& all = surface.info();
-  return windows.empty() ? std::min(all.spacing_x_m, all.spacing_y_m) : spacing;
+  return surface.only() ? surface.layers()[0].finest_m()
+                        : std::min(all.spacing_x_m, all.spacing_y_m);
 }
 
 /// Of one layer among others: so that its posts are not much denser in the tile than the most that
@@ -507,8 +507,7 @@ int decimation(const TileJob& job, const LayerWindow& w) {
   int step = decimation(w.posts);
   if (job.windows.size() == 1) return step;
   const double metres = tiling::tile_degrees(job.id.level) * 111320 / (2 * kMeshPosts);
-  const DemInfo& info = job.surface.layers()[w.layer].source->info();
-  while (step * std::min(info.spacing_x_m, info.spacing_y_m) < metres &&
+  while (step * job.surface.layers()[w.layer].finest_m() < metres &&
          2 * step < std::max(w.posts.cols, w.posts.rows))
     step *= 2;
   return step;

@@ -1,9 +1,14 @@
 // By footprint: the window of posts that a tile reads, in blocks, against the blocks that changed.
+// Of a layer that is new or gone, by what it can reach. What else a tile depends on is its plan,
+// which is compared as a whole.
 
 #include "terrain/pyramid/plan/dirty_tiles.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <memory>
+#include <utility>
 
 #include "terrain/pyramid/plan/plan_source.h"
 #include "terrain/surface/tile_posts.h"
@@ -15,21 +20,60 @@ namespace {
 
 constexpr int kFillReach = VoidFill::kReach + 2;
 constexpr int kNormalCells = 512;  // a side of the coarsest lattice that normals are taken from
+constexpr double kDegree_m = 111320, kRadian = 0.017453292519943295;
 
 std::int64_t floor_div(std::int64_t a, std::int64_t b) { return a / b - (a % b < 0); }
+
+// --- a layer in its two grids, which begin at the same post
+// ---------------------------------------
+
+/// A DEM as if its grid reached as far as it does and as it did: for windows of posts.
+class BothGrids : public DemSource {
+ public:
+  BothGrids(const DemSource& now, const LayerRecord& before) : now_(now), info_(now.info()) {
+    info_.cols = std::max(info_.cols, before.cols);
+    info_.rows = std::max(info_.rows, before.rows);
+    const GeoRect& b = before.bounds;
+    info_.bounds = {std::min(info_.bounds.west, b.west), std::min(info_.bounds.south, b.south),
+                    std::max(info_.bounds.east, b.east), std::max(info_.bounds.north, b.north)};
+  }
+  const DemInfo& info() const override { return info_; }
+  Result<HeightGrid> read(std::int64_t col, std::int64_t row, int cols, int rows) const override {
+    return now_.read(col, row, cols, rows);
+  }
+  Result<HeightGrid> read_decimated(std::int64_t col, std::int64_t row, int cols, int rows,
+                                    int step) const override {
+    return now_.read_decimated(col, row, cols, rows, step);
+  }
+  void to_post(std::span<const Geographic> in, std::span<Vec2> out) const override {
+    now_.to_post(in, out);
+  }
+  void to_geographic(std::span<const Vec2> in, std::span<Geographic> out) const override {
+    now_.to_geographic(in, out);
+  }
+  bool is_plain_geographic() const override { return now_.is_plain_geographic(); }
+
+ private:
+  const DemSource& now_;
+  DemInfo info_;
+};
 
 /// Marks of blocks, and how many there are in a rectangle of them, at once.
 class BlockCounts {
  public:
-  BlockCounts(const std::vector<std::uint8_t>& marks, const SourceBlocks& blocks,
-              const DemInfo& info)
-      : info_(info), side_(blocks.side()), across_(blocks.across()), down_(blocks.down()) {
+  template <class Marks>  // bool(i, j)
+  BlockCounts(const DemInfo& info, int side, Marks&& marked)
+      : info_(info),
+        side_(side),
+        across_((info.cols + side - 1) / side),
+        down_((info.rows + side - 1) / side) {
     sums_.resize(std::size_t((across_ + 1) * (down_ + 1)));
     for (std::int64_t j = 0; j < down_; ++j)
       for (std::int64_t i = 0; i < across_; ++i)
-        at(i + 1, j + 1) =
-            marks[std::size_t(j * across_ + i)] + at(i, j + 1) + at(i + 1, j) - at(i, j);
+        at(i + 1, j + 1) = marked(i, j) + at(i, j + 1) + at(i + 1, j) - at(i, j);
   }
+
+  std::int64_t total() const { return sums_.back(); }
 
   /// Is there a marked block that has posts of the window? Windows may lie outside, wholly too.
   bool any(PostWindow w) const {
@@ -91,20 +135,6 @@ bool changed_beyond(const BlockCounts& changed, const PostWindow& posts, const D
                                      strip(info.cols - kFillReach, 0, kFillReach, info.rows))));
 }
 
-/// Blocks with voids, before or after, that a block which changed can fill.
-std::vector<std::uint8_t> voids_to_fill_anew(const BlockCounts& changed, const SourceBlocks& before,
-                                             const SourceBlocks& after) {
-  std::vector<std::uint8_t> marks(after.size());
-  const std::int64_t side = after.side();
-  for (std::int64_t j = 0; j < after.down(); ++j)
-    for (std::int64_t i = 0; i < after.across(); ++i) {
-      if (!before.has_void(i, j) && !after.has_void(i, j)) continue;
-      const PostWindow block{.col = i * side, .row = j * side, .cols = side, .rows = side};
-      marks[std::size_t(j * after.across() + i)] = changed.any(grown(block, kFillReach));
-    }
-  return marks;
-}
-
 /// The posts near a rectangle that no post is in, so many at least.
 PostWindow window_beside(const DemSource& source, GeoRect rect, std::int64_t posts) {
   const DemInfo& info = source.info();
@@ -117,55 +147,301 @@ PostWindow window_beside(const DemSource& source, GeoRect rect, std::int64_t pos
   return post_window(source, rect);
 }
 
-/// Marks the tiles that depend on blocks of one DEM that changed; `farther`: posts more around a
-/// tile that it depends on, with all that fills voids there.
-void mark(const Surface& surface, const DemSource& source, const TilePlan& plan,
-          const TileOrder& ids, const SourceBlocks& before, const SourceBlocks& after,
-          double farther, std::vector<std::uint8_t>& dirty) {
-  const DemInfo& info = source.info();
-  const BlockCounts changed(after.difference(before), after, info);
-  const BlockCounts filled(voids_to_fill_anew(changed, before, after), after, info);
+/// Of a layer in both surfaces: which blocks are not as they were, and which have voids that those
+/// can fill.
+struct ChangedBlocks {
+  BlockCounts changed, filled;
 
-  const int deepest_indexed = deepest_indexed_level(surface, plan);
-  for (std::size_t k = 0; k < ids.size(); ++k) {
-    const TileId id = ids[k];
+  ChangedBlocks(const DemInfo& both, const SourceBlocks& before, const SourceBlocks& after)
+      : changed(both, after.side(),
+                [&](std::int64_t i, std::int64_t j) {
+                  return after.differs(i, j, before) || ends(i, j, before, after);
+                }),
+        filled(both, after.side(), [&](std::int64_t i, std::int64_t j) {
+          const auto has_void = [&](const SourceBlocks& b) {
+            return i >= b.across() || j >= b.down() || b.has_void(i, j);
+          };
+          if (!has_void(before) && !has_void(after)) return false;
+          const std::int64_t side = after.side();
+          const PostWindow block{.col = i * side, .row = j * side, .cols = side, .rows = side};
+          return changed.any(grown(block, kFillReach));
+        }) {}
+
+ private:
+  /// Does a grid end at this block where the other goes on? The outermost posts count on for half
+  /// a spacing where nothing follows.
+  static bool ends(std::int64_t i, std::int64_t j, const SourceBlocks& before,
+                   const SourceBlocks& after) {
+    const std::int64_t side = after.side();
+    const auto at = [&](std::int64_t block, std::int64_t a, std::int64_t b) {
+      return a != b && block == (std::min(a, b) - 1) / side;
+    };
+    return (at(i, before.cols(), after.cols()) || at(j, before.rows(), after.rows())) &&
+           !(before.all_void(i, j) && after.all_void(i, j));
+  }
+};
+
+/// Posts of the source in a metre, at most: those of longitudes lie closer away from the equator
+/// than in the middle.
+double posts_per_metre(const DemInfo& info) {
+  const auto cosine = [](double lat) { return std::cos(std::min(std::abs(lat), 89.0) * kRadian); };
+  const double middle = cosine((info.bounds.south + info.bounds.north) / 2);
+  const double least = std::min(cosine(info.bounds.south), cosine(info.bounds.north));
+  const double shrunk = info.crs_kind == CrsKind::geographic ? least / middle : 1;
+  return 1 / std::min({info.spacing_x_m * shrunk, info.spacing_x_m, info.spacing_y_m});
+}
+
+/// How far from a tile what layers bend can lie, metres: a chain of them, each bent to the next,
+/// with the cells between posts that it looks at.
+double bent_m(const MadeOf& made) {
+  if (made.surface.only()) return 0;
+  double sum = 0;
+  for (const SurfaceLayer& layer : made.surface.layers())
+    sum += 1.1 * layer.blend_m + 2.2 * layer.coarsest_m();
+  return sum;
+}
+
+double margin_m(const MadeOf& made) {
+  double coarsest = 0;
+  for (const SurfaceLayer& layer : made.surface.layers())
+    coarsest = std::max(coarsest, layer.coarsest_m());
+  return made.surface.only() ? 0 : 5 * coarsest;
+}
+
+/// What marks share.
+struct Marking {
+  const MadeOf &before, &after;
+  const TileOrder& ids;
+  int deepest_indexed;
+  double bent_m;
+  double margin_m;  // the posts that a window has more than a tile, of the coarsest layer
+  std::vector<std::uint8_t>& dirty;
+};
+
+GeoRect grown(const GeoRect& r, double metres) {
+  const double up = metres / kDegree_m;
+  const double lat = std::max(std::abs(r.south), std::abs(r.north)) + up;
+  if (lat > 89) return {-180, r.south - up, 180, r.north + up};
+  const double across = up / std::cos(lat * kRadian);
+  return {r.west - across, r.south - up, r.east + across, r.north + up};
+}
+
+bool meet(const GeoRect& a, const GeoRect& b) {
+  if (a.south > b.north || b.south > a.north) return false;
+  return std::ranges::any_of(std::array{0.0, 360.0, -360.0}, [&](double turn) {
+    return a.west + turn <= b.east && b.west <= a.east + turn;
+  });
+}
+
+/// Where a tile looks whether a layer above could have a say in its posts: around the window of the
+/// posts that it reads, and a tenth of it more (tile_posts.cpp).
+GeoRect looked_at(const Marking& m, const GeoRect& rect) {
+  const double lon = 0.2 * rect.width(), lat = 0.2 * rect.height();
+  return grown({rect.west - lon, rect.south - lat, rect.east + lon, rect.north + lat}, m.margin_m);
+}
+
+/// The extents that only one of two records of a layer has, with what is near them.
+std::vector<GeoRect> other_extents(const LayerRecord& a, const LayerRecord& b, double near_m) {
+  std::vector<GeoRect> others;
+  const auto add = [&](const LayerRecord& from, const LayerRecord& in) {
+    for (const GeoRect& r : from.extents)
+      if (std::ranges::find(in.extents, r) == in.extents.end()) others.push_back(grown(r, near_m));
+  };
+  add(a, b);
+  add(b, a);
+  return others;
+}
+
+/// Marks the tiles that depend on what changed of layer j, which was layer i.
+void mark_changed(const Marking& m, std::size_t i, std::size_t j) {
+  const LayerRecord& was = m.before.layers[i];
+  const BothGrids source(*m.after.surface.layers()[j].source, was);
+  const DemInfo& info = source.info();
+  const SourceBlocks &old = m.before.blocks.layers()[i], &now = m.after.blocks.layers()[j];
+  const ChangedBlocks blocks(info, old, now);
+  const auto& [changed, filled] = blocks;
+  const bool same_ends = old.cols() == now.cols() && old.rows() == now.rows();
+  const SurfaceLayer& layer = m.after.surface.layers()[j];
+  const std::vector<GeoRect> others =
+      other_extents(was, m.after.layers[j], 1.2 * layer.blend_m + 4 * layer.coarsest_m());
+  if (changed.total() == 0 && same_ends && others.empty()) return;
+  const double per_metre = posts_per_metre(info);
+  // Where layers end, what fills voids of one is bent to another.
+  const double farther = m.after.surface.only() ? 0 : m.bent_m * per_metre + kFillReach;
+  for (std::size_t k = 0; k < m.ids.size(); ++k) {
+    if (m.dirty[k]) continue;
+    const TileId id = m.ids[k];
     const GeoRect rect = tiling::rect(id);
     const PostWindow posts = post_window(source, rect);
-    const bool indexed = id.level <= deepest_indexed;
+    const bool indexed = id.level <= m.deepest_indexed;
     // Normals from the index need the nodes around, and what fills voids there.
-    const double degrees = plan.level(id.level).normal_reach_deg +
+    const double degrees = m.after.plan.level(id.level).normal_reach_deg +
                            (indexed ? tiling::tile_degrees(id.level) / kNormalCells : 0);
-    const double reach = degrees * 111320 / std::min(info.spacing_x_m, info.spacing_y_m) +
-                         (indexed ? kFillReach : 0) + farther;
+    const double reach = degrees * kDegree_m * per_metre + (indexed ? kFillReach : 0) + farther;
     const std::int64_t around = 2 + std::int64_t(std::ceil(reach));
+    // How many of its posts a tile skips goes by its window, which ends where the grid does.
+    const std::int64_t cols = std::min(old.cols(), now.cols()),
+                       rows = std::min(old.rows(), now.rows());
+    if (!same_ends && !posts.empty() &&
+        ((old.cols() != now.cols() && posts.col + posts.cols > cols) ||
+         (old.rows() != now.rows() && posts.row + posts.rows > rows)) &&
+        (m.before.surface.reaches(i, rect) || m.after.surface.reaches(j, rect)))
+      m.dirty[k] = true;
+    m.dirty[k] |=
+        std::ranges::any_of(others, [&](const GeoRect& r) { return meet(looked_at(m, rect), r); });
     if (posts.empty()) {
-      dirty[k] |= changed.any(window_beside(source, rect, around));
+      m.dirty[k] |= changed.any(window_beside(source, rect, around));
       continue;
     }
     const bool wide = indexed || farther > 0;
     const PostWindow near = grown(posts, around), &filled_in = wide ? near : posts;
-    dirty[k] |=
+    m.dirty[k] |=
         changed.any(near) || filled.any(filled_in) || changed_beyond(changed, filled_in, info);
   }
 }
 
+// --- layers that were not there, or are there no more
+// ---------------------------------------------
+
+/// Marks the tiles in which layer k of one of the surfaces can have a say.
+void mark_reached(const Marking& m, const MadeOf& made, std::size_t k) {
+  const LayerRecord& layer = made.layers[k];
+  std::vector<GeoRect> extents = layer.extents;
+  if (extents.empty()) extents.push_back(layer.bounds);
+  const double fills =
+      (kFillReach + 2) * 1.1 * std::max(layer.spacing_x_m, layer.spacing_y_m) + m.bent_m;
+  std::vector<std::vector<GeoRect>> reached;  // by level
+  for (std::size_t n = 0; n < m.ids.size(); ++n) {
+    if (m.dirty[n]) continue;
+    const int z = m.ids[n].level;
+    if (reached.size() <= std::size_t(z)) reached.resize(std::size_t(z) + 1);
+    auto& rects = reached[std::size_t(z)];
+    if (rects.empty())
+      for (const GeoRect& r : extents)
+        rects.push_back(grown(r, fills + m.after.plan.level(z).normal_reach_deg * kDegree_m));
+    const GeoRect tile = looked_at(m, tiling::rect(m.ids[n]));
+    m.dirty[n] = std::ranges::any_of(rects, [&](const GeoRect& r) { return meet(tile, r); });
+  }
+}
+
+// --- plans
+// ----------------------------------------------------------------------------------------
+
+bool same_of_level(const TilePlan& a, const TilePlan& b, int z) {
+  return z <= std::min(a.max_level(), b.max_level()) && a.level(z) == b.level(z) &&
+         (z < a.max_level()) == (z < b.max_level());
+}
+
+bool same_of_tile(const TilePlan& a, const TilePlan& b, TileId id) {
+  if (a.available(id) != b.available(id)) return false;
+  if (!a.available(id)) return true;
+  if (a.level(id) != b.level(id)) return false;
+  for (const TileSide side : {TileSide::west, TileSide::south, TileSide::east, TileSide::north})
+    if (a.level(id, side) != b.level(id, side)) return false;
+  return true;
+}
+
+bool same_range(const HeightRange& a, const HeightRange& b) {
+  return a.min_m == b.min_m && a.max_m == b.max_m && a.of_levels == b.of_levels;
+}
+
+/// Do two plans say the same of a tile, of the sides that it shares, and of its children, for which
+/// it stands in where they are missing?
+bool same_plan(const TilePlan& a, const TilePlan& b, TileId id) {
+  if (!same_of_level(a, b, id.level) || !a.available(id) || !same_of_tile(a, b, id)) return false;
+  if (a.descendants(id) != b.descendants(id)) return false;
+  if (id.level >= a.max_level()) return true;
+  if (!same_of_level(a, b, id.level + 1)) return false;
+  for (int part = 0; part < 4; ++part)
+    if (!same_of_tile(a, b, id.child(part % 2, part / 2))) return false;
+  return true;
+}
+
+// --- which layer is which
+// -------------------------------------------------------------------------
+
+bool same_layer(const MadeOf& a, std::size_t i, const MadeOf& b, std::size_t j) {
+  const SurfaceLayer &p = a.surface.layers()[i], &q = b.surface.layers()[j];
+  return a.layers[i].same_lattice(b.layers[j]) && p.blend_m == q.blend_m &&
+         p.spacing_m.x == q.spacing_m.x && p.spacing_m.y == q.spacing_m.y &&
+         a.blocks.layers()[i].side() == b.blocks.layers()[j].side();
+}
+
+/// As many pairs as there are in the same order.
+std::vector<std::pair<std::size_t, std::size_t>> pairs_of(const MadeOf& a, const MadeOf& b) {
+  const std::size_t n = a.layers.size(), m = b.layers.size();
+  std::vector<std::vector<std::size_t>> most(n + 1, std::vector<std::size_t>(m + 1));
+  for (std::size_t i = n; i-- > 0;)
+    for (std::size_t j = m; j-- > 0;)
+      most[i][j] = same_layer(a, i, b, j) ? most[i + 1][j + 1] + 1
+                                          : std::max(most[i + 1][j], most[i][j + 1]);
+  std::vector<std::pair<std::size_t, std::size_t>> pairs;
+  for (std::size_t i = 0, j = 0; i < n && j < m;) {
+    if (same_layer(a, i, b, j))
+      pairs.emplace_back(i++, j++);
+    else
+      ++(most[i + 1][j] >= most[i][j + 1] ? i : j);
+  }
+  return pairs;
+}
+
+/// Why every tile may be another one; empty where that is not so.
+std::string changes_everything(const MadeOf& before, const MadeOf& after, bool same_grids,
+                               std::size_t pairs) {
+  if ((before.surface.only() != nullptr) != (after.surface.only() != nullptr))
+    return "tiles of layers are made otherwise than those of one DEM";
+  if (pairs == 0) return "the grid begins elsewhere, or its posts are rounded to another spacing";
+  if (before.surface.info().rounding_m != after.surface.info().rounding_m)
+    return "heights are stored less exactly, or more, than they were";
+  if (before.surface.is_plain_geographic() != after.surface.is_plain_geographic())
+    return "posts that are placed by a projection are there for the first time, or no more";
+  if (deepest_indexed_level(before.surface, before.plan) !=
+      deepest_indexed_level(after.surface, after.plan))
+    return "the residual index serves other levels";
+  if (!same_grids && after.surface.shapes())
+    return "lines and water are laid out by the extent of the posts";
+  return {};
+}
+
 }  // namespace
 
-std::vector<std::uint8_t> dirty_tiles(const Surface& surface, const TilePlan& plan,
-                                      const TileOrder& ids, const SurfaceBlocks& before,
-                                      const SurfaceBlocks& after) {
-  std::vector<std::uint8_t> dirty(ids.size());
-  double bent_m = 0;  // a chain of layers, each bent to the next
-  for (const SurfaceLayer& layer : surface.layers()) bent_m += layer.blend_m;
-  for (std::size_t k = 0; k < surface.layers().size(); ++k) {
-    const DemSource& source = *surface.layers()[k].source;
-    const DemInfo& info = source.info();
-    // Where layers end, what fills voids of one is bent to another.
-    const double farther =
-        surface.only() ? 0 : bent_m / std::min(info.spacing_x_m, info.spacing_y_m) + kFillReach;
-    mark(surface, source, plan, ids, before.layers()[k], after.layers()[k], farther, dirty);
+DirtyTiles dirty_tiles(const MadeOf& before, const MadeOf& after, const TileOrder& ids) {
+  DirtyTiles found;
+  found.flags.resize(ids.size());
+  const auto pairs = pairs_of(before, after);
+  bool same_errors = true;
+  for (const auto& [i, j] : pairs)
+    same_errors = same_errors && before.layers[i].max_error_m == after.layers[j].max_error_m;
+  const bool same_grids =
+      pairs.size() == before.layers.size() && pairs.size() == after.layers.size() &&
+      std::ranges::all_of(pairs, [&](const auto& pair) {
+        const LayerRecord &a = before.layers[pair.first], &b = after.layers[pair.second];
+        return a.cols == b.cols && a.rows == b.rows && a.extents == b.extents;
+      });
+  found.everything = changes_everything(before, after, same_grids, pairs.size());
+  if (!found.everything.empty()) {
+    std::ranges::fill(found.flags, 1);
+    return found;
   }
-  return dirty;
+  const Marking marking{before,
+                        after,
+                        ids,
+                        deepest_indexed_level(after.surface, after.plan),
+                        std::max(bent_m(before), bent_m(after)),
+                        std::max(margin_m(before), margin_m(after)),
+                        found.flags};
+  std::vector<bool> kept(before.layers.size()), known(after.layers.size());
+  for (const auto& [i, j] : pairs) kept[i] = known[j] = true;
+  // A plan is a function of grids, bounds of errors, the range of heights and the options.
+  if (!same_grids || !same_errors || !same_range(before.plan.range(), after.plan.range()))
+    for (std::size_t k = 0; k < ids.size(); ++k)
+      found.flags[k] = !same_plan(before.plan, after.plan, ids[k]);
+  for (std::size_t i = 0; i < kept.size(); ++i)
+    if (!kept[i]) mark_reached(marking, before, i), ++found.gone_layers;
+  for (std::size_t j = 0; j < known.size(); ++j)
+    if (!known[j]) mark_reached(marking, after, j), found.new_layers.push_back(j);
+  for (const auto& [i, j] : pairs) mark_changed(marking, i, j);
+  return found;
 }
 
 }  // namespace tind

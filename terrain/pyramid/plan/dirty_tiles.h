@@ -1,21 +1,43 @@
 #pragma once
 // Which tiles an update has to make again.
 
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "terrain/geo/tile_order.h"
 #include "terrain/pyramid/plan/level_plan.h"
+#include "terrain/store/build_record.h"
 #include "terrain/surface/surface.h"
 #include "terrain/surface/surface_blocks.h"
 
 namespace tind {
 
-/// One flag for each of `ids`: does the tile depend on a block that changed? A tile depends on the
-/// posts of its rectangle and a few around (neighbours share lines; normals reach farther), and,
-/// where there are voids among them or the source ends, on all that could fill those. An ancestor
-/// depends on what its descendants do. What a layer
-/// bends lies farther away, too. `before` and `after` are of the same layers.
-std::vector<std::uint8_t> dirty_tiles(const Surface&, const TilePlan&, const TileOrder& ids,
-                                      const SurfaceBlocks& before, const SurfaceBlocks& after);
+/// What tiles are made of, before the update or after it.
+struct MadeOf {
+  std::span<const LayerRecord> layers;
+  const Surface& surface;
+  const TilePlan& plan;  // without an index
+  const SurfaceBlocks& blocks;
+};
+
+struct DirtyTiles {
+  std::vector<std::uint8_t> flags;      // one for each of the ids
+  std::string everything;               // why all of them are, where that is so; else nothing
+  std::vector<std::size_t> new_layers;  // of `after`: not in `before`, or there with another grid,
+                                        // corner or blend. Every tile that they reach is dirty
+  std::size_t gone_layers = 0;          // of `before`
+};
+
+/// Which of `ids`, tiles of `after`, would have other bytes than before, or none? A tile depends on
+/// the posts of its rectangle and a few around (neighbours share lines; normals reach farther),
+/// and, where there are voids among them or the source ends, on all that could fill those; on what
+/// layers bend; on what its plan says of it, its neighbours and its children. An ancestor depends
+/// on what its descendants do. May say yes too often, never no.
+///
+/// Layers are held against those with which they share the corner of their grid, in the same order.
+DirtyTiles dirty_tiles(const MadeOf& before, const MadeOf& after, const TileOrder& ids);
 
 }  // namespace tind

@@ -335,8 +335,8 @@ void TilePlan::settle_ends(const Surface& surface) {
   for (const SurfaceLayer& layer : layers) {
     const DemInfo& info = layer.source->info();
     leaves_.push_back(leaf_level(info));
-    const double spacing =
-        layers.size() == 1 ? std::sqrt(info.spacing_x_m * info.spacing_y_m) : rank_spacing_m(info);
+    const double spacing = layers.size() == 1 ? std::sqrt(layer.spacing_m.x * layer.spacing_m.y)
+                                              : rank_spacing_m(info);
     const double asked = layer.max_error_m > 0 ? layer.max_error_m : options_.max_error_m;
     bounds.push_back(asked > 0 ? asked : spacing / 32);
   }
@@ -430,11 +430,21 @@ const LevelPlan& TilePlan::level(TileId t, TileSide side) const {
   return *strictest;
 }
 
+/// Of layers: that of the finest which ends at this level or the next, 0 where none does. So a
+/// level does not depend on what finer layers there are below it.
+Vec2 TilePlan::spacing_at(const Surface& surface, int z) const {
+  double spacing = HUGE_VAL;
+  for (std::size_t k = 0; k < leaves_.size(); ++k)
+    if (leaves_[k] == z || leaves_[k] == z + 1)
+      spacing = std::min(spacing, rank_spacing_m(surface.layers()[k].source->info()));
+  return spacing == HUGE_VAL ? Vec2{0, 0} : Vec2{spacing, spacing};
+}
+
 /// A level's plans: [0] of tiles that go on, then one for each bound.
 std::vector<LevelPlan> TilePlan::kinds_of(const Surface& surface, int z) const {
   const bool one = surface.only() != nullptr;
-  const DemInfo& info = surface.info();
-  const double spacing = std::sqrt(info.spacing_x_m * info.spacing_y_m);
+  const Vec2 posts = one ? surface.layers()[0].spacing_m : spacing_at(surface, z);
+  const double spacing = std::sqrt(posts.x * posts.y);
   const double latitude_degree = 111320;
   double low = range_.min_m, high = range_.max_m;
   if (std::size_t(z) < range_.of_levels.size())
@@ -473,7 +483,7 @@ std::vector<LevelPlan> TilePlan::kinds_of(const Surface& surface, int z) const {
     level.curvature_cells = tind::curvature_cells(z);
     level.line_tolerance = line_tolerance(z, level.budget_m);
     level.normal_reach_deg = std::max(spacing / latitude_degree, tiling::tile_degrees(z) / 128);
-    double places = std::min(info.spacing_x_m, info.spacing_y_m);
+    double places = std::min(posts.x, posts.y);
     if (!one) {
       places = std::max(places, tiling::tile_degrees(z) * latitude_degree / 128);
       level.lowest_m = std::min(low, 0.0), level.highest_m = std::max(high, 0.0);

@@ -86,6 +86,8 @@ struct LevelPlan {
   double normal_reach_deg = 0;  // normals are taken from H's differences over +- this
   /// Heights beyond these have no place in a tile (what bends a layer may overshoot).
   double lowest_m = -HUGE_VAL, highest_m = HUGE_VAL;
+
+  friend bool operator==(const LevelPlan&, const LevelPlan&) = default;
 };
 
 class TilePlan {
@@ -149,6 +151,7 @@ class TilePlan {
   std::size_t kind_below(TileId, TileSide) const;
   void settle_ends(const Surface&);
   void settle_areas(const Surface&);
+  Vec2 spacing_at(const Surface&, int level) const;
   std::vector<LevelPlan> kinds_of(const Surface&, int level) const;
 
   int max_level_ = 0, first_level_ = 0, last_level_ = 0;

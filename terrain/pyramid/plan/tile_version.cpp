@@ -9,9 +9,6 @@ namespace tind {
 
 namespace {
 
-/// As kTileEpoch, but of tiles of several layers only: those of one DEM need not be made again.
-constexpr int kLayerEpoch = 2;
-
 std::string grid_digest(const DemInfo& info) {
   const Affine& a = info.post_to_crs;
   return hash128(fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}", info.cols, info.rows, a.x0,
@@ -22,8 +19,16 @@ std::string grid_digest(const DemInfo& info) {
 
 }  // namespace
 
+int layer_epoch(const Surface& surface) {
+  return surface.only() && surface.info().files.size() <= 1 ? 0 : kLayerEpoch;
+}
+
 std::string grid_digest(const Surface& surface) {
-  if (const DemSource* dem = surface.only()) return grid_digest(dem->info());
+  if (const DemSource* dem = surface.only()) {
+    const std::string digest = grid_digest(dem->info());
+    if (layer_epoch(surface) == 0) return digest;
+    return hash128(fmt::format("files {} {}", kLayerEpoch, digest)).text();
+  }
   std::string layers = fmt::format("layers {}\n", kLayerEpoch);
   for (const SurfaceLayer& layer : surface.layers())
     layers += fmt::format("{} {} {}\n", grid_digest(layer.source->info()), layer.blend_m,

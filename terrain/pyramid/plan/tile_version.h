@@ -13,6 +13,12 @@ namespace tind {
 /// A test holds it against the bytes (TileEpoch).
 inline constexpr int kTileEpoch = 4;
 
+/// As kTileEpoch, but of tiles of several layers, or files, only: those of one DEM of one file need
+/// not be made again.
+inline constexpr int kLayerEpoch = 3;
+/// That where the surface is of several; 0 else.
+int layer_epoch(const Surface&);
+
 /// 32 digits for where the posts are and what their heights mean.
 std::string grid_digest(const Surface&);
 

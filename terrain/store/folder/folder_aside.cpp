@@ -37,10 +37,10 @@ bool is_tile(const std::string& file) {
   return tile_of_path(fs::path(file).relative_path()).has_value();
 }
 
-/// A build's record here, one of the same grid and options above, and a ledger of either.
+/// A build's record here, one above that can become it, and a ledger of either.
 std::optional<Proof> proof_of(const std::string& folder, const std::string& aside) {
   const Json own = json_in(aside + kRecord);
-  if (!is_record(own) || !same_but_heights(own, json_in(folder + kRecord))) return {};
+  if (!is_record(own) || !is_update(json_in(folder + kRecord), own)) return {};
   Proof proof;
   proof.digest = json::text(own, "heights").value_or("");
   for (const std::string& place : {aside, folder}) {
@@ -100,10 +100,11 @@ Result<std::vector<std::string>> names_below(const std::string& aside) {
 
 bool is_record(const Json& j) { return json::text(j, "made_by") == "tind build"; }
 
-bool same_but_heights(Json a, Json b) {
-  if (!a.is_object() || !b.is_object()) return false;
-  for (const char* key : {"heights", "steps_m", "shape_levels"}) a.erase(key), b.erase(key);
-  return a == b;
+bool is_update(const Json& from, const Json& to) {
+  if (!from.is_object() || !to.is_object()) return false;
+  if (from.value("format", Json()) != to.value("format", Json())) return false;
+  const auto a = decode_build_record(from.dump()), b = decode_build_record(to.dump());
+  return a && b && may_update(*a, *b);
 }
 
 Result<std::vector<std::string>> look_aside(const std::string& folder, const char* name) {
@@ -140,6 +141,21 @@ Result<void> remove_aside(FolderFiles& files, const std::string& folder, const c
   return files.remove(aside);
 }
 
+namespace {
+
+/// Removes the tiles that the ledger here names and that of the update does not. What is gone stays
+/// gone before the update's ledger takes the place of the one that named them.
+Result<void> remove_old_tiles(FolderFiles& files, const std::string& folder,
+                              const std::string& ready) {
+  const auto old = TileLedger::open(folder + kLedger), now = TileLedger::open(ready + kLedger);
+  if (!old || !now || old->same_tiles(*now)) return {};
+  const auto gone = [&](TileId id) { return !now->names(id); };
+  if (auto done = remove_tiles(files, folder, *old, gone); !done) return done;
+  return files.sync_all(folder);
+}
+
+}  // namespace
+
 Result<void> adopt(FolderFiles& files, const std::string& folder) {
   const std::string ready = folder + kReady;
   if (type_of(ready) == fs::file_type::not_found) return {};
@@ -152,6 +168,8 @@ Result<void> adopt(FolderFiles& files, const std::string& folder) {
     };
     std::ranges::sort(*own, {}, order);
     for (const std::string& file : *own) {
+      if (file == kLedger)
+        if (auto done = remove_old_tiles(files, folder, ready); !done) return done;
       if (file == kRecord)
         if (auto done = files.sync_all(folder); !done) return done;
       const std::string parent = fs::path(folder + file).parent_path().string();

@@ -187,7 +187,8 @@ Result<void> check_places(const std::string& folder, const std::vector<std::stri
   return {};
 }
 
-Result<void> remove_tiles(FolderFiles& files, const std::string& folder, const TileLedger& ledger) {
+Result<void> remove_tiles(FolderFiles& files, const std::string& folder, const TileLedger& ledger,
+                          const std::function<bool(TileId)>& gone) {
   const auto remove_if_empty = [&](const std::string& path) -> Result<void> {
     std::error_code error;
     if (type_of(path) != fs::file_type::directory || !fs::is_empty(path, error) || error) return {};
@@ -201,7 +202,9 @@ Result<void> remove_tiles(FolderFiles& files, const std::string& folder, const T
         const std::string column = level + "/" + std::to_string(x);
         if (type_of(column) != fs::file_type::directory) continue;
         for (std::uint64_t y = r.start_y; y <= r.end_y; ++y) {
-          const std::string tile = tile_path(folder, {int(z), std::uint32_t(x), std::uint32_t(y)});
+          const TileId id{int(z), std::uint32_t(x), std::uint32_t(y)};
+          if (!gone(id)) continue;
+          const std::string tile = tile_path(folder, id);
           if (type_of(tile) != fs::file_type::regular) continue;
           if (auto done = files.remove(tile); !done) return done;
         }

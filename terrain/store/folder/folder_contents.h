@@ -55,8 +55,9 @@ std::filesystem::file_type type_of(const std::string& path);
 std::unexpected<Error> in_the_way(const std::string& path, const std::string& what);
 std::unexpected<Error> cannot_look(const std::string& path, const std::error_code&);
 
-/// Removes the tiles that the ledger names, and folders that this leaves empty.
-Result<void> remove_tiles(FolderFiles&, const std::string& folder, const TileLedger&);
+/// Removes the tiles that the ledger names and that are `gone`, and folders that this leaves empty.
+Result<void> remove_tiles(FolderFiles&, const std::string& folder, const TileLedger&,
+                          const std::function<bool(TileId)>& gone);
 /// Removes hashes of blocks of other content than the digest says.
 Result<void> remove_other_blocks(FolderFiles&, const std::string& folder,
                                  const std::string& digest);

@@ -215,6 +215,10 @@ std::unique_ptr<TileStore> folder_store(const std::string& directory) {
   return std::make_unique<FolderStore>(directory);
 }
 
+Result<std::string> kept_blocks(const std::string& directory, const BuildRecord& record) {
+  return read_regular_file(without_layer(directory) + folder::kBlocks + record.heights);
+}
+
 Result<Bytes> read_stored_file(const std::string& path) {
   std::error_code error;
   const auto size = fs::file_size(path, error);

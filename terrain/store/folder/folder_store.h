@@ -16,6 +16,10 @@ namespace tind {
 /// whole, while its files still move.
 std::unique_ptr<TileStore> folder_store(const std::string& directory);
 
+/// What KeptBlocks::encode() gave for the build of this record, whose tiles lie there. not_found,
+/// io.
+Result<std::string> kept_blocks(const std::string& directory, const BuildRecord&);
+
 /// A file that a store may hold. not_found, or io.
 Result<std::vector<std::uint8_t>> read_stored_file(const std::string& path);
 

@@ -135,14 +135,20 @@ std::unexpected<Error> refused(const std::string& folder, const std::string& why
   return fail(Errc::invalid_argument, folder + " holds " + why + ": " + what_to_do);
 }
 
-/// A ledger of this folder that says what it says of the tiles of this record, all of them.
-std::optional<TileLedger> ledger_in(const std::string& folder, const std::string& record,
-                                    const TileOrder& ids) {
+/// A ledger of this folder that says what it says of the tiles of this record.
+std::optional<TileLedger> ledger_of(const std::string& folder, const std::string& record) {
   auto ledger = TileLedger::open(folder + kLedger);
   if (!ledger || !ledger->belongs_to(record)) return {};
-  for (std::size_t k = 0; k < ids.size(); ++k)
-    if (!ledger->names(ids[k])) return {};
   return std::move(*ledger);
+}
+
+/// The same, where it has a place for each of these.
+std::optional<TileLedger> ledger_in(const std::string& folder, const std::string& record,
+                                    const TileOrder& ids) {
+  auto ledger = ledger_of(folder, record);
+  for (std::size_t k = 0; ledger && k < ids.size(); ++k)
+    if (!ledger->names(ids[k])) return {};
+  return ledger;
 }
 
 Result<std::unique_ptr<TileWriter>> FolderWriter::claim(std::shared_ptr<FolderFiles> shared_files,
@@ -179,13 +185,17 @@ Result<void> FolderWriter::go_on(const TileWork& work, const std::string& record
   if (!text) return std::unexpected(text.error());
   const Json wanted = json::parse<Json>(record), found = json::parse<Json>(*text);
   const bool same = found == wanted;
-  const bool update = is_record(found) && !same && same_but_heights(found, wanted);
+  const bool update = is_record(found) && !same && is_update(found, wanted);
   if (!same && !update) return replace(work, record, found, difference(found, wanted));
-  const auto all = [](TileId) { return true; };
-  if (auto ok = check_way(output_, ids_, true, all); !ok) return ok;
+  ledger_ = update ? ledger_of(output_, *text) : ledger_in(output_, *text, ids_);
+  // Other tiles than before: which of those that are here are ours, only the ledger says.
+  const bool others = update && found.contains("layers") && found["layers"] != wanted["layers"];
+  if (others && !ledger_)
+    return replace(work, record, found, "tiles of other layers or files, and no whole ledger");
+  const auto own = [&](TileId id) { return !others || ledger_->names(id); };
+  if (auto ok = check_way(output_, ids_, true, own); !ok) return ok;
   if (auto ok = check_blocks(output_, work.blocks.digest, same); !ok) return ok;
   if (auto done = remove_partial_files(files_, output_); !done) return done;
-  ledger_ = ledger_in(output_, *text, ids_);
   if (update) {
     auto dirty = changes_since(*text, work, output_);
     if (!dirty) {
@@ -227,7 +237,8 @@ Result<void> FolderWriter::replace(const TileWork& work, const std::string& reco
   // So that no old tile can be taken for one of ours.
   if (auto done = files_.remove(output_ + kLayer); !done) return done;
   if (auto done = files_.sync_folder(output_); !done) return done;
-  if (auto done = remove_tiles(files_, output_, *old); !done) return done;
+  const auto all = [](TileId) { return true; };
+  if (auto done = remove_tiles(files_, output_, *old, all); !done) return done;
   if (auto done = remove_aside(files_, output_, kAside); !done) return done;
   // A tile that comes back must not be met by a ledger that does not name it.
   if (auto done = files_.sync_all(output_); !done) return done;

@@ -158,6 +158,10 @@ TileLedger::~TileLedger() {
   if (file_ >= 0) ::close(file_);
 }
 
+bool TileLedger::same_tiles(const TileLedger& other) const {
+  return begin_ == other.begin_ && first_ == other.first_ && levels_ == other.levels_;
+}
+
 bool TileLedger::belongs_to(std::string_view record) const { return hash64(record) == seed_; }
 
 std::optional<std::uint64_t> TileLedger::place(TileId id) const {

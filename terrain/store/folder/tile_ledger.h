@@ -53,6 +53,8 @@ class TileLedger {
   /// Does the folder name this tile its own, finished or not?
   bool names(TileId id) const { return place(id).has_value(); }
   const Levels& levels() const { return levels_; }
+  /// Does it name the same ones, in the same order?
+  bool same_tiles(const TileLedger& other) const;
 
   /// From the file as it is now; nothing where the tile is not finished, or the entry not
   /// sound. Thread-safe.

@@ -24,6 +24,11 @@ Result<std::unique_ptr<LockedStore>> lock_store(const std::string& location) {
   return lock_folder(location);
 }
 
+Result<std::string> read_kept_blocks(const std::string& location, const BuildRecord& record) {
+  if (is_url(location)) return fail(Errc::not_found, location + " keeps no hashes of blocks");
+  return kept_blocks(location, record);
+}
+
 Result<std::vector<std::uint8_t>> read_one_tile(const std::string& location) {
   return is_url(location) ? fetch_tile(gdal_url_reader(), location) : read_stored_file(location);
 }

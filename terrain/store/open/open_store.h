@@ -22,6 +22,10 @@ std::unique_ptr<TileStore> open_store(const std::string& location);
 /// has it. Today: a directory.
 Result<std::unique_ptr<LockedStore>> lock_store(const std::string& location);
 
+/// What KeptBlocks::encode() gave for the build of this record, whose tiles lie there. not_found,
+/// io.
+Result<std::string> read_kept_blocks(const std::string& location, const BuildRecord&);
+
 /// One tile by its own path or URL, as it is stored. not_found, or io.
 Result<std::vector<std::uint8_t>> read_one_tile(const std::string& location);
 

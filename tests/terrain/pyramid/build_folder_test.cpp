@@ -59,14 +59,6 @@ Files files_in(const fs::path& folder) {
   return all;
 }
 
-/// The machine of the tests keeps its power, and its disk has other things to do.
-class Unsynced : public FolderFiles {
- public:
-  Result<void> sync_file(const std::string&) override { return {}; }
-  Result<void> sync_folder(const std::string&) override { return {}; }
-  Result<void> sync_all(const std::string&) override { return {}; }
-};
-
 bool is_tile(const std::string& name) { return name.ends_with(".terrain"); }
 
 /// Locks a folder that is written this way.
@@ -103,7 +95,7 @@ class BuildFolderTest : public testing::Test {
     o.tiles.effort = Effort::fast;
     o.threads = 2;
     o.batch = 8;
-    o.lock = by(std::make_shared<Unsynced>());
+    o.lock = by(std::make_shared<test::Unsynced>());
     return o;
   }
   BuildReport build(const std::string& name = "tiles", float lift = 0) const {

@@ -350,7 +350,9 @@ TEST(SourceBlocks, any_other_bytes_are_refused) {
   const auto same = SourceBlocks::decode(bytes, info, blocks.digest());
   ASSERT_TRUE(same);
   EXPECT_EQ(same->encode(), bytes);
-  EXPECT_THAT(blocks.difference(*same), testing::Each(0));
+  for (std::int64_t j = 0; j < blocks.down(); ++j)
+    for (std::int64_t i = 0; i < blocks.across(); ++i)
+      EXPECT_FALSE(blocks.differs(i, j, *same)) << i << " " << j;
   for (std::size_t i = 0; i < bytes.size(); ++i) {
     EXPECT_FALSE(SourceBlocks::decode(bytes.substr(0, i), info, blocks.digest())) << i;
     std::string damaged = bytes;
@@ -358,6 +360,32 @@ TEST(SourceBlocks, any_other_bytes_are_refused) {
     EXPECT_FALSE(SourceBlocks::decode(damaged, info, blocks.digest())) << i;
   }
   EXPECT_FALSE(SourceBlocks::decode(bytes + '\0', info, blocks.digest()));
+}
+
+TEST(SourceBlocks, of_a_grid_that_went_on_differ_where_there_is_a_height) {
+  DemInfo info;
+  info.cols = 40, info.rows = 20;
+  SourceBlocks small(info);
+  small.add(0, 0, test::rough_terrain(40, 20, 3));
+  info.cols = 80, info.rows = 36;
+  SourceBlocks large(info);
+  HeightGrid grid(80, 36);  // of voids
+  const HeightGrid old = test::rough_terrain(40, 20, 3);
+  for (int r = 0; r < 20; ++r)
+    for (int c = 0; c < 40; ++c) grid.at(c, r) = old.at(c, r);
+  grid.at(70, 5) = 1;
+  large.add(0, 0, grid);
+  EXPECT_TRUE(large.all_void(3, 0));
+  EXPECT_TRUE(large.all_void(1, 2));
+  EXPECT_TRUE(large.all_void(9, 9));
+  EXPECT_FALSE(large.all_void(4, 0));
+  EXPECT_FALSE(small.all_void(0, 0));
+  EXPECT_FALSE(large.differs(0, 0, small));
+  EXPECT_TRUE(large.differs(2, 0, small));   // the small one ends in it
+  EXPECT_FALSE(large.differs(3, 0, small));  // nothing, and beyond it
+  EXPECT_TRUE(large.differs(4, 0, small));
+  EXPECT_TRUE(small.differs(4, 0, large));
+  EXPECT_FALSE(small.differs(3, 2, large));
 }
 
 }  // namespace
