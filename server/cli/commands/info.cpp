@@ -18,6 +18,7 @@
 #include "server/cli/commands/commands.h"
 #include "server/cli/commands/info_dem.h"
 #include "server/cli/commands/info_inventory.h"
+#include "server/cli/commands/info_layers.h"
 #include "server/cli/options/mesh_input.h"
 #include "server/cli/options/output_options.h"
 #include "server/log/printable.h"
@@ -27,6 +28,7 @@
 #include "terrain/raster/dem_files.h"
 #include "terrain/simplify/options.h"
 #include "terrain/store/open/open_store.h"
+#include "terrain/surface/open_surface.h"
 
 namespace tind::cli {
 namespace {
@@ -241,7 +243,7 @@ Result<Json> info_files(const Arguments& a, const std::vector<std::string>& file
   one.files = files;
   const auto dem = DemSource::open(files, dem_options(one));
   if (!dem) return std::unexpected(dem.error());
-  return info_dem(**dem, a.options);
+  return info_dem(**dem, dem_options(one), a.options);
 }
 
 Result<Json> info_of_one(const Arguments& a, const std::string& path) {
@@ -253,13 +255,27 @@ Result<Json> info_of_one(const Arguments& a, const std::string& path) {
   return info_files(a, {path});
 }
 
+/// The layers that tind build makes of these, where it makes any.
+Json info_together(const Arguments& a, const std::vector<std::string>& dems) {
+  DemInput input = a.dem;
+  input.files = dems;
+  const DemOptions options = dem_options(input);
+  const auto surface = tind::open_surface(dems, {.dem = options});
+  if (!surface) return {};
+  const auto layers = layers_json(*surface, options);
+  if (!layers) return {};
+  return {{"kind", "layers"}, {"layers", *layers}};
+}
+
 /// Each by itself, also where some cannot be read.
 int run_inventory(const Arguments& a, const std::vector<std::string>& inputs) {
   Arguments quiet = a;
   quiet.options.quiet = true;
   quiet.options.json = true;
   return print_inventory(
-      inputs, [&](const std::string& path) { return info_of_one(quiet, path); }, a.options.json);
+      inputs, [&](const std::string& path) { return info_of_one(quiet, path); },
+      [&](const std::vector<std::string>& dems) { return info_together(quiet, dems); },
+      a.options.json);
 }
 
 /// The rasters of a folder or a list that are no one DEM.
@@ -294,7 +310,7 @@ void add_info(Command program, int& exit) {
   app.add_option("input", a->dem.files,
                  "a DEM, a folder or @list of DEMs, a .terrain tile, a folder or URL of tiles, a "
                  ".tpm, or a "
-                 "mesh; of several inputs an inventory, a line each")
+                 "mesh; of several inputs an inventory, a line each, and the layers that DEMs make")
       .required();
   add_dem_options(app, a->dem);
   app.add_flag("--stats", a->options.stats,

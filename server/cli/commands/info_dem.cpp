@@ -13,6 +13,7 @@
 
 #include "server/api/accuracy_json.h"
 #include "server/cli/commands/commands.h"
+#include "server/cli/commands/info_layers.h"
 #include "server/cli/program/dem_strips.h"
 #include "server/cli/program/progress_bar.h"
 #include "server/log/printable.h"
@@ -139,7 +140,7 @@ std::string datum_remark(const DemInfo& info) {
 }
 
 /// All but the heights' range and the voids.
-std::string facts(const DemInfo& info) {
+std::string facts(const DemInfo& info, const Json& content) {
   const Affine& m = info.post_to_crs;
   std::string out =
       fmt::format("DEM        {} ({})\n",
@@ -156,6 +157,7 @@ std::string facts(const DemInfo& info) {
     out += fmt::format("bounds     {:.6f} {:.6f} {:.6f} {:.6f} (west south east north){}\n",
                        info.bounds.west, info.bounds.south, info.bounds.east, info.bounds.north,
                        info.wraps_longitude ? ", around the globe" : "");
+  out += fmt::format("numbers    {}\n", content_text(content));
   out += fmt::format("unit       {} m, {}\n", info.z_unit_m,
                      info.rounding_m == 0
                          ? std::string("stored exactly")
@@ -180,16 +182,22 @@ std::string to_text(const Heights& h) {
 
 }  // namespace
 
-Result<Json> info_dem(const DemSource& dem, const InfoDemOptions& options) {
+Result<Json> info_dem(const DemSource& dem, const DemOptions& read, const InfoDemOptions& options) {
   if (!options.quiet) warn_of(dem.info());
+  const auto content = content_json(dem.info().files.front(), read);
+  if (!content) return content;
   if (!options.json) {
-    std::printf("%s", facts(dem.info()).c_str());
+    std::printf("%s", facts(dem.info(), *content).c_str());
     std::fflush(stdout);
   }
   const auto heights = heights_of(dem, options);
   if (!heights) return std::unexpected(heights.error());
   if (!options.quiet) warn_of_nodata(dem);
-  if (options.json) return to_json(dem, *heights);
+  if (options.json) {
+    Json j = to_json(dem, *heights);
+    j["content"] = *content;
+    return j;
+  }
   std::printf("%s", to_text(*heights).c_str());
   return Json();
 }

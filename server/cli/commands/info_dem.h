@@ -19,6 +19,8 @@ struct InfoDemOptions {
 /// Prints what a DEM is, unless --json was asked for: then that is the result. Reads all posts of
 /// one of up to kStreamPosts (dem_strips.h) and, asked for, of a larger one: a damaged file is
 /// found out then. Else a sample of them.
-Result<nlohmann::ordered_json> info_dem(const DemSource&, const InfoDemOptions&);
+/// `read`: the options that the DEM was opened with.
+Result<nlohmann::ordered_json> info_dem(const DemSource&, const DemOptions& read,
+                                        const InfoDemOptions&);
 
 }  // namespace tind::cli

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "proto/json_text.h"
+#include "server/cli/commands/info_layers.h"
 #include "server/cli/program/exit.h"
 #include "server/log/printable.h"
 
@@ -54,19 +55,21 @@ std::string line_of(const Json& j) {
 }  // namespace
 
 int print_inventory(const std::vector<std::string>& inputs, const DescribeInput& describe,
-                    bool json) {
+                    const DescribeTogether& together, bool json) {
   std::size_t width = 0;
   for (const std::string& path : inputs) width = std::max(width, path.size());
   width = std::min(width, kWidestName);
   Json all = Json::array();
   int exit = kOk;
   std::size_t unreadable = 0;
+  std::vector<std::string> dems;
   for (const std::string& path : inputs) {
     auto one = describe(path);
     if (!one) {
       if (exit == kOk) exit = exit_code(one.error().code);
       ++unreadable;
     }
+    if (one && (*one)["kind"] == "dem") dems.push_back(path);
     if (json) {
       Json entry = {{"input", path}};
       entry.update(one ? *one : Json{{"kind", "unreadable"}, {"error", one.error().what}});
@@ -78,6 +81,11 @@ int print_inventory(const std::vector<std::string>& inputs, const DescribeInput&
     if (!one) said = "cannot be read: " + said;
     std::printf("%s\n", logging::printable(fmt::format("{:<{}}  {}", path, width, said)).c_str());
     std::fflush(stdout);
+  }
+  if (dems.size() > 1) {
+    Json layers = together(dems);
+    if (!layers.is_null() && !json) std::printf("\n%s", layers_table(layers["layers"]).c_str());
+    if (!layers.is_null() && json) all.push_back(std::move(layers));
   }
   if (json) std::printf("%s\n", json::to_text(all, 2).c_str());
   if (unreadable > 0)

@@ -13,8 +13,15 @@ namespace tind::cli {
 /// What one input is, as --json has it; prints nothing.
 using DescribeInput = std::function<Result<nlohmann::ordered_json>(const std::string& path)>;
 
-/// Prints a line for each input as soon as it is known, what it is or why it cannot be read, or,
-/// for `json`, a list of all. Returns kOk, or the exit code of the first that cannot be read.
-int print_inventory(const std::vector<std::string>& inputs, const DescribeInput&, bool json);
+/// What the inputs that are DEMs make together, {"kind": "layers", ...}; null where that is
+/// nothing.
+using DescribeTogether =
+    std::function<nlohmann::ordered_json(const std::vector<std::string>& dems)>;
+
+/// Prints a line for each input as soon as it is known, what it is or why it cannot be read, then
+/// the layers that the DEMs make; or, for `json`, a list of all. Returns kOk, or the exit code of
+/// the first that cannot be read.
+int print_inventory(const std::vector<std::string>& inputs, const DescribeInput&,
+                    const DescribeTogether&, bool json);
 
 }  // namespace tind::cli

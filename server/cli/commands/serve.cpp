@@ -9,6 +9,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -22,6 +23,7 @@
 
 #include "server/api/app.h"
 #include "server/cli/commands/commands.h"
+#include "server/cli/options/surface_input.h"
 #include "server/cli/program/dem_strips.h"
 #include "server/log/log.h"
 #include "server/log/printable.h"
@@ -49,6 +51,7 @@ struct Options {
   std::string config_file;
   std::map<std::string, std::string> flags;
   std::vector<std::string> datasets;
+  SurfaceInput layers;
   bool check_config = false, print_config = false;
   std::shared_ptr<const Environment> environment;
 };
@@ -60,7 +63,41 @@ std::vector<std::string> environment_names() {
   return names;
 }
 
+/// What --layer, --blend and --layer-error name: one dataset, called as its lowest layer.
+Result<std::vector<services::DatasetSpec>> dataset_of_layers(const SurfaceInput& said) {
+  if (said.layers.empty() && said.blends.empty() && said.layer_errors.empty())
+    return std::vector<services::DatasetSpec>{};
+  if (said.layers.empty())
+    return fail(Errc::invalid_argument,
+                "--blend and --layer-error are of the layers that --layer names; those of datasets "
+                "in a file are said there, [[dataset.layer]]");
+  const auto read = read_layers(said, {});
+  if (!read) return std::unexpected(read.error());
+  services::DatasetSpec spec{.name = services::safe_name(read->layers.front().name), .files = {}};
+  for (const LayerSpec& layer : read->layers) {
+    spec.layers.push_back({layer.name, layer.files});
+    spec.files.insert(spec.files.end(), layer.files.begin(), layer.files.end());
+    if (read->options.blend_m >= 0)
+      spec.layers.back().own["blend"] = fmt::format("{}", read->options.blend_m);
+  }
+  const auto say = [&](const char* key, const SurfaceOptions::OfLayer& one) -> Result<void> {
+    const auto layer = std::ranges::find(spec.layers, one.name, &services::LayerTable::name);
+    if (layer == spec.layers.end())
+      return fail(Errc::invalid_argument,
+                  fmt::format("there is no layer '{}' ({})", one.name, key));
+    layer->own[key] = fmt::format("{}", one.metres);
+    return {};
+  };
+  for (const auto& one : read->options.blends_m)
+    if (auto said_it = say("blend", one); !said_it) return std::unexpected(said_it.error());
+  for (const auto& one : read->options.max_errors_m)
+    if (auto said_it = say("error", one); !said_it) return std::unexpected(said_it.error());
+  return std::vector{std::move(spec)};
+}
+
 Result<Config> configure(const Options& options) {
+  auto layers = dataset_of_layers(options.layers);
+  if (!layers) return std::unexpected(layers.error());
   return services::read_config(
       {.file = options.config_file,
        .environment = [](const std::string& key) -> std::optional<std::string> {
@@ -69,7 +106,8 @@ Result<Config> configure(const Options& options) {
        },
        .environment_names = environment_names(),
        .flags = options.flags,
-       .datasets = options.datasets});
+       .datasets = options.datasets,
+       .tables = std::move(*layers)});
 }
 
 /// What would end a daemon by default although nobody wants it to end: a reader of its output that
@@ -355,6 +393,7 @@ void add_serve(Command program, int& exit) {
   options->environment = command.environment();
   command.add_option("dataset", options->datasets,
                      "DEM or directory; NAME=FILE[,FILE...] names it and joins several files");
+  add_layer_options(command, options->layers);
   command.add_option("--config", options->config_file, "TOML file with the settings below");
   for (const services::Setting& setting : services::settings()) {
     const std::string initial = setting.show(Config{});

@@ -78,25 +78,32 @@ bool names_any(const DemInput& input, const SurfaceInput& layers) {
   return !input.files.empty() || !layers.layers.empty();
 }
 
-Result<Surface> open_surface(const DemInput& input, const SurfaceInput& said,
-                             const DemOptions& options) {
-  SurfaceOptions o{.dem = options};
+Result<SaidLayers> read_layers(const SurfaceInput& said, const DemOptions& options) {
+  SaidLayers read{{}, {.dem = options}};
+  SurfaceOptions& o = read.options;
   for (const std::string& text : said.blends)
     if (auto ok = add_metres("--blend", text, &o.blend_m, o.blends_m); !ok)
       return std::unexpected(ok.error());
   for (const std::string& text : said.layer_errors)
     if (auto ok = add_metres("--layer-error", text, nullptr, o.max_errors_m); !ok)
       return std::unexpected(ok.error());
-  if (!input.files.empty() && !said.layers.empty())
-    return fail(Errc::invalid_argument,
-                "either DEM files, which make their layers themselves, or --layer");
-  std::vector<LayerSpec> specs;
   for (const std::string& text : said.layers) {
     auto spec = layer_of(text);
     if (!spec) return std::unexpected(spec.error());
-    specs.push_back(std::move(*spec));
+    read.layers.push_back(std::move(*spec));
   }
-  auto surface = specs.empty() ? tind::open_surface(input.files, o) : tind::open_surface(specs, o);
+  return read;
+}
+
+Result<Surface> open_surface(const DemInput& input, const SurfaceInput& said,
+                             const DemOptions& options) {
+  if (!input.files.empty() && !said.layers.empty())
+    return fail(Errc::invalid_argument,
+                "either DEM files, which make their layers themselves, or --layer");
+  const auto read = read_layers(said, options);
+  if (!read) return std::unexpected(read.error());
+  auto surface = read->layers.empty() ? tind::open_surface(input.files, read->options)
+                                      : tind::open_surface(read->layers, read->options);
   if (surface) warn_of(surface->info());
   return surface;
 }

@@ -7,6 +7,7 @@
 #include "server/cli/options/dem_input.h"
 #include "server/cli/program/command_line.h"
 #include "terrain/base/result.h"
+#include "terrain/surface/open_surface.h"
 #include "terrain/surface/surface.h"
 
 namespace tind::cli {
@@ -21,6 +22,13 @@ void add_layer_options(Command, SurfaceInput&);
 
 /// Has the user named something to be opened?
 bool names_any(const DemInput&, const SurfaceInput&);
+
+/// What the options say, read: the layers, and what is said of all or of single ones.
+struct SaidLayers {
+  std::vector<LayerSpec> layers;
+  SurfaceOptions options;
+};
+Result<SaidLayers> read_layers(const SurfaceInput&, const DemOptions&);
 
 /// Of the files, or of the layers; with what should be known of it as warnings on stderr.
 /// `options`: of the DEMs; else dem_options(input).

@@ -39,6 +39,10 @@ std::string key_of(const Config& config, const DatasetSpec& spec,
   const auto held =
       tiles || !options ? Result<DemFiles>(DemFiles{files, {}}) : dem_files(files, options->dem);
   for (const std::string& file : held ? held->files : files) key += file + "\n";
+  for (const LayerTable& layer : spec.layers) {
+    key += fmt::format("layer {} {}\n", layer.name, fmt::join(layer.files, " "));
+    for (const auto& [name, text] : layer.own) key += fmt::format("of it {} {}\n", name, text);
+  }
   for (const auto& [name, text] : config.every)
     if (!spec.own.contains(name)) key += fmt::format("every {} {}\n", name, text);
   for (const auto& [name, text] : spec.own) key += fmt::format("own {} {}\n", name, text);

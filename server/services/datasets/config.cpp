@@ -302,9 +302,9 @@ Result<Config> read_config(const ConfigInput& input) {
     if (auto done = set(config, setting, flag->second, "--" + setting.name); !done)
       return std::unexpected(done.error());
   }
-  if (!input.datasets.empty()) {
+  if (!input.datasets.empty() || !input.tables.empty()) {
     config.datasets = input.datasets;
-    config.tables.clear();
+    config.tables = input.tables;
   }
   return config;
 }

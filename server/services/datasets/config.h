@@ -60,6 +60,7 @@ struct ConfigInput {
       {};                                    // all there are: one TIND_... unknown is an error
   std::map<std::string, std::string> flags;  // by setting name
   std::vector<std::string> datasets;         // when not empty: instead of all of the file's
+  std::vector<DatasetSpec> tables = {};      // the same: datasets of layers
 };
 
 /// The first error names where it is and, for an unknown key, what was probably meant.

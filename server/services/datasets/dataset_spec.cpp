@@ -12,6 +12,7 @@
 
 #include "terrain/base/edit_distance.h"
 #include "terrain/raster/dem_files.h"
+#include "terrain/raster/dem_options_text.h"
 
 namespace tind::services {
 namespace {
@@ -104,16 +105,116 @@ Result<std::string> read_setting(const DatasetSetting& row, const TomlValue& val
   return text;
 }
 
-std::vector<std::string> keys_of_tables() {
-  std::vector<std::string> keys = {"name", "files"};
-  for (const DatasetSetting& row : dataset_settings()) keys.push_back(file_key(row.name));
-  return keys;
-}
-
 std::string list_of(const std::vector<std::string>& texts) {
   std::vector<std::string> all;
   for (const std::string& text : texts) all.push_back(toml_quoted(text));
   return fmt::format("[{}]", fmt::join(all, ", "));
+}
+
+// --- layers --------------------------------------------------------------------------------------
+
+/// Texts of the layer's own, in metres: how far it bends what is below, how exact its tiles are.
+constexpr std::string_view kBlend = "blend", kLayerError = "error";
+
+/// Which settings of a dataset can be said of a layer: how its files are read.
+bool is_of_layers(const DatasetSetting& row) {
+  const auto name = file_key(row.name);
+  return name != "to_datum" &&
+         std::ranges::any_of(dem_option_texts(),
+                             [&](const DemOptionText& text) { return name == text.name; });
+}
+
+std::vector<std::string> keys_of_layers() {
+  std::vector<std::string> keys = {"name", "files", std::string(kBlend), std::string(kLayerError)};
+  for (const DatasetSetting& row : dataset_settings())
+    if (is_of_layers(row)) keys.push_back(file_key(row.name));
+  return keys;
+}
+
+Result<std::string> read_metres(const TomlValue& value, const std::string& where,
+                                const std::string& key) {
+  const std::string* const text = value.scalar();
+  const auto metres = text ? parse_number(*text, 0.0, 1e7) : fail(Errc::invalid_argument, "");
+  if (!metres)
+    return fail(Errc::invalid_argument,
+                fmt::format("{}: {} must be metres, 0 or more", where, key));
+  return *text;
+}
+
+Result<std::string> read_layer_setting(const std::string& key, const TomlValue& value,
+                                       const fs::path& folder, const std::string& where) {
+  if (key == kBlend || key == kLayerError) return read_metres(value, where, key);
+  const auto row = std::ranges::find(dataset_settings(), key, [](const DatasetSetting& setting) {
+    return file_key(setting.name);
+  });
+  if (row != dataset_settings().end() && is_of_layers(*row))
+    return read_setting(*row, value, folder, where);
+  if (row != dataset_settings().end())
+    return fail(Errc::invalid_argument,
+                fmt::format("{}: {} is said of the whole dataset, not of a layer", where, key));
+  return fail(Errc::invalid_argument, fmt::format("{}: unknown key {} of a layer{}", where, key,
+                                                  did_you_mean(key, keys_of_layers())));
+}
+
+Result<LayerTable> read_layer(const TomlValue& value, const std::string& file,
+                              const fs::path& folder) {
+  LayerTable layer;
+  const std::string begin = at(file, value.line);
+  if (!value.table())
+    return fail(Errc::invalid_argument, begin + ": write a layer as a table, [[dataset.layer]]");
+  for (const auto& [key, member] : *value.table()) {
+    const std::string where = at(file, member.line);
+    if (key == "name") {
+      auto name = read_name(member, where);
+      if (!name) return std::unexpected(name.error());
+      layer.name = std::move(*name);
+    } else if (key == "files") {
+      auto files = read_files(member, folder, where);
+      if (!files) return std::unexpected(files.error());
+      layer.files = std::move(*files);
+    } else {
+      auto text = read_layer_setting(key, member, folder, where);
+      if (!text) return std::unexpected(text.error());
+      layer.own[key] = std::move(*text);
+    }
+  }
+  if (layer.name.empty() || layer.files.empty())
+    return fail(Errc::invalid_argument, begin + ": a layer needs name = \"...\" and files = [...]");
+  return layer;
+}
+
+/// [[dataset.layer]]
+Result<std::vector<LayerTable>> read_layers(const TomlValue& value, const std::string& file,
+                                            const fs::path& folder) {
+  const std::string where = at(file, value.line);
+  if (!value.list() || value.list()->empty())
+    return fail(Errc::invalid_argument, where + ": write [[dataset.layer]], with two brackets");
+  std::vector<LayerTable> layers;
+  for (const TomlValue& item : *value.list()) {
+    auto layer = read_layer(item, file, folder);
+    if (!layer) return std::unexpected(layer.error());
+    if (std::ranges::find(layers, layer->name, &LayerTable::name) != layers.end())
+      return fail(Errc::invalid_argument,
+                  fmt::format("{}: a second layer {}", at(file, item.line), layer->name));
+    layers.push_back(std::move(*layer));
+  }
+  return layers;
+}
+
+std::string print_layer_table(const LayerTable& layer) {
+  std::string out = "\n[[dataset.layer]]\nname = " + toml_quoted(layer.name) + "\n";
+  out += "files = " + list_of(layer.files) + "\n";
+  for (const auto& [key, text] : layer.own) {
+    const bool bare = key == kBlend || key == kLayerError;
+    out += fmt::format("{} = {}\n", file_key(key), bare ? text : toml_quoted(text));
+  }
+  return out;
+}
+
+std::vector<std::string> keys_of_tables() {
+  std::vector<std::string> keys = {"name", "files", "layer"};
+  for (const DatasetSetting& row : dataset_settings()) keys.push_back(file_key(row.name));
+  return keys;
 }
 
 std::vector<std::string> paths_in(const std::string& text) {
@@ -160,6 +261,7 @@ Result<DatasetSpec> read_dataset_table(const TomlValue& value, const std::string
     return fail(Errc::invalid_argument, begin + ": write a dataset as a table, [[dataset]]");
   const fs::path folder = fs::absolute(file).parent_path();
   DatasetSpec spec{name, {}, {}, begin};
+  std::string files_at;
   for (const auto& [key, member] : *value.table()) {
     const std::string where = at(file, member.line);
     Result<void> done;
@@ -171,6 +273,11 @@ Result<DatasetSpec> read_dataset_table(const TomlValue& value, const std::string
       auto files = read_files(member, folder, where);
       if (!files) return std::unexpected(files.error());
       spec.files = std::move(*files);
+      files_at = where;
+    } else if (key == "layer") {
+      auto layers = read_layers(member, file, folder);
+      if (!layers) return std::unexpected(layers.error());
+      spec.layers = std::move(*layers);
     } else {
       const auto row =
           std::ranges::find(dataset_settings(), key,
@@ -183,15 +290,23 @@ Result<DatasetSpec> read_dataset_table(const TomlValue& value, const std::string
       spec.own[row->name] = std::move(*text);
     }
   }
+  if (!spec.layers.empty() && !spec.files.empty())
+    return fail(Errc::invalid_argument,
+                files_at +
+                    ": a dataset has either files = [...] or [[dataset.layer]] tables, whose "
+                    "files are their own");
+  for (const LayerTable& layer : spec.layers)
+    spec.files.insert(spec.files.end(), layer.files.begin(), layer.files.end());
   if (spec.files.empty())
-    return fail(Errc::invalid_argument, begin + ": a dataset without files = [...]");
+    return fail(Errc::invalid_argument,
+                begin + ": a dataset without files = [...] and without [[dataset.layer]]");
   return spec;
 }
 
 std::string print_dataset_table(const DatasetSpec& spec) {
   std::string out = "\n[[dataset]]\n";
   if (!spec.name.empty()) out += "name = " + toml_quoted(spec.name) + "\n";
-  out += "files = " + list_of(spec.files) + "\n";
+  if (spec.layers.empty()) out += "files = " + list_of(spec.files) + "\n";
   for (const auto& [name, text] : spec.own) {
     const DatasetSetting& row = *dataset_setting(name);
     const auto paths = row.is_path ? paths_in(text) : std::vector{text};
@@ -201,23 +316,62 @@ std::string print_dataset_table(const DatasetSpec& spec) {
                        : bare           ? text
                                         : toml_quoted(text));
   }
+  for (const LayerTable& layer : spec.layers) out += print_layer_table(layer);
   return out;
 }
 
-Result<std::vector<std::string>> files_of(const DatasetSpec& spec) {
-  if (spec.where.empty()) return spec.files;
+namespace {
+
+/// `where`: of a table, whose files may be patterns.
+Result<std::vector<std::string>> files_of(const std::vector<std::string>& named_files,
+                                          const std::string& table) {
+  if (table.empty()) return named_files;
   std::vector<std::string> files;
   std::set<std::string> seen;
   std::error_code error;
-  for (const std::string& file : spec.files) {
+  for (const std::string& file : named_files) {
     const bool pattern = file.find_first_of(kWild) != file.npos && !is_url(file) &&
                          !file.starts_with('@') && !fs::exists(file, error);
     auto named = pattern ? fitting(file) : Result<std::vector<std::string>>(std::vector{file});
-    if (!named) return fail(spec.where, named.error());
+    if (!named) return fail(table, named.error());
     for (std::string& one : *named)
       if (seen.insert(one).second) files.push_back(std::move(one));
   }
   return files;
+}
+
+/// What the layer's texts say besides what is said of all.
+Result<void> apply(const LayerTable& layer, LayerSpec& spec, SurfaceOptions& options) {
+  DemOptions dem = options.dem;
+  for (const auto& [key, text] : layer.own) {
+    if (key == kBlend || key == kLayerError) {
+      const auto metres = parse_number(text, 0.0, 1e7);
+      if (!metres) return fail("layer " + layer.name + ": " + key, metres.error());
+      (key == kBlend ? options.blends_m : options.max_errors_m).push_back({layer.name, *metres});
+    } else if (auto set = set_dem_option(file_key(key), text, dem); !set) {
+      return fail("layer " + layer.name + ": " + key, set.error());
+    }
+  }
+  spec.dem = std::move(dem);
+  return {};
+}
+
+}  // namespace
+
+Result<std::vector<std::string>> files_of(const DatasetSpec& spec) {
+  return files_of(spec.files, spec.where);
+}
+
+Result<LayerSpecs> layers_of(const DatasetSpec& spec, const DemOptions& dem) {
+  LayerSpecs specs{{}, {.dem = dem}};
+  for (const LayerTable& layer : spec.layers) {
+    auto files = files_of(layer.files, spec.where);
+    if (!files) return std::unexpected(files.error());
+    LayerSpec one{layer.name, std::move(*files)};
+    if (auto done = apply(layer, one, specs.options); !done) return std::unexpected(done.error());
+    specs.layers.push_back(std::move(one));
+  }
+  return specs;
 }
 
 std::string name_of_file(const std::string& path) {
@@ -234,7 +388,8 @@ std::string name_of(const DatasetSpec& spec) {
 }
 
 bool is_stored(const DatasetSpec& spec) {
-  return spec.files.size() == 1 && fs::is_directory(spec.files[0]) && !is_dem_folder(spec.files[0]);
+  return spec.layers.empty() && spec.files.size() == 1 && fs::is_directory(spec.files[0]) &&
+         !is_dem_folder(spec.files[0]);
 }
 
 std::string safe_name(std::string_view text) {

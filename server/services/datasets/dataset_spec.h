@@ -9,15 +9,25 @@
 #include "server/services/datasets/dataset_settings.h"
 #include "server/services/datasets/toml_file.h"
 #include "terrain/base/result.h"
+#include "terrain/surface/open_surface.h"
 
 namespace tind::services {
 
-/// One raster, several as one source, or a directory made by `tind build`.
+/// A [[dataset.layer]] table, or a --layer.
+struct LayerTable {
+  std::string name;
+  std::vector<std::string> files;  // of one grid; of a table: may be patterns
+  SettingTexts own = {};           // options of a DEM, other than the dataset's; blend, error
+};
+
+/// One raster, several as one source, or a directory made by `tind build`; or layers.
 struct DatasetSpec {
-  std::string name;                // empty: from the first file's name
-  std::vector<std::string> files;  // of a table: may be patterns (*, ?, [a-c])
-  SettingTexts own = {};           // what its table says
-  std::string where = {};          // the table's file and line; empty: it has none
+  std::string name;                     // empty: from the first file's name
+  std::vector<std::string> files;       // of a table: may be patterns (*, ?, [a-c])
+  SettingTexts own = {};                // what its table says
+  std::string where = {};               // the table's file and line; empty: it has none
+  std::vector<LayerTable> layers = {};  // the lowest first; then `files` are theirs, one after the
+                                        // other. Empty: the files make their layers themselves
 };
 
 /// "alps=a.tif,b.tif" or just a path. (Files whose names hold commas are named in a table.)
@@ -37,6 +47,14 @@ Result<std::vector<std::string>> files_of(const DatasetSpec&);
 
 /// "N52E008" of "/dems/N52E008.hgt.zip".
 std::string name_of_file(const std::string& path);
+
+/// What its layers are opened with, patterns replaced; `dem`: what is said of all. REQUIRES:
+/// layers.
+struct LayerSpecs {
+  std::vector<LayerSpec> layers;
+  SurfaceOptions options;
+};
+Result<LayerSpecs> layers_of(const DatasetSpec&, const DemOptions& dem);
 
 /// The name that the spec gives, or that of its first file without the extension.
 std::string name_of(const DatasetSpec&);

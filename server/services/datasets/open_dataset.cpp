@@ -39,6 +39,11 @@ Dataset with_attribution(Dataset dataset, const std::string& attribution) {
 }  // namespace
 
 Result<Surface> open_source(const DatasetSpec& spec, const DemOptions& options) {
+  if (!spec.layers.empty()) {
+    const auto specs = layers_of(spec, options);
+    if (!specs) return std::unexpected(specs.error());
+    return open_surface(specs->layers, specs->options);
+  }
   auto dem = open_surface(spec.files, {.dem = options});
   if (dem || dem.error().code != Errc::not_found || spec.files.size() != 1) return dem;
   const std::string& text = spec.files[0];

@@ -84,8 +84,8 @@ void insert_all(HalfedgeMesh& mesh, const Samples& samples, const MesherOptions&
                 LinePoints* kept) {
   DelaunayInsertion<Samples> insertion(mesh, samples, insertion_options(o));
   if (kept) insertion.keep(kept);
-  const std::vector<bool> level =
-      kept ? level_samples(mesh, samples, inner_bound(o)) : std::vector<bool>(samples.size(), false);
+  const std::vector<bool> level = kept ? level_samples(mesh, samples, inner_bound(o))
+                                       : std::vector<bool>(samples.size(), false);
   HalfedgeMesh::Index near = 0;
   each_sample(samples, [&](const Vec3& sample, std::size_t i) {
     if (level[i]) return;

@@ -289,6 +289,7 @@ Result<void> RasterFile::learn(IdleHandles::Handle& handle, const DemOptions& op
   heights_ = std::move(*heights);
   facts_.z_unit_m = heights_->z_unit_m();
   facts_.exact = heights_->exact();
+  facts_.content = heights_->content();
   if (facts_.driver == "AAIGrid")
     if (auto ok = check_ascii_grid(path_, facts_.cols * facts_.rows); !ok)
       return fail(path_, ok.error());
@@ -417,3 +418,14 @@ Result<std::string> RasterFile::fingerprint() const {
 }
 
 }  // namespace tind::gdal
+
+namespace tind {
+
+Result<RasterContent> raster_content(const std::string& path, const DemOptions& options) {
+  auto file =
+      gdal::RasterFile::open(path, options, std::make_shared<gdal::IdleHandles>(std::size_t(0), 1));
+  if (!file) return std::unexpected(file.error());
+  return (*file)->facts().content;
+}
+
+}  // namespace tind

@@ -30,6 +30,7 @@ struct FileFacts {
   std::string own_crs;  // what the file calls its CRS, where --crs says that it is another
   double z_unit_m = 1;  // metres per unit, as stated by band or vertical CRS
   bool exact = true;    // what read() gives is a float as it is (32-bit integers: up to 2^24)
+  RasterContent content;
 };
 
 class RasterFile;

@@ -150,6 +150,14 @@ Result<void> HeightBand::interpret(const std::string& path, GDALDataset& set,
   if (z_unit_m_ == 0) z_unit_m_ = vertical_unit_m;
   if (z_unit_m_ == 0) z_unit_m_ = 1;
 
+  content_ = {.type = GDALGetDataTypeName(band.GetRasterDataType()),
+              .band = band_,
+              .bands = set.GetRasterCount(),
+              .encoding = encoding_,
+              .scale = scale_,
+              .offset = offset_,
+              .unit_m = z_unit_m_,
+              .nodata = {}};
   const GDALDataType type = band.GetRasterDataType();
   is_float_ = GDALDataTypeIsFloating(type);
   const bool converted =
@@ -165,6 +173,8 @@ Result<void> HeightBand::interpret(const std::string& path, GDALDataset& set,
   masked_ = (band.GetMaskFlags() & GMF_PER_DATASET) != 0;
   for (int b = 1; b <= set.GetRasterCount() && !masked_; ++b)  // beside floats GDAL passes over it
     if (b != band_ && is_alpha(set, b)) alpha_ = b;
+  content_.nodata = nodata_;
+  content_.mask = masked_ || alpha_ > 0;
   return {};
 }
 

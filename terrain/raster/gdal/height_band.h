@@ -10,6 +10,7 @@
 #include "terrain/base/result.h"
 #include "terrain/raster/dem_source.h"
 #include "terrain/raster/gdal/gdal_verify.h"
+#include "terrain/raster/raster_content.h"
 
 class GDALDataset;
 
@@ -33,6 +34,7 @@ class HeightBand {
                                bool whole, const DemOptions&);
 
   double z_unit_m() const { return z_unit_m_; }
+  const RasterContent& content() const { return content_; }
   /// What read() gives is a float as it is (32-bit integers: up to 2^24).
   bool exact() const { return exact_; }
 
@@ -59,6 +61,7 @@ class HeightBand {
   int alpha_ = 0;  // a band of transparency that GDAL makes no mask of; 0: none
   bool is_float_ = false, masked_ = false, exact_ = true;
   std::vector<double> nodata_;
+  RasterContent content_;
   std::unique_ptr<BlockSums> sums_;
 };
 

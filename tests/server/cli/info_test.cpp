@@ -182,6 +182,49 @@ TEST(Info, AnInventoryOfWhateverLiesThere) {
   EXPECT_EQ(json[3]["input"], testdata("crater.tif"));
 }
 
+TEST(Info, SaysWhatTheNumbersAre) {
+  const auto j = json_of(testdata("rainier.tif") + " --scale 2 --nodata -5");
+  EXPECT_EQ(j["content"]["type"], "Int16");
+  EXPECT_EQ(j["content"]["band"], 1);
+  EXPECT_EQ(j["content"]["scale"], 2);
+  const auto nodata = j["content"]["nodata"].get<std::vector<double>>();
+  EXPECT_NE(std::ranges::find(nodata, -5), nodata.end());
+  EXPECT_THAT(info(testdata("rainier.tif")).out, testing::HasSubstr("numbers    Int16"));
+}
+
+TEST(Info, OfSeveralDemsTheLayersThatTheyMake) {
+  const tind::test::TempDir dir;
+  const auto write = [&](const char* name, double x, double y, double step, const char* wkt) {
+    std::ofstream out(dir.file(std::string(name) + ".asc"));
+    out << "ncols 9\nnrows 9\nxllcenter " << x << "\nyllcenter " << y << "\ncellsize " << step
+        << "\nNODATA_value -9999\n";
+    for (int i = 0; i < 81; ++i) out << i << ' ';
+    std::ofstream(dir.file(std::string(name) + ".prj")) << wkt;
+  };
+  const char* degrees =
+      R"(GEOGCS["GCS_WGS_1984",DATUM["D_WGS_1984",SPHEROID["WGS_1984",6378137.0,298.257223563]],)"
+      R"(PRIMEM["Greenwich",0.0],UNIT["Degree",0.0174532925199433]])";
+  write("base", 8, 46, 0.125, degrees);
+  write("town", 8.5, 46.5, 0.001, degrees);
+  write("town2", 8.509, 46.5, 0.001, degrees);
+  const std::string files =
+      dir.file("town.asc") + " " + dir.file("base.asc") + " " + dir.file("town2.asc");
+  const auto j = json_of(files + " --accuracy le90=4");
+  ASSERT_EQ(j.size(), 4u);
+  const auto& layers = j.back();
+  EXPECT_EQ(layers["kind"], "layers");
+  ASSERT_EQ(layers["layers"].size(), 2u) << layers.dump();
+  EXPECT_EQ(layers["layers"][0]["name"], "base");
+  EXPECT_EQ(layers["layers"][1]["files"].size(), 2u);
+  EXPECT_EQ(layers["layers"][1]["accuracy"]["m"], 4);
+  EXPECT_EQ(layers["layers"][0]["content"]["nodata"][0], -9999);
+  const auto table = info(files).out;
+  EXPECT_THAT(table, testing::HasSubstr("spacing m"));
+  EXPECT_LT(table.rfind("\ntown "), table.rfind("\nbase ")) << table;  // the topmost first
+  // What makes no surface is only listed.
+  EXPECT_EQ(json_of(files + " " + testdata("crater.tif")).size(), 4u);
+}
+
 TEST(Info, AFolderIsOneDemWhereItsRastersShareAGrid) {
   const tind::test::TempDir folder;
   std::filesystem::copy_file(testdata("rainier.tif"), folder.file("a.tif"));

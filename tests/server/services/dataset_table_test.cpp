@@ -109,6 +109,93 @@ TEST_F(DatasetTable, IsPrintedAsItIsRead) {
   EXPECT_EQ(again->every, config->every);  // what is printed as the default is not said
 }
 
+constexpr const char* kLayers =
+    "[[dataset]]\nname = \"land\"\nmax_error = 2\nto_datum = \"ellipsoid\"\n"
+    "[[dataset.layer]]\nname = \"base\"\nfiles = [\"base.asc\"]\nerror = 40\n"
+    "[[dataset.layer]]\nname = \"town\"\nfiles = \"town*.asc\"\ncrs = \"EPSG:32632\"\n"
+    "scale = 0.1\nblend = 300\nnodata = [-1, -2]\n";
+
+TEST_F(DatasetTable, SaysItsLayersTheLowestFirst) {
+  const auto config = read(kLayers);
+  ASSERT_TRUE(config) << config.error().what;
+  const DatasetSpec& land = config->tables.at(0);
+  ASSERT_EQ(land.layers.size(), 2u);
+  EXPECT_EQ(land.files, (std::vector{in_folder("base.asc"), in_folder("town*.asc")}));
+  EXPECT_FALSE(is_stored(land));
+  for (const char* name : {"town2.asc", "town1.asc"}) std::ofstream(in_folder(name)) << "x";
+  DemOptions every;
+  every.scale = 3;
+  const auto specs = layers_of(land, every);
+  ASSERT_TRUE(specs) << specs.error().what;
+  ASSERT_EQ(specs->layers.size(), 2u);
+  EXPECT_EQ(specs->layers[0].name, "base");
+  EXPECT_EQ(specs->layers[0].dem->scale, 3);
+  EXPECT_EQ(specs->layers[1].files, (std::vector{in_folder("town1.asc"), in_folder("town2.asc")}));
+  EXPECT_EQ(specs->layers[1].dem->crs, "EPSG:32632");
+  EXPECT_EQ(specs->layers[1].dem->scale, 0.1);
+  EXPECT_EQ(specs->layers[1].dem->nodata, (std::vector<double>{-1, -2}));
+  ASSERT_EQ(specs->options.blends_m.size(), 1u);
+  EXPECT_EQ(specs->options.blends_m[0].metres, 300);
+  ASSERT_EQ(specs->options.max_errors_m.size(), 1u);
+  EXPECT_EQ(specs->options.max_errors_m[0].name, "base");
+  const std::string printed = print_config(*config);
+  const auto again = read(printed);
+  ASSERT_TRUE(again) << again.error().what << "\n" << printed;
+  EXPECT_EQ(print_config(*again), printed);
+}
+
+TEST_F(DatasetTable, LayersThatContradictEachOtherAreRefusedByLine) {
+  const auto expect = [&](const std::string& toml, const std::string& words) {
+    const std::string what = error(toml);
+    EXPECT_NE(what.find(words), std::string::npos) << toml << "\n" << what;
+  };
+  const std::string layer = "[[dataset.layer]]\nname = \"a\"\nfiles = [\"a.tif\"]\n";
+  expect("[[dataset]]\nfiles = [\"b.tif\"]\n" + layer, "tind.toml:2: a dataset has either files");
+  expect("[[dataset]]\n" + layer + layer, "tind.toml:5: a second layer a");
+  expect("[[dataset]]\n" + layer + "to_datum = \"egm96\"\n",
+         "tind.toml:5: to_datum is said of the whole dataset");
+  expect("[[dataset]]\n" + layer + "max_error = 3\n",
+         "tind.toml:5: max_error is said of the whole dataset");
+  expect("[[dataset]]\n" + layer + "blnd = 3\n",
+         "tind.toml:5: unknown key blnd of a layer; did you mean blend?");
+  expect("[[dataset]]\n" + layer + "blend = -3\n", "tind.toml:5: blend must be metres");
+  expect("[[dataset]]\n" + layer + "band = \"red\"\n", "tind.toml:5: band");
+  expect("[[dataset]]\n[[dataset.layer]]\nname = \"a\"\n", "tind.toml:2: a layer needs");
+  expect("[[dataset]]\n[dataset.layer]\nname = \"a\"\n", "with two brackets");
+}
+
+TEST_F(DatasetTable, LayersAreServedAsTheyAreNamed) {
+  const auto write = [&](const char* name, double x, double y, double step, int height) {
+    std::ofstream out(in_folder(name));
+    out << "ncols 12\nnrows 12\nxllcenter " << x << "\nyllcenter " << y << "\ncellsize " << step
+        << "\n";
+    for (int i = 0; i < 144; ++i) out << height + i % 5 << ' ';
+  };
+  write("base.asc", 8, 46, 0.125, 100);
+  write("town1.asc", 480000, 5150000, 500, 4000);
+  const std::string datum = "from_datum = \"ellipsoid\"\n";
+  const auto config = read(
+      "[[dataset]]\nname = \"land\"\n"
+      "[[dataset.layer]]\nname = \"base\"\nfiles = [\"base.asc\"]\ncrs = \"EPSG:4326\"\n" +
+      datum +
+      "[[dataset.layer]]\nname = \"town\"\nfiles = [\"town*.asc\"]\ncrs = \"EPSG:32632\"\n"
+      "scale = 0.1\n" +
+      datum);
+  ASSERT_TRUE(config) << config.error().what;
+  auto options = dataset_options(config->every, config->tables[0].own);
+  ASSERT_TRUE(options) << options.error().what;
+  options->dem.environment = test::environment();
+  const auto dataset = open_dataset(config->tables[0], *options);
+  ASSERT_TRUE(dataset) << dataset.error().what;
+  const auto layers = dataset->source->layers();
+  ASSERT_EQ(layers.size(), 2u);
+  EXPECT_EQ(layers[1].name, "town");
+  const auto in_town = height_at(*dataset->source, {8.77, 46.52});
+  ASSERT_TRUE(in_town) << in_town.error().what;
+  EXPECT_EQ(in_town->layer, 1u);
+  EXPECT_NEAR(in_town->height.height_m, 400.2, 0.3);
+}
+
 TEST_F(DatasetTable, PatternsAreTheFilesThatFitThem) {
   fs::create_directories(in_folder("[x] c"));
   for (const char* name : {"[x] c/b,2.tif", "[x] c/a.tif", "[x] c/c.txt", "odd*.tif"})
