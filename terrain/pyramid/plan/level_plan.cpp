@@ -486,7 +486,9 @@ std::vector<LevelPlan> TilePlan::kinds_of(const Surface& surface, int z) const {
     double places = std::min(posts.x, posts.y);
     if (!one) {
       places = std::max(places, tiling::tile_degrees(z) * latitude_degree / 128);
-      level.lowest_m = std::min(low, 0.0), level.highest_m = std::max(high, 0.0);
+      // What bends a layer can overshoot the posts by as much as two layers can differ.
+      const double least = std::min(low, 0.0), most = std::max(high, 0.0);
+      level.lowest_m = least - (most - least), level.highest_m = most + (most - least);
     }
     level.border_place_step = place_step(places, z, level.fit_error_m);
   }

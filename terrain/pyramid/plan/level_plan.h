@@ -84,7 +84,8 @@ struct LevelPlan {
   int curvature_cells = 1;      // see above
   double line_tolerance = 1;    // units of the tile's grid by which lines may be thinned
   double normal_reach_deg = 0;  // normals are taken from H's differences over +- this
-  /// Heights beyond these have no place in a tile (what bends a layer may overshoot).
+  /// No height of a surface of layers is beyond these: what bends a layer overshoots its posts by
+  /// as much as two layers differ at most.
   double lowest_m = -HUGE_VAL, highest_m = HUGE_VAL;
 
   friend bool operator==(const LevelPlan&, const LevelPlan&) = default;

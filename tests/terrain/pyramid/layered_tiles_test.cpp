@@ -189,6 +189,31 @@ TEST(LayeredTiles, follow_what_a_layer_bends_where_there_is_no_post) {
   EXPECT_GT(looked_at, 1000u);
 }
 
+/// Beside a layer that is lower than a ridge of what lies below, the plain beyond the ridge is bent
+/// down, below every post of either: those heights belong into tiles, too.
+TEST(LayeredTiles, hold_heights_that_no_post_has) {
+  HeightGrid ridges(40, 40, 0.f);
+  for (int r = 0; r < 40; ++r)
+    for (int c = 0; c < 40; c += 2) ridges.at(c, r) = 400;
+  const Surface surface =
+      *Surface::of_layers({{"base", made(std::move(ridges), {10, 50}, 0.004)},
+                           {"town", made(HeightGrid(60, 60, 20.f), {10.0402, 49.96}, 0.001)}});
+  const test::TempDir dir;
+  BuildOptions o = options(dir.file("tiles"), 2);
+  o.tiles.max_error_m = 2;
+  ASSERT_TRUE(build_tiles(surface, o));
+  const auto lowest = [&] {
+    HeightField field(surface);
+    std::vector<Geographic> places;
+    for (int i = 0; i < 4000; ++i) places.push_back({10.03 + i % 80 * .001, 49.97 - i / 80 * .001});
+    std::vector<double> heights(places.size());
+    field.at(places, heights);
+    return *std::ranges::min_element(heights);
+  };
+  EXPECT_LT(lowest(), -20);
+  expect_no_violation(dir.file("tiles"), surface);
+}
+
 TEST(LayeredTiles, reach_as_far_as_a_layer_bends_and_meet_coarser_ones_at_the_finer_bound) {
   const Surface surface = over_sparse_posts();
   const auto plan = TilePlan::make(surface, HeightRange{}, {});
