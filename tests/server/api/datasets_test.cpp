@@ -87,12 +87,14 @@ TEST_F(Api, LinksOfADatasetWork) {
     const std::string tile = dataset["name"] == "rainier" ? "10/331/778" : "3/5/2";
     const auto fill = [&](std::string link) {
       const std::pair<std::string, std::string> values[] = {
-          {"{z}/{x}/{y}", tile}, {"{?lon,lat,datum}", "?lon=-121.76&lat=46.85"}};
+          {"{z}/{x}/{y}", tile},
+          {"{?lon,lat,datum}", "?lon=-121.76&lat=46.85"},
+          {"{?encoding}", "?encoding=terrarium"}};
       for (const auto& [hole, value] : values)
         if (const auto at = link.find(hole); at != link.npos) link.replace(at, hole.size(), value);
       return link;
     };
-    EXPECT_EQ(dataset["links"].size(), dataset["kind"] == "dem" ? 9u : 7u);
+    EXPECT_EQ(dataset["links"].size(), dataset["kind"] == "dem" ? 10u : 7u);
     for (const auto& [name, link] : dataset["links"].items()) {
       const bool posts = name == "plan" || name == "tiles_in_frames" || name == "refine";
       if (posts)

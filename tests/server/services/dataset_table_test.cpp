@@ -156,8 +156,8 @@ TEST_F(DatasetTable, LayersThatContradictEachOtherAreRefusedByLine) {
          "tind.toml:5: to_datum is said of the whole dataset");
   expect("[[dataset]]\n" + layer + "max_error = 3\n",
          "tind.toml:5: max_error is said of the whole dataset");
-  expect("[[dataset]]\n" + layer + "blnd = 3\n",
-         "tind.toml:5: unknown key blnd of a layer; did you mean blend?");
+  expect("[[dataset]]\n" + layer + "blendd = 3\n",
+         "tind.toml:5: unknown key blendd of a layer; did you mean blend?");
   expect("[[dataset]]\n" + layer + "blend = -3\n", "tind.toml:5: blend must be metres");
   expect("[[dataset]]\n" + layer + "band = \"red\"\n", "tind.toml:5: band");
   expect("[[dataset]]\n[[dataset.layer]]\nname = \"a\"\n", "tind.toml:2: a layer needs");

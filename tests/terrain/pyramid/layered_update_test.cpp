@@ -212,7 +212,7 @@ TEST_F(LayeredUpdateTest, a_file_that_comes_or_goes_makes_again_what_it_reaches_
     EXPECT_EQ(report->update.everything, "");
     EXPECT_EQ(report->built, report->update.dirty_tiles);
     EXPECT_GT(report->built, 0u);
-    EXPECT_GT(report->reused, there / 5);
+    EXPECT_GT(report->reused, there / 8);
     there = report->tiles;
     expect_like_fresh(parts, "tiles");
   };
