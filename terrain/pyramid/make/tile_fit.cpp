@@ -458,7 +458,7 @@ struct LineTry {
   double thinned = 1;  // share of the level's tolerance
   double clear = 1;    // of how far shores keep from posts
 };
-constexpr LineTry kLineTries[] = {{1, 1}, {0.25, 1}, {0, 1}, {0, 2}};
+constexpr LineTry kLineTries[] = {{1, 1}, {0.25, 1}, {0, 1}, {0, 2}, {0, 4}, {0, 8}};
 
 /// At last without lines: the certificate comes first.
 Result<TileMesh> fit_with_lines(TileJob& job, std::stop_token stop) {
