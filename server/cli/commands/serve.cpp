@@ -27,6 +27,7 @@
 #include "server/cli/program/dem_strips.h"
 #include "server/log/log.h"
 #include "server/log/printable.h"
+#include "server/services/datasets/catalog_folder.h"
 #include "server/services/datasets/catalog_keeper.h"
 #include "server/services/datasets/config.h"
 #include "server/services/datasets/open_dataset.h"
@@ -194,6 +195,9 @@ services::CatalogKeeper::Settings keeper_settings(const Options& options, const 
 }
 
 /// The first load: who starts a daemon sees every reason why it does not start.
+/// For which a start waits for files that somebody is writing into the catalog's folder.
+constexpr std::chrono::milliseconds kMostRest{5000};
+
 Result<void> load_all(services::CatalogKeeper& keeper) {
   const auto loaded = keeper.load();
   if (loaded) return {};
@@ -263,6 +267,7 @@ int serve(const Config& config, const Options& options) {
         "running as root: DEM files are decoded in this process; a user of its own is safer");
   services::Catalog catalog;
   services::CatalogKeeper keeper(catalog, keeper_settings(options, config));
+  if (!config.catalog.empty()) services::wait_for_rest(config.catalog, kMostRest);
   if (auto loaded = load_all(keeper); !loaded) return complain(loaded.error());
   auto viewer = load_viewer(config, *options.environment);
   if (!viewer) return complain(viewer.error());

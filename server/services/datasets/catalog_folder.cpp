@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <set>
+#include <thread>
 
 #include "server/services/datasets/dataset_settings.h"
 #include "terrain/raster/dem_files.h"
@@ -154,6 +155,20 @@ Result<std::vector<FolderEntry>> CatalogFolder::look(Clock::time_point now) {
   if (auto there = entries_of(folder_); !there) return std::unexpected(there.error());
   seen_ = std::move(seen);
   return entries;
+}
+
+void wait_for_rest(const std::string& folder, std::chrono::milliseconds most) {
+  const auto end = std::chrono::steady_clock::now() + most;
+  const auto rests = [&] {
+    const auto paths = entries_of(folder);
+    return !paths || std::ranges::all_of(*paths, [](const fs::path& path) {
+      States states;
+      if (!is_passed_over(path)) entry_at(path, states);
+      return written_long_ago(states.last_written_ns);
+    });
+  };
+  while (!rests() && std::chrono::steady_clock::now() < end)
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
 }
 
 }  // namespace tind::services

@@ -49,4 +49,8 @@ class CatalogFolder {
   std::map<std::string, Seen> seen_;  // by path
 };
 
+/// Waits until nothing in the folder was written to within the last kRest, `most` at most: at a
+/// start, what was just put there is waited for rather than missed.
+void wait_for_rest(const std::string& folder, std::chrono::milliseconds most);
+
 }  // namespace tind::services

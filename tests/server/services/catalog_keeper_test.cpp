@@ -219,6 +219,18 @@ TEST_F(Keeper, OfAFolderEachEntryStandsForItself) {
   EXPECT_EQ(catalog_.find("tabled"), tabled);  // half of a table is no reason to end it
 }
 
+TEST(CatalogFolder, AStartWaitsForWhatWasJustPutThereButNotForEver) {
+  const test::TempDir folder;
+  test::write_flat_dem(folder.file("new.asc"), 1);
+  wait_for_rest(folder.path().string(), 1min);
+  const auto entries = CatalogFolder(folder.path().string()).look();
+  ASSERT_TRUE(entries && entries->size() == 1);
+  EXPECT_TRUE(entries->front().rests);
+  fs::last_write_time(folder.file("new.asc"), fs::file_time_type::clock::now() + 24h);
+  wait_for_rest(folder.path().string(), 0s);    // of another machine's clock
+  wait_for_rest(folder.file("nothing"), 1min);  // which the load complains of
+}
+
 TEST(CatalogFolder, WaitsForWhatIsStillWritten) {
   const test::TempDir folder;
   const auto write = [&](const std::string& text) {
