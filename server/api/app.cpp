@@ -35,6 +35,12 @@ http::Reply no_tiles(const http::Request& request) {
                               .instance = request.head.target});
 }
 
+http::Reply no_source(const http::Request& request) {
+  return http::problem_reply({.status = 404,
+                              .detail = "This dataset is a store of tiles without its DEM.",
+                              .instance = request.head.target});
+}
+
 http::BodyRules json_for_dataset(const App& app, std::size_t max_bytes) {
   return {.max_bytes = max_bytes,
           .refuse = [&app](const http::Request& request) -> std::optional<http::Reply> {

@@ -74,6 +74,9 @@ FoundDataset find_dataset(const App&, std::string_view name, const http::Request
 /// The 404 of a resource that needs tiles, for a dataset that has none.
 http::Reply no_tiles(const http::Request&);
 
+/// The 404 of a resource that needs the DEM, for a dataset that has only tiles.
+http::Reply no_source(const http::Request&);
+
 /// A POST of JSON to a path whose first {...} names a dataset: the 404 comes before its body.
 http::BodyRules json_for_dataset(const App&, std::size_t max_bytes);
 

@@ -101,10 +101,7 @@ std::optional<http::Reply> elevation(const App& app, const http::Request& reques
                                      http::DeferredReply& deferred) {
   const auto [dataset, not_found] = find_dataset(app, request.matched[0], request);
   if (!dataset) return not_found;
-  if (!dataset->source)
-    return http::problem_reply({.status = 404,
-                                .detail = "This dataset is a store of tiles without its DEM.",
-                                .instance = request.head.target});
+  if (!dataset->source) return no_source(request);
   auto query = http::read_numbers(request.head.query, kQuery, kWords);
   if (query.problems.empty())
     for (std::size_t k = 0; k < 2; ++k)

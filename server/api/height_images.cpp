@@ -25,19 +25,11 @@ constexpr std::string_view kNoImage =
 const http::QueryWord kWords[] = {{"encoding", {"mapbox", "terrarium"}},
                                   {"v", {}, [](std::string_view) { return true; }, "anything"}};
 
-std::optional<http::Reply> without_source(const services::ServedDataset& dataset,
-                                          const http::Request& request) {
-  if (dataset.source) return {};
-  return http::problem_reply({.status = 404,
-                              .detail = "This dataset is a store of tiles without its DEM.",
-                              .instance = request.head.target});
-}
-
 std::optional<http::Reply> image(const App& app, const http::Request& request,
                                  http::DeferredReply& deferred) {
   const auto [dataset, not_found] = find_dataset(app, request.matched[0], request);
   if (!dataset) return not_found;
-  if (auto refused = without_source(*dataset, request)) return refused;
+  if (!dataset->source) return no_source(request);
   const auto query = http::read_numbers(request.head.query, {}, kWords);
   if (!query.problems.empty()) return http::problem_reply(query.problems, request.head.target);
   const auto tile = web_tile_address(request.matched[1], request.matched[2], request.matched[3]);
@@ -90,7 +82,7 @@ nlohmann::ordered_json tile_json(const services::ServedDataset& dataset, proto::
 std::optional<http::Reply> tiles_json(const App& app, const http::Request& request) {
   const auto [dataset, not_found] = find_dataset(app, request.matched[0], request);
   if (!dataset) return not_found;
-  if (auto refused = without_source(*dataset, request)) return refused;
+  if (!dataset->source) return no_source(request);
   const auto query = http::read_numbers(request.head.query, {}, kWords);
   if (!query.problems.empty()) return http::problem_reply(query.problems, request.head.target);
   const auto code = proto::height_code_named(query.words[0]).value_or(proto::HeightCode::mapbox);

@@ -123,26 +123,30 @@ class ImageRows {
   std::size_t filled_ = 0;
 };
 
-/// The posts that rows of pixels can need, into memory.
-Result<void> load(HeightField& field, const GeoRect& rect) {
-  const Surface& surface = field.surface();
+/// f(layer, window) of each layer that has posts in the rectangle.
+template <class F>
+void each_window(const Surface& surface, const GeoRect& rect, F&& f) {
   for (std::size_t k = 0; k < surface.layers().size(); ++k) {
     if (!surface.reaches(k, rect)) continue;
     const PostWindow w = post_window(*surface.layers()[k].source, rect);
-    if (w.empty()) continue;
-    auto done = field.load(k, w.col - 1, w.row - 1, int(w.cols) + 2, int(w.rows) + 2);
-    if (!done) return done;
+    if (!w.empty()) f(k, w);
   }
-  return {};
 }
 
+/// The posts that rows of pixels can need, into memory.
+Result<void> load(HeightField& field, const GeoRect& rect) {
+  Result<void> done;
+  each_window(field.surface(), rect, [&](std::size_t k, const PostWindow& w) {
+    if (done) done = field.load(k, w.col - 1, w.row - 1, int(w.cols) + 2, int(w.rows) + 2);
+  });
+  return done;
+}
+
+/// Of the layer that has most.
 std::int64_t posts_in(const Surface& surface, const GeoRect& rect) {
   std::int64_t most = 0;
-  for (std::size_t k = 0; k < surface.layers().size(); ++k) {
-    if (!surface.reaches(k, rect)) continue;
-    const PostWindow w = post_window(*surface.layers()[k].source, rect);
-    if (!w.empty()) most = std::max(most, w.cols * w.rows);
-  }
+  each_window(surface, rect,
+              [&](std::size_t, const PostWindow& w) { most = std::max(most, w.cols * w.rows); });
   return most;
 }
 

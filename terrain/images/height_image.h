@@ -37,7 +37,7 @@ bool has_image(const Surface&, web_mercator::Tile);
 /// Where no place has a height, voids are filled as in tiles of meshes (void_fill.h): a height of 0
 /// would be a pit. Beyond the reach of that, outside the source, it is 0.
 ///
-/// Reads all posts of the tile's rectangle, at most kImageBand at a time. Errors: those of reading;
+/// Reads all posts of the tile's rectangle, some millions at a time. Errors: those of reading;
 /// cancelled.
 Result<HeightImage> height_image(const Surface&, web_mercator::Tile, int pixels = kImagePixels,
                                  std::stop_token = {});
