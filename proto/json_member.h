@@ -65,6 +65,14 @@ std::optional<std::int64_t> whole(const Json& object, const char* name,
   return value ? as_whole(*value, low, high) : std::nullopt;
 }
 
+/// Of a member that may be left out: then `otherwise`. Nothing where it is there and is wrong.
+template <class Json>
+std::optional<std::int64_t> whole_or(const Json& object, const char* name, std::int64_t otherwise,
+                                     std::int64_t low, std::int64_t high) {
+  const Json* const value = member(object, name);
+  return value ? as_whole(*value, low, high) : otherwise;
+}
+
 template <class Json>
 std::optional<std::string> text(const Json& object, const char* name) {
   const Json* const value = member(object, name);

@@ -5,24 +5,31 @@
 namespace tind::json {
 namespace {
 
-/// Counted without reading the rest: of what is no JSON, any answer will do.
-bool too_deep(std::string_view text) {
-  int depth = 0;
+/// f(c) of each character outside of strings and of the quote before each, until that is false. Of
+/// what is no JSON, any answer of those who look will do.
+template <class F>
+void each_outside_strings(std::string_view text, F&& f) {
   bool in_string = false;
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
     if (in_string) {
       if (c == '\\') ++i;
       if (c == '"') in_string = false;
-    } else if (c == '"') {
-      in_string = true;
-    } else if (c == '[' || c == '{') {
-      if (++depth > kDeepest) return true;
-    } else if (c == ']' || c == '}') {
-      --depth;
+    } else {
+      in_string = c == '"';
+      if (!f(c)) return;
     }
   }
-  return false;
+}
+
+bool too_deep(std::string_view text) {
+  int depth = 0;
+  each_outside_strings(text, [&](char c) {
+    if (c == '[' || c == '{') ++depth;
+    if (c == ']' || c == '}') --depth;
+    return depth <= kDeepest;
+  });
+  return depth > kDeepest;
 }
 
 template <class Json>
@@ -36,6 +43,20 @@ template <class Json>
 Json parse(std::string_view text) {
   if (too_deep(text)) return Json(Json::value_t::discarded);
   return Json::parse(text, nullptr, false);
+}
+
+std::size_t count_values(std::string_view text) {
+  // Each list and each object has one more value than commas, or none.
+  std::size_t count = 1;
+  char before = 0;
+  each_outside_strings(text, [&](char c) {
+    if (c == ' ' || c == '\t' || c == '\n' || c == '\r') return true;
+    if (c == ',' || c == '[' || c == '{') ++count;
+    if ((c == ']' && before == '[') || (c == '}' && before == '{')) --count;
+    before = c;
+    return true;
+  });
+  return count;
 }
 
 template nlohmann::json parse(std::string_view);

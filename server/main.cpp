@@ -45,15 +45,27 @@ int main(int argc, char** argv) {
   tind::cli::add_between(app, exit);
   tind::cli::add_measure(app, exit);
   tind::cli::add_compare(app, exit);
+  tind::cli::add_contours(app, exit);
+  tind::cli::add_derivatives(app, exit);
+  tind::cli::add_elevation(app, exit);
+  tind::cli::add_profile(app, exit);
+  tind::cli::add_line_of_sight(app, exit);
+  tind::cli::add_viewshed(app, exit);
+  tind::cli::add_relief(app, exit);
+  tind::cli::add_volume(app, exit);
+  tind::cli::add_statistics(app, exit);
+  tind::cli::add_difference(app, exit);
   tind::cli::add_methods(app, exit);
   tind::cli::add_formats(app, exit);
   tind::cli::add_info(app, exit);
   tind::cli::add_build(app, exit);
   tind::cli::add_check(app, exit);
   tind::cli::add_estimate(app, exit);
+  tind::cli::add_export(app, exit);
   tind::cli::add_explain(app, exit);
   tind::cli::add_plan(app, exit);
   tind::cli::add_serve(app, exit);
+  tind::cli::add_key(app, exit);
   if (const std::string wrong = tind::cli::unknown_command(app, argc, argv); !wrong.empty()) {
     std::fprintf(stderr, "tind: %s\n", wrong.c_str());
     return tind::cli::kUsage;

@@ -39,11 +39,15 @@ http::Reply answer(const Result<services::CatalogChange>& change, const std::str
                                 .detail = "What is served stays as it was: " + change.error().what,
                                 .instance = target});
   }
+  Json aside = Json::array();
+  for (const auto& [entry, why] : change->aside) aside.push_back({{"entry", entry}, {"why", why}});
   const Json json = {{"kept", change->kept},
                      {"new", change->added},
                      {"opened_anew", change->replaced},
                      {"gone", change->removed},
-                     {"only_after_restart", change->for_restart}};
+                     {"only_after_restart", change->for_restart},
+                     {"left_alone", std::move(aside)},
+                     {"not_yet", change->waiting}};
   return http::make_reply(200, "application/json",
                           json.dump(2, ' ', true, Json::error_handler_t::replace) + "\n",
                           {{"Cache-Control", "no-store"}});

@@ -9,8 +9,12 @@ http::Router make_router(const App& app) {
   add_tile_routes(router, app);  // first: by far the most asked for
   add_dataset_routes(router, app);
   add_elevation_routes(router, app);
+  add_open_topo_data_routes(router, app);
+  add_open_elevation_routes(router, app);
+  add_valhalla_routes(router, app);
   add_encoding_routes(router, app);
   add_height_image_routes(router, app);
+  add_shade_routes(router, app);
   add_method_routes(router);
   add_transition_routes(router, app);
   add_flight_routes(router, app);
@@ -18,7 +22,13 @@ http::Router make_router(const App& app) {
   add_health_routes(router, app, false);
   add_refine_routes(router, app);
   add_tiles3d_routes(router, app);
+  add_terrasync_routes(router, app);
+  add_process_routes(router, app);
+  add_job_routes(router, app);
+  add_ogc_routes(router, app);
   add_viewer_routes(router, app);
+  add_openapi_routes(router, app);
+  router.guard(app.gate);
   return router;
 }
 

@@ -11,8 +11,10 @@
 #include "server/http/static_files.h"
 #include "server/services/datasets/catalog.h"
 #include "server/services/datasets/catalog_keeper.h"
+#include "server/services/jobs/jobs.h"
 #include "server/services/refine/refine_service.h"
 #include "server/services/tiles/height_images.h"
+#include "server/services/tiles/scenery.h"
 #include "server/services/tiles/tile_cache.h"
 #include "server/services/tiles/tile_encodings.h"
 #include "server/services/tiles/tile_service.h"
@@ -37,9 +39,12 @@ struct App {
   services::TileStreams* streams = nullptr;          // null: no /progressive
   services::TileTransitions* transitions = nullptr;  // null: no /transition
   services::TileEncodings* encodings = nullptr;      // null: tiles as quantized-mesh only
-  services::HeightImages* images = nullptr;          // null: no /rgb
+  services::HeightImages* images = nullptr;          // null: no /rgb, no /shade
   services::CatalogKeeper* keeper = nullptr;         // null: the catalog stays as it is
   services::Tiles3d* tiles3d = nullptr;              // null: no /3dtiles
+  services::Scenery* scenery = nullptr;              // null: no /terrasync
+  services::Jobs* jobs = nullptr;                    // null: no /processes, no /jobs
+  const http::Gate* gate = nullptr;                  // null: everybody may ask everything
 };
 
 /// For everybody.
@@ -56,12 +61,22 @@ void add_encoding_routes(http::Router&, const App&);
 void add_transition_routes(http::Router&, const App&);
 void add_flight_routes(http::Router&, const App&);
 void add_height_image_routes(http::Router&, const App&);
+void add_shade_routes(http::Router&, const App&);
 /// `reasons`: /readyz?verbose says them, which name files.
 void add_health_routes(http::Router&, const App&, bool reasons);
+void add_job_routes(http::Router&, const App&);
 void add_method_routes(http::Router&);
+void add_ogc_routes(http::Router&, const App&);  // all of OGC API but Processes
+/// The document of all routes that are there already: to be added last.
+void add_openapi_routes(http::Router&, const App&);
+void add_open_elevation_routes(http::Router&, const App&);
+void add_open_topo_data_routes(http::Router&, const App&);
+void add_process_routes(http::Router&, const App&);
 void add_progressive_routes(http::Router&, const App&);
 void add_refine_routes(http::Router&, const App&);
+void add_terrasync_routes(http::Router&, const App&);
 void add_tiles3d_routes(http::Router&, const App&);
+void add_valhalla_routes(http::Router&, const App&);
 void add_viewer_routes(http::Router&, const App&);
 
 /// The dataset of that name, or the 404 that says there is none.

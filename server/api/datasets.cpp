@@ -10,6 +10,7 @@
 
 #include "server/api/accuracy_json.h"
 #include "server/api/app.h"
+#include "server/api/responses.h"
 #include "terrain/tiles3d/tileset.h"
 
 namespace tind::api {
@@ -65,6 +66,7 @@ void add_tiles(Json& json, const proto::LayerJson& layer) {
   json["format"] = layer.format;
   json["projection"] = layer.projection;
   json["extensions"] = layer.extensions;
+  if (!layer.accuracy.empty()) json["accuracy"] = proto::accuracy_json(layer.accuracy);
 }
 
 /// URI templates (RFC 6570); one POSTs to plan, tiles_in_frames and refine.
@@ -78,12 +80,22 @@ Json links(const services::ServedDataset& dataset) {
             {"transition", of("/transition/") + "/{z}/{x}/{y}"},
             {"plan", of("/plan/")},
             {"tiles_in_frames", of("/tiles/")}};
-    if (tiles3d::has_roots(*dataset.tiles)) json["3dtiles"] = of("/3dtiles/") + "/tileset.json";
+    if (tiles3d::has_roots(*dataset.tiles)) {
+      json["3dtiles"] = of("/3dtiles/") + "/tileset.json";
+      json["3dtiles_meshopt"] = of("/3dtiles/") + "/meshopt/tileset.json";
+    }
+  }
+  if (dataset.tiles && !dataset.source) {  // of the meshes, which is all there is
+    json["elevation"] = of("/elevation/") + "?surface=level={level}{&lon,lat,datum}";
+    json["height_images"] = of("/rgb/") + "/tiles.json?surface=mesh{&encoding,format}";
   }
   if (dataset.source) {
     if (dataset.source->only()) json["refine"] = of("/refine/");
     json["elevation"] = of("/elevation/") + "{?lon,lat,datum}";
-    json["height_images"] = of("/rgb/") + "/tiles.json{?encoding}";
+    json["terrasync"] = of("/terrasync/") + "/Terrain/{ten}/{one}/.dirindex";
+    json["height_images"] = of("/rgb/") + "/tiles.json" +
+                            (dataset.tiles ? "{?encoding,format,surface}" : "{?encoding,format}");
+    json["shades"] = of("/shade/") + "/tiles.json{?style,azimuth,altitude,z_factor,format}";
   }
   return json;
 }
@@ -97,7 +109,8 @@ Json describe(const services::ServedDataset& dataset) {
   const GeoRect& b = facts.bounds;
   Json json = {{"name", dataset.name},
                {"kind", dataset.source ? "dem" : "store"},
-               {"bounds", {b.west, b.south, b.east, b.north}}};
+               {"bounds", {b.west, b.south, b.east, b.north}},
+               {"box", {facts.box.west, facts.box.south, facts.box.east, facts.box.north}}};
   if (dataset.tiles) add_tiles(json, dataset.tiles->layer());
   json["attribution"] = facts.attribution;
   // Stores that others made, and old ones, do not say it.
@@ -116,11 +129,37 @@ bool any_reading(const services::Catalog& catalog) {
   });
 }
 
-std::string list(const services::Catalog& catalog) {
+/// Those that who asks may see.
+std::string list(const services::Catalog& catalog, const http::Request& request) {
   Json datasets = Json::array();
-  for (const auto& dataset : catalog.all()) datasets.push_back(describe(*dataset));
+  for (const auto& dataset : catalog.all())
+    if (request.sees(dataset->name)) datasets.push_back(describe(*dataset));
   return Json{{"datasets", datasets}}.dump(2, ' ', true, Json::error_handler_t::replace) + "\n";
 }
+
+const http::Operation kDatasets = {
+    .id = "getDatasets",
+    .tag = "About",
+    .summary = "The datasets: bounds, levels, datum, source, links",
+    .scope = http::Scope::read,
+    .heeds_access = true,
+    .ignores_others = true,
+    .responses = resource("All datasets that the key is for.", "application/json", R"({
+      "type": "object",
+      "required": ["datasets"],
+      "properties": {
+        "datasets": {"type": "array", "items": {
+          "type": "object",
+          "required": ["name", "kind", "bounds", "box", "state", "links"],
+          "properties": {
+            "name": {"type": "string"},
+            "kind": {"enum": ["dem", "store"]},
+            "bounds": {"type": "array", "items": {"type": "number"}},
+            "box": {"type": "array", "items": {"type": "number"}},
+            "datum": {"type": ["string", "null"]},
+            "state": {"enum": ["ready", "reading", "failed"]},
+            "links": {"type": "object"}
+          }}}}})")};
 
 }  // namespace
 
@@ -132,17 +171,22 @@ void add_dataset_routes(http::Router& router, const App& app) {
     std::uint64_t of = 0;  // which catalog
   };
   const auto known = std::make_shared<List>();
-  router.get("/datasets", [&app, known](const http::Request& request, http::DeferredReply&) {
-    const std::lock_guard lock(known->mutex);
-    const std::uint64_t revision = app.catalog.revision();
-    if (known->settled && known->of == revision) return known->settled->reply(request.head.fields);
-    const bool reading = any_reading(app.catalog);
-    const auto now =
-        http::Representation::make(list(app.catalog), {.content_type = "application/json"});
-    known->settled = reading ? nullptr : now;
-    known->of = revision;
-    return now->reply(request.head.fields);
-  });
+  router.get("/datasets", kDatasets,
+             [&app, known](const http::Request& request, http::DeferredReply&) {
+               const http::Representation::Options json = {.content_type = "application/json"};
+               if (request.access && !request.access->datasets.empty())
+                 return http::Representation::make(list(app.catalog, request), json)
+                     ->reply(request.head.fields);
+               const std::lock_guard lock(known->mutex);
+               const std::uint64_t revision = app.catalog.revision();
+               if (known->settled && known->of == revision)
+                 return known->settled->reply(request.head.fields);
+               const bool reading = any_reading(app.catalog);
+               const auto now = http::Representation::make(list(app.catalog, request), json);
+               known->settled = reading ? nullptr : now;
+               known->of = revision;
+               return now->reply(request.head.fields);
+             });
 }
 
 }  // namespace tind::api

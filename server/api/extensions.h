@@ -3,7 +3,7 @@
 
 #include <string_view>
 
-#include "proto/quantized_mesh.h"
+#include "proto/tile/quantized_mesh.h"
 #include "server/http/message/request_parser.h"
 
 namespace tind::api {

@@ -13,6 +13,9 @@ namespace {
 
 using Need = Members::Need;
 
+// Each fix is an object of four numbers; what else there can be are a few dozen.
+constexpr std::size_t kMostFlightValues = 5 * kMostFixes + 100, kMostListValues = kMostTiles + 100;
+
 void read_place(Members& members, FlightFix& fix) {
   members.number("lon", -360, 360, fix.where.lon, Need::must);
   members.number("lat", -90, 90, fix.where.lat, Need::must);
@@ -71,7 +74,7 @@ std::optional<TileId> tile_of(const Json& json) {
 
 FlightRequest parse_flight_request(std::string_view body, Problems& problems) {
   FlightRequest out;
-  const Json json = parse_body(body, problems);
+  const Json json = parse_body(body, kMostFlightValues, problems);
   if (!problems.empty()) return out;
   Members members(json, "", problems);
   FlightOptions& o = out.options;
@@ -90,7 +93,7 @@ FlightRequest parse_flight_request(std::string_view body, Problems& problems) {
 
 std::vector<TileId> parse_tile_list(std::string_view body, Problems& problems) {
   std::vector<TileId> out;
-  const Json json = parse_body(body, problems);
+  const Json json = parse_body(body, kMostListValues, problems);
   if (!problems.empty()) return out;
   Members members(json, "", problems);
   const Json* const list = members.member("tiles", Need::must);

@@ -5,10 +5,11 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "proto/tile_frames.h"
+#include "proto/stream/tile_frames.h"
 #include "server/api/app.h"
 #include "server/api/extensions.h"
 #include "server/api/flight_request.h"
+#include "server/api/responses.h"
 #include "server/http/message/problem.h"
 
 namespace tind::api {
@@ -108,12 +109,98 @@ std::optional<http::Reply> tiles(const App& app, const http::Request& request,
       });
 }
 
+constexpr const char* kFix = R"({
+  "type": "object",
+  "required": ["lon", "lat", "height_m", "time_s"],
+  "additionalProperties": false,
+  "properties": {
+    "lon": {"type": "number", "minimum": -360, "maximum": 360},
+    "lat": {"type": "number", "minimum": -90, "maximum": 90},
+    "height_m": {"type": "number", "minimum": -1e8, "maximum": 1e8},
+    "time_s": {"type": "number", "minimum": -1e9, "maximum": 1e9}
+  }})";
+
+std::string plan_schema() {
+  return R"({
+  "type": "object",
+  "additionalProperties": false,
+  "properties": {
+    "position": {
+      "type": "object",
+      "required": ["lon", "lat", "height_m"],
+      "additionalProperties": false,
+      "properties": {
+        "lon": {"type": "number", "minimum": -360, "maximum": 360},
+        "lat": {"type": "number", "minimum": -90, "maximum": 90},
+        "height_m": {"type": "number", "minimum": -1e8, "maximum": 1e8}
+      }
+    },
+    "velocity": {
+      "type": "object",
+      "additionalProperties": false,
+      "description": "metres a second",
+      "properties": {
+        "east": {"type": "number", "minimum": -1e5, "maximum": 1e5, "default": 0},
+        "north": {"type": "number", "minimum": -1e5, "maximum": 1e5, "default": 0},
+        "up": {"type": "number", "minimum": -1e5, "maximum": 1e5, "default": 0}
+      }
+    },
+    "horizon_s": {"type": "number", "minimum": 0, "maximum": 86400},
+    "trajectory": {"type": "array", "minItems": 1, "maxItems": 10000, "items": )" +
+         std::string(kFix) + R"(},
+    "link_bits_per_s": {"type": "number", "minimum": 1, "maximum": 1e15, "default": 1e7},
+    "tolerance_px": {"type": "number", "minimum": 0.001, "maximum": 1e6, "default": 2},
+    "viewport_height_px": {"type": "number", "minimum": 1, "maximum": 1e6, "default": 1080},
+    "fov_deg": {"type": "number", "minimum": 0.01, "maximum": 179, "default": 60},
+    "tile_bytes": {"type": "number", "minimum": 1, "maximum": 1e9, "default": 12000}
+  },
+  "oneOf": [{"required": ["position", "horizon_s"]}, {"required": ["trajectory"]}]})";
+}
+
+http::Operation plan_operation() {
+  return {.id = "planFlight",
+          .tag = "Flights and cameras",
+          .summary = "The tiles that a flight will need, in the order of need",
+          .scope = http::Scope::tiles,
+          .ignores_others = true,
+          .body = {{"application/json", plan_schema(), R"({
+            "position": {"lon": -123.9, "lat": 49.1, "height_m": 3000},
+            "velocity": {"east": 200, "north": 150}, "horizon_s": 60})"}},
+          .responses = json_answer("The plan.", R"({
+            "type": "object",
+            "required": ["lead_s", "bytes", "tiles"],
+            "properties": {
+              "lead_s": {"type": "number"}, "bytes": {"type": "number"},
+              "tiles": {"type": "array", "items": {
+                "type": "object",
+                "required": ["tile", "needed_s", "arrives_s", "bytes"],
+                "properties": {"tile": {"type": "string"}, "needed_s": {"type": "number"},
+                               "arrives_s": {"type": "number"}, "bytes": {"type": "number"}}}}
+            }})")};
+}
+
+http::Operation tiles_operation() {
+  return {.id = "getTilesInFrames",
+          .tag = "Flights and cameras",
+          .summary = "Many tiles in one response",
+          .scope = http::Scope::tiles,
+          .ignores_others = true,
+          .body = {{"application/json", R"({
+            "type": "object",
+            "required": ["tiles"],
+            "additionalProperties": false,
+            "properties": {"tiles": {"type": "array", "minItems": 1, "maxItems": 256, "items": {
+              "type": "string", "pattern": "^[0-9]/[0-9]/[0-9]$"}}}})",
+                    R"({"tiles": ["0/0/0", "0/1/0"]})"}},
+          .responses = {{200, "The tiles in frames.", {{"application/vnd.tind.tiles"}}}}};
+}
+
 }  // namespace
 
 void add_flight_routes(http::Router& router, const App& app) {
-  router.post("/plan/{dataset}", json_for_dataset(app, kPlanBody),
+  router.post("/plan/{dataset}", plan_operation(), json_for_dataset(app, kPlanBody),
               [&app](const http::Request& r, http::DeferredReply& d) { return plan(app, r, d); });
-  router.post("/tiles/{dataset}", json_for_dataset(app, kTilesBody),
+  router.post("/tiles/{dataset}", tiles_operation(), json_for_dataset(app, kTilesBody),
               [&app](const http::Request& r, http::DeferredReply& d) { return tiles(app, r, d); });
 }
 

@@ -41,6 +41,8 @@ std::string report(const App& app, bool reasons) {
                        because(why));
   for (const auto& [path, why] : status.aside)
     if (reasons) out += fmt::format("[.] left alone: {}\n", logging::printable(why));
+  for (const std::string& path : status.opening)
+    if (reasons) out += fmt::format("[.] still being opened: {}\n", logging::printable(path));
   return out;
 }
 
@@ -58,27 +60,72 @@ http::Reply metrics(const App& app) {
     for (const auto& encoding : app.encodings->all())
       products.emplace_back(encoding.format.name, encoding.products.get());
   if (app.tiles3d) {
-    products.emplace_back("3dtiles-glb", &app.tiles3d->contents);
-    products.emplace_back("3dtiles-subtree", &app.tiles3d->subtrees);
-    products.emplace_back("3dtiles-tileset", &app.tiles3d->tilesets);
+    products.emplace_back("3dtiles-glb", &app.tiles3d->plain.contents);
+    products.emplace_back("3dtiles-subtree", &app.tiles3d->plain.subtrees);
+    products.emplace_back("3dtiles-tileset", &app.tiles3d->plain.tilesets);
+    products.emplace_back("3dtiles-meshopt-glb", &app.tiles3d->meshopt.contents);
+    products.emplace_back("3dtiles-meshopt-subtree", &app.tiles3d->meshopt.subtrees);
+    products.emplace_back("3dtiles-meshopt-tileset", &app.tiles3d->meshopt.tilesets);
+  }
+  if (app.scenery) {
+    products.emplace_back("terrasync-ground", &app.scenery->grounds);
+    products.emplace_back("terrasync-stg", &app.scenery->stgs);
+    products.emplace_back("terrasync-index", &app.scenery->indices);
   }
   return http::make_reply(200, "text/plain; version=0.0.4; charset=utf-8",
                           services::render_metrics(stats, app.catalog, app.keeper, app.tiles,
-                                                   app.cache, app.pool, products),
+                                                   app.cache, app.pool, products, app.jobs),
                           {{"Cache-Control", "no-store"}});
+}
+
+constexpr const char* kText = R"({"type": "string"})";
+
+const http::Operation kAlive = {.id = "getAlive",
+                                .tag = "Health",
+                                .summary = "Does the process work?",
+                                .scope = http::Scope::open,
+                                .ignores_others = true,
+                                .responses = {{200, "It does.", {{"text/plain", kText}}}}};
+
+const http::Operation kMetrics = {
+    .id = "getMetrics",
+    .tag = "Health",
+    .summary = "What the daemon counts, for Prometheus",
+    .scope = http::Scope::admin,
+    .ignores_others = true,
+    .responses = {{200, "The exposition format of Prometheus.", {{"text/plain", kText}}}}};
+
+http::Operation ready_operation(std::string_view path) {
+  return {
+      .id = path == "/readyz" ? "getReady" : "getHealth",
+      .tag = "Health",
+      .summary = "May clients send requests?",
+      .scope = http::Scope::open,
+      .words = {{.name = "verbose",
+                 .words = {},
+                 .form = "anything",
+                 .about = "a line for each thing that is well or not",
+                 .pattern = "^$",
+                 .example = ""}},
+      .ignores_others = true,
+      .responses = {
+          {200, "They may.", {{"text/plain", kText}}},
+          {503, "Not now: it stops, or has no file descriptors left.", {{"text/plain", kText}}}}};
 }
 
 }  // namespace
 
 void add_health_routes(http::Router& router, const App& app, bool reasons) {
   // Alive: this thread answers. Never asks anything else, or a slow disk would have us killed.
-  router.get_always(
-      "/livez", [](const http::Request&, http::DeferredReply&) { return text(200, "alive\n"); });
+  router.get_always("/livez", kAlive, [](const http::Request&, http::DeferredReply&) {
+    return text(200, "alive\n");
+  });
   for (const char* path : {"/readyz", "/healthz"})
-    router.get_always(path, [&app, reasons](const http::Request& request, http::DeferredReply&) {
-      return readiness(app, request, reasons);
-    });
-  router.get_always("/metrics",
+    router.get_always(path, ready_operation(path),
+                      [&app, reasons](const http::Request& request, http::DeferredReply&) {
+                        return readiness(app, request, reasons);
+                      });
+  router.get_always("/metrics", kMetrics,
                     [&app](const http::Request&, http::DeferredReply&) { return metrics(app); });
 }
 

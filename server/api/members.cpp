@@ -13,7 +13,11 @@ const Json kNothing = Json::object();
 
 }  // namespace
 
-Json parse_body(std::string_view body, Problems& problems) {
+Json parse_body(std::string_view body, std::size_t most_values, Problems& problems) {
+  if (json::count_values(body) > most_values) {
+    problems.add("body", "must have at most " + std::to_string(most_values) + " JSON values");
+    return kNothing;
+  }
   Json json = json::parse<Json>(body);
   if (json.is_object()) return json;
   problems.add("body", json.is_discarded() ? "is not JSON" : "must be a JSON object");

@@ -27,8 +27,9 @@ class Problems {
   std::vector<http::ParameterProblem> list_;
 };
 
-/// An object, empty (and a problem) where the body is none.
-Json parse_body(std::string_view body, Problems&);
+/// An object, empty (and a problem) where the body is none, or has more values than whoever asks
+/// rightly can send: they are counted before any is built, because each takes up to 100 bytes.
+Json parse_body(std::string_view body, std::size_t most_values, Problems&);
 
 /// Reads the members of one object, and keeps what is wrong with them under their names:
 /// "camera.lon", "trajectory[3].lat".
@@ -51,7 +52,7 @@ class Members {
   const Json& object_;
   const std::string path_;
   Problems& problems_;
-  std::vector<std::string_view> known_;
+  std::vector<std::string> known_;  // names may come and go
 };
 
 }  // namespace tind::api

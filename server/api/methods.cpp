@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "server/api/app.h"
+#include "server/api/responses.h"
 #include "terrain/simplify/methods.h"
 
 namespace tind::api {
@@ -27,9 +28,23 @@ std::string methods_json() {
   return all.dump(2) + "\n";
 }
 
+namespace {
+
+const http::Operation kMethods = {
+    .id = "getMethods",
+    .tag = "About",
+    .summary = "The methods of simplification: what each minimises and guarantees",
+    .scope = http::Scope::read,
+    .heeds_access = true,
+    .ignores_others = true,
+    .responses = resource("All methods.", "application/json",
+                          R"({"type": "array", "items": {"type": "object"}})")};
+
+}  // namespace
+
 void add_method_routes(http::Router& router) {
   const auto all = http::Representation::make(methods_json(), {.content_type = "application/json"});
-  router.get("/methods", [all](const http::Request& request, http::DeferredReply&) {
+  router.get("/methods", kMethods, [all](const http::Request& request, http::DeferredReply&) {
     return all->reply(request.head.fields);
   });
 }

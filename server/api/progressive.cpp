@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "proto/mesh_stream.h"
+#include "proto/stream/mesh_stream.h"
 #include "server/api/app.h"
 #include "server/api/tile_product.h"
 #include "server/http/message/problem.h"
@@ -15,8 +15,23 @@ namespace {
 
 using Stream = services::TileStreams::Stream;
 
-constexpr http::QueryNumber kQuery[] = {{"max_error", 0, 1e6, "metres"},
-                                        {"triangles", 1, 1e9, "a whole number", true}};
+const http::Operation kProgressive = {
+    .id = "getProgressiveTile",
+    .tag = "Flights and cameras",
+    .summary = "A tile as a progressive mesh",
+    .about =
+        "Coarse at once, finer with every byte. Any prefix is a valid mesh; `Range` takes the "
+        "rest.",
+    .scope = http::Scope::tiles,
+    .numbers = {{"max_error", 0, 1e6, "metres", false,
+                 "as much as it takes to be within it of every post", "3"},
+                {"triangles", 1, 1e9, "a whole number", true, "as much as so many triangles take",
+                 "1000"}},
+    .responses = {
+        {200, "The stream, or its beginning.", {{"application/vnd.tind.progressive-mesh"}}},
+        {206, "A range of it.", {{"application/vnd.tind.progressive-mesh"}}},
+        {304, "The client has it already (If-None-Match)."},
+        {416, "A range beyond the end."}}};
 
 /// How much of the stream the query asks for; nothing: all of it.
 std::optional<proto::StreamLimit> limit_of(const http::QueryNumbers& query) {
@@ -44,7 +59,7 @@ std::optional<http::Reply> progressive(const App& app, const http::Request& requ
   auto tile = find_tile(app, request);
   if (!tile) return std::move(tile.error());
   const std::string target(request.head.target);
-  const auto query = http::read_numbers(request.head.query, kQuery);
+  const auto query = http::read_query(request);
   if (!query.problems.empty()) return http::problem_reply(query.problems, target);
   const auto limit = limit_of(query);
   http::Conditions client(request.head.fields);
@@ -65,7 +80,7 @@ std::optional<http::Reply> progressive(const App& app, const http::Request& requ
 
 void add_progressive_routes(http::Router& router, const App& app) {
   if (!app.streams) return;
-  router.get("/progressive/{dataset}/{z}/{x}/{y}",
+  router.get("/progressive/{dataset}/{z}/{x}/{y}", kProgressive,
              [&app](const http::Request& request, http::DeferredReply& deferred) {
                return progressive(app, request, deferred);
              });

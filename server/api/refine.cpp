@@ -1,5 +1,5 @@
 // POST /refine/{dataset}: one mesh for a region, or the mesh that a camera needs and then only what
-// changes from view to view. The request is JSON, the answer proto/refine_delta.h.
+// changes from view to view. The request is JSON, the answer proto/stream/refine_delta.h.
 
 #include <algorithm>
 #include <cmath>
@@ -7,6 +7,7 @@
 #include <string>
 #include <variant>
 
+#include "server/api/accuracy_json.h"
 #include "server/api/app.h"
 #include "server/api/members.h"
 #include "server/http/message/problem.h"
@@ -16,8 +17,8 @@ namespace {
 
 using Need = Members::Need;
 
-constexpr std::size_t kMostBody = 64 << 10;
-constexpr std::size_t kMostPoints = 500;
+constexpr std::size_t kMostBody = 64 << 10, kMostPoints = 500;
+constexpr std::size_t kMostValues = 3 * kMostPoints + 100;  // lists of two
 
 struct AskedRegion {
   GeoRegion where;
@@ -132,7 +133,7 @@ AskedRegion read_asked_region(const Json& region, Members& members, Problems& pr
 
 Asked read_request(std::string_view body, Problems& problems) {
   Asked asked;
-  const Json json = parse_body(body, problems);
+  const Json json = parse_body(body, kMostValues, problems);
   if (!problems.empty()) return asked;
   Members members(json, "", problems);
   if (const Json* const camera = members.member("camera"))
@@ -152,11 +153,22 @@ std::string culprit(const Asked& asked) {
   return "window";
 }
 
-http::Reply answer(const Result<proto::RefineDelta>& made, const Asked& asked,
-                   const std::string& target) {
-  if (made)
-    return http::make_reply(200, "application/vnd.tind.refined-mesh", proto::encode(*made),
-                            {{"Cache-Control", "no-store"}});
+/// Of the mesh's heights, what their maker says: the mesh itself has no room for it.
+http::Reply mesh_reply(const proto::RefineDelta& made, const services::ServedDataset& dataset) {
+  std::vector<http::Header> fields = {{"Cache-Control", "no-store"}};
+  const DemSource* const dem = dataset.source ? dataset.source->only() : nullptr;
+  std::string accuracy;  // a field only points at its value: this one lives until it is written
+  if (dem && dem->info().accuracy) {
+    accuracy = accuracy_text(*dem->info().accuracy);
+    fields.push_back({"Tind-Accuracy", accuracy});
+    fields.push_back({"Access-Control-Expose-Headers", "Tind-Accuracy"});
+  }
+  return http::make_reply(200, "application/vnd.tind.refined-mesh", proto::encode(made), fields);
+}
+
+http::Reply answer(const Result<proto::RefineDelta>& made, const services::ServedDataset& dataset,
+                   const Asked& asked, const std::string& target) {
+  if (made) return mesh_reply(*made, dataset);
   if (made.error().code == Errc::not_found)  // ours, not the source's: it may be told
     return http::problem_reply({.status = 404, .detail = made.error().what, .instance = target});
   if (made.error().code == Errc::invalid_argument)
@@ -193,25 +205,79 @@ std::optional<http::Reply> refine(const App& app, const http::Request& request,
   Problems problems;
   Asked asked = read_request(request.body, problems);
   if (!problems.empty()) return http::problem_reply(problems.list(), request.head.target);
-  run_on_worker(app, services::Work::question, request.head.target, deferred.responder(),
-                [&app, dataset, asked = std::move(asked), client = deferred.client(),
-                 target = std::string(request.head.target)](http::Responder responder,
-                                                            const std::stop_token& stop) {
-                  const auto make = [&app, dataset, asked, client,
-                                     target](const std::stop_token& s) {
-                    return answer(refined(*app.refine, *dataset, asked, client, s), asked, target);
-                  };
-                  if (ready(*app.refine, *dataset, asked)) return responder(make(stop));
-                  answer_on_worker(app, services::Work::batch, target, std::move(responder), make);
-                });
+  run_on_worker(
+      app, services::Work::question, request.head.target, deferred.responder(),
+      [&app, dataset, asked = std::move(asked), client = deferred.client(),
+       target = std::string(request.head.target)](http::Responder responder,
+                                                  const std::stop_token& stop) {
+        const auto make = [&app, dataset, asked, client, target](const std::stop_token& s) {
+          return answer(refined(*app.refine, *dataset, asked, client, s), *dataset, asked, target);
+        };
+        if (ready(*app.refine, *dataset, asked)) return responder(make(stop));
+        answer_on_worker(app, services::Work::batch, target, std::move(responder), make);
+      });
   return std::nullopt;
 }
+
+constexpr const char* kBody = R"({
+  "type": "object",
+  "additionalProperties": false,
+  "properties": {
+    "region": {
+      "type": "object",
+      "description": "one of bbox, polygon, route",
+      "additionalProperties": false,
+      "properties": {
+        "bbox": {"type": "array", "minItems": 4, "maxItems": 4, "items": {"type": "number"}},
+        "polygon": {"type": "array", "maxItems": 500, "items": {
+          "type": "array", "minItems": 2, "maxItems": 2, "items": {"type": "number"}}},
+        "route": {"type": "array", "maxItems": 500, "items": {
+          "type": "array", "minItems": 2, "maxItems": 2, "items": {"type": "number"}}},
+        "width_m": {"type": "number", "minimum": 1, "maximum": 1e6}
+      }
+    },
+    "inside_m": {"type": "number", "minimum": 0, "maximum": 1e5},
+    "outside_m": {"type": "number", "minimum": 0, "maximum": 1e5},
+    "camera": {
+      "type": "object",
+      "required": ["lon", "lat", "height_m"],
+      "additionalProperties": false,
+      "properties": {
+        "lon": {"type": "number", "minimum": -360, "maximum": 360},
+        "lat": {"type": "number", "minimum": -90, "maximum": 90},
+        "height_m": {"type": "number", "minimum": -12000, "maximum": 1e8},
+        "heading_deg": {"type": "number", "minimum": -360, "maximum": 360, "default": 0},
+        "pitch_deg": {"type": "number", "minimum": -90, "maximum": 90, "default": 0},
+        "roll_deg": {"type": "number", "minimum": -180, "maximum": 180, "default": 0},
+        "fov_deg": {"type": "number", "minimum": 1, "maximum": 150, "default": 60},
+        "width_px": {"type": "number", "minimum": 16, "maximum": 16384, "default": 1920},
+        "height_px": {"type": "number", "minimum": 16, "maximum": 16384, "default": 1080},
+        "tolerance_px": {"type": "number", "minimum": 0.1, "maximum": 100, "default": 1},
+        "silhouette_px": {"type": "number", "minimum": 0, "maximum": 100, "default": 0}
+      }
+    },
+    "view": {"type": "string", "maxLength": 64, "description": "the token of the last answer"},
+    "window": {"type": "array", "minItems": 4, "maxItems": 4, "items": {"type": "number"},
+               "description": "[west, south, east, north], degrees"}
+  },
+  "oneOf": [{"required": ["region", "inside_m", "outside_m"]}, {"required": ["camera"]}]})";
+
+const http::Operation kRefine = {
+    .id = "refine",
+    .tag = "Flights and cameras",
+    .summary = "One mesh, fine in a region or as a camera needs it",
+    .about = "Then only what changes.",
+    .ignores_others = true,
+    .body = {{"application/json", kBody, R"({
+      "region": {"bbox": [-121.78, 46.84, -121.74, 46.87]}, "inside_m": 5, "outside_m": 80})"}},
+    .responses = {
+        {200, "The mesh, or what of it changes.", {{"application/vnd.tind.refined-mesh"}}}}};
 
 }  // namespace
 
 void add_refine_routes(http::Router& router, const App& app) {
   if (!app.refine) return;
-  router.post("/refine/{dataset}", json_for_dataset(app, kMostBody),
+  router.post("/refine/{dataset}", kRefine, json_for_dataset(app, kMostBody),
               [&app](const http::Request& request, http::DeferredReply& deferred) {
                 return refine(app, request, deferred);
               });

@@ -3,6 +3,7 @@
 #include <string_view>
 
 #include "server/api/app.h"
+#include "server/api/responses.h"
 #include "server/api/tile_product.h"
 
 namespace tind::api {
@@ -19,11 +20,19 @@ std::optional<http::Reply> transition(const App& app, const http::Request& reque
   return serve_product(request, deferred, *tile, *app.transitions);
 }
 
+const http::Operation kTransition = {
+    .id = "getTransition",
+    .tag = "Flights and cameras",
+    .summary = "From a tile's parent to the tile, without a pop",
+    .scope = http::Scope::tiles,
+    .ignores_others = true,
+    .responses = resource("The transition.", "application/vnd.tind.transition")};
+
 }  // namespace
 
 void add_transition_routes(http::Router& router, const App& app) {
   if (!app.transitions) return;
-  router.get("/transition/{dataset}/{z}/{x}/{y}",
+  router.get("/transition/{dataset}/{z}/{x}/{y}", kTransition,
              [&app](const http::Request& request, http::DeferredReply& deferred) {
                return transition(app, request, deferred);
              });

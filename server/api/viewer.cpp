@@ -1,4 +1,4 @@
-// / and /viewer/...: the web page, from the table of files made at start.
+// /viewer/...: the web pages, from the table of files made at start.
 
 #include "server/api/app.h"
 #include "server/http/message/problem.h"
@@ -16,15 +16,22 @@ std::optional<http::Reply> file(const App& app, const http::Request& request,
        .instance = request.head.target});
 }
 
+http::Operation page_operation(const char* id) {
+  return {.id = id,
+          .tag = "About",
+          .summary = "The viewer's page and its files",
+          .scope = http::Scope::open,
+          .ignores_others = true,
+          .is_hidden = true};
+}
+
 }  // namespace
 
 void add_viewer_routes(http::Router& router, const App& app) {
-  router.get("/", [&app](const http::Request& request, http::DeferredReply&) {
-    return file(app, request, "index.html");
-  });
-  router.get("/viewer/{path...}", [&app](const http::Request& request, http::DeferredReply&) {
-    return file(app, request, request.matched[0]);
-  });
+  router.get("/viewer/{path...}", page_operation("getViewerFile"),
+             [&app](const http::Request& request, http::DeferredReply&) {
+               return file(app, request, request.matched[0]);
+             });
 }
 
 }  // namespace tind::api

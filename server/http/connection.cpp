@@ -298,9 +298,13 @@ bool Connection::take_head() {
     refuse(refusal.status, refusal.why, refusal.label);
     return false;
   }
-  const RequestHead& head = parser_.head();
+  take_key();
+  const RequestHead& head = this->head();
   began_ = TimerWheel::Clock::now();
   served_ = renew_ = true;
+  fields_ = context_.any_origin ? std::string() : origin_fields(head);
+  operation_ = nullptr;
+  access_ = nullptr;
   keep_alive_ = head.keep_alive;
   head_only_ = head.method == Method::head;
   http10_ = head.minor == 0;
@@ -317,8 +321,10 @@ bool Connection::take_head() {
     }
     decoded_path_ = std::move(*decoded);
   }
-  Request request{head, path(), {}, {}};
+  Request request{head, path(), {}, {}, slot_.address(), key_};
   auto routed = context_.router.route(request);
+  key_.clear();
+  fields_ += request.fields;
   if (Reply* reply = std::get_if<Reply>(&routed)) {
     reply->close |= head.content_length.value_or(0) > 0;  // an unread body follows
     begin_ += parser_.consumed();
@@ -333,11 +339,49 @@ bool Connection::take_head() {
   }
   handler_ = match.handler;
   matched_ = request.matched;
+  operation_ = request.operation;
+  access_ = std::move(request.access);
   return head.method == Method::post ? begin_body(match.max_body) : call_handler();
 }
 
+/// A key in the query leaves it before anybody else sees the target, so that it comes into no log
+/// and no answer.
+void Connection::take_key() {
+  without_key_.reset();
+  const RequestHead& sent = parser_.head();
+  const std::size_t query = sent.target.size() - sent.query.size();
+  if (sent.query.empty()) return;
+  std::string kept;
+  bool found = false;
+  for (std::string_view rest = sent.query; !rest.empty();) {
+    const std::string_view part = rest.substr(0, rest.find('&'));
+    rest.remove_prefix(std::min(part.size() + 1, rest.size()));
+    const std::string_view name = part.substr(0, part.find('='));
+    if (name == "key" || (name.find('%') != name.npos && percent_decode(name) == "key")) {
+      found = true;
+      key_ = percent_decode(part.substr(std::min(name.size() + 1, part.size()))).value_or("");
+    } else {
+      kept.append(kept.empty() ? "" : "&").append(part);
+    }
+  }
+  if (!found) return;
+  target_.assign(sent.target.substr(0, query - (kept.empty() ? 1 : 0))).append(kept);
+  without_key_ = sent;
+  const std::string_view all = target_;
+  without_key_->target = all;
+  without_key_->query = all.substr(all.size() - kept.size());
+}
+
+std::string Connection::origin_fields(const RequestHead& head) const {
+  const auto origin = head.fields.find("origin");
+  std::string fields = "Vary: Origin\r\n";
+  if (origin && std::ranges::find(context_.origins, *origin) != context_.origins.end())
+    fields.append("Access-Control-Allow-Origin: ").append(*origin).append("\r\n");
+  return fields;
+}
+
 bool Connection::begin_body(std::size_t max_body) {
-  const RequestHead& head = parser_.head();
+  const RequestHead& head = this->head();
   if (!head.content_length && max_body == 0) return call_handler();  // says that there is none
   if (!head.content_length) {
     refuse(411, "A request with a body must have a Content-Length.", "no_length");
@@ -391,7 +435,7 @@ bool Connection::take_body() {
 }
 
 bool Connection::call_handler() {
-  const Request request{parser_.head(), path(), body_, matched_};
+  const Request request{head(), path(), body_, matched_, slot_.address(), {}, operation_, access_};
   const State before = std::exchange(state_, State::handling);
   responder_taken_ = false;
   std::optional<Reply> reply;
@@ -424,6 +468,7 @@ Responder Connection::responder() {
 }
 
 std::string Connection::client() const {
+  if (access_) return "key " + access_->name;
   boost::system::error_code error;
   auto address = socket_.remote_endpoint(error).address();
   if (error) return {};
@@ -451,6 +496,7 @@ void Connection::refuse(int status, const char* why, const char* label) {
   Reply reply = problem_reply(problem);
   reply.close = true;
   head_only_ = http10_ = false;
+  operation_ = nullptr;
   if (context_.access_log) log_target_.assign("refused: ").append(label);
   queue(reply);
 }
@@ -482,6 +528,8 @@ void Connection::queue(Reply reply) {
   } else if (http10_) {
     made.add_line("Connection: keep-alive\r\n");
   }
+  if (context_.any_origin) made.add_line("Access-Control-Allow-Origin: *\r\n");
+  made.add_more(fields_);
   const double seconds = seconds_since(began_);
   loop_.stats().count_reply(reply.status, seconds);
   if (context_.access_log) log_reply(reply, made.body_size(), seconds);

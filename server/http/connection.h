@@ -13,6 +13,7 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -34,6 +35,9 @@ struct ConnectionContext {
   const Limits& limits;
   ByteBudget& memory;
   bool access_log = false;
+  /// Whose pages may read answers (CORS): all, or those listed, "https://example.org".
+  bool any_origin = true;
+  std::vector<std::string> origins = {};
 };
 
 class Connection final : public std::enable_shared_from_this<Connection>,
@@ -80,6 +84,9 @@ class Connection final : public std::enable_shared_from_this<Connection>,
 
   // requests; false: nothing more can be done before something else happens
   bool take_head();
+  void take_key();
+  std::string origin_fields(const RequestHead&) const;
+  const RequestHead& head() const { return without_key_ ? *without_key_ : parser_.head(); }
   bool begin_body(std::size_t max_body);
   bool make_room_for_body();
   void forget_body();
@@ -146,6 +153,12 @@ class Connection final : public std::enable_shared_from_this<Connection>,
   std::size_t body_held_ = 0;  // of the budget
   const Handler* handler_ = nullptr;
   std::array<std::string_view, 4> matched_;
+  /// Of a request that had a key in its query: the head without it, and what that points into.
+  std::optional<RequestHead> without_key_;
+  std::string target_, key_;
+  const Operation* operation_ = nullptr;
+  std::shared_ptr<const Access> access_;
+  std::string fields_;  // of the answer
 
   std::stop_source gone_{std::nostopstate};  // of the responder that was taken
 

@@ -9,7 +9,8 @@ namespace tind::http {
 
 template <class F>
 void QueuedReply::each(F&& f) const {
-  if (!f(std::string_view(line_.data(), line_size_)) || !payload_) return;
+  if (!f(std::string_view(line_.data(), line_size_))) return;
+  if ((!more_.empty() && !f(std::string_view(more_))) || !payload_) return;
   const std::string_view bytes = payload_->bytes;
   if (!f(bytes.substr(0, with_body_ ? bytes.npos : payload_->head)) || !with_body_) return;
   for (const Piece& piece : payload_->pieces)
@@ -29,7 +30,7 @@ std::size_t QueuedReply::size() const {
 }
 
 std::size_t QueuedReply::body_size() const {
-  return size() - line_size_ - (payload_ ? payload_->head : 0);
+  return size() - line_size_ - more_.size() - (payload_ ? payload_->head : 0);
 }
 
 void ReplyQueue::add(QueuedReply reply) {

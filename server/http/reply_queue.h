@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -24,8 +25,10 @@ class QueuedReply {
   QueuedReply(std::shared_ptr<const Payload> payload, bool with_body)
       : payload_(std::move(payload)), with_body_(with_body) {}
 
-  /// REQUIRES: the lines fit into 128 bytes.
+  /// REQUIRES: the lines fit into 192 bytes.
   void add_line(std::string_view text);
+  /// Lines of any length, after those.
+  void add_more(std::string lines) { more_ = std::move(lines); }
   /// What is to be sent, bytes.
   std::size_t size() const;
   /// Of them, those of the body.
@@ -37,8 +40,9 @@ class QueuedReply {
   template <class F>
   void each(F&& f) const;
 
-  std::array<char, 128> line_ = {};
+  std::array<char, 192> line_ = {};
   std::uint8_t line_size_ = 0;
+  std::string more_;
   bool pinned_ = false;  // its payload, in the budget
   std::shared_ptr<const Payload> payload_;
   bool with_body_ = true;

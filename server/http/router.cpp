@@ -52,13 +52,26 @@ Reply options_reply(std::string_view allow, std::string_view accept_post) {
   return make_reply(204, {}, {}, headers);
 }
 
-/// The media type of a Content-Type, without its parameters.
-bool says_type(const Fields& fields, std::string_view type) {
-  std::string_view said = fields.find("content-type").value_or("");
-  said = said.substr(0, said.find(';'));
-  while (said.ends_with(' ') || said.ends_with('\t')) said.remove_suffix(1);
-  return std::ranges::equal(
-      said, type, [](char a, char b) { return (a >= 'A' && a <= 'Z' ? char(a + 32) : a) == b; });
+/// Is the media type of the Content-Type, without its parameters, one of `types`?
+bool says_type(const Fields& fields, std::string_view types) {
+  const std::string said = media_type(fields.find("content-type").value_or(""));
+  while (!types.empty()) {
+    const std::size_t end = std::min(types.find(", "), types.size());
+    if (types.substr(0, end) == said) return true;
+    types.remove_prefix(std::min(end + 2, types.size()));
+  }
+  return false;
+}
+
+/// "a, b" as "a or b".
+std::string alternatives(std::string_view types) {
+  std::string text;
+  for (; !types.empty(); types.remove_prefix(std::min(types.find(' '), types.size()))) {
+    if (types.starts_with(' ')) types.remove_prefix(1);
+    const std::string_view type = types.substr(0, types.find(','));
+    text += (text.empty() ? "" : " or ") + std::string(type);
+  }
+  return text;
 }
 
 std::optional<Reply> refused(const Router::Route& route, const Request& request) {
@@ -68,13 +81,30 @@ std::optional<Reply> refused(const Router::Route& route, const Request& request)
   if (rules.type.empty() || says_type(request.head.fields, rules.type)) return std::nullopt;
   return problem_reply(
       {.status = 415,
-       .detail = "The body must be sent as Content-Type: " + std::string(rules.type) + ".",
+       .detail = "The body must be sent as Content-Type: " + alternatives(rules.type) + ".",
        .instance = request.head.target,
        .errors = {},
        .headers = {{"Accept-Post", rules.type}}});
 }
 
+const std::shared_ptr<const Operation> kUndescribed = std::make_shared<const Operation>();
+
+Router::Action undescribed(Handler handler) { return {std::move(handler), kUndescribed, false}; }
+
+Router::Action described(Operation operation, Handler handler) {
+  return {std::move(handler), std::make_shared<const Operation>(std::move(operation)), true};
+}
+
 }  // namespace
+
+std::string media_type(std::string_view said) {
+  said = said.substr(0, said.find(';'));
+  while (said.ends_with(' ') || said.ends_with('\t')) said.remove_suffix(1);
+  std::string type(said);
+  for (char& c : type)
+    if (c >= 'A' && c <= 'Z') c = char(c + 32);
+  return type;
+}
 
 Router::Route& Router::at(const std::string& pattern) {
   for (Route& route : routes_)
@@ -84,29 +114,97 @@ Router::Route& Router::at(const std::string& pattern) {
   route.pattern = pattern;
   std::string_view rest = std::string_view(route.pattern).substr(1);
   bool more = true;
+  std::size_t names = 0;
   while (more) {
     more = rest.find('/') != rest.npos;
-    route.segments.emplace_back(next_segment(rest));
+    const std::string& segment = route.segments.emplace_back(next_segment(rest));
+    if (!segment.starts_with('{')) continue;
+    if (segment.starts_with("{dataset}") || segment.starts_with("{collection"))
+      route.dataset = names;
+    ++names;
   }
   return route;
 }
 
-void Router::get(std::string pattern, Handler handler) {
-  Route& route = at(pattern);
-  route.get = std::move(handler);
-  route.allow = route.post ? "GET, HEAD, OPTIONS, POST" : "GET, HEAD, OPTIONS";
+/// In the order of the alphabet, as it is said in Allow.
+void Router::allow(Route& route) {
+  route.allow.clear();
+  const auto add = [&](bool there, std::string_view methods) {
+    if (there) (route.allow += route.allow.empty() ? "" : ", ") += methods;
+  };
+  add(bool(route.del), "DELETE");
+  add(bool(route.get), "GET, HEAD");
+  add(true, "OPTIONS");
+  add(bool(route.post), "POST");
 }
 
-void Router::get_always(std::string pattern, Handler handler) {
+void Router::get(std::string pattern, Handler handler) {
+  Route& route = at(pattern);
+  route.get = undescribed(std::move(handler));
+  allow(route);
+}
+
+void Router::get(std::string pattern, Operation operation, Handler handler) {
+  Route& route = at(pattern);
+  route.get = described(std::move(operation), std::move(handler));
+  allow(route);
+}
+
+void Router::get_always(std::string pattern, Operation operation, Handler handler) {
   at(pattern).always = true;
-  get(std::move(pattern), std::move(handler));
+  get(std::move(pattern), std::move(operation), std::move(handler));
 }
 
 void Router::post(std::string pattern, BodyRules rules, Handler handler) {
   Route& route = at(pattern);
-  route.post = std::move(handler);
+  route.post = undescribed(std::move(handler));
   route.body = std::move(rules);
-  route.allow = route.get ? "GET, HEAD, OPTIONS, POST" : "OPTIONS, POST";
+  allow(route);
+}
+
+void Router::post(std::string pattern, Operation operation, BodyRules rules, Handler handler) {
+  Route& route = at(pattern);
+  route.post = described(std::move(operation), std::move(handler));
+  route.body = std::move(rules);
+  allow(route);
+}
+
+void Router::del(std::string pattern, Handler handler) {
+  Route& route = at(pattern);
+  route.del = undescribed(std::move(handler));
+  allow(route);
+}
+
+void Router::del(std::string pattern, Operation operation, Handler handler) {
+  Route& route = at(pattern);
+  route.del = described(std::move(operation), std::move(handler));
+  allow(route);
+}
+
+const Router::Action* Router::action_of(const Route& route, Method method) {
+  switch (method) {
+    case Method::get:
+    case Method::head:
+      return route.get ? &route.get : nullptr;
+    case Method::post:
+      return route.post ? &route.post : nullptr;
+    case Method::delete_:
+      return route.del ? &route.del : nullptr;
+    default:
+      return nullptr;
+  }
+}
+
+std::optional<Reply> Router::refuse(Request& request, const Route& route,
+                                    const Action& action) const {
+  request.operation = action.operation.get();
+  if (gate_) {
+    const std::string_view dataset =
+        route.dataset == std::string::npos ? std::string_view() : request.matched[route.dataset];
+    if (auto reply = gate_->refuse(request, request.operation, dataset)) return reply;
+  }
+  if (&action == &route.post) return refused(route, request);
+  return std::nullopt;
 }
 
 std::variant<Router::Match, Reply> Router::route(Request& request) const {
@@ -114,24 +212,26 @@ std::variant<Router::Match, Reply> Router::route(Request& request) const {
   if (refuse_first_)
     if (auto reply = refuse_first_(request)) return *std::move(reply);
   if (request.path == "*") return options_reply("GET, HEAD, OPTIONS", {});
-  for (const Route& route : routes_) {
-    if (!fits(route, request)) continue;
-    if (method == Method::options)
-      return options_reply(route.allow, route.post ? route.body.type : "");
-    const bool reads = method == Method::get || method == Method::head;
-    if (reads && route.get) return Match{&route.get, 0, route.always};
-    if (method == Method::post && route.post) {
-      if (auto reply = refused(route, request)) return *std::move(reply);
-      return Match{&route.post, route.body.max_bytes, false};
-    }
-    return problem_reply({.status = 405,
-                          .detail = "This resource takes " + route.allow + ".",
-                          .instance = request.head.target,
-                          .errors = {},
-                          .headers = {{"Allow", route.allow}}});
+  const auto route =
+      std::ranges::find_if(routes_, [&](const Route& one) { return fits(one, request); });
+  const bool found = route != routes_.end();
+  if (found && method == Method::options)
+    return options_reply(route->allow, route->post ? route->body.type : "");
+  if (const Action* const asked = found ? action_of(*route, method) : nullptr) {
+    if (auto reply = refuse(request, *route, *asked)) return *std::move(reply);
+    const bool posted = asked == &route->post;
+    return Match{&asked->handler, posted ? route->body.max_bytes : 0, route->always && !posted};
   }
-  return problem_reply(
-      {.status = 404, .detail = "There is no such resource.", .instance = request.head.target});
+  if (gate_)
+    if (auto reply = gate_->refuse(request, nullptr, {})) return *std::move(reply);
+  if (!found)
+    return problem_reply(
+        {.status = 404, .detail = "There is no such resource.", .instance = request.head.target});
+  return problem_reply({.status = 405,
+                        .detail = "This resource takes " + route->allow + ".",
+                        .instance = request.head.target,
+                        .errors = {},
+                        .headers = {{"Allow", route->allow}}});
 }
 
 }  // namespace tind::http

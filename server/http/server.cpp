@@ -6,6 +6,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/signal_set.hpp>
@@ -76,7 +77,12 @@ struct Server::Impl {
   Impl(const Router& router, const ServerOptions& given)
       : options(given),
         memory(options.buffer_bytes),
-        context{router, options.limits, memory, options.access_log} {}
+        context{router,
+                options.limits,
+                memory,
+                options.access_log,
+                std::ranges::find(options.origins, "*") != options.origins.end(),
+                options.origins} {}
 
   // start
   Result<void> open();

@@ -8,6 +8,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "server/http/message/limits.h"
 #include "server/http/router.h"
@@ -26,6 +27,7 @@ struct ServerOptions {
   Limits limits;
   std::size_t buffer_bytes = 128 << 20;  // held for clients: request bodies, responses on their way
   bool access_log = false;
+  std::vector<std::string> origins = {"*"};  // whose pages may read answers; "*": all
   bool handle_signals = true;                // SIGTERM and SIGINT stop; a second one at once
   std::function<bool()> hangup_stops = {};   // asked at SIGHUP; where it does not stop:
   std::function<void()> on_hangup = {};      // called on an I/O thread

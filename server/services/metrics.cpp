@@ -134,6 +134,17 @@ void product_metrics(Exposition& out, std::span<const NamedProducts> products) {
   });
 }
 
+void job_metrics(Exposition& out, const Jobs& jobs) {
+  const Jobs::Counts counts = jobs.counts();
+  out.begin("tind_jobs", "gauge", "Jobs that have not ended.");
+  out.value(counts.waiting, "state=\"waiting\"");
+  out.value(counts.running, "state=\"running\"");
+  out.begin("tind_jobs_ended_total", "counter", "Jobs that have ended.");
+  out.value(counts.successful, "status=\"successful\"");
+  out.value(counts.failed, "status=\"failed\"");
+  out.value(counts.dismissed, "status=\"dismissed\"");
+}
+
 std::size_t resident_bytes() {
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen("/proc/self/statm", "r"),
                                                              std::fclose);
@@ -169,7 +180,7 @@ void process_metrics(Exposition& out) {
 std::string render_metrics(const http::StatsSnapshot& http_stats, const Catalog& catalog,
                            const CatalogKeeper* keeper, const TileService& service,
                            const TileCache& cache, const CpuPool& pool,
-                           std::span<const NamedProducts> products) {
+                           std::span<const NamedProducts> products, const Jobs* jobs) {
   Exposition out;
   out.begin("tind_build_info", "gauge", "The version that is running.");
   out.value(1, "version=\"" TIND_VERSION "\"");
@@ -183,6 +194,7 @@ std::string render_metrics(const http::StatsSnapshot& http_stats, const Catalog&
           log.dropped);
   out.one("tind_log_lines_repeated_total", "counter", "Warnings that had been written before.",
           log.repeated);
+  if (jobs) job_metrics(out, *jobs);
   process_metrics(out);
   return out.take();
 }

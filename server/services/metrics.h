@@ -11,6 +11,7 @@
 #include "server/http/stats.h"
 #include "server/services/datasets/catalog.h"
 #include "server/services/datasets/catalog_keeper.h"
+#include "server/services/jobs/jobs.h"
 #include "server/services/tiles/tile_cache.h"
 #include "server/services/tiles/tile_products.h"
 #include "server/services/tiles/tile_service.h"
@@ -21,9 +22,9 @@ namespace tind::services {
 /// The value of the label `product`, and the products; null: there are none.
 using NamedProducts = std::pair<std::string_view, const TileProducts*>;
 
-/// `keeper`: null where the catalog stays as it is.
+/// `keeper`: null where the catalog stays as it is; `jobs`: null where there are none.
 std::string render_metrics(const http::StatsSnapshot&, const Catalog&, const CatalogKeeper* keeper,
                            const TileService&, const TileCache&, const CpuPool&,
-                           std::span<const NamedProducts>);
+                           std::span<const NamedProducts>, const Jobs* jobs);
 
 }  // namespace tind::services

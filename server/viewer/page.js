@@ -63,6 +63,17 @@ export async function fetchJson(url) {
 
 export const fetchDatasets = async () => (await fetchJson(new URL("../datasets", import.meta.url))).datasets;
 
+// ---- the shell
+
+/// The other pages open the same dataset.
+export function keepDataset(name) {
+  for (const link of document.querySelectorAll("#shell nav a")) {
+    const target = new URL(link.href);
+    target.searchParams.set("dataset", name);
+    link.href = target.href;
+  }
+}
+
 // ---- controls
 
 /// Fills the list of datasets and opens the one that the URL names, or the first. One that is not
@@ -76,6 +87,7 @@ export async function chooseDataset(names, open) {
     here.searchParams.set("dataset", name);
     history.replaceState(null, "", here);
     say("");
+    keepDataset(name);
     return open(name);
   };
   list.replaceChildren(...names.map((name) => new Option(name, name)));
@@ -83,10 +95,27 @@ export async function chooseDataset(names, open) {
   const asked = new URLSearchParams(location.search).get("dataset");
   if (asked === null || names.includes(asked)) {
     list.value = asked ?? names[0];
+    keepDataset(list.value);
     return open(list.value);
   }
   list.prepend(new Option("choose …", "", true, true));
   say(`There is no dataset named ${asked} here.`, names.slice(0, 6).map((name) => [`Show ${name}`, () => choose(name)]));
+}
+
+/// {key: what it does}, letters small. Not while somebody writes; a control keeps the arrows for itself.
+export function connectKeys(moves, elsewhere = () => false) {
+  document.addEventListener("keydown", (event) => {
+    const inText = event.target.matches("input[type=search]"), inControl = event.target.matches("input, select");
+    const move = moves[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+    if (!move || inText || event.ctrlKey || event.metaKey || event.altKey || (inControl && event.key.startsWith("Arrow")) || elsewhere()) return;
+    event.preventDefault();
+    move();
+  });
+}
+
+/// Who asks the system for calm sees nothing move that they have not moved.
+export function stillIfAsked(id) {
+  if (matchMedia("(prefers-reduced-motion: reduce)").matches) $(id).checked = false;
 }
 
 /// The panel begins closed where it would hide the picture.

@@ -1,6 +1,7 @@
 // Terrain in WebGL, for pages that draw a mesh of their own: lit, coloured by height, with its edges.
 // Positions are metres east, north and up of an origin.
 
+import {TINTS} from "./globe/material.js";
 import {NO_WEBGL} from "./page.js";
 
 export const DEGREE = Math.PI / 180;
@@ -48,25 +49,31 @@ const VERTEX = `#version 300 es
     edge = vec3(gl_VertexID % 3 == 0, gl_VertexID % 3 == 1, gl_VertexID % 3 == 2);
     gl_Position = vec4(dot(v, right) * lens.x, dot(v, up) * lens.y, z * depths.x - depths.y, z);
   }`;
+const rgb = (css) => [1, 3, 5].map((at) => (parseInt(css.slice(at, at + 2), 16) / 255).toFixed(4)).join(", ");
+const TINTED = TINTS.slice(1).map(([at, css], i) =>
+  `tint = mix(tint, vec3(${rgb(css)}), clamp((share - ${TINTS[i][0].toFixed(3)}) / ${(at - TINTS[i][0]).toFixed(3)}, 0.0, 1.0));`).join("\n    ");
+
+// Tints, rock and light as on the globe.
 const FRAGMENT = `#version 300 es
   precision highp float;
   in vec3 ground, edge;
   uniform vec3 eye;
-  uniform float wires, top, haze;
+  uniform float wires, low, top, haze;
   out vec4 colour;
   void main() {
     vec3 normal = normalize(cross(dFdx(ground), dFdy(ground)));
     normal *= sign(normal.z);
-    float light = 0.3 + 0.8 * max(0.0, dot(normal, normalize(vec3(-0.5, 0.5, 0.62))));
-    float high = clamp(ground.z / top, 0.0, 1.0);
-    vec3 paper = high < 0.45 ? mix(vec3(0.56, 0.66, 0.52), vec3(0.79, 0.75, 0.63), high / 0.45)
-                             : mix(vec3(0.79, 0.75, 0.63), vec3(0.98), (high - 0.45) / 0.55);
-    vec3 lit = paper * light;
+    float share = clamp((ground.z - low) / max(top - low, 1.0), 0.0, 1.0);
+    vec3 tint = vec3(${rgb(TINTS[0][1])});
+    ${TINTED}
+    tint = mix(tint, vec3(0.553, 0.514, 0.475), smoothstep(0.6, 1.1, acos(normal.z)) * (1.0 - 0.4 * share));
+    float facing = clamp(0.5 + 0.5 * dot(normal, vec3(-0.557, 0.557, 0.616)), 0.0, 1.0);
+    vec3 lit = tint * mix(vec3(0.14, 0.20, 0.31), vec3(1.26, 1.21, 1.12), pow(facing, 1.9));
     vec3 width = fwidth(edge);
-    vec3 inside = smoothstep(width * 0.4, width * 1.5, edge);
+    vec3 inside = smoothstep(width * 0.3, width * 1.1, edge);
     float line = 1.0 - min(inside.x, min(inside.y, inside.z));
     float small = max(width.x, max(width.y, width.z));
-    lit = mix(lit, vec3(0.10, 0.22, 0.36), wires * line * clamp(1.1 - small, 0.25, 0.6));
+    lit = mix(lit, vec3(0.10, 0.16, 0.24), wires * line * clamp(0.9 - 1.5 * small, 0.05, 0.5)); // where they crowd, the ground is seen
     colour = vec4(mix(lit, vec3(0.86, 0.91, 0.94), 1.0 - exp(-length(ground - eye) / haze)), 1.0);
   }`;
 
@@ -99,8 +106,8 @@ export class Picture {
     this.vertices = positions.length / 3;
   }
 
-  /// `wires`: how dark edges are, 0 to 1; `top`: the height that is drawn white; `haze`: metres at which it takes over.
-  draw(pose, {wires, top, haze, near = 20, far = 400000}) {
+  /// `wires`: how dark edges are, 0 to 1; `low`, `top`: the heights at which the tints begin and end; `haze`: metres at which it takes over.
+  draw(pose, {wires, low, top, haze, near = 20, far = 400000}) {
     const {gl, canvas, program} = this;
     const set = (name, ...values) => gl[`uniform${values.length}f`](gl.getUniformLocation(program, name), ...values);
     const focal = 1 / Math.tan((FOV * DEGREE) / 2);
@@ -110,6 +117,7 @@ export class Picture {
     set("lens", focal, (focal * canvas.width) / canvas.height);
     set("depths", (far + near) / (far - near), (2 * far * near) / (far - near));
     set("wires", wires);
+    set("low", low);
     set("top", top);
     set("haze", haze);
     gl.drawArrays(gl.TRIANGLES, 0, this.vertices);

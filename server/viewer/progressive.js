@@ -2,7 +2,7 @@
 // between coarse and fine; or each is as fine as its distance needs, and fits its neighbours all the
 // same, because a stream never touches the border of its tile.
 
-import {$, busyFor, chooseDataset, fetchDatasets, fetchJson, foldControls, NoAnswer, say, sayFailed, unanswered, whenBack} from "./page.js";
+import {$, busyFor, chooseDataset, connectKeys, fetchDatasets, fetchJson, foldControls, NoAnswer, say, sayFailed, stillIfAsked, unanswered, whenBack} from "./page.js";
 import {cross, DEGREE, dot, fitToWindow, FOV, frameAt, Picture, sum} from "./picture.js";
 import {Geomorph, ProgressiveMesh, toCrs} from "./progressive_mesh.js";
 import {TpmStream} from "./tpm.js";
@@ -98,9 +98,9 @@ class View {
   #stop = new AbortController();
 
   constructor(dataset, layer, level, reach) {
-    const [west, south, east, north] = dataset.bounds;
+    const [west, south, east, north] = dataset.box;
     this.degrees = 180 / 2 ** level;
-    const [x, y] = [Math.floor(((west + east) / 2 + 180) / this.degrees), Math.floor(((south + north) / 2 + 90) / this.degrees)];
+    const [x, y] = [Math.floor((((west + east) / 2 + 180) % 360) / this.degrees), Math.floor(((south + north) / 2 + 90) / this.degrees)];
     const exists = (x, y) => layer.available[level].some((r) => x >= r.startX && x <= r.endX && y >= r.startY && y <= r.endY);
     for (let dy = -reach; dy <= reach; ++dy)
       for (let dx = -reach; dx <= reach; ++dx)
@@ -189,13 +189,21 @@ class Orbit {
     canvas.addEventListener("pointerdown", (event) => canvas.setPointerCapture(event.pointerId));
     canvas.addEventListener("pointermove", (event) => {
       if (!canvas.hasPointerCapture(event.pointerId)) return;
-      this.heading += event.movementX / 250;
-      this.pitch = Math.min(Math.max(this.pitch - event.movementY / 250, -1.55), -0.08);
+      this.turn(event.movementX / 250, -event.movementY / 250);
     });
     canvas.addEventListener("wheel", (event) => {
       event.preventDefault();
-      this.zoom = Math.min(Math.max(this.zoom * 1.0015 ** event.deltaY, 0.12), 4);
+      this.nearer(1.0015 ** event.deltaY);
     }, {passive: false});
+  }
+
+  nearer(factor) {
+    this.zoom = Math.min(Math.max(this.zoom * factor, 0.12), 4);
+  }
+
+  turn(heading, pitch) {
+    this.heading += heading;
+    this.pitch = Math.min(Math.max(this.pitch + pitch, -1.55), -0.08);
   }
 
   /// `metres` across, seen around `height`.
@@ -234,12 +242,18 @@ async function main() {
   fitToWindow(picture.canvas);
   const orbit = new Orbit(picture.canvas);
   foldControls();
+  stillIfAsked("turn");
   const datasets = await fetchDatasets();
   if (datasets.length === 0) return say("No dataset is served. Start again with a DEM: tind serve dem.tif");
   const asked = new URLSearchParams(location.search);
   if (asked.has("link")) $("link").value = asked.get("link");
   for (const id of ["detail", "tolerance", "by-distance"]) $(id).addEventListener("input", labels);
   labels();
+  connectKeys({
+    ArrowLeft: () => orbit.turn(-0.08, 0), ArrowRight: () => orbit.turn(0.08, 0), ArrowUp: () => orbit.turn(0, -0.08), ArrowDown: () => orbit.turn(0, 0.08),
+    "+": () => orbit.nearer(0.9), "=": () => orbit.nearer(0.9), "-": () => orbit.nearer(1.1),
+    w: () => $("wires").click(), t: () => $("turn").click(), a: () => $("again").click(), d: () => $("by-distance").click(),
+  });
 
   let view;
   let layer;
@@ -283,7 +297,7 @@ async function main() {
       say("");
     }
     showFigures(view.figures);
-    picture.draw(pose, {wires: $("wires").checked ? 0.7 : 0, top: view.top, haze: 1e9, near: orbit.distance / 100, far: 10 * orbit.distance});
+    picture.draw(pose, {wires: $("wires").checked ? 0.7 : 0, low: view.low ?? 0, top: view.top, haze: 1e9, near: orbit.distance / 100, far: 10 * orbit.distance});
     requestAnimationFrame(frame);
   };
   requestAnimationFrame(frame);

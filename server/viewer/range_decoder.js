@@ -1,4 +1,4 @@
-// The arithmetic coder of .tpm (docs/formats.md, "The coder"; proto/range_coder.h is the same in
+// The arithmetic coder of .tpm (docs/formats.md, "The coder"; proto/stream/range_coder.h is the same in
 // C++), for bytes that come bit by bit: what was begun when the bytes ran out can be taken back.
 
 /// Thrown when a byte is needed that has not come yet.

@@ -3,7 +3,7 @@
 // is fine only where the camera looks.
 
 import {DEGREE, fitToWindow, FOV, frameAt, Picture, poseOf} from "./picture.js";
-import {$, busyFor, chooseDataset, fetchDatasets, foldControls, NoAnswer, say, sayFailed, unanswered, whenBack} from "./page.js";
+import {$, busyFor, chooseDataset, connectKeys, fetchDatasets, foldControls, NoAnswer, say, sayFailed, stillIfAsked, unanswered, whenBack} from "./page.js";
 import {decodeRefinedMesh, RefinedMesh} from "./refined_mesh.js";
 
 const SPEED = 250;
@@ -26,7 +26,7 @@ function cameraOnCircle({bounds, top}, metres) {
 }
 
 /// A part in the middle of a dataset that is too large to be refined as a whole.
-function windowOf({bounds: [west, south, east, north], source: {columns, rows}}) {
+function windowOf({box: [west, south, east, north], source: {columns, rows}}) {
   const share = Math.sqrt(MOST_POSTS / (columns * rows));
   if (share >= 1) return undefined;
   const [x, y] = [(west + east) / 2, (south + north) / 2];
@@ -45,7 +45,7 @@ class Flight {
 
   constructor(dataset, picture) {
     this.window = windowOf(dataset);
-    Object.assign(this, {dataset, picture, bounds: this.window ?? dataset.bounds, top: 3000});
+    Object.assign(this, {dataset, picture, bounds: this.window ?? dataset.box, low: 0, top: 3000});
     this.url = new URL(`../refine/${encodeURIComponent(dataset.name)}`, document.baseURI);
   }
 
@@ -66,7 +66,10 @@ class Flight {
     this.frame ??= frameAt(delta.lon, delta.lat);
     this.view = delta.view;
     this.camera = camera;
-    if (delta.whole) this.top = [...this.mesh.vertices.values()].reduce((most, v) => Math.max(most, v[2]), 1);
+    if (delta.whole) {
+      this.low = [...this.mesh.vertices.values()].reduce((least, v) => Math.min(least, v[2]), Infinity);
+      this.top = [...this.mesh.vertices.values()].reduce((most, v) => Math.max(most, v[2]), this.low + 1);
+    }
     if (delta.triangles.length + delta.removedTriangles.length > 0) this.picture.load(this.mesh.positions());
     ++this.updates;
     this.received += delta.bytes;
@@ -84,7 +87,7 @@ class Flight {
     const above = {lon: (west + east) / 2, lat: south - 0.25 * (north - south), height_m: 0.95 * size, heading_deg: 0, pitch_deg: -55};
     const high = $("above").checked;
     const pose = poseOf(high ? above : cameraOnCircle(this, this.metres), this.frame);
-    this.picture.draw(pose, {wires: $("wires").checked ? 1 : 0, top: this.top, haze: high ? 1e7 : 1.2 * size});
+    this.picture.draw(pose, {wires: $("wires").checked ? 1 : 0, low: this.low, top: this.top, haze: high ? 1e7 : 1.2 * size});
   }
 }
 
@@ -92,11 +95,20 @@ async function main() {
   const picture = new Picture($("picture"));
   fitToWindow(picture.canvas);
   foldControls();
+  stillIfAsked("fly");
   const dems = (await fetchDatasets()).filter(({kind}) => kind === "dem");
   if (dems.length === 0) return say("No DEM is served: a set of tiles has nothing to refine.");
   const label = () => ($("tolerance-value").textContent = `${(2 ** Number($("tolerance").value)).toFixed(1)} px`);
   $("tolerance").addEventListener("input", label);
   label();
+  const tolerance = (step) => {
+    $("tolerance").value = Number($("tolerance").value) + step;
+    label();
+  };
+  connectKeys({
+    w: () => $("wires").click(), f: () => $("fly").click(), a: () => $("above").click(),
+    "+": () => tolerance(-0.25), "=": () => tolerance(-0.25), "-": () => tolerance(0.25),
+  });
 
   let flight;
   window.tind = {get flight() { return flight; }}; // for tests and the browser's console

@@ -1,5 +1,5 @@
 // The triangles of a progressive mesh, and nothing but which vertex is where: a split and its
-// inverse in a few writes to flat arrays (proto/split_topology.h is the same in C++).
+// inverse in a few writes to flat arrays (proto/stream/split_topology.h is the same in C++).
 //
 // Half-edge h = 3 f + k runs along face f, which lies on its left. Split i owns the face slots
 // base + 2 i and base + 2 i + 1, used or not (on the border the second stays empty), so that the

@@ -1,4 +1,4 @@
-// A reader of .tpm (docs/formats.md, "A progressive mesh"; proto/mesh_stream.h is the same in C++):
+// A reader of .tpm (docs/formats.md, "A progressive mesh"; proto/stream/mesh_stream.h is the same in C++):
 // bytes in as they come, vertex splits out. progressive_mesh.js makes meshes of them.
 //
 //   const stream = new TpmStream();

@@ -1,4 +1,4 @@
-// What a .tpm begins with: its header and its base mesh (proto/mesh_stream_start.h is the same in C++).
+// What a .tpm begins with: its header and its base mesh (proto/stream/mesh_stream_start.h is the same in C++).
 
 export class TpmError extends Error {
   name = "TpmError";

@@ -16,8 +16,9 @@
 namespace tind {
 namespace {
 
-std::unexpected<Error> failed(const std::string& what, const std::string& path, int code) {
-  return fail(Errc::io, "cannot " + what + " " + path + ": " + std::strerror(code));
+std::unexpected<Error> failed(const std::string& what, const std::string& path, int code,
+                              Errc errc = Errc::io) {
+  return fail(errc, "cannot " + what + " " + path + ": " + std::strerror(code));
 }
 
 /// 0, or errno.
@@ -107,7 +108,7 @@ int sync_folder(const std::string& folder) {
 
 Result<std::string> read_whole_file(const std::string& path) {
   const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (file < 0) return failed("open", path, errno);
+  if (file < 0) return failed("open", path, errno, Errc::not_found);
   std::string bytes;
   struct stat status {};
   if (::fstat(file, &status) == 0 && S_ISREG(status.st_mode) && status.st_size > 0)

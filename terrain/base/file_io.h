@@ -1,5 +1,6 @@
 #pragma once
-// Whole files in and out; what does not work is an Errc::io with the operating system's reason.
+// Whole files in and out; what does not work is an error with the operating system's reason:
+// not_found where a file cannot be opened to be read, else io.
 
 #include <string>
 #include <string_view>
@@ -8,7 +9,7 @@
 
 namespace tind {
 
-/// The bytes of a file, or "cannot read PATH: reason".
+/// The bytes of a file, or "cannot open PATH: reason".
 Result<std::string> read_whole_file(const std::string& path);
 /// The same of a regular file (or a link to one) only: a pipe or a device would keep who reads it.
 Result<std::string> read_regular_file(const std::string& path);

@@ -13,6 +13,7 @@
 #include "terrain/check/check_files.h"
 #include "terrain/check/check_source.h"
 #include "terrain/check/check_tile.h"
+#include "terrain/check/source_note.h"
 #include "terrain/shapes/surface_shapes.h"
 #include "terrain/store/open/open_store.h"
 
@@ -470,6 +471,12 @@ Result<CheckReport> check_tiles(const std::string& where, const CheckOptions& wa
   for (const CheckLevel& level : report.levels) posts += level.posts;
   if (options.source && posts == 0)
     report.findings.add(rule("source.overlap"), where, "no post lies in any tile");
+  if (const auto record = options.source ? store->record() : std::nullopt) {
+    auto note = source_note(*record, *options.source, !report.ok(), options.threads,
+                            {nullptr, progress.stop});
+    if (!note) return std::unexpected(note.error());
+    report.source_note = std::move(*note);
+  }
   return report;
 }
 

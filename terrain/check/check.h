@@ -36,6 +36,7 @@ struct CheckLevel {
 struct CheckReport {
   Findings findings;
   std::vector<CheckLevel> levels;
+  std::string source_note;  // source_note() of it, where there is one; posts only for violations
   bool ok() const { return findings.total(Severity::violation) == 0; }
 };
 

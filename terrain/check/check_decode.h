@@ -1,7 +1,7 @@
 #pragma once
-// The checker's own reader of quantized-mesh. It shares nothing with proto/quantized_mesh.cpp, so
-// that a misunderstanding there shows here; and it reads on past a fault where that makes sense, so
-// that one broken rule does not hide the next.
+// The checker's own reader of quantized-mesh. It shares nothing with proto/tile/quantized_mesh.cpp,
+// so that a misunderstanding there shows here; and it reads on past a fault where that makes sense,
+// so that one broken rule does not hide the next.
 
 #include <array>
 #include <cstdint>

@@ -1,4 +1,4 @@
-// layer.json is read as plain JSON, field by field: proto/layer_json.cpp refuses what this has
+// layer.json is read as plain JSON, field by field: proto/tile/layer_json.cpp refuses what this has
 // to describe.
 
 #include "terrain/check/check_files.h"
@@ -223,6 +223,25 @@ Result<void> list_available(TileListing& listing, const Ranges& ranges, int firs
   return {};
 }
 
+/// The levels asked for must hold a tile, where any level does: nothing looked at is nothing found.
+Result<void> hold_any(const TileListing& listing, const Ranges& ranges, int first, int last) {
+  int coarsest = -1, deepest = -1;
+  const std::size_t levels = std::max(listing.levels.size(), ranges.size());
+  for (std::size_t z = 0; z < levels; ++z) {
+    const bool there = (z < listing.levels.size() && !listing.levels[z].empty()) ||
+                       (z < ranges.size() && !ranges[z].empty());
+    if (!there) continue;
+    if (int(z) >= first && int(z) <= last) return {};
+    if (coarsest < 0) coarsest = int(z);
+    deepest = int(z);
+  }
+  if (coarsest < 0) return {};
+  return fail(Errc::out_of_range, "--levels " + std::to_string(first) + "-" + std::to_string(last) +
+                                      ": " + listing.store.name() +
+                                      " has no tile of those; it has levels " +
+                                      std::to_string(coarsest) + " to " + std::to_string(deepest));
+}
+
 void keep_levels(TileListing& listing, int first, int last) {
   if (std::size_t(last) + 1 < listing.levels.size()) listing.levels.resize(std::size_t(last) + 1);
   for (std::size_t z = 0; z < std::min(std::size_t(first), listing.levels.size()); ++z)
@@ -281,6 +300,7 @@ Result<TileListing> check_files(const TileStore& store, int first, int last, Fin
   const Json json = bytes ? json::parse<Json>(*bytes) : Json();
   if (!json.is_object()) {
     findings.add(rule("layer.readable"), kLayer, bytes ? "not a JSON object" : "cannot be read");
+    if (auto any = hold_any(listing, {}, first, last); !any) return std::unexpected(any.error());
     keep_levels(listing, first, last);
     return listing;
   }
@@ -290,6 +310,8 @@ Result<TileListing> check_files(const TileStore& store, int first, int last, Fin
   const int begins = record ? std::clamp(record->first_level, 0, tiling::kMaxLevel) : 0;
   layer.run(begins);
   listing.extensions = layer.names();
+  if (auto any = hold_any(listing, layer.ranges(), first, last); !any)
+    return std::unexpected(any.error());
   if (listed) {
     check_missing(listing, layer.ranges(), findings);
   } else if (auto done = list_available(listing, layer.ranges(), first, last); !done) {

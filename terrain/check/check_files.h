@@ -24,8 +24,9 @@ struct TileListing {
 };
 
 /// Lists the tiles of levels first..last and checks layer.json, and one against the other. Fails
-/// only when the store cannot be looked into, or when it cannot be listed and layer.json cannot be
-/// had or names more tiles than can be looked at. The store must outlive the listing.
+/// only when the store cannot be looked into, when all its tiles are of other levels
+/// (out_of_range), or when it cannot be listed and layer.json cannot be had or names more tiles
+/// than can be looked at. The store must outlive the listing.
 Result<TileListing> check_files(const TileStore&, int first_level, int last_level, Findings&);
 
 /// A tile's bytes, unpacked; false, and a finding, when they cannot be had.

@@ -66,7 +66,7 @@ inline constexpr CheckRule kCheckRules[] = {
     {"ext.metadata", kViolation, "metadata is a length and a JSON object"},
     // heights
     {"height.range", kViolation, "minimum height <= maximum height"},
-    {"height.plausible", kWarning, "heights lie between -12 and 10 km"},
+    {"height.plausible", kWarning, "vertices lie between -12 and 10 km"},
     // edges
     {"edge.short", kViolation, "an edge list names at least two vertices"},
     {"edge.index", kViolation, "edge lists name vertices that are there"},

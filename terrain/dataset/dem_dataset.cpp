@@ -30,12 +30,15 @@ Result<Dataset> dem_dataset(const Surface& surface, const TileSetOptions& option
   const std::shared_ptr<const DemTiles> tiles = std::move(*opened);
   Dataset made = dataset_of(tiles);
   made.source = std::make_shared<const Surface>(surface);
+  made.options = std::make_shared<const TileSetOptions>(options);
   made.unchanged = [surface]() -> Result<void> {
     for (const SurfaceLayer& layer : surface.layers())
       if (auto same = layer.source->unchanged(); !same) return same;
     return {};
   };
-  made.facts = [tiles, settled = made.facts()] {
+  DatasetFacts known = made.facts();
+  if (known.bounds.width() >= 360) known.box = box_of(surface.info());
+  made.facts = [tiles, settled = std::move(known)] {
     DatasetFacts facts = settled;
     facts.extremes = tiles->extremes();
     return facts;

@@ -12,11 +12,11 @@
 #include "terrain/encode/glb_tile.h"
 
 #include <algorithm>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "proto/glb.h"
-#include "proto/png.h"
+#include "proto/image/png.h"
 #include "terrain/geo/ellipsoid.h"
 #include "terrain/tile/border.h"
 #include "terrain/tile/normals.h"
@@ -24,7 +24,8 @@
 namespace tind {
 namespace {
 
-constexpr int kFinestLattice = 13;  // level
+constexpr int kFinestLattice = 13;       // level
+constexpr double kCoarsestPacked = 512;  // of compressed positions: on level 0, metres
 constexpr double kRadians = std::numbers::pi / 180;
 
 /// Metres to a unit of the tile's grid, the fewest at a triangle's vertices. At a pole, where all
@@ -228,12 +229,13 @@ std::optional<proto::Glb::Edges> edges_of(const Tin& mesh) {
 /// A tile's vertices where a client draws them.
 class Places {
  public:
-  explicit Places(const TileModel& tile)
+  Places(const TileModel& tile, GlbCompression compression)
       : rect_(tiling::rect(tile.id)),
-        step_(glb_lattice(tile.id.level)),
+        step_(glb_lattice(tile.id.level, compression)),
         origin_(on_lattice(tile.volumes.center, step_)) {}
 
   const Vec3& origin() const { return origin_; }
+  double step() const { return step_; }
   Vec3 exact(const Vec3& vertex) const { return wgs84::to_ecef(place_of(rect_, vertex), vertex.z); }
   /// From the origin.
   std::array<float, 3> drawn(const Vec3& vertex) const {
@@ -274,6 +276,8 @@ proto::GlbPart walls(const TileModel& tile, const Places& places, double depth,
         part.normals.insert(part.normals.end(), 2, surface.normals[line[k]]);
       if (!surface.texcoords.empty())
         part.texcoords.insert(part.texcoords.end(), 2, surface.texcoords[line[k]]);
+      if (!surface.colours.empty())
+        part.colours.insert(part.colours.end(), 2, surface.colours[line[k]]);
       if (k == 0) continue;
       part.triangles.push_back({at - 2, at - 1, at + 1});
       part.triangles.push_back({at - 2, at + 1, at});
@@ -281,6 +285,90 @@ proto::GlbPart walls(const TileModel& tile, const Places& places, double depth,
   }
   part.extras = nlohmann::ordered_json{{"skirt", true}, {"depth_m", depth}}.dump();
   return part;
+}
+
+/// Gives each vertex the class of the triangles around it, and there another one for each further
+/// class; those that were there keep their numbers.
+template <class Part>
+void set_covers(Part& part, const std::vector<std::uint16_t>& of_triangles) {
+  const std::size_t before = part.positions.size();
+  std::vector<bool> taken(before);
+  std::map<std::pair<std::uint32_t, std::uint16_t>, std::uint32_t> others;
+  part.covers.assign(before, proto::kNoGlbClass);
+  const auto again = [](auto& values, std::uint32_t i) {
+    if (values.empty()) return;
+    const auto value = values[i];
+    values.push_back(value);
+  };
+  for (std::size_t t = 0; t < part.triangles.size(); ++t)
+    for (std::uint32_t& corner : part.triangles[t]) {
+      if (!taken[corner]) part.covers[corner] = of_triangles[t];
+      taken[corner] = true;
+      if (part.covers[corner] == of_triangles[t]) continue;
+      const auto [other, is_new] =
+          others.try_emplace({corner, of_triangles[t]}, std::uint32_t(part.positions.size()));
+      if (is_new) {
+        again(part.positions, corner), again(part.normals, corner);
+        again(part.texcoords, corner), again(part.colours, corner);
+        part.covers.push_back(of_triangles[t]);
+      }
+      corner = other->second;
+    }
+}
+
+/// Of the surface, and of walls that of the triangle that they hang from, two to a side.
+void add_covers(proto::Glb& glb, const Tin& mesh, const GlbDrape& drape) {
+  glb.classes = drape.classes;
+  set_covers(glb, drape.covers);
+  if (glb.parts.empty()) return;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint16_t> on_side;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    for (int k = 0; k < 3; ++k) {
+      const Triangle& corners = mesh.triangles[t];
+      on_side[{corners[std::size_t(k)], corners[std::size_t((k + 1) % 3)]}] = drape.covers[t];
+    }
+  std::vector<std::uint16_t> of_walls;
+  for (const TileSide side : kSides) {
+    const auto line = around(mesh, side);
+    for (std::size_t k = 1; k < line.size(); ++k) {
+      const auto found = on_side.find({line[k - 1], line[k]});
+      of_walls.insert(of_walls.end(), 2,
+                      found == on_side.end() ? proto::kNoGlbClass : found->second);
+    }
+  }
+  set_covers(glb.parts.back(), of_walls);
+}
+
+using Positions = std::vector<std::array<float, 3>>;
+
+/// The least and the most of each coordinate.
+std::pair<std::array<float, 3>, std::array<float, 3>> box_of(const proto::Glb& glb) {
+  std::array<float, 3> low = glb.positions.front(), high = low;
+  const auto widen = [&](const Positions& positions) {
+    for (const auto& p : positions)
+      for (std::size_t k = 0; k < 3; ++k)
+        low[k] = std::min(low[k], p[k]), high[k] = std::max(high[k], p[k]);
+  };
+  widen(glb.positions);
+  for (const proto::GlbPart& part : glb.parts) widen(part.positions);
+  return {low, high};
+}
+
+/// Positions become steps of the lattice from the lowest corner on, which 16 bits hold; the same
+/// places, exactly. Left as it is where there are more.
+void compress(proto::Glb& glb, double step) {
+  constexpr double kMostSteps = 65535;
+  const auto [low, high] = box_of(glb);
+  for (std::size_t k = 0; k < 3; ++k)
+    if (double(high[k]) - double(low[k]) > kMostSteps * step) return;
+  const auto count = [&, low = low](Positions& positions) {
+    for (auto& p : positions)
+      for (std::size_t k = 0; k < 3; ++k) p[k] = float((double(p[k]) - double(low[k])) / step);
+  };
+  count(glb.positions);
+  for (proto::GlbPart& part : glb.parts) count(part.positions);
+  for (std::size_t k = 0; k < 3; ++k) glb.origin[k] += double(low[k]), glb.axes[k][k] = step;
+  glb.meshopt = true;
 }
 
 /// One pixel, or one a cell.
@@ -291,11 +379,15 @@ std::string png_of(const std::vector<std::uint8_t>& mask) {
 
 }  // namespace
 
-double glb_lattice(int level) { return 1.0 / double(1u << std::min(level, kFinestLattice)); }
+double glb_lattice(int level, GlbCompression compression) {
+  if (compression == GlbCompression::meshopt)
+    return std::max(std::ldexp(kCoarsestPacked, -level), std::ldexp(1, -kFinestLattice));
+  return 1.0 / double(1u << std::min(level, kFinestLattice));
+}
 
-SpaceError space_error(const TileModel& tile) {
+SpaceError space_error(const TileModel& tile, GlbCompression compression) {
   const GeoRect rect = tiling::rect(tile.id);
-  const Places places(tile);
+  const Places places(tile, compression);
   SpaceError error;
   for (const Vec3& v : tile.mesh.vertices)
     error.moved_m = std::max(error.moved_m, places.moved_m(v));
@@ -313,15 +405,16 @@ SpaceError space_error(const TileModel& tile) {
 }
 
 std::vector<std::uint8_t> encode_glb(const TileModel& tile, const GlbTileOptions& options) {
-  const Places places(tile);
+  const Places places(tile, options.compression);
   proto::Glb glb;
   glb.origin = {places.origin().x, places.origin().y, places.origin().z};
   glb.positions.reserve(tile.mesh.vertices.size());
   for (const Vec3& v : tile.mesh.vertices) glb.positions.push_back(places.drawn(v));
   for (const auto& oct : tile.normals) glb.normals.push_back(narrow(oct_decode(oct)));
   glb.triangles.assign(tile.mesh.triangles.begin(), tile.mesh.triangles.end());
-  glb.extras = extras_of(tile, space_error(tile));
+  glb.extras = extras_of(tile, space_error(tile, options.compression));
   glb.matt = options.matt;
+  glb.colours = options.drape.colours;
   if (options.edges) glb.edges = edges_of(tile.mesh);
   if (options.water && !tile.water_mask.empty()) {
     glb.water_mask_png = png_of(tile.water_mask);
@@ -330,6 +423,8 @@ std::vector<std::uint8_t> encode_glb(const TileModel& tile, const GlbTileOptions
   }
   if (options.skirt_m > 0) glb.parts.push_back(walls(tile, places, options.skirt_m, glb));
   if (!glb.parts.empty() && glb.parts.back().triangles.empty()) glb.parts.clear();
+  if (!options.drape.classes.empty()) add_covers(glb, tile.mesh, options.drape);
+  if (options.compression == GlbCompression::meshopt) compress(glb, places.step());
   return proto::encode(glb);
 }
 

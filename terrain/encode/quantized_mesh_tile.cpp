@@ -5,7 +5,7 @@
 
 #include "proto/json_member.h"
 #include "proto/json_text.h"
-#include "proto/quantized_mesh.h"
+#include "proto/tile/quantized_mesh.h"
 
 namespace tind {
 namespace {

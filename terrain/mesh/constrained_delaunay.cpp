@@ -8,6 +8,7 @@
 #include "terrain/mesh/constrained_delaunay.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <unordered_map>
@@ -42,6 +43,18 @@ using Delaunay =
     CGAL::Constrained_Delaunay_triangulation_2<Kernel, Store, CGAL::Exact_predicates_tag>;
 /// Remembers for each constraint the vertices along it.
 using Hierarchy = CGAL::Constrained_triangulation_plus_2<Delaunay>;
+
+/// Calls f(i) for i in 0..n-1: every 2^k-th first, then those halfway between, and so on. Points
+/// that follow each other on a curve, entered in their order, would each turn over most of the
+/// triangulation (of a circle: n^2 flips); so each changes little, and is close to the one before.
+template <class F>
+void coarse_to_fine(std::size_t n, F&& f) {
+  if (n == 0) return;
+  std::size_t step = std::bit_ceil(n);
+  f(std::size_t(0));
+  for (; step > 1; step /= 2)
+    for (std::size_t i = step / 2; i < n; i += step) f(i);
+}
 
 std::uint64_t pair_key(Index a, Index b) {
   return std::uint64_t(std::min(a, b)) << 32 | std::max(a, b);
@@ -160,14 +173,15 @@ class Repairer {
   void triangulate_chains() {
     Hierarchy triangulation;
     std::vector<Vertex> vertex(net_.points.size());
+    std::vector<bool> used(net_.points.size(), false);
+    for (const LineSegment& s : net_.segments) used[s.a] = used[s.b] = true;
     Hierarchy::Face_handle near;
-    const auto enter = [&](Index i) {
-      if (vertex[i] != Vertex()) return;
+    coarse_to_fine(net_.points.size(), [&](std::size_t i) {
+      if (!used[i]) return;
       vertex[i] = triangulation.insert({net_.points[i].x, net_.points[i].y}, near);
-      vertex[i]->info().value = i;
+      vertex[i]->info().value = Index(i);
       near = vertex[i]->face();
-    };
-    for (const LineSegment& s : net_.segments) enter(s.a), enter(s.b);
+    });
     std::vector<Hierarchy::Constraint_id> ids;
     chains_.clear();
     for (std::size_t i = 0; i < net_.segments.size();) {
@@ -300,14 +314,14 @@ Result<std::vector<Triangle>> triangulate(std::vector<Vec3>& points,
                                           std::span<const std::array<std::uint32_t, 2>> edges) {
   try {
     Delaunay t;
-    std::vector<Delaunay::Vertex_handle> vertex;
-    vertex.reserve(points.size());
+    std::vector<Delaunay::Vertex_handle> vertex(points.size());
     Delaunay::Face_handle near;
-    for (Index i = 0; i < points.size(); ++i) {
-      vertex.push_back(t.insert({points[i].x, points[i].y}, near));
-      if (vertex[i]->info().value == kNew) vertex[i]->info().value = i;
+    coarse_to_fine(points.size(), [&](std::size_t i) {
+      vertex[i] = t.insert({points[i].x, points[i].y}, near);
+      if (vertex[i]->info().value == kNew || vertex[i]->info().value > i)
+        vertex[i]->info().value = Index(i);  // of points at one place the first
       near = vertex[i]->face();
-    }
+    });
     for (const auto& [a, b] : edges)
       if (vertex[a] != vertex[b]) t.insert_constraint(vertex[a], vertex[b]);
     return triangles_of(t, points);

@@ -73,6 +73,23 @@ void append_copy(std::vector<T>& values, Index i) {
   values.push_back(copy);
 }
 
+/// Of triangles with the same corners in the same sense, the first stays: each further one would
+/// make their edges those of three and more triangles, which are taken apart.
+std::size_t drop_repeated(Tin& tin) {
+  std::vector<std::pair<Triangle, Index>> order;
+  order.reserve(tin.triangles.size());
+  for (Index t = 0; t < tin.triangles.size(); ++t) {
+    Triangle c = tin.triangles[t];
+    std::ranges::rotate(c, std::ranges::min_element(c));
+    order.emplace_back(c, t);
+  }
+  std::ranges::sort(order);
+  std::vector<std::uint8_t> repeated(tin.triangles.size(), 0);
+  for (std::size_t i = 1; i < order.size(); ++i)
+    repeated[order[i].second] = order[i].first == order[i - 1].first;
+  return drop_triangles(tin, [&](std::size_t t) { return !repeated[t]; });
+}
+
 /// The corners of each vertex, in order.
 struct CornersByVertex {
   std::vector<Index> offset, corner;
@@ -143,17 +160,19 @@ struct ExtraFan {
 std::vector<ExtraFan> extra_fans(const Tin& tin) {
   std::vector<ExtraFan> extras;
   FansOfVertex fans;
+  std::vector<std::size_t> extra;  // of the vertex at hand: by the first corner of a fan
   const CornersByVertex around(tin);
   for (Index v = 0; v < tin.vertices.size(); ++v) {
     const std::span<const Index> corners = around.at(v);
     const std::vector<Index>& fan = fans.sort(tin, corners);
-    const auto before = std::ptrdiff_t(extras.size());
+    extra.resize(std::max(extra.size(), fan.size()));
     for (Index i = 0; i < fan.size(); ++i) {
       if (fan[i] == 0) continue;
-      const Index first = corners[fan[i]];
-      if (fan[i] == i) extras.push_back({v, first, {}});
-      std::ranges::find(extras.begin() + before, extras.end(), first, &ExtraFan::first)
-          ->corners.push_back(corners[i]);
+      if (fan[i] == i) {
+        extra[i] = extras.size();
+        extras.push_back({v, corners[i], {}});
+      }
+      extras[extra[fan[i]]].corners.push_back(corners[i]);
     }
   }
   return extras;
@@ -227,7 +246,7 @@ std::vector<Index> split_fans(Tin& tin, CopyOrder order) {
 
 ManifoldRepair make_manifold(Tin& tin) {
   ManifoldRepair repair;
-  repair.dropped_triangles = drop_degenerate(tin);
+  repair.dropped_triangles = drop_degenerate(tin) + drop_repeated(tin);
   const std::size_t before = tin.vertices.size();
   for (;;) {  // dropping a triangle can cut a fan in two
     for (const Index v : split_fans(tin, CopyOrder::of_corners))

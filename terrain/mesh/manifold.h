@@ -22,14 +22,15 @@ std::vector<std::uint32_t> split_fans(Tin&, CopyOrder);
 
 struct ManifoldRepair {
   std::size_t split_vertices = 0;     // vertices added because several fans met in one
-  std::size_t dropped_triangles = 0;  // degenerate, out of range, or a third one on an edge
+  std::size_t dropped_triangles = 0;  // degenerate, out of range, twice, or a third one on an edge
   /// By added vertex: the one of the input that it is a copy of.
   std::vector<std::uint32_t> copy_of = {};
 
   bool changed() const { return split_vertices + dropped_triangles > 0; }
 };
 
-/// Afterwards HalfedgeMesh::from_tin accepts the mesh. A vertex where several fans meet becomes one
+/// Afterwards HalfedgeMesh::from_tin accepts the mesh. Of triangles with the same corners in the
+/// same sense one stays. A vertex where several fans meet becomes one
 /// vertex per fan (attributes are copied); an edge with more than two triangles, or with two that
 /// run the same way, becomes border edges; what then still uses an edge twice is dropped. Positions
 /// never change. O(n log n), deterministic.

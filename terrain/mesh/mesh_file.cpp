@@ -86,37 +86,45 @@ std::span<const MeshFormat> mesh_formats() {
        .crs = "EPSG code, as a comment",
        .numbers = "double",
        .meant_for = "Blender, MeshLab, most 3D programs",
+       .media_type = "model/obj",
        .colours = true,
        .normals = true,
        .texcoords = true,
        .encode = obj,
-       .decode = proto::decode_obj},
+       .decode = proto::decode_obj,
+       .one_unit = true},
       {.name = "stl",
        .extensions = {".stl"},
        .title = "STL, binary",
        .crs = "none",
        .numbers = "float32, from an origin in the header",
        .meant_for = "slicers for 3D printing",
+       .media_type = "model/stl",
        .encode = stl,
        .decode = proto::decode_stl,
-       .as_in_file = proto::as_in_stl},
+       .as_in_file = proto::as_in_stl,
+       .origin = proto::stl_origin,
+       .one_unit = true},
       {.name = "glb",
        .extensions = {".glb"},
        .title = "glTF 2.0, binary",
        .crs = "EPSG code and WKT, as extras of the node",
        .numbers = "float32 columns and rows, placed in double by the node",
        .meant_for = "Blender, three.js, engines",
+       .media_type = "model/gltf-binary",
        .colours = true,
        .normals = true,
        .texcoords = true,
        .encode = proto::encode_glb,
-       .as_in_file = proto::as_in_glb},
+       .as_in_file = proto::as_in_glb,
+       .one_unit = true},
       {.name = "2dm",
        .extensions = {".2dm"},
        .title = "2DM of SMS",
        .crs = "EPSG code, as a comment",
        .numbers = "double",
        .meant_for = "QGIS, SMS, TUFLOW",
+       .media_type = "text/plain",
        .encode = two_dm,
        .decode = proto::decode_2dm},
       {.name = "ugrid",
@@ -125,6 +133,7 @@ std::span<const MeshFormat> mesh_formats() {
        .crs = "EPSG code and WKT",
        .numbers = "double",
        .meant_for = "QGIS, Delft3D, xarray",
+       .media_type = "application/x-netcdf",
        .encode = proto::encode_ugrid},
       {.name = "vtu",
        .extensions = {".vtu"},
@@ -132,16 +141,19 @@ std::span<const MeshFormat> mesh_formats() {
        .crs = "EPSG code, as a comment",
        .numbers = "double",
        .meant_for = "ParaView, meshio",
+       .media_type = "application/xml",
        .colours = true,
        .normals = true,
        .texcoords = true,
-       .encode = vtu},
+       .encode = vtu,
+       .one_unit = true},
       {.name = "gpkg",
        .extensions = {".gpkg"},
        .title = "GeoPackage of PolygonZ",
        .crs = "EPSG code and WKT",
        .numbers = "double",
        .meant_for = "QGIS, ArcGIS, GDAL",
+       .media_type = "application/geopackage+sqlite3",
        .encode = gpkg},
       {.name = "fgb",
        .extensions = {".fgb"},
@@ -149,6 +161,7 @@ std::span<const MeshFormat> mesh_formats() {
        .crs = "EPSG code and WKT",
        .numbers = "double",
        .meant_for = "QGIS, GDAL",
+       .media_type = "application/flatgeobuf",
        .encode = fgb},
       {.name = "dxf",
        .extensions = {".dxf"},
@@ -156,13 +169,16 @@ std::span<const MeshFormat> mesh_formats() {
        .crs = "EPSG code, as a comment",
        .numbers = "double",
        .meant_for = "AutoCAD, Civil 3D, QCAD, GDAL",
-       .encode = dxf},
+       .media_type = "image/vnd.dxf",
+       .encode = dxf,
+       .one_unit = true},
       {.name = "landxml",
        .extensions = {".xml", ".landxml"},
        .title = "LandXML 1.2 TIN surface",
        .crs = "EPSG code and WKT",
        .numbers = "double",
        .meant_for = "Civil 3D, 12d, machine control",
+       .media_type = "application/xml",
        .can_say = proto::landxml_can_say,
        .encode = proto::encode_landxml,
        .decode = proto::decode_landxml},
@@ -188,6 +204,10 @@ Result<const MeshFormat*> format_to_write(const std::string& path, const std::st
               "there is no mesh format '" + name + "': choose " + listed(names, " or "));
 }
 
+const MeshFormat* format_only_written(const std::string& path) {
+  return by_extension(path, [](const MeshFormat& f) { return writes(f) && !reads(f); });
+}
+
 const MeshFormat* format_to_read(const std::string& path) { return by_extension(path, reads); }
 
 Result<void> can_say(const MeshFormat& format, const proto::MeshPlace& place) {
@@ -209,6 +229,13 @@ std::string lost_attributes(const MeshFormat& f, const Mesh& m) {
   if (!f.normals && !m.normals.empty()) lost.push_back("normals");
   if (!f.texcoords && !m.texcoords.empty()) lost.push_back("texture coordinates");
   return listed(lost, " and ");
+}
+
+std::optional<std::array<double, 3>> file_origin(const MeshFormat& format, const Mesh& m) {
+  if (!format.origin) return {};
+  const auto origin = format.origin(m);
+  if (origin == std::array<double, 3>{}) return {};
+  return origin;
 }
 
 Result<void> write_mesh(const std::string& path, const MeshFormat& format, const Mesh& m) {

@@ -1,11 +1,13 @@
 #pragma once
 // THE table of mesh formats: what every command that reads or writes a mesh goes by.
 
+#include <array>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "proto/mesh_io.h"
+#include "proto/mesh/mesh_io.h"
 #include "terrain/base/result.h"
 
 namespace tind {
@@ -17,12 +19,16 @@ struct MeshFormat {
   const char* crs = "";      // how much of the CRS a reader learns
   const char* numbers = "";  // of coordinates: "double", or what becomes of them
   const char* meant_for = "";
+  const char* media_type = "application/octet-stream";
   bool colours = false, normals = false, texcoords = false;     // has room for them
   Result<void> (*can_say)(const proto::MeshPlace&) = nullptr;   // null: any place
   Result<std::string> (*encode)(const proto::Mesh&) = nullptr;  // null: tind does not write it
   Result<proto::Mesh> (*decode)(std::string_view) = nullptr;    // null: tind does not read it
   /// Positions as a reader of the file gets them; null: as they are.
   proto::Mesh (*as_in_file)(proto::Mesh) = nullptr;
+  /// From where the file counts, in the mesh's coordinates; null: from where these do.
+  std::array<double, 3> (*origin)(const proto::Mesh&) = nullptr;
+  bool one_unit = false;  // its readers take x, y and z for lengths of one unit
 };
 
 std::span<const MeshFormat> mesh_formats();
@@ -38,6 +44,9 @@ Result<const MeshFormat*> format_to_write(const std::string& path, const std::st
 /// Null where the extension is of no format that tind reads.
 const MeshFormat* format_to_read(const std::string& path);
 
+/// Null unless the extension is of a format that tind writes and does not read.
+const MeshFormat* format_only_written(const std::string& path);
+
 /// Fails (invalid_argument) where the format has no words for such a place: to be asked before long
 /// work.
 Result<void> can_say(const MeshFormat&, const proto::MeshPlace&);
@@ -47,6 +56,9 @@ std::string attributes_of(const MeshFormat&);
 
 /// What of the mesh has no room in the format: "colours and normals"; empty where all has.
 std::string lost_attributes(const MeshFormat&, const proto::Mesh&);
+
+/// What a reader must add to the file's coordinates to have the mesh's; nothing where that is zero.
+std::optional<std::array<double, 3>> file_origin(const MeshFormat&, const proto::Mesh&);
 
 /// Writes by way of a temporary file and a rename (write_whole_file). An OBJ with a texture: also
 /// PATH with its extension replaced by .mtl. Fails (invalid_argument) where the format cannot say

@@ -4,7 +4,7 @@
 
 #include <utility>
 
-#include "proto/mesh_io.h"
+#include "proto/mesh/mesh_io.h"
 #include "terrain/base/enum_names.h"
 #include "terrain/mesh/tin.h"
 #include "terrain/raster/dem_source.h"

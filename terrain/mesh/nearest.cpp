@@ -2,12 +2,19 @@
 // node i's children are 2 i + 1 and 2 i + 2 and nothing else is stored. The axis is the one along
 // which the box holds most of its triangles side by side: halves along the longest side overlap
 // where triangles are as long as that, as on terrain that is steeper than wide.
+//
+// A long triangle that runs across the axes fills next to nothing of its box, and where thousands
+// of them share a corner, a point lies in the boxes of nearly all. The same triangles lie between
+// two close planes along them: a node whose box is much wider than that has two such slabs, too.
+// They only leave out what is farther away than the best, so no answer depends on them.
 
 #include "terrain/mesh/nearest.h"
 
 #include <algorithm>
 #include <array>
-#include <numeric>
+#include <bit>
+#include <cmath>
+#include <functional>
 #include <utility>
 
 namespace tind {
@@ -42,16 +49,77 @@ NearestPoint nearest_on(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3&
   return at(1 - (vb + vc) / sum, vb / sum, vc / sum);
 }
 
+/// Of triangles whose corners are in the same places, in the same order, the first. Were all in the
+/// tree, each search whose nearest is one of them would have to look at every other.
+class DistinctTriangles {
+ public:
+  explicit DistinctTriangles(const Tin& tin) : tin_(tin), place_(tin.vertices.size()) {
+    for (std::size_t v = 0; v < place_.size(); ++v) place_[v] = mixed(tin.vertices[v]);
+  }
+
+  std::vector<std::uint32_t> list() const {
+    std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
+    order.reserve(tin_.triangles.size());
+    for (std::uint32_t t = 0; t < tin_.triangles.size(); ++t) {
+      const Triangle& c = tin_.triangles[t];
+      order.emplace_back(place_[c[0]] + 3 * place_[c[1]] + 5 * place_[c[2]], t);
+    }
+    std::ranges::sort(order);
+    std::vector<std::uint32_t> distinct;
+    for (std::size_t i = 0, first = 0; i < order.size(); ++i) {
+      if (order[i].first != order[first].first) first = i;
+      if (i == first || corners(order[i].second) != corners(order[first].second))
+        distinct.push_back(order[i].second);
+    }
+    std::ranges::sort(distinct);
+    return distinct;
+  }
+
+ private:
+  using Place = std::array<double, 3>;
+  const Tin& tin_;
+  std::vector<std::uint64_t> place_;
+
+  static std::uint64_t mixed(const Vec3& p) {
+    std::uint64_t h = 0;
+    for (const double x : {p.x, p.y, p.z}) {
+      h = (h ^ std::bit_cast<std::uint64_t>(x + 0.0)) * 0x9e3779b97f4a7c15u;  // -0 is 0
+      h ^= h >> 32;
+    }
+    return h * 0xbf58476d1ce4e5b9u;
+  }
+  std::array<Place, 3> corners(std::uint32_t t) const {
+    std::array<Place, 3> places;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3& p = tin_.vertices[tin_.triangles[t][k]];
+      places[k] = {p.x, p.y, p.z};
+    }
+    return places;
+  }
+};
+
+/// Along the triangle's longest edge, of its length.
+Vec3 longest_edge(const Vec3& a, const Vec3& b, const Vec3& c) {
+  const Vec3 ab = b - a, bc = c - b, ca = a - c;
+  const double x = dot(ab, ab), y = dot(bc, bc), z = dot(ca, ca);
+  return x >= y && x >= z ? ab : y >= z ? bc : ca;
+}
+
+double sum_of(const Vec3& v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
+
+/// What rounding may move a place by in the sums of a slab, and some more.
+double rounding_at(const Vec3& p) { return 1e-14 * sum_of(p); }
+
 double component(const Vec3& v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
 
 }  // namespace
 
-NearestTriangle::NearestTriangle(const Tin& tin) : tin_(tin), order_(tin.triangles.size()) {
-  std::iota(order_.begin(), order_.end(), 0u);
+NearestTriangle::NearestTriangle(const Tin& tin)
+    : tin_(tin), order_(DistinctTriangles(tin).list()) {
   while ((kLeaf << levels_) < order_.size()) ++levels_;
   nodes_.resize((std::size_t(2) << levels_) - 1);
   std::vector<Vec3> centres;
-  centres.reserve(order_.size());
+  centres.reserve(tin.triangles.size());
   for (const Triangle& t : tin.triangles)
     centres.push_back((tin.vertices[t[0]] + tin.vertices[t[1]] + tin.vertices[t[2]]) * (1.0 / 3));
   build(0, 0, order_.size(), 0, centres);
@@ -74,6 +142,7 @@ void NearestTriangle::build(std::size_t node, std::size_t begin, std::size_t end
     box.low = lower(box.low, low), box.high = upper(box.high, high);
     extent = extent + (high - low);
   }
+  if (box.low.x <= box.high.x) add_slabs(box, begin, end);
   nodes_[node] = box;
   if (level == levels_) return;
   const Vec3 size = box.high - box.low;
@@ -93,6 +162,58 @@ void NearestTriangle::build(std::size_t node, std::size_t begin, std::size_t end
   build(2 * node + 2, middle, end, level + 1, centres);
 }
 
+/// Of the directions across the triangles' longest edges, the two in which the box is most wider
+/// than they are; none where that saves less than half of both.
+void NearestTriangle::add_slabs(Box& box, std::size_t begin, std::size_t end) {
+  const Vec3 size = box.high - box.low, middle = (box.low + box.high) * 0.5;
+  const auto corner = [&](std::size_t i, int k) -> const Vec3& {
+    return tin_.vertices[tin_.triangles[order_[i]][k]];
+  };
+  Vec3 along;
+  for (std::size_t i = begin; i < end; ++i) {
+    const Vec3 edge = longest_edge(corner(i, 0), corner(i, 1), corner(i, 2));
+    along = dot(along, edge) < 0 ? along - edge : along + edge;
+  }
+  struct Candidate {
+    double saved;
+    Slab slab;
+  };
+  std::array<Candidate, 3> all{};
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vec3 across = cross(along, {double(axis == 0), double(axis == 1), double(axis == 2)});
+    if (!(length(across) > 0)) continue;
+    const Vec3 d = across * (1 / length(across));
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (std::size_t i = begin; i < end; ++i)
+      for (int k = 0; k < 3; ++k) {
+        const double t = dot(d, corner(i, k) - middle);
+        low = std::min(low, t), high = std::max(high, t);
+      }
+    const double wide = std::abs(d.x) * size.x + std::abs(d.y) * size.y + std::abs(d.z) * size.z;
+    all[std::size_t(axis)] = {wide - (high - low),
+                              {d, dot(d, middle) + (low + high) / 2,
+                               (high - low) / 2 + rounding_at(middle) + rounding_at(size)}};
+  }
+  std::ranges::sort(all, std::greater{}, &Candidate::saved);
+  if (!(all[0].saved > 0.5 * (all[0].saved + 2 * all[0].slab.half))) return;
+  box.slabs = std::uint32_t(slabs_.size());
+  slabs_.push_back({all[0].slab, all[1].slab});
+}
+
+double NearestTriangle::away(const Box& b, const Vec3& p) const {
+  const double x = std::max({b.low.x - p.x, 0.0, p.x - b.high.x});
+  const double y = std::max({b.low.y - p.y, 0.0, p.y - b.high.y});
+  const double z = std::max({b.low.z - p.z, 0.0, p.z - b.high.z});
+  double squared = x * x + y * y + z * z;
+  if (b.slabs == kNone) return squared;
+  for (const Slab& slab : slabs_[b.slabs]) {
+    const double outside =
+        std::abs(dot(slab.direction, p) - slab.middle) - slab.half - rounding_at(p);
+    if (outside > 0) squared = std::max(squared, outside * outside);
+  }
+  return squared;
+}
+
 NearestPoint NearestTriangle::find(const Vec3& p, std::uint32_t hint) const {
   auto measure = [&](std::uint32_t t) {
     const Triangle& c = tin_.triangles[t];
@@ -101,12 +222,7 @@ NearestPoint NearestTriangle::find(const Vec3& p, std::uint32_t hint) const {
     return n;
   };
   NearestPoint best = measure(hint);
-  auto away = [&](const Box& b) {
-    const double x = std::max({b.low.x - p.x, 0.0, p.x - b.high.x});
-    const double y = std::max({b.low.y - p.y, 0.0, p.y - b.high.y});
-    const double z = std::max({b.low.z - p.z, 0.0, p.z - b.high.z});
-    return x * x + y * y + z * z;
-  };
+  std::uint32_t looked_at = 1;
   struct Entry {
     double squared;
     std::size_t node, begin, end;
@@ -114,13 +230,14 @@ NearestPoint NearestTriangle::find(const Vec3& p, std::uint32_t hint) const {
   };
   std::array<Entry, 64> stack;
   int n = 0;
-  stack[n++] = {away(nodes_[0]), 0, 0, order_.size(), 0};
+  stack[n++] = {away(nodes_[0], p), 0, 0, order_.size(), 0};
   while (n > 0) {
     const Entry e = stack[--n];
     if (e.squared > best.squared) continue;
     if (e.level == levels_) {
       for (std::size_t i = e.begin; i < e.end; ++i) {
         const NearestPoint m = measure(order_[i]);
+        ++looked_at;
         // Of equally near triangles the lowest, so that the hint does not decide.
         if (m.squared < best.squared || (m.squared == best.squared && m.triangle < best.triangle))
           best = m;
@@ -128,12 +245,13 @@ NearestPoint NearestTriangle::find(const Vec3& p, std::uint32_t hint) const {
       continue;
     }
     const std::size_t middle = e.begin + (e.end - e.begin) / 2;
-    Entry left{away(nodes_[2 * e.node + 1]), 2 * e.node + 1, e.begin, middle, e.level + 1};
-    Entry right{away(nodes_[2 * e.node + 2]), 2 * e.node + 2, middle, e.end, e.level + 1};
+    Entry left{away(nodes_[2 * e.node + 1], p), 2 * e.node + 1, e.begin, middle, e.level + 1};
+    Entry right{away(nodes_[2 * e.node + 2], p), 2 * e.node + 2, middle, e.end, e.level + 1};
     if (left.squared < right.squared) std::swap(left, right);
     stack[n++] = left;  // the farther one waits
     stack[n++] = right;
   }
+  best.looked_at = looked_at;
   return best;
 }
 

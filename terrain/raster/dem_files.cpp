@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <iterator>
 #include <string_view>
+#include <unordered_set>
 
 #include "terrain/base/file_io.h"
 
@@ -116,6 +117,26 @@ Result<void> add_list(const std::string& list, const DemOptions& options, DemFil
   return {};
 }
 
+/// What is named again has nothing to add: where files overlap, the first one counts.
+void keep_first(DemFiles& out) {
+  std::unordered_set<std::string_view> seen;
+  std::vector<std::string> files;
+  std::string again;
+  for (const std::string& file : out.files) {
+    if (seen.insert(file).second)
+      files.push_back(file);
+    else if (again.empty())
+      again = file;
+  }
+  if (again.empty()) return;
+  const std::size_t repeated = out.files.size() - files.size();
+  out.warnings.push_back(
+      repeated == 1
+          ? again + ": is named twice, and counts once"
+          : fmt::format("{}: is named again, and {} more; each counts once", again, repeated - 1));
+  out.files = std::move(files);
+}
+
 }  // namespace
 
 bool is_dem_folder(const std::string& path) {
@@ -148,6 +169,7 @@ Result<DemFiles> dem_files(std::span<const std::string> named, const DemOptions&
       out.files.push_back(name);
     }
   }
+  keep_first(out);
   return out;
 }
 

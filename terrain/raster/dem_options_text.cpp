@@ -1,6 +1,7 @@
 #include "terrain/raster/dem_options_text.h"
 
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <iterator>
@@ -14,6 +15,12 @@
 namespace tind {
 namespace {
 
+std::string lower(std::string_view text) {
+  std::string low(text);
+  for (char& c : low) c = char(std::tolower(static_cast<unsigned char>(c)));
+  return low;
+}
+
 Result<void> set_from_datum(std::string_view text, DemOptions& options) {
   auto datum = datum_named(text);
   if (!datum) return std::unexpected(datum.error());
@@ -22,7 +29,7 @@ Result<void> set_from_datum(std::string_view text, DemOptions& options) {
 }
 
 Result<void> set_to_datum(std::string_view text, DemOptions& options) {
-  if (text == "same") {
+  if (lower(text) == "same") {
     options.to_datum = TargetDatum::same;
     return {};
   }
@@ -53,7 +60,7 @@ Result<void> set_band(std::string_view text, DemOptions& options) {
 }
 
 Result<void> set_encoding(std::string_view text, DemOptions& options) {
-  auto encoding = parse_enum<HeightEncoding>(text);
+  auto encoding = parse_enum<HeightEncoding>(lower(text));
   if (!encoding) return std::unexpected(encoding.error());
   options.encoding = *encoding;
   return {};
@@ -86,7 +93,7 @@ Result<void> set_accuracy(std::string_view text, DemOptions& options) {
   const std::size_t equals = text.find('=');
   VerticalAccuracy accuracy;
   if (equals != text.npos) {
-    const auto kind = enum_named<AccuracyKind>(text.substr(0, equals));
+    const auto kind = enum_named<AccuracyKind>(lower(text.substr(0, equals)));
     if (!kind || *kind == AccuracyKind::unspecified)
       return fail(Errc::invalid_argument,
                   "'" + std::string(text) + "' is no accuracy; say 4, le90=4, le95=5 or rmse=2.5");

@@ -101,6 +101,7 @@ struct DemInfo {
   VerticalDatum source_datum = VerticalDatum::unknown;
   std::string vertical_crs;  // as the file names it, "EGM2008 height"; empty where it does not
   std::optional<VerticalAccuracy> accuracy;  // as DemOptions has it
+  std::string nodata_said;                   // as nodata_text() has it: what DemOptions name
   /// How heights were converted, "egm96-15.pgm, bilinear"; empty where they were not.
   std::string datum_way;
   /// How exactly PROJ states to know the CRS's places on WGS84, metres; 0: exactly; nothing: not.

@@ -70,14 +70,12 @@ Result<void> FileStates::add(const std::string& path) {
 }
 
 Result<void> FileStates::unchanged() const {
-  constexpr const char* kRemedy =
-      " while it was in use; put it back as it was, or open it anew (a daemon: reload) to read "
-      "what is there now";
+  const std::string remedy(kChangedRemedy);
   for (const Entry& entry : entries_) {
     const auto now = file_state(entry.path);
-    if (!now) return fail(Errc::io, now.error().what + kRemedy);
+    if (!now) return fail(Errc::io, now.error().what + remedy);
     if (!entry.state.same_content(*now))
-      return fail(Errc::io, entry.path + ": " + what_happened(entry.state, *now) + kRemedy);
+      return fail(Errc::io, entry.path + ": " + what_happened(entry.state, *now) + remedy);
   }
   return {};
 }

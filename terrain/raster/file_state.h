@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "terrain/base/result.h"
@@ -25,6 +26,12 @@ struct FileState {
 
 /// Errc::io where there is none; the message names the file.
 Result<FileState> file_state(const std::string& path);
+
+/// What ends the messages of FileStates::unchanged(): for whoever knows better what is to be done.
+inline constexpr std::string_view kChangedRemedy =
+    " while it was in use; put it back as it was, or open it anew (a daemon: reload) to read what "
+    "is "
+    "there now";
 
 /// The files that a source is made of, as they were when it was opened. Thread-safe once made.
 class FileStates {

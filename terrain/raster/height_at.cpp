@@ -4,16 +4,9 @@
 
 #include "terrain/raster/dem_source.h"
 #include "terrain/raster/interpolate.h"
+#include "terrain/raster/post_place.h"
 
 namespace tind {
-namespace {
-
-/// A place this near to a post (in posts) is at the post: PROJ there and back is not exact.
-constexpr double kAtPost = 1e-6;
-
-double snapped(double x) { return std::abs(x - std::round(x)) <= kAtPost ? std::round(x) : x; }
-
-}  // namespace
 
 Result<HeightAt> height_at(const DemSource& source, Geographic place) {
   const DemInfo& info = source.info();
@@ -22,14 +15,13 @@ Result<HeightAt> height_at(const DemSource& source, Geographic place) {
                 info.files[0] + ": has no CRS, so it has no heights at longitudes and latitudes");
   Vec2 post;
   source.to_post({&place, 1}, {&post, 1});
-  const double x = snapped(post.x), y = snapped(post.y);
-  const bool in_cols = info.wraps_longitude || (x >= 0 && x <= double(info.cols - 1));
-  if (!in_cols || !(y >= 0 && y <= double(info.rows - 1)) || !std::isfinite(x)) return HeightAt{};
-  const double col = std::floor(x), row = std::floor(y);
+  const auto at = place_among_posts(info, post);
+  if (!at) return HeightAt{};
+  const double col = std::floor(at->x), row = std::floor(at->y);
   auto grid = source.read(std::int64_t(col), std::int64_t(row), 2, 2);
   if (!grid) return std::unexpected(grid.error());
   const double z = height_between(grid->at(0, 0), grid->at(1, 0), grid->at(0, 1), grid->at(1, 1),
-                                  x - col, y - row);
+                                  at->x - col, at->y - row);
   if (std::isnan(z)) return HeightAt{Coverage::void_, 0};
   return HeightAt{Coverage::value, z};
 }

@@ -2,10 +2,21 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 
 namespace tind {
+
+namespace {
+
+bool is_none(std::string_view word) {
+  return std::ranges::equal(word, std::string_view("none"),
+                            [](unsigned char a, unsigned char b) { return std::tolower(a) == b; });
+}
+
+}  // namespace
 
 Result<void> set_nodata(std::string_view text, DemOptions& options) {
   const std::string whole(text);
@@ -15,7 +26,7 @@ Result<void> set_nodata(std::string_view text, DemOptions& options) {
     const std::string_view word = text.substr(0, text.find(','));
     double value = 0;
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-    if (word == "none")
+    if (is_none(word))
       options.ignore_declared_nodata = true;
     else if (error == std::errc() && end == word.data() + word.size() && std::isfinite(value))
       options.nodata.push_back(value);
@@ -27,10 +38,17 @@ Result<void> set_nodata(std::string_view text, DemOptions& options) {
   }
 }
 
+std::string nodata_text(const DemOptions& options) {
+  std::string text = options.ignore_declared_nodata ? "none" : "";
+  for (const double value : options.nodata)
+    text += fmt::format("{}{}", text.empty() ? "" : ",", value);
+  return text;
+}
+
 std::string undeclared_nodata_text(const DemSource& dem) {
   const auto found = dem.undeclared_nodata();
   if (found.empty()) return {};
-  std::string counts, values;
+  std::string counts, values = dem.info().nodata_said;
   for (const UndeclaredNodata& one : found) {
     counts += fmt::format("{}{} {} {}", counts.empty() ? "" : ", ", one.posts,
                           one.posts == 1 ? "post is" : "posts are", one.value);

@@ -26,11 +26,27 @@ struct RasterBytes {
   std::string prj;  // ASCII grid: the CRS, for a file beside it; empty where there is none
 };
 
-/// A raster of float32 with the DEM's posts as pixel centres and its CRS; -9999 where there is no
-/// value. `heights`: the values are metres above the DEM's datum, which the GeoTIFF then names;
-/// else they are differences. GeoTIFF is tiled and deflated. `rows` is called from the north, 256
-/// rows at a time. Fails with what `rows` fails with, or (internal) with what GDAL says.
-Result<RasterBytes> encode_raster(RasterFormat, const DemInfo&, bool heights,
+enum class RasterPacking { deflate, lzw };
+/// float32: -9999 where there is no value. uint8: rounded, 0 there. classes: a byte, too, 255
+/// there.
+enum class RasterPixel { float32, uint8, classes };
+
+struct RasterContents {
+  /// Metres above the DEM's datum, which a GeoTIFF then names; else differences of such.
+  bool heights = true;
+  const char* what = "height of the mesh";  // in words
+  const char* unit = "metre";
+  RasterPixel pixel = RasterPixel::float32;
+  RasterPacking packing = RasterPacking::deflate;
+  bool voids = true;    // can there be places without a value?
+  bool points = false;  // values are of places, not of pixels: what GeoTIFF says of them
+};
+
+/// A raster with the DEM's posts as pixel centres and its CRS. GeoTIFF is tiled and packed by
+/// DEFLATE with prediction; or in strips by LZW without, which the oldest readers know. `rows` is
+/// called from the north, 256 rows at a time. Fails with what `rows` fails with, or (internal) with
+/// what GDAL says.
+Result<RasterBytes> encode_raster(RasterFormat, const DemInfo&, const RasterContents&,
                                   const RasterRows& rows);
 
 }  // namespace tind

@@ -23,7 +23,12 @@ AreaSet::AreaSet(std::vector<Edge> edges) : edges_(std::move(edges)) {
     box.south = std::min(box.south, e.a.y), box.north = std::max(box.north, e.b.y);
     south_ = std::min(south_, e.a.y), north = std::max(north, e.b.y);
   }
-  const std::size_t count = std::clamp<std::size_t>(edges_.size() / 4, 1, 1 << 16);
+  // Long edges are in many strips: as few strips that edges are in four each on average.
+  double heights = 0;
+  for (const Edge& e : edges_) heights += e.b.y - e.a.y;
+  const double most = 4 * double(edges_.size()) * ((north - south_) / std::max(heights, 1e-300));
+  const auto count =
+      std::size_t(std::clamp(std::min(double(edges_.size()) / 4, most), 1.0, double(1 << 16)));
   per_strip_ = std::max((north - south_) / double(count), 1e-12);
   strip_start_.assign(count + 1, 0);
   for (const Edge& e : edges_)

@@ -22,6 +22,7 @@ using Index = std::uint32_t;
 using Layers = std::span<const std::shared_ptr<const DemSource>>;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kMostPosts = 1 << 24;  // that a level is the median of
+constexpr double kMostLevel = 16384;    // metres, as of DEMs that are converted
 constexpr std::int64_t kPostsAtOnce = 1 << 20;
 
 double median(std::vector<float> v) {
@@ -95,7 +96,7 @@ class ShapesBuilder {
   SurfaceShapes out_;
   std::vector<GlobePolygon> flatten_;
   std::vector<GlobeLine> breaklines_;
-  std::string digest_text_;
+  std::string digest_text_ = "epoch " + std::to_string(kShapeEpoch) + "\n";
   ShapeNetwork net_;
 
   // --- files -----------------------------------------------------------------------------------
@@ -273,7 +274,17 @@ class ShapesBuilder {
     for (const GlobeLine& ring : flatten_[polygon].rings)
       for (const Vec3& p : ring)
         if (std::isfinite(p.z)) heights.push_back(float(p.z));
-    if (!heights.empty()) return median(std::move(heights));
+    if (!heights.empty()) {
+      const double own = median(std::move(heights));
+      if (std::abs(own) > kMostLevel)
+        return fail(
+            Errc::invalid_argument,
+            fmt::format("its own height, {:g} m, is none of the earth (at most {:g} m up or "
+                        "down); --line-heights dem takes the DEM's",
+                        own, kMostLevel));
+      if (auto done = compare_with_dem(polygon, own); !done) return std::unexpected(done.error());
+      return own;
+    }
     if (polygon >= out_.level_areas_.polygons()) return kNone;
     for (std::size_t k = layers_.size(); k-- > 0 && heights.empty();) {
       AreaRow row(one(polygon), *layers_[k]);
@@ -285,15 +296,49 @@ class ShapesBuilder {
       }
     }
     if (!heights.empty()) return median(std::move(heights));
-    return outline_level(polygon);
+    constexpr std::size_t kMostPlaces = 10000;
+    return outline_level(polygon, kMostPlaces);
   }
 
-  /// No post is in it.
-  Result<double> outline_level(Index polygon) {
-    constexpr std::size_t kMostPlaces = 10000;
+  /// Counts levels of which people most likely think that they are above something else.
+  Result<void> compare_with_dem(Index polygon, double own) {
+    constexpr std::size_t kEnoughPlaces = 64;
+    constexpr double kFar_m = 20;  // half of what heights above sea and ellipsoid often differ by
+    const auto shore = outline_level(polygon, kEnoughPlaces);
+    if (!shore) return std::unexpected(shore.error());
+    const double off = own - *shore;
+    if (!(std::abs(off) > kFar_m)) return {};
+    ++far_levels_;
+    far_zeros_ += own == 0;
+    if (std::abs(off) <= std::abs(farthest_m_)) return {};
+    farthest_m_ = off;
+    farthest_ = place(net_.edges[edges_of_polygon_[polygon].front()].a);
+    return {};
+  }
+  std::size_t far_levels_ = 0, far_zeros_ = 0;
+  double farthest_m_ = 0;
+  Vec2 farthest_;
+
+  void warn_of_far_levels() {
+    if (far_levels_ == 0) return;
+    const std::string why =
+        far_zeros_ == 0
+            ? "are they above what the tiles' heights are above?"
+            : fmt::format(
+                  "{} of these {} exactly 0, which Shapefiles hold where no height was given;",
+                  far_zeros_, far_zeros_ == 1 ? "is" : "are");
+    out_.report_.warnings.push_back(fmt::format(
+        "{} of {} polygons to be level have own heights more than 20 m from the DEM along their "
+        "outlines, {:.0f} m {} it at {:.4f}, {:.4f} the most: {} --line-heights dem takes the "
+        "DEM's instead",
+        far_levels_, flatten_.size(), std::abs(farthest_m_), farthest_m_ < 0 ? "below" : "above",
+        farthest_.x, farthest_.y, why));
+  }
+
+  Result<double> outline_level(Index polygon, std::size_t most_places) {
     std::vector<float> heights;
     const auto& edges = edges_of_polygon_[polygon];
-    const std::size_t step = edges.size() / kMostPlaces + 1;
+    const std::size_t step = edges.size() / most_places + 1;
     for (std::size_t k = layers_.size(); k-- > 0 && heights.empty();)
       for (std::size_t i = 0; i < edges.size(); i += step) {
         const Vec2 p = place(net_.edges[edges[i]].a);
@@ -324,10 +369,15 @@ class ShapesBuilder {
     for (Index p = 0; p < flatten_.size(); ++p) {
       if (edges_of_polygon_[p].empty()) continue;  // beyond the DEM
       const auto own = own_level(p);
-      if (!own) return fail("the level of a polygon", own.error());
+      if (!own) {
+        const Vec3& first = flatten_[p].rings.front().front();
+        return fail(fmt::format("the level of the polygon at {:.5f} {:.5f}", first.x, first.y),
+                    own.error());
+      }
       double& low = lowest[root(p)];
       if (std::isnan(low) || *own < low) low = *own;
     }
+    warn_of_far_levels();
     out_.levels_.assign(out_.level_areas_.polygons(), 0);
     std::string text;
     for (Index p = 0; p < out_.levels_.size(); ++p) {

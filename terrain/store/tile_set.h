@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "proto/layer_json.h"
+#include "proto/tile/layer_json.h"
 #include "terrain/base/result.h"
 #include "terrain/geo/tiling_scheme.h"
 #include "terrain/mesh/side.h"
@@ -18,7 +18,8 @@ namespace tind {
 /// tile depends on it.
 struct TileCost {
   double reading = 0, borders = 0, fitting = 0, measuring = 0, encoding = 0;
-  bool by_bounded = false;  // instead of another method, which could not keep the budget
+  bool by_bounded = false;     // instead of another method, which could not keep the budget
+  bool without_lines = false;  // of the dataset, with which the tile was far over its budget
 };
 
 /// One finished tile: quantized-mesh-1.0 with all the extensions that tind makes (octvertexnormals,

@@ -14,7 +14,7 @@
 #include <string_view>
 #include <vector>
 
-#include "proto/layer_json.h"
+#include "proto/tile/layer_json.h"
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
 #include "terrain/geo/tile_order.h"

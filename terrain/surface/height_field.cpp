@@ -9,6 +9,7 @@
 #include <limits>
 #include <utility>
 
+#include "terrain/geo/longitude.h"
 #include "terrain/shapes/surface_shapes.h"
 
 namespace tind {
@@ -172,13 +173,30 @@ void HeightField::level(std::span<const Geographic> places, std::span<double> he
 }
 
 void HeightField::filled(std::span<const Geographic> places, std::span<double> heights) const {
-  if (layers_.size() == 1) {
+  if (layers_.size() == 1 && !ground_) {
     layers_[0].filled(places, heights);
     return level(places, heights);
   }
   std::vector<double> shares(places.size());
-  fill(layers_.size(), places, heights, shares);
+  if (layers_.size() == 1)
+    layers_[0].filled(places, heights, shares);
+  else
+    fill(layers_.size(), places, heights, shares);
+  if (ground_) add_ground(places, heights, shares);
   level(places, heights);
+}
+
+/// What is filled is a share of some height: the rest is the ground's.
+void HeightField::add_ground(std::span<const Geographic> places, std::span<double> heights,
+                             std::span<const double> shares) const {
+  std::vector<std::size_t> partly;
+  std::vector<Geographic> where;
+  for (std::size_t i = 0; i < places.size(); ++i)
+    if (shares[i] < 1) partly.push_back(i), where.push_back(places[i]);
+  std::vector<double> ground(where.size());
+  ground_(where, ground);
+  for (std::size_t k = 0; k < partly.size(); ++k)
+    heights[partly[k]] += (1 - shares[partly[k]]) * ground[k];
 }
 
 void HeightField::raise(std::size_t layer, std::span<const Geographic> places,
@@ -232,7 +250,7 @@ Result<SurfaceHeight> height_at(const Surface& surface, Geographic place) {
   const SurfaceShapes* shapes = surface.shapes();
   if (!found || !shapes || found->height.coverage == Coverage::outside) return found;
   // Between posts the shore is where the polygon says, not half a cell beside it.
-  place.lon -= 360 * std::floor((place.lon + 180) / 360);
+  place = within_first_turn(place);
   const auto level = shapes->level_at(place);
   if (level && !shapes->outside(place)) found->height = {Coverage::value, *level};
   return found;

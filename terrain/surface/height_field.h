@@ -6,8 +6,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "terrain/base/result.h"
@@ -47,6 +49,11 @@ class HeightField {
   /// in turn beside what fills below it, as far as there is any.
   void filled(std::span<const Geographic> places, std::span<double> heights) const;
 
+  /// From now on that slopes to this far from all posts, in place of 0. For one who counts heights
+  /// from something else: 0 there would be far from its own.
+  using Ground = std::function<void(std::span<const Geographic>, std::span<double> heights)>;
+  void fill_towards(Ground ground) { ground_ = std::move(ground); }
+
   /// H at places where `layer` has a height and that is `heights`: bent to the layers above that
   /// end nearby; NaN where one of those has a height itself and decides.
   void raise(std::size_t layer, std::span<const Geographic> places,
@@ -59,9 +66,12 @@ class HeightField {
   std::vector<LayerField> layers_;
   mutable std::vector<LayerBlend> blends_;  // of layers 1, 2, ...
   mutable std::optional<Error> error_;
+  Ground ground_;  // empty: 0
 
   struct Places;  // in the course of finding their heights
   void level(std::span<const Geographic> places, std::span<double> heights) const;
+  void add_ground(std::span<const Geographic> places, std::span<double> heights,
+                  std::span<const double> shares) const;
   void find_own(std::size_t begin, std::size_t end, Places&) const;
   void add_layer(std::size_t k, Places&) const;
   void fill(std::size_t layers, std::span<const Geographic> places, std::span<double> heights,

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <functional>
+#include <optional>
 #include <set>
 
 #include "terrain/raster/dem_files.h"
@@ -45,21 +47,48 @@ Result<Surface> surface_of(std::vector<SurfaceLayer> layers, const SurfaceOption
   return Surface::of_layers(std::move(layers));
 }
 
+/// Do two files share a grid? As far as what they say of themselves leaves no doubt: the same words
+/// for the CRS, and steps that are the same or far from it. Of thousands of files only few leave
+/// one, and opening two more files for each pair would take minutes.
+std::optional<bool> plainly_share_grid(const DemInfo& a, const DemInfo& b) {
+  constexpr double kFar = 1e-3, kWhole = 1e-3;  // of a step
+  if (!a.has_geotransform || !b.has_geotransform || a.crs_wkt.empty() || a.crs_wkt != b.crs_wkt ||
+      a.source_datum != b.source_datum || a.vertical_crs != b.vertical_crs || a.wraps_longitude ||
+      b.wraps_longitude)
+    return {};
+  const Affine &m = a.post_to_crs, &n = b.post_to_crs;
+  const double step = std::max(std::abs(m.x_col), std::abs(m.y_row));
+  const auto differ = [step](double p, double q) { return std::abs(p - q) > kFar * step; };
+  if (differ(m.x_col, n.x_col) || differ(m.x_row, n.x_row) || differ(m.y_col, n.y_col) ||
+      differ(m.y_row, n.y_row))
+    return false;
+  if (m.x_col != n.x_col || m.x_row != n.x_row || m.y_col != n.y_col || m.y_row != n.y_row)
+    return {};
+  const Vec2 offset = m.invert(n.x0, n.y0);
+  const auto whole = [](double posts) { return std::abs(posts - std::round(posts)) < kWhole; };
+  return whole(offset.x) && whole(offset.y) ? std::optional(true) : std::nullopt;
+}
+
 /// Files by grid, in the order in which grids come first.
 Result<std::vector<std::vector<std::string>>> by_grid(std::span<const std::string> files,
                                                       const DemOptions& dem) {
   std::vector<std::vector<std::string>> groups;
+  std::vector<DemInfo> firsts;  // of each group's first file
   for (const std::string& file : files) {
-    if (auto alone = DemSource::open({&file, 1}, dem); !alone)
-      return std::unexpected(alone.error());
-    const auto fits = [&](const std::vector<std::string>& group) {
-      return DemSource::open(std::array{group.front(), file}, dem).has_value();
+    const auto alone = DemSource::open({&file, 1}, dem);
+    if (!alone) return std::unexpected(alone.error());
+    const DemInfo& info = (*alone)->info();
+    const auto fits = [&](const DemInfo& first) {
+      if (const auto plain = plainly_share_grid(first, info)) return *plain;
+      return DemSource::open(std::array{first.files.front(), file}, dem).has_value();
     };
-    const auto group = std::ranges::find_if(groups, fits);
-    if (group != groups.end())
-      group->push_back(file);
-    else
+    const auto first = std::ranges::find_if(firsts, fits);
+    if (first != firsts.end()) {
+      groups[std::size_t(first - firsts.begin())].push_back(file);
+    } else {
       groups.push_back({file});
+      firsts.push_back(info);
+    }
   }
   return groups;
 }

@@ -17,8 +17,8 @@ constexpr int kAcrossBlend = 16, kAcrossTile = 256;  // samples
 
 double power_of_two_at_most(double x) { return std::exp2(std::floor(std::log2(x))); }
 
-std::int64_t step_of(const SurfaceLayer& layer, TileId tile) {
-  const double tile_m = tiling::tile_degrees(tile.level) * 111320;
+std::int64_t step_of(const SurfaceLayer& layer, double tile_degrees) {
+  const double tile_m = tile_degrees * 111320;
   const double posts =
       std::max(layer.blend_m / kAcrossBlend, tile_m / kAcrossTile) / layer.finest_m();
   return std::int64_t(power_of_two_at_most(std::max(1.0, posts)));
@@ -65,12 +65,11 @@ Lattice lattice_over(const SurfaceLayer& layer, const GeoRect& r, std::int64_t s
 }
 
 /// Of layer k.
-Result<void> add_samples(const HeightField& field, std::size_t k, TileId tile,
-                         std::vector<Vec3>& samples) {
+Result<void> add_samples(const HeightField& field, std::size_t k, const GeoRect& rect,
+                         double of_degrees, std::vector<Vec3>& samples) {
   const Surface& surface = field.surface();
   const SurfaceLayer& layer = surface.layers()[k];
-  const GeoRect rect = tiling::rect(tile);
-  const auto step = int(step_of(layer, tile));
+  const auto step = int(step_of(layer, of_degrees));
   const Lattice l = lattice_over(layer, rect, step);
   if (l.cols <= 0 || l.rows <= 0) return {};
   const auto own = layer.source->read_decimated(l.col, l.row, l.cols, l.rows, step);
@@ -101,12 +100,13 @@ Result<void> add_samples(const HeightField& field, std::size_t k, TileId tile,
 
 }  // namespace
 
-Result<std::vector<Vec3>> rim_samples(const HeightField& field, TileId tile) {
+Result<std::vector<Vec3>> rim_samples(const HeightField& field, const GeoRect& rect,
+                                      double of_degrees) {
   std::vector<Vec3> samples;
   const Surface& surface = field.surface();
   for (std::size_t k = 1; k < surface.layers().size(); ++k) {
-    if (!(surface.layers()[k].blend_m > 0) || !surface.reaches(k, tiling::rect(tile))) continue;
-    if (auto done = add_samples(field, k, tile, samples); !done)
+    if (!(surface.layers()[k].blend_m > 0) || !surface.reaches(k, rect)) continue;
+    if (auto done = add_samples(field, k, rect, of_degrees, samples); !done)
       return std::unexpected(done.error());
   }
   return samples;

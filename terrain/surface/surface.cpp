@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "terrain/base/hash.h"
 #include "terrain/surface/void_fill.h"
@@ -43,6 +44,30 @@ void add_shared(const GeoRect& a, const GeoRect& b, std::vector<GeoRect>& shared
                     std::min(a.east + turn, b.east), std::min(a.north, b.north)};
     if (r.west < r.east && r.south < r.north) shared.push_back(r);
   }
+}
+
+/// Rectangles that overlap in a row become one: of thousands of files as many as there are rows of
+/// them, and every question after a place looks at all. Nothing is lost, and at most a hair won.
+void merge_rows(std::vector<GeoRect>& rects) {
+  constexpr double kHair = 1e-7;  // degrees
+  const auto same = [](double a, double b) { return std::abs(a - b) <= kHair; };
+  // Rounded, so that the order is one: neighbours differ in their last digits.
+  const auto row_of = [](const GeoRect& r) {
+    return std::tuple(std::round(r.south / kHair / 8), std::round(r.north / kHair / 8), r.west);
+  };
+  std::ranges::sort(rects, {}, row_of);
+  std::vector<GeoRect> rows;
+  for (const GeoRect& r : rects) {
+    GeoRect* const last = rows.empty() ? nullptr : &rows.back();
+    if (!last || !same(last->south, r.south) || !same(last->north, r.north) ||
+        r.west > last->east) {
+      rows.push_back(r);
+      continue;
+    }
+    last->south = std::min(last->south, r.south), last->north = std::max(last->north, r.north);
+    last->east = std::max(last->east, r.east);
+  }
+  rects = std::move(rows);
 }
 
 /// The extents of layer k, and of those below it what the layer bends.
@@ -182,6 +207,7 @@ Result<Surface> Surface::of_layers(std::vector<SurfaceLayer> layers) {
       const double near = 1.1 * layer.blend_m + 2.2 * layer.coarsest_m();
       auto& reaches = parts->reaches.emplace_back();
       for (const GeoRect& r : extents_of(info)) reaches.push_back(grown(r, near));
+      merge_rows(reaches);
     }
     for (std::size_t k = 0; k < layers.size(); ++k) parts->areas.push_back(area_of(layers, k));
   } else {

@@ -161,6 +161,24 @@ Result<std::vector<LayerWindow>> surface_windows(const Surface& surface, const G
   return windows;
 }
 
+std::vector<LayerWindow> parts_of(const LayerWindow& window) {
+  // Of layers no wide strips: most parts then lie off the others, and are read as of one DEM.
+  constexpr std::int64_t kSide = 768;
+  const PostWindow& all = window.posts;
+  std::vector<LayerWindow> parts;
+  if (all.empty()) return parts;
+  const std::int64_t cols = std::min(all.cols, window.alone ? kPartPosts / 2 : kSide);
+  const std::int64_t rows = std::max<std::int64_t>(2, kPartPosts / cols);
+  for (std::int64_t r = 0; r < all.rows; r += rows)
+    for (std::int64_t c = 0; c < all.cols; c += cols) {
+      LayerWindow& part = parts.emplace_back(window);
+      part.posts.col += c, part.posts.row += r;
+      part.posts.cols = std::min(cols, all.cols - c);
+      part.posts.rows = std::min(rows, all.rows - r);
+    }
+  return parts;
+}
+
 void TilePosts::count(double u, double v, double z) {
   if (std::isnan(z) || u < -kHair || v < -kHair || u > kTileExtent + kHair ||
       v > kTileExtent + kHair)
@@ -205,11 +223,10 @@ bool hidden_or_bent(const Surface& surface, const LayerWindow& w) {
 }
 
 /// Where posts beside other layers' lie, at the heights that H has there.
-Result<void> TilePosts::gather(const HeightField& field, const LayerWindow& window, TileId tile,
-                               std::vector<Vec3>& points) {
+Result<void> TilePosts::gather(const HeightField& field, const LayerWindow& window,
+                               const GeoRect& rect, std::vector<Vec3>& points) {
   const auto& [layer, w, step, alone] = window;
   const DemSource& source = *field.surface().layers()[layer].source;
-  const GeoRect rect = tiling::rect(tile);
   const Lattice posts(w, step);
   if (posts.empty()) return {};
   const auto heights = read_lattice(source, posts, step);
@@ -240,15 +257,16 @@ Result<void> TilePosts::gather(const HeightField& field, const LayerWindow& wind
 }
 
 Result<TilePosts> TilePosts::read(const HeightField& field, std::span<const LayerWindow> windows,
-                                  TileId tile, double offset, std::span<const Vec3> beside) {
+                                  const GeoRect& rect, double offset,
+                                  std::span<const Vec3> beside) {
   const auto layers = field.surface().layers();
-  if (windows.empty() && beside.empty()) return read(*layers[0].source, {}, tile, 1, offset);
+  if (windows.empty() && beside.empty()) return read(*layers[0].source, {}, rect, 1, offset);
   if (windows.size() == 1 && beside.empty())
     if (const LayerWindow& w = windows.front(); w.alone || !hidden_or_bent(field.surface(), w))
-      return read(*layers[w.layer].source, w.posts, tile, w.step, offset);
+      return read(*layers[w.layer].source, w.posts, rect, w.step, offset);
   std::vector<Vec3> points;
   for (const LayerWindow& w : windows)
-    if (auto done = gather(field, w, tile, points); !done) return std::unexpected(done.error());
+    if (auto done = gather(field, w, rect, points); !done) return std::unexpected(done.error());
   const std::size_t count = points.size();
   points.insert(points.end(), beside.begin(), beside.end());
   TilePosts posts = of_samples(points, offset);
@@ -267,14 +285,13 @@ TilePosts TilePosts::of_samples(std::span<const Vec3> points, double offset) {
   return posts;
 }
 
-Result<TilePosts> TilePosts::read(const DemSource& source, const PostWindow& w, TileId tile,
+Result<TilePosts> TilePosts::read(const DemSource& source, const PostWindow& w, const GeoRect& rect,
                                   int step, double offset) {
   TilePosts posts;
   posts.grid_.offset = posts.scattered_.offset = offset;
   posts.plain_ = source.is_plain_geographic() && source.info().post_to_crs.x_col > 0 &&
                  source.info().post_to_crs.y_row < 0;
   if (w.empty()) return posts;
-  const GeoRect rect = tiling::rect(tile);
   const Lattice lattice(w, step);
   if (lattice.empty()) return posts;
   const auto& [col, row, cols, rows] = lattice;

@@ -1,5 +1,6 @@
 #pragma once
-// The posts that a tile is fitted to and measured at, in tile coordinates (u, v, not rounded).
+// The posts that a tile is fitted to and measured at, in tile coordinates (u, v, not rounded): of a
+// tile, or of any rectangle that has a grid like a tile's.
 
 #include <cmath>
 #include <cstddef>
@@ -38,6 +39,11 @@ struct LayerWindow {
 /// see; a layer of a surface of one always does.
 Result<std::vector<LayerWindow>> surface_windows(const Surface&, const GeoRect&);
 
+/// So many posts are held at a time by whoever looks at all of a window: half a million.
+inline constexpr std::int64_t kPartPosts = 1 << 19;
+/// A window in parts of about as many, row by row.
+std::vector<LayerWindow> parts_of(const LayerWindow&);
+
 /// THE place where posts become what a tile is fitted to and measured at: samples of its mesh, with
 /// the heights that H has there. Owns the heights.
 class TilePosts {
@@ -47,13 +53,21 @@ class TilePosts {
 
   /// `offset`: added to the samples' heights, not to min_m() and max_m(). `beside`: samples of H
   /// that are no posts (rim_samples.h), in tile coordinates.
-  static Result<TilePosts> read(const HeightField&, std::span<const LayerWindow>, TileId,
+  static Result<TilePosts> read(const HeightField&, std::span<const LayerWindow>, const GeoRect&,
                                 double offset = 0, std::span<const Vec3> beside = {});
+  static Result<TilePosts> read(const HeightField& field, std::span<const LayerWindow> windows,
+                                TileId tile, double offset = 0, std::span<const Vec3> beside = {}) {
+    return read(field, windows, tiling::rect(tile), offset, beside);
+  }
   /// Of samples that are no posts.
   static TilePosts of_samples(std::span<const Vec3>, double offset = 0);
   /// The posts of one DEM, with the heights that it has itself.
-  static Result<TilePosts> read(const DemSource&, const PostWindow&, TileId, int step,
+  static Result<TilePosts> read(const DemSource&, const PostWindow&, const GeoRect&, int step,
                                 double offset = 0);
+  static Result<TilePosts> read(const DemSource& source, const PostWindow& window, TileId tile,
+                                int step, double offset = 0) {
+    return read(source, window, tiling::rect(tile), step, offset);
+  }
 
   /// Calls f with the samples as whichever kind they are.
   template <class F>
@@ -72,7 +86,7 @@ class TilePosts {
   TilePosts() = default;
   void count(double u, double v, double z);
   /// Adds a window's posts in tile coordinates, as samples.
-  static Result<void> gather(const HeightField&, const LayerWindow&, TileId,
+  static Result<void> gather(const HeightField&, const LayerWindow&, const GeoRect&,
                              std::vector<Vec3>& points);
 
   bool plain_ = false;

@@ -142,8 +142,10 @@ Profile halves_of(const TileEdge& e, const HeightField& field, const Surface& su
   for (const int half : {0, 1}) {
     const TileEdge part = half == 0 ? TileEdge{e.start, middle} : TileEdge{middle, e.end};
     const auto& lines = o.crossings_of_half[half];
-    Profile p = places_of(part, surface, o, lines);
-    ask_heights(p, part, field, o, lines);
+    BorderOptions next = o;
+    if (o.samples_of_half[half] > 0) next.samples = o.samples_of_half[half];
+    Profile p = places_of(part, surface, next, lines);
+    ask_heights(p, part, field, next, lines);
     for (std::size_t i = half; i < p.at.size(); ++i) {  // the middle once
       both.at.push_back((p.at[i] + half * kTileExtent) / 2);
       both.h.push_back(p.h[i]);

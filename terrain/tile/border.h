@@ -41,7 +41,8 @@ struct BorderOptions {
   int fixed_cells = 1;     // vertices at every 1 / fixed_cells of the edge stay (earth curvature)
   int samples = 64;        // of H, where the surface's posts do not give them (power of two)
   double lowest_m = -HUGE_VAL, highest_m = HUGE_VAL;  // heights beyond these are cut off
-  bool halves = false;  // there is a next level: its two edges' samples count here, too
+  bool halves = false;              // there is a next level: its two edges' samples count here, too
+  int samples_of_half[2] = {0, 0};  // as `samples`, of those edges; 0: the same
   /// Lines that cross the edge, by t; and those of the next level its two halves.
   std::vector<BorderSample> crossings, crossings_of_half[2];
   /// A vertex that lines need: that of the crossing at `crossing`. Not at the ends of the edge.

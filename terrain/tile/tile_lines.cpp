@@ -190,11 +190,15 @@ double line_tolerance(int level, double error_m) {
 namespace {
 
 constexpr double kLeastClear = 4, kMostClear = 100;  // units of the grid
+/// However much farther shores are asked to keep: with the 128 units by which they may be thinned,
+/// what is farther than 1/64 of the side from its outline is level all the same (check_source.cpp).
+constexpr double kFarthestClear = 360;
 constexpr double kStrip = 64;
 constexpr double kFarPost = 0.9;  // of the budget: what may lie on a shore
 
 bool in_circle(const Vec3& p, const Vec2& middle, double r) {
-  return std::hypot(p.x - middle.x, p.y - middle.y) < r;
+  const double dx = p.x - middle.x, dy = p.y - middle.y;
+  return dx * dx + dy * dy < r * r;
 }
 
 /// Where the way from a to b crosses a circle, as shares of the way, in order: one, where one end
@@ -202,6 +206,10 @@ bool in_circle(const Vec3& p, const Vec2& middle, double r) {
 std::vector<double> circle_crossings(const Vec3& a, const Vec3& b, const Vec2& middle, double r) {
   const bool from = in_circle(a, middle, r), to = in_circle(b, middle, r);
   if (from && to) return {};
+  if (!from && !to &&
+      (std::min(a.x, b.x) >= middle.x + r || std::max(a.x, b.x) <= middle.x - r ||
+       std::min(a.y, b.y) >= middle.y + r || std::max(a.y, b.y) <= middle.y - r))
+    return {};
   const double dx = b.x - a.x, dy = b.y - a.y, px = a.x - middle.x, py = a.y - middle.y;
   const double aa = dx * dx + dy * dy, ab = px * dx + py * dy;
   const double root = ab * ab - aa * (px * px + py * py - r * r);
@@ -215,10 +223,27 @@ std::vector<double> circle_crossings(const Vec3& a, const Vec3& b, const Vec2& m
 
 double grid_place(double v) { return std::clamp(std::round(v), 1.0, kTileExtent - 1); }
 
+/// The box around a line: most lines are far from most places.
+struct LineBox {
+  double west = HUGE_VAL, south = HUGE_VAL, east = -HUGE_VAL, north = -HUGE_VAL;
+
+  explicit LineBox(const std::vector<Vec3>& line) {
+    for (const Vec3& p : line) {
+      west = std::min(west, p.x), east = std::max(east, p.x);
+      south = std::min(south, p.y), north = std::max(north, p.y);
+    }
+  }
+  bool comes_near(const Vec3& place, double radius) const {
+    return south < place.y + radius && north > place.y - radius && west < place.x + radius &&
+           east > place.x - radius;
+  }
+};
+
 bool comes_near(const std::vector<Vec3>& line, const Vec3& place, double radius) {
   for (std::size_t i = 1; i < line.size(); ++i) {
     const Vec3 &a = line[i - 1], &b = line[i];
     if (std::min(a.y, b.y) < place.y + radius && std::max(a.y, b.y) > place.y - radius &&
+        std::min(a.x, b.x) < place.x + radius && std::max(a.x, b.x) > place.x - radius &&
         distance_to(place, a, b, 1) < radius)
       return true;
   }
@@ -334,7 +359,9 @@ class WaterWithoutDisc {
     way_.clear();
     for (Part* part = &first;;) {
       part->used = true;
-      for (const Vec3& p : part->points) put(p);
+      for (std::size_t i = 0; i < part->points.size(); ++i)
+        put(part->points[i],
+            (i == 0 && !part->comes_out) || (i + 1 == part->points.size() && !part->goes_in));
       if (!part->goes_in) break;
       Part* next = nullptr;
       for (Part& other : parts_)
@@ -359,12 +386,11 @@ class WaterWithoutDisc {
     shores_.push_back(std::move(line));
   }
 
-  /// On the grid, but where a line ends on the border.
-  void put(const Vec3& p) {
-    const auto on_border = [](double v) { return v == 0 || v == kTileExtent; };
+  /// On the grid. Only the end of a line may be on the border, which neighbours share: where the
+  /// line runs along it, the circle's place on it is none.
+  void put(const Vec3& p, bool end = false) {
     const double z = like_.points.front().z;
-    const Vec3 q = on_border(p.x) || on_border(p.y) ? Vec3{p.x, p.y, z}
-                                                    : Vec3{grid_place(p.x), grid_place(p.y), z};
+    const Vec3 q = end ? Vec3{p.x, p.y, z} : Vec3{grid_place(p.x), grid_place(p.y), z};
     if (way_.empty() || !same_place(way_.back(), q)) way_.push_back(q);
   }
   /// Along the circle, never outside: there other shores may run.
@@ -380,7 +406,7 @@ class WaterWithoutDisc {
 
 ShoreBender::ShoreBender(const TileLines& lines, double budget_m, double scale)
     : budget_m_(budget_m), scale_(scale), strips_(std::size_t(kTileExtent / kStrip) + 1) {
-  const double reach = kMostClear * scale;
+  const double reach = std::min(kFarthestClear, kMostClear * scale);
   const auto strip = [](double v) { return std::size_t(std::clamp(v, 0.0, kTileExtent) / kStrip); };
   for (const TileLine& line : lines.lines) {
     if (!line.shore) continue;
@@ -397,7 +423,8 @@ ShoreBender::ShoreBender(const TileLines& lines, double budget_m, double scale)
 
 /// A vertex may be most of a unit from its post: on this slope that is within the budget.
 double ShoreBender::clearance(double height_m) const {
-  return scale_ * std::clamp(2 + 2 * height_m / budget_m_, kLeastClear, kMostClear);
+  const double clear = std::clamp(2 + 2 * height_m / budget_m_, kLeastClear, kMostClear);
+  return std::min(kFarthestClear, scale_ * clear);
 }
 
 void ShoreBender::meet(const Vec3& post) {
@@ -421,19 +448,33 @@ void ShoreBender::bend(TileLines& lines) const {
         lines.edges_between.push_back({{p.x, p.y}, {q.x, q.y}, line.between});
       }
   };
-  add_edges();  // twice there: as if they were not
+  add_edges();                 // twice there: as if they were not
+  std::vector<LineBox> boxes;  // of the lines, in their order
+  for (const TileLine& line : lines.lines) boxes.emplace_back(line.points);
   for (const Disc& disc : discs_) {
-    std::vector<TileLine> rest, met;
-    for (TileLine& line : lines.lines) {
-      const bool meets = line.shore && line.points.front().z == disc.level &&
-                         comes_near(line.points, {disc.u, disc.v, 0}, disc.radius);
-      (meets ? met : rest).push_back(std::move(line));
+    const Vec3 middle{disc.u, disc.v, 0};
+    std::vector<TileLine> met;
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < lines.lines.size(); ++i) {
+      TileLine& line = lines.lines[i];
+      if (line.shore && line.points.front().z == disc.level &&
+          boxes[i].comes_near(middle, disc.radius) &&
+          comes_near(line.points, middle, disc.radius)) {
+        met.push_back(std::move(line));
+        continue;
+      }
+      if (kept < i) lines.lines[kept] = std::move(line), boxes[kept] = boxes[i];
+      ++kept;
     }
-    lines.lines = std::move(rest);
     if (met.empty()) continue;
+    lines.lines.erase(lines.lines.begin() + std::ptrdiff_t(kept), lines.lines.end());
+    boxes.erase(boxes.begin() + std::ptrdiff_t(kept), boxes.end());
     WaterWithoutDisc water({disc.u, disc.v}, disc.radius, met.front());
     for (TileLine& line : met) water.take(std::move(line));
-    for (TileLine& line : water.shores()) lines.lines.push_back(std::move(line));
+    for (TileLine& line : water.shores()) {
+      boxes.emplace_back(line.points);
+      lines.lines.push_back(std::move(line));
+    }
   }
   add_edges();
   lines.between = AreaSet(lines.edges_between);

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "proto/layer_json.h"
+#include "proto/tile/layer_json.h"
 #include "terrain/geo/tiling_scheme.h"
 #include "terrain/mesh/side.h"
 #include "terrain/mesh/tin.h"

@@ -2,10 +2,12 @@
 // A tile as 3D Tiles have it: its GLB with walls against gaps, and what a subtree says of it. Both
 // are functions of finished tiles alone, so they are the same on demand and in batch.
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
-#include "proto/tiles3d.h"
+#include "proto/tile/tiles3d.h"
+#include "terrain/encode/glb_tile.h"
 #include "terrain/tile/tile_model.h"
 
 namespace tind::tiles3d {
@@ -15,17 +17,18 @@ namespace tind::tiles3d {
 /// line, so that is the sum of two: its own, and the larger of the parent's (null: level 0) and of
 /// what any border of the next level may have. Of another maker's tile without a stated error five
 /// times the level's, as CesiumJS has it.
-double wall_depth_m(const TileModel&, const TileModel* parent);
+double wall_depth_m(const TileModel&, const TileModel* parent, GlbCompression);
 
 /// Its first primitive is the surface with CESIUM_tile_edges and without walls, which is all that
 /// CesiumJS's terrain draws; the second one is the walls, for everybody else.
-std::vector<std::uint8_t> content(const TileModel&, const TileModel* parent);
+std::vector<std::uint8_t> content(const TileModel&, const TileModel* parent, GlbCompression,
+                                  GlbDrape = {});
 
 /// What is said of a tile without a look at those below it. `leaf`: there are none. GUARANTEES, of
 /// tiles that keep their level's error: heights, sphere and occlusion point hold for all below it,
 /// too (their surfaces lie within their errors of the same posts). The geometric error is how far
 /// the tile is from its posts; where it is no leaf at least what the next level may have, so that
 /// it never grows on the way down.
-proto::Tile3d facts(const TileModel&, const TileModel* parent, bool leaf);
+proto::Tile3d facts(const TileModel&, const TileModel* parent, bool leaf, GlbCompression);
 
 }  // namespace tind::tiles3d

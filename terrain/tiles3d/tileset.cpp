@@ -5,8 +5,9 @@
 
 #include <algorithm>
 
-#include "proto/tiles3d.h"
+#include "proto/tile/tiles3d.h"
 #include "terrain/tiles3d/tile3d.h"
+#include "terrain/tiles3d/tile_drape.h"
 
 namespace tind::tiles3d {
 namespace {
@@ -32,6 +33,11 @@ Result<std::optional<TileModel>> parent_of(const Source& source, TileId id) {
   auto parent = source.tile(id.parent());
   if (!parent) return std::unexpected(parent.error());
   return std::optional(std::move(*parent));
+}
+
+std::vector<std::uint8_t> content_of(const Source& source, const TileModel& tile,
+                                     const TileModel* parent) {
+  return tiles3d::content(tile, parent, source.compression, tile_drape(tile, source.draped));
 }
 
 class SubtreeMaker {
@@ -70,9 +76,9 @@ class SubtreeMaker {
     const auto tile = source_.tile(id);
     if (!tile) return std::unexpected(tile.error());
     if (take_)
-      if (auto taken = take_(id, tiles3d::content(*tile, parent)); !taken)
+      if (auto taken = take_(id, content_of(source_, *tile, parent)); !taken)
         return std::unexpected(taken.error());
-    auto says = facts(*tile, parent, is_leaf(source_.set, id));
+    auto says = facts(*tile, parent, is_leaf(source_.set, id), source_.compression);
     for (const int north : {0, 1})
       for (const int east : {0, 1}) {
         const TileId child = id.child(east, north);
@@ -87,6 +93,14 @@ class SubtreeMaker {
 };
 
 }  // namespace
+
+std::string Source::version() const {
+  constexpr std::size_t kDigits = 12;
+  std::string all = set.layer().version;
+  if (draped.colours) all += "-" + draped.colours->fingerprint().substr(0, kDigits);
+  if (draped.cover) all += "-" + draped.cover->fingerprint().substr(0, kDigits);
+  return all;
+}
 
 std::optional<TileId> tile_at(std::string_view hemisphere, std::int64_t level, std::int64_t x,
                               std::int64_t y) {
@@ -113,16 +127,17 @@ Result<void> has_roots(const TileSet& set) {
 Result<std::string> tileset_json(const Source& source) {
   const proto::LayerJson& layer = source.set.layer();
   proto::Tileset3d made{.name = layer.name,
-                        .version = layer.version,
+                        .version = source.version(),
                         .attribution = layer.attribution,
                         .min_height = HUGE_VAL,
                         .max_height = -HUGE_VAL,
                         .levels = layer.maxzoom + 1,
-                        .subtree_levels = kSubtreeLevels};
+                        .subtree_levels = kSubtreeLevels,
+                        .accuracy = layer.accuracy};
   for (const TileId root : {TileId{0, 0, 0}, TileId{0, 1, 0}}) {
     const auto tile = source.tile(root);
     if (!tile) return std::unexpected(tile.error());
-    const proto::Tile3d says = facts(*tile, nullptr, is_leaf(source.set, root));
+    const proto::Tile3d says = facts(*tile, nullptr, is_leaf(source.set, root), source.compression);
     made.geometric_error =
         std::max({made.geometric_error, tiling::kLevelZeroError, tile->displayed_error_m});
     made.min_height = std::min(made.min_height, says.min_height);
@@ -141,7 +156,7 @@ Result<std::vector<std::uint8_t>> content(const Source& source, TileId id) {
   if (!tile) return std::unexpected(tile.error());
   const auto parent = parent_of(source, id);
   if (!parent) return std::unexpected(parent.error());
-  return content(*tile, *parent ? &**parent : nullptr);
+  return content_of(source, *tile, *parent ? &**parent : nullptr);
 }
 
 }  // namespace tind::tiles3d

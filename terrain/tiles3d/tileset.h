@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "terrain/base/result.h"
+#include "terrain/encode/glb_tile.h"
+#include "terrain/raster/draped.h"
 #include "terrain/store/tile_set.h"
 #include "terrain/tile/tile_model.h"
 
@@ -25,6 +27,12 @@ inline constexpr int kSubtreeLevels = 3;
 struct Source {
   const TileSet& set;
   std::function<Result<TileModel>(TileId)> tile;
+  GlbCompression compression =
+      GlbCompression::none;  // of the contents, which subtrees speak of, too
+  Draped draped = {};        // over them, by their vertices (tile_drape.h)
+
+  /// Of the tiles and what lies over them, as tileset.json says it.
+  std::string version() const;
 };
 
 /// The tile at {west,east}/{level}/{x}/{y}, x from the west of the hemisphere, y from the south;

@@ -1,9 +1,12 @@
 // A copy of layer.json stands for which tiles the files are of, and for that they are ours. It is
-// there before the first of them and as long as one is.
+// there before the first of them and as long as one is. Subtrees are made in the order of
+// add_roots(), which the tiles alone decide, so a number says which ones are done.
 
 #include "terrain/tiles3d/tileset_folder.h"
 
+#include <algorithm>
 #include <atomic>
+#include <charconv>
 #include <filesystem>
 #include <mutex>
 #include <optional>
@@ -11,11 +14,12 @@
 #include <system_error>
 #include <vector>
 
-#include "proto/layer_json.h"
+#include "proto/tile/layer_json.h"
 #include "terrain/base/file_io.h"
 #include "terrain/base/parallel.h"
 #include "terrain/encode/quantized_mesh_tile.h"
 #include "terrain/store/folder/folder_files.h"
+#include "terrain/store/folder/folder_lock.h"
 #include "terrain/tiles3d/tileset.h"
 
 namespace tind::tiles3d {
@@ -23,15 +27,31 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kRecord = "/tind-3dtiles.json";
 constexpr const char* kTileset = "/tileset.json";
+constexpr const char* kDone = "/tind-3dtiles-done";  // how many subtrees
 constexpr const char* kPartial = ".part";
 
-/// What was written here before; nothing in a folder that is new or empty.
-Result<std::optional<proto::LayerJson>> record_in(const std::string& folder) {
+/// "/tind-3dtiles.json", "/tind-3dtiles-meshopt.json".
+std::string record_name(GlbCompression compression) {
+  return "/tind-3dtiles" + (compression == GlbCompression::none ? "" : "-" + name_of(compression)) +
+         ".json";
+}
+
+/// Is there nothing but what a run puts there before the record?
+bool is_new(const std::string& folder, const std::string& record) {
   std::error_code error;
-  if (!fs::exists(folder, error) || fs::is_empty(folder, error)) return std::nullopt;
-  const auto text = read_regular_file(folder + kRecord);
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    const std::string name = "/" + entry.path().filename().string();
+    if (name != "/tind-lock" && name != record + kPartial) return false;
+  }
+  return !error;
+}
+
+/// What was written here before; nothing in a folder that is new or empty.
+Result<std::optional<proto::LayerJson>> record_in(const std::string& folder,
+                                                  const std::string& record) {
+  if (is_new(folder, record)) return std::nullopt;
+  const auto text = read_regular_file(folder + record);
   auto layer = text ? proto::decode_layer_json(*text) : fail(Errc::io, "");
   if (!layer)
     return fail(Errc::invalid_argument,
@@ -55,38 +75,62 @@ std::string_view text_of(const std::vector<std::uint8_t>& bytes) {
 
 class FolderMaker {
  public:
-  FolderMaker(const TileSet& set, const std::string& folder, const Progress& progress)
-      : set_(set), folder_(folder), progress_(progress) {}
+  FolderMaker(const TileSet& set, const std::string& folder, const FolderOptions& options,
+              const Progress& progress)
+      : set_(set), folder_(folder), options_(options), progress_(progress) {}
 
-  Result<FolderReport> make(int threads);
+  Result<FolderReport> make();
 
  private:
   const TileSet& set_;
   const std::string folder_;
+  const FolderOptions options_;
   const Progress& progress_;
+  const std::string record_ = record_name(options_.compression);
   FolderFiles files_;
   FolderReport report_;
   std::mutex mutex_;  // of the report
 
   Source source() const {
-    return {set_, [this](TileId id) -> Result<TileModel> {
+    return {set_,
+            [this](TileId id) -> Result<TileModel> {
               const auto tile = set_.tile(id, progress_.stop);
               if (!tile) return std::unexpected(tile.error());
               return decode_tile(id, tile->bytes);
-            }};
+            },
+            options_.compression, options_.draped};
+  }
+  bool is_of_these(const proto::LayerJson& record) const {
+    return record.version == source().version();
   }
   Result<void> begin();
+  Result<void> put_safely(const std::string& path, std::string_view bytes);
   Result<void> put(const std::string& path, std::string_view bytes, std::uint64_t FolderReport::*);
   Result<void> put_subtree(TileId root);
   Result<void> remove_others(const proto::LayerJson& before);
+  std::size_t done_before(std::size_t all) const;
+  Result<void> put_subtrees(const std::vector<TileId>& roots);
+  Result<void> put_batch(const std::vector<TileId>& roots, std::size_t from, std::size_t to);
 };
 
-/// From here on nobody takes what lies here for whole.
+/// From here on nobody takes what lies here for whole, and what was done of other tiles not for
+/// these.
 Result<void> FolderMaker::begin() {
-  if (auto done = files_.make_folder(folder_); !done) return done;
-  if (auto done = files_.remove(folder_ + kTileset); !done) return done;
+  for (const char* name : {kTileset, kDone})
+    if (auto done = files_.remove(folder_ + name); !done) return done;
   if (auto done = files_.sync_folder(folder_); !done) return done;
-  return write_whole_file(folder_ + kRecord, proto::encode_layer_json(set_.layer()));
+  proto::LayerJson layer = set_.layer();
+  layer.version = source().version();
+  return put_safely(folder_ + record_, proto::encode_layer_json(layer));
+}
+
+/// Whole or not at all, also if the power is cut.
+Result<void> FolderMaker::put_safely(const std::string& path, std::string_view bytes) {
+  const std::string partial = path + kPartial;
+  if (auto done = files_.write(partial, bytes); !done) return done;
+  if (auto done = files_.sync_file(partial); !done) return done;
+  if (auto done = files_.rename(partial, path); !done) return done;
+  return files_.sync_folder(folder_);
 }
 
 Result<void> FolderMaker::put(const std::string& path, std::string_view bytes,
@@ -116,44 +160,78 @@ Result<void> FolderMaker::remove_others(const proto::LayerJson& before) {
         for (std::uint64_t y = r.start_y; y <= r.end_y; ++y) {
           const auto id = tiling::tile(std::int64_t(z), std::int64_t(x), std::int64_t(y));
           if (!id || set_.available(*id)) continue;
-          for (const char* suffix : {".glb", ".subtree"})
+          for (const char* suffix : {".glb", ".subtree", ".glb.part", ".subtree.part"})
             if (auto done = files_.remove(folder_ + "/" + path_of(*id) + suffix); !done)
               return done;
         }
   return {};
 }
 
-Result<FolderReport> FolderMaker::make(int threads) {
-  const auto before = record_in(folder_);
-  if (!before) return std::unexpected(before.error());
-  if (*before && (*before)->version == set_.layer().version &&
-      read_regular_file(folder_ + kTileset)) {
-    report_.there = true;
-    return report_;
-  }
-  if (*before)
-    if (auto done = remove_others(**before); !done) return std::unexpected(done.error());
-  if (auto done = begin(); !done) return std::unexpected(done.error());
-  std::vector<TileId> roots;
-  for (const TileId root : {TileId{0, 0, 0}, TileId{0, 1, 0}}) add_roots(set_, root, roots);
+/// Subtrees that an earlier run has put beyond power cuts.
+std::size_t FolderMaker::done_before(std::size_t all) const {
+  const auto text = read_regular_file(folder_ + kDone);
+  std::size_t done = 0;
+  if (!text) return 0;
+  const auto [end, error] = std::from_chars(text->data(), text->data() + text->size(), done);
+  return error == std::errc() && std::string_view(end, text->data() + text->size()) == "\n"
+             ? std::min(done, all)
+             : 0;
+}
+
+Result<void> FolderMaker::put_batch(const std::vector<TileId>& roots, std::size_t from,
+                                    std::size_t to) {
   std::optional<Error> first_error;
   std::atomic<bool> give_up = false;
-  std::atomic<std::size_t> done = 0;
-  parallel_for(roots.size(), threads, [&](std::size_t i) {
+  std::atomic<std::size_t> done = from;
+  parallel_for(to - from, options_.threads, [&](std::size_t i) {
     if (give_up || progress_.stopped()) return;
-    if (auto put = put_subtree(roots[i]); !put) {
+    if (auto put = put_subtree(roots[from + i]); !put) {
       const std::lock_guard lock(mutex_);
       if (!first_error) first_error = put.error();
       give_up = true;
-    }
-    if (const std::size_t n = ++done; n % (roots.size() / 200 + 1) == 0)
+    } else if (const std::size_t n = ++done; n % (roots.size() / 200 + 1) == 0) {
       progress_.at(double(n) / double(roots.size()));
+    }
   });
-  if (progress_.stopped()) return fail(Errc::cancelled, "stopped before all 3D Tiles were written");
-  if (first_error) return std::unexpected(*first_error);
+  if (done == to) return {};
+  if (progress_.stopped())
+    return fail(Errc::cancelled, "stopped before all 3D Tiles were written; run it again to go on");
+  return std::unexpected(*first_error);
+}
+
+Result<void> FolderMaker::put_subtrees(const std::vector<TileId>& roots) {
+  std::size_t from = done_before(roots.size());
+  report_.kept_subtrees = from;
+  while (from < roots.size()) {
+    const std::size_t to = std::min(roots.size(), from + std::max<std::size_t>(options_.batch, 1));
+    if (auto put = put_batch(roots, from, to); !put) return put;
+    if (auto synced = files_.sync_all(folder_); !synced) return synced;
+    if (auto put = put_safely(folder_ + kDone, std::to_string(to) + "\n"); !put) return put;
+    from = to;
+  }
+  return {};
+}
+
+Result<FolderReport> FolderMaker::make() {
+  if (auto made = files_.make_folder(folder_); !made) return std::unexpected(made.error());
+  const auto lock = FolderLock::take(folder_);
+  if (!lock) return std::unexpected(lock.error());
+  const auto before = record_in(folder_, record_);
+  if (!before) return std::unexpected(before.error());
+  const bool goes_on = *before && is_of_these(**before);
+  if (goes_on && read_regular_file(folder_ + kTileset)) {
+    report_.there = true;
+    return report_;
+  }
+  if (*before && !goes_on)
+    if (auto done = remove_others(**before); !done) return std::unexpected(done.error());
+  if (!goes_on)
+    if (auto done = begin(); !done) return std::unexpected(done.error());
+  std::vector<TileId> roots;
+  for (const TileId root : {TileId{0, 0, 0}, TileId{0, 1, 0}}) add_roots(set_, root, roots);
+  if (auto put = put_subtrees(roots); !put) return std::unexpected(put.error());
   const auto json = tileset_json(source());
   if (!json) return std::unexpected(json.error());
-  if (auto synced = files_.sync_all(folder_); !synced) return std::unexpected(synced.error());
   if (auto put = write_whole_file(folder_ + kTileset, *json); !put)
     return std::unexpected(put.error());
   return report_;
@@ -161,10 +239,10 @@ Result<FolderReport> FolderMaker::make(int threads) {
 
 }  // namespace
 
-Result<FolderReport> write_tileset(const TileSet& set, const std::string& folder, int threads,
-                                   const Progress& progress) {
+Result<FolderReport> write_tileset(const TileSet& set, const std::string& folder,
+                                   const FolderOptions& options, const Progress& progress) {
   if (auto roots = has_roots(set); !roots) return std::unexpected(roots.error());
-  return FolderMaker(set, folder, progress).make(threads);
+  return FolderMaker(set, folder, options, progress).make();
 }
 
 }  // namespace tind::tiles3d

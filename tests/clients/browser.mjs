@@ -28,14 +28,18 @@ export async function openPage(browser, origin, viewport) {
   return {page, complaints};
 }
 
-/// Until the globe has drawn every tile it wants, for some frames in a row.
+/// Until the globe has drawn every tile it wants, for some frames in a row. Frames are counted, not looks at it: on
+/// a busy machine there are several looks before the first frame that knows where the camera is now.
 export async function settled(page, timeout = 240000) {
-  await page.evaluate(() => (window.calm = 0));
+  await page.evaluate(() => Object.assign(window, {calm: 0, frames: 0, seen: 0}));
   await page.waitForFunction(() => {
     const {widget, state} = window.tind ?? {};
     if (!state?.dataset) return false;
+    widget.counted ??= widget.scene.postRender.addEventListener(() => ++window.frames);
     widget.scene.requestRender();
+    if (window.frames === window.seen) return false;
+    window.seen = window.frames;
     window.calm = widget.scene.globe.tilesLoaded ? window.calm + 1 : 0;
-    return window.calm > 3;
+    return window.calm > 4;
   }, undefined, {timeout, polling: 150});
 }

@@ -17,6 +17,8 @@ import subprocess
 import sys
 import tempfile
 
+from figure import figure
+
 SKIPPED = 77
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 DEM = ROOT / "testdata/bigtujunga_crop.tif"      # UTM zone 11, whole metres
@@ -117,7 +119,7 @@ def with_gdal(folder):
             before = path.read_bytes()
             simplify(path, dem=dem)
             assert path.read_bytes() == before, "the same mesh is the same bytes"
-            print(f"GDAL {path.name}: {len(found)} triangles, every bit of their coordinates, CRS {crs}")
+            figure(f"GDAL {gdal.__version__}", f"{path.suffix[1:]}: {len(found)} triangles, every bit of their coordinates, CRS {crs}")
 
 
 # ---- assimp: PLY, OBJ, STL, GLB ----
@@ -165,7 +167,7 @@ def with_assimp(folder):
         assert len(faces) == len(triangles), (path.name, len(faces))
         assert extension == "stl" or len(found) == len(positions), (path.name, len(found))    # STL shares none
         same(unordered(found, faces), unordered(positions.astype(np.float32).astype(float), triangles), path.name)
-        print(f"assimp {path.name}: {len(faces)} triangles, every vertex as float32")
+        figure("assimp", f"{extension}: {len(faces)} triangles, every vertex as float32")
 
     for frame in ("source", "metric"):
         simplify(folder / "a.ply", "--frame", frame, "--method", "greedy")
@@ -179,7 +181,7 @@ def with_assimp(folder):
         off = np.abs(np.sort(placed, axis=0) - np.sort(positions, axis=0)).max()
         assert off < 1e-9, off                 # vertices on posts: not one digit is lost
         same(unordered(placed, faces), unordered(positions, triangles), f"glb, {frame}")
-        print(f"assimp a.glb, {frame}: {len(faces)} triangles, at most {off:.1e} off in double")
+        figure("assimp", f"glb, {frame}: {len(faces)} triangles, at most {off:.1e} off in double")
 
     picture = ROOT / "testdata/rainier.tif"    # any image serves as colours
     drape = ("--method", "attribute-qem", "--attributes", "colour", "--drape", picture)
@@ -189,7 +191,7 @@ def with_assimp(folder):
     simplify(folder / "c.glb", *drape, dem=DEGREES)
     found, faces, colours = load(folder / "c.glb")
     assert colours is not None and len(colours) == len(found) and colours[:, :3].max() > colours[:, :3].min()
-    print(f"assimp c.glb: {len(found)} vertices with COLOR_0")
+    figure("assimp", f"glb: {len(found)} vertices with COLOR_0")
 
 
 # ---- meshio: VTU ----
@@ -205,10 +207,10 @@ def with_meshio(folder):
     mesh = meshio.read(folder / "a.vtu")
     assert np.array_equal(mesh.points, positions)
     assert [c.type for c in mesh.cells] == ["triangle"] and np.array_equal(mesh.cells[0].data, triangles)
-    print(f"meshio a.vtu: {len(triangles)} triangles, bit by bit")
+    figure(f"meshio {meshio.__version__}", f"vtu: {len(triangles)} triangles, bit by bit")
     mesh = meshio.read(folder / "a.ply")
     assert np.array_equal(mesh.points, positions) and np.array_equal(mesh.cells[0].data, triangles)
-    print(f"meshio a.ply: {len(triangles)} triangles, bit by bit")
+    figure(f"meshio {meshio.__version__}", f"ply: {len(triangles)} triangles, bit by bit")
 
 
 # ---- netCDF4: UGRID ----
@@ -231,8 +233,13 @@ def with_netcdf(folder):
             assert np.array_equal(np.c_[x[:], y[:], z[:]], positions)
             assert np.array_equal(faces[:] - faces.start_index, triangles)
             assert x.standard_name == standard_name and z.location == "node"
-            assert file[x.grid_mapping].epsg == code
-        print(f"netCDF4 a.nc: {len(triangles)} triangles, bit by bit, EPSG:{code}")
+            assert file[x.grid_mapping].epsg == code and z.grid_mapping == x.grid_mapping
+            assert (z.units, z.positive, z.coordinates) == ("m", "up", topology.node_coordinates)
+            assert x.units == ("degrees_east" if code == 4326 else "m")
+            assert code != 4326 or file[x.grid_mapping].grid_mapping_name == "latitude_longitude"
+            named = [name for name in file.variables if name != x.grid_mapping]
+            assert all(file[name].long_name for name in named), named
+        figure(f"netCDF4 {netCDF4.__version__}", f"UGRID: {len(triangles)} triangles, bit by bit, EPSG:{code}")
 
 
 # ---- MDAL, which is QGIS's: PLY, 2DM, UGRID ----
@@ -281,7 +288,7 @@ def with_mdal(folder):
             assert np.array_equal(faces, triangles), path.name
             close(found, positions, 0, path.name)
             assert projection == crs, (path.name, projection)
-            print(f"MDAL {path.name}: {len(faces)} triangles, bit by bit, CRS '{projection}'")
+            figure("MDAL", f"{extension}: {len(faces)} triangles, bit by bit, CRS '{projection}'")
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ import {tmpdir} from "node:os";
 import {join} from "node:path";
 import {test} from "node:test";
 import {PROGRAM, ROOT} from "./daemon.mjs";
+import {figure} from "./figure.mjs";
 
 const {validateBytes} = createRequire(import.meta.url)("gltf-validator");
 
@@ -30,5 +31,6 @@ test("a mesh of every frame and with colours is valid glTF, and its node says wh
     if (!crs) assert.equal(gltf.nodes[0].extras.origin.split(" ").length, 2);
     assert.equal("COLOR_0" in gltf.meshes[0].primitives[0].attributes, options.includes("--drape"));
   }
+  figure("gltf-validator", "GLB of meshes: 3 files (projected, metric, with colours), 0 errors, 0 warnings");
   rmSync(folder, {recursive: true, force: true});
 });

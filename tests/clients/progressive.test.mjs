@@ -169,4 +169,19 @@ test("by distance, what is far is coarser; a camera that trembles changes nothin
   assert.deepEqual(await states(), settled);
 });
 
+test("keys turn it, bring it nearer and switch; not while a control has them", async () => {
+  const orbit = () => page.evaluate(() => ({heading: window.tind.orbit.heading, pitch: window.tind.orbit.pitch, zoom: window.tind.orbit.zoom}));
+  await page.evaluate(() => document.activeElement.blur());
+  const before = await orbit();
+  for (const key of ["ArrowRight", "ArrowDown", "+"]) await page.keyboard.press(key);
+  const after = await orbit();
+  assert.ok(after.heading > before.heading && after.pitch > before.pitch && after.zoom < before.zoom, JSON.stringify([before, after]));
+  const wires = await page.locator("#wires").isChecked();
+  await page.keyboard.press("w");
+  assert.equal(await page.locator("#wires").isChecked(), !wires);
+  await page.locator("#level").focus();
+  await page.keyboard.press("ArrowRight");
+  assert.equal((await orbit()).heading, after.heading);
+});
+
 test("nothing went wrong, and no other host was asked", () => assert.deepEqual(complaints, []));

@@ -69,4 +69,16 @@ test("a coarser tolerance takes fewer triangles, and from above one sees where",
   assert.ok((await texture()) > 2);
 });
 
+test("keys switch, and change the tolerance", async () => {
+  await page.evaluate(() => document.activeElement.blur());
+  for (const [key, id] of [["w", "wires"], ["f", "fly"], ["a", "above"]]) {
+    const before = await page.locator(`#${id}`).isChecked();
+    await page.keyboard.press(key);
+    assert.equal(await page.locator(`#${id}`).isChecked(), !before, id);
+  }
+  const said = await page.locator("#tolerance-value").innerText();
+  await page.keyboard.press("-");
+  assert.ok(parseFloat(await page.locator("#tolerance-value").innerText()) > parseFloat(said));
+});
+
 test("nothing went wrong, and no other host was asked", () => assert.deepEqual(complaints, []));

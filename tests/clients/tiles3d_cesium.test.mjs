@@ -1,19 +1,16 @@
-// 3D Tiles in CesiumJS in Chromium, as terrain (Cesium3DTilesTerrainProvider) and as a tileset
+// 3D Tiles in CesiumJS in Chromium, as they are and compressed by meshopt, as terrain (Cesium3DTilesTerrainProvider) and as a tileset
 // (Cesium3DTileset): all that it asks for is there, heights are those of the same tiles as
 // quantized-mesh, and the mountain is seen.
 import assert from "node:assert/strict";
-import {mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync} from "node:fs";
+import {mkdirSync, mkdtempSync, rmSync, writeFileSync} from "node:fs";
 import {tmpdir} from "node:os";
 import {join} from "node:path";
 import {after, before, test} from "node:test";
-import {fileURLToPath} from "node:url";
 import {openBrowser, openPage} from "./browser.mjs";
+import {openCesiumPage} from "./cesium_page.mjs";
 import {ROOT, startDaemon} from "./daemon.mjs";
+import {figure} from "./figure.mjs";
 
-const CESIUM = fileURLToPath(new URL("node_modules/cesium/Build/Cesium", import.meta.url));
-const TYPES = {js: "text/javascript", json: "application/json", css: "text/css", wasm: "application/wasm"};
-const PAGE = `<!doctype html><html><head><link rel="stylesheet" href="/cesium/Widgets/CesiumWidget/CesiumWidget.css"></head><body style="margin:0"><div id="globe" style="width:1000px;height:640px"></div>
-<script>window.CESIUM_BASE_URL = "/cesium/";</script><script src="/cesium/Cesium.js"></script></body></html>`;
 const LAKE = [[-121.86, 46.72], [-121.63, 46.72], [-121.63, 46.87], [-121.86, 46.87], [-121.86, 46.72]];
 let folder, daemon, browser, page, complaints;
 
@@ -25,12 +22,7 @@ before(async () => {
   daemon = await startDaemon("--config", join(folder, "config.toml"));
   browser = await openBrowser();
   ({page, complaints} = await openPage(browser, daemon.origin, {width: 1000, height: 640}));
-  await page.route(`${daemon.origin}/page.html`, (route) => route.fulfill({contentType: "text/html", body: PAGE}));
-  await page.route(`${daemon.origin}/cesium/**`, (route) => {
-    const path = new URL(route.request().url()).pathname.replace("/cesium", "");
-    route.fulfill({contentType: TYPES[path.split(".").pop()] ?? "application/octet-stream", body: readFileSync(CESIUM + path)});
-  });
-  await page.goto(`${daemon.origin}/page.html`);
+  await openCesiumPage(page, daemon.origin);
   await page.evaluate(() => {
     window.said = [];
     const log = console.log;
@@ -56,7 +48,7 @@ after(async () => {
 
 /// Mean step of luminance between neighbours in the lower half of the picture: 0 for a flat colour.
 const texture = () => page.evaluate(() => {
-  widget.scene.render();
+  widget.scene.render(widget.clock.currentTime);  // without a time it is lit as now, at night not at all
   const small = Object.assign(document.createElement("canvas"), {width: 160, height: 100});
   const pen = small.getContext("2d");
   pen.drawImage(widget.scene.canvas, 0, 0, 160, 100);
@@ -72,9 +64,15 @@ const shot = async (name) => {
   await page.screenshot({path: `${ROOT}/build/shots/${name}.png`});
 };
 
-test("as terrain it has the heights of the quantized mesh, and is seen", async () => {
-  const found = await page.evaluate(async () => {
-    const tiles3d = await Cesium.Cesium3DTilesTerrainProvider.fromUrl("/3dtiles/rainier/tileset.json", {requestVertexNormals: true});
+/// Below /3dtiles/rainier/, and how far heights may be from those of the quantized mesh: on the
+/// finest level, half a cell of the lattice on steep ground.
+const SETS = {plain: {path: "", most: 0.5}, meshopt: {path: "meshopt/", most: 1}};
+
+for (const [name, {path, most}] of Object.entries(SETS)) test(`${name}: as terrain it has the heights of the quantized mesh, and is seen`, async () => {
+  const found = await page.evaluate(async (path) => {
+    window.calm = 0;
+    widget.scene.globe.show = true;
+    const tiles3d = await Cesium.Cesium3DTilesTerrainProvider.fromUrl(`/3dtiles/rainier/${path}tileset.json`, {requestVertexNormals: true});
     const mesh = await Cesium.CesiumTerrainProvider.fromUrl("/terrain/rainier", {requestVertexNormals: true});
     const places = () => Array.from({length: 400}, (_, i) => Cesium.Cartographic.fromDegrees(-121.97 + 0.46 * ((i * 0.618034) % 1), 46.61 + 0.38 * (i / 400)));
     // Each sampled tile asks for its subtree, those above before those below.
@@ -83,22 +81,22 @@ test("as terrain it has the heights of the quantized mesh, and is seen", async (
     widget.terrainProvider = tiles3d;
     const offs = a.map((place, i) => Math.abs(place.height - b[i].height));
     return {undefineds: a.filter(({height}) => height === undefined).length, most: Math.max(...offs), level: tiles3d.availability.computeMaximumLevelAtPosition(a[0])};
-  });
-  console.log("Cesium3DTilesTerrainProvider:", found);
+  }, path);
+  figure("cesium", `Cesium3DTilesTerrainProvider (${name}): 400 heights, ${found.undefineds} missing, at most ${found.most.toFixed(3)} m from those of the quantized mesh`);
   assert.equal(found.undefineds, 0);
   assert.equal(found.level, 12);
-  assert.ok(found.most < 0.5, `${found.most} m`);
+  assert.ok(found.most < most, `${found.most} m`);
   await page.waitForFunction(() => widget.scene.globe.tilesLoaded && (window.calm = (window.calm ?? 0) + 1) > 10, undefined, {timeout: 240000, polling: 150});
-  await shot("3dtiles_terrain");
+  await shot(`3dtiles_terrain_${name}`);
   assert.ok((await texture()) > 2, `${await texture()}`);
   assert.deepEqual(complaints, []);
   assert.deepEqual((await page.evaluate(() => said)).filter((line) => /Could not/.test(line)), []);
 });
 
-test("its water mask is that of the quantized mesh, cell by cell", async () => {
-  const found = await page.evaluate(async () => {
+for (const [name, {path}] of Object.entries(SETS)) test(`${name}: its water mask is that of the quantized mesh, cell by cell`, async () => {
+  const found = await page.evaluate(async (path) => {
     const options = {requestWaterMask: true};
-    const tiles3d = await Cesium.Cesium3DTilesTerrainProvider.fromUrl("/3dtiles/rainier/tileset.json", options);
+    const tiles3d = await Cesium.Cesium3DTilesTerrainProvider.fromUrl(`/3dtiles/rainier/${path}tileset.json`, options);
     const mesh = await Cesium.CesiumTerrainProvider.fromUrl("/terrain/rainier", options);
     const grey = (image) => {
       const pen = Object.assign(document.createElement("canvas"), {width: image.width, height: image.height}).getContext("2d");
@@ -117,18 +115,19 @@ test("its water mask is that of the quantized mesh, cell by cell", async () => {
       }
     }
     return counts;
-  });
-  console.log("water masks:", found);
+  }, path);
+  figure("cesium", `Cesium3DTilesTerrainProvider (${name}): water masks of ${found.tiles} tiles, ${found.pixels} cells, ${found.wet} wet, ${found.off} other than the quantized mesh's`);
   assert.equal(found.tiles, 39);
   assert.equal(found.off, 0);
   assert.ok(found.wet > 1000 && found.wet < found.pixels);
 });
 
-test("as a tileset it draws the finest tiles it wants, by their measured errors", async () => {
-  const found = await page.evaluate(async () => {
+for (const [name, {path}] of Object.entries(SETS)) test(`${name}: as a tileset it draws the finest tiles it wants, by their measured errors`, async () => {
+  const found = await page.evaluate(async (path) => {
     widget.scene.globe.show = false;
+    widget.scene.primitives.removeAll();
     widget.terrainProvider = new Cesium.EllipsoidTerrainProvider();
-    const tileset = await Cesium.Cesium3DTileset.fromUrl("/3dtiles/rainier/tileset.json", {maximumScreenSpaceError: 1});
+    const tileset = await Cesium.Cesium3DTileset.fromUrl(`/3dtiles/rainier/${path}tileset.json`, {maximumScreenSpaceError: 1});
     const failed = [], errors = new Map();
     let contents = 0;
     tileset.tileFailed.addEventListener(({url, message}) => failed.push(`${url}: ${message}`));
@@ -137,15 +136,15 @@ test("as a tileset it draws the finest tiles it wants, by their measured errors"
     await new Promise((resolve) => tileset.allTilesLoaded.addEventListener(resolve));
     const drawn = tileset._selectedTiles.map((tile) => [tile._contentResource.url.match(/(\d+)\/\d+\/\d+\.glb/)[1], tile.geometricError]);
     return {failed, contents, drawn};
-  });
+  }, path);
   const deepest = Math.max(...found.drawn.map(([level]) => Number(level)));
-  console.log("Cesium3DTileset:", found.contents, "contents,", found.drawn.length, "drawn, down to level", deepest);
+  figure("cesium", `Cesium3DTileset (${name}): ${found.contents} contents, ${found.drawn.length} drawn, down to level ${deepest}`);
   assert.deepEqual(found.failed, []);
   assert.equal(deepest, 12);
   // Not the level's nominal one, which halves from the root: what was measured.
   assert.ok(found.drawn.some(([level, error]) => error !== 77067.33965563798 / 2 ** level));
   await page.evaluate(() => new Promise((resolve) => setTimeout(resolve, 1500)));
-  await shot("3dtiles_tileset");
+  await shot(`3dtiles_tileset_${name}`);
   assert.ok((await texture()) > 2, `${await texture()}`);
   assert.deepEqual(complaints, []);
 });

@@ -10,6 +10,7 @@ import {TilesRenderer} from "3d-tiles-renderer";
 import {QuantizedMeshPlugin} from "3d-tiles-renderer/plugins";
 import {MathUtils, PerspectiveCamera} from "three";
 import {startDaemon} from "./daemon.mjs";
+import {figure} from "./figure.mjs";
 
 // All that the client asks of a browser.
 globalThis.window = globalThis;
@@ -66,7 +67,7 @@ test("it refines as the camera comes nearer, down to the finest tiles", async ()
   for (const metres of [3e6, 4e5, 6e4, 8e3]) views.push(await drawnFrom(metres));
   const counts = views.map((view) => view.length);
   const deepest = views.map((view) => Math.max(...view.filter((level) => level !== undefined)));
-  console.log(counts, deepest);
+  figure("3d-tiles-renderer", `quantized-mesh: ${counts.join(", ")} tiles from four heights, down to levels ${deepest.join(", ")}`);
   for (const i of [1, 2, 3]) assert.ok(counts[i] > counts[i - 1] && deepest[i] > deepest[i - 1], `${counts}; ${deepest}`);
   assert.ok(deepest[0] >= 3, `${deepest}`);
   const layer = await (await fetch(`${daemon.origin}/terrain/rainier/layer.json`)).json();

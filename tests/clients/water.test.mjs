@@ -85,20 +85,59 @@ test("every cell is what the polygon says, and the lake is level", async () => {
   assert.ok(wet > 1000 && dry > 1000 && level > 0, `${wet} ${dry} ${level}`);
 });
 
-test("CesiumJS draws it", async () => {
+/// In the page: looks straight down on the lake, the ground plain, with and without what CesiumJS does to
+/// water; by place how far the colour of its pixel (all three channels) is from the one without.
+const drawnOn = async (places) => {
+  const {Cesium} = window, {scene} = window.tind.widget, {globe, camera, canvas} = scene;
+  globe.material = undefined; // the viewer's own covers the water
+  globe.baseColor = Cesium.Color.fromCssColorString("#5b6b4a"); // water is brighter: there must be room above
+  scene.skyAtmosphere.show = false;
+  const [west, south, east, north] = [0, 1, 0, 1].map((k, i) => (i < 2 ? Math.min : Math.max)(...places.map((p) => p[k])));
+  camera.setView({destination: Cesium.Rectangle.fromDegrees(west, south, east, north)});
+  const frame = async (water) => {
+    globe.showWaterEffect = water;
+    for (let calm = 0; calm < 4; calm = globe.tilesLoaded ? calm + 1 : 0) {
+      scene.requestRender();
+      await new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)));
+    }
+    scene.requestRender();
+    scene.render(); // pixels are there until the task ends
+    const gl = scene.context._gl, pixels = new Uint8Array(4 * gl.drawingBufferWidth * gl.drawingBufferHeight);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.readPixels(0, 0, gl.drawingBufferWidth, gl.drawingBufferHeight, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+    return {pixels, width: gl.drawingBufferWidth, height: gl.drawingBufferHeight};
+  };
+  const plain = await frame(false), wet = await frame(true);
+  return places.map(([lon, lat]) => {
+    const place = Cesium.Cartographic.fromDegrees(lon, lat);
+    const at = Cesium.SceneTransforms.worldToWindowCoordinates(scene,
+      Cesium.Cartesian3.fromRadians(place.longitude, place.latitude, globe.getHeight(place) ?? 0));
+    const x = Math.floor(at.x / canvas.clientWidth * wet.width), y = Math.floor((1 - at.y / canvas.clientHeight) * wet.height);
+    if (x < 0 || y < 0 || x >= wet.width || y >= wet.height) return null;
+    return [0, 1, 2].reduce((sum, c) => sum + Math.abs(wet.pixels[4 * (y * wet.width + x) + c] - plain.pixels[4 * (y * wet.width + x) + c]), 0);
+  });
+};
+
+test("CesiumJS draws water where the mask says so, and nowhere else", async () => {
   const browser = await openBrowser();
   try {
     const {page, complaints} = await openPage(browser, daemon.origin, {width: 800, height: 600});
     await page.goto(`${daemon.origin}/`);
     await settled(page);
-    const masks = await page.evaluate(() => {
-      const {scene} = window.tind.widget;
-      let drawn = 0;
-      scene.globe._surface._tilesToRender.forEach((t) => t.data.waterMaskTexture && ++drawn);
-      return {drawn, offered: scene.globe.terrainProvider.hasWaterMask};
-    });
-    assert.ok(masks.offered);
-    assert.ok(masks.drawn > 0);
+    assert.ok(await page.evaluate(() => window.tind.widget.scene.globe.terrainProvider.hasWaterMask));
+    const [west, south] = lake[0], [east, north] = lake[2], rim = 0.06;
+    const places = [], inside = [];
+    for (let row = 0; row < 16; ++row) for (let col = 0; col < 16; ++col) {
+      const x = -0.3 + 1.6 * col / 15, y = -0.3 + 1.6 * row / 15; // shares of the lake's sides
+      if ([x, y].some((t) => Math.min(Math.abs(t), Math.abs(t - 1)) < rim)) continue; // at the shore
+      places.push([west + x * (east - west), south + y * (north - south)]);
+      inside.push(x > 0 && x < 1 && y > 0 && y < 1);
+    }
+    const changed = await page.evaluate(drawnOn, places);
+    const seen = places.map((_, k) => k).filter((k) => changed[k] !== null);
+    const wet = seen.filter((k) => inside[k]), dry = seen.filter((k) => !inside[k]);
+    assert.ok(wet.length > 50 && dry.length > 50, `${wet.length} ${dry.length}`);
+    for (const k of seen) inside[k] ? assert.ok(changed[k] > 20, `${places[k]}: ${changed[k]}`) : assert.equal(changed[k], 0, `${places[k]}`);
     if (process.env.PICTURE) await page.screenshot({path: process.env.PICTURE});
     assert.deepEqual(complaints, []);
   } finally {

@@ -25,6 +25,21 @@ TEST(JsonText, TooDeepIsNoJson) {
   EXPECT_EQ(parse<Json>(wide + "]").size(), 501u);
 }
 
+std::size_t values_in(const Json& json) {
+  std::size_t count = 1;
+  if (json.is_structured())
+    for (const Json& part : json) count += values_in(part);
+  return count;
+}
+
+TEST(JsonText, ValuesAreCountedBeforeTheyAreBuilt) {
+  for (const char* text :
+       {"1", "[]", "{}", "[ ]", "[\"]\"]", "[\"[,\\\",\", 2]",
+        "{\"a\": [], \"b\": {\"c\": [1, 2,\n3]}}", "[[[]], {}, \"\", [\"\"], {\"\": 0}, null]"})
+    EXPECT_EQ(count_values(text), values_in(Json::parse(text))) << text;
+  for (const char* text : {"", "]", "[,", "}{", "\""}) EXPECT_LE(count_values(text), 3u) << text;
+}
+
 TEST(JsonText, WhatIsNoJsonIsDiscarded) {
   for (const char* text : {"", "{", "[1,]", "\"", "\xff", "nul"})
     EXPECT_TRUE(parse<Json>(text).is_discarded()) << text;

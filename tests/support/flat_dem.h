@@ -10,7 +10,7 @@
 #include <string>
 #include <string_view>
 
-#include "proto/quantized_mesh.h"
+#include "proto/tile/quantized_mesh.h"
 
 namespace tind::test {
 

@@ -4,6 +4,8 @@
 #include <atomic>
 #include <limits>
 #include <memory>
+#include <string>
+#include <utility>
 
 #include "terrain/base/result.h"
 #include "terrain/raster/dem_source.h"
@@ -15,7 +17,8 @@ namespace tind::test {
 class MadeUpSource : public DemSource {
  public:
   /// `turn` (radians) makes it one whose posts are not on lines of longitude and latitude.
-  MadeUpSource(HeightGrid grid, Geographic north_west, double spacing_deg, double turn = 0)
+  MadeUpSource(HeightGrid grid, Geographic north_west, double spacing_deg, double turn = 0,
+               std::string fingerprint = "0123456789abcdef0123456789abcdef")
       : grid_(std::move(grid)), plain_(turn == 0) {
     const double c = spacing_deg * std::cos(turn), s = spacing_deg * std::sin(turn);
     info_.post_to_crs = {north_west.lon, c, s, north_west.lat, s, -c};
@@ -24,7 +27,7 @@ class MadeUpSource : public DemSource {
     info_.has_geotransform = true;
     info_.crs_kind = CrsKind::geographic;
     info_.period_cols = 360 / spacing_deg;
-    info_.fingerprint = "0123456789abcdef0123456789abcdef";
+    info_.fingerprint = std::move(fingerprint);
     GeoRect& b = info_.bounds;
     b = {HUGE_VAL, HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
     for (const double col : {0.0, double(grid_.cols() - 1)})

@@ -1,6 +1,6 @@
 #include "tests/support/made_up_tiles.h"
 
-#include "proto/quantized_mesh.h"
+#include "proto/tile/quantized_mesh.h"
 
 namespace tind::test {
 

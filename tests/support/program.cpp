@@ -35,4 +35,6 @@ Ran run_tind(const std::string& arguments, const std::string& before) {
   return ran;
 }
 
+std::string tind_binary() { return TIND_BINARY; }
+
 }  // namespace tind::test

@@ -17,4 +17,7 @@ struct Ran {
 /// the program there, "HOME=/nowhere" or "ulimit -v 1000000;".
 Ran run_tind(const std::string& arguments, const std::string& before = {});
 
+/// Where it is.
+std::string tind_binary();
+
 }  // namespace tind::test

@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-#include "proto/mesh_io.h"
+#include "proto/mesh/mesh_io.h"
 
 namespace tind::test {
 

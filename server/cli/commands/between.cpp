@@ -65,10 +65,7 @@ int run(const Arguments& a) {
   if (!made) return complain(made.error());
   const ProgressiveMesh& pm = made->mesh;
   const auto bytes = write_stream(a.output, to_stream(pm, *lattice));
-  if (!bytes) {
-    const int code = complain(bytes.error());
-    return bytes.error().code == Errc::io ? kCannotCreate : code;
-  }
+  if (!bytes) return complain(bytes.error());
   const bool all_exact = exact(*lattice, fine->tin) && exact(*lattice, coarse->tin);
   const ManifoldRepair &f = fine->repair, &c = coarse->repair;
   const std::size_t split = f.split_vertices + c.split_vertices,

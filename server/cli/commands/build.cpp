@@ -5,27 +5,32 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <stop_token>
 
 #include "proto/json_text.h"
-#include "server/api/accuracy_json.h"
+#include "server/cli/commands/build_images.h"
+#include "server/cli/commands/build_scenery.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/commands/estimate.h"
 #include "server/cli/options/dem_input.h"
+#include "server/cli/options/drape_input.h"
 #include "server/cli/options/line_input.h"
 #include "server/cli/options/memory_limit.h"
 #include "server/cli/options/output_options.h"
+#include "server/cli/options/output_paths.h"
 #include "server/cli/options/surface_input.h"
 #include "server/cli/options/tile_options.h"
+#include "server/cli/program/interrupt.h"
 #include "server/cli/program/peak_memory.h"
 #include "server/cli/program/progress_bar.h"
+#include "terrain/base/file_io.h"
 #include "terrain/simplify/method_text.h"
 #include "terrain/store/open/stored_tiles.h"
+#include "terrain/surface/stated_accuracy.h"
+#include "terrain/tiles3d/tileset_archive.h"
 #include "terrain/tiles3d/tileset_folder.h"
 
 namespace tind::cli {
@@ -34,6 +39,16 @@ namespace {
 
 constexpr const char* kQuantizedMesh = "quantized-mesh";
 constexpr const char* kTiles3d = "3dtiles";
+constexpr const char* kFlightGear = "flightgear";
+/// What shapes tiles only.
+constexpr const char* kOfTiles[] = {"--error-factor", "--deepest", "--levels", "--side",
+                                    "--method",       "--gzip",    "--force",  "--dry-run"};
+
+/// Where 3D Tiles of one compression lie, beside the tiles.
+std::string tiles3d_folder(const std::string& output, GlbCompression compression) {
+  return output + "/3dtiles" +
+         (compression == GlbCompression::none ? "" : "-" + name_of(compression));
+}
 
 struct Arguments {
   DemInput input;
@@ -42,28 +57,21 @@ struct Arguments {
   MethodLine method;
   ShapeFiles shapes;
   std::uint64_t memory = kDefaultMemory;
-  std::string progress = "auto", format = kQuantizedMesh;
+  std::string progress = "auto", format = kQuantizedMesh, archive;
+  DrapeInput drape;
+  GlbCompression compression = GlbCompression::none;
+  proto::ImageFormat image_format = proto::ImageFormat::png;
+  ImagedSurface imaged = ImagedSurface::source;
   bool json = false, dry_run = false;
+  Draped draped;  // of `drape`
 };
 
-std::stop_source& interrupted() {
-  static std::stop_source source;
-  return source;
-}
-volatile std::sig_atomic_t signal_seen = 0;
-
-/// Ctrl-C and SIGTERM finish the tile at hand. A handler may only set a flag; a second one ends
-/// at once.
-void on_signal(int) {
-  if (signal_seen) std::_Exit(kTryAgain);
-  signal_seen = 1;
-}
-
 nlohmann::ordered_json to_json(const BuildReport& r, const TileSetOptions& tiles,
-                               const DemInfo& info, double seconds) {
+                               const Surface& source, double seconds) {
   nlohmann::ordered_json j;
-  j["vertical_datum"] = name(info.datum);
-  if (info.accuracy) j["accuracy"] = api::accuracy_json(*info.accuracy);
+  j["vertical_datum"] = name(source.info().datum);
+  if (const auto stated = stated_accuracy(source); !stated.empty())
+    j["accuracy"] = proto::accuracy_json(stated);
   j["tiles"] = r.tiles;
   j["built"] = r.built;
   j["reused"] = r.reused;
@@ -79,6 +87,7 @@ nlohmann::ordered_json to_json(const BuildReport& r, const TileSetOptions& tiles
                    {"dirty_tiles", r.update.dirty_tiles},
                    {"levels_of_other_steps", r.update.levels_of_other_steps},
                    {"new_layers", r.update.new_layers},
+                   {"bent_layers", r.update.bent_layers},
                    {"gone_layers", r.update.gone_layers},
                    {"gone_tiles", r.update.gone_tiles}};
     if (!r.update.everything.empty()) j["update"]["everything"] = r.update.everything;
@@ -89,6 +98,8 @@ nlohmann::ordered_json to_json(const BuildReport& r, const TileSetOptions& tiles
   j["not_one_sided"] = r.not_one_sided;
   j["method"] = method_text(tiles.method);
   j["by_bounded"] = r.by_bounded;
+  j["without_lines"] = r.without_lines;
+  if (r.without_lines > 0) j["some_without_lines"] = r.some_without_lines;
   if (r.indexed_level >= 0)
     j["index"] = {
         {"deepest_level", r.indexed_level}, {"bytes", r.index_bytes}, {"made", r.index_made}};
@@ -119,6 +130,11 @@ std::string update_text(const UpdateReport& u) {
         "{} (new, or on another grid than before): all tiles that {} a say in are "
         "made again\n",
         fmt::join(u.new_layers, ", "), u.new_layers.size() == 1 ? "it has" : "they have");
+  if (!u.bent_layers.empty())
+    text +=
+        fmt::format("{} {} otherwise than before: all tiles that {} a say in are made again\n",
+                    fmt::join(u.bent_layers, ", "), u.bent_layers.size() == 1 ? "blends" : "blend",
+                    u.bent_layers.size() == 1 ? "it has" : "they have");
   if (u.gone_layers > 0)
     text += fmt::format("{} of before {} gone, or on another grid\n",
                         u.gone_layers == 1 ? "1 layer" : fmt::format("{} layers", u.gone_layers),
@@ -169,6 +185,14 @@ void print(const BuildReport& r, const TileSetOptions& tiles, VerticalDatum datu
   if (r.by_bounded > 0)
     fmt::print("{} of the tiles are made by bounded: {} cannot keep their level's budget\n",
                r.by_bounded, method_name(tiles.method));
+  if (r.without_lines > 0)
+    fmt::print(
+        "{} leave{} out lines and shores, with which {} more than twice {} level's budget: "
+        "{}{}. Lakes are not level there; smaller or simpler polygons help\n",
+        r.without_lines == 1 ? "1 tile" : fmt::format("{} tiles", r.without_lines),
+        r.without_lines == 1 ? "s" : "", r.without_lines == 1 ? "it is" : "they are",
+        r.without_lines == 1 ? "its" : "their", fmt::join(r.some_without_lines, ", "),
+        r.without_lines > r.some_without_lines.size() ? ", ..." : "");
   if (r.not_one_sided > 0) {
     fmt::print(
         "{} tiles could not be kept on one side of their posts and say so in their metadata\n",
@@ -188,37 +212,93 @@ void print(const BuildReport& r, const TileSetOptions& tiles, VerticalDatum datu
              r.built, r.reused, r.bytes, duration_text(seconds), name(datum));
 }
 
-/// The progress of a bar, which a signal stops.
-Progress stoppable(ProgressBar& bar) {
-  Progress progress = bar.progress(interrupted().get_token());
-  progress.report = [shown = progress.report](double share) {
-    if (signal_seen) interrupted().request_stop();
-    if (shown) shown(share);
-  };
-  return progress;
-}
-
 /// Of the tiles that lie there now, beside them.
 Result<tiles3d::FolderReport> write_tiles3d(const Arguments& a) {
   const auto tiles = open_stored_tiles(a.options.output);
   if (!tiles) return std::unexpected(tiles.error());
   ProgressBar bar("3D Tiles", progress_style(a.progress));
-  return tiles3d::write_tileset(**tiles, a.options.output + "/3dtiles", a.options.threads,
-                                stoppable(bar));
+  return tiles3d::write_tileset(
+      **tiles, tiles3d_folder(a.options.output, a.compression),
+      {.compression = a.compression, .threads = a.options.threads, .draped = a.draped},
+      stoppable(bar));
+}
+
+/// Of the 3D Tiles that lie there now.
+Result<tiles3d::ArchiveReport> write_archive(const Arguments& a) {
+  ProgressBar bar("archive", progress_style(a.progress));
+  return tiles3d::write_archive(tiles3d_folder(a.options.output, a.compression), a.archive,
+                                a.options.threads, stoppable(bar));
 }
 
 nlohmann::ordered_json to_json(const tiles3d::FolderReport& r) {
-  return {{"contents", r.contents}, {"subtrees", r.subtrees}, {"bytes", r.bytes}};
+  return {{"contents", r.contents},
+          {"subtrees", r.subtrees},
+          {"kept_subtrees", r.kept_subtrees},
+          {"bytes", r.bytes}};
 }
 
 void print(const tiles3d::FolderReport& r) {
   if (r.there)
     fmt::print("3D Tiles: kept\n");
   else
-    fmt::print("3D Tiles: {} contents, {} subtrees, {} bytes\n", r.contents, r.subtrees, r.bytes);
+    fmt::print("3D Tiles: {} contents, {} subtrees, {} bytes{}\n", r.contents, r.subtrees, r.bytes,
+               r.kept_subtrees > 0
+                   ? fmt::format("; {} subtrees kept of an earlier run", r.kept_subtrees)
+                   : "");
+}
+
+int run_images(const Arguments& a, const Surface& source, const ImageContent& content) {
+  const std::string of = a.input.files.empty() ? a.format : a.input.files.front();
+  const auto images = image_source(source, {content, a.image_format}, a.imaged, a.options.tiles);
+  if (!images) return complain(images.error());
+  ProgressBar bar("images", progress_style(a.progress));
+  return build_images(*images, source.info().datum, std::filesystem::path(of).stem().string(),
+                      {.output = a.options.output,
+                       .first_level = a.options.tiles.first_level,
+                       .last_level = a.options.tiles.last_level,
+                       .threads = a.options.threads,
+                       .force = a.options.force},
+                      a.json, stoppable(bar));
+}
+
+int run_scenery(const Arguments& a, const Surface& source) {
+  finish_on_signals();
+  const TileSetOptions& tiles = a.options.tiles;
+  const int exit = build_scenery(source, *a.input.environment,
+                                 {.options = {tiles.max_error_m, tiles.effort},
+                                  .output = a.options.output,
+                                  .progress = a.progress,
+                                  .threads = a.options.threads,
+                                  .json = a.json,
+                                  .stoppable = stoppable});
+  if (exit == kOk) warn_of_nodata(source);
+  return exit;
+}
+
+Result<void> check_archive(const Arguments& a) {
+  if (a.format != kTiles3d)
+    return fail(Errc::invalid_argument, "--archive is of 3D Tiles: add --format 3dtiles");
+  if (!a.archive.ends_with(".3tz"))
+    return fail(Errc::invalid_argument, a.archive + ": readers know archives by .3tz; name it so");
+  if (const auto ok = can_write_file(a.archive); !ok) return ok;
+  return {};
 }
 
 int run(Arguments a) {
+  if (a.format != kTiles3d && a.compression != GlbCompression::none)
+    return complain({Errc::invalid_argument,
+                     "--compression is of the contents of 3D Tiles: add --format 3dtiles, or leave "
+                     "it out"});
+  if (!a.archive.empty())
+    if (const auto ok = check_archive(a); !ok) return complain(ok.error());
+  if (!a.archive.empty()) {
+    auto inputs = inputs_of(a.input, a.layers, a.shapes);
+    for (std::string& file : a.drape.files()) inputs.push_back(std::move(file));
+    if (const int code = check_outputs({a.archive}, inputs); code != kOk) return code;
+  }
+  auto draped = open_drape(a.drape, a.format == kTiles3d);
+  if (!draped) return complain(draped.error());
+  a.draped = std::move(*draped);
   if (a.format == kTiles3d && a.options.tiles.first_level > 0)
     return complain({Errc::invalid_argument,
                      "--format 3dtiles needs level 0, from where clients find all others: leave "
@@ -229,6 +309,7 @@ int run(Arguments a) {
   if (!opened) return complain(opened.error());
   const auto source = with_shapes(std::move(*opened), a.shapes);
   if (!source) return complain(source.error());
+  if (const auto ok = check_drape(a.drape, a.draped, *source); !ok) return complain(ok.error());
   const auto threads = threads_within(a.memory, *source, dem, a.options.threads);
   if (!threads) return complain(threads.error());
   a.options.threads = *threads;
@@ -238,16 +319,13 @@ int run(Arguments a) {
       return exit;
     return print_update(*source, a.options, a.progress);
   }
+  const auto images = image_format(a.format);
   if (!a.json) fmt::print("{}", layers_text(*source));
-  warn_of_plan(*source, a.options.tiles);
-  std::error_code error;  // before the work
-  std::filesystem::create_directories(a.options.output, error);
-  if (error) {
-    complain({Errc::io, "cannot create " + a.options.output + ": " + error.message()});
-    return kCannotCreate;
-  }
-  std::signal(SIGINT, on_signal);
-  std::signal(SIGTERM, on_signal);
+  if (const int code = check_output_folder(a.options.output); code != kOk) return code;
+  if (a.format == kFlightGear) return run_scenery(a, *source);
+  if (!images) warn_of_plan(*source, a.options.tiles);
+  finish_on_signals();
+  if (images) return run_images(a, *source, *images);
   const auto begin = std::chrono::steady_clock::now();
   Result<BuildReport> report = fail(Errc::internal, "not run");
   {
@@ -262,15 +340,23 @@ int run(Arguments a) {
     if (!written) return complain(written.error());
     beside = *written;
   }
+  std::optional<tiles3d::ArchiveReport> archive;
+  if (!a.archive.empty()) {
+    const auto written = write_archive(a);
+    if (!written) return complain(written.error());
+    archive = *written;
+  }
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (a.json) {
-    auto summary = to_json(*report, a.options.tiles, source->info(), seconds);
+    auto summary = to_json(*report, a.options.tiles, *source, seconds);
     if (beside) summary["3dtiles"] = to_json(*beside);
+    if (archive) summary["archive"] = {{"files", archive->files}, {"bytes", archive->bytes}};
     fmt::print("{}\n", json::to_text(summary, 1));
   } else {
     print(*report, a.options.tiles, source->info().datum, seconds);
     if (beside) print(*beside);
+    if (archive) fmt::print("{}: {} files, {} bytes\n", a.archive, archive->files, archive->bytes);
   }
   return kOk;
 }
@@ -284,9 +370,28 @@ void add_build(Command program, int& exit) {
   c.add_option("DEM", a->input.files, "raster files");
   c.add_option("-o,--output", a->options.output, "directory of the tiles");
   c.add_option("--format", a->format,
-               "quantized-mesh, or 3dtiles: the same, and 3D Tiles 1.1 made of them in the folder "
-               "3dtiles beside them, for any static server")
-      .one_of({kQuantizedMesh, kTiles3d});
+               "quantized-mesh; 3dtiles: the same, and 3D Tiles 1.1 made of them in the folder "
+               "3dtiles beside them, for any static server. flightgear: in place of tiles the "
+               "scenery of FlightGear, also for TerraSync, with heights above the sea and "
+               "--max-error in each bucket. Images of web maps, z/x/y.png (or .webp) and "
+               "tiles.json: heights "
+               "as rgb (terrain-RGB) or terrarium, or hillshade, slope, aspect")
+      .one_of({kQuantizedMesh, kTiles3d, kFlightGear, "rgb", "terrarium", "hillshade", "slope",
+               "aspect"});
+  c.add_choice(
+      "--compression", a->compression,
+      "of the contents of 3D Tiles: none, or meshopt (EXT_meshopt_compression, about a third "
+      "of the bytes, in the folder 3dtiles-meshopt)");
+  c.add_choice("--image-format", a->image_format,
+               "of images of web maps: png, or webp (without loss, fewer bytes)");
+  c.add_choice("--surface", a->imaged,
+               "what images of heights show: source, the DEM; mesh, the certified meshes of the "
+               "tiles that --max-error and the like make")
+      .shown();
+  add_drape_options(c, a->drape);
+  c.add_option("--archive", a->archive,
+               "the 3D Tiles also as one file, X.3tz (3D Tiles Archive Format 1.3), whatever was "
+               "there before");
   add_tile_options(c, a->options.tiles);
   add_tile_method(c, a->method);
   a->input.to_datum = "ellipsoid";  // as globe tiles are, and as tind serve makes them
@@ -312,6 +417,26 @@ void add_build(Command program, int& exit) {
   c.on_run([a, c, &exit] {
     if (!names_any(a->input, a->layers)) refuse_missing("DEM");
     if (!c.given("--output") && !a->dry_run) refuse_missing("--output");
+    if (image_format(a->format))
+      if (const auto fits = check_image_options(c, a->format, a->imaged); !fits) {
+        exit = complain(fits.error());
+        return;
+      }
+    for (const char* option : {"--image-format", "--surface"})
+      if (!image_format(a->format) && c.given(option)) {
+        exit = complain({Errc::invalid_argument,
+                         std::string(option) +
+                             " is of images of web maps: add --format rgb, terrarium, hillshade, "
+                             "slope or aspect, or leave it out"});
+        return;
+      }
+    for (const char* option : kOfTiles)
+      if (a->format == kFlightGear && c.given(option)) {
+        exit = complain({Errc::invalid_argument,
+                         std::string(option) + " is for tiles, which --format flightgear does not "
+                                               "make: leave it out"});
+        return;
+      }
     const auto method = set_tile_method(c, a->method, a->options.tiles);
     exit = method ? run(*a) : complain(method.error());
   });

@@ -20,6 +20,10 @@
 #include "server/cli/options/surface_input.h"
 #include "server/cli/options/tile_options.h"
 #include "server/cli/program/progress_bar.h"
+#include "server/log/printable.h"
+#include "terrain/check/check_tileset.h"
+#include "terrain/check/tileset_files.h"
+#include "terrain/surface/stated_accuracy.h"
 
 namespace tind::cli {
 
@@ -44,11 +48,16 @@ void print_rules() {
     fmt::print("{:<18} {:<9} {}\n", r.id, name_of(r.severity), r.demands);
 }
 
-nlohmann::ordered_json to_json(const CheckReport& report, bool with_source) {
+nlohmann::ordered_json to_json(const CheckReport& report, const std::optional<Surface>& source) {
+  const bool with_source = source.has_value();
   nlohmann::ordered_json json;
   json["ok"] = report.ok();
   json["violations"] = report.findings.total(Severity::violation);
   json["warnings"] = report.findings.total(Severity::warning);
+  if (source)
+    if (const auto stated = stated_accuracy(*source); !stated.empty())
+      json["accuracy"] = proto::accuracy_json(stated);
+  if (!report.source_note.empty()) json["source_note"] = report.source_note;
   json["findings"] = nlohmann::ordered_json::array();
   for (std::size_t r = 0; r < kCheckRuleCount; ++r) {
     const Findings::Count& found = report.findings[r];
@@ -97,6 +106,44 @@ void print_findings(const CheckReport& report) {
   for (const CheckLevel& level : report.levels) tiles += level.tiles;
   fmt::print("\n{} tiles: {} violations, {} warnings\n", tiles,
              report.findings.total(Severity::violation), report.findings.total(Severity::warning));
+  if (!report.source_note.empty()) fmt::print("note: {}\n", logging::printable(report.source_note));
+}
+
+/// 3D Tiles, which have no rules of their own: what is wrong is named file by file.
+int run_tileset(const Arguments& a, Command app) {
+  for (const char* option : {"--levels", "--error-factor"})
+    if (app.given(option))
+      return complain({Errc::invalid_argument, std::string(option) +
+                                                   " is for quantized-mesh tiles, and " + a.where +
+                                                   " holds 3D Tiles"});
+  if (names_any(a.dem, a.layers))
+    return complain({Errc::invalid_argument,
+                     "3D Tiles are not compared with a DEM: check the quantized-mesh tiles that "
+                     "they were made of"});
+  const auto files = TilesetFiles::open(a.where);
+  if (!files) return complain(files.error());
+  Result<TilesetReport> report = fail(Errc::internal, "not checked");
+  {
+    ProgressBar bar("check", progress_style(a.progress));
+    report = check_tileset(**files, bar.progress());
+  }
+  if (!report) return complain(report.error());
+  if (a.json) {
+    const nlohmann::ordered_json j = {{"ok", report->ok()},
+                                      {"violations", report->violations},
+                                      {"contents", report->contents},
+                                      {"subtrees", report->subtrees},
+                                      {"examples", report->examples}};
+    std::printf("%s\n", json::to_text(j, 2).c_str());
+  } else {
+    for (const std::string& example : report->examples)
+      fmt::print("violation  {}\n", logging::printable(example));
+    if (report->violations > report->examples.size()) fmt::print("...\n");
+    fmt::print("3D Tiles: {} contents, {} subtrees: {} violations\n", report->contents,
+               report->subtrees, report->violations);
+    if (report->ended_early()) fmt::print("the check ended there\n");
+  }
+  return report->ok() ? kOk : kBadData;
 }
 
 int run(Arguments a) {
@@ -124,7 +171,7 @@ int run(Arguments a) {
   }
   if (!report) return complain(report.error());
   if (a.json) {
-    std::printf("%s\n", json::to_text(to_json(*report, source.has_value()), 2).c_str());
+    std::printf("%s\n", json::to_text(to_json(*report, source), 2).c_str());
   } else {
     print_levels(*report, source.has_value());
     print_findings(*report);
@@ -137,9 +184,12 @@ int run(Arguments a) {
 void add_check(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
   Command app =
-      program.add_subcommand("check", "Check quantized-mesh tiles, rule by rule; anyone's tiles");
+      program.add_subcommand("check",
+                             "Check quantized-mesh tiles, rule by rule, or the files of 3D "
+                             "Tiles; anyone's tiles");
   app.add_option("DIR|URL", a->where,
-                 "a directory with layer.json and z/x/y.terrain, or where a server has them");
+                 "a directory with layer.json and z/x/y.terrain, or where a server has them; or 3D "
+                 "Tiles: a directory with tileset.json, or a .3tz");
   app.add_option(
       "--source", a->dem.files,
       "the DEM, or the files of all layers, that the tiles were made of: recompute every "
@@ -163,7 +213,7 @@ void add_check(Command program, int& exit) {
   app.add_flag("--rules", a->list_rules, "list the rules and exit");
   app.on_run([a, app, &exit] {
     if (a->where.empty() && !a->list_rules) refuse_missing("DIR|URL");
-    exit = run(*a);
+    exit = !a->list_rules && names_tileset(a->where) ? run_tileset(*a, app) : run(*a);
   });
 }
 

@@ -232,15 +232,12 @@ int run(const Arguments& a) {
   } else {
     fmt::print("{}", table_text(rows));
   }
-  auto write = [](const std::string& path, const std::string& text) {
-    if (path.empty()) return true;
-    const auto ok = write_whole_file(path, text);
-    if (!ok) complain(ok.error());
-    return ok.has_value();
-  };
   const std::string title = "Simplifying " + info.files[0].substr(info.files[0].rfind('/') + 1);
-  if (!write(a.csv, table_csv(rows))) return kCannotCreate;
-  if (!a.html.empty() && !write(a.html, compare_page(title, rows, *posts))) return kCannotCreate;
+  if (!a.csv.empty())
+    if (const auto ok = write_whole_file(a.csv, table_csv(rows)); !ok) return complain(ok.error());
+  if (!a.html.empty())
+    if (const auto ok = write_whole_file(a.html, compare_page(title, rows, *posts)); !ok)
+      return complain(ok.error());
   if (!any) return complain({Errc::invalid_argument, "no method gave a result"});
   return kOk;
 }
@@ -307,6 +304,7 @@ void add_compare(Command program, int& exit) {
                   "(default: 1/32 of the posts' spacing)")
       .delimiter(',');
   add_dem_options(app, a->input);
+  add_window_options(app, a->input);
   add_line_options(app, a->lines);
   app.add_option("--drape", a->drape, "attribute-qem: colours from this image");
   app.add_option("--html", a->html, "write a page with curves and pictures, which stands alone");

@@ -22,6 +22,7 @@
 #include "terrain/base/file_io.h"
 #include "terrain/simplify/options.h"
 #include "terrain/store/open/open_store.h"
+#include "terrain/surface/stated_accuracy.h"
 
 namespace tind::cli {
 
@@ -78,7 +79,7 @@ nlohmann::ordered_json to_json(const LineStory& l) {
           {"vertices", l.vertices}, {"tolerance_m", l.tolerance_m}, {"farthest_m", l.farthest_m}};
 }
 
-nlohmann::ordered_json to_json(const TileExplanation& s) {
+nlohmann::ordered_json to_json(const TileExplanation& s, const std::optional<Surface>& source) {
   nlohmann::ordered_json j;
   j["tile"] = s.id.text();
   j["rectangle"] = {s.rect.west, s.rect.south, s.rect.east, s.rect.north};
@@ -101,6 +102,9 @@ nlohmann::ordered_json to_json(const TileExplanation& s) {
   j["limited_by"] = s.limited_by;
   j["because"] = s.because;
   if (s.posts) j["source"] = to_json(*s.posts);
+  if (source)
+    if (const auto stated = stated_accuracy(*source); !stated.empty())
+      j["accuracy"] = proto::accuracy_json(stated);
   return j;
 }
 
@@ -144,7 +148,14 @@ void print(const LineStory& l) {
       l.points, l.vertices, l.farthest_m, l.tolerance_m);
 }
 
-void print(const TileExplanation& s) {
+void print_accuracy(const Surface& source) {
+  for (const SurfaceLayer& layer : source.layers())
+    if (const auto& accuracy = layer.source->info().accuracy)
+      fmt::print("accuracy    {}{}, as stated\n", source.only() ? "" : layer.name + ": ",
+                 text(*accuracy));
+}
+
+void print(const TileExplanation& s, const std::optional<Surface>& source) {
   fmt::print("tile        {}: {:.9g}..{:.9g} E, {:.9g}..{:.9g} N\n", s.id.text(), s.rect.west,
              s.rect.east, s.rect.south, s.rect.north);
   fmt::print(
@@ -169,6 +180,7 @@ void print(const TileExplanation& s) {
                s.method == BoundedOptions::kName
                    ? ""
                    : ", or by bounded where that could not keep the budget");
+  if (source) print_accuracy(*source);
   if (s.lines) print(*s.lines);
   fmt::print("so fine by  {}: {}\n", s.limited_by, s.because);
   if (s.posts) print(*s.posts, s.budget_m);
@@ -211,9 +223,9 @@ int run(const Arguments& a) {
   if (!a.png.empty())
     if (const auto done = write_picture(a, *story, source); !done) return complain(done.error());
   if (a.json)
-    fmt::print("{}\n", json::to_text(to_json(*story), 2));
+    fmt::print("{}\n", json::to_text(to_json(*story, source), 2));
   else
-    print(*story);
+    print(*story, source);
   return kOk;
 }
 

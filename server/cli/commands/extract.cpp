@@ -8,8 +8,8 @@
 #include <optional>
 
 #include "proto/json_text.h"
-#include "proto/mesh_io.h"
-#include "proto/mesh_stream.h"
+#include "proto/mesh/mesh_io.h"
+#include "proto/stream/mesh_stream.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/mesh_input.h"
 #include "server/cli/options/output_options.h"
@@ -53,10 +53,7 @@ int run_extract(const Extract& a) {
   if (!format) return complain(format.error());
   if (const int code = check_outputs({a.output.path}, {a.input}); code != kOk) return code;
   const auto file = read_whole_file(a.input);
-  if (!file) {
-    complain(file.error());
-    return kSourceMissing;
-  }
+  if (!file) return complain(file.error());
   const auto stream = proto::decode_mesh_stream(
       {reinterpret_cast<const std::uint8_t*>(file->data()), file->size()});
   if (!stream) return complain({Errc::bad_data, a.input + ": " + stream.error().what});
@@ -73,6 +70,8 @@ int run_extract(const Extract& a) {
   proto::Mesh mesh = to_file_mesh(std::move(level));
   if (terrain) mesh.place = mesh_place(info, MeshFrame::source, false);
   if (const int code = put_mesh(a.output, **format, mesh); code != kOk) return code;
+  nlohmann::ordered_json origin = nlohmann::ordered_json::object();
+  add_file_origin(origin, **format, mesh);
   const bool complete = stream->splits.size() == stream->total_splits;
   if (a.json) {
     nlohmann::ordered_json j = {{"triangles", cursor->triangles()},
@@ -81,6 +80,7 @@ int run_extract(const Extract& a) {
                                 {"splits", *state},
                                 {"complete", complete}};
     if (terrain) j.update(place_json(mesh.place));
+    j.update(origin);
     j["output"] = a.output.path;
     j["format"] = (*format)->name;
     std::printf("%s\n", json::to_text(j, 2).c_str());
@@ -90,6 +90,7 @@ int run_extract(const Extract& a) {
       fmt::print("every post within {:.4g} m\n", cursor->error_m());
     else
       fmt::print("at most {:.4g} from the finest surface\n", cursor->error_m());
+    fmt::print("{}", file_origin_line(origin));
     if (!complete)
       fmt::print("the file is cut off: {} of {} splits are there\n", stream->splits.size(),
                  stream->total_splits);

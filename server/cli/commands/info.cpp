@@ -1,5 +1,5 @@
 // tind info: what is this? DEMs (info_dem.cpp), terrain tiles, tile sets here and
-// elsewhere, meshes.
+// elsewhere, meshes, lines and polygons.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -10,23 +10,28 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <span>
+#include <vector>
 
 #include "proto/json_text.h"
-#include "proto/layer_json.h"
-#include "proto/mesh_stream.h"
-#include "proto/quantized_mesh.h"
+#include "proto/stream/mesh_stream.h"
+#include "proto/tile/layer_json.h"
+#include "proto/tile/quantized_mesh.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/commands/info_dem.h"
 #include "server/cli/commands/info_inventory.h"
 #include "server/cli/commands/info_layers.h"
+#include "server/cli/commands/info_vectors.h"
 #include "server/cli/options/mesh_input.h"
 #include "server/cli/options/output_options.h"
 #include "server/log/printable.h"
 #include "terrain/base/file_io.h"
+#include "terrain/check/check_tileset.h"
+#include "terrain/check/tileset_files.h"
 #include "terrain/geo/ellipsoid.h"
 #include "terrain/progressive/stream/progressive_stream.h"
 #include "terrain/raster/dem_files.h"
 #include "terrain/simplify/options.h"
+#include "terrain/store/layer_place.h"
 #include "terrain/store/open/open_store.h"
 #include "terrain/surface/open_surface.h"
 
@@ -108,6 +113,11 @@ Result<Json> info_tile(const Arguments& a, const std::string& path) {
 
 // ---- a tile set ----
 
+std::vector<double> box_of(const proto::LayerJson& layer) {
+  const GeoRect box = layer_box(layer);
+  return {box.west, box.south, box.east, box.north};
+}
+
 Json to_json(const proto::LayerJson& layer) {
   Json levels = Json::array();
   for (std::size_t z = 0; z < layer.available.size(); ++z) {
@@ -123,6 +133,7 @@ Json to_json(const proto::LayerJson& layer) {
           {"scheme", layer.scheme},
           {"version", layer.version},
           {"bounds", layer.bounds},
+          {"box", box_of(layer)},
           {"minzoom", layer.minzoom},
           {"maxzoom", layer.maxzoom},
           {"levels", levels},
@@ -135,7 +146,14 @@ std::string to_text(const std::string& path, const proto::LayerJson& layer, cons
   std::string out = fmt::format("tile set   {} \"{}\" ({}, {}, {})\n", path, layer.name,
                                 layer.format, layer.projection, layer.scheme);
   out += fmt::format("bounds     {:.6f} (west south east north)\n", fmt::join(layer.bounds, " "));
+  // Across the antimeridian the bounds say nothing; the box goes on beyond 180.
+  if (const auto box = box_of(layer); !std::ranges::equal(box, layer.bounds))
+    out += fmt::format("box        {:.6f}\n", fmt::join(box, " "));
   out += fmt::format("datum      {}\n", layer.datum.empty() ? "not stated" : layer.datum);
+  for (const proto::StatedAccuracy& one : layer.accuracy)
+    out += fmt::format("accuracy   {}{:g} m ({}), as stated\n",
+                       one.layer.empty() ? "" : logging::printable(one.layer) + ": ", one.metres,
+                       logging::printable(one.kind));
   if (j.contains("method"))
     out += fmt::format("method     {}\n", logging::printable(j["method"].get<std::string>()));
   out += fmt::format("levels     {} .. {}\n", layer.minzoom, layer.maxzoom);
@@ -157,9 +175,53 @@ Result<Json> info_tile_set(const Arguments& a, const std::string& path) {
       proto::decode_layer_json({reinterpret_cast<const char*>(json->data()), json->size()});
   if (!layer) return fail(store->layer_name(), layer.error());
   Json j = to_json(*layer);
+  if (!layer->accuracy.empty()) j["accuracy"] = proto::accuracy_json(layer->accuracy);
   if (const auto record = store->record())
     j["method"] = record->method.empty() ? BoundedOptions::kName : record->method;
   return said(a, j, to_text(path, *layer, j));
+}
+
+// ---- 3D Tiles ----
+
+Result<Json> info_tileset(const Arguments& a, const std::string& path) {
+  const auto files = TilesetFiles::open(path);
+  if (!files) return std::unexpected(files.error());
+  const auto facts = tileset_facts(**files);
+  if (!facts) return fail(path, facts.error());
+  Json j = {{"kind", "3D Tiles"},
+            {"version", facts->version},
+            {"archive", (*files)->archive()},
+            {"implicit", facts->implicit},
+            {"name", facts->name},
+            {"generator", facts->generator},
+            {"tileset_version", facts->tileset_version},
+            {"attribution", facts->attribution},
+            {"contents", facts->contents},
+            {"subtrees", facts->subtrees},
+            {"compression", facts->compression},
+            {"bytes", (*files)->bytes()},
+            {"levels", Json::array()}};
+  std::string text =
+      fmt::format("3D Tiles   {} \"{}\" (version {}{}{})\n", path, logging::printable(facts->name),
+                  logging::printable(facts->version), facts->implicit ? ", implicit tiling" : "",
+                  (*files)->archive() ? ", an archive" : "");
+  if (!facts->generator.empty())
+    text += fmt::format("made by    {}, of tiles {}\n", logging::printable(facts->generator),
+                        logging::printable(facts->tileset_version));
+  if (!facts->attribution.empty())
+    text += fmt::format("source     {}\n", logging::printable(facts->attribution));
+  text += fmt::format("files      {} contents, {} subtrees, {} bytes; compression: {}\n",
+                      facts->contents, facts->subtrees, (*files)->bytes(), facts->compression);
+  if (!facts->levels.empty())
+    text += fmt::format("levels     {} .. {}\n", facts->levels.front().level,
+                        facts->levels.back().level);
+  for (const TilesetLevel& level : facts->levels) {
+    j["levels"].push_back(
+        {{"level", level.level}, {"contents", level.contents}, {"bytes", level.bytes}});
+    text += fmt::format("  {:>2}       {} contents, {} bytes\n", level.level, level.contents,
+                        level.bytes);
+  }
+  return said(a, std::move(j), text);
 }
 
 // ---- a mesh ----
@@ -173,16 +235,18 @@ Result<Json> info_mesh(const Arguments& a, const std::string& path) {
     low = {std::min(low.x, v.x), std::min(low.y, v.y), std::min(low.z, v.z)};
     high = {std::max(high.x, v.x), std::max(high.y, v.y), std::max(high.z, v.z)};
   }
+  const MeshFormat& format = *format_to_read(path);
   Json j = {{"kind", "mesh"},
+            {"format", format.name},
             {"vertices", tin->vertices.size()},
             {"triangles", tin->triangles.size()},
             {"attributes", Json::array()}};
   if (!tin->normals.empty()) j["attributes"].push_back("normals");
   if (!tin->colours.empty()) j["attributes"].push_back("colours");
   if (!tin->texcoords.empty()) j["attributes"].push_back("texture coordinates");
-  std::string text =
-      fmt::format("mesh       {}\nshape      {} vertices, {} triangles; attributes {}\n", path,
-                  tin->vertices.size(), tin->triangles.size(), j["attributes"].dump());
+  std::string text = fmt::format(
+      "mesh       {} ({})\nshape      {} vertices, {} triangles; attributes {}\n", path,
+      format.title, tin->vertices.size(), tin->triangles.size(), j["attributes"].dump());
   if (!tin->vertices.empty()) {
     j["low"] = {low.x, low.y, low.z};
     j["high"] = {high.x, high.y, high.z};
@@ -200,7 +264,7 @@ Result<Json> info_mesh(const Arguments& a, const std::string& path) {
 
 Result<Json> info_progressive(const Arguments& a, const std::string& path) {
   const auto file = read_whole_file(path);
-  if (!file) return fail(Errc::not_found, file.error().what);
+  if (!file) return std::unexpected(file.error());
   const auto stream = proto::decode_mesh_stream(
       {reinterpret_cast<const std::uint8_t*>(file->data()), file->size()});
   if (!stream) return fail(path, stream.error());
@@ -249,10 +313,17 @@ Result<Json> info_files(const Arguments& a, const std::vector<std::string>& file
 Result<Json> info_of_one(const Arguments& a, const std::string& path) {
   const auto ends = [&](const char* suffix) { return path.ends_with(suffix); };
   if (ends(".terrain")) return info_tile(a, path);
+  if (names_tileset(path)) return info_tileset(a, path);
   if (names_store(path)) return info_tile_set(a, path);
   if (ends(".tpm")) return info_progressive(a, path);
   if (is_mesh(path)) return info_mesh(a, path);
-  return info_files(a, {path});
+  auto dem = info_files(a, {path});
+  // GeoPackages may hold either; what is neither is said to be no DEM.
+  if (!dem && dem.error().code == Errc::bad_data)
+    if (const auto vectors = vector_facts(path); vectors && !vectors->layers.empty())
+      return said(a, vectors_json(*vectors), vectors_text(path, *vectors));
+  if (!dem) return std::unexpected(not_a_dem(dem.error(), {path}));
+  return dem;
 }
 
 /// The layers that tind build makes of these, where it makes any.
@@ -306,11 +377,13 @@ int run(const Arguments& a) {
 
 void add_info(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
-  Command app = program.add_subcommand("info", "Say what a DEM, a mesh, a tile or a tile set is");
+  Command app = program.add_subcommand(
+      "info", "Say what a DEM, a mesh, a tile, a tile set or a file of lines is");
   app.add_option("input", a->dem.files,
-                 "a DEM, a folder or @list of DEMs, a .terrain tile, a folder or URL of tiles, a "
-                 ".tpm, or a "
-                 "mesh; of several inputs an inventory, a line each, and the layers that DEMs make")
+                 "a DEM, a folder or @list of DEMs, a .terrain tile, a folder or URL of tiles, "
+                 "3D Tiles (a folder or a .3tz), a .tpm, a mesh, or lines and polygons (GeoJSON, "
+                 "GeoPackage, Shapefile ...); of several "
+                 "inputs an inventory, a line each, and the layers that DEMs make")
       .required();
   add_dem_options(app, a->dem);
   app.add_flag("--stats", a->options.stats,

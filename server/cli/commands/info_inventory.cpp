@@ -8,6 +8,7 @@
 
 #include "proto/json_text.h"
 #include "server/cli/commands/info_layers.h"
+#include "server/cli/commands/info_vectors.h"
 #include "server/cli/program/exit.h"
 #include "server/log/printable.h"
 
@@ -38,9 +39,29 @@ std::string dem_line(const Json& j) {
   return line;
 }
 
+std::string mesh_line(const Json& j) {
+  std::string line =
+      fmt::format("mesh, {}, {} vertices, {} triangles", j["format"].get<std::string>(),
+                  j["vertices"].dump(), j["triangles"].dump());
+  const auto corner = [&](const char* key) {
+    const Json& p = j[key];
+    return fmt::format("{:.8g} {:.8g} {:.6g}", p[0].get<double>(), p[1].get<double>(),
+                       p[2].get<double>());
+  };
+  if (j.contains("low")) line += fmt::format(", x y z {} .. {}", corner("low"), corner("high"));
+  const std::string crs = j.contains("crs") ? j["crs"].get<std::string>() : std::string();
+  line += ", " + (crs.empty() ? "no CRS" : crs);
+  if (j.contains("origin")) line += " (metres from an origin)";
+  return line;
+}
+
 std::string line_of(const Json& j) {
   const std::string kind = j["kind"].get<std::string>();
   if (kind == "dem") return dem_line(j);
+  if (kind == "mesh") return mesh_line(j);
+  if (kind == "lines and polygons") return vectors_line(j);
+  if (kind == "3D Tiles")
+    return fmt::format("3D Tiles, {} contents, {} bytes", j["contents"].dump(), j["bytes"].dump());
   if (kind == "tile set") {
     std::uint64_t tiles = 0;
     for (const Json& level : j["levels"]) tiles += level["tiles"].get<std::uint64_t>();

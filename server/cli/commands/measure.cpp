@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "proto/json_text.h"
-#include "proto/mesh_io.h"
+#include "proto/mesh/mesh_io.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/dem_input.h"
 #include "server/cli/options/mesh_input.h"
@@ -127,7 +127,7 @@ int run(const Arguments& a) {
     j["dem"] = a.dem.files;
     std::printf("%s\n", json::to_text(j, 2).c_str());
   } else {
-    fmt::print("{}", quality_text(quality));
+    fmt::print("{}{}", quality_text(quality), accuracy_line((*dem)->info()));
   }
   return kOk;
 }
@@ -144,6 +144,7 @@ void add_measure(Command program, int& exit) {
   app.add_option("dem", a->dem.files, "the DEM, or several that share one grid; or a second mesh")
       .required();
   add_dem_options(app, a->dem);
+  add_window_options(app, a->dem);
   app.add_choice("--frame", a->frame,
                  "the mesh's x and y: source (the DEM's CRS) or metric; without it as the mesh's "
                  "file says, else source");

@@ -61,7 +61,7 @@ Result<std::vector<FlightFix>> flight_of(const Arguments& a) {
     return flight;
   }
   const auto text = read_whole_file(a.trajectory);
-  if (!text) return fail(Errc::not_found, text.error().what);
+  if (!text) return std::unexpected(text.error());
   auto flight = parse_trajectory(*text, a.speed);
   if (!flight) return fail(a.trajectory, flight.error());
   return flight;

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "proto/json_text.h"
+#include "server/api/accuracy_json.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/dem_input.h"
 #include "server/cli/options/mesh_input.h"
@@ -39,12 +40,6 @@ struct Arguments {
   bool method_given = false, json = false;
 };
 
-/// What could not be written is another exit code than what could not be read.
-int complain_of_output(const Error& e) {
-  const int code = complain(e);
-  return e.code == Errc::io ? kCannotCreate : code;
-}
-
 /// A general mesh: no DEM, so no vertical error either.
 int run_surface(Arguments& a) {
   if (a.input.files.size() != 1) return complain({Errc::invalid_argument, "one mesh at a time"});
@@ -71,7 +66,7 @@ int run_surface(Arguments& a) {
   if (!made) return complain(made.error());
   const ProgressiveMesh& pm = made->mesh;
   const auto bytes = write_stream(a.output, to_stream(pm, *lattice));
-  if (!bytes) return complain_of_output(bytes.error());
+  if (!bytes) return complain(bytes.error());
   const double base_error = pm.splits.empty() ? pm.fine_error_m : double(pm.splits[0].error_m);
   if (a.json) {
     const nlohmann::ordered_json j = {{"method", a.method.name},
@@ -117,8 +112,16 @@ int run(Arguments& a, Command app) {
     return complain({Errc::invalid_argument,
                      "a progressive mesh needs a maximum error above 0 for its fine end"});
   }
-  a.options.stop.max_error_m = error;
   const Lattice lattice{a.per_post.value_or(2), a.step.value_or(error / kStepsInError)};
+  a.options.stop.max_error_m = error;
+  if (a.max_error && a.step) {  // heights are up to half a step from where the method puts them
+    if (!(*a.step < 2 * error))
+      return complain({Errc::invalid_argument,
+                       fmt::format("steps of {} m leave no mesh within {} m: give a --step below "
+                                   "twice the --max-error, or one of the two alone",
+                                   *a.step, error)});
+    a.options.stop.max_error_m = error - *a.step / 2;
+  }
   Result<ProgressiveMesh> made;
   {
     ProgressBar bar(a.method.name, progress_style(a.progress));
@@ -126,13 +129,13 @@ int run(Arguments& a, Command app) {
   }
   if (!made) return complain_of(a.input, made.error());
   const auto bytes = write_stream(a.output, to_stream(*made, lattice, info));
-  if (!bytes) return complain_of_output(bytes.error());
+  if (!bytes) return complain(bytes.error());
   const double base_error =
       made->splits.empty() ? made->fine_error_m : double(made->splits[0].error_m);
   const std::uint64_t isolated = isolated_posts(posts->grid);
   const std::size_t vertices = made->base.vertices.size() + made->splits.size();
   if (a.json) {
-    const nlohmann::ordered_json j = {
+    nlohmann::ordered_json j = {
         {"method", a.method.name},      {"base_triangles", made->base.triangles.size()},
         {"base_error_m", base_error},   {"splits", made->splits.size()},
         {"vertices", vertices},         {"fine_error_m", made->fine_error_m},
@@ -140,11 +143,13 @@ int run(Arguments& a, Command app) {
         {"posts_isolated", isolated},   {"bytes", *bytes},
         {"crs", info.crs_name},         {"vertical_datum", name(info.datum)},
         {"input", info.files},          {"output", a.output}};
+    if (info.accuracy) j["accuracy"] = api::accuracy_json(*info.accuracy);
     std::printf("%s\n", json::to_text(j, 2).c_str());
   } else {
     fmt::print("{}: {} triangles within {:.4g} m to {} vertices within {:.4g} m, {} bytes\n",
                a.method.name, made->base.triangles.size(), base_error, vertices, made->fine_error_m,
                *bytes);
+    fmt::print("{}", accuracy_line(info));
     if (isolated > 0)
       fmt::print(
           "{} valid posts have no cell with three valid corners beside them: they are in no "
@@ -170,12 +175,14 @@ void add_progressive(Command program, int& exit) {
                  "DEM: the error at the fine end, metres; by default 1/32 of the post spacing");
   app.add_option("--base", a->base, "triangles at the coarse end").shown();
   app.add_option("--lattice", a->per_post, "DEM: places a post: 1, 2, 4, ... 1024; by default 2");
-  app.add_option("--step", a->step,
-                 "DEM: step of heights, metres; by default an eighth of the error at the fine end. "
-                 "Mesh: step of its coordinates; by default 1/65536 of its diagonal at most");
+  app.add_option(
+      "--step", a->step,
+      "DEM: step of heights, metres, below twice --max-error; by default an eighth of it. "
+      "Mesh: step of its coordinates; by default 1/65536 of its diagonal at most");
   // The bounds of a progressive mesh hold on both sides, and all its collapses are tried.
   add_method_options(app, a->method, a->options.threads, {"side", "effort"});
   add_dem_options(app, a->input);
+  add_window_options(app, a->input);
   add_json_flag(app, a->json);
   add_progress_option(app, a->progress);
   app.on_run([a, app, &exit] {

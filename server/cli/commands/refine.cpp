@@ -7,7 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "proto/json_text.h"
-#include "proto/mesh_io.h"
+#include "proto/mesh/mesh_io.h"
+#include "server/api/accuracy_json.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/dem_input.h"
 #include "server/cli/options/mesh_input.h"
@@ -126,13 +127,16 @@ int run(const Arguments& a) {
                                      {"posts", measured.outside.posts}}}};
   report["frame"] = name_of(a.frame);
   report.update(place_json(place));
+  if (info.accuracy) report["accuracy"] = api::accuracy_json(*info.accuracy);
+  add_file_origin(report, **format, mesh);
   report["output"] = a.output.path;
   report["format"] = (*format)->name;
   if (a.json)
     std::printf("%s\n", json::to_text(report, 2).c_str());
   else
-    fmt::print("{} triangles; inside {}, outside {}\n", tin.triangles.size(),
-               within(measured.inside), within(measured.outside));
+    fmt::print("{} triangles; inside {}, outside {}\n{}{}", tin.triangles.size(),
+               within(measured.inside), within(measured.outside), file_origin_line(report),
+               accuracy_line(info));
   return kOk;
 }
 
@@ -154,6 +158,7 @@ void add_refine(Command program, int& exit) {
   app.add_option("--inside", a->errors.inside_m, "error in the region, metres").shown();
   app.add_option("--outside", a->errors.outside_m, "error everywhere else, metres").shown();
   add_dem_options(app, a->input);
+  add_window_options(app, a->input);
   add_frame_option(app, a->frame);
   app.add_option("--threads", a->threads, "threads to use, 0: one per core").not_negative().shown();
   add_json_flag(app, a->json);

@@ -27,15 +27,18 @@
 #include "server/cli/program/dem_strips.h"
 #include "server/log/log.h"
 #include "server/log/printable.h"
+#include "server/services/access/access_gate.h"
 #include "server/services/datasets/catalog_folder.h"
 #include "server/services/datasets/catalog_keeper.h"
 #include "server/services/datasets/config.h"
+#include "server/services/datasets/key_table.h"
 #include "server/services/datasets/open_dataset.h"
 #include "terrain/dataset/dem_dataset.h"
 #include "terrain/dataset/stored_dataset.h"
 #include "terrain/geo/environment.h"
 #include "terrain/pyramid/plan/level_plan.h"
 #include "terrain/raster/nodata.h"
+#include "terrain/shapes/surface_shapes.h"
 #include "terrain/surface/open_surface.h"
 
 namespace tind::cli {
@@ -96,10 +99,26 @@ Result<std::vector<services::DatasetSpec>> dataset_of_layers(const SurfaceInput&
   return std::vector{std::move(spec)};
 }
 
+/// A flag that is for DEMs, beside nothing but finished tiles, would be one that nobody hears.
+Result<void> flags_are_heard(const Options& options, const Config& config) {
+  const auto specs = services::specs_of(config);
+  if (!config.catalog.empty() || specs.empty() || !std::ranges::all_of(specs, services::is_stored))
+    return {};
+  std::string unheard;
+  for (const auto& [name, text] : options.flags)
+    if (services::dataset_setting(name)) unheard += (unheard.empty() ? "--" : ", --") + name;
+  if (unheard.empty()) return {};
+  return fail(Errc::invalid_argument,
+              specs[0].files[0] +
+                  ": holds tiles, which are served as they were made; leave out what is for a "
+                  "DEM: " +
+                  unheard);
+}
+
 Result<Config> configure(const Options& options) {
   auto layers = dataset_of_layers(options.layers);
   if (!layers) return std::unexpected(layers.error());
-  return services::read_config(
+  auto config = services::read_config(
       {.file = options.config_file,
        .environment = [](const std::string& key) -> std::optional<std::string> {
          const char* const value = std::getenv(key.c_str());
@@ -109,6 +128,9 @@ Result<Config> configure(const Options& options) {
        .flags = options.flags,
        .datasets = options.datasets,
        .tables = std::move(*layers)});
+  if (!config) return config;
+  if (auto heard = flags_are_heard(options, *config); !heard) return std::unexpected(heard.error());
+  return config;
 }
 
 /// What would end a daemon by default although nobody wants it to end: a reader of its output that
@@ -179,19 +201,34 @@ void log_warnings(const services::ServedDataset& dataset, const TileSetOptions& 
       !dataset.tiles || dataset.tiles->readiness().state != Readiness::State::reading;
   for (const std::string& line : dataset.source->info().warnings)
     spdlog::warn("{}", logging::printable(line));
+  if (const SurfaceShapes* const shapes = dataset.source->shapes())
+    for (const std::string& line : shapes->report().warnings)
+      spdlog::warn("{}: {}", dataset.name, logging::printable(line));
   for (const SurfaceLayer& layer : dataset.source->layers()) log_warnings(*layer.source, is_read);
   const auto plan = TilePlan::make(*dataset.source, HeightRange{}, options);
   const std::string warning = plan ? plan->warning(*dataset.source) : std::string();
   if (!warning.empty()) spdlog::warn("{}: {}", dataset.name, warning);
 }
 
-services::CatalogKeeper::Settings keeper_settings(const Options& options, const Config& config) {
+/// Whoever reaches an address of more than this machine may ask what has no key.
+void warn_of_strangers(const Config& config) {
+  const auto listen = services::parse_listen(config.listen);
+  const bool alone = listen->address.starts_with("127.") || listen->address == "::1";
+  if (!alone && config.access.keys.empty())
+    spdlog::warn(
+        "listening at {} without keys: whoever reaches it may ask everything (tind key new)",
+        config.listen);
+}
+
+services::CatalogKeeper::Settings keeper_settings(const Options& options, const Config& config,
+                                                  services::AccessGate& gate) {
   return {.read = [&options] { return configure(options); },
           .environment = options.environment,
           .pool = SourcePool::make({.heights_bytes = std::size_t(config.source_cache_mb) << 20,
                                     .open_files = kOpenFiles}),
           .opened = [](const services::ServedDataset& dataset,
-                       const services::DatasetOptions& how) { log_warnings(dataset, how.tiles); }};
+                       const services::DatasetOptions& how) { log_warnings(dataset, how.tiles); },
+          .taken = [&gate](const Config& taken) { gate.set(taken.access); }};
 }
 
 /// The first load: who starts a daemon sees every reason why it does not start.
@@ -233,10 +270,35 @@ http::ServerOptions server_options(const Config& config, bool had_terminal) {
                                    : std::max<std::size_t>(1, options.limits.connections / 4);
   options.buffer_bytes = std::size_t(config.buffer_mb) << 20;
   options.access_log = config.access_log;
+  options.origins = *services::origins_of(config.cors_origins);
   options.hangup_stops = [had_terminal] { return had_terminal && !has_terminal(); };
   options.drain_delay = milliseconds(config.drain_delay);
   options.grace = milliseconds(config.grace);
   return options;
+}
+
+/// Where long work for clients is done; nothing where there is to be none.
+Result<std::unique_ptr<services::Jobs>> open_jobs(const Config& config) {
+  if (config.jobs == 0) return nullptr;
+  const auto megabytes = [](int mb) { return std::size_t(mb) << 20; };
+  std::error_code error;
+  const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
+  if (error) return fail(Errc::io, "/proc/self/exe: " + error.message());
+  const std::chrono::seconds time(config.jobs_seconds);
+  auto jobs = services::Jobs::open(config.jobs_dir, program.string(),
+                                   {.running = config.jobs,
+                                    .waiting = std::size_t(config.jobs_waiting),
+                                    .per_client = std::size_t(config.jobs_per_client),
+                                    .stored_bytes = megabytes(config.jobs_stored_mb),
+                                    .kept = std::chrono::hours(config.jobs_kept_hours),
+                                    .each = {.memory_bytes = megabytes(config.jobs_memory_mb),
+                                             .file_bytes = megabytes(config.jobs_result_mb),
+                                             .cpu_time = time,
+                                             .wall_time = time}});
+  if (jobs || !config.jobs_dir.empty()) return jobs;
+  // Nobody asked for them by name: a daemon that may write nowhere serves all the same.
+  spdlog::warn("no jobs, no /processes: {}", logging::printable(jobs.error().what));
+  return nullptr;
 }
 
 /// The operator's own listener; nothing where there is to be none.
@@ -266,7 +328,9 @@ int serve(const Config& config, const Options& options) {
     spdlog::warn(
         "running as root: DEM files are decoded in this process; a user of its own is safer");
   services::Catalog catalog;
-  services::CatalogKeeper keeper(catalog, keeper_settings(options, config));
+  services::AccessGate gate;
+  services::CatalogKeeper keeper(catalog, keeper_settings(options, config, gate));
+  warn_of_strangers(config);
   if (!config.catalog.empty()) services::wait_for_rest(config.catalog, kMostRest);
   if (auto loaded = load_all(keeper); !loaded) return complain(loaded.error());
   auto viewer = load_viewer(config, *options.environment);
@@ -279,7 +343,8 @@ int serve(const Config& config, const Options& options) {
   services::TileTransitions transitions(tiles, cache, pool);
   services::TileEncodings encodings(tiles, cache, pool);
   services::Tiles3d tiles3d(tiles, cache, pool);
-  services::HeightImages images(cache, pool);
+  services::Scenery scenery(cache, pool, *options.environment);
+  services::HeightImages images(tiles, cache, pool);
   services::RefineService refine;
   api::App app{catalog, tiles, cache, pool, *viewer, *options.environment};
   app.refine = &refine;
@@ -289,6 +354,11 @@ int serve(const Config& config, const Options& options) {
   app.images = &images;
   app.keeper = &keeper;
   app.tiles3d = &tiles3d;
+  app.scenery = &scenery;
+  app.gate = &gate;
+  auto jobs = open_jobs(config);
+  if (!jobs) return complain(jobs.error());
+  app.jobs = jobs->get();
   const http::Router router = api::make_router(app);
   const http::Router admin_router =
       api::make_admin_router(app, !config.admin_listen.starts_with("unix:"));
@@ -317,6 +387,7 @@ int serve(const Config& config, const Options& options) {
   if (*admin) (*admin)->stop();
   follower.join();
   admin_loop.join();
+  if (*jobs) (*jobs)->stop();
   pool.stop();  // before the server goes: what waits here answers through it
   spdlog::info("stopped");
   return code;

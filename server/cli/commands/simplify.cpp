@@ -12,7 +12,7 @@
 #include <optional>
 
 #include "proto/json_text.h"
-#include "proto/mesh_io.h"
+#include "proto/mesh/mesh_io.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/dem_input.h"
 #include "server/cli/options/line_input.h"
@@ -124,14 +124,15 @@ Tin as_in_file(const MeshFormat& format, proto::Mesh mesh) {
   return from_file_mesh(std::move(mesh));
 }
 
-void print(const Arguments& a, const nlohmann::ordered_json& report, const Simplified& made,
-           const MeshQuality& quality, const Seconds& s) {
+void print(const Arguments& a, const DemInfo& info, const nlohmann::ordered_json& report,
+           const Simplified& made, const MeshQuality& quality, const Seconds& s) {
   if (a.json) {
     std::printf("%s\n", json::to_text(report, 2).c_str());
     return;
   }
   fmt::print("{}: {} of {} triangles in {} steps\n{}", a.method.name, quality.triangles,
              made.input_triangles, made.steps, quality_text(quality));
+  fmt::print("{}{}", file_origin_line(report), accuracy_line(info));
   fmt::print("seconds: read {:.3f}, simplify {:.3f}, write {:.3f}, measure {:.3f}\n", s.read,
              s.simplify, s.write, s.measure);
   if (!made.note.empty()) fmt::print("note: {}\n", made.note);
@@ -160,6 +161,13 @@ void tell_of_posts_lost(const Arguments& a, const MeshQuality& quality, Simplifi
       "{}the 32-bit coordinates of {} leave {} posts beside the mesh: {}PLY and OBJ hold them",
       made.note.empty() ? "" : "; ", a.format->title, quality.uncovered - quality.isolated,
       a.frame == MeshFrame::metric ? "" : "--frame metric, or ");
+}
+
+/// Where one was asked for.
+int put_report(const Arguments& a, const nlohmann::ordered_json& report) {
+  if (a.report.empty()) return kOk;
+  const auto ok = write_whole_file(a.report, json::to_text(report, 2) + "\n");
+  return ok ? int(kOk) : complain(ok.error());
 }
 
 /// A general mesh in, a general mesh out; its error is the distance of the two surfaces.
@@ -201,13 +209,9 @@ int run_mesh(const Arguments& a) {
                                    {"peak_mb", PeakMemory::megabytes()}};
   report.update(distance_json(d));
   if (is_known(read->place)) report.update(place_json(read->place));
+  add_file_origin(report, *a.format, mesh);
   report["note"] = made.note;
-  if (!a.report.empty()) {
-    if (const auto wrote = write_whole_file(a.report, json::to_text(report, 2) + "\n"); !wrote) {
-      complain(wrote.error());
-      return kCannotCreate;
-    }
-  }
+  if (const int code = put_report(a, report); code != kOk) return code;
   if (a.json) {
     std::printf("%s\n", json::to_text(report, 2).c_str());
     return kOk;
@@ -219,6 +223,7 @@ int run_mesh(const Arguments& a) {
     fmt::print("repaired: {} vertices split, {} triangles dropped (not a manifold)\n",
                result->split_vertices, result->dropped_triangles);
   }
+  fmt::print("{}", file_origin_line(report));
   if (!made.note.empty()) fmt::print("note: {}\n", made.note);
   return kOk;
 }
@@ -310,6 +315,8 @@ int run(Arguments& a, Command app) {
   proto::Mesh mesh = to_file_mesh(map.from_posts(std::move(made->tin)));
   mesh.place = place;
   if (const int code = put_mesh(a.output, *a.format, mesh); code != kOk) return code;
+  nlohmann::ordered_json origin = nlohmann::ordered_json::object();
+  add_file_origin(origin, *a.format, mesh);
   const Tin written = as_in_file(*a.format, std::move(mesh));
   const bool rounded = a.format->as_in_file != nullptr;
   seconds.write = watch.lap();
@@ -324,15 +331,11 @@ int run(Arguments& a, Command app) {
   tell_of_posts_lost(a, *quality, *made);
 
   nlohmann::ordered_json report = report_json(a, info, *made, *quality, seconds);
+  report.update(origin);
   if (lines) report["lines"] = lines_json(a.options.constraints->report, *lines);
   if (attributes) report["surface"] = distance_json(*attributes);
-  if (!a.report.empty()) {
-    if (const auto ok = write_whole_file(a.report, json::to_text(report, 2) + "\n"); !ok) {
-      complain(ok.error());
-      return kCannotCreate;
-    }
-  }
-  print(a, report, *made, *quality, seconds);
+  if (const int code = put_report(a, report); code != kOk) return code;
+  print(a, info, report, *made, *quality, seconds);
   if (lines && !a.json) fmt::print("{}", lines_text(a.options.constraints->report, *lines));
   if (attributes && !a.json) fmt::print("{}", distance_text(*attributes));
   return kOk;
@@ -359,6 +362,7 @@ void add_simplify(Command program, int& exit) {
   add_stop(app, a->options.stop);
   add_method_options(app, a->method, a->options.threads);
   add_dem_options(app, a->input);
+  add_window_options(app, a->input);
   add_line_options(app, a->lines);
   app.add_option("--drape", a->drape,
                  "attribute-qem: colours from this image, reprojected or stretched over the DEM");

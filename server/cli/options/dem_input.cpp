@@ -4,9 +4,14 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 
+#include "server/cli/options/mesh_input.h"
 #include "server/cli/program/exit.h"
+#include "terrain/raster/crs_points.h"
 #include "terrain/raster/dem_options_text.h"
+#include "terrain/raster/dem_window.h"
 #include "terrain/raster/nodata.h"
 
 namespace tind::cli {
@@ -21,7 +26,74 @@ std::string flag_of(std::string name) {
   return "--" + name;
 }
 
+/// "WEST,SOUTH,EAST,NORTH"
+std::optional<std::array<double, 4>> box_of(std::string_view text) {
+  std::array<double, 4> box{};
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  for (std::size_t k = 0; k < box.size(); ++k) {
+    if (k > 0 && (at == end || *at++ != ',')) return {};
+    const auto [next, error] = std::from_chars(at, end, box[k]);
+    if (error != std::errc() || !std::isfinite(box[k])) return {};
+    at = next;
+  }
+  if (at != end) return {};
+  return box;
+}
+
+/// The outline of --bounds on the globe.
+Result<std::vector<Geographic>> outline_of_bounds(const DemInput& input, const DemInfo& info) {
+  auto [west, south, east, north] = *input.bounds;
+  if (input.bounds_crs == "CRS84") {
+    if (east < west && info.bounds.west > -180 && info.bounds.east < 180)
+      return fail(Errc::invalid_argument,
+                  "--bounds: west is greater than east, which is the way across the antimeridian; "
+                  "the DEM does not lie there");
+    if (east < west) east += 360;
+    const bool on_earth = west >= -360 && east <= 540 && east - west <= 360 && south >= -90 &&
+                          north <= 90 && south < north && west < east;
+    if (!on_earth)
+      return fail(Errc::invalid_argument,
+                  "--bounds takes WEST,SOUTH,EAST,NORTH in degrees, south below north; west may be "
+                  "greater than east, across the antimeridian");
+    return outline_of({west, south, east, north});
+  }
+  if (!(west < east && south < north))
+    return fail(Errc::invalid_argument,
+                "--bounds takes the smaller x and y first, then the greater ones");
+  const GeoRect& b = info.bounds;
+  const auto crs =
+      CrsPoints::make(input.bounds_crs, {(b.west + b.east) / 2, (b.south + b.north) / 2});
+  if (!crs) return fail(Errc::invalid_argument, "--bounds-crs: " + crs.error().what);
+  std::vector<Vec2> points;
+  for (const Geographic& p : outline_of({west, south, east, north}))
+    points.push_back((*crs)->east_first() ? Vec2{p.lon, p.lat} : Vec2{p.lat, p.lon});
+  std::vector<Geographic> places(points.size());
+  (*crs)->to_geographic(points, places);
+  return places;
+}
+
 }  // namespace
+
+void add_window_options(Command app, DemInput& input) {
+  app.add_function(
+      "--bounds",
+      [&input](const std::string& text) {
+        input.bounds = box_of(text);
+        if (!input.bounds) refuse_value("--bounds", "takes WEST,SOUTH,EAST,NORTH, four numbers");
+        input.given.push_back("--bounds");
+      },
+      "only the posts of this area: WEST,SOUTH,EAST,NORTH, the rectangle of posts that it lies in");
+  app.add_function(
+      "--bounds-crs",
+      [&input](const std::string& text) {
+        if (text != "CRS84" && !is_epsg_code(text))
+          refuse_value("--bounds-crs", "takes CRS84 or EPSG:CODE");
+        input.bounds_crs = text;
+        input.given.push_back("--bounds-crs");
+      },
+      "what --bounds are in: CRS84 (degrees; the default) or EPSG:CODE, x (east) before y");
+}
 
 void add_dem_options(Command app, DemInput& input) {
   input.environment = app.environment();
@@ -63,7 +135,17 @@ DemOptions dem_options(const DemInput& input) {
 
 Result<std::shared_ptr<const DemSource>> open_dem(const DemInput& input) {
   auto dem = DemSource::open(input.files, dem_options(input));
-  if (dem) warn_of((*dem)->info());
+  if (!dem) return std::unexpected(not_a_dem(dem.error(), input.files));
+  if (!input.bounds && std::ranges::find(input.given, "--bounds-crs") != input.given.end())
+    return fail(Errc::invalid_argument, "--bounds-crs says what --bounds are in: give them, too");
+  if (input.bounds) {
+    const auto outline = outline_of_bounds(input, (*dem)->info());
+    if (!outline) return std::unexpected(outline.error());
+    const auto rect = posts_around(**dem, *outline);
+    if (!rect) return std::unexpected(rect.error());
+    *dem = dem_window(std::move(*dem), *rect);
+  }
+  warn_of((*dem)->info());
   return dem;
 }
 
@@ -78,6 +160,11 @@ void warn_of(const DemInfo& info) {
 
 void warn_of_nodata(const DemSource& dem) {
   if (const std::string line = undeclared_nodata_text(dem); !line.empty()) warn(line);
+}
+
+std::string accuracy_line(const DemInfo& info) {
+  if (!info.accuracy) return {};
+  return fmt::format("the DEM's own accuracy, as stated: {}\n", text(*info.accuracy));
 }
 
 Result<Terrain> read_all(const DemSource& dem) {

@@ -1,7 +1,9 @@
 #pragma once
 // The options with which every subcommand opens a DEM, and reading one as a whole.
 
+#include <array>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,11 +23,16 @@ struct DemInput {
   std::vector<std::string> given;   // flags, as the user wrote them
   std::vector<std::string> datums;  // as said: some are files of geoids
   bool allow_vrt = false;
+  std::optional<std::array<double, 4>> bounds;  // west, south, east, north; none: all of it
+  std::string bounds_crs = "CRS84";
   std::shared_ptr<const Environment> environment;  // the program's
 };
 
 /// Those of dem_options_text.h (--from-datum, --to-datum, --nodata ...) and --allow-vrt.
 void add_dem_options(Command, DemInput&);
+
+/// --bounds and --bounds-crs, for a subcommand that works on an area of its DEM.
+void add_window_options(Command, DemInput&);
 
 DemOptions dem_options(const DemInput&);
 
@@ -33,7 +40,7 @@ DemOptions dem_options(const DemInput&);
 /// of.
 Result<void> no_dem_options(const DemInput&, const std::string& mesh);
 
-/// With what should be known of it as warnings on stderr.
+/// Its posts within the bounds, with what should be known of it as warnings on stderr.
 Result<std::shared_ptr<const DemSource>> open_dem(const DemInput&);
 
 /// complain(), with the files' names where what is wrong lies in their posts.
@@ -43,6 +50,10 @@ int complain_of(const DemInput&, const Error&);
 /// like an undeclared nodata value.
 void warn_of(const DemInfo&);
 void warn_of_nodata(const DemSource&);
+
+/// "the DEM's accuracy, as stated: 4 m (le90)", a line for the end of a report; empty where nobody
+/// stated it.
+std::string accuracy_line(const DemInfo&);
 
 /// All posts at once, with a warning of undeclared nodata. Fails (out_of_range) for a source too
 /// large for one mesh.

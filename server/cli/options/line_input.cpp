@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "server/cli/program/exit.h"
 #include "terrain/shapes/surface_shapes.h"
 #include "terrain/simplify/constraints/constraint_heights.h"
 #include "terrain/surface/open_surface.h"
@@ -20,29 +21,40 @@ namespace {
 struct Heights {
   const HeightGrid& grid;
   bool of_dem = false;
-  bool any = false, all_zero = true;  // of those that the file has
-  double farthest_m = 0;              // of them from the DEM
+  std::size_t all = 0, zeros = 0, far_zeros = 0;  // of those that the file has
+  double farthest_m = 0;                          // of zeros from the DEM
 
   void take(VectorLine& line) {
     for (Vec3& p : line) {
       if (of_dem) p.z = std::numeric_limits<double>::quiet_NaN();
       if (std::isnan(p.z)) continue;
-      any = true;
-      all_zero = all_zero && p.z == 0;
+      ++all;
+      if (p.z != 0) continue;
+      ++zeros;
       if (!(p.x >= 0 && p.y <= 0 && p.x <= grid.cols() - 1 && p.y >= 1 - grid.rows())) continue;
       const double ground = height_between_posts(grid, p.x, p.y);
-      if (!std::isnan(ground)) farthest_m = std::max(farthest_m, std::abs(p.z - ground));
+      if (std::isnan(ground)) continue;
+      far_zeros += std::abs(ground) > kFar_m;
+      farthest_m = std::max(farthest_m, std::abs(ground));
     }
   }
 
   /// Zeros are what a program writes that has no heights but must write some.
   void warn(const std::string& path) const {
-    if (!any || !all_zero || farthest_m < 1) return;
-    fmt::print(stderr,
-               "tind: warning: {}: every height is 0, up to {:.0f} m from the DEM; if these are no "
-               "heights, --line-heights dem takes the DEM's\n",
-               path, farthest_m);
+    if (all > 0 && zeros == all && farthest_m >= 1)
+      cli::warn(
+          fmt::format("{}: every height is 0, up to {:.0f} m from the DEM; if these are no "
+                      "heights, --line-heights dem takes the DEM's",
+                      path, farthest_m));
+    else if (zeros < all && far_zeros > 0)
+      cli::warn(
+          fmt::format("{}: {} of {} heights are exactly 0, up to {:.0f} m from the DEM; a "
+                      "Shapefile holds 0 where no height was given, and --line-heights dem takes "
+                      "the DEM's for all",
+                      path, zeros, all, farthest_m));
   }
+
+  static constexpr double kFar_m = 20;  // as of polygons of tiles
 };
 
 Result<VectorShapes> read_shapes(const std::string& path, const DemSource& dem, Heights heights) {

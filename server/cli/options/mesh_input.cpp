@@ -4,7 +4,7 @@
 #include <string_view>
 #include <utility>
 
-#include "proto/mesh_io.h"
+#include "proto/mesh/mesh_io.h"
 #include "terrain/base/file_io.h"
 #include "terrain/mesh/manifold.h"
 #include "terrain/mesh/mesh_file.h"
@@ -21,9 +21,17 @@ constexpr double kFarthest = 1e12;
 
 bool is_mesh(const std::string& path) { return format_to_read(path) != nullptr; }
 
+Error not_a_dem(const Error& why, const std::vector<std::string>& files) {
+  if (why.code != Errc::bad_data || files.size() != 1) return why;
+  const MeshFormat* const format = format_only_written(files[0]);
+  if (!format) return why;
+  return {Errc::unsupported, files[0] + ": is no raster; tind writes meshes like this (" +
+                                 format->title + "), but reads only " + readable_extensions()};
+}
+
 Result<PlacedTin> read_placed_tin(const std::string& path) {
   auto file = read_mesh(path);
-  if (!file) return fail(Errc::bad_data, file.error().what);
+  if (!file) return std::unexpected(file.error());
   proto::MeshPlace place = looked_up(std::move(file->place));
   Tin tin = from_file_mesh(std::move(*file));
   for (std::size_t i = 0; i < tin.vertices.size(); ++i) {

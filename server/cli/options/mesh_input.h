@@ -2,9 +2,10 @@
 // Meshes as inputs of subcommands, and .tpm streams as outputs.
 
 #include <string>
+#include <vector>
 
-#include "proto/mesh_io.h"
-#include "proto/mesh_stream.h"
+#include "proto/mesh/mesh_io.h"
+#include "proto/stream/mesh_stream.h"
 #include "terrain/base/result.h"
 #include "terrain/mesh/tin.h"
 #include "terrain/raster/dem_source.h"
@@ -13,6 +14,10 @@ namespace tind::cli {
 
 /// By its extension, in any case: of a format that is read as a mesh.
 bool is_mesh(const std::string& path);
+
+/// What kept a file from being opened as a DEM; where it looks like a mesh of a format that is only
+/// written, that.
+Error not_a_dem(const Error& why, const std::vector<std::string>& files);
 
 /// The file's mesh, attributes included. Fails (bad_data) with the file's name, also where a
 /// coordinate is not a number.

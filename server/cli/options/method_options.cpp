@@ -4,6 +4,7 @@
 #include <array>
 #include <concepts>
 #include <memory>
+#include <sstream>
 
 #include "terrain/base/result.h"
 
@@ -31,9 +32,28 @@ void add_field(Command, const std::string&,
 
 }  // namespace
 
+namespace {
+
+/// "edge-cost alpha=0.5" is how settings and records say it.
+Result<MethodOptions> method_named_alone(const std::string& name) {
+  auto named = method_named(name);
+  const std::size_t blank = name.find(' ');
+  if (named || blank == name.npos || !method_named(name.substr(0, blank))) return named;
+  std::string hint = "--method " + name.substr(0, blank);
+  std::istringstream words(name.substr(blank));
+  for (std::string word; words >> word;) {
+    if (const auto equals = word.find('='); equals != word.npos) word[equals] = ' ';
+    hint += " --" + word;
+  }
+  return fail(Errc::invalid_argument,
+              "a method's options are options of their own on a command line: " + hint);
+}
+
+}  // namespace
+
 Result<MethodOptions> method_of(Command app, const MethodLine& line,
                                 std::initializer_list<std::string_view> without) {
-  const Result<MethodOptions> named = method_named(line.name);
+  const Result<MethodOptions> named = method_named_alone(line.name);
   if (!named) return named;
   const auto all = methods();
   const auto chosen = std::ranges::find(all, line.name, &MethodInfo::name);
@@ -52,7 +72,9 @@ Result<MethodOptions> method_of(Command app, const MethodLine& line,
 
 void add_method_choice(Command app, MethodLine& line,
                        std::initializer_list<std::string_view> without) {
-  app.add_option("--method", line.name, "how; 'tind methods' says which to take for what").shown();
+  app.add_option("--method", line.name, "how; 'tind methods' says which to take for what")
+      .in_lower_case()
+      .shown();
   for (MethodOptions& method : line.all) {
     std::visit(
         [&](auto& options) {

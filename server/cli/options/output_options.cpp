@@ -1,5 +1,8 @@
 #include "server/cli/options/output_options.h"
 
+#include <fmt/format.h>
+
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "server/cli/program/exit.h"
@@ -23,9 +26,24 @@ Result<const MeshFormat*> format_of(const MeshOutput& output) {
 
 int put_mesh(const MeshOutput& output, const MeshFormat& format, const proto::Mesh& mesh) {
   const auto ok = write_mesh(output.path, format, mesh);
-  if (ok) return kOk;
-  const int code = complain(ok.error());
-  return ok.error().code == Errc::io ? kCannotCreate : code;
+  if (!ok) return complain(ok.error());
+  if (format.one_unit && mesh.place.geographic && !mesh.place.local)
+    warn(
+        fmt::format("{}: x and y are degrees, which readers of {} take for the unit of z: "
+                    "--frame metric of simplify and refine makes them metres, gdalwarp the DEM's",
+                    output.path, format.title));
+  return kOk;
+}
+
+void add_file_origin(nlohmann::ordered_json& report, const MeshFormat& format,
+                     const proto::Mesh& mesh) {
+  if (const auto origin = file_origin(format, mesh)) report["file_origin"] = *origin;
+}
+
+std::string file_origin_line(const nlohmann::ordered_json& report) {
+  if (!report.contains("file_origin")) return {};
+  const auto [x, y, z] = report["file_origin"].get<std::array<double, 3>>();
+  return fmt::format("origin: the file counts from {} {} {}, as its header says\n", x, y, z);
 }
 
 nlohmann::ordered_json place_json(const proto::MeshPlace& place) {

@@ -21,13 +21,17 @@ void add_mesh_output(Command, MeshOutput&);
 /// Fails (invalid_argument) with the list of formats: before any work.
 Result<const MeshFormat*> format_of(const MeshOutput&);
 
-/// Writes it. kOk, or says why not: with the code of what is wrong, or kCannotCreate where it is
-/// the file.
+/// Writes it. kOk, or says why not. Warns where readers of the format would take degrees for
+/// lengths.
 int put_mesh(const MeshOutput&, const MeshFormat&, const proto::Mesh&);
 
 /// Where its numbers are, for a report: crs, epsg (null without a code), crs_wkt, vertical_datum;
 /// in the metric frame origin and metres_to_crs.
 nlohmann::ordered_json place_json(const proto::MeshPlace&);
+/// file_origin, where the file counts from elsewhere.
+void add_file_origin(nlohmann::ordered_json& report, const MeshFormat&, const proto::Mesh&);
+/// The same for people; empty where it is not in the report.
+std::string file_origin_line(const nlohmann::ordered_json& report);
 /// Does it say anything?
 bool is_known(const proto::MeshPlace&);
 

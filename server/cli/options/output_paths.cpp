@@ -8,6 +8,7 @@
 
 #include "server/cli/options/dem_input.h"
 #include "server/cli/options/line_input.h"
+#include "server/cli/options/surface_input.h"
 #include "server/cli/program/exit.h"
 #include "terrain/base/file_io.h"
 #include "terrain/raster/dem_files.h"
@@ -96,6 +97,11 @@ std::vector<Named> read_files(const std::vector<std::string>& inputs) {
   return out;
 }
 
+int cannot_create(const Error& why) {
+  complain(why);
+  return kCannotCreate;
+}
+
 std::string wrong_with(const std::vector<Named>& outputs, const std::vector<Named>& inputs) {
   for (const Named& output : outputs) {
     for (const Named& input : inputs) {
@@ -128,17 +134,33 @@ std::vector<std::string> inputs_of(const DemInput& input, const LineInput& lines
   return out;
 }
 
+std::vector<std::string> inputs_of(const DemInput& input, const SurfaceInput& layers,
+                                   const ShapeFiles& shapes) {
+  std::vector<std::string> out = inputs_of(input);
+  if (const auto read = read_layers(layers, {}))
+    for (const LayerSpec& layer : read->layers)
+      out.insert(out.end(), layer.files.begin(), layer.files.end());
+  for (const auto* files : {&shapes.breaklines, &shapes.flatten, &shapes.boundary, &shapes.water})
+    out.insert(out.end(), files->begin(), files->end());
+  return out;
+}
+
 int check_outputs(const std::vector<std::string>& outputs, const std::vector<std::string>& inputs) {
   if (const std::string wrong = wrong_with(files_of(outputs), read_files(inputs)); !wrong.empty())
     return complain({Errc::invalid_argument, wrong});
   for (const std::string& path : outputs) {
     if (path.empty()) continue;
-    if (const auto ok = can_write_file(path); !ok) {
-      complain(ok.error());
-      return kCannotCreate;
-    }
+    if (const auto ok = can_write_file(path); !ok) return cannot_create(ok.error());
   }
   return kOk;
+}
+
+int check_output_folder(const std::string& path) {
+  std::error_code error;
+  fs::create_directories(path, error);
+  if (error) return cannot_create({Errc::io, "cannot create " + path + ": " + error.message()});
+  const auto ok = can_write_file((fs::path(path) / "tind").string());
+  return ok ? int(kOk) : cannot_create({Errc::io, path + ": " + ok.error().what});
 }
 
 }  // namespace tind::cli

@@ -5,14 +5,21 @@
 #include <string>
 #include <vector>
 
+namespace tind {
+struct ShapeFiles;
+}
+
 namespace tind::cli {
 
 struct DemInput;
 struct LineInput;
+struct SurfaceInput;
 
 /// What a DEM, its options' geoid files and the lines over it are read from, as they were named.
 std::vector<std::string> inputs_of(const DemInput&);
 std::vector<std::string> inputs_of(const DemInput&, const LineInput&);
+/// The same with layers, of which those are left out that cannot be read: opening them says why.
+std::vector<std::string> inputs_of(const DemInput&, const SurfaceInput&, const ShapeFiles&);
 
 /// Of `outputs` those that are not empty. kOk, or says on stderr what is wrong and returns its
 /// code: kUsage for an output that is an input, a member of a folder or "@list" among them, or a
@@ -21,5 +28,9 @@ std::vector<std::string> inputs_of(const DemInput&, const LineInput&);
 /// links and ".." hide nothing; devices and pipes may be named as often as one likes. kCannotCreate
 /// where an output cannot be written.
 int check_outputs(const std::vector<std::string>& outputs, const std::vector<std::string>& inputs);
+
+/// Makes the folder where it is not there. kOk, or says why no file can be made in it and returns
+/// kCannotCreate.
+int check_output_folder(const std::string& path);
 
 }  // namespace tind::cli

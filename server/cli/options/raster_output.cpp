@@ -18,15 +18,15 @@ int write_one(const std::string& path, bool heights, const DemInfo& info, const 
     MeshRaster raster = mesh_raster(mesh, *strip, row, threads);
     return heights ? std::move(raster.heights) : std::move(raster.errors);
   };
-  const auto made = encode_raster(*raster_format(path), info, heights, rows);
+  const auto made = encode_raster(
+      *raster_format(path), info,
+      {.heights = heights, .what = heights ? "height of the mesh" : "mesh - DEM"}, rows);
   if (!made) return complain(made.error());
   auto ok = write_whole_file(path, made->bytes);
   if (ok && !made->prj.empty())
     ok =
         write_whole_file(std::filesystem::path(path).replace_extension(".prj").string(), made->prj);
-  if (ok) return kOk;
-  complain(ok.error());
-  return kCannotCreate;
+  return ok ? int(kOk) : complain(ok.error());
 }
 
 }  // namespace

@@ -4,9 +4,11 @@
 #include <fmt/ranges.h>
 
 #include <charconv>
+#include <cmath>
 #include <filesystem>
 #include <optional>
 
+#include "server/cli/program/exit.h"
 #include "server/log/printable.h"
 #include "terrain/surface/open_surface.h"
 
@@ -14,11 +16,20 @@ namespace tind::cli {
 
 namespace {
 
-std::optional<double> metres(const std::string& text) {
+constexpr double kMostMetres = 1e7;
+
+/// Nothing where the text is no number; the error says what is wrong with one.
+Result<std::optional<double>> metres(const std::string& text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !(value >= 0 && value < 1e7))
-    return {};
+  if (end != text.data() + text.size() || error == std::errc::invalid_argument)
+    return std::optional<double>();
+  if (error != std::errc() || !std::isfinite(value))
+    return fail(Errc::invalid_argument, text + " is not finite");
+  if (value < 0) return fail(Errc::invalid_argument, text + " is negative");
+  if (value > kMostMetres)
+    return fail(Errc::invalid_argument,
+                fmt::format("{} is too large: at most {:.0f} m", text, kMostMetres));
   return value;
 }
 
@@ -46,7 +57,10 @@ Result<LayerSpec> layer_of(const std::string& text) {
 Result<void> add_metres(const char* option, const std::string& text, double* all,
                         std::vector<SurfaceOptions::OfLayer>& said) {
   const auto equals = text.rfind('=');
-  const auto value = metres(equals == text.npos ? text : text.substr(equals + 1));
+  const auto read = metres(equals == text.npos ? text : text.substr(equals + 1));
+  if (!read)
+    return fail(Errc::invalid_argument, fmt::format("{} {}: {}", option, text, read.error().what));
+  const std::optional<double> value = *read;
   if (!value || (equals == text.npos && !all) || equals == 0)
     return fail(Errc::invalid_argument,
                 fmt::format("{} {}: takes {}NAME=METRES", option, text, all ? "METRES, or " : ""));
@@ -104,7 +118,10 @@ Result<Surface> open_surface(const DemInput& input, const SurfaceInput& said,
   if (!read) return std::unexpected(read.error());
   auto surface = read->layers.empty() ? tind::open_surface(input.files, read->options)
                                       : tind::open_surface(read->layers, read->options);
-  if (surface) warn_of(surface->info());
+  if (!surface) return surface;
+  warn_of(surface->info());
+  if (surface->only() && !said.blends.empty())
+    warn("--blend: there is only one layer, so there is nothing to blend");
   return surface;
 }
 

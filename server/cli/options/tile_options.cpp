@@ -88,7 +88,7 @@ void add_tile_method(Command command, MethodLine& line) {
 }
 
 Result<void> set_tile_method(Command command, const MethodLine& line, TileSetOptions& options) {
-  const auto method = method_of(command, line, {"side", "effort"});
+  const auto method = method_of(command, line, {"side", "effort", "drape"});
   if (!method) return std::unexpected(method.error());
   options.method = *method;
   return check_tile_method(options.method);

@@ -71,8 +71,10 @@ std::uint64_t isolated_posts(const HeightGrid& grid) {
 MeshQuality mesh_quality(const Tin& mesh, const MeshMap& map, const HeightGrid& posts, int threads,
                          bool float_file) {
   MeshQuality q = validity_of(mesh);
-  q.error = vertical_error(map.to_posts(mesh), posts, threads,
+  const Tin on_posts = map.to_posts(mesh);
+  q.error = vertical_error(on_posts, posts, threads,
                            slack_posts(mesh, map, float_file, posts.cols(), posts.rows()));
+  q.surface = surface_error(on_posts, posts, q.error, threads);
   if (q.error.uncovered > 0) q.isolated = std::min(q.error.uncovered, isolated_posts(posts));
   q.uncovered = q.error.uncovered;
   return q;
@@ -99,6 +101,11 @@ VolumeBetween volume_between(const VerticalError& e, const DemInfo& info) {
 
 nlohmann::ordered_json quality_json(const MeshQuality& q) {
   const VerticalError& e = q.error;
+  nlohmann::ordered_json surface, surface_at;
+  if (q.surface) {
+    surface = q.surface->max_m();
+    surface_at = {{"col", q.surface->at.x}, {"row", q.surface->at.y}};
+  }
   return {{"triangles", q.triangles},
           {"vertices", q.vertices},
           {"max_error_m", e.max_m},
@@ -110,6 +117,8 @@ nlohmann::ordered_json quality_json(const MeshQuality& q) {
           {"max_above_m", e.max_above_m},
           {"max_below_m", e.max_below_m},
           {"max_at", {{"col", e.max_col}, {"row", e.max_row}}},
+          {"max_surface_error_m", std::move(surface)},
+          {"max_surface_error_at", std::move(surface_at)},
           {"bias_m", e.bias_m},
           {"posts", e.posts},
           {"flipped", q.flipped},
@@ -142,6 +151,9 @@ std::string quality_text(const MeshQuality& q) {
       "mean {:.3f} m, 50/95/99 % below {:.3f}/{:.3f}/{:.3f} m; mesh - post {:+.3f} m in the mean\n",
       q.triangles, q.vertices, q.flipped, q.uncovered, e.posts, e.max_m, e.max_col, e.max_row,
       e.rms_m, e.mean_m, e.p50_m, e.p95_m, e.p99_m, e.bias_m);
+  if (q.surface)
+    text += fmt::format("between the posts, against the bilinear surface: max {:.3f} m\n",
+                        q.surface->max_m());
   if (q.uncovered > 0) {
     text += fmt::format(
         "{} valid posts ({:.2g} %) are in no triangle, and the error does not count them: {} of "

@@ -2,8 +2,10 @@
 // The referee's verdict on a mesh of a DEM, as `tind simplify` and `tind measure` report it.
 
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 
 #include "terrain/base/result.h"
+#include "terrain/mesh/between_posts.h"
 #include "terrain/mesh/mesh_frame.h"
 #include "terrain/mesh/vertical_error.h"
 #include "terrain/raster/height_grid.h"
@@ -12,6 +14,7 @@ namespace tind::cli {
 
 struct MeshQuality {
   VerticalError error;
+  std::optional<SurfaceError> surface;  // of a DEM in memory
   std::size_t triangles = 0, vertices = 0;
   std::size_t flipped = 0;  // in the mesh's own frame, as written
   std::size_t non_manifold = 0;
@@ -43,8 +46,8 @@ struct VolumeBetween {
 };
 VolumeBetween volume_between(const VerticalError&, const DemInfo&);
 
-/// triangles, vertices, max_error_m ... p99_m, max_at, bias_m, posts, flipped,
-/// posts_uncovered, posts_isolated.
+/// triangles, vertices, max_error_m ... p99_m, max_at, max_surface_error_m (null: not measured) and
+/// its _at, bias_m, posts, flipped, posts_uncovered, posts_isolated.
 nlohmann::ordered_json quality_json(const MeshQuality&);
 
 /// Of a mesh over all of its DEM: volume_m3, posts_void; crs, epsg, crs_wkt, vertical_datum.

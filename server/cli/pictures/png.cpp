@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "proto/png.h"
+#include "proto/image/png.h"
 
 namespace tind::cli {
 

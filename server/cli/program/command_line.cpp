@@ -3,6 +3,7 @@
 #include "server/cli/program/command_line.h"
 
 #include <CLI/CLI.hpp>
+#include <charconv>
 #include <cmath>
 #include <iostream>
 #include <sstream>
@@ -63,7 +64,12 @@ Option Option::shown() {
 }
 
 Option Option::one_of(std::vector<std::string> words) {
-  option_->check(CLI::IsMember(std::move(words)));
+  option_->transform(CLI::IsMember(std::move(words), CLI::ignore_case));
+  return *this;
+}
+
+Option Option::in_lower_case() {
+  option_->transform([](const std::string& text) { return CLI::detail::to_lower(text); }, "");
   return *this;
 }
 
@@ -98,8 +104,12 @@ Option Option::range(std::int64_t low, std::int64_t high) {
 Option Option::bytes() {
   option_->transform(CLI::AsSizeValue(false));
   option_->transform(CLI::Validator(  // the last one runs first
-      [](std::string& text) {
-        return text.starts_with('-') ? "must be 0 or more, not " + text : std::string();
+      [](std::string& text) -> std::string {
+        if (text.starts_with('-')) return "must be 0 or more, not " + text;
+        std::uint64_t number = 0;  // what is no number at all, AsSizeValue says
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+        if (error == std::errc::result_out_of_range) return text + " is beyond all memory";
+        return {};
       },
       ""));
   return *this;

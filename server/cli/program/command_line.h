@@ -31,8 +31,9 @@ class Option {
   Option required();
   Option shown();  // help says the default
   Option one_of(std::vector<std::string> words);
-  Option positive();      // a number above 0
-  Option not_negative();  // 0 or above
+  Option in_lower_case();  // of words: in any case
+  Option positive();       // a number above 0
+  Option not_negative();   // 0 or above
   Option range(double low, double high);
   Option range(std::int64_t low, std::int64_t high);
   Option range(int low, int high) { return range(std::int64_t(low), std::int64_t(high)); }

@@ -14,12 +14,14 @@ enum Exit : int {
   kUsage = 2,           // wrong arguments
   kBadData = 65,        // an input is corrupt or not what it says
   kSourceMissing = 69,  // an input cannot be opened
-  kCannotCreate = 73,   // an output cannot be created
-  kIo = 74,             // reading or writing failed on the way
+  kCannotCreate = 73,   // an output cannot be created, which is tried before the work
+  kIo = 74,             // reading or writing failed on the way: a broken or a full disk
   kTryAgain = 75,       // stopped by a signal: run again to go on
 };
 
-/// The one table from what went wrong to how the program ends.
+/// The one table from what went wrong to how the program ends. kCannotCreate is not in it: that is
+/// what check_outputs() and check_output_folder() (output_paths.h) find before the work; a write
+/// that fails later is kIo.
 Exit exit_code(Errc);
 
 /// Prints "tind: what" on stderr and returns the exit code. Bytes of file names that would speak to

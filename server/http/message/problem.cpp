@@ -49,7 +49,7 @@ const Row& row_of(Errc code) {
 
 std::string document(const Problem& problem, const std::string& id) {
   nlohmann::ordered_json json;
-  json["type"] = "about:blank";
+  json["type"] = problem.type;
   json["title"] = reason(problem.status);
   json["status"] = problem.status;
   json["detail"] = problem.detail;

@@ -20,7 +20,8 @@ struct Problem {
   std::string detail;              // one line for a person
   std::string_view instance = {};  // the request target it is about; bytes as sent
   std::vector<ParameterProblem> errors = {};
-  std::vector<Header> headers = {};  // e.g. Allow, Retry-After
+  std::vector<Header> headers = {};       // e.g. Allow, Retry-After
+  std::string_view type = "about:blank";  // a URI that a standard has for it
 };
 
 /// application/problem+json {type, title, status, detail, instance, errors, requestId}, not to be

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 
@@ -22,17 +23,25 @@ std::optional<double> number(const std::string& text) {
   return value;
 }
 
+std::string in_any_case(std::string_view given) {
+  std::string text(given);
+  for (char& c : text) c = char(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
 /// True when it is one of the words' parameters; what is wrong with it is a problem.
 bool read_word(const std::string& name, const std::string& text, std::span<const QueryWord> words,
                QueryNumbers& read) {
   const auto found = std::ranges::find(words, name, &QueryWord::name);
   if (found == words.end()) return false;
   std::string& word = read.words[std::size_t(found - words.begin())];
-  const bool known = std::ranges::find(found->words, text) != found->words.end() ||
-                     (found->fits && found->fits(text));
+  const auto known = std::ranges::find_if(
+      found->words, [&](std::string_view one) { return in_any_case(one) == in_any_case(text); });
   if (!word.empty())
     read.problems.push_back({name, "given twice"});
-  else if (!known)
+  else if (known != found->words.end())
+    word = std::string(*known);
+  else if (!found->fits || !found->fits(text))
     read.problems.push_back({name, fmt::format("must be {}{}{}", fmt::join(found->words, " or "),
                                                found->fits ? " or " : "", found->form)});
   else
@@ -49,7 +58,7 @@ QueryNumbers read_numbers(std::string_view query, std::span<const QueryNumber> k
   read.words.resize(words.size());
   const auto parameters = parse_query(query);
   if (!parameters) {
-    read.problems.push_back({"query", "holds a bad percent-escape"});
+    read.problems.push_back({"query", kBadQuery});
     return read;
   }
   std::vector<bool> given(known.size());

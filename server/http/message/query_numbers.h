@@ -14,8 +14,10 @@ namespace tind::http {
 struct QueryNumber {
   std::string_view name;
   double least, most;
-  std::string_view unit;  // as in "must be metres from 0 to 9": words for a person
-  bool whole = false;     // no fractions
+  std::string_view unit;        // as in "must be metres from 0 to 9": words for a person
+  bool whole = false;           // no fractions
+  std::string_view about = {};  // what it means, where the name does not say
+  std::string_view example = {};
 };
 
 /// A parameter that is one of some words, or of a form.
@@ -24,6 +26,9 @@ struct QueryWord {
   std::vector<std::string_view> words;
   bool (*fits)(std::string_view) = nullptr;  // further words
   std::string_view form = {};                // what these look like, for a person
+  std::string_view about = {};               // what it means
+  std::string_view pattern = {};             // of what fits: a regular expression of ECMA-262
+  std::string_view example = {};
 };
 
 struct QueryNumbers {

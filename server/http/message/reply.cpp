@@ -11,10 +11,12 @@ struct Reason {
 constexpr Reason kReasons[] = {
     {100, "Continue"},
     {200, "OK"},
+    {201, "Created"},
     {204, "No Content"},
     {206, "Partial Content"},
     {304, "Not Modified"},
     {400, "Bad Request"},
+    {401, "Unauthorized"},
     {403, "Forbidden"},
     {404, "Not Found"},
     {405, "Method Not Allowed"},
@@ -26,6 +28,7 @@ constexpr Reason kReasons[] = {
     {416, "Range Not Satisfiable"},
     {417, "Expectation Failed"},
     {422, "Unprocessable Content"},
+    {429, "Too Many Requests"},
     {431, "Request Header Fields Too Large"},
     {500, "Internal Server Error"},
     {501, "Not Implemented"},
@@ -44,7 +47,6 @@ void add_head(Payload& payload, std::string_view content_type, const std::vector
   if (has_body && !content_type.empty()) add(bytes, "Content-Type", content_type);
   if (has_body) add(bytes, "Content-Length", std::to_string(body_size));
   for (const auto& [name, value] : headers) add(bytes, name, value);
-  add(bytes, "Access-Control-Allow-Origin", "*");
   add(bytes, "X-Content-Type-Options", "nosniff");
   bytes.append("\r\n");
   payload.head = bytes.size();

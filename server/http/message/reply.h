@@ -46,7 +46,7 @@ struct Reply {
 };
 
 /// Adds Content-Length (not for 204 and 304, which have no body) and what every response carries:
-/// CORS for everyone, no sniffing of content types.
+/// no sniffing of content types. For which origins it is, the connection says.
 std::shared_ptr<Payload> make_payload(int status, std::string_view content_type,
                                       const std::vector<Header>& headers, std::string_view body);
 

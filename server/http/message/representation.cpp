@@ -30,6 +30,7 @@ std::shared_ptr<const Representation> Representation::make(std::string_view body
   made->gzip_etag_ = "\"" + hash + "-gz\"";
   const auto payload = [&](int status, std::string_view etag, bool gzip, std::string_view bytes) {
     std::vector<Header> headers = made->headers(etag);
+    headers.insert(headers.end(), options.fields.begin(), options.fields.end());
     if (gzip && status == 200) headers.push_back({"Content-Encoding", "gzip"});
     auto result = make_payload(status, options.content_type, headers, bytes);
     result->shared = true;

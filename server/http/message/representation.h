@@ -26,7 +26,8 @@ class Representation {
     std::string_view cache_control = "no-cache";
     std::string_view vary = "Accept-Encoding";
     bool compress = true;
-    bool ranges = false;  // parts may be asked for; only without `compress`
+    bool ranges = false;              // parts may be asked for; only without `compress`
+    std::vector<Header> fields = {};  // of its own; seen by make() alone
   };
   /// Compresses here, so: not on an I/O thread for large bodies.
   static std::shared_ptr<const Representation> make(std::string_view body, const Options&);

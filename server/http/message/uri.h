@@ -1,6 +1,7 @@
 #pragma once
 // The two halves of a request target, decoded once and never again.
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -16,8 +17,12 @@ struct Parameter {
   std::string name, value;
 };
 
-/// "lon=7.5&lat=46" in order. '+' is a plus sign. Nothing when an escape is bad; empty parts
-/// ("a=1&&b=2") are skipped; "a" is a name with an empty value.
+/// "lon=7.5&lat=46" in order. '+' is a plus sign, and %2F a slash: a query is no path, and URIs in
+/// it are sent like that. Nothing when an escape is bad, and for more
+/// parameters than anything here has (of a form of megabytes they would take 30 times as much
+/// memory): kBadQuery. Empty parts ("a=1&&b=2") are skipped; "a" is a name with an empty value.
+inline constexpr std::size_t kMostParameters = 100;
+inline constexpr const char* kBadQuery = "holds a bad percent-escape, or more than 100 parameters";
 std::optional<std::vector<Parameter>> parse_query(std::string_view);
 
 }  // namespace tind::http

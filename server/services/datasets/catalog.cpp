@@ -4,7 +4,7 @@
 #include <optional>
 #include <utility>
 
-#include "proto/layer_json.h"
+#include "proto/tile/layer_json.h"
 #include "server/services/datasets/dataset_spec.h"
 
 namespace tind::services {

@@ -13,7 +13,7 @@
 #include <string_view>
 #include <vector>
 
-#include "proto/quantized_mesh.h"
+#include "proto/tile/quantized_mesh.h"
 #include "server/http/message/representation.h"
 #include "terrain/dataset/dataset.h"
 #include "terrain/geo/tiling_scheme.h"

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "server/services/datasets/dataset_settings.h"
+#include "terrain/raster/datums.h"
 #include "terrain/raster/dem_files.h"
 #include "terrain/raster/file_state.h"
 
@@ -42,9 +43,15 @@ Result<std::vector<fs::path>> entries_of(const std::string& folder) {
   return paths;
 }
 
+std::string state_of(const std::string& path, const FileState& state) {
+  return fmt::format("{} {} {} {} {}\n", path, state.device, state.inode, state.size,
+                     state.written_ns);
+}
+
 /// Gathers the states of an entry's files, and whether all were last written to a while ago.
 struct States {
   std::string text;
+  std::size_t of_table = 0;  // bytes at its beginning
   std::int64_t last_written_ns = 0;
 
   void add(const std::string& path) {
@@ -53,8 +60,7 @@ struct States {
       text += path + " is not there\n";
       return;
     }
-    text += fmt::format("{} {} {} {} {}\n", path, state->device, state->inode, state->size,
-                        state->written_ns);
+    text += state_of(path, *state);
     last_written_ns = std::max(last_written_ns, state->written_ns);
   }
 };
@@ -80,32 +86,34 @@ void look_into_folder(FolderEntry& entry, States& states) {
   entry.spec.files = {entry.path};
 }
 
-void look_into_table(FolderEntry& entry, States& states) {
+void look_into_table(FolderEntry& entry, States& states, CatalogTables& tables) {
   states.add(entry.path);
-  const std::string name = entry.spec.name;
-  const auto table = read_toml(entry.path);
-  auto spec =
-      table ? read_dataset_table({.line = 1, .is_text = false, .value = *table}, entry.path, name)
-            : std::unexpected(table.error());
+  states.of_table = states.text.size();
+  const Result<DatasetSpec>& spec = tables.read(entry.path, entry.spec.name);
   const auto files = spec ? files_of(*spec) : std::unexpected(spec.error());
   if (!files) {
     entry.wrong = files.error().what;
     return;
   }
-  entry.spec = std::move(*spec);
+  entry.spec = *spec;
   std::error_code error;
   for (const std::string& file : *files)
     if (fs::is_regular_file(file, error) || !fs::exists(file, error)) states.add(file);
+  for (const auto& [name, text] : entry.spec.own)
+    if (file_key(name).ends_with("_datum") && names_geoid_file(text)) states.add(text);
   const auto options = dataset_options({}, entry.spec.own);
   if (!options) return;  // opening it says why
   const ShapeFiles& shapes = options->shapes;
   for (const auto* list : {&shapes.breaklines, &shapes.flatten, &shapes.boundary, &shapes.water})
     for (const std::string& file : *list) states.add(file);
+  for (const std::string& file : {options->drape, options->land_cover})
+    if (!file.empty()) states.add(file);
 }
 
 /// What it is, as far as the file system tells.
-FolderEntry entry_at(const fs::path& path, States& states) {
-  FolderEntry entry{.path = path.string(), .spec = {}, .state = {}, .rests = false, .wrong = {}};
+FolderEntry entry_at(const fs::path& path, States& states, CatalogTables& tables) {
+  FolderEntry entry{
+      .path = path.string(), .spec = {}, .state = {}, .content = {}, .rests = false, .wrong = {}};
   std::error_code error;
   const bool is_folder = fs::is_directory(path, error);
   entry.spec.name = safe_name(is_folder ? path.filename().string() : name_of_file(path.string()));
@@ -114,7 +122,7 @@ FolderEntry entry_at(const fs::path& path, States& states) {
   } else if (!fs::is_regular_file(path, error)) {
     entry.wrong = entry.path + ": is neither a file nor a folder";
   } else if (path.extension() == ".toml") {
-    look_into_table(entry, states);
+    look_into_table(entry, states, tables);
   } else {
     states.add(entry.path);
     entry.spec.files = {entry.path};
@@ -131,7 +139,20 @@ bool written_long_ago(std::int64_t written_ns) {
 
 }  // namespace
 
-Result<std::vector<FolderEntry>> CatalogFolder::look(Clock::time_point now) {
+const Result<DatasetSpec>& CatalogTables::read(const std::string& file, const std::string& name) {
+  const auto now = file_state(file);
+  const std::string state = now ? state_of(file, *now) : std::string();
+  auto found = read_.find(file);
+  // What was wrong may have been a file that it names and that is there by now.
+  if (found != read_.end() && !state.empty() && found->second.state == state && found->second.spec)
+    return found->second.spec;
+  const auto table = read_toml(file);
+  auto spec = table ? read_dataset_table({.line = 1, .is_text = false, .value = *table}, file, name)
+                    : std::unexpected(table.error());
+  return read_.insert_or_assign(file, Read{state, std::move(spec)}).first->second.spec;
+}
+
+Result<std::vector<FolderEntry>> CatalogFolder::look(bool tables_rest, Clock::time_point now) {
   const auto paths = entries_of(folder_);
   if (!paths) return std::unexpected(paths.error());
   std::vector<FolderEntry> entries;
@@ -139,7 +160,8 @@ Result<std::vector<FolderEntry>> CatalogFolder::look(Clock::time_point now) {
   for (const fs::path& path : *paths) {
     if (is_passed_over(path)) continue;
     States states;
-    FolderEntry entry = entry_at(path, states);
+    FolderEntry entry = entry_at(path, states, tables_);
+    entry.content = states.text.substr(states.of_table);
     entry.state = std::move(states.text);
     const auto before = seen_.find(entry.path);
     const bool same = before != seen_.end() && before->second.state == entry.state;
@@ -147,7 +169,8 @@ Result<std::vector<FolderEntry>> CatalogFolder::look(Clock::time_point now) {
                        : before == seen_.end() && written_long_ago(states.last_written_ns)
                            ? now - kRest
                            : now;
-    entry.rests = now - since >= kRest;
+    entry.rests =
+        now - since >= kRest || (tables_rest && fs::path(entry.path).extension() == ".toml");
     seen[entry.path] = {entry.state, since};
     entries.push_back(std::move(entry));
   }
@@ -159,11 +182,12 @@ Result<std::vector<FolderEntry>> CatalogFolder::look(Clock::time_point now) {
 
 void wait_for_rest(const std::string& folder, std::chrono::milliseconds most) {
   const auto end = std::chrono::steady_clock::now() + most;
+  CatalogTables tables;
   const auto rests = [&] {
     const auto paths = entries_of(folder);
-    return !paths || std::ranges::all_of(*paths, [](const fs::path& path) {
+    return !paths || std::ranges::all_of(*paths, [&](const fs::path& path) {
       States states;
-      if (!is_passed_over(path)) entry_at(path, states);
+      if (!is_passed_over(path)) entry_at(path, states, tables);
       return written_long_ago(states.last_written_ns);
     });
   };

@@ -21,10 +21,25 @@ namespace tind::services {
 /// One thing that lies there.
 struct FolderEntry {
   std::string path;
-  DatasetSpec spec;   // its name is that of the entry
-  std::string state;  // changes when its files do
+  DatasetSpec spec;     // its name is that of the entry
+  std::string state;    // changes when its files do
+  std::string content;  // the same without the table itself: a comment more changes no dataset
   bool rests = false;
   std::string wrong;  // why it cannot be a dataset; empty: it may be one
+};
+
+/// Tables, each read once for each state of its file.
+class CatalogTables {
+ public:
+  /// `name`: where the table gives none.
+  const Result<DatasetSpec>& read(const std::string& file, const std::string& name);
+
+ private:
+  struct Read {
+    std::string state;
+    Result<DatasetSpec> spec;
+  };
+  std::map<std::string, Read> read_;  // by file
 };
 
 class CatalogFolder {
@@ -37,8 +52,10 @@ class CatalogFolder {
   const std::string& folder() const { return folder_; }
 
   /// Everything there, by name. What was last written to kRest ago or longer rests already when it
-  /// is seen for the first time. Errc::not_found or io where the folder cannot be read.
-  Result<std::vector<FolderEntry>> look(Clock::time_point now = Clock::now());
+  /// is seen for the first time; with `tables_rest` tables do as they are, since whoever asks says
+  /// that they are finished. Errc::not_found or io where the folder cannot be read.
+  Result<std::vector<FolderEntry>> look(bool tables_rest = false,
+                                        Clock::time_point now = Clock::now());
 
  private:
   struct Seen {
@@ -47,6 +64,7 @@ class CatalogFolder {
   };
   const std::string folder_;
   std::map<std::string, Seen> seen_;  // by path
+  CatalogTables tables_;
 };
 
 /// Waits until nothing in the folder was written to within the last kRest, `most` at most: at a

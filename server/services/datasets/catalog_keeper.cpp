@@ -13,13 +13,17 @@
 #include <algorithm>
 #include <ctime>
 #include <exception>
+#include <filesystem>
 #include <iterator>
 #include <set>
 #include <utility>
 
 #include "server/services/datasets/open_dataset.h"
 #include "terrain/base/parallel.h"
+#include "terrain/raster/datums.h"
 #include "terrain/raster/dem_files.h"
+#include "terrain/raster/file_state.h"
+#include "terrain/raster/offset_grid.h"
 
 namespace tind::services {
 namespace {
@@ -28,6 +32,10 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kLook{1000};  // between two looks, where one takes little time
 constexpr int kPause = 20;                        // else so many times as long as one took
+// How long it is waited for entries of the folder to be opened: at the start, by a reload, by a
+// look.
+constexpr std::chrono::hours kPatienceAtStart{24};
+constexpr std::chrono::milliseconds kPatienceOfReload{2000}, kPatienceOfLook{300};
 
 /// Two specs with the same key are opened as the same dataset. A folder of rasters and a list stand
 /// for what they hold now.
@@ -53,6 +61,41 @@ bool is_as_it_was(const ServedDataset& dataset) {
   return !dataset.unchanged || dataset.unchanged().has_value();
 }
 
+/// Who has a name: where people find it.
+std::string place_of(const DatasetSpec& spec, const std::string& entry) {
+  return !entry.empty() ? entry : !spec.where.empty() ? spec.where : spec.files.front();
+}
+
+/// Files of geoids that are said to be what heights are above: they are no datasets.
+void add_geoids(const SettingTexts& texts, std::set<std::string>& files) {
+  std::error_code none;
+  for (const auto& [name, text] : texts)
+    if (file_key(name).ends_with("_datum") && names_geoid_file(text))
+      files.insert(std::filesystem::weakly_canonical(text, none).string());
+}
+
+std::set<std::string> geoids_of(const Config& config, const std::vector<FolderEntry>& entries) {
+  std::set<std::string> files;
+  add_geoids(config.every, files);
+  const auto add = [&](const DatasetSpec& spec) {
+    add_geoids(spec.own, files);
+    for (const LayerTable& layer : spec.layers) add_geoids(layer.own, files);
+  };
+  for (const DatasetSpec& spec : config.tables) add(spec);
+  for (const FolderEntry& entry : entries) add(entry.spec);
+  return files;
+}
+
+/// Files that tables of the folder name: what is no dataset by itself may be a part of theirs.
+std::set<std::string> rasters_of_tables(const std::vector<FolderEntry>& entries) {
+  std::set<std::string> files;
+  for (const FolderEntry& entry : entries)
+    if (entry.path.ends_with(".toml"))
+      for (const std::string& file : files_of(entry.spec).value_or(std::vector<std::string>{}))
+        files.insert(file);
+  return files;
+}
+
 std::unexpected<Error> stopping() { return fail(Errc::cancelled, "the server is shutting down"); }
 
 std::string now_text() { return fmt::format("{:%FT%TZ}", fmt::gmtime(std::time(nullptr))); }
@@ -66,6 +109,7 @@ std::string text_of(const CatalogChange& change, std::size_t all) {
   add("opened anew", change.replaced);
   add("gone", change.removed);
   add("only a restart changes", change.for_restart);
+  add("not at rest yet", change.waiting);
   return text;
 }
 
@@ -102,28 +146,52 @@ void CatalogKeeper::want_configured(const Config& config, std::vector<Wanted>& w
   }
 }
 
-Result<void> CatalogKeeper::want_folder(const Config& config, std::vector<Wanted>& wanted) {
-  const auto entries = folder_->look();
+bool CatalogKeeper::has_name(const std::string& name, const std::string& but_entry) const {
+  return std::ranges::any_of(here_, [&](const Wanted& here) {
+    return here.served->name == name && here.entry != but_entry;
+  });
+}
+
+bool CatalogKeeper::is_hopeless(const FolderEntry& entry) const {
+  const auto left = left_.find(entry.path);
+  if (left == left_.end() || left->second.state != entry.state) return false;
+  return left->second.name.empty() || has_name(left->second.name, entry.path);
+}
+
+Result<void> CatalogKeeper::want_folder(const Config& config, bool tables_rest,
+                                        std::vector<Wanted>& wanted) {
+  const auto entries = folder_->look(tables_rest);
   if (!entries) return std::unexpected(entries.error());
+  restless_.clear();
+  const std::set<std::string> geoids = geoids_of(config, *entries);
+  of_tables_ = rasters_of_tables(*entries);
   std::set<std::string> there;
+  std::error_code none;
   for (const FolderEntry& entry : *entries) {
+    if (geoids.contains(std::filesystem::weakly_canonical(entry.path, none).string())) continue;
     there.insert(entry.path);
     const auto old = std::ranges::find(here_, entry.path, &Wanted::entry);
-    Wanted one{.spec = entry.spec, .entry = entry.path, .state = entry.state};
+    Wanted one{
+        .spec = entry.spec, .entry = entry.path, .state = entry.state, .content = entry.content};
     if (old != here_.end()) one.served = old->served;
     const bool is_table = entry.path.ends_with(".toml");
     if (!entry.wrong.empty()) {
-      if (entry.rests) leave_aside(entry.path, entry.state, entry.wrong);
+      // What is wrong may be mended without a change of its files.
+      if (entry.rests)
+        leave_aside(entry.path, entry.state + entry.wrong, entry.wrong);
+      else
+        restless_.push_back(entry.path);
       if (!is_table) one.served = nullptr;  // there is nothing in it any more
     } else {
       const auto files = files_of(entry.spec);
       one.key = files ? key_of(config, entry.spec, *files) : std::string();
-      const bool same =
-          one.served && old->key == one.key && old->state == one.state && is_as_it_was(*one.served);
-      const auto left = left_.find(entry.path);
-      const bool hopeless = left != left_.end() && left->second == entry.state;
+      const bool same = one.served && old->key == one.key && old->content == one.content &&
+                        is_as_it_was(*one.served);
+      const bool hopeless = is_hopeless(entry);
+      if (!entry.rests && !same) restless_.push_back(entry.path);
       if (entry.rests && !same && !hopeless) one.served = nullptr;
       if (entry.rests && !hopeless) {
+        left_.erase(entry.path);
         wanted.push_back(std::move(one));
         continue;
       }
@@ -131,6 +199,7 @@ Result<void> CatalogKeeper::want_folder(const Config& config, std::vector<Wanted
     if (!one.served) continue;  // not yet, or never
     one.key = old->key;         // as it was opened
     one.state = old->state;
+    one.content = old->content;
     wanted.push_back(std::move(one));
   }
   std::erase_if(left_, [&](const auto& left) { return !there.contains(left.first); });
@@ -141,13 +210,16 @@ Result<void> CatalogKeeper::want_folder(const Config& config, std::vector<Wanted
 
 /// Said once for each state of its files.
 void CatalogKeeper::leave_aside(const std::string& entry, const std::string& state,
-                                const std::string& why) {
-  const auto [left, is_new] = left_.emplace(entry, state);
-  if (!is_new && left->second == state) return;
-  left->second = state;
-  spdlog::warn("catalog: left alone: {}", why);
+                                const std::string& why, const std::string& name) {
+  const auto [left, is_new] = left_.try_emplace(entry, Left{state, name});
+  const bool known = !is_new && left->second.state == state && left->second.name == name;
+  left->second = {state, name};
+  if (of_tables_.contains(entry)) return;  // it is served as a part of that dataset
   const std::lock_guard lock(mutex_);
-  status_.aside[entry] = why;
+  std::string& said = status_.aside[entry];
+  if (known && said == why) return;
+  spdlog::warn("catalog: left alone: {}", why);
+  said = why;
 }
 
 // --- opening -------------------------------------------------------------------------------------
@@ -164,7 +236,7 @@ Result<DatasetOptions> CatalogKeeper::options_of(const Config& config,
 void CatalogKeeper::open(const Config& config, std::vector<Wanted>& wanted) const {
   std::vector<Wanted*> to_open;
   for (Wanted& one : wanted)
-    if (!one.served && !one.wrong) to_open.push_back(&one);
+    if (one.entry.empty() && !one.served && !one.wrong) to_open.push_back(&one);
   const std::string index_dir = config.index_dir.empty() ? default_index_dir() : config.index_dir;
   parallel_for(to_open.size(), 0, [&](std::size_t i) {
     Wanted& one = *to_open[i];
@@ -182,28 +254,90 @@ void CatalogKeeper::open(const Config& config, std::vector<Wanted>& wanted) cons
   });
 }
 
+/// Those that take longer than `patience` go on, and are there at a later look.
+void CatalogKeeper::open_entries(const Config& config, std::vector<Wanted>& wanted,
+                                 std::chrono::milliseconds patience) {
+  std::vector<std::pair<Wanted*, std::string>> to_open;
+  std::set<std::string> keys;
+  for (Wanted& one : wanted) {
+    if (one.entry.empty() || one.served || one.wrong) continue;
+    to_open.emplace_back(&one, one.entry + "\n" + one.state + one.key);
+    keys.insert(to_open.back().second);
+  }
+  opener_.keep(keys);
+  const std::string index_dir = config.index_dir.empty() ? default_index_dir() : config.index_dir;
+  for (auto& [one, key] : to_open)
+    opener_.begin(key,
+                  [spec = one->spec, index_dir, path = one->entry,
+                   options = options_of(config, one->spec)]() -> Result<Dataset> {
+                    if (!options) return std::unexpected(options.error());
+                    if (is_offset_grid(path))
+                      return fail(Errc::unsupported,
+                                  path +
+                                      ": is a grid of geoid heights or offsets, not of "
+                                      "terrain; a table can name it as from_datum");
+                    return open_dataset(spec, *options, index_dir);
+                  });
+  if (to_open.empty()) return;
+  const auto begin = Clock::now();
+  opener_.wait_until(begin + patience);
+  waited_ += std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - begin);
+  for (auto& [one, key] : to_open) {
+    auto done = opener_.take(key);
+    one->under_way = !done;
+    if (done && *done)
+      one->opened = std::move(**done);
+    else if (done)
+      one->wrong = done->error();
+  }
+}
+
+void CatalogKeeper::say_what_takes_long(const std::vector<Wanted>& wanted) {
+  std::set<std::string> opening;
+  for (const Wanted& one : wanted)
+    if (one.under_way) opening.insert(one.entry);
+  std::set<std::string> before;
+  {
+    const std::lock_guard lock(mutex_);
+    before = std::exchange(status_.opening, opening);
+  }
+  for (const std::string& entry : opening)
+    if (!before.contains(entry))
+      spdlog::info("catalog: {}: takes long to open; what else there is does not wait for it",
+                   entry);
+}
+
 // --- putting it there ----------------------------------------------------------------------------
 
 CatalogChange CatalogKeeper::put(std::vector<Wanted> wanted) {
-  std::set<std::string> names;
+  std::map<std::string, std::string> names;  // and who has them
   // Names that tables give are theirs.
   for (const Wanted& one : wanted)
     if (one.entry.empty() && !one.spec.where.empty() && !one.spec.name.empty())
-      names.insert(one.spec.name);
+      names[one.spec.name] = place_of(one.spec, one.entry);
   const auto taken = [&](const std::string& name) { return names.contains(name); };
+  // And who has one keeps it: a newcomer to the folder takes nobody's.
+  std::map<std::string, std::string> kept;  // entries by name
+  for (const Wanted& old : here_)
+    if (!old.entry.empty() && std::ranges::find(wanted, old.entry, &Wanted::entry) != wanted.end())
+      kept[old.served->name] = old.entry;
   std::vector<Wanted> here;
   std::vector<const Wanted*> opened;
   here.reserve(wanted.size());
   for (Wanted& one : wanted) {
     const bool has_own = one.entry.empty() && !one.spec.where.empty() && !one.spec.name.empty();
     const std::string name = has_own ? one.spec.name : safe_name(name_of(one.spec));
-    if (!one.entry.empty() && taken(name)) {
+    const auto keeper = kept.find(name);
+    const bool of_other = keeper != kept.end() && keeper->second != one.entry;
+    if (!one.entry.empty() && (taken(name) || of_other)) {
       leave_aside(one.entry, one.state,
-                  fmt::format("{}: there is another dataset {}", one.entry, name));
+                  fmt::format("{}: its name, {}, is that of {}; rename one of them", one.entry,
+                              name, taken(name) ? names[name] : keeper->second),
+                  name);
       continue;
     }
     const std::string unique = has_own ? name : free_name(name, taken);
-    names.insert(unique);
+    names[unique] = place_of(one.spec, one.entry);
     const bool is_new = !one.served;
     if (is_new)
       one.served = catalog_.make(unique, std::move(*one.opened));
@@ -241,28 +375,32 @@ CatalogChange CatalogKeeper::put(std::vector<Wanted> wanted) {
   for (const Wanted* one : opened)
     if (settings_.opened) settings_.opened(*one->served, *options_of(config_, one->spec));
   here_ = std::move(here);
+  const std::lock_guard lock(mutex_);
+  for (const std::string& name : change.replaced) status_.unlike.erase(name);
   return change;
 }
 
-std::expected<CatalogChange, CatalogKeeper::Reasons> CatalogKeeper::gather(const Config& config,
-                                                                           bool look) {
+std::expected<CatalogChange, CatalogKeeper::Reasons> CatalogKeeper::gather(
+    const Config& config, bool look, std::chrono::milliseconds patience) {
   std::vector<Wanted> wanted;
   if (look)
     want_configured(config, wanted);
   else
     std::ranges::copy_if(here_, std::back_inserter(wanted), &std::string::empty, &Wanted::entry);
   if (folder_)
-    if (auto done = want_folder(config, wanted); !done)
+    if (auto done = want_folder(config, look, wanted); !done)
       return std::unexpected(Reasons{done.error()});
   open(config, wanted);
+  open_entries(config, wanted, patience);
+  say_what_takes_long(wanted);
   Reasons reasons;
   for (Wanted& one : wanted) {
-    if (!one.wrong) continue;
+    if (!one.wrong && !one.under_way) continue;
     if (one.entry.empty()) {
       reasons.push_back(*one.wrong);
       continue;
     }
-    leave_aside(one.entry, one.state, one.wrong->what);
+    if (one.wrong) leave_aside(one.entry, one.state, one.wrong->what);
     const auto old = std::ranges::find(here_, one.entry, &Wanted::entry);
     if (old == here_.end()) continue;
     one = *old;  // what there was stays
@@ -282,17 +420,26 @@ std::expected<CatalogChange, CatalogKeeper::Reasons> CatalogKeeper::load() {
   if (auto any = something_to_serve(*config); !any) return std::unexpected(Reasons{any.error()});
   auto old_folder = folder_;
   left_.clear();  // what was left alone gets another chance
+  restless_.clear();
   if (config->catalog.empty())
     folder_ = nullptr;
   else if (!folder_ || folder_->folder() != config->catalog)
     folder_ = std::make_shared<CatalogFolder>(config->catalog);
   const Config old_config = std::exchange(config_, *config);
-  auto change = gather(config_, true);
+  using std::chrono::milliseconds;
+  auto change = gather(config_, true, loaded_ ? kPatienceOfReload : milliseconds(kPatienceAtStart));
   if (!change) {
     config_ = old_config;
     folder_ = std::move(old_folder);
     return change;
   }
+  {
+    const std::lock_guard lock(mutex_);
+    change->aside = status_.aside;
+    change->waiting.assign(status_.opening.begin(), status_.opening.end());
+  }
+  change->waiting.insert(change->waiting.end(), restless_.begin(), restless_.end());
+  if (settings_.taken) settings_.taken(config_);
   if (std::exchange(loaded_, true)) {
     change->for_restart = settings_for_restart(running_, config_);
   } else {
@@ -352,7 +499,7 @@ void CatalogKeeper::follow_tiles() {
 
 void CatalogKeeper::follow_folder() {
   if (!folder_) return;
-  const auto change = gather(config_, false);
+  const auto change = gather(config_, false, kPatienceOfLook);
   if (!change) {
     // Not the folder's entries, but the folder itself.
     if (!std::exchange(folder_lost_, true))
@@ -363,13 +510,25 @@ void CatalogKeeper::follow_folder() {
   if (change->any()) spdlog::info("catalog: {}", text_of(*change, here_.size()));
 }
 
+namespace {
+
+/// In a folder that is a catalog, nobody need do anything.
+std::string what_became(std::string why, bool of_folder) {
+  const auto remedy = why.find(kChangedRemedy);
+  if (of_folder && remedy != why.npos)
+    why.replace(remedy, kChangedRemedy.size(), "; it is opened anew once its files rest");
+  return why;
+}
+
+}  // namespace
+
 /// Says once what became of a dataset's files, and once that they are back.
 void CatalogKeeper::look_at_files() {
   std::map<std::string, std::string> unlike;
   for (const Wanted& one : here_) {
     if (!one.served->unchanged) continue;
     if (const auto same = one.served->unchanged(); !same)
-      unlike[one.served->name] = same.error().what;
+      unlike[one.served->name] = what_became(same.error().what, !one.entry.empty());
   }
   std::map<std::string, std::string> before;
   {
@@ -403,6 +562,7 @@ void CatalogKeeper::run(const std::stop_token& stop) {
       break;
     }
     const auto begin = Clock::now();
+    waited_ = {};
     if (asked) {
       reload_now(std::move(waiting));
     } else {
@@ -411,7 +571,8 @@ void CatalogKeeper::run(const std::stop_token& stop) {
       look_at_files();
     }
     drop_retired();
-    const auto took = std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - begin);
+    const auto took =
+        std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - begin) - waited_;
     pause = asked ? kLook : std::max(kLook, kPause * took);
   }
   std::vector<Done> waiting;

@@ -5,7 +5,8 @@
 //
 // A reload is all or nothing: while anything that the configuration names is wrong, what is served
 // stays. What it names as before, of files that are as they were, is kept, with all that is cached
-// of it. Of a catalog's folder each entry stands for itself: what cannot be opened is left aside.
+// of it. Of a catalog's folder each entry stands for itself: what cannot be opened is left aside,
+// and what takes long to open holds up nothing else.
 
 #include <chrono>
 #include <condition_variable>
@@ -16,6 +17,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -23,6 +25,7 @@
 #include "server/services/datasets/catalog.h"
 #include "server/services/datasets/catalog_folder.h"
 #include "server/services/datasets/config.h"
+#include "server/services/datasets/opener.h"
 #include "terrain/base/result.h"
 #include "terrain/geo/environment.h"
 #include "terrain/raster/dem_source.h"
@@ -34,6 +37,8 @@ struct CatalogChange {
   std::size_t kept = 0;
   std::vector<std::string> added = {}, replaced = {}, removed = {};  // names
   std::vector<std::string> for_restart = {};                         // settings that need one
+  std::map<std::string, std::string> aside = {};  // entries of the folder that are left alone, why
+  std::vector<std::string> waiting = {};          // entries that are not at rest, or being opened
   bool any() const { return !added.empty() || !replaced.empty() || !removed.empty(); }
 };
 
@@ -46,6 +51,8 @@ class CatalogKeeper {
     std::shared_ptr<SourcePool> pool;
     /// Called for each dataset that was opened, with its options, from the thread that opened it.
     std::function<void(const ServedDataset&, const DatasetOptions&)> opened = {};
+    /// Called with each configuration that counts from now on.
+    std::function<void(const Config&)> taken = {};
   };
   /// The catalog outlives it.
   CatalogKeeper(Catalog& catalog, Settings settings);
@@ -70,33 +77,44 @@ class CatalogKeeper {
     std::string when;                           // that was, "2026-11-22T16:00:00Z"
     std::map<std::string, std::string> unlike;  // datasets whose files have changed, and how
     std::map<std::string, std::string> aside;  // entries of the folder that are not served, and why
+    std::set<std::string> opening;             // entries that take long to open, and go on
   };
   Status status() const;
 
  private:
+  static constexpr int kOpeners = 4;  // entries of the folder that are opened at a time
+
   /// One dataset that is to be there.
   struct Wanted {
     DatasetSpec spec;
-    std::string key = {};    // of files and options
-    std::string entry = {};  // of the catalog's folder; empty: of the configuration
-    std::string state = {};  // of the entry
+    std::string key = {};      // of files and options
+    std::string entry = {};    // of the catalog's folder; empty: of the configuration
+    std::string state = {};    // of the entry
+    std::string content = {};  // of the entry without its table
+    bool under_way = false;    // is being opened still
     std::shared_ptr<const ServedDataset> served = nullptr;  // null: is to be opened
     std::optional<Dataset> opened = {};
     std::optional<Error> wrong = {};
   };
 
   void want_configured(const Config&, std::vector<Wanted>&) const;
-  Result<void> want_folder(const Config&, std::vector<Wanted>&);
+  Result<void> want_folder(const Config&, bool tables_rest, std::vector<Wanted>&);
   const Wanted* same_as(const Wanted&, const std::string& name) const;
   void open(const Config&, std::vector<Wanted>&) const;
+  void open_entries(const Config&, std::vector<Wanted>&, std::chrono::milliseconds patience);
+  void say_what_takes_long(const std::vector<Wanted>&);
   CatalogChange put(std::vector<Wanted>);
-  std::expected<CatalogChange, Reasons> gather(const Config&, bool look);
+  std::expected<CatalogChange, Reasons> gather(const Config&, bool look,
+                                               std::chrono::milliseconds patience);
   void reload_now(std::vector<Done>);
   void follow_tiles();
   void follow_folder();
   void look_at_files();
   void drop_retired();
-  void leave_aside(const std::string& entry, const std::string& state, const std::string& why);
+  void leave_aside(const std::string& entry, const std::string& state, const std::string& why,
+                   const std::string& name = {});
+  bool is_hopeless(const FolderEntry&) const;
+  bool has_name(const std::string& name, const std::string& but_entry) const;
   Result<DatasetOptions> options_of(const Config&, const DatasetSpec&) const;
 
   Catalog& catalog_;
@@ -107,14 +125,24 @@ class CatalogKeeper {
   bool loaded_ = false, folder_lost_ = false;
   std::vector<Wanted> here_;  // what is served, in its order
   std::shared_ptr<CatalogFolder> folder_;
-  std::map<std::string, std::string> left_;  // entries that were left aside, and their states
-  Catalog::Datasets retired_;                // requests may have them still
+  /// An entry that was left aside: until its files change or, where another has its name, that
+  /// goes.
+  struct Left {
+    std::string state, name;
+  };
+  std::map<std::string, Left> left_;     // by entry
+  std::vector<std::string> restless_;    // entries that were not at rest at the last look
+  std::set<std::string> of_tables_;      // files that tables of the folder name
+  Catalog::Datasets retired_;            // requests may have them still
+  std::chrono::milliseconds waited_{0};  // for the opener, in this turn
 
   mutable std::mutex mutex_;  // of these
   std::condition_variable_any wake_;
   bool asked_ = false, ended_ = false;
   std::vector<Done> waiting_;
   Status status_;
+
+  Opener opener_{kOpeners};  // last: it ends before what it works on
 };
 
 }  // namespace tind::services

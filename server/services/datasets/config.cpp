@@ -10,6 +10,8 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "server/services/datasets/key_table.h"
+
 namespace tind::services {
 namespace {
 
@@ -188,6 +190,27 @@ Result<void> read_tables(Config& config, const TomlValue& node, const std::strin
   return {};
 }
 
+/// [[key]]
+Result<void> read_keys(Config& config, const TomlValue& node, const std::string& file) {
+  if (!node.list() || node.list()->empty())
+    return fail(Errc::invalid_argument,
+                fmt::format("{}:{}: write [[key]], with two brackets; tind key new prints one",
+                            file, node.line));
+  std::vector<Key>& keys = config.access.keys;
+  for (const TomlValue& item : *node.list()) {
+    auto key = read_key_table(item, file);
+    if (!key) return std::unexpected(key.error());
+    for (const Key& other : keys)
+      if (other.name == key->name || other.hash == key->hash)
+        return fail(
+            Errc::invalid_argument,
+            fmt::format("{}: a second key {}; the first is {}", key->where,
+                        other.name == key->name ? key->name : "of that sha256", other.where));
+    keys.push_back(std::move(*key));
+  }
+  return {};
+}
+
 /// As a flag would have it: one value, or several with commas between.
 std::optional<std::string> text_of(const TomlValue& value, const Setting& setting) {
   if (value.scalar()) return *value.scalar();
@@ -206,6 +229,10 @@ Result<void> read_file(Config& config, const std::string& file) {
   if (!table) return std::unexpected(table.error());
   for (const auto& [key, node] : *table) {
     const std::string where = fmt::format("{}:{}", file, node.line);
+    if (key == "key") {
+      if (auto done = read_keys(config, node, file); !done) return done;
+      continue;
+    }
     if (key == "datasets" || key == "dataset") {
       auto done =
           key == "dataset" ? read_tables(config, node, file) : read_datasets(config, node, where);
@@ -225,6 +252,46 @@ Result<void> read_file(Config& config, const std::string& file) {
     if (auto done = set(config, *setting, *value, where); !done) return done;
   }
   return {};
+}
+
+Setting rate_setting(std::string name, std::string help, double Rate::*field) {
+  return {std::move(name), std::move(help), false,
+          [field](Config& config, std::string_view value) -> Result<void> {
+            const auto parsed = parse_number(value, 0.0, 1e6);
+            if (!parsed) return std::unexpected(parsed.error());
+            config.access.per_address.*field = *parsed;
+            return {};
+          },
+          [field](const Config& config) {
+            return fmt::format("{}", config.access.per_address.*field);
+          }};
+}
+
+Setting without_key_setting() {
+  return {
+      "without-key",
+      "what needs no key where there are keys: of tiles, read, jobs, admin, with commas between",
+      false,
+      [](Config& config, std::string_view value) -> Result<void> {
+        auto scopes = scopes_of(value);
+        if (!scopes) return std::unexpected(scopes.error());
+        config.access.without_a_key = std::move(*scopes);
+        return {};
+      },
+      [](const Config& config) { return toml_quoted(scopes_text(config.access.without_a_key)); }};
+}
+
+Setting cors_setting() {
+  Setting setting = text("cors-origins",
+                         "whose web pages may read answers: * or origins with commas between, "
+                         "https://example.org; empty: none",
+                         &Config::cors_origins);
+  setting.set = [](Config& config, std::string_view value) -> Result<void> {
+    if (auto origins = origins_of(value); !origins) return std::unexpected(origins.error());
+    config.cors_origins = value;
+    return {};
+  };
+  return setting;
 }
 
 std::vector<Setting> make_table() {
@@ -256,6 +323,31 @@ std::vector<Setting> make_table() {
       toggle("access-log", "log every request", &Config::access_log),
       choice("log-level", "how much to log", &Config::log_level,
              {"debug", "info", "warn", "error", "off"}),
+      text("jobs-dir",
+           "folder that keeps jobs and their results over restarts; without it they end with the "
+           "daemon",
+           &Config::jobs_dir),
+      number("jobs", "jobs that run at a time; 0: no /processes", &Config::jobs, 0, 1024),
+      number("jobs-waiting", "jobs that may wait beside them before clients get 503",
+             &Config::jobs_waiting, 0, 1'000'000),
+      number("jobs-per-client", "jobs of one address that may wait or run",
+             &Config::jobs_per_client, 1, 1'000'000),
+      number("jobs-memory-mb", "memory that one job may take, megabytes", &Config::jobs_memory_mb,
+             64, 10'000'000),
+      number("jobs-result-mb", "largest file that one job may make, megabytes",
+             &Config::jobs_result_mb, 1, 10'000'000),
+      number("jobs-stored-mb", "of all jobs' results together, megabytes", &Config::jobs_stored_mb,
+             1, 100'000'000),
+      number("jobs-seconds", "time that one job may take", &Config::jobs_seconds, 1, 1'000'000),
+      number("jobs-kept-hours", "how long results are kept", &Config::jobs_kept_hours, 1,
+             1'000'000),
+      without_key_setting(),
+      rate_setting("rate-per-address",
+                   "requests a second of one address (IPv6: one /64) without a key; 0: any number",
+                   &Rate::per_second),
+      rate_setting("burst-per-address", "of these, at once after a rest; 0: twice the rate",
+                   &Rate::burst),
+      cors_setting(),
       number("drain-delay", "seconds of not ready, but serving, before a stop",
              &Config::drain_delay, 0.0, 3600.0),
       number("grace", "seconds that requests in flight have after a stop", &Config::grace, 0.0,
@@ -317,6 +409,7 @@ std::string print_config(const Config& config) {
     out +=
         fmt::format("{} = {}  # {}\n", file_key(setting.name), setting.show(config), setting.help);
   for (const DatasetSpec& table : config.tables) out += print_dataset_table(table);
+  for (const Key& key : config.access.keys) out += print_key_table(key);
   return out;
 }
 
@@ -387,7 +480,9 @@ std::vector<std::string> settings_for_restart(const Config& old, const Config& n
   std::vector<std::string> names;
   for (const Setting& setting : settings()) {
     const bool taken_over = dataset_setting(setting.name) != nullptr || setting.name == "catalog" ||
-                            setting.name == "index-dir";
+                            setting.name == "index-dir" || setting.name == "without-key" ||
+                            setting.name == "rate-per-address" ||
+                            setting.name == "burst-per-address";
     if (!taken_over && setting.show(old) != setting.show(now)) names.push_back(setting.name);
   }
   return names;

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 
 #include "terrain/base/enum_names.h"
@@ -23,6 +24,7 @@ DatasetSetting of_dem(const DemOptionText& text) {
   std::ranges::replace(name, '_', '-');
   DatasetSetting row{.name = name, .help = text.help, .set = {}};
   row.is_list = name == "nodata";
+  row.of_dem = true;
   if (name == "from-datum") row.initial = "unknown";
   if (name == "to-datum") row.initial = "ellipsoid";
   if (name.ends_with("-datum")) row.may_be_path = names_geoid_file;
@@ -37,12 +39,20 @@ DatasetSetting allow_vrt() {
           .help = "accept VRT files, which can name any other file",
           .initial = "false",
           .is_switch = true,
+          .of_dem = true,
           .set = [](DatasetOptions& options, std::string_view value) -> Result<void> {
             const auto on = parse_switch(value);
             if (!on) return std::unexpected(on.error());
             options.dem.allow_vrt = *on;
             return {};
           }};
+}
+
+/// Words count in any case.
+std::string lower(std::string_view text) {
+  std::string low(text);
+  for (char& c : low) c = char(std::tolower(static_cast<unsigned char>(c)));
+  return low;
 }
 
 // --- its tiles -----------------------------------------------------------------------------------
@@ -67,7 +77,7 @@ DatasetSetting choice(std::string name, std::string help, E TileSetOptions::*fie
           .help = fmt::format("{}: {}", help, fmt::join(enum_names<E>(), ", ")),
           .initial = name_of(TileSetOptions{}.*field),
           .set = [field](DatasetOptions& options, std::string_view value) -> Result<void> {
-            const auto chosen = enum_named<E>(value);
+            const auto chosen = enum_named<E>(lower(value));
             if (!chosen)
               return fail(Errc::invalid_argument,
                           fmt::format("must be one of {}", fmt::join(enum_names<E>(), ", ")));
@@ -84,7 +94,7 @@ DatasetSetting method() {
               "'edge-cost alpha=0.5'; tind methods lists them",
           .initial = method_text(TileSetOptions{}.method),
           .set = [](DatasetOptions& options, std::string_view value) -> Result<void> {
-            const auto method = tile_method_from_text(std::string(value));
+            const auto method = tile_method_from_text(lower(value));
             if (!method) return std::unexpected(method.error());
             options.tiles.method = *method;
             return {};
@@ -159,6 +169,24 @@ std::vector<DatasetSetting> make_table() {
   table.push_back(shape_files(
       "water", "what the tiles' water masks show: polygons of vector files, or rasters"));
   table.push_back(line_heights());
+  table.push_back({.name = "drape",
+                   .help = "an image that says where it is (GeoTIFF): colours of the vertices of "
+                           "its 3D Tiles",
+                   .is_path = true,
+                   .for_all = false,
+                   .set = [](DatasetOptions& options, std::string_view value) -> Result<void> {
+                     options.drape = value;
+                     return {};
+                   }});
+  table.push_back({.name = "land-cover",
+                   .help = "a raster of classes that says where it is (GeoTIFF): features of the "
+                           "triangles of its 3D Tiles",
+                   .is_path = true,
+                   .for_all = false,
+                   .set = [](DatasetOptions& options, std::string_view value) -> Result<void> {
+                     options.land_cover = value;
+                     return {};
+                   }});
   table.push_back({.name = "attribution",
                    .help = "who is to be named with it",
                    .for_all = false,
@@ -189,6 +217,11 @@ const std::vector<DatasetSetting>& dataset_settings() {
   return table;
 }
 
+bool is_of_dem(std::string_view name) {
+  const DatasetSetting* const row = dataset_setting(name);
+  return row && row->of_dem;
+}
+
 const DatasetSetting* dataset_setting(std::string_view name) {
   const auto row = std::ranges::find(dataset_settings(), name, &DatasetSetting::name);
   return row == dataset_settings().end() ? nullptr : &*row;
@@ -202,6 +235,9 @@ Result<DatasetOptions> dataset_options(const SettingTexts& every, const SettingT
   if (options.dem.to_datum == TargetDatum::ellipsoid)
     options.dem.to_datum = TargetDatum::ellipsoid_if_known;
   if (auto done = apply(own, options); !done) return std::unexpected(done.error());
+  for (const SettingTexts* said : {&every, &own})
+    for (const auto& [name, text] : *said)
+      if (is_of_dem(name)) options.dem_words[name] = text;
   return options;
 }
 

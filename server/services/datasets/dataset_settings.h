@@ -20,8 +20,11 @@ namespace tind::services {
 struct DatasetOptions {
   DemOptions dem;
   TileSetOptions tiles;
-  ShapeFiles shapes;        // its lines and its water
-  std::string attribution;  // empty: as its tiles say
+  ShapeFiles shapes;                                  // its lines and its water
+  std::string attribution;                            // empty: as its tiles say
+  std::string drape = {};                             // an image
+  std::string land_cover = {};                        // a raster of classes
+  std::map<std::string, std::string> dem_words = {};  // what `dem` was made of: name and text
 };
 
 /// One row: how it is called, what it means, how it is set.
@@ -34,6 +37,7 @@ struct DatasetSetting {
   bool is_list = false;      // takes several with commas between, in TOML also as a list
   bool is_path = false;      // names files: in a table relative to its folder, '\n' between several
   bool for_all = true;       // also a setting of the daemon
+  bool of_dem = false;       // says how the DEM is opened
   bool (*may_be_path)(std::string_view) = nullptr;  // of a text that can name a file, or else
   std::function<Result<void>(DatasetOptions&, std::string_view)> set;
 };
@@ -41,6 +45,9 @@ struct DatasetSetting {
 const std::vector<DatasetSetting>& dataset_settings();
 /// nullptr where there is none of that name.
 const DatasetSetting* dataset_setting(std::string_view name);
+
+/// Is it said of how a DEM is opened?
+bool is_of_dem(std::string_view name);
 
 /// Settings as somebody gave them: texts by name.
 using SettingTexts = std::map<std::string, std::string, std::less<>>;

@@ -69,8 +69,12 @@ Result<std::vector<std::string>> texts_of(const TomlValue& value, const std::str
 
 Result<std::vector<std::string>> read_files(const TomlValue& value, const fs::path& folder,
                                             const std::string& where) {
-  auto files = texts_of(value, where + ": files must be a list of texts");
+  const std::string must = where + ": files must be a list of texts";
+  auto files = texts_of(value, must);
   if (!files) return files;
+  const auto is_text = [](const TomlValue& item) { return item.is_text; };
+  if (value.list() ? !std::ranges::all_of(*value.list(), is_text) : !is_text(value))
+    return fail(Errc::invalid_argument, must);
   if (files->empty() || std::ranges::find(*files, "") != files->end())
     return fail(Errc::invalid_argument, where + ": files must name a file at least");
   for (std::string& file : *files) file = beside(folder, file);
@@ -79,11 +83,11 @@ Result<std::vector<std::string>> read_files(const TomlValue& value, const fs::pa
 
 Result<std::string> read_name(const TomlValue& value, const std::string& where) {
   const std::string* const name = value.scalar();
-  if (!name || *name != safe_name(*name))
-    return fail(Errc::invalid_argument,
-                where +
-                    ": name must be 1 to 64 of the letters A-Z a-z 0-9 . _ -, not beginning "
-                    "with a dot");
+  if (!name || !value.is_text || *name != safe_name(*name))
+    return fail(Errc::invalid_argument, where +
+                                            ": name must be a text in quotes, 1 to 64 of the "
+                                            "letters A-Z a-z 0-9 . _ -, not beginning "
+                                            "with a dot");
   return *name;
 }
 
@@ -237,6 +241,43 @@ Result<std::vector<std::string>> fitting(const std::string& pattern) {
   if (code == GLOB_NOMATCH) return fail(Errc::not_found, pattern + ": no file fits this pattern");
   if (code != 0) return fail(Errc::io, pattern + ": its folder cannot be read");
   return std::vector<std::string>(found.gl_pathv, found.gl_pathv + found.gl_pathc);
+}
+
+/// What letters of Latin scripts are without their accents, from U+00C0 to U+017F.
+constexpr std::string_view kWithoutAccents =
+    "A A A A A A AE C E E E E I I I I D N O O O O O x O U U U U Y Th ss a a a a a a "
+    "ae c e e e e i i i i d n o o o o o _ o u u u u y th y A a A a A a C c C c C c C "
+    "c D d D d E e E e E e E e E e G g G g G g G g H h H h I i I i I i I i I i IJ ij "
+    "J j K k k L l L l L l L l L l N n N n N n n Ng ng O o O o O o OE oe R r R r R r "
+    "S s S s S s S s T t T t T t U u U u U u U u U u U u W w Y y Y Z z Z z Z z s ";
+constexpr std::uint32_t kFirstAccent = 0xc0, kLastAccent = 0x17f;
+constexpr std::uint32_t kFirstMark = 0x300, kLastMark = 0x36f;
+
+/// The next one of UTF-8; a byte that is none counts as one.
+std::string_view take_character(std::string_view& text) {
+  const auto lead = static_cast<unsigned char>(text[0]);
+  std::size_t size = lead >= 0xf0 ? 4 : lead >= 0xe0 ? 3 : lead >= 0xc0 ? 2 : 1;
+  size = std::min(size, text.size());
+  for (std::size_t i = 1; i < size; ++i)
+    if ((static_cast<unsigned char>(text[i]) & 0xc0) != 0x80) size = 1;
+  const std::string_view character = text.substr(0, size);
+  text.remove_prefix(size);
+  return character;
+}
+
+/// A character as names may have it; "_" where there is no such.
+std::string_view as_ascii(std::string_view c) {
+  const bool fine =
+      c.size() == 1 && ((c[0] >= 'a' && c[0] <= 'z') || (c[0] >= 'A' && c[0] <= 'Z') ||
+                        (c[0] >= '0' && c[0] <= '9') || c[0] == '.' || c[0] == '_' || c[0] == '-');
+  if (fine) return c;
+  if (c.size() != 2) return "_";
+  const std::uint32_t code = (std::uint32_t(c[0]) & 0x1f) << 6 | (std::uint32_t(c[1]) & 0x3f);
+  if (code >= kFirstMark && code <= kLastMark) return "";  // an accent by itself, behind its letter
+  if (code < kFirstAccent || code > kLastAccent) return "_";
+  std::string_view rest = kWithoutAccents;
+  for (std::uint32_t k = kFirstAccent; k < code; ++k) rest.remove_prefix(rest.find(' ') + 1);
+  return rest.substr(0, rest.find(' '));
 }
 
 }  // namespace
@@ -393,13 +434,15 @@ bool is_stored(const DatasetSpec& spec) {
 }
 
 std::string safe_name(std::string_view text) {
-  std::string name(text.substr(0, kMaxName));
-  for (char& c : name) {
-    const bool fine = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                      c == '.' || c == '_' || c == '-';
-    if (!fine) c = '_';
+  std::string name;
+  bool says_anything = false;
+  while (!text.empty()) {
+    const std::string_view character = take_character(text), as = as_ascii(character);
+    if (name.size() + as.size() > kMaxName) break;
+    says_anything = says_anything || (!as.empty() && as != "_") || character == "_";
+    name += as;
   }
-  if (name.empty()) return "dataset";
+  if (!says_anything) return "dataset";
   if (name[0] == '.') name[0] = '_';
   return name;
 }

@@ -62,7 +62,8 @@ std::string name_of(const DatasetSpec&);
 /// A directory of tiles, and no DEM?
 bool is_stored(const DatasetSpec&);
 
-/// [A-Za-z0-9._-]{1,64}, not beginning with a dot: what is not is replaced by '_'.
+/// [A-Za-z0-9._-]{1,64}, not beginning with a dot. Letters of Latin scripts lose their accents,
+/// what else is none of these becomes '_', and where nothing is left the name is "dataset".
 std::string safe_name(std::string_view text);
 
 /// One line of a value that is wrong, which it names once.

@@ -1,5 +1,6 @@
 #include "server/services/datasets/open_dataset.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <utility>
 
@@ -11,14 +12,64 @@
 namespace tind::services {
 namespace {
 
+/// What a table says of how a DEM is read and made into tiles means nothing for tiles that are
+/// made.
+Result<void> no_settings_of_dems(const DatasetSpec& spec) {
+  std::string names;
+  for (const auto& [name, text] : spec.own)
+    if (name != "attribution" && name != "drape" && name != "land-cover")
+      names += (names.empty() ? "" : ", ") + file_key(name);
+  if (names.empty()) return {};
+  return fail(Errc::invalid_argument,
+              spec.files[0] +
+                  ": holds tiles, which are served as they were made; leave out what is "
+                  "for a DEM: " +
+                  names);
+}
+
+/// A file as another process finds it; what is no path of this system stays as it is.
+std::string absolute(const std::string& path) {
+  if (path.find("://") != path.npos || path.starts_with("/vsi")) return path;
+  std::error_code error;
+  const auto whole = std::filesystem::absolute(path, error);
+  return error ? path : whole.string();
+}
+
+/// Of each layer what was said of all, and what its own table says.
+std::vector<DemRecipe> recipes_of(const Surface& source, const DatasetSpec& spec,
+                                  const DatasetOptions& options) {
+  std::vector<DemRecipe> recipes;
+  for (const SurfaceLayer& layer : source.layers()) {
+    DemRecipe recipe{{}, options.dem_words};
+    for (const std::string& file : layer.source->info().files)
+      recipe.files.push_back(absolute(file));
+    const auto table = std::ranges::find(spec.layers, layer.name, &LayerTable::name);
+    if (table != spec.layers.end())
+      for (const auto& [name, text] : table->own)
+        if (is_of_dem(name)) recipe.words[name] = text;
+    for (auto& [name, text] : recipe.words)
+      if (const auto may_be_path = dataset_setting(name)->may_be_path;
+          may_be_path && may_be_path(text))
+        text = absolute(text);
+    recipes.push_back(std::move(recipe));
+  }
+  return recipes;
+}
+
 Result<Dataset> open(const DatasetSpec& spec, const DatasetOptions& options,
                      const std::string& index_dir) {
-  if (is_stored(spec)) return stored_dataset(spec.files[0]);
+  if (is_stored(spec)) {
+    if (auto ok = no_settings_of_dems(spec); !ok) return std::unexpected(ok.error());
+    return stored_dataset(spec.files[0]);
+  }
   auto source = open_source(spec, options.dem);
   if (!source) return std::unexpected(source.error());
   source = shaped_surface(std::move(*source), options.shapes);
   if (!source) return std::unexpected(source.error());
-  return dem_dataset(std::move(*source), options.tiles, index_dir);
+  auto recipes = recipes_of(*source, spec, options);
+  auto dataset = dem_dataset(std::move(*source), options.tiles, index_dir);
+  if (dataset) dataset->recipes = std::move(recipes);
+  return dataset;
 }
 
 Dataset with_attribution(Dataset dataset, const std::string& attribution) {
@@ -31,6 +82,17 @@ Dataset with_attribution(Dataset dataset, const std::string& attribution) {
     dataset.renewed = [renewed = std::move(dataset.renewed), attribution]() {
       auto other = renewed();
       if (other) other = with_attribution(std::move(*other), attribution);
+      return other;
+    };
+  return dataset;
+}
+
+Dataset with_draped(Dataset dataset, const Draped& draped) {
+  dataset.draped = draped;
+  if (dataset.renewed)
+    dataset.renewed = [renewed = std::move(dataset.renewed), draped]() {
+      auto other = renewed();
+      if (other) other = with_draped(std::move(*other), draped);
       return other;
     };
   return dataset;
@@ -63,6 +125,13 @@ Result<Dataset> open_dataset(const DatasetSpec& spec, const DatasetOptions& opti
   DatasetSpec plain = spec;
   plain.files = std::move(*files);
   auto dataset = open(plain, options, index_dir);
+  if (dataset && !(options.drape.empty() && options.land_cover.empty())) {
+    const auto draped = open_draped(options.drape, options.land_cover);
+    if (draped)
+      dataset = with_draped(std::move(*dataset), *draped);
+    else
+      dataset = std::unexpected(draped.error());
+  }
   if (!dataset && !spec.where.empty()) return fail(spec.where, dataset.error());
   if (!dataset || options.attribution.empty()) return dataset;
   return with_attribution(std::move(*dataset), options.attribution);

@@ -1,12 +1,81 @@
+// The library takes a level of the stack for each level of a table, when it reads it and when it
+// forgets it. It stops at nested values, but not at keys of many parts (a.a.a = 1), so how deep a
+// text goes is looked at first.
+
 #include "server/services/datasets/toml_file.h"
 
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <system_error>
+
+#include "terrain/base/file_io.h"
 
 namespace tind::services {
 namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kDeepest = 64;
+
+/// Where the string that begins at `at` ends: behind its closing quotes, else at the end of the
+/// line or of the text.
+std::size_t behind_string(std::string_view text, std::size_t at) {
+  const char quote = text[at];
+  const bool many_lines = text.substr(at).starts_with(std::string(3, quote));
+  if (!many_lines) {
+    for (++at; at < text.size() && text[at] != quote && text[at] != '\n'; ++at)
+      if (quote == '"' && text[at] == '\\') ++at;
+    return std::min(at + 1, text.size());
+  }
+  std::size_t quotes = 0;  // in a row; up to two before the closing three are the string's own
+  for (at += 3; at < text.size(); ++at) {
+    if (text[at] == quote) {
+      if (++quotes == 5) return at + 1;
+      continue;
+    }
+    if (quotes >= 3) break;
+    quotes = 0;
+    if (quote == '"' && text[at] == '\\') ++at;
+  }
+  return std::min(at, text.size());
+}
+
+/// The first line whose brackets and dots outside of strings and comments are nested more than
+/// kDeepest deep. The tree goes a few times as deep at most: a key stands below its header, and a
+/// part of a header may be a list of tables.
+std::optional<int> too_deep(std::string_view text) {
+  std::vector<std::size_t> outside;  // by open bracket: how deep it stands
+  std::size_t depth = 0;             // the brackets, and the dots of their keys and of this one
+  int line = 1;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t begin = at;
+    const char c = text[at++];
+    const std::size_t floor = outside.empty() ? 0 : outside.back() + 1;
+    if (c == '"' || c == '\'') {
+      at = behind_string(text, begin);
+    } else if (c == '#') {
+      at = std::min(text.find('\n', at), text.size());
+    } else if (c == '[' || c == '{') {
+      outside.push_back(depth++);
+    } else if ((c == ']' || c == '}') && !outside.empty()) {
+      depth = outside.back();
+      outside.pop_back();
+    } else if (c == ',' || c == '\n') {
+      depth = floor;
+    } else if (c == '.') {
+      ++depth;
+    }
+    if (depth > kDeepest) return line;
+    line += int(
+        std::count(text.begin() + std::ptrdiff_t(begin), text.begin() + std::ptrdiff_t(at), '\n'));
+  }
+  return std::nullopt;
+}
 
 Result<TomlValue> value_of(const toml::node& node, const std::string& file);
 
@@ -52,15 +121,29 @@ Result<TomlValue> value_of(const toml::node& node, const std::string& file) {
 
 }  // namespace
 
-Result<TomlValue::Table> read_toml(const std::string& file) {
+Result<TomlValue::Table> parse_toml(std::string_view text, const std::string& file) {
+  if (const auto line = too_deep(text))
+    return fail(Errc::invalid_argument,
+                fmt::format("{}:{}: is nested more than {} deep, and no settings are", file, *line,
+                            kDeepest));
   try {
-    return table_of(toml::parse_file(file), file);
+    return table_of(toml::parse(text, file), file);
   } catch (const toml::parse_error& error) {
     const bool placed = error.source().begin.line > 0;
     const std::string line =
         placed ? ":" + std::to_string(error.source().begin.line) : std::string();
     return fail(Errc::invalid_argument, file + line + ": " + std::string(error.description()));
   }
+}
+
+Result<TomlValue::Table> read_toml(const std::string& file) {
+  constexpr std::uintmax_t kLongest = 1 << 20;  // bytes
+  std::error_code none;
+  if (fs::is_regular_file(file, none) && fs::file_size(file, none) > kLongest)
+    return fail(Errc::invalid_argument, file + ": is longer than 1 MiB, and no settings are");
+  const auto text = read_whole_file(file);
+  if (!text) return std::unexpected(text.error());
+  return parse_toml(*text, file);
 }
 
 std::string toml_quoted(std::string_view text) {

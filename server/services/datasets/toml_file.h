@@ -25,7 +25,10 @@ struct TomlValue {
   const Table* table() const { return std::get_if<Table>(&value); }
 };
 
-/// The error names the file and, where the text is wrong, the line.
+/// The error names the file and, where the text is wrong, the line. Any bytes are safe to read:
+/// what is nested more than 64 deep, by brackets and by the dots of keys, is refused.
+Result<TomlValue::Table> parse_toml(std::string_view text, const std::string& file);
+/// The same of a file; one longer than 1 MiB is refused.
 Result<TomlValue::Table> read_toml(const std::string& file);
 
 /// The text as a TOML string, quotes included.

@@ -12,7 +12,7 @@
 #include <stop_token>
 #include <string>
 
-#include "proto/refine_delta.h"
+#include "proto/stream/refine_delta.h"
 #include "server/services/datasets/catalog.h"
 #include "server/services/refine/refine_window.h"
 #include "terrain/base/lru.h"

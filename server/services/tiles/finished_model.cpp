@@ -15,4 +15,11 @@ Result<TileModel> finished_model(TileService& tiles, const ServedDataset& datase
   return model;
 }
 
+LevelTiles level_tiles(TileService& tiles, const ServedDataset& dataset) {
+  return {[&dataset](TileId tile) { return dataset.has(tile); },
+          [&tiles, &dataset](TileId tile, const std::stop_token& stop) {
+            return finished_model(tiles, dataset, tile, stop);
+          }};
+}
+
 }  // namespace tind::services

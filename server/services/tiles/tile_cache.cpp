@@ -23,7 +23,8 @@ std::size_t TileCache::Hash::operator()(const TileKey& key) const {
   const std::uint64_t place = (std::uint64_t(key.tile.x) << 32) | key.tile.y;
   const std::uint64_t rest = (std::uint64_t(key.dataset) << 16) |
                              (std::uint64_t(std::uint8_t(key.tile.level)) << 8) | key.variant;
-  return mix(place ^ mix(rest + 0x9e3779b97f4a7c15u));
+  const std::uint64_t detail = std::uint64_t(key.detail) * 0xd6e8feb86659fd93u;
+  return mix(place ^ mix(rest + detail + 0x9e3779b97f4a7c15u));
 }
 
 TileCache::TileCache(std::size_t max_bytes) : shard_bytes_(max_bytes / kShards) {

@@ -19,6 +19,7 @@ struct TileKey {
   std::uint32_t dataset = 0;
   TileId tile;
   std::uint8_t variant = 0;  // which extensions it carries, or one of these
+  std::uint32_t detail = 0;  // what else was asked, as a number of the variant's own
 
   static constexpr std::uint8_t kWhole = 7;       // with all extensions that the dataset has
   static constexpr std::uint8_t kStream = 8;      // the tile as a progressive mesh
@@ -26,9 +27,14 @@ struct TileKey {
   static constexpr std::uint8_t kContent3d = 10;  // of 3D Tiles: the tile's GLB
   static constexpr std::uint8_t kSubtree3d = 11;  // the subtree that begins at the tile
   static constexpr std::uint8_t kTileset3d = 12;  // of tile 0/0/0: tileset.json
+  static constexpr std::uint8_t kMeshopt3d = 3;   // and so many more: the same, compressed
   static constexpr std::uint8_t kEncodings = 16;  // and above: other formats of the tile
-  /// And above: of a web map's tile at this address, heights in one encoding and the next.
+  // Of a web map's tile at this address; `detail` says which.
   static constexpr std::uint8_t kHeightImages = 128;
+  static constexpr std::uint8_t kShades = 160;
+  static constexpr std::uint8_t kGround = 192;    // of FlightGear's bucket at this address: .btg.gz
+  static constexpr std::uint8_t kStg = 193;       // its .stg
+  static constexpr std::uint8_t kDirIndex = 194;  // .dirindex of the folder at this address
   friend bool operator==(const TileKey&, const TileKey&) = default;
 };
 

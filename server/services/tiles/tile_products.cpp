@@ -20,15 +20,18 @@ bool will_fail_again(Errc code) {
 /// Whatever happens to it, those who wait are told.
 class TileProducts::Task {
  public:
-  Task(TileProducts& products, const ServedDataset& dataset, TileId tile, Flights::Ticket ticket)
+  Task(TileProducts& products, const ServedDataset& dataset, TileId tile, std::uint32_t detail,
+       Flights::Ticket ticket)
       : products_(&products),
         dataset_(dataset.shared_from_this()),
         tile_(tile),
+        detail_(detail),
         ticket_(std::move(ticket)) {}
   Task(Task&& other) noexcept
       : products_(std::exchange(other.products_, nullptr)),
         dataset_(std::move(other.dataset_)),
         tile_(other.tile_),
+        detail_(other.detail_),
         ticket_(std::move(other.ticket_)) {}
   Task& operator=(Task&&) = delete;
   ~Task() {
@@ -36,13 +39,14 @@ class TileProducts::Task {
   }
 
   void operator()(std::stop_token stop) {
-    land(products_->make_now(*dataset_, tile_, std::move(stop)));
+    land(products_->make_now(*dataset_, tile_, std::move(stop), detail_));
   }
 
  private:
   TileProducts* products_;
   std::shared_ptr<const ServedDataset> dataset_;  // it may be another by that name meanwhile
   TileId tile_;
+  std::uint32_t detail_;
   Flights::Ticket ticket_;
 
   void land(const Result<Product>& made) {
@@ -51,16 +55,16 @@ class TileProducts::Task {
 };
 
 Result<TileProducts::Product> TileProducts::make_now(const ServedDataset& dataset, TileId tile,
-                                                     std::stop_token stop) {
-  const TileKey key{dataset.index, tile, variant_};
-  const Address address{dataset.index, tile};
+                                                     std::stop_token stop, std::uint32_t detail) {
+  const TileKey key{dataset.index, tile, variant_, detail};
+  const Address address{dataset.index, tile, detail};
   // It may have landed while this one waited.
   if (Product found = cache_.find(key)) return found;
   if (const auto failure = recent_failure(address)) return std::unexpected(*failure);
   const auto begin = std::chrono::steady_clock::now();
   Result<Product> made = fail(Errc::internal, "not built");
   try {
-    made = build_(dataset, tile, std::move(stop));
+    made = build_(dataset, tile, detail, std::move(stop));
   } catch (const std::exception& error) {
     made = fail(Errc::internal, dataset.name + " " + tile.text() + ": " + error.what());
   }
@@ -99,15 +103,15 @@ void TileProducts::remember_failure(const Address& address, const Error& error) 
 }
 
 TileProducts::Product TileProducts::cached(const ServedDataset& dataset, TileId tile,
-                                           std::uint8_t variant) {
-  Product found = cache_.find({dataset.index, tile, variant});
+                                           std::uint8_t variant, std::uint32_t detail) {
+  Product found = cache_.find({dataset.index, tile, variant, detail});
   if (found) counters_.hits.fetch_add(1, std::memory_order_relaxed);
   return found;
 }
 
-void TileProducts::make(const ServedDataset& dataset, TileId tile, Done done,
-                        std::stop_token gone) {
-  const Address address{dataset.index, tile};
+void TileProducts::make_detailed(const ServedDataset& dataset, TileId tile, std::uint32_t detail,
+                                 Done done, std::stop_token gone) {
+  const Address address{dataset.index, tile, detail};
   if (const auto failure = recent_failure(address)) return done(std::unexpected(*failure));
   const auto ticket = flights_.join(address, std::move(done), std::move(gone));
   if (!ticket) {
@@ -119,7 +123,7 @@ void TileProducts::make(const ServedDataset& dataset, TileId tile, Done done,
     counters_.refused.fetch_add(1, std::memory_order_relaxed);
     return flights_.land(ticket, std::unexpected(permit.error()));
   }
-  pool_.run(std::move(*permit), Task(*this, dataset, tile, ticket), ticket->abandoned());
+  pool_.run(std::move(*permit), Task(*this, dataset, tile, detail, ticket), ticket->abandoned());
 }
 
 }  // namespace tind::services

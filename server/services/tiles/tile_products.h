@@ -11,6 +11,7 @@
 #include <mutex>
 #include <optional>
 #include <stop_token>
+#include <tuple>
 #include <utility>
 
 #include "server/services/datasets/catalog.h"
@@ -27,6 +28,9 @@ class TileProducts {
   using Done = std::move_only_function<void(Result<Product>)>;
   /// On a worker.
   using Build = std::function<Result<Product>(const ServedDataset&, TileId, std::stop_token)>;
+  /// The same where a number says what else was asked of the tile.
+  using DetailedBuild =
+      std::function<Result<Product>(const ServedDataset&, TileId, std::uint32_t, std::stop_token)>;
 
   /// For so long a source that failed is not asked for the same tile again.
   static constexpr std::chrono::milliseconds kFailureAge{2000};
@@ -34,6 +38,15 @@ class TileProducts {
   /// `variant` of TileKey is this product's own. All must outlive this; the pool must have stopped
   /// before this goes.
   TileProducts(TileCache& cache, CpuPool& pool, std::uint8_t variant, Build build,
+               std::chrono::milliseconds failure_age = kFailureAge)
+      : TileProducts(
+            cache, pool, variant,
+            DetailedBuild([make = std::move(build)](const ServedDataset& dataset, TileId tile,
+                                                    std::uint32_t, std::stop_token stop) {
+              return make(dataset, tile, std::move(stop));
+            }),
+            failure_age) {}
+  TileProducts(TileCache& cache, CpuPool& pool, std::uint8_t variant, DetailedBuild build,
                std::chrono::milliseconds failure_age = kFailureAge)
       : cache_(cache),
         pool_(pool),
@@ -48,16 +61,23 @@ class TileProducts {
     return cached(dataset, tile, variant_);
   }
   /// The same, for what is made of the product and kept under a variant of its own.
-  Product cached(const ServedDataset&, TileId, std::uint8_t variant);
+  Product cached(const ServedDataset&, TileId, std::uint8_t variant, std::uint32_t detail = 0);
+  Product cached_detailed(const ServedDataset& dataset, TileId tile, std::uint32_t detail) {
+    return cached(dataset, tile, variant_, detail);
+  }
 
   /// Calls `done` once: from a worker, or at once, from this thread, with Errc::busy or the failure
   /// of a moment ago. `gone`: who asks does not want it any more.
   /// REQUIRES: dataset.tiles->available(tile).
-  void make(const ServedDataset&, TileId, Done done, std::stop_token gone = {});
+  void make(const ServedDataset& dataset, TileId tile, Done done, std::stop_token gone = {}) {
+    make_detailed(dataset, tile, 0, std::move(done), std::move(gone));
+  }
+  void make_detailed(const ServedDataset&, TileId, std::uint32_t detail, Done done,
+                     std::stop_token gone = {});
 
   /// For one who is on a worker already: from the cache, or built here.
   /// REQUIRES: dataset.tiles->available(tile).
-  Result<Product> make_now(const ServedDataset&, TileId, std::stop_token);
+  Result<Product> make_now(const ServedDataset&, TileId, std::stop_token, std::uint32_t detail = 0);
 
   struct Counters {
     std::atomic<std::uint64_t> hits{0}, joined{0}, refused{0}, built{0}, failed{0};
@@ -67,7 +87,7 @@ class TileProducts {
   const Counters& counters() const { return counters_; }
 
  private:
-  using Address = std::pair<std::uint32_t, TileId>;  // dataset, tile
+  using Address = std::tuple<std::uint32_t, TileId, std::uint32_t>;  // dataset, tile, detail
   using Flights = SingleFlight<Address, Product>;
   class Task;
   struct Failure {
@@ -81,7 +101,7 @@ class TileProducts {
   TileCache& cache_;
   CpuPool& pool_;
   const std::uint8_t variant_;
-  const Build build_;
+  const DetailedBuild build_;
   const std::chrono::milliseconds failure_age_;
   Flights flights_;
   std::mutex failures_mutex_;

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <stop_token>
 
-#include "proto/quantized_mesh.h"
+#include "proto/tile/quantized_mesh.h"
 #include "server/services/datasets/catalog.h"
 #include "server/services/tiles/tile_cache.h"
 #include "server/services/tiles/tile_products.h"

@@ -1,6 +1,6 @@
 #include "server/services/tiles/tile_streams.h"
 
-#include "proto/mesh_stream.h"
+#include "proto/stream/mesh_stream.h"
 #include "terrain/pyramid/make/tile_stream.h"
 
 namespace tind::services {

@@ -12,7 +12,7 @@ Result<TileProducts::Product> build(TileService& tiles, const ServedDataset& dat
   if (!fine) return std::unexpected(fine.error());
   const auto parent = tiles.make_now(dataset, tile.parent(), dataset.offered, stop);
   if (!parent) return std::unexpected(parent.error());
-  const auto made = tile_transition(tile, (*fine)->bytes(), (*parent)->bytes());
+  const auto made = tile_transition(tile, (*fine)->bytes(), (*parent)->bytes(), stop);
   if (!made) return fail(dataset.name, made.error());
   const std::vector<std::uint8_t> bytes = proto::encode(*made);
   return http::Representation::make(

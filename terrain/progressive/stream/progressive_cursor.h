@@ -4,7 +4,7 @@
 #include <array>
 #include <span>
 
-#include "proto/split_topology.h"
+#include "proto/stream/split_topology.h"
 #include "terrain/base/result.h"
 #include "terrain/progressive/stream/progressive_mesh.h"
 

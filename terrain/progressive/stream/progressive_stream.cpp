@@ -9,7 +9,7 @@
 #include <cmath>
 #include <optional>
 
-#include "proto/split_topology.h"
+#include "proto/stream/split_topology.h"
 
 namespace tind {
 

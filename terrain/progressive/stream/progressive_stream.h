@@ -1,11 +1,11 @@
 #pragma once
-// Progressive meshes as .tpm streams (proto/mesh_stream.h), and back.
+// Progressive meshes as .tpm streams (proto/stream/mesh_stream.h), and back.
 
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "proto/mesh_stream.h"
+#include "proto/stream/mesh_stream.h"
 #include "terrain/base/result.h"
 #include "terrain/progressive/stream/progressive_mesh.h"
 #include "terrain/progressive/stream/space_lattice.h"

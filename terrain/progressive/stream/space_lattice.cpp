@@ -6,7 +6,7 @@
 #include <cmath>
 #include <string>
 
-#include "proto/mesh_stream.h"
+#include "proto/stream/mesh_stream.h"
 
 namespace tind {
 

@@ -1,6 +1,8 @@
 // The fine mesh takes in the coarse one: first its vertices, then its edges, each edge walked from
-// end to end, with a vertex wherever it crosses an edge. A crossing splits the crossed edge, and
-// the split itself makes the piece of the walked edge that leads there: no flips are needed.
+// end to end, with a vertex wherever it crosses an edge of the fine mesh. A crossing splits the
+// crossed edge, and the split itself makes the piece of the walked edge that leads there. An edge
+// that only splits have made lies inside one fine triangle and carries nothing: it is flipped out
+// of the way where its two triangles allow it, or crossings would breed crossings.
 //
 // Places are doubles. The orientation of every triangle that a split makes is checked (with the
 // rounding taken off), so what comes out is valid; where a crossing lies within kNear of a vertex
@@ -10,6 +12,8 @@
 
 #include <algorithm>
 #include <cmath>
+
+#include "terrain/mesh/triangle_locator.h"
 
 namespace tind {
 
@@ -34,7 +38,13 @@ double plane_at(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p) {
 
 class Overlayer {
  public:
-  Overlayer(const Tin& coarse, Overlay& out) : coarse_(coarse), out_(out), m_(out.mesh) {}
+  Overlayer(const Tin& coarse, Overlay& out, const std::stop_token& stop)
+      : coarse_(coarse), out_(out), m_(out.mesh), stop_(stop) {
+    for (Index h = 0; h < m_.halfedge_slots(); ++h)
+      if (m_.origin(h) < m_.dest(h) || m_.twin(h) == kNone) fine_edges_.push_back(ends_of(h));
+    std::ranges::sort(fine_edges_);
+    fine_edge_.assign(m_.vertex_slots(), kNone);
+  }
 
   /// `order` 0..3: which edge comes first, and from which of its ends it is walked.
   Result<void> run(const HalfedgeMesh& coarse_mesh, int order) {
@@ -64,8 +74,27 @@ class Overlayer {
   const Tin& coarse_;
   Overlay& out_;
   HalfedgeMesh& m_;
+  const std::stop_token& stop_;
   Index line_ = 0;
-  Index last_ = 0;  // the triangle where the last point was
+  Index last_ = 0;                                // the triangle where the last point was
+  std::vector<std::array<Index, 2>> fine_edges_;  // sorted; each the lower end first
+  std::vector<Index> fine_edge_;                  // by slot: which one it was put on, or kNone
+
+  std::array<Index, 2> ends_of(Index h) const {
+    return {std::min(m_.origin(h), m_.dest(h)), std::max(m_.origin(h), m_.dest(h))};
+  }
+  /// The edge of the fine mesh of which h is a piece; kNone where it is none.
+  Index fine_edge(Index h) const {
+    const auto [a, b] = ends_of(h);
+    if (b < out_.fine_vertices) {
+      const auto found = std::ranges::lower_bound(fine_edges_, std::array{a, b});
+      const bool there = found != fine_edges_.end() && *found == std::array{a, b};
+      return there ? Index(found - fine_edges_.begin()) : kNone;
+    }
+    const Index e = fine_edge_[b];  // b is none of the fine mesh's own
+    if (e == kNone) return kNone;
+    return fine_edge_[a] == e || fine_edges_[e][0] == a || fine_edges_[e][1] == a ? e : kNone;
+  }
 
   std::unexpected<Error> stuck(const Vec3& p) const {
     return fail(Errc::bad_data, "the two meshes cannot be laid over each other at " + place(p));
@@ -105,6 +134,10 @@ class Overlayer {
     return last_ = t;
   }
 
+  Index split(Index h, const Vec3& p) {
+    fine_edge_.push_back(fine_edge(h));
+    return m_.split_edge(h, p);
+  }
   Result<Index> added(Index v, Index line) {
     out_.line.push_back(line);
     if (!star_is_ccw(v)) return stuck(m_.position(v));
@@ -128,19 +161,23 @@ class Overlayer {
       if (off < -kNear) return stuck(p);
       if (off < least) least = off, nearest = h;
     }
-    if (least <= kNear) return added(m_.split_edge(nearest, on_edge(nearest, p)), Overlay::kInside);
+    if (least <= kNear) return added(split(nearest, on_edge(nearest, p)), Overlay::kInside);
     Vec3 inside = p;
     inside.z = plane_at(m_.position(m_.origin(3 * t)), m_.position(m_.origin(3 * t + 1)),
                         m_.position(m_.origin(3 * t + 2)), p);
-    return added(m_.split_triangle(t, inside), Overlay::kInside);
+    m_.split_triangle(t, inside);
+    fine_edge_.push_back(kNone);
+    return added(Index(m_.vertex_slots() - 1), Overlay::kInside);
   }
 
   /// Walks from a to b.
   Result<void> add_edge(Index a, Index b) {
     const Vec3 p = m_.position(a), q = m_.position(b);
     for (Index at = a; at != b;) {
+      if (stop_.stop_requested()) return fail(Errc::cancelled, "stopped");
       const Result<Index> next = step(at, b, p, q);
       if (!next) return std::unexpected(next.error());
+      if (*next == at) continue;
       at = *next;
       if (at != b) out_.line[at] = line_;
     }
@@ -160,6 +197,23 @@ class Overlayer {
     return reaches(v, w) || reaches(w, v);
   }
 
+  bool carries_nothing(Index h) const {
+    return fine_edge(h) == kNone && !on_one_line(m_.origin(h), m_.dest(h));
+  }
+  /// Flips h where both ends are further than `off` from the new edge. Of vertices on one line no
+  /// rounding makes a triangle when that is kNear.
+  bool flips(Index h, double off) {
+    const Vec3 &a = m_.position(m_.origin(h)), &b = m_.position(m_.dest(h));
+    const Vec3 &c = m_.position(m_.apex(h)), &d = m_.position(m_.apex(m_.twin(h)));
+    const double least = off * plan_distance(c, d);
+    if (!surely_ccw(d, c, a) || !surely_ccw(c, d, b)) return false;
+    if (orient2d(d, c, a) < least || orient2d(c, d, b) < least) return false;
+    m_.flip(h);
+    return true;
+  }
+
+  /// The next vertex on the way from `at` to b; `at` itself when an edge was flipped out of the
+  /// way.
   Result<Index> step(Index at, Index b, const Vec3& p, const Vec3& q) {
     const double length = plan_distance(p, q);
     const auto off = [&](Index v) { return orient2d(p, q, m_.position(v)) / length; };
@@ -178,24 +232,23 @@ class Overlayer {
     });
     if (through != kNone) return through;
     if (cross == kNone || m_.twin(cross) == kNone) return stuck(m_.position(at));
+    if (carries_nothing(cross) && flips(cross, kNear)) return at;
     const Index r = m_.origin(cross), l = m_.dest(cross);
     const double s = off(r) / (off(r) - off(l));
     Vec3 where = m_.position(r) + (m_.position(l) - m_.position(r)) * s;
     if (plan_distance(where, m_.position(at)) <= kNear && !on_one_line(r, l)) {
       // The crossed edge goes through this very vertex: so it does from now on.
-      const Index twin = m_.twin(cross);
-      m_.flip(cross);
-      if (!ccw(HalfedgeMesh::triangle(cross)) || !ccw(HalfedgeMesh::triangle(twin)))
-        return stuck(m_.position(at));
-      return step(at, b, p, q);
+      if (!flips(cross, 0)) return stuck(m_.position(at));
+      return at;
     }
     if (free(r) && plan_distance(where, m_.position(r)) <= kNear) return r;
     if (free(l) && plan_distance(where, m_.position(l)) <= kNear) return l;
-    return added(m_.split_edge(cross, where), line_);
+    return added(split(cross, where), line_);
   }
 };
 
-/// The coarse surface over p: the plane of the triangle that holds it best.
+/// The surface over p where rounding puts it into no triangle: the plane of the one that holds it
+/// best.
 double height_on(const Tin& mesh, const Vec3& p) {
   double best = -HUGE_VAL, z = 0;
   for (const Triangle& t : mesh.triangles) {
@@ -261,7 +314,7 @@ void settle_sides(const Tin& fine, const Tin& coarse, const Bounds& bounds, Over
 
 }  // namespace
 
-Result<Overlay> overlay(const Tin& fine, const Tin& coarse) {
+Result<Overlay> overlay(const Tin& fine, const Tin& coarse, const std::stop_token& stop) {
   const Bounds bounds(fine);
   if (fine.triangles.empty() || coarse.triangles.empty() || bounds != Bounds(coarse))
     return fail(Errc::bad_data, "the two meshes do not cover the same rectangle");
@@ -272,16 +325,20 @@ Result<Overlay> overlay(const Tin& fine, const Tin& coarse) {
   Overlay out;
   Result<void> done;
   // A crossing that doubles cannot tell from its neighbour depends on which edges came before.
-  for (int order = 0; order < 4 && (order == 0 || !done); ++order) {
+  for (int order = 0; order < 4 && (order == 0 || (!done && !stop.stop_requested())); ++order) {
     out = {};
     out.mesh = *mesh;
     out.fine_vertices = fine.vertices.size();
     out.line.assign(out.fine_vertices, Overlay::kInside);
-    done = Overlayer(coarse, out).run(*coarse_mesh, order);
+    done = Overlayer(coarse, out, stop).run(*coarse_mesh, order);
   }
   if (!done) return std::unexpected(done.error());
-  for (Index v = 0; v < out.mesh.vertex_slots(); ++v)
-    out.coarse_z.push_back(height_on(coarse, out.mesh.position(v)));
+  const TriangleLocator coarse_surface(coarse);
+  for (Index v = 0; v < out.mesh.vertex_slots(); ++v) {
+    const Vec3& p = out.mesh.position(v);
+    const auto z = coarse_surface.height_at({p.x, p.y});
+    out.coarse_z.push_back(z ? *z : height_on(coarse, p));
+  }
   for (std::size_t j = 0; j < coarse.vertices.size(); ++j)
     out.coarse_z[out.corner[j]] = coarse.vertices[j].z;
   settle_sides(fine, coarse, bounds, out);

@@ -1,6 +1,7 @@
 #pragma once
 // Two triangulations of one rectangle laid over each other: a mesh that refines both.
 
+#include <stop_token>
 #include <vector>
 
 #include "terrain/base/result.h"
@@ -30,7 +31,7 @@ struct Overlay {
 /// each side heights depend on the two lines of that side alone, computed from its lower end
 /// (x or y) on: two overlays that share a side agree on it to the last bit.
 /// Fails (bad_data) with the place where the two cannot be laid over each other in double
-/// precision. O(n sqrt n) typically.
-Result<Overlay> overlay(const Tin& fine, const Tin& coarse);
+/// precision, and (cancelled). O(n sqrt n) typically.
+Result<Overlay> overlay(const Tin& fine, const Tin& coarse, const std::stop_token& = {});
 
 }  // namespace tind

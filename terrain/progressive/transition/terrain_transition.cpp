@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "terrain/progressive/stream/vertex_queue.h"
 #include "terrain/progressive/transition/overlay.h"
@@ -28,30 +29,33 @@ class Coarsener {
     Index vertex, into, left, right;
   };
 
-  explicit Coarsener(Overlay& o) : o_(o), m_(o.mesh) {}
+  Coarsener(Overlay& o, std::stop_token stop) : o_(o), m_(o.mesh), stop_(std::move(stop)) {}
 
   /// Takes away every vertex that `may_go` and can, while its cost is at most `limit`.
   template <class MayGo>
-  void run(MayGo&& may_go, double limit, std::vector<Removed>* log) {
+  Result<void> run(MayGo&& may_go, double limit, std::vector<Removed>* log) {
     // What could not go may become free when something two rings away has gone: so, again.
     for (bool progress = true; progress;) {
       progress = false;
       for (Index v = 0; v < m_.vertex_slots(); ++v)
         if (m_.alive_vertex(v) && may_go(v)) push(v, limit);
       for (Index v = queue_.pop(); v != kNone; v = queue_.pop()) {
+        if (stop_.stop_requested()) return fail(Errc::cancelled, "stopped");
         if (!m_.alive_vertex(v)) continue;
-        const Choice c = best(v);
-        if (c.half == kNone || c.cost > limit) continue;
+        const Choice c = best(v, limit);
+        if (c.half == kNone || !m_.link_ok(c.half)) continue;
         progress = true;
         const Index into = m_.dest(c.half), twin = m_.twin(c.half);
         if (log) log->push_back({v, into, m_.apex(c.half), twin == kNone ? kNone : m_.apex(twin)});
+        // Only what had a triangle with v has another star now.
+        around_.clear();
+        m_.for_each_neighbour(v, [&](Index n) { around_.push_back(n); });
         m_.collapse(c.half);
-        m_.for_each_neighbour(into, [&](Index n) {
+        for (const Index n : around_)
           if (may_go(n)) push(n, limit);
-        });
-        if (may_go(into)) push(into, limit);
       }
     }
+    return {};
   }
 
  private:
@@ -59,14 +63,20 @@ class Coarsener {
     Index half = kNone;
     double cost = HUGE_VAL;
   };
+  struct Candidate {
+    double cost;
+    std::size_t to;  // in ring_
+  };
   Overlay& o_;
   HalfedgeMesh& m_;
+  std::stop_token stop_;
   VertexQueue queue_;
+  std::vector<Index> around_;
+  std::vector<Index> ring_;  // half-edges that leave a vertex
+  std::vector<Candidate> candidates_;
+  std::vector<std::size_t> first_;  // triangles of the ring, in the order in which they are asked
 
-  void push(Index v, double limit) {
-    const double cost = best(v).cost;
-    queue_.push(v, cost <= limit ? cost : HUGE_VAL);
-  }
+  void push(Index v, double limit) { queue_.push(v, best(v, limit).cost); }
 
   /// Whether the coarse mesh lets the origin of h go to its other end.
   bool along_its_line(Index h) const {
@@ -95,15 +105,59 @@ class Coarsener {
     return valid ? step : HUGE_VAL;
   }
 
-  Choice best(Index v) const {
+  /// The cheapest way for v to go, within the limit. The link condition is not asked: inside, a
+  /// common neighbour beyond the two apexes would turn a triangle over.
+  Choice best(Index v, double limit) {
+    if (o_.line[v] == Overlay::kCorner) return {};
+    if (o_.line[v] == Overlay::kInside) return best_inside(v, limit);
     Choice c;
-    if (o_.line[v] == Overlay::kCorner) return c;
     m_.for_each_out(v, [&](Index h) {
       if (!along_its_line(h)) return;
       const double k = cost(h);
-      if (k < c.cost && m_.link_ok(h)) c = {h, k};
+      if (k < c.cost && k <= limit && m_.link_ok(h)) c = {h, k};
     });
     return c;
+  }
+
+  const Vec3& ring(std::size_t i) const { return m_.position(m_.dest(ring_[i % ring_.size()])); }
+
+  /// The same with all neighbours to choose from. A shore can give a vertex hundreds of them, so
+  /// the triangle in which v's place comes to lie is found for all of them in one turn, and who is
+  /// too dear is not asked whether a triangle flips. O(degree log degree) typically.
+  Choice best_inside(Index v, double limit) {
+    ring_.clear(), candidates_.clear(), first_.clear();
+    m_.for_each_out(v, [&](Index h) { ring_.push_back(h); });
+    const std::size_t n = ring_.size();
+    const Vec3& p = m_.position(v);
+    // Triangle i is of ring i and i + 1; on the way to j, all but j - 1 and j are kept.
+    for (std::size_t j = 0, i = 0; j < n && n > 2; ++j) {
+      const Vec3& q = ring(j);
+      for (i = std::max(i, j + 1); i < j + n - 2 && orient2d(q, p, ring(i + 1)) < 0;) ++i;
+      const Vec3 &pa = ring(i), &pb = ring(i + 1);
+      if (!surely_ccw(q, pa, pb)) continue;
+      const double area = orient2d(q, pa, pb);
+      const double wa = orient2d(q, p, pb) / area, wb = orient2d(q, pa, p) / area;
+      const double step = std::abs(q.z + wa * (pa.z - q.z) + wb * (pb.z - q.z) - p.z);
+      if (step <= limit) candidates_.push_back({step, j});
+    }
+    std::ranges::sort(candidates_, {}, [](const Candidate& c) { return std::pair(c.cost, c.to); });
+    for (std::size_t i = 0; i < n; ++i) first_.push_back(i);
+    for (const Candidate& c : candidates_)
+      if (keeps_all(c.to)) return {ring_[c.to], c.cost};
+    return {};
+  }
+
+  /// Whether no triangle flips. The one that does comes first the next time: few of them stand
+  /// against most neighbours.
+  bool keeps_all(std::size_t to) {
+    const std::size_t n = ring_.size();
+    for (std::size_t k = 0; k < n; ++k) {
+      const std::size_t i = first_[k];
+      if (i == to || (i + 1) % n == to || surely_ccw(ring(to), ring(i), ring(i + 1))) continue;
+      std::swap(first_[k], first_[k / 2]);
+      return false;
+    }
+    return true;
   }
 };
 
@@ -198,18 +252,24 @@ class Splitter {
 
 }  // namespace
 
-Result<TerrainTransition> terrain_transition(const Tin& fine, const Tin& coarse) {
-  auto o = overlay(fine, coarse);
+Result<TerrainTransition> terrain_transition(const Tin& fine, const Tin& coarse,
+                                             const std::stop_token& stop) {
+  auto o = overlay(fine, coarse, stop);
   if (!o) return std::unexpected(o.error());
-  Coarsener coarsener(*o);
+  Coarsener coarsener(*o, stop);
   std::vector<Coarsener::Removed> removed;
   const auto inside = [&](Index v) {
     return o->line[v] < Overlay::kSide || o->line[v] == Overlay::kInside;
   };
-  coarsener.run([&](Index v) { return v >= o->fine_vertices && inside(v); }, kNoStep, nullptr);
-  coarsener.run(inside, HUGE_VAL, &removed);
+  const auto added = [&](Index v) { return v >= o->fine_vertices && inside(v); };
+  if (auto done = coarsener.run(added, kNoStep, nullptr); !done)
+    return std::unexpected(done.error());
+  if (auto done = coarsener.run(inside, HUGE_VAL, &removed); !done)
+    return std::unexpected(done.error());
   const std::size_t interior = removed.size();
-  coarsener.run([&](Index v) { return o->line[v] != Overlay::kCorner; }, HUGE_VAL, &removed);
+  const auto all = [&](Index v) { return o->line[v] != Overlay::kCorner; };
+  if (auto done = coarsener.run(all, HUGE_VAL, &removed); !done)
+    return std::unexpected(done.error());
   if (const auto ok = arrived(*o, coarse); !ok) return std::unexpected(ok.error());
   TerrainTransition out = in_order(*o, coarse, removed);
   out.border_splits = removed.size() - interior;

@@ -19,6 +19,7 @@
 // weighted by s and nothing else, so neighbours agree on it at every s.
 
 #include <cstdint>
+#include <stop_token>
 #include <vector>
 
 #include "terrain/base/result.h"
@@ -47,8 +48,9 @@ struct TerrainTransition {
 /// Ends: at s = 0 the coarse mesh, vertex by vertex and triangle by triangle; at s = 1 the fine
 /// mesh's vertices at their places and its surface, its triangles cut along the coarse mesh's
 /// edges. REQUIRES: as overlay(). Fails (bad_data) with the place where the meshes cannot be
-/// brought together. Deterministic. O(n log n) beyond the overlay.
-Result<TerrainTransition> terrain_transition(const Tin& fine, const Tin& coarse);
+/// brought together, and (cancelled). Deterministic. O(n log n) beyond the overlay.
+Result<TerrainTransition> terrain_transition(const Tin& fine, const Tin& coarse,
+                                             const std::stop_token& = {});
 
 /// The mesh at s, clamped to 0..1. Triangles are counter-clockwise; one that is just appearing may
 /// have no area yet. O(vertices).

@@ -20,6 +20,7 @@ namespace tind {
 namespace {
 
 constexpr double kLastDigit_m = 1e-6;  // stated errors are rounded up to it
+constexpr std::size_t kSomeTiles = 4;  // named of those that are counted
 
 }  // namespace
 
@@ -110,12 +111,13 @@ Result<BuildReport> build_tiles(const Surface& surface, const BuildOptions& o,
     const TileId id = ids[i];
     const auto there = store.finished(i);
     TileFacts known = there.value_or(TileFacts{});
-    bool by_bounded = false;
+    bool by_bounded = false, without_lines = false;
     if (!there) {
       auto tile = make_tile(surface, *plan, id, progress.stop);
       Result<void> written;
       if (tile) {
         by_bounded = tile->cost.by_bounded;
+        without_lines = tile->cost.without_lines;
         known.max_error_m = tile->max_error_m;
         known.edge_error_m = tile->edge_error_m;
         known.not_one_sided = tile->side != o.tiles.side;
@@ -142,6 +144,9 @@ Result<BuildReport> build_tiles(const Surface& surface, const BuildOptions& o,
       ++(there ? report.reused : report.built);
       report.not_one_sided += known.not_one_sided;
       report.by_bounded += by_bounded;
+      report.without_lines += without_lines;
+      if (without_lines && report.some_without_lines.size() < kSomeTiles)
+        report.some_without_lines.push_back(id.text());
       if (const double budget = plan->level(id).budget_m;
           known.max_error_m > budget + kLastDigit_m) {
         ++report.over_budget;

@@ -39,8 +39,9 @@ struct LevelReport {
 /// What a build found in a directory of tiles that can become its own: of other heights, of other
 /// files or of other layers.
 struct UpdateReport {
-  bool updated = false;                 // false: there were none, or they are as they should be
-  std::vector<std::string> new_layers;  // names of those that are new, or on another grid
+  bool updated = false;                  // false: there were none, or they are as they should be
+  std::vector<std::string> new_layers;   // names of those that are new, or on another grid
+  std::vector<std::string> bent_layers;  // of those that blend otherwise
   std::size_t gone_layers = 0;
   std::string everything;        // why all tiles are made again, if they are
   std::uint64_t gone_tiles = 0;  // there is nothing any more where they were
@@ -59,10 +60,13 @@ struct BuildReport {
   std::uint64_t tiles = 0, built = 0, reused = 0, bytes = 0;
   // Of an earlier run: torn, changed, missing, or not yet made durable. They were made again.
   std::uint64_t unsound = 0;
-  std::uint64_t over_budget = 0;    // tiles that say a larger error than their level's budget
-  std::string worst_over_budget;    // z/x/y of the worst of them
-  double worst_over_budget_m = 0;   // and what it says
-  std::uint64_t by_bounded = 0;     // of `built`: instead of the method, over the budget with it
+  std::uint64_t over_budget = 0;   // tiles that say a larger error than their level's budget
+  std::string worst_over_budget;   // z/x/y of the worst of them
+  double worst_over_budget_m = 0;  // and what it says
+  std::uint64_t by_bounded = 0;    // of `built`: instead of the method, over the budget with it
+  // Of `built`: without the dataset's lines, which left them far over their budget. z/x/y of some.
+  std::uint64_t without_lines = 0;
+  std::vector<std::string> some_without_lines;
   std::uint64_t not_one_sided = 0;  // tiles that --side asked for and could not be: they say "both"
   std::vector<LevelReport> levels;
   UpdateReport update;

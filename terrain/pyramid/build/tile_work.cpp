@@ -91,6 +91,8 @@ std::vector<std::uint8_t> changed_tiles(const Surface& surface, const TilePlan& 
   report.gone_layers = found.gone_layers;
   for (const std::size_t k : found.new_layers)
     report.new_layers.push_back(surface.layers()[k].name);
+  for (const std::size_t k : found.bent_layers)
+    report.bent_layers.push_back(surface.layers()[k].name);
   report.gone_tiles = tiles_gone(before, old, plan);
   // A level may be the median of posts far from a tile.
   const bool other_levels = old.shape_levels != plan.levels_of_shapes();

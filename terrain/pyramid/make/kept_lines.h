@@ -79,18 +79,33 @@ class KeptLines {
 
   /// A place on a line that is kept: the line then goes through it.
   bool split_line(const Vec3& p) {
-    for (Index h = 0; h < mesh_.halfedge_slots(); ++h) {
+    const Index h = line_through(p);
+    if (h == kNone) return false;
+    const Index a = mesh_.origin(h), b = mesh_.dest(h);
+    const Index v = mesh_.split_edge(h, p);
+    kept_.split_edge(a, b, v);
+    insertion_.legalise(v);
+    return true;
+  }
+
+  /// The kept edge that p lies inside of, seen from the triangle that was made first: an edge of
+  /// whichever triangle holds p.
+  Index line_through(const Vec3& p) const {
+    const auto found = insertion_.locate(p);
+    if (found.triangle == kNone) return line_among(0, Index(mesh_.halfedge_slots()), p);
+    const Index h = line_among(3 * found.triangle, 3 * found.triangle + 3, p);
+    return h == kNone ? kNone : std::min(h, mesh_.twin(h));
+  }
+
+  Index line_among(Index first, Index end, const Vec3& p) const {
+    for (Index h = first; h < end; ++h) {
       if (!mesh_.alive_triangle(h / 3) || mesh_.twin(h) == kNone) continue;
       const Index a = mesh_.origin(h), b = mesh_.dest(h);
       const Vec3 &pa = mesh_.position(a), &pb = mesh_.position(b);
       const bool beside = (p.x - pa.x) * (p.x - pb.x) + (p.y - pa.y) * (p.y - pb.y) < 0;
-      if (!kept_.keeps(a, b) || !beside || orient2d(pa, pb, p) != 0) continue;
-      const Index v = mesh_.split_edge(h, p);
-      kept_.split_edge(a, b, v);
-      insertion_.legalise(v);
-      return true;
+      if (beside && kept_.keeps(a, b) && orient2d(pa, pb, p) == 0) return h;
     }
-    return false;
+    return kNone;
   }
 
   /// The edges that the segment from a to b crosses; or the first vertex that lies on it.

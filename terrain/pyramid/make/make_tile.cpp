@@ -22,9 +22,7 @@ namespace tind {
 
 namespace {
 
-constexpr std::int64_t kChunkPosts = 1 << 19;  // posts that the referee holds at a time
-constexpr std::int64_t kPartSide = 768;        // of a part of them, where there are several layers
-constexpr double kMostMargin = 320;            // posts, as many as a tile has where this pays
+constexpr double kMostMargin = 320;  // posts, as many as a tile has where this pays
 
 /// The posts around the tile, so that H is a matter of memory; coarse tiles ask the source instead.
 /// Normals look farther the coarser the tile is, but not where a small source has ended long
@@ -71,6 +69,26 @@ CrossingVertices cross_lines(const TileJob& job, int z, const TileEdge& edge, Bo
   return vertices;
 }
 
+/// Where a layer ends, tiles keep its bound, which is stricter than their level's, while posts of a
+/// finer layer may lie closer together than the samples of their edges: there samples are no
+/// farther apart than the bound, as those of a level are. Else posts beside the edge, where no
+/// vertex can be, are farther from it than the bound.
+int edge_samples(const Surface& surface, const TilePlan& plan, const LevelPlan& level, int z,
+                 const TileEdge& e) {
+  constexpr double kMost = 1 << 16;
+  const int usual = level.border_samples;
+  if (surface.only() || level.budget_m >= tiling::level_error(z) * plan.options().error_factor)
+    return usual;
+  const double metres = tiling::tile_degrees(z) * 111320;
+  const GeoRect edge{e.start.lon, e.start.lat, e.end.lon, e.end.lat};
+  bool finer = false;
+  for (std::size_t k = 0; k < surface.layers().size() && !finer; ++k)
+    finer = surface.layers()[k].finest_m() * usual < metres && surface.reaches(k, edge);
+  if (!finer) return usual;
+  const double wanted = std::exp2(std::floor(std::log2(metres / level.budget_m)));
+  return int(std::clamp(wanted, double(usual), kMost));
+}
+
 Border border_of(const TileJob& job, TileId id, TileSide side,
                  CrossingVertices* crossings = nullptr) {
   const LevelPlan& level = job.plan.level(id, side);
@@ -79,13 +97,47 @@ Border border_of(const TileJob& job, TileId id, TileSide side,
   o.offset_m = level.offset_m;
   o.height_step = level.border_step_m;
   o.fixed_cells = level.curvature_cells;
-  o.samples = level.border_samples;
+  o.samples = edge_samples(job.surface, job.plan, level, id.level, tile_edge(id, side));
   o.place_step = level.border_place_step;
   o.lowest_m = level.lowest_m, o.highest_m = level.highest_m;
   o.halves = id.level < job.plan.max_level();
+  if (o.halves)
+    for (const int half : {0, 1}) {
+      const bool upright = side == TileSide::west || side == TileSide::east;
+      const TileId child = upright ? id.child(side == TileSide::east, half)
+                                   : id.child(half, side == TileSide::north);
+      o.samples_of_half[half] = edge_samples(job.surface, job.plan, job.plan.level(child, side),
+                                             child.level, tile_edge(child, side));
+    }
   const CrossingVertices vertices = cross_lines(job, id.level, tile_edge(id, side), o);
   if (crossings) *crossings = vertices;
   return make_border(tile_edge(id, side), job.field, job.surface, o);
+}
+
+/// Water is level on its own level of the pyramid: where the line of a child's border lies in it,
+/// or meets its shore, it has this tile's rounding of the water's level, not the child's.
+void level_in_water(const TileJob& job, const TileEdge& edge, const CrossingVertices& shores,
+                    std::vector<BorderVertex>& line) {
+  const SurfaceShapes* shapes = job.surface.shapes();
+  if (!shapes || shapes->lines().empty()) return;
+  const LineScale scale = line_scale(job.plan, job.id.level);
+  LineScale unrounded = line_scale(job.plan, job.id.level + 1);
+  unrounded.step_m = 0;
+  const auto crossings = shapes->lines().crossings(edge.start, edge.end, unrounded);
+  for (BorderVertex& v : line) {
+    const auto shore = std::ranges::find_if(
+        shores.all(), [&](const CrossingVertices::Vertex& s) { return s.shore && s.t == v.t; });
+    if (shore != shores.all().end()) {
+      const auto crossing = std::ranges::find(crossings, shore->crossing, &ShapeCrossing::t);
+      if (crossing != crossings.end() && crossing->shore)
+        v.height = scale.level(crossing->height_m);
+      continue;
+    }
+    const double share = double(v.t) / kTileExtent;
+    const Geographic place{edge.start.lon + share * (edge.end.lon - edge.start.lon),
+                           edge.start.lat + share * (edge.end.lat - edge.start.lat)};
+    if (const auto level = shapes->level_at(place)) v.height = scale.level(*level);
+  }
 }
 
 /// Where a child has no tile, clients draw this tile's part in its stead, beside its sibling, which
@@ -111,8 +163,11 @@ void stand_in_for_children(TileJob& job) {
   for (const Line& l : lines) {
     const bool before = job.plan.available(l.before), after = job.plan.available(l.after);
     if (before == after) continue;
-    const Border border = before ? border_of(job, l.before, l.side_of_before)
-                                 : border_of(job, l.after, l.side_of_after);
+    const TileId beside = before ? l.before : l.after;
+    const TileSide side = before ? l.side_of_before : l.side_of_after;
+    CrossingVertices shores;
+    Border border = border_of(job, beside, side, &shores);
+    level_in_water(job, tile_edge(beside, side), shores, border.line);
     std::vector<Vec3> line;
     const auto add = [&](double t, double height) {
       const double along = std::round((t + l.start * kTileExtent) / 2.0);
@@ -146,12 +201,8 @@ Result<void> derive_borders(TileJob& job) {
 
 Result<void> find_range(TileJob& job, std::stop_token stop) {
   const Stopwatch watch(job.cost.reading);
-  if (!job.alone()) {
-    auto beside = rim_samples(job.field, job.id);
-    if (!beside) return std::unexpected(beside.error());
-    job.beside = std::move(*beside);
-  }
-  const std::int64_t most = job.surface.is_plain_geographic() ? kChunkPosts : kChunkPosts / 4;
+  if (auto done = find_rims(job); !done) return done;
+  const std::int64_t most = job.surface.is_plain_geographic() ? kPartPosts : kPartPosts / 4;
   std::int64_t count = 0;
   for (const LayerWindow& w : job.windows) count += w.posts.cols * w.posts.rows;
   if (count <= most) {
@@ -169,16 +220,24 @@ Result<void> find_range(TileJob& job, std::stop_token stop) {
   return done;
 }
 
-/// What the index knows of the posts, where the level rests on it.
+/// What the index knows of the posts, where the tile rests on it.
 Result<void> look_up_posts(TileJob& job) {
   auto lattice = job.plan.index()->lattice(job.id);
   if (!lattice) return std::unexpected(lattice.error());
-  if (lattice->posts > 0) job.posts = {lattice->min_m, lattice->max_m, lattice->posts};
+  if (lattice->any()) job.posts = {lattice->min_m, lattice->max_m, lattice->posts};
   job.lattice = std::move(*lattice);
   return {};
 }
 
 }  // namespace
+
+Result<void> find_rims(TileJob& job) {
+  if (job.alone()) return {};
+  auto beside = rim_samples(job.field, job.id);
+  if (!beside) return std::unexpected(beside.error());
+  job.beside = std::move(*beside);
+  return {};
+}
 
 Result<void> stream_posts(const TileJob& job, std::stop_token stop,
                           const std::function<void(const TilePosts&)>& f) {
@@ -187,24 +246,13 @@ Result<void> stream_posts(const TileJob& job, std::stop_token stop,
     return {};
   }
   if (!job.beside.empty()) f(TilePosts::of_samples(job.beside, job.level.offset_m));
-  for (const LayerWindow& window : job.windows) {
-    const PostWindow& all = window.posts;
-    // Of layers no wide strips: most parts then lie off the others, and are read as of one DEM.
-    const std::int64_t cols_at_once =
-        std::min(all.cols, window.alone ? kChunkPosts / 2 : kPartSide);
-    const std::int64_t rows_at_once = std::max<std::int64_t>(2, kChunkPosts / cols_at_once);
-    for (std::int64_t r = 0; r < all.rows; r += rows_at_once)
-      for (std::int64_t c = 0; c < all.cols; c += cols_at_once) {
-        if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
-        LayerWindow part = window;
-        part.posts.col += c, part.posts.row += r;
-        part.posts.cols = std::min(cols_at_once, all.cols - c);
-        part.posts.rows = std::min(rows_at_once, all.rows - r);
-        const auto posts = TilePosts::read(job.field, {&part, 1}, job.id, job.level.offset_m);
-        if (!posts) return std::unexpected(posts.error());
-        if (!posts->empty()) f(*posts);
-      }
-  }
+  for (const LayerWindow& window : job.windows)
+    for (const LayerWindow& part : parts_of(window)) {
+      if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
+      const auto posts = TilePosts::read(job.field, {&part, 1}, job.id, job.level.offset_m);
+      if (!posts) return std::unexpected(posts.error());
+      if (!posts->empty()) f(*posts);
+    }
   return {};
 }
 
@@ -216,7 +264,7 @@ Result<TileModel> model_tile(const Surface& surface, const TilePlan& plan, TileI
   job.windows = std::move(*windows);
   if (auto done = load_heights(job); !done) return fail("tile " + id.text(), done.error());
   if (auto done = derive_borders(job); !done) return std::unexpected(done.error());
-  const bool indexed = plan.index() && plan.index()->serves(id.level) && !job.windows.empty();
+  const bool indexed = plan.index() && plan.index()->serves(id) && !job.windows.empty();
   auto known = indexed ? look_up_posts(job) : find_range(job, stop);
   if (!known) return fail("tile " + id.text(), known.error());
   const auto meshed = fit_tile(job, stop);

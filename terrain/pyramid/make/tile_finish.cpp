@@ -15,18 +15,27 @@ namespace tind {
 
 namespace {
 
-/// H, or where the level rests on the index, what that knows of it. By level: a tile whose posts
-/// were read after all has the normals of its neighbours at their edges.
+/// H, or where tiles of the level rest on the index, what that knows of it. By place: a tile whose
+/// posts were read after all, or which has few, has the normals of its neighbours at their edges.
 Result<std::vector<double>> heights_for_normals(const TileJob& job,
                                                 const std::vector<Geographic>& places) {
   std::vector<double> h(places.size());
-  if (const ResidualIndex* index = job.plan.index(); index && index->serves(job.id.level)) {
-    IndexedHeights indexed(*index, job.id.level);
-    indexed.at(places, h);
-    if (indexed.error()) return std::unexpected(*indexed.error());
-  } else {
+  const ResidualIndex* index = job.plan.index();
+  if (!index || job.id.level >= index->level()) {
     job.field.at(places, h);
+    return h;
   }
+  IndexedHeights indexed(*index, job.id.level);
+  std::vector<std::size_t> at[2];  // [1]: those that the index knows
+  for (std::size_t i = 0; i < places.size(); ++i) at[indexed.covers(places[i])].push_back(i);
+  for (const bool known : {false, true}) {
+    std::vector<Geographic> some;
+    for (const std::size_t i : at[known]) some.push_back(places[i]);
+    std::vector<double> heights(some.size());
+    known ? indexed.at(some, heights) : job.field.at(some, heights);
+    for (std::size_t n = 0; n < some.size(); ++n) h[at[known][n]] = heights[n];
+  }
+  if (indexed.error()) return std::unexpected(*indexed.error());
   return h;
 }
 

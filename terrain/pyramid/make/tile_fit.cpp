@@ -25,7 +25,7 @@ namespace {
 constexpr double kPlacingError = 1e-5;    // metres of height: 1e-6 m on a slope of ten
 constexpr double kLargestHeightStep = 4;  // metres
 constexpr double kLinePlaceStep = 2;      // units: half of what shores keep from posts at least
-constexpr double kNarrower = 0.7;         // of the band, for a method that left it
+constexpr double kNarrower = 0.7;         // of the band, for a method or lines that left it
 constexpr std::int64_t kMeshPosts = 320;  // posts a side that a mesh is fitted to at most
 
 double power_of_two_at_most(double x) { return std::exp2(std::floor(std::log2(x))); }
@@ -173,7 +173,7 @@ HalfedgeMesh frame_mesh(TileJob& job, const Samples& samples, double x_scale,
     insertion.insert_point({p.x, p.y, snap_height(h, lattice.step)});
   };
   for (const auto& line : job.stand_in)
-    for (const Vec3& p : line) insert(p);
+    for (const Vec3& p : line) insert({p.x, p.y, level_by_lines(job, p.x, p.y, p.z)});
   const int cells = job.level.curvature_cells;
   std::vector<Geographic> places;
   std::vector<Vec3> points;
@@ -270,6 +270,7 @@ TileMesh mesh_within(TileJob& job, const Samples& samples, double eps, double pl
   // A vertex that is moved to a coarser lattice must not end up in the water beside its post.
   o.lattice_step = o.search_step_min =
       job.lines.lines.empty() ? place_step : std::min(place_step, kLinePlaceStep);
+  o.turns = !job.lines.lines.empty();
   o.height_min = result.lattice.min;
   o.height_max = result.lattice.max();
   set_effort(tile_effort(job.plan.options().effort), o);
@@ -402,6 +403,12 @@ Result<TileMesh> fit_within_budget(TileJob& job, std::stop_token stop) {
   }
 }
 
+/// Of so many nodes a side of the tile's lattice: of one DEM in whole posts.
+double node_spacing_m(const TileJob& job, int nodes) {
+  if (!job.surface.only()) return tiling::tile_degrees(job.id.level) * 111320 / nodes;
+  return job.spacing_m() * std::max(1, int(job.windows.front().posts.cols / nodes));
+}
+
 /// The same through the index: the mesh is fitted to nodes of the lattice, and what the posts may
 /// differ from it is left of the band. Over its budget where that is too little.
 Result<TileMesh> fit_to_lattice(TileJob& job, std::stop_token stop) {
@@ -421,11 +428,10 @@ Result<TileMesh> fit_to_lattice(TileJob& job, std::stop_token stop) {
         if (!std::isnan(heights[i])) heights[i] = float(level_by_lines(job, p.x, p.y, p.z));
       }
     }
-    const int posts = std::max(1, int(job.windows.front().posts.cols / nodes));
     TileMesh meshed = mesh_within(job, ResidualLattice::samples(heights, nodes), eps,
-                                  place_step(job.spacing_m() * posts, job.id.level, eps), stop);
+                                  place_step(node_spacing_m(job, nodes), job.id.level, eps), stop);
     if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
-    meshed.max_error = lattice.posts > 0 ? lattice_bound(meshed.mesh, lattice) + margin : 0;
+    meshed.max_error = lattice.any() ? lattice_bound(meshed.mesh, lattice) + margin : 0;
     if (step == 1 || meshed.max_error <= job.level.budget_m) return meshed;
   }
 }
@@ -434,6 +440,7 @@ Result<TileMesh> fit_lines_as_they_are(TileJob& job, std::stop_token stop) {
   Result<TileMesh> made = job.lattice ? fit_to_lattice(job, stop) : fit_within_budget(job, stop);
   if (job.lattice && made && made->max_error > job.level.budget_m) {
     job.lattice.reset();
+    if (auto done = find_rims(job); !done) return std::unexpected(done.error());
     made = fit_within_budget(job, stop);
   }
   return made;
@@ -457,16 +464,29 @@ Result<void> bend_around_posts(TileJob& job, double scale, std::stop_token stop)
 struct LineTry {
   double thinned = 1;  // share of the level's tolerance
   double clear = 1;    // of how far shores keep from posts
+  double inner = 1;    // share of the band: rounding to the grid may leave a tile just outside
 };
-constexpr LineTry kLineTries[] = {{1, 1}, {0.25, 1}, {0, 1}, {0, 2}, {0, 4}, {0, 8}};
+constexpr LineTry kLineTries[] = {{1, 1},
+                                  {0.25, 1},
+                                  {0, 1},
+                                  {1, 1, kNarrower},
+                                  {0, 2},
+                                  {0, 2, kNarrower},
+                                  {0, 4, kNarrower},
+                                  {0, 8, kNarrower}};
 
-/// At last without lines: the certificate comes first.
+/// How far over its budget a tile may be, and say so, rather than show water that is not level.
+constexpr double kOverForWater = 2;
+
+/// At last without lines.
 Result<TileMesh> fit_with_lines(TileJob& job, std::stop_token stop) {
   const SurfaceShapes* shapes = job.surface.shapes();
   if (!shapes || shapes->lines().empty()) return fit_lines_as_they_are(job, stop);
   const LineScale scale = line_scale(job.plan, job.id.level);
+  const double inner = job.inner;
   Result<TileMesh> best = fail(Errc::internal, "no fit tried");
   for (const LineTry& one : kLineTries) {
+    job.inner = inner * one.inner;
     job.lines = tile_lines(shapes->lines(), job.id, scale, job.crossings,
                            one.thinned * job.level.line_tolerance);
     if (!job.lines.lines.empty() && !job.lattice)  // which is there so that no post need be read
@@ -475,12 +495,18 @@ Result<TileMesh> fit_with_lines(TileJob& job, std::stop_token stop) {
     auto made = fit_lines_as_they_are(job, stop);
     if (!made) return made;
     if (!best || made->max_error < best->max_error) best = std::move(made);
-    if (best->max_error <= job.level.budget_m || job.lines.lines.empty()) return best;
+    if (best->max_error <= job.level.budget_m || job.lines.lines.empty()) break;
   }
+  job.inner = inner;
+  if (best->max_error <= job.level.budget_m || job.lines.lines.empty()) return best;
+  const bool water = std::ranges::any_of(job.lines.lines, &TileLine::shore);
+  if (water && best->max_error <= kOverForWater * job.level.budget_m) return best;
   job.lines = {};
   auto without = fit_lines_as_they_are(job, stop);
-  if (!without || without->max_error <= job.level.budget_m) return without;
-  return best;
+  if (!without || without->max_error > job.level.budget_m)
+    return without ? std::move(best) : without;
+  job.cost.without_lines = true;
+  return without;
 }
 
 }  // namespace

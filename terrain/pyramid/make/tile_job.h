@@ -72,6 +72,9 @@ int decimation(const PostWindow&);
 int decimation(const TileJob&, const LayerWindow&);
 int decimation(const TileJob&);
 
+/// Fills job.beside. REQUIRES: windows and heights in the job.
+Result<void> find_rims(TileJob&);
+
 /// Calls f with all posts of the tile, a part of the window at a time.
 Result<void> stream_posts(const TileJob&, std::stop_token,
                           const std::function<void(const TilePosts&)>& f);

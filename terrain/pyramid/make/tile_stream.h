@@ -5,7 +5,7 @@
 #include <span>
 #include <stop_token>
 
-#include "proto/mesh_stream.h"
+#include "proto/stream/mesh_stream.h"
 #include "terrain/base/result.h"
 #include "terrain/geo/tiling_scheme.h"
 #include "terrain/raster/dem_source.h"

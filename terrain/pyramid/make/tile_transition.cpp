@@ -6,14 +6,15 @@
 namespace tind {
 
 Result<proto::Transition> tile_transition(TileId tile, std::span<const std::uint8_t> fine,
-                                          std::span<const std::uint8_t> parent) {
+                                          std::span<const std::uint8_t> parent,
+                                          const std::stop_token& stop) {
   const auto fine_tile = decode_tile(tile, fine);
   const auto parent_tile = decode_tile(tile.parent(), parent);
   if (!fine_tile) return fail("tile " + tile.text(), fine_tile.error());
   if (!parent_tile) return fail("tile " + tile.parent().text(), parent_tile.error());
   const auto part = parent_part(parent_tile->mesh, tile);
   if (!part) return std::unexpected(part.error());
-  const auto way = terrain_transition(fine_tile->mesh, *part);
+  const auto way = terrain_transition(fine_tile->mesh, *part, stop);
   if (!way) return fail("tile " + tile.text() + " to its parent", way.error());
 
   proto::Transition out;

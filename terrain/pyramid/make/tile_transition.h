@@ -3,8 +3,9 @@
 
 #include <cstdint>
 #include <span>
+#include <stop_token>
 
-#include "proto/transition.h"
+#include "proto/stream/transition.h"
 #include "terrain/base/result.h"
 #include "terrain/geo/tiling_scheme.h"
 #include "terrain/progressive/transition/terrain_transition.h"
@@ -13,9 +14,10 @@ namespace tind {
 
 /// A pure function of the two quantized-mesh tiles, not compressed; a tile that states no error
 /// counts as 0. `level` > 0. Fails (bad_data), naming the tile and the place, where they cannot be
-/// brought together.
+/// brought together, and (cancelled).
 Result<proto::Transition> tile_transition(TileId tile, std::span<const std::uint8_t> fine,
-                                          std::span<const std::uint8_t> parent);
+                                          std::span<const std::uint8_t> parent,
+                                          const std::stop_token& = {});
 
 /// As the library works with it. REQUIRES: what tile_transition or decode_transition gave.
 TerrainTransition from_wire(const proto::Transition&);

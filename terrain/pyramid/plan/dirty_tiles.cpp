@@ -1,16 +1,17 @@
 // By footprint: the window of posts that a tile reads, in blocks, against the blocks that changed.
 // Of a layer that is new or gone, by what it can reach. What else a tile depends on is its plan,
-// which is compared as a whole.
+// which is compared as a whole; of layers, which tiles rest on the residual index.
 
 #include "terrain/pyramid/plan/dirty_tiles.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <memory>
+#include <set>
 #include <utility>
 
-#include "terrain/pyramid/plan/plan_source.h"
 #include "terrain/surface/tile_posts.h"
 #include "terrain/surface/void_fill.h"
 
@@ -212,7 +213,6 @@ double margin_m(const MadeOf& made) {
 struct Marking {
   const MadeOf &before, &after;
   const TileOrder& ids;
-  int deepest_indexed;
   double bent_m;
   double margin_m;  // the posts that a window has more than a tile, of the coarsest layer
   std::vector<std::uint8_t>& dirty;
@@ -273,7 +273,7 @@ void mark_changed(const Marking& m, std::size_t i, std::size_t j) {
     const TileId id = m.ids[k];
     const GeoRect rect = tiling::rect(id);
     const PostWindow posts = post_window(source, rect);
-    const bool indexed = id.level <= m.deepest_indexed;
+    const bool indexed = id.level < m.after.plan.index_depth().level();
     // Normals from the index need the nodes around, and what fills voids there.
     const double degrees = m.after.plan.level(id.level).normal_reach_deg +
                            (indexed ? tiling::tile_degrees(id.level) / kNormalCells : 0);
@@ -324,6 +324,31 @@ void mark_reached(const Marking& m, const MadeOf& made, std::size_t k) {
   }
 }
 
+// --- layers that have a residual index
+// ----------------------------------------------------------
+
+/// Marks the tiles that rest on the index now and did not, or the other way, those above them, and
+/// those beside these, whose normals at their edges are as theirs.
+void mark_other_depth(const Marking& m) {
+  const auto before = m.before.plan.index_depth().tiles(),
+             after = m.after.plan.index_depth().tiles();
+  std::vector<TileId> other;
+  std::ranges::set_symmetric_difference(before, after, std::back_inserter(other));
+  std::set<TileId> reached;
+  for (TileId id : other)
+    for (; id.level >= 0 && reached.insert(id).second; id = id.parent()) {
+    }
+  for (std::size_t n = 0; n < m.ids.size(); ++n) {
+    if (m.dirty[n]) continue;
+    const TileId id = m.ids[n];
+    const std::uint32_t columns = tiling::columns(id.level);
+    for (int part = 0; part < 9; ++part)
+      m.dirty[n] |= reached.contains(
+          {id.level, (id.x + columns + std::uint32_t(part % 3) - 1) % columns,
+           id.y + std::uint32_t(part / 3) - 1});  // a row beyond a pole is no tile's
+  }
+}
+
 // --- plans
 // ----------------------------------------------------------------------------------------
 
@@ -367,6 +392,14 @@ bool same_layer(const MadeOf& a, std::size_t i, const MadeOf& b, std::size_t j) 
          a.blocks.layers()[i].side() == b.blocks.layers()[j].side();
 }
 
+/// The layer of `a` that is layer j of `b` but for its blend; none: the end of `a`'s.
+std::size_t with_another_blend(const MadeOf& a, const MadeOf& b, std::size_t j) {
+  const auto same = [&](const LayerRecord& r) {
+    return r.same_lattice(b.layers[j]) && r.blend_m != b.layers[j].blend_m;
+  };
+  return std::size_t(std::ranges::find_if(a.layers, same) - a.layers.begin());
+}
+
 /// As many pairs as there are in the same order.
 std::vector<std::pair<std::size_t, std::size_t>> pairs_of(const MadeOf& a, const MadeOf& b) {
   const std::size_t n = a.layers.size(), m = b.layers.size();
@@ -390,13 +423,15 @@ std::string changes_everything(const MadeOf& before, const MadeOf& after, bool s
                                std::size_t pairs) {
   if ((before.surface.only() != nullptr) != (after.surface.only() != nullptr))
     return "tiles of layers are made otherwise than those of one DEM";
+  if (pairs == 0 && before.layers.size() == after.layers.size() &&
+      with_another_blend(before, after, 0) == 0)
+    return "layers blend otherwise";
   if (pairs == 0) return "the grid begins elsewhere, or its posts are rounded to another spacing";
   if (before.surface.info().rounding_m != after.surface.info().rounding_m)
     return "heights are stored less exactly, or more, than they were";
   if (before.surface.is_plain_geographic() != after.surface.is_plain_geographic())
     return "posts that are placed by a projection are there for the first time, or no more";
-  if (deepest_indexed_level(before.surface, before.plan) !=
-      deepest_indexed_level(after.surface, after.plan))
+  if (after.surface.only() && before.plan.index_depth().level() != after.plan.index_depth().level())
     return "the residual index serves other levels";
   if (!same_grids && after.surface.shapes())
     return "lines and water are laid out by the extent of the posts";
@@ -426,10 +461,10 @@ DirtyTiles dirty_tiles(const MadeOf& before, const MadeOf& after, const TileOrde
   const Marking marking{before,
                         after,
                         ids,
-                        deepest_indexed_level(after.surface, after.plan),
                         std::max(bent_m(before), bent_m(after)),
                         std::max(margin_m(before), margin_m(after)),
                         found.flags};
+  mark_other_depth(marking);
   std::vector<bool> kept(before.layers.size()), known(after.layers.size());
   for (const auto& [i, j] : pairs) kept[i] = known[j] = true;
   // A plan is a function of grids, bounds of errors, the range of heights and the options.
@@ -437,9 +472,16 @@ DirtyTiles dirty_tiles(const MadeOf& before, const MadeOf& after, const TileOrde
     for (std::size_t k = 0; k < ids.size(); ++k)
       found.flags[k] = !same_plan(before.plan, after.plan, ids[k]);
   for (std::size_t i = 0; i < kept.size(); ++i)
-    if (!kept[i]) mark_reached(marking, before, i), ++found.gone_layers;
-  for (std::size_t j = 0; j < known.size(); ++j)
-    if (!known[j]) mark_reached(marking, after, j), found.new_layers.push_back(j);
+    if (!kept[i]) mark_reached(marking, before, i);
+  for (std::size_t j = 0; j < known.size(); ++j) {
+    if (known[j]) continue;
+    mark_reached(marking, after, j);
+    const std::size_t was = with_another_blend(before, after, j);
+    const bool bent = was < kept.size() && !kept[was];
+    if (bent) kept[was] = true;
+    (bent ? found.bent_layers : found.new_layers).push_back(j);
+  }
+  found.gone_layers = std::size_t(std::ranges::count(kept, false));
   for (const auto& [i, j] : pairs) mark_changed(marking, i, j);
   return found;
 }

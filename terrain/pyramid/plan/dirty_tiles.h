@@ -24,11 +24,12 @@ struct MadeOf {
 };
 
 struct DirtyTiles {
-  std::vector<std::uint8_t> flags;      // one for each of the ids
-  std::string everything;               // why all of them are, where that is so; else nothing
-  std::vector<std::size_t> new_layers;  // of `after`: not in `before`, or there with another grid,
-                                        // corner or blend. Every tile that they reach is dirty
-  std::size_t gone_layers = 0;          // of `before`
+  std::vector<std::uint8_t> flags;  // one for each of the ids
+  std::string everything;           // why all of them are, where that is so; else nothing
+  // Of `after`. Every tile that they reach, now or before, is dirty.
+  std::vector<std::size_t> new_layers;   // not in `before`, or there with another grid or corner
+  std::vector<std::size_t> bent_layers;  // in both, but with another blend
+  std::size_t gone_layers = 0;           // of `before`
 };
 
 /// Which of `ids`, tiles of `after`, would have other bytes than before, or none? A tile depends on

@@ -15,6 +15,7 @@
 #include "terrain/pyramid/residual/residual_index.h"
 #include "terrain/raster/source_blocks.h"
 #include "terrain/shapes/surface_shapes.h"
+#include "terrain/surface/stated_accuracy.h"
 #include "terrain/surface/surface_blocks.h"
 #include "terrain/surface/tile_posts.h"
 #include "terrain/tile/largest_error.h"
@@ -308,6 +309,7 @@ Result<TilePlan> TilePlan::make(const Surface& surface, const HeightRange& range
   plan.range_ = range;
   plan.bounds_ = bounds_with_area(info);
   plan.datum_ = info.datum;
+  plan.accuracy_ = stated_accuracy(surface);
   plan.settle_ends(surface);
   plan.first_level_ = options.first_level;
   plan.last_level_ =
@@ -325,6 +327,10 @@ Result<TilePlan> TilePlan::make(const Surface& surface, const HeightRange& range
   }
   plan.settle_areas(surface);
   for (int z = 0; z <= plan.max_level_; ++z) plan.levels_.push_back(plan.kinds_of(surface, z));
+  const IndexDepth depth = IndexDepth::of(surface, options.exact_posts);
+  // The level below the deepest has borders that leave room for the index, too.
+  if (options.side == Side::both && depth.level() >= plan.first_level_) plan.depth_ = depth;
+  plan.leave_room();
   return plan;
 }
 
@@ -449,6 +455,9 @@ std::vector<LevelPlan> TilePlan::kinds_of(const Surface& surface, int z) const {
   double low = range_.min_m, high = range_.max_m;
   if (std::size_t(z) < range_.of_levels.size())
     std::tie(low, high) = range_.of_levels[std::size_t(z)];
+  if (const SurfaceShapes* shapes = surface.shapes())  // also of water in which no post lies
+    for (std::uint32_t p = 0; p < shapes->level_areas().polygons(); ++p)
+      low = std::min(low, shapes->level_of(p)), high = std::max(high, shapes->level_of(p));
   std::vector<LevelPlan> kinds(ends_m_.size() + 1);
   double strictest = HUGE_VAL;  // of those that this level can have
   for (std::size_t i = 0; i < kinds.size(); ++i) {
@@ -495,16 +504,15 @@ std::vector<LevelPlan> TilePlan::kinds_of(const Surface& surface, int z) const {
   return kinds;
 }
 
-void TilePlan::use(std::shared_ptr<const ResidualIndex> index) {
-  index_ = std::move(index);
-  for (int z = 0; z <= std::min(max_level_, index_->level()); ++z) {
+void TilePlan::leave_room() {
+  for (int z = 0; z <= std::min(max_level_, depth_.level()); ++z) {
     for (LevelPlan& level : levels_[std::size_t(z)]) {
       // What lies between nodes or skipped posts comes on top of a mesh's error, beside its border
       // too, where nothing can be done about it.
       level.border_tolerance_m = kCoarseBorderShare * level.fit_error_m;
       // Tiles of millions of posts have thousands along a border. The coarser ones need not be
       // looked at so closely: their budgets are larger than what lies between samples.
-      if (z >= index_->level() - 3) level.border_samples = 1024;
+      if (z >= depth_.coarsest_level() - 3) level.border_samples = 1024;
     }
   }
 }
@@ -570,6 +578,7 @@ proto::LayerJson TilePlan::layer(const std::string& name) const {
   layer.metadata_availability = kAvailabilityLevels;
   layer.side = name_of(options_.side);
   layer.datum = tind::name(datum_);
+  layer.accuracy = accuracy_;
   return layer;
 }
 

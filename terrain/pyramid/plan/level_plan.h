@@ -11,13 +11,14 @@
 #include <utility>
 #include <vector>
 
-#include "proto/layer_json.h"
+#include "proto/tile/layer_json.h"
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
 #include "terrain/geo/availability.h"
 #include "terrain/geo/tile_order.h"
 #include "terrain/geo/tiling_scheme.h"
 #include "terrain/pyramid/plan/tile_set_options.h"
+#include "terrain/pyramid/residual/index_depth.h"
 #include "terrain/raster/dem_source.h"
 #include "terrain/surface/surface.h"
 #include "terrain/tile/border.h"
@@ -122,9 +123,13 @@ class TilePlan {
   const std::string& shapes() const { return shapes_; }
   const std::string& levels_of_shapes() const { return levels_of_shapes_; }
 
-  /// From here on tiles of levels above the index's own are fitted and certified through it, and
-  /// have borders that leave room for what it does not know.
-  void use(std::shared_ptr<const ResidualIndex> index);
+  /// Which tiles rest on the residual index: their borders, and those of all tiles down to its
+  /// level, leave room for what it does not know. None of one-sided tiles, of which every post is
+  /// read: the index does not tell above from below; nor where no level asked for has any.
+  const IndexDepth& index_depth() const { return depth_; }
+  /// From here on these tiles are fitted and certified through the index. REQUIRES: one of this
+  /// depth.
+  void use(std::shared_ptr<const ResidualIndex> index) { index_ = std::move(index); }
   /// Null where there is none.
   const ResidualIndex* index() const { return index_.get(); }
 
@@ -152,6 +157,7 @@ class TilePlan {
   std::size_t kind_below(TileId, TileSide) const;
   void settle_ends(const Surface&);
   void settle_areas(const Surface&);
+  void leave_room();
   Vec2 spacing_at(const Surface&, int level) const;
   std::vector<LevelPlan> kinds_of(const Surface&, int level) const;
 
@@ -168,7 +174,9 @@ class TilePlan {
   bool water_mask_ = false;
   GeoRect bounds_;
   VerticalDatum datum_ = VerticalDatum::unknown;
+  std::vector<proto::StatedAccuracy> accuracy_;
   std::vector<TileArea> areas_;  // by level from 0
+  IndexDepth depth_ = -1;
   std::shared_ptr<const ResidualIndex> index_;
 };
 

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <filesystem>
 
+#include "terrain/pyramid/plan/kept_range.h"
 #include "terrain/surface/surface_blocks.h"
 
 namespace tind {
@@ -24,19 +25,13 @@ std::string passing_path() {
 
 }  // namespace
 
-int deepest_indexed_level(const Surface& surface, const TilePlan& plan) {
-  const int deepest = deepest_indexed_level(surface, plan.options().exact_posts);
-  // The level below the deepest has borders that leave room for the index, too.
-  return plan.options().side != Side::both || deepest + 1 < plan.first_level() ? -1 : deepest;
-}
-
 Result<std::shared_ptr<const ResidualIndex>> index_for(const Surface& surface, const TilePlan& plan,
                                                        const std::string& path, int threads,
                                                        const Progress& progress) {
-  const int deepest = deepest_indexed_level(surface, plan);
-  if (deepest < 0) return nullptr;
+  const IndexDepth& depth = plan.index_depth();
+  if (depth.level() < 0) return nullptr;
   const std::string file = path.empty() ? passing_path() : path;
-  auto index = ResidualIndex::open_or_make(file, surface, deepest + 1, threads, progress);
+  auto index = ResidualIndex::open_or_make(file, surface, depth, threads, progress);
   if (path.empty()) {  // what is open stays readable
     ::unlink(file.c_str());
     ::unlink((file + ".part").c_str());
@@ -45,25 +40,55 @@ Result<std::shared_ptr<const ResidualIndex>> index_for(const Surface& surface, c
   return index;
 }
 
+namespace {
+
+/// Looks at all posts. What it finds is kept beside the index, where that has a path.
+Result<KeptRange> range_of_posts(const Surface& surface, const TilePlan& outline,
+                                 const std::string& index_path, int threads, bool with_content,
+                                 const Progress& progress) {
+  const std::string path = index_path.empty() ? index_path : index_path + ".range";
+  if (!path.empty())
+    if (auto kept = read_kept_range(path, surface, outline)) return kept;
+  KeptRange found;
+  SurfaceBlocks blocks(surface);
+  const bool keep = !path.empty();
+  auto range = scan_heights(surface, progress, threads, with_content || keep ? &blocks : nullptr);
+  if (!range) return std::unexpected(range.error());
+  if (auto done = find_level_ranges(surface, outline, *range); !done)
+    return std::unexpected(done.error());
+  found.range = std::move(*range);
+  if (with_content || keep) found.content = blocks.digest();
+  if (keep)
+    if (auto kept = keep_range(path, surface, outline, found); !kept)
+      return std::unexpected(kept.error());
+  return found;
+}
+
+}  // namespace
+
 Result<TilePlan> plan_source(const Surface& surface, const TileSetOptions& options,
                              const std::string& index_path, int threads, const Progress& progress,
                              std::string* content) {
   auto outline = TilePlan::make(surface, HeightRange{}, options);
   if (!outline) return outline;
-  auto index = index_for(surface, *outline, index_path, threads, progress);
-  if (!index) return std::unexpected(index.error());
-  if (!*index) {
-    SurfaceBlocks blocks(surface);
-    auto range = scan_heights(surface, progress, threads, content ? &blocks : nullptr);
-    if (!range) return std::unexpected(range.error());
-    if (auto done = find_level_ranges(surface, *outline, *range); !done)
-      return std::unexpected(done.error());
-    if (content) *content = blocks.digest();
-    return TilePlan::make(surface, *range, options);
+  const bool indexed = outline->index_depth().level() >= 0, one = surface.only() != nullptr;
+  const double scanned = !indexed ? 1 : one ? 0 : 0.3;  // of the work
+  HeightRange range;
+  if (!indexed || !one) {
+    auto found = range_of_posts(surface, *outline, indexed ? index_path : std::string(), threads,
+                                content != nullptr, progress.part(0, scanned));
+    if (!found) return std::unexpected(found.error());
+    range = std::move(found->range);
+    if (content) *content = std::move(found->content);
   }
-  if ((*index)->posts() == 0) return fail(Errc::bad_data, no_valid_height(surface.info()));
-  auto plan =
-      TilePlan::make(surface, {(*index)->min_m(), (*index)->max_m(), (*index)->posts()}, options);
+  if (!indexed) return TilePlan::make(surface, range, options);
+  auto index = index_for(surface, *outline, index_path, threads, progress.part(scanned, 1));
+  if (!index) return std::unexpected(index.error());
+  if (one) {
+    if ((*index)->posts() == 0) return fail(Errc::bad_data, no_valid_height(surface.info()));
+    range = {(*index)->min_m(), (*index)->max_m(), (*index)->posts()};
+  }
+  auto plan = TilePlan::make(surface, range, options);
   if (plan) plan->use(std::move(*index));
   return plan;
 }

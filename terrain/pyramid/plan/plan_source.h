@@ -14,12 +14,8 @@
 
 namespace tind {
 
-/// The deepest level of the plan whose tiles rest on an index, -1 when none does. Of one-sided
-/// tiles every post is read: the index does not tell above from below.
-int deepest_indexed_level(const Surface&, const TilePlan&);
-
 /// The index of a source, made if need be; null where no tile of the plan rests on one
-/// (deepest_indexed_level). `path`: where it is or is to be; empty: nowhere, it goes with the last
+/// (TilePlan::index_depth). `path`: where it is or is to be; empty: nowhere, it goes with the last
 /// who holds it. Fails as ResidualIndex::open_or_make does.
 Result<std::shared_ptr<const ResidualIndex>> index_for(const Surface&, const TilePlan&,
                                                        const std::string& path, int threads = 0,
@@ -27,7 +23,9 @@ Result<std::shared_ptr<const ResidualIndex>> index_for(const Surface&, const Til
 
 /// The plan of a source, with its index. Fails as TilePlan::make and index_for do, and where posts
 /// cannot be read. `content`: becomes 32 digits that stand for all heights (source_blocks.h), where
-/// they are read; nothing does where the index says what is needed of them.
+/// they are read: of one DEM nothing does where the index says what is needed of them. Of layers
+/// the index does not know the posts that lie below others: what is needed of those is kept in a
+/// file beside it, `index_path`.range (kept_range.h).
 Result<TilePlan> plan_source(const Surface&, const TileSetOptions&, const std::string& index_path,
                              int threads = 0, const Progress& = {}, std::string* content = nullptr);
 

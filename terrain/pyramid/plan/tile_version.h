@@ -14,8 +14,9 @@ namespace tind {
 inline constexpr int kTileEpoch = 4;
 
 /// As kTileEpoch, but of tiles of several layers, or files, only: those of one DEM of one file need
-/// not be made again.
-inline constexpr int kLayerEpoch = 3;
+/// not be made again. Where heights of layers change, kLayersVersion of their residual index
+/// (residual_index.cpp) is to be raised, too.
+inline constexpr int kLayerEpoch = 5;
 /// That where the surface is of several; 0 else.
 int layer_epoch(const Surface&);
 

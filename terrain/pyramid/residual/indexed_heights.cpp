@@ -10,10 +10,20 @@ namespace {
 
 constexpr int kCells = ResidualRecord::kCells, kNodes = ResidualRecord::kNodes;
 
+Geographic in_first_turn(Geographic place) {
+  if (place.lon < -180) place.lon += 360;
+  if (place.lon >= 180) place.lon -= 360;
+  return place;
+}
+
 }  // namespace
 
 IndexedHeights::IndexedHeights(const ResidualIndex& index, int level)
-    : index_(index), level_(index.lattice_level(level)), step_m_(residual_step_m(index.level())) {}
+    : index_(index), level_(level), step_m_(index.depth().step_m()) {}
+
+bool IndexedHeights::covers(Geographic place) const {
+  return index_.lattice_level(level_, in_first_turn(place)) >= 0;
+}
 
 const IndexedHeights::Part& IndexedHeights::part(TileId id) {
   if (const auto there = parts_.find(id); there != parts_.end()) return there->second;
@@ -30,10 +40,10 @@ const IndexedHeights::Part& IndexedHeights::part(TileId id) {
 
 /// The surface in a cell, counted from the north-western corner of the world, `east` and `south` of
 /// the way through it. Nothing where the cell has no post.
-std::optional<double> IndexedHeights::in_cell(std::int64_t col, std::int64_t row, double east,
-                                              double south) {
-  const Part& p = part({level_, std::uint32_t(col / kCells),
-                        tiling::rows(level_) - 1 - std::uint32_t(row / kCells)});
+std::optional<double> IndexedHeights::in_cell(int level, std::int64_t col, std::int64_t row,
+                                              double east, double south) {
+  const Part& p = part(
+      {level, std::uint32_t(col / kCells), tiling::rows(level) - 1 - std::uint32_t(row / kCells)});
   const auto i = std::size_t(col % kCells), j = std::size_t(row % kCells);
   if (p.heights.empty() || !p.has_post[j * kCells + i]) return {};
   const std::int32_t* const north = &p.heights[j * kNodes + i];
@@ -44,11 +54,11 @@ std::optional<double> IndexedHeights::in_cell(std::int64_t col, std::int64_t row
 }
 
 double IndexedHeights::at(Geographic place) {
-  if (place.lon < -180) place.lon += 360;
-  if (place.lon >= 180) place.lon -= 360;
-  const double per_degree = kCells / tiling::tile_degrees(level_);
-  const std::int64_t cols = std::int64_t(tiling::columns(level_)) * kCells,
-                     rows = std::int64_t(tiling::rows(level_)) * kCells;
+  place = in_first_turn(place);
+  const int level = index_.lattice_level(level_, place);  // of the records
+  const double per_degree = kCells / tiling::tile_degrees(level);
+  const std::int64_t cols = std::int64_t(tiling::columns(level)) * kCells,
+                     rows = std::int64_t(tiling::rows(level)) * kCells;
   const double x = (place.lon + 180) * per_degree, y = (90 - place.lat) * per_degree;
   const auto col = std::min(std::int64_t(x), cols - 1), row = std::min(std::int64_t(y), rows - 1);
   // A place on a line belongs to the cells on both sides: of those with posts, any.
@@ -56,8 +66,8 @@ double IndexedHeights::at(Geographic place) {
   for (const int up : {0, 1})
     for (const int left : {0, 1}) {
       if ((up && !on_north) || (left && !on_west)) continue;
-      const auto height = in_cell((col - left + cols) % cols, row - up, x - double(col) + left,
-                                  y - double(row) + up);
+      const auto height = in_cell(level, (col - left + cols) % cols, row - up,
+                                  x - double(col) + left, y - double(row) + up);
       if (height) return *height;
     }
   return std::numeric_limits<double>::quiet_NaN();

@@ -13,16 +13,19 @@
 
 namespace tind {
 
-/// The surface of the lattices of all tiles of one level, as one: what H is between its nodes. It
-/// depends on the index, the level and the place alone, so that tiles which share an edge agree on
-/// it. For one thread; a record of the index is read when a place first asks for it.
+/// The surface of the lattices of all tiles of one level that rest on the index, as one: what H is
+/// between its nodes. It depends on the index, the level and the place alone, so that tiles which
+/// share an edge agree on it. For one thread; a record of the index is read when a place first asks
+/// for it. Longitudes may run past +-180, latitudes not past +-90.
 class IndexedHeights {
  public:
-  /// REQUIRES: the index serves the level.
   IndexedHeights(const ResidualIndex& index, int level);
 
-  /// NaN where the cells around hold no post. Longitudes may run past +-180, latitudes not
-  /// past +-90.
+  /// Does the tile there rest on the index? Else the posts say what there is. Never, or of one DEM
+  /// everywhere, where the level lies above that of the index.
+  bool covers(Geographic place) const;
+
+  /// NaN where the cells around hold no post. REQUIRES: covers() each.
   void at(std::span<const Geographic> places, std::span<double> heights);
 
   /// The first record that could not be read.
@@ -35,14 +38,15 @@ class IndexedHeights {
     std::vector<bool> has_post;         // by cell
   };
   const ResidualIndex& index_;
-  int level_;  // of the records
+  int level_;  // of the tiles
   double step_m_;
   std::map<TileId, Part> parts_;
   std::optional<Error> error_;
 
   const Part& part(TileId);
   double at(Geographic place);
-  std::optional<double> in_cell(std::int64_t col, std::int64_t row, double east, double south);
+  std::optional<double> in_cell(int level, std::int64_t col, std::int64_t row, double east,
+                                double south);
 };
 
 }  // namespace tind

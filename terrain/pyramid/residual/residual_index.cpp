@@ -23,7 +23,6 @@
 #include "terrain/base/hash.h"
 #include "terrain/base/parallel.h"
 #include "terrain/geo/availability.h"
-#include "terrain/geo/ellipsoid.h"
 #include "terrain/pyramid/residual/residual_scan.h"
 
 namespace tind {
@@ -32,6 +31,8 @@ namespace {
 
 constexpr std::array<char, 8> kMagic = {'t', 'i', 'n', 'd', 'R', 'I', 'X', '\n'};
 constexpr std::uint32_t kVersion = 1;
+/// Of layers; to be raised with every change of their heights, too (as kLayerEpoch is for tiles).
+constexpr std::uint32_t kLayersVersion = 2;
 constexpr std::uint32_t kEndLevel = 0xffffffff;
 constexpr std::uint32_t kMostBytes = 4 << 20;  // of one record
 constexpr int kFiner = 2;                      // levels
@@ -40,8 +41,8 @@ struct FileHeader {
   std::array<char, 8> magic = kMagic;
   std::uint32_t version = kVersion, level = 0;
   std::array<char, 32> fingerprint{};
-  std::int64_t cols = 0, rows = 0;
-  std::uint64_t hash = 0;  // of what stands before
+  std::int64_t cols = 0, rows = 0;  // of layers: IndexDepth::most_posts(), and 0
+  std::uint64_t hash = 0;           // of what stands before
 };
 static_assert(sizeof(FileHeader) == 72);
 
@@ -57,13 +58,14 @@ std::uint64_t hash_before(const T& header) {
   return hash64({&header, sizeof(T) - sizeof(std::uint64_t)});
 }
 
-FileHeader header_for(const Surface& surface, int level) {
+FileHeader header_for(const Surface& surface, const IndexDepth& depth) {
   FileHeader h;
-  h.level = std::uint32_t(level);
+  h.level = std::uint32_t(depth.level());
   const DemInfo& info = surface.info();
   std::copy_n(info.fingerprint.begin(), std::min(info.fingerprint.size(), h.fingerprint.size()),
               h.fingerprint.begin());
   h.cols = info.cols, h.rows = info.rows;
+  if (!surface.only()) h.version = kLayersVersion, h.cols = depth.most_posts();
   h.hash = hash_before(h);
   return h;
 }
@@ -92,7 +94,7 @@ Result<void> write_at(int file, const std::string& path, std::uint64_t at, const
 }
 
 /// Tiles of a level that hold a post, or touch one with a side.
-std::vector<TileId> touched_tiles(const Surface& surface, int level) {
+TileArea touched_area(const Surface& surface, int level) {
   const DemInfo& info = surface.info();
   const double side = tiling::tile_degrees(level);
   const auto index = [&](double degrees, std::uint32_t count, double hair) {
@@ -104,48 +106,37 @@ std::vector<TileId> touched_tiles(const Surface& surface, int level) {
   for (const GeoRect& b : info.extents.empty() ? std::vector{info.bounds} : info.extents)
     ranges.push_back({index(b.west + 180, columns, -kHair), index(b.south + 90, rows, -kHair),
                       index(b.east + 180, columns, kHair), index(b.north + 90, rows, kHair)});
-  const TileArea tiles(std::move(ranges));
+  return TileArea(std::move(ranges));
+}
+
+/// Those of a level that the index has records of.
+std::vector<TileId> tiles_of(const Surface& surface, const IndexDepth& depth, int level) {
+  const TileArea touched = touched_area(surface, level);
   std::vector<TileId> ids;
-  for (std::uint64_t i = 0; i < tiles.size(); ++i)
-    ids.push_back({level, tiles[i].first, tiles[i].second});
+  if (surface.only() || level == 0) {
+    for (std::uint64_t i = 0; i < touched.size(); ++i)
+      ids.push_back({level, touched[i].first, touched[i].second});
+    return ids;
+  }
+  for (const TileId parent : depth.tiles()) {
+    if (parent.level != level - 1) continue;
+    for (int part = 0; part < 4; ++part)
+      if (const TileId id = parent.child(part % 2, part / 2); touched.contains(id.x, id.y))
+        ids.push_back(id);
+  }
   return ids;
 }
 
 }  // namespace
-
-int deepest_indexed_level(const Surface& surface, std::int64_t exact_posts) {
-  return surface.only() ? deepest_indexed_level(surface.only()->info(), exact_posts) : -1;
-}
-
-int deepest_indexed_level(const DemInfo& info, std::int64_t exact_posts) {
-  if (info.crs_kind == CrsKind::none) return -1;
-  if (exact_posts <= 0 && info.cols <= kExactSourcePosts / std::max<std::int64_t>(1, info.rows))
-    return -1;
-  const double most = double(exact_posts > 0 ? exact_posts : kExactTilePosts);
-  const double lat = std::clamp((info.bounds.south + info.bounds.north) / 2, -80.0, 80.0);
-  const Vec2 degree = wgs84::metres_per_degree(lat);
-  for (int z = tiling::kMaxLevel; z >= 0; --z) {
-    const double side = tiling::tile_degrees(z);
-    const double cols = std::min(double(info.cols), side * degree.x / info.spacing_x_m);
-    const double rows = std::min(double(info.rows), side * degree.y / info.spacing_y_m);
-    if (cols * rows > most) return z;
-  }
-  return -1;
-}
-
-double residual_step_m(int deepest_level) {
-  return std::exp2(std::floor(std::log2(tiling::level_error(deepest_level) / 1024)));
-}
 
 /// The file while it is looked through or written.
 class ResidualFile {
  public:
   using Index = ResidualIndex;
 
-  static std::shared_ptr<Index> blank(const std::string& path, int level) {
-    std::shared_ptr<Index> index(new Index);
+  static std::shared_ptr<Index> blank(const std::string& path, const IndexDepth& depth) {
+    std::shared_ptr<Index> index(new Index(depth));
     index->path_ = path;
-    index->level_ = level;
     return index;
   }
 
@@ -174,7 +165,7 @@ class ResidualFile {
         break;
       }
       const auto id = tiling::tile(header.level, header.x, header.y);
-      if (!id || id->level > index.level_ || header.size > kMostBytes) break;
+      if (!id || id->level > index.level() || header.size > kMostBytes) break;
       if (size - walked.end - sizeof header < header.size) break;
       records.push_back({*id, {walked.end + sizeof header, header.hash, header.size}});
       walked.end += sizeof header + header.size;
@@ -206,7 +197,7 @@ class ResidualFile {
   static Result<void> sum_up(Index& index, const Surface& surface) {
     index.min_m_ = HUGE_VAL, index.max_m_ = -HUGE_VAL;
     index.posts_ = 0;
-    for (const TileId id : touched_tiles(surface, 0)) {
+    for (const TileId id : tiles_of(surface, index.depth(), 0)) {
       const auto root = index.record(id);
       if (!root) return std::unexpected(root.error());
       if (!root->has_posts()) continue;
@@ -222,12 +213,10 @@ class ResidualFile {
   }
 
   ResidualFile(Surface surface, std::shared_ptr<Index> index)
-      : surface_(std::move(surface)),
-        index_(std::move(index)),
-        step_(residual_step_m(index_->level_)) {}
+      : surface_(std::move(surface)), index_(std::move(index)), step_(index_->depth().step_m()) {}
 
   Result<void> make(int threads, const Progress& progress) {
-    const FileHeader header = header_for(surface_, index_->level_);
+    const FileHeader header = header_for(surface_, index_->depth());
     auto begun = walk(*index_, header, threads);
     if (begun && begun->whole) return {};
     if (begun) {
@@ -240,8 +229,16 @@ class ResidualFile {
     }
     if (::ftruncate(index_->file_, off_t(end_)) != 0)
       return fail(Errc::io, index_->path_ + ": " + std::strerror(errno));
-    for (int z = index_->level_; z >= 0; --z)
-      if (auto done = level(z, threads, progress); !done) return done;
+    std::vector<std::vector<TileId>> levels;
+    for (int z = 0; z <= index_->level(); ++z) {
+      levels.push_back(tiles_of(surface_, index_->depth(), z));
+      for (const TileId id : levels.back()) {
+        to_scan_ += !index_->depth().serves(id);
+        scanned_ += !index_->depth().serves(id) && index_->places_.contains(id);
+      }
+    }
+    for (int z = index_->level(); z >= 0; --z)
+      if (auto done = level(levels[std::size_t(z)], threads, progress); !done) return done;
     RecordHeader last;
     last.level = kEndLevel;
     last.hash = index_->places_.size();
@@ -254,31 +251,30 @@ class ResidualFile {
   const std::shared_ptr<Index> index_;
   const double step_;
   std::uint64_t end_ = 0;
+  std::size_t scanned_ = 0, to_scan_ = 0;  // tiles whose posts are read
   std::mutex mutex_;
 
-  Result<void> level(int z, int threads, const Progress& progress) {
-    const bool deepest = z == index_->level_;
-    const std::vector<TileId> all = touched_tiles(surface_, z);
+  /// Records of tiles of one level, where they are not there yet. REQUIRES: those of the next.
+  Result<void> level(const std::vector<TileId>& all, int threads, const Progress& progress) {
     std::vector<TileId> ids;
     for (const TileId id : all)
       if (!index_->places_.contains(id)) ids.push_back(id);
-    std::size_t done = all.size() - ids.size();
     std::optional<Error> error;
     parallel_for(ids.size(), threads, [&](std::size_t i) {
       {
         const std::lock_guard lock(mutex_);
         if (error || progress.stopped()) return;
       }
+      const bool joined = index_->depth().serves(ids[i]);
       auto record =
-          deepest ? scan_residuals(surface_, ids[i], step_, progress.stop) : from_children(ids[i]);
+          joined ? from_children(ids[i]) : scan_residuals(surface_, ids[i], step_, progress.stop);
       Result<void> written;
       if (record) written = append(ids[i], encode(*record));
       const std::lock_guard lock(mutex_);
       if (!error && !record) error = record.error();
       if (!error && !written) error = written.error();
       // Reading the posts is nearly all of it.
-      ++done;
-      if (deepest) progress.at(0.97 * double(done) / double(all.size()));
+      if (!joined) progress.at(0.97 * double(++scanned_) / double(to_scan_));
     });
     if (error) return std::unexpected(*error);
     if (progress.stopped()) return fail(Errc::cancelled, "stopped; run the same command to go on");
@@ -325,12 +321,12 @@ ResidualIndex::~ResidualIndex() {
 
 Result<std::shared_ptr<const ResidualIndex>> ResidualIndex::open(const std::string& path,
                                                                  const Surface& surface,
-                                                                 int level) {
-  auto index = ResidualFile::blank(path, level);
+                                                                 const IndexDepth& depth) {
+  auto index = ResidualFile::blank(path, depth);
   index->file_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (index->file_ < 0)
     return fail(errno == ENOENT ? Errc::not_found : Errc::io, path + ": " + std::strerror(errno));
-  const auto walked = ResidualFile::walk(*index, header_for(surface, level), 0);
+  const auto walked = ResidualFile::walk(*index, header_for(surface, depth), 0);
   if (!walked) return std::unexpected(walked.error());
   if (!walked->whole) return fail(Errc::bad_data, path + ": damaged, or not finished");
   if (auto done = ResidualFile::sum_up(*index, surface); !done)
@@ -340,18 +336,19 @@ Result<std::shared_ptr<const ResidualIndex>> ResidualIndex::open(const std::stri
 
 Result<std::shared_ptr<const ResidualIndex>> ResidualIndex::open_or_make(const std::string& path,
                                                                          const Surface& surface,
-                                                                         int level, int threads,
+                                                                         const IndexDepth& depth,
+                                                                         int threads,
                                                                          const Progress& progress) {
-  if (auto there = open(path, surface, level)) return there;
+  if (auto there = open(path, surface, depth)) return there;
   const std::string part = path + ".part";
-  auto index = ResidualFile::blank(part, level);
+  auto index = ResidualFile::blank(part, depth);
   index->file_ = ::open(part.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
   if (index->file_ < 0) return fail(Errc::io, part + ": " + std::strerror(errno));
   while (::flock(index->file_, LOCK_EX | LOCK_NB) != 0) {  // another process is at it
     if (progress.stopped()) return fail(Errc::cancelled, "stopped");
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
   }
-  if (auto there = open(path, surface, level)) {  // it was
+  if (auto there = open(path, surface, depth)) {  // it was
     ::unlink(part.c_str());
     return there;
   }
@@ -383,12 +380,35 @@ Result<ResidualRecord> ResidualIndex::record_at(TileId id, const Place& place) c
   return record;
 }
 
-int ResidualIndex::lattice_level(int level) const { return std::min(level + kFiner, level_); }
+int ResidualIndex::lattice_level(int level, Geographic place) const {
+  if (level >= depth_.level()) return -1;
+  if (depth_.tiles().empty()) return std::min(level + kFiner, depth_.level());
+  // A place on a line is in the tile to its north-east, whoever asks.
+  const double side = tiling::tile_degrees(level);
+  const auto number = [&](double degrees, std::uint32_t count) {
+    return std::min(count - 1, std::uint32_t(std::max(0.0, degrees / side)));
+  };
+  const TileId id{level, number(place.lon + 180, tiling::columns(level)),
+                  number(place.lat + 90, tiling::rows(level))};
+  if (!serves(id)) return -1;
+  return level + finer_of(id);
+}
+
+/// How many levels further down a tile has its lattice: as many as there are under all of it.
+int ResidualIndex::finer_of(TileId id) const {
+  if (!depth_.serves(id)) return 0;
+  if (depth_.tiles().empty()) return std::min(kFiner, depth_.level() - id.level);
+  for (int part = 0; part < 4; ++part)
+    if (const TileId child = id.child(part % 2, part / 2);
+        places_.contains(child) && !depth_.serves(child))
+      return 1;
+  return kFiner;
+}
 
 Result<ResidualLattice> ResidualIndex::lattice(TileId id) const {
   const auto own = record(id);
   if (!own) return std::unexpected(own.error());
-  const int down = lattice_level(id.level) - id.level, side = 1 << down;
+  const int down = finer_of(id), side = 1 << down;
   std::vector<ResidualRecord> records(std::size_t(side) * std::size_t(side));
   std::vector<const ResidualRecord*> parts(records.size());
   for (std::size_t k = 0; k < parts.size(); ++k) {
@@ -400,7 +420,7 @@ Result<ResidualLattice> ResidualIndex::lattice(TileId id) const {
     records[k] = std::move(*found);
     parts[k] = &records[k];
   }
-  ResidualLattice lattice = lattice_of(parts, residual_step_m(level_));
+  ResidualLattice lattice = lattice_of(parts, depth_.step_m());
   lattice.min_m = own->min_m;
   lattice.max_m = own->max_m;
   lattice.posts = own->posts();

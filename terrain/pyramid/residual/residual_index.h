@@ -7,25 +7,16 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
+#include "terrain/geo/coordinates.h"
+#include "terrain/pyramid/residual/index_depth.h"
 #include "terrain/pyramid/residual/residual_record.h"
 #include "terrain/surface/surface.h"
 
 namespace tind {
-
-/// Tiles of so many posts are certified post by post; of a source with no more than the second
-/// number, all are.
-inline constexpr std::int64_t kExactTilePosts = 10'000'000;
-inline constexpr std::int64_t kExactSourcePosts = std::int64_t(1) << 25;
-
-/// The deepest level whose tiles rest on the index, -1 when none does. Depends on the source's
-/// facts alone. `exact_posts` > 0: instead of both numbers above. The index itself is made one
-/// level deeper: its residuals at a tile's own level would take too much of the tile's budget.
-int deepest_indexed_level(const DemInfo&, std::int64_t exact_posts = 0);
-/// Surfaces of several layers have no index: every tile reads its posts.
-int deepest_indexed_level(const Surface&, std::int64_t exact_posts = 0);
 
 /// A finished index, open for reading. Thread-safe.
 class ResidualIndex {
@@ -35,24 +26,28 @@ class ResidualIndex {
   ResidualIndex& operator=(const ResidualIndex&) = delete;
 
   /// Opens the file and reads it through. Fails with not_found; with bad_data for one that is
-  /// damaged, unfinished, of another version, another source or another level.
+  /// damaged, unfinished, of another version, another source or another depth.
   static Result<std::shared_ptr<const ResidualIndex>> open(const std::string& path, const Surface&,
-                                                           int level);
-  /// The same, and where that fails makes it: tiles of `level` straight from the posts, each parent
-  /// from its four children. A file that is wrong is replaced; one that was begun (PATH.part) is
-  /// gone on with; one that another process is making is waited for. The records do not depend on
-  /// `threads`, only their order in the file does. Errc::cancelled on a stop: run again to go on.
+                                                           const IndexDepth&);
+  /// The same, and where that fails makes it: tiles without records below them straight from the
+  /// posts, each parent from its four children. A file that is wrong is replaced; one that was
+  /// begun (PATH.part) is gone on with; one that another process is making is waited for. The
+  /// records do not depend on `threads`, only their order in the file does. Errc::cancelled on a
+  /// stop: run again to go on.
   static Result<std::shared_ptr<const ResidualIndex>> open_or_make(const std::string& path,
-                                                                   const Surface&, int level,
+                                                                   const Surface&,
+                                                                   const IndexDepth&,
                                                                    int threads = 0,
                                                                    const Progress& = {});
 
-  int level() const { return level_; }  // the deepest it has records of
-  bool serves(int level) const { return level < level_; }
+  const IndexDepth& depth() const { return depth_; }
+  int level() const { return depth_.level(); }  // the deepest it has records of
+  /// Does the tile rest on the index? (A tile that the source does not touch has no record.)
+  bool serves(TileId id) const { return depth_.serves(id) && places_.contains(id); }
   std::uint64_t bytes() const { return bytes_; }
   bool made_now() const { return made_now_; }  // not found, but made
 
-  /// Of all valid posts.
+  /// Of all valid posts; of layers of those that decide, the range with what rims bend.
   double min_m() const { return min_m_; }
   double max_m() const { return max_m_; }
   std::uint64_t posts() const { return posts_; }
@@ -60,30 +55,30 @@ class ResidualIndex {
   /// Fails with bad_data when the record was damaged since the file was opened, with not_found for
   /// a tile that the source does not touch.
   Result<ResidualRecord> record(TileId) const;
-  /// Of which level's records a tile of this level has its lattice.
-  int lattice_level(int level) const;
+  /// Of which level's records the terrain at a place is known to tiles of `level`; -1: of none, the
+  /// tile there does not rest on the index. REQUIRES: a longitude within +-180.
+  int lattice_level(int level, Geographic place) const;
   /// Of 1024 cells a side, or less where the index does not go so deep.
   Result<ResidualLattice> lattice(TileId) const;
 
  private:
   friend class ResidualFile;
-  ResidualIndex() = default;
+  explicit ResidualIndex(IndexDepth depth) : depth_(std::move(depth)) {}
   struct Place {
     std::uint64_t offset = 0, hash = 0;
     std::uint32_t size = 0;
   };
   Result<ResidualRecord> record_at(TileId, const Place&) const;
+  int finer_of(TileId) const;
 
   std::string path_;
-  int file_ = -1, level_ = 0;
+  IndexDepth depth_;
+  int file_ = -1;
   bool made_now_ = false;
   std::uint64_t bytes_ = 0;
   std::map<TileId, Place> places_;
   double min_m_ = 0, max_m_ = 0;
   std::uint64_t posts_ = 0;
 };
-
-/// Heights of nodes are multiples of this power of two: a thousandth of the level's error.
-double residual_step_m(int deepest_level);
 
 }  // namespace tind

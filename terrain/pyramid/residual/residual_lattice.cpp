@@ -104,6 +104,10 @@ GridSamples ResidualLattice::samples(const std::vector<float>& heights, int node
   return grid;
 }
 
+bool ResidualLattice::any() const {
+  return std::ranges::any_of(residual, [](float r) { return r >= 0; });
+}
+
 double ResidualLattice::largest_residual() const {
   return std::max(0.0, double(*std::ranges::max_element(residual)));
 }

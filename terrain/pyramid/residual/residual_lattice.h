@@ -20,10 +20,12 @@ struct ResidualLattice {
   int cells = 0;                // a side
   std::vector<float> heights;   // of the nodes, cells + 1 a side; rows from north to south
   std::vector<float> residual;  // of the cells: bound of |post - surface|; negative: has no post
-  double min_m = 0, max_m = 0;  // of the valid posts in the tile's closed rectangle
+  double min_m = 0, max_m = 0;  // of the valid posts in the tile's closed rectangle, with rims
   std::uint64_t posts = 0;
 
   int nodes() const { return cells + 1; }
+  /// Is there anything that the surface is held against?
+  bool any() const;
   /// Every `step`-th node, void where the cells around hold no post: what a mesh is fitted to.
   std::vector<float> fitted_heights(int step) const;
   /// So many nodes a side as samples in tile coordinates; `heights` must outlive them.

@@ -22,12 +22,13 @@ struct ResidualRecord {
   static constexpr float kEmpty = -1;
 
   /// A tile without a post has heights at its corners only: [0], [1] in the north, [2], [3] south.
+  /// (Of layers samples at rims are as good as posts, but are not counted.)
   bool has_posts() const { return !heights.empty(); }
 
   std::vector<std::int32_t> heights;  // of the nodes, in steps; rows from north to south
   std::array<std::int32_t, 4> corners{};
   std::array<std::vector<float>, kPieces> pieces;  // kEmpty: no post; rows from north to south
-  float min_m = 0, max_m = 0;
+  float min_m = 0, max_m = 0;                      // with samples at rims
   /// Valid posts: inside or on the western or southern side; on the eastern side without its
   /// northern end; on the northern side without its eastern end; on the north-eastern corner.
   std::uint64_t owned = 0, on_east = 0, on_north = 0, on_corner = 0;

@@ -1,7 +1,8 @@
 // Patch by patch (32 x 32 cells). In a patch the finest residuals come first, from every post.
 // Those of coarser cells are mostly decided by bounds: a fine cell whose residual and whose
 // surface's distance from the coarser one cannot give more than is known already is passed over, so
-// few posts are looked at twice.
+// few posts are looked at twice. Posts of layers, which have to be gathered one by one, and may be
+// any number in a patch, are not kept: each is held against all sizes of cells as it comes by.
 
 #include "terrain/pyramid/residual/residual_scan.h"
 
@@ -10,6 +11,7 @@
 
 #include "terrain/base/hash.h"
 #include "terrain/surface/height_field.h"
+#include "terrain/surface/rim_samples.h"
 #include "terrain/surface/tile_posts.h"
 
 namespace tind {
@@ -23,7 +25,31 @@ constexpr int kExact = 5;  // 2^5 = 32: the coarsest cell is the patch
 constexpr double kExtent = ResidualLattice::kExtent, kSide = kExtent / ResidualRecord::kCells;
 constexpr double kHair = 1e-6;  // tile units, as for the posts of a tile
 
+constexpr std::int64_t kMostLoaded = 1 << 20;  // posts of a layer, for the nodes of a patch
+
 using Cells = std::vector<float>;
+
+/// The cells of a patch, a side, that a place so many cells from its corner touches.
+struct TouchedCells {
+  int first_col, last_col, first_row, last_row;
+
+  TouchedCells(double i, double j)
+      : first_col(first(i)), last_col(last(i)), first_row(first(j)), last_row(last(j)) {}
+  /// f(col, row); never, of a place outside.
+  template <class F>
+  void each(F&& f) const {
+    for (int row = first_row; row <= last_row; ++row)
+      for (int col = first_col; col <= last_col; ++col) f(col, row);
+  }
+
+ private:
+  static int first(double t) {
+    return int(std::clamp(std::floor(t - kHair / kSide), 0.0, double(kCells)));
+  }
+  static int last(double t) {
+    return int(std::clamp(std::floor(t + kHair / kSide), -1.0, double(kCells - 1)));
+  }
+};
 
 /// The posts of a patch, by cell. A post on a line between cells is in all that touch.
 class PatchPosts {
@@ -80,12 +106,9 @@ class PatchPosts {
 
   void sort_in(const ScatteredSamples& posts, double x, double y) {
     const auto each_cell = [&](const Vec3& p, auto&& f) {
-      const double i = (p.x - x) / kSide, j = (y - p.y) / kSide, hair = kHair / kSide;
-      const int i1 = std::min(kCells - 1, int(std::floor(i + hair)));
-      const int j1 = std::min(kCells - 1, int(std::floor(j + hair)));
-      for (int row = std::max(0, int(std::floor(j - hair))); row <= j1; ++row)
-        for (int col = std::max(0, int(std::floor(i - hair))); col <= i1; ++col)
-          f(std::size_t(row) * kCells + std::size_t(col));
+      TouchedCells((p.x - x) / kSide, (y - p.y) / kSide).each([&](int col, int row) {
+        f(std::size_t(row) * kCells + std::size_t(col));
+      });
     };
     start_.assign(std::size_t(kCells) * kCells + 1, 0);
     for (std::size_t k = 0; k < posts.size(); ++k)
@@ -103,7 +126,7 @@ class PatchPosts {
 class TileScan {
  public:
   TileScan(const Surface& surface, TileId id, double step_m)
-      : surface_(surface), id_(id), rect_(tiling::rect(id)), step_(step_m) {}
+      : surface_(surface), id_(id), rect_(tiling::rect(id)), step_(step_m), field_(surface) {}
 
   Result<ResidualRecord> run(std::stop_token stop) {
     record_.heights.assign(std::size_t(ResidualRecord::kNodes) * ResidualRecord::kNodes, 0);
@@ -122,7 +145,7 @@ class TileScan {
     };
     constexpr int kEnd = ResidualRecord::kCells;
     record_.corners = {corner(0, 0), corner(kEnd, 0), corner(0, kEnd), corner(kEnd, kEnd)};
-    if (record_.posts() == 0) {
+    if (!(record_.min_m <= record_.max_m)) {
       ResidualRecord empty;
       empty.corners = record_.corners;
       return empty;
@@ -136,6 +159,7 @@ class TileScan {
   const TileId id_;
   const GeoRect rect_;
   const double step_;
+  HeightField field_;
   ResidualRecord record_;
 
   Geographic place(int col, int row) const {
@@ -151,47 +175,103 @@ class TileScan {
   Result<void> patch(int patch_col, int patch_row) {
     const int col0 = patch_col * kCells, row0 = patch_row * kCells;
     const Geographic nw = place(col0, row0), se = place(col0 + kCells, row0 + kCells);
-    const auto found = surface_windows(surface_, {nw.lon, se.lat, se.lon, nw.lat});
+    const GeoRect rect{nw.lon, se.lat, se.lon, nw.lat};
+    const auto found = surface_windows(surface_, rect);
     if (!found) return std::unexpected(found.error());
     const std::vector<LayerWindow>& windows = *found;
-    HeightField field(surface_);
     for (const auto& [layer, w, step, alone] : windows) {
-      auto loaded = field.load(layer, w.col, w.row, int(w.cols), int(w.rows));
+      if (!surface_.only() && w.cols > kMostLoaded / w.rows) continue;
+      auto loaded = field_.load(layer, w.col, w.row, int(w.cols), int(w.rows));
       if (!loaded) return loaded;
     }
     Nodes nodes;
-    if (auto done = find_nodes(field, col0, row0, nodes); !done) return done;
+    if (auto done = find_nodes(col0, row0, nodes); !done) return done;
     if (windows.empty()) return {};
-    const auto posts = TilePosts::read(field, windows, id_);
-    if (!posts) return std::unexpected(posts.error());
-    if (posts->inside() == 0) return {};
-    const auto bits = field.loaded(windows.front().layer).values();
-    record_.hashes[std::size_t(patch_row * kPatches + patch_col)] =
-        hash64({bits.data(), bits.size_bytes()});
-
-    const double x = col0 * kSide, y = kExtent - row0 * kSide;
-    const PatchPosts by_cell(*posts, x, y);
-    count(by_cell, patch_col, patch_row);
-    std::vector<Cells> residuals;
-    residuals.push_back(finest(by_cell, nodes, x, y));
-    for (int k = 1; k <= kExact; ++k)
-      residuals.push_back(coarser(by_cell, nodes, x, y, residuals[0], k));
-    for (int k = 0; k <= kExact; ++k) {
+    auto residuals = surface_.only()
+                         ? residuals_of_one(windows, patch_col, patch_row, nodes)
+                         : residuals_of_layers(windows, rect, patch_col, patch_row, nodes);
+    if (!residuals) return std::unexpected(residuals.error());
+    for (int k = 0; k < int(residuals->size()); ++k) {
       const int side = kCells >> k, stride = ResidualRecord::kCells >> k;
       for (int row = 0; row < side; ++row)
-        std::copy_n(&residuals[std::size_t(k)][std::size_t(row * side)], side,
+        std::copy_n(&(*residuals)[std::size_t(k)][std::size_t(row * side)], side,
                     &record_.pieces[std::size_t(k)][std::size_t((patch_row * side + row) * stride +
                                                                 patch_col * side)]);
     }
     return {};
   }
 
-  Result<void> find_nodes(const HeightField& field, int col0, int row0, Nodes& nodes) {
+  /// By size of cells, the smallest first; nothing where there is no post.
+  Result<std::vector<Cells>> residuals_of_one(const std::vector<LayerWindow>& windows,
+                                              int patch_col, int patch_row, const Nodes& nodes) {
+    std::vector<Cells> residuals;
+    const auto posts = TilePosts::read(field_, windows, id_);
+    if (!posts) return std::unexpected(posts.error());
+    if (posts->inside() == 0) return residuals;
+    const auto bits = field_.loaded(windows.front().layer).values();
+    record_.hashes[std::size_t(patch_row * kPatches + patch_col)] =
+        hash64({bits.data(), bits.size_bytes()});
+    const double x = patch_col * kCells * kSide, y = kExtent - patch_row * kCells * kSide;
+    const PatchPosts by_cell(*posts, x, y);
+    count(by_cell, patch_col, patch_row);
+    residuals.push_back(finest(by_cell, nodes, x, y));
+    for (int k = 1; k <= kExact; ++k)
+      residuals.push_back(coarser(by_cell, nodes, x, y, residuals[0], k));
+    return residuals;
+  }
+
+  Result<std::vector<Cells>> residuals_of_layers(const std::vector<LayerWindow>& windows,
+                                                 const GeoRect& rect, int patch_col, int patch_row,
+                                                 const Nodes& nodes) {
+    const double x = patch_col * kCells * kSide, y = kExtent - patch_row * kCells * kSide;
+    std::vector<std::vector<double>> worst;
+    for (int k = 0; k <= kExact; ++k)
+      worst.emplace_back(std::size_t(kCells >> k) * std::size_t(kCells >> k),
+                         double(ResidualRecord::kEmpty));
+    std::uint64_t& hash = record_.hashes[std::size_t(patch_row * kPatches + patch_col)];
+    const auto take = [&](const Vec3& p, bool counts) {
+      TouchedCells((p.x - x) / kSide, (y - p.y) / kSide).each([&](int col, int row) {
+        for (int k = 0; k <= kExact; ++k) {
+          const int i = col >> k, j = row >> k;
+          double& cell = worst[std::size_t(k)][std::size_t(j * (kCells >> k) + i)];
+          cell = std::max(cell, std::abs(surface(nodes, x, y, i, j, 1 << k).at(p.x, p.y) - p.z));
+        }
+        const bool mine = is_of(patch_col * kCells + col, patch_row * kCells + row, p.x, p.y);
+        if (mine && counts) count_post(patch_col * kCells + col, patch_row * kCells + row, p);
+        if (mine) hash = hash64({&p, sizeof p}, hash);
+        record_.min_m = std::min(record_.min_m, float(p.z));
+        record_.max_m = std::max(record_.max_m, float(p.z));
+      });
+    };
+    for (const LayerWindow& window : windows)
+      for (const LayerWindow& part : parts_of(window)) {
+        const auto posts = TilePosts::read(field_, {&part, 1}, id_);
+        if (!posts) return std::unexpected(posts.error());
+        posts->visit([&](const auto& samples) {
+          for (std::size_t n = 0; n < samples.size(); ++n)
+            if (const Vec3 p = samples.sample(n); !std::isnan(p.z)) take(p, true);
+        });
+      }
+    if (windows.size() > 1 || !windows.front().alone) {
+      const auto rims = rim_samples(field_, rect, rect_.height());
+      if (!rims) return std::unexpected(rims.error());
+      for (const Vec3& p : *rims)  // from the grid of the patch into that of the tile
+        take({x + p.x / kPatches, y - (kExtent - p.y) / kPatches, p.z}, false);
+    }
+    std::vector<Cells> residuals;
+    for (const std::vector<double>& cells : worst) {
+      Cells& rounded = residuals.emplace_back();
+      for (const double w : cells) rounded.push_back(rounded_up(w));
+    }
+    return residuals;
+  }
+
+  Result<void> find_nodes(int col0, int row0, Nodes& nodes) {
     std::vector<Geographic> places;
     for (int row = 0; row < kNodes; ++row)
       for (int col = 0; col < kNodes; ++col) places.push_back(place(col0 + col, row0 + row));
-    field.filled(places, nodes);
-    if (field.error()) return std::unexpected(*field.error());
+    field_.filled(places, nodes);
+    if (field_.error()) return std::unexpected(*field_.error());
     for (int row = 0; row < kNodes; ++row)
       for (int col = 0; col < kNodes; ++col) {
         double& h = nodes[std::size_t(row * kNodes + col)];
@@ -204,23 +284,32 @@ class TileScan {
     return {};
   }
 
-  /// Each post once: of the cells that it is in, the one to its north-east counts it.
+  /// Of the cells that a post is in, the one to its north-east has it: is it this one?
+  static bool is_of(int col, int row, double x, double y) {
+    const bool on_east = x >= (col + 1) * kSide - kHair;
+    const bool on_north = y >= kExtent - row * kSide - kHair;
+    return !(on_east && col + 1 < ResidualRecord::kCells) && !(on_north && row > 0);
+  }
+
+  /// REQUIRES: is_of() the cell.
+  void count_post(int col, int row, const Vec3& p) {
+    const bool on_east = p.x >= (col + 1) * kSide - kHair;
+    const bool on_north = p.y >= kExtent - row * kSide - kHair;
+    record_.min_m = std::min(record_.min_m, float(p.z));
+    record_.max_m = std::max(record_.max_m, float(p.z));
+    ++(on_east && on_north ? record_.on_corner
+       : on_east           ? record_.on_east
+       : on_north          ? record_.on_north
+                           : record_.owned);
+  }
+
+  /// Each post once.
   void count(const PatchPosts& posts, int patch_col, int patch_row) {
-    const auto take = [&](int col, int row, double x, double y, double z) {
-      const double east = (col + 1) * kSide, north = kExtent - row * kSide;
-      const bool on_east = x >= east - kHair, on_north = y >= north - kHair;
-      if ((on_east && col + 1 < ResidualRecord::kCells) || (on_north && row > 0)) return;
-      record_.min_m = std::min(record_.min_m, float(z));
-      record_.max_m = std::max(record_.max_m, float(z));
-      ++(on_east && on_north ? record_.on_corner
-         : on_east           ? record_.on_east
-         : on_north          ? record_.on_north
-                             : record_.owned);
-    };
     for (int row = 0; row < kCells; ++row)
       for (int col = 0; col < kCells; ++col)
         posts.each(col, row, [&](double x, double y, double z) {
-          take(patch_col * kCells + col, patch_row * kCells + row, x, y, z);
+          const int i = patch_col * kCells + col, j = patch_row * kCells + row;
+          if (is_of(i, j, x, y)) count_post(i, j, {x, y, z});
         });
   }
 
@@ -243,6 +332,10 @@ class TileScan {
     posts.each(col, row, [&](double x, double y, double z) {
       worst = std::max(worst, std::abs(surface.at(x, y) - z));
     });
+    return rounded_up(worst);
+  }
+
+  static float rounded_up(double worst) {
     return worst < 0 ? ResidualRecord::kEmpty : std::nextafter(float(worst), HUGE_VALF);
   }
 

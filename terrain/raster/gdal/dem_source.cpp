@@ -269,6 +269,7 @@ Result<void> RasterSource::describe(std::span<const std::string> files, const De
                     facts.path, first.x, first.y, info_.crs_name));
   }
   info_.z_unit_m = facts.z_unit_m;
+  info_.nodata_said = nodata_text(options);
   info_.bounds = frame_.bounds();
   info_.covered = mosaic_.covered();
   const auto add = [&](const PostRect& part) {

@@ -19,7 +19,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cmath>
 #include <filesystem>
 #include <limits>
 #include <set>
@@ -28,6 +27,7 @@
 #include "terrain/raster/datums.h"
 #include "terrain/raster/gdal/gdal_setup.h"
 #include "terrain/raster/gdal/gdal_verify.h"
+#include "terrain/raster/gdal/geotransform.h"
 #include "terrain/raster/gdal/zip_entry.h"
 
 namespace tind::gdal {
@@ -232,21 +232,15 @@ Result<std::unique_ptr<IdleHandles::Handle>> RasterFile::open_handle() const {
 /// Where its posts are.
 Result<void> RasterFile::learn_place(IdleHandles::Handle& handle, const DemOptions& options) {
   GDALDataset& set = *handle.set;
-  double g[6] = {0, 1, 0, 0, 0, 1};
-  const bool placed = set.GetGeoTransform(g) == CE_None;
-  const bool identity =
-      g[0] == 0 && g[1] == 1 && g[2] == 0 && g[3] == 0 && g[4] == 0 && std::abs(g[5]) == 1;
-  facts_.has_geotransform = placed && !identity;
+  const auto place = pixel_to_crs(set);
+  if (!place) return fail(path_, place.error());
+  facts_.has_geotransform = place->has_value();
   if (!facts_.has_geotransform && !options.crs.empty())
     return fail(Errc::invalid_argument,
                 path_ + ": has no geotransform, so a CRS (" + options.crs +
                     ") gives it no place; add a world file, or leave --crs out");
   if (!facts_.has_geotransform) return {};
-  facts_.post_to_crs = {g[0] + 0.5 * (g[1] + g[2]), g[1], g[2],
-                        g[3] + 0.5 * (g[4] + g[5]), g[4], g[5]};
-  const double det = g[1] * g[5] - g[2] * g[4];
-  if (!std::isfinite(det) || det == 0 || !std::isfinite(g[0]) || !std::isfinite(g[3]))
-    return fail(Errc::bad_data, path_ + ": its geotransform is singular");
+  facts_.post_to_crs = **place;
   auto own = describe(set.GetSpatialRef());
   if (options.crs.empty()) {
     if (!own) return fail(path_, own.error());

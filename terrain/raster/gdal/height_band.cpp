@@ -97,8 +97,8 @@ Result<void> HeightBand::choose(const std::string& path, GDALDataset& set,
   encoding_ = options.encoding;
   band_ = options.band > 0 ? options.band : 1;
   if (band_ > bands)
-    return fail(Errc::invalid_argument,
-                fmt::format("{}: has {} bands, so there is no band {}", path, bands, band_));
+    return fail(Errc::invalid_argument, fmt::format("{}: has {} band{}, so there is no band {}",
+                                                    path, bands, bands == 1 ? "" : "s", band_));
   GDALRasterBand& band = *set.GetRasterBand(band_);
   const GDALDataType type = band.GetRasterDataType();
   if (encoding_ == HeightEncoding::number) {
@@ -242,7 +242,10 @@ Result<void> HeightBand::read_raw(GDALDataset& set, const std::string& file, int
 }
 
 bool HeightBand::is_void(double raw) const {
-  if (!(std::abs(raw) < 1e38)) return true;  // NaN, infinite, or the usual +-3.4e38
+  // NaN, infinite, what 32 bits hold at most (+-3.4e38, 1.7e38), or 64 bits (+-1.8e308).
+  constexpr double kLeast = 1e38, kMostOf32 = 3.5e38, kMostOf64 = 1.7e308;
+  const double size = std::abs(raw);
+  if (!(size < kLeast) && !(size > kMostOf32 && size < kMostOf64)) return true;
   // A float32 nodata value is often written in decimal with other digits than the stored float.
   return std::ranges::any_of(nodata_, [&](double nodata) {
     return raw == nodata || (is_float_ && float(raw) == float(nodata));

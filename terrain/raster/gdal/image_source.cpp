@@ -13,6 +13,8 @@
 #include "terrain/raster/gdal/gdal_crs.h"
 #include "terrain/raster/gdal/gdal_frame.h"
 #include "terrain/raster/gdal/gdal_setup.h"
+#include "terrain/raster/gdal/geotransform.h"
+#include "terrain/raster/gdal/pixel_scale.h"
 
 namespace tind {
 
@@ -48,19 +50,6 @@ struct Image {
   }
 };
 
-double full_scale(GDALDataType type) {
-  switch (type) {
-    case GDT_Byte:
-      return 255;
-    case GDT_UInt16:
-      return 65535;
-    case GDT_Int16:
-      return 32767;
-    default:
-      return 1;
-  }
-}
-
 Result<std::vector<float>> read_band(GDALRasterBand& band, int width, int height, bool average) {
   std::vector<float> values(std::size_t(width) * height);
   GDALRasterIOExtraArg how;
@@ -91,7 +80,7 @@ Result<Image> read_image(GDALDataset& set, const DemInfo& dem) {
     GDALRasterBand& band = *set.GetRasterBand(b + 1);
     const auto values = read_band(band, image.width, image.height, !palette);
     if (!values) return std::unexpected(values.error());
-    const double scale = 1 / full_scale(band.GetRasterDataType());
+    const double scale = 1 / gdal::full_scale(band.GetRasterDataType());
     for (std::size_t i = 0; i < image.pixels.size(); ++i) {
       const float v = (*values)[i];
       Colour& c = image.pixels[i];
@@ -113,14 +102,14 @@ Result<Image> read_image(GDALDataset& set, const DemInfo& dem) {
 
 /// The image's own frame, when both it and the DEM know where they are.
 Result<std::optional<gdal::Frame>> image_frame(GDALDataset& set, const DemInfo& dem) {
-  double g[6];
-  if (dem.crs_kind == CrsKind::none || set.GetGeoTransform(g) != CE_None)
-    return std::optional<gdal::Frame>();
+  if (dem.crs_kind == CrsKind::none) return std::nullopt;
+  const auto map = gdal::pixel_to_crs(set);
+  if (!map) return std::unexpected(map.error());
+  if (!*map) return std::nullopt;
   const auto crs = gdal::describe(set.GetSpatialRef());
   if (!crs) return std::unexpected(crs.error());
-  if (crs->kind == CrsKind::none) return std::optional<gdal::Frame>();
-  const Affine map{g[0] + 0.5 * (g[1] + g[2]), g[1], g[2], g[3] + 0.5 * (g[4] + g[5]), g[4], g[5]};
-  auto frame = gdal::Frame::make(*crs, map, set.GetRasterXSize(), set.GetRasterYSize());
+  if (crs->kind == CrsKind::none) return std::nullopt;
+  auto frame = gdal::Frame::make(*crs, **map, set.GetRasterXSize(), set.GetRasterYSize());
   if (!frame) return std::unexpected(frame.error());
   return std::optional(std::move(*frame));
 }

@@ -14,6 +14,7 @@
 
 #include "terrain/raster/file_state.h"
 #include "terrain/raster/gdal/proj_operation.h"
+#include "terrain/raster/offset_grid.h"
 
 namespace tind::gdal {
 namespace {
@@ -230,6 +231,7 @@ Result<std::shared_ptr<const DatumSurface>> grid_surface(const std::string& path
   if (name.find_first_of(" ,\t\"'@+=") != name.npos)
     return fail(Errc::invalid_argument,
                 path + ": PROJ cannot take a grid with such a name; rename it");
+  if (auto ok = may_be_geoid(path); !ok) return std::unexpected(ok.error());
   auto one = std::make_unique<Operation>(file.parent_path().string());
   const std::string steps =
       "+proj=pipeline +step +proj=unitconvert +xy_in=deg +xy_out=rad +step +proj=vgridshift "

@@ -19,7 +19,10 @@
 namespace tind {
 namespace {
 
-constexpr float kNothing = -9999;
+/// What stands for no value.
+float nothing(RasterPixel pixel) {
+  return pixel == RasterPixel::uint8 ? 0 : pixel == RasterPixel::classes ? 255 : -9999;
+}
 constexpr int kStrip = 256;
 
 using Dataset = std::unique_ptr<GDALDataset, decltype([](GDALDataset* d) { GDALClose(d); })>;
@@ -71,10 +74,13 @@ RasterCrs crs_of(const DemInfo& info, bool heights) {
   return out;
 }
 
-bool describe(GDALDataset& file, const DemInfo& info, bool heights) {
-  bool ok = file.GetRasterBand(1)->SetNoDataValue(double(kNothing)) == CE_None;
-  file.GetRasterBand(1)->SetDescription(heights ? "height of the mesh" : "mesh - DEM");
-  file.GetRasterBand(1)->SetUnitType("metre");
+bool describe(GDALDataset& file, const DemInfo& info, const RasterContents& contents) {
+  bool ok = !contents.voids ||
+            file.GetRasterBand(1)->SetNoDataValue(double(nothing(contents.pixel))) == CE_None;
+  if (contents.points)  // before the places, which GeoTIFF writes down in another way then
+    ok = ok && file.SetMetadataItem(GDALMD_AREA_OR_POINT, GDALMD_AOP_POINT) == CE_None;
+  file.GetRasterBand(1)->SetDescription(contents.what);
+  file.GetRasterBand(1)->SetUnitType(contents.unit);
   if (info.has_geotransform) {  // posts are centres of pixels
     const Affine& a = info.post_to_crs;
     const Vec2 corner = a.apply(-0.5, -0.5);
@@ -83,23 +89,24 @@ bool describe(GDALDataset& file, const DemInfo& info, bool heights) {
   }
   bool told = false;
   if (!info.crs_wkt.empty()) {
-    const RasterCrs place = crs_of(info, heights);
+    const RasterCrs place = crs_of(info, contents.heights);
     ok = ok && file.SetSpatialRef(&place.crs) == CE_None;
     told = place.tells_datum;
   }
-  if (heights && !told && info.datum != VerticalDatum::unknown)
+  if (contents.heights && !told && info.datum != VerticalDatum::unknown)
     ok = ok && file.SetMetadataItem("VERTICAL_DATUM", name(info.datum).c_str()) == CE_None;
   return ok;
 }
 
-Result<void> put_rows(GDALDataset& file, const DemInfo& info, const RasterRows& rows) {
+Result<void> put_rows(GDALDataset& file, const DemInfo& info, RasterPixel pixel,
+                      const RasterRows& rows) {
   const int cols = int(info.cols);
   for (int row = 0; row < int(info.rows); row += kStrip) {
     const int n = std::min(kStrip, int(info.rows) - row);
     auto strip = rows(row, n);
     if (!strip) return std::unexpected(strip.error());
     for (float& v : strip->values())
-      if (std::isnan(v)) v = kNothing;
+      if (std::isnan(v)) v = nothing(pixel);
     if (file.GetRasterBand(1)->RasterIO(GF_Write, 0, row, cols, n, strip->values().data(), cols, n,
                                         GDT_Float32, 0, 0, nullptr) != CE_None)
       return fail(Errc::internal, "GDAL refuses a row");
@@ -109,11 +116,15 @@ Result<void> put_rows(GDALDataset& file, const DemInfo& info, const RasterRows& 
 
 GDALDriver* driver_named(const char* name) { return GetGDALDriverManager()->GetDriverByName(name); }
 
-Dataset make_tiff(const std::string& name, const DemInfo& info) {
-  const char* const options[] = {"COMPRESS=DEFLATE", "PREDICTOR=3", "TILED=YES", "BIGTIFF=IF_SAFER",
-                                 nullptr};
+Dataset make_tiff(const std::string& name, const DemInfo& info, const RasterContents& contents) {
+  const bool bytes = contents.pixel != RasterPixel::float32;
+  const char* const deflate[] = {"COMPRESS=DEFLATE", bytes ? "PREDICTOR=2" : "PREDICTOR=3",
+                                 "TILED=YES", "BIGTIFF=IF_SAFER", nullptr};
+  const char* const lzw[] = {"COMPRESS=LZW", "BIGTIFF=IF_SAFER", nullptr};
+  const char* const* const options = contents.packing == RasterPacking::lzw ? lzw : deflate;
   return Dataset(driver_named("GTiff")->Create(name.c_str(), int(info.cols), int(info.rows), 1,
-                                               GDT_Float32, const_cast<char**>(options)));
+                                               bytes ? GDT_Byte : GDT_Float32,
+                                               const_cast<char**>(options)));
 }
 
 RasterBytes ascii_of(const std::string& tiff) {
@@ -149,16 +160,17 @@ Result<void> can_say(RasterFormat format, const DemInfo& info) {
   return {};
 }
 
-Result<RasterBytes> encode_raster(RasterFormat format, const DemInfo& info, bool heights,
-                                  const RasterRows& rows) {
+Result<RasterBytes> encode_raster(RasterFormat format, const DemInfo& info,
+                                  const RasterContents& contents, const RasterRows& rows) {
   if (const auto ok = can_say(format, info); !ok) return std::unexpected(ok.error());
   gdal::set_up();
   gdal::Complaints complaints;
   const gdal::MemoryFile memory(".tif");
-  Dataset file = make_tiff(memory.name(), info);
-  const bool described = file && describe(*file, info, heights);
+  Dataset file = make_tiff(memory.name(), info, contents);
+  const bool described = file && describe(*file, info, contents);
   if (described)
-    if (const auto put = put_rows(*file, info, rows); !put) return std::unexpected(put.error());
+    if (const auto put = put_rows(*file, info, contents.pixel, rows); !put)
+      return std::unexpected(put.error());
   file.reset();
   RasterBytes made;
   if (described && !complaints.failed())

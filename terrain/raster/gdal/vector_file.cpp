@@ -4,20 +4,12 @@
 
 #include <memory>
 
+#include "terrain/raster/gdal/fixed_date.h"
 #include "terrain/raster/gdal/gdal_setup.h"
 #include "terrain/raster/gdal/memory_file.h"
 
 namespace tind {
 namespace {
-
-/// GeoPackage records when it was written; the same mesh is the same bytes.
-class FixedDate {
- public:
-  FixedDate() { CPLSetThreadLocalConfigOption("OGR_CURRENT_DATE", "1970-01-01T00:00:00.000Z"); }
-  ~FixedDate() { CPLSetThreadLocalConfigOption("OGR_CURRENT_DATE", nullptr); }
-  FixedDate(const FixedDate&) = delete;
-  FixedDate& operator=(const FixedDate&) = delete;
-};
 
 using Dataset = std::unique_ptr<GDALDataset, decltype([](GDALDataset* d) { GDALClose(d); })>;
 using Feature =
@@ -61,7 +53,7 @@ Result<std::string> encode_triangles(VectorFormat format, const TriangleFeatures
   const bool gpkg = format == VectorFormat::geopackage;
   const char* const name = gpkg ? "GPKG" : "FlatGeobuf";
   gdal::Complaints complaints;
-  const FixedDate date;
+  const gdal::FixedDate date;
   const gdal::MemoryFile memory(gpkg ? ".gpkg" : ".fgb");
   GDALDriver* const driver = GetGDALDriverManager()->GetDriverByName(name);
   Dataset file(driver ? driver->Create(memory.name().c_str(), 0, 0, 0, GDT_Unknown, nullptr)

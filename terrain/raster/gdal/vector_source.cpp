@@ -150,6 +150,17 @@ class ToGlobe {
   std::unique_ptr<gdal::ToGeographic> geographic_;  // null: longitude and latitude already
 };
 
+/// Coordinates as the file has them.
+struct AsTheyAre {
+  VectorLine line(const OGRSimpleCurve& curve) const {
+    VectorLine line;
+    for (int i = 0; i < curve.getNumPoints(); ++i)
+      line.push_back({curve.getX(i), curve.getY(i),
+                      curve.Is3D() ? curve.getZ(i) : std::numeric_limits<double>::quiet_NaN()});
+    return line;
+  }
+};
+
 template <class To>
 void add(const OGRGeometry& g, const To& to, VectorShapes& out) {
   switch (wkbFlatten(g.getGeometryType())) {
@@ -163,6 +174,7 @@ void add(const OGRGeometry& g, const To& to, VectorShapes& out) {
     case wkbPolygon:
     case wkbTriangle: {
       VectorPolygon polygon;
+      polygon.feature = out.features - 1;
       for (const OGRLinearRing* ring : *g.toPolygon()) polygon.rings.push_back(to.line(*ring));
       out.polygons.push_back(std::move(polygon));
       break;
@@ -263,7 +275,54 @@ Result<VectorShapes> read_file(const std::string& path, const Dem& dem) {
   return shapes;
 }
 
+void note(const VectorLine& line, VectorLayerFacts& facts) {
+  for (const Vec3& p : line) {
+    if (facts.vertices++ == 0) facts.west = facts.east = p.x, facts.south = facts.north = p.y;
+    facts.west = std::min(facts.west, p.x), facts.east = std::max(facts.east, p.x);
+    facts.south = std::min(facts.south, p.y), facts.north = std::max(facts.north, p.y);
+    if (std::isnan(p.z)) continue;
+    if (facts.with_height++ == 0) facts.lowest = facts.highest = p.z;
+    facts.lowest = std::min(facts.lowest, p.z), facts.highest = std::max(facts.highest, p.z);
+  }
+}
+
+VectorLayerFacts facts_of(OGRLayer& layer) {
+  VectorLayerFacts facts;
+  facts.name = layer.GetName();
+  if (const OGRSpatialReference* crs = layer.GetSpatialRef())
+    facts.crs = crs->GetName() ? crs->GetName() : "unknown";
+  for (const auto& feature : layer) {  // one at a time: a file may be larger than memory
+    ++facts.features;
+    const OGRGeometry* g = feature->GetGeometryRef();
+    if (!g || g->IsEmpty()) continue;
+    const Geometry straight(g->getLinearGeometry());
+    VectorShapes one;
+    if (straight) add(*straight, AsTheyAre(), one);
+    facts.lines += one.lines.size(), facts.polygons += one.polygons.size();
+    facts.points += one.points;
+    for (const VectorLine& line : one.lines) note(line, facts);
+    for (const VectorPolygon& polygon : one.polygons)
+      for (const VectorLine& ring : polygon.rings) note(ring, facts);
+  }
+  return facts;
+}
+
 }  // namespace
+
+Result<VectorFacts> vector_facts(const std::string& path) {
+  std::error_code ignored;  // as in read_file()
+  if (!std::filesystem::exists(path, ignored))
+    return fail(Errc::not_found, path + ": there is no such file");
+  gdal::register_vectors();
+  const gdal::Complaints complaints;
+  const auto set = open_vectors(path, complaints);
+  if (!set) return std::unexpected(set.error());
+  VectorFacts facts;
+  if (GDALDriver* const driver = (*set)->GetDriver()) facts.driver = driver->GetDescription();
+  for (OGRLayer* layer : (*set)->GetLayers()) facts.layers.push_back(facts_of(*layer));
+  if (complaints.failed()) return fail(Errc::bad_data, path + ": " + complaints.text("unreadable"));
+  return facts;
+}
 
 Result<VectorShapes> read_vectors(const std::string& path, const DemSource& dem) {
   auto shapes = read_file<ToPosts>(path, dem);

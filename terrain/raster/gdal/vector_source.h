@@ -18,6 +18,7 @@ using VectorLine = std::vector<Vec3>;
 /// Rings as the file has them, closed or not; a place is inside when it is in an odd number.
 struct VectorPolygon {
   std::vector<VectorLine> rings;
+  std::size_t feature = 0;  // whose it is: of all layers, from 0 in the file's order
 };
 
 struct VectorShapes {
@@ -45,5 +46,22 @@ Result<VectorShapes> read_vectors(const std::string& path, const DemSource& dem)
 /// less than 360 degrees is taken for the shorter way around. A file without CRS has the one of
 /// `dem`.
 Result<VectorShapes> read_vectors_on_globe(const std::string& path, const DemInfo& dem);
+
+/// One layer of a vector file, in its own coordinates.
+struct VectorLayerFacts {
+  std::string name, crs;  // crs: empty for none
+  std::size_t features = 0, lines = 0, polygons = 0, points = 0;
+  std::size_t vertices = 0, with_height = 0;        // of lines and polygons
+  double west = 0, south = 0, east = 0, north = 0;  // of these; all 0 without any
+  double lowest = 0, highest = 0;                   // of those with a height
+};
+
+struct VectorFacts {
+  std::string driver;
+  std::vector<VectorLayerFacts> layers;
+};
+
+/// What a file that read_vectors() takes has in it, read whole. Fails (not_found, bad_data).
+Result<VectorFacts> vector_facts(const std::string& path);
 
 }  // namespace tind

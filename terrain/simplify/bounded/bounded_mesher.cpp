@@ -55,6 +55,51 @@ void BoundedMesher<S>::insert(const Progress& progress) {
   origin_ = insertion.take_origins();
 }
 
+/// How far a triangle's samples are beyond the band, all together.
+template <class S>
+double BoundedMesher<S>::excess(const Vec3& a, const Vec3& b, const Vec3& c) const {
+  const auto [gx, gy] = gradient(a, b, c);
+  double sum = 0;
+  samples_.scan(a, b, c, [&](double x, double y, double z, std::size_t) {
+    sum += std::max(0.0, std::abs(a.z + (gx * (x - a.x) + gy * (y - a.y)) - z) - eps_);
+    return true;
+  });
+  return sum;
+}
+
+/// `excess_here`: of the triangle of h.
+template <class S>
+bool BoundedMesher<S>::turn_if_better(Index h, double excess_here) {
+  const Index twin = mesh_.twin(h), v = mesh_.origin(h), w = mesh_.dest(h);
+  if (twin == kNone || lines_->keeps(v, w)) return false;
+  const Vec3 &a = mesh_.position(v), &b = mesh_.position(w);
+  const Vec3 &c = mesh_.position(mesh_.apex(h)), &d = mesh_.position(mesh_.apex(twin));
+  if (!surely_ccw(a, d, c) || !surely_ccw(d, b, c)) return false;
+  if (!(excess(a, d, c) + excess(d, b, c) < excess_here + excess(b, a, d))) return false;
+  mesh_.flip(h);
+  return true;
+}
+
+/// Insertion gives up a sample where a vertex stands already, its place rounded. A line's vertices
+/// on both sides may then have an edge just beside that vertex, and the triangle between is far too
+/// steep for what rounding took from the place: the edge that crosses it is a better one.
+template <class S>
+void BoundedMesher<S>::turn_edges_beside_lines(const Progress& progress) {
+  constexpr int kMostPasses = 8;
+  bool turned = true;
+  for (int pass = 0; pass < kMostPasses && turned && !progress.stopped(); ++pass) {
+    turned = false;
+    for (Index h = 0; h < mesh_.halfedge_slots(); h += 3) {
+      if (!mesh_.alive_triangle(h / 3)) continue;
+      const double here = excess(mesh_.position(mesh_.origin(h)), mesh_.position(mesh_.dest(h)),
+                                 mesh_.position(mesh_.apex(h)));
+      if (here > 0)
+        turned = turn_if_better(h, here) || turn_if_better(h + 1, here) ||
+                 turn_if_better(h + 2, here) || turned;
+    }
+  }
+}
+
 // --- sweep ---------------------------------------------------------------------------------------
 
 template <class S>
@@ -374,6 +419,7 @@ void BoundedMesher<S>::decimate(const Progress& progress) {
 template <class S>
 void BoundedMesher<S>::run(const Progress& progress) {
   insert(progress);
+  if (lines_ && options_.turns) turn_edges_beside_lines(progress);
   progress.at(0.2);
   active_.assign(mesh_.vertex_slots(), 1);
   decimate(progress);

@@ -36,6 +36,7 @@ struct MesherOptions {
   double step_gain = 0;        // what a step of either must win, times eps
   int rounds = 1;              // rounds of moving vertices and sweeping again
   bool flips = false;          // each with a pass of edge flips between the two
+  bool turns = false;          // of edges beside lines that are kept, where insertion gave up
 };
 
 struct BoundedStats {
@@ -81,6 +82,8 @@ class BoundedMesher {
   std::vector<std::uint8_t> dirty_;   // by vertex: worth another try
 
   void insert(const Progress&);
+  void turn_edges_beside_lines(const Progress&);
+  bool turn_if_better(Index h, double excess_here);
   std::vector<Index> spatial_order() const;
   std::uint64_t sweep(bool search, const Progress&);
   std::span<const Index> edges_to_targets(Index v);
@@ -91,6 +94,7 @@ class BoundedMesher {
   void relax(const Progress&);
   void move_vertex(Index v);
   double squares(const Vec3& a, const Vec3& b, const Vec3& c, double limit) const;
+  double excess(const Vec3& a, const Vec3& b, const Vec3& c) const;
   void flip_edges(const Progress&);
 
   bool on_line(Index v) const { return lines_ && lines_->on_line(v); }

@@ -93,16 +93,22 @@ class DelaunayInsertion {
   const std::vector<Index>& touched() const { return touched_; }
 
   /// Makes p a vertex (p must lie in the domain). False when a vertex is there already.
-  bool insert_point(const Vec3& p) {
-    Index t = 0;
-    while (!mesh_.alive_triangle(t)) ++t;
-    return insert_at(t, p, true);
-  }
+  bool insert_point(const Vec3& p) { return insert_at(first_alive(), p, true); }
 
   /// The same for a point near vertex `near`.
   bool insert_point(const Vec3& p, Index near) {
     return insert_at(HalfedgeMesh::triangle(mesh_.out(near)), p, false);
   }
+
+  /// The triangle that holds a point of the domain, its border included, and one of its edges that
+  /// the point lies on.
+  struct Place {
+    Index triangle = kNone, on = kNone;
+    bool vertex = false;  // the point is a corner of it
+  };
+  /// kNone where the way there does not end: outside of the domain, or in circles, which walks over
+  /// triangles that are not Delaunay may go in.
+  Place locate(const Vec3& p) const { return locate(first_alive(), p); }
 
   void run_passes(const Progress& progress = {}) {
     std::vector<Index> now, next;
@@ -257,26 +263,32 @@ class DelaunayInsertion {
     return beyond == kNone || all_clear(3 * HalfedgeMesh::triangle(beyond), beyond);
   }
 
-  /// Makes p a vertex; looks for its triangle from t on (rounding may have moved p across an edge).
-  bool insert_at(Index t, const Vec3& p, bool may_split_border) {
-    Index on = kNone;
+  Index first_alive() const {
+    Index t = 0;
+    while (!mesh_.alive_triangle(t)) ++t;
+    return t;
+  }
+
+  Place locate(Index t, const Vec3& p) const {
     for (std::size_t steps = 0;; ++steps) {
-      Index out = kNone;
+      Index out = kNone, on = kNone;
       int zeros = 0;
-      on = kNone;
       for (Index h = 3 * t; h < 3 * t + 3; ++h) {
         const double side =
             orient2d(mesh_.position(mesh_.origin(h)), mesh_.position(mesh_.dest(h)), p);
         if (side < 0) out = h;
         if (side == 0) on = h, ++zeros;
       }
-      if (out == kNone) {
-        if (zeros >= 2) return false;  // it is a vertex already
-        break;
-      }
-      if (mesh_.twin(out) == kNone || steps > mesh_.triangle_slots()) return false;
+      if (out == kNone) return {t, on, zeros >= 2};
+      if (mesh_.twin(out) == kNone || steps > mesh_.triangle_slots()) return {};
       t = HalfedgeMesh::triangle(mesh_.twin(out));
     }
+  }
+
+  /// Makes p a vertex; looks for its triangle from t on (rounding may have moved p across an edge).
+  bool insert_at(Index from, const Vec3& p, bool may_split_border) {
+    const auto [t, on, vertex] = locate(from, p);
+    if (t == kNone || vertex) return false;
     if (on != kNone && mesh_.twin(on) == kNone && !may_split_border) return false;
     if (lines_ && ((on != kNone && is_line(on)) || !has_room(t, on, p))) return false;
     const Index v = on == kNone ? mesh_.split_triangle(t, p) : mesh_.split_edge(on, p);

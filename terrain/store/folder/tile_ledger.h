@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "proto/layer_json.h"
+#include "proto/tile/layer_json.h"
 #include "terrain/base/result.h"
 #include "terrain/geo/tiling_scheme.h"
 #include "terrain/store/tile_writer.h"

@@ -55,11 +55,11 @@ Result<std::unique_ptr<TileSet>> open_stored_tiles(const std::string& location) 
   auto store = open_store(location);
   const std::string path = store->layer_name();
   const auto bytes = store->layer_json();
-  if (!bytes) {
-    return fail(bytes.error().code, path +
-                                        " cannot be read: is this a directory made by tind build "
-                                        "that was finished?");
-  }
+  if (!bytes && bytes.error().code == Errc::not_found && !store->remote())
+    return fail(Errc::not_found, path +
+                                     " cannot be read: is this a directory made by tind build "
+                                     "that was finished?");
+  if (!bytes) return std::unexpected(bytes.error());
   auto layer =
       proto::decode_layer_json({reinterpret_cast<const char*>(bytes->data()), bytes->size()});
   if (!layer) return fail(path, layer.error());

@@ -9,6 +9,7 @@ import { join } from 'node:path';
 import { test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 
+import { figure } from '../figure.mjs';
 import { decodeWithBoth, tileBytes } from './decode.mjs';
 
 const DEM = fileURLToPath(new URL('../../../testdata/rainier.tif', import.meta.url));
@@ -48,7 +49,8 @@ for (const options of process.env.TIND_TILES ? [null] : [[], ['--gzip']]) {
       const { tiles, triangles } = await decodeAll(folder);
       assert.ok(tiles > 10, `only ${tiles} tiles`);
       assert.ok(triangles > 2 * tiles, 'every tile is two triangles: no terrain');
-      console.log(`${tiles} tiles, ${triangles} triangles`);
+      for (const client of ['@here/quantized-mesh-decoder', '@loaders.gl/terrain'])
+        figure(client, `quantized-mesh${options?.includes('--gzip') ? ', gzip' : ''}: ${tiles} tiles, ${triangles} triangles, both decoders alike`);
     } finally {
       if (options) rmSync(folder, { recursive: true });
     }

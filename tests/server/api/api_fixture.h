@@ -90,10 +90,12 @@ class Api : public ::testing::Test {
   services::TileTransitions transitions_{tiles_, cache_, pool_};
   services::TileEncodings encodings_{tiles_, cache_, pool_};
   services::Tiles3d tiles3d_{tiles_, cache_, pool_};
-  services::HeightImages images_{cache_, pool_};
+  services::Scenery scenery_{cache_, pool_, *test::environment()};
+  services::HeightImages images_{tiles_, cache_, pool_};
   const std::shared_ptr<const Environment> environment_ = test::environment();
-  App app_{catalog_, tiles_,    cache_,        pool_,       viewer_,  *environment_, nullptr,
-           &refine_, &streams_, &transitions_, &encodings_, &images_, nullptr,       &tiles3d_};
+  App app_{catalog_,      tiles_,   cache_,   pool_,     viewer_,
+           *environment_, nullptr,  &refine_, &streams_, &transitions_,
+           &encodings_,   &images_, nullptr,  &tiles3d_, &scenery_};
   http::Router router_;
   std::optional<test::RunningServer> running_;
 };

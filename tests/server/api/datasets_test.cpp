@@ -39,6 +39,7 @@ TEST_F(Api, AFlightIsPlanned) {
        {"[]", "body"},
        {"{}", "position"},
        {R"({"trajectory":[]})", "trajectory"},
+       {R"({"trajectory":[)" + std::string(100'100, ',') + "]}", "body"},
        {R"({"trajectory":[{"lon":1}]})", "trajectory[0].lat"},
        {R"({"trajectory":[7]})", "trajectory[0]"},
        {R"({"trajectory":[{"lon":1,"lat":1,"height_m":1,"time_s":9},{"lon":1,"lat":1,"height_m":1,"time_s":8}]})",
@@ -76,6 +77,7 @@ TEST_F(Api, LayerJsonAndDatasets) {
   EXPECT_GT(list[1]["max_level"], 8);
   EXPECT_LT(list[1]["bounds"][0], -121.7);
   EXPECT_GT(list[1]["bounds"][2], -121.8);
+  EXPECT_EQ(list[1]["box"], list[1]["bounds"]);
   EXPECT_EQ(list[1]["source"]["driver"], "GTiff");
   EXPECT_TRUE(list[0]["highest"].is_null()) << "tiles say no place";
 }
@@ -88,13 +90,17 @@ TEST_F(Api, LinksOfADatasetWork) {
     const auto fill = [&](std::string link) {
       const std::pair<std::string, std::string> values[] = {
           {"{z}/{x}/{y}", tile},
+          {"{ten}/{one}", "w130n40/w122n46"},
           {"{?lon,lat,datum}", "?lon=-121.76&lat=46.85"},
-          {"{?encoding}", "?encoding=terrarium"}};
+          {"{level}{&lon,lat,datum}", "3&lon=-121.76&lat=46.85"},
+          {"{?encoding,format,surface}", "?encoding=terrarium&surface=mesh"},
+          {"{&encoding,format}", "&encoding=terrarium&format=webp"},
+          {"{?style,azimuth,altitude,z_factor,format}", "?style=slope"}};
       for (const auto& [hole, value] : values)
         if (const auto at = link.find(hole); at != link.npos) link.replace(at, hole.size(), value);
       return link;
     };
-    EXPECT_EQ(dataset["links"].size(), dataset["kind"] == "dem" ? 10u : 7u);
+    EXPECT_EQ(dataset["links"].size(), dataset["kind"] == "dem" ? 13u : 10u);
     for (const auto& [name, link] : dataset["links"].items()) {
       const bool posts = name == "plan" || name == "tiles_in_frames" || name == "refine";
       if (posts)
@@ -116,6 +122,7 @@ TEST_F(Api, ADemWithoutTilesAnswersQuestionsOnly) {
   EXPECT_FALSE(listed.contains("max_level"));
   EXPECT_FALSE(listed["links"].contains("tiles"));
   EXPECT_TRUE(listed["links"].contains("elevation"));
+  EXPECT_EQ(listed["links"]["height_images"], "/rgb/posts/tiles.json{?encoding,format}");
   EXPECT_EQ(Json::parse(get("/elevation/posts?lon=-121.76&lat=46.85").body)["height_m"], 100);
   for (const std::string target :
        {"/terrain/posts/layer.json", "/terrain/posts/0/0/0.terrain", "/terrain/posts/0/0/0.glb",
@@ -153,6 +160,9 @@ TEST_F(Api, ElevationSaysWhatItIsAbove) {
   EXPECT_LT(undulation, -10);
   EXPECT_NEAR(above["height_m"].get<double>() - own["height_m"].get<double>(), undulation, 2e-3);
   EXPECT_EQ(Json::parse(ask("as-stored", "&datum=egm96").body)["height_m"], as_stored["height_m"]);
+  EXPECT_EQ(Json::parse(ask("as-stored", "&datum=EGM96").body)["datum"], "egm96");
+  EXPECT_EQ(Json::parse(ask("as-stored", "&datum=Ellipsoid").body)["datum"], "ellipsoid");
+  EXPECT_EQ(Json::parse(ask("converted", "&datum=epsg:5773").body)["datum"], "egm96");
   const Json by_code = Json::parse(ask("converted", "&datum=EPSG:5773").body);
   EXPECT_EQ(by_code["datum"], "egm96");
   EXPECT_EQ(by_code["height_m"], own["height_m"]);
@@ -229,13 +239,14 @@ TEST_F(Api, ElevationNamesTheWrongParameter) {
 }
 
 TEST_F(Api, TheViewerIsATableNotAFolder) {
-  const HttpReply page = get("/");
+  const std::string browser = "Accept: text/html,application/xhtml+xml,*/*;q=0.8\r\n";
+  const HttpReply page = get("/", browser);
   EXPECT_EQ(page.status, 200);
   EXPECT_EQ(page.headers.at("content-type"), "text/html; charset=utf-8");
   EXPECT_EQ(get("/viewer/").body, page.body);
   EXPECT_EQ(get("/viewer/index.html").body, page.body);
   EXPECT_EQ(get("/viewer/a/b.js").body, "1");
-  EXPECT_EQ(get("/", "Accept-Encoding: gzip\r\n").headers.at("content-encoding"), "gzip");
+  EXPECT_EQ(get("/", browser + "Accept-Encoding: gzip\r\n").headers.at("content-encoding"), "gzip");
   for (const char* path :
        {"/viewer/a", "/viewer/a/", "/viewer/.secret", "/viewer/link.txt", "/viewer/../index.html",
         "/viewer/a/../index.html", "/viewer/%2e%2e/index.html", "/viewer//index.html",

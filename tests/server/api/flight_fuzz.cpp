@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "proto/tile_frames.h"
+#include "proto/stream/tile_frames.h"
 #include "server/api/flight_request.h"
 #include "terrain/pyramid/make/tile_transition.h"
 

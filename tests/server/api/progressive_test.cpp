@@ -5,8 +5,8 @@
 #include <future>
 #include <thread>
 
-#include "proto/mesh_stream.h"
-#include "proto/transition.h"
+#include "proto/stream/mesh_stream.h"
+#include "proto/stream/transition.h"
 #include "tests/server/api/api_fixture.h"
 
 namespace tind::api {

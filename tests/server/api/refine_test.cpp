@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "proto/refine_delta.h"
+#include "proto/stream/refine_delta.h"
 #include "tests/server/api/api_fixture.h"
 
 namespace tind::api {
@@ -53,6 +53,21 @@ TEST_F(Api, ARegionIsOneMesh) {
   const auto mesh = proto::decode_refine_delta(reply.body);
   ASSERT_TRUE(mesh && mesh->whole && mesh->view.empty());
   EXPECT_GT(mesh->triangles.size(), 500u);
+}
+
+TEST_F(Api, AMeshIsSentWithWhatItsDemSaysOfItsHeights) {
+  DemOptions options;
+  options.accuracy = VerticalAccuracy{AccuracyKind::rmse, 2.5};
+  ASSERT_TRUE(
+      services::open_dataset(catalog_, {"stated", {test::testdata("rainier.tif")}}, options, {}));
+  add_dem();
+  const std::string region =
+      R"({"region":{"bbox":[-121.8,46.8,-121.7,46.9]},"inside_m":50,"outside_m":100})";
+  const HttpReply stated = post("/refine/stated", region);
+  ASSERT_EQ(stated.status, 200) << stated.body;
+  EXPECT_EQ(stated.headers.at("tind-accuracy"), "rmse=2.5");
+  EXPECT_EQ(stated.headers.at("access-control-expose-headers"), "Tind-Accuracy");
+  EXPECT_FALSE(post("/refine/rainier", region).headers.contains("tind-accuracy"));
 }
 
 TEST_F(Api, ARegionMayBeLargerThanTheDem) {

@@ -6,7 +6,7 @@
 #include <random>
 #include <thread>
 
-#include "proto/quantized_mesh.h"
+#include "proto/tile/quantized_mesh.h"
 #include "tests/server/api/api_fixture.h"
 #include "tests/support/srtm.h"
 

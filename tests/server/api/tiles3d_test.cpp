@@ -9,7 +9,8 @@ namespace {
 
 TEST_F(Api, TheWayFromTilesetJsonToATile) {
   add_dem();
-  for (const std::string base : {"/3dtiles/made-up/", "/3dtiles/rainier/"}) {
+  for (const std::string base :
+       {"/3dtiles/made-up/", "/3dtiles/rainier/", "/3dtiles/rainier/meshopt/"}) {
     const HttpReply tileset = get(base + "tileset.json");
     ASSERT_EQ(tileset.status, 200) << tileset.body;
     EXPECT_EQ(tileset.headers.at("content-type"), "application/json");
@@ -32,6 +33,17 @@ TEST_F(Api, TheWayFromTilesetJsonToATile) {
   }
 }
 
+TEST_F(Api, CompressedTilesetsAreSmallerAndKeptApart) {
+  add_dem();
+  const std::string tile = "west/9/165/389";  // the mountain
+  const HttpReply plain = get("/3dtiles/rainier/" + tile + ".glb");
+  const HttpReply packed = get("/3dtiles/rainier/meshopt/" + tile + ".glb");
+  ASSERT_EQ(plain.status, 200) << plain.body;
+  ASSERT_EQ(packed.status, 200) << packed.body;
+  EXPECT_LT(packed.body.size(), plain.body.size() / 2);
+  EXPECT_EQ(get("/3dtiles/rainier/" + tile + ".glb").body, plain.body);
+}
+
 TEST_F(Api, WhatIsNoPartOfATilesetIsNotFound) {
   add_dem();
   for (const std::string path :
@@ -40,7 +52,8 @@ TEST_F(Api, WhatIsNoPartOfATilesetIsNotFound) {
         "/3dtiles/rainier/west/00/0/0.glb", "/3dtiles/rainier/west/-1/0/0.subtree",
         "/3dtiles/rainier/west/99/0/0.glb", "/3dtiles/rainier/east/1/0/0.glb",
         "/3dtiles/rainier/west/1/0/1.subtree",  // there is that tile, but no subtree begins there
-        "/3dtiles/rainier/west/0/0/0.terrain"})
+        "/3dtiles/rainier/west/0/0/0.terrain", "/3dtiles/rainier/draco/tileset.json",
+        "/3dtiles/nothing/meshopt/tileset.json", "/3dtiles/rainier/meshopt/west/1/0/1.subtree"})
     EXPECT_EQ(get(path).status, 404) << path;
   EXPECT_EQ(get("/3dtiles/rainier/west/1/0/1.glb").status, 200);
 }

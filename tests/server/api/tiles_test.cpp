@@ -5,7 +5,7 @@
 #include <future>
 #include <thread>
 
-#include "proto/tile_frames.h"
+#include "proto/stream/tile_frames.h"
 #include "server/api/extensions.h"
 #include "terrain/geo/ellipsoid.h"
 #include "tests/server/api/api_fixture.h"

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "proto/mesh_io.h"
+#include "proto/mesh/mesh_io.h"
 #include "terrain/mesh/mesh_file.h"
 #include "terrain/mesh/mesh_frame.h"
 #include "tests/support/program.h"

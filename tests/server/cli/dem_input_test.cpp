@@ -186,6 +186,82 @@ TEST(DemInput, EveryOutputSaysTheDatum) {
   }
 }
 
+TEST(DemInput, EveryReportRepeatsTheStatedAccuracyAndNoTileChanges) {
+  const tind::test::TempDir dir;
+  const std::string plain = slope_with_a_hole(dir) + " --nodata -9999 --from-datum egm96",
+                    dem = plain + " --accuracy LE90=4", tiles = dir.file("tiles"),
+                    mesh = dir.file("m.ply");
+  const auto one = nlohmann::json::parse(R"({"kind":"le90","m":4})");
+  const auto list = nlohmann::json::array({one});
+  const auto json_of = [](const std::string& command) {
+    const Ran ran = run_tind(command + " --json");
+    EXPECT_EQ(ran.code, 0) << command << ran.out;
+    return nlohmann::json::parse(ran.answer, nullptr, false);
+  };
+  EXPECT_EQ(json_of("build " + dem + " -o " + tiles)["accuracy"], list);
+  EXPECT_EQ(nlohmann::json::parse(text_of(tiles + "/layer.json"))["accuracy"], list);
+  EXPECT_EQ(json_of("info " + tiles)["accuracy"], list);
+  EXPECT_THAT(run_tind("info " + tiles).out, HasSubstr("accuracy   4 m (le90)"));
+  EXPECT_EQ(json_of("explain " + tiles + " 0/1/0 --source " + dem)["accuracy"], list);
+  EXPECT_EQ(json_of("check " + tiles + " --source " + dem)["accuracy"], list);
+  EXPECT_EQ(json_of("simplify " + dem + " --ratio 0.5 -o " + mesh)["accuracy"], one);
+  EXPECT_EQ(json_of("measure " + mesh + " " + dem)["accuracy"], one);
+  EXPECT_EQ(json_of("progressive " + dem + " -o " + dir.file("m.tpm"))["accuracy"], one);
+  EXPECT_THAT(run_tind("simplify " + dem + " --ratio 0.5 -o " + mesh).out,
+              HasSubstr("as stated: 4 m (le90)"));
+  EXPECT_FALSE(json_of("simplify " + plain + " --ratio 0.5 -o " + mesh).contains("accuracy"));
+  // Another word of it: not one tile is made again.
+  const auto again = json_of("build " + plain + " --accuracy rmse=1 -o " + tiles);
+  EXPECT_EQ(again["built"], 0);
+  EXPECT_EQ(again["accuracy"][0]["kind"], "rmse");
+  EXPECT_EQ(nlohmann::json::parse(text_of(tiles + "/layer.json"))["accuracy"][0]["m"], 1);
+}
+
+TEST(DemInput, WordsCountInAnyCase) {
+  const tind::test::TempDir dir;
+  const std::string dem = slope_with_a_hole(dir) + " --nodata ",
+                    to = " --ratio 0.5 -o " + dir.file("m.ply");
+  for (const char* said : {"NONE --method QEM", "-9999 --encoding Number",
+                           "none --from-datum EGM96", "None --effort FAST"}) {
+    const Ran ran = run_tind("simplify " + dem + said + to);
+    EXPECT_EQ(ran.code, 0) << said << ran.out;
+  }
+  EXPECT_THAT(run_tind("simplify " + dem + "none --method QEM" + to).answer, HasSubstr("qem: "));
+  EXPECT_EQ(run_tind("simplify " + dem + "nothing" + to).code, 2);
+}
+
+TEST(DemInput, AMethodWithOptionsInItsNameIsToldHowTheyAreGiven) {
+  const Ran ran = run_tind("build none.tif --method 'edge-cost alpha=0.5' -o t");
+  EXPECT_EQ(ran.code, 2);
+  EXPECT_THAT(ran.out, HasSubstr("--method edge-cost --alpha 0.5"));
+}
+
+TEST(DemInput, AFormatThatIsOnlyWrittenIsNamed) {
+  const tind::test::TempDir dir;
+  const std::string glb = dir.file("m.glb");
+  ASSERT_EQ(
+      run_tind("simplify " + tind::test::testdata("desert.asc") + " --ratio 0.5 -o " + glb).code,
+      0);
+  for (const std::string& command : {"info " + glb, "simplify " + glb + " --ratio 0.5 -o a.ply"}) {
+    const Ran ran = run_tind(command);
+    EXPECT_EQ(ran.code, 65) << ran.out;
+    EXPECT_THAT(ran.out, HasSubstr("but reads only .ply"));
+  }
+}
+
+TEST(DemInput, AFileThatIsNamedAgainCountsOnce) {
+  const tind::test::TempDir dir;
+  const std::string dem = tind::test::testdata("desert.asc");
+  std::ofstream(dir.file("l.txt")) << dem << "\n" << dem << "\n" << dem << "\n";
+  const auto json = [](const Ran& ran) {
+    return nlohmann::json::parse(ran.answer, nullptr, false);
+  };
+  const Ran list = run_tind("info @" + dir.file("l.txt") + " --json");
+  EXPECT_EQ(list.code, 0) << list.out;
+  EXPECT_EQ(json(list)["files"].size(), 1u) << list.answer;
+  EXPECT_THAT(run_tind("estimate @" + dir.file("l.txt")).out, HasSubstr("counts once"));
+}
+
 // ---- messages ----
 
 TEST(DemInput, MessagesDoNotSpeakToTheTerminal) {
@@ -210,6 +286,18 @@ TEST(DemInput, ServeNamesEveryDatasetThatCannotBeServed) {
   EXPECT_THAT(ran.out, HasSubstr(dir.file("noise.tif") + ": not a raster"));
   EXPECT_THAT(ran.out, HasSubstr(dir.file("none.tif") + ": no such file"));
   EXPECT_THAT(ran.out, HasSubstr("2 datasets cannot be served"));
+}
+
+TEST(DemInput, FlagsForDemsBesideNothingButTilesAreRefused) {
+  const tind::test::TempDir dir;
+  const std::string dem = testdata("desert.asc"), tiles = dir.file("tiles");
+  ASSERT_EQ(run_tind("build " + dem + " -o " + tiles + " --levels 0-3").code, 0);
+  const std::string flags = " --max-error 3 --from-datum egm96 --check-config";
+  const Ran alone = run_tind("serve " + tiles + flags);
+  EXPECT_EQ(alone.code, 2);
+  EXPECT_THAT(alone.out, HasSubstr("leave out what is for a DEM: --from-datum, --max-error"));
+  EXPECT_EQ(run_tind("serve " + tiles + " " + dem + flags).code, 0);
+  EXPECT_EQ(run_tind("serve " + tiles + " --cache-mb 9 --check-config").code, 0);
 }
 
 /// Every second post of every second row is valid, so no two neighbours are.

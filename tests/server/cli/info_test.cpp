@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "proto/layer_json.h"
+#include "proto/tile/layer_json.h"
 #include "tests/support/program.h"
 #include "tests/support/support.h"
 
@@ -109,6 +109,13 @@ TEST(Info, TileSet) {
   EXPECT_EQ(j["name"], "alps");
   EXPECT_EQ(j["levels"][0]["tiles"], 2);
   EXPECT_EQ(j["levels"][1]["tiles"], 4);
+  EXPECT_EQ(j["box"], j["bounds"]);
+  EXPECT_EQ(info(folder.path().string()).out.find("\nbox "), std::string::npos);
+  layer.available = {{{0, 0, 1, 0}}, {{0, 1, 0, 1}, {3, 1, 3, 1}}};  // across the antimeridian
+  std::ofstream(folder.file("layer.json")) << tind::proto::encode_layer_json(layer);
+  EXPECT_EQ(json_of(folder.path().string())["box"], nlohmann::json({90., -90., 270., 90.}));
+  EXPECT_NE(info(folder.path().string()).out.find("box        90.000000 -90.000000 270"),
+            std::string::npos);
 }
 
 TEST(Info, ExitCodesSayWhatIsWrong) {
@@ -134,6 +141,11 @@ TEST(Info, Meshes) {
       tind::test::run_tind("simplify " + dem + " --method qem --triangles 200 -o " + ply).code, 0);
   const auto mesh = json_of(ply);
   EXPECT_EQ(mesh["kind"], "mesh");
+  EXPECT_EQ(mesh["format"], "ply");
+  const auto both = tind::test::run_tind("info " + ply + " " + ply);
+  EXPECT_THAT(both.out, testing::HasSubstr("mesh, ply, "));
+  EXPECT_THAT(both.out, testing::HasSubstr(" triangles, x y z "));
+  EXPECT_THAT(both.out, testing::HasSubstr(", WGS 84 / UTM zone 11N"));
   EXPECT_NEAR(mesh["triangles"].get<double>(), 200, 1);
   EXPECT_LT(mesh["low"][2], mesh["high"][2]);
   const std::string tpm = folder.file("m.tpm");
@@ -236,6 +248,51 @@ TEST(Info, AFolderIsOneDemWhereItsRastersShareAGrid) {
   EXPECT_EQ(several.code, 0) << several.out;
   EXPECT_EQ(lines_of(several.answer), 2u) << several.out;
   EXPECT_THAT(several.out, testing::HasSubstr("no one DEM"));
+}
+
+TEST(Info, LinesAndPolygons) {
+  const tind::test::TempDir folder;
+  const std::string file = folder.file("lakes.geojson");
+  std::ofstream(file) << R"({"type":"FeatureCollection","features":[
+    {"type":"Feature","properties":{},"geometry":{"type":"Polygon","coordinates":
+      [[[1,2,30],[3,2,30],[3,5,31],[1,2,30]]]}},
+    {"type":"Feature","properties":{},"geometry":{"type":"MultiLineString","coordinates":
+      [[[0,0],[1,1]],[[2,2],[7,3],[4,4]]]}}]})";
+  const auto j = json_of(file);
+  EXPECT_EQ(j["kind"], "lines and polygons");
+  ASSERT_EQ(j["layers"].size(), 1u);
+  const auto& layer = j["layers"][0];
+  EXPECT_EQ(layer["polygons"], 1);
+  EXPECT_EQ(layer["lines"], 2);
+  EXPECT_EQ(layer["vertices"], 9);
+  EXPECT_EQ(layer["vertices_with_height"], 4);
+  EXPECT_EQ(layer["bounds"], nlohmann::json({0, 0, 7, 5}));
+  EXPECT_EQ(layer["heights"], nlohmann::json({30, 31}));
+  EXPECT_THAT(layer["crs"].get<std::string>(), testing::HasSubstr("WGS 84"));
+  const Ran both = info(file + " " + testdata("rainier.tif"));
+  EXPECT_EQ(both.code, 0) << both.out;
+  EXPECT_THAT(both.out, testing::HasSubstr("1 polygon, 2 lines, 9 vertices"));
+  std::ofstream(folder.file("broken.geojson")) << "{\"type\":";
+  EXPECT_EQ(info(folder.file("broken.geojson")).code, 65);
+}
+
+TEST(Info, VectorFilesOfMeshFormatsAreDescribed) {
+  const tind::test::TempDir folder;
+  for (const char* name : {"m.gpkg", "m.fgb"}) {
+    const std::string file = folder.file(name);
+    ASSERT_EQ(tind::test::run_tind("simplify " + testdata("rainier.tif") +
+                                   " --ratio 0.001 --progress none -o " + file)
+                  .code,
+              0);
+    const auto j = json_of(file);
+    EXPECT_EQ(j["kind"], "lines and polygons") << name;
+    EXPECT_GT(j["layers"][0]["polygons"], 50) << name;
+    EXPECT_EQ(j["layers"][0]["vertices_with_height"], j["layers"][0]["vertices"]) << name;
+  }
+  std::ofstream(folder.file("bad.gpkg")) << "nothing";
+  const Ran bad = info(folder.file("bad.gpkg"));
+  EXPECT_EQ(bad.code, 65);
+  EXPECT_THAT(bad.out, testing::HasSubstr("tind writes meshes like this"));
 }
 
 TEST(Info, WhatIsNoRasterIsCalledWhatItIs) {

@@ -88,6 +88,11 @@ TEST_F(LineOptions, ZerosForHeightsAreToldAndCanBeIgnored) {
   EXPECT_NE(own.out.find("--line-heights dem"), std::string::npos);
   EXPECT_NE(own.out.find("zero.geojson"), std::string::npos);
   EXPECT_EQ(dem.out.find("warning"), std::string::npos);
+  flat["features"][0]["geometry"]["coordinates"][0][2] = 1000;
+  std::ofstream(dir_.file("zero.geojson")) << flat.dump();
+  const Ran some = run_tind(command);
+  EXPECT_NE(some.out.find("are exactly 0"), std::string::npos) << some.out;
+  EXPECT_NE(some.out.find("Shapefile"), std::string::npos) << some.out;
   EXPECT_GT(nlohmann::json::parse(own.answer)["max_error_m"], 300);
   EXPECT_LT(nlohmann::json::parse(dem.answer)["max_error_m"], 300);
 }

@@ -55,6 +55,15 @@ TEST_F(OutputPaths, an_input_is_refused_by_every_command_whatever_its_name) {
   refused("extract d.asc -o d.asc --format ply");
   refused("compare d.asc --max-error 5 --csv d.asc");
   refused("explain f 0/0/0 --source d.asc --png d.asc");
+  fs::copy_file(dem, folder.file("d.3tz"));
+  fs::copy_file(dem, folder.file("l.r16.json"));
+  refused("build d.3tz -o t --format 3dtiles --archive d.3tz");
+  refused("build d.asc -o t --format 3dtiles --archive d.3tz --flatten d.3tz");
+  refused("build d.asc -o t --format 3dtiles --archive d.3tz --drape d.3tz");
+  refused("build --layer low=d.3tz -o t --format 3dtiles --archive d.3tz");
+  refused("export d.asc --format unreal -o l.r16 --flatten l.r16.json");
+  EXPECT_EQ(*read_whole_file(folder.file("d.3tz")), *read_whole_file(dem));
+  EXPECT_EQ(*read_whole_file(folder.file("l.r16.json")), *read_whole_file(dem));
 }
 
 TEST_F(OutputPaths, a_file_read_beside_an_input_is_refused) {

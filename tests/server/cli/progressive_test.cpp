@@ -3,7 +3,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "proto/mesh_io.h"
+#include "proto/mesh/mesh_io.h"
 #include "terrain/base/file_io.h"
 #include "terrain/mesh/mesh_file.h"
 #include "terrain/mesh/mesh_frame.h"
@@ -80,6 +80,20 @@ TEST(Progressive, SaysWhatOpenVoidsLeaveOut) {
   }
   const auto told = test::run_tind("progressive " + dem + " -o " + dir.file("a.tpm"));
   EXPECT_NE(told.out.find("2 valid posts have no cell"), std::string::npos) << told.out;
+}
+
+TEST(Progressive, AStepNeverTakesItBeyondTheError) {
+  const test::TempDir dir;
+  const std::string start = std::string("progressive ") + test::testdata("crater.tif") + " -o " +
+                            dir.file("a.tpm") + " --json --max-error 2 --step ";
+  for (const char* step : {"0.25", "1", "3.5"}) {
+    const auto made = test::run_tind(start + step);
+    ASSERT_EQ(made.code, 0) << made.out;
+    EXPECT_LE(nlohmann::json::parse(made.answer)["fine_error_m"].get<double>(), 2) << step;
+  }
+  const auto refused = test::run_tind(start + "4");
+  EXPECT_EQ(refused.code, 2) << refused.out;
+  EXPECT_NE(refused.out.find("--max-error"), std::string::npos) << refused.out;
 }
 
 TEST(Progressive, AMeshIsTakenToo) {

@@ -9,7 +9,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "proto/mesh_io.h"
+#include "proto/mesh/mesh_io.h"
+#include "terrain/base/file_io.h"
 #include "terrain/mesh/mesh_file.h"
 #include "terrain/simplify/methods.h"
 #include "tests/support/program_json.h"
@@ -103,6 +104,27 @@ TEST(SimplifyCommandLine, SaysWhatStlLoses) {
   const nlohmann::json held = tind_json(line + " --frame metric");
   EXPECT_EQ(held["posts_uncovered"], 0);
   EXPECT_EQ(held["note"], "");
+}
+
+TEST(SimplifyCommandLine, SaysFromWhereStlCountsAndThatDegreesAreNoLengths) {
+  const TempDir dir;
+  const auto made = [&](const char* dem, const std::string& more) {
+    return run_tind("simplify " + testdata(dem) + " --max-error 60 -o " + dir.file("a.") + more);
+  };
+  const nlohmann::json moved = tind_json("simplify " + testdata("bigtujunga_crop.tif") +
+                                         " --max-error 60 --json -o " + dir.file("a.stl"));
+  const auto file = read_whole_file(dir.file("a.stl"));
+  ASSERT_TRUE(file);
+  const std::vector<double> at = moved["file_origin"];
+  ASSERT_EQ(at.size(), 3u);
+  const std::string origin = std::to_string(int(at[0])) + " " + std::to_string(int(at[1])) + " 0";
+  EXPECT_TRUE(file->starts_with("tind origin " + origin)) << file->substr(0, 80);
+  const auto text = made("bigtujunga_crop.tif", "stl").out;
+  EXPECT_NE(text.find("counts from " + origin), std::string::npos) << text;
+  EXPECT_EQ(text.find("degrees"), std::string::npos) << text;
+  EXPECT_NE(made("rainier.tif", "obj").out.find("x and y are degrees"), std::string::npos);
+  for (const char* fine : {"ply", "gpkg", "obj --frame metric"})
+    EXPECT_EQ(made("rainier.tif", fine).out.find("x and y are degrees"), std::string::npos) << fine;
 }
 
 TEST(SimplifyCommandLine, PutsTheMeshWhereTheDemIs) {

@@ -107,6 +107,7 @@ TEST(ParseQuery, KeepsOrderAndEmptyValues) {
   EXPECT_EQ(text("&&a&b=&=c&a=1=2"), "a=;b=;=c;a=1=2;");
   EXPECT_EQ(text("%61=%62"), "a=b;");
   EXPECT_EQ(text("a=%zz"), "bad");
+  EXPECT_EQ(text("crs=http:%2F%2Fa/b"), "crs=http://a/b;") << "a query is no path";
 }
 
 }  // namespace

@@ -52,7 +52,7 @@ inline Router example(Parked& parked) {
   router.get("/medium", [](const Request&, DeferredReply&) {
     return make_reply(200, "text/plain", std::string(200'000, 'y'));
   });
-  router.get_always("/health", [](const Request&, DeferredReply&) {
+  router.get_always("/health", {}, [](const Request&, DeferredReply&) {
     return make_reply(200, "text/plain", "well");
   });
   router.get("/throws", [](const Request&, DeferredReply&) -> std::optional<Reply> {

@@ -6,10 +6,15 @@
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>
 
+#include <atomic>
 #include <filesystem>
 #include <fstream>
+#include <stdexcept>
+#include <thread>
 
+#include "server/services/datasets/opener.h"
 #include "tests/support/flat_dem.h"
+#include "tests/support/geoid_file.h"
 #include "tests/support/support.h"
 
 namespace tind::services {
@@ -219,6 +224,149 @@ TEST_F(Keeper, OfAFolderEachEntryStandsForItself) {
   EXPECT_EQ(catalog_.find("tabled"), tabled);  // half of a table is no reason to end it
 }
 
+TEST_F(Keeper, ACommentMoreChangesNoDataset) {
+  fs::create_directories(in_folder("all"));
+  const std::string toml = "catalog = \"" + in_folder("all") + "\"\n";
+  dem("b.asc", 4);
+  text("all/tabled.toml", "files = [\"../b.asc\"]\n");
+  load(toml);
+  const auto tabled = catalog_.find("tabled");
+  ASSERT_TRUE(tabled);
+  text("all/tabled.toml", "# of the survey\nfiles = [\"../b.asc\"]\n");
+  std::this_thread::sleep_for(CatalogFolder::kRest);  // it was another a moment ago
+  load(toml);
+  std::this_thread::sleep_for(CatalogFolder::kRest + 100ms);
+  load(toml);
+  EXPECT_EQ(catalog_.find("tabled"), tabled);
+  text("all/tabled.toml", "# of the survey\nfiles = [\"../b.asc\"]\nmax_error = 7\n");
+  EXPECT_THAT(load(toml).replaced, ElementsAre("tabled"));
+}
+
+TEST_F(Keeper, ANameThatIsTakenSaysByWhom) {
+  fs::create_directories(in_folder("all"));
+  dem("all/alpha.asc", 1);
+  dem("b.asc", 4);
+  text("all/beta.toml", "name = \"alpha\"\nfiles = [\"../b.asc\"]\n");
+  load("catalog = \"" + in_folder("all") + "\"\n");
+  EXPECT_THAT(names(), ElementsAre("alpha"));
+  const auto aside = keeper_.status().aside;
+  ASSERT_EQ(aside.size(), 1u);
+  EXPECT_THAT(aside.begin()->second, HasSubstr(in_folder("all/alpha.asc")));
+}
+
+TEST_F(Keeper, ANewcomerTakesNobodysNameAndGetsItWhenItIsFree) {
+  fs::create_directories(in_folder("all"));
+  dem("b.asc", 4);
+  text("all/land.toml", "files = [\"../b.asc\"]\n");
+  const std::string toml = "catalog = \"" + in_folder("all") + "\"\n";
+  load(toml);
+  const auto first = catalog_.find("land");
+  ASSERT_TRUE(first);
+  dem("all/land.asc", 9);  // which comes first in the folder
+  load(toml);
+  EXPECT_EQ(catalog_.find("land"), first);
+  EXPECT_EQ(keeper_.status().aside.count(in_folder("all/land.asc")), 1u);
+
+  // Nobody asks for a reload: it is seen.
+  std::jthread running([this](const std::stop_token& stop) { keeper_.run(stop); });
+  fs::remove(in_folder("all/land.toml"));
+  for (int i = 0; i < 200 && (!catalog_.find("land") || height("land") != 9); ++i)
+    std::this_thread::sleep_for(50ms);
+  ASSERT_TRUE(catalog_.find("land"));
+  EXPECT_EQ(height("land"), 9);
+  for (int i = 0; i < 100 && !keeper_.status().aside.empty(); ++i)
+    std::this_thread::sleep_for(50ms);
+  EXPECT_THAT(keeper_.status().aside, IsEmpty());
+}
+
+TEST_F(Keeper, ATableWhoseFileComesLaterIsOpenedThen) {
+  fs::create_directories(in_folder("all"));
+  dem("b.asc", 4);
+  text("all/a.toml",
+       "files = [\"../b.asc\"]\nfrom_datum = \"../geoid.gtx\"\nto_datum = \"ellipsoid\"\n");
+  const std::string toml = "catalog = \"" + in_folder("all") + "\"\n";
+  EXPECT_THAT(load(toml).aside, testing::SizeIs(1));
+  EXPECT_THAT(keeper_.status().aside.begin()->second, HasSubstr("geoid.gtx"));
+  test::write_gtx(
+      in_folder("geoid.gtx"), [](double, double) { return 10; }, 8);
+  EXPECT_THAT(load(toml).added, ElementsAre("a")) << keeper_.status().aside.begin()->second;
+  EXPECT_EQ(height("a"), 14);
+  EXPECT_THAT(keeper_.status().aside, IsEmpty());
+}
+
+TEST_F(Keeper, AReloadTakesTablesAsTheyAreAndSaysWhatItLeft) {
+  fs::create_directories(in_folder("all"));
+  dem("b.asc", 4);
+  text("all/a.toml", "files = [\"../b.asc\"]\n");
+  const std::string toml = "catalog = \"" + in_folder("all") + "\"\n";
+  load(toml);
+  std::ofstream(in_folder("all/a.toml")) << "files = [\"../b.asc\"]\nmax_error = 7\n";
+  EXPECT_THAT(load(toml).replaced, ElementsAre("a"));  // at once
+  std::ofstream(in_folder("all/a.toml")) << "bogus = 1\n";
+  const CatalogChange broken = load(toml);
+  EXPECT_EQ(broken.kept, 1u);
+  ASSERT_EQ(broken.aside.count(in_folder("all/a.toml")), 1u);
+  EXPECT_THAT(broken.aside.at(in_folder("all/a.toml")), HasSubstr("bogus"));
+  test::write_flat_dem(in_folder("all/young.asc"), 3);
+  EXPECT_THAT(load(toml).waiting, testing::Contains(in_folder("all/young.asc")));
+}
+
+TEST_F(Keeper, AGeoidIsNoDataset) {
+  fs::create_directories(in_folder("all"));
+  dem("all/a.asc", 1);
+  fs::copy_file(test::testdata("rainier.tif"), in_folder("all/ours.tif"));
+  fs::last_write_time(in_folder("all/ours.tif"), fs::file_time_type::clock::now() - 1h);
+  const std::string toml = "catalog = \"" + in_folder("all") + "\"\n";
+  load(toml);
+  EXPECT_THAT(names(), ElementsAre("a", "ours"));
+  text("all/b.toml", "files = [\"../none.asc\"]\nfrom_datum = \"ours.tif\"\n");
+  load(toml);
+  EXPECT_THAT(names(), ElementsAre("a"));
+}
+
+TEST_F(Keeper, ATableOfTilesSaysNothingOfDems) {
+  fs::create_directories(in_folder("tiles"));
+  text("tiles/layer.json",
+       R"({"format":"quantized-mesh-1.0","tiles":["{z}/{x}/{y}.terrain"],"available":[]})");
+  load(table("t", "tiles", "attribution = \"me\"\n"));
+  EXPECT_EQ(why_, "");
+  load(table("t", "tiles", "max_error = 3\nfrom_datum = \"egm96\"\n"));
+  EXPECT_THAT(why_, HasSubstr("from_datum, max_error"));
+}
+
+TEST(Opener, OneThatTakesLongHoldsUpNoOther) {
+  std::atomic<bool> end = false;
+  std::atomic<int> open = 0;
+  {
+    Opener opener(2);
+    opener.begin("slow", [&]() -> Result<Dataset> {
+      while (!end) std::this_thread::yield();
+      return fail(Errc::io, "slow");
+    });
+    for (int i = 0; i < 20; ++i)
+      opener.begin(std::to_string(i), [&]() -> Result<Dataset> {
+        ++open;
+        return Dataset{};
+      });
+    opener.begin("0", [&]() -> Result<Dataset> { return fail(Errc::internal, "again"); });
+    opener.begin("thrown", []() -> Result<Dataset> { throw std::runtime_error("why"); });
+    while (open < 20) std::this_thread::yield();
+    opener.wait_until(Opener::Clock::now() + 10ms);  // in vain: one is slow
+    EXPECT_FALSE(opener.take("slow"));
+    EXPECT_TRUE(opener.take("0")->has_value());
+    EXPECT_FALSE(opener.take("0"));
+    opener.keep({"1", "slow"});
+    EXPECT_TRUE(opener.take("1"));
+    EXPECT_FALSE(opener.take("2"));
+    end = true;
+    opener.wait_until(Opener::Clock::now() + 1min);
+    EXPECT_EQ(opener.take("slow")->error().what, "slow");
+    opener.begin("thrown again", []() -> Result<Dataset> { throw std::runtime_error("why"); });
+    opener.wait_until(Opener::Clock::now() + 1min);
+    EXPECT_EQ(opener.take("thrown again")->error().what, "why");
+  }
+}
+
 TEST(CatalogFolder, AStartWaitsForWhatWasJustPutThereButNotForEver) {
   const test::TempDir folder;
   test::write_flat_dem(folder.file("new.asc"), 1);
@@ -239,7 +387,7 @@ TEST(CatalogFolder, WaitsForWhatIsStillWritten) {
   CatalogFolder catalog(folder.path().string());
   const auto start = CatalogFolder::Clock::now();
   const auto rests = [&](std::chrono::milliseconds after) {
-    const auto entries = catalog.look(start + after);
+    const auto entries = catalog.look(false, start + after);
     EXPECT_TRUE(entries);
     EXPECT_EQ(entries->size(), 1u);
     return entries->at(0).rests;

@@ -144,7 +144,17 @@ TEST(DatasetSpec, NamesAndJoinsFiles) {
 
 TEST(SafeName, KeepsWhatIsSafe) {
   EXPECT_EQ(safe_name("N49W123.v2_a-b"), "N49W123.v2_a-b");
-  EXPECT_EQ(safe_name("a b/c\xc3\xa9"), "a_b_c__");
+  EXPECT_EQ(safe_name("a b/c\xe2\x82\xac"), "a_b_c_");
+  EXPECT_EQ(safe_name("Z\xc3\xbcrich"), "Zurich");
+  EXPECT_EQ(safe_name("Zu\xcc\x88rich"), "Zurich");  // as other systems write it
+  EXPECT_EQ(safe_name("\xc3\x86r\xc3\xb8 \xc5\x81\xc3\xb3"
+                      "d\xc5\xba"),
+            "AEro_Lodz");
+  EXPECT_EQ(safe_name("\xc3\x80\xc3\xbf\xc4\x80\xc5\xbf"), "AyAs");  // the table's ends
+  EXPECT_EQ(safe_name("\xe6\x9d\xb1\xe4\xba\xac"), "dataset");
+  EXPECT_EQ(safe_name("\xe6\x9d\xb1\xe4\xba\xac 2"), "___2");
+  EXPECT_EQ(safe_name("cut\xc3"), "cut_");
+  EXPECT_EQ(safe_name("_"), "_");
   EXPECT_EQ(safe_name(""), "dataset");
   EXPECT_EQ(safe_name(".."), "_.");
   EXPECT_EQ(safe_name(std::string(100, 'a')), std::string(64, 'a'));

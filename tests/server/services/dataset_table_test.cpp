@@ -69,6 +69,9 @@ TEST_F(DatasetTable, MistakesNameTheirLineAndWhatWasMeant) {
   expect(begin + "max_error = [1, 2]\n", "tind.toml:3: max_error takes one value");
   expect(begin + "levels = \"9-3\"\n", "tind.toml:3: levels must be A-B");
   expect(begin + "name = \"../x\"\n", "tind.toml:3: name must be");
+  expect(begin + "name = 5\n", "tind.toml:3: name must be a text in quotes");
+  expect("[[dataset]]\nfiles = [\"a.tif\", 5]\n", "tind.toml:2: files must be a list of texts");
+  expect("# " + std::string(2 << 20, 'x') + "\n", "longer than 1 MiB");
   expect("[[dataset]]\nname = \"x\"\n", "tind.toml:1: a dataset without files");
   expect("[[dataset]]\nfiles = []\n", "tind.toml:2: files must name a file");
   expect("[[dataset]]\nfiles = [3, [4]]\n", "tind.toml:2: files must be");

@@ -21,8 +21,9 @@ TEST(TileCache, FindsWhatWasInserted) {
   cache.insert(key, tile_of("hello"));
   ASSERT_NE(cache.find(key), nullptr);
   EXPECT_EQ(cache.find(key)->body(), "hello");
-  for (const TileKey& other : {TileKey{0, {5, 3, 2}, 4}, TileKey{1, {6, 3, 2}, 4},
-                               TileKey{1, {5, 2, 3}, 4}, TileKey{1, {5, 3, 2}, 0}})
+  for (const TileKey& other :
+       {TileKey{0, {5, 3, 2}, 4}, TileKey{1, {6, 3, 2}, 4}, TileKey{1, {5, 2, 3}, 4},
+        TileKey{1, {5, 3, 2}, 0}, TileKey{1, {5, 3, 2}, 4, 1}})
     EXPECT_EQ(cache.find(other), nullptr);
   cache.insert(key, tile_of("again"));
   EXPECT_EQ(cache.find(key)->body(), "again");

@@ -13,7 +13,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "proto/quantized_mesh.h"
+#include "proto/tile/quantized_mesh.h"
 #include "terrain/check/check_decode.h"
 #include "terrain/check/check_tile.h"
 #include "terrain/geo/ellipsoid.h"
@@ -429,6 +429,47 @@ TEST_F(CheckTest, FindsASourceThatIsElsewhere) {
   EXPECT_EQ(check(copy.path(), other)[rule("source.overlap")].count, 1u);
 }
 
+TEST_F(CheckTest, ASourceThatIsNotTheTilesOwnIsNamedBesideItsViolations) {
+  const std::string tiles = (good_->path() / "tiles").string();
+  const auto note = [&](Surface surface) {
+    const auto report = check_tiles(tiles, {.source = std::move(surface)});
+    EXPECT_TRUE(report) << report.error().what;
+    return report ? report->source_note : "";
+  };
+  EXPECT_EQ(note(source_), "");
+  EXPECT_THAT(note(open(test::testdata("rainier.tif"))), testing::HasSubstr("another grid"));
+  /// The same posts, all of them higher.
+  class Higher final : public DemSource {
+   public:
+    explicit Higher(std::shared_ptr<const DemSource> of) : of_(std::move(of)) {}
+    const DemInfo& info() const override { return of_->info(); }
+    Result<HeightGrid> read(std::int64_t c, std::int64_t r, int cols, int rows) const override {
+      return raised(of_->read(c, r, cols, rows));
+    }
+    Result<HeightGrid> read_decimated(std::int64_t c, std::int64_t r, int cols, int rows,
+                                      int step) const override {
+      return raised(of_->read_decimated(c, r, cols, rows, step));
+    }
+    void to_post(std::span<const Geographic> in, std::span<Vec2> out) const override {
+      of_->to_post(in, out);
+    }
+    void to_geographic(std::span<const Vec2> in, std::span<Geographic> out) const override {
+      of_->to_geographic(in, out);
+    }
+    bool is_plain_geographic() const override { return of_->is_plain_geographic(); }
+
+   private:
+    static Result<HeightGrid> raised(Result<HeightGrid> grid) {
+      if (grid)
+        for (float& z : grid->values()) z += 50000;
+      return grid;
+    }
+    std::shared_ptr<const DemSource> of_;
+  };
+  EXPECT_THAT(note(std::shared_ptr<const DemSource>(std::make_shared<Higher>(source_))),
+              testing::HasSubstr("other heights"));
+}
+
 TEST_F(CheckTest, EveryRuleHasAPlantedDefect) {
   // These have theirs in tests of their own; of lines and water in pyramid/shaped_tiles_test.cpp.
   std::set<std::string> planted = {"source.overlap", "source.flat", "source.water"};
@@ -500,6 +541,22 @@ TEST(Check, ADirectoryThatIsNotThereIsAnError) {
   const auto report = check_tiles("/no/such/directory", {});
   ASSERT_FALSE(report.has_value());
   EXPECT_EQ(report.error().code, Errc::not_found);
+}
+
+TEST(Check, TheRangeOfAHeaderMayReachFartherThanItsVertices) {
+  const auto implausible = [](std::int32_t highest) {
+    CheckedTile tile;
+    tile.min_height = -10000, tile.max_height = 22767;  // steps of a metre, as of a whole world
+    tile.u = {0, 32767, 0, 32767}, tile.v = {0, 0, 32767, 32767}, tile.h = {0, 0, 0, highest};
+    tile.triangles = {{0, 1, 2}, {2, 1, 3}};
+    tile.edges = {{{0, 2}, {0, 1}, {1, 3}, {2, 3}}};
+    Findings findings;
+    check_tile(tile, {0, 0, 0}, 1, findings);
+    const auto rule = std::ranges::find(kCheckRules, "height.plausible", &CheckRule::id);
+    return findings[std::size_t(rule - std::begin(kCheckRules))].count;
+  };
+  EXPECT_EQ(implausible(18848), 0u);
+  EXPECT_EQ(implausible(20100), 1u);
 }
 
 TEST(Check, KnownFaultsOfForeignTiles) {

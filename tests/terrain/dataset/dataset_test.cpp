@@ -13,6 +13,7 @@
 #include "terrain/store/open/stored_tiles.h"
 #include "tests/support/made_up_source.h"
 #include "tests/support/made_up_tiles.h"
+#include "tests/support/projected_dem.h"
 #include "tests/support/support.h"
 
 namespace tind {
@@ -33,6 +34,40 @@ TEST(Dataset, OfTilesKnowsWhatTheirLayerSays) {
   EXPECT_EQ(dataset.facts().datum, "") << "nobody says it";
   EXPECT_FALSE(dataset.facts().extremes);
   EXPECT_FALSE(dataset.renewed);
+}
+
+TEST(Dataset, HasABoxAcrossTheAntimeridian) {
+  const test::TempDir folder;
+  const std::shared_ptr<const DemSource> fiji = test::open_projected(
+      {"fiji", "EPSG:32760", 760000, 8050000, 2000, 90, 60}, folder);  // 179.4 E .. 178.9 W
+  ASSERT_TRUE(fiji);
+  ASSERT_EQ(fiji->info().bounds.width(), 360);
+  const auto dem = dem_dataset(fiji, {});
+  ASSERT_TRUE(dem) << dem.error().what;
+  const GeoRect box = dem->facts().box;
+  EXPECT_GT(box.west, 179);
+  EXPECT_GT(box.east, 180.5);
+  EXPECT_LT(box.east, 182);
+  EXPECT_EQ(box, dataset_of(fiji).facts().box);
+  // Of its tiles alone, to a tile of the deepest level.
+  const GeoRect of_tiles = dataset_of(dem->tiles).facts().box;
+  const double tile = tiling::tile_degrees(dem->tiles->layer().maxzoom);
+  EXPECT_NEAR(of_tiles.west, box.west, tile);
+  EXPECT_NEAR(of_tiles.east, box.east, tile);
+}
+
+TEST(Dataset, HasABoxAroundTheEarthWhereOnlyAFineLayerIsSmall) {
+  struct Town : test::MadeUpTiles {
+    Town() {
+      place_ = test::MadeUpTiles::layer();
+      for (const std::uint32_t z : {5u, 6u})
+        place_.available.push_back({{33u << (z - 5), 9, 35u << (z - 5), 12}});
+      place_.maxzoom = 6;
+    }
+    const proto::LayerJson& layer() const override { return place_; }
+    proto::LayerJson place_;
+  };
+  EXPECT_EQ(dataset_of(std::make_shared<Town>()).facts().box, (GeoRect{-180, -90, 180, 90}));
 }
 
 TEST(Dataset, OfASourceNeedsNoTiles) {

@@ -6,13 +6,13 @@
 
 #include <nlohmann/json.hpp>
 
-#include "terrain/base/bytes.h"
 #include "terrain/encode/glb_tile.h"
 #include "terrain/encode/quantized_mesh_tile.h"
 #include "terrain/geo/ellipsoid.h"
 #include "terrain/pyramid/make/make_tile.h"
 #include "terrain/pyramid/plan/plan_source.h"
 #include "terrain/tile/normals.h"
+#include "tests/support/drawn_glb.h"
 #include "tests/support/made_up_source.h"
 
 namespace tind {
@@ -46,40 +46,13 @@ class EncodedTiles : public ::testing::Test {
 };
 
 struct DecodedGlb {
-  nlohmann::json json, extras;
-  std::vector<Vec3> ecef;     // the vertices where they were before the node turned them
-  std::vector<Vec3> normals;  // likewise
+  nlohmann::json extras;
+  test::DrawnPart surface;
 };
 
 DecodedGlb decode_glb(const std::vector<std::uint8_t>& bytes) {
-  DecodedGlb glb;
-  ByteReader in(bytes);
-  in.get_bytes(12);
-  const auto size = in.get<std::uint32_t>();
-  in.get_bytes(4);
-  glb.json = nlohmann::json::parse(in.get_text(size));
-  in.get_bytes(8);
-  const std::size_t numbers = in.at();
-  const auto& node = glb.json["nodes"][0];
-  glb.extras = node["extras"];
-  const auto vectors = [&](const char* attribute, bool at_origin) {
-    const auto& m = node["matrix"];
-    const int index = glb.json["meshes"][0]["primitives"][0]["attributes"][attribute];
-    const auto& accessor = glb.json["accessors"][std::size_t(index)];
-    const auto& view = glb.json["bufferViews"][accessor["bufferView"].get<std::size_t>()];
-    ByteReader values(bytes);
-    values.get_bytes(numbers + view["byteOffset"].get<std::size_t>());
-    std::vector<Vec3> all;
-    for (std::size_t i = 0; i < accessor["count"].get<std::size_t>(); ++i) {
-      Vec3 v{values.get<float>(), values.get<float>(), values.get<float>()};
-      if (at_origin) v = v + Vec3{m[12].get<double>(), -m[14].get<double>(), m[13].get<double>()};
-      all.push_back(v);
-    }
-    return all;
-  };
-  glb.ecef = vectors("POSITION", true);
-  glb.normals = vectors("NORMAL", false);
-  return glb;
+  test::DrawnGlb glb = test::read_glb(bytes);
+  return {std::move(glb.extras), std::move(glb.parts[0])};
 }
 
 TEST_F(EncodedTiles, QuantizedMeshLosesNothing) {
@@ -111,62 +84,26 @@ TEST_F(EncodedTiles, EveryEncodingCanBeMadeOfQuantizedMesh) {
 TEST_F(EncodedTiles, AGlbStatesWhatItRoundsOff) {
   for (const TileModel& tile : tiles_) {
     const DecodedGlb glb = decode_glb(encode_glb(tile));
-    ASSERT_EQ(glb.ecef.size(), tile.mesh.vertices.size());
+    ASSERT_EQ(glb.surface.vertices.size(), tile.mesh.vertices.size());
     const double rounding = glb.extras["rounding_m"];
     EXPECT_LT(rounding, glb_lattice(tile.id.level));
     EXPECT_GE(glb.extras["max_error_m"].get<double>(),
               tile.certificate->max_error_m + rounding / 2);
-    for (std::size_t i = 0; i < glb.ecef.size(); ++i) {
+    for (std::size_t i = 0; i < glb.surface.vertices.size(); ++i) {
       const Vec3& v = tile.mesh.vertices[i];
       const Vec3 exact = wgs84::to_ecef(place_of(tiling::rect(tile.id), v), v.z);
-      EXPECT_LE(length(glb.ecef[i] - exact), rounding) << tile.id.text();
-      EXPECT_NEAR(length(glb.normals[i] - oct_decode(tile.normals[i])), 0, 1e-6);
+      EXPECT_LE(length(glb.surface.vertices[i] - exact), rounding) << tile.id.text();
+      EXPECT_NEAR(length(glb.surface.normals[i] - oct_decode(tile.normals[i])), 0, 1e-6);
     }
   }
-}
-
-/// By how much the straight surface over a post's place is from it; nothing where none is there.
-std::optional<double> height_over(const DecodedGlb& glb, const std::vector<Triangle>& triangles,
-                                  Geographic place, double height) {
-  const Vec3 from = wgs84::to_ecef(place, height), up = wgs84::up(place);
-  for (const Triangle& t : triangles) {
-    const Vec3 a = glb.ecef[t[0]] - from, b = glb.ecef[t[1]] - from, c = glb.ecef[t[2]] - from;
-    // Seen along `up`, is the place inside? Signed volumes, all of one sign.
-    const double ab = dot(up, cross(a, b)), bc = dot(up, cross(b, c)), ca = dot(up, cross(c, a));
-    const double all = ab + bc + ca, slack = -1e-9 * std::abs(all);
-    if (all <= 0 || ab < slack || bc < slack || ca < slack) continue;
-    return dot(up, a * (bc / all) + b * (ca / all) + c * (ab / all));
-  }
-  return {};
-}
-
-/// The farthest that the posts of a tile are from it as it is drawn, and how many there are. On a
-/// parallel, straight edges leave it: posts in that sliver are the next tile's.
-struct Measured {
-  double worst = 0;
-  int posts = 0;
-};
-Measured measure(const TileModel& tile, const DecodedGlb& glb, const test::MadeUpSource& source) {
-  const GeoRect rect = tiling::rect(tile.id);
-  Measured measured;
-  for (int row = 0; row < source.grid().rows(); row += 3)
-    for (int col = 0; col < source.grid().cols(); col += 3) {
-      const Vec2 at = source.info().post_to_crs.apply(col, row);
-      if (!rect.contains({at.x, at.y})) continue;
-      const double post = source.grid().at(col, row);
-      const auto off = height_over(glb, tile.mesh.triangles, {at.x, at.y}, post);
-      if (!off) continue;
-      ++measured.posts;
-      measured.worst = std::max(measured.worst, std::abs(*off));
-    }
-  return measured;
 }
 
 TEST_F(EncodedTiles, NoPostIsFartherFromAGlbAsItIsDrawnThanItStates) {
   for (const TileModel& tile : tiles_) {
     const DecodedGlb glb = decode_glb(encode_glb(tile));
-    const Measured measured = measure(tile, glb, source_);
-    EXPECT_LE(measured.worst, glb.extras["max_error_m"].get<double>()) << tile.id.text();
+    const test::DrawnError measured =
+        test::drawn_error(glb.surface, source_, tiling::rect(tile.id));
+    EXPECT_LE(measured.worst_m, glb.extras["max_error_m"].get<double>()) << tile.id.text();
     EXPECT_GE(measured.posts, tile.posts > 0 ? 20 : 0) << tile.id.text();
   }
 }
@@ -181,9 +118,9 @@ TEST(GlbTile, StatesThatStraightTrianglesLieBelowACurvedEarth) {
     const auto tile = model_tile(sea, *plan, *id);
     ASSERT_TRUE(tile) << tile.error().what;
     const DecodedGlb glb = decode_glb(encode_glb(*tile));
-    const Measured measured = measure(*tile, glb, sea);
-    EXPECT_GT(measured.worst, tile->certificate->max_error_m + 1) << id->text();
-    EXPECT_LE(measured.worst, glb.extras["max_error_m"].get<double>()) << id->text();
+    const test::DrawnError measured = test::drawn_error(glb.surface, sea, tiling::rect(*id));
+    EXPECT_GT(measured.worst_m, tile->certificate->max_error_m + 1) << id->text();
+    EXPECT_LE(measured.worst_m, glb.extras["max_error_m"].get<double>()) << id->text();
   }
 }
 
@@ -204,13 +141,13 @@ TEST_F(EncodedTiles, NeighboursInGlbMeetToTheBit) {
     const DecodedGlb in_a = decode_glb(encode_glb(a));
     const DecodedGlb in_b = decode_glb(encode_glb(b));
     int shared = 0;
-    for (std::size_t i = 0; i < in_a.ecef.size(); ++i)
-      for (std::size_t j = 0; j < in_b.ecef.size(); ++j) {
+    for (std::size_t i = 0; i < in_a.surface.vertices.size(); ++i)
+      for (std::size_t j = 0; j < in_b.surface.vertices.size(); ++j) {
         const Vec3 &p = a.mesh.vertices[i], &q = b.mesh.vertices[j];
         if (p.x != (a_is_west ? kTileExtent : 0) || q.x != (a_is_west ? 0 : kTileExtent)) continue;
         if (p.y != q.y) continue;
         ++shared;
-        EXPECT_EQ(in_a.ecef[i], in_b.ecef[j]);
+        EXPECT_EQ(in_a.surface.vertices[i], in_b.surface.vertices[j]);
       }
     EXPECT_GE(shared, 2) << a.id.text();
   }

@@ -8,7 +8,8 @@
 #include <cmath>
 #include <fstream>
 
-#include "proto/height_png.h"
+#include "proto/image/height_colours.h"
+#include "proto/image/image_file.h"
 #include "terrain/base/file_io.h"
 #include "terrain/surface/height_field.h"
 #include "tests/support/made_up_source.h"
@@ -81,7 +82,12 @@ TEST_F(OnPixels, AnotherReaderOfTheFileGetsTheSameHeights) {
   for (const HeightCode code : {HeightCode::mapbox, HeightCode::terrarium}) {
     const std::string path = folder_.file(std::string(proto::name(code)) + ".png");
     ASSERT_TRUE(write_whole_file(
-        path, proto::encode_height_png(kImagePixels, image->heights, code, {{"Key", "text"}})));
+        path, proto::encode_image({.width = kImagePixels,
+                                   .height = kImagePixels,
+                                   .channels = 3,
+                                   .samples = proto::height_colours(image->heights, code),
+                                   .texts = {{"Key", "text"}}},
+                                  proto::ImageFormat::png)));
     std::ofstream(folder_.file(std::string(proto::name(code)) + ".pgw")) << "1\n0\n0\n-1\n0\n0\n";
     const auto read = DemSource::open(
         std::vector{path}, {.encoding = code == HeightCode::mapbox ? HeightEncoding::mapbox

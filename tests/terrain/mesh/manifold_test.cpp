@@ -70,6 +70,28 @@ TEST(MakeManifold, OpensAnEdgeWithThreeTriangles) {
   EXPECT_EQ(tin.triangles.size(), 3u);
 }
 
+TEST(MakeManifold, KeepsOneOfEqualTriangles) {
+  Tin tin;
+  tin.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}};
+  tin.triangles = {{0, 1, 2}, {1, 3, 2}, {1, 2, 0}, {2, 0, 1}, {3, 2, 1}};
+  const ManifoldRepair repair = make_manifold(tin);
+  EXPECT_EQ(repair.dropped_triangles, 3u);
+  EXPECT_EQ(repair.split_vertices, 0u);
+  EXPECT_EQ(tin.triangles, (std::vector<Triangle>{{0, 1, 2}, {1, 3, 2}}));
+  // The other side of a triangle is another triangle.
+  tin.triangles = {{0, 1, 2}, {0, 2, 1}};
+  EXPECT_EQ(make_manifold(tin).dropped_triangles, 0u);
+}
+
+TEST(SplitFans, GivesEachOfVeryManyFansItsVertex) {
+  Tin tin;  // that meet in the first vertex
+  constexpr std::uint32_t kFans = 200'000;
+  tin.vertices.resize(2 * kFans + 1);
+  for (std::uint32_t i = 0; i < kFans; ++i) tin.triangles.push_back({0, 2 * i + 1, 2 * i + 2});
+  EXPECT_EQ(split_fans(tin, CopyOrder::of_vertices), std::vector<std::uint32_t>(kFans - 1, 0));
+  for (std::uint32_t i = 1; i < kFans; ++i) ASSERT_EQ(tin.triangles[i][0], 2 * kFans + i);
+}
+
 TEST(MakeManifold, MakesAnySoupEditable) {
   std::mt19937 random(2);
   for (int round = 0; round < 500; ++round) {

@@ -57,6 +57,82 @@ TEST(NearestTriangle, AgreesWithLookingAtAll) {
   }
 }
 
+TEST(NearestTriangle, LooksAtEachPlaceOnce) {
+  Tin tin;
+  tin.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {0, 0, 0}};
+  tin.triangles.assign(500, {0, 1, 2});
+  tin.triangles.push_back({1, 3, 2});
+  tin.triangles.insert(tin.triangles.end(), 500, {4, 1, 2});
+  const NearestTriangle tree(tin);
+  EXPECT_EQ(tree.distinct(), 2u);
+  for (const std::uint32_t hint : {0u, 499u, 500u, 1000u}) {
+    EXPECT_EQ(tree.find({.2, .2, 1}, hint).triangle, 0u);
+    EXPECT_EQ(tree.find({.8, .8, 1}, hint).triangle, 500u);
+  }
+}
+
+/// Triangles from one corner outwards in a tilted plane, no two with an edge in common.
+Tin fan(unsigned n, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> at(-1, 1);
+  const Vec3 tilt{at(random), at(random), at(random)}, corner{at(random), 1e3 * at(random), 0};
+  Tin tin;
+  tin.vertices.push_back(corner);
+  for (unsigned i = 0; i < n; ++i) {
+    for (const double part : {0.0, 0.5}) {
+      const double angle = 6.283185307179586 * (i + part) / n;
+      const Vec3 p{std::cos(angle), std::sin(angle), 0.01 * at(random)};
+      tin.vertices.push_back(corner + p * 100 + tilt * (100 * p.x));
+    }
+    tin.triangles.push_back({0, 2 * i + 1, 2 * i + 2});
+  }
+  return tin;
+}
+
+TEST(NearestTriangle, LooksAtFewOfManyThatShareACorner) {
+  for (const unsigned seed : {1u, 2u, 3u}) {
+    const Tin tin = fan(20000, seed);
+    const NearestTriangle tree(tin);
+    std::mt19937 random(seed);
+    std::uint64_t looked_at = 0, queries = 0;
+    for (const Triangle& t : tin.triangles) {
+      const double u = double(random() % 1000) / 1000, v = double(random() % 1000) / 1000;
+      const Vec3 p = tin.vertices[t[0]] * (1 - u) + tin.vertices[t[1]] * (u * (1 - v)) +
+                     tin.vertices[t[2]] * (u * v);
+      looked_at += tree.find(p, std::uint32_t(queries)).looked_at;
+      ++queries;
+    }
+    EXPECT_LT(double(looked_at) / double(queries), 400) << seed;
+  }
+}
+
+TEST(NearestTriangle, IsTheFirstOfTheNearestAlsoAmongLongOnes) {
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    const Tin tin = fan(40 + 10 * seed, seed);
+    const NearestTriangle tree(tin);
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> at(-1, 1);
+    for (int q = 0; q < 100; ++q) {
+      const Triangle& t = tin.triangles[random() % tin.triangles.size()];
+      const double u = std::abs(at(random));
+      const Vec3 off = Vec3{at(random), at(random), at(random)} * (q % 2 == 0 ? 0 : 30);
+      const Vec3 p = tin.vertices[0] * (1 - u) + tin.vertices[t[1]] * u + off;
+      double least = HUGE_VAL;
+      std::uint32_t first = 0;
+      for (std::uint32_t i = 0; i < tin.triangles.size(); ++i) {
+        Tin one;
+        for (const auto v : tin.triangles[i]) one.vertices.push_back(tin.vertices[v]);
+        one.triangles = {{0, 1, 2}};
+        const double squared = NearestTriangle(one).find(p).squared;
+        if (squared < least) least = squared, first = i;
+      }
+      const NearestPoint found = tree.find(p, random() % unsigned(tin.triangles.size()));
+      ASSERT_EQ(found.squared, least) << seed;
+      ASSERT_EQ(found.triangle, first) << seed;
+    }
+  }
+}
+
 TEST(SurfaceDistance, OfParallelSquaresIsTheirGap) {
   const SurfaceDistance d = surface_distance(square(0), square(3, 7), {.face_samples = 1000});
   EXPECT_NEAR(d.max, 3, 1e-12);

@@ -8,7 +8,7 @@
 #include <random>
 #include <set>
 
-#include "proto/mesh_io.h"
+#include "proto/mesh/mesh_io.h"
 #include "terrain/mesh/halfedge_mesh.h"
 #include "terrain/mesh/manifold.h"
 #include "terrain/mesh/mesh_file.h"

@@ -6,7 +6,7 @@
 
 #include <set>
 
-#include "proto/mesh_stream.h"
+#include "proto/stream/mesh_stream.h"
 #include "terrain/mesh/surface_distance.h"
 #include "terrain/progressive/stream/progressive_cursor.h"
 #include "terrain/progressive/stream/progressive_stream.h"

@@ -18,10 +18,10 @@ namespace {
 constexpr double kExtent = 1000;
 
 /// A random triangulation of a square with random heights; `side` heights come from the seed alone.
-Tin random_square(std::mt19937& random, int inside, int on_sides) {
-  std::uniform_int_distribution<int> at(1, int(kExtent) - 1), height(0, 500);
+Tin random_square(std::mt19937& random, int inside, int on_sides, double extent = kExtent) {
+  std::uniform_int_distribution<int> at(1, int(extent) - 1), height(0, 500);
   Tin t;
-  t.vertices = {{0, 0, 3}, {kExtent, 0, 50}, {kExtent, kExtent, 20}, {0, kExtent, 70}};
+  t.vertices = {{0, 0, 3}, {extent, 0, 50}, {extent, extent, 20}, {0, extent, 70}};
   t.triangles = {{0, 1, 2}, {0, 2, 3}};
   HalfedgeMesh m = *HalfedgeMesh::from_tin(t);
   for (int i = 0; i < on_sides; ++i) {
@@ -137,6 +137,43 @@ TEST(TerrainTransition, ASideIsTheMeanOfTheTwoLines) {
       EXPECT_NEAR(height_at(mesh, along, 0),
                   (1 - s) * height_at(coarse, along, 0) + s * height_at(fine, along, 0), 1e-9);
   }
+}
+
+TEST(TerrainTransition, CrossingsDoNotBreedCrossings) {
+  std::mt19937 random(6);
+  for (int round = 0; round < 5; ++round) {
+    const Tin fine = random_square(random, 200, 10), coarse = random_square(random, 150, 10);
+    const auto laid = overlay(fine, coarse);
+    ASSERT_TRUE(laid) << laid.error().what;
+    const auto t = terrain_transition(fine, coarse);
+    ASSERT_TRUE(t) << t.error().what;
+    EXPECT_GE(laid->mesh.vertex_slots(), t->vertices.size());
+    EXPECT_LT(laid->mesh.vertex_slots(), t->vertices.size() * 3 / 2);
+  }
+}
+
+TEST(TerrainTransition, MeshesFullOfVerticesOnOneLineAreLaidOverEachOther) {
+  // Nearly every place of a small lattice is taken, so most edges go through vertices of the other.
+  for (unsigned seed = 0; seed < 40; ++seed) {
+    std::mt19937 random(seed);
+    const Tin fine = random_square(random, 200, 8, 40), coarse = random_square(random, 200, 8, 40);
+    const auto t = terrain_transition(fine, coarse);
+    ASSERT_TRUE(t) << t.error().what;
+    for (const double s : {0.3, 1.0})
+      for (const Tin mesh = mesh_at(*t, s); const Triangle& q : mesh.triangles)
+        ASSERT_GE(orient2d(mesh.vertices[q[0]], mesh.vertices[q[1]], mesh.vertices[q[2]]), -1e-7);
+  }
+}
+
+TEST(TerrainTransition, EndsWhenItIsTold) {
+  std::mt19937 random(7);
+  const Tin fine = random_square(random, 20, 2), coarse = random_square(random, 5, 2);
+  std::stop_source stop;
+  ASSERT_TRUE(terrain_transition(fine, coarse, stop.get_token()));
+  stop.request_stop();
+  const auto t = terrain_transition(fine, coarse, stop.get_token());
+  ASSERT_FALSE(t);
+  EXPECT_EQ(t.error().code, Errc::cancelled);
 }
 
 TEST(TerrainTransition, MeshesOfDifferentRectanglesAreRefused) {

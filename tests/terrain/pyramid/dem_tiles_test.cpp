@@ -7,10 +7,13 @@
 #include <chrono>
 #include <filesystem>
 #include <latch>
+#include <limits>
 #include <thread>
 
 #include "terrain/pyramid/plan/tile_set_options.h"
 #include "terrain/store/tile_set.h"
+#include "tests/support/layered_world.h"
+#include "tests/support/made_up_source.h"
 #include "tests/support/support.h"
 
 namespace tind {
@@ -99,6 +102,40 @@ TEST(DemTiles, keep_the_index_that_they_made) {
     if (run == 0) bytes = tile->bytes, made = std::filesystem::last_write_time(path);
     EXPECT_EQ(tile->bytes, bytes);
     EXPECT_EQ(std::filesystem::last_write_time(path), made);
+  }
+}
+
+TEST(DemTiles, of_layers_keep_the_index_and_read_no_post_for_a_plan_again) {
+  const test::TempDir dir;
+  const auto base = std::make_shared<const test::MadeUpSource>(test::rough_terrain(60, 50, 1, 2000),
+                                                               Geographic{10, 50}, 0.02);
+  const Surface surface = *Surface::of_layers(
+      {{"base", base}, {"fine", test::made(test::rough_terrain(90, 90, 2), {10.3, 49.7}, 0.004)}});
+  TileSetOptions options;
+  options.exact_posts = 1 << 12;
+  const auto path = dir.file("layers.residuals");
+  const auto first = open_dem_tiles(surface, options, kMostReadAtOnce, path);
+  ASSERT_TRUE(first) << first.error().what;
+  base->reads_left = 0;
+  {
+    const auto again = open_dem_tiles(surface, options, kMostReadAtOnce, path);
+    ASSERT_TRUE(again) << again.error().what;
+    EXPECT_EQ((*again)->layer().version, (*first)->layer().version);
+    ASSERT_TRUE((*again)->extremes() && (*first)->extremes());
+    EXPECT_EQ((*again)->extremes()->highest.height_m, (*first)->extremes()->highest.height_m);
+    base->reads_left = std::numeric_limits<std::int64_t>::max();
+    const TileId id{4, 16, 12};
+    EXPECT_EQ((*again)->tile(id, {})->bytes, (*first)->tile(id, {})->bytes);
+    EXPECT_FALSE((*again)->tile(id, {})->exact);
+  }
+  // Of other levels, or damaged: posts are read again.
+  for (const bool damaged : {false, true}) {
+    if (damaged) std::filesystem::resize_file(path + ".range", 60);
+    options.max_level = damaged ? -1 : 9;
+    base->reads_left = 0;
+    EXPECT_FALSE(open_dem_tiles(surface, options, kMostReadAtOnce, path)) << damaged;
+    base->reads_left = std::numeric_limits<std::int64_t>::max();
+    EXPECT_TRUE(open_dem_tiles(surface, options, kMostReadAtOnce, path)) << damaged;
   }
 }
 

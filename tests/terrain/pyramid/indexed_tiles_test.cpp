@@ -8,7 +8,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "proto/quantized_mesh.h"
+#include "proto/tile/quantized_mesh.h"
 #include "terrain/check/check.h"
 #include "terrain/pyramid/build/build.h"
 #include "terrain/pyramid/make/dem_tiles.h"

@@ -18,6 +18,7 @@
 #include "terrain/store/folder/folder_files.h"
 #include "terrain/store/folder/folder_writer.h"
 #include "terrain/surface/surface.h"
+#include "tests/support/layered_world.h"
 #include "tests/support/support.h"
 #include "tests/support/watched_files.h"
 
@@ -110,17 +111,20 @@ class LayeredUpdateTest : public testing::Test {
     o.output = folder_.file(name);
     o.tiles.effort = Effort::fast;
     o.tiles.max_error_m = 25;
+    o.tiles.exact_posts = exact_posts_;
     o.threads = 2;
     o.force = force;
     return build_tiles(*made_of, o);
   }
 
-  /// Folders, too: an update leaves none that is empty.
+  /// Folders, too: an update leaves none that is empty. Not the residual index, whose records lie
+  /// in any order.
   std::map<std::string, std::string> files(const std::string& name) const {
     std::map<std::string, std::string> all;
     for (const auto& entry : fs::recursive_directory_iterator(folder_.path() / name))
-      all[entry.path().lexically_relative(folder_.path() / name).string()] =
-          entry.is_regular_file() ? *read_whole_file(entry.path().string()) : "folder";
+      if (entry.path().filename() != "residuals.tind")
+        all[entry.path().lexically_relative(folder_.path() / name).string()] =
+            entry.is_regular_file() ? *read_whole_file(entry.path().string()) : "folder";
     return all;
   }
 
@@ -140,6 +144,7 @@ class LayeredUpdateTest : public testing::Test {
   }
 
   TempDir folder_;
+  std::int64_t exact_posts_ = 0;  // of tiles that rest on no residual index
 };
 
 /// What somebody does to a catalog of files.
@@ -196,6 +201,59 @@ TEST_P(LayeredUpdates, end_as_a_fresh_build_whatever_comes_and_goes) {
   EXPECT_GT(kept, 0u);
 }
 
+/// The same of coarse tiles that rest on the residual index.
+class IndexedLayeredUpdateTest : public LayeredUpdateTest {
+ protected:
+  IndexedLayeredUpdateTest() { exact_posts_ = 1 << 13; }
+
+  void expect_updated(const std::vector<Part>& parts, const char* what,
+                      std::uint64_t least_reused = 0) const {
+    SCOPED_TRACE(what);
+    const auto report = build(parts, "tiles");
+    ASSERT_TRUE(report) << report.error().what;
+    EXPECT_TRUE(report->update.updated);
+    EXPECT_EQ(report->update.everything, "");
+    EXPECT_GE(report->indexed_level, 6);
+    EXPECT_GE(report->reused, least_reused);
+    expect_like_fresh(parts, "tiles");
+  }
+};
+
+TEST_F(IndexedLayeredUpdateTest, ends_as_a_fresh_build) {
+  std::vector<Part> parts = world();
+  const Piece last = parts[2].pieces.back();
+  parts[2].pieces.pop_back();
+  ASSERT_TRUE(build(parts, "tiles"));
+  parts[2].pieces.push_back(last);
+  expect_updated(parts, "a file of the town comes");
+  parts[2].there = false;
+  expect_updated(parts, "the town goes");
+  parts[2].there = true;
+  expect_updated(parts, "the town comes again");
+}
+
+TEST_F(IndexedLayeredUpdateTest, over_the_antimeridian_too) {
+  std::vector<Part> parts = world();
+  parts[0].x = 179, parts[1].x = 700000, parts[2].x = 179.97;
+  parts[1].crs = "EPSG:32660";
+  const auto first = build(parts, "tiles");
+  ASSERT_TRUE(first) << first.error().what;
+  EXPECT_GE(first->indexed_level, 6);
+  EXPECT_EQ(first->over_budget, 0u);
+  test::expect_no_violation(folder_.file("tiles"), *surface(parts));
+  parts[1].pieces[0].version = 9;
+  expect_updated(parts, "a file of the country is replaced");
+}
+
+TEST_F(IndexedLayeredUpdateTest, makes_again_what_a_file_reaches_and_no_more) {
+  exact_posts_ = 1 << 16;
+  std::vector<Part> parts = world(4);
+  const auto first = build(parts, "tiles");
+  ASSERT_TRUE(first) << first.error().what;
+  parts[2].pieces[5].there = false;
+  expect_updated(parts, "a file of the town goes", first->tiles / 8);
+}
+
 /// What is far from a change stays.
 TEST_F(LayeredUpdateTest, a_file_that_comes_or_goes_makes_again_what_it_reaches_and_no_more) {
   std::vector<Part> parts = world(4);
@@ -226,6 +284,22 @@ TEST_F(LayeredUpdateTest, a_file_that_comes_or_goes_makes_again_what_it_reaches_
   expect_bounded("the town comes again");
   parts[0].pieces[5].version = 9;
   expect_bounded("a file of the world is replaced");
+}
+
+TEST_F(LayeredUpdateTest, another_blend_is_called_that) {
+  std::vector<Part> parts = world(4);
+  ASSERT_TRUE(build(parts, "tiles"));
+  parts[2].blend_m = 3000;
+  const auto report = build(parts, "tiles");
+  ASSERT_TRUE(report) << report.error().what;
+  EXPECT_EQ(report->update.bent_layers, std::vector<std::string>{parts[2].name});
+  EXPECT_TRUE(report->update.new_layers.empty());
+  EXPECT_EQ(report->update.gone_layers, 0u);
+  parts[2].there = false;
+  const auto gone = build(parts, "tiles");
+  ASSERT_TRUE(gone) << gone.error().what;
+  EXPECT_TRUE(gone->update.bent_layers.empty());
+  EXPECT_EQ(gone->update.gone_layers, 1u);
 }
 
 TEST_F(LayeredUpdateTest, of_one_layer_of_several_files_the_same) {

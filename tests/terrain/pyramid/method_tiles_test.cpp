@@ -8,7 +8,7 @@
 #include <map>
 #include <set>
 
-#include "proto/quantized_mesh.h"
+#include "proto/tile/quantized_mesh.h"
 #include "terrain/check/check.h"
 #include "terrain/pyramid/build/build.h"
 #include "terrain/pyramid/make/tile_methods.h"

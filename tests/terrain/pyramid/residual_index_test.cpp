@@ -9,6 +9,8 @@
 #include <random>
 
 #include "terrain/pyramid/residual/residual_scan.h"
+#include "terrain/surface/rim_samples.h"
+#include "tests/support/layered_world.h"
 #include "tests/support/made_up_source.h"
 #include "tests/support/support.h"
 
@@ -78,7 +80,7 @@ void expect_bounds_hold(const MadeUpSource& source, const ResidualIndex& index, 
   EXPECT_EQ(record->posts(), posts.size());
   EXPECT_EQ(finer->posts, posts.size());
   const ResidualRecord* const only = &*record;
-  const auto own = lattice_of({&only, 1}, residual_step_m(index.level()));
+  const auto own = lattice_of({&only, 1}, index.depth().step_m());
   EXPECT_LE(own.largest_residual(), loosest * expect_bounds_hold(posts, own) + 1e-6);
   expect_bounds_hold(posts, *finer);
   if (posts.empty()) return;
@@ -295,6 +297,135 @@ TEST(ResidualIndex, is_kept_and_made_anew_when_it_is_wrong) {
   EXPECT_TRUE(index_of(source, dir, 8)->made_now());
   EXPECT_EQ(ResidualIndex::open(path, source, 7).error().code, Errc::bad_data);  // other level
   EXPECT_EQ(ResidualIndex::open(dir.file("none"), source, 8).error().code, Errc::not_found);
+}
+
+/// What tiles of layers are held to: the posts that decide, and then samples at rims.
+std::vector<Post> posts_of(const HeightField& field, TileId id, std::uint64_t& posts) {
+  const GeoRect rect = tiling::rect(id);
+  std::vector<Post> all;
+  for (std::size_t k = 0; k < field.surface().layers().size(); ++k) {
+    const DemSource& source = *field.surface().layers()[k].source;
+    std::vector<Geographic> places;
+    for (int r = 0; r < source.info().rows; ++r)
+      for (int c = 0; c < source.info().cols; ++c) {
+        const Vec2 p = source.info().post_to_crs.apply(c, r);
+        if (p.x >= rect.west && p.x <= rect.east && p.y >= rect.south && p.y <= rect.north)
+          places.push_back({p.x, p.y});
+      }
+    std::vector<double> heights(places.size());
+    std::vector<int> deciding(places.size());
+    field.at(places, heights, deciding);
+    for (std::size_t i = 0; i < places.size(); ++i)
+      if (deciding[i] == int(k))
+        all.push_back({(places[i].lon - rect.west) / rect.width() * 32767,
+                       (places[i].lat - rect.south) / rect.height() * 32767, heights[i]});
+  }
+  posts = all.size();
+  const auto rims = rim_samples(field, id);
+  EXPECT_TRUE(rims);
+  for (const Vec3& p : *rims) all.push_back({p.x, p.y, p.z});
+  return all;
+}
+
+TEST(ResidualIndex, of_layers_bounds_every_post_that_decides_and_every_rim) {
+  const TempDir dir;
+  const Surface surface = test::three_ranks();
+  const auto depth = IndexDepth::of(surface, 1 << 12);
+  const auto index = ResidualIndex::open_or_make(dir.file("index"), surface, depth, 2);
+  ASSERT_TRUE(index) << index.error().what;
+  const HeightField field(surface);
+  std::size_t rims = 0;
+  for (const TileId id : depth.tiles()) {
+    if (!(*index)->serves(id)) continue;
+    SCOPED_TRACE(id.text());
+    std::uint64_t posts = 0;
+    const std::vector<Post> all = posts_of(field, id, posts);
+    const auto lattice = (*index)->lattice(id);
+    ASSERT_TRUE(lattice) << lattice.error().what;
+    EXPECT_EQ(lattice->posts, posts);
+    EXPECT_EQ(lattice->any(), !all.empty());
+    rims += all.size() - posts;
+    ResidualLattice rounded = *lattice;  // posts that are bent are kept as floats
+    for (float& bound : rounded.residual)
+      if (bound >= 0) bound += 1e-3F;
+    expect_bounds_hold(all, rounded);
+    for (const Post& p : all) {
+      EXPECT_GE(p.height, lattice->min_m - 1e-3);
+      EXPECT_LE(p.height, lattice->max_m + 1e-3);
+    }
+    if (HasFailure()) return;
+  }
+  EXPECT_GT(rims, 1000u);
+}
+
+TEST(ResidualIndex, of_layers_is_deep_where_fine_posts_are_and_not_elsewhere) {
+  const Surface surface = test::three_ranks();
+  EXPECT_EQ(IndexDepth::of(surface).level(), -1);  // few posts
+  const auto depth = IndexDepth::of(surface, 1 << 12);
+  ASSERT_GT(depth.level(), 0);
+  EXPECT_LT(depth.coarsest_level(), depth.level());
+  EXPECT_EQ(deepest_indexed_level(surface, 1 << 12), depth.level() - 1);
+  const std::size_t town = 3;
+  std::size_t deep = 0;
+  for (const TileId id : depth.tiles()) {
+    EXPECT_TRUE(id.level == 0 || depth.serves(id.parent())) << id.text();
+    if (id.level < depth.level() - 1) continue;
+    ++deep;
+    EXPECT_TRUE(surface.reaches(town, tiling::rect(id))) << id.text();
+  }
+  EXPECT_GT(deep, 0u);
+  EXPECT_LT(deep, 20u);
+  // Another layer changes nothing where it does not reach.
+  std::vector<SurfaceLayer> layers(surface.layers().begin(), surface.layers().end());
+  layers.push_back({"far", test::made(test::rough_terrain(90, 90, 7), {10.9, 49.2}, 0.0005)});
+  const Surface more = *Surface::of_layers(layers);
+  const auto other = IndexDepth::of(more, 1 << 12);
+  for (const TileId id : other.tiles())
+    if (!more.reaches(4, tiling::rect(id))) {
+      EXPECT_TRUE(depth.serves(id)) << id.text();
+    }
+  EXPECT_EQ(other.step_m(), depth.step_m());
+}
+
+TEST(ResidualIndex, of_layers_goes_on_after_a_stop_and_is_made_anew_of_other_layers_or_depth) {
+  const auto base = std::make_shared<const MadeUpSource>(test::rough_terrain(60, 50, 1, 2000),
+                                                         Geographic{10, 50}, 0.02);
+  const auto fine = test::made(test::terrain_with_voids(90, 90, 2), {10.3, 49.7}, 0.004, 0.1);
+  const Surface surface = *Surface::of_layers({{"base", base}, {"fine", fine}});
+  const auto depth = IndexDepth::of(surface, 1 << 12);
+  const auto encoded = [&](const ResidualIndex& index) {
+    std::vector<std::vector<std::uint8_t>> all;
+    for (const TileId id : depth.tiles())
+      for (int part = 0; part < 4; ++part)
+        if (const auto record = index.record(id.child(part % 2, part / 2)))
+          all.push_back(encode(*record));
+    return all;
+  };
+  const TempDir one, stopped;
+  const auto whole = ResidualIndex::open_or_make(one.file("index"), surface, depth, 1);
+  ASSERT_TRUE(whole);
+  int tries = 0;
+  for (std::int64_t reads = 100;; reads *= 3) {
+    base->reads_left = reads;
+    const auto index = ResidualIndex::open_or_make(stopped.file("index"), surface, depth, 3);
+    if (index) {
+      EXPECT_EQ(encoded(**index), encoded(**whole));
+      break;
+    }
+    EXPECT_EQ(index.error().code, Errc::io);
+    ASSERT_LT(++tries, 30);
+  }
+  EXPECT_GT(tries, 1);
+  base->reads_left = std::numeric_limits<std::int64_t>::max();
+  const std::string path = one.file("index");
+  EXPECT_TRUE(ResidualIndex::open(path, surface, depth));
+  EXPECT_EQ(ResidualIndex::open(path, surface, IndexDepth::of(surface, 2000)).error().code,
+            Errc::bad_data);
+  const Surface blended =
+      *Surface::of_layers({{"base", base}, {.name = "fine", .source = fine, .blend_m = 900}});
+  const Surface turned = *Surface::of_layers({{"fine", fine}, {"base", base}});
+  for (const Surface& other : {blended, turned})
+    EXPECT_EQ(ResidualIndex::open(path, other, depth).error().code, Errc::bad_data);
 }
 
 TEST(ResidualRecord, says_which_patch_has_changed) {

@@ -2,17 +2,20 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <map>
 
+#include "terrain/base/hash.h"
 #include "terrain/check/check.h"
 #include "terrain/encode/quantized_mesh_tile.h"
 #include "terrain/pyramid/build/build.h"
 #include "terrain/pyramid/plan/tile_method.h"
 #include "terrain/shapes/shaped_dem.h"
+#include "terrain/shapes/surface_shapes.h"
 #include "terrain/simplify/method_text.h"
 #include "terrain/simplify/methods.h"
 #include "tests/support/made_up_source.h"
@@ -96,6 +99,108 @@ TEST(ShapedTiles, keep_every_promise_and_have_the_same_bytes_for_any_number_of_t
   ASSERT_TRUE(report) << report.error().what;
   EXPECT_TRUE(report->ok());
   for (const CheckLevel& level : report->levels) EXPECT_EQ(level.crack_m, 0);
+}
+
+/// Fails whenever tiles with lakes have other bytes than they had. Then raise kShapeEpoch, unless
+/// kTileEpoch was, and put the new digest here.
+TEST(ShapeEpoch, is_raised_when_bytes_change) {
+  ShapesFile water("epoch");
+  water.polygon({test::square(-121.8, 46.8, 0.03)}).polygon({test::square(-121.7, 46.9, 0.011)});
+  ShapeFiles files;
+  files.flatten = files.water = {water.write()};
+  const auto dem = DemSource::open(std::array{test::testdata("rainier.tif")});
+  ASSERT_TRUE(dem) << dem.error().what;
+  const auto shaped = shaped_dem(*dem, files);
+  ASSERT_TRUE(shaped) << shaped.error().what;
+  test::TempDir dir;
+  BuildOptions o;
+  o.output = dir.file("tiles");
+  o.tiles.max_error_m = 60;
+  ASSERT_TRUE(build_tiles(*shaped, o));
+  std::string all;
+  for (const auto& [name, bytes] : files_in(o.output)) all += bytes;
+  EXPECT_EQ(kShapeEpoch, 4);
+  EXPECT_EQ(hash128(all).text(), "cbaa92d5d25fd5c419cff034d32ac4ca")
+      << "other bytes: raise kShapeEpoch";
+}
+
+/// Shapes of which lines run along tiles' borders, cross themselves at every turn, lie in one
+/// another or go exactly through the DEM's outermost posts.
+TEST(ShapedTiles, of_hard_shapes_are_level_and_have_no_cracks) {
+  const auto dem = DemSource::open(std::array{test::testdata("rainier.tif")});
+  ASSERT_TRUE(dem) << dem.error().what;
+  const DemInfo& info = (*dem)->info();
+  const GeoRect& b = info.bounds;
+  const Vec2 middle{(b.west + b.east) / 2, (b.south + b.north) / 2};
+  const auto ring = [&](double size, int points, int turn) {
+    std::vector<Vec2> line;
+    for (int k = 0; k < points; ++k) {
+      const double a = 2 * M_PI * k * turn / points;
+      line.push_back({middle.x + size * b.width() / 2 * std::cos(a),
+                      middle.y + size * b.height() / 2 * std::sin(a)});
+    }
+    return line;
+  };
+  const std::vector<Vec2> outermost = {
+      {b.west, b.south}, {b.east, b.south}, {b.east, b.north}, {b.west, b.north}};
+  std::map<std::string, ShapesFile> shapes;
+  shapes.try_emplace("star", "star").first->second.polygon({ring(0.7, 41, 19)});
+  shapes.try_emplace("outermost", "outermost").first->second.polygon({outermost});
+  shapes.try_emplace("nested", "nested")
+      .first->second.polygon({ring(0.8, 60, 1), ring(0.6, 60, 1)})
+      .polygon({ring(0.4, 60, 1), ring(0.2, 60, 1)})
+      .polygon({ring(0.1, 30, 1)});
+  for (auto& [name, file] : shapes) {
+    ShapeFiles files;
+    files.flatten = {file.write()};
+    const auto shaped = shaped_dem(*dem, files);
+    ASSERT_TRUE(shaped) << name << ": " << shaped.error().what;
+    test::TempDir folder;
+    BuildOptions o;
+    o.output = folder.file("tiles");
+    o.tiles.max_error_m = 4;
+    o.threads = 2;
+    const auto built = build_tiles(*shaped, o);
+    ASSERT_TRUE(built) << name << ": " << built.error().what;
+    EXPECT_EQ(built->without_lines, 0u) << name;
+    CheckOptions options;
+    options.source = *shaped;
+    const auto report = check_tiles(o.output, options);
+    ASSERT_TRUE(report) << name << ": " << report.error().what;
+    EXPECT_TRUE(report->ok()) << name;
+    for (const CheckLevel& level : report->levels) EXPECT_EQ(level.crack_m, 0) << name;
+  }
+}
+
+/// Where a DEM ends, tiles follow the border of the child that is there: water stays level all the
+/// same, at a level that is no multiple of the levels' steps.
+TEST(ShapedTiles, over_the_rim_of_the_dem_are_level) {
+  const auto dem = DemSource::open(std::vector{test::testdata("bigtujunga_crop.tif")},
+                                   {.from_datum = VerticalDatum::egm96,
+                                    .to_datum = TargetDatum::ellipsoid_if_known,
+                                    .environment = test::environment()});
+  ASSERT_TRUE(dem) << dem.error().what;
+  constexpr double kSide = 0.015;
+  ShapesFile lakes("rim");
+  for (const Vec2& corner : {Vec2{-118.1864, 34.3076}, Vec2{-118.1256, 34.3299},
+                             Vec2{-118.1633, 34.3464}, Vec2{-118.144, 34.2972}})
+    lakes.polygon({test::square(corner.x, corner.y, kSide)});
+  ShapeFiles files;
+  files.flatten = {lakes.write()};
+  const auto shaped = shaped_dem(*dem, files);
+  ASSERT_TRUE(shaped) << shaped.error().what;
+  test::TempDir folder;
+  BuildOptions o;
+  o.output = folder.file("tiles");
+  o.tiles.max_error_m = 4;
+  o.threads = 2;
+  const auto built = build_tiles(*shaped, o);
+  ASSERT_TRUE(built) << built.error().what;
+  CheckOptions options;
+  options.source = *shaped;
+  const auto report = check_tiles(o.output, options);
+  ASSERT_TRUE(report) << report.error().what;
+  EXPECT_TRUE(report->ok());
 }
 
 TEST(ShapedTiles, are_level_by_every_method) {

@@ -3,8 +3,8 @@
 //
 //   tile_stream_bench [DEM]    rainier.tif by default
 
-#include "proto/mesh_stream.h"
-#include "proto/quantized_mesh.h"
+#include "proto/stream/mesh_stream.h"
+#include "proto/tile/quantized_mesh.h"
 #include "server/http/message/representation.h"
 #include "terrain/pyramid/make/dem_tiles.h"
 #include "terrain/pyramid/make/tile_stream.h"

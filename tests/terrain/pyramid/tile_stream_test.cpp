@@ -7,7 +7,7 @@
 
 #include <set>
 
-#include "proto/quantized_mesh.h"
+#include "proto/tile/quantized_mesh.h"
 #include "terrain/mesh/validity.h"
 #include "terrain/progressive/stream/progressive_cursor.h"
 #include "terrain/progressive/stream/progressive_stream.h"

@@ -8,7 +8,8 @@
 #include <map>
 #include <random>
 
-#include "proto/quantized_mesh.h"
+#include "proto/tile/quantized_mesh.h"
+#include "terrain/base/file_io.h"
 #include "terrain/pyramid/make/dem_tiles.h"
 #include "terrain/pyramid/plan/tile_set_options.h"
 #include "terrain/raster/dem_source.h"
@@ -123,6 +124,18 @@ TEST_F(TileTransition, TheCoarseEndHasTheParentsVertices) {
     }
   }
   EXPECT_GT(seen, 1000u);
+}
+
+TEST(TileTransitionOfLayers, TilesOfManySliversAreLaidOverEachOther) {
+  // Two layers and a shore: the parent's part crosses the tile's edges 2000 times.
+  const auto bytes = [](const char* name) {
+    const auto read = read_whole_file(test::testdata(name));
+    return std::vector<std::uint8_t>(read->begin(), read->end());
+  };
+  const auto made = tile_transition({10, 341, 712}, bytes("slivers_10_341_712.terrain"),
+                                    bytes("slivers_9_170_356.terrain"));
+  ASSERT_TRUE(made) << made.error().what;
+  EXPECT_TRUE(proto::decode_transition(proto::encode(*made)));
 }
 
 }  // namespace

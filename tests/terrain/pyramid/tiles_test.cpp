@@ -15,7 +15,7 @@
 #include <set>
 #include <thread>
 
-#include "proto/quantized_mesh.h"
+#include "proto/tile/quantized_mesh.h"
 #include "terrain/base/parallel.h"
 #include "terrain/check/check.h"
 #include "terrain/pyramid/build/build.h"

@@ -13,6 +13,7 @@
 #include <functional>
 
 #include "terrain/raster/dem_source.h"
+#include "tests/support/geoid_file.h"
 #include "tests/support/support.h"
 
 namespace tind {
@@ -22,28 +23,9 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-template <class T>
-void put_big(std::string& out, T value) {
-  std::uint64_t bits;
-  if constexpr (sizeof value == 8)
-    bits = std::bit_cast<std::uint64_t>(value);
-  else
-    bits = std::bit_cast<std::uint32_t>(value);
-  for (int shift = int(sizeof value) * 8 - 8; shift >= 0; shift -= 8) out += char(bits >> shift);
-}
-
-using Surface = std::function<double(double lon, double lat)>;
-
-/// A grid as PROJ reads it: nodes every half degree, 6..10 east, 45..48 north.
-std::string write_gtx(const std::string& path, const Surface& n) {
-  std::string bytes;
-  for (const double number : {45.0, 6.0, 0.5, 0.5}) put_big(bytes, number);
-  put_big(bytes, std::int32_t(7)), put_big(bytes, std::int32_t(9));
-  for (int r = 0; r < 7; ++r)
-    for (int c = 0; c < 9; ++c) put_big(bytes, float(n(6 + 0.5 * c, 45 + 0.5 * r)));
-  std::ofstream(path, std::ios::binary) << bytes;
-  return path;
-}
+using Surface = test::GeoidHeights;
+using test::put_big;
+using test::write_gtx;
 
 /// A grid as GeographicLib reads it: nodes every 10 degrees of the globe, in steps of 1 cm.
 std::string write_pgm(const std::string& path, const Surface& n) {
@@ -250,6 +232,41 @@ TEST_F(Datums, GridsThatAreNone) {
     EXPECT_EQ(source.error().code, Errc::bad_data);
     EXPECT_THAT(source.error().what, HasSubstr(grid));
   }
+}
+
+/// A GeoTIFF of one value, 6..10 east, 45..48 north; `type`: what PROJ's grids say that they are.
+std::string write_tif(const std::string& path, double value, const std::string& type = "") {
+  const std::string script =
+      "/usr/bin/python3 -c \"from osgeo import gdal, osr; s = osr.SpatialReference(); "
+      "s.ImportFromEPSG(4326); d = gdal.GetDriverByName('GTiff').Create('" +
+      path + "', 40, 30, 1, gdal.GDT_Float32); d.SetGeoTransform([6, 0.1, 0, 48, 0, -0.1]); " +
+      "d.SetProjection(s.ExportToWkt()); d.GetRasterBand(1).Fill(" + std::to_string(value) + "); " +
+      (type.empty() ? "" : "d.SetMetadataItem('TYPE', '" + type + "')") + "\"";
+  EXPECT_EQ(std::system(script.c_str()), 0);
+  return path;
+}
+
+TEST_F(Datums, ADemIsNoGeoid) {
+  const std::string path = dem();
+  const auto told = [&](const std::string& grid) {
+    const auto source = open(path, grid.c_str(), "ellipsoid");
+    EXPECT_EQ(source ? Errc::internal : source.error().code, Errc::bad_data);
+    return source ? "taken" : source.error().what;
+  };
+  EXPECT_THAT(told(write_gtx(folder_.file("h.gtx"), [](double lon, double) { return 50 * lon; })),
+              AllOf(HasSubstr("h.gtx"), HasSubstr("500"), HasSubstr("no geoid")));
+  EXPECT_THAT(told(write_tif(folder_.file("h.tif"), 900)),
+              AllOf(HasSubstr("h.tif"), HasSubstr("900"), HasSubstr("no geoid")));
+  EXPECT_THAT(told(write_tif(folder_.file("s.tif"), 3, "VERTICAL_OFFSET_VERTICAL_TO_VERTICAL")),
+              AllOf(HasSubstr("s.tif"), HasSubstr("VERTICAL_TO_VERTICAL")));
+  const auto none = [](double lon, double) { return lon > 9 ? -2147479936.0 : 7; };
+  EXPECT_TRUE(open(path, write_gtx(folder_.file("n.gtx"), none).c_str(), "ellipsoid"))
+      << "PROJ takes such values for nodata";
+  EXPECT_TRUE(open(path, write_tif(folder_.file("g.tif"), -106).c_str(), "ellipsoid"));
+  EXPECT_TRUE(open(
+      path, write_tif(folder_.file("o.tif"), 300, "VERTICAL_OFFSET_GEOGRAPHIC_TO_VERTICAL").c_str(),
+      "ellipsoid"))
+      << "of another body, say: it says what it is";
 }
 
 TEST_F(Datums, WhatTheFileSaysIsNotPassedOver) {

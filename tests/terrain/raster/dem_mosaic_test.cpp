@@ -404,6 +404,14 @@ TEST(Nodata, WhatLooksLikeItIsCountedOnceAndNotWhenItIsDeclared) {
   EXPECT_THAT(undeclared_nodata_text(*source),
               AllOf(HasSubstr("2 posts are -9999"), HasSubstr("--nodata -9999,-32768")));
 
+  // What was said already is part of what to say.
+  DemOptions options;
+  ASSERT_TRUE(set_nodata("none,-32768", options));
+  const auto half = grid_of(folder, posts, options);
+  ASSERT_TRUE(half->read(0, 0, 3, 2));
+  EXPECT_TRUE(undeclared_nodata_text(*half).ends_with("--nodata none,-32768,-9999"))
+      << undeclared_nodata_text(*half);
+
   const auto declared = grid_of(folder, posts, {}, "NODATA_value -9999\n");
   EXPECT_TRUE(std::isnan(declared->read(0, 0, 3, 2)->at(1, 0)));
   ASSERT_EQ(declared->undeclared_nodata().size(), 1u);

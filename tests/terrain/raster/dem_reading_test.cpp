@@ -331,13 +331,21 @@ TEST_F(DemReading, FoldersThatAreNoDems) {
 }
 
 TEST_F(DemReading, AListOfFiles) {
-  const std::string b = raw<std::int16_t>("b.bil", {1, 2, 3, 4, 5, 6}, kInt16);
+  const std::string b = raw<std::int16_t>("b.bil", {1, 2, 3, 4, 5, 6}, kInt16),
+                    c = raw<std::int16_t>("c.bil", {7, 8, 9, 10, 11, 12}, kInt16);
   const std::string list =
-      "@" + write("list.txt", "\xef\xbb\xbf# two lines\r\n\r\n  b.bil \n" + b + "\n");
+      "@" + write("list.txt", "\xef\xbb\xbf# two lines\r\n\r\n  c.bil \n" + b + "\n");
   const auto files = dem_files({&list, 1}, {});
   ASSERT_TRUE(files) << files.error().what;
-  EXPECT_THAT(files->files, ElementsAre(b, b));
-  EXPECT_THAT(heights(list), ElementsAre(1, 2, 3, 4, 5, 6));
+  EXPECT_THAT(files->files, ElementsAre(c, b));
+  EXPECT_TRUE(files->warnings.empty());
+  EXPECT_THAT(heights(list), ElementsAre(7, 8, 9, 10, 11, 12));
+  const std::string again = "@" + write("again.txt", "b.bil\nc.bil\n" + b + "\nb.bil\n");
+  const auto once = dem_files({&again, 1}, {});
+  ASSERT_TRUE(once) << once.error().what;
+  EXPECT_THAT(once->files, ElementsAre(b, c));  // where they overlap, the first one counts
+  EXPECT_EQ(once->warnings.size(), 1u);
+  EXPECT_THAT(heights(again), ElementsAre(1, 2, 3, 4, 5, 6));
   const auto code = [&](const std::string& text) {
     const std::string name = "@" + write("other.txt", text);
     const auto got = dem_files({&name, 1}, {});

@@ -3,8 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
+#include <limits>
 
+#include "terrain/base/file_io.h"
+#include "terrain/raster/raster_file.h"
 #include "tests/support/support.h"
 
 namespace tind {
@@ -22,6 +26,31 @@ TEST(DrapeImage, ReprojectsOntoThePostsAndStretchesWithoutACrs) {
   EXPECT_EQ(drape->colours.size(), std::size_t((*dem)->info().cols * (*dem)->info().rows));
   const auto [low, high] = std::ranges::minmax(drape->colours);
   EXPECT_NE(low, high);
+}
+
+TEST(DrapeImage, RefusesAPlaceThatIsNone) {
+  const auto dem = DemSource::open(std::vector<std::string>{test::testdata("rainier.tif")});
+  ASSERT_TRUE(dem) << dem.error().what;
+  const test::TempDir folder;
+  const auto at = [&](const Affine& place) {
+    DemInfo info = (*dem)->info();
+    info.cols = info.rows = 4;
+    info.post_to_crs = place;
+    const auto image =
+        encode_raster(RasterFormat::geotiff, info, {},
+                      [](int, int rows) -> Result<HeightGrid> { return HeightGrid(4, rows, .5f); });
+    EXPECT_TRUE(image && write_whole_file(folder.file("a.tif"), image->bytes));
+    return drape_image(folder.file("a.tif"), **dem);
+  };
+  const auto good = at({-122, .2, .01, 47, .01, -.2});
+  ASSERT_TRUE(good) << good.error().what;
+  EXPECT_TRUE(good->by_coordinates);
+  for (const double step : {.01, std::numeric_limits<double>::quiet_NaN(), HUGE_VAL}) {
+    const auto none = at({-122, step, .01, 47, .01, .01});  // 0.01: columns and rows are parallel
+    ASSERT_FALSE(none) << step;
+    EXPECT_EQ(none.error().code, Errc::bad_data) << none.error().what;
+    EXPECT_NE(none.error().what.find("singular"), std::string::npos) << none.error().what;
+  }
 }
 
 TEST(DrapeImage, SaysWhatIsWrong) {

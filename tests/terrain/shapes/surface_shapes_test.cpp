@@ -45,6 +45,15 @@ TEST(SurfaceShapes, level_is_the_median_of_own_heights_of_posts_or_of_the_outlin
   EXPECT_EQ((*made)->report().flattened, 3u);
 }
 
+TEST(SurfaceShapes, own_heights_that_are_none_of_the_earth_are_refused) {
+  for (const double height : {1e9, -1e38, 1e300}) {
+    const auto made = flatten(Shapes("high").polygon({square(1, 1, 1)}, height), slope());
+    ASSERT_FALSE(made);
+    EXPECT_EQ(made.error().code, Errc::invalid_argument);
+    EXPECT_NE(made.error().what.find("none of the earth"), std::string::npos) << made.error().what;
+  }
+}
+
 TEST(SurfaceShapes, polygons_that_touch_or_lie_in_one_another_share_the_lowest_level) {
   const auto made = flatten(Shapes("touch")
                                 .polygon({square(1, 1, 1)}, 50.0)
@@ -104,6 +113,31 @@ TEST(SurfaceShapes, an_outline_that_folds_onto_itself_floods_nothing_else) {
                                                                     : 0)
           << lon << " " << lat;
     }
+}
+
+TEST(SurfaceShapes, levels_far_from_the_ground_around_them_are_doubted) {
+  const auto far = flatten(
+      Shapes("far").polygon({square(1, 1, 1)}, 60.0).polygon({square(3, 3, 0.5)}, 131.0), slope());
+  ASSERT_TRUE(far) << far.error().what;
+  ASSERT_EQ((*far)->report().warnings.size(), 1u);
+  EXPECT_NE((*far)->report().warnings[0].find("1 of 2 polygons"), std::string::npos)
+      << (*far)->report().warnings[0];
+  EXPECT_NE((*far)->report().warnings[0].find("m below it at"), std::string::npos);
+  EXPECT_EQ((*far)->report().warnings[0].find("exactly 0"), std::string::npos);
+  const auto zero = flatten(Shapes("zero")
+                                .polygon({square(1, 1, 1)}, 0.0)
+                                .polygon({square(3, 1, 0.5)}, 60.0)
+                                .polygon({square(3, 3, 0.5)}, 131.0),
+                            slope());
+  ASSERT_TRUE(zero) << zero.error().what;
+  ASSERT_EQ((*zero)->report().warnings.size(), 1u);
+  for (const char* words :
+       {"2 of 3 polygons", "1 of these is exactly 0", "Shapefiles hold", "--line-heights dem"})
+    EXPECT_NE((*zero)->report().warnings[0].find(words), std::string::npos)
+        << (*zero)->report().warnings[0];
+  const auto near = flatten(Shapes("near").polygon({square(1, 1, 1)}, 110.0), slope());
+  ASSERT_TRUE(near) << near.error().what;
+  EXPECT_TRUE((*near)->report().warnings.empty());
 }
 
 TEST(SurfaceShapes, posts_in_polygons_are_level_and_voids_stay) {

@@ -2,6 +2,8 @@
 
 #include <cmath>
 #include <random>
+#include <set>
+#include <string>
 #include <vector>
 
 #include "terrain/surface/height_field.h"
@@ -9,6 +11,7 @@
 #include "terrain/surface/surface.h"
 #include "terrain/surface/tile_posts.h"
 #include "tests/support/made_up_source.h"
+#include "tests/support/support.h"
 
 namespace tind {
 namespace {
@@ -68,6 +71,31 @@ TEST(Layers, valid_posts_of_a_higher_layer_keep_their_heights) {
   }
   EXPECT_GT(valid, 5000u);
   ASSERT_FALSE(field.error());
+}
+
+// What caches, ETags and records of builds tell two surfaces apart by.
+TEST(Layers, fingerprint_changes_with_all_that_makes_the_heights) {
+  const std::vector<LayerSpec> two = {{"low", {test::testdata("rainier.tif")}},
+                                      {"high", {test::testdata("desert.asc")}}};
+  const auto print = [](std::vector<LayerSpec> layers, SurfaceOptions options = {}) {
+    const auto surface = open_surface(layers, options);
+    EXPECT_TRUE(surface) << surface.error().what;
+    return surface ? surface->info().fingerprint : std::string();
+  };
+  std::vector<std::string> prints = {print(two), print({two[1], two[0]})};
+  EXPECT_EQ(print(two), prints[0]);
+  prints.push_back(print(two, {.dem = {}, .blend_m = 200}));
+  prints.push_back(print(two, {.dem = {}, .blends_m = {{"high", 100}}}));
+  prints.push_back(print(two, {.dem = {}, .blends_m = {{"high", 0}}}));
+  prints.push_back(print(two, {.dem = {}, .max_errors_m = {{"low", 30}}}));
+  auto other = two;
+  other[1].dem = DemOptions{};
+  other[1].dem->nodata = {1000};
+  prints.push_back(print(other));
+  prints.push_back(print({two[0]}));
+  prints.push_back(print({two[0], two[1], {"again", {test::testdata("bigtujunga_crop.tif")}}}));
+  const std::set<std::string> different(prints.begin(), prints.end());
+  EXPECT_EQ(different.size(), prints.size()) << testing::PrintToString(prints);
 }
 
 /// Steps of 1e-6 degrees along lines across rims and voids: no jump that is not a slope.

@@ -6,11 +6,13 @@
 
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <set>
 
 #include "terrain/base/file_io.h"
 #include "terrain/encode/quantized_mesh_tile.h"
 #include "terrain/pyramid/make/dem_tiles.h"
+#include "terrain/store/folder/folder_lock.h"
 #include "terrain/tiles3d/tileset.h"
 #include "tests/support/made_up_source.h"
 
@@ -42,7 +44,7 @@ class Folder : public ::testing::Test {
 };
 
 TEST_F(Folder, HoldsTheBytesOfOnDemandAndNothingElse) {
-  const auto report = write_tileset(*tiles_, folder_, 2);
+  const auto report = write_tileset(*tiles_, folder_, {.threads = 2});
   ASSERT_TRUE(report) << report.error().what;
   const Source source{*tiles_,
                       [&](TileId id) { return decode_tile(id, tiles_->tile(id, {})->bytes); }};
@@ -54,7 +56,9 @@ TEST_F(Folder, HoldsTheBytesOfOnDemandAndNothingElse) {
     int z = 0, x = 0, y = 0;
     char suffix[16] = "";
     if (std::sscanf(name.c_str(), "%*4s/%d/%d/%d.%15s", &z, &x, &y, suffix) != 4) {
-      EXPECT_TRUE(name == "tileset.json" || name == "tind-3dtiles.json") << name;
+      EXPECT_TRUE(name == "tileset.json" || name == "tind-3dtiles.json" ||
+                  name == "tind-3dtiles-done")
+          << name;
       continue;
     }
     const auto id = tile_at(name.substr(0, 4), z, x, y);
@@ -67,6 +71,19 @@ TEST_F(Folder, HoldsTheBytesOfOnDemandAndNothingElse) {
   EXPECT_EQ(report->contents, contents);
   EXPECT_EQ(report->subtrees, subtrees);
   EXPECT_GT(contents, 25u);
+}
+
+TEST_F(Folder, OfCompressedContentsHasThoseOfOnDemandToo) {
+  const auto report = write_tileset(*tiles_, folder_, {.compression = GlbCompression::meshopt});
+  ASSERT_TRUE(report) << report.error().what;
+  const Source source{*tiles_,
+                      [&](TileId id) { return decode_tile(id, tiles_->tile(id, {})->bytes); },
+                      GlbCompression::meshopt};
+  for (const TileId id : {TileId{0, 0, 0}, TileId{0, 1, 0}}) {
+    const auto bytes = read_whole_file(folder_ + "/" + path_of(id) + ".glb");
+    ASSERT_TRUE(bytes);
+    EXPECT_EQ(*content(source, id), std::vector<std::uint8_t>(bytes->begin(), bytes->end()));
+  }
 }
 
 TEST_F(Folder, IsLeftAsItIsWhereItIsOfTheseTiles) {
@@ -87,7 +104,7 @@ TEST_F(Folder, OfOtherTilesIsReplacedWithoutARest) {
   const auto report = write_tileset(*others, folder_);
   ASSERT_TRUE(report) << report.error().what;
   EXPECT_FALSE(report->there);
-  EXPECT_EQ(files().size(), report->contents + report->subtrees + 2);
+  EXPECT_EQ(files().size(), report->contents + report->subtrees + 3);
   EXPECT_NE(files(), before);
 }
 
@@ -99,7 +116,7 @@ TEST_F(Folder, AStoppedRunLeavesNoTileset) {
   Progress progress;
   progress.stop = stop.get_token();
   progress.report = [&](double) { stop.request_stop(); };
-  const auto stopped = write_tileset(*others, folder_, 1, progress);
+  const auto stopped = write_tileset(*others, folder_, {.threads = 1}, progress);
   ASSERT_FALSE(stopped);
   EXPECT_EQ(stopped.error().code, Errc::cancelled);
   EXPECT_FALSE(files().contains("tileset.json"));
@@ -107,6 +124,106 @@ TEST_F(Folder, AStoppedRunLeavesNoTileset) {
   ASSERT_TRUE(again);
   EXPECT_FALSE(again->there);
   EXPECT_TRUE(files().contains("tileset.json"));
+}
+
+/// The bytes of every file of a tileset, by name.
+std::map<std::string, std::string> tileset_in(const std::string& folder) {
+  std::map<std::string, std::string> all;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    if (entry.is_regular_file() && !entry.path().filename().string().starts_with("tind-"))
+      all[entry.path().lexically_relative(folder).string()] =
+          *read_whole_file(entry.path().string());
+  return all;
+}
+
+TEST_F(Folder, ARunThatWasStoppedGoesOnWhereItWas) {
+  const std::string whole = dir_.file("whole");
+  const auto all = write_tileset(*tiles_, whole);
+  ASSERT_TRUE(all);
+  std::uint64_t done = 0, runs = 0;
+  for (;; ++runs) {
+    ASSERT_LT(runs, 100u);
+    std::stop_source stop;
+    Progress progress;
+    progress.stop = stop.get_token();
+    progress.report = [&](double) { stop.request_stop(); };
+    const auto run = write_tileset(*tiles_, folder_, {.threads = 1, .batch = 1}, progress);
+    if (run) {
+      EXPECT_EQ(run->kept_subtrees, done);
+      break;
+    }
+    ASSERT_EQ(run.error().code, Errc::cancelled) << run.error().what;
+    EXPECT_FALSE(files().contains("tileset.json"));
+    ++done;  // a run makes one subtree, and never one that is done
+  }
+  EXPECT_GE(runs, 3u);
+  EXPECT_GE(done + 1, all->subtrees);
+  EXPECT_LE(done, all->subtrees);
+  EXPECT_EQ(tileset_in(folder_), tileset_in(whole));
+}
+
+TEST_F(Folder, WhatIsDoneOfOtherTilesIsNotTakenForDone) {
+  std::stop_source stop;
+  Progress progress;
+  progress.stop = stop.get_token();
+  progress.report = [&](double) { stop.request_stop(); };
+  ASSERT_FALSE(write_tileset(*tiles_, folder_, {.threads = 1, .batch = 1}, progress));
+  const test::MadeUpSource other(test::rough_terrain(120, 100, 6), {7.1, 45.9}, 4e-4);
+  const auto others = open(other);
+  const auto report = write_tileset(*others, folder_);
+  ASSERT_TRUE(report) << report.error().what;
+  EXPECT_EQ(report->kept_subtrees, 0u);
+  const std::string whole = dir_.file("whole");
+  ASSERT_TRUE(write_tileset(*others, whole));
+  EXPECT_EQ(tileset_in(folder_), tileset_in(whole));
+}
+
+TEST_F(Folder, OneRunAtATime) {
+  ASSERT_TRUE(write_tileset(*tiles_, folder_));
+  const auto before = tileset_in(folder_);
+  const test::MadeUpSource other(test::rough_terrain(60, 60, 5), {-7.1, 45.9}, 4e-4);
+  const auto others = open(other);
+  {
+    const auto held = FolderLock::take(folder_);
+    ASSERT_TRUE(held);
+    const auto refused = write_tileset(*others, folder_);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, Errc::busy);
+    EXPECT_EQ(tileset_in(folder_), before);
+  }
+  EXPECT_TRUE(write_tileset(*others, folder_));
+}
+
+TEST_F(Folder, AKilledRunLeavesNothingInTheWayOfTheNext) {
+  fs::create_directories(folder_ + "/");
+  auto lock = FolderLock::take(folder_);
+  ASSERT_TRUE(lock);
+  lock->leave_behind();
+  std::ofstream(folder_ + "/tind-3dtiles.json.part") << "{";
+  { const auto gone = std::move(*lock); }
+  const auto report = write_tileset(*tiles_, folder_);
+  ASSERT_TRUE(report) << report.error().what;
+  EXPECT_FALSE(files().contains("tind-lock"));
+  EXPECT_FALSE(files().contains("tind-3dtiles.json.part"));
+}
+
+TEST_F(Folder, FilesOfOthersInItStay) {
+  ASSERT_TRUE(write_tileset(*tiles_, folder_));
+  std::ofstream(folder_ + "/index.html") << "mine";
+  std::ofstream(folder_ + "/west/notes.txt") << "mine, too";
+  const test::MadeUpSource other(test::rough_terrain(60, 60, 5), {-7.1, 45.9}, 4e-4);
+  ASSERT_TRUE(write_tileset(*open(other), folder_));
+  EXPECT_EQ(*read_whole_file(folder_ + "/index.html"), "mine");
+  EXPECT_EQ(*read_whole_file(folder_ + "/west/notes.txt"), "mine, too");
+}
+
+TEST_F(Folder, OfAnotherCompressionIsRefused) {
+  ASSERT_TRUE(write_tileset(*tiles_, folder_));
+  const auto before = tileset_in(folder_);
+  const auto refused = write_tileset(*tiles_, folder_, {.compression = GlbCompression::meshopt});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, Errc::invalid_argument);
+  EXPECT_EQ(tileset_in(folder_), before);
 }
 
 TEST_F(Folder, OfSomebodyElseIsNotTouched) {
@@ -121,7 +238,7 @@ TEST_F(Folder, OfSomebodyElseIsNotTouched) {
 
 TEST_F(Folder, ATileThatCannotBeMadeIsTheResult) {
   source_.reads_left = 3;
-  const auto failed = write_tileset(*tiles_, folder_, 1);
+  const auto failed = write_tileset(*tiles_, folder_, {.threads = 1});
   ASSERT_FALSE(failed);
   EXPECT_EQ(failed.error().code, Errc::io);
   EXPECT_FALSE(files().contains("tileset.json"));

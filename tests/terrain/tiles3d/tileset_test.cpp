@@ -17,6 +17,7 @@
 #include "terrain/tile/border.h"
 #include "terrain/tile/culling.h"
 #include "terrain/tiles3d/tile3d.h"
+#include "tests/support/drawn_glb.h"
 #include "tests/support/made_up_source.h"
 
 namespace tind::tiles3d {
@@ -33,34 +34,11 @@ struct Drawn {
 };
 
 std::vector<Drawn> decode_content(const Bytes& bytes) {
-  ByteReader in(bytes);
-  in.get_bytes(12);
-  const auto size = in.get<std::uint32_t>();
-  in.get_bytes(4);
-  const Json gltf = Json::parse(in.get_text(size));
-  in.get_bytes(8);
-  const std::size_t numbers = in.at();
-  const auto at = [&](const Json& accessor) {
-    const Json& view = gltf["bufferViews"][accessor["bufferView"].get<std::size_t>()];
-    ByteReader values(bytes);
-    values.get_bytes(numbers + view["byteOffset"].get<std::size_t>());
-    return values;
-  };
-  const auto m = gltf["nodes"][0]["matrix"].get<std::vector<double>>();
   std::vector<Drawn> drawn;
-  for (const Json& primitive : gltf["meshes"][0]["primitives"]) {
-    Drawn part{{}, {}, primitive};
-    const Json& places = gltf["accessors"][primitive["attributes"]["POSITION"].get<std::size_t>()];
-    ByteReader floats = at(places);
-    for (std::size_t i = 0; i < places["count"].get<std::size_t>(); ++i) {
-      const Vec3 v{floats.get<float>(), floats.get<float>(), floats.get<float>()};
-      part.vertices.push_back({m[12] + v.x, -m[14] + v.y, m[13] + v.z});
-    }
-    const Json& accessor = gltf["accessors"][primitive["indices"].get<std::size_t>()];
-    ByteReader shorts = at(accessor);
-    for (std::size_t i = 0; i < accessor["count"].get<std::size_t>(); ++i)
-      part.indices.push_back(shorts.get<std::uint16_t>());
-    drawn.push_back(std::move(part));
+  for (const test::DrawnPart& part : test::read_glb(bytes).parts) {
+    drawn.push_back({part.vertices, {}, part.json});
+    for (const auto& t : part.triangles)
+      drawn.back().indices.insert(drawn.back().indices.end(), t.begin(), t.end());
   }
   return drawn;
 }
@@ -138,7 +116,24 @@ DecodedSubtree decode_subtree(const Bytes& bytes, TileId root) {
   return tree;
 }
 
-class Pyramid : public ::testing::Test {
+/// Of every tile that can be come to from the roots.
+std::map<TileId, proto::Tile3d> facts_of_all(const Source& source) {
+  std::map<TileId, proto::Tile3d> all;
+  std::vector<TileId> roots = {{0, 0, 0}, {0, 1, 0}};
+  while (!roots.empty()) {
+    const TileId root = roots.back();
+    roots.pop_back();
+    const auto made = subtree(source, root);
+    EXPECT_TRUE(made) << made.error().what;
+    const DecodedSubtree tree = decode_subtree(*made, root);
+    all.insert(tree.tiles.begin(), tree.tiles.end());
+    roots.insert(roots.end(), tree.children.begin(), tree.children.end());
+  }
+  return all;
+}
+
+/// Each test with contents as they are, and compressed.
+class Pyramid : public ::testing::TestWithParam<GlbCompression> {
  protected:
   Pyramid() {
     TileSetOptions options;
@@ -160,42 +155,28 @@ class Pyramid : public ::testing::Test {
   }
 
   Source source() const {
-    return {*tiles_, [this](TileId id) -> Result<TileModel> { return models_.at(id); }};
+    return {*tiles_, [this](TileId id) -> Result<TileModel> { return models_.at(id); }, GetParam()};
   }
   std::vector<Drawn> drawn(TileId id) const {
     const auto made = content(source(), id);
     EXPECT_TRUE(made);
     return decode_content(*made);
   }
-  /// Every subtree that can be come to from the roots.
-  std::map<TileId, proto::Tile3d> facts_of_all() const {
-    std::map<TileId, proto::Tile3d> all;
-    std::vector<TileId> roots = {{0, 0, 0}, {0, 1, 0}};
-    while (!roots.empty()) {
-      const TileId root = roots.back();
-      roots.pop_back();
-      const auto made = subtree(source(), root);
-      EXPECT_TRUE(made) << made.error().what;
-      const DecodedSubtree tree = decode_subtree(*made, root);
-      all.insert(tree.tiles.begin(), tree.tiles.end());
-      roots.insert(roots.end(), tree.children.begin(), tree.children.end());
-    }
-    return all;
-  }
+  std::map<TileId, proto::Tile3d> facts_of_all() const { return tiles3d::facts_of_all(source()); }
 
   test::MadeUpSource source_{test::rough_terrain(260, 200, 3), {7.1, 45.9}, 4e-4};
   std::unique_ptr<DemTiles> tiles_;
   std::map<TileId, TileModel> models_;
 };
 
-TEST_F(Pyramid, SubtreesNameEveryTileAndNoOther) {
+TEST_P(Pyramid, SubtreesNameEveryTileAndNoOther) {
   const auto all = facts_of_all();
   ASSERT_GT(models_.size(), 40u);
   ASSERT_EQ(all.size(), models_.size());
   for (const auto& [id, says] : all) EXPECT_TRUE(models_.contains(id)) << id.text();
 }
 
-TEST_F(Pyramid, WhatASubtreeSaysOfATileHoldsForAllThatIsDrawnBelow) {
+TEST_P(Pyramid, WhatASubtreeSaysOfATileHoldsForAllThatIsDrawnBelow) {
   const auto all = facts_of_all();
   for (const auto& [id, model] : models_) {
     std::vector<Vec3> places;
@@ -217,7 +198,7 @@ TEST_F(Pyramid, WhatASubtreeSaysOfATileHoldsForAllThatIsDrawnBelow) {
   }
 }
 
-TEST_F(Pyramid, AnOcclusionPointHidesNoTileBelowItThatCouldBeSeen) {
+TEST_P(Pyramid, AnOcclusionPointHidesNoTileBelowItThatCouldBeSeen) {
   const auto all = facts_of_all();
   int looked = 0, hidden = 0;
   for (const auto& [id, says] : all) {
@@ -245,7 +226,7 @@ TEST_F(Pyramid, AnOcclusionPointHidesNoTileBelowItThatCouldBeSeen) {
   EXPECT_GT(hidden, 20);
 }
 
-TEST_F(Pyramid, NeighboursMeetToTheBitAsAClientDecodesThem) {
+TEST_P(Pyramid, NeighboursMeetToTheBitAsAClientDecodesThem) {
   std::map<TileId, std::vector<Vec3>> east, west, north, south;
   for (const auto& [id, model] : models_) {
     const Drawn surface = drawn(id)[0];
@@ -310,7 +291,7 @@ double height_at(const std::map<double, double>& line, double t) {
   return before->second + share * (after->second - before->second);
 }
 
-TEST_F(Pyramid, WallsHideEveryStepBetweenALevelAndTheNext) {
+TEST_P(Pyramid, WallsHideEveryStepBetweenALevelAndTheNext) {
   std::size_t sides = 0;
   double used = 0;
   for (const auto& [id, model] : models_) {
@@ -341,7 +322,7 @@ TEST_F(Pyramid, WallsHideEveryStepBetweenALevelAndTheNext) {
   EXPECT_GT(used, 0.3) << "deeper than any step needs";
 }
 
-TEST_F(Pyramid, WallsHangFromTheBorderAndLookOutwards) {
+TEST_P(Pyramid, WallsHangFromTheBorderAndLookOutwards) {
   for (const auto& [id, model] : models_) {
     const auto parts = drawn(id);
     const Drawn& wall = parts[1];
@@ -359,14 +340,14 @@ TEST_F(Pyramid, WallsHangFromTheBorderAndLookOutwards) {
       const Vec3 &top = wall.vertices[wall.indices[k]], &foot = wall.vertices[wall.indices[k + 1]],
                  &next = wall.vertices[wall.indices[k + 2]];
       EXPECT_TRUE(surface.contains({top.x, top.y, top.z})) << id.text();
-      EXPECT_NEAR(length(top - foot), depth, 2 * glb_lattice(id.level)) << id.text();
+      EXPECT_NEAR(length(top - foot), depth, 2 * glb_lattice(id.level, GetParam())) << id.text();
       if (id.level <= 4) continue;  // as wide as the earth is round
       EXPECT_GT(dot(cross(foot - top, next - top), top - middle), 0) << id.text();
     }
   }
 }
 
-TEST_F(Pyramid, TilesetJsonLeadsToBothHemispheres) {
+TEST_P(Pyramid, TilesetJsonLeadsToBothHemispheres) {
   const auto text = tileset_json(source());
   ASSERT_TRUE(text) << text.error().what;
   const Json json = Json::parse(*text);
@@ -385,6 +366,133 @@ TEST_F(Pyramid, TilesetJsonLeadsToBothHemispheres) {
     EXPECT_GE(child["boundingVolume"]["region"][5], all.at({0, 1, 0}).max_height - 1e-2);
   }
 }
+
+TEST_P(Pyramid, NoPostIsFartherFromAContentAsItIsDrawnThanItStates) {
+  std::map<int, int> posts;  // by level
+  double used = 0;
+  for (const auto& [id, model] : models_) {
+    const test::DrawnGlb glb = test::read_glb(*content(source(), id));
+    const test::DrawnError error = test::drawn_error(glb.parts[0], source_, tiling::rect(id));
+    const double stated = glb.extras["max_error_m"];
+    EXPECT_LE(error.worst_m, stated) << id.text();
+    posts[id.level] += error.posts;
+    used = std::max(used, error.worst_m / stated);
+  }
+  const int there = source_.grid().cols() * source_.grid().rows();
+  for (const auto& [level, count] : posts)  // the tiles of a level have nearly all of them
+    EXPECT_GT(count, level < 6 ? there / 2 : there * 49 / 50) << level;
+  EXPECT_GT(used, 0.8) << "what is stated is far from what is";
+}
+
+/// Deep levels only where fine layers are: many rectangles.
+TEST(Tiles3d, SubtreesOfLayersNameTheTilesOfEveryRectangleAndNoOther) {
+  const auto layer = [](int posts, unsigned seed, Geographic corner, double spacing) {
+    return std::make_shared<test::MadeUpSource>(test::rough_terrain(posts, posts, seed), corner,
+                                                spacing);
+  };
+  const auto surface = Surface::of_layers({{"base", layer(40, 1, {9, 51}, 0.05)},
+                                           {"north", layer(30, 2, {9.3, 50.8}, 0.002)},
+                                           {"east", layer(30, 3, {10.7, 50.3}, 0.002)},
+                                           {"city", layer(30, 4, {9.6, 49.5}, 0.0005)}});
+  ASSERT_TRUE(surface) << surface.error().what;
+  TileSetOptions options;
+  options.effort = Effort::fast;
+  const auto tiles = open_dem_tiles(*surface, options);
+  ASSERT_TRUE(tiles) << tiles.error().what;
+  std::size_t rectangles = 0, there = 0;
+  std::set<TileId> wanted;
+  const auto& available = (*tiles)->layer().available;
+  for (std::size_t z = 0; z < available.size(); ++z) {
+    rectangles = std::max(rectangles, available[z].size());
+    for (const proto::TileRange& r : available[z])
+      for (auto x = r.start_x; x <= r.end_x; ++x)
+        for (auto y = r.start_y; y <= r.end_y; ++y, ++there)
+          wanted.insert({int(z), std::uint32_t(x), std::uint32_t(y)});
+  }
+  EXPECT_GE(rectangles, 3u);
+  EXPECT_EQ(wanted.size(), there) << "rectangles overlap";
+  const auto all = facts_of_all({**tiles, [&](TileId id) -> Result<TileModel> {
+                                   const auto made = (*tiles)->tile(id, {});
+                                   if (!made) return std::unexpected(made.error());
+                                   return decode_tile(id, made->bytes);
+                                 }});
+  std::set<TileId> named;
+  for (const auto& [id, says] : all) named.insert(id);
+  EXPECT_EQ(named, wanted);
+}
+
+TEST(Tiles3d, CompressedContentsAreSmallAndOfTheSameTiles) {
+  const test::MadeUpSource source(test::rough_terrain(260, 200, 3), {7.1, 45.9}, 4e-4);
+  const auto tiles = open_dem_tiles(source, {});
+  ASSERT_TRUE(tiles);
+  std::size_t plain = 0, packed = 0, count = 0;
+  for (const TileId id : {TileId{0, 1, 0}, TileId{5, 33, 24}, TileId{9, 532, 386}}) {
+    if (!(*tiles)->available(id)) continue;
+    ++count;
+    const TileModel model = *decode_tile(id, (*tiles)->tile(id, {})->bytes);
+    const Bytes a = content(model, nullptr, GlbCompression::none);
+    const Bytes b = content(model, nullptr, GlbCompression::meshopt);
+    plain += a.size(), packed += b.size();
+    const test::DrawnGlb in_a = test::read_glb(a), in_b = test::read_glb(b);
+    EXPECT_EQ(in_b.json["extensionsRequired"],
+              Json::array({"EXT_meshopt_compression", "KHR_mesh_quantization"}));
+    for (const std::size_t k : {0u, 1u}) {
+      ASSERT_EQ(in_a.parts[k].vertices.size(), in_b.parts[k].vertices.size());
+      ASSERT_EQ(in_a.parts[k].triangles.size(), in_b.parts[k].triangles.size());
+      for (std::size_t i = 0; i < in_a.parts[k].vertices.size(); ++i) {
+        const double moved = length(in_a.parts[k].vertices[i] - in_b.parts[k].vertices[i]);
+        const double most = glb_lattice(id.level, GlbCompression::meshopt);
+        EXPECT_TRUE(moved <= most || k == 1) << moved;  // walls hang as deep as these contents need
+        EXPECT_GT(dot(in_a.parts[k].normals[i], in_b.parts[k].normals[i]), 0.9998);  // 1.1 degrees
+      }
+    }
+    for (const char* side : {"left", "bottom", "right", "top"}) {
+      const auto edge = [&](const test::DrawnGlb& glb) {
+        return glb.indices(glb.parts[0].json["extensions"]["CESIUM_tile_edges"][side]);
+      };
+      EXPECT_EQ(edge(in_a), edge(in_b));
+    }
+  }
+  EXPECT_EQ(count, 3u);
+  EXPECT_LT(packed, plain / 2);
+}
+
+/// For CesiumJS's terrain, which takes the first node's matrix and fractions of 65535.
+TEST(Tiles3d, TheFirstNodeOfACompressedContentHoldsForFractions) {
+  const test::MadeUpSource source(test::rough_terrain(100, 100, 3), {7.1, 45.9}, 4e-4);
+  const auto tiles = open_dem_tiles(source, {});
+  const TileModel model = *decode_tile({8, 266, 193}, (*tiles)->tile({8, 266, 193}, {})->bytes);
+  const Json json = test::read_glb(content(model, nullptr, GlbCompression::meshopt)).json;
+  ASSERT_EQ(json["nodes"].size(), 2u);
+  EXPECT_EQ(json["scenes"][0]["nodes"], Json::array({1}));
+  const auto a = json["nodes"][0]["matrix"].get<std::vector<double>>();
+  const auto b = json["nodes"][1]["matrix"].get<std::vector<double>>();
+  for (std::size_t i = 0; i < 16; ++i) EXPECT_EQ(a[i], i < 12 ? b[i] * 65535 : b[i]) << i;
+}
+
+/// Heights that no place on earth has: on the lattice all the same.
+TEST(Tiles3d, ATileOfMoreReliefThanSixteenBitsIsLeftUncompressed) {
+  HeightGrid cliff = test::rough_terrain(60, 60, 3);
+  for (int row = 0; row < cliff.rows(); ++row)
+    for (int col = 30; col < cliff.cols(); ++col) cliff.at(col, row) += 60000;
+  const test::MadeUpSource source(cliff, {7.1, 45.9}, 4e-4);
+  const auto tiles = open_dem_tiles(source, {});
+  ASSERT_TRUE(tiles);
+  const int level = (*tiles)->layer().maxzoom;
+  const double side = tiling::tile_degrees(level);
+  const TileId id =
+      *tiling::tile(level, std::int64_t((7.112 + 180) / side), std::int64_t((45.888 + 90) / side));
+  const TileModel model = *decode_tile(id, (*tiles)->tile(id, {})->bytes);
+  const test::DrawnGlb glb = test::read_glb(content(model, nullptr, GlbCompression::meshopt));
+  EXPECT_FALSE(glb.json.contains("extensionsRequired"));
+  const double step = glb_lattice(level, GlbCompression::meshopt);
+  for (const Vec3& v : glb.parts[0].vertices)
+    for (const double x : {v.x, v.y, v.z}) EXPECT_EQ(std::fmod(x, step), 0) << x;
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, Pyramid,
+                         ::testing::Values(GlbCompression::none, GlbCompression::meshopt),
+                         [](const auto& of) { return name_of(of.param); });
 
 TEST(Tiles3d, PathsAreThoseOfTheHemisphere) {
   for (const TileId id : {TileId{0, 0, 0}, TileId{0, 1, 0}, TileId{4, 15, 3}, TileId{4, 16, 3}}) {

@@ -1,0 +1,62 @@
+#include "proto/csv.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+
+namespace tind::csv {
+namespace {
+
+std::string trimmed_lower(std::string text) {
+  std::erase_if(text, [](char c) { return c == ' ' || c == '\t'; });
+  for (char& c : text)
+    if (c >= 'A' && c <= 'Z') c = char(c + 32);
+  return text;
+}
+
+}  // namespace
+
+std::vector<std::string> fields_of(std::string_view line) {
+  std::vector<std::string> fields(1);
+  bool quoted = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const char c = line[i];
+    if (quoted && c == '"' && i + 1 < line.size() && line[i + 1] == '"')
+      fields.back() += '"', ++i;
+    else if (c == '"')
+      quoted = !quoted;
+    else if (c == ',' && !quoted)
+      fields.emplace_back();
+    else
+      fields.back() += c;
+  }
+  return fields;
+}
+
+std::optional<double> number(std::string_view field) {
+  const std::size_t begin = field.find_first_not_of(" \t");
+  if (begin == field.npos) return {};
+  field = field.substr(begin, field.find_last_not_of(" \t") + 1 - begin);
+  double value = 0;
+  const auto [stop, error] = std::from_chars(field.data(), field.data() + field.size(), value);
+  if (error != std::errc() || stop != field.data() + field.size() || !std::isfinite(value))
+    return {};
+  return value;
+}
+
+std::optional<PlaceColumns> PlaceColumns::in(std::string_view head) {
+  constexpr std::array kX = {"lon", "longitude", "lng", "long", "x", "easting", "e"};
+  constexpr std::array kY = {"lat", "latitude", "y", "northing", "n"};
+  const std::vector<std::string> names = fields_of(head);
+  const auto find = [&](const auto& known, std::size_t& column) {
+    for (column = 0; column < names.size(); ++column)
+      if (std::ranges::find(known, trimmed_lower(names[column])) != known.end()) return true;
+    return false;
+  };
+  PlaceColumns columns;
+  if (find(kX, columns.x) && find(kY, columns.y)) return columns;
+  return {};
+}
+
+}  // namespace tind::csv

@@ -1,0 +1,27 @@
+#pragma once
+// Lines of CSV [RFC4180] that say where something is.
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tind::csv {
+
+/// The fields of a line; of quoted ones what stands between the quotes.
+std::vector<std::string> fields_of(std::string_view line);
+
+/// A finite number, with blanks around it; nothing: it is none.
+std::optional<double> number(std::string_view field);
+
+/// In which columns x and y are: lon and lat, longitude and latitude, x and y, easting and
+/// northing, in any case.
+struct PlaceColumns {
+  std::size_t x = 0, y = 0;
+
+  /// By a head line; nothing where it names no two of them.
+  static std::optional<PlaceColumns> in(std::string_view head);
+};
+inline constexpr const char* kPlaceColumns = "lon and lat (or x and y, easting and northing)";
+
+}  // namespace tind::csv

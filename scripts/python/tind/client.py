@@ -1,0 +1,144 @@
+"""A tind server, asked from Python."""
+from __future__ import annotations
+
+import concurrent.futures
+from typing import Any, Callable, Iterable, Iterator
+
+from tind.connection import Connection
+from tind.errors import TindError
+from tind.heights import Height, Heights, listed
+from tind.jobs import Job, Result
+from tind.processes import Processes
+
+_MOST_PLACES = 100_000  # in one request
+
+
+class Client(Processes):
+    """url        of the server, with the path in front of its own where a proxy has put one
+    key        where the server asks for one
+    timeout_s  how long one answer may be silent
+    retries    of requests that the server had no room for (503, 429), or whose answer broke off
+    """
+
+    def __init__(self, url: str = "http://127.0.0.1:8080", key: str | None = None,
+                 timeout_s: float = 60, retries: int = 5):
+        self._connection = Connection(url, key, timeout_s, retries)
+        self._outputs: dict[str, list[str]] = {}
+
+    # --- what there is ----------------------------------------------------------------------------
+
+    def datasets(self) -> list[dict[str, Any]]:
+        """All of them, with bounds, levels, datum and where their resources are."""
+        return self._connection.get("/datasets")["datasets"]
+
+    def dataset(self, name: str) -> dict[str, Any]:
+        for dataset in self.datasets():
+            if dataset["name"] == name:
+                return dataset
+        raise TindError(f"there is no dataset {name!r}", 404)
+
+    def methods(self) -> Any:
+        """The methods of simplification, with their options."""
+        return self._connection.get("/methods")
+
+    def processes(self) -> list[dict[str, Any]]:
+        return self._connection.get("/processes")["processes"]
+
+    def describe(self, process: str) -> dict[str, Any]:
+        """Its inputs with their JSON schemas, and its outputs."""
+        return self._connection.get(f"/processes/{process}")
+
+    # --- heights ----------------------------------------------------------------------------------
+
+    def elevation(self, dataset: str, lon: float, lat: float, *, datum: str | None = None,
+                  interpolation: str | None = None, level: int | None = None) -> Height:
+        """The height at a place. `level`: as a client sees it that draws this level of tiles."""
+        said = self._connection.get(f"/elevation/{dataset}",
+                                    {"lon": lon, "lat": lat, **_heights(datum, interpolation, level)})
+        return Height(said["height_m"], said["coverage"], said["datum"], said.get("max_error_m"), said)
+
+    def elevations(self, dataset: str, places: Any, *, crs: str | None = None,
+                   datum: str | None = None, interpolation: str | None = None,
+                   level: int | None = None) -> Heights:
+        """The heights at many places, however many.
+
+        places   pairs of longitude and latitude; an array of shape (n, 2); points of geopandas. With
+                 `crs` ("EPSG:2056") pairs in the order of that system's axes
+        """
+        pairs, said = listed(places)
+        query = {"crs": crs or said, **_heights(datum, interpolation, level)}
+        parts = [self._of_pairs(dataset, pairs[i:i + _MOST_PLACES], query)
+                 for i in range(0, max(1, len(pairs)), _MOST_PLACES)]
+        if len(parts) == 1:
+            return parts[0]
+        errors = [e for part in parts for e in part.max_error_m or []] if level is not None else None
+        return Heights([h for part in parts for h in part.height_m],
+                       [c for part in parts for c in part.coverage], parts[0].datum, errors)
+
+    def _of_pairs(self, dataset: str, pairs: Any, query: dict[str, Any]) -> Heights:
+        said = self._connection.post(f"/elevation/{dataset}", {"locations": pairs}, query)
+        return Heights(said["height_m"], said["coverage"], said["datum"], said.get("max_error_m"))
+
+    # --- tiles ------------------------------------------------------------------------------------
+
+    def tile(self, dataset: str, z: int, x: int, y: int, format: str = "terrain") -> bytes:
+        """One tile of EPSG:4326 with rows from the south: "terrain" (quantized-mesh) or "glb"."""
+        return self._connection.get_bytes(f"/terrain/{dataset}/{z}/{x}/{y}.{format}")
+
+    # --- work -------------------------------------------------------------------------------------
+
+    def submit(self, process: str, dataset: str, **inputs: Any) -> Job:
+        """Has it done as a job, and does not wait."""
+        outputs = self._outputs.get(process)
+        if outputs is None:
+            outputs = self._outputs[process] = list(self.describe(process)["outputs"])
+        said = {name: _json_of(value) for name, value in inputs.items() if value is not None}
+        job = self._connection.post(
+            f"/processes/{process}/execution",
+            {"inputs": {"dataset": dataset, **said}, "outputs": {name: {} for name in outputs},
+             "response": "document"},
+            headers={"Prefer": "respond-async"})
+        return Job(self._connection, job["jobID"])
+
+    def run(self, process: str, dem: str, *, timeout_s: float | None = None,
+            progress: Callable[[float, str], None] | None = None, **inputs: Any) -> Result:
+        """Has it done, and waits. Who is interrupted has the job dismissed."""
+        job = self.submit(process, dem, **inputs)
+        try:
+            return job.wait(timeout_s, progress)
+        except (TimeoutError, KeyboardInterrupt):
+            job.dismiss()
+            raise
+
+    def run_all(self, process: str, orders: Iterable[tuple[str, dict[str, Any]]],
+                at_a_time: int = 4) -> Iterator[tuple[int, Result | TindError]]:
+        """Many of one process: orders are (dataset, inputs). Each result, or why there is none, as
+        it comes, with the number of its order."""
+        with concurrent.futures.ThreadPoolExecutor(at_a_time) as pool:
+            waiting = {pool.submit(self.run, process, dataset, **inputs): i
+                       for i, (dataset, inputs) in enumerate(orders)}
+            for done in concurrent.futures.as_completed(waiting):
+                error = done.exception()
+                if error is not None and not isinstance(error, TindError):
+                    raise error
+                yield waiting[done], error if error is not None else done.result()
+
+    def job(self, job_id: str) -> Job:
+        """One that was submitted before."""
+        return Job(self._connection, job_id)
+
+    def jobs(self) -> list[dict[str, Any]]:
+        """Those of this address."""
+        return self._connection.get("/jobs")["jobs"]
+
+
+def _heights(datum: str | None, interpolation: str | None, level: int | None) -> dict[str, Any]:
+    return {"datum": datum, "interpolation": interpolation,
+            "surface": None if level is None else f"level={level}"}
+
+
+def _json_of(value: Any) -> Any:
+    """Tuples as lists, and what is a geometry (shapely, geopandas) as GeoJSON."""
+    if hasattr(value, "__geo_interface__"):
+        return value.__geo_interface__
+    return list(value) if isinstance(value, tuple) else value

@@ -1,0 +1,119 @@
+"""The program on this machine, asked as a server is."""
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import subprocess
+import tempfile
+from dataclasses import dataclass
+from typing import Any
+
+from tind.errors import TindError
+from tind.heights import Heights, listed
+from tind.jobs import LocalResult, Result
+from tind.processes import Processes
+
+
+@dataclass(frozen=True)
+class _Command:
+    """What a subcommand makes, and which of its options have other names than the inputs."""
+
+    output: str | None = "raster"  # None: a report alone
+    format: str = "tif"
+    report: bool = True
+    crs: str = "bounds-crs"
+    polygon: str = "boundary"
+
+
+_COMMANDS = {
+    "simplify": _Command("mesh", "ply"),
+    "contours": _Command("contours", "gpkg"),
+    "profile": _Command("profile", "csv", report=False, crs="places-crs"),
+    "line-of-sight": _Command(None, crs="places-crs"),
+    "viewshed": _Command("viewshed", crs="places-crs"),
+    "volume": _Command(None, polygon="area"),
+    "statistics": _Command("statistics", "csv", report=False, crs="places-crs"),
+    "difference": _Command("difference"),
+}
+_SHAPES = ("polygon", "breaklines", "flatten", "polygons")  # GeoJSON, which goes there as a file
+_PLACES = ("from", "to", "line", "plane")
+
+
+class Program(Processes):
+    """path: of the program, or its name where PATH leads to it."""
+
+    def __init__(self, path: str | os.PathLike[str] = "tind"):
+        self._path = os.fspath(path)
+
+    def run(self, process: str, dem: str | os.PathLike[str], *, timeout_s: float | None = None,
+            **inputs: Any) -> Result:
+        command = _COMMANDS.get(process, _Command())
+        folder = tempfile.mkdtemp(prefix="tind-")
+        file = f"{command.output or 'report'}.{inputs.pop('format', None) or command.format}"
+        result = LocalResult(command.output or "report", folder, file)  # the folder goes with it
+        words = [self._path, process, os.fspath(dem)]
+        words += [f"--output={os.path.join(folder, file)}"] if command.output else []
+        words += ["--json"] if command.report else []
+        if inputs.pop("unit", None) == "percent":
+            words.append("--percent")
+        for key, value in inputs.items():
+            if value is not None:
+                words += _option(command, key, value, folder)
+        report = _report_of(_run(words, timeout_s))
+        if command.output is None:
+            return Result("report", report)
+        result.report = report
+        return result
+
+    def elevations(self, dem: str | os.PathLike[str], places: Any, *, crs: str | None = None,
+                   interpolation: str | None = None, datum: str | None = None) -> Heights:
+        """The heights of a DEM at many places, as Client.elevations() has them; but of pairs in a
+        `crs` x (east) comes before y, as in tables."""
+        pairs, said = listed(places, east_first=True)
+        table = "x,y\n" + "".join(f"{x!r},{y!r}\n" for x, y in pairs)
+        words = [self._path, "elevation", os.fspath(dem), "--places=-"]
+        for flag, value in (("places-crs", crs or said), ("interpolation", interpolation),
+                            ("to-datum", datum)):
+            words += [f"--{flag}={value}"] if value else []
+        rows = list(csv.DictReader(io.StringIO(_run(words, None, table))))
+        return Heights([float(row["height_m"]) if row["height_m"] else None for row in rows],
+                       [row["coverage"] for row in rows], datum or self._datum(dem))
+
+    def _datum(self, dem: str | os.PathLike[str]) -> str:
+        return json.loads(_run([self._path, "info", os.fspath(dem), "--json"], None))["datum"]
+
+
+def _option(command: _Command, name: str, value: Any, folder: str) -> list[str]:
+    flag = {"bbox": "bounds", "crs": command.crs, "datum": "to-datum",
+            "polygon": command.polygon}.get(name, name.replace("_", "-"))
+    if name in _SHAPES:
+        path = os.path.join(folder, f"{name}.geojson")
+        with open(path, "w", encoding="utf-8") as file:
+            json.dump(getattr(value, "__geo_interface__", value), file)
+        return [f"--{flag}={path}"]
+    if isinstance(value, bool):
+        return [f"--{flag}"] if value else []
+    if name in _PLACES:
+        points = [value] if name in ("from", "to") else value
+        value = " ".join(",".join(map(repr, map(float, point))) for point in points)
+    elif isinstance(value, (list, tuple)):
+        value = ",".join(map(str, value))
+    return [f"--{flag}={value}"]
+
+
+def _run(words: list[str], timeout_s: float | None, given: str | None = None) -> str:
+    try:
+        done = subprocess.run(words, input=given, capture_output=True, text=True, timeout=timeout_s)
+    except FileNotFoundError as error:
+        raise TindError(f"there is no program {words[0]}: Program('/path/of/tind')") from error
+    if done.returncode != 0:
+        lines = [line for line in done.stderr.splitlines() if line.strip()]
+        raise TindError(lines[-1] if lines else f"{words[0]} ended with {done.returncode}",
+                        done.returncode)
+    return done.stdout
+
+
+def _report_of(text: str) -> dict[str, Any] | None:
+    return json.loads(text) if text.strip().startswith("{") else None

@@ -1,0 +1,143 @@
+#include "server/api/ogc/asked_crs.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+#include "terrain/geo/geodesic_path.h"
+#include "terrain/geo/longitude.h"
+#include "terrain/raster/dem_window.h"
+
+namespace tind::api::ogc {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+bool on_earth(const Geographic& p) { return std::abs(p.lon) <= 540 && std::abs(p.lat) <= 90; }
+
+}  // namespace
+
+Result<AskedCrs> AskedCrs::make(const std::string& name, const DatasetFacts& facts) {
+  AskedCrs made;
+  made.name_ = name;
+  if (name == "CRS84") return made;
+  const GeoRect& b = facts.box;
+  auto system =
+      CrsPoints::make(name, within_first_turn({(b.west + b.east) / 2, (b.south + b.north) / 2}));
+  if (!system) return std::unexpected(system.error());
+  made.system_ = std::move(*system);
+  return made;
+}
+
+std::string AskedCrs::wkt() const {
+  if (system_) return system_->wkt();
+  const auto same = CrsPoints::make("EPSG:4326", {});
+  return same ? (*same)->wkt() : std::string();
+}
+
+void AskedCrs::to_geographic(std::span<const Vec2> points, std::span<Geographic> out) const {
+  if (!system_) {
+    for (std::size_t i = 0; i < points.size(); ++i) out[i] = {points[i].x, points[i].y};
+  } else {
+    std::vector<Vec2> written(points.begin(), points.end());
+    if (!east_first())
+      for (Vec2& p : written) std::swap(p.x, p.y);
+    system_->to_geographic(written, out);
+  }
+  for (Geographic& p : out)
+    if (!on_earth(p)) p = {kNaN, kNaN};
+}
+
+std::vector<Geographic> AskedCrs::to_geographic(std::span<const Vec2> points) const {
+  std::vector<Geographic> out(points.size());
+  to_geographic(points, out);
+  return out;
+}
+
+void AskedCrs::from_geographic(std::span<const Geographic> places, std::span<Vec2> out) const {
+  if (!system_) {
+    for (std::size_t i = 0; i < places.size(); ++i) out[i] = {places[i].lon, places[i].lat};
+    return;
+  }
+  system_->from_geographic(places, out);
+  if (!east_first())
+    for (Vec2& p : out) std::swap(p.x, p.y);
+}
+
+Vec2 AskedCrs::point(std::array<double, 2> p) const {
+  return east_first() ? Vec2{p[0], p[1]} : Vec2{p[1], p[0]};
+}
+
+Result<CrsBox> AskedCrs::box(std::array<double, 4> b) const {
+  const Vec2 low = point({b[0], b[1]}), high = point({b[2], b[3]});
+  CrsBox box{low.x, low.y, high.x, high.y};
+  const bool degrees = name_ == "CRS84" || name_ == "EPSG:4326";
+  if (degrees && box.west > box.east) box.east += 360;
+  if (!(box.west < box.east) || !(box.south < box.north))
+    return fail(Errc::invalid_argument,
+                "must be the least of both axes, then the most, in the order of the axes of " +
+                    name_ + (east_first() ? " (east first)" : " (north first)"));
+  const bool whole = !degrees || (box.west >= -360 && box.east <= 540 && box.width() <= 360 &&
+                                  box.south >= -90 && box.north <= 90);
+  if (!whole) return fail(Errc::invalid_argument, "must be longitudes and latitudes, degrees");
+  return box;
+}
+
+Vec2 ground_m(const AskedCrs& crs, const CrsBox& box) {
+  constexpr double kShare = 1. / 1024;  // short enough to be straight
+  const double x = (box.west + box.east) / 2, y = (box.south + box.north) / 2;
+  const double dx = box.width() * kShare, dy = box.height() * kShare;
+  const std::vector<Vec2> points = {{x, y}, {x + dx, y}, {x, y + dy}};
+  const auto at = crs.to_geographic(points);
+  for (const Geographic& p : at)
+    if (std::isnan(p.lon) || std::isnan(p.lat)) return {};
+  const auto apart = [](const Geographic& a, const Geographic& b) {
+    const std::array ends = {a, b};
+    return GeodesicPath(ends).length_m();
+  };
+  return {apart(at[0], at[1]) / kShare, apart(at[0], at[2]) / kShare};
+}
+
+CrsBox with_posts_inside(const CrsBox& box, Vec2 ground, Vec2 spacing_m) {
+  const double x = box.width() / std::max(1., std::round(ground.x / spacing_m.x)) / 2;
+  const double y = box.height() / std::max(1., std::round(ground.y / spacing_m.y)) / 2;
+  return {box.west - x, box.south - y, box.east + x, box.north + y};
+}
+
+Result<CrsBox> box_of(const AskedCrs& crs, const DatasetFacts& facts) {
+  const GeoRect& b = facts.box;
+  if (crs.name() == "CRS84") return CrsBox{b.west, b.south, b.east, b.north};
+  const std::vector<Geographic> rim = outline_of(b);
+  std::vector<Vec2> points(rim.size());
+  crs.from_geographic(rim, points);
+  CrsBox box{HUGE_VAL, HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+  for (const Vec2& p : points)
+    if (std::isfinite(p.x) && std::isfinite(p.y))
+      box = {std::min(box.west, p.x), std::min(box.south, p.y), std::max(box.east, p.x),
+             std::max(box.north, p.y)};
+  if (!(box.west < box.east) || !(box.south < box.north))
+    return fail(Errc::invalid_argument, crs.name() + " has no places where this dataset lies");
+  return box;
+}
+
+std::optional<std::array<double, 4>> four_numbers(std::string_view text) {
+  std::vector<double> all;
+  while (all.size() < 7) {
+    while (text.starts_with(' ')) text.remove_prefix(1);
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || !std::isfinite(value)) return {};
+    all.push_back(value);
+    text.remove_prefix(std::size_t(end - text.data()));
+    if (text.empty()) break;
+    if (!text.starts_with(',')) return {};
+    text.remove_prefix(1);
+  }
+  if (!text.empty()) return {};
+  if (all.size() == 4) return std::array{all[0], all[1], all[2], all[3]};
+  if (all.size() == 6) return std::array{all[0], all[1], all[3], all[4]};
+  return {};
+}
+
+}  // namespace tind::api::ogc

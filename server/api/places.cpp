@@ -1,0 +1,265 @@
+#include "server/api/places.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "proto/csv.h"
+#include "proto/json_text.h"
+#include "server/api/accuracy_json.h"
+#include "terrain/surface/stated_accuracy.h"
+
+namespace tind::api {
+namespace {
+
+using Ordered = nlohmann::ordered_json;
+
+constexpr std::size_t kMostListValues = 3 * kMostPlaces + 2;  // pairs in a list in an object
+const std::string kTooMany = "must have at most " + std::to_string(kMostPlaces) + " places";
+
+template <class AnyJson>
+std::optional<Vec2> position(const AnyJson& json) {
+  if (!json.is_array() || json.size() < 2 || !json[0].is_number() || !json[1].is_number())
+    return {};
+  const Vec2 p{json[0].template get<double>(), json[1].template get<double>()};
+  if (!std::isfinite(p.x) || !std::isfinite(p.y)) return {};
+  return p;
+}
+
+/// {"locations": [[x, y], ...]}
+class PlaceList : public PlacesDocument {
+ public:
+  PlaceList(const Json& json, Problems& problems) { read_list(json, problems); }
+
+  bool east_first() const override { return false; }
+  std::string name_of(std::size_t i) const override {
+    return "locations[" + std::to_string(i) + "]";
+  }
+  std::string_view media_type() const override { return "application/json"; }
+
+  std::string with_heights(const HeightsMade& made) override {
+    Ordered json = about(made);
+    Ordered heights = Ordered::array(), coverage = Ordered::array();
+    for (const PlaceHeight& place : made.heights.places) {
+      heights.push_back(height_json(place.height));
+      coverage.push_back(word(place.height.coverage));
+    }
+    json["height_m"] = std::move(heights);
+    json["coverage"] = std::move(coverage);
+    if (made.question.level) {
+      for (const PlaceHeight& place : made.heights.places) {
+        json["tile"].push_back(place.tile ? Ordered(place.tile->text()) : Ordered(nullptr));
+        json["max_error_m"].push_back(place.max_error_m ? Ordered(*place.max_error_m)
+                                                        : Ordered(nullptr));
+      }
+    } else if (!made.dataset.source->only()) {
+      for (const PlaceHeight& place : made.heights.places)
+        json["layer"].push_back(place.height.coverage == Coverage::value
+                                    ? Ordered(made.dataset.source->layers()[place.layer].name)
+                                    : Ordered(nullptr));
+    }
+    return json::to_text(json) + "\n";
+  }
+
+ private:
+  void read_list(const Json& json, Problems& problems) {
+    Members members(json, "", problems);
+    const Json* const list = members.member("locations", Members::Need::must);
+    members.nothing_else();
+    if (!list) return;
+    if (!list->is_array() || list->empty())
+      return problems.add("locations", "must be a list of pairs of numbers");
+    if (list->size() > kMostPlaces) return problems.add("locations", kTooMany);
+    for (std::size_t i = 0; i < list->size(); ++i) {
+      const auto at = position((*list)[i]);
+      if (!at || (*list)[i].size() != 2)
+        problems.add(name_of(i), "must be a pair of numbers");
+      else
+        coordinates_.push_back(*at);
+    }
+  }
+};
+
+/// Any object of RFC 7946.
+class GeoJsonPlaces : public PlacesDocument {
+ public:
+  GeoJsonPlaces(Ordered json, Problems& problems) : json_(std::move(json)) {
+    each_position(json_, [&](Ordered& json_position) {
+      const auto at = position(json_position);
+      if (at && coordinates_.size() < kMostPlaces)
+        coordinates_.push_back(*at);
+      else if (!at)
+        bad_ = true;
+      else
+        many_ = true;
+    });
+    if (many_)
+      problems.add("coordinates", kTooMany);
+    else if (bad_ || coordinates_.empty())
+      problems.add("coordinates",
+                   "must be positions of GeoJSON: [lon, lat], or nested lists of them");
+  }
+
+  bool east_first() const override { return true; }
+  std::string name_of(std::size_t i) const override { return "position " + std::to_string(i + 1); }
+  std::string_view media_type() const override { return "application/geo+json"; }
+
+  std::string with_heights(const HeightsMade& made) override {
+    std::size_t next = 0;
+    each_position(json_, [&](Ordered& json_position) {
+      const HeightAt& height = made.heights.places[next++].height;
+      json_position.erase(json_position.begin() + 2, json_position.end());
+      if (height.coverage == Coverage::value) json_position.push_back(height.height_m);
+    });
+    json_["heights"] = about(made);
+    return json::to_text(json_) + "\n";
+  }
+
+ private:
+  Ordered json_;
+  bool bad_ = false, many_ = false;
+
+  template <class Visit>
+  static void each_of(Ordered& coordinates, const Visit& visit) {
+    const bool nested = coordinates.is_array() && !coordinates.empty() && coordinates[0].is_array();
+    if (!nested) return visit(coordinates);
+    for (Ordered& part : coordinates) each_of(part, visit);
+  }
+
+  /// Of a geometry, of all in a feature or collection.
+  template <class Visit>
+  static void each_position(Ordered& object, const Visit& visit) {
+    if (!object.is_object()) return;
+    if (const auto found = object.find("coordinates"); found != object.end())
+      if (!found->is_array() || !found->empty()) each_of(*found, visit);
+    if (const auto found = object.find("geometry"); found != object.end())
+      each_position(*found, visit);
+    for (const char* const list : {"features", "geometries"})
+      if (const auto found = object.find(list); found != object.end() && found->is_array())
+        for (Ordered& part : *found) each_position(part, visit);
+  }
+};
+
+/// Lines of a table; each with a place.
+class CsvPlaces : public PlacesDocument {
+ public:
+  CsvPlaces(std::string_view body, Problems& problems) { read_table(body, problems); }
+
+  bool east_first() const override { return true; }
+  std::string name_of(std::size_t i) const override {
+    return "line " + std::to_string(numbers_[i]);
+  }
+  std::string_view media_type() const override { return "text/csv"; }
+
+  std::string with_heights(const HeightsMade& made) override {
+    std::string text = std::string(head_) + ",height_m,coverage";
+    if (made.question.level) text += ",max_error_m";
+    text += '\n';
+    for (std::size_t i = 0; i < lines_.size(); ++i) {
+      const PlaceHeight& place = made.heights.places[i];
+      (text += lines_[i]) += ',';
+      if (place.height.coverage == Coverage::value) text += Ordered(place.height.height_m).dump();
+      (text += ',') += word(place.height.coverage);
+      if (made.question.level) {
+        text += ',';
+        if (place.max_error_m) text += Ordered(*place.max_error_m).dump();
+      }
+      text += '\n';
+    }
+    return text;
+  }
+
+ private:
+  std::string head_;  // a copy, as the lines: the body may be gone by then
+  std::vector<std::string> lines_;
+  std::vector<std::size_t> numbers_;  // of the lines, from 1
+  csv::PlaceColumns columns_;
+
+  void read_table(std::string_view body, Problems& problems) {
+    if (body.starts_with("\xef\xbb\xbf")) body.remove_prefix(3);
+    for (std::size_t number = 1; !body.empty(); ++number) {
+      const std::size_t end = std::min(body.find('\n'), body.size());
+      std::string_view line = body.substr(0, end);
+      body.remove_prefix(std::min(end + 1, body.size()));
+      if (line.ends_with('\r')) line.remove_suffix(1);
+      if (line.empty()) continue;
+      if (head_.empty()) {
+        head_ = line;
+        if (!find_columns(problems)) return;
+      } else if (coordinates_.size() == kMostPlaces) {
+        return problems.add("body", kTooMany);
+      } else {
+        read_line(line, number, problems);
+      }
+    }
+    if (problems.empty() && coordinates_.empty()) problems.add("body", "has no line with a place");
+  }
+
+  bool find_columns(Problems& problems) {
+    const auto found = csv::PlaceColumns::in(head_);
+    if (found)
+      columns_ = *found;
+    else
+      problems.add("body",
+                   std::string("its first line must name the columns ") + csv::kPlaceColumns);
+    return found.has_value();
+  }
+
+  void read_line(std::string_view line, std::size_t number_of_line, Problems& problems) {
+    const std::vector<std::string> fields = csv::fields_of(line);
+    const auto number = [&](std::size_t column) {
+      return column < fields.size() ? csv::number(fields[column]) : std::nullopt;
+    };
+    const auto x = number(columns_.x), y = number(columns_.y);
+    if (!x || !y)
+      return problems.add("line " + std::to_string(number_of_line), "has no two coordinates");
+    coordinates_.push_back({*x, *y});
+    lines_.emplace_back(line);
+    numbers_.push_back(number_of_line);
+  }
+};
+
+}  // namespace
+
+Ordered about(const HeightsMade& made) {
+  Ordered json = {{"source", made.dataset.name}, {"datum", made.heights.datum}};
+  if (made.question.level)
+    json["surface"] = "level=" + std::to_string(*made.question.level);
+  else
+    json["interpolation"] = name_of(made.question.interpolation);
+  const auto stated = made.question.level ? made.dataset.tiles->layer().accuracy
+                                          : stated_accuracy(*made.dataset.source);
+  if (!stated.empty()) json["accuracy"] = accuracies_json(stated);
+  return json;
+}
+
+std::expected<std::unique_ptr<PlacesDocument>, Problems> PlacesDocument::read(
+    std::string_view type, std::string_view body) {
+  Problems problems;
+  std::unique_ptr<PlacesDocument> read;
+  if (type == "text/csv") {
+    read = std::make_unique<CsvPlaces>(body, problems);
+  } else {
+    const std::size_t values = json::count_values(body);
+    auto json =
+        values > kMostValues ? Ordered(Ordered::value_t::discarded) : json::parse<Ordered>(body);
+    if (values > kMostValues)
+      problems.add("body", "must have at most " + std::to_string(kMostValues) + " JSON values");
+    else if (!json.is_object())
+      problems.add("body", json.is_discarded() ? "is not JSON" : "must be a JSON object");
+    else if (json.contains("type"))
+      read = std::make_unique<GeoJsonPlaces>(std::move(json), problems);
+    else if (values > kMostListValues)
+      problems.add("locations", kTooMany);
+    else
+      read = std::make_unique<PlaceList>(Json(json), problems);
+  }
+  if (!problems.empty()) return std::unexpected(std::move(problems));
+  return read;
+}
+
+}  // namespace tind::api

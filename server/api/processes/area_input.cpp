@@ -1,0 +1,218 @@
+#include "server/api/processes/area_input.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "server/api/crs_name.h"
+
+namespace tind::api {
+namespace {
+
+using Ordered = nlohmann::ordered_json;
+
+void read_crs(const Json* json, const std::string& name, std::string& crs, Problems& problems) {
+  if (!json) return;
+  const auto named = json->is_string() ? crs_named(json->get<std::string>()) : std::nullopt;
+  if (named)
+    crs = *named;
+  else
+    problems.add(name, "must be CRS84 or " + std::string(kCrsForm));
+}
+
+std::string bounds_of(const std::array<double, 4>& box) {
+  std::string text;
+  for (const double v : box) text += (text.empty() ? "" : ",") + Ordered(v).dump();
+  return text;
+}
+
+std::optional<std::array<double, 4>> box_of(const Json& json) {
+  if (!json.is_array() || json.size() != 4) return {};
+  std::array<double, 4> box{};
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (!json[i].is_number() || !std::isfinite(json[i].get<double>())) return {};
+    box[i] = json[i];
+  }
+  return box;
+}
+
+/// The positions of coordinates nested as deep as geometries have them.
+struct Positions {
+  std::size_t count = 0;
+  bool bad = false;
+  std::array<double, 4> box{HUGE_VAL, HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+
+  void take(const Json& coordinates, int depth) {
+    if (!coordinates.is_array() || depth > 4 || count > kMostPositions) {
+      bad = true;
+      return;
+    }
+    if (coordinates.size() >= 2 && coordinates[0].is_number() && coordinates[1].is_number()) {
+      const double x = coordinates[0], y = coordinates[1];
+      bad = bad || !std::isfinite(x) || !std::isfinite(y);
+      box = {std::min(box[0], x), std::min(box[1], y), std::max(box[2], x), std::max(box[3], y)};
+      ++count;
+      return;
+    }
+    for (const Json& part : coordinates) take(part, depth + 1);
+  }
+};
+
+/// A geometry, or that of a Feature; null: neither.
+const Json* geometry_of(const Json& json) {
+  if (!json.is_object()) return nullptr;
+  const auto type = json.find("type");
+  if (type == json.end() || !type->is_string()) return nullptr;
+  if (*type != "Feature") return json.contains("coordinates") ? &json : nullptr;
+  const auto geometry = json.find("geometry");
+  return geometry != json.end() && geometry->is_object() && geometry->contains("coordinates")
+             ? &*geometry
+             : nullptr;
+}
+
+/// Of one geometry, or of a collection of Features.
+std::vector<const Json*> geometries_of(const Json& json) {
+  std::vector<const Json*> all;
+  const auto features = json.is_object() ? json.find("features") : json.end();
+  if (json.is_object() && features != json.end() && features->is_array()) {
+    for (const Json& feature : *features) all.push_back(geometry_of(feature));
+    if (!all.empty()) return all;
+  }
+  all.push_back(geometry_of(json));
+  return all;
+}
+
+bool is_one_of(const Json& geometry, std::initializer_list<const char*> types) {
+  const auto type = geometry.find("type");
+  return type != geometry.end() && type->is_string() &&
+         std::ranges::any_of(types, [&](const char* t) { return *type == t; });
+}
+
+/// The geometries alone, in the CRS, as a file: nothing else of what was sent goes into one.
+std::string file_of(const std::vector<const Json*>& geometries, const std::string& crs) {
+  Ordered features = Ordered::array();
+  for (const Json* g : geometries)
+    features.push_back(
+        {{"type", "Feature"},
+         {"properties", Ordered::object()},
+         {"geometry", {{"type", (*g)["type"]}, {"coordinates", (*g)["coordinates"]}}}});
+  Ordered json = {{"type", "FeatureCollection"}};
+  if (crs != "CRS84")
+    json["crs"] = {{"type", "name"},
+                   {"properties", {{"name", "urn:ogc:def:crs:EPSG::" + crs.substr(5)}}}};
+  json["features"] = std::move(features);
+  return json.dump();
+}
+
+/// Empty, and a problem, where it is not what `types` says.
+std::string read_shapes(const Json& json, const std::string& name,
+                        std::initializer_list<const char*> types, const std::string& what,
+                        const std::string& crs, Problems& problems, Positions& positions) {
+  const auto geometries = geometries_of(json);
+  for (const Json* g : geometries) {
+    if (!g || !is_one_of(*g, types)) {
+      problems.add(name, "must be GeoJSON: " + what + ", or Features of such");
+      return {};
+    }
+    positions.take((*g)["coordinates"], 0);
+  }
+  if (positions.count > kMostPositions)
+    problems.add(name, "must have at most " + std::to_string(kMostPositions) + " positions");
+  else if (positions.bad || positions.count == 0)
+    problems.add(name, "has coordinates that are no positions");
+  else
+    return file_of(geometries, crs);
+  return {};
+}
+
+}  // namespace
+
+AreaInput read_area(Members& inputs, Problems& problems) {
+  AreaInput area;
+  const Json* const bbox = inputs.member("bbox");
+  const Json* const polygon = inputs.member("polygon");
+  read_crs(inputs.member("crs"), "crs", area.crs, problems);
+  if (bbox && polygon) {
+    problems.add("polygon", "and bbox name two areas: leave one out");
+    return area;
+  }
+  if (bbox) {
+    const Json* box = bbox;
+    if (bbox->is_object()) {
+      Members members(*bbox, "bbox", problems);
+      box = members.member("bbox", Members::Need::must);
+      read_crs(members.member("crs"), "bbox.crs", area.crs, problems);
+      members.nothing_else();
+    }
+    const auto four = box ? box_of(*box) : std::nullopt;
+    const bool in_order =
+        four && (*four)[1] < (*four)[3] && (area.crs == "CRS84" || (*four)[0] < (*four)[2]);
+    if (four && !in_order)
+      problems.add("bbox", "must have the smaller x and y first, [west, south, east, north]");
+    else if (four)
+      area.bounds = bounds_of(*four);
+    else if (box)
+      problems.add("bbox", "must be [west, south, east, north], four numbers");
+  }
+  if (polygon) {
+    Positions positions;
+    area.polygon = read_shapes(*polygon, "polygon", {"Polygon", "MultiPolygon"},
+                               "a Polygon or MultiPolygon", area.crs, problems, positions);
+    if (!area.polygon.empty()) area.bounds = bounds_of(positions.box);
+  }
+  return area;
+}
+
+std::string read_places_crs(Members& inputs, Problems& problems) {
+  std::string crs = "CRS84";
+  read_crs(inputs.member("crs"), "crs", crs, problems);
+  return crs;
+}
+
+std::string read_geojson(const char* name, Members& inputs, Problems& problems,
+                         const std::string& crs) {
+  const Json* const json = inputs.member(name);
+  if (!json) return {};
+  Positions positions;
+  const bool lines = std::string_view(name) == "breaklines";
+  return lines ? read_shapes(*json, name,
+                             {"LineString", "MultiLineString", "Polygon", "MultiPolygon"},
+                             "lines or polygons", crs, problems, positions)
+               : read_shapes(*json, name, {"Polygon", "MultiPolygon"}, "polygons", crs, problems,
+                             positions);
+}
+
+void describe_area(Ordered& inputs) {
+  inputs["bbox"] = {
+      {"title", "Area, as a rectangle"},
+      {"description",
+       "[west, south, east, north], in crs; west may be greater than east, across the "
+       "antimeridian. The mesh has the posts of the smallest rectangle of the DEM's own grid "
+       "around it."},
+      {"minOccurs", 0},
+      {"schema",
+       {{"oneOf",
+         {{{"type", "array"}, {"items", {{"type", "number"}}}, {"minItems", 4}, {"maxItems", 4}},
+          {{"type", "object"},
+           {"required", {"bbox"}},
+           {"properties",
+            {{"bbox",
+              {{"type", "array"},
+               {"items", {{"type", "number"}}},
+               {"minItems", 4},
+               {"maxItems", 4}}},
+             {"crs", {{"type", "string"}}}}}}}}}}};
+  inputs["polygon"] = {{"title", "Area, as a polygon"},
+                       {"description",
+                        "A Polygon or MultiPolygon of GeoJSON, or a Feature of one, in crs. Its "
+                        "rim becomes edges of the mesh."},
+                       {"minOccurs", 0},
+                       {"schema", {{"type", "object"}}}};
+  inputs["crs"] = {{"title", "CRS of bbox, polygon and lines"},
+                   {"description", "CRS84 (longitude, latitude) or EPSG:CODE; x before y"},
+                   {"minOccurs", 0},
+                   {"schema", {{"type", "string"}, {"default", "CRS84"}}}};
+}
+
+}  // namespace tind::api

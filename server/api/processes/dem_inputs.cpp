@@ -1,0 +1,121 @@
+#include "server/api/processes/dem_inputs.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "terrain/raster/datums.h"
+
+namespace tind::api {
+namespace {
+
+using Ordered = nlohmann::ordered_json;
+
+constexpr std::size_t kLongestWord = 64;
+
+/// Which layer of the DEM. Null (and a problem) where it cannot be told.
+const DemRecipe* read_layer(const services::ServedDataset& dataset, Members& inputs,
+                            Problems& problems) {
+  const Json* const json = inputs.member("layer");
+  const auto layers = dataset.source->layers();
+  if (dataset.recipes.size() != layers.size()) {
+    problems.add("dataset", "is none whose DEM a job can open");
+    return nullptr;
+  }
+  if (!json && layers.size() == 1) return &dataset.recipes[0];
+  std::string names;
+  for (std::size_t k = 0; k < layers.size(); ++k) {
+    if (json && json->is_string() && *json == layers[k].name) return &dataset.recipes[k];
+    names += (names.empty() ? "" : ", ") + layers[k].name;
+  }
+  problems.add("layer",
+               json ? "must be one of " + names
+                    : "missing: the dataset has several (" + names + "), and one mesh is of one");
+  return nullptr;
+}
+
+}  // namespace
+
+DemOfJob read_dem(const App& app, Members& inputs, Problems& problems) {
+  DemOfJob dem;
+  const Json* const named = inputs.member("dataset", Members::Need::must);
+  if (named && named->is_string()) dem.dataset = app.catalog.find(named->get<std::string>());
+  if (named && !dem.dataset)
+    problems.add("dataset", "there is no such dataset; /datasets lists all");
+  else if (dem.dataset && !dem.dataset->source)
+    problems.add("dataset", "is a store of tiles without its DEM");
+  if (dem.dataset && dem.dataset->source)
+    dem.recipe = read_layer(*dem.dataset, inputs, problems);
+  else
+    (void)inputs.member("layer");  // known, whatever it says
+  return dem;
+}
+
+std::string read_word(const char* name, const std::vector<std::string>& words, Members& inputs,
+                      Problems& problems, const std::string& initial) {
+  const Json* const json = inputs.member(name);
+  if (!json) return initial;
+  const auto found = json->is_string()
+                         ? std::ranges::find(words, json->get_ref<const std::string&>())
+                         : words.end();
+  if (found != words.end()) return *found;
+  std::string all;
+  for (const std::string& word : words) all += (all.empty() ? "" : ", ") + word;
+  problems.add(name, "must be one of " + all);
+  return initial;
+}
+
+std::string read_datum(Members& inputs, Problems& problems) {
+  const Json* const json = inputs.member("datum");
+  if (!json) return {};
+  const std::string text = json->is_string() ? json->get<std::string>() : "";
+  // A file of the server's is nothing that a client names.
+  if (text.empty() || text.size() > kLongestWord || names_geoid_file(text) || text == "unknown" ||
+      (text != "source" && !datum_named(text))) {
+    problems.add("datum",
+                 "must be source, ellipsoid, egm84, egm96, egm2008 or a vertical CRS "
+                 "that PROJ knows (EPSG:5703)");
+    return {};
+  }
+  return text == "source" ? "" : text;
+}
+
+void add_dem(const DemOfJob& dem, services::JobOrder& order) {
+  const DemRecipe& recipe = *dem.recipe;
+  const std::string& name = dem.dataset->name;
+  for (const auto& [key, text] : recipe.words) {
+    if (key == "to-datum") continue;  // the client says
+    if (key == "allow-vrt") {
+      if (text == "true") order.arguments.push_back("--allow-vrt");
+      continue;
+    }
+    order.arguments.push_back("--" + key + "=" + text);
+  }
+  for (const std::string& file : recipe.files) {
+    order.arguments.push_back(file);
+    order.names.emplace_back(file, name);
+  }
+}
+
+Ordered described(const char* title, const std::string& description, Ordered schema, int least) {
+  return {{"title", title},
+          {"description", description},
+          {"minOccurs", least},
+          {"schema", std::move(schema)}};
+}
+
+void describe_dem(Ordered& inputs) {
+  inputs["dataset"] =
+      described("Dataset", "by its name; /datasets lists all", {{"type", "string"}}, 1);
+  inputs["layer"] =
+      described("Layer", "which DEM, of a dataset that is layers of several; /datasets names them",
+                {{"type", "string"}});
+}
+
+void describe_datum(Ordered& inputs) {
+  inputs["datum"] = described("Vertical datum",
+                              "what heights are to be above: source, ellipsoid, egm96, EPSG:5703",
+                              {{"type", "string"}, {"default", "source"}});
+}
+
+}  // namespace tind::api

@@ -1,0 +1,21 @@
+#pragma once
+// A job as OGC API - Processes, Part 1, shows it to clients.
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "server/services/jobs/jobs.h"
+
+namespace tind::api {
+
+/// "2026-11-23T18:30:45.123Z"
+std::string time_text(std::int64_t ms);
+
+/// statusInfo: jobID, processID, type, status, message, progress, times, links.
+nlohmann::ordered_json status_json(const services::Job&);
+
+/// A link, as {href, rel, type, title}.
+nlohmann::ordered_json link_json(const std::string& href, const char* rel, const std::string& type,
+                                 const std::string& title = {});
+
+}  // namespace tind::api

@@ -1,0 +1,135 @@
+// /jobs: what was asked for, how far it is, what came of it, and that it is not wanted any more.
+
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "proto/json_text.h"
+#include "server/api/app.h"
+#include "server/api/openapi_parts.h"
+#include "server/api/processes/job_json.h"
+#include "server/api/processes/process_operations.h"
+#include "server/api/processes/results.h"
+#include "server/api/responses.h"
+#include "server/http/message/problem.h"
+
+namespace tind::api {
+namespace {
+
+using Ordered = nlohmann::ordered_json;
+using services::Job;
+
+constexpr std::size_t kMostListed = 1000;
+constexpr std::string_view kNoSuchJob =
+    "http://www.opengis.net/def/exceptions/ogcapi-processes-1/1.0/no-such-job";
+
+http::Reply json_reply(const Ordered& json) {
+  return http::make_reply(200, "application/json", json::to_text(json, 2) + "\n",
+                          {{"Cache-Control", "no-store"}});
+}
+
+/// What is done with the job of the path, on a worker: jobs are on a disk.
+using WithJob = http::Reply (*)(const App&, const Job&, const std::string& output,
+                                const http::Conditions&, const std::string& target);
+
+std::optional<http::Reply> with_job(const App& app, const http::Request& request,
+                                    http::DeferredReply& deferred, WithJob answer) {
+  return answer_on_worker(
+      app, services::Work::question, request, deferred,
+      [&app, answer, id = std::string(request.matched[0]), output = std::string(request.matched[1]),
+       client = http::Conditions(request.head.fields),
+       target = std::string(request.head.target)](const std::stop_token&) {
+        const auto job = app.jobs->find(id);
+        if (!job) return http::problem_reply(job.error(), target);
+        if (!*job)
+          return http::problem_reply({.status = 404,
+                                      .detail = "There is no such job, or it has expired.",
+                                      .instance = target,
+                                      .type = kNoSuchJob});
+        return answer(app, **job, output, client, target);
+      });
+}
+
+std::optional<http::Reply> list_jobs(const App& app, const http::Request& request,
+                                     http::DeferredReply& deferred) {
+  return answer_on_worker(
+      app, services::Work::question, request, deferred,
+      [&app, client = deferred.client(),
+       target = std::string(request.head.target)](const std::stop_token&) {
+        const auto jobs = app.jobs->of_client(client, kMostListed);
+        if (!jobs) return http::problem_reply(jobs.error(), target);
+        Ordered json = {
+            {"jobs", Ordered::array()},
+            {"links", Ordered::array({link_json("/jobs", "self", "application/json")})}};
+        for (const Job& job : *jobs) json["jobs"].push_back(status_json(job));
+        return json_reply(json);
+      });
+}
+
+constexpr const char* kJobs = R"({
+  "type": "object",
+  "required": ["jobs", "links"],
+  "properties": {"jobs": {"type": "array", "items": {"$ref": "#/components/schemas/Job"}},
+                 "links": {"type": "array", "items": {"$ref": "#/components/schemas/Link"}}}})";
+
+http::Operation operation_of(const char* id, const char* summary,
+                             std::vector<http::Response> responses) {
+  return {.id = id,
+          .tag = "Processes",
+          .summary = summary,
+          .scope = http::Scope::jobs,
+          .heeds_access = true,  // who has a job's id may see it
+          .ignores_others = true,
+          .path = {{"job", "the id of a job, as Location said it",
+                    R"({"type": "string", "pattern": "^[0-9a-f]{32}$"})"},
+                   {"output", "the name of an output", R"({"type": "string"})", R"("mesh")"}},
+          .responses = std::move(responses)};
+}
+
+/// What came of a job: files of the formats that processes write, or JSON.
+std::vector<http::Response> results() {
+  std::vector<http::Response> all = result_responses();
+  all.push_back({206, "A range of it.", {{"application/octet-stream"}}});
+  all.push_back({304, "The client has it already (If-None-Match)."});
+  all.push_back({416, "A range beyond the end."});
+  return all;
+}
+
+}  // namespace
+
+void add_job_routes(http::Router& router, const App& app) {
+  if (!app.jobs) return;
+  const auto get = [&](const char* path, http::Operation operation, WithJob answer) {
+    router.get(path, std::move(operation),
+               [&app, answer](const http::Request& request, http::DeferredReply& deferred) {
+                 return with_job(app, request, deferred, answer);
+               });
+  };
+  router.get("/jobs", operation_of("getJobs", "The jobs of who asks", json_answer("They.", kJobs)),
+             [&app](const http::Request& request, http::DeferredReply& deferred) {
+               return list_jobs(app, request, deferred);
+             });
+  get("/jobs/{job}", operation_of("getJob", "How far a job is", json_answer("It.", kJobRef)),
+      [](const App&, const Job& job, const std::string&, const http::Conditions&,
+         const std::string&) { return json_reply(status_json(job)); });
+  get("/jobs/{job}/results", operation_of("getJobResults", "What came of a job", results()),
+      [](const App& a, const Job& job, const std::string&, const http::Conditions& client,
+         const std::string& target) { return results_reply(*a.jobs, job, client, target); });
+  get("/jobs/{job}/results/{output}",
+      operation_of("getJobResult", "One output of a job", results()),
+      [](const App& a, const Job& job, const std::string& output, const http::Conditions& client,
+         const std::string& target) { return result_reply(*a.jobs, job, output, client, target); });
+  router.del("/jobs/{job}",
+             operation_of("dismissJob", "Stops a job and drops its files",
+                          json_answer("As it is now.", kJobRef)),
+             [&app](const http::Request& request, http::DeferredReply& deferred) {
+               return with_job(app, request, deferred,
+                               [](const App& a, const Job& job, const std::string&,
+                                  const http::Conditions&, const std::string& target) {
+                                 const auto gone = a.jobs->dismiss(job.id);
+                                 if (!gone) return http::problem_reply(gone.error(), target);
+                                 return json_reply(status_json(*gone ? **gone : job));
+                               });
+             });
+}
+
+}  // namespace tind::api

@@ -1,0 +1,215 @@
+#include "server/api/processes/results.h"
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "proto/json_text.h"
+#include "server/api/processes/job_json.h"
+#include "server/http/message/byte_range.h"
+#include "server/http/message/negotiate.h"
+#include "server/http/message/problem.h"
+#include "terrain/base/file_io.h"
+
+namespace tind::api {
+namespace {
+
+using Ordered = nlohmann::ordered_json;
+using services::Job;
+using services::JobOrder;
+using services::JobStatus;
+
+constexpr std::string_view kNotReady =
+    "http://www.opengis.net/def/exceptions/ogcapi-processes-1/1.0/result-not-ready";
+
+/// A file's bytes where the system has them. It may be removed meanwhile, and is never changed.
+struct MappedFile {
+  http::Payload payload;  // none of its own: what a piece has to name
+  void* at = nullptr;
+  std::size_t size = 0;
+
+  MappedFile() = default;
+  MappedFile(const MappedFile&) = delete;
+  MappedFile& operator=(const MappedFile&) = delete;
+  ~MappedFile() {
+    if (at) ::munmap(at, size);
+  }
+  std::string_view bytes() const { return {static_cast<const char*>(at), size}; }
+};
+
+std::shared_ptr<const MappedFile> map_file(const std::string& path) {
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) return nullptr;
+  auto mapped = std::make_shared<MappedFile>();
+  struct stat facts {};
+  if (::fstat(file, &facts) == 0 && facts.st_size > 0) {
+    mapped->size = std::size_t(facts.st_size);
+    void* const at = ::mmap(nullptr, mapped->size, PROT_READ, MAP_PRIVATE, file, 0);
+    if (at == MAP_FAILED)
+      mapped->size = 0;
+    else
+      mapped->at = at;
+  }
+  ::close(file);
+  return mapped->at ? mapped : nullptr;
+}
+
+http::Reply lost(std::string_view target) {
+  return http::problem_reply(
+      {.status = 503, .detail = "The result cannot be read at the moment.", .instance = target});
+}
+
+http::Reply file_reply(const std::string& path, const JobOrder::Output& output,
+                       const std::string& etag, const http::Conditions& client,
+                       std::string_view target) {
+  const std::string name = "attachment; filename=\"" + output.file + "\"";
+  std::vector<http::Header> headers = {
+      {"ETag", etag},
+      {"Cache-Control", "private, no-cache"},
+      {"Accept-Ranges", "bytes"},
+      {"Content-Disposition", name},
+      {"Access-Control-Expose-Headers", "Accept-Ranges, Content-Disposition, Content-Range, ETag"}};
+  if (!client.none_match.empty() && http::lists_etag(client.none_match, etag))
+    return http::make_reply(304, output.media_type, {}, headers);
+  const auto file = map_file(path);
+  if (!file) return lost(target);
+  const std::shared_ptr<const http::Payload> owner(file, &file->payload);
+  using Kind = http::AskedRange::Kind;
+  http::AskedRange range;
+  if (!client.range.empty() && (client.if_range.empty() || client.if_range == etag))
+    range = http::asked_range(client.range, file->size);
+  if (range.kind == Kind::beyond) {
+    const std::string there = "bytes */" + std::to_string(file->size);
+    return http::problem_reply(
+        {.status = 416,
+         .detail = "The result has " + std::to_string(file->size) + " bytes.",
+         .instance = target,
+         .headers = {{"Content-Range", there}}});
+  }
+  if (range.kind == Kind::whole)
+    return http::make_reply(output.media_type, {{owner, file->bytes()}}, headers);
+  const std::string where = "bytes " + std::to_string(range.first) + "-" +
+                            std::to_string(range.first + range.count - 1) + "/" +
+                            std::to_string(file->size);
+  headers.push_back({"Content-Range", where});
+  auto reply = http::make_reply(output.media_type,
+                                {{owner, file->bytes().substr(range.first, range.count)}}, headers);
+  reply.status = 206;
+  return reply;
+}
+
+/// A report as a client may see it: without the daemon's paths.
+Result<Ordered> report_of(const services::Jobs& jobs, const Job& job, const JobOrder& order,
+                          const JobOrder::Output& output) {
+  auto text = read_whole_file(jobs.path_of(job, output));
+  if (!text) return std::unexpected(text.error());
+  auto json = json::parse<Ordered>(*text);
+  if (!json.is_object()) return fail(Errc::bad_data, "a report that is no object");
+  Ordered inputs = Ordered::array();
+  for (const auto& [path, name] : order.names)
+    if (std::ranges::find(inputs, Ordered(name)) == inputs.end()) inputs.push_back(name);
+  json["input"] = std::move(inputs);
+  return json;
+}
+
+bool is_report(const JobOrder::Output& output) { return output.media_type == "application/json"; }
+
+/// In place of results.
+http::Reply none(const Job& job, std::string_view target) {
+  if (!job.has_ended())
+    return http::problem_reply({.status = 404,
+                                .detail = "The job has not ended; its status says how far it is.",
+                                .instance = target,
+                                .type = kNotReady});
+  if (job.status == JobStatus::dismissed)
+    return http::problem_reply(
+        {.status = 404, .detail = "The job was dismissed.", .instance = target});
+  constexpr int kUsage = 2, kData = 65;  // as the command line ends
+  const int status = job.exit_code == kUsage ? 400 : job.exit_code == kData ? 422 : 500;
+  return http::problem_reply(
+      {.status = status, .detail = "The job failed: " + job.message + ".", .instance = target});
+}
+
+http::Reply one(const services::Jobs& jobs, const Job& job, const JobOrder& order,
+                const JobOrder::Output& output, const http::Conditions& client,
+                std::string_view target) {
+  if (!is_report(output))
+    return file_reply(jobs.path_of(job, output), output, "\"" + job.id + "-" + output.name + "\"",
+                      client, target);
+  const auto report = report_of(jobs, job, order, output);
+  if (!report) return lost(target);
+  return http::make_reply(200, output.media_type, json::to_text(*report, 2) + "\n",
+                          {{"Cache-Control", "private, no-cache"}});
+}
+
+}  // namespace
+
+void read_results(Members& body, JobOrder& order, Problems& problems) {
+  std::vector<JobOrder::Output> wanted;
+  if (const Json* const outputs = body.member("outputs")) {
+    if (!outputs->is_object()) {
+      problems.add("outputs", "must be an object, {\"mesh\": {}}");
+    } else {
+      for (const auto& [name, how] : outputs->items()) {
+        const auto found = std::ranges::find(order.outputs, name, &JobOrder::Output::name);
+        if (found == order.outputs.end())
+          problems.add("outputs." + name.substr(0, 64), "there is no such output");
+        else if (!how.is_object())
+          problems.add("outputs." + name, "must be an object");
+        else
+          wanted.push_back(*found);
+      }
+    }
+  }
+  if (wanted.empty() && !order.outputs.empty()) wanted.push_back(order.outputs.front());
+  order.document = wanted.size() > 1;
+  if (const Json* const response = body.member("response")) {
+    if (*response == "document")
+      order.document = true;
+    else if (*response != "raw")
+      problems.add("response", "must be raw or document");
+    else if (wanted.size() > 1)
+      problems.add("response", "raw is of one output; take document for several");
+  }
+  order.outputs = std::move(wanted);
+}
+
+http::Reply results_reply(const services::Jobs& jobs, const Job& job,
+                          const http::Conditions& client, std::string_view target) {
+  if (job.status != JobStatus::successful) return none(job, target);
+  const JobOrder order = order_of(job);
+  if (order.outputs.empty()) return lost(target);
+  if (!order.document) return one(jobs, job, order, order.outputs.front(), client, target);
+  Ordered document = Ordered::object();
+  for (const JobOrder::Output& output : order.outputs) {
+    if (!is_report(output)) {
+      document[output.name] = {{"href", "/jobs/" + job.id + "/results/" + output.name},
+                               {"type", output.media_type}};
+      continue;
+    }
+    auto report = report_of(jobs, job, order, output);
+    if (!report) return lost(target);
+    document[output.name] = {{"value", std::move(*report)}};
+  }
+  return http::make_reply(200, "application/json", json::to_text(document, 2) + "\n",
+                          {{"Cache-Control", "private, no-cache"}});
+}
+
+http::Reply result_reply(const services::Jobs& jobs, const Job& job, std::string_view name,
+                         const http::Conditions& client, std::string_view target) {
+  if (job.status != JobStatus::successful) return none(job, target);
+  const JobOrder order = order_of(job);
+  const auto output = std::ranges::find(order.outputs, name, &JobOrder::Output::name);
+  if (output == order.outputs.end())
+    return http::problem_reply(
+        {.status = 404, .detail = "The job has no such output.", .instance = target});
+  return one(jobs, job, order, *output, client, target);
+}
+
+}  // namespace tind::api

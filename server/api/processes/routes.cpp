@@ -1,0 +1,203 @@
+// /processes: what can be done as a job, and doing it.
+
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "proto/json_text.h"
+#include "server/api/processes/area_input.h"
+#include "server/api/processes/job_json.h"
+#include "server/api/processes/process.h"
+#include "server/api/processes/process_operations.h"
+#include "server/api/processes/results.h"
+#include "server/http/message/problem.h"
+
+namespace tind::api {
+namespace {
+
+using Ordered = nlohmann::ordered_json;
+using services::Job;
+
+constexpr std::size_t kMostBody = 8u << 20;
+/// Lists of three numbers for all positions of two inputs, or Features of two positions each.
+constexpr std::size_t kMostValues = 8 * kMostPositions;
+constexpr std::string_view kNoSuchProcess =
+    "http://www.opengis.net/def/exceptions/ogcapi-processes-1/1.0/no-such-process";
+
+http::Reply json_reply(int status, const Ordered& json, std::vector<http::Header> fields = {}) {
+  fields.push_back({"Cache-Control", "no-store"});
+  return http::make_reply(status, "application/json", json::to_text(json, 2) + "\n", fields);
+}
+
+Ordered summary_json(const Process& p) {
+  const std::string self = std::string("/processes/") + p.id;
+  return {{"id", p.id},
+          {"title", p.title},
+          {"description", p.description},
+          {"version", TIND_VERSION},
+          {"jobControlOptions", {"sync-execute", "async-execute", "dismiss"}},
+          {"outputTransmission", {"value", "reference"}},
+          {"links",
+           {link_json(self, "self", "application/json", "what it takes"),
+            link_json(self + "/execution", "http://www.opengis.net/def/rel/ogc/1.0/execute",
+                      "application/json", "where it is asked for")}}};
+}
+
+http::Reply no_such_process(const http::Request& request) {
+  return http::problem_reply({.status = 404,
+                              .detail = "There is no such process; /processes lists all.",
+                              .instance = request.head.target,
+                              .type = kNoSuchProcess});
+}
+
+bool prefers_async(const http::Fields& fields) {
+  return fields.find("prefer").value_or("").find("respond-async") != std::string_view::npos;
+}
+
+/// {"inputs": {...}, "outputs": {...}, "response": "raw"}
+std::optional<services::JobOrder> read_order(const App& app, const Process& process,
+                                             std::string_view body, Problems& problems) {
+  const Json json = parse_body(body, kMostValues, problems);
+  if (!problems.empty()) return {};
+  Members members(json, "", problems);
+  const Json* const inputs = members.member("inputs", Members::Need::must);
+  if (inputs && !inputs->is_object()) problems.add("inputs", "must be an object");
+  std::optional<services::JobOrder> order;
+  if (inputs && inputs->is_object()) {
+    auto made = process.order(app, *inputs);
+    if (made)
+      order = std::move(*made);
+    else
+      for (const http::ParameterProblem& p : made.error().list())
+        problems.add("inputs." + p.parameter, p.detail);
+  }
+  if (order) {
+    read_results(members, *order, problems);
+  } else {  // what its outputs are is not known then
+    (void)members.member("outputs");
+    (void)members.member("response");
+  }
+  members.nothing_else();
+  return order;
+}
+
+http::Reply created(const Job& job) {
+  const std::string where = "/jobs/" + job.id;
+  return json_reply(201, status_json(job),
+                    {{"Location", where},
+                     {"Preference-Applied", "respond-async"},
+                     {"Access-Control-Expose-Headers", "Location, Preference-Applied"}});
+}
+
+http::Reply no_room(const Error& error, const std::string& target) {
+  // Words about the server's own files are for its log.
+  if (error.code != Errc::busy) return http::problem_reply(error, target);
+  return http::problem_reply({.status = 503,
+                              .detail = error.what + ".",
+                              .instance = target,
+                              .headers = {{"Retry-After", "10"}}});
+}
+
+/// Of a client that waits for the end of its job. One whose results it has is not kept.
+void wait_for(const App& app, const services::JobOrder& order, http::Responder to,
+              const std::string& target) {
+  const std::stop_token gone = to.gone();
+  const auto waiting = std::make_shared<http::Responder>(std::move(to));
+  const auto job = app.jobs->submit(
+      order,
+      [&app, waiting, document = order.document, target](const Job& ended) {
+        http::Reply reply =
+            ended.has_ended()
+                ? results_reply(*app.jobs, ended, {}, target)
+                : http::problem_reply(Error{Errc::cancelled, "the daemon stops"}, target);
+        if (!document && ended.status == services::JobStatus::successful) app.jobs->forget(ended);
+        (*waiting)(std::move(reply));
+      },
+      gone);
+  if (!job) (*waiting)(no_room(job.error(), target));
+}
+
+/// Of datasets that inputs name: those that the key is not for.
+std::optional<http::Reply> not_for_key(const App& app, const http::Access* access,
+                                       std::string_view body, const std::string& target) {
+  if (!access || access->datasets.empty()) return std::nullopt;
+  Problems ignored;
+  const Json json = parse_body(body, kMostValues, ignored);
+  const auto inputs = json.find("inputs");
+  if (inputs == json.end() || !inputs->is_object()) return std::nullopt;
+  for (const auto& [name, value] : inputs->items())
+    if (value.is_string() && app.catalog.find(value.get_ref<const std::string&>()) &&
+        !access->sees(value.get_ref<const std::string&>()))
+      return http::problem_reply(
+          {.status = 403,
+           .detail = "The key is not for the dataset of inputs." + name + ".",
+           .instance = target});
+  return std::nullopt;
+}
+
+std::optional<http::Reply> execute(const App& app, const Process* process,
+                                   const http::Request& request, http::DeferredReply& deferred) {
+  run_on_worker(
+      app, services::Work::question, request.head.target, deferred.responder(),
+      [&app, process, async = prefers_async(request.head.fields), body = request.body,
+       access = request.access, client = deferred.client(),
+       target = std::string(request.head.target)](http::Responder to, const std::stop_token&) {
+        if (auto reply = not_for_key(app, access.get(), body, target)) return to(*std::move(reply));
+        Problems problems;
+        auto order = read_order(app, *process, body, problems);
+        if (!problems.empty()) return to(http::problem_reply(problems.list(), target));
+        order->client = client;
+        if (!async) return wait_for(app, *order, std::move(to), target);
+        const auto job = app.jobs->submit(*order);
+        to(job ? created(*job) : no_room(job.error(), target));
+      });
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::span<const Process> processes() {
+  static const std::vector<Process> kAll = [] {
+    std::vector<Process> all = raster_processes();
+    all.insert(all.begin(), simplify_process());
+    for (Process& question : question_processes()) all.push_back(std::move(question));
+    return all;
+  }();
+  return kAll;
+}
+
+const Process* process_named(std::string_view id) {
+  for (const Process& p : processes())
+    if (id == p.id) return &p;
+  return nullptr;
+}
+
+void add_process_routes(http::Router& router, const App& app) {
+  if (!app.jobs) return;
+  router.get("/processes", processes_operation(), [](const http::Request&, http::DeferredReply&) {
+    Ordered json = {{"processes", Ordered::array()},
+                    {"links", {link_json("/processes", "self", "application/json")}}};
+    for (const Process& p : processes()) json["processes"].push_back(summary_json(p));
+    return json_reply(200, json);
+  });
+  router.get("/processes/{id}", process_operation(),
+             [](const http::Request& request, http::DeferredReply&) {
+               const Process* const p = process_named(request.matched[0]);
+               if (!p) return no_such_process(request);
+               Ordered json = summary_json(*p);
+               json["inputs"] = p->inputs();
+               json["outputs"] = p->outputs();
+               return json_reply(200, json);
+             });
+  for (const Process& p : processes())
+    router.post("/processes/" + std::string(p.id) + "/execution", execute_operation(p),
+                {.max_bytes = kMostBody},
+                [&app, &p](const http::Request& request, http::DeferredReply& deferred) {
+                  return execute(app, &p, request, deferred);
+                });
+  // That is none.
+  router.post(
+      "/processes/{id}/execution", no_process_operation(), {.max_bytes = kMostBody},
+      [](const http::Request& request, http::DeferredReply&) { return no_such_process(request); });
+}
+
+}  // namespace tind::api

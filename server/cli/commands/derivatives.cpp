@@ -1,0 +1,117 @@
+// tind slope, aspect, hillshade, roughness, tri, tpi: what a DEM's neighbourhoods say, as a raster.
+
+#include "terrain/analysis/derivatives.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "proto/json_text.h"
+#include "server/cli/commands/commands.h"
+#include "server/cli/options/dem_input.h"
+#include "server/cli/options/output_options.h"
+#include "server/cli/options/output_paths.h"
+#include "server/cli/program/progress_bar.h"
+#include "terrain/base/file_io.h"
+
+namespace tind::cli {
+
+namespace {
+
+struct Arguments {
+  DemInput dem;
+  DerivativeOptions options;
+  std::string output, progress = "auto";
+  bool json = false;
+};
+
+struct Row {
+  Derivative kind;
+  const char* help;
+};
+constexpr Row kRows[] = {
+    {Derivative::slope, "Slope of a DEM as a raster: degrees, or per cent"},
+    {Derivative::aspect, "Where a DEM's slopes face, as a raster: degrees clockwise from north"},
+    {Derivative::hillshade, "A DEM lit from a side, as a raster of greys"},
+    {Derivative::roughness, "The largest difference of heights around each post, as a raster"},
+    {Derivative::tri, "Terrain ruggedness index (Riley) as a raster"},
+    {Derivative::tpi, "Topographic position index as a raster"},
+};
+
+Result<void> put(const Arguments& a, const RasterBytes& made) {
+  if (auto ok = write_whole_file(a.output, made.bytes); !ok || made.prj.empty()) return ok;
+  return write_whole_file(std::filesystem::path(a.output).replace_extension(".prj").string(),
+                          made.prj);
+}
+
+int run(const Arguments& a) {
+  const auto format = raster_format(a.output);
+  if (!format) return complain(format.error());
+  if (const int code = check_outputs({a.output}, inputs_of(a.dem)); code != kOk) return code;
+  const auto dem = open_dem(a.dem);
+  if (!dem) return complain(dem.error());
+  Result<RasterBytes> made;
+  {
+    ProgressBar bar(name_of(a.options.kind), progress_style(a.progress));
+    made = encode_raster(*format, (*dem)->info(), contents_of(a.options),
+                         derivative_rows(**dem, a.options, bar.progress()));
+  }
+  if (!made) return complain_of(a.dem, made.error());
+  warn_of_nodata(**dem);
+  if (const auto ok = put(a, *made); !ok) {
+    complain(ok.error());
+    return kCannotCreate;
+  }
+  const DemInfo& info = (*dem)->info();
+  if (a.json)
+    std::printf("%s\n",
+                json::to_text(nlohmann::ordered_json{{"derivative", name_of(a.options.kind)},
+                                                     {"cols", info.cols},
+                                                     {"rows", info.rows},
+                                                     {"input", info.files},
+                                                     {"output", a.output}},
+                              2)
+                    .c_str());
+  else
+    fmt::print("{}: {} x {} posts\n", a.output, info.cols, info.rows);
+  return kOk;
+}
+
+void add_one(Command program, int& exit, const Row& row) {
+  auto a = std::make_shared<Arguments>();
+  a->options.kind = row.kind;
+  Command app = program.add_subcommand(name_of(row.kind), row.help);
+  app.add_option("input", a->dem.files, "a DEM, or several that share one grid").required();
+  app.add_option("-o,--output", a->output, "the raster: .tif, or .asc with a .prj").required();
+  if (row.kind == Derivative::slope)
+    app.add_flag("--percent", a->options.percent, "per cent in place of degrees");
+  if (row.kind == Derivative::hillshade) {
+    Shade& light = a->options.light;
+    app.add_option("--azimuth", light.azimuth_deg,
+                   "where the light comes from, degrees clockwise from north")
+        .range(0., 360.)
+        .shown();
+    app.add_option("--altitude", light.altitude_deg, "of the light above the horizon, degrees")
+        .range(0., 90.)
+        .shown();
+    app.add_option("--z-factor", light.z_factor, "by which heights are multiplied")
+        .positive()
+        .shown();
+  }
+  add_dem_options(app, a->dem);
+  add_window_options(app, a->dem);
+  add_json_flag(app, a->json);
+  add_progress_option(app, a->progress);
+  app.on_run([a, &exit] { exit = run(*a); });
+}
+
+}  // namespace
+
+void add_derivatives(Command program, int& exit) {
+  for (const Row& row : kRows) add_one(program, exit, row);
+}
+
+}  // namespace tind::cli

@@ -1,0 +1,145 @@
+// tind statistics: what a DEM is like inside each polygon of a file.
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "proto/json_text.h"
+#include "server/cli/commands/commands.h"
+#include "server/cli/options/dem_input.h"
+#include "server/cli/options/output_options.h"
+#include "server/cli/options/output_paths.h"
+#include "server/cli/options/polygon_input.h"
+#include "server/cli/program/progress_bar.h"
+#include "terrain/analysis/zonal.h"
+#include "terrain/base/file_io.h"
+
+namespace tind::cli {
+
+namespace {
+
+struct Arguments {
+  DemInput dem;
+  std::string polygons, output, progress = "auto";
+  double base_m = 0;
+  bool json = false;
+};
+
+struct Row {
+  std::size_t feature;
+  ZonalStatistics s;
+};
+
+Result<std::vector<Row>> make(const Arguments& a) {
+  auto dem = open_dem(a.dem);
+  if (!dem) return std::unexpected(dem.error());
+  const auto areas = read_areas(a.polygons, **dem);
+  if (!areas) return std::unexpected(areas.error());
+  ProgressBar bar("statistics", progress_style(a.progress));
+  std::vector<Row> rows;
+  for (const NamedArea& area : *areas) {
+    const auto made = zonal_statistics(*dem, area.rings, a.base_m);
+    if (!made) return std::unexpected(made.error());
+    rows.push_back({area.feature, *made});
+    bar.at(double(rows.size()) / double(areas->size()));
+  }
+  warn_of_nodata(**dem);
+  return rows;
+}
+
+/// Nothing where there is no post to speak of.
+std::optional<double> of_posts(const ZonalStatistics& s, double value) {
+  return s.posts > 0 ? std::optional(value) : std::nullopt;
+}
+
+struct Column {
+  const char* name;
+  std::optional<double> (*value)(const ZonalStatistics&);
+};
+constexpr Column kColumns[] = {
+    {"min_m", [](const ZonalStatistics& s) { return of_posts(s, s.min_m); }},
+    {"max_m", [](const ZonalStatistics& s) { return of_posts(s, s.max_m); }},
+    {"mean_m", [](const ZonalStatistics& s) { return of_posts(s, s.mean_m); }},
+    {"std_m", [](const ZonalStatistics& s) { return of_posts(s, s.std_m); }},
+    {"median_m", [](const ZonalStatistics& s) { return of_posts(s, s.median_m); }},
+    {"area_m2", [](const ZonalStatistics& s) { return std::optional(s.area_m2); }},
+    {"void_area_m2", [](const ZonalStatistics& s) { return std::optional(s.void_area_m2); }},
+    {"surface_mean_m",
+     [](const ZonalStatistics& s) {
+       return s.area_m2 > 0 ? std::optional(s.surface_mean_m) : std::nullopt;
+     }},
+    {"volume_m3", [](const ZonalStatistics& s) { return std::optional(s.volume_m3); }}};
+
+std::string csv_text(const std::vector<Row>& rows) {
+  std::string text = "feature,posts,voids";
+  for (const Column& column : kColumns) text += std::string(",") + column.name;
+  text += ",beyond_dem\n";
+  for (const Row& row : rows) {
+    text += fmt::format("{},{},{}", row.feature, row.s.posts, row.s.voids);
+    for (const Column& column : kColumns) {
+      const auto value = column.value(row.s);
+      text += value ? fmt::format(",{:.6f}", *value) : ",";
+    }
+    text += row.s.beyond ? ",true\n" : ",false\n";
+  }
+  return text;
+}
+
+std::string json_text(const Arguments& a, const std::vector<Row>& rows) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const Row& row : rows) {
+    nlohmann::ordered_json one = {
+        {"feature", row.feature}, {"posts", row.s.posts}, {"voids", row.s.voids}};
+    for (const Column& column : kColumns) {
+      const auto value = column.value(row.s);
+      one[column.name] = value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json();
+    }
+    one["beyond_dem"] = row.s.beyond;
+    list.push_back(std::move(one));
+  }
+  return json::to_text(nlohmann::ordered_json{{"base_m", a.base_m}, {"polygons", std::move(list)}},
+                       2) +
+         "\n";
+}
+
+int run(const Arguments& a) {
+  std::vector<std::string> inputs = inputs_of(a.dem);
+  inputs.push_back(a.polygons);
+  if (const int code = check_outputs({a.output}, inputs); code != kOk) return code;
+  const auto rows = make(a);
+  if (!rows) return complain_of(a.dem, rows.error());
+  const bool as_json = a.json || a.output.ends_with(".json");
+  const std::string text = as_json ? json_text(a, *rows) : csv_text(*rows);
+  if (a.output.empty()) {
+    std::fwrite(text.data(), 1, text.size(), stdout);
+    return kOk;
+  }
+  if (const auto ok = write_whole_file(a.output, text); !ok) return complain(ok.error());
+  fmt::print("{}: {} polygons\n", a.output, rows->size());
+  return kOk;
+}
+
+}  // namespace
+
+void add_statistics(Command program, int& exit) {
+  auto a = std::make_shared<Arguments>();
+  Command app = program.add_subcommand(
+      "statistics", "Heights, areas and volumes inside each polygon of a file (zonal statistics)");
+  app.add_option("input", a->dem.files, "a DEM, or several that share one grid").required();
+  app.add_option("--polygons", a->polygons, "a vector file; a row for each feature with polygons")
+      .required();
+  app.add_option("--base", a->base_m, "volumes are between the surface and this height, metres")
+      .shown();
+  app.add_option("-o,--output", a->output, ".csv or .json; without it CSV on standard output");
+  add_dem_options(app, a->dem);
+  add_window_options(app, a->dem);
+  add_json_flag(app, a->json);
+  add_progress_option(app, a->progress);
+  app.footer("Example: tind statistics alps.tif --polygons parcels.gpkg -o parcels.csv");
+  app.on_run([a, &exit] { exit = run(*a); });
+}
+
+}  // namespace tind::cli

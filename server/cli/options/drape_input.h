@@ -1,0 +1,28 @@
+#pragma once
+// What a command line lays over 3D Tiles: an image, land cover.
+
+#include <string>
+#include <vector>
+
+#include "server/cli/program/command_line.h"
+#include "terrain/base/result.h"
+#include "terrain/raster/draped.h"
+#include "terrain/surface/surface.h"
+
+namespace tind::cli {
+
+struct DrapeInput {
+  std::string image, land_cover;  // empty: none
+
+  std::vector<std::string> files() const;
+};
+
+void add_drape_options(Command, DrapeInput&);
+
+/// Before any work. Fails (invalid_argument) where something is asked for and tiles are
+/// not 3D Tiles, and as opening does.
+Result<Draped> open_drape(const DrapeInput&, bool of_3d_tiles);
+/// Fails (invalid_argument) where something lies beside the surface.
+Result<void> check_drape(const DrapeInput&, const Draped&, const Surface&);
+
+}  // namespace tind::cli

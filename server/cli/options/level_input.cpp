@@ -1,0 +1,44 @@
+#include "server/cli/options/level_input.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "terrain/raster/datums.h"
+#include "terrain/store/open/stored_tiles.h"
+
+namespace tind::cli {
+
+void add_level_options(Command app, LevelInput& input) {
+  const Option tiles = app.add_option("--tiles", input.tiles,
+                                      "ask what clients of these tiles see, in place of the DEM: a "
+                                      "directory made by tind build, or a URL");
+  app.add_option("--level", input.level, "... of this level")
+      .range(0, tiling::kMaxLevel)
+      .needs(tiles);
+}
+
+Result<std::shared_ptr<const TileSet>> open_level_tiles(const LevelInput& input) {
+  if (input.level < 0)
+    return fail(Errc::invalid_argument, "--tiles needs a --level: what is seen depends on it");
+  auto tiles = open_stored_tiles(input.tiles);
+  if (!tiles) return std::unexpected(tiles.error());
+  return std::shared_ptr<const TileSet>(std::move(*tiles));
+}
+
+VerticalDatum datum_of(const TileSet& tiles) {
+  return datum_named(tiles.layer().datum).value_or(VerticalDatum());
+}
+
+Result<AskedDem> open_asked(const DemInput& input, const LevelInput& level) {
+  auto dem = open_dem(input);
+  if (!dem) return std::unexpected(dem.error());
+  if (level.tiles.empty()) return AskedDem{std::move(*dem), nullptr, nullptr};
+  const auto tiles = open_level_tiles(level);
+  if (!tiles) return std::unexpected(tiles.error());
+  auto seen = std::make_shared<const LevelDem>(std::move(*dem), level_tiles_of(**tiles),
+                                               level.level, datum_of(**tiles));
+  return AskedDem{seen, *tiles, seen};
+}
+
+}  // namespace tind::cli

@@ -1,0 +1,49 @@
+#pragma once
+// A piece of long work that a client asked for, as it is kept and as clients see it.
+
+#include <cstdint>
+#include <string>
+#include <utility>
+
+#include "terrain/base/enum_names.h"
+
+namespace tind::services {
+
+/// As OGC API - Processes, Part 1, calls them.
+enum class JobStatus { accepted, running, successful, failed, dismissed };
+
+}  // namespace tind::services
+
+namespace tind {
+template <>
+struct EnumNames<services::JobStatus> {
+  static constexpr const char* kWhat = "status";
+  static constexpr std::pair<services::JobStatus, const char*> kAll[] = {
+      {services::JobStatus::accepted, "accepted"},
+      {services::JobStatus::running, "running"},
+      {services::JobStatus::successful, "successful"},
+      {services::JobStatus::failed, "failed"},
+      {services::JobStatus::dismissed, "dismissed"}};
+};
+}  // namespace tind
+
+namespace tind::services {
+
+struct Job {
+  std::string id;       // 32 hexadecimal digits that nobody guesses
+  std::string process;  // "simplify"
+  std::string client;   // who asked: an address
+  std::string order;    // what is to be done: JobOrder as JSON. Not for clients
+  JobStatus status = JobStatus::accepted;
+  std::string message;      // for a person
+  int progress = 0;         // per cent
+  int attempts = 0;         // how often it was begun
+  int exit_code = 0;        // of failed ones, in the words of the command line; 0: it had none
+  std::uint64_t bytes = 0;  // of its files
+  /// Milliseconds since 1970; 0: not yet.
+  std::int64_t created_ms = 0, started_ms = 0, finished_ms = 0, updated_ms = 0;
+
+  bool has_ended() const { return status != JobStatus::accepted && status != JobStatus::running; }
+};
+
+}  // namespace tind::services

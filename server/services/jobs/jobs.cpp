@@ -1,0 +1,539 @@
+#include "server/services/jobs/jobs.h"
+
+#include <spdlog/spdlog.h>
+#include <sys/random.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <csignal>
+#include <cstdlib>
+#include <ctime>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "server/log/printable.h"
+#include "terrain/base/file_io.h"
+
+namespace tind::services {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+constexpr int kMostAttempts = 2;  // it, or the daemon, may be killed once while it runs
+constexpr const char* kTemporary = "tind-jobs-";
+constexpr auto kSweep = std::chrono::minutes(1);
+constexpr std::size_t kLongestMessage = 500;
+
+std::int64_t now_ms() {
+  return std::chrono::duration_cast<std::chrono::milliseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+/// 128 bits from the system, which nobody guesses.
+std::string new_id() {
+  unsigned char bytes[16];
+  if (::getrandom(bytes, sizeof bytes, 0) != sizeof bytes) std::abort();  // cannot be, since 3.17
+  std::string id;
+  for (const unsigned char b : bytes) {
+    constexpr char kDigits[] = "0123456789abcdef";
+    id += kDigits[b >> 4];
+    id += kDigits[b & 15];
+  }
+  return id;
+}
+
+std::string text_of(const JobOrder& order) {
+  Json outputs = Json::array();
+  for (const JobOrder::Output& o : order.outputs)
+    outputs.push_back({{"name", o.name}, {"file", o.file}, {"type", o.media_type}});
+  return Json{{"arguments", order.arguments},
+              {"files", order.files},
+              {"names", order.names},
+              {"outputs", std::move(outputs)},
+              {"document", order.document}}
+      .dump();
+}
+
+std::uint64_t bytes_in(const std::string& folder) {
+  std::uint64_t sum = 0;
+  std::error_code error;
+  for (fs::directory_iterator file(folder, error), end; !error && file != end;
+       file.increment(error))
+    if (file->is_regular_file(error)) sum += file->file_size(error);
+  return sum;
+}
+
+void replace_all(std::string& text, const std::string& what, const std::string& with) {
+  if (what.empty()) return;
+  for (std::size_t at = 0; (at = text.find(what, at)) != text.npos; at += with.size())
+    text.replace(at, what.size(), with);
+}
+
+/// "bounded: 30 %, 5 s left"
+std::optional<int> progress_in(std::string_view line) {
+  const std::size_t sign = line.find(" %");
+  if (sign == line.npos) return {};
+  std::size_t begin = sign;
+  while (begin > 0 && line[begin - 1] >= '0' && line[begin - 1] <= '9') --begin;
+  if (begin < 2 || line.substr(begin - 2, 2) != ": ") return {};
+  int value = 0;
+  const auto [end, error] = std::from_chars(line.data() + begin, line.data() + sign, value);
+  if (error != std::errc() || value > 100) return {};
+  return value;
+}
+
+/// Throws where it is not as text_of() writes it.
+void read_order(const Json& json, JobOrder& order) {
+  order.arguments = json.at("arguments").get<std::vector<std::string>>();
+  order.files = json.at("files").get<std::map<std::string, std::string>>();
+  order.names = json.at("names").get<std::vector<std::pair<std::string, std::string>>>();
+  for (const Json& o : json.at("outputs"))
+    order.outputs.push_back({o.at("name"), o.at("file"), o.at("type")});
+  order.document = json.at("document").get<bool>();
+}
+
+/// A message without the paths that are in it: they are for the log.
+std::string without_paths(std::string_view text) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool begins = text[i] == '/' && (i == 0 || text[i - 1] == ' ' || text[i - 1] == '\'' ||
+                                           text[i - 1] == '"' || text[i - 1] == '(');
+    if (!begins) {
+      out += text[i];
+      continue;
+    }
+    out += "...";
+    while (i + 1 < text.size() && std::string_view(" ,;:)'\"").find(text[i + 1]) == text.npos) ++i;
+  }
+  return out;
+}
+
+/// Were these ended by somebody else, or by a system that had no memory left?
+bool from_outside(int signal) {
+  return signal == SIGKILL || signal == SIGTERM || signal == SIGINT || signal == SIGHUP;
+}
+
+std::string why_killed(int signal) {
+  if (signal == SIGXCPU) return "it took more CPU time than jobs may: ask for a smaller area";
+  if (signal == SIGXFSZ)
+    return "its result is larger than those of jobs may be: ask for fewer triangles";
+  if (from_outside(signal))
+    return "it was ended from outside, twice: by the operator, or by a system that had no memory "
+           "left";
+  return "it ended by a fault, which is a bug; the log has its number";
+}
+
+/// Removes the temporary folders of daemons of this user that were killed. A list that no daemon
+/// holds open is nobody's; one that is a minute old is not just being made.
+void remove_leftovers(const fs::path& among) {
+  std::error_code error;
+  for (fs::directory_iterator entry(among, error), last; !error && entry != last;
+       entry.increment(error)) {
+    const std::string folder = entry->path().string(), list = folder + "/jobs.sqlite";
+    struct stat facts {};
+    if (!entry->path().filename().string().starts_with(kTemporary) ||
+        ::lstat(folder.c_str(), &facts) != 0 || !S_ISDIR(facts.st_mode) ||
+        facts.st_uid != ::geteuid() || ::lstat(list.c_str(), &facts) != 0 ||
+        !S_ISREG(facts.st_mode) || ::time(nullptr) - facts.st_mtime < 60)
+      continue;
+    if (!JobStore::open(list)) continue;  // somebody has it
+    std::error_code ignored;
+    fs::remove_all(folder, ignored);
+  }
+}
+
+}  // namespace
+
+JobOrder order_of(const Job& job) {
+  JobOrder order;
+  order.process = job.process, order.client = job.client;
+  try {
+    read_order(Json::parse(job.order), order);
+  } catch (const Json::exception&) {  // somebody else has written into the list
+    order.arguments.clear(), order.outputs.clear();
+  }
+  return order;
+}
+
+Result<std::unique_ptr<Jobs>> Jobs::open(const std::string& folder, const std::string& program,
+                                         const JobLimits& limits) {
+  std::string where = folder;
+  if (where.empty()) {
+    std::error_code error;
+    const fs::path temporary = fs::temp_directory_path(error);
+    std::string pattern = (temporary / (kTemporary + std::string("XXXXXX"))).string();
+    remove_leftovers(temporary);
+    if (error || !::mkdtemp(pattern.data()))
+      return fail(Errc::io, pattern + ": cannot be made; name a folder for jobs (jobs-dir)");
+    where = pattern;
+  } else {
+    std::error_code error;
+    fs::create_directories(where, error);
+    if (error) return fail(Errc::io, where + ": " + error.message());
+    where = fs::absolute(where).string();
+  }
+  auto store = JobStore::open(where + "/jobs.sqlite");
+  if (!store) return std::unexpected(store.error());
+  std::unique_ptr<Jobs> jobs(new Jobs(where, folder.empty(), program, limits, std::move(*store)));
+  if (auto recovered = jobs->recover(); !recovered) return std::unexpected(recovered.error());
+  for (int i = 0; i < std::max(1, limits.running); ++i)
+    jobs->threads_.emplace_back(
+        [self = jobs.get()](const std::stop_token& stop) { self->work(stop); });
+  return jobs;
+}
+
+Jobs::Jobs(std::string folder, bool temporary, std::string program, const JobLimits& limits,
+           std::unique_ptr<JobStore> store)
+    : folder_(std::move(folder)),
+      program_(std::move(program)),
+      temporary_(temporary),
+      limits_(limits),
+      store_(std::move(store)) {}
+
+Jobs::~Jobs() {
+  stop();
+  if (!temporary_) return;
+  std::error_code ignored;
+  fs::remove_all(folder_, ignored);
+}
+
+void Jobs::stop() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+    for (auto& [id, live] : live_) live->stop.request_stop();
+  }
+  for (std::jthread& thread : threads_) thread.request_stop();
+  threads_.clear();
+}
+
+std::string Jobs::folder_of(std::string_view id) const { return folder_ + "/" + std::string(id); }
+
+std::string Jobs::path_of(const Job& job, const JobOrder::Output& output) const {
+  return folder_of(job.id) + "/" + output.file;
+}
+
+/// What is on the list and not at its end is queued again; folders that nobody knows go.
+Result<void> Jobs::recover() {
+  auto left = store_->unfinished();
+  if (!left) return std::unexpected(left.error());
+  for (Job& job : *left) {
+    const auto live = std::make_shared<Live>();
+    live->job = std::move(job);
+    if (live->job.attempts >= kMostAttempts) {
+      end(live, JobStatus::failed, "the daemon ended while this ran, twice: it is not tried again");
+      continue;
+    }
+    live->job.status = JobStatus::accepted;
+    live->job.progress = 0;
+    queue_.push_back(live->job.id);
+    live_.emplace(live->job.id, live);
+    ++counts_.waiting;
+  }
+  std::error_code error;
+  for (fs::directory_iterator entry(folder_, error), last; !error && entry != last;
+       entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    const bool ours = name.size() == 32 && name.find_first_not_of("0123456789abcdef") == name.npos;
+    if (!ours || !entry->is_directory()) continue;
+    const auto known = store_->find(name);
+    std::error_code ignored;
+    if (known && !*known) fs::remove_all(entry->path(), ignored);
+  }
+  return {};
+}
+
+std::optional<Error> Jobs::no_room(const std::string& client) const {
+  const auto busy = [](std::string what) { return Error{Errc::busy, std::move(what)}; };
+  std::size_t waiting = 0, of_client = 0;
+  for (const auto& [id, live] : live_) {
+    waiting += !live->running;
+    of_client += live->job.client == client;
+  }
+  if (of_client >= limits_.per_client)
+    return busy("you have " + std::to_string(of_client) +
+                " jobs that wait or run, as many as one client may: wait for one, or dismiss one");
+  if (waiting >= limits_.waiting)
+    return busy(std::to_string(waiting) + " jobs wait already, as many as may: try again later");
+  const auto stored = store_->total_bytes();
+  if (stored && *stored + limits_.each.file_bytes > limits_.stored_bytes)
+    return busy(
+        "the results of earlier jobs fill what there is for them: dismiss some, or wait "
+        "until they expire");
+  return {};
+}
+
+Result<Job> Jobs::submit(const JobOrder& order, Done done, std::stop_token gone) {
+  const auto live = std::make_shared<Live>();
+  Job& job = live->job;
+  job.id = new_id();
+  job.process = order.process, job.client = order.client;
+  try {
+    job.order = text_of(order);
+  } catch (const Json::exception&) {
+    return fail(Errc::unsupported,
+                "the name of the DEM's file is no UTF-8, which jobs cannot keep");
+  }
+  job.created_ms = job.updated_ms = now_ms();
+  live->done = std::move(done);
+  {
+    const std::lock_guard lock(mutex_);
+    if (stopping_) return fail(Errc::busy, "the daemon is about to end");
+    if (auto full = no_room(order.client)) return std::unexpected(*full);
+    live_.emplace(job.id, live);  // has its place; nobody begins it yet
+  }
+  const auto give_up = [&](Error error) -> Result<Job> {
+    const std::lock_guard lock(mutex_);
+    live_.erase(job.id);
+    return std::unexpected(std::move(error));
+  };
+  if (auto kept = store_->put(job); !kept) return give_up(kept.error());
+  const Job copy = job;
+  live->gone.emplace(std::move(gone), Live::Leave{live.get()});  // it may have gone already
+  const std::lock_guard lock(mutex_);
+  queue_.push_back(copy.id);
+  ++counts_.waiting;
+  wake_.notify_one();
+  return copy;
+}
+
+Result<std::optional<Job>> Jobs::find(std::string_view id) const {
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto live = live_.find(id); live != live_.end()) return live->second->job;
+    if (const auto ended = unsaved_.find(id); ended != unsaved_.end()) return ended->second;
+  }
+  return store_->find(id);
+}
+
+Result<std::vector<Job>> Jobs::of_client(std::string_view client, std::size_t most) const {
+  auto all = store_->of_client(client, most);
+  if (!all) return all;
+  const std::lock_guard lock(mutex_);
+  for (Job& job : *all)  // the list does not know how far they are
+    if (const auto live = live_.find(job.id); live != live_.end())
+      job = live->second->job;
+    else if (const auto ended = unsaved_.find(job.id); ended != unsaved_.end())
+      job = ended->second;
+  return all;
+}
+
+Result<std::optional<Job>> Jobs::dismiss(std::string_view id) {
+  std::shared_ptr<Live> live;
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto found = live_.find(id); found != live_.end()) {
+      live = found->second;
+      live->dismissed = true;
+      live->stop.request_stop();
+      if (std::erase(queue_, live->job.id) == 0) {  // whoever runs it ends it, soon
+        Job job = live->job;
+        job.status = JobStatus::dismissed;
+        job.message = "dismissed";
+        return job;
+      }
+      --counts_.waiting;
+    }
+  }
+  if (!live) {
+    auto stored = store_->find(id);
+    if (!stored || !*stored) return stored;
+    live = std::make_shared<Live>();
+    live->job = **stored;
+  }
+  end(live, JobStatus::dismissed, "dismissed");
+  return live->job;
+}
+
+Jobs::Counts Jobs::counts() const {
+  const std::lock_guard lock(mutex_);
+  return counts_;
+}
+
+void Jobs::work(const std::stop_token& stop) {
+  auto swept = std::chrono::steady_clock::time_point::min();
+  while (!stop.stop_requested()) {
+    std::shared_ptr<Live> live;
+    {
+      std::unique_lock lock(mutex_);
+      wake_.wait_for(lock, stop, kSweep, [this] { return !queue_.empty(); });
+      if (stop.stop_requested()) return;
+      if (!queue_.empty()) {
+        live = live_.find(queue_.front())->second;
+        queue_.erase(queue_.begin());
+        live->running = true;
+        --counts_.waiting, ++counts_.running;
+      }
+    }
+    if (live) run(live, stop);
+    if (const auto now = std::chrono::steady_clock::now(); now - kSweep > swept) {
+      swept = now;
+      sweep();
+    }
+  }
+}
+
+/// The program's own words: how far it is, or the last of what it has to say.
+void Jobs::hear(Live& live, std::string_view line, std::string& said) const {
+  if (const auto progress = progress_in(line)) {
+    const std::lock_guard lock(mutex_);
+    live.job.progress = *progress;
+    live.job.message = line;
+    live.job.updated_ms = now_ms();
+    return;
+  }
+  constexpr std::string_view kProgram = "tind: ";
+  if (line.starts_with(kProgram)) line.remove_prefix(kProgram.size());
+  if (!line.starts_with("warning: ")) said = line;
+}
+
+void Jobs::run(const std::shared_ptr<Live>& live, const std::stop_token& stop) {
+  const std::string folder = folder_of(live->job.id);
+  const JobOrder order = order_of(live->job);
+  if (live->dismissed) return end(live, JobStatus::dismissed, "dismissed");
+  if (order.arguments.empty())
+    return end(live, JobStatus::failed, "what it was to do cannot be read any more");
+  {
+    const std::lock_guard lock(mutex_);
+    live->job.status = JobStatus::running;
+    ++live->job.attempts;
+    live->job.started_ms = live->job.updated_ms = now_ms();
+  }
+  const auto failed = [&](const Error& error) {
+    spdlog::error("job {}: {}", live->job.id, logging::printable(error.what));
+    end(live, JobStatus::failed, "the daemon could not run it; its log says why");
+  };
+  if (auto kept = store_->put(live->job); !kept) return failed(kept.error());
+  std::error_code error;
+  fs::remove_all(folder, error);
+  fs::create_directory(folder, error);
+  if (error) return failed({Errc::io, folder + ": " + error.message()});
+  for (const auto& [name, content] : order.files)
+    if (auto wrote = write_whole_file(folder + "/" + name, content); !wrote)
+      return failed(wrote.error());
+
+  std::vector<std::string> words = {program_};
+  words.insert(words.end(), order.arguments.begin(), order.arguments.end());
+  std::string said;
+  const std::stop_callback daemon_stops(stop, [&live] { live->stop.request_stop(); });
+  const auto ended = run_child(
+      words, folder, limits_.each, [&](std::string_view line) { hear(*live, line, said); },
+      live->stop.get_token());
+  if (!ended) return failed(ended.error());
+  if (ended->why == ChildEnd::Why::stopped && !live->dismissed) {
+    --live->job.attempts;  // the daemon stops, which is not its fault: the next one begins it again
+    return put_back(live);
+  }
+  for (const auto& [path, name] : order.names) replace_all(said, path, name);
+  replace_all(said, folder + "/", "");
+  said = without_paths(said);
+  if (said.size() > kLongestMessage) said.resize(kLongestMessage);
+  const auto& limits = limits_.each;
+  switch (ended->why) {
+    case ChildEnd::Why::stopped:
+      return end(live, JobStatus::dismissed, "dismissed");
+    case ChildEnd::Why::out_of_time:
+      return end(live, JobStatus::failed,
+                 "it took longer than jobs may, " + std::to_string(limits.wall_time.count()) +
+                     " s: ask for a smaller area or a quicker method");
+    case ChildEnd::Why::killed:
+      spdlog::warn("job {}: ended by signal {}", live->job.id, ended->code);
+      if (from_outside(ended->code) && live->job.attempts < kMostAttempts) return put_back(live);
+      return end(live, JobStatus::failed, why_killed(ended->code));
+    case ChildEnd::Why::exited:
+      break;
+  }
+  if (ended->code == 0) return end(live, JobStatus::successful, "done");
+  {
+    const std::lock_guard lock(mutex_);
+    live->job.exit_code = ended->code;
+  }
+  end(live, JobStatus::failed, said.empty() ? "it ended without saying why" : said);
+}
+
+void Jobs::put_back(const std::shared_ptr<Live>& live) {
+  Done done;
+  Job job;
+  {
+    const std::lock_guard lock(mutex_);
+    live->job.status = JobStatus::accepted;
+    live->job.progress = 0;
+    live->job.message.clear();
+    live->running = false;
+    --counts_.running;
+    if (stopping_) {
+      live_.erase(live->job.id);
+      done = std::move(live->done);
+    }
+    job = live->job;
+  }
+  (void)store_->put(job);
+  if (done) done(job);
+  const std::lock_guard lock(mutex_);
+  if (!live_.contains(job.id)) return;
+  queue_.push_back(job.id);
+  ++counts_.waiting;
+  wake_.notify_one();
+}
+
+void Jobs::end(const std::shared_ptr<Live>& live, JobStatus status, std::string message) {
+  std::error_code ignored;
+  if (live->dismissed) status = JobStatus::dismissed, message = "dismissed";
+  if (status != JobStatus::successful) fs::remove_all(folder_of(live->job.id), ignored);
+  const std::uint64_t bytes =
+      status == JobStatus::successful ? bytes_in(folder_of(live->job.id)) : 0;
+  Job ended;
+  Done done;
+  {
+    const std::lock_guard lock(mutex_);
+    Job& job = live->job;
+    job.status = status;
+    job.message = std::move(message);
+    job.finished_ms = job.updated_ms = now_ms();
+    job.bytes = bytes;
+    if (status == JobStatus::successful) job.progress = 100;
+    ended = job;
+  }
+  const auto kept = store_->put(ended);
+  if (!kept) spdlog::error("job {}: {}", ended.id, logging::printable(kept.error().what));
+  {
+    const std::lock_guard lock(mutex_);
+    if (!kept) unsaved_[ended.id] = ended;
+    if (live->running) --counts_.running;
+    live_.erase(ended.id);
+    ++(status == JobStatus::successful ? counts_.successful
+       : status == JobStatus::failed   ? counts_.failed
+                                       : counts_.dismissed);
+    done = std::move(live->done);
+  }
+  if (done) done(ended);
+}
+
+void Jobs::forget(const Job& job) {
+  std::error_code ignored;
+  fs::remove_all(folder_of(job.id), ignored);
+  (void)store_->remove(job.id);
+}
+
+void Jobs::sweep() {
+  std::map<std::string, Job, std::less<>> unsaved;
+  {
+    const std::lock_guard lock(mutex_);
+    unsaved = unsaved_;
+  }
+  for (const auto& [id, job] : unsaved)
+    if (store_->put(job)) {
+      const std::lock_guard lock(mutex_);
+      unsaved_.erase(id);
+    }
+  const auto old = store_->finished_before(now_ms() - limits_.kept.count() * 1000);
+  if (!old) return;
+  for (const Job& job : *old) forget(job);
+}
+
+}  // namespace tind::services

@@ -1,0 +1,146 @@
+#pragma once
+// Long work for clients, each piece in a process of its own, so that none takes the daemon's memory
+// or time, or takes it down; kept on disk, so that a restart goes on with it or says why not.
+//
+// A job's folder holds what it was given and what it makes. The list is written first and last: a
+// result that the list does not call successful is none.
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "server/services/jobs/child_process.h"
+#include "server/services/jobs/job.h"
+#include "server/services/jobs/job_store.h"
+#include "terrain/base/result.h"
+
+namespace tind::services {
+
+struct JobLimits {
+  int running = 1;                                      // at a time
+  std::size_t waiting = 64;                             // beside them
+  std::size_t per_client = 8;                           // of one client, waiting or running
+  std::uint64_t stored_bytes = std::uint64_t(4) << 30;  // of all jobs' files
+  std::chrono::seconds kept{24 * 3600};                 // after their end
+  ChildLimits each{};                                   // file_bytes: of its results, too
+};
+
+/// What is to be done: words for the program that the daemon is, and files.
+struct JobOrder {
+  std::string process;
+  std::string client;
+  /// In the job's folder, where it also writes its results. No word comes from a client as it was
+  /// sent.
+  std::vector<std::string> arguments;
+  std::map<std::string, std::string> files;  // to be there first: name and content
+  /// What a client may be told in place of a text in the program's messages: names for paths.
+  std::vector<std::pair<std::string, std::string>> names;
+  /// Of the results: what it is called, its file, its media type.
+  struct Output {
+    std::string name, file, media_type;
+  };
+  std::vector<Output> outputs;  // those that are wanted
+  bool document = false;        // all of them as one JSON, in place of the only one as it is
+};
+
+/// The order of a job; one without arguments where it cannot be read.
+JobOrder order_of(const Job&);
+
+class Jobs {
+ public:
+  using Done = std::move_only_function<void(const Job&)>;
+
+  /// `folder`: made if need be; empty: a temporary one, which goes with the daemon, or, where that
+  /// was killed, with the next one of the same user. `program`: what runs. What an earlier daemon
+  /// left unfinished is begun again, once; and so is what somebody else has killed.
+  static Result<std::unique_ptr<Jobs>> open(const std::string& folder, const std::string& program,
+                                            const JobLimits&);
+  ~Jobs();
+  Jobs(const Jobs&) = delete;
+  Jobs& operator=(const Jobs&) = delete;
+
+  /// A new job. `done` is called once it has ended, from another thread, with the job as it ended,
+  /// or as it is when the daemon stops before; `gone`: nobody waits for it any more. Fails (busy)
+  /// when there is no room: of this client, of all, or on the disk; the error says which.
+  Result<Job> submit(const JobOrder&, Done done = {}, std::stop_token gone = {});
+
+  Result<std::optional<Job>> find(std::string_view id) const;
+  Result<std::vector<Job>> of_client(std::string_view client, std::size_t most) const;
+  /// Stops it, drops its files and calls it dismissed. Nothing where there is none of that id.
+  Result<std::optional<Job>> dismiss(std::string_view id);
+  /// Drops one that has ended, as if it had never been.
+  void forget(const Job&);
+
+  /// Where an output of a successful job lies.
+  std::string path_of(const Job&, const JobOrder::Output&) const;
+  const JobLimits& limits() const { return limits_; }
+
+  struct Counts {
+    std::size_t waiting = 0, running = 0;
+    std::uint64_t successful = 0, failed = 0, dismissed = 0;  // since the start
+  };
+  Counts counts() const;
+
+  /// Ends what runs, which begins again at the next start, and joins. Idempotent.
+  void stop();
+
+ private:
+  /// One that has not ended.
+  struct Live {
+    Job job;
+    std::stop_source stop;
+    bool running = false;
+    std::atomic<bool> dismissed = false;
+    Done done;
+    struct Leave {
+      Live* live;
+      void operator()() const {
+        live->dismissed = true;
+        live->stop.request_stop();
+      }
+    };
+    std::optional<std::stop_callback<Leave>> gone;
+  };
+  Jobs(std::string folder, bool temporary, std::string program, const JobLimits& limits,
+       std::unique_ptr<JobStore> store);
+
+  Result<void> recover();
+  void work(const std::stop_token&);
+  void run(const std::shared_ptr<Live>&, const std::stop_token&);
+  void hear(Live&, std::string_view line, std::string& said) const;
+  /// Of one whose program ended without having done it, or whose daemon stops.
+  void put_back(const std::shared_ptr<Live>&);
+  void end(const std::shared_ptr<Live>&, JobStatus, std::string message);
+  void sweep();
+  std::string folder_of(std::string_view id) const;
+  std::optional<Error> no_room(const std::string& client) const;
+
+  const std::string folder_, program_;
+  const bool temporary_;
+  const JobLimits limits_;
+  const std::unique_ptr<JobStore> store_;
+
+  mutable std::mutex mutex_;  // of these
+  std::condition_variable_any wake_;
+  std::map<std::string, std::shared_ptr<Live>, std::less<>> live_;
+  std::vector<std::string> queue_;  // ids, the oldest first
+  Counts counts_;
+  bool stopping_ = false;
+  std::map<std::string, Job, std::less<>> unsaved_;  // ended, and the disk did not take it
+
+  std::vector<std::jthread> threads_;
+};
+
+}  // namespace tind::services

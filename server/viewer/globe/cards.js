@@ -1,0 +1,42 @@
+// The datasets as cards: extent, posts, datum, levels, state.
+
+import {$, fetchDatasets} from "../page.js";
+import {datumText, lengthText} from "./legend.js";
+
+/// Lines of text about a dataset, as /datasets has it.
+export function factsOf({box, source, datum, max_level: deepest, state, share_read: share, highest, lowest}) {
+  const facts = [];
+  if (box) {
+    const [west, south, east, north] = box;
+    const middle = ((south + north) / 2) * (Math.PI / 180);
+    facts.push(`${lengthText(111320 * (east - west) * Math.cos(middle))} × ${lengthText(111320 * (north - south))}`);
+  }
+  if (source) facts.push(`${source.columns.toLocaleString("en")} × ${source.rows.toLocaleString("en")} posts, ${lengthText(Number(Math.max(...source.spacing_m).toPrecision(3)))} apart`);
+  else facts.push("tiles without their DEM");
+  if (highest && lowest) facts.push(`${lowest.height_m.toFixed(0).replace("-", "−")} to ${highest.height_m.toFixed(0)} m`);
+  facts.push(`levels 0 to ${deepest}, heights ${datumText(datum)}`);
+  if (source?.accuracy) facts.push(`accuracy ${source.accuracy.m} m (${source.accuracy.kind})`);
+  if (state === "reading") facts.push(`being read: ${Math.floor(100 * (share ?? 0))} %`);
+  if (state === "failed") facts.push("could not be read; the daemon's log says why");
+  return facts;
+}
+
+function card(dataset, current, choose) {
+  const button = Object.assign(document.createElement("button"), {type: "button", className: `card ${dataset.state}`});
+  if (dataset.name === current) button.setAttribute("aria-current", "true");
+  const line = (name, text) => Object.assign(document.createElement(name), {textContent: text});
+  button.append(line("strong", dataset.name), ...factsOf(dataset).map((fact) => line("span", fact)));
+  button.disabled = dataset.state === "failed";
+  button.addEventListener("click", () => choose(dataset.name));
+  return button;
+}
+
+export async function showCards(current, choose) {
+  const dialog = $("cards");
+  const datasets = await fetchDatasets();
+  $("cards-list").replaceChildren(...datasets.map((one) => card(one, current, (name) => {
+    dialog.close();
+    choose(name);
+  })));
+  if (!dialog.open) dialog.showModal();
+}

@@ -1,0 +1,71 @@
+// The camera that has a box of terrain fill the frame. Pure; all in a local frame: east, north, up.
+
+import {localFrame} from "./geodesy.js";
+
+const LARGE_M = 2e6; // seen from straight above: the earth bends too much to be seen from a side
+const MOST_DEGREES = 120; // wider or higher, it is on a globe that is seen whole
+const STEPS = 24; // along each side, at which the ground is to be in the picture
+
+const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+const plus = (a, b, s) => [a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]];
+
+/// Axes of a camera that looks `heading` from north towards east and `pitch` up, radians.
+export function axes(heading, pitch) {
+  const [sh, ch, sp, cp] = [Math.sin(heading), Math.cos(heading), Math.sin(pitch), Math.cos(pitch)];
+  return {ahead: [sh * cp, ch * cp, sp], right: [ch, -sh, 0], up: [-sh * sp, -ch * sp, cp]};
+}
+
+/// Where on the picture the points are: {left, right, bottom, top} from -1 to 1.
+export function extentOf(points, eye, {ahead, right, up}, tanX, tanY) {
+  const box = {left: Infinity, right: -Infinity, bottom: Infinity, top: -Infinity};
+  for (const point of points) {
+    const to = plus(point, eye, -1), depth = Math.max(dot(to, ahead), 1e-9);
+    const [x, y] = [dot(to, right) / depth / tanX, dot(to, up) / depth / tanY];
+    box.left = Math.min(box.left, x), box.right = Math.max(box.right, x);
+    box.bottom = Math.min(box.bottom, y), box.top = Math.max(box.top, y);
+  }
+  return box;
+}
+
+/// The eye from which the points just fill `frame` (as extentOf counts), in the middle of what room is
+/// left. A point at (x, depth) is left of the frame's right side where x - eye.x <= right (depth - eye.depth):
+/// of all points only the largest x - right depth counts, and so on. Two sides leave a range of eye.x for
+/// each eye.depth; the nearest eye is where one of the ranges is a single place.
+export function eyeThatFits(points, {ahead, right, up}, tanX, tanY, frame) {
+  const most = (f) => Math.max(...points.map(f));
+  const range = (axis, low, high) => ({
+    low, high,
+    least: most((p) => dot(p, axis) - high * dot(p, ahead)),
+    most: -most((p) => low * dot(p, ahead) - dot(p, axis)),
+  });
+  const x = range(right, frame.left * tanX, frame.right * tanX), y = range(up, frame.bottom * tanY, frame.top * tanY);
+  const depth = Math.min(...[x, y].map(({low, high, least, most}) => (most - least) / (high - low)));
+  const middle = ({low, high, least, most}) => (least + high * depth + most + low * depth) / 2;
+  return plus(plus(plus([0, 0, 0], ahead, depth), right, middle(x)), up, middle(y));
+}
+
+/// Metres that the shorter side of a box (degrees) is long, at most about that of a continent.
+export function acrossOf({west, south, east, north}) {
+  const rad = Math.PI / 180, lat = ((south + north) / 2) * rad;
+  return 6371000 * Math.min((east - west) * rad * Math.cos(lat), (north - south) * rad, 2);
+}
+
+/// {middle: {lon, lat, height}, eye, look}: `look` are axes(); eye and look are in the local frame of the
+/// middle of `box` (degrees; it may go on beyond 180). Its ground lies within [low, top]. It is seen from the
+/// south-west; from higher where it is steep for its size or the frame is upright, and from straight above
+/// where it is large.
+export function homeOf(box, {low, high, top}, {upright, tanX, tanY, free}) {
+  const {west, south, east, north} = box, across = acrossOf(box);
+  const middle = {lon: (west + east) / 2, lat: (south + north) / 2, height: (low + high) / 2};
+  const large = across > LARGE_M, whole = east - west > MOST_DEGREES || north - south > MOST_DEGREES;
+  const seen = large && whole ? {west: middle.lon - 180, south: -90, east: middle.lon + 180, north: 90} : box;
+  const local = localFrame(middle.lon, middle.lat, middle.height);
+  const points = [];
+  for (let i = 0; i <= STEPS; ++i)
+    for (let j = 0; j <= STEPS; ++j)
+      for (const height of [low, top])
+        points.push(local(seen.west + (i / STEPS) * (seen.east - seen.west), seen.south + (j / STEPS) * (seen.north - seen.south), height));
+  const pitch = -Math.max(upright ? 0.85 : 0.6, Math.min(1.2 * Math.atan((high - low) / across), 1));
+  const look = large ? axes(0, -Math.PI / 2) : axes(0.35, pitch);
+  return {middle, eye: eyeThatFits(points, look, tanX, tanY, free), look};
+}

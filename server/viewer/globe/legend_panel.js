@@ -1,0 +1,86 @@
+// The legend, the scale bar and the north arrow.
+
+import {$} from "../page.js";
+import {contourInterval, datumText, lengthText, roundLength, ticks} from "./legend.js";
+import {ERRORS, FACINGS, gradientOf, SLOPES, TINTS} from "./material.js";
+
+const {Cesium} = window;
+const NEAR_SEA_M = 5;
+
+function ramp(stops, from, to, values, text) {
+  $("legend-ramp").style.background = gradientOf(stops);
+  $("legend-ticks").replaceChildren(...values.map((value) => {
+    const tick = Object.assign(document.createElement("span"), {textContent: text(value)});
+    const share = (value - from) / (to - from);
+    tick.style.left = `${100 * share}%`;
+    if (share < 0.06 || share > 0.94) tick.style.transform = `translateX(${share < 0.5 ? "0" : "-100%"})`; // not beyond the panel
+    return tick;
+  }));
+  let right = -Infinity;
+  for (const tick of [...$("legend-ticks").children]) { // none over another
+    const box = tick.getBoundingClientRect();
+    if (box.left < right + 4) tick.remove();
+    else right = box.right;
+  }
+}
+
+export function showLegend(globe) {
+  const {dataset, looks: {mode}} = globe;
+  const {low, high, datum, source} = dataset;
+  $("legend").hidden = false;
+  const scaled = mode !== "error" || source !== undefined;
+  $("legend-ramp").hidden = $("legend-ticks").hidden = !scaled;
+  if (mode === "error" && source) {
+    const {reach, largest} = globe.errors;
+    $("legend-title").textContent = `Mesh below and above the source, metres; at most ${Number(largest.toPrecision(2))} in view, also between posts`;
+    ramp(ERRORS, -reach, reach, ticks(-0.95 * reach, 0.95 * reach, 5), (value) => String(value).replace("-", "−"));
+  } else if (mode === "error") {
+    $("legend-title").textContent = "The error needs the DEM: these are tiles without it.";
+  } else if (mode === "slope") {
+    $("legend-title").textContent = "Slope, degrees";
+    ramp(SLOPES, 0, 90, [0, 30, 60, 90], String);
+  } else if (mode === "aspect") {
+    $("legend-title").textContent = "The slope looks towards";
+    ramp(FACINGS, 0, 360, [45, 90, 135, 180, 225, 270, 315], (degrees) => ["NE", "E", "SE", "S", "SW", "W", "NW"][degrees / 45 - 1]);
+  } else {
+    const lines = mode === "contours" ? `; lines every ${lengthText(contourInterval(low, high))}` : "";
+    $("legend-title").textContent = `Metres ${datumText(datum)}${lines}`;
+    ramp(TINTS, low, Math.max(high, low + 1), ticks(low, Math.max(high, low + 1), 5), (value) => value.toLocaleString("en"));
+  }
+  const kinds = source ? ["no data: hatched", "outside: plain"] : ["outside: plain"];
+  if (low < dataset.seaLevel + NEAR_SEA_M || dataset.layer.extensions?.includes("watermask")) kinds.push("water: blue");
+  $("legend-kinds").textContent = kinds.join(", ");
+}
+
+/// Metres that a pixel is wide in the middle of the picture; undefined in the sky.
+function metresAPixel(globe) {
+  const {scene, widget: {canvas}} = globe;
+  const at = globe.pick(new Cesium.Cartesian2(canvas.clientWidth / 2, canvas.clientHeight / 2));
+  if (!at) return undefined;
+  const place = Cesium.Cartesian3.fromRadians(at.longitude, at.latitude, at.height);
+  return (2 * Cesium.Cartesian3.distance(place, scene.camera.position) * Math.tan(scene.camera.frustum.fovy / 2)) / canvas.clientHeight;
+}
+
+export function connectCompass(globe) {
+  const {scene} = globe;
+  const update = () => {
+    $("needle").style.transform = `rotate(${-scene.camera.heading}rad)`;
+    const pixel = metresAPixel(globe);
+    const metres = pixel && roundLength(110 * pixel);
+    $("scale-bar").style.visibility = metres ? "visible" : "hidden";
+    if (!metres) return;
+    $("scale-bar").style.width = `${metres / pixel}px`;
+    $("scale-text").textContent = lengthText(metres);
+  };
+  scene.camera.moveEnd.addEventListener(update);
+  scene.globe.tileLoadProgressEvent.addEventListener((waiting) => waiting === 0 && update());
+  $("north").addEventListener("click", () => {
+    const canvas = scene.canvas;
+    const at = globe.pick(new Cesium.Cartesian2(canvas.clientWidth / 2, canvas.clientHeight / 2));
+    if (!at) return (globe.camera = {...globe.camera, heading: 0});
+    const target = Cesium.Cartesian3.fromRadians(at.longitude, at.latitude, at.height);
+    scene.camera.lookAt(target, new Cesium.HeadingPitchRange(0, scene.camera.pitch, Cesium.Cartesian3.distance(target, scene.camera.position)));
+    scene.camera.lookAtTransform(Cesium.Matrix4.IDENTITY);
+    update();
+  });
+}

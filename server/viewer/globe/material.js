@@ -1,0 +1,212 @@
+// How the ground is coloured: height tints and rock as on printed maps, light from the slope of the
+// source, and the modes beside. Colours here are the ones that the legend shows.
+
+import {ERROR_REACH, ERROR_STEP_M} from "./relief_tile.js";
+import {MODES} from "./link.js";
+
+export const PAPER = "#e3e4de"; // where there is no data
+export const SEA_COLOUR = "#a9c4d3";
+
+// Tints as shares of the dataset's relief; steep ground is rock.
+export const TINTS = [
+  [0.0, "#7f9a76"],
+  [0.25, "#a8b58a"],
+  [0.5, "#cbbf9b"],
+  [0.72, "#c3b6a8"],
+  [0.86, "#e4e2de"],
+  [1.0, "#fbfcfd"],
+];
+export const SLOPES = [[0, "#f7f5ee"], [0.22, "#f2d99a"], [0.39, "#e79a53"], [0.55, "#bf4a3c"], [0.78, "#6a2450"], [1, "#2b1233"]]; // 0 to 90 degrees
+export const ERRORS = [[0, "#2c4f9e"], [0.25, "#7fa3d6"], [0.5, "#f6f4ee"], [0.75, "#e58a68"], [1, "#a3262a"]]; // mesh below .. above
+export const DEPTHS = [[0, "#2f5f86"], [0.6, "#6f9fbd"], [1, "#b5d0dc"]]; // deepest .. shore
+
+export const FACINGS = [[0, "#5f8fc4"], [0.25, "#e6c65c"], [0.5, "#cf6b4a"], [0.75, "#6aa884"], [1, "#5f8fc4"]]; // north, east, south, west
+
+export const gradientOf = (stops) => `linear-gradient(to right, ${stops.map(([at, colour]) => `${colour} ${100 * at}%`).join(", ")})`;
+
+/// All scales in one picture, a row each.
+function scales() {
+  const rows = [TINTS, SLOPES, ERRORS, DEPTHS, FACINGS];
+  const canvas = Object.assign(document.createElement("canvas"), {width: 256, height: rows.length});
+  const pen = canvas.getContext("2d");
+  rows.forEach((stops, y) => {
+    const gradient = pen.createLinearGradient(0, 0, 256, 0);
+    for (const [at, colour] of stops) gradient.addColorStop(at, colour);
+    pen.fillStyle = gradient;
+    pen.fillRect(0, y, 256, 1);
+  });
+  return canvas.toDataURL();
+}
+
+/// Four half-spaces that a dataset's rectangle is: (x, y, z) . earth-centred place is how many metres
+/// inside that side it is. Nothing where the rectangle goes around the globe.
+export function sidesOf(Cesium, {west, south, east, north, width}, height) {
+  const everywhere = new Cesium.Cartesian3();
+  if (width > Math.PI) return {west: everywhere, east: everywhere, south: everywhere, north: everywhere};
+  const flat = 1 - 6.69437999014e-3 * (1 - height / 6378137); // of the ellipsoid, where the ground is so high
+  const meridian = (lon, sign) => new Cesium.Cartesian3(-sign * Math.sin(lon), sign * Math.cos(lon), 0);
+  const parallel = (lat, sign) => new Cesium.Cartesian3(-sign * flat * Math.sin(lat), sign * Math.cos(lat), 0);
+  return {west: meridian(west, 1), east: meridian(east, -1), south: parallel(south, 1), north: parallel(north, -1)};
+}
+
+const LEAST_SIGHT = 80000; // metres of clear air, however small the dataset
+
+// What is draped (relief_tile.js) reaches the material as the colour below it, which CesiumJS's shader has
+// in `color` where it calls czm_getMaterial: the last line hands it over.
+const SOURCE = `
+  // Metres inside the dataset's rectangle, negative outside.
+  float inside(vec3 p) {
+    vec2 q = vec2(length(p.xy), p.z);
+    return min(min(dot(west.xy, p.xy), dot(east.xy, p.xy)), min(dot(south.xy, q), dot(north.xy, q)));
+  }
+  // How much of the ground the air hides: it thins with height, so it lies over what is far and low
+  // and not over what is seen from above. Its density falls to 1/e in 8 km; nobody sees farther than
+  // "sight", nor beyond the horizon of a flat land with mountains like these.
+  float haze(float metres, float height) {
+    float above = clamp((czm_eyeHeight - height) / 8000.0, -1.0, 1e4);
+    float through = metres * (abs(above) < 1e-3 ? 1.0 : (1.0 - exp(-above)) / above);
+    float horizon = sqrt(1.27e7 * max(czm_eyeHeight - low, high - low));
+    float far = through / min(sight, 0.6 * horizon + 2e4);
+    return 1.0 - exp(-far * far);
+  }
+  vec3 scale(float row, float at) { return texture(scales, vec2(clamp(at, 0.002, 0.998), 1.0 - (row + 0.5) / 5.0)).rgb; } // pictures stand on their last row
+  vec2 unsqueezed(vec2 bytes) {
+    vec2 t = (bytes * 255.0 - 128.0) / 127.0;
+    vec2 s = t * t;
+    return sign(t) * s / (1.0 - min(s, 0.99));
+  }
+  float lightOn(vec3 normal, vec2 sunAt) { // azimuth, altitude
+    return dot(normal, vec3(sin(sunAt.x) * cos(sunAt.y), cos(sunAt.x) * cos(sunAt.y), sin(sunAt.y)));
+  }
+  float shadeOf(vec3 normal) {
+    float one = lightOn(normal, sun.xy);
+    if (mode < 0.5 || mode > 1.5) return one;
+    // From four sides, each as much as it grazes the slope (Mark 1992).
+    float sum = 0.0, weights = 0.0;
+    for (int i = 0; i < 4; ++i) {
+      float azimuth = sun.x + (float(i) - 1.5) * 0.785;
+      vec2 away = vec2(sin(azimuth), cos(azimuth));
+      float weight = 0.15 + pow(length(normal.xy) < 1e-4 ? 0.7 : abs(dot(vec2(-away.y, away.x), normalize(normal.xy))), 2.0);
+      sum += weight * lightOn(normal, vec2(azimuth, sun.y));
+      weights += weight;
+    }
+    return sum / weights;
+  }
+  vec3 facingColour(vec2 slope) { return scale(4.0, fract(atan(-slope.x, -slope.y) / 6.2831853)); }
+  // ---- the parts of the picture
+
+  // Slope towards east and north of a plane with this normal (eye coordinates).
+  vec2 slopeOf(vec3 normalEC, vec3 p) {
+    vec3 up = normalize(p * vec3(1.0, 1.0, 1.00674)), toEast = normalize(vec3(-p.y, p.x, 0.0));
+    vec3 normal = czm_inverseViewRotation * normalEC;
+    return -vec2(dot(normal, toEast), dot(normal, cross(up, toEast))) / max(dot(normal, up), 0.02);
+  }
+  // Of the source where it is draped, else of the mesh's own normals.
+  vec2 slopeAt(czm_materialInput given, vec3 p, vec4 draped, bool isDraped) {
+    return isDraped ? unsqueezed(draped.rg) : slopeOf(given.normalEC, p);
+  }
+  vec3 tinted(float height, float share, float steepness) {
+    vec3 ground = mix(scale(0.0, share), rock.rgb, smoothstep(0.6, 1.1, steepness) * (1.0 - 0.4 * share));
+    return deep < 0.0 && height < seaLevel ? scale(3.0, 1.0 - (seaLevel - height) / (seaLevel - deep)) : ground;
+  }
+  vec3 lit(vec3 ground, vec3 normal, float much) {
+    float facing = clamp(0.5 + 0.5 * shadeOf(normal), 0.0, 1.0);
+    vec3 shade = mix(vec3(0.14, 0.20, 0.31), vec3(1.26, 1.21, 1.12), pow(facing, 1.9));
+    float level = pow(0.5 + 0.5 * sin(sun.y), 1.9); // a low sun darkens no plain
+    return ground * mix(vec3(1.0), shade * pow(0.887 / mix(0.14, 1.26, level), 0.75), much);
+  }
+  vec3 withContours(vec3 ground, float height) {
+    float lines = height / interval, wide = max(fwidth(lines), 1e-6);
+    float line = 1.0 - smoothstep(0.2, 0.9, abs(fract(lines - 0.5) - 0.5) / wide);
+    float fifth = 1.0 - smoothstep(0.5, 1.2, abs(fract(lines / 5.0 - 0.5) - 0.5) * 5.0 / wide);
+    float ink = max(line * 0.5 * (1.0 - smoothstep(0.12, 0.35, wide)), fifth * 0.7 * (1.0 - smoothstep(0.5, 1.5, wide)));
+    return mix(ground, vec3(0.36, 0.24, 0.13), ink);
+  }
+  vec3 errorColour(vec4 draped) {
+    float t = (draped.r * 255.0 - 128.0) / 127.0;
+    float metres = sign(t) * ${ERROR_STEP_M} * (exp(abs(t) * ${ERROR_REACH.toFixed(7)}) - 1.0);
+    return scale(2.0, 0.5 + 0.5 * metres / reach) * mix(1.0, 0.45 + 0.72 * draped.g, light);
+  }
+  // Hatched: the dataset has no height here. Where the mesh leads a mountain on across a small hole, the
+  // hatch lies on the ground that is drawn; where it is level, as over a large one, on paper.
+  vec3 nothing(vec3 facet, vec3 p, float share, bool errors) {
+    float hatch = smoothstep(0.5, 0.9, abs(fract((gl_FragCoord.x + gl_FragCoord.y) / (9.0 * czm_pixelRatio)) - 0.5) * 2.0);
+    vec2 slope = slopeOf(facet, p) / exaggeration; // of the triangle: the normals at its corners are those of the ground around
+    float bridged = errors ? 0.0 : smoothstep(0.03, 0.2, length(slope));
+    vec3 ground = mix(paper.rgb, tinted((high - low) * share + low, share, atan(length(slope))), 0.85 * bridged);
+    return lit(mix(ground, vec3(0.62, 0.63, 0.62), 0.5 * hatch), normalize(vec3(-slope * exaggeration, 1.0)), mix(0.35, 0.6, bridged) * light);
+  }
+  vec3 groundAt(czm_materialInput given, vec3 p, vec3 facet, vec4 draped) {
+    bool errors = mode > 4.5 && measured > 0.5;
+    vec2 slope = slopeAt(given, p, draped, measured > 0.5 && !errors && draped.r > 0.002);
+    vec3 normal = normalize(vec3(-slope * exaggeration, 1.0));
+    float steepness = atan(length(slope));
+    float height = (given.height - low) / exaggeration + low;
+    float share = clamp((height - low) / (high - low), 0.0, 1.0);
+    float water = max(measured > 0.5 ? smoothstep(0.53, 0.6, draped.b) : 0.0, given.waterMask);
+
+    vec3 ground;
+    if (errors) ground = errorColour(draped);
+    else if (mode > 2.5 && mode < 3.5) {
+      vec3 facing = mix(vec3(0.93, 0.92, 0.89), facingColour(slope), smoothstep(0.004, 0.06, length(slope)));
+      ground = lit(facing, normal, 0.5 * light);
+    } else if (mode > 1.5 && mode < 2.5) ground = lit(scale(1.0, steepness / 1.5708), normal, 0.25 * light);
+    else {
+      ground = tinted(height, share, steepness);
+      if (mode > 0.5 && mode < 1.5) ground = mix(ground, vec3(0.93, 0.92, 0.89), 0.75);
+      if (mode > 3.5 && mode < 4.5) ground = mix(ground, vec3(0.97, 0.96, 0.93), 0.6);
+      if (deep >= 0.0 || given.waterMask > 0.0) ground = mix(ground, sea.rgb, water);
+      ground = lit(ground, normal, light * (1.0 - 0.5 * water));
+      if (mode > 3.5) ground = withContours(ground, height);
+    }
+    if (measured < 0.5) return ground;
+    float there = smoothstep(0.4, 0.47, draped.b); // between a void and the sea there is hardly any ground
+    return there > 0.99 ? ground : mix(nothing(facet, p, share, errors), ground, there);
+  }
+  czm_material picture(czm_materialInput given, vec4 draped) {
+    czm_material material = czm_getDefaultMaterial(given);
+    vec3 p = (czm_inverseView * vec4(-given.positionToEyeEC, 1.0)).xyz;
+    float within = inside(p);
+    // Beside a skyline fwidth takes two places that lie far from each other.
+    float apart = max(czm_metersPerPixel(vec4(-given.positionToEyeEC, 1.0), czm_pixelRatio), 1e-6);
+    float pixel = clamp(fwidth(within), 0.2 * apart, 8.0 * apart);
+    vec3 facet = normalize(cross(dFdx(given.positionToEyeEC), dFdy(given.positionToEyeEC)));
+    facet *= sign(dot(facet, given.positionToEyeEC));
+    vec3 ground = paper.rgb; // outside of the dataset
+    if (within > -pixel) ground = mix(ground, groundAt(given, p, facet, draped), clamp(within / pixel + 0.5, 0.0, 1.0));
+    float outline = bounded * (1.0 - smoothstep(0.6, 1.4, abs(within) / pixel));
+    ground = mix(ground, vec3(0.42, 0.45, 0.47), 0.7 * outline);
+    bool plain = mode > 4.5 && measured > 0.5; // the scale of errors is read off as it is
+    material.diffuse = plain ? ground : mix(ground, air.rgb, haze(length(given.positionToEyeEC), given.height));
+    return material;
+  }
+  #define czm_getMaterial(given) picture(given, color)`;
+
+export function groundMaterial(Cesium, {low, high, extent, rectangle, seaLevel}, measured) {
+  const colour = (css) => Cesium.Color.fromCssColorString(css);
+  const bathymetry = low < -500 && seaLevel !== undefined; // no land is so low
+  return new Cesium.Material({
+    translucent: false,
+    fabric: {
+      uniforms: {
+        scales: scales(), low, high: Math.max(high, low + 1), sight: Math.max(2.5 * extent, LEAST_SIGHT),
+        light: 1, exaggeration: 1, mode: 0, measured: measured ? 1 : 0, reach: 1, interval: 100,
+        sun: new Cesium.Cartesian2(), seaLevel: seaLevel ?? 0, deep: bathymetry ? low : 0, bounded: rectangle.width > Math.PI ? 0 : 1,
+        ...sidesOf(Cesium, rectangle, (low + high) / 2),
+        rock: colour("#8d8379"), paper: colour(PAPER), sea: colour(SEA_COLOUR), air: colour("#dbe7ec"),
+      },
+      source: SOURCE,
+    },
+  });
+}
+
+/// {mode, flat, sun, exaggeration} of the looks, and the error at which the scale ends.
+export function setLooks(uniforms, {mode, flat, sun, exaggeration}, {reach, interval}) {
+  uniforms.mode = MODES.indexOf(mode);
+  uniforms.light = flat ? 0 : 1;
+  uniforms.exaggeration = exaggeration;
+  uniforms.sun.x = (sun.azimuth * Math.PI) / 180;
+  uniforms.sun.y = (sun.altitude * Math.PI) / 180;
+  uniforms.reach = reach;
+  uniforms.interval = interval;
+}

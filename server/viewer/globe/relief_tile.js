@@ -1,0 +1,214 @@
+// What is draped over the mesh of a tile, as numbers in the bytes of a picture: not colours, so that
+// sun, shading and scale can change without another request. Pure: heights in, bytes out.
+//
+// Relief: R, G: slope towards east and north (metres a metre), B: what is there.
+// Error:  R: mesh minus source, G: light from the north-west, B: what is there.
+
+import {columnOf, latOf, lonOf, rowOf} from "./source_heights.js";
+
+export const SIDE = 256; // pixels of a tile: CesiumJS then asks for the level of the mesh that it drapes
+export const VOID = 0, GROUND = 128, SEA = 255; // between two of them there is a blend of them
+
+const METRES_PER_DEGREE = 111319.49;
+const MOST_DEGREES = 85; // of latitude: the images end there
+
+// ---- numbers as bytes; material.js has the way back
+
+const SQUEEZED = 127;
+
+/// Finer where it is flat: a step is 0.00006 there, and 0.04 at 45 degrees.
+export function slopeByte(slope) {
+  const steep = Math.min(Math.abs(slope) / (1 + Math.abs(slope)), 0.99);
+  return 128 + Math.round(SQUEEZED * Math.sign(slope) * Math.sqrt(steep));
+}
+
+export function slopeOfByte(byte) {
+  const t = (byte - 128) / SQUEEZED;
+  return (Math.sign(t) * t * t) / (1 - Math.min(t * t, 0.99));
+}
+
+export const ERROR_STEP_M = 0.01;
+export const ERROR_REACH = Math.log1p(1e6); // to 10 km
+
+/// Steps of 11 %, from a centimetre to ten kilometres.
+export function errorByte(metres) {
+  const share = Math.min(Math.log1p(Math.abs(metres) / ERROR_STEP_M) / ERROR_REACH, 1);
+  return 128 + Math.round(SQUEEZED * Math.sign(metres) * share);
+}
+
+export function errorOfByte(byte) {
+  const t = (byte - 128) / SQUEEZED;
+  return Math.sign(t) * ERROR_STEP_M * Math.expm1(Math.abs(t) * ERROR_REACH);
+}
+
+// ---- a lattice over the tile
+
+/// Heights at (pixels + 2)² places: the pixels' middles and one beyond each side. A place beyond the
+/// source's bounds is moved onto them.
+async function lattice(source, {west, south, east, north}, level, pixels) {
+  const at = Math.min(level, source.deepest);
+  const [w, s, e, n] = source.bounds;
+  const half = 180 / 2 ** at / 512; // of a pixel: nothing is known beyond the middle of the last
+  const within = (value, low, high) => Math.min(Math.max(value, Math.min(low, (low + high) / 2)), Math.max(high, (low + high) / 2));
+  const lons = [], lats = [];
+  for (let i = -1; i <= pixels; ++i) {
+    lons.push(within(west + ((i + 0.5) / pixels) * (east - west), w + half, e - half));
+    lats.push(within(north - ((i + 0.5) / pixels) * (north - south), Math.max(s, -MOST_DEGREES) + half, Math.min(n, MOST_DEGREES) - half));
+  }
+  const columns = lons.map((lon) => columnOf(lon, at) - 0.5), rows = lats.map((lat) => rowOf(lat, at) - 0.5);
+  const left = Math.floor(columns[0]), top = Math.floor(rows[0]);
+  const wide = Math.floor(columns[pixels + 1]) - left + 2, high = Math.floor(rows[pixels + 1]) - top + 2;
+  const {heights, known} = await source.window(at, left, top, wide, high);
+  return {lons, lats, columns: columns.map((c) => c - left), rows: rows.map((r) => r - top), wide, heights, known};
+}
+
+/// Bilinear between the pixels' middles; NaN beside a pixel that is not there.
+function blend({wide, heights}, column, row) {
+  const c = Math.floor(column), r = Math.floor(row), i = r * wide + c;
+  const x = column - c, y = row - r;
+  const top = x === 0 ? heights[i] : heights[i] * (1 - x) + heights[i + 1] * x;
+  if (y === 0) return top;
+  const low = x === 0 ? heights[i + wide] : heights[i + wide] * (1 - x) + heights[i + wide + 1] * x;
+  return top * (1 - y) + low * y;
+}
+
+/// f(pixel, slope to the east, to the north, height, known) of each pixel, rows from the north.
+async function eachPixel(source, rectangle, level, pixels, f) {
+  const grid = await lattice(source, rectangle, level, pixels);
+  const {lons, lats, columns, rows, wide, known} = grid;
+  const side = pixels + 2;
+  const z = new Float64Array(side * side);
+  for (let j = 0; j < side; ++j) for (let i = 0; i < side; ++i) z[j * side + i] = blend(grid, columns[i], rows[j]);
+  const rise = (a, b, metres) => (metres > 0 && Number.isFinite(b - a) ? (b - a) / metres : 0);
+  for (let j = 1; j <= pixels; ++j) {
+    const east = METRES_PER_DEGREE * Math.cos((lats[j] * Math.PI) / 180), north = METRES_PER_DEGREE * (lats[j - 1] - lats[j + 1]);
+    for (let i = 1; i <= pixels; ++i) {
+      const at = j * side + i;
+      f((j - 1) * pixels + i - 1, rise(z[at - 1], z[at + 1], east * (lons[i + 1] - lons[i - 1])), rise(z[at + side], z[at - side], north),
+        z[at], known[Math.round(rows[j]) * wide + Math.round(columns[i])] === 1 && Number.isFinite(z[at]));
+    }
+  }
+}
+
+/// `seaLevel`: of the dataset's heights, metres; undefined where that is not known.
+function kindOf(known, east, north, height, seaLevel) {
+  if (!known) return VOID;
+  const level = Math.abs(east) < 2e-4 && Math.abs(north) < 2e-4;
+  return level && seaLevel !== undefined && Math.abs(height - seaLevel) < 4 ? SEA : GROUND;
+}
+
+/// No slope: material.js then takes the mesh's own.
+function unmeasured(bytes, kind) {
+  for (let i = 0; i < bytes.length; i += 4) bytes[i] = bytes[i + 1] = 0, bytes[i + 2] = kind;
+  return bytes;
+}
+
+/// RGBA bytes of the relief in a rectangle of degrees, at a level of the source: that of a tile for SIDE pixels
+/// a side, one deeper for twice as many.
+export async function reliefTile(source, rectangle, level, seaLevel, pixels = SIDE) {
+  const bytes = new Uint8Array(4 * pixels * pixels).fill(255);
+  if (level < source.coarsest) return unmeasured(bytes, GROUND);
+  await eachPixel(source, rectangle, level, pixels, (pixel, east, north, height, known) => {
+    bytes[4 * pixel] = slopeByte(east);
+    bytes[4 * pixel + 1] = slopeByte(north);
+    bytes[4 * pixel + 2] = kindOf(known, east, north, height, seaLevel);
+  });
+  return bytes;
+}
+
+// ---- the error
+
+const LIGHT = [-0.557, 0.557, 0.616]; // from the north-west, 38 degrees high
+
+function shade(east, north) {
+  return Math.max(0, (-east * LIGHT[0] - north * LIGHT[1] + LIGHT[2]) / Math.hypot(east, north, 1));
+}
+
+/// Mesh minus source at each pixel of the source's image in the rectangle: exactly there, so that no
+/// interpolation counts as an error. `meshHeights(xs, ys)` are heights at a lattice of places, shares
+/// of the rectangle from west and from south, both ascending; NaN where there is no mesh.
+async function differences(source, {west, south, east, north}, level, meshHeights) {
+  const at = Math.min(level + 1, source.deepest);
+  const beside = 1; // for pixels of the tile that lie outside of the middles
+  const left = Math.floor(columnOf(west, at) - 0.5) - beside, right = Math.ceil(columnOf(east, at) - 0.5) + beside;
+  const top = Math.floor(rowOf(Math.min(north, MOST_DEGREES), at) - 0.5) - beside, bottom = Math.ceil(rowOf(Math.max(south, -MOST_DEGREES), at) - 0.5) + beside;
+  const wide = right - left + 1, high = bottom - top + 1;
+  const {heights, known} = await source.window(at, left, top, wide, high);
+  const xs = Array.from({length: wide}, (_, i) => (lonOf(left + i + 0.5, at) - west) / (east - west));
+  const ys = Array.from({length: high}, (_, i) => (latOf(bottom - i + 0.5, at) - south) / (north - south));
+  const mesh = meshHeights(xs, ys);
+  const off = new Float64Array(wide * high);
+  for (let row = 0; row < high; ++row)
+    for (let i = 0; i < wide; ++i)
+      off[row * wide + i] = known[row * wide + i] ? mesh[(high - 1 - row) * wide + i] - heights[row * wide + i] : NaN;
+  return {off, wide, high, left, top, at};
+}
+
+/// Indices of the first and the last value from 0 to 1, given in ascending order by `at`.
+function inside(count, at) {
+  let first = 0, last = count - 1;
+  while (first < last && at(first) < 0) ++first;
+  while (last > first && at(last) > 1) --last;
+  return [first, last];
+}
+
+/// The largest by magnitude of those places that lie in a pixel of the tile, so that coarse levels hide
+/// none; between places, a blend of them.
+function pooled({off, wide, high, left, top, at}, {west, south, east, north}) {
+  const pool = new Float64Array(SIDE * SIDE).fill(NaN);
+  for (let row = 0; row < high; ++row) {
+    const y = Math.floor(((north - latOf(top + row + 0.5, at)) / (north - south)) * SIDE);
+    if (y < 0 || y >= SIDE) continue;
+    for (let i = 0; i < wide; ++i) {
+      const x = Math.floor(((lonOf(left + i + 0.5, at) - west) / (east - west)) * SIDE);
+      if (x < 0 || x >= SIDE || Number.isNaN(off[row * wide + i])) continue;
+      const old = pool[y * SIDE + x];
+      if (!(Math.abs(old) >= Math.abs(off[row * wide + i]))) pool[y * SIDE + x] = off[row * wide + i];
+    }
+  }
+  // Beside the tile there is no mesh to compare with: up to its side, the last place inside holds.
+  const [w, e] = inside(wide, (i) => (lonOf(left + i + 0.5, at) - west) / (east - west));
+  const [n, s] = inside(high, (j) => (north - latOf(top + j + 0.5, at)) / (north - south));
+  const clamp = (value, low, most) => Math.min(Math.max(value, low), most);
+  const grid = {wide, heights: off};
+  for (let y = 0; y < SIDE; ++y) {
+    const row = clamp(rowOf(north - ((y + 0.5) / SIDE) * (north - south), at) - 0.5 - top, n, s);
+    for (let x = 0; x < SIDE; ++x) {
+      if (!Number.isNaN(pool[y * SIDE + x])) continue;
+      const column = clamp(columnOf(west + ((x + 0.5) / SIDE) * (east - west), at) - 0.5 - left, w, e);
+      pool[y * SIDE + x] = blend(grid, column, row);
+    }
+  }
+  return pool;
+}
+
+/// RGBA bytes of the error, the largest there is in them, metres, and how many pixels have an error of each
+/// magnitude (of errorByte - 128), so that a scale can leave out the few that stick out.
+export async function errorTile(source, rectangle, level, meshHeights) {
+  if (level < source.coarsest) return {bytes: unmeasured(new Uint8Array(4 * SIDE * SIDE).fill(255), VOID), largest: 0, counts: new Uint32Array(SQUEEZED + 1)};
+  const errors = pooled(await differences(source, rectangle, level, meshHeights), rectangle);
+  const bytes = new Uint8Array(4 * SIDE * SIDE).fill(255);
+  const counts = new Uint32Array(SQUEEZED + 1);
+  let largest = 0;
+  await eachPixel(source, rectangle, level, SIDE, (pixel, east, north) => {
+    const off = errors[pixel];
+    const there = Number.isFinite(off);
+    bytes[4 * pixel] = there ? errorByte(off) : 128;
+    bytes[4 * pixel + 1] = Math.round(255 * shade(east, north));
+    bytes[4 * pixel + 2] = there ? GROUND : VOID;
+    if (!there) return;
+    largest = Math.max(largest, Math.abs(off));
+    ++counts[Math.abs(bytes[4 * pixel] - 128)];
+  });
+  return {bytes, largest, counts};
+}
+
+/// {reach, largest} of several tiles, metres: `share` of all pixels have no larger error than `reach`.
+export function errorScale(tiles, share = 0.98) {
+  const sum = new Float64Array(SQUEEZED + 1);
+  for (const {counts} of tiles) counts.forEach((count, i) => (sum[i] += count));
+  const wanted = share * sum.reduce((all, count) => all + count, 0);
+  let below = 0, at = 0;
+  while (at < SQUEEZED && (below += sum[at]) < wanted) ++at;
+  return {reach: Math.max(errorOfByte(128 + at), ERROR_STEP_M), largest: Math.max(0, ...tiles.map(({largest}) => largest))};
+}

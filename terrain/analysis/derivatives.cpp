@@ -1,0 +1,177 @@
+// [HORN81] B.K.P. Horn: Hill shading and the reflectance map. Proceedings of the IEEE 69, 1981.
+// [RIL99]  S. Riley, S. DeGloria, R. Elliot: A terrain ruggedness index that quantifies topographic
+//          heterogeneity. Intermountain Journal of Sciences 5, 1999.
+// [WIL07]  M. Wilson et al.: Multiscale terrain analysis of multibeam bathymetry data for habitat
+//          mapping on the continental slope. Marine Geodesy 30, 2007.
+
+#include "terrain/analysis/derivatives.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "terrain/geo/ellipsoid.h"
+
+namespace tind {
+namespace {
+
+constexpr float kNothing = std::numeric_limits<float>::quiet_NaN();
+
+/// A post in the middle (4) and its neighbours, row by row from the north-west.
+using Nine = std::array<double, 9>;
+
+/// From differences along columns and rows to the rise to the east and north, on the ground.
+class Ground {
+ public:
+  explicit Ground(const DemInfo& info) : info_(info) {
+    if (info.crs_kind == CrsKind::projected) x_m_ = y_m_ = info.crs_unit_m;
+    if (info.crs_kind != CrsKind::geographic) return;
+    const double step = std::hypot(info.post_to_crs.x_col, info.post_to_crs.y_col);
+    degrees_ = info.period_cols > 0 && step > 0 ? 360 / (info.period_cols * step) : 1;
+  }
+
+  /// Distances as they are on this row.
+  void move_to(std::int64_t row) {
+    if (info_.crs_kind == CrsKind::geographic) {
+      const double lat =
+          info_.post_to_crs.apply(double(info_.cols - 1) / 2, double(row)).y * degrees_;
+      // At a pole, columns have no distance: those a metre's part away have.
+      const Vec2 metres = wgs84::metres_per_degree(std::clamp(lat, -89.99999, 89.99999));
+      x_m_ = metres.x * degrees_, y_m_ = metres.y * degrees_;
+    }
+    const Affine& a = info_.post_to_crs;
+    along_col_ = {a.x_col * x_m_, a.y_col * y_m_};
+    along_row_ = {a.x_row * x_m_, a.y_row * y_m_};
+    area_ = along_col_.x * along_row_.y - along_row_.x * along_col_.y;
+  }
+
+  /// x: to the east, y: to the north.
+  Vec2 gradient(double by_col, double by_row) const {
+    return {(by_col * along_row_.y - by_row * along_col_.y) / area_,
+            (by_row * along_col_.x - by_col * along_row_.x) / area_};
+  }
+
+ private:
+  const DemInfo& info_;
+  double degrees_ = 1, x_m_ = 1, y_m_ = 1;
+  Vec2 along_col_{}, along_row_{};
+  double area_ = 1;
+};
+
+/// A corner of the nine, and the two sides beside it.
+struct Corner {
+  std::size_t at, beside, other;
+};
+constexpr Corner kCorners[] = {{0, 1, 3}, {2, 1, 5}, {6, 7, 3}, {8, 7, 5}};
+
+/// Those that are not there are put where the others lead, so that a plane stays one: the line
+/// through the opposite side, the plane of a corner and what is beside it, and at last the post.
+void complete(Nine& z) {
+  const double post = z[4];
+  const auto missing = [&](std::size_t k) { return std::isnan(z[k]); };
+  const auto by_opposites = [&] {
+    for (const std::size_t k : {1, 3, 5, 7})
+      if (missing(k) && !missing(8 - k)) z[k] = 2 * post - z[8 - k];
+  };
+  by_opposites();
+  for (const Corner& c : kCorners) {
+    if (missing(c.at)) continue;
+    if (missing(c.beside) && !missing(c.other)) z[c.beside] = z[c.at] - z[c.other] + post;
+    if (missing(c.other) && !missing(c.beside)) z[c.other] = z[c.at] - z[c.beside] + post;
+  }
+  by_opposites();
+  for (const std::size_t k : {1, 3, 5, 7})
+    if (missing(k)) z[k] = post;
+  for (const Corner& c : kCorners)
+    if (missing(c.at))
+      z[c.at] = missing(8 - c.at) ? z[c.beside] + z[c.other] - post : 2 * post - z[8 - c.at];
+}
+
+Vec2 horn(const Nine& z, const Ground& ground) {
+  const double by_col = ((z[2] + 2 * z[5] + z[8]) - (z[0] + 2 * z[3] + z[6])) / 8;
+  const double by_row = ((z[6] + 2 * z[7] + z[8]) - (z[0] + 2 * z[1] + z[2])) / 8;
+  return ground.gradient(by_col, by_row);
+}
+
+float value_of(const Nine& z, const Ground& ground, const DerivativeOptions& options) {
+  switch (options.kind) {
+    case Derivative::slope: {
+      const Vec2 g = horn(z, ground);
+      return float(options.percent ? 100 * std::hypot(g.x, g.y) : slope_deg(g.x, g.y));
+    }
+    case Derivative::aspect: {
+      const Vec2 g = horn(z, ground);
+      return g.x == 0 && g.y == 0 ? kNothing : float(aspect_deg(g.x, g.y));
+    }
+    case Derivative::hillshade: {
+      const Vec2 g = horn(z, ground);
+      return hillshade_grey(g.x, g.y, options.light);
+    }
+    case Derivative::roughness: {
+      const auto [low, high] = std::ranges::minmax(z);
+      return float(high - low);
+    }
+    case Derivative::tri: {
+      double sum = 0;
+      for (const double v : z) sum += (v - z[4]) * (v - z[4]);
+      return float(std::sqrt(sum));
+    }
+    case Derivative::tpi: {
+      double sum = -z[4];
+      for (const double v : z) sum += v;
+      return float(z[4] - sum / 8);
+    }
+  }
+  return kNothing;
+}
+
+}  // namespace
+
+RasterRows derivative_rows(const DemSource& dem, const DerivativeOptions& options,
+                           const Progress& progress) {
+  return [&dem, options, progress](int row, int rows) -> Result<HeightGrid> {
+    const DemInfo& info = dem.info();
+    const int cols = int(info.cols);
+    if (progress.stopped()) return fail(Errc::cancelled, "stopped");
+    const auto posts = dem.read(-1, row - 1, cols + 2, rows + 2);
+    if (!posts) return std::unexpected(posts.error());
+    HeightGrid out(cols, rows);
+    Ground ground(info);
+    for (int r = 0; r < rows; ++r) {
+      ground.move_to(std::int64_t(row) + r);
+      for (int c = 0; c < cols; ++c) {
+        if (posts->is_void(c + 1, r + 1)) continue;
+        Nine z;
+        for (int k = 0; k < 9; ++k) z[std::size_t(k)] = posts->at(c + k % 3, r + k / 3);
+        complete(z);
+        out.at(c, r) = value_of(z, ground, options);
+      }
+    }
+    progress.at(double(row + rows) / double(info.rows));
+    return out;
+  };
+}
+
+RasterContents contents_of(const DerivativeOptions& options) {
+  RasterContents contents{.heights = false};
+  for (const auto& [kind, name] : EnumNames<Derivative>::kAll)
+    if (kind == options.kind) contents.what = name;
+  switch (options.kind) {
+    case Derivative::slope:
+      contents.unit = options.percent ? "percent" : "degree";
+      break;
+    case Derivative::aspect:
+      contents.unit = "degree";
+      break;
+    case Derivative::hillshade:
+      contents.unit = "";
+      contents.pixel = RasterPixel::uint8;
+      break;
+    default:
+      break;
+  }
+  return contents;
+}
+
+}  // namespace tind

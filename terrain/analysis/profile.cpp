@@ -1,0 +1,166 @@
+// The exact one walks over the grid (grid_walk.h) piece by piece. Each piece is a parabola: its
+// ends and its turn are points.
+
+#include "terrain/analysis/profile.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "terrain/analysis/grid_walk.h"
+#include "terrain/analysis/heights_at.h"
+#include "terrain/analysis/post_reader.h"
+#include "terrain/analysis/post_way.h"
+
+namespace tind {
+namespace {
+
+/// Distances that are closer together are one point.
+constexpr double kSame_m = 1e-6;
+
+/// Points as they come along the line.
+class Points {
+ public:
+  explicit Points(const GeodesicPath& path) : path_(path) {}
+
+  void ground(double metres, double height) {
+    end_gap(metres);
+    if (!out_.empty() && out_.back().height.coverage == Coverage::value &&
+        metres - out_.back().distance_m <= kSame_m)
+      return;
+    out_.push_back({metres, path_.at(metres), {Coverage::value, height}});
+  }
+  /// From here on there is no height, until ground() says so.
+  void nothing_from(double metres) {
+    if (!gap_from_) gap_from_ = metres;
+  }
+  std::vector<ProfilePoint> taken() {
+    end_gap(path_.length_m());
+    return std::move(out_);
+  }
+  std::size_t size() const { return out_.size(); }
+
+ private:
+  void end_gap(double metres) {
+    if (!gap_from_) return;
+    const bool first = out_.empty(), last = metres >= path_.length_m();
+    const double middle = (*gap_from_ + metres) / 2;
+    if (first) void_at(0);
+    if (metres - *gap_from_ > kSame_m) void_at(middle);
+    if (last && metres - *gap_from_ > kSame_m) void_at(metres);
+    gap_from_.reset();
+  }
+  void void_at(double metres) {
+    if (!out_.empty() && out_.back().height.coverage != Coverage::value &&
+        metres <= out_.back().distance_m)
+      return;
+    out_.push_back({metres, path_.at(metres), {Coverage::void_, 0}});
+  }
+
+  const GeodesicPath& path_;
+  std::vector<ProfilePoint> out_;
+  std::optional<double> gap_from_;
+};
+
+/// A part of the line that is straight among the posts.
+struct Straight {
+  double from_m, to_m;
+  double at(double t) const { return from_m + (to_m - from_m) * t; }
+};
+
+void take_piece(const WalkPiece& piece, const Straight& way, Points& points) {
+  if (piece.is_void) return points.nothing_from(way.at(piece.from));
+  const Parabola& z = piece.height;
+  points.ground(way.at(piece.from), z.at(piece.from));
+  const double turn = z.c == 0 ? piece.from : -z.b / (2 * z.c);
+  if (turn > piece.from && turn < piece.to) points.ground(way.at(turn), z.at(turn));
+  points.ground(way.at(piece.to), z.at(piece.to));
+}
+
+Result<void> walk_leg(const DemSource& dem, const GeodesicPath& path, double from_m, double to_m,
+                      PostReader& posts, Points& points, const std::stop_token& stop) {
+  const Curve curve = [&](std::span<const double> shares, std::span<Geographic> places) {
+    for (std::size_t i = 0; i < shares.size(); ++i)
+      places[i] = path.at(from_m + (to_m - from_m) * shares[i]);
+  };
+  const auto nodes = straight_pieces(dem, curve, kProfileTolerance_posts);
+  if (!nodes) return std::unexpected(nodes.error());
+  for (std::size_t i = 1; i < nodes->size(); ++i) {
+    if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
+    const WayNode &a = (*nodes)[i - 1], &b = (*nodes)[i];
+    const double length = to_m - from_m;
+    const Straight way{from_m + length * a.share, from_m + length * b.share};
+    walk_grid(a.post, b.post, posts, [&](const WalkPiece& piece) {
+      take_piece(piece, way, points);
+      return points.size() <= kMostProfilePoints;
+    });
+    if (posts.error()) return std::unexpected(*posts.error());
+    if (points.size() > kMostProfilePoints)
+      return fail(Errc::out_of_range,
+                  "the line crosses the DEM's grid more than a million times: ask for samples, or "
+                  "for a shorter line");
+  }
+  return {};
+}
+
+/// Beyond the outermost posts is outside; where the line is among them, a gap is a void.
+void tell_voids_from_outside(const DemSource& dem, Profile& profile) {
+  std::vector<Geographic> places;
+  for (const ProfilePoint& p : profile.points) places.push_back(p.place);
+  std::vector<Vec2> posts(places.size());
+  dem.to_post(places, posts);
+  const DemInfo& info = dem.info();
+  for (std::size_t i = 0; i < posts.size(); ++i) {
+    HeightAt& height = profile.points[i].height;
+    const Vec2& p = posts[i];
+    const bool inside = p.y >= 0 && p.y <= double(info.rows - 1) &&
+                        (info.wraps_longitude || (p.x >= 0 && p.x <= double(info.cols - 1)));
+    if (height.coverage == Coverage::void_ && !inside) height.coverage = Coverage::outside;
+  }
+}
+
+}  // namespace
+
+std::vector<double> even_distances(double length_m, std::size_t count) {
+  std::vector<double> out;
+  for (std::size_t i = 0; i + 1 < count; ++i)
+    out.push_back(length_m * double(i) / double(count - 1));
+  out.push_back(length_m);
+  return out;
+}
+
+std::vector<double> stepped_distances(double length_m, double step_m) {
+  std::vector<double> out;
+  for (std::size_t i = 0; double(i) * step_m < length_m - kSame_m; ++i)
+    out.push_back(double(i) * step_m);
+  out.push_back(length_m);
+  return out;
+}
+
+Result<Profile> sampled_profile(const DemSource& dem, const GeodesicPath& path,
+                                std::vector<double> distances, const std::stop_token& stop) {
+  std::vector<Geographic> places;
+  for (const double metres : distances) places.push_back(path.at(metres));
+  const auto heights = heights_at(Surface(dem), places, Interpolation::bilinear, stop);
+  if (!heights) return std::unexpected(heights.error());
+  Profile out{path.length_m(), {}};
+  for (std::size_t i = 0; i < distances.size(); ++i)
+    out.points.push_back({distances[i], places[i], (*heights)[i].height});
+  return out;
+}
+
+Result<Profile> exact_profile(const DemSource& dem, const GeodesicPath& path,
+                              const std::stop_token& stop) {
+  PostReader posts(dem);
+  Points points(path);
+  const auto reached = path.reached_m();
+  for (std::size_t i = 1; i < reached.size(); ++i)
+    if (reached[i] > reached[i - 1])
+      if (auto done = walk_leg(dem, path, reached[i - 1], reached[i], posts, points, stop); !done)
+        return std::unexpected(done.error());
+  Profile out{path.length_m(), points.taken()};
+  tell_voids_from_outside(dem, out);
+  return out;
+}
+
+}  // namespace tind

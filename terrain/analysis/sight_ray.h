@@ -1,0 +1,189 @@
+#pragma once
+// A ray from an eye to a target over posts, and how far above the ground it stays: what lines of
+// sight and viewsheds both ask.
+//
+// The ray is the straight line in space between two points above the ellipsoid, lifted by
+// refraction: light bends towards the earth with k times its curvature, so in the middle of its way
+// it is k s (D - s) / 2R above the straight line. Its height above the ellipsoid is a parabola
+// within a micrometre over some kilometres, the ground below it one a cell (grid_walk.h), so the
+// least clearance of a cell is the vertex of a parabola, not a sample.
+//
+// What an error e of the posts does. Posts that are within e of the true ones are a surface within
+// e of the true one (level_dem.h), so the ground is off by at most e, and the ray, which stands on
+// the ground at both ends, by a mean of both ends' errors: together 2 e. Less close to an end: the
+// error of a bilinear surface changes by at most 2 e a post along columns and along rows, and at
+// the end itself ray and ground are off by the same. So after a share u of the way, d posts from
+// the target in columns and rows, the margin is 2 e min(1, 1 - u + d), and likewise from the eye.
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "terrain/analysis/grid_walk.h"
+#include "terrain/analysis/post_way.h"
+#include "terrain/base/result.h"
+#include "terrain/geo/ellipsoid.h"
+
+namespace tind {
+
+struct SightRules {
+  double refraction = 0.13;       // k; 0: none. Optical, over land, by day
+  double uncertainty_m = 0;       // e, of the posts
+  double tolerance_posts = 1e-4;  // by which the ray's way over the posts may be off
+};
+
+/// A ray that comes no nearer to the ground than this passes: what is rounding.
+inline constexpr double kTouch_m = 1e-5;
+/// No eye on earth sees farther.
+inline constexpr double kLongestSight_m = 2e6;
+
+class SightRay {
+ public:
+  /// Heights above the ellipsoid.
+  SightRay(Geographic eye, double eye_m, Geographic target, double target_m, double refraction)
+      : from_(wgs84::to_ecef(eye, eye_m)), way_(wgs84::to_ecef(target, target_m) - from_) {
+    const Vec2 degree = wgs84::metres_per_degree((eye.lat + target.lat) / 2);
+    const double radians = 3.14159265358979323846 / 180;
+    const double lat = (eye.lat + target.lat) / 2 * radians;
+    // Euler's radius of the globe's curvature, the mean of all directions.
+    const double across = degree.x / (radians * std::max(std::cos(lat), 1e-9));
+    radius_m_ = std::sqrt(across * degree.y / radians);
+    lift_ = refraction * dot(way_, way_) / (2 * radius_m_);
+  }
+  double length_m() const { return length(way_); }
+  double radius_m() const { return radius_m_; }
+  Geographic place(double share) const { return wgs84::from_ecef(from_ + way_ * share).p; }
+  /// Above the ellipsoid, over place(share).
+  double height_m(double share) const {
+    return wgs84::from_ecef(from_ + way_ * share).height_m + lift_ * share * (1 - share);
+  }
+
+ private:
+  Vec3 from_, way_;
+  double radius_m_ = 0, lift_ = 0;
+};
+
+/// How the ray passes over the ground.
+struct Clearance {
+  double least_m = std::numeric_limits<double>::infinity();  // of the ray above the ground
+  double share = 0;                                          // of the way, where that is
+  double ground_m = 0;                                       // there
+  double first_hidden = -1;                                  // share; -1: nowhere below the ground
+  /// The least by which the ray is above the ground whatever the errors are, and the least by which
+  /// it may be.
+  double surely_m = std::numeric_limits<double>::infinity();
+  double perhaps_m = std::numeric_limits<double>::infinity();
+  bool unknown = false;  // there are voids below the ray, or the DEM ends
+};
+
+namespace sight {
+
+/// One straight piece of the way: the ray as a parabola in its t, and what its ends are.
+struct Part {
+  WayNode a, b;
+  Parabola ray;
+  bool first = false, last = false;
+
+  double share(double t) const { return a.share + t * (b.share - a.share); }
+  double span() const { return std::abs(b.post.x - a.post.x) + std::abs(b.post.y - a.post.y); }
+};
+
+/// 2 e times this is the margin over the part, a line in t: close to the eye, and to the target.
+inline Parabola near_eye(const Part& part) {
+  return {part.a.share, part.b.share - part.a.share + part.span(), 0};
+}
+inline Parabola near_target(const Part& part) {
+  return {1 - part.a.share + part.span(), -(part.b.share - part.a.share) - part.span(), 0};
+}
+
+/// The least of clearance less (plus, with `sign` -1: more) margin.
+inline double least_with(const Parabola& c, const Parabola& line, double twice_e, double from,
+                         double to, double sign) {
+  // Where the line is 1 the margin turns from the line to a constant.
+  const double turn = line.b == 0 ? from : std::clamp((1 - line.a) / line.b, from, to);
+  double least = std::numeric_limits<double>::infinity();
+  const auto over = [&](double s, double t) {
+    const bool close = line.at((s + t) / 2) < 1;
+    const Parabola margin =
+        close ? Parabola{line.a * twice_e, line.b * twice_e, 0} : Parabola{twice_e, 0, 0};
+    const Parabola d{c.a - sign * margin.a, c.b - sign * margin.b, c.c};
+    least = std::min(least, d.at(d.lowest_in(s, t)));
+  };
+  over(from, turn);
+  over(turn, to);
+  return least;
+}
+
+inline void take(const Part& part, const WalkPiece& piece, double e, double shift_posts,
+                 Clearance& out) {
+  const Parabola c = part.ray - piece.height;
+  const double t = c.lowest_in(piece.from, piece.to), least = c.at(t);
+  if (least < out.least_m)
+    out.least_m = least, out.share = part.share(t), out.ground_m = piece.height.at(t);
+  if (least < -kTouch_m && out.first_hidden < 0) out.first_hidden = part.share(t);
+  if (e == 0) return;
+  const double slack = shift_posts * (piece.steepest + 3 * e);
+  double surely = least - 2 * e, perhaps = least + 2 * e;
+  const auto nearer = [&](const Parabola& line) {
+    surely = std::max(surely, least_with(c, line, 2 * e, piece.from, piece.to, 1));
+    perhaps = std::min(perhaps, least_with(c, line, 2 * e, piece.from, piece.to, -1));
+  };
+  if (part.first) nearer(near_eye(part));
+  if (part.last) nearer(near_target(part));
+  out.surely_m = std::min(out.surely_m, surely - slack);
+  out.perhaps_m = std::min(out.perhaps_m, perhaps + slack);
+}
+
+}  // namespace sight
+
+/// `post(col, row)` as walk_grid() has it. `only_verdict`: stops at the first place that is surely
+/// below the ground. Fails as straight_pieces() does. O(cells on the way).
+template <class Post>
+Result<Clearance> clearance_along(const DemSource& dem, const SightRay& ray,
+                                  const SightRules& rules, Post&& post, bool only_verdict = false) {
+  constexpr double kPiece_m = 5000;
+  const Curve curve = [&ray](std::span<const double> shares, std::span<Geographic> places) {
+    for (std::size_t i = 0; i < shares.size(); ++i) places[i] = ray.place(shares[i]);
+  };
+  const auto nodes = straight_pieces(dem, curve, rules.tolerance_posts,
+                                     std::size_t(std::ceil(ray.length_m() / kPiece_m)) + 1);
+  if (!nodes) return std::unexpected(nodes.error());
+  const DemInfo& info = dem.info();
+  // Eye and target that stand e higher move the places below the ray along it.
+  const double moved_m = rules.uncertainty_m * ray.length_m() / (2 * ray.radius_m());
+  const double shift =
+      rules.tolerance_posts + moved_m / std::min(info.spacing_x_m, info.spacing_y_m);
+  Clearance out;
+  double height = ray.height_m(0);
+  for (std::size_t i = 1; i < nodes->size(); ++i) {
+    sight::Part part{(*nodes)[i - 1], (*nodes)[i], {}, i == 1, i + 1 == nodes->size()};
+    const double end = ray.height_m(part.b.share);
+    part.ray = parabola_through(height, ray.height_m(part.share(0.5)), end);
+    height = end;
+    const bool on = walk_grid(part.a.post, part.b.post, post, [&](const WalkPiece& piece) {
+      if (piece.is_void)
+        out.unknown = true;
+      else
+        sight::take(part, piece, rules.uncertainty_m, shift, out);
+      const double worst = rules.uncertainty_m > 0 ? out.perhaps_m : out.least_m;
+      return !(only_verdict && worst < -kTouch_m);
+    });
+    if (!on) break;
+  }
+  return out;
+}
+
+enum class Visibility { hidden, visible, depends };
+
+/// What follows, of posts that are within `rules`' uncertainty. Over what is unknown nothing is
+/// certain but that a ray is hidden elsewhere.
+inline Visibility visibility_of(const Clearance& c, double uncertainty_m) {
+  const double surely = uncertainty_m > 0 ? c.surely_m : c.least_m;
+  const double perhaps = uncertainty_m > 0 ? c.perhaps_m : c.least_m;
+  if (perhaps < -kTouch_m) return Visibility::hidden;
+  return surely >= -kTouch_m && !c.unknown ? Visibility::visible : Visibility::depends;
+}
+
+}  // namespace tind

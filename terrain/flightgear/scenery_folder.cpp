@@ -1,0 +1,251 @@
+// A file says whose buckets lie here. It is there before the first of them. A bucket is whole when
+// its .stg, written last, has the SHA-1 of the other file.
+
+#include "terrain/flightgear/scenery_folder.h"
+
+#include <algorithm>
+#include <atomic>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string_view>
+#include <system_error>
+
+#include "terrain/base/file_io.h"
+#include "terrain/base/parallel.h"
+#include "terrain/base/sha1.h"
+#include "terrain/flightgear/bucket.h"
+#include "terrain/store/folder/folder_files.h"
+
+namespace tind::flightgear {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kRecord = "/tind-flightgear.txt";
+constexpr const char* kIndex = ".dirindex";
+constexpr const char* kTerrain = "Terrain";
+/// Folders that TerraSync looks for; there is nothing in them.
+constexpr const char* kOthers[] = {"Airports", "Models", "Objects"};
+
+std::string_view text_of(const std::vector<std::uint8_t>& bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+std::string record_of(const BucketPlan& plan) {
+  return "scenery made by tind build --format flightgear, of " + plan.digest() + "\n";
+}
+
+/// Whose buckets lie here; nothing in a folder that is new or empty.
+Result<std::optional<std::string>> record_in(const std::string& folder) {
+  std::error_code error;
+  if (!fs::exists(folder, error) || fs::is_empty(folder, error)) return std::nullopt;
+  auto text = read_regular_file(folder + kRecord);
+  if (!text || !text->starts_with("scenery made by tind"))
+    return fail(Errc::invalid_argument,
+                folder +
+                    " holds files that tind build --format flightgear did not make: move them, or "
+                    "choose another directory");
+  return std::optional(std::move(*text));
+}
+
+/// What an index says of the two files of a bucket.
+using Entries = std::vector<proto::DirEntry>;
+
+proto::DirEntry entry_of(std::string name, std::string_view bytes) {
+  return {proto::DirEntry::file, std::move(name), sha1(bytes), bytes.size()};
+}
+
+class SceneryMaker {
+ public:
+  SceneryMaker(const BucketPlan& plan, const std::string& folder, const Progress& progress)
+      : plan_(plan), folder_(folder), progress_(progress) {}
+
+  Result<SceneryReport> make(int threads);
+
+ private:
+  const BucketPlan& plan_;
+  const std::string folder_;
+  const Progress& progress_;
+  FolderFiles files_;
+  SceneryReport report_;
+  std::map<Folder, Entries> entries_;
+  std::mutex mutex_;  // of the two above
+
+  Result<void> begin(bool others);
+  Result<void> remove_others();
+  Result<void> put(const std::string& path, std::string_view bytes);
+  bool keep(BucketId);
+  Result<void> make_one(BucketId);
+  Result<void> make_all(const std::vector<BucketId>&, int threads);
+  void count(BucketId, const SaidInStg&, Entries);
+  Result<proto::DirEntry> put_index(const std::string& path, Entries);
+  Result<std::string> put_indices();
+};
+
+/// From here on nobody takes what lies here for whole.
+Result<void> SceneryMaker::begin(bool others) {
+  if (auto done = files_.make_folder(folder_); !done) return done;
+  if (auto done = files_.remove(folder_ + "/" + kIndex); !done) return done;
+  if (others)
+    if (auto done = remove_others(); !done) return done;
+  if (auto done = files_.sync_folder(folder_); !done) return done;
+  return write_whole_file(folder_ + kRecord, record_of(plan_));
+}
+
+/// All that has the name of a file that is made here.
+Result<void> SceneryMaker::remove_others() {
+  std::error_code error;
+  std::vector<std::string> ours;
+  for (fs::recursive_directory_iterator it(folder_ + "/" + kTerrain, error), end;
+       !error && it != end; it.increment(error)) {
+    const std::string name = it->path().filename().string();
+    if (name == kIndex || name.ends_with(".stg") || name.ends_with(".btg.gz") ||
+        name.ends_with(".part"))
+      ours.push_back(it->path().string());
+  }
+  for (const std::string& path : ours)
+    if (auto done = files_.remove(path); !done) return done;
+  return {};
+}
+
+Result<void> SceneryMaker::put(const std::string& path, std::string_view bytes) {
+  const std::string whole = folder_ + "/" + path, partial = whole + ".part";
+  if (auto done = files_.make_folder(fs::path(whole).parent_path().string()); !done) return done;
+  if (auto done = files_.write(partial, bytes); !done) return done;
+  return files_.rename(partial, whole);
+}
+
+void SceneryMaker::count(BucketId id, const SaidInStg& said, Entries two) {
+  const std::lock_guard lock(mutex_);
+  ++report_.buckets;
+  report_.worst_error_m = std::max(report_.worst_error_m, said.max_error_m);
+  report_.partly_void += said.void_share > 0;
+  report_.void_share += said.void_share;  // of one; divided by their number at last
+  report_.over_budget += said.max_error_m > plan_.budget_m(rect(id));
+  Entries& all = entries_[folder_of(id)];
+  for (proto::DirEntry& entry : two) {
+    report_.bytes += entry.bytes;
+    all.push_back(std::move(entry));
+  }
+}
+
+/// One that an earlier run finished.
+bool SceneryMaker::keep(BucketId id) {
+  const std::string at = folder_ + "/" + kTerrain + "/" + path_of(folder_of(id)) + "/";
+  const auto stg = read_regular_file(at + stg_name(id));
+  const auto said = stg ? read_stg(*stg) : std::nullopt;
+  if (!said) return false;
+  const auto btg = read_regular_file(at + btg_name(id));
+  if (!btg || sha1(*btg) != said->sha1) return false;
+  count(id, *said, {entry_of(btg_name(id), *btg), entry_of(stg_name(id), *stg)});
+  const std::lock_guard lock(mutex_);
+  ++report_.kept;
+  return true;
+}
+
+Result<void> SceneryMaker::make_one(BucketId id) {
+  const auto made = make_bucket(plan_, id, progress_.stop);
+  if (!made) return std::unexpected(made.error());
+  if (!*made) {
+    const std::lock_guard lock(mutex_);
+    ++report_.empty;
+    return {};
+  }
+  const Bucket& bucket = **made;
+  const std::string at = std::string(kTerrain) + "/" + path_of(folder_of(id)) + "/";
+  if (auto done = put(at + btg_name(id), text_of(bucket.btg_gz)); !done) return done;
+  if (auto done = put(at + stg_name(id), bucket.stg); !done) return done;
+  count(id, *read_stg(bucket.stg),
+        {entry_of(btg_name(id), text_of(bucket.btg_gz)), entry_of(stg_name(id), bucket.stg)});
+  return {};
+}
+
+Result<void> SceneryMaker::make_all(const std::vector<BucketId>& ids, int threads) {
+  std::optional<Error> first_error;
+  std::atomic<bool> give_up = false;
+  std::atomic<std::size_t> done = 0;
+  parallel_for(ids.size(), threads, [&](std::size_t i) {
+    if (give_up || progress_.stopped()) return;
+    if (!keep(ids[i]))
+      if (auto made = make_one(ids[i]); !made) {
+        const std::lock_guard lock(mutex_);
+        if (!first_error) first_error = made.error();
+        give_up = true;
+      }
+    if (const std::size_t n = ++done; n % (ids.size() / 200 + 1) == 0)
+      progress_.at(double(n) / double(ids.size()));
+  });
+  if (progress_.stopped()) return fail(Errc::cancelled, "stopped before all buckets were written");
+  if (first_error) return std::unexpected(*first_error);
+  return {};
+}
+
+/// The entry of that folder in the one above.
+Result<proto::DirEntry> SceneryMaker::put_index(const std::string& path, Entries entries) {
+  const std::string text = proto::encode_dirindex(path, std::move(entries));
+  if (auto done = put(path + "/" + kIndex, text); !done) return std::unexpected(done.error());
+  return proto::DirEntry{proto::DirEntry::folder, fs::path(path).filename().string(), sha1(text)};
+}
+
+/// From the deepest folders up; that of the root, which is not written yet.
+Result<std::string> SceneryMaker::put_indices() {
+  std::map<std::string, Entries> of_ten;
+  for (auto& [one, files] : entries_) {
+    const std::string path = path_of(one);
+    auto entry = put_index(std::string(kTerrain) + "/" + path, std::move(files));
+    if (!entry) return std::unexpected(entry.error());
+    of_ten[path.substr(0, path.find('/'))].push_back(std::move(*entry));
+  }
+  Entries terrain, root;
+  for (auto& [ten, folders] : of_ten) {
+    auto entry = put_index(std::string(kTerrain) + "/" + ten, std::move(folders));
+    if (!entry) return std::unexpected(entry.error());
+    terrain.push_back(std::move(*entry));
+  }
+  for (const std::string path : {kOthers[0], kOthers[1], kOthers[2], kTerrain}) {
+    auto entry = put_index(path, path == kTerrain ? std::move(terrain) : Entries());
+    if (!entry) return std::unexpected(entry.error());
+    root.push_back(std::move(*entry));
+  }
+  return proto::encode_dirindex({}, std::move(root));
+}
+
+Result<SceneryReport> SceneryMaker::make(int threads) {
+  const auto before = record_in(folder_);
+  if (!before) return std::unexpected(before.error());
+  const bool same = *before && **before == record_of(plan_);
+  report_.there = same && read_regular_file(folder_ + "/" + kIndex);
+  if (!report_.there)
+    if (auto done = begin(*before && !same); !done) return std::unexpected(done.error());
+  const std::vector<BucketId> ids = plan_.buckets();
+  report_.budget_m = HUGE_VAL;
+  for (const BucketId id : ids)
+    report_.budget_m = std::min(report_.budget_m, plan_.budget_m(rect(id)));
+  if (auto done = make_all(ids, threads); !done) return std::unexpected(done.error());
+  if (report_.buckets > 0) report_.void_share /= double(report_.buckets);
+  if (report_.there && report_.kept == report_.buckets) return report_;
+  report_.there = false;
+  const auto index = put_indices();
+  if (!index) return std::unexpected(index.error());
+  if (auto synced = files_.sync_all(folder_); !synced) return std::unexpected(synced.error());
+  if (auto put = write_whole_file(folder_ + "/" + kIndex, *index); !put)
+    return std::unexpected(put.error());
+  return report_;
+}
+
+}  // namespace
+
+Result<SceneryReport> write_scenery(const BucketPlan& plan, const std::string& folder, int threads,
+                                    const Progress& progress) {
+  return SceneryMaker(plan, folder, progress).make(threads);
+}
+
+std::string folder_index(Folder folder, std::span<const SceneryFile> files) {
+  Entries entries;
+  for (const auto& [name, bytes] : files) entries.push_back(entry_of(name, bytes));
+  return proto::encode_dirindex(std::string(kTerrain) + "/" + path_of(folder), std::move(entries));
+}
+
+}  // namespace tind::flightgear

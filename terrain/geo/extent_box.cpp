@@ -1,0 +1,44 @@
+#include "terrain/geo/extent_box.h"
+
+#include <algorithm>
+#include <cassert>
+#include <vector>
+
+#include "terrain/geo/longitude.h"
+
+namespace tind {
+
+GeoRect box_around(std::span<const GeoRect> rects) {
+  assert(!rects.empty());
+  std::vector<GeoRect> by_west(rects.begin(), rects.end());
+  std::ranges::sort(by_west, {}, &GeoRect::west);
+  GeoRect box = by_west[0];
+  for (const GeoRect& r : by_west) {
+    box.south = std::min(box.south, r.south), box.north = std::max(box.north, r.north);
+    box.east = std::max(box.east, r.east);
+  }
+  // As long as no gap is wider, the one left out is that across the antimeridian.
+  const double all_west = box.west, all_east = box.east;
+  double widest = all_west + 360 - all_east, reached = by_west[0].east;
+  for (const GeoRect& r : by_west) {
+    if (r.west - reached > widest) {
+      widest = r.west - reached;
+      box.west = r.west, box.east = reached + 360;
+    }
+    reached = std::max(reached, r.east);
+  }
+  return box;
+}
+
+Geographic place_in(std::span<const GeoRect> rects) {
+  const auto middle = [](const GeoRect& r) {
+    const Geographic p{(r.west + r.east) / 2, (r.south + r.north) / 2};
+    return p.lon >= -180 && p.lon <= 180 ? p : within_first_turn(p);
+  };
+  const Geographic p = middle(box_around(rects));
+  if (std::ranges::any_of(rects, [&](const GeoRect& r) { return r.contains(p); })) return p;
+  return middle(*std::ranges::max_element(rects, {},
+                                          [](const GeoRect& r) { return r.width() * r.height(); }));
+}
+
+}  // namespace tind

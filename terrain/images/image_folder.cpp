@@ -1,0 +1,267 @@
+// A record says of what the files are, and that they are ours. It is there before the first of
+// them and as long as one is.
+
+#include "terrain/images/image_folder.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cctype>
+#include <cstdio>
+#include <filesystem>
+#include <mutex>
+#include <optional>
+#include <system_error>
+
+#include "terrain/base/file_io.h"
+#include "terrain/base/parallel.h"
+#include "terrain/store/folder/folder_files.h"
+#include "terrain/store/folder/folder_lock.h"
+
+namespace tind {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kEpoch = 1;  // to be raised when bytes of images change
+constexpr const char* kRecord = "/tind-images.json";
+constexpr const char* kTiles = "/tiles.json";
+constexpr const char* kPartial = ".part";
+constexpr const char* kLock = "tind-lock";
+
+std::string ending(proto::ImageFormat format) { return "." + name_of(format); }
+
+std::string path_of(web_mercator::Tile t, proto::ImageFormat format) {
+  return std::to_string(t.level) + "/" + std::to_string(t.x) + "/" + std::to_string(t.y) +
+         ending(format);
+}
+
+/// z, x or y.
+bool is_number(const std::string& name) {
+  return !name.empty() && name.size() <= 8 &&
+         std::ranges::all_of(name, [](unsigned char c) { return std::isdigit(c); });
+}
+
+/// A file of ours, whole or not, by its place below the folder.
+bool is_tile_path(const fs::path& below) {
+  const std::vector<fs::path> parts(below.begin(), below.end());
+  if (parts.size() != 3 || !is_number(parts[0].string()) || !is_number(parts[1].string()))
+    return false;
+  std::string name = parts[2].string();
+  if (name.ends_with(kPartial)) name.resize(name.size() - std::string_view(kPartial).size());
+  return std::ranges::any_of(enum_names<proto::ImageFormat>(), [&](const std::string& format) {
+    return name.ends_with("." + format) &&
+           is_number(name.substr(0, name.size() - format.size() - 1));
+  });
+}
+
+void add_tiles(const ImageSource& source, web_mercator::Tile tile, int first, int last,
+               std::vector<web_mercator::Tile>& all) {
+  if (tile.level > last || !source.has(tile)) return;
+  if (tile.level >= first) all.push_back(tile);
+  for (const unsigned south : {0u, 1u})
+    for (const unsigned east : {0u, 1u})
+      add_tiles(source, {tile.level + 1, 2 * tile.x + east, 2 * tile.y + south}, first, last, all);
+}
+
+/// A word of a record that is ours; of another nothing that a terminal should not have.
+std::string printable(const std::string& word) {
+  constexpr std::size_t kLongest = 32;
+  const bool ours = std::ranges::all_of(word, [](unsigned char c) { return std::isalnum(c); });
+  return ours && word.size() <= kLongest ? word : "others";
+}
+
+class ImageFolder {
+ public:
+  ImageFolder(const ImageSource& source, const std::string& name, const ImageFolderOptions& options,
+              const Progress& progress)
+      : source_(source),
+        name_(name),
+        options_(options),
+        folder_(options.output),
+        progress_(progress) {}
+
+  Result<ImageFolderReport> make();
+
+ private:
+  const ImageSource& source_;
+  const std::string& name_;
+  const ImageFolderOptions& options_;
+  const std::string folder_;
+  const Progress& progress_;
+  FolderFiles files_;
+  ImageFolderReport report_;
+  std::mutex mutex_;  // of the report and the error
+  std::optional<Error> first_error_;
+
+  proto::TileJson description() const;
+  proto::TileJson record() const;
+  Result<void> claim();
+  Result<void> remove_tiles();
+  Result<void> put(web_mercator::Tile);
+  Result<void> put_all(const std::vector<web_mercator::Tile>&);
+};
+
+proto::TileJson ImageFolder::description() const {
+  proto::TileJson json = source_.description;
+  json.name = name_;
+  json.tiles = "{z}/{x}/{y}" + ending(source_.format);
+  json.minzoom = options_.first_level;
+  if (options_.last_level >= 0) json.maxzoom = std::min(json.maxzoom, options_.last_level);
+  return json;
+}
+
+/// Two builds with the same make the same tiles, wherever both have one.
+proto::TileJson ImageFolder::record() const {
+  proto::TileJson json = source_.description;
+  json.accuracy.clear();  // which changes no tile
+  json.words.emplace_back("source", source_.version);
+  json.numbers.emplace_back("epoch", kEpoch);
+  return json;
+}
+
+/// What two folders' records differ in, for a person; empty: nothing that tiles depend on.
+std::string differences(const std::string& kept, const proto::TileJson& is) {
+  const auto was = proto::decode_tile_json(kept);
+  if (!was) return std::string(kRecord + 1) + " in it is damaged";
+  const auto word = [](const proto::TileJson& of, std::string_view name) {
+    const auto found =
+        std::ranges::find(of.words, name, &std::pair<std::string, std::string>::first);
+    return found == of.words.end() ? std::string() : found->second;
+  };
+  // Heights have an encoding, pictures a style.
+  const auto shown = [&](const proto::TileJson& of) {
+    return of.encoding.empty() ? word(of, "style") : of.encoding;
+  };
+  std::vector<std::string> all;
+  if (shown(*was) != shown(is))
+    all.push_back("they are of the kind " + printable(shown(*was)) + ", not " + shown(is));
+  const auto surface = [&](const proto::TileJson& of) {
+    return word(of, "surface").empty() ? std::string("source") : word(of, "surface");
+  };
+  if (surface(*was) != surface(is))
+    all.push_back("they show the " + printable(surface(*was)) + ", not the " + surface(is));
+  if (was->format != is.format)
+    all.push_back("they are " + printable(was->format) + ", not " + is.format);
+  const auto of = [&](const proto::TileJson& j) {
+    return std::string(word(j, "surface") == "mesh" ? "the tiles' meshes" : "the DEM");
+  };
+  if (of(*was) != of(is)) all.push_back("they are of " + of(*was) + ", not of " + of(is));
+  if (word(*was, "source") != word(is, "source"))
+    all.push_back("their source is another, has changed or is read with other options");
+  if (all.empty() &&
+      (was->words != is.words || was->numbers != is.numbers || was->tile_size != is.tile_size))
+    all.push_back("another version of tind made them");
+  return fmt::format("{}", fmt::join(all, "; "));
+}
+
+/// The folder is new, empty, or ours and of the same; else an error, or with --force made so.
+Result<void> ImageFolder::claim() {
+  const auto kept = read_regular_file(folder_ + kRecord);
+  if (!kept) {
+    std::error_code error;
+    for (fs::directory_iterator it(folder_, error), end; !error && it != end; it.increment(error))
+      if (it->path().filename() != kLock)
+        return fail(Errc::invalid_argument,
+                    folder_ +
+                        " holds files that tind build did not make as images: move them, or "
+                        "choose another directory");
+    if (error) return fail(Errc::io, "cannot read " + folder_ + ": " + error.message());
+  } else if (const std::string other = differences(*kept, record()); !other.empty()) {
+    if (!options_.force)
+      return fail(Errc::invalid_argument, fmt::format("{} holds other images ({}): choose another "
+                                                      "directory, or add --force to replace them",
+                                                      folder_, other));
+    if (auto done = remove_tiles(); !done) return done;
+  }
+  // From here on nobody takes what lies here for whole.
+  if (auto done = files_.remove(folder_ + kTiles); !done) return done;
+  if (auto done = files_.sync_folder(folder_); !done) return done;
+  return write_whole_file(folder_ + kRecord, proto::encode_tile_json(record()));
+}
+
+Result<void> ImageFolder::remove_tiles() {
+  if (auto done = files_.remove(folder_ + kTiles); !done) return done;
+  std::vector<fs::path> old;
+  std::error_code error;
+  for (fs::recursive_directory_iterator it(folder_, error), end; !error && it != end;
+       it.increment(error))
+    if (is_tile_path(it->path().lexically_relative(folder_)) && !it->is_directory(error))
+      old.push_back(it->path());
+  if (error) return fail(Errc::io, "cannot read " + folder_ + ": " + error.message());
+  for (const fs::path& path : old)
+    if (auto done = files_.remove(path.string()); !done) return done;
+  return files_.sync_all(folder_);  // none may come back under the new record
+}
+
+Result<void> ImageFolder::put(web_mercator::Tile tile) {
+  const std::string path = path_of(tile, source_.format);
+  const std::string whole = folder_ + "/" + path, partial = whole + kPartial;
+  if (const auto there = read_regular_file(whole);
+      there && proto::is_whole_image(*there, source_.format)) {
+    const std::lock_guard lock(mutex_);
+    ++report_.reused, report_.bytes += there->size();
+    return {};
+  }
+  const auto file = source_.file(tile, progress_.stop);
+  if (!file) return fail(path, file.error());
+  if (auto done = files_.make_folder(fs::path(whole).parent_path().string()); !done) return done;
+  if (auto done = files_.write(partial, *file); !done) return done;
+  if (auto done = files_.rename(partial, whole); !done) return done;
+  const std::lock_guard lock(mutex_);
+  ++report_.built, report_.bytes += file->size();
+  return {};
+}
+
+Result<void> ImageFolder::put_all(const std::vector<web_mercator::Tile>& tiles) {
+  std::atomic<bool> give_up = false;
+  std::atomic<std::size_t> done = 0;
+  parallel_for(tiles.size(), options_.threads, [&](std::size_t i) {
+    if (give_up || progress_.stopped()) return;
+    if (auto put_one = put(tiles[i]); !put_one) {
+      const std::lock_guard lock(mutex_);
+      if (!first_error_) first_error_ = put_one.error();
+      give_up = true;
+    }
+    if (const std::size_t n = ++done; n % (tiles.size() / 200 + 1) == 0)
+      progress_.at(double(n) / double(tiles.size()));
+  });
+  if (progress_.stopped())
+    return fail(Errc::cancelled, "stopped before all images were written: run again to go on");
+  if (first_error_) return std::unexpected(*first_error_);
+  return {};
+}
+
+Result<ImageFolderReport> ImageFolder::make() {
+  if (auto done = files_.make_folder(folder_); !done) return std::unexpected(done.error());
+  const auto lock = FolderLock::take(folder_);
+  if (!lock) return std::unexpected(lock.error());
+  if (auto done = claim(); !done) return std::unexpected(done.error());
+  const proto::TileJson json = description();
+  const auto tiles = image_tiles(source_, json.minzoom, json.maxzoom);
+  report_.tiles = tiles.size();
+  if (auto done = put_all(tiles); !done) return std::unexpected(done.error());
+  if (auto done = files_.sync_all(folder_); !done) return std::unexpected(done.error());
+  if (auto done = write_whole_file(folder_ + kTiles, proto::encode_tile_json(json)); !done)
+    return std::unexpected(done.error());
+  return report_;
+}
+
+}  // namespace
+
+std::vector<web_mercator::Tile> image_tiles(const ImageSource& source, int first_level,
+                                            int last_level) {
+  std::vector<web_mercator::Tile> all;
+  add_tiles(source, {0, 0, 0}, first_level, last_level, all);
+  return all;
+}
+
+Result<ImageFolderReport> write_images(const ImageSource& source, const std::string& name,
+                                       const ImageFolderOptions& options,
+                                       const Progress& progress) {
+  return ImageFolder(source, name, options, progress).make();
+}
+
+}  // namespace tind

@@ -1,0 +1,156 @@
+// Files are read and packed a batch at a time by all threads, and written in their order.
+
+#include "terrain/tiles3d/tileset_archive.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "proto/zip.h"
+#include "terrain/base/deflate.h"
+#include "terrain/base/file_io.h"
+#include "terrain/base/parallel.h"
+#include "terrain/store/folder/folder_files.h"
+#include "terrain/store/folder/folder_lock.h"
+
+namespace tind::tiles3d {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kTileset = "tileset.json";
+constexpr std::size_t kBatch = 256;               // files
+constexpr std::uint64_t kMostBytes = 0xfffffffe;  // of a file
+constexpr int kLevel = 6;                         // of DEFLATE
+
+/// What belongs to the tileset; tileset.json comes first.
+Result<std::vector<std::string>> names_in(const std::string& folder) {
+  std::vector<std::string> names;
+  for (const char* hemisphere : {"east", "west"}) {
+    std::error_code error;
+    const fs::path root = fs::path(folder) / hemisphere;
+    if (!fs::exists(root, error)) continue;
+    for (fs::recursive_directory_iterator it(root, error), end; !error && it != end;
+         it.increment(error)) {
+      const fs::path& path = it->path();
+      if (path.extension() == ".glb" || path.extension() == ".subtree")
+        names.push_back(path.lexically_relative(folder).generic_string());
+    }
+    if (error) return fail(Errc::io, "cannot read " + root.string() + ": " + error.message());
+  }
+  std::ranges::sort(names);
+  names.insert(names.begin(), kTileset);
+  return names;
+}
+
+struct Packed {
+  proto::ZipEntry entry;
+  std::string bytes;
+};
+
+Result<Packed> packed(const std::string& folder, const std::string& name) {
+  auto bytes = read_regular_file(folder + "/" + name);
+  if (!bytes) return std::unexpected(bytes.error());
+  if (bytes->size() > kMostBytes)
+    return fail(Errc::out_of_range, name + " has 4 GiB or more, which an archive has no room for");
+  Packed p{{.name = name, .crc = crc32(*bytes), .size = std::uint32_t(bytes->size())}, {}};
+  p.bytes =
+      deflate<std::string>(*bytes, Wrapping::none, kLevel, bytes->size() - bytes->size() / 10);
+  if (p.bytes.empty())
+    p.bytes = std::move(*bytes);
+  else
+    p.entry.method = proto::ZipMethod::deflated;
+  p.entry.packed = std::uint32_t(p.bytes.size());
+  return p;
+}
+
+class Archive {
+ public:
+  Archive(const std::string& folder, const std::string& file)
+      : folder_(folder), file_(file), partial_(file + ".part") {}
+
+  Result<ArchiveReport> make(int threads, const Progress&);
+
+ private:
+  const std::string folder_, file_, partial_;
+  FolderFiles files_;
+  std::vector<proto::ZipEntry> entries_;
+  std::uint64_t end_ = 0;
+
+  Result<void> append(const std::string& bytes) {
+    if (auto done = files_.write_at(partial_, end_, bytes); !done) return done;
+    end_ += bytes.size();
+    return {};
+  }
+  Result<void> add(const std::vector<std::string>& names, std::size_t from, std::size_t to,
+                   int threads);
+  Result<void> finish();
+};
+
+Result<void> Archive::add(const std::vector<std::string>& names, std::size_t from, std::size_t to,
+                          int threads) {
+  std::vector<Result<Packed>> made(to - from, fail(Errc::internal, "not run"));
+  parallel_for(to - from, threads,
+               [&](std::size_t i) { made[i] = packed(folder_, names[from + i]); });
+  std::string bytes;
+  for (Result<Packed>& one : made) {
+    if (!one) return std::unexpected(one.error());
+    one->entry.offset = end_ + bytes.size();
+    bytes += proto::encode_local_header(one->entry) + one->bytes;
+    entries_.push_back(std::move(one->entry));
+  }
+  return append(bytes);
+}
+
+Result<void> Archive::finish() {
+  const std::string index = proto::encode_3tz_index(entries_);
+  if (index.size() > kMostBytes)
+    return fail(Errc::out_of_range, "too many files for the index of one archive");
+  const auto size = std::uint32_t(index.size());
+  entries_.push_back({.name = proto::k3tzIndex,
+                      .crc = crc32(index),
+                      .packed = size,
+                      .size = size,
+                      .offset = end_});
+  if (auto done = append(proto::encode_local_header(entries_.back()) + index); !done) return done;
+  if (auto done = append(proto::encode_directory(entries_, end_)); !done) return done;
+  if (auto done = files_.sync_file(partial_); !done) return done;
+  if (auto done = files_.rename(partial_, file_); !done) return done;
+  return files_.sync_folder(fs::absolute(file_).parent_path().string());
+}
+
+Result<ArchiveReport> Archive::make(int threads, const Progress& progress) {
+  const auto names = names_in(folder_);
+  if (!names) return std::unexpected(names.error());
+  if (auto done = files_.write(partial_, ""); !done) return std::unexpected(done.error());
+  for (std::size_t from = 0; from < names->size(); from += kBatch) {
+    if (progress.stopped()) return fail(Errc::cancelled, "stopped before the archive was written");
+    if (auto done = add(*names, from, std::min(from + kBatch, names->size()), threads); !done)
+      return std::unexpected(done.error());
+    if (from / kBatch % (names->size() / kBatch / 200 + 1) == 0)
+      progress.at(double(from) / double(names->size()));
+  }
+  if (auto done = finish(); !done) return std::unexpected(done.error());
+  return ArchiveReport{names->size(), end_};
+}
+
+}  // namespace
+
+Result<ArchiveReport> write_archive(const std::string& folder, const std::string& file, int threads,
+                                    const Progress& progress) {
+  if (!read_regular_file(folder + "/" + kTileset))
+    return fail(Errc::invalid_argument,
+                folder + " holds no finished 3D Tiles: it has no tileset.json");
+  const auto lock = FolderLock::take(folder);
+  if (!lock) return std::unexpected(lock.error());
+  Archive archive(folder, file);
+  auto made = archive.make(threads, progress);
+  if (!made) {
+    std::error_code ignored;
+    fs::remove(file + ".part", ignored);
+  }
+  return made;
+}
+
+}  // namespace tind::tiles3d

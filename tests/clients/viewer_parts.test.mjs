@@ -1,0 +1,271 @@
+// The viewer's parts that need no browser: what a link says, where a place is, how long and how wide,
+// what is draped over a tile, and how far the mesh is from the source.
+import assert from "node:assert/strict";
+import {test} from "node:test";
+import {inTurnOf, shared} from "../../server/viewer/globe/box.js";
+import {along, geodesic, localFrame, pathMetres, polygonArea, sightLine} from "../../server/viewer/globe/geodesy.js";
+import {acrossOf, axes, extentOf, eyeThatFits, homeOf} from "../../server/viewer/globe/home.js";
+import {areaText, contourInterval, lengthText, roundLength, ticks} from "../../server/viewer/globe/legend.js";
+import {linkOf, viewOf} from "../../server/viewer/globe/link.js";
+import {objOf} from "../../server/viewer/globe/mesh_file.js";
+import {rasterise} from "../../server/viewer/globe/mesh_raster.js";
+import {matches, placeOf} from "../../server/viewer/globe/places.js";
+import {profileFigures, runs} from "../../server/viewer/globe/profile.js";
+import {errorByte, errorOfByte, errorTile, GROUND, reliefTile, SEA, SIDE, slopeByte, slopeOfByte, VOID} from "../../server/viewer/globe/relief_tile.js";
+import {columnOf, heightsOfColours, latOf, lonOf, PIXELS, rowOf, SourceHeights} from "../../server/viewer/globe/source_heights.js";
+import {labelsThatFit, latticeLines, tileSides} from "../../server/viewer/globe/tile_lines.js";
+import {heightInTile} from "../../server/viewer/quantized_mesh.js";
+
+const near = (a, b, by, what) => assert.ok(Math.abs(a - b) <= by, `${what ?? ""} ${a}, not ${b}`);
+
+test("a link brings back the view that it was made of", () => {
+  const view = {camera: {lon: -121.760833, lat: 46.8525, height: 5123.4, heading: 350.25, pitch: -31.5}, mode: "error",
+    exaggeration: 2.5, wires: true, tiles: true, flat: true, sun: {azimuth: 120, altitude: 12}, beside: {dataset: "a b,c", level: 9, mode: "slope"}};
+  assert.deepEqual(viewOf(`#${linkOf(view)}`), view);
+  assert.equal(linkOf({mode: "relief", exaggeration: 1, sun: {azimuth: 315, altitude: 38}}), "");
+});
+
+test("a link that is cut or made up still opens", () => {
+  for (const hash of ["", "#", "#view=1,2", "#view=1,95,3,4,5", "#view=NaN,0,0,0,0", "#mode=x&high=99&sun=1", "#beside=%E0%A4%A,x,y", "#=&&=="]) {
+    const {camera, mode, exaggeration, sun} = viewOf(hash);
+    assert.deepEqual([camera, mode, exaggeration, sun], [undefined, "relief", 1, {azimuth: 315, altitude: 38}], hash);
+  }
+});
+
+test("places are understood as people write them, and nonsense is not", () => {
+  for (const text of ["46.85, -121.76", "46.85 -121.76", "46.85N 121.76W", "N46.85, W121.76", "121.76 W, 46.85 N", "46°51'0\"N 121°45'36\"W", "46.85,−121.76"]) {
+    const place = placeOf(text);
+    near(place.lat, 46.85, 1e-9, text);
+    near(place.lon, -121.76, 1e-9, text);
+  }
+  for (const text of ["", "rainier", "46.85", "95, 10", "10, 181", "10N 20N", "10E 20E", "1 2 3"]) assert.equal(placeOf(text), undefined, text);
+  const names = [{name: "mount_sum"}, {name: "summer"}];
+  assert.deepEqual(matches("sum", names).map(({kind, name}) => name ?? kind), ["highest", "summer", "mount_sum"]);
+  assert.deepEqual(matches("nowhere", names), []);
+});
+
+test("lengths and azimuths are Vincenty's, areas those of the ellipsoid", () => {
+  // Flinders Peak to Buninyong, Geoscience Australia's worked example (GRS80, which differs by 0.1 mm).
+  const dms = (d, m, s) => Math.sign(d) * (Math.abs(d) + m / 60 + s / 3600);
+  const {metres, azimuth} = geodesic([dms(144, 25, 29.52440), dms(-37, 57, 3.72030)], [dms(143, 55, 35.38390), dms(-37, 39, 10.15610)]);
+  near(metres, 54972.271, 0.001);
+  near(azimuth, dms(306, 52, 5.37), 1e-5);
+  assert.equal(geodesic([7, 8], [7, 8]).metres, 0);
+  near(geodesic([0, 0], [180, 0]).metres, 20015000, 30000, "antipodes");
+  // An octant is an eighth of the ellipsoid's 510,065,621.7 square kilometres.
+  near(polygonArea([[0, 0], [90, 0], [90, 90], [0, 90]]) / 1e6, 510065621.724 / 8, 1);
+  near(polygonArea([[179, 0], [-179, 0], [-179, 1], [179, 1]]), polygonArea([[0, 0], [2, 0], [2, 1], [0, 1]]), 1, "over the date line");
+  const steps = along([[0, 0], [0, 1], [1, 1]], 31);
+  near(steps.at(-1).metres, pathMetres([[0, 0], [0, 1], [1, 1]]), 1e-6);
+  near(steps.at(-1).lon, 1, 1e-12);
+  near(geodesic([steps[3].lon, steps[3].lat], [steps[4].lon, steps[4].lat]).metres, steps[4].metres - steps[3].metres, 20);
+});
+
+test("a line of sight ends behind a hill, and at the horizon", () => {
+  const line = (heights, step) => heights.map((height, i) => ({metres: i * step, height}));
+  assert.deepEqual(sightLine(line([0, 0, 50, 0, 60, 200], 100)), [true, true, true, false, false, true]);
+  assert.deepEqual(sightLine(line([0, undefined, 50], 100)), [true, undefined, true]);
+  // From 1.7 m over a plain the eye reaches sqrt(2 R h / 0.87): 4.99 km.
+  const plain = sightLine(line(new Array(1001).fill(0), 10));
+  near(plain.lastIndexOf(true) * 10, Math.sqrt((2 * 6371000 * 1.7) / 0.87), 20);
+});
+
+test("home fills the frame with the data, whatever the frame", () => {
+  const box = [];
+  for (const x of [-20000, 20000]) for (const y of [-5000, 5000]) for (const z of [-100, 3000]) box.push([x, y, z]);
+  const frame = {left: -0.5, right: 0.95, bottom: -0.9, top: 0.85};
+  for (const aspect of [1400 / 900, 390 / 844, 3]) {
+    for (const pitch of [-0.4, -1.2]) {
+      const camera = axes(0.35, pitch), tanY = Math.tan(0.5), tanX = tanY * aspect;
+      const {left, right, bottom, top} = extentOf(box, eyeThatFits(box, camera, tanX, tanY, frame), camera, tanX, tanY);
+      assert.ok(left > -0.52 && right < 0.97 && bottom > -0.92 && top < 0.87, JSON.stringify({left, right, bottom, top}));
+      assert.ok(right - left > 1.4 || top - bottom > 1.7, "it fills one direction");
+    }
+  }
+});
+
+const FIJI = {west: 179, south: -20, east: 181, north: -18}; // as /datasets has it
+
+test("a box across the antimeridian is compared with what stays within a turn", () => {
+  assert.deepEqual(shared(FIJI, {west: -180, south: -90, east: 0, north: 90}), {west: 180, south: -20, east: 181, north: -18});
+  assert.deepEqual(shared(FIJI, {west: 90, south: -19, east: 180, north: 0}), {west: 179, south: -19, east: 180, north: -18});
+  for (const beside of [{west: -179, south: -20, east: -178, north: -19}, {west: 0, south: -20, east: 179, north: -19}, {west: -180, south: -18, east: 180, north: 0}])
+    assert.equal(shared(FIJI, beside), undefined);
+  assert.deepEqual(inTurnOf(FIJI, {west: -180, south: -22.5, east: -157.5, north: 0}), {west: 180, south: -22.5, east: 202.5, north: 0});
+  assert.deepEqual(inTurnOf(FIJI, {west: 0, south: 0, east: 1, north: 1}), {west: 0, south: 0, east: 1, north: 1});
+});
+
+const FRAMES = [{name: "desk", aspect: 1400 / 900, free: {left: -0.5, right: 0.95, bottom: -0.9, top: 0.85}}, {name: "phone", aspect: 390 / 844, free: {left: -0.95, right: 0.95, bottom: -0.87, top: 0.82}}];
+const homeIn = (box, {aspect, free}, heights = {low: 0, high: 1300, top: 1300}) => {
+  const [tanX, tanY] = aspect > 1 ? [Math.tan(Math.PI / 6), Math.tan(Math.PI / 6) / aspect] : [Math.tan(Math.PI / 6) * aspect, Math.tan(Math.PI / 6)]; // as CesiumJS has it
+  const home = homeOf(box, heights, {upright: aspect < 1, tanX, tanY, free});
+  const local = localFrame(home.middle.lon, home.middle.lat, home.middle.height);
+  return {...home, seen: (places) => extentOf(places.map((place) => local(...place)), home.eye, home.look, tanX, tanY)};
+};
+
+test("home is over the data, also across the antimeridian", () => {
+  for (const {name, ...frame} of FRAMES) {
+    const {middle, seen} = homeIn(FIJI, frame);
+    near(middle.lon, 180, 1e-9, name);
+    const {left, right, bottom, top} = seen([179, 180, -179].flatMap((lon) => [-20, -19, -18].map((lat) => [lon, lat, 0])));
+    assert.ok(left > frame.free.left - 0.01 && right < frame.free.right + 0.01 && bottom > frame.free.bottom - 0.01 && top < frame.free.top + 0.01, name);
+    assert.ok(right - left > 0.8 * (frame.free.right - frame.free.left) || top - bottom > 0.8 * (frame.free.top - frame.free.bottom), "it fills one direction");
+  }
+  near(acrossOf(FIJI), 210000, 15000);
+});
+
+test("home shows a DEM of the world as a globe that fits, and a continent from above", () => {
+  for (const {name, ...frame} of FRAMES) {
+    const {eye, look, middle, seen} = homeIn({west: -180, south: -90, east: 180, north: 90}, frame, {low: -10000, high: 8000, top: 8000});
+    assert.deepEqual(look.ahead.map(Math.round), [0, 0, -1], name);
+    near(middle.lon, 0, 1e-9);
+    const globe = seen([-90, 90].flatMap((lon) => [-60, -30, 0, 30, 60].map((lat) => [lon, lat, 0])).concat([[0, 90, 0], [0, -90, 0]]));
+    for (const side of ["left", "bottom"]) assert.ok(globe[side] > frame.free[side] - 0.03, `${name} ${side} ${globe[side]}`);
+    for (const side of ["right", "top"]) assert.ok(globe[side] < frame.free[side] + 0.03, `${name} ${side} ${globe[side]}`);
+    assert.ok(Math.max(globe.right - globe.left, globe.top - globe.bottom) > 1.2, `${name}: large enough to be seen`);
+    assert.ok(eye[2] > 6e6);
+    const america = homeIn({west: -125, south: 25, east: -65, north: 50}, frame).seen([[-125, 25, 0], [-65, 25, 0], [-65, 50, 0], [-125, 50, 0], [-95, 50, 0]]);
+    assert.ok(america.left > frame.free.left - 0.01 && america.right < frame.free.right + 0.01, name);
+  }
+});
+
+test("scales have round numbers", () => {
+  assert.deepEqual(ticks(294, 4352, 5), [1000, 2000, 3000, 4000]);
+  assert.deepEqual(ticks(-0.3, 0.3, 4), [-0.2, 0, 0.2]);
+  assert.deepEqual(ticks(5, 5, 4), [5]);
+  assert.deepEqual([roundLength(99), roundLength(20), roundLength(0.7)], [50, 20, 0.5]);
+  assert.equal(contourInterval(300, 4300), 200);
+  assert.deepEqual([lengthText(0.25), lengthText(12.5), lengthText(12345)], ["25 cm", "12.5 m", "12.35 km"]);
+  assert.deepEqual([areaText(950), areaText(25000), areaText(3.2e6)], ["950 m²", "2.5 ha", "3.2 km²"]);
+});
+
+// ---- what is draped
+
+test("slopes and errors survive their byte", () => {
+  for (const slope of [-3, -1, -0.2, -0.001, 0, 0.001, 0.2, 1, 3])
+    near(slopeOfByte(slopeByte(slope)), slope, 0.0002 + 0.05 * Math.abs(slope) * (1 + Math.abs(slope)), "slope");
+  for (const error of [-5000, -12, -0.3, 0, 0.02, 1.5, 80]) near(errorOfByte(errorByte(error)), error, 0.01 + 0.08 * Math.abs(error), "error");
+  assert.ok(slopeByte(1e9) <= 255 && slopeByte(-1e9) >= 1 && errorByte(1e9) <= 255 && errorByte(-1e9) >= 1);
+});
+
+test("pixels of a web map lie where they should", () => {
+  near(lonOf(columnOf(-121.76, 10), 10), -121.76, 1e-9);
+  near(latOf(rowOf(46.85, 10), 10), 46.85, 1e-9);
+  assert.deepEqual([columnOf(-180, 3), rowOf(0, 3)], [0, 4 * PIXELS]);
+  assert.deepEqual([...heightsOfColours([128, 0, 0, 255, 127, 255, 128, 255, 143, 12, 64, 255])], [0, -0.5, 3852.25]);
+});
+
+const BOUNDS = [10, 45, 11, 46];
+
+/// A source whose heights are a function of place; `known(lon, lat)` says where.
+function sourceWith(height, known = () => true, deepest = 7) {
+  const load = async (level, x, y) => {
+    const tile = {heights: new Float32Array(PIXELS * PIXELS), known: new Uint8Array(PIXELS * PIXELS)};
+    for (let r = 0; r < PIXELS; ++r) for (let c = 0; c < PIXELS; ++c) {
+      const [lon, lat] = [lonOf(x * PIXELS + c + 0.5, level), latOf(y * PIXELS + r + 0.5, level)];
+      tile.heights[r * PIXELS + c] = height(lon, lat);
+      tile.known[r * PIXELS + c] = known(lon, lat) ? 1 : 0;
+    }
+    return tile;
+  };
+  const [west, south, east, north] = BOUNDS;
+  return new SourceHeights({bounds: BOUNDS, box: {west, south, east, north}, deepest, load});
+}
+const RECTANGLE = {west: 10.2, south: 45.2, east: 10.6, north: 45.6};
+const pixel = (bytes, i, j) => [...bytes.subarray(4 * (j * SIDE + i), 4 * (j * SIDE + i) + 3)];
+const perDegree = 111319.49, eastward = (lat) => perDegree * Math.cos((lat * Math.PI) / 180);
+
+test("the relief has the source's own slope at every pixel, without a seam between its tiles", async () => {
+  const bytes = await reliefTile(sourceWith((lon, lat) => 0.3 * eastward(45.4) * (lon - 10) - 0.1 * perDegree * (lat - 45)), RECTANGLE, 7);
+  for (let j = 0; j < SIDE; j += 5) for (let i = 0; i < SIDE; i += 5) {
+    const [east, north, kind] = pixel(bytes, i, j);
+    near(slopeOfByte(east), 0.3, 0.03, `east at ${i} ${j}`);
+    near(slopeOfByte(north), -0.1, 0.02, `north at ${i} ${j}`);
+    assert.equal(kind, GROUND);
+  }
+});
+
+test("voids and the sea are told from the ground", async () => {
+  const source = sourceWith((lon) => (lon < 10.3 ? 21 : 21 + 4000 * (lon - 10.3)), (lon, lat) => lat < 45.5);
+  const bytes = await reliefTile(source, RECTANGLE, 7, 20);
+  assert.equal(pixel(bytes, 20, 200)[2], SEA);
+  assert.equal(pixel(bytes, 200, 200)[2], GROUND);
+  assert.equal(pixel(bytes, 20, 20)[2], VOID);
+  assert.equal(pixel(await reliefTile(source, RECTANGLE, 7, undefined), 20, 200)[2], GROUND, "without a sea level there is no sea");
+});
+
+/// A tile of two triangles, whose corners have the heights sw, se, ne, nw of 0 to 32767.
+const tileOf = (sw, se, ne, nw, minHeight = 0, maxHeight = 32767) => ({
+  u: Uint16Array.of(0, 32767, 32767, 0), v: Uint16Array.of(0, 0, 32767, 32767), h: Uint16Array.of(sw, se, ne, nw),
+  indices: Uint16Array.of(0, 1, 2, 0, 2, 3), minHeight, maxHeight, metadata: {max_error_m: 2}});
+
+test("a tile's heights at a lattice are those of its triangles", () => {
+  const mesh = tileOf(0, 1000, 3000, 500);
+  const xs = [-0.1, 0, 0.13, 0.5, 0.91, 1, 1.1], ys = [-0.2, 0, 0.37, 0.5, 1, 1.2];
+  const heights = rasterise(mesh, xs, ys);
+  ys.forEach((y, row) => xs.forEach((x, column) => {
+    const found = heights[row * xs.length + column], one = heightInTile(mesh, x, y);
+    if (one === undefined) assert.ok(Number.isNaN(found));
+    else near(found, one, 1e-6, `${x} ${y}`);
+  }));
+});
+
+test("the error is mesh minus source, with its sign, nothing hidden and no gap", async () => {
+  const level = (metres) => (xs, ys) => new Float64Array(xs.length * ys.length).fill(metres);
+  const flat = sourceWith(() => 100);
+  for (const off of [3, -3]) {
+    const {bytes, largest} = await errorTile(flat, RECTANGLE, 12, level(100 + off));
+    near(largest, 3, 1e-3);
+    for (const [i, j] of [[0, 0], [255, 0], [128, 77], [0, 255], [255, 255]]) {
+      near(errorOfByte(pixel(bytes, i, j)[0]), off, 0.4, `at ${i} ${j}`);
+      assert.equal(pixel(bytes, i, j)[2], GROUND);
+    }
+  }
+  // One pixel of the source sticks out: a coarse tile must show it.
+  const spike = lonOf(Math.floor(columnOf(10.4, 7)) + 0.5, 7), there = latOf(Math.floor(rowOf(45.4, 7)) + 0.5, 7);
+  const one = sourceWith((lon, lat) => (Math.hypot(lon - spike, lat - there) < 1e-6 ? 150 : 100));
+  near((await errorTile(one, {west: 10, south: 45, east: 11, north: 46}, 7, level(100))).largest, 50, 1e-3);
+  const holes = await errorTile(sourceWith(() => 100, () => false), RECTANGLE, 7, level(100));
+  assert.equal(pixel(holes.bytes, 100, 100)[2], VOID);
+});
+
+test("heights are asked for where the data is, on both sides of the antimeridian", async () => {
+  const asked = new Set();
+  const load = async (level, x, y) => void asked.add(`${level}/${x}/${y}`);
+  const source = new SourceHeights({bounds: [-180, -20, 180, -18], box: FIJI, deepest: 9, load});
+  assert.equal(source.coarsest, 6, "of two degrees, not of the whole turn");
+  await source.window(3, 0, 0, 8 * PIXELS, 8 * PIXELS);
+  assert.deepEqual([...asked].sort(), ["3/0/4", "3/7/4"]);
+});
+
+// ---- lines, labels, profiles, files
+
+test("each edge is drawn once, and the sides are the tile's", () => {
+  const mesh = tileOf(0, 0, 0, 0);
+  assert.equal(latticeLines(mesh.indices).length / 2, 5);
+  assert.equal(tileSides(mesh).length / 2, 4);
+});
+
+test("labels leave room for each other, the nearest first", () => {
+  const labels = [{x: 100, y: 100, depth: 9}, {x: 120, y: 105, depth: 3}, {x: 300, y: 100, depth: 5}, {x: 2, y: 100, depth: 1}];
+  assert.deepEqual(labelsThatFit(labels, 400, 200).map(({depth}) => depth), [3, 5]);
+});
+
+test("a profile counts climb, fall, what is beyond the bound, and leaves gaps open", () => {
+  const samples = [{metres: 0, source: 10, mesh: 10, bound: 1}, {metres: 3, source: 14, mesh: 14.5, bound: 1}, {metres: 6, source: 11, mesh: 13, bound: 1}];
+  const {climb, fall, worst, outside} = profileFigures(samples);
+  assert.deepEqual([climb, fall, worst, outside], [4, 3, 2, 1]);
+  near(profileFigures(samples).ground, Math.hypot(3, 4.5) + Math.hypot(3, 1.5), 1e-9);
+  assert.equal(profileFigures([{metres: 0, mesh: 1}, {metres: 1}]).ground, undefined);
+  assert.deepEqual(runs([{a: 1}, {}, {a: 2}, {a: 3}], "a").map((run) => run.length), [1, 2]);
+});
+
+test("the mesh that is saved has every tile, where it is", () => {
+  const rectangle = {west: 10, south: 45, east: 10.01, north: 45.01};
+  const text = objOf([{name: "a", rectangle, mesh: tileOf(0, 0, 0, 0, 100, 100)}, {name: "b", rectangle: {...rectangle, west: 10.01, east: 10.02}, mesh: tileOf(0, 0, 0, 0, 100, 100)}], "ellipsoid");
+  const vertices = text.match(/^v .*$/gm).map((line) => line.split(" ").slice(1).map(Number));
+  assert.equal(vertices.length, 8);
+  assert.deepEqual(text.match(/^f .*$/gm).slice(-1), ["f 5 7 8"]);
+  near(Math.hypot(...vertices[0].map((value, k) => value - vertices[1][k])), geodesic([10, 45], [10.01, 45]).metres * (1 + 100 / 6388000), 0.01);
+  near(Math.hypot(...vertices[1].map((value, k) => value - vertices[4][k])), 0, 1e-9, "neighbours meet");
+});

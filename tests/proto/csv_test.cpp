@@ -1,0 +1,35 @@
+#include "proto/csv.h"
+
+#include <gtest/gtest.h>
+
+namespace tind::csv {
+namespace {
+
+TEST(Csv, FieldsStandBetweenCommasAndQuotes) {
+  using Fields = std::vector<std::string>;
+  EXPECT_EQ(fields_of("a,b"), (Fields{"a", "b"}));
+  EXPECT_EQ(fields_of(""), (Fields{""}));
+  EXPECT_EQ(fields_of("a,,"), (Fields{"a", "", ""}));
+  EXPECT_EQ(fields_of(R"("a,b","say ""no""",c)"), (Fields{"a,b", R"(say "no")", "c"}));
+  EXPECT_EQ(fields_of(R"("a)"), (Fields{"a"}));
+}
+
+TEST(Csv, NumbersAreAllOfTheirField) {
+  EXPECT_EQ(number(" 1.5e2\t"), 150);
+  EXPECT_EQ(number("-7"), -7);
+  for (const char* none : {"", "  ", "1 2", "1m", "nan", "inf", "0x1"})
+    EXPECT_FALSE(number(none)) << none;
+}
+
+TEST(Csv, ColumnsOfPlacesHaveManyNames) {
+  const auto found = PlaceColumns::in("name, Latitude ,LON");
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->x, 2u);
+  EXPECT_EQ(found->y, 1u);
+  EXPECT_TRUE(PlaceColumns::in("easting,northing"));
+  EXPECT_FALSE(PlaceColumns::in("lon,lon"));
+  EXPECT_FALSE(PlaceColumns::in("1,2"));
+}
+
+}  // namespace
+}  // namespace tind::csv

@@ -1,0 +1,223 @@
+// Heights of many places, in other systems, and as a client of a level sees them.
+
+#include <cmath>
+#include <random>
+#include <sstream>
+
+#include "tests/server/api/api_fixture.h"
+
+namespace tind::api {
+namespace {
+
+class Elevation : public Api {
+ protected:
+  void SetUp() override { add_dem(); }
+
+  HttpReply send(const std::string& query, const std::string& type, const std::string& body) {
+    HttpClient client(port());
+    client.send("POST /elevation/rainier" + query + " HTTP/1.1\r\nHost: h\r\nContent-Type: " +
+                type + "\r\nContent-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body);
+    return client.receive();
+  }
+  Json one(double lon, double lat, const std::string& more = "") {
+    return Json::parse(
+        get("/elevation/rainier?lon=" + Json(lon).dump() + "&lat=" + Json(lat).dump() + more).body);
+  }
+};
+
+/// Around Mount Rainier and beyond its DEM.
+std::vector<std::array<double, 2>> some_places(int count) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> lon(-122.1, -121.4), lat(46.6, 47.1);
+  std::vector<std::array<double, 2>> places;
+  for (int i = 0; i < count; ++i) places.push_back({lon(random), lat(random)});
+  return places;
+}
+
+TEST_F(Elevation, OfManyIsThatOfEach) {
+  const auto places = some_places(60);
+  const HttpReply reply = send("", "application/json", Json{{"locations", places}}.dump());
+  ASSERT_EQ(reply.status, 200) << reply.body;
+  EXPECT_EQ(reply.headers.at("content-type"), "application/json");
+  const Json many = Json::parse(reply.body);
+  EXPECT_EQ(many["datum"], "egm96");
+  EXPECT_EQ(many["interpolation"], "bilinear");
+  ASSERT_EQ(many["height_m"].size(), places.size());
+  int outside = 0;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const Json single = one(places[i][0], places[i][1]);
+    EXPECT_EQ(many["height_m"][i], single["height_m"]);
+    EXPECT_EQ(many["coverage"][i], single["coverage"]);
+    outside += single["coverage"] == "outside";
+  }
+  EXPECT_GT(outside, 0);
+  EXPECT_LT(outside, 60);
+}
+
+TEST_F(Elevation, GivesGeoJsonItsHeights) {
+  const Json sent = Json::parse(R"({"type": "FeatureCollection", "features": [
+    {"type": "Feature", "properties": {"name": "way"}, "geometry":
+      {"type": "LineString", "coordinates": [[-121.8, 46.8], [-121.75, 46.85, 7], [0, 0]]}},
+    {"type": "Feature", "properties": null, "geometry": {"type": "GeometryCollection", "geometries": [
+      {"type": "Point", "coordinates": [-121.76, 46.85]},
+      {"type": "Polygon", "coordinates": [[[-121.8, 46.8], [-121.7, 46.8], [-121.7, 46.9], [-121.8, 46.8]]]}]}},
+    {"type": "Feature", "properties": {}, "geometry": null}]})");
+  const HttpReply reply = send("", "application/geo+json", sent.dump());
+  ASSERT_EQ(reply.status, 200) << reply.body;
+  EXPECT_EQ(reply.headers.at("content-type"), "application/geo+json");
+  Json got = Json::parse(reply.body);
+  EXPECT_EQ(got["heights"]["datum"], "egm96");
+  const Json& line = got["features"][0]["geometry"]["coordinates"];
+  EXPECT_EQ(line[0][2], one(-121.8, 46.8)["height_m"]);
+  EXPECT_EQ(line[1][2], one(-121.75, 46.85)["height_m"]) << "a height that was sent is replaced";
+  EXPECT_EQ(line[2], Json::parse("[0, 0]")) << "outside there is none";
+  const Json& parts = got["features"][1]["geometry"]["geometries"];
+  EXPECT_EQ(parts[0]["coordinates"][2], one(-121.76, 46.85)["height_m"]);
+  EXPECT_EQ(parts[1]["coordinates"][0][3][2], one(-121.8, 46.8)["height_m"]);
+  EXPECT_EQ(got["features"][0]["properties"]["name"], "way");
+}
+
+TEST_F(Elevation, RepeatsHowGoodHeightsAreSaidToBeWhereThereAreAny) {
+  const std::string dem = test::testdata("rainier.tif");
+  DemOptions stated;
+  stated.accuracy = VerticalAccuracy{AccuracyKind::rmse, 2.5};
+  ASSERT_TRUE(services::open_dataset(catalog_, {"stated", {dem}}, stated, {}));
+  services::DatasetSpec layers{"layers", {dem, dem}};
+  layers.layers = {{"low", {dem}, {{"accuracy", "le90=4"}}}, {"high", {dem}}};
+  const auto opened = services::open_dataset(catalog_, layers, {}, {});
+  ASSERT_TRUE(opened) << opened.error().what;
+  const auto ask = [&](const std::string& query) {
+    return Json::parse(get("/elevation/" + query).body);
+  };
+  const auto ask_many = [&](const std::string& query) {
+    return Json::parse(post("/elevation/" + query, R"({"locations": [[-121.76, 46.85]]})").body);
+  };
+  const std::string there = "?lon=-121.76&lat=46.85", level = "surface=level=9";
+  const Json rmse = {{"kind", "rmse"}, {"m", 2.5}};
+  const Json of_layers = {{"low", {{"kind", "le90"}, {"m", 4}}}};
+  EXPECT_EQ(ask("stated" + there)["accuracy"], rmse);
+  EXPECT_EQ(ask("stated" + there + "&" + level)["accuracy"], rmse);
+  EXPECT_EQ(ask_many("stated")["accuracy"], rmse);
+  EXPECT_EQ(ask_many("stated?" + level)["accuracy"], rmse);
+  EXPECT_EQ(ask_many("layers")["accuracy"], of_layers);
+  EXPECT_EQ(ask("layers" + there + "&" + level)["accuracy"], of_layers);
+  EXPECT_EQ(ask_many("layers?" + level)["accuracy"], of_layers);
+  // Outside; a DEM of which nothing is said.
+  for (const std::string& none :
+       {std::string("stated?lon=0&lat=0"), std::string("layers?lon=0&lat=0"), "rainier" + there})
+    EXPECT_FALSE(ask(none).contains("accuracy")) << none;
+  EXPECT_FALSE(ask_many("rainier").contains("accuracy"));
+}
+
+TEST_F(Elevation, GivesTablesTwoColumns) {
+  const std::string sent =
+      "\xef\xbb\xbfname, Latitude,\"Longitude\"\r\n\"peak, the\",46.85,-121.76\r\n\r\nfar,0,0\n";
+  const HttpReply reply = send("", "text/csv; charset=utf-8", sent);
+  ASSERT_EQ(reply.status, 200) << reply.body;
+  std::ostringstream expected;
+  expected << "name, Latitude,\"Longitude\",height_m,coverage\n\"peak, the\",46.85,-121.76,"
+           << one(-121.76, 46.85)["height_m"].dump() << ",value\nfar,0,0,,outside\n";
+  EXPECT_EQ(reply.body, expected.str());
+}
+
+TEST_F(Elevation, KnowsOtherSystems) {
+  // UTM zone 10 north; EPSG:4326 has the latitude first.
+  const Json geographic = one(-121.76, 46.85);
+  const Json turned =
+      Json::parse(get("/elevation/rainier?crs=EPSG:4326&coords=46.85,-121.76").body);
+  EXPECT_NEAR(turned["height_m"].get<double>(), geographic["height_m"].get<double>(), 1e-6);
+  EXPECT_NE(turned["axes"][0].get<std::string>().find("north"), std::string::npos);
+  const Json utm =
+      Json::parse(get("/elevation/rainier?crs=EPSG:32610&coords=594530.2,5189412.1").body);
+  EXPECT_EQ(utm["coverage"], "value") << utm.dump();
+  EXPECT_EQ(utm["axes"][0], "Easting (east)");
+  const Json same = one(utm["lon"], utm["lat"]);
+  EXPECT_NEAR(utm["height_m"].get<double>(), same["height_m"].get<double>(), 1e-3);
+  // Columns have names, so a table has no order of axes.
+  for (const char* head : {"lat,lon\n46.85,-121.76\n", "x,y\n-121.76,46.85\n"}) {
+    const HttpReply table = send("?crs=EPSG:4326", "text/csv", head);
+    ASSERT_EQ(table.status, 200) << table.body;
+    const std::string row = table.body.substr(table.body.find('\n') + 1);
+    EXPECT_NEAR(std::stod(row.substr(row.find(',', row.find(',') + 1) + 1)),
+                geographic["height_m"].get<double>(), 1e-6);
+  }
+}
+
+TEST_F(Elevation, OfALevelIsWithinItsBoundOfThePosts) {
+  const Json summit = Json::parse(get("/datasets").body)["datasets"][1]["highest"];
+  const double lon = summit["lon"], lat = summit["lat"], post = summit["height_m"];
+  double last = HUGE_VAL;
+  for (const int level : {7, 9, 24}) {
+    const Json seen = one(lon, lat, "&surface=level=" + std::to_string(level));
+    EXPECT_EQ(seen["coverage"], "value") << seen.dump();
+    ASSERT_TRUE(seen.contains("max_error_m")) << seen.dump();
+    const double bound = seen["max_error_m"];
+    EXPECT_LE(std::abs(seen["height_m"].get<double>() - post), bound + 1e-6);
+    EXPECT_LE(bound, last);
+    last = bound;
+    EXPECT_FALSE(seen["tile"].get<std::string>().empty());
+  }
+  EXPECT_EQ(get("/elevation/made-up?lon=1&lat=1&surface=level=3").status, 200)
+      << "a store has meshes";
+}
+
+TEST_F(Elevation, InterpolatesAsAsked) {
+  const Json bilinear = one(-121.7603, 46.8529),
+             nearest = one(-121.7603, 46.8529, "&interpolation=nearest"),
+             cubic = one(-121.7603, 46.8529, "&interpolation=cubic");
+  EXPECT_EQ(nearest["interpolation"], "nearest");
+  EXPECT_NE(bilinear["height_m"], cubic["height_m"]);
+  EXPECT_EQ(nearest["height_m"].get<double>(), std::round(nearest["height_m"].get<double>()))
+      << "the posts are whole metres";
+}
+
+TEST_F(Elevation, NamesWhatIsWrongWithManyPlaces) {
+  struct Case {
+    std::string query, type, body, parameter;
+  };
+  const std::string json = "application/json", good = R"({"locations": [[-121.76, 46.85]]})";
+  for (const Case& wrong : {
+           Case{"", json, "{", "body"},
+           Case{"", json, "[]", "body"},
+           Case{"", json, "{}", "locations"},
+           Case{"", json, R"({"locations": []})", "locations"},
+           Case{"", json, R"({"locations": [[1, 2], [1]]})", "locations[1]"},
+           Case{"", json, R"({"locations": [[1, 2, 3]]})", "locations[0]"},
+           Case{"", json, R"({"locations": [[0, 91]]})", "locations[0]"},
+           Case{"", json, R"({"locations": [[1, 1]], "more": 1})", "more"},
+           Case{"?crs=EPSG:5703", json, good, "crs"},
+           Case{"?crs=WGS84", json, good, "crs"},
+           Case{"?surface=level=25", json, good, "surface"},
+           Case{"?interpolation=best", json, good, "interpolation"},
+           Case{"?datum=EPSG:4326", json, good, "datum"},
+           Case{"?lon=1", json, good, "lon"},
+           Case{"", json, R"({"type": "Point"})", "coordinates"},
+           Case{"", json, R"({"type": "Point", "coordinates": ["1", 2]})", "coordinates"},
+           Case{"", "text/csv", "", "body"},
+           Case{"", "text/csv", "a,b\n1,2\n", "body"},
+           Case{"", "text/csv", "lon,lat\n", "body"},
+           Case{"", "text/csv", "lon,lat\n1,2\n1,x\n", "line 3"},
+       }) {
+    const HttpReply reply = send(wrong.query, wrong.type, wrong.body);
+    ASSERT_EQ(reply.status, 400) << wrong.body << reply.body;
+    EXPECT_EQ(Json::parse(reply.body)["errors"][0]["parameter"], wrong.parameter) << wrong.body;
+  }
+  EXPECT_EQ(send("", "text/plain", good).status, 415);
+  EXPECT_EQ(send("", json, std::string(9u << 20, ' ')).status, 413);
+}
+
+TEST_F(Elevation, NamesWhatIsWrongWithOnePlace) {
+  for (const auto& [query, parameter] :
+       {std::pair("crs=EPSG:2056", "coords"), std::pair("coords=1", "coords"),
+        std::pair("coords=1,2&lon=3", "coords"), std::pair("crs=EPSG:4326&coords=95,0", "coords"),
+        std::pair("crs=EPSG:9999999&coords=1,2", "crs"),
+        std::pair("crs=EPSG:999999&coords=1,2", "crs"),
+        std::pair("lon=1&lat=2&surface=mesh", "surface")}) {
+    const HttpReply reply = get(std::string("/elevation/rainier?") + query);
+    ASSERT_EQ(reply.status, 400) << query << reply.body;
+    EXPECT_EQ(Json::parse(reply.body)["errors"][0]["parameter"], parameter) << query;
+  }
+}
+
+}  // namespace
+}  // namespace tind::api

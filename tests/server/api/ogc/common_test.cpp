@@ -1,0 +1,127 @@
+// Landing page, conformance, collections: as JSON and as pages.
+
+#include "server/api/crs_name.h"
+#include "server/api/ogc/page.h"
+#include "tests/server/api/ogc/ogc_fixture.h"
+
+namespace tind::api {
+namespace {
+
+TEST_F(Ogc, TheLandingPageLeadsEverywhere) {
+  const Json landing = json("/");
+  EXPECT_NE(href(landing, "service-desc", "application/vnd.oai.openapi+json;version=3.1"), "");
+  const std::string conformance = "http://www.opengis.net/def/rel/ogc/1.0/conformance";
+  EXPECT_EQ(href(landing, conformance, "application/json"), "http://test/conformance");
+  EXPECT_EQ(href(landing, "data", "application/json"), "http://test/collections");
+  EXPECT_EQ(href(landing, "alternate", "text/html"), "http://test/?f=html");
+  EXPECT_FALSE(json("/conformance")["conformsTo"].empty());
+}
+
+TEST_F(Ogc, ABrowserGetsTheViewerAndMayHaveThePage) {
+  const std::string browser = "Accept: text/html,*/*;q=0.8\r\n";
+  EXPECT_EQ(get("/", browser).body, get("/viewer/index.html").body);
+  EXPECT_NE(get("/?f=html").body.find("<h1>tind</h1>"), std::string::npos);
+  EXPECT_EQ(get("/?f=json", browser).headers.at("content-type"), "application/json");
+  EXPECT_EQ(get("/", "Accept: */*\r\n").headers.at("content-type"), "application/json");
+  EXPECT_EQ(get("/").headers.at("vary"), "Accept, Host, X-Forwarded-Proto");
+  EXPECT_EQ(get("/", browser).headers.at("vary"), "Accept, Accept-Encoding");
+}
+
+TEST_F(Ogc, DocumentsKnowWhereTheyWereAskedFor) {
+  const std::string secure = "X-Forwarded-Proto: https\r\nAccept: application/json\r\n";
+  EXPECT_NE(get("/collections", secure).body.find("https://test/collections/rainier"),
+            std::string::npos);
+  const HttpReply first = get("/collections/rainier");
+  const HttpReply again =
+      get("/collections/rainier", "If-None-Match: " + first.headers.at("etag") + "\r\n");
+  EXPECT_EQ(again.status, 304);
+}
+
+TEST_F(Ogc, ACollectionSaysWhereItIsAndWhatItAnswers) {
+  const Json all = json("/collections");
+  ASSERT_EQ(all["collections"].size(), 2u);
+  const Json one = json("/collections/rainier");
+  const Json box = one["extent"]["spatial"]["bbox"];
+  ASSERT_EQ(box.size(), 1u);
+  EXPECT_NEAR(box[0][0].get<double>(), -122.0, 0.2);
+  EXPECT_LT(box[0][1], box[0][3]);
+  EXPECT_EQ(one["crs"][0], "http://www.opengis.net/def/crs/OGC/1.3/CRS84");
+  EXPECT_EQ(one["storageCrs"], "http://www.opengis.net/def/crs/EPSG/0/4326");
+  EXPECT_EQ(one["parameter_names"]["height"]["description"]["en"],
+            "Height of the terrain, metres above egm96")
+      << "as answers have it, not as tiles";
+  EXPECT_EQ(one["parameter_names"]["height"]["unit"]["symbol"]["value"], "m");
+  for (const char* query : {"position", "trajectory", "corridor", "area", "cube"})
+    EXPECT_EQ(one["data_queries"][query]["link"]["variables"]["query_type"], query);
+  EXPECT_EQ(href(one, "http://www.opengis.net/def/rel/ogc/1.0/coverage",
+                 "image/tiff; application=geotiff"),
+            "http://test/collections/rainier/coverage?f=tif");
+  EXPECT_EQ(get("/collections/none").status, 404);
+  EXPECT_EQ(get("/collections/").status, 404);
+  EXPECT_EQ(href(json("/collections/made-up"), "http://www.opengis.net/def/rel/ogc/1.0/coverage",
+                 "image/png"),
+            "")
+      << "tiles alone are no coverage";
+}
+
+TEST_F(Ogc, OtherParametersAreRefused) {
+  for (const char* path :
+       {"/", "/conformance", "/collections", "/collections/rainier", "/tileMatrixSets",
+        "/tileMatrixSets/WebMercatorQuad", "/collections/rainier/tiles",
+        "/collections/rainier/tiles/WorldCRS84Quad"}) {
+    expect_wrong(std::string(path) + "?f=xml", "f");
+    expect_wrong(std::string(path) + "?limit=3", "limit");
+    expect_wrong(std::string(path) + "?F=json", "F");
+    const HttpReply page = get(std::string(path) + "?f=html");
+    EXPECT_EQ(page.headers.at("content-type"), "text/html; charset=utf-8");
+    EXPECT_EQ(page.body.find("<script"), std::string::npos);
+  }
+}
+
+TEST(OgcPage, WhatADocumentSaysIsNeverMarkup) {
+  const std::string evil = "\"'><script>alert(1)</script>";
+  const nlohmann::ordered_json document = {
+      {"title", evil},
+      {"description", evil},
+      {evil, evil},
+      {"list", {evil, evil}},
+      {"table", {{{evil, evil}, {"b", 1}}, {{evil, evil}, {"b", 2}}}},
+      {"cards", {{{"title", evil}, {"links", {{{"rel", "self"}, {"href", "http://h/" + evil}}}}}}},
+      {"deep", {{"er", {{evil, {{"x", evil}}}}}}},
+      {"links",
+       {{{"href", "javascript:alert(1)"}, {"title", evil}, {"type", evil}},
+        {{"href", "http://h/" + evil}, {"title", evil}},
+        {{"href", "http://other/"}, {"title", "away"}}}}};
+  const std::string page = ogc::page_of(document, {"/collections/" + evil, "http://h"});
+  EXPECT_EQ(page.find("<script"), std::string::npos);
+  EXPECT_EQ(page.find("href=\"javascript"), std::string::npos);
+  EXPECT_EQ(page.find("href=\"http://other"), std::string::npos);
+  std::size_t anchors = 0;  // none is broken out of
+  for (std::size_t at = page.find("<a href=\""); at != page.npos;
+       at = page.find("<a href=\"", at + 1)) {
+    const std::size_t end = page.find('"', at + 9);
+    EXPECT_EQ(page[end + 1], '>');
+    ++anchors;
+  }
+  EXPECT_GE(anchors, 3u);
+}
+
+TEST(CrsName, EveryFormOfOne) {
+  for (const char* text :
+       {"EPSG:2056", "epsg:2056", "[EPSG:2056]", "http://www.opengis.net/def/crs/EPSG/0/2056",
+        "https://www.opengis.net/def/crs/EPSG/9.9.1/2056", "urn:ogc:def:crs:EPSG::2056",
+        "urn:ogc:def:crs:EPSG:8.2:2056"}) {
+    ASSERT_TRUE(crs_named(text)) << text;
+    EXPECT_EQ(crs_uri(*crs_named(text)), "http://www.opengis.net/def/crs/EPSG/0/2056");
+  }
+  for (const char* text : {"CRS84", "OGC:CRS84", "http://www.opengis.net/def/crs/OGC/1.3/CRS84",
+                           "urn:ogc:def:crs:OGC:1.3:CRS84"})
+    EXPECT_EQ(crs_named(text), "CRS84") << text;
+  for (const char* text : {"", "2056", "EPSG:", "EPSG:x", "EPSG:12345678", "/etc/passwd",
+                           "http://www.opengis.net/def/crs/EPSG/0/", "PROJCRS[]", "OGC:CRS83",
+                           "http://elsewhere/def/crs/EPSG/0/2056", "+proj=utm"})
+    EXPECT_FALSE(crs_named(text)) << text;
+}
+
+}  // namespace
+}  // namespace tind::api

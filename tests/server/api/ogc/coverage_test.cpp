@@ -1,0 +1,132 @@
+// A coverage's pixels are H: as /elevation has it where they are as fine as the posts, its mean
+// where they are coarser.
+
+#include <sstream>
+
+#include "terrain/raster/dem_source.h"
+#include "tests/server/api/ogc/ogc_fixture.h"
+
+namespace tind::api {
+namespace {
+
+const std::string kCoverage = "/collections/rainier/coverage";
+
+class Coverages : public Ogc {
+ protected:
+  /// As GDAL reads it.
+  std::shared_ptr<const DemSource> opened(const std::string& query,
+                                          const std::string& name = "a.tif") {
+    const HttpReply reply = get(kCoverage + query);
+    EXPECT_EQ(reply.status, 200) << reply.body;
+    const std::string path = dir_.file(name);
+    std::ofstream(path, std::ios::binary) << reply.body;
+    auto dem = DemSource::open(std::vector{path});
+    EXPECT_TRUE(dem) << (dem ? "" : dem.error().what);
+    return dem ? *dem : nullptr;
+  }
+};
+
+TEST_F(Coverages, FinePixelsAreHeights) {
+  const std::string window = "?bbox=-121.746,46.857,-121.738,46.865&width=24&height=20";
+  const Json got = json(kCoverage + window + "&f=covjson");
+  const Json &x = got["domain"]["axes"]["x"], &values = got["ranges"]["height"]["values"];
+  ASSERT_EQ(values.size(), 480u);
+  const double pixel = 0.008 / 24;
+  EXPECT_NEAR(x["start"].get<double>(), -121.746 + pixel / 2, 1e-12);
+  const auto dem = opened(window);
+  ASSERT_TRUE(dem);
+  EXPECT_EQ(dem->info().cols, 24);
+  EXPECT_EQ(name(dem->info().datum), "egm96") << "the file says what its heights are above";
+  const auto read = dem->read(0, 0, 24, 20);
+  int compared = 0;
+  for (int row = 0; row < 20; ++row)
+    for (int col = 0; col < 24; col += 5) {
+      const Json said = height(-121.746 + (col + .5) * pixel, 46.865 - (row + .5) * .008 / 20);
+      const Json& ours = values[std::size_t(row * 24 + col)];
+      ASSERT_EQ(ours.is_null(), said.is_null());
+      ASSERT_EQ(read->is_void(col, row), said.is_null());
+      if (said.is_null()) continue;
+      EXPECT_NEAR(read->at(col, row), said.get<double>(), 1e-3);
+      EXPECT_NEAR(ours.get<double>(), said.get<double>(), 2e-3);
+      ++compared;
+    }
+  EXPECT_GT(compared, 80);
+}
+
+TEST_F(Coverages, TheWholeIsTheDemItself) {
+  const auto whole = opened(""), dem = *DemSource::open(std::vector{test::testdata("rainier.tif")});
+  ASSERT_TRUE(whole);
+  ASSERT_EQ(whole->info().cols, dem->info().cols);
+  ASSERT_EQ(whole->info().rows, dem->info().rows);
+  const auto ours = whole->read(0, 0, 577, 481), posts = dem->read(0, 0, 577, 481);
+  for (std::size_t i = 0; i < posts->size(); ++i)
+    if (!std::isnan(posts->values()[i])) {
+      ASSERT_NEAR(ours->values()[i], posts->values()[i], 1e-3) << i;
+    }
+}
+
+TEST_F(Coverages, EveryFormatSaysTheSame) {
+  const std::string window = "?bbox=590000,5185000,600000,5195000&bbox-crs=EPSG:32610&width=50";
+  const auto tif = opened(window), asc = opened(window + "&f=asc", "a.asc");
+  ASSERT_TRUE(tif && asc);
+  EXPECT_EQ(tif->info().crs_kind, CrsKind::projected);
+  EXPECT_NEAR(tif->info().post_to_crs.x_col, 200, 1e-9);
+  EXPECT_NEAR(double(tif->info().rows), 50, 1) << "pixels are as long as they are wide";
+  const int rows = int(tif->info().rows);
+  const auto a = tif->read(0, 0, 50, rows), b = asc->read(0, 0, 50, rows);
+  for (std::size_t i = 0; i < a->size(); ++i)
+    EXPECT_TRUE(a->values()[i] == b->values()[i] ||
+                (std::isnan(a->values()[i]) && std::isnan(b->values()[i])));
+  const HttpReply png = get(kCoverage + window + "&f=png");
+  EXPECT_EQ(png.headers.at("content-type"), "image/png");
+  EXPECT_NE(png.body.find("height_m"), std::string::npos);
+}
+
+TEST_F(Coverages, AreAsClientsAskForThem) {
+  const std::string plain =
+      get(kCoverage + "?bbox=-121.9,46.8,-121.7,46.9&width=64&height=32").body;
+  for (const char* query :
+       {"?subset=Lon(-121.9:-121.7),Lat(46.8:46.9)&scale-size=Lon(64),Lat(32)",
+        "?subset=Lat(46.8:46.9),Long(-121.9:-121.7)&scaleSize=Lat(32),Lon(64)",
+        "?bbox=46.8,-121.9,46.9,-121.7&bbox-crs=EPSG:4326&crs=CRS84&width=64&height=32"})
+    EXPECT_EQ(get(kCoverage + query).body, plain) << query;
+  EXPECT_EQ(get(kCoverage, "Accept: image/tiff;application=geotiff\r\n").headers.at("content-type"),
+            "image/tiff; application=geotiff");
+  EXPECT_EQ(get(kCoverage + "?width=9", "Accept: image/png\r\n").headers.at("content-type"),
+            "image/png");
+  const auto beyond = opened("?bbox=-122.5,46,-122,47&width=40");
+  ASSERT_TRUE(beyond);
+  EXPECT_TRUE(beyond->read(0, 0, 1, 1)->is_void(0, 0)) << "beyond the DEM there is nothing";
+}
+
+TEST_F(Coverages, HaveTheDatumThatIsAskedFor) {
+  const std::string window = "?bbox=-121.746,46.857,-121.738,46.865&width=5&height=5";
+  const auto own = opened(window), globe = opened(window + "&datum=ellipsoid", "b.tif");
+  ASSERT_TRUE(own && globe);
+  EXPECT_EQ(name(globe->info().datum), "ellipsoid");
+  const double lower = own->read(2, 2, 1, 1)->at(0, 0) - globe->read(2, 2, 1, 1)->at(0, 0);
+  EXPECT_GT(lower, 15);
+  EXPECT_LT(lower, 25);
+}
+
+TEST_F(Coverages, WhatIsWrongNamesItsParameter) {
+  struct Case {
+    std::string query, parameter;
+  };
+  for (const Case& c :
+       {Case{"bbox=1,2,3", "bbox"}, Case{"bbox=3,2,1,0", "bbox"}, Case{"bbox=1,2,1,4", "bbox"},
+        Case{"width=0", "width"}, Case{"width=5000&height=5000", "width"},
+        Case{"width=60000", "width"}, Case{"width=2000&height=2000&f=asc", "width"},
+        Case{"height=1.5", "height"}, Case{"f=jp2", "f"}, Case{"crs=EPSG:5773", "crs"},
+        Case{"bbox-crs=WGS84", "bbox-crs"}, Case{"subset=Lon(1:2", "subset"},
+        Case{"subset=Time(1:2)", "subset"}, Case{"subset=Lon(2:1)", "subset"},
+        Case{"subset=Lon(1:2)&bbox=1,2,3,4", "subset"}, Case{"scale-size=Lon(0)", "scale-size"},
+        Case{"scale-size=Lon(9)&width=9", "scale-size"}, Case{"datum=none", "datum"},
+        Case{"interpolation=cubic", "interpolation"}})
+    expect_wrong(kCoverage + "?" + c.query, c.parameter);
+  EXPECT_EQ(get("/collections/made-up/coverage").status, 404);
+  EXPECT_EQ(get("/collections/none/coverage").status, 404);
+}
+
+}  // namespace
+}  // namespace tind::api

@@ -1,0 +1,321 @@
+#include <algorithm>
+#include <filesystem>
+
+#include "proto/mesh/mesh_io.h"
+#include "server/services/jobs/jobs.h"
+#include "terrain/mesh/mesh_file.h"
+#include "tests/server/api/api_fixture.h"
+#include "tests/support/program.h"
+
+namespace tind::api {
+namespace {
+
+class ProcessesApi : public Api {
+ protected:
+  ProcessesApi() {
+    auto jobs =
+        services::Jobs::open(dir_.file("jobs"), test::tind_binary(),
+                             {.running = 2, .each = {.file_bytes = 64u << 20, .niceness = 0}});
+    EXPECT_TRUE(jobs) << jobs.error().what;
+    jobs_ = std::move(*jobs);
+    app_.jobs = jobs_.get();
+    add_dem();
+  }
+  ~ProcessesApi() override {
+    if (running_) running_->stop();
+    jobs_->stop();  // before what it answers through
+  }
+
+  static std::string inputs(const std::string& more) {
+    return R"({"inputs": {"dataset": "rainier", )" + more + "}}";
+  }
+  HttpReply execute(const std::string& body, const std::string& prefer = "") {
+    HttpClient client(port());
+    client.send("POST /processes/simplify/execution HTTP/1.1\r\nHost: h\r\n" + prefer +
+                "Content-Type: application/json\r\nContent-Length: " + std::to_string(body.size()) +
+                "\r\n\r\n" + body);
+    return client.receive();
+  }
+  Json get_json(const std::string& target) {
+    const HttpReply reply = get(target);
+    EXPECT_EQ(reply.status, 200) << target << reply.body;
+    return Json::parse(reply.body, nullptr, false);
+  }
+  Json wait_for(const std::string& job) {
+    for (int i = 0; i < 6000; ++i) {
+      Json status = get_json(job);
+      if (status["status"] != "accepted" && status["status"] != "running") return status;
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return {};
+  }
+
+  std::unique_ptr<services::Jobs> jobs_;
+};
+
+TEST_F(ProcessesApi, SayWhatTheyTake) {
+  const Json list = get_json("/processes");
+  ASSERT_EQ(list["processes"].size(), 15u);
+  EXPECT_EQ(list["processes"][0]["id"], "simplify");
+  const Json simplify = get_json("/processes/simplify");
+  for (const char* const input : {"dataset", "max_error", "triangles", "ratio", "method", "bbox",
+                                  "polygon", "crs", "format", "alpha", "effort"})
+    EXPECT_TRUE(simplify["inputs"].contains(input)) << input;
+  EXPECT_FALSE(simplify["inputs"].contains("drape"));
+  EXPECT_EQ(simplify["inputs"]["dataset"]["minOccurs"], 1);
+  EXPECT_EQ(get("/processes/nothing").status, 404);
+}
+
+TEST_F(ProcessesApi, AMeshOfAnAreaIsTheAnswerOfWhoeverWaits) {
+  const HttpReply reply =
+      execute(inputs(R"("bbox": [-121.8, 46.8, -121.7, 46.9], "max_error": 10, "format": "ply")"));
+  ASSERT_EQ(reply.status, 200) << reply.body;
+  const auto mesh = proto::decode_ply(reply.body);
+  ASSERT_TRUE(mesh) << mesh.error().what;
+  EXPECT_GT(mesh->triangles.size(), 100u);
+  double west = 180, east = -180;
+  for (const auto& p : mesh->positions) west = std::min(west, p[0]), east = std::max(east, p[0]);
+  EXPECT_NEAR(west, -121.8, 0.00084);
+  EXPECT_NEAR(east, -121.7, 0.00084);
+  // As the command line makes it, to the byte.
+  const test::TempDir dir;
+  const auto ran =
+      test::run_tind("simplify " + test::testdata("rainier.tif") +
+                     " --bounds=-121.8,46.8,-121.7,46.9 --max-error 10 -o " + dir.file("a.ply"));
+  ASSERT_EQ(ran.code, 0);
+  std::ifstream file(dir.file("a.ply"), std::ios::binary);
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(file), {}), reply.body);
+  EXPECT_EQ(get_json("/jobs")["jobs"].size(), 0u);  // who has its answer needs no job
+}
+
+TEST_F(ProcessesApi, AJobHasAStatusResultsAndAnEnd) {
+  const HttpReply accepted =
+      execute(R"({"inputs": {"dataset": "rainier", "ratio": 0.02, "method": "qem",
+                   "bbox": [-121.8, 46.8, -121.7, 46.9]},
+                  "outputs": {"mesh": {}, "report": {}}})",
+              "Prefer: respond-async\r\n");
+  ASSERT_EQ(accepted.status, 201) << accepted.body;
+  const std::string job = accepted.headers.at("location");
+  EXPECT_TRUE(job.starts_with("/jobs/"));
+  const Json status = wait_for(job);
+  ASSERT_EQ(status["status"], "successful") << status;
+  EXPECT_EQ(status["progress"], 100);
+  EXPECT_EQ(status["processID"], "simplify");
+  EXPECT_EQ(get_json("/jobs")["jobs"].size(), 1u);
+
+  const Json results = get_json(job + "/results");
+  const Json report = results["report"]["value"];
+  EXPECT_EQ(report["method"], "qem");
+  EXPECT_EQ(report["flipped"], 0);
+  EXPECT_GE(report["max_surface_error_m"], report["max_error_m"]);
+  EXPECT_EQ(report["input"], Json::array({"rainier"}));
+  EXPECT_EQ(report.dump().find(test::testdata("")), std::string::npos) << "no path of the server";
+  const std::string mesh = results["mesh"]["href"];
+  const HttpReply whole = get(mesh);
+  ASSERT_EQ(whole.status, 200);
+  EXPECT_EQ(whole.headers.at("content-disposition"), "attachment; filename=\"mesh.ply\"");
+  const HttpReply part = get(mesh, "Range: bytes=10-19\r\n");
+  EXPECT_EQ(part.status, 206);
+  EXPECT_EQ(part.body, whole.body.substr(10, 10));
+  EXPECT_EQ(get(mesh, "If-None-Match: " + whole.headers.at("etag") + "\r\n").status, 304);
+  EXPECT_EQ(get(mesh, "Range: bytes=99999999-\r\n").status, 416);
+  EXPECT_EQ(get(job + "/results/nothing").status, 404);
+
+  HttpClient client(port());
+  client.send("DELETE " + job + " HTTP/1.1\r\nHost: h\r\n\r\n");
+  const HttpReply gone = client.receive();
+  ASSERT_EQ(gone.status, 200) << gone.body;
+  EXPECT_EQ(Json::parse(gone.body)["status"], "dismissed");
+  EXPECT_EQ(get(mesh).status, 404);
+  const HttpReply none = get("/jobs/ffffffffffffffffffffffffffffffff");
+  EXPECT_EQ(none.status, 404);
+  EXPECT_TRUE(Json::parse(none.body)["type"].get<std::string>().ends_with("no-such-job"));
+}
+
+TEST_F(ProcessesApi, APolygonIsTheRimOfTheMesh) {
+  const HttpReply reply = execute(inputs(
+      R"("polygon": {"type": "Polygon", "coordinates": [[[-121.8, 46.8], [-121.7, 46.8],
+         [-121.75, 46.9], [-121.8, 46.8]]]}, "triangles": 800, "format": "2dm")"));
+  ASSERT_EQ(reply.status, 200) << reply.body;
+  const auto mesh = proto::decode_2dm(reply.body);
+  ASSERT_TRUE(mesh);
+  double area = 0;
+  for (const auto& t : mesh->triangles) {
+    const auto &a = mesh->positions[t[0]], &b = mesh->positions[t[1]], &c = mesh->positions[t[2]];
+    area += ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])) / 2;
+  }
+  EXPECT_NEAR(area, 0.005, 0.0002);
+}
+
+TEST_F(ProcessesApi, EveryOptionOfAMethodIsKnown) {
+  for (const char* const more :
+       {R"("method": "bounded", "effort": "best")", R"("method": "qem", "subset-placement": true)",
+        R"("method": "edge-cost", "alpha": 0.5)"}) {
+    const HttpReply reply = execute(inputs(
+        R"("bbox": [-121.76, 46.84, -121.74, 46.86], "max_error": 30, )" + std::string(more)));
+    EXPECT_EQ(reply.status, 200) << more << reply.body;
+  }
+}
+
+TEST_F(ProcessesApi, AnAreaMayBeInAnyCrs) {
+  // The summit in UTM zone 10 north.
+  const HttpReply reply = execute(inputs(
+      R"("bbox": {"bbox": [590000, 5187000, 598000, 5193000], "crs": "http://www.opengis.net/def/crs/EPSG/0/32610"},
+         "max_error": 20, "format": "obj")"));
+  ASSERT_EQ(reply.status, 200) << reply.body;
+  const auto mesh = proto::decode_obj(reply.body);
+  ASSERT_TRUE(mesh);
+  double highest = 0;
+  for (const auto& p : mesh->positions) highest = std::max(highest, p[2]);
+  EXPECT_GT(highest, 4300);
+}
+
+TEST_F(ProcessesApi, RastersAndLinesOfAnArea) {
+  const auto run = [&](const std::string& id, const std::string& more) {
+    const HttpReply reply =
+        post("/processes/" + id + "/execution",
+             inputs(R"("bbox": [-121.8, 46.8, -121.7, 46.9])" + (more.empty() ? "" : ", " + more)));
+    EXPECT_EQ(reply.status, 200) << id << reply.body;
+    return reply;
+  };
+  for (const char* const id : {"slope", "aspect", "hillshade", "roughness", "tri", "tpi"})
+    EXPECT_TRUE(run(id, "").body.starts_with("II*")) << id;
+  EXPECT_TRUE(run("slope", R"("format": "asc", "unit": "percent")").body.starts_with("ncols"));
+  EXPECT_TRUE(run("relief", R"("low": 1000)").body.starts_with("II*"));
+  EXPECT_TRUE(run("relief", R"("format": "png")").body.starts_with("\x89PNG"));
+  const HttpReply lines = run("contours", R"("interval": 200, "format": "geojson")");
+  EXPECT_EQ(lines.headers.at("content-type"), "application/geo+json");
+  const Json json = Json::parse(lines.body);
+  ASSERT_GT(json["features"].size(), 5u);
+  for (const Json& feature : json["features"]) {
+    const double height = feature["properties"]["height_m"];
+    EXPECT_EQ(std::fmod(height, 200), 0);
+    EXPECT_EQ(feature["geometry"]["coordinates"][0][2], height);
+  }
+  expect_refused("/processes/contours/execution",
+                 {{inputs(R"("base": 1)"), "inputs.interval"},
+                  {inputs(R"("interval": 10, "levels": [1])"), "inputs.interval"},
+                  {inputs(R"("levels": ["1 --output=x"])"), "inputs.levels"}});
+  expect_refused("/processes/hillshade/execution",
+                 {{inputs(R"("azimuth": 400)"), "inputs.azimuth"}});
+}
+
+TEST_F(ProcessesApi, HeightsAlongALineAndWhatIsSeen) {
+  const auto run = [&](const std::string& id, const std::string& more) {
+    const HttpReply reply = post("/processes/" + id + "/execution", inputs(more));
+    EXPECT_EQ(reply.status, 200) << id << reply.body;
+    return reply;
+  };
+  const std::string line = R"("line": [[-121.9, 46.75], [-121.7, 46.8]])";
+  EXPECT_TRUE(
+      run("profile", line).body.starts_with("distance_m,lon,lat,height_m,coverage\n0.0000"));
+  const Json sampled = Json::parse(
+      run("profile", line + R"(, "samples": 7, "format": "json", "datum": "egm96")").body);
+  ASSERT_EQ(sampled["points"].size(), 7u);
+  EXPECT_EQ(sampled["datum"], "egm96");
+  const Json sight = Json::parse(
+      run("line-of-sight",
+          R"("from": [594000, 5185000], "to": [596000, 5187000], "crs": "EPSG:32610", "uncertainty": 2)")
+          .body);
+  EXPECT_NEAR(sight["length_m"], 2828, 400);
+  EXPECT_EQ(sight["uncertainty_m"], 2);
+  EXPECT_TRUE(sight["nearest"]["clearance_m"].is_number());
+  EXPECT_TRUE(run("viewshed", R"("from": [-121.7, 46.8], "radius": 2000)").body.starts_with("II*"));
+  expect_refused("/processes/profile/execution",
+                 {{inputs(R"("samples": 3)"), "inputs.line"},
+                  {inputs(R"("line": [[1, 2]])"), "inputs.line"},
+                  {inputs(R"("line": [[1, 2], [1, "2 --output=x"]])"), "inputs.line"},
+                  {inputs(line + R"(, "samples": 3, "step": 4)"), "inputs.step"},
+                  {inputs(line + R"(, "samples": 2.5)"), "inputs.samples"}});
+  expect_refused(
+      "/processes/line-of-sight/execution",
+      {{inputs(R"("from": [1, 2])"), "inputs.to"},
+       {inputs(R"("from": [1, 2], "to": [1, 2], "refraction": 3)"), "inputs.refraction"}});
+}
+
+TEST_F(ProcessesApi, VolumesStatisticsAndDifferences) {
+  const auto run = [&](const std::string& id, const std::string& more) {
+    const HttpReply reply = post("/processes/" + id + "/execution", inputs(more));
+    EXPECT_EQ(reply.status, 200) << id << reply.body;
+    return reply.body;
+  };
+  const std::string ring = "[[[-121.8, 46.75], [-121.7, 46.75], [-121.75, 46.8], [-121.8, 46.75]]]";
+  const std::string polygon = R"({"type": "Polygon", "coordinates": )" + ring + "}";
+  const Json volume =
+      Json::parse(run("volume", R"("height": 1500, "uncertainty": 1, "polygon": )" + polygon));
+  EXPECT_GT(volume["cut"]["m3"], volume["cut"]["low_m3"]);
+  EXPECT_LT(volume["cut"]["m3"], volume["cut"]["high_m3"]);
+  EXPECT_NEAR(volume["area_m2"].get<double>() + volume["void_area_m2"].get<double>(),
+              0.5 * 7636 * 5558, 1e5);
+  const Json plane = Json::parse(
+      run("volume", R"("plane": [[-121.8, 46.7, 0], [-121.7, 46.7, 0], [-121.7, 46.8, 0]],
+                       "bbox": [-121.8, 46.75, -121.7, 46.8])"));
+  EXPECT_EQ(plane["fill"]["m3"], 0);
+  const std::string rows = run("statistics", R"("polygons": )" + polygon);
+  EXPECT_TRUE(rows.starts_with("feature,posts,voids,min_m")) << rows;
+  EXPECT_EQ(std::ranges::count(rows, '\n'), 2);
+  const Json same =
+      Json::parse(run("volume", R"("against": "rainier", "bbox": [-121.8, 46.75, -121.7, 46.8])"));
+  EXPECT_EQ(same["cut"]["m3"], 0);
+  EXPECT_TRUE(run("difference", R"("less": "rainier", "bbox": [-121.8, 46.75, -121.7, 46.8])")
+                  .starts_with("II*"));
+  expect_refused("/processes/volume/execution",
+                 {{inputs(R"("uncertainty": 1)"), "inputs.height"},
+                  {inputs(R"("height": 1, "against": "rainier")"), "inputs.height"},
+                  {inputs(R"("against": "/etc/passwd")"), "inputs.against"},
+                  {inputs(R"("plane": [[1, 2, 3], [1, 2, 3], [1, 2]])"), "inputs.plane"}});
+  expect_refused("/processes/statistics/execution", {{inputs(R"("base": 1)"), "inputs.polygons"}});
+  expect_refused("/processes/difference/execution",
+                 {{inputs(R"("format": "tif")"), "inputs.less"}});
+}
+
+std::string many_zeros(int count) {
+  std::string text;
+  for (int i = 0; i < count; ++i) text += ",0";
+  return text;
+}
+
+TEST_F(ProcessesApi, WhatIsWrongHasANameAndNothingRuns) {
+  expect_refused(
+      "/processes/simplify/execution",
+      {{"[]", "body"},
+       {"{}", "inputs"},
+       {R"({"inputs": 1})", "inputs"},
+       {R"({"inputs": {"polygon": [0)" + many_zeros(800'000) + "]}}", "body"},
+       {R"({"inputs": {"max_error": 1}})", "inputs.dataset"},
+       {R"({"inputs": {"dataset": "nowhere", "max_error": 1}})", "inputs.dataset"},
+       {R"({"inputs": {"dataset": "made-up", "max_error": 1}})", "inputs.dataset"},
+       {inputs(R"("method": "qem")"), "inputs.max_error"},
+       {inputs(R"("max_error": 1, "ratio": 0.5)"), "inputs.max_error"},
+       {inputs(R"("max_error": -1)"), "inputs.max_error"},
+       {inputs(R"("triangles": 0.5)"), "inputs.triangles"},
+       {inputs(R"("max_error": 1, "method": "magic")"), "inputs.method"},
+       {inputs(R"("max_error": 1, "method": "qem", "alpha": 1)"), "inputs.alpha"},
+       {inputs(R"("max_error": 1, "method": "edge-cost", "alpha": "1 --output=/tmp/x")"),
+        "inputs.alpha"},
+       {inputs(R"("max_error": 1, "format": "/etc/passwd")"), "inputs.format"},
+       {inputs(R"("max_error": 1, "datum": "/etc/geoid.pgm")"), "inputs.datum"},
+       {inputs(R"("max_error": 1, "bbox": [1, 2, 3])"), "inputs.bbox"},
+       {inputs(R"("max_error": 1, "bbox": [1, 2, 3, "4"])"), "inputs.bbox"},
+       {inputs(R"("max_error": 1, "bbox": [1, 5, 3, 4])"), "inputs.bbox"},
+       {inputs(R"("max_error": 1, "datum": "unknown")"), "inputs.datum"},
+       {inputs(R"("max_error": 1, "crs": "/etc/passwd")"), "inputs.crs"},
+       {inputs(R"("max_error": 1, "polygon": {"type": "Point", "coordinates": [1, 2]})"),
+        "inputs.polygon"},
+       {inputs(R"("max_error": 1, "output": "/tmp/x")"), "inputs.output"},
+       {R"({"inputs": {"dataset": "rainier", "max_error": 1}, "outputs": {"x": {}}})", "outputs.x"},
+       {R"({"inputs": {"dataset": "rainier", "max_error": 1}, "response": "loud"})", "response"}});
+  EXPECT_EQ(get_json("/jobs")["jobs"].size(), 0u);
+  EXPECT_EQ(jobs_->counts().failed, 0u);
+}
+
+TEST_F(ProcessesApi, AnAreaBesideTheDemIsTheClientsMistake) {
+  const HttpReply reply = execute(inputs(R"("max_error": 1, "bbox": [10, 45, 11, 46])"));
+  EXPECT_GE(reply.status, 400) << reply.body;
+  EXPECT_LT(reply.status, 500) << reply.body;
+  EXPECT_NE(reply.body.find("outside of the DEM"), std::string::npos) << reply.body;
+  EXPECT_EQ(reply.body.find(test::testdata("")), std::string::npos) << reply.body;
+}
+
+}  // namespace
+}  // namespace tind::api

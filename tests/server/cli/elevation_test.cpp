@@ -1,0 +1,93 @@
+// tind elevation as its users run it: places of the line and of tables, what is refused, and that
+// no half table stays.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "terrain/base/file_io.h"
+#include "tests/support/program_json.h"
+
+namespace tind {
+namespace {
+
+using test::run_tind;
+
+class Elevation : public ::testing::Test {
+ protected:
+  const test::TempDir folder_;
+  const std::string dem_ = test::testdata("rainier.tif");
+
+  std::string table(const std::string& content) {
+    std::ofstream(folder_.file("in.csv")) << content;
+    return folder_.file("in.csv");
+  }
+};
+
+TEST_F(Elevation, OfPlacesOnTheLine) {
+  const auto json = test::tind_json("elevation " + dem_ + " --at=-121.76,46.85 --at 0,0 --json");
+  EXPECT_EQ(json["datum"], "egm96");
+  ASSERT_EQ(json["places"].size(), 2u);
+  EXPECT_NEAR(double(json["places"][0]["height_m"]), 4317, 1);
+  EXPECT_EQ(json["places"][1]["coverage"], "outside");
+  EXPECT_TRUE(json["places"][1]["height_m"].is_null());
+  const auto east =
+      test::tind_json("elevation " + dem_ + " --at 594538,5189400 --places-crs EPSG:32610 --json");
+  EXPECT_NEAR(double(east["places"][0]["lon"]), -121.76, 0.01);
+  EXPECT_NE(run_tind("elevation " + dem_ + " --at=-121.76,46.85").answer.find("m above egm96"),
+            std::string::npos);
+}
+
+TEST_F(Elevation, OfATableItIsTheTableWithHeights) {
+  const std::string in =
+      table("\xef\xbb\xbfname,lat,lon\r\n\"a, b\",46.85,-121.76\r\n\r\nsea,0,0\r\n");
+  const std::string right =
+      "name,lat,lon,height_m,coverage\n\"a, b\",46.85,-121.76,4317.0,value\nsea,0,0,,outside\n";
+  EXPECT_EQ(run_tind("elevation " + dem_ + " --places " + in).answer, right);
+  EXPECT_EQ(run_tind("elevation " + dem_ + " --places - < " + in).answer, right);
+  const std::string out = folder_.file("out.csv");
+  const auto ran = run_tind("elevation " + dem_ + " --places " + in + " -o " + out);
+  EXPECT_EQ(ran.answer, out + ": 2 places, 1 without height; above egm96\n");
+  EXPECT_EQ(*read_whole_file(out), right);
+}
+
+TEST_F(Elevation, ALongTableIsReadInPartsAndStaysInOrder) {
+  std::string content = "x,y\n";
+  for (int i = 0; i < 150'000; ++i)
+    content += std::to_string(-121.9 + 0.3 * i / 150'000) + ",46.85\n";
+  const std::string out = folder_.file("out.csv");
+  ASSERT_EQ(run_tind("elevation " + dem_ + " --places " + table(content) + " -o " + out).code, 0);
+  std::ifstream in(out);
+  std::string line;
+  std::getline(in, line);
+  for (int i = 0; i < 150'000; ++i) {
+    std::getline(in, line);
+    const std::string x = std::to_string(-121.9 + 0.3 * i / 150'000);
+    ASSERT_TRUE(line.starts_with(x + ",46.85,")) << line;
+  }
+}
+
+TEST_F(Elevation, WhatIsWrongNamesItsLineAndLeavesNoTable) {
+  const std::string out = folder_.file("out.csv");
+  const auto code = [&](const std::string& content) {
+    return run_tind("elevation " + dem_ + " --places " + table(content) + " -o " + out);
+  };
+  EXPECT_EQ(code("a,b\n1,2\n").code, 65);
+  EXPECT_EQ(code("").code, 65);
+  const auto bad = code("x,y\n-121.76,46.85\n-121.76,high\n");
+  EXPECT_EQ(bad.code, 65);
+  EXPECT_NE(bad.out.find("line 3 has no two coordinates"), std::string::npos) << bad.out;
+  const auto far = code("x,y\n-121.76,46.85\n-121.76,95\n");
+  EXPECT_EQ(far.code, 2);
+  EXPECT_NE(far.out.find("line 3"), std::string::npos) << far.out;
+  EXPECT_FALSE(std::filesystem::exists(out));
+  EXPECT_EQ(run_tind("elevation " + dem_ + " --places /nowhere.csv").code, 69);
+  for (const char* line : {"", " --at 1", " --at 1,2 --places a.csv", " --at 1,95"})
+    EXPECT_EQ(run_tind("elevation " + dem_ + line).code, 2) << line;
+  EXPECT_EQ(run_tind("elevation --at 1,2").code, 2);
+}
+
+}  // namespace
+}  // namespace tind

@@ -1,0 +1,101 @@
+// One failure has one exit code, whatever the command.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "tests/support/program.h"
+
+namespace tind {
+namespace {
+
+using test::run_tind;
+
+class ExitCode : public ::testing::Test {
+ protected:
+  const test::TempDir folder_;
+  const std::string dem_ = test::testdata("desert.asc");
+  const std::string mesh_ = folder_.file("mesh.obj");
+
+  void SetUp() override {
+    std::ofstream(mesh_) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 1\nf 1 2 3\nf 2 4 3\n";
+  }
+  void expect(int code, const std::vector<std::string>& commands) const {
+    for (const std::string& command : commands) {
+      const auto ran = run_tind(command);
+      EXPECT_EQ(ran.code, code) << command << '\n' << ran.out;
+    }
+  }
+};
+
+TEST_F(ExitCode, OfAnOutputThatCannotBeCreated) {
+  std::ofstream(folder_.file("file")) << "in the way";
+  const std::string in = folder_.file("file/x");
+  expect(73,
+         {"simplify " + dem_ + " --ratio 0.5 -o " + in + ".ply",
+          "simplify " + mesh_ + " --ratio 0.5 -o " + in + ".ply",
+          "progressive " + dem_ + " -o " + in + ".tpm",
+          "between " + mesh_ + " " + mesh_ + " -o " + in + ".tpm",
+          "compare " + dem_ + " --at 10% --csv " + in, "build " + dem_ + " --levels 0-1 -o " + in,
+          "build " + dem_ + " --levels 0-1 --format hillshade -o " + in,
+          "build " + dem_ + " --format flightgear -o " + in,
+          "export " + dem_ + " --format unreal --size 127 -o " + in + ".r16",
+          "export " + dem_ + " --format cdb --lod -9 -o " + in});
+}
+
+TEST_F(ExitCode, OfAnOutputThatCannotBeWrittenToItsEnd) {
+  const std::string full = folder_.file("full");
+  for (const char* ending : {".ply", ".tpm", ".r16", ".csv", ".json", ".tif"})
+    std::filesystem::create_symlink("/dev/full", full + ending);
+  expect(74, {"simplify " + dem_ + " --ratio 0.5 -o " + full + ".ply",
+              "simplify " + mesh_ + " --ratio 0.5 -o " + full + ".ply",
+              "simplify " + dem_ + " --ratio 0.5 -o " + folder_.file("a.ply") + " --report " +
+                  full + ".json",
+              "simplify " + dem_ + " --ratio 0.5 -o " + folder_.file("a.ply") + " --raster " +
+                  full + ".tif",
+              "progressive " + dem_ + " -o " + full + ".tpm",
+              "progressive " + mesh_ + " --base 1 -o " + full + ".tpm",
+              "between " + mesh_ + " " + mesh_ + " -o " + full + ".tpm",
+              "compare " + dem_ + " --at 50% --methods qem --csv " + full + ".csv",
+              "export " + dem_ + " --format unreal --size 127 -o " + full + ".r16"});
+}
+
+TEST_F(ExitCode, OfAnInputThatIsNotThere) {
+  const std::string none = folder_.file("none"), out = " -o " + folder_.file("out");
+  expect(69, {"simplify " + none + ".tif --ratio 0.5" + out + ".ply",
+              "simplify " + none + ".ply --ratio 0.5" + out + ".ply",
+              "progressive " + none + ".obj" + out + ".tpm",
+              "between " + none + ".ply " + mesh_ + out + ".tpm",
+              "extract " + none + ".tpm" + out + ".ply", "info " + none + ".stl",
+              "info " + none + ".tpm", "measure " + none + ".ply " + dem_,
+              "plan " + dem_ + " --trajectory " + none + ".csv", "build " + none + ".tif" + out});
+}
+
+TEST_F(ExitCode, OfMoreMemoryThanNumbersHave) {
+  for (const char* much : {"18446744073709551616", "99999999999999999999999", "20000000000G"}) {
+    const auto ran = run_tind("build " + dem_ + " --memory " + much + " -o " + folder_.file("t"));
+    EXPECT_EQ(ran.code, 2) << much << '\n' << ran.out;
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder_.file("t")));
+}
+
+TEST_F(ExitCode, OfLevelsThatATileSetDoesNotHave) {
+  const std::string tiles = folder_.file("tiles");
+  ASSERT_EQ(run_tind("build " + dem_ + " --levels 0-2 -o " + tiles).code, 0);
+  expect(0, {"check " + tiles + " --levels 1-9"});
+  const auto beyond = run_tind("check " + tiles + " --levels 3-9");
+  EXPECT_EQ(beyond.code, 2) << beyond.out;
+  EXPECT_NE(beyond.out.find("levels 0 to 2"), std::string::npos) << beyond.out;
+}
+
+TEST_F(ExitCode, OfAServerThatDoesNotAnswerWithItsReason) {
+  const auto ran = run_tind("plan http://127.0.0.1:1/x --position 1,2,3 --velocity 1,1,1");
+  EXPECT_EQ(ran.code, 74) << ran.out;
+  EXPECT_NE(ran.out.find("onnect"), std::string::npos) << ran.out;
+}
+
+}  // namespace
+}  // namespace tind

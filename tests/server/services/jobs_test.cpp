@@ -1,0 +1,378 @@
+#include "server/services/jobs/jobs.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <future>
+#include <thread>
+
+#include "tests/support/support.h"
+
+namespace tind::services {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+
+/// Orders of a shell, which stands for the program.
+JobOrder shell(const std::string& script, const std::string& client = "1.2.3.4") {
+  JobOrder order;
+  order.process = "test", order.client = client;
+  order.arguments = {"-c", script};
+  order.outputs = {{"out", "out.txt", "text/plain"}};
+  return order;
+}
+
+class JobsTest : public testing::Test {
+ protected:
+  std::unique_ptr<Jobs> open(JobLimits limits = {}) {
+    auto jobs = Jobs::open(dir_.file("jobs"), "/bin/sh", limits);
+    EXPECT_TRUE(jobs) << jobs.error().what;
+    return std::move(*jobs);
+  }
+  /// Done, and how.
+  static Job run(Jobs& jobs, const JobOrder& order) {
+    std::promise<Job> ended;
+    const auto job = jobs.submit(order, [&](const Job& j) { ended.set_value(j); });
+    EXPECT_TRUE(job) << job.error().what;
+    return ended.get_future().get();
+  }
+  /// Until a job is as it is wanted.
+  template <class Wanted>
+  static bool becomes(Jobs& jobs, const std::string& id, Wanted wanted) {
+    for (int i = 0; i < 2000; ++i) {
+      const auto job = jobs.find(id);
+      if (job && *job && wanted(**job)) return true;
+      std::this_thread::sleep_for(5ms);
+    }
+    return false;
+  }
+  static std::string content(const std::string& path) {
+    std::ifstream file(path);
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+  std::string folder(const Job& job) const { return dir_.file("jobs/" + job.id); }
+
+  test::TempDir dir_;
+};
+
+TEST_F(JobsTest, ResultsAreWhatTheProgramWritesInItsFolder) {
+  const auto jobs = open();
+  JobOrder order = shell("cat given.txt > out.txt; echo words that nobody hears");
+  order.files["given.txt"] = "from a client";
+  const Job job = run(*jobs, order);
+  EXPECT_EQ(job.status, JobStatus::successful) << job.message;
+  EXPECT_EQ(job.progress, 100);
+  EXPECT_EQ(content(jobs->path_of(job, order.outputs[0])), "from a client");
+  EXPECT_EQ(job.bytes, 2 * std::string("from a client").size());
+  const auto found = jobs->find(job.id);
+  ASSERT_TRUE(found && *found);
+  EXPECT_EQ((*found)->status, JobStatus::successful);
+  EXPECT_EQ(order_of(**found).outputs[0].media_type, "text/plain");
+}
+
+TEST_F(JobsTest, SaysHowFarItIsAndWhyItFailed) {
+  const auto jobs = open();
+  const auto job = jobs->submit(
+      shell("echo 'bounded: 40 %, 5 s left' >&2; sleep 0.5; echo 'tind: /secret/a.tif: no' >&2; "
+            "exit 65"));
+  ASSERT_TRUE(job);
+  EXPECT_TRUE(becomes(*jobs, job->id, [](const Job& j) { return j.progress == 40; }));
+  ASSERT_TRUE(becomes(*jobs, job->id, [](const Job& j) { return j.has_ended(); }));
+  const Job ended = **jobs->find(job->id);
+  EXPECT_EQ(ended.status, JobStatus::failed);
+  EXPECT_EQ(ended.exit_code, 65);
+  EXPECT_EQ(ended.message, "...: no");
+  EXPECT_FALSE(fs::exists(folder(ended)));
+
+  JobOrder order = shell("echo 'tind: /secret/a.tif: no' >&2; exit 65");
+  order.names = {{"/secret/a.tif", "alps"}};
+  EXPECT_EQ(run(*jobs, order).message, "alps: no");
+}
+
+TEST_F(JobsTest, LimitsAreHeld) {
+  JobLimits limits;
+  limits.each = {.memory_bytes = 512u << 20, .file_bytes = 1u << 20, .cpu_time = 1s, .niceness = 0};
+  auto jobs = open(limits);
+  const Job large = run(*jobs, shell("head -c 3000000 /dev/zero > out.txt"));
+  EXPECT_EQ(large.status, JobStatus::failed);
+  EXPECT_FALSE(fs::exists(folder(large)));
+  const Job busy = run(*jobs, shell("while :; do :; done"));
+  EXPECT_EQ(busy.status, JobStatus::failed);
+  EXPECT_NE(busy.message.find("CPU time"), std::string::npos) << busy.message;
+  EXPECT_EQ(run(*jobs, shell("echo a > out.txt")).status, JobStatus::successful);
+  jobs.reset();
+  limits.each.wall_time = 1s;
+  jobs = open(limits);
+  const Job slow = run(*jobs, shell("sleep 60"));
+  EXPECT_EQ(slow.status, JobStatus::failed);
+  EXPECT_NE(slow.message.find("longer"), std::string::npos) << slow.message;
+}
+
+TEST_F(JobsTest, WhatIsDismissedStopsAndLeavesNothing) {
+  const auto jobs = open();
+  const auto running = jobs->submit(shell("echo $$ > pid; trap '' TERM; sleep 60; sleep 60"));
+  const auto waiting = jobs->submit(shell("echo never > out.txt"));
+  ASSERT_TRUE(running && waiting);
+  ASSERT_TRUE(becomes(*jobs, running->id, [&](const Job& j) {
+    return j.status == JobStatus::running && content(folder(j) + "/pid").ends_with("\n");
+  }));
+  const pid_t child = std::stoi(content(folder(*running) + "/pid"));
+  EXPECT_EQ((*jobs->dismiss(waiting->id))->status, JobStatus::dismissed);
+  EXPECT_EQ((*jobs->dismiss(running->id))->status, JobStatus::dismissed);
+  ASSERT_TRUE(becomes(*jobs, running->id, [](const Job& j) { return j.has_ended(); }));
+  EXPECT_EQ((*jobs->find(running->id))->status, JobStatus::dismissed);
+  EXPECT_EQ(::kill(child, 0), -1);  // although it would not listen
+  EXPECT_FALSE(fs::exists(folder(*running)));
+  EXPECT_FALSE(fs::exists(folder(*waiting)));
+  EXPECT_FALSE(*jobs->dismiss("ffffffffffffffffffffffffffffffff"));
+  const Job done = run(*jobs, shell("echo a > out.txt"));
+  EXPECT_EQ((*jobs->dismiss(done.id))->status, JobStatus::dismissed);
+  EXPECT_FALSE(fs::exists(folder(done)));
+}
+
+TEST_F(JobsTest, WhoeverHangsUpWantsItNoMore) {
+  const auto jobs = open();
+  std::stop_source gone;
+  std::promise<Job> ended;
+  const auto job = jobs->submit(
+      shell("sleep 60"), [&](const Job& j) { ended.set_value(j); }, gone.get_token());
+  ASSERT_TRUE(job);
+  gone.request_stop();
+  EXPECT_EQ(ended.get_future().get().status, JobStatus::dismissed);
+}
+
+TEST_F(JobsTest, RoomIsBounded) {
+  JobLimits limits;
+  limits.waiting = 2, limits.per_client = 2;
+  const auto jobs = open(limits);
+  const auto first = jobs->submit(shell("sleep 60", "a"));
+  ASSERT_TRUE(first);
+  ASSERT_TRUE(
+      becomes(*jobs, first->id, [](const Job& j) { return j.status == JobStatus::running; }));
+  ASSERT_TRUE(jobs->submit(shell("sleep 60", "a")));
+  const auto third = jobs->submit(shell("sleep 60", "a"));
+  ASSERT_FALSE(third);
+  EXPECT_EQ(third.error().code, Errc::busy);
+  EXPECT_NE(third.error().what.find("you have 2 jobs"), std::string::npos) << third.error().what;
+  ASSERT_TRUE(jobs->submit(shell("sleep 60", "b")));
+  const auto fourth = jobs->submit(shell("sleep 60", "c"));
+  ASSERT_FALSE(fourth);
+  EXPECT_NE(fourth.error().what.find("2 jobs wait"), std::string::npos) << fourth.error().what;
+}
+
+TEST_F(JobsTest, ResultsThatFillTheStoreLetNoMoreIn) {
+  JobLimits limits;
+  limits.stored_bytes = 3000, limits.each.file_bytes = 1000;
+  const auto jobs = open(limits);
+  Job last;
+  for (int i = 0; i < 3; ++i) last = run(*jobs, shell("head -c 900 /dev/zero > out.txt"));
+  const auto more = jobs->submit(shell("echo a > out.txt"));
+  ASSERT_FALSE(more);
+  EXPECT_NE(more.error().what.find("results of earlier jobs"), std::string::npos);
+  ASSERT_TRUE(jobs->dismiss(last.id));
+  EXPECT_TRUE(jobs->submit(shell("echo a > out.txt")));
+}
+
+TEST_F(JobsTest, ARestartGoesOnOnceAndForgetsNothing) {
+  std::string done, running, waiting;
+  {
+    const auto jobs = open();
+    done = run(*jobs, shell("echo kept > out.txt")).id;
+    // Fails at its first attempt's end by the stop, and makes its file in the second.
+    running = jobs->submit(shell("test -e ../again && echo again > out.txt && exit; sleep 60"))->id;
+    waiting = jobs->submit(shell("echo later > out.txt"))->id;
+    ASSERT_TRUE(
+        becomes(*jobs, running, [](const Job& j) { return j.status == JobStatus::running; }));
+  }
+  std::ofstream(dir_.file("jobs/again")) << "";
+  fs::create_directories(dir_.file("jobs/0123456789abcdef0123456789abcdef"));  // nobody's
+  fs::create_directories(dir_.file("jobs/mine"));                              // somebody else's
+  const auto jobs = open();
+  for (const std::string& id : {done, running, waiting}) {
+    ASSERT_TRUE(becomes(*jobs, id, [](const Job& j) { return j.has_ended(); }));
+    const Job job = **jobs->find(id);
+    EXPECT_EQ(job.status, JobStatus::successful) << job.message;
+    EXPECT_TRUE(fs::exists(folder(job) + "/out.txt"));
+  }
+  EXPECT_FALSE(fs::exists(dir_.file("jobs/0123456789abcdef0123456789abcdef")));
+  EXPECT_TRUE(fs::exists(dir_.file("jobs/mine")));
+}
+
+/// As a daemon leaves a list that was killed: what it wrote last stays.
+void edit(const std::string& path, const std::string& sql) {
+  sqlite3* db = nullptr;
+  ASSERT_EQ(sqlite3_open(path.c_str(), &db), SQLITE_OK);
+  EXPECT_EQ(sqlite3_exec(db, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
+  sqlite3_close(db);
+}
+
+TEST_F(JobsTest, AnOrderlyStopIsNoAttempt) {
+  std::string id;
+  for (int i = 0; i < 4; ++i) {
+    const auto jobs = open();
+    if (i == 0) id = jobs->submit(shell("sleep 60"))->id;
+    ASSERT_TRUE(becomes(
+        *jobs, id, [](const Job& j) { return j.status == JobStatus::running && j.attempts == 1; }));
+  }
+}
+
+TEST_F(JobsTest, AnOrderThatCannotBeReadFails) {
+  std::string id, done;
+  {
+    const auto jobs = open();
+    done = run(*jobs, shell("echo a > out.txt")).id;
+    id = jobs->submit(shell("sleep 60"))->id;
+    ASSERT_TRUE(becomes(*jobs, id, [](const Job& j) { return j.status == JobStatus::running; }));
+  }
+  edit(dir_.file("jobs/jobs.sqlite"), "UPDATE job SET work = 'garbage'");
+  const auto jobs = open();
+  ASSERT_TRUE(becomes(*jobs, id, [](const Job& j) { return j.has_ended(); }));
+  EXPECT_EQ((*jobs->find(id))->status, JobStatus::failed);
+  EXPECT_TRUE(order_of(**jobs->find(done)).outputs.empty());
+}
+
+TEST_F(JobsTest, MessagesHaveNoPaths) {
+  const auto jobs = open();
+  EXPECT_EQ(
+      run(*jobs, shell("echo 'tind: no grid: looked in /usr/share/a, /root/b; so' >&2; exit 65"))
+          .message,
+      "no grid: looked in ..., ...; so");
+}
+
+TEST_F(JobsTest, WhatTakesTheDaemonAlongTwiceIsNotTriedAgain) {
+  std::string id;
+  {
+    const auto jobs = open();
+    id = jobs->submit(shell("sleep 60"))->id;
+    ASSERT_TRUE(becomes(*jobs, id, [](const Job& j) { return j.status == JobStatus::running; }));
+  }
+  edit(dir_.file("jobs/jobs.sqlite"), "UPDATE job SET attempts = 2, status = 1");
+  const auto jobs = open();
+  const Job job = **jobs->find(id);
+  EXPECT_EQ(job.status, JobStatus::failed);
+  EXPECT_NE(job.message.find("twice"), std::string::npos) << job.message;
+}
+
+TEST_F(JobsTest, OneDaemonAFolder) {
+  const auto jobs = open();
+  const auto other = Jobs::open(dir_.file("jobs"), "/bin/sh", {});
+  ASSERT_FALSE(other);
+  EXPECT_EQ(other.error().code, Errc::busy) << other.error().what;
+}
+
+TEST_F(JobsTest, AListOfSomethingElseIsLeftAlone) {
+  fs::create_directories(dir_.file("jobs"));
+  const std::string path = dir_.file("jobs/jobs.sqlite");
+  sqlite3* db = nullptr;
+  ASSERT_EQ(sqlite3_open(path.c_str(), &db), SQLITE_OK);
+  ASSERT_EQ(sqlite3_exec(db, "CREATE TABLE mine (a)", nullptr, nullptr, nullptr), SQLITE_OK);
+  sqlite3_close(db);
+  const auto jobs = Jobs::open(dir_.file("jobs"), "/bin/sh", {});
+  ASSERT_FALSE(jobs);
+  EXPECT_EQ(jobs.error().code, Errc::bad_data);
+  std::ofstream(path) << "no database at all, but long enough to be looked at";
+  EXPECT_FALSE(Jobs::open(dir_.file("jobs"), "/bin/sh", {}));
+}
+
+TEST_F(JobsTest, ATemporaryFolderGoesWithTheDaemon) {
+  fs::path where;
+  {
+    auto jobs = Jobs::open("", "/bin/sh", {});
+    ASSERT_TRUE(jobs);
+    const JobOrder order = shell("echo a > out.txt");
+    const Job job = run(**jobs, order);
+    where = (*jobs)->path_of(job, order.outputs[0]);
+    EXPECT_TRUE(fs::exists(where));
+  }
+  EXPECT_FALSE(fs::exists(where.parent_path().parent_path()));
+}
+
+TEST_F(JobsTest, TheTemporaryFolderOfAKilledDaemonGoesWithTheNext) {
+  const auto folder_with_list = [&](const std::string& name, bool old) {
+    fs::create_directory(dir_.file(name));
+    ASSERT_TRUE(JobStore::open(dir_.file(name + "/jobs.sqlite")));
+    const auto now = fs::file_time_type::clock::now();
+    fs::last_write_time(dir_.file(name + "/jobs.sqlite"), old ? now - 1h : now);
+  };
+  folder_with_list("tind-jobs-killed", true);
+  folder_with_list("tind-jobs-young", false);
+  folder_with_list("tind-jobs-held", true);
+  folder_with_list("of-others", true);
+  fs::create_directory(dir_.file("tind-jobs-without"));
+  const auto holder = JobStore::open(dir_.file("tind-jobs-held/jobs.sqlite"));
+  fs::last_write_time(dir_.file("tind-jobs-held/jobs.sqlite"),
+                      fs::file_time_type::clock::now() - 1h);
+  const char* const before = std::getenv("TMPDIR");
+  const std::string usual = before ? before : "";
+  ::setenv("TMPDIR", dir_.file("").c_str(), 1);
+  ASSERT_TRUE(Jobs::open("", "/bin/sh", {}));
+  before ? ::setenv("TMPDIR", usual.c_str(), 1) : ::unsetenv("TMPDIR");
+  EXPECT_FALSE(fs::exists(dir_.file("tind-jobs-killed")));
+  for (const char* kept : {"tind-jobs-young", "tind-jobs-held", "of-others", "tind-jobs-without"})
+    EXPECT_TRUE(fs::exists(dir_.file(kept))) << kept;
+}
+
+TEST_F(JobsTest, WhatIsKilledFromOutsideIsTriedOnceMore) {
+  const auto jobs = open();
+  const Job again = run(*jobs, shell("test -e ../once && echo a > out.txt && exit; "
+                                     "touch ../once; kill -9 $$"));
+  EXPECT_EQ(again.status, JobStatus::successful) << again.message;
+  EXPECT_EQ(again.attempts, 2);
+  const Job never = run(*jobs, shell("kill -9 $$"));
+  EXPECT_EQ(never.status, JobStatus::failed);
+  EXPECT_NE(never.message.find("from outside, twice"), std::string::npos) << never.message;
+  const Job fault = run(*jobs, shell("kill -SEGV $$"));
+  EXPECT_EQ(fault.attempts, 1);
+  EXPECT_NE(fault.message.find("a bug"), std::string::npos) << fault.message;
+  const Jobs::Counts counts = jobs->counts();
+  EXPECT_EQ(counts.waiting + counts.running, 0u);
+  EXPECT_EQ(counts.failed, 2u);
+}
+
+volatile std::sig_atomic_t told = 0;
+
+/// A handler writes to a pipe, as the daemon's does: a child that is stopped before it is the
+/// program must not write there.
+TEST_F(JobsTest, WhatStopsAChildNeverReachesTheDaemon) {
+  int ends[2];
+  ASSERT_EQ(::pipe2(ends, O_CLOEXEC | O_NONBLOCK), 0);
+  told = ends[1];
+  const auto usual = std::signal(SIGTERM, [](int) { (void)!::write(int(told), "!", 1); });
+  {
+    const auto jobs = open();
+    for (int i = 0; i < 100; ++i) {
+      const auto job = jobs->submit(shell("sleep 60"));
+      ASSERT_TRUE(job);
+      ASSERT_TRUE(
+          becomes(*jobs, job->id, [](const Job& j) { return j.status != JobStatus::accepted; }));
+      ASSERT_TRUE(jobs->dismiss(job->id));
+      ASSERT_TRUE(becomes(*jobs, job->id, [](const Job& j) { return j.has_ended(); }));
+    }
+  }
+  std::signal(SIGTERM, usual);
+  char byte = 0;
+  EXPECT_LT(::read(ends[0], &byte, 1), 0) << "the daemon was told to stop";
+  ::close(ends[0]);
+  ::close(ends[1]);
+}
+
+TEST_F(JobsTest, OldOnesExpire) {
+  JobLimits limits;
+  limits.kept = std::chrono::seconds(-1);
+  const auto jobs = open(limits);
+  const auto first = jobs->submit(shell("echo a > out.txt"));
+  ASSERT_TRUE(first);
+  for (int i = 0; i < 2000 && *jobs->find(first->id); ++i) std::this_thread::sleep_for(5ms);
+  EXPECT_FALSE(*jobs->find(first->id));
+  EXPECT_FALSE(fs::exists(folder(*first)));
+}
+
+}  // namespace
+}  // namespace tind::services

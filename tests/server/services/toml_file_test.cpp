@@ -1,0 +1,61 @@
+// How deep a text may go, whatever is in its strings and comments.
+
+#include "server/services/datasets/toml_file.h"
+
+#include <gtest/gtest.h>
+
+namespace tind::services {
+namespace {
+
+std::string times(int n, const std::string& text) {
+  std::string out;
+  for (int i = 0; i < n; ++i) out += text;
+  return out;
+}
+
+std::string error(const std::string& text) {
+  const auto table = parse_toml(text, "x.toml");
+  return table ? "" : table.error().what;
+}
+
+constexpr int kMany = 200'000;  // enough for any stack
+
+TEST(TomlFile, KeysAreNestedAsLittleAsValues) {
+  const std::string refused = " is nested more than 64 deep, and no settings are";
+  EXPECT_EQ(error(times(kMany, "a.") + "b = 1\n"), "x.toml:1:" + refused);
+  EXPECT_EQ(error("a = 1\n\n[" + times(kMany, "a.") + "b]\n"), "x.toml:3:" + refused);
+  EXPECT_EQ(error("[[" + times(kMany, "a . ") + "b]]\n"), "x.toml:1:" + refused);
+  EXPECT_EQ(error(times(kMany, "'a'.\"b\".") + "b = 1\n"), "x.toml:1:" + refused);
+  EXPECT_EQ(error("a = " + times(kMany, "[")), "x.toml:1:" + refused);
+  EXPECT_EQ(error(times(kMany, "a = {")), "x.toml:1:" + refused);
+  // Each line and each bracket takes a part of it.
+  EXPECT_EQ(error("b = " + times(12, "[\n{" + times(5, "a.") + "a = ")), "x.toml:11:" + refused);
+}
+
+TEST(TomlFile, WhatLooksLikeAStringHidesNothing) {
+  const std::string deep = times(kMany, "a.") + "b = 1\n";
+  for (const char* before :
+       {"s = \"\"\"\"\"\"\"\"\n", "s = ''''''''\n", "s = \"\"\"x\\\"\"\"\"\n", "s = '\\'\n",
+        "s = \"\"\n", "s = \"\\\\\"\n", "# \"\n", "s = '''\n\"'''\n", "s = '#'\n", "s = \"'\"\n"}) {
+    const auto as_it_is = parse_toml(before, "x.toml");
+    EXPECT_TRUE(as_it_is) << before << as_it_is.error().what;
+    EXPECT_NE(error(before + deep).find("nested more than"), std::string::npos) << before;
+  }
+}
+
+TEST(TomlFile, DotsAndBracketsOfTextsAreNoNesting) {
+  const std::string text = times(100, "a.[{\\\"");
+  EXPECT_EQ(error("s = \"" + text + "\"\n"), "");
+  EXPECT_EQ(error("s = \"\"\"" + text + "\n\"\"" + text + "\"\"\"\"\"\n"), "");
+  EXPECT_EQ(error("s = '" + text + "'\n# " + text + "\n"), "");
+  EXPECT_EQ(error("s = '''" + text + "'\n" + text + "'''\n"), "");
+  EXPECT_EQ(error("s = [" + times(100, "1.5, ") + "]\n"), "");
+  EXPECT_EQ(error("s = [" + times(100, "{ a.b = 1 },\n") + "]\n"), "");
+  std::string lines;
+  for (int i = 0; i < 100; ++i) lines += "[a.b" + std::to_string(i) + "]\nc.d = 1.5\n";
+  EXPECT_EQ(error(lines), "");
+  EXPECT_EQ(error(times(63, "a.") + "b = 1\n"), "");
+}
+
+}  // namespace
+}  // namespace tind::services

@@ -1,0 +1,110 @@
+#include "terrain/analysis/derivatives.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "tests/support/made_up_source.h"
+#include "tests/support/support.h"
+
+namespace tind {
+namespace {
+
+using test::MadeUpSource;
+
+HeightGrid all_of(const DemSource& dem, const DerivativeOptions& options) {
+  auto rows = derivative_rows(dem, options)(0, int(dem.info().rows));
+  EXPECT_TRUE(rows) << rows.error().what;
+  return *rows;
+}
+
+/// Posts 10 m apart on a plane that rises `east` and `north` a metre.
+std::shared_ptr<const DemSource> plane(const test::TempDir& dir, double east, double north) {
+  const std::string file = dir.file("plane.asc");
+  {
+    std::ofstream out(file);
+    out << "ncols 7\nnrows 5\nxllcorner 500000\nyllcorner 5000000\ncellsize 10\nNODATA_value -9\n";
+    for (int r = 0; r < 5; ++r)
+      for (int c = 0; c < 7; ++c)
+        out << (r == 2 && c == 5 ? -9 : 1000 + 10 * c * east - 10 * r * north)
+            << (c == 6 ? '\n' : ' ');
+  }
+  const auto dem = DemSource::open({&file, 1}, {.crs = "EPSG:32632"});
+  EXPECT_TRUE(dem) << dem.error().what;
+  return *dem;
+}
+
+TEST(Derivatives, OfAPlaneAreThePlanesUpToItsRimAndItsVoids) {
+  const test::TempDir dir;
+  const auto dem = plane(dir, 0.5, -0.25);  // up to the east and to the south
+  const HeightGrid slope = all_of(*dem, {.kind = Derivative::slope});
+  const HeightGrid percent = all_of(*dem, {.kind = Derivative::slope, .percent = true});
+  const HeightGrid aspect = all_of(*dem, {.kind = Derivative::aspect});
+  const double rise = std::hypot(0.5, 0.25);
+  const double facing = std::atan2(-0.5, 0.25) * 180 / M_PI + 360;  // west-north-west
+  for (int r = 0; r < 5; ++r)
+    for (int c = 0; c < 7; ++c) {
+      if (r == 2 && c == 5) {
+        EXPECT_TRUE(slope.is_void(c, r));
+        continue;
+      }
+      EXPECT_NEAR(slope.at(c, r), std::atan(rise) * 180 / M_PI, 1e-4) << c << " " << r;
+      EXPECT_NEAR(percent.at(c, r), 100 * rise, 1e-3);
+      EXPECT_NEAR(aspect.at(c, r), facing, 1e-4) << c << " " << r;
+    }
+}
+
+TEST(Derivatives, OfFlatLandHaveNoAspectAndTheAltitudesGrey) {
+  const test::TempDir dir;
+  const auto dem = plane(dir, 0, 0);
+  EXPECT_TRUE(all_of(*dem, {.kind = Derivative::aspect}).is_void(1, 1));
+  DerivativeOptions shade{.kind = Derivative::hillshade};
+  EXPECT_EQ(all_of(*dem, shade).at(1, 1), std::round(1 + 254 * std::sin(M_PI / 4)));
+  shade.light.altitude_deg = 90;
+  EXPECT_EQ(all_of(*dem, shade).at(1, 1), 255);
+}
+
+TEST(Derivatives, TakeDegreesForWhatTheyAreOnTheGround) {
+  // A degree of longitude at 60 degrees north is half as long as one at the equator.
+  for (const double lat : {0.0, 60.0}) {
+    HeightGrid grid(9, 9);
+    for (int r = 0; r < 9; ++r)
+      for (int c = 0; c < 9; ++c) grid.at(c, r) = float(100 * c);
+    const MadeUpSource dem(grid, {10, lat}, 0.001);
+    const double metres = 0.001 * 111'319.49 * std::cos(lat * M_PI / 180);
+    EXPECT_NEAR(all_of(dem, {.kind = Derivative::slope, .percent = true}).at(4, 0),
+                100 * 100 / metres, 0.01 * 100 * 100 / metres);
+    EXPECT_NEAR(all_of(dem, {.kind = Derivative::aspect}).at(4, 4), 270, 1e-3);
+  }
+}
+
+TEST(Derivatives, OfNeighboursAreByTheirDefinitions) {
+  HeightGrid grid(3, 3, 10);
+  grid.at(0, 0) = 4, grid.at(2, 1) = 13, grid.at(1, 1) = 11;
+  const MadeUpSource dem(grid, {10, 50}, 0.001);
+  EXPECT_EQ(all_of(dem, {.kind = Derivative::roughness}).at(1, 1), 9);
+  EXPECT_NEAR(all_of(dem, {.kind = Derivative::tri}).at(1, 1), std::sqrt(49 + 4 + 6 * 1), 1e-5);
+  EXPECT_NEAR(all_of(dem, {.kind = Derivative::tpi}).at(1, 1), 11 - (4 + 13 + 60) / 8.0, 1e-5);
+}
+
+TEST(Derivatives, StripsHaveNoSeams) {
+  const MadeUpSource dem(test::terrain_with_voids(60, 50, 3), {10, 50}, 0.01);
+  for (const auto& [kind, name] : EnumNames<Derivative>::kAll) {
+    const DerivativeOptions options{.kind = kind};
+    const HeightGrid whole = all_of(dem, options);
+    const RasterRows rows = derivative_rows(dem, options);
+    for (int row = 0; row < 50; row += 7) {
+      const auto strip = rows(row, std::min(7, 50 - row));
+      ASSERT_TRUE(strip);
+      for (int r = 0; r < strip->rows(); ++r)
+        for (int c = 0; c < 60; ++c) {
+          const float a = whole.at(c, row + r), b = strip->at(c, r);
+          ASSERT_TRUE(a == b || (std::isnan(a) && std::isnan(b))) << name << c << " " << row + r;
+        }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tind

@@ -1,0 +1,132 @@
+#include "terrain/analysis/profile.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "terrain/analysis/grid_walk.h"
+#include "terrain/analysis/heights_at.h"
+#include "terrain/raster/interpolate.h"
+#include "tests/support/made_up_source.h"
+#include "tests/support/support.h"
+
+namespace tind {
+namespace {
+
+using test::MadeUpSource;
+
+/// H at a place in post coordinates.
+double height_at_post(const HeightGrid& grid, double x, double y) {
+  const int c = int(std::floor(x)), r = int(std::floor(y));
+  const auto post = [&](int col, int row) {
+    return grid.inside(col, row) ? double(grid.at(col, row)) : double(HeightGrid::kVoid);
+  };
+  return height_between(post(c, r), post(c + 1, r), post(c, r + 1), post(c + 1, r + 1), x - c,
+                        y - r);
+}
+
+TEST(GridWalk, PiecesAreTheSurfaceWithVoidsEveryWay) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> anywhere(-0.4, 1.4);
+  for (int round = 0; round < 3000; ++round) {
+    const HeightGrid grid = test::terraced_grid(random, 6, 5, 50, 7);
+    const double w = grid.cols() - 1, h = grid.rows() - 1;
+    Vec2 p{w * anywhere(random), h * anywhere(random)},
+        q{w * anywhere(random), h * anywhere(random)};
+    if (round % 4 == 0) p = {std::round(p.x), std::round(p.y)};  // through posts,
+    if (round % 8 == 0) q.x = p.x;                               // along a column
+    double reached = 0;
+    walk_grid(
+        p, q,
+        [&](std::int64_t c, std::int64_t r) {
+          return grid.inside(int(c), int(r)) ? double(grid.at(int(c), int(r)))
+                                             : double(HeightGrid::kVoid);
+        },
+        [&](const WalkPiece& piece) {
+          EXPECT_EQ(piece.from, reached);
+          EXPECT_LT(piece.from, piece.to);
+          reached = piece.to;
+          for (const double share : {0.2, 0.5, 0.9}) {
+            const double t = piece.from + share * (piece.to - piece.from);
+            const double truth = height_at_post(grid, p.x + t * (q.x - p.x), p.y + t * (q.y - p.y));
+            EXPECT_EQ(piece.is_void, std::isnan(truth)) << round << " " << t;
+            if (!piece.is_void && !std::isnan(truth)) {
+              EXPECT_NEAR(piece.height.at(t), truth, 1e-7);
+            }
+          }
+          return !::testing::Test::HasFailure();
+        });
+    ASSERT_FALSE(HasFailure()) << round;
+    if (p != q) {
+      ASSERT_EQ(reached, 1) << round;
+    }
+  }
+}
+
+TEST(Profile, ExactHasEveryTopAndBottomOfTheLine) {
+  std::mt19937 random(3);
+  const MadeUpSource dem(test::terrain_with_voids(60, 50, 3), {10, 50}, 0.01);
+  std::uniform_real_distribution<double> lon(10.02, 10.57), lat(49.53, 49.98);
+  for (int round = 0; round < 40; ++round) {
+    const Geographic places[] = {
+        {lon(random), lat(random)}, {lon(random), lat(random)}, {lon(random), lat(random)}};
+    const GeodesicPath path(places);
+    const auto exact = exact_profile(dem, path);
+    ASSERT_TRUE(exact) << exact.error().what;
+    const auto dense = sampled_profile(dem, path, even_distances(path.length_m(), 4001));
+    ASSERT_TRUE(dense);
+    ASSERT_EQ(exact->points.front().distance_m, 0);
+    ASSERT_NEAR(exact->points.back().distance_m, path.length_m(), 1e-6);
+    std::size_t next = 1;
+    for (const ProfilePoint& p : dense->points) {
+      while (next + 1 < exact->points.size() && exact->points[next].distance_m < p.distance_m)
+        ++next;
+      const ProfilePoint &a = exact->points[next - 1], &b = exact->points[next];
+      ASSERT_LE(a.distance_m, p.distance_m + 1e-6);
+      const bool gap = a.height.coverage != Coverage::value || b.height.coverage != Coverage::value;
+      if (p.height.coverage != Coverage::value) {
+        ASSERT_TRUE(gap || std::min(p.distance_m - a.distance_m, b.distance_m - p.distance_m) < 1)
+            << round << " " << p.distance_m;
+      } else if (!gap) {
+        const auto [low, high] = std::minmax(a.height.height_m, b.height.height_m);
+        ASSERT_GE(p.height.height_m, low - 0.1) << round << " " << p.distance_m;
+        ASSERT_LE(p.height.height_m, high + 0.1) << round << " " << p.distance_m;
+      }
+    }
+  }
+}
+
+TEST(Profile, StepsEndAtTheEnd) {
+  EXPECT_EQ(stepped_distances(10, 4), (std::vector<double>{0, 4, 8, 10}));
+  EXPECT_EQ(stepped_distances(8, 4), (std::vector<double>{0, 4, 8}));
+  EXPECT_EQ(even_distances(8, 3), (std::vector<double>{0, 4, 8}));
+}
+
+TEST(Profile, BeyondTheDemIsOutsideAndAVoidIsAVoid) {
+  HeightGrid grid(20, 20, 5);
+  for (int r = 0; r < 20; ++r) grid.at(10, r) = HeightGrid::kVoid;
+  const MadeUpSource dem(grid, {10, 50}, 0.01);
+  const Geographic places[] = {{9.9, 49.9}, {10.19, 49.9}};
+  const auto profile = exact_profile(dem, GeodesicPath(places));
+  ASSERT_TRUE(profile);
+  std::string story;
+  for (const ProfilePoint& p : profile->points) {
+    const char c = p.height.coverage == Coverage::value     ? 'z'
+                   : p.height.coverage == Coverage::outside ? 'o'
+                                                            : 'v';
+    if (story.empty() || story.back() != c) story += c;
+  }
+  EXPECT_EQ(story, "ozvz");
+}
+
+TEST(Profile, AReadErrorIsNoVoid) {
+  const MadeUpSource dem(HeightGrid(20, 20, 5), {10, 50}, 0.01);
+  dem.reads_left = 0;
+  const Geographic places[] = {{10.01, 49.9}, {10.15, 49.9}};
+  const auto profile = exact_profile(dem, GeodesicPath(places));
+  ASSERT_FALSE(profile);
+  EXPECT_EQ(profile.error().code, Errc::io);
+}
+
+}  // namespace
+}  // namespace tind

@@ -1,0 +1,165 @@
+// Scenery as files: the bytes of on demand, indices that say what is there, never another's files,
+// never a part taken for whole.
+
+#include "terrain/flightgear/scenery_folder.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "terrain/base/file_io.h"
+#include "terrain/base/sha1.h"
+#include "terrain/flightgear/bucket.h"
+#include "tests/support/made_up_source.h"
+
+namespace tind::flightgear {
+namespace {
+
+namespace fs = std::filesystem;
+
+class SceneryFolder : public ::testing::Test {
+ protected:
+  BucketPlan plan(double max_error_m = 10) const {
+    return BucketPlan::make(source_, {max_error_m, Effort::fast}, *test::environment()).value();
+  }
+  std::map<std::string, std::string> files() const {
+    std::map<std::string, std::string> all;
+    for (const auto& entry : fs::recursive_directory_iterator(folder_))
+      if (entry.is_regular_file())
+        all[entry.path().lexically_relative(folder_).string()] =
+            *read_whole_file(entry.path().string());
+    return all;
+  }
+
+  // Across a degree, and a folder of ten.
+  test::MadeUpSource source_{test::rough_terrain(120, 100, 5), {9.9, 46.1}, 0.002};
+  test::TempDir dir_;
+  const std::string folder_ = dir_.file("scenery");
+};
+
+TEST_F(SceneryFolder, HoldsTheBytesOfOnDemandUnderTheirNames) {
+  const auto report = write_scenery(plan(), folder_, 2);
+  ASSERT_TRUE(report) << report.error().what;
+  EXPECT_EQ(report->buckets, plan().buckets().size());
+  EXPECT_EQ(report->kept, 0u);
+  EXPECT_LE(report->worst_error_m, 10);
+  auto there = files();
+  std::uint64_t bytes = 0;
+  for (const BucketId id : plan().buckets()) {
+    const auto bucket = make_bucket(plan(), id);
+    const std::string at = "Terrain/" + path_of(folder_of(id)) + "/";
+    const std::string& btg = there[at + btg_name(id)];
+    EXPECT_EQ(btg, std::string((*bucket)->btg_gz.begin(), (*bucket)->btg_gz.end()));
+    EXPECT_EQ(there[at + stg_name(id)], (*bucket)->stg);
+    bytes += btg.size() + (*bucket)->stg.size();
+  }
+  EXPECT_EQ(report->bytes, bytes);
+}
+
+/// As TerraSync goes: from the root, by what indices say; sums and lengths are as they say.
+void follow(const std::map<std::string, std::string>& files, const std::string& folder,
+            std::size_t& found) {
+  const auto index = files.find(folder + ".dirindex");
+  ASSERT_TRUE(index != files.end()) << folder;
+  ++found;
+  std::istringstream lines(index->second);
+  std::string line;
+  std::getline(lines, line);
+  EXPECT_EQ(line, "version:1");
+  std::getline(lines, line);
+  EXPECT_EQ(line, "path:" + folder.substr(0, folder.empty() ? 0 : folder.size() - 1));
+  while (std::getline(lines, line)) {
+    std::istringstream parts(line);
+    std::string kind, name, sum, bytes;
+    std::getline(parts, kind, ':'), std::getline(parts, name, ':'), std::getline(parts, sum, ':'),
+        std::getline(parts, bytes, ':');
+    const auto it = files.find(folder + name + (kind == "d" ? "/.dirindex" : ""));
+    ASSERT_TRUE(it != files.end()) << line;
+    EXPECT_EQ(sum, sha1(it->second)) << line;
+    if (kind == "d") {
+      follow(files, folder + name + "/", found);
+    } else {
+      EXPECT_EQ(bytes, std::to_string(it->second.size()));
+      ++found;
+    }
+  }
+}
+
+TEST_F(SceneryFolder, IndicesLeadToEveryFile) {
+  ASSERT_TRUE(write_scenery(plan(), folder_, 2));
+  std::size_t found = 0;
+  const auto there = files();
+  follow(there, "", found);
+  EXPECT_EQ(found, there.size() - 1);  // but the record
+  EXPECT_TRUE(there.contains("Objects/.dirindex"));
+  EXPECT_TRUE(there.contains("Terrain/e000n40/e009n46/.dirindex"));
+  EXPECT_TRUE(there.contains("Terrain/e010n40/e010n45/.dirindex"));
+}
+
+TEST_F(SceneryFolder, IsTheSameOnAnyNumberOfThreadsAndInPieces) {
+  ASSERT_TRUE(write_scenery(plan(), folder_, 1));
+  const auto whole = files();
+  fs::remove_all(folder_);
+  // Stopped after some buckets, torn in others.
+  std::stop_source stop;
+  Progress progress{[&](double share) {
+                      if (share > 0.4) stop.request_stop();
+                    },
+                    stop.get_token()};
+  const auto stopped = write_scenery(plan(), folder_, 2, progress);
+  ASSERT_FALSE(stopped);
+  EXPECT_EQ(stopped.error().code, Errc::cancelled);
+  EXPECT_FALSE(fs::exists(folder_ + "/.dirindex"));
+  std::size_t torn = 0;
+  for (const auto& [name, bytes] : files())
+    if (name.ends_with(".btg.gz") && torn++ == 0)
+      std::ofstream(folder_ + "/" + name) << bytes.substr(0, bytes.size() / 2);
+  ASSERT_GT(torn, 1u);
+  const auto report = write_scenery(plan(), folder_, 3);
+  ASSERT_TRUE(report) << report.error().what;
+  EXPECT_EQ(report->kept, torn - 1);
+  EXPECT_EQ(files(), whole);
+  const auto again = write_scenery(plan(), folder_);
+  ASSERT_TRUE(again);
+  EXPECT_TRUE(again->there);
+  EXPECT_EQ(again->bytes, report->bytes);
+  EXPECT_EQ(files(), whole);
+}
+
+TEST_F(SceneryFolder, OfOtherOptionsTakesThePlaceOfWhatWasThere) {
+  ASSERT_TRUE(write_scenery(plan(10), folder_));
+  const auto before = files();
+  std::ofstream(folder_ + "/Terrain/notes.txt") << "mine";
+  const auto report = write_scenery(plan(20), folder_);
+  ASSERT_TRUE(report) << report.error().what;
+  EXPECT_EQ(report->kept, 0u);
+  auto after = files();
+  EXPECT_EQ(after["Terrain/notes.txt"], "mine");
+  after.erase("Terrain/notes.txt");
+  EXPECT_EQ(after.size(), before.size());
+  EXPECT_NE(after, before);
+}
+
+TEST_F(SceneryFolder, OfSomebodyElseIsRefused) {
+  fs::create_directories(folder_);
+  std::ofstream(folder_ + "/mine.txt") << "mine";
+  const auto report = write_scenery(plan(), folder_);
+  ASSERT_FALSE(report);
+  EXPECT_EQ(report.error().code, Errc::invalid_argument);
+  EXPECT_EQ(files().size(), 1u);
+}
+
+TEST_F(SceneryFolder, AFailedReadLeavesNoRootIndex) {
+  const BucketPlan p = plan();
+  source_.reads_left = 3;
+  const auto report = write_scenery(p, folder_, 1);
+  ASSERT_FALSE(report);
+  EXPECT_EQ(report.error().code, Errc::io);
+  EXPECT_FALSE(fs::exists(folder_ + "/.dirindex"));
+}
+
+}  // namespace
+}  // namespace tind::flightgear
