@@ -1,6 +1,7 @@
 // `tind serve` on a free port of its own, for as long as a test needs it.
 import {spawn} from "node:child_process";
 import {once} from "node:events";
+import {existsSync, readdirSync} from "node:fs";
 import {createServer} from "node:net";
 import {fileURLToPath} from "node:url";
 
@@ -14,6 +15,17 @@ export async function freePort() {
   probe.close();
   await once(probe, "close");
   return port;
+}
+
+/// Everything below a folder, by its path there; of one that a program is at work in, too, where
+/// what is listed may be gone before it is looked into.
+export function filesNow(folder) {
+  for (;;)
+    try {
+      return existsSync(folder) ? readdirSync(folder, {recursive: true}) : [];
+    } catch (error) {
+      if (error.code !== "ENOENT") throw error;
+    }
 }
 
 /// {origin, stop(), signal(name), said()}; resolves when the daemon says that it is ready.

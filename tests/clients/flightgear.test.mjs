@@ -9,7 +9,7 @@ import {join} from "node:path";
 import {after, before, test} from "node:test";
 import {once} from "node:events";
 import {fileURLToPath} from "node:url";
-import {PROGRAM, ROOT, startDaemon} from "./daemon.mjs";
+import {PROGRAM, ROOT, filesNow, startDaemon} from "./daemon.mjs";
 import {figure} from "./figure.mjs";
 
 const FGELEV = [process.env.FGELEV, "/usr/games/fgelev", "/usr/bin/fgelev"].find((path) => path && existsSync(path));
@@ -224,7 +224,7 @@ test("SGBinObject reads from every file what the other reader does", {skip: SIMG
 test("killed while it builds and run again, it has the same files", async () => {
   const args = ["build", DEM, "-o", join(folder, "killed"), "--format", "flightgear", "--max-error", `${MAX_ERROR}`, "--progress", "none", "--threads", "1"];
   const run = spawn(PROGRAM, args, {cwd: ROOT, stdio: "ignore"}), ended = once(run, "exit");
-  while (run.exitCode === null && !(existsSync(join(folder, "killed")) && readdirSync(join(folder, "killed"), {recursive: true}).some((name) => name.endsWith(".stg"))))
+  while (run.exitCode === null && !filesNow(join(folder, "killed")).some((name) => name.endsWith(".stg")))
     await new Promise((resolve) => setTimeout(resolve, 5));
   run.kill("SIGKILL");
   await ended;

@@ -4,19 +4,18 @@
 import assert from "node:assert/strict";
 import {execFile, spawn} from "node:child_process";
 import {createHash} from "node:crypto";
-import {existsSync, mkdtempSync, readdirSync, readFileSync, rmSync} from "node:fs";
+import {existsSync, mkdtempSync, readFileSync, rmSync} from "node:fs";
 import {once} from "node:events";
 import {tmpdir} from "node:os";
 import {join} from "node:path";
 import {after, before, test} from "node:test";
 import {promisify} from "node:util";
-import {PROGRAM, ROOT, startDaemon} from "./daemon.mjs";
+import {PROGRAM, ROOT, filesNow, startDaemon} from "./daemon.mjs";
 
 const DEM = "testdata/rainier.tif";
 let folder, built, names, wanted, daemon;
 
-const tilesIn = (where) =>
-  existsSync(where) ? readdirSync(where, {recursive: true}).filter((name) => name.endsWith(".terrain")).sort() : [];
+const tilesIn = (where) => filesNow(where).filter((name) => name.endsWith(".terrain")).sort();
 /// Of names and bytes, in the order of the names.
 function digest(tiles) {
   const hash = createHash("sha256");

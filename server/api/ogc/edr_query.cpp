@@ -78,8 +78,8 @@ std::vector<http::QueryWord> words_of(EdrShape shape) {
                                         {"datetime", {}, anything}};
   for (const http::QueryWord& word : height_words()) words.push_back(word);
   if (shape == EdrShape::corridor) {
-    words.push_back({"width-units", kUnitWords});
-    words.push_back({"height-units", kUnitWords});
+    for (const char* name : {"width-units", "height-units"})
+      words.push_back({.name = name, .words = kUnitWords, .example = "km"});
   }
   return words;
 }
@@ -93,8 +93,8 @@ std::vector<http::QueryNumber> numbers_of(EdrShape shape) {
   if (shape == EdrShape::trajectory) return numbers;
   numbers.push_back({"resolution-y", 0, kMost, "a number of positions", true});
   if (shape != EdrShape::corridor) return numbers;
-  numbers.push_back({"corridor-width", 0, 1e6, "a length"});
-  numbers.push_back({"corridor-height", 0, 1e6, "a length"});
+  for (const char* name : {"corridor-width", "corridor-height"})
+    numbers.push_back({name, 0, 1e6, "a length", false, {}, "1"});
   return numbers;
 }
 
