@@ -1,12 +1,15 @@
 // /jobs: what was asked for, how far it is, what came of it, and that it is not wanted any more.
 
+#include <chrono>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "proto/json_text.h"
 #include "server/api/app.h"
 #include "server/api/openapi_parts.h"
+#include "server/api/processes/job_filter.h"
 #include "server/api/processes/job_json.h"
+#include "server/api/processes/list_page.h"
 #include "server/api/processes/process_operations.h"
 #include "server/api/processes/results.h"
 #include "server/api/responses.h"
@@ -51,16 +54,22 @@ std::optional<http::Reply> with_job(const App& app, const http::Request& request
 
 std::optional<http::Reply> list_jobs(const App& app, const http::Request& request,
                                      http::DeferredReply& deferred) {
+  const auto query = http::read_query(request);
+  if (!query.problems.empty()) return http::problem_reply(query.problems, request.head.target);
   return answer_on_worker(
       app, services::Work::question, request, deferred,
-      [&app, client = deferred.client(),
+      [&app, client = deferred.client(), page = list_page(query), filter = job_filter(query),
        target = std::string(request.head.target)](const std::stop_token&) {
         const auto jobs = app.jobs->of_client(client, kMostListed);
         if (!jobs) return http::problem_reply(jobs.error(), target);
-        Ordered json = {
-            {"jobs", Ordered::array()},
-            {"links", Ordered::array({link_json("/jobs", "self", "application/json")})}};
-        for (const Job& job : *jobs) json["jobs"].push_back(status_json(job));
+        const auto now = std::chrono::duration_cast<std::chrono::milliseconds>(
+            std::chrono::system_clock::now().time_since_epoch());
+        Ordered json = {{"jobs", Ordered::array()}};
+        std::size_t found = 0;
+        for (const Job& job : *jobs)
+          if (filter.has(job, now.count()) && page.has(found++))
+            json["jobs"].push_back(status_json(job));
+        json["links"] = page_links(target, page, found);
         return json_reply(json);
       });
 }
@@ -85,6 +94,15 @@ http::Operation operation_of(const char* id, const char* summary,
           .responses = std::move(responses)};
 }
 
+http::Operation jobs_operation() {
+  http::Operation operation = operation_of("getJobs", "The jobs of who asks",
+                                           json_answer("They, the newest first.", kJobs));
+  operation.numbers = page_numbers();
+  for (const http::QueryNumber& number : job_filter_numbers()) operation.numbers.push_back(number);
+  operation.words = job_filter_words();
+  return operation;
+}
+
 /// What came of a job: files of the formats that processes write, or JSON.
 std::vector<http::Response> results() {
   std::vector<http::Response> all = result_responses();
@@ -104,7 +122,7 @@ void add_job_routes(http::Router& router, const App& app) {
                  return with_job(app, request, deferred, answer);
                });
   };
-  router.get("/jobs", operation_of("getJobs", "The jobs of who asks", json_answer("They.", kJobs)),
+  router.get("/jobs", jobs_operation(),
              [&app](const http::Request& request, http::DeferredReply& deferred) {
                return list_jobs(app, request, deferred);
              });

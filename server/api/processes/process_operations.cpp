@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "server/api/openapi_parts.h"
+#include "server/api/processes/list_page.h"
 #include "server/api/responses.h"
 
 namespace tind::api {
@@ -94,6 +95,7 @@ std::string capital(std::string name) {
 http::Operation processes_operation() {
   return with_scope({.id = "getProcesses",
                      .summary = "What can be done for a client",
+                     .numbers = page_numbers(),
                      .responses = json_answer("All processes.", R"({
          "type": "object",
          "required": ["processes", "links"],

@@ -6,6 +6,7 @@
 #include "proto/json_text.h"
 #include "server/api/processes/area_input.h"
 #include "server/api/processes/job_json.h"
+#include "server/api/processes/list_page.h"
 #include "server/api/processes/process.h"
 #include "server/api/processes/process_operations.h"
 #include "server/api/processes/results.h"
@@ -173,12 +174,19 @@ const Process* process_named(std::string_view id) {
 
 void add_process_routes(http::Router& router, const App& app) {
   if (!app.jobs) return;
-  router.get("/processes", processes_operation(), [](const http::Request&, http::DeferredReply&) {
-    Ordered json = {{"processes", Ordered::array()},
-                    {"links", {link_json("/processes", "self", "application/json")}}};
-    for (const Process& p : processes()) json["processes"].push_back(summary_json(p));
-    return json_reply(200, json);
-  });
+  router.get("/processes", processes_operation(),
+             [](const http::Request& request, http::DeferredReply&) {
+               const auto query = http::read_query(request);
+               if (!query.problems.empty())
+                 return http::problem_reply(query.problems, request.head.target);
+               const ListPage page = list_page(query);
+               Ordered json = {{"processes", Ordered::array()}};
+               std::size_t found = 0;
+               for (const Process& p : processes())
+                 if (page.has(found++)) json["processes"].push_back(summary_json(p));
+               json["links"] = page_links(std::string(request.head.target), page, found);
+               return json_reply(200, json);
+             });
   router.get("/processes/{id}", process_operation(),
              [](const http::Request& request, http::DeferredReply&) {
                const Process* const p = process_named(request.matched[0]);

@@ -1,0 +1,62 @@
+#include "server/api/processes/list_page.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "server/api/processes/job_json.h"
+
+namespace tind::api {
+namespace {
+
+constexpr double kFarthest = 1e6;  // more than any list has
+
+/// The address of this page with another offset.
+std::string with_offset(const std::string& target, std::size_t offset) {
+  const std::size_t mark = target.find('?');
+  std::string query;
+  for (std::size_t at = mark == target.npos ? target.size() : mark + 1; at < target.size();) {
+    const std::size_t end = std::min(target.find('&', at), target.size());
+    const std::string one = target.substr(at, end - at);
+    if (!one.starts_with("offset=")) query += (query.empty() ? "" : "&") + one;
+    at = end + 1;
+  }
+  if (offset > 0) query += (query.empty() ? "" : "&") + ("offset=" + std::to_string(offset));
+  return target.substr(0, mark) + (query.empty() ? "" : "?" + query);
+}
+
+}  // namespace
+
+std::vector<http::QueryNumber> page_numbers() {
+  return {{.name = "limit",
+           .least = 1,
+           .most = double(kLongestPage),
+           .unit = "entries",
+           .whole = true,
+           .about = "at most so many; 1000 without it",
+           .example = "100"},
+          {.name = "offset",
+           .least = 0,
+           .most = kFarthest,
+           .unit = "entries",
+           .whole = true,
+           .about = "leaves out so many, as the link `next` does"}};
+}
+
+ListPage list_page(const http::QueryNumbers& query) {
+  return {std::size_t(query.values[1].value_or(0)),
+          std::size_t(query.values[0].value_or(double(kLongestPage)))};
+}
+
+nlohmann::ordered_json page_links(const std::string& target, const ListPage& page,
+                                  std::size_t entries) {
+  constexpr const char* kJson = "application/json";
+  auto links = nlohmann::ordered_json::array({link_json(target, "self", kJson)});
+  if (page.offset + page.limit < entries)
+    links.push_back(link_json(with_offset(target, page.offset + page.limit), "next", kJson));
+  if (page.offset > 0)
+    links.push_back(link_json(with_offset(target, page.offset - std::min(page.offset, page.limit)),
+                              "prev", kJson));
+  return links;
+}
+
+}  // namespace tind::api
