@@ -66,7 +66,7 @@ def compare(what, report, metres):
     figure(f"GDAL {gdal.__version__}", f"{what}: {len(away)} of {report['cols']} x {report['rows']} posts at most {away.max():.5f} m off the DEM, half a step is {step / 2:.5f} m")
     # Beside half a step: float32, and what the places of two programs differ by.
     assert len(away) == PLACES and away.max() <= step / 2 + 1e-3, (what, away.max())
-    assert report["max_quantisation_error_m"] <= step / 2 + 1e-9
+    assert away.max() - 1e-3 <= report["max_quantisation_error_m"] <= step / 2 + 1e-3  # float32 is in it
 
 
 def unreal(folder):
