@@ -16,6 +16,14 @@ std::optional<http::Reply> file(const App& app, const http::Request& request,
        .instance = request.head.target});
 }
 
+/// The viewer's page is the root's: its files lie beside that.
+http::Reply to_root(const http::Request& request) {
+  const std::string_view query = request.head.query;
+  return http::make_reply(308, "text/plain", "The viewer is at /.\n",
+                          {{"Location", "../" + (query.empty() ? "" : "?" + std::string(query))},
+                           {"Cache-Control", "no-cache"}});
+}
+
 http::Operation page_operation(const char* id) {
   return {.id = id,
           .tag = "About",
@@ -30,7 +38,10 @@ http::Operation page_operation(const char* id) {
 void add_viewer_routes(http::Router& router, const App& app) {
   router.get("/viewer/{path...}", page_operation("getViewerFile"),
              [&app](const http::Request& request, http::DeferredReply&) {
-               return file(app, request, request.matched[0]);
+               const std::string_view name = request.matched[0];
+               if (app.viewer.size() > 0 && (name.empty() || name == "index.html"))
+                 return std::optional(to_root(request));
+               return file(app, request, name);
              });
 }
 

@@ -16,12 +16,6 @@ namespace {
 
 constexpr std::array<std::string_view, 2> kForms = {"application/json", "text/html"};
 
-Form form_of(std::string_view f, const http::Fields& fields) {
-  if (!f.empty()) return f == "html" ? Form::html : Form::json;
-  // Who wants neither gets what programs read.
-  return http::preferred_type(fields, kForms) == 1 ? Form::html : Form::json;
-}
-
 /// To itself and to the other form, before all others.
 Ordered links_of(const Asked& asked, const Ordered& document) {
   const auto to = [&](Form form) {
@@ -38,6 +32,12 @@ Ordered links_of(const Asked& asked, const Ordered& document) {
 }
 
 }  // namespace
+
+Form form_of(std::string_view f, const http::Fields& fields) {
+  if (!f.empty()) return f == "html" ? Form::html : Form::json;
+  // Who wants neither gets what programs read.
+  return http::preferred_type(fields, kForms) == 1 ? Form::html : Form::json;
+}
 
 http::Operation document_operation(const char* id, const char* summary, const char* schema) {
   return {.id = id,

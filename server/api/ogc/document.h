@@ -21,6 +21,7 @@ inline constexpr const char* kHtml = "text/html";
 /// Relations of OGC's register.
 inline constexpr const char* kRelConformance = "http://www.opengis.net/def/rel/ogc/1.0/conformance";
 inline constexpr const char* kRelCoverage = "http://www.opengis.net/def/rel/ogc/1.0/coverage";
+inline constexpr const char* kRelJobs = "http://www.opengis.net/def/rel/ogc/1.0/job-list";
 inline constexpr const char* kRelProcesses = "http://www.opengis.net/def/rel/ogc/1.0/processes";
 inline constexpr const char* kRelTilesetsMap =
     "http://www.opengis.net/def/rel/ogc/1.0/tilesets-map";
@@ -32,6 +33,8 @@ inline constexpr const char* kRelTilingSchemes =
     "http://www.opengis.net/def/rel/ogc/1.0/tiling-schemes";
 
 enum class Form { json, html };
+/// As `f` says, or where it is empty Accept.
+Form form_of(std::string_view f, const http::Fields&);
 
 /// What a document is for: a copy, so it may outlive the request.
 struct Asked {

@@ -1,6 +1,7 @@
 // / and /conformance (OGC API - Common, Part 1, 19-072). A browser gets the viewer at /, and the
 // landing page as a page at /?f=html.
 
+#include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -9,6 +10,7 @@
 #include "server/api/ogc/routes.h"
 #include "server/http/message/problem.h"
 #include "server/http/message/representation.h"
+#include "server/http/message/uri.h"
 
 namespace tind::api::ogc {
 namespace {
@@ -25,8 +27,10 @@ Ordered landing_json(const App& app, const Asked& asked) {
        link(asked, "/conformance", kRelConformance, kJson, "what this server conforms to"),
        link(asked, "/collections", "data", kJson, "the datasets"),
        link(asked, "/tileMatrixSets", kRelTilingSchemes, kJson, "how tiles are cut")});
-  if (app.jobs)
+  if (app.jobs) {
     links.push_back(link(asked, "/processes", kRelProcesses, kJson, "what can be done with them"));
+    links.push_back(link(asked, "/jobs", kRelJobs, kJson, "your jobs"));
+  }
   if (app.viewer.size() > 0)
     links.push_back(link(asked, "/viewer/", "related", kHtml, "the viewer, a globe"));
   json["links"] = std::move(links);
@@ -59,13 +63,19 @@ Ordered classes(bool processes) {
   return list;
 }
 
+/// Asked for as a page, and not by `f`. All else in the query is the viewer's: its links say which
+/// dataset they show.
+bool is_for_viewer(const http::Request& request) {
+  if (form_of({}, request.head.fields) != Form::html) return false;
+  const auto query = http::parse_query(request.head.query);
+  return query && std::ranges::find(*query, "f", &http::Parameter::name) == query->end();
+}
+
 std::optional<http::Reply> landing(const App& app, const http::Representation* viewer,
                                    const http::Request& request) {
+  if (viewer && is_for_viewer(request)) return viewer->reply(request.head.fields);
   const auto asked = read_asked(request);
   if (!asked) return asked.error();
-  // Without `f`, a page was asked for by Accept.
-  if (viewer && asked->form == Form::html && request.head.query.empty())
-    return viewer->reply(request.head.fields);
   return document_reply(*asked, landing_json(app, *asked));
 }
 

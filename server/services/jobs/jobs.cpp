@@ -302,10 +302,17 @@ Result<Job> Jobs::submit(const JobOrder& order, Done done, std::stop_token gone)
   return copy;
 }
 
+/// As clients are told of it: one that they do not want any more does not run for them, either.
+Job Jobs::seen(const Live& live) {
+  Job job = live.job;
+  if (live.dismissed) job.status = JobStatus::dismissed, job.message = "dismissed";
+  return job;
+}
+
 Result<std::optional<Job>> Jobs::find(std::string_view id) const {
   {
     const std::lock_guard lock(mutex_);
-    if (const auto live = live_.find(id); live != live_.end()) return live->second->job;
+    if (const auto live = live_.find(id); live != live_.end()) return seen(*live->second);
     if (const auto ended = unsaved_.find(id); ended != unsaved_.end()) return ended->second;
   }
   return store_->find(id);
@@ -317,7 +324,7 @@ Result<std::vector<Job>> Jobs::of_client(std::string_view client, std::size_t mo
   const std::lock_guard lock(mutex_);
   for (Job& job : *all)  // the list does not know how far they are
     if (const auto live = live_.find(job.id); live != live_.end())
-      job = live->second->job;
+      job = seen(*live->second);
     else if (const auto ended = unsaved_.find(job.id); ended != unsaved_.end())
       job = ended->second;
   return all;
@@ -331,12 +338,8 @@ Result<std::optional<Job>> Jobs::dismiss(std::string_view id) {
       live = found->second;
       live->dismissed = true;
       live->stop.request_stop();
-      if (std::erase(queue_, live->job.id) == 0) {  // whoever runs it ends it, soon
-        Job job = live->job;
-        job.status = JobStatus::dismissed;
-        job.message = "dismissed";
-        return job;
-      }
+      if (std::erase(queue_, live->job.id) == 0)
+        return seen(*live);  // whoever runs it ends it, soon
       --counts_.waiting;
     }
   }

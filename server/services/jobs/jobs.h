@@ -116,6 +116,7 @@ class Jobs {
   Jobs(std::string folder, bool temporary, std::string program, const JobLimits& limits,
        std::unique_ptr<JobStore> store);
 
+  static Job seen(const Live&);
   Result<void> recover();
   void work(const std::stop_token&);
   void run(const std::shared_ptr<Live>&, const std::stop_token&);

@@ -243,8 +243,11 @@ TEST_F(Api, TheViewerIsATableNotAFolder) {
   const HttpReply page = get("/", browser);
   EXPECT_EQ(page.status, 200);
   EXPECT_EQ(page.headers.at("content-type"), "text/html; charset=utf-8");
-  EXPECT_EQ(get("/viewer/").body, page.body);
-  EXPECT_EQ(get("/viewer/index.html").body, page.body);
+  EXPECT_EQ(get("/?dataset=rainier&more=1", browser).body, page.body) << "as its links are";
+  for (const char* path : {"/viewer/", "/viewer/index.html"}) {
+    EXPECT_EQ(get(path).status, 308) << "its files lie beside the root";
+    EXPECT_EQ(get(std::string(path) + "?dataset=alps").headers.at("location"), "../?dataset=alps");
+  }
   EXPECT_EQ(get("/viewer/a/b.js").body, "1");
   EXPECT_EQ(get("/", browser + "Accept-Encoding: gzip\r\n").headers.at("content-encoding"), "gzip");
   for (const char* path :

@@ -19,7 +19,9 @@ TEST_F(Ogc, TheLandingPageLeadsEverywhere) {
 
 TEST_F(Ogc, ABrowserGetsTheViewerAndMayHaveThePage) {
   const std::string browser = "Accept: text/html,*/*;q=0.8\r\n";
-  EXPECT_EQ(get("/", browser).body, get("/viewer/index.html").body);
+  EXPECT_EQ(get("/", browser).headers.at("content-type"), "text/html; charset=utf-8");
+  EXPECT_EQ(get("/?dataset=rainier", browser).body, get("/", browser).body);
+  EXPECT_EQ(get("/?dataset=rainier").status, 400) << "to programs it means nothing";
   EXPECT_NE(get("/?f=html").body.find("<h1>tind</h1>"), std::string::npos);
   EXPECT_EQ(get("/?f=json", browser).headers.at("content-type"), "application/json");
   EXPECT_EQ(get("/", "Accept: */*\r\n").headers.at("content-type"), "application/json");
