@@ -296,13 +296,9 @@ int run(Arguments a) {
     for (std::string& file : a.drape.files()) inputs.push_back(std::move(file));
     if (const int code = check_outputs({a.archive}, inputs); code != kOk) return code;
   }
-  const auto* const attributed = std::get_if<AttributeQemOptions>(&a.options.tiles.method);
-  const bool tiles = a.format == kQuantizedMesh || a.format == kTiles3d;
-  auto draped = open_drape(a.drape, a.format == kTiles3d,
-                           tiles && attributed && may_use_colours(*attributed));
+  auto draped = open_drape(a.drape, a.format == kTiles3d);
   if (!draped) return complain(draped.error());
   a.draped = std::move(*draped);
-  a.options.tiles.colours = a.draped.colours;
   if (a.format == kTiles3d && a.options.tiles.first_level > 0)
     return complain({Errc::invalid_argument,
                      "--format 3dtiles needs level 0, from where clients find all others: leave "

@@ -1,5 +1,5 @@
 #pragma once
-// What a command line lays over tiles: an image, land cover.
+// What a command line lays over 3D Tiles: an image, land cover.
 
 #include <string>
 #include <vector>
@@ -19,9 +19,9 @@ struct DrapeInput {
 
 void add_drape_options(Command, DrapeInput&);
 
-/// Before any work. Fails (invalid_argument) where something is asked for that tiles of neither
-/// their format nor their method can have, and as opening does.
-Result<Draped> open_drape(const DrapeInput&, bool of_3d_tiles, bool keeps_colours);
+/// Before any work. Fails (invalid_argument) where something is asked for and tiles are
+/// not 3D Tiles, and as opening does.
+Result<Draped> open_drape(const DrapeInput&, bool of_3d_tiles);
 /// Fails (invalid_argument) where something lies beside the surface.
 Result<void> check_drape(const DrapeInput&, const Draped&, const Surface&);
 

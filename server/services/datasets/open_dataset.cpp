@@ -98,19 +98,6 @@ Dataset with_draped(Dataset dataset, const Draped& draped) {
   return dataset;
 }
 
-/// With what is draped over its tiles, which a method may go by.
-Result<Dataset> open_over(const DatasetSpec& spec, const DatasetOptions& options,
-                          const std::string& index_dir) {
-  if (options.drape.empty() && options.land_cover.empty()) return open(spec, options, index_dir);
-  const auto draped = open_draped(options.drape, options.land_cover);
-  if (!draped) return std::unexpected(draped.error());
-  DatasetOptions with = options;
-  with.tiles.colours = draped->colours;
-  auto dataset = open(spec, with, index_dir);
-  if (dataset) dataset = with_draped(std::move(*dataset), *draped);
-  return dataset;
-}
-
 }  // namespace
 
 Result<Surface> open_source(const DatasetSpec& spec, const DemOptions& options) {
@@ -137,7 +124,14 @@ Result<Dataset> open_dataset(const DatasetSpec& spec, const DatasetOptions& opti
   if (!files) return std::unexpected(files.error());
   DatasetSpec plain = spec;
   plain.files = std::move(*files);
-  auto dataset = open_over(plain, options, index_dir);
+  auto dataset = open(plain, options, index_dir);
+  if (dataset && !(options.drape.empty() && options.land_cover.empty())) {
+    const auto draped = open_draped(options.drape, options.land_cover);
+    if (draped)
+      dataset = with_draped(std::move(*dataset), *draped);
+    else
+      dataset = std::unexpected(draped.error());
+  }
   if (!dataset && !spec.where.empty()) return fail(spec.where, dataset.error());
   if (!dataset || options.attribution.empty()) return dataset;
   return with_attribution(std::move(*dataset), options.attribution);

@@ -12,13 +12,11 @@
 #include "terrain/pyramid/make/kept_lines.h"
 #include "terrain/pyramid/make/tile_job.h"
 #include "terrain/pyramid/make/tile_methods.h"
-#include "terrain/pyramid/plan/tile_method.h"
 #include "terrain/pyramid/residual/residual_index.h"
 #include "terrain/shapes/surface_shapes.h"
 #include "terrain/simplify/bounded/bounded_mesher.h"
 #include "terrain/simplify/bounded/search_effort.h"
 #include "terrain/surface/post_warp.h"
-#include "terrain/tile/tile_colours.h"
 
 namespace tind {
 
@@ -252,18 +250,6 @@ double margin_of(const TileJob& job) {
   return surface.info().rounding_m + (plain ? 0 : kPlacingError);
 }
 
-/// Those that the method keeps, by places of the tile.
-decltype(HeldMesh::colours) colours_over(const TileJob& job) {
-  const TileSetOptions& options = job.plan.options();
-  if (!keeps_colours(options) || !job.rect.overlaps(options.colours->bounds())) return {};
-  return [&job, &image = *options.colours](std::span<const Vec3> vertices) {
-    std::vector<Geographic> places;
-    places.reserve(vertices.size());
-    for (const Vec3& v : vertices) places.push_back(place_of(job.rect, v));
-    return tile_colours(places, job.id.level, image);
-  };
-}
-
 /// Fits a mesh within `eps` of the samples. Its error is not known yet.
 template <class Samples>
 TileMesh mesh_within(TileJob& job, const Samples& samples, double eps, double place_step,
@@ -297,7 +283,7 @@ TileMesh mesh_within(TileJob& job, const Samples& samples, double eps, double pl
     const double metres = job.rect.height() * wgs84::metres_per_degree(mid).y / kTileExtent;
     result.mesh = mesh_by_method(job.method, std::move(frame),
                                  job.stand_in.empty() && job.lines.lines.empty() ? nullptr : &kept,
-                                 samples, o, metres, progress, colours_over(job));
+                                 samples, o, metres, progress);
     return result;
   }
   BoundedMesher mesher(std::move(frame), samples, o);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "terrain/mesh/triangle_plane.h"
+#include "terrain/simplify/common/held_mesh.h"
 #include "terrain/simplify/insertion/delaunay_insertion.h"
 #include "terrain/simplify/methods.h"
 
@@ -117,7 +118,7 @@ auto within_bound(const Samples& samples, const MesherOptions& o) {
 template <class Samples>
 HalfedgeMesh collapsed(const MethodOptions& method, HalfedgeMesh mesh, LinePoints* kept,
                        const Samples& samples, const MesherOptions& o, double metres_per_unit,
-                       const Progress& progress, decltype(HeldMesh::colours) colours) {
+                       const Progress& progress) {
   insert_all(mesh, samples, o, kept);
   HeldMesh held;
   held.terrain.mesh = std::move(mesh);
@@ -129,7 +130,6 @@ HalfedgeMesh collapsed(const MethodOptions& method, HalfedgeMesh mesh, LinePoint
   held.height_step = o.height_step;
   held.height_min = o.height_min, held.height_max = o.height_max;
   held.within = within_bound(samples, o);
-  held.colours = std::move(colours);
   // What it can fail with is a stop, which callers see themselves.
   static_cast<void>(simplify_held(held, method, progress));
   return std::move(held.terrain.mesh);
@@ -140,10 +140,9 @@ HalfedgeMesh collapsed(const MethodOptions& method, HalfedgeMesh mesh, LinePoint
 template <class Samples>
 Tin mesh_by_method(const MethodOptions& method, HalfedgeMesh frame, LinePoints* kept,
                    const Samples& samples, const MesherOptions& o, double metres_per_unit,
-                   const Progress& progress, decltype(HeldMesh::colours) colours) {
+                   const Progress& progress) {
   if (!std::holds_alternative<GreedyOptions>(method))
-    return collapsed(method, std::move(frame), kept, samples, o, metres_per_unit, progress,
-                     std::move(colours))
+    return collapsed(method, std::move(frame), kept, samples, o, metres_per_unit, progress)
         .to_tin();
   DelaunayInsertion<Samples> insertion(frame, samples, insertion_options(o));
   if (kept) insertion.keep(kept);
@@ -152,10 +151,8 @@ Tin mesh_by_method(const MethodOptions& method, HalfedgeMesh frame, LinePoints* 
 }
 
 template Tin mesh_by_method(const MethodOptions&, HalfedgeMesh, LinePoints*, const GridSamples&,
-                            const MesherOptions&, double, const Progress&,
-                            decltype(HeldMesh::colours));
+                            const MesherOptions&, double, const Progress&);
 template Tin mesh_by_method(const MethodOptions&, HalfedgeMesh, LinePoints*,
-                            const ScatteredSamples&, const MesherOptions&, double, const Progress&,
-                            decltype(HeldMesh::colours));
+                            const ScatteredSamples&, const MesherOptions&, double, const Progress&);
 
 }  // namespace tind

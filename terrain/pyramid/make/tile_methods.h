@@ -11,7 +11,6 @@
 #include "terrain/mesh/halfedge_mesh.h"
 #include "terrain/mesh/tin.h"
 #include "terrain/simplify/bounded/bounded_mesher.h"
-#include "terrain/simplify/common/held_mesh.h"
 #include "terrain/simplify/insertion/line_points.h"
 #include "terrain/simplify/insertion/samples.h"
 #include "terrain/simplify/options.h"
@@ -22,11 +21,10 @@ namespace tind {
 /// edges stay; null: none. Of `o` all that is no matter of effort. `metres_per_unit`: of v; of u
 /// times o.x_scale. Collapsing methods start from the frame with every sample as a vertex, so near
 /// the border the mesh may miss `o.eps` where the frame itself does: callers measure. When stopped,
-/// the mesh is whatever it is. `colours`: as HeldMesh's. REQUIRES: check_tile_method; not bounded.
-/// O(n log n).
+/// the mesh is whatever it is. REQUIRES: check_tile_method; not bounded. O(n log n).
 template <class Samples>
 Tin mesh_by_method(const MethodOptions& method, HalfedgeMesh frame, LinePoints* kept,
                    const Samples& samples, const MesherOptions& o, double metres_per_unit,
-                   const Progress& progress, decltype(HeldMesh::colours) colours = {});
+                   const Progress& progress);
 
 }  // namespace tind

@@ -24,28 +24,13 @@ Result<void> check_tile_method(const MethodOptions& method) {
                 name + " cannot hold the borders of tiles; these can: " + names_of_tile_methods());
   }
   if (const auto* const attributed = std::get_if<AttributeQemOptions>(&method)) {
-    if (attributed->drape || attributed->attributes == AttributeChoice::texture)
+    const AttributeChoice by = attributed->attributes;
+    if (attributed->drape || (by != AttributeChoice::automatic && by != AttributeChoice::normal))
       return fail(Errc::invalid_argument,
-                  "tiles have normals, and colours where an image is draped over them: "
-                  "attribute-qem makes them with attributes auto, normal, colour or colour+normal");
+                  "tiles have no attributes but normals: attribute-qem makes them with attributes "
+                  "auto or normal");
   }
   return check_options(method);
-}
-
-Result<void> check_tile_method(const TileSetOptions& o) {
-  if (auto ok = check_tile_method(o.method); !ok) return ok;
-  const auto* const attributed = std::get_if<AttributeQemOptions>(&o.method);
-  if (attributed && !o.colours && attributed->attributes != AttributeChoice::automatic &&
-      may_use_colours(*attributed))
-    return fail(Errc::invalid_argument,
-                "attributes " + name_of(attributed->attributes) +
-                    " are of an image over the tiles: say which by drape, or leave attributes out");
-  return {};
-}
-
-bool keeps_colours(const TileSetOptions& o) {
-  const auto* const attributed = std::get_if<AttributeQemOptions>(&o.method);
-  return attributed && o.colours && may_use_colours(*attributed);
 }
 
 Result<MethodOptions> tile_method_from_text(const std::string& text) {
@@ -59,10 +44,7 @@ Result<MethodOptions> tile_method_from_text(const std::string& text) {
 }
 
 std::string tile_method(const TileSetOptions& o) {
-  if (std::holds_alternative<BoundedOptions>(o.method)) return {};
-  std::string text = method_text(o.method);
-  if (keeps_colours(o)) text += " over " + o.colours->fingerprint();
-  return text;
+  return std::holds_alternative<BoundedOptions>(o.method) ? std::string() : method_text(o.method);
 }
 
 }  // namespace tind

@@ -11,18 +11,13 @@ namespace tind {
 /// Fails (invalid_argument) for a method, or an option of it, that cannot make tiles, and names
 /// those that can.
 Result<void> check_tile_method(const MethodOptions&);
-/// The same of all that is said of the tiles: a method that is to keep colours needs an image.
-Result<void> check_tile_method(const TileSetOptions&);
 
 /// For settings: method_from_text of a method that passes. "bounded" stands alone, for its effort
 /// and side are TileSetOptions' own.
 Result<MethodOptions> tile_method_from_text(const std::string&);
 
-/// Whether an image's colours are part of what the tiles' method goes by.
-bool keeps_colours(const TileSetOptions&);
-
-/// The method of the tiles as text, with its options and which image it keeps the colours of;
-/// nothing for bounded, which has none of its own here and was the only one once.
+/// The method of the tiles as text, with its options; nothing for bounded, which has none of its
+/// own here and was the only one once.
 std::string tile_method(const TileSetOptions&);
 
 }  // namespace tind

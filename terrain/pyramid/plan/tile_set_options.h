@@ -2,10 +2,8 @@
 // What tiles are to be made of a DEM.
 
 #include <cstdint>
-#include <memory>
 
 #include "terrain/mesh/side.h"
-#include "terrain/raster/image_colours.h"
 #include "terrain/simplify/common/effort.h"
 #include "terrain/simplify/options.h"
 
@@ -22,8 +20,6 @@ struct TileSetOptions {
   /// reads is not in here: `side` is everybody's, and `effort` also that of the tiles which bounded
   /// makes instead, where the method cannot keep a tile within its budget.
   MethodOptions method = {};
-  /// What attribute-qem keeps beside the shape; null: nothing. No other method looks at it.
-  std::shared_ptr<const ImageColours> colours = {};
   Effort effort = Effort::normal;
   /// Tiles of more posts than this are certified through the residual index; 0: as
   /// residual_index.h says.

@@ -388,20 +388,10 @@ Result<void> collapse_held(HeldMesh& held, const AttributeQemOptions& method,
       attributed.triangles.push_back(
           {mesh.origin(3 * t), mesh.origin(3 * t + 1), mesh.origin(3 * t + 2)});
   attributed.normals = vertex_normals(attributed);
-  if (held.colours && may_use_colours(method)) attributed.colours = held.colours(mesh.positions());
-  AttributeQemOptions here = method;  // beside the image there is no colour to keep
-  if (attributed.colours.empty() && may_use_colours(method))
-    here.attributes = method.attributes == AttributeChoice::colour ? AttributeChoice::automatic
-                                                                   : AttributeChoice::normal;
-  const Result<Layout> layout = layout_of(attributed, here);
+  const Result<Layout> layout = layout_of(attributed, method);
   if (!layout) return std::unexpected(layout.error());
-  switch (layout->dimension()) {
-    case 6:
-      return run_held<6>(held, attributed, *layout, progress);
-    case 9:
-      return run_held<9>(held, attributed, *layout, progress);
-  }
-  return fail(Errc::internal, "no quadric of this dimension");
+  return layout->normal ? run_held<6>(held, attributed, *layout, progress)
+                        : run_held<3>(held, attributed, *layout, progress);
 }
 
 }  // namespace tind

@@ -82,12 +82,6 @@ inline bool asks_for_normals(const AttributeQemOptions& o) {
          o.attributes == AttributeChoice::colour_and_normal;
 }
 
-/// Whether colours take part where there are some.
-inline bool may_use_colours(const AttributeQemOptions& o) {
-  return o.attributes == AttributeChoice::automatic || o.attributes == AttributeChoice::colour ||
-         o.attributes == AttributeChoice::colour_and_normal;
-}
-
 /// On terrain: normals from the DEM's slope, and the colours of `drape` if given (one a post). The
 /// result carries both.
 Result<Simplified> simplify_attribute_qem(const Terrain& dem, const AttributeQemOptions&,

@@ -2,11 +2,8 @@
 // A mesh that collapse methods are given instead of a DEM's own: a tile's, in the tile's frame. Its
 // border and its lines are held, and so is a bound that somebody else knows.
 
-#include <array>
 #include <cmath>
 #include <functional>
-#include <span>
-#include <vector>
 
 #include "terrain/simplify/common/terrain_mesh.h"
 
@@ -23,8 +20,6 @@ struct HeldMesh {
   /// Whether the surface may have this triangle (counter-clockwise): nothing that is to be near it
   /// is farther than the bound.
   std::function<bool(const Vec3&, const Vec3&, const Vec3&)> within;
-  /// Of places of the mesh, for methods that keep colours; none, or none here: empty.
-  std::function<std::vector<std::array<float, 3>>(std::span<const Vec3>)> colours = {};
 
   bool interior(HalfedgeMesh::Index v) const { return terrain.kind[v] == VertexKind::interior; }
 

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -191,94 +189,6 @@ TEST(MethodTiles, of_cliffs_that_no_grid_can_follow_are_never_worse_than_bounded
   EXPECT_GT(by_bounded, 0u);
 }
 
-/// Black and white in stripes of a hundredth of a degree, from a meridian to the east.
-class Shores : public ImageColours {
- public:
-  explicit Shores(double east)
-      : bounds_{east < 7 ? east - 1 : 7, 45, east, 46}, name_(std::to_string(east)) {}
-  Linear colour(double lon) const {
-    const float light = int(std::floor(lon * 100)) % 2 ? 1.f : 0.f;
-    return {light, light, light};
-  }
-  void at(std::span<const Geographic> places, double,
-          std::span<std::optional<Linear>> out) const override {
-    for (std::size_t i = 0; i < places.size(); ++i)
-      if (places[i].lon <= bounds_.east) out[i] = colour(places[i].lon);
-  }
-  const std::string& fingerprint() const override { return name_; }
-  const GeoRect& bounds() const override { return bounds_; }
-
- private:
-  GeoRect bounds_;
-  std::string name_;
-};
-
-/// How far the colours of a tile's vertices, as they are drawn between them, are from the image, by
-/// area.
-double colour_error(const std::string& file, const std::string& bytes, const Shores& image) {
-  const auto q = proto::decode({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
-  int z = 0, x = 0;
-  if (!q || std::sscanf(file.c_str(), "%d/%d/", &z, &x) != 2) throw std::runtime_error(file);
-  const auto lon = [&](double u) { return -180 + tiling::tile_degrees(z) * (x + u / 32767); };
-  double sum = 0, area = 0;
-  for (const auto& triangle : q->triangles) {
-    double u[3], v[3], light[3];
-    for (int k = 0; k < 3; ++k) {
-      const std::uint32_t i = triangle[std::size_t(k)];
-      u[k] = q->u[i], v[k] = q->v[i], light[k] = double(image.colour(lon(u[k]))[0]);
-    }
-    const double size = std::abs((u[1] - u[0]) * (v[2] - v[0]) - (u[2] - u[0]) * (v[1] - v[0]));
-    constexpr int kCuts = 9;
-    for (int i = 1; i < kCuts; ++i)
-      for (int j = 1; i + j < kCuts; ++j) {
-        const double a = double(i) / kCuts, b = double(j) / kCuts, c = 1 - a - b;
-        const double drawn = a * light[0] + b * light[1] + c * light[2];
-        const double true_light = double(image.colour(lon(a * u[0] + b * u[1] + c * u[2]))[0]);
-        sum += size * std::abs(drawn - true_light), area += size;
-      }
-  }
-  return sum / area;
-}
-
-TEST(MethodTiles, keep_the_colours_of_what_is_draped_over_them) {
-  const Surface surface = std::make_shared<MadeUpSource>(test::rough_terrain(90, 70, 8, 60),
-                                                         Geographic{7.1, 45.9}, .001);
-  const auto image = std::make_shared<Shores>(8);
-  const MethodOptions method = *method_from_text("attribute-qem attribute-weight=30");
-  const auto built_over = [&](const std::shared_ptr<const ImageColours>& colours) {
-    const TileSetOptions options{.max_error_m = 40, .max_level = 11, .colours = colours};
-    const Built one = build(surface, options, method, 1, true);
-    EXPECT_TRUE(one.tiles == build(surface, options, method, 3, false).tiles);
-    double sum = 0;
-    for (const auto& [file, bytes] : one.tiles)
-      if (file.starts_with("11/")) sum += colour_error(file, bytes, *image);
-    return std::pair(sum, one.tiles);
-  };
-  const auto [without, plain] = built_over(nullptr);
-  const auto [with, coloured] = built_over(image);
-  EXPECT_LT(with, .7 * without);
-  const auto [beside, as_plain] = built_over(std::make_shared<Shores>(-100));
-  EXPECT_TRUE(as_plain == plain);  // an image that is elsewhere changes nothing
-  for (const auto& [tile, bytes] : coloured)
-    EXPECT_EQ(borders_of(bytes), borders_of(plain.at(tile))) << tile;
-}
-
-TEST(MethodTiles, of_two_images_have_two_versions) {
-  const Surface surface = std::make_shared<MadeUpSource>(test::rough_terrain(20, 20, 8, 60),
-                                                         Geographic{7.1, 45.9}, .001);
-  const auto version = [&](const char* method, double east) {
-    const TileSetOptions options{.method = *method_from_text(method),
-                                 .colours = std::make_shared<Shores>(east)};
-    const auto plan = TilePlan::make(surface, {0, 100}, options);
-    EXPECT_TRUE(plan) << plan.error().what;
-    return tile_version(surface, *plan, "content");
-  };
-  EXPECT_NE(version("attribute-qem", 7.2), version("attribute-qem", 7.3));
-  EXPECT_EQ(version("attribute-qem attributes=normal", 7.2),
-            version("attribute-qem attributes=normal", 7.3));
-  EXPECT_EQ(version("qem", 7.2), version("qem", 7.3));
-}
-
 TEST(MethodTiles, that_cannot_be_made_say_who_can) {
   const auto cluster = check_tile_method(ClusterOptions{});
   ASSERT_FALSE(cluster);
@@ -286,11 +196,7 @@ TEST(MethodTiles, that_cannot_be_made_say_who_can) {
     EXPECT_EQ(m.tiles, cluster.error().what.find(m.name + ",") != std::string::npos ||
                            cluster.error().what.ends_with(m.name))
         << m.name;
-  EXPECT_FALSE(check_tile_method(*method_from_text("attribute-qem attributes=texture")));
-  TileSetOptions coloured{.method = *method_from_text("attribute-qem attributes=colour")};
-  EXPECT_FALSE(check_tile_method(coloured));
-  coloured.colours = std::make_shared<Shores>(7.15);
-  EXPECT_TRUE(check_tile_method(coloured));
+  EXPECT_FALSE(check_tile_method(*method_from_text("attribute-qem attributes=colour")));
   EXPECT_FALSE(check_tile_method(EdgeCostOptions{.alpha = -1}));
   EXPECT_FALSE(check_tile_method(VertexRemovalOptions{.k = 0}));
   const MadeUpSource source(test::rough_terrain(9, 9, 1), {7, 45}, .01);
