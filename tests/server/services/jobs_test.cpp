@@ -126,10 +126,11 @@ TEST_F(JobsTest, WhatIsDismissedStopsAndLeavesNothing) {
   const pid_t child = std::stoi(content(folder(*running) + "/pid"));
   EXPECT_EQ((*jobs->dismiss(waiting->id))->status, JobStatus::dismissed);
   EXPECT_EQ((*jobs->dismiss(running->id))->status, JobStatus::dismissed);
-  ASSERT_TRUE(becomes(*jobs, running->id, [](const Job& j) { return j.has_ended(); }));
+  EXPECT_EQ((*jobs->find(running->id))->status, JobStatus::dismissed) << "at once, for who asks";
+  EXPECT_TRUE(becomes(*jobs, running->id, [&](const Job& j) {  // although it would not listen
+    return ::kill(child, 0) == -1 && !fs::exists(folder(j));
+  }));
   EXPECT_EQ((*jobs->find(running->id))->status, JobStatus::dismissed);
-  EXPECT_EQ(::kill(child, 0), -1);  // although it would not listen
-  EXPECT_FALSE(fs::exists(folder(*running)));
   EXPECT_FALSE(fs::exists(folder(*waiting)));
   EXPECT_FALSE(*jobs->dismiss("ffffffffffffffffffffffffffffffff"));
   const Job done = run(*jobs, shell("echo a > out.txt"));
