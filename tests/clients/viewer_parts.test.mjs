@@ -7,6 +7,7 @@ import {along, geodesic, localFrame, pathMetres, polygonArea, sightLine} from ".
 import {acrossOf, axes, extentOf, eyeThatFits, homeOf} from "../../server/viewer/globe/home.js";
 import {areaText, contourInterval, lengthText, roundLength, ticks} from "../../server/viewer/globe/legend.js";
 import {linkOf, viewOf} from "../../server/viewer/globe/link.js";
+import {DEPTHS, heightStops, TINTS} from "../../server/viewer/globe/material.js";
 import {objOf} from "../../server/viewer/globe/mesh_file.js";
 import {rasterise} from "../../server/viewer/globe/mesh_raster.js";
 import {matches, placeOf} from "../../server/viewer/globe/places.js";
@@ -23,6 +24,18 @@ test("a link brings back the view that it was made of", () => {
     exaggeration: 2.5, wires: true, tiles: true, flat: true, sun: {azimuth: 120, altitude: 12}, beside: {dataset: "a b,c", level: 9, mode: "slope"}};
   assert.deepEqual(viewOf(`#${linkOf(view)}`), view);
   assert.equal(linkOf({mode: "relief", exaggeration: 1, sun: {azimuth: 315, altitude: 38}}), "");
+});
+
+test("the legend's tints are those of the ground: depths below the sea, land above it", () => {
+  assert.equal(heightStops({low: -400, high: 100, seaLevel: 0}), TINTS); // land by the Dead Sea
+  assert.equal(heightStops({low: -4000, high: 100}), TINTS);
+  const coast = heightStops({low: -3000, high: 1000, seaLevel: 0});
+  assert.deepEqual(coast.slice(0, 3), [[0, DEPTHS[0][1]], [0.6 * 0.75, DEPTHS[1][1]], [0.75, DEPTHS[2][1]]]);
+  near(coast[3][0], 0.75, 1e-12);
+  assert.deepEqual(coast.at(-1), TINTS.at(-1));
+  const trench = heightStops({low: -4000, high: -3000, seaLevel: 0});
+  assert.deepEqual([trench[0], trench.at(-1)], [[0, DEPTHS[0][1]], [1, "#4a7ba0"]]); // a quarter of the way up to the shore
+  for (const stops of [coast, trench]) assert.ok(stops.every(([at], i) => i === 0 || at >= stops[i - 1][0]));
 });
 
 test("a link that is cut or made up still opens", () => {

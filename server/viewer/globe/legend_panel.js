@@ -2,7 +2,7 @@
 
 import {$} from "../page.js";
 import {contourInterval, datumText, lengthText, roundLength, ticks} from "./legend.js";
-import {ERRORS, FACINGS, gradientOf, SLOPES, TINTS} from "./material.js";
+import {ERRORS, FACINGS, gradientOf, heightStops, SLOPES} from "./material.js";
 
 const {Cesium} = window;
 const NEAR_SEA_M = 5;
@@ -45,7 +45,7 @@ export function showLegend(globe) {
   } else {
     const lines = mode === "contours" ? `; lines every ${lengthText(contourInterval(low, high))}` : "";
     $("legend-title").textContent = `Metres ${datumText(datum)}${lines}`;
-    ramp(TINTS, low, Math.max(high, low + 1), ticks(low, Math.max(high, low + 1), 5), (value) => value.toLocaleString("en"));
+    ramp(heightStops(dataset), low, Math.max(high, low + 1), ticks(low, Math.max(high, low + 1), 5), (value) => value.toLocaleString("en"));
   }
   const kinds = source ? ["no data: hatched", "outside: plain"] : ["outside: plain"];
   if (low < dataset.seaLevel + NEAR_SEA_M || dataset.layer.extensions?.includes("watermask")) kinds.push("water: blue");

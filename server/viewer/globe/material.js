@@ -24,6 +24,28 @@ export const FACINGS = [[0, "#5f8fc4"], [0.25, "#e6c65c"], [0.5, "#cf6b4a"], [0.
 
 export const gradientOf = (stops) => `linear-gradient(to right, ${stops.map(([at, colour]) => `${colour} ${100 * at}%`).join(", ")})`;
 
+/// Whether heights below the sea are depths of it: no land is so low.
+export const hasDepths = ({low, seaLevel}) => low < -500 && seaLevel !== undefined;
+
+/// The colour of stops at a share, between two of them.
+function colourAt(stops, share) {
+  const after = stops.findIndex(([at]) => at >= share);
+  if (after <= 0) return stops[after < 0 ? stops.length - 1 : 0][1];
+  const [[from, one], [to, other]] = [stops[after - 1], stops[after]];
+  const part = (colour, k) => parseInt(colour.slice(1 + 2 * k, 3 + 2 * k), 16);
+  const mixed = [0, 1, 2].map((k) => Math.round(part(one, k) + ((share - from) / (to - from)) * (part(other, k) - part(one, k))));
+  return `#${mixed.map((value) => value.toString(16).padStart(2, "0")).join("")}`;
+}
+
+/// The tints of heights from the lowest to the highest, as the shader has them: depths up to the sea.
+export function heightStops({low, high, seaLevel}) {
+  if (!hasDepths({low, seaLevel})) return TINTS;
+  const shore = (seaLevel - low) / (high - low);
+  const depths = DEPTHS.map(([at, colour]) => [at * shore, colour]);
+  if (shore >= 1) return [...depths.filter(([at]) => at < 1), [1, colourAt(depths, 1)]];
+  return [...depths, [shore, colourAt(TINTS, shore)], ...TINTS.filter(([at]) => at > shore)];
+}
+
 /// All scales in one picture, a row each.
 function scales() {
   const rows = [TINTS, SLOPES, ERRORS, DEPTHS, FACINGS];
@@ -184,7 +206,7 @@ const SOURCE = `
 
 export function groundMaterial(Cesium, {low, high, extent, rectangle, seaLevel}, measured) {
   const colour = (css) => Cesium.Color.fromCssColorString(css);
-  const bathymetry = low < -500 && seaLevel !== undefined; // no land is so low
+  const bathymetry = hasDepths({low, seaLevel});
   return new Cesium.Material({
     translucent: false,
     fabric: {
