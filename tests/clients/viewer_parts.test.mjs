@@ -34,7 +34,7 @@ test("the legend's tints are those of the ground: depths below the sea, land abo
   near(coast[3][0], 0.75, 1e-12);
   assert.deepEqual(coast.at(-1), TINTS.at(-1));
   const trench = heightStops({low: -4000, high: -3000, seaLevel: 0});
-  assert.deepEqual([trench[0], trench.at(-1)], [[0, DEPTHS[0][1]], [1, "#4a7ba0"]]); // a quarter of the way up to the shore
+  assert.deepEqual([trench[0], trench.at(-1)], [[0, DEPTHS[0][1]], [1, "#4a7a9d"]]); // a quarter of the way up to the shore
   for (const stops of [coast, trench]) assert.ok(stops.every(([at], i) => i === 0 || at >= stops[i - 1][0]));
 });
 
