@@ -7,6 +7,7 @@ namespace tind::proto {
 namespace {
 
 double lowest_m(HeightCode code) { return code == HeightCode::mapbox ? -10000 : -32768; }
+double lowest_step(HeightCode code) { return code == HeightCode::mapbox ? 1 : 0; }
 double steps_per_m(HeightCode code) { return code == HeightCode::mapbox ? 10 : 256; }
 
 }  // namespace
@@ -25,13 +26,23 @@ double height_step_m(HeightCode code) { return 1 / steps_per_m(code); }
 
 std::array<std::uint8_t, 3> height_colour(double metres, HeightCode code) {
   const double steps = std::round((metres - lowest_m(code)) * steps_per_m(code));
-  const auto n = std::uint32_t(std::clamp(steps, 0.0, double(0xFFFFFF)));
+  const auto n = std::uint32_t(std::clamp(steps, lowest_step(code), double(0xFFFFFF)));
   return {std::uint8_t(n >> 16), std::uint8_t(n >> 8), std::uint8_t(n)};
 }
 
 double height_of(std::array<std::uint8_t, 3> colour, HeightCode code) {
   const int n = colour[0] << 16 | colour[1] << 8 | colour[2];
   return lowest_m(code) + n / steps_per_m(code);
+}
+
+double beyond_range_m(std::span<const float> heights, HeightCode code) {
+  const double half = height_step_m(code) / 2;
+  const double least = height_of(height_colour(-HUGE_VAL, code), code) - half;
+  const double most = height_of(height_colour(HUGE_VAL, code), code) + half;
+  double beyond = 0;
+  for (const float metres : heights)
+    beyond = std::max({beyond, least - double(metres), double(metres) - most});
+  return beyond;
 }
 
 std::vector<std::uint8_t> height_colours(std::span<const float> heights, HeightCode code) {

@@ -23,9 +23,13 @@ std::string_view name(HeightCode);
 /// Metres between two heights that it can say.
 double height_step_m(HeightCode);
 
-/// The nearest height that it can say; what is beyond its range becomes the end of that.
+/// The nearest height that it can say; what is beyond its range becomes the end of that. The lowest
+/// of terrain-RGB, black, is what many take for no data: what is as low becomes the next one.
 std::array<std::uint8_t, 3> height_colour(double metres, HeightCode);
 double height_of(std::array<std::uint8_t, 3> colour, HeightCode);
+
+/// How far the farthest of these lies beyond what it can say; 0: none does. REQUIRES: all finite.
+double beyond_range_m(std::span<const float> heights, HeightCode);
 
 /// Red, green, blue of each. REQUIRES: all finite.
 std::vector<std::uint8_t> height_colours(std::span<const float> heights, HeightCode);

@@ -50,36 +50,49 @@ class DecodedTiles {
   }
 };
 
+void raise(std::atomic<double>& most, double value) {
+  for (double known = most; value > known && !most.compare_exchange_weak(known, value);) {
+  }
+}
+
 }  // namespace
 
 ImageSource images_of(const Surface& surface, const ImageKind& kind) {
+  const auto beyond = std::make_shared<std::atomic<double>>(0);
   return {.format = kind.format,
           .description = image_tile_json(surface, kind, "", ""),
           .version = image_version(surface),
           .has = [surface](web_mercator::Tile tile) { return has_image(surface, tile); },
           .file =
-              [surface, kind](web_mercator::Tile tile, const std::stop_token& stop) {
-                return image_file(surface, kind, tile, stop);
-              }};
+              [surface, kind, beyond](web_mercator::Tile tile, const std::stop_token& stop) {
+                double here = 0;
+                auto file = image_file(surface, kind, tile, stop, &here);
+                raise(*beyond, here);
+                return file;
+              },
+          .beyond_m = beyond};
 }
 
 ImageSource images_of(std::shared_ptr<const TileSet> tiles, proto::HeightCode code,
                       proto::ImageFormat format) {
   const proto::LayerJson& layer = tiles->layer();
   const auto kept = std::make_shared<DecodedTiles>(tiles);
+  const auto beyond = std::make_shared<std::atomic<double>>(0);
   return {.format = format,
           .description = mesh_tile_json(layer, code, format, ""),
           .version = layer.version,
           .has = [kept](web_mercator::Tile t) { return has_mesh_image(kept->tiles().layer(), t); },
-          .file = [kept, code, format](web_mercator::Tile tile,
-                                       const std::stop_token& stop) -> Result<std::string> {
+          .file = [kept, code, format, beyond](web_mercator::Tile tile,
+                                               const std::stop_token& stop) -> Result<std::string> {
             const LevelTiles ask{
                 [&](TileId id) { return kept->tiles().available(id); },
                 [&](TileId id, const std::stop_token& stopped) { return kept->tile(id, stopped); }};
             const auto image = mesh_image(ask, tile, kImagePixels, stop);
             if (!image) return std::unexpected(image.error());
+            raise(*beyond, proto::beyond_range_m(image->heights, code));
             return proto::encode_image(mesh_pixels(*image, code, kept->tiles().layer()), format);
-          }};
+          },
+          .beyond_m = beyond};
 }
 
 }  // namespace tind

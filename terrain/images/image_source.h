@@ -1,6 +1,7 @@
 #pragma once
 // What tiles of a web map are made of, whatever that is: for who makes all of them.
 
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <stop_token>
@@ -22,6 +23,8 @@ struct ImageSource {
   std::function<bool(web_mercator::Tile)> has;
   /// kImagePixels a side; the bytes that a daemon sends. Thread-safe. REQUIRES: has.
   std::function<Result<std::string>(web_mercator::Tile, const std::stop_token&)> file;
+  /// Of all files that were made: how far a height lay beyond what its colours can say.
+  std::shared_ptr<std::atomic<double>> beyond_m = std::make_shared<std::atomic<double>>(0);
 };
 
 /// Of the DEMs themselves. Cost and errors: as image_file().

@@ -15,12 +15,14 @@ namespace {
 /// What a client who looks into the file learns: the numbers that the picture cannot say.
 std::vector<proto::PngText> texts(const HeightImage& image, proto::HeightCode code,
                                   const DemInfo& info) {
-  return {{"Encoding", std::string(proto::name(code))},
-          {"Vertical datum", name(info.datum)},
-          {"Step in metres", fmt::format("{}", proto::height_step_m(code))},
-          {"Samples of each pixel", fmt::format("{}", image.samples * image.samples)},
-          {"Largest deviation of a sample in metres", fmt::format("{:.6g}", image.max_deviation_m)},
-          {"Share of pixels without data", fmt::format("{:.6g}", image.filled_share)}};
+  return {
+      {"Encoding", std::string(proto::name(code))},
+      {"Vertical datum", name(info.datum)},
+      {"Step in metres", fmt::format("{}", proto::height_step_m(code))},
+      {"Samples of each pixel", fmt::format("{}", image.samples * image.samples)},
+      {"Largest deviation of a sample in metres",
+       fmt::format("{:.6g}", image.max_deviation_m + proto::beyond_range_m(image.heights, code))},
+      {"Share of pixels without data", fmt::format("{:.6g}", image.filled_share)}};
 }
 
 /// Where the deepest level shows most: of layers the finest has a say there. On the map.
@@ -39,10 +41,12 @@ struct MakePixels {
   const Surface& surface;
   const web_mercator::Tile tile;
   const std::stop_token stop;
+  double* const beyond_m;
 
   Result<proto::ImagePixels> operator()(proto::HeightCode code) const {
     const auto image = height_image(surface, tile, kImagePixels, stop);
     if (!image) return std::unexpected(image.error());
+    if (beyond_m) *beyond_m = proto::beyond_range_m(image->heights, code);
     return proto::ImagePixels{.width = image->pixels,
                               .height = image->pixels,
                               .channels = 3,
@@ -59,8 +63,9 @@ struct MakePixels {
 }  // namespace
 
 Result<std::string> image_file(const Surface& surface, const ImageKind& kind,
-                               web_mercator::Tile tile, std::stop_token stop) {
-  const auto pixels = std::visit(MakePixels{surface, tile, std::move(stop)}, kind.content);
+                               web_mercator::Tile tile, std::stop_token stop, double* beyond_m) {
+  const auto pixels =
+      std::visit(MakePixels{surface, tile, std::move(stop), beyond_m}, kind.content);
   if (!pixels) return std::unexpected(pixels.error());
   return proto::encode_image(*pixels, kind.format);
 }

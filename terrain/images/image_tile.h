@@ -24,9 +24,10 @@ struct ImageKind {
 };
 
 /// The file, kImagePixels a side. Cost and errors: as height_image() and gradient_image().
+/// `beyond_m`, of heights: how far the farthest lies beyond what its colours can say.
 /// REQUIRES: has_image().
 Result<std::string> image_file(const Surface&, const ImageKind&, web_mercator::Tile,
-                               std::stop_token = {});
+                               std::stop_token = {}, double* beyond_m = nullptr);
 
 /// What describes them; without where they are.
 proto::TileJson image_tile_json(const Surface&, const ImageKind&, const std::string& name,

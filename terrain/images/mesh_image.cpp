@@ -122,6 +122,11 @@ bool has_mesh_image(const proto::LayerJson& layer, web_mercator::Tile tile) {
   return false;
 }
 
+std::optional<double> drawn_error_m(const MeshImage& image, proto::HeightCode code) {
+  if (!image.max_error_m) return {};
+  return *image.max_error_m + proto::beyond_range_m(image.heights, code);
+}
+
 proto::ImagePixels mesh_pixels(const MeshImage& image, proto::HeightCode code,
                                const proto::LayerJson& layer) {
   proto::ImagePixels out{.width = image.pixels,
@@ -138,7 +143,7 @@ proto::ImagePixels mesh_pixels(const MeshImage& image, proto::HeightCode code,
                            fmt::format("{}..{}", image.levels.front(), image.levels.back()));
   if (image.max_error_m && !image.levels.empty())
     out.texts.emplace_back("Largest error of the tiles in metres",
-                           fmt::format("{}", *image.max_error_m));
+                           fmt::format("{}", *drawn_error_m(image, code)));
   out.texts.emplace_back("Share of pixels without tiles",
                          fmt::format("{:.6g}", image.outside_share));
   return out;

@@ -40,6 +40,9 @@ Result<MeshImage> mesh_image(const LevelTiles&, web_mercator::Tile, int pixels,
 /// O(levels^2 * ranges of a level), mostly O(ranges).
 bool has_mesh_image(const proto::LayerJson&, web_mercator::Tile);
 
+/// max_error_m of what the colours say: more where they cannot say a height.
+std::optional<double> drawn_error_m(const MeshImage&, proto::HeightCode);
+
 /// As a file has it; the texts say the errors.
 proto::ImagePixels mesh_pixels(const MeshImage&, proto::HeightCode, const proto::LayerJson&);
 

@@ -84,6 +84,12 @@ int build_images(const ImageSource& source, VerticalDatum datum, const std::stri
   const auto begin = std::chrono::steady_clock::now();
   const auto report = write_images(source, name, options, progress);
   if (!report) return complain(report.error());
+  if (*source.beyond_m > 0)
+    warn(
+        fmt::format("heights lie up to {:.6g} m beyond what these colours can say (terrain-RGB: "
+                    "-9999.9 m and up), and stand at its end: --format terrarium reaches from "
+                    "-32768 to 32767 m",
+                    source.beyond_m->load()));
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (json)

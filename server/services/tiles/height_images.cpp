@@ -34,8 +34,9 @@ Result<TileProducts::Product> build_of_mesh(TileService& tiles, const AskedHeigh
   if (!image) return fail(dataset.name, image.error());
   const std::string file =
       proto::encode_image(mesh_pixels(*image, asked.code, dataset.tiles->layer()), asked.format);
-  if (!image->max_error_m) return represent(file, asked.format);
-  const std::string error = fmt::format("{}", *image->max_error_m);
+  const auto largest = drawn_error_m(*image, asked.code);
+  if (!largest) return represent(file, asked.format);
+  const std::string error = fmt::format("{}", *largest);
   return represent(
       file, asked.format,
       {{"Tind-Max-Error", error}, {"Access-Control-Expose-Headers", "Tind-Max-Error"}});
