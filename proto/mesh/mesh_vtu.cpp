@@ -3,26 +3,13 @@
 
 #include <span>
 
+#include "proto/base64.h"
 #include "proto/mesh/mesh_io.h"
 #include "proto/text_put.h"
 #include "terrain/base/bytes.h"
 
 namespace tind::proto {
 namespace {
-
-void put_base64(std::string& out, std::string_view bytes) {
-  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  const auto at = [&](std::size_t i) {
-    return i < bytes.size() ? std::uint32_t(static_cast<unsigned char>(bytes[i])) : 0u;
-  };
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::uint32_t group = at(i) << 16 | at(i + 1) << 8 | at(i + 2);
-    out += kDigits[group >> 18];
-    out += kDigits[group >> 12 & 63];
-    out += i + 1 < bytes.size() ? kDigits[group >> 6 & 63] : '=';
-    out += i + 2 < bytes.size() ? kDigits[group & 63] : '=';
-  }
-}
 
 /// `rows`: a range of arrays or of numbers.
 template <class Rows>

@@ -1,6 +1,8 @@
 #pragma once
-// Lines of equal height, as vector files; found and written by GDAL (raster/gdal/).
+// Lines of equal height, and areas in which a height may be, as vector files; written, and the
+// lines found, by GDAL (raster/gdal/).
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -23,9 +25,13 @@ struct ContourOptions {
   std::vector<double> levels = {};  // metres; then without the interval
 };
 
+/// Those of them that lie between two heights, in ascending order. Fails (invalid_argument) where
+/// an interval makes more than 10,000.
+Result<std::vector<double>> contour_heights(const ContourOptions&, double low_m, double high_m);
+
 struct ContourFile {
   std::string bytes;
-  std::size_t lines = 0;
+  std::size_t lines = 0;  // or areas
 };
 
 /// One layer "contours" of LineStringZ with a field `height_m`, in the DEM's CRS (GeoJSON: in
@@ -35,5 +41,19 @@ struct ContourFile {
 /// of heights that makes more than 10,000 levels, and GeoJSON of a DEM without CRS, (cancelled).
 Result<ContourFile> encode_contours(ContourFormat, const DemInfo&, const HeightGrid& posts,
                                     const ContourOptions&, const Progress& = {});
+
+/// An area that has no holes but its own. Rings are in post coordinates, x = column, y = row, not
+/// closed; the first is the one around it.
+struct ContourArea {
+  double height_m = 0;
+  std::vector<std::vector<Vec2>> rings;
+};
+
+/// One layer "bands" of Polygon with the fields `height_m` and `error_m`, in the DEM's CRS; in
+/// GeoJSON in longitude and latitude with 9 decimals, sides that are straight in another CRS with
+/// as many corners as it takes to stay within a millimetre. The same areas are the same bytes.
+/// Fails (invalid_argument) for GeoJSON of a DEM without CRS.
+Result<ContourFile> encode_contour_areas(ContourFormat, const DemInfo&,
+                                         std::span<const ContourArea>, double error_m);
 
 }  // namespace tind

@@ -111,6 +111,41 @@ class Served(unittest.TestCase):
                 report.pop("input", None), report.pop("seconds", None)
             self.assertEqual(served, local)
 
+    def test_meshes_are_refined_and_measured_alike_served_and_made_here(self):
+        ring = [(-121.77, 46.84), (-121.75, 46.84), (-121.75, 46.86), (-121.77, 46.84)]
+        window = (-121.8, 46.82, -121.72, 46.89)
+        for region in ({"bbox": (-121.77, 46.84, -121.75, 46.86)},
+                       {"polygon": {"type": "Polygon", "coordinates": [ring]}},
+                       {"route": ring[:3], "width": 300}):
+            asked = {"inside": 2, "outside": 50, "window": window, "format": "obj", **region}
+            served, local = self.client.refine("rainier", **asked), self.program.refine(DEM, **asked)
+            self.assertEqual(served.bytes(), local.bytes())
+            self.assertLessEqual(served.report["inside"]["max_error_m"], 2)
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "mesh.obj"
+            served.save(path)
+            for mesh in ({"mesh": path}, {"mesh": path.read_bytes(), "mesh_format": "obj"}):
+                both = [self.client.measure("rainier", bbox=window, **mesh).report,
+                        self.program.measure(DEM, bbox=window, **mesh).report]
+                for report in both:
+                    self.assertLessEqual(report["max_error_m"], 50)
+                    report.pop("input", None), report.pop("dem"), report.pop("mesh")
+                self.assertEqual(*both)
+
+    def test_methods_are_compared(self):
+        for tind_, dem in ((self.client, "rainier"), (self.program, DEM)):
+            result = tind_.compare(dem, methods=["bounded", "qem"], ratio=[0.1], bbox=BOX)
+            self.assertEqual([row["method"] for row in result.report["table"]], ["bounded", "qem"])
+            self.assertTrue(result.bytes().startswith(b"method,stop,triangles"))
+            page = tind_.compare(dem, methods=["qem"], max_error=[20], bbox=BOX, format="html")
+            self.assertIn(b"<h1>Simplifying rainier", page.bytes())
+
+    def test_a_band_is_the_same_served_and_made_here(self):
+        asked = {"interval": 200, "band": True, "max_error": 10, "bbox": BOX, "format": "geojson"}
+        served = self.client.contours("rainier", **asked)
+        self.assertEqual(served.bytes(), self.program.contours(DEM, **asked).bytes())
+        self.assertGreater(len(json.loads(served.bytes())["features"]), 5)
+
     def test_what_is_wrong_names_its_parameter(self):
         with self.assertRaises(tind.TindError) as refused:
             self.client.simplify("rainier", max_error=-1)

@@ -1,7 +1,9 @@
 """A tind server, asked from Python."""
 from __future__ import annotations
 
+import base64
 import concurrent.futures
+import os
 from typing import Any, Callable, Iterable, Iterator
 
 from tind.connection import Connection
@@ -92,6 +94,8 @@ class Client(Processes):
         outputs = self._outputs.get(process)
         if outputs is None:
             outputs = self._outputs[process] = list(self.describe(process)["outputs"])
+        if process == "measure":
+            inputs = _with_mesh(**inputs)
         said = {name: _json_of(value) for name, value in inputs.items() if value is not None}
         job = self._connection.post(
             f"/processes/{process}/execution",
@@ -135,6 +139,17 @@ class Client(Processes):
 def _heights(datum: str | None, interpolation: str | None, level: int | None) -> dict[str, Any]:
     return {"datum": datum, "interpolation": interpolation,
             "surface": None if level is None else f"level={level}"}
+
+
+def _with_mesh(mesh: Any, mesh_format: str | None = None, **inputs: Any) -> dict[str, Any]:
+    """A file's bytes, or bytes, as text; the format by the file's name."""
+    if not isinstance(mesh, (bytes, bytearray)):
+        name = os.fspath(mesh)
+        ending = os.path.splitext(name)[1].lower().lstrip(".")
+        mesh_format = mesh_format or {"xml": "landxml"}.get(ending, ending)
+        with open(name, "rb") as file:
+            mesh = file.read()
+    return {"mesh": base64.b64encode(mesh).decode(), "mesh_format": mesh_format, **inputs}
 
 
 def _json_of(value: Any) -> Any:

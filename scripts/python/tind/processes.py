@@ -42,7 +42,8 @@ class Processes:
         return self.run("tpi", dem, **inputs)
 
     def contours(self, dem: str, **inputs: Any) -> Result:
-        """interval= and base=, or levels=; format="gpkg", "fgb" or "geojson"."""
+        """interval= and base=, or levels=; format="gpkg", "fgb" or "geojson". band=True with
+        max_error=: areas in which the heights certainly are, when a mesh is all that is known."""
         return self.run("contours", dem, **inputs)
 
     def relief(self, dem: str, **inputs: Any) -> Result:
@@ -75,3 +76,18 @@ class Processes:
     def difference(self, dem: str, less: str, **inputs: Any) -> Result:
         """dem less another dataset, or file, as a raster."""
         return self.run("difference", dem, less=less, **inputs)
+
+    def refine(self, dem: str, **inputs: Any) -> Result:
+        """One mesh, fine in a region: bbox=, polygon=, or route= with width=; inside=, outside=,
+        window=, format=, frame=."""
+        return self.run("refine", dem, **inputs)
+
+    def compare(self, dem: str, **inputs: Any) -> Result:
+        """Several methods=, each until each of max_error=, triangles= or ratio= (lists). The report
+        has the table; format="csv" or "html", a page with curves and pictures."""
+        return self.run("compare", dem, **inputs)
+
+    def measure(self, dem: str, mesh: Any, **inputs: Any) -> Result:
+        """mesh: a file (.ply, .obj, .stl, .2dm, .xml), or its bytes with mesh_format=. frame=,
+        units=, bbox=."""
+        return self.run("measure", dem, mesh=mesh, **inputs)

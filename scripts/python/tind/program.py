@@ -5,6 +5,7 @@ import csv
 import io
 import json
 import os
+import shutil
 import subprocess
 import tempfile
 from dataclasses import dataclass
@@ -25,6 +26,7 @@ class _Command:
     report: bool = True
     crs: str = "bounds-crs"
     polygon: str = "boundary"
+    bbox: str = "bounds"
 
 
 _COMMANDS = {
@@ -36,6 +38,9 @@ _COMMANDS = {
     "volume": _Command(None, polygon="area"),
     "statistics": _Command("statistics", "csv", report=False, crs="places-crs"),
     "difference": _Command("difference"),
+    "refine": _Command("mesh", "ply", polygon="polygon", bbox="bbox"),
+    "compare": _Command("table", "csv"),
+    "measure": _Command(None),
 }
 _SHAPES = ("polygon", "breaklines", "flatten", "polygons")  # GeoJSON, which goes there as a file
 _PLACES = ("from", "to", "line", "plane")
@@ -51,20 +56,29 @@ class Program(Processes):
             **inputs: Any) -> Result:
         command = _COMMANDS.get(process, _Command())
         folder = tempfile.mkdtemp(prefix="tind-")
-        file = f"{command.output or 'report'}.{inputs.pop('format', None) or command.format}"
+        kind = inputs.pop("format", None) or command.format
+        file = f"{command.output or 'report'}.{kind}"
         result = LocalResult(command.output or "report", folder, file)  # the folder goes with it
-        words = [self._path, process, os.fspath(dem)]
-        words += [f"--output={os.path.join(folder, file)}"] if command.output else []
-        words += ["--json"] if command.report else []
+        words = [self._path, process]
+        if process == "measure":
+            words.append(_mesh_file(inputs, folder))
+        words.append(os.fspath(dem))
+        flag = kind if process == "compare" else "output"
+        words += [f"--{flag}={os.path.join(folder, file)}"] if command.output else []
+        report = os.path.join(folder, "figures.json")
+        words += [f"--report={report}"] if process == "compare" else ["--json"] if command.report else []
         if inputs.pop("unit", None) == "percent":
             words.append("--percent")
         for key, value in inputs.items():
             if value is not None:
                 words += _option(command, key, value, folder)
-        report = _report_of(_run(words, timeout_s))
+        said = _run(words, timeout_s)
+        if process == "compare":
+            with open(report, encoding="utf-8") as figures:
+                said = figures.read()
         if command.output is None:
-            return Result("report", report)
-        result.report = report
+            return Result("report", _report_of(said))
+        result.report = _report_of(said)
         return result
 
     def elevations(self, dem: str | os.PathLike[str], places: Any, *, crs: str | None = None,
@@ -85,8 +99,38 @@ class Program(Processes):
         return json.loads(_run([self._path, "info", os.fspath(dem), "--json"], None))["datum"]
 
 
+def _mesh_file(inputs: dict[str, Any], folder: str) -> str:
+    """Bytes are a file first."""
+    mesh, kind = inputs.pop("mesh"), inputs.pop("mesh_format", None)
+    if not isinstance(mesh, (bytes, bytearray)) and kind is None:
+        return os.fspath(mesh)
+    path = os.path.join(folder, "mesh." + {"landxml": "xml"}.get(kind or "", kind or ""))
+    if isinstance(mesh, (bytes, bytearray)):
+        with open(path, "wb") as file:
+            file.write(mesh)
+    else:
+        shutil.copyfile(mesh, path)
+    return path
+
+
+def _numbers(value: Any) -> str:
+    return " ".join(",".join(map(repr, map(float, point))) for point in value)
+
+
 def _option(command: _Command, name: str, value: Any, folder: str) -> list[str]:
-    flag = {"bbox": "bounds", "crs": command.crs, "datum": "to-datum",
+    if command.bbox == "bbox":  # refine, which takes its region as text
+        if name == "window":
+            name, value = "bounds", ",".join(map(str, value))
+        elif name == "polygon":
+            shape = getattr(value, "__geo_interface__", value)
+            return [f"--polygon={_numbers(shape['coordinates'][0])}"]
+        elif name == "route":
+            value = _numbers(value)
+    if command.output == "table" and name in ("triangles", "ratio"):
+        each = [value] if isinstance(value, (int, float)) else value
+        value = [f"{100 * one:.12g}%" for one in each] if name == "ratio" else each
+        name = "at"
+    flag = {"bbox": command.bbox, "crs": command.crs, "datum": "to-datum",
             "polygon": command.polygon}.get(name, name.replace("_", "-"))
     if name in _SHAPES:
         path = os.path.join(folder, f"{name}.geojson")
@@ -97,7 +141,7 @@ def _option(command: _Command, name: str, value: Any, folder: str) -> list[str]:
         return [f"--{flag}"] if value else []
     if name in _PLACES:
         points = [value] if name in ("from", "to") else value
-        value = " ".join(",".join(map(repr, map(float, point))) for point in points)
+        value = _numbers(points)
     elif isinstance(value, (list, tuple)):
         value = ",".join(map(str, value))
     return [f"--{flag}={value}"]

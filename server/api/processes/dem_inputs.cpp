@@ -13,25 +13,40 @@ using Ordered = nlohmann::ordered_json;
 
 constexpr std::size_t kLongestWord = 64;
 
-/// Which layer of the DEM. Null (and a problem) where it cannot be told.
-const DemRecipe* read_layer(const services::ServedDataset& dataset, Members& inputs,
-                            Problems& problems) {
+/// Which layer of the DEM. Nothing (and a problem) where it cannot be told.
+void read_layer(DemOfJob& dem, Members& inputs, Problems& problems) {
+  const services::ServedDataset& dataset = *dem.dataset;
   const Json* const json = inputs.member("layer");
   const auto layers = dataset.source->layers();
-  if (dataset.recipes.size() != layers.size()) {
-    problems.add("dataset", "is none whose DEM a job can open");
-    return nullptr;
-  }
-  if (!json && layers.size() == 1) return &dataset.recipes[0];
+  if (dataset.recipes.size() != layers.size())
+    return problems.add("dataset", "is none whose DEM a job can open");
   std::string names;
   for (std::size_t k = 0; k < layers.size(); ++k) {
-    if (json && json->is_string() && *json == layers[k].name) return &dataset.recipes[k];
+    const bool only = !json && layers.size() == 1;
+    if (only || (json && json->is_string() && *json == layers[k].name)) {
+      dem.recipe = &dataset.recipes[k];
+      dem.info = &layers[k].source->info();
+      return;
+    }
     names += (names.empty() ? "" : ", ") + layers[k].name;
   }
   problems.add("layer",
                json ? "must be one of " + names
                     : "missing: the dataset has several (" + names + "), and one mesh is of one");
-  return nullptr;
+}
+
+/// Why the DEM's heights cannot be above it, without a word of where grids are looked for; empty:
+/// they can.
+std::string why_not_above(const VerticalDatum& datum, const DemInfo& info,
+                          const Environment& environment) {
+  if (datum == info.source_datum) return {};
+  if (info.source_datum == VerticalDatum::unknown)
+    return "cannot be chosen: what this DEM's heights are above is not known; leave it out";
+  for (const VerticalDatum& one : {info.source_datum, datum})
+    if (!datum_surface(one, info.bounds, info.crs_wkt, environment))
+      return "cannot be this one: the server has no grid of it that reaches there; take another, "
+             "or source";
+  return {};
 }
 
 }  // namespace
@@ -45,7 +60,7 @@ DemOfJob read_dem(const App& app, Members& inputs, Problems& problems) {
   else if (dem.dataset && !dem.dataset->source)
     problems.add("dataset", "is a store of tiles without its DEM");
   if (dem.dataset && dem.dataset->source)
-    dem.recipe = read_layer(*dem.dataset, inputs, problems);
+    read_layer(dem, inputs, problems);
   else
     (void)inputs.member("layer");  // known, whatever it says
   return dem;
@@ -65,19 +80,26 @@ std::string read_word(const char* name, const std::vector<std::string>& words, M
   return initial;
 }
 
-std::string read_datum(Members& inputs, Problems& problems) {
+std::string read_datum(const App& app, const DemOfJob& dem, Members& inputs, Problems& problems) {
   const Json* const json = inputs.member("datum");
   if (!json) return {};
   const std::string text = json->is_string() ? json->get<std::string>() : "";
   // A file of the server's is nothing that a client names.
-  if (text.empty() || text.size() > kLongestWord || names_geoid_file(text) || text == "unknown" ||
-      (text != "source" && !datum_named(text))) {
+  const auto datum = text.empty() || text.size() > kLongestWord || names_geoid_file(text) ||
+                             text == "unknown" || text == "source"
+                         ? fail(Errc::invalid_argument, "")
+                         : datum_named(text);
+  if (text == "source") return {};
+  if (!datum) {
     problems.add("datum",
                  "must be source, ellipsoid, egm84, egm96, egm2008 or a vertical CRS "
                  "that PROJ knows (EPSG:5703)");
     return {};
   }
-  return text == "source" ? "" : text;
+  if (const std::string why = dem.info ? why_not_above(*datum, *dem.info, app.environment) : "";
+      !why.empty())
+    problems.add("datum", why);
+  return text;
 }
 
 void add_dem(const DemOfJob& dem, services::JobOrder& order) {

@@ -16,12 +16,15 @@ namespace tind::api {
 struct DemOfJob {
   std::shared_ptr<const services::ServedDataset> dataset;
   const DemRecipe* recipe = nullptr;  // of the dataset; null: there is none (and a problem)
+  const DemInfo* info = nullptr;      // where there is a recipe
 };
 
 /// dataset; layer, where the dataset has several.
 DemOfJob read_dem(const App&, Members& inputs, Problems&);
-/// datum, as --to-datum takes it; empty: as the source has it. No file.
-std::string read_datum(Members& inputs, Problems&);
+/// datum, as --to-datum takes it; empty: as the source has it. No file. A problem where the DEM's
+/// heights cannot be above it: before a job finds that. Reads the grids that it takes, as far as
+/// the daemon has not: on a worker.
+std::string read_datum(const App&, const DemOfJob&, Members& inputs, Problems&);
 /// A word from a list; `initial` without one.
 std::string read_word(const char* name, const std::vector<std::string>& words, Members& inputs,
                       Problems&, const std::string& initial);

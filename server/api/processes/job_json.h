@@ -11,6 +11,10 @@ namespace tind::api {
 /// "2026-11-23T18:30:45.123Z"
 std::string time_text(std::int64_t ms);
 
+/// What the job's program has said last, in the words of requests: "--max-error" is the input
+/// max_error, and an option that no input is, but a setting of the dataset, is called that.
+std::string message_of(const services::Job&);
+
 /// statusInfo: jobID, processID, type, status, message, progress, times, links.
 nlohmann::ordered_json status_json(const services::Job&);
 

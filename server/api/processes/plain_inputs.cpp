@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "server/api/processes/dem_inputs.h"
+#include "terrain/mesh/mesh_file.h"
 
 namespace tind::api {
 namespace {
@@ -52,6 +53,20 @@ Ordered describe_format(std::span<const FileKind> kinds) {
       {{"type", "string"}, {"enum", extensions(kinds)}, {"default", kinds.front().extension}});
 }
 
+std::vector<std::string> mesh_formats_to_write() {
+  std::vector<std::string> names;
+  for (const MeshFormat& f : mesh_formats())
+    if (f.encode) names.push_back(f.name);
+  return names;
+}
+
+std::vector<std::string> mesh_formats_to_read() {
+  std::vector<std::string> names;
+  for (const MeshFormat& f : mesh_formats())
+    if (f.decode) names.push_back(f.name);
+  return names;
+}
+
 std::string read_place(const char* name, Members& inputs, Problems& problems) {
   const Json* const json = inputs.member(name, Members::Need::must);
   std::string text = json ? position(*json) : "";
@@ -59,18 +74,22 @@ std::string read_place(const char* name, Members& inputs, Problems& problems) {
   return text;
 }
 
-std::string read_line(const char* name, std::size_t least, std::size_t most, Members& inputs,
-                      Problems& problems) {
-  const Json* const json = inputs.member(name, Members::Need::must);
-  if (!json) return {};
+std::string line_text(const Json& json, std::size_t least, std::size_t most) {
   std::string text;
-  bool good = json->is_array() && json->size() >= least && json->size() <= most;
-  for (const Json& place : good ? *json : Json::array()) {
+  bool good = json.is_array() && json.size() >= least && json.size() <= most;
+  for (const Json& place : good ? json : Json::array()) {
     const std::string one = position(place);
     good = good && !one.empty();
     text += (text.empty() ? "" : " ") + one;
   }
-  if (good) return text;
+  return good ? text : "";
+}
+
+std::string read_line(const char* name, std::size_t least, std::size_t most, Members& inputs,
+                      Problems& problems) {
+  const Json* const json = inputs.member(name, Members::Need::must);
+  if (!json) return {};
+  if (std::string text = line_text(*json, least, most); !text.empty()) return text;
   problems.add(name, "must be a list of " + std::to_string(least) + " to " + std::to_string(most) +
                          " places [x, y]");
   return {};

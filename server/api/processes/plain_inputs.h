@@ -29,11 +29,17 @@ struct FileKind {
 std::vector<std::string> extensions(std::span<const FileKind>);
 nlohmann::ordered_json describe_format(std::span<const FileKind>);
 
+/// "ply", "obj", ...: of the formats of meshes that tind writes, or reads.
+std::vector<std::string> mesh_formats_to_write();
+std::vector<std::string> mesh_formats_to_read();
+
 /// [x, y], or a list of `least` to `most` of such, as an option of places takes them: "x,y x,y".
 /// Empty (and a problem) where it is none.
 std::string read_place(const char* name, Members& inputs, Problems&);
 std::string read_line(const char* name, std::size_t least, std::size_t most, Members& inputs,
                       Problems&);
+/// The places alone, where `json` is such a list; else empty.
+std::string line_text(const Json& json, std::size_t least, std::size_t most);
 nlohmann::ordered_json describe_place(const char* title, const char* description);
 nlohmann::ordered_json describe_line(const char* title, const char* description, std::size_t least,
                                      std::size_t most);

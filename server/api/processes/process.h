@@ -22,8 +22,8 @@ struct Process {
   /// describes inputs; outputs alike.
   nlohmann::ordered_json (*inputs)();
   nlohmann::ordered_json (*outputs)();
-  /// From what was sent to what is to be run. Every problem names its input. Looks at nothing but
-  /// the catalog: for I/O threads.
+  /// From what was sent to what is to be run. Every problem names its input. On a worker: a datum's
+  /// grid may have to be read.
   std::expected<services::JobOrder, Problems> (*order)(const App&, const Json& inputs);
 };
 
@@ -33,6 +33,9 @@ const Process* process_named(std::string_view id);
 
 // The rows.
 Process simplify_process();
+Process refine_process();
+Process compare_process();
+Process measure_process();
 std::vector<Process> raster_processes();
 std::vector<Process> question_processes();
 

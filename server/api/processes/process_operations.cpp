@@ -68,10 +68,15 @@ std::string body_schema(const Process& process) {
 struct Example {
   std::string_view id, inputs;
 };
-constexpr Example kExamples[] = {{"simplify", R"("max_error": 10, )"},
-                                 {"contours", R"("interval": 100, )"},
-                                 {"slope", R"("unit": "percent", )"},
-                                 {"hillshade", R"("altitude": 30, )"}};
+constexpr Example kExamples[] = {
+    {"simplify", R"("max_error": 10, )"},
+    {"contours", R"("interval": 100, )"},
+    {"slope", R"("unit": "percent", )"},
+    {"hillshade", R"("altitude": 30, )"},
+    {"refine", R"("inside": 5, "window": [-121.8, 46.82, -121.72, 46.89], )"},
+    {"compare", R"("methods": ["bounded", "qem"], "max_error": [20], )"},
+    {"measure",
+     R"("mesh": {"value": "v -121.78 46.84 3000\nv -121.74 46.84 3000\nv -121.74 46.87 3000\nf 1 2 3\n", "encoding": "utf-8", "mediaType": "model/obj"}, )"}};
 
 std::string example_of(std::string_view id) {
   for (const Example& example : kExamples)

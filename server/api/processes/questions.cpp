@@ -8,6 +8,7 @@
 
 #include "server/api/processes/area_input.h"
 #include "server/api/processes/dem_inputs.h"
+#include "server/api/processes/order_reading.h"
 #include "server/api/processes/plain_inputs.h"
 #include "server/api/processes/process.h"
 
@@ -58,109 +59,8 @@ constexpr NumberInput kBase = {
     "base", "--base", "Base", "volumes are between the surface and this height, metres",
     -2e4,   2e4,      0};
 
-/// An order that is being read.
-class Reading {
- public:
-  Reading(const char* id, const App& app, const Json& json)
-      : app_(app), inputs_(json, "", problems_), dem_(read_dem(app, inputs_, problems_)) {
-    order.process = id;
-    order.arguments = {id};
-  }
-
-  JobOrder order;
-
-  Members& inputs() { return inputs_; }
-  Problems& problems() { return problems_; }
-  void option(const char* flag, const std::string& text) {
-    order.arguments.push_back(std::string(flag) + "=" + text);
-  }
-  void number(const NumberInput& n) { read_number(n, inputs_, order, problems_); }
-  void place(const char* name, const char* flag) {
-    option(flag, read_place(name, inputs_, problems_));
-  }
-  void crs() { option("--places-crs", read_places_crs(inputs_, problems_)); }
-  void datum() {
-    if (const std::string datum = read_datum(inputs_, problems_); !datum.empty())
-      option("--to-datum", datum);
-  }
-  /// bbox and polygon; a polygon becomes a file.
-  void area() {
-    const AreaInput area = read_area(inputs_, problems_);
-    if (area.polygon.empty() && !area.bounds.empty()) {
-      option("--bounds", area.bounds);
-      option("--bounds-crs", area.crs);
-    }
-    if (!area.polygon.empty()) {
-      order.files["area.geojson"] = area.polygon;
-      option("--area", "area.geojson");
-    }
-    if (const Json* const plane = inputs_.member("plane")) this->plane(*plane, area.crs);
-  }
-  /// Another dataset, which the subcommand opens as it opens the first.
-  void other(const char* name, const char* flag) {
-    const Json* const said = inputs_.member(name);
-    if (!said) return;
-    const Json as_dataset = {{"dataset", *said}};
-    Problems wrong;
-    Members members(as_dataset, "", wrong);
-    other_ = read_dem(app_, members, wrong);
-    for (const auto& problem : wrong.list()) problems_.add(name, problem.detail);
-    if (!wrong.empty() || !dem_.recipe) return;
-    if (other_.recipe->words != dem_.recipe->words)
-      return problems_.add(name,
-                           "is opened with other options (datum, nodata, ...) than dataset, so "
-                           "that one command cannot read both");
-    for (const std::string& file : other_.recipe->files) {
-      option(flag, file);
-      order.names.emplace_back(file, other_.dataset->name);
-    }
-  }
-  /// The file that is the result, as one of these kinds.
-  void file(const char* stem, std::span<const FileKind> kinds) {
-    const std::string format =
-        read_word("format", extensions(kinds), inputs_, problems_, kinds.front().extension);
-    const std::string file = std::string(stem) + "." + format;
-    option("--output", file);
-    for (const FileKind& kind : kinds)
-      if (format == kind.extension) order.outputs.push_back({stem, file, kind.media_type});
-  }
-  void report() {
-    order.outputs.push_back({"report", "report.json", "application/json"});
-    option("--report", "report.json");
-  }
-  /// To be called last.
-  std::expected<JobOrder, Problems> done() {
-    inputs_.nothing_else();
-    if (!problems_.empty()) return std::unexpected(std::move(problems_));
-    add_dem(dem_, order);
-    return std::move(order);
-  }
-
- private:
-  const App& app_;
-  Problems problems_;
-  Members inputs_;
-  DemOfJob dem_, other_;
-
-  /// Three points [x, y, z].
-  void plane(const Json& json, const std::string& crs) {
-    std::string text;
-    bool good = json.is_array() && json.size() == 3;
-    for (const Json& point : good ? json : Json::array()) {
-      good = good && point.is_array() && point.size() == 3;
-      for (std::size_t i = 0; good && i < 3; ++i) {
-        good = point[i].is_number();
-        if (good) text += Ordered(point[i].get<double>()).dump() + (i < 2 ? "," : " ");
-      }
-    }
-    if (!good) return problems_.add("plane", "must be three points [x, y, z], z in metres");
-    option("--plane", text);
-    option("--places-crs", crs);
-  }
-};
-
 std::expected<JobOrder, Problems> profile_order(const App& app, const Json& json) {
-  Reading reading("profile", app, json);
+  OrderReading reading("profile", app, json);
   reading.option("--line", read_line("line", 2, kMostPlaces, reading.inputs(), reading.problems()));
   reading.crs();
   const Json* const samples = reading.inputs().member("samples");
@@ -178,7 +78,7 @@ std::expected<JobOrder, Problems> profile_order(const App& app, const Json& json
 }
 
 std::expected<JobOrder, Problems> line_of_sight_order(const App& app, const Json& json) {
-  Reading reading("line-of-sight", app, json);
+  OrderReading reading("line-of-sight", app, json);
   reading.place("from", "--from");
   reading.place("to", "--to");
   reading.crs();
@@ -188,7 +88,7 @@ std::expected<JobOrder, Problems> line_of_sight_order(const App& app, const Json
 }
 
 std::expected<JobOrder, Problems> viewshed_order(const App& app, const Json& json) {
-  Reading reading("viewshed", app, json);
+  OrderReading reading("viewshed", app, json);
   reading.place("from", "--from");
   reading.crs();
   for (const NumberInput& number : kSight) reading.number(number);
@@ -201,9 +101,10 @@ std::expected<JobOrder, Problems> viewshed_order(const App& app, const Json& jso
 }
 
 std::expected<JobOrder, Problems> volume_order(const App& app, const Json& json) {
-  Reading reading("volume", app, json);
+  OrderReading reading("volume", app, json);
   reading.number(kHeight);
-  reading.area();
+  reading.area("--area");
+  reading.plane();
   reading.other("against", "--against");
   if (json.contains("height") + json.contains("plane") + json.contains("against") != 1)
     reading.problems().add("height", "takes one of height, plane and against");
@@ -215,7 +116,7 @@ std::expected<JobOrder, Problems> volume_order(const App& app, const Json& json)
 }
 
 std::expected<JobOrder, Problems> statistics_order(const App& app, const Json& json) {
-  Reading reading("statistics", app, json);
+  OrderReading reading("statistics", app, json);
   const std::string crs = read_places_crs(reading.inputs(), reading.problems());
   std::string polygons = read_geojson("polygons", reading.inputs(), reading.problems(), crs);
   if (!json.contains("polygons"))
@@ -230,17 +131,11 @@ std::expected<JobOrder, Problems> statistics_order(const App& app, const Json& j
 }
 
 std::expected<JobOrder, Problems> difference_order(const App& app, const Json& json) {
-  Reading reading("difference", app, json);
+  OrderReading reading("difference", app, json);
   if (!json.contains("less"))
     reading.problems().add("less", "missing: the dataset to be taken off");
   reading.other("less", "--less");
-  const AreaInput area = read_area(reading.inputs(), reading.problems());
-  if (!area.polygon.empty())
-    reading.problems().add("polygon", "is for volumes: a raster's area is a rectangle, bbox");
-  if (!area.bounds.empty()) {
-    reading.option("--bounds", area.bounds);
-    reading.option("--bounds-crs", area.crs);
-  }
+  reading.box();
   reading.datum();
   reading.file("difference", kRasters);
   reading.report();
@@ -326,13 +221,6 @@ Ordered difference_inputs() {
   describe_datum(all);
   all["format"] = describe_format(kRasters);
   return all;
-}
-
-Ordered file_output(const char* title) {
-  return {{"title", title}, {"schema", {{"type", "string"}, {"contentEncoding", "binary"}}}};
-}
-Ordered report_output(const char* title) {
-  return {{"title", title}, {"schema", {{"type", "object"}}}};
 }
 
 Ordered profile_outputs() {

@@ -36,9 +36,18 @@ constexpr NumberInput kColours[] = {
     {"high", "--high", "Highest", "the height of the last one; without it the highest post's", -2e4,
      2e4, std::numeric_limits<double>::quiet_NaN()}};
 
+constexpr NumberInput kBandError = {
+    "max_error",
+    "--max-error",
+    "Error of the band's mesh",
+    "with band: of a mesh with as few triangles as keep every post within so many metres",
+    1e-3,
+    1e5,
+    std::numeric_limits<double>::quiet_NaN()};
+
 /// What all of them take: where, and as what; then the DEM.
-void finish(const DemOfJob& dem, std::span<const FileKind> kinds, const char* stem, Members& inputs,
-            JobOrder& order, Problems& problems) {
+void finish(const App& app, const DemOfJob& dem, std::span<const FileKind> kinds, const char* stem,
+            Members& inputs, JobOrder& order, Problems& problems) {
   const AreaInput area = read_area(inputs, problems);
   if (!area.polygon.empty())
     problems.add("polygon", "is for meshes: a raster's area is a rectangle, bbox");
@@ -46,7 +55,7 @@ void finish(const DemOfJob& dem, std::span<const FileKind> kinds, const char* st
     order.arguments.push_back("--bounds=" + area.bounds);
     order.arguments.push_back("--bounds-crs=" + area.crs);
   }
-  if (const std::string datum = read_datum(inputs, problems); !datum.empty())
+  if (const std::string datum = read_datum(app, dem, inputs, problems); !datum.empty())
     order.arguments.push_back("--to-datum=" + datum);
   const std::string format =
       read_word("format", extensions(kinds), inputs, problems, kinds.front().extension);
@@ -73,7 +82,7 @@ std::expected<JobOrder, Problems> raster_order(const char* id, const App& app, c
   if (kind == "slope" &&
       read_word("unit", {"degree", "percent"}, inputs, problems, "degree") == "percent")
     order.arguments.push_back("--percent");
-  finish(dem, kRasters, "raster", inputs, order, problems);
+  finish(app, dem, kRasters, "raster", inputs, order, problems);
   if (!problems.empty()) return std::unexpected(std::move(problems));
   return order;
 }
@@ -87,7 +96,7 @@ std::expected<JobOrder, Problems> relief_order(const App& app, const Json& json)
   const DemOfJob dem = read_dem(app, inputs, problems);
   for (const NumberInput& number : kLight) read_number(number, inputs, order, problems);
   for (const NumberInput& number : kColours) read_number(number, inputs, order, problems);
-  finish(dem, kPictures, "relief", inputs, order, problems);
+  finish(app, dem, kPictures, "relief", inputs, order, problems);
   if (!problems.empty()) return std::unexpected(std::move(problems));
   return order;
 }
@@ -120,7 +129,14 @@ std::expected<JobOrder, Problems> contours_order(const App& app, const Json& jso
   if (interval == (levels != nullptr))
     problems.add("interval", interval ? "and levels are two ways to say which heights: one of them"
                                       : "missing: takes interval or levels, metres");
-  finish(dem, kVectors, "contours", inputs, order, problems);
+  const Json* const band = inputs.member("band");
+  const bool areas = band && *band == true;
+  if (band && !band->is_boolean()) problems.add("band", "must be true or false");
+  if (areas) order.arguments.push_back("--band");
+  read_number(kBandError, inputs, order, problems);
+  if (areas != json.contains("max_error"))
+    problems.add("max_error", areas ? "missing: band takes it, metres" : "is for band");
+  finish(app, dem, kVectors, "contours", inputs, order, problems);
   if (!problems.empty()) return std::unexpected(std::move(problems));
   return order;
 }
@@ -160,6 +176,12 @@ Ordered contour_inputs() {
                           {{"type", "number"}, {"default", 0}});
   own["levels"] = described("Heights", "in place of interval: these, metres",
                             {{"type", "array"}, {"items", {{"type", "number"}}}});
+  own["band"] = described(
+      "Band",
+      "areas in place of lines: where the DEM can have the height, when all that is known "
+      "of it is a mesh within max_error",
+      {{"type", "boolean"}, {"default", false}});
+  own[kBandError.name] = describe_number(kBandError);
   return with_area(std::move(own), kVectors);
 }
 
@@ -169,7 +191,10 @@ Ordered output(const char* name, const char* title) {
 }
 Ordered raster_output() { return output("raster", "The raster, on the DEM's own grid"); }
 Ordered relief_output() { return output("relief", "The picture, a pixel a post"); }
-Ordered contour_output() { return output("contours", "Lines with the field height_m"); }
+Ordered contour_output() {
+  return output("contours",
+                "Lines with the field height_m; a band: polygons with height_m and error_m");
+}
 
 template <const auto& kId>
 std::expected<JobOrder, Problems> order_of(const App& app, const Json& json) {
@@ -196,8 +221,10 @@ std::vector<Process> raster_processes() {
            raster_output, order_of<kTpi>},
           {"relief", "Relief", "Heights as colours, lit from a side, as a picture.", relief_inputs,
            relief_output, relief_order},
-          {"contours", "Contours", "Lines of equal height of an area of a DEM.", contour_inputs,
-           contour_output, contours_order}};
+          {"contours", "Contours",
+           "Lines of equal height of an area of a DEM; or, as a band, the areas in which they "
+           "certainly lie when all that is known is a mesh and its error.",
+           contour_inputs, contour_output, contours_order}};
 }
 
 }  // namespace tind::api

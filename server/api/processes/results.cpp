@@ -104,6 +104,20 @@ http::Reply file_reply(const std::string& path, const JobOrder::Output& output,
   return reply;
 }
 
+/// Wherever one of the daemon's files is named.
+void name_datasets(Ordered& json, const JobOrder& order) {
+  if (json.is_structured()) {
+    for (Ordered& part : json) name_datasets(part, order);
+    return;
+  }
+  if (!json.is_string()) return;
+  for (const auto& [path, name] : order.names)
+    if (json.get_ref<const std::string&>() == path) {
+      json = name;
+      return;
+    }
+}
+
 /// A report as a client may see it: without the daemon's paths.
 Result<Ordered> report_of(const services::Jobs& jobs, const Job& job, const JobOrder& order,
                           const JobOrder::Output& output) {
@@ -114,6 +128,7 @@ Result<Ordered> report_of(const services::Jobs& jobs, const Job& job, const JobO
   Ordered inputs = Ordered::array();
   for (const auto& [path, name] : order.names)
     if (std::ranges::find(inputs, Ordered(name)) == inputs.end()) inputs.push_back(name);
+  name_datasets(json, order);
   json["input"] = std::move(inputs);
   return json;
 }
@@ -133,7 +148,7 @@ http::Reply none(const Job& job, std::string_view target) {
   constexpr int kUsage = 2, kData = 65;  // as the command line ends
   const int status = job.exit_code == kUsage ? 400 : job.exit_code == kData ? 422 : 500;
   return http::problem_reply(
-      {.status = status, .detail = "The job failed: " + job.message + ".", .instance = target});
+      {.status = status, .detail = "The job failed: " + message_of(job) + ".", .instance = target});
 }
 
 http::Reply one(const services::Jobs& jobs, const Job& job, const JobOrder& order,

@@ -161,6 +161,8 @@ std::span<const Process> processes() {
     std::vector<Process> all = raster_processes();
     all.insert(all.begin(), simplify_process());
     for (Process& question : question_processes()) all.push_back(std::move(question));
+    for (Process process : {refine_process(), compare_process(), measure_process()})
+      all.push_back(std::move(process));
     return all;
   }();
   return kAll;

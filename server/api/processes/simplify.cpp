@@ -8,6 +8,7 @@
 
 #include "server/api/processes/area_input.h"
 #include "server/api/processes/dem_inputs.h"
+#include "server/api/processes/plain_inputs.h"
 #include "server/api/processes/process.h"
 #include "terrain/base/enum_names.h"
 #include "terrain/mesh/mesh_file.h"
@@ -102,13 +103,6 @@ void read_option(const OptionInput& option, const Json& value, std::vector<std::
 
 // --- what is asked -------------------------------------------------------------------------------
 
-std::vector<std::string> writable_formats() {
-  std::vector<std::string> names;
-  for (const MeshFormat& f : mesh_formats())
-    if (f.encode) names.push_back(f.name);
-  return names;
-}
-
 std::vector<std::string> method_names() {
   std::vector<std::string> names;
   for (const MethodInfo& m : methods()) names.push_back(m.name);
@@ -183,10 +177,10 @@ std::expected<JobOrder, Problems> order_of_inputs(const App& app, const Json& js
 
   order.arguments.push_back("--frame=" + read_word("frame", enum_names<MeshFrame>(), inputs,
                                                    problems, name_of(MeshFrame::source)));
-  if (const std::string datum = read_datum(inputs, problems); !datum.empty())
+  if (const std::string datum = read_datum(app, dem, inputs, problems); !datum.empty())
     order.arguments.push_back("--to-datum=" + datum);
   const std::string format =
-      read_word("format", writable_formats(), inputs, problems, kDefaultFormat);
+      read_word("format", mesh_formats_to_write(), inputs, problems, kDefaultFormat);
   inputs.nothing_else();
   if (!problems.empty()) return std::unexpected(std::move(problems));
 
@@ -221,9 +215,9 @@ Ordered inputs_described() {
       described("Breaklines", "lines of GeoJSON, in crs, that become edges", {{"type", "object"}});
   inputs["flatten"] = described("Level polygons", "polygons of GeoJSON, in crs, that become level",
                                 {{"type", "object"}});
-  inputs["format"] =
-      described("Format", "of the mesh",
-                {{"type", "string"}, {"enum", writable_formats()}, {"default", kDefaultFormat}});
+  inputs["format"] = described(
+      "Format", "of the mesh",
+      {{"type", "string"}, {"enum", mesh_formats_to_write()}, {"default", kDefaultFormat}});
   inputs["frame"] = described("Frame",
                               "source: the DEM's own CRS; metric: metres east and north of the "
                               "area's first post",

@@ -14,10 +14,12 @@
 #include "server/cli/commands/compare_tiles.h"
 #include "server/cli/options/dem_input.h"
 #include "server/cli/options/line_input.h"
+#include "server/cli/options/output_options.h"
 #include "server/cli/options/output_paths.h"
 #include "server/cli/options/tile_options.h"
 #include "server/cli/pictures/compare_page.h"
 #include "server/cli/pictures/surface_report.h"
+#include "server/cli/program/progress_bar.h"
 #include "server/cli/program/run_apart.h"
 #include "terrain/base/file_io.h"
 #include "terrain/raster/gdal/image_source.h"
@@ -35,7 +37,7 @@ struct Arguments {
   LineInput lines;
   std::vector<std::string> methods = {"bounded", "memoryless", "qem", "greedy", "cluster"};
   std::vector<std::string> at, max_error;
-  std::string html, csv, drape;
+  std::string html, csv, report, title, drape, progress = "auto";
   int threads = 1;
   bool json = false;
   bool tiles = false;      // by several methods, instead of one mesh by each
@@ -187,7 +189,7 @@ int run(const Arguments& a) {
   if (!stops) return complain(stops.error());
   std::vector<std::string> inputs = inputs_of(a.input, a.lines);
   inputs.push_back(a.drape);
-  if (const int code = check_outputs({a.csv, a.html}, inputs); code != kOk) return code;
+  if (const int code = check_outputs({a.csv, a.html, a.report}, inputs); code != kOk) return code;
   const auto takes_drape = [](const MethodOptions& m) {
     return std::holds_alternative<AttributeQemOptions>(m);
   };
@@ -217,22 +219,36 @@ int run(const Arguments& a) {
   }
   std::vector<CompareRow> rows;
   bool any = false;
-  for (const auto& [text, stop] : *stops) {
-    options.stop = stop;
-    for (std::size_t i = 0; i < chosen.size(); ++i) {
-      options.method = chosen[i];
-      rows.push_back(run_one(*posts, a.methods[i], text, options));
-      any |= rows.back().failure.empty();
+  {
+    ProgressBar bar("compare", progress_style(a.progress));
+    for (const auto& [text, stop] : *stops) {
+      options.stop = stop;
+      for (std::size_t i = 0; i < chosen.size(); ++i) {
+        options.method = chosen[i];
+        rows.push_back(run_one(*posts, a.methods[i], text, options));
+        any |= rows.back().failure.empty();
+        bar.at(double(rows.size()) / double(stops->size() * chosen.size()));
+      }
     }
   }
+  nlohmann::ordered_json table = nlohmann::ordered_json::array();
+  for (const CompareRow& r : rows) table.push_back(row_json(r));
   if (a.json) {
-    nlohmann::ordered_json j = nlohmann::ordered_json::array();
-    for (const CompareRow& r : rows) j.push_back(row_json(r));
-    std::printf("%s\n", json::to_text(j, 2).c_str());
+    std::printf("%s\n", json::to_text(table, 2).c_str());
   } else {
     fmt::print("{}", table_text(rows));
   }
-  const std::string title = "Simplifying " + info.files[0].substr(info.files[0].rfind('/') + 1);
+  const std::string title =
+      a.title.empty() ? "Simplifying " + info.files[0].substr(info.files[0].rfind('/') + 1)
+                      : a.title;
+  if (!a.report.empty()) {
+    const nlohmann::ordered_json report = {{"input", info.files},
+                                           {"columns", posts->grid.cols()},
+                                           {"rows", posts->grid.rows()},
+                                           {"table", std::move(table)}};
+    if (const auto ok = write_whole_file(a.report, json::to_text(report, 2) + "\n"); !ok)
+      return complain(ok.error());
+  }
   if (!a.csv.empty())
     if (const auto ok = write_whole_file(a.csv, table_csv(rows)); !ok) return complain(ok.error());
   if (!a.html.empty())
@@ -244,7 +260,7 @@ int run(const Arguments& a) {
 
 /// What of the line makes no sense beside --tiles; empty: nothing.
 std::string out_of_place(Command app, const Arguments& a) {
-  for (const char* option : {"--at", "--drape", "--html", "--csv"})
+  for (const char* option : {"--at", "--drape", "--html", "--title", "--csv", "--report"})
     if (app.given(option)) return std::string(option) + " is for meshes; leave it or --tiles out";
   if (a.lines.any()) return "tiles are compared without lines";
   if (a.max_error.size() > 1)
@@ -308,9 +324,12 @@ void add_compare(Command program, int& exit) {
   add_line_options(app, a->lines);
   app.add_option("--drape", a->drape, "attribute-qem: colours from this image");
   app.add_option("--html", a->html, "write a page with curves and pictures, which stands alone");
+  app.add_option("--title", a->title, "of the page, in place of the DEM's name");
   app.add_option("--csv", a->csv, "write the table here as CSV");
+  app.add_option("--report", a->report, "write the table here as JSON");
   app.add_flag("--json", a->json, "print the table as JSON");
   app.add_option("--threads", a->threads, "threads to use, 0: one per core").not_negative().shown();
+  add_progress_option(app, a->progress);
   app.on_run([a, app, &exit] {
     if (!a->tiles && !app.given("--at") && !app.given("--max-error"))
       refuse_missing("--at or --max-error");

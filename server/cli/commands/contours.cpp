@@ -1,20 +1,28 @@
-// tind contours: a DEM's lines of equal height, for a GIS.
+// tind contours: a DEM's lines of equal height, for a GIS; or the areas between which they must
+// lie, when a mesh or tiles are all that one has.
 
 #include <fmt/format.h>
 
-#include <cmath>
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
 
 #include "proto/json_text.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/dem_input.h"
+#include "server/cli/options/level_input.h"
 #include "server/cli/options/output_options.h"
 #include "server/cli/options/output_paths.h"
 #include "server/cli/program/progress_bar.h"
+#include "terrain/analysis/contour_bands.h"
 #include "terrain/base/file_io.h"
+#include "terrain/mesh/between_posts.h"
+#include "terrain/mesh/vertical_error.h"
 #include "terrain/raster/contour_lines.h"
+#include "terrain/simplify/simplify.h"
 
 namespace tind::cli {
 
@@ -22,39 +30,104 @@ namespace {
 
 struct Arguments {
   DemInput dem;
+  LevelInput tiles;
   ContourOptions options;
   std::string output, progress = "auto";
-  bool json = false;
+  bool band = false, json = false;
+  std::optional<double> max_error_m;
 };
+
+/// A file, and what is said of it.
+struct Made {
+  ContourFile file;
+  DemInfo info;
+  nlohmann::ordered_json report;
+  std::string text;
+};
+
+/// What is known of the terrain, and how wrong it is.
+struct Known {
+  BoundedSurface surface;
+  double error_m = 0;
+  std::size_t triangles = 0;
+};
+
+/// A mesh with as few triangles as the error allows; how wrong it is between the posts, too, is
+/// measured.
+Result<Known> simplified(const Terrain& posts, double max_error_m, const Progress& progress) {
+  SimplifyOptions options;
+  options.stop.max_error_m = max_error_m;
+  auto made = simplify(posts, options, progress);
+  if (!made) return std::unexpected(made.error());
+  const VerticalError at_posts = vertical_error(made->tin, posts.grid);
+  const double error_m =
+      std::max(at_posts.max_m, surface_error(made->tin, posts.grid, at_posts).max_m());
+  const std::size_t triangles = made->tin.triangles.size();
+  return Known{bounded_surface(std::move(made->tin), error_m), error_m, triangles};
+}
+
+Result<Made> make_bands(const Arguments& a, ContourFormat format) {
+  ProgressBar bar("contours", progress_style(a.progress));
+  const Progress progress = bar.progress();
+  const Progress first = progress.part(0, 0.7), second = progress.part(0.7, 1);
+  const auto asked = open_asked(a.dem, a.tiles);
+  if (!asked) return std::unexpected(asked.error());
+  const auto posts = read_all(*asked->dem);
+  if (!posts) return std::unexpected(posts.error());
+  Result<Known> known = Known{};
+  if (asked->level)
+    *known = {bounded_surface(posts->grid, asked->error_m()), asked->error_m(), 0};
+  else
+    known = simplified(*posts, *a.max_error_m, first);
+  if (!known) return std::unexpected(known.error());
+  const auto& [surface, error_m, triangles] = *known;
+  if (surface.low.empty()) return fail(Errc::bad_data, "there is no height, so nothing has one");
+  const auto heights =
+      contour_heights(a.options, std::ranges::min(surface.low), std::ranges::max(surface.high));
+  if (!heights) return std::unexpected(heights.error());
+  const auto areas = contour_bands(surface, *heights, second);
+  if (!areas) return std::unexpected(areas.error());
+  const DemInfo& info = asked->dem->info();
+  auto file = encode_contour_areas(format, info, *areas, error_m);
+  if (!file) return std::unexpected(file.error());
+  Made made{std::move(*file), info, {}, {}};
+  made.report = {{"areas", areas->size()}, {"error_m", error_m}};
+  if (triangles > 0) made.report["triangles"] = triangles;
+  made.text = fmt::format("{} areas; heights are within {:.3f} m", areas->size(), error_m);
+  return made;
+}
+
+Result<Made> make_lines(const Arguments& a, ContourFormat format) {
+  const auto dem = open_dem(a.dem);
+  if (!dem) return std::unexpected(dem.error());
+  const auto posts = read_all(**dem);
+  if (!posts) return std::unexpected(posts.error());
+  ProgressBar bar("contours", progress_style(a.progress));
+  auto file = encode_contours(format, (*dem)->info(), posts->grid, a.options, bar.progress());
+  if (!file) return std::unexpected(file.error());
+  Made made{std::move(*file), (*dem)->info(), {}, {}};
+  made.report = {{"lines", made.file.lines}};
+  made.text = fmt::format("{} lines", made.file.lines);
+  return made;
+}
 
 int run(const Arguments& a) {
   const auto format = contour_format(a.output);
   if (!format) return complain(format.error());
   if (const int code = check_outputs({a.output}, inputs_of(a.dem)); code != kOk) return code;
-  const auto dem = open_dem(a.dem);
-  if (!dem) return complain(dem.error());
-  const auto posts = read_all(**dem);
-  if (!posts) return complain(posts.error());
-  Result<ContourFile> made;
-  {
-    ProgressBar bar("contours", progress_style(a.progress));
-    made = encode_contours(*format, (*dem)->info(), posts->grid, a.options, bar.progress());
-  }
+  Result<Made> made = a.band ? make_bands(a, *format) : make_lines(a, *format);
   if (!made) return complain_of(a.dem, made.error());
-  if (const auto ok = write_whole_file(a.output, made->bytes); !ok) {
+  if (const auto ok = write_whole_file(a.output, made->file.bytes); !ok) {
     complain(ok.error());
     return kCannotCreate;
   }
-  const DemInfo& info = (*dem)->info();
+  made->report["vertical_datum"] = name(made->info.datum);
+  made->report["input"] = made->info.files;
+  made->report["output"] = a.output;
   if (a.json)
-    std::printf("%s\n", json::to_text(nlohmann::ordered_json{{"lines", made->lines},
-                                                             {"vertical_datum", name(info.datum)},
-                                                             {"input", info.files},
-                                                             {"output", a.output}},
-                                      2)
-                            .c_str());
+    std::printf("%s\n", json::to_text(made->report, 2).c_str());
   else
-    fmt::print("{}: {} lines\n", a.output, made->lines);
+    fmt::print("{}: {}\n", a.output, made->text);
   return kOk;
 }
 
@@ -62,18 +135,33 @@ int run(const Arguments& a) {
 
 void add_contours(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
-  Command app = program.add_subcommand("contours", "Lines of equal height of a DEM");
+  Command app = program.add_subcommand(
+      "contours", "Lines of equal height of a DEM, or areas in which they certainly lie");
   app.add_option("input", a->dem.files, "a DEM, or several that share one grid").required();
   app.add_option("-o,--output", a->output, "the lines: .gpkg, .fgb, .geojson or .json").required();
   Command which = app.add_group("At which heights (exactly one)", 1, 1);
   which.add_option("--interval", a->options.interval_m, "so many metres apart").positive();
   which.add_option("--levels", a->options.levels, "at these: 100,250,500").delimiter(',');
   app.add_option("--base", a->options.base_m, "one of the heights of --interval, metres").shown();
+  app.add_flag(
+      "--band", a->band,
+      "areas in place of lines: where the DEM can have the height, when all that is known "
+      "of it is a mesh (--max-error) or a level of tiles (--tiles), and how wrong that is");
+  app.add_option("--max-error", a->max_error_m,
+                 "--band: of a mesh with as few triangles as keep every post within so many metres")
+      .positive();
+  add_level_options(app, a->tiles);
   add_dem_options(app, a->dem);
   add_window_options(app, a->dem);
   add_json_flag(app, a->json);
   add_progress_option(app, a->progress);
-  app.on_run([a, &exit] { exit = run(*a); });
+  app.on_run([a, &exit] {
+    const bool mesh = a->max_error_m.has_value(), tiles = !a->tiles.tiles.empty();
+    if (a->band && mesh == tiles) refuse_missing("--max-error or --tiles, one of them, for --band");
+    if (!a->band && mesh) refuse_value("--max-error", "is for --band");
+    if (!a->band && tiles) refuse_value("--tiles", "is for --band");
+    exit = run(*a);
+  });
 }
 
 }  // namespace tind::cli

@@ -3,16 +3,19 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
 
-#include "proto/json_text.h"
 #include "proto/mesh/mesh_io.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/dem_input.h"
 #include "server/cli/options/mesh_input.h"
 #include "server/cli/options/output_options.h"
+#include "server/cli/options/output_paths.h"
+#include "server/cli/options/report_output.h"
 #include "server/cli/pictures/mesh_quality.h"
 #include "server/cli/pictures/surface_report.h"
 
@@ -27,23 +30,32 @@ struct Arguments {
   std::string units = "metres";
   bool frame_given = false, units_given = false;
   int threads = 1;
-  bool json = false;
+  ReportOutput report;
 };
 
+using Warnings = std::vector<std::string>;
+
 /// Of two things that are measured against each other.
-void warn_if_elsewhere(const std::string& mesh, const proto::MeshPlace& place, int epsg,
-                       const std::string& datum) {
+void note_if_elsewhere(const std::string& mesh, const proto::MeshPlace& place, int epsg,
+                       const std::string& datum, Warnings& warnings) {
   if (place.epsg > 0 && epsg > 0 && place.epsg != epsg)
-    warn(
+    warnings.push_back(
         fmt::format("{} says EPSG:{}, not EPSG:{} as what it is measured against: tind compares "
                     "the numbers as they are",
                     mesh, place.epsg, epsg));
   const auto known = [](const std::string& d) { return !d.empty() && d != "unknown"; };
   if (known(place.vertical_datum) && known(datum) && place.vertical_datum != datum)
-    warn(
+    warnings.push_back(
         fmt::format("{} says that its heights are above {}, not {} as what it is measured "
                     "against (for a DEM: --to-datum {})",
                     mesh, place.vertical_datum, datum, place.vertical_datum));
+}
+
+/// For a person, and for who reads the report alone.
+nlohmann::ordered_json with_warnings(nlohmann::ordered_json report, const Warnings& warnings) {
+  for (const std::string& text : warnings) warn(text);
+  if (!warnings.empty()) report["warnings"] = warnings;
+  return report;
 }
 
 bool same_frame(const proto::MeshPlace& a, const proto::MeshPlace& b) {
@@ -59,18 +71,16 @@ int run_surfaces(const Arguments& a, const PlacedTin& mesh) {
   for (const PlacedTin* one : {&mesh, &*other})
     if (one->tin.triangles.empty())
       return complain({Errc::bad_data, "a mesh without triangles has no surface to measure"});
-  warn_if_elsewhere(a.mesh, mesh.place, other->place.epsg, other->place.vertical_datum);
+  Warnings warnings;
+  note_if_elsewhere(a.mesh, mesh.place, other->place.epsg, other->place.vertical_datum, warnings);
   if (is_known(mesh.place) && is_known(other->place) && !same_frame(mesh.place, other->place))
-    warn(
+    warnings.push_back(
         fmt::format("{} and {} say that their coordinates have other units or origins: tind "
                     "compares the numbers as they are",
                     a.mesh, a.dem.files[0]));
   const SurfaceDistance d = surface_distance(mesh.tin, other->tin, {.threads = a.threads});
-  if (a.json)
-    std::printf("%s\n", json::to_text(distance_json(d), 2).c_str());
-  else
-    fmt::print("{}", distance_text(d));
-  return kOk;
+  return put_report(a.report, with_warnings(distance_json(d), warnings),
+                    [&] { fmt::print("{}", distance_text(d)); });
 }
 
 /// As the mesh's file says, unless the user does.
@@ -101,6 +111,9 @@ Result<void> near_posts(const std::string& path, const Tin& mesh, const MeshMap&
 }
 
 int run(const Arguments& a) {
+  std::vector<std::string> inputs = inputs_of(a.dem);
+  inputs.push_back(a.mesh);
+  if (const int code = check_outputs({a.report.path}, inputs); code != kOk) return code;
   Result<PlacedTin> placed = read_placed_tin(a.mesh);
   if (!placed) return complain(placed.error());
   if (a.dem.files.size() == 1 && is_mesh(a.dem.files[0])) return run_surfaces(a, *placed);
@@ -109,7 +122,8 @@ int run(const Arguments& a) {
   const Result<Terrain> posts = read_all(**dem);
   if (!posts) return complain(posts.error());
   const proto::MeshPlace here = mesh_place((*dem)->info(), MeshFrame::source, false);
-  warn_if_elsewhere(a.mesh, placed->place, here.epsg, here.vertical_datum);
+  Warnings warnings;
+  note_if_elsewhere(a.mesh, placed->place, here.epsg, here.vertical_datum, warnings);
   const auto [mesh, map] = reading(a, std::move(*placed), (*dem)->info());
   if (auto ok = near_posts(a.mesh, mesh, map); !ok) return complain(ok.error());
   const MeshQuality quality = mesh_quality(mesh, map, posts->grid, a.threads,
@@ -119,17 +133,14 @@ int run(const Arguments& a) {
                      "the mesh covers no valid post of the DEM: are both in one "
                      "frame (--frame), or is the DEM all void?"});
   }
-  if (a.json) {
-    nlohmann::ordered_json j = quality_json(quality);
-    j.update(ground_json(quality, (*dem)->info()));
-    j["frame"] = name_of(a.frame);
-    j["mesh"] = a.mesh;
-    j["dem"] = a.dem.files;
-    std::printf("%s\n", json::to_text(j, 2).c_str());
-  } else {
+  nlohmann::ordered_json report = quality_json(quality);
+  report.update(ground_json(quality, (*dem)->info()));
+  report["frame"] = name_of(a.frame);
+  report["mesh"] = a.mesh;
+  report["dem"] = a.dem.files;
+  return put_report(a.report, with_warnings(std::move(report), warnings), [&] {
     fmt::print("{}{}", quality_text(quality), accuracy_line((*dem)->info()));
-  }
-  return kOk;
+  });
 }
 
 }  // namespace
@@ -153,7 +164,7 @@ void add_measure(Command program, int& exit) {
                  "file says, else metres")
       .one_of({"metres", "source"});
   app.add_option("--threads", a->threads, "threads to use, 0: one per core").not_negative().shown();
-  add_json_flag(app, a->json);
+  add_report_options(app, a->report);
   app.on_run([a, app, &exit] {
     a->frame_given = app.given("--frame");
     a->units_given = app.given("--units");

@@ -3,10 +3,8 @@
 #include <fmt/format.h>
 
 #include <charconv>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "proto/json_text.h"
 #include "proto/mesh/mesh_io.h"
 #include "server/api/accuracy_json.h"
 #include "server/cli/commands/commands.h"
@@ -14,6 +12,7 @@
 #include "server/cli/options/mesh_input.h"
 #include "server/cli/options/output_options.h"
 #include "server/cli/options/output_paths.h"
+#include "server/cli/options/report_output.h"
 #include "server/cli/program/progress_bar.h"
 #include "terrain/mesh/mesh_frame.h"
 #include "terrain/mesh/vertical_error.h"
@@ -32,7 +31,7 @@ struct Arguments {
   double width_m = 0;
   RegionErrors errors{1, 50};
   int threads = 0;
-  bool json = false;
+  ReportOutput report;
 };
 
 /// "LON,LAT LON,LAT ..." or "WEST,SOUTH,EAST,NORTH": numbers between commas and blanks.
@@ -94,7 +93,9 @@ int run(const Arguments& a) {
     return complain({Errc::invalid_argument, "--inside must be 0 or more and not above --outside"});
   const auto format = format_of(a.output);
   if (!format) return complain(format.error());
-  if (const int code = check_outputs({a.output.path}, inputs_of(a.input)); code != kOk) return code;
+  if (const int code = check_outputs({a.output.path, a.report.path}, inputs_of(a.input));
+      code != kOk)
+    return code;
   const auto dem = open_dem(a.input);
   if (!dem) return complain(dem.error());
   const DemInfo& info = (*dem)->info();
@@ -131,13 +132,11 @@ int run(const Arguments& a) {
   add_file_origin(report, **format, mesh);
   report["output"] = a.output.path;
   report["format"] = (*format)->name;
-  if (a.json)
-    std::printf("%s\n", json::to_text(report, 2).c_str());
-  else
+  return put_report(a.report, report, [&] {
     fmt::print("{} triangles; inside {}, outside {}\n{}{}", tin.triangles.size(),
                within(measured.inside), within(measured.outside), file_origin_line(report),
                accuracy_line(info));
-  return kOk;
+  });
 }
 
 }  // namespace
@@ -161,7 +160,7 @@ void add_refine(Command program, int& exit) {
   add_window_options(app, a->input);
   add_frame_option(app, a->frame);
   app.add_option("--threads", a->threads, "threads to use, 0: one per core").not_negative().shown();
-  add_json_flag(app, a->json);
+  add_report_options(app, a->report);
   add_progress_option(app, a->progress);
   app.on_run([a, &exit] { exit = run(*a); });
 }

@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "proto/base64.h"
 #include "server/log/printable.h"
 #include "terrain/base/file_io.h"
 
@@ -51,11 +52,9 @@ std::string text_of(const JobOrder& order) {
   Json outputs = Json::array();
   for (const JobOrder::Output& o : order.outputs)
     outputs.push_back({{"name", o.name}, {"file", o.file}, {"type", o.media_type}});
-  return Json{{"arguments", order.arguments},
-              {"files", order.files},
-              {"names", order.names},
-              {"outputs", std::move(outputs)},
-              {"document", order.document}}
+  return Json{{"arguments", order.arguments},   {"files", order.files},
+              {"encoded", order.encoded_files}, {"names", order.names},
+              {"outputs", std::move(outputs)},  {"document", order.document}}
       .dump();
 }
 
@@ -91,6 +90,8 @@ std::optional<int> progress_in(std::string_view line) {
 void read_order(const Json& json, JobOrder& order) {
   order.arguments = json.at("arguments").get<std::vector<std::string>>();
   order.files = json.at("files").get<std::map<std::string, std::string>>();
+  if (const auto encoded = json.find("encoded"); encoded != json.end())  // of an older daemon: none
+    order.encoded_files = encoded->get<std::map<std::string, std::string>>();
   order.names = json.at("names").get<std::vector<std::pair<std::string, std::string>>>();
   for (const Json& o : json.at("outputs"))
     order.outputs.push_back({o.at("name"), o.at("file"), o.at("type")});
@@ -145,6 +146,20 @@ void remove_leftovers(const fs::path& among) {
     std::error_code ignored;
     fs::remove_all(folder, ignored);
   }
+}
+
+}  // namespace
+
+namespace {
+
+/// An order without what its program was given, which nobody reads once it has ended, and which
+/// would make every look at the list as large as what was sent.
+std::string without_files(const Job& job) {
+  JobOrder order = order_of(job);
+  if (order.arguments.empty() || (order.files.empty() && order.encoded_files.empty()))
+    return job.order;
+  order.files.clear(), order.encoded_files.clear();
+  return text_of(order);
 }
 
 }  // namespace
@@ -392,7 +407,8 @@ void Jobs::hear(Live& live, std::string_view line, std::string& said) const {
   }
   constexpr std::string_view kProgram = "tind: ";
   if (line.starts_with(kProgram)) line.remove_prefix(kProgram.size());
-  if (!line.starts_with("warning: ")) said = line;
+  // Advice for who sits at a command line is none for who has sent a request.
+  if (!line.starts_with("warning: ") && !line.starts_with("Run with --help")) said = line;
 }
 
 void Jobs::run(const std::shared_ptr<Live>& live, const std::stop_token& stop) {
@@ -419,6 +435,12 @@ void Jobs::run(const std::shared_ptr<Live>& live, const std::stop_token& stop) {
   for (const auto& [name, content] : order.files)
     if (auto wrote = write_whole_file(folder + "/" + name, content); !wrote)
       return failed(wrote.error());
+  for (const auto& [name, text] : order.encoded_files) {
+    const auto content = proto::decode_base64(text);
+    if (!content) return failed({Errc::bad_data, "the order's file " + name + " is no base64"});
+    if (auto wrote = write_whole_file(folder + "/" + name, *content); !wrote)
+      return failed(wrote.error());
+  }
 
   std::vector<std::string> words = {program_};
   words.insert(words.end(), order.arguments.begin(), order.arguments.end());
@@ -490,11 +512,13 @@ void Jobs::end(const std::shared_ptr<Live>& live, JobStatus status, std::string 
   if (status != JobStatus::successful) fs::remove_all(folder_of(live->job.id), ignored);
   const std::uint64_t bytes =
       status == JobStatus::successful ? bytes_in(folder_of(live->job.id)) : 0;
+  std::string order = without_files(live->job);
   Job ended;
   Done done;
   {
     const std::lock_guard lock(mutex_);
     Job& job = live->job;
+    job.order = std::move(order);
     job.status = status;
     job.message = std::move(message);
     job.finished_ms = job.updated_ms = now_ms();

@@ -44,7 +44,8 @@ struct JobOrder {
   /// In the job's folder, where it also writes its results. No word comes from a client as it was
   /// sent.
   std::vector<std::string> arguments;
-  std::map<std::string, std::string> files;  // to be there first: name and content
+  std::map<std::string, std::string> files;          // to be there first: name and content
+  std::map<std::string, std::string> encoded_files;  // the same, of bytes: content in base64
   /// What a client may be told in place of a text in the program's messages: names for paths.
   std::vector<std::pair<std::string, std::string>> names;
   /// Of the results: what it is called, its file, its media type.

@@ -54,19 +54,40 @@ Dataset raster_of(const DemInfo& info, HeightGrid& posts) {
   return put ? std::move(raster) : nullptr;
 }
 
-/// Lines of fields and their height, to whichever format.
-OGRLayer* make_layer(GDALDataset& file, const DemInfo& info, ContourFormat format) {
+/// What a file of heights holds.
+struct LayerKind {
+  const char* name;
+  OGRwkbGeometryType type;
+  std::vector<const char*> fields;
+  const char* geojson_decimals;
+};
+const LayerKind& lines_kind() {
+  static const LayerKind kKind = {"contours", wkbLineString25D, {"height_m"}, "7"};
+  return kKind;
+}
+const LayerKind& areas_kind() {
+  static const LayerKind kKind = {"bands", wkbPolygon, {"height_m", "error_m"}, "9"};
+  return kKind;
+}
+
+OGRLayer* make_layer(GDALDataset& file, const DemInfo& info, ContourFormat format,
+                     const LayerKind& kind) {
   OGRSpatialReference crs;
   crs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
   if (!info.crs_wkt.empty() && crs.importFromWkt(info.crs_wkt.c_str()) != OGRERR_NONE)
     return nullptr;
-  const char* const rfc7946[] = {"RFC7946=YES", nullptr};
+  CPLStringList rfc7946;
+  rfc7946.SetNameValue("RFC7946", "YES");
+  rfc7946.SetNameValue("COORDINATE_PRECISION", kind.geojson_decimals);
   OGRLayer* const layer =
-      file.CreateLayer("contours", info.crs_wkt.empty() ? nullptr : &crs, wkbLineString25D,
-                       format == ContourFormat::geojson ? const_cast<char**>(rfc7946) : nullptr);
+      file.CreateLayer(kind.name, info.crs_wkt.empty() ? nullptr : &crs, kind.type,
+                       format == ContourFormat::geojson ? rfc7946.List() : nullptr);
   if (!layer) return nullptr;
-  OGRFieldDefn height("height_m", OFTReal);
-  return layer->CreateField(&height) == OGRERR_NONE ? layer : nullptr;
+  for (const char* const name : kind.fields) {
+    OGRFieldDefn field(name, OFTReal);
+    if (layer->CreateField(&field) != OGRERR_NONE) return nullptr;
+  }
+  return layer;
 }
 
 int CPL_STDCALL tell(double share, const char*, void* to) {
@@ -95,23 +116,67 @@ CPLStringList words_of(const ContourOptions& options) {
   return words;
 }
 
-Result<void> check(const DemInfo& info, const HeightGrid& posts, ContourFormat format,
-                   const ContourOptions& options) {
+Result<void> check_crs(const DemInfo& info, ContourFormat format) {
   if (format == ContourFormat::geojson && info.crs_kind == CrsKind::none)
     return fail(Errc::invalid_argument,
                 "GeoJSON is in longitude and latitude, and the DEM has no CRS: say it (--crs), or "
                 "write .gpkg or .fgb");
-  if (!options.levels.empty()) return {};
+  return {};
+}
+
+Result<void> check_count(const ContourOptions& options, double low, double high) {
+  if (options.levels.empty() && high - low > kMostLevels * options.interval_m)
+    return fail(Errc::invalid_argument, "an interval of " + number(options.interval_m) +
+                                            " m makes more than 10000 levels of " + number(low) +
+                                            " to " + number(high) + " m: take a larger one");
+  return {};
+}
+
+Result<void> check(const DemInfo& info, const HeightGrid& posts, ContourFormat format,
+                   const ContourOptions& options) {
+  if (auto ok = check_crs(info, format); !ok) return ok;
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (const float z : posts.values()) {
     if (std::isnan(z)) continue;
     low = std::min(low, double(z)), high = std::max(high, double(z));
   }
-  if (high - low > kMostLevels * options.interval_m)
-    return fail(Errc::invalid_argument, "an interval of " + number(options.interval_m) +
-                                            " m makes more than 10000 levels of " + number(low) +
-                                            " to " + number(high) + " m: take a larger one");
-  return {};
+  return check_count(options, low, high);
+}
+
+/// Straight sides in a projection are none in longitude and latitude: their sagitta is at most
+/// L^2 tan(lat) / 8 R, which for so long a one is a millimetre at 45 degrees.
+constexpr double kLongestSide_m = 200;
+
+/// In the DEM's CRS; one of the first and the last place, as OGR has rings.
+std::unique_ptr<OGRPolygon> polygon_of(const ContourArea& area, const DemInfo& info,
+                                       ContourFormat format) {
+  auto polygon = std::make_unique<OGRPolygon>();
+  for (const std::vector<Vec2>& places : area.rings) {
+    auto ring = std::make_unique<OGRLinearRing>();
+    for (const Vec2& place : places) {
+      const Vec2 at = info.post_to_crs.apply(place.x, place.y);
+      ring->addPoint(at.x, at.y);
+    }
+    ring->closeRings();
+    polygon->addRingDirectly(ring.release());
+  }
+  if (format == ContourFormat::geojson && info.crs_kind == CrsKind::projected) {
+    const double units_a_post = std::hypot(info.post_to_crs.x_col, info.post_to_crs.y_col);
+    polygon->segmentize(kLongestSide_m * units_a_post / info.spacing_x_m);
+  }
+  return polygon;
+}
+
+bool put_areas(OGRLayer& layer, std::span<const ContourArea> areas, const DemInfo& info,
+               ContourFormat format, double error_m) {
+  for (const ContourArea& area : areas) {
+    OGRFeature feature(layer.GetLayerDefn());
+    feature.SetField(0, area.height_m);
+    feature.SetField(1, error_m);
+    feature.SetGeometryDirectly(polygon_of(area, info, format).release());
+    if (layer.CreateFeature(&feature) != OGRERR_NONE) return false;
+  }
+  return true;
 }
 
 /// What has been written: of some formats nobody knows before.
@@ -135,28 +200,43 @@ Result<ContourFormat> contour_format(const std::string& path) {
               "cannot tell the format of " + path + ": name it .gpkg, .fgb, .geojson or .json");
 }
 
-Result<ContourFile> encode_contours(ContourFormat format, const DemInfo& info,
-                                    const HeightGrid& posts, const ContourOptions& options,
-                                    const Progress& progress) {
-  if (auto ok = check(info, posts, format, options); !ok) return std::unexpected(ok.error());
+Result<std::vector<double>> contour_heights(const ContourOptions& options, double low_m,
+                                            double high_m) {
+  if (auto ok = check_count(options, low_m, high_m); !ok) return std::unexpected(ok.error());
+  std::vector<double> heights;
+  if (options.levels.empty()) {
+    const auto multiple = [&](double k) { return options.base_m + k * options.interval_m; };
+    for (double k = std::ceil((low_m - options.base_m) / options.interval_m); multiple(k) <= high_m;
+         ++k)
+      heights.push_back(multiple(k));
+    return heights;
+  }
+  for (const double height : options.levels)
+    if (height >= low_m && height <= high_m) heights.push_back(height);
+  std::ranges::sort(heights);
+  heights.erase(std::unique(heights.begin(), heights.end()), heights.end());
+  return heights;
+}
+
+namespace {
+
+/// One layer, which `fill` fills, as a file's bytes.
+template <class Fill>
+Result<ContourFile> encode_layer(ContourFormat format, const DemInfo& info, const LayerKind& kind,
+                                 const Progress& progress, Fill fill) {
   gdal::register_vectors();
   gdal::Complaints complaints;
   const gdal::FixedDate date;
-  HeightGrid heights = posts;
-  const Dataset raster = raster_of(info, heights);
   const gdal::MemoryFile memory(row_of(format).extension);
   GDALDriver* const driver = GetGDALDriverManager()->GetDriverByName(row_of(format).driver);
-  Dataset file(driver && raster
-                   ? driver->Create(memory.name().c_str(), 0, 0, 0, GDT_Unknown, nullptr)
-                   : nullptr);
-  OGRLayer* const layer = file ? make_layer(*file, info, format) : nullptr;
+  Dataset file(driver ? driver->Create(memory.name().c_str(), 0, 0, 0, GDT_Unknown, nullptr)
+                      : nullptr);
+  OGRLayer* const layer = file ? make_layer(*file, info, format, kind) : nullptr;
   ContourFile made;
   bool good = false;
   if (layer) {
     const bool all_at_once = file->StartTransaction() == OGRERR_NONE;
-    Progress mine = progress;
-    good = GDALContourGenerateEx(raster->GetRasterBand(1), layer, words_of(options).List(), tell,
-                                 &mine) == CE_None;
+    good = fill(*layer);
     if (progress.stopped()) return fail(Errc::cancelled, "stopped");
     if (all_at_once) good = file->CommitTransaction() == OGRERR_NONE && good;
   }
@@ -169,6 +249,30 @@ Result<ContourFile> encode_contours(ContourFormat format, const DemInfo& info,
     return fail(Errc::internal, std::string("cannot make a ") + row_of(format).driver +
                                     " file: " + complaints.text("no reason"));
   return made;
+}
+
+}  // namespace
+
+Result<ContourFile> encode_contours(ContourFormat format, const DemInfo& info,
+                                    const HeightGrid& posts, const ContourOptions& options,
+                                    const Progress& progress) {
+  if (auto ok = check(info, posts, format, options); !ok) return std::unexpected(ok.error());
+  gdal::register_vectors();
+  HeightGrid heights = posts;
+  const Dataset raster = raster_of(info, heights);
+  return encode_layer(format, info, lines_kind(), progress, [&](OGRLayer& layer) {
+    Progress mine = progress;
+    return raster && GDALContourGenerateEx(raster->GetRasterBand(1), &layer,
+                                           words_of(options).List(), tell, &mine) == CE_None;
+  });
+}
+
+Result<ContourFile> encode_contour_areas(ContourFormat format, const DemInfo& info,
+                                         std::span<const ContourArea> areas, double error_m) {
+  if (auto ok = check_crs(info, format); !ok) return std::unexpected(ok.error());
+  return encode_layer(format, info, areas_kind(), {}, [&](OGRLayer& layer) {
+    return put_areas(layer, areas, info, format, error_m);
+  });
 }
 
 }  // namespace tind

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <filesystem>
+#include <map>
 
+#include "proto/base64.h"
 #include "proto/mesh/mesh_io.h"
 #include "server/services/jobs/jobs.h"
 #include "terrain/mesh/mesh_file.h"
@@ -55,7 +57,7 @@ class ProcessesApi : public Api {
 
 TEST_F(ProcessesApi, SayWhatTheyTake) {
   const Json list = get_json("/processes");
-  ASSERT_EQ(list["processes"].size(), 15u);
+  ASSERT_EQ(list["processes"].size(), 18u);
   EXPECT_EQ(list["processes"][0]["id"], "simplify");
   const Json simplify = get_json("/processes/simplify");
   for (const char* const input : {"dataset", "max_error", "triangles", "ratio", "method", "bbox",
@@ -192,8 +194,20 @@ TEST_F(ProcessesApi, RastersAndLinesOfAnArea) {
     EXPECT_EQ(std::fmod(height, 200), 0);
     EXPECT_EQ(feature["geometry"]["coordinates"][0][2], height);
   }
+  const HttpReply band =
+      run("contours", R"("interval": 200, "band": true, "max_error": 10, "format": "geojson")");
+  const Json areas = Json::parse(band.body);
+  ASSERT_GT(areas["features"].size(), 5u);
+  for (const Json& feature : areas["features"]) {
+    EXPECT_EQ(std::fmod(feature["properties"]["height_m"].get<double>(), 200), 0);
+    EXPECT_GE(feature["properties"]["error_m"], 5);
+    EXPECT_EQ(feature["geometry"]["type"], "Polygon");
+  }
   expect_refused("/processes/contours/execution",
-                 {{inputs(R"("base": 1)"), "inputs.interval"},
+                 {{inputs(R"("interval": 10, "band": true)"), "inputs.max_error"},
+                  {inputs(R"("interval": 10, "max_error": 2)"), "inputs.max_error"},
+                  {inputs(R"("interval": 10, "band": 1)"), "inputs.band"},
+                  {inputs(R"("base": 1)"), "inputs.interval"},
                   {inputs(R"("interval": 10, "levels": [1])"), "inputs.interval"},
                   {inputs(R"("levels": ["1 --output=x"])"), "inputs.levels"}});
   expect_refused("/processes/hillshade/execution",
@@ -269,6 +283,156 @@ TEST_F(ProcessesApi, VolumesStatisticsAndDifferences) {
                  {{inputs(R"("format": "tif")"), "inputs.less"}});
 }
 
+TEST_F(ProcessesApi, SeveralMethodsInOneTable) {
+  const std::string where = R"("bbox": [-121.78, 46.84, -121.74, 46.87], )";
+  const auto run = [&](const std::string& format) {
+    const HttpReply reply =
+        post("/processes/compare/execution",
+             R"({"inputs": {"dataset": "rainier", )" + where + R"("format": ")" + format +
+                 R"(", "methods": ["bounded", "vertex-removal:degree"], "ratio": [0.1, 0.07]},
+                   "outputs": {"report": {}, "table": {}}})");
+    EXPECT_EQ(reply.status, 200) << reply.body;
+    EXPECT_EQ(reply.body.find("rainier.tif"), std::string::npos) << "no file of the server";
+    return Json::parse(reply.body);
+  };
+  const Json results = run("csv");
+  const Json table = results["report"]["value"]["table"];
+  ASSERT_EQ(table.size(), 4u);
+  EXPECT_EQ(table[1]["method"], "vertex-removal:degree");
+  EXPECT_EQ(table[2]["stop"], "7%");
+  EXPECT_GT(table[0]["triangles"], table[2]["triangles"]);
+  EXPECT_EQ(results["report"]["value"]["input"], Json::array({"rainier"}));
+  const HttpReply csv = get(results["table"]["href"]);
+  EXPECT_TRUE(csv.body.starts_with("method,stop,triangles")) << csv.body;
+  EXPECT_EQ(std::ranges::count(csv.body, '\n'), 5);
+  const HttpReply page = get(run("html")["table"]["href"]);
+  EXPECT_TRUE(page.headers.at("content-type").starts_with("text/html"));
+  EXPECT_TRUE(page.headers.at("content-disposition").starts_with("attachment"));
+  EXPECT_NE(page.body.find("<h1>Simplifying rainier</h1>"), std::string::npos);
+  EXPECT_EQ(page.body.find("rainier.tif"), std::string::npos) << "no file of the server";
+  expect_refused("/processes/compare/execution",
+                 {{inputs(R"("methods": ["qem"])"), "inputs.max_error"},
+                  {inputs(R"("max_error": 5)"), "inputs.max_error"},
+                  {inputs(R"("max_error": [5], "ratio": [0.1])"), "inputs.max_error"},
+                  {inputs(R"("ratio": [2])"), "inputs.ratio"},
+                  {inputs(R"("triangles": [10.5])"), "inputs.triangles"},
+                  {inputs(R"("max_error": [1,2,3,4,5,6,7,8,9])"), "inputs.max_error"},
+                  {inputs(R"("max_error": [5], "methods": ["magic"])"), "inputs.methods"},
+                  {inputs(R"("max_error": [5], "methods": ["qem,bounded"])"), "inputs.methods"},
+                  {inputs(R"("max_error": [5], "methods": "qem")"), "inputs.methods"},
+                  {inputs(R"("max_error": [5], "title": "x")"), "inputs.title"}});
+}
+
+/// As a string of JSON.
+std::string json_text(const std::string& text) { return Json(text).dump(); }
+
+TEST_F(ProcessesApi, AMeshThatIsSentIsMeasured) {
+  const std::string box = R"("bbox": [-121.78, 46.84, -121.74, 46.87])";
+  const auto measure = [&](const std::string& mesh) {
+    return post("/processes/measure/execution", inputs(R"("mesh": )" + mesh + ", " + box));
+  };
+  std::map<std::string, std::string> files;
+  for (const std::string format : {"ply", "obj", "stl", "2dm", "landxml"}) {
+    // Of these, readers take x, y and z for one unit.
+    const bool metric = format == "landxml" || format == "stl";
+    const std::string frame =
+        std::string(R"("frame": ")") + (metric ? "metric" : "source") + "\", ";
+    const HttpReply made =
+        execute(inputs(frame + box + R"(, "max_error": 10, "format": ")" + format + "\""));
+    ASSERT_EQ(made.status, 200) << made.body;
+    std::string encoded;
+    proto::put_base64(encoded, made.body);
+    files[format] = made.body;
+    const HttpReply reply = post("/processes/measure/execution",
+                                 inputs(R"("mesh": ")" + encoded + R"(", "mesh_format": ")" +
+                                        format + "\", " + frame + box));
+    ASSERT_EQ(reply.status, 200) << format << reply.body;
+    const Json report = Json::parse(reply.body);
+    EXPECT_LE(report["max_error_m"], format == "stl" ? 10.5 : 10.001) << format;
+    EXPECT_GT(report["max_error_m"], 5) << format;
+    EXPECT_EQ(report["dem"], Json::array({"rainier"}));
+    EXPECT_EQ(report["input"], Json::array({"rainier"}));
+  }
+  const HttpReply text = measure(R"({"value": )" + json_text(files["obj"]) +
+                                 R"(, "encoding": "utf-8", "mediaType": "model/obj"})");
+  ASSERT_EQ(text.status, 200) << text.body;
+  EXPECT_LE(Json::parse(text.body)["max_error_m"], 10.001);
+
+  // What of the job's order is large, is gone when it has ended.
+  const HttpReply accepted = [&] {
+    HttpClient client(port());
+    const std::string body = inputs(R"("mesh": {"value": )" + json_text(files["obj"]) +
+                                    R"(, "encoding": "utf-8"}, "mesh_format": "obj", )" + box);
+    client.send(
+        "POST /processes/measure/execution HTTP/1.1\r\nHost: h\r\nPrefer: respond-async\r\n"
+        "Content-Type: application/json\r\nContent-Length: " +
+        std::to_string(body.size()) + "\r\n\r\n" + body);
+    return client.receive();
+  }();
+  ASSERT_EQ(accepted.status, 201) << accepted.body;
+  const std::string job = accepted.headers.at("location");
+  ASSERT_EQ(wait_for(job)["status"], "successful");
+  const auto kept = jobs_->find(job.substr(6));
+  ASSERT_TRUE(kept && *kept);
+  EXPECT_LT((*kept)->order.size(), 2000u);
+  EXPECT_EQ(get_json(job + "/results")["dem"], Json::array({"rainier"}));
+
+  // A file that names others reads none of them.
+  const HttpReply names = measure(
+      R"({"value": "mtllib ../../../../etc/passwd\nv -121.78 46.84 3000\nv -121.74 46.84 3000\nv -121.74 46.87 3000\nf 1 2 3\n",
+          "encoding": "utf-8", "mediaType": "model/obj"})");
+  EXPECT_EQ(names.status, 200) << names.body;
+  const HttpReply broken = measure(R"({"value": "bm8gbWVzaA==", "mediaType": "model/obj"})");
+  EXPECT_EQ(broken.status, 422) << broken.body;
+  const HttpReply elsewhere = measure(
+      R"({"value": "v 1 1 1\nv 2 1 1\nv 2 2 1\nf 1 2 3\n", "encoding": "utf-8", "mediaType": "model/obj"})");
+  EXPECT_EQ(elsewhere.status, 422) << elsewhere.body;
+  EXPECT_EQ(elsewhere.body.find("--"), std::string::npos) << elsewhere.body;
+  expect_refused(
+      "/processes/measure/execution",
+      {{inputs(box), "inputs.mesh"},
+       {inputs(R"("mesh": 1)"), "inputs.mesh"},
+       {inputs(R"("mesh": "####", "mesh_format": "obj")"), "inputs.mesh"},
+       {inputs(R"("mesh": "", "mesh_format": "obj")"), "inputs.mesh"},
+       {inputs(R"("mesh": "AAAA")"), "inputs.mesh_format"},
+       {inputs(R"("mesh": "AAAA", "mesh_format": "glb")"), "inputs.mesh_format"},
+       {inputs(R"("mesh": {"value": "AAAA", "mediaType": "image/png"})"), "inputs.mesh.mediaType"},
+       {inputs(R"("mesh": {"value": "AAAA", "encoding": "hex"})"), "inputs.mesh.encoding"},
+       {inputs(R"("mesh": {"href": "http://x"})"), "inputs.mesh.value"},
+       {inputs(R"("mesh": "AAAA", "mesh_format": "obj", "frame": "x")"), "inputs.frame"}});
+}
+
+TEST_F(ProcessesApi, AMeshIsFineInARegion) {
+  const std::string window = R"("window": [-121.8, 46.82, -121.72, 46.89], )";
+  const auto run = [&](const std::string& more) {
+    return post("/processes/refine/execution",
+                R"({"inputs": {"dataset": "rainier", "inside": 2, "outside": 60, )" + window +
+                    more + R"(}, "outputs": {"mesh": {}, "report": {}}})");
+  };
+  for (const std::string region :
+       {R"("bbox": [-121.77, 46.84, -121.75, 46.86])",
+        R"("polygon": {"type": "Polygon", "coordinates": [[[-121.77, 46.84], [-121.75, 46.84],
+            [-121.75, 46.86], [-121.77, 46.84]]]})",
+        R"("route": [[-121.79, 46.84], [-121.73, 46.86]], "width": 300)"}) {
+    const HttpReply reply = run(region);
+    ASSERT_EQ(reply.status, 200) << region << reply.body;
+    const Json report = Json::parse(reply.body)["report"]["value"];
+    EXPECT_GT(report["inside"]["posts"], 50) << region;
+    EXPECT_LE(report["inside"]["max_error_m"], 2) << region;
+    EXPECT_LE(report["outside"]["max_error_m"], 60) << region;
+    EXPECT_GT(report["outside"]["max_error_m"], 2) << region;
+  }
+  expect_refused(
+      "/processes/refine/execution",
+      {{inputs(R"("inside": 1)"), "inputs.bbox"},
+       {inputs(R"("bbox": [1, 2, 3])"), "inputs.bbox"},
+       {inputs(R"("bbox": [1, 2, 3, 4], "width": 4)"), "inputs.width"},
+       {inputs(R"("route": [[1, 2], [3, 4]])"), "inputs.width"},
+       {inputs(R"("bbox": [1, 2, 3, 4], "inside": 60)"), "inputs.inside"},
+       {inputs(R"("bbox": [1, 2, 3, 4], "window": "all")"), "inputs.window"},
+       {inputs(R"("polygon": {"type": "Polygon", "coordinates": []})"), "inputs.polygon"}});
+}
+
 std::string many_zeros(int count) {
   std::string text;
   for (int i = 0; i < count; ++i) text += ",0";
@@ -307,6 +471,50 @@ TEST_F(ProcessesApi, WhatIsWrongHasANameAndNothingRuns) {
        {R"({"inputs": {"dataset": "rainier", "max_error": 1}, "response": "loud"})", "response"}});
   EXPECT_EQ(get_json("/jobs")["jobs"].size(), 0u);
   EXPECT_EQ(jobs_->counts().failed, 0u);
+}
+
+TEST_F(ProcessesApi, AFailureSaysWhatToDoInTheWordsOfRequests) {
+  // What only the program finds.
+  const HttpReply none = post("/processes/simplify/execution", inputs(R"("max_error": 0)"));
+  EXPECT_EQ(none.status, 400) << none.body;
+  EXPECT_NE(none.body.find("(method) take 0"), std::string::npos) << none.body;
+  const HttpReply area = post(
+      "/processes/volume/execution",
+      inputs(
+          R"("height": 1, "polygon": {"type": "Polygon", "coordinates": [[[0, 0], [0, 0], [0, 0]]]})"));
+  EXPECT_GE(area.status, 400) << area.body;
+  for (const std::string& text : {none.body, area.body}) {
+    EXPECT_EQ(text.find("--"), std::string::npos) << text;
+    EXPECT_EQ(text.find("help"), std::string::npos) << text;
+  }
+  // A line that the command line's own parser refuses.
+  services::JobOrder order;
+  order.process = "contours";
+  order.client = "127.0.0.1";
+  order.arguments = {"contours", test::testdata("rainier.tif"), "--interval=-1", "-o", "x.gpkg"};
+  const auto job = jobs_->submit(order);
+  ASSERT_TRUE(job);
+  const Json status = wait_for("/jobs/" + job->id);
+  EXPECT_EQ(status["status"], "failed");
+  const std::string message = status["message"];
+  EXPECT_TRUE(message.starts_with("interval: ")) << message;
+}
+
+TEST_F(ProcessesApi, ADatumWithoutItsGridIsRefusedBeforeAnythingRuns) {
+  const std::string where = R"("bbox": [-121.78, 46.84, -121.74, 46.87], )";
+  for (const char* const datum : {"source", "egm96", "EPSG:5773", "ellipsoid"}) {
+    const HttpReply reply = post("/processes/contours/execution",
+                                 inputs(where + R"("interval": 500, "datum": ")" + datum + "\""));
+    EXPECT_EQ(reply.status, 200) << datum << reply.body;
+  }
+  const auto before = jobs_->counts();
+  // A geoid of Japan reaches nowhere near, whichever grids there are.
+  expect_refused("/processes/contours/execution",
+                 {{inputs(R"("interval": 500, "datum": "EPSG:6695")"), "inputs.datum"}});
+  expect_refused("/processes/simplify/execution",
+                 {{inputs(R"("max_error": 50, "datum": "EPSG:6695")"), "inputs.datum"}});
+  EXPECT_EQ(jobs_->counts().failed, before.failed);
+  EXPECT_EQ(jobs_->counts().successful, before.successful);
 }
 
 TEST_F(ProcessesApi, AnAreaBesideTheDemIsTheClientsMistake) {

@@ -81,6 +81,41 @@ TEST(ContourLines, GoAroundVoids) {
       EXPECT_GE(std::abs(p[1].get<double>() - 49.8), 0.05);
 }
 
+TEST(ContourLines, HeightsAreThoseBetweenTwo) {
+  EXPECT_EQ(*contour_heights({.interval_m = 25, .base_m = 5}, -21, 56),
+            (std::vector<double>{-20, 5, 30, 55}));
+  EXPECT_EQ(*contour_heights({.levels = {90, 12.5, 90, 500}}, 0, 100),
+            (std::vector<double>{12.5, 90}));
+  EXPECT_FALSE(contour_heights({.interval_m = 1e-3}, 0, 100));
+}
+
+TEST(ContourAreas, AreInTheDemsCrsWithTheirHeightAndError) {
+  const ContourArea area{50,
+                         {{{0, 0}, {0, 40}, {40, 40}, {40, 0}}, {{10, 10}, {20, 10}, {20, 20}}}};
+  DemInfo info = cone().info();
+  info.crs_wkt =
+      "GEOGCS[\"WGS 84\",DATUM[\"WGS_1984\",SPHEROID[\"WGS 84\",6378137,298.257223563]],"
+      "PRIMEM[\"Greenwich\",0],UNIT[\"degree\",0.0174532925199433],AUTHORITY[\"EPSG\",\"4326\"]]";
+  const auto made = encode_contour_areas(ContourFormat::geojson, info, std::span(&area, 1), 2.5);
+  ASSERT_TRUE(made) << made.error().what;
+  EXPECT_EQ(made->lines, 1u);
+  const auto json = nlohmann::json::parse(made->bytes);
+  const auto& feature = json["features"][0];
+  EXPECT_EQ(feature["properties"]["height_m"], 50);
+  EXPECT_EQ(feature["properties"]["error_m"], 2.5);
+  EXPECT_EQ(feature["geometry"]["type"], "Polygon");
+  ASSERT_EQ(feature["geometry"]["coordinates"].size(), 2u);
+  double west = 180, north = -90;
+  for (const auto& p : feature["geometry"]["coordinates"][0])
+    west = std::min<double>(west, p[0]), north = std::max<double>(north, p[1]);
+  EXPECT_NEAR(west, 10, 1e-9);
+  EXPECT_NEAR(north, 50, 1e-9);
+  for (const ContourFormat format : {ContourFormat::geopackage, ContourFormat::flatgeobuf})
+    EXPECT_TRUE(encode_contour_areas(format, info, std::span(&area, 1), 2.5));
+  info.crs_kind = CrsKind::none;
+  EXPECT_FALSE(encode_contour_areas(ContourFormat::geojson, info, std::span(&area, 1), 2.5));
+}
+
 TEST(ContourLines, RefuseWhatMakesNoSense) {
   const MadeUpSource dem = cone();
   EXPECT_EQ(encode_contours(ContourFormat::geopackage, dem.info(), dem.grid(), {.interval_m = 1e-3})
