@@ -59,10 +59,10 @@ struct LayerKind {
   const char* name;
   OGRwkbGeometryType type;
   std::vector<const char*> fields;
-  const char* geojson_decimals;
+  const char* geojson_decimals;  // null: as RFC 7946 has them, 7
 };
 const LayerKind& lines_kind() {
-  static const LayerKind kKind = {"contours", wkbLineString25D, {"height_m"}, "7"};
+  static const LayerKind kKind = {"contours", wkbLineString25D, {"height_m"}, nullptr};
   return kKind;
 }
 const LayerKind& areas_kind() {
@@ -78,7 +78,7 @@ OGRLayer* make_layer(GDALDataset& file, const DemInfo& info, ContourFormat forma
     return nullptr;
   CPLStringList rfc7946;
   rfc7946.SetNameValue("RFC7946", "YES");
-  rfc7946.SetNameValue("COORDINATE_PRECISION", kind.geojson_decimals);
+  if (kind.geojson_decimals) rfc7946.SetNameValue("COORDINATE_PRECISION", kind.geojson_decimals);
   OGRLayer* const layer =
       file.CreateLayer(kind.name, info.crs_wkt.empty() ? nullptr : &crs, kind.type,
                        format == ContourFormat::geojson ? rfc7946.List() : nullptr);

@@ -64,8 +64,9 @@ class JobsTest : public testing::Test {
 
 TEST_F(JobsTest, ResultsAreWhatTheProgramWritesInItsFolder) {
   const auto jobs = open();
-  JobOrder order = shell("cat given.txt > out.txt; echo words that nobody hears");
-  order.files["given.txt"] = "from a client";
+  JobOrder order = shell("cat given.txt bytes > out.txt; echo words that nobody hears");
+  order.files["given.txt"] = "from a ";
+  order.encoded_files["bytes"] = "Y2xpZW50";  // "client"
   const Job job = run(*jobs, order);
   EXPECT_EQ(job.status, JobStatus::successful) << job.message;
   EXPECT_EQ(job.progress, 100);
@@ -74,7 +75,9 @@ TEST_F(JobsTest, ResultsAreWhatTheProgramWritesInItsFolder) {
   const auto found = jobs->find(job.id);
   ASSERT_TRUE(found && *found);
   EXPECT_EQ((*found)->status, JobStatus::successful);
-  EXPECT_EQ(order_of(**found).outputs[0].media_type, "text/plain");
+  const JobOrder kept = order_of(**found);
+  EXPECT_EQ(kept.outputs[0].media_type, "text/plain");
+  EXPECT_TRUE(kept.files.empty() && kept.encoded_files.empty()) << "what was given is done with";
 }
 
 TEST_F(JobsTest, SaysHowFarItIsAndWhyItFailed) {
