@@ -38,7 +38,7 @@ struct Job {
   std::string message;      // for a person
   int progress = 0;         // per cent
   int attempts = 0;         // how often it was begun
-  int exit_code = 0;        // of failed ones, in the words of the command line; 0: it had none
+  int exit_code = 0;        // of failed ones, as the command line ends; 0: it had none
   std::uint64_t bytes = 0;  // of its files
   /// Milliseconds since 1970; 0: not yet.
   std::int64_t created_ms = 0, started_ms = 0, finished_ms = 0, updated_ms = 0;

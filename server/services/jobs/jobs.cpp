@@ -28,6 +28,9 @@ constexpr int kMostAttempts = 2;  // it, or the daemon, may be killed once while
 constexpr const char* kTemporary = "tind-jobs-";
 constexpr auto kSweep = std::chrono::minutes(1);
 constexpr std::size_t kLongestMessage = 500;
+/// Of the command line: where its input does not allow what it was to do. So ends what takes more
+/// than jobs may.
+constexpr int kTooMuch = 65;
 
 std::int64_t now_ms() {
   return std::chrono::duration_cast<std::chrono::milliseconds>(
@@ -459,21 +462,32 @@ void Jobs::run(const std::shared_ptr<Live>& live, const std::stop_token& stop) {
   said = without_paths(said);
   if (said.size() > kLongestMessage) said.resize(kLongestMessage);
   const auto& limits = limits_.each;
+  const auto too_much = [&](std::string why) {
+    {
+      const std::lock_guard lock(mutex_);
+      live->job.exit_code = kTooMuch;
+    }
+    end(live, JobStatus::failed, std::move(why));
+  };
   switch (ended->why) {
     case ChildEnd::Why::stopped:
       return end(live, JobStatus::dismissed, "dismissed");
     case ChildEnd::Why::out_of_time:
-      return end(live, JobStatus::failed,
-                 "it took longer than jobs may, " + std::to_string(limits.wall_time.count()) +
-                     " s: ask for a smaller area or a quicker method");
+      return too_much("it took longer than jobs may, " + std::to_string(limits.wall_time.count()) +
+                      " s: ask for a smaller area or a quicker method");
     case ChildEnd::Why::killed:
       spdlog::warn("job {}: ended by signal {}", live->job.id, ended->code);
       if (from_outside(ended->code) && live->job.attempts < kMostAttempts) return put_back(live);
+      if (ended->code == SIGXCPU || ended->code == SIGXFSZ)
+        return too_much(why_killed(ended->code));
       return end(live, JobStatus::failed, why_killed(ended->code));
     case ChildEnd::Why::exited:
       break;
   }
   if (ended->code == 0) return end(live, JobStatus::successful, "done");
+  if (said.find("std::bad_alloc") != said.npos)
+    return too_much("it took more memory than jobs may, " +
+                    std::to_string(limits.memory_bytes >> 20) + " MB: ask for a smaller area");
   {
     const std::lock_guard lock(mutex_);
     live->job.exit_code = ended->code;

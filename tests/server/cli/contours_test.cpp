@@ -84,8 +84,8 @@ TEST(Contours, OfTilesAreInTheirBands) {
 
 TEST(Contours, ABandSaysWhatItNeeds) {
   const test::TempDir dir;
-  const std::string start = "contours " + test::testdata("rainier.tif") + " --interval 500 -o " +
-                            dir.file("a.gpkg");
+  const std::string start =
+      "contours " + test::testdata("rainier.tif") + " --interval 500 -o " + dir.file("a.gpkg");
   for (const char* const more :
        {" --band", " --max-error 5", " --tiles t --level 3", " --band --max-error 0",
         " --band --max-error 5 --tiles t --level 3"})

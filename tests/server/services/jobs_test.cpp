@@ -94,6 +94,9 @@ TEST_F(JobsTest, SaysHowFarItIsAndWhyItFailed) {
   EXPECT_EQ(ended.message, "...: no");
   EXPECT_FALSE(fs::exists(folder(ended)));
 
+  EXPECT_EQ(
+      run(*jobs, shell("echo '--x: no' >&2; echo 'Run with --help for more.' >&2; exit 2")).message,
+      "--x: no");
   JobOrder order = shell("echo 'tind: /secret/a.tif: no' >&2; exit 65");
   order.names = {{"/secret/a.tif", "alps"}};
   EXPECT_EQ(run(*jobs, order).message, "alps: no");
@@ -106,9 +109,13 @@ TEST_F(JobsTest, LimitsAreHeld) {
   const Job large = run(*jobs, shell("head -c 3000000 /dev/zero > out.txt"));
   EXPECT_EQ(large.status, JobStatus::failed);
   EXPECT_FALSE(fs::exists(folder(large)));
+  const Job hungry = run(*jobs, shell("echo 'tind: internal error: std::bad_alloc' >&2; exit 1"));
+  EXPECT_NE(hungry.message.find("more memory than jobs may, 512 MB"), std::string::npos);
+  EXPECT_EQ(hungry.exit_code, 65);
   const Job busy = run(*jobs, shell("while :; do :; done"));
   EXPECT_EQ(busy.status, JobStatus::failed);
   EXPECT_NE(busy.message.find("CPU time"), std::string::npos) << busy.message;
+  EXPECT_EQ(busy.exit_code, 65) << "as what its input does not allow";
   EXPECT_EQ(run(*jobs, shell("echo a > out.txt")).status, JobStatus::successful);
   jobs.reset();
   limits.each.wall_time = 1s;
@@ -116,6 +123,7 @@ TEST_F(JobsTest, LimitsAreHeld) {
   const Job slow = run(*jobs, shell("sleep 60"));
   EXPECT_EQ(slow.status, JobStatus::failed);
   EXPECT_NE(slow.message.find("longer"), std::string::npos) << slow.message;
+  EXPECT_EQ(slow.exit_code, 65);
 }
 
 TEST_F(JobsTest, WhatIsDismissedStopsAndLeavesNothing) {
