@@ -196,16 +196,6 @@ class Band {
 
 }  // namespace
 
-BoundedSurface bounded_surface(Tin mesh, double error_m) {
-  BoundedSurface surface;
-  for (const Vec3& v : mesh.vertices) {
-    surface.low.push_back(v.z - error_m - kRounding_m);
-    surface.high.push_back(v.z + error_m + kRounding_m);
-  }
-  surface.mesh = std::move(mesh);
-  return surface;
-}
-
 BoundedSurface bounded_surface(const HeightGrid& posts, double error_m) {
   const int cols = posts.cols(), rows = posts.rows();
   BoundedSurface surface;

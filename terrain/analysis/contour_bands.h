@@ -1,6 +1,10 @@
 #pragma once
 // Where a height may be: between which lines the true contour must lie, when what is known of the
-// terrain is a mesh and how wrong it is.
+// terrain is a mesh or tiles, and how wrong they are.
+//
+// Both bound their error at posts; between posts a mesh may cut off a ridge, and be much farther
+// from the DEM. So this takes the mesh's heights at the posts alone, as level_dem.h does, and says
+// why that is enough. What is certain is then as sharp as the mesh is at posts.
 //
 // The terrain is somewhere between two surfaces over the same triangles, `low` and `high`. It can
 // have the height c only where low <= c <= high. In a triangle both are planes, so that this is a
@@ -26,9 +30,6 @@ struct BoundedSurface {
   /// One a vertex, metres; low < high, but for vertices of no triangle.
   std::vector<double> low, high;
 };
-
-/// A mesh that nowhere is farther than `error_m` from the terrain (surface_error()).
-BoundedSurface bounded_surface(Tin mesh, double error_m);
 
 /// Posts of which each is within `error_m` of the terrain's, which is bilinear between its own. A
 /// cell's two triangles leave the bilinear surface by a quarter of what its corners are out of one

@@ -141,7 +141,7 @@ class Served(unittest.TestCase):
             self.assertIn(b"<h1>Simplifying rainier", page.bytes())
 
     def test_a_band_is_the_same_served_and_made_here(self):
-        asked = {"interval": 200, "band": True, "max_error": 10, "bbox": BOX, "format": "geojson"}
+        asked = {"interval": 200, "as_band": True, "max_error": 10, "bbox": BOX, "format": "geojson"}
         served = self.client.contours("rainier", **asked)
         self.assertEqual(served.bytes(), self.program.contours(DEM, **asked).bytes())
         self.assertGreater(len(json.loads(served.bytes())["features"]), 5)

@@ -42,7 +42,7 @@ class Processes:
         return self.run("tpi", dem, **inputs)
 
     def contours(self, dem: str, **inputs: Any) -> Result:
-        """interval= and base=, or levels=; format="gpkg", "fgb" or "geojson". band=True with
+        """interval= and base=, or levels=; format="gpkg", "fgb" or "geojson". as_band=True with
         max_error=: areas in which the heights certainly are, when a mesh is all that is known."""
         return self.run("contours", dem, **inputs)
 

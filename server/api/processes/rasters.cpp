@@ -40,7 +40,7 @@ constexpr NumberInput kBandError = {
     "max_error",
     "--max-error",
     "Error of the band's mesh",
-    "with band: of a mesh with as few triangles as keep every post within so many metres",
+    "with as_band: of a mesh with as few triangles as keep every post within so many metres",
     1e-3,
     1e5,
     std::numeric_limits<double>::quiet_NaN()};
@@ -129,13 +129,13 @@ std::expected<JobOrder, Problems> contours_order(const App& app, const Json& jso
   if (interval == (levels != nullptr))
     problems.add("interval", interval ? "and levels are two ways to say which heights: one of them"
                                       : "missing: takes interval or levels, metres");
-  const Json* const band = inputs.member("band");
+  const Json* const band = inputs.member("as_band");
   const bool areas = band && *band == true;
-  if (band && !band->is_boolean()) problems.add("band", "must be true or false");
-  if (areas) order.arguments.push_back("--band");
+  if (band && !band->is_boolean()) problems.add("as_band", "must be true or false");
+  if (areas) order.arguments.push_back("--as-band");
   read_number(kBandError, inputs, order, problems);
   if (areas != json.contains("max_error"))
-    problems.add("max_error", areas ? "missing: band takes it, metres" : "is for band");
+    problems.add("max_error", areas ? "missing: as_band takes it, metres" : "is for as_band");
   finish(app, dem, kVectors, "contours", inputs, order, problems);
   if (!problems.empty()) return std::unexpected(std::move(problems));
   return order;
@@ -176,7 +176,7 @@ Ordered contour_inputs() {
                           {{"type", "number"}, {"default", 0}});
   own["levels"] = described("Heights", "in place of interval: these, metres",
                             {{"type", "array"}, {"items", {{"type", "number"}}}});
-  own["band"] = described(
+  own["as_band"] = described(
       "Band",
       "areas in place of lines: where the DEM can have the height, when all that is known "
       "of it is a mesh within max_error",

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -19,7 +20,7 @@
 #include "server/cli/program/progress_bar.h"
 #include "terrain/analysis/contour_bands.h"
 #include "terrain/base/file_io.h"
-#include "terrain/mesh/between_posts.h"
+#include "terrain/mesh/mesh_raster.h"
 #include "terrain/mesh/vertical_error.h"
 #include "terrain/raster/contour_lines.h"
 #include "terrain/simplify/simplify.h"
@@ -45,25 +46,26 @@ struct Made {
   std::string text;
 };
 
-/// What is known of the terrain, and how wrong it is.
+/// What is known of the terrain: its heights at posts, and how wrong they are.
 struct Known {
-  BoundedSurface surface;
+  HeightGrid posts;
   double error_m = 0;
   std::size_t triangles = 0;
 };
 
-/// A mesh with as few triangles as the error allows; how wrong it is between the posts, too, is
-/// measured.
-Result<Known> simplified(const Terrain& posts, double max_error_m, const Progress& progress) {
+/// A mesh with as few triangles as the error allows.
+Result<Known> simplified(const Terrain& dem, double max_error_m, const Progress& progress) {
   SimplifyOptions options;
   options.stop.max_error_m = max_error_m;
-  auto made = simplify(posts, options, progress);
+  const auto made = simplify(dem, options, progress);
   if (!made) return std::unexpected(made.error());
-  const VerticalError at_posts = vertical_error(made->tin, posts.grid);
-  const double error_m =
-      std::max(at_posts.max_m, surface_error(made->tin, posts.grid, at_posts).max_m());
-  const std::size_t triangles = made->tin.triangles.size();
-  return Known{bounded_surface(std::move(made->tin), error_m), error_m, triangles};
+  MeshRaster seen = mesh_raster(made->tin, dem.grid, 0);
+  for (std::size_t i = 0; i < seen.heights.values().size();
+       ++i)  // nobody says how wrong it is there
+    if (std::isnan(seen.errors.values()[i])) seen.heights.values()[i] = HeightGrid::kVoid;
+  constexpr double kRounding_m = 1.0 / 2048;  // of heights below 16384 m, kept as floats
+  return Known{std::move(seen.heights), vertical_error(made->tin, dem.grid).max_m + kRounding_m,
+               made->tin.triangles.size()};
 }
 
 Result<Made> make_bands(const Arguments& a, ContourFormat format) {
@@ -72,28 +74,27 @@ Result<Made> make_bands(const Arguments& a, ContourFormat format) {
   const Progress first = progress.part(0, 0.7), second = progress.part(0.7, 1);
   const auto asked = open_asked(a.dem, a.tiles);
   if (!asked) return std::unexpected(asked.error());
-  const auto posts = read_all(*asked->dem);
+  auto posts = read_all(*asked->dem);
   if (!posts) return std::unexpected(posts.error());
-  Result<Known> known = Known{};
-  if (asked->level)
-    *known = {bounded_surface(posts->grid, asked->error_m()), asked->error_m(), 0};
-  else
-    known = simplified(*posts, *a.max_error_m, first);
+  const Result<Known> known = asked->level
+                                  ? Result<Known>({std::move(posts->grid), asked->error_m(), 0})
+                                  : simplified(*posts, *a.max_error_m, first);
   if (!known) return std::unexpected(known.error());
-  const auto& [surface, error_m, triangles] = *known;
-  if (surface.low.empty()) return fail(Errc::bad_data, "there is no height, so nothing has one");
+  const BoundedSurface surface = bounded_surface(known->posts, known->error_m);
+  if (surface.mesh.triangles.empty())
+    return fail(Errc::bad_data, "no three posts beside each other have a height");
   const auto heights =
       contour_heights(a.options, std::ranges::min(surface.low), std::ranges::max(surface.high));
   if (!heights) return std::unexpected(heights.error());
   const auto areas = contour_bands(surface, *heights, second);
   if (!areas) return std::unexpected(areas.error());
   const DemInfo& info = asked->dem->info();
-  auto file = encode_contour_areas(format, info, *areas, error_m);
+  auto file = encode_contour_areas(format, info, *areas, known->error_m);
   if (!file) return std::unexpected(file.error());
   Made made{std::move(*file), info, {}, {}};
-  made.report = {{"areas", areas->size()}, {"error_m", error_m}};
-  if (triangles > 0) made.report["triangles"] = triangles;
-  made.text = fmt::format("{} areas; heights are within {:.3f} m", areas->size(), error_m);
+  made.report = {{"areas", areas->size()}, {"error_m", known->error_m}};
+  if (known->triangles > 0) made.report["triangles"] = known->triangles;
+  made.text = fmt::format("{} areas; heights are within {:.3f} m", areas->size(), known->error_m);
   return made;
 }
 
@@ -144,11 +145,12 @@ void add_contours(Command program, int& exit) {
   which.add_option("--levels", a->options.levels, "at these: 100,250,500").delimiter(',');
   app.add_option("--base", a->options.base_m, "one of the heights of --interval, metres").shown();
   app.add_flag(
-      "--band", a->band,
+      "--as-band", a->band,
       "areas in place of lines: where the DEM can have the height, when all that is known "
       "of it is a mesh (--max-error) or a level of tiles (--tiles), and how wrong that is");
-  app.add_option("--max-error", a->max_error_m,
-                 "--band: of a mesh with as few triangles as keep every post within so many metres")
+  app.add_option(
+         "--max-error", a->max_error_m,
+         "--as-band: of a mesh with as few triangles as keep every post within so many metres")
       .positive();
   add_level_options(app, a->tiles);
   add_dem_options(app, a->dem);
@@ -157,9 +159,10 @@ void add_contours(Command program, int& exit) {
   add_progress_option(app, a->progress);
   app.on_run([a, &exit] {
     const bool mesh = a->max_error_m.has_value(), tiles = !a->tiles.tiles.empty();
-    if (a->band && mesh == tiles) refuse_missing("--max-error or --tiles, one of them, for --band");
-    if (!a->band && mesh) refuse_value("--max-error", "is for --band");
-    if (!a->band && tiles) refuse_value("--tiles", "is for --band");
+    if (a->band && mesh == tiles)
+      refuse_missing("--max-error or --tiles, one of them, for --as-band");
+    if (!a->band && mesh) refuse_value("--max-error", "is for --as-band");
+    if (!a->band && tiles) refuse_value("--tiles", "is for --as-band");
     exit = run(*a);
   });
 }

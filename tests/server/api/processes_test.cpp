@@ -195,18 +195,19 @@ TEST_F(ProcessesApi, RastersAndLinesOfAnArea) {
     EXPECT_EQ(feature["geometry"]["coordinates"][0][2], height);
   }
   const HttpReply band =
-      run("contours", R"("interval": 200, "band": true, "max_error": 10, "format": "geojson")");
+      run("contours", R"("interval": 200, "as_band": true, "max_error": 10, "format": "geojson")");
   const Json areas = Json::parse(band.body);
   ASSERT_GT(areas["features"].size(), 5u);
   for (const Json& feature : areas["features"]) {
     EXPECT_EQ(std::fmod(feature["properties"]["height_m"].get<double>(), 200), 0);
     EXPECT_GE(feature["properties"]["error_m"], 5);
+    EXPECT_LE(feature["properties"]["error_m"], 10.001);
     EXPECT_EQ(feature["geometry"]["type"], "Polygon");
   }
   expect_refused("/processes/contours/execution",
-                 {{inputs(R"("interval": 10, "band": true)"), "inputs.max_error"},
+                 {{inputs(R"("interval": 10, "as_band": true)"), "inputs.max_error"},
                   {inputs(R"("interval": 10, "max_error": 2)"), "inputs.max_error"},
-                  {inputs(R"("interval": 10, "band": 1)"), "inputs.band"},
+                  {inputs(R"("interval": 10, "as_band": 1)"), "inputs.as_band"},
                   {inputs(R"("base": 1)"), "inputs.interval"},
                   {inputs(R"("interval": 10, "levels": [1])"), "inputs.interval"},
                   {inputs(R"("levels": ["1 --output=x"])"), "inputs.levels"}});

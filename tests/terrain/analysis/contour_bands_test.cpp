@@ -6,7 +6,7 @@
 #include <optional>
 #include <random>
 
-#include "terrain/mesh/between_posts.h"
+#include "terrain/mesh/mesh_raster.h"
 #include "terrain/mesh/vertical_error.h"
 #include "terrain/raster/interpolate.h"
 #include "terrain/simplify/simplify.h"
@@ -83,14 +83,16 @@ std::vector<double> every(double interval) {
   return heights;
 }
 
+/// What a mesh is at the posts.
 BoundedSurface simplified(const HeightGrid& grid, double max_error_m) {
   SimplifyOptions options;
   options.stop.max_error_m = max_error_m;
-  auto made = simplify(Terrain{grid, 1, 1}, options);
+  const auto made = simplify(Terrain{grid, 1, 1}, options);
   EXPECT_TRUE(made) << made.error().what;
-  const VerticalError at_posts = vertical_error(made->tin, grid);
-  const double error = surface_error(made->tin, grid, at_posts).max_m();
-  return bounded_surface(std::move(made->tin), error);
+  MeshRaster seen = mesh_raster(made->tin, grid, 0);
+  for (std::size_t i = 0; i < seen.heights.values().size(); ++i)
+    if (std::isnan(seen.errors.values()[i])) seen.heights.values()[i] = HeightGrid::kVoid;
+  return bounded_surface(seen.heights, vertical_error(made->tin, grid).max_m);
 }
 
 /// Where the terrain has the height, there the band is: along many lines through the cells.
