@@ -521,38 +521,43 @@ void Jobs::put_back(const std::shared_ptr<Live>& live) {
 }
 
 void Jobs::end(const std::shared_ptr<Live>& live, JobStatus status, std::string message) {
-  std::error_code ignored;
-  if (live->dismissed) status = JobStatus::dismissed, message = "dismissed";
-  if (status != JobStatus::successful) fs::remove_all(folder_of(live->job.id), ignored);
-  const std::uint64_t bytes =
-      status == JobStatus::successful ? bytes_in(folder_of(live->job.id)) : 0;
-  std::string order = without_files(live->job);
-  Job ended;
-  Done done;
-  {
-    const std::lock_guard lock(mutex_);
-    Job& job = live->job;
-    job.order = std::move(order);
-    job.status = status;
-    job.message = std::move(message);
-    job.finished_ms = job.updated_ms = now_ms();
-    job.bytes = bytes;
-    if (status == JobStatus::successful) job.progress = 100;
-    ended = job;
+  const std::string order = without_files(live->job);
+  for (;;) {
+    std::error_code ignored;
+    if (live->dismissed) status = JobStatus::dismissed, message = "dismissed";
+    if (status != JobStatus::successful) fs::remove_all(folder_of(live->job.id), ignored);
+    const std::uint64_t bytes =
+        status == JobStatus::successful ? bytes_in(folder_of(live->job.id)) : 0;
+    Job ended;
+    {
+      const std::lock_guard lock(mutex_);
+      Job& job = live->job;
+      job.order = order;
+      job.status = status;
+      job.message = message;
+      job.finished_ms = job.updated_ms = now_ms();
+      job.bytes = bytes;
+      if (status == JobStatus::successful) job.progress = 100;
+      ended = job;
+    }
+    const auto kept = store_->put(ended);
+    if (!kept) spdlog::error("job {}: {}", ended.id, logging::printable(kept.error().what));
+    Done done;
+    {
+      const std::lock_guard lock(mutex_);
+      // Somebody who saw its end has dismissed it while that was written down.
+      if (live->dismissed && status != JobStatus::dismissed) continue;
+      if (!kept) unsaved_[ended.id] = ended;
+      if (live->running) --counts_.running;
+      live_.erase(ended.id);
+      ++(status == JobStatus::successful ? counts_.successful
+         : status == JobStatus::failed   ? counts_.failed
+                                         : counts_.dismissed);
+      done = std::move(live->done);
+    }
+    if (done) done(ended);
+    return;
   }
-  const auto kept = store_->put(ended);
-  if (!kept) spdlog::error("job {}: {}", ended.id, logging::printable(kept.error().what));
-  {
-    const std::lock_guard lock(mutex_);
-    if (!kept) unsaved_[ended.id] = ended;
-    if (live->running) --counts_.running;
-    live_.erase(ended.id);
-    ++(status == JobStatus::successful ? counts_.successful
-       : status == JobStatus::failed   ? counts_.failed
-                                       : counts_.dismissed);
-    done = std::move(live->done);
-  }
-  if (done) done(ended);
 }
 
 void Jobs::forget(const Job& job) {

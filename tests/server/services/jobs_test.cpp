@@ -149,6 +149,19 @@ TEST_F(JobsTest, WhatIsDismissedStopsAndLeavesNothing) {
   EXPECT_FALSE(fs::exists(folder(done)));
 }
 
+TEST_F(JobsTest, WhoSeesTheEndMayDismissAtOnce) {
+  const auto jobs = open();
+  for (int i = 0; i < 30; ++i) {  // most of these come while the end is being written down
+    const auto job = jobs->submit(shell("echo a > out.txt"));
+    ASSERT_TRUE(job);
+    while (!(**jobs->find(job->id)).has_ended()) std::this_thread::yield();
+    ASSERT_TRUE(*jobs->dismiss(job->id));
+    EXPECT_TRUE(
+        becomes(*jobs, job->id, [](const Job& j) { return j.status == JobStatus::dismissed; }));
+    EXPECT_TRUE(becomes(*jobs, job->id, [&](const Job& j) { return !fs::exists(folder(j)); }));
+  }
+}
+
 TEST_F(JobsTest, WhoeverHangsUpWantsItNoMore) {
   const auto jobs = open();
   std::stop_source gone;
