@@ -226,4 +226,8 @@ std::optional<SaidInStg> read_stg(const std::string& stg) {
   return said;
 }
 
+bool is_anothers_stg(const std::string& stg) {
+  return stg.find("OBJECT") != std::string::npos && stg.find(kSaysSha1) == std::string::npos;
+}
+
 }  // namespace tind::flightgear

@@ -45,5 +45,8 @@ struct SaidInStg {
   std::string sha1;  // of the packed BTG
 };
 std::optional<SaidInStg> read_stg(const std::string&);
+/// Does it lead to something, and has not what make_bucket() says before that? Not so of one that
+/// is cut off.
+bool is_anothers_stg(const std::string&);
 
 }  // namespace tind::flightgear

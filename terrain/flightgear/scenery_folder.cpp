@@ -6,9 +6,12 @@
 #include <algorithm>
 #include <atomic>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <optional>
+#include <set>
+#include <sstream>
 #include <string_view>
 #include <system_error>
 
@@ -25,8 +28,10 @@ namespace fs = std::filesystem;
 
 constexpr const char* kRecord = "/tind-flightgear.txt";
 constexpr const char* kIndex = ".dirindex";
+constexpr const char* kPartial = ".part";
 constexpr const char* kTerrain = "Terrain";
-/// Folders that TerraSync looks for; there is nothing in them.
+constexpr int kTen = 10;  // degrees
+/// Folders that TerraSync looks for; there is nothing of ours in them.
 constexpr const char* kOthers[] = {"Airports", "Models", "Objects"};
 
 std::string_view text_of(const std::vector<std::uint8_t>& bytes) {
@@ -57,6 +62,80 @@ proto::DirEntry entry_of(std::string name, std::string_view bytes) {
   return {proto::DirEntry::file, std::move(name), sha1(bytes), bytes.size()};
 }
 
+// ---- what of a folder is ours ----
+
+/// A link is none: nothing here writes any.
+bool is_file(const std::string& path) {
+  std::error_code error;
+  return fs::is_regular_file(fs::symlink_status(path, error));
+}
+
+/// The names of the folders in one that may not be there.
+Result<std::vector<std::string>> folders_in(const std::string& path) {
+  std::vector<std::string> names;
+  std::error_code error;
+  if (!fs::exists(path, error)) return names;
+  for (fs::directory_iterator it(path, error), end; !error && it != end; it.increment(error))
+    if (std::error_code none; fs::is_directory(it->symlink_status(none)))
+      names.push_back(it->path().filename().string());
+  if (error) return fail(Errc::io, "cannot read " + path + ": " + error.message());
+  return names;
+}
+
+/// "w130n40", in which there are folders of a degree.
+bool is_of_ten(const std::string& name) {
+  for (int lon = -180; lon < 180; lon += kTen)
+    for (int lat = -90; lat < 90; lat += kTen)
+      if (path_of(Folder{lon, lat}).starts_with(name + "/")) return true;
+  return false;
+}
+
+using IsOurs = std::function<bool(const std::string& name)>;
+
+/// Has it what an index of that folder begins with, and only such names? `torn`: its last line may
+/// be cut off. There is nothing to lose of an empty one.
+bool is_our_index(std::string text, const std::string& path, const IsOurs& is_ours, bool torn) {
+  if (torn) text.resize(text.rfind('\n') + 1);  // npos + 1 is 0
+  if (text.empty()) return true;
+  const std::string head = proto::encode_dirindex(path, {});
+  if (!text.starts_with(head)) return false;
+  std::istringstream lines(text.substr(head.size()));
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t end = line.find(':', 2);
+    if (end == line.npos || !is_ours(line.substr(2, end - 2))) return false;
+  }
+  return true;
+}
+
+void add_indices(const std::string& folder, const std::string& path, const IsOurs& is_ours,
+                 std::vector<std::string>& ours) {
+  for (const bool torn : {false, true}) {
+    const std::string file = folder + "/" + kIndex + (torn ? kPartial : "");
+    if (!is_file(file)) continue;
+    const auto text = read_regular_file(file);
+    if (text && is_our_index(*text, path, is_ours, torn)) ours.push_back(file);
+  }
+}
+
+/// Of a folder of one degree. Others name their buckets alike; their .stg tell.
+void add_buckets(const std::string& at, Folder folder, std::vector<std::string>& ours) {
+  std::set<std::string> names;
+  for (const BucketId id : buckets_in(folder)) {
+    const auto stg = read_regular_file(at + "/" + stg_name(id));
+    if (stg && is_anothers_stg(*stg)) continue;
+    for (const std::string& name : {btg_name(id), stg_name(id)}) {
+      names.insert(name);
+      for (const std::string& file : {at + "/" + name, at + "/" + name + kPartial})
+        if (is_file(file)) ours.push_back(file);
+    }
+  }
+  add_indices(
+      at, std::string(kTerrain) + "/" + path_of(folder),
+      [&](const std::string& name) { return names.contains(name); }, ours);
+}
+
+// ---- the making ----
+
 class SceneryMaker {
  public:
   SceneryMaker(const BucketPlan& plan, const std::string& folder, const Progress& progress)
@@ -81,6 +160,7 @@ class SceneryMaker {
   Result<void> make_all(const std::vector<BucketId>&, int threads);
   void count(BucketId, const SaidInStg&, Entries);
   Result<proto::DirEntry> put_index(const std::string& path, Entries);
+  Result<proto::DirEntry> index_of_others(const std::string& path);
   Result<std::string> put_indices();
 };
 
@@ -94,16 +174,23 @@ Result<void> SceneryMaker::begin(bool others) {
   return write_whole_file(folder_ + kRecord, record_of(plan_));
 }
 
-/// All that has the name of a file that is made here.
+/// Buckets of before, and indices that name nothing else. What others have put beside them stays.
 Result<void> SceneryMaker::remove_others() {
-  std::error_code error;
+  const std::string terrain = folder_ + "/" + kTerrain;
+  const auto tens = folders_in(terrain);
+  if (!tens) return std::unexpected(tens.error());
   std::vector<std::string> ours;
-  for (fs::recursive_directory_iterator it(folder_ + "/" + kTerrain, error), end;
-       !error && it != end; it.increment(error)) {
-    const std::string name = it->path().filename().string();
-    if (name == kIndex || name.ends_with(".stg") || name.ends_with(".btg.gz") ||
-        name.ends_with(".part"))
-      ours.push_back(it->path().string());
+  add_indices(terrain, kTerrain, is_of_ten, ours);
+  for (const std::string& ten : *tens) {
+    if (!is_of_ten(ten)) continue;
+    const std::string at = terrain + "/" + ten;
+    const auto ones = folders_in(at);
+    if (!ones) return std::unexpected(ones.error());
+    add_indices(
+        at, kTerrain + ("/" + ten),
+        [&](const std::string& name) { return folder_named(ten, name).has_value(); }, ours);
+    for (const std::string& one : *ones)
+      if (const auto folder = folder_named(ten, one)) add_buckets(at + "/" + one, *folder, ours);
   }
   for (const std::string& path : ours)
     if (auto done = files_.remove(path); !done) return done;
@@ -111,7 +198,7 @@ Result<void> SceneryMaker::remove_others() {
 }
 
 Result<void> SceneryMaker::put(const std::string& path, std::string_view bytes) {
-  const std::string whole = folder_ + "/" + path, partial = whole + ".part";
+  const std::string whole = folder_ + "/" + path, partial = whole + kPartial;
   if (auto done = files_.make_folder(fs::path(whole).parent_path().string()); !done) return done;
   if (auto done = files_.write(partial, bytes); !done) return done;
   return files_.rename(partial, whole);
@@ -189,6 +276,15 @@ Result<proto::DirEntry> SceneryMaker::put_index(const std::string& path, Entries
   return proto::DirEntry{proto::DirEntry::folder, fs::path(path).filename().string(), sha1(text)};
 }
 
+/// Models and airports that somebody put there stay, and are led to.
+Result<proto::DirEntry> SceneryMaker::index_of_others(const std::string& path) {
+  const std::string file = folder_ + "/" + path + "/" + kIndex;
+  const auto text = read_regular_file(file);
+  if (text && text->starts_with(proto::encode_dirindex(path, {})))
+    return proto::DirEntry{proto::DirEntry::folder, path, sha1(*text)};
+  return put_index(path, {});
+}
+
 /// From the deepest folders up; that of the root, which is not written yet.
 Result<std::string> SceneryMaker::put_indices() {
   std::map<std::string, Entries> of_ten;
@@ -204,11 +300,14 @@ Result<std::string> SceneryMaker::put_indices() {
     if (!entry) return std::unexpected(entry.error());
     terrain.push_back(std::move(*entry));
   }
-  for (const std::string path : {kOthers[0], kOthers[1], kOthers[2], kTerrain}) {
-    auto entry = put_index(path, path == kTerrain ? std::move(terrain) : Entries());
+  for (const std::string path : kOthers) {
+    auto entry = index_of_others(path);
     if (!entry) return std::unexpected(entry.error());
     root.push_back(std::move(*entry));
   }
+  auto entry = put_index(kTerrain, std::move(terrain));
+  if (!entry) return std::unexpected(entry.error());
+  root.push_back(std::move(*entry));
   return proto::encode_dirindex({}, std::move(root));
 }
 

@@ -143,6 +143,47 @@ TEST_F(SceneryFolder, OfOtherOptionsTakesThePlaceOfWhatWasThere) {
   EXPECT_NE(after, before);
 }
 
+TEST_F(SceneryFolder, TakesAwayBucketsOfBeforeAndNothingOfOthers) {
+  const BucketId gone = bucket_at({8.5, 45.5});  // in no plan here
+  const std::string one = "Terrain/" + path_of(folder_of(gone)) + "/";
+  const std::string taken[] = {one + btg_name(gone), one + stg_name(gone),
+                               one + btg_name(gone) + ".part", one + ".dirindex"};
+  const BucketId anothers = bucket_at({8.5, 45.7});
+  const std::string ours_too = "Terrain/e000n40/e009n46/";
+  const std::map<std::string, std::string> stay = {
+      {one + "KSEA.btg.gz", "mine"},
+      {one + "KSEA.stg", "OBJECT_STATIC mine.ac 1 2 3 4\n"},
+      {one + "notes.part", "mine"},
+      {one + "0123.stg", "mine"},
+      {one + btg_name(anothers), "another's"},
+      {one + stg_name(anothers), "OBJECT_BASE " + btg_name(anothers) + "\n"},
+      {ours_too + "KSEA.btg.gz", "mine"},
+      {ours_too + btg_name(gone), "of another folder"},
+      {"Terrain/" + btg_name(gone), "in none"},
+      {"Terrain/mine/" + stg_name(gone), "in none of ours"},
+      {"Terrain/w130n40/.dirindex", "version:1\npath:Terrain/w130n40\nd:w122n46:1\nd:mine:1\n"},
+      {"Terrain/w130n40/w122n47/.dirindex",
+       "version:1\npath:Terrain/w130n40/w122n47\nf:KSEA.btg.gz:1:1\n"},
+      {"Objects/.dirindex", "version:1\npath:Objects\nd:w130n40:1\n"},
+      {"Objects/w130n40/.dirindex", "version:1\npath:Objects/w130n40\n"},
+  };
+  ASSERT_TRUE(write_scenery(plan(10), folder_));
+  const auto put = [&](const std::string& name, const std::string& text) {
+    fs::create_directories(fs::path(folder_ + "/" + name).parent_path());
+    std::ofstream(folder_ + "/" + name) << text;
+  };
+  for (const std::string& name : taken) put(name, "");
+  put(one + ".dirindex",
+      "version:1\npath:" + one.substr(0, one.size() - 1) + "\nf:" + stg_name(gone) + ":1:1\n");
+  for (const auto& [name, text] : stay) put(name, text);
+  ASSERT_TRUE(write_scenery(plan(20), folder_));
+  auto there = files();
+  for (const std::string& name : taken) EXPECT_FALSE(there.contains(name)) << name;
+  for (const auto& [name, text] : stay) EXPECT_EQ(there[name], text) << name;
+  EXPECT_NE(there[".dirindex"].find("d:Objects:" + sha1(there["Objects/.dirindex"])),
+            std::string::npos);
+}
+
 TEST_F(SceneryFolder, OfSomebodyElseIsRefused) {
   fs::create_directories(folder_);
   std::ofstream(folder_ + "/mine.txt") << "mine";
