@@ -28,11 +28,30 @@ std::string encode_tile_json(const TileJson& t) {
   return json.dump() + "\n";
 }
 
+namespace {
+
+constexpr int kDeepest = 30;  // level that TileJSON has a number for
+
+/// Of what is no rectangle, one without extent.
+std::array<double, 4> bounds_of(const nlohmann::ordered_json& value) {
+  std::array<double, 4> bounds{};
+  if (!value.is_array() || value.size() != bounds.size()) return bounds;
+  for (std::size_t i = 0; i < bounds.size(); ++i) {
+    const auto number = json::as_number(value[i]);
+    if (!number) return {};
+    bounds[i] = *number;
+  }
+  return bounds;
+}
+
+}  // namespace
+
 Result<TileJson> decode_tile_json(std::string_view text) {
   const auto json = json::parse<nlohmann::ordered_json>(text);
   if (!json.is_object()) return fail(Errc::bad_data, "not a TileJSON object");
-  constexpr std::array kOther = {"tilejson", "name", "scheme", "attribution", "minzoom", "maxzoom"};
+  constexpr std::array kOther = {"tilejson", "name", "scheme", "attribution"};
   TileJson t;
+  t.maxzoom = -1;
   for (const auto& [key, value] : json.items()) {
     const auto word = json::as_text(value);
     const auto number = json::as_number(value);
@@ -42,6 +61,12 @@ Result<TileJson> decode_tile_json(std::string_view text) {
       t.format = *word;
     else if (key == "tileSize")
       t.tile_size = int(json::as_whole(value, 0, 1 << 16).value_or(0));
+    else if (key == "minzoom")
+      t.minzoom = int(json::as_whole(value, 0, kDeepest).value_or(0));
+    else if (key == "maxzoom")
+      t.maxzoom = int(json::as_whole(value, 0, kDeepest).value_or(-1));
+    else if (key == "bounds")
+      t.bounds = bounds_of(value);
     else if (std::ranges::find(kOther, key) != kOther.end())
       continue;
     else if (word)

@@ -33,7 +33,8 @@ struct TileJson {
 std::string encode_tile_json(const TileJson&);
 
 /// Back from what that wrote: what decides the tiles' bytes (tile_size, encoding, format, words,
-/// numbers), and no more. bad_data for what is no object.
+/// numbers) and which there are (minzoom, maxzoom, bounds; where these are damaged, none), and no
+/// more. bad_data for what is no object.
 Result<TileJson> decode_tile_json(std::string_view);
 
 }  // namespace tind::proto

@@ -9,10 +9,12 @@
 #include <algorithm>
 #include <atomic>
 #include <cctype>
+#include <charconv>
 #include <cstdio>
 #include <filesystem>
 #include <mutex>
 #include <optional>
+#include <string_view>
 #include <system_error>
 
 #include "terrain/base/file_io.h"
@@ -38,23 +40,42 @@ std::string path_of(web_mercator::Tile t, proto::ImageFormat format) {
          ending(format);
 }
 
-/// z, x or y.
-bool is_number(const std::string& name) {
-  return !name.empty() && name.size() <= 8 &&
-         std::ranges::all_of(name, [](unsigned char c) { return std::isdigit(c); });
+/// As path_of() writes it, and no other way.
+std::optional<std::uint32_t> number(std::string_view text) {
+  std::uint32_t n = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), n);
+  if (error != std::errc() || end != text.data() + text.size() || std::to_string(n) != text)
+    return {};
+  return n;
 }
 
-/// A file of ours, whole or not, by its place below the folder.
-bool is_tile_path(const fs::path& below) {
+/// Whose image a file below the folder is by its name, whole or not.
+struct NamedTile {
+  web_mercator::Tile tile;
+  proto::ImageFormat format;
+};
+std::optional<NamedTile> tile_named(const fs::path& below) {
   const std::vector<fs::path> parts(below.begin(), below.end());
-  if (parts.size() != 3 || !is_number(parts[0].string()) || !is_number(parts[1].string()))
-    return false;
+  if (parts.size() != 3) return {};
   std::string name = parts[2].string();
   if (name.ends_with(kPartial)) name.resize(name.size() - std::string_view(kPartial).size());
-  return std::ranges::any_of(enum_names<proto::ImageFormat>(), [&](const std::string& format) {
-    return name.ends_with("." + format) &&
-           is_number(name.substr(0, name.size() - format.size() - 1));
-  });
+  const fs::path file = name;
+  const std::string word = file.extension().string();
+  const auto format = enum_named<proto::ImageFormat>(word.empty() ? word : word.substr(1));
+  const auto z = number(parts[0].string()), x = number(parts[1].string()),
+             y = number(file.stem().string());
+  if (!format || !z || !x || !y) return {};
+  const auto tile = web_mercator::tile(*z, *x, *y);
+  if (!tile) return {};
+  return NamedTile{*tile, *format};
+}
+
+/// Can a build with that record have made it?
+bool says(const proto::TileJson& record, const NamedTile& t) {
+  const auto& [west, south, east, north] = record.bounds;
+  return t.tile.level >= record.minzoom && t.tile.level <= record.maxzoom &&
+         name_of(t.format) == record.format &&
+         web_mercator::rect(t.tile).overlaps({west, south, east, north});
 }
 
 void add_tiles(const ImageSource& source, web_mercator::Tile tile, int first, int last,
@@ -98,8 +119,10 @@ class ImageFolder {
 
   proto::TileJson description() const;
   proto::TileJson record() const;
+  bool makes(const NamedTile&) const;
   Result<void> claim();
-  Result<void> remove_tiles();
+  template <class Which>
+  Result<void> remove_tiles(const Which&);
   Result<void> put(web_mercator::Tile);
   Result<void> put_all(const std::vector<web_mercator::Tile>&);
 };
@@ -113,18 +136,26 @@ proto::TileJson ImageFolder::description() const {
   return json;
 }
 
-/// Two builds with the same make the same tiles, wherever both have one.
+/// Two builds with the same make the same tiles, wherever both have one. Its levels are those that
+/// were made.
 proto::TileJson ImageFolder::record() const {
   proto::TileJson json = source_.description;
+  json.minzoom = description().minzoom, json.maxzoom = description().maxzoom;
   json.accuracy.clear();  // which changes no tile
   json.words.emplace_back("source", source_.version);
   json.numbers.emplace_back("epoch", kEpoch);
   return json;
 }
 
+/// Does this build make an image there?
+bool ImageFolder::makes(const NamedTile& t) const {
+  const proto::TileJson json = description();
+  return t.format == source_.format && t.tile.level >= json.minzoom &&
+         t.tile.level <= json.maxzoom && source_.has(t.tile);
+}
+
 /// What two folders' records differ in, for a person; empty: nothing that tiles depend on.
-std::string differences(const std::string& kept, const proto::TileJson& is) {
-  const auto was = proto::decode_tile_json(kept);
+std::string differences(const Result<proto::TileJson>& was, const proto::TileJson& is) {
   if (!was) return std::string(kRecord + 1) + " in it is damaged";
   const auto word = [](const proto::TileJson& of, std::string_view name) {
     const auto found =
@@ -157,8 +188,10 @@ std::string differences(const std::string& kept, const proto::TileJson& is) {
   return fmt::format("{}", fmt::join(all, "; "));
 }
 
-/// The folder is new, empty, or ours and of the same; else an error, or with --force made so.
+/// The folder is new, empty, or ours and of the same; else an error, or with --force made so. What
+/// lies where only this build has an image goes, so that none of another's is taken for it.
 Result<void> ImageFolder::claim() {
+  proto::TileJson next = record();
   const auto kept = read_regular_file(folder_ + kRecord);
   if (!kept) {
     std::error_code error;
@@ -169,27 +202,43 @@ Result<void> ImageFolder::claim() {
                         " holds files that tind build did not make as images: move them, or "
                         "choose another directory");
     if (error) return fail(Errc::io, "cannot read " + folder_ + ": " + error.message());
-  } else if (const std::string other = differences(*kept, record()); !other.empty()) {
-    if (!options_.force)
-      return fail(Errc::invalid_argument, fmt::format("{} holds other images ({}): choose another "
-                                                      "directory, or add --force to replace them",
-                                                      folder_, other));
-    if (auto done = remove_tiles(); !done) return done;
+  } else {
+    const auto was = proto::decode_tile_json(*kept);
+    if (const std::string other = differences(was, next); !other.empty()) {
+      if (!options_.force)
+        return fail(Errc::invalid_argument,
+                    fmt::format("{} holds other images ({}): choose another "
+                                "directory, or add --force to replace them",
+                                folder_, other));
+      const auto goes = [&](const NamedTile& t) { return (was && says(*was, t)) || makes(t); };
+      if (auto done = remove_tiles(goes); !done) return done;
+    } else if (next.minzoom < was->minzoom || next.maxzoom > was->maxzoom) {
+      const auto goes = [&](const NamedTile& t) { return !says(*was, t) && makes(t); };
+      if (auto done = remove_tiles(goes); !done) return done;
+      next.minzoom = std::min(next.minzoom, was->minzoom);
+      next.maxzoom = std::max(next.maxzoom, was->maxzoom);
+    } else {
+      next.minzoom = was->minzoom, next.maxzoom = was->maxzoom;
+    }
   }
   // From here on nobody takes what lies here for whole.
   if (auto done = files_.remove(folder_ + kTiles); !done) return done;
   if (auto done = files_.sync_folder(folder_); !done) return done;
-  return write_whole_file(folder_ + kRecord, proto::encode_tile_json(record()));
+  return write_whole_file(folder_ + kRecord, proto::encode_tile_json(next));
 }
 
-Result<void> ImageFolder::remove_tiles() {
+template <class Which>
+Result<void> ImageFolder::remove_tiles(const Which& goes) {
   if (auto done = files_.remove(folder_ + kTiles); !done) return done;
   std::vector<fs::path> old;
   std::error_code error;
   for (fs::recursive_directory_iterator it(folder_, error), end; !error && it != end;
-       it.increment(error))
-    if (is_tile_path(it->path().lexically_relative(folder_)) && !it->is_directory(error))
+       it.increment(error)) {
+    const auto named = tile_named(it->path().lexically_relative(folder_));
+    std::error_code none;
+    if (named && goes(*named) && !fs::is_directory(it->symlink_status(none)))
       old.push_back(it->path());
+  }
   if (error) return fail(Errc::io, "cannot read " + folder_ + ": " + error.message());
   for (const fs::path& path : old)
     if (auto done = files_.remove(path.string()); !done) return done;

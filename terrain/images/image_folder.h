@@ -29,8 +29,10 @@ std::vector<web_mercator::Tile> image_tiles(const ImageSource&, int first_level,
 /// Writes z/x/y.png (or .webp) and tiles.json, whose address of tiles is relative to itself.
 /// tiles.json comes last, when all tiles stay also if the power is cut. Killed and run again, it
 /// goes on: a tile that is there counts if every checksum in it is right. Tiles of another source
-/// or content are refused (invalid_argument), or with `force` removed; a folder that holds anything
-/// else is refused. Errc::busy where another build runs in it; cancelled on a stop.
+/// or content are refused (invalid_argument), or with `force` removed: those whose level, place and
+/// format the folder's record says were made. What lies in the place of an image that is to be made
+/// and was not is replaced; all else that others put there stays. A folder that begins with files
+/// of others is refused. Errc::busy where another build runs in it; cancelled on a stop.
 Result<ImageFolderReport> write_images(const ImageSource&, const std::string& name,
                                        const ImageFolderOptions&, const Progress& = {});
 

@@ -151,6 +151,51 @@ TEST_F(ImageFolder, OfAnotherSourceIsRefusedOrReplacedWithoutARest) {
   EXPECT_TRUE(fs::exists(folder_ + "/mine.txt"));
 }
 
+TEST_F(ImageFolder, TakesAwayWhatItsRecordSaysAndNothingOfOthers) {
+  const auto levels = [&](const ImageContent& content, int last, bool force) {
+    return write_images(images_of(surface_, {content, format_}), "dem",
+                        {.output = folder_, .last_level = last, .threads = 2, .force = force});
+  };
+  ASSERT_TRUE(levels(proto::HeightCode::mapbox, 3, false));
+  const auto put = [&](const std::string& name, const std::string& bytes) {
+    fs::create_directories(fs::path(folder_ + "/" + name).parent_path());
+    std::ofstream(folder_ + "/" + name, std::ios::trunc) << bytes;
+  };
+  const auto has = [&](const std::string& name) {
+    return read_whole_file(folder_ + "/" + name).value_or("");
+  };
+  const std::string whole = has("0/0/0.png");  // which would be taken for one of the build
+  const std::string others[] = {"20/1/1.png",  "2/9/9.png",    "3/0/0.png",  "3/4/2.webp",
+                                "3/04/2.png",  "5/0/0.png",    "9/1/1.png",  "0/0/0.jpg",
+                                "3/4/2/2.png", "mine/4/2.png", "3/4/2.tiff", "99999999/0/0.png"};
+  for (const std::string& name : others) put(name, whole);
+  ASSERT_TRUE(has("4/8/5.png").empty());
+  put("4/8/5.png", whole);    // in the place of one of more levels
+  put("2/2/1.png.part", "");  // of a run that was killed
+  const auto report = levels(ImageContent(Shade{}), 2, true);
+  ASSERT_TRUE(report) << report.error().what;
+  EXPECT_EQ(report->built, report->tiles);
+  for (const std::string& name : others) EXPECT_EQ(has(name), whole) << name;
+  EXPECT_EQ(has("4/8/5.png"), whole);
+  EXPECT_FALSE(fs::exists(folder_ + "/3/4/2.png"));
+  EXPECT_FALSE(fs::exists(folder_ + "/2/2/1.png.part"));
+  const auto more = levels(ImageContent(Shade{}), 4, false);
+  ASSERT_TRUE(more) << more.error().what;
+  EXPECT_EQ(more->reused, report->tiles);
+  EXPECT_EQ(has("4/8/5.png"),
+            *image_file(surface_, {ImageContent(Shade{}), format_}, *web_mercator::tile(4, 8, 5)));
+  for (const std::string& name : others) EXPECT_EQ(has(name), whole) << name;
+}
+
+TEST_F(ImageFolder, OfADamagedRecordIsMadeAnewAndTakesNoneForItsOwn) {
+  const auto first = write();
+  ASSERT_TRUE(first);
+  std::ofstream(folder_ + "/tind-images.json", std::ios::trunc) << "{";
+  const auto again = write(proto::HeightCode::mapbox, true);
+  ASSERT_TRUE(again) << again.error().what;
+  EXPECT_EQ(again->built, first->tiles);
+}
+
 TEST_F(ImageFolder, SaysWhatIsOther) {
   ASSERT_TRUE(write());
   const auto refusal = [&](const ImageContent& content, const Surface* surface = nullptr) {
