@@ -40,6 +40,15 @@ std::vector<std::uint8_t> content_of(const Source& source, const TileModel& tile
   return tiles3d::content(tile, parent, source.compression, tile_drape(tile, source.draped));
 }
 
+template <class Take>
+void walk(const TileSet& set, TileId id, int last, const Take& take) {
+  if (!has(set, id)) return;
+  take(id);
+  if (id.level == last) return;
+  for (const int north : {0, 1})
+    for (const int east : {0, 1}) walk(set, id.child(east, north), last, take);
+}
+
 class SubtreeMaker {
  public:
   SubtreeMaker(const Source& source, TileId root, const TakeContent& take)
@@ -122,6 +131,18 @@ Result<void> has_roots(const TileSet& set) {
   return fail(Errc::not_found,
               "3D Tiles need both tiles of level 0, and this set begins at level " +
                   std::to_string(set.layer().minzoom));
+}
+
+void each_tile(const TileSet& set, const std::function<void(TileId)>& take) {
+  for (const TileId root : {TileId{0, 0, 0}, TileId{0, 1, 0}})
+    walk(set, root, set.layer().maxzoom, take);
+}
+
+std::vector<TileId> tiles_of_subtree(const TileSet& set, TileId root) {
+  std::vector<TileId> all;
+  walk(set, root, std::min(set.layer().maxzoom, root.level + kSubtreeLevels - 1),
+       [&](TileId id) { all.push_back(id); });
+  return all;
 }
 
 Result<std::string> tileset_json(const Source& source) {

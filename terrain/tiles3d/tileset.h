@@ -45,6 +45,12 @@ std::string path_of(TileId);
 /// Do clients of 3D Tiles find into the set? They need its roots. not_found says why they do not.
 Result<void> has_roots(const TileSet&);
 
+/// The tiles that clients find, each after its parent. Those of a level that is a multiple of
+/// kSubtreeLevels are roots of subtrees.
+void each_tile(const TileSet&, const std::function<void(TileId)>& take);
+/// Of these, the ones of a subtree, its root first.
+std::vector<TileId> tiles_of_subtree(const TileSet&, TileId root);
+
 /// REQUIRES, as the next: has_roots().
 Result<std::string> tileset_json(const Source&);
 /// REQUIRES: the set has the tile, and a level that is a multiple of kSubtreeLevels.

@@ -13,6 +13,7 @@
 #include "terrain/base/parallel.h"
 #include "terrain/store/folder/folder_files.h"
 #include "terrain/store/folder/folder_lock.h"
+#include "terrain/tiles3d/tileset.h"
 
 namespace tind::tiles3d {
 namespace {
@@ -24,21 +25,13 @@ constexpr std::size_t kBatch = 256;               // files
 constexpr std::uint64_t kMostBytes = 0xfffffffe;  // of a file
 constexpr int kLevel = 6;                         // of DEFLATE
 
-/// What belongs to the tileset; tileset.json comes first.
-Result<std::vector<std::string>> names_in(const std::string& folder) {
+/// What the set names, whatever else lies in its folder; tileset.json comes first.
+std::vector<std::string> names_of(const TileSet& set) {
   std::vector<std::string> names;
-  for (const char* hemisphere : {"east", "west"}) {
-    std::error_code error;
-    const fs::path root = fs::path(folder) / hemisphere;
-    if (!fs::exists(root, error)) continue;
-    for (fs::recursive_directory_iterator it(root, error), end; !error && it != end;
-         it.increment(error)) {
-      const fs::path& path = it->path();
-      if (path.extension() == ".glb" || path.extension() == ".subtree")
-        names.push_back(path.lexically_relative(folder).generic_string());
-    }
-    if (error) return fail(Errc::io, "cannot read " + root.string() + ": " + error.message());
-  }
+  each_tile(set, [&](TileId id) {
+    names.push_back(path_of(id) + ".glb");
+    if (id.level % kSubtreeLevels == 0) names.push_back(path_of(id) + ".subtree");
+  });
   std::ranges::sort(names);
   names.insert(names.begin(), kTileset);
   return names;
@@ -70,7 +63,7 @@ class Archive {
   Archive(const std::string& folder, const std::string& file)
       : folder_(folder), file_(file), partial_(file + ".part") {}
 
-  Result<ArchiveReport> make(int threads, const Progress&);
+  Result<ArchiveReport> make(const std::vector<std::string>& names, int threads, const Progress&);
 
  private:
   const std::string folder_, file_, partial_;
@@ -120,24 +113,24 @@ Result<void> Archive::finish() {
   return files_.sync_folder(fs::absolute(file_).parent_path().string());
 }
 
-Result<ArchiveReport> Archive::make(int threads, const Progress& progress) {
-  const auto names = names_in(folder_);
-  if (!names) return std::unexpected(names.error());
+Result<ArchiveReport> Archive::make(const std::vector<std::string>& names, int threads,
+                                    const Progress& progress) {
   if (auto done = files_.write(partial_, ""); !done) return std::unexpected(done.error());
-  for (std::size_t from = 0; from < names->size(); from += kBatch) {
+  for (std::size_t from = 0; from < names.size(); from += kBatch) {
     if (progress.stopped()) return fail(Errc::cancelled, "stopped before the archive was written");
-    if (auto done = add(*names, from, std::min(from + kBatch, names->size()), threads); !done)
+    if (auto done = add(names, from, std::min(from + kBatch, names.size()), threads); !done)
       return std::unexpected(done.error());
-    if (from / kBatch % (names->size() / kBatch / 200 + 1) == 0)
-      progress.at(double(from) / double(names->size()));
+    if (from / kBatch % (names.size() / kBatch / 200 + 1) == 0)
+      progress.at(double(from) / double(names.size()));
   }
   if (auto done = finish(); !done) return std::unexpected(done.error());
-  return ArchiveReport{names->size(), end_};
+  return ArchiveReport{names.size(), end_};
 }
 
 }  // namespace
 
-Result<ArchiveReport> write_archive(const std::string& folder, const std::string& file, int threads,
+Result<ArchiveReport> write_archive(const TileSet& set, const std::string& folder,
+                                    const std::string& file, int threads,
                                     const Progress& progress) {
   if (!read_regular_file(folder + "/" + kTileset))
     return fail(Errc::invalid_argument,
@@ -145,7 +138,7 @@ Result<ArchiveReport> write_archive(const std::string& folder, const std::string
   const auto lock = FolderLock::take(folder);
   if (!lock) return std::unexpected(lock.error());
   Archive archive(folder, file);
-  auto made = archive.make(threads, progress);
+  auto made = archive.make(names_of(set), threads, progress);
   if (!made) {
     std::error_code ignored;
     fs::remove(file + ".part", ignored);

@@ -1,20 +1,25 @@
 // A copy of layer.json stands for which tiles the files are of, and for that they are ours. It is
 // there before the first of them and as long as one is. Subtrees are made in the order of
-// add_roots(), which the tiles alone decide, so a number says which ones are done.
+// each_tile(), which the tiles alone decide, so a number says which ones are done. Before any is
+// kept, its files are looked at: folders are copied by hand, and copies break off.
 
 #include "terrain/tiles3d/tileset_folder.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <charconv>
 #include <filesystem>
+#include <fstream>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <system_error>
 #include <vector>
 
 #include "proto/tile/layer_json.h"
+#include "terrain/base/bytes.h"
 #include "terrain/base/file_io.h"
 #include "terrain/base/parallel.h"
 #include "terrain/encode/quantized_mesh_tile.h"
@@ -30,6 +35,7 @@ namespace fs = std::filesystem;
 constexpr const char* kTileset = "/tileset.json";
 constexpr const char* kDone = "/tind-3dtiles-done";  // how many subtrees
 constexpr const char* kPartial = ".part";
+constexpr const char* kStopped = "stopped before all 3D Tiles were written; run it again to go on";
 
 /// "/tind-3dtiles.json", "/tind-3dtiles-meshopt.json".
 std::string record_name(GlbCompression compression) {
@@ -61,12 +67,33 @@ Result<std::optional<proto::LayerJson>> record_in(const std::string& folder,
   return std::optional(std::move(*layer));
 }
 
-void add_roots(const TileSet& set, TileId id, std::vector<TileId>& roots) {
-  if (!set.available(id)) return;
-  if (id.level % kSubtreeLevels == 0) roots.push_back(id);
-  if (id.level == set.layer().maxzoom) return;
-  for (const int north : {0, 1})
-    for (const int east : {0, 1}) add_roots(set, id.child(east, north), roots);
+/// The first bytes of a file and its length; nothing where there is none, or not so many.
+struct Head {
+  std::array<char, 24> bytes{};
+  std::uint64_t size = 0;
+};
+std::optional<Head> head_of(const std::string& path) {
+  std::error_code error;
+  Head head;
+  if (!fs::is_regular_file(path, error)) return {};
+  head.size = fs::file_size(path, error);
+  std::ifstream in(path, std::ios::binary);
+  if (error || !in.read(head.bytes.data(), head.bytes.size())) return {};
+  return head;
+}
+
+/// Is the file as long as its header says?
+bool is_whole_glb(const std::string& path) {
+  const auto head = head_of(path);
+  return head && std::string_view(head->bytes.data(), 4) == "glTF" &&
+         load<std::uint32_t>(&head->bytes[8]) == head->size;
+}
+bool is_whole_subtree(const std::string& path) {
+  const auto head = head_of(path);
+  if (!head || std::string_view(head->bytes.data(), 4) != "subt") return false;
+  const std::uint64_t rest = head->size - head->bytes.size();
+  const auto json = load<std::uint64_t>(&head->bytes[8]);
+  return json <= rest && load<std::uint64_t>(&head->bytes[16]) == rest - json;
 }
 
 std::string_view text_of(const std::vector<std::uint8_t>& bytes) {
@@ -108,9 +135,13 @@ class FolderMaker {
   Result<void> put(const std::string& path, std::string_view bytes, std::uint64_t FolderReport::*);
   Result<void> put_subtree(TileId root);
   Result<void> remove_others(const proto::LayerJson& before);
+  std::vector<TileId> roots() const;
   std::size_t done_before(std::size_t all) const;
-  Result<void> put_subtrees(const std::vector<TileId>& roots);
-  Result<void> put_batch(const std::vector<TileId>& roots, std::size_t from, std::size_t to);
+  bool is_whole(TileId root) const;
+  Result<std::vector<TileId>> torn_of(std::span<const TileId> done) const;
+  Result<void> put_subtrees(std::span<const TileId> roots);
+  Result<void> put_batch(std::span<const TileId> roots, std::size_t before, std::size_t all);
+  Result<void> put_tileset();
 };
 
 /// From here on nobody takes what lies here for whole, and what was done of other tiles not for
@@ -178,38 +209,83 @@ std::size_t FolderMaker::done_before(std::size_t all) const {
              : 0;
 }
 
-Result<void> FolderMaker::put_batch(const std::vector<TileId>& roots, std::size_t from,
-                                    std::size_t to) {
+bool FolderMaker::is_whole(TileId root) const {
+  const auto at = [&](TileId id) { return folder_ + "/" + path_of(id); };
+  return is_whole_subtree(at(root) + ".subtree") &&
+         std::ranges::all_of(tiles_of_subtree(set_, root),
+                             [&](TileId id) { return is_whole_glb(at(id) + ".glb"); });
+}
+
+/// Of the subtrees that an earlier run has made, those of which a file is gone or cut off since.
+Result<std::vector<TileId>> FolderMaker::torn_of(std::span<const TileId> done) const {
+  std::vector<std::uint8_t> whole(done.size());
+  parallel_for(done.size(), options_.threads, [&](std::size_t i) {
+    if (!progress_.stopped()) whole[i] = is_whole(done[i]);
+  });
+  if (progress_.stopped()) return fail(Errc::cancelled, kStopped);
+  std::vector<TileId> torn;
+  for (std::size_t i = 0; i < done.size(); ++i)
+    if (!whole[i]) torn.push_back(done[i]);
+  return torn;
+}
+
+/// `before`: so many of all are done, for the progress.
+Result<void> FolderMaker::put_batch(std::span<const TileId> roots, std::size_t before,
+                                    std::size_t all) {
   std::optional<Error> first_error;
   std::atomic<bool> give_up = false;
-  std::atomic<std::size_t> done = from;
-  parallel_for(to - from, options_.threads, [&](std::size_t i) {
+  std::atomic<std::size_t> done = 0;
+  parallel_for(roots.size(), options_.threads, [&](std::size_t i) {
     if (give_up || progress_.stopped()) return;
-    if (auto put = put_subtree(roots[from + i]); !put) {
+    if (auto put = put_subtree(roots[i]); !put) {
       const std::lock_guard lock(mutex_);
       if (!first_error) first_error = put.error();
       give_up = true;
-    } else if (const std::size_t n = ++done; n % (roots.size() / 200 + 1) == 0) {
-      progress_.at(double(n) / double(roots.size()));
+    } else if (const std::size_t n = before + ++done; n % (all / 200 + 1) == 0) {
+      progress_.at(double(n) / double(all));
     }
   });
-  if (done == to) return {};
-  if (progress_.stopped())
-    return fail(Errc::cancelled, "stopped before all 3D Tiles were written; run it again to go on");
-  return std::unexpected(*first_error);
+  if (done != roots.size()) {
+    if (progress_.stopped()) return fail(Errc::cancelled, kStopped);
+    return std::unexpected(*first_error);
+  }
+  return files_.sync_all(folder_);
 }
 
-Result<void> FolderMaker::put_subtrees(const std::vector<TileId>& roots) {
+Result<void> FolderMaker::put_subtrees(std::span<const TileId> roots) {
   std::size_t from = done_before(roots.size());
-  report_.kept_subtrees = from;
+  const auto torn = torn_of(roots.first(from));
+  if (!torn) return std::unexpected(torn.error());
+  report_.kept_subtrees = from - torn->size();
+  if (!torn->empty())
+    if (auto put = put_batch(*torn, report_.kept_subtrees, roots.size()); !put) return put;
   while (from < roots.size()) {
     const std::size_t to = std::min(roots.size(), from + std::max<std::size_t>(options_.batch, 1));
-    if (auto put = put_batch(roots, from, to); !put) return put;
-    if (auto synced = files_.sync_all(folder_); !synced) return synced;
+    if (auto put = put_batch(roots.subspan(from, to - from), from, roots.size()); !put) return put;
     if (auto put = put_safely(folder_ + kDone, std::to_string(to) + "\n"); !put) return put;
     from = to;
   }
   return {};
+}
+
+/// Comes last, and stays where it is as it should be.
+Result<void> FolderMaker::put_tileset() {
+  const auto json = tileset_json(source());
+  if (!json) return std::unexpected(json.error());
+  const auto there = read_regular_file(folder_ + kTileset);
+  if (there && *there == *json) {
+    report_.there = report_.subtrees == 0;
+    return {};
+  }
+  return write_whole_file(folder_ + kTileset, *json);
+}
+
+std::vector<TileId> FolderMaker::roots() const {
+  std::vector<TileId> roots;
+  each_tile(set_, [&](TileId id) {
+    if (id.level % kSubtreeLevels == 0) roots.push_back(id);
+  });
+  return roots;
 }
 
 Result<FolderReport> FolderMaker::make() {
@@ -219,21 +295,12 @@ Result<FolderReport> FolderMaker::make() {
   const auto before = record_in(folder_, record_);
   if (!before) return std::unexpected(before.error());
   const bool goes_on = *before && is_of_these(**before);
-  if (goes_on && read_regular_file(folder_ + kTileset)) {
-    report_.there = true;
-    return report_;
-  }
   if (*before && !goes_on)
     if (auto done = remove_others(**before); !done) return std::unexpected(done.error());
   if (!goes_on)
     if (auto done = begin(); !done) return std::unexpected(done.error());
-  std::vector<TileId> roots;
-  for (const TileId root : {TileId{0, 0, 0}, TileId{0, 1, 0}}) add_roots(set_, root, roots);
-  if (auto put = put_subtrees(roots); !put) return std::unexpected(put.error());
-  const auto json = tileset_json(source());
-  if (!json) return std::unexpected(json.error());
-  if (auto put = write_whole_file(folder_ + kTileset, *json); !put)
-    return std::unexpected(put.error());
+  if (auto put = put_subtrees(roots()); !put) return std::unexpected(put.error());
+  if (auto put = put_tileset(); !put) return std::unexpected(put.error());
   return report_;
 }
 

@@ -14,7 +14,7 @@ namespace tind::tiles3d {
 
 struct FolderReport {
   std::uint64_t contents = 0, subtrees = 0, bytes = 0;  // written by this run
-  std::uint64_t kept_subtrees = 0;                      // of an earlier run that did not end
+  std::uint64_t kept_subtrees = 0;                      // of an earlier run, with all its contents
   bool there = false;                                   // of these tiles already: nothing was done
 };
 
@@ -28,10 +28,12 @@ struct FolderOptions {
 
 /// Writes tileset.json, {west,east}/z/x/y.subtree and .glb. tileset.json comes last, when all the
 /// others stay also if the power is cut; who looks before sees none. A run that was stopped, killed
-/// or cut off goes on when it is run again. Files of other tiles that were written here are
-/// replaced, or removed; nothing else in the folder is touched. A folder that holds other files, or
-/// tiles of another compression, is refused. With something else draped they are other tiles.
-/// Errc::busy where another run is at it; fails as has_roots() does. On a stop: Errc::cancelled.
+/// or cut off goes on when it is run again, and one that has ended makes again what is gone or
+/// shorter than its header says: a look at the first bytes of each file. Files of other tiles that
+/// were written here are replaced, or removed; nothing else in the folder is touched. A folder that
+/// holds other files, or tiles of another compression, is refused. With something else draped they
+/// are other tiles. Errc::busy where another run is at it; fails as has_roots() does. On a stop:
+/// Errc::cancelled.
 Result<FolderReport> write_tileset(const TileSet&, const std::string& folder,
                                    const FolderOptions& = {}, const Progress& = {});
 

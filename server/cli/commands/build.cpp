@@ -213,20 +213,18 @@ void print(const BuildReport& r, const TileSetOptions& tiles, VerticalDatum datu
 }
 
 /// Of the tiles that lie there now, beside them.
-Result<tiles3d::FolderReport> write_tiles3d(const Arguments& a) {
-  const auto tiles = open_stored_tiles(a.options.output);
-  if (!tiles) return std::unexpected(tiles.error());
+Result<tiles3d::FolderReport> write_tiles3d(const Arguments& a, const TileSet& tiles) {
   ProgressBar bar("3D Tiles", progress_style(a.progress));
   return tiles3d::write_tileset(
-      **tiles, tiles3d_folder(a.options.output, a.compression),
+      tiles, tiles3d_folder(a.options.output, a.compression),
       {.compression = a.compression, .threads = a.options.threads, .draped = a.draped},
       stoppable(bar));
 }
 
 /// Of the 3D Tiles that lie there now.
-Result<tiles3d::ArchiveReport> write_archive(const Arguments& a) {
+Result<tiles3d::ArchiveReport> write_archive(const Arguments& a, const TileSet& tiles) {
   ProgressBar bar("archive", progress_style(a.progress));
-  return tiles3d::write_archive(tiles3d_folder(a.options.output, a.compression), a.archive,
+  return tiles3d::write_archive(tiles, tiles3d_folder(a.options.output, a.compression), a.archive,
                                 a.options.threads, stoppable(bar));
 }
 
@@ -335,16 +333,18 @@ int run(Arguments a) {
   if (!report) return complain(report.error());
   warn_of_nodata(*source);
   std::optional<tiles3d::FolderReport> beside;
+  std::optional<tiles3d::ArchiveReport> archive;
   if (a.format == kTiles3d) {
-    const auto written = write_tiles3d(a);
+    const auto tiles = open_stored_tiles(a.options.output);
+    if (!tiles) return complain(tiles.error());
+    const auto written = write_tiles3d(a, **tiles);
     if (!written) return complain(written.error());
     beside = *written;
-  }
-  std::optional<tiles3d::ArchiveReport> archive;
-  if (!a.archive.empty()) {
-    const auto written = write_archive(a);
-    if (!written) return complain(written.error());
-    archive = *written;
+    if (!a.archive.empty()) {
+      const auto packed = write_archive(a, **tiles);
+      if (!packed) return complain(packed.error());
+      archive = *packed;
+    }
   }
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

@@ -89,11 +89,61 @@ TEST_F(Folder, OfCompressedContentsHasThoseOfOnDemandToo) {
 TEST_F(Folder, IsLeftAsItIsWhereItIsOfTheseTiles) {
   ASSERT_TRUE(write_tileset(*tiles_, folder_));
   const std::string some = folder_ + "/east/0/0/0.glb";
-  std::ofstream(some, std::ios::app) << "x";  // to see whether it is written
+  std::string bytes = *read_whole_file(some);
+  bytes.back() = char(bytes.back() ^ 1);  // to see whether it is written
+  std::ofstream(some, std::ios::trunc) << bytes;
   const auto again = write_tileset(*tiles_, folder_);
   ASSERT_TRUE(again);
   EXPECT_TRUE(again->there);
-  EXPECT_TRUE(read_whole_file(some)->ends_with("x"));
+  EXPECT_EQ(*read_whole_file(some), bytes);
+}
+
+TEST_F(Folder, WhatIsGoneOrCutOffOfAFinishedOneIsMadeAgain) {
+  const auto whole = write_tileset(*tiles_, folder_);
+  ASSERT_TRUE(whole);
+  const std::string leaf = [&] {  // a content of the deepest level
+    std::string deepest;
+    each_tile(*tiles_, [&](TileId id) {
+      if (id.level == tiles_->layer().maxzoom) deepest = path_of(id);
+    });
+    return deepest + ".glb";
+  }();
+  std::map<std::string, std::string> before;
+  for (const std::string& name : files()) before[name] = *read_whole_file(folder_ + "/" + name);
+  const auto damage = [&](const std::string& name, std::size_t left) {
+    std::ofstream(folder_ + "/" + name, std::ios::trunc) << before[name].substr(0, left);
+  };
+  for (const std::string& name : {leaf, std::string("east/0/0/0.subtree")}) {
+    for (const std::size_t left : {std::size_t(0), std::size_t(30), before[name].size() - 1}) {
+      damage(name, left);
+      const auto again = write_tileset(*tiles_, folder_);
+      ASSERT_TRUE(again) << again.error().what;
+      EXPECT_FALSE(again->there) << name << ' ' << left;
+      EXPECT_EQ(again->subtrees, 1u);
+      EXPECT_EQ(again->kept_subtrees, whole->subtrees - 1);
+      EXPECT_EQ(*read_whole_file(folder_ + "/" + name), before[name]);
+    }
+    fs::remove(folder_ + "/" + name);
+    ASSERT_TRUE(write_tileset(*tiles_, folder_));
+    EXPECT_EQ(*read_whole_file(folder_ + "/" + name), before[name]);
+  }
+  damage("tileset.json", 100);
+  const auto again = write_tileset(*tiles_, folder_);
+  ASSERT_TRUE(again);
+  EXPECT_FALSE(again->there);
+  EXPECT_EQ(*read_whole_file(folder_ + "/tileset.json"), before["tileset.json"]);
+}
+
+TEST_F(Folder, AStoppedRunGoesOnOnlyFromWhatIsWhole) {
+  std::stop_source stop;
+  Progress progress;
+  progress.stop = stop.get_token();
+  progress.report = [&](double) { stop.request_stop(); };
+  ASSERT_FALSE(write_tileset(*tiles_, folder_, {.threads = 1, .batch = 1}, progress));
+  ASSERT_TRUE(fs::remove(folder_ + "/west/0/0/0.glb"));
+  const auto report = write_tileset(*tiles_, folder_);
+  ASSERT_TRUE(report) << report.error().what;
+  EXPECT_TRUE(files().contains("west/0/0/0.glb"));
 }
 
 TEST_F(Folder, OfOtherTilesIsReplacedWithoutARest) {
