@@ -3,14 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <set>
-#include <string_view>
 #include <vector>
 
+#include "proto/image/tiff.h"
 #include "terrain/base/file_io.h"
 #include "terrain/base/hash.h"
 #include "terrain/raster/raster_file.h"
@@ -108,21 +106,11 @@ int deepest_of(const Surface& surface) {
   return level_of(finest);
 }
 
-/// What a cut of the power leaves of a file may be empty, or zeros.
-bool is_tiff(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::array<char, 4> head{};
-  in.read(head.data(), head.size());
-  return in &&
-         (std::string_view(head.data(), 2) == "II" || std::string_view(head.data(), 2) == "MM");
-}
-
 Result<void> put(const Surface& surface, const Tile& tile, const FolderOptions& options,
                  const std::stop_token& stop, FolderReport& report) {
   const fs::path file = fs::path(options.output) / path(tile);
-  std::error_code error;
-  if (const auto size = fs::file_size(file, error); !error && is_tiff(file)) {
-    ++report.kept, report.bytes += size;
+  if (const auto there = read_regular_file(file.string()); there && proto::is_whole_tiff(*there)) {
+    ++report.kept, report.bytes += there->size();
     return {};
   }
   auto made = lattice_heights(surface, lattice(tile), {true, options.threads}, {{}, stop});
@@ -131,11 +119,23 @@ Result<void> put(const Surface& surface, const Tile& tile, const FolderOptions& 
   report.max_deviation_m = std::max(report.max_deviation_m, made->max_deviation_m);
   const auto bytes = encode_tile(tile, surface.info().datum, std::move(made->heights));
   if (!bytes) return fail(path(tile), bytes.error());
+  std::error_code error;
   fs::create_directories(file.parent_path(), error);
   if (error)
     return fail(Errc::io, "cannot create " + file.parent_path().string() + ": " + error.message());
   report.bytes += bytes->size();
   return write_whole_file(file.string(), *bytes);
+}
+
+/// And the folders that hold nothing else. What is not there, or not empty, stays as it is.
+void remove_tiles(const std::string& folder, const std::vector<Tile>& all) {
+  std::error_code ignored;
+  for (const Tile& tile : all) {
+    fs::path at = path(tile);
+    fs::remove(fs::path(folder) / at, ignored);
+    while (!(at = at.parent_path()).empty() && fs::remove(fs::path(folder) / at, ignored)) {
+    }
+  }
 }
 
 }  // namespace
@@ -183,8 +183,7 @@ Result<FolderReport> write_folder(const Surface& surface, const FolderOptions& o
     progress.at(double(report.tiles) / double(all.size()));
   }
   if (report.kept == 0 && report.without_height == report.posts) {
-    std::error_code ignored;
-    fs::remove_all(options.output + "/Tiles", ignored);
+    remove_tiles(options.output, all);
     return fail(Errc::bad_data,
                 fmt::format("no height at any post of levels {} to {}, so all {} tiles would be 0: "
                             "the DEM is void there, or too small for these levels",

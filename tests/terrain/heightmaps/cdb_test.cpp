@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -159,6 +160,41 @@ TEST_F(CdbFolder, GoesOnAndRefusesWhatIsNotIts) {
   fs::create_directory(folder_.path() / "mine");
   std::ofstream(folder_.file("mine/notes")) << "mine";
   EXPECT_FALSE(write_folder(Surface(source_), {.output = folder_.file("mine"), .deepest = -9}));
+}
+
+TEST_F(CdbFolder, WhatIsCutOffIsMadeAgain) {
+  const std::string out = folder_.file("cdb");
+  ASSERT_TRUE(write_folder(Surface(source_), {.output = out, .deepest = -2}));
+  const auto whole = files();
+  for (const int lod : {-2, -10}) {
+    const std::string file = out + "/" + path({46, 7, lod, 0, 0});
+    const std::uintmax_t size = fs::file_size(file);
+    for (const std::uintmax_t left : {std::uintmax_t(0), size / 2, size - 1}) {
+      fs::resize_file(file, left);
+      const auto again = write_folder(Surface(source_), {.output = out, .deepest = -2});
+      ASSERT_TRUE(again) << again.error().what;
+      EXPECT_EQ(again->kept, again->tiles - 1) << lod << ' ' << left;
+      EXPECT_EQ(files(), whole) << lod << ' ' << left;
+    }
+  }
+}
+
+TEST_F(CdbFolder, WithoutAnyHeightTakesBackItsOwnTilesOnly) {
+  const std::string out = folder_.file("cdb");
+  HeightGrid none(20, 20);
+  std::ranges::fill(none.values(), std::nanf(""));
+  const MadeUpSource empty(none, {7, 46}, kStep);
+  const FolderOptions options{.output = out, .deepest = -8};
+  ASSERT_FALSE(write_folder(Surface(empty), options));  // which makes it tind's
+  EXPECT_FALSE(fs::exists(out + "/Tiles"));
+  const std::string mine = out + "/Tiles/N46/E007/002_MinMaxElevation/mine.tif";
+  fs::create_directories(fs::path(mine).parent_path());
+  std::ofstream(mine) << "mine";
+  const auto refused = write_folder(Surface(empty), options);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, Errc::bad_data);
+  EXPECT_EQ(*read_whole_file(mine), "mine");
+  EXPECT_EQ(files().size(), 2u);  // and the record
 }
 
 }  // namespace
