@@ -22,6 +22,13 @@ void each_outside_strings(std::string_view text, F&& f) {
   }
 }
 
+template <class Json>
+std::string text_of(const Json& value, int indent) {
+  return value.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace
+
 bool too_deep(std::string_view text) {
   int depth = 0;
   each_outside_strings(text, [&](char c) {
@@ -31,13 +38,6 @@ bool too_deep(std::string_view text) {
   });
   return depth > kDeepest;
 }
-
-template <class Json>
-std::string text_of(const Json& value, int indent) {
-  return value.dump(indent, ' ', false, Json::error_handler_t::replace);
-}
-
-}  // namespace
 
 template <class Json>
 Json parse(std::string_view text) {

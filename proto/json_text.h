@@ -23,6 +23,9 @@ Json parse(const std::vector<std::uint8_t>& text) {
   return parse<Json>(std::string_view(reinterpret_cast<const char*>(text.data()), text.size()));
 }
 
+/// Is it for that alone that parse() takes no text, or would be?
+bool too_deep(std::string_view text);
+
 /// So many values, those in others counted too, or a few more; exact where it is JSON. Reads the
 /// text once and builds nothing: a tree of it takes up to 100 bytes a value, two dozen times what
 /// the text of one does.

@@ -122,6 +122,21 @@ std::string named(std::string text, const Place& at) {
 
 // ---- all of it ----
 
+/// An object, or what is wrong with the text.
+Result<Json> read_tileset(const std::string& text) {
+  if (json::count_values(text) > kMostValues)
+    return fail(Errc::out_of_range,
+                "has more than " + std::to_string(kMostValues) + " JSON values");
+  if (json::too_deep(text))
+    return fail(Errc::out_of_range,
+                "is nested more than " + std::to_string(json::kDeepest) +
+                    " deep, and is not read: keep its tiles less deep in each other, or in several "
+                    "tilesets");
+  Json json = json::parse<Json>(text);
+  if (!json.is_object()) return fail(Errc::bad_data, "is no JSON object");
+  return json;
+}
+
 class TilesetCheck {
  public:
   TilesetCheck(const TilesetFiles& files, const Progress& progress)
@@ -129,19 +144,14 @@ class TilesetCheck {
 
   Result<TilesetReport> run() {
     const auto text = files_.read(kTileset);
-    const bool too_much = text && json::count_values(*text) > kMostValues;
-    const Json tileset = text && !too_much ? json::parse<Json>(*text) : Json();
+    const auto tileset = text ? read_tileset(*text) : std::unexpected(text.error());
     seen_.insert(kTileset);
-    if (!text)
-      found(kTileset, text.error().what);
-    else if (too_much)
-      found(kTileset, "has more than " + std::to_string(kMostValues) + " JSON values");
-    else if (!tileset.is_object())
-      found(kTileset, "is no JSON");
+    if (tileset)
+      head(*tileset);
     else
-      head(tileset);
+      found(kTileset, tileset.error().what);
     if (progress_.stopped()) return fail(Errc::cancelled, "stopped");
-    if (text)
+    if (tileset)  // else nothing leads anywhere
       for (const auto& [name, size] : files_.sizes())
         if (!enough() && !seen_.contains(name) &&
             (name.ends_with(".glb") || name.ends_with(".subtree")))
@@ -308,7 +318,9 @@ bool is_implicit(const Json& tile, int depth = 0) {
 Result<TilesetFacts> tileset_facts(const TilesetFiles& files) {
   const auto text = files.read(kTileset);
   if (!text) return std::unexpected(text.error());
-  const Json tileset = json::parse<Json>(*text);
+  const auto read = read_tileset(*text);
+  if (!read) return fail(read.error().code, std::string(kTileset) + " " + read.error().what);
+  const Json& tileset = *read;
   const Json* const asset = json::member(tileset, "asset");
   if (!asset) return fail(Errc::bad_data, "tileset.json is none of 3D Tiles: it has no asset");
   TilesetFacts facts;

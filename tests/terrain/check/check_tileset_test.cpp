@@ -207,6 +207,24 @@ TEST_F(CheckTileset, ASubtreeOfOnesIsNotFollowedForEver) {
   EXPECT_FALSE(one.ok());
 }
 
+TEST_F(CheckTileset, TilesNestedTooDeepAreSaidToBe) {
+  std::string tile = R"({"boundingVolume":{},"geometricError":0})";
+  for (int i = 0; i < 200; ++i)
+    tile = R"({"boundingVolume":{},"geometricError":9,"children":[)" + tile + "]}";
+  const std::string folder = dir_.file("deep");
+  fs::create_directories(folder);
+  std::ofstream(folder + "/tileset.json")
+      << R"({"asset":{"version":"1.1"},"geometricError":9,"root":)" << tile << "}";
+  std::ofstream(folder + "/any.glb") << "";  // of which nobody can say that no tile leads to it
+  const TilesetReport report = check(folder);
+  EXPECT_EQ(report.violations, 1u);
+  EXPECT_NE(report.examples[0].find("nested more than 100 deep"), std::string::npos)
+      << report.examples[0];
+  const auto files = TilesetFiles::open(folder);
+  ASSERT_TRUE(files);
+  EXPECT_EQ(tileset_facts(**files).error().code, Errc::out_of_range);
+}
+
 /// A sparse file of 5 GB, and an archive of one entry that says so of itself.
 TEST_F(CheckTileset, AFileOfGigabytesIsNotRead) {
   fs::resize_file(any(".glb"), 5ull << 30);
