@@ -13,6 +13,7 @@
 #include "server/cli/program/exit.h"
 #include "server/cli/program/peak_memory.h"
 #include "server/cli/program/progress_bar.h"
+#include "terrain/geo/web_mercator.h"
 #include "terrain/pyramid/make/dem_tiles.h"
 
 namespace tind::cli {
@@ -90,6 +91,11 @@ int build_images(const ImageSource& source, VerticalDatum datum, const std::stri
                     "-9999.9 m and up), and stand at its end: --format terrarium reaches from "
                     "-32768 to 32767 m",
                     source.beyond_m->load()));
+  if (!source.has({0, 0, 0}))
+    warn(
+        fmt::format("there is no image: all of the DEM lies beyond {:.2f} degrees of latitude, "
+                    "where web maps end; tiles of meshes (without --format) reach to the poles",
+                    web_mercator::rect({0, 0, 0}).north));
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (json)

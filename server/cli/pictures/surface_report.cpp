@@ -45,9 +45,11 @@ std::optional<SurfaceDistance> attribute_errors(const SimplifyOptions& options, 
 }
 
 std::string distance_text(const SurfaceDistance& d) {
-  std::string out = fmt::format(
-      "surface distance: max {:.6g}, rms {:.6g} ({:.4f} % and {:.4f} % of the diagonal {:.6g})\n",
-      d.max, d.rms, 100 * d.max / d.diagonal, 100 * d.rms / d.diagonal, d.diagonal);
+  std::string out = fmt::format("surface distance: max {:.6g}, rms {:.6g}", d.max, d.rms);
+  if (d.diagonal > 0)
+    out += fmt::format(" ({:.4f} % and {:.4f} % of the diagonal {:.6g})", 100 * d.max / d.diagonal,
+                       100 * d.rms / d.diagonal, d.diagonal);
+  out += '\n';
   auto line = [&](const char* name, const std::optional<AttributeError>& e) {
     if (e) out += fmt::format("{} error: rms {:.4f}, max {:.4f}\n", name, e->rms, e->max);
   };

@@ -136,5 +136,18 @@ TEST(MeshCommands, SimplifyAndMeasureAGeneralMesh) {
             2);
 }
 
+TEST(MeshCommands, OfNoExtentHaveNoShareOfIt) {
+  const TempDir dir;
+  const std::string point = dir.file("point.obj");
+  std::ofstream(point) << "v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n";
+  for (const std::string& command :
+       {"measure " + point + " " + point,
+        "simplify " + point + " -o " + dir.file("out.ply") + " --triangles 1 --progress none"}) {
+    const auto ran = run_tind(command);
+    EXPECT_EQ(ran.code, 0) << ran.out;
+    EXPECT_NE(ran.out.find("surface distance: max 0, rms 0\n"), std::string::npos) << ran.out;
+  }
+}
+
 }  // namespace
 }  // namespace tind

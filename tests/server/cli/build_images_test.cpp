@@ -1,0 +1,34 @@
+// The program itself: `tind build --format rgb` and the like.
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <string>
+
+#include "tests/support/program.h"
+
+namespace tind {
+namespace {
+
+TEST(BuildImages, BeyondWebMapsWarns) {
+  const test::TempDir dir;
+  const auto built_at = [&](const std::string& south) {
+    const std::string dem = dir.file("dem" + south + ".asc");
+    std::ofstream(dem) << "ncols 4\nnrows 4\nxllcorner 10\nyllcorner " << south
+                       << "\ncellsize 0.01\n1 2 3 4\n2 3 4 5\n3 4 5 6\n4 5 6 7\n";
+    std::ofstream(dir.file("dem" + south + ".prj"))
+        << R"(GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],)"
+        << R"(PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]])";
+    return test::run_tind("build " + dem + " --format rgb --levels 0-2 --progress none -o " +
+                          dir.file("images" + south));
+  };
+  const auto beyond = built_at("86");
+  EXPECT_EQ(beyond.code, 0) << beyond.out;
+  EXPECT_NE(beyond.out.find("warning: there is no image"), std::string::npos) << beyond.out;
+  const auto within = built_at("85.04");  // across it
+  EXPECT_EQ(within.code, 0) << within.out;
+  EXPECT_EQ(within.out.find("warning: there is no image"), std::string::npos) << within.out;
+}
+
+}  // namespace
+}  // namespace tind
