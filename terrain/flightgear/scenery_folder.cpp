@@ -269,10 +269,14 @@ Result<void> SceneryMaker::make_all(const std::vector<BucketId>& ids, int thread
   return {};
 }
 
-/// The entry of that folder in the one above.
+/// The entry of that folder in the one above. An index that is as it should be stays.
 Result<proto::DirEntry> SceneryMaker::put_index(const std::string& path, Entries entries) {
   const std::string text = proto::encode_dirindex(path, std::move(entries));
-  if (auto done = put(path + "/" + kIndex, text); !done) return std::unexpected(done.error());
+  if (const auto kept = read_regular_file(folder_ + "/" + path + "/" + kIndex);
+      !kept || *kept != text) {
+    report_.there = false;
+    if (auto done = put(path + "/" + kIndex, text); !done) return std::unexpected(done.error());
+  }
   return proto::DirEntry{proto::DirEntry::folder, fs::path(path).filename().string(), sha1(text)};
 }
 
@@ -324,10 +328,12 @@ Result<SceneryReport> SceneryMaker::make(int threads) {
     report_.budget_m = std::min(report_.budget_m, plan_.budget_m(rect(id)));
   if (auto done = make_all(ids, threads); !done) return std::unexpected(done.error());
   if (report_.buckets > 0) report_.void_share /= double(report_.buckets);
-  if (report_.there && report_.kept == report_.buckets) return report_;
-  report_.there = false;
+  if (report_.kept < report_.buckets) report_.there = false;
   const auto index = put_indices();
   if (!index) return std::unexpected(index.error());
+  const auto kept = read_regular_file(folder_ + "/" + kIndex);
+  if (report_.there && kept && *kept == *index) return report_;
+  report_.there = false;
   if (auto synced = files_.sync_all(folder_); !synced) return std::unexpected(synced.error());
   if (auto put = write_whole_file(folder_ + "/" + kIndex, *index); !put)
     return std::unexpected(put.error());

@@ -143,6 +143,25 @@ TEST_F(SceneryFolder, OfOtherOptionsTakesThePlaceOfWhatWasThere) {
   EXPECT_NE(after, before);
 }
 
+TEST_F(SceneryFolder, AnIndexThatIsGoneOrCutOffIsMadeAgain) {
+  ASSERT_TRUE(write_scenery(plan(), folder_));
+  const auto whole = files();
+  for (const std::string folder : {"", "Terrain/", "Terrain/e000n40/e009n46/", "Models/"}) {
+    const std::string file = folder_ + "/" + folder + ".dirindex";
+    for (const bool gone : {true, false}) {
+      if (gone)
+        fs::remove(file);
+      else
+        fs::resize_file(file, fs::file_size(file) - 3);
+      const auto report = write_scenery(plan(), folder_);
+      ASSERT_TRUE(report);
+      EXPECT_FALSE(report->there) << file;
+      EXPECT_EQ(files(), whole) << file;
+    }
+  }
+  EXPECT_TRUE(write_scenery(plan(), folder_)->there);
+}
+
 TEST_F(SceneryFolder, TakesAwayBucketsOfBeforeAndNothingOfOthers) {
   const BucketId gone = bucket_at({8.5, 45.5});  // in no plan here
   const std::string one = "Terrain/" + path_of(folder_of(gone)) + "/";
