@@ -4,6 +4,8 @@
 //
 // All of it is a handful of operations in a fixed order: two callers agree to the last bit.
 
+#include <algorithm>
+
 #include "terrain/mesh/tin.h"
 
 namespace tind {
@@ -34,5 +36,17 @@ struct TrianglePlane {
 
   double at(double x, double y) const { return a.z + slope.x * (x - a.x) + slope.y * (y - a.y); }
 };
+
+/// The same for slivers, too, in which a plane loses its digits: a height between those of the
+/// corners, whatever rounding does. Which corner comes first changes the last bit at most, and
+/// where the triangle lies beside the axes and how large it is (by powers of two) not even that.
+/// REQUIRES: counter-clockwise, p inside or a hair outside.
+inline double height_in(const Vec3& a, const Vec3& b, const Vec3& c, double x, double y) {
+  const Vec3 p{x, y, 0};
+  const double u = std::max(0.0, orient2d(b, c, p)), v = std::max(0.0, orient2d(c, a, p)),
+               w = std::max(0.0, orient2d(a, b, p)), sum = u + v + w;
+  if (!(sum > 0)) return a.z;
+  return a.z + (v * (b.z - a.z) + w * (c.z - a.z)) / sum;
+}
 
 }  // namespace tind

@@ -14,6 +14,8 @@
 
 #include "terrain/base/parallel.h"
 #include "terrain/mesh/scan_triangle.h"
+#include "terrain/mesh/triangle_plane.h"
+#include "terrain/mesh/triangle_tree.h"
 
 namespace tind {
 
@@ -152,6 +154,15 @@ class Sums {
   double sum_ = 0, sum2_ = 0, signed_sum_ = 0, above_ = 0, below_ = 0;
 };
 
+/// Of the covered posts. Uses up `errors`.
+void set_percentiles(std::vector<float>& errors, VerticalError& out) {
+  out.posts = errors.size();
+  if (errors.empty()) return;
+  out.p99_m = percentile(errors, out.posts, 0.99);
+  out.p95_m = percentile(errors, out.posts, 0.95);
+  out.p50_m = percentile(errors, out.posts, 0.50);
+}
+
 /// Counts, sums and percentiles over the valid posts. Uses up `worst`.
 void summarise(const HeightGrid& grid, std::vector<float>& worst, VerticalError& out) {
   Sums sums;
@@ -170,12 +181,8 @@ void summarise(const HeightGrid& grid, std::vector<float>& worst, VerticalError&
     sums.end_row(out);
   }
   worst.resize(kept);
-  out.posts = kept;
+  set_percentiles(worst, out);
   sums.finish(out);
-  if (kept == 0) return;
-  out.p99_m = percentile(worst, kept, 0.99);
-  out.p95_m = percentile(worst, kept, 0.95);
-  out.p50_m = percentile(worst, kept, 0.50);
 }
 
 /// Measures the mesh over all rows of `grid`, in bands on several threads.
@@ -260,6 +267,41 @@ Tin cut_out(const Tin& mesh, const std::vector<std::uint32_t>& triangles, int fi
   return part;
 }
 
+/// Mesh minus point, the largest that a triangle gives it that is at most `hair` away; NaN where
+/// there is none.
+double error_at(const Tin& mesh, const TriangleTree& tree, const Vec3& p, double hair) {
+  double worst = std::numeric_limits<double>::quiet_NaN();
+  tree.each_near({{p.x - hair, p.y - hair}, {p.x + hair, p.y + hair}}, [&](std::uint32_t t) {
+    const auto& [i, j, k] = mesh.triangles[t];
+    const Vec3& a = mesh.vertices[i];
+    const Vec3 *b = &mesh.vertices[j], *c = &mesh.vertices[k];
+    const double area = orient2d(a, *b, *c);
+    if (area < 0) std::swap(b, c);
+    if (area == 0) return true;  // what it covers its neighbours do
+    const auto inside = [&](const Vec3& from, const Vec3& to) {
+      return orient2d(from, to, p) >= -hair * std::hypot(to.x - from.x, to.y - from.y);
+    };
+    if (!inside(a, *b) || !inside(*b, *c) || !inside(*c, a)) return true;
+    const double e = height_in(a, *b, *c, p.x, p.y) - p.z;
+    // Of two as large the one above, so that the order of triangles does not matter.
+    if (!(std::fabs(e) < std::fabs(worst)) && !(std::fabs(e) == std::fabs(worst) && e < worst))
+      worst = e;
+    return true;
+  });
+  return worst;
+}
+
+/// What rounding makes of the distance from an edge, in the mesh's units.
+double rounding_of(const Tin& mesh) {
+  if (mesh.vertices.empty()) return 0;
+  Vec3 low = mesh.vertices[0], high = low;
+  for (const Vec3& v : mesh.vertices) {
+    low = {std::min(low.x, v.x), std::min(low.y, v.y), 0};
+    high = {std::max(high.x, v.x), std::max(high.y, v.y), 0};
+  }
+  return 1e-15 * std::hypot(high.x - low.x, high.y - low.y);
+}
+
 }  // namespace
 
 VerticalError vertical_error(const Tin& mesh, const HeightGrid& grid, int threads, double slack) {
@@ -309,6 +351,44 @@ Result<VerticalError> vertical_error_in_strips(const Tin& mesh, int cols, int ro
   out.p50_m = histogram.percentile(out.posts, 0.50);
   out.p95_m = histogram.percentile(out.posts, 0.95);
   out.p99_m = histogram.percentile(out.posts, 0.99);
+  return out;
+}
+
+VerticalError vertical_error(const Tin& mesh, std::span<const Vec3> points, double z_unit_m,
+                             int threads, double slack) {
+  constexpr std::size_t kBatch = 4096;
+  const TriangleTree tree(mesh);
+  const double hair = rounding_of(mesh);
+  std::vector<double> errors(points.size());
+  parallel_for((points.size() + kBatch - 1) / kBatch, threads, [&](std::size_t batch) {
+    const std::size_t end = std::min(points.size(), (batch + 1) * kBatch);
+    for (std::size_t i = batch * kBatch; i < end; ++i) {
+      errors[i] = error_at(mesh, tree, points[i], hair);
+      if (slack > hair && std::isnan(errors[i])) errors[i] = error_at(mesh, tree, points[i], slack);
+      errors[i] *= z_unit_m;
+    }
+  });
+  VerticalError out;
+  Sums sums;
+  std::vector<float> covered;
+  covered.reserve(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double e = errors[i];
+    if (std::isnan(e)) {
+      ++out.uncovered;
+      continue;
+    }
+    sums.add(e);
+    covered.push_back(float(std::fabs(e)));
+    out.max_above_m = std::max(out.max_above_m, e);
+    out.max_below_m = std::max(out.max_below_m, -e);
+    if (std::fabs(e) > out.max_m || covered.size() == 1)
+      out.max_m = std::fabs(e), out.max_at = points[i];
+  }
+  sums.end_row(out);
+  out.row_above_m.clear(), out.row_below_m.clear();
+  set_percentiles(covered, out);
+  sums.finish(out);
   return out;
 }
 

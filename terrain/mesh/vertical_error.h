@@ -1,9 +1,10 @@
 #pragma once
-// The referee: how far is a mesh from every post of a DEM, vertically? (The "Delaunay selector" of
-// [Kim], over all samples.)
+// The referee: how far is a mesh from every post of a DEM, or every vertex of a TIN, vertically?
+// (The "Delaunay selector" of [Kim], over all samples.)
 
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "terrain/base/result.h"
@@ -16,7 +17,8 @@ struct VerticalError {
   double max_m = 0, rms_m = 0, mean_m = 0;  // of |mesh - post| over covered valid posts
   double p50_m = 0, p95_m = 0, p99_m = 0;
   double max_above_m = 0, max_below_m = 0;  // mesh above the post / below it, both >= 0
-  int max_col = -1, max_row = -1;           // where the maximum is
+  int max_col = -1, max_row = -1;           // where the maximum is, in a DEM
+  Vec3 max_at;                              // the point that has it, of points
   std::uint64_t posts = 0;                  // valid posts measured
   std::uint64_t uncovered = 0;              // valid posts that no triangle covers
   double bias_m = 0;                        // mean of mesh - post
@@ -45,5 +47,12 @@ using ReadStrip = std::function<Result<HeightGrid>(int row, int rows)>;
 Result<VerticalError> vertical_error_in_strips(const Tin& mesh, int cols, int rows,
                                                const ReadStrip& read, int threads = 1,
                                                double slack = 0);
+
+/// The same over any points instead of posts, such as a TIN's vertices. `mesh` and `points` are in
+/// one frame, whose heights are in units of `z_unit_m` metres. A point on an
+/// edge is measured in all triangles that hold it, and the largest error counts. `slack` (units of
+/// x and y) as above. There are no rows to sum up. O((points + triangles) log triangles).
+VerticalError vertical_error(const Tin& mesh, std::span<const Vec3> points, double z_unit_m,
+                             int threads = 1, double slack = 0);
 
 }  // namespace tind

@@ -1,6 +1,7 @@
 #pragma once
 // The table of simplification methods, for people and programs that choose one.
 
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -39,9 +40,10 @@ Result<MethodOptions> method_named(const std::string& name);
 /// Fails (invalid_argument) where an option makes no sense.
 Result<void> check_options(const MethodOptions&);
 
-/// Simplifies a mesh whose border is held as far as its bound allows. Fails with cancelled, or with
-/// unsupported where the method does not collapse (HeldMesh).
-Result<void> simplify_held(HeldMesh&, const MethodOptions&, const Progress& = {});
+/// Simplifies a mesh whose border is held as far as its bound and its count allow. Returns the
+/// method's steps. Fails with cancelled, or with unsupported where the method does not collapse
+/// (HeldMesh).
+Result<std::uint64_t> simplify_held(HeldMesh&, const MethodOptions&, const Progress& = {});
 
 /// "vertex-removal:degree": the method and the value of its kVariant; or a method's name alone.
 Result<MethodOptions> method_variant(const std::string& text);

@@ -24,7 +24,7 @@ constexpr const char* kAllStops = "triangles, ratio, max error";
 constexpr const char* kHoles = "holes";
 constexpr const char* kCovered = "covered";
 
-using OnHeldMesh = Result<void> (*)(HeldMesh&, const MethodOptions&, const Progress&);
+using OnHeldMesh = Result<std::uint64_t> (*)(HeldMesh&, const MethodOptions&, const Progress&);
 
 struct Row {
   MethodInfo info;
@@ -240,7 +240,8 @@ Result<void> check_options(const MethodOptions& method) {
       method);
 }
 
-Result<void> simplify_held(HeldMesh& mesh, const MethodOptions& method, const Progress& progress) {
+Result<std::uint64_t> simplify_held(HeldMesh& mesh, const MethodOptions& method,
+                                    const Progress& progress) {
   const Row& row = row_of(method);
   if (row.held) return row.held(mesh, method, progress);
   return fail(Errc::unsupported, row.info.name + " collapses no edges");

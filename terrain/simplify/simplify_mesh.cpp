@@ -36,6 +36,12 @@ Result<Simplified> run(const Tin&, const Other&, const RunOptions&, const Progre
 
 }  // namespace
 
+bool takes_meshes(const MethodOptions& method) {
+  return std::holds_alternative<QemOptions>(method) ||
+         std::holds_alternative<AttributeQemOptions>(method) ||
+         std::holds_alternative<TriangleCollapseOptions>(method);
+}
+
 Result<SimplifiedMesh> simplify_mesh(Tin tin, const SimplifyOptions& options,
                                      const Progress& progress) {
   if (const Result<void> ok = check_stop(options.stop); !ok) return std::unexpected(ok.error());

@@ -14,6 +14,9 @@ struct SimplifiedMesh {
   std::size_t dropped_triangles = 0;
 };
 
+/// Whether simplify_mesh takes the method.
+bool takes_meshes(const MethodOptions&);
+
 /// Methods: `qem`, `attribute-qem`, `triangle-collapse`. Stops at a triangle count or a ratio. The
 /// result is a manifold, and no triangle's normal has turned by 90 degrees or more in one step.
 /// Fails (invalid_argument) for other methods and stops, (bad_data) for a mesh without triangles.

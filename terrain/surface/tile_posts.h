@@ -13,7 +13,7 @@
 #include "terrain/geo/tiling_scheme.h"
 #include "terrain/raster/dem_source.h"
 #include "terrain/raster/height_grid.h"
-#include "terrain/simplify/insertion/samples.h"
+#include "terrain/simplify/common/samples.h"
 #include "terrain/surface/height_field.h"
 #include "terrain/surface/surface.h"
 

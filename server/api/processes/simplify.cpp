@@ -62,6 +62,16 @@ std::vector<OptionInput> options_of(const MethodOptions& method) {
   return all;
 }
 
+/// Of an option that two methods have: the words of both, and no default that would be one's.
+void merge_words(Ordered& schema, const Ordered& other) {
+  if (!schema.contains("enum") || !other.contains("enum") || schema["enum"] == other["enum"])
+    return;
+  for (const auto& word : other["enum"])
+    if (std::ranges::find(schema["enum"], word) == schema["enum"].end())
+      schema["enum"].push_back(word);
+  schema.erase("default");
+}
+
 /// Every option, once, with the methods that read it.
 std::vector<OptionInput> all_options() {
   std::vector<OptionInput> all;
@@ -70,6 +80,7 @@ std::vector<OptionInput> all_options() {
       const auto known = std::ranges::find(all, option.name, &OptionInput::name);
       if (known != all.end()) {
         known->help += "; " + method_name(method) + ": " + option.help;
+        merge_words(known->schema, option.schema);
         continue;
       }
       option.help = method_name(method) + ": " + option.help;

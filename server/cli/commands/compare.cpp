@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -14,6 +15,7 @@
 #include "server/cli/commands/compare_tiles.h"
 #include "server/cli/options/dem_input.h"
 #include "server/cli/options/line_input.h"
+#include "server/cli/options/mesh_input.h"
 #include "server/cli/options/output_options.h"
 #include "server/cli/options/output_paths.h"
 #include "server/cli/options/tile_options.h"
@@ -22,11 +24,14 @@
 #include "server/cli/program/progress_bar.h"
 #include "server/cli/program/run_apart.h"
 #include "terrain/base/file_io.h"
+#include "terrain/mesh/mesh_file.h"
 #include "terrain/raster/gdal/image_source.h"
 #include "terrain/simplify/common/simplified.h"
+#include "terrain/simplify/method_text.h"
 #include "terrain/simplify/methods.h"
 #include "terrain/simplify/options.h"
 #include "terrain/simplify/simplify.h"
+#include "terrain/simplify/simplify_tin.h"
 
 namespace tind::cli {
 
@@ -68,12 +73,24 @@ Result<StopAt> parse_at(const std::string& text) {
   return stop;
 }
 
-CompareRow run_one(const Terrain& dem, const std::string& method, const std::string& stop_text,
+/// What is compared on: makes a mesh, and fills a row's figures of it.
+struct Subject {
+  std::function<Result<Simplified>(const SimplifyOptions&)> make;
+  std::function<void(const SimplifyOptions&, CompareRow&)> measure;
+  nlohmann::ordered_json (*figures)(const MeshQuality&);
+};
+
+/// "qem", "vertex-removal:degree", or with any options: "edge-cost alpha=0.5 placement=fit".
+Result<MethodOptions> method_of_text(const std::string& text) {
+  return text.find(' ') == text.npos ? method_variant(text) : method_from_text(text);
+}
+
+CompareRow run_one(const Subject& subject, const std::string& method, const std::string& stop_text,
                    const SimplifyOptions& options) {
   CompareRow row;
   row.method = method;
   row.stop = stop_text;
-  MeasuredRun run = simplify_apart(dem, options);
+  MeasuredRun run = run_apart([&] { return subject.make(options); });
   row.seconds = run.seconds;
   row.cpu_seconds = run.cpu_seconds;
   row.peak_mb = run.peak_mb;
@@ -84,12 +101,11 @@ CompareRow run_one(const Terrain& dem, const std::string& method, const std::str
     return row;
   }
   row.made = std::move(*made);
-  row.quality = mesh_quality(row.made.tin, MeshMap{}, dem.grid, options.threads);
-  row.attributes = attribute_errors(options, dem, row.made.tin);
+  subject.measure(options, row);
   return row;
 }
 
-nlohmann::ordered_json row_json(const CompareRow& r) {
+nlohmann::ordered_json row_json(const CompareRow& r, const Subject& subject) {
   nlohmann::ordered_json j = {{"method", r.method}, {"stop", r.stop}};
   if (!r.failure.empty()) {
     j["failure"] = r.failure;
@@ -97,7 +113,7 @@ nlohmann::ordered_json row_json(const CompareRow& r) {
   }
   j["steps"] = r.made.steps;
   j["input_triangles"] = r.made.input_triangles;
-  j.update(quality_json(r.quality));
+  j.update(subject.figures(r.quality));
   j["seconds"] = r.seconds;
   j["cpu_seconds"] = r.cpu_seconds;
   j["peak_mb"] = r.peak_mb;
@@ -178,10 +194,75 @@ Result<std::vector<std::pair<std::string, StopAt>>> stops_of(const Arguments& a)
   return stops;
 }
 
+/// A row for each method at each stop.
+std::vector<CompareRow> rows_of(const Arguments& a, const Subject& subject,
+                                const std::vector<MethodOptions>& chosen,
+                                const std::vector<std::pair<std::string, StopAt>>& stops,
+                                SimplifyOptions options) {
+  std::vector<CompareRow> rows;
+  ProgressBar bar("compare", progress_style(a.progress));
+  for (const auto& [text, stop] : stops) {
+    options.stop = stop;
+    for (std::size_t i = 0; i < chosen.size(); ++i) {
+      options.method = chosen[i];
+      rows.push_back(run_one(subject, a.methods[i], text, options));
+      bar.at(double(rows.size()) / double(stops.size() * chosen.size()));
+    }
+  }
+  return rows;
+}
+
+/// `head`: what the report says before the table.
+Result<void> put_table(const Arguments& a, const std::vector<CompareRow>& rows,
+                       const Subject& subject, nlohmann::ordered_json head) {
+  nlohmann::ordered_json table = nlohmann::ordered_json::array();
+  for (const CompareRow& r : rows) table.push_back(row_json(r, subject));
+  if (a.json)
+    std::printf("%s\n", json::to_text(table, 2).c_str());
+  else
+    fmt::print("{}", table_text(rows));
+  if (!a.report.empty()) {
+    head["table"] = std::move(table);
+    if (auto ok = write_whole_file(a.report, json::to_text(head, 2) + "\n"); !ok) return ok;
+  }
+  return a.csv.empty() ? Result<void>() : write_whole_file(a.csv, table_csv(rows));
+}
+
+/// The last word on a table.
+int verdict(const std::vector<CompareRow>& rows) {
+  if (std::ranges::any_of(rows, [](const CompareRow& r) { return r.failure.empty(); })) return kOk;
+  return complain({Errc::invalid_argument, "no method gave a result"});
+}
+
+/// Terrain that is a mesh already.
+int run_tin(const Arguments& a, const std::vector<MethodOptions>& chosen,
+            const std::vector<std::pair<std::string, StopAt>>& stops) {
+  const std::string& path = a.input.files[0];
+  if (a.input.files.size() != 1) return complain({Errc::invalid_argument, "one mesh at a time"});
+  if (const auto ok = no_dem_options(a.input, path); !ok) return complain(ok.error());
+  if (a.lines.any() || !a.drape.empty() || !a.html.empty())
+    return complain({Errc::invalid_argument, "lines, --drape and --html need a DEM, not a mesh"});
+  const auto read = read_terrain_tin(path);
+  if (!read) return complain(read.error());
+  const TerrainTin& terrain = read->terrain;
+  const Subject subject = {[&](const SimplifyOptions& o) { return simplify_tin(terrain, o); },
+                           [&](const SimplifyOptions& o, CompareRow& row) {
+                             row.quality = tin_quality(row.made.tin, terrain, o.threads);
+                           },
+                           tin_quality_json};
+  SimplifyOptions options;
+  options.threads = a.threads;
+  const auto rows = rows_of(a, subject, chosen, stops, options);
+  const nlohmann::ordered_json head = {{"input", a.input.files},
+                                       {"input_triangles", terrain.tin.triangles.size()}};
+  if (const auto ok = put_table(a, rows, subject, head); !ok) return complain(ok.error());
+  return verdict(rows);
+}
+
 int run(const Arguments& a) {
   std::vector<MethodOptions> chosen;
   for (const std::string& text : a.methods) {
-    const auto method = method_variant(text);
+    const auto method = method_of_text(text);
     if (!method) return complain(method.error());
     chosen.push_back(*method);
   }
@@ -190,6 +271,7 @@ int run(const Arguments& a) {
   std::vector<std::string> inputs = inputs_of(a.input, a.lines);
   inputs.push_back(a.drape);
   if (const int code = check_outputs({a.csv, a.html, a.report}, inputs); code != kOk) return code;
+  if (is_mesh(a.input.files[0])) return run_tin(a, chosen, *stops);
   const auto takes_drape = [](const MethodOptions& m) {
     return std::holds_alternative<AttributeQemOptions>(m);
   };
@@ -217,45 +299,24 @@ int run(const Arguments& a) {
       if (auto* const attributed = std::get_if<AttributeQemOptions>(&method))
         attributed->drape = colours;
   }
-  std::vector<CompareRow> rows;
-  bool any = false;
-  {
-    ProgressBar bar("compare", progress_style(a.progress));
-    for (const auto& [text, stop] : *stops) {
-      options.stop = stop;
-      for (std::size_t i = 0; i < chosen.size(); ++i) {
-        options.method = chosen[i];
-        rows.push_back(run_one(*posts, a.methods[i], text, options));
-        any |= rows.back().failure.empty();
-        bar.at(double(rows.size()) / double(stops->size() * chosen.size()));
-      }
-    }
-  }
-  nlohmann::ordered_json table = nlohmann::ordered_json::array();
-  for (const CompareRow& r : rows) table.push_back(row_json(r));
-  if (a.json) {
-    std::printf("%s\n", json::to_text(table, 2).c_str());
-  } else {
-    fmt::print("{}", table_text(rows));
-  }
+  const Subject subject = {[&](const SimplifyOptions& o) { return simplify(*posts, o); },
+                           [&](const SimplifyOptions& o, CompareRow& row) {
+                             row.quality =
+                                 mesh_quality(row.made.tin, MeshMap{}, posts->grid, o.threads);
+                             row.attributes = attribute_errors(o, *posts, row.made.tin);
+                           },
+                           quality_json};
+  const auto rows = rows_of(a, subject, chosen, *stops, options);
+  const nlohmann::ordered_json head = {
+      {"input", info.files}, {"columns", posts->grid.cols()}, {"rows", posts->grid.rows()}};
+  if (const auto ok = put_table(a, rows, subject, head); !ok) return complain(ok.error());
   const std::string title =
       a.title.empty() ? "Simplifying " + info.files[0].substr(info.files[0].rfind('/') + 1)
                       : a.title;
-  if (!a.report.empty()) {
-    const nlohmann::ordered_json report = {{"input", info.files},
-                                           {"columns", posts->grid.cols()},
-                                           {"rows", posts->grid.rows()},
-                                           {"table", std::move(table)}};
-    if (const auto ok = write_whole_file(a.report, json::to_text(report, 2) + "\n"); !ok)
-      return complain(ok.error());
-  }
-  if (!a.csv.empty())
-    if (const auto ok = write_whole_file(a.csv, table_csv(rows)); !ok) return complain(ok.error());
   if (!a.html.empty())
     if (const auto ok = write_whole_file(a.html, compare_page(title, rows, *posts)); !ok)
       return complain(ok.error());
-  if (!any) return complain({Errc::invalid_argument, "no method gave a result"});
-  return kOk;
+  return verdict(rows);
 }
 
 /// What of the line makes no sense beside --tiles; empty: nothing.
@@ -284,7 +345,7 @@ int run_tiles(Command app, const Arguments& a) {
   }
   const std::vector<std::string> usual = {"bounded", "memoryless", "qem", "greedy", "edge-cost"};
   for (const std::string& text : app.given("--methods") ? a.methods : usual) {
-    const auto method = method_variant(text);
+    const auto method = method_of_text(text);
     if (!method) return complain(method.error());
     options.method = *method;
     const auto* const bounded = std::get_if<BoundedOptions>(&*method);
@@ -300,10 +361,14 @@ void add_compare(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
   Command app = program.add_subcommand(
       "compare", "Run several methods on one DEM and print one table of size, error and time");
-  app.add_option("input", a->input.files, "a DEM, or several that share one grid").required();
+  app.add_option(
+         "input", a->input.files,
+         "a DEM, or several that share one grid; or terrain as a mesh: " + readable_extensions())
+      .required();
   app.add_option("--methods", a->methods,
                  "names, comma-separated; name:variant picks a criterion (vertex-removal), a "
-                 "placement (triangle-collapse), a metric (attribute-qem) or an effort (bounded)")
+                 "placement (triangle-collapse), a metric (attribute-qem) or an effort (bounded); "
+                 "'name option=value' sets any option")
       .delimiter(',')
       .shown();
   app.add_flag(

@@ -29,6 +29,7 @@ struct Arguments {
   MeshFrame frame = MeshFrame::source;
   std::string units = "metres";
   bool frame_given = false, units_given = false;
+  bool terrain = false;
   int threads = 1;
   ReportOutput report;
 };
@@ -63,6 +64,17 @@ bool same_frame(const proto::MeshPlace& a, const proto::MeshPlace& b) {
          (!a.local || (a.origin == b.origin && a.to_crs == b.to_crs));
 }
 
+/// Of two meshes.
+void note_if_other_frame(const Arguments& a, const PlacedTin& mesh, const proto::MeshPlace& other,
+                         Warnings& warnings) {
+  note_if_elsewhere(a.mesh, mesh.place, other.epsg, other.vertical_datum, warnings);
+  if (is_known(mesh.place) && is_known(other) && !same_frame(mesh.place, other))
+    warnings.push_back(
+        fmt::format("{} and {} say that their coordinates have other units or origins: tind "
+                    "compares the numbers as they are",
+                    a.mesh, a.dem.files[0]));
+}
+
 /// Two meshes: the distance of their surfaces, both ways.
 int run_surfaces(const Arguments& a, const PlacedTin& mesh) {
   if (const auto ok = no_dem_options(a.dem, a.dem.files[0]); !ok) return complain(ok.error());
@@ -72,15 +84,32 @@ int run_surfaces(const Arguments& a, const PlacedTin& mesh) {
     if (one->tin.triangles.empty())
       return complain({Errc::bad_data, "a mesh without triangles has no surface to measure"});
   Warnings warnings;
-  note_if_elsewhere(a.mesh, mesh.place, other->place.epsg, other->place.vertical_datum, warnings);
-  if (is_known(mesh.place) && is_known(other->place) && !same_frame(mesh.place, other->place))
-    warnings.push_back(
-        fmt::format("{} and {} say that their coordinates have other units or origins: tind "
-                    "compares the numbers as they are",
-                    a.mesh, a.dem.files[0]));
+  note_if_other_frame(a, mesh, other->place, warnings);
   const SurfaceDistance d = surface_distance(mesh.tin, other->tin, {.threads = a.threads});
   return put_report(a.report, with_warnings(distance_json(d), warnings),
                     [&] { fmt::print("{}", distance_text(d)); });
+}
+
+/// A mesh and a TIN: the vertical error over the TIN's vertices.
+int run_tin(const Arguments& a, const PlacedTin& mesh) {
+  if (a.dem.files.size() != 1 || !is_mesh(a.dem.files[0]))
+    return complain({Errc::invalid_argument,
+                     "--terrain is for a mesh to measure against: a DEM is terrain anyway"});
+  if (const auto ok = no_dem_options(a.dem, a.dem.files[0]); !ok) return complain(ok.error());
+  const Result<PlacedTerrain> tin = read_terrain_tin(a.dem.files[0]);
+  if (!tin) return complain(tin.error());
+  Warnings warnings;
+  note_if_other_frame(a, mesh, tin->place, warnings);
+  const MeshQuality quality =
+      tin_quality(mesh.tin, tin->terrain, a.threads, format_to_read(a.mesh)->as_in_file != nullptr);
+  if (quality.error.posts == 0)
+    return complain({Errc::bad_data,
+                     "the mesh covers no vertex of the TIN: are both in one reference system?"});
+  nlohmann::ordered_json j = tin_quality_json(quality);
+  j["mesh"] = a.mesh;
+  j["tin"] = a.dem.files[0];
+  return put_report(a.report, with_warnings(std::move(j), warnings),
+                    [&] { fmt::print("{}", tin_quality_text(quality)); });
 }
 
 /// As the mesh's file says, unless the user does.
@@ -116,6 +145,7 @@ int run(const Arguments& a) {
   if (const int code = check_outputs({a.report.path}, inputs); code != kOk) return code;
   Result<PlacedTin> placed = read_placed_tin(a.mesh);
   if (!placed) return complain(placed.error());
+  if (a.terrain) return run_tin(a, *placed);
   if (a.dem.files.size() == 1 && is_mesh(a.dem.files[0])) return run_surfaces(a, *placed);
   const auto dem = open_dem(a.dem);
   if (!dem) return complain(dem.error());
@@ -147,13 +177,17 @@ int run(const Arguments& a) {
 
 void add_measure(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
-  Command app = program.add_subcommand(
-      "measure",
-      "Measure the vertical error of a mesh against every post of a DEM, or the distance of two "
-      "meshes' surfaces");
+  Command app = program.add_subcommand("measure",
+                                       "Measure the vertical error of a mesh against every post of "
+                                       "a DEM or every vertex of a TIN, or "
+                                       "the distance of two meshes' surfaces");
   app.add_option("mesh", a->mesh, "the mesh: " + readable_extensions()).required();
   app.add_option("dem", a->dem.files, "the DEM, or several that share one grid; or a second mesh")
       .required();
+  app.add_flag(
+      "--terrain", a->terrain,
+      "the second mesh is terrain, a TIN: the vertical error over its vertices, instead of "
+      "the distance of the two surfaces");
   add_dem_options(app, a->dem);
   add_window_options(app, a->dem);
   app.add_choice("--frame", a->frame,

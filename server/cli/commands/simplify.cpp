@@ -34,6 +34,7 @@
 #include "terrain/simplify/common/simplified.h"
 #include "terrain/simplify/options.h"
 #include "terrain/simplify/simplify_mesh.h"
+#include "terrain/simplify/simplify_tin.h"
 
 namespace tind::cli {
 
@@ -51,6 +52,7 @@ struct Arguments {
   MeshFrame frame = MeshFrame::source;
   std::string units = "metres", progress = "auto";
   bool json = false;
+  bool terrain = false;  // a mesh is to be one
 };
 
 struct Seconds {
@@ -70,6 +72,11 @@ class Stopwatch {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
+/// A mesh for which terrain alone has an answer: a bound, or a method that knows nothing else.
+bool wants_terrain(const Arguments& a) {
+  return a.options.stop.max_error_m || !takes_meshes(a.options.method);
+}
+
 /// What can be refused before a large file is read.
 Result<void> check(Arguments& a, Command app) {
   const auto format = format_of(a.output);
@@ -83,13 +90,32 @@ Result<void> check(Arguments& a, Command app) {
   const auto method = method_of(app, a.method);
   if (!method) return std::unexpected(method.error());
   a.options.method = *method;
-  if (!is_mesh(a.input.files[0])) return {};
-  for (const char* option :
-       {"--from-datum", "--to-datum", "--allow-vrt", "--drape", "--frame", "--units",
-        "--subset-placement", "--border-constraints", "--raster", "--error-raster"})
+  if (!is_mesh(a.input.files[0])) {
+    if (a.terrain)
+      return fail(Errc::invalid_argument, "--terrain is for a mesh: a DEM is terrain anyway");
+    return {};
+  }
+  a.terrain |= wants_terrain(a);
+  for (const char* option : {"--from-datum", "--to-datum", "--allow-vrt", "--drape", "--frame",
+                             "--units", "--raster", "--error-raster"})
     if (app.given(option))
       return fail(Errc::invalid_argument, std::string(option) + " needs a DEM, not a mesh");
+  for (const char* option : {"--subset-placement", "--border-constraints"})
+    if (app.given(option) && !a.terrain)
+      return fail(Errc::invalid_argument, std::string(option) +
+                                              " needs a DEM, or a mesh that is terrain "
+                                              "(--terrain)");
   return {};
+}
+
+nlohmann::ordered_json seconds_json(const Seconds& s) {
+  return {{"read", s.read}, {"simplify", s.simplify}, {"measure", s.measure}, {"write", s.write}};
+}
+
+nlohmann::ordered_json details_json(const Simplified& made) {
+  nlohmann::ordered_json j = nlohmann::ordered_json::object();
+  for (const auto& [key, value] : made.details) j[key] = value;
+  return j;
 }
 
 nlohmann::ordered_json report_json(const Arguments& a, const DemInfo& info, const Simplified& made,
@@ -102,13 +128,9 @@ nlohmann::ordered_json report_json(const Arguments& a, const DemInfo& info, cons
   j["units"] = a.units;
   j.update(place_json(mesh_place(info, a.frame, false)));
   j["spacing_m"] = {info.spacing_x_m, info.spacing_y_m};
-  j["seconds"] = {{"read", seconds.read},
-                  {"simplify", seconds.simplify},
-                  {"measure", seconds.measure},
-                  {"write", seconds.write}};
+  j["seconds"] = seconds_json(seconds);
   j["peak_mb"] = PeakMemory::megabytes();
-  j["details"] = nlohmann::ordered_json::object();
-  for (const auto& [key, value] : made.details) j["details"][key] = value;
+  j["details"] = details_json(made);
   j["note"] = made.note;
   j["input"] = info.files;
   j["output"] = a.output.path;
@@ -124,6 +146,12 @@ Tin as_in_file(const MeshFormat& format, proto::Mesh mesh) {
   return from_file_mesh(std::move(mesh));
 }
 
+void print_end(const Seconds& s, const Simplified& made) {
+  fmt::print("seconds: read {:.3f}, simplify {:.3f}, write {:.3f}, measure {:.3f}\n", s.read,
+             s.simplify, s.write, s.measure);
+  if (!made.note.empty()) fmt::print("note: {}\n", made.note);
+}
+
 void print(const Arguments& a, const DemInfo& info, const nlohmann::ordered_json& report,
            const Simplified& made, const MeshQuality& quality, const Seconds& s) {
   if (a.json) {
@@ -133,9 +161,7 @@ void print(const Arguments& a, const DemInfo& info, const nlohmann::ordered_json
   fmt::print("{}: {} of {} triangles in {} steps\n{}", a.method.name, quality.triangles,
              made.input_triangles, made.steps, quality_text(quality));
   fmt::print("{}{}", file_origin_line(report), accuracy_line(info));
-  fmt::print("seconds: read {:.3f}, simplify {:.3f}, write {:.3f}, measure {:.3f}\n", s.read,
-             s.simplify, s.write, s.measure);
-  if (!made.note.empty()) fmt::print("note: {}\n", made.note);
+  print_end(s, made);
 }
 
 /// The referee has the last word on a bound: what breaks it has a reason that is told, or is a bug.
@@ -170,12 +196,17 @@ int put_report(const Arguments& a, const nlohmann::ordered_json& report) {
   return ok ? int(kOk) : complain(ok.error());
 }
 
+/// What every mesh as input asks for first.
+Result<void> check_mesh_input(const Arguments& a) {
+  if (a.input.files.size() != 1) return fail(Errc::invalid_argument, "one mesh at a time");
+  if (a.lines.any())
+    return fail(Errc::invalid_argument, "--breaklines, --flatten and --boundary need a DEM");
+  return no_dem_options(a.input, a.input.files[0]);
+}
+
 /// A general mesh in, a general mesh out; its error is the distance of the two surfaces.
 int run_mesh(const Arguments& a) {
-  if (a.input.files.size() != 1) return complain({Errc::invalid_argument, "one mesh at a time"});
-  if (a.lines.any())
-    return complain({Errc::invalid_argument, "--breaklines, --flatten and --boundary need a DEM"});
-  if (const auto ok = no_dem_options(a.input, a.input.files[0]); !ok) return complain(ok.error());
+  if (const auto ok = check_mesh_input(a); !ok) return complain(ok.error());
   auto read = read_placed_tin(a.input.files[0]);
   if (!read) return complain(read.error());
   Tin& tin = read->tin;
@@ -228,6 +259,65 @@ int run_mesh(const Arguments& a) {
   return kOk;
 }
 
+/// Terrain that is a mesh already; its error is over its vertices.
+int run_tin(const Arguments& a) {
+  if (const auto ok = check_mesh_input(a); !ok) return complain(ok.error());
+  Seconds seconds;
+  Stopwatch watch;
+  const auto read = read_terrain_tin(a.input.files[0]);
+  if (!read) {
+    const bool surface = read.error().code == Errc::bad_data;
+    return complain({read.error().code,
+                     read.error().what +
+                         (surface ? "; a surface in space takes --triangles or --ratio with qem, "
+                                    "attribute-qem or triangle-collapse, without --terrain"
+                                  : "")});
+  }
+  if (const auto ok = can_say(*a.format, read->place); !ok) return complain(ok.error());
+  seconds.read = watch.lap();
+  Result<Simplified> made;
+  {
+    ProgressBar bar(a.method.name, progress_style(a.progress));
+    made = simplify_tin(read->terrain, a.options, bar.progress());
+  }
+  if (!made) return complain(made.error());
+  seconds.simplify = watch.lap();
+  proto::Mesh mesh = to_file_mesh(std::move(made->tin));
+  mesh.place = read->place;
+  if (const int code = put_mesh(a.output, *a.format, mesh); code != kOk) return code;
+  nlohmann::ordered_json origin = nlohmann::ordered_json::object();
+  add_file_origin(origin, *a.format, mesh);
+  const Tin written = as_in_file(*a.format, std::move(mesh));
+  seconds.write = watch.lap();
+  const MeshQuality quality =
+      tin_quality(written, read->terrain, a.options.threads, a.format->as_in_file != nullptr);
+  seconds.measure = watch.lap();
+  if (const auto ok = hold_to_bound(a, quality, *made); !ok) return complain(ok.error());
+  nlohmann::ordered_json report = {{"method", a.method.name},
+                                   {"steps", made->steps},
+                                   {"input_triangles", made->input_triangles}};
+  report.update(tin_quality_json(quality));
+  if (is_known(read->place)) report.update(place_json(read->place));
+  report["seconds"] = seconds_json(seconds);
+  report["peak_mb"] = PeakMemory::megabytes();
+  report["details"] = details_json(*made);
+  report["note"] = made->note;
+  report["input"] = a.input.files;
+  report["output"] = a.output.path;
+  report["format"] = a.format->name;
+  report.update(origin);
+  if (const int code = put_report(a, report); code != kOk) return code;
+  if (a.json) {
+    std::printf("%s\n", json::to_text(report, 2).c_str());
+    return kOk;
+  }
+  fmt::print("{}: {} of {} triangles in {} steps\n{}{}", a.method.name, quality.triangles,
+             made->input_triangles, made->steps, tin_quality_text(quality),
+             file_origin_line(report));
+  print_end(seconds, *made);
+  return kOk;
+}
+
 /// `cluster` and `bounded` can do without the whole source in memory, and do where that is much.
 bool streams(const Arguments& a, const DemInfo& info) {
   const bool able =
@@ -258,7 +348,9 @@ RasterRows rows_in(const HeightGrid& grid) {
 }
 
 int run(Arguments& a, Command app) {
-  if (!app.given("--method") && is_mesh(a.input.files[0])) a.method.name = DefaultMeshMethod::kName;
+  const bool mesh_input = is_mesh(a.input.files[0]);
+  if (!app.given("--method") && mesh_input && !a.terrain && !a.options.stop.max_error_m)
+    a.method.name = DefaultMeshMethod::kName;
   if (const Result<void> ok = check(a, app); !ok) return complain(ok.error());
   std::vector<std::string> inputs = inputs_of(a.input, a.lines);
   inputs.push_back(a.drape);
@@ -266,7 +358,7 @@ int run(Arguments& a, Command app) {
           check_outputs({a.output.path, a.report, a.rasters.heights, a.rasters.errors}, inputs);
       code != kOk)
     return code;
-  if (is_mesh(a.input.files[0])) return run_mesh(a);
+  if (mesh_input) return a.terrain ? run_tin(a) : run_mesh(a);
   Seconds seconds;
   Stopwatch watch;
   const auto dem = open_dem(a.input);
@@ -346,7 +438,8 @@ void add_stop(Command app, StopAt& stop) {
   group.add_option("--triangles", stop.triangles, "at most this many triangles, and hardly fewer");
   group.add_option("--ratio", stop.ratio, "at most this share of the full mesh's triangles, 0..1");
   group.add_option("--max-error", stop.max_error_m,
-                   "the fewest triangles within this vertical error of every post, metres; strict");
+                   "the fewest triangles within this vertical error of every post (of a mesh: of "
+                   "every vertex), metres; strict");
 }
 
 }  // namespace
@@ -358,6 +451,10 @@ void add_simplify(Command program, int& exit) {
   app.add_option("input", a->input.files,
                  "a DEM, or several that share one grid; or one mesh: " + readable_extensions())
       .required();
+  app.add_flag("--terrain", a->terrain,
+               "a mesh is terrain, heights over a plane: its error is the vertical one over its "
+               "vertices, and its border stays; without it only where --max-error or a method asks "
+               "for terrain, otherwise it is a surface in space");
   add_mesh_output(app, a->output);
   add_stop(app, a->options.stop);
   add_method_options(app, a->method, a->options.threads);

@@ -1,14 +1,17 @@
 #include "server/cli/options/mesh_input.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string_view>
 #include <utility>
 
 #include "proto/mesh/mesh_io.h"
 #include "terrain/base/file_io.h"
+#include "terrain/geo/ellipsoid.h"
 #include "terrain/mesh/manifold.h"
 #include "terrain/mesh/mesh_file.h"
 #include "terrain/mesh/mesh_frame.h"
+#include "terrain/mesh/terrain_tin.h"
 
 namespace tind::cli {
 
@@ -48,6 +51,24 @@ Result<Tin> read_tin(const std::string& path) {
   auto read = read_placed_tin(path);
   if (!read) return std::unexpected(read.error());
   return std::move(read->tin);
+}
+
+Result<PlacedTerrain> read_terrain_tin(const std::string& path) {
+  auto read = read_placed_tin(path);
+  if (!read) return std::unexpected(read.error());
+  auto tin = as_terrain(std::move(read->tin));
+  if (!tin) return fail(path, tin.error());
+  PlacedTerrain placed{{std::move(*tin)}, std::move(read->place)};
+  TerrainTin& terrain = placed.terrain;
+  const proto::MeshPlace& place = placed.place;
+  terrain.z_unit_m = place.z_unit_m;
+  if (!place.local) terrain.x_unit_m = terrain.y_unit_m = place.unit_m;
+  if (place.geographic && !place.local) {
+    const auto [low, high] = std::ranges::minmax(terrain.tin.vertices, {}, &Vec3::y);
+    const Vec2 degree = wgs84::metres_per_degree(std::clamp((low.y + high.y) / 2, -89.0, 89.0));
+    terrain.x_unit_m = degree.x, terrain.y_unit_m = degree.y;
+  }
+  return placed;
 }
 
 Result<Tin> read_shape(const std::string& path) {

@@ -9,6 +9,7 @@
 #include "terrain/base/result.h"
 #include "terrain/mesh/tin.h"
 #include "terrain/raster/dem_source.h"
+#include "terrain/simplify/simplify_tin.h"
 
 namespace tind::cli {
 
@@ -28,6 +29,15 @@ struct PlacedTin {
   proto::MeshPlace place;
 };
 Result<PlacedTin> read_placed_tin(const std::string& path);
+
+/// A mesh as terrain (as_terrain), with what its units are in metres: as far as its file says where
+/// it is, otherwise all three are metres. Degrees are those of its middle.
+struct PlacedTerrain {
+  TerrainTin terrain;
+  proto::MeshPlace place;
+};
+/// Fails also where it is no terrain, with the file's name and the place.
+Result<PlacedTerrain> read_terrain_tin(const std::string& path);
 
 /// The shape alone: no attributes, vertices that only they kept apart welded, unused ones gone.
 Result<Tin> read_shape(const std::string& path);

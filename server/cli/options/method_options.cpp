@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <concepts>
+#include <map>
 #include <memory>
 #include <sstream>
+#include <type_traits>
 
 #include "terrain/base/result.h"
 
@@ -30,9 +32,52 @@ void add_field(Command app, const std::string& name, Number& field, const char* 
 void add_field(Command, const std::string&,
                const std::shared_ptr<const std::vector<std::array<float, 3>>>&, const char*) {}
 
-}  // namespace
+/// Options that several methods have under one name, with the help of all: each reads its own
+/// words.
+std::map<std::string, std::string> shared_options() {
+  std::map<std::string, std::string> once, shared;
+  for (const MethodOptions& method : all_methods()) {
+    std::visit(
+        [&](const auto& options) {
+          options.each_option([&](const std::string& name, auto member, const char* help) {
+            std::string text = help;
+            if constexpr (NamedEnum<std::remove_cvref_t<decltype(options.*member)>>) {
+              std::string words;
+              for (const auto& word : enum_names<std::remove_cvref_t<decltype(options.*member)>>())
+                words += (words.empty() ? "" : ", ") + word;
+              text += " (" + words + "; default " + name_of(options.*member) + ")";
+            }
+            const auto [first, is_new] = once.try_emplace(name, text);
+            if (is_new) return;
+            const auto known = shared.try_emplace(name, first->second).first;
+            known->second += "; " + text;
+          });
+        },
+        method);
+  }
+  return shared;
+}
 
-namespace {
+/// Of a shared option, where the method has it.
+Result<void> set_word(MethodOptions& method, const std::string& name, const std::string& word) {
+  Result<void> done;
+  std::visit(
+      [&](auto& options) {
+        options.each_option([&](const std::string& known, auto member, const char*) {
+          using Field = std::remove_cvref_t<decltype(options.*member)>;
+          if constexpr (NamedEnum<Field>) {
+            if (known != name) return;
+            const auto value = parse_enum<Field>(word);
+            if (value)
+              options.*member = *value;
+            else
+              done = std::unexpected(value.error());
+          }
+        });
+      },
+      method);
+  return done;
+}
 
 /// "edge-cost alpha=0.5" is how settings and records say it.
 Result<MethodOptions> method_named_alone(const std::string& name) {
@@ -67,7 +112,10 @@ Result<MethodOptions> method_of(Command app, const MethodLine& line,
                                               other.name);
     }
   }
-  return *std::ranges::find(line.all, named->index(), &MethodOptions::index);
+  MethodOptions method = *std::ranges::find(line.all, named->index(), &MethodOptions::index);
+  for (const auto& [name, word] : line.shared)
+    if (const auto ok = set_word(method, name, word); !ok) return std::unexpected(ok.error());
+  return method;
 }
 
 void add_method_choice(Command app, MethodLine& line,
@@ -75,15 +123,21 @@ void add_method_choice(Command app, MethodLine& line,
   app.add_option("--method", line.name, "how; 'tind methods' says which to take for what")
       .in_lower_case()
       .shown();
+  const auto shared = shared_options();
   for (MethodOptions& method : line.all) {
     std::visit(
         [&](auto& options) {
           options.each_option([&](const std::string& name, auto member, const char* help) {
-            if (std::ranges::count(without, name) == 0)
+            if (std::ranges::count(without, name) == 0 && !shared.contains(name))
               add_field(app, "--" + name, options.*member, help);
           });
         },
         method);
+  }
+  for (const auto& [name, help] : shared) {
+    if (std::ranges::count(without, name) > 0) continue;
+    const auto take = [&line, key = name](const std::string& word) { line.shared[key] = word; };
+    app.add_function("--" + name, take, help);
   }
 }
 

@@ -3,6 +3,7 @@
 // one.
 
 #include <initializer_list>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,6 +20,8 @@ namespace tind::cli {
 struct MethodLine {
   std::string name = method_name(MethodOptions{});
   std::vector<MethodOptions> all = all_methods();
+  /// Of options that several methods have, each with words of its own: the word that was given.
+  std::map<std::string, std::string> shared = {};
 };
 
 /// --method and what each method reads, --threads; not where to stop. --drape is left to commands

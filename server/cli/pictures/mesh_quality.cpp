@@ -80,6 +80,19 @@ MeshQuality mesh_quality(const Tin& mesh, const MeshMap& map, const HeightGrid& 
   return q;
 }
 
+MeshQuality tin_quality(const Tin& mesh, const TerrainTin& of, int threads, bool float_file) {
+  MeshQuality q = validity_of(mesh);
+  double slack = 0;
+  if (float_file) {
+    const auto [west, east] = std::ranges::minmax(of.tin.vertices, {}, &Vec3::x);
+    const auto [south, north] = std::ranges::minmax(of.tin.vertices, {}, &Vec3::y);
+    slack = std::max(east.x - west.x, north.y - south.y) * 0x1p-20;  // stl_origin
+  }
+  q.error = vertical_error(mesh, of.tin.vertices, of.z_unit_m, threads, slack);
+  q.uncovered = q.error.uncovered;
+  return q;
+}
+
 VolumeBetween volume_between(const VerticalError& e, const DemInfo& info) {
   constexpr double kRadian = 3.14159265358979323846 / 180;
   const double middle_col = double(info.cols - 1) / 2, middle_row = double(info.rows - 1) / 2;
@@ -99,13 +112,11 @@ VolumeBetween volume_between(const VerticalError& e, const DemInfo& info) {
   return v;
 }
 
-nlohmann::ordered_json quality_json(const MeshQuality& q) {
+namespace {
+
+/// What holds over posts and over vertices alike.
+nlohmann::ordered_json figures_json(const MeshQuality& q) {
   const VerticalError& e = q.error;
-  nlohmann::ordered_json surface, surface_at;
-  if (q.surface) {
-    surface = q.surface->max_m();
-    surface_at = {{"col", q.surface->at.x}, {"row", q.surface->at.y}};
-  }
   return {{"triangles", q.triangles},
           {"vertices", q.vertices},
           {"max_error_m", e.max_m},
@@ -115,16 +126,52 @@ nlohmann::ordered_json quality_json(const MeshQuality& q) {
           {"p95_m", e.p95_m},
           {"p99_m", e.p99_m},
           {"max_above_m", e.max_above_m},
-          {"max_below_m", e.max_below_m},
-          {"max_at", {{"col", e.max_col}, {"row", e.max_row}}},
-          {"max_surface_error_m", std::move(surface)},
-          {"max_surface_error_at", std::move(surface_at)},
-          {"bias_m", e.bias_m},
-          {"posts", e.posts},
-          {"flipped", q.flipped},
-          {"non_manifold", q.non_manifold},
-          {"posts_uncovered", q.uncovered},
-          {"posts_isolated", q.isolated}};
+          {"max_below_m", e.max_below_m}};
+}
+
+}  // namespace
+
+nlohmann::ordered_json tin_quality_json(const MeshQuality& q) {
+  const VerticalError& e = q.error;
+  nlohmann::ordered_json j = figures_json(q);
+  j["max_at"] = {{"x", e.max_at.x}, {"y", e.max_at.y}, {"z", e.max_at.z}};
+  j["bias_m"] = e.bias_m;
+  j["vertices_measured"] = e.posts;
+  j["flipped"] = q.flipped;
+  j["non_manifold"] = q.non_manifold;
+  j["vertices_uncovered"] = q.uncovered;
+  return j;
+}
+
+std::string tin_quality_text(const MeshQuality& q) {
+  const VerticalError& e = q.error;
+  return fmt::format(
+      "{} triangles, {} vertices; {} flipped, {} vertices of the TIN uncovered\n"
+      "vertical error over {} vertices of the TIN: max {:.3f} m (at x {:.10g}, y {:.10g}), RMS "
+      "{:.3f} m, mean {:.3f} m, 50/95/99 % below {:.3f}/{:.3f}/{:.3f} m; mesh - TIN {:+.3f} m in "
+      "the mean\n",
+      q.triangles, q.vertices, q.flipped, q.uncovered, e.posts, e.max_m, e.max_at.x, e.max_at.y,
+      e.rms_m, e.mean_m, e.p50_m, e.p95_m, e.p99_m, e.bias_m);
+}
+
+nlohmann::ordered_json quality_json(const MeshQuality& q) {
+  const VerticalError& e = q.error;
+  nlohmann::ordered_json surface, surface_at;
+  if (q.surface) {
+    surface = q.surface->max_m();
+    surface_at = {{"col", q.surface->at.x}, {"row", q.surface->at.y}};
+  }
+  nlohmann::ordered_json j = figures_json(q);
+  j["max_at"] = {{"col", e.max_col}, {"row", e.max_row}};
+  j["max_surface_error_m"] = std::move(surface);
+  j["max_surface_error_at"] = std::move(surface_at);
+  j["bias_m"] = e.bias_m;
+  j["posts"] = e.posts;
+  j["flipped"] = q.flipped;
+  j["non_manifold"] = q.non_manifold;
+  j["posts_uncovered"] = q.uncovered;
+  j["posts_isolated"] = q.isolated;
+  return j;
 }
 
 nlohmann::ordered_json ground_json(const MeshQuality& q, const DemInfo& info) {

@@ -9,6 +9,7 @@
 #include "terrain/mesh/mesh_frame.h"
 #include "terrain/mesh/vertical_error.h"
 #include "terrain/raster/height_grid.h"
+#include "terrain/simplify/simplify_tin.h"
 
 namespace tind::cli {
 
@@ -29,6 +30,10 @@ struct MeshQuality {
 /// still counts.
 MeshQuality mesh_quality(const Tin& mesh, const MeshMap& map, const HeightGrid& posts, int threads,
                          bool float_file = false);
+
+/// The same over the vertices of a TIN, in whose frame `mesh` is; there is no surface_error.
+MeshQuality tin_quality(const Tin& mesh, const TerrainTin& of, int threads,
+                        bool float_file = false);
 
 /// The same for a source that is read in strips (vertical_error_in_strips).
 Result<MeshQuality> mesh_quality_in_strips(const Tin& mesh, const MeshMap& map, int cols, int rows,
@@ -55,5 +60,10 @@ nlohmann::ordered_json ground_json(const MeshQuality&, const DemInfo&);
 
 /// Two or three lines for a person.
 std::string quality_text(const MeshQuality&);
+
+/// Of tin_quality: as quality_json, but max_at has x, y and z; vertices_measured and
+/// vertices_uncovered stand where posts do.
+nlohmann::ordered_json tin_quality_json(const MeshQuality&);
+std::string tin_quality_text(const MeshQuality&);
 
 }  // namespace tind::cli

@@ -118,12 +118,12 @@ void pass(Way& way, MeasuredRun& run) {
 
 double seconds_of(const timeval& t) { return double(t.tv_sec) + 1e-6 * double(t.tv_usec); }
 
-MeasuredRun measure_here(const Terrain& dem, const SimplifyOptions& o) {
+MeasuredRun measure_here(const std::function<Result<Simplified>()>& make) {
   rusage before{}, after{};
   PeakMemory::forget();
   ::getrusage(RUSAGE_SELF, &before);
   const auto start = std::chrono::steady_clock::now();
-  MeasuredRun run{simplify(dem, o)};
+  MeasuredRun run{make()};
   run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   ::getrusage(RUSAGE_SELF, &after);
   run.cpu_seconds = seconds_of(after.ru_utime) - seconds_of(before.ru_utime) +
@@ -139,7 +139,7 @@ MeasuredRun failed(const std::string& why) {
 
 }  // namespace
 
-MeasuredRun simplify_apart(const Terrain& dem, const SimplifyOptions& options) {
+MeasuredRun run_apart(const std::function<Result<Simplified>()>& make) {
   int ends[2];
   if (::pipe(ends) != 0) return failed(std::string("has no pipe: ") + std::strerror(errno));
   const pid_t child = ::fork();
@@ -150,7 +150,7 @@ MeasuredRun simplify_apart(const Terrain& dem, const SimplifyOptions& options) {
   }
   if (child == 0) {
     ::close(ends[0]);
-    MeasuredRun run = measure_here(dem, options);
+    MeasuredRun run = measure_here(make);
     Sink sink(ends[1]);
     pass(sink, run);
     std::_Exit(0);  // nothing of the parent's is flushed or torn down twice

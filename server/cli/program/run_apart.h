@@ -2,11 +2,10 @@
 // One run of a method in a process of its own, so that none finds memory warm, or pays for memory,
 // that another left: what is measured does not depend on what ran before.
 
+#include <functional>
+
 #include "terrain/base/result.h"
-#include "terrain/raster/terrain.h"
 #include "terrain/simplify/common/simplified.h"
-#include "terrain/simplify/options.h"
-#include "terrain/simplify/simplify.h"
 
 namespace tind::cli {
 
@@ -17,8 +16,8 @@ struct MeasuredRun {
   std::uint64_t page_faults = 0;        // memory touched for the first time, in pages
 };
 
-/// As simplify(), and with its result. Fails (internal) when the process ended by itself, which
+/// Whatever makes a mesh, with its result. Fails (internal) when the process ended by itself, which
 /// mostly means that memory ran out. REQUIRES: no other thread runs.
-MeasuredRun simplify_apart(const Terrain& dem, const SimplifyOptions&);
+MeasuredRun run_apart(const std::function<Result<Simplified>()>& make);
 
 }  // namespace tind::cli

@@ -130,6 +130,7 @@ HalfedgeMesh collapsed(const MethodOptions& method, HalfedgeMesh mesh, LinePoint
   held.height_step = o.height_step;
   held.height_min = o.height_min, held.height_max = o.height_max;
   held.within = within_bound(samples, o);
+  held.fit = fit_samples(samples);
   // What it can fail with is a stop, which callers see themselves.
   static_cast<void>(simplify_held(held, method, progress));
   return std::move(held.terrain.mesh);

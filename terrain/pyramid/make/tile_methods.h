@@ -11,8 +11,8 @@
 #include "terrain/mesh/halfedge_mesh.h"
 #include "terrain/mesh/tin.h"
 #include "terrain/simplify/bounded/bounded_mesher.h"
+#include "terrain/simplify/common/samples.h"
 #include "terrain/simplify/insertion/line_points.h"
-#include "terrain/simplify/insertion/samples.h"
 #include "terrain/simplify/options.h"
 
 namespace tind {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "terrain/mesh/tin.h"
-#include "terrain/simplify/insertion/samples.h"
+#include "terrain/simplify/common/samples.h"
 
 namespace tind {
 

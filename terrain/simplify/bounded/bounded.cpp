@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include "terrain/mesh/vertical_error.h"
 #include "terrain/simplify/bounded/bounded_blocks.h"
@@ -113,29 +114,38 @@ Result<Tin> two_triangles(const HeightGrid& grid) {
   return tin;
 }
 
-/// The smallest RMS error with at most `target` triangles.
-Result<Simplified> fit_count(const HeightGrid& grid, double x_scale, const CountEffort& effort,
-                             std::uint64_t target, const Progress& progress) {
-  const auto start = two_triangles(grid);
-  if (!start) return std::unexpected(start.error());
-  GridSamples samples;
-  samples.cols = grid.cols(), samples.rows = grid.rows();
-  samples.z = grid.values().data();
+/// The smallest RMS error with at most `target` of `full` triangles.
+template <class Samples>
+Result<Simplified> fit_count(const Tin& start, const Samples& samples, std::uint64_t full,
+                             double x_scale, const CountEffort& effort, std::uint64_t target,
+                             const Progress& progress) {
   Simplified result;
-  result.input_triangles = full_triangles(grid.cols(), grid.rows());
+  result.input_triangles = full;
   CountOptions o;
   o.triangles = target;
   o.x_scale = x_scale;
+  o.any_place = std::is_same_v<Samples, ScatteredSamples>;
   o.rounds = effort.rounds;
   // Near the full mesh insertion is what takes long, and has little to gain.
   const double most = 0.75 * double(result.input_triangles) / double(target);
   o.surplus = std::clamp(most, 1.0, effort.surplus);
-  auto fitted = fit_to_count(*start, samples, o, progress);
+  auto fitted = fit_to_count(start, samples, o, progress);
   if (!fitted) return std::unexpected(fitted.error());
   result.tin = std::move(fitted->tin);
   result.steps = fitted->collapses;
   result.details["max_error_allowed_m"] = fitted->max_error_m;
   return result;
+}
+
+Result<Simplified> fit_grid(const HeightGrid& grid, double x_scale, const CountEffort& effort,
+                            std::uint64_t target, const Progress& progress) {
+  const auto start = two_triangles(grid);
+  if (!start) return std::unexpected(start.error());
+  GridSamples samples;
+  samples.cols = grid.cols(), samples.rows = grid.rows();
+  samples.z = grid.values().data();
+  return fit_count(*start, samples, full_triangles(grid.cols(), grid.rows()), x_scale, effort,
+                   target, progress);
 }
 
 /// The smallest error whose mesh has at most `target` triangles, to about one per cent. Between two
@@ -242,10 +252,47 @@ Result<Simplified> simplify_bounded(const Terrain& dem, const BoundedOptions& me
   const std::uint64_t wanted = target_triangles(o.stop, full);
   const std::uint64_t target = std::max<std::uint64_t>(2, wanted);
   const bool fits = method.side == Side::both && !o.constraints;
-  auto result = fits ? fit_count(grid, x_scale, count_effort(method.effort), target, progress)
+  auto result = fits ? fit_grid(grid, x_scale, count_effort(method.effort), target, progress)
                      : reach_count(grid, x_scale, target, method, o, progress);
   if (!result) return result;
   result->note = count_note(*result, grid, o, wanted);
+  return result;
+}
+
+Result<Simplified> simplify_bounded_samples(const Tin& start, ScatteredSamples samples,
+                                            double x_scale, std::uint64_t triangles,
+                                            const BoundedOptions& method, const RunOptions& o,
+                                            const Progress& progress) {
+  if (const auto ok = check_options(method, o); !ok) return std::unexpected(ok.error());
+  if (!o.stop.max_error_m) {
+    if (method.side != Side::both)
+      return fail(Errc::unsupported,
+                  "of a TIN, --side above and below need --max-error, not a count");
+    const std::uint64_t wanted = target_triangles(o.stop, triangles);
+    const std::uint64_t target = std::max<std::uint64_t>(2, wanted);
+    auto made = fit_count(start, samples, triangles, x_scale, count_effort(method.effort), target,
+                          progress);
+    if (made && made->tin.triangles.size() > wanted)
+      made->note = "the outline needs " + std::to_string(made->tin.triangles.size()) + " triangles";
+    return made;
+  }
+  const BlockOptions block = block_options(method, o, *o.stop.max_error_m, x_scale);
+  samples.offset = block.offset;
+  MesherOptions options = block.mesher;
+  options.any_place = true;
+  double low = HUGE_VAL, high = -HUGE_VAL;
+  for (std::size_t i = 0; i < samples.size(); ++i)
+    low = std::min(low, samples.sample(i).z), high = std::max(high, samples.sample(i).z);
+  options.relief = std::max(0.0, high - low);
+  auto mesh = HalfedgeMesh::from_tin(start);
+  if (!mesh) return std::unexpected(mesh.error());
+  BoundedMesher<ScatteredSamples> mesher(std::move(*mesh), samples, options);
+  mesher.run(progress);
+  if (progress.stopped()) return fail(Errc::cancelled, "stopped");
+  Simplified result;
+  result.tin = mesher.mesh().to_tin();
+  result.input_triangles = triangles;
+  result.steps = mesher.stats().swept + mesher.stats().searched;
   return result;
 }
 

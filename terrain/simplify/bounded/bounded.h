@@ -23,6 +23,7 @@
 #include "terrain/simplify/bounded/bounded_blocks.h"
 #include "terrain/simplify/common/effort.h"
 #include "terrain/simplify/common/options.h"
+#include "terrain/simplify/common/samples.h"
 #include "terrain/simplify/common/simplified.h"
 
 namespace tind {
@@ -43,6 +44,13 @@ struct BoundedOptions {
 
 Result<Simplified> simplify_bounded(const Terrain& dem, const BoundedOptions&, const RunOptions&,
                                     const Progress&);
+
+/// The same over samples anywhere, whose neighbours are about 1 apart: of a TIN of `triangles`,
+/// that is, whose outline `start` covers. One thread. Fails (unsupported) for a count and one side
+/// only.
+Result<Simplified> simplify_bounded_samples(const Tin& start, ScatteredSamples, double x_scale,
+                                            std::uint64_t triangles, const BoundedOptions&,
+                                            const RunOptions&, const Progress&);
 
 /// Whether simplify_bounded_rows can do it: a maximum error, no lines.
 bool goes_by_rows(const RunOptions&);

@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "terrain/mesh/triangle_plane.h"
-#include "terrain/simplify/bounded/star_fit.h"
 #include "terrain/simplify/collapse/collapse_engine.h"
+#include "terrain/simplify/common/star_fit.h"
 #include "terrain/simplify/common/terrain_mesh.h"
 #include "terrain/simplify/insertion/delaunay_insertion.h"
 
@@ -44,12 +44,13 @@ struct Plane {
 };
 
 /// The engine's Cost and Filter, and the fitting afterwards: all keep `sum_` and the cap.
+template <class Samples>
 class SquaredError {
  public:
   /// Costs may fall too, but an edge whose cost fell is noticed when its turn comes.
   static constexpr bool kOnlyGrows = true;
 
-  SquaredError(TerrainMesh& terrain, const GridSamples& samples, double cap)
+  SquaredError(TerrainMesh& terrain, const Samples& samples, double cap)
       : terrain_(terrain),
         mesh_(terrain.mesh),
         samples_(samples),
@@ -117,7 +118,7 @@ class SquaredError {
 
   TerrainMesh& terrain_;
   HalfedgeMesh& mesh_;
-  const GridSamples& samples_;
+  const Samples& samples_;
   double cap_;
   std::vector<double> sum_;  // by triangle: of squared errors
   std::vector<Edge> ring_;   // of the star at hand
@@ -243,24 +244,26 @@ class SquaredError {
 
 }  // namespace
 
-Result<CountResult> fit_to_count(const Tin& start, const GridSamples& samples,
-                                 const CountOptions& o, const Progress& progress) {
+template <class Samples>
+Result<CountResult> fit_to_count(const Tin& start, const Samples& samples, const CountOptions& o,
+                                 const Progress& progress) {
   auto mesh = HalfedgeMesh::from_tin(start);
   if (!mesh) return std::unexpected(mesh.error());
   InsertionOptions insertion_options;
   insertion_options.x_scale = o.x_scale;
   insertion_options.limit = 1e-9;
+  insertion_options.any_place = o.any_place;
   CountResult result;
   Tin fine;
   {
-    DelaunayInsertion<GridSamples> insertion(*mesh, samples, insertion_options);
+    DelaunayInsertion<Samples> insertion(*mesh, samples, insertion_options);
     insertion.run_worst_first(o.triangles, progress);
     result.max_error_m = std::max(insertion.remaining_error(), 1e-6);
     insertion.run_worst_first(std::size_t(o.surplus * double(o.triangles)), progress);
     fine = mesh->to_tin();
   }
   progress.at(0.25);
-  auto terrain = terrain_mesh_of(fine, samples.cols, samples.rows, o.x_scale, 1);
+  auto terrain = terrain_mesh_of(fine, o.x_scale, 1);
   if (!terrain) return std::unexpected(terrain.error());
   SquaredError error(*terrain, samples, result.max_error_m);
   const CollapseStop stop{o.triangles, kNever};
@@ -283,5 +286,10 @@ Result<CountResult> fit_to_count(const Tin& start, const GridSamples& samples,
   result.tin = terrain->mesh.to_tin();
   return result;
 }
+
+template Result<CountResult> fit_to_count(const Tin&, const GridSamples&, const CountOptions&,
+                                          const Progress&);
+template Result<CountResult> fit_to_count(const Tin&, const ScatteredSamples&, const CountOptions&,
+                                          const Progress&);
 
 }  // namespace tind

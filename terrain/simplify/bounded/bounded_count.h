@@ -14,7 +14,7 @@
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
 #include "terrain/mesh/tin.h"
-#include "terrain/simplify/insertion/samples.h"
+#include "terrain/simplify/common/samples.h"
 
 namespace tind {
 
@@ -22,6 +22,7 @@ struct CountOptions {
   std::size_t triangles = 2;  // at most so many are left
   double x_scale = 1;         // metric length of an x unit over that of a y unit (Delaunay test)
   double surplus = 1.8;       // insertion goes to so many times `triangles`
+  bool any_place = false;     // samples lie anywhere (InsertionOptions)
   int rounds = 3;             // of fitting vertices and flipping edges at the end
 };
 
@@ -31,9 +32,11 @@ struct CountResult {
   double max_error_m = 0;  // no valid sample is farther from the mesh (except for rounding)
 };
 
-/// `start` covers the rectangle of `samples` (x0 = y0 = 0, steps of 1) with two triangles or more.
-/// Fails only when stopped (cancelled).
-Result<CountResult> fit_to_count(const Tin& start, const GridSamples& samples, const CountOptions&,
+/// `start` covers all of `samples`, whose neighbours are about 1 apart, with triangles that leave
+/// no more than CountOptions::triangles; what of its border lies on the rectangle around it may
+/// thin out along that. Fails only when stopped (cancelled).
+template <class Samples>
+Result<CountResult> fit_to_count(const Tin& start, const Samples& samples, const CountOptions&,
                                  const Progress& progress = {});
 
 }  // namespace tind

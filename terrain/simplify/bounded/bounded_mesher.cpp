@@ -43,6 +43,7 @@ void BoundedMesher<S>::insert(const Progress& progress) {
   InsertionOptions o;
   o.limit = eps_;
   o.x_scale = options_.x_scale;
+  o.any_place = options_.any_place;
   o.locked_border = options_.locked_border;
   o.integer_lattice = options_.integer_lattice;
   o.lattice_max = options_.lattice_max;

@@ -12,8 +12,8 @@
 #include "terrain/base/progress.h"
 #include "terrain/mesh/halfedge_mesh.h"
 #include "terrain/simplify/bounded/bounded_star.h"
+#include "terrain/simplify/common/samples.h"
 #include "terrain/simplify/insertion/delaunay_insertion.h"
-#include "terrain/simplify/insertion/samples.h"
 
 namespace tind {
 
@@ -21,6 +21,7 @@ struct MesherOptions {
   double eps = 1;                // half width of the band, metres
   double relief = 0;             // range of the samples' heights: what rounding is in proportion to
   double x_scale = 1;            // metric length of an x unit over that of a y unit
+  bool any_place = false;        // samples lie anywhere (InsertionOptions)
   bool locked_border = false;    // border vertices stay as they are (tiles)
   bool integer_lattice = false;  // vertices on integers in [0, lattice_max] (tiles)
   double lattice_max = 0;

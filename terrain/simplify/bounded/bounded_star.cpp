@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "terrain/simplify/bounded/star_fit.h"
+#include "terrain/simplify/common/star_fit.h"
 #include "terrain/simplify/insertion/delaunay_insertion.h"
 
 namespace tind {

@@ -21,7 +21,7 @@
 #include <vector>
 
 #include "terrain/mesh/halfedge_mesh.h"
-#include "terrain/simplify/insertion/samples.h"
+#include "terrain/simplify/common/samples.h"
 
 namespace tind {
 

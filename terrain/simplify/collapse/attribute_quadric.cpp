@@ -280,8 +280,8 @@ Result<Simplified> run_any(HalfedgeMesh& mesh, Rules& rules, const Tin& attribut
 }
 
 template <int N>
-Result<void> run_held(HeldMesh& held, const Tin& attributed, const Layout& layout,
-                      const Progress& progress) {
+Result<std::uint64_t> run_held(HeldMesh& held, const Tin& attributed, const Layout& layout,
+                               const Progress& progress) {
   TerrainRules rules(held);
   const HalfedgeMesh& mesh = held.terrain.mesh;
   std::vector<std::array<float, N - 3>> packed(mesh.vertex_slots());
@@ -378,8 +378,8 @@ Result<Simplified> attribute_qem_mesh(const Tin& tin, const AttributeQemOptions&
   return run_any(*mesh, rules, with_normals, method, options, progress);
 }
 
-Result<void> collapse_held(HeldMesh& held, const AttributeQemOptions& method,
-                           const Progress& progress) {
+Result<std::uint64_t> collapse_held(HeldMesh& held, const AttributeQemOptions& method,
+                                    const Progress& progress) {
   const HalfedgeMesh& mesh = held.terrain.mesh;
   Tin attributed;
   for (const Vec3& p : mesh.positions()) attributed.vertices.push_back(held.terrain.metric(p));

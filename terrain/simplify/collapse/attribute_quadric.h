@@ -100,8 +100,8 @@ std::vector<std::array<float, 3>> vertex_normals(const Tin&);
 Result<Tin> terrain_with_attributes(const Terrain& dem, const AttributeQemOptions&,
                                     const Constraints*);
 
-/// The same on a mesh whose border is held, as far as its bound allows. The options have passed
-/// check_method.
-Result<void> collapse_held(HeldMesh&, const AttributeQemOptions&, const Progress&);
+/// The same on a mesh whose border is held, as far as its bound and its count allow. Returns the
+/// steps. The options have passed check_method.
+Result<std::uint64_t> collapse_held(HeldMesh&, const AttributeQemOptions&, const Progress&);
 
 }  // namespace tind

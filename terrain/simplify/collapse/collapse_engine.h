@@ -18,6 +18,10 @@
 //     /// Called just before the collapse of h (origin(h) vanishes into dest(h)) to `at`, e.g. to
 //     /// merge quadrics.
 //     void merge(const HalfedgeMesh&, Index h, const Vec3& at);
+//     /// The cost alone, or nearly: where the edge waits until its turn comes. Only where
+//     propose()
+//     /// takes long.
+//     float estimate(const HalfedgeMesh&, Index h);
 //   };
 //   struct Filter {
 //     /// True when the star that the collapse of h to `at` leaves is acceptable.
@@ -52,6 +56,11 @@ inline constexpr float kNever = std::numeric_limits<float>::infinity();
 struct Proposal {
   float cost = kNever;
   Vec3 position;
+};
+
+template <class Cost>
+concept Estimates = requires(Cost& cost, const HalfedgeMesh& mesh, HalfedgeMesh::Index h) {
+  cost.estimate(mesh, h);
 };
 
 struct CollapseStop {
@@ -153,7 +162,7 @@ class CollapseEngine {
 
   void push(Index e) {
     float c;
-    if constexpr (requires { cost_.estimate(mesh_, e); })
+    if constexpr (Estimates<Cost>)
       c = cost_.estimate(mesh_, e);
     else
       c = cost_.propose(mesh_, e).cost;

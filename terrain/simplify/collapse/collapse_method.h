@@ -35,6 +35,9 @@ class OnLattice {
 
   OnLattice(Cost& cost, const Lattice& lattice) : cost_(cost), lattice_(lattice) {}
 
+  auto estimate(const HalfedgeMesh& m, HalfedgeMesh::Index h) requires Estimates<Cost> {
+    return cost_.estimate(m, h);
+  }
   Proposal propose(const HalfedgeMesh& m, HalfedgeMesh::Index h) {
     Proposal p = cost_.propose(m, h);
     p.position = lattice_.snap(p.position);
@@ -81,6 +84,9 @@ class OnHeld {
 
   OnHeld(Cost& cost, const HeldMesh& held) : cost_(cost), held_(held) {}
 
+  auto estimate(const HalfedgeMesh& m, HalfedgeMesh::Index h) requires Estimates<Cost> {
+    return cost_.estimate(m, h);
+  }
   Proposal propose(const HalfedgeMesh& m, HalfedgeMesh::Index h) {
     Proposal p = cost_.propose(m, h);
     if (p.cost < kNever) p.position = held_.placed(m.origin(h), m.dest(h), p.position);
@@ -95,14 +101,16 @@ class OnHeld {
   const HeldMesh& held_;
 };
 
-/// Collapses edges of a held mesh by `cost` until none is left that may go.
+/// Collapses edges of a held mesh by `cost` until it is enough or none is left that may go. Returns
+/// how many.
 template <class Cost>
-Result<void> collapse_within(HeldMesh& held, Cost& cost, const Progress& progress) {
+Result<std::uint64_t> collapse_within(HeldMesh& held, Cost& cost, const Progress& progress) {
   OnHeld on_held(cost, held);
   WithinHeld filter(held);
-  const CollapseRun run = collapse_edges(held.terrain.mesh, on_held, filter, {0, kNever}, progress);
+  const CollapseRun run =
+      collapse_edges(held.terrain.mesh, on_held, filter, {held.triangles, kNever}, progress);
   if (run.cancelled) return fail(Errc::cancelled, "simplification was stopped");
-  return {};
+  return run.collapses;
 }
 
 /// `make_cost(TerrainMesh&)` returns the method's Cost (collapse_engine.h). The terrain

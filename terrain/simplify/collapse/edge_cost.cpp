@@ -4,9 +4,14 @@
 
 #include "terrain/simplify/collapse/edge_cost.h"
 
+#include <array>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "terrain/simplify/collapse/collapse_method.h"
+#include "terrain/simplify/common/samples.h"
+#include "terrain/simplify/common/star_fit.h"
 
 namespace tind {
 
@@ -26,8 +31,9 @@ class EdgeCost {
   /// the time and changes the RMS error by 2 % at most, either way.)
   static constexpr bool kOnlyGrows = true;
 
-  EdgeCost(TerrainMesh& terrain, const Weights& weights)
-      : terrain_(terrain), weights_(weights), degree_(terrain.mesh.vertex_slots(), 0) {
+  /// `fit`: of the samples that the merged vertex is to be fitted to; empty: the midpoint.
+  EdgeCost(TerrainMesh& terrain, FitSamples fit)
+      : terrain_(terrain), fit_(std::move(fit)), degree_(terrain.mesh.vertex_slots(), 0) {
     const HalfedgeMesh& m = terrain.mesh;
     for (Index h = 0; h < m.halfedge_slots(); ++h) {
       ++degree_[m.origin(h)];
@@ -35,11 +41,25 @@ class EdgeCost {
     }
   }
 
-  Proposal propose(const HalfedgeMesh& m, Index h) const {
+  float estimate(const HalfedgeMesh& m, Index h) const {
+    if (m.twin(h) == kNone) return kNever;
+    switch (merge_rule(terrain_, h)) {
+      case Merge::free:
+      case Merge::at_dest:
+      case Merge::either:
+      case Merge::at_origin:
+        return float(cost(m, h));
+      default:
+        return kNever;
+    }
+  }
+
+  Proposal propose(const HalfedgeMesh& m, Index h) {
     Vec3 at;
     switch (merge_rule(terrain_, h)) {
       case Merge::free:
         at = midpoint(m.position(m.origin(h)), m.position(m.dest(h)));
+        if (fit_) at = fitted(m, h, at);
         break;
       case Merge::at_dest:
       case Merge::either:
@@ -88,11 +108,48 @@ class EdgeCost {
 
  private:
   TerrainMesh& terrain_;
+  FitSamples fit_;
   Weights weights_;
-  std::vector<std::uint32_t> degree_;  // edges per vertex
+  std::vector<std::uint32_t> degree_;      // edges per vertex
+  std::vector<std::array<Vec3, 2>> ring_;  // of the star at hand, seen from its apex
 
   static Vec3 midpoint(const Vec3& a, const Vec3& b) {
     return {snap_to_lattice((a.x + b.x) / 2), snap_to_lattice((a.y + b.y) / 2), (a.z + b.z) / 2};
+  }
+
+  bool ring_ccw(const Vec3& apex) const {
+    for (const auto& [a, b] : ring_)
+      if (!surely_ccw(apex, a, b)) return false;
+    return true;
+  }
+
+  /// What the samples of the ring say of an apex there.
+  StarFit measure(const Vec3& apex) const {
+    StarFit f;
+    for (const auto& [a, b] : ring_) fit_(f, apex, a, b);
+    return f;
+  }
+
+  /// The header's `fit`, from the midpoint.
+  Vec3 fitted(const HalfedgeMesh& m, Index h, const Vec3& middle) {
+    ring_.clear();
+    m.for_each_kept(h, [&](Index e) {
+      ring_.push_back({m.position(m.dest(e)), m.position(m.apex(e))});
+    });
+    if (!ring_ccw(middle)) return middle;  // where no collapse is allowed
+    const StarFit here = measure(middle);
+    const Vec3 raised = {middle.x, middle.y, middle.z + here.rise()};
+    Vec2 step = here.step_inside();
+    for (int k = 0; k < 2; ++k, step = {step.x / 2, step.y / 2}) {
+      const Vec3 p{snap_to_lattice(raised.x + step.x), snap_to_lattice(raised.y + step.y),
+                   raised.z};
+      if (p.x == middle.x && p.y == middle.y) break;
+      if (!ring_ccw(p)) continue;
+      const StarFit there = measure(p);
+      if (there.sum_after_rise() < here.sum_after_rise()) return {p.x, p.y, p.z + there.rise()};
+      break;
+    }
+    return raised;
   }
 
   double cost(const HalfedgeMesh& m, Index h) const {
@@ -147,8 +204,12 @@ Result<Simplified> simplify_edge_cost(const Terrain& dem, const EdgeCostOptions&
                                       const RunOptions& options, const Progress& progress) {
   if (const auto ok = check_method(method); !ok) return std::unexpected(ok.error());
   Scales scales;
+  GridSamples posts;
+  posts.cols = dem.grid.cols(), posts.rows = dem.grid.rows();
+  posts.z = dem.grid.values().data();
+  const bool fits = method.placement == EdgePlacement::fit;
   Result<Simplified> out = collapse_terrain(dem, options, progress, [&](TerrainMesh& terrain) {
-    EdgeCost cost(terrain, {});
+    EdgeCost cost(terrain, fits ? fit_samples(posts) : FitSamples());
     scales = scales_of(terrain.mesh, cost);
     cost.set(weights_of(method, scales));
     return cost;
@@ -162,9 +223,9 @@ Result<Simplified> simplify_edge_cost(const Terrain& dem, const EdgeCostOptions&
   return out;
 }
 
-Result<void> collapse_held(HeldMesh& held, const EdgeCostOptions& method,
-                           const Progress& progress) {
-  EdgeCost cost(held.terrain, {});
+Result<std::uint64_t> collapse_held(HeldMesh& held, const EdgeCostOptions& method,
+                                    const Progress& progress) {
+  EdgeCost cost(held.terrain, method.placement == EdgePlacement::fit ? held.fit : FitSamples());
   cost.set(weights_of(method, scales_of(held.terrain.mesh, cost)));
   return collapse_within(held, cost, progress);
 }

@@ -197,7 +197,8 @@ Result<Simplified> simplify_memoryless(const Terrain& dem, const MemorylessOptio
                           [](TerrainMesh& terrain) { return SweepCost(terrain); });
 }
 
-Result<void> collapse_held(HeldMesh& held, const MemorylessOptions&, const Progress& progress) {
+Result<std::uint64_t> collapse_held(HeldMesh& held, const MemorylessOptions&,
+                                    const Progress& progress) {
   SweepCost cost(held.terrain);
   return collapse_within(held, cost, progress);
 }

@@ -28,8 +28,8 @@ struct MemorylessOptions {
 Result<Simplified> simplify_memoryless(const Terrain& dem, const MemorylessOptions&,
                                        const RunOptions&, const Progress&);
 
-/// The same on a mesh whose border is held, as far as its bound allows. The options have passed
-/// check_method.
-Result<void> collapse_held(HeldMesh&, const MemorylessOptions&, const Progress&);
+/// The same on a mesh whose border is held, as far as its bound and its count allow. Returns the
+/// steps. The options have passed check_method.
+Result<std::uint64_t> collapse_held(HeldMesh&, const MemorylessOptions&, const Progress&);
 
 }  // namespace tind

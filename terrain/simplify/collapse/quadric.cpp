@@ -168,7 +168,8 @@ Result<Simplified> simplify_qem(const Terrain& dem, const QemOptions& method,
   });
 }
 
-Result<void> collapse_held(HeldMesh& held, const QemOptions& method, const Progress& progress) {
+Result<std::uint64_t> collapse_held(HeldMesh& held, const QemOptions& method,
+                                    const Progress& progress) {
   QuadricCost cost(held.terrain, method.subset_placement, method.border_constraints);
   return collapse_within(held, cost, progress);
 }

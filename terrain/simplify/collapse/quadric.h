@@ -38,8 +38,8 @@ struct QemOptions {
 Result<Simplified> simplify_qem(const Terrain& dem, const QemOptions&, const RunOptions&,
                                 const Progress&);
 
-/// The same on a mesh whose border is held, as far as its bound allows. The options have passed
-/// check_method.
-Result<void> collapse_held(HeldMesh&, const QemOptions&, const Progress&);
+/// The same on a mesh whose border is held, as far as its bound and its count allow. Returns the
+/// steps. The options have passed check_method.
+Result<std::uint64_t> collapse_held(HeldMesh&, const QemOptions&, const Progress&);
 
 }  // namespace tind

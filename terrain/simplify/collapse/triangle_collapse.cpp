@@ -560,13 +560,14 @@ Result<Simplified> triangle_collapse_mesh(const Tin& tin, const TriangleCollapse
   return run(*mesh, rules, method, options, progress);
 }
 
-Result<void> collapse_held(HeldMesh& held, const TriangleCollapseOptions& method,
-                           const Progress& progress) {
+Result<std::uint64_t> collapse_held(HeldMesh& held, const TriangleCollapseOptions& method,
+                                    const Progress& progress) {
   TerrainRules rules(held);
   Collapser<TerrainRules> collapser(held.terrain.mesh, rules,
                                     method.placement == Placement::centroid);
-  if (!collapser.run(0, progress)) return fail(Errc::cancelled, "simplification was stopped");
-  return {};
+  if (!collapser.run(held.triangles, progress))
+    return fail(Errc::cancelled, "simplification was stopped");
+  return collapser.steps();
 }
 
 }  // namespace tind

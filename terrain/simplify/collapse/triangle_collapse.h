@@ -28,7 +28,7 @@ enum class Placement { quadric, centroid };
 
 template <>
 struct EnumNames<Placement> {
-  static constexpr const char* kWhat = "placement";
+  static constexpr const char* kWhat = "placement of triangle-collapse";
   static constexpr std::pair<Placement, const char*> kAll[] = {{Placement::quadric, "quadric"},
                                                                {Placement::centroid, "centroid"}};
 };
@@ -53,8 +53,8 @@ Result<Simplified> simplify_triangle_collapse(const Terrain& dem, const Triangle
 Result<Simplified> triangle_collapse_mesh(const Tin&, const TriangleCollapseOptions&,
                                           const RunOptions&, const Progress&);
 
-/// The same on a mesh whose border is held, as far as its bound allows. The options have passed
-/// check_method.
-Result<void> collapse_held(HeldMesh&, const TriangleCollapseOptions&, const Progress&);
+/// The same on a mesh whose border is held, as far as its bound and its count allow. Returns the
+/// steps. The options have passed check_method.
+Result<std::uint64_t> collapse_held(HeldMesh&, const TriangleCollapseOptions&, const Progress&);
 
 }  // namespace tind

@@ -161,7 +161,7 @@ std::array<Index, 2> Remover::line_neighbours(Index v) const {
 /// asked once.
 bool Remover::may_ever_go(Index v) const {
   if (!mesh_.alive_vertex(v)) return false;
-  if (held_) return terrain_.kind[v] == VertexKind::interior;
+  if (held_ && terrain_.kind[v] == VertexKind::fixed) return false;
   if (terrain_.lines.on_line(v)) return terrain_.kind[v] == VertexKind::along_line;
   if (!mesh_.on_border(v)) return true;
   const auto [a, b] = border_neighbours(mesh_, v);
@@ -434,11 +434,12 @@ Result<Simplified> simplify_vertex_removal(const Terrain& dem, const VertexRemov
   return out;
 }
 
-Result<void> collapse_held(HeldMesh& held, const VertexRemovalOptions& method,
-                           const Progress& progress) {
+Result<std::uint64_t> collapse_held(HeldMesh& held, const VertexRemovalOptions& method,
+                                    const Progress& progress) {
   Remover remover(held, method.criterion, method.k);
-  if (!remover.run(0, progress)) return fail(Errc::cancelled, "simplification was stopped");
-  return {};
+  if (!remover.run(held.triangles, progress))
+    return fail(Errc::cancelled, "simplification was stopped");
+  return remover.removed();
 }
 
 }  // namespace tind

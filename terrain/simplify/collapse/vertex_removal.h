@@ -61,8 +61,8 @@ Result<Simplified> simplify_vertex_removal(const Terrain& dem, const VertexRemov
 /// Fails (invalid_argument) on a k out of range.
 Result<void> check_method(const VertexRemovalOptions&);
 
-/// The same on a mesh whose border is held, as far as its bound allows. The options have passed
-/// check_method.
-Result<void> collapse_held(HeldMesh&, const VertexRemovalOptions&, const Progress&);
+/// The same on a mesh whose border is held, as far as its bound and its count allow. Returns the
+/// steps. The options have passed check_method.
+Result<std::uint64_t> collapse_held(HeldMesh&, const VertexRemovalOptions&, const Progress&);
 
 }  // namespace tind

@@ -1,25 +1,29 @@
 #pragma once
-// A mesh that collapse methods are given instead of a DEM's own: a tile's, in the tile's frame. Its
-// border and its lines are held, and so is a bound that somebody else knows.
+// A mesh that collapse methods are given instead of a DEM's own: a tile's, in the tile's frame,
+// whose border and lines are held; or a TIN. The bound is one that somebody else knows.
 
 #include <cmath>
 #include <functional>
 
+#include "terrain/simplify/common/star_fit.h"
 #include "terrain/simplify/common/terrain_mesh.h"
 
 namespace tind {
 
 /// Vertices of VertexKind::fixed stay where they are, and so do all edges between two of them: no
-/// collapse of another edge takes one away. All others are interior.
+/// collapse of another edge takes one away. Of a tile all others are interior.
 struct HeldMesh {
   TerrainMesh terrain;
-  /// Merged vertices stand on multiples of place_step, whole numbers at least; their heights are
-  /// multiples of height_step (0: any) between the two limits.
+  std::size_t triangles = 0;  // it is enough as soon as at most so many are left
+  /// Merged vertices stand on multiples of place_step (0: where the method puts them), whole
+  /// numbers at least; their heights are multiples of height_step (0: any) between the two limits.
   double place_step = 1, height_step = 0;
   double height_min = -HUGE_VAL, height_max = HUGE_VAL;
   /// Whether the surface may have this triangle (counter-clockwise): nothing that is to be near it
-  /// is farther than the bound.
+  /// is farther than the bound. Empty: there is no bound.
   std::function<bool(const Vec3&, const Vec3&, const Vec3&)> within;
+
+  FitSamples fit = {};  // what lies in a triangle; only for methods that ask for it
 
   bool interior(HalfedgeMesh::Index v) const { return terrain.kind[v] == VertexKind::interior; }
 
@@ -28,7 +32,8 @@ struct HeldMesh {
     const auto whole = [](double v) { return v == std::nearbyint(v); };
     const auto on_step = [](double v, double step) { return std::nearbyint(v / step) * step; };
     Vec3 at = p;
-    if (!whole(p.x) || !whole(p.y)) at = {on_step(p.x, place_step), on_step(p.y, place_step), p.z};
+    if (place_step > 0 && (!whole(p.x) || !whole(p.y)))
+      at = {on_step(p.x, place_step), on_step(p.y, place_step), p.z};
     if (height_step > 0) at.z = on_step(at.z, height_step);
     at.z = std::min(std::max(at.z, height_min), height_max);
     return at;
@@ -46,12 +51,14 @@ class WithinHeld {
   explicit WithinHeld(const HeldMesh& held) : held_(held) {}
 
   bool allows(const HalfedgeMesh& m, HalfedgeMesh::Index h, const Vec3& at) const {
-    return star_stays_ccw(m, h, at) && m.all_kept(h, [&](HalfedgeMesh::Index e) {
-      return held_.within(at, m.position(m.dest(e)), m.position(m.apex(e)));
-    });
+    return star_stays_ccw(m, h, at) && (!held_.within || m.all_kept(h, [&](HalfedgeMesh::Index e) {
+             return held_.within(at, m.position(m.dest(e)), m.position(m.apex(e)));
+           }));
   }
   /// One triangle. REQUIRES: counter-clockwise.
-  bool holds(const Vec3& a, const Vec3& b, const Vec3& c) const { return held_.within(a, b, c); }
+  bool holds(const Vec3& a, const Vec3& b, const Vec3& c) const {
+    return !held_.within || held_.within(a, b, c);
+  }
 
  private:
   const HeldMesh& held_;

@@ -50,21 +50,38 @@ Tin tin_with_voids(const HeightGrid& grid) {
   return tin;
 }
 
-/// A border vertex whose two border edges run along one side of the grid's rectangle may move along
-/// it; any other is fixed.
-VertexKind border_kind(const HalfedgeMesh& m, Index v, int cols, int rows) {
+/// The rectangle around a terrain; sides of a mesh on it stay on it.
+struct Rectangle {
+  double west, south, east, north;
+};
+
+/// A border vertex whose two border edges run along one side of the rectangle may move along it;
+/// any other is fixed.
+VertexKind border_kind(const HalfedgeMesh& m, Index v, const Rectangle& box) {
   const Vec3 &p = m.position(v), &a = m.position(m.dest(m.out(v))),
              &b = m.position(m.origin(m.border_in(v)));
-  if (a.y == p.y && b.y == p.y && (p.y == 0 || p.y == -(rows - 1.0))) return VertexKind::along_x;
-  if (a.x == p.x && b.x == p.x && (p.x == 0 || p.x == cols - 1.0)) return VertexKind::along_y;
+  if (a.y == p.y && b.y == p.y && (p.y == box.north || p.y == box.south))
+    return VertexKind::along_x;
+  if (a.x == p.x && b.x == p.x && (p.x == box.west || p.x == box.east)) return VertexKind::along_y;
   return VertexKind::fixed;
 }
 
-void set_kinds(TerrainMesh& terrain, int cols, int rows) {
+void set_kinds(TerrainMesh& terrain, const Rectangle& box) {
   const HalfedgeMesh& m = terrain.mesh;
   terrain.kind.assign(m.vertex_slots(), VertexKind::interior);
   for (Index v = 0; v < m.vertex_slots(); ++v)
-    if (m.alive_vertex(v) && m.on_border(v)) terrain.kind[v] = border_kind(m, v, cols, rows);
+    if (m.alive_vertex(v) && m.on_border(v)) terrain.kind[v] = border_kind(m, v, box);
+}
+
+Rectangle of_grid(int cols, int rows) { return {0, -(rows - 1.0), cols - 1.0, 0}; }
+
+Rectangle around(const Tin& tin) {
+  Rectangle box{HUGE_VAL, HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+  for (const Vec3& p : tin.vertices) {
+    box.west = std::min(box.west, p.x), box.east = std::max(box.east, p.x);
+    box.south = std::min(box.south, p.y), box.north = std::max(box.north, p.y);
+  }
+  return box;
 }
 
 /// Vertices on lines stay; in the middle of a straight stretch they may slide. On the border that
@@ -125,7 +142,7 @@ Result<TerrainMesh> terrain_mesh(const Terrain& dem, const Constraints* constrai
                     ") are in no triangle; 'tind simplify' with bounded, greedy or cluster spans "
                     "the voids between them");
   }
-  set_kinds(terrain, grid.cols(), grid.rows());
+  set_kinds(terrain, of_grid(grid.cols(), grid.rows()));
   return terrain;
 }
 
@@ -134,7 +151,15 @@ Result<TerrainMesh> terrain_mesh_of(const Tin& tin, int cols, int rows, double m
   Result<HalfedgeMesh> mesh = HalfedgeMesh::from_tin(tin);
   if (!mesh) return std::unexpected(mesh.error());
   TerrainMesh terrain{std::move(*mesh), {}, metres_x, metres_y};
-  set_kinds(terrain, cols, rows);
+  set_kinds(terrain, of_grid(cols, rows));
+  return terrain;
+}
+
+Result<TerrainMesh> terrain_mesh_of(const Tin& tin, double metres_x, double metres_y) {
+  Result<HalfedgeMesh> mesh = HalfedgeMesh::from_tin(tin);
+  if (!mesh) return std::unexpected(mesh.error());
+  TerrainMesh terrain{std::move(*mesh), {}, metres_x, metres_y};
+  set_kinds(terrain, around(tin));
   return terrain;
 }
 

@@ -38,6 +38,10 @@ Result<TerrainMesh> terrain_mesh(const Terrain& dem, const Constraints* constrai
 Result<TerrainMesh> terrain_mesh_of(const Tin&, int cols, int rows, double metres_x,
                                     double metres_y);
 
+/// The same for a TIN in a frame of its own, whose sides are those of the rectangle around it. A
+/// border that runs elsewhere stays.
+Result<TerrainMesh> terrain_mesh_of(const Tin&, double metres_x, double metres_y);
+
 /// Where the two ends of edge h allow the merged vertex to be.
 enum class Merge : std::uint8_t {
   never,      // a chord, two fixed ends, two different sides

@@ -18,8 +18,8 @@
 #include "terrain/base/progress.h"
 #include "terrain/mesh/halfedge_mesh.h"
 #include "terrain/mesh/triangle_plane.h"
+#include "terrain/simplify/common/samples.h"
 #include "terrain/simplify/insertion/line_points.h"
-#include "terrain/simplify/insertion/samples.h"
 
 namespace tind {
 
@@ -31,6 +31,9 @@ struct InsertionOptions {
   double lattice_max = 0;        // ... inside (0, lattice_max): borders are locked
   double lattice_step = 1;       // ... that is a multiple of this
   double height_step = 0;        // vertex heights are multiples of this (0: free)
+  /// Places of samples are no whole numbers: one of which rounding cannot say on which side of an
+  /// edge it lies splits that edge, so that no triangle is left without area.
+  bool any_place = false;
 };
 
 /// InsertionOptions::x_scale for a post spacing. Nearly square posts count as square: the four
@@ -276,13 +279,38 @@ class DelaunayInsertion {
       for (Index h = 3 * t; h < 3 * t + 3; ++h) {
         const double side =
             orient2d(mesh_.position(mesh_.origin(h)), mesh_.position(mesh_.dest(h)), p);
-        if (side < 0) out = h;
+        if (side < 0 && !(options_.any_place && barely(h, p))) out = h;
         if (side == 0) on = h, ++zeros;
       }
-      if (out == kNone) return {t, on, zeros >= 2};
+      if (out == kNone) return options_.any_place ? place_near(t, p) : Place{t, on, zeros >= 2};
       if (mesh_.twin(out) == kNone || steps > mesh_.triangle_slots()) return {};
       t = HalfedgeMesh::triangle(mesh_.twin(out));
     }
+  }
+
+  /// True where rounding cannot say whether p lies beside edge h.
+  bool barely(Index h, const Vec3& p) const {
+    const Vec3 &a = mesh_.position(mesh_.origin(h)), &b = mesh_.position(mesh_.dest(h));
+    return !surely_ccw(a, b, p) && !surely_ccw(b, a, p);
+  }
+
+  /// Of a point in triangle t, or beside it by rounding. A border edge is met exactly or not at
+  /// all.
+  Place place_near(Index t, const Vec3& p) const {
+    Place place{t, kNone, false};
+    int near = 0;
+    for (Index h = 3 * t; h < 3 * t + 3; ++h) {
+      if (!barely(h, p)) continue;
+      ++near;
+      const bool border = mesh_.twin(h) == kNone;
+      if (!border ||
+          orient2d(mesh_.position(mesh_.origin(h)), mesh_.position(mesh_.dest(h)), p) == 0)
+        place.on = h;
+      else
+        return {};
+    }
+    place.vertex = near >= 2;
+    return place;
   }
 
   /// Makes p a vertex; looks for its triangle from t on (rounding may have moved p across an edge).

@@ -8,6 +8,7 @@
 #include "terrain/base/result.h"
 #include "terrain/raster/terrain.h"
 #include "terrain/simplify/common/options.h"
+#include "terrain/simplify/common/samples.h"
 #include "terrain/simplify/common/simplified.h"
 
 namespace tind {
@@ -23,5 +24,11 @@ struct GreedyOptions {
 
 Result<Simplified> simplify_greedy(const Terrain& dem, const GreedyOptions&, const RunOptions&,
                                    const Progress&);
+
+/// The same over samples anywhere, whose neighbours are about 1 apart: of a TIN of `triangles`,
+/// that is, whose outline `start` covers.
+Result<Simplified> simplify_greedy_samples(const Tin& start, const ScatteredSamples&,
+                                           double x_scale, std::uint64_t triangles,
+                                           const RunOptions&, const Progress&);
 
 }  // namespace tind

@@ -249,5 +249,61 @@ TEST(ScanTriangle, FarAwayTrianglesTouchNothing) {
   EXPECT_EQ(calls, 0);
 }
 
+std::vector<Vec3> posts_of(const HeightGrid& grid) {
+  std::vector<Vec3> posts;
+  for (int r = 0; r < grid.rows(); ++r)
+    for (int c = 0; c < grid.cols(); ++c)
+      if (!grid.is_void(c, r)) posts.push_back({double(c), -double(r), grid.at(c, r)});
+  return posts;
+}
+
+TEST(VerticalErrorOverPoints, IsThatOverPostsWherePointsArePosts) {
+  std::mt19937 random(5);
+  for (int round = 0; round < 40; ++round) {
+    const HeightGrid grid = test::awkward_grid(random, round);
+    Tin mesh;  // of triangles that overlap, cross the border and run either way
+    std::uniform_real_distribution<double> x(-3, grid.cols() + 2), y(-3, grid.rows() + 2);
+    for (std::uint32_t i = 0; i < 12; ++i) {
+      for (int k = 0; k < 3; ++k)
+        mesh.vertices.push_back({x(random), -y(random), double(random() % 500)});
+      mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    }
+    const VerticalError want = vertical_error(mesh, grid);
+    const std::vector<Vec3> posts = posts_of(grid);
+    const VerticalError got = vertical_error(mesh, posts, 1);
+    EXPECT_EQ(got.posts, want.posts);
+    EXPECT_EQ(got.uncovered, want.uncovered);
+    EXPECT_NEAR(got.max_m, want.max_m, 1e-9);
+    EXPECT_NEAR(got.rms_m, want.rms_m, 1e-6 * want.rms_m);
+    EXPECT_NEAR(got.p95_m, want.p95_m, 1e-6 * want.p95_m);
+    if (want.posts > 0) {
+      EXPECT_EQ(got.max_at.x, want.max_col);
+      EXPECT_EQ(got.max_at.y, -want.max_row);
+    }
+    const VerticalError threads = vertical_error(mesh, posts, 1, 3);
+    EXPECT_EQ(threads.rms_m, got.rms_m);
+    EXPECT_EQ(threads.max_at, got.max_at);
+    const VerticalError feet = vertical_error(mesh, posts, 0.3048);
+    EXPECT_NEAR(feet.max_m, 0.3048 * got.max_m, 1e-9);
+  }
+}
+
+TEST(VerticalErrorOverPoints, LosesNoPointOnAnEdgeAndTakesOneJustOutsideWhereThatIsAllowed) {
+  Tin mesh;
+  mesh.vertices = {{0.1, 0.1, 0}, {7.3, 0.2, 0}, {5.1, 6.7, 0}, {-2.3, 5.9, 0}};
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  std::vector<Vec3> on_edge;
+  for (int i = 0; i <= 1000; ++i) {
+    const double t = i / 1000.0;
+    on_edge.push_back({0.1 + t * (5.1 - 0.1), 0.1 + t * (6.7 - 0.1), 1});
+  }
+  EXPECT_EQ(vertical_error(mesh, on_edge, 1).uncovered, 0u);
+  const std::vector<Vec3> outside = {{7.3001, 0.2, 1}};
+  EXPECT_EQ(vertical_error(mesh, outside, 1).uncovered, 1u);
+  const VerticalError near = vertical_error(mesh, outside, 1, 1, 1e-3);
+  EXPECT_EQ(near.uncovered, 0u);
+  EXPECT_NEAR(near.max_below_m, 1, 1e-12);
+}
+
 }  // namespace
 }  // namespace tind

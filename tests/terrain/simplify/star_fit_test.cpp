@@ -1,4 +1,4 @@
-#include "terrain/simplify/bounded/star_fit.h"
+#include "terrain/simplify/common/star_fit.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "terrain/simplify/insertion/samples.h"
+#include "terrain/simplify/common/samples.h"
 
 namespace tind {
 namespace {

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <functional>
 
 #include "terrain/mesh/triangle_plane.h"
 
@@ -98,5 +99,16 @@ struct StarFit {
     return {xx - xz * xz * w, xy - xz * yz * w, yy - yz * yz * w, x - xz * z * w, y - yz * z * w};
   }
 };
+
+/// StarFit::add for samples that the caller need not know.
+using FitSamples = std::function<void(StarFit&, const Vec3& w, const Vec3& a, const Vec3& b)>;
+
+/// Of samples that live as long as it does.
+template <class Samples>
+FitSamples fit_samples(const Samples& samples) {
+  return [&samples](StarFit& fit, const Vec3& w, const Vec3& a, const Vec3& b) {
+    fit.add(samples, w, a, b);
+  };
+}
 
 }  // namespace tind

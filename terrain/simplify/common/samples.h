@@ -213,14 +213,16 @@ struct GridSamples {
   }
 };
 
-/// Samples anywhere, in buckets of a uniform grid over [0, extent]^2.
+/// Samples anywhere, in buckets of a uniform grid over the square from `low` to low + extent.
 class ScatteredSamples {
  public:
   double offset = 0;
 
   ScatteredSamples() = default;
-  /// Copies the valid (non-NaN) points; about `per_bucket` of them share a bucket.
-  ScatteredSamples(std::span<const Vec3> points, double extent, double per_bucket = 2);
+  /// Copies the valid (non-NaN) points; about `per_bucket` of them share a bucket. Distances are
+  /// meant to be whole numbers, more or less: a hair is a share of one.
+  ScatteredSamples(std::span<const Vec3> points, double extent, double per_bucket = 2,
+                   Vec2 low = {});
 
   std::size_t size() const { return points_.size(); }
   Vec3 sample(std::size_t i) const { return {points_[i].x, points_[i].y, points_[i].z + offset}; }
@@ -234,10 +236,12 @@ class ScatteredSamples {
     const double ab = hair * std::hypot(b.x - a.x, b.y - a.y);
     const double bc = hair * std::hypot(c.x - b.x, c.y - b.y);
     const double ca = hair * std::hypot(a.x - c.x, a.y - c.y);
-    for (int row = bucket(min_y); row <= bucket(max_y); ++row) {
+    const int first_col = bucket(min_x - low_.x), last_col = bucket(max_x - low_.x);
+    const int last_row = bucket(max_y - low_.y);
+    for (int row = bucket(min_y - low_.y); row <= last_row; ++row) {
       const std::size_t base = std::size_t(row) * side_;
-      const std::uint32_t first = start_[base + bucket(min_x)];
-      const std::uint32_t last = start_[base + bucket(max_x) + 1];
+      const std::uint32_t first = start_[base + first_col];
+      const std::uint32_t last = start_[base + last_col + 1];
       for (std::uint32_t i = first; i < last; ++i) {
         const Vec3& p = points_[i];
         if (p.x < min_x || p.x > max_x || p.y < min_y || p.y > max_y) continue;
@@ -256,6 +260,7 @@ class ScatteredSamples {
  private:
   int side_ = 1;
   double scale_ = 0;
+  Vec2 low_;
   std::vector<Vec3> points_;
   std::vector<std::uint32_t> start_ = {0, 0};
 

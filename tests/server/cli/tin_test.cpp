@@ -1,0 +1,117 @@
+// The program itself with terrain that is a mesh already: `tind simplify`, `tind measure` and
+// `tind compare` of a TIN.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/program_json.h"
+#include "tests/support/support.h"
+
+namespace tind {
+namespace {
+
+using test::Ran;
+using test::run_tind;
+using test::TempDir;
+using test::testdata;
+using test::tind_json;
+using testing::HasSubstr;
+
+/// A TIN of some thousand triangles of testdata/NAME, in the DEM's own CRS.
+std::string tin_of(const TempDir& dir, const std::string& name, const std::string& file) {
+  const std::string path = dir.file(file);
+  const Ran ran = run_tind("simplify " + testdata(name) + " --method greedy --triangles 4000 -o " +
+                           path + " --progress none");
+  EXPECT_EQ(ran.code, 0) << ran.out;
+  return path;
+}
+
+TEST(TinCommands, WhatSimplifyStatesIsWhatMeasureFinds) {
+  const TempDir dir;
+  for (const char* name : {"rainier.tif", "crater.tif"}) {  // degrees; no CRS
+    for (const char* file : {"tin.ply", "tin.2dm"}) {
+      const std::string tin = tin_of(dir, name, file);
+      for (const char* how :
+           {"--method edge-cost --ratio 0.1", "--method vertex-removal --ratio 0.1",
+            "--method edge-cost --placement fit --ratio 0.1", "--max-error 20",
+            "--terrain --ratio 0.1", "--terrain --method qem --subset-placement --ratio 0.1",
+            "--method greedy --max-error 20"}) {
+        SCOPED_TRACE(std::string(name) + " " + file + " " + how);
+        const std::string out = dir.file("out.ply");
+        const auto said =
+            tind_json("simplify " + tin + " -o " + out + " --json --progress none " + how);
+        EXPECT_EQ(said["flipped"], 0);
+        EXPECT_EQ(said["vertices_uncovered"], 0);
+        EXPECT_GT(said["input_triangles"], 3990);
+        const bool bound = std::string(how).find("--max-error") != std::string::npos;
+        if (bound)
+          EXPECT_LE(said["max_error_m"], 20.0 + 1e-7);
+        else
+          EXPECT_LE(said["triangles"], 400);
+        const auto found = tind_json("measure " + out + " " + tin + " --terrain --json");
+        for (const char* key :
+             {"max_error_m", "rms_error_m", "p95_m", "bias_m", "vertices_measured", "max_at"})
+          EXPECT_EQ(found[key], said[key]) << key;
+      }
+    }
+  }
+}
+
+TEST(TinCommands, FilesOfThirtyTwoBitsAreMeasuredAsTheyAreRead) {
+  const TempDir dir;
+  const std::string tin = tin_of(dir, "crater.tif", "tin.ply");
+  for (const char* file : {"out.stl", "out.glb"}) {
+    const auto said = tind_json("simplify " + tin + " -o " + dir.file(file) +
+                                " --json --progress none --method edge-cost --ratio 0.1");
+    EXPECT_EQ(said["vertices_uncovered"], 0) << file;
+  }
+  const auto found = tind_json("measure " + dir.file("out.stl") + " " + tin + " --terrain --json");
+  EXPECT_EQ(found["vertices_uncovered"], 0);
+}
+
+TEST(TinCommands, CompareHasARowForEachMethodOverTheVertices) {
+  const TempDir dir;
+  const std::string tin = tin_of(dir, "crater.tif", "tin.ply");
+  const auto rows = tind_json("compare " + tin +
+                              " --methods bounded,qem,edge-cost,vertex-removal:degree --at 20% "
+                              "--json --csv " +
+                              dir.file("table.csv"));
+  ASSERT_EQ(rows.size(), 4u);
+  for (const auto& row : rows) {
+    EXPECT_EQ(row["flipped"], 0);
+    EXPECT_EQ(row["vertices_uncovered"], 0);
+    EXPECT_GT(row["rms_error_m"], 0);
+  }
+  EXPECT_LT(rows[0]["rms_error_m"], rows[2]["rms_error_m"]);
+  EXPECT_THAT(run_tind("compare " + tin + " --at 20% --html " + dir.file("a.html")).out,
+              HasSubstr("need a DEM"));
+}
+
+TEST(TinCommands, SayInOneLineWhatCannotBe) {
+  const TempDir dir;
+  const std::string tin = tin_of(dir, "crater.tif", "tin.ply");
+  const auto refused = [&](const std::string& line, const char* why) {
+    const Ran ran = run_tind(line);
+    EXPECT_NE(ran.code, 0) << line;
+    EXPECT_THAT(ran.out, HasSubstr(why)) << line;
+  };
+  const std::string out = " -o " + dir.file("x.ply");
+  refused("simplify " + tin + out + " --method cluster --ratio 0.5", "'cluster' is for rasters");
+  refused("simplify " + tin + out + " --method qem --placement fit --ratio 0.5",
+          "--placement is for");
+  refused("simplify " + tin + out + " --method edge-cost --placement centroid --ratio 0.5",
+          "midpoint or fit");
+  refused("simplify " + testdata("crater.tif") + out + " --terrain --ratio 0.5", "is for a mesh");
+  refused("measure " + tin + " " + testdata("crater.tif") + " --terrain", "is for a mesh");
+  std::ofstream(dir.file("wall.obj")) << "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 1 0 5\nf 1 2 3\nf 2 3 4\n";
+  refused("simplify " + dir.file("wall.obj") + out + " --terrain --ratio 0.5", "wall.obj");
+  refused("simplify " + dir.file("wall.obj") + out + " --terrain --ratio 0.5", "vertical face");
+  // A surface in space stays one.
+  EXPECT_EQ(run_tind("simplify " + dir.file("wall.obj") + out + " --ratio 0.5").code, 0);
+}
+
+}  // namespace
+}  // namespace tind
