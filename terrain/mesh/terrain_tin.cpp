@@ -32,6 +32,12 @@ std::unexpected<Error> overlapping(const Tin& tin, const Triangle& t) {
                                   ": terrain has one height at a place");
 }
 
+/// For certain by any of the three corners that the test may start from: of a sliver that is seldom
+/// by all.
+bool certainly_ccw(const Vec3& a, const Vec3& b, const Vec3& c) {
+  return surely_ccw(a, b, c) || surely_ccw(b, c, a) || surely_ccw(c, a, b);
+}
+
 /// Every triangle seen from above, or the line that says which one cannot be.
 Result<void> turn_up(Tin& tin) {
   std::erase_if(tin.triangles, [](const Triangle& t) {  // nothing is left of those that weld made
@@ -39,8 +45,8 @@ Result<void> turn_up(Tin& tin) {
   });
   for (Triangle& t : tin.triangles) {
     const Vec3 &a = tin.vertices[t[0]], &b = tin.vertices[t[1]], &c = tin.vertices[t[2]];
-    if (surely_ccw(a, b, c)) continue;
-    if (!surely_ccw(a, c, b))
+    if (certainly_ccw(a, b, c)) continue;
+    if (!certainly_ccw(a, c, b))
       return fail(Errc::bad_data, "a triangle " + place_of(tin, t) +
                                       " has no area seen from above: terrain has no vertical face");
     std::swap(t[1], t[2]);

@@ -107,9 +107,13 @@ Result<MethodOptions> method_of(Command app, const MethodLine& line,
       if (!app.given("--" + name) || std::ranges::count(chosen->options, name) ||
           std::ranges::count(without, name))
         continue;
-      return fail(Errc::invalid_argument, "--" + name + " is for " + other.name + ", not for " +
+      std::string owners;
+      for (const MethodInfo& owner : all)
+        if (std::ranges::count(owner.options, name))
+          owners += (owners.empty() ? "" : " or ") + owner.name;
+      return fail(Errc::invalid_argument, "--" + name + " is for " + owners + ", not for " +
                                               line.name + ": leave it out, or choose --method " +
-                                              other.name);
+                                              owners);
     }
   }
   MethodOptions method = *std::ranges::find(line.all, named->index(), &MethodOptions::index);

@@ -183,14 +183,18 @@ Placed<N> place_merged(const Rules& rules, Merge rule, const QuadricN<N>& q,
     case Merge::along_x:
     case Merge::along_y: {
       // Along the side the least cost is a parabola: three values give its lowest point.
-      const Vec3 middle = rules.snap({(pa.x + pb.x) / 2, (pa.y + pb.y) / 2, pa.z});
+      const auto on_side = [&](const Vec3& p) {  // which a TIN need not have on the lattice
+        const Vec3 at = rules.snap(p);
+        return rule == Merge::along_x ? Vec3{at.x, pa.y, at.z} : Vec3{pa.x, at.y, at.z};
+      };
+      const Vec3 middle = on_side({(pa.x + pb.x) / 2, (pa.y + pb.y) / 2, pa.z});
       const Placed<N> ends[3] = {place_at<N>(rules, q, pa, pa, true),
                                  place_at<N>(rules, q, pa, middle, true),
                                  place_at<N>(rules, q, pa, pb, true)};
       const double bend = double(ends[0].cost) - 2 * ends[1].cost + ends[2].cost;
       const double slope = double(ends[2].cost) - ends[0].cost;
       const double s = bend > 0 ? std::clamp(0.5 - slope / (4 * bend), 0.0, 1.0) : 0.5;
-      const Vec3 there = rules.snap({pa.x + s * (pb.x - pa.x), pa.y + s * (pb.y - pa.y), pa.z});
+      const Vec3 there = on_side({pa.x + s * (pb.x - pa.x), pa.y + s * (pb.y - pa.y), pa.z});
       return place_at<N>(rules, q, pa, there, true);
     }
     case Merge::free:
