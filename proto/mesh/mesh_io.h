@@ -126,6 +126,9 @@ Result<void> landxml_can_say(const MeshPlace&);
 /// Unknown elements and properties are skipped.
 Result<Mesh> decode_ply(std::string_view bytes);
 
+/// The picture that the header names; empty where it names none, or is none.
+std::string texture_of_ply(std::string_view bytes);
+
 /// v (with colour), vt, vn, f in every index form, negative ones too; polygons: polygon.h. A
 /// vertex used with several vt or vn is split: the first use keeps its place, others follow at
 /// the end.
@@ -137,6 +140,14 @@ Result<Mesh> decode_stl(std::string_view bytes);
 /// File name of the diffuse texture (map_Kd) of a material; the first one when `material` is empty;
 /// empty when there is none.
 std::string diffuse_texture(std::string_view mtl_text, std::string_view material);
+
+/// Every picture that a material library names (map_..., bump, disp, decal, refl, norm), as it
+/// does.
+std::vector<std::string> pictures_of_materials(std::string_view mtl_text);
+
+/// Paths of the files that the OBJ at `path` needs beside it: its material libraries and their
+/// pictures; whether they are there or not. Libraries that leave its folder are not read.
+std::vector<std::string> files_of_obj(const std::string& path, std::string_view obj_text);
 
 /// The texture that the OBJ at `path` names by way of the material libraries beside it; names that
 /// leave its folder are not followed. A library that cannot be read costs the texture, not

@@ -193,6 +193,20 @@ class ObjReader {
   std::string why_;
 };
 
+/// What a statement of a material library names, behind its options.
+std::string_view picture_name(std::string_view line) {
+  std::string_view name = text::trim(line);
+  while (name.starts_with('-')) {  // options: -name followed by values that are numbers or words
+    text::take_word(name);
+    text::take_word(name);
+    name = text::trim(name);
+    double number;
+    for (std::string_view rest = name; text::parse(text::take_word(rest), number);)
+      name = text::trim(rest);
+  }
+  return name;
+}
+
 }  // namespace
 
 Result<Mesh> decode_obj(std::string_view bytes) { return ObjReader().read(bytes); }
@@ -203,19 +217,22 @@ std::string diffuse_texture(std::string_view mtl_text, std::string_view material
   for (std::string_view line; lines.next(line);) {
     const std::string_view word = text::take_word(line);
     if (word == "newmtl") wanted = material.empty() || text::trim(line) == material;
-    if (word != "map_Kd" || !wanted) continue;
-    std::string_view name = text::trim(line);
-    while (name.starts_with('-')) {  // options: -name followed by values that are numbers or words
-      text::take_word(name);
-      text::take_word(name);
-      name = text::trim(name);
-      double number;
-      for (std::string_view rest = name; text::parse(text::take_word(rest), number);)
-        name = text::trim(rest);
-    }
-    return std::string(name);
+    if (word == "map_Kd" && wanted) return std::string(picture_name(line));
   }
   return {};
+}
+
+std::vector<std::string> pictures_of_materials(std::string_view mtl_text) {
+  constexpr std::string_view kOthers[] = {"bump", "disp", "decal", "refl", "norm"};
+  std::vector<std::string> names;
+  text::Lines lines(mtl_text);
+  for (std::string_view line; lines.next(line);) {
+    const std::string_view word = text::take_word(line);
+    if (!word.starts_with("map_") && std::ranges::find(kOthers, word) == std::end(kOthers))
+      continue;
+    if (const std::string_view name = picture_name(line); !name.empty()) names.emplace_back(name);
+  }
+  return names;
 }
 
 }  // namespace tind::proto

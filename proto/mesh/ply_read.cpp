@@ -412,4 +412,9 @@ Result<Mesh> decode_ply(std::string_view bytes) {
   return bad("PLY: unknown format");
 }
 
+std::string texture_of_ply(std::string_view bytes) {
+  auto header = parse_header(bytes);
+  return header ? std::move(header->texture) : std::string();
+}
+
 }  // namespace tind::proto

@@ -255,6 +255,18 @@ Result<void> write_mesh(const std::string& path, const Mesh& m) {
   return write_mesh(path, **format, m);
 }
 
+std::vector<std::string> files_of_mesh(const std::string& path) {
+  const MeshFormat* const format = format_to_read(path);
+  const bool of_obj = format && format->decode == proto::decode_obj;
+  if (!of_obj && !(format && format->decode == proto::decode_ply)) return {};
+  const auto bytes = read_whole_file(path);
+  if (!bytes) return {};
+  if (of_obj) return proto::files_of_obj(path, *bytes);
+  const std::string texture = proto::texture_of_ply(*bytes);
+  if (texture.empty()) return {};
+  return {(std::filesystem::path(path).parent_path() / texture).string()};
+}
+
 Result<Mesh> read_mesh(const std::string& path) {
   const MeshFormat* const format = format_to_read(path);
   if (!format)

@@ -67,6 +67,10 @@ Result<void> write_mesh(const std::string& path, const MeshFormat&, const proto:
 /// By the extension.
 Result<void> write_mesh(const std::string& path, const proto::Mesh&);
 
+/// Paths of what the mesh at `path` names of other files, there or not: the material libraries of
+/// an OBJ with their pictures, the picture of a PLY. Reads the file; empty where that fails.
+std::vector<std::string> files_of_mesh(const std::string& path);
+
 /// By the extension; of an OBJ also the texture that its material library names.
 Result<proto::Mesh> read_mesh(const std::string& path);
 

@@ -27,6 +27,10 @@ Result<DemFiles> dem_files(std::span<const std::string> named, const DemOptions&
 /// Whether a path is a folder that holds rasters and no layer.json: a DEM rather than tiles.
 bool is_dem_folder(const std::string& path);
 
+/// Absolute paths of all files that a VRT is read from, the parts of its parts among them; empty
+/// for anything else. Opens it and its parts, and reads no block: only where --allow-vrt was said.
+std::vector<std::string> files_of_vrt(const std::string& path);
+
 /// Whether the name ends as one of a raster does, in letters of either case; .vrt only where it is
 /// allowed.
 bool has_raster_ending(const std::string& name, bool allow_vrt);

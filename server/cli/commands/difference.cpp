@@ -110,8 +110,7 @@ Result<Made> make(const Arguments& a, RasterFormat format) {
 int run(const Arguments& a) {
   const auto format = raster_format(a.output);
   if (!format) return complain(format.error());
-  std::vector<std::string> inputs = inputs_of(a.dem);
-  inputs.insert(inputs.end(), a.less.begin(), a.less.end());
+  const std::vector<std::string> inputs = inputs_of(a.dem, a.less);
   if (const int code = check_outputs({a.output, a.report.path}, inputs); code != kOk) return code;
   const auto made = make(a, *format);
   if (!made) return complain_of(a.dem, made.error());

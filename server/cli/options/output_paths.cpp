@@ -5,12 +5,14 @@
 #include <filesystem>
 #include <iterator>
 #include <string_view>
+#include <utility>
 
 #include "server/cli/options/dem_input.h"
 #include "server/cli/options/line_input.h"
 #include "server/cli/options/surface_input.h"
 #include "server/cli/program/exit.h"
 #include "terrain/base/file_io.h"
+#include "terrain/mesh/mesh_file.h"
 #include "terrain/raster/dem_files.h"
 
 namespace tind::cli {
@@ -92,7 +94,11 @@ std::vector<Named> read_files(const std::vector<std::string>& inputs) {
     if (input.starts_with('@')) out.push_back({input.substr(1), real_path(input.substr(1))});
     const auto members = dem_files(std::span(&input, 1), options);
     if (!members) continue;  // whoever opens it says why
-    for (const std::string& file : members->files) out.push_back({file, real_path(file)});
+    for (const std::string& file : members->files) {
+      out.push_back({file, real_path(file)});
+      for (const std::string& part : files_of_mesh(file))
+        out.push_back({part + ", which " + file + " is read with", real_path(part)});
+    }
   }
   return out;
 }
@@ -119,10 +125,24 @@ std::string wrong_with(const std::vector<Named>& outputs, const std::vector<Name
   return "";
 }
 
+/// What VRTs among DEMs are read from. Of those that may not be read nothing is looked at: they can
+/// name any file, and addresses.
+void add_parts(const DemInput& input, std::vector<std::string>& dems) {
+  if (!input.allow_vrt) return;
+  DemOptions options;
+  options.allow_vrt = true;
+  const auto members = dem_files(dems, options);
+  if (!members) return;  // whoever opens it says why
+  for (const std::string& file : members->files)
+    for (std::string& part : files_of_vrt(file)) dems.push_back(std::move(part));
+}
+
 }  // namespace
 
-std::vector<std::string> inputs_of(const DemInput& input) {
+std::vector<std::string> inputs_of(const DemInput& input, const std::vector<std::string>& others) {
   std::vector<std::string> out = input.files;
+  out.insert(out.end(), others.begin(), others.end());
+  add_parts(input, out);
   out.insert(out.end(), input.datums.begin(), input.datums.end());
   return out;
 }
@@ -140,6 +160,7 @@ std::vector<std::string> inputs_of(const DemInput& input, const SurfaceInput& la
   if (const auto read = read_layers(layers, {}))
     for (const LayerSpec& layer : read->layers)
       out.insert(out.end(), layer.files.begin(), layer.files.end());
+  add_parts(input, out);
   for (const auto* files : {&shapes.breaklines, &shapes.flatten, &shapes.boundary, &shapes.water})
     out.insert(out.end(), files->begin(), files->end());
   return out;

@@ -15,18 +15,19 @@ struct DemInput;
 struct LineInput;
 struct SurfaceInput;
 
-/// What a DEM, its options' geoid files and the lines over it are read from, as they were named.
-std::vector<std::string> inputs_of(const DemInput&);
+/// What a DEM, its options' geoid files and the lines over it are read from, as they were named,
+/// and the parts of VRTs. `others`: DEMs that are opened as the first is.
+std::vector<std::string> inputs_of(const DemInput&, const std::vector<std::string>& others = {});
 std::vector<std::string> inputs_of(const DemInput&, const LineInput&);
 /// The same with layers, of which those are left out that cannot be read: opening them says why.
 std::vector<std::string> inputs_of(const DemInput&, const SurfaceInput&, const ShapeFiles&);
 
 /// Of `outputs` those that are not empty. kOk, or says on stderr what is wrong and returns its
 /// code: kUsage for an output that is an input, a member of a folder or "@list" among them, or a
-/// file that is read beside one (the .prj of a .flt), and for two outputs on one file, counting
-/// those that are written beside (the .prj of an .asc, the .mtl of an .obj). Symbolic links, hard
-/// links and ".." hide nothing; devices and pipes may be named as often as one likes. kCannotCreate
-/// where an output cannot be written.
+/// file that is read beside one (the .prj of a .flt) or that a mesh names (material libraries,
+/// textures), and for two outputs on one file, counting those that are written beside (the .prj of
+/// an .asc, the .mtl of an .obj). Symbolic links, hard links and ".." hide nothing; devices and
+/// pipes may be named as often as one likes. kCannotCreate where an output cannot be written.
 int check_outputs(const std::vector<std::string>& outputs, const std::vector<std::string>& inputs);
 
 /// Makes the folder where it is not there. kOk, or says why no file can be made in it and returns

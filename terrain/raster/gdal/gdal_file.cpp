@@ -25,6 +25,7 @@
 
 #include "terrain/base/hash.h"
 #include "terrain/raster/datums.h"
+#include "terrain/raster/dem_files.h"
 #include "terrain/raster/gdal/gdal_setup.h"
 #include "terrain/raster/gdal/gdal_verify.h"
 #include "terrain/raster/gdal/geotransform.h"
@@ -144,8 +145,27 @@ struct IdleHandles::Entry {
 
 namespace {
 
-bool is_vrt(const IdleHandles::Handle& handle) {
-  return std::string_view(handle.set->GetDriverName()) == "VRT";
+bool is_vrt(GDALDataset& set) { return std::string_view(set.GetDriverName()) == "VRT"; }
+
+/// What `set`, opened from `path`, is read from beside it; of a VRT also what its parts are.
+std::vector<std::string> other_files(GDALDataset& set, const std::string& path, bool allow_vrt) {
+  std::vector<std::string> found;
+  std::set<std::string> seen = {file_behind(path)};
+  const auto add = [&](GDALDataset& one) {
+    const CPLStringList files(one.GetFileList());
+    for (int i = 0; i < files.Count(); ++i)
+      if (const std::string file = file_behind(files[i]); !file.empty() && seen.insert(file).second)
+        found.push_back(file);
+  };
+  add(set);
+  if (!is_vrt(set)) return found;
+  // A VRT names its parts, but not what they are made of.
+  const Complaints silence;
+  for (std::size_t i = 0; i < found.size(); ++i)
+    if (const std::unique_ptr<GDALDataset> part{static_cast<GDALDataset*>(GDALOpenEx(
+            found[i].c_str(), GDAL_OF_RASTER, raster_drivers(allow_vrt), nullptr, nullptr))})
+      add(*part);
+  return found;
 }
 
 }  // namespace
@@ -333,7 +353,7 @@ Result<std::unique_ptr<IdleHandles::Handle>> RasterFile::borrow() const {
     return handle;
   }
   // A mask or a world file that came since is seen by new handles only.
-  if (!is_vrt(**handle) && files_of(**handle).size() + 1 != states_.entries().size())
+  if (!is_vrt(*(*handle)->set) && files_of(**handle).size() + 1 != states_.entries().size())
     return fail(Errc::io, path_ +
                               ": there are other files beside it than when it was opened; start "
                               "again to read what is there now");
@@ -381,24 +401,8 @@ Result<void> RasterFile::read_posts(std::span<const Post> posts) const {
 }
 
 std::vector<std::string> RasterFile::files_of(IdleHandles::Handle& handle) const {
-  std::vector<std::string> found;
-  std::set<std::string> seen = {file_behind(path_)};
-  const auto add = [&](GDALDataset& set) {
-    const CPLStringList files(set.GetFileList());
-    for (int i = 0; i < files.Count(); ++i)
-      if (const std::string file = file_behind(files[i]); !file.empty() && seen.insert(file).second)
-        found.push_back(file);
-  };
-  if (is_zip(path_)) return found;
-  add(*handle.set);
-  if (!is_vrt(handle)) return found;
-  // A VRT names its parts, but not what they are made of.
-  const Complaints silence;
-  for (std::size_t i = 0; i < found.size(); ++i)
-    if (const std::unique_ptr<GDALDataset> part{static_cast<GDALDataset*>(GDALOpenEx(
-            found[i].c_str(), GDAL_OF_RASTER, raster_drivers(allow_vrt_), nullptr, nullptr))})
-      add(*part);
-  return found;
+  if (is_zip(path_)) return {};
+  return other_files(*handle.set, path_, allow_vrt_);
 }
 
 Result<std::string> RasterFile::fingerprint() const {
@@ -420,6 +424,18 @@ Result<RasterContent> raster_content(const std::string& path, const DemOptions& 
       gdal::RasterFile::open(path, options, std::make_shared<gdal::IdleHandles>(std::size_t(0), 1));
   if (!file) return std::unexpected(file.error());
   return (*file)->facts().content;
+}
+
+std::vector<std::string> files_of_vrt(const std::string& path) {
+  gdal::register_vrt();
+  const gdal::Complaints silence;
+  const auto real = gdal::real_file(path);
+  if (!real) return {};
+  constexpr const char* kOnlyVrt[] = {"VRT", nullptr};
+  const std::unique_ptr<GDALDataset> set{static_cast<GDALDataset*>(
+      GDALOpenEx(real->c_str(), GDAL_OF_RASTER, kOnlyVrt, nullptr, nullptr))};
+  if (!set) return {};
+  return gdal::other_files(*set, path, true);
 }
 
 }  // namespace tind

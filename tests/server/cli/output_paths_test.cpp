@@ -88,5 +88,34 @@ TEST_F(OutputPaths, other_names_and_devices_are_written) {
     EXPECT_EQ(run_tind("simplify f -o f.ply --max-error 5 --raster f/../r.asc", in).code, 0);
 }
 
+TEST_F(OutputPaths, a_file_that_an_input_names_is_refused) {
+  const std::string vrt =
+      "<VRTDataset rasterXSize=\"2\" rasterYSize=\"2\"><VRTRasterBand dataType=\"Float32\" "
+      "band=\"1\"><SimpleSource><SourceFilename relativeToVRT=\"1\">";
+  const std::string end = "</SourceFilename></SimpleSource></VRTRasterBand></VRTDataset>";
+  EXPECT_TRUE(write_whole_file(folder.file("inner.vrt"), vrt + "d.asc" + end));
+  EXPECT_TRUE(write_whole_file(folder.file("outer.vrt"), vrt + "inner.vrt" + end));
+  const std::string stop = " --allow-vrt --max-error 5 ";
+  refused("simplify inner.vrt -o d.asc --format ply" + stop);
+  refused("simplify inner.vrt -o o.ply --report d.prj" + stop);
+  refused("simplify outer.vrt -o o.ply --report inner.vrt" + stop);
+  refused("simplify outer.vrt -o o.ply --raster f/../d.asc" + stop);
+  EXPECT_TRUE(write_whole_file(folder.file("q.obj"),
+                               "mtllib look.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"));
+  EXPECT_TRUE(write_whole_file(folder.file("look.mtl"),
+                               "newmtl a\nmap_Kd -clamp on q.png\nnewmtl b\nbump d.asc\n"));
+  EXPECT_TRUE(write_whole_file(folder.file("q.ply"),
+                               "ply\nformat ascii 1.0\ncomment TextureFile q.png\nelement vertex "
+                               "0\nend_header\n"));
+  for (const char* mesh : {"q.obj", "q.ply"}) {
+    const std::string start = std::string("simplify ") + mesh + " --ratio 1 --format ply -o ";
+    refused(start + "q.png");
+    refused(start + "f/../q.png");
+  }
+  refused("simplify q.obj --ratio 1 --format ply -o d.asc");
+  refused("simplify q.obj --ratio 1 --format ply -o look.mtl");
+  EXPECT_FALSE(fs::exists(folder.file("q.png")));
+}
+
 }  // namespace
 }  // namespace tind
