@@ -12,8 +12,8 @@ namespace tind::gdal {
 
 /// From a pixel's column and row, its centre being whole, to the coordinates of the file's CRS;
 /// nothing where the file does not say it, or says what GDAL takes for nothing (one unit a pixel
-/// from 0). Fails (bad_data) where the map is singular or no numbers: no place leads back to a
-/// pixel then.
+/// from 0, rows going up). Fails (bad_data) where the map is singular or no numbers: no place leads
+/// back to a pixel then.
 Result<std::optional<Affine>> pixel_to_crs(GDALDataset&);
 
 }  // namespace tind::gdal

@@ -297,6 +297,23 @@ TEST_F(DemReading, ACrsGivesNoPlaceToARasterWithout) {
               AllOf(HasSubstr("ps_height_1k.png"), HasSubstr("geotransform")));
 }
 
+TEST_F(DemReading, OneUnitAPixelFromZeroIsAPlaceWhereRowsGoDown) {
+  const auto vrt = [&](const char* name, const char* step) {
+    return write(name, std::string("<VRTDataset rasterXSize=\"3\" rasterYSize=\"2\"><SRS>") +
+                           kWgs84 + "</SRS><GeoTransform>0, 1, 0, 0, 0, " + step +
+                           "</GeoTransform><VRTRasterBand dataType=\"Int16\" "
+                           "band=\"1\"/></VRTDataset>");
+  };
+  const auto place = open(vrt("a.vrt", "-1"), {.allow_vrt = true});
+  ASSERT_TRUE(place) << place.error().what;
+  EXPECT_TRUE((*place)->info().has_geotransform);
+  EXPECT_EQ((*place)->info().crs_kind, CrsKind::geographic);
+  EXPECT_EQ((*place)->info().post_to_crs, (Affine{.5, 1, 0, -.5, 0, -1}));
+  const auto none = open(vrt("b.vrt", "1"), {.allow_vrt = true});
+  ASSERT_TRUE(none) << none.error().what;
+  EXPECT_FALSE((*none)->info().has_geotransform);
+}
+
 // ---- folders and lists ----
 
 TEST_F(DemReading, AFolderStandsForItsRasters) {
