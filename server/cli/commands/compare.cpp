@@ -14,6 +14,7 @@
 #include "server/cli/commands/commands.h"
 #include "server/cli/commands/compare_tiles.h"
 #include "server/cli/options/dem_input.h"
+#include "server/cli/options/drape_input.h"
 #include "server/cli/options/line_input.h"
 #include "server/cli/options/mesh_input.h"
 #include "server/cli/options/output_options.h"
@@ -25,7 +26,6 @@
 #include "server/cli/program/run_apart.h"
 #include "terrain/base/file_io.h"
 #include "terrain/mesh/mesh_file.h"
-#include "terrain/raster/gdal/image_source.h"
 #include "terrain/simplify/common/simplified.h"
 #include "terrain/simplify/method_text.h"
 #include "terrain/simplify/methods.h"
@@ -292,12 +292,11 @@ int run(const Arguments& a) {
   }
   options.threads = a.threads;
   if (!a.drape.empty()) {
-    auto drape = drape_image(a.drape, **dem);
-    if (!drape) return complain(drape.error());
-    const auto colours = std::make_shared<const std::vector<Colour>>(std::move(drape->colours));
+    const auto colours = drape_posts(a.drape, **dem);
+    if (!colours) return complain(colours.error());
     for (MethodOptions& method : chosen)
       if (auto* const attributed = std::get_if<AttributeQemOptions>(&method))
-        attributed->drape = colours;
+        attributed->drape = *colours;
   }
   const Subject subject = {[&](const SimplifyOptions& o) { return simplify(*posts, o); },
                            [&](const SimplifyOptions& o, CompareRow& row) {

@@ -1,5 +1,11 @@
 #include "server/cli/options/drape_input.h"
 
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "server/cli/program/exit.h"
+
 namespace tind::cli {
 
 std::vector<std::string> DrapeInput::files() const {
@@ -36,6 +42,16 @@ Result<void> check_drape(const DrapeInput& drape, const Draped& draped, const Su
   if (draped.colours && !draped.colours->bounds().overlaps(dem)) return beside(drape.image);
   if (draped.cover && !draped.cover->bounds().overlaps(dem)) return beside(drape.land_cover);
   return {};
+}
+
+Result<std::shared_ptr<const std::vector<Colour>>> drape_posts(const std::string& image,
+                                                               const DemSource& dem) {
+  auto drape = drape_image(image, dem);
+  if (!drape) return std::unexpected(drape.error());
+  if (drape->covered < 1)
+    warn(fmt::format("{}: has no colour for {:.3g} % of the DEM, which is white there", image,
+                     100 * (1 - drape->covered)));
+  return std::make_shared<const std::vector<Colour>>(std::move(drape->colours));
 }
 
 }  // namespace tind::cli

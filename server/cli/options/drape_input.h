@@ -1,12 +1,15 @@
 #pragma once
-// What a command line lays over 3D Tiles: an image, land cover.
+// What a command line lays over 3D Tiles: an image, land cover; and over the posts of a DEM.
 
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "server/cli/program/command_line.h"
 #include "terrain/base/result.h"
+#include "terrain/raster/dem_source.h"
 #include "terrain/raster/draped.h"
+#include "terrain/raster/gdal/image_source.h"
 #include "terrain/surface/surface.h"
 
 namespace tind::cli {
@@ -24,5 +27,10 @@ void add_drape_options(Command, DrapeInput&);
 Result<Draped> open_drape(const DrapeInput&, bool of_3d_tiles);
 /// Fails (invalid_argument) where something lies beside the surface.
 Result<void> check_drape(const DrapeInput&, const Draped&, const Surface&);
+
+/// A colour of the image for each post, as AttributeQemOptions has it; says on stderr which share
+/// of the DEM has none and is white. Fails as drape_image does.
+Result<std::shared_ptr<const std::vector<Colour>>> drape_posts(const std::string& image,
+                                                               const DemSource&);
 
 }  // namespace tind::cli

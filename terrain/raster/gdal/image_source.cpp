@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <memory>
 #include <optional>
 
@@ -24,29 +25,41 @@ using Dataset = std::unique_ptr<GDALDataset, decltype([](GDALDataset* d) { GDALC
 
 /// The longest side that is kept of an image, pixels: 3 floats each.
 constexpr int kLongestSide = 8192;
+constexpr Colour kWhite{1, 1, 1};
+/// How far from its middle a pixel ends, and what rounding of places adds.
+constexpr double kEdge = 0.5 + 1e-6;
 
 struct Image {
   int width = 0, height = 0;        // as kept
   double scale_x = 1, scale_y = 1;  // kept pixels per pixel of the file
   std::vector<Colour> pixels;
+  std::vector<std::uint8_t> there;  // whether the image says a colour of that pixel
 
-  const Colour& at(int x, int y) const {
+  std::size_t index(int x, int y) const {
     x = std::clamp(x, 0, width - 1), y = std::clamp(y, 0, height - 1);
-    return pixels[std::size_t(y) * width + x];
+    return std::size_t(y) * std::size_t(width) + std::size_t(x);
   }
-  /// At a place in pixels of the file, whose first pixel's centre is (0, 0).
-  Colour sample(double file_x, double file_y) const {
+  /// At a place in pixels of the file, whose first pixel's centre is (0, 0), by the pixels around
+  /// it that are there; nothing where none is, or beyond the image.
+  std::optional<Colour> sample(double file_x, double file_y) const {
     const double x = (file_x + 0.5) * scale_x - 0.5, y = (file_y + 0.5) * scale_y - 0.5;
-    const int x0 = int(std::floor(std::clamp(x, -1.0, double(width))));
-    const int y0 = int(std::floor(std::clamp(y, -1.0, double(height))));
-    const float fx = float(std::clamp(x - x0, 0.0, 1.0)), fy = float(std::clamp(y - y0, 0.0, 1.0));
-    Colour c;
-    for (int i = 0; i < 3; ++i) {
-      const float top = at(x0, y0)[i] + fx * (at(x0 + 1, y0)[i] - at(x0, y0)[i]);
-      const float low = at(x0, y0 + 1)[i] + fx * (at(x0 + 1, y0 + 1)[i] - at(x0, y0 + 1)[i]);
-      c[i] = top + fy * (low - top);
-    }
-    return c;
+    if (!(x >= -kEdge && y >= -kEdge && x <= width - 1 + kEdge && y <= height - 1 + kEdge))
+      return {};
+    const int x0 = int(std::floor(x)), y0 = int(std::floor(y));
+    const float fx = float(x - x0), fy = float(y - y0);
+    Colour sum{};
+    float weight = 0;
+    const auto add = [&](int px, int py, float w) {
+      const std::size_t at = index(px, py);
+      if (w <= 0 || !there[at]) return;
+      weight += w;
+      for (std::size_t i = 0; i < 3; ++i) sum[i] += w * pixels[at][i];
+    };
+    add(x0, y0, (1 - fx) * (1 - fy)), add(x0 + 1, y0, fx * (1 - fy));
+    add(x0, y0 + 1, (1 - fx) * fy), add(x0 + 1, y0 + 1, fx * fy);
+    if (weight <= 0) return {};
+    for (float& c : sum) c /= weight;
+    return sum;
   }
 };
 
@@ -74,6 +87,7 @@ Result<Image> read_image(GDALDataset& set, const DemInfo& dem) {
   image.scale_x = double(image.width) / set.GetRasterXSize();
   image.scale_y = double(image.height) / set.GetRasterYSize();
   image.pixels.resize(std::size_t(image.width) * image.height);
+  image.there.assign(image.pixels.size(), 1);
   const GDALColorTable* palette = set.GetRasterBand(1)->GetColorTable();
   const int bands = set.GetRasterCount() >= 3 && !palette ? 3 : 1;
   for (int b = 0; b < bands; ++b) {
@@ -89,6 +103,7 @@ Result<Image> read_image(GDALDataset& set, const DemInfo& dem) {
         palette->GetColorEntryAsRGB(int(std::clamp(v, 0.0f, 65535.0f)), &e);
         c = {e.c1 / 255.0f, e.c2 / 255.0f, e.c3 / 255.0f};
       } else {
+        if (!std::isfinite(v)) image.there[i] = 0;
         const float unit = std::isfinite(v) ? std::clamp(float(v * scale), 0.0f, 1.0f) : 0.0f;
         if (bands == 1)
           c = {unit, unit, unit};
@@ -97,6 +112,12 @@ Result<Image> read_image(GDALDataset& set, const DemInfo& dem) {
       }
     }
   }
+  GDALRasterBand& first = *set.GetRasterBand(1);
+  if (first.GetMaskFlags() & GMF_ALL_VALID) return image;
+  const auto mask = read_band(*first.GetMaskBand(), image.width, image.height, false);
+  if (!mask) return std::unexpected(mask.error());
+  for (std::size_t i = 0; i < mask->size(); ++i)
+    if (!((*mask)[i] > 127)) image.there[i] = 0;
   return image;
 }
 
@@ -166,11 +187,9 @@ Result<Drape> drape_image(const std::string& path, const DemSource& dem) {
   Placer placer(dem, *set, *frame);
   for (int r = 0; r < rows; ++r) {
     for (const Vec2& p : placer.row(r)) {
-      const bool on = p.x >= -0.5 && p.y >= -0.5 && p.x <= set->GetRasterXSize() - 0.5 &&
-                      p.y <= set->GetRasterYSize() - 0.5;
-      inside += on;
-      const bool known = std::isfinite(p.x) && std::isfinite(p.y);
-      drape.colours.push_back(known ? image->sample(p.x, p.y) : Colour{});
+      const auto colour = image->sample(p.x, p.y);
+      inside += colour.has_value();
+      drape.colours.push_back(colour.value_or(kWhite));
     }
   }
   if (inside == 0) return fail(Errc::bad_data, path + ": no post of the DEM lies on this image");

@@ -53,6 +53,34 @@ TEST(DrapeImage, RefusesAPlaceThatIsNone) {
   }
 }
 
+TEST(DrapeImage, IsWhiteWhereTheImageIsNot) {
+  const auto dem = DemSource::open(std::vector<std::string>{test::testdata("rainier.tif")});
+  ASSERT_TRUE(dem) << dem.error().what;
+  const DemInfo& all = (*dem)->info();
+  const test::TempDir folder;
+  DemInfo info = all;  // the western half, and of that the northern one is no data
+  info.cols = all.cols / 2;
+  info.has_geotransform = true;
+  const auto image =
+      encode_raster(RasterFormat::geotiff, info, {}, [&](int row, int rows) -> Result<HeightGrid> {
+        HeightGrid grey(int(info.cols), rows, .25f);
+        for (int r = 0; r < rows; ++r)
+          if (row + r < all.rows / 2) std::ranges::fill(grey.row(r), HeightGrid::kVoid);
+        return grey;
+      });
+  ASSERT_TRUE(image && write_whole_file(folder.file("a.tif"), image->bytes));
+  const auto drape = drape_image(folder.file("a.tif"), **dem);
+  ASSERT_TRUE(drape) << drape.error().what;
+  EXPECT_NEAR(drape->covered, .25, .005);
+  const auto at = [&](double x, double y) {
+    return drape->colours[std::size_t(y * double(all.rows)) * std::size_t(all.cols) +
+                          std::size_t(x * double(all.cols))];
+  };
+  EXPECT_NEAR(at(.25, .75)[1], .25, 1e-6);
+  for (const auto& [x, y] : {std::pair(.75, .75), std::pair(.25, .25), std::pair(.99, .01)})
+    EXPECT_EQ(at(x, y), (Colour{1, 1, 1})) << x << " " << y;
+}
+
 TEST(DrapeImage, SaysWhatIsWrong) {
   TIND_NEEDS_SHARED_DATA(dem_path, "dem/rmnp-dem.tif");
   TIND_NEEDS_SHARED_DATA(elsewhere, "dem/autzen_rgb_3ft_epsg2994.tif");
