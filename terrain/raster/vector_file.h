@@ -15,7 +15,7 @@ enum class VectorFormat { geopackage, flatgeobuf };
 struct TriangleFeatures {
   std::span<const std::array<double, 3>> positions;
   std::span<const std::array<std::uint32_t, 3>> triangles;
-  std::string crs_wkt;      // of x and y, longitude or easting first; empty: none
+  std::string crs_wkt;      // of x and y, longitude or easting first; empty: lengths
   std::string description;  // of the layer, where the format has room
 };
 

@@ -32,12 +32,15 @@ bool put(OGRLayer& layer, const TriangleFeatures& mesh, const std::array<std::ui
 bool make(GDALDataset& file, const TriangleFeatures& mesh) {
   OGRSpatialReference crs;
   crs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
-  if (!mesh.crs_wkt.empty() && crs.importFromWkt(mesh.crs_wkt.c_str()) != OGRERR_NONE) return false;
+  // By this name GDAL knows GeoPackage's srs_id -1, lengths; without a CRS it writes 0, degrees.
+  const OGRErr known = mesh.crs_wkt.empty() ? crs.SetLocalCS("Undefined Cartesian SRS")
+                                            : crs.importFromWkt(mesh.crs_wkt.c_str());
+  if (known != OGRERR_NONE) return false;
   const std::string description = "DESCRIPTION=" + mesh.description;
   const char* const only_gpkg[] = {description.c_str(), nullptr};
   const bool gpkg = std::string_view(file.GetDriverName()) == "GPKG";
   OGRLayer* const layer =
-      file.CreateLayer("mesh", mesh.crs_wkt.empty() ? nullptr : &crs, wkbPolygon25D,
+      file.CreateLayer("mesh", mesh.crs_wkt.empty() && !gpkg ? nullptr : &crs, wkbPolygon25D,
                        gpkg && !mesh.description.empty() ? const_cast<char**>(only_gpkg) : nullptr);
   if (!layer) return false;
   const bool all_at_once = file.StartTransaction() == OGRERR_NONE;

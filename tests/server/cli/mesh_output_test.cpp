@@ -261,5 +261,15 @@ TEST(MeshInput, KeepsAndCountsWhatItsFileSaysOfItsPlace) {
   EXPECT_NE(refused.out.find("--nodata is said of DEMs"), std::string::npos);
 }
 
+TEST(MeshOutput, AGeoPackageWithoutACrsHasLengths) {
+  const TempDir dir;
+  const std::string line = "simplify " + small_dem(dir) + " --ratio 0.5 -o " + dir.file("m.gpkg");
+  ASSERT_EQ(run_tind(line).code, 0);
+  const std::string bytes = read_whole_file(dir.file("m.gpkg")).value();
+  // Of a geometry: "GP", version, flags, srs_id: -1 is "undefined Cartesian", 0 were degrees.
+  EXPECT_NE(bytes.find(std::string("GP\0\x05\xff\xff\xff\xff", 8)), bytes.npos);
+  EXPECT_EQ(bytes.find(std::string("GP\0\x05\0\0\0\0", 8)), bytes.npos);
+}
+
 }  // namespace
 }  // namespace tind
