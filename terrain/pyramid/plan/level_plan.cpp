@@ -537,7 +537,10 @@ std::string TilePlan::warning(const Surface& surface) const {
   constexpr double kPostsOfATile = 64, kFar = 0.01;
   constexpr double kFinest = 0.01;  // metres: 1e-7 degrees
   if (surface.only() && info.covered.empty()) return {};
-  if (std::max(info.spacing_x_m, info.spacing_y_m) < kFinest)  // near a pole only one is small
+  // Near a pole columns of degrees are close and tiles are not finer for it.
+  const bool near_pole = std::max(info.bounds.north, -info.bounds.south) > 80;
+  const double finest = near_pole ? info.spacing_y_m : std::min(info.spacing_x_m, info.spacing_y_m);
+  if (finest < kFinest)
     return "posts less than 1 cm apart are too fine for tiles in degrees: stated errors may be too "
            "small by micrometres, or far too large; resample it to 1 cm or coarser";
   if (max_level_ <= last_level_ && options_.max_error_m > level(max_level_).budget_m)

@@ -360,7 +360,8 @@ TEST(DemInput, BuildWarnsOfPostsThatAreTooFineForTiles) {
   const std::string dem = dir.file("fine.asc");
   write_wgs84_prj(dir.file("fine.prj"));
   for (const auto& [step, warned] :
-       {std::pair("0.00000005", true), std::pair("0.0000005", false)}) {
+       {std::pair("0.00000005", true), std::pair("0.0000001", true),  // 0.8 x 1.1 cm
+        std::pair("0.0000005", false)}) {
     std::ofstream(dem) << "ncols 3\nnrows 2\nxllcorner 7.6\nyllcorner 46.1\ncellsize " << step
                        << "\n1 1 1\n1 1 1\n";
     const Ran ran = run_tind("build " + dem + " -o " + dir.file(std::string("tiles") + step));
