@@ -349,6 +349,45 @@ Result<AreaIntegral> integrate(const DemInfo& info, const PostRings& area, const
   return integrator.taken();
 }
 
+AreaScale area_scale(const DemSource& dem, const PostRings& area) {
+  constexpr int kPlaces = 5;  // along each side
+  const DemInfo& info = dem.info();
+  if (info.crs_kind != CrsKind::projected) return {};
+  Vec2 low{HUGE_VAL, HUGE_VAL}, high{-HUGE_VAL, -HUGE_VAL};
+  for (const auto& ring : area)
+    for (const Vec2& p : ring) {
+      low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+      high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+    }
+  const Vec2 last{double(info.cols - 1), double(info.rows - 1)};
+  low = {std::max(low.x, 0.0), std::max(low.y, 0.0)};
+  high = {std::min(high.x, last.x), std::min(high.y, last.y)};
+  if (!(low.x <= high.x && low.y <= high.y)) return {};
+  std::vector<Vec2> posts;  // threes: a place, a column and a row on
+  for (int j = 0; j < kPlaces; ++j)
+    for (int i = 0; i < kPlaces; ++i) {
+      const Vec2 p{low.x + (high.x - low.x) * i / (kPlaces - 1),
+                   low.y + (high.y - low.y) * j / (kPlaces - 1)};
+      posts.insert(posts.end(), {p, {p.x + 1, p.y}, {p.x, p.y + 1}});
+    }
+  std::vector<Geographic> places(posts.size());
+  dem.to_geographic(posts, places);
+  const GroundArea plane(info);
+  AreaScale scale{HUGE_VAL, 0};
+  for (std::size_t i = 0; i < places.size(); i += 3) {
+    const Vec2 metres = wgs84::metres_per_degree(places[i].lat);
+    const auto from = [&](const Geographic& to) -> Vec2 {
+      return {std::remainder(to.lon - places[i].lon, 360) * metres.x,
+              (to.lat - places[i].lat) * metres.y};
+    };
+    const Vec2 a = from(places[i + 1]), b = from(places[i + 2]);
+    const double times = plane.at(posts[i].y) / std::abs(a.x * b.y - a.y * b.x);
+    if (!std::isfinite(times)) continue;  // no place, or a pole
+    scale.least = std::min(scale.least, times), scale.greatest = std::max(scale.greatest, times);
+  }
+  return scale.greatest > 0 ? scale : AreaScale{};
+}
+
 bool reaches_beyond(const DemInfo& info, const PostRings& area) {
   constexpr double kSnap = 1e-6;  // posts
   for (const auto& ring : area)

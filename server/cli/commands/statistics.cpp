@@ -33,21 +33,31 @@ struct Row {
   ZonalStatistics s;
 };
 
-Result<std::vector<Row>> make(const Arguments& a) {
+struct Made {
+  std::vector<Row> rows;
+  AreaScale scale;  // of all polygons
+};
+
+Result<Made> make(const Arguments& a) {
   auto dem = open_dem(a.dem);
   if (!dem) return std::unexpected(dem.error());
   const auto areas = read_areas(a.polygons, **dem);
   if (!areas) return std::unexpected(areas.error());
   ProgressBar bar("statistics", progress_style(a.progress));
-  std::vector<Row> rows;
+  Made all;
+  std::vector<Row>& rows = all.rows;
+  PostRings rings;
   for (const NamedArea& area : *areas) {
+    rings.insert(rings.end(), area.rings.begin(), area.rings.end());
     const auto made = zonal_statistics(*dem, area.rings, a.base_m);
     if (!made) return std::unexpected(made.error());
     rows.push_back({area.feature, *made});
     bar.at(double(rows.size()) / double(areas->size()));
   }
   warn_of_nodata(**dem);
-  return rows;
+  all.scale = area_scale(**dem, rings);
+  warn_of_plane(all.scale, (*dem)->info());
+  return all;
 }
 
 /// Nothing where there is no post to speak of.
@@ -88,9 +98,9 @@ std::string csv_text(const std::vector<Row>& rows) {
   return text;
 }
 
-std::string json_text(const Arguments& a, const std::vector<Row>& rows) {
+std::string json_text(const Arguments& a, const Made& made) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const Row& row : rows) {
+  for (const Row& row : made.rows) {
     nlohmann::ordered_json one = {
         {"feature", row.feature}, {"posts", row.s.posts}, {"voids", row.s.voids}};
     for (const Column& column : kColumns) {
@@ -100,25 +110,26 @@ std::string json_text(const Arguments& a, const std::vector<Row>& rows) {
     one["beyond_dem"] = row.s.beyond;
     list.push_back(std::move(one));
   }
-  return json::to_text(nlohmann::ordered_json{{"base_m", a.base_m}, {"polygons", std::move(list)}},
-                       2) +
-         "\n";
+  const nlohmann::ordered_json all = {{"base_m", a.base_m},
+                                      {"area_scale", area_scale_json(made.scale)},
+                                      {"polygons", std::move(list)}};
+  return json::to_text(all, 2) + "\n";
 }
 
 int run(const Arguments& a) {
   std::vector<std::string> inputs = inputs_of(a.dem);
   inputs.push_back(a.polygons);
   if (const int code = check_outputs({a.output}, inputs); code != kOk) return code;
-  const auto rows = make(a);
-  if (!rows) return complain_of(a.dem, rows.error());
+  const auto made = make(a);
+  if (!made) return complain_of(a.dem, made.error());
   const bool as_json = a.json || a.output.ends_with(".json");
-  const std::string text = as_json ? json_text(a, *rows) : csv_text(*rows);
+  const std::string text = as_json ? json_text(a, *made) : csv_text(made->rows);
   if (a.output.empty()) {
     std::fwrite(text.data(), 1, text.size(), stdout);
     return kOk;
   }
   if (const auto ok = write_whole_file(a.output, text); !ok) return complain(ok.error());
-  fmt::print("{}: {} polygons\n", a.output, rows->size());
+  fmt::print("{}: {} polygons\n", a.output, made->rows.size());
   return kOk;
 }
 

@@ -80,6 +80,7 @@ Result<PostRings> area_of(const Arguments& a, const DemSource& dem) {
 
 struct Made {
   Volume volume;
+  AreaScale scale;
   double uncertainty_m = 0;
   std::string datum;  // of the heights
 };
@@ -92,7 +93,7 @@ Result<Made> make(const Arguments& a) {
   const auto area = area_of(a, *asked->dem);
   if (!area) return std::unexpected(area.error());
   ProgressBar bar("volume", progress_style(a.progress));
-  Made made{{}, 0, name(asked->dem->info().datum)};
+  Made made{{}, area_scale(*asked->dem, *area), 0, name(asked->dem->info().datum)};
   // Of tiles the first time tells how far they are off.
   for (int time = 0; time < (asked->level ? 2 : 1); ++time) {
     made.uncertainty_m = a.uncertainty_m + asked->error_m();
@@ -100,6 +101,7 @@ Result<Made> make(const Arguments& a) {
     if (!v) return std::unexpected(v.error());
     made.volume = *v;
   }
+  warn_of_plane(made.scale, asked->dem->info());
   return made;
 }
 
@@ -113,6 +115,7 @@ nlohmann::ordered_json to_json(const Made& made) {
           {"net", within(v.net_m3)},
           {"area_m2", v.area_m2},
           {"void_area_m2", v.void_area_m2},
+          {"area_scale", area_scale_json(made.scale)},
           {"beyond_dem", v.beyond},
           {"uncertainty_m", made.uncertainty_m},
           {"datum", made.datum}};
@@ -133,8 +136,7 @@ void print(const Made& made) {
 }
 
 int run(const Arguments& a) {
-  std::vector<std::string> inputs = inputs_of(a.dem);
-  inputs.insert(inputs.end(), a.against.begin(), a.against.end());
+  std::vector<std::string> inputs = inputs_of(a.dem, a.against);
   if (!a.area.empty()) inputs.push_back(a.area);
   if (const int code = check_outputs({a.report.path}, inputs); code != kOk) return code;
   const auto made = make(a);
