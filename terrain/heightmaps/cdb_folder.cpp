@@ -173,7 +173,12 @@ Result<FolderReport> write_folder(const Surface& surface, const FolderOptions& o
   const auto listed = tiles_of(areas_of(surface, options.area), report.deepest);
   if (!listed) return std::unexpected(listed.error());
   const std::vector<Tile>& all = *listed;
-  if (all.empty()) return fail(Errc::invalid_argument, "--bounds leaves nothing of the DEM");
+  if (all.empty() && options.area)
+    return fail(Errc::invalid_argument, "--bounds leaves nothing of the DEM");
+  if (all.empty())
+    return fail(Errc::invalid_argument,
+                "the DEM has one column or one row of posts: there is no area between them that "
+                "tiles could have");
   for (const Tile& tile : all) {
     if (progress.stopped())
       return fail(Errc::cancelled, "stopped before all tiles were written: run again to go on");

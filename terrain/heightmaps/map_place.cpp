@@ -259,7 +259,10 @@ Result<MapPlace> place_map(const Surface& surface, const MapOptions& options) {
   if (!(e.width() > 0 && e.height() > 0))
     return fail(
         Errc::invalid_argument,
-        "no square lies inside the area, as it is turned: take --fit cover, or " + what_else);
+        options.fit == MapFit::inside
+            ? "no square lies inside the area, as it is turned: take --fit cover, or " + what_else
+            : "the area has no width or no height, as one post has none: a heightmap needs two "
+              "columns and two rows of posts");
   map.middle = {(e.west + e.east) / 2, (e.south + e.north) / 2};
   fit_posts(options, e, finest_m(surface), map);
   map.scale_error = scale_error(map);

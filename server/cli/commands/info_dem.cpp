@@ -172,15 +172,21 @@ std::string to_text(const Heights& h) {
                                 ? std::string("none")
                                 : fmt::format("{:.8g} .. {:.8g} m", h.range.min_m, h.range.max_m);
   if (h.all)
-    return fmt::format("heights    {}\nvoids      {} ({:.4g} %)\n", range, h.voids(),
-                       100 * h.void_share());
+    return fmt::format("heights    {}\nvoids      {} ({} %)\n", range, h.voids(),
+                       percent_text(h.void_share(), 4));
   return fmt::format(
       "heights    {} in a sample of {} posts (--stats reads all of them)\n"
-      "voids      {:.4g} % of the sample\n",
-      range, h.posts, 100 * h.void_share());
+      "voids      {} % of the sample\n",
+      range, h.posts, percent_text(h.void_share(), 4));
 }
 
 }  // namespace
+
+std::string percent_text(double share, int digits) {
+  std::string text = fmt::format("{:.{}g}", 100 * share, digits);
+  while (share < 1 && text == "100") text = fmt::format("{:.{}g}", 100 * share, ++digits);
+  return text;
+}
 
 Result<Json> info_dem(const DemSource& dem, const DemOptions& read, const InfoDemOptions& options) {
   if (!options.quiet) warn_of(dem.info());

@@ -2,6 +2,7 @@
 // The part of `tind info` that is about DEMs.
 
 #include <nlohmann/json_fwd.hpp>
+#include <string>
 
 #include "server/cli/options/dem_input.h"
 #include "terrain/base/result.h"
@@ -22,5 +23,9 @@ struct InfoDemOptions {
 /// `read`: the options that the DEM was opened with.
 Result<nlohmann::ordered_json> info_dem(const DemSource&, const DemOptions& read,
                                         const InfoDemOptions&);
+
+/// A share in per cent of so many digits, or of as many more as tell a few heights from none:
+/// "100" is all.
+std::string percent_text(double share, int digits);
 
 }  // namespace tind::cli

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "proto/json_text.h"
+#include "server/cli/commands/info_dem.h"
 #include "server/cli/commands/info_layers.h"
 #include "server/cli/commands/info_vectors.h"
 #include "server/cli/program/exit.h"
@@ -32,7 +33,7 @@ std::string dem_line(const Json& j) {
     line += fmt::format(", {:.6g} .. {:.6g} m", heights["min_height_m"].get<double>(),
                         heights["max_height_m"].get<double>());
   if (heights["void_share"].get<double>() > 0)
-    line += fmt::format(", {:.3g} % void", 100 * heights["void_share"].get<double>());
+    line += fmt::format(", {} % void", percent_text(heights["void_share"].get<double>(), 3));
   if (j.contains("sample")) line += " (of a sample)";
   for (const Json& odd : j["undeclared_nodata"])
     line += fmt::format(", {} posts are {} (no data?)", odd["posts"].dump(), odd["value"].dump());

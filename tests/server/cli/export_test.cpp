@@ -132,5 +132,18 @@ TEST_F(Export, LevelsOfCdbAreWhatIsAskedFor) {
   EXPECT_EQ(report["vertical_datum"], "ellipsoid");
 }
 
+TEST_F(Export, OfOnePostSaysThatItHasNoArea) {
+  const std::string dem = folder_.file("one.asc");
+  std::ofstream(dem) << "ncols 1\nnrows 1\nxllcorner 7\nyllcorner 46\ncellsize 0.01\n5\n";
+  const std::string start = "export " + dem + " --crs EPSG:4326 --from-datum ellipsoid --format ";
+  const auto cdb = run_tind(start + "cdb -o " + folder_.file("cdb"));
+  EXPECT_EQ(cdb.code, 2) << cdb.out;
+  EXPECT_NE(cdb.out.find("one column or one row"), std::string::npos) << cdb.out;
+  EXPECT_EQ(cdb.out.find("--bounds"), std::string::npos) << cdb.out;
+  const auto map = run_tind(start + "unreal -o " + folder_.file("a.png"));
+  EXPECT_EQ(map.code, 2) << map.out;
+  EXPECT_NE(map.out.find("no width or no height"), std::string::npos) << map.out;
+}
+
 }  // namespace
 }  // namespace tind

@@ -45,6 +45,18 @@ TEST(Info, Dem) {
   EXPECT_NEAR(shifted["max_height_m"].get<double>(), 4371 - 18.5, 1.5);
 }
 
+TEST(Info, OneHeightAmongVoidsIsNotNone) {
+  const tind::test::TempDir dir;
+  std::ofstream text(dir.file("d.asc"));
+  text << "ncols 300\nnrows 300\nxllcorner 0\nyllcorner 0\ncellsize 1\nNODATA_value -9\n1";
+  for (int i = 1; i < 300 * 300; ++i) text << " -9";
+  text.close();
+  const Ran one = info(dir.file("d.asc"));
+  EXPECT_THAT(one.out, testing::HasSubstr("voids      89999 (99.999 %)"));
+  EXPECT_THAT(info(dir.path().string() + "/d.asc " + testdata("rainier.tif")).out,
+              testing::HasSubstr(" 1 .. 1 m, 99.999 % void"));
+}
+
 TEST(Info, OfALargeDemASampleUnlessAllIsAskedFor) {
   const tind::test::TempDir dir;
   const std::string script =
