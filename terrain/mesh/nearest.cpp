@@ -7,6 +7,11 @@
 // of them share a corner, a point lies in the boxes of nearly all. The same triangles lie between
 // two close planes along them: a node whose box is much wider than that has two such slabs, too.
 // They only leave out what is farther away than the best, so no answer depends on them.
+//
+// In a mesh of which the corners were mixed up, triangles as large as all of it go every way, and
+// a place lies in the boxes of a good part of them whatever the tree. There space is cut up in
+// place of the triangles (triangle_cells.h), and each triangle has a slab of its own, its plane, so
+// that to leave it out takes three products and nothing of the mesh.
 
 #include "terrain/mesh/nearest.h"
 
@@ -110,6 +115,13 @@ double sum_of(const Vec3& v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v
 /// What rounding may move a place by in the sums of a slab, and some more.
 double rounding_at(const Vec3& p) { return 1e-14 * sum_of(p); }
 
+/// Whether all between the planes is farther from p than by the root of `squared`.
+template <class Slab>
+bool is_beyond(const Slab& slab, const Vec3& p, double rounding, double squared) {
+  const double outside = std::abs(dot(slab.direction, p) - slab.middle) - slab.half - rounding;
+  return outside > 0 && outside * outside > squared;
+}
+
 double component(const Vec3& v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
 
 }  // namespace
@@ -123,6 +135,47 @@ NearestTriangle::NearestTriangle(const Tin& tin)
   for (const Triangle& t : tin.triangles)
     centres.push_back((tin.vertices[t[0]] + tin.vertices[t[1]] + tin.vertices[t[2]]) * (1.0 / 3));
   build(0, 0, order_.size(), 0, centres);
+  constexpr double kMany = 64;
+  if (in_the_way() <= kMany) return;
+  cells_.emplace(tin, order_);
+  add_planes();
+}
+
+/// How many triangles a search for a place on the mesh looks at, at least: those in leaves around
+/// it.
+double NearestTriangle::in_the_way() const {
+  constexpr std::size_t kPlaces = 64;
+  double looked_at = 0;
+  for (std::size_t k = 0; k < kPlaces; ++k) {
+    const Triangle& t = tin_.triangles[order_[k * order_.size() / kPlaces]];
+    const Vec3 p = (tin_.vertices[t[0]] + tin_.vertices[t[1]] + tin_.vertices[t[2]]) * (1.0 / 3);
+    std::vector<std::size_t> open{0};
+    while (!open.empty()) {
+      const std::size_t node = open.back();
+      open.pop_back();
+      if (away(nodes_[node], p) > 0) continue;
+      if (2 * node + 2 < nodes_.size())
+        open.insert(open.end(), {2 * node + 1, 2 * node + 2});
+      else
+        looked_at += kLeaf;
+    }
+  }
+  return looked_at / kPlaces;
+}
+
+void NearestTriangle::add_planes() {
+  planes_.reserve(order_.size());
+  for (const std::uint32_t i : order_) {
+    const Triangle& t = tin_.triangles[i];
+    const Vec3 &a = tin_.vertices[t[0]], ab = tin_.vertices[t[1]] - a, ac = tin_.vertices[t[2]] - a,
+               n = cross(ab, ac);
+    // Any direction will do that its corners are measured along.
+    const Vec3 d = length(n) > 0 ? n * (1 / length(n)) : Vec3{0, 0, 1};
+    const double along_b = dot(d, ab), along_c = dot(d, ac);
+    const double low = std::min({0.0, along_b, along_c}), high = std::max({0.0, along_b, along_c});
+    planes_.push_back({d, dot(d, a) + (low + high) / 2,
+                       (high - low) / 2 + rounding_at(a) + rounding_at(ab) + rounding_at(ac)});
+  }
 }
 
 void NearestTriangle::build(std::size_t node, std::size_t begin, std::size_t end, int level,
@@ -214,15 +267,11 @@ double NearestTriangle::away(const Box& b, const Vec3& p) const {
   return squared;
 }
 
-NearestPoint NearestTriangle::find(const Vec3& p, std::uint32_t hint) const {
-  auto measure = [&](std::uint32_t t) {
-    const Triangle& c = tin_.triangles[t];
-    NearestPoint n = nearest_on(tin_.vertices[c[0]], tin_.vertices[c[1]], tin_.vertices[c[2]], p);
-    n.triangle = t;
-    return n;
-  };
-  NearestPoint best = measure(hint);
-  std::uint32_t looked_at = 1;
+// Both go down to leaves, the nearer one of two first, and leave out what is farther than `best`,
+// which `leaf` makes better.
+
+template <class Leaf>
+void NearestTriangle::search_boxes(const Vec3& p, const NearestPoint& best, Leaf leaf) const {
   struct Entry {
     double squared;
     std::size_t node, begin, end;
@@ -235,13 +284,7 @@ NearestPoint NearestTriangle::find(const Vec3& p, std::uint32_t hint) const {
     const Entry e = stack[--n];
     if (e.squared > best.squared) continue;
     if (e.level == levels_) {
-      for (std::size_t i = e.begin; i < e.end; ++i) {
-        const NearestPoint m = measure(order_[i]);
-        ++looked_at;
-        // Of equally near triangles the lowest, so that the hint does not decide.
-        if (m.squared < best.squared || (m.squared == best.squared && m.triangle < best.triangle))
-          best = m;
-      }
+      for (std::size_t i = e.begin; i < e.end; ++i) leaf(i);
       continue;
     }
     const std::size_t middle = e.begin + (e.end - e.begin) / 2;
@@ -251,6 +294,58 @@ NearestPoint NearestTriangle::find(const Vec3& p, std::uint32_t hint) const {
     stack[n++] = left;  // the farther one waits
     stack[n++] = right;
   }
+}
+
+template <class Leaf>
+void NearestTriangle::search_cells(const Vec3& p, const NearestPoint& best, Leaf leaf) const {
+  using Cell = TriangleCells::Cell;
+  struct Entry {
+    double squared;
+    const Cell* cell;
+  };
+  const std::vector<Cell>& cells = cells_->cells();
+  const auto entry = [&](const Cell& cell) -> Entry {
+    return {away({cell.low, cell.high}, p), &cell};
+  };
+  std::array<Entry, 64> stack;
+  int n = 0;
+  stack[n++] = entry(cells[0]);
+  while (n > 0) {
+    const Entry e = stack[--n];
+    if (e.squared > best.squared) continue;
+    if (e.cell->leaf) {
+      for (std::uint32_t k = 0; k < e.cell->count; ++k) leaf(cells_->members()[e.cell->first + k]);
+      continue;
+    }
+    Entry left = entry(cells[e.cell->first]), right = entry(cells[e.cell->first + 1]);
+    if (left.squared < right.squared) std::swap(left, right);
+    stack[n++] = left;
+    stack[n++] = right;
+  }
+}
+
+NearestPoint NearestTriangle::find(const Vec3& p, std::uint32_t hint) const {
+  auto measure = [&](std::uint32_t t) {
+    const Triangle& c = tin_.triangles[t];
+    NearestPoint n = nearest_on(tin_.vertices[c[0]], tin_.vertices[c[1]], tin_.vertices[c[2]], p);
+    n.triangle = t;
+    return n;
+  };
+  NearestPoint best = measure(hint);
+  const double rounding = rounding_at(p);
+  std::uint32_t looked_at = 1;
+  const auto look_at = [&](std::size_t i) {
+    ++looked_at;
+    if (!planes_.empty() && is_beyond(planes_[i], p, rounding, best.squared)) return;
+    const NearestPoint m = measure(order_[i]);
+    // Of equally near triangles the lowest, so that the hint does not decide.
+    if (m.squared < best.squared || (m.squared == best.squared && m.triangle < best.triangle))
+      best = m;
+  };
+  if (cells_)
+    search_cells(p, best, look_at);
+  else
+    search_boxes(p, best, look_at);
   best.looked_at = looked_at;
   return best;
 }

@@ -1,13 +1,15 @@
 #pragma once
 // The nearest point of a triangle mesh: a binary tree of boxes over its triangles, with slabs
 // where boxes are much larger than the long triangles in them (k-DOPs, [Klosowski98], of the
-// directions that help).
+// directions that help); cells of space where no boxes around triangles help.
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "terrain/mesh/tin.h"
+#include "terrain/mesh/triangle_cells.h"
 
 namespace tind {
 
@@ -46,9 +48,17 @@ class NearestTriangle {
   std::vector<Box> nodes_;
   std::vector<Slabs> slabs_;
   std::vector<std::uint32_t> order_;
+  std::optional<TriangleCells> cells_;  // of order_; where the boxes are no help
+  std::vector<Slab> planes_;            // then also each triangle's own, as order_ has them
   int levels_ = 0;
 
   void add_slabs(Box&, std::size_t begin, std::size_t end);
+  void add_planes();
+  template <class Leaf>
+  void search_boxes(const Vec3& p, const NearestPoint& best, Leaf) const;
+  template <class Leaf>
+  void search_cells(const Vec3& p, const NearestPoint& best, Leaf) const;
+  double in_the_way() const;
   double away(const Box&, const Vec3& p) const;
   void build(std::size_t node, std::size_t begin, std::size_t end, int level,
              std::vector<Vec3>& centres);

@@ -1,6 +1,7 @@
 #include "terrain/mesh/surface_distance.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <functional>
 
@@ -11,7 +12,9 @@ namespace tind {
 
 namespace {
 
-constexpr std::size_t kBlock = 4096;  // samples per unit of parallel work
+constexpr std::size_t kBlock = 4096;   // samples per unit of parallel work
+constexpr std::size_t kFewBlock = 64;  // of those that are hard to measure
+constexpr double kFewLooks = 200;      // at triangles that a search may take in any mesh
 
 struct Sample {
   std::uint32_t triangle;
@@ -81,7 +84,7 @@ std::array<double, N> interpolate(const std::vector<std::array<T, N>>& values, c
 /// Sums of one block of samples, and of all.
 struct Sums {
   double max2 = 0, sum = 0, sum2 = 0;
-  std::uint64_t faces = 0, samples = 0;
+  std::uint64_t faces = 0, samples = 0, left_out = 0;
   struct Attribute {
     double max2 = 0, sum2 = 0;
     std::uint64_t faces = 0;
@@ -127,19 +130,43 @@ void compare(const std::vector<std::array<T, N>>& a, const Triangle& ta, const V
   out.add(squared, on_face);
 }
 
-Sums measure(const Tin& from, const Tin& to, std::uint64_t face_samples, int threads) {
-  const std::vector<Sample> samples = samples_of(from, face_samples);
+Vec3 place_of(const Sample& s, const Tin& tin) {
+  const Triangle& t = tin.triangles[s.triangle];
+  return tin.vertices[t[0]] * s.weights.x + tin.vertices[t[1]] * s.weights.y +
+         tin.vertices[t[2]] * s.weights.z;
+}
+
+/// Every how many-th sample is to be measured, by what some of them cost.
+std::size_t stride_of(const std::vector<Sample>& samples, const Tin& from,
+                      const NearestTriangle& nearest, double most_looks) {
+  constexpr std::size_t kTried = 128;
+  double looked_at = 0;
+  for (std::size_t k = 0; k < kTried && !samples.empty(); ++k)
+    looked_at += nearest.find(place_of(samples[k * samples.size() / kTried], from)).looked_at;
+  const double all = looked_at / kTried * double(samples.size());
+  const double may = std::max(most_looks, kFewLooks * double(samples.size()));
+  return std::size_t(std::max(1.0, std::ceil(all / may)));
+}
+
+Sums measure(const Tin& from, const Tin& to, std::uint64_t face_samples, const SurfaceSampling& how,
+             const Progress& progress) {
+  std::vector<Sample> samples = samples_of(from, face_samples);
   const NearestTriangle nearest(to);
-  std::vector<Sums> blocks((samples.size() + kBlock - 1) / kBlock);
-  parallel_for(blocks.size(), threads, [&](std::size_t block) {
+  const std::size_t stride = stride_of(samples, from, nearest, how.most_looks),
+                    all = samples.size();
+  for (std::size_t i = 0; i < all; i += stride) samples[i / stride] = samples[i];
+  samples.resize((all + stride - 1) / stride);
+  const std::size_t per_block = stride > 1 ? kFewBlock : kBlock;
+  std::vector<Sums> blocks((samples.size() + per_block - 1) / per_block);
+  std::atomic<std::size_t> done = 0;
+  parallel_for(blocks.size(), how.threads, [&](std::size_t block) {
     Sums& sums = blocks[block];
     std::uint32_t hint = 0;
-    for (std::size_t i = block * kBlock; i < std::min(samples.size(), (block + 1) * kBlock); ++i) {
+    for (std::size_t i = block * per_block; i < std::min(samples.size(), (block + 1) * per_block);
+         ++i) {
       const Sample& s = samples[i];
       const Triangle& t = from.triangles[s.triangle];
-      const Vec3 p = from.vertices[t[0]] * s.weights.x + from.vertices[t[1]] * s.weights.y +
-                     from.vertices[t[2]] * s.weights.z;
-      const NearestPoint n = nearest.find(p, hint);
+      const NearestPoint n = nearest.find(place_of(s, from), hint);
       hint = n.triangle;
       sums.max2 = std::max(sums.max2, n.squared);
       ++sums.samples;
@@ -154,15 +181,18 @@ Sums measure(const Tin& from, const Tin& to, std::uint64_t face_samples, int thr
       compare(from.texcoords, t, s.weights, to.texcoords, u, n.weights, false, s.on_face,
               sums.texture);
     }
+    const std::size_t n = ++done, hundredth = std::max<std::size_t>(blocks.size() / 100, 1);
+    if (n % hundredth == 0) progress.at(double(n) / double(blocks.size()));
   });
-  Sums all;
-  for (const Sums& b : blocks) all.add(b);
-  return all;
+  Sums total;
+  for (const Sums& b : blocks) total.add(b);
+  total.left_out = all - samples.size();
+  return total;
 }
 
 OneSidedDistance one_sided(const Sums& s) {
   const double n = double(std::max<std::uint64_t>(1, s.faces));
-  return {std::sqrt(s.max2), std::sqrt(s.sum2 / n), s.sum / n, s.samples};
+  return {std::sqrt(s.max2), std::sqrt(s.sum2 / n), s.sum / n, s.samples, s.left_out};
 }
 
 double diagonal(const Tin& tin) {
@@ -179,13 +209,15 @@ double diagonal(const Tin& tin) {
 
 }  // namespace
 
-SurfaceDistance surface_distance(const Tin& a, const Tin& b, const SurfaceSampling& sampling) {
+SurfaceDistance surface_distance(const Tin& a, const Tin& b, const SurfaceSampling& sampling,
+                                 const Progress& progress) {
   const std::uint64_t finer = std::max(a.triangles.size(), b.triangles.size());
   const std::uint64_t count = sampling.face_samples > 0
                                   ? sampling.face_samples
                                   : std::max<std::uint64_t>(100000, 10 * finer);
-  Sums there = measure(a, b, count, sampling.threads);
-  const Sums back = measure(b, a, count, sampling.threads);
+  const Progress first = progress.part(0, .5), second = progress.part(.5, 1);
+  Sums there = measure(a, b, count, sampling, first);
+  const Sums back = measure(b, a, count, sampling, second);
   SurfaceDistance d;
   d.a_to_b = one_sided(there);
   d.b_to_a = one_sided(back);

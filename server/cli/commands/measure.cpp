@@ -18,6 +18,7 @@
 #include "server/cli/options/report_output.h"
 #include "server/cli/pictures/mesh_quality.h"
 #include "server/cli/pictures/surface_report.h"
+#include "server/cli/program/progress_bar.h"
 
 namespace tind::cli {
 
@@ -27,7 +28,7 @@ struct Arguments {
   std::string mesh;
   DemInput dem;
   MeshFrame frame = MeshFrame::source;
-  std::string units = "metres";
+  std::string units = "metres", progress = "auto";
   bool frame_given = false, units_given = false;
   bool terrain = false;
   int threads = 1;
@@ -85,7 +86,10 @@ int run_surfaces(const Arguments& a, const PlacedTin& mesh) {
       return complain({Errc::bad_data, "a mesh without triangles has no surface to measure"});
   Warnings warnings;
   note_if_other_frame(a, mesh, other->place, warnings);
-  const SurfaceDistance d = surface_distance(mesh.tin, other->tin, {.threads = a.threads});
+  const SurfaceDistance d = [&] {
+    ProgressBar bar("surface distance", progress_style(a.progress));
+    return surface_distance(mesh.tin, other->tin, {.threads = a.threads}, bar.progress());
+  }();
   return put_report(a.report, with_warnings(distance_json(d), warnings),
                     [&] { fmt::print("{}", distance_text(d)); });
 }
@@ -199,6 +203,7 @@ void add_measure(Command program, int& exit) {
       .one_of({"metres", "source"});
   app.add_option("--threads", a->threads, "threads to use, 0: one per core").not_negative().shown();
   add_report_options(app, a->report);
+  add_progress_option(app, a->progress);
   app.on_run([a, app, &exit] {
     a->frame_given = app.given("--frame");
     a->units_given = app.given("--units");

@@ -15,6 +15,7 @@
 #include "proto/mesh/mesh_io.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/dem_input.h"
+#include "server/cli/options/drape_input.h"
 #include "server/cli/options/line_input.h"
 #include "server/cli/options/mesh_input.h"
 #include "server/cli/options/method_options.h"
@@ -28,7 +29,6 @@
 #include "server/cli/program/progress_bar.h"
 #include "terrain/base/file_io.h"
 #include "terrain/mesh/mesh_frame.h"
-#include "terrain/raster/gdal/image_source.h"
 #include "terrain/simplify/bounded/bounded.h"
 #include "terrain/simplify/collapse/attribute_quadric.h"
 #include "terrain/simplify/common/simplified.h"
@@ -225,7 +225,10 @@ int run_mesh(const Arguments& a) {
   if (!result) return complain(result.error());
   const double seconds = watch.lap();
   const Simplified& made = result->made;
-  const SurfaceDistance d = surface_distance(tin, made.tin, {.threads = a.options.threads});
+  const SurfaceDistance d = [&] {
+    ProgressBar bar("surface distance", progress_style(a.progress));
+    return surface_distance(tin, made.tin, {.threads = a.options.threads}, bar.progress());
+  }();
   proto::Mesh mesh = to_file_mesh(made.tin);
   mesh.place = read->place;
   const int wrote_mesh = put_mesh(a.output, *a.format, mesh);
@@ -377,10 +380,9 @@ int run(Arguments& a, Command app) {
     *posts = a.options.constraints->dem;
   }
   if (!a.drape.empty()) {
-    Result<Drape> drape = drape_image(a.drape, **dem);
+    auto drape = drape_posts(a.drape, **dem);
     if (!drape) return complain(drape.error());
-    std::get<AttributeQemOptions>(a.options.method).drape =
-        std::make_shared<const std::vector<Colour>>(std::move(drape->colours));
+    std::get<AttributeQemOptions>(a.options.method).drape = std::move(*drape);
   }
   seconds.read = watch.lap();
 

@@ -13,7 +13,11 @@ namespace tind::cli {
 namespace {
 
 nlohmann::ordered_json side(const OneSidedDistance& d) {
-  return {{"max", d.max}, {"rms", d.rms}, {"mean", d.mean}, {"samples", d.samples}};
+  return {{"max", d.max},
+          {"rms", d.rms},
+          {"mean", d.mean},
+          {"samples", d.samples},
+          {"samples_left_out", d.left_out}};
 }
 
 }  // namespace
@@ -56,6 +60,13 @@ std::string distance_text(const SurfaceDistance& d) {
   line("colour", d.colour);
   line("normal", d.normal);
   line("texture", d.texture);
+  const std::uint64_t measured = d.a_to_b.samples + d.b_to_a.samples;
+  const std::uint64_t left_out = d.a_to_b.left_out + d.b_to_a.left_out;
+  if (left_out > 0)
+    out += fmt::format(
+        "measured at {} of {} samples: the triangles go through each other every way (are the "
+        "corners' numbers right?), and all would take too long\n",
+        measured, measured + left_out);
   return out;
 }
 

@@ -106,6 +106,59 @@ TEST(NearestTriangle, LooksAtFewOfManyThatShareACorner) {
   }
 }
 
+/// A mesh whose corners were mixed up: triangles as large as all of it, every way.
+Tin jumble(unsigned n, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> at(0, 1);
+  Tin tin;
+  for (unsigned i = 0; i < n; ++i)
+    tin.vertices.push_back({5e5 + 1000 * at(random), 5e6 + 1000 * at(random), 200 * at(random)});
+  for (unsigned i = 0; i < 2 * n; ++i)
+    tin.triangles.push_back(
+        {unsigned(random() % n), unsigned(random() % n), unsigned(random() % n)});
+  return tin;
+}
+
+TEST(NearestTriangle, LooksAtFewOfThoseThatGoEveryWay) {
+  const Tin tin = jumble(5000, 1);
+  const NearestTriangle tree(tin);
+  std::uint64_t looked_at = 0;
+  for (std::size_t t = 0; t < tin.triangles.size(); t += 10) {
+    const Triangle& c = tin.triangles[t];
+    const Vec3 p = tin.vertices[c[0]] * .2 + tin.vertices[c[1]] * .5 + tin.vertices[c[2]] * .3;
+    const NearestPoint found = tree.find(p);
+    EXPECT_LT(found.squared, 1e-12);
+    looked_at += found.looked_at;
+  }
+  EXPECT_LT(double(looked_at) / 1000, 1500);  // of 10,000; by boxes alone 5,900
+}
+
+TEST(NearestTriangle, IsTheFirstOfTheNearestAlsoAmongThoseThatGoEveryWay) {
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    Tin tin = jumble(200, seed);
+    tin.triangles.push_back({7, 7, 9}), tin.triangles.push_back({3, 3, 3});
+    const NearestTriangle tree(tin);
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> at(-500, 1500);
+    for (int q = 0; q < 60; ++q) {
+      const Vec3 p = q % 3 == 0 ? tin.vertices[random() % 200]
+                                : Vec3{5e5 + at(random), 5e6 + at(random), at(random)};
+      double least = HUGE_VAL;
+      std::uint32_t first = 0;
+      for (std::uint32_t i = 0; i < tin.triangles.size(); ++i) {
+        Tin one;
+        for (const auto v : tin.triangles[i]) one.vertices.push_back(tin.vertices[v]);
+        one.triangles = {{0, 1, 2}};
+        const double squared = NearestTriangle(one).find(p).squared;
+        if (squared < least) least = squared, first = i;
+      }
+      const NearestPoint found = tree.find(p, random() % unsigned(tin.triangles.size()));
+      ASSERT_EQ(found.squared, least) << seed;
+      ASSERT_EQ(found.triangle, first) << seed;
+    }
+  }
+}
+
 TEST(NearestTriangle, IsTheFirstOfTheNearestAlsoAmongLongOnes) {
   for (unsigned seed = 1; seed <= 12; ++seed) {
     const Tin tin = fan(40 + 10 * seed, seed);
@@ -220,6 +273,23 @@ TEST(SurfaceDistance, ComesUpToTheBoundedHausdorffDistance) {
       EXPECT_GT(truth, 0.1);
     }
   }
+}
+
+TEST(SurfaceDistance, MeasuresFewerWhereEachTakesLong) {
+  const Tin a = jumble(5000, 1), b = jumble(5000, 2);
+  const SurfaceSampling how{.face_samples = 20000, .threads = 1, .most_looks = 1};
+  const SurfaceDistance few = surface_distance(a, b, how);
+  EXPECT_GT(few.a_to_b.left_out, few.a_to_b.samples);
+  const SurfaceDistance all = surface_distance(a, b, {.face_samples = 20000, .threads = 2});
+  EXPECT_EQ(all.a_to_b.left_out, 0u);
+  EXPECT_EQ(few.a_to_b.samples + few.a_to_b.left_out, all.a_to_b.samples);
+  EXPECT_NEAR(few.rms, all.rms, .2 * all.rms);
+  EXPECT_LE(few.max, all.max);
+  SurfaceSampling threads = how;
+  threads.threads = 4;
+  EXPECT_EQ(surface_distance(a, b, threads).rms, few.rms);
+  const Tin plain = square(0, 20);
+  EXPECT_EQ(surface_distance(plain, plain, how).a_to_b.left_out, 0u);
 }
 
 }  // namespace
