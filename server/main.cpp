@@ -60,6 +60,8 @@ int main(int argc, char** argv) {
   tind::cli::add_info(app, exit);
   tind::cli::add_build(app, exit);
   tind::cli::add_check(app, exit);
+  tind::cli::add_verify(app, exit);
+  tind::cli::add_copy(app, exit);
   tind::cli::add_estimate(app, exit);
   tind::cli::add_export(app, exit);
   tind::cli::add_explain(app, exit);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "terrain/raster/file_state.h"
+#include "terrain/store/open/open_store.h"
 #include "terrain/store/open/stored_tiles.h"
 
 namespace tind {
@@ -24,7 +25,7 @@ std::optional<Dataset> other_than(std::uint64_t generation, const std::string& l
 Result<Dataset> stored_dataset(const std::string& location) {
   // Before it is opened: what comes in between is seen by the next look.
   const auto generation = stored_generation(location);
-  const std::string head = location + "/layer.json";
+  const std::string head = names_archive(location) ? location : location + "/layer.json";
   const auto state = file_state(head);
   auto tiles = open_stored_tiles(location);
   if (!tiles) return std::unexpected(tiles.error());

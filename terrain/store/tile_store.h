@@ -16,14 +16,24 @@ namespace tind {
 /// Does somebody vouch for a tile: are these the bytes that were written?
 enum class Vouched { by_nobody, yes, not_listed, other_bytes };
 
+/// What is known of a finished tile.
+struct TileFacts {
+  std::uint64_t size = 0;  // as it is stored
+  double max_error_m = 0, edge_error_m = 0;
+  bool not_one_sided = false;  // asked for one side, and could not be
+};
+
 struct StoredTile {
   std::vector<std::uint8_t> bytes;  // as they are stored: plain or gzipped
   Vouched vouched = Vouched::by_nobody;
+  std::optional<TileFacts> facts = {};  // where the tile is vouched for
 };
 
 struct StoreListing {
   std::vector<std::vector<TileId>> levels;  // of each, sorted by (x, y); TMS rows
   std::vector<std::string> strays;          // sorted: look like tiles, and have no address of one
+  std::vector<std::string>
+      others;  // sorted: beside the tiles, and nothing that the store put there
 };
 
 /// Something is not as it was written that a store keeps beside its tiles.
@@ -50,6 +60,10 @@ class TileStore {
   virtual Result<std::vector<std::uint8_t>> layer_json() const = 0;
   /// How the tiles were made; nothing where no record says.
   virtual std::optional<BuildRecord> record() const = 0;
+  /// What KeptBlocks::encode() (tile_writer.h) gave for the build of the record. not_found, io.
+  virtual Result<std::string> kept_blocks() const {
+    return fail(Errc::not_found, name() + " keeps no hashes of blocks");
+  }
 
   /// A tile's bytes, as they are stored: those that were written, where somebody vouches for them.
   /// not_found; io, also where they are others; busy where the store has got tiles of another build

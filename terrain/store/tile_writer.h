@@ -19,20 +19,14 @@
 #include "terrain/base/result.h"
 #include "terrain/geo/tile_order.h"
 #include "terrain/store/build_record.h"
+#include "terrain/store/tile_store.h"
 
 namespace tind {
-
-/// What is known of a finished tile.
-struct TileFacts {
-  std::uint64_t size = 0;  // as it is stored
-  double max_error_m = 0, edge_error_m = 0;
-  bool not_one_sided = false;  // asked for one side, and could not be
-};
 
 /// What is kept of the heights for the next update: hashes of blocks (raster/source_blocks.h).
 struct KeptBlocks {
   std::string digest;                   // 32 digits that stand for all of them
-  std::function<std::string()> encode;  // the bytes of the file
+  std::function<std::string()> encode;  // the bytes of the file; none: there are no blocks
 };
 
 /// What a build is going to write.

@@ -28,6 +28,7 @@
 #include "server/cli/program/progress_bar.h"
 #include "terrain/base/file_io.h"
 #include "terrain/simplify/method_text.h"
+#include "terrain/store/open/open_store.h"
 #include "terrain/store/open/stored_tiles.h"
 #include "terrain/surface/stated_accuracy.h"
 #include "terrain/tiles3d/tileset_archive.h"
@@ -283,6 +284,10 @@ Result<void> check_archive(const Arguments& a) {
 }
 
 int run(Arguments a) {
+  if (names_archive(a.options.output))
+    return complain({Errc::invalid_argument,
+                     a.options.output + ": tiles are built in a directory; tind copy makes an "
+                                        "archive of it"});
   if (a.format != kTiles3d && a.compression != GlbCompression::none)
     return complain({Errc::invalid_argument,
                      "--compression is of the contents of 3D Tiles: add --format 3dtiles, or leave "

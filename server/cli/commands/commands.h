@@ -35,6 +35,8 @@ void add_key(Command program, int& exit);
 void add_info(Command program, int& exit);
 void add_build(Command program, int& exit);
 void add_check(Command program, int& exit);
+void add_verify(Command program, int& exit);
+void add_copy(Command program, int& exit);
 void add_estimate(Command program, int& exit);
 void add_elevation(Command program, int& exit);
 void add_export(Command program, int& exit);

@@ -166,7 +166,7 @@ std::string to_text(const std::string& path, const proto::LayerJson& layer, cons
 Result<Json> info_tile_set(const Arguments& a, const std::string& path) {
   const auto store = open_store(path);
   const auto json = store->layer_json();
-  if (!json && json.error().code == Errc::not_found && !store->remote())
+  if (!json && json.error().code == Errc::not_found && !store->remote() && !names_archive(path))
     return fail(Errc::not_found, path +
                                      ": a folder without layer.json is no tile set; name the files "
                                      "in it that you mean");

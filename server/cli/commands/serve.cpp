@@ -467,8 +467,9 @@ void add_serve(Command program, int& exit) {
   Command command = program.add_subcommand(
       "serve", "Serve DEMs (tiled on demand) and directories of tiles over HTTP");
   options->environment = command.environment();
-  command.add_option("dataset", options->datasets,
-                     "DEM or directory; NAME=FILE[,FILE...] names it and joins several files");
+  command.add_option(
+      "dataset", options->datasets,
+      "DEM, directory or archive of tiles; NAME=FILE[,FILE...] names it and joins several files");
   add_layer_options(command, options->layers);
   command.add_option("--config", options->config_file, "TOML file with the settings below");
   for (const services::Setting& setting : services::settings()) {

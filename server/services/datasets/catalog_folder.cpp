@@ -18,9 +18,19 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Of files that say something about another one of the same name.
-const std::set<std::string, std::less<>> kBesideOthers = {
-    ".prj", ".qpj", ".hdr", ".tfw", ".pgw", ".wld", ".blw",  ".clr",  ".stx", ".ovr", ".msk",
-    ".xml", ".rrd", ".ige", ".cpg", ".txt", ".md",  ".json", ".lock", ".pgm", ".gtx"};  // geoids
+const std::set<std::string, std::less<>> kBesideOthers = {".prj",         ".qpj",
+                                                          ".hdr",         ".tfw",
+                                                          ".pgw",         ".wld",
+                                                          ".blw",         ".clr",
+                                                          ".stx",         ".ovr",
+                                                          ".msk",         ".xml",
+                                                          ".rrd",         ".ige",
+                                                          ".cpg",         ".txt",
+                                                          ".md",          ".json",
+                                                          ".lock",        ".pgm",
+                                                          ".gtx",  // geoids
+                                                          ".tind-part",   ".mbtiles-journal",
+                                                          ".mbtiles-wal", ".mbtiles-shm"};
 
 bool is_passed_over(const fs::path& path) {
   const std::string name = path.filename().string();

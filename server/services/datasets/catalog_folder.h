@@ -2,8 +2,9 @@
 // A folder that is a catalog: everything in it is a dataset, and what is put there or taken away
 // comes and goes while the daemon runs.
 //
-//   * a raster is a dataset of its name without the extension; so is a folder of tiles, and a
-//     folder of rasters, which are one dataset; NAME.toml holds the keys of a [[dataset]] table
+//   * a raster is a dataset of its name without the extension; so is a folder or an archive of
+//     tiles, and a folder of rasters, which are one dataset; NAME.toml holds the keys of a
+//     [[dataset]] table
 //   * names that begin with a dot, and files that belong to others (x.prj, x.aux.xml), are passed
 //     over
 //   * what is still being written waits until it has been the same for a while

@@ -13,6 +13,7 @@
 #include "terrain/base/edit_distance.h"
 #include "terrain/raster/dem_files.h"
 #include "terrain/raster/dem_options_text.h"
+#include "terrain/store/open/open_store.h"
 
 namespace tind::services {
 namespace {
@@ -429,8 +430,9 @@ std::string name_of(const DatasetSpec& spec) {
 }
 
 bool is_stored(const DatasetSpec& spec) {
-  return spec.layers.empty() && spec.files.size() == 1 && fs::is_directory(spec.files[0]) &&
-         !is_dem_folder(spec.files[0]);
+  if (!spec.layers.empty() || spec.files.size() != 1) return false;
+  const std::string& file = spec.files[0];
+  return names_archive(file) || (fs::is_directory(file) && !is_dem_folder(file));
 }
 
 std::string safe_name(std::string_view text) {

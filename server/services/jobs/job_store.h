@@ -1,5 +1,5 @@
 #pragma once
-// The jobs of a daemon in a file, so that a restart knows them all. The only user of SQLite.
+// The jobs of a daemon in a file, so that a restart knows them all.
 
 #include <cstdint>
 #include <memory>
@@ -7,13 +7,12 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "server/services/jobs/job.h"
 #include "terrain/base/result.h"
-
-struct sqlite3;
-struct sqlite3_stmt;
+#include "terrain/base/sqlite.h"
 
 namespace tind::services {
 
@@ -23,7 +22,6 @@ class JobStore {
   /// Opens or makes the file. Fails (io), naming it, where it cannot, (bad_data) where it is of
   /// something else, (busy) where another daemon has it.
   static Result<std::unique_ptr<JobStore>> open(const std::string& path);
-  ~JobStore();
   JobStore(const JobStore&) = delete;
   JobStore& operator=(const JobStore&) = delete;
 
@@ -40,12 +38,11 @@ class JobStore {
   Result<std::uint64_t> total_bytes() const;
 
  private:
-  explicit JobStore(sqlite3* db, std::string path) : db_(db), path_(std::move(path)) {}
-  class Query;
-  std::unexpected<Error> failed() const;
-  Result<std::vector<Job>> jobs(Query&) const;
+  JobStore(Sqlite db, std::string path) : db_(std::move(db)), path_(std::move(path)) {}
+  std::unexpected<Error> failed(const Error&) const;
+  Result<std::vector<Job>> jobs(SqliteQuery&) const;
 
-  sqlite3* db_;
+  Sqlite db_;
   std::string path_;
   mutable std::mutex mutex_;
 };

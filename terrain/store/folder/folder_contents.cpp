@@ -98,6 +98,18 @@ Result<void> check_names(const std::string& folder, bool claimed) {
 
 }  // namespace
 
+bool is_level(const fs::path& name) {
+  const auto level = whole_number(name.string());
+  return level && *level >= 0 && *level <= tiling::kMaxLevel;
+}
+
+bool is_own_name(const std::string& name, const std::string& digest) {
+  static const std::set<std::string> kOwn = {kRecord,  kLedger, kLayer, kResiduals,
+                                             kPartial, kAside,  kReady, "/tind-lock"};
+  return is_level(name) || kOwn.contains("/" + name) || "/" + name == kBlocks + digest ||
+         name == "3dtiles" || name.starts_with("3dtiles-");  // of tiles that lie here
+}
+
 bool is_blocks(const std::string& path) {
   const std::string name = "/" + fs::path(path).filename().string();
   return name.starts_with(kBlocks) &&

@@ -47,6 +47,11 @@ Result<void> check_partial(const std::string& folder, bool began);
 /// a link on the way, or something else in the place of one of them.
 Result<void> check_places(const std::string& folder, const std::vector<std::string>& files);
 
+/// Is it a name that a build gives to something in its folder, tiles and their folders aside?
+/// `digest`: of its blocks.
+bool is_own_name(const std::string& name, const std::string& digest);
+/// Is it the name of a folder of tiles?
+bool is_level(const std::filesystem::path& name);
 /// A file of hashes of blocks, sound or not?
 bool is_blocks(const std::string& path);
 /// Without following links; "none" where it cannot be told.

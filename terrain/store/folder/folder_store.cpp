@@ -94,6 +94,12 @@ class FolderStore : public TileStore {
     return decode_build_record(text_of(*bytes));
   }
 
+  Result<std::string> kept_blocks() const override {
+    const auto made = record();
+    if (!made || made->heights.empty()) return TileStore::kept_blocks();
+    return tind::kept_blocks(base_, *made);
+  }
+
   Result<Bytes> read(TileId id) const override {
     auto bytes = read_stored_file(tile_name(id));
     const auto known = ledger();
@@ -159,8 +165,12 @@ Result<Bytes> FolderStore::look_again(TileId id, Result<Bytes> found) const {
 }
 
 Result<StoredTile> FolderStore::look_at(TileId id) const {
-  if (auto sound = read(id))
-    return StoredTile{std::move(*sound), ledger() ? Vouched::yes : Vouched::by_nobody};
+  if (auto sound = read(id)) {
+    const auto known = ledger();
+    StoredTile tile{std::move(*sound), known ? Vouched::yes : Vouched::by_nobody};
+    if (const auto entry = known ? known->find(id) : std::nullopt) tile.facts = entry->facts;
+    return tile;
+  }
   auto bytes = read_stored_file(tile_name(id));
   if (!bytes) return std::unexpected(bytes.error());
   const auto known = ledger();
@@ -172,6 +182,8 @@ Result<StoredTile> FolderStore::look_at(TileId id) const {
 
 Result<std::optional<StoreListing>> FolderStore::list() const {
   StoreListing listing;
+  const auto made = record();
+  const std::string blocks = made ? made->heights : std::string();
   std::error_code error;
   fs::recursive_directory_iterator it(base_, error), end;
   if (error) return fail(Errc::not_found, "cannot look into " + base_ + ": " + error.message());
@@ -180,7 +192,13 @@ Result<std::optional<StoreListing>> FolderStore::list() const {
     const fs::path relative = it->path().lexically_relative(base_);
     if (("/" + relative.string()).starts_with(folder::kAside) && it->is_directory(error))
       it.disable_recursion_pending();  // an update on the way: no part of the set yet
-    if (it->path().extension() != folder::kTileSuffix) continue;
+    if (it->path().extension() != folder::kTileSuffix) {
+      if (it.depth() > 0 ? it->is_directory(error) || !folder::is_level(*relative.begin())
+                         : folder::is_own_name(relative.string(), blocks))
+        continue;
+      listing.others.push_back(relative.string() + (it->is_directory(error) ? "/" : ""));
+      continue;
+    }
     if (const auto id = folder::tile_of_path(relative)) {
       if (listing.levels.size() <= std::size_t(id->level)) listing.levels.resize(id->level + 1u);
       listing.levels[std::size_t(id->level)].push_back(*id);
@@ -190,6 +208,7 @@ Result<std::optional<StoreListing>> FolderStore::list() const {
   }
   for (auto& level : listing.levels) std::ranges::sort(level);
   std::ranges::sort(listing.strays);
+  std::ranges::sort(listing.others);
   return listing;
 }
 
@@ -198,6 +217,11 @@ std::vector<StoreFault> FolderStore::faults() const {
   std::vector<StoreFault> faults;
   const auto own_name = [](const std::string& path) { return path.substr(1); };  // without the '/'
   if (damaged_) faults.push_back({StoreFault::In::ledger, own_name(folder::kLedger), "damaged"});
+  const auto known = ledger();
+  if (const auto text = read_stored_file(base_ + folder::kRecord);
+      known && !moving_ && !(text && known->belongs_to(text_of(*text))))
+    faults.push_back({StoreFault::In::ledger, own_name(folder::kRecord),
+                      text ? "is not the record that the ledger belongs to" : "cannot be read"});
   const auto made = record();
   if (!made || made->heights.empty()) return faults;
   const std::string blocks = folder::kBlocks + made->heights;

@@ -268,7 +268,8 @@ Result<void> FolderWriter::put(const std::string& path, std::string_view bytes) 
 Result<void> FolderWriter::put_record(const std::string& folder, const std::string& record,
                                       const TileWork& work, std::optional<TileLedger>& ledger) {
   const KeptBlocks& blocks = work.blocks;
-  if (auto done = put(folder + kBlocks + blocks.digest, blocks.encode()); !done) return done;
+  if (const std::string bytes = blocks.encode(); !bytes.empty())
+    if (auto done = put(folder + kBlocks + blocks.digest, bytes); !done) return done;
   if (auto done = put(folder + kLedger, TileLedger::blank(record, work.levels)); !done) return done;
   if (auto done = put(folder + kRecord, record); !done) return done;
   auto opened = TileLedger::open(folder + kLedger);
@@ -280,6 +281,7 @@ Result<void> FolderWriter::put_record(const std::string& folder, const std::stri
 /// The blocks' file is only read by the next update, which a damaged one would stop.
 Result<void> FolderWriter::mend_blocks(const std::string& folder, const KeptBlocks& blocks) {
   const std::string path = folder + kBlocks + blocks.digest, wanted = blocks.encode();
+  if (wanted.empty()) return {};
   if (const auto found = read_regular_file(path); found && *found == wanted) return {};
   return put(path, wanted);
 }

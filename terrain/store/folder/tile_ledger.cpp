@@ -1,4 +1,4 @@
-// A head (what it belongs to, and the ranges of tiles), then a place of 64 bytes for each tile.
+// A head (what it belongs to, and the ranges of tiles), then a place for each tile.
 // Checksums of entries are seeded with the record's hash: an entry that an older ledger left on the
 // disk, or one in another tile's place, is not sound.
 
@@ -22,7 +22,6 @@ namespace {
 constexpr std::array<char, 8> kMagic = {'t', 'i', 'n', 'd', 'T', 'L', 'G', '\n'};
 constexpr std::uint32_t kVersion = 1;
 constexpr std::uint32_t kMostRanges = 1 << 24;
-constexpr std::uint32_t kNotOneSided = 1;
 
 struct Head {
   std::array<char, 8> magic = kMagic;
@@ -37,14 +36,6 @@ struct Range {
 };
 static_assert(sizeof(Range) == 20);
 
-struct Place {
-  std::uint32_t level = 0, x = 0, y = 0, flags = 0;
-  std::uint64_t size = 0, hash_low = 0, hash_high = 0;
-  double max_error_m = 0, edge_error_m = 0;
-  std::uint64_t own_hash = 0;  // of what stands before, seeded with the record's
-};
-static_assert(sizeof(Place) == 64);
-
 std::uint64_t tiles_of(const proto::TileRange& r) {
   return (std::uint64_t(r.end_x) - r.start_x + 1) * (std::uint64_t(r.end_y) - r.start_y + 1);
 }
@@ -54,14 +45,9 @@ std::uint64_t hash_of(const Head& head, const std::vector<Range>& ranges) {
   return hash64({ranges.data(), ranges.size() * sizeof(Range)}, seed);
 }
 
-std::uint64_t hash_of(const Place& place, std::uint64_t seed) {
-  return hash64({&place, offsetof(Place, own_hash)}, seed);
-}
-
 /// Places do not lie across two sectors of a disk.
 std::uint64_t begin_of(std::uint64_t ranges) {
-  return (sizeof(Head) + ranges * sizeof(Range) + sizeof(Place) - 1) / sizeof(Place) *
-         sizeof(Place);
+  return (sizeof(Head) + ranges * sizeof(Range) + kLedgerPlace - 1) / kLedgerPlace * kLedgerPlace;
 }
 
 bool read_at(int file, std::uint64_t at, void* to, std::size_t size) {
@@ -76,18 +62,6 @@ bool read_at(int file, std::uint64_t at, void* to, std::size_t size) {
 }
 
 }  // namespace
-
-void LedgerEntry::take(std::string_view stored) {
-  const Hash128 h = hash128(stored);
-  facts.size = stored.size(), hash_low = h.low, hash_high = h.high;
-}
-
-bool LedgerEntry::vouches_for(std::string_view stored) const {
-  if (stored.size() != facts.size) return false;
-  LedgerEntry found;
-  found.take(stored);
-  return found.hash_low == hash_low && found.hash_high == hash_high;
-}
 
 std::string TileLedger::blank(std::string_view record, const Levels& levels) {
   std::vector<Range> ranges;
@@ -172,37 +146,18 @@ std::optional<std::uint64_t> TileLedger::place(TileId id) const {
     if (id.x < r.start_x || id.x > r.end_x || id.y < r.start_y || id.y > r.end_y) continue;
     // From the north, as tiles are made: those of one moment lie side by side.
     const std::uint64_t width = std::uint64_t(r.end_x) - r.start_x + 1;
-    return begin_ + sizeof(Place) * (first_[z][i] + (r.end_y - id.y) * width + (id.x - r.start_x));
+    return begin_ + kLedgerPlace * (first_[z][i] + (r.end_y - id.y) * width + (id.x - r.start_x));
   }
   return {};
 }
 
 std::optional<LedgerEntry> TileLedger::find(TileId id) const {
   const auto at = place(id);
-  Place p;
-  if (!at || !read_at(file_, *at, &p, sizeof p) || hash_of(p, seed_) != p.own_hash) return {};
-  if (p.level != std::uint32_t(id.level) || p.x != id.x || p.y != id.y) return {};
-  return LedgerEntry{.id = id,
-                     .facts = {.size = p.size,
-                               .max_error_m = p.max_error_m,
-                               .edge_error_m = p.edge_error_m,
-                               .not_one_sided = (p.flags & kNotOneSided) != 0},
-                     .hash_low = p.hash_low,
-                     .hash_high = p.hash_high};
+  std::array<char, kLedgerPlace> bytes;
+  if (!at || !read_at(file_, *at, bytes.data(), bytes.size())) return {};
+  return decode_place({bytes.data(), bytes.size()}, id, seed_);
 }
 
-std::string TileLedger::encode(const LedgerEntry& e) const {
-  Place p{.level = std::uint32_t(e.id.level),
-          .x = e.id.x,
-          .y = e.id.y,
-          .flags = e.facts.not_one_sided ? kNotOneSided : 0,
-          .size = e.facts.size,
-          .hash_low = e.hash_low,
-          .hash_high = e.hash_high,
-          .max_error_m = e.facts.max_error_m,
-          .edge_error_m = e.facts.edge_error_m};
-  p.own_hash = hash_of(p, seed_);
-  return {reinterpret_cast<const char*>(&p), sizeof p};
-}
+std::string TileLedger::encode(const LedgerEntry& e) const { return encode_place(e, seed_); }
 
 }  // namespace tind

@@ -11,23 +11,11 @@
 #include "proto/tile/layer_json.h"
 #include "terrain/base/result.h"
 #include "terrain/geo/tiling_scheme.h"
-#include "terrain/store/tile_writer.h"
+#include "terrain/store/ledger_entry.h"
 
 namespace tind {
 
 inline constexpr const char* kLedgerFile = "tind-tiles.ledger";
-
-/// A finished tile.
-struct LedgerEntry {
-  TileId id;
-  TileFacts facts;
-  std::uint64_t hash_low = 0, hash_high = 0;  // of the file, as it is stored
-
-  /// Takes size and hash.
-  void take(std::string_view stored);
-  /// Are these the bytes?
-  bool vouches_for(std::string_view stored) const;
-};
 
 /// Each tile that the folder may hold has its place in the file, which is empty until the tile is
 /// finished; each entry has a checksum of its own. So a torn or damaged ledger says less, never

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "terrain/base/result.h"
+#include "terrain/store/archive_writer.h"
 #include "terrain/store/tile_store.h"
 #include "terrain/store/tile_writer.h"
 
@@ -14,13 +15,19 @@ namespace tind {
 
 /// Does the text name a tile set, rather than a DEM or a mesh?
 bool names_store(const std::string& location);
+/// One in a file: X.pmtiles or X.mbtiles, there or not.
+bool names_archive(const std::string& location);
 
-/// DIR, DIR/layer.json, http(s)://.../NAME or .../NAME/layer.json.
+/// DIR, DIR/layer.json, X.pmtiles, X.mbtiles, http(s)://.../NAME or .../NAME/layer.json.
 std::unique_ptr<TileStore> open_store(const std::string& location);
 
 /// The store at `location`, made if need be, and locked for a build. Errc::busy where another build
-/// has it. Today: a directory.
+/// has it. Of a directory; archives are written as a whole.
 Result<std::unique_ptr<LockedStore>> lock_store(const std::string& location);
+
+/// An archive that is written as a whole, under a name of one (else invalid_argument). busy where
+/// another program writes it.
+Result<std::unique_ptr<ArchiveWriter>> write_archive_store(const std::string& file, ArchiveHead);
 
 /// What KeptBlocks::encode() gave for the build of this record, whose tiles lie there. not_found,
 /// io.

@@ -55,7 +55,8 @@ Result<std::unique_ptr<TileSet>> open_stored_tiles(const std::string& location) 
   auto store = open_store(location);
   const std::string path = store->layer_name();
   const auto bytes = store->layer_json();
-  if (!bytes && bytes.error().code == Errc::not_found && !store->remote())
+  if (!bytes && bytes.error().code == Errc::not_found && !store->remote() &&
+      !names_archive(location))
     return fail(Errc::not_found, path +
                                      " cannot be read: is this a directory made by tind build "
                                      "that was finished?");

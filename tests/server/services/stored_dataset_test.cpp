@@ -9,6 +9,8 @@
 #include "server/services/datasets/open_dataset.h"
 #include "server/services/tiles/tile_service.h"
 #include "terrain/pyramid/build/build.h"
+#include "terrain/store/copy/copy_store.h"
+#include "terrain/store/open/open_store.h"
 #include "tests/support/support.h"
 
 namespace tind::services {
@@ -108,6 +110,31 @@ TEST_F(StoredDatasetTest, an_update_is_served_whole_or_not_at_all) {
   }
   EXPECT_TRUE(catalog.follow().empty());
   EXPECT_EQ(catalog.all().size(), 1u);
+}
+
+TEST_F(StoredDatasetTest, an_archive_gives_the_tiles_of_the_folder_and_those_that_take_its_place) {
+  build("d", 0);
+  build("new", 40);
+  for (const std::string file : {"a.pmtiles", "a.mbtiles"}) {
+    ASSERT_TRUE(copy_store(*open_store(folder_.file("d")), folder_.file(file), {}));
+    Catalog catalog;
+    ASSERT_TRUE(open_dataset(catalog, {"d", {folder_.file(file)}}, {}, {}));
+    const auto serves = [&](const std::string& folder) {
+      const auto dataset = catalog.find("d");
+      std::size_t same = 0;
+      for (const TileId id : tiles_of(*dataset)) {
+        const auto tile = dataset->tiles->tile(id, {});
+        same += tile && std::string(tile->bytes.begin(), tile->bytes.end()) == stored(folder, id);
+      }
+      return same == tiles_of(*dataset).size();
+    };
+    EXPECT_TRUE(serves("d"));
+    EXPECT_TRUE(catalog.follow().empty());
+    ASSERT_TRUE(copy_store(*open_store(folder_.file("new")), folder_.file(file), {}));
+    EXPECT_TRUE(serves("d")) << "until somebody looks";
+    EXPECT_EQ(catalog.follow().size(), 1u);
+    EXPECT_TRUE(serves("new"));
+  }
 }
 
 }  // namespace

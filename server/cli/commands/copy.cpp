@@ -1,0 +1,86 @@
+// tind copy: a tile set from one store into another.
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "proto/json_text.h"
+#include "server/cli/commands/commands.h"
+#include "server/cli/options/output_options.h"
+#include "server/cli/program/interrupt.h"
+#include "server/cli/program/progress_bar.h"
+#include "terrain/store/copy/copy_store.h"
+#include "terrain/store/open/open_store.h"
+
+namespace tind::cli {
+
+namespace {
+
+struct Arguments {
+  std::string from, to, progress = "auto";
+  CopyOptions options;
+  bool json = false;
+};
+
+int run(const Arguments& a) {
+  if (!names_store(a.from))
+    return complain({Errc::invalid_argument,
+                     a.from + " is no tile set: name a directory of tiles, X.pmtiles, X.mbtiles or "
+                              "a URL"});
+  finish_on_signals();
+  const auto begin = std::chrono::steady_clock::now();
+  Result<CopyReport> report = fail(Errc::internal, "not run");
+  {
+    ProgressBar bar("tiles", progress_style(a.progress));
+    report = copy_store(*open_store(a.from), a.to, a.options, stoppable(bar));
+  }
+  if (!report) return complain(report.error());
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  if (a.json) {
+    const nlohmann::ordered_json j = {{"tiles", report->tiles},
+                                      {"kept", report->kept},
+                                      {"bytes", report->bytes},
+                                      {"unvouched", report->unvouched},
+                                      {"seconds", seconds}};
+    fmt::print("{}\n", json::to_text(j, 1));
+    return kOk;
+  }
+  fmt::print("{}: {} tiles ({} kept), {} bytes, in {}\n", a.to, report->tiles, report->kept,
+             report->bytes, duration_text(seconds));
+  if (report->unvouched > 0)
+    fmt::print(
+        "{} keeps no hashes of {} of them: that they are as they were written, nobody says\n",
+        a.from, report->unvouched);
+  return kOk;
+}
+
+}  // namespace
+
+void add_copy(Command program, int& exit) {
+  auto a = std::make_shared<Arguments>();
+  Command c = program.add_subcommand(
+      "copy", "copy a tile set into a directory, a PMTiles archive or an MBTiles database");
+  c.add_option("FROM", a->from, "a directory of tiles, X.pmtiles, X.mbtiles, or a server's URL")
+      .required();
+  c.add_option("TO", a->to, "a directory, X.pmtiles or X.mbtiles").required();
+  c.add_flag("--force", a->options.force,
+             "replace tiles that tind made of another source or with other options; nothing else "
+             "is touched");
+  c.add_option("--threads", a->options.threads,
+               "threads to use, 0: one per core; eight where tiles come from a server")
+      .not_negative()
+      .shown();
+  add_progress_option(c, a->progress);
+  c.add_flag("--json", a->json, "print the summary as JSON");
+  c.footer(
+      "An archive has its name only when it is whole. Into a directory a copy that was killed goes "
+      "on, and a copy of newer tiles replaces those that differ, all at once.");
+  c.on_run([a, &exit] { exit = run(*a); });
+}
+
+}  // namespace tind::cli

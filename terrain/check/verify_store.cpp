@@ -1,0 +1,130 @@
+#include "terrain/check/verify_store.h"
+
+#include <algorithm>
+#include <atomic>
+
+#include "proto/tile/layer_json.h"
+#include "terrain/base/parallel.h"
+#include "terrain/geo/availability.h"
+#include "terrain/geo/tile_order.h"
+
+namespace tind {
+
+namespace {
+
+enum class State : std::uint8_t { unknown, sound, damaged, missing, unlisted };
+
+/// The tiles that there should be.
+struct Expected {
+  std::vector<TileArea> areas;  // by level
+
+  bool holds(TileId id) const {
+    return std::size_t(id.level) < areas.size() &&
+           areas[std::size_t(id.level)].contains(id.x, id.y);
+  }
+};
+
+/// What layer.json says, and a fault where it says nothing that can be read.
+Expected expected_of(const TileStore& store, std::vector<StoreFault>& faults) {
+  Expected expected;
+  const auto text = store.layer_json();
+  const auto layer =
+      text ? proto::decode_layer_json({reinterpret_cast<const char*>(text->data()), text->size()})
+           : std::unexpected(text.error());
+  if (!layer) {
+    faults.push_back({StoreFault::In::ledger, "layer.json", layer.error().what});
+    return expected;
+  }
+  for (const auto& level : layer->available) {
+    std::vector<TileRange> ranges;
+    for (const proto::TileRange& r : level)
+      ranges.push_back({r.start_x, r.start_y, r.end_x, r.end_y});
+    expected.areas.emplace_back(std::move(ranges));
+  }
+  return expected;
+}
+
+State state_of(const TileStore& store, TileId id, std::uint64_t& bytes) {
+  const auto tile = store.look_at(id);
+  if (!tile) return tile.error().code == Errc::not_found ? State::missing : State::damaged;
+  bytes = tile->bytes.size();
+  if (tile->vouched == Vouched::yes) return State::sound;
+  return tile->vouched == Vouched::other_bytes ? State::damaged : State::unlisted;
+}
+
+void add(VerifyReport::Tiles& to, TileId id) {
+  ++to.count;
+  if (to.named.size() < VerifyReport::kNamed) to.named.push_back(id.text());
+}
+
+/// What lies in the store and layer.json does not name.
+Result<void> look_for_others(const TileStore& store, const Expected& expected,
+                             VerifyReport& report) {
+  auto there = store.list();
+  if (!there) return std::unexpected(there.error());
+  if (!*there) return {};
+  for (const auto& level : (*there)->levels)
+    for (const TileId id : level) {
+      if (expected.holds(id)) continue;
+      std::uint64_t bytes = 0;
+      if (state_of(store, id, bytes) == State::sound && !expected.areas.empty())
+        report.faults.push_back(
+            {StoreFault::In::ledger, "layer.json", "does not name tile " + id.text()});
+      else if (!expected.areas.empty())
+        add(report.foreign, id);
+    }
+  for (const std::string& stray : (*there)->strays) {
+    ++report.foreign.count;
+    if (report.foreign.named.size() < VerifyReport::kNamed) report.foreign.named.push_back(stray);
+  }
+  report.others = std::move((*there)->others);
+  return {};
+}
+
+}  // namespace
+
+Result<VerifyReport> verify_store(const TileStore& store, int threads, const Progress& progress) {
+  VerifyReport report;
+  report.faults = store.faults();
+  if (const auto layer = store.layer_json(); !layer && !store.generation())
+    return std::unexpected(layer.error());
+  if (!store.generation() && report.faults.empty())
+    return fail(Errc::unsupported, store.name() +
+                                       " keeps no hashes of its tiles, so nobody can say whether "
+                                       "they are as they were written; tind check looks into them");
+  const Expected expected = expected_of(store, report.faults);
+  const TileOrder ids(expected.areas, 0, int(expected.areas.size()) - 1);
+  report.tiles = ids.size();
+  std::vector<State> states(ids.size(), State::unknown);
+  std::atomic<std::uint64_t> bytes = 0;
+  std::atomic<std::size_t> done = 0;
+  parallel_for(ids.size(), threads, [&](std::size_t k) {
+    if (progress.stopped()) return;
+    std::uint64_t size = 0;
+    states[k] = state_of(store, ids[k], size);
+    bytes += size;
+    if (++done % std::max<std::size_t>(1, ids.size() / 300) == 0)
+      progress.at(double(done) / double(ids.size()));
+  });
+  if (progress.stopped()) return fail(Errc::cancelled, "stopped");
+  report.bytes = bytes;
+  for (std::size_t k = 0; k < ids.size(); ++k) switch (states[k]) {
+      case State::sound:
+        ++report.sound;
+        break;
+      case State::missing:
+        add(report.missing, ids[k]);
+        break;
+      case State::unlisted:
+        add(report.unlisted, ids[k]);
+        break;
+      case State::unknown:
+      case State::damaged:
+        add(report.damaged, ids[k]);
+    }
+  if (auto looked = look_for_others(store, expected, report); !looked)
+    report.faults.push_back({StoreFault::In::ledger, store.name(), looked.error().what});
+  return report;
+}
+
+}  // namespace tind

@@ -1,0 +1,217 @@
+// A build of the same tiles, which finds most of them made. Before it touches anything, its record
+// is held against the store's.
+
+#include "terrain/pyramid/build/repair.h"
+
+#include <map>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+#include "terrain/pyramid/build/build.h"
+#include "terrain/pyramid/plan/tile_method.h"
+#include "terrain/store/copy/copy_store.h"
+#include "terrain/store/open/open_store.h"
+
+namespace tind {
+
+namespace {
+
+constexpr std::uint64_t kMostHeld = 4ull << 30;  // bytes of an archive's tiles that are made again
+
+/// What keeps tiles of the one record from being made again by what made the other; empty: nothing.
+std::string difference(const BuildRecord& store, const BuildRecord& made) {
+  if (encode(store) == encode(made)) return {};
+  if (store.epoch != made.epoch || store.layer_epoch != made.layer_epoch)
+    return "another version of tind made them, which made other bytes of the same posts";
+  if (store.grid != made.grid)
+    return "the posts lie elsewhere, or their heights mean something else: name the same files, "
+           "with the same options of DEMs";
+  if (store.heights != made.heights)
+    return "the heights are others by now: tind build updates them";
+  if (store.shapes != made.shapes || store.shape_levels != made.shape_levels)
+    return "they have other lines or water: name the same files of shapes";
+  return "their record has other layers or options than these make";
+}
+
+/// A text of layer.json that is as it was, or what the plan says.
+std::string layer_text(const TileStore& store, std::string_view made) {
+  const auto found = store.layer_json();
+  if (!found) return std::string(made);
+  std::string text(found->begin(), found->end());
+  const auto old = proto::decode_layer_json(text), now = proto::decode_layer_json(made);
+  const bool same = old && now && old->available == now->available && old->version == now->version;
+  return same ? text : std::string(made);
+}
+
+/// Tiles that were made again, over those of an archive.
+class MendedStore : public TileStore {
+ public:
+  struct Made {
+    std::vector<std::uint8_t> bytes;
+    TileFacts facts;
+  };
+  MendedStore(const TileStore& store, const BuildRecord& record, std::string blocks)
+      : store_(store), record_(record), blocks_(std::move(blocks)) {}
+
+  std::string name() const override { return "what was mended of " + store_.name(); }
+  std::string layer_name() const override { return store_.layer_name(); }
+  std::string tile_name(TileId id) const override { return store_.tile_name(id); }
+  bool remote() const override { return false; }
+  Result<std::vector<std::uint8_t>> layer_json() const override {
+    return std::vector<std::uint8_t>(layer.begin(), layer.end());
+  }
+  std::optional<BuildRecord> record() const override { return record_; }
+  Result<std::string> kept_blocks() const override { return blocks_; }
+  Result<std::vector<std::uint8_t>> read(TileId id) const override {
+    auto tile = look_at(id);
+    if (!tile) return std::unexpected(tile.error());
+    return std::move(tile->bytes);
+  }
+  Result<StoredTile> look_at(TileId id) const override {
+    const auto it = made.find(id);
+    if (it == made.end()) return store_.look_at(id);
+    return StoredTile{it->second.bytes, Vouched::yes, it->second.facts};
+  }
+
+  std::map<TileId, Made> made;
+  std::string layer;
+
+ private:
+  const TileStore& store_;
+  const BuildRecord record_;
+  const std::string blocks_;
+};
+
+/// An archive as a store that is written: it is written anew at the end.
+class MendedArchive : public TileWriter {
+ public:
+  MendedArchive(std::string location, const TileWork& work)
+      : location_(std::move(location)),
+        threads_(work.threads),
+        ids_(work.ids),
+        store_(open_store(location_)),
+        mended_(*store_, work.record, work.blocks.encode()) {}
+
+  std::uint64_t unsound() const override { return 0; }
+  std::optional<TileFacts> finished(std::size_t k) const override {
+    const auto tile = store_->look_at(ids_[k]);
+    if (!tile || tile->vouched != Vouched::yes) return {};
+    return tile->facts;
+  }
+  Result<void> write(std::size_t k, std::string_view bytes, TileFacts facts) override {
+    const std::lock_guard lock(mutex_);
+    held_ += bytes.size();
+    if (held_ > kMostHeld)
+      return fail(Errc::out_of_range, location_ +
+                                          ": so much of it is broken that it is better "
+                                          "built and copied anew");
+    mended_.made[ids_[k]] = {{bytes.begin(), bytes.end()}, facts};
+    return {};
+  }
+  Result<void> commit() override { return {}; }
+  Result<void> finish(std::string_view layer_json) override {
+    mended_.layer = layer_text(*store_, layer_json);
+    const auto copied = copy_store(mended_, location_, {.force = true, .threads = threads_});
+    if (!copied) return std::unexpected(copied.error());
+    return {};
+  }
+
+ private:
+  const std::string location_;
+  const int threads_;
+  const TileOrder& ids_;
+  const std::unique_ptr<TileStore> store_;
+  std::mutex mutex_;
+  std::uint64_t held_ = 0;
+  MendedStore mended_;
+};
+
+/// A directory's writer, which leaves layer.json as it is.
+class MendedFolder : public TileWriter {
+ public:
+  MendedFolder(std::unique_ptr<TileWriter> writer, std::string location)
+      : writer_(std::move(writer)), location_(std::move(location)) {}
+
+  std::uint64_t unsound() const override { return writer_->unsound(); }
+  std::optional<TileFacts> finished(std::size_t k) const override { return writer_->finished(k); }
+  Result<void> write(std::size_t k, std::string_view bytes, TileFacts facts) override {
+    return writer_->write(k, bytes, facts);
+  }
+  Result<void> commit() override { return writer_->commit(); }
+  Result<void> finish(std::string_view layer_json) override {
+    return writer_->finish(layer_text(*open_store(location_), layer_json));
+  }
+  std::string index_path() const override { return writer_->index_path(); }
+
+ private:
+  const std::unique_ptr<TileWriter> writer_;
+  const std::string location_;
+};
+
+class MendedLock : public LockedStore {
+ public:
+  MendedLock(std::string location, BuildRecord record, std::unique_ptr<LockedStore> folder)
+      : location_(std::move(location)), record_(std::move(record)), folder_(std::move(folder)) {}
+
+  Result<std::unique_ptr<TileWriter>> claim(const TileWork& work,
+                                            const Progress& progress) override {
+    if (const std::string why = difference(record_, work.record); !why.empty())
+      return fail(Errc::invalid_argument,
+                  location_ + ": its tiles cannot be made again of this source: " + why);
+    if (!folder_) return std::make_unique<MendedArchive>(location_, work);
+    auto writer = folder_->claim(work, progress);
+    if (!writer) return writer;
+    return std::make_unique<MendedFolder>(std::move(*writer), location_);
+  }
+
+ private:
+  const std::string location_;
+  const BuildRecord record_;
+  const std::unique_ptr<LockedStore> folder_;  // null: an archive
+};
+
+}  // namespace
+
+Result<TileSetOptions> tile_options_of(const BuildRecord& r) {
+  TileSetOptions o;
+  o.max_error_m = r.max_error_m;
+  o.error_factor = r.error_factor;
+  o.max_level = r.asked_deepest;
+  o.first_level = r.first_level, o.last_level = r.last_level;
+  o.exact_posts = r.exact_posts;
+  const auto side = enum_named<Side>(r.side);
+  const auto effort = enum_named<Effort>(r.effort);
+  const auto method = r.method.empty() ? MethodOptions{} : tile_method_from_text(r.method);
+  if (!side || !effort || !method || !(o.error_factor > 0) || !(o.max_error_m >= 0))
+    return fail(Errc::bad_data, "its record says nothing of how its tiles were made");
+  o.side = *side, o.effort = *effort, o.method = *method;
+  return o;
+}
+
+Result<RepairReport> repair_tiles(const Surface& surface, const std::string& location, int threads,
+                                  const Progress& progress) {
+  const auto store = open_store(location);
+  const auto record = store->record();
+  if (!record) {
+    if (const auto layer = store->layer_json(); !layer) return std::unexpected(layer.error());
+    return fail(Errc::bad_data, location + " has no record of how its tiles were made");
+  }
+  const auto tiles = tile_options_of(*record);
+  if (!tiles) return fail(location, tiles.error());
+  BuildOptions o{.tiles = *tiles, .output = location, .threads = threads, .gzip = record->gzip};
+  o.lock = [&](const std::string&) -> Result<std::unique_ptr<LockedStore>> {
+    std::unique_ptr<LockedStore> folder;
+    if (!names_archive(location)) {
+      auto locked = lock_store(location);
+      if (!locked) return std::unexpected(locked.error());
+      folder = std::move(*locked);
+    }
+    return std::make_unique<MendedLock>(location, *record, std::move(folder));
+  };
+  const auto built = build_tiles(surface, o, progress);
+  if (!built) return std::unexpected(built.error());
+  return RepairReport{built->tiles, built->built};
+}
+
+}  // namespace tind

@@ -1,0 +1,117 @@
+#include "terrain/store/part_file.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <utility>
+
+namespace tind {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::unexpected<Error> failed(const std::string& what, const std::string& path, int code) {
+  return fail(Errc::io, "cannot " + what + " " + path + ": " + std::strerror(code));
+}
+
+/// Is the file still the one of this name? Whoever had it may have given it its name.
+bool has_name(int file, const std::string& path) {
+  struct stat open {
+  }, named{};
+  return ::fstat(file, &open) == 0 && ::lstat(path.c_str(), &named) == 0 &&
+         open.st_dev == named.st_dev && open.st_ino == named.st_ino;
+}
+
+bool is_left_behind(int file, std::string_view begins) {
+  struct stat status {};
+  if (::fstat(file, &status) != 0 || !S_ISREG(status.st_mode)) return false;
+  if (status.st_size == 0) return true;
+  std::array<char, 16> found{};
+  const ssize_t got = ::pread(file, found.data(), std::min(found.size(), begins.size()), 0);
+  return got >= 0 && std::string_view(found.data(), std::size_t(got)) == begins.substr(0, 16);
+}
+
+}  // namespace
+
+Result<PartFile> PartFile::begin(const std::string& path, std::string_view begins) {
+  std::error_code none;
+  const auto real = fs::canonical(path, none);
+  std::string target = none ? path : real.string(), part = target + ".tind-part";
+  for (;;) {
+    const int file =
+        ::open(part.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0666);
+    if (file < 0 && (errno == ELOOP || errno == EISDIR))
+      return fail(Errc::invalid_argument, part + " is in the way: it is no file");
+    if (file < 0) return failed("create", part, errno);
+    PartFile opened(file, target, part);
+    if (::flock(file, LOCK_EX | LOCK_NB) != 0) {
+      opened.part_.clear();
+      if (errno != EWOULDBLOCK) return failed("lock", part, errno);
+      return fail(Errc::busy, part + ": another program is writing it");
+    }
+    if (!has_name(file, part)) {
+      opened.part_.clear();
+      continue;
+    }
+    if (!is_left_behind(file, begins)) {
+      opened.part_.clear();
+      return fail(Errc::invalid_argument,
+                  part + " is there, and tind did not make it: move it away");
+    }
+    if (::ftruncate(file, 0) != 0) return failed("write", part, errno);
+    return opened;
+  }
+}
+
+PartFile::PartFile(PartFile&& other) noexcept
+    : file_(std::exchange(other.file_, -1)),
+      target_(std::move(other.target_)),
+      part_(std::move(other.part_)) {}
+
+PartFile::~PartFile() {
+  if (file_ < 0) return;
+  if (!part_.empty()) ::unlink(part_.c_str());
+  ::close(file_);
+}
+
+Result<void> PartFile::write_at(std::uint64_t at, std::string_view bytes) {
+  return write_all_at(file_, at, bytes, part_);
+}
+
+Result<void> PartFile::finish() {
+  if (::fsync(file_) != 0) return failed("write", part_, errno);
+  if (::rename(part_.c_str(), target_.c_str()) != 0)
+    return failed("put into place", target_, errno);
+  part_.clear();
+  const fs::path folder = fs::path(target_).parent_path();
+  const int opened =
+      ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (opened < 0) return failed("sync", folder.string(), errno);
+  // Some network file systems do not sync folders: their servers keep names by themselves.
+  const int code = ::fsync(opened) == 0 || errno == EINVAL ? 0 : errno;
+  ::close(opened);
+  if (code != 0) return failed("sync", folder.string(), code);
+  return {};
+}
+
+Result<void> write_all_at(int file, std::uint64_t at, std::string_view bytes,
+                          const std::string& name) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::pwrite(file, bytes.data(), bytes.size(), off_t(at));
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return failed("write", name, errno);
+    bytes.remove_prefix(std::size_t(written));
+    at += std::uint64_t(written);
+  }
+  return {};
+}
+
+}  // namespace tind

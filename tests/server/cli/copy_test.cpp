@@ -1,0 +1,149 @@
+// Copy, verify and repair as their users run them.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "terrain/base/file_io.h"
+#include "tests/support/program_json.h"
+
+namespace tind {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+nlohmann::json json_of(const test::Ran& ran) {
+  return nlohmann::json::parse(ran.answer, nullptr, false);
+}
+
+class Copies : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = std::make_unique<test::TempDir>();
+    ASSERT_EQ(test::run_tind("build " + dem() + " -o " + tiles() + " --deepest 11").code, 0);
+  }
+  static void TearDownTestSuite() { folder_.reset(); }
+
+  static std::string dem() { return test::testdata("rainier.tif"); }
+  static std::string tiles() { return folder_->file("tiles"); }
+  static std::string file(const std::string& name) { return folder_->file(name); }
+  static test::Ran copy(const std::string& from, const std::string& to) {
+    return test::run_tind("copy " + from + " " + to);
+  }
+  /// One byte of it is another now.
+  static void damage(const std::string& path, std::size_t at) {
+    std::string bytes = *read_whole_file(path);
+    ASSERT_LT(at, bytes.size());
+    bytes[at] = char(bytes[at] ^ 16);
+    std::ofstream(path, std::ios::binary) << bytes;
+  }
+
+  inline static std::unique_ptr<test::TempDir> folder_;
+};
+
+TEST_F(Copies, EveryKindGivesTheFolderBack) {
+  ASSERT_EQ(copy(tiles(), file("a.pmtiles")).code, 0);
+  ASSERT_EQ(copy(file("a.pmtiles"), file("a.mbtiles")).code, 0);
+  ASSERT_EQ(copy(file("a.mbtiles"), file("back")).code, 0);
+  std::size_t files = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(tiles())) {
+    if (!entry.is_regular_file()) continue;
+    const auto twin = file("back") / entry.path().lexically_relative(tiles());
+    ASSERT_TRUE(*read_whole_file(entry.path()) == read_whole_file(twin).value_or("")) << twin;
+    ++files;
+  }
+  EXPECT_GT(files, 50u);
+  // A build goes on with it as with its own.
+  const auto again =
+      test::run_tind("build " + dem() + " -o " + file("back") + " --deepest 11 --json");
+  EXPECT_EQ(json_of(again)["built"], 0);
+}
+
+TEST_F(Copies, CommandsTakeAnArchiveWhereTheyTakeAFolder) {
+  for (const std::string name : {"b.pmtiles", "b.mbtiles"}) {
+    const auto copied = test::run_tind("copy " + tiles() + " " + file(name) + " --json");
+    ASSERT_EQ(copied.code, 0) << copied.out;
+    const auto count = json_of(copied)["tiles"];
+    EXPECT_EQ(json_of(copied)["unvouched"], 0);
+    const auto check = test::run_tind("check " + file(name) + " --json --source " + dem());
+    EXPECT_EQ(check.code, 0) << check.out;
+    EXPECT_EQ(json_of(check)["warnings"], 0);
+    EXPECT_EQ(test::run_tind("explain " + file(name) + " 10/330/777").code, 0);
+    EXPECT_EQ(json_of(test::run_tind("info " + file(name) + " --json"))["name"], "rainier");
+    const auto verified = test::run_tind("verify " + file(name) + " --json");
+    EXPECT_EQ(verified.code, 0);
+    EXPECT_EQ(json_of(verified)["sound"], count);
+  }
+}
+
+TEST_F(Copies, WhatIsBrokenIsFoundAndMended) {
+  for (const std::string name : {"c.pmtiles", "c.mbtiles", "c"}) {
+    ASSERT_EQ(copy(tiles(), file(name)).code, 0);
+    const std::string broken = name == "c" ? file(name) + "/10/330/777.terrain" : file(name);
+    const std::string good = *read_whole_file(broken);
+    damage(broken, good.size() / 2);
+    const auto found = test::run_tind("verify " + file(name) + " --json");
+    EXPECT_EQ(found.code, 65);
+    EXPECT_FALSE(json_of(found)["ok"]);
+    const std::string again = "verify " + file(name) + " --repair --json --source ";
+    const auto mended = test::run_tind(again + dem());
+    EXPECT_EQ(mended.code, 0) << mended.out;
+    EXPECT_TRUE(json_of(mended)["ok"]);
+    EXPECT_FALSE(json_of(mended)["before"]["ok"]);
+    EXPECT_TRUE(*read_whole_file(broken) == good) << name;
+  }
+}
+
+TEST_F(Copies, OfAnotherSourceNothingIsMended) {
+  for (const std::string name : {"d.pmtiles", "d"}) {
+    ASSERT_EQ(copy(tiles(), file(name)).code, 0);
+    const std::string broken = name == "d" ? file(name) + "/10/330/777.terrain" : file(name);
+    damage(broken, read_whole_file(broken)->size() / 2);
+    const std::string bad = *read_whole_file(broken);
+    const auto other = test::run_tind("verify " + file(name) + " --repair --source " +
+                                      test::testdata("bigtujunga_crop.tif"));
+    EXPECT_EQ(other.code, 2);
+    EXPECT_THAT(other.out, HasSubstr("cannot be made again of this source"));
+    EXPECT_TRUE(*read_whole_file(broken) == bad);
+  }
+}
+
+TEST_F(Copies, MissingTilesComeBackAndForeignOnesAreNamed) {
+  const std::string at = file("e");
+  ASSERT_EQ(copy(tiles(), at).code, 0);
+  const std::string good = *read_whole_file(at + "/10/330/778.terrain");
+  fs::remove(at + "/10/330/778.terrain");
+  fs::create_directories(at + "/10/3");
+  std::ofstream(at + "/10/3/4.terrain") << "somebody's";
+  std::ofstream(at + "/notes.txt") << "somebody's";
+  const auto mended = test::run_tind("verify " + at + " --repair --json --source " + dem());
+  EXPECT_EQ(mended.code, 65) << "the foreign one stays";
+  const auto said = json_of(mended);
+  EXPECT_EQ(said["made"], 1);
+  EXPECT_EQ(said["before"]["missing"]["tiles"][0], "10/330/778");
+  EXPECT_EQ(said["missing"]["count"], 0);
+  EXPECT_EQ(said["foreign"]["tiles"][0], "10/3/4");
+  EXPECT_EQ(said["others"][0], "notes.txt");
+  EXPECT_TRUE(*read_whole_file(at + "/10/330/778.terrain") == good);
+  EXPECT_EQ(*read_whole_file(at + "/10/3/4.terrain"), "somebody's");
+}
+
+TEST_F(Copies, BadInputIsOneLine) {
+  EXPECT_EQ(test::run_tind("verify " + file("none.pmtiles")).code, 69);
+  EXPECT_EQ(test::run_tind("verify " + dem()).code, 2);
+  EXPECT_EQ(test::run_tind("verify " + tiles() + " --repair").code, 2);
+  EXPECT_EQ(test::run_tind("verify " + tiles() + " --source " + dem()).code, 2);
+  EXPECT_EQ(copy(dem(), file("f.pmtiles")).code, 2);
+  EXPECT_EQ(copy(file("none.mbtiles"), file("f.pmtiles")).code, 69);
+  std::ofstream(file("text.pmtiles")) << "no archive at all";
+  EXPECT_EQ(copy(file("text.pmtiles"), file("f.pmtiles")).code, 65);
+  EXPECT_EQ(copy(tiles(), file("text.pmtiles")).code, 2);
+  EXPECT_EQ(test::run_tind("build " + dem() + " -o " + file("g.pmtiles")).code, 2);
+  EXPECT_FALSE(fs::exists(file("f.pmtiles")));
+}
+
+}  // namespace
+}  // namespace tind
