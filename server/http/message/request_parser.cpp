@@ -1,5 +1,7 @@
 #include "server/http/message/request_parser.h"
 
+#include <arpa/inet.h>
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -70,13 +72,13 @@ bool valid_port(std::string_view port) {
   return number <= 65535;
 }
 
+/// RFC 3986's IPv6address, which is what inet_pton reads.
 bool valid_ipv6_literal(std::string_view inside) {
-  int colons = 0;
-  for (const char c : inside) {
-    if (!is_hex(c) && c != ':' && c != '.') return false;
-    colons += c == ':';
-  }
-  return colons >= 2 && colons <= 7 && inside.size() <= 45;
+  if (inside.size() >= INET6_ADDRSTRLEN) return false;
+  char text[INET6_ADDRSTRLEN] = {};
+  inside.copy(text, inside.size());
+  in6_addr address;
+  return inet_pton(AF_INET6, text, &address) == 1;
 }
 
 bool valid_reg_name(std::string_view host) {

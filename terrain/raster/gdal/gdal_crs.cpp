@@ -163,7 +163,29 @@ CrsWay way_of(const Operation& one, const std::string& wkt, Vec2 where) {
 
 }  // namespace
 
-Result<CrsFacts> describe(const OGRSpatialReference* given) {
+namespace {
+
+bool is_path(std::string_view grids) { return grids.find_first_of("/\\") != grids.npos; }
+
+/// What stands behind `before` up to one of `end`, wherever `before` is found, is a path.
+bool has_path(const std::string& text, std::string_view before, std::string_view end) {
+  for (auto at = text.find(before); at != text.npos; at = text.find(before, at + 1)) {
+    const auto from = at + before.size();
+    if (is_path(std::string_view(text).substr(from, text.find_first_of(end, from) - from)))
+      return true;
+  }
+  return false;
+}
+
+/// A CRS may name grids (of a datum, of a geoid), and PROJ opens them: in its own folders those of
+/// plain names, and any file of the machine behind a path. `wkt`: WKT 2, where they stand in
+/// PARAMETERFILE, or in a PROJ string as key=value.
+bool names_a_file(const std::string& wkt) {
+  return has_path(wkt, "PARAMETERFILE[", "]") ||
+         (wkt.find("proj=") != wkt.npos && has_path(wkt, "=", " \"\t\r\n"));
+}
+
+Result<CrsFacts> facts_of(const OGRSpatialReference* given) {
   CrsFacts facts;
   if (!given || given->IsEmpty() || given->IsLocal()) return facts;
   if (!given->IsGeographic() && !given->IsProjected())
@@ -195,6 +217,16 @@ Result<CrsFacts> describe(const OGRSpatialReference* given) {
   return facts;
 }
 
+}  // namespace
+
+Result<CrsFacts> describe(const OGRSpatialReference* given) {
+  if (given && names_a_file(wkt2(*given)))
+    return fail(Errc::unsupported,
+                "its CRS names a grid by its path, and a file of heights may not say which files "
+                "are opened; say --crs, or put the grid into a folder of PROJ's");
+  return facts_of(given);
+}
+
 Result<CrsFacts> crs_named(const std::string& text) {
   set_up();
   const Complaints complaints;
@@ -203,7 +235,7 @@ Result<CrsFacts> crs_named(const std::string& text) {
   if (crs.SetFromUserInput(text.c_str(), options) != OGRERR_NONE)
     return fail(Errc::invalid_argument, "PROJ knows no CRS '" + text + "' (" +
                                             complaints.text("say EPSG:25832, or WKT") + ")");
-  auto facts = describe(&crs);
+  auto facts = facts_of(&crs);
   if (!facts)
     return fail(Errc::invalid_argument, "'" + text + "' is neither geographic nor projected");
   if (facts->kind == CrsKind::none)

@@ -30,10 +30,12 @@ struct CrsFacts {
   bool downwards = false;      // its vertical part counts depths
 };
 
-/// Reads a CRS; nullptr and local (engineering) systems are CrsKind::none.
+/// Reads a file's CRS; nullptr and local (engineering) systems are CrsKind::none. One that names a
+/// grid by its path is an error: PROJ would open that file.
 Result<CrsFacts> describe(const OGRSpatialReference*);
 
-/// What a person names: an authority's code, WKT, a PROJ string; never a file or a URL.
+/// What a person names: an authority's code, WKT, a PROJ string (which may name grids); never a
+/// file or a URL.
 Result<CrsFacts> crs_named(const std::string& text);
 
 /// Whether two horizontal systems (CrsFacts::wkt) are the same place for the same numbers.

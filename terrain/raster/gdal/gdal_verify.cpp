@@ -40,13 +40,56 @@ Extent extent_of(GDALRasterBand& band, int x, int y) {
   return {offset, offset ? item("SIZE") : 0};
 }
 
-/// What may stand in the numbers of an ASCII grid, "nan", "inf" and "1.#QNAN" among them.
-constexpr std::array<bool, 256> kNumberBytes = [] {
-  std::array<bool, 256> table{};
-  for (const char c : std::string_view("0123456789+-.,eE \t\r\nnNaAiIfF#qQ"))
-    table[static_cast<unsigned char>(c)] = true;
-  return table;
-}();
+/// One number of an ASCII grid, byte by byte. What GDAL reads of "1.2.3" is 1.2, of "--5" it is 0:
+/// heights that nobody wrote. Words ("nan", "inf", "1.#QNAN") pass by their letters.
+class NumberShape {
+ public:
+  void begin() { state_ = State::nothing; }
+  void take(char c) {
+    using enum State;
+    const bool digit = c >= '0' && c <= '9', point = c == '.' || c == ',',
+               sign = c == '+' || c == '-';
+    if (state_ == word || std::string_view("nNaAiIfF#qQ").contains(c))
+      state_ =
+          state_ == bad || !(digit || std::string_view("nNaAiIfF#qQdD").contains(c)) ? bad : word;
+    else if (digit)
+      state_ = state_ == nothing || state_ == signed_    ? whole
+               : state_ == bare_point                    ? fraction
+               : state_ == power || state_ == power_sign ? power_digits
+                                                         : state_;
+    else if (point)
+      state_ = state_ == whole                          ? fraction
+               : state_ == nothing || state_ == signed_ ? bare_point
+                                                        : bad;
+    else if (sign)
+      state_ = state_ == nothing ? signed_ : state_ == power ? power_sign : bad;
+    else if (c == 'e' || c == 'E')
+      state_ = state_ == whole || state_ == fraction ? power : bad;
+    else
+      state_ = bad;
+  }
+  /// False as soon as it cannot become a number.
+  bool may_be() const { return state_ != State::bad; }
+  bool is_number() const {
+    using enum State;
+    return state_ == whole || state_ == fraction || state_ == power_digits || state_ == word;
+  }
+
+ private:
+  enum class State {
+    nothing,
+    signed_,
+    whole,
+    bare_point,
+    fraction,
+    power,
+    power_sign,
+    power_digits,
+    word,
+    bad
+  };
+  State state_ = State::nothing;
+};
 
 }  // namespace
 
@@ -115,18 +158,25 @@ Result<void> check_ascii_grid(const std::string& real, std::int64_t posts) {
   std::string chunk(1 << 20, '\0');
   bool line_start = true, keyword = false, between = true;
   std::int64_t line = 1, numbers = 0;
+  NumberShape shape;
+  const auto no_number = [&] {
+    return fail(Errc::bad_data, fmt::format("line {} holds something that is no number", line));
+  };
   while (const std::size_t got = VSIFReadL(chunk.data(), 1, chunk.size(), file.get()))
     for (const char c : std::string_view(chunk.data(), got)) {
       // Header lines start with a word: ncols, xllcorner, NODATA_value ...
       if (line_start) keyword = line <= 16 && std::string_view("nNxXyYcCdD").contains(c);
-      if (!keyword && !kNumberBytes[static_cast<unsigned char>(c)])
-        return fail(Errc::bad_data, fmt::format("line {} holds something that is no number", line));
       const bool space = c == ' ' || c == '\t' || c == '\r' || c == '\n';
-      if (between && !space && !keyword) ++numbers;
-      between = space;
+      if (!keyword) {
+        if (!space && between) ++numbers, shape.begin();
+        if (!space) shape.take(c);
+        if (space ? !between && !shape.is_number() : !shape.may_be()) return no_number();
+      }
+      between = space || keyword;
       line_start = c == '\n';
       if (line_start) ++line;
     }
+  if (!between && !shape.is_number()) return no_number();
   if (numbers < posts)
     return fail(Errc::bad_data, fmt::format("holds {} numbers for {} posts", numbers, posts));
   return {};

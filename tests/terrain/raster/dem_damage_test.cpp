@@ -85,6 +85,24 @@ TEST(DemDamage, WordsInAnAsciiGridAreErrors) {
   EXPECT_THAT(got.error().what, HasSubstr("no number"));
 }
 
+TEST(DemDamage, NumbersOfAnAsciiGridAreWhole) {
+  const test::TempDir folder;
+  const std::string head =
+      "ncols 2\nnrows 2\nxllcorner 8\nyllcorner 47\ncellsize 0.01\nNODATA_value -9999\n";
+  const auto reads = [&](const std::string& number) {
+    write(folder.file("d.asc"), head + "1 2\n4 " + number + "\n");
+    return read_all(folder.file("d.asc")).has_value();
+  };
+  for (const char* good :
+       {"3", "-3", "+3", "3.5", "3.", ".5", "-.5", "3e2", "3.5E-2", "+3e+2", "nan"})
+    EXPECT_TRUE(reads(good)) << good;
+  for (const char* bad :
+       {"1.2.3", "--5", "+-1", "1e", "1e+", "5-", "1e5.2", ".", "-", "1.2e3e4", "e5"})
+    EXPECT_FALSE(reads(bad)) << bad;
+  write(folder.file("d.asc"), head + "1 2\n3 4-");
+  EXPECT_FALSE(read_all(folder.file("d.asc"))) << "at the end of the file";
+}
+
 /// Flips one bit at a time; every result must be an error or the truth. Returns the errors.
 int notices_flips(const std::string& path, const std::string& name, int flips, double from = 0) {
   const test::TempDir folder;

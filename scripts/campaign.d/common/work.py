@@ -1,0 +1,81 @@
+"""What is attacked while it runs: small builds, an update, a copy. Each can be begun again from the same state."""
+import shutil
+import subprocess
+
+from .programme import TIND
+from .tiff import tiff
+
+OPTIONS = ["--effort", "fast", "--threads", "1", "--progress", "none"]
+
+
+def files(folder):
+    """What is in a folder, but for lock and leftovers of the moment."""
+    return {p.relative_to(folder).as_posix(): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
+
+
+def heights(raised=0):
+    return [[int(800 + raised * (x < 20 and y < 20) + 60 * ((x * 5 + y * 3) % 11) + 9 * x) for x in range(60)] for y in range(50)]
+
+
+class Work:
+    """A command whose output is a folder or a file, called `out` below a place of its own."""
+
+    def __init__(self, run, name, command, start=None):
+        self.run, self.name, self.make, self.start = run, name, command, start
+        self.wanted = None
+
+    def place(self, name):
+        folder = self.run.work / f"{self.name}-{name}"
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir()
+        if self.start:
+            shutil.copytree(self.start, folder / "out")
+        return folder
+
+    def command(self, folder):
+        return [str(c) for c in self.make(folder / "out")]
+
+    def result(self, folder):
+        out = folder / "out"
+        return files(out) if out.is_dir() else {"": out.read_bytes()} if out.exists() else {}
+
+    def prepare(self):
+        folder = self.place("wanted")
+        done = subprocess.run(self.command(folder), capture_output=True, text=True)
+        if done.returncode:
+            raise RuntimeError(f"{self.name}: {done.stderr}")
+        self.wanted = self.result(folder)
+        return folder / "out"
+
+    def again(self, folder):
+        """What is wrong after the same command, undisturbed: nothing, or a text."""
+        done = subprocess.run(self.command(folder), capture_output=True, text=True)
+        if done.returncode:
+            return f"run again: {done.returncode} {done.stderr.strip()[:200]}"
+        return difference(self.result(folder), self.wanted)
+
+
+def difference(now, wanted):
+    names = [n for n in sorted(now.keys() | wanted.keys()) if now.get(n) != wanted.get(n)]
+    return "not as wanted: " + ", ".join(names[:5]) if names else ""
+
+
+def works(run):
+    """A first build, an update of it, and its copy into an archive; of a DEM of 60 x 50 posts."""
+    before, after = run.work / "before", run.work / "after"
+    for folder, raised in ((before, 0), (after, 300)):
+        folder.mkdir()
+        (folder / "dem.tif").write_bytes(tiff(heights(raised), compress=8))
+    levels = ["--levels", "0-9"]
+    build = Work(run, "build", lambda out: [TIND, "build", before / "dem.tif", "-o", out, *levels, *OPTIONS])
+    old = build.prepare()
+    update = Work(run, "update", lambda out: [TIND, "build", after / "dem.tif", "-o", out, *levels, *OPTIONS], start=old)
+    update.prepare()
+    copy = Work(run, "copy", lambda out: [TIND, "copy", old, out.with_suffix(".pmtiles"), "--progress", "none"])
+    copy.result = lambda folder: {p.name: p.read_bytes() for p in folder.glob("out*")}
+    copy.prepare()
+    mesh = Work(run, "simplify", lambda out: [TIND, "simplify", before / "dem.tif", "-o", out.with_suffix(".ply"), "--ratio", "0.3",
+                                              "--threads", "1"])
+    mesh.result = lambda folder: {p.name: p.read_bytes() for p in folder.glob("out*")}
+    mesh.prepare()
+    return [build, update, copy, mesh]

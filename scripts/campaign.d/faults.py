@@ -1,0 +1,188 @@
+"""Every N-th system call fails: of builds, of an update, a copy, and of the daemon from its start to its end."""
+import re
+import subprocess
+import urllib.error
+
+from common import programme
+from common.daemon import Daemon
+from common.hostile import HONEST
+from common.tiff import tiff
+from common.work import heights, works
+
+TIERS = ("ci", "gate", "campaign")
+ASKED = "D2, D4: every N of each call x {EIO, ENOSPC, EMFILE, EINTR, ...}, 3,000 points; no false success; run again, same bytes"
+WHY_NOT = "short counts are not injected (strace cannot shorten a call that it lets happen)"
+
+ERRORS = {"openat": ("EIO", "EMFILE", "EINTR", "EACCES"), "read": ("EIO", "EINTR"), "pread64": ("EIO", "EINTR"), "write": ("EIO", "ENOSPC", "EINTR", "EDQUOT"),
+          "pwrite64": ("EIO", "ENOSPC"), "fsync": ("EIO", "ENOSPC"), "fdatasync": ("EIO",), "syncfs": ("EIO",), "rename": ("EIO", "ENOSPC"),
+          "renameat2": ("EIO",), "close": ("EIO", "EINTR"), "mkdir": ("EIO", "ENOSPC"), "unlink": ("EIO",), "ftruncate": ("EIO", "ENOSPC"),
+          "mmap": ("ENOMEM",), "fstat": ("EIO",), "newfstatat": ("EIO",), "lseek": ("EIO",), "getdents64": ("EIO",), "fcntl": ("EINTR", "ENOLCK"),
+          "flock": ("EINTR",), "clone3": ("EAGAIN",), "getrandom": ("EAGAIN",)}
+SYNCS = ("fsync", "fdatasync", "syncfs")
+
+
+def strace(trace, words, *inject):
+    return ["strace", "-f", "-qq", "-y", "-e", "signal=none", "-e", "trace=" + ",".join("?" + c for c in ERRORS), *inject, "-o", str(trace), *words]
+
+
+def counts(trace):
+    """How often the busiest thread makes each call: strace counts for each thread alone."""
+    found = {}
+    for pid, call in re.findall(r"^(\d+) +(\w+)\(", trace.read_text(errors="replace"), re.M):
+        found.setdefault(call, {}).setdefault(pid, 0)
+        found[call][pid] += 1
+    return {call: max(by.values()) for call, by in found.items()}
+
+
+def points(found, persistent):
+    return [(call, error, n, more) for call, errors in ERRORS.items() for error in errors for n in range(1, found.get(call, 0) + 1)
+            for more in (("", "+") if persistent else ("",))]
+
+
+def loader(text):
+    return "while loading shared libraries" in text or "cannot apply additional memory protection" in text or "ld.so" in text
+
+
+def fault(work, point):
+    call, error, n, more = point
+    folder = work.place("fault")
+    done = subprocess.run(strace(folder / "trace", work.command(folder), "-e", f"inject={call}:error={error}:when={n}{more}"),
+                          capture_output=True, text=True, errors="replace", timeout=300)
+    struck = "(INJECTED)" in (folder / "trace").read_text(errors="replace")
+    (folder / "trace").unlink()
+    if loader(done.stderr):
+        return ""
+    if done.returncode == 0:
+        if call in SYNCS and struck and "not supported" not in done.stderr:
+            return "a sync failed, and the exit code is 0"
+        return work_differs(work, folder)
+    if done.returncode not in HONEST:
+        return f"ended with {done.returncode}: {done.stderr.strip()[-200:]}"
+    if "tind: " not in done.stderr and call != "write":
+        return f"ended with {done.returncode} and said nothing"
+    return work.again(folder)
+
+
+def work_differs(work, folder):
+    from common.work import difference
+    return difference(work.result(folder), work.wanted)
+
+
+PATHS = ["/terrain/dem/layer.json", "/terrain/dem/0/1/0.terrain", "/terrain/dem/5/33/24.terrain", "/terrain/dem/5/33/24.terrain", "/elevation/dem?lon=8.02&lat=46.98",
+         "/datasets", "/terrain/built/layer.json", "/terrain/built/0/1/0.terrain", "/livez"]
+
+
+def ask(daemon, path, data=None):
+    """(status, body), or (0, why)."""
+    import urllib.request
+    try:
+        request = urllib.request.Request(daemon.url + path.lstrip("/"), data=data, headers={"Content-Type": "application/json"} if data else {})
+        with urllib.request.urlopen(request, timeout=30) as reply:
+            return reply.status, reply.read()
+    except urllib.error.HTTPError as error:
+        return error.code, error.read()
+    except OSError as error:
+        return 0, str(error)
+
+
+def child_of(pid):
+    with open(f"/proc/{pid}/task/{pid}/children") as children:
+        return int(children.read().split()[0])
+
+
+def session(folder, dem, built, prefix):
+    """A daemon's life: (answers by path, exit code, log)."""
+    daemon = Daemon("--threads", "1", "--build-threads", "1", "--cache-mb", "4", "--jobs-dir", folder / "jobs", dems=(dem, built), prefix=prefix)
+    answers = {}
+    if daemon.url:
+        job = (b'{"inputs": {"dataset": "dem", "max_error": 50}}')
+        for i, path in enumerate(PATHS):
+            answers[i] = ask(daemon, path)
+        answers["job"] = ask(daemon, "/processes/simplify/execution", job)
+        signal_child(daemon, "HUP")
+        answers["last"] = ask(daemon, "/terrain/dem/5/33/24.terrain")
+        signal_child(daemon, "TERM")
+    try:
+        code = daemon.process.wait(60)
+    except subprocess.TimeoutExpired:
+        signal_child(daemon, "KILL")
+        code = None
+    daemon.stop()
+    return answers, code, "".join(daemon.log)
+
+
+def signal_child(daemon, name):
+    try:
+        subprocess.run(["kill", "-" + name, str(child_of(daemon.process.pid))], stderr=subprocess.DEVNULL)
+    except (OSError, IndexError):
+        pass  # it has ended
+
+
+def judge_session(right, got):
+    answers, code, log = got
+    if code is None:
+        return "does not end"
+    if code < 0 or code not in HONEST | {0} and not loader(log):
+        return f"ended with {code}: {log.strip()[-300:]}"
+    for key, (status, body) in answers.items():
+        want = right[0].get(key)
+        if status == 200 and key not in (5, 8, "job") and body != want[1]:
+            return f"wrong bytes with 200 for {PATHS[key] if isinstance(key, int) else key}"
+        if 400 <= status < 500 and status != 429:
+            return f"{status} for {PATHS[key] if isinstance(key, int) else key}: {body[:200]!r}"
+    return ""
+
+
+def daemon_faults(run, build, share):
+    dem = run.work / "dem.tif"
+    dem.write_bytes(tiff(heights(), compress=8))
+    built = run.work / "built"
+    (run.work / "build-wanted/out").rename(built)
+
+    def live(name, *inject):
+        import shutil
+        folder = run.work / "daemon"
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir()
+        return session(folder, dem, built, strace(run.work / name, [], *inject)), run.work / name
+
+    right, trace = live("whole")
+    if right[1] != 0 or any(status not in (200, 201) for status, _ in right[0].values()):
+        run.fail(f"daemon: {right[1]}, {[(k, s) for k, (s, _) in right[0].items()]} without a fault: {right[2][-300:]}")
+        return
+    all_points = points(counts(trace), False)
+    chosen = run.sample(all_points, share)
+    done = 0
+    for point in chosen:
+        if run.time_left() < 0:
+            break
+        call, error, n, more = point
+        got, _ = live("trace", "-e", f"inject={call}:error={error}:when={n}{more}")
+        why = judge_session(right, got)
+        if why:
+            run.fail(f"daemon, {call} {error} {n}{more}: {why}")
+        run.executions += 1
+        done += 1
+    run.note(f"daemon {done:,} of {len(all_points):,} points")
+
+
+def run(run):
+    programme.needs("strace")
+    todo = works(run)
+    for work in todo:
+        folder = work.place("trace")
+        subprocess.run(strace(folder / "trace", work.command(folder)), capture_output=True)
+        every = points(counts(folder / "trace"), run.tier != "ci")
+        done = 0
+        limit = run.time_left() / (len(todo) + 1 - todo.index(work))
+        end = run.time_left() - limit
+        for point in run.sample(every, 0.02):
+            if run.time_left() < end:
+                break
+            why = fault(work, point)
+            run.executions += 1
+            done += 1
+            if why:
+                run.fail(f"{work.name}, {' '.join(map(str, point))}: {why}")
+        run.note(f"{work.name} {done:,} of {len(every):,} points")
+    daemon_faults(run, todo[0], 0.02)

@@ -1,0 +1,116 @@
+"""HTTP: the table of probes over sockets, whole, byte by byte and split; and other servers on the same table."""
+import os
+import subprocess
+import time
+
+from common import peers, probes, programme
+from common.daemon import Daemon, Wire
+
+TIERS = ("ci", "gate", "campaign")
+ASKED = "B1, B2, B4: 250 probes by clause, whole, byte by byte, at every split (50,000 deliveries); 1,000,000 pipelined"
+WHY_NOT = "squid, trafficserver, nghttpx and caddy are not compared with"
+BEHIND = b"GET /livez?behind HTTP/1.1\r\nHost: test\r\n\r\n"
+
+
+def deliver(wire, data, pieces):
+    at = 0
+    for end in [*pieces, len(data)]:
+        wire.send(data[at:end])
+        at = end
+
+
+def verdict(port, data, pieces=()):
+    """What becomes of it: its status, and how many more answers come for what is sent behind it."""
+    with Wire(port) as wire:
+        deliver(wire, data + BEHIND, pieces)
+        first = wire.reply()
+        if first is None:
+            return 0, 0
+        more = 0
+        if first[0] >= 400 and first[1].get("connection") == "close":
+            while wire.reply():
+                more += 1
+        return first[0], more
+
+
+def wrong(probe, got):
+    name, clause, status, _ = probe
+    if status >= 400:
+        return [] if got == (status, 0) else [f"{name} ({clause}): {got[0]} and {got[1]} answers behind it, not {status}"]
+    return [] if 200 <= got[0] < 300 or got[0] in (304, 400, 416) and "nonsense" in name else [f"{name} ({clause}): {got[0]}, not {status}"]
+
+
+def table(run, daemon):
+    for probe in run.sample(probes.table(), 1):
+        data = probe[3]
+        ways = [(), tuple(range(1, len(data)))] if len(data) < 1000 else [()]
+        splits = range(1, len(data), 1 if len(data) < 300 else 97)
+        if run.tier == "ci":
+            splits = run.rng.sample(list(splits), min(3, len(splits)))
+        for pieces in [*ways, *((at,) for at in splits)]:
+            run.executions += 1
+            for what in wrong(probe, verdict(daemon.port, data, pieces)):
+                run.fail(f"{what} (in {len(pieces) + 1} pieces)")
+        if daemon.process.poll() is not None:
+            run.fail(f"the daemon ended with {daemon.process.returncode} at {probe[0]}")
+            return
+
+
+def pipelined(run, daemon, count):
+    """In order, all of them; and nothing behind one that is not valid."""
+    done, begin = 0, time.monotonic()
+    while done < count and run.time_left() > 0:
+        bad_at = run.rng.randrange(500, 1000)
+        kinds = [run.rng.choice((b"GET /livez?%d", b"HEAD /livez?%d", b"GET /none/%d", b"OPTIONS /livez?%d")) for _ in range(bad_at)]
+        data = b"".join(kind % i + b" HTTP/1.1\r\nHost: test\r\n\r\n" for i, kind in enumerate(kinds))
+        with Wire(daemon.port) as wire:
+            wire.send(data + b"GET / HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n" + BEHIND * 20)
+            for i, kind in enumerate(kinds):
+                got = wire.reply(kind.startswith(b"HEAD"))
+                want = 404 if b"none" in kind else 204 if kind.startswith(b"OPTIONS") else 200
+                if got is None or got[0] != want or want == 404 and f"/none/{i}".encode() not in got[2]:
+                    run.fail(f"pipelined: request {i} of {bad_at} got {got and got[0]}, not {want}")
+                    return
+            refused = wire.reply()
+            if not refused or refused[0] != 400 or wire.reply():
+                run.fail("pipelined: something was answered behind a request that is not valid")
+        done += bad_at
+        run.executions += bad_at
+    run.note(f"{done:,} pipelined in {time.monotonic() - begin:.0f} s")
+
+
+def compare(run):
+    """The same table against others: how many of the probes that every server must refuse, or take, are so."""
+    rules = [p for p in probes.table() if p[2] in (200, 400)]
+    figures = []
+    for name, start in peers.SERVERS.items():
+        with start(run.work) as peer:
+            right = sum(judged(peer.port, probe) for probe in rules)
+            figures.append(f"{name} {right}")
+    with Daemon() as daemon:
+        right = sum(judged(daemon.port, probe) for probe in rules)
+    run.note(f"of {len(rules)} probes refused or taken as the table says: tind {right}, " + ", ".join(figures))
+
+
+def judged(port, probe):
+    data, refused = probe[3], probe[2] >= 400
+    try:
+        with Wire(port, 3) as wire:
+            wire.send(data)
+            got = wire.reply()
+    except OSError:
+        got = None
+    taken = got is not None and got[0] < 400
+    return taken != refused if got is not None else refused
+
+
+def run(run):
+    with Daemon() as daemon:
+        table(run, daemon)
+        pipelined(run, daemon, 20000 if run.tier == "ci" else 1000000)
+        code = daemon.stop()
+        if code != 0:
+            run.fail(f"the daemon ended with {code}")
+    if run.tier != "ci":
+        programme.needs("nginx", "haproxy", "h2o")
+        compare(run)
