@@ -12,8 +12,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     for (const auto& part : {header->root, header->metadata, header->leaves, header->tiles})
       require(part.end() >= part.at, "a section wraps");
     const std::string bytes = encode_pmtiles_header(*header);
-    const auto again = decode_pmtiles_header(
-        {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+    const auto again =
+        decode_pmtiles_header({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
     require(again && *again == *header, "another header when written");
   } else {
     require(!header.error().what.empty(), "no reason");
@@ -31,8 +31,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       require(pmtiles_number(*place) == e.number, "another place");
   }
   const std::string bytes = encode_pmtiles_directory(*entries);
-  const auto again = decode_pmtiles_directory(
-      {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+  const auto again =
+      decode_pmtiles_directory({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
   require(again && *again == *entries, "another directory when written");
   return 0;
 }

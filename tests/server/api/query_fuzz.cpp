@@ -23,7 +23,8 @@ template <class Query>
 void named(const std::expected<Query, std::vector<http::ParameterProblem>>& read) {
   if (read) return;
   require(!read.error().empty(), "refused, and nobody knows why");
-  for (const auto& problem : read.error()) require(!problem.detail.empty(), "a problem without a text");
+  for (const auto& problem : read.error())
+    require(!problem.detail.empty(), "a problem without a text");
 }
 
 void ogc(std::string_view query) {
@@ -31,7 +32,8 @@ void ogc(std::string_view query) {
   for (const auto& [shape, name] : EnumNames<api::ogc::EdrShape>::kAll) {
     const auto read = api::ogc::read_edr_query(shape, query, fields);
     named(read);
-    if (read) require(read->along >= 0 && read->across >= 0 && read->width_m >= 0, "a size below 0");
+    if (read)
+      require(read->along >= 0 && read->across >= 0 && read->width_m >= 0, "a size below 0");
   }
   const auto coverage = api::ogc::read_coverage_query(query, fields);
   named(coverage);
@@ -44,8 +46,8 @@ void ogc(std::string_view query) {
 void addresses(std::string_view text) {
   const auto slash = text.find('/'), second = text.find('/', slash + 1);
   if (second == text.npos) return;
-  const auto id = api::tile_address(text.substr(0, slash), text.substr(slash + 1, second - slash - 1),
-                                    text.substr(second + 1));
+  const auto id = api::tile_address(
+      text.substr(0, slash), text.substr(slash + 1, second - slash - 1), text.substr(second + 1));
   if (id) require(id->x < (2u << id->level) && id->y < (1u << id->level), "outside the pyramid");
 }
 

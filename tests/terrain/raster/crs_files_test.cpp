@@ -20,8 +20,8 @@ std::string extension(const std::string& grid) {
 std::string geoid(const std::string& grid) {
   return R"(COMPD_CS["c",GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],)"
          R"(PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]],VERT_CS["v",)"
-         R"(VERT_DATUM["d",2005,EXTENSION["PROJ4_GRIDS",")" + grid +
-         R"("]],UNIT["metre",1],AXIS["Up",UP]]])";
+         R"(VERT_DATUM["d",2005,EXTENSION["PROJ4_GRIDS",")" +
+         grid + R"("]],UNIT["metre",1],AXIS["Up",UP]]])";
 }
 
 bool opens(const test::TempDir& folder, const std::string& prj) {

@@ -19,8 +19,8 @@ using test::require;
 
 /// One file for all inputs, gone with the process.
 struct Place {
-  std::filesystem::path folder = std::filesystem::temp_directory_path() /
-                                 ("tind-archive-fuzz-" + std::to_string(getpid()));
+  std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / ("tind-archive-fuzz-" + std::to_string(getpid()));
   Place() { std::filesystem::create_directories(folder); }
   ~Place() { std::filesystem::remove_all(folder); }
 };
