@@ -90,6 +90,16 @@ Result<void> convert_those(const App& app, std::span<const Geographic> where,
   return {};
 }
 
+/// Where the posts are that `nearest` answers with: those heights are above what is there.
+std::vector<Geographic> nearest_posts(const DemSource& source, std::span<const Geographic> where) {
+  std::vector<Vec2> posts(where.size());
+  source.to_post(where, posts);
+  for (Vec2& post : posts) post = {std::floor(post.x + 0.5), std::floor(post.y + 0.5)};
+  std::vector<Geographic> places(where.size());
+  source.to_geographic(posts, places);
+  return places;
+}
+
 Result<Heights> of_source(const App& app, const Surface& surface, std::span<const Geographic> where,
                           const HeightQuestion& question, const std::stop_token& stop) {
   auto found = heights_at(surface, where, question.interpolation, stop);
@@ -105,8 +115,11 @@ Result<Heights> of_source(const App& app, const Surface& surface, std::span<cons
     const auto datum = datum_of(question.datum, info.datum, info.source_datum);
     if (!datum) return std::unexpected(datum.error());
     if (out.datum.empty() || out.datum == "unknown") out.datum = name(*datum);
-    if (auto done = convert_those(app, where, out.places, {info.datum, info.bounds, info.crs_wkt},
-                                  *datum, decides);
+    std::vector<Geographic> posts;
+    if (question.interpolation == Interpolation::nearest && info.datum != *datum)
+      posts = nearest_posts(*layers[k].source, where);
+    if (auto done = convert_those(app, posts.empty() ? where : posts, out.places,
+                                  {info.datum, info.bounds, info.crs_wkt}, *datum, decides);
         !done)
       return std::unexpected(done.error());
   }

@@ -4,6 +4,7 @@
 
 #include "proto/json_member.h"
 #include "proto/json_text.h"
+#include "server/api/json_problem.h"
 
 namespace tind::api {
 namespace {
@@ -20,7 +21,7 @@ Json parse_body(std::string_view body, std::size_t most_values, Problems& proble
   }
   Json json = json::parse<Json>(body);
   if (json.is_object()) return json;
-  problems.add("body", json.is_discarded() ? "is not JSON" : "must be a JSON object");
+  problems.add("body", json.is_discarded() ? why_no_json(body) : "must be a JSON object");
   return kNothing;
 }
 

@@ -11,6 +11,7 @@
 #include "proto/csv.h"
 #include "proto/json_text.h"
 #include "server/api/accuracy_json.h"
+#include "server/api/json_problem.h"
 #include "terrain/surface/stated_accuracy.h"
 
 namespace tind::api {
@@ -99,7 +100,7 @@ class GeoJsonPlaces : public PlacesDocument {
     });
     if (many_)
       problems.add("coordinates", kTooMany);
-    else if (bad_ || coordinates_.empty())
+    else if (bad_ || (coordinates_.empty() && !may_be_empty()))
       problems.add("coordinates",
                    "must be positions of GeoJSON: [lon, lat], or nested lists of them");
   }
@@ -122,6 +123,15 @@ class GeoJsonPlaces : public PlacesDocument {
  private:
   Ordered json_;
   bool bad_ = false, many_ = false;
+
+  /// A collection of nothing is one of no heights.
+  bool may_be_empty() const {
+    if (json_.contains("geometry")) return true;
+    for (const char* const list : {"features", "geometries", "coordinates"})
+      if (const auto found = json_.find(list); found != json_.end() && found->is_array())
+        return true;
+    return false;
+  }
 
   template <class Visit>
   static void each_of(Ordered& coordinates, const Visit& visit) {
@@ -250,7 +260,7 @@ std::expected<std::unique_ptr<PlacesDocument>, Problems> PlacesDocument::read(
     if (values > kMostValues)
       problems.add("body", "must have at most " + std::to_string(kMostValues) + " JSON values");
     else if (!json.is_object())
-      problems.add("body", json.is_discarded() ? "is not JSON" : "must be a JSON object");
+      problems.add("body", json.is_discarded() ? why_no_json(body) : "must be a JSON object");
     else if (json.contains("type"))
       read = std::make_unique<GeoJsonPlaces>(std::move(json), problems);
     else if (values > kMostListValues)

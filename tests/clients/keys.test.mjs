@@ -118,6 +118,11 @@ test("a job that a key asked for, and mistakes about keys", async () => {
     await new Promise((resolve) => setTimeout(resolve, 50));
   }
   assert.equal((await ask(`${job}/results`, {}, key)).status, 200);
+  // Another key has not asked for it, and does not learn that there is one.
+  const other = {"X-API-Key": SECRETS.elsewhere};
+  for (const path of ["", "/results", "/results/mesh"]) assert.equal((await ask(job + path, {}, other)).status, 404, path);
+  assert.equal((await ask(job, {method: "DELETE"}, other)).status, 404);
+  assert.equal((await ask(`${job}/results/mesh`, {}, key)).status, 200);
   await ask(`/elevation/alps?lon=900&lat=x&key=${SECRETS.right}`, {});
   for (const query of [`key=${WRONG}%zz`, `key=${WRONG}&key=${SECRETS.right}`, `a=b&k%65y=${WRONG}`, `key=${encodeURIComponent(`${WRONG}\n"`)}`])
     await ask(`/datasets?${query}`, {});

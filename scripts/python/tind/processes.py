@@ -43,7 +43,7 @@ class Processes:
 
     def contours(self, dem: str, **inputs: Any) -> Result:
         """interval= and base=, or levels=; format="gpkg", "fgb" or "geojson". as_band=True with
-        max_error=: areas in which the heights certainly are, when a mesh is all that is known."""
+        max_error= or level=: areas in which the heights certainly are, when a mesh is all that is known."""
         return self.run("contours", dem, **inputs)
 
     def relief(self, dem: str, **inputs: Any) -> Result:
@@ -52,21 +52,21 @@ class Processes:
 
     def profile(self, dem: str, line: Any, **inputs: Any) -> Result:
         """line: places along it. Wherever the surface turns, or samples= or step=; format="csv",
-        "geojson", "json" or "covjson"."""
+        "geojson", "json" or "covjson"; level= of a server's tiles in place of the DEM."""
         return self.run("profile", dem, line=line, **inputs)
 
     def line_of_sight(self, dem: str, observer: Any, target: Any, **inputs: Any) -> Result:
-        """from_height=, to_height=, refraction=, uncertainty=. The report says "visible", "hidden",
-        or, within the uncertainty, "depends"."""
+        """from_height=, to_height=, refraction=, uncertainty=, level=. The report says "visible",
+        "hidden", or, within the uncertainty, "depends"."""
         return self.run("line-of-sight", dem, **{"from": observer, "to": target}, **inputs)
 
     def viewshed(self, dem: str, observer: Any, **inputs: Any) -> Result:
-        """radius=, from_height=, to_height=, refraction=, uncertainty=."""
+        """radius=, from_height=, to_height=, refraction=, uncertainty=, level=."""
         return self.run("viewshed", dem, **{"from": observer}, **inputs)
 
     def volume(self, dem: str, **inputs: Any) -> Result:
         """height=, plane= (three points) or against= (another dataset, or file); bbox= or polygon=,
-        uncertainty=."""
+        uncertainty=, level=."""
         return self.run("volume", dem, **inputs)
 
     def statistics(self, dem: str, polygons: Any, **inputs: Any) -> Result:

@@ -41,6 +41,8 @@ std::optional<std::array<double, 4>> box_of(const Json& json) {
 struct Positions {
   std::size_t count = 0;
   bool bad = false;
+  const double farthest_x, farthest_y;
+
   std::array<double, 4> box{HUGE_VAL, HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
 
   void take(const Json& coordinates, int depth) {
@@ -50,7 +52,7 @@ struct Positions {
     }
     if (coordinates.size() >= 2 && coordinates[0].is_number() && coordinates[1].is_number()) {
       const double x = coordinates[0], y = coordinates[1];
-      bad = bad || !std::isfinite(x) || !std::isfinite(y);
+      bad = bad || !(std::abs(x) <= farthest_x && std::abs(y) <= farthest_y);
       box = {std::min(box[0], x), std::min(box[1], y), std::max(box[2], x), std::max(box[3], y)};
       ++count;
       return;
@@ -58,6 +60,22 @@ struct Positions {
     for (const Json& part : coordinates) take(part, depth + 1);
   }
 };
+
+/// Of a CRS by its name: degrees, or a projection's metres or feet.
+Positions positions_in(const std::string& crs) {
+  const bool degrees = crs == "CRS84";
+  return {.farthest_x = degrees ? 540. : 1e10, .farthest_y = degrees ? 90. : 1e10};
+}
+
+/// A polygon's rectangle, a little wider: posts on its rim then have neighbours on both sides.
+std::string bounds_around(std::array<double, 4> box, bool degrees) {
+  constexpr double kWider = 1e-3;
+  const double dx = kWider * (box[2] - box[0]), dy = kWider * (box[3] - box[1]);
+  if (!degrees || box[2] - box[0] < 350) box[0] -= dx, box[2] += dx;
+  box[1] -= dy, box[3] += dy;
+  if (degrees) box[1] = std::max(box[1], -90.), box[3] = std::min(box[3], 90.);
+  return bounds_of(box);
+}
 
 /// A geometry, or that of a Feature; null: neither.
 const Json* geometry_of(const Json& json) {
@@ -120,7 +138,7 @@ std::string read_shapes(const Json& json, const std::string& name,
   if (positions.count > kMostPositions)
     problems.add(name, "must have at most " + std::to_string(kMostPositions) + " positions");
   else if (positions.bad || positions.count == 0)
-    problems.add(name, "has coordinates that are no positions");
+    problems.add(name, "has coordinates that are no positions of " + crs);
   else
     return file_of(geometries, crs);
   return {};
@@ -156,10 +174,14 @@ AreaInput read_area(Members& inputs, Problems& problems) {
       problems.add("bbox", "must be [west, south, east, north], four numbers");
   }
   if (polygon) {
-    Positions positions;
+    Positions positions = positions_in(area.crs);
     area.polygon = read_shapes(*polygon, "polygon", {"Polygon", "MultiPolygon"},
                                "a Polygon or MultiPolygon", area.crs, problems, positions);
-    if (!area.polygon.empty()) area.bounds = bounds_of(positions.box);
+    const auto& box = positions.box;
+    if (!area.polygon.empty() && !(box[0] < box[2] && box[1] < box[3]))
+      problems.add("polygon", "has no area");
+    else if (!area.polygon.empty())
+      area.bounds = bounds_around(box, area.crs == "CRS84");
   }
   return area;
 }
@@ -174,7 +196,7 @@ std::string read_geojson(const char* name, Members& inputs, Problems& problems,
                          const std::string& crs) {
   const Json* const json = inputs.member(name);
   if (!json) return {};
-  Positions positions;
+  Positions positions = positions_in(crs);
   const bool lines = std::string_view(name) == "breaklines";
   return lines ? read_shapes(*json, name,
                              {"LineString", "MultiLineString", "Polygon", "MultiPolygon"},

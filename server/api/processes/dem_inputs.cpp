@@ -4,6 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "server/services/datasets/dataset_file.h"
+#include "terrain/geo/tiling_scheme.h"
 #include "terrain/raster/datums.h"
 
 namespace tind::api {
@@ -46,6 +48,28 @@ std::string why_not_above(const VerticalDatum& datum, const DemInfo& info,
     if (!datum_surface(one, info.bounds, info.crs_wkt, environment))
       return "cannot be this one: the server has no grid of it that reaches there; take another, "
              "or source";
+  return {};
+}
+
+/// What a daemon is told of the DEM and of its tiles, as a file that it would read.
+std::string table_of(const DemOfJob& dem) {
+  services::DatasetSpec spec{.name = dem.dataset->name, .files = dem.recipe->files};
+  spec.own = services::setting_texts(*dem.dataset->options);
+  spec.own.insert(dem.recipe->words.begin(), dem.recipe->words.end());
+  // Where nobody says it, it holds where the datum is known; said, it must be.
+  if (const auto to = spec.own.find("to-datum"); to != spec.own.end() && to->second == "ellipsoid")
+    spec.own.erase(to);
+  return services::print_dataset_file(spec);
+}
+
+/// Why a level of its tiles says nothing certain of the DEM; empty: it does.
+std::string why_no_level(const DemOfJob& dem) {
+  if (!dem.dataset->tiles || !dem.dataset->options)
+    return "is of tiles, which this dataset has not";
+  if (dem.dataset->source->layers().size() > 1)
+    return "is for datasets of one DEM: tiles of several layers are not about this one alone";
+  if (dem.dataset->source->shapes())
+    return "is for datasets without lines and water: tiles with these are not the DEM's alone";
   return {};
 }
 
@@ -102,6 +126,22 @@ std::string read_datum(const App& app, const DemOfJob& dem, Members& inputs, Pro
   return text;
 }
 
+void read_level(const DemOfJob& dem, Members& inputs, services::JobOrder& order,
+                Problems& problems) {
+  const Json* const json = inputs.member("level");
+  if (!json) return;
+  if (!json->is_number_integer() || *json < 0 || *json > tiling::kMaxLevel)
+    return problems.add("level",
+                        "must be a whole number from 0 to " + std::to_string(tiling::kMaxLevel));
+  if (inputs.member("datum"))
+    problems.add("datum", "cannot be chosen with level: heights are above what the tiles' are");
+  if (!dem.recipe) return;
+  if (std::string why = why_no_level(dem); !why.empty()) return problems.add("level", why);
+  order.files["tiles.toml"] = table_of(dem);
+  order.arguments.push_back("--tiles=tiles.toml");
+  order.arguments.push_back("--level=" + json->dump());
+}
+
 void add_dem(const DemOfJob& dem, services::JobOrder& order) {
   const DemRecipe& recipe = *dem.recipe;
   const std::string& name = dem.dataset->name;
@@ -132,6 +172,14 @@ void describe_dem(Ordered& inputs) {
   inputs["layer"] =
       described("Layer", "which DEM, of a dataset that is layers of several; /datasets names them",
                 {{"type", "string"}});
+}
+
+void describe_level(Ordered& inputs) {
+  inputs["level"] = described(
+      "Level of tiles",
+      "in place of the DEM: what a client sees that draws this level of the dataset's tiles, or "
+      "the deepest above it that is there; the answer says what their error leaves open",
+      {{"type", "integer"}, {"minimum", 0}, {"maximum", tiling::kMaxLevel}});
 }
 
 void describe_datum(Ordered& inputs) {

@@ -25,6 +25,9 @@ DemOfJob read_dem(const App&, Members& inputs, Problems&);
 /// heights cannot be above it: before a job finds that. Reads the grids that it takes, as far as
 /// the daemon has not: on a worker.
 std::string read_datum(const App&, const DemOfJob&, Members& inputs, Problems&);
+/// level, in place of the DEM: what a client sees that draws this level of the dataset's tiles. A
+/// problem where these are not of that DEM alone, and with a datum: heights are then the tiles'.
+void read_level(const DemOfJob&, Members& inputs, services::JobOrder&, Problems&);
 /// A word from a list; `initial` without one.
 std::string read_word(const char* name, const std::vector<std::string>& words, Members& inputs,
                       Problems&, const std::string& initial);
@@ -36,8 +39,9 @@ void add_dem(const DemOfJob&, services::JobOrder&);
 /// How inputs are described: {title, description, minOccurs, schema}.
 nlohmann::ordered_json described(const char* title, const std::string& description,
                                  nlohmann::ordered_json schema, int least = 0);
-/// Those of read_dem(), and datum.
+/// Those of read_dem(), datum, and level.
 void describe_dem(nlohmann::ordered_json& inputs);
+void describe_level(nlohmann::ordered_json& inputs);
 void describe_datum(nlohmann::ordered_json& inputs);
 
 }  // namespace tind::api

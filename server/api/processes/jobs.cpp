@@ -34,16 +34,18 @@ http::Reply json_reply(const Ordered& json) {
 using WithJob = http::Reply (*)(const App&, const Job&, const std::string& output,
                                 const http::Conditions&, const std::string& target);
 
+/// Of the key that is shown, where one is: what another one asked for, it has not.
 std::optional<http::Reply> with_job(const App& app, const http::Request& request,
                                     http::DeferredReply& deferred, WithJob answer) {
+  const std::string whose = request.access ? deferred.client() : std::string();
   return answer_on_worker(
       app, services::Work::question, request, deferred,
-      [&app, answer, id = std::string(request.matched[0]), output = std::string(request.matched[1]),
-       client = http::Conditions(request.head.fields),
+      [&app, answer, whose, id = std::string(request.matched[0]),
+       output = std::string(request.matched[1]), client = http::Conditions(request.head.fields),
        target = std::string(request.head.target)](const std::stop_token&) {
         const auto job = app.jobs->find(id);
         if (!job) return http::problem_reply(job.error(), target);
-        if (!*job)
+        if (!*job || (!whose.empty() && (*job)->client != whose))
           return http::problem_reply({.status = 404,
                                       .detail = "There is no such job, or it has expired.",
                                       .instance = target,
@@ -86,7 +88,7 @@ http::Operation operation_of(const char* id, const char* summary,
           .tag = "Processes",
           .summary = summary,
           .scope = http::Scope::jobs,
-          .heeds_access = true,  // who has a job's id may see it
+          .heeds_access = true,  // with_job() does
           .ignores_others = true,
           .path = {{"job", "the id of a job, as Location said it",
                     R"({"type": "string", "pattern": "^[0-9a-f]{32}$"})"},

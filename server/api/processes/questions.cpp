@@ -72,6 +72,7 @@ std::expected<JobOrder, Problems> profile_order(const App& app, const Json& json
   reading.number(kStep);
   if (samples && json.contains("step"))
     reading.problems().add("step", "and samples are two ways to say which places: one of them");
+  reading.level();
   reading.datum();
   reading.file("profile", kProfiles);
   return reading.done();
@@ -83,6 +84,7 @@ std::expected<JobOrder, Problems> line_of_sight_order(const App& app, const Json
   reading.place("to", "--to");
   reading.crs();
   for (const NumberInput& number : kSight) reading.number(number);
+  reading.level();
   reading.report();
   return reading.done();
 }
@@ -93,6 +95,7 @@ std::expected<JobOrder, Problems> viewshed_order(const App& app, const Json& jso
   reading.crs();
   for (const NumberInput& number : kSight) reading.number(number);
   reading.number(kRadius);
+  reading.level();
   reading.file("viewshed", kRasters);
   reading.report();
   reading.option("--progress", "lines");
@@ -109,6 +112,7 @@ std::expected<JobOrder, Problems> volume_order(const App& app, const Json& json)
   if (json.contains("height") + json.contains("plane") + json.contains("against") != 1)
     reading.problems().add("height", "takes one of height, plane and against");
   reading.number(kDifferenceUncertainty);
+  reading.level();
   reading.datum();
   reading.report();
   reading.option("--progress", "lines");
@@ -159,6 +163,7 @@ Ordered profile_inputs() {
   all["samples"] = describe_number(kSamples);
   all["samples"]["schema"]["type"] = "integer";
   all["step"] = describe_number(kStep);
+  describe_level(all);
   describe_datum(all);
   all["format"] = describe_format(kProfiles);
   return all;
@@ -171,6 +176,7 @@ Ordered sight_inputs() {
   all["to"] = describe_place("Target", "where it stands: [x, y] in crs");
   all["crs"] = described_crs();
   for (const NumberInput& number : kSight) all[number.name] = describe_number(number);
+  describe_level(all);
   return all;
 }
 
@@ -196,6 +202,7 @@ Ordered volume_inputs() {
   all["against"] = described("Dataset to compare with", "by its name", {{"type", "string"}});
   describe_area(all);
   all["uncertainty"] = describe_number(kDifferenceUncertainty);
+  describe_level(all);
   describe_datum(all);
   return all;
 }
@@ -251,7 +258,7 @@ std::vector<Process> question_processes() {
            profile_inputs, profile_outputs, profile_order},
           {"line-of-sight", "Line of sight",
            "Whether one place sees another, with the earth's curve, exactly over the DEM's "
-           "surface; with an uncertainty, what is certain.",
+           "surface; with an uncertainty, or over a level of tiles, what is certain.",
            sight_inputs, sight_outputs, line_of_sight_order},
           {"viewshed", "Viewshed", "The posts that can be seen from a place.", viewshed_inputs,
            viewshed_outputs, viewshed_order},

@@ -134,8 +134,12 @@ std::expected<JobOrder, Problems> contours_order(const App& app, const Json& jso
   if (band && !band->is_boolean()) problems.add("as_band", "must be true or false");
   if (areas) order.arguments.push_back("--as-band");
   read_number(kBandError, inputs, order, problems);
-  if (areas != json.contains("max_error"))
-    problems.add("max_error", areas ? "missing: as_band takes it, metres" : "is for as_band");
+  read_level(dem, inputs, order, problems);
+  const bool mesh = json.contains("max_error"), tiles = json.contains("level");
+  if (areas && mesh == tiles)
+    problems.add("max_error", mesh ? "and level are two ways to say what is known: one of them"
+                                   : "missing: as_band takes it, metres, or a level of tiles");
+  if (!areas && (mesh || tiles)) problems.add(mesh ? "max_error" : "level", "is for as_band");
   finish(app, dem, kVectors, "contours", inputs, order, problems);
   if (!problems.empty()) return std::unexpected(std::move(problems));
   return order;
@@ -170,18 +174,20 @@ Ordered relief_inputs() {
 }
 Ordered contour_inputs() {
   Ordered own;
-  own["interval"] =
-      described("Interval", "so many metres apart", {{"type", "number"}, {"exclusiveMinimum", 0}});
+  own["interval"] = described("Interval", "so many metres apart",
+                              {{"type", "number"}, {"minimum", 1e-3}, {"maximum", 1e5}});
   own["base"] = described("Base", "one of the heights of interval, metres",
                           {{"type", "number"}, {"default", 0}});
-  own["levels"] = described("Heights", "in place of interval: these, metres",
-                            {{"type", "array"}, {"items", {{"type", "number"}}}});
+  own["levels"] = described(
+      "Heights", "in place of interval: these, metres",
+      {{"type", "array"}, {"items", {{"type", "number"}}}, {"minItems", 1}, {"maxItems", 1000}});
   own["as_band"] = described(
       "Band",
       "areas in place of lines: where the DEM can have the height, when all that is known "
-      "of it is a mesh within max_error",
+      "of it is a mesh within max_error, or a level of tiles",
       {{"type", "boolean"}, {"default", false}});
   own[kBandError.name] = describe_number(kBandError);
+  describe_level(own);
   return with_area(std::move(own), kVectors);
 }
 

@@ -136,8 +136,10 @@ void read_stop(Members& inputs, std::vector<std::string>& words, Problems& probl
     const bool whole = std::string_view(stop.name) == "triangles";
     const bool number = whole ? json->is_number_integer() : json->is_number();
     if (!number || !(json->get<double>() >= stop.low && json->get<double>() <= stop.high))
-      problems.add(stop.name, std::string("must be a ") + (whole ? "whole " : "") + "number from " +
-                                  Ordered(stop.low).dump() + " to " + Ordered(stop.high).dump());
+      problems.add(stop.name,
+                   std::string("must be a ") + (whole ? "whole " : "") + "number from " +
+                       (whole ? "1 to 1000000000"
+                              : Ordered(stop.low).dump() + " to " + Ordered(stop.high).dump()));
     else
       words.push_back(std::string(stop.flag) + "=" + json->dump());
   }

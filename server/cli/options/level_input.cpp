@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "server/cli/options/table_tiles.h"
 #include "terrain/raster/datums.h"
 #include "terrain/store/open/stored_tiles.h"
 
@@ -12,15 +13,18 @@ namespace tind::cli {
 void add_level_options(Command app, LevelInput& input) {
   const Option tiles = app.add_option("--tiles", input.tiles,
                                       "ask what clients of these tiles see, in place of the DEM: a "
-                                      "directory made by tind build, or a URL");
+                                      "directory made by tind build, a URL, or a daemon's table of "
+                                      "a dataset (NAME.toml), whose tiles are made here");
   app.add_option("--level", input.level, "... of this level")
       .range(0, tiling::kMaxLevel)
       .needs(tiles);
+  input.environment = app.environment();
 }
 
 Result<std::shared_ptr<const TileSet>> open_level_tiles(const LevelInput& input) {
   if (input.level < 0)
     return fail(Errc::invalid_argument, "--tiles needs a --level: what is seen depends on it");
+  if (names_table(input.tiles)) return tiles_of_table(input.tiles, input.environment);
   auto tiles = open_stored_tiles(input.tiles);
   if (!tiles) return std::unexpected(tiles.error());
   return std::shared_ptr<const TileSet>(std::move(*tiles));

@@ -7,6 +7,7 @@
 #include <set>
 #include <thread>
 
+#include "server/services/datasets/dataset_file.h"
 #include "server/services/datasets/dataset_settings.h"
 #include "terrain/raster/datums.h"
 #include "terrain/raster/dem_files.h"
@@ -156,10 +157,8 @@ const Result<DatasetSpec>& CatalogTables::read(const std::string& file, const st
   // What was wrong may have been a file that it names and that is there by now.
   if (found != read_.end() && !state.empty() && found->second.state == state && found->second.spec)
     return found->second.spec;
-  const auto table = read_toml(file);
-  auto spec = table ? read_dataset_table({.line = 1, .is_text = false, .value = *table}, file, name)
-                    : std::unexpected(table.error());
-  return read_.insert_or_assign(file, Read{state, std::move(spec)}).first->second.spec;
+  return read_.insert_or_assign(file, Read{state, read_dataset_file(file, name)})
+      .first->second.spec;
 }
 
 Result<std::vector<FolderEntry>> CatalogFolder::look(bool tables_rest, Clock::time_point now) {

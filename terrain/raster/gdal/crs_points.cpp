@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -14,6 +15,9 @@
 
 namespace tind {
 namespace {
+
+/// No coordinate of a place is larger, in feet or millimetres of a projection's false origin.
+constexpr double kFarthest = 1e10;
 
 const char* direction(OGRAxisOrientation to) {
   switch (to) {
@@ -51,6 +55,10 @@ class AxisOrderPoints : public CrsPoints {
     std::vector<Vec2> at(points.begin(), points.end());
     if (!east_first_)
       for (Vec2& p : at) std::swap(p.x, p.y);
+    // PROJ takes such a number for turns around the globe, or for a longitude.
+    for (Vec2& p : at)
+      if (!(std::abs(p.x) <= kFarthest && std::abs(p.y) <= kFarthest))
+        p.x = p.y = std::numeric_limits<double>::quiet_NaN();
     way_->to_geographic(at);
     for (std::size_t i = 0; i < at.size(); ++i) out[i] = {at[i].x, at[i].y};
   }

@@ -77,6 +77,19 @@ TEST_F(Elevation, GivesGeoJsonItsHeights) {
   EXPECT_EQ(got["features"][0]["properties"]["name"], "way");
 }
 
+TEST_F(Elevation, OfNothingAreNone) {
+  for (const char* const none : {R"({"type": "FeatureCollection", "features": []})",
+                                 R"({"type": "Feature", "geometry": null, "properties": {"a": 1}})",
+                                 R"({"type": "GeometryCollection", "geometries": []})"}) {
+    const HttpReply reply = send("", "application/geo+json", none);
+    ASSERT_EQ(reply.status, 200) << none << reply.body;
+    Json got = Json::parse(reply.body);
+    EXPECT_EQ(got["heights"]["datum"], "egm96");
+    got.erase("heights");
+    EXPECT_EQ(got, Json::parse(none));
+  }
+}
+
 TEST_F(Elevation, RepeatsHowGoodHeightsAreSaidToBeWhereThereAreAny) {
   const std::string dem = test::testdata("rainier.tif");
   DemOptions stated;
@@ -210,6 +223,7 @@ TEST_F(Elevation, NamesWhatIsWrongWithOnePlace) {
   for (const auto& [query, parameter] :
        {std::pair("crs=EPSG:2056", "coords"), std::pair("coords=1", "coords"),
         std::pair("coords=1,2&lon=3", "coords"), std::pair("crs=EPSG:4326&coords=95,0", "coords"),
+        std::pair("crs=EPSG:3857&coords=1e300,0", "coords"),
         std::pair("crs=EPSG:9999999&coords=1,2", "crs"),
         std::pair("crs=EPSG:999999&coords=1,2", "crs"),
         std::pair("lon=1&lat=2&surface=mesh", "surface")}) {

@@ -149,6 +149,32 @@ TEST_F(ProcessesApi, APolygonIsTheRimOfTheMesh) {
   EXPECT_NEAR(area, 0.005, 0.0002);
 }
 
+TEST_F(ProcessesApi, ARimOfPostsKeepsTheBoundToo) {
+  // Its sides run along columns and rows, over a post that stands between voids.
+  const HttpReply reply = post("/processes/simplify/execution", R"({"inputs": {
+      "dataset": "rainier", "max_error": 10, "polygon": {"type": "Polygon", "coordinates": [[
+        [-121.86166666666672, 46.96333333333335], [-121.84416666666672, 46.96333333333335],
+        [-121.84416666666672, 46.980833333333344], [-121.86166666666672, 46.980833333333344],
+        [-121.86166666666672, 46.96333333333335]]]}}, "outputs": {"report": {}}})");
+  ASSERT_EQ(reply.status, 200) << reply.body;
+  const Json report = Json::parse(reply.body);
+  EXPECT_LE(report["max_error_m"], 10);
+  EXPECT_GE(report["posts"], 400);
+}
+
+TEST_F(ProcessesApi, APolygonThatIsNoneIsNamed) {
+  const auto polygon = [](const std::string& ring) {
+    return inputs(R"("max_error": 10, "polygon": {"type": "Polygon", "coordinates": [)" + ring +
+                  "]}");
+  };
+  expect_refused("/processes/simplify/execution",
+                 {{polygon(""), "inputs.polygon"},
+                  {polygon("[]"), "inputs.polygon"},
+                  {polygon("[[-121.8, 46.8], [-121.8, 46.8], [-121.8, 46.8]]"), "inputs.polygon"},
+                  {polygon("[[-121.8, 46.8], [1e308, 46.8], [-121.8, 46.9]]"), "inputs.polygon"},
+                  {polygon("[[-121.8, 46.8], [-121.7, 91], [-121.8, 46.9]]"), "inputs.polygon"}});
+}
+
 TEST_F(ProcessesApi, EveryOptionOfAMethodIsKnown) {
   for (const char* const more :
        {R"("method": "bounded", "effort": "best")", R"("method": "qem", "subset-placement": true)",
@@ -246,6 +272,78 @@ TEST_F(ProcessesApi, HeightsAlongALineAndWhatIsSeen) {
       "/processes/line-of-sight/execution",
       {{inputs(R"("from": [1, 2])"), "inputs.to"},
        {inputs(R"("from": [1, 2], "to": [1, 2], "refraction": 3)"), "inputs.refraction"}});
+}
+
+TEST_F(ProcessesApi, ALevelIsAskedAsItsTilesAre) {
+  const test::TempDir dir;
+  const std::string dem = test::testdata("rainier.tif"), built = dir.file("tiles");
+  ASSERT_EQ(test::run_tind("build " + dem + " --levels 0-9 --progress none -o " + built).code, 0);
+  const auto run = [&](const std::string& id, const std::string& more) {
+    const HttpReply reply = post("/processes/" + id + "/execution", inputs(more));
+    EXPECT_EQ(reply.status, 200) << id << reply.body;
+    return Json::parse(reply.body, nullptr, false);
+  };
+  const auto same = [&](Json served, const std::string& command) {
+    const auto ran = test::run_tind(command + " --tiles " + built + " --level 9");
+    EXPECT_EQ(ran.code, 0) << ran.out;
+    Json local = Json::parse(ran.answer, nullptr, false);
+    for (Json* one : {&served, &local}) one->erase("input");
+    EXPECT_EQ(served, local);
+  };
+  // The tiles that a batch makes, and the DEM between what their error allows.
+  const Json band =
+      run("profile", R"("line": [[-121.9, 46.75], [-121.7, 46.8]], "level": 9, "format": "json")");
+  same(band, "profile " + dem + R"( --line "-121.9,46.75 -121.7,46.8" --format json)");
+  const Json exact =
+      run("profile", R"("line": [[-121.9, 46.75], [-121.7, 46.8]], "samples": 50, "format": "json",
+                    "datum": "ellipsoid")");
+  const Json seen = run("profile", R"("line": [[-121.9, 46.75], [-121.7, 46.8]], "samples": 50,
+                                      "format": "json", "level": 9)");
+  EXPECT_EQ(seen["datum"], "ellipsoid");
+  double farthest = 0;
+  for (std::size_t i = 0; i < 50; ++i) {
+    if (exact["points"][i]["height_m"].is_null()) continue;
+    const double height = exact["points"][i]["height_m"];
+    EXPECT_LE(seen["points"][i]["low_m"], height);
+    EXPECT_GE(seen["points"][i]["high_m"], height);
+    farthest = std::max(farthest, std::abs(seen["points"][i]["height_m"].get<double>() - height));
+  }
+  EXPECT_GT(farthest, 1);  // it is not the DEM that was asked
+
+  const std::string ends = R"("from": [-121.8, 46.8], "to": [-121.7, 46.9], "from_height": 40)";
+  const Json sight = run("line-of-sight", ends + R"(, "level": 9, "uncertainty": 1)");
+  EXPECT_GT(sight["uncertainty_m"], 2);
+  same(sight, "line-of-sight " + dem +
+                  " --from=-121.8,46.8 --to=-121.7,46.9 --from-height 40 --uncertainty 1 --json");
+  const Json volume = run("volume", R"("height": 1500, "level": 9,
+                                       "bbox": [-121.8, 46.75, -121.78, 46.76])");
+  EXPECT_LT(volume["cut"]["low_m3"], volume["cut"]["high_m3"]);
+  EXPECT_EQ(volume["datum"], "ellipsoid");
+  const Json areas = run("contours", R"("interval": 500, "as_band": true, "level": 9,
+                                        "bbox": [-121.8, 46.75, -121.78, 46.76],
+                                        "format": "geojson")");
+  EXPECT_GT(areas["features"].size(), 0u);
+  EXPECT_TRUE(post("/processes/viewshed/execution",
+                   inputs(R"("from": [-121.7, 46.8], "radius": 1000, "level": 9)"))
+                  .body.starts_with("II*"));
+
+  expect_refused("/processes/line-of-sight/execution",
+                 {{inputs(ends + R"(, "level": 25)"), "inputs.level"},
+                  {inputs(ends + R"(, "level": 2.5)"), "inputs.level"},
+                  {inputs(ends + R"(, "level": "9 --json")"), "inputs.level"}});
+  expect_refused("/processes/volume/execution",
+                 {{inputs(R"("height": 1, "level": 9, "datum": "egm96")"), "inputs.datum"}});
+  expect_refused("/processes/contours/execution",
+                 {{inputs(R"("interval": 9, "level": 9)"), "inputs.level"},
+                  {inputs(R"("interval": 9, "as_band": true, "level": 9, "max_error": 2)"),
+                   "inputs.max_error"}});
+  // What a level says of one DEM it says of no other.
+  ASSERT_TRUE(services::open_dataset(
+      catalog_, {"two", {test::testdata("rainier.tif"), test::testdata("bigtujunga_crop.tif")}}, {},
+      {}));
+  const std::string of_two = R"({"inputs": {"dataset": "two", "layer": "rainier", )" + ends;
+  expect_refused("/processes/line-of-sight/execution",
+                 {{of_two + R"(, "level": 9}})", "inputs.level"}});
 }
 
 TEST_F(ProcessesApi, VolumesStatisticsAndDifferences) {

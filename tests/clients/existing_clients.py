@@ -1,0 +1,167 @@
+#!/usr/bin/python3
+"""Scripts as the documents of other services have them, and clients made for these, against the
+daemon: only the address is another. What is not installed is skipped.
+
+    existing_clients.py      with the program in $TIND_BINARY
+"""
+import io
+import pathlib
+import subprocess
+import sys
+import unittest
+
+SKIPPED = 77
+try:
+    import numpy as np
+    import requests
+    from web_map import Daemon
+except ImportError as error:
+    print(f"skipped: {error}")
+    sys.exit(SKIPPED)
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+DEM = ROOT / "testdata/rainier.tif"
+SUMMIT = (46.85, -121.76)  # latitude first, as these services have it
+SUMMIT_M = 4317.0
+NOWHERE = (0.0, 0.0)
+
+
+class Served(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = Daemon([DEM])
+        cls.url = f"http://{cls.daemon.address}"
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.daemon.stop()
+
+
+class OpenTopoData(Served):
+    """Of its pages "API documentation" and "Calling from the browser / Python"."""
+
+    def test_a_query(self):
+        response = requests.get(f"{self.url}/v1/rainier?locations=46.85,-121.76&interpolation=cubic")
+        said = response.json()
+        self.assertEqual(said["status"], "OK")
+        [result] = said["results"]
+        self.assertEqual(set(result), {"elevation", "location", "dataset"})
+        self.assertEqual(result["location"], {"lat": SUMMIT[0], "lng": SUMMIT[1]})
+        self.assertAlmostEqual(result["elevation"], SUMMIT_M, delta=30)
+
+    def test_a_post_of_json_and_of_a_form(self):
+        data = {"locations": "46.85,-121.76|0,0", "interpolation": "bilinear"}
+        for how in ({"json": data}, {"data": data}):
+            results = requests.post(f"{self.url}/v1/rainier", **how).json()["results"]
+            self.assertEqual([r["elevation"] for r in results], [SUMMIT_M, None])
+
+    def test_what_is_wrong(self):
+        response = requests.get(f"{self.url}/v1/rainier?locations=46.85")
+        self.assertEqual((response.status_code, response.json()["status"]), (400, "INVALID_REQUEST"))
+
+
+class OpenElevation(Served):
+    """Of its "API docs": curl's GET and POST."""
+
+    def test_both(self):
+        get = requests.get(f"{self.url}/api/v1/lookup", params={"locations": "46.85,-121.76|0,0"})
+        post = requests.post(f"{self.url}/api/v1/lookup", headers={"Accept": "application/json"}, json={
+            "locations": [{"latitude": lat, "longitude": lon} for lat, lon in (SUMMIT, NOWHERE)]})
+        for response in (get, post):
+            results = response.json()["results"]
+            self.assertEqual([r["elevation"] for r in results], [SUMMIT_M, None])
+            self.assertEqual((results[0]["latitude"], results[0]["longitude"]), SUMMIT)
+
+
+class Valhalla(Served):
+    """Of its page "Elevation service API reference"."""
+
+    SHAPE = [{"lat": 46.80, "lon": -121.80}, {"lat": 46.85, "lon": -121.76}, {"lat": 46.90, "lon": -121.72}]
+
+    def test_heights_and_ranges(self):
+        said = requests.post(f"{self.url}/height", json={"range": True, "shape": self.SHAPE}).json()
+        self.assertEqual(len(said["range_height"]), 3)
+        self.assertEqual(said["range_height"][0][0], 0)
+        self.assertAlmostEqual(said["range_height"][1][1], SUMMIT_M, delta=1)
+        said = requests.post(f"{self.url}/height", json={"range": False, "shape": self.SHAPE}).json()
+        self.assertEqual(len(said["height"]), 3)
+
+    def test_resampled_and_with_an_id(self):
+        said = requests.post(f"{self.url}/height", json={"shape": self.SHAPE, "resample_distance": 500, "range": True,
+                                                         "id": "Rainier", "height_precision": 2}).json()
+        self.assertEqual(said["id"], "Rainier")
+        self.assertGreater(len(said["range_height"]), 20)
+
+
+class OsmnxAsIs(Served):
+    def test_nodes_of_a_graph_get_their_heights(self):
+        try:
+            import networkx
+            import osmnx
+        except ImportError as error:
+            self.skipTest(str(error))
+        graph = networkx.MultiDiGraph(crs="EPSG:4326")
+        random = np.random.default_rng(3)
+        for node in range(1000):
+            graph.add_node(node, x=float(random.uniform(-121.9, -121.65)), y=float(random.uniform(46.75, 46.95)))
+        for node in range(999):
+            graph.add_edge(node, node + 1, 0, length=100.0)
+        osmnx.settings.use_cache = False
+        ask, url = requests.get, self.url
+
+        def elsewhere(address, **options):  # the only thing that is another: whose it is
+            return ask(address.replace("https://maps.googleapis.com", url), **options)
+
+        osmnx.elevation.requests.get = elsewhere
+        try:
+            graph = osmnx.elevation.add_node_elevations_google(graph, api_key="any")
+        finally:
+            osmnx.elevation.requests.get = ask
+        graph = osmnx.elevation.add_edge_grades(graph)
+        at = requests.post(f"{url}/elevation/rainier", json={
+            "locations": [[round(d["x"], 5), round(d["y"], 5)] for _, d in graph.nodes(data=True)]}).json()["height_m"]
+        for (_, data), height in zip(graph.nodes(data=True), at):
+            if height is not None:
+                self.assertAlmostEqual(data["elevation"], height, delta=1e-3)
+        self.assertEqual(len(graph.edges), 999)
+
+
+class OwsLib(Served):
+    """Which knows Common, Coverages and Processes."""
+
+    def setUp(self):
+        try:
+            import owslib.ogcapi.coverages
+            import owslib.ogcapi.processes
+        except ImportError as error:
+            self.skipTest(str(error))
+
+    def test_coverages(self):
+        from owslib.ogcapi.coverages import Coverages
+        client = Coverages(self.url)
+        self.assertEqual(client.coverages(), ["rainier"])
+        self.assertEqual(client.collection("rainier")["id"], "rainier")
+        self.assertIn("http://www.opengis.net/spec/ogcapi-common-1/1.0/conf/core", client.conformance()["conformsTo"])
+        bytes_ = client.coverage("rainier")
+        self.assertTrue(isinstance(bytes_, io.BytesIO) and bytes_.read(3) == b"II*")
+
+    def test_processes(self):
+        from owslib.ogcapi.processes import Processes
+        client = Processes(self.url)
+        self.assertIn("viewshed", [one["id"] for one in client.processes()["processes"]])
+        self.assertIn("max_error", client.process("simplify")["inputs"])
+
+    def test_its_document(self):
+        from owslib.ogcapi import API
+        kinds = [link["type"] for link in API(self.url).links if link["rel"] == "service-desc"]
+        self.assertTrue(kinds)
+
+
+class Gdal(Served):
+    def test_its_driver_of_ogc_api(self):
+        said = subprocess.run(["gdalinfo", f"OGCAPI:{self.url}/collections/rainier"], capture_output=True, text=True)
+        self.assertIn("Driver: OGCAPI", said.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()
