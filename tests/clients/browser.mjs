@@ -14,6 +14,7 @@ export function openBrowser() {
 /// request to another origin than `origin` (data: and blob: stay inside the browser).
 export async function openPage(browser, origin, viewport) {
   const page = await browser.newPage({viewport});
+  page.setDefaultTimeout(240000);  // what never comes fails a test; how long it takes on a busy machine does not
   const complaints = [];
   page.on("console", (message) => message.type() === "error" && complaints.push(`console: ${message.text()}`));
   page.on("pageerror", (error) => complaints.push(`exception: ${error.message}`));

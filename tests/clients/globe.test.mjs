@@ -290,7 +290,7 @@ test("search finds coordinates, the summit and datasets; of nonsense it says wha
   assert.match(await page.locator("#search-found").innerText(), /Write latitude, longitude; summit; or a dataset's name/);
   await page.keyboard.press("Escape");
   await find("rain");
-  await page.waitForFunction(() => window.tind.state.dataset.name === "rainier", undefined, {timeout: 60000});
+  await page.waitForFunction(() => window.tind.state.dataset.name === "rainier");
 });
 
 test("cards tell of each dataset, and open it", async () => {
@@ -300,7 +300,7 @@ test("cards tell of each dataset, and open it", async () => {
   const words = await card.innerText();
   for (const part of [/121 × 121 posts/, /9\.\d+ km × 13\.\d+ km/, /above the ellipsoid/, /levels 0 to \d+/]) assert.match(words, part);
   await card.click();
-  await page.waitForFunction(() => window.tind.state.dataset.name === "island", undefined, {timeout: 60000});
+  await page.waitForFunction(() => window.tind.state.dataset.name === "island");
   await settled(page);
   assert.equal(new URL(page.url()).searchParams.get("dataset"), "island");
 });
@@ -400,14 +400,14 @@ test("another level beside it follows the camera", async () => {
   await page.locator("#other").selectOption("island");
   await page.locator("#other-level").fill("8");
   await page.locator("#other-level").dispatchEvent("change");
-  await page.waitForFunction(() => window.tind.compare.other?.scene.globe.tilesLoaded, undefined, {timeout: 60000});
+  await page.waitForFunction(() => window.tind.compare.other?.scene.globe.tilesLoaded);
   await page.evaluate(({lon, lat}) => (window.tind.globe.camera = {lon, lat, height: 15000, heading: 0, pitch: -90}), PEAK);
   await settled(page);
   await page.waitForFunction(() => {
     const {compare: {other}} = window.tind;
     other.scene.requestRender();
     return other.scene.globe.tilesLoaded && other.camera.height < 15010;
-  }, undefined, {timeout: 60000, polling: 200});
+  }, undefined, {polling: 200});
   const [levels, height] = await page.evaluate(async () => {
     const {drawnTiles} = await import("./viewer/globe/tiles.js");
     const {compare: {other}} = window.tind;

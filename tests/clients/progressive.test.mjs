@@ -94,7 +94,7 @@ test("a limit sends a beginning, and a range the rest", async () => {
 // ---- the page
 
 const figures = () => page.evaluate(() => window.tind.view.figures);
-const until = (condition) => page.waitForFunction(condition, undefined, {timeout: 120000, polling: 50});
+const until = (condition) => page.waitForFunction(condition, undefined, {polling: 50});
 
 /// Share of the picture that is terrain and not background.
 const covered = () => page.evaluate(() => {

@@ -25,7 +25,7 @@ after(async () => {
 /// Until so many more views have been answered.
 async function updates(count) {
   const from = await page.evaluate(() => window.tind?.flight.updates ?? 0);
-  await page.waitForFunction((goal) => window.tind?.flight.updates >= goal, from + count, {timeout: 120000});
+  await page.waitForFunction((goal) => window.tind?.flight.updates >= goal, from + count);
 }
 
 const triangles = () => page.evaluate(() => window.tind.flight.mesh.triangles.size);

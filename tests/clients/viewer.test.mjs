@@ -127,7 +127,7 @@ test("the readout follows when the camera moves, and arrow keys keep it upright"
   await page.locator("#tile-error").filter({hasText: / m /}).waitFor();
   const before = await page.locator("#position").innerText();
   for (let i = 0; i < 22; ++i) await page.keyboard.press("ArrowLeft");
-  await page.waitForFunction((old) => document.getElementById("position").textContent !== old, before, {timeout: 60000});
+  await page.waitForFunction((old) => document.getElementById("position").textContent !== old, before);
   const roll = await page.evaluate(() => window.Cesium.Math.toDegrees(window.Cesium.Math.negativePiToPi(window.tind.widget.scene.camera.roll)));
   assert.ok(Math.abs(roll) < 0.01, `rolled by ${roll} degrees`);
   await page.keyboard.press("h");
@@ -257,7 +257,7 @@ test("it fits a small screen, and a finger", async () => {
   }
   await small.screenshot({path: `${ROOT}/build/shots/small-open.png`});
   await small.goto(`${daemon.origin}/viewer/refine.html`);
-  await small.locator("#figures").waitFor({timeout: 120000});
+  await small.locator("#figures").waitFor();
   await fits("figures");
   await small.close();
   assert.deepEqual(wrong, []);
@@ -272,7 +272,7 @@ test("no dead ends: an unknown dataset, a busy daemon, none at all", async () =>
   await message.filter({hasText: "There is no dataset named nowhere here."}).waitFor();
   for (const empty of ["#globe", "#tools"]) assert.ok(await lost.locator(empty).isHidden(), `nothing to look at in ${empty}`);
   await message.locator("button", {hasText: "Show rainier"}).click();
-  await lost.waitForFunction(() => window.tind.state.dataset?.name === "rainier", undefined, {timeout: 120000});
+  await lost.waitForFunction(() => window.tind.state.dataset?.name === "rainier");
   assert.equal(faults.length, 0);
   assert.ok(await message.isHidden());
   assert.ok(await lost.locator("#globe").isVisible());
