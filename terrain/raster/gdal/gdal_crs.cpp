@@ -17,6 +17,7 @@
 
 #include "terrain/raster/datums.h"
 #include "terrain/raster/gdal/gdal_setup.h"
+#include "terrain/raster/gdal/proj_files.h"
 #include "terrain/raster/gdal/proj_operation.h"
 
 namespace tind::gdal {
@@ -230,6 +231,7 @@ Result<CrsFacts> describe(const OGRSpatialReference* given) {
 Result<CrsFacts> crs_named(const std::string& text) {
   set_up();
   const Complaints complaints;
+  const OperatorNamesGrids operator_names_them;
   OGRSpatialReference crs;
   const char* options[] = {"ALLOW_NETWORK_ACCESS=NO", "ALLOW_FILE_ACCESS=NO", nullptr};
   if (crs.SetFromUserInput(text.c_str(), options) != OGRERR_NONE)

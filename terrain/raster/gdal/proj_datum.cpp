@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "terrain/raster/file_state.h"
+#include "terrain/raster/gdal/proj_files.h"
 #include "terrain/raster/gdal/proj_operation.h"
 #include "terrain/raster/offset_grid.h"
 
@@ -155,6 +156,7 @@ std::string proj_folders() {
 }
 
 Result<VerticalCrs> vertical_crs(const std::string& text) {
+  const OperatorNamesGrids operator_names_them;
   const Operation one;
   const Pj crs(proj_create(one.context, text.c_str()));
   if (!crs || !proj_is_crs(crs.get()))

@@ -8,6 +8,8 @@
 #include <string_view>
 #include <utility>
 
+#include "terrain/raster/gdal/proj_files.h"
+
 namespace tind::gdal {
 namespace {
 
@@ -19,6 +21,7 @@ Operation::Operation(std::string grids) : context(proj_context_create()), folder
   proj_context_set_enable_network(context, 0);
   proj_log_level(context, PJ_LOG_NONE);
   if (folder.empty()) return;
+  allow_folder(context, folder);
   std::vector<std::string> all{folder};
   const char* const own = proj_info().searchpath;
   for (std::string_view rest = own ? own : ""; !rest.empty();) {

@@ -50,11 +50,16 @@ struct Ready {
 Result<Source> look_at_source(const TileStore& store, const CopyOptions& o) {
   const auto text = store.layer_json();
   if (!text) return std::unexpected(text.error());
+  const auto record = store.record();
+  auto blocks = store.kept_blocks();
+  // What is there and could not be read is not what is not there: the copy would lack it for good.
+  if (!blocks && blocks.error().code == Errc::io) return std::unexpected(blocks.error());
+  if (blocks && !record) return fail(Errc::io, store.name() + ": its record cannot be read");
   Source from{.store = store,
               .layer_text = {text->begin(), text->end()},
               .layer = {},
-              .record = store.record(),
-              .blocks = store.kept_blocks().value_or(""),
+              .record = record,
+              .blocks = blocks ? std::move(*blocks) : "",
               .areas = {},
               .threads = o.threads};
   auto layer = proto::decode_layer_json(from.layer_text);

@@ -95,7 +95,9 @@ class FolderStore : public TileStore {
   }
 
   Result<std::string> kept_blocks() const override {
-    const auto made = record();
+    const auto bytes = read_stored_file(base_ + folder::kRecord);
+    if (!bytes && bytes.error().code != Errc::not_found) return std::unexpected(bytes.error());
+    const auto made = bytes ? decode_build_record(text_of(*bytes)) : std::nullopt;
     if (!made || made->heights.empty()) return TileStore::kept_blocks();
     return tind::kept_blocks(base_, *made);
   }

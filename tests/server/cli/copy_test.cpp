@@ -131,6 +131,15 @@ TEST_F(Copies, MissingTilesComeBackAndForeignOnesAreNamed) {
   EXPECT_EQ(*read_whole_file(at + "/10/3/4.terrain"), "somebody's");
 }
 
+TEST_F(Copies, WhatCannotBeReadIsNotLeftOut) {
+  const std::string from = file("unreadable");
+  fs::copy(tiles(), from, fs::copy_options::recursive);
+  fs::remove(from + "/tind-build.json");
+  fs::create_directory(from + "/tind-build.json");  // there, and no read of it succeeds
+  EXPECT_EQ(copy(from, file("without.pmtiles")).code, 74);
+  EXPECT_FALSE(fs::exists(file("without.pmtiles")));
+}
+
 TEST_F(Copies, BadInputIsOneLine) {
   EXPECT_EQ(test::run_tind("verify " + file("none.pmtiles")).code, 69);
   EXPECT_EQ(test::run_tind("verify " + dem()).code, 2);

@@ -1,6 +1,8 @@
 // The CRS of a file may name grids, which PROJ opens: no file says which of ours that are.
 
 #include <gtest/gtest.h>
+#include <sys/inotify.h>
+#include <unistd.h>
 
 #include <fstream>
 #include <string>
@@ -32,13 +34,47 @@ bool opens(const test::TempDir& folder, const std::string& prj) {
   return DemSource::open({&dem, 1}).has_value();
 }
 
+/// How often a file was opened since this was made.
+class Openings {
+ public:
+  explicit Openings(const std::string& file) : queue_(inotify_init1(IN_NONBLOCK)) {
+    watched_ = inotify_add_watch(queue_, file.c_str(), IN_OPEN) >= 0;
+  }
+  ~Openings() { close(queue_); }
+  int count() {
+    EXPECT_TRUE(watched_);
+    int found = 0;
+    inotify_event event{};
+    while (read(queue_, &event, sizeof event) == ssize_t(sizeof event)) ++found;
+    return found;
+  }
+
+ private:
+  int queue_;
+  bool watched_ = false;
+};
+
 TEST(CrsFiles, PathsOfGridsAreRefused) {
   const test::TempDir folder;
   const std::string grid = folder.file("secret.gsb");
   std::ofstream(grid) << "not a grid";
+  Openings openings(grid);
   for (const auto& prj : {extension(grid), extension("@" + grid), extension("a.gsb," + grid),
                           extension("../secret.gsb"), extension("~/secret.gsb"), geoid(grid)})
     EXPECT_FALSE(opens(folder, prj)) << prj;
+  EXPECT_EQ(openings.count(), 0);
+}
+
+TEST(CrsFiles, AnOperatorMayNameThem) {
+  const test::TempDir folder;
+  const std::string grid = folder.file("mine.gsb"), dem = folder.file("d.asc");
+  std::ofstream(grid) << "not a grid";
+  EXPECT_TRUE(opens(folder, ""));
+  Openings openings(grid);
+  DemOptions options;
+  options.crs = "+proj=longlat +ellps=bessel +nadgrids=" + grid + " +no_defs";
+  (void)DemSource::open({&dem, 1}, options);
+  EXPECT_GT(openings.count(), 0);
 }
 
 TEST(CrsFiles, NamesOfGridsAreNot) {
