@@ -131,6 +131,8 @@ class Served(unittest.TestCase):
                     self.assertLessEqual(report["max_error_m"], 50)
                     report.pop("input", None), report.pop("dem"), report.pop("mesh")
                 self.assertEqual(*both)
+            coarse = self.client.simplify(None, mesh=path, ratio=0.2, method="qem").report
+            self.assertLess(coarse["triangles"], 0.9 * coarse["input_triangles"])  # its border stays
 
     def test_methods_are_compared(self):
         for tind_, dem in ((self.client, "rainier"), (self.program, DEM)):

@@ -89,22 +89,22 @@ class Client(Processes):
 
     # --- work -------------------------------------------------------------------------------------
 
-    def submit(self, process: str, dataset: str, **inputs: Any) -> Job:
-        """Has it done as a job, and does not wait."""
+    def submit(self, process: str, dataset: str | None, **inputs: Any) -> Job:
+        """Has it done as a job, and does not wait. `dataset`: None where a mesh is sent instead."""
         outputs = self._outputs.get(process)
         if outputs is None:
             outputs = self._outputs[process] = list(self.describe(process)["outputs"])
-        if process == "measure":
+        if "mesh" in inputs:
             inputs = _with_mesh(**inputs)
-        said = {name: _json_of(value) for name, value in inputs.items() if value is not None}
+        said = {name: _json_of(value) for name, value in {"dataset": dataset, **inputs}.items()
+                if value is not None}
         job = self._connection.post(
             f"/processes/{process}/execution",
-            {"inputs": {"dataset": dataset, **said}, "outputs": {name: {} for name in outputs},
-             "response": "document"},
+            {"inputs": said, "outputs": {name: {} for name in outputs}, "response": "document"},
             headers={"Prefer": "respond-async"})
         return Job(self._connection, job["jobID"])
 
-    def run(self, process: str, dem: str, *, timeout_s: float | None = None,
+    def run(self, process: str, dem: str | None, *, timeout_s: float | None = None,
             progress: Callable[[float, str], None] | None = None, **inputs: Any) -> Result:
         """Has it done, and waits. Who is interrupted has the job dismissed."""
         job = self.submit(process, dem, **inputs)

@@ -13,12 +13,13 @@ from tind.jobs import Result
 class Processes:
     """One method a process. `dem`: a dataset of the server, or a file of the local program."""
 
-    def run(self, process: str, dem: str, **inputs: Any) -> Result:
+    def run(self, process: str, dem: str | None, **inputs: Any) -> Result:
         raise NotImplementedError
 
-    def simplify(self, dem: str, **inputs: Any) -> Result:
+    def simplify(self, dem: str | None, **inputs: Any) -> Result:
         """An area as one mesh: max_error=, triangles= or ratio=; method=, bbox= or polygon=,
-        breaklines=, flatten=, format=, frame=."""
+        breaklines=, flatten=, format=, frame=. Of a server, None with mesh= is a TIN of one's own:
+        a file, or bytes with mesh_format=."""
         return self.run("simplify", dem, **inputs)
 
     def slope(self, dem: str, **inputs: Any) -> Result:

@@ -8,6 +8,7 @@
 
 #include "server/api/processes/area_input.h"
 #include "server/api/processes/dem_inputs.h"
+#include "server/api/processes/mesh_input.h"
 #include "server/api/processes/plain_inputs.h"
 #include "server/api/processes/process.h"
 #include "terrain/base/enum_names.h"
@@ -23,6 +24,9 @@ using Ordered = nlohmann::ordered_json;
 using services::JobOrder;
 
 constexpr const char* kDefaultFormat = "ply";
+/// What a mesh that is sent has not.
+constexpr const char* kOfDems[] = {"dataset",    "layer",   "bbox",  "polygon", "crs",
+                                   "breaklines", "flatten", "frame", "datum"};
 /// That the command line has and a client must not: files, and what the daemon decides.
 constexpr const char* kNotForClients[] = {"drape"};
 
@@ -147,15 +151,8 @@ void read_stop(Members& inputs, std::vector<std::string>& words, Problems& probl
   if (given > 1) problems.add("max_error", "takes one of max_error, triangles and ratio, not more");
 }
 
-std::expected<JobOrder, Problems> order_of_inputs(const App& app, const Json& json) {
-  Problems problems;
-  Members inputs(json, "", problems);
-  JobOrder order;
-  order.process = "simplify";
-  order.arguments = {"simplify"};
-
-  const DemOfJob dem = read_dem(app, inputs, problems);
-  read_stop(inputs, order.arguments, problems);
+/// method, and its options by their names.
+void read_method(Members& inputs, JobOrder& order, Problems& problems) {
   const std::string method =
       read_word("method", method_names(), inputs, problems, method_name(MethodOptions{}));
   order.arguments.push_back("--method=" + method);
@@ -170,7 +167,52 @@ std::expected<JobOrder, Problems> order_of_inputs(const App& app, const Json& js
     else
       read_option(*mine, *value, order.arguments, problems);
   }
+}
 
+/// What comes of it, and how it is run.
+void add_outputs(const std::string& stem, const std::string& format, JobOrder& order) {
+  const MeshFormat& f = **format_to_write("", format);
+  const std::string file = stem + f.extensions.front();
+  order.outputs = {{"mesh", file, f.media_type}, {"report", "report.json", "application/json"}};
+  for (const char* const word : {"--report=report.json", "--progress=lines", "--threads=1"})
+    order.arguments.push_back(word);
+  order.arguments.push_back("--output=" + file);
+  order.arguments.push_back("--format=" + format);
+}
+
+/// Of a terrain mesh that the client sends: its error is that over its vertices.
+std::expected<JobOrder, Problems> order_of_mesh(const Json& json) {
+  Problems problems;
+  Members inputs(json, "", problems);
+  JobOrder order;
+  order.process = "simplify";
+  order.arguments = {"simplify"};
+  read_mesh(inputs, order, problems);
+  order.arguments.push_back("--terrain");
+  read_stop(inputs, order.arguments, problems);
+  read_method(inputs, order, problems);
+  const std::string format =
+      read_word("format", mesh_formats_to_write(), inputs, problems, kDefaultFormat);
+  for (const char* const name : kOfDems)
+    if (inputs.member(name))
+      problems.add(name, "is for datasets: a mesh that is sent is taken as it is");
+  inputs.nothing_else();
+  if (!problems.empty()) return std::unexpected(std::move(problems));
+  add_outputs("simplified", format, order);
+  return order;
+}
+
+std::expected<JobOrder, Problems> order_of_inputs(const App& app, const Json& json) {
+  if (json.is_object() && json.contains("mesh")) return order_of_mesh(json);
+  Problems problems;
+  Members inputs(json, "", problems);
+  JobOrder order;
+  order.process = "simplify";
+  order.arguments = {"simplify"};
+
+  const DemOfJob dem = read_dem(app, inputs, problems);
+  read_stop(inputs, order.arguments, problems);
+  read_method(inputs, order, problems);
   const AreaInput area = read_area(inputs, problems);
   if (!area.bounds.empty()) {
     order.arguments.push_back("--bounds=" + area.bounds);
@@ -197,13 +239,7 @@ std::expected<JobOrder, Problems> order_of_inputs(const App& app, const Json& js
   inputs.nothing_else();
   if (!problems.empty()) return std::unexpected(std::move(problems));
 
-  const MeshFormat& f = **format_to_write("", format);
-  const std::string file = std::string("mesh") + f.extensions.front();
-  order.outputs = {{"mesh", file, f.media_type}, {"report", "report.json", "application/json"}};
-  for (const char* const word : {"--report=report.json", "--progress=lines", "--threads=1"})
-    order.arguments.push_back(word);
-  order.arguments.push_back("--output=" + file);
-  order.arguments.push_back("--format=" + format);
+  add_outputs("mesh", format, order);
   add_dem(dem, order);
   return order;
 }
@@ -213,6 +249,12 @@ std::expected<JobOrder, Problems> order_of_inputs(const App& app, const Json& js
 Ordered inputs_described() {
   Ordered inputs;
   describe_dem(inputs);
+  inputs["dataset"]["minOccurs"] = 0;  // or mesh
+  describe_mesh(inputs, 0);
+  inputs["mesh"]["description"] =
+      "in place of a dataset: a terrain mesh (heights over a plane), whose vertices are what the "
+      "error is of; " +
+      inputs["mesh"]["description"].get<std::string>();
   inputs["max_error"] = described(
       "Stop: error", "the fewest triangles within this vertical error of every post, metres",
       {{"type", "number"}, {"minimum", 0}});
@@ -256,9 +298,10 @@ Ordered outputs_described() {
 
 Process simplify_process() {
   return {"simplify",
-          "Simplify an area of a dataset",
-          "One triangle mesh of a DEM or a part of it, by any method, within an error or a number "
-          "of triangles; its error is measured against every post.",
+          "Simplify an area of a dataset, or a terrain mesh",
+          "One triangle mesh of a DEM or a part of it, or of a TIN that is sent, by any method, "
+          "within an error or a number of triangles; its error is measured against every post, or "
+          "vertex.",
           inputs_described,
           outputs_described,
           order_of_inputs};

@@ -64,7 +64,8 @@ TEST_F(ProcessesApi, SayWhatTheyTake) {
                                   "polygon", "crs", "format", "alpha", "effort"})
     EXPECT_TRUE(simplify["inputs"].contains(input)) << input;
   EXPECT_FALSE(simplify["inputs"].contains("drape"));
-  EXPECT_EQ(simplify["inputs"]["dataset"]["minOccurs"], 1);
+  EXPECT_EQ(simplify["inputs"]["dataset"]["minOccurs"], 0) << "a mesh can be sent instead";
+  EXPECT_EQ(get_json("/processes/slope")["inputs"]["dataset"]["minOccurs"], 1);
   EXPECT_EQ(get("/processes/nothing").status, 404);
 }
 
@@ -173,6 +174,42 @@ TEST_F(ProcessesApi, APolygonThatIsNoneIsNamed) {
                   {polygon("[[-121.8, 46.8], [-121.8, 46.8], [-121.8, 46.8]]"), "inputs.polygon"},
                   {polygon("[[-121.8, 46.8], [1e308, 46.8], [-121.8, 46.9]]"), "inputs.polygon"},
                   {polygon("[[-121.8, 46.8], [-121.7, 91], [-121.8, 46.9]]"), "inputs.polygon"}});
+}
+
+TEST_F(ProcessesApi, ATinThatIsSentIsSimplifiedOverItsVertices) {
+  const HttpReply made =
+      execute(inputs(R"("bbox": [-121.8, 46.8, -121.76, 46.84], "max_error": 2, "format": "obj")"));
+  ASSERT_EQ(made.status, 200) << made.body;
+  const Json mesh = {{"value", made.body}, {"mediaType", "model/obj"}, {"encoding", "utf-8"}};
+  const auto simplified = [&](Json inputs, bool report = true) {
+    inputs["mesh"] = mesh;
+    Json order = {{"inputs", std::move(inputs)}};
+    if (report) order["outputs"] = {{"report", Json::object()}};
+    return execute(order.dump());
+  };
+  for (const char* const method : {"bounded", "qem", "edge-cost"}) {
+    const HttpReply reply = simplified({{"max_error", 15}, {"method", method}});
+    ASSERT_EQ(reply.status, 200) << method << reply.body;
+    const Json report = Json::parse(reply.body);
+    EXPECT_LE(report["max_error_m"], 15) << method;
+    EXPECT_LT(report["triangles"], std::ranges::count(made.body, 'f') / 2) << method;
+  }
+  const HttpReply ply = simplified({{"triangles", 200}, {"format", "ply"}}, false);
+  ASSERT_EQ(ply.status, 200) << ply.body;
+  const auto decoded = proto::decode_ply(ply.body);
+  ASSERT_TRUE(decoded);
+  EXPECT_LE(decoded->triangles.size(), 200u);
+  EXPECT_NEAR(decoded->positions[0][0], -121.78, 0.03);
+
+  const std::string order = Json{{"inputs", {{"mesh", mesh}, {"ratio", 0.5}}}}.dump();
+  const auto with = [&](const std::string& more) {
+    return order.substr(0, order.size() - 2) + ", " + more + "}}";
+  };
+  expect_refused("/processes/simplify/execution",
+                 {{with(R"("dataset": "rainier")"), "inputs.dataset"},
+                  {with(R"("bbox": [1, 2, 3, 4])"), "inputs.bbox"},
+                  {R"({"inputs": {"mesh": "?", "ratio": 0.5}})", "inputs.mesh"},
+                  {R"({"inputs": {"mesh": "bm9uZQ==", "ratio": 0.5}})", "inputs.mesh_format"}});
 }
 
 TEST_F(ProcessesApi, EveryOptionOfAMethodIsKnown) {
