@@ -28,7 +28,7 @@ export function filesNow(folder) {
     }
 }
 
-/// {origin, stop(), signal(name), said()}; resolves when the daemon says that it is ready.
+/// {origin, pid, stop(), signal(name), said()}; resolves when the daemon says that it is ready.
 export async function startDaemon(...args) {
   const address = `127.0.0.1:${await freePort()}`;
   const daemon = spawn(PROGRAM, ["serve", ...args, "--listen", address], {cwd: ROOT, stdio: ["ignore", "ignore", "pipe"]});
@@ -47,5 +47,5 @@ export async function startDaemon(...args) {
     const [code] = await ended;
     return code;
   };
-  return {origin, stop, signal: (name) => daemon.kill(name), said: () => said};
+  return {origin, pid: daemon.pid, stop, signal: (name) => daemon.kill(name), said: () => said};
 }

@@ -38,6 +38,8 @@
 #include "terrain/geo/environment.h"
 #include "terrain/pyramid/plan/level_plan.h"
 #include "terrain/raster/nodata.h"
+#include "terrain/raster/sandbox/lockdown.h"
+#include "terrain/raster/sandboxed_pool.h"
 #include "terrain/shapes/surface_shapes.h"
 #include "terrain/surface/open_surface.h"
 
@@ -220,12 +222,32 @@ void warn_of_strangers(const Config& config) {
         config.listen);
 }
 
-services::CatalogKeeper::Settings keeper_settings(const Options& options, const Config& config,
+/// For DEMs that the daemon reads and for those that processes of their own do, and a word of what
+/// keeps a hostile one from doing harm.
+std::shared_ptr<SourcePool> source_pool(const Config& config) {
+  const auto said = config.every.find("sandbox");
+  const std::string missing = sandbox::missing_text(sandbox::supported());
+  const std::string how =
+      said == config.every.end() ? services::dataset_setting("sandbox")->initial : said->second;
+  if (how == "off") {
+    if (::geteuid() == 0)
+      spdlog::warn(
+          "running as root: DEM files are decoded in this process; a user of its own is safer");
+  } else if (!missing.empty()) {
+    spdlog::warn("the sandbox for DEMs does without {}, which this system lacks", missing);
+  }
+  // By this name also when the file was replaced since: both ends must be of one build.
+  return sandboxed_pool(
+      {.heights_bytes = std::size_t(config.source_cache_mb) << 20, .open_files = kOpenFiles},
+      {.command = {"/proc/self/exe", kDecoderArgument}});
+}
+
+services::CatalogKeeper::Settings keeper_settings(const Options& options,
+                                                  std::shared_ptr<SourcePool> pool,
                                                   services::AccessGate& gate) {
   return {.read = [&options] { return configure(options); },
           .environment = options.environment,
-          .pool = SourcePool::make({.heights_bytes = std::size_t(config.source_cache_mb) << 20,
-                                    .open_files = kOpenFiles}),
+          .pool = std::move(pool),
           .opened = [](const services::ServedDataset& dataset,
                        const services::DatasetOptions& how) { log_warnings(dataset, how.tiles); },
           .taken = [&gate](const Config& taken) { gate.set(taken.access); }};
@@ -324,12 +346,9 @@ int serve(const Config& config, const Options& options) {
   bound_memory();
   const bool had_terminal = has_terminal();
   const logging::Log log(config.log_level);
-  if (::geteuid() == 0)
-    spdlog::warn(
-        "running as root: DEM files are decoded in this process; a user of its own is safer");
   services::Catalog catalog;
   services::AccessGate gate;
-  services::CatalogKeeper keeper(catalog, keeper_settings(options, config, gate));
+  services::CatalogKeeper keeper(catalog, keeper_settings(options, source_pool(config), gate));
   warn_of_strangers(config);
   if (!config.catalog.empty()) services::wait_for_rest(config.catalog, kMostRest);
   if (auto loaded = load_all(keeper); !loaded) return complain(loaded.error());

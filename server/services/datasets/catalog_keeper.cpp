@@ -23,7 +23,8 @@
 #include "terrain/raster/datums.h"
 #include "terrain/raster/dem_files.h"
 #include "terrain/raster/file_state.h"
-#include "terrain/raster/offset_grid.h"
+#include "terrain/raster/sandbox/lockdown.h"
+#include "terrain/raster/sandboxed_pool.h"
 
 namespace tind::services {
 namespace {
@@ -224,12 +225,36 @@ void CatalogKeeper::leave_aside(const std::string& entry, const std::string& sta
 
 // --- opening -------------------------------------------------------------------------------------
 
+namespace {
+
+/// As the dataset's table says, or what is said of all.
+std::string sandbox_of(const SettingTexts& every, const SettingTexts& own) {
+  for (const SettingTexts* said : {&own, &every})
+    if (const auto found = said->find("sandbox"); found != said->end()) return found->second;
+  return dataset_setting("sandbox")->initial;
+}
+
+/// A pool whose sources are read as that says.
+Result<std::shared_ptr<SourcePool>> pool_for(const std::shared_ptr<SourcePool>& pool,
+                                             const std::string& how) {
+  if (!pool || how == "off") return without_sandbox(pool);
+  if (how != "on") return pool;
+  const std::string missing = sandbox::missing_text(sandbox::supported());
+  if (missing.empty()) return pool;
+  return fail(Errc::unsupported,
+              "sandbox = on: this system lacks " + missing + "; sandbox = auto does without");
+}
+
+}  // namespace
+
 Result<DatasetOptions> CatalogKeeper::options_of(const Config& config,
                                                  const DatasetSpec& spec) const {
   auto options = dataset_options(config.every, spec.own);
   if (!options) return options;
   options->dem.environment = settings_.environment;
-  options->dem.pool = settings_.pool;
+  auto pool = pool_for(settings_.pool, sandbox_of(config.every, spec.own));
+  if (!pool) return std::unexpected(pool.error());
+  options->dem.pool = std::move(*pool);
   return options;
 }
 
@@ -271,7 +296,7 @@ void CatalogKeeper::open_entries(const Config& config, std::vector<Wanted>& want
                   [spec = one->spec, index_dir, path = one->entry,
                    options = options_of(config, one->spec)]() -> Result<Dataset> {
                     if (!options) return std::unexpected(options.error());
-                    if (is_offset_grid(path))
+                    if (is_offset_grid(path, options->dem.pool))
                       return fail(Errc::unsupported,
                                   path +
                                       ": is a grid of geoid heights or offsets, not of "

@@ -48,6 +48,19 @@ DatasetSetting allow_vrt() {
           }};
 }
 
+/// Who opens the files has chosen by then (catalog_keeper.cpp): here it is only looked at.
+DatasetSetting sandbox() {
+  return {.name = "sandbox",
+          .help =
+              "whether locked-down processes of their own open and read the DEMs' files: auto "
+              "(with what the kernel has), on (with all or not at all), off (the daemon does)",
+          .initial = "off",
+          .set = [](DatasetOptions&, std::string_view value) -> Result<void> {
+            if (value == "auto" || value == "on" || value == "off") return {};
+            return fail(Errc::invalid_argument, "must be one of auto, on, off");
+          }};
+}
+
 /// Words count in any case.
 std::string lower(std::string_view text) {
   std::string low(text);
@@ -151,6 +164,7 @@ std::vector<DatasetSetting> make_table() {
   std::vector<DatasetSetting> table;
   for (const DemOptionText& text : dem_option_texts()) table.push_back(of_dem(text));
   table.push_back(allow_vrt());
+  table.push_back(sandbox());
   table.push_back(number("max-error",
                          "largest error at the deepest level, metres; 0: 1/32 of the post spacing",
                          &TileSetOptions::max_error_m, 0, 1e6));

@@ -60,7 +60,7 @@ class RasterSource final : public DemSource {
     if (auto same = geoids_.unchanged(); !same) return same;
     return mosaic_.unchanged();
   }
-  ~RasterSource() override { pool_->heights.forget(id_); }
+  ~RasterSource() override { pool_->heights->forget(id_); }
 
  private:
   RasterSource(gdal::Mosaic mosaic, gdal::Frame frame, std::shared_ptr<gdal::Pool> pool)
@@ -149,16 +149,16 @@ Result<BlockCache::Block> RasterSource::block(std::int64_t block_col,
                                               std::int64_t block_row) const {
   const std::uint64_t place = std::uint64_t(block_row) << 32 | std::uint64_t(block_col);
   const BlockCache::Key key{id_, place};
-  if (auto found = pool_->heights.find(key)) return found;
+  if (auto found = pool_->heights->find(key)) return found;
   // Neighbouring tiles are built at once and miss the same block: one loads it, the others wait.
   const std::lock_guard one_at_a_time(loading_[place % loading_.size()]);
-  if (auto found = pool_->heights.find(key)) return found;
+  if (auto found = pool_->heights->find(key)) return found;
   const std::int64_t col = block_col * kBlock, row = block_row * kBlock;
   auto grid = load(col, row, int(std::min<std::int64_t>(kBlock, info_.cols - col)),
                    int(std::min<std::int64_t>(kBlock, info_.rows - row)));
   if (!grid) return std::unexpected(grid.error());
   auto made = std::make_shared<const HeightGrid>(std::move(*grid));
-  pool_->heights.insert(key, made);
+  pool_->heights->insert(key, made);
   return made;
 }
 
@@ -310,7 +310,7 @@ Result<std::shared_ptr<const DemSource>> RasterSource::open(std::span<const std:
   if (!inputs) return std::unexpected(inputs.error());
   const std::vector<std::string>& files = inputs->files;
   auto pool = gdal::Pool::of(options);
-  auto mosaic = gdal::Mosaic::open(files, options, pool->idle);
+  auto mosaic = gdal::Mosaic::open(files, options, *pool);
   if (!mosaic) return std::unexpected(mosaic.error());
   auto frame =
       gdal::Frame::make(mosaic->facts().crs, mosaic->post_to_crs(), mosaic->cols(), mosaic->rows());

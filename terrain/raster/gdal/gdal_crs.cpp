@@ -178,6 +178,8 @@ bool has_path(const std::string& text, std::string_view before, std::string_view
   return false;
 }
 
+}  // namespace
+
 /// A CRS may name grids (of a datum, of a geoid), and PROJ opens them: in its own folders those of
 /// plain names, and any file of the machine behind a path. `wkt`: WKT 2, where they stand in
 /// PARAMETERFILE, or in a PROJ string as key=value.
@@ -185,6 +187,8 @@ bool names_a_file(const std::string& wkt) {
   return has_path(wkt, "PARAMETERFILE[", "]") ||
          (wkt.find("proj=") != wkt.npos && has_path(wkt, "=", " \"\t\r\n"));
 }
+
+namespace {
 
 Result<CrsFacts> facts_of(const OGRSpatialReference* given) {
   CrsFacts facts;

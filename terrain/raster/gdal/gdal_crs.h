@@ -34,6 +34,9 @@ struct CrsFacts {
 /// grid by its path is an error: PROJ would open that file.
 Result<CrsFacts> describe(const OGRSpatialReference*);
 
+/// Whether a CRS (WKT 2) names a grid by its path.
+bool names_a_file(const std::string& wkt);
+
 /// What a person names: an authority's code, WKT, a PROJ string (which may name grids); never a
 /// file or a URL.
 Result<CrsFacts> crs_named(const std::string& text);

@@ -405,13 +405,13 @@ std::vector<std::string> RasterFile::files_of(IdleHandles::Handle& handle) const
   return other_files(*handle.set, path_, allow_vrt_);
 }
 
-Result<std::string> RasterFile::fingerprint() const {
+Result<std::string> HeightFile::fingerprint() const {
   const Complaints silence;
   std::string text;
-  for (const auto& [path, state] : states_.entries())
+  for (const auto& [path, state] : states().entries())
     text += fmt::format("{} {} {} {} {}\n", state.size, state.inode, state.written_ns,
                         state.changed_ns, hash_of_ends(path, state.size));
-  if (auto same = states_.unchanged(); !same) return std::unexpected(same.error());
+  if (auto same = unchanged(); !same) return std::unexpected(same.error());
   return text;
 }
 

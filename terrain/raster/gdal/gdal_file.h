@@ -15,23 +15,11 @@
 #include "terrain/base/result.h"
 #include "terrain/raster/dem_source.h"
 #include "terrain/raster/file_state.h"
-#include "terrain/raster/gdal/gdal_crs.h"
 #include "terrain/raster/gdal/height_band.h"
+#include "terrain/raster/gdal/height_file.h"
 #include "terrain/raster/nodata.h"
 
 namespace tind::gdal {
-
-struct FileFacts {
-  std::string path, driver;
-  std::int64_t cols = 0, rows = 0;
-  bool has_geotransform = false;
-  Affine post_to_crs;   // posts are pixel centres
-  CrsFacts crs;         // none without a geotransform
-  std::string own_crs;  // what the file calls its CRS, where --crs says that it is another
-  double z_unit_m = 1;  // metres per unit, as stated by band or vertical CRS
-  bool exact = true;    // what read() gives is a float as it is (32-bit integers: up to 2^24)
-  RasterContent content;
-};
 
 class RasterFile;
 
@@ -57,38 +45,21 @@ class IdleHandles {
   const std::size_t max_bytes_, max_open_;
 };
 
-class RasterFile {
+class RasterFile final : public HeightFile {
  public:
   /// Opens and judges the file: driver, sizes, bands, CRS. `path` may be "x.hgt.zip" or
   /// "x.tif.zip". From here on everything is read of the content that was opened: where the file,
   /// or one that it refers to, has changed since, reading fails (Errc::io) until it is as it was.
   static Result<std::unique_ptr<RasterFile>> open(const std::string& path, const DemOptions&,
                                                   std::shared_ptr<IdleHandles> idle);
-  ~RasterFile();
+  ~RasterFile() override;
 
-  const FileFacts& facts() const { return facts_; }
+  const FileFacts& facts() const override { return facts_; }
+  const FileStates& states() const override { return states_; }
 
-  /// Heights of a window inside the file, in metres (or the file's unit): `NaN` is a void. Any
-  /// failure that GDAL reports is an error, even where it returns data. Thread-safe.
-  Result<void> read(int col, int row, int cols, int rows, std::span<double> out) const;
-
-  /// How many of the posts read so far have a value of kCustomaryNodata and pass as heights; no
-  /// more posts are looked at than the file has.
-  std::uint64_t customary(std::size_t k) const { return customary_[k]; }
-
-  /// Single posts inside the file, with one handle for all.
-  struct Post {
-    int col, row;
-    double* height;  // where it goes
-  };
-  Result<void> read_posts(std::span<const Post>) const;
-
-  /// As DemSource has it.
-  Result<void> unchanged() const { return states_.unchanged(); }
-
-  /// Text that changes when the content does: sizes, inodes, times, hashes of first and last 64 KiB
-  /// of this file and of those it refers to.
-  Result<std::string> fingerprint() const;
+  Result<void> read(int col, int row, int cols, int rows, std::span<double> out) const override;
+  std::uint64_t customary(std::size_t k) const override { return customary_[k]; }
+  Result<void> read_posts(std::span<const Post>) const override;
 
  private:
   RasterFile(std::string path, const DemOptions&, std::shared_ptr<IdleHandles> idle);

@@ -10,6 +10,9 @@
 #include <cmath>
 #include <utility>
 
+#include "terrain/raster/gdal/apart_file.h"
+#include "terrain/raster/gdal/source_pool.h"
+
 namespace tind::gdal {
 namespace {
 
@@ -32,14 +35,20 @@ Error mismatch(const FileFacts& a, const FileFacts& b, const std::string& why) {
                       a.path, b.path, why)};
 }
 
+Result<std::unique_ptr<HeightFile>> opened_here(const std::string& path, const DemOptions& options,
+                                                const Pool& pool) {
+  return RasterFile::open(path, options, pool.idle);
+}
+
 }  // namespace
 
 Result<Mosaic> Mosaic::open(std::span<const std::string> paths, const DemOptions& options,
-                            const std::shared_ptr<IdleHandles>& idle) {
+                            const Pool& pool) {
   if (paths.empty()) return fail(Errc::invalid_argument, "no raster file given");
   Mosaic mosaic;
-  for (const std::string& path : paths) {
-    auto file = RasterFile::open(path, options, idle);
+  const auto crew = pool.team ? Crew::of(pool.team, paths, options) : nullptr;
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    auto file = crew ? ApartFile::open(crew, i) : opened_here(paths[i], options, pool);
     if (!file) return std::unexpected(file.error());
     if (auto ok = mosaic.add(std::move(*file), options); !ok) return std::unexpected(ok.error());
   }
@@ -47,7 +56,7 @@ Result<Mosaic> Mosaic::open(std::span<const std::string> paths, const DemOptions
   return mosaic;
 }
 
-Result<void> Mosaic::add(std::unique_ptr<RasterFile> file, const DemOptions& options) {
+Result<void> Mosaic::add(std::unique_ptr<HeightFile> file, const DemOptions& options) {
   const FileFacts& b = file->facts();
   if (parts_.empty()) {
     post_to_crs_ = b.post_to_crs;
@@ -174,7 +183,7 @@ Result<void> Mosaic::read(std::int64_t col, std::int64_t row, int cols, int rows
 Result<void> Mosaic::read_lattice(std::span<const std::int64_t> cols,
                                   std::span<const std::int64_t> rows, std::span<double> out) const {
   std::ranges::fill(out, std::nan(""));
-  std::vector<RasterFile::Post> posts;
+  std::vector<HeightFile::Post> posts;
   for (const Part& part : parts_) {
     const FileFacts& facts = part.file->facts();
     posts.clear();

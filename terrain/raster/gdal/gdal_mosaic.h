@@ -8,16 +8,18 @@
 
 #include "terrain/base/result.h"
 #include "terrain/raster/dem_source.h"
-#include "terrain/raster/gdal/gdal_file.h"
+#include "terrain/raster/gdal/height_file.h"
 
 namespace tind::gdal {
+
+struct Pool;
 
 class Mosaic {
  public:
   /// The files must share CRS, vertical datum and grid: steps equal to 1e-6, offsets whole posts to
-  /// within 0.01. They may lie apart, touch or overlap.
-  static Result<Mosaic> open(std::span<const std::string> paths, const DemOptions&,
-                             const std::shared_ptr<IdleHandles>&);
+  /// within 0.01. They may lie apart, touch or overlap. Read in processes of their own where the
+  /// pool has them.
+  static Result<Mosaic> open(std::span<const std::string> paths, const DemOptions&, const Pool&);
 
   std::int64_t cols() const { return cols_; }
   std::int64_t rows() const { return rows_; }
@@ -49,10 +51,10 @@ class Mosaic {
 
  private:
   struct Part {
-    std::unique_ptr<RasterFile> file;
+    std::unique_ptr<HeightFile> file;
     std::int64_t col = 0, row = 0;  // of its first post
   };
-  Result<void> add(std::unique_ptr<RasterFile>, const DemOptions&);
+  Result<void> add(std::unique_ptr<HeightFile>, const DemOptions&);
   void move_origin();
 
   std::vector<Part> parts_;

@@ -1,9 +1,23 @@
 #include "terrain/raster/gdal/source_pool.h"
 
+#include <utility>
+
+#include "terrain/raster/sandboxed_pool.h"
+
 namespace tind {
 
 std::shared_ptr<SourcePool> SourcePool::make(const Limits& limits) {
   return std::make_shared<gdal::Pool>(limits);
+}
+
+std::shared_ptr<SourcePool> sandboxed_pool(const SourcePool::Limits& limits,
+                                           sandbox::TeamOptions options) {
+  return std::make_shared<gdal::Pool>(limits, std::make_shared<sandbox::Team>(std::move(options)));
+}
+
+std::shared_ptr<SourcePool> without_sandbox(const std::shared_ptr<SourcePool>& pool) {
+  const auto own = std::static_pointer_cast<gdal::Pool>(pool);
+  return own && own->team ? std::make_shared<gdal::Pool>(*own) : pool;
 }
 
 namespace gdal {
@@ -13,9 +27,10 @@ constexpr std::size_t kOpenFilesOfOne = 32;
 
 }  // namespace
 
-Pool::Pool(const Limits& limits)
+Pool::Pool(const Limits& limits, std::shared_ptr<sandbox::Team> processes)
     : idle(std::make_shared<IdleHandles>(limits.unpacked_bytes, limits.open_files)),
-      heights(limits.heights_bytes) {}
+      heights(std::make_shared<BlockCache>(limits.heights_bytes)),
+      team(std::move(processes)) {}
 
 std::shared_ptr<Pool> Pool::of(const DemOptions& options) {
   if (options.pool) return std::static_pointer_cast<Pool>(options.pool);

@@ -1,0 +1,267 @@
+// The shared memory is sealed before the process begins: one that could shrink it would end us with
+// SIGBUS. Time is measured by the clock of the process's own processor time, since on a busy
+// machine the wall's says nothing; the wall's bound is for one that sleeps.
+
+#include "terrain/raster/sandbox/decoder.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/mman.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <mutex>
+
+namespace tind::sandbox {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using namespace std::chrono_literals;
+
+constexpr auto kLook = 250ms;  // how often the clocks are looked at
+constexpr int kAbove = 100;    // descriptors, so that none is where the process wants its own
+constexpr const char* kKept[] = {"GDAL_CACHEMAX",   "GDAL_DATA",    "PROJ_DATA",    "PROJ_LIB",
+                                 "LD_LIBRARY_PATH", "ASAN_OPTIONS", "UBSAN_OPTIONS"};
+
+class Descriptor {
+ public:
+  explicit Descriptor(int fd = -1) : fd_(fd) {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  int get() const { return fd_; }
+  int release() { return std::exchange(fd_, -1); }
+  /// The same, where no descriptor of the process's own will be.
+  bool move_up() {
+    const int up = ::fcntl(fd_, F_DUPFD_CLOEXEC, kAbove);
+    if (up < 0) return false;
+    ::close(std::exchange(fd_, up));
+    return true;
+  }
+
+ private:
+  int fd_;
+};
+
+std::unexpected<Error> failed(const char* what) {
+  return fail(Errc::io, fmt::format("no process to decode in: {}: {}", what, std::strerror(errno)));
+}
+
+bool write_all(int to, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t n = ::write(to, bytes.data(), bytes.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) return false;
+    bytes.remove_prefix(std::size_t(n));
+  }
+  return true;
+}
+
+/// Processes that did not end at once when they were killed: they wait for a disk, and whoever
+/// waited for them would, too.
+class Unburied {
+ public:
+  static void bury(pid_t process) {
+    const std::lock_guard lock(mutex());
+    auto& left = all();
+    left.push_back(process);
+    std::erase_if(left, [](pid_t one) {
+      int status = 0;
+      return ::waitpid(one, &status, WNOHANG) != 0;
+    });
+  }
+
+ private:
+  static std::mutex& mutex() {
+    static std::mutex m;
+    return m;
+  }
+  static std::vector<pid_t>& all() {
+    static std::vector<pid_t> left;
+    return left;
+  }
+};
+
+/// Its status, unless it does not end within some time.
+bool await(pid_t process, std::chrono::milliseconds time, int& status) {
+  for (const auto end = Clock::now() + time;;) {
+    const pid_t got = ::waitpid(process, &status, WNOHANG);
+    if (got == process) return true;
+    if (got < 0 && errno != EINTR) return false;
+    if (Clock::now() >= end) return false;
+    ::poll(nullptr, 0, 1);
+  }
+}
+
+/// What posix_spawn is told.
+class Spawning {
+ public:
+  Spawning() {
+    ::posix_spawn_file_actions_init(&actions_);
+    ::posix_spawnattr_init(&attributes_);
+    sigset_t all, none;
+    ::sigfillset(&all);
+    ::sigemptyset(&none);
+    ::posix_spawnattr_setsigdefault(&attributes_, &all);
+    ::posix_spawnattr_setsigmask(&attributes_, &none);
+    ::posix_spawnattr_setflags(&attributes_, POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSIGMASK);
+  }
+  ~Spawning() {
+    ::posix_spawnattr_destroy(&attributes_);
+    ::posix_spawn_file_actions_destroy(&actions_);
+  }
+  Spawning(const Spawning&) = delete;
+  Spawning& operator=(const Spawning&) = delete;
+
+  int run(std::span<const std::string> command, int socket, int shared, int brief, pid_t& process) {
+    for (const int fd : {0, 1, 2})
+      ::posix_spawn_file_actions_addopen(&actions_, fd, "/dev/null", O_RDWR, 0);
+    ::posix_spawn_file_actions_adddup2(&actions_, socket, kSocket);
+    ::posix_spawn_file_actions_adddup2(&actions_, shared, kShared);
+    ::posix_spawn_file_actions_adddup2(&actions_, brief, kBrief);
+    ::posix_spawn_file_actions_addclosefrom_np(&actions_, kBrief + 1);
+    std::vector<char*> words, variables;
+    for (const std::string& word : command) words.push_back(const_cast<char*>(word.c_str()));
+    words.push_back(nullptr);
+    std::vector<std::string> kept;
+    for (const char* name : kKept)
+      if (const char* value = std::getenv(name)) kept.push_back(std::string(name) + "=" + value);
+    for (std::string& one : kept) variables.push_back(one.data());
+    variables.push_back(nullptr);
+    return ::posix_spawn(&process, words[0], &actions_, &attributes_, words.data(),
+                         variables.data());
+  }
+
+ private:
+  posix_spawn_file_actions_t actions_;
+  posix_spawnattr_t attributes_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Decoder>> Decoder::start(std::span<const std::string> command,
+                                                std::string_view brief, Patience patience) {
+  int ends[2];
+  if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0) return failed("socket");
+  Descriptor ours(ends[0]), theirs(ends[1]);
+  Descriptor shared(::memfd_create("tind-heights", MFD_CLOEXEC | MFD_ALLOW_SEALING));
+  Descriptor order(::memfd_create("tind-brief", MFD_CLOEXEC | MFD_ALLOW_SEALING));
+  if (shared.get() < 0 || order.get() < 0) return failed("memory");
+  if (::ftruncate(shared.get(), off_t(kSharedBytes)) != 0 ||
+      ::fcntl(shared.get(), F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL) != 0)
+    return failed("memory");
+  if (!write_all(order.get(), brief) || ::lseek(order.get(), 0, SEEK_SET) != 0)
+    return failed("memory");
+  std::unique_ptr<Decoder> decoder(new Decoder);
+  void* const memory =
+      ::mmap(nullptr, kSharedBytes, PROT_READ | PROT_WRITE, MAP_SHARED, shared.get(), 0);
+  if (memory == MAP_FAILED) return failed("memory");
+  decoder->memory_ = memory;
+  if (!theirs.move_up() || !shared.move_up() || !order.move_up()) return failed("descriptors");
+  decoder->socket_ = ours.release();
+  pid_t process = -1;
+  errno = Spawning().run(command, theirs.get(), shared.get(), order.get(), process);
+  if (errno != 0) return failed(command[0].c_str());
+  decoder->process_ = process;
+  ::close(theirs.release());  // or its end would not be heard
+  const auto ready = decoder->hear(0, patience);
+  if (!ready) return std::unexpected(ready.error());
+  if (ready->status != 0) return fail(Errc::io, decoder->text(*ready));
+  return decoder;
+}
+
+Decoder::~Decoder() {
+  if (socket_ >= 0) ::close(socket_);
+  if (process_ > 0) {
+    int status = 0;
+    ::kill(process_, SIGKILL);
+    if (!await(process_, 100ms, status)) Unburied::bury(process_);
+  }
+  if (memory_) ::munmap(memory_, kSharedBytes);
+}
+
+std::chrono::milliseconds Decoder::cpu() const {
+  clockid_t clock{};
+  timespec time{};
+  if (::clock_getcpuclockid(process_, &clock) != 0 || ::clock_gettime(clock, &time) != 0)
+    return 0ms;
+  return std::chrono::seconds(time.tv_sec) + std::chrono::milliseconds(time.tv_nsec / 1'000'000);
+}
+
+/// It closed its end: what its status says.
+Error Decoder::ended() {
+  good_ = false;
+  int status = 0;
+  if (!await(process_, 1000ms, status)) return broken("stopped answering");
+  process_ = -1;
+  if (WIFSIGNALED(status))
+    return {Errc::io, fmt::format("the process that decodes it was ended by signal {} ({})",
+                                  WTERMSIG(status), ::strsignal(WTERMSIG(status)))};
+  return {Errc::io, fmt::format("the process that decodes it ended by itself, with exit code {}",
+                                WEXITSTATUS(status))};
+}
+
+Error Decoder::broken(const char* how) {
+  good_ = false;
+  return {Errc::io, fmt::format("the process that decodes it {} and was ended", how)};
+}
+
+Result<Reply> Decoder::hear(std::uint32_t number, Patience patience) {
+  const auto begun = Clock::now();
+  const auto cpu_before = cpu();
+  for (;;) {
+    pollfd ready{socket_, POLLIN, 0};
+    const auto left =
+        std::chrono::duration_cast<std::chrono::milliseconds>(begun + patience.wall - Clock::now());
+    const int n = ::poll(&ready, 1, int(std::clamp<std::int64_t>(left.count(), 0, kLook.count())));
+    if (n > 0) break;
+    if (left <= 0ms) return std::unexpected(broken("took too long"));
+    if (cpu() - cpu_before > patience.cpu)
+      return std::unexpected(broken("took too much processor time"));
+  }
+  busy_ += std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - begun);
+  char packet[sizeof(Reply) + 1];  // one byte more shows a longer one
+  ssize_t size;
+  while ((size = ::recv(socket_, packet, sizeof packet, 0)) < 0 && errno == EINTR) {
+  }
+  if (size <= 0) return std::unexpected(ended());
+  Reply reply;
+  if (size != ssize_t(sizeof reply)) return std::unexpected(broken("answered nonsense"));
+  std::memcpy(&reply, packet, sizeof reply);
+  const std::size_t most = reply.status == 0 ? kMostText : kMostMessage;
+  if (reply.magic != kMagic || reply.number != number || reply.text_bytes > most ||
+      reply.status > 1 + std::uint32_t(Errc::internal))
+    return std::unexpected(broken("answered nonsense"));
+  return reply;
+}
+
+Result<Reply> Decoder::ask(Request request, Patience patience) {
+  if (!good_) return std::unexpected(broken("failed before"));
+  request.number = ++number_;
+  ssize_t size;
+  while ((size = ::send(socket_, &request, sizeof request, MSG_NOSIGNAL)) < 0 && errno == EINTR) {
+  }
+  if (size != ssize_t(sizeof request)) return std::unexpected(ended());
+  return hear(request.number, patience);
+}
+
+bool Decoder::alive() const {
+  pollfd state{socket_, POLLIN, 0};  // nobody asked, so there is nothing to be read
+  return good_ && ::poll(&state, 1, 0) == 0;
+}
+
+std::string Decoder::text(const Reply& reply) const {
+  return {reinterpret_cast<const char*>(shared()), reply.text_bytes};
+}
+
+}  // namespace tind::sandbox

@@ -1,0 +1,183 @@
+// What a process can no longer do. Each is tried twice, in a process of its own: before, where it
+// works, and after.
+
+#include "terrain/raster/sandbox/lockdown.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <pthread.h>
+#include <signal.h>
+#include <sys/mman.h>
+#include <sys/ptrace.h>
+#include <sys/socket.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "tests/support/support.h"
+
+namespace tind::sandbox {
+namespace {
+
+bool opens(const std::string& path, int how) {
+  const int fd = ::open(path.c_str(), how, 0600);
+  if (fd >= 0) ::close(fd);
+  return fd >= 0;
+}
+
+bool has_socket(int family) {
+  const int fd = ::socket(family, SOCK_STREAM, 0);
+  if (fd >= 0) ::close(fd);
+  return fd >= 0;
+}
+
+/// Whether a program begins, in a process that is made for it where that is possible.
+bool executes() {
+  const long child = ::syscall(SYS_clone, SIGCHLD, nullptr, nullptr, nullptr, nullptr);
+  if (child < 0) return ::execl("/bin/true", "true", nullptr) == 0;  // it does not come back
+  if (child == 0) {
+    ::execl("/bin/true", "true", nullptr);
+    ::_exit(1);
+  }
+  int status = 1;
+  ::waitpid(pid_t(child), &status, 0);
+  return status == 0;
+}
+
+bool begins_a_process() {
+  const long child = ::syscall(SYS_clone, SIGCHLD, nullptr, nullptr, nullptr, nullptr);
+  if (child == 0) ::_exit(0);
+  if (child > 0) ::waitpid(pid_t(child), nullptr, 0);
+  return child > 0;
+}
+
+bool has_memory_to_run() {
+  void* const code =
+      ::mmap(nullptr, 4096, PROT_READ | PROT_EXEC, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (code == MAP_FAILED) return false;
+  ::munmap(code, 4096);
+  return true;
+}
+
+bool makes_memory_run() {
+  void* const data =
+      ::mmap(nullptr, 4096, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  return ::mprotect(data, 4096, PROT_READ | PROT_EXEC) == 0;
+}
+
+struct Attempt {
+  const char* what;
+  bool (*works)();
+  bool needs_landlock;
+};
+
+std::string allowed_file, other_file, new_file;
+
+constexpr Attempt kAttempts[] = {
+    {"open a TCP socket", [] { return has_socket(AF_INET); }, false},
+    {"open a Unix socket", [] { return has_socket(AF_UNIX); }, false},
+    {"begin a process", begins_a_process, false},
+    {"execute a program", executes, false},
+    {"signal the process that began it", [] { return ::kill(::getppid(), 0) == 0; }, false},
+    {"make executable memory", has_memory_to_run, false},
+    {"make memory executable", makes_memory_run, false},
+    {"open its file for writing", [] { return opens(allowed_file, O_RDWR); }, false},
+    {"make a file", [] { return opens(new_file, O_CREAT | O_WRONLY); }, false},
+    {"remove a file", [] { return ::unlink(new_file.c_str()) == 0; }, false},
+    {"make a pipe",
+     [] {
+       int ends[2];
+       return ::pipe(ends) == 0;
+     },
+     false},
+    {"change its folder", [] { return ::chdir("/") == 0; }, false},
+    {"read another file", [] { return opens(other_file, O_RDONLY); }, true},
+    {"read /etc/passwd", [] { return opens("/etc/passwd", O_RDONLY); }, true},
+    {"read its own maps", [] { return opens("/proc/self/maps", O_RDONLY); }, true},
+    {"list a folder", [] { return opens("/etc", O_RDONLY | O_DIRECTORY); }, true},
+};
+
+/// One letter each: y, n.
+std::string try_all() {
+  std::string tried;
+  for (const Attempt& attempt : kAttempts) tried += attempt.works() ? 'y' : 'n';
+  return tried;
+}
+
+/// What a process wrote that did this.
+template <class Do>
+std::string in_process(Do&& work) {
+  int ends[2];
+  if (::pipe(ends) != 0) return "no pipe";
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const std::string said = work();
+    const ssize_t n = ::write(ends[1], said.data(), said.size());
+    ::_exit(n == ssize_t(said.size()) ? 0 : 1);
+  }
+  ::close(ends[1]);
+  std::string heard;
+  char some[256];
+  for (ssize_t n; (n = ::read(ends[0], some, sizeof some)) > 0;) heard.append(some, std::size_t(n));
+  ::close(ends[0]);
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) heard += " and ended badly";
+  return heard;
+}
+
+TEST(Lockdown, WhatReadingDoesNotNeedIsRefused) {
+  const Support has = supported();
+  if (!has.seccomp) GTEST_SKIP() << "this system has no seccomp filters";
+  const test::TempDir folder;
+  allowed_file = folder.file("allowed.tif"), other_file = folder.file("other.tif");
+  new_file = folder.file("new");
+  std::ofstream(allowed_file) << "heights";
+  std::ofstream(other_file) << "secrets";
+  const std::string before = in_process(try_all);
+  std::ofstream(new_file) << "to be removed";
+  const std::string after = in_process([]() -> std::string {
+    const auto locked =
+        lock_down({{allowed_file, "/no/such/file"}, {}}, {.memory_bytes = 4ul << 30});
+    if (!locked) return locked.error().what;
+    if (!opens(allowed_file, O_RDONLY)) return "its own file cannot be read";
+    return try_all();
+  });
+  ASSERT_EQ(before.size(), std::size(kAttempts)) << before;
+  ASSERT_EQ(after.size(), std::size(kAttempts)) << after;
+  std::size_t shown = 0;
+  for (std::size_t i = 0; i < std::size(kAttempts); ++i) {
+    if (kAttempts[i].needs_landlock && has.landlock == 0) continue;
+    EXPECT_EQ(after[i], 'n') << kAttempts[i].what;
+    if (before[i] == 'y') ++shown;  // a container may refuse one or the other by itself
+  }
+  EXPECT_GE(shown, 8u) << before;
+  if (has.landlock == 0) GTEST_SKIP() << "this system has no Landlock: files were not tried";
+}
+
+TEST(Lockdown, MemoryAndFoldersAreBounded) {
+  if (test::kSanitized) GTEST_SKIP() << "sanitizers take terabytes of addresses";
+  const std::string said = in_process([]() -> std::string {
+    const auto locked = lock_down({{}, {"/usr"}}, {.memory_bytes = 1ul << 30});
+    if (!locked) return locked.error().what;
+    if (!opens("/usr", O_RDONLY | O_DIRECTORY)) return "its folder cannot be listed";
+    void* const much =
+        ::mmap(nullptr, 2ul << 30, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    return much == MAP_FAILED ? "bounded" : "not bounded";
+  });
+  EXPECT_EQ(said, "bounded");
+}
+
+TEST(Lockdown, SaysWhatIsMissing) {
+  EXPECT_EQ(missing_text({true, 1}), "");
+  EXPECT_NE(missing_text({true, 0}).find("Landlock"), std::string::npos);
+  EXPECT_NE(missing_text({false, 1}).find("seccomp"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace tind::sandbox
