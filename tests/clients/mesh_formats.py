@@ -1,13 +1,11 @@
 #!/usr/bin/python3
 """Meshes as tind writes them, read back by other people's programs.
 
-    mesh_formats.py gdal|assimp|meshio|netcdf|mdal      with the program in $TIND_BINARY
+    mesh_formats.py gdal|assimp|meshio|netcdf|qgis      with the program in $TIND_BINARY
 
 Every reader must find the vertices and triangles of the same mesh's PLY, which is parsed here:
 bit by bit where the format holds doubles. Exit code 77: the reader is not installed.
 """
-import ctypes
-import glob
 import json
 import os
 import pathlib
@@ -242,41 +240,27 @@ def with_netcdf(folder):
         figure(f"netCDF4 {netCDF4.__version__}", f"UGRID: {len(triangles)} triangles, bit by bit, EPSG:{code}")
 
 
-# ---- MDAL, which is QGIS's: PLY, 2DM, UGRID ----
+# ---- QGIS, whose MDAL reads PLY, 2DM, UGRID ----
 
-def mdal():
-    places = [os.environ.get("TIND_MDAL"), *glob.glob("/usr/lib/qgis/plugins/libprovider_mdal.so"),
-              *glob.glob("/usr/lib/*/libmdal.so*")]
-    for place in filter(None, places):
-        try:
-            library = ctypes.CDLL(place)
-            library.MDAL_LoadMesh.restype = ctypes.c_void_p
-            return library
-        except (OSError, AttributeError):
-            continue
-    skip("MDAL", "qgis-providers, or a library named by TIND_MDAL")
-
-
-def with_mdal(folder):
-    library = mdal()
-    for name in ("MDAL_M_vertexIterator", "MDAL_M_faceIterator"):
-        getattr(library, name).restype = ctypes.c_void_p
-    library.MDAL_M_projection.restype = ctypes.c_char_p
-    library.MDAL_MeshNames.restype = ctypes.c_char_p
-
-    def call(name, *arguments):
-        return getattr(library, name)(*[ctypes.c_void_p(a) if isinstance(a, int) and a > 2**31 else a for a in arguments])
+def with_qgis(folder):
+    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    os.environ["HOME"] = str(folder)  # where QGIS keeps what it is set to
+    try:
+        from qgis.core import Qgis, QgsApplication, QgsMesh, QgsMeshLayer
+    except ImportError:
+        skip("QGIS", "Debian: python3-qgis")
+    QgsApplication.setPrefixPath("/usr", True)
+    application = QgsApplication([], False)
+    application.initQgis()
 
     def load(path):
-        uri = library.MDAL_MeshNames(str(path).encode())
-        mesh = library.MDAL_LoadMesh(uri)
-        assert mesh, (path, library.MDAL_LastStatus())
-        n, faces = call("MDAL_M_vertexCount", mesh), call("MDAL_M_faceCount", mesh)
-        points = (ctypes.c_double * (3 * n))()
-        assert call("MDAL_VI_next", call("MDAL_M_vertexIterator", mesh), n, points) == n
-        ends, indices = (ctypes.c_int * faces)(), (ctypes.c_int * (3 * faces))()
-        assert call("MDAL_FI_next", call("MDAL_M_faceIterator", mesh), faces, ends, 3 * faces, indices) == faces
-        return np.array(points).reshape(-1, 3), np.array(indices).reshape(-1, 3), call("MDAL_M_projection", mesh).decode()
+        layer = QgsMeshLayer(str(path), "a", "mdal")
+        assert layer.isValid(), (path, layer.error().message())
+        mesh = QgsMesh()
+        layer.dataProvider().populateMesh(mesh)
+        points = [mesh.vertex(i) for i in range(mesh.vertexCount())]
+        faces = [mesh.face(i) for i in range(mesh.faceCount())]
+        return np.array([(p.x(), p.y(), p.z()) for p in points]), np.array(faces), layer.crs().authid()
 
     for dem, code in ((DEM, "EPSG:32611"), (DEGREES, "EPSG:4326")):
         simplify(folder / "a.ply", dem=dem)
@@ -288,10 +272,11 @@ def with_mdal(folder):
             assert np.array_equal(faces, triangles), path.name
             close(found, positions, 0, path.name)
             assert projection == crs, (path.name, projection)
-            figure("MDAL", f"{extension}: {len(faces)} triangles, bit by bit, CRS '{projection}'")
+            figure(f"QGIS {Qgis.version().split('-')[0]} with MDAL", f"{extension}: {len(faces)} triangles, bit by bit, CRS '{projection}'")
+    application.exitQgis()
 
 
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as temporary:
         {"gdal": with_gdal, "assimp": with_assimp, "meshio": with_meshio, "netcdf": with_netcdf,
-         "mdal": with_mdal}[sys.argv[1]](pathlib.Path(temporary))
+         "qgis": with_qgis}[sys.argv[1]](pathlib.Path(temporary))

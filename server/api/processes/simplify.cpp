@@ -14,6 +14,7 @@
 #include "terrain/base/enum_names.h"
 #include "terrain/mesh/mesh_file.h"
 #include "terrain/mesh/mesh_frame.h"
+#include "terrain/simplify/constraints/voids.h"
 #include "terrain/simplify/methods.h"
 #include "terrain/simplify/options.h"
 
@@ -230,6 +231,8 @@ std::expected<JobOrder, Problems> order_of_inputs(const App& app, const Json& js
     order.arguments.push_back(std::string("--") + lines + "=" + file);
   }
 
+  order.arguments.push_back("--voids=" + read_word("voids", enum_names<Voids>(), inputs, problems,
+                                                   name_of(Voids::method)));
   order.arguments.push_back("--frame=" + read_word("frame", enum_names<MeshFrame>(), inputs,
                                                    problems, name_of(MeshFrame::source)));
   if (const std::string datum = read_datum(app, dem, inputs, problems); !datum.empty())
@@ -270,6 +273,11 @@ Ordered inputs_described() {
       described("Breaklines", "lines of GeoJSON, in crs, that become edges", {{"type", "object"}});
   inputs["flatten"] = described("Level polygons", "polygons of GeoJSON, in crs, that become level",
                                 {{"type", "object"}});
+  inputs["voids"] = described(
+      "Voids",
+      "keep leaves them open, cover closes them, with any method; method: "
+      "as it does by itself",
+      {{"type", "string"}, {"enum", enum_names<Voids>()}, {"default", name_of(Voids::method)}});
   inputs["format"] = described(
       "Format", "of the mesh",
       {{"type", "string"}, {"enum", mesh_formats_to_write()}, {"default", kDefaultFormat}});

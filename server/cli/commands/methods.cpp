@@ -38,7 +38,8 @@ void print_methods(bool json) {
       "has\n"
       "no cell of three valid corners beside it is left out. covered: triangles close the voids, "
       "and\n"
-      "no valid post is left out. In 'tind progressive' all of them leave holes.\n"
+      "no valid post is left out. 'tind simplify --voids keep' leaves holes with every method,\n"
+      "--voids cover closes them with every one. In 'tind progressive' all of them leave holes.\n"
       "tiles: 'tind build --method' and the daemon make tiles by it, all with the same borders "
       "and\n"
       "within the same error, voids closed.\n",

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <climits>
+#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -32,6 +33,8 @@
 #include "terrain/simplify/bounded/bounded.h"
 #include "terrain/simplify/collapse/attribute_quadric.h"
 #include "terrain/simplify/common/simplified.h"
+#include "terrain/simplify/constraints/voids.h"
+#include "terrain/simplify/methods.h"
 #include "terrain/simplify/options.h"
 #include "terrain/simplify/simplify_mesh.h"
 #include "terrain/simplify/simplify_tin.h"
@@ -39,6 +42,10 @@
 namespace tind::cli {
 
 namespace {
+
+const MethodInfo& info_of(const std::string& method) {
+  return *std::ranges::find(methods(), method, &MethodInfo::name);
+}
 
 struct Arguments {
   DemInput input;
@@ -53,6 +60,15 @@ struct Arguments {
   std::string units = "metres", progress = "auto";
   bool json = false;
   bool terrain = false;  // a mesh is to be one
+  Voids voids = Voids::method;
+
+  /// What the method has by itself: cluster closes narrow voids and leaves wide ones open.
+  Voids by_itself() const {
+    if (method.name == "cluster") return Voids::method;
+    return info_of(method.name).voids == "covered" ? Voids::cover : Voids::keep;
+  }
+  bool opens() const { return voids == Voids::keep && by_itself() != Voids::keep; }
+  bool fills() const { return voids == Voids::cover && by_itself() != Voids::cover; }
 };
 
 struct Seconds {
@@ -97,7 +113,7 @@ Result<void> check(Arguments& a, Command app) {
   }
   a.terrain |= wants_terrain(a);
   for (const char* option : {"--from-datum", "--to-datum", "--allow-vrt", "--drape", "--frame",
-                             "--units", "--raster", "--error-raster"})
+                             "--units", "--raster", "--error-raster", "--voids"})
     if (app.given(option))
       return fail(Errc::invalid_argument, std::string(option) + " needs a DEM, not a mesh");
   for (const char* option : {"--subset-placement", "--border-constraints"})
@@ -124,6 +140,7 @@ nlohmann::ordered_json report_json(const Arguments& a, const DemInfo& info, cons
       {"method", a.method.name}, {"steps", made.steps}, {"input_triangles", made.input_triangles}};
   j.update(quality_json(quality));
   j.update(ground_json(quality, info));
+  j["voids"] = name_of(a.voids == Voids::method ? a.by_itself() : a.voids);
   j["frame"] = name_of(a.frame);
   j["units"] = a.units;
   j.update(place_json(mesh_place(info, a.frame, false)));
@@ -326,8 +343,8 @@ bool streams(const Arguments& a, const DemInfo& info) {
   const bool able =
       std::holds_alternative<ClusterOptions>(a.options.method) ||
       (std::holds_alternative<BoundedOptions>(a.options.method) && goes_by_rows(a.options));
-  return able && !a.lines.any() && info.cols * info.rows > kStreamPosts && info.cols <= INT_MAX &&
-         info.rows <= INT_MAX;
+  return able && !a.lines.any() && !a.opens() && !a.fills() &&
+         info.cols * info.rows > kStreamPosts && info.cols <= INT_MAX && info.rows <= INT_MAX;
 }
 
 Result<Simplified> make_in_strips(const Arguments& a, const DemSource& dem,
@@ -373,8 +390,15 @@ int run(Arguments& a, Command app) {
   const bool stream = streams(a, info);
   Result<Terrain> posts = stream ? Terrain() : read_all(**dem);
   if (!posts) return complain(posts.error());
-  if (a.lines.any()) {
-    auto constraints = read_lines(a.lines, **dem, *posts);
+  HeightGrid before;  // what there is of a DEM whose voids are filled for the method
+  if ((a.fills() || a.opens()) && has_voids(posts->grid)) {
+    before = posts->grid;
+    posts->grid = covered(std::move(posts->grid));
+  }
+  const bool opened = a.opens() && before.size() > 0;
+  if (a.lines.any() || opened) {
+    auto constraints =
+        read_lines(a.lines, **dem, *posts, opened ? void_rims(before) : std::vector<VectorLine>());
     if (!constraints) return complain(constraints.error());
     a.options.constraints = std::move(*constraints);
     *posts = a.options.constraints->dem;
@@ -394,9 +418,12 @@ int run(Arguments& a, Command app) {
   }
   if (!made) return complain_of(a.input, made.error());
   if (stream) warn_of_nodata(**dem);
+  for (std::size_t i = 0; i < before.size(); ++i)
+    if (std::isnan(before.values()[i])) posts->grid.values()[i] = HeightGrid::kVoid;
+  if (opened) open_voids(made->tin, before);
   seconds.simplify = watch.lap();
   std::optional<ConstraintCheck> lines;
-  if (a.options.constraints) lines = check_constraints(made->tin, *a.options.constraints);
+  if (a.lines.any()) lines = check_constraints(made->tin, *a.options.constraints);
   const auto attributes = attribute_errors(a.options, *posts, made->tin);
   watch.lap();
 
@@ -463,6 +490,11 @@ void add_simplify(Command program, int& exit) {
   add_dem_options(app, a->input);
   add_window_options(app, a->input);
   add_line_options(app, a->lines);
+  app.add_choice(
+         "--voids", a->voids,
+         "what the mesh has where the DEM has no data: keep leaves voids open, cover closes "
+         "them, with any method; method: as it does by itself (tind methods)")
+      .shown();
   app.add_option("--drape", a->drape,
                  "attribute-qem: colours from this image, reprojected or stretched over the DEM");
   add_frame_option(app, a->frame);

@@ -141,8 +141,10 @@ Result<Surface> with_shapes(Surface surface, const ShapeFiles& files) {
 }
 
 Result<std::shared_ptr<const Constraints>> read_lines(const LineInput& input, const DemSource& dem,
-                                                      const Terrain& posts) {
+                                                      const Terrain& posts,
+                                                      std::vector<VectorLine> more) {
   ConstraintShapes shapes;
+  shapes.breaklines = std::move(more);
   const Heights heights{posts.grid, input.heights == "dem"};
   for (const std::string& path : input.breaklines) {
     auto read = read_shapes(path, dem, heights);

@@ -31,10 +31,11 @@ void add_shape_options(Command, ShapeFiles&);
 /// A surface with the lines and the water of files, and on stderr what became of them.
 Result<Surface> with_shapes(Surface, const ShapeFiles&);
 
-/// The files' shapes over `posts`, which are all of `dem`. Says on stderr which files have only
-/// zeros for heights, where the DEM is not at sea level.
+/// The files' shapes over `posts`, which are all of `dem`, and more breaklines. Says on stderr
+/// which files have only zeros for heights, where the DEM is not at sea level.
 Result<std::shared_ptr<const Constraints>> read_lines(const LineInput&, const DemSource& dem,
-                                                      const Terrain& posts);
+                                                      const Terrain& posts,
+                                                      std::vector<VectorLine> more = {});
 
 nlohmann::ordered_json lines_json(const ConstraintReport&, const ConstraintCheck&);
 std::string lines_text(const ConstraintReport&, const ConstraintCheck&);

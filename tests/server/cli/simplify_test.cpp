@@ -307,6 +307,74 @@ TEST(MeasureCommandLine, SaysWhenMeshAndDemDoNotMeet) {
   EXPECT_EQ(ran.answer, "");  // no figures of nothing
 }
 
+/// 36 x 30 posts, 8 x 6 of them void, one more alone at a rim, and one valid post among voids.
+std::string dem_with_voids(const TempDir& dir) {
+  const std::string path = dir.file("voids.asc");
+  std::ofstream out(path);
+  out << "ncols 36\nnrows 30\nxllcorner 0\nyllcorner 0\ncellsize 10\nNODATA_value -9999\n";
+  for (int r = 0; r < 30; ++r)
+    for (int c = 0; c < 36; ++c) {
+      const bool in = c > 12 && c < 21 && r > 9 && r < 16 && !(c == 16 && r == 12);
+      out << (in || (c == 0 && r == 20) ? -9999 : 100 + (c * 7 + r * 5) % 11 + c) << " \n"[c == 35];
+    }
+  return path;
+}
+
+double area_of(const std::string& mesh) {
+  const auto read = read_mesh(mesh);
+  EXPECT_TRUE(read) << read.error().what;
+  double area = 0;
+  for (const auto& [a, b, c] : read->triangles) {
+    const auto &p = read->positions[a], &q = read->positions[b], &r = read->positions[c];
+    area += ((q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])) / 2;
+  }
+  return area;
+}
+
+TEST(SimplifyVoids, AreKeptOrCoveredByAnyMethod) {
+  const TempDir dir;
+  const std::string dem = dem_with_voids(dir);
+  double open_area = 0;
+  for (const std::string method : {"qem", "bounded", "greedy", "cluster"}) {
+    const std::string line = "simplify " + dem + " --max-error 2 --json --method " + method +
+                             " -o " + dir.file("out.ply") + " --error-raster " +
+                             dir.file("error.asc") + " --voids ";
+    for (const std::string voids : {"keep", "cover", "method"}) {
+      const nlohmann::json made = tind_json(line + voids);
+      const bool kept = voids == "keep" || (voids == "method" && method == "qem");
+      const bool leaves_wide_ones_open = voids == "method" && method == "cluster";
+      EXPECT_EQ(made["voids"], leaves_wide_ones_open ? "method"
+                               : kept                ? "keep"
+                                                     : "cover")
+          << method << " " << voids;
+      EXPECT_EQ(made["posts_uncovered"], kept ? 1 : 0) << method << " " << voids;
+      EXPECT_EQ(made["posts_isolated"], kept ? 1 : 0) << method << " " << voids;
+      EXPECT_EQ(made["posts_void"], 48) << method << " " << voids;
+      EXPECT_LE(made["max_error_m"], 2 + 1e-8) << method << " " << voids;
+      EXPECT_EQ(made["flipped"], 0);
+      EXPECT_EQ(made["non_manifold"], 0) << method << " " << voids;
+      EXPECT_FALSE(made.contains("lines"));
+      const double area = area_of(dir.file("out.ply"));
+      if (kept && method == "qem") open_area = area;  // which knows nothing else
+      if (!leaves_wide_ones_open) {
+        EXPECT_NEAR(area, kept ? open_area : 350 * 290, 1e-3) << method << " " << voids;
+      }
+    }
+  }
+  EXPECT_LT(open_area, 350 * 290 - 4000);
+}
+
+TEST(SimplifyVoids, NeedADem) {
+  const TempDir dir;
+  const Ran ran =
+      run_tind("simplify " + testdata("crater.tif") + " --ratio 0.01 -o " + dir.file("a.ply"));
+  ASSERT_EQ(ran.code, 0) << ran.out;
+  EXPECT_EQ(run_tind("simplify " + dir.file("a.ply") + " --ratio 0.5 --voids keep -o " +
+                     dir.file("b.ply"))
+                .code,
+            2);
+}
+
 TEST(MethodsCommandLine, ListsEveryMethod) {
   const nlohmann::json all = tind_json("methods --json");
   std::vector<std::string> names;
