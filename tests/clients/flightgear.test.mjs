@@ -12,8 +12,8 @@ import {fileURLToPath} from "node:url";
 import {PROGRAM, ROOT, filesNow, startDaemon} from "./daemon.mjs";
 import {figure} from "./figure.mjs";
 
-const FGELEV = [process.env.FGELEV, "/usr/games/fgelev", "/usr/bin/fgelev"].find((path) => path && existsSync(path));
-const skip = FGELEV ? false : "fgelev is not installed (Debian: apt install flightgear, 2.6 GB; or apt download flightgear, dpkg -x, and FGELEV=path; it needs libopenscenegraph161 and libplib1)";
+const FGELEV = [process.env.FGELEV, join(ROOT, "build/fgelev/usr/games/fgelev"), "/usr/games/fgelev", "/usr/bin/fgelev"].find((path) => path && existsSync(path));
+const skip = FGELEV ? false : "fgelev is not there: scripts/setup takes it out of Debian's package flightgear; or FGELEV=path";
 const SIMGEAR = existsSync("/usr/include/simgear/io/sg_binobj.hxx") ? false : "SimGear's headers are not installed (Debian: libsimgear-dev)";
 const DECODERS = fileURLToPath(new URL("./decoders", import.meta.url));
 const DEM = "testdata/rainier.tif";
