@@ -63,6 +63,9 @@ int main(int argc, char** argv) {
   tind::cli::add_formats(app, exit);
   tind::cli::add_info(app, exit);
   tind::cli::add_build(app, exit);
+  tind::cli::add_plan_build(app, exit);
+  tind::cli::add_merge(app, exit);
+  tind::cli::add_status(app, exit);
   tind::cli::add_check(app, exit);
   tind::cli::add_verify(app, exit);
   tind::cli::add_copy(app, exit);

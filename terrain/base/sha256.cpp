@@ -1,5 +1,6 @@
 #include "terrain/base/sha256.h"
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 
@@ -43,23 +44,40 @@ void add_block(State& state, const std::uint8_t* block) {
 
 }  // namespace
 
-Sha256 sha256(ByteView bytes) {
-  State state = {0x6a09e667, 0xbb67ae85, 0x3c6ef372, 0xa54ff53a,
-                 0x510e527f, 0x9b05688c, 0x1f83d9ab, 0x5be0cd19};
+void Sha256Sum::add(ByteView bytes) {
   const auto* data = static_cast<const std::uint8_t*>(bytes.data);
-  std::size_t at = 0;
-  for (; bytes.size - at >= kBlock; at += kBlock) add_block(state, data + at);
+  std::size_t left = bytes.size;
+  const std::size_t held = std::size_t(size_ % kBlock);
+  size_ += left;
+  if (held > 0) {
+    const std::size_t more = std::min(left, kBlock - held);
+    if (more > 0) std::memcpy(rest_.data() + held, data, more);
+    if (held + more < kBlock) return;
+    add_block(state_, rest_.data());
+    data += more, left -= more;
+  }
+  for (; left >= kBlock; left -= kBlock, data += kBlock) add_block(state_, data);
+  if (left > 0) std::memcpy(rest_.data(), data, left);
+}
+
+Sha256 Sha256Sum::finish() {
   // The rest, a one, zeros, and the length in bits.
   std::uint8_t last[2 * kBlock] = {};
-  const std::size_t rest = bytes.size - at, blocks = rest + 9 <= kBlock ? 1 : 2;
-  if (rest > 0) std::memcpy(last, data + at, rest);
+  const std::size_t rest = std::size_t(size_ % kBlock), blocks = rest + 9 <= kBlock ? 1 : 2;
+  if (rest > 0) std::memcpy(last, rest_.data(), rest);
   last[rest] = 0x80;
-  store<std::endian::big>(std::uint64_t(bytes.size) * 8, last + blocks * kBlock - 8);
-  for (std::size_t i = 0; i < blocks; ++i) add_block(state, last + i * kBlock);
+  store<std::endian::big>(size_ * 8, last + blocks * kBlock - 8);
+  for (std::size_t i = 0; i < blocks; ++i) add_block(state_, last + i * kBlock);
   Sha256 hash;
-  for (std::size_t i = 0; i < state.size(); ++i)
-    store<std::endian::big>(state[i], hash.data() + 4 * i);
+  for (std::size_t i = 0; i < state_.size(); ++i)
+    store<std::endian::big>(state_[i], hash.data() + 4 * i);
   return hash;
+}
+
+Sha256 sha256(ByteView bytes) {
+  Sha256Sum sum;
+  sum.add(bytes);
+  return sum.finish();
 }
 
 std::string hex_of(const Sha256& hash) {

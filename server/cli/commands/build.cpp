@@ -9,10 +9,13 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "proto/json_text.h"
 #include "server/cli/commands/build_images.h"
 #include "server/cli/commands/build_scenery.h"
+#include "server/cli/commands/build_shard.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/commands/estimate.h"
 #include "server/cli/options/dem_input.h"
@@ -45,6 +48,15 @@ constexpr const char* kFlightGear = "flightgear";
 constexpr const char* kOfTiles[] = {"--error-factor", "--deepest", "--levels", "--side",
                                     "--method",       "--gzip",    "--force",  "--dry-run"};
 
+/// What a plan has decided.
+constexpr const char* kPlanned[] = {
+    "--format",       "--compression",  "--image-format", "--surface",     "--archive",
+    "--max-error",    "--error-factor", "--deepest",      "--levels",      "--side",
+    "--exact-posts",  "--effort",       "--method",       "--gzip",        "--force",
+    "--dry-run",      "--breaklines",   "--flatten",      "--boundary",    "--water",
+    "--line-heights", "--layer",        "--blend",        "--layer-error", "--allow-vrt",
+    "--drape"};
+
 /// Where 3D Tiles of one compression lie, beside the tiles.
 std::string tiles3d_folder(const std::string& output, GlbCompression compression) {
   return output + "/3dtiles" +
@@ -65,6 +77,7 @@ struct Arguments {
   ImagedSurface imaged = ImagedSurface::source;
   bool json = false, dry_run = false;
   Draped draped;  // of `drape`
+  ShardLine shards;
 };
 
 nlohmann::ordered_json to_json(const BuildReport& r, const TileSetOptions& tiles,
@@ -283,6 +296,16 @@ Result<void> check_archive(const Arguments& a) {
   return {};
 }
 
+Result<void> check_beside_plan(Command c, const DemInput& input) {
+  std::vector<std::string> given = input.given;
+  for (const char* option : kPlanned)
+    if (c.given(option)) given.push_back(option);
+  if (!given.empty())
+    return fail(Errc::invalid_argument, given.front() + " is decided by the plan: leave it out");
+  if (!c.given("--shard")) refuse_missing("--shard");
+  return {};
+}
+
 int run(Arguments a) {
   if (names_archive(a.options.output))
     return complain({Errc::invalid_argument,
@@ -419,7 +442,20 @@ void add_build(Command program, int& exit) {
   c.add_flag("--dry-run", a->dry_run,
              "only say what it would take, as tind estimate does, and which tiles an update of the "
              "directory would make again");
+  add_shard_options(c, a->shards);
   c.on_run([a, c, &exit] {
+    if (c.given("--plan")) {
+      const auto fits = check_beside_plan(c, a->input);
+      exit = fits ? build_shards(a->shards, a->options.output, a->input.files, c.environment(),
+                                 a->memory, a->options.threads, a->progress, a->json)
+                  : complain(fits.error());
+      return;
+    }
+    for (const char* option : {"--shard", "--grace"})
+      if (c.given(option)) {
+        exit = complain({Errc::invalid_argument, std::string(option) + " is of --plan"});
+        return;
+      }
     if (!names_any(a->input, a->layers)) refuse_missing("DEM");
     if (!c.given("--output") && !a->dry_run) refuse_missing("--output");
     if (image_format(a->format))

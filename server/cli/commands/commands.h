@@ -42,6 +42,9 @@ void add_elevation(Command program, int& exit);
 void add_export(Command program, int& exit);
 void add_explain(Command program, int& exit);
 void add_plan(Command program, int& exit);
+void add_plan_build(Command program, int& exit);
+void add_merge(Command program, int& exit);
+void add_status(Command program, int& exit);
 void add_serve(Command program, int& exit);
 
 }  // namespace tind::cli

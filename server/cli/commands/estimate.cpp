@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "proto/json_text.h"
@@ -28,7 +29,16 @@ struct Arguments {
   MethodLine method;
   ShapeFiles shapes;
   std::string progress = "auto";
+  std::uint64_t shards = 0;
+  double dollars_per_core_hour = 0;
   bool json = false;
+};
+
+/// What a plan of shards would cost, beside the pass over all posts.
+struct ShardCost {
+  std::uint64_t shards = 0;
+  double core_hours = 0, dollars = 0;  // dollars: 0 where nobody said what an hour costs
+  double seconds_each() const { return core_hours * 3600 / double(shards); }
 };
 
 nlohmann::ordered_json to_json(const BuildEstimate& e, double peak_mb) {
@@ -62,10 +72,25 @@ void print(const BuildEstimate& e, double peak_mb) {
       peak_mb);
 }
 
+ShardCost cost_of(const BuildEstimate& e, std::uint64_t shards, double dollars_per_core_hour) {
+  double seconds = 0;
+  for (const LevelEstimate& l : e.levels) seconds += l.seconds;
+  const double hours = seconds / 3600;
+  return {std::max<std::uint64_t>(1, shards), hours, hours * dollars_per_core_hour};
+}
+
+void print(const ShardCost& c) {
+  fmt::print("{:.3g} core-hours", c.core_hours);
+  if (c.shards > 1)
+    fmt::print(", {} shards of about {} each", c.shards, duration_text(c.seconds_each()));
+  if (c.dollars > 0) fmt::print(", {:.2f} dollars", c.dollars);
+  fmt::print("\n");
+}
+
 }  // namespace
 
 int print_estimate(const Surface& surface, const BuildOptions& options, const std::string& progress,
-                   bool json) {
+                   bool json, std::uint64_t shards, double dollars_per_core_hour) {
   Result<BuildEstimate> estimate = fail(Errc::internal, "not run");
   warn_of_plan(surface, options.tiles);
   PeakMemory::forget();
@@ -76,10 +101,18 @@ int print_estimate(const Surface& surface, const BuildOptions& options, const st
   if (!estimate) return complain(estimate.error());
   // The samples are made by as many threads as the build has, the largest tiles among them.
   const double peak_mb = PeakMemory::megabytes();
-  if (json)
-    fmt::print("{}\n", json::to_text(to_json(*estimate, peak_mb), 1));
-  else
+  const ShardCost cost = cost_of(*estimate, shards, dollars_per_core_hour);
+  const bool asked = shards > 0 || dollars_per_core_hour > 0;
+  if (json) {
+    auto j = to_json(*estimate, peak_mb);
+    j["core_hours"] = cost.core_hours;
+    if (shards > 0) j["shards"] = shards, j["shard_seconds"] = cost.seconds_each();
+    if (dollars_per_core_hour > 0) j["dollars"] = cost.dollars;
+    fmt::print("{}\n", json::to_text(j, 1));
+  } else {
     print(*estimate, peak_mb);
+    if (asked) print(cost);
+  }
   return kOk;
 }
 
@@ -97,6 +130,9 @@ void add_estimate(Command program, int& exit) {
   c.add_option("--threads", a->options.threads, "threads of the build (default: one per core)")
       .range(1, 1024);
   c.add_flag("--gzip", a->options.gzip, "bytes of compressed tiles");
+  c.add_option("--shards", a->shards, "say how long each of so many shards takes on one thread");
+  c.add_option("--dollars-per-core-hour", a->dollars_per_core_hour, "say what the tiles cost")
+      .positive();
   add_progress_option(c, a->progress);
   c.add_flag("--json", a->json, "print the estimate as JSON");
   c.footer("Some tiles of each level are made to see; nothing is written.");
@@ -108,7 +144,8 @@ void add_estimate(Command program, int& exit) {
     }
     auto source = open_surface(a->input, a->layers);
     if (source) source = with_shapes(std::move(*source), a->shapes);
-    exit = source ? print_estimate(*source, a->options, a->progress, a->json)
+    exit = source ? print_estimate(*source, a->options, a->progress, a->json, a->shards,
+                                   a->dollars_per_core_hour)
                   : complain(source.error());
   });
 }

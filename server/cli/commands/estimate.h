@@ -9,6 +9,7 @@
 namespace tind::cli {
 
 /// Estimates and prints; returns the exit code.
-int print_estimate(const Surface&, const BuildOptions&, const std::string& progress, bool json);
+int print_estimate(const Surface&, const BuildOptions&, const std::string& progress, bool json,
+                   std::uint64_t shards = 0, double dollars_per_core_hour = 0);
 
 }  // namespace tind::cli

@@ -107,15 +107,21 @@ void add_dem_options(Command app, DemInput& input) {
     app.add_function(
         flag,
         [&input, name, flag](const std::string& text) {
-          if (const auto ok = set_dem_option(name, text, input.said); !ok)
+          if (const auto ok = say_dem_option(input, name, text); !ok)
             refuse_value(flag, ok.error().what);
-          input.given.push_back(flag);
-          if (name.ends_with("_datum")) input.datums.push_back(text);
-          input.to_datum_given = input.to_datum_given || name == "to_datum";
         },
         help);
   }
   app.add_flag("--allow-vrt", input.allow_vrt, "read VRT files, which may name any other file");
+}
+
+Result<void> say_dem_option(DemInput& input, const std::string& name, const std::string& text) {
+  if (auto ok = set_dem_option(name, text, input.said); !ok) return ok;
+  input.given.push_back(flag_of(name));
+  input.texts.emplace_back(name, text);
+  if (name.ends_with("_datum")) input.datums.push_back(text);
+  input.to_datum_given = input.to_datum_given || name == "to_datum";
+  return {};
 }
 
 Result<void> no_dem_options(const DemInput& input, const std::string& mesh) {

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "server/cli/program/command_line.h"
@@ -20,8 +21,9 @@ struct DemInput {
   DemOptions said;                // by the options of dem_options_text.h
   std::string to_datum = "same";  // what the subcommand does by itself: same or ellipsoid
   bool to_datum_given = false;
-  std::vector<std::string> given;   // flags, as the user wrote them
-  std::vector<std::string> datums;  // as said: some are files of geoids
+  std::vector<std::string> given;                          // flags, as the user wrote them
+  std::vector<std::pair<std::string, std::string>> texts;  // the same by name and value
+  std::vector<std::string> datums;                         // as said: some are files of geoids
   bool allow_vrt = false;
   std::optional<std::array<double, 4>> bounds;  // west, south, east, north; none: all of it
   std::string bounds_crs = "CRS84";
@@ -35,6 +37,9 @@ void add_dem_options(Command, DemInput&);
 void add_window_options(Command, DemInput&);
 
 DemOptions dem_options(const DemInput&);
+
+/// As if the user had said so. Fails as set_dem_option does.
+Result<void> say_dem_option(DemInput&, const std::string& name, const std::string& text);
 
 /// Fails (invalid_argument) where an option of DEMs was given beside a mesh, which it says nothing
 /// of.

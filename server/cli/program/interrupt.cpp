@@ -1,8 +1,11 @@
 #include "server/cli/program/interrupt.h"
 
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <optional>
 #include <stop_token>
+#include <thread>
 #include <utility>
 
 #include "server/cli/program/exit.h"
@@ -37,5 +40,33 @@ Progress stoppable(ProgressBar& bar) {
   };
   return progress;
 }
+
+struct GraceWatch::State {
+  std::stop_source finish, abandon;
+  std::jthread thread;
+};
+
+GraceWatch::GraceWatch(double grace_s) : state_(std::make_unique<State>()) {
+  finish_on_signals();
+  state_->thread = std::jthread([s = state_.get(), grace_s](std::stop_token stop) {
+    using Clock = std::chrono::steady_clock;
+    std::optional<Clock::time_point> since;
+    while (!stop.stop_requested()) {
+      if (signal_seen) {
+        if (!since) since = Clock::now();
+        s->finish.request_stop();
+        const double passed = std::chrono::duration<double>(Clock::now() - *since).count();
+        if (passed > grace_s * 2 / 3) s->abandon.request_stop();
+        if (passed > grace_s) std::_Exit(kTryAgain);
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+  });
+}
+
+GraceWatch::~GraceWatch() = default;
+
+std::stop_token GraceWatch::finish() const { return state_->finish.get_token(); }
+std::stop_token GraceWatch::abandon() const { return state_->abandon.get_token(); }
 
 }  // namespace tind::cli

@@ -39,6 +39,7 @@ struct Source {
   std::vector<TileArea> areas;  // by level
   std::uint64_t tiles = 0;
   int threads = 0;
+  bool packed = false;  // as CopyOptions
 };
 
 struct Ready {
@@ -61,7 +62,8 @@ Result<Source> look_at_source(const TileStore& store, const CopyOptions& o) {
               .record = record,
               .blocks = blocks ? std::move(*blocks) : "",
               .areas = {},
-              .threads = o.threads};
+              .threads = o.threads,
+              .packed = o.packed};
   auto layer = proto::decode_layer_json(from.layer_text);
   if (!layer) return fail(store.layer_name(), layer.error());
   from.layer = std::move(*layer);
@@ -82,8 +84,10 @@ Result<Source> look_at_source(const TileStore& store, const CopyOptions& o) {
   return from;
 }
 
-/// The tile, not packed.
-Result<Ready> fetch(const Source& from, TileId id) {
+Bytes packed(const Bytes& bytes) { return deflate(bytes, Wrapping::gzip, kLevel); }
+
+/// The tile, packed or not.
+Result<Ready> fetch(const Source& from, TileId id, bool pack) {
   auto tile = from.store.look_at(id);
   const std::string name = from.store.tile_name(id);
   if (!tile) return fail("tile " + id.text(), tile.error());
@@ -91,16 +95,17 @@ Result<Ready> fetch(const Source& from, TileId id) {
     return fail(Errc::io, name + " is not as it was written; tind verify says more, and mends it");
   Ready ready{std::move(tile->bytes), tile->facts.value_or(TileFacts{}),
               tile->vouched == Vouched::yes};
+  if (pack && from.packed && ready.vouched) return ready;
   if (!gunzip(ready.bytes)) return fail(Errc::bad_data, name + ": damaged gzip data");
-  if (tile->facts) return ready;
-  if (const auto decoded = decode_tile(id, ready.bytes); decoded && decoded->certificate) {
-    ready.facts.max_error_m = decoded->certificate->max_error_m;
-    ready.facts.edge_error_m = decoded->certificate->edge_error_m;
+  if (!tile->facts) {
+    if (const auto decoded = decode_tile(id, ready.bytes); decoded && decoded->certificate) {
+      ready.facts.max_error_m = decoded->certificate->max_error_m;
+      ready.facts.edge_error_m = decoded->certificate->edge_error_m;
+    }
   }
+  if (pack) ready.bytes = packed(ready.bytes);
   return ready;
 }
-
-Bytes packed(const Bytes& bytes) { return deflate(bytes, Wrapping::gzip, kLevel); }
 
 /// Does something lie there that is not to be replaced by an archive?
 Result<void> check_target(const Source& from, const std::string& to, bool force) {
@@ -144,10 +149,8 @@ Result<CopyReport> into_archive(const Source& from, const std::string& to, const
                                          " tiles; nothing is left of it");
       std::vector<Result<Ready>> chunk(std::min(kChunk, ids.size() - at),
                                        fail(Errc::internal, "not read"));
-      parallel_for(chunk.size(), from.threads, [&](std::size_t k) {
-        chunk[k] = fetch(from, ids[at + k]);
-        if (chunk[k]) chunk[k]->bytes = packed(chunk[k]->bytes);
-      });
+      parallel_for(chunk.size(), from.threads,
+                   [&](std::size_t k) { chunk[k] = fetch(from, ids[at + k], true); });
       for (std::size_t k = 0; k < chunk.size(); ++k) {
         if (!chunk[k]) return std::unexpected(chunk[k].error());
         report.bytes += chunk[k]->bytes.size();
@@ -204,8 +207,8 @@ Result<std::vector<std::uint8_t>> IntoFolder::changed() {
   const auto there = open_store(to_);
   std::vector<std::uint8_t> flags(ids_.size());
   parallel_for(ids_.size(), from_.threads, [&](std::size_t k) {
-    const auto tile = fetch(from_, ids_[k]);
-    flags[k] = !tile || !same_there(*there, ids_[k], gzip() ? packed(tile->bytes) : tile->bytes);
+    const auto tile = fetch(from_, ids_[k], gzip());
+    flags[k] = !tile || !same_there(*there, ids_[k], tile->bytes);
   });
   return flags;
 }
@@ -215,9 +218,8 @@ void IntoFolder::copy(std::size_t k, const TileStore& there) {
   std::uint64_t size = known ? known->size : 0;
   bool kept = known.has_value(), vouched = true;
   if (!known || !from_.record) {
-    auto tile = fetch(from_, ids_[k]);
+    auto tile = fetch(from_, ids_[k], gzip());
     if (!tile) return give_up(tile.error());
-    if (gzip()) tile->bytes = packed(tile->bytes);
     size = tile->bytes.size(), vouched = tile->vouched;
     kept = known && same_there(there, ids_[k], tile->bytes);
     if (!kept) {

@@ -12,8 +12,9 @@
 namespace tind {
 
 struct CopyOptions {
-  bool force = false;  // replace tiles that tind made of another source or otherwise
-  int threads = 0;     // 0: one per core; eight where tiles come from a server
+  bool force = false;   // replace tiles that tind made of another source or otherwise
+  int threads = 0;      // 0: one per core; eight where tiles come from a server
+  bool packed = false;  // the store's tiles are packed as this program packs them: they stay so
 };
 
 struct CopyReport {

@@ -1,0 +1,124 @@
+// tind status: how far the shards of a plan are.
+
+#include <fmt/format.h>
+
+#include <array>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "proto/json_text.h"
+#include "server/cli/commands/commands.h"
+#include "server/cli/options/plan_input.h"
+#include "server/log/printable.h"
+#include "terrain/pyramid/shards/shard_files.h"
+
+namespace tind::cli {
+
+namespace {
+
+constexpr std::size_t kShown = 20;  // of each state
+
+struct Arguments {
+  std::string plan, shards;
+  StatusOptions options;
+  bool json = false;
+};
+
+/// Of the shards; the top is the last, and none of them.
+std::array<std::size_t, 4> counts(const std::vector<ShardStatus>& all) {
+  std::array<std::size_t, 4> n{};
+  for (std::size_t i = 0; i + 1 < all.size(); ++i) ++n[std::size_t(all[i].state)];
+  return n;
+}
+
+std::string name_at(std::size_t i, std::size_t count) {
+  return i + 1 == count ? "top" : std::to_string(i);
+}
+
+nlohmann::ordered_json to_json(const ShardPlan& plan, const std::vector<ShardStatus>& all) {
+  const auto n = counts(all);
+  std::uint64_t made = 0;
+  for (const ShardStatus& s : all) made += s.made;
+  nlohmann::ordered_json j = {{"plan", plan.hash()},   {"shards", plan.shards.size()},
+                              {"done", n[0]},          {"running", n[1]},
+                              {"failed", n[2]},        {"missing", n[3]},
+                              {"tiles", plan.tiles()}, {"made", made}};
+  j["top"] = name_of(all.back().state);
+  j["not_done"] = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i + 1 < all.size(); ++i) {
+    const ShardStatus& s = all[i];
+    if (s.state == ShardState::done) continue;
+    nlohmann::ordered_json one = {{"shard", i}, {"state", name_of(s.state)}, {"tiles", s.tiles}};
+    if (s.state == ShardState::running)
+      one["made"] = s.made, one["where"] = s.where, one["silent_s"] = s.silent_s;
+    if (!s.what.empty()) one["why"] = s.what;
+    j["not_done"].push_back(std::move(one));
+  }
+  return j;
+}
+
+void print(const std::vector<ShardStatus>& all) {
+  for (const ShardState state : {ShardState::running, ShardState::failed, ShardState::missing}) {
+    std::size_t shown = 0, more = 0;
+    std::string missing;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const ShardStatus& s = all[i];
+      if (s.state != state || (i + 1 == all.size() && state == ShardState::missing)) continue;
+      if (++shown > kShown) {
+        ++more;
+        continue;
+      }
+      const std::string name = name_at(i, all.size());
+      if (state == ShardState::running)
+        fmt::print("running {:>6}: {} of {} tiles, on {}\n", name, s.made, s.tiles,
+                   logging::printable(s.where));
+      else if (state == ShardState::failed)
+        fmt::print("failed  {:>6}: {}\n", name, logging::printable(s.what));
+      else
+        missing += (missing.empty() ? "" : ", ") + name;
+    }
+    if (!missing.empty()) fmt::print("missing: {}{}\n", missing, more > 0 ? ", ..." : "");
+    if (more > 0) fmt::print("{} more {}\n", more, name_of(state));
+  }
+  const auto n = counts(all);
+  fmt::print("{} of {} shards done, {} running, {} failed, {} missing; the top: {}\n", n[0],
+             all.size() - 1, n[1], n[2], n[3], name_of(all.back().state));
+}
+
+int run(const Arguments& a) {
+  const auto plan = read_plan(a.plan);
+  if (!plan) return complain(plan.error());
+  const auto all = shard_status(*plan, ShardFolder(shards_folder(a.plan, a.shards)), a.options);
+  if (!all) return complain(all.error());
+  if (a.json)
+    fmt::print("{}\n", json::to_text(to_json(*plan, *all), 1));
+  else
+    print(*all);
+  const auto n = counts(*all);
+  return n[2] > 0 ? kBadData : n[0] == plan->shards.size() ? kOk : kTryAgain;
+}
+
+}  // namespace
+
+void add_status(Command program, int& exit) {
+  auto a = std::make_shared<Arguments>();
+  Command c = program.add_subcommand("status",
+                                     "which shards of a plan are done, running, failed or missing");
+  c.add_option("--plan", a->plan, "the plan of tind plan-build").required();
+  c.add_option("--shards", a->shards,
+               "the directory with the folder shards (default: that of the plan)");
+  c.add_flag("--every-byte", a->options.every_byte,
+             "hash every pack; without it their sizes alone are compared with their records");
+  c.add_option("--silence", a->options.silence_s,
+               "a run that was not heard of for so many seconds is none any more")
+      .positive()
+      .shown();
+  c.add_flag("--json", a->json, "print the status as JSON");
+  c.footer(
+      "Exit code 0: all shards are done; 75: some are not yet; 65: some failed, or are not as "
+      "their records say. What an engine says of its jobs does not count.");
+  c.on_run([a, &exit] { exit = run(*a); });
+}
+
+}  // namespace tind::cli

@@ -1,0 +1,33 @@
+#pragma once
+// Plans of shards as the command line names them, and what a plan says is to be opened.
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/cli/options/dem_input.h"
+#include "terrain/base/result.h"
+#include "terrain/pyramid/shards/shard_plan.h"
+#include "terrain/surface/surface.h"
+
+namespace tind::cli {
+
+/// The words of a command line, to be kept in a plan.
+PlannedSource planned_source(const DemInput&, std::vector<std::string> layers,
+                             std::vector<std::string> blends, std::vector<std::string> layer_errors,
+                             const ShapeFiles&);
+
+Result<ShardPlan> read_plan(const std::string& path);
+
+/// Where the shards of a plan are: `said`, or where that is empty the folder of the plan.
+std::string shards_folder(const std::string& plan, const std::string& said);
+
+/// What is planned, with caches and threads (`threads`: as many as are asked for, then as there is
+/// memory for) as `tind build` has them. `files`: where the DEMs are on this machine; empty: where
+/// the plan says.
+Result<Surface> open_planned(const ShardPlan&, const std::vector<std::string>& files,
+                             std::shared_ptr<const Environment>, std::uint64_t memory,
+                             int& threads);
+
+}  // namespace tind::cli

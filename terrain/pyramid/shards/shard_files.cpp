@@ -1,0 +1,308 @@
+#include "terrain/pyramid/shards/shard_files.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cctype>
+#include <cerrno>
+#include <chrono>
+#include <condition_variable>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <thread>
+
+#include "proto/json_member.h"
+#include "proto/json_text.h"
+#include "terrain/base/file_io.h"
+#include "terrain/base/sha256.h"
+
+namespace tind {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr int kFormat = 1;
+
+/// "HOST-PID", with nothing in it that a file's name cannot have.
+std::string who_am_i() {
+  char host[256] = "unknown";
+  ::gethostname(host, sizeof host - 1);
+  std::string name(host);
+  for (char& c : name)
+    if (!std::isalnum(static_cast<unsigned char>(c)) && c != '-') c = '-';
+  return name + "-" + std::to_string(::getpid());
+}
+
+Json content_of(const ShardRecord& r) {
+  Json j;
+  j["tind_shard"] = kFormat;
+  j["plan"] = r.plan;
+  j["shard"] = r.shard;
+  j["tiles"] = r.tiles;
+  j["bytes"] = r.bytes;
+  j["sha256"] = r.sha256;
+  j["not_one_sided"] = r.not_one_sided;
+  j["levels"] = Json::array();
+  for (const ShardRecord::Level& l : r.levels)
+    j["levels"].push_back({{"level", l.level},
+                           {"tiles", l.tiles},
+                           {"bytes", l.bytes},
+                           {"worst_error_m", l.worst_error_m},
+                           {"worst_edge_error_m", l.worst_edge_error_m}});
+  return j;
+}
+
+constexpr std::int64_t kMost = std::int64_t(1) << 52;
+
+std::optional<ShardRecord::Level> level_in(const Json& j) {
+  const auto level = json::whole(j, "level", 0, tiling::kMaxLevel);
+  const auto tiles = json::whole(j, "tiles", 0, kMost), bytes = json::whole(j, "bytes", 0, kMost);
+  const auto worst = json::number(j, "worst_error_m"), edge = json::number(j, "worst_edge_error_m");
+  if (!level || !tiles || !bytes || !worst || !edge) return {};
+  return ShardRecord::Level{int(*level), std::uint64_t(*tiles), std::uint64_t(*bytes), *worst,
+                            *edge};
+}
+
+double seconds_since(fs::file_time_type then) {
+  return std::chrono::duration<double>(fs::file_time_type::clock::now() - then).count();
+}
+
+/// What is heard of a shard by others.
+struct Heard {
+  double silent_s = 0;
+  std::string where;
+  std::uint64_t made = 0;
+};
+
+/// "00007.HOST-PID.beat": of which shard, and who.
+std::optional<std::pair<std::string, std::string>> beat_of(const std::string& file) {
+  constexpr std::string_view kEnding = ".beat";
+  const auto dot = file.find('.');
+  if (!file.ends_with(kEnding) || dot + 1 >= file.size() - kEnding.size()) return {};
+  return std::pair{file.substr(0, dot),
+                   file.substr(dot + 1, file.size() - kEnding.size() - dot - 1)};
+}
+
+/// The latest of each shard, by its name.
+Result<std::map<std::string, Heard>> all_heard(const std::string& folder, double silence_s) {
+  std::map<std::string, Heard> heard;
+  std::error_code error;
+  fs::directory_iterator entries(folder, error);
+  if (error == std::errc::no_such_file_or_directory) return heard;
+  if (error) return fail(Errc::io, folder + " cannot be read: " + error.message());
+  for (const fs::directory_entry& entry : entries) {
+    const auto beat = beat_of(entry.path().filename().string());
+    if (!beat) continue;
+    const auto at = entry.last_write_time(error);
+    if (error) continue;  // gone by now
+    const double silent = std::max(0.0, seconds_since(at));
+    const auto known = heard.find(beat->first);
+    if (silent > silence_s || (known != heard.end() && known->second.silent_s <= silent)) continue;
+    Heard& h = heard[beat->first];
+    h = {silent, beat->second, 0};
+    if (const auto text = read_regular_file(entry.path().string()))
+      if (const Json j = json::parse<Json>(*text); j.is_object())
+        h.made = std::uint64_t(json::whole(j, "made", 0, kMost).value_or(0));
+  }
+  return heard;
+}
+
+}  // namespace
+
+std::string encode(const ShardRecord& r) { return json::to_text(content_of(r), 1) + "\n"; }
+
+Result<ShardRecord> decode_shard_record(std::string_view text) {
+  const auto bad = fail(Errc::bad_data, "no record of a shard, or damaged");
+  const Json j = json::parse<Json>(text);
+  const auto plan = json::text(j, "plan"), shard = json::text(j, "shard"),
+             hash = json::text(j, "sha256");
+  const auto tiles = json::whole(j, "tiles", 0, kMost), bytes = json::whole(j, "bytes", 0, kMost),
+             sides = json::whole(j, "not_one_sided", 0, kMost);
+  const Json* const levels = json::member(j, "levels");
+  if (!plan || !shard || !hash || !tiles || !bytes || !sides || !levels || !levels->is_array())
+    return bad;
+  ShardRecord r{
+      *plan, *shard, std::uint64_t(*tiles), std::uint64_t(*bytes), *hash, std::uint64_t(*sides),
+      {}};
+  for (const Json& level : *levels) {
+    const auto one = level_in(level);
+    if (!one) return bad;
+    r.levels.push_back(*one);
+  }
+  if (encode(r) != text) return bad;
+  return r;
+}
+
+std::string shard_name(std::size_t shard) {
+  if (shard == ShardTiles::kTop) return "top";
+  const std::string digits = std::to_string(shard);
+  return std::string(5 - std::min<std::size_t>(5, digits.size()), '0') + digits;
+}
+
+std::string ShardFolder::beat(std::size_t shard) const {
+  return at(shard, "." + who_am_i() + ".beat");
+}
+std::string ShardFolder::own_pack(std::size_t shard) const {
+  return at(shard, "." + who_am_i() + ".pmtiles");
+}
+
+std::string name_of(ShardState state) {
+  switch (state) {
+    case ShardState::done:
+      return "done";
+    case ShardState::running:
+      return "running";
+    case ShardState::failed:
+      return "failed";
+    case ShardState::missing:
+      break;
+  }
+  return "missing";
+}
+
+Result<std::string> sha256_of_file(const std::string& path) {
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0)
+    return fail(errno == ENOENT ? Errc::not_found : Errc::io,
+                "cannot open " + path + ": " + std::strerror(errno));
+  Sha256Sum sum;
+  std::string part(1u << 20, '\0');
+  for (;;) {
+    const ssize_t got = ::read(file, part.data(), part.size());
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) {
+      const std::string why = std::strerror(errno);
+      ::close(file);
+      return fail(Errc::io, "cannot read " + path + ": " + why);
+    }
+    if (got == 0) break;
+    sum.add(std::string_view(part).substr(0, std::size_t(got)));
+  }
+  ::close(file);
+  return hex_of(sum.finish());
+}
+
+ShardStatus judge_shard(const ShardPlan& plan, const std::string& hash, const ShardFolder& folder,
+                        std::size_t shard, bool every_byte) {
+  ShardStatus s;
+  s.tiles = shard == ShardTiles::kTop ? plan.top_tiles : plan.shards[shard].tiles;
+  const auto failed = [&](std::string what) {
+    s.state = ShardState::failed, s.what = std::move(what);
+    return s;
+  };
+  const std::string path = folder.record(shard), pack = folder.pack(shard);
+  const auto text = read_regular_file(path);
+  if (!text) {
+    if (text.error().code != Errc::not_found) return failed(text.error().what);
+    const auto error = read_regular_file(folder.error(shard));
+    if (!error) return s;
+    return failed(error->substr(0, error->find('\n')));
+  }
+  const auto record = decode_shard_record(*text);
+  if (!record) return failed(path + ": " + record.error().what);
+  if (record->plan != hash) return failed(path + " is of another plan");
+  if (record->shard != shard_name(shard) || record->tiles != s.tiles)
+    return failed(path + " is of another shard");
+  std::error_code none;
+  const auto size = fs::file_size(pack, none);
+  if (none) return failed(path + " says that there is " + pack + ", and there is none");
+  if (size != record->bytes)
+    return failed(pack + " is not the one of its record: it has " + std::to_string(size) +
+                  " bytes, not " + std::to_string(record->bytes));
+  if (every_byte) {
+    const auto sum = sha256_of_file(pack);
+    if (!sum) return failed(sum.error().what);
+    if (*sum != record->sha256)
+      return failed(pack + " is not the one of its record: its bytes are others");
+  }
+  s.state = ShardState::done, s.made = s.tiles;
+  return s;
+}
+
+Result<std::vector<ShardStatus>> shard_status(const ShardPlan& plan, const ShardFolder& folder,
+                                              const StatusOptions& o) {
+  const auto heard = all_heard(folder.path(), o.silence_s);
+  if (!heard) return std::unexpected(heard.error());
+  const std::string hash = plan.hash();
+  std::vector<ShardStatus> all;
+  for (std::size_t i = 0; i <= plan.shards.size(); ++i) {
+    const std::size_t shard = i == plan.shards.size() ? ShardTiles::kTop : i;
+    ShardStatus s = judge_shard(plan, hash, folder, shard, o.every_byte);
+    const auto beat = heard->find(shard_name(shard));
+    if (s.state != ShardState::done && beat != heard->end()) {
+      s.state = ShardState::running, s.what.clear();
+      s.made = beat->second.made, s.where = beat->second.where;
+      s.silent_s = beat->second.silent_s;
+    }
+    all.push_back(std::move(s));
+  }
+  return all;
+}
+
+void remove_leftovers(const ShardFolder& folder, double untouched_s) {
+  std::error_code error;
+  std::vector<fs::path> left;
+  for (fs::directory_iterator at(folder.path(), error), end; !error && at != end;
+       at.increment(error)) {
+    const std::string name = at->path().filename().string();
+    const auto dot = name.find('.');
+    if (dot == name.npos || name.find('.', dot + 1) == name.npos) continue;  // 00007.pmtiles
+    if (!name.ends_with(".beat") && !name.ends_with(".pmtiles") && !name.ends_with(".tind-part"))
+      continue;
+    std::error_code none;
+    const auto then = at->last_write_time(none);
+    if (!none && seconds_since(then) > untouched_s) left.push_back(at->path());
+  }
+  for (const fs::path& path : left) ::unlink(path.c_str());
+}
+
+struct Heartbeat::State {
+  std::string path;
+  std::uint64_t tiles = 0;
+  std::atomic<std::uint64_t> made = 0;
+  std::mutex mutex;
+  std::condition_variable_any wake;
+  std::jthread thread;
+
+  /// What cannot be written is not heard of: no reason to fail.
+  void beat() const {
+    Json j;
+    j["made"] = made.load();
+    j["tiles"] = tiles;
+    std::ofstream(path) << json::to_text(j) << "\n";
+  }
+};
+
+Heartbeat::Heartbeat(std::string path, std::uint64_t tiles, double every_s)
+    : state_(std::make_unique<State>()) {
+  state_->path = std::move(path), state_->tiles = tiles;
+  state_->beat();
+  state_->thread = std::jthread([s = state_.get(), every_s](std::stop_token stop) {
+    std::unique_lock lock(s->mutex);
+    for (;;) {
+      s->wake.wait_for(lock, stop, std::chrono::duration<double>(every_s), [] { return false; });
+      if (stop.stop_requested()) return;
+      s->beat();
+    }
+  });
+}
+
+Heartbeat::~Heartbeat() {
+  state_->thread.request_stop();
+  state_->thread.join();
+  ::unlink(state_->path.c_str());
+}
+
+void Heartbeat::made(std::uint64_t tiles) { state_->made = tiles; }
+
+}  // namespace tind

@@ -1,0 +1,140 @@
+// Shards as engines run them: with their variables, two copies at once, signals, make.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+
+#include "terrain/base/file_io.h"
+#include "tests/support/program_json.h"
+
+namespace tind {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+class Shards : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    shared_ = std::make_unique<test::TempDir>();
+    const std::string tiles = shared_->file("tiles");
+    ASSERT_EQ(test::run_tind("build " + dem() + kOptions + " -o " + tiles).code, 0);
+    ASSERT_EQ(test::run_tind("copy " + tiles + " " + shared_->file("all.pmtiles")).code, 0);
+  }
+  static void TearDownTestSuite() { shared_.reset(); }
+
+  static constexpr const char* kOptions = " --deepest 11 --effort fast";
+  static std::string dem() { return test::testdata("rainier.tif"); }
+  std::string file(const std::string& name) const { return folder_.file(name); }
+  std::string plan() const { return file("PLAN.json"); }
+  void make_plan(int shards) const {
+    const auto said = test::run_tind("plan-build " + dem() + kOptions + " -o " + plan() +
+                                     " --shards " + std::to_string(shards));
+    ASSERT_EQ(said.code, 0) << said.out;
+  }
+  test::Ran build(const std::string& shard, const std::string& before = {}) const {
+    return test::run_tind(
+        "build --plan " + plan() + " --threads 1 --progress none --shard " + shard, before);
+  }
+  void expect_merged() const {
+    const auto merged = test::run_tind("merge --plan " + plan() + " -o " + file("m.pmtiles"));
+    ASSERT_EQ(merged.code, 0) << merged.out;
+    EXPECT_TRUE(read_whole_file(file("m.pmtiles")).value_or("") ==
+                *read_whole_file(shared_->file("all.pmtiles")));
+  }
+
+  inline static std::unique_ptr<test::TempDir> shared_;
+  test::TempDir folder_;
+};
+
+TEST_F(Shards, AreWhatTheEngineSays) {
+  make_plan(6);
+  EXPECT_EQ(test::run_tind("status --plan " + plan()).code, 75);
+  const char* const engines[] = {"JOB_COMPLETION_INDEX=4", "SLURM_ARRAY_TASK_ID=2",
+                                 "AWS_BATCH_JOB_ARRAY_INDEX=0", "PARALLEL_SEQ=6",
+                                 "OMPI_COMM_WORLD_RANK=1 OMPI_COMM_WORLD_SIZE=4"};
+  for (const char* engine : engines) {
+    const auto made = build("auto", engine);
+    EXPECT_EQ(made.code, 0) << made.out;
+  }
+  const auto merged = test::run_tind("merge --plan " + plan() + " -o " + file("m.pmtiles"));
+  EXPECT_EQ(merged.code, 75);
+  EXPECT_THAT(merged.out, HasSubstr("1 of 6 shards are not there: 3;"));
+  const auto status = nlohmann::json::parse(test::run_tind("status --json --plan " + plan()).answer,
+                                            nullptr, false);
+  EXPECT_EQ(status["done"], 5);
+  EXPECT_EQ(status["not_done"][0]["shard"], 3);
+  EXPECT_EQ(build("3/6").code, 0);
+  EXPECT_EQ(test::run_tind("status --every-byte --plan " + plan()).code, 0);
+  expect_merged();
+}
+
+TEST_F(Shards, TwoCopiesAtOnceAreOne) {
+  make_plan(1);
+  const std::string one = test::tind_binary() + " build --plan " + plan() +
+                          " --threads 1 --progress none --shard 0/1 >/dev/null 2>&1";
+  const std::string both = one + " & " + one + "; a=$?; wait $!; exit $((a + $?))";
+  EXPECT_EQ(std::system(both.c_str()), 0);
+  EXPECT_EQ(test::run_tind("status --every-byte --plan " + plan()).code, 0);
+  expect_merged();
+  std::size_t files = 0;  // 00000 and top, each with its record
+  for ([[maybe_unused]] const auto& entry : fs::directory_iterator(file("shards"))) ++files;
+  EXPECT_EQ(files, 4u);
+}
+
+TEST_F(Shards, ASignalEndsWith75AndTheNextRunGoesOn) {
+  const std::string big = file("big.json");
+  ASSERT_EQ(test::run_tind("plan-build " + dem() + " --shards 1 -o " + big).code, 0);
+  // As soon as there are some tiles.
+  const std::string script =
+      test::tind_binary() + " build --plan " + big +
+      " --shard 0/1 --threads 1 --progress none >/dev/null 2>&1 & p=$!; until [ $(stat -c %s " +
+      file("shards/00000.tiles") +
+      " 2>/dev/null || echo 0) -gt 9999 ]; do kill -0 $p || exit 9; done; "
+      "kill -TERM $p; wait $p; [ $? = 75 ]";
+  ASSERT_EQ(std::system(("bash -c '" + script + "'").c_str()), 0);
+  EXPECT_FALSE(fs::exists(file("shards/00000.pmtiles")));
+  const auto goes_on =
+      test::tind_json("build --plan " + big + " --shard 0/1 --json --progress none");
+  EXPECT_GT(goes_on["kept"], 0);
+  EXPECT_LT(goes_on["made"], goes_on["tiles"]);
+}
+
+TEST_F(Shards, AreTargetsOfMake) {
+  make_plan(5);
+  const std::string makefile = fs::path(test::testdata("rainier.tif")).parent_path().parent_path() /
+                               "scripts/engines/Makefile";
+  const std::string make = "make -s -j3 -f " + makefile + " TIND=" + test::tind_binary() +
+                           " PLAN=" + plan() + " OUT=" + file("m.pmtiles") + " >" + file("log") +
+                           " 2>&1";
+  ASSERT_EQ(std::system(make.c_str()), 0) << read_whole_file(file("log")).value_or("");
+  expect_merged();
+}
+
+TEST_F(Shards, BadLinesAreRefused) {
+  make_plan(2);
+  const std::string with = "build --plan " + plan() + " ";
+  EXPECT_EQ(test::run_tind(with).code, 2);
+  EXPECT_EQ(test::run_tind(with + "--shard 2/2").code, 2);
+  EXPECT_EQ(test::run_tind(with + "--shard 0/3").code, 2);
+  for (const std::string decided : {"--max-error 3", "--gzip", "--from-datum egm96", "--levels 3"})
+    EXPECT_EQ(test::run_tind(with + "--shard 0 " + decided).code, 2) << decided;
+  EXPECT_EQ(test::run_tind("build " + dem() + " -o " + file("t") + " --shard 0/2").code, 2);
+  EXPECT_EQ(test::run_tind(with + "--shard 0 " + test::testdata("bigtujunga_crop.tif")).code, 2);
+  EXPECT_EQ(test::run_tind("plan-build " + dem() + " -o " + file("p")).code, 2);
+  EXPECT_EQ(
+      test::run_tind("plan-build " + dem() + " --shards 2 --tiles-per-shard 9 -o " + file("p"))
+          .code,
+      2);
+  EXPECT_EQ(test::run_tind("plan-build " + dem() + " --shards 0 -o " + file("p")).code, 2);
+  std::ofstream(file("bad.json")) << "{\"tind_plan\": 1}";
+  EXPECT_EQ(test::run_tind("status --plan " + file("bad.json")).code, 65);
+  EXPECT_EQ(test::run_tind("status --plan " + file("none.json")).code, 69);
+}
+
+}  // namespace
+}  // namespace tind
