@@ -42,6 +42,7 @@ def build(args, where, env=None, watch=True):
 class Judge:
     def __init__(self, run, common):
         self.run, self.common, self.references, self.peak, self.cpu, self.built = run, common, {}, 0, 0, 0
+        self.shared = ()  # further files that may be opened
 
     def reference(self, name, source, args=()):
         """Tiles of a sound file, made without being watched."""
@@ -70,7 +71,7 @@ class Judge:
         self.run.executions += 1
         self.peak, self.cpu = max(self.peak, seen.peak_mb), max(self.cpu, seen.cpu_s)
         self.built += seen.code == 0
-        wrong = self.judge(case, seen, first, out, (str(place), str(out)))
+        wrong = self.judge(case, seen, first, out, (str(place), str(out), *self.shared))
         if {p: p.read_bytes() for p in [*place.iterdir(), *far.iterdir()]} != before:
             wrong.append("files of the source were changed")
         for what in wrong:

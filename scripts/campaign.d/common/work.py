@@ -10,7 +10,8 @@ OPTIONS = ["--effort", "fast", "--threads", "1", "--progress", "none"]
 
 def files(folder):
     """What is in a folder, but for lock and leftovers of the moment."""
-    return {p.relative_to(folder).as_posix(): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
+    return {p.relative_to(folder).as_posix(): p.read_bytes() for p in sorted(folder.rglob("*"))
+            if p.is_file() and p.name != "tind-lock"}  # a lock is of who holds it, not that it lies there
 
 
 def heights(raised=0):
