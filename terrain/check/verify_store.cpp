@@ -12,6 +12,8 @@ namespace tind {
 
 namespace {
 
+constexpr int kRemoteThreads = 8;  // mostly waiting for answers
+
 enum class State : std::uint8_t { unknown, sound, damaged, missing, unlisted };
 
 /// The tiles that there should be.
@@ -98,6 +100,7 @@ Result<VerifyReport> verify_store(const TileStore& store, int threads, const Pro
   std::vector<State> states(ids.size(), State::unknown);
   std::atomic<std::uint64_t> bytes = 0;
   std::atomic<std::size_t> done = 0;
+  if (threads == 0 && store.remote()) threads = kRemoteThreads;
   parallel_for(ids.size(), threads, [&](std::size_t k) {
     if (progress.stopped()) return;
     std::uint64_t size = 0;

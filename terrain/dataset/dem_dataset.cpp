@@ -1,9 +1,13 @@
 #include "terrain/dataset/dem_dataset.h"
 
+#include <chrono>
 #include <filesystem>
+#include <memory>
+#include <mutex>
 #include <utility>
 
 #include "terrain/pyramid/residual/residual_index.h"
+#include "terrain/raster/remote/objects.h"
 
 namespace tind {
 namespace {
@@ -19,6 +23,39 @@ Result<std::string> index_path(const Surface& surface, const TileSetOptions& opt
   return folder + "/" + surface.info().fingerprint + ".residuals";
 }
 
+Result<void> unchanged(const Surface& surface) {
+  for (const SurfaceLayer& layer : surface.layers())
+    if (auto same = layer.source->unchanged(); !same) return same;
+  return {};
+}
+
+bool on_other_machines(const Surface& surface) {
+  for (const SurfaceLayer& layer : surface.layers())
+    for (const std::string& file : layer.source->info().files)
+      if (remote::is_remote(file)) return true;
+  return false;
+}
+
+/// What is read from another machine is held against the version that was opened anyway: that it
+/// is another need not be known at once.
+class RareLook {
+ public:
+  Result<void> look(const Surface& surface) {
+    const std::lock_guard lock(mutex_);
+    const auto now = std::chrono::steady_clock::now();
+    if (now - last_ < kPause) return found_;
+    found_ = unchanged(surface);
+    last_ = std::chrono::steady_clock::now();
+    return found_;
+  }
+
+ private:
+  static constexpr std::chrono::seconds kPause{15};
+  std::mutex mutex_;
+  Result<void> found_;
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
 }  // namespace
 
 Result<Dataset> dem_dataset(const Surface& surface, const TileSetOptions& options,
@@ -31,11 +68,10 @@ Result<Dataset> dem_dataset(const Surface& surface, const TileSetOptions& option
   Dataset made = dataset_of(tiles);
   made.source = std::make_shared<const Surface>(surface);
   made.options = std::make_shared<const TileSetOptions>(options);
-  made.unchanged = [surface]() -> Result<void> {
-    for (const SurfaceLayer& layer : surface.layers())
-      if (auto same = layer.source->unchanged(); !same) return same;
-    return {};
-  };
+  if (on_other_machines(surface))
+    made.unchanged = [surface, rare = std::make_shared<RareLook>()] { return rare->look(surface); };
+  else
+    made.unchanged = [surface] { return unchanged(surface); };
   DatasetFacts known = made.facts();
   if (known.bounds.width() >= 360) known.box = box_of(surface.info());
   made.facts = [tiles, settled = std::move(known)] {

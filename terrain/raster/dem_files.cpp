@@ -11,6 +11,7 @@
 #include <unordered_set>
 
 #include "terrain/base/file_io.h"
+#include "terrain/raster/remote/objects.h"
 
 namespace tind {
 namespace {
@@ -103,6 +104,10 @@ Result<void> add_list(const std::string& list, const DemOptions& options, DemFil
     const std::string here = fmt::format("{}, line {}", list, number);
     if (name[0] == '@') return fail(Errc::bad_data, here + ": a list cannot name a list");
     const fs::path beside = fs::path(list).parent_path() / name;
+    if (is_remote_dem(name)) {
+      out.files.push_back(std::move(name));
+      continue;
+    }
     if (!fs::exists(name, error) && fs::exists(beside, error)) name = beside.string();
     if (!fs::exists(name, error))
       return fail(Errc::not_found,
@@ -151,6 +156,11 @@ bool is_dem_folder(const std::string& path) {
       return true;
   }
   return false;
+}
+
+bool is_remote_dem(const std::string& name) {
+  return remote::is_remote(name) &&
+         (lower(name).ends_with(".tif") || lower(name).ends_with(".tiff"));
 }
 
 bool has_raster_ending(const std::string& name, bool allow_vrt) {

@@ -31,6 +31,10 @@ bool is_dem_folder(const std::string& path);
 /// for anything else. Opens it and its parts, and reads no block: only where --allow-vrt was said.
 std::vector<std::string> files_of_vrt(const std::string& path);
 
+/// Whether it names a GeoTIFF on another machine: s3://, https:// or, on this machine, http://,
+/// ending in .tif or .tiff.
+bool is_remote_dem(const std::string& name);
+
 /// Whether the name ends as one of a raster does, in letters of either case; .vrt only where it is
 /// allowed.
 bool has_raster_ending(const std::string& name, bool allow_vrt);

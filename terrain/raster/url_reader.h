@@ -1,7 +1,7 @@
 #pragma once
-// Reads files by HTTP or HTTPS, to look at tile sets on servers. This is the one interface through
-// which terrain/ talks to servers. DEMs are never read this way: remote files stay disabled for
-// every raster (gdal_setup.cpp), and only a URL that the caller names is read.
+// Reads whole answers of HTTP or HTTPS, to look at tile sets on servers; only a URL that the caller
+// names. What is read by ranges (archives, DEMs) and object stores: remote/objects.h. GDAL's own
+// remote files stay disabled for every raster (gdal_setup.cpp).
 
 #include <cstdint>
 #include <string>

@@ -30,6 +30,7 @@
 #include "server/cli/program/peak_memory.h"
 #include "server/cli/program/progress_bar.h"
 #include "terrain/base/file_io.h"
+#include "terrain/raster/remote/objects.h"
 #include "terrain/simplify/method_text.h"
 #include "terrain/store/open/open_store.h"
 #include "terrain/store/open/stored_tiles.h"
@@ -311,6 +312,11 @@ int run(Arguments a) {
     return complain({Errc::invalid_argument,
                      a.options.output + ": tiles are built in a directory; tind copy makes an "
                                         "archive of it"});
+  if (remote::is_remote(a.options.output) &&
+      (!remote::is_s3(a.options.output) || a.format != kQuantizedMesh))
+    return complain({Errc::invalid_argument, a.options.output +
+                                                 ": what can be built on another machine are "
+                                                 "quantized-mesh tiles in s3://BUCKET/PREFIX"});
   if (a.format != kTiles3d && a.compression != GlbCompression::none)
     return complain({Errc::invalid_argument,
                      "--compression is of the contents of 3D Tiles: add --format 3dtiles, or leave "
@@ -347,7 +353,8 @@ int run(Arguments a) {
   }
   const auto images = image_format(a.format);
   if (!a.json) fmt::print("{}", layers_text(*source));
-  if (const int code = check_output_folder(a.options.output); code != kOk) return code;
+  if (!remote::is_remote(a.options.output))
+    if (const int code = check_output_folder(a.options.output); code != kOk) return code;
   if (a.format == kFlightGear) return run_scenery(a, *source);
   if (!images) warn_of_plan(*source, a.options.tiles);
   finish_on_signals();
@@ -396,7 +403,7 @@ void add_build(Command program, int& exit) {
   Command c = program.add_subcommand(
       "build", "make the tile pyramid of a DEM, or of layers of several, in a directory");
   c.add_option("DEM", a->input.files, "raster files");
-  c.add_option("-o,--output", a->options.output, "directory of the tiles");
+  c.add_option("-o,--output", a->options.output, "directory of the tiles, or s3://BUCKET/PREFIX");
   c.add_option("--format", a->format,
                "quantized-mesh; 3dtiles: the same, and 3D Tiles 1.1 made of them in the folder "
                "3dtiles beside them, for any static server. flightgear: in place of tiles the "

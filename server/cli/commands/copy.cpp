@@ -29,8 +29,8 @@ struct Arguments {
 int run(const Arguments& a) {
   if (!names_store(a.from))
     return complain({Errc::invalid_argument,
-                     a.from + " is no tile set: name a directory of tiles, X.pmtiles, X.mbtiles or "
-                              "a URL"});
+                     a.from + " is no tile set: name a directory of tiles, X.pmtiles, X.mbtiles, "
+                              "s3://BUCKET/PREFIX or a URL"});
   finish_on_signals();
   const auto begin = std::chrono::steady_clock::now();
   Result<CopyReport> report = fail(Errc::internal, "not run");
@@ -64,21 +64,29 @@ int run(const Arguments& a) {
 void add_copy(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
   Command c = program.add_subcommand(
-      "copy", "copy a tile set into a directory, a PMTiles archive or an MBTiles database");
-  c.add_option("FROM", a->from, "a directory of tiles, X.pmtiles, X.mbtiles, or a server's URL")
+      "copy",
+      "copy a tile set into a directory, a PMTiles archive, an MBTiles database or object storage");
+  c.add_option(
+       "FROM", a->from,
+       "a directory of tiles, X.pmtiles, X.mbtiles, s3://BUCKET/PREFIX, s3://BUCKET/X.pmtiles, "
+       "or a server's URL")
       .required();
-  c.add_option("TO", a->to, "a directory, X.pmtiles or X.mbtiles").required();
+  c.add_option("TO", a->to,
+               "a directory, X.pmtiles, X.mbtiles, s3://BUCKET/PREFIX or s3://BUCKET/X.pmtiles")
+      .required();
   c.add_flag("--force", a->options.force,
              "replace tiles that tind made of another source or with other options; nothing else "
              "is touched");
   c.add_option("--threads", a->options.threads,
-               "threads to use, 0: one per core; eight where tiles come from a server")
+               "threads to use, 0: one per core; eight where tiles come from a server or "
+               "go to one")
       .not_negative()
       .shown();
   add_progress_option(c, a->progress);
   c.add_flag("--json", a->json, "print the summary as JSON");
   c.footer(
-      "An archive has its name only when it is whole. Into a directory a copy that was killed goes "
+      "An archive has its name only when it is whole. Into a directory or a prefix a copy that was "
+      "killed goes "
       "on, and a copy of newer tiles replaces those that differ, all at once.");
   c.on_run([a, &exit] { exit = run(*a); });
 }

@@ -129,7 +129,8 @@ void add_verify(Command program, int& exit) {
   Command c = program.add_subcommand(
       "verify",
       "hold every tile of a store against the hash that was kept when it was written; mend it");
-  c.add_option("STORE", a->where, "a directory of tiles, X.pmtiles or X.mbtiles").required();
+  c.add_option("STORE", a->where, "a directory of tiles, X.pmtiles or X.mbtiles; also at s3://")
+      .required();
   c.add_flag("--repair", a->repair,
              "make again what is damaged or missing, of --source; foreign files stay");
   c.add_option("--source", a->dem.files,

@@ -432,6 +432,7 @@ std::string name_of(const DatasetSpec& spec) {
 bool is_stored(const DatasetSpec& spec) {
   if (!spec.layers.empty() || spec.files.size() != 1) return false;
   const std::string& file = spec.files[0];
+  if (is_url(file)) return names_store(file);
   return names_archive(file) || (fs::is_directory(file) && !is_dem_folder(file));
 }
 

@@ -8,7 +8,8 @@
 //
 // What lies at the path may change while the source is in use, and a handle that is opened then
 // would see other heights than the one before. So whatever was read counts only when all files are
-// still as they were when the source was opened.
+// still as they were when the source was opened. A file on another machine says so itself, with
+// every range that is read of it.
 
 #include "terrain/raster/gdal/gdal_file.h"
 
@@ -35,6 +36,7 @@ namespace tind::gdal {
 namespace {
 
 namespace fs = std::filesystem;
+constexpr const char* kOnlyGeoTiff[] = {"GTiff", nullptr};
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 struct CloseFile {
   void operator()(VSILFILE* file) const { VSIFCloseL(file); }
@@ -221,13 +223,19 @@ Result<std::shared_ptr<const IdleHandles::Unpacked>> RasterFile::unpacked() cons
   return made;
 }
 
+Result<std::string> RasterFile::target() const {
+  if (remote_) return remote_->name();
+  return real_file(path_);
+}
+
 Result<std::unique_ptr<IdleHandles::Handle>> RasterFile::open_handle() const {
   const Complaints complaints;
-  auto real = real_file(path_);
+  const RemoteFailures failures;
+  auto real = target();
   if (!real) return std::unexpected(real.error());
   auto handle = std::make_unique<IdleHandles::Handle>();
   std::string target = *real;
-  if (is_zip(path_)) {
+  if (is_zip(path_) && !remote_) {
     auto memory = unpacked();
     if (!memory) return std::unexpected(memory.error());
     handle->memory = std::move(*memory);
@@ -235,7 +243,8 @@ Result<std::unique_ptr<IdleHandles::Handle>> RasterFile::open_handle() const {
   }
   handle->set = static_cast<GDALDataset*>(
       GDALOpenEx(target.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR,
-                 raster_drivers(allow_vrt_), nullptr, nullptr));
+                 remote_ ? kOnlyGeoTiff : raster_drivers(allow_vrt_), nullptr, nullptr));
+  if (failures.first()) return fail(Errc::io, failures.first()->what);
   if (!handle->set && !allow_vrt_ && lower(path_).ends_with(".vrt"))
     return fail(Errc::unsupported, path_ +
                                        ": a VRT can name any other file, so it is read only with "
@@ -317,8 +326,14 @@ Result<std::unique_ptr<RasterFile>> RasterFile::open(const std::string& path,
   set_up();
   if (options.allow_vrt) register_vrt();
   std::unique_ptr<RasterFile> file(new RasterFile(path, options, std::move(idle)));
-  if (auto real = real_file(path); !real) return std::unexpected(real.error());
-  if (auto ok = file->states_.add(path); !ok) return std::unexpected(ok.error());
+  if (remote::is_remote(path)) {
+    auto opened = remote::RemoteFile::open(remote::Objects::of_environment(), path);
+    if (!opened) return std::unexpected(opened.error());
+    file->remote_ = std::make_unique<const RemoteMount>(std::move(*opened));
+  }
+  if (auto real = file->target(); !real) return std::unexpected(real.error());
+  if (!file->remote_)
+    if (auto ok = file->states_.add(path); !ok) return std::unexpected(ok.error());
   auto handle = file->open_handle();
   if (!handle) return std::unexpected(handle.error());
   // Which other files there are is known only now, when they have been looked into already.
@@ -327,8 +342,10 @@ Result<std::unique_ptr<RasterFile>> RasterFile::open(const std::string& path,
     if (auto ok = file->states_.add(other); !ok) return std::unexpected(ok.error());
   if (!others.empty()) handle = file->open_handle();
   if (!handle) return std::unexpected(handle.error());
-  if (auto ok = file->if_unchanged(file->learn(**handle, options)); !ok)
-    return std::unexpected(ok.error());
+  const RemoteFailures failures;
+  auto learnt = file->learn(**handle, options);
+  if (failures.first()) learnt = fail(Errc::io, failures.first()->what);
+  if (auto ok = file->if_unchanged(std::move(learnt)); !ok) return std::unexpected(ok.error());
   file->idle_->give(file.get(), std::move(*handle));
   return file;
 }
@@ -353,7 +370,8 @@ Result<std::unique_ptr<IdleHandles::Handle>> RasterFile::borrow() const {
     return handle;
   }
   // A mask or a world file that came since is seen by new handles only.
-  if (!is_vrt(*(*handle)->set) && files_of(**handle).size() + 1 != states_.entries().size())
+  if (!remote_ && !is_vrt(*(*handle)->set) &&
+      files_of(**handle).size() + 1 != states_.entries().size())
     return fail(Errc::io, path_ +
                               ": there are other files beside it than when it was opened; start "
                               "again to read what is there now");
@@ -368,7 +386,10 @@ Result<void> RasterFile::if_unchanged(Result<void> done) const {
 Result<void> RasterFile::read_with(IdleHandles::Handle& handle, int col, int row, int cols,
                                    int rows, std::span<double> out) const {
   const Complaints complaints;
-  const Result<void> done = heights_->read_raw(*handle.set, path_, col, row, cols, rows, out);
+  const RemoteFailures failures;
+  const Result<void> done =
+      heights_->read_raw(*handle.set, remote_ ? remote_->name() : path_, col, row, cols, rows, out);
+  if (failures.first()) return fail(Errc::io, failures.first()->what);
   if (!done && !done.error().what.empty()) return fail(path_, done.error());
   if (!done || complaints.failed())
     return fail(Errc::bad_data,
@@ -401,8 +422,14 @@ Result<void> RasterFile::read_posts(std::span<const Post> posts) const {
 }
 
 std::vector<std::string> RasterFile::files_of(IdleHandles::Handle& handle) const {
-  if (is_zip(path_)) return {};
+  if (is_zip(path_) || remote_) return {};
   return other_files(*handle.set, path_, allow_vrt_);
+}
+
+Result<std::string> RasterFile::fingerprint() const {
+  if (!remote_) return HeightFile::fingerprint();
+  const remote::ObjectState& version = remote_->file().version();
+  return fmt::format("{} {} {}\n", version.size, version.etag, version.modified);
 }
 
 Result<std::string> HeightFile::fingerprint() const {

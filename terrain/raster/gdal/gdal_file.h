@@ -17,6 +17,7 @@
 #include "terrain/raster/file_state.h"
 #include "terrain/raster/gdal/height_band.h"
 #include "terrain/raster/gdal/height_file.h"
+#include "terrain/raster/gdal/vsi_remote.h"
 #include "terrain/raster/nodata.h"
 
 namespace tind::gdal {
@@ -50,6 +51,7 @@ class RasterFile final : public HeightFile {
   /// Opens and judges the file: driver, sizes, bands, CRS. `path` may be "x.hgt.zip" or
   /// "x.tif.zip". From here on everything is read of the content that was opened: where the file,
   /// or one that it refers to, has changed since, reading fails (Errc::io) until it is as it was.
+  /// Or a GeoTIFF on another machine, read by ranges (dem_files.h): one file, with nothing beside.
   static Result<std::unique_ptr<RasterFile>> open(const std::string& path, const DemOptions&,
                                                   std::shared_ptr<IdleHandles> idle);
   ~RasterFile() override;
@@ -60,6 +62,10 @@ class RasterFile final : public HeightFile {
   Result<void> read(int col, int row, int cols, int rows, std::span<double> out) const override;
   std::uint64_t customary(std::size_t k) const override { return customary_[k]; }
   Result<void> read_posts(std::span<const Post>) const override;
+  Result<void> unchanged() const override {
+    return remote_ ? remote_->file().unchanged() : states_.unchanged();
+  }
+  Result<std::string> fingerprint() const override;
 
  private:
   RasterFile(std::string path, const DemOptions&, std::shared_ptr<IdleHandles> idle);
@@ -72,6 +78,8 @@ class RasterFile final : public HeightFile {
   Result<std::unique_ptr<IdleHandles::Handle>> borrow() const;
   /// What came of reading, unless the files have changed meanwhile: then that.
   Result<void> if_unchanged(Result<void> done) const;
+  /// The path for GDAL, of what is not unpacked.
+  Result<std::string> target() const;
   Result<void> learn(IdleHandles::Handle&, const DemOptions&);
   Result<void> learn_place(IdleHandles::Handle&, const DemOptions&);
   Result<void> read_with(IdleHandles::Handle&, int col, int row, int cols, int rows,
@@ -80,6 +88,7 @@ class RasterFile final : public HeightFile {
 
   std::string path_;
   bool allow_vrt_;
+  std::unique_ptr<const RemoteMount> remote_;  // null: of this machine
   std::shared_ptr<IdleHandles> idle_;
   FileStates states_;
   FileFacts facts_;

@@ -54,10 +54,10 @@ class HeightFile {
   virtual std::uint64_t customary(std::size_t k) const = 0;
 
   /// As DemSource has it.
-  Result<void> unchanged() const { return states().unchanged(); }
+  virtual Result<void> unchanged() const { return states().unchanged(); }
   /// Text that changes when the content does: sizes, inodes, times, hashes of first and last 64 KiB
   /// of this file and of those it refers to.
-  Result<std::string> fingerprint() const;
+  virtual Result<std::string> fingerprint() const;
 };
 
 }  // namespace tind::gdal

@@ -15,6 +15,8 @@
 #include "terrain/encode/quantized_mesh_tile.h"
 #include "terrain/geo/availability.h"
 #include "terrain/geo/tile_order.h"
+#include "terrain/raster/remote/objects.h"
+#include "terrain/store/object/object_store.h"
 #include "terrain/store/open/open_store.h"
 
 namespace tind {
@@ -110,10 +112,15 @@ Result<Ready> fetch(const Source& from, TileId id, bool pack) {
 /// Does something lie there that is not to be replaced by an archive?
 Result<void> check_target(const Source& from, const std::string& to, bool force) {
   std::error_code error;
-  if (!fs::exists(fs::status(to, error))) return {};
-  if (fs::equivalent(from.store.name(), to, error))
+  const bool remote = remote::is_remote(to);
+  if (!remote && !fs::exists(fs::status(to, error))) return {};
+  if (remote ? from.store.name() == to : fs::equivalent(from.store.name(), to, error))
     return fail(Errc::invalid_argument, to + " is what is to be copied: name another file");
   const auto there = open_store(to);
+  if (const auto layer = there->layer_json(); remote && !layer) {
+    if (layer.error().code == Errc::not_found) return {};
+    if (layer.error().code != Errc::bad_data) return std::unexpected(layer.error());
+  }
   if (!there->generation())
     return fail(
         Errc::invalid_argument,
@@ -270,10 +277,16 @@ Result<CopyReport> IntoFolder::run(const Progress& progress) {
 
 Result<CopyReport> copy_store(const TileStore& store, const std::string& to, const CopyOptions& o,
                               const Progress& progress) {
-  const auto from = look_at_source(store, o);
+  auto from = look_at_source(store, o);
   if (!from) return std::unexpected(from.error());
+  if (o.threads == 0 && remote::is_remote(to)) from->threads = kRemoteThreads;
   if (names_archive(to)) return into_archive(*from, to, o, progress);
   std::error_code error;
+  if (remote::is_remote(to)) {
+    if (store.name() == object_prefix(to))
+      return fail(Errc::invalid_argument, to + " is what is to be copied: name another prefix");
+    return IntoFolder(*from, to, o).run(progress);
+  }
   if (fs::equivalent(store.name(), to, error))
     return fail(Errc::invalid_argument, to + " is what is to be copied: name another directory");
   if (fs::exists(to, error) && !fs::is_directory(to, error))

@@ -13,7 +13,7 @@ namespace tind {
 
 struct CopyOptions {
   bool force = false;   // replace tiles that tind made of another source or otherwise
-  int threads = 0;      // 0: one per core; eight where tiles come from a server
+  int threads = 0;      // 0: one per core; eight where tiles come from a server or go to one
   bool packed = false;  // the store's tiles are packed as this program packs them: they stay so
 };
 
@@ -25,7 +25,8 @@ struct CopyReport {
 };
 
 /// All tiles that layer.json calls available, into X.pmtiles, X.mbtiles or a directory, which is
-/// made. An archive gets its name when it is whole, a directory its layer.json. What lies there:
+/// made; or into s3://BUCKET/X.pmtiles or s3://BUCKET/PREFIX (object_writer.h). An archive gets its
+/// name when it is whole, a directory its layer.json. What lies there:
 /// - an earlier copy, or tiles that can become these by an update: replaced; in a directory only
 ///   what differs
 /// - tiles that tind made otherwise: refused (invalid_argument), or with `force` replaced

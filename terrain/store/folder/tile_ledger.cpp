@@ -5,6 +5,7 @@
 #include "terrain/store/folder/tile_ledger.h"
 
 #include <fcntl.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -87,36 +88,56 @@ Result<TileLedger> TileLedger::open(const std::string& path) {
   ledger.file_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (ledger.file_ < 0)
     return fail(errno == ENOENT ? Errc::not_found : Errc::io, path + ": " + std::strerror(errno));
-  const auto damaged = [&] { return fail(Errc::bad_data, path + " is damaged"); };
+  if (auto whole = ledger.read_head(path); !whole) return std::unexpected(whole.error());
+  return ledger;
+}
+
+/// A file that has no name: entries are found in it as in any other.
+Result<TileLedger> TileLedger::of_bytes(std::string_view bytes, const std::string& name) {
+  TileLedger ledger;
+  ledger.file_ = ::memfd_create("ledger", MFD_CLOEXEC);
+  for (std::size_t put = 0; put < bytes.size();) {
+    const ssize_t n = ledger.file_ < 0 ? -1
+                                       : ::pwrite(ledger.file_, bytes.data() + put,
+                                                  bytes.size() - put, off_t(put));
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) return fail(Errc::io, name + ": no memory for it: " + std::strerror(errno));
+    put += std::size_t(n);
+  }
+  if (auto whole = ledger.read_head(name); !whole) return std::unexpected(whole.error());
+  return ledger;
+}
+
+Result<void> TileLedger::read_head(const std::string& name) {
+  const auto damaged = [&] { return fail(Errc::bad_data, name + " is damaged"); };
   struct stat status {};
-  if (::fstat(ledger.file_, &status) != 0 || !S_ISREG(status.st_mode)) return damaged();
+  if (file_ < 0 || ::fstat(file_, &status) != 0 || !S_ISREG(status.st_mode)) return damaged();
   Head head;
-  if (!read_at(ledger.file_, 0, &head, sizeof head) || head.magic != kMagic ||
-      head.ranges > kMostRanges ||
+  if (!read_at(file_, 0, &head, sizeof head) || head.magic != kMagic || head.ranges > kMostRanges ||
       std::uint64_t(status.st_size) < sizeof head + head.ranges * sizeof(Range))
     return damaged();
   if (head.version != kVersion)
-    return fail(Errc::unsupported, path + " is of another version of tind");
+    return fail(Errc::unsupported, name + " is of another version of tind");
   std::vector<Range> ranges(head.ranges);
-  if (!read_at(ledger.file_, sizeof head, ranges.data(), ranges.size() * sizeof(Range)) ||
+  if (!read_at(file_, sizeof head, ranges.data(), ranges.size() * sizeof(Range)) ||
       hash_of(head, ranges) != head.hash)
     return damaged();
-  ledger.seed_ = head.record;
-  ledger.begin_ = begin_of(ranges.size());
+  seed_ = head.record;
+  begin_ = begin_of(ranges.size());
   std::uint64_t tiles = 0;
   for (const Range& r : ranges) {
     if (!tiling::tile(r.level, r.start_x, r.start_y) || !tiling::tile(r.level, r.end_x, r.end_y) ||
         r.end_x < r.start_x || r.end_y < r.start_y)
       return damaged();
-    if (ledger.levels_.size() <= r.level) {
-      ledger.levels_.resize(r.level + 1);
-      ledger.first_.resize(r.level + 1);
+    if (levels_.size() <= r.level) {
+      levels_.resize(r.level + 1);
+      first_.resize(r.level + 1);
     }
-    ledger.levels_[r.level].push_back({r.start_x, r.start_y, r.end_x, r.end_y});
-    ledger.first_[r.level].push_back(tiles);
-    tiles += tiles_of(ledger.levels_[r.level].back());
+    levels_[r.level].push_back({r.start_x, r.start_y, r.end_x, r.end_y});
+    first_[r.level].push_back(tiles);
+    tiles += tiles_of(levels_[r.level].back());
   }
-  return ledger;
+  return {};
 }
 
 TileLedger::TileLedger(TileLedger&& other) noexcept { *this = std::move(other); }

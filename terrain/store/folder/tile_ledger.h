@@ -30,6 +30,8 @@ class TileLedger {
 
   /// not_found, io, or bad_data where the head is damaged.
   static Result<TileLedger> open(const std::string& path);
+  /// One that was read elsewhere; kept in memory. `name`: for messages. The same errors.
+  static Result<TileLedger> of_bytes(std::string_view bytes, const std::string& name);
 
   TileLedger(TileLedger&&) noexcept;
   TileLedger& operator=(TileLedger&&) noexcept;
@@ -54,6 +56,7 @@ class TileLedger {
 
  private:
   TileLedger() = default;
+  Result<void> read_head(const std::string& name);
   std::optional<std::uint64_t> place(TileId) const;
 
   int file_ = -1;

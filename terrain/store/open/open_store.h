@@ -15,14 +15,15 @@ namespace tind {
 
 /// Does the text name a tile set, rather than a DEM or a mesh?
 bool names_store(const std::string& location);
-/// One in a file: X.pmtiles or X.mbtiles, there or not.
+/// One in a file: X.pmtiles (also at s3:// or http(s)://) or X.mbtiles, there or not.
 bool names_archive(const std::string& location);
 
-/// DIR, DIR/layer.json, X.pmtiles, X.mbtiles, http(s)://.../NAME or .../NAME/layer.json.
+/// DIR, DIR/layer.json, X.pmtiles, X.mbtiles, http(s)://.../NAME or .../NAME/layer.json,
+/// s3://BUCKET/PREFIX, s3://BUCKET/X.pmtiles, http(s)://.../X.pmtiles.
 std::unique_ptr<TileStore> open_store(const std::string& location);
 
 /// The store at `location`, made if need be, and locked for a build. Errc::busy where another build
-/// has it. Of a directory; archives are written as a whole.
+/// has it. Of a directory or of s3://BUCKET/PREFIX; archives are written as a whole.
 Result<std::unique_ptr<LockedStore>> lock_store(const std::string& location);
 
 /// An archive that is written as a whole, under a name of one (else invalid_argument). busy where

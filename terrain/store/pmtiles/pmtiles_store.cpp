@@ -1,16 +1,9 @@
-// The file stays open, so that what is read is of one archive whatever becomes of its name. A tile
-// is found by way of the root and at most three leaves, and read with one pread; where the archive
-// has a seal, a second one reads what vouches for it.
+// A tile is found by way of the root and at most three leaves, and read at once; where the archive
+// has a seal, a second reading is of what vouches for it.
 
 #include "terrain/store/pmtiles/pmtiles_store.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <span>
@@ -21,7 +14,9 @@
 #include "terrain/base/deflate.h"
 #include "terrain/base/hash.h"
 #include "terrain/base/lru.h"
+#include "terrain/raster/remote/objects.h"
 #include "terrain/store/ledger_entry.h"
+#include "terrain/store/pmtiles/archive_bytes.h"
 #include "terrain/store/pmtiles/pmtiles_seal.h"
 
 namespace tind {
@@ -49,51 +44,6 @@ bool lies_in(const PmtilesSection& part, const PmtilesSection& whole) {
   return part.at >= whole.at && part.end() <= whole.end();
 }
 
-/// An open file, of which nothing but whole parts are read.
-class File {
- public:
-  explicit File(const std::string& path) : path_(path) {
-    // A pipe in its place must not keep us waiting.
-    file_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    if (file_ < 0) {
-      error_ = {errno == ENOENT ? Errc::not_found : Errc::io, path + ": " + std::strerror(errno)};
-      return;
-    }
-    struct stat status {};
-    if (::fstat(file_, &status) != 0 || !S_ISREG(status.st_mode))
-      error_ = {Errc::bad_data, path + " is not a file"};
-    size_ = std::uint64_t(status.st_size);
-  }
-  ~File() {
-    if (file_ >= 0) ::close(file_);
-  }
-  File(const File&) = delete;
-  File& operator=(const File&) = delete;
-
-  const std::optional<Error>& error() const { return error_; }
-  std::uint64_t size() const { return size_; }
-
-  Result<Bytes> read(const PmtilesSection& part) const {
-    Bytes bytes(part.size);
-    std::size_t got = 0;
-    while (got < bytes.size()) {
-      const ssize_t n =
-          ::pread(file_, bytes.data() + got, bytes.size() - got, off_t(part.at + got));
-      if (n < 0 && errno == EINTR) continue;
-      if (n < 0) return fail(Errc::io, "cannot read " + path_ + ": " + std::strerror(errno));
-      if (n == 0) return fail(Errc::io, path_ + " is shorter than when it was opened");
-      got += std::size_t(n);
-    }
-    return bytes;
-  }
-
- private:
-  const std::string path_;
-  int file_ = -1;
-  std::uint64_t size_ = 0;
-  std::optional<Error> error_;
-};
-
 /// What opening reads.
 struct Head {
   PmtilesHeader header;
@@ -105,14 +55,15 @@ struct Head {
 
 class PmtilesStore : public TileStore {
  public:
-  explicit PmtilesStore(const std::string& path) : path_(path), file_(path), leaves_(kLeavesKept) {
+  explicit PmtilesStore(const std::string& path)
+      : path_(path), file_(open_archive_bytes(path)), leaves_(kLeavesKept) {
     head_ = open();
   }
 
   std::string name() const override { return path_; }
   std::string layer_name() const override { return path_; }
   std::string tile_name(TileId id) const override { return path_ + " " + id.text(); }
-  bool remote() const override { return false; }
+  bool remote() const override { return remote::is_remote(path_); }
 
   Result<Bytes> layer_json() const override {
     if (!head_) return std::unexpected(head_.error());
@@ -150,7 +101,7 @@ class PmtilesStore : public TileStore {
   };
 
   const std::string path_;
-  const File file_;
+  const Result<std::unique_ptr<const ArchiveBytes>> file_;  // read where there is a head
   Result<Head> head_ = fail(Errc::internal, "not opened");
   mutable std::mutex mutex_;
   mutable Lru<std::uint64_t, std::shared_ptr<const Directory>> leaves_;  // by place
@@ -174,7 +125,7 @@ class PmtilesStore : public TileStore {
 
 Result<Bytes> PmtilesStore::unpacked(const PmtilesSection& part, PmtilesPacking packing) const {
   if (part.size > kLargestPart) return damaged("a part of it is too large");
-  auto bytes = file_.read(part);
+  auto bytes = (*file_)->read(part);
   if (!bytes || packing == PmtilesPacking::none) return bytes;
   if (packing != PmtilesPacking::gzip)
     return fail(Errc::unsupported, path_ + " is packed otherwise than with gzip");
@@ -193,16 +144,17 @@ Result<Directory> PmtilesStore::directory(const PmtilesSection& part,
 }
 
 Result<Head> PmtilesStore::open() const {
-  if (file_.error()) return std::unexpected(*file_.error());
+  if (!file_) return std::unexpected(file_.error());
   const auto first =
-      file_.read({0, std::min<std::uint64_t>(file_.size(), proto::kPmtilesHeaderBytes)});
+      (*file_)->read({0, std::min<std::uint64_t>((*file_)->size(), proto::kPmtilesHeaderBytes)});
   if (!first) return std::unexpected(first.error());
   const auto header = proto::decode_pmtiles_header(*first);
   if (!header) return fail(path_, header.error());
   Head head{.header = *header, .root = {}, .layer = {}, .record = {}, .seal = {}};
   for (const PmtilesSection* part :
        {&header->root, &header->metadata, &header->leaves, &header->tiles})
-    if (!lies_in(*part, {0, file_.size()})) return damaged("is cut off, or its header is damaged");
+    if (!lies_in(*part, {0, (*file_)->size()}))
+      return damaged("is cut off, or its header is damaged");
   auto root = directory(header->root, header->directories_are);
   if (!root) return std::unexpected(root.error());
   head.root = std::move(*root);
@@ -225,12 +177,12 @@ Result<Head> PmtilesStore::open() const {
 /// The parts lie one behind the other, and the seal knows all but the tiles and leaves.
 Result<void> PmtilesStore::open_sealed(Head& head) const {
   const PmtilesHeader& h = head.header;
-  const PmtilesSection whole{0, file_.size()};
+  const PmtilesSection whole{0, (*file_)->size()};
   if (h.root.at != proto::kPmtilesHeaderBytes || h.metadata.at != h.root.end() ||
       h.leaves.at != h.metadata.end() || h.tiles.at != h.leaves.end() ||
       h.tiles.end() != whole.end() || h.tiles.size < kSealBytes)
     return damaged("is cut off or longer than it was, or another program wrote it anew");
-  const auto last = file_.read({whole.end() - kSealBytes, kSealBytes});
+  const auto last = (*file_)->read({whole.end() - kSealBytes, kSealBytes});
   if (!last) return std::unexpected(last.error());
   head.seal = decode_seal(text_of(*last));
   if (!head.seal) return damaged("its end is damaged, or another program wrote it anew");
@@ -239,7 +191,7 @@ Result<void> PmtilesStore::open_sealed(Head& head) const {
   if (s.entries_at > room || s.tiles > (room - s.entries_at) / kLedgerPlace ||
       s.blocks_size != room - s.entries_at - s.tiles * kLedgerPlace)
     return damaged("its end is damaged");
-  const auto first = file_.read({0, h.leaves.at});
+  const auto first = (*file_)->read({0, h.leaves.at});
   if (!first) return std::unexpected(first.error());
   if (hash64(*first) != s.head_hash) return damaged("its beginning is damaged");
   return {};
@@ -249,7 +201,7 @@ Result<std::string> PmtilesStore::kept_blocks() const {
   if (!head_) return std::unexpected(head_.error());
   if (!head_->seal || head_->seal->blocks_size == 0) return TileStore::kept_blocks();
   const PmtilesSection part{entries_section().end(), head_->seal->blocks_size};
-  const auto bytes = file_.read(part);
+  const auto bytes = (*file_)->read(part);
   if (!bytes) return std::unexpected(bytes.error());
   if (hash64(*bytes) != head_->seal->blocks_hash)
     return damaged("its hashes of blocks are damaged");
@@ -305,7 +257,7 @@ Result<Bytes> PmtilesStore::tile_bytes(const PmtilesEntry& entry) const {
   const PmtilesPacking packing = head_->header.tiles_are;
   if (packing != PmtilesPacking::none && packing != PmtilesPacking::gzip)
     return fail(Errc::unsupported, path_ + ": tiles packed otherwise than with gzip");
-  return file_.read({tiles.at + entry.at, entry.size});
+  return (*file_)->read({tiles.at + entry.at, entry.size});
 }
 
 Result<StoredTile> PmtilesStore::look_at(TileId id) const {
@@ -318,7 +270,7 @@ Result<StoredTile> PmtilesStore::look_at(TileId id) const {
   tile.vouched = Vouched::not_listed;
   if (found->number >= head_->seal->tiles) return tile;
   const auto place =
-      file_.read({entries_section().at + found->number * kLedgerPlace, kLedgerPlace});
+      (*file_)->read_small({entries_section().at + found->number * kLedgerPlace, kLedgerPlace});
   if (!place) return std::unexpected(place.error());
   const auto entry = decode_place(text_of(*place), id, head_->seed);
   if (!entry) return tile;
@@ -389,7 +341,7 @@ std::vector<StoreFault> PmtilesStore::faults() const {
   const Seal& s = *head_->seal;
   std::uint64_t hash = 0, end = 0, count = 0;
   const PmtilesSection &leaves = head_->header.leaves, all = entries_section();
-  const auto directories = file_.read(leaves);
+  const auto directories = (*file_)->read(leaves);
   if (!directories || hash64(*directories) != s.leaves_hash) found("its directories are damaged");
   bool in_order = true;
   std::uint64_t most = 2 * s.tiles + head_->root.size();
@@ -400,7 +352,8 @@ std::vector<StoreFault> PmtilesStore::faults() const {
   if (!listed || !in_order || count != s.tiles || end != s.entries_at)
     found("its directories do not name the tiles one behind the other");
   for (std::uint64_t at = 0; at < all.size; at += kAtOnce) {
-    const auto part = file_.read({all.at + at, std::min<std::uint64_t>(kAtOnce, all.size - at)});
+    const auto part =
+        (*file_)->read({all.at + at, std::min<std::uint64_t>(kAtOnce, all.size - at)});
     if (!part) {
       found(part.error().what);
       break;

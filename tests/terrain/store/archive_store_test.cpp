@@ -46,7 +46,10 @@ class InMemory : public TileStore {
     return std::vector<std::uint8_t>(layer.begin(), layer.end());
   }
   std::optional<BuildRecord> record() const override { return made; }
-  Result<std::string> kept_blocks() const override { return blocks; }
+  Result<std::string> kept_blocks() const override {
+    if (!made) return TileStore::kept_blocks();
+    return blocks;
+  }
   Result<std::vector<std::uint8_t>> read(TileId id) const override {
     if (id.text() == missing) return fail(Errc::not_found, "not there");
     const std::string text = id.text() + mark;
@@ -318,7 +321,8 @@ TEST(CopyStore, NamesSayWhatIsAnArchive) {
   EXPECT_TRUE(names_archive("a/b.mbtiles"));
   EXPECT_TRUE(names_store("a.pmtiles"));
   EXPECT_FALSE(names_archive("a.tif"));
-  EXPECT_FALSE(names_archive("https://a.b/c.pmtiles"));
+  EXPECT_TRUE(names_archive("https://a.b/c.pmtiles"));
+  EXPECT_FALSE(names_archive("https://a.b/c.mbtiles")) << "cannot be read by ranges";
   fs::create_directories(folder.file("tiles.pmtiles"));
   EXPECT_FALSE(names_archive(folder.file("tiles.pmtiles")));
   EXPECT_EQ(lock_store("a.pmtiles").error().code, Errc::invalid_argument);

@@ -1,0 +1,168 @@
+#include "terrain/store/object/object_store.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <mutex>
+#include <utility>
+
+#include "terrain/store/folder/folder_contents.h"
+#include "terrain/store/folder/tile_ledger.h"
+#include "terrain/store/object/object_names.h"
+
+namespace tind {
+
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+std::string_view text_of(const Bytes& bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+class ObjectStore : public TileStore {
+ public:
+  ObjectStore(const std::string& url, const remote::Objects& objects)
+      : base_(object_prefix(url)), objects_(objects) {}
+
+  std::string name() const override { return base_; }
+  std::string layer_name() const override { return base_ + folder::kLayer; }
+  std::string tile_name(TileId id) const override { return folder::tile_path(base_, id); }
+  bool remote() const override { return true; }
+
+  Result<Bytes> layer_json() const override { return read_object(folder::kLayer); }
+  std::optional<BuildRecord> record() const override {
+    const auto bytes = read_object(folder::kRecord);
+    if (!bytes) return {};
+    return decode_build_record(text_of(*bytes));
+  }
+  Result<std::string> kept_blocks() const override {
+    const auto text = read_object(folder::kRecord);
+    if (!text && text.error().code != Errc::not_found) return std::unexpected(text.error());
+    const auto made = text ? decode_build_record(text_of(*text)) : std::nullopt;
+    if (!made || made->heights.empty()) return TileStore::kept_blocks();
+    const auto bytes = read_object(folder::kBlocks + made->heights);
+    if (!bytes) return std::unexpected(bytes.error());
+    return std::string(text_of(*bytes));
+  }
+
+  Result<Bytes> read(TileId) const override;
+  Result<StoredTile> look_at(TileId) const override;
+  Result<std::optional<StoreListing>> list() const override;
+
+  std::optional<std::uint64_t> generation() const override {
+    const auto& known = ledger();
+    if (!known) return {};
+    return known->record();
+  }
+  Result<void> vouched_for() const override {
+    const auto& known = ledger();
+    if (known || known.error().code == Errc::not_found) return {};
+    return std::unexpected(known.error());
+  }
+  std::vector<StoreFault> faults() const override;
+
+ private:
+  const std::string base_;
+  const remote::Objects objects_;
+  mutable std::mutex mutex_;
+  mutable std::optional<Result<TileLedger>> ledger_;
+
+  Result<Bytes> read_object(const std::string& name) const {
+    auto got = objects_.get(base_ + name, kLargestObject);
+    if (!got) return std::unexpected(got.error());
+    return std::move(got->bytes);
+  }
+  const Result<TileLedger>& ledger() const;
+  Result<Bytes> damaged(TileId) const;
+};
+
+/// What is known once stays: a store gives tiles of one build. That a server did not answer is not
+/// known for good.
+const Result<TileLedger>& ObjectStore::ledger() const {
+  const std::lock_guard lock(mutex_);
+  if (ledger_ && (*ledger_ || ledger_->error().code == Errc::not_found)) return *ledger_;
+  const auto bytes = read_object(folder::kLedger);
+  ledger_.emplace(bytes ? TileLedger::of_bytes(text_of(*bytes), base_ + folder::kLedger)
+                        : Result<TileLedger>(std::unexpected(bytes.error())));
+  return *ledger_;
+}
+
+/// Why a tile is other than the ledger says.
+Result<Bytes> ObjectStore::damaged(TileId id) const {
+  const auto bytes = read_object(folder::kLedger);
+  if (!bytes) return std::unexpected(bytes.error());
+  const auto now = TileLedger::of_bytes(text_of(*bytes), base_ + folder::kLedger);
+  if (now && now->record() != ledger()->record())
+    return fail(Errc::busy, base_ + " has got other tiles: ask again in a moment");
+  return fail(Errc::io, tile_name(id) +
+                            " is not as the ledger beside it says: damaged, or changed "
+                            "by something else than tind");
+}
+
+Result<Bytes> ObjectStore::read(TileId id) const {
+  auto tile = look_at(id);
+  if (!tile) return std::unexpected(tile.error());
+  if (tile->vouched == Vouched::yes || tile->vouched == Vouched::by_nobody)
+    return std::move(tile->bytes);
+  return damaged(id);
+}
+
+Result<StoredTile> ObjectStore::look_at(TileId id) const {
+  const auto& known = ledger();
+  if (!known && known.error().code != Errc::not_found) return std::unexpected(known.error());
+  auto got = objects_.get(tile_name(id), kLargestStored);
+  if (!got) return std::unexpected(got.error());
+  StoredTile tile{std::move(got->bytes), Vouched::by_nobody};
+  if (!known) return tile;
+  const auto entry = known->find(id);
+  tile.vouched = !entry                                    ? Vouched::not_listed
+                 : entry->vouches_for(text_of(tile.bytes)) ? Vouched::yes
+                                                           : Vouched::other_bytes;
+  if (tile.vouched == Vouched::yes) tile.facts = entry->facts;
+  return tile;
+}
+
+Result<std::optional<StoreListing>> ObjectStore::list() const {
+  const auto objects = objects_.list(base_ + "/");
+  if (!objects) return std::unexpected(objects.error());
+  const auto made = record();
+  StoreListing listing;
+  for (const remote::ListedObject& object : *objects) {
+    const std::filesystem::path path(object.key);
+    if (const auto id = folder::tile_of_path(path)) {
+      if (listing.levels.size() <= std::size_t(id->level)) listing.levels.resize(id->level + 1u);
+      listing.levels[std::size_t(id->level)].push_back(*id);
+    } else if (object.key.ends_with(folder::kTileSuffix)) {
+      listing.strays.push_back(object.key);
+    } else if (!is_object_of_build(object.key, made ? made->heights : std::string())) {
+      listing.others.push_back(object.key);
+    }
+  }
+  for (auto& level : listing.levels) std::ranges::sort(level);
+  return listing;
+}
+
+std::vector<StoreFault> ObjectStore::faults() const {
+  const auto& known = ledger();
+  if (!known && known.error().code == Errc::not_found) return {};
+  const std::string name = std::string(folder::kLedger).substr(1);
+  if (!known) return {{StoreFault::In::ledger, name, known.error().what}};
+  const auto text = read_object(folder::kRecord);
+  if (text && known->belongs_to(text_of(*text))) return {};
+  return {{StoreFault::In::ledger, std::string(folder::kRecord).substr(1),
+           text ? "is not the record that the ledger belongs to" : text.error().what}};
+}
+
+}  // namespace
+
+std::string object_prefix(std::string url) {
+  if (url.ends_with(folder::kLayer)) url.resize(url.size() - 11);
+  while (url.ends_with('/')) url.pop_back();
+  return url;
+}
+
+std::unique_ptr<TileStore> object_store(const std::string& url, const remote::Objects& objects) {
+  return std::make_unique<ObjectStore>(url, objects);
+}
+
+}  // namespace tind
