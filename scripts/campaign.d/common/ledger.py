@@ -7,8 +7,9 @@ BEGIN = """# Campaigns
 
 What attacked tind, when, and what came of it. `scripts/campaign` writes this file: a row for each part that it ran, and
 the table above them. A `+` behind a commit means that the sources had changes that were not in it. `executions` are the
-cases, fault points, requests or inputs that were tried, `wrong` those that did not end as they must; each was mended,
-with a test, before the next row without it. [security.md](security.md) says what the parts are for.
+cases, fault points, requests or inputs that were tried, `wrong` those that did not end as they must. What went wrong is
+mended with a test, or named in the last column, or the part asked for too much and was changed: the log says which.
+[security.md](security.md) says what the parts are for.
 
 """
 
