@@ -1,12 +1,17 @@
 // tind: the table of subcommands.
 
+#include <unistd.h>
+
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <memory>
+#include <new>
 #include <sstream>
 #include <string>
+#include <string_view>
 
 #include "server/cli/commands/commands.h"
 #include "server/cli/program/data_dir.h"
@@ -30,9 +35,33 @@ int once_printed(int exit) {
   return exit == tind::cli::kOk ? tind::cli::kIo : exit;
 }
 
-}  // namespace
+[[noreturn]] void end_without_memory() {
+  constexpr std::string_view kText =
+      "tind: out of memory: run it again with more, with fewer --threads, or (build) a smaller "
+      "--memory\n";
+  [[maybe_unused]] const auto told = write(STDERR_FILENO, kText.data(), kText.size());
+  std::_Exit(tind::cli::kTryAgain);
+}
 
-int main(int argc, char** argv) {
+std::terminate_handler usual_end = nullptr;
+
+/// Memory may end in a thread, or in a function that promises not to throw: no reason to abort.
+void end_honestly() {
+  try {
+    if (const auto thrown = std::current_exception()) std::rethrow_exception(thrown);
+  } catch (const std::bad_alloc&) {
+    end_without_memory();
+  } catch (...) {
+  }
+  usual_end();
+}
+
+/// Before the objects with static storage are made, which allocate, too.
+__attribute__((constructor(101))) void begin_honestly() {
+  usual_end = std::set_terminate(end_honestly);
+}
+
+int run(int argc, char** argv) {
   // Not a command of anybody's: what `serve` begins to decode rasters in. It starts often.
   if (argc == 2 && std::strcmp(argv[1], tind::kDecoderArgument) == 0)
     return tind::decode_for_others();
@@ -85,6 +114,8 @@ int main(int argc, char** argv) {
     for (std::string line; std::getline(lines, line);)
       std::fprintf(stderr, "%s\n", tind::logging::printable(line).c_str());
     if (!parsed.ran) return once_printed(parsed.good ? tind::cli::kOk : tind::cli::kUsage);
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& e) {
     if (std::ferror(stdout))
       return once_printed(tind::cli::kOk);  // fmt throws when it cannot print
@@ -92,4 +123,14 @@ int main(int argc, char** argv) {
     return tind::cli::kInternal;
   }
   return once_printed(exit);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const std::bad_alloc&) {
+    end_without_memory();
+  }
 }

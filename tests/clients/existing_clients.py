@@ -6,7 +6,6 @@ daemon: only the address is another. What is not installed is skipped.
 """
 import io
 import pathlib
-import subprocess
 import sys
 import unittest
 
@@ -155,12 +154,6 @@ class OwsLib(Served):
         from owslib.ogcapi import API
         kinds = [link["type"] for link in API(self.url).links if link["rel"] == "service-desc"]
         self.assertTrue(kinds)
-
-
-class Gdal(Served):
-    def test_its_driver_of_ogc_api(self):
-        said = subprocess.run(["gdalinfo", f"OGCAPI:{self.url}/collections/rainier"], capture_output=True, text=True)
-        self.assertIn("Driver: OGCAPI", said.stdout)
 
 
 if __name__ == "__main__":

@@ -174,6 +174,24 @@ TEST_F(Elevation, OfALevelIsWithinItsBoundOfThePosts) {
       << "a store has meshes";
 }
 
+TEST_F(Elevation, OfALevelABandHoldsTheDemsAlsoBetweenPosts) {
+  int beyond = 0, bands = 0;
+  for (const auto& [lon, lat] : some_places(250)) {
+    const Json truth = one(lon, lat), seen = one(lon, lat, "&surface=level=9");
+    if (truth["coverage"] != "value") continue;
+    const double height = truth["height_m"], mesh = seen["height_m"], error = seen["max_error_m"];
+    beyond += std::abs(mesh - height) > error;
+    if (!seen.contains("low_m")) continue;  // beside a void
+    ++bands;
+    EXPECT_LE(seen["low_m"], height) << seen;
+    EXPECT_GE(seen["high_m"], height) << seen;
+    EXPECT_LE(seen["high_m"].get<double>() - seen["low_m"].get<double>(), 2 * error + 0.01);
+  }
+  EXPECT_GT(bands, 100);
+  RecordProperty("beyond_max_error", beyond);
+  EXPECT_FALSE(one(-121.76, 46.85).contains("low_m"));
+}
+
 TEST_F(Elevation, InterpolatesAsAsked) {
   const Json bilinear = one(-121.7603, 46.8529),
              nearest = one(-121.7603, 46.8529, "&interpolation=nearest"),

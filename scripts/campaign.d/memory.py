@@ -1,0 +1,59 @@
+"""Every N-th allocation of the program's own code fails (std::bad_alloc), by a library in front of it."""
+import os
+import subprocess
+
+from common import programme
+from common.hostile import HONEST
+from common.work import difference, works
+
+TIERS = ("ci", "gate", "campaign")
+ASKED = "D1: every N of start-up, tiles, reload, a batch: right bytes or an honest end; never an abort, never other bytes"
+WHY_NOT = "batches and meshes, not the daemon; allocations inside GDAL and PROJ are not failed: both abort by design"
+
+
+
+def failing_new(run):
+    programme.needs("g++")
+    source, library = programme.ROOT / "tests/support/failing_new.cc", run.work / "failing_new.so"
+    subprocess.run(["g++", "-std=c++17", "-O1", "-shared", "-fPIC", "-o", str(library), str(source)], check=True)
+    return library
+
+
+def attempt(work, library, **variables):
+    folder = work.place("alloc")
+    try:
+        done = subprocess.run(work.command(folder), capture_output=True, text=True, errors="replace", timeout=300,
+                              env={**os.environ, "LD_PRELOAD": str(library), **variables})
+    except subprocess.TimeoutExpired:
+        return "does not end", folder
+    if done.returncode == 0:
+        return difference(work.result(folder), work.wanted), folder
+    if done.returncode not in HONEST:
+        return f"ended with {done.returncode}: {done.stderr.strip()[-200:]}", folder
+    if "tind: " not in done.stderr:
+        return f"ended with {done.returncode} and said nothing", folder
+    return "", folder
+
+
+def run(run):
+    library = failing_new(run)
+    todo = works(run)
+    for i, work in enumerate(todo):
+        file = run.work / "count"
+        why, _ = attempt(work, library, COUNT_NEW=str(file))
+        if why:
+            run.fail(f"{work.name}: {why} without a fault")
+            continue
+        every = list(range(1, int(file.read_text()) + 1))
+        end = run.time_left() - run.time_left() / (len(todo) - i)
+        done = 0
+        for n in run.sample(every, 0.01):
+            if run.time_left() < end:
+                break
+            why, folder = attempt(work, library, FAIL_NEW=str(n))
+            why = why or work.again(folder)
+            run.executions += 1
+            done += 1
+            if why:
+                run.fail(f"{work.name}, allocation {n}: {why}")
+        run.note(f"{work.name} {done:,} of {len(every):,} points")
