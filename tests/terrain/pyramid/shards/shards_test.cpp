@@ -241,7 +241,7 @@ TEST_F(ShardsTest, ADirectoryOfThemIsTheOneOfTheBuild) {
 }
 
 TEST_F(ShardsTest, CoarseTilesMayRestOnTheIndex) {
-  BuildOptions o = options(120'000);
+  BuildOptions o = options(kPosts * kPosts * 5 / 9);
   o.output = folder_.file("one");
   o.lock = unsynced;
   const auto report = build_tiles(surface(), o);
