@@ -1,9 +1,9 @@
 #include "server/http/static_files.h"
 
 #include <filesystem>
-#include <fstream>
 #include <vector>
 
+#include "terrain/base/file_io.h"
 #include "terrain/base/parallel.h"
 
 namespace tind::http {
@@ -59,11 +59,10 @@ std::vector<fs::path> list(const fs::path& directory, std::error_code& error) {
 }
 
 std::shared_ptr<const Representation> load_file(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::string bytes(std::istreambuf_iterator<char>(in), {});
-  if (!in.good() && !in.eof()) return nullptr;
+  const auto bytes = read_whole_file(path.string());
+  if (!bytes) return nullptr;
   const ContentType& type = type_of(path.extension().string());
-  return Representation::make(bytes, {.content_type = type.type, .compress = type.compressible});
+  return Representation::make(*bytes, {.content_type = type.type, .compress = type.compressible});
 }
 
 }  // namespace
