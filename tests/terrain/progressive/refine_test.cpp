@@ -192,6 +192,8 @@ class Views : public ::testing::Test {
     geometry_ = *view_geometry(all_, *dem_);
     places_ = test::post_places(grid_, info.post_to_crs);
   }
+  // Not left to the end of the program: PROJ may be gone by then, and a closing raster asks it.
+  static void TearDownTestSuite() { dem_ = nullptr; }
   static test::InView seen(const Front& front, const Camera& camera) {
     return test::look_at_posts(front.to_tin(), grid_, places_, dem_->info().post_to_crs, camera);
   }
