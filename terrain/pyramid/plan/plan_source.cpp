@@ -27,11 +27,12 @@ std::string passing_path() {
 
 Result<std::shared_ptr<const ResidualIndex>> index_for(const Surface& surface, const TilePlan& plan,
                                                        const std::string& path, int threads,
-                                                       const Progress& progress) {
+                                                       const Progress& progress,
+                                                       std::span<const IndexPart> parts) {
   const IndexDepth& depth = plan.index_depth();
   if (depth.level() < 0) return nullptr;
   const std::string file = path.empty() ? passing_path() : path;
-  auto index = ResidualIndex::open_or_make(file, surface, depth, threads, progress);
+  auto index = ResidualIndex::open_or_make(file, surface, depth, threads, progress, parts);
   if (path.empty()) {  // what is open stays readable
     ::unlink(file.c_str());
     ::unlink((file + ".part").c_str());

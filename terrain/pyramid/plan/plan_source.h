@@ -3,6 +3,7 @@
 // one its residual index. One pass over all posts, or a look into the index that is there.
 
 #include <memory>
+#include <span>
 #include <string>
 
 #include "terrain/base/progress.h"
@@ -16,10 +17,11 @@ namespace tind {
 
 /// The index of a source, made if need be; null where no tile of the plan rests on one
 /// (TilePlan::index_depth). `path`: where it is or is to be; empty: nowhere, it goes with the last
-/// who holds it. Fails as ResidualIndex::open_or_make does.
+/// who holds it; `parts`: what others have made of it. Fails as ResidualIndex::open_or_make does.
 Result<std::shared_ptr<const ResidualIndex>> index_for(const Surface&, const TilePlan&,
                                                        const std::string& path, int threads = 0,
-                                                       const Progress& = {});
+                                                       const Progress& = {},
+                                                       std::span<const IndexPart> parts = {});
 
 /// The plan of a source, with its index. Fails as TilePlan::make and index_for do, and where posts
 /// cannot be read. `content`: becomes 32 digits that stand for all heights (source_blocks.h), where

@@ -9,12 +9,14 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <set>
@@ -30,6 +32,7 @@ namespace tind {
 namespace {
 
 constexpr std::array<char, 8> kMagic = {'t', 'i', 'n', 'd', 'R', 'I', 'X', '\n'};
+constexpr std::array<char, 8> kPartMagic = {'t', 'i', 'n', 'd', 'R', 'I', 'P', '\n'};
 constexpr std::uint32_t kVersion = 1;
 /// Of layers; to be raised with every change of their heights, too (as kLayerEpoch is for tiles).
 constexpr std::uint32_t kLayersVersion = 2;
@@ -66,6 +69,17 @@ FileHeader header_for(const Surface& surface, const IndexDepth& depth) {
               h.fingerprint.begin());
   h.cols = info.cols, h.rows = info.rows;
   if (!surface.only()) h.version = kLayersVersion, h.cols = depth.most_posts();
+  h.hash = hash_before(h);
+  return h;
+}
+
+/// Machines agree on whose heights they are, not on what a source says of its files.
+FileHeader header_of_part(const IndexPart& part, const IndexDepth& depth) {
+  FileHeader h;
+  h.magic = kPartMagic;
+  h.level = std::uint32_t(depth.level());
+  std::copy_n(part.whose.begin(), std::min(part.whose.size(), h.fingerprint.size()),
+              h.fingerprint.begin());
   h.hash = hash_before(h);
   return h;
 }
@@ -127,7 +141,37 @@ std::vector<TileId> tiles_of(const Surface& surface, const IndexDepth& depth, in
   return ids;
 }
 
+/// Records in the order in which they are to be written, however they come.
+class InOrder {
+ public:
+  using Bytes = std::vector<std::uint8_t>;
+  explicit InOrder(std::function<Result<void>(std::size_t, const Bytes&)> write)
+      : write_(std::move(write)) {}
+  Result<void> take(std::size_t i, Bytes bytes) {
+    const std::lock_guard lock(mutex_);
+    waiting_.emplace(i, std::move(bytes));
+    for (auto it = waiting_.begin(); it != waiting_.end() && it->first == next_;
+         it = waiting_.erase(it), ++next_)
+      if (auto done = write_(it->first, it->second); !done) return done;
+    return {};
+  }
+
+ private:
+  const std::function<Result<void>(std::size_t, const Bytes&)> write_;
+  std::mutex mutex_;
+  std::map<std::size_t, Bytes> waiting_;
+  std::size_t next_ = 0;
+};
+
 }  // namespace
+
+std::vector<TileId> scanned_tiles(const Surface& surface, const IndexDepth& depth) {
+  std::vector<TileId> ids;
+  for (int z = depth.level(); z >= 0; --z)
+    for (const TileId id : tiles_of(surface, depth, z))
+      if (!depth.serves(id)) ids.push_back(id);
+  return ids;
+}
 
 /// The file while it is looked through or written.
 class ResidualFile {
@@ -193,6 +237,11 @@ class ResidualFile {
            hash64(bytes) == place.hash;
   }
 
+  static bool has_just(const Index& index, const std::vector<TileId>& ids) {
+    return index.places_.size() == ids.size() &&
+           std::ranges::all_of(ids, [&](TileId id) { return index.places_.contains(id); });
+  }
+
   /// The facts that the roots hold. Fails when a root is not there.
   static Result<void> sum_up(Index& index, const Surface& surface) {
     index.min_m_ = HUGE_VAL, index.max_m_ = -HUGE_VAL;
@@ -215,17 +264,46 @@ class ResidualFile {
   ResidualFile(Surface surface, std::shared_ptr<Index> index)
       : surface_(std::move(surface)), index_(std::move(index)), step_(index_->depth().step_m()) {}
 
+  /// Which records there are elsewhere. One that cannot be used is not there.
+  void know(std::span<const IndexPart> parts, int threads) {
+    for (const IndexPart& part : parts) {
+      const auto there = open_part(part, index_->depth(), threads);
+      if (!there) continue;
+      for (const auto& [id, place] : (*there)->places_)
+        made_.emplace(id, std::pair{part.path, place});
+    }
+  }
+
+  static Result<std::shared_ptr<Index>> open_part(const IndexPart& part, const IndexDepth& depth,
+                                                  int threads) {
+    auto index = blank(part.path, depth);
+    index->file_ = ::open(part.path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (index->file_ < 0)
+      return fail(errno == ENOENT ? Errc::not_found : Errc::io,
+                  part.path + ": " + std::strerror(errno));
+    const auto walked = walk(*index, header_of_part(part, depth), threads);
+    if (!walked) return std::unexpected(walked.error());
+    if (!walked->whole) return fail(Errc::bad_data, part.path + ": damaged, or not finished");
+    return index;
+  }
+
+  /// A file of these records alone, straight from the posts.
+  Result<void> make_part(const FileHeader& header, const std::vector<TileId>& ids, int threads,
+                         const Progress& progress) {
+    if (auto done = begin(header); !done) return done;
+    to_scan_ = ids.size();
+    if (auto done = level(ids, threads, progress); !done) return done;
+    return end();
+  }
+
   Result<void> make(int threads, const Progress& progress) {
     const FileHeader header = header_for(surface_, index_->depth());
     auto begun = walk(*index_, header, threads);
     if (begun && begun->whole) return {};
     if (begun) {
       end_ = begun->end;
-    } else {
-      index_->places_.clear();
-      if (auto done = write_at(index_->file_, index_->path_, 0, &header, sizeof header); !done)
-        return done;
-      end_ = sizeof header;
+    } else if (auto done = this->begin(header); !done) {
+      return done;
     }
     if (::ftruncate(index_->file_, off_t(end_)) != 0)
       return fail(Errc::io, index_->path_ + ": " + std::strerror(errno));
@@ -233,17 +311,13 @@ class ResidualFile {
     for (int z = 0; z <= index_->level(); ++z) {
       levels.push_back(tiles_of(surface_, index_->depth(), z));
       for (const TileId id : levels.back()) {
-        to_scan_ += !index_->depth().serves(id);
-        scanned_ += !index_->depth().serves(id) && index_->places_.contains(id);
+        const bool scanned = !index_->depth().serves(id) && !made_.contains(id);
+        to_scan_ += scanned, scanned_ += scanned && index_->places_.contains(id);
       }
     }
     for (int z = index_->level(); z >= 0; --z)
       if (auto done = level(levels[std::size_t(z)], threads, progress); !done) return done;
-    RecordHeader last;
-    last.level = kEndLevel;
-    last.hash = index_->places_.size();
-    last.own_hash = hash_before(last);
-    return write_at(index_->file_, index_->path_, end_, &last, sizeof last);
+    return end();
   }
 
  private:
@@ -251,8 +325,36 @@ class ResidualFile {
   const std::shared_ptr<Index> index_;
   const double step_;
   std::uint64_t end_ = 0;
-  std::size_t scanned_ = 0, to_scan_ = 0;  // tiles whose posts are read
+  std::size_t scanned_ = 0, to_scan_ = 0;                        // tiles whose posts are read
+  std::map<TileId, std::pair<std::string, Index::Place>> made_;  // elsewhere: in which file
   std::mutex mutex_;
+
+  Result<void> begin(const FileHeader& header) {
+    index_->places_.clear();
+    end_ = sizeof header;
+    return write_at(index_->file_, index_->path_, 0, &header, sizeof header);
+  }
+  Result<void> end() {
+    RecordHeader last;
+    last.level = kEndLevel;
+    last.hash = index_->places_.size();
+    last.own_hash = hash_before(last);
+    return write_at(index_->file_, index_->path_, end_, &last, sizeof last);
+  }
+
+  /// The bytes of a record that a part has; nothing where it has been damaged since.
+  std::optional<std::vector<std::uint8_t>> made_elsewhere(TileId id) const {
+    const auto found = made_.find(id);
+    if (found == made_.end()) return {};
+    const auto& [path, place] = found->second;
+    const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (file < 0) return {};
+    std::vector<std::uint8_t> bytes(place.size);
+    const bool good = read_at(file, place.offset, bytes.data(), bytes.size());
+    ::close(file);
+    if (!good || hash64(bytes) != place.hash || !decode_record(bytes)) return {};
+    return bytes;
+  }
 
   /// Records of tiles of one level, where they are not there yet. REQUIRES: those of the next.
   Result<void> level(const std::vector<TileId>& all, int threads, const Progress& progress) {
@@ -260,21 +362,32 @@ class ResidualFile {
     for (const TileId id : all)
       if (!index_->places_.contains(id)) ids.push_back(id);
     std::optional<Error> error;
+    InOrder records([&](std::size_t i, const auto& bytes) { return append(ids[i], bytes); });
     parallel_for(ids.size(), threads, [&](std::size_t i) {
       {
         const std::lock_guard lock(mutex_);
         if (error || progress.stopped()) return;
       }
       const bool joined = index_->depth().serves(ids[i]);
-      auto record =
-          joined ? from_children(ids[i]) : scan_residuals(surface_, ids[i], step_, progress.stop);
-      Result<void> written;
-      if (record) written = append(ids[i], encode(*record));
+      auto bytes = made_elsewhere(ids[i]);
+      const bool made = bytes.has_value();
+      std::optional<Error> wrong;
+      if (!made) {
+        auto record =
+            joined ? from_children(ids[i]) : scan_residuals(surface_, ids[i], step_, progress.stop);
+        if (record)
+          bytes = encode(*record);
+        else
+          wrong = record.error();
+      }
+      if (bytes)
+        if (auto written = records.take(i, std::move(*bytes)); !written) wrong = written.error();
       const std::lock_guard lock(mutex_);
-      if (!error && !record) error = record.error();
-      if (!error && !written) error = written.error();
+      if (!error && wrong) error = std::move(wrong);
       // Reading the posts is nearly all of it.
-      if (!joined) progress.at(0.97 * double(++scanned_) / double(to_scan_));
+      if (!joined && !made)
+        progress.at(0.97 *
+                    std::min(1.0, double(++scanned_) / double(std::max<std::size_t>(1, to_scan_))));
     });
     if (error) return std::unexpected(*error);
     if (progress.stopped()) return fail(Errc::cancelled, "stopped; run the same command to go on");
@@ -334,11 +447,9 @@ Result<std::shared_ptr<const ResidualIndex>> ResidualIndex::open(const std::stri
   return index;
 }
 
-Result<std::shared_ptr<const ResidualIndex>> ResidualIndex::open_or_make(const std::string& path,
-                                                                         const Surface& surface,
-                                                                         const IndexDepth& depth,
-                                                                         int threads,
-                                                                         const Progress& progress) {
+Result<std::shared_ptr<const ResidualIndex>> ResidualIndex::open_or_make(
+    const std::string& path, const Surface& surface, const IndexDepth& depth, int threads,
+    const Progress& progress, std::span<const IndexPart> parts) {
   if (auto there = open(path, surface, depth)) return there;
   const std::string part = path + ".part";
   auto index = ResidualFile::blank(part, depth);
@@ -352,8 +463,9 @@ Result<std::shared_ptr<const ResidualIndex>> ResidualIndex::open_or_make(const s
     ::unlink(part.c_str());
     return there;
   }
-  if (auto made = ResidualFile(surface, index).make(threads, progress); !made)
-    return std::unexpected(made.error());
+  ResidualFile file(surface, index);
+  file.know(parts, threads);
+  if (auto made = file.make(threads, progress); !made) return std::unexpected(made.error());
   if (::fsync(index->file_) != 0 || ::rename(part.c_str(), path.c_str()) != 0)
     return fail(Errc::io, path + ": cannot be written: " + std::strerror(errno));
   index->path_ = path;
@@ -362,6 +474,25 @@ Result<std::shared_ptr<const ResidualIndex>> ResidualIndex::open_or_make(const s
     return std::unexpected(done.error());
   progress.at(1);
   return index;
+}
+
+Result<void> make_index_part(const IndexPart& part, const std::string& unfinished_path,
+                             const Surface& surface, const IndexDepth& depth,
+                             const std::vector<TileId>& ids, int threads,
+                             const Progress& progress) {
+  if (const auto there = ResidualFile::open_part(part, depth, threads);
+      there && ResidualFile::has_just(**there, ids))
+    return {};
+  auto index = ResidualFile::blank(unfinished_path, depth);
+  index->file_ = ::open(unfinished_path.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (index->file_ < 0) return fail(Errc::io, unfinished_path + ": " + std::strerror(errno));
+  auto made =
+      ResidualFile(surface, index).make_part(header_of_part(part, depth), ids, threads, progress);
+  if (made &&
+      (::fsync(index->file_) != 0 || ::rename(unfinished_path.c_str(), part.path.c_str()) != 0))
+    made = fail(Errc::io, part.path + ": cannot be written: " + std::strerror(errno));
+  if (!made) ::unlink(unfinished_path.c_str());
+  return made;
 }
 
 Result<ResidualRecord> ResidualIndex::record(TileId id) const {

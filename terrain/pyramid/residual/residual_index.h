@@ -6,8 +6,10 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
@@ -17,6 +19,22 @@
 #include "terrain/surface/surface.h"
 
 namespace tind {
+
+/// Tiles whose records are made straight from their posts, the deepest first: nearly all the work,
+/// to be shared out among machines. All others are made of these.
+std::vector<TileId> scanned_tiles(const Surface&, const IndexDepth&);
+
+/// Records of some of those, made elsewhere, in a file.
+struct IndexPart {
+  std::string path;
+  std::string whose;  // 32 characters or more: of the heights and options that it was made for
+};
+
+/// Makes the file, under another name first, or leaves alone the one that is there and whole.
+/// Errc::cancelled on a stop: what is begun is dropped.
+Result<void> make_index_part(const IndexPart&, const std::string& unfinished_path, const Surface&,
+                             const IndexDepth&, const std::vector<TileId>&, int threads = 0,
+                             const Progress& = {});
 
 /// A finished index, open for reading. Thread-safe.
 class ResidualIndex {
@@ -32,13 +50,12 @@ class ResidualIndex {
   /// The same, and where that fails makes it: tiles without records below them straight from the
   /// posts, each parent from its four children. A file that is wrong is replaced; one that was
   /// begun (PATH.part) is gone on with; one that another process is making is waited for. The
-  /// records do not depend on `threads`, only their order in the file does. Errc::cancelled on a
+  /// bytes are a function of the surface and the depth alone. Records that `parts` have are taken
+  /// from there; a part that is not there, or not sound, is done without. Errc::cancelled on a
   /// stop: run again to go on.
-  static Result<std::shared_ptr<const ResidualIndex>> open_or_make(const std::string& path,
-                                                                   const Surface&,
-                                                                   const IndexDepth&,
-                                                                   int threads = 0,
-                                                                   const Progress& = {});
+  static Result<std::shared_ptr<const ResidualIndex>> open_or_make(
+      const std::string& path, const Surface&, const IndexDepth&, int threads = 0,
+      const Progress& = {}, std::span<const IndexPart> parts = {});
 
   const IndexDepth& depth() const { return depth_; }
   int level() const { return depth_.level(); }  // the deepest it has records of
@@ -63,6 +80,9 @@ class ResidualIndex {
 
  private:
   friend class ResidualFile;
+  friend Result<void> make_index_part(const IndexPart&, const std::string&, const Surface&,
+                                      const IndexDepth&, const std::vector<TileId>&, int,
+                                      const Progress&);
   explicit ResidualIndex(IndexDepth depth) : depth_(std::move(depth)) {}
   struct Place {
     std::uint64_t offset = 0, hash = 0;

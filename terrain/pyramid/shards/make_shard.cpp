@@ -22,6 +22,7 @@
 #include "terrain/pyramid/build/build.h"
 #include "terrain/pyramid/make/make_tile.h"
 #include "terrain/pyramid/plan/plan_source.h"
+#include "terrain/pyramid/residual/residual_index.h"
 #include "terrain/pyramid/shards/plan_shards.h"
 #include "terrain/pyramid/shards/shard_spool.h"
 #include "terrain/store/open/open_store.h"
@@ -114,7 +115,8 @@ Result<void> make_tiles(const Surface& surface, const TilePlan& plan, std::span<
 
 ShardRecord record_of(const ShardPlan& plan, std::size_t shard, std::span<const TileId> ids,
                       const ShardSpool& spool) {
-  ShardRecord r{plan.hash(), shard_name(shard), ids.size(), 0, {}, 0, {}};
+  ShardRecord r;
+  r.plan = plan.hash(), r.shard = shard_name(shard), r.tiles = ids.size();
   for (std::size_t k = 0; k < ids.size(); ++k) {
     if (r.levels.empty() || r.levels.back().level != ids[k].level)
       r.levels.push_back({.level = ids[k].level});
@@ -154,6 +156,29 @@ Result<void> write_pack(const std::string& own, const std::string& name, Archive
   return give_name(own, name);
 }
 
+/// What a record says of a file.
+Result<void> vouch(const std::string& file, std::uint64_t& bytes, std::string& sha256) {
+  const auto sum = sha256_of_file(file);
+  if (!sum) return std::unexpected(sum.error());
+  std::error_code none;
+  bytes = fs::file_size(file, none), sha256 = *sum;
+  return {};
+}
+
+/// What the shards that have a record made of the residual index.
+std::vector<IndexPart> parts_of(const ShardPlan& plan, const ShardFolder& folder) {
+  const std::string hash = plan.hash();
+  std::vector<IndexPart> parts;
+  for (std::size_t i = 0; i < plan.shards.size(); ++i) {
+    const auto text = read_regular_file(folder.record(i));
+    if (!text) continue;
+    const auto record = decode_shard_record(*text);
+    if (record && record->plan == hash && record->residual_bytes > 0)
+      parts.push_back({folder.residuals(i), hash});
+  }
+  return parts;
+}
+
 Result<ShardReport> make(const Surface& surface, const ShardPlan& plan, const ShardTiles& tiles,
                          std::size_t shard, const ShardFolder& folder, const ShardOptions& o,
                          const Progress& progress) {
@@ -162,17 +187,26 @@ Result<ShardReport> make(const Surface& surface, const ShardPlan& plan, const Sh
   const auto ids = tiles.in_order(shard);
   Heartbeat heart(folder.beat(shard), ids.size(), o.heartbeat_s);
   const bool indexed = shard == ShardTiles::kTop && pyramid->index_depth().level() >= 0;
-  const double reading = indexed ? 0.8 : kChecking;
-  if (auto same =
-          check_planned_posts(surface, plan, tiles, shard, o.threads, progress.part(0, kChecking));
+  const auto residuals = residual_tiles(surface, *pyramid, tiles, shard);
+  const double reading = indexed ? 0.8 : residuals.empty() ? kChecking : 0.2;
+  if (auto same = check_planned_posts(surface, plan, tiles, shard, o.threads,
+                                      progress.part(0, kChecking), residuals);
       !same)
     return std::unexpected(same.error());
+  const Progress looking = progress.part(kChecking, reading);
   if (indexed) {  // tiles of the shards are deeper than it goes
-    auto index = index_for(surface, *pyramid, folder.path() + "/residuals", o.threads,
-                           progress.part(kChecking, reading));
+    const auto parts = parts_of(plan, folder);
+    auto index =
+        index_for(surface, *pyramid, folder.path() + "/residuals", o.threads, looking, parts);
     if (!index) return std::unexpected(index.error());
     pyramid->use(std::move(*index));
   }
+  if (!residuals.empty())
+    if (auto made =
+            make_index_part({folder.residuals(shard), plan.hash()}, folder.own_residuals(shard),
+                            surface, pyramid->index_depth(), residuals, o.threads, looking);
+        !made)
+      return std::unexpected(made.error());
   ArchiveHead head = head_of(plan, tiles, shard);
   auto spool = ShardSpool::open(folder.tiles(shard), head.seed(), ids);
   if (!spool) return std::unexpected(spool.error());
@@ -184,13 +218,15 @@ Result<ShardReport> make(const Surface& surface, const ShardPlan& plan, const Sh
       !made)
     return std::unexpected(made.error());
   ShardRecord record = record_of(plan, shard, ids, *spool);
+  if (!residuals.empty())
+    if (auto done = vouch(folder.residuals(shard), record.residual_bytes, record.residual_sha256);
+        !done)
+      return std::unexpected(done.error());
   const std::string pack = folder.pack(shard);
   if (auto done = write_pack(folder.own_pack(shard), pack, std::move(head), ids, *spool); !done)
     return std::unexpected(done.error());
-  const auto sum = sha256_of_file(pack);
-  if (!sum) return std::unexpected(sum.error());
-  std::error_code none;
-  record.bytes = fs::file_size(pack, none), record.sha256 = *sum;
+  if (auto done = vouch(pack, record.bytes, record.sha256); !done)
+    return std::unexpected(done.error());
   if (auto done = write_whole_file(folder.record(shard), encode(record)); !done)
     return std::unexpected(done.error());
   spool->remove();

@@ -107,6 +107,15 @@ Result<std::unique_ptr<TileStore>> merged_store(const ShardPlan& plan, const std
   return std::make_unique<MergedShards>(plan, std::move(*tiles), ShardFolder(folder));
 }
 
+bool is_merged(const ShardPlan& plan, const std::string& output) {
+  const auto store = open_store(output);
+  const auto layer = store->layer_json();
+  const auto record = store->record();
+  return layer && record && encode(*record) == encode(plan.record) &&
+         std::ranges::equal(*layer, plan.layer_text,
+                            [](std::uint8_t a, char b) { return a == std::uint8_t(b); });
+}
+
 Result<MergeReport> merge_shards(const ShardPlan& plan,
                                  const std::function<Result<Surface>()>& open,
                                  const MergeOptions& o, const Progress& progress) {

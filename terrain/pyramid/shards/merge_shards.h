@@ -29,6 +29,10 @@ struct MergeReport {
 /// outlive it.
 Result<std::unique_ptr<TileStore>> merged_store(const ShardPlan&, const std::string& folder);
 
+/// Is the tile set of this plan there, as merge_shards() leaves it? By its record and its
+/// layer.json, which come last; no tile is read. False, too, where it cannot be read.
+bool is_merged(const ShardPlan&, const std::string& output);
+
 /// Every pack is hashed first: busy where shards are missing, bad_data where one is not as its
 /// record says; both name them, and nothing is made. The result is what tind build makes of the
 /// same source, byte for byte. `open`: called where the top is still to be made. Killed, run again,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <utility>
@@ -11,6 +12,7 @@
 #include "terrain/pyramid/build/repair.h"
 #include "terrain/pyramid/build/tile_work.h"
 #include "terrain/pyramid/plan/tile_version.h"
+#include "terrain/pyramid/residual/residual_index.h"
 #include "terrain/surface/surface_blocks.h"
 #include "terrain/surface/tile_posts.h"
 
@@ -192,6 +194,22 @@ Result<TilePlan> planned_tiles(const Surface& surface, const ShardPlan& plan) {
   return tiles;
 }
 
+std::vector<TileId> residual_tiles(const Surface& surface, const TilePlan& plan,
+                                   const ShardTiles& tiles, std::size_t shard) {
+  std::vector<TileId> mine;
+  if (plan.index_depth().level() < 0 || shard == ShardTiles::kTop) return mine;
+  std::map<TileId, std::size_t> owners;  // at `level`
+  int level = -1;
+  std::size_t dealt = 0;
+  for (const TileId id : scanned_tiles(surface, plan.index_depth())) {
+    if (id.level != level) level = id.level, owners = tiles.first_shards(level);
+    const auto owner = owners.find(id);
+    if ((owner != owners.end() ? owner->second : dealt++ % tiles.shards()) == shard)
+      mine.push_back(id);
+  }
+  return mine;
+}
+
 namespace {
 
 /// Of one layer: which blocks a shard depends on.
@@ -263,11 +281,12 @@ std::optional<Error> wrong_in(const DemSource& source, const SourceBlocks& plann
 
 Result<void> check_planned_posts(const Surface& surface, const ShardPlan& plan,
                                  const ShardTiles& tiles, std::size_t shard, int threads,
-                                 const Progress& progress) {
+                                 const Progress& progress, const std::vector<TileId>& more) {
   const auto planned = SurfaceBlocks::decode(plan.blocks, surface, plan.record.heights);
   if (!planned) return std::unexpected(planned.error());
   SurfaceBlocks now(surface);
-  const auto roots = tiles.roots(shard);
+  auto roots = tiles.roots(shard);
+  roots.insert(roots.end(), more.begin(), more.end());
   for (std::size_t k = 0; k < surface.layers().size(); ++k) {
     const DemSource& source = *surface.layers()[k].source;
     const SourceBlocks& blocks = planned->layers()[k];

@@ -30,9 +30,16 @@ Result<ShardPlan> plan_shards(const Surface&, const BuildOptions&, const ShardWi
 /// planned.
 Result<TilePlan> planned_tiles(const Surface&, const ShardPlan&);
 
-/// Are the posts of a shard's tiles, and some around, as they were planned? Of the top: all posts.
-/// Reads them once. invalid_argument, naming the first place where they are not.
+/// Which records of the residual index a shard makes: of each tile that holds subtrees, the shard
+/// with the first of them; all others are dealt out in turn. Of the top none: it makes what nobody
+/// has made.
+std::vector<TileId> residual_tiles(const Surface&, const TilePlan&, const ShardTiles&,
+                                   std::size_t shard);
+
+/// Are the posts of a shard's tiles and of `more`, and some around, as they were planned? Of the
+/// top: all posts. Reads them once. invalid_argument, naming the first place where they are not.
 Result<void> check_planned_posts(const Surface&, const ShardPlan&, const ShardTiles&,
-                                 std::size_t shard, int threads, const Progress& = {});
+                                 std::size_t shard, int threads, const Progress& = {},
+                                 const std::vector<TileId>& more = {});
 
 }  // namespace tind

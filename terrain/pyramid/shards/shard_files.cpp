@@ -59,6 +59,8 @@ Json content_of(const ShardRecord& r) {
                            {"bytes", l.bytes},
                            {"worst_error_m", l.worst_error_m},
                            {"worst_edge_error_m", l.worst_edge_error_m}});
+  if (r.residual_bytes > 0)
+    j["residuals"] = {{"bytes", r.residual_bytes}, {"sha256", r.residual_sha256}};
   return j;
 }
 
@@ -132,8 +134,14 @@ Result<ShardRecord> decode_shard_record(std::string_view text) {
   if (!plan || !shard || !hash || !tiles || !bytes || !sides || !levels || !levels->is_array())
     return bad;
   ShardRecord r{
-      *plan, *shard, std::uint64_t(*tiles), std::uint64_t(*bytes), *hash, std::uint64_t(*sides),
-      {}};
+      *plan, *shard, std::uint64_t(*tiles), std::uint64_t(*bytes), *hash, std::uint64_t(*sides), {},
+      0,     {}};
+  if (const Json* const residuals = json::member(j, "residuals")) {
+    const auto size = json::whole(*residuals, "bytes", 1, kMost);
+    const auto sum = json::text(*residuals, "sha256");
+    if (!size || !sum) return bad;
+    r.residual_bytes = std::uint64_t(*size), r.residual_sha256 = *sum;
+  }
   for (const Json& level : *levels) {
     const auto one = level_in(level);
     if (!one) return bad;
@@ -154,6 +162,10 @@ std::string ShardFolder::beat(std::size_t shard) const {
 }
 std::string ShardFolder::own_pack(std::size_t shard) const {
   return at(shard, "." + who_am_i() + ".pmtiles");
+}
+
+std::string ShardFolder::own_residuals(std::size_t shard) const {
+  return at(shard, "." + who_am_i() + ".residuals");
 }
 
 std::string name_of(ShardState state) {
@@ -192,6 +204,25 @@ Result<std::string> sha256_of_file(const std::string& path) {
   return hex_of(sum.finish());
 }
 
+namespace {
+
+/// How a file is not the one that a record speaks of; empty where it is.
+std::string other_file(const std::string& record, const std::string& file, std::uint64_t bytes,
+                       const std::string& sha256, bool every_byte) {
+  std::error_code none;
+  const auto size = fs::file_size(file, none);
+  if (none) return record + " says that there is " + file + ", and there is none";
+  const std::string other = file + " is not the one of its record: ";
+  if (size != bytes)
+    return other + "it has " + std::to_string(size) + " bytes, not " + std::to_string(bytes);
+  if (!every_byte) return {};
+  const auto sum = sha256_of_file(file);
+  if (!sum) return sum.error().what;
+  return *sum == sha256 ? std::string() : other + "its bytes are others";
+}
+
+}  // namespace
+
 ShardStatus judge_shard(const ShardPlan& plan, const std::string& hash, const ShardFolder& folder,
                         std::size_t shard, bool every_byte) {
   ShardStatus s;
@@ -213,18 +244,11 @@ ShardStatus judge_shard(const ShardPlan& plan, const std::string& hash, const Sh
   if (record->plan != hash) return failed(path + " is of another plan");
   if (record->shard != shard_name(shard) || record->tiles != s.tiles)
     return failed(path + " is of another shard");
-  std::error_code none;
-  const auto size = fs::file_size(pack, none);
-  if (none) return failed(path + " says that there is " + pack + ", and there is none");
-  if (size != record->bytes)
-    return failed(pack + " is not the one of its record: it has " + std::to_string(size) +
-                  " bytes, not " + std::to_string(record->bytes));
-  if (every_byte) {
-    const auto sum = sha256_of_file(pack);
-    if (!sum) return failed(sum.error().what);
-    if (*sum != record->sha256)
-      return failed(pack + " is not the one of its record: its bytes are others");
-  }
+  std::string wrong = other_file(path, pack, record->bytes, record->sha256, every_byte);
+  if (wrong.empty() && record->residual_bytes > 0)
+    wrong = other_file(path, folder.residuals(shard), record->residual_bytes,
+                       record->residual_sha256, every_byte);
+  if (!wrong.empty()) return failed(std::move(wrong));
   s.state = ShardState::done, s.made = s.tiles;
   return s;
 }
@@ -257,7 +281,8 @@ void remove_leftovers(const ShardFolder& folder, double untouched_s) {
     const std::string name = at->path().filename().string();
     const auto dot = name.find('.');
     if (dot == name.npos || name.find('.', dot + 1) == name.npos) continue;  // 00007.pmtiles
-    if (!name.ends_with(".beat") && !name.ends_with(".pmtiles") && !name.ends_with(".tind-part"))
+    if (!name.ends_with(".beat") && !name.ends_with(".pmtiles") && !name.ends_with(".residuals") &&
+        !name.ends_with(".tind-part"))
       continue;
     std::error_code none;
     const auto then = at->last_write_time(none);

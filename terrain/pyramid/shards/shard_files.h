@@ -29,6 +29,8 @@ struct ShardRecord {
   std::string sha256;                  // of the pack, 64 digits
   std::uint64_t not_one_sided = 0;
   std::vector<Level> levels;
+  std::uint64_t residual_bytes = 0;  // of the shard's part of the residual index; 0: it has none
+  std::string residual_sha256 = {};
 };
 
 std::string encode(const ShardRecord&);
@@ -50,9 +52,12 @@ class ShardFolder {
     return at(shard, ".tiles");
   }  // that are made so far
   std::string error(std::size_t shard) const { return at(shard, ".error"); }
+  /// What the shard knows of the residual index (residual_index.h).
+  std::string residuals(std::size_t shard) const { return at(shard, ".residuals"); }
   /// Of this process alone.
   std::string beat(std::size_t shard) const;
   std::string own_pack(std::size_t shard) const;
+  std::string own_residuals(std::size_t shard) const;
 
  private:
   std::string folder_;

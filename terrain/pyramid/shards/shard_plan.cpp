@@ -222,6 +222,16 @@ std::vector<TileId> ShardTiles::roots(std::size_t shard) const {
           roots_.begin() + std::ptrdiff_t(begins_[shard + 1])};
 }
 
+std::map<TileId, std::size_t> ShardTiles::first_shards(int level) const {
+  std::map<TileId, std::size_t> first;
+  const int up = plan_->level - level;
+  if (up < 0) return first;
+  for (std::size_t shard = 0; shard + 1 < begins_.size(); ++shard)
+    for (auto k = begins_[shard]; k < begins_[shard + 1]; ++k)
+      first.emplace(TileId{level, roots_[k].x >> up, roots_[k].y >> up}, shard);
+  return first;
+}
+
 std::vector<TileArea> ShardTiles::areas(std::size_t shard) const {
   std::vector<TileArea> out(areas_.size());
   const auto level = std::size_t(plan_->level);

@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -73,8 +74,12 @@ class ShardTiles {
   std::vector<TileId> in_order(std::size_t shard) const;
   /// Roots of its subtrees, along the curve; none of the top.
   std::vector<TileId> roots(std::size_t shard) const;
+  /// Tiles of a level no deeper than the subtrees', each with the shard that has the first of the
+  /// subtrees below it along the curve.
+  std::map<TileId, std::size_t> first_shards(int level) const;
   /// Whose tile it is. REQUIRES: one of the plan's.
   std::size_t shard_of(TileId) const;
+  std::size_t shards() const { return begins_.size() - 1; }
   const proto::LayerJson& layer() const { return layer_; }
   /// layer.json of a shard alone.
   proto::LayerJson layer_of(std::size_t shard) const;

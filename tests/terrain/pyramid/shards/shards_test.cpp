@@ -16,6 +16,7 @@
 
 #include "terrain/base/file_io.h"
 #include "terrain/pyramid/build/build.h"
+#include "terrain/pyramid/residual/residual_index.h"
 #include "terrain/pyramid/shards/make_shard.h"
 #include "terrain/pyramid/shards/merge_shards.h"
 #include "terrain/pyramid/shards/plan_shards.h"
@@ -25,6 +26,7 @@
 #include "terrain/store/folder/folder_lock.h"
 #include "terrain/store/folder/folder_writer.h"
 #include "terrain/store/open/open_store.h"
+#include "tests/support/layered_world.h"
 #include "tests/support/made_up_source.h"
 #include "tests/support/support.h"
 #include "tests/support/watched_files.h"
@@ -115,6 +117,14 @@ class ShardsTest : public testing::Test {
     const auto merged = merge(plan, folder_.file(name));
     ASSERT_TRUE(merged) << merged.error().what;
     EXPECT_TRUE(read_whole_file(folder_.file(name)).value_or("") == built());
+  }
+  /// The file of the index that one pass makes.
+  std::string index_of(const Surface& surface, const BuildOptions& o) const {
+    const std::string path = folder_.file("one.residuals");
+    const auto made =
+        ResidualIndex::open_or_make(path, surface, IndexDepth::of(surface, o.tiles.exact_posts), 2);
+    EXPECT_TRUE(made) << made.error().what;
+    return path;
   }
   std::string at() const { return folder_.path().string(); }
   ShardFolder shards() const { return ShardFolder(at()); }
@@ -233,6 +243,15 @@ TEST_F(ShardsTest, ADirectoryOfThemIsTheOneOfTheBuild) {
   EXPECT_EQ(merged->tiles, plan.tiles());
   BuildOptions o = options();
   o.output = folder_.file("tiles");
+  EXPECT_TRUE(is_merged(plan, o.output));
+  EXPECT_FALSE(is_merged(plan_of(2,
+                                 [] {
+                                   BuildOptions other = options();
+                                   other.tiles.max_error_m = 11;
+                                   return other;
+                                 }()),
+                         o.output))
+      << "of another plan";
   const auto again = build_tiles(surface(), o);
   ASSERT_TRUE(again) << again.error().what;
   EXPECT_EQ(again->built, 0u) << "a build goes on with it as with its own";
@@ -251,9 +270,70 @@ TEST_F(ShardsTest, CoarseTilesMayRestOnTheIndex) {
   const ShardPlan plan = plan_of(2, o);
   EXPECT_GT(plan.level, report->indexed_level);
   make_all(plan);
+  // Each made a part of the index; what they made is what one pass over all posts makes.
+  for (const std::size_t shard : {0u, 1u}) EXPECT_TRUE(fs::exists(shards().residuals(shard)));
   ASSERT_TRUE(merge(plan, folder_.file("merged.pmtiles")));
+  EXPECT_TRUE(*read_whole_file(shards().path() + "/residuals") ==
+              *read_whole_file(index_of(surface(), o)));
   EXPECT_TRUE(*read_whole_file(folder_.file("one.pmtiles")) ==
               *read_whole_file(folder_.file("merged.pmtiles")));
+}
+
+TEST_F(ShardsTest, APartOfTheIndexThatIsNotAsItsRecordSaysIsMadeAgain) {
+  const BuildOptions o = options(kPosts * kPosts * 5 / 9);
+  const ShardPlan plan = plan_of(2, o);
+  make_all(plan);
+  const std::string part = shards().residuals(0), good = *read_whole_file(part);
+  for (const bool flipped : {true, false}) {
+    if (flipped)
+      damage(part, good.size() / 2);
+    else
+      fs::remove(part);
+    const auto merged = merge(plan, folder_.file("x.pmtiles"));
+    ASSERT_FALSE(merged);
+    EXPECT_EQ(merged.error().code, Errc::bad_data);
+    EXPECT_THAT(merged.error().what, HasSubstr("00000.residuals"));
+    ASSERT_TRUE(make(plan, 0));
+    EXPECT_TRUE(*read_whole_file(part) == good);
+  }
+}
+
+TEST_F(ShardsTest, TheTopMakesWhatNoShardKnowsOfTheIndex) {
+  const BuildOptions o = options(kPosts * kPosts * 5 / 9);
+  const ShardPlan plan = plan_of(2, o);
+  ASSERT_TRUE(make(plan, 1));
+  ASSERT_TRUE(make(plan, kTop)) << "before the first shard";
+  EXPECT_TRUE(*read_whole_file(shards().path() + "/residuals") ==
+              *read_whole_file(index_of(surface(), o)));
+}
+
+TEST_F(ShardsTest, OfLayersTheIndexIsMadeByShardsToo) {
+  const auto layered = Surface::of_layers(
+      {{"base", test::made(test::rough_terrain(120, 120, 1, 500), {10, 50}, 0.004)},
+       {"town", test::made(test::rough_terrain(120, 120, 2, 500), {10.1, 49.9}, 0.0005)}});
+  ASSERT_TRUE(layered) << layered.error().what;
+  const BuildOptions o = options(4000);
+  const IndexDepth depth = IndexDepth::of(*layered, o.tiles.exact_posts);
+  ASSERT_GT(depth.level(), depth.coarsest_level()) << "deeper below the town";
+  const auto plan = plan_shards(*layered, o, {.shards = 3}, {});
+  ASSERT_TRUE(plan) << plan.error().what;
+  const auto outline = planned_tiles(*layered, *plan);
+  const auto tiles = ShardTiles::of(*plan);
+  ASSERT_TRUE(outline && tiles);
+  const auto all = scanned_tiles(*layered, depth);
+  std::map<TileId, int> made;
+  std::vector<IndexPart> parts;
+  for (const std::size_t shard : {2u, 0u, 1u}) {
+    const auto mine = residual_tiles(*layered, *outline, *tiles, shard);
+    for (const TileId id : mine) ++made[id];
+    parts.push_back({folder_.file(std::to_string(shard)), plan->hash()});
+    const auto done = make_index_part(parts.back(), folder_.file("own"), *layered, depth, mine, 2);
+    ASSERT_TRUE(done) << done.error().what;
+  }
+  for (const TileId id : all) EXPECT_EQ(made[id], 1) << id.text();
+  const std::string joined = folder_.file("joined");
+  ASSERT_TRUE(ResidualIndex::open_or_make(joined, *layered, depth, 2, {}, parts));
+  EXPECT_TRUE(*read_whole_file(joined) == *read_whole_file(index_of(*layered, o)));
 }
 
 // ---- stopped, killed, damaged ----
@@ -291,6 +371,7 @@ TEST_F(ShardsTest, OnlyARecordCommitsAPack) {
   EXPECT_EQ(merged.error().code, Errc::busy);
   EXPECT_THAT(merged.error().what, HasSubstr("1 of 3 shards are not there: 1;"));
   EXPECT_FALSE(fs::exists(folder_.file("x.pmtiles")));
+  EXPECT_FALSE(is_merged(plan, folder_.file("x.pmtiles")));
   ASSERT_TRUE(make(plan, 1));
   EXPECT_EQ(*read_whole_file(shards().record(1)), record);
   expect_built(plan);
