@@ -5,12 +5,14 @@
 #include <array>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "proto/json_text.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/plan_input.h"
 #include "server/log/printable.h"
+#include "terrain/pyramid/shards/merge_shards.h"
 #include "terrain/pyramid/shards/shard_files.h"
 
 namespace tind::cli {
@@ -20,7 +22,7 @@ namespace {
 constexpr std::size_t kShown = 20;  // of each state
 
 struct Arguments {
-  std::string plan, shards;
+  std::string plan, shards, output;
   StatusOptions options;
   bool json = false;
 };
@@ -36,7 +38,8 @@ std::string name_at(std::size_t i, std::size_t count) {
   return i + 1 == count ? "top" : std::to_string(i);
 }
 
-nlohmann::ordered_json to_json(const ShardPlan& plan, const std::vector<ShardStatus>& all) {
+nlohmann::ordered_json to_json(const ShardPlan& plan, const std::vector<ShardStatus>& all,
+                               std::optional<bool> merged) {
   const auto n = counts(all);
   std::uint64_t made = 0;
   for (const ShardStatus& s : all) made += s.made;
@@ -45,6 +48,7 @@ nlohmann::ordered_json to_json(const ShardPlan& plan, const std::vector<ShardSta
                               {"failed", n[2]},        {"missing", n[3]},
                               {"tiles", plan.tiles()}, {"made", made}};
   j["top"] = name_of(all.back().state);
+  if (merged) j["merged"] = *merged;
   j["not_done"] = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i + 1 < all.size(); ++i) {
     const ShardStatus& s = all[i];
@@ -91,12 +95,17 @@ int run(const Arguments& a) {
   if (!plan) return complain(plan.error());
   const auto all = shard_status(*plan, ShardFolder(shards_folder(a.plan, a.shards)), a.options);
   if (!all) return complain(all.error());
-  if (a.json)
-    fmt::print("{}\n", json::to_text(to_json(*plan, *all), 1));
-  else
+  std::optional<bool> merged;
+  if (!a.output.empty()) merged = is_merged(*plan, a.output);
+  if (a.json) {
+    fmt::print("{}\n", json::to_text(to_json(*plan, *all, merged), 1));
+  } else {
     print(*all);
+    if (merged) fmt::print("{} is {}there\n", a.output, *merged ? "" : "not ");
+  }
   const auto n = counts(*all);
-  return n[2] > 0 ? kBadData : n[0] == plan->shards.size() ? kOk : kTryAgain;
+  if (n[2] > 0) return kBadData;
+  return n[0] == plan->shards.size() && merged.value_or(true) ? kOk : kTryAgain;
 }
 
 }  // namespace
@@ -108,6 +117,10 @@ void add_status(Command program, int& exit) {
   c.add_option("--plan", a->plan, "the plan of tind plan-build").required();
   c.add_option("--shards", a->shards,
                "the directory with the folder shards (default: that of the plan)");
+  c.add_option(
+      "-o,--output", a->output,
+      "also say whether what tind merge makes of the plan is there: a directory, X.pmtiles "
+      "or X.mbtiles");
   c.add_flag("--every-byte", a->options.every_byte,
              "hash every pack; without it their sizes alone are compared with their records");
   c.add_option("--silence", a->options.silence_s,
@@ -116,7 +129,8 @@ void add_status(Command program, int& exit) {
       .shown();
   c.add_flag("--json", a->json, "print the status as JSON");
   c.footer(
-      "Exit code 0: all shards are done; 75: some are not yet; 65: some failed, or are not as "
+      "Exit code 0: all shards are done (and merged, with --output); 75: not yet; 65: some failed, "
+      "or are not as "
       "their records say. What an engine says of its jobs does not count.");
   c.on_run([a, &exit] { exit = run(*a); });
 }

@@ -70,7 +70,10 @@ TEST_F(Shards, AreWhatTheEngineSays) {
   EXPECT_EQ(status["not_done"][0]["shard"], 3);
   EXPECT_EQ(build("3/6").code, 0);
   EXPECT_EQ(test::run_tind("status --every-byte --plan " + plan()).code, 0);
+  const std::string with_output = "status --plan " + plan() + " -o " + file("m.pmtiles");
+  EXPECT_EQ(test::run_tind(with_output).code, 75) << "all shards, and no merge";
   expect_merged();
+  EXPECT_EQ(test::run_tind(with_output).code, 0);
 }
 
 TEST_F(Shards, TwoCopiesAtOnceAreOne) {
@@ -113,6 +116,38 @@ TEST_F(Shards, AreTargetsOfMake) {
                            " 2>&1";
   ASSERT_EQ(std::system(make.c_str()), 0) << read_whole_file(file("log")).value_or("");
   expect_merged();
+}
+
+/// What is planned of several sources, lines and water is opened again by every shard.
+TEST_F(Shards, OfLayersLinesAndWaterAreTheBuild) {
+  const auto data = [](const std::string& name) { return test::testdata(name); };
+  const std::string mountains = data("bigtujunga_crop.tif"), lake = data("lake.geojson");
+  const std::string shapes = " --breaklines " + data("breaklines.geojson") + " --flatten " + lake +
+                             " --water " + lake + " --boundary " + data("boundary.geojson");
+  const std::string worlds[] = {mountains + shapes + " --deepest 12 --effort fast",
+                                "--layer low=" + mountains + " --layer high=" + dem() + shapes +
+                                    " --blend 500 --layer-error low=20 --deepest 10 --effort fast"};
+  for (const std::string& world : worlds) {
+    const test::TempDir one;
+    ASSERT_EQ(test::run_tind("build " + world + " -o " + one.file("tiles")).code, 0) << world;
+    ASSERT_EQ(test::run_tind("copy " + one.file("tiles") + " " + one.file("all.pmtiles")).code, 0);
+    const std::string plan = one.file("PLAN.json");
+    const auto planned = test::run_tind("plan-build " + world + " --tiles-per-shard 6 -o " + plan);
+    ASSERT_EQ(planned.code, 0) << planned.out;
+    const int shards = nlohmann::json::parse(test::run_tind("status --json --plan " + plan).answer,
+                                             nullptr, false)["shards"];
+    ASSERT_GT(shards, 1) << world;
+    for (int i = shards; i-- > 0;) {
+      const auto made =
+          test::run_tind("build --plan " + plan + " --progress none --shard " + std::to_string(i));
+      ASSERT_EQ(made.code, 0) << made.out;
+    }
+    const auto merged = test::run_tind("merge --plan " + plan + " -o " + one.file("m.pmtiles"));
+    ASSERT_EQ(merged.code, 0) << merged.out;
+    EXPECT_TRUE(read_whole_file(one.file("m.pmtiles")).value_or("") ==
+                *read_whole_file(one.file("all.pmtiles")))
+        << world;
+  }
 }
 
 TEST_F(Shards, BadLinesAreRefused) {
