@@ -49,6 +49,8 @@ class TileSet {
   /// Blocking and CPU-heavy for a DEM: call it on a worker. Thread-safe. not_found outside
   /// availability; any other error is the source's and must not be cached.
   virtual Result<TileBytes> tile(TileId, std::stop_token) const = 0;
+  /// Is a tile waited for, as an answer of another machine, rather than made?
+  virtual bool fetched() const { return false; }
 };
 
 }  // namespace tind

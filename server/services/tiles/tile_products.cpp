@@ -118,7 +118,9 @@ void TileProducts::make_detailed(const ServedDataset& dataset, TileId tile, std:
     counters_.joined.fetch_add(1, std::memory_order_relaxed);
     return;
   }
-  auto permit = pool_.admit(Work::tile);
+  // What is made of a tile takes a core, wherever the tile comes from.
+  const bool fetched = variant_ == TileKey::kWhole && dataset.tiles->fetched();
+  auto permit = pool_.admit(fetched ? Work::fetch : Work::tile);
   if (!permit) {
     counters_.refused.fetch_add(1, std::memory_order_relaxed);
     return flights_.land(ticket, std::unexpected(permit.error()));

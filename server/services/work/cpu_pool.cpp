@@ -17,6 +17,8 @@ std::string_view name(Work work) {
       return "tile";
     case Work::batch:
       return "batch";
+    case Work::fetch:
+      return "fetch";
   }
   return "";
 }
@@ -30,8 +32,10 @@ CpuPool::CpuPool(int asked, std::size_t queue) {
   set(class_of(Work::question), workers, queue);
   set(class_of(Work::tile), threads, queue);
   set(class_of(Work::batch), std::max<std::size_t>(threads / 2, 1), (queue + 7) / 8);
-  for (std::size_t i = 0; i < workers; ++i)
-    workers_.emplace_back([this](const std::stop_token& stop) { work(stop); });
+  set(class_of(Work::fetch), kFetches, queue);
+  for (std::size_t i = 0; i < workers + kFetches; ++i)
+    workers_.emplace_back(
+        [this, fetches = i >= workers](const std::stop_token& stop) { work(stop, fetches); });
 }
 
 Result<CpuPool::Permit> CpuPool::admit(Work work) {
@@ -60,30 +64,34 @@ void CpuPool::drop_abandoned(Class& c) {
 
 void CpuPool::run(Permit permit, Task task, std::stop_token gone) {
   Class& c = class_of(permit.work_);
+  const bool fetch = permit.work_ == Work::fetch;
   Job job{std::move(permit), std::move(task), std::move(gone)};
   {
     const std::lock_guard lock(mutex_);
     if (!stopped_) c.waiting.push_back(std::move(job));
   }  // after stop() the job is destroyed here, outside the lock: destructors answer clients
-  wake_.notify_one();
+  (fetch ? wake_fetchers_ : wake_).notify_one();
 }
 
 /// The first class, from the one whose turn it is, that has a job and may run one more. Null: none.
-CpuPool::Class* CpuPool::next_class() {
+CpuPool::Class* CpuPool::next_class(bool fetches) {
+  Class& fetch = class_of(Work::fetch);
+  if (fetches) return fetch.waiting.empty() ? nullptr : &fetch;
   for (std::size_t k = 0; k < classes_.size(); ++k) {
     Class& c = classes_[(turn_ + k) % classes_.size()];
-    if (c.waiting.empty() || c.running >= c.at_a_time) continue;
+    if (&c == &fetch || c.waiting.empty() || c.running >= c.at_a_time) continue;
     turn_ = (turn_ + k + 1) % classes_.size();
     return &c;
   }
   return nullptr;
 }
 
-void CpuPool::work(const std::stop_token& stop) {
+void CpuPool::work(const std::stop_token& stop, bool fetches) {
+  auto& wake = fetches ? wake_fetchers_ : wake_;
   while (true) {
     std::unique_lock lock(mutex_);
     Class* c = nullptr;
-    if (!wake_.wait(lock, stop, [&] { return (c = next_class()) != nullptr; })) return;
+    if (!wake.wait(lock, stop, [&] { return (c = next_class(fetches)) != nullptr; })) return;
     Job job = std::move(c->waiting.front());
     c->waiting.pop_front();
     ++c->running;

@@ -26,9 +26,10 @@ namespace tind::services {
 enum class Work : std::uint8_t {
   question,  // microseconds to milliseconds: a height, the beginning of a stream, a known view
   tile,      // milliseconds to a second: a tile, or what is made of one
-  batch      // seconds: flight plans, many tiles, preparing a scene
+  batch,     // seconds: flight plans, many tiles, preparing a scene
+  fetch      // an answer of another machine is waited for: a tile in object storage
 };
-inline constexpr std::array kWorks = {Work::question, Work::tile, Work::batch};
+inline constexpr std::array kWorks = {Work::question, Work::tile, Work::batch, Work::fetch};
 std::string_view name(Work);
 
 class CpuPool {
@@ -52,9 +53,12 @@ class CpuPool {
     std::atomic<std::size_t>* count_;
   };
 
+  static constexpr std::size_t kFetches = 16;
+
   /// `threads` 0: one per core. At a time they do that many tiles, and half as many batches; with
   /// one there is a second thread, so that a batch is not in the way. `queue`: tasks of a class
   /// that may wait beside those that run; of batches, which keep more, an eighth of that.
+  /// Who fetches waits more than it works: kFetches threads beside the others do nothing else.
   CpuPool(int threads, std::size_t queue);
   ~CpuPool() { stop(); }
   CpuPool(const CpuPool&) = delete;
@@ -94,13 +98,13 @@ class CpuPool {
   Class& class_of(Work work) { return classes_[std::size_t(work)]; }
   const Class& class_of(Work work) const { return classes_[std::size_t(work)]; }
 
-  void work(const std::stop_token&);
-  Class* next_class();
+  void work(const std::stop_token&, bool fetches);
+  Class* next_class(bool fetches);
   void do_job(Job, Class&, const std::stop_token&);
   void drop_abandoned(Class&);
 
   std::mutex mutex_;
-  std::condition_variable_any wake_;
+  std::condition_variable_any wake_, wake_fetchers_;
   std::array<Class, kWorks.size()> classes_;
   std::size_t turn_ = 0;  // whose it is to give the next job
   bool stopped_ = false;

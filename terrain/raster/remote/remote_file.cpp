@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <optional>
 
 namespace tind::remote {
 
@@ -34,26 +35,87 @@ Result<std::vector<std::uint8_t>> RemoteFile::read(std::uint64_t at, std::size_t
   return objects_.get_range(url_, version_, at, size);
 }
 
-RemoteFile::Block RemoteFile::kept(std::uint64_t number) const {
+struct RemoteFile::Flight {
+  std::optional<Result<Block>> landed;
+};
+
+struct RemoteFile::Run {
+  Block kept;                                     // the first, or
+  std::shared_ptr<Flight> another;                // who fetches it, or
+  std::vector<std::shared_ptr<Flight>> to_fetch;  // it, and those behind it that nobody has
+};
+
+RemoteFile::Run RemoteFile::take(std::uint64_t first, std::uint64_t end) const {
+  Run run;
   const std::lock_guard lock(mutex_);
-  const Block* const found = blocks_.find(number);
-  return found ? *found : nullptr;
+  for (std::uint64_t k = first; k < end && k - first < kMostAtOnce; ++k) {
+    const Block* const found = blocks_.find(k);
+    const auto flight = flights_.find(k);
+    if (!found && flight == flights_.end()) {
+      run.to_fetch.push_back(std::make_shared<Flight>());
+      flights_.emplace(k, run.to_fetch.back());
+      continue;
+    }
+    if (k > first) break;
+    if (found)
+      run.kept = *found;
+    else
+      run.another = flight->second;
+    break;
+  }
+  return run;
 }
 
-/// Blocks [first, end), none of which is kept, by one request.
-Result<void> RemoteFile::fetch(std::uint64_t first, std::uint64_t end,
-                               std::vector<Block>& to) const {
+/// Blocks [first, end) by one request.
+Result<std::vector<RemoteFile::Block>> RemoteFile::fetch(std::uint64_t first,
+                                                         std::uint64_t end) const {
   const std::uint64_t at = first * kBlock, stop = std::min(end * kBlock, version_.size);
   const auto bytes = read(at, std::size_t(stop - at));
   if (!bytes) return std::unexpected(bytes.error());
-  const std::lock_guard lock(mutex_);
+  std::vector<Block> blocks;
   for (std::uint64_t k = first; k < end; ++k) {
     const auto begin = bytes->begin() + std::ptrdiff_t((k - first) * kBlock);
     const std::ptrdiff_t size = std::min<std::ptrdiff_t>(kBlock, bytes->end() - begin);
-    to.push_back(std::make_shared<const std::vector<std::uint8_t>>(begin, begin + size));
-    blocks_.insert(k, to.back());
+    blocks.push_back(std::make_shared<const std::vector<std::uint8_t>>(begin, begin + size));
   }
-  return {};
+  return blocks;
+}
+
+/// The first of these blocks, and as many behind it as come with it.
+Result<std::vector<RemoteFile::Block>> RemoteFile::blocks_from(std::uint64_t first,
+                                                               std::uint64_t end) const {
+  const Run run = take(first, end);
+  if (run.kept) return std::vector{run.kept};
+  if (run.another) {
+    std::unique_lock lock(mutex_);
+    landed_.wait(lock, [&] { return run.another->landed.has_value(); });
+    const Result<Block>& block = *run.another->landed;
+    if (!block) return std::unexpected(block.error());
+    return std::vector{*block};
+  }
+  Result<std::vector<Block>> blocks = fail(Errc::internal, url_ + " was not read");
+  // Whatever becomes of it, those who wait are told.
+  const auto land = [&] {
+    const std::lock_guard lock(mutex_);
+    for (std::size_t k = 0; k < run.to_fetch.size(); ++k) {
+      if (blocks) {
+        blocks_.insert(first + k, (*blocks)[k]);
+        run.to_fetch[k]->landed.emplace((*blocks)[k]);
+      } else {
+        run.to_fetch[k]->landed.emplace(std::unexpected(blocks.error()));
+      }
+      flights_.erase(first + k);
+    }
+    landed_.notify_all();
+  };
+  try {
+    blocks = fetch(first, first + run.to_fetch.size());
+  } catch (...) {  // no memory
+    land();
+    throw;
+  }
+  land();
+  return blocks;
 }
 
 Result<void> RemoteFile::read_kept(std::uint64_t at, std::span<std::uint8_t> to) const {
@@ -63,15 +125,9 @@ Result<void> RemoteFile::read_kept(std::uint64_t at, std::span<std::uint8_t> to)
   const std::uint64_t first = at / kBlock, end = (at + to.size() - 1) / kBlock + 1;
   std::uint64_t done = first;
   while (done < end) {
-    std::vector<Block> blocks;
-    if (Block block = kept(done)) {
-      blocks.push_back(std::move(block));
-    } else {
-      std::uint64_t missing = done + 1;
-      while (missing < end && missing - done < kMostAtOnce && !kept(missing)) ++missing;
-      if (auto got = fetch(done, missing, blocks); !got) return got;
-    }
-    for (const Block& block : blocks) {
+    const auto blocks = blocks_from(done, end);
+    if (!blocks) return std::unexpected(blocks.error());
+    for (const Block& block : *blocks) {
       const std::uint64_t begin = done * kBlock;
       const std::uint64_t from = std::max(at, begin),
                           until = std::min(at + to.size(), begin + block->size());

@@ -40,6 +40,8 @@ class StoredTiles : public TileSet {
     return tile;
   }
 
+  bool fetched() const override { return store_->remote(); }
+
  private:
   const std::unique_ptr<TileStore> store_;
   proto::LayerJson layer_;

@@ -72,6 +72,7 @@ class RemoteBytes : public ArchiveBytes {
     return file_->read(part.at, part.size);
   }
   Result<Bytes> read_small(const PmtilesSection& part) const override {
+    if (part.size > remote::RemoteFile::kBlock) return read(part);
     Bytes bytes(part.size);
     if (auto got = file_->read_kept(part.at, bytes); !got) return std::unexpected(got.error());
     return bytes;

@@ -20,7 +20,7 @@ class ArchiveBytes {
   virtual std::uint64_t size() const = 0;
   /// REQUIRES: it lies in the archive. io; busy where another has taken its place on the way.
   virtual Result<std::vector<std::uint8_t>> read(const proto::PmtilesSection&) const = 0;
-  /// The same for small parts of which the next one is likely to be asked for, too.
+  /// The same for small parts of which those beside it are likely to be asked for, too.
   virtual Result<std::vector<std::uint8_t>> read_small(const proto::PmtilesSection& part) const {
     return read(part);
   }

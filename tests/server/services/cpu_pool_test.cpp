@@ -57,6 +57,30 @@ TEST(CpuPool, RefusesWhatDoesNotFit) {
   EXPECT_TRUE(pool.admit(Work::tile));
 }
 
+TEST(CpuPool, WhoWaitsForOthersKeepsNobodyOffTheCores) {
+  Gate tiles, fetches, question;
+  CpuPool pool(1, 100);
+  const auto run = [&](Work work, Gate& gate, int n) {
+    for (int i = 0; i < n; ++i) {
+      auto permit = pool.admit(work);
+      ASSERT_TRUE(permit);
+      pool.run(std::move(*permit), gate.task());
+    }
+  };
+  // All cores have work, and yet so many are asked for as there are threads to wait for them.
+  run(Work::tile, tiles, 2);
+  tiles.wait_for(1);
+  run(Work::fetch, fetches, int(CpuPool::kFetches) + 3);
+  fetches.wait_for(int(CpuPool::kFetches));
+  // All of those wait, and the cores are free for others.
+  run(Work::question, question, 1);
+  question.wait_for(1);
+  EXPECT_EQ(fetches.running, int(CpuPool::kFetches));
+  for (Gate* gate : {&tiles, &fetches, &question}) gate->open.set_value();
+  while (pool.admitted() > 0) std::this_thread::yield();
+  EXPECT_EQ(fetches.running, int(CpuPool::kFetches) + 3);
+}
+
 TEST(CpuPool, APermitThatIsNotUsedIsGivenBack) {
   CpuPool pool(1, 0);
   { const auto permit = pool.admit(Work::tile); }

@@ -6,6 +6,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <thread>
+
 #include "terrain/raster/remote/remote_file.h"
 #include "tests/support/s3_stub.h"
 
@@ -138,6 +141,35 @@ TEST_F(ObjectsTest, FilesAreReadByBlocksThatAreKept) {
   EXPECT_FALSE((*other)->read_kept(200'000, again));
   EXPECT_TRUE((*other)->read_kept(200'000, again));
   EXPECT_EQ(text_of(again), bytes.substr(200'000, 1000));
+}
+
+TEST_F(ObjectsTest, ABlockThatManyWantAtOnceIsAskedForOnce) {
+  const std::string bytes = some_bytes(500'000);
+  stub.put("b/x", bytes);
+  const auto file = RemoteFile::open(objects(), "s3://b/x");
+  ASSERT_TRUE(file) << file.error().what;
+  const int before = stub.count("GET");
+  const auto read_by_many = [&](std::size_t at) {
+    std::atomic<int> good = 0;
+    std::vector<std::jthread> readers;
+    for (std::size_t k = 0; k < 8; ++k)
+      readers.emplace_back([&, k] {
+        std::vector<std::uint8_t> to(1000);
+        const std::size_t from = at + 1000 * k;
+        good += (*file)->read_kept(from, to) && text_of(to) == bytes.substr(from, 1000);
+      });
+    readers.clear();
+    return good.load();
+  };
+  EXPECT_EQ(read_by_many(200'000), 8);
+  EXPECT_EQ(stub.count("GET"), before + 1);
+  EXPECT_EQ(read_by_many(255'000), 8) << "across the end of the block";
+  EXPECT_EQ(stub.count("GET"), before + 2);
+  // All who wait for an answer hear of its failure, and the next one asks anew.
+  stub.fail_next("GET", Fault::e403, kForGood);
+  EXPECT_EQ(read_by_many(400'000), 0);
+  stub.mend();
+  EXPECT_EQ(read_by_many(400'000), 8);
 }
 
 TEST_F(ObjectsTest, RefusalsAndAbsenceAreSaidAtOnce) {
