@@ -73,16 +73,19 @@ void print(const BuildEstimate& e, double peak_mb) {
 }
 
 ShardCost cost_of(const BuildEstimate& e, std::uint64_t shards, double dollars_per_core_hour) {
-  double seconds = 0;
-  for (const LevelEstimate& l : e.levels) seconds += l.seconds;
-  const double hours = seconds / 3600;
+  const double hours = e.thread_seconds() / 3600;
   return {std::max<std::uint64_t>(1, shards), hours, hours * dollars_per_core_hour};
+}
+
+/// A small shard takes less than a second, which is not none.
+std::string short_text(double seconds) {
+  return seconds < 10 ? fmt::format("{:.2g} s", seconds) : duration_text(seconds);
 }
 
 void print(const ShardCost& c) {
   fmt::print("{:.3g} core-hours", c.core_hours);
   if (c.shards > 1)
-    fmt::print(", {} shards of about {} each", c.shards, duration_text(c.seconds_each()));
+    fmt::print(", {} shards of about {} each", c.shards, short_text(c.seconds_each()));
   if (c.dollars > 0) fmt::print(", {:.2f} dollars", c.dollars);
   fmt::print("\n");
 }

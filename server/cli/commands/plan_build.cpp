@@ -45,9 +45,8 @@ Result<std::uint64_t> shards_of_seconds(const Surface& surface, const Arguments&
   ProgressBar bar("samples", progress_style(a.progress));
   const auto estimate = estimate_build(surface, a.options, stoppable(bar));
   if (!estimate) return std::unexpected(estimate.error());
-  double seconds = 0;
-  for (const LevelEstimate& l : estimate->levels) seconds += l.seconds;
-  return std::uint64_t(std::clamp(std::ceil(seconds / a.shard_seconds), 1.0, double(kMostShards)));
+  return std::uint64_t(std::clamp(std::ceil(estimate->thread_seconds() / a.shard_seconds), 1.0,
+                                  double(kMostShards)));
 }
 
 void print(const ShardPlan& plan, const std::string& file, bool json) {

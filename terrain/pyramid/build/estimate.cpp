@@ -96,7 +96,7 @@ Result<BuildEstimate> estimate_build(const Surface& surface, const BuildOptions&
   if (progress.stopped()) return fail(Errc::cancelled, "stopped");
   if (error) return std::unexpected(*error);
 
-  double thread_seconds = 0, variance = 0;
+  double variance = 0;
   for (int z = plan->first_level(); z <= plan->last_level(); ++z) {
     std::vector<Made> of_level;
     for (std::size_t i = 0; i < ids.size(); ++i)
@@ -107,10 +107,9 @@ Result<BuildEstimate> estimate_build(const Surface& surface, const BuildOptions&
     estimate.sampled += level.sampled;
     estimate.bytes += level.bytes;
     variance += level.bytes_error * level.bytes_error;
-    thread_seconds += level.seconds;
   }
   estimate.bytes_error = std::sqrt(variance);
-  estimate.seconds = estimate.reading_seconds + thread_seconds / estimate.threads;
+  estimate.seconds = estimate.reading_seconds + estimate.thread_seconds() / estimate.threads;
   return estimate;
 }
 

@@ -28,6 +28,13 @@ struct BuildEstimate {
   double reading_seconds = 0;  // the pass over all posts that every build begins with
   double seconds = 0;          // of the whole build with so many threads
   int threads = 1;
+
+  /// Of one thread, for all tiles.
+  double thread_seconds() const {
+    double sum = 0;
+    for (const LevelEstimate& l : levels) sum += l.seconds;
+    return sum;
+  }
 };
 
 /// Levels of up to 16 tiles are made whole; of others 16 and the square root of their number, one

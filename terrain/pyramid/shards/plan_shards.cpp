@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::uint64_t kSubtreesEach = 8;  // of a shard, at least, so that costs can be evened out
 constexpr int kLooks = 8;                   // a side, at a subtree, for voids
-constexpr std::uint64_t kVoidTile = 4;      // its cost; of one without voids kLooks^2 more
+constexpr std::uint64_t kVoidTile = 32;     // its cost; of one without voids kLooks^2 more
 
 /// The first level that will do.
 Result<int> level_of_shards(const TilePlan& plan, std::uint64_t shards) {
