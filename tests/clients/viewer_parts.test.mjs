@@ -7,7 +7,8 @@ import {along, geodesic, localFrame, pathMetres, polygonArea, sightLine} from ".
 import {acrossOf, axes, extentOf, eyeThatFits, homeOf} from "../../server/viewer/globe/home.js";
 import {areaText, contourInterval, lengthText, roundLength, ticks} from "../../server/viewer/globe/legend.js";
 import {linkOf, viewOf} from "../../server/viewer/globe/link.js";
-import {DEPTHS, heightStops, TINTS} from "../../server/viewer/globe/material.js";
+import {factsOf} from "../../server/viewer/globe/cards.js";
+import {DEPTHS, heightStops, TINTS, tintTop} from "../../server/viewer/globe/material.js";
 import {objOf} from "../../server/viewer/globe/mesh_file.js";
 import {rasterise} from "../../server/viewer/globe/mesh_raster.js";
 import {matches, placeOf} from "../../server/viewer/globe/places.js";
@@ -36,6 +37,19 @@ test("the legend's tints are those of the ground: depths below the sea, land abo
   const trench = heightStops({low: -4000, high: -3000, seaLevel: 0});
   assert.deepEqual([trench[0], trench.at(-1)], [[0, DEPTHS[0][1]], [1, "#4a7a9d"]]); // a quarter of the way up to the shore
   for (const stops of [coast, trench]) assert.ok(stops.every(([at], i) => i === 0 || at >= stops[i - 1][0]));
+});
+
+test("the tints of flat land do not paint the error of its mesh, those of mountains reach their summit", () => {
+  assert.equal(tintTop({low: 294, high: 4352, extent: 36000}), 4352);
+  assert.ok(tintTop({low: 171, high: 171.5, extent: 14000}) >= 171 + 10 * 2.4, "2.4 m that the mesh is off are a tenth of the scale");
+  assert.equal(tintTop({low: 5, high: 5, extent: 70}), 6);
+});
+
+test("a dataset's heights come with their datum, one height is said once", () => {
+  const facts = (low, high) => factsOf({datum: "ellipsoid", max_level: 9, state: "ready", lowest: low && {height_m: low}, highest: high && {height_m: high}});
+  assert.ok(facts(-33.6, 4352.2).includes("−34 to 4,352 m above the ellipsoid"));
+  assert.ok(facts(171.1, 171.4).includes("171 m above the ellipsoid"));
+  assert.ok(facts().includes("heights above the ellipsoid"));
 });
 
 test("a link that is cut or made up still opens", () => {
@@ -131,6 +145,7 @@ test("home shows a DEM of the world as a globe that fits, and a continent from a
   for (const {name, ...frame} of FRAMES) {
     const {eye, look, middle, seen} = homeIn({west: -180, south: -90, east: 180, north: 90}, frame, {low: -10000, high: 8000, top: 8000});
     assert.deepEqual(look.ahead.map(Math.round), [0, 0, -1], name);
+    assert.deepEqual(eye.slice(0, 2), [0, 0], `${name}: from beside its middle, north would not be up`);
     near(middle.lon, 0, 1e-9);
     const globe = seen([-90, 90].flatMap((lon) => [-60, -30, 0, 30, 60].map((lat) => [lon, lat, 0])).concat([[0, 90, 0], [0, -90, 0]]));
     for (const side of ["left", "bottom"]) assert.ok(globe[side] > frame.free[side] - 0.03, `${name} ${side} ${globe[side]}`);

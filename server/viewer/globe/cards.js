@@ -3,6 +3,11 @@
 import {$, fetchDatasets} from "../page.js";
 import {datumText, lengthText} from "./legend.js";
 
+function heightsText(low, high) {
+  const [from, to] = [low, high].map((height) => Math.round(height).toLocaleString("en").replace("-", "−"));
+  return `${from === to ? "" : `${from} to `}${to} m`;
+}
+
 /// Lines of text about a dataset, as /datasets has it.
 export function factsOf({box, source, datum, max_level: deepest, state, share_read: share, highest, lowest}) {
   const facts = [];
@@ -13,8 +18,8 @@ export function factsOf({box, source, datum, max_level: deepest, state, share_re
   }
   if (source) facts.push(`${source.columns.toLocaleString("en")} × ${source.rows.toLocaleString("en")} posts, ${lengthText(Number(Math.max(...source.spacing_m).toPrecision(3)))} apart`);
   else facts.push("tiles without their DEM");
-  if (highest && lowest) facts.push(`${lowest.height_m.toFixed(0).replace("-", "−")} to ${highest.height_m.toFixed(0)} m`);
-  facts.push(`levels 0 to ${deepest}, heights ${datumText(datum)}`);
+  facts.push(`${highest && lowest ? heightsText(lowest.height_m, highest.height_m) : "heights"} ${datumText(datum)}`);
+  facts.push(`levels 0 to ${deepest}`);
   if (source?.accuracy) facts.push(`accuracy ${source.accuracy.m} m (${source.accuracy.kind})`);
   if (state === "reading") facts.push(`being read: ${Math.floor(100 * (share ?? 0))} %`);
   if (state === "failed") facts.push("could not be read; the daemon's log says why");

@@ -44,6 +44,13 @@ export function eyeThatFits(points, {ahead, right, up}, tanX, tanY, frame) {
   return plus(plus(plus([0, 0, 0], ahead, depth), right, middle(x)), up, middle(y));
 }
 
+/// The eye straight above the origin, from which the points fit into a frame that has its middle there. It looks
+/// straight down: from beside the origin, it would not see north above.
+function eyeAbove(points, tanX, tanY, {left, right, bottom, top}) {
+  const wide = tanX * Math.min(-left, right), high = tanY * Math.min(-bottom, top);
+  return [0, 0, Math.max(...points.map(([x, y, z]) => z + Math.max(Math.abs(x) / wide, Math.abs(y) / high)))];
+}
+
 /// Metres that the shorter side of a box (degrees) is long, at most about that of a continent.
 export function acrossOf({west, south, east, north}) {
   const rad = Math.PI / 180, lat = ((south + north) / 2) * rad;
@@ -52,8 +59,8 @@ export function acrossOf({west, south, east, north}) {
 
 /// {middle: {lon, lat, height}, eye, look}: `look` are axes(); eye and look are in the local frame of the
 /// middle of `box` (degrees; it may go on beyond 180). Its ground lies within [low, top]. It is seen from the
-/// south-west; from higher where it is steep for its size or the frame is upright, and from straight above
-/// where it is large.
+/// south-west; from higher where it is steep for its size or the frame is upright, and from straight above,
+/// north up, where it is large.
 export function homeOf(box, {low, high, top}, {upright, tanX, tanY, free}) {
   const {west, south, east, north} = box, across = acrossOf(box);
   const middle = {lon: (west + east) / 2, lat: (south + north) / 2, height: (low + high) / 2};
@@ -67,5 +74,5 @@ export function homeOf(box, {low, high, top}, {upright, tanX, tanY, free}) {
         points.push(local(seen.west + (i / STEPS) * (seen.east - seen.west), seen.south + (j / STEPS) * (seen.north - seen.south), height));
   const pitch = -Math.max(upright ? 0.85 : 0.6, Math.min(1.2 * Math.atan((high - low) / across), 1));
   const look = large ? axes(0, -Math.PI / 2) : axes(0.35, pitch);
-  return {middle, eye: eyeThatFits(points, look, tanX, tanY, free), look};
+  return {middle, eye: large ? eyeAbove(points, tanX, tanY, free) : eyeThatFits(points, look, tanX, tanY, free), look};
 }

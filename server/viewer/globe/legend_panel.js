@@ -2,13 +2,13 @@
 
 import {$} from "../page.js";
 import {contourInterval, datumText, lengthText, roundLength, ticks} from "./legend.js";
-import {ERRORS, FACINGS, gradientOf, heightStops, SLOPES} from "./material.js";
+import {ERRORS, FACINGS, gradientOf, heightStops, SLOPES, tintTop} from "./material.js";
 
 const {Cesium} = window;
 const NEAR_SEA_M = 5;
 
 function ramp(stops, from, to, values, text) {
-  $("legend-ramp").style.background = gradientOf(stops);
+  $("legend-ramp").style.backgroundImage = gradientOf(stops);
   $("legend-ticks").replaceChildren(...values.map((value) => {
     const tick = Object.assign(document.createElement("span"), {textContent: text(value)});
     const share = (value - from) / (to - from);
@@ -45,7 +45,8 @@ export function showLegend(globe) {
   } else {
     const lines = mode === "contours" ? `; lines every ${lengthText(contourInterval(low, high))}` : "";
     $("legend-title").textContent = `Metres ${datumText(datum)}${lines}`;
-    ramp(heightStops(dataset), low, Math.max(high, low + 1), ticks(low, Math.max(high, low + 1), 5), (value) => value.toLocaleString("en"));
+    const top = tintTop(dataset);
+    ramp(heightStops({...dataset, high: top}), low, top, ticks(low, top, 5), (value) => value.toLocaleString("en").replace("-", "−"));
   }
   const kinds = source ? ["no data: hatched", "outside: plain"] : ["outside: plain"];
   if (low < dataset.seaLevel + NEAR_SEA_M || dataset.layer.extensions?.includes("watermask")) kinds.push("water: blue");

@@ -22,10 +22,16 @@ export const DEPTHS = [[0, "#2f5f86"], [0.6, "#6f9fbd"], [1, "#b5d0dc"]]; // dee
 
 export const FACINGS = [[0, "#5f8fc4"], [0.25, "#e6c65c"], [0.5, "#cf6b4a"], [0.75, "#6aa884"], [1, "#5f8fc4"]]; // north, east, south, west
 
+const FLAT_TINTS = 0.002; // height by width
+
 export const gradientOf = (stops) => `linear-gradient(to right, ${stops.map(([at, colour]) => `${colour} ${100 * at}%`).join(", ")})`;
 
 /// Whether heights below the sea are depths of it: no land is so low.
 export const hasDepths = ({low, seaLevel}) => low < -500 && seaLevel !== undefined;
+
+/// The height at which the tints end: on flat land far above all of it, as they are by the mesh and would
+/// else show its error as if it were relief.
+export const tintTop = ({low, high, extent}) => Math.max(high, low + Math.max(FLAT_TINTS * extent, 1));
 
 /// The colour of stops at a share, between two of them.
 function colourAt(stops, share) {
@@ -211,7 +217,7 @@ export function groundMaterial(Cesium, {low, high, extent, rectangle, seaLevel},
     translucent: false,
     fabric: {
       uniforms: {
-        scales: scales(), low, high: Math.max(high, low + 1), sight: Math.max(2.5 * extent, LEAST_SIGHT),
+        scales: scales(), low, high: tintTop({low, high, extent}), sight: Math.max(2.5 * extent, LEAST_SIGHT),
         light: 1, exaggeration: 1, mode: 0, measured: measured ? 1 : 0, reach: 1, interval: 100,
         sun: new Cesium.Cartesian2(), seaLevel: seaLevel ?? 0, deep: bathymetry ? low : 0, bounded: rectangle.width > Math.PI ? 0 : 1,
         ...sidesOf(Cesium, rectangle, (low + high) / 2),

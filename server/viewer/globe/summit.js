@@ -3,9 +3,25 @@
 const {Cesium} = window;
 const INK = Cesium.Color.fromCssColorString("#1d2733");
 
+const TOWARDS_EYE = 0.01; // of the extent: the ground in front cuts no half off, a mountain hides the whole
+
+/// A white disc with a dark rim, twice as large as it is drawn.
+function ringImage() {
+  const canvas = Object.assign(document.createElement("canvas"), {width: 24, height: 24});
+  const pen = canvas.getContext("2d");
+  pen.arc(12, 12, 8, 0, 2 * Math.PI);
+  pen.fillStyle = "#fff";
+  pen.fill();
+  pen.lineWidth = 4;
+  pen.strokeStyle = INK.toCssColorString();
+  pen.stroke();
+  return canvas;
+}
+
 export class Summit {
   constructor(scene) {
-    this.marks = scene.primitives.add(new Cesium.PointPrimitiveCollection());
+    this.marks = scene.primitives.add(new Cesium.BillboardCollection({scene}));
+    this.ring = ringImage();
     this.labels = scene.primitives.add(new Cesium.LabelCollection({scene}));
   }
 
@@ -14,15 +30,16 @@ export class Summit {
   }
 
   /// Nothing where the highest post is only guessed.
-  at({facts, summit: {longitude, latitude, height}, low, high, summitHeight}, exaggeration) {
+  at({facts, summit: {longitude, latitude, height}, low, high, extent, summitHeight}, exaggeration) {
     this.marks.removeAll();
     this.labels.removeAll();
     if (!facts.highest) return;
     const over = low + (height - low) * exaggeration + 0.004 * (high - low); // not in the ground of a coarse mesh
     const position = Cesium.Cartesian3.fromRadians(longitude, latitude, over);
-    this.marks.add({position, pixelSize: 6, color: Cesium.Color.WHITE, outlineColor: INK, outlineWidth: 2});
+    const eyeOffset = new Cesium.Cartesian3(0, 0, -TOWARDS_EYE * extent);
+    this.marks.add({position, eyeOffset, image: this.ring, scale: 0.5});
     this.labels.add({
-      position, text: `${Math.round(summitHeight ?? height).toLocaleString("en")} m`, font: '600 26px system-ui, "DejaVu Sans", sans-serif', scale: 0.5,
+      position, eyeOffset, text: `${Math.round(summitHeight ?? height).toLocaleString("en")} m`, font: '600 26px system-ui, "DejaVu Sans", sans-serif', scale: 0.5,
       fillColor: INK, outlineColor: Cesium.Color.WHITE, outlineWidth: 7, style: Cesium.LabelStyle.FILL_AND_OUTLINE,
       horizontalOrigin: Cesium.HorizontalOrigin.CENTER, verticalOrigin: Cesium.VerticalOrigin.BOTTOM, pixelOffset: new Cesium.Cartesian2(0, -8),
     });
