@@ -43,6 +43,7 @@ test("the tints of flat land do not paint the error of its mesh, those of mounta
   assert.equal(tintTop({low: 294, high: 4352, extent: 36000}), 4352);
   assert.ok(tintTop({low: 171, high: 171.5, extent: 14000}) >= 171 + 10 * 2.4, "2.4 m that the mesh is off are a tenth of the scale");
   assert.equal(tintTop({low: 5, high: 5, extent: 70}), 6);
+  assert.equal(tintTop({low: -10340, high: 7803, extent: 1.27e7}), 7803);
 });
 
 test("a dataset's heights come with their datum, one height is said once", () => {
@@ -277,6 +278,13 @@ test("each edge is drawn once, and the sides are the tile's", () => {
 test("labels leave room for each other, the nearest first", () => {
   const labels = [{x: 100, y: 100, depth: 9}, {x: 120, y: 105, depth: 3}, {x: 300, y: 100, depth: 5}, {x: 2, y: 100, depth: 1}];
   assert.deepEqual(labelsThatFit(labels, 400, 200).map(({depth}) => depth), [3, 5]);
+});
+
+test("a line across the antimeridian goes the short way, in either direction", () => {
+  const lons = (...path) => along(path.map((lon) => [lon, -17]), 5).map(({lon}) => Number(((lon + 360) % 360).toFixed(6))); // 180 is -180
+  assert.deepEqual(lons(179.8, -179.8), [179.8, 179.9, 180, 180.1, 180.2]);
+  assert.deepEqual(lons(-179.8, 179.8), [180.2, 180.1, 180, 179.9, 179.8]);
+  assert.deepEqual(lons(-10, 10), [350, 355, 0, 5, 10]);
 });
 
 test("a profile counts climb, fall, what is beyond the bound, and leaves gaps open", () => {

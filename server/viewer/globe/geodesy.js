@@ -37,8 +37,11 @@ export function pathMetres(places) {
   return sum;
 }
 
+/// The same longitude, or difference of two, from -180 to 180.
+const withinTurn = (degrees) => degrees - 360 * Math.round(degrees / 360);
+
 /// `count` places along a path, evenly by length, both ends included; [{lon, lat, metres}]. Between two
-/// corners straight in degrees, which for the length of a view is the geodesic within a pixel.
+/// corners straight in degrees, the short way around the earth, which for the length of a view is the geodesic within a pixel.
 export function along(places, count) {
   const lengths = places.slice(1).map((place, i) => geodesic(places[i], place).metres);
   const all = lengths.reduce((sum, length) => sum + length, 0);
@@ -49,7 +52,7 @@ export function along(places, count) {
     while (leg < lengths.length - 1 && metres > before + lengths[leg]) before += lengths[leg++];
     const share = lengths[leg] > 0 ? Math.min((metres - before) / lengths[leg], 1) : 0;
     const [from, to] = [places[leg], places[leg + 1]];
-    result.push({lon: from[0] + share * (to[0] - from[0]), lat: from[1] + share * (to[1] - from[1]), metres});
+    result.push({lon: withinTurn(from[0] + share * withinTurn(to[0] - from[0])), lat: from[1] + share * (to[1] - from[1]), metres});
   }
   return result;
 }
@@ -65,8 +68,7 @@ export function polygonArea(places) {
   let sum = 0;
   places.forEach(([lon, lat], i) => {
     const [lon2, lat2] = places[(i + 1) % places.length];
-    const turn = ((((lon2 - lon + 180) % 360) + 360) % 360) - 180; // the short way
-    sum += turn * RAD * (q(lat) + q(lat2));
+    sum += withinTurn(lon2 - lon) * RAD * (q(lat) + q(lat2));
   });
   return Math.abs(sum) * (RADIUS ** 2 / 4);
 }

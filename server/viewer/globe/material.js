@@ -22,7 +22,7 @@ export const DEPTHS = [[0, "#2f5f86"], [0.6, "#6f9fbd"], [1, "#b5d0dc"]]; // dee
 
 export const FACINGS = [[0, "#5f8fc4"], [0.25, "#e6c65c"], [0.5, "#cf6b4a"], [0.75, "#6aa884"], [1, "#5f8fc4"]]; // north, east, south, west
 
-const FLAT_TINTS = 0.002; // height by width
+const FLAT_TINTS = 0.002, FLAT_TINTS_M = 100; // height by width, at most
 
 export const gradientOf = (stops) => `linear-gradient(to right, ${stops.map(([at, colour]) => `${colour} ${100 * at}%`).join(", ")})`;
 
@@ -31,7 +31,7 @@ export const hasDepths = ({low, seaLevel}) => low < -500 && seaLevel !== undefin
 
 /// The height at which the tints end: on flat land far above all of it, as they are by the mesh and would
 /// else show its error as if it were relief.
-export const tintTop = ({low, high, extent}) => Math.max(high, low + Math.max(FLAT_TINTS * extent, 1));
+export const tintTop = ({low, high, extent}) => Math.max(high, low + Math.max(Math.min(FLAT_TINTS * extent, FLAT_TINTS_M), 1));
 
 /// The colour of stops at a share, between two of them.
 function colourAt(stops, share) {

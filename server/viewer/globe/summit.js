@@ -3,7 +3,7 @@
 const {Cesium} = window;
 const INK = Cesium.Color.fromCssColorString("#1d2733");
 
-const TOWARDS_EYE = 0.01; // of the extent: the ground in front cuts no half off, a mountain hides the whole
+const TOWARDS_EYE = 0.01, TOWARDS_EYE_M = 1000; // of the extent, at most: the ground in front cuts no half off, a mountain hides the whole
 
 /// A white disc with a dark rim, twice as large as it is drawn.
 function ringImage() {
@@ -36,7 +36,7 @@ export class Summit {
     if (!facts.highest) return;
     const over = low + (height - low) * exaggeration + 0.004 * (high - low); // not in the ground of a coarse mesh
     const position = Cesium.Cartesian3.fromRadians(longitude, latitude, over);
-    const eyeOffset = new Cesium.Cartesian3(0, 0, -TOWARDS_EYE * extent);
+    const eyeOffset = new Cesium.Cartesian3(0, 0, -Math.min(TOWARDS_EYE * extent, TOWARDS_EYE_M));
     this.marks.add({position, eyeOffset, image: this.ring, scale: 0.5});
     this.labels.add({
       position, eyeOffset, text: `${Math.round(summitHeight ?? height).toLocaleString("en")} m`, font: '600 26px system-ui, "DejaVu Sans", sans-serif', scale: 0.5,
