@@ -4,7 +4,7 @@ import {openBrowser, openPage, settled} from "./browser.mjs";
 import {ROOT, startDaemon} from "./daemon.mjs";
 
 const SIZE = {width: 1200, height: 740}, SMALL = {width: 960, height: 600};
-const MOST_BYTES = 600_000;
+const MOST_BYTES = 300_000;
 
 /// Of the page: what its address says after the #, and what is done there.
 const PICTURES = {
@@ -41,11 +41,11 @@ try {
     await settled(page);
     await PICTURES[name].then(page);
     await page.waitForTimeout(1000);
-    const path = `${ROOT}docs/images/${name}.png`;
-    await page.screenshot({path});
+    const path = `${ROOT}docs/images/${name}.jpg`;
+    await page.screenshot({path, type: "jpeg", quality: 86});
     await page.close();
     const {size} = statSync(path);
-    console.log(`docs/images/${name}.png: ${size} bytes`);
+    console.log(`docs/images/${name}.jpg: ${size} bytes`);
     if (size > MOST_BYTES) throw new Error(`${path} is larger than ${MOST_BYTES} bytes`);
     if (complaints.length > 0) throw new Error(complaints.join("\n"));
   }
