@@ -42,6 +42,9 @@ std::string count_note(std::size_t left, std::uint64_t count, std::size_t at_sta
   if (left == count) return {};
   if (left > count && left == 2) return "the rectangle alone needs 2 triangles";
   if (left < count && exact) return "no sample is left that the mesh does not pass through";
+  if (left + 2 < count)
+    return std::to_string(left) + " triangles, not " + std::to_string(count) +
+           ": a few insertions more would leave a larger error";
   if (left == at_start && left > 2)
     return (lines ? "the lines alone need " : "the outline alone needs ") + std::to_string(left) +
            " triangles";
@@ -65,8 +68,10 @@ Result<Simplified> grow(HalfedgeMesh& mesh, const Samples& samples, LinePoints* 
   DelaunayInsertion<Samples> insertion(mesh, samples, options);
   if (lines) insertion.keep(lines);
   const std::size_t at_start = mesh.triangle_count();
-  // An insertion adds two triangles, so the last one may be one too many for an odd count.
-  insertion.run_worst_first(count == ~std::uint64_t(0) ? count : count - (count > 2), progress);
+  if (count == ~std::uint64_t(0))
+    insertion.run_worst_first(count, progress);
+  else  // An insertion adds two triangles, so the last one may be one too many for an odd count.
+    insertion.run_to_low(count - (count > 2), insertions_back(count), progress);
   if (progress.stopped()) return fail(Errc::cancelled, "stopped");
   Simplified result;
   result.tin = mesh.to_tin();
