@@ -26,6 +26,7 @@ namespace tind::cli {
 
 namespace {
 
+constexpr double kPlacesPerPost = 8;  // vertices float: fewer places cost triangles
 // Heights are stored in steps of this share of the finest error, ...
 constexpr double kStepsInError = 8;
 constexpr double kStepsInDiagonal = 65536;  // ... a mesh's coordinates of this share of its size
@@ -112,7 +113,8 @@ int run(Arguments& a, Command app) {
     return complain({Errc::invalid_argument,
                      "a progressive mesh needs a maximum error above 0 for its fine end"});
   }
-  const Lattice lattice{a.per_post.value_or(2), a.step.value_or(error / kStepsInError)};
+  const Lattice lattice{a.per_post.value_or(kPlacesPerPost),
+                        a.step.value_or(error / kStepsInError)};
   a.options.stop.max_error_m = error;
   if (a.max_error && a.step) {  // heights are up to half a step from where the method puts them
     if (!(*a.step < 2 * error))
@@ -128,7 +130,7 @@ int run(Arguments& a, Command app) {
     made = make_progressive(*posts, a.options, a.base, bar.progress(), lattice);
   }
   if (!made) return complain_of(a.input, made.error());
-  const auto bytes = write_stream(a.output, to_stream(*made, lattice, info));
+  const auto bytes = write_stream(a.output, to_stream(*made, lattice, info, kRungShare));
   if (!bytes) return complain(bytes.error());
   const double base_error =
       made->splits.empty() ? made->fine_error_m : double(made->splits[0].error_m);
@@ -174,7 +176,7 @@ void add_progressive(Command program, int& exit) {
   app.add_option("--max-error", a->max_error,
                  "DEM: the error at the fine end, metres; by default 1/32 of the post spacing");
   app.add_option("--base", a->base, "triangles at the coarse end").shown();
-  app.add_option("--lattice", a->per_post, "DEM: places a post: 1, 2, 4, ... 1024; by default 2");
+  app.add_option("--lattice", a->per_post, "DEM: places a post: 1, 2, 4, ... 1024; by default 8");
   app.add_option(
       "--step", a->step,
       "DEM: step of heights, metres, below twice --max-error; by default an eighth of it. "

@@ -1,71 +1,43 @@
-// The shared collapse engine, with the least possible error of the new star as cost. An edge merges
-// at one of its ends, where only the height is new: so no vertex ever leaves the posts, and most
-// records hold no displacement.
+// The shared collapse engine, with the squared error of the samples as cost and the bound as cap.
 
 #include "terrain/progressive/stream/bounded_collapses.h"
 
-#include "terrain/progressive/stream/least_error.h"
+#include "terrain/simplify/bounded/squared_error.h"
 #include "terrain/simplify/collapse/collapse_method.h"
+#include "terrain/simplify/common/samples.h"
 
 namespace tind {
 
-namespace {
-
-using Index = HalfedgeMesh::Index;
-
-class LeastErrorCost {
- public:
-  static constexpr bool kOnlyGrows = true;
-
-  LeastErrorCost(const HeightGrid& grid, TerrainMesh& terrain, const Lattice& lattice)
-      : terrain_(terrain), lattice_(lattice), fit_(grid) {}
-
-  Proposal propose(const HalfedgeMesh& m, Index h) {
-    const Index a = m.origin(h), b = m.dest(h);
-    switch (merge_rule(terrain_, h)) {
-      case Merge::never:
-        return {};
-      case Merge::at_origin:
-        return at_end(m, h, a);
-      case Merge::at_dest:
-        return at_end(m, h, b);
-      default: {
-        const Proposal p = at_end(m, h, a), q = at_end(m, h, b);
-        return p.cost < q.cost ? p : q;
-      }
-    }
-  }
-
-  void merge(const HalfedgeMesh& m, Index h, const Vec3&) {
-    VertexKind& b = terrain_.kind[m.dest(h)];
-    b = merged_kind(terrain_.kind[m.origin(h)], b);
-  }
-
- private:
-  TerrainMesh& terrain_;
-  Lattice lattice_;
-  LeastError fit_;
-
-  Proposal at_end(const HalfedgeMesh& m, Index h, Index end) {
-    Vec3 at = m.position(end);
-    if (!star_stays_ccw(m, h, at)) return {};
-    fit_.start(at);
-    m.for_each_kept(h, [&](Index e) { fit_.add(m.position(m.dest(e)), m.position(m.apex(e))); });
-    if (terrain_.kind[end] != VertexKind::fixed) {
-      at.z = fit_.best(at.z).z;
-      at = lattice_.snap(at);
-    }
-    return {float(fit_.error_at(at.z)), at};
-  }
-};
-
-}  // namespace
-
 Result<Simplified> record_bounded_collapses(const Terrain& dem, const RunOptions& options,
                                             const Progress& progress) {
-  return collapse_terrain(dem, options, progress, [&](TerrainMesh& terrain) {
-    return LeastErrorCost(dem.grid, terrain, options.recorder->lattice);
-  });
+  Result<TerrainMesh> terrain = terrain_mesh(dem, options.constraints.get());
+  if (!terrain) return std::unexpected(terrain.error());
+  HalfedgeMesh& mesh = terrain->mesh;
+  CollapseRecorder& recorder = *options.recorder;
+  put_on_lattice(mesh, recorder.lattice);
+  GridSamples samples;
+  samples.cols = dem.grid.cols(), samples.rows = dem.grid.rows();
+  samples.z = dem.grid.values().data();
+  SquaredError<GridSamples> error(*terrain, samples,
+                                  options.stop.max_error_m.value_or(HUGE_VAL) * (1 - 1e-9), true);
+  OnLattice cost(error, recorder.lattice);
+  Simplified out;
+  out.input_triangles = mesh.triangle_count();
+  const CollapseStop until{target_triangles(options.stop, out.input_triangles), kNever};
+  CollapseRun run = collapse_edges(mesh, cost, error, until, progress.part(0, 0.3));
+  if (!run.cancelled) {
+    const auto bound = [&](double e) -> SquaredError<GridSamples>& {
+      error.raise_cap(e);
+      return error;
+    };
+    run =
+        record_by_bounds(mesh, cost, bound, error_ladder(dem.grid, options.stop, recorder.lattice),
+                         recorder, progress.part(0.3, 1));
+  }
+  if (run.cancelled) return fail(Errc::cancelled, "simplification was stopped");
+  out.steps = run.collapses;
+  out.tin = mesh.to_tin();
+  return out;
 }
 
 }  // namespace tind

@@ -26,20 +26,6 @@ double triangle_error(const HeightGrid& grid, const Vec3& a, const Vec3& b, cons
   return worst;
 }
 
-void LeastError::add(const Vec3& p, const Vec3& q) {
-  const Vec3 foot{place_.x, place_.y, 0};
-  const double scale = 1 / orient2d(p, q, foot);
-  scan_triangle(foot, p, q, 0, grid_.rows(), grid_.cols(), [&](const PostSpan& span) {
-    const float* const posts = grid_.row(span.row).data();
-    for (int col = span.first; col <= span.last; ++col) {
-      if (std::isnan(posts[col])) continue;
-      const double weight = orient2d(p, q, {double(col), -double(span.row), 0}) * scale;
-      posts_.add(std::clamp(weight, 0.0, 1.0), posts[col] - span.height(col));
-    }
-    return true;
-  });
-}
-
 LeastHeightError::Active LeastHeightError::active_at(double z) const {
   Active a{{0, 0}, {0, 0}, -HUGE_VAL, -HUGE_VAL};
   for (const Sample& s : samples_) {

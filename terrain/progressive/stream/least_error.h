@@ -41,26 +41,4 @@ class LeastHeightError {
   Active active_at(double z) const;
 };
 
-/// Over the posts of a grid.
-class LeastError {
- public:
-  explicit LeastError(const HeightGrid& grid) : grid_(grid) {}
-
-  /// A new vertex, of which only the place is used.
-  void start(const Vec3& place) {
-    place_ = place;
-    posts_.clear();
-  }
-  /// One triangle of its star: the vertex, p, q, counter-clockwise.
-  void add(const Vec3& p, const Vec3& q);
-
-  LeastHeightError::Fit best(double guess) const { return posts_.best(guess); }
-  double error_at(double z) const { return posts_.error_at(z); }
-
- private:
-  const HeightGrid& grid_;
-  Vec3 place_;
-  LeastHeightError posts_;
-};
-
 }  // namespace tind

@@ -19,9 +19,9 @@ using Index = std::uint32_t;
 using proto::LatticePoint;
 using proto::SplitTopology;
 
-constexpr double kErrorStep = 0.9;       // a block ends when the error has fallen to this share ...
-constexpr std::size_t kFewest = 24;      // ... and it has this many splits,
-constexpr std::size_t kShareOfMesh = 3;  // or this share of all vertices so far
+// A block ends when the error has fallen to a share of what it is at its beginning,
+constexpr std::size_t kFewest = 24;      // and it has this many splits,
+constexpr std::size_t kShareOfMesh = 3;  // or is this share of all vertices so far
 
 std::optional<LatticePoint> lattice_point(const Vec3& p, const Lattice& lattice) {
   const double x = p.x * lattice.per_post, y = p.y * lattice.per_post,
@@ -32,8 +32,8 @@ std::optional<LatticePoint> lattice_point(const Vec3& p, const Lattice& lattice)
   return LatticePoint{std::int32_t(x), std::int32_t(y), std::int32_t(z)};
 }
 
-std::size_t block_end(const ProgressiveMesh& pm, std::size_t begin) {
-  const double limit = kErrorStep * pm.splits[begin].error_m;
+std::size_t block_end(const ProgressiveMesh& pm, double share, std::size_t begin) {
+  const double limit = share * pm.splits[begin].error_m;
   const std::size_t most = std::max(2 * kFewest, (pm.base.vertices.size() + begin) / kShareOfMesh);
   std::size_t end = begin;
   while (end < pm.splits.size() && end - begin < most &&
@@ -43,7 +43,7 @@ std::size_t block_end(const ProgressiveMesh& pm, std::size_t begin) {
 }
 
 /// generation[i] of each split inside its block.
-Result<std::vector<std::uint32_t>> generations(const ProgressiveMesh& pm) {
+Result<std::vector<std::uint32_t>> generations(const ProgressiveMesh& pm, double share) {
   std::string problem;
   SplitTopology mesh(pm.base.triangles, pm.base.vertices.size(), pm.splits.size(), problem);
   if (!problem.empty()) return fail(Errc::bad_data, problem);
@@ -53,7 +53,7 @@ Result<std::vector<std::uint32_t>> generations(const ProgressiveMesh& pm) {
   SplitTopology::Fan fan;
   std::size_t begin = 0, end = 0;
   for (std::size_t i = 0; i < pm.splits.size(); ++i) {
-    if (i == end) begin = i, end = block_end(pm, begin);
+    if (i == end) begin = i, end = block_end(pm, share, begin);
     const VertexSplit& s = pm.splits[i];
     mesh.fan(s.vertex, fan);
     for (const Index h : fan.edges)
@@ -77,8 +77,8 @@ struct Order {
   std::vector<proto::StreamBlock> blocks;
 };
 
-Result<Order> stream_order(const ProgressiveMesh& pm) {
-  const auto generation = generations(pm);
+Result<Order> stream_order(const ProgressiveMesh& pm, double share) {
+  const auto generation = generations(pm, share);
   if (!generation) return std::unexpected(generation.error());
   const Index base = Index(pm.base.vertices.size());
   std::vector<Index> number(base + pm.splits.size());
@@ -86,7 +86,7 @@ Result<Order> stream_order(const ProgressiveMesh& pm) {
   Order order;
   std::vector<std::size_t> block;
   for (std::size_t begin = 0; begin < pm.splits.size();) {
-    const std::size_t end = block_end(pm, begin);
+    const std::size_t end = block_end(pm, share, begin);
     block.clear();
     for (std::size_t i = begin; i < end; ++i) block.push_back(i);
     std::ranges::stable_sort(block, {}, [&](std::size_t i) { return (*generation)[i]; });
@@ -121,8 +121,9 @@ std::optional<LatticePoint> lattice_point(const Vec3& p, const SpaceLattice& lat
 
 /// Base, blocks and splits.
 template <class AnyLattice>
-Result<proto::MeshStream> stream_on(const ProgressiveMesh& pm, const AnyLattice& lattice) {
-  const Result<Order> order = stream_order(pm);
+Result<proto::MeshStream> stream_on(const ProgressiveMesh& pm, const AnyLattice& lattice,
+                                    double share) {
+  const Result<Order> order = stream_order(pm, share);
   if (!order) return std::unexpected(order.error());
   proto::MeshStream out;
   out.fine_error_m = pm.fine_error_m;
@@ -160,10 +161,10 @@ std::uint8_t datum_number(const VerticalDatum& datum) {
 }  // namespace
 
 Result<proto::MeshStream> to_stream(const ProgressiveMesh& pm, const Lattice& lattice,
-                                    const DemInfo& info) {
+                                    const DemInfo& info, double block_share) {
   if (!(lattice.z_step_m > 0))
     return fail(Errc::invalid_argument, "a stream needs a lattice with a step of height");
-  auto out = stream_on(pm, lattice);
+  auto out = stream_on(pm, lattice, block_share);
   if (!out) return out;
   out->per_post = std::uint16_t(lattice.per_post);
   out->z_step_m = lattice.z_step_m;
@@ -178,7 +179,7 @@ Result<proto::MeshStream> to_stream(const ProgressiveMesh& pm, const Lattice& la
 }
 
 Result<proto::MeshStream> to_stream(const ProgressiveMesh& pm, const SpaceLattice& lattice) {
-  auto out = stream_on(pm, lattice);
+  auto out = stream_on(pm, lattice, kBlockShare);
   if (!out) return out;
   out->frame = proto::StreamFrame::space;
   out->per_unit = lattice.per_unit;

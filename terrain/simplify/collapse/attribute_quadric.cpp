@@ -242,9 +242,14 @@ Result<Simplified> run(HalfedgeMesh& mesh, Rules& rules, const Tin& attributed,
   if (options.recorder) {
     OnLattice on_lattice(cost, options.recorder->lattice);
     done = collapse_edges(mesh, on_lattice, rules, until, progress.part(0, 0.5));
-    rules.forget_bound();
+    const auto bound = [&](double e) -> Rules& {
+      rules.bound(e);
+      return rules;
+    };
     if (!done.cancelled)
-      done = record_collapses(mesh, on_lattice, rules, *options.recorder, progress.part(0.5, 1));
+      done = record_by_bounds(mesh, on_lattice, bound,
+                              rules.ladder(options.stop, options.recorder->lattice),
+                              *options.recorder, progress.part(0.5, 1));
   } else {
     done = collapse_edges(mesh, cost, rules, until, progress);
   }

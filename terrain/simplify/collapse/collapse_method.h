@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
@@ -52,7 +53,7 @@ class OnLattice {
   Lattice lattice_;
 };
 
-/// The second part of a recorded run (CollapseRecorder); `filter` no longer knows any bound.
+/// The second part of a recorded run (CollapseRecorder) where no error bounds it.
 template <class Cost, class Filter>
 CollapseRun record_collapses(HalfedgeMesh& mesh, Cost& cost, Filter& filter,
                              CollapseRecorder& recorder, const Progress& progress) {
@@ -61,6 +62,41 @@ CollapseRun record_collapses(HalfedgeMesh& mesh, Cost& cost, Filter& filter,
       collapse_edges(mesh, cost, filter, {recorder.triangles, kNever}, progress, &recorder);
   recorder.base(mesh);
   return run;
+}
+
+/// The bounds of a recorded run on terrain, in ascending order: those above `from`, up to the first
+/// that is at least `to`. 1, 2 and 5 times the powers of ten, and even ratios of about 1.06
+/// between.
+std::vector<double> error_ladder(double from, double to);
+
+/// Where a recorded run's ladder goes: from the error that its fine end has at most, to the range
+/// of all heights.
+std::vector<double> error_ladder(const HeightGrid&, const StopAt&, const Lattice&);
+
+/// The second part of a recorded run on terrain. Bound after bound of `ladder`: within each, every
+/// collapse that it allows, in the method's own order, before the next one. So a state that is
+/// within a bound has nearly as few triangles as a mesh that was made for this bound alone. In the
+/// method's order alone, the few places that it rates too low spend the bound of all the others.
+/// `bound(e)` makes the filter of the next run; infinity comes last, and all others a hair below
+/// the rung, so that the float above what is measured of the mesh is not above the rung.
+template <class Cost, class Bound>
+CollapseRun record_by_bounds(HalfedgeMesh& mesh, Cost& cost, Bound&& bound,
+                             std::vector<double> ladder, CollapseRecorder& recorder,
+                             const Progress& progress) {
+  recorder.fine(mesh);
+  ladder.push_back(HUGE_VAL);
+  CollapseRun all;
+  for (std::size_t k = 0; k < ladder.size() && !all.reached && !all.cancelled; ++k) {
+    auto&& filter = bound(ladder[k] * (1 - 1e-6));
+    const double n = double(ladder.size());
+    const CollapseRun run =
+        collapse_edges(mesh, cost, filter, {recorder.triangles, kNever},
+                       progress.part(double(k) / n, double(k + 1) / n), &recorder);
+    all.collapses += run.collapses;
+    all.reached = run.reached, all.cancelled = run.cancelled;
+  }
+  recorder.base(mesh);
+  return all;
 }
 
 /// The engine with the filter that `stop` needs.
@@ -129,9 +165,11 @@ Result<Simplified> collapse_terrain(const Terrain& dem, const RunOptions& option
   if (options.recorder) {
     OnLattice on_lattice(cost, options.recorder->lattice);
     run = collapse_until(options.stop, dem.grid, mesh, on_lattice, progress.part(0, 0.5));
-    NoFlip filter;
     if (!run.cancelled)
-      run = record_collapses(mesh, on_lattice, filter, *options.recorder, progress.part(0.5, 1));
+      run = record_by_bounds(
+          mesh, on_lattice, [&](double bound) { return WithinError(dem.grid, bound); },
+          error_ladder(dem.grid, options.stop, options.recorder->lattice), *options.recorder,
+          progress.part(0.5, 1));
   } else {
     run = collapse_until(options.stop, dem.grid, mesh, cost, progress);
   }

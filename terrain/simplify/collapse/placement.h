@@ -9,18 +9,22 @@
 //   Vec3 snap(Vec3)                 to the positions that this kind of mesh allows
 //   Vec3 on_lattice(Index a, Index b, Vec3)
 //                                   where a and b merge, to a recorder's lattice or a held mesh's
-//   void forget_bound()             the error is no longer bounded (a recorder's second part)
+//   void bound(double)              from now on, of triangles that are new; infinity: none
+//   ladder(StopAt, Lattice)         the bounds of a recorder's second part
 //   bool allows(mesh, h, at)        the engine's filter: the star of a collapse stays valid
 //   bool allows_triangle(was, now)  the same for one triangle of it
 //
 // place_merged places the vertex of an edge by these rules, over quadrics of any dimension.
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
+#include <vector>
 
 #include "terrain/raster/height_grid.h"
 #include "terrain/raster/terrain.h"
 #include "terrain/simplify/collapse/collapse_engine.h"
+#include "terrain/simplify/collapse/collapse_method.h"
 #include "terrain/simplify/collapse/exact_check.h"
 #include "terrain/simplify/collapse/quadric_n.h"
 #include "terrain/simplify/common/held_mesh.h"
@@ -38,12 +42,18 @@ class TerrainRules {
   static constexpr int kPlanar = 2;  // x and y are decided first, the height follows
 
   TerrainRules(TerrainMesh& terrain, const HeightGrid& grid, std::optional<double> max_error)
-      : terrain_(terrain) {
-    if (max_error) bound_.emplace(grid, *max_error);
+      : terrain_(terrain), grid_(&grid) {
+    if (max_error) bound(*max_error);
   }
   explicit TerrainRules(HeldMesh& held) : terrain_(held.terrain), held_(&held) {}
 
-  void forget_bound() { bound_.reset(); }
+  void bound(double max_error) {
+    bound_.reset();
+    if (std::isfinite(max_error)) bound_.emplace(*grid_, max_error);
+  }
+  std::vector<double> ladder(const StopAt& stop, const Lattice& lattice) const {
+    return error_ladder(*grid_, stop, lattice);
+  }
   void put_on(const Lattice& lattice) { lattice_ = lattice; }
 
   Merge rule(Index h) const { return merge_rule(terrain_, h); }
@@ -71,6 +81,7 @@ class TerrainRules {
 
  private:
   TerrainMesh& terrain_;
+  const HeightGrid* grid_ = nullptr;
   const HeldMesh* held_ = nullptr;
   std::optional<WithinError> bound_;
   std::optional<Lattice> lattice_;
@@ -98,7 +109,8 @@ class SurfaceRules {
   Vec3 snap(const Vec3& p) const { return p; }
   Vec3 on_lattice(Index, Index, const Vec3& p) const { return lattice_ ? lattice_->snap(p) : p; }
   void put_on(const Lattice& lattice) { lattice_ = lattice; }
-  void forget_bound() {}
+  void bound(double) {}
+  std::vector<double> ladder(const StopAt&, const Lattice&) const { return {}; }
   bool allows(const HalfedgeMesh& mesh, Index h, const Vec3& at) const;
   bool allows_triangle(const Triangle3& was, const Triangle3& now) const {
     const Vec3 before = cross(was[1] - was[0], was[2] - was[0]);

@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <vector>
 
 #include "terrain/simplify/collapse/collapse_method.h"
 #include "terrain/simplify/collapse/placement.h"
@@ -513,6 +514,26 @@ bool Collapser<Rules>::run(std::size_t target, const Progress& progress) {
   return true;
 }
 
+/// As record_by_bounds. False when stopped.
+template <class Rules>
+bool record_steps(Collapser<Rules>& collapser, const HalfedgeMesh& mesh, Rules& rules,
+                  const RunOptions& options, const Progress& progress) {
+  CollapseRecorder& recorder = *options.recorder;
+  recorder.fine(mesh);
+  collapser.tell(recorder);
+  std::vector<double> ladder = rules.ladder(options.stop, recorder.lattice);
+  ladder.push_back(HUGE_VAL);
+  bool ran = true;
+  for (std::size_t k = 0; k < ladder.size() && ran; ++k) {
+    if (mesh.triangle_count() <= recorder.triangles) break;
+    rules.bound(ladder[k] * (1 - 1e-6));
+    const double n = double(ladder.size());
+    ran = collapser.run(recorder.triangles, progress.part(double(k) / n, double(k + 1) / n));
+  }
+  recorder.base(mesh);
+  return ran;
+}
+
 template <class Rules>
 Result<Simplified> run(HalfedgeMesh& mesh, Rules& rules, const TriangleCollapseOptions& method,
                        const RunOptions& options, const Progress& progress) {
@@ -523,11 +544,7 @@ Result<Simplified> run(HalfedgeMesh& mesh, Rules& rules, const TriangleCollapseO
   bool ran = collapser.run(target_triangles(options.stop, out.input_triangles),
                            recorder ? progress.part(0, 0.5) : progress.part(0, 1));
   if (ran && recorder) {
-    rules.forget_bound();
-    recorder->fine(mesh);
-    collapser.tell(*recorder);
-    ran = collapser.run(recorder->triangles, progress.part(0.5, 1));
-    recorder->base(mesh);
+    ran = record_steps(collapser, mesh, rules, options, progress.part(0.5, 1));
   }
   if (!ran) return fail(Errc::cancelled, "simplification was stopped");
   out.steps = collapser.steps();

@@ -2,12 +2,17 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "terrain/mesh/validity.h"
 #include "terrain/mesh/vertical_error.h"
+#include "terrain/progressive/stream/progressive_cursor.h"
+#include "terrain/progressive/stream/progressive_stream.h"
+#include "terrain/simplify/collapse/collapse_method.h"
 #include "terrain/simplify/common/terrain_mesh.h"
 #include "terrain/simplify/methods.h"
+#include "terrain/simplify/simplify.h"
 #include "tests/support/support.h"
 #include "tests/terrain/progressive/expand.h"
 
@@ -99,18 +104,48 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"bounded", kFull, true}),
     name_of);
 
-TEST(MakeProgressive, BoundedReachesAnErrorWithFewerTrianglesThanOthers) {
+// A method's own order would spend the bound on few places.
+TEST(MakeProgressive, AStateWithinABoundHasNearlyAsFewTrianglesAsAMeshMadeForIt) {
   const HeightGrid grid = test::rough_terrain(97, 97, 11, 200);
-  const auto triangles_within = [&](const std::string& method, double error) {
+  const Terrain dem{grid, 30, 30};
+  for (const std::string method : {"bounded", "qem", "memoryless", "attribute-qem"}) {
     SimplifyOptions o;
     o.method = *method_named(method);
     o.stop.max_error_m = 1;
-    const auto pm = make_progressive({grid, 30, 30}, o, 2, {}, {8, 0.125});
-    std::size_t i = 0;
-    while (i < pm->splits.size() && pm->splits[i].error_m > error) ++i;
-    return pm->base.vertices.size() + i;
-  };
-  EXPECT_LT(triangles_within("bounded", 10), 0.5 * double(triangles_within("qem", 10)));
+    const Lattice lattice{8, 0.125};
+    const auto pm = make_progressive(dem, o, 2, {}, lattice);
+    ASSERT_TRUE(pm) << method;
+    DemInfo info;
+    info.cols = grid.cols(), info.rows = grid.rows();
+    const auto stream = to_stream(*pm, lattice, info, kRungShare);
+    ASSERT_TRUE(stream) << stream.error().what;
+    const ProgressiveMesh read = from_stream(*stream);
+    auto cursor = ProgressiveCursor::open(read);
+    ASSERT_TRUE(cursor);
+    for (const double error : {2.0, 5.0, 10.0, 20.0}) {
+      SimplifyOptions alone;
+      alone.method = *method_named("bounded");
+      alone.stop.max_error_m = error;
+      const double made = double(simplify(dem, alone)->tin.triangles.size());
+      cursor->seek(cursor->position_for_error(error));
+      EXPECT_LE(vertical_error(cursor->extract(), grid).max_m, error);
+      const double most = method == "bounded" ? 1.5 : 1.9;
+      EXPECT_LT(double(cursor->triangles()), most * made) << method << " within " << error;
+    }
+  }
+}
+
+TEST(MakeProgressive, TheLadderHoldsTheRoundBounds) {
+  const auto rungs = error_ladder(0.15, 700);
+  for (const double round : {0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 500.0})
+    EXPECT_EQ(std::ranges::count(rungs, round), 1) << round;
+  EXPECT_GT(rungs.front(), 0.15);
+  EXPECT_GE(rungs.back(), 700);
+  EXPECT_LT(rungs.back(), 750);
+  for (std::size_t i = 1; i < rungs.size(); ++i) {
+    EXPECT_GT(rungs[i], rungs[i - 1] * 1.05);
+    EXPECT_LT(rungs[i], rungs[i - 1] * 1.07);
+  }
 }
 
 TEST(MakeProgressive, SaysWhatItCannotDo) {
