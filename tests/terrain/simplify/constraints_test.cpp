@@ -205,7 +205,7 @@ TEST_F(ConstrainedTerrain, InsertionMeetsItsBoundAndItsCount) {
   o.method = GreedyOptions{};
   o.stop = {.triangles = 1000};
   const auto counted = simplify(c->dem, o);
-  EXPECT_GE(counted->tin.triangles.size(), 998u);
+  EXPECT_GE(counted->tin.triangles.size(), 995u);  // half a per cent, for the lowest error there
   EXPECT_LE(counted->tin.triangles.size(), 1000u);
   o.stop = {.triangles = 3};
   EXPECT_NE(simplify(c->dem, o)->note.find("the lines alone need"), std::string::npos);
