@@ -95,9 +95,8 @@ class SquaredError {
     merge_vertices(terrain_, mesh_.origin(h), mesh_.dest(h));
     ++merges_;
     changed_[mesh_.dest(h)] = merges_;
-    mesh_.for_each_kept(h, [&](Index e) {
-      changed_[mesh_.dest(e)] = changed_[mesh_.apex(e)] = merges_;
-    });
+    mesh_.for_each_kept(
+        h, [&](Index e) { changed_[mesh_.dest(e)] = changed_[mesh_.apex(e)] = merges_; });
   }
 
   // --- when the count is reached -----------------------------------------------------------------
@@ -113,7 +112,7 @@ class SquaredError {
   }
 
  private:
-  using Edge = std::array<Vec3, 2>;  // of a ring, seen counter-clockwise from the apex
+  using Edge = std::array<Vec3, 2>;             // of a ring, seen counter-clockwise from the apex
   static constexpr double kWorthIt = 1 - 1e-4;  // of the sum, for moving a vertex or an edge
 
   /// z = height + gx x + gy y through three corners: two multiplications a sample.
@@ -138,12 +137,12 @@ class SquaredError {
   const Samples& samples_;
   double cap_;
   bool hold_fixed_;
-  std::vector<double> sum_;              // by triangle: of squared errors
-  std::vector<Refusal> refused_;         // by edge: its lower half-edge
-  std::vector<std::uint32_t> changed_;   // by vertex: the last merge that changed its star
+  std::vector<double> sum_;             // by triangle: of squared errors
+  std::vector<Refusal> refused_;        // by edge: its lower half-edge
+  std::vector<std::uint32_t> changed_;  // by vertex: the last merge that changed its star
   std::uint32_t merges_ = 0;
-  double beyond_ = 0;        // how far the sample was off that ended the last sum_of early
-  std::vector<Edge> ring_;   // of the star at hand
+  double beyond_ = 0;       // how far the sample was off that ended the last sum_of early
+  std::vector<Edge> ring_;  // of the star at hand
   std::vector<double> ring_sum_;
   double best_ = kInfinity;  // the least sum found for it,
   Vec3 at_;                  // where its apex is then,
