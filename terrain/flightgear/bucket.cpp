@@ -18,7 +18,6 @@
 #include "terrain/base/sha1.h"
 #include "terrain/flightgear/patch.h"
 #include "terrain/geo/ellipsoid.h"
-#include "terrain/shapes/surface_shapes.h"
 #include "terrain/surface/post_warp.h"
 #include "terrain/tile/tile_model.h"
 
@@ -26,47 +25,11 @@ namespace tind::flightgear {
 namespace {
 
 constexpr int kPacking = 9;  // libdeflate's level
-constexpr const char* kLand = "Default";
-constexpr const char* kWater = "Lake";
-
-/// Where a patch has water, as water_mask() has it; none where the surface says nothing.
-class PatchWater {
- public:
-  static Result<PatchWater> make(const BucketPlan& plan, const GeoRect& rect) {
-    PatchWater water;
-    const SurfaceShapes* shapes = plan.surface().shapes();
-    if (!shapes || shapes->water().empty()) return water;
-    auto mask = water_mask(shapes->water(), rect);
-    if (!mask) return std::unexpected(mask.error());
-    water.mask_ = std::move(*mask);
-    return water;
-  }
-  /// Is most of the triangle water, by its middle and half-way to its corners?
-  bool covers(const Vec3& a, const Vec3& b, const Vec3& c) const {
-    if (mask_.empty()) return false;
-    const Vec3 middle = (a + b + c) * (1 / 3.0);
-    const int wet =
-        at(middle) + at((a + middle) * 0.5) + at((b + middle) * 0.5) + at((c + middle) * 0.5);
-    return wet > 2 * 255;
-  }
-
- private:
-  std::vector<std::uint8_t> mask_;  // empty: none; else 1 or kSide x kSide, the north first
-
-  int at(const Vec3& p) const {
-    if (mask_.size() == 1) return mask_[0];
-    const int side = int(std::lround(std::sqrt(double(mask_.size()))));
-    const auto cell = [side](double t) {
-      return std::clamp(int(t / kTileExtent * side), 0, side - 1);
-    };
-    return mask_[std::size_t(side - 1 - cell(p.y)) * std::size_t(side) + std::size_t(cell(p.x))];
-  }
-};
 
 class BucketMaker {
  public:
-  BucketMaker(const BucketPlan& plan, BucketId id, Bucket& said)
-      : plan_(plan), rect_(rect(id)), said_(said) {
+  BucketMaker(const BucketPlan& plan, BucketId id, const LandCover* cover, Bucket& said)
+      : plan_(plan), cover_(cover), rect_(rect(id)), said_(said) {
     // Whole numbers over the bucket, even ones, so that textures of 1 and 2 km go on beyond it.
     const Vec2 degree = wgs84::metres_per_degree((rect_.south + rect_.north) / 2);
     const auto units = [](double metres) { return std::max(2.0, 2 * std::round(metres / 2000)); };
@@ -79,16 +42,17 @@ class BucketMaker {
   using Place = std::array<std::int64_t, 3>;  // ECEF, in steps of the lattice
 
   const BucketPlan& plan_;
+  const LandCover* const cover_;
   const GeoRect rect_;
   Bucket& said_;
   Vec2 texture_;
   std::map<Place, std::uint32_t> index_;
   std::vector<Vec3> vertices_;
   proto::Btg btg_;
-  proto::Btg::Part land_{kLand, {}}, water_{kWater, {}};
+  std::map<std::string, std::vector<std::array<proto::Btg::Corner, 3>>> parts_;  // by material
 
   std::uint32_t vertex(const Patch&, std::size_t i);
-  Result<void> add(const Patch&);
+  void add(const Patch&);
   Result<void> settle_center();
 };
 
@@ -110,23 +74,19 @@ std::uint32_t BucketMaker::vertex(const Patch& patch, std::size_t i) {
   return found->second;
 }
 
-Result<void> BucketMaker::add(const Patch& patch) {
-  const auto water = PatchWater::make(plan_, patch.rect);
-  if (!water) return std::unexpected(water.error());
-  for (const Triangle& t : patch.mesh.triangles) {
+void BucketMaker::add(const Patch& patch) {
+  for (std::size_t i = 0; i < patch.mesh.triangles.size(); ++i) {
+    const Triangle& t = patch.mesh.triangles[i];
     const std::array<std::uint32_t, 3> v = {vertex(patch, t[0]), vertex(patch, t[1]),
                                             vertex(patch, t[2])};
     if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) continue;  // at a pole
-    const auto& at = patch.mesh.vertices;
-    auto& part = water->covers(at[t[0]], at[t[1]], at[t[2]]) ? water_ : land_;
-    const auto corner = [](std::uint32_t i) { return proto::Btg::Corner{i, i, i}; };
-    part.triangles.push_back({corner(v[0]), corner(v[1]), corner(v[2])});
+    const auto corner = [](std::uint32_t k) { return proto::Btg::Corner{k, k, k}; };
+    parts_[patch.materials[i]].push_back({corner(v[0]), corner(v[1]), corner(v[2])});
   }
   said_.max_error_m = std::max(said_.max_error_m, patch.max_error_m);
   said_.edge_error_m = std::max(said_.edge_error_m, patch.edge_error_m);
   said_.posts += patch.posts;
   said_.void_share += patch.void_share;
-  return {};
 }
 
 /// In the middle, in whole metres.
@@ -156,16 +116,16 @@ Result<void> BucketMaker::settle_center() {
 Result<std::optional<proto::Btg>> BucketMaker::make(const std::vector<GeoRect>& rects,
                                                     std::stop_token stop) {
   for (const GeoRect& one : rects) {
-    const auto patch = make_patch(plan_, one, stop);
+    const auto patch = make_patch(plan_, one, stop, cover_);
     if (!patch) return std::unexpected(patch.error());
-    if (auto done = add(*patch); !done) return std::unexpected(done.error());
+    add(*patch);
   }
   if (said_.posts == 0) return std::nullopt;
   said_.void_share /= double(rects.size());
   if (auto done = settle_center(); !done) return std::unexpected(done.error());
-  for (proto::Btg::Part* part : {&land_, &water_}) {
-    said_.triangles += part->triangles.size();
-    if (!part->triangles.empty()) btg_.parts.push_back(std::move(*part));
+  for (auto& [material, triangles] : parts_) {
+    said_.triangles += triangles.size();
+    btg_.parts.push_back({material, std::move(triangles)});
   }
   return std::move(btg_);
 }
@@ -182,16 +142,16 @@ std::string btg_name(BucketId id) { return number(id) + ".btg.gz"; }
 std::string stg_name(BucketId id) { return number(id) + ".stg"; }
 
 Result<std::optional<proto::Btg>> model_bucket(const BucketPlan& plan, BucketId id, Bucket& said,
-                                               std::stop_token stop) {
-  auto made = BucketMaker(plan, id, said).make(patch_rects(plan, id), std::move(stop));
+                                               std::stop_token stop, const LandCover* cover) {
+  auto made = BucketMaker(plan, id, cover, said).make(patch_rects(plan, id), std::move(stop));
   if (!made) return fail("bucket " + number(id), made.error());
   return made;
 }
 
-Result<std::optional<Bucket>> make_bucket(const BucketPlan& plan, BucketId id,
-                                          std::stop_token stop) {
+Result<std::optional<Bucket>> make_bucket(const BucketPlan& plan, BucketId id, std::stop_token stop,
+                                          const LandCover* cover) {
   Bucket bucket;
-  const auto btg = model_bucket(plan, id, bucket, std::move(stop));
+  const auto btg = model_bucket(plan, id, bucket, std::move(stop), cover);
   if (!btg) return std::unexpected(btg.error());
   if (!*btg) return std::nullopt;
   bucket.max_error_m = std::ceil(bucket.max_error_m * 1e4) / 1e4;

@@ -10,6 +10,7 @@
 #include "proto/tile/btg.h"
 #include "terrain/base/result.h"
 #include "terrain/flightgear/bucket_plan.h"
+#include "terrain/raster/land_cover.h"
 
 namespace tind::flightgear {
 
@@ -30,12 +31,15 @@ struct Bucket {
 /// touch have the same vertices on the line between, to the last bit, once a reader has added the
 /// centre. Nothing where no post of it is valid: there FlightGear has its ocean. `said`: becomes
 /// what a Bucket says of it.
+/// `cover`, which may be null, says what its materials are.
 Result<std::optional<proto::Btg>> model_bucket(const BucketPlan&, BucketId, Bucket& said,
-                                               std::stop_token = {});
+                                               std::stop_token = {},
+                                               const LandCover* cover = nullptr);
 
 /// THE path from a surface to a bucket: the daemon and the batch both come through here, so it has
 /// the same bytes whoever asks. Thread-safe.
-Result<std::optional<Bucket>> make_bucket(const BucketPlan&, BucketId, std::stop_token = {});
+Result<std::optional<Bucket>> make_bucket(const BucketPlan&, BucketId, std::stop_token = {},
+                                          const LandCover* cover = nullptr);
 
 /// What an .stg of make_bucket() says; nothing where it is another's, or cut off.
 struct SaidInStg {

@@ -11,6 +11,7 @@
 #include <span>
 
 #include "terrain/flightgear/patch_error.h"
+#include "terrain/flightgear/patch_ground.h"
 #include "terrain/geo/ellipsoid.h"
 #include "terrain/geo/longitude.h"
 #include "terrain/simplify/bounded/bounded_mesher.h"
@@ -68,14 +69,25 @@ int cells_of(const GeoRect& r, double budget) {
   return cells;
 }
 
+/// So that triangles beside it can follow what the ground is made of.
+int ground_cells_of(const TileEdge& e) {
+  const Vec2 degree = wgs84::metres_per_degree((e.start.lat + e.end.lat) / 2);
+  const double length = std::hypot(std::abs(e.end.lon - e.start.lon) * degree.x,
+                                   (e.end.lat - e.start.lat) * degree.y);
+  int cells = 1;
+  while (length / cells > 2 * kGroundDetail_m && cells < kMostCells) cells *= 2;
+  return cells;
+}
+
 double height_step(double budget) {
   return std::clamp(power_of_two_at_most(budget / 32), 1.0 / 256, 1.0);
 }
 
 class PatchMaker {
  public:
-  PatchMaker(const BucketPlan& plan, const GeoRect& rect, std::stop_token stop)
-      : plan_(plan), rect_(rect), stop_(std::move(stop)), field_(plan.surface()) {
+  PatchMaker(const BucketPlan& plan, const GeoRect& rect, std::stop_token stop,
+             const LandCover* cover)
+      : plan_(plan), rect_(rect), stop_(std::move(stop)), cover_(cover), field_(plan.surface()) {
     patch_.rect = rect;
     budget_ = plan.budget_m(rect);
     field_.fill_towards([&plan](std::span<const Geographic> places, std::span<double> heights) {
@@ -91,6 +103,7 @@ class PatchMaker {
   const BucketPlan& plan_;
   const GeoRect rect_;
   const std::stop_token stop_;
+  const LandCover* const cover_;
   HeightField field_;
   double budget_;
   std::vector<LayerWindow> windows_;
@@ -157,6 +170,7 @@ void PatchMaker::derive_borders() {
     o.tolerance_m = kBorderShare * budget;
     o.height_step = height_step(budget);
     o.fixed_cells = cells_of(line, budget);
+    if (cover_) o.fixed_cells = std::max(o.fixed_cells, ground_cells_of(edge));
     o.samples = 2048;
     Border border = make_border(edge, field_, plan_.surface(), o);
     borders_[side] = std::move(border.line);
@@ -285,25 +299,31 @@ Result<Patch> PatchMaker::make() {
   patch_.void_share = void_share();
   derive_borders();
   if (const auto error = field_.error()) return std::unexpected(*error);
+  const auto ground = PatchGround::make(plan_, rect_, cover_);
+  if (!ground) return std::unexpected(ground.error());
   std::optional<Patch> best;
   for (const double narrower : kNarrower) {
     if (best && best->max_error_m <= budget_) break;
     patch_.mesh = posts_->visit(
         [&](const auto& samples) { return fit(samples, narrower * kFitShare * budget_); });
     if (stop_.stop_requested()) return fail(Errc::cancelled, "stopped");
+    ground->cut(patch_.mesh);
     place();
     if (auto done = measure(); !done) return std::unexpected(done.error());
     if (!best || patch_.max_error_m < best->max_error_m) best = patch_;
   }
   patch_ = std::move(*best);
+  for (const std::uint32_t i : ground->of_triangles(patch_.mesh))
+    patch_.materials.push_back(ground->materials()[i]);
   if (auto done = give_normals(); !done) return std::unexpected(done.error());
   return std::move(patch_);
 }
 
 }  // namespace
 
-Result<Patch> make_patch(const BucketPlan& plan, const GeoRect& rect, std::stop_token stop) {
-  return PatchMaker(plan, rect, std::move(stop)).make();
+Result<Patch> make_patch(const BucketPlan& plan, const GeoRect& rect, std::stop_token stop,
+                         const LandCover* cover) {
+  return PatchMaker(plan, rect, std::move(stop), cover).make();
 }
 
 std::vector<GeoRect> patch_rects(const BucketPlan& plan, BucketId id) {

@@ -7,12 +7,14 @@
 
 #include <cstdint>
 #include <stop_token>
+#include <string>
 #include <vector>
 
 #include "terrain/base/result.h"
 #include "terrain/flightgear/bucket_plan.h"
 #include "terrain/geo/coordinates.h"
 #include "terrain/mesh/tin.h"
+#include "terrain/raster/land_cover.h"
 
 namespace tind::flightgear {
 
@@ -25,16 +27,18 @@ struct Patch {
   GeoRect rect;
   /// x = u, y = v in the grid of the rectangle; z metres as the surface has them.
   Tin mesh;
-  std::vector<Vec3> ecef;     // of the vertices, above the sea, on the lattice
-  std::vector<Vec3> normals;  // of the surface, unit, ECEF
-  double max_error_m = 0;     // no valid post that it covers is farther from it, vertically
-  double edge_error_m = 0;    // its border, of that of the DEM with its voids filled
-  std::uint64_t posts = 0;    // valid ones in the closed rectangle
-  double void_share = 0;      // of its area: no height is known there; to a thousandth
+  std::vector<Vec3> ecef;              // of the vertices, above the sea, on the lattice
+  std::vector<Vec3> normals;           // of the surface, unit, ECEF
+  std::vector<std::string> materials;  // of the triangles
+  double max_error_m = 0;   // no valid post that it covers is farther from it, vertically
+  double edge_error_m = 0;  // its border, of that of the DEM with its voids filled
+  std::uint64_t posts = 0;  // valid ones in the closed rectangle
+  double void_share = 0;    // of its area: no height is known there; to a thousandth
 };
 
 /// REQUIRES: a rectangle of `patch_rects`.
-Result<Patch> make_patch(const BucketPlan&, const GeoRect&, std::stop_token = {});
+Result<Patch> make_patch(const BucketPlan&, const GeoRect&, std::stop_token = {},
+                         const LandCover* cover = nullptr);
 
 /// The patches of a bucket, from the south, each row from the west. Those of the next row of
 /// buckets, be they narrower, have the same corners on the line between.

@@ -19,6 +19,7 @@
 #include "terrain/base/parallel.h"
 #include "terrain/base/sha1.h"
 #include "terrain/flightgear/bucket.h"
+#include "terrain/flightgear/cover_materials.h"
 #include "terrain/store/folder/folder_files.h"
 
 namespace tind::flightgear {
@@ -38,8 +39,9 @@ std::string_view text_of(const std::vector<std::uint8_t>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-std::string record_of(const BucketPlan& plan) {
-  return "scenery made by tind build --format flightgear, of " + plan.digest() + "\n";
+std::string record_of(const BucketPlan& plan, const LandCover* cover) {
+  return "scenery made by tind build --format flightgear, of " + plan.digest() +
+         (cover ? " " + digest_of(*cover) : "") + "\n";
 }
 
 /// Whose buckets lie here; nothing in a folder that is new or empty.
@@ -138,13 +140,15 @@ void add_buckets(const std::string& at, Folder folder, std::vector<std::string>&
 
 class SceneryMaker {
  public:
-  SceneryMaker(const BucketPlan& plan, const std::string& folder, const Progress& progress)
-      : plan_(plan), folder_(folder), progress_(progress) {}
+  SceneryMaker(const BucketPlan& plan, const LandCover* cover, const std::string& folder,
+               const Progress& progress)
+      : plan_(plan), cover_(cover), folder_(folder), progress_(progress) {}
 
   Result<SceneryReport> make(int threads);
 
  private:
   const BucketPlan& plan_;
+  const LandCover* const cover_;
   const std::string folder_;
   const Progress& progress_;
   FolderFiles files_;
@@ -171,7 +175,7 @@ Result<void> SceneryMaker::begin(bool others) {
   if (others)
     if (auto done = remove_others(); !done) return done;
   if (auto done = files_.sync_folder(folder_); !done) return done;
-  return write_whole_file(folder_ + kRecord, record_of(plan_));
+  return write_whole_file(folder_ + kRecord, record_of(plan_, cover_));
 }
 
 /// Buckets of before, and indices that name nothing else. What others have put beside them stays.
@@ -233,7 +237,7 @@ bool SceneryMaker::keep(BucketId id) {
 }
 
 Result<void> SceneryMaker::make_one(BucketId id) {
-  const auto made = make_bucket(plan_, id, progress_.stop);
+  const auto made = make_bucket(plan_, id, progress_.stop, cover_);
   if (!made) return std::unexpected(made.error());
   if (!*made) {
     const std::lock_guard lock(mutex_);
@@ -318,7 +322,7 @@ Result<std::string> SceneryMaker::put_indices() {
 Result<SceneryReport> SceneryMaker::make(int threads) {
   const auto before = record_in(folder_);
   if (!before) return std::unexpected(before.error());
-  const bool same = *before && **before == record_of(plan_);
+  const bool same = *before && **before == record_of(plan_, cover_);
   report_.there = same && read_regular_file(folder_ + "/" + kIndex);
   if (!report_.there)
     if (auto done = begin(*before && !same); !done) return std::unexpected(done.error());
@@ -343,8 +347,8 @@ Result<SceneryReport> SceneryMaker::make(int threads) {
 }  // namespace
 
 Result<SceneryReport> write_scenery(const BucketPlan& plan, const std::string& folder, int threads,
-                                    const Progress& progress) {
-  return SceneryMaker(plan, folder, progress).make(threads);
+                                    const Progress& progress, const LandCover* cover) {
+  return SceneryMaker(plan, cover, folder, progress).make(threads);
 }
 
 std::string folder_index(Folder folder, std::span<const SceneryFile> files) {

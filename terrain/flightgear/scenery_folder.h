@@ -12,6 +12,7 @@
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
 #include "terrain/flightgear/bucket_plan.h"
+#include "terrain/raster/land_cover.h"
 
 namespace tind::flightgear {
 
@@ -33,8 +34,9 @@ struct SceneryReport {
 /// replaced, or removed: files with the name of a bucket of their folder whose .stg is not
 /// another's, and indices that name nothing else. What others put there stays, but in the place of
 /// what is made. A folder that begins with files of others is refused. On a stop: Errc::cancelled.
+/// `cover`, which may be null, is what make_bucket() takes.
 Result<SceneryReport> write_scenery(const BucketPlan&, const std::string& folder, int threads = 0,
-                                    const Progress& = {});
+                                    const Progress& = {}, const LandCover* cover = nullptr);
 
 /// A file of a bucket and its bytes.
 using SceneryFile = std::pair<std::string, std::string>;

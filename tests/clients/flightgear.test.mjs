@@ -49,6 +49,13 @@ function denseScenery() {
 
 const grounds = (scenery) => readdirSync(scenery, {recursive: true}).filter((name) => name.endsWith(".btg.gz")).sort().map((name) => join(scenery, name));
 
+/// SimGear's reader, compiled once.
+function simgear() {
+  const program = join(folder, "sg_bin_object");
+  if (!existsSync(program)) execFileSync("g++", ["-std=c++17", "-O1", join(DECODERS, "sg_bin_object.cpp"), "-lSimGearScene", "-lSimGearCore", "-lz", "-o", program]);
+  return program;
+}
+
 /// What a reader says of files, as it prints it.
 const read = (program, args) => execFileSync(program, args, {encoding: "utf8", maxBuffer: 1 << 29}).trimEnd().split("\n");
 
@@ -176,6 +183,50 @@ test("the daemon has the same bytes as the batch, and its index leads to them", 
   }
 });
 
+test("land cover: each triangle has the material of its class, the same bytes on demand, and no crack", async (t) => {
+  // Stripes of a twentieth of a degree from west to east; their names are FlightGear's.
+  const materials = ["EvergreenForest", "Lake", "BarrenCover", "Glacier"], classes = [0, 1, 2, 0, 3], width = 0.05, west = -121.9;
+  writeFileSync(join(folder, "cover.asc"), `ncols ${classes.length}\nnrows 8\nxllcorner ${west}\nyllcorner 46.55\ncellsize ${width}\n${Array(8).fill(classes.join(" ")).join("\n")}\n`);
+  writeFileSync(join(folder, "cover.prj"), 'GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]]');
+  writeFileSync(join(folder, "cover.asc.aux.xml"), `<PAMDataset><PAMRasterBand band="1"><CategoryNames>${materials.map((name) => `<Category>${name}</Category>`).join("")}</CategoryNames></PAMRasterBand></PAMDataset>`);
+  const covered = build(DEM, "covered", "--max-error", "60", "--land-cover", join(folder, "cover.asc"));
+  const names = readdirSync(covered, {recursive: true}).filter((name) => /\d+\.(stg|btg\.gz)$/.test(name));
+  assert.equal(names.length, 2 * 8);
+  writeFileSync(join(folder, "covered.toml"), `[[dataset]]\nname = "rainier"\nfiles = ["${join(ROOT, DEM)}"]\nmax_error = 60\nland_cover = "cover.asc"\n`);
+  const server = await startDaemon("--config", join(folder, "covered.toml"));
+  try {
+    for (const name of names)
+      assert.deepEqual(new Uint8Array(await (await fetch(`${server.origin}/terrasync/rainier/${name}`)).arrayBuffer()), new Uint8Array(readFileSync(join(covered, name))), name);
+  } finally {
+    assert.equal(await server.stop(), 0, server.said());
+  }
+  const lines = read("/usr/bin/python3", [join(DECODERS, "btg.py"), ...grounds(covered)]);
+  let places = [], material, corners = [], right = 0, wrong = 0;
+  for (const line of lines) {
+    if (line.startsWith("version")) places = [];
+    else if (line.startsWith("v ")) places.push(placeOf(line));
+    else if (line.startsWith("part")) material = line.split(" ")[1];
+    else if (line.startsWith("c ") && corners.push(places[Number(line.split(" ")[1])]) === 3) {
+      const lon = (corners[0][0] + corners[1][0] + corners[2][0]) / 3, lat = (corners[0][1] + corners[1][1] + corners[2][1]) / 3;
+      corners = [];
+      const stripe = (lon - west) / width, k = Math.floor(stripe);
+      const off = Math.min(stripe - k, k + 1 - stripe, Math.abs(lat - 46.55) / width, Math.abs(lat - 46.95) / width) * width * 76000;
+      if (off < 240) continue; // metres from where classes meet: as ragged as the triangles of the border
+      const expected = lat > 46.55 && lat < 46.95 ? materials[classes[k]] ?? "Default" : "Default";
+      if (material === expected) ++right;
+      else ++wrong;
+    }
+  }
+  assert.ok(right > 5000 && wrong === 0, `${right} right, ${wrong} wrong`);
+  const outline = openSides(lines).filter((ends) => ends.some((end) => { const [lon, lat] = placeOf(end); return lon > -121.999 && lon < -121.501 && lat > 46.501 && lat < 46.999; }));
+  assert.equal(outline.length, 0, "cracks");
+  figure("a reader from BTG's description", `land cover: ${right} triangles of the material of their class, ${wrong} of another, 0 cracks`);
+  await t.test("SGBinObject", {skip: SIMGEAR}, () => {
+    const theirs = read(simgear(), grounds(covered)).filter((line) => line.startsWith("part"));
+    assert.deepEqual(theirs, lines.filter((line) => line.startsWith("part")));
+  });
+});
+
 test("a reader that was written from the format's description finds every side of the pyramid's triangles twice, but for the outline", () => {
   const lines = read("/usr/bin/python3", [join(DECODERS, "btg.py"), ...grounds(scenery)]);
   assert.equal(lines.filter((line) => line.startsWith("version 7 ")).length, 8);
@@ -206,10 +257,8 @@ test("version 10: the same reader, SGBinObject and fgelev", async (t) => {
 });
 
 test("SGBinObject reads from every file what the other reader does", {skip: SIMGEAR}, () => {
-  const program = join(folder, "sg_bin_object");
-  execFileSync("g++", ["-std=c++17", "-O1", join(DECODERS, "sg_bin_object.cpp"), "-lSimGearScene", "-lSimGearCore", "-lz", "-o", program]);
   const files = [...grounds(scenery), ...grounds(existsSync(join(folder, "dense")) ? join(folder, "dense") : denseScenery())];
-  const theirs = read(program, files), other = read("/usr/bin/python3", [join(DECODERS, "btg.py"), ...files]);
+  const theirs = read(simgear(), files), other = read("/usr/bin/python3", [join(DECODERS, "btg.py"), ...files]);
   assert.equal(theirs.length, other.length);
   let numbers = 0;
   theirs.forEach((line, i) => {

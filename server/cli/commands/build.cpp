@@ -279,6 +279,7 @@ int run_scenery(const Arguments& a, const Surface& source) {
   const TileSetOptions& tiles = a.options.tiles;
   const int exit = build_scenery(source, *a.input.environment,
                                  {.options = {tiles.max_error_m, tiles.effort},
+                                  .cover = a.draped.cover,
                                   .output = a.options.output,
                                   .progress = a.progress,
                                   .threads = a.options.threads,
@@ -286,6 +287,12 @@ int run_scenery(const Arguments& a, const Surface& source) {
                                   .stoppable = stoppable});
   if (exit == kOk) warn_of_nodata(source);
   return exit;
+}
+
+DrapedOver draped_over(const std::string& format) {
+  return format == kTiles3d      ? DrapedOver::tiles3d
+         : format == kFlightGear ? DrapedOver::flightgear
+                                 : DrapedOver::nothing;
 }
 
 Result<void> check_archive(const Arguments& a) {
@@ -328,7 +335,7 @@ int run(Arguments a) {
     for (std::string& file : a.drape.files()) inputs.push_back(std::move(file));
     if (const int code = check_outputs({a.archive}, inputs); code != kOk) return code;
   }
-  auto draped = open_drape(a.drape, a.format == kTiles3d);
+  auto draped = open_drape(a.drape, draped_over(a.format));
   if (!draped) return complain(draped.error());
   a.draped = std::move(*draped);
   if (a.format == kTiles3d && a.options.tiles.first_level > 0)

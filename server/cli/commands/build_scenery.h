@@ -2,19 +2,22 @@
 // tind build --format flightgear: FlightGear's scenery in place of tiles.
 
 #include <functional>
+#include <memory>
 #include <string>
 
 #include "server/cli/program/progress_bar.h"
 #include "terrain/base/progress.h"
 #include "terrain/flightgear/bucket_plan.h"
 #include "terrain/geo/environment.h"
+#include "terrain/raster/land_cover.h"
 #include "terrain/surface/surface.h"
 
 namespace tind::cli {
 
 struct SceneryArguments {
   flightgear::BucketOptions options;
-  std::string output, progress;  // folder; style of the bar
+  std::shared_ptr<const LandCover> cover = {};  // null: none
+  std::string output, progress;                 // folder; style of the bar
   int threads = 0;
   bool json = false;
   /// Of a bar, with a stop by signals.

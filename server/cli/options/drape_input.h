@@ -1,5 +1,6 @@
 #pragma once
-// What a command line lays over 3D Tiles: an image, land cover; and over the posts of a DEM.
+// What a command line lays over 3D Tiles or FlightGear's scenery: an image, land cover; and over
+// the posts of a DEM.
 
 #include <memory>
 #include <string>
@@ -15,16 +16,19 @@
 namespace tind::cli {
 
 struct DrapeInput {
-  std::string image, land_cover;  // empty: none
+  std::string image, land_cover, materials;  // empty: none
 
   std::vector<std::string> files() const;
 };
 
 void add_drape_options(Command, DrapeInput&);
 
-/// Before any work. Fails (invalid_argument) where something is asked for and tiles are
-/// not 3D Tiles, and as opening does.
-Result<Draped> open_drape(const DrapeInput&, bool of_3d_tiles);
+enum class DrapedOver { nothing, tiles3d, flightgear };
+
+/// Before any work. Fails (invalid_argument) where something is asked for that what is made cannot
+/// have, where no class has a material of FlightGear's, and as opening does. Of FlightGear's
+/// scenery it says on stderr which classes have none.
+Result<Draped> open_drape(const DrapeInput&, DrapedOver);
 /// Fails (invalid_argument) where something lies beside the surface.
 Result<void> check_drape(const DrapeInput&, const Draped&, const Surface&);
 

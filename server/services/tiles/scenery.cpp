@@ -30,7 +30,8 @@ TileProducts::Build build_bucket(TileCache& cache, const Environment& environmen
                                         std::stop_token stop) -> Result<TileProducts::Product> {
     const auto plan = plan_of(dataset, environment);
     if (!plan) return std::unexpected(plan.error());
-    const auto made = make_bucket(*plan, *flightgear::bucket_of(address.x), std::move(stop));
+    const auto made = make_bucket(*plan, *flightgear::bucket_of(address.x), std::move(stop),
+                                  dataset.draped.cover.get());
     if (!made) return fail(dataset.name, made.error());
     if (!*made)
       return fail(Errc::not_found,

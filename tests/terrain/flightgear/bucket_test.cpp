@@ -8,6 +8,7 @@
 
 #include "terrain/base/parallel.h"
 #include "terrain/base/sha1.h"
+#include "terrain/flightgear/cover_materials.h"
 #include "terrain/geo/ellipsoid.h"
 #include "terrain/surface/open_surface.h"
 #include "tests/support/made_up_source.h"
@@ -15,6 +16,7 @@
 #include "tests/support/shapes_file.h"
 #include "tests/support/support.h"
 #include "tests/terrain/flightgear/decoded_bucket.h"
+#include "tests/terrain/flightgear/made_up_cover.h"
 
 namespace tind::flightgear {
 namespace {
@@ -28,10 +30,11 @@ struct Made {
   DecodedBucket decoded;
 };
 
-std::vector<Made> make_all(const BucketPlan& plan, const std::vector<BucketId>& ids) {
+std::vector<Made> make_all(const BucketPlan& plan, const std::vector<BucketId>& ids,
+                           const LandCover* cover = nullptr) {
   std::vector<std::optional<Bucket>> buckets(ids.size());
   parallel_for(ids.size(), 2, [&](std::size_t i) {
-    auto made = make_bucket(plan, ids[i]);
+    auto made = make_bucket(plan, ids[i], {}, cover);
     ASSERT_TRUE(made) << made.error().what;
     buckets[i] = std::move(*made);
   });
@@ -345,6 +348,64 @@ TEST(Bucket, WaterIsALake) {
       const Vec3& p = all[0].decoded.vertices[c.vertex];
       EXPECT_GT(std::atan2(p.y, p.x) * 180 / M_PI, 10.01);
     }
+}
+
+/// The material of the triangle over a place, by the centres of triangles next to it.
+std::string material_at(const DecodedBucket& bucket, Geographic p) {
+  std::string material;
+  double nearest = HUGE_VAL;
+  for (const auto& part : bucket.btg.parts)
+    for (const auto& t : part.triangles) {
+      const Vec3 middle = (bucket.vertices[t[0].vertex] + bucket.vertices[t[1].vertex] +
+                           bucket.vertices[t[2].vertex]) *
+                          (1 / 3.0);
+      const Geographic at = wgs84::from_ecef(middle).p;
+      const double away = std::hypot((at.lon - p.lon) * 0.7, at.lat - p.lat);
+      if (away < nearest) nearest = away, material = part.material;
+    }
+  return material;
+}
+
+std::shared_ptr<const LandCover> cover_of(const GeoRect& where, const Materials& said) {
+  return with_materials(
+      std::make_shared<test::MadeUpCover>(
+          where, std::vector<CoverClass>{{10, "Trees"}, {20, "Rock"}, {30, "Sea"}}),
+      said);
+}
+
+TEST(Bucket, IsOfTheMaterialsOfItsLandCoverAlsoOnFlatLand) {
+  // Three stripes 1.9 km wide, and nothing known in the east; two triangles would do for the DEM.
+  const MadeUpSource flat(HeightGrid(9, 9, 5), {9.9, 45.3}, 0.05);
+  const auto cover = cover_of({10, 45, 10.072, 45.25}, {{10, "EvergreenForest"}});
+  const auto all =
+      make_all(plan_of(flat, 8), {bucket_at({10.05, 45.1}), bucket_at({10.05, 45.2})}, cover.get());
+  ASSERT_EQ(all.size(), 2u);
+  expect_no_cracks(all, {10, 45, 10.25, 45.25});
+  EXPECT_GT(expect_errors(all, flat, {10, 45, 10.25, 45.25}), 0u);
+  for (const Made& m : all) {
+    EXPECT_LE(m.bucket.max_error_m, 8);
+    EXPECT_LT(m.bucket.triangles, 6000u);
+    const GeoRect r = rect(m.id);
+    for (int k = 1; k < 20; ++k) {
+      const double lat = r.south + k / 20. * r.height(), away = 0.0016;  // 126 m
+      EXPECT_EQ(material_at(m.decoded, {10.012, lat}), "EvergreenForest") << lat;
+      EXPECT_EQ(material_at(m.decoded, {10.024 - away, lat}), "EvergreenForest") << lat;
+      EXPECT_EQ(material_at(m.decoded, {10.024 + away, lat}), "Rock") << lat;
+      EXPECT_EQ(material_at(m.decoded, {10.048 - away, lat}), "Rock") << lat;
+      EXPECT_EQ(material_at(m.decoded, {10.06, lat}), "Default") << "a class without a material";
+      EXPECT_EQ(material_at(m.decoded, {10.2, lat}), "Default") << "beyond the raster";
+    }
+  }
+}
+
+TEST(Bucket, KeepsItsErrorUnderLandCover) {
+  const MadeUpSource dem(test::rough_terrain(160, 160, 7, 900), {10, 45.13}, 1 / 1200.);
+  const auto cover = cover_of({10, 45, 10.1, 45.125}, {{30, "Ocean"}});
+  const auto all = make_all(plan_of(dem, 8), {bucket_at({10.05, 45.1})}, cover.get());
+  ASSERT_EQ(all.size(), 1u);
+  EXPECT_GT(expect_errors(all, dem, {10.001, 45.001, 10.124, 45.124}), 20000u);
+  EXPECT_LE(all[0].bucket.max_error_m, 8);
+  EXPECT_EQ(all[0].decoded.btg.parts.size(), 3u);
 }
 
 TEST(Bucket, AFailedReadIsAnError) {
