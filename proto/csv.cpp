@@ -34,6 +34,13 @@ std::vector<std::string> fields_of(std::string_view line) {
   return fields;
 }
 
+std::string field(std::string_view text) {
+  if (text.find_first_of(",\"\r\n") == text.npos) return std::string(text);
+  std::string quoted = "\"";
+  for (const char c : text) quoted.append(c == '"' ? 2 : 1, c);
+  return quoted + '"';
+}
+
 std::optional<double> number(std::string_view field) {
   const std::size_t begin = field.find_first_not_of(" \t");
   if (begin == field.npos) return {};

@@ -11,6 +11,9 @@ namespace tind::csv {
 /// The fields of a line; of quoted ones what stands between the quotes.
 std::vector<std::string> fields_of(std::string_view line);
 
+/// As a field: in quotes where it has to be.
+std::string field(std::string_view text);
+
 /// A finite number, with blanks around it; nothing: it is none.
 std::optional<double> number(std::string_view field);
 

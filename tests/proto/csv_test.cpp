@@ -14,6 +14,12 @@ TEST(Csv, FieldsStandBetweenCommasAndQuotes) {
   EXPECT_EQ(fields_of(R"("a)"), (Fields{"a"}));
 }
 
+TEST(Csv, FieldsAreQuotedWhereTheyHaveTo) {
+  for (const std::string text : {"plain", "a, b", "say \"hm\"", ""})
+    EXPECT_EQ(fields_of("1," + field(text) + ",2"), (std::vector<std::string>{"1", text, "2"}));
+  EXPECT_EQ(field("plain"), "plain");
+}
+
 TEST(Csv, NumbersAreAllOfTheirField) {
   EXPECT_EQ(number(" 1.5e2\t"), 150);
   EXPECT_EQ(number("-7"), -7);

@@ -65,6 +65,12 @@ void AskedCrs::from_geographic(std::span<const Geographic> places, std::span<Vec
     for (Vec2& p : out) std::swap(p.x, p.y);
 }
 
+void AskedCrs::keep_on_map(std::span<Geographic> places) const {
+  if (name_ != "EPSG:3857") return;
+  constexpr double kEnd = 85.05112877980659;
+  for (Geographic& p : places) p.lat = std::clamp(p.lat, -kEnd, kEnd);
+}
+
 Vec2 AskedCrs::point(std::array<double, 2> p) const {
   return east_first() ? Vec2{p[0], p[1]} : Vec2{p[1], p[0]};
 }
@@ -108,7 +114,8 @@ CrsBox with_posts_inside(const CrsBox& box, Vec2 ground, Vec2 spacing_m) {
 Result<CrsBox> box_of(const AskedCrs& crs, const DatasetFacts& facts) {
   const GeoRect& b = facts.box;
   if (crs.name() == "CRS84") return CrsBox{b.west, b.south, b.east, b.north};
-  const std::vector<Geographic> rim = outline_of(b);
+  std::vector<Geographic> rim = outline_of(b);
+  crs.keep_on_map(rim);
   std::vector<Vec2> points(rim.size());
   crs.from_geographic(rim, points);
   CrsBox box{HUGE_VAL, HUGE_VAL, -HUGE_VAL, -HUGE_VAL};

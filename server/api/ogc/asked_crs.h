@@ -43,6 +43,9 @@ class AskedCrs {
   void to_geographic(std::span<const Vec2> points, std::span<Geographic> out) const;
   std::vector<Geographic> to_geographic(std::span<const Vec2> points) const;
   void from_geographic(std::span<const Geographic> places, std::span<Vec2> out) const;
+  /// Places on a rectangle's rim, as far as the system's map goes: Web Mercator's ends where it is
+  /// square, at 85.06 degrees; the poles are infinitely far away.
+  void keep_on_map(std::span<Geographic> places) const;
 
   /// Two numbers as they stand in a request, in the order of the authority's axes.
   Vec2 point(std::array<double, 2> as_written) const;

@@ -141,6 +141,7 @@ std::expected<CrsBox, Wrong> box_in(const CrsBox& box, const AskedCrs& from, con
   for (const Geographic& p : rim) points.push_back({p.lon, p.lat});
   auto where = from.to_geographic(points);
   std::erase_if(where, [](const Geographic& p) { return std::isnan(p.lon); });
+  to.keep_on_map(where);
   to.from_geographic(where, std::span(points).first(where.size()));
   CrsBox out{HUGE_VAL, HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
   for (std::size_t i = 0; i < where.size(); ++i)

@@ -107,14 +107,37 @@ bool is_one_of(const Json& geometry, std::initializer_list<const char*> types) {
          std::ranges::any_of(types, [&](const char* t) { return *type == t; });
 }
 
-/// The geometries alone, in the CRS, as a file: nothing else of what was sent goes into one.
-std::string file_of(const std::vector<const Json*>& geometries, const std::string& crs) {
+/// Of a Feature's properties those that are one value.
+Ordered plain_properties(const Json& feature) {
+  Ordered plain = Ordered::object();
+  const auto all = feature.find("properties");
+  if (all == feature.end() || !all->is_object()) return plain;
+  for (const auto& [name, value] : all->items())
+    if (value.is_primitive()) plain[name] = value;
+  return plain;
+}
+
+/// Beside geometries_of(): the properties of each.
+std::vector<Ordered> properties_of(const Json& json, std::size_t count) {
+  const auto features = json.find("features");
+  if (features == json.end() || !features->is_array() || features->size() != count)
+    return std::vector<Ordered>(count, plain_properties(json));
+  std::vector<Ordered> all;
+  for (const Json& feature : *features) all.push_back(plain_properties(feature));
+  return all;
+}
+
+/// The geometries in the CRS, as a file, and what they are called: nothing else of what was sent
+/// goes into one.
+std::string file_of(const std::vector<const Json*>& geometries,
+                    const std::vector<Ordered>& properties, const std::string& crs) {
   Ordered features = Ordered::array();
-  for (const Json* g : geometries)
-    features.push_back(
-        {{"type", "Feature"},
-         {"properties", Ordered::object()},
-         {"geometry", {{"type", (*g)["type"]}, {"coordinates", (*g)["coordinates"]}}}});
+  for (std::size_t i = 0; i < geometries.size(); ++i) {
+    const Json& g = *geometries[i];
+    features.push_back({{"type", "Feature"},
+                        {"properties", properties[i]},
+                        {"geometry", {{"type", g["type"]}, {"coordinates", g["coordinates"]}}}});
+  }
   Ordered json = {{"type", "FeatureCollection"}};
   if (crs != "CRS84")
     json["crs"] = {{"type", "name"},
@@ -140,7 +163,7 @@ std::string read_shapes(const Json& json, const std::string& name,
   else if (positions.bad || positions.count == 0)
     problems.add(name, "has coordinates that are no positions of " + crs);
   else
-    return file_of(geometries, crs);
+    return file_of(geometries, properties_of(json, geometries.size()), crs);
   return {};
 }
 

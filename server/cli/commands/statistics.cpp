@@ -2,11 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <type_traits>
+#include <variant>
 
+#include "proto/csv.h"
 #include "proto/json_text.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/dem_input.h"
@@ -16,6 +20,7 @@
 #include "server/cli/program/progress_bar.h"
 #include "terrain/analysis/zonal.h"
 #include "terrain/base/file_io.h"
+#include "terrain/raster/gdal/vector_source.h"
 
 namespace tind::cli {
 
@@ -35,6 +40,7 @@ struct Row {
 
 struct Made {
   std::vector<Row> rows;
+  VectorAttributes attributes;
   AreaScale scale;  // of all polygons
 };
 
@@ -43,8 +49,11 @@ Result<Made> make(const Arguments& a) {
   if (!dem) return std::unexpected(dem.error());
   const auto areas = read_areas(a.polygons, **dem);
   if (!areas) return std::unexpected(areas.error());
+  auto attributes = read_attributes(a.polygons);
+  if (!attributes) return std::unexpected(attributes.error());
   ProgressBar bar("statistics", progress_style(a.progress));
   Made all;
+  all.attributes = std::move(*attributes);
   std::vector<Row>& rows = all.rows;
   PostRings rings;
   for (const NamedArea& area : *areas) {
@@ -83,17 +92,54 @@ constexpr Column kColumns[] = {
      }},
     {"volume_m3", [](const ZonalStatistics& s) { return std::optional(s.volume_m3); }}};
 
-std::string csv_text(const std::vector<Row>& rows) {
+/// What the file says of a feature, as JSON: null where it says nothing.
+nlohmann::ordered_json json_of(const VectorAttributes::Value& value) {
+  return std::visit(
+      [](const auto& v) -> nlohmann::ordered_json {
+        if constexpr (std::is_same_v<decltype(v), const std::monostate&>)
+          return nullptr;
+        else
+          return v;
+      },
+      value);
+}
+
+const VectorAttributes::Value& value_of(const Made& made, const Row& row, std::size_t k) {
+  static const VectorAttributes::Value nothing;
+  const auto& all = made.attributes.of_feature;  // (a file may have shrunk meanwhile)
+  return row.feature < all.size() ? all[row.feature][k] : nothing;
+}
+
+/// A name that is no column's yet.
+std::string column_of(const std::string& attribute) {
+  const auto taken = [&](std::string_view name) { return attribute == name; };
+  const bool ours = std::ranges::any_of(kColumns, taken, &Column::name) || taken("feature") ||
+                    taken("posts") || taken("voids") || taken("beyond_dem");
+  return csv::field(ours ? "properties." + attribute : attribute);
+}
+
+std::string csv_text(const Made& made) {
   std::string text = "feature,posts,voids";
   for (const Column& column : kColumns) text += std::string(",") + column.name;
-  text += ",beyond_dem\n";
-  for (const Row& row : rows) {
+  text += ",beyond_dem";
+  for (const std::string& name : made.attributes.names) text += "," + column_of(name);
+  text += "\n";
+  for (const Row& row : made.rows) {
     text += fmt::format("{},{},{}", row.feature, row.s.posts, row.s.voids);
     for (const Column& column : kColumns) {
       const auto value = column.value(row.s);
       text += value ? fmt::format(",{:.6f}", *value) : ",";
     }
-    text += row.s.beyond ? ",true\n" : ",false\n";
+    text += row.s.beyond ? ",true" : ",false";
+    for (std::size_t k = 0; k < made.attributes.names.size(); ++k) {
+      const auto json = json_of(value_of(made, row, k));
+      text += ",";
+      if (json.is_string())
+        text += csv::field(json.get_ref<const std::string&>());
+      else if (!json.is_null())
+        text += json::to_text(json);
+    }
+    text += "\n";
   }
   return text;
 }
@@ -108,6 +154,10 @@ std::string json_text(const Arguments& a, const Made& made) {
       one[column.name] = value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json();
     }
     one["beyond_dem"] = row.s.beyond;
+    nlohmann::ordered_json properties = nlohmann::ordered_json::object();
+    for (std::size_t k = 0; k < made.attributes.names.size(); ++k)
+      properties[made.attributes.names[k]] = json_of(value_of(made, row, k));
+    one["properties"] = std::move(properties);
     list.push_back(std::move(one));
   }
   const nlohmann::ordered_json all = {{"base_m", a.base_m},
@@ -123,7 +173,7 @@ int run(const Arguments& a) {
   const auto made = make(a);
   if (!made) return complain_of(a.dem, made.error());
   const bool as_json = a.json || a.output.ends_with(".json");
-  const std::string text = as_json ? json_text(a, *made) : csv_text(made->rows);
+  const std::string text = as_json ? json_text(a, *made) : csv_text(*made);
   if (a.output.empty()) {
     std::fwrite(text.data(), 1, text.size(), stdout);
     return kOk;

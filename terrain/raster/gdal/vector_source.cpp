@@ -307,7 +307,53 @@ VectorLayerFacts facts_of(OGRLayer& layer) {
   return facts;
 }
 
+VectorAttributes::Value value_of(const OGRFeature& feature, int field) {
+  if (!feature.IsFieldSetAndNotNull(field)) return {};
+  const OGRFieldDefn& kind = *feature.GetFieldDefnRef(field);
+  switch (kind.GetType()) {
+    case OFTInteger:
+      if (kind.GetSubType() == OFSTBoolean) return feature.GetFieldAsInteger(field) != 0;
+      [[fallthrough]];
+    case OFTInteger64:
+      return std::int64_t(feature.GetFieldAsInteger64(field));
+    case OFTReal:
+      return feature.GetFieldAsDouble(field);
+    default:
+      return std::string(const_cast<OGRFeature&>(feature).GetFieldAsString(field));
+  }
+}
+
+void add_attributes(OGRLayer& layer, VectorAttributes& out) {
+  const OGRFeatureDefn& fields = *layer.GetLayerDefn();
+  std::vector<std::size_t> column;
+  for (int k = 0; k < fields.GetFieldCount(); ++k) {
+    const std::string name = const_cast<OGRFeatureDefn&>(fields).GetFieldDefn(k)->GetNameRef();
+    const auto found = std::ranges::find(out.names, name);
+    column.push_back(std::size_t(found - out.names.begin()));
+    if (found == out.names.end()) out.names.push_back(name);
+  }
+  for (const auto& feature : layer) {
+    auto& values = out.of_feature.emplace_back(out.names.size());
+    for (std::size_t k = 0; k < column.size(); ++k) values[column[k]] = value_of(*feature, int(k));
+  }
+}
+
 }  // namespace
+
+Result<VectorAttributes> read_attributes(const std::string& path) {
+  std::error_code ignored;  // as in read_file()
+  if (!std::filesystem::exists(path, ignored))
+    return fail(Errc::not_found, path + ": there is no such file");
+  gdal::register_vectors();
+  const gdal::Complaints complaints;
+  const auto set = open_vectors(path, complaints);
+  if (!set) return std::unexpected(set.error());
+  VectorAttributes all;
+  for (OGRLayer* layer : (*set)->GetLayers()) add_attributes(*layer, all);
+  for (auto& values : all.of_feature) values.resize(all.names.size());
+  if (complaints.failed()) return fail(Errc::bad_data, path + ": " + complaints.text("unreadable"));
+  return all;
+}
 
 Result<VectorFacts> vector_facts(const std::string& path) {
   std::error_code ignored;  // as in read_file()

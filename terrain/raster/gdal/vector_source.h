@@ -2,7 +2,9 @@
 // Lines and polygons from any vector file, in the post coordinates of a DEM.
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "terrain/base/result.h"
@@ -39,12 +41,23 @@ struct VectorShapes {
 /// (io) for one that is written to meanwhile.
 Result<VectorShapes> read_vectors(const std::string& path, const DemSource& dem);
 
-/// The same in longitudes and latitudes (x = lon, y = lat, degrees), wherever on the globe. Between
-/// vertices lines are straight in longitude and latitude; those of another CRS get vertices between
-/// theirs, so that they stay within a centimetre or so of where they are straight. A line's
-/// longitudes go on beyond +-180 where it crosses the antimeridian: a step of more than 180 and
-/// less than 360 degrees is taken for the shorter way around. A file without CRS has the one of
-/// `dem`.
+/// What a file says of its features beside their places. A value for each name, or none.
+struct VectorAttributes {
+  using Value = std::variant<std::monostate, bool, std::int64_t, double, std::string>;
+  std::vector<std::string> names;              // of all layers, each once
+  std::vector<std::vector<Value>> of_feature;  // as VectorPolygon::feature counts them
+};
+
+/// Of all features of a file that read_vectors() takes; what is no number and no truth is text.
+/// Fails (not_found, bad_data).
+Result<VectorAttributes> read_attributes(const std::string& path);
+
+/// As read_vectors(), in longitudes and latitudes (x = lon, y = lat, degrees), wherever on the
+/// globe. Between vertices lines are straight in longitude and latitude; those of another CRS get
+/// vertices between theirs, so that they stay within a centimetre or so of where they are straight.
+/// A line's longitudes go on beyond +-180 where it crosses the antimeridian: a step of more than
+/// 180 and less than 360 degrees is taken for the shorter way around. A file without CRS has the
+/// one of `dem`.
 Result<VectorShapes> read_vectors_on_globe(const std::string& path, const DemInfo& dem);
 
 /// One layer of a vector file, in its own coordinates.

@@ -404,6 +404,17 @@ TEST_F(ProcessesApi, VolumesStatisticsAndDifferences) {
   const std::string rows = run("statistics", R"("polygons": )" + polygon);
   EXPECT_TRUE(rows.starts_with("feature,posts,voids,min_m")) << rows;
   EXPECT_EQ(std::ranges::count(rows, '\n'), 2);
+  const std::string named = R"({"type": "FeatureCollection", "features": [
+      {"type": "Feature", "properties": {"name": "upper, \"lower\"", "area_m2": 7, "of": [1]},
+       "geometry": )" + polygon +
+                            "}]}";
+  const std::string said = run("statistics", R"("polygons": )" + named);
+  const auto head = said.substr(0, said.find('\n'));
+  EXPECT_TRUE(head.ends_with(",beyond_dem,properties.area_m2,name")) << head;
+  EXPECT_TRUE(said.ends_with(",7,\"upper, \"\"lower\"\"\"\n")) << said;
+  const Json listed = Json::parse(run("statistics", R"("format": "json", "polygons": )" + named));
+  EXPECT_EQ(listed["polygons"][0]["properties"],
+            Json::parse(R"({"name": "upper, \"lower\"", "area_m2": 7})"));
   const Json same =
       Json::parse(run("volume", R"("against": "rainier", "bbox": [-121.8, 46.75, -121.7, 46.8])"));
   EXPECT_EQ(same["cut"]["m3"], 0);

@@ -1,6 +1,7 @@
 // Landing page, conformance, collections: as JSON and as pages.
 
 #include "server/api/crs_name.h"
+#include "server/api/ogc/asked_crs.h"
 #include "server/api/ogc/page.h"
 #include "tests/server/api/ogc/ogc_fixture.h"
 
@@ -106,6 +107,17 @@ TEST(OgcPage, WhatADocumentSaysIsNeverMarkup) {
     ++anchors;
   }
   EXPECT_GE(anchors, 3u);
+}
+
+TEST(AskedCrs, TheWholeEarthInWebMercatorIsSquare) {
+  DatasetFacts facts;
+  facts.box = {-180, -90, 180, 90};
+  const auto crs = ogc::AskedCrs::make("EPSG:3857", facts);
+  ASSERT_TRUE(crs) << crs.error().what;
+  const auto box = ogc::box_of(*crs, facts);
+  ASSERT_TRUE(box) << box.error().what;
+  EXPECT_NEAR(box->north, 20037508.342789, 1e-3);
+  EXPECT_NEAR(box->south, -20037508.342789, 1e-3);
 }
 
 TEST(CrsName, EveryFormOfOne) {
