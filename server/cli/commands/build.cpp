@@ -34,6 +34,7 @@
 #include "terrain/simplify/method_text.h"
 #include "terrain/store/open/open_store.h"
 #include "terrain/store/open/stored_tiles.h"
+#include "terrain/surface/any_height.h"
 #include "terrain/surface/stated_accuracy.h"
 #include "terrain/tiles3d/tileset_archive.h"
 #include "terrain/tiles3d/tileset_folder.h"
@@ -261,6 +262,9 @@ void print(const tiles3d::FolderReport& r) {
 }
 
 int run_images(const Arguments& a, const Surface& source, const ImageContent& content) {
+  const auto any = any_height(source);
+  if (!any) return complain(any.error());
+  if (!*any) return complain({Errc::bad_data, no_valid_height(source.info())});
   const std::string of = a.input.files.empty() ? a.format : a.input.files.front();
   const auto images = image_source(source, {content, a.image_format}, a.imaged, a.options.tiles);
   if (!images) return complain(images.error());

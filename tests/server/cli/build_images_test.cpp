@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <fstream>
 #include <string>
 
@@ -28,6 +29,23 @@ TEST(BuildImages, BeyondWebMapsWarns) {
   const auto within = built_at("85.04");  // across it
   EXPECT_EQ(within.code, 0) << within.out;
   EXPECT_EQ(within.out.find("warning: there is no image"), std::string::npos) << within.out;
+}
+
+TEST(BuildImages, OfNothingAreNotMade) {
+  const test::TempDir dir;
+  const std::string dem = dir.file("dem.asc"), out = dir.file("images");
+  std::ofstream(dem) << "ncols 3\nnrows 2\nxllcorner 10\nyllcorner 45\ncellsize 0.01\n"
+                     << "NODATA_value -1\n-1 -1 -1\n-1 -1 -1\n";
+  std::ofstream(dir.file("dem.prj"))
+      << R"(GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],)"
+      << R"(PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]])";
+  for (const std::string format : {"rgb", "terrarium", "hillshade", "slope", "aspect"}) {
+    const auto ran =
+        test::run_tind("build " + dem + " --format " + format + " --progress none -o " + out);
+    EXPECT_EQ(ran.code, 65) << format << ": " << ran.out;
+    EXPECT_NE(ran.out.find("no valid height"), std::string::npos) << ran.out;
+    EXPECT_TRUE(std::filesystem::is_empty(out)) << format;
+  }
 }
 
 }  // namespace
