@@ -7,6 +7,7 @@
 
 #include "terrain/geo/geodesic_path.h"
 #include "terrain/geo/longitude.h"
+#include "terrain/geo/web_mercator.h"
 #include "terrain/raster/dem_window.h"
 
 namespace tind::api::ogc {
@@ -67,8 +68,8 @@ void AskedCrs::from_geographic(std::span<const Geographic> places, std::span<Vec
 
 void AskedCrs::keep_on_map(std::span<Geographic> places) const {
   if (name_ != "EPSG:3857") return;
-  constexpr double kEnd = 85.05112877980659;
-  for (Geographic& p : places) p.lat = std::clamp(p.lat, -kEnd, kEnd);
+  const GeoRect map = web_mercator::rect({0, 0, 0});
+  for (Geographic& p : places) p.lat = std::clamp(p.lat, map.south, map.north);
 }
 
 Vec2 AskedCrs::point(std::array<double, 2> p) const {

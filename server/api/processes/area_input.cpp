@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "server/api/crs_name.h"
 
@@ -127,8 +128,17 @@ std::vector<Ordered> properties_of(const Json& json, std::size_t count) {
   return all;
 }
 
-/// The geometries in the CRS, as a file, and what they are called: nothing else of what was sent
-/// goes into one.
+/// A table of them has a column for each name.
+bool are_few(const std::vector<Ordered>& properties) {
+  std::set<std::string> names;
+  for (const Ordered& one : properties)
+    for (const auto& [name, value] : one.items())
+      if (names.insert(name).second && names.size() > kMostNames) return false;
+  return true;
+}
+
+/// The geometries in the CRS, as a file, each with what `properties` has for it: nothing else of
+/// what was sent goes into one.
 std::string file_of(const std::vector<const Json*>& geometries,
                     const std::vector<Ordered>& properties, const std::string& crs) {
   Ordered features = Ordered::array();
@@ -146,10 +156,11 @@ std::string file_of(const std::vector<const Json*>& geometries,
   return json.dump();
 }
 
-/// Empty, and a problem, where it is not what `types` says.
+/// Empty, and a problem, where it is not what `types` says. `named`: properties are wanted, too.
 std::string read_shapes(const Json& json, const std::string& name,
                         std::initializer_list<const char*> types, const std::string& what,
-                        const std::string& crs, Problems& problems, Positions& positions) {
+                        const std::string& crs, Problems& problems, Positions& positions,
+                        bool named = false) {
   const auto geometries = geometries_of(json);
   for (const Json* g : geometries) {
     if (!g || !is_one_of(*g, types)) {
@@ -158,12 +169,17 @@ std::string read_shapes(const Json& json, const std::string& name,
     }
     positions.take((*g)["coordinates"], 0);
   }
+  const auto properties = named ? properties_of(json, geometries.size())
+                                : std::vector<Ordered>(geometries.size(), Ordered::object());
   if (positions.count > kMostPositions)
     problems.add(name, "must have at most " + std::to_string(kMostPositions) + " positions");
   else if (positions.bad || positions.count == 0)
     problems.add(name, "has coordinates that are no positions of " + crs);
+  else if (!are_few(properties))
+    problems.add(name, "must have at most " + std::to_string(kMostNames) +
+                           " names of properties in all Features");
   else
-    return file_of(geometries, properties_of(json, geometries.size()), crs);
+    return file_of(geometries, properties, crs);
   return {};
 }
 
@@ -225,7 +241,7 @@ std::string read_geojson(const char* name, Members& inputs, Problems& problems,
                              {"LineString", "MultiLineString", "Polygon", "MultiPolygon"},
                              "lines or polygons", crs, problems, positions)
                : read_shapes(*json, name, {"Polygon", "MultiPolygon"}, "polygons", crs, problems,
-                             positions);
+                             positions, std::string_view(name) == "polygons");
 }
 
 void describe_area(Ordered& inputs) {

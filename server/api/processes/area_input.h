@@ -11,6 +11,8 @@ namespace tind::api {
 
 /// In each input.
 inline constexpr std::size_t kMostPositions = 100'000;
+/// Of the properties of all Features together.
+inline constexpr std::size_t kMostNames = 100;
 
 struct AreaInput {
   std::string bounds;         // as --bounds takes them; empty: everywhere

@@ -338,9 +338,9 @@ void add_attributes(OGRLayer& layer, VectorAttributes& out) {
   }
 }
 
-}  // namespace
-
-Result<VectorAttributes> read_attributes(const std::string& path) {
+/// take(set) of a file that is there.
+template <class Take>
+Result<void> look_through(const std::string& path, const Take& take) {
   std::error_code ignored;  // as in read_file()
   if (!std::filesystem::exists(path, ignored))
     return fail(Errc::not_found, path + ": there is no such file");
@@ -348,25 +348,30 @@ Result<VectorAttributes> read_attributes(const std::string& path) {
   const gdal::Complaints complaints;
   const auto set = open_vectors(path, complaints);
   if (!set) return std::unexpected(set.error());
-  VectorAttributes all;
-  for (OGRLayer* layer : (*set)->GetLayers()) add_attributes(*layer, all);
-  for (auto& values : all.of_feature) values.resize(all.names.size());
+  take(**set);
   if (complaints.failed()) return fail(Errc::bad_data, path + ": " + complaints.text("unreadable"));
+  return {};
+}
+
+}  // namespace
+
+Result<VectorAttributes> read_attributes(const std::string& path) {
+  VectorAttributes all;
+  const auto done = look_through(path, [&](GDALDataset& set) {
+    for (OGRLayer* layer : set.GetLayers()) add_attributes(*layer, all);
+  });
+  if (!done) return std::unexpected(done.error());
+  for (auto& values : all.of_feature) values.resize(all.names.size());
   return all;
 }
 
 Result<VectorFacts> vector_facts(const std::string& path) {
-  std::error_code ignored;  // as in read_file()
-  if (!std::filesystem::exists(path, ignored))
-    return fail(Errc::not_found, path + ": there is no such file");
-  gdal::register_vectors();
-  const gdal::Complaints complaints;
-  const auto set = open_vectors(path, complaints);
-  if (!set) return std::unexpected(set.error());
   VectorFacts facts;
-  if (GDALDriver* const driver = (*set)->GetDriver()) facts.driver = driver->GetDescription();
-  for (OGRLayer* layer : (*set)->GetLayers()) facts.layers.push_back(facts_of(*layer));
-  if (complaints.failed()) return fail(Errc::bad_data, path + ": " + complaints.text("unreadable"));
+  const auto done = look_through(path, [&](GDALDataset& set) {
+    if (GDALDriver* const driver = set.GetDriver()) facts.driver = driver->GetDescription();
+    for (OGRLayer* layer : set.GetLayers()) facts.layers.push_back(facts_of(*layer));
+  });
+  if (!done) return std::unexpected(done.error());
   return facts;
 }
 

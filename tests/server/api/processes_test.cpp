@@ -425,7 +425,12 @@ TEST_F(ProcessesApi, VolumesStatisticsAndDifferences) {
                   {inputs(R"("height": 1, "against": "rainier")"), "inputs.height"},
                   {inputs(R"("against": "/etc/passwd")"), "inputs.against"},
                   {inputs(R"("plane": [[1, 2, 3], [1, 2, 3], [1, 2]])"), "inputs.plane"}});
-  expect_refused("/processes/statistics/execution", {{inputs(R"("base": 1)"), "inputs.polygons"}});
+  std::string many;
+  for (int i = 0; i <= 100; ++i) many += (i ? ", \"n" : "\"n") + std::to_string(i) + "\": 1";
+  const std::string too_many = R"("polygons": {"type": "Feature", "properties": {)" + many +
+                               R"(}, "geometry": )" + polygon + "}";
+  expect_refused("/processes/statistics/execution", {{inputs(R"("base": 1)"), "inputs.polygons"},
+                                                     {inputs(too_many), "inputs.polygons"}});
   expect_refused("/processes/difference/execution",
                  {{inputs(R"("format": "tif")"), "inputs.less"}});
 }
