@@ -12,8 +12,8 @@
 
 #include "proto/json_member.h"
 #include "proto/json_text.h"
-#include "terrain/base/bytes.h"
 #include "terrain/check/check_glb.h"
+#include "terrain/check/subtree.h"
 
 namespace tind {
 namespace {
@@ -21,9 +21,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr const char* kTileset = "tileset.json";
-constexpr int kDeepest = 30;      // level of a tile
-constexpr int kMostSubtree = 10;  // levels: a million tiles
-constexpr std::int64_t kMost = 1ll << 40;
+constexpr int kDeepest = 30;                     // level of a tile
 constexpr std::size_t kMostValues = 10'000'000;  // of JSON; each takes up to 100 bytes
 constexpr std::size_t kLongestUri = 4096;
 
@@ -31,72 +29,6 @@ const Json& list(const Json& object, const char* name) {
   static const Json kNone = Json::array();
   const Json* const found = json::member(object, name);
   return found && found->is_array() ? *found : kNone;
-}
-
-// ---- subtrees ----
-
-/// Bits of a subtree, all alike or one each.
-class Availability {
- public:
-  /// False where what is said makes no sense.
-  bool read(const Json* said, const Json& views, std::string_view binary, std::uint64_t count) {
-    if (!said) return false;
-    if (const auto constant = json::whole(*said, "constant", 0, 1)) {
-      constant_ = *constant == 1;
-      return true;
-    }
-    const auto view = json::whole(*said, "bitstream", 0, std::int64_t(views.size()) - 1);
-    if (!view) return false;
-    const Json& v = views[std::size_t(*view)];
-    const auto offset = json::whole_or(v, "byteOffset", 0, 0, kMost);
-    const auto size = json::whole(v, "byteLength", 1, kMost);
-    if (!offset || !size || *offset + *size > std::int64_t(binary.size()) ||
-        std::uint64_t(*size) < (count + 7) / 8)
-      return false;
-    bits_ = binary.substr(std::size_t(*offset), std::size_t(*size));
-    return true;
-  }
-  bool at(std::uint64_t i) const {
-    return bits_.empty() ? constant_ : (std::uint8_t(bits_[i / 8]) >> (i % 8) & 1) != 0;
-  }
-
- private:
-  bool constant_ = false;
-  std::string_view bits_;
-};
-
-struct Subtree {
-  Availability tiles, contents, children;
-};
-
-std::string open_subtree(std::string_view bytes, int levels, Subtree& out) {
-  if (bytes.size() < 24 || load<std::uint32_t>(bytes.data()) != 0x74627573) return "is no subtree";
-  if (load<std::uint32_t>(&bytes[4]) != 1) return "is not of version 1";
-  const auto text = load<std::uint64_t>(&bytes[8]), binary = load<std::uint64_t>(&bytes[16]);
-  if (text > bytes.size() - 24 || binary != bytes.size() - 24 - text)
-    return "has another length than it says";
-  if (json::count_values(bytes.substr(24, text)) > kMostValues) return "has too much JSON";
-  const Json json = json::parse<Json>(bytes.substr(24, text));
-  if (!json.is_object()) return "its JSON is damaged";
-  const std::string_view body = bytes.substr(24 + text);
-  const Json& views = list(json, "bufferViews");
-  const std::uint64_t tiles = ((std::uint64_t(1) << 2 * levels) - 1) / 3;
-  const Json& contents = list(json, "contentAvailability");
-  if (!out.tiles.read(json::member(json, "tileAvailability"), views, body, tiles))
-    return "does not say which tiles there are";
-  if (!contents.empty() && !out.contents.read(&contents[0], views, body, tiles))
-    return "does not say which contents there are";
-  if (!out.children.read(json::member(json, "childSubtreeAvailability"), views, body,
-                         std::uint64_t(1) << 2 * levels))
-    return "does not say which subtrees follow";
-  return {};
-}
-
-std::uint64_t morton(std::uint64_t x, std::uint64_t y) {
-  std::uint64_t number = 0;
-  for (int bit = 0; bit < 32; ++bit)
-    number |= (x >> bit & 1) << (2 * bit) | (y >> bit & 1) << (2 * bit + 1);
-  return number;
 }
 
 struct Place {
@@ -201,7 +133,7 @@ class TilesetCheck {
   }
 
   void implicit(const Json& tiling, const std::string& content) {
-    const auto levels = json::whole(tiling, "subtreeLevels", 1, kMostSubtree);
+    const auto levels = json::whole(tiling, "subtreeLevels", 1, kMostSubtreeLevels);
     const auto all = json::whole(tiling, "availableLevels", 1, kDeepest);
     const Json* const subtrees = json::member(tiling, "subtrees");
     const std::string uri = subtrees ? json::text(*subtrees, "uri").value_or("") : "";
@@ -218,16 +150,16 @@ class TilesetCheck {
       const auto bytes = file(name);
       if (!bytes) continue;
       ++report_.subtrees;
-      Subtree subtree;
-      if (const std::string wrong = open_subtree(*bytes, int(*levels), subtree); !wrong.empty()) {
-        found(name, wrong);
+      const auto subtree = read_subtree(*bytes, int(*levels));
+      if (!subtree) {
+        found(name, subtree.error().what);
         continue;
       }
-      contents_of(subtree, at, int(*levels), int(*all), name, content);
+      contents_of(*subtree, at, int(*levels), int(*all), name, content);
       const std::uint64_t side = std::uint64_t(1) << *levels;
       for (std::uint64_t y = 0; y < side; ++y)
         for (std::uint64_t x = 0; x < side && !enough(); ++x) {
-          if (!subtree.children.at(morton(x, y))) continue;
+          if (!subtree->children.at(subtree_morton(x, y))) continue;
           const Place child{at.level + int(*levels), at.x * side + x, at.y * side + y};
           if (child.level >= *all)
             found(name, "has a subtree below the deepest level");
@@ -237,17 +169,17 @@ class TilesetCheck {
     }
   }
 
-  void contents_of(const Subtree& subtree, const Place& root, int levels, int all,
+  void contents_of(const ReadSubtree& subtree, const Place& root, int levels, int all,
                    const std::string& name, const std::string& content) {
     std::uint64_t first = 0;  // of the level
     for (int depth = 0; depth < levels; ++depth) {
       const std::uint64_t side = std::uint64_t(1) << depth;
       for (std::uint64_t y = 0; y < side; ++y)
         for (std::uint64_t x = 0; x < side && !enough(); ++x) {
-          const std::uint64_t i = first + morton(x, y);
+          const std::uint64_t i = first + subtree_morton(x, y);
           const bool tile = subtree.tiles.at(i);
           const std::uint64_t parent =
-              depth > 0 ? first - side * side / 4 + morton(x / 2, y / 2) : 0;
+              depth > 0 ? first - side * side / 4 + subtree_morton(x / 2, y / 2) : 0;
           const Place at{root.level + depth, root.x * side + x, root.y * side + y};
           if (tile && depth > 0 && !subtree.tiles.at(parent))
             found(name, "has a tile without its parent: " + named("{level}/{x}/{y}", at));
