@@ -261,10 +261,16 @@ void print(const tiles3d::FolderReport& r) {
                    : "");
 }
 
-int run_images(const Arguments& a, const Surface& source, const ImageContent& content) {
+/// Before anything is written; tiles find out by the scan that plans them.
+Result<void> check_any_height(const Surface& source) {
   const auto any = any_height(source);
-  if (!any) return complain(any.error());
-  if (!*any) return complain({Errc::bad_data, no_valid_height(source.info())});
+  if (!any) return std::unexpected(any.error());
+  if (!*any) return fail(Errc::bad_data, no_valid_height(source.info()));
+  return {};
+}
+
+int run_images(const Arguments& a, const Surface& source, const ImageContent& content) {
+  if (const auto ok = check_any_height(source); !ok) return complain(ok.error());
   const std::string of = a.input.files.empty() ? a.format : a.input.files.front();
   const auto images = image_source(source, {content, a.image_format}, a.imaged, a.options.tiles);
   if (!images) return complain(images.error());
@@ -279,6 +285,7 @@ int run_images(const Arguments& a, const Surface& source, const ImageContent& co
 }
 
 int run_scenery(const Arguments& a, const Surface& source) {
+  if (const auto ok = check_any_height(source); !ok) return complain(ok.error());
   finish_on_signals();
   const TileSetOptions& tiles = a.options.tiles;
   const int exit = build_scenery(source, *a.input.environment,

@@ -29,6 +29,12 @@ class BuildScenery : public ::testing::Test {
     return test::run_tind("build " + raster("dem", "1 2 3 4\n2 3 4 5") + " --progress none -o " +
                           dir_.file("out") + " " + options);
   }
+  std::size_t files() const {
+    std::size_t count = 0;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(dir_.file("out")))
+      count += entry.is_regular_file();
+    return count;
+  }
   bool there() const { return std::filesystem::exists(dir_.file("out")); }
 };
 
@@ -59,6 +65,20 @@ TEST_F(BuildScenery, RefusesWhatFitsNothing) {
     EXPECT_EQ(ran.code, 2) << options << ": " << ran.out;
     EXPECT_FALSE(there()) << options;
   }
+}
+
+TEST_F(BuildScenery, OfNothingIsNotMade) {
+  const std::string voids = raster("voids", "NODATA_value -1\n-1 -1 -1 -1\n-1 -1 -1 -1");
+  const std::string to = " --format flightgear --progress none -o " + dir_.file("out");
+  const auto fresh = test::run_tind("build " + voids + to);
+  EXPECT_EQ(fresh.code, 65) << fresh.out;
+  EXPECT_NE(fresh.out.find("no valid height"), std::string::npos) << fresh.out;
+  EXPECT_TRUE(std::filesystem::is_empty(dir_.file("out")));
+  EXPECT_EQ(build("--format flightgear").code, 0);
+  const std::size_t before = files();
+  EXPECT_GT(before, 2u);
+  EXPECT_EQ(test::run_tind("build " + voids + to).code, 65);
+  EXPECT_EQ(files(), before) << "scenery of before was taken away for nothing";
 }
 
 }  // namespace
