@@ -4,7 +4,8 @@
 export const $ = (id) => document.getElementById(id);
 export const NO_WEBGL = "this browser has no WebGL 2, which draws the terrain. Switch on hardware acceleration in its settings, or take another browser; the tiles are served all the same.";
 
-const PHONE_PX = 640; // as in style.css
+/// Where style.css makes the controls a sheet at the bottom.
+export const isPhone = () => matchMedia("(max-width: 640px), (max-height: 480px)").matches;
 
 /// One line over the page; `ways` leads on: [[label, what to do]].
 export function say(text, ways = []) {
@@ -120,5 +121,5 @@ export function stillIfAsked(id) {
 
 /// The panel begins closed where it would hide the picture.
 export function foldControls() {
-  if (window.innerWidth <= PHONE_PX || window.innerHeight <= 480) $("controls").open = false;
+  if (isPhone()) $("controls").open = false;
 }

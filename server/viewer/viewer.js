@@ -1,7 +1,7 @@
 // The viewer: the globe with its controls. What is drawn is in globe/.
 
-import {$, connectKeys, fetchDatasets, foldControls, keepDataset, NO_WEBGL, pause, say, sayFailed} from "./page.js";
-import {factsOf, showCards} from "./globe/cards.js";
+import {$, connectKeys, fetchDatasets, foldControls, isPhone, keepDataset, NO_WEBGL, pause, say, sayFailed} from "./page.js";
+import {factsOf, isShowable, showCards} from "./globe/cards.js";
 import {inTurnOf, shared} from "./globe/box.js";
 import {Compare} from "./globe/compare.js";
 import {openDataset} from "./globe/dataset.js";
@@ -16,7 +16,8 @@ import {drawnOf, rectangleOf} from "./globe/tiles.js";
 import {Tools} from "./globe/tools.js";
 
 const {Cesium} = window;
-const FREE_OF_PANEL = 290; // pixels from the left that the open panel covers
+const MARGIN = 16, GAP = 8; // pixels around the data in the home view, and between it and a panel
+const BAR_HIGH = 74, ANSWER_HIGH = 230; // pixels at the bottom of a phone: of the closed controls, of a tool's answer (style.css)
 
 const {camera: LINKED, ...looks} = viewOf(location.hash);
 const beside = looks.beside;
@@ -45,6 +46,13 @@ function connectPointer(globe, tools) {
   const handler = new Cesium.ScreenSpaceEventHandler(scene.canvas);
   handler.setInputAction(look, Cesium.ScreenSpaceEventType.MOUSE_MOVE);
   handler.setInputAction(click, Cesium.ScreenSpaceEventType.LEFT_CLICK); // a tap, too
+  scene.canvas.addEventListener("keydown", ({key}) => { // without a mouse: in the middle of the picture
+    if (key === "Enter") click({position: new Cesium.Cartesian2(scene.canvas.clientWidth / 2, scene.canvas.clientHeight / 2)});
+  });
+  $("readout-close").addEventListener("click", () => {
+    at = undefined;
+    readout.hide();
+  });
   scene.camera.moveStart.addEventListener(() => readout.fade());
   scene.camera.moveEnd.addEventListener(refresh);
   scene.globe.tileLoadProgressEvent.addEventListener((waiting) => {
@@ -141,11 +149,23 @@ function connectControls(globe, compare, remember) {
   showLooks();
 }
 
-/// What of the picture no panel covers.
+/// What of the picture no panel covers, for Globe.home: a frame and the panels at its corners. On a phone it ends above
+/// what is asked and answered at the bottom, so that neither comes to lie over the data.
 function freeFrame() {
   const wide = window.innerWidth, high = window.innerHeight;
-  const left = $("controls").open && wide > 640 ? FREE_OF_PANEL : 0;
-  return {left: -0.95 + (2 * left) / wide, right: 0.95, bottom: -0.94 + 60 / high, top: 0.94 - (2 * 52) / high};
+  const phone = isPhone(), upright = high > wide;
+  const frame = {
+    left: !phone && $("controls").open ? $("controls").getBoundingClientRect().right + MARGIN : MARGIN, right: wide - MARGIN,
+    top: (phone ? $("tools") : $("shell")).getBoundingClientRect().bottom + MARGIN,
+    bottom: high - (!phone ? 30 : upright ? ANSWER_HIGH + BAR_HIGH : BAR_HIGH),
+  };
+  const asShares = ({left, right, top, bottom}) =>
+    ({left: (2 * left) / wide - 1, right: (2 * right) / wide - 1, top: 1 - (2 * top) / high, bottom: 1 - (2 * bottom) / high});
+  const over = ["legend", "tools", "controls"].map((id) => $(id).getBoundingClientRect())
+    .filter(({left, right, top, bottom}) => right > left && left < frame.right && right > frame.left && top < frame.bottom && bottom > frame.top);
+  const corners = over.map(({left, right, top, bottom}) =>
+    asShares({left: left - GAP, right: right + GAP, top: top - GAP, bottom: bottom + GAP}));
+  return {free: asShares(frame), corners};
 }
 
 // ---- download
@@ -295,13 +315,13 @@ async function whenServed() {
 
 function show(globe, dataset, first) {
   globe.show(dataset, {...looks, sun: {...looks.sun}});
-  if (first && LINKED) globe.camera = LINKED;
-  else globe.home(freeFrame());
   $("choose").textContent = dataset.name;
   $("facts").textContent = factsOf(dataset.facts).slice(1, 3).join(", ");
   document.body.classList.remove("waiting");
   document.title = `${dataset.name} · tind`;
   showLegend(globe);
+  if (first && LINKED) globe.camera = LINKED;
+  else globe.home(freeFrame()); // which the legend is a part of
 }
 
 async function main() {
@@ -354,14 +374,14 @@ async function main() {
   globe.scene.camera.moveEnd.addEventListener(remember);
   $("choose").addEventListener("click", choose);
   $("cards-close").addEventListener("click", () => $("cards").close());
-  const names = datasets.map(({name}) => name);
-  $("other").append(...names.map((name) => new Option(name, name)));
+  const names = datasets.map(({name}) => name), showable = datasets.filter(isShowable).map(({name}) => name);
+  $("other").append(...showable.map((name) => new Option(name, name)));
 
   const asked = new URLSearchParams(location.search).get("dataset");
   if (asked !== null && !names.includes(asked)) {
-    return say(`There is no dataset named ${asked} here.`, [...names.slice(0, 6).map((name) => [`Show ${name}`, () => state.open(name)]), ["All datasets", choose]]);
+    return say(`There is no dataset named ${asked} here.`, [...showable.slice(0, 6).map((name) => [`Show ${name}`, () => state.open(name)]), ["All datasets", choose]]);
   }
-  await state.open(asked ?? names[0]);
+  await state.open(asked ?? showable[0] ?? names[0]);
   if (beside && names.includes(beside.dataset)) {
     $("other").value = beside.dataset;
     $("other-level").value = beside.level ?? 20;

@@ -4,16 +4,16 @@ import assert from "node:assert/strict";
 import {test} from "node:test";
 import {inTurnOf, shared} from "../../server/viewer/globe/box.js";
 import {along, geodesic, localFrame, pathMetres, polygonArea, sightLine} from "../../server/viewer/globe/geodesy.js";
-import {acrossOf, axes, extentOf, eyeThatFits, homeOf} from "../../server/viewer/globe/home.js";
+import {acrossOf, axes, extentOf, eyeClearOf, eyeThatFits, homeOf} from "../../server/viewer/globe/home.js";
 import {areaText, contourInterval, lengthText, roundLength, ticks} from "../../server/viewer/globe/legend.js";
 import {linkOf, viewOf} from "../../server/viewer/globe/link.js";
-import {factsOf} from "../../server/viewer/globe/cards.js";
-import {DEPTHS, heightStops, TINTS, tintTop} from "../../server/viewer/globe/material.js";
+import {factsOf, isShowable} from "../../server/viewer/globe/cards.js";
+import {DEPTHS, heightScale, heightStops, TINTS, tintTop} from "../../server/viewer/globe/material.js";
 import {objOf} from "../../server/viewer/globe/mesh_file.js";
 import {rasterise} from "../../server/viewer/globe/mesh_raster.js";
 import {matches, placeOf} from "../../server/viewer/globe/places.js";
-import {profileFigures, runs} from "../../server/viewer/globe/profile.js";
-import {errorByte, errorOfByte, errorTile, GROUND, reliefTile, SEA, SIDE, slopeByte, slopeOfByte, VOID} from "../../server/viewer/globe/relief_tile.js";
+import {profileFigures, runs, sampleAt} from "../../server/viewer/globe/profile.js";
+import {errorByte, errorOfByte, errorTile, GROUND, heightByte, heightOfByte, reliefTile, SEA, SIDE, slopeByte, slopeOfByte, UNKNOWN_HEIGHT, VOID} from "../../server/viewer/globe/relief_tile.js";
 import {columnOf, heightsOfColours, latOf, lonOf, PIXELS, rowOf, SourceHeights} from "../../server/viewer/globe/source_heights.js";
 import {labelsThatFit, latticeLines, tileSides} from "../../server/viewer/globe/tile_lines.js";
 import {heightInTile} from "../../server/viewer/quantized_mesh.js";
@@ -44,6 +44,8 @@ test("the tints of flat land do not paint the error of its mesh, those of mounta
   assert.ok(tintTop({low: 171, high: 171.5, extent: 14000}) >= 171 + 10 * 2.4, "2.4 m that the mesh is off are a tenth of the scale");
   assert.equal(tintTop({low: 5, high: 5, extent: 70}), 6);
   assert.equal(tintTop({low: -10340, high: 7803, extent: 1.27e7}), 7803);
+  assert.equal(tintTop({low: 30, high: 90, extent: 68000, source: {}}), 90, "a source's own heights use all of the scale");
+  assert.equal(tintTop({low: 171, high: 171.5, extent: 14000, source: {}}), 181);
 });
 
 test("a dataset's heights come with their datum, one height is said once", () => {
@@ -51,6 +53,15 @@ test("a dataset's heights come with their datum, one height is said once", () =>
   assert.ok(facts(-33.6, 4352.2).includes("−34 to 4,352 m above the ellipsoid"));
   assert.ok(facts(171.1, 171.4).includes("171 m above the ellipsoid"));
   assert.ok(facts().includes("heights above the ellipsoid"));
+  assert.ok(factsOf({datum: null, max_level: 9, state: "ready"}).includes("heights of unknown datum"));
+});
+
+test("of a dataset that failed, or has no tiles, nothing is said that is not so", () => {
+  const box = [10, 45, 11, 46], source = {columns: 2, rows: 2, spacing_m: [5, 5]};
+  assert.deepEqual(factsOf({box, datum: "egm96", state: "failed"}), ["could not be read; the daemon's log says why"]);
+  const bare = factsOf({box, source, datum: "egm96", state: "ready"});
+  assert.ok(bare.includes("no tiles, heights only") && !bare.join().includes("undefined"), bare.join());
+  assert.deepEqual([{state: "ready", max_level: 9}, {state: "reading", max_level: 0}, {state: "failed", max_level: 9}, {state: "ready"}].map(isShowable), [true, true, false, false]);
 });
 
 test("a link that is cut or made up still opens", () => {
@@ -110,6 +121,30 @@ test("home fills the frame with the data, whatever the frame", () => {
       assert.ok(right - left > 1.4 || top - bottom > 1.7, "it fills one direction");
     }
   }
+});
+
+test("home leaves the corners free where panels lie", () => {
+  const steep = [];
+  for (let i = 0; i <= 24; ++i) for (let j = 0; j <= 24; ++j) for (const z of [0, 2000, 4000]) steep.push([i * 400 - 4800, j * 400 - 4800, z]);
+  const frame = {left: -0.6, right: 0.98, bottom: -0.95, top: 0.88};
+  const corners = [{left: 0.56, right: 1, bottom: -0.95, top: -0.55}, {left: 0.6, right: 1, bottom: 0.76, top: 0.88}, {left: -0.6, right: -0.4, bottom: 0.7, top: 0.88}];
+  let covered = 0;
+  for (const aspect of [1400 / 900, 390 / 844]) for (const pitch of [-0.3, -0.6, -1]) {
+    const camera = axes(0.35, pitch), tanY = Math.tan(0.4), tanX = tanY * aspect;
+    const fit = (room) => eyeThatFits(steep, camera, tanX, tanY, room);
+    const behind = (eye) => corners.filter(({left, right, bottom, top}) => steep.some((point) => {
+      const {left: x, bottom: y} = extentOf([point], eye, camera, tanX, tanY);
+      return x > left && x < right && y > bottom && y < top;
+    })).length;
+    const full = fit(frame), eye = eyeClearOf(corners, steep, fit, camera, tanX, tanY, frame);
+    covered += behind(full);
+    assert.equal(behind(eye), 0);
+    const seen = extentOf(steep, eye, camera, tanX, tanY), all = extentOf(steep, full, camera, tanX, tanY);
+    assert.ok(seen.left > frame.left - 0.01 && seen.right < frame.right + 0.01 && seen.bottom > frame.bottom - 0.01 && seen.top < frame.top + 0.01);
+    assert.ok(seen.right - seen.left > 0.55 * (all.right - all.left), "it stays large");
+    assert.deepEqual(eyeClearOf([], steep, fit, camera, tanX, tanY, frame), full);
+  }
+  assert.ok(covered > 0, "without care, a panel lies over it");
 });
 
 const FIJI = {west: 179, south: -20, east: 181, north: -18}; // as /datasets has it
@@ -177,6 +212,20 @@ test("slopes and errors survive their byte", () => {
   assert.ok(slopeByte(1e9) <= 255 && slopeByte(-1e9) >= 1 && errorByte(1e9) <= 255 && errorByte(-1e9) >= 1);
 });
 
+test("heights survive their byte, and no land becomes a depth", () => {
+  const land = heightScale({low: 294, high: 4352, extent: 36000, source: {}, seaLevel: 0}), world = heightScale({low: -10376, high: 7833, extent: 1e7, source: {}, seaLevel: 30});
+  for (const [scale, step] of [[land, 8.1], [world, 41.2]])
+    for (let share = 0; share <= 1; share += 0.01) {
+      const height = scale.low + share * (scale.top - scale.low), byte = heightByte(height, scale);
+      assert.ok(byte > UNKNOWN_HEIGHT && byte <= 255);
+      near(heightOfByte(byte, scale), height, step);
+    }
+  for (const [height, below] of [[0, true], [30, false], [31, false]]) assert.equal(heightOfByte(heightByte(height, world), world) < 30, below, `${height} m`);
+  for (const beyond of [-11000, 9000]) near(heightOfByte(heightByte(beyond, world), world), Math.min(Math.max(beyond, -10376), 7833), 1e-9);
+  const flat = heightScale({low: 5, high: 5, extent: 70, source: {}});
+  near(heightOfByte(heightByte(5, flat), flat), 5, 1e-9);
+});
+
 test("pixels of a web map lie where they should", () => {
   near(lonOf(columnOf(-121.76, 10), 10), -121.76, 1e-9);
   near(latOf(rowOf(46.85, 10), 10), 46.85, 1e-9);
@@ -201,11 +250,12 @@ function sourceWith(height, known = () => true, deepest = 7) {
   return new SourceHeights({bounds: BOUNDS, box: {west, south, east, north}, deepest, load});
 }
 const RECTANGLE = {west: 10.2, south: 45.2, east: 10.6, north: 45.6};
+const SCALE = {low: 0, knee: 2000, top: 4000};
 const pixel = (bytes, i, j) => [...bytes.subarray(4 * (j * SIDE + i), 4 * (j * SIDE + i) + 3)];
 const perDegree = 111319.49, eastward = (lat) => perDegree * Math.cos((lat * Math.PI) / 180);
 
 test("the relief has the source's own slope at every pixel, without a seam between its tiles", async () => {
-  const bytes = await reliefTile(sourceWith((lon, lat) => 0.3 * eastward(45.4) * (lon - 10) - 0.1 * perDegree * (lat - 45)), RECTANGLE, 7);
+  const bytes = await reliefTile(sourceWith((lon, lat) => 0.3 * eastward(45.4) * (lon - 10) - 0.1 * perDegree * (lat - 45)), RECTANGLE, 7, {scale: SCALE});
   for (let j = 0; j < SIDE; j += 5) for (let i = 0; i < SIDE; i += 5) {
     const [east, north, kind] = pixel(bytes, i, j);
     near(slopeOfByte(east), 0.3, 0.03, `east at ${i} ${j}`);
@@ -214,13 +264,26 @@ test("the relief has the source's own slope at every pixel, without a seam betwe
   }
 });
 
+test("the relief has the source's own heights, at every level of it", async () => {
+  const height = (lon, lat) => 500 + 1000 * (lon - 10) + 300 * (lat - 45);
+  for (const level of [7, 8, 9]) {
+    const bytes = await reliefTile(sourceWith(height, () => true, 9), RECTANGLE, level, {scale: SCALE});
+    for (let j = 2; j < SIDE; j += 25) for (let i = 2; i < SIDE; i += 25) {
+      const lon = 10.2 + (0.4 * (i + 0.5)) / SIDE, lat = 45.6 - (0.4 * (j + 0.5)) / SIDE;
+      near(heightOfByte(bytes[4 * (j * SIDE + i) + 3], SCALE), height(lon, lat), 9, `level ${level}`);
+    }
+  }
+  const unread = await reliefTile(sourceWith(height), RECTANGLE, 0, {scale: SCALE});
+  assert.deepEqual([unread[2], unread[3]], [GROUND, UNKNOWN_HEIGHT], "coarser than is worth asking for: the mesh's");
+});
+
 test("voids and the sea are told from the ground", async () => {
   const source = sourceWith((lon) => (lon < 10.3 ? 21 : 21 + 4000 * (lon - 10.3)), (lon, lat) => lat < 45.5);
-  const bytes = await reliefTile(source, RECTANGLE, 7, 20);
+  const bytes = await reliefTile(source, RECTANGLE, 7, {seaLevel: 20, scale: SCALE});
   assert.equal(pixel(bytes, 20, 200)[2], SEA);
   assert.equal(pixel(bytes, 200, 200)[2], GROUND);
   assert.equal(pixel(bytes, 20, 20)[2], VOID);
-  assert.equal(pixel(await reliefTile(source, RECTANGLE, 7, undefined), 20, 200)[2], GROUND, "without a sea level there is no sea");
+  assert.equal(pixel(await reliefTile(source, RECTANGLE, 7, {scale: SCALE}), 20, 200)[2], GROUND, "without a sea level there is no sea");
 });
 
 /// A tile of two triangles, whose corners have the heights sw, se, ne, nw of 0 to 32767.
@@ -294,6 +357,16 @@ test("a profile counts climb, fall, what is beyond the bound, and leaves gaps op
   near(profileFigures(samples).ground, Math.hypot(3, 4.5) + Math.hypot(3, 1.5), 1e-9);
   assert.equal(profileFigures([{metres: 0, mesh: 1}, {metres: 1}]).ground, undefined);
   assert.deepEqual(runs([{a: 1}, {}, {a: 2}, {a: 3}], "a").map((run) => run.length), [1, 2]);
+});
+
+test("a place on the profile's picture is the sample that is drawn there", () => {
+  const samples = Array.from({length: 401}, (_, metres) => ({metres}));
+  for (const wide of [340, 420]) {
+    assert.equal(sampleAt(samples, 44, wide).metres, 0);
+    assert.equal(sampleAt(samples, wide - 8, wide).metres, 400);
+    assert.equal(sampleAt(samples, (44 + wide - 8) / 2, wide).metres, 200);
+    for (const [x, metres] of [[-5, 0], [wide + 9, 400]]) assert.equal(sampleAt(samples, x, wide).metres, metres);
+  }
 });
 
 test("the mesh that is saved has every tile, where it is", () => {

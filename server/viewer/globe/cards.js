@@ -10,6 +10,7 @@ function heightsText(low, high) {
 
 /// Lines of text about a dataset, as /datasets has it.
 export function factsOf({box, source, datum, max_level: deepest, state, share_read: share, highest, lowest}) {
+  if (state === "failed") return ["could not be read; the daemon's log says why"];
   const facts = [];
   if (box) {
     const [west, south, east, north] = box;
@@ -19,19 +20,21 @@ export function factsOf({box, source, datum, max_level: deepest, state, share_re
   if (source) facts.push(`${source.columns.toLocaleString("en")} × ${source.rows.toLocaleString("en")} posts, ${lengthText(Number(Math.max(...source.spacing_m).toPrecision(3)))} apart`);
   else facts.push("tiles without their DEM");
   facts.push(`${highest && lowest ? heightsText(lowest.height_m, highest.height_m) : "heights"} ${datumText(datum)}`);
-  facts.push(`levels 0 to ${deepest}`);
+  facts.push(deepest === undefined ? "no tiles, heights only" : `levels 0 to ${deepest}`);
   if (source?.accuracy) facts.push(`accuracy ${source.accuracy.m} m (${source.accuracy.kind})`);
-  if (state === "reading") facts.push(`being read: ${Math.floor(100 * (share ?? 0))} %`);
-  if (state === "failed") facts.push("could not be read; the daemon's log says why");
+  if (state === "reading") facts.push(`being read: ${Math.floor(100 * (share ?? 0))}\u00a0%`);
   return facts;
 }
 
+/// Whether the globe can show it, now or soon.
+export const isShowable = ({state, max_level: deepest}) => state !== "failed" && deepest !== undefined;
+
 function card(dataset, current, choose) {
-  const button = Object.assign(document.createElement("button"), {type: "button", className: `card ${dataset.state}`});
+  const button = Object.assign(document.createElement("button"), {type: "button", className: "card"});
   if (dataset.name === current) button.setAttribute("aria-current", "true");
   const line = (name, text) => Object.assign(document.createElement(name), {textContent: text});
   button.append(line("strong", dataset.name), ...factsOf(dataset).map((fact) => line("span", fact)));
-  button.disabled = dataset.state === "failed";
+  button.disabled = !isShowable(dataset);
   button.addEventListener("click", () => choose(dataset.name));
   return button;
 }

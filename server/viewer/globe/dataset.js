@@ -15,7 +15,7 @@ async function whenRead(name) {
     if (!found) throw new Error("the daemon does not serve it any more");
     if (found.state === "failed") throw new Error("its DEM could not be read; the daemon's log says why");
     if (found.state === "ready") return found;
-    say(`Reading ${name}: ${Math.floor(100 * found.share_read)} % …`);
+    say(`Reading ${name}: ${Math.floor(100 * found.share_read)}\u00a0% …`);
     await pause(1000);
   }
 }

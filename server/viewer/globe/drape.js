@@ -1,6 +1,7 @@
 // The relief of the source, or the error of the mesh, as a layer of imagery for CesiumJS. Its bytes are
 // numbers (relief_tile.js); material.js makes colours of them.
 
+import {heightScale} from "./material.js";
 import {rasterise} from "./mesh_raster.js";
 import {errorTile, reliefTile, SIDE} from "./relief_tile.js";
 import {rectangleOf} from "./tiles.js";
@@ -29,10 +30,11 @@ function providerOf({rectangle, deepest, pixels = SIDE, make}) {
 const layerOf = (options) => new Cesium.ImageryLayer(providerOf(options));
 
 /// `finer`: by how many levels the relief is finer than the mesh that it lies on.
-export function reliefLayer({source, drapeable: rectangle, seaLevel}, finer) {
-  const pixels = SIDE * 2 ** finer;
+export function reliefLayer(dataset, finer) {
+  const {source, drapeable: rectangle, seaLevel} = dataset;
+  const pixels = SIDE * 2 ** finer, scale = heightScale(dataset);
   return layerOf({rectangle, deepest: Math.max(source.deepest - finer, 0), pixels,
-    make: (tile) => reliefTile(source, rectangleOf(tile), tile.z + finer, seaLevel, pixels)});
+    make: (tile) => reliefTile(source, rectangleOf(tile), tile.z + finer, {seaLevel, scale}, pixels)});
 }
 
 /// The error of the very mesh that is drawn: CesiumJS asks for a picture of the same address, or, where it

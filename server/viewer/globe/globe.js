@@ -41,7 +41,7 @@ function createWidget(container) {
   scene.globe.showGroundAtmosphere = false;
   scene.globe.showWaterEffect = false; // the material draws water flat, as maps do
   scene.globe.depthTestAgainstTerrain = true;
-  scene.globe.baseColor = Cesium.Color.BLACK; // where nothing is draped: no slope that a tile could have
+  scene.globe.baseColor = new Cesium.Color(0, 0, 0, 0); // where nothing is draped: no slope that a tile could have. Clear, so that alpha is the picture's
   scene.globe.undergroundColor = Cesium.Color.fromCssColorString(PAPER);
   scene.fog.renderable = false; // the material has its own haze
   scene.globe.tileCacheSize = 300;
@@ -146,12 +146,12 @@ export class Globe {
 
   // ---- the camera
 
-  /// The dataset fills the frame (homeOf). `free`: shares of the picture that nothing lies over, -1 to 1.
-  home(free = {left: -0.94, right: 0.94, bottom: -0.92, top: 0.9}) {
+  /// The dataset fills the frame (homeOf): `free` of what lies over the picture, from -1 to 1, but for its `corners`.
+  home({free, corners}) {
     const {scene: {camera, canvas, verticalExaggeration}, dataset: {box, low, high}} = this;
     const tanY = Math.tan(camera.frustum.fovy / 2), tanX = tanY * camera.frustum.aspectRatio;
     const upright = canvas.clientHeight > canvas.clientWidth;
-    const {middle, eye, look} = homeOf(box, {low, high, top: low + (high - low) * verticalExaggeration}, {upright, tanX, tanY, free});
+    const {middle, eye, look} = homeOf(box, {low, high, top: low + (high - low) * verticalExaggeration}, {upright, tanX, tanY, free, corners});
     const frame = Cesium.Transforms.eastNorthUpToFixedFrame(Cesium.Cartesian3.fromDegrees(middle.lon, middle.lat, middle.height));
     const vector = (v) => Cesium.Matrix4.multiplyByPointAsVector(frame, new Cesium.Cartesian3(...v), new Cesium.Cartesian3());
     camera.setView({

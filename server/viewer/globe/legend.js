@@ -32,4 +32,4 @@ export function areaText(squareMetres) {
 }
 
 const DATUMS = {ellipsoid: "above the ellipsoid", egm84: "above the sea (EGM84)", egm96: "above the sea (EGM96)", egm2008: "above the sea (EGM2008)", unknown: "of unknown datum"};
-export const datumText = (datum) => DATUMS[datum] ?? `above ${datum}`;
+export const datumText = (datum) => (datum ? DATUMS[datum] ?? `above ${datum}` : DATUMS.unknown); // sets of tiles need not say it

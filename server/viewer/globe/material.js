@@ -1,7 +1,7 @@
 // How the ground is coloured: height tints and rock as on printed maps, light from the slope of the
 // source, and the modes beside. Colours here are the ones that the legend shows.
 
-import {ERROR_REACH, ERROR_STEP_M} from "./relief_tile.js";
+import {ERROR_REACH, ERROR_STEP_M, HEIGHT_STEPS, UNKNOWN_HEIGHT} from "./relief_tile.js";
 import {MODES} from "./link.js";
 
 export const PAPER = "#e3e4de"; // where there is no data
@@ -23,15 +23,23 @@ export const DEPTHS = [[0, "#2f5f86"], [0.6, "#6f9fbd"], [1, "#b5d0dc"]]; // dee
 export const FACINGS = [[0, "#5f8fc4"], [0.25, "#e6c65c"], [0.5, "#cf6b4a"], [0.75, "#6aa884"], [1, "#5f8fc4"]]; // north, east, south, west
 
 const FLAT_TINTS = 0.002, FLAT_TINTS_M = 100; // height by width, at most
+const LEAST_TINTS_M = 10; // of a source's heights: what differs by less is told apart by no colour
 
 export const gradientOf = (stops) => `linear-gradient(to right, ${stops.map(([at, colour]) => `${colour} ${100 * at}%`).join(", ")})`;
 
 /// Whether heights below the sea are depths of it: no land is so low.
 export const hasDepths = ({low, seaLevel}) => low < -500 && seaLevel !== undefined;
 
-/// The height at which the tints end: on flat land far above all of it, as they are by the mesh and would
-/// else show its error as if it were relief.
-export const tintTop = ({low, high, extent}) => Math.max(high, low + Math.max(Math.min(FLAT_TINTS * extent, FLAT_TINTS_M), 1));
+/// The height at which the tints end. Without a source they are by the mesh and would show its error as if it were
+/// relief: on flat land they end far above all of it.
+export const tintTop = ({low, high, extent, source}) =>
+  Math.max(high, low + (source ? LEAST_TINTS_M : Math.max(Math.min(FLAT_TINTS * extent, FLAT_TINTS_M), 1)));
+
+/// {low, knee, top} of the heights that are draped (heightByte): the shore is between two bytes where depths are shown.
+export function heightScale(dataset) {
+  const {low, seaLevel} = dataset, top = tintTop(dataset);
+  return {low, knee: hasDepths(dataset) ? Math.min(Math.max(seaLevel, low), top) : (low + top) / 2, top};
+}
 
 /// The colour of stops at a share, between two of them.
 function colourAt(stops, share) {
@@ -133,6 +141,11 @@ const SOURCE = `
   vec2 slopeAt(czm_materialInput given, vec3 p, vec4 draped, bool isDraped) {
     return isDraped ? unsqueezed(draped.rg) : slopeOf(given.normalEC, p);
   }
+  // Of the source where it is draped, else of the mesh, without exaggeration.
+  float heightAt(float meshHeight, vec4 draped, bool isDraped) {
+    float t = 2.0 * (draped.a * 255.0 - ${UNKNOWN_HEIGHT + 1}.0) / ${HEIGHT_STEPS}.0;
+    return isDraped && t > -0.003 ? (t < 1.0 ? mix(low, knee, t) : mix(knee, high, t - 1.0)) : meshHeight;
+  }
   vec3 tinted(float height, float share, float steepness) {
     vec3 ground = mix(scale(0.0, share), rock.rgb, smoothstep(0.6, 1.1, steepness) * (1.0 - 0.4 * share));
     return deep < 0.0 && height < seaLevel ? scale(3.0, 1.0 - (seaLevel - height) / (seaLevel - deep)) : ground;
@@ -166,10 +179,12 @@ const SOURCE = `
   }
   vec3 groundAt(czm_materialInput given, vec3 p, vec3 facet, vec4 draped) {
     bool errors = mode > 4.5 && measured > 0.5;
-    vec2 slope = slopeAt(given, p, draped, measured > 0.5 && !errors && draped.r > 0.002);
+    bool isDraped = measured > 0.5 && !errors && draped.r > 0.002;
+    vec2 slope = slopeAt(given, p, draped, isDraped);
     vec3 normal = normalize(vec3(-slope * exaggeration, 1.0));
     float steepness = atan(length(slope));
-    float height = (given.height - low) / exaggeration + low;
+    float meshHeight = (given.height - low) / exaggeration + low;
+    float height = heightAt(meshHeight, draped, isDraped);
     float share = clamp((height - low) / (high - low), 0.0, 1.0);
     float water = max(measured > 0.5 ? smoothstep(0.53, 0.6, draped.b) : 0.0, given.waterMask);
 
@@ -185,11 +200,11 @@ const SOURCE = `
       if (mode > 3.5 && mode < 4.5) ground = mix(ground, vec3(0.97, 0.96, 0.93), 0.6);
       if (deep >= 0.0 || given.waterMask > 0.0) ground = mix(ground, sea.rgb, water);
       ground = lit(ground, normal, light * (1.0 - 0.5 * water));
-      if (mode > 3.5) ground = withContours(ground, height);
+      if (mode > 3.5) ground = withContours(ground, meshHeight);
     }
     if (measured < 0.5) return ground;
     float there = smoothstep(0.4, 0.47, draped.b); // between a void and the sea there is hardly any ground
-    return there > 0.99 ? ground : mix(nothing(facet, p, share, errors), ground, there);
+    return there > 0.99 ? ground : mix(nothing(facet, p, clamp((meshHeight - low) / (high - low), 0.0, 1.0), errors), ground, there);
   }
   czm_material picture(czm_materialInput given, vec4 draped) {
     czm_material material = czm_getDefaultMaterial(given);
@@ -210,14 +225,15 @@ const SOURCE = `
   }
   #define czm_getMaterial(given) picture(given, color)`;
 
-export function groundMaterial(Cesium, {low, high, extent, rectangle, seaLevel}, measured) {
+export function groundMaterial(Cesium, dataset, measured) {
+  const {low, high, extent, rectangle, seaLevel} = dataset;
   const colour = (css) => Cesium.Color.fromCssColorString(css);
-  const bathymetry = hasDepths({low, seaLevel});
+  const bathymetry = hasDepths(dataset), {knee, top} = heightScale(dataset);
   return new Cesium.Material({
     translucent: false,
     fabric: {
       uniforms: {
-        scales: scales(), low, high: tintTop({low, high, extent}), sight: Math.max(2.5 * extent, LEAST_SIGHT),
+        scales: scales(), low, knee, high: top, sight: Math.max(2.5 * extent, LEAST_SIGHT),
         light: 1, exaggeration: 1, mode: 0, measured: measured ? 1 : 0, reach: 1, interval: 100,
         sun: new Cesium.Cartesian2(), seaLevel: seaLevel ?? 0, deep: bathymetry ? low : 0, bounded: rectangle.width > Math.PI ? 0 : 1,
         ...sidesOf(Cesium, rectangle, (low + high) / 2),

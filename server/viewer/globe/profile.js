@@ -36,15 +36,17 @@ export function runs(samples, ...keys) {
   return found;
 }
 
-const WIDE = 420, HIGH = 150, LEFT = 44, RIGHT = 8, TOP = 8, BOTTOM = 20;
+const HIGH = 150, TOP = 8, BOTTOM = 20;
+const LEFT = 44, RIGHT = 8; // beside the curves
 
-export function profileSvg(samples) {
+/// A picture `wide` pixels wide.
+export function profileSvg(samples, wide) {
   const heights = samples.flatMap(({source, mesh, bound = 0}) => [source, mesh, mesh === undefined ? undefined : mesh + bound, mesh === undefined ? undefined : mesh - bound])
     .filter((height) => height !== undefined);
   const [low, high] = heights.length > 0 ? [Math.min(...heights), Math.max(...heights)] : [0, 1];
   const margin = Math.max((high - low) * 0.06, 0.5);
   const length = samples.at(-1).metres || 1;
-  const x = (metres) => LEFT + (metres / length) * (WIDE - LEFT - RIGHT);
+  const x = (metres) => LEFT + (metres / length) * (wide - LEFT - RIGHT);
   const y = (height) => TOP + ((high + margin - height) / (high - low + 2 * margin)) * (HIGH - TOP - BOTTOM);
   const make = (name, attributes, text) => {
     const element = document.createElementNS("http://www.w3.org/2000/svg", name);
@@ -52,9 +54,9 @@ export function profileSvg(samples) {
     if (text !== undefined) element.textContent = text;
     return element;
   };
-  const picture = make("svg", {viewBox: `0 0 ${WIDE} ${HIGH}`, class: "profile", role: "img", "aria-label": "Heights of source and mesh along the line"});
+  const picture = make("svg", {viewBox: `0 0 ${wide} ${HIGH}`, class: "profile", role: "img", "aria-label": "Heights of source and mesh along the line"});
   for (const height of ticks(low - margin, high + margin, 4))
-    picture.append(make("line", {x1: LEFT, x2: WIDE - RIGHT, y1: y(height), y2: y(height), class: "grid"}),
+    picture.append(make("line", {x1: LEFT, x2: wide - RIGHT, y1: y(height), y2: y(height), class: "grid"}),
       make("text", {x: LEFT - 4, y: y(height) + 4, "text-anchor": "end"}, `${height} m`));
   for (const at of ticks(0, length, 4))
     picture.append(make("text", {x: x(at), y: HIGH - 5, "text-anchor": at === 0 ? "start" : "middle"}, at === 0 ? "0" : lengthText(at)));
@@ -64,4 +66,10 @@ export function profileSvg(samples) {
   for (const key of ["source", "mesh"])
     for (const run of runs(samples, key)) picture.append(make("polyline", {points: line(run, key).join(" "), class: key}));
   return picture;
+}
+
+/// The sample at x pixels of a picture that is `wide`.
+export function sampleAt(samples, x, wide) {
+  const i = Math.round(((x - LEFT) / (wide - LEFT - RIGHT)) * (samples.length - 1));
+  return samples[Math.min(Math.max(i, 0), samples.length - 1)];
 }

@@ -35,11 +35,16 @@ export class Readout {
     $("readout").classList.add("stale");
   }
 
+  hide() {
+    ++this.#latest; // no answer that is under way shows it again
+    $("readout").hidden = true;
+  }
+
   async update(place) {
     const turn = ++this.#latest; // a later pointer wins over a slower answer
     const {scene, dataset, reader} = this.globe;
     const tile = place && drawnTile(scene, place);
-    if (!tile) return ($("readout").hidden = true);
+    if (!tile) return this.hide();
     const [lon, lat] = [place.longitude, place.latitude].map(Cesium.Math.toDegrees);
     $("position").textContent = positionText(lon, lat);
     const [source, mesh] = await Promise.allSettled([sourceHeights(dataset, lon, lat), reader.read(tile)]);

@@ -1,8 +1,10 @@
 // What is draped over the mesh of a tile, as numbers in the bytes of a picture: not colours, so that
 // sun, shading and scale can change without another request. Pure: heights in, bytes out.
 //
-// Relief: R, G: slope towards east and north (metres a metre), B: what is there.
+// Relief: R, G: slope towards east and north (metres a metre), B: what is there, A: height.
 // Error:  R: mesh minus source, G: light from the north-west, B: what is there.
+//
+// The height is the source's: the mesh's would show its error, which differs from tile to tile, as if it were relief.
 
 import {columnOf, latOf, lonOf, rowOf} from "./source_heights.js";
 
@@ -25,6 +27,20 @@ export function slopeByte(slope) {
 export function slopeOfByte(byte) {
   const t = (byte - 128) / SQUEEZED;
   return (Math.sign(t) * t * t) / (1 - Math.min(t * t, 0.99));
+}
+
+export const UNKNOWN_HEIGHT = 1; // a byte; 0 would hide the other three from the shader, which reads a picture's alpha
+export const HEIGHT_STEPS = 253;
+
+/// Of a scale {low, knee, top}, metres: half of the bytes lie below the knee.
+export function heightByte(height, {low, knee, top}) {
+  const share = height <= knee ? (0.5 * (height - low)) / Math.max(knee - low, 1e-9) : 0.5 + (0.5 * (height - knee)) / Math.max(top - knee, 1e-9);
+  return UNKNOWN_HEIGHT + 1 + Math.round(HEIGHT_STEPS * Math.min(Math.max(share, 0), 1));
+}
+
+export function heightOfByte(byte, {low, knee, top}) {
+  const t = (2 * (byte - UNKNOWN_HEIGHT - 1)) / HEIGHT_STEPS;
+  return t < 1 ? low + t * (knee - low) : knee + (t - 1) * (top - knee);
 }
 
 export const ERROR_STEP_M = 0.01;
@@ -97,21 +113,22 @@ function kindOf(known, east, north, height, seaLevel) {
   return level && seaLevel !== undefined && Math.abs(height - seaLevel) < 4 ? SEA : GROUND;
 }
 
-/// No slope: material.js then takes the mesh's own.
+/// No slope, nor a height: material.js then takes the mesh's own.
 function unmeasured(bytes, kind) {
-  for (let i = 0; i < bytes.length; i += 4) bytes[i] = bytes[i + 1] = 0, bytes[i + 2] = kind;
+  for (let i = 0; i < bytes.length; i += 4) bytes[i] = bytes[i + 1] = 0, bytes[i + 2] = kind, bytes[i + 3] = UNKNOWN_HEIGHT;
   return bytes;
 }
 
 /// RGBA bytes of the relief in a rectangle of degrees, at a level of the source: that of a tile for SIDE pixels
-/// a side, one deeper for twice as many.
-export async function reliefTile(source, rectangle, level, seaLevel, pixels = SIDE) {
-  const bytes = new Uint8Array(4 * pixels * pixels).fill(255);
+/// a side, one deeper for twice as many. `scale`: of heights, as heightByte has it.
+export async function reliefTile(source, rectangle, level, {seaLevel, scale}, pixels = SIDE) {
+  const bytes = new Uint8Array(4 * pixels * pixels);
   if (level < source.coarsest) return unmeasured(bytes, GROUND);
   await eachPixel(source, rectangle, level, pixels, (pixel, east, north, height, known) => {
     bytes[4 * pixel] = slopeByte(east);
     bytes[4 * pixel + 1] = slopeByte(north);
     bytes[4 * pixel + 2] = kindOf(known, east, north, height, seaLevel);
+    bytes[4 * pixel + 3] = Number.isFinite(height) ? heightByte(height, scale) : UNKNOWN_HEIGHT;
   });
   return bytes;
 }
@@ -185,7 +202,7 @@ function pooled({off, wide, high, left, top, at}, {west, south, east, north}) {
 /// RGBA bytes of the error, the largest there is in them, metres, and how many pixels have an error of each
 /// magnitude (of errorByte - 128), so that a scale can leave out the few that stick out.
 export async function errorTile(source, rectangle, level, meshHeights) {
-  if (level < source.coarsest) return {bytes: unmeasured(new Uint8Array(4 * SIDE * SIDE).fill(255), VOID), largest: 0, counts: new Uint32Array(SQUEEZED + 1)};
+  if (level < source.coarsest) return {bytes: unmeasured(new Uint8Array(4 * SIDE * SIDE), VOID), largest: 0, counts: new Uint32Array(SQUEEZED + 1)};
   const errors = pooled(await differences(source, rectangle, level, meshHeights), rectangle);
   const bytes = new Uint8Array(4 * SIDE * SIDE).fill(255);
   const counts = new Uint32Array(SQUEEZED + 1);

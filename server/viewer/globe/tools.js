@@ -5,7 +5,7 @@ import {$} from "../page.js";
 import {elevations} from "./dataset.js";
 import {along, geodesic, pathMetres, polygonArea, sightLine} from "./geodesy.js";
 import {areaText, lengthText} from "./legend.js";
-import {profileFigures, profileSvg} from "./profile.js";
+import {profileFigures, profileSvg, sampleAt} from "./profile.js";
 import {metres} from "./readout.js";
 import {drawnTile} from "./tiles.js";
 
@@ -14,11 +14,12 @@ const SAMPLES = 401;
 const EYE_M = 1.7;
 
 const TOOLS = {
-  profile: {points: 2, say: "Click where the profile begins and where it ends."},
-  distance: {points: Infinity, say: "Click along a line."},
-  area: {points: Infinity, say: "Click around an area."},
-  sight: {points: 2, say: "Click where the eye is, and what it looks at."},
+  profile: {title: "Profile", points: 2, say: "where the profile begins and where it ends."},
+  distance: {title: "Distance", points: Infinity, say: "along a line."},
+  area: {title: "Area", points: Infinity, say: "around an area."},
+  sight: {title: "Line of sight", points: 2, say: "where the eye is, and what it looks at."},
 };
+const POINT = matchMedia("(pointer: coarse)").matches ? "Tap" : "Click";
 
 export class Tools {
   #points = []; // Cartographic
@@ -29,18 +30,21 @@ export class Tools {
     this.lines = globe.scene.primitives.add(new Cesium.PolylineCollection());
     this.marks = globe.scene.primitives.add(new Cesium.PointPrimitiveCollection());
     for (const button of document.querySelectorAll("#tools [data-tool]"))
-      button.addEventListener("click", () => this.choose(this.tool === button.dataset.tool ? undefined : button.dataset.tool));
+      button.addEventListener("click", ({detail}) => this.choose(this.tool === button.dataset.tool ? undefined : button.dataset.tool, detail === 0));
     $("result-close").addEventListener("click", () => this.choose(undefined));
   }
 
-  choose(tool) {
+  /// `byKey`: the mouse is not at hand, the middle of the picture is pointed at.
+  choose(tool, byKey = false) {
     this.tool = tool;
     this.clear();
     for (const button of document.querySelectorAll("#tools [data-tool]"))
       button.setAttribute("aria-pressed", String(button.dataset.tool === tool));
     $("result").hidden = !tool;
-    if (tool) this.#say(tool[0].toUpperCase() + tool.slice(1), TOOLS[tool].say);
-    this.globe.scene.canvas.classList.toggle("measuring", Boolean(tool));
+    const {canvas} = this.globe.scene;
+    if (tool) this.#say(TOOLS[tool].title, byKey ? `Move with the arrow keys and press Enter ${TOOLS[tool].say}` : `${POINT} ${TOOLS[tool].say}`);
+    canvas.classList.toggle("measuring", Boolean(tool));
+    if (tool && byKey) canvas.focus();
   }
 
   clear() {
@@ -55,7 +59,8 @@ export class Tools {
     if (this.#points.length >= TOOLS[this.tool].points) this.clear();
     this.#points.push(place);
     this.#draw(this.#points, this.tool === "area" && this.#points.length > 2);
-    this.#measure().catch((error) => this.#say(this.tool, `No answer: ${error.message}. Click again.`));
+    const tool = this.tool;
+    this.#measure().catch((error) => tool === this.tool && this.#say(TOOLS[tool].title, `No answer: ${error.message}. ${POINT} again.`));
     return true;
   }
 
@@ -71,11 +76,11 @@ export class Tools {
   async #measure() {
     const turn = ++this.#turn;
     const places = this.#places();
+    const {title} = TOOLS[this.tool];
     if (this.tool === "area") {
-      if (places.length > 2) this.#say("Area", `${areaText(polygonArea(places))}, ${lengthText(pathMetres([...places, places[0]]))} around, on the ellipsoid`);
+      if (places.length > 2) this.#say(title, `${areaText(polygonArea(places))}, ${lengthText(pathMetres([...places, places[0]]))} around, on the ellipsoid`);
     } else if (places.length > 1) {
       if (this.tool === "distance") return this.#distance(places, turn);
-      const title = this.tool === "profile" ? "Profile" : "Line of sight";
       this.#say(title, "Asking …");
       const samples = await this.#sample(places);
       if (turn !== this.#turn) return;
@@ -96,14 +101,15 @@ export class Tools {
 
   #profile(samples) {
     const {climb, fall, worst, outside} = profileFigures(samples);
-    const picture = profileSvg(samples);
-    picture.addEventListener("pointermove", ({offsetX}) => {
-      const i = Math.round(((offsetX - 44) / (picture.clientWidth - 52)) * (samples.length - 1));
-      const sample = samples[Math.min(Math.max(i, 0), samples.length - 1)];
+    const picture = profileSvg(samples, $("result-body").clientWidth);
+    const read = ({clientX}) => {
+      const {left, width} = picture.getBoundingClientRect();
+      const sample = sampleAt(samples, clientX - left, width);
       this.#mark(sample);
       const said = [["source", sample.source], ["mesh", sample.mesh]].filter(([, height]) => height !== undefined);
       $("result-at").textContent = `${lengthText(sample.metres)}: ${said.map(([name, height]) => `${name} ${metres(height)}`).join(", ") || "no height"}`;
-    });
+    };
+    for (const event of ["pointerdown", "pointermove"]) picture.addEventListener(event, read);
     const at = Object.assign(document.createElement("p"), {id: "result-at", textContent: "Point at the profile to read it."});
     const off = worst === undefined ? [] : [`The mesh of level ${this.level} and the source differ by ${metres(worst, 2)} at most here` +
       (outside > 0 ? `; at ${outside} of ${samples.length} places by more than the bound, which holds at posts.` : ", within the bound everywhere.")];
