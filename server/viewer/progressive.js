@@ -153,13 +153,13 @@ class View {
   soup() {
     const out = new Float32Array(this.tiles.reduce((sum, {soup}) => sum + soup.length, 0));
     let at = 0;
-    let [low, high] = [Infinity, 1];
+    let [low, high] = [Infinity, -Infinity];
     for (const {soup} of this.tiles) {
       out.set(soup, at);
       at += soup.length;
       for (let i = 2; i < soup.length; i += 3) [low, high] = [Math.min(low, soup[i]), Math.max(high, soup[i])];
     }
-    [this.low, this.top] = [Math.min(low, high), high];
+    if (low <= high) [this.low, this.top] = [low, high];
     return out;
   }
 
@@ -185,16 +185,30 @@ class Orbit {
   pitch = -0.5;
   zoom = 1;
 
+  #fingers = new Map(); // by pointer: where it is
+
   constructor(canvas) {
-    canvas.addEventListener("pointerdown", (event) => canvas.setPointerCapture(event.pointerId));
-    canvas.addEventListener("pointermove", (event) => {
-      if (!canvas.hasPointerCapture(event.pointerId)) return;
-      this.turn(event.movementX / 250, -event.movementY / 250);
+    canvas.addEventListener("pointerdown", (event) => {
+      canvas.setPointerCapture(event.pointerId);
+      this.#fingers.set(event.pointerId, event);
     });
+    for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, ({pointerId}) => this.#fingers.delete(pointerId));
+    canvas.addEventListener("pointermove", (event) => this.#move(event));
     canvas.addEventListener("wheel", (event) => {
       event.preventDefault();
       this.nearer(1.0015 ** event.deltaY);
     }, {passive: false});
+  }
+
+  /// One finger turns, two bring it nearer.
+  #move(event) {
+    const before = this.#fingers.get(event.pointerId);
+    if (!before) return;
+    const [other] = [...this.#fingers.values()].filter(({pointerId}) => pointerId !== event.pointerId);
+    const apart = (finger) => Math.max(Math.hypot(finger.clientX - other.clientX, finger.clientY - other.clientY), 1);
+    if (other) this.nearer(apart(before) / apart(event));
+    else this.turn((event.clientX - before.clientX) / 250, (before.clientY - event.clientY) / 250);
+    this.#fingers.set(event.pointerId, event);
   }
 
   nearer(factor) {
@@ -243,8 +257,8 @@ async function main() {
   const orbit = new Orbit(picture.canvas);
   foldControls();
   stillIfAsked("turn");
-  const datasets = await fetchDatasets();
-  if (datasets.length === 0) return say("No dataset is served. Start again with a DEM: tind serve dem.tif");
+  const datasets = (await fetchDatasets()).filter(({links, state}) => links.progressive && state !== "failed");
+  if (datasets.length === 0) return say("No dataset with tiles is served. Start again with a DEM: tind serve dem.tif");
   const asked = new URLSearchParams(location.search);
   if (asked.has("link")) $("link").value = asked.get("link");
   for (const id of ["detail", "tolerance", "by-distance"]) $(id).addEventListener("input", labels);

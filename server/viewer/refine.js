@@ -4,24 +4,31 @@
 
 import {DEGREE, fitToWindow, FOV, frameAt, Picture, poseOf} from "./picture.js";
 import {$, busyFor, chooseDataset, connectKeys, fetchDatasets, foldControls, NoAnswer, say, sayFailed, stillIfAsked, unanswered, whenBack} from "./page.js";
+import {lengthText} from "./globe/legend.js";
 import {decodeRefinedMesh, RefinedMesh} from "./refined_mesh.js";
 
-const SPEED = 250;
+const SPEED = 250, LEAST_RADIUS_M = 5000; // metres a second; a smaller circle takes as long as this one
 const MOST_POSTS = 600000; // of a window; the server widens it to whole blocks, and takes a million
 
 // ---- the camera
 
-/// A circle around the middle, above everything, looking inwards and down.
-function cameraOnCircle({bounds, top}, metres) {
+const METRES_PER_DEGREE = 111320;
+
+/// Metres of a circle around the middle of [west, south, east, north], well inside.
+const radiusIn = ([west, south, east, north]) =>
+  0.3 * METRES_PER_DEGREE * Math.min((east - west) * Math.cos(((south + north) / 2) * DEGREE), north - south);
+
+const speedIn = (bounds) => SPEED * Math.min(radiusIn(bounds) / LEAST_RADIUS_M, 1);
+
+/// On that circle, above most of the ground, looking inwards and down.
+function cameraOnCircle({bounds, low, top}, metres) {
   const [west, south, east, north] = bounds;
-  const lat = (south + north) / 2;
-  const perDegree = 111320;
-  const radius = 0.3 * perDegree * Math.min((east - west) * Math.cos(lat * DEGREE), north - south);
+  const lat = (south + north) / 2, radius = radiusIn(bounds);
   const turn = metres / radius - 2.2;
   return {
-    lon: (west + east) / 2 + (radius * Math.sin(turn)) / (perDegree * Math.cos(lat * DEGREE)),
-    lat: lat + (radius * Math.cos(turn)) / perDegree,
-    height_m: 0.75 * top + 400, heading_deg: ((turn / DEGREE + 150) % 360 + 360) % 360, pitch_deg: -13, roll_deg: 0, fov_deg: FOV,
+    lon: (west + east) / 2 + (radius * Math.sin(turn)) / (METRES_PER_DEGREE * Math.cos(lat * DEGREE)),
+    lat: lat + (radius * Math.cos(turn)) / METRES_PER_DEGREE,
+    height_m: low + 0.75 * (top - low) + Math.min(400, 0.2 * radius), heading_deg: ((turn / DEGREE + 150) % 360 + 360) % 360, pitch_deg: -13, roll_deg: 0, fov_deg: FOV,
   };
 }
 
@@ -45,7 +52,8 @@ class Flight {
 
   constructor(dataset, picture) {
     this.window = windowOf(dataset);
-    Object.assign(this, {dataset, picture, bounds: this.window ?? dataset.box, low: 0, top: 3000});
+    const {lowest, highest} = dataset;
+    Object.assign(this, {dataset, picture, bounds: this.window ?? dataset.box, low: lowest?.height_m ?? 0, top: highest?.height_m ?? 3000});
     this.url = new URL(`../refine/${encodeURIComponent(dataset.name)}`, document.baseURI);
   }
 
@@ -83,11 +91,11 @@ class Flight {
   draw() {
     if (!this.camera) return;
     const [west, south, east, north] = this.bounds;
-    const size = 111320 * Math.max((east - west) * Math.cos(south * DEGREE), north - south);
-    const above = {lon: (west + east) / 2, lat: south - 0.25 * (north - south), height_m: 0.95 * size, heading_deg: 0, pitch_deg: -55};
+    const size = METRES_PER_DEGREE * Math.max((east - west) * Math.cos(south * DEGREE), north - south);
+    const above = {lon: (west + east) / 2, lat: south - 0.25 * (north - south), height_m: this.low + 0.95 * size, heading_deg: 0, pitch_deg: -55};
     const high = $("above").checked;
     const pose = poseOf(high ? above : cameraOnCircle(this, this.metres), this.frame);
-    this.picture.draw(pose, {wires: $("wires").checked ? 1 : 0, low: this.low, top: this.top, haze: high ? 1e7 : 1.2 * size});
+    this.picture.draw(pose, {wires: $("wires").checked ? 1 : 0, low: this.low, top: this.top, haze: high ? 1e7 : 1.2 * size, near: Math.min(20, size / 1000)});
   }
 }
 
@@ -96,8 +104,8 @@ async function main() {
   fitToWindow(picture.canvas);
   foldControls();
   stillIfAsked("fly");
-  const dems = (await fetchDatasets()).filter(({kind}) => kind === "dem");
-  if (dems.length === 0) return say("No DEM is served: a set of tiles has nothing to refine.");
+  const dems = (await fetchDatasets()).filter(({links, state}) => links.refine && state !== "failed");
+  if (dems.length === 0) return say("No DEM is served that can be refined: neither tiles alone nor layers of several DEMs can.");
   const label = () => ($("tolerance-value").textContent = `${(2 ** Number($("tolerance").value)).toFixed(1)} px`);
   $("tolerance").addEventListener("input", label);
   label();
@@ -115,7 +123,7 @@ async function main() {
 
   let last = performance.now();
   const frame = (now) => {
-    if ($("fly").checked && flight?.camera) flight.metres += (SPEED * Math.min(now - last, 200)) / 1000;
+    if ($("fly").checked && flight?.camera) flight.metres += (speedIn(flight.bounds) * Math.min(now - last, 200)) / 1000;
     last = now;
     flight?.draw();
     requestAnimationFrame(frame);
@@ -125,6 +133,7 @@ async function main() {
   await new Promise((chosen) => chooseDataset(dems.map(({name}) => name), (name) => {
     say("Making the dataset ready for refining …");
     flight = new Flight(dems.find((one) => one.name === name), picture);
+    $("speed").textContent = lengthText(Number(speedIn(flight.bounds).toPrecision(2)));
     chosen();
   }));
   for (;;) {

@@ -184,4 +184,22 @@ test("keys turn it, bring it nearer and switch; not while a control has them", a
   assert.equal((await orbit()).heading, after.heading);
 });
 
+test("one finger turns, two bring it nearer", async () => {
+  await page.locator("#turn").uncheck();
+  const look = () => page.evaluate(() => ({heading: window.tind.orbit.heading, zoom: window.tind.orbit.zoom}));
+  const client = await page.context().newCDPSession(page);
+  const touch = (type, ...at) => client.send("Input.dispatchTouchEvent", {type, touchPoints: at.map(([x, y], id) => ({x, y, id}))});
+  const before = await look();
+  await touch("touchStart", [600, 400]);
+  await touch("touchMove", [700, 400]);
+  await touch("touchEnd");
+  const turned = await look();
+  assert.ok(turned.heading > before.heading + 0.3 && turned.zoom === before.zoom, JSON.stringify([before, turned]));
+  await touch("touchStart", [600, 400], [700, 400]);
+  await touch("touchMove", [550, 400], [750, 400]);
+  await touch("touchEnd");
+  const nearer = await look();
+  assert.ok(Math.abs(nearer.zoom - turned.zoom / 2) < 0.02 * turned.zoom && nearer.heading === turned.heading, JSON.stringify([turned, nearer]));
+});
+
 test("nothing went wrong, and no other host was asked", () => assert.deepEqual(complaints, []));

@@ -1,15 +1,20 @@
 // The page of view-dependent refinement in Chromium: terrain is seen, the mesh follows the flight by
 // small changes, and a coarser tolerance takes fewer triangles.
 import assert from "node:assert/strict";
-import {mkdirSync} from "node:fs";
+import {mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync} from "node:fs";
+import {tmpdir} from "node:os";
 import {after, before, test} from "node:test";
 import {openBrowser, openPage} from "./browser.mjs";
 import {ROOT, startDaemon} from "./daemon.mjs";
 
-let daemon, browser, page, complaints;
+let folder, daemon, browser, page, complaints;
 
 before(async () => {
-  daemon = await startDaemon("testdata/rainier.tif", "--from-datum", "egm96", "--to-datum", "ellipsoid");
+  folder = mkdtempSync(`${tmpdir()}/tind-refine-`); // a plateau of 800 m by 1.1 km, higher than it is wide
+  const rows = Array.from({length: 11}, (_, row) => Array.from({length: 11}, (_, column) => 3000 + ((row * 7 + column * 5) % 9)).join(" "));
+  writeFileSync(`${folder}/plateau.asc`, `ncols 11\nnrows 11\nxllcenter 10\nyllcenter 45\ncellsize 0.001\n${rows.join("\n")}\n`);
+  writeFileSync(`${folder}/plateau.prj`, readFileSync(new URL("../../testdata/desert.prj", import.meta.url)));
+  daemon = await startDaemon("testdata/rainier.tif", `${folder}/plateau.asc`, "--from-datum", "egm96", "--to-datum", "ellipsoid");
   browser = await openBrowser();
   ({page, complaints} = await openPage(browser, daemon.origin, {width: 1100, height: 700}));
   await page.goto(`${daemon.origin}/viewer/refine.html`);
@@ -20,6 +25,7 @@ before(async () => {
 after(async () => {
   await browser?.close();
   if (daemon) assert.equal(await daemon.stop(), 0, daemon.said());
+  rmSync(folder, {recursive: true, force: true});
 });
 
 /// Until so many more views have been answered.
@@ -79,6 +85,22 @@ test("keys switch, and change the tolerance", async () => {
   const said = await page.locator("#tolerance-value").innerText();
   await page.keyboard.press("-");
   assert.ok(parseFloat(await page.locator("#tolerance-value").innerText()) > parseFloat(said));
+});
+
+test("over a small plateau it flies above the ground, and slowly", async () => {
+  await page.goto(`${daemon.origin}/viewer/refine.html?dataset=plateau`);
+  await updates(2);
+  const {height, low, top, seen} = await page.evaluate(() => {
+    const {camera, low, top, picture: {gl, canvas}} = window.tind.flight;
+    window.tind.flight.draw();
+    const pixel = new Uint8Array(4);
+    gl.readPixels(canvas.width / 2, canvas.height / 4, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
+    return {height: camera.height_m, low, top, seen: [...pixel]};
+  });
+  assert.ok(low > 3000 && height > top && height < top + 200, JSON.stringify({height, low, top}));
+  assert.ok(seen[2] < 225, `ground, not the sky: ${seen}`);
+  const speed = parseFloat(await page.locator("#speed").innerText());
+  assert.ok(speed > 2 && speed < 50, `${speed} m/s`);
 });
 
 test("nothing went wrong, and no other host was asked", () => assert.deepEqual(complaints, []));
