@@ -350,9 +350,7 @@ Result<AreaIntegral> integrate(const DemInfo& info, const PostRings& area, const
 }
 
 AreaScale area_scale(const DemSource& dem, const PostRings& area) {
-  constexpr int kPlaces = 5;  // along each side
   const DemInfo& info = dem.info();
-  if (info.crs_kind != CrsKind::projected) return {};
   Vec2 low{HUGE_VAL, HUGE_VAL}, high{-HUGE_VAL, -HUGE_VAL};
   for (const auto& ring : area)
     for (const Vec2& p : ring) {
@@ -363,6 +361,13 @@ AreaScale area_scale(const DemSource& dem, const PostRings& area) {
   low = {std::max(low.x, 0.0), std::max(low.y, 0.0)};
   high = {std::min(high.x, last.x), std::min(high.y, last.y)};
   if (!(low.x <= high.x && low.y <= high.y)) return {};
+  return area_scale(dem, low, high);
+}
+
+AreaScale area_scale(const DemSource& dem, Vec2 low, Vec2 high) {
+  constexpr int kPlaces = 5;  // along each side
+  const DemInfo& info = dem.info();
+  if (info.crs_kind != CrsKind::projected) return {};
   std::vector<Vec2> posts;  // threes: a place, a column and a row on
   for (int j = 0; j < kPlaces; ++j)
     for (int i = 0; i < kPlaces; ++i) {

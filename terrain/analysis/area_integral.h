@@ -48,6 +48,8 @@ struct AreaScale {
 /// posts are in degrees, and without a CRS. Near 1 in UTM; in Web Mercator 1 / cos^2 of the
 /// latitude.
 AreaScale area_scale(const DemSource&, const PostRings& area);
+/// The same of a rectangle of posts, also beyond the DEM's own.
+AreaScale area_scale(const DemSource&, Vec2 low, Vec2 high);
 
 /// D at the posts of a row, NaN where there is none.
 using PostRow = std::function<Result<void>(std::int64_t row, std::span<double> out)>;

@@ -42,13 +42,12 @@ Result<LineOfSight> line_of_sight(const DemSource& dem, const SightEnd& eye, con
   if (posts.error()) return std::unexpected(*posts.error());
   if (!clearance) return std::unexpected(clearance.error());
   const Clearance& c = *clearance;
-  out.visibility = visibility_of(c, rules.uncertainty_m);
+  out.visibility = visibility_of(c, rules.all_m());
   out.unknown = c.unknown;
   if (std::isfinite(c.least_m))
     out.nearest = LineOfSight::At{c.share, ray.place(c.share), c.ground_m, c.least_m};
   if (c.first_hidden >= 0) out.first_hidden_share = c.first_hidden;
-  if (rules.uncertainty_m > 0 && out.nearest)
-    out.surely_m = c.surely_m, out.perhaps_m = c.perhaps_m;
+  if (rules.all_m() > 0 && out.nearest) out.surely_m = c.surely_m, out.perhaps_m = c.perhaps_m;
   return out;
 }
 

@@ -5,62 +5,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "terrain/analysis/grid_walk.h"
 #include "terrain/analysis/heights_at.h"
 #include "terrain/analysis/post_reader.h"
 #include "terrain/analysis/post_way.h"
+#include "terrain/analysis/profile_points.h"
 
 namespace tind {
 namespace {
-
-/// Distances that are closer together are one point.
-constexpr double kSame_m = 1e-6;
-
-/// Points as they come along the line.
-class Points {
- public:
-  explicit Points(const GeodesicPath& path) : path_(path) {}
-
-  void ground(double metres, double height) {
-    end_gap(metres);
-    if (!out_.empty() && out_.back().height.coverage == Coverage::value &&
-        metres - out_.back().distance_m <= kSame_m)
-      return;
-    out_.push_back({metres, path_.at(metres), {Coverage::value, height}});
-  }
-  /// From here on there is no height, until ground() says so.
-  void nothing_from(double metres) {
-    if (!gap_from_) gap_from_ = metres;
-  }
-  std::vector<ProfilePoint> taken() {
-    end_gap(path_.length_m());
-    return std::move(out_);
-  }
-  std::size_t size() const { return out_.size(); }
-
- private:
-  void end_gap(double metres) {
-    if (!gap_from_) return;
-    const bool first = out_.empty(), last = metres >= path_.length_m();
-    const double middle = (*gap_from_ + metres) / 2;
-    if (first) void_at(0);
-    if (metres - *gap_from_ > kSame_m) void_at(middle);
-    if (last && metres - *gap_from_ > kSame_m) void_at(metres);
-    gap_from_.reset();
-  }
-  void void_at(double metres) {
-    if (!out_.empty() && out_.back().height.coverage != Coverage::value &&
-        metres <= out_.back().distance_m)
-      return;
-    out_.push_back({metres, path_.at(metres), {Coverage::void_, 0}});
-  }
-
-  const GeodesicPath& path_;
-  std::vector<ProfilePoint> out_;
-  std::optional<double> gap_from_;
-};
 
 /// A part of the line that is straight among the posts.
 struct Straight {
@@ -68,7 +21,7 @@ struct Straight {
   double at(double t) const { return from_m + (to_m - from_m) * t; }
 };
 
-void take_piece(const WalkPiece& piece, const Straight& way, Points& points) {
+void take_piece(const WalkPiece& piece, const Straight& way, ProfilePoints& points) {
   if (piece.is_void) return points.nothing_from(way.at(piece.from));
   const Parabola& z = piece.height;
   points.ground(way.at(piece.from), z.at(piece.from));
@@ -78,7 +31,7 @@ void take_piece(const WalkPiece& piece, const Straight& way, Points& points) {
 }
 
 Result<void> walk_leg(const DemSource& dem, const GeodesicPath& path, double from_m, double to_m,
-                      PostReader& posts, Points& points, const std::stop_token& stop) {
+                      PostReader& posts, ProfilePoints& points, const std::stop_token& stop) {
   const Curve curve = [&](std::span<const double> shares, std::span<Geographic> places) {
     for (std::size_t i = 0; i < shares.size(); ++i)
       places[i] = path.at(from_m + (to_m - from_m) * shares[i]);
@@ -131,7 +84,7 @@ std::vector<double> even_distances(double length_m, std::size_t count) {
 
 std::vector<double> stepped_distances(double length_m, double step_m) {
   std::vector<double> out;
-  for (std::size_t i = 0; double(i) * step_m < length_m - kSame_m; ++i)
+  for (std::size_t i = 0; double(i) * step_m < length_m - ProfilePoints::kSame_m; ++i)
     out.push_back(double(i) * step_m);
   out.push_back(length_m);
   return out;
@@ -152,7 +105,7 @@ Result<Profile> sampled_profile(const DemSource& dem, const GeodesicPath& path,
 Result<Profile> exact_profile(const DemSource& dem, const GeodesicPath& path,
                               const std::stop_token& stop) {
   PostReader posts(dem);
-  Points points(path);
+  ProfilePoints points(path);
   const auto reached = path.reached_m();
   for (std::size_t i = 1; i < reached.size(); ++i)
     if (reached[i] > reached[i - 1])

@@ -14,6 +14,8 @@
 // error of a bilinear surface changes by at most 2 e a post along columns and along rows, and at
 // the end itself ray and ground are off by the same. So after a share u of the way, d posts from
 // the target in columns and rows, the margin is 2 e min(1, 1 - u + d), and likewise from the eye.
+// Where the true surface is not bilinear among these posts, but within f of it everywhere (a TIN
+// that was taken to posts, mesh/tin_posts.h), nothing is less close to an end: the margin is 2 f.
 
 #include <algorithm>
 #include <cmath>
@@ -31,7 +33,10 @@ namespace tind {
 struct SightRules {
   double refraction = 0.13;       // k; 0: none. Optical, over land, by day
   double uncertainty_m = 0;       // e, of the posts
+  double anywhere_m = 0;          // f, of the surface at any place
   double tolerance_posts = 1e-4;  // by which the ray's way over the posts may be off
+
+  double all_m() const { return uncertainty_m + anywhere_m; }
 };
 
 /// A ray that comes no nearer to the ground than this passes: what is rounding.
@@ -116,15 +121,16 @@ inline double least_with(const Parabola& c, const Parabola& line, double twice_e
   return least;
 }
 
-inline void take(const Part& part, const WalkPiece& piece, double e, double shift_posts,
-                 Clearance& out) {
+inline void take(const Part& part, const WalkPiece& piece, const SightRules& rules,
+                 double shift_posts, Clearance& out) {
   const Parabola c = part.ray - piece.height;
   const double t = c.lowest_in(piece.from, piece.to), least = c.at(t);
   if (least < out.least_m)
     out.least_m = least, out.share = part.share(t), out.ground_m = piece.height.at(t);
   if (least < -kTouch_m && out.first_hidden < 0) out.first_hidden = part.share(t);
-  if (e == 0) return;
-  const double slack = shift_posts * (piece.steepest + 3 * e);
+  if (rules.all_m() == 0) return;
+  const double e = rules.uncertainty_m;
+  const double slack = shift_posts * (piece.steepest + 3 * e) + 2 * rules.anywhere_m;
   double surely = least - 2 * e, perhaps = least + 2 * e;
   const auto nearer = [&](const Parabola& line) {
     surely = std::max(surely, least_with(c, line, 2 * e, piece.from, piece.to, 1));
@@ -152,7 +158,7 @@ Result<Clearance> clearance_along(const DemSource& dem, const SightRay& ray,
   if (!nodes) return std::unexpected(nodes.error());
   const DemInfo& info = dem.info();
   // Eye and target that stand e higher move the places below the ray along it.
-  const double moved_m = rules.uncertainty_m * ray.length_m() / (2 * ray.radius_m());
+  const double moved_m = rules.all_m() * ray.length_m() / (2 * ray.radius_m());
   const double shift =
       rules.tolerance_posts + moved_m / std::min(info.spacing_x_m, info.spacing_y_m);
   Clearance out;
@@ -166,8 +172,8 @@ Result<Clearance> clearance_along(const DemSource& dem, const SightRay& ray,
       if (piece.is_void)
         out.unknown = true;
       else
-        sight::take(part, piece, rules.uncertainty_m, shift, out);
-      const double worst = rules.uncertainty_m > 0 ? out.perhaps_m : out.least_m;
+        sight::take(part, piece, rules, shift, out);
+      const double worst = rules.all_m() > 0 ? out.perhaps_m : out.least_m;
       return !(only_verdict && worst < -kTouch_m);
     });
     if (!on) break;
@@ -177,7 +183,7 @@ Result<Clearance> clearance_along(const DemSource& dem, const SightRay& ray,
 
 enum class Visibility { hidden, visible, depends };
 
-/// What follows, of posts that are within `rules`' uncertainty. Over what is unknown nothing is
+/// What follows, of surfaces that are within the rules' all_m(). Over what is unknown nothing is
 /// certain but that a ray is hidden elsewhere.
 inline Visibility visibility_of(const Clearance& c, double uncertainty_m) {
   const double surely = uncertainty_m > 0 ? c.surely_m : c.least_m;

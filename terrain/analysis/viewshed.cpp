@@ -52,7 +52,7 @@ class Rays {
     };
     const auto clearance = clearance_along(dem_, ray, options_.rules, post, true);
     if (!clearance) return std::unexpected(clearance.error());
-    return visibility_of(*clearance, options_.rules.uncertainty_m);
+    return visibility_of(*clearance, options_.rules.all_m());
   }
 
   const DemSource& dem_;

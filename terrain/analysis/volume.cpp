@@ -12,19 +12,6 @@
 namespace tind {
 namespace {
 
-/// z = a + x p.x + y p.y
-struct Plane {
-  double a = 0, x = 0, y = 0;
-};
-
-Result<Plane> plane_through(const std::array<Vec3, 3>& p) {
-  const Vec3 normal = cross(p[1] - p[0], p[2] - p[0]);
-  if (!(std::abs(normal.z) > 1e-9))
-    return fail(Errc::invalid_argument, "the three points of the plane lie on one line");
-  const double x = -normal.x / normal.z, y = -normal.y / normal.z;
-  return Plane{p[0].z - x * p[0].x - y * p[0].y, x, y};
-}
-
 /// Of another DEM at the posts of a row.
 Result<void> take_off(const DemSource& dem, const DemSource& other, std::int64_t row,
                       std::span<double> out) {
@@ -56,6 +43,14 @@ Result<void> comparable(const DemInfo& a, const DemInfo& b) {
 
 }  // namespace
 
+Result<HeightPlane> plane_through(const std::array<Vec3, 3>& p) {
+  const Vec3 normal = cross(p[1] - p[0], p[2] - p[0]);
+  if (!(std::abs(normal.z) > 1e-9))
+    return fail(Errc::invalid_argument, "the three points of the plane lie on one line");
+  const double x = -normal.x / normal.z, y = -normal.y / normal.z;
+  return HeightPlane{p[0].z - x * p[0].x - y * p[0].y, x, y};
+}
+
 Result<PostRow> difference_rows(const DemSource& dem, const VolumeReference& reference) {
   auto rows = std::make_shared<PostRows>(dem);
   if (const auto* level = std::get_if<LevelReference>(&reference))
@@ -69,8 +64,7 @@ Result<PostRow> difference_rows(const DemSource& dem, const VolumeReference& ref
     if (!plane) return std::unexpected(plane.error());
     return PostRow([rows, p = *plane](std::int64_t row, std::span<double> out) {
       auto read = (*rows)(row, out);
-      for (std::size_t c = 0; c < out.size(); ++c)
-        out[c] -= p.a + p.x * double(c) + p.y * double(row);
+      for (std::size_t c = 0; c < out.size(); ++c) out[c] -= p.at(double(c), double(row));
       return read;
     });
   }

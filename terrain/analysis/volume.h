@@ -27,6 +27,14 @@ struct DemReference {
 };
 using VolumeReference = std::variant<LevelReference, PlaneReference, DemReference>;
 
+/// Heights a + x column + y row.
+struct HeightPlane {
+  double a = 0, x = 0, y = 0;
+  double at(double col, double row) const { return a + x * col + y * row; }
+};
+/// Fails (invalid_argument) for points on one line.
+Result<HeightPlane> plane_through(const std::array<Vec3, 3>&);
+
 /// A number and what it can be.
 struct Within {
   double value = 0, low = 0, high = 0;

@@ -15,8 +15,10 @@
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/dem_input.h"
 #include "server/cli/options/level_input.h"
+#include "server/cli/options/mesh_input.h"
 #include "server/cli/options/output_options.h"
 #include "server/cli/options/output_paths.h"
+#include "server/cli/options/tin_input.h"
 #include "server/cli/program/progress_bar.h"
 #include "terrain/analysis/contour_bands.h"
 #include "terrain/base/file_io.h"
@@ -76,10 +78,11 @@ Result<Made> make_bands(const Arguments& a, ContourFormat format) {
   if (!asked) return std::unexpected(asked.error());
   auto posts = read_all(*asked->dem);
   if (!posts) return std::unexpected(posts.error());
-  const Result<Known> known = asked->level
-                                  ? Result<Known>({std::move(posts->grid), asked->error_m(), 0})
-                                  : simplified(*posts, *a.max_error_m, first);
+  Result<Known> known = a.max_error_m
+                            ? simplified(*posts, *a.max_error_m, first)
+                            : Result<Known>({std::move(posts->grid), asked->error_m(), 0});
   if (!known) return std::unexpected(known.error());
+  if (a.max_error_m) known->error_m += asked->error_m();
   const BoundedSurface surface = bounded_surface(known->posts, known->error_m);
   if (surface.mesh.triangles.empty())
     return fail(Errc::bad_data, "no three posts beside each other have a height");
@@ -138,7 +141,7 @@ void add_contours(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
   Command app = program.add_subcommand(
       "contours", "Lines of equal height of a DEM, or areas in which they certainly lie");
-  app.add_option("input", a->dem.files, "a DEM, or several that share one grid").required();
+  app.add_option("input", a->dem.files, dem_or_tin_help()).required();
   app.add_option("-o,--output", a->output, "the lines: .gpkg, .fgb, .geojson or .json").required();
   Command which = app.add_group("At which heights (exactly one)", 1, 1);
   which.add_option("--interval", a->options.interval_m, "so many metres apart").positive();
@@ -147,20 +150,23 @@ void add_contours(Command program, int& exit) {
   app.add_flag(
       "--as-band", a->band,
       "areas in place of lines: where the DEM can have the height, when all that is known "
-      "of it is a mesh (--max-error) or a level of tiles (--tiles), and how wrong that is");
+      "of it is a mesh (--max-error), a level of tiles (--tiles) or a TIN's posts, and how wrong "
+      "that is");
   app.add_option(
          "--max-error", a->max_error_m,
          "--as-band: of a mesh with as few triangles as keep every post within so many metres")
       .positive();
   add_level_options(app, a->tiles);
+  add_tin_options(app, a->dem);
   add_dem_options(app, a->dem);
   add_window_options(app, a->dem);
   add_json_flag(app, a->json);
   add_progress_option(app, a->progress);
   app.on_run([a, &exit] {
     const bool mesh = a->max_error_m.has_value(), tiles = !a->tiles.tiles.empty();
-    if (a->band && mesh == tiles)
-      refuse_missing("--max-error or --tiles, one of them, for --as-band");
+    const bool tin = !a->dem.files.empty() && is_mesh(a->dem.files[0]);
+    const bool known = mesh != tiles || (tin && !mesh);
+    if (a->band && !known) refuse_missing("--max-error or --tiles, one of them, for --as-band");
     if (!a->band && mesh) refuse_value("--max-error", "is for --as-band");
     if (!a->band && tiles) refuse_value("--tiles", "is for --as-band");
     exit = run(*a);

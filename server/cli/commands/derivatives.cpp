@@ -14,6 +14,7 @@
 #include "server/cli/options/dem_input.h"
 #include "server/cli/options/output_options.h"
 #include "server/cli/options/output_paths.h"
+#include "server/cli/options/tin_input.h"
 #include "server/cli/program/progress_bar.h"
 #include "terrain/base/file_io.h"
 
@@ -84,7 +85,7 @@ void add_one(Command program, int& exit, const Row& row) {
   auto a = std::make_shared<Arguments>();
   a->options.kind = row.kind;
   Command app = program.add_subcommand(name_of(row.kind), row.help);
-  app.add_option("input", a->dem.files, "a DEM, or several that share one grid").required();
+  app.add_option("input", a->dem.files, dem_or_tin_help()).required();
   app.add_option("-o,--output", a->output, "the raster: .tif, or .asc with a .prj").required();
   if (row.kind == Derivative::slope)
     app.add_flag("--percent", a->options.percent, "per cent in place of degrees");
@@ -101,6 +102,7 @@ void add_one(Command program, int& exit, const Row& row) {
         .positive()
         .shown();
   }
+  add_tin_options(app, a->dem);
   add_dem_options(app, a->dem);
   add_window_options(app, a->dem);
   add_json_flag(app, a->json);

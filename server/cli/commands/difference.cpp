@@ -13,6 +13,7 @@
 #include "server/cli/options/output_options.h"
 #include "server/cli/options/output_paths.h"
 #include "server/cli/options/report_output.h"
+#include "server/cli/options/tin_input.h"
 #include "server/cli/program/progress_bar.h"
 #include "terrain/analysis/volume.h"
 #include "terrain/base/file_io.h"
@@ -74,14 +75,11 @@ struct Made {
 
 Result<Made> make(const Arguments& a, RasterFormat format) {
   Made made;
-  auto dem = open_dem(a.dem);
+  const TwoDems two = two_dems(a.dem, a.less);
+  auto dem = open_dem(two.first);
   if (!dem) return std::unexpected(dem.error());
   made.dem = std::move(*dem);
-  DemInput other = a.dem;
-  other.files = a.less;
-  other.bounds.reset(), std::erase(other.given, "--bounds"),
-      std::erase(other.given, "--bounds-crs");
-  auto less = open_dem(other);
+  auto less = open_dem(two.other);
   if (!less) return std::unexpected(less.error());
   const auto difference = difference_rows(*made.dem, DemReference{std::move(*less)});
   if (!difference) return std::unexpected(difference.error());
@@ -132,11 +130,12 @@ void add_difference(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
   Command app = program.add_subcommand(
       "difference", "One DEM less another: a raster on the first one's grid, and its statistics");
-  app.add_option("input", a->dem.files, "a DEM, or several that share one grid").required();
+  app.add_option("input", a->dem.files, dem_or_tin_help()).required();
   app.add_option("--less", a->less,
-                 "the DEM that is taken off, on any grid; opened as the first is")
+                 "the DEM or TIN that is taken off, on any grid; opened as the first is")
       .required();
   app.add_option("-o,--output", a->output, "the raster: .tif, or .asc with a .prj").required();
+  add_tin_options(app, a->dem);
   add_dem_options(app, a->dem);
   add_window_options(app, a->dem);
   add_report_options(app, a->report);

@@ -16,7 +16,9 @@
 #include "server/cli/options/output_options.h"
 #include "server/cli/options/output_paths.h"
 #include "server/cli/options/place_input.h"
+#include "server/cli/options/tin_input.h"
 #include "terrain/analysis/heights_at.h"
+#include "terrain/mesh/mesh_file.h"
 #include "terrain/raster/datums.h"
 
 namespace tind::cli {
@@ -44,7 +46,8 @@ struct Found {
 
 /// Whoever has the heights.
 struct Asked {
-  std::shared_ptr<const DemSource> dem;  // null: tiles
+  std::shared_ptr<const DemSource> dem;  // null: a TIN, or tiles
+  std::shared_ptr<const TinGround> tin;
   std::shared_ptr<const TileSet> tiles;
   std::string datum;
   Geographic middle{};
@@ -55,6 +58,12 @@ struct Asked {
       const auto heights = heights_at(Surface(dem), places, a.interpolation);
       if (!heights) return std::unexpected(heights.error());
       for (std::size_t i = 0; i < found.size(); ++i) found[i].height = (*heights)[i].height;
+      return found;
+    }
+    if (tin) {
+      const auto heights = heights_at(*tin, places);
+      if (!heights) return std::unexpected(heights.error());
+      for (std::size_t i = 0; i < found.size(); ++i) found[i].height = (*heights)[i];
       return found;
     }
     const auto heights = level_heights(level_tiles_of(*tiles), places, a.level.level);
@@ -80,11 +89,19 @@ Result<Asked> open_asked(const Arguments& a) {
     return asked;
   }
   if (a.dem.files.empty())
-    return fail(Errc::invalid_argument, "heights are of a DEM, or of --tiles: name one");
-  const auto dem = open_dem(a.dem);
-  if (!dem) return std::unexpected(dem.error());
-  asked.dem = *dem;
-  const DemInfo& info = (*dem)->info();
+    return fail(Errc::invalid_argument, "heights are of a DEM or a TIN, or of --tiles: name one");
+  if (asks_tin_itself(a.dem)) {
+    if (a.interpolation != Interpolation::bilinear)
+      return fail(Errc::invalid_argument, "--interpolation is for a DEM: a TIN is its triangles");
+    auto ground = open_tin_ground(a.dem);
+    if (!ground) return std::unexpected(ground.error());
+    asked.tin = std::make_shared<const TinGround>(std::move(*ground));
+  } else {
+    const auto dem = open_dem(a.dem);
+    if (!dem) return std::unexpected(dem.error());
+    asked.dem = *dem;
+  }
+  const DemInfo& info = asked.dem ? asked.dem->info() : asked.tin->frame->info();
   asked.datum = name(info.datum);
   asked.middle = {(info.bounds.west + info.bounds.east) / 2,
                   (info.bounds.south + info.bounds.north) / 2};
@@ -263,7 +280,8 @@ void add_elevation(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
   Command app =
       program.add_subcommand("elevation", "Heights of places: of one, or of those in a table");
-  app.add_option("input", a->dem.files, "a DEM, or several that share one grid");
+  app.add_option("input", a->dem.files,
+                 "a DEM, or several that share one grid; or a TIN: " + readable_extensions());
   Command which = app.add_group("Where (exactly one)", 1, 1);
   which.add_option("--at", a->at, "X,Y: a place; as often as there are places").repeated();
   which.add_option("--places", a->table,

@@ -14,6 +14,7 @@
 #include "server/cli/options/place_input.h"
 #include "server/cli/options/report_output.h"
 #include "server/cli/options/sight_input.h"
+#include "server/cli/options/tin_input.h"
 #include "terrain/raster/datums.h"
 
 namespace tind::cli {
@@ -50,9 +51,11 @@ Result<Answer> answer(const Arguments& a) {
   SightRules rules{.refraction = a.sight.refraction};
   // Of tiles the first time tells how far they are off: those that the ray crosses.
   for (int time = 0; time < (asked->level ? 2 : 1); ++time) {
-    const auto uncertainty = uncertainty_of(a.sight, info, asked->error_m());
+    const auto uncertainty =
+        uncertainty_of(a.sight, info, asked->level ? asked->level->max_error_m() : 0);
     if (!uncertainty) return std::unexpected(uncertainty.error());
-    rules.uncertainty_m = out.uncertainty_m = *uncertainty;
+    rules.uncertainty_m = *uncertainty, rules.anywhere_m = asked->tin_error_m;
+    out.uncertainty_m = rules.all_m();
     auto line = line_of_sight(*asked->dem, out.from, out.to, rules);
     if (!line) return std::unexpected(line.error());
     out.line = *line;
@@ -101,7 +104,7 @@ void print(const Answer& answer) {
     fmt::print("it first meets the ground after {:.3f} km\n",
                *l.first_hidden_share * l.length_m / 1000);
   if (l.surely_m)
-    fmt::print("with posts within {:.3g} m of these, clearance is between {:.2f} and {:.2f} m\n",
+    fmt::print("with heights within {:.3g} m of these, clearance is between {:.2f} and {:.2f} m\n",
                answer.uncertainty_m, *l.surely_m, *l.perhaps_m);
   if (l.unknown) fmt::print("part of the ground below is void or beyond the DEM\n");
 }
@@ -120,7 +123,7 @@ void add_line_of_sight(Command program, int& exit) {
   a->dem.to_datum = "ellipsoid";  // a ray is straight above that
   Command app = program.add_subcommand("line-of-sight",
                                        "Whether one place sees another, and what stands between");
-  app.add_option("input", a->dem.files, "a DEM, or several that share one grid").required();
+  app.add_option("input", a->dem.files, dem_or_tin_help()).required();
   app.add_option("--from", a->from, "where the observer stands: X,Y").required();
   app.add_option("--to", a->to, "where the target stands: X,Y").required();
   add_places_crs(app, a->crs);
@@ -133,6 +136,7 @@ void add_line_of_sight(Command program, int& exit) {
       .shown();
   add_sight_options(app, a->sight);
   add_level_options(app, a->level);
+  add_tin_options(app, a->dem);
   add_dem_options(app, a->dem);
   add_report_options(app, a->report);
   app.footer(

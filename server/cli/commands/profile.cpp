@@ -14,6 +14,7 @@
 #include "server/cli/options/output_paths.h"
 #include "server/cli/options/place_input.h"
 #include "server/cli/options/profile_output.h"
+#include "server/cli/options/tin_input.h"
 #include "terrain/base/file_io.h"
 #include "terrain/raster/datums.h"
 
@@ -83,6 +84,19 @@ Result<Made> of_tiles(const Arguments& a) {
   return made;
 }
 
+/// Of a TIN itself: exact.
+Result<Made> of_tin(const Arguments& a) {
+  const auto ground = open_tin_ground(a.dem);
+  if (!ground) return std::unexpected(ground.error());
+  const DemInfo& info = ground->frame->info();
+  const auto path = path_of(a, info.bounds);
+  if (!path) return std::unexpected(path.error());
+  auto profile = is_sampled(a) ? sampled_profile(*ground, *path, distances_of(a, path->length_m()))
+                               : exact_profile(*ground, *path);
+  if (!profile) return std::unexpected(profile.error());
+  return Made{std::move(*profile), {name(info.datum), {}, false}};
+}
+
 Result<Made> of_dem(const Arguments& a) {
   const auto asked = open_asked(a.dem, a.level);
   if (!asked) return std::unexpected(asked.error());
@@ -94,7 +108,7 @@ Result<Made> of_dem(const Arguments& a) {
                      : exact_profile(*asked->dem, *path);
   if (!profile) return std::unexpected(profile.error());
   Made made{std::move(*profile), {name(info.datum), {}, false}};
-  if (asked->level) made.facts.bound_m = asked->error_m();
+  if (asked->level || asked->tin) made.facts.bound_m = asked->error_m();
   return made;
 }
 
@@ -114,8 +128,10 @@ int run(const Arguments& a) {
   if (!format) return complain(format.error());
   if (const int code = check_outputs({a.output}, inputs_of(a.dem)); code != kOk) return code;
   if (a.dem.files.empty() && a.level.tiles.empty())
-    return complain({Errc::invalid_argument, "a profile is of a DEM, or of --tiles: name one"});
-  const auto made = a.dem.files.empty() ? of_tiles(a) : of_dem(a);
+    return complain(
+        {Errc::invalid_argument, "a profile is of a DEM or a TIN, or of --tiles: name one"});
+  const bool tin = a.level.tiles.empty() && asks_tin_itself(a.dem);
+  const auto made = a.dem.files.empty() ? of_tiles(a) : tin ? of_tin(a) : of_dem(a);
   if (!made) return complain_of(a.dem, made.error());
   const std::string text = profile_text(*format, made->profile, made->facts);
   if (a.output.empty()) {
@@ -136,7 +152,7 @@ void add_profile(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
   Command app = program.add_subcommand(
       "profile", "Heights along a line: sampled, or wherever the surface turns");
-  app.add_option("input", a->dem.files, "a DEM, or several that share one grid");
+  app.add_option("input", a->dem.files, dem_or_tin_help());
   app.add_option("--line", a->line, "\"X,Y X,Y ...\", geodesics between them").required();
   add_places_crs(app, a->crs);
   Command how = app.add_group("Where (at most one; else wherever the surface turns)", 0, 1);
@@ -148,6 +164,7 @@ void add_profile(Command program, int& exit) {
   app.add_option("--format", a->format, "in place of the extension's")
       .one_of(enum_names<ProfileFormat>());
   add_level_options(app, a->level);
+  add_tin_options(app, a->dem);
   add_dem_options(app, a->dem);
   app.footer("Example: tind profile alps.tif --line \"7.60,45.97 7.74,46.03\" -o ridge.csv");
   app.on_run([a, &exit] { exit = run(*a); });

@@ -16,6 +16,7 @@
 #include "server/cli/options/output_options.h"
 #include "server/cli/options/output_paths.h"
 #include "server/cli/options/report_output.h"
+#include "server/cli/options/tin_input.h"
 #include "server/cli/pictures/colours.h"
 #include "server/cli/program/progress_bar.h"
 #include "terrain/analysis/derivatives.h"
@@ -150,7 +151,7 @@ void add_relief(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
   Command app =
       program.add_subcommand("relief", "A DEM's heights as colours, lit from a side, as a picture");
-  app.add_option("input", a->dem.files, "a DEM, or several that share one grid").required();
+  app.add_option("input", a->dem.files, dem_or_tin_help()).required();
   app.add_option("-o,--output", a->output, "the picture: .tif, or .png with a .pgw").required();
   app.add_option("--low", a->low_m, "the height of the first colour; without it the lowest post's");
   app.add_option("--high", a->high_m, "the height of the last one; without it the highest post's");
@@ -165,6 +166,7 @@ void add_relief(Command program, int& exit) {
   app.add_option("--z-factor", light.z_factor, "by which heights are multiplied, for the light")
       .positive()
       .shown();
+  add_tin_options(app, a->dem);
   add_dem_options(app, a->dem);
   add_window_options(app, a->dem);
   add_report_options(app, a->report);

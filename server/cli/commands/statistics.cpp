@@ -17,6 +17,7 @@
 #include "server/cli/options/output_options.h"
 #include "server/cli/options/output_paths.h"
 #include "server/cli/options/polygon_input.h"
+#include "server/cli/options/tin_input.h"
 #include "server/cli/program/progress_bar.h"
 #include "terrain/analysis/zonal.h"
 #include "terrain/base/file_io.h"
@@ -189,12 +190,13 @@ void add_statistics(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
   Command app = program.add_subcommand(
       "statistics", "Heights, areas and volumes inside each polygon of a file (zonal statistics)");
-  app.add_option("input", a->dem.files, "a DEM, or several that share one grid").required();
+  app.add_option("input", a->dem.files, dem_or_tin_help()).required();
   app.add_option("--polygons", a->polygons, "a vector file; a row for each feature with polygons")
       .required();
   app.add_option("--base", a->base_m, "volumes are between the surface and this height, metres")
       .shown();
   app.add_option("-o,--output", a->output, ".csv or .json; without it CSV on standard output");
+  add_tin_options(app, a->dem);
   add_dem_options(app, a->dem);
   add_window_options(app, a->dem);
   add_json_flag(app, a->json);

@@ -16,6 +16,7 @@
 #include "server/cli/options/place_input.h"
 #include "server/cli/options/report_output.h"
 #include "server/cli/options/sight_input.h"
+#include "server/cli/options/tin_input.h"
 #include "server/cli/program/progress_bar.h"
 #include "terrain/base/file_io.h"
 #include "terrain/raster/raster_file.h"
@@ -55,13 +56,14 @@ Result<Made> make(const Arguments& a) {
   if (!dem) return std::unexpected(dem.error());
   const auto posts = read_all(**dem);  // of tiles this tells how far they are off
   if (!posts) return std::unexpected(posts.error());
-  const auto uncertainty = uncertainty_of(a.sight, (*dem)->info(), asked->error_m());
+  const auto uncertainty =
+      uncertainty_of(a.sight, (*dem)->info(), asked->level ? asked->level->max_error_m() : 0);
   if (!uncertainty) return std::unexpected(uncertainty.error());
-  options.rules.uncertainty_m = *uncertainty;
+  options.rules.uncertainty_m = *uncertainty, options.rules.anywhere_m = asked->tin_error_m;
   ProgressBar bar("viewshed", progress_style(a.progress));
   auto seen = viewshed(**dem, posts->grid, options, bar.progress());
   if (!seen) return std::unexpected(seen.error());
-  return Made{std::move(*dem), std::move(*seen), *uncertainty};
+  return Made{std::move(*dem), std::move(*seen), options.rules.all_m()};
 }
 
 Result<void> put(const Arguments& a, RasterFormat format, const Made& made) {
@@ -113,7 +115,7 @@ void add_viewshed(Command program, int& exit) {
   a->dem.to_datum = "ellipsoid";  // rays are straight above that
   Command app = program.add_subcommand(
       "viewshed", "What can be seen from a place, as a raster: 0 hidden, 1 visible, 2 depends");
-  app.add_option("input", a->dem.files, "a DEM, or several that share one grid").required();
+  app.add_option("input", a->dem.files, dem_or_tin_help()).required();
   app.add_option("-o,--output", a->output, "the raster: .tif, or .asc with a .prj").required();
   app.add_option("--from", a->from, "where the observer stands: X,Y").required();
   add_places_crs(app, a->crs);
@@ -128,6 +130,7 @@ void add_viewshed(Command program, int& exit) {
   add_sight_options(app, a->sight);
   add_level_options(app, a->level);
   app.add_option("--threads", a->threads, "0: one a core").range(0, 1024).shown();
+  add_tin_options(app, a->dem);
   add_dem_options(app, a->dem);
   add_window_options(app, a->dem);
   add_report_options(app, a->report);

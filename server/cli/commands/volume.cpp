@@ -4,9 +4,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <utility>
+#include <variant>
 
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/level_input.h"
@@ -15,6 +18,7 @@
 #include "server/cli/options/place_input.h"
 #include "server/cli/options/polygon_input.h"
 #include "server/cli/options/report_output.h"
+#include "server/cli/options/tin_input.h"
 #include "server/cli/program/progress_bar.h"
 #include "terrain/raster/datums.h"
 
@@ -32,7 +36,7 @@ struct Arguments {
   ReportOutput report;
 };
 
-/// "X,Y,Z X,Y,Z X,Y,Z"
+/// "X,Y,Z X,Y,Z X,Y,Z". `dem`: whose columns and rows the plane is in.
 Result<PlaneReference> plane_of(const Arguments& a, const DemSource& dem) {
   const auto n = read_numbers(a.plane, "--plane");
   if (!n) return std::unexpected(n.error());
@@ -51,20 +55,21 @@ Result<PlaneReference> plane_of(const Arguments& a, const DemSource& dem) {
   return plane;
 }
 
-Result<VolumeReference> reference_of(const Arguments& a, const DemSource& dem) {
-  if (a.height_m) return LevelReference{*a.height_m};
+struct Reference {
+  VolumeReference what;
+  double error_m = 0;  // of a TIN's posts
+};
+
+Result<Reference> reference_of(const Arguments& a, const DemInput& other, const DemSource& dem) {
+  if (a.height_m) return Reference{LevelReference{*a.height_m}};
   if (!a.plane.empty()) {
     const auto plane = plane_of(a, dem);
     if (!plane) return std::unexpected(plane.error());
-    return *plane;
+    return Reference{*plane};
   }
-  DemInput other = a.dem;
-  other.files = a.against;
-  other.bounds.reset(), std::erase(other.given, "--bounds"),
-      std::erase(other.given, "--bounds-crs");
-  auto dem2 = open_dem(other);
+  auto dem2 = open_dem_or_tin(other);
   if (!dem2) return std::unexpected(dem2.error());
-  return DemReference{std::move(*dem2)};
+  return Reference{DemReference{std::move(dem2->dem)}, dem2->tin_error_m};
 }
 
 /// All polygons of the file together.
@@ -78,6 +83,13 @@ Result<PostRings> area_of(const Arguments& a, const DemSource& dem) {
   return all;
 }
 
+/// Over the rectangle around a TIN.
+AreaScale area_scale_of(const TinGround& ground) {
+  const auto [west, east] = std::ranges::minmax(ground.tin.vertices, {}, &Vec3::x);
+  const auto [south, north] = std::ranges::minmax(ground.tin.vertices, {}, &Vec3::y);
+  return area_scale(*ground.frame, {west.x, -north.y}, {east.x, -south.y});
+}
+
 struct Made {
   Volume volume;
   AreaScale scale;
@@ -85,10 +97,33 @@ struct Made {
   std::string datum;  // of the heights
 };
 
+/// Of a TIN itself: exact.
+Result<Made> make_of_tin(const Arguments& a) {
+  const auto ground = open_tin_ground(a.dem);
+  if (!ground) return std::unexpected(ground.error());
+  const DemInfo& info = ground->frame->info();
+  std::variant<LevelReference, PlaneReference> reference;
+  if (a.height_m) {
+    reference = LevelReference{*a.height_m};
+  } else {
+    const auto plane = plane_of(a, *ground->frame);
+    if (!plane) return std::unexpected(plane.error());
+    reference = *plane;
+  }
+  const auto v = volume(*ground, reference, a.uncertainty_m);
+  if (!v) return std::unexpected(v.error());
+  Made made{*v, area_scale_of(*ground), a.uncertainty_m, name(info.datum)};
+  warn_of_plane(made.scale, info);
+  return made;
+}
+
 Result<Made> make(const Arguments& a) {
-  const auto asked = open_asked(a.dem, a.level);
+  if (asks_tin_itself(a.dem) && a.against.empty() && a.area.empty() && a.level.tiles.empty())
+    return make_of_tin(a);
+  const TwoDems two = two_dems(a.dem, a.against);
+  const auto asked = open_asked(two.first, a.level);
   if (!asked) return std::unexpected(asked.error());
-  const auto reference = reference_of(a, *asked->dem);
+  const auto reference = reference_of(a, two.other, *asked->dem);
   if (!reference) return std::unexpected(reference.error());
   const auto area = area_of(a, *asked->dem);
   if (!area) return std::unexpected(area.error());
@@ -96,8 +131,8 @@ Result<Made> make(const Arguments& a) {
   Made made{{}, area_scale(*asked->dem, *area), 0, name(asked->dem->info().datum)};
   // Of tiles the first time tells how far they are off.
   for (int time = 0; time < (asked->level ? 2 : 1); ++time) {
-    made.uncertainty_m = a.uncertainty_m + asked->error_m();
-    auto v = volume(*asked->dem, *reference, *area, made.uncertainty_m, bar.progress());
+    made.uncertainty_m = a.uncertainty_m + asked->error_m() + reference->error_m;
+    auto v = volume(*asked->dem, reference->what, *area, made.uncertainty_m, bar.progress());
     if (!v) return std::unexpected(v.error());
     made.volume = *v;
   }
@@ -151,12 +186,12 @@ void add_volume(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
   Command app = program.add_subcommand(
       "volume", "Cut and fill of an area, against a height, a plane or another DEM");
-  app.add_option("input", a->dem.files, "a DEM, or several that share one grid").required();
+  app.add_option("input", a->dem.files, dem_or_tin_help()).required();
   Command against = app.add_group("Against what (exactly one)", 1, 1);
   against.add_option("--height", a->height_m,
                      "a height, metres, above what the DEM's (or the tiles') are");
   against.add_option("--plane", a->plane, "the plane through \"X,Y,Z X,Y,Z X,Y,Z\"");
-  against.add_option("--against", a->against, "another DEM, opened as the first is");
+  against.add_option("--against", a->against, "another DEM or TIN, opened as the first is");
   add_places_crs(app, a->crs);
   app.add_option("--area", a->area, "inside the polygons of this vector file; without it: all");
   app.add_option("--uncertainty", a->uncertainty_m,
@@ -164,6 +199,7 @@ void add_volume(Command program, int& exit) {
       .not_negative()
       .shown();
   add_level_options(app, a->level);
+  add_tin_options(app, a->dem);
   add_dem_options(app, a->dem);
   add_window_options(app, a->dem);
   add_report_options(app, a->report);

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "server/cli/options/mesh_input.h"
+#include "server/cli/options/tin_input.h"
 #include "server/cli/program/exit.h"
 #include "terrain/raster/crs_points.h"
 #include "terrain/raster/dem_options_text.h"
@@ -71,6 +72,15 @@ Result<std::vector<Geographic>> outline_of_bounds(const DemInput& input, const D
   std::vector<Geographic> places(points.size());
   (*crs)->to_geographic(points, places);
   return places;
+}
+
+Result<OpenedDem> open_whole(const DemInput& input) {
+  if (input.takes_tins && !input.files.empty() && is_mesh(input.files[0])) return open_tin(input);
+  if (input.posts_m > 0)
+    return fail(Errc::invalid_argument, "--posts is for a mesh: a DEM has posts of its own");
+  auto dem = DemSource::open(input.files, dem_options(input));
+  if (!dem) return std::unexpected(not_a_dem(dem.error(), input.files));
+  return OpenedDem{std::move(*dem)};
 }
 
 }  // namespace
@@ -139,20 +149,27 @@ DemOptions dem_options(const DemInput& input) {
   return options;
 }
 
-Result<std::shared_ptr<const DemSource>> open_dem(const DemInput& input) {
-  auto dem = DemSource::open(input.files, dem_options(input));
-  if (!dem) return std::unexpected(not_a_dem(dem.error(), input.files));
+Result<OpenedDem> open_dem_or_tin(const DemInput& input) {
+  auto opened = open_whole(input);
+  if (!opened) return opened;
+  std::shared_ptr<const DemSource>& dem = opened->dem;
   if (!input.bounds && std::ranges::find(input.given, "--bounds-crs") != input.given.end())
     return fail(Errc::invalid_argument, "--bounds-crs says what --bounds are in: give them, too");
   if (input.bounds) {
-    const auto outline = outline_of_bounds(input, (*dem)->info());
+    const auto outline = outline_of_bounds(input, dem->info());
     if (!outline) return std::unexpected(outline.error());
-    const auto rect = posts_around(**dem, *outline);
+    const auto rect = posts_around(*dem, *outline);
     if (!rect) return std::unexpected(rect.error());
-    *dem = dem_window(std::move(*dem), *rect);
+    dem = dem_window(std::move(dem), *rect);
   }
-  warn_of((*dem)->info());
-  return dem;
+  warn_of(dem->info());
+  return opened;
+}
+
+Result<std::shared_ptr<const DemSource>> open_dem(const DemInput& input) {
+  auto opened = open_dem_or_tin(input);
+  if (!opened) return std::unexpected(opened.error());
+  return std::move(opened->dem);
 }
 
 int complain_of(const DemInput& input, const Error& error) {

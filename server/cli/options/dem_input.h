@@ -27,6 +27,8 @@ struct DemInput {
   bool allow_vrt = false;
   std::optional<std::array<double, 4>> bounds;  // west, south, east, north; none: all of it
   std::string bounds_crs = "CRS84";
+  bool takes_tins = false;                         // the subcommand has --posts (tin_input.h)
+  double posts_m = 0;                              // of a TIN; 0: not said
   std::shared_ptr<const Environment> environment;  // the program's
 };
 
@@ -45,8 +47,16 @@ Result<void> say_dem_option(DemInput&, const std::string& name, const std::strin
 /// of.
 Result<void> no_dem_options(const DemInput&, const std::string& mesh);
 
-/// Its posts within the bounds, with what should be known of it as warnings on stderr.
+/// Its posts within the bounds, with what should be known of it as warnings on stderr. Where the
+/// subcommand takes them, those of a TIN.
 Result<std::shared_ptr<const DemSource>> open_dem(const DemInput&);
+
+/// The same for who says how wrong an answer may be.
+struct OpenedDem {
+  std::shared_ptr<const DemSource> dem;
+  double tin_error_m = 0;  // of a TIN: no place of it is farther from the surface between posts
+};
+Result<OpenedDem> open_dem_or_tin(const DemInput&);
 
 /// complain(), with the files' names where what is wrong lies in their posts.
 int complain_of(const DemInput&, const Error&);

@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "server/cli/options/mesh_input.h"
 #include "server/cli/options/table_tiles.h"
 #include "terrain/raster/datums.h"
 #include "terrain/store/open/stored_tiles.h"
@@ -35,14 +36,22 @@ VerticalDatum datum_of(const TileSet& tiles) {
 }
 
 Result<AskedDem> open_asked(const DemInput& input, const LevelInput& level) {
-  auto dem = open_dem(input);
-  if (!dem) return std::unexpected(dem.error());
-  if (level.tiles.empty()) return AskedDem{std::move(*dem), nullptr, nullptr};
+  const bool tin = !input.files.empty() && is_mesh(input.files[0]);
+  if (tin && !level.tiles.empty())
+    return fail(
+        Errc::invalid_argument,
+        "--tiles takes the DEM that they were made of, whose posts their error is of, and " +
+            input.files[0] + " is a mesh");
+  auto opened = open_dem_or_tin(input);
+  if (!opened) return std::unexpected(opened.error());
+  auto& dem = opened->dem;
+  if (level.tiles.empty())
+    return AskedDem{std::move(dem), nullptr, nullptr, tin, opened->tin_error_m};
   const auto tiles = open_level_tiles(level);
   if (!tiles) return std::unexpected(tiles.error());
-  auto seen = std::make_shared<const LevelDem>(std::move(*dem), level_tiles_of(**tiles),
-                                               level.level, datum_of(**tiles));
-  return AskedDem{seen, *tiles, seen};
+  auto seen = std::make_shared<const LevelDem>(std::move(dem), level_tiles_of(**tiles), level.level,
+                                               datum_of(**tiles));
+  return AskedDem{seen, *tiles, seen, false, 0};
 }
 
 }  // namespace tind::cli

@@ -25,16 +25,19 @@ struct AskedDem {
   std::shared_ptr<const DemSource> dem;
   std::shared_ptr<const TileSet> tiles;   // null: the DEM itself
   std::shared_ptr<const LevelDem> level;  // the same as dem
+  bool tin = false;                       // dem is a TIN's posts
+  double tin_error_m = 0;                 // as OpenedDem has it
 
-  /// Heights that are asked may be so far off: by the tiles that were read. 0: the DEM's own.
-  double error_m() const { return level ? level->max_error_m() : 0; }
+  /// Heights that are asked may be so far off: by the tiles that were read, or from the TIN. 0: the
+  /// DEM's own.
+  double error_m() const { return level ? level->max_error_m() : tin_error_m; }
 };
 
 /// The tiles alone; fails (invalid_argument) without a level.
 Result<std::shared_ptr<const TileSet>> open_level_tiles(const LevelInput&);
 VerticalDatum datum_of(const TileSet&);
 
-/// The DEM, or the tiles over its grid.
+/// The DEM or TIN, or the tiles over a DEM's grid.
 Result<AskedDem> open_asked(const DemInput&, const LevelInput&);
 
 }  // namespace tind::cli

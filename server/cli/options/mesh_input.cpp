@@ -24,8 +24,15 @@ constexpr double kFarthest = 1e12;
 
 bool is_mesh(const std::string& path) { return format_to_read(path) != nullptr; }
 
+std::string mesh_refused(const std::string& path) {
+  return path +
+         ": is a mesh, and a raster is needed here; meshes are taken by simplify, measure, compare "
+         "and progressive, and with --posts by the analyses (profile, volume, slope ...)";
+}
+
 Error not_a_dem(const Error& why, const std::vector<std::string>& files) {
   if (why.code != Errc::bad_data || files.size() != 1) return why;
+  if (is_mesh(files[0])) return {Errc::unsupported, mesh_refused(files[0])};
   const MeshFormat* const format = format_only_written(files[0]);
   if (!format) return why;
   return {Errc::unsupported, files[0] + ": is no raster; tind writes meshes like this (" +

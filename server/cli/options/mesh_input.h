@@ -16,8 +16,10 @@ namespace tind::cli {
 /// By its extension, in any case: of a format that is read as a mesh.
 bool is_mesh(const std::string& path);
 
-/// What kept a file from being opened as a DEM; where it looks like a mesh of a format that is only
-/// written, that.
+/// Why a subcommand that works on rasters alone does not take this mesh, and which ones do.
+std::string mesh_refused(const std::string& path);
+
+/// What kept a file from being opened as a DEM; where it looks like a mesh, that.
 Error not_a_dem(const Error& why, const std::vector<std::string>& files);
 
 /// The file's mesh, attributes included. Fails (bad_data) with the file's name, also where a

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "server/cli/options/mesh_input.h"
 #include "server/cli/program/exit.h"
 #include "server/log/printable.h"
 #include "terrain/surface/open_surface.h"
@@ -118,7 +119,7 @@ Result<Surface> open_surface(const DemInput& input, const SurfaceInput& said,
   if (!read) return std::unexpected(read.error());
   auto surface = read->layers.empty() ? tind::open_surface(input.files, read->options)
                                       : tind::open_surface(read->layers, read->options);
-  if (!surface) return surface;
+  if (!surface) return std::unexpected(not_a_dem(surface.error(), input.files));
   warn_of(surface->info());
   if (surface->only() && !said.blends.empty())
     warn("--blend: there is only one layer, so there is nothing to blend");

@@ -36,4 +36,8 @@ void warn(const std::string& what) {
   std::fprintf(stderr, "tind: warning: %s\n", logging::printable(what).c_str());
 }
 
+void note(const std::string& what) {
+  std::fprintf(stderr, "tind: %s\n", logging::printable(what).c_str());
+}
+
 }  // namespace tind::cli

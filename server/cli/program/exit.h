@@ -29,5 +29,7 @@ Exit exit_code(Errc);
 int complain(const Error&);
 /// Prints "tind: warning: what" on stderr.
 void warn(const std::string& what);
+/// Prints "tind: what" on stderr: nothing is wrong, but it should be known.
+void note(const std::string& what);
 
 }  // namespace tind::cli

@@ -19,7 +19,9 @@
 #include "terrain/raster/gdal/datum_shift.h"
 #include "terrain/raster/gdal/gdal_frame.h"
 #include "terrain/raster/gdal/gdal_mosaic.h"
+#include "terrain/raster/gdal/held_file.h"
 #include "terrain/raster/gdal/source_pool.h"
+#include "terrain/raster/held_posts.h"
 #include "terrain/raster/nodata.h"
 
 namespace tind {
@@ -39,6 +41,11 @@ class RasterSource final : public DemSource {
  public:
   static Result<std::shared_ptr<const DemSource>> open(std::span<const std::string> named,
                                                        const DemOptions& options);
+  /// `files`: as DemInfo has them; `warnings`: what is known before.
+  static Result<std::shared_ptr<const DemSource>> of(gdal::Mosaic, std::shared_ptr<gdal::Pool>,
+                                                     std::span<const std::string> files,
+                                                     std::vector<std::string> warnings,
+                                                     const DemOptions&);
 
   const DemInfo& info() const override { return info_; }
   Result<HeightGrid> read(std::int64_t col, std::int64_t row, int cols, int rows) const override {
@@ -312,12 +319,20 @@ Result<std::shared_ptr<const DemSource>> RasterSource::open(std::span<const std:
   auto pool = gdal::Pool::of(options);
   auto mosaic = gdal::Mosaic::open(files, options, *pool);
   if (!mosaic) return std::unexpected(mosaic.error());
+  return of(std::move(*mosaic), std::move(pool), files, std::move(inputs->warnings), options);
+}
+
+Result<std::shared_ptr<const DemSource>> RasterSource::of(gdal::Mosaic mosaic,
+                                                          std::shared_ptr<gdal::Pool> pool,
+                                                          std::span<const std::string> files,
+                                                          std::vector<std::string> warnings,
+                                                          const DemOptions& options) {
   auto frame =
-      gdal::Frame::make(mosaic->facts().crs, mosaic->post_to_crs(), mosaic->cols(), mosaic->rows());
+      gdal::Frame::make(mosaic.facts().crs, mosaic.post_to_crs(), mosaic.cols(), mosaic.rows());
   if (!frame) return fail(files[0], frame.error());
   std::shared_ptr<RasterSource> source(
-      new RasterSource(std::move(*mosaic), std::move(*frame), std::move(pool)));
-  source->info_.warnings = std::move(inputs->warnings);
+      new RasterSource(std::move(mosaic), std::move(*frame), std::move(pool)));
+  source->info_.warnings = std::move(warnings);
   if (auto ok = source->describe(files, options); !ok) return std::unexpected(ok.error());
   return source;
 }
@@ -327,6 +342,19 @@ Result<std::shared_ptr<const DemSource>> RasterSource::open(std::span<const std:
 Result<std::shared_ptr<const DemSource>> DemSource::open(std::span<const std::string> files,
                                                          const DemOptions& options) {
   return RasterSource::open(files, options);
+}
+
+Result<std::shared_ptr<const DemSource>> dem_of(HeldPosts posts, const DemOptions& options) {
+  for (const float z : posts.heights.values())
+    if (std::abs(z) > kMaxHeight)
+      return fail(Errc::bad_data,
+                  fmt::format("{}: a height of {} m is beyond {} m: what is the unit of z?",
+                              posts.name, z, kMaxHeight));
+  const std::vector<std::string> files = {posts.name};
+  auto file = gdal::HeldFile::make(std::move(posts), options);
+  if (!file) return std::unexpected(file.error());
+  return RasterSource::of(gdal::Mosaic::of(std::move(*file)), gdal::Pool::of(options), files, {},
+                          options);
 }
 
 }  // namespace tind

@@ -63,6 +63,14 @@ Result<Mosaic> Mosaic::open(std::span<const std::string> paths, const DemOptions
   return mosaic;
 }
 
+Mosaic Mosaic::of(std::unique_ptr<HeightFile> file) {
+  Mosaic mosaic;
+  mosaic.post_to_crs_ = file->facts().post_to_crs;
+  mosaic.parts_.push_back({std::move(file), 0, 0});
+  mosaic.move_origin();
+  return mosaic;
+}
+
 Result<void> Mosaic::add(std::unique_ptr<HeightFile> file, const DemOptions& options) {
   const FileFacts& b = file->facts();
   if (parts_.empty()) {

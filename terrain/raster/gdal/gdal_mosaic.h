@@ -20,6 +20,8 @@ class Mosaic {
   /// within 0.01. They may lie apart, touch or overlap. Read in processes of their own where the
   /// pool has them.
   static Result<Mosaic> open(std::span<const std::string> paths, const DemOptions&, const Pool&);
+  /// Of one file that is open already.
+  static Mosaic of(std::unique_ptr<HeightFile>);
 
   std::int64_t cols() const { return cols_; }
   std::int64_t rows() const { return rows_; }

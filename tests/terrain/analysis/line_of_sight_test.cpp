@@ -166,5 +166,23 @@ TEST(LineOfSight, AReadErrorIsAnError) {
   EXPECT_EQ(line.error().code, Errc::io);
 }
 
+TEST(LineOfSight, OfASurfaceThatMayBeOffAnywhereNothingIsCloserAtTheEnds) {
+  const MadeUpSource dem = dem_of(HeightGrid(40, 40, 0));
+  // Level ground, both ends a metre above it, 360 m apart: the ray sinks by 2 mm.
+  const SightEnd west{{10.005, 49.98}, 1}, east{{10.010, 49.98}, 1};
+  for (const double f : {0.4, 0.6}) {
+    const auto line = line_of_sight(dem, west, east, {.anywhere_m = f});
+    ASSERT_TRUE(line);
+    EXPECT_EQ(line->visibility, f < 0.5 ? Visibility::visible : Visibility::depends);
+    EXPECT_NEAR(*line->surely_m, 1 - 2 * f, 0.005);
+    EXPECT_NEAR(*line->perhaps_m, 1 + 2 * f, 0.005);
+    // With as much of the posts, both are what is left of it.
+    const auto both = line_of_sight(dem, west, east, {.uncertainty_m = 0.1, .anywhere_m = f});
+    ASSERT_TRUE(both);
+    EXPECT_GE(*both->surely_m, 1 - 2 * (f + 0.1) - 0.005);
+    EXPECT_LE(*both->surely_m, 1 - 2 * f);
+  }
+}
+
 }  // namespace
 }  // namespace tind
