@@ -145,8 +145,9 @@ Result<TinGround> tin_ground(Tin tin, const Vec3& unit_m, const std::string& nam
   if (!frame) return std::unexpected(frame.error());
   if (!(*frame)->info().datum_way.empty())
     return fail(Errc::invalid_argument,
-                name + ": heights are brought to another datum at posts: say with --posts how many "
-                       "metres apart");
+                name +
+                    ": heights are brought to another datum at posts: say with --posts how many "
+                    "metres apart");
   for (Vec3& v : tin.vertices) {
     const Vec2 post = map.invert(v.x, v.y);
     v = {post.x, -post.y, v.z * unit_m.z};

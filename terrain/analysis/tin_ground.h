@@ -45,9 +45,9 @@ Result<Profile> sampled_profile(const TinGround&, const GeodesicPath&,
 Result<Profile> exact_profile(const TinGround&, const GeodesicPath&, const std::stop_token& = {});
 
 /// Cut and fill of all of the TIN, against a height or a plane (x = column, y = row of `frame`), by
-/// the integral over each triangle; in the plane of its projection. `uncertainty_m`: of each height.
-/// Fails (invalid_argument) for three points on one line; (unsupported) for degrees, in which a
-/// triangle is no plane figure of the ground.
+/// the integral over each triangle; in the plane of its projection. `uncertainty_m`: of each
+/// height. Fails (invalid_argument) for three points on one line; (unsupported) for degrees, in
+/// which a triangle is no plane figure of the ground.
 Result<Volume> volume(const TinGround&, const std::variant<LevelReference, PlaneReference>&,
                       double uncertainty_m = 0);
 

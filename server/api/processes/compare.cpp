@@ -1,10 +1,11 @@
-// The process `compare`: an area of a dataset by several methods, as one table.
+// The process `compare`: an area of a dataset, or a terrain mesh, by several methods, as one table.
 
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
 
 #include "server/api/processes/area_input.h"
+#include "server/api/processes/mesh_input.h"
 #include "server/api/processes/order_reading.h"
 #include "terrain/simplify/methods.h"
 
@@ -17,6 +18,9 @@ using services::JobOrder;
 constexpr std::size_t kMostMethods = 16, kMostStops = 8;
 /// As the command compares them.
 constexpr const char* kUsual[] = {"bounded", "memoryless", "qem", "greedy", "cluster"};
+
+/// What a mesh that is sent has not.
+constexpr const char* kOfDatasets[] = {"dataset", "layer", "bbox", "polygon", "crs", "datum"};
 
 constexpr FileKind kTables[] = {{"csv", "text/csv"}, {"html", "text/html; charset=utf-8"}};
 
@@ -88,19 +92,31 @@ void read_methods(OrderReading& reading) {
   reading.option("--methods", text);
 }
 
-std::expected<JobOrder, Problems> order_of_inputs(const App& app, const Json& json) {
-  OrderReading reading("compare", app, json);
-  read_methods(reading);
-  read_stops(reading);
+/// Which part of it, above what, and what its page is called.
+void read_dataset(OrderReading& reading, const Json& json) {
   reading.area("--boundary", OrderReading::Polygon::with_its_box);
   reading.datum();
   const Json* const name =
       json.is_object() && json.contains("dataset") ? &json["dataset"] : nullptr;
   if (name && name->is_string())
     reading.option("--title", "Simplifying " + name->get<std::string>());
+}
+
+std::expected<JobOrder, Problems> order_of_inputs(const App& app, const Json& json) {
+  const bool mesh = json.is_object() && json.contains("mesh");
+  OrderReading reading("compare", app, json,
+                       mesh ? OrderReading::Of::mesh : OrderReading::Of::dataset);
+  read_methods(reading);
+  read_stops(reading);
+  if (mesh)
+    reading.none_of_datasets(kOfDatasets);
+  else
+    read_dataset(reading, json);
   reading.report();
   const std::string format = read_word("format", extensions(kTables), reading.inputs(),
                                        reading.problems(), kTables[0].extension);
+  if (mesh && format == "html")
+    reading.problems().add("format", "html has pictures of a DEM: of a mesh the table is csv");
   for (const FileKind& kind : kTables)
     if (format == kind.extension)
       reading.order.outputs.push_back({"table", "table." + format, kind.media_type});
@@ -113,14 +129,23 @@ std::expected<JobOrder, Problems> order_of_inputs(const App& app, const Json& js
 Ordered inputs_described() {
   Ordered inputs;
   describe_dem(inputs);
+  inputs["dataset"]["minOccurs"] = 0;  // or mesh
+  describe_mesh(inputs, 0);
+  inputs["mesh"]["description"] =
+      "in place of a dataset: a terrain mesh (heights over a plane), whose vertices are what "
+      "errors "
+      "are of; " +
+      inputs["mesh"]["description"].get<std::string>();
   Ordered name = {{"type", "string"}};
-  inputs["methods"] = described(
-      "Methods", "by their names, or as method:variant (vertex-removal:degree); /methods lists all",
-      {{"type", "array"},
-       {"items", std::move(name)},
-       {"minItems", 1},
-       {"maxItems", kMostMethods},
-       {"default", kUsual}});
+  inputs["methods"] = described("Methods",
+                                "by their names, or as method:variant (vertex-removal:degree); "
+                                "/methods lists all; of a mesh all "
+                                "but cluster",
+                                {{"type", "array"},
+                                 {"items", std::move(name)},
+                                 {"minItems", 1},
+                                 {"maxItems", kMostMethods},
+                                 {"default", kUsual}});
   for (const StopList& stop : kStops)
     inputs[stop.name] = described(stop.title, stop.description,
                                   {{"type", "array"},
@@ -134,7 +159,8 @@ Ordered inputs_described() {
   describe_datum(inputs);
   inputs["format"] = describe_format(kTables);
   inputs["format"]["description"] =
-      "of the table as a file; html: a page with curves and pictures, which stands alone";
+      "of the table as a file; html: a page with curves and pictures, which stands alone, of a "
+      "dataset";
   return inputs;
 }
 
@@ -146,13 +172,14 @@ Ordered outputs_described() {
 }  // namespace
 
 Process compare_process() {
-  return {"compare",
-          "Compare methods",
-          "Several methods on an area of a DEM, as one table of size, error and time: to choose "
-          "one.",
-          inputs_described,
-          outputs_described,
-          order_of_inputs};
+  return {
+      "compare",
+      "Compare methods",
+      "Several methods on an area of a DEM, or on a TIN that is sent, as one table of size, error "
+      "and time: to choose one.",
+      inputs_described,
+      outputs_described,
+      order_of_inputs};
 }
 
 }  // namespace tind::api

@@ -1,4 +1,5 @@
-// The process `measure`: how far is a mesh that the client sends from a dataset?
+// The process `measure`: how far is a mesh that the client sends from a dataset, or from another
+// that it sends?
 
 #include <nlohmann/json.hpp>
 
@@ -14,7 +15,23 @@ namespace {
 using Ordered = nlohmann::ordered_json;
 using services::JobOrder;
 
+/// What two meshes that are sent have not.
+constexpr const char* kOfDatasets[] = {"dataset", "layer", "bbox",  "polygon",
+                                       "crs",     "datum", "frame", "units"};
+
+/// Over the vertices of a TIN.
+std::expected<JobOrder, Problems> order_of_terrain(const App& app, const Json& json) {
+  OrderReading reading("measure", app, json, OrderReading::Of::mesh);
+  read_mesh(reading.inputs(), reading.order, reading.problems(), "terrain");
+  reading.none_of_datasets(kOfDatasets);
+  reading.order.arguments.push_back("--terrain");
+  reading.option("--threads", "1");
+  reading.report();
+  return reading.done();
+}
+
 std::expected<JobOrder, Problems> order_of_inputs(const App& app, const Json& json) {
+  if (json.is_object() && json.contains("terrain")) return order_of_terrain(app, json);
   OrderReading reading("measure", app, json);
   // Its file comes before the DEM's.
   read_mesh(reading.inputs(), reading.order, reading.problems());
@@ -34,7 +51,13 @@ std::expected<JobOrder, Problems> order_of_inputs(const App& app, const Json& js
 Ordered inputs_described() {
   Ordered inputs;
   describe_dem(inputs);
+  inputs["dataset"]["minOccurs"] = 0;  // or terrain
   describe_mesh(inputs, 1);
+  describe_mesh(inputs, 0, "terrain", "Terrain");
+  inputs["terrain"]["description"] =
+      "in place of a dataset: a terrain mesh (heights over a plane), over whose vertices the error "
+      "is; " +
+      inputs["terrain"]["description"].get<std::string>();
   inputs["frame"] =
       described("Frame", "the mesh's x and y; without it as its file says, else source",
                 {{"type", "string"}, {"enum", enum_names<MeshFrame>()}});
@@ -48,18 +71,21 @@ Ordered inputs_described() {
 }
 
 Ordered outputs_described() {
-  return {{"report", report_output("Its error against every post, and what is wrong with it")}};
+  return {{"report",
+           report_output("Its error against every post or vertex, and what is wrong with it")}};
 }
 
 }  // namespace
 
 Process measure_process() {
-  return {"measure",
-          "Measure a mesh",
-          "The vertical error of a mesh, whoever made it, against every post of a DEM.",
-          inputs_described,
-          outputs_described,
-          order_of_inputs};
+  return {
+      "measure",
+      "Measure a mesh",
+      "The vertical error of a mesh, whoever made it, against every post of a DEM or every vertex "
+      "of a TIN that is sent.",
+      inputs_described,
+      outputs_described,
+      order_of_inputs};
 }
 
 }  // namespace tind::api

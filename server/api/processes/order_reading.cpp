@@ -4,16 +4,21 @@
 #include <utility>
 
 #include "server/api/processes/area_input.h"
+#include "server/api/processes/mesh_input.h"
 
 namespace tind::api {
 
 using Ordered = nlohmann::ordered_json;
 using services::JobOrder;
 
-OrderReading::OrderReading(const char* id, const App& app, const Json& json)
-    : app_(app), inputs_(json, "", problems_), dem_(read_dem(app, inputs_, problems_)) {
+OrderReading::OrderReading(const char* id, const App& app, const Json& json, Of of)
+    : app_(app), of_(of), inputs_(json, "", problems_) {
   order.process = id;
   order.arguments = {id};
+  if (of == Of::dataset)
+    dem_ = read_dem(app, inputs_, problems_);
+  else
+    read_mesh(inputs_, order, problems_);
 }
 
 void OrderReading::crs() { option("--places-crs", read_places_crs(inputs_, problems_)); }
@@ -94,10 +99,16 @@ void OrderReading::report() {
   option("--report", "report.json");
 }
 
+void OrderReading::none_of_datasets(std::span<const char* const> names) {
+  for (const char* const name : names)
+    if (inputs_.member(name))
+      problems_.add(name, "is for datasets: a mesh that is sent is taken as it is");
+}
+
 std::expected<JobOrder, Problems> OrderReading::done() {
   inputs_.nothing_else();
   if (!problems_.empty()) return std::unexpected(std::move(problems_));
-  add_dem(dem_, order);
+  if (of_ == Of::dataset) add_dem(dem_, order);
   return std::move(order);
 }
 

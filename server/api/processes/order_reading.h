@@ -19,8 +19,11 @@ namespace tind::api {
 /// An order that is being read: each call takes one input and adds what it means.
 class OrderReading {
  public:
-  /// Reads dataset and layer. `json` and the app outlive it.
-  OrderReading(const char* id, const App& app, const Json& json);
+  /// What the subcommand works on: a DEM of the daemon's, or terrain that the client sends.
+  enum class Of { dataset, mesh };
+  /// Reads dataset and layer, or mesh and mesh_format, whose file is the first argument. `json` and
+  /// the app outlive it.
+  OrderReading(const char* id, const App& app, const Json& json, Of = Of::dataset);
   OrderReading(const OrderReading&) = delete;
   OrderReading& operator=(const OrderReading&) = delete;
 
@@ -51,11 +54,14 @@ class OrderReading {
   /// The file that is the result, as one of these kinds.
   void file(const char* stem, std::span<const FileKind> kinds);
   void report();
+  /// Of a mesh: a problem for each of these inputs that was given.
+  void none_of_datasets(std::span<const char* const> names);
   /// To be called last.
   std::expected<services::JobOrder, Problems> done();
 
  private:
   const App& app_;
+  const Of of_;
   Problems problems_;
   Members inputs_;
   DemOfJob dem_, other_;

@@ -359,7 +359,8 @@ int run_tiles(Command app, const Arguments& a) {
 void add_compare(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
   Command app = program.add_subcommand(
-      "compare", "Run several methods on one DEM and print one table of size, error and time");
+      "compare",
+      "Run several methods on one DEM or TIN and print one table of size, error and time");
   app.add_option(
          "input", a->input.files,
          "a DEM, or several that share one grid; or terrain as a mesh: " + readable_extensions())
@@ -367,7 +368,7 @@ void add_compare(Command program, int& exit) {
   app.add_option("--methods", a->methods,
                  "names, comma-separated; name:variant picks a criterion (vertex-removal), a "
                  "placement (triangle-collapse), a metric (attribute-qem) or an effort (bounded); "
-                 "'name option=value' sets any option")
+                 "'name option=value' sets any option; of a mesh all but cluster")
       .delimiter(',')
       .shown();
   app.add_flag(
@@ -398,6 +399,8 @@ void add_compare(Command program, int& exit) {
     if (!a->tiles && !app.given("--at") && !app.given("--max-error"))
       refuse_missing("--at or --max-error");
     if (!a->tiles && app.given("--levels")) refuse_value("--levels", "is for --tiles");
+    if (!app.given("--methods") && is_mesh(a->input.files[0]))
+      std::erase(a->methods, "cluster");  // its cells are those of a grid
     exit = a->tiles ? run_tiles(app, *a) : run(*a);
   });
 }

@@ -62,10 +62,12 @@ Result<Vec3> units(const Placed& p, const std::string& path, const DemOptions& o
   const auto [west, east] = std::ranges::minmax(p.tin.vertices, {}, &Vec3::x);
   const auto [south, north] = std::ranges::minmax(p.tin.vertices, {}, &Vec3::y);
   // Its corners as a DEM: the one place that knows what CRSs are.
-  const auto corners = dem_of(
-      {path, "TIN", HeightGrid(2, 2), {west.x, east.x - west.x, 0, north.y, 0, south.y - north.y},
-       p.crs},
-      {.crs = options.crs});
+  const auto corners = dem_of({path,
+                               "TIN",
+                               HeightGrid(2, 2),
+                               {west.x, east.x - west.x, 0, north.y, 0, south.y - north.y},
+                               p.crs},
+                              {.crs = options.crs});
   if (!corners) return std::unexpected(corners.error());
   const DemInfo& info = (*corners)->info();
   if (info.crs_kind != CrsKind::geographic)
@@ -117,10 +119,11 @@ Result<OpenedDem> open_tin(const DemInput& input) {
   const DemInfo& info = (*dem)->info();
   double error_m = posts->error.max_m();
   if (!info.datum_way.empty()) error_m += info.rounding_m;  // of heights that were moved
-  note(fmt::format("{}: {} x {} posts, {:.6g} x {:.6g} m apart; the surface between them is within "
-                   "{:.3g} m of the TIN",
-                   path, info.cols, info.rows, posts->post_to_tin.x_col * unit_m.x,
-                   -posts->post_to_tin.y_row * unit_m.y, error_m));
+  note(
+      fmt::format("{}: {} x {} posts, {:.6g} x {:.6g} m apart; the surface between them is within "
+                  "{:.3g} m of the TIN",
+                  path, info.cols, info.rows, posts->post_to_tin.x_col * unit_m.x,
+                  -posts->post_to_tin.y_row * unit_m.y, error_m));
   return OpenedDem{std::move(*dem), error_m};
 }
 
@@ -135,7 +138,8 @@ Result<TinGround> open_tin_ground(const DemInput& input) {
   Vec3 unit_m;
   auto opened = read_placed(input, options, unit_m);
   if (!opened) return std::unexpected(opened.error());
-  auto ground = tin_ground(std::move(opened->tin), unit_m, path, opened->crs, opened->datum, options);
+  auto ground =
+      tin_ground(std::move(opened->tin), unit_m, path, opened->crs, opened->datum, options);
   if (ground) warn_of(ground->frame->info());
   return ground;
 }

@@ -20,9 +20,9 @@ void add_tin_options(Command, DemInput&);
 std::string dem_or_tin_help();
 
 /// The TIN's heights on a grid of posts (mesh/tin_posts.h), where and above what its file or the
-/// options say; how many posts and how far off is said on stderr. Fails with its name where it is no
-/// terrain, where --posts is missing, and for options that are said of rasters. REQUIRES: is_mesh()
-/// of the first file.
+/// options say; how many posts and how far off is said on stderr. Fails with its name where it is
+/// no terrain, where --posts is missing, and for options that are said of rasters. REQUIRES:
+/// is_mesh() of the first file.
 Result<OpenedDem> open_tin(const DemInput&);
 
 /// A TIN that is asked itself, without posts: a mesh without --posts.

@@ -71,8 +71,10 @@ Result<void> HeldFile::read_posts(std::span<const Post> posts) const {
 
 Result<std::string> HeldFile::fingerprint() const {
   const Affine& a = facts_.post_to_crs;
-  return fmt::format("{} {} {} {} {} {} {} {} {}\n", a.x0, a.x_col, a.x_row, a.y0, a.y_col, a.y_row,
-                     facts_.cols, facts_.rows, hash128(ByteView(heights_.values().data(), heights_.size() * sizeof(float))).text());
+  return fmt::format(
+      "{} {} {} {} {} {} {} {} {}\n", a.x0, a.x_col, a.x_row, a.y0, a.y_col, a.y_row, facts_.cols,
+      facts_.rows,
+      hash128(ByteView(heights_.values().data(), heights_.size() * sizeof(float))).text());
 }
 
 }  // namespace tind::gdal

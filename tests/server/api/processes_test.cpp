@@ -475,6 +475,75 @@ TEST_F(ProcessesApi, SeveralMethodsInOneTable) {
                   {inputs(R"("max_error": [5], "title": "x")"), "inputs.title"}});
 }
 
+/// 400 m a side, 10 m high in its middle.
+constexpr const char* kPyramid =
+    "v 0 0 0\nv 400 0 0\nv 400 400 0\nv 0 400 0\nv 200 200 10\n"
+    "f 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n";
+
+Json sent_obj(const std::string& text) {
+  return {{"value", text}, {"mediaType", "model/obj"}, {"encoding", "utf-8"}};
+}
+
+TEST_F(ProcessesApi, MethodsAreComparedOnATinThatIsSent) {
+  const Json given = {
+      {"mesh", sent_obj(kPyramid)}, {"methods", {"greedy", "cluster"}}, {"max_error", {20, 5}}};
+  const HttpReply reply = post("/processes/compare/execution", Json{{"inputs", given}}.dump());
+  ASSERT_EQ(reply.status, 200) << reply.body;
+  const Json report = Json::parse(reply.body);
+  EXPECT_EQ(report["input_triangles"], 4);
+  const Json& rows = report["table"];
+  ASSERT_EQ(rows.size(), 4u);
+  // Without the top the square is flat, and 10 m too low there.
+  EXPECT_EQ(rows[0]["triangles"], 2);
+  EXPECT_EQ(rows[0]["max_error_m"], 10);
+  EXPECT_EQ(rows[2]["triangles"], 4);
+  EXPECT_EQ(rows[2]["max_error_m"], 0);
+  EXPECT_NE(rows[1]["failure"].get<std::string>().find("is for rasters"), std::string::npos);
+  // Those that it can be compared by, where none is named.
+  Json by_all = {{"inputs", {{"mesh", sent_obj(kPyramid)}, {"ratio", {0.5}}}}};
+  const HttpReply all = post("/processes/compare/execution", by_all.dump());
+  ASSERT_EQ(all.status, 200) << all.body;
+  for (const Json& row : Json::parse(all.body)["table"])
+    EXPECT_FALSE(row.contains("failure")) << row;
+  const auto with = [&](const char* name, const Json& value) {
+    Json inputs = given;
+    inputs[name] = value;
+    return Json{{"inputs", inputs}}.dump();
+  };
+  expect_refused("/processes/compare/execution", {{with("dataset", "rainier"), "inputs.dataset"},
+                                                  {with("bbox", {1, 2, 3, 4}), "inputs.bbox"},
+                                                  {with("datum", "ellipsoid"), "inputs.datum"},
+                                                  {with("format", "html"), "inputs.format"},
+                                                  {with("mesh", "/etc/passwd"), "inputs.mesh"},
+                                                  {with("methods", {"magic"}), "inputs.methods"}});
+  // What is no terrain is said to be none, by the name that the client knows.
+  const HttpReply wall = post("/processes/compare/execution",
+                              with("mesh", sent_obj("v 0 0 0\nv 1 0 0\nv 1 0 5\nf 1 2 3\n")));
+  EXPECT_EQ(wall.status, 422) << wall.body;
+  EXPECT_NE(wall.body.find("vertical face"), std::string::npos) << wall.body;
+}
+
+TEST_F(ProcessesApi, AMeshIsMeasuredOverATinThatIsSent) {
+  const std::string flat = "v 0 0 0\nv 400 0 0\nv 400 400 0\nv 0 400 0\nf 1 2 3\nf 1 3 4\n";
+  const Json given = {{"mesh", sent_obj(flat)}, {"terrain", sent_obj(kPyramid)}};
+  const HttpReply reply = post("/processes/measure/execution", Json{{"inputs", given}}.dump());
+  ASSERT_EQ(reply.status, 200) << reply.body;
+  const Json report = Json::parse(reply.body);
+  EXPECT_EQ(report["max_error_m"], 10);
+  EXPECT_EQ(report["vertices_measured"], 5);
+  EXPECT_NEAR(report["rms_error_m"].get<double>(), std::sqrt(100.0 / 5), 1e-9);
+  const auto with = [&](const char* name, const Json& value) {
+    Json inputs = given;
+    inputs[name] = value;
+    return Json{{"inputs", inputs}}.dump();
+  };
+  expect_refused("/processes/measure/execution",
+                 {{with("dataset", "rainier"), "inputs.dataset"},
+                  {with("frame", "metric"), "inputs.frame"},
+                  {with("terrain", "/etc/passwd"), "inputs.terrain"},
+                  {with("terrain", "bm9uZQ=="), "inputs.terrain_format"}});
+}
+
 /// As a string of JSON.
 std::string json_text(const std::string& text) { return Json(text).dump(); }
 

@@ -88,7 +88,8 @@ TEST(TinAnalyses, SlopeAndAspectOfAPlaneAreItsOwn) {
   tind_json("aspect " + tin + kUtm + " --posts 50 --json -o " + out);
   for (const double a : grid_values(out)) EXPECT_NEAR(a, 270, 1e-3);  // it falls to the west
   tind_json("roughness " + tin + kUtm + " --posts 50 --json -o " + out);
-  for (const double r : grid_values(out)) EXPECT_TRUE(std::abs(r - 10) < 1e-3 || std::abs(r - 5) < 1e-3);
+  for (const double r : grid_values(out))
+    EXPECT_TRUE(std::abs(r - 10) < 1e-3 || std::abs(r - 5) < 1e-3);
 }
 
 TEST(TinAnalyses, ALineOverAPyramidGoesOverItsTop) {
@@ -99,11 +100,13 @@ TEST(TinAnalyses, ALineOverAPyramidGoesOverItsTop) {
   const double heights[] = {0, 50, 100, 50, 0};
   ASSERT_EQ(made["points"].size(), 5u) << made.dump();
   for (std::size_t i = 0; i < 5; ++i) {
-    // The surface between posts 100 m apart is 100 / 2 / 4 = 12.5 m off at most: at posts it is not.
+    // The surface between posts 100 m apart is 100 / 2 / 4 = 12.5 m off at most: at posts it is
+    // not.
     EXPECT_NEAR(made["points"][i]["height_m"].get<double>(), heights[i], 0.01) << i;
   }
-  EXPECT_THAT(run_tind("profile " + tin + " --posts 100 --samples 5" + line).out,
-              HasSubstr("5 x 5 posts, 100 x 100 m apart; the surface between them is within 12.5 m"));
+  EXPECT_THAT(
+      run_tind("profile " + tin + " --posts 100 --samples 5" + line).out,
+      HasSubstr("5 x 5 posts, 100 x 100 m apart; the surface between them is within 12.5 m"));
 }
 
 TEST(TinAnalyses, AVolumeHoldsThatOfThePyramid) {
@@ -158,8 +161,9 @@ TEST(TinAnalyses, WithoutPostsTheTinItselfIsAsked) {
   for (std::size_t i = 0; i < 4; ++i)
     EXPECT_NEAR(line["points"][i]["height_m"].get<double>(), heights[i], 0.001);
   EXPECT_FALSE(line.contains("max_error_m"));
-  const json at = tind_json("elevation " + tin +
-                            " --places-crs EPSG:32633 --at 500200,5000100 --at 499000,5000100 --json");
+  const json at =
+      tind_json("elevation " + tin +
+                " --places-crs EPSG:32633 --at 500200,5000100 --at 499000,5000100 --json");
   EXPECT_NEAR(at["places"][0]["height_m"].get<double>(), 50, 1e-5);
   EXPECT_EQ(at["places"][1]["coverage"], "outside");
   // What is asked at posts says so.
@@ -170,7 +174,8 @@ TEST(TinAnalyses, NobodySeesThroughThePyramid) {
   const TempDir dir;
   const std::string tin = pyramid(dir, "p.ply", 100);
   const std::string ends =
-      " --posts 10 --places-crs EPSG:32633 --from 500010,5000200 --to 500390,5000200 --from-height 5 --json";
+      " --posts 10 --places-crs EPSG:32633 --from 500010,5000200 --to 500390,5000200 --from-height "
+      "5 --json";
   const json hidden = tind_json("line-of-sight " + tin + ends);
   EXPECT_EQ(hidden["visibility"], "hidden");
   EXPECT_NEAR(hidden["uncertainty_m"].get<double>(), 1.25, 1e-3);
@@ -189,23 +194,26 @@ TEST(TinAnalyses, NobodySeesThroughThePyramid) {
 TEST(TinAnalyses, ContoursStatisticsAndReliefTakeOne) {
   const TempDir dir;
   const std::string tin = plane(dir);
-  const json lines = tind_json("contours " + tin + kUtm + " --posts 10 --levels 10,20,30 --json -o " +
-                               dir.file("c.geojson"));
+  const json lines = tind_json("contours " + tin + kUtm +
+                               " --posts 10 --levels 10,20,30 --json -o " + dir.file("c.geojson"));
   EXPECT_EQ(lines["lines"], 3);
-  const json bands = tind_json("contours " + pyramid(dir, "p.ply", 100) +
-                               " --posts 100 --levels 50 --as-band --json -o " + dir.file("b.gpkg"));
+  const json bands =
+      tind_json("contours " + pyramid(dir, "p.ply", 100) +
+                " --posts 100 --levels 50 --as-band --json -o " + dir.file("b.gpkg"));
   EXPECT_NEAR(bands["error_m"].get<double>(), 12.5, 1e-3);
   std::ofstream(dir.file("area.geojson"))
       << R"({"type":"FeatureCollection","crs":{"type":"name","properties":{"name":"EPSG:32633"}},)"
       << R"("features":[{"type":"Feature","properties":{},"geometry":{"type":"Polygon","coordinates":)"
-      << "[[[500100,5000050],[500300,5000050],[500300,5000150],[500100,5000150],[500100,5000050]]]}}]}";
+      << "[[[500100,5000050],[500300,5000050],[500300,5000150],[500100,5000150],[500100,5000050]]]}"
+         "}]}";
   const json zones = tind_json("statistics " + tin + kUtm + " --posts 10 --polygons " +
                                dir.file("area.geojson") + " --json");
   const json& zone = zones["polygons"][0];
   EXPECT_NEAR(zone["surface_mean_m"].get<double>(), 20, 1e-3);
   EXPECT_NEAR(zone["area_m2"].get<double>(), 200 * 100, 1);
   EXPECT_NEAR(zone["volume_m3"].get<double>(), 200 * 100 * 20, 100);
-  const json relief = tind_json("relief " + tin + kUtm + " --posts 10 --json -o " + dir.file("r.png"));
+  const json relief =
+      tind_json("relief " + tin + kUtm + " --posts 10 --json -o " + dir.file("r.png"));
   EXPECT_NEAR(relief["low_m"].get<double>(), 0, 1e-6);
   EXPECT_NEAR(relief["high_m"].get<double>(), 40, 1e-4);
 }
@@ -215,7 +223,8 @@ TEST(TinAnalyses, AMeshIsAsFarFromItsDemAsSimplifySays) {
   const std::string dem = testdata("rainier.tif"), tin = dir.file("t.ply");
   const json said = tind_json("simplify " + dem +
                               " --bounds -121.80,46.82,-121.70,46.88 --max-error 20 --json "
-                              "--progress none -o " + tin);
+                              "--progress none -o " +
+                              tin);
   // Degrees, and heights above EGM96, as the mesh's file says.
   for (const char* more : {"", " --to-datum ellipsoid --from-datum egm96"}) {
     const json less = tind_json("difference " + tin + " --posts 30 --less " + dem + more +

@@ -94,7 +94,8 @@ TEST(TinGround, ALineThatLeavesTheTinSaysSo) {
   const Coverage covered[] = {Coverage::outside, Coverage::outside, Coverage::value,
                               Coverage::value,   Coverage::value,   Coverage::outside,
                               Coverage::outside};
-  for (std::size_t i = 0; i < 7; ++i) EXPECT_EQ(profile->points[i].height.coverage, covered[i]) << i;
+  for (std::size_t i = 0; i < 7; ++i)
+    EXPECT_EQ(profile->points[i].height.coverage, covered[i]) << i;
   EXPECT_NEAR(profile->points[3].height.height_m, 100, 0.001);
   EXPECT_NEAR(profile->points[1].distance_m, 50 / kScale, 0.01);
 }

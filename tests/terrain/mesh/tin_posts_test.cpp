@@ -66,8 +66,8 @@ TEST(TinPosts, WhatBilinearCellsMakeOfAPyramidIsSaid) {
   ASSERT_TRUE(one);
   EXPECT_NEAR(one->error.max_above_m, 10, kFloat);
   EXPECT_NEAR(one->error.at.x, 0.5, 1e-9);
-  // With n steps, n even, it bends along the edges alone: in the cells on the diagonals 10 / (n / 2)
-  // times min(x, y) becomes x y, which is a quarter less in the middle.
+  // With n steps, n even, it bends along the edges alone: in the cells on the diagonals 10 / (n /
+  // 2) times min(x, y) becomes x y, which is a quarter less in the middle.
   for (const int n : {2, 4, 8}) {
     const auto posts = tin_posts(pyramid(), {1, 1, 1}, 4.0 / n);
     ASSERT_TRUE(posts);

@@ -16,7 +16,8 @@ using test::grid_from;
 using testing::HasSubstr;
 
 /// 3 x 2 posts 100 m apart in UTM zone 33, the first of them on its meridian.
-HeldPosts posts_of(const std::string& drawing = "1 2 3 / 4 . 6", const std::string& crs = "EPSG:32633") {
+HeldPosts posts_of(const std::string& drawing = "1 2 3 / 4 . 6",
+                   const std::string& crs = "EPSG:32633") {
   return {"hill.ply", "TIN", grid_from(drawing), {500000, 100, 0, 5000000, 0, -100}, crs};
 }
 
@@ -80,7 +81,8 @@ TEST(HeldPosts, WhatTheUserSaysOfTheirCrsCounts) {
 TEST(HeldPosts, AreBroughtToAnotherDatumAsThoseOfRastersAre) {
   HeldPosts posts = posts_of("1 2 / 3 4");
   posts.datum = VerticalDatum::egm96;
-  const auto dem = dem_of(posts, {.to_datum = TargetDatum::ellipsoid, .environment = test::environment()});
+  const auto dem =
+      dem_of(posts, {.to_datum = TargetDatum::ellipsoid, .environment = test::environment()});
   ASSERT_TRUE(dem) << dem.error().what;
   EXPECT_EQ((*dem)->info().source_datum, VerticalDatum::egm96);
   EXPECT_EQ((*dem)->info().datum, VerticalDatum::ellipsoid);
