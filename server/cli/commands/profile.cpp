@@ -152,7 +152,8 @@ void add_profile(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
   Command app = program.add_subcommand(
       "profile", "Heights along a line: sampled, or wherever the surface turns");
-  app.add_option("input", a->dem.files, dem_or_tin_help());
+  app.add_option("input", a->dem.files,
+                 dem_or_tin_help() + "; without --posts the TIN itself is asked, exactly");
   app.add_option("--line", a->line, "\"X,Y X,Y ...\", geodesics between them").required();
   add_places_crs(app, a->crs);
   Command how = app.add_group("Where (at most one; else wherever the surface turns)", 0, 1);

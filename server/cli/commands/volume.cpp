@@ -186,7 +186,10 @@ void add_volume(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
   Command app = program.add_subcommand(
       "volume", "Cut and fill of an area, against a height, a plane or another DEM");
-  app.add_option("input", a->dem.files, dem_or_tin_help()).required();
+  app.add_option(
+         "input", a->dem.files,
+         dem_or_tin_help() + "; against a height or a plane, of all of it, without --posts exactly")
+      .required();
   Command against = app.add_group("Against what (exactly one)", 1, 1);
   against.add_option("--height", a->height_m,
                      "a height, metres, above what the DEM's (or the tiles') are");
