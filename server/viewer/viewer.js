@@ -7,6 +7,7 @@ import {Compare} from "./globe/compare.js";
 import {openDataset} from "./globe/dataset.js";
 import {drawnText, onDrawn} from "./globe/drawn.js";
 import {Globe} from "./globe/globe.js";
+import {isLarge} from "./globe/home.js";
 import {connectCompass, showLegend} from "./globe/legend_panel.js";
 import {linkOf, viewOf} from "./globe/link.js";
 import {objOf} from "./globe/mesh_file.js";
@@ -138,7 +139,7 @@ function connectControls(globe, compare, remember) {
     looks.exaggeration = Number(value);
     if (globe.dataset) camera.apply(globe, looks.exaggeration);
   });
-  $("home").addEventListener("click", () => globe.dataset && globe.home(freeFrame()));
+  $("home").addEventListener("click", () => globe.dataset && globe.home(freeFrame(globe.dataset)));
   $("link").addEventListener("click", () => {
     remember.now();
     copy(location.href, $("link"));
@@ -150,14 +151,14 @@ function connectControls(globe, compare, remember) {
 }
 
 /// What of the picture no panel covers, for Globe.home: a frame and the panels at its corners. On a phone it ends above
-/// what is asked and answered at the bottom, so that neither comes to lie over the data.
-function freeFrame() {
+/// what is asked and answered at the bottom, so that neither comes to lie over the data; a globe takes all the width.
+function freeFrame({box}) {
   const wide = window.innerWidth, high = window.innerHeight;
   const phone = isPhone(), upright = high > wide;
   const frame = {
     left: !phone && $("controls").open ? $("controls").getBoundingClientRect().right + MARGIN : MARGIN, right: wide - MARGIN,
     top: (phone ? $("tools") : $("shell")).getBoundingClientRect().bottom + MARGIN,
-    bottom: high - (!phone ? 30 : upright ? ANSWER_HIGH + BAR_HIGH : BAR_HIGH),
+    bottom: high - (!phone ? 30 : upright && !isLarge(box) ? ANSWER_HIGH + BAR_HIGH : BAR_HIGH),
   };
   const asShares = ({left, right, top, bottom}) =>
     ({left: (2 * left) / wide - 1, right: (2 * right) / wide - 1, top: 1 - (2 * top) / high, bottom: 1 - (2 * bottom) / high});
@@ -205,7 +206,7 @@ function connectSearch(globe, names, open) {
     globe.goTo(post.longitude, post.latitude, ground, Math.max(dataset.extent / 8, 300));
     const at = {west: match.lon, east: match.lon + 1e-9, south: match.lat, north: match.lat + 1e-9};
     if (match.kind === "place" && !shared(dataset.box, at))
-      say(`${match.label} lies outside ${dataset.name}.`, [["Back to it", () => (say(""), globe.home(freeFrame()))], ["Stay", () => say("")]]);
+      say(`${match.label} lies outside ${dataset.name}.`, [["Back to it", () => (say(""), globe.home(freeFrame(globe.dataset)))], ["Stay", () => say("")]]);
   };
   let found = [];
   text.addEventListener("input", () => {
@@ -262,12 +263,18 @@ function connectGlobeKeys({scene}, tools) {
   const step = () => 0.06 * Math.max(camera.positionCartographic.height, 100);
   const turn = Cesium.Math.toRadians(4);
   const look = (angle) => camera.look(Cesium.Ellipsoid.WGS84.geodeticSurfaceNormal(camera.position), angle); // stays upright
+  const onwards = (metres) => { // level, so that the middle of the picture moves on, too
+    const up = Cesium.Ellipsoid.WGS84.geodeticSurfaceNormal(camera.position), level = new Cesium.Cartesian3();
+    const ahead = Math.abs(Cesium.Cartesian3.dot(camera.direction, up)) > 0.999 ? camera.up : camera.direction;
+    Cesium.Cartesian3.subtract(ahead, Cesium.Cartesian3.multiplyByScalar(up, Cesium.Cartesian3.dot(ahead, up), level), level);
+    camera.move(Cesium.Cartesian3.normalize(level, level), metres);
+  };
   const errorMode = () => {
     $("mode").value = looks.mode === "error" ? "relief" : "error";
     $("mode").dispatchEvent(new Event("input"));
   };
   const moves = {
-    ArrowUp: () => camera.moveForward(step()), ArrowDown: () => camera.moveBackward(step()),
+    ArrowUp: () => onwards(step()), ArrowDown: () => onwards(-step()),
     ArrowLeft: () => look(-turn), ArrowRight: () => look(turn),
     "+": () => camera.zoomIn(step()), "=": () => camera.zoomIn(step()), "-": () => camera.zoomOut(step()),
     w: () => $("wireframe").click(), l: () => $("lighting").click(), h: () => $("home").click(),
@@ -321,7 +328,7 @@ function show(globe, dataset, first) {
   document.title = `${dataset.name} · tind`;
   showLegend(globe);
   if (first && LINKED) globe.camera = LINKED;
-  else globe.home(freeFrame()); // which the legend is a part of
+  else globe.home(freeFrame(globe.dataset)); // which the legend is a part of
 }
 
 async function main() {

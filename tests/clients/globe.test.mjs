@@ -206,6 +206,29 @@ test("the summit bears its height above the sea, the legend what the picture is 
   assert.ok(Math.abs(Number(bound) - drawn.bound) <= 0.5, `${bound} m, of the tiles ${drawn.bound}`);
 });
 
+test("the summit's height is not cut by the picture's edge, nor seen through the earth", async () => {
+  const label = () => page.evaluate(() => {
+    const {globe: {scene, summit: {labels}}} = window.tind;
+    scene.render();
+    const {show, horizontalOrigin} = labels.get(0);
+    return {show, side: ["left", "middle", "right"][[window.Cesium.HorizontalOrigin.LEFT, window.Cesium.HorizontalOrigin.CENTER, window.Cesium.HorizontalOrigin.RIGHT].indexOf(horizontalOrigin)]};
+  });
+  const look = (lon, lat, height) => page.evaluate((camera) => (window.tind.globe.camera = camera), {lon, lat, height, heading: 0, pitch: -90});
+  await look(PEAK.lon, PEAK.lat, 30000);
+  assert.deepEqual(await label(), {show: true, side: "middle"});
+  const wide = await page.evaluate(() => {
+    const {scene} = window.tind.globe;
+    return 29100 * Math.tan(scene.camera.frustum.fovy / 2) * scene.camera.frustum.aspectRatio / (111320 * Math.cos(Math.PI / 4));
+  });
+  for (const [away, side] of [[wide, "left"], [-wide, "right"]]) {
+    await look(PEAK.lon + 0.97 * away, PEAK.lat, 30000);
+    assert.deepEqual(await label(), {show: true, side});
+  }
+  await look(PEAK.lon + 90, 0, 2e7);
+  assert.equal((await label()).show, false);
+  await page.keyboard.press("h");
+});
+
 test("the relief is the source's, however coarse the mesh", async () => {
   const levels = await page.evaluate(() => window.tind.state.dataset.layer.maxzoom);
   await fromAbove(20000);
@@ -229,7 +252,7 @@ test("the relief is the source's, however coarse the mesh", async () => {
 
 test("shadings differ, and the legend says what they mean", async () => {
   await fromAbove();
-  const seen = new Map(), words = {relief: /^Metres above the ellipsoid$/, multi: /^Metres/, slope: /^Slope, degrees$/, aspect: /looks towards/, contours: /lines every \d+ m/};
+  const seen = new Map(), words = {relief: /^Metres above the ellipsoid$/, multi: /^Metres/, slope: /^Slope, degrees$/, aspect: /looks towards/, contours: /lines every \d+\sm/};
   for (const [mode, word] of Object.entries(words)) {
     await select(mode);
     seen.set(mode, (await coloursAt([{lon: PEAK.lon - 0.015, lat: PEAK.lat + 0.013}, {lon: PEAK.lon + 0.02, lat: PEAK.lat - 0.02}])).flat());
@@ -423,6 +446,30 @@ test("distance, area and line of sight are right", async () => {
   assert.ok(await page.locator("#result").isHidden());
 });
 
+test("without a mouse: the arrows move what lies in the middle, and Enter measures there", async () => {
+  await fromAbove(20000);
+  await page.locator("[data-tool=distance]").focus();
+  await page.keyboard.press("Enter");
+  await page.locator("#result-body").filter({hasText: "Move with the arrow keys and press Enter along a line."}).waitFor();
+  const middle = () => page.evaluate(() => {
+    const {Cesium, tind: {globe}} = window;
+    const at = globe.pick(new Cesium.Cartesian2(globe.scene.canvas.clientWidth / 2, globe.scene.canvas.clientHeight / 2));
+    return Cesium.Math.toDegrees(at.latitude);
+  });
+  const before = await middle();
+  await page.keyboard.press("Enter");
+  for (let i = 0; i < 3; ++i) await page.keyboard.press("ArrowUp");
+  await settled(page);
+  const metres = 111200 * ((await middle()) - before);
+  assert.ok(metres > 1500, `northwards by ${metres} m`);
+  await page.keyboard.press("Enter");
+  const body = page.locator("#result-body").filter({hasText: /km along the ellipsoid/});
+  await body.waitFor();
+  const said = 1000 * Number((await body.innerText()).match(/^([\d.]+) km/)[1]);
+  assert.ok(Math.abs(said - metres) < 0.02 * metres, `${said} m, the middle moved by ${metres} m`);
+  await page.keyboard.press("Escape");
+});
+
 test("a tool that gets no answer says so", async () => {
   await fromBeside();
   await page.route("**/elevation/island?*surface*", (route) => route.fulfill({status: 400, body: "{}"}));
@@ -471,7 +518,7 @@ test("another level beside it follows the camera", async () => {
   assert.match(await hash(), /beside=island,8,/);
   const [fine, coarse] = await Promise.all(["main", "other"].map(async (side) => {
     const caption = page.locator(`#side-${side}`).filter({hasText: "triangles"});
-    const [, level, triangles] = /^island, level (\d+)\n([\d,]+) triangles, ±[\d.]+ m$/.exec(await caption.textContent());
+    const [, level, triangles] = /^island, up to level (\d+)\n([\d,]+) triangles, ±[\d.]+ m$/.exec(await caption.textContent());
     return {level: Number(level), triangles: Number(triangles.replace(",", ""))};
   }));
   assert.ok(fine.level > 9 && coarse.level === 8 && fine.triangles > 4 * coarse.triangles, JSON.stringify([fine, coarse]));

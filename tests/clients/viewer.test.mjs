@@ -93,14 +93,14 @@ test("the readout tells of the tile under the pointer", async () => {
     return {x, y};
   });
   await page.mouse.move(right, down + 5);
-  await page.locator("#source-height").filter({hasText: /^[\d.]+ m above the sea \(EGM96\), [\d.]+ m above the ellipsoid$/}).waitFor();
+  await page.locator("#source-height").filter({hasText: /^[\d,]+\.\d m above the sea \(EGM96\), [\d,]+\.\d m above the ellipsoid$/}).waitFor();
   const said = async (id) => page.locator(`#${id}`).innerText();
   const [z, x, y] = (await said("tile")).split(" ")[0].split("/").map(Number);
   assert.equal((await fetch(`${daemon.origin}/terrain/rainier/${z}/${x}/${y}.terrain`)).status, 200);
   assert.match(await said("tile-size"), /^[\d,]+ triangles, [\d,]+ vertices, [\d,]+ bytes$/);
   const bound = Number((await said("tile-error")).match(/at most ([\d.]+) m/)[1]);
   assert.ok(bound > 0 && bound < 77067.34 / 2 ** z + 0.05, `${bound} m at level ${z}`);
-  const [, mesh] = (await said("mesh-height")).match(/^([\d.]+) m, /);
+  const mesh = Number((await said("mesh-height")).match(/^([\d.,]+) m, /)[1].replaceAll(",", ""));
   assert.ok(mesh > 250 && mesh < 4500);
   await page.keyboard.press("h");
   await settled(page);
@@ -247,6 +247,10 @@ test("it fits a small screen, and a finger", async () => {
   await fits("controls");
   await fits("readout");
   await small.screenshot({path: `${ROOT}/build/shots/small.png`});
+  assert.ok(await small.locator("#legend").isHidden());
+  await small.locator("#readout-close").click();
+  assert.ok(await small.locator("#readout").isHidden());
+  await fits("legend");
   await small.locator("#controls summary").click();
   await fits("controls");
   const targets = await small.locator("#controls").locator("summary:visible, .row:has(select, input):visible, input[type=range]:visible, button:visible, a:visible").all();

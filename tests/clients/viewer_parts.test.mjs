@@ -13,7 +13,7 @@ import {objOf} from "../../server/viewer/globe/mesh_file.js";
 import {rasterise} from "../../server/viewer/globe/mesh_raster.js";
 import {matches, placeOf} from "../../server/viewer/globe/places.js";
 import {profileFigures, runs, sampleAt} from "../../server/viewer/globe/profile.js";
-import {errorByte, errorOfByte, errorTile, GROUND, heightByte, heightOfByte, reliefTile, SEA, SIDE, slopeByte, slopeOfByte, UNKNOWN_HEIGHT, VOID} from "../../server/viewer/globe/relief_tile.js";
+import {errorByte, errorOfByte, errorScale, errorTile, GROUND, heightByte, heightOfByte, reliefTile, SEA, SIDE, slopeByte, slopeOfByte, UNKNOWN_HEIGHT, VOID} from "../../server/viewer/globe/relief_tile.js";
 import {columnOf, heightsOfColours, latOf, lonOf, PIXELS, rowOf, SourceHeights} from "../../server/viewer/globe/source_heights.js";
 import {labelsThatFit, latticeLines, tileSides} from "../../server/viewer/globe/tile_lines.js";
 import {heightInTile} from "../../server/viewer/quantized_mesh.js";
@@ -61,6 +61,7 @@ test("of a dataset that failed, or has no tiles, nothing is said that is not so"
   assert.deepEqual(factsOf({box, datum: "egm96", state: "failed"}), ["could not be read; the daemon's log says why"]);
   const bare = factsOf({box, source, datum: "egm96", state: "ready"});
   assert.ok(bare.includes("no tiles, heights only") && !bare.join().includes("undefined"), bare.join());
+  assert.ok(factsOf({box, source: {...source, columns: 1, rows: 1}, datum: "egm96", state: "ready"}).includes("a single post"));
   assert.deepEqual([{state: "ready", max_level: 9}, {state: "reading", max_level: 0}, {state: "failed", max_level: 9}, {state: "ready"}].map(isShowable), [true, true, false, false]);
 });
 
@@ -200,6 +201,7 @@ test("scales have round numbers", () => {
   assert.deepEqual([roundLength(99), roundLength(20), roundLength(0.7)], [50, 20, 0.5]);
   assert.equal(contourInterval(300, 4300), 200);
   assert.deepEqual([lengthText(0.25), lengthText(12.5), lengthText(12345)], ["25 cm", "12.5 m", "12.35 km"]);
+  assert.deepEqual([lengthText(999.94), lengthText(999.97), areaText(999970)], ["999.9 m", "1 km", "1 km²"]);
   assert.deepEqual([areaText(950), areaText(25000), areaText(3.2e6)], ["950 m²", "2.5 ha", "3.2 km²"]);
 });
 
@@ -319,6 +321,16 @@ test("the error is mesh minus source, with its sign, nothing hidden and no gap",
   near((await errorTile(one, {west: 10, south: 45, east: 11, north: 46}, 7, level(100))).largest, 50, 1e-3);
   const holes = await errorTile(sourceWith(() => 100, () => false), RECTANGLE, 7, level(100));
   assert.equal(pixel(holes.bytes, 100, 100)[2], VOID);
+});
+
+test("a scale of errors needs a pixel that was measured", () => {
+  const counts = new Uint32Array(128);
+  assert.equal(errorScale([]), undefined);
+  assert.equal(errorScale([{largest: 0, counts}]), undefined);
+  counts[60] = 99, counts[100] = 1;
+  const {reach, largest} = errorScale([{largest: 70, counts}]);
+  near(reach, errorOfByte(128 + 60), 1e-9);
+  assert.equal(largest, 70);
 });
 
 test("heights are asked for where the data is, on both sides of the antimeridian", async () => {

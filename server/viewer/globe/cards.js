@@ -17,7 +17,8 @@ export function factsOf({box, source, datum, max_level: deepest, state, share_re
     const middle = ((south + north) / 2) * (Math.PI / 180);
     facts.push(`${lengthText(111320 * (east - west) * Math.cos(middle))} × ${lengthText(111320 * (north - south))}`);
   }
-  if (source) facts.push(`${source.columns.toLocaleString("en")} × ${source.rows.toLocaleString("en")} posts, ${lengthText(Number(Math.max(...source.spacing_m).toPrecision(3)))} apart`);
+  const spacing = source && lengthText(Number(Math.max(...source.spacing_m).toPrecision(3)));
+  if (source) facts.push(source.columns * source.rows === 1 ? "a single post" : `${source.columns.toLocaleString("en")} × ${source.rows.toLocaleString("en")} posts, ${spacing} apart`);
   else facts.push("tiles without their DEM");
   facts.push(`${highest && lowest ? heightsText(lowest.height_m, highest.height_m) : "heights"} ${datumText(datum)}`);
   facts.push(deepest === undefined ? "no tiles, heights only" : `levels 0 to ${deepest}`);

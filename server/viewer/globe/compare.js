@@ -70,7 +70,7 @@ export class Compare {
   #caption() {
     const {main, other, asked} = this;
     const words = ({dataset, deepest, looks: {mode}}) => [dataset.name,
-      ...(other.deepest !== main.deepest ? [`level ${deepest}`] : []),
+      ...(other.deepest !== main.deepest ? [`up to level ${deepest}`] : []),
       ...(asked.mode && asked.mode !== main.looks.mode ? [document.querySelector(`#mode [value=${mode}]`).textContent] : [])].join(", ");
     for (const [id, globe] of [["side-main", main], ["side-other", other]]) {
       const sum = this.#sums.get(globe);

@@ -11,7 +11,7 @@ export function sumOf(meshes) {
   };
 }
 
-const metres = (bound) => `${bound < 10 ? bound.toFixed(2) : bound.toFixed(0)} m`;
+const metres = (bound) => `${bound < 10 ? bound.toFixed(2) : Math.round(bound).toLocaleString("en")} m`;
 
 export function drawnText({triangles, tiles, bound}) {
   const counted = `${triangles.toLocaleString("en")} triangles in ${tiles} ${tiles === 1 ? "tile" : "tiles"}`;

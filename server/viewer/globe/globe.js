@@ -118,11 +118,12 @@ export class Globe {
   /// The bounds of the errors that are seen change with the tiles that are drawn.
   #shade() {
     const {low, high} = this.dataset;
-    setLooks(this.scene.globe.material.uniforms, this.looks, {reach: this.errors.reach, interval: contourInterval(low, high)});
+    setLooks(this.scene.globe.material.uniforms, this.looks, {reach: this.errors?.reach ?? 1, interval: contourInterval(low, high)});
     this.scene.requestRender();
   }
 
-  /// {reach, largest} of the tiles that are drawn: where the scale of errors ends, and the largest of all.
+  /// {reach, largest} of the tiles that are drawn: where the scale of errors ends, and the largest of all; undefined
+  /// while none is known.
   get errors() {
     const known = new Set();
     for (let {z, x, y} of drawnPieces(this.scene, this.dataset.rectangle)) {

@@ -91,6 +91,9 @@ export function acrossOf({west, south, east, north}) {
   return 6371000 * Math.min((east - west) * rad * Math.cos(lat), (north - south) * rad, 2);
 }
 
+/// Whether it is seen from straight above. Its middle is then that of the picture.
+export const isLarge = (box) => acrossOf(box) > LARGE_M;
+
 /// {middle: {lon, lat, height}, eye, look}: `look` are axes(); eye and look are in the local frame of the
 /// middle of `box` (degrees; it may go on beyond 180). Its ground lies within [low, top]. It is seen from the
 /// south-west; from higher where it is steep for its size or the frame is upright, and from straight above,
@@ -98,7 +101,7 @@ export function acrossOf({west, south, east, north}) {
 export function homeOf(box, {low, high, top}, {upright, tanX, tanY, free, corners = []}) {
   const {west, south, east, north} = box, across = acrossOf(box);
   const middle = {lon: (west + east) / 2, lat: (south + north) / 2, height: (low + high) / 2};
-  const large = across > LARGE_M, whole = east - west > MOST_DEGREES || north - south > MOST_DEGREES;
+  const large = isLarge(box), whole = east - west > MOST_DEGREES || north - south > MOST_DEGREES;
   const seen = large && whole ? {west: middle.lon - 180, south: -90, east: middle.lon + 180, north: 90} : box;
   const local = localFrame(middle.lon, middle.lat, middle.height);
   const points = [];

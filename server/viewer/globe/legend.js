@@ -21,12 +21,13 @@ export function roundLength(most) {
 export const contourInterval = (low, high) => Math.max(roundLength(Math.max((high - low) / 20, 0.01)), 0.01);
 
 export function lengthText(metres) {
-  if (metres >= 1000) return `${Number((metres / 1000).toPrecision(4)).toLocaleString("en")} km`;
+  if (metres >= 999.95) // which would be 1000 m
+    return `${Number((metres / 1000).toPrecision(4)).toLocaleString("en")} km`;
   return metres >= 1 ? `${Number(metres.toPrecision(4))} m` : `${Number((metres * 100).toPrecision(3))} cm`;
 }
 
 export function areaText(squareMetres) {
-  if (squareMetres >= 1e6) return `${Number((squareMetres / 1e6).toPrecision(4)).toLocaleString("en")} km²`;
+  if (squareMetres >= 0.99995e6) return `${Number((squareMetres / 1e6).toPrecision(4)).toLocaleString("en")} km²`;
   if (squareMetres >= 1e4) return `${Number((squareMetres / 1e4).toPrecision(4))} ha`;
   return `${Number(squareMetres.toPrecision(4))} m²`;
 }

@@ -28,12 +28,15 @@ export function showLegend(globe) {
   const {dataset, looks: {mode}} = globe;
   const {low, high, datum, source} = dataset;
   $("legend").hidden = false;
-  const scaled = mode !== "error" || source !== undefined;
+  const errors = mode === "error" && source ? globe.errors : undefined;
+  const scaled = mode !== "error" || errors !== undefined;
   $("legend-ramp").hidden = $("legend-ticks").hidden = !scaled;
-  if (mode === "error" && source) {
-    const {reach, largest} = globe.errors;
-    $("legend-title").textContent = `Mesh below and above the source, metres; at most ${Number(largest.toPrecision(2))} in view, also between posts`;
-    ramp(ERRORS, -reach, reach, ticks(-0.95 * reach, 0.95 * reach, 5), (value) => String(value).replace("-", "−"));
+  if (errors) {
+    const {reach, largest} = errors;
+    $("legend-title").textContent = `Mesh below and above the source, metres; at most ${Number(largest.toPrecision(2)).toLocaleString("en")} in view, also between posts`;
+    ramp(ERRORS, -reach, reach, ticks(-0.95 * reach, 0.95 * reach, 5), (value) => value.toLocaleString("en", {maximumSignificantDigits: 6}).replace("-", "−"));
+  } else if (mode === "error" && source) {
+    $("legend-title").textContent = "Mesh below and above the source: being measured";
   } else if (mode === "error") {
     $("legend-title").textContent = "The error needs the DEM: these are tiles without it.";
   } else if (mode === "slope") {
@@ -43,7 +46,7 @@ export function showLegend(globe) {
     $("legend-title").textContent = "The slope looks towards";
     ramp(FACINGS, 0, 360, [45, 90, 135, 180, 225, 270, 315], (degrees) => ["NE", "E", "SE", "S", "SW", "W", "NW"][degrees / 45 - 1]);
   } else {
-    const lines = mode === "contours" ? `; lines every ${lengthText(contourInterval(low, high))}` : "";
+    const lines = mode === "contours" ? `; lines every ${lengthText(contourInterval(low, high)).replace(" ", "\u00a0")}` : "";
     $("legend-title").textContent = `Metres ${datumText(datum)}${lines}`;
     const top = tintTop(dataset);
     ramp(heightStops({...dataset, high: top}), low, top, ticks(low, top, 5), (value) => value.toLocaleString("en").replace("-", "−"));

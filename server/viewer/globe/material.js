@@ -203,6 +203,7 @@ const SOURCE = `
       if (mode > 3.5) ground = withContours(ground, meshHeight);
     }
     if (measured < 0.5) return ground;
+    if (draped.a < ${((UNKNOWN_HEIGHT + 0.5) / 255).toFixed(5)} && (errors || draped.a < 0.002)) return errors ? paper.rgb : ground; // not drawn yet, or not worth it
     float there = smoothstep(0.4, 0.47, draped.b); // between a void and the sea there is hardly any ground
     return there > 0.99 ? ground : mix(nothing(facet, p, clamp((meshHeight - low) / (high - low), 0.0, 1.0), errors), ground, there);
   }
@@ -216,8 +217,9 @@ const SOURCE = `
     vec3 facet = normalize(cross(dFdx(given.positionToEyeEC), dFdy(given.positionToEyeEC)));
     facet *= sign(dot(facet, given.positionToEyeEC));
     vec3 ground = paper.rgb; // outside of the dataset
-    if (within > -pixel) ground = mix(ground, groundAt(given, p, facet, draped), clamp(within / pixel + 0.5, 0.0, 1.0));
-    float outline = bounded * (1.0 - smoothstep(0.6, 1.4, abs(within) / pixel));
+    bool isWall = length(slopeOf(facet, p)) > 20.0 && abs(within) < max(pixel, 3.0); // between the data and the ground around it
+    if (within > -pixel && !isWall) ground = mix(ground, groundAt(given, p, facet, draped), clamp(within / pixel + 0.5, 0.0, 1.0));
+    float outline = isWall ? 0.0 : bounded * (1.0 - smoothstep(0.6, 1.4, abs(within) / pixel));
     ground = mix(ground, vec3(0.42, 0.45, 0.47), 0.7 * outline);
     bool plain = mode > 4.5 && measured > 0.5; // the scale of errors is read off as it is
     material.diffuse = plain ? ground : mix(ground, air.rgb, haze(length(given.positionToEyeEC), given.height));

@@ -57,7 +57,7 @@ export function profileSvg(samples, wide) {
   const picture = make("svg", {viewBox: `0 0 ${wide} ${HIGH}`, class: "profile", role: "img", "aria-label": "Heights of source and mesh along the line"});
   for (const height of ticks(low - margin, high + margin, 4))
     picture.append(make("line", {x1: LEFT, x2: wide - RIGHT, y1: y(height), y2: y(height), class: "grid"}),
-      make("text", {x: LEFT - 4, y: y(height) + 4, "text-anchor": "end"}, `${height} m`));
+      make("text", {x: LEFT - 4, y: y(height) + 4, "text-anchor": "end"}, `${height.toLocaleString("en")} m`));
   for (const at of ticks(0, length, 4))
     picture.append(make("text", {x: x(at), y: HIGH - 5, "text-anchor": at === 0 ? "start" : "middle"}, at === 0 ? "0" : lengthText(at)));
   const line = (run, key, sign = 0) => run.map((s) => `${x(s.metres).toFixed(1)},${y(s[key] + sign * (s.bound ?? 0)).toFixed(1)}`);

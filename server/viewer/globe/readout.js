@@ -8,7 +8,10 @@ import {drawnTile} from "./tiles.js";
 
 const {Cesium} = window;
 
-export const metres = (value, digits = 1) => `${value.toFixed(digits).replace(/^-(0\.0+)$/, "$1").replace("-", "−")} m`;
+export function metres(value, digits = 1) {
+  const text = value.toLocaleString("en", {minimumFractionDigits: digits, maximumFractionDigits: digits});
+  return `${text.replace(/^-(0(?:\.0+)?)$/, "$1").replace("-", "−")} m`;
+}
 const angle = (degrees, positive, negative) => `${Math.abs(degrees).toFixed(5)}° ${degrees < 0 ? negative : positive}`;
 export const positionText = (lon, lat) => `${angle(lat, "N", "S")}, ${angle(lon, "E", "W")}`;
 

@@ -220,11 +220,13 @@ export async function errorTile(source, rectangle, level, meshHeights) {
   return {bytes, largest, counts};
 }
 
-/// {reach, largest} of several tiles, metres: `share` of all pixels have no larger error than `reach`.
+/// {reach, largest} of several tiles, metres: `share` of all pixels have no larger error than `reach`; undefined while
+/// no pixel has been measured.
 export function errorScale(tiles, share = 0.98) {
   const sum = new Float64Array(SQUEEZED + 1);
   for (const {counts} of tiles) counts.forEach((count, i) => (sum[i] += count));
-  const wanted = share * sum.reduce((all, count) => all + count, 0);
+  const all = sum.reduce((total, count) => total + count, 0), wanted = share * all;
+  if (all === 0) return undefined;
   let below = 0, at = 0;
   while (at < SQUEEZED && (below += sum[at]) < wanted) ++at;
   return {reach: Math.max(errorOfByte(128 + at), ERROR_STEP_M), largest: Math.max(0, ...tiles.map(({largest}) => largest))};

@@ -18,11 +18,25 @@ function ringImage() {
   return canvas;
 }
 
+const LABEL_WIDE = 84; // pixels
+
 export class Summit {
   constructor(scene) {
+    this.scene = scene;
     this.marks = scene.primitives.add(new Cesium.BillboardCollection({scene}));
     this.ring = ringImage();
     this.labels = scene.primitives.add(new Cesium.LabelCollection({scene}));
+    scene.preRender.addEventListener(() => this.labels.length > 0 && this.#fit());
+  }
+
+  /// Nothing of it where its foot is beyond the horizon: half a label would look over the earth's edge, and none cut by the picture's.
+  #fit() {
+    const {scene} = this, label = this.labels.get(0);
+    const at = Cesium.SceneTransforms.worldToWindowCoordinates(scene, label.position);
+    const {positionWC, positionCartographic: {height}} = scene.camera; // who is below the ellipsoid has no horizon on it
+    label.show = this.marks.get(0).show = height < 0 || new Cesium.EllipsoidalOccluder(Cesium.Ellipsoid.WGS84, positionWC).isPointVisible(this.foot);
+    const {LEFT, CENTER, RIGHT} = Cesium.HorizontalOrigin;
+    label.horizontalOrigin = at?.x < LABEL_WIDE / 2 ? LEFT : at?.x > scene.canvas.clientWidth - LABEL_WIDE / 2 ? RIGHT : CENTER;
   }
 
   set show(yes) {
@@ -35,6 +49,7 @@ export class Summit {
     this.labels.removeAll();
     if (!facts.highest) return;
     const over = low + (height - low) * exaggeration + 0.004 * (high - low); // not in the ground of a coarse mesh
+    this.foot = Cesium.Cartesian3.fromRadians(longitude, latitude);
     const position = Cesium.Cartesian3.fromRadians(longitude, latitude, over);
     const eyeOffset = new Cesium.Cartesian3(0, 0, -Math.min(TOWARDS_EYE * extent, TOWARDS_EYE_M));
     this.marks.add({position, eyeOffset, image: this.ring, scale: 0.5});
