@@ -57,6 +57,7 @@ void add_state(Json& json, const Readiness& readiness) {
   } else {
     json["state"] = readiness.state == State::reading ? "reading" : "failed";
     json["share_read"] = std::floor(readiness.share * 1000) / 1000;
+    if (readiness.seconds_left) json["seconds_left"] = std::ceil(*readiness.seconds_left);
   }
 }
 
@@ -158,6 +159,8 @@ const http::Operation kDatasets = {
             "box": {"type": "array", "items": {"type": "number"}},
             "datum": {"type": ["string", "null"]},
             "state": {"enum": ["ready", "reading", "failed"]},
+            "share_read": {"type": "number"},
+            "seconds_left": {"type": "number"},
             "links": {"type": "object"}
           }}}}})")};
 

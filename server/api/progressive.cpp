@@ -73,7 +73,7 @@ std::optional<http::Reply> progressive(const App& app, const http::Request& requ
   if (hit)
     return answer_on_worker(app, services::Work::question, request, deferred,
                             [hit, answer](const std::stop_token&) { return answer(hit); });
-  return answer_when_made(request, deferred, make_of(*app.streams, *tile), answer);
+  return answer_when_made(request, deferred, *tile->dataset, make_of(*app.streams, *tile), answer);
 }
 
 }  // namespace

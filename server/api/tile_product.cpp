@@ -1,5 +1,7 @@
 #include "server/api/tile_product.h"
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -8,6 +10,25 @@
 #include "server/http/message/problem.h"
 
 namespace tind::api {
+
+namespace {
+
+/// What kept a product from being made.
+http::Reply not_made(const Error& error, const services::ServedDataset& dataset,
+                     std::string_view target) {
+  constexpr double kSoon = 2, kMost = 3600;  // seconds
+  const Readiness now = dataset.tiles ? dataset.tiles->readiness() : Readiness{};
+  if (error.code != Errc::busy || now.state != Readiness::State::reading)
+    return http::problem_reply(error, target);
+  const double wait = std::clamp(std::ceil(now.seconds_left.value_or(kSoon)), 1.0, kMost);
+  return http::problem_reply(
+      {.status = 503,
+       .detail = "This rests on all heights of the dataset, which are still being read.",
+       .instance = target,
+       .headers = {{"Retry-After", std::to_string(int(wait))}}});
+}
+
+}  // namespace
 
 http::Reply no_tile(const http::Request& request, std::string_view detail) {
   return http::problem_reply(
@@ -30,24 +51,28 @@ MakeProduct make_of(services::TileProducts& products, const AskedTile& tile) {
 }
 
 std::optional<http::Reply> answer_when_made(const http::Request& request,
-                                            http::DeferredReply& deferred, const MakeProduct& make,
+                                            http::DeferredReply& deferred,
+                                            const services::ServedDataset& dataset,
+                                            const MakeProduct& make,
                                             std::function<http::Reply(const Product&)> answer) {
   auto responder = deferred.responder();
   const std::stop_token gone = responder.gone();
   make(
       [responder = std::move(responder), answer = std::move(answer),
+       dataset = dataset.shared_from_this(),
        target = std::string(request.head.target)](const Result<Product>& made) mutable {
-        responder(made ? answer(*made) : http::problem_reply(made.error(), target));
+        responder(made ? answer(*made) : not_made(made.error(), *dataset, target));
       },
       gone);
   return std::nullopt;
 }
 
 std::optional<http::Reply> serve_product(const http::Request& request,
-                                         http::DeferredReply& deferred, const Product& cached,
-                                         const MakeProduct& make) {
+                                         http::DeferredReply& deferred,
+                                         const services::ServedDataset& dataset,
+                                         const Product& cached, const MakeProduct& make) {
   if (cached) return cached->reply(request.head.fields);
-  return answer_when_made(request, deferred, make,
+  return answer_when_made(request, deferred, dataset, make,
                           [client = http::Conditions(request.head.fields)](const Product& made) {
                             return made->reply(client);
                           });
@@ -56,7 +81,7 @@ std::optional<http::Reply> serve_product(const http::Request& request,
 std::optional<http::Reply> serve_product(const http::Request& request,
                                          http::DeferredReply& deferred, const AskedTile& tile,
                                          services::TileProducts& products) {
-  return serve_product(request, deferred, products.cached(*tile.dataset, tile.id),
+  return serve_product(request, deferred, *tile.dataset, products.cached(*tile.dataset, tile.id),
                        make_of(products, tile));
 }
 

@@ -39,17 +39,19 @@ using MakeProduct = std::function<void(services::TileProducts::Done done, std::s
 /// Of a kind of product that is made of nothing but the tile. Both outlive it.
 MakeProduct make_of(services::TileProducts&, const AskedTile&);
 
-/// A product that is not in the cache: `answer` of it when it is made, on the thread that made it,
-/// or the problem that kept it from being made. Always nothing, which is what a handler returns
-/// then.
+/// A product of a dataset that is not in the cache: `answer` of it when it is made, on the thread
+/// that made it, or the problem that kept it from being made; where that is heights that are still
+/// being read, with the time that this will take in Retry-After. Always nothing, which is what a
+/// handler returns then.
 std::optional<http::Reply> answer_when_made(const http::Request&, http::DeferredReply&,
-                                            const MakeProduct&,
+                                            const services::ServedDataset&, const MakeProduct&,
                                             std::function<http::Reply(const Product&)> answer);
 
 /// The product as this client can take it (200, or 304): `cached` at once, on this thread; where
 /// that is null, when it is made.
 std::optional<http::Reply> serve_product(const http::Request&, http::DeferredReply&,
-                                         const Product& cached, const MakeProduct&);
+                                         const services::ServedDataset&, const Product& cached,
+                                         const MakeProduct&);
 /// The same for a kind of product that is made of nothing but the tile.
 std::optional<http::Reply> serve_product(const http::Request&, http::DeferredReply&,
                                          const AskedTile&, services::TileProducts&);

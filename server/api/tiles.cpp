@@ -17,7 +17,7 @@ std::optional<http::Reply> tile(const App& app, const http::Request& request,
   if (!found) return std::move(found.error());
   const services::ServedDataset& dataset = *found->dataset;
   const proto::Extensions asked = asked_extensions(request.head.fields, request.head.query);
-  return serve_product(request, deferred, app.tiles.cached(dataset, found->id, asked),
+  return serve_product(request, deferred, dataset, app.tiles.cached(dataset, found->id, asked),
                        [&](services::TileProducts::Done done, std::stop_token gone) {
                          app.tiles.make(dataset, found->id, asked, std::move(done),
                                         std::move(gone));

@@ -3,6 +3,7 @@
 // both ways.
 
 #include <cstdint>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -31,13 +32,15 @@ struct TileBytes {
   double edge_error_m = 0;  // how far its border is from the DEM, voids filled, at most
   bool exact = true;        // max_error_m is the maximum over all posts, not only a bound of it
   Side side = Side::both;
+  std::uint64_t posts = 0;  // valid ones in the closed rectangle, of a tile just made
 };
 
-/// How far a tile set is that must read its source before it can make tiles.
+/// How far a tile set is that must read its source before it can make all of its tiles.
 struct Readiness {
   enum class State { ready, reading, failed } state = State::ready;
-  double share = 1;  // read, 0..1
-  std::string why;   // it failed
+  double share = 1;                         // read, 0..1
+  std::string why;                          // it failed
+  std::optional<double> seconds_left = {};  // of reading, by what it took so far
 };
 
 class TileSet {
@@ -47,7 +50,8 @@ class TileSet {
   virtual const proto::LayerJson& layer() const = 0;
   virtual bool available(TileId) const = 0;
   /// Blocking and CPU-heavy for a DEM: call it on a worker. Thread-safe. not_found outside
-  /// availability; any other error is the source's and must not be cached.
+  /// availability, busy for one that cannot be made yet (Readiness); any other error is the
+  /// source's and must not be cached.
   virtual Result<TileBytes> tile(TileId, std::stop_token) const = 0;
   /// Is a tile waited for, as an answer of another machine, rather than made?
   virtual bool fetched() const { return false; }

@@ -112,6 +112,16 @@ PostWindow post_window(const DemSource& source, const GeoRect& rect) {
                                       : projected_window(source, rect);
 }
 
+PostWindow window_beside(const DemSource& source, GeoRect rect, std::int64_t posts) {
+  const DemInfo& info = source.info();
+  const double farthest = std::max(std::abs(rect.south), std::abs(rect.north));
+  const double shrunk = std::max(0.01, std::cos(std::min(farthest, 89.0) * 0.017453292519943295));
+  const double reach = double(posts) * std::max(info.spacing_x_m, info.spacing_y_m) / 111320;
+  rect.west -= reach / shrunk, rect.east += reach / shrunk;
+  rect.south -= reach, rect.north += reach;
+  return post_window(source, rect);
+}
+
 namespace {
 
 /// Do the layer's posts leave no place in the rectangle to layers below? Says no where that is not

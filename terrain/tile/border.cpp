@@ -86,25 +86,11 @@ Crossings crossings(const TileEdge& e, const Surface& surface, const BorderOptio
   return found;
 }
 
-/// H at the places of one level, and linear between them: what that level knows of H. Where every
-/// crossing is among them, that is H itself.
-struct Profile {
-  std::vector<double> at, h;
-  bool whole = false;  // every crossing is there
-
-  double height(double t) const {
-    const auto after = std::upper_bound(at.begin(), at.end(), t);
-    const std::size_t i =
-        std::clamp<std::size_t>(std::size_t(after - at.begin()), 1, at.size() - 1);
-    return h[i - 1] + (t - at[i - 1]) / (at[i] - at[i - 1]) * (h[i] - h[i - 1]);
-  }
-};
-
 /// Where a level looks at H. Between crossings H is linear: there the ends and the crossings
 /// say all.
-Profile places_of(const TileEdge& e, const Surface& surface, const BorderOptions& o,
-                  const std::vector<BorderSample>& lines) {
-  Profile profile;
+EdgeProfile places_of(const TileEdge& e, const Surface& surface, const BorderOptions& o,
+                      const std::vector<BorderSample>& lines) {
+  EdgeProfile profile;
   Crossings found = crossings(e, surface, o);
   profile.whole = !found.all.empty();
   std::vector<double>& places = profile.at = std::move(found.all);
@@ -117,7 +103,7 @@ Profile places_of(const TileEdge& e, const Surface& surface, const BorderOptions
   return profile;
 }
 
-void ask_heights(Profile& profile, const TileEdge& e, const HeightField& field,
+void ask_heights(EdgeProfile& profile, const TileEdge& e, const HeightField& field,
                  const BorderOptions& o, const std::vector<BorderSample>& lines) {
   std::vector<Geographic> points;
   points.reserve(profile.at.size());
@@ -133,28 +119,6 @@ void ask_heights(Profile& profile, const TileEdge& e, const HeightField& field,
   }
 }
 
-/// What the next level knows of the edge, from the two edges that it has there, asked as it asks.
-Profile halves_of(const TileEdge& e, const HeightField& field, const Surface& surface,
-                  const BorderOptions& o) {
-  const Geographic middle{(e.start.lon + e.end.lon) / 2, (e.start.lat + e.end.lat) / 2};
-  Profile both;
-  both.whole = true;
-  for (const int half : {0, 1}) {
-    const TileEdge part = half == 0 ? TileEdge{e.start, middle} : TileEdge{middle, e.end};
-    const auto& lines = o.crossings_of_half[half];
-    BorderOptions next = o;
-    if (o.samples_of_half[half] > 0) next.samples = o.samples_of_half[half];
-    Profile p = places_of(part, surface, next, lines);
-    ask_heights(p, part, field, next, lines);
-    for (std::size_t i = half; i < p.at.size(); ++i) {  // the middle once
-      both.at.push_back((p.at[i] + half * kTileExtent) / 2);
-      both.h.push_back(p.h[i]);
-    }
-    both.whole = both.whole && p.whole;
-  }
-  return both;
-}
-
 struct Sample {
   double t;
   double h;
@@ -163,9 +127,9 @@ struct Sample {
   int place() const { return at >= 0 ? at : int(std::lround(t)); }  // where it can
 };
 
-std::vector<Sample> samples_of(const Profile& own, const Profile* halves, double offset) {
+std::vector<Sample> samples_of(const EdgeProfile& own, const EdgeProfile* halves, double offset) {
   std::vector<Sample> samples;
-  for (const Profile* p : {&own, halves})
+  for (const EdgeProfile* p : {&own, halves})
     for (std::size_t i = 0; p && i < p->at.size(); ++i)
       samples.push_back({p->at[i], p->h[i] + offset, false, -1});
   std::stable_sort(samples.begin(), samples.end(),
@@ -177,7 +141,7 @@ std::vector<Sample> samples_of(const Profile& own, const Profile* halves, double
 }
 
 /// The largest difference of two lines: at the ends of the pieces of either.
-double distance(const Profile& a, const Profile& b) {
+double distance(const EdgeProfile& a, const EdgeProfile& b) {
   double worst = 0;
   for (std::size_t i = 0; i < a.at.size(); ++i)
     worst = std::max(worst, std::abs(a.h[i] - b.height(a.at[i])));
@@ -239,6 +203,23 @@ void run_to(std::vector<BorderVertex>& line, const std::vector<Sample>& samples,
 
 }  // namespace
 
+double EdgeProfile::height(double t) const {
+  const auto after = std::upper_bound(at.begin(), at.end(), t);
+  const std::size_t i = std::clamp<std::size_t>(std::size_t(after - at.begin()), 1, at.size() - 1);
+  return h[i - 1] + (t - at[i - 1]) / (at[i] - at[i - 1]) * (h[i] - h[i - 1]);
+}
+
+EdgeProfile joined(const EdgeProfile& first, const EdgeProfile& second) {
+  EdgeProfile both;
+  both.whole = first.whole && second.whole;
+  for (const auto& [half, p] : {std::pair{0, &first}, {1, &second}})
+    for (std::size_t i = std::size_t(half); i < p->at.size(); ++i) {  // the middle once
+      both.at.push_back((p->at[i] + half * kTileExtent) / 2);
+      both.h.push_back(p->h[i]);
+    }
+  return both;
+}
+
 TileEdge tile_edge(TileId tile, TileSide side) {
   GeoRect r = tiling::rect(tile);
   if (side == TileSide::east && r.east == 180) r.east = -180;  // the antimeridian is one line
@@ -255,15 +236,34 @@ TileEdge tile_edge(TileId tile, TileSide side) {
   return {};
 }
 
+EdgeProfile halves_of(const TileEdge& e, const HeightField& field, const Surface& surface,
+                      const BorderOptions& o) {
+  const Geographic middle{(e.start.lon + e.end.lon) / 2, (e.start.lat + e.end.lat) / 2};
+  EdgeProfile halves[2];
+  for (const int half : {0, 1}) {
+    const TileEdge part = half == 0 ? TileEdge{e.start, middle} : TileEdge{middle, e.end};
+    const auto& lines = o.crossings_of_half[half];
+    BorderOptions next = o;
+    if (o.samples_of_half[half] > 0) next.samples = o.samples_of_half[half];
+    halves[half] = places_of(part, surface, next, lines);
+    ask_heights(halves[half], part, field, next, lines);
+  }
+  return joined(halves[0], halves[1]);
+}
+
 Border make_border(const TileEdge& edge, const HeightField& field, const Surface& surface,
                    const BorderOptions& o) {
-  Profile own = places_of(edge, surface, o, o.crossings), halves;
+  EdgeProfile own = places_of(edge, surface, o, o.crossings), halves;
   ask_heights(own, edge, field, o, o.crossings);
   if (o.halves) halves = halves_of(edge, field, surface, o);
   // The next level may have lines that this one does not.
   const bool more = o.halves && !(own.whole && halves.whole && o.crossings_of_half[0].empty() &&
                                   o.crossings_of_half[1].empty());
-  std::vector<Sample> samples = samples_of(own, more ? &halves : nullptr, o.offset_m);
+  return make_border(own, more ? &halves : nullptr, o);
+}
+
+Border make_border(const EdgeProfile& own, const EdgeProfile* halves, const BorderOptions& o) {
+  std::vector<Sample> samples = samples_of(own, halves, o.offset_m);
   for (int k = 0; k <= o.fixed_cells; ++k) {
     const double t = std::round(double(k) * kTileExtent / o.fixed_cells);
     if (std::ranges::any_of(o.lines, [&](const auto& line) { return line.t == t; })) continue;
@@ -278,7 +278,10 @@ Border make_border(const TileEdge& edge, const HeightField& field, const Surface
       if (!std::isnan(line.height))
         s.h = std::clamp(line.height + o.offset_m, s.h - tolerance / 2, s.h + tolerance / 2);
     }
-  auto fixed_height = [&](std::size_t i) { return snap_height(samples[i].h, o.height_step); };
+  auto fixed_height = [&](std::size_t i) {
+    const double at_end = i == 0 ? o.step_at_start : i + 1 == samples.size() ? o.step_at_end : 0;
+    return snap_height(samples[i].h, at_end > 0 ? at_end : o.height_step);
+  };
   Border border;
   border.line = {{0, fixed_height(0)}};
   std::size_t begin = 0;
@@ -287,10 +290,10 @@ Border make_border(const TileEdge& edge, const HeightField& field, const Surface
     run_to(border.line, samples, begin, i, fixed_height(i), tolerance, o);
     begin = i;
   }
-  Profile line;
+  EdgeProfile line;
   for (const BorderVertex& v : border.line) line.at.push_back(v.t), line.h.push_back(v.height);
   border.error_m = distance(line, own);
-  if (more) border.error_m = std::max(border.error_m, distance(line, halves));
+  if (halves) border.error_m = std::max(border.error_m, distance(line, *halves));
   return border;
 }
 

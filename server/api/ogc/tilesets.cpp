@@ -71,7 +71,7 @@ std::optional<http::Reply> mesh_tile(const App& app, const http::Request& reques
     return no_tile_there(request, tile_limits(*dataset, kWorldCrs84Quad), turned->level, turned->x,
                          turned->y);
   const proto::Extensions asked = asked_extensions(request.head.fields, request.head.query);
-  return serve_product(request, deferred, app.tiles.cached(*dataset, id, asked),
+  return serve_product(request, deferred, *dataset, app.tiles.cached(*dataset, id, asked),
                        [&](services::TileProducts::Done done, std::stop_token gone) {
                          app.tiles.make(*dataset, id, asked, std::move(done), std::move(gone));
                        });

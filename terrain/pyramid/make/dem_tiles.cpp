@@ -2,7 +2,10 @@
 
 #include "terrain/pyramid/make/dem_tiles.h"
 
+#include <sys/resource.h>
+
 #include <atomic>
+#include <chrono>
 #include <exception>
 #include <optional>
 #include <thread>
@@ -17,6 +20,28 @@
 namespace tind {
 
 namespace {
+
+/// How far reading is, and when it will be done if it goes on as it went.
+class Reading {
+ public:
+  void set(double share) { share_ = share; }
+  Readiness readiness() const {
+    constexpr double kTooEarly = 0.005;  // to tell
+    const double share = share_;
+    Readiness now{Readiness::State::reading, share, {}};
+    const double took = std::chrono::duration<double>(Clock::now() - start_).count();
+    if (share > kTooEarly) now.seconds_left = took / share * (1 - share);
+    return now;
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point start_ = Clock::now();
+  std::atomic<double> share_ = 0;
+};
+
+/// The calling thread, and those that it starts, run when nobody else wants to.
+void give_way() { ::setpriority(PRIO_PROCESS, 0, 19); }  // of Linux: 0 is the thread
 
 class TilesOnDemand : public DemTiles {
  public:
@@ -35,7 +60,7 @@ class TilesOnDemand : public DemTiles {
   void find_heights(std::stop_token stop, int threads, bool at_once) {
     Progress progress;
     progress.stop = stop;
-    progress.report = [this](double share) { share_ = share; };
+    progress.report = [this](double share) { reading_.set(share); };
     std::string content;
     try {
       plan_ = plan_source(surface_, outline_.options(), index_path_, threads, progress, &content);
@@ -51,7 +76,10 @@ class TilesOnDemand : public DemTiles {
     known_ = true;  // from here on others may look at plan_ and extremes_
   }
   void find_heights_in_background() {
-    reader_ = std::jthread([this](std::stop_token stop) { find_heights(stop, 1, false); });
+    reader_ = std::jthread([this](std::stop_token stop) {
+      give_way();
+      find_heights(stop, 0, false);
+    });
   }
   const Result<TilePlan>& plan() const { return *plan_; }
 
@@ -59,10 +87,7 @@ class TilesOnDemand : public DemTiles {
   bool available(TileId id) const override { return outline_.wanted(id); }
   Result<TileBytes> tile(TileId id, std::stop_token stop) const override {
     if (!available(id)) return fail(Errc::not_found, "no tile " + id.text() + " in this dataset");
-    if (!known_) {
-      return fail(Errc::busy, "the heights of " + surface_.info().files.front() +
-                                  " are still being read for the first time; try again soon");
-    }
+    if (!known_) return early_tile(id, stop);
     if (!*plan_) return std::unexpected(plan_->error());
     return make_tile(surface_, **plan_, id, stop);
   }
@@ -70,12 +95,25 @@ class TilesOnDemand : public DemTiles {
     return known_ ? extremes_ : std::nullopt;
   }
   Readiness readiness() const override {
-    if (!known_) return {Readiness::State::reading, share_, {}};
-    if (!*plan_) return {Readiness::State::failed, share_, plan_->error().what};
+    if (!known_) return reading_.readiness();
+    if (!*plan_) return {Readiness::State::failed, reading_.readiness().share, plan_->error().what};
     return {};
   }
 
  private:
+  /// The same bytes as later, of what does not wait for that.
+  Result<TileBytes> early_tile(TileId id, std::stop_token stop) const {
+    const auto wait = fail(Errc::busy, "the heights of " + surface_.info().files.front() +
+                                           " are still being read for the first time, and tile " +
+                                           id.text() + " rests on all of them; try again soon");
+    if (outline_.rests_on_all_heights(id)) return wait;
+    auto tile = make_tile(surface_, outline_, id, std::move(stop));
+    if (!tile) return tile;
+    if (tile->posts > 0) seen_a_post_ = true;
+    if (!seen_a_post_) return wait;
+    return tile;
+  }
+
   Surface surface_;
   TilePlan outline_;
   std::string index_path_;
@@ -83,7 +121,8 @@ class TilesOnDemand : public DemTiles {
   std::optional<Result<TilePlan>> plan_;  // written once, before known_; so are these:
   std::optional<HeightExtremes> extremes_;
   std::atomic<bool> known_ = false;
-  std::atomic<double> share_ = 0;
+  Reading reading_;
+  mutable std::atomic<bool> seen_a_post_ = false;
   std::jthread reader_;  // last: it ends before what it works on
 };
 

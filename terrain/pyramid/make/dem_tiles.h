@@ -23,11 +23,13 @@ class DemTiles : public TileSet {
 /// Posts that opening a DEM as tiles reads before it returns: a second or so.
 inline constexpr std::int64_t kMostReadAtOnce = std::int64_t(1) << 25;
 
-/// The tiles of a DEM, made when asked for. Fails with `unsupported` for a DEM without CRS. Tiles
-/// need the range of all heights, and those of a large source its residual index (plan_source.h):
-/// of a source with more than `read_at_once` posts they are found in the background, on one thread,
-/// and until then every tile is Errc::busy. The index is kept at `index_path`, or with the tiles
-/// where that is empty.
+/// The tiles of a DEM, made when asked for. Fails with `unsupported` for a DEM without CRS. Some
+/// tiles rest on the range of all heights or on the residual index (TilePlan::rests_on_all_heights,
+/// plan_source.h): of a source with more than `read_at_once` posts both are found in the
+/// background, on all cores that have nothing else to do. Until then those tiles are Errc::busy; so
+/// are tiles without a post until one with a post was made, because a DEM without any has no tiles.
+/// All others are there at once. The index is kept at `index_path`, or with the tiles where that is
+/// empty.
 Result<std::unique_ptr<DemTiles>> open_dem_tiles(Surface, const TileSetOptions&,
                                                  std::int64_t read_at_once = kMostReadAtOnce,
                                                  const std::string& index_path = {});

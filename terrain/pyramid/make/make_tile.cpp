@@ -13,6 +13,7 @@
 
 #include "terrain/encode/quantized_mesh_tile.h"
 #include "terrain/pyramid/make/tile_job.h"
+#include "terrain/pyramid/residual/indexed_edges.h"
 #include "terrain/pyramid/residual/residual_index.h"
 #include "terrain/shapes/surface_shapes.h"
 #include "terrain/surface/post_warp.h"
@@ -69,6 +70,16 @@ CrossingVertices cross_lines(const TileJob& job, int z, const TileEdge& edge, Bo
   return vertices;
 }
 
+/// The tile's children along a side, the southern or western first.
+std::pair<TileId, TileId> children_at(TileId id, TileSide side) {
+  if (side == TileSide::west || side == TileSide::east) {
+    const bool east = side == TileSide::east;
+    return {id.child(east, false), id.child(east, true)};
+  }
+  const bool north = side == TileSide::north;
+  return {id.child(false, north), id.child(true, north)};
+}
+
 /// Where a layer ends, tiles keep its bound, which is stricter than their level's, while posts of a
 /// finer layer may lie closer together than the samples of their edges: there samples are no
 /// farther apart than the bound, as those of a level are. Else posts beside the edge, where no
@@ -89,13 +100,42 @@ int edge_samples(const Surface& surface, const TilePlan& plan, const LevelPlan& 
   return int(std::clamp(wanted, double(usual), kMost));
 }
 
-Border border_of(const TileJob& job, TileId id, TileSide side,
-                 CrossingVertices* crossings = nullptr) {
+/// Do tiles of a level, all of which rest on the index, have their edges from there?
+bool edges_from_index(const TilePlan& plan, int z) {
+  return plan.index() && plan.local_steps() && z < plan.index_depth().level();
+}
+
+/// From the nodes of the index, which are H within half a step. What the next level knows of the
+/// edge are nodes, too, or, of the first whose tiles do not rest on the index, H itself.
+Result<Border> border_from_index(const TileJob& job, TileId id, TileSide side,
+                                 const BorderOptions& o) {
+  IndexedEdges edges(*job.plan.index());
+  auto own = edges.profile(id, side);
+  if (!own) return std::unexpected(own.error());
+  EdgeProfile halves;
+  if (o.halves && edges_from_index(job.plan, id.level + 1)) {
+    const auto [first, second] = children_at(id, side);
+    auto a = edges.profile(first, side), b = edges.profile(second, side);
+    if (!a) return std::unexpected(a.error());
+    if (!b) return std::unexpected(b.error());
+    halves = joined(*a, *b);
+  } else if (o.halves) {
+    halves = halves_of(tile_edge(id, side), job.field, job.surface, o);
+  }
+  Border border = make_border(*own, o.halves ? &halves : nullptr, o);
+  border.error_m += job.plan.index_depth().step_m() / 2;
+  return border;
+}
+
+Result<Border> border_of(const TileJob& job, TileId id, TileSide side, const HeightSteps& steps,
+                         CrossingVertices* crossings = nullptr) {
   const LevelPlan& level = job.plan.level(id, side);
   BorderOptions o;
   o.tolerance_m = level.border_tolerance_m;
   o.offset_m = level.offset_m;
-  o.height_step = level.border_step_m;
+  o.height_step = steps.sides[std::size_t(side)];
+  o.step_at_start = steps.ends[std::size_t(side)][0];
+  o.step_at_end = steps.ends[std::size_t(side)][1];
   o.fixed_cells = level.curvature_cells;
   o.samples = edge_samples(job.surface, job.plan, level, id.level, tile_edge(id, side));
   o.place_step = level.border_place_step;
@@ -103,12 +143,12 @@ Border border_of(const TileJob& job, TileId id, TileSide side,
   o.halves = id.level < job.plan.max_level();
   if (o.halves)
     for (const int half : {0, 1}) {
-      const bool upright = side == TileSide::west || side == TileSide::east;
-      const TileId child = upright ? id.child(side == TileSide::east, half)
-                                   : id.child(half, side == TileSide::north);
+      const auto children = children_at(id, side);
+      const TileId child = half == 0 ? children.first : children.second;
       o.samples_of_half[half] = edge_samples(job.surface, job.plan, job.plan.level(child, side),
                                              child.level, tile_edge(child, side));
     }
+  if (edges_from_index(job.plan, id.level)) return border_from_index(job, id, side, o);
   const CrossingVertices vertices = cross_lines(job, id.level, tile_edge(id, side), o);
   if (crossings) *crossings = vertices;
   return make_border(tile_edge(id, side), job.field, job.surface, o);
@@ -143,8 +183,8 @@ void level_in_water(const TileJob& job, const TileEdge& edge, const CrossingVert
 /// Where a child has no tile, clients draw this tile's part in its stead, beside its sibling, which
 /// has one. No post holds the mesh there: so the sibling's border does, from the middle of the tile
 /// to shortly before its own border, which has no vertex there as a rule.
-void stand_in_for_children(TileJob& job) {
-  if (job.id.level >= job.plan.max_level()) return;
+Result<void> stand_in_for_children(TileJob& job, const std::stop_token& stop) {
+  if (job.id.level >= job.plan.max_level()) return {};
   const auto child = [&](std::uint32_t east, std::uint32_t north) {
     return TileId{job.id.level + 1, 2 * job.id.x + east, 2 * job.id.y + north};
   };
@@ -166,14 +206,17 @@ void stand_in_for_children(TileJob& job) {
     const TileId beside = before ? l.before : l.after;
     const TileSide side = before ? l.side_of_before : l.side_of_after;
     CrossingVertices shores;
-    Border border = border_of(job, beside, side, &shores);
-    level_in_water(job, tile_edge(beside, side), shores, border.line);
+    const auto steps = height_steps(job.surface, job.plan, beside, stop);
+    if (!steps) return std::unexpected(steps.error());
+    auto border = border_of(job, beside, side, *steps, &shores);
+    if (!border) return std::unexpected(border.error());
+    level_in_water(job, tile_edge(beside, side), shores, border->line);
     std::vector<Vec3> line;
     const auto add = [&](double t, double height) {
       const double along = std::round((t + l.start * kTileExtent) / 2.0);
       line.push_back(l.northward ? Vec3{middle, along, height} : Vec3{along, middle, height});
     };
-    const std::vector<BorderVertex>& all = border.line;
+    const std::vector<BorderVertex>& all = border->line;
     const auto between = [&](const BorderVertex& p, const BorderVertex& q, int t) {
       add(t, p.height + double(t - p.t) / (q.t - p.t) * (q.height - p.height));
     };
@@ -185,16 +228,19 @@ void stand_in_for_children(TileJob& job) {
     }
     job.stand_in.push_back(std::move(line));
   }
+  return {};
 }
 
-Result<void> derive_borders(TileJob& job) {
+Result<void> derive_borders(TileJob& job, const std::stop_token& stop) {
   const Stopwatch watch(job.cost.borders);
   for (const TileSide side : {TileSide::west, TileSide::south, TileSide::east, TileSide::north}) {
-    Border border = border_of(job, job.id, side, &job.crossings[std::size_t(side)]);
-    job.borders[std::size_t(side)] = std::move(border.line);
-    job.edge_error_m = std::max(job.edge_error_m, border.error_m);
+    auto border = border_of(job, job.id, side, job.steps, &job.crossings[std::size_t(side)]);
+    if (!border) return fail("tile " + job.id.text(), border.error());
+    job.borders[std::size_t(side)] = std::move(border->line);
+    job.edge_error_m = std::max(job.edge_error_m, border->error_m);
   }
-  stand_in_for_children(job);
+  if (auto done = stand_in_for_children(job, stop); !done)
+    return fail("tile " + job.id.text(), done.error());
   if (job.field.error()) return fail("tile " + job.id.text(), *job.field.error());
   return {};
 }
@@ -263,7 +309,10 @@ Result<TileModel> model_tile(const Surface& surface, const TilePlan& plan, TileI
   if (!windows) return fail("tile " + id.text(), windows.error());
   job.windows = std::move(*windows);
   if (auto done = load_heights(job); !done) return fail("tile " + id.text(), done.error());
-  if (auto done = derive_borders(job); !done) return std::unexpected(done.error());
+  auto steps = height_steps(surface, plan, id, stop);
+  if (!steps) return fail("tile " + id.text(), steps.error());
+  job.steps = *steps;
+  if (auto done = derive_borders(job, stop); !done) return std::unexpected(done.error());
   const bool indexed = plan.index() && plan.index()->serves(id) && !job.windows.empty();
   auto known = indexed ? look_up_posts(job) : find_range(job, stop);
   if (!known) return fail("tile " + id.text(), known.error());
@@ -286,6 +335,7 @@ Result<TileBytes> make_tile(const Surface& surface, const TilePlan& plan, TileId
   const TileCertificate& says = *model->certificate;
   tile.max_error_m = says.max_error_m, tile.edge_error_m = says.edge_error_m;
   tile.exact = says.exact, tile.side = says.side;
+  tile.posts = model->posts;
   return tile;
 }
 

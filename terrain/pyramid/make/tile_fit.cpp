@@ -52,7 +52,7 @@ HeightLattice height_lattice(const TileJob& job, double eps) {
   low = std::max(low, job.level.lowest_m - 2 * eps);
   high = std::min(high, job.level.highest_m + 2 * eps);
   const double step =
-      std::clamp(power_of_two_at_least((high - low) / 32766), 1.0 / 1024, job.level.border_step_m);
+      std::clamp(power_of_two_at_least((high - low) / 32766), 1.0 / 1024, job.steps.own);
   return {std::floor(low / step) * step, step};
 }
 
@@ -186,7 +186,11 @@ HalfedgeMesh frame_mesh(TileJob& job, const Samples& samples, double x_scale,
     }
   }
   std::vector<double> heights(places.size());
-  job.field.filled(places, heights);
+  if (job.lattice)  // its nodes: posts would be a block of the source each
+    std::ranges::transform(points, heights.begin(),
+                           [&](const Vec3& p) { return job.lattice->nearest(p.x, p.y); });
+  else
+    job.field.filled(places, heights);
   for (std::size_t k = 0; k < points.size(); ++k) {
     points[k].z = heights[k] + job.level.offset_m;
     if (const SurfaceShapes* shapes = job.surface.shapes()) {

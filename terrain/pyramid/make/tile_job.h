@@ -12,6 +12,7 @@
 
 #include "terrain/base/result.h"
 #include "terrain/mesh/tin.h"
+#include "terrain/pyramid/plan/height_steps.h"
 #include "terrain/pyramid/plan/level_plan.h"
 #include "terrain/pyramid/plan/line_scale.h"
 #include "terrain/pyramid/residual/residual_lattice.h"
@@ -33,6 +34,7 @@ struct TileJob {
   TileId id;
   GeoRect rect;
   const LevelPlan& level;
+  HeightSteps steps;  // of its borders, and of its own heights at most
   std::vector<LayerWindow> windows;
   HeightField field;
   std::array<std::vector<BorderVertex>, 4> borders;  // west, south, east, north

@@ -12,6 +12,7 @@
 #include <set>
 #include <utility>
 
+#include "terrain/pyramid/plan/height_steps.h"
 #include "terrain/surface/tile_posts.h"
 #include "terrain/surface/void_fill.h"
 
@@ -136,18 +137,6 @@ bool changed_beyond(const BlockCounts& changed, const PostWindow& posts, const D
                                      strip(info.cols - kFillReach, 0, kFillReach, info.rows))));
 }
 
-/// The posts near a rectangle that no post is in, so many at least.
-PostWindow window_beside(const DemSource& source, GeoRect rect, std::int64_t posts) {
-  const DemInfo& info = source.info();
-  const double south = std::max(std::abs(rect.south), std::abs(rect.north));
-  const double shrunk = std::max(0.01, std::cos(std::min(south, 89.0) * 0.017453292519943295));
-  const double reach = double(std::max<std::int64_t>(2 * kFillReach, posts)) *
-                       std::max(info.spacing_x_m, info.spacing_y_m) / 111320;
-  rect.west -= reach / shrunk, rect.east += reach / shrunk;
-  rect.south -= reach, rect.north += reach;
-  return post_window(source, rect);
-}
-
 /// Of a layer in both surfaces: which blocks are not as they were, and which have voids that those
 /// can fill.
 struct ChangedBlocks {
@@ -252,6 +241,26 @@ std::vector<GeoRect> other_extents(const LayerRecord& a, const LayerRecord& b, d
   return others;
 }
 
+/// Can what lies near a tile of a level decide on the steps of its heights, before or after? Then
+/// so can what lies near the eight around it.
+bool steps_by_posts(const Marking& m, int level) {
+  return std::ranges::any_of(std::array{&m.before.plan, &m.after.plan}, [&](const TilePlan* plan) {
+    return plan->local_steps() && level <= plan->max_level() &&
+           plan->step_of_all(level) != plan->level(level).border_step_m;
+  });
+}
+
+/// Has a post changed that can? Those of children that are missing are the next level's.
+bool other_steps(const Marking& m, const DemSource& source, const BlockCounts& changed, TileId id) {
+  if (!steps_by_posts(m, id.level) && !steps_by_posts(m, id.level + 1)) return false;
+  const GeoRect r = tiling::rect(id);
+  const GeoRect around{r.west - r.width(), std::max(-90.0, r.south - r.height()),
+                       r.east + r.width(), std::min(90.0, r.north + r.height())};
+  const PostWindow posts = post_window(source, around);
+  return changed.any(posts.empty() ? window_beside(source, around, kStepReach)
+                                   : grown(posts, kStepReach));
+}
+
 /// Marks the tiles that depend on what changed of layer j, which was layer i.
 void mark_changed(const Marking& m, std::size_t i, std::size_t j) {
   const LayerRecord& was = m.before.layers[i];
@@ -289,8 +298,10 @@ void mark_changed(const Marking& m, std::size_t i, std::size_t j) {
       m.dirty[k] = true;
     m.dirty[k] |=
         std::ranges::any_of(others, [&](const GeoRect& r) { return meet(looked_at(m, rect), r); });
+    m.dirty[k] |= other_steps(m, source, changed, id);
     if (posts.empty()) {
-      m.dirty[k] |= changed.any(window_beside(source, rect, around));
+      m.dirty[k] |=
+          changed.any(window_beside(source, rect, std::max<std::int64_t>(2 * kFillReach, around)));
       continue;
     }
     const bool wide = indexed || farther > 0;
@@ -360,7 +371,10 @@ bool same_of_level(const TilePlan& a, const TilePlan& b, int z) {
 bool same_of_tile(const TilePlan& a, const TilePlan& b, TileId id) {
   if (a.available(id) != b.available(id)) return false;
   if (!a.available(id)) return true;
-  if (a.level(id) != b.level(id)) return false;
+  if (a.level(id) != b.level(id) || a.local_steps() != b.local_steps()) return false;
+  if (a.local_steps() && a.rests_on_all_heights(id) &&
+      a.step_of_all(id.level) != b.step_of_all(id.level))
+    return false;
   for (const TileSide side : {TileSide::west, TileSide::south, TileSide::east, TileSide::north})
     if (a.level(id, side) != b.level(id, side)) return false;
   return true;

@@ -23,7 +23,8 @@ Result<bool> holds(const ResidualIndex& index, TileId id, End end, double height
     if (record.error().code == Errc::not_found) return false;  // the source does not touch it
     return std::unexpected(record.error());
   }
-  return record->has_posts() && (end == End::lowest ? record->min_m : record->max_m) == height_m;
+  const ResidualRecord& r = **record;
+  return r.has_posts() && (end == End::lowest ? r.min_m : r.max_m) == height_m;
 }
 
 /// The first of these tiles that does.

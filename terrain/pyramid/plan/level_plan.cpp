@@ -11,6 +11,7 @@
 
 #include "terrain/base/parallel.h"
 #include "terrain/geo/ellipsoid.h"
+#include "terrain/pyramid/plan/height_steps.h"
 #include "terrain/pyramid/plan/tile_method.h"
 #include "terrain/pyramid/residual/residual_index.h"
 #include "terrain/raster/source_blocks.h"
@@ -326,10 +327,13 @@ Result<TilePlan> TilePlan::make(const Surface& surface, const HeightRange& range
                     std::to_string(plan.first_level_) + " (--deepest makes it end elsewhere)");
   }
   plan.settle_areas(surface);
+  plan.local_steps_ = surface.only() && !shapes;
+  plan.memo_ = std::make_shared<StepMemo>();
   for (int z = 0; z <= plan.max_level_; ++z) plan.levels_.push_back(plan.kinds_of(surface, z));
   const IndexDepth depth = IndexDepth::of(surface, options.exact_posts);
   // The level below the deepest has borders that leave room for the index, too.
   if (options.side == Side::both && depth.level() >= plan.first_level_) plan.depth_ = depth;
+  plan.most_posts_level_ = depth.level() - 1;
   plan.leave_room();
   return plan;
 }
@@ -488,6 +492,10 @@ std::vector<LevelPlan> TilePlan::kinds_of(const Surface& surface, int z) const {
     level.border_step_m =
         std::clamp(power_of_two_at_most(fit / 16), std::max(needed, kSmallestStep),
                    std::max(needed, kLargestStep));
+    if (local_steps_) {
+      level.border_step_m = height_step(level, 0, 0);
+      level.lowest_m = -kFarthestHeight_m, level.highest_m = kFarthestHeight_m;
+    }
     level.border_tolerance_m = kBorderShare * level.fit_error_m;
     level.curvature_cells = tind::curvature_cells(z);
     level.line_tolerance = line_tolerance(z, level.budget_m);
@@ -515,6 +523,18 @@ void TilePlan::leave_room() {
       if (z >= depth_.coarsest_level() - 3) level.border_samples = 1024;
     }
   }
+}
+
+bool TilePlan::has_step_of_all(TileId t) const {
+  return t.level <= most_posts_level_ || t.y == 0 || t.y + 1 == tiling::rows(t.level);
+}
+
+double TilePlan::step_of_all(int z) const {
+  return height_step(level(z), std::min(range_.min_m, 0.0), std::max(range_.max_m, 0.0));
+}
+
+bool TilePlan::rests_on_all_heights(TileId t) const {
+  return !local_steps_ || has_step_of_all(t) || t.y <= 1 || t.y + 2 >= tiling::rows(t.level);
 }
 
 bool TilePlan::available(TileId t) const {

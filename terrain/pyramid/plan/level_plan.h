@@ -48,6 +48,7 @@ struct HeightRange {
 };
 
 class SurfaceBlocks;
+class StepMemo;
 
 /// One streaming pass over all posts, 4 MB a thread. Fails where a block is unreadable. `blocks`:
 /// learn what the posts are in the same pass.
@@ -79,14 +80,16 @@ struct LevelPlan {
                            // less where it is huge; half of that for one-sided tiles
   double offset_m = 0;     // of the band's middle from the posts: 0, or +- fit_error_m (one-sided)
   double border_tolerance_m = 0;
-  int border_samples = 256;     // along an edge, where the source's posts do not say (power of two)
-  double border_step_m = 0;     // heights on tile borders are multiples of this power of two
+  int border_samples = 256;  // along an edge, where the source's posts do not say (power of two)
+  /// Heights on tile borders are multiples of this power of two. Of one DEM without lines: of the
+  /// level's usual one, where the heights near a tile need none that is coarser (height_steps.h).
+  double border_step_m = 0;
   int border_place_step = 1;    // and their places multiples of this, of 32767 along the side
   int curvature_cells = 1;      // see above
   double line_tolerance = 1;    // units of the tile's grid by which lines may be thinned
   double normal_reach_deg = 0;  // normals are taken from H's differences over +- this
-  /// No height of a surface of layers is beyond these: what bends a layer overshoots its posts by
-  /// as much as two layers differ at most.
+  /// No height is beyond these. Of layers: what bends one overshoots its posts by as much as two
+  /// layers differ at most. Of one DEM without lines: what no planet has.
   double lowest_m = -HUGE_VAL, highest_m = HUGE_VAL;
 
   friend bool operator==(const LevelPlan&, const LevelPlan&) = default;
@@ -119,6 +122,19 @@ class TilePlan {
   int deepest_of(std::size_t k) const { return leaves_[k]; }
   const TileSetOptions& options() const { return options_; }
   const HeightRange& range() const { return range_; }
+  bool knows_range() const { return range_.valid > 0; }
+
+  /// Do the steps of heights go by what lies near a tile, rather than by all heights?
+  bool local_steps() const { return local_steps_; }
+  /// Of a tile with so many posts, or one at a pole, which all tiles around it share, even then by
+  /// all heights. The step of such tiles.
+  bool has_step_of_all(TileId) const;
+  double step_of_all(int level) const;
+  /// Can a tile be made only when all heights are known? So it is with those, those beside one at a
+  /// pole, and with all where steps go by all heights.
+  bool rests_on_all_heights(TileId) const;
+  /// Copies of a plan share it.
+  StepMemo& step_memo() const { return *memo_; }
   /// Stand for the surface's lines and water, and for their levels; empty where it has none.
   const std::string& shapes() const { return shapes_; }
   const std::string& levels_of_shapes() const { return levels_of_shapes_; }
@@ -177,6 +193,9 @@ class TilePlan {
   std::vector<proto::StatedAccuracy> accuracy_;
   std::vector<TileArea> areas_;  // by level from 0
   IndexDepth depth_ = -1;
+  int most_posts_level_ = -1;  // the deepest whose tiles have very many posts
+  bool local_steps_ = false;
+  std::shared_ptr<StepMemo> memo_;
   std::shared_ptr<const ResidualIndex> index_;
 };
 

@@ -28,10 +28,10 @@ bool IndexedHeights::covers(Geographic place) const {
 const IndexedHeights::Part& IndexedHeights::part(TileId id) {
   if (const auto there = parts_.find(id); there != parts_.end()) return there->second;
   Part part;
-  auto record = index_.record(id);
-  if (record && record->has_posts()) {
-    part.heights = std::move(record->heights);
-    for (const float residual : record->pieces[0]) part.has_post.push_back(residual >= 0);
+  const auto record = index_.record(id);
+  if (record && (*record)->has_posts()) {
+    part.heights = (*record)->heights;
+    for (const float residual : (*record)->pieces[0]) part.has_post.push_back(residual >= 0);
   } else if (!record && record.error().code != Errc::not_found && !error_) {
     error_ = record.error();  // what is not found, the source does not touch
   }

@@ -26,6 +26,7 @@
 #include "terrain/base/parallel.h"
 #include "terrain/geo/availability.h"
 #include "terrain/pyramid/residual/residual_scan.h"
+#include "terrain/surface/void_fill.h"
 
 namespace tind {
 
@@ -33,9 +34,9 @@ namespace {
 
 constexpr std::array<char, 8> kMagic = {'t', 'i', 'n', 'd', 'R', 'I', 'X', '\n'};
 constexpr std::array<char, 8> kPartMagic = {'t', 'i', 'n', 'd', 'R', 'I', 'P', '\n'};
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 /// Of layers; to be raised with every change of their heights, too (as kLayerEpoch is for tiles).
-constexpr std::uint32_t kLayersVersion = 2;
+constexpr std::uint32_t kLayersVersion = 3;
 constexpr std::uint32_t kEndLevel = 0xffffffff;
 constexpr std::uint32_t kMostBytes = 4 << 20;  // of one record
 constexpr int kFiner = 2;                      // levels
@@ -107,7 +108,19 @@ Result<void> write_at(int file, const std::string& path, std::uint64_t at, const
   return {};
 }
 
-/// Tiles of a level that hold a post, or touch one with a side.
+/// With what the void fill reaches (not past the antimeridian: beyond it a record is done without).
+GeoRect filled_around(const DemInfo& info, GeoRect b) {
+  constexpr double kRadian = 0.017453292519943295, kDegree_m = 111320;
+  const double lat = std::min(std::max(std::abs(b.south), std::abs(b.north)), 85.0);
+  const double reach =
+      (VoidFill::kReach + 2) * std::max(info.spacing_x_m, info.spacing_y_m) / kDegree_m;
+  const double across = reach / std::cos(lat * kRadian);
+  return {std::max(-180.0, b.west - across), std::max(-90.0, b.south - reach),
+          std::min(180.0, b.east + across), std::min(90.0, b.north + reach)};
+}
+
+/// Tiles of a level that hold a post, or touch one with a side; of one DEM those, too, in which
+/// what fills its surroundings is not 0.
 TileArea touched_area(const Surface& surface, int level) {
   const DemInfo& info = surface.info();
   const double side = tiling::tile_degrees(level);
@@ -117,9 +130,11 @@ TileArea touched_area(const Surface& surface, int level) {
   constexpr double kHair = 1e-9;
   const std::uint32_t columns = tiling::columns(level), rows = tiling::rows(level);
   std::vector<TileRange> ranges;
-  for (const GeoRect& b : info.extents.empty() ? std::vector{info.bounds} : info.extents)
+  for (GeoRect b : info.extents.empty() ? std::vector{info.bounds} : info.extents) {
+    if (surface.only()) b = filled_around(info, b);
     ranges.push_back({index(b.west + 180, columns, -kHair), index(b.south + 90, rows, -kHair),
                       index(b.east + 180, columns, kHair), index(b.north + 90, rows, kHair)});
+  }
   return TileArea(std::move(ranges));
 }
 
@@ -249,10 +264,11 @@ class ResidualFile {
     for (const TileId id : tiles_of(surface, index.depth(), 0)) {
       const auto root = index.record(id);
       if (!root) return std::unexpected(root.error());
-      if (!root->has_posts()) continue;
-      index.min_m_ = std::min<double>(index.min_m_, root->min_m);
-      index.max_m_ = std::max<double>(index.max_m_, root->max_m);
-      index.posts_ += root->posts();
+      const ResidualRecord& r = **root;
+      if (!r.has_posts()) continue;
+      index.min_m_ = std::min<double>(index.min_m_, r.min_m);
+      index.max_m_ = std::max<double>(index.max_m_, r.max_m);
+      index.posts_ += r.posts();
     }
     if (index.posts_ == 0) index.min_m_ = index.max_m_ = 0;
     struct stat status {};
@@ -495,11 +511,22 @@ Result<void> make_index_part(const IndexPart& part, const std::string& unfinishe
   return made;
 }
 
-Result<ResidualRecord> ResidualIndex::record(TileId id) const {
+Result<std::shared_ptr<const ResidualRecord>> ResidualIndex::record(TileId id) const {
   const auto place = places_.find(id);
   if (place == places_.end()) return fail(Errc::not_found, path_ + ": has no tile " + id.text());
-  return record_at(id, place->second);
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto* const kept = kept_.find(id)) return *kept;
+  }
+  auto read = record_at(id, place->second);
+  if (!read) return std::unexpected(read.error());
+  auto record = std::make_shared<const ResidualRecord>(std::move(*read));
+  const std::lock_guard lock(mutex_);
+  kept_.insert(id, record);
+  return record;
 }
+
+int ResidualIndex::finer(int level) const { return std::min(kFiner, depth_.level() - level); }
 
 Result<ResidualRecord> ResidualIndex::record_at(TileId id, const Place& place) const {
   const std::string damaged =
@@ -528,7 +555,7 @@ int ResidualIndex::lattice_level(int level, Geographic place) const {
 /// How many levels further down a tile has its lattice: as many as there are under all of it.
 int ResidualIndex::finer_of(TileId id) const {
   if (!depth_.serves(id)) return 0;
-  if (depth_.tiles().empty()) return std::min(kFiner, depth_.level() - id.level);
+  if (depth_.tiles().empty()) return finer(id.level);
   for (int part = 0; part < 4; ++part)
     if (const TileId child = id.child(part % 2, part / 2);
         places_.contains(child) && !depth_.serves(child))
@@ -540,7 +567,7 @@ Result<ResidualLattice> ResidualIndex::lattice(TileId id) const {
   const auto own = record(id);
   if (!own) return std::unexpected(own.error());
   const int down = finer_of(id), side = 1 << down;
-  std::vector<ResidualRecord> records(std::size_t(side) * std::size_t(side));
+  std::vector<std::shared_ptr<const ResidualRecord>> records(std::size_t(side) * std::size_t(side));
   std::vector<const ResidualRecord*> parts(records.size());
   for (std::size_t k = 0; k < parts.size(); ++k) {
     const TileId part{id.level + down, (id.x << down) + std::uint32_t(k) % side,
@@ -549,12 +576,12 @@ Result<ResidualLattice> ResidualIndex::lattice(TileId id) const {
     auto found = record(part);
     if (!found) return std::unexpected(found.error());
     records[k] = std::move(*found);
-    parts[k] = &records[k];
+    parts[k] = records[k].get();
   }
   ResidualLattice lattice = lattice_of(parts, depth_.step_m());
-  lattice.min_m = own->min_m;
-  lattice.max_m = own->max_m;
-  lattice.posts = own->posts();
+  lattice.min_m = (*own)->min_m;
+  lattice.max_m = (*own)->max_m;
+  lattice.posts = (*own)->posts();
   return lattice;
 }
 

@@ -6,11 +6,13 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "terrain/base/lru.h"
 #include "terrain/base/progress.h"
 #include "terrain/base/result.h"
 #include "terrain/geo/coordinates.h"
@@ -70,13 +72,15 @@ class ResidualIndex {
   std::uint64_t posts() const { return posts_; }
 
   /// Fails with bad_data when the record was damaged since the file was opened, with not_found for
-  /// a tile that the source does not touch.
-  Result<ResidualRecord> record(TileId) const;
+  /// a tile that the source does not touch. Those asked for last are at hand.
+  Result<std::shared_ptr<const ResidualRecord>> record(TileId) const;
   /// Of which level's records the terrain at a place is known to tiles of `level`; -1: of none, the
   /// tile there does not rest on the index. REQUIRES: a longitude within +-180.
   int lattice_level(int level, Geographic place) const;
   /// Of 1024 cells a side, or less where the index does not go so deep.
   Result<ResidualLattice> lattice(TileId) const;
+  /// How many levels further down the records are of which that is made. REQUIRES: one DEM.
+  int finer(int level) const;
 
  private:
   friend class ResidualFile;
@@ -99,6 +103,10 @@ class ResidualIndex {
   std::map<TileId, Place> places_;
   double min_m_ = 0, max_m_ = 0;
   std::uint64_t posts_ = 0;
+  /// Tiles beside each other, and above, ask for the same: 600 kB each.
+  static constexpr std::size_t kKept = 96;
+  mutable std::mutex mutex_;
+  mutable Lru<TileId, std::shared_ptr<const ResidualRecord>> kept_{kKept};
 };
 
 }  // namespace tind

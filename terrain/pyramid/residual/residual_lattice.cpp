@@ -112,6 +112,12 @@ double ResidualLattice::largest_residual() const {
   return std::max(0.0, double(*std::ranges::max_element(residual)));
 }
 
+double ResidualLattice::nearest(double x, double y) const {
+  const auto col = std::size_t(std::lround(x / kExtent * cells)),
+             row = std::size_t(std::lround((kExtent - y) / kExtent * cells));
+  return heights[row * std::size_t(nodes()) + col];
+}
+
 double lattice_bound(const Tin& mesh, const ResidualLattice& lattice) {
   Overlay overlay(lattice);
   const GridSamples nodes = ResidualLattice::samples(lattice.heights, lattice.nodes());

@@ -31,6 +31,8 @@ struct ResidualLattice {
   /// So many nodes a side as samples in tile coordinates; `heights` must outlive them.
   static GridSamples samples(const std::vector<float>& heights, int nodes);
   double largest_residual() const;
+  /// The height of the node that is nearest to a place.
+  double nearest(double x, double y) const;
 };
 
 /// The surface over one square cell, corners as seen from above.

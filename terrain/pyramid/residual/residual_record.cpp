@@ -15,7 +15,8 @@ namespace {
 
 constexpr int kCells = ResidualRecord::kCells, kNodes = ResidualRecord::kNodes;
 constexpr int kPieces = ResidualRecord::kPieces;
-constexpr std::int32_t kMostSteps = 1 << 24;  // a float holds it
+constexpr std::int32_t kMostSteps = 1 << 24;              // a float holds it
+enum Kind : std::uint8_t { kNothing, kPosts, kHeights };  // of a record: what it has
 
 std::size_t node(int col, int row) { return std::size_t(row) * kNodes + std::size_t(col); }
 
@@ -64,11 +65,6 @@ Corner corner_of(int east, int north, int count) { return {east * count, (1 - no
 
 }  // namespace
 
-std::int32_t ResidualRecord::height(int col, int row) const {
-  if (has_posts()) return heights[node(col, row)];
-  return corners[std::size_t((row == 0 ? 0 : 2) + (col == 0 ? 0 : 1))];
-}
-
 void accumulate_piece(ResidualRecord& r, int k, double step_m) {
   const int side = kCells >> k, cell = 1 << k, half = cell / 2;
   const auto& finer = r.pieces[std::size_t(k - 1)];
@@ -103,25 +99,23 @@ ResidualRecord join(const std::array<const ResidualRecord*, 4>& children, double
   };
   const ResidualRecord &sw = child(0), &se = child(1), &nw = child(2), &ne = child(3);
   ResidualRecord r;
-  r.corners = {nw.height(0, 0), ne.height(kCells, 0), sw.height(0, kCells),
-               se.height(kCells, kCells)};
   // Posts on the sides that children share are owned by one of them.
   r.owned = sw.owned + se.owned + nw.owned + ne.owned;
   r.on_east = se.on_east + ne.on_east;
   r.on_north = nw.on_north + ne.on_north;
   r.on_corner = ne.on_corner;
-  if (!sw.has_posts() && !se.has_posts() && !nw.has_posts() && !ne.has_posts()) return r;
+  const auto each = {&sw, &se, &nw, &ne};
+  if (std::ranges::all_of(each, [](const auto* c) { return c->heights.empty(); })) return r;
   r.heights.assign(std::size_t(kNodes) * kNodes, 0);
   for (const bool with_posts : {false, true})  // those that know their heights have the last word
     each_child([&](std::size_t i, int east, int north) {
       if (!children[i] || children[i]->has_posts() != with_posts) return;
       const Corner at = corner_of(east, north, kCells / 2);
-      const int stride = with_posts ? 1 : kCells / 2;
-      for (int row = 0; row <= kCells / 2; row += stride)
-        for (int col = 0; col <= kCells / 2; col += stride)
+      for (int row = 0; row <= kCells / 2; ++row)
+        for (int col = 0; col <= kCells / 2; ++col)
           r.heights[node(at.col + col, at.row + row)] = children[i]->height(2 * col, 2 * row);
     });
-  r.min_m = HUGE_VALF, r.max_m = -HUGE_VALF;
+  if (std::ranges::none_of(each, [](const auto* c) { return c->has_posts(); })) return r;
   for (int k = 0; k + 1 < kPieces; ++k) {
     const int side = kCells >> k, half = side / 2;
     auto& piece = r.pieces[std::size_t(k)];
@@ -144,16 +138,20 @@ ResidualRecord join(const std::array<const ResidualRecord*, 4>& children, double
 std::vector<std::uint8_t> encode(const ResidualRecord& r) {
   std::vector<std::uint8_t> bytes;
   ByteWriter out(bytes);
-  out.put(std::uint8_t(r.has_posts()));
-  for (const std::int32_t h : r.corners) out.put(h);
-  if (!r.has_posts()) return bytes;
-  out.put(r.min_m);
-  out.put(r.max_m);
-  for (const std::uint64_t n : {r.owned, r.on_east, r.on_north, r.on_corner}) out.put(n);
-  for (const std::uint64_t hash : r.hashes) out.put(hash);
+  const bool flat = std::ranges::all_of(r.heights, [](std::int32_t h) { return h == 0; });
+  const std::uint8_t kind = r.has_posts() ? kPosts : flat ? kNothing : kHeights;
+  out.put(kind);
+  if (kind == kNothing) return bytes;
+  if (kind == kPosts) {
+    out.put(r.min_m);
+    out.put(r.max_m);
+    for (const std::uint64_t n : {r.owned, r.on_east, r.on_north, r.on_corner}) out.put(n);
+    for (const std::uint64_t hash : r.hashes) out.put(hash);
+  }
   for (int row = 0; row < kNodes; ++row)
     for (int col = 0; col < kNodes; ++col)
       out.put_signed_varint(r.heights[node(col, row)] - predicted(r.heights, col, row));
+  if (kind == kHeights) return bytes;
   for (const auto& piece : r.pieces) {
     const float largest = std::max(0.0F, *std::ranges::max_element(piece));
     const std::uint32_t top = std::min(rounded_up(largest), kLargestCode);
@@ -168,18 +166,18 @@ Result<ResidualRecord> decode_record(std::span<const std::uint8_t> bytes) {
   ResidualRecord r;
   ByteReader in(bytes);
   const auto kind = in.get<std::uint8_t>();
-  if (!in.good() || kind > 1) return bad("not a record of a residual index");
-  for (std::int32_t& h : r.corners) {
-    h = in.get<std::int32_t>();
-    if (!in.good() || std::abs(std::int64_t(h)) > kMostSteps) return bad("a corner is damaged");
+  if (!in.good() || kind > kHeights) return bad("not a record of a residual index");
+  if (kind == kNothing)
+    return in.left() == 0 ? Result<ResidualRecord>(r) : bad("bytes after the record");
+  if (kind == kPosts) {
+    r.min_m = in.get<float>(), r.max_m = in.get<float>();
+    if (!in.good() || !(std::abs(r.min_m) < 1e6F) || !(std::abs(r.max_m) < 1e6F) ||
+        r.min_m > r.max_m)
+      return bad("the range of heights is damaged");
+    for (std::uint64_t* n : {&r.owned, &r.on_east, &r.on_north, &r.on_corner})
+      *n = in.get<std::uint64_t>();
+    for (std::uint64_t& hash : r.hashes) hash = in.get<std::uint64_t>();
   }
-  if (kind == 0) return in.left() == 0 ? Result<ResidualRecord>(r) : bad("bytes after the record");
-  r.min_m = in.get<float>(), r.max_m = in.get<float>();
-  if (!in.good() || !(std::abs(r.min_m) < 1e6F) || !(std::abs(r.max_m) < 1e6F) || r.min_m > r.max_m)
-    return bad("the range of heights is damaged");
-  for (std::uint64_t* n : {&r.owned, &r.on_east, &r.on_north, &r.on_corner})
-    *n = in.get<std::uint64_t>();
-  for (std::uint64_t& hash : r.hashes) hash = in.get<std::uint64_t>();
   if (!in.good()) return bad("truncated");
   r.heights.resize(std::size_t(kNodes) * kNodes);
   for (int row = 0; row < kNodes; ++row)
@@ -190,13 +188,19 @@ Result<ResidualRecord> decode_record(std::span<const std::uint8_t> bytes) {
       if (std::abs(h) > kMostSteps) return bad("a height is damaged");
       r.heights[node(col, row)] = std::int32_t(h);
     }
-  for (int k = 0; k < kPieces; ++k) {
+  if (kind == kHeights && std::ranges::all_of(r.heights, [](std::int32_t h) { return h == 0; }))
+    return bad("heights that say nothing");
+  for (int k = 0; kind == kPosts && k < kPieces; ++k) {
     const auto top = in.get<std::uint16_t>();
     if (!in.good() || top > kLargestCode) return bad("the residuals are damaged");
     auto& piece = r.pieces[std::size_t(k)];
     piece.resize(std::size_t(kCells >> k) * std::size_t(kCells >> k));
-    for (float& residual : piece) residual = from_byte(in.get<std::uint8_t>(), top);
+    const auto said = in.get_bytes(piece.size());
     if (!in.good()) return bad("truncated");
+    std::array<float, 256> values;
+    for (std::size_t byte = 0; byte < values.size(); ++byte)
+      values[byte] = from_byte(std::uint8_t(byte), top);
+    for (std::size_t i = 0; i < piece.size(); ++i) piece[i] = values[said[i]];
   }
   if (in.left() > 0) return bad("bytes after the record");
   return r;
@@ -211,12 +215,13 @@ ResidualLattice lattice_of(std::span<const ResidualRecord* const> parts, double 
   lattice.heights.assign(nodes * nodes, 0);
   lattice.residual.assign(cells * cells, ResidualRecord::kEmpty);
   for (std::size_t k = 0; k < parts.size(); ++k) {
-    if (!parts[k] || !parts[k]->has_posts()) continue;
+    if (!parts[k] || parts[k]->heights.empty()) continue;
     const std::size_t x = k % std::size_t(side) * kCells, y = k / std::size_t(side) * kCells;
     for (int row = 0; row < kNodes; ++row)
       for (int col = 0; col < kNodes; ++col)
         lattice.heights[(y + std::size_t(row)) * nodes + x + std::size_t(col)] =
             float(parts[k]->heights[node(col, row)] * step_m);
+    if (!parts[k]->has_posts()) continue;
     for (int row = 0; row < kCells; ++row)
       std::copy_n(&parts[k]->pieces[0][std::size_t(row) * kCells], kCells,
                   &lattice.residual[(y + std::size_t(row)) * cells + x]);

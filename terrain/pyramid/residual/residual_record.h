@@ -2,6 +2,7 @@
 // What the residual index keeps of one tile, and its bytes. Four records make their parent's.
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -21,14 +22,14 @@ struct ResidualRecord {
   static constexpr int kPatches = 8;  // a side; patches are tiles three levels further down
   static constexpr float kEmpty = -1;
 
-  /// A tile without a post has heights at its corners only: [0], [1] in the north, [2], [3] south.
   /// (Of layers samples at rims are as good as posts, but are not counted.)
-  bool has_posts() const { return !heights.empty(); }
+  bool has_posts() const { return min_m <= max_m; }
 
-  std::vector<std::int32_t> heights;  // of the nodes, in steps; rows from north to south
-  std::array<std::int32_t, 4> corners{};
+  /// Of the nodes, in steps; rows from north to south. Of a tile without a post what fills it
+  /// beside others that have some. Empty: 0 everywhere.
+  std::vector<std::int32_t> heights;
   std::array<std::vector<float>, kPieces> pieces;  // kEmpty: no post; rows from north to south
-  float min_m = 0, max_m = 0;                      // with samples at rims
+  float min_m = HUGE_VALF, max_m = -HUGE_VALF;     // with samples at rims; without posts: none
   /// Valid posts: inside or on the western or southern side; on the eastern side without its
   /// northern end; on the northern side without its eastern end; on the north-eastern corner.
   std::uint64_t owned = 0, on_east = 0, on_north = 0, on_corner = 0;
@@ -36,7 +37,9 @@ struct ResidualRecord {
   std::array<std::uint64_t, kPatches * kPatches> hashes{};
 
   std::uint64_t posts() const { return owned + on_east + on_north + on_corner; }
-  std::int32_t height(int col, int row) const;  // corners only, where it has no posts
+  std::int32_t height(int col, int row) const {
+    return heights.empty() ? 0 : heights[std::size_t(row) * kNodes + std::size_t(col)];
+  }
 };
 
 /// Fills piece k from piece k - 1: a child cell's bound and how far its surface is from the coarser

@@ -134,20 +134,15 @@ class TileScan {
       const std::size_t side = std::size_t(ResidualRecord::kCells >> k);
       record_.pieces[std::size_t(k)].assign(side * side, ResidualRecord::kEmpty);
     }
-    record_.min_m = HUGE_VALF, record_.max_m = -HUGE_VALF;
     for (int row = 0; row < kPatches; ++row)
       for (int col = 0; col < kPatches; ++col) {
         if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
         if (auto done = patch(col, row); !done) return fail("tile " + id_.text(), done.error());
       }
-    const auto corner = [&](int col, int row) {
-      return record_.heights[std::size_t(row) * ResidualRecord::kNodes + std::size_t(col)];
-    };
-    constexpr int kEnd = ResidualRecord::kCells;
-    record_.corners = {corner(0, 0), corner(kEnd, 0), corner(0, kEnd), corner(kEnd, kEnd)};
-    if (!(record_.min_m <= record_.max_m)) {
+    if (!record_.has_posts()) {
       ResidualRecord empty;
-      empty.corners = record_.corners;
+      if (std::ranges::any_of(record_.heights, [](std::int32_t h) { return h != 0; }))
+        empty.heights = std::move(record_.heights);
       return empty;
     }
     for (int k = kExact + 1; k < ResidualRecord::kPieces; ++k) accumulate_piece(record_, k, step_);

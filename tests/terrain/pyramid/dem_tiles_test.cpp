@@ -19,7 +19,7 @@
 namespace tind {
 namespace {
 
-/// A source whose heights do not come until they are let go.
+/// A source whose heights do not come until they are let go, but for the thread that made it.
 class HeldSource : public DemSource {
  public:
   explicit HeldSource(std::shared_ptr<const DemSource> behind) : behind_(std::move(behind)) {}
@@ -27,12 +27,12 @@ class HeldSource : public DemSource {
 
   const DemInfo& info() const override { return behind_->info(); }
   Result<HeightGrid> read(std::int64_t col, std::int64_t row, int cols, int rows) const override {
-    gate_.wait();
+    wait();
     return behind_->read(col, row, cols, rows);
   }
   Result<HeightGrid> read_decimated(std::int64_t col, std::int64_t row, int cols, int rows,
                                     int step) const override {
-    gate_.wait();
+    wait();
     return behind_->read_decimated(col, row, cols, rows, step);
   }
   void to_post(std::span<const Geographic> in, std::span<Vec2> out) const override {
@@ -44,7 +44,12 @@ class HeldSource : public DemSource {
   bool is_plain_geographic() const override { return behind_->is_plain_geographic(); }
 
  private:
+  void wait() const {
+    if (std::this_thread::get_id() != maker_) gate_.wait();
+  }
+
   std::shared_ptr<const DemSource> behind_;
+  const std::thread::id maker_ = std::this_thread::get_id();
   mutable std::latch gate_{1};
 };
 
@@ -78,6 +83,59 @@ TEST(DemTiles, are_busy_until_the_heights_are_known_and_then_the_same) {
   ASSERT_TRUE(late) << late.error().what;
   EXPECT_EQ((*tiles)->readiness().state, Readiness::State::ready);
   EXPECT_EQ(late->bytes, (*at_once)->tile(id, {})->bytes);
+}
+
+TEST(DemTiles, are_there_at_once_where_they_do_not_rest_on_all_heights) {
+  for (const std::int64_t exact_posts : {0, 1 << 16}) {
+    TileSetOptions options;
+    options.max_error_m = 40;
+    options.exact_posts = exact_posts;
+    const auto later = open_dem_tiles(rainier(), options);
+    ASSERT_TRUE(later);
+    const auto held = std::make_shared<HeldSource>(rainier());
+    const auto tiles = open_dem_tiles(held, options, 0);
+    ASSERT_TRUE(tiles);
+    int early = 0, waiting = 0;
+    for (std::size_t level = (*tiles)->layer().available.size(); level-- > 0;) {
+      const proto::TileRange& there = (*tiles)->layer().available[level].front();
+      const TileId id{int(level), there.start_x, there.start_y};
+      const auto tile = (*tiles)->tile(id, {});
+      if (!tile) {
+        EXPECT_EQ(tile.error().code, Errc::busy) << tile.error().what;
+        ++waiting;
+        continue;
+      }
+      EXPECT_EQ(tile->bytes, (*later)->tile(id, {})->bytes) << id.text();
+      ++early;
+    }
+    EXPECT_EQ((*tiles)->readiness().state, Readiness::State::reading);
+    EXPECT_GE(early, 2);
+    EXPECT_GE(waiting, 2) << "the roots rest on all heights";
+    if (exact_posts > 0) {
+      EXPECT_GT(waiting, 3) << "so do tiles of many posts";
+    }
+    held->gate().count_down();
+  }
+}
+
+TEST(DemTiles, without_a_post_wait_until_one_with_a_post_was_made) {
+  HeightGrid grid(400, 400);
+  for (int r = 0; r < 400; ++r)
+    for (int c = 200; c < 400; ++c) grid.at(c, r) = float(c + r);
+  const auto held = std::make_shared<HeldSource>(test::made(std::move(grid), {10, 46}, 0.001));
+  const auto tiles = open_dem_tiles(held, {}, 0);
+  ASSERT_TRUE(tiles);
+  const auto holding = [&](double lon) {
+    const int z = (*tiles)->layer().maxzoom;
+    const double side = tiling::tile_degrees(z);
+    return TileId{z, std::uint32_t((lon + 180) / side), std::uint32_t((45.8 + 90) / side)};
+  };
+  const auto empty = (*tiles)->tile(holding(10.05), {});
+  ASSERT_FALSE(empty);
+  EXPECT_EQ(empty.error().code, Errc::busy);
+  EXPECT_TRUE((*tiles)->tile(holding(10.3), {}));
+  EXPECT_TRUE((*tiles)->tile(holding(10.05), {}));
+  held->gate().count_down();
 }
 
 TEST(DemTiles, keep_the_index_that_they_made) {

@@ -77,9 +77,9 @@ void expect_bounds_hold(const MadeUpSource& source, const ResidualIndex& index, 
   ASSERT_TRUE(finer) << finer.error().what;
   EXPECT_EQ(finer->cells, 256 << std::min(2, index.level() - id.level));
   const auto posts = posts_of(source, id);
-  EXPECT_EQ(record->posts(), posts.size());
+  EXPECT_EQ((*record)->posts(), posts.size());
   EXPECT_EQ(finer->posts, posts.size());
-  const ResidualRecord* const only = &*record;
+  const ResidualRecord* const only = record->get();
   const auto own = lattice_of({&only, 1}, index.depth().step_m());
   EXPECT_LE(own.largest_residual(), loosest * expect_bounds_hold(posts, own) + 1e-6);
   expect_bounds_hold(posts, *finer);
@@ -236,7 +236,7 @@ std::vector<std::vector<std::uint8_t>> records(const MadeUpSource& source,
     for (const TileId id : tiles_over(source, z)) {
       const auto record = index.record(id);
       EXPECT_TRUE(record) << id.text();
-      if (record) all.push_back(encode(*record));
+      if (record) all.push_back(encode(**record));
     }
   return all;
 }
@@ -398,7 +398,7 @@ TEST(ResidualIndex, of_layers_goes_on_after_a_stop_and_is_made_anew_of_other_lay
     for (const TileId id : depth.tiles())
       for (int part = 0; part < 4; ++part)
         if (const auto record = index.record(id.child(part % 2, part / 2)))
-          all.push_back(encode(*record));
+          all.push_back(encode(**record));
     return all;
   };
   const TempDir one, stopped;

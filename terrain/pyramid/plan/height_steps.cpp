@@ -1,0 +1,137 @@
+#include "terrain/pyramid/plan/height_steps.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "terrain/pyramid/plan/level_plan.h"
+#include "terrain/surface/tile_posts.h"
+#include "terrain/surface/void_fill.h"
+
+namespace tind {
+
+namespace {
+
+constexpr double kSmallestStep = 1.0 / 1024;  // float32 headers hold its multiples up to 16 km
+constexpr double kLargestStep = 1;            // metres; no reason to round heights more coarsely
+/// What the coarsest step that there can be beside a tile may move its border, and more: half of
+/// 32 m, which hold heights to kFarthestHeight_m.
+constexpr double kMoved_m = 16;
+static_assert(kStepReach >= VoidFill::kReach + 4, "a cell more, and the posts around its corners");
+
+double power_of_two_at_most(double x) { return std::exp2(std::floor(std::log2(x))); }
+double power_of_two_at_least(double x) { return std::exp2(std::ceil(std::log2(x))); }
+
+/// The heights that the surface can have in a rectangle and on its rim.
+Result<std::pair<double, double>> heights_in(const DemSource& source, const GeoRect& rect,
+                                             const std::stop_token& stop) {
+  constexpr std::int64_t kRows = 256, kCols = 4096;
+  PostWindow w = post_window(source, rect);
+  const bool beside = w.empty();
+  if (beside) {
+    w = window_beside(source, rect, kStepReach);
+  } else {
+    w.col -= kStepReach, w.cols += 2 * kStepReach;
+    w.row -= kStepReach, w.rows += 2 * kStepReach;
+  }
+  HeightRange range{HUGE_VAL, -HUGE_VAL, 0};
+  for (std::int64_t r = 0; r < w.rows; r += kRows)
+    for (std::int64_t c = 0; c < w.cols; c += kCols) {
+      if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
+      const auto grid = source.read(w.col + c, w.row + r, int(std::min(kCols, w.cols - c)),
+                                    int(std::min(kRows, w.rows - r)));
+      if (!grid) return std::unexpected(grid.error());
+      range.add(grid->values());
+    }
+  // What fills voids, and what lies beside the data, slopes to 0.
+  if (beside || range.valid < std::uint64_t(w.cols) * std::uint64_t(w.rows))
+    range.min_m = std::min(range.min_m, 0.0), range.max_m = std::max(range.max_m, 0.0);
+  return std::pair(range.min_m, range.max_m);
+}
+
+/// The step that a tile needs for itself, whatever is beside it.
+Result<double> step_alone(const DemSource& source, const TilePlan& plan, TileId id,
+                          const std::stop_token& stop) {
+  if (plan.has_step_of_all(id)) return plan.step_of_all(id.level);
+  if (const auto known = plan.step_memo().find(id)) return *known;
+  const auto heights = heights_in(source, tiling::rect(id), stop);
+  if (!heights) return std::unexpected(heights.error());
+  const double step = height_step(plan.level(id.level), heights->first, heights->second);
+  plan.step_memo().keep(id, step);
+  return step;
+}
+
+HeightSteps one_step(double step) {
+  HeightSteps steps;
+  steps.own = step;
+  steps.sides.fill(step);
+  steps.ends.fill({step, step});
+  return steps;
+}
+
+}  // namespace
+
+double height_step(const LevelPlan& level, double low, double high) {
+  low = std::clamp(low, -kFarthestHeight_m, kFarthestHeight_m);
+  high = std::clamp(high, low, kFarthestHeight_m);
+  // Half a band beyond either, and as much again for borders.
+  const double relief =
+      high - low + 4 * (level.fit_error_m + std::abs(level.offset_m)) + 2 * kMoved_m;
+  const double needed = power_of_two_at_least(relief / 32767);
+  return std::max(needed, std::clamp(power_of_two_at_most(level.fit_error_m / 16), kSmallestStep,
+                                     kLargestStep));
+}
+
+Result<HeightSteps> height_steps(const Surface& surface, const TilePlan& plan, TileId id,
+                                 std::stop_token stop) {
+  if (!plan.local_steps()) {
+    // Of layers all tiles of a level have one.
+    HeightSteps steps = one_step(plan.level(id).border_step_m);
+    for (const TileSide side : {TileSide::west, TileSide::south, TileSide::east, TileSide::north}) {
+      const double step = plan.level(id, side).border_step_m;
+      steps.sides[std::size_t(side)] = step, steps.ends[std::size_t(side)] = {step, step};
+    }
+    return steps;
+  }
+  const double usual = plan.level(id.level).border_step_m;
+  if (plan.knows_range() && plan.step_of_all(id.level) == usual) return one_step(usual);
+  const std::uint32_t columns = tiling::columns(id.level), rows = tiling::rows(id.level);
+  double around[3][3] = {};  // [south to north][west to east]
+  for (std::uint32_t j = 0; j < 3; ++j)
+    for (std::uint32_t i = 0; i < 3; ++i) {
+      if (id.y + j < 1 || id.y + j > rows) continue;  // beyond a pole there is no tile
+      const TileId tile{id.level, (id.x + columns + i - 1) % columns, id.y + j - 1};
+      const auto step = step_alone(*surface.only(), plan, tile, stop);
+      if (!step) return std::unexpected(step.error());
+      around[j][i] = *step;
+    }
+  const auto corner = [&](int j, int i) {
+    return std::max({around[j][i], around[j][i + 1], around[j + 1][i], around[j + 1][i + 1]});
+  };
+  const double south_west = corner(0, 0), south_east = corner(0, 1), north_west = corner(1, 0),
+               north_east = corner(1, 1);
+  HeightSteps steps;
+  steps.own = around[1][1];
+  const auto set = [&](TileSide side, double beside, double start, double end) {
+    steps.sides[std::size_t(side)] = std::max(steps.own, beside);
+    steps.ends[std::size_t(side)] = {start, end};
+  };
+  set(TileSide::west, around[1][0], south_west, north_west);
+  set(TileSide::south, around[0][1], south_west, south_east);
+  set(TileSide::east, around[1][2], south_east, north_east);
+  set(TileSide::north, around[2][1], north_west, north_east);
+  return steps;
+}
+
+std::optional<double> StepMemo::find(TileId id) const {
+  const std::scoped_lock lock(mutex_);
+  const auto found = steps_.find(id);
+  return found == steps_.end() ? std::nullopt : std::optional(found->second);
+}
+
+void StepMemo::keep(TileId id, double step) {
+  const std::scoped_lock lock(mutex_);
+  if (steps_.size() >= kMost) steps_.clear();
+  steps_[id] = step;
+}
+
+}  // namespace tind
