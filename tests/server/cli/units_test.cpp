@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 using test::run_tind;
 using test::tind_json;
 
-constexpr int kPosts = 41;         // a side
+constexpr int kPosts = 41;          // a side
 constexpr double kRounding = 2e-3;  // m; of heights in feet, twice: of a height and of an error
 
 struct Unit {
@@ -60,8 +60,8 @@ class Feet : public ::testing::TestWithParam<Unit> {
         << std::fixed << std::setprecision(unit == 1 ? 0 : 9);
     for (int r = 0; r < kPosts; ++r)
       for (int c = 0; c < kPosts; ++c) {
-        const double feet = std::round(3000 + 900 * std::sin(c / 9.) * std::cos(r / 11.)) +
-                            (c * 7 + r * 13) % 23;
+        const double feet =
+            std::round(3000 + 900 * std::sin(c / 9.) * std::cos(r / 11.)) + (c * 7 + r * 13) % 23;
         out << feet * unit << " \n"[c == kPosts - 1];
         if (unit == 1) continue;
         low_m_ = std::min(low_m_, feet * unit), high_m_ = std::max(high_m_, feet * unit);
@@ -96,8 +96,8 @@ class Feet : public ::testing::TestWithParam<Unit> {
   }
 
   /// Both DEMs give the same bytes.
-  void expect_alike(const std::string& command, const std::string& options,
-                    const std::string& name, const std::string& ending = "") {
+  void expect_alike(const std::string& command, const std::string& options, const std::string& name,
+                    const std::string& ending = "") {
     const auto a = files(out_of(command, metres(), "m_" + name, options), ending);
     const auto b = files(out_of(command, feet(), "f_" + name, options), ending);
     EXPECT_FALSE(a.empty()) << name;
