@@ -10,6 +10,7 @@
 #include <optional>
 #include <span>
 
+#include "terrain/base/power_of_two.h"
 #include "terrain/flightgear/patch_error.h"
 #include "terrain/flightgear/patch_ground.h"
 #include "terrain/geo/ellipsoid.h"
@@ -34,8 +35,6 @@ constexpr double kBorderShare = 0.6;  // for that of the border
 constexpr double kSagShare = 0.125;   // for what an edge of the frame sags, and bows sideways
 constexpr int kMostCells = 128;
 constexpr double kNarrower[] = {1, 0.8, 0.5};  // of that, where what sags was too much
-
-double power_of_two_at_most(double x) { return std::exp2(std::floor(std::log2(x))); }
 
 enum Side { kWest, kSouth, kEast, kNorth };
 

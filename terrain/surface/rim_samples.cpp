@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "terrain/base/power_of_two.h"
 #include "terrain/surface/post_warp.h"
 #include "terrain/surface/surface.h"
 
@@ -14,8 +15,6 @@ namespace tind {
 namespace {
 
 constexpr int kAcrossBlend = 16, kAcrossTile = 256;  // samples
-
-double power_of_two_at_most(double x) { return std::exp2(std::floor(std::log2(x))); }
 
 std::int64_t step_of(const SurfaceLayer& layer, double tile_degrees) {
   const double tile_m = tile_degrees * 111320;

@@ -18,6 +18,7 @@
 #include "server/cli/options/output_paths.h"
 #include "server/cli/pictures/mesh_quality.h"
 #include "server/cli/program/progress_bar.h"
+#include "terrain/base/power_of_two.h"
 #include "terrain/progressive/stream/make_progressive.h"
 #include "terrain/progressive/stream/progressive_stream.h"
 #include "terrain/progressive/stream/surface_progressive.h"
@@ -56,8 +57,8 @@ int run_surface(Arguments& a) {
   const Tin* const meshes[] = {&*tin};
   const double diagonal = diagonal_of(*tin);
   if (!(diagonal > 0)) return complain({Errc::bad_data, a.input.files[0] + " has no extent"});
-  const auto lattice = lattice_of_step(
-      meshes, a.step.value_or(std::exp2(std::floor(std::log2(diagonal / kStepsInDiagonal)))));
+  const auto lattice =
+      lattice_of_step(meshes, a.step.value_or(power_of_two_at_most(diagonal / kStepsInDiagonal)));
   if (!lattice) return complain(lattice.error());
   Result<ProgressiveSurface> made;
   {

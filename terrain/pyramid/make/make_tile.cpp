@@ -11,6 +11,7 @@
 #include <cmath>
 #include <limits>
 
+#include "terrain/base/power_of_two.h"
 #include "terrain/encode/quantized_mesh_tile.h"
 #include "terrain/pyramid/make/tile_job.h"
 #include "terrain/pyramid/residual/indexed_edges.h"
@@ -96,7 +97,7 @@ int edge_samples(const Surface& surface, const TilePlan& plan, const LevelPlan& 
   for (std::size_t k = 0; k < surface.layers().size() && !finer; ++k)
     finer = surface.layers()[k].finest_m() * usual < metres && surface.reaches(k, edge);
   if (!finer) return usual;
-  const double wanted = std::exp2(std::floor(std::log2(metres / level.budget_m)));
+  const double wanted = power_of_two_at_most(metres / level.budget_m);
   return int(std::clamp(wanted, double(usual), kMost));
 }
 

@@ -7,6 +7,7 @@
 #include <map>
 #include <numbers>
 
+#include "terrain/base/power_of_two.h"
 #include "terrain/geo/ellipsoid.h"
 #include "terrain/mesh/triangle_plane.h"
 #include "terrain/pyramid/make/kept_lines.h"
@@ -27,9 +28,6 @@ constexpr double kLargestHeightStep = 4;  // metres
 constexpr double kLinePlaceStep = 2;      // units: half of what shores keep from posts at least
 constexpr double kNarrower = 0.7;         // of the band, for a method or lines that left it
 constexpr std::int64_t kMeshPosts = 320;  // posts a side that a mesh is fitted to at most
-
-double power_of_two_at_most(double x) { return std::exp2(std::floor(std::log2(x))); }
-double power_of_two_at_least(double x) { return std::exp2(std::ceil(std::log2(x))); }
 
 /// The finest step with which the heights of borders and posts fit; borders stay on it, because
 /// their step is a multiple.

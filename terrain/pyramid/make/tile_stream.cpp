@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "terrain/base/power_of_two.h"
 #include "terrain/encode/quantized_mesh_tile.h"
 #include "terrain/mesh/halfedge_mesh.h"
 #include "terrain/progressive/stream/least_error.h"
@@ -44,7 +45,7 @@ double height_step(const Tin& mesh, double stated) {
                             [&](const Vec3& v) { return std::fmod(v.z, step) == 0; }))
       return step;
   }
-  return std::max(kFinestStep, std::exp2(std::floor(std::log2(stated))) / 8);
+  return std::max(kFinestStep, power_of_two_at_most(stated) / 8);
 }
 
 Result<Tile> read_tile(TileId id, std::span<const std::uint8_t> bytes) {

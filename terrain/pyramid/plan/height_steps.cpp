@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "terrain/base/power_of_two.h"
 #include "terrain/pyramid/plan/level_plan.h"
 #include "terrain/surface/tile_posts.h"
 #include "terrain/surface/void_fill.h"
@@ -17,9 +18,6 @@ constexpr double kLargestStep = 1;            // metres; no reason to round heig
 /// 32 m, which hold heights to kFarthestHeight_m.
 constexpr double kMoved_m = 16;
 static_assert(kStepReach >= VoidFill::kReach + 4, "a cell more, and the posts around its corners");
-
-double power_of_two_at_most(double x) { return std::exp2(std::floor(std::log2(x))); }
-double power_of_two_at_least(double x) { return std::exp2(std::ceil(std::log2(x))); }
 
 /// The heights that the surface can have in a rectangle and on its rim.
 Result<std::pair<double, double>> heights_in(const DemSource& source, const GeoRect& rect,

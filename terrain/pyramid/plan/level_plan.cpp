@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "terrain/base/parallel.h"
+#include "terrain/base/power_of_two.h"
 #include "terrain/geo/ellipsoid.h"
 #include "terrain/pyramid/plan/height_steps.h"
 #include "terrain/pyramid/plan/tile_method.h"
@@ -30,9 +31,6 @@ constexpr int kTileCells = 64;  // the leaf level's grid is at least as fine as 
 constexpr double kBorderShare = 0.85, kCoarseBorderShare = 0.5;  // of the error that a fit may have
 constexpr double kLargestStep = 1;            // metres; no reason to round heights more coarsely
 constexpr double kSmallestStep = 1.0 / 1024;  // float32 headers hold its multiples up to 16 km
-
-double power_of_two_at_most(double x) { return std::exp2(std::floor(std::log2(x))); }
-double power_of_two_at_least(double x) { return std::exp2(std::ceil(std::log2(x))); }
 
 int leaf_level(const DemInfo& info) {
   const double lat = (info.bounds.south + info.bounds.north) / 2;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "terrain/base/power_of_two.h"
 #include "terrain/geo/ellipsoid.h"
 
 namespace tind {
@@ -85,7 +86,7 @@ bool IndexDepth::serves(TileId id) const {
 
 double IndexDepth::step_m() const {
   if (most_posts_ > 0) return kStepOfLayers_m;
-  return std::exp2(std::floor(std::log2(tiling::level_error(level_) / 1024)));
+  return power_of_two_at_most(tiling::level_error(level_) / 1024);
 }
 
 }  // namespace tind
