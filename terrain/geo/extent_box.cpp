@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "terrain/geo/longitude.h"
@@ -28,6 +30,15 @@ GeoRect box_around(std::span<const GeoRect> rects) {
     reached = std::max(reached, r.east);
   }
   return box;
+}
+
+GeoRect grown(const GeoRect& r, double metres) {
+  constexpr double kDegree_m = 111320, kRadian = std::numbers::pi / 180, kNearPole = 89;
+  const double up = metres / kDegree_m;
+  const double lat = std::max(std::abs(r.south), std::abs(r.north)) + up;
+  if (lat > kNearPole) return {-180, r.south - up, 180, r.north + up};
+  const double across = up / std::cos(lat * kRadian);
+  return {r.west - across, r.south - up, r.east + across, r.north + up};
 }
 
 Geographic place_in(std::span<const GeoRect> rects) {

@@ -13,6 +13,10 @@ namespace tind {
 /// 179..181. REQUIRES: rectangles within -180..180, at least one.
 GeoRect box_around(std::span<const GeoRect>);
 
+/// With all that is within so many metres of it; near a pole all longitudes. May reach beyond 180
+/// degrees and beyond a pole.
+GeoRect grown(const GeoRect&, double metres);
+
 /// The middle of the box where one of them is, else of the largest; longitude in -180..180.
 Geographic place_in(std::span<const GeoRect>);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "terrain/geo/extent_box.h"
 #include "terrain/surface/post_warp.h"
 
 namespace tind {
@@ -112,14 +113,10 @@ PostWindow post_window(const DemSource& source, const GeoRect& rect) {
                                       : projected_window(source, rect);
 }
 
-PostWindow window_beside(const DemSource& source, GeoRect rect, std::int64_t posts) {
+PostWindow window_beside(const DemSource& source, const GeoRect& rect, std::int64_t posts) {
   const DemInfo& info = source.info();
-  const double farthest = std::max(std::abs(rect.south), std::abs(rect.north));
-  const double shrunk = std::max(0.01, std::cos(std::min(farthest, 89.0) * 0.017453292519943295));
-  const double reach = double(posts) * std::max(info.spacing_x_m, info.spacing_y_m) / 111320;
-  rect.west -= reach / shrunk, rect.east += reach / shrunk;
-  rect.south -= reach, rect.north += reach;
-  return post_window(source, rect);
+  return post_window(source,
+                     grown(rect, double(posts) * std::max(info.spacing_x_m, info.spacing_y_m)));
 }
 
 namespace {

@@ -27,7 +27,7 @@ struct PostWindow {
 };
 PostWindow post_window(const DemSource&, const GeoRect&);
 /// The posts near a rectangle that no post is in: all within so many, at least.
-PostWindow window_beside(const DemSource&, GeoRect, std::int64_t posts);
+PostWindow window_beside(const DemSource&, const GeoRect&, std::int64_t posts);
 
 /// The posts of one layer that can count in a rectangle: every `step`-th of a window.
 struct LayerWindow {

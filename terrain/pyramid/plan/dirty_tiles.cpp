@@ -12,6 +12,7 @@
 #include <set>
 #include <utility>
 
+#include "terrain/geo/extent_box.h"
 #include "terrain/pyramid/plan/height_steps.h"
 #include "terrain/surface/tile_posts.h"
 #include "terrain/surface/void_fill.h"
@@ -207,14 +208,6 @@ struct Marking {
   std::vector<std::uint8_t>& dirty;
 };
 
-GeoRect grown(const GeoRect& r, double metres) {
-  const double up = metres / kDegree_m;
-  const double lat = std::max(std::abs(r.south), std::abs(r.north)) + up;
-  if (lat > 89) return {-180, r.south - up, 180, r.north + up};
-  const double across = up / std::cos(lat * kRadian);
-  return {r.west - across, r.south - up, r.east + across, r.north + up};
-}
-
 bool meet(const GeoRect& a, const GeoRect& b) {
   if (a.south > b.north || b.south > a.north) return false;
   return std::ranges::any_of(std::array{0.0, 360.0, -360.0}, [&](double turn) {
@@ -226,7 +219,8 @@ bool meet(const GeoRect& a, const GeoRect& b) {
 /// posts that it reads, and a tenth of it more (tile_posts.cpp).
 GeoRect looked_at(const Marking& m, const GeoRect& rect) {
   const double lon = 0.2 * rect.width(), lat = 0.2 * rect.height();
-  return grown({rect.west - lon, rect.south - lat, rect.east + lon, rect.north + lat}, m.margin_m);
+  return grown(GeoRect{rect.west - lon, rect.south - lat, rect.east + lon, rect.north + lat},
+               m.margin_m);
 }
 
 /// The extents that only one of two records of a layer has, with what is near them.

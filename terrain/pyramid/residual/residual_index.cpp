@@ -25,6 +25,7 @@
 #include "terrain/base/hash.h"
 #include "terrain/base/parallel.h"
 #include "terrain/geo/availability.h"
+#include "terrain/geo/extent_box.h"
 #include "terrain/pyramid/residual/residual_scan.h"
 #include "terrain/surface/void_fill.h"
 
@@ -108,17 +109,6 @@ Result<void> write_at(int file, const std::string& path, std::uint64_t at, const
   return {};
 }
 
-/// With what the void fill reaches (not past the antimeridian: beyond it a record is done without).
-GeoRect filled_around(const DemInfo& info, GeoRect b) {
-  constexpr double kRadian = 0.017453292519943295, kDegree_m = 111320;
-  const double lat = std::min(std::max(std::abs(b.south), std::abs(b.north)), 85.0);
-  const double reach =
-      (VoidFill::kReach + 2) * std::max(info.spacing_x_m, info.spacing_y_m) / kDegree_m;
-  const double across = reach / std::cos(lat * kRadian);
-  return {std::max(-180.0, b.west - across), std::max(-90.0, b.south - reach),
-          std::min(180.0, b.east + across), std::min(90.0, b.north + reach)};
-}
-
 /// Tiles of a level that hold a post, or touch one with a side; of one DEM those, too, in which
 /// what fills its surroundings is not 0.
 TileArea touched_area(const Surface& surface, int level) {
@@ -131,7 +121,8 @@ TileArea touched_area(const Surface& surface, int level) {
   const std::uint32_t columns = tiling::columns(level), rows = tiling::rows(level);
   std::vector<TileRange> ranges;
   for (GeoRect b : info.extents.empty() ? std::vector{info.bounds} : info.extents) {
-    if (surface.only()) b = filled_around(info, b);
+    if (surface.only())  // (past the antimeridian a record is done without)
+      b = grown(b, (VoidFill::kReach + 2) * std::max(info.spacing_x_m, info.spacing_y_m));
     ranges.push_back({index(b.west + 180, columns, -kHair), index(b.south + 90, rows, -kHair),
                       index(b.east + 180, columns, kHair), index(b.north + 90, rows, kHair)});
   }
