@@ -25,28 +25,24 @@ bool IndexedHeights::covers(Geographic place) const {
   return index_.lattice_level(level_, in_first_turn(place)) >= 0;
 }
 
-const IndexedHeights::Part& IndexedHeights::part(TileId id) {
-  if (const auto there = parts_.find(id); there != parts_.end()) return there->second;
-  Part part;
-  const auto record = index_.record(id);
-  if (record && (*record)->has_posts()) {
-    part.heights = (*record)->heights;
-    for (const float residual : (*record)->pieces[0]) part.has_post.push_back(residual >= 0);
-  } else if (!record && record.error().code != Errc::not_found && !error_) {
-    error_ = record.error();  // what is not found, the source does not touch
-  }
-  return parts_.emplace(id, std::move(part)).first->second;
+const ResidualRecord* IndexedHeights::record(TileId id) {
+  if (const auto there = records_.find(id); there != records_.end()) return there->second.get();
+  auto found = index_.record(id);
+  if (!found && found.error().code != Errc::not_found && !error_)
+    error_ = found.error();  // what is not found, the source does not touch
+  const bool useful = found && (*found)->has_posts();
+  return records_.emplace(id, useful ? std::move(*found) : nullptr).first->second.get();
 }
 
 /// The surface in a cell, counted from the north-western corner of the world, `east` and `south` of
 /// the way through it. Nothing where the cell has no post.
 std::optional<double> IndexedHeights::in_cell(int level, std::int64_t col, std::int64_t row,
                                               double east, double south) {
-  const Part& p = part(
+  const ResidualRecord* const r = record(
       {level, std::uint32_t(col / kCells), tiling::rows(level) - 1 - std::uint32_t(row / kCells)});
   const auto i = std::size_t(col % kCells), j = std::size_t(row % kCells);
-  if (p.heights.empty() || !p.has_post[j * kCells + i]) return {};
-  const std::int32_t* const north = &p.heights[j * kNodes + i];
+  if (!r || r->pieces[0][j * kCells + i] < 0) return {};
+  const std::int32_t* const north = &r->heights[j * kNodes + i];
   const std::int32_t* const below = north + kNodes;
   const LatticeCell cell{below[0] * step_m_, below[1] * step_m_, north[0] * step_m_,
                          north[1] * step_m_};

@@ -3,6 +3,7 @@
 // coarse tile they would otherwise ask for posts all over it, one block of the source for each.
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -32,18 +33,13 @@ class IndexedHeights {
   const std::optional<Error>& error() const { return error_; }
 
  private:
-  /// What is needed of a record; empty of one without posts.
-  struct Part {
-    std::vector<std::int32_t> heights;  // of the nodes, in steps
-    std::vector<bool> has_post;         // by cell
-  };
   const ResidualIndex& index_;
   int level_;  // of the tiles
   double step_m_;
-  std::map<TileId, Part> parts_;
+  std::map<TileId, std::shared_ptr<const ResidualRecord>> records_;  // null: without posts
   std::optional<Error> error_;
 
-  const Part& part(TileId);
+  const ResidualRecord* record(TileId);
   double at(Geographic place);
   std::optional<double> in_cell(int level, std::int64_t col, std::int64_t row, double east,
                                 double south);

@@ -107,14 +107,13 @@ ResidualRecord join(const std::array<const ResidualRecord*, 4>& children, double
   const auto each = {&sw, &se, &nw, &ne};
   if (std::ranges::all_of(each, [](const auto* c) { return c->heights.empty(); })) return r;
   r.heights.assign(std::size_t(kNodes) * kNodes, 0);
-  for (const bool with_posts : {false, true})  // those that know their heights have the last word
-    each_child([&](std::size_t i, int east, int north) {
-      if (!children[i] || children[i]->has_posts() != with_posts) return;
-      const Corner at = corner_of(east, north, kCells / 2);
-      for (int row = 0; row <= kCells / 2; ++row)
-        for (int col = 0; col <= kCells / 2; ++col)
-          r.heights[node(at.col + col, at.row + row)] = children[i]->height(2 * col, 2 * row);
-    });
+  each_child([&](std::size_t i, int east, int north) {
+    if (!children[i] || children[i]->heights.empty()) return;
+    const Corner at = corner_of(east, north, kCells / 2);
+    for (int row = 0; row <= kCells / 2; ++row)  // what two children share, both know alike
+      for (int col = 0; col <= kCells / 2; ++col)
+        r.heights[node(at.col + col, at.row + row)] = children[i]->height(2 * col, 2 * row);
+  });
   if (std::ranges::none_of(each, [](const auto* c) { return c->has_posts(); })) return r;
   for (int k = 0; k + 1 < kPieces; ++k) {
     const int side = kCells >> k, half = side / 2;
