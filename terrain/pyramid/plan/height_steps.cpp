@@ -1,5 +1,7 @@
 #include "terrain/pyramid/plan/height_steps.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -40,6 +42,8 @@ Result<std::pair<double, double>> heights_in(const DemSource& source, const GeoR
       if (!grid) return std::unexpected(grid.error());
       range.add(grid->values());
     }
+  if (auto ok = check_heights(source.info(), range.min_m, range.max_m); !ok)
+    return std::unexpected(ok.error());
   // What fills voids, and what lies beside the data, slopes to 0.
   if (beside || range.valid < std::uint64_t(w.cols) * std::uint64_t(w.rows))
     range.min_m = std::min(range.min_m, 0.0), range.max_m = std::max(range.max_m, 0.0);
@@ -68,15 +72,24 @@ HeightSteps one_step(double step) {
 
 }  // namespace
 
+Result<void> check_heights(const DemInfo& info, double low, double high) {
+  if (!(low < -kFarthestHeight_m) && !(high > kFarthestHeight_m)) return {};
+  return fail(Errc::bad_data,
+              fmt::format("{}: a post is at {:g} m, which is no height of a planet: where it means "
+                          "no data say --nodata VALUE, else state the unit of the heights with "
+                          "gdal_edit.py",
+                          info.files.front(), low < -kFarthestHeight_m ? low : high));
+}
+
+double step_for(double error_m, double relief_m) {
+  return std::max(power_of_two_at_least(relief_m / 32767),
+                  std::clamp(power_of_two_at_most(error_m / 16), kSmallestStep, kLargestStep));
+}
+
 double height_step(const LevelPlan& level, double low, double high) {
-  low = std::clamp(low, -kFarthestHeight_m, kFarthestHeight_m);
-  high = std::clamp(high, low, kFarthestHeight_m);
   // Half a band beyond either, and as much again for borders.
-  const double relief =
-      high - low + 4 * (level.fit_error_m + std::abs(level.offset_m)) + 2 * kMoved_m;
-  const double needed = power_of_two_at_least(relief / 32767);
-  return std::max(needed, std::clamp(power_of_two_at_most(level.fit_error_m / 16), kSmallestStep,
-                                     kLargestStep));
+  return step_for(level.fit_error_m,
+                  high - low + 4 * (level.fit_error_m + std::abs(level.offset_m)) + 2 * kMoved_m);
 }
 
 Result<HeightSteps> height_steps(const Surface& surface, const TilePlan& plan, TileId id,

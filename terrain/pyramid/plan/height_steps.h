@@ -23,9 +23,11 @@ namespace tind {
 class TilePlan;
 struct LevelPlan;
 
-/// Heights farther from 0 than this, metres, are none of a planet's (undeclared nodata): borders
-/// are cut off there, so that one such post coarsens no tile beside it beyond use.
+/// Heights farther from 0 than this, metres, are none of a planet's: steps for them would round
+/// those of the tiles beside beyond use.
 inline constexpr double kFarthestHeight_m = 500'000;
+/// bad_data, with what to do, where one of these is.
+Result<void> check_heights(const DemInfo&, double low, double high);
 
 /// So many posts around a tile can say which step its heights need: those that fill voids at its
 /// border.
@@ -38,13 +40,15 @@ struct HeightSteps {
   std::array<std::array<double, 2>, 4> ends = {};  // of a side: at its start, at its end
 };
 
-/// The step that heights between `low` and `high` and the errors of a level need.
+/// The step that an error asks for, or as much coarser as 32767 of them need to span `relief_m`.
+double step_for(double error_m, double relief_m);
+/// That of heights between `low` and `high` with the errors of a level around them.
 double height_step(const LevelPlan&, double low, double high);
 
 /// Of a tile of the plan. Reads the posts in and around it and its neighbours, unless the plan
-/// knows all heights and those need no coarser steps. Fails where a block is unreadable, with
-/// cancelled on a stop. REQUIRES: a plan that knows all heights for a tile that rests on them
-/// (TilePlan::rests_on_all_heights).
+/// knows all heights and those need no coarser steps. Fails where a block is unreadable, as
+/// check_heights() does, with cancelled on a stop. REQUIRES: a plan that knows all heights for a
+/// tile that rests on them (TilePlan::rests_on_all_heights).
 Result<HeightSteps> height_steps(const Surface&, const TilePlan&, TileId, std::stop_token = {});
 
 /// Steps that were found: each tile is asked for by nine. Thread-safe.

@@ -29,8 +29,7 @@ namespace {
 
 constexpr int kTileCells = 64;  // the leaf level's grid is at least as fine as the source
 constexpr double kBorderShare = 0.85, kCoarseBorderShare = 0.5;  // of the error that a fit may have
-constexpr double kLargestStep = 1;            // metres; no reason to round heights more coarsely
-constexpr double kSmallestStep = 1.0 / 1024;  // float32 headers hold its multiples up to 16 km
+constexpr double kSlack_m = 4;  // of a level's heights, for what steps round
 
 int leaf_level(const DemInfo& info) {
   const double lat = (info.bounds.south + info.bounds.north) / 2;
@@ -326,6 +325,9 @@ Result<TilePlan> TilePlan::make(const Surface& surface, const HeightRange& range
   }
   plan.settle_areas(surface);
   plan.local_steps_ = surface.only() && !shapes;
+  if (plan.local_steps_ && range.valid > 0)
+    if (auto ok = check_heights(info, range.min_m, range.max_m); !ok)
+      return std::unexpected(ok.error());
   plan.memo_ = std::make_shared<StepMemo>();
   for (int z = 0; z <= plan.max_level_; ++z) plan.levels_.push_back(plan.kinds_of(surface, z));
   const IndexDepth depth = IndexDepth::of(surface, options.exact_posts);
@@ -485,15 +487,8 @@ std::vector<LevelPlan> TilePlan::kinds_of(const Surface& surface, int z) const {
     // Heights of a tile: posts, 0 where there are none, and half a band beyond either.
     const double relief = std::max(high, 0.0) - std::min(low, 0.0) +
                           2 * ((one ? level.fit_error_m : widest) + std::abs(level.offset_m)) +
-                          4 * kLargestStep;
-    const double needed = power_of_two_at_least(std::max(relief, 1.0) / 32767);
-    level.border_step_m =
-        std::clamp(power_of_two_at_most(fit / 16), std::max(needed, kSmallestStep),
-                   std::max(needed, kLargestStep));
-    if (local_steps_) {
-      level.border_step_m = height_step(level, 0, 0);
-      level.lowest_m = -kFarthestHeight_m, level.highest_m = kFarthestHeight_m;
-    }
+                          kSlack_m;
+    level.border_step_m = local_steps_ ? height_step(level, 0, 0) : step_for(fit, relief);
     level.border_tolerance_m = kBorderShare * level.fit_error_m;
     level.curvature_cells = tind::curvature_cells(z);
     level.line_tolerance = line_tolerance(z, level.budget_m);

@@ -88,8 +88,8 @@ struct LevelPlan {
   int curvature_cells = 1;      // see above
   double line_tolerance = 1;    // units of the tile's grid by which lines may be thinned
   double normal_reach_deg = 0;  // normals are taken from H's differences over +- this
-  /// No height is beyond these. Of layers: what bends one overshoots its posts by as much as two
-  /// layers differ at most. Of one DEM without lines: what no planet has.
+  /// No height of a surface of layers is beyond these: what bends a layer overshoots its posts by
+  /// as much as two layers differ at most.
   double lowest_m = -HUGE_VAL, highest_m = HUGE_VAL;
 
   friend bool operator==(const LevelPlan&, const LevelPlan&) = default;
@@ -97,7 +97,8 @@ struct LevelPlan {
 
 class TilePlan {
  public:
-  /// Fails with `unsupported` for a DEM without CRS, `invalid_argument` for bad options.
+  /// Fails with `unsupported` for a DEM without CRS, `invalid_argument` for bad options, and as
+  /// check_heights() does.
   static Result<TilePlan> make(const Surface&, const HeightRange&, const TileSetOptions&);
 
   /// Where the pyramid ends: its tiles keep the final bound. Tiles are made for a pyramid of all
