@@ -6,6 +6,7 @@
 
 #include "server/api/app.h"
 #include "server/api/responses.h"
+#include "terrain/simplify/constraints/voids.h"
 #include "terrain/simplify/methods.h"
 
 namespace tind::api {
@@ -19,7 +20,7 @@ std::string methods_json() {
                    {"guarantees", m.guarantees},
                    {"source", m.source},
                    {"take_for", m.take_for},
-                   {"voids", m.voids},
+                   {"voids", name_of(Voids::cover)},
                    {"time_beside_qem", m.time},
                    {"rms_beside_qem", m.rms},
                    {"tiles", m.tiles},

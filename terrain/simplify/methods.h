@@ -19,7 +19,9 @@ struct MethodInfo {
   std::string name = {};
   std::string minimises, stops, guarantees, source;
   std::string take_for;  // when it is the right one
-  std::string voids;     // holes, or covered
+  /// What it does with voids where nobody fills or outlines them (constraints/voids.h): holes,
+  /// covered, or narrow (closes those narrower than its cells).
+  std::string voids_alone;
   /// Time and RMS error beside qem's at 10 % of the triangles (scripts/reproduce --only choose).
   std::string time, rms;
   bool tiles = false;                     // it can hold a border, so it makes tiles, too
@@ -33,6 +35,8 @@ std::span<const MethodInfo> methods();
 std::vector<MethodOptions> all_methods();
 
 std::string method_name(const MethodOptions&);
+
+const MethodInfo& info_of(const MethodOptions&);
 
 /// Fails (invalid_argument), with all names that there are.
 Result<MethodOptions> method_named(const std::string& name);

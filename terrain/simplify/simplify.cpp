@@ -23,6 +23,7 @@ constexpr const char* kAlways = "0 flipped, 0 uncovered, lines stay edges";
 constexpr const char* kAllStops = "triangles, ratio, max error";
 constexpr const char* kHoles = "holes";
 constexpr const char* kCovered = "covered";
+constexpr const char* kNarrow = "narrow";
 
 using OnHeldMesh = Result<std::uint64_t> (*)(HeldMesh&, const MethodOptions&, const Progress&);
 
@@ -71,7 +72,7 @@ const std::vector<Row>& table() {
            .guarantees = kAlways,
            .source = "ours: floating heights",
            .take_for = "nearly everything: fewest triangles, least error",
-           .voids = kCovered,
+           .voids_alone = kCovered,
            .time = "2",
            .rms = "0.6",
            .tiles = true}),
@@ -79,8 +80,8 @@ const std::vector<Row>& table() {
                          .stops = kAllStops,
                          .guarantees = kAlways,
                          .source = "Garland and Heckbert 1997",
-                         .take_for = "holes that stay holes; meshes (PLY, OBJ, STL)",
-                         .voids = kHoles,
+                         .take_for = "voids that stay open; meshes (PLY, OBJ, STL)",
+                         .voids_alone = kHoles,
                          .time = "1",
                          .rms = "1"}),
       row<simplify_memoryless>({.minimises = "squared volume between the current mesh and the next",
@@ -88,7 +89,7 @@ const std::vector<Row>& table() {
                                 .guarantees = kAlways,
                                 .source = "Lindstrom and Turk 1998",
                                 .take_for = "as qem, with less error",
-                                .voids = kHoles,
+                                .voids_alone = kHoles,
                                 .time = "1.9",
                                 .rms = "0.8"}),
       row<simplify_greedy>({.minimises = "the largest vertical error, vertices on posts",
@@ -96,7 +97,7 @@ const std::vector<Row>& table() {
                             .guarantees = kAlways,
                             .source = "Garland and Heckbert 1995, greedy insertion",
                             .take_for = "vertices that are posts; haste",
-                            .voids = kCovered,
+                            .voids_alone = kCovered,
                             .time = "0.2",
                             .rms = "1.3",
                             .tiles = true}),
@@ -106,7 +107,7 @@ const std::vector<Row>& table() {
            .guarantees = kAlways,
            .source = "Rossignac and Borrel 1993; Lindstrom 2000",
            .take_for = "a DEM of any size in one pass; even triangles",
-           .voids = kCovered,
+           .voids_alone = kNarrow,
            .time = "0.1",
            .rms = "2.4"}),
       row<simplify_attribute_qem>(
@@ -115,7 +116,7 @@ const std::vector<Row>& table() {
            .guarantees = kAlways,
            .source = "Han, Chun 2004; Min, Han, Chun: EQEM",
            .take_for = "colour, texture and shading that are to survive",
-           .voids = kHoles,
+           .voids_alone = kHoles,
            .time = "2.4",
            .rms = "1.4"}),
       row<simplify_edge_cost>(
@@ -124,7 +125,7 @@ const std::vector<Row>& table() {
            .guarantees = kAlways,
            .source = "Kim, Yu, Park, Cho: a terrain edge cost",
            .take_for = "even triangles; the paper's figures",
-           .voids = kHoles,
+           .voids_alone = kHoles,
            .time = "0.8",
            .rms = "3.4"}),
       row<simplify_triangle_collapse>(
@@ -133,7 +134,7 @@ const std::vector<Row>& table() {
            .guarantees = kAlways,
            .source = "Sung and Park: PMTC; Gieng et al. 1997",
            .take_for = "progressive meshes of few steps",
-           .voids = kHoles,
+           .voids_alone = kHoles,
            .time = "0.7",
            .rms = "1.3"}),
       row<simplify_vertex_removal>(
@@ -142,7 +143,7 @@ const std::vector<Row>& table() {
            .guarantees = kAlways,
            .source = "Schroeder, Zarge, Lorensen 1992",
            .take_for = "a baseline; vertices that are posts",
-           .voids = kHoles,
+           .voids_alone = kHoles,
            .time = "1.5",
            .rms = "5.5"}),
   };
@@ -224,6 +225,8 @@ std::vector<MethodOptions> all_methods() {
 std::string method_name(const MethodOptions& method) {
   return std::visit([](const auto& options) { return std::string(options.kName); }, method);
 }
+
+const MethodInfo& info_of(const MethodOptions& method) { return row_of(method).info; }
 
 Result<MethodOptions> method_named(const std::string& name) {
   for (const Row& row : table())

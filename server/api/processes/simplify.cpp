@@ -231,8 +231,8 @@ std::expected<JobOrder, Problems> order_of_inputs(const App& app, const Json& js
     order.arguments.push_back(std::string("--") + lines + "=" + file);
   }
 
-  order.arguments.push_back("--voids=" + read_word("voids", enum_names<Voids>(), inputs, problems,
-                                                   name_of(Voids::method)));
+  const std::string voids = read_word("voids", enum_names<Voids>(), inputs, problems, "");
+  if (!voids.empty()) order.arguments.push_back("--voids=" + voids);
   order.arguments.push_back("--frame=" + read_word("frame", enum_names<MeshFrame>(), inputs,
                                                    problems, name_of(MeshFrame::source)));
   if (const std::string datum = read_datum(app, dem, inputs, problems); !datum.empty())
@@ -274,10 +274,8 @@ Ordered inputs_described() {
   inputs["flatten"] = described("Level polygons", "polygons of GeoJSON, in crs, that become level",
                                 {{"type", "object"}});
   inputs["voids"] = described(
-      "Voids",
-      "keep leaves them open, cover closes them, with any method; method: "
-      "as it does by itself",
-      {{"type", "string"}, {"enum", enum_names<Voids>()}, {"default", name_of(Voids::method)}});
+      "Voids", "cover closes them, and no valid post is left out; keep leaves them open",
+      {{"type", "string"}, {"enum", enum_names<Voids>()}, {"default", name_of(Voids::cover)}});
   inputs["format"] = described(
       "Format", "of the mesh",
       {{"type", "string"}, {"enum", mesh_formats_to_write()}, {"default", kDefaultFormat}});

@@ -27,6 +27,7 @@
 #include "terrain/base/file_io.h"
 #include "terrain/mesh/mesh_file.h"
 #include "terrain/simplify/common/simplified.h"
+#include "terrain/simplify/constraints/voids.h"
 #include "terrain/simplify/method_text.h"
 #include "terrain/simplify/methods.h"
 #include "terrain/simplify/options.h"
@@ -283,13 +284,28 @@ int run(const Arguments& a) {
   const DemInfo& info = (*dem)->info();
   auto posts = read_all(**dem);
   if (!posts) return complain(posts.error());
-  SimplifyOptions options;
+  // Voids are covered, as `simplify` has it: filled for methods that would leave them open.
+  Terrain filled;
+  SimplifyOptions options, of_filled;
+  const bool fills = has_voids(posts->grid);
+  if (fills) filled = {covered(posts->grid), posts->spacing_x_m, posts->spacing_y_m};
   if (a.lines.any()) {
-    auto constraints = read_lines(a.lines, **dem, *posts);
-    if (!constraints) return complain(constraints.error());
-    options.constraints = std::move(*constraints);
-    *posts = options.constraints->dem;
+    const auto take = [&](Terrain& terrain, SimplifyOptions& o) -> Result<void> {
+      auto constraints = read_lines(a.lines, **dem, terrain);
+      if (!constraints) return std::unexpected(constraints.error());
+      o.constraints = std::move(*constraints);
+      terrain = o.constraints->dem;
+      return {};
+    };
+    if (const auto ok = take(*posts, options); !ok) return complain(ok.error());
+    if (fills)
+      if (const auto ok = take(filled, of_filled); !ok) return complain(ok.error());
   }
+  const auto simplified = [&](SimplifyOptions o) {
+    if (!fills || info_of(o.method).voids_alone == "covered") return simplify(*posts, o);
+    o.constraints = of_filled.constraints;
+    return simplify(filled, o);
+  };
   options.threads = a.threads;
   if (!a.drape.empty()) {
     const auto colours = drape_posts(a.drape, **dem);
@@ -298,7 +314,7 @@ int run(const Arguments& a) {
       if (auto* const attributed = std::get_if<AttributeQemOptions>(&method))
         attributed->drape = *colours;
   }
-  const Subject subject = {[&](const SimplifyOptions& o) { return simplify(*posts, o); },
+  const Subject subject = {simplified,
                            [&](const SimplifyOptions& o, CompareRow& row) {
                              row.quality =
                                  mesh_quality(row.made.tin, MeshMap{}, posts->grid, o.threads);

@@ -20,26 +20,23 @@ void print_methods(bool json) {
     std::fputs(api::methods_json().c_str(), stdout);
     return;
   }
-  fmt::print("{:<18} {:<58} {:<8} {:>5} {:>5} {:>6}\n", "method", "take it for", "voids", "time",
-             "RMS", "tiles");
+  fmt::print("{:<18} {:<58} {:>5} {:>5} {:>6}\n", "method", "take it for", "time", "RMS", "tiles");
   for (const MethodInfo& m : methods())
-    fmt::print("{:<18} {:<58} {:<8} {:>5} {:>5} {:>6}\n", m.name, m.take_for, m.voids, m.time,
-               m.rms, m.tiles ? "yes" : "no");
+    fmt::print("{:<18} {:<58} {:>5} {:>5} {:>6}\n", m.name, m.take_for, m.time, m.rms,
+               m.tiles ? "yes" : "no");
   fmt::print(
       "\nWithout --method it is {}: within an error it has the fewest triangles, at a count the\n"
       "smallest RMS error. Meshes (PLY, OBJ, STL ...) take qem, attribute-qem and "
       "triangle-collapse;\n"
       "there it is {}. Terrain that is a mesh (--terrain) takes all but cluster.\n"
       "Time and RMS error are those beside qem's at 10 % of the triangles.\n\n"
-      "All of them: no triangle flips; every valid post with a full cell beside it is covered;\n"
-      "--max-error holds at every covered post; --triangles and --ratio are never exceeded, or "
-      "the\n"
-      "note says why. holes: there is no triangle where there is no data, and a valid post that "
-      "has\n"
-      "no cell of three valid corners beside it is left out. covered: triangles close the voids, "
-      "and\n"
-      "no valid post is left out. 'tind simplify --voids keep' leaves holes with every method,\n"
-      "--voids cover closes them with every one. In 'tind progressive' all of them leave holes.\n"
+      "All of them: no triangle flips; every valid post is covered; --max-error holds at every\n"
+      "covered post; --triangles and --ratio are never exceeded, or the note says why.\n"
+      "voids: all cover them (--voids cover), so that no valid post is left out. 'tind simplify\n"
+      "--voids keep' leaves them open, and counts the valid posts that have no cell of three "
+      "valid\n"
+      "corners beside them, which no triangle can cover then. In 'tind progressive' voids stay "
+      "open.\n"
       "tiles: 'tind build --method' and the daemon make tiles by it, all with the same borders "
       "and\n"
       "within the same error, voids closed.\n",

@@ -43,10 +43,6 @@ namespace tind::cli {
 
 namespace {
 
-const MethodInfo& info_of(const std::string& method) {
-  return *std::ranges::find(methods(), method, &MethodInfo::name);
-}
-
 struct Arguments {
   DemInput input;
   LineInput lines;
@@ -60,15 +56,12 @@ struct Arguments {
   std::string units = "metres", progress = "auto";
   bool json = false;
   bool terrain = false;  // a mesh is to be one
-  Voids voids = Voids::method;
+  Voids voids = Voids::cover;
+  bool voids_given = false;
 
-  /// What the method has by itself: cluster closes narrow voids and leaves wide ones open.
-  Voids by_itself() const {
-    if (method.name == "cluster") return Voids::method;
-    return info_of(method.name).voids == "covered" ? Voids::cover : Voids::keep;
-  }
-  bool opens() const { return voids == Voids::keep && by_itself() != Voids::keep; }
-  bool fills() const { return voids == Voids::cover && by_itself() != Voids::cover; }
+  const std::string& voids_alone() const { return info_of(options.method).voids_alone; }
+  bool opens() const { return voids == Voids::keep && voids_alone() != "holes"; }
+  bool fills() const { return voids == Voids::cover && voids_alone() != "covered"; }
 };
 
 struct Seconds {
@@ -106,6 +99,7 @@ Result<void> check(Arguments& a, Command app) {
   const auto method = method_of(app, a.method);
   if (!method) return std::unexpected(method.error());
   a.options.method = *method;
+  a.voids_given = app.given("--voids");
   if (!is_mesh(a.input.files[0])) {
     if (a.terrain)
       return fail(Errc::invalid_argument, "--terrain is for a mesh: a DEM is terrain anyway");
@@ -134,13 +128,28 @@ nlohmann::ordered_json details_json(const Simplified& made) {
   return j;
 }
 
+/// `cluster` and `bounded` can do without the whole source in memory, and do where that is much.
+/// `cluster` then leaves wide voids open; who asks for either way in so many words gets it.
+bool streams(const Arguments& a, const DemInfo& info) {
+  const bool able =
+      (std::holds_alternative<ClusterOptions>(a.options.method) && !a.voids_given) ||
+      (std::holds_alternative<BoundedOptions>(a.options.method) && goes_by_rows(a.options));
+  return able && !a.lines.any() && !a.opens() && info.cols * info.rows > kStreamPosts &&
+         info.cols <= INT_MAX && info.rows <= INT_MAX;
+}
+
+bool leaves_wide_voids_open(const Arguments& a, const DemInfo& info, const MeshQuality& quality) {
+  const auto valid = std::int64_t(quality.error.posts + quality.uncovered);
+  return a.fills() && streams(a, info) && valid < info.cols * info.rows;
+}
+
 nlohmann::ordered_json report_json(const Arguments& a, const DemInfo& info, const Simplified& made,
                                    const MeshQuality& quality, const Seconds& seconds) {
   nlohmann::ordered_json j = {
       {"method", a.method.name}, {"steps", made.steps}, {"input_triangles", made.input_triangles}};
   j.update(quality_json(quality));
   j.update(ground_json(quality, info));
-  j["voids"] = name_of(a.voids == Voids::method ? a.by_itself() : a.voids);
+  j["voids"] = leaves_wide_voids_open(a, info, quality) ? "narrow" : name_of(a.voids);
   j["frame"] = name_of(a.frame);
   j["units"] = a.units;
   j.update(place_json(mesh_place(info, a.frame, false)));
@@ -338,15 +347,6 @@ int run_tin(const Arguments& a) {
   return kOk;
 }
 
-/// `cluster` and `bounded` can do without the whole source in memory, and do where that is much.
-bool streams(const Arguments& a, const DemInfo& info) {
-  const bool able =
-      std::holds_alternative<ClusterOptions>(a.options.method) ||
-      (std::holds_alternative<BoundedOptions>(a.options.method) && goes_by_rows(a.options));
-  return able && !a.lines.any() && !a.opens() && !a.fills() &&
-         info.cols * info.rows > kStreamPosts && info.cols <= INT_MAX && info.rows <= INT_MAX;
-}
-
 Result<Simplified> make_in_strips(const Arguments& a, const DemSource& dem,
                                   const Progress& progress) {
   const DemInfo& info = dem.info();
@@ -450,6 +450,10 @@ int run(Arguments& a, Command app) {
   if (const auto ok = hold_to_bound(a, *quality, *made); !ok) return complain(ok.error());
 
   tell_of_posts_lost(a, *quality, *made);
+  if (leaves_wide_voids_open(a, info, *quality))
+    made->note += std::string(made->note.empty() ? "" : "; ") +
+                  "voids wider than a cell stay open, since the DEM is read strip by strip: "
+                  "--voids cover holds it in memory";
 
   nlohmann::ordered_json report = report_json(a, info, *made, *quality, seconds);
   report.update(origin);
@@ -492,8 +496,8 @@ void add_simplify(Command program, int& exit) {
   add_line_options(app, a->lines);
   app.add_choice(
          "--voids", a->voids,
-         "what the mesh has where the DEM has no data: keep leaves voids open, cover closes "
-         "them, with any method; method: as it does by itself (tind methods)")
+         "what the mesh has where the DEM has no data: cover closes voids, and no valid post is "
+         "left out; keep leaves them open")
       .shown();
   app.add_option("--drape", a->drape,
                  "attribute-qem: colours from this image, reprojected or stretched over the DEM");

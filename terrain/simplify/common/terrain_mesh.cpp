@@ -139,8 +139,8 @@ Result<TerrainMesh> terrain_mesh(const Terrain& dem, const Constraints* constrai
       return fail(Errc::bad_data, "the heights are all void: there is nothing to simplify");
     return fail(Errc::bad_data,
                 "no cell has three valid corners, so the valid posts (" + std::to_string(valid) +
-                    ") are in no triangle; 'tind simplify' with bounded, greedy or cluster spans "
-                    "the voids between them");
+                    ") are in no triangle; 'tind simplify --voids cover' spans the voids between "
+                    "them");
   }
   set_kinds(terrain, of_grid(grid.cols(), grid.rows()));
   return terrain;

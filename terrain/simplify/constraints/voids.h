@@ -1,6 +1,7 @@
 #pragma once
-// What a mesh has where the DEM has nothing, whatever the method would do by itself: the voids stay
-// open along the outermost posts, or are covered.
+// What a mesh has where the DEM has nothing, whatever the method would do by itself: triangles that
+// cover the voids, so that no valid post is left out, or voids that stay open along the outermost
+// posts.
 //
 // "Rims" are where the triangles of three valid corners end that terrain_mesh() makes of the posts;
 // the DEM's own sides are none.
@@ -16,13 +17,13 @@
 
 namespace tind {
 
-enum class Voids : std::uint8_t { method, keep, cover };  // method: as it does by itself
+enum class Voids : std::uint8_t { cover, keep };
 
 template <>
 struct EnumNames<Voids> {
   static constexpr const char* kWhat = "way with voids";
-  static constexpr std::pair<Voids, const char*> kAll[] = {
-      {Voids::method, "method"}, {Voids::keep, "keep"}, {Voids::cover, "cover"}};
+  static constexpr std::pair<Voids, const char*> kAll[] = {{Voids::cover, "cover"},
+                                                           {Voids::keep, "keep"}};
 };
 
 bool has_voids(const HeightGrid&);

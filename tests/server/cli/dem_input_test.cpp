@@ -314,15 +314,18 @@ TEST(DemInput, PostsWithoutNeighboursAreNotCalledVoid) {
   write_apart(dem);
   for (const std::string& line :
        {"progressive " + dem + " -o " + dir.file("a.tpm"),
-        "simplify " + dem + " --method qem --ratio 1 -o " + dir.file("a.ply")}) {
+        "simplify " + dem + " --method qem --voids keep --ratio 1 -o " + dir.file("a.ply")}) {
     const Ran ran = run_tind(line);
     EXPECT_EQ(ran.code, 65) << line;
     EXPECT_THAT(ran.out, HasSubstr(dem + ": no cell has three valid corners"));
     EXPECT_THAT(ran.out, HasSubstr("(25)"));
-    EXPECT_THAT(ran.out, HasSubstr("bounded"));
+    EXPECT_THAT(ran.out, HasSubstr("--voids cover"));
   }
-  const Ran bounded = run_tind("simplify " + dem + " --ratio 1 -o " + dir.file("a.ply"));
-  EXPECT_EQ(bounded.code, 0) << bounded.out;
+  for (const std::string method : {"bounded", "qem"}) {
+    const Ran covers =
+        run_tind("simplify " + dem + " --method " + method + " --ratio 1 -o " + dir.file("a.ply"));
+    EXPECT_EQ(covers.code, 0) << covers.out;
+  }
 }
 
 TEST(DemInput, OnePostIsAFaultOfTheFileAndNamesIt) {

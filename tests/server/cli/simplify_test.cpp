@@ -225,15 +225,15 @@ TEST(SimplifyCommandLine, NamesThePostsThatNoTriangleCovers) {
                                         "1 2 3 -9 5  1 2 3 -9 -9  1 2 3 -9 7  1 2 3 -9 8\n";
   const std::string start = "simplify " + dir.file("dem.asc") + " --ratio 1 -o " +
                             dir.file("a.ply") + " --json --method ";
-  for (const MethodInfo& m : methods()) {
-    const nlohmann::json made = tind_json(start + m.name);
-    const bool holes = m.voids == "holes";
-    EXPECT_EQ(made["posts_uncovered"], holes ? 3 : 0) << m.name;
-    EXPECT_EQ(made["posts_isolated"], holes ? 3 : 0) << m.name;
-    EXPECT_EQ(made["posts"], holes ? 12 : 15) << m.name;
-  }
-  const Ran ran = run_tind("simplify " + dir.file("dem.asc") + " --ratio 1 --method qem -o " +
-                           dir.file("a.ply"));
+  for (const MethodInfo& m : methods())
+    for (const bool keep : {false, true}) {
+      const nlohmann::json made = tind_json(start + m.name + (keep ? " --voids keep" : ""));
+      EXPECT_EQ(made["posts_uncovered"], keep ? 3 : 0) << m.name;
+      EXPECT_EQ(made["posts_isolated"], keep ? 3 : 0) << m.name;
+      EXPECT_EQ(made["posts"], keep ? 12 : 15) << m.name;
+    }
+  const Ran ran = run_tind("simplify " + dir.file("dem.asc") +
+                           " --ratio 1 --method qem --voids keep -o " + dir.file("a.ply"));
   EXPECT_NE(ran.answer.find("3 posts uncovered"), std::string::npos) << ran.out;
   EXPECT_NE(ran.answer.find("3 valid posts (20 %) are in no triangle"), std::string::npos)
       << ran.out;
@@ -338,15 +338,11 @@ TEST(SimplifyVoids, AreKeptOrCoveredByAnyMethod) {
   for (const std::string method : {"qem", "bounded", "greedy", "cluster"}) {
     const std::string line = "simplify " + dem + " --max-error 2 --json --method " + method +
                              " -o " + dir.file("out.ply") + " --error-raster " +
-                             dir.file("error.asc") + " --voids ";
-    for (const std::string voids : {"keep", "cover", "method"}) {
+                             dir.file("error.asc");
+    for (const std::string voids : {" --voids keep", " --voids cover", ""}) {
       const nlohmann::json made = tind_json(line + voids);
-      const bool kept = voids == "keep" || (voids == "method" && method == "qem");
-      const bool leaves_wide_ones_open = voids == "method" && method == "cluster";
-      EXPECT_EQ(made["voids"], leaves_wide_ones_open ? "method"
-                               : kept                ? "keep"
-                                                     : "cover")
-          << method << " " << voids;
+      const bool kept = voids == " --voids keep";
+      EXPECT_EQ(made["voids"], kept ? "keep" : "cover") << method << " " << voids;
       EXPECT_EQ(made["posts_uncovered"], kept ? 1 : 0) << method << " " << voids;
       EXPECT_EQ(made["posts_isolated"], kept ? 1 : 0) << method << " " << voids;
       EXPECT_EQ(made["posts_void"], 48) << method << " " << voids;
@@ -356,9 +352,7 @@ TEST(SimplifyVoids, AreKeptOrCoveredByAnyMethod) {
       EXPECT_FALSE(made.contains("lines"));
       const double area = area_of(dir.file("out.ply"));
       if (kept && method == "qem") open_area = area;  // which knows nothing else
-      if (!leaves_wide_ones_open) {
-        EXPECT_NEAR(area, kept ? open_area : 350 * 290, 1e-3) << method << " " << voids;
-      }
+      EXPECT_NEAR(area, kept ? open_area : 350 * 290, 1e-3) << method << " " << voids;
     }
   }
   EXPECT_LT(open_area, 350 * 290 - 4000);

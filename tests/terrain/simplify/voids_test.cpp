@@ -27,7 +27,7 @@ double twice_area(const Tin& tin) {
 std::vector<MethodOptions> methods_that(const std::string& word) {
   std::vector<MethodOptions> some;
   for (std::size_t i = 0; i < methods().size(); ++i)
-    if (methods()[i].voids == word) some.push_back(all_methods()[i]);
+    if (methods()[i].voids_alone == word) some.push_back(all_methods()[i]);
   return some;
 }
 
@@ -46,7 +46,10 @@ TEST(Voids, RimsAreLinesAlongTheOutermostTriangles) {
 }
 
 TEST(Voids, KeptByMethodsThatCoverThem) {
-  for (const MethodOptions& method : methods_that("covered")) {
+  std::vector<MethodOptions> some = methods_that("covered");
+  for (const MethodOptions& narrow : methods_that("narrow")) some.push_back(narrow);
+  ASSERT_EQ(some.size(), 3u);
+  for (const MethodOptions& method : some) {
     std::mt19937 random(5);
     int looked_at = 0;
     for (int round = 0; round < 12; ++round) {
@@ -79,7 +82,10 @@ TEST(Voids, KeptByMethodsThatCoverThem) {
 }
 
 TEST(Voids, CoveredForMethodsThatKeepThem) {
-  for (const MethodOptions& method : methods_that("holes")) {
+  std::vector<MethodOptions> some = methods_that("holes");
+  for (const MethodOptions& narrow : methods_that("narrow")) some.push_back(narrow);
+  ASSERT_EQ(some.size(), 7u);
+  for (const MethodOptions& method : some) {
     HeightGrid grid = test::rough_terrain(30, 24, 3, 60);
     for (int i = 8; i < 19; ++i)
       for (int j = 0; j < 12; ++j) grid.at(i, j) = HeightGrid::kVoid;
