@@ -100,6 +100,10 @@ std::string encode_coverage_json(const CoverageJson& c) {
     out += R"(,"tind:max_error_m":)";
     text::put_text(out, *c.max_error_m);
   }
+  if (c.off_m) {
+    out += R"(,"tind:max_off_m":)";
+    text::put_text(out, *c.off_m);
+  }
   return out + "}\n";
 }
 

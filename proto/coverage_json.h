@@ -34,6 +34,7 @@ struct CoverageJson {
   CoverageParameter parameter;
   std::span<const double> values;     // NaN where there is none
   std::optional<double> max_error_m;  // tind's own: how far values can be from the posts
+  std::optional<double> off_m;        // tind's own: how far from the surface between these
 };
 
 /// The parameter as CoverageJSON and OGC API - EDR have it: {"type": "Parameter", ...}.

@@ -17,11 +17,8 @@
 #include "server/api/responses.h"
 #include "server/http/message/problem.h"
 #include "server/http/message/query_numbers.h"
-#include "server/services/tiles/finished_model.h"
 #include "terrain/geo/longitude.h"
 #include "terrain/raster/crs_points.h"
-#include "terrain/raster/post_place.h"
-#include "terrain/tile/level_heights.h"
 
 namespace tind::api {
 namespace {
@@ -107,59 +104,6 @@ nlohmann::ordered_json accuracy_of(const services::ServedDataset& dataset, const
   return accuracy ? accuracy_json(*accuracy) : nlohmann::ordered_json();
 }
 
-/// What the DEM's height at a place can be, less the mesh's there.
-struct Band {
-  double low_m = 0, high_m = 0;
-};
-
-/// Tiles bound their error at posts. So the mesh is asked at the posts around the place: two
-/// surfaces that are bilinear between posts, and within the error at these, are so at the place.
-/// Nothing where the error is not one of this DEM alone, or one of the posts is void.
-Result<std::optional<Band>> band_at(const App& app, const services::ServedDataset& dataset,
-                                    const Geographic& place, int level,
-                                    const std::stop_token& stop) {
-  const DemSource* const dem = dataset.source ? dataset.source->only() : nullptr;
-  if (!dem || dataset.source->shapes()) return std::nullopt;
-  Vec2 post;
-  dem->to_post({&place, 1}, {&post, 1});
-  const auto at = place_among_posts(dem->info(), post);
-  if (!at) return std::nullopt;
-  const double col = std::floor(at->x), row = std::floor(at->y);
-  const double across[] = {1 - (at->x - col), at->x - col},
-               down[] = {1 - (at->y - row), at->y - row};
-  const auto posts = dem->read(std::int64_t(col), std::int64_t(row), 2, 2);
-  if (!posts) return std::unexpected(posts.error());
-  std::vector<Vec2> corners;
-  std::vector<double> shares;
-  for (int j = 0; j < 2; ++j)
-    for (int i = 0; i < 2; ++i) {
-      const double share = across[i] * down[j];
-      if (share == 0) continue;
-      if (posts->is_void(i, j)) return std::nullopt;
-      corners.push_back({col + i, row + j});
-      shares.push_back(share);
-    }
-  std::vector<Geographic> places(corners.size());
-  dem->to_geographic(corners, places);
-  places.push_back(place);
-  shares.push_back(-1);  // less the mesh there
-  const auto seen = level_heights(services::level_tiles(app.tiles, dataset), places, level, stop);
-  if (!seen) return std::unexpected(seen.error());
-  double height = 0, error = 0;
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    if (!(*seen)[i] || !(*seen)[i]->max_error_m) return std::nullopt;
-    height += shares[i] * (*seen)[i]->height_m;
-    error = std::max(error, *(*seen)[i]->max_error_m);
-  }
-  return Band{height - error, height + error};
-}
-
-/// In millimetres, outwards: heights of another datum are rounded to these.
-void put_band(const Band& band, double height_m, nlohmann::ordered_json& json) {
-  json["low_m"] = std::floor((height_m + band.low_m) * 1000 - 1) / 1000;
-  json["high_m"] = std::ceil((height_m + band.high_m) * 1000 + 1) / 1000;
-}
-
 nlohmann::ordered_json one_height(const services::ServedDataset& dataset, const Asked& asked,
                                   const Located& located, const Heights& heights) {
   const PlaceHeight& found = heights.places[0];
@@ -180,6 +124,10 @@ nlohmann::ordered_json one_height(const services::ServedDataset& dataset, const 
     json["interpolation"] = name_of(asked.question.interpolation);
   if (found.tile) json["tile"] = found.tile->text();
   if (found.max_error_m) json["max_error_m"] = *found.max_error_m;
+  if (const auto between = height_between(found)) {
+    json["low_m"] = between->first;
+    json["high_m"] = between->second;
+  }
   json["lon"] = located.where[0].lon;
   json["lat"] = located.where[0].lat;
   if (!located.axes.empty()) {
@@ -198,13 +146,7 @@ http::Reply answer_one(const App& app, const services::ServedDataset& dataset, c
     return http::problem_reply({{"coords", "are no place of " + asked.crs}}, target);
   const auto heights = heights_of(app, dataset, located.where, asked.question, target, stop);
   if (!heights) return heights.error();
-  nlohmann::ordered_json json = one_height(dataset, asked, located, *heights);
-  if (const HeightAt& found = heights->places[0].height;
-      asked.question.level && found.coverage == Coverage::value) {
-    const auto band = band_at(app, dataset, located.where[0], *asked.question.level, stop);
-    if (!band) return http::problem_reply(band.error(), target);
-    if (*band) put_band(**band, found.height_m, json);
-  }
+  const nlohmann::ordered_json json = one_height(dataset, asked, located, *heights);
   return http::make_reply(200, "application/json", json.dump() + "\n",
                           {{"Cache-Control", "no-cache"}});
 }
@@ -343,7 +285,9 @@ constexpr const char* kHeightsOfLocations = R"({
     "interpolation": {"type": "string"}, "accuracy": {"type": "object"},
     "height_m": {"type": "array", "items": {"type": ["number", "null"]}},
     "coverage": {"type": "array", "items": {"enum": ["value", "void", "outside"]}},
-    "tile": {"type": "array"}, "max_error_m": {"type": "array"}, "layer": {"type": "array"}
+    "tile": {"type": "array"}, "max_error_m": {"type": "array"}, "layer": {"type": "array"},
+    "low_m": {"type": "array", "items": {"type": ["number", "null"]}},
+    "high_m": {"type": "array", "items": {"type": ["number", "null"]}}
   }})";
 
 http::Operation post_operation() {

@@ -130,17 +130,27 @@ Result<Heights> of_level(const App& app, const services::ServedDataset& dataset,
                          std::span<const Geographic> where, const HeightQuestion& question,
                          const std::stop_token& stop) {
   const LevelTiles tiles = services::level_tiles(app.tiles, dataset);
-  const auto found = level_heights(tiles, where, *question.level, stop);
+  const auto bands = LevelBands::of(dataset, where, stop);
+  if (!bands) return std::unexpected(bands.error());
+  std::vector<Geographic> all_places(where.begin(), where.end());
+  all_places.insert(all_places.end(), bands->posts().begin(), bands->posts().end());
+  const auto found = level_heights(tiles, all_places, *question.level, stop);
   if (!found) return std::unexpected(found.error());
+  const std::span seen = std::span(*found).first(where.size()),
+                  at_posts = std::span(*found).subspan(where.size());
   const DatasetFacts facts = dataset.facts();
   const auto own =
       facts.datum.empty() ? VerticalDatum() : datum_named(facts.datum).value_or(VerticalDatum());
   const auto datum = datum_of(question.datum, own, own);
   if (!datum) return std::unexpected(datum.error());
   Heights out{name(*datum), {}};
-  for (const auto& h : *found)
-    out.places.push_back(h ? PlaceHeight{{Coverage::value, h->height_m}, 0, h->tile, h->max_error_m}
-                           : PlaceHeight{});
+  for (std::size_t i = 0; i < seen.size(); ++i)
+    out.places.push_back(seen[i] ? PlaceHeight{{Coverage::value, seen[i]->height_m},
+                                               0,
+                                               seen[i]->tile,
+                                               seen[i]->max_error_m,
+                                               bands->band(i, seen[i], at_posts)}
+                                 : PlaceHeight{});
   const auto all = [](const PlaceHeight&) { return true; };
   if (auto done = convert_those(app, where, out.places, {own, facts.bounds, {}}, *datum, all);
       !done)
@@ -221,6 +231,12 @@ Result<void> bring_to_datum(const Environment& environment, std::span<const Geog
   if (auto done = convert(environment, at, values, from, to); !done) return done;
   for (std::size_t n = 0; n < those.size(); ++n) heights[those[n]] = values[n];
   return {};
+}
+
+std::optional<std::pair<double, double>> height_between(const PlaceHeight& place) {
+  if (!place.band) return std::nullopt;  // a millimetre more: another datum's are rounded
+  return std::pair(std::floor((place.height.height_m + place.band->low_m) * 1000 - 1) / 1000,
+                   std::ceil((place.height.height_m + place.band->high_m) * 1000 + 1) / 1000);
 }
 
 const char* word(Coverage coverage) {

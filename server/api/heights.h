@@ -10,9 +10,11 @@
 #include <stop_token>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "server/api/app.h"
+#include "server/api/level_bands.h"
 #include "server/http/message/query_numbers.h"
 #include "terrain/analysis/heights_at.h"
 #include "terrain/tile/level_heights.h"
@@ -36,6 +38,7 @@ struct PlaceHeight {
   std::size_t layer = 0;              // of the surface; REQUIRES: of the DEM, a height
   std::optional<TileId> tile;         // whose mesh it is
   std::optional<double> max_error_m;  // no post of that tile is farther from its mesh
+  std::optional<Band> band = {};      // of a mesh: where the DEM is, also between posts
 };
 
 struct Heights {
@@ -60,6 +63,9 @@ Result<VerticalDatum> datum_asked(const std::string& word, const DemInfo&);
 /// that is not known there.
 Result<void> bring_to_datum(const Environment&, std::span<const Geographic>, std::span<double>,
                             const DemInfo&, const VerticalDatum&);
+
+/// Of a mesh's height: between which heights the DEM's is, in millimetres, rounded outwards.
+std::optional<std::pair<double, double>> height_between(const PlaceHeight&);
 
 /// "value", "void", "outside".
 const char* word(Coverage);

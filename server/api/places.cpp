@@ -56,6 +56,9 @@ class PlaceList : public PlacesDocument {
         json["tile"].push_back(place.tile ? Ordered(place.tile->text()) : Ordered(nullptr));
         json["max_error_m"].push_back(place.max_error_m ? Ordered(*place.max_error_m)
                                                         : Ordered(nullptr));
+        const auto between = height_between(place);
+        json["low_m"].push_back(between ? Ordered(between->first) : Ordered(nullptr));
+        json["high_m"].push_back(between ? Ordered(between->second) : Ordered(nullptr));
       }
     } else if (!made.dataset.source->only()) {
       for (const PlaceHeight& place : made.heights.places)
@@ -167,7 +170,7 @@ class CsvPlaces : public PlacesDocument {
 
   std::string with_heights(const HeightsMade& made) override {
     std::string text = std::string(head_) + ",height_m,coverage";
-    if (made.question.level) text += ",max_error_m";
+    if (made.question.level) text += ",max_error_m,low_m,high_m";
     text += '\n';
     for (std::size_t i = 0; i < lines_.size(); ++i) {
       const PlaceHeight& place = made.heights.places[i];
@@ -177,6 +180,10 @@ class CsvPlaces : public PlacesDocument {
       if (made.question.level) {
         text += ',';
         if (place.max_error_m) text += Ordered(*place.max_error_m).dump();
+        const auto between = height_between(place);
+        text += between
+                    ? ',' + Ordered(between->first).dump() + ',' + Ordered(between->second).dump()
+                    : ",,";
       }
       text += '\n';
     }

@@ -50,6 +50,10 @@ class Served(unittest.TestCase):
         self.assertIsNone(self.client.elevation("rainier", 0, 0).height_m)
         seen = self.client.elevation("rainier", -121.76, 46.85, level=12)
         self.assertGreater(seen.max_error_m, 0)
+        height = self.client.elevation("rainier", -121.76, 46.85, datum=seen.datum)
+        self.assertTrue(seen.low_m <= height.height_m <= seen.high_m)
+        many = self.client.elevations("rainier", [(-121.76, 46.85), (0, 0)], level=12)
+        self.assertEqual((many.low_m, many.high_m), ([seen.low_m, None], [seen.high_m, None]))
 
     def test_many_are_asked_in_parts_and_come_in_order(self):
         places = [(-121.9 + 0.2 * i / 150_000, 46.85) for i in range(150_000)]

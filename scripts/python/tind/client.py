@@ -57,7 +57,8 @@ class Client(Processes):
         """The height at a place. `level`: as a client sees it that draws this level of tiles."""
         said = self._connection.get(f"/elevation/{dataset}",
                                     {"lon": lon, "lat": lat, **_heights(datum, interpolation, level)})
-        return Height(said["height_m"], said["coverage"], said["datum"], said.get("max_error_m"), said)
+        return Height(said["height_m"], said["coverage"], said["datum"], said.get("max_error_m"),
+                      said.get("low_m"), said.get("high_m"), said)
 
     def elevations(self, dataset: str, places: Any, *, crs: str | None = None,
                    datum: str | None = None, interpolation: str | None = None,
@@ -73,13 +74,18 @@ class Client(Processes):
                  for i in range(0, max(1, len(pairs)), _MOST_PLACES)]
         if len(parts) == 1:
             return parts[0]
-        errors = [e for part in parts for e in part.max_error_m or []] if level is not None else None
+        def joined(lists: list[list[float | None] | None]) -> list[float | None] | None:
+            return [value for one in lists for value in one or []] if level is not None else None
+
         return Heights([h for part in parts for h in part.height_m],
-                       [c for part in parts for c in part.coverage], parts[0].datum, errors)
+                       [c for part in parts for c in part.coverage], parts[0].datum,
+                       joined([part.max_error_m for part in parts]),
+                       joined([part.low_m for part in parts]), joined([part.high_m for part in parts]))
 
     def _of_pairs(self, dataset: str, pairs: Any, query: dict[str, Any]) -> Heights:
         said = self._connection.post(f"/elevation/{dataset}", {"locations": pairs}, query)
-        return Heights(said["height_m"], said["coverage"], said["datum"], said.get("max_error_m"))
+        return Heights(said["height_m"], said["coverage"], said["datum"], said.get("max_error_m"),
+                       said.get("low_m"), said.get("high_m"))
 
     # --- tiles ------------------------------------------------------------------------------------
 

@@ -13,6 +13,8 @@ class Height:
     coverage: str
     datum: str
     max_error_m: float | None = None  # of tiles: no post of the tile is farther from its mesh
+    low_m: float | None = None  # of tiles: the DEM's height here, also between posts, is not below,
+    high_m: float | None = None  # nor above
     said: dict[str, Any] = field(default_factory=dict, repr=False)  # all of the answer
 
 
@@ -24,6 +26,8 @@ class Heights:
     coverage: list[str]
     datum: str
     max_error_m: list[float | None] | None = None
+    low_m: list[float | None] | None = None
+    high_m: list[float | None] | None = None
 
     def __len__(self) -> int:
         return len(self.height_m)

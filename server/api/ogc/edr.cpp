@@ -33,13 +33,19 @@ std::expected<EdrHeights, http::Reply> heights_there(
   }
   const auto found = heights_of(app, dataset, asked, question, target, stop);
   if (!found) return std::unexpected(found.error());
-  EdrHeights heights{found->datum, std::vector<double>(where.size(), kNaN), {}};
+  EdrHeights heights{found->datum, std::vector<double>(where.size(), kNaN), {}, {}};
+  bool all_bands = question.level.has_value();
   for (std::size_t n = 0; n < which.size(); ++n) {
     const PlaceHeight& place = found->places[n];
     if (place.height.coverage == Coverage::value) heights.values[which[n]] = place.height.height_m;
     if (place.max_error_m)
       heights.max_error_m = std::max(heights.max_error_m.value_or(0), *place.max_error_m);
+    if (place.height.coverage != Coverage::value) continue;
+    all_bands = all_bands && place.band;
+    if (all_bands)
+      heights.off_m = std::max({heights.off_m.value_or(0), place.band->high_m, -place.band->low_m});
   }
+  if (!all_bands) heights.off_m.reset();
   return heights;
 }
 

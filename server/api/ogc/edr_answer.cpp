@@ -71,6 +71,7 @@ std::string coverage_json_of(const EdrQuery& query, const AskedCrs& crs, const E
   c.parameter = height_parameter(heights.datum);
   c.values = heights.values;
   c.max_error_m = heights.max_error_m;
+  c.off_m = heights.off_m;
   return proto::encode_coverage_json(c);
 }
 
@@ -80,6 +81,10 @@ std::string geojson_of(const EdrQuery& query, const EdrPlaces& places, const Edr
   if (heights.max_error_m) {
     out += R"(,"tind:max_error_m":)";
     put_text(out, *heights.max_error_m);
+  }
+  if (heights.off_m) {
+    out += R"(,"tind:max_off_m":)";
+    put_text(out, *heights.off_m);
   }
   out += R"(,"features":[)";
   if (query.shape == EdrShape::trajectory)

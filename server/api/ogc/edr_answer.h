@@ -14,6 +14,9 @@ struct EdrHeights {
   std::string datum;
   std::vector<double> values;         // of each place; NaN where there is none
   std::optional<double> max_error_m;  // of meshes, the largest of those asked
+  /// No value is farther from the DEM's height at its place, also between posts; nothing where that
+  /// is not known of each.
+  std::optional<double> off_m;
 };
 
 /// CoverageJSON: a Grid of an area or a cube, a Point, else a MultiPoint, in the query's system.

@@ -195,7 +195,9 @@ http::Operation edr_operation(EdrShape shape) {
     "properties": {
       "type": {"const": "Coverage"}, "domain": {"type": "object"},
       "parameters": {"type": "object"}, "ranges": {"type": "object"},
-      "tind:max_error_m": {"type": "number", "description": "of the meshes that were asked"}
+      "tind:max_error_m": {"type": "number", "description": "of the meshes that were asked"},
+      "tind:max_off_m": {"type": "number",
+                         "description": "of all values, also between posts, from the DEM's"}
     }})";
   constexpr const char* kFeatures = R"({
     "type": "object",
@@ -203,7 +205,9 @@ http::Operation edr_operation(EdrShape shape) {
     "properties": {
       "type": {"const": "FeatureCollection"}, "parameters": {"type": "object"},
       "features": {"type": "array", "items": {"$ref": "#/components/schemas/GeoJson"}},
-      "tind:max_error_m": {"type": "number", "description": "of the meshes that were asked"}
+      "tind:max_error_m": {"type": "number", "description": "of the meshes that were asked"},
+      "tind:max_off_m": {"type": "number",
+                         "description": "of all values, also between posts, from the DEM's"}
     }})";
   static const std::pair<const char*, const char*> kTexts[] = {
       {"getPosition", "Heights at places"},

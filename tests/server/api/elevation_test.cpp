@@ -192,6 +192,36 @@ TEST_F(Elevation, OfALevelABandHoldsTheDemsAlsoBetweenPosts) {
   EXPECT_FALSE(one(-121.76, 46.85).contains("low_m"));
 }
 
+TEST_F(Elevation, ManyOfALevelHaveTheBandsOfEach) {
+  const auto places = some_places(60);
+  std::string csv = "lon,lat\n";
+  for (const auto& [lon, lat] : places) csv += Json(lon).dump() + "," + Json(lat).dump() + "\n";
+  const HttpReply reply =
+      send("?surface=level=9", "application/json", Json{{"locations", places}}.dump());
+  ASSERT_EQ(reply.status, 200) << reply.body;
+  const Json many = Json::parse(reply.body);
+  const HttpReply lines = send("?surface=level=9", "text/csv", csv);
+  ASSERT_EQ(lines.status, 200) << lines.body;
+  std::istringstream table(lines.body);
+  std::string line;
+  std::getline(table, line);
+  EXPECT_EQ(line, "lon,lat,height_m,coverage,max_error_m,low_m,high_m");
+  int bands = 0;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const Json alone = one(places[i][0], places[i][1], "&surface=level=9");
+    std::getline(table, line);
+    for (const char* key : {"height_m", "max_error_m", "low_m", "high_m"})
+      EXPECT_EQ(many[key][i], alone.contains(key) ? alone[key] : Json()) << key << " " << alone;
+    if (!alone.contains("low_m")) {
+      EXPECT_TRUE(line.ends_with(",,")) << line;
+      continue;
+    }
+    ++bands;
+    EXPECT_TRUE(line.ends_with("," + alone["low_m"].dump() + "," + alone["high_m"].dump())) << line;
+  }
+  EXPECT_GT(bands, 30);
+}
+
 TEST_F(Elevation, InterpolatesAsAsked) {
   const Json bilinear = one(-121.7603, 46.8529),
              nearest = one(-121.7603, 46.8529, "&interpolation=nearest"),

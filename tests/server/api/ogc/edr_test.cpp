@@ -51,6 +51,16 @@ TEST_F(Edr, OfTilesAloneTheMeshesAnswer) {
   const Json said = json("/elevation/rainier?lon=-121.76&lat=46.85&surface=level=9");
   EXPECT_EQ(values(level)[0], said["height_m"]);
   EXPECT_EQ(level["tind:max_error_m"], said["max_error_m"]);
+  EXPECT_FALSE(one.contains("tind:max_off_m")) << "there is no DEM to say it of";
+  const Json line = json(kBase + "trajectory?coords=LINESTRING(-121.7+46.8,-121.69+46.81)");
+  const Json mesh =
+      json(kBase + "trajectory?coords=LINESTRING(-121.7+46.8,-121.69+46.81)&surface=level=9");
+  const double off_m = mesh.at("tind:max_off_m");
+  double seen = 0;
+  for (std::size_t i = 0; i < values(line).size(); ++i)
+    seen = std::max(seen, std::abs(values(mesh)[i].get<double>() - values(line)[i].get<double>()));
+  EXPECT_GT(seen, 0);
+  EXPECT_LE(seen, off_m);
 }
 
 TEST_F(Edr, ATrajectoryKeepsItsPlacesAndIsAsDenseAsThePosts) {
