@@ -74,6 +74,7 @@ class Client(Processes):
                  for i in range(0, max(1, len(pairs)), _MOST_PLACES)]
         if len(parts) == 1:
             return parts[0]
+
         def joined(lists: list[list[float | None] | None]) -> list[float | None] | None:
             return [value for one in lists for value in one or []] if level is not None else None
 
