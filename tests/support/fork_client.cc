@@ -1,5 +1,5 @@
-// Asks a fork server (fork_server.cc) for a start of `tind` with these arguments, this environment, these
-// streams and this folder; ends as that ends. TIND_FORK_SOCKET: where it listens.
+// Asks a fork server (fork_server.cc) for a start of `tind` with these arguments, this environment,
+// these streams and this folder; ends as that ends. TIND_FORK_SOCKET: where it listens.
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/socket.h>

@@ -1,7 +1,8 @@
-// Starts `tind` without loading it again. Loading GDAL and what it needs takes longer than most of what
-// tests ask of the program, so one process loads it all and waits before main(); each start is a fork of
-// it. Preloaded into the program as it is: its main(), its static objects and what it prints are those
-// of a start of its own. tests/support/fork_client.cc is what asks; program.cpp starts both.
+// Starts `tind` without loading it again. Loading GDAL and what it needs takes longer than most of
+// what tests ask of the program, so one process loads it all and waits before main(); each start is
+// a fork of it. Preloaded into the program as it is: its main(), its static objects and what it
+// prints are those of a start of its own. tests/support/fork_client.cc is what asks; program.cpp
+// starts both.
 //
 // TIND_FORK_SERVER: "LISTENING,ALIVE", a socket and a pipe that ends with whoever wants the server.
 #include <dlfcn.h>
