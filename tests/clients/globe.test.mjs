@@ -250,6 +250,32 @@ test("the relief is the source's, however coarse the mesh", async () => {
   await settled(page);
 });
 
+test("contours are where the source has their height, however coarse the mesh", async () => {
+  await page.locator("#mode").selectOption("contours");
+  await fromAbove(6000, {lon: PEAK.lon + 0.018, lat: PEAK.lat + 0.01});
+  const picture = () => page.evaluate(() => {
+    const {scene} = window.tind.globe;
+    scene.render();
+    const middle = Object.assign(document.createElement("canvas"), {width: 240, height: 240});
+    const pen = middle.getContext("2d");
+    pen.drawImage(scene.canvas, 280, 140, 240, 240, 0, 0, 240, 240);
+    return Array.from(pen.getImageData(0, 0, 240, 240).data.filter((_, i) => i % 4 === 0));
+  });
+  const shown = async (draped) => {
+    await page.evaluate((draped) => {
+      const {globe, looks} = window.tind;
+      globe.show(draped ? globe.dataset : {...globe.dataset, source: undefined}, {...looks, mode: "contours"}, globe.dataset.layer.maxzoom - 3);
+    }, draped);
+    await settled(page);
+    return picture();
+  };
+  const off = (a, b) => a.reduce((sum, value, i) => sum + Math.abs(value - b[i]), 0) / a.length;
+  const fine = await picture(), coarse = await shown(true), without = await shown(false);
+  assert.ok(off(fine, coarse) < 0.5 * off(fine, without), `on a coarse mesh off by ${off(fine, coarse)}, by its own heights by ${off(fine, without)}`);
+  await page.evaluate(() => window.tind.state.open("island"));
+  await select("relief");
+});
+
 test("shadings differ, and the legend says what they mean", async () => {
   await fromAbove();
   const seen = new Map(), words = {relief: /^Metres above the ellipsoid$/, multi: /^Metres/, slope: /^Slope, degrees$/, aspect: /looks towards/, contours: /lines every \d+\sm/};

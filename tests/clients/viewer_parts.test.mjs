@@ -13,7 +13,7 @@ import {objOf} from "../../server/viewer/globe/mesh_file.js";
 import {rasterise} from "../../server/viewer/globe/mesh_raster.js";
 import {matches, placeOf} from "../../server/viewer/globe/places.js";
 import {profileFigures, runs, sampleAt} from "../../server/viewer/globe/profile.js";
-import {errorByte, errorOfByte, errorScale, errorTile, GROUND, heightByte, heightOfByte, reliefTile, SEA, SIDE, slopeByte, slopeOfByte, UNKNOWN_HEIGHT, VOID} from "../../server/viewer/globe/relief_tile.js";
+import {contourTile, errorByte, errorOfByte, errorScale, errorTile, GROUND, GROUND_HIGH, GROUND_LOW, heightByte, heightOfByte, linesOfWave, reliefTile, SEA, SIDE, slopeByte, slopeOfByte, UNKNOWN_HEIGHT, VOID, waveByte} from "../../server/viewer/globe/relief_tile.js";
 import {columnOf, heightsOfColours, latOf, lonOf, PIXELS, rowOf, SourceHeights} from "../../server/viewer/globe/source_heights.js";
 import {labelsThatFit, latticeLines, tileSides} from "../../server/viewer/globe/tile_lines.js";
 import {heightInTile} from "../../server/viewer/quantized_mesh.js";
@@ -277,6 +277,33 @@ test("the relief has the source's own heights, at every level of it", async () =
   }
   const unread = await reliefTile(sourceWith(height), RECTANGLE, 0, {scale: SCALE});
   assert.deepEqual([unread[2], unread[3]], [GROUND, UNKNOWN_HEIGHT], "coarser than is worth asking for: the mesh's");
+});
+
+test("contours are where the source has their height, also between its pixels", async () => {
+  const interval = 200; // of a relief of 4000 m
+  for (let height = -2050; height < 2050; height += 7)
+    for (const off of [-0.35, 0, 0.35]) { // by which the height is known beside the wave; half-way between two contours, which of them does not matter
+      const lines = height / interval;
+      if (off === 0 || Math.abs(lines - Math.round(lines)) < 0.1) near(linesOfWave(waveByte(height, interval), lines + off), lines, 1 / 252, `${height} m`);
+    }
+  const height = (lon, lat) => 600 + 7000 * (lon - 10.2) + 400 * Math.sin(30 * lat);
+  const bytes = await contourTile(sourceWith(height, () => true, 9), RECTANGLE, 7, {scale: SCALE, interval});
+  let crossed = 0;
+  for (let j = 2; j < SIDE - 2; j += 9) for (let i = 2; i < SIDE - 2; ++i) {
+    const at = 4 * (j * SIDE + i), lat = 45.6 - (0.4 * (j + 0.5)) / SIDE;
+    const [here, next] = [0, 1].map((k) => height(10.2 + (0.4 * (i + k + 0.5)) / SIDE, lat) / interval);
+    const ground = (SCALE.top * (GROUND_LOW - bytes[at + 2])) / (GROUND_LOW - GROUND_HIGH);
+    near(ground / interval, here, 0.3, "which contour");
+    if (Math.floor(here) === Math.floor(next)) continue;
+    ++crossed;
+    const [a, b] = [bytes[at + 3] - 127.5, bytes[at + 7] - 127.5]; // as the shader has them: a blend of both
+    near(a / (a - b), (Math.ceil(here) - here) / (next - here), 0.1, `contour at ${i} ${j}`);
+  }
+  assert.ok(crossed > 200, `${crossed} contours`);
+  const kinds = await contourTile(sourceWith((lon) => (lon < 10.3 ? 21 : 21 + 4000 * (lon - 10.3)), (lon, lat) => lat < 45.5), RECTANGLE, 7, {seaLevel: 20, scale: SCALE, interval});
+  assert.deepEqual([pixel(kinds, 20, 200)[2], pixel(kinds, 20, 20)[2]], [SEA, VOID]);
+  const land = pixel(kinds, 200, 200)[2];
+  assert.ok(land >= GROUND_HIGH && land <= GROUND_LOW);
 });
 
 test("voids and the sea are told from the ground", async () => {

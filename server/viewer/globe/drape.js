@@ -1,9 +1,10 @@
 // The relief of the source, or the error of the mesh, as a layer of imagery for CesiumJS. Its bytes are
 // numbers (relief_tile.js); material.js makes colours of them.
 
+import {contourInterval} from "./legend.js";
 import {heightScale} from "./material.js";
 import {rasterise} from "./mesh_raster.js";
-import {errorTile, reliefTile, SIDE} from "./relief_tile.js";
+import {contourTile, errorTile, reliefTile, SIDE} from "./relief_tile.js";
 import {rectangleOf} from "./tiles.js";
 
 const {Cesium} = window;
@@ -30,11 +31,16 @@ function providerOf({rectangle, deepest, pixels = SIDE, make}) {
 const layerOf = (options) => new Cesium.ImageryLayer(providerOf(options));
 
 /// `finer`: by how many levels the relief is finer than the mesh that it lies on.
-export function reliefLayer(dataset, finer) {
-  const {source, drapeable: rectangle, seaLevel} = dataset;
-  const pixels = SIDE * 2 ** finer, scale = heightScale(dataset);
+export const reliefLayer = (dataset, finer) => sourceLayer(dataset, finer, reliefTile);
+
+/// The relief, with contours in place of exact heights.
+export const contourLayer = (dataset, finer) => sourceLayer(dataset, finer, contourTile);
+
+function sourceLayer(dataset, finer, tileOf) {
+  const {source, drapeable: rectangle, seaLevel, low, high} = dataset;
+  const pixels = SIDE * 2 ** finer, heights = {seaLevel, scale: heightScale(dataset), interval: contourInterval(low, high)};
   return layerOf({rectangle, deepest: Math.max(source.deepest - finer, 0), pixels,
-    make: (tile) => reliefTile(source, rectangleOf(tile), tile.z + finer, {seaLevel, scale}, pixels)});
+    make: (tile) => tileOf(source, rectangleOf(tile), tile.z + finer, heights, pixels)});
 }
 
 /// The error of the very mesh that is drawn: CesiumJS asks for a picture of the same address, or, where it

@@ -2,7 +2,7 @@
 // request to any other host. Two of them side by side make a comparison.
 
 import {say} from "../page.js";
-import {errorLayer, reliefLayer} from "./drape.js";
+import {contourLayer, errorLayer, reliefLayer} from "./drape.js";
 import {homeOf} from "./home.js";
 import {contourInterval} from "./legend.js";
 import {TileLines} from "./lines.js";
@@ -99,11 +99,8 @@ export class Globe {
   apply(looks) {
     this.looks = looks;
     const {dataset, scene} = this;
-    const wanted = !dataset.source ? undefined : looks.mode === "error" ? "error" : "relief";
-    if (wanted && !this.#layers[wanted]) {
-      this.#layers[wanted] = wanted === "error" ? errorLayer(dataset, this.reader, (tile, errors) => this.#found(tile, errors)) : reliefLayer(dataset, Math.log2(scene.globe.maximumScreenSpaceError));
-      scene.imageryLayers.add(this.#layers[wanted]);
-    }
+    const wanted = !dataset.source ? undefined : ["error", "contours"].includes(looks.mode) ? looks.mode : "relief";
+    if (wanted && !this.#layers[wanted]) scene.imageryLayers.add(this.#layers[wanted] = this.#layerOf(wanted));
     for (const [name, layer] of Object.entries(this.#layers)) layer.show = name === wanted;
     scene.verticalExaggeration = looks.exaggeration;
     this.summit.at(dataset, looks.exaggeration);
@@ -113,6 +110,11 @@ export class Globe {
     if (key !== this.lineKey) this.lines.reset(this.reader, {wires, tiles}, dataset, exaggeration);
     this.lineKey = key;
     scene.requestRender();
+  }
+
+  #layerOf(kind) {
+    if (kind === "error") return errorLayer(this.dataset, this.reader, (tile, errors) => this.#found(tile, errors));
+    return (kind === "contours" ? contourLayer : reliefLayer)(this.dataset, Math.log2(this.scene.globe.maximumScreenSpaceError));
   }
 
   /// The bounds of the errors that are seen change with the tiles that are drawn.

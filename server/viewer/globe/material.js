@@ -1,7 +1,7 @@
 // How the ground is coloured: height tints and rock as on printed maps, light from the slope of the
 // source, and the modes beside. Colours here are the ones that the legend shows.
 
-import {ERROR_REACH, ERROR_STEP_M, HEIGHT_STEPS, UNKNOWN_HEIGHT} from "./relief_tile.js";
+import {ERROR_REACH, ERROR_STEP_M, GROUND_HIGH, GROUND_LOW, HEIGHT_STEPS, UNKNOWN_HEIGHT, WAVE_STEPS, WAVE_ZERO} from "./relief_tile.js";
 import {MODES} from "./link.js";
 
 export const PAPER = "#e3e4de"; // where there is no data
@@ -128,14 +128,18 @@ const SOURCE = `
     }
     return sum / weights;
   }
+  bool contours() { return mode > 3.5 && mode < 4.5; }
   vec3 facingColour(vec2 slope) { return scale(4.0, fract(atan(-slope.x, -slope.y) / 6.2831853)); }
-  // ---- the parts of the picture
-
+  // A direction (eye coordinates) as east, north, up at a place.
+  vec3 localOf(vec3 directionEC, vec3 p) {
+    vec3 up = normalize(p * vec3(1.0, 1.0, 1.00674)), toEast = normalize(vec3(-p.y, p.x, 0.0));
+    vec3 direction = czm_inverseViewRotation * directionEC;
+    return vec3(dot(direction, toEast), dot(direction, cross(up, toEast)), dot(direction, up));
+  }
   // Slope towards east and north of a plane with this normal (eye coordinates).
   vec2 slopeOf(vec3 normalEC, vec3 p) {
-    vec3 up = normalize(p * vec3(1.0, 1.0, 1.00674)), toEast = normalize(vec3(-p.y, p.x, 0.0));
-    vec3 normal = czm_inverseViewRotation * normalEC;
-    return -vec2(dot(normal, toEast), dot(normal, cross(up, toEast))) / max(dot(normal, up), 0.02);
+    vec3 normal = localOf(normalEC, p);
+    return -normal.xy / max(normal.z, 0.02);
   }
   // Of the source where it is draped, else of the mesh's own normals.
   vec2 slopeAt(czm_materialInput given, vec3 p, vec4 draped, bool isDraped) {
@@ -143,7 +147,8 @@ const SOURCE = `
   }
   // Of the source where it is draped, else of the mesh, without exaggeration.
   float heightAt(float meshHeight, vec4 draped, bool isDraped) {
-    float t = 2.0 * (draped.a * 255.0 - ${UNKNOWN_HEIGHT + 1}.0) / ${HEIGHT_STEPS}.0;
+    float t = 2.0 * (contours() ? (${GROUND_LOW}.0 - draped.b * 255.0) / ${GROUND_LOW - GROUND_HIGH}.0 : (draped.a * 255.0 - ${UNKNOWN_HEIGHT + 1}.0) / ${HEIGHT_STEPS}.0);
+    if (contours()) t = clamp(t, 0.0, 2.0);
     return isDraped && t > -0.003 ? (t < 1.0 ? mix(low, knee, t) : mix(knee, high, t - 1.0)) : meshHeight;
   }
   vec3 tinted(float height, float share, float steepness) {
@@ -156,9 +161,21 @@ const SOURCE = `
     float level = pow(0.5 + 0.5 * sin(sun.y), 1.9); // a low sun darkens no plain
     return ground * mix(vec3(1.0), shade * pow(0.887 / mix(0.14, 1.26, level), 0.75), much);
   }
-  vec3 withContours(vec3 ground, float height) {
-    float lines = height / interval, wide = max(fwidth(lines), 1e-6);
+  // How many contours are below: where the source is draped, by its wave (relief_tile.js), which is exact; its
+  // height only says which contour it is.
+  float linesAt(float height, vec4 draped, bool isDraped) {
+    float about = height / interval, nearest = floor(about + 0.5);
+    if (!isDraped) return about;
+    float wave = (1.0 - 2.0 * mod(nearest, 2.0)) * (draped.a * 255.0 - ${WAVE_ZERO}) / ${WAVE_STEPS}.0;
+    float beside = about > nearest ? nearest + 1.0 : nearest - 1.0;
+    return abs(nearest + wave - about) < abs(beside - wave - about) ? nearest + wave : beside - wave;
+  }
+  // Of which a pixel has so many: "moved" is the ground that it moves over to the right and upwards. A ridge has no
+  // slope, but a wave that changes ("waved").
+  float linesAPixel(vec2 slope, mat2 moved, float waved) { return max(1.2 * length(slope * moved) / interval, max(waved, 1e-6)); }
+  vec3 withContours(vec3 ground, float about, float lines, float wide) {
     float line = 1.0 - smoothstep(0.2, 0.9, abs(fract(lines - 0.5) - 0.5) / wide);
+    lines = mix(lines, about, smoothstep(0.25, 0.4, wide)); // closer than the wave can tell them apart
     float fifth = 1.0 - smoothstep(0.5, 1.2, abs(fract(lines / 5.0 - 0.5) - 0.5) * 5.0 / wide);
     float ink = max(line * 0.5 * (1.0 - smoothstep(0.12, 0.35, wide)), fifth * 0.7 * (1.0 - smoothstep(0.5, 1.5, wide)));
     return mix(ground, vec3(0.36, 0.24, 0.13), ink);
@@ -177,7 +194,7 @@ const SOURCE = `
     vec3 ground = mix(paper.rgb, tinted((high - low) * share + low, share, atan(length(slope))), 0.85 * bridged);
     return lit(mix(ground, vec3(0.62, 0.63, 0.62), 0.5 * hatch), normalize(vec3(-slope * exaggeration, 1.0)), mix(0.35, 0.6, bridged) * light);
   }
-  vec3 groundAt(czm_materialInput given, vec3 p, vec3 facet, vec4 draped) {
+  vec3 groundAt(czm_materialInput given, vec3 p, vec3 facet, mat2 moved, float waved, vec4 draped) {
     bool errors = mode > 4.5 && measured > 0.5;
     bool isDraped = measured > 0.5 && !errors && draped.r > 0.002;
     vec2 slope = slopeAt(given, p, draped, isDraped);
@@ -186,7 +203,7 @@ const SOURCE = `
     float meshHeight = (given.height - low) / exaggeration + low;
     float height = heightAt(meshHeight, draped, isDraped);
     float share = clamp((height - low) / (high - low), 0.0, 1.0);
-    float water = max(measured > 0.5 ? smoothstep(0.53, 0.6, draped.b) : 0.0, given.waterMask);
+    float water = max(measured < 0.5 ? 0.0 : contours() ? smoothstep(0.945, 0.97, draped.b) : smoothstep(0.53, 0.6, draped.b), given.waterMask);
 
     vec3 ground;
     if (errors) ground = errorColour(draped);
@@ -197,10 +214,10 @@ const SOURCE = `
     else {
       ground = tinted(height, share, steepness);
       if (mode > 0.5 && mode < 1.5) ground = mix(ground, vec3(0.93, 0.92, 0.89), 0.75);
-      if (mode > 3.5 && mode < 4.5) ground = mix(ground, vec3(0.97, 0.96, 0.93), 0.6);
+      if (contours()) ground = mix(ground, vec3(0.97, 0.96, 0.93), 0.6);
       if (deep >= 0.0 || given.waterMask > 0.0) ground = mix(ground, sea.rgb, water);
       ground = lit(ground, normal, light * (1.0 - 0.5 * water));
-      if (mode > 3.5) ground = withContours(ground, meshHeight);
+      if (contours()) ground = withContours(ground, height / interval, linesAt(height, draped, isDraped), linesAPixel(slope, moved, isDraped ? waved : 0.0));
     }
     if (measured < 0.5) return ground;
     if (draped.a < ${((UNKNOWN_HEIGHT + 0.5) / 255).toFixed(5)} && (errors || draped.a < 0.002)) return errors ? paper.rgb : ground; // not drawn yet, or not worth it
@@ -214,11 +231,13 @@ const SOURCE = `
     // Beside a skyline fwidth takes two places that lie far from each other.
     float apart = max(czm_metersPerPixel(vec4(-given.positionToEyeEC, 1.0), czm_pixelRatio), 1e-6);
     float pixel = clamp(fwidth(within), 0.2 * apart, 8.0 * apart);
-    vec3 facet = normalize(cross(dFdx(given.positionToEyeEC), dFdy(given.positionToEyeEC)));
+    vec3 right = dFdx(given.positionToEyeEC), upwards = dFdy(given.positionToEyeEC), facet = normalize(cross(right, upwards));
+    mat2 moved = mat2(localOf(right, p).xy, localOf(upwards, p).xy);
     facet *= sign(dot(facet, given.positionToEyeEC));
+    float waved = 255.0 / ${WAVE_STEPS}.0 * fwidth(draped.a);
     vec3 ground = paper.rgb; // outside of the dataset
     bool isWall = length(slopeOf(facet, p)) > 20.0 && abs(within) < max(pixel, 3.0); // between the data and the ground around it
-    if (within > -pixel && !isWall) ground = mix(ground, groundAt(given, p, facet, draped), clamp(within / pixel + 0.5, 0.0, 1.0));
+    if (within > -pixel && !isWall) ground = mix(ground, groundAt(given, p, facet, moved, waved, draped), clamp(within / pixel + 0.5, 0.0, 1.0));
     float outline = isWall ? 0.0 : bounded * (1.0 - smoothstep(0.6, 1.4, abs(within) / pixel));
     ground = mix(ground, vec3(0.42, 0.45, 0.47), 0.7 * outline);
     bool plain = mode > 4.5 && measured > 0.5; // the scale of errors is read off as it is

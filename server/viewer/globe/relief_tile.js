@@ -2,6 +2,7 @@
 // sun, shading and scale can change without another request. Pure: heights in, bytes out.
 //
 // Relief: R, G: slope towards east and north (metres a metre), B: what is there, A: height.
+// Contours: R, G as in the relief, B: what is there, and its height, A: where between two contours it is.
 // Error:  R: mesh minus source, G: light from the north-west, B: what is there.
 //
 // The height is the source's: the mesh's would show its error, which differs from tile to tile, as if it were relief.
@@ -41,6 +42,31 @@ export function heightByte(height, {low, knee, top}) {
 export function heightOfByte(byte, {low, knee, top}) {
   const t = (2 * (byte - UNKNOWN_HEIGHT - 1)) / HEIGHT_STEPS;
   return t < 1 ? low + t * (knee - low) : knee + (t - 1) * (top - knee);
+}
+
+// Of contours: 0 is a void, SEA the sea, and ground counts down from the lowest, so that no shore looks like a summit.
+export const GROUND_LOW = 235, GROUND_HIGH = 130;
+
+export function groundByte(height, scale) {
+  return GROUND_LOW - Math.round(((GROUND_LOW - GROUND_HIGH) * (heightByte(height, scale) - UNKNOWN_HEIGHT - 1)) / HEIGHT_STEPS);
+}
+
+// Intervals above the nearest contour, the other way round at every other one. So heights between two pixels are
+// exactly blends of their bytes, where a contour is, too; bytes that jump from one contour to the next would not be.
+// Zero is between two bytes: level ground that is as high as a contour is not all line.
+export const WAVE_STEPS = 252, WAVE_ZERO = 127.5;
+
+export function waveByte(height, interval) {
+  const lines = height / interval, nearest = Math.round(lines);
+  return Math.round(WAVE_ZERO + WAVE_STEPS * (nearest % 2 === 0 ? lines - nearest : nearest - lines));
+}
+
+/// Contours below a height, by its byte and by what is known `about` it: less than half an interval off, which
+/// tells the contours from each other.
+export function linesOfWave(byte, about) {
+  const nearest = Math.round(about), wave = ((nearest % 2 === 0 ? 1 : -1) * (byte - WAVE_ZERO)) / WAVE_STEPS;
+  const beside = about > nearest ? nearest + 1 : nearest - 1;
+  return Math.abs(nearest + wave - about) < Math.abs(beside - wave - about) ? nearest + wave : beside - wave;
 }
 
 export const ERROR_STEP_M = 0.01;
@@ -129,6 +155,20 @@ export async function reliefTile(source, rectangle, level, {seaLevel, scale}, pi
     bytes[4 * pixel + 1] = slopeByte(north);
     bytes[4 * pixel + 2] = kindOf(known, east, north, height, seaLevel);
     bytes[4 * pixel + 3] = Number.isFinite(height) ? heightByte(height, scale) : UNKNOWN_HEIGHT;
+  });
+  return bytes;
+}
+
+/// As reliefTile, of contours every `interval` metres.
+export async function contourTile(source, rectangle, level, {seaLevel, scale, interval}, pixels = SIDE) {
+  const bytes = new Uint8Array(4 * pixels * pixels);
+  if (level < source.coarsest) return unmeasured(bytes, GROUND);
+  await eachPixel(source, rectangle, level, pixels, (pixel, east, north, height, known) => {
+    const kind = kindOf(known, east, north, height, seaLevel);
+    bytes[4 * pixel] = slopeByte(east);
+    bytes[4 * pixel + 1] = slopeByte(north);
+    bytes[4 * pixel + 2] = kind === GROUND ? groundByte(height, scale) : kind;
+    bytes[4 * pixel + 3] = Number.isFinite(height) ? waveByte(height, interval) : UNKNOWN_HEIGHT;
   });
   return bytes;
 }
