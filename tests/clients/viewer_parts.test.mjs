@@ -32,8 +32,10 @@ test("the legend's tints are those of the ground: depths below the sea, land abo
   assert.equal(heightStops({low: -4000, high: 100}), TINTS);
   const coast = heightStops({low: -3000, high: 1000, seaLevel: 0});
   assert.deepEqual(coast.slice(0, 3), [[0, DEPTHS[0][1]], [0.6 * 0.75, DEPTHS[1][1]], [0.75, DEPTHS[2][1]]]);
-  near(coast[3][0], 0.75, 1e-12);
-  assert.deepEqual(coast.at(-1), TINTS.at(-1));
+  TINTS.forEach(([at, colour], i) => { // all of the land's, from the shore up
+    near(coast[3 + i][0], 0.75 + 0.25 * at, 1e-12);
+    assert.equal(coast[3 + i][1], colour);
+  });
   const trench = heightStops({low: -4000, high: -3000, seaLevel: 0});
   assert.deepEqual([trench[0], trench.at(-1)], [[0, DEPTHS[0][1]], [1, "#4a7a9d"]]); // a quarter of the way up to the shore
   for (const stops of [coast, trench]) assert.ok(stops.every(([at], i) => i === 0 || at >= stops[i - 1][0]));

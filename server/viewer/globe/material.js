@@ -51,13 +51,14 @@ function colourAt(stops, share) {
   return `#${mixed.map((value) => value.toString(16).padStart(2, "0")).join("")}`;
 }
 
-/// The tints of heights from the lowest to the highest, as the shader has them: depths up to the sea.
+/// The tints of heights from the lowest to the highest, as the shader has them: depths up to the sea, and all of the
+/// land's tints from there.
 export function heightStops({low, high, seaLevel}) {
   if (!hasDepths({low, seaLevel})) return TINTS;
   const shore = (seaLevel - low) / (high - low);
   const depths = DEPTHS.map(([at, colour]) => [at * shore, colour]);
   if (shore >= 1) return [...depths.filter(([at]) => at < 1), [1, colourAt(depths, 1)]];
-  return [...depths, [shore, colourAt(TINTS, shore)], ...TINTS.filter(([at]) => at > shore)];
+  return [...depths, ...TINTS.map(([at, colour]) => [shore + at * (1 - shore), colour])];
 }
 
 /// All scales in one picture, a row each.
@@ -152,6 +153,7 @@ const SOURCE = `
     return isDraped && t > -0.003 ? (t < 1.0 ? mix(low, knee, t) : mix(knee, high, t - 1.0)) : meshHeight;
   }
   vec3 tinted(float height, float share, float steepness) {
+    if (deep < 0.0) share = clamp((height - seaLevel) / max(high - seaLevel, 1.0), 0.0, 1.0);
     vec3 ground = mix(scale(0.0, share), rock.rgb, smoothstep(0.6, 1.1, steepness) * (1.0 - 0.4 * share));
     return deep < 0.0 && height < seaLevel ? scale(3.0, 1.0 - (seaLevel - height) / (seaLevel - deep)) : ground;
   }
@@ -186,13 +188,14 @@ const SOURCE = `
     return scale(2.0, 0.5 + 0.5 * metres / reach) * mix(1.0, 0.45 + 0.72 * draped.g, light);
   }
   // Hatched: the dataset has no height here. Where the mesh leads a mountain on across a small hole, the
-  // hatch lies on the ground that is drawn; where it is level, as over a large one, on paper.
+  // hatch lies on the ground that is drawn; where it is level, as over a large one, or a wall that no ground
+  // is, on paper.
   vec3 nothing(vec3 facet, vec3 p, float share, bool errors) {
     float hatch = smoothstep(0.5, 0.9, abs(fract((gl_FragCoord.x + gl_FragCoord.y) / (9.0 * czm_pixelRatio)) - 0.5) * 2.0);
     vec2 slope = slopeOf(facet, p) / exaggeration; // of the triangle: the normals at its corners are those of the ground around
-    float bridged = errors ? 0.0 : smoothstep(0.03, 0.2, length(slope));
+    float wall = smoothstep(1.0, 2.0, length(slope)), bridged = errors ? 0.0 : smoothstep(0.03, 0.2, length(slope)) * (1.0 - wall);
     vec3 ground = mix(paper.rgb, tinted((high - low) * share + low, share, atan(length(slope))), 0.85 * bridged);
-    return lit(mix(ground, vec3(0.62, 0.63, 0.62), 0.5 * hatch), normalize(vec3(-slope * exaggeration, 1.0)), mix(0.35, 0.6, bridged) * light);
+    return lit(mix(ground, vec3(0.62, 0.63, 0.62), 0.5 * hatch), normalize(vec3(-slope * exaggeration * (1.0 - wall), 1.0)), mix(0.35, 0.6, bridged) * light);
   }
   vec3 groundAt(czm_materialInput given, vec3 p, vec3 facet, mat2 moved, float waved, vec4 draped) {
     bool errors = mode > 4.5 && measured > 0.5;
@@ -227,7 +230,7 @@ const SOURCE = `
   czm_material picture(czm_materialInput given, vec4 draped) {
     czm_material material = czm_getDefaultMaterial(given);
     vec3 p = (czm_inverseView * vec4(-given.positionToEyeEC, 1.0)).xyz;
-    float within = inside(p);
+    float within = bounded > 0.5 ? inside(p) : 1e9;
     // Beside a skyline fwidth takes two places that lie far from each other.
     float apart = max(czm_metersPerPixel(vec4(-given.positionToEyeEC, 1.0), czm_pixelRatio), 1e-6);
     float pixel = clamp(fwidth(within), 0.2 * apart, 8.0 * apart);
@@ -237,8 +240,9 @@ const SOURCE = `
     float waved = 255.0 / ${WAVE_STEPS}.0 * fwidth(draped.a);
     vec3 ground = paper.rgb; // outside of the dataset
     bool isWall = length(slopeOf(facet, p)) > 20.0 && abs(within) < max(pixel, 3.0); // between the data and the ground around it
-    if (within > -pixel && !isWall) ground = mix(ground, groundAt(given, p, facet, moved, waved, draped), clamp(within / pixel + 0.5, 0.0, 1.0));
-    float outline = isWall ? 0.0 : bounded * (1.0 - smoothstep(0.6, 1.4, abs(within) / pixel));
+    if (within > 0.0 && !isWall) ground = mix(ground, groundAt(given, p, facet, moved, waved, draped), clamp(within / pixel, 0.0, 1.0));
+    // The outline lies inside: ground beside the data that ends where it does is coarser, and would have one of its own.
+    float outline = isWall ? 0.0 : bounded * smoothstep(0.0, 0.5, within / pixel) * (1.0 - smoothstep(1.4, 2.2, within / pixel));
     ground = mix(ground, vec3(0.42, 0.45, 0.47), 0.7 * outline);
     bool plain = mode > 4.5 && measured > 0.5; // the scale of errors is read off as it is
     material.diffuse = plain ? ground : mix(ground, air.rgb, haze(length(given.positionToEyeEC), given.height));
