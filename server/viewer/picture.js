@@ -41,13 +41,14 @@ const VERTEX = `#version 300 es
   in vec3 position;
   uniform vec3 eye, right, up, ahead;
   uniform vec2 lens, depths;
+  uniform float middle;
   out vec3 ground, edge;
   void main() {
     vec3 v = position - eye;
     float z = dot(v, ahead);
     ground = position;
     edge = vec3(gl_VertexID % 3 == 0, gl_VertexID % 3 == 1, gl_VertexID % 3 == 2);
-    gl_Position = vec4(dot(v, right) * lens.x, dot(v, up) * lens.y, z * depths.x - depths.y, z);
+    gl_Position = vec4(dot(v, right) * lens.x + middle * z, dot(v, up) * lens.y, z * depths.x - depths.y, z);
   }`;
 const rgb = (css) => [1, 3, 5].map((at) => (parseInt(css.slice(at, at + 2), 16) / 255).toFixed(4)).join(", ");
 const TINTED = TINTS.slice(1).map(([at, css], i) =>
@@ -106,8 +107,9 @@ export class Picture {
     this.vertices = positions.length / 3;
   }
 
-  /// `wires`: how dark edges are, 0 to 1; `low`, `top`: the heights at which the tints begin and end; `haze`: metres at which it takes over.
-  draw(pose, {wires, low, top, haze, near = 20, far = 400000}) {
+  /// `wires`: how dark edges are, 0 to 1; `low`, `top`: the heights at which the tints begin and end; `haze`: metres at which it takes over;
+  /// `middle`: where the camera looks, of the picture's width from -1 to 1.
+  draw(pose, {wires, low, top, haze, middle = 0, near = 20, far = 400000}) {
     const {gl, canvas, program} = this;
     const set = (name, ...values) => gl[`uniform${values.length}f`](gl.getUniformLocation(program, name), ...values);
     const focal = 1 / Math.tan((FOV * DEGREE) / 2);
@@ -120,6 +122,7 @@ export class Picture {
     set("low", low);
     set("top", top);
     set("haze", haze);
+    set("middle", middle);
     gl.drawArrays(gl.TRIANGLES, 0, this.vertices);
   }
 }

@@ -2,7 +2,7 @@
 // between coarse and fine; or each is as fine as its distance needs, and fits its neighbours all the
 // same, because a stream never touches the border of its tile.
 
-import {$, busyFor, chooseDataset, connectKeys, fetchDatasets, fetchJson, foldControls, NoAnswer, say, sayFailed, stillIfAsked, unanswered, whenBack} from "./page.js";
+import {$, busyFor, chooseDataset, connectKeys, fetchDatasets, fetchJson, foldControls, isPhone, NoAnswer, say, sayFailed, stillIfAsked, unanswered, whenBack} from "./page.js";
 import {cross, DEGREE, dot, fitToWindow, FOV, frameAt, Picture, sum} from "./picture.js";
 import {Geomorph, ProgressiveMesh, toCrs} from "./progressive_mesh.js";
 import {TpmStream} from "./tpm.js";
@@ -225,7 +225,7 @@ class Orbit {
     const [h, p] = [this.heading, this.pitch];
     const ahead = [Math.sin(h) * Math.cos(p), Math.cos(h) * Math.cos(p), Math.sin(p)];
     const right = [Math.cos(h), -Math.sin(h), 0];
-    this.distance = 1.3 * metres * this.zoom;
+    this.distance = 1.45 * metres * this.zoom;
     return {eye: sum([1, [0, 0, height]], [-this.distance, ahead]), ahead, right, up: cross(right, ahead)};
   }
 }
@@ -250,6 +250,9 @@ function labels() {
   $("detail-value").textContent = `${Math.round(100 * Number($("detail").value) ** 2)} %`;
   $("tolerance-value").textContent = `${(2 ** Number($("tolerance").value)).toFixed(1)} px`;
 }
+
+/// In the middle of what the panel leaves free.
+const middleBesideControls = () => (isPhone() || !$("controls").open ? 0 : $("controls").getBoundingClientRect().right / window.innerWidth);
 
 async function main() {
   const picture = new Picture($("picture"));
@@ -311,7 +314,7 @@ async function main() {
       say("");
     }
     showFigures(view.figures);
-    picture.draw(pose, {wires: $("wires").checked ? 0.7 : 0, low: view.low ?? 0, top: view.top, haze: 1e9, near: orbit.distance / 100, far: 10 * orbit.distance});
+    picture.draw(pose, {wires: $("wires").checked ? 0.7 : 0, low: view.low ?? 0, top: view.top, haze: 1e9, middle: middleBesideControls(), near: orbit.distance / 100, far: 10 * orbit.distance});
     requestAnimationFrame(frame);
   };
   requestAnimationFrame(frame);

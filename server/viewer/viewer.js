@@ -323,6 +323,7 @@ async function whenServed() {
 function show(globe, dataset, first) {
   globe.show(dataset, {...looks, sun: {...looks.sun}});
   $("choose").textContent = dataset.name;
+  $("drawn").textContent = "Its mesh is on its way …";
   $("facts").textContent = factsOf(dataset.facts).slice(1, 3).join(", ");
   document.body.classList.remove("waiting");
   document.title = `${dataset.name} · tind`;

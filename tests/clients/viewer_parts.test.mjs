@@ -12,7 +12,7 @@ import {DEPTHS, heightScale, heightStops, TINTS, tintTop} from "../../server/vie
 import {objOf} from "../../server/viewer/globe/mesh_file.js";
 import {rasterise} from "../../server/viewer/globe/mesh_raster.js";
 import {matches, placeOf} from "../../server/viewer/globe/places.js";
-import {profileFigures, runs, sampleAt} from "../../server/viewer/globe/profile.js";
+import {LEFT, profileFigures, RIGHT, runs, sampleAt} from "../../server/viewer/globe/profile.js";
 import {contourTile, errorByte, errorOfByte, errorScale, errorTile, GROUND, GROUND_HIGH, GROUND_LOW, heightByte, heightOfByte, linesOfWave, reliefTile, SEA, SIDE, slopeByte, slopeOfByte, UNKNOWN_HEIGHT, VOID, waveByte} from "../../server/viewer/globe/relief_tile.js";
 import {columnOf, heightsOfColours, latOf, lonOf, PIXELS, rowOf, SourceHeights} from "../../server/viewer/globe/source_heights.js";
 import {labelsThatFit, latticeLines, tileSides} from "../../server/viewer/globe/tile_lines.js";
@@ -403,9 +403,9 @@ test("a profile counts climb, fall, what is beyond the bound, and leaves gaps op
 test("a place on the profile's picture is the sample that is drawn there", () => {
   const samples = Array.from({length: 401}, (_, metres) => ({metres}));
   for (const wide of [340, 420]) {
-    assert.equal(sampleAt(samples, 44, wide).metres, 0);
-    assert.equal(sampleAt(samples, wide - 8, wide).metres, 400);
-    assert.equal(sampleAt(samples, (44 + wide - 8) / 2, wide).metres, 200);
+    assert.equal(sampleAt(samples, LEFT, wide).metres, 0);
+    assert.equal(sampleAt(samples, wide - RIGHT, wide).metres, 400);
+    assert.equal(sampleAt(samples, (LEFT + wide - RIGHT) / 2, wide).metres, 200);
     for (const [x, metres] of [[-5, 0], [wide + 9, 400]]) assert.equal(sampleAt(samples, x, wide).metres, metres);
   }
 });

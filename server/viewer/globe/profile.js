@@ -37,7 +37,7 @@ export function runs(samples, ...keys) {
 }
 
 const HIGH = 150, TOP = 8, BOTTOM = 20;
-const LEFT = 44, RIGHT = 8; // beside the curves
+export const LEFT = 64, RIGHT = 8; // beside the curves: room for −10,000 m
 
 /// A picture `wide` pixels wide.
 export function profileSvg(samples, wide) {
@@ -57,9 +57,9 @@ export function profileSvg(samples, wide) {
   const picture = make("svg", {viewBox: `0 0 ${wide} ${HIGH}`, class: "profile", role: "img", "aria-label": "Heights of source and mesh along the line"});
   for (const height of ticks(low - margin, high + margin, 4))
     picture.append(make("line", {x1: LEFT, x2: wide - RIGHT, y1: y(height), y2: y(height), class: "grid"}),
-      make("text", {x: LEFT - 4, y: y(height) + 4, "text-anchor": "end"}, `${height.toLocaleString("en")} m`));
-  for (const at of ticks(0, length, 4))
-    picture.append(make("text", {x: x(at), y: HIGH - 5, "text-anchor": at === 0 ? "start" : "middle"}, at === 0 ? "0" : lengthText(at)));
+      make("text", {x: LEFT - 4, y: y(height) + 4, "text-anchor": "end"}, `${height.toLocaleString("en").replace("-", "−")} m`));
+  for (const at of ticks(0, length, 4)) // none beyond the picture's sides
+    picture.append(make("text", {x: x(at), y: HIGH - 5, "text-anchor": at === 0 ? "start" : x(at) > wide - RIGHT - 16 ? "end" : "middle"}, at === 0 ? "0" : lengthText(at)));
   const line = (run, key, sign = 0) => run.map((s) => `${x(s.metres).toFixed(1)},${y(s[key] + sign * (s.bound ?? 0)).toFixed(1)}`);
   for (const run of runs(samples, "mesh", "bound"))
     picture.append(make("polygon", {points: [...line(run, "mesh", 1), ...line(run, "mesh", -1).reverse()].join(" "), class: "bound"}));
