@@ -39,6 +39,11 @@ table { border-collapse: collapse; width: 100%; font-size: .92rem; font-variant-
 th, td { padding: .3rem .6rem .3rem 0; text-align: left; vertical-align: top; border-bottom: 1px solid var(--line); }
 th { color: var(--soft); font-weight: 500; }
 th[scope=row] { width: 34%; }
+@media (max-width: 32rem) {
+th[scope=row], th[scope=row] + td { display: block; width: auto; }
+th[scope=row] { padding-bottom: 0; border: 0; }
+th[scope=row] + td { padding-top: 0; }
+}
 .wide th { white-space: nowrap; padding-right: 1rem; }
 .wide td { overflow-wrap: normal; }
 ul { margin: .3rem 0; padding-left: 1.2rem; }
