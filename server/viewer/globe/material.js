@@ -193,9 +193,9 @@ const SOURCE = `
   vec3 nothing(vec3 facet, vec3 p, float share, bool errors) {
     float hatch = smoothstep(0.5, 0.9, abs(fract((gl_FragCoord.x + gl_FragCoord.y) / (9.0 * czm_pixelRatio)) - 0.5) * 2.0);
     vec2 slope = slopeOf(facet, p) / exaggeration; // of the triangle: the normals at its corners are those of the ground around
-    float wall = smoothstep(1.0, 2.0, length(slope)), bridged = errors ? 0.0 : smoothstep(0.03, 0.2, length(slope)) * (1.0 - wall);
+    float wall = smoothstep(3.0, 6.0, length(slope)), bridged = errors ? 0.0 : smoothstep(0.03, 0.2, length(slope)) * (1.0 - wall);
     vec3 ground = mix(paper.rgb, tinted((high - low) * share + low, share, atan(length(slope))), 0.85 * bridged);
-    return lit(mix(ground, vec3(0.62, 0.63, 0.62), 0.5 * hatch), normalize(vec3(-slope * exaggeration * (1.0 - wall), 1.0)), mix(0.35, 0.6, bridged) * light);
+    return lit(mix(ground, vec3(0.62, 0.63, 0.62), 0.5 * hatch), normalize(vec3(-slope * exaggeration * (1.0 - wall) / max(length(slope), 1.0), 1.0)), mix(0.35, 0.6, bridged) * light);
   }
   vec3 groundAt(czm_materialInput given, vec3 p, vec3 facet, mat2 moved, float waved, vec4 draped) {
     bool errors = mode > 4.5 && measured > 0.5;
