@@ -42,7 +42,7 @@ try {
     await PICTURES[name].then(page);
     await page.waitForTimeout(1000);
     const path = `${ROOT}docs/images/${name}.jpg`;
-    await page.screenshot({path, type: "jpeg", quality: 86});
+    await page.screenshot({path, type: "jpeg", quality: 82});
     await page.close();
     const {size} = statSync(path);
     console.log(`docs/images/${name}.jpg: ${size} bytes`);
