@@ -121,8 +121,10 @@ class Page {
   }
 
   void put_anchor(const std::string& href, const std::string& text) {
-    const bool here = href.starts_with(place_.origin + "/");
-    if (here) out_ += "<a href=\"" + escaped(href.substr(place_.origin.size())) + "\">";
+    const bool path = href.starts_with('/') && !href.starts_with("//");
+    const bool here = path || href.starts_with(place_.origin + "/");
+    if (here)
+      out_ += "<a href=\"" + escaped(path ? href : href.substr(place_.origin.size())) + "\">";
     out_ += escaped(text);
     if (here) out_ += "</a>";
   }

@@ -10,7 +10,7 @@ namespace tind::api::ogc {
 
 struct PagePlace {
   std::string path;    // "/collections/alps": the way that stands above
-  std::string origin;  // only links that begin with it can be followed
+  std::string origin;  // only links that begin with it, or are paths, can be followed
 };
 
 /// UTF-8. Whatever the document says is text, never markup. Members that only programs have a use

@@ -10,6 +10,7 @@
 #include "server/api/processes/job_filter.h"
 #include "server/api/processes/job_json.h"
 #include "server/api/processes/list_page.h"
+#include "server/api/processes/pages.h"
 #include "server/api/processes/process_operations.h"
 #include "server/api/processes/results.h"
 #include "server/api/responses.h"
@@ -32,25 +33,28 @@ http::Reply json_reply(const Ordered& json) {
 
 /// What is done with the job of the path, on a worker: jobs are on a disk.
 using WithJob = http::Reply (*)(const App&, const Job&, const std::string& output,
-                                const http::Conditions&, const std::string& target);
+                                const ogc::Asked&);
 
 /// Of the key that is shown, where one is: what another one asked for, it has not.
 std::optional<http::Reply> with_job(const App& app, const http::Request& request,
                                     http::DeferredReply& deferred, WithJob answer) {
   const std::string whose = request.access ? deferred.client() : std::string();
+  const auto query = http::read_query(request);
+  if (!query.problems.empty()) return http::problem_reply(query.problems, request.head.target);
   return answer_on_worker(
       app, services::Work::question, request, deferred,
       [&app, answer, whose, id = std::string(request.matched[0]),
-       output = std::string(request.matched[1]), client = http::Conditions(request.head.fields),
-       target = std::string(request.head.target)](const std::stop_token&) {
+       output = std::string(request.matched[1]),
+       asked = ogc::asked_of(request, query.words.empty() ? "" : query.words[0])](
+          const std::stop_token&) {
         const auto job = app.jobs->find(id);
-        if (!job) return http::problem_reply(job.error(), target);
+        if (!job) return http::problem_reply(job.error(), asked.target);
         if (!*job || (!whose.empty() && (*job)->client != whose))
           return http::problem_reply({.status = 404,
                                       .detail = "There is no such job, or it has expired.",
-                                      .instance = target,
+                                      .instance = asked.target,
                                       .type = kNoSuchJob});
-        return answer(app, **job, output, client, target);
+        return answer(app, **job, output, asked);
       });
 }
 
@@ -61,9 +65,9 @@ std::optional<http::Reply> list_jobs(const App& app, const http::Request& reques
   return answer_on_worker(
       app, services::Work::question, request, deferred,
       [&app, client = deferred.client(), page = list_page(query), filter = job_filter(query),
-       target = std::string(request.head.target)](const std::stop_token&) {
+       asked = ogc::asked_of(request, query.words.back())](const std::stop_token&) {
         const auto jobs = app.jobs->of_client(client, kMostListed);
-        if (!jobs) return http::problem_reply(jobs.error(), target);
+        if (!jobs) return http::problem_reply(jobs.error(), asked.target);
         const auto now = std::chrono::duration_cast<std::chrono::milliseconds>(
             std::chrono::system_clock::now().time_since_epoch());
         Ordered json = {{"jobs", Ordered::array()}};
@@ -71,8 +75,8 @@ std::optional<http::Reply> list_jobs(const App& app, const http::Request& reques
         for (const Job& job : *jobs)
           if (filter.has(job, now.count()) && page.has(found++))
             json["jobs"].push_back(status_json(job));
-        json["links"] = page_links(target, page, found);
-        return json_reply(json);
+        json["links"] = page_links(asked.target, page, found);
+        return job_list_reply(asked, std::move(json));
       });
 }
 
@@ -102,7 +106,15 @@ http::Operation jobs_operation() {
   operation.numbers = page_numbers();
   for (const http::QueryNumber& number : job_filter_numbers()) operation.numbers.push_back(number);
   operation.words = job_filter_words();
-  return operation;
+  operation.words.push_back(form_word());
+  return with_page(std::move(operation));
+}
+
+http::Operation job_operation() {
+  http::Operation operation =
+      operation_of("getJob", "How far a job is", json_answer("It.", kJobRef));
+  operation.words = {form_word()};
+  return with_page(std::move(operation));
 }
 
 /// What came of a job: files of the formats that processes write, or JSON.
@@ -128,27 +140,30 @@ void add_job_routes(http::Router& router, const App& app) {
              [&app](const http::Request& request, http::DeferredReply& deferred) {
                return list_jobs(app, request, deferred);
              });
-  get("/jobs/{job}", operation_of("getJob", "How far a job is", json_answer("It.", kJobRef)),
-      [](const App&, const Job& job, const std::string&, const http::Conditions&,
-         const std::string&) { return json_reply(status_json(job)); });
+  get("/jobs/{job}", job_operation(),
+      [](const App&, const Job& job, const std::string&, const ogc::Asked& asked) {
+        return job_reply(asked, status_json(job), job.has_ended());
+      });
   get("/jobs/{job}/results", operation_of("getJobResults", "What came of a job", results()),
-      [](const App& a, const Job& job, const std::string&, const http::Conditions& client,
-         const std::string& target) { return results_reply(*a.jobs, job, client, target); });
+      [](const App& a, const Job& job, const std::string&, const ogc::Asked& asked) {
+        return results_reply(*a.jobs, job, asked.client, asked.target);
+      });
   get("/jobs/{job}/results/{output}",
       operation_of("getJobResult", "One output of a job", results()),
-      [](const App& a, const Job& job, const std::string& output, const http::Conditions& client,
-         const std::string& target) { return result_reply(*a.jobs, job, output, client, target); });
+      [](const App& a, const Job& job, const std::string& output, const ogc::Asked& asked) {
+        return result_reply(*a.jobs, job, output, asked.client, asked.target);
+      });
   router.del("/jobs/{job}",
              operation_of("dismissJob", "Stops a job and drops its files",
                           json_answer("As it is now.", kJobRef)),
              [&app](const http::Request& request, http::DeferredReply& deferred) {
-               return with_job(app, request, deferred,
-                               [](const App& a, const Job& job, const std::string&,
-                                  const http::Conditions&, const std::string& target) {
-                                 const auto gone = a.jobs->dismiss(job.id);
-                                 if (!gone) return http::problem_reply(gone.error(), target);
-                                 return json_reply(status_json(*gone ? **gone : job));
-                               });
+               return with_job(
+                   app, request, deferred,
+                   [](const App& a, const Job& job, const std::string&, const ogc::Asked& asked) {
+                     const auto gone = a.jobs->dismiss(job.id);
+                     if (!gone) return http::problem_reply(gone.error(), asked.target);
+                     return json_reply(status_json(*gone ? **gone : job));
+                   });
              });
 }
 

@@ -4,6 +4,7 @@
 
 #include "server/api/openapi_parts.h"
 #include "server/api/processes/list_page.h"
+#include "server/api/processes/pages.h"
 #include "server/api/responses.h"
 
 namespace tind::api {
@@ -98,25 +99,28 @@ std::string capital(std::string name) {
 }  // namespace
 
 http::Operation processes_operation() {
-  return with_scope({.id = "getProcesses",
-                     .summary = "What can be done for a client",
-                     .numbers = page_numbers(),
-                     .responses = json_answer("All processes.", R"({
+  return with_page(with_scope({.id = "getProcesses",
+                               .summary = "What can be done for a client",
+                               .numbers = page_numbers(),
+                               .words = {form_word()},
+                               .responses = json_answer("All processes.", R"({
          "type": "object",
          "required": ["processes", "links"],
          "properties": {"processes": {"type": "array", "items": )" + std::string(kSummary) +
-                                                                    R"(},
-           "links": {"type": "array", "items": {"$ref": "#/components/schemas/Link"}}}})")});
+                                                                              R"(},
+           "links": {"type": "array", "items": {"$ref": "#/components/schemas/Link"}}}})")}));
 }
 
 http::Operation process_operation() {
   Ordered ids = Ordered::array();
   for (const Process& p : processes()) ids.push_back(p.id);
-  return with_scope({.id = "getProcess",
-                     .summary = "What a process takes and makes",
-                     .path = {{"id", "the name of a process",
-                               Ordered{{"type", "string"}, {"enum", ids}}.dump(), R"("simplify")"}},
-                     .responses = json_answer("Its inputs and outputs.", kSummary)});
+  return with_page(
+      with_scope({.id = "getProcess",
+                  .summary = "What a process takes and makes",
+                  .words = {form_word()},
+                  .path = {{"id", "the name of a process",
+                            Ordered{{"type", "string"}, {"enum", ids}}.dump(), R"("simplify")"}},
+                  .responses = json_answer("Its inputs and outputs.", kSummary)}));
 }
 
 http::Operation execute_operation(const Process& process) {

@@ -7,6 +7,7 @@
 #include "server/api/processes/area_input.h"
 #include "server/api/processes/job_json.h"
 #include "server/api/processes/list_page.h"
+#include "server/api/processes/pages.h"
 #include "server/api/processes/process.h"
 #include "server/api/processes/process_operations.h"
 #include "server/api/processes/results.h"
@@ -187,16 +188,18 @@ void add_process_routes(http::Router& router, const App& app) {
                for (const Process& p : processes())
                  if (page.has(found++)) json["processes"].push_back(summary_json(p));
                json["links"] = page_links(std::string(request.head.target), page, found);
-               return json_reply(200, json);
+               return process_list_reply(ogc::asked_of(request, query.words[0]), std::move(json));
              });
   router.get("/processes/{id}", process_operation(),
              [](const http::Request& request, http::DeferredReply&) {
                const Process* const p = process_named(request.matched[0]);
                if (!p) return no_such_process(request);
+               const auto asked = ogc::read_asked(request);
+               if (!asked) return asked.error();
                Ordered json = summary_json(*p);
                json["inputs"] = p->inputs();
                json["outputs"] = p->outputs();
-               return json_reply(200, json);
+               return process_reply(*asked, std::move(json));
              });
   for (const Process& p : processes())
     router.post("/processes/" + std::string(p.id) + "/execution", execute_operation(p),

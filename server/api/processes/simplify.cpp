@@ -82,13 +82,14 @@ std::vector<OptionInput> all_options() {
   std::vector<OptionInput> all;
   for (const MethodOptions& method : all_methods()) {
     for (OptionInput& option : options_of(method)) {
+      const std::string owner = method_name(method);  // most name it themselves
+      if (!option.help.starts_with(owner)) option.help = owner + ": " + option.help;
       const auto known = std::ranges::find(all, option.name, &OptionInput::name);
       if (known != all.end()) {
-        known->help += "; " + method_name(method) + ": " + option.help;
+        known->help += "; " + option.help;
         merge_words(known->schema, option.schema);
         continue;
       }
-      option.help = method_name(method) + ": " + option.help;
       all.push_back(std::move(option));
     }
   }

@@ -69,6 +69,35 @@ TEST_F(ProcessesApi, SayWhatTheyTake) {
   EXPECT_EQ(get("/processes/nothing").status, 404);
 }
 
+TEST_F(ProcessesApi, ArePagesForPeople) {
+  const auto page = [&](const std::string& target) {
+    const HttpReply reply = get(target);
+    EXPECT_EQ(reply.headers.at("content-type"), "text/html; charset=utf-8") << target;
+    EXPECT_EQ(reply.body.find("<script"), std::string::npos);
+    return reply;
+  };
+  EXPECT_NE(page("/processes?f=html").body.find("<a href=\"/processes/simplify\">"),
+            std::string::npos);
+  const std::string slope = page("/processes/slope?f=html").body;
+  EXPECT_NE(slope.find("<td>unit</td><td></td><td>degree, percent"), std::string::npos) << slope;
+  EXPECT_NE(page("/jobs?f=html").body.find("None of yours"), std::string::npos);
+  const std::string job =
+      execute(inputs(R"("max_error": 30)"), "Prefer: respond-async\r\n").headers.at("location");
+  EXPECT_NE(page("/jobs?f=html").body.find("<a href=\"" + job + "\">simplify"), std::string::npos);
+  EXPECT_EQ(wait_for(job)["status"], "successful");
+  const HttpReply ended = page(job + "?f=html");
+  EXPECT_NE(ended.body.find("<a href=\"" + job + "/results/mesh\">"), std::string::npos);
+  EXPECT_FALSE(ended.headers.contains("refresh")) << "it has ended";
+  for (const std::string& target : {std::string("/processes"), std::string("/jobs"), job}) {
+    EXPECT_EQ(get(target + "?f=json").headers.at("content-type"), "application/json");
+    EXPECT_EQ(get(target + "?f=xml").status, 400);
+    const Json links = get_json(target)["links"];
+    EXPECT_TRUE(std::ranges::any_of(links, [&](const Json& l) {
+      return l["href"] == target + "?f=html";
+    })) << links;
+  }
+}
+
 TEST_F(ProcessesApi, AMeshOfAnAreaIsTheAnswerOfWhoeverWaits) {
   const HttpReply reply =
       execute(inputs(R"("bbox": [-121.8, 46.8, -121.7, 46.9], "max_error": 10, "format": "ply")"));
