@@ -179,6 +179,7 @@ std::string encode(const BuildRecord& r) {
   j["vertical_datum"] = r.vertical_datum;  // for people; the grid has it, too
   j["effort"] = r.effort;
   if (!r.method.empty()) j["method"] = r.method;
+  if (!r.drape.empty()) j["drape"] = r.drape;
   j["gzip"] = r.gzip;
   if (r.exact_posts > 0) j["exact_posts"] = r.exact_posts;
   if (!r.tiles.empty()) j["tiles"] = r.tiles;
@@ -212,6 +213,7 @@ std::optional<BuildRecord> decode_build_record(std::string_view text) {
   take(j, "vertical_datum", r.vertical_datum);
   take(j, "effort", r.effort);
   take(j, "method", r.method);
+  take(j, "drape", r.drape);
   take(j, "gzip", r.gzip);
   take(j, "exact_posts", r.exact_posts);
   take(j, "layer_epoch", r.layer_epoch);

@@ -45,6 +45,7 @@ struct BuildRecord {
   std::string vertical_datum;
   std::string effort;
   std::string method;            // with its options; empty: bounded
+  std::string drape;             // fingerprint of the image for whose sake it makes meshes
   bool gzip = false;             // the tiles are stored compressed
   std::int64_t exact_posts = 0;  // 0: not asked for
   std::string tiles;             // digest of which tiles there are; empty: rectangles

@@ -1,30 +1,13 @@
 #include "terrain/tiles3d/tile_drape.h"
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <span>
 
+#include "terrain/tile/level_colours.h"
+
 namespace tind::tiles3d {
 namespace {
-
-constexpr double kMeridian_m = 20'003'931;  // from pole to pole, which level 0 has one tile for
-constexpr double kPixels = 64;              // along a side of a tile
-
-std::vector<std::array<float, 3>> colours_at(std::span<const Geographic> places, int level,
-                                             const ImageColours& image) {
-  std::vector<std::optional<ImageColours::Linear>> found(places.size());
-  image.at(places, std::ldexp(kMeridian_m, -level) / kPixels, found);
-  std::vector<std::array<float, 3>> colours;
-  colours.reserve(found.size());
-  bool any = false;
-  for (const auto& colour : found) {
-    any = any || colour;
-    colours.push_back(colour.value_or(ImageColours::Linear{1, 1, 1}));
-  }
-  if (!any) colours.clear();
-  return colours;
-}
 
 using Found = std::vector<std::optional<std::uint16_t>>;
 
@@ -77,7 +60,7 @@ GlbDrape tile_drape(const TileModel& tile, const Draped& over) {
   std::vector<Geographic> places;
   places.reserve(tile.mesh.vertices.size());
   for (const Vec3& v : tile.mesh.vertices) places.push_back(place_of(rect, v));
-  if (coloured) drape.colours = colours_at(places, tile.id.level, *over.colours);
+  if (coloured) drape.colours = level_colours(places, tile.id.level, *over.colours);
   if (covered) add_classes(classes_of(tile, places, *over.cover), *over.cover, drape);
   return drape;
 }

@@ -46,7 +46,8 @@ before(async () => {
   build("--drape", join(folder, "colours.tif"), "--compression", "meshopt");
   contents = readdirSync(join(folder, "built/3dtiles"), {recursive: true}).filter((name) => name.endsWith(".glb"));
   writeFileSync(join(folder, "config.toml"),
-    `[[dataset]]\nname = "rainier"\nfiles = ["${ROOT}/testdata/rainier.tif"]\nfrom_datum = "egm96"\nto_datum = "ellipsoid"\ndrape = "colours.tif"\n`);
+    `[[dataset]]\nname = "rainier"\nfiles = ["${ROOT}/testdata/rainier.tif"]\nfrom_datum = "egm96"\nto_datum = "ellipsoid"\ndrape = "colours.tif"\n` +
+    `[[dataset]]\nname = "edges"\nfiles = ["${ROOT}/testdata/rainier.tif"]\nfrom_datum = "egm96"\nto_datum = "ellipsoid"\ndrape = "colours.tif"\nmethod = "attribute-qem"\n`);
   daemon = await startDaemon("--config", join(folder, "config.toml"));
 });
 
@@ -71,6 +72,24 @@ test("every content is valid glTF, and on demand the same as in batch", async ()
   }
   figure("gltf-validator", `COLOR_0: ${coloured} of ${contents.length} contents have colours, 0 errors, 0 warnings`);
   assert.ok(coloured > 80 && coloured < contents.length);
+});
+
+test("meshes that are made for the image's sake are the same on demand, and within their errors", async () => {
+  const built = join(folder, "edges");
+  execFileSync(PROGRAM, ["build", "testdata/rainier.tif", "-o", built, "--format", "3dtiles", "--progress", "none", "--from-datum", "egm96",
+    "--method", "attribute-qem", "--drape", join(folder, "colours.tif")], {cwd: ROOT, stdio: ["ignore", "pipe", "pipe"]});
+  let other = 0;
+  for (const name of [...contents, "tileset.json"]) {
+    const bytes = new Uint8Array(readFileSync(join(built, "3dtiles", name)));
+    const reply = await fetch(`${daemon.origin}/3dtiles/edges/${name}`);
+    assert.deepEqual(new Uint8Array(await reply.arrayBuffer()), bytes, name);
+    other += Buffer.compare(bytes, file(name)) !== 0;
+  }
+  assert.ok(other > 80, `${other}`);
+  const layer = readFileSync(join(built, "layer.json"), "utf8");
+  assert.equal(JSON.parse(await (await fetch(`${daemon.origin}/terrain/edges/layer.json`)).text()).version, JSON.parse(layer).version);
+  const said = execFileSync(PROGRAM, ["check", built, "--source", "testdata/rainier.tif", "--from-datum", "egm96", "--json"], {cwd: ROOT, encoding: "utf8"});
+  assert.equal(JSON.parse(said).violations, 0);
 });
 
 test("a vertex of a deep tile has the image's colour, and white where the image is not", async () => {

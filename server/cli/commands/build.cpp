@@ -349,6 +349,7 @@ int run(Arguments a) {
   auto draped = open_drape(a.drape, draped_over(a.format));
   if (!draped) return complain(draped.error());
   a.draped = std::move(*draped);
+  a.options.tiles.colours = a.draped.colours;
   if (a.format == kTiles3d && a.options.tiles.first_level > 0)
     return complain({Errc::invalid_argument,
                      "--format 3dtiles needs level 0, from where clients find all others: leave "

@@ -66,7 +66,8 @@ std::vector<std::string> DrapeInput::files() const {
 void add_drape_options(Command c, DrapeInput& drape) {
   c.add_option("--drape", drape.image,
                "an image that says where it is (GeoTIFF): colours of the vertices of 3D Tiles; "
-               "quantized-mesh has none");
+               "quantized-mesh has none. With --method attribute-qem vertices go where its edges "
+               "are");
   c.add_option(
       "--land-cover", drape.land_cover,
       "a raster of classes that says where it is: each triangle of 3D Tiles is a feature of "

@@ -185,7 +185,7 @@ std::vector<DatasetSetting> make_table() {
   table.push_back(line_heights());
   table.push_back({.name = "drape",
                    .help = "an image that says where it is (GeoTIFF): colours of the vertices of "
-                           "its 3D Tiles",
+                           "its 3D Tiles; by method attribute-qem they lie where its edges are",
                    .is_path = true,
                    .for_all = false,
                    .set = [](DatasetOptions& options, std::string_view value) -> Result<void> {

@@ -98,6 +98,18 @@ Dataset with_draped(Dataset dataset, const Draped& draped) {
   return dataset;
 }
 
+/// The image comes first: tiles may be made for its sake.
+Result<Dataset> open_with_draped(const DatasetSpec& spec, const DatasetOptions& options,
+                                 const std::string& index_dir) {
+  const auto draped = open_draped(options.drape, options.land_cover);
+  if (!draped) return std::unexpected(draped.error());
+  DatasetOptions coloured = options;
+  coloured.tiles.colours = draped->colours;
+  auto dataset = open(spec, coloured, index_dir);
+  if (!dataset || (options.drape.empty() && options.land_cover.empty())) return dataset;
+  return with_draped(std::move(*dataset), *draped);
+}
+
 }  // namespace
 
 Result<Surface> open_source(const DatasetSpec& spec, const DemOptions& options) {
@@ -124,14 +136,7 @@ Result<Dataset> open_dataset(const DatasetSpec& spec, const DatasetOptions& opti
   if (!files) return std::unexpected(files.error());
   DatasetSpec plain = spec;
   plain.files = std::move(*files);
-  auto dataset = open(plain, options, index_dir);
-  if (dataset && !(options.drape.empty() && options.land_cover.empty())) {
-    const auto draped = open_draped(options.drape, options.land_cover);
-    if (draped)
-      dataset = with_draped(std::move(*dataset), *draped);
-    else
-      dataset = std::unexpected(draped.error());
-  }
+  auto dataset = open_with_draped(plain, options, index_dir);
   if (!dataset && !spec.where.empty()) return fail(spec.where, dataset.error());
   if (!dataset || options.attribution.empty()) return dataset;
   return with_attribution(std::move(*dataset), options.attribution);

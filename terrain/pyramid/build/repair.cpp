@@ -174,6 +174,10 @@ class MendedLock : public LockedStore {
 }  // namespace
 
 Result<TileSetOptions> tile_options_of(const BuildRecord& r) {
+  if (!r.drape.empty())
+    return fail(Errc::unsupported,
+                "an image had a say in its tiles, which is not at hand here: the tind build that "
+                "made them, run again, makes broken ones anew");
   TileSetOptions o;
   o.max_error_m = r.max_error_m;
   o.error_factor = r.error_factor;

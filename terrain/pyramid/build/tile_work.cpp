@@ -28,6 +28,7 @@ BuildRecord record_of(const Surface& surface, const TilePlan& plan, const Surfac
   r.vertical_datum = name(surface.info().datum);
   r.effort = name_of(o.tiles.effort);
   r.method = tile_method(o.tiles);
+  r.drape = drape_fingerprint(o.tiles);
   r.gzip = o.gzip;
   r.exact_posts = o.tiles.exact_posts;
   r.tiles = area_digest(plan);
@@ -88,6 +89,10 @@ std::vector<std::uint8_t> changed_tiles(const Surface& surface, const TilePlan& 
       dirty_tiles({before.layers, before.surface, before.plan, before.blocks}, now, ids);
   count_blocks(before, blocks, now, report);
   report.everything = std::move(found.everything);
+  if (report.everything.empty() && old.drape != drape_fingerprint(plan.options())) {
+    report.everything = "the image that is draped is another";
+    std::ranges::fill(found.flags, 1);
+  }
   report.gone_layers = found.gone_layers;
   for (const std::size_t k : found.new_layers)
     report.new_layers.push_back(surface.layers()[k].name);

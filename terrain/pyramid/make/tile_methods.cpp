@@ -118,7 +118,7 @@ auto within_bound(const Samples& samples, const MesherOptions& o) {
 template <class Samples>
 HalfedgeMesh collapsed(const MethodOptions& method, HalfedgeMesh mesh, LinePoints* kept,
                        const Samples& samples, const MesherOptions& o, double metres_per_unit,
-                       const Progress& progress) {
+                       const Progress& progress, std::shared_ptr<const HeldColours> colours) {
   insert_all(mesh, samples, o, kept);
   HeldMesh held;
   held.terrain.mesh = std::move(mesh);
@@ -131,6 +131,7 @@ HalfedgeMesh collapsed(const MethodOptions& method, HalfedgeMesh mesh, LinePoint
   held.height_min = o.height_min, held.height_max = o.height_max;
   held.within = within_bound(samples, o);
   held.fit = fit_samples(samples);
+  held.colours = std::move(colours);
   // What it can fail with is a stop, which callers see themselves.
   static_cast<void>(simplify_held(held, method, progress));
   return std::move(held.terrain.mesh);
@@ -141,9 +142,10 @@ HalfedgeMesh collapsed(const MethodOptions& method, HalfedgeMesh mesh, LinePoint
 template <class Samples>
 Tin mesh_by_method(const MethodOptions& method, HalfedgeMesh frame, LinePoints* kept,
                    const Samples& samples, const MesherOptions& o, double metres_per_unit,
-                   const Progress& progress) {
+                   const Progress& progress, std::shared_ptr<const HeldColours> colours) {
   if (!std::holds_alternative<GreedyOptions>(method))
-    return collapsed(method, std::move(frame), kept, samples, o, metres_per_unit, progress)
+    return collapsed(method, std::move(frame), kept, samples, o, metres_per_unit, progress,
+                     std::move(colours))
         .to_tin();
   DelaunayInsertion<Samples> insertion(frame, samples, insertion_options(o));
   if (kept) insertion.keep(kept);
@@ -152,8 +154,10 @@ Tin mesh_by_method(const MethodOptions& method, HalfedgeMesh frame, LinePoints* 
 }
 
 template Tin mesh_by_method(const MethodOptions&, HalfedgeMesh, LinePoints*, const GridSamples&,
-                            const MesherOptions&, double, const Progress&);
+                            const MesherOptions&, double, const Progress&,
+                            std::shared_ptr<const HeldColours>);
 template Tin mesh_by_method(const MethodOptions&, HalfedgeMesh, LinePoints*,
-                            const ScatteredSamples&, const MesherOptions&, double, const Progress&);
+                            const ScatteredSamples&, const MesherOptions&, double, const Progress&,
+                            std::shared_ptr<const HeldColours>);
 
 }  // namespace tind

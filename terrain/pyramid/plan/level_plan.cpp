@@ -293,6 +293,8 @@ Result<TilePlan> TilePlan::make(const Surface& surface, const HeightRange& range
   if (!(options.error_factor > 0) || !(options.max_error_m >= 0))
     return fail(Errc::invalid_argument, "error bounds must be positive numbers of metres");
   if (const auto ok = check_tile_method(options.method); !ok) return std::unexpected(ok.error());
+  if (const auto ok = check_tile_colours(options, info.bounds); !ok)
+    return std::unexpected(ok.error());
   const SurfaceShapes* shapes = surface.shapes();
   if (shapes && !shapes->lines().empty() && options.side != Side::both)
     return fail(Errc::invalid_argument,

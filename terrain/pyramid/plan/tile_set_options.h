@@ -2,12 +2,15 @@
 // What tiles are to be made of a DEM.
 
 #include <cstdint>
+#include <memory>
 
 #include "terrain/mesh/side.h"
 #include "terrain/simplify/common/effort.h"
 #include "terrain/simplify/options.h"
 
 namespace tind {
+
+class ImageColours;
 
 struct TileSetOptions {
   double max_error_m = 0;   // at the leaves; 0: 1/32 of the post spacing
@@ -21,6 +24,8 @@ struct TileSetOptions {
   /// makes instead, where the method cannot keep a tile within its budget.
   MethodOptions method = {};
   Effort effort = Effort::normal;
+  /// What is draped over the tiles, where the method makes meshes for its sake; null: nothing.
+  std::shared_ptr<const ImageColours> colours = {};
   /// Tiles of more posts than this are certified through the residual index; 0: as
   /// residual_index.h says.
   std::int64_t exact_posts = 0;

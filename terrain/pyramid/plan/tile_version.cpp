@@ -50,10 +50,11 @@ std::string area_digest(const TilePlan& plan) {
 
 std::string tile_version(const Surface& surface, const TilePlan& plan, const std::string& content) {
   const TileSetOptions& o = plan.options();
-  const std::string text = fmt::format(
-      "{} {} {} {} {} {} {} {}{}{}{}{}", grid_digest(surface), content, o.max_error_m,
-      o.error_factor, plan.max_level(), name_of(o.side), name_of(o.effort), o.exact_posts,
-      area_digest(plan), tile_method(o), plan.shapes(), plan.levels_of_shapes());
+  const std::string text =
+      fmt::format("{} {} {} {} {} {} {} {}{}{}{}{}", grid_digest(surface), content, o.max_error_m,
+                  o.error_factor, plan.max_level(), name_of(o.side), name_of(o.effort),
+                  o.exact_posts, area_digest(plan), tile_method(o) + drape_fingerprint(o),
+                  plan.shapes(), plan.levels_of_shapes());
   constexpr int kBits = 53;  // a number that JavaScript, too, holds whole
   return fmt::format("{}.0.{}", kTileEpoch, hash64(text) >> (64 - kBits));
 }

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "terrain/simplify/collapse/collapse_method.h"
+#include "terrain/simplify/collapse/colour_fit.h"
 #include "terrain/simplify/collapse/placement.h"
 #include "terrain/simplify/common/springs.h"
 
@@ -22,6 +23,11 @@ constexpr double kBorderWeight = 10;  // planes that hold the borders of general
 /// Weights of a whole unit of colour, texture or normal against the box's diagonal, at
 /// attribute_weight = 1; from the experiment in docs/methods.md.
 constexpr double kColourWeight = 0.0015, kTextureWeight = 0.08, kNormalWeight = 0.0016;
+
+/// What a triangle may show wrongly of colours that a mesh is held to, at attribute_weight = 1;
+/// from the experiment in docs/methods.md. (The order of collapses alone says little: the bound of
+/// the heights decides nearly all of them.)
+constexpr double kColourBound = 2;
 
 /// Which attributes take part; scales turn a unit of each into metres.
 struct Layout {
@@ -292,7 +298,9 @@ Result<std::uint64_t> run_held(HeldMesh& held, const Tin& attributed, const Layo
   std::vector<std::array<float, N - 3>> packed(mesh.vertex_slots());
   for (Index v = 0; v < packed.size(); ++v) packed[v] = pack<N - 3>(attributed, v, layout);
   AttributeCost<N, TerrainRules> cost(mesh, rules, layout, std::move(packed));
-  return collapse_within(held, cost, progress);
+  Result<std::uint64_t> steps = collapse_within(held, cost, progress);
+  fit_to_colours(held, progress);
+  return steps;
 }
 
 /// The terrain's vertices in metres with normals of the slope (central differences where both
@@ -393,10 +401,24 @@ Result<std::uint64_t> collapse_held(HeldMesh& held, const AttributeQemOptions& m
       attributed.triangles.push_back(
           {mesh.origin(3 * t), mesh.origin(3 * t + 1), mesh.origin(3 * t + 2)});
   attributed.normals = vertex_normals(attributed);
-  const Result<Layout> layout = layout_of(attributed, method);
+  if (held.colours) {
+    for (const Vec3& p : mesh.positions()) attributed.colours.push_back(held.colours->at(p.x, p.y));
+    held.colour_bound = kColourBound / (method.weight * method.weight);
+  }
+  AttributeQemOptions asked = method;
+  if (!held.colours && asked.attributes == AttributeChoice::colour)
+    asked.metric = AttributeMetric::ignored;  // an image that is not here
+  if (!held.colours && asked.attributes != AttributeChoice::automatic)
+    asked.attributes = AttributeChoice::normal;
+  const Result<Layout> layout = layout_of(attributed, asked);
   if (!layout) return std::unexpected(layout.error());
-  return layout->normal ? run_held<6>(held, attributed, *layout, progress)
-                        : run_held<3>(held, attributed, *layout, progress);
+  switch (layout->dimension()) {
+    case 9:
+      return run_held<9>(held, attributed, *layout, progress);
+    case 6:
+      return run_held<6>(held, attributed, *layout, progress);
+  }
+  return run_held<3>(held, attributed, *layout, progress);
 }
 
 }  // namespace tind

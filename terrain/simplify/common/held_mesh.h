@@ -4,7 +4,9 @@
 
 #include <cmath>
 #include <functional>
+#include <memory>
 
+#include "terrain/simplify/common/held_colours.h"
 #include "terrain/simplify/common/star_fit.h"
 #include "terrain/simplify/common/terrain_mesh.h"
 
@@ -24,6 +26,11 @@ struct HeldMesh {
   std::function<bool(const Vec3&, const Vec3&, const Vec3&)> within;
 
   FitSamples fit = {};  // what lies in a triangle; only for methods that ask for it
+
+  /// What its vertices are to show; null: nothing. Only for methods that ask for it. They say how
+  /// much of that a triangle that comes of a collapse may show wrongly (HeldColours::error).
+  std::shared_ptr<const HeldColours> colours = {};
+  double colour_bound = HUGE_VAL;
 
   bool interior(HalfedgeMesh::Index v) const { return terrain.kind[v] == VertexKind::interior; }
 
@@ -45,23 +52,32 @@ struct HeldMesh {
   }
 };
 
-/// The filter of a held mesh: nothing flips, nothing leaves the bound.
+/// The filter of a held mesh: nothing flips, nothing leaves the bounds.
 class WithinHeld {
  public:
   explicit WithinHeld(const HeldMesh& held) : held_(held) {}
 
   bool allows(const HalfedgeMesh& m, HalfedgeMesh::Index h, const Vec3& at) const {
-    return star_stays_ccw(m, h, at) && (!held_.within || m.all_kept(h, [&](HalfedgeMesh::Index e) {
-             return held_.within(at, m.position(m.dest(e)), m.position(m.apex(e)));
+    return star_stays_ccw(m, h, at) &&
+           (!held_.within || m.all_kept(h,
+                                        [&](HalfedgeMesh::Index e) {
+                                          return held_.within(at, m.position(m.dest(e)),
+                                                              m.position(m.apex(e)));
+                                        })) &&
+           (!coloured() || m.all_kept(h, [&](HalfedgeMesh::Index e) {
+             return held_.colours->error(at, m.position(m.dest(e)), m.position(m.apex(e))) <=
+                    held_.colour_bound;
            }));
   }
-  /// One triangle. REQUIRES: counter-clockwise.
+  /// One triangle, colours aside. REQUIRES: counter-clockwise.
   bool holds(const Vec3& a, const Vec3& b, const Vec3& c) const {
     return !held_.within || held_.within(a, b, c);
   }
 
  private:
   const HeldMesh& held_;
+
+  bool coloured() const { return held_.colours && held_.colour_bound < HUGE_VAL; }
 };
 
 }  // namespace tind

@@ -196,7 +196,7 @@ TEST(MethodTiles, that_cannot_be_made_say_who_can) {
     EXPECT_EQ(m.tiles, cluster.error().what.find(m.name + ",") != std::string::npos ||
                            cluster.error().what.ends_with(m.name))
         << m.name;
-  EXPECT_FALSE(check_tile_method(*method_from_text("attribute-qem attributes=colour")));
+  EXPECT_FALSE(check_tile_method(*method_from_text("attribute-qem attributes=texture")));
   EXPECT_FALSE(check_tile_method(EdgeCostOptions{.alpha = -1}));
   EXPECT_FALSE(check_tile_method(VertexRemovalOptions{.k = 0}));
   const MadeUpSource source(test::rough_terrain(9, 9, 1), {7, 45}, .01);
