@@ -16,9 +16,9 @@ http::QueryWord form_word();
 /// Its first answer can be a page, too.
 http::Operation with_page(http::Operation);
 
-// 200, never cached: the document, or its page. The page of a list has each entry as a card that leads
-// to it; that of a process its inputs as a table; that of a job that has not ended is loaded anew every
-// two seconds. `asked`: of the request.
+// 200, never cached: the document, or its page. The page of a list has each entry as a card that
+// leads to it; that of a process its inputs as a table; that of a job that has not ended is loaded
+// anew every two seconds. `asked`: of the request.
 http::Reply process_list_reply(const ogc::Asked&, nlohmann::ordered_json list);
 http::Reply process_reply(const ogc::Asked&, nlohmann::ordered_json process);
 http::Reply job_list_reply(const ogc::Asked&, nlohmann::ordered_json list);

@@ -15,6 +15,7 @@
 #include "server/cli/program/progress_bar.h"
 #include "terrain/geo/web_mercator.h"
 #include "terrain/pyramid/make/dem_tiles.h"
+#include "terrain/surface/on_globe.h"
 
 namespace tind::cli {
 namespace {
@@ -65,6 +66,7 @@ Result<void> check_image_options(Command command, const std::string& format, Ima
 
 Result<ImageSource> image_source(const Surface& surface, const ImageKind& kind,
                                  ImagedSurface imaged, const TileSetOptions& options) {
+  if (const auto ok = check_on_globe(surface.info()); !ok) return std::unexpected(ok.error());
   const auto* const code = std::get_if<proto::HeightCode>(&kind.content);
   if (imaged == ImagedSurface::source || !code) return images_of(surface, kind);
   TileSetOptions all = options;  // --levels are of images here

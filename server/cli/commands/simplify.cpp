@@ -33,6 +33,7 @@
 #include "terrain/simplify/bounded/bounded.h"
 #include "terrain/simplify/collapse/attribute_quadric.h"
 #include "terrain/simplify/common/simplified.h"
+#include "terrain/simplify/common/terrain_mesh.h"
 #include "terrain/simplify/constraints/voids.h"
 #include "terrain/simplify/methods.h"
 #include "terrain/simplify/options.h"
@@ -421,6 +422,7 @@ int run(Arguments& a, Command app) {
   for (std::size_t i = 0; i < before.size(); ++i)
     if (std::isnan(before.values()[i])) posts->grid.values()[i] = HeightGrid::kVoid;
   if (opened) open_voids(made->tin, before);
+  if (opened && made->tin.triangles.empty()) return complain_of(a.input, no_triangle(before));
   seconds.simplify = watch.lap();
   std::optional<ConstraintCheck> lines;
   if (a.lines.any()) lines = check_constraints(made->tin, *a.options.constraints);

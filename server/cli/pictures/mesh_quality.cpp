@@ -203,7 +203,7 @@ std::string quality_text(const MeshQuality& q) {
                         q.surface->max_m());
   if (q.uncovered > 0) {
     text += fmt::format(
-        "{} valid posts ({:.2g} %) are in no triangle, and the error does not count them: {} of "
+        "{} valid posts ({:.3g} %) are in no triangle, and the error does not count them: {} of "
         "them "
         "have no cell with three valid corners beside them\n",
         q.uncovered, 100.0 * double(q.uncovered) / double(q.uncovered + e.posts), q.isolated);

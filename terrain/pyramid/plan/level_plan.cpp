@@ -17,6 +17,7 @@
 #include "terrain/pyramid/residual/residual_index.h"
 #include "terrain/raster/source_blocks.h"
 #include "terrain/shapes/surface_shapes.h"
+#include "terrain/surface/on_globe.h"
 #include "terrain/surface/stated_accuracy.h"
 #include "terrain/surface/surface_blocks.h"
 #include "terrain/surface/tile_posts.h"
@@ -284,12 +285,7 @@ Result<void> find_level_ranges(const Surface& surface, const TilePlan& outline,
 Result<TilePlan> TilePlan::make(const Surface& surface, const HeightRange& range,
                                 const TileSetOptions& options) {
   const DemInfo& info = surface.info();
-  if (info.crs_kind == CrsKind::none) {
-    return fail(Errc::unsupported, info.files.front() +
-                                       " has no coordinate reference system, so its place on the "
-                                       "globe is unknown: it can be simplified, but not tiled "
-                                       "(assign one, e.g. gdal_edit.py -a_srs EPSG:4326)");
-  }
+  if (const auto ok = check_on_globe(info); !ok) return std::unexpected(ok.error());
   if (!(options.error_factor > 0) || !(options.max_error_m >= 0))
     return fail(Errc::invalid_argument, "error bounds must be positive numbers of metres");
   if (const auto ok = check_tile_method(options.method); !ok) return std::unexpected(ok.error());

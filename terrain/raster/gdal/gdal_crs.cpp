@@ -36,6 +36,36 @@ std::string wkt2(const OGRSpatialReference& crs) {
   return wkt;
 }
 
+/// Behind the node of WKT that is open at `at`: its name and '['. Quotes may hold brackets.
+std::size_t end_of_node(const std::string& wkt, std::size_t at) {
+  bool quoted = false;
+  int depth = 0;
+  for (; at < wkt.size(); ++at) {
+    if (wkt[at] == '"') quoted = !quoted;
+    if (quoted) continue;
+    if (wkt[at] == '[') ++depth;
+    if (wkt[at] == ']' && --depth == 0) return at + 1;
+  }
+  return wkt.size();
+}
+
+/// Datum ensembles as the datum that they are of. Which of both GDAL says of the same projected
+/// file depends on which other CRSs the process has seen; what tiles are of may not.
+std::string without_ensembles(std::string wkt) {
+  constexpr std::string_view kEnsemble = "ENSEMBLE[\"", kMany = " ensemble\"";
+  for (std::size_t at; (at = wkt.find(kEnsemble)) != wkt.npos;) {
+    wkt.replace(at, kEnsemble.size(), "DATUM[\"");
+    if (const std::size_t name = wkt.find('"', at + kEnsemble.size());
+        name != wkt.npos && name > kMany.size() &&
+        wkt.compare(name + 1 - kMany.size(), kMany.size(), kMany) == 0)
+      wkt.erase(name + 1 - kMany.size(), kMany.size() - 1);
+    for (const std::string_view part : {",MEMBER[", ",ENSEMBLEACCURACY["})
+      for (std::size_t from; (from = wkt.find(part, at)) < end_of_node(wkt, at);)
+        wkt.erase(from, end_of_node(wkt, from + 1) - from);
+  }
+  return wkt;
+}
+
 bool is_plain_wgs84(const OGRSpatialReference& crs) {
   if (!crs.IsGeographic() || std::abs(crs.GetAngularUnits() - M_PI / 180) > 1e-12) return false;
   OGRSpatialReference wgs84;
@@ -218,7 +248,7 @@ Result<CrsFacts> facts_of(const OGRSpatialReference* given) {
     facts.turn = 360 * (M_PI / 180) / flat.GetAngularUnits();
   if (std::abs(facts.turn - 360) < 1e-9) facts.turn = 360;
   facts.plain_wgs84 = is_plain_wgs84(flat);
-  facts.wkt = wkt2(flat);
+  facts.wkt = given->IsProjected() ? without_ensembles(wkt2(flat)) : wkt2(flat);
   return facts;
 }
 

@@ -106,7 +106,8 @@ class Reader {
     const gdal::Complaints complaints;
     for (int row = 0; row < out_.height; row += kStrip)
       if (!read_strip(row, std::min(kStrip, out_.height - row)) || complaints.failed())
-        return fail(Errc::io, complaints.text("unreadable"));
+        return fail(Errc::io, "its pixels cannot be read, it may be cut off: " +
+                                  complaints.text("unreadable"));
     return std::move(out_);
   }
 
@@ -234,6 +235,9 @@ Result<std::shared_ptr<const ImageColours>> ImageColours::open(const std::string
                     "16 bits without sign), has a palette, or red, green and blue");
   auto picture = Reader(*set).read();
   if (!picture) return fail(path, picture.error());
+  if (std::ranges::all_of(picture->pixels, [](const Pixel& p) { return p[3] == 0; }))
+    return fail(Errc::bad_data,
+                path + ": it shows nothing: every pixel is transparent, masked or no data");
   const Vec2 shrunk{double(picture->width) / set->GetRasterXSize(),
                     double(picture->height) / set->GetRasterYSize()};
   const auto pixels = hash128({picture->pixels.data(), picture->pixels.size() * sizeof(Pixel)});

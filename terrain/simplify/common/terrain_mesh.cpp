@@ -110,6 +110,14 @@ void set_lines(TerrainMesh& terrain, const Constraints& constraints) {
 
 }  // namespace
 
+Error no_triangle(const HeightGrid& grid) {
+  const auto valid = std::ranges::count_if(grid.values(), [](float z) { return !std::isnan(z); });
+  if (valid == 0) return {Errc::bad_data, "the heights are all void: there is nothing to simplify"};
+  return {Errc::bad_data,
+          "no cell has three valid corners, so the valid posts (" + std::to_string(valid) +
+              ") are in no triangle; 'tind simplify --voids cover' spans the voids between them"};
+}
+
 Result<TerrainMesh> terrain_mesh(const Terrain& dem, const Constraints* constraints) {
   const HeightGrid& grid = dem.grid;
   if (constraints) {
@@ -133,15 +141,7 @@ Result<TerrainMesh> terrain_mesh(const Terrain& dem, const Constraints* constrai
     if (!mesh) return fail("the grid's mesh", mesh.error());
     terrain.mesh = std::move(*mesh);
   }
-  if (terrain.mesh.triangle_count() == 0) {
-    const auto valid = std::ranges::count_if(grid.values(), [](float z) { return !std::isnan(z); });
-    if (valid == 0)
-      return fail(Errc::bad_data, "the heights are all void: there is nothing to simplify");
-    return fail(Errc::bad_data,
-                "no cell has three valid corners, so the valid posts (" + std::to_string(valid) +
-                    ") are in no triangle; 'tind simplify --voids cover' spans the voids between "
-                    "them");
-  }
+  if (terrain.mesh.triangle_count() == 0) return std::unexpected(no_triangle(grid));
   set_kinds(terrain, of_grid(grid.cols(), grid.rows()));
   return terrain;
 }

@@ -48,8 +48,13 @@ class ConstrainedMesher {
     for (int r = 0; r + 1 < rows_; ++r)
       for (int c = 0; c + 1 < cols_; ++c)
         if (!cells_.marked(c, r)) add_cell(c, r);
-    if (mesh.triangles.empty())
-      return fail(Errc::bad_data, "nothing of the DEM is left inside the boundary");
+    if (mesh.triangles.empty()) {
+      const bool no_height =
+          std::ranges::all_of(grid_.values(), [](float z) { return std::isnan(z); });
+      return fail(Errc::bad_data, no_height
+                                      ? "the heights are all void: there is nothing to simplify"
+                                      : "nothing of the DEM is left inside the boundary");
+    }
     const std::size_t before = mesh.vertices.size();
     make_manifold(mesh);
     out_.hold.resize(mesh.vertices.size(), Constraints::stays);

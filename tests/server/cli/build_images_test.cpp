@@ -31,6 +31,17 @@ TEST(BuildImages, BeyondWebMapsWarns) {
   EXPECT_EQ(within.out.find("warning: there is no image"), std::string::npos) << within.out;
 }
 
+TEST(BuildImages, OfADemThatHasNoPlaceAreNotMade) {
+  const test::TempDir dir;
+  for (const std::string format : {"rgb", "terrarium", "hillshade", "slope", "aspect"}) {
+    const auto ran = test::run_tind("build " + test::testdata("crater.tif") + " --format " +
+                                    format + " --levels 0-1 -o " + dir.file("images"));
+    EXPECT_EQ(ran.code, 65) << format;
+    EXPECT_NE(ran.out.find("no coordinate reference system"), std::string::npos) << ran.out;
+    EXPECT_TRUE(std::filesystem::is_empty(dir.file("images")));
+  }
+}
+
 TEST(BuildImages, OfNothingAreNotMade) {
   const test::TempDir dir;
   const std::string dem = dir.file("dem.asc"), out = dir.file("images");

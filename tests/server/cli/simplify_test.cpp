@@ -358,6 +358,27 @@ TEST(SimplifyVoids, AreKeptOrCoveredByAnyMethod) {
   EXPECT_LT(open_area, 350 * 290 - 4000);
 }
 
+TEST(SimplifyVoids, ThatLeaveNoTriangleAreSaidByEveryMethod) {
+  const TempDir dir;
+  const std::string head =
+      "ncols 5\nnrows 4\nxllcorner 0\nyllcorner 0\ncellsize 10\nnodata_value -9\n";
+  std::ofstream(dir.file("diagonal.asc"))
+      << head << "1 -9 -9 -9 -9  -9 2 -9 -9 -9  -9 -9 3 -9 -9  -9 -9 -9 4 -9\n";
+  std::ofstream(dir.file("none.asc"))
+      << head << "-9 -9 -9 -9 -9  -9 -9 -9 -9 -9  -9 -9 -9 -9 -9  -9 -9 -9 -9 -9\n";
+  for (const MethodInfo& method : methods())
+    for (const auto& [dem, why] : {std::pair("diagonal", "no cell has three valid corners"),
+                                   std::pair("none", "the heights are all void")}) {
+      const Ran ran = run_tind("simplify " + dir.file(dem + std::string(".asc")) +
+                               " --voids keep --ratio 0.5 -o " + dir.file("out.ply") +
+                               " --method " + method.name);
+      EXPECT_EQ(ran.code, 65) << method.name;
+      EXPECT_NE(ran.out.find(why), std::string::npos) << method.name << ran.out;
+      EXPECT_FALSE(std::filesystem::exists(dir.file("out.ply"))) << method.name;
+      std::filesystem::remove(dir.file("out.ply"));
+    }
+}
+
 TEST(SimplifyVoids, NeedADem) {
   const TempDir dir;
   const Ran ran =

@@ -82,5 +82,22 @@ TEST(CrsFiles, NamesOfGridsAreNot) {
   EXPECT_TRUE(opens(folder, geoid("none.gtx")));
 }
 
+// GDAL calls the datum of a projected file an ensemble where the process has seen EPSG's WGS 84.
+TEST(Crs, IsInTheSameWordsWhateverElseTheProcessHasSeen) {
+  const auto words = [](const std::string& dem, const std::string& crs) {
+    DemOptions options;
+    options.crs = crs;
+    const auto opened = DemSource::open({&dem, 1}, options);
+    EXPECT_TRUE(opened) << opened.error().what;
+    return opened ? (*opened)->info().crs_wkt : std::string();
+  };
+  const std::string dem = test::testdata("bigtujunga_crop.tif");
+  const std::string first = words(dem, "");
+  EXPECT_NE(first.find("DATUM[\"World Geodetic System 1984\",ELLIPSOID"), first.npos) << first;
+  (void)words(test::testdata("desert.asc"), "EPSG:3857");
+  EXPECT_EQ(words(dem, ""), first);
+  EXPECT_EQ(words(dem, "EPSG:25832").find("ENSEMBLE"), first.npos);
+}
+
 }  // namespace
 }  // namespace tind

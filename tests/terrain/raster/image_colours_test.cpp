@@ -49,6 +49,12 @@ class Image : public ::testing::Test {
   }
 };
 
+TEST_F(Image, ThatShowsNothingIsNone) {
+  const auto opened = ImageColours::open(image("none", 4, [](int, int) { return -1; }));
+  ASSERT_FALSE(opened);
+  EXPECT_NE(opened.error().what.find("it shows nothing"), std::string::npos) << opened.error().what;
+}
+
 TEST_F(Image, FineIsThePixelAndCoarseTheMeanOfLight) {
   const auto opened =
       ImageColours::open(image("chess", 16, [](int c, int r) { return (c + r) % 2; }));
