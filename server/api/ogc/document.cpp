@@ -39,12 +39,16 @@ Form form_of(std::string_view f, const http::Fields& fields) {
   return http::preferred_type(fields, kForms) == 1 ? Form::html : Form::json;
 }
 
+http::QueryWord form_word() {
+  return {.name = "f", .words = {"json", "html"}, .about = "in place of Accept"};
+}
+
 http::Operation document_operation(const char* id, const char* summary, const char* schema) {
   return {.id = id,
           .tag = "OGC",
           .summary = summary,
           .heeds_access = true,
-          .words = {{.name = "f", .words = {"json", "html"}, .about = "in place of Accept"}},
+          .words = {form_word()},
           .responses = {{200, "The document.", {{kJson, schema}, {kHtml, R"({"type": "string"})"}}},
                         {304, "The client has it already (If-None-Match)."}}};
 }
@@ -73,16 +77,19 @@ Ordered template_link(const Asked& asked, std::string_view to, const char* rel, 
   return json;
 }
 
+Shown shown(const Asked& asked, const Ordered& document) {
+  if (asked.form == Form::html)
+    return {"text/html; charset=utf-8", page_of(document, {asked.path, asked.origin})};
+  return {kJson, json::to_text(document, 2) + "\n"};
+}
+
 http::Reply document_reply(const Asked& asked, Ordered document) {
   document["links"] = links_of(asked, document);
-  const bool html = asked.form == Form::html;
-  const std::string text =
-      html ? page_of(document, {asked.path, asked.origin}) : json::to_text(document, 2) + "\n";
+  const auto [type, text] = shown(asked, document);
   // Not compressed: it is made for each request, on whichever thread.
-  return http::Representation::make(text,
-                                    {.content_type = html ? "text/html; charset=utf-8" : kJson,
-                                     .vary = "Accept, Host, X-Forwarded-Proto",
-                                     .compress = false})
+  return http::Representation::make(
+             text,
+             {.content_type = type, .vary = "Accept, Host, X-Forwarded-Proto", .compress = false})
       ->reply(asked.client);
 }
 

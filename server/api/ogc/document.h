@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "server/http/message/negotiate.h"
+#include "server/http/message/query_numbers.h"
 #include "server/http/message/request.h"
 #include "server/http/operation.h"
 
@@ -36,6 +37,9 @@ enum class Form { json, html };
 /// As `f` says, or where it is empty Accept.
 Form form_of(std::string_view f, const http::Fields&);
 
+/// The parameter `f`, which says so.
+http::QueryWord form_word();
+
 /// What a document is for: a copy, so it may outlive the request.
 struct Asked {
   Form form = Form::json;
@@ -63,6 +67,13 @@ Ordered link(const Asked&, std::string_view to, const char* rel, const char* typ
 /// The same with {variables} in the address.
 Ordered template_link(const Asked&, std::string_view to, const char* rel, const char* type,
                       const std::string& title);
+
+/// The document as it was asked for, and its type: JSON, or its page.
+struct Shown {
+  const char* type;
+  std::string text;
+};
+Shown shown(const Asked&, const Ordered& document);
 
 /// A 200, or a 304. Its `links` begin with those to itself and to its other form.
 http::Reply document_reply(const Asked&, Ordered document);

@@ -75,7 +75,7 @@ std::optional<http::Reply> list_jobs(const App& app, const http::Request& reques
         for (const Job& job : *jobs)
           if (filter.has(job, now.count()) && page.has(found++))
             json["jobs"].push_back(status_json(job));
-        json["links"] = page_links(asked.target, page, found);
+        json["links"] = page_links(asked, page, found);
         return job_list_reply(asked, std::move(json));
       });
 }
@@ -106,15 +106,11 @@ http::Operation jobs_operation() {
   operation.numbers = page_numbers();
   for (const http::QueryNumber& number : job_filter_numbers()) operation.numbers.push_back(number);
   operation.words = job_filter_words();
-  operation.words.push_back(form_word());
   return with_page(std::move(operation));
 }
 
 http::Operation job_operation() {
-  http::Operation operation =
-      operation_of("getJob", "How far a job is", json_answer("It.", kJobRef));
-  operation.words = {form_word()};
-  return with_page(std::move(operation));
+  return with_page(operation_of("getJob", "How far a job is", json_answer("It.", kJobRef)));
 }
 
 /// What came of a job: files of the formats that processes write, or JSON.

@@ -47,15 +47,15 @@ ListPage list_page(const http::QueryNumbers& query) {
           std::size_t(query.values[0].value_or(double(kLongestPage)))};
 }
 
-nlohmann::ordered_json page_links(const std::string& target, const ListPage& page,
+nlohmann::ordered_json page_links(const ogc::Asked& asked, const ListPage& page,
                                   std::size_t entries) {
-  constexpr const char* kJson = "application/json";
-  auto links = nlohmann::ordered_json::array({link_json(target, "self", kJson)});
-  if (page.offset + page.limit < entries)
-    links.push_back(link_json(with_offset(target, page.offset + page.limit), "next", kJson));
-  if (page.offset > 0)
-    links.push_back(link_json(with_offset(target, page.offset - std::min(page.offset, page.limit)),
-                              "prev", kJson));
+  const char* const type = asked.form == ogc::Form::html ? ogc::kHtml : ogc::kJson;
+  const auto at = [&](std::size_t offset, const char* rel) {
+    return link_json(with_offset(asked.target, offset), rel, type);
+  };
+  auto links = nlohmann::ordered_json::array({link_json(asked.target, "self", type)});
+  if (page.offset + page.limit < entries) links.push_back(at(page.offset + page.limit, "next"));
+  if (page.offset > 0) links.push_back(at(page.offset - std::min(page.offset, page.limit), "prev"));
   return links;
 }
 

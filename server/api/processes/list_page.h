@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "server/api/ogc/document.h"
 #include "server/http/message/query_numbers.h"
 
 namespace tind::api {
@@ -25,6 +26,6 @@ struct ListPage {
 ListPage list_page(const http::QueryNumbers&);
 
 /// Links to the page itself, and to the next and the one before where there are any of `entries`.
-nlohmann::ordered_json page_links(const std::string& target, const ListPage&, std::size_t entries);
+nlohmann::ordered_json page_links(const ogc::Asked&, const ListPage&, std::size_t entries);
 
 }  // namespace tind::api

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "proto/json_text.h"
-#include "server/api/ogc/page.h"
 #include "server/api/processes/job_json.h"
 
 namespace tind::api {
@@ -22,10 +21,8 @@ http::Reply reply_of(const ogc::Asked& asked, Ordered document,
                      : link_json(asked.path + "?f=html", "alternate", ogc::kHtml, "as a page"));
   fields.push_back({"Cache-Control", "no-store"});
   fields.push_back({"Vary", "Accept"});
-  if (!is_page(asked))
-    return http::make_reply(200, ogc::kJson, json::to_text(document, 2) + "\n", fields);
-  return http::make_reply(200, "text/html; charset=utf-8",
-                          ogc::page_of(document, {asked.path, asked.origin}), fields);
+  const auto [type, text] = ogc::shown(asked, document);
+  return http::make_reply(200, type, text, fields);
 }
 
 /// What a value of a schema may be, for a person: "number, 0 or more; 5 without it".
@@ -69,11 +66,8 @@ Ordered rows_of(const Ordered& members) {
 
 }  // namespace
 
-http::QueryWord form_word() {
-  return {.name = "f", .words = {"json", "html"}, .about = "in place of Accept"};
-}
-
 http::Operation with_page(http::Operation operation) {
+  operation.words.push_back(ogc::form_word());
   operation.responses.front().content.push_back({ogc::kHtml, R"({"type": "string"})"});
   return operation;
 }

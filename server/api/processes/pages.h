@@ -4,16 +4,12 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "server/api/ogc/document.h"
-#include "server/http/message/query_numbers.h"
 #include "server/http/message/reply.h"
 #include "server/http/operation.h"
 
 namespace tind::api {
 
-/// The parameter `f`: json or html, in place of Accept.
-http::QueryWord form_word();
-
-/// Its first answer can be a page, too.
+/// The operation with `f` as the last of its words: its first answer can be a page, too.
 http::Operation with_page(http::Operation);
 
 // 200, never cached: the document, or its page. The page of a list has each entry as a card that

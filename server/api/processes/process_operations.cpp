@@ -102,7 +102,6 @@ http::Operation processes_operation() {
   return with_page(with_scope({.id = "getProcesses",
                                .summary = "What can be done for a client",
                                .numbers = page_numbers(),
-                               .words = {form_word()},
                                .responses = json_answer("All processes.", R"({
          "type": "object",
          "required": ["processes", "links"],
@@ -117,7 +116,6 @@ http::Operation process_operation() {
   return with_page(
       with_scope({.id = "getProcess",
                   .summary = "What a process takes and makes",
-                  .words = {form_word()},
                   .path = {{"id", "the name of a process",
                             Ordered{{"type", "string"}, {"enum", ids}}.dump(), R"("simplify")"}},
                   .responses = json_answer("Its inputs and outputs.", kSummary)}));

@@ -187,8 +187,9 @@ void add_process_routes(http::Router& router, const App& app) {
                std::size_t found = 0;
                for (const Process& p : processes())
                  if (page.has(found++)) json["processes"].push_back(summary_json(p));
-               json["links"] = page_links(std::string(request.head.target), page, found);
-               return process_list_reply(ogc::asked_of(request, query.words[0]), std::move(json));
+               const ogc::Asked asked = ogc::asked_of(request, query.words[0]);
+               json["links"] = page_links(asked, page, found);
+               return process_list_reply(asked, std::move(json));
              });
   router.get("/processes/{id}", process_operation(),
              [](const http::Request& request, http::DeferredReply&) {
