@@ -11,15 +11,14 @@
 #include "terrain/geo/ellipsoid.h"
 #include "terrain/mesh/triangle_plane.h"
 #include "terrain/pyramid/make/kept_lines.h"
+#include "terrain/pyramid/make/tile_colours.h"
 #include "terrain/pyramid/make/tile_job.h"
 #include "terrain/pyramid/make/tile_methods.h"
-#include "terrain/pyramid/plan/tile_method.h"
 #include "terrain/pyramid/residual/residual_index.h"
 #include "terrain/shapes/surface_shapes.h"
 #include "terrain/simplify/bounded/bounded_mesher.h"
 #include "terrain/simplify/bounded/search_effort.h"
 #include "terrain/surface/post_warp.h"
-#include "terrain/tile/level_colours.h"
 
 namespace tind {
 
@@ -254,21 +253,6 @@ double margin_of(const TileJob& job) {
   return surface.info().rounding_m + (plain ? 0 : kPlacingError);
 }
 
-/// The image over the tile, where meshes are made for its sake; null where it is elsewhere.
-std::shared_ptr<const HeldColours> colours_of(const TileJob& job) {
-  const auto image = counted_colours(job.plan.options());
-  if (!image || !job.rect.overlaps(image->bounds())) return nullptr;
-  constexpr int kCells = 128;  // a side: two to four to a pixel (level_colours.h)
-  constexpr double kStep = double(kTileExtent) / kCells;
-  std::vector<Geographic> places;
-  for (int j = 0; j <= kCells; ++j)
-    for (int i = 0; i <= kCells; ++i)
-      places.push_back(place_of(job.rect, {i * kStep, j * kStep, 0}));
-  auto nodes = level_colours(places, job.id.level, *image);
-  if (nodes.empty()) return nullptr;
-  return std::make_shared<const HeldColours>(kCells, kTileExtent, std::move(nodes));
-}
-
 /// Fits a mesh within `eps` of the samples. Its error is not known yet.
 template <class Samples>
 TileMesh mesh_within(TileJob& job, const Samples& samples, double eps, double place_step,
@@ -302,7 +286,7 @@ TileMesh mesh_within(TileJob& job, const Samples& samples, double eps, double pl
     const double metres = job.rect.height() * wgs84::metres_per_degree(mid).y / kTileExtent;
     result.mesh = mesh_by_method(job.method, std::move(frame),
                                  job.stand_in.empty() && job.lines.lines.empty() ? nullptr : &kept,
-                                 samples, o, metres, progress, colours_of(job));
+                                 samples, o, metres, progress, job.colours);
     return result;
   }
   BoundedMesher mesher(std::move(frame), samples, o);
@@ -580,6 +564,7 @@ std::pair<double, double> badness(const TileMesh& m) { return {m.wrong_side, m.m
 }  // namespace
 
 Result<TileMesh> fit_tile(TileJob& job, std::stop_token stop) {
+  job.colours = tile_colours(job.plan.options(), job.id);
   Result<TileMesh> made = fit_by_method(job, stop);
   const auto enough = [&] {
     return !made || (made->max_error <= job.level.budget_m && made->wrong_side == 0);

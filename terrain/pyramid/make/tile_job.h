@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <stop_token>
 #include <vector>
@@ -16,6 +17,7 @@
 #include "terrain/pyramid/plan/level_plan.h"
 #include "terrain/pyramid/plan/line_scale.h"
 #include "terrain/pyramid/residual/residual_lattice.h"
+#include "terrain/simplify/common/held_colours.h"
 #include "terrain/store/tile_set.h"
 #include "terrain/surface/height_field.h"
 #include "terrain/surface/surface.h"
@@ -49,9 +51,10 @@ struct TileJob {
   } posts;                         // all valid ones in the closed rectangle; its range: with
   std::vector<Vec3> beside;        // samples of H beside the posts of layers
   std::optional<TilePosts> whole;  // they, where not too many; offset as the level's
-  std::optional<ResidualLattice> lattice;  // stands for the posts, where there are very many
-  MethodOptions method;                    // that fits the mesh
-  double inner = 1;                        // share of the band that it gets
+  std::optional<ResidualLattice> lattice;      // stands for the posts, where there are very many
+  MethodOptions method;                        // that fits the mesh
+  double inner = 1;                            // share of the band that it gets
+  std::shared_ptr<const HeldColours> colours;  // that it is to show; null: none
 
   TileJob(const Surface& s, const TilePlan& p, TileId t)
       : surface(s),
