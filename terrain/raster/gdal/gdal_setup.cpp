@@ -131,4 +131,8 @@ std::string Complaints::text(const std::string& otherwise) const {
   return first_.empty() ? otherwise : first_;
 }
 
+std::unexpected<Error> Complaints::no_pixels() const {
+  return fail(Errc::io, "its pixels cannot be read, it may be cut off: " + text("unreadable"));
+}
+
 }  // namespace tind::gdal

@@ -4,6 +4,8 @@
 
 #include <string>
 
+#include "terrain/base/result.h"
+
 namespace tind::gdal {
 
 /// Registers the allowed raster drivers and pins every option that matters, once per process.
@@ -33,6 +35,8 @@ class Complaints {
   bool failed() const { return failed_; }
   /// The first failure in one line, or `otherwise` where GDAL had nothing to say.
   std::string text(const std::string& otherwise) const;
+  /// The error (io) of a picture that opened and whose pixels then are not there.
+  std::unexpected<Error> no_pixels() const;
   /// Called by the handler.
   void add(std::string message);
 

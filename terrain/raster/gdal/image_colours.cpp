@@ -106,8 +106,7 @@ class Reader {
     const gdal::Complaints complaints;
     for (int row = 0; row < out_.height; row += kStrip)
       if (!read_strip(row, std::min(kStrip, out_.height - row)) || complaints.failed())
-        return fail(Errc::io, "its pixels cannot be read, it may be cut off: " +
-                                  complaints.text("unreadable"));
+        return complaints.no_pixels();
     return std::move(out_);
   }
 

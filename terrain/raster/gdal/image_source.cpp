@@ -71,9 +71,7 @@ Result<std::vector<float>> read_band(GDALRasterBand& band, int width, int height
   const gdal::Complaints complaints;
   const CPLErr done = band.RasterIO(GF_Read, 0, 0, band.GetXSize(), band.GetYSize(), values.data(),
                                     width, height, GDT_Float32, 0, 0, &how);
-  if (done != CE_None || complaints.failed())
-    return fail(Errc::io,
-                "its pixels cannot be read, it may be cut off: " + complaints.text("unreadable"));
+  if (done != CE_None || complaints.failed()) return complaints.no_pixels();
   return values;
 }
 

@@ -74,8 +74,7 @@ class Reader {
       good = band_.GetMaskBand()->RasterIO(GF_Read, 0, row, width, 1, valid_.data(), width, 1,
                                            GDT_Byte, 0, 0, nullptr) == CE_None;
     if (good && !complaints.failed()) return {};
-    return fail(Errc::io,
-                "its pixels cannot be read, it may be cut off: " + complaints.text("unreadable"));
+    return complaints.no_pixels();
   }
 
   Result<void> take(std::size_t col) {
