@@ -8,7 +8,6 @@
 
 #include "terrain/mesh/vertical_error.h"
 #include "terrain/simplify/common/simplified.h"
-#include "terrain/simplify/common/terrain_mesh.h"
 #include "terrain/simplify/constraints/constraints.h"
 #include "terrain/simplify/methods.h"
 #include "terrain/simplify/options.h"
@@ -275,10 +274,8 @@ Result<Simplified> simplify(const Terrain& dem, const SimplifyOptions& options,
                                     std::to_string(grid.rows()) +
                                     " posts has no triangles; at least 2 x 2 are needed");
   }
-  auto made = options.constraints ? with_lines(row, options, progress)
-                                  : row.run(dem, options.method, options, progress);
-  if (made && made->tin.triangles.empty()) return std::unexpected(no_triangle(grid));
-  return made;
+  if (options.constraints) return with_lines(row, options, progress);
+  return row.run(dem, options.method, options, progress);
 }
 
 }  // namespace tind

@@ -33,7 +33,6 @@
 #include "terrain/simplify/bounded/bounded.h"
 #include "terrain/simplify/collapse/attribute_quadric.h"
 #include "terrain/simplify/common/simplified.h"
-#include "terrain/simplify/common/terrain_mesh.h"
 #include "terrain/simplify/constraints/voids.h"
 #include "terrain/simplify/methods.h"
 #include "terrain/simplify/options.h"

@@ -10,6 +10,7 @@
 
 #include "terrain/mesh/manifold.h"
 #include "terrain/simplify/constraints/constraints.h"
+#include "terrain/simplify/constraints/voids.h"
 
 namespace tind {
 
@@ -109,14 +110,6 @@ void set_lines(TerrainMesh& terrain, const Constraints& constraints) {
 }
 
 }  // namespace
-
-Error no_triangle(const HeightGrid& grid) {
-  const auto valid = std::ranges::count_if(grid.values(), [](float z) { return !std::isnan(z); });
-  if (valid == 0) return {Errc::bad_data, "the heights are all void: there is nothing to simplify"};
-  return {Errc::bad_data,
-          "no cell has three valid corners, so the valid posts (" + std::to_string(valid) +
-              ") are in no triangle; 'tind simplify --voids cover' spans the voids between them"};
-}
 
 Result<TerrainMesh> terrain_mesh(const Terrain& dem, const Constraints* constraints) {
   const HeightGrid& grid = dem.grid;

@@ -28,9 +28,6 @@ struct TerrainMesh {
   Vec3 metric(const Vec3& p) const { return {p.x * metres_x, p.y * metres_y, p.z}; }
 };
 
-/// Of a grid whose valid posts no triangle holds: what to say.
-Error no_triangle(const HeightGrid&);
-
 /// Two triangles for each cell without a void, one for a cell with one void corner, else none.
 /// Where voids leave two fans at one post, the post becomes two vertices. Fails (bad_data) when no
 /// triangle is left, (invalid_argument) for a grid of less than 2 x 2 posts.

@@ -10,6 +10,7 @@
 #include "terrain/mesh/manifold.h"
 #include "terrain/simplify/constraints/cell_cover.h"
 #include "terrain/simplify/constraints/constraint_heights.h"
+#include "terrain/simplify/constraints/voids.h"
 
 namespace tind {
 
@@ -49,11 +50,9 @@ class ConstrainedMesher {
       for (int c = 0; c + 1 < cols_; ++c)
         if (!cells_.marked(c, r)) add_cell(c, r);
     if (mesh.triangles.empty()) {
-      const bool no_height =
-          std::ranges::all_of(grid_.values(), [](float z) { return std::isnan(z); });
-      return fail(Errc::bad_data, no_height
-                                      ? "the heights are all void: there is nothing to simplify"
-                                      : "nothing of the DEM is left inside the boundary");
+      if (std::ranges::all_of(grid_.values(), [](float z) { return std::isnan(z); }))
+        return std::unexpected(no_triangle(grid_));
+      return fail(Errc::bad_data, "nothing of the DEM is left inside the boundary");
     }
     const std::size_t before = mesh.vertices.size();
     make_manifold(mesh);

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <string>
 #include <utility>
 
 #include "terrain/mesh/manifold.h"
@@ -126,6 +127,14 @@ void fill_from(HeightGrid& fine, const HeightGrid& coarse) {
 
 bool has_voids(const HeightGrid& grid) {
   return std::ranges::any_of(grid.values(), [](float h) { return std::isnan(h); });
+}
+
+Error no_triangle(const HeightGrid& grid) {
+  const auto valid = std::ranges::count_if(grid.values(), [](float z) { return !std::isnan(z); });
+  if (valid == 0) return {Errc::bad_data, "the heights are all void: there is nothing to simplify"};
+  return {Errc::bad_data,
+          "no cell has three valid corners, so the valid posts (" + std::to_string(valid) +
+              ") are in no triangle; 'tind simplify --voids cover' spans the voids between them"};
 }
 
 std::vector<VectorLine> void_rims(const HeightGrid& grid) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "terrain/base/enum_names.h"
+#include "terrain/base/result.h"
 #include "terrain/mesh/tin.h"
 #include "terrain/raster/gdal/vector_source.h"
 #include "terrain/raster/height_grid.h"
@@ -27,6 +28,9 @@ struct EnumNames<Voids> {
 };
 
 bool has_voids(const HeightGrid&);
+
+/// What to say (bad_data) where open voids leave no triangle of valid posts.
+Error no_triangle(const HeightGrid&);
 
 /// The rims as straight lines, in post coordinates and with the DEM's heights (NaN). As breaklines
 /// of the covered() grid they are edges of what any method makes of it: open_voids() then takes out

@@ -99,6 +99,25 @@ TEST(Voids, CoveredForMethodsThatKeepThem) {
   }
 }
 
+TEST(Voids, NoMethodMakesAMeshWithoutATriangle) {
+  HeightGrid far = test::rough_terrain(60, 60, 3, 60);
+  for (int r = 0; r < 60; ++r)
+    for (int c = 0; c < 60; ++c)
+      if ((r + 60 * c) % 1201 != 0) far.at(c, r) = HeightGrid::kVoid;
+  for (const HeightGrid& grid : {test::grid_from("1 . . . / . 2 . . / . . 3 . / . . . 4"),
+                                 test::grid_from(". . . / . . . / . . ."), far})
+    for (const MethodOptions& method : all_methods()) {
+      SimplifyOptions options;
+      options.method = method;
+      options.stop.ratio = 0.5;
+      const auto made = simplify({grid, 10, 10}, options);
+      if (made)
+        EXPECT_GT(made->tin.triangles.size(), 0u) << method_name(method);
+      else
+        EXPECT_EQ(made.error().code, Errc::bad_data) << method_name(method) << made.error().what;
+    }
+}
+
 TEST(Voids, CoveringIsSmoothAndMovesNoPost) {
   HeightGrid grid =
       test::grid_from("0 0 0 0 0 9 / 0 . . . . 9 / 0 . . . . 9 / 0 . . . . 9 / 0 0 0 0 0 9");
