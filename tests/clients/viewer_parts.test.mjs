@@ -13,7 +13,7 @@ import {objOf} from "../../server/viewer/globe/mesh_file.js";
 import {rasterise} from "../../server/viewer/globe/mesh_raster.js";
 import {matches, placeOf} from "../../server/viewer/globe/places.js";
 import {LEFT, profileFigures, RIGHT, runs, sampleAt} from "../../server/viewer/globe/profile.js";
-import {contourTile, errorByte, errorOfByte, errorScale, errorTile, GROUND, GROUND_HIGH, GROUND_LOW, heightByte, heightOfByte, linesOfWave, reliefTile, SEA, SIDE, slopeByte, slopeOfByte, UNKNOWN_HEIGHT, VOID, waveByte} from "../../server/viewer/globe/relief_tile.js";
+import {contourTile, errorByte, errorOfByte, errorScale, errorTile, GROUND, GROUND_HIGH, GROUND_LOW, heightByte, heightOfByte, reliefTile, SEA, SIDE, slopeByte, slopeOfByte, UNKNOWN_HEIGHT, VOID, WAVE_STEPS, WAVE_ZERO, waveByte} from "../../server/viewer/globe/relief_tile.js";
 import {columnOf, heightsOfColours, latOf, lonOf, PIXELS, rowOf, SourceHeights} from "../../server/viewer/globe/source_heights.js";
 import {labelsThatFit, latticeLines, tileSides} from "../../server/viewer/globe/tile_lines.js";
 import {heightInTile} from "../../server/viewer/quantized_mesh.js";
@@ -280,6 +280,14 @@ test("the relief has the source's own heights, at every level of it", async () =
   const unread = await reliefTile(sourceWith(height), RECTANGLE, 0, {scale: SCALE});
   assert.deepEqual([unread[2], unread[3]], [GROUND, UNKNOWN_HEIGHT], "coarser than is worth asking for: the mesh's");
 });
+
+// As the shader has it (linesAt in material.js): contours below a height, by its byte and by what is known `about` it: less than half an interval off, which
+// tells the contours from each other.
+function linesOfWave(byte, about) {
+  const nearest = Math.round(about), wave = ((nearest % 2 === 0 ? 1 : -1) * (byte - WAVE_ZERO)) / WAVE_STEPS;
+  const beside = about > nearest ? nearest + 1 : nearest - 1;
+  return Math.abs(nearest + wave - about) < Math.abs(beside - wave - about) ? nearest + wave : beside - wave;
+}
 
 test("contours are where the source has their height, also between its pixels", async () => {
   const interval = 200; // of a relief of 4000 m

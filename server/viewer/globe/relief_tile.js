@@ -61,14 +61,6 @@ export function waveByte(height, interval) {
   return Math.round(WAVE_ZERO + WAVE_STEPS * (nearest % 2 === 0 ? lines - nearest : nearest - lines));
 }
 
-/// Contours below a height, by its byte and by what is known `about` it: less than half an interval off, which
-/// tells the contours from each other.
-export function linesOfWave(byte, about) {
-  const nearest = Math.round(about), wave = ((nearest % 2 === 0 ? 1 : -1) * (byte - WAVE_ZERO)) / WAVE_STEPS;
-  const beside = about > nearest ? nearest + 1 : nearest - 1;
-  return Math.abs(nearest + wave - about) < Math.abs(beside - wave - about) ? nearest + wave : beside - wave;
-}
-
 export const ERROR_STEP_M = 0.01;
 export const ERROR_REACH = Math.log1p(1e6); // to 10 km
 
