@@ -29,17 +29,19 @@ inline std::string default_dem(const std::string& name) {
   return std::filesystem::exists(own) ? own : shared_data("dem/" + name);
 }
 
+/// Says what is wrong and ends the program.
+[[noreturn]] inline void give_up(const std::string& why) {
+  fmt::print(stderr, "{}\n", why);
+  std::exit(2);
+}
+
 /// Reads a whole DEM; says what is wrong and ends the program when it cannot.
 inline BenchDem load_dem(const std::string& path) {
-  const auto give_up = [&](const std::string& why) {
-    fmt::print(stderr, "{}: {}\n", path, why);
-    std::exit(2);
-  };
   const auto dem = DemSource::open(std::vector{path});
-  if (!dem) give_up(dem.error().what);
+  if (!dem) give_up(path + ": " + dem.error().what);
   const DemInfo& info = (*dem)->info();
   Result<HeightGrid> grid = (*dem)->read(0, 0, int(info.cols), int(info.rows));
-  if (!grid) give_up(grid.error().what);
+  if (!grid) give_up(path + ": " + grid.error().what);
   return {std::filesystem::path(path).filename().string(), terrain_of(std::move(*grid), info)};
 }
 

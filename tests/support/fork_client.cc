@@ -12,6 +12,8 @@
 #include <cstring>
 #include <string>
 
+#include "tests/support/fork_wire.h"
+
 namespace {
 
 [[noreturn]] void no(const char* what) {
@@ -43,12 +45,12 @@ int main(int argc, char** argv) {
   std::string words;
   for (int i = 0; i < argc; ++i) words.append(argv[i]).push_back('\0');
   for (char** e = environ; *e; ++e) words.append(*e).push_back('\0');
-  long head[3] = {argc, static_cast<long>(words.size()), 0};
+  tind::test::ForkAsked asked{argc, 0, words.size()};
   const int folder = open(".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  int fds[4] = {0, 1, 2, folder};
+  int fds[tind::test::kForkFds] = {0, 1, 2, folder};
   for (int fd = 0; fd < 3; ++fd)
-    if (fcntl(fd, F_GETFD) < 0) head[2] |= 1 << fd, fds[fd] = folder;
-  iovec part = {head, sizeof head};
+    if (fcntl(fd, F_GETFD) < 0) asked.closed |= 1 << fd, fds[fd] = folder;
+  iovec part = {&asked, sizeof asked};
   alignas(cmsghdr) char control[CMSG_SPACE(sizeof fds)] = {};
   msghdr message = {};
   message.msg_iov = &part, message.msg_iovlen = 1;
@@ -57,7 +59,7 @@ int main(int argc, char** argv) {
   passed->cmsg_level = SOL_SOCKET, passed->cmsg_type = SCM_RIGHTS;
   passed->cmsg_len = CMSG_LEN(sizeof fds);
   std::memcpy(CMSG_DATA(passed), fds, sizeof fds);
-  if (sendmsg(server, &message, 0) != sizeof head) no("fork_client: sendmsg");
+  if (sendmsg(server, &message, 0) != sizeof asked) no("fork_client: sendmsg");
   send_all(server, words.data(), words.size());
 
   int status = 0;

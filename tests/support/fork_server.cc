@@ -21,6 +21,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/fork_wire.h"
+
 namespace {
 
 using Main = int (*)(int, char**, char**);
@@ -28,12 +30,10 @@ using Start = int (*)(Main, int, char**, void (*)(), void (*)(), void (*)(), voi
 
 int wake[2];
 
-/// What a start hands over: its streams and its folder as descriptors; its words as text.
-struct Asked {
-  int fds[4];  // 0, 1, 2, the working folder
+/// What a start hands over.
+struct Asked : tind::test::ForkAsked {
+  int fds[tind::test::kForkFds];
   std::string words;
-  int argc = 0;
-  long closed = 0;  // which of 0, 1, 2 are not open, a bit each
 };
 
 bool read_all(int fd, void* to, std::size_t n) {
@@ -47,8 +47,8 @@ bool read_all(int fd, void* to, std::size_t n) {
 }
 
 bool receive(int conversation, Asked& asked) {
-  long head[3] = {};  // how many arguments; bytes of arguments and environment; what is closed
-  iovec part = {head, sizeof head};
+  tind::test::ForkAsked& head = asked;
+  iovec part = {&head, sizeof head};
   alignas(cmsghdr) char control[CMSG_SPACE(sizeof asked.fds)];
   msghdr message = {};
   message.msg_iov = &part, message.msg_iovlen = 1;
@@ -57,9 +57,7 @@ bool receive(int conversation, Asked& asked) {
   const cmsghdr* const passed = CMSG_FIRSTHDR(&message);
   if (!passed || passed->cmsg_type != SCM_RIGHTS) return false;
   std::memcpy(asked.fds, CMSG_DATA(passed), sizeof asked.fds);
-  asked.argc = static_cast<int>(head[0]);
-  asked.closed = head[2];
-  asked.words.resize(static_cast<std::size_t>(head[1]));
+  asked.words.resize(asked.bytes);
   return read_all(conversation, asked.words.data(), asked.words.size());
 }
 

@@ -19,12 +19,9 @@
 namespace tind {
 namespace {
 
-constexpr int kThreads = 2;
+using test::give_up;
 
-void give_up(const std::string& why) {
-  fmt::print(stderr, "{}\n", why);
-  std::exit(2);
-}
+constexpr int kThreads = 2;
 
 struct Sums {
   double squares = 0, places = 0;

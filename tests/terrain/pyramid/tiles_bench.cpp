@@ -15,12 +15,9 @@
 namespace tind {
 namespace {
 
-constexpr int kRuns = 3;
+using test::give_up;
 
-void give_up(const std::string& why) {
-  fmt::print(stderr, "{}\n", why);
-  std::exit(2);
-}
+constexpr int kRuns = 3;
 
 struct Run {
   double seconds = 0, thread_seconds = 0, gzipping = 0;
