@@ -1,6 +1,7 @@
 #pragma once
-// What a fork client sends a fork server: this, beside the descriptors of its streams and its folder; then
-// so many bytes, arguments and environment, each ended by a null. The answer is a status of waitpid().
+// What a fork client sends a fork server: this, beside the descriptors of its streams and its
+// folder; then so many bytes, arguments and environment, each ended by a null. The answer is a
+// status of waitpid().
 
 namespace tind::test {
 
