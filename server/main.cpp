@@ -15,6 +15,7 @@
 
 #include "server/cli/commands/commands.h"
 #include "server/cli/program/data_dir.h"
+#include "server/cli/program/standard_output.h"
 #include "server/log/printable.h"
 #include "terrain/geo/environment.h"
 #include "terrain/raster/sandboxed_pool.h"
@@ -109,7 +110,8 @@ int run(int argc, char** argv) {
     return tind::cli::kUsage;
   }
   try {
-    const auto parsed = program.parse(argc, argv);
+    const auto words = tind::cli::give_standard_output(argc, argv);
+    const auto parsed = program.parse(argc, words.data());
     std::istringstream lines(parsed.errors);
     for (std::string line; std::getline(lines, line);)
       std::fprintf(stderr, "%s\n", tind::logging::printable(line).c_str());

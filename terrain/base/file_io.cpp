@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <charconv>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -33,11 +34,30 @@ int write_all(int file, std::string_view bytes) {
   return 0;
 }
 
-/// A link is followed, so that it stays one.
+/// A link is followed, so that it stays one, also one to a file that is not there yet.
 std::string target_of(const std::string& path) {
-  std::error_code ignored;
-  const auto real = std::filesystem::canonical(path, ignored);
-  return ignored ? path : real.string();
+  namespace fs = std::filesystem;
+  std::error_code error;
+  if (const fs::path real = fs::canonical(path, error); !error) return real.string();
+  fs::path target = path;
+  for (int links = 0; links < 40 && fs::is_symlink(target, error); ++links)
+    target = target.parent_path() / fs::read_symlink(target, error);
+  return target.string();
+}
+
+/// What is open under a path, or -1: with `-o /dev/stdout > FILE` the file is the shell's, which
+/// may be in the midst of it.
+int open_descriptor(std::string_view path) {
+  if (path == "/dev/stdout") return STDOUT_FILENO;
+  if (path == "/dev/stderr") return STDERR_FILENO;
+  for (const std::string_view folder : {"/dev/fd/", "/proc/self/fd/"}) {
+    if (!path.starts_with(folder)) continue;
+    int file = -1;
+    const auto end = path.data() + path.size();
+    const auto read = std::from_chars(path.data() + folder.size(), end, file);
+    if (read.ec == std::errc() && read.ptr == end && ::fcntl(file, F_GETFD) >= 0) return file;
+  }
+  return -1;
 }
 
 std::string folder_of(const std::string& path) {
@@ -134,6 +154,11 @@ Result<std::string> read_regular_file(const std::string& path) {
 }
 
 Result<void> write_whole_file(const std::string& path, std::string_view bytes) {
+  if (const int file = open_descriptor(path); file >= 0) {
+    const int code = write_all(file, bytes);
+    if (code != 0) return failed("write", path, code);
+    return {};
+  }
   const std::string target = target_of(path);
   if (is_special(target)) {
     const int device = ::open(target.c_str(), O_WRONLY | O_CLOEXEC);
@@ -158,6 +183,7 @@ Result<void> write_whole_file(const std::string& path, std::string_view bytes) {
 }
 
 Result<void> can_write_file(const std::string& path) {
+  if (open_descriptor(path) >= 0) return {};
   const std::string target = target_of(path);
   struct stat status {};
   if (::stat(target.c_str(), &status) == 0 && S_ISDIR(status.st_mode))

@@ -17,7 +17,7 @@ Result<std::string> read_regular_file(const std::string& path);
 /// Writes PATH by way of a temporary file in the same folder and a rename: whoever looks sees the
 /// old file or the new one, never a part; a failed write leaves nothing behind. When it returns,
 /// the file stays also if the power is cut. A symbolic link is followed; something that is not a
-/// regular file (/dev/stdout, a pipe) is written directly.
+/// regular file (a pipe) is written directly, and so is what is open already (/dev/stdout).
 Result<void> write_whole_file(const std::string& path, std::string_view bytes);
 
 /// Could PATH be written, as far as one can tell beforehand? To be asked before long work; leaves

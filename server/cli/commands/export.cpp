@@ -130,9 +130,9 @@ Result<void> check_extension(const Arguments& a) {
   const std::string e = extension_of(a.output);
   if (a.target == Target::unreal && e != ".png" && e != ".r16" && e != ".raw")
     return fail(Errc::invalid_argument,
-                a.output + ": Unreal imports .png (16 bits) or .r16; name it so");
+                a.output + ": Unreal imports .png (16 bits), .r16 or .raw; name it so");
   if (a.target == Target::unity && e != ".raw" && e != ".r16")
-    return fail(Errc::invalid_argument, a.output + ": Unity imports .raw; name it so");
+    return fail(Errc::invalid_argument, a.output + ": Unity imports .raw or .r16; name it so");
   return {};
 }
 
@@ -350,8 +350,8 @@ void add_export(Command program, int& exit) {
       program.add_subcommand("export", "heights as a raster that an engine or a simulator imports");
   c.add_option("DEM", a->input.files, "raster files");
   c.add_option("-o,--output", a->output,
-               "the file, beside which its scale is written as FILE.json: .png (16 bits) or .r16 "
-               "for unreal, .raw for unity; for cdb a directory");
+               "the file, beside which its scale is written as FILE.json: .png (16 bits), .r16 "
+               "or .raw for unreal, .raw or .r16 for unity; for cdb a directory");
   c.add_choice("--format", a->target,
                "unreal: a landscape's heightmap; unity: a terrain's; cdb: elevations of an OGC CDB "
                "data store")

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "terrain/base/file_io.h"
 #include "tests/support/program.h"
 
 namespace tind {
@@ -27,6 +28,23 @@ TEST(Output, a_full_device_is_a_failure_of_every_command_that_prints) {
     EXPECT_EQ(ran.code, 74) << command << ran.out;
     EXPECT_NE(ran.out.find("cannot write to standard output"), std::string::npos) << command;
   }
+}
+
+TEST(Output, what_goes_to_standard_output_has_it_alone) {
+  const test::TempDir folder;
+  const std::string simplify = "simplify " + test::testdata("desert.asc") + " --ratio 0.01";
+  ASSERT_EQ(run_tind(simplify + " -o " + folder.file("mesh.ply")).code, 0);
+  const std::string mesh = read_whole_file(folder.file("mesh.ply")).value();
+  for (const std::string output : {"-o -", "--output -", "--output=-", "-o /dev/stdout"}) {
+    const auto ran = run_tind(simplify + " --format ply --json " + output);
+    EXPECT_EQ(ran.code, 0) << ran.out;
+    EXPECT_TRUE(ran.answer == mesh) << output;
+    EXPECT_NE(ran.out.find("\"max_error_m\""), std::string::npos) << output;  // on stderr
+  }
+  const std::string log = folder.file("log");
+  ASSERT_TRUE(write_whole_file(log, "begins"));
+  ASSERT_EQ(run_tind(simplify + " --format ply -o - >> " + log).code, 0);
+  EXPECT_TRUE(read_whole_file(log).value() == "begins" + mesh);
 }
 
 }  // namespace

@@ -50,6 +50,11 @@ TEST(FileIo, a_link_stays_a_link_and_permissions_are_those_of_a_new_file) {
   ASSERT_TRUE(write_whole_file(dir.file("b"), "new"));
   EXPECT_TRUE(fs::is_symlink(dir.path() / "b"));
   EXPECT_EQ(read_whole_file(dir.file("a")).value(), "new");
+  fs::create_symlink("c", dir.path() / "d");
+  EXPECT_TRUE(can_write_file(dir.file("d")));
+  ASSERT_TRUE(write_whole_file(dir.file("d"), "first"));
+  EXPECT_TRUE(fs::is_symlink(dir.path() / "d"));
+  EXPECT_EQ(read_whole_file(dir.file("c")).value(), "first");
   const mode_t mask = ::umask(0);
   ::umask(mask);
   EXPECT_EQ(unsigned(fs::status(dir.path() / "a").permissions()), 0666u & ~mask);
