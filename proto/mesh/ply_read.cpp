@@ -14,6 +14,7 @@
 
 #include "proto/mesh/mesh_io.h"
 #include "proto/mesh/polygon.h"
+#include "proto/text_put.h"
 #include "proto/text_scan.h"
 #include "terrain/base/bytes.h"
 
@@ -331,8 +332,11 @@ class Body {
   bool list(const Property& p, Each&& each) {
     double count = 0, entry = 0;
     if (!source_.scalar(*p.count, count)) return truncated();
-    if (!(count >= 0) || count > double(source_.left()))
-      return reject("a list of " + std::to_string(count) + " values is not there");
+    if (!(count >= 0) || count > double(source_.left())) {
+      std::string why = "a list of ";
+      text::put_text(why, count);
+      return reject(why + " values is not there");
+    }
     for (std::uint64_t i = 0; i < std::uint64_t(count); ++i) {
       if (!source_.scalar(p.type, entry)) return truncated();
       each(entry);

@@ -16,7 +16,6 @@ namespace tind::proto {
 namespace {
 
 using Index = SplitTopology::Index;
-constexpr Index kNone = SplitTopology::kNone;
 
 struct Edge {
   Index a, b, h;  // a < b

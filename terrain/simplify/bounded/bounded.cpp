@@ -208,8 +208,8 @@ std::string count_note(const Simplified& made, const HeightGrid& grid, const Run
                        std::uint64_t wanted) {
   const std::size_t left = made.tin.triangles.size();
   if (left > wanted) {
-    return (o.constraints ? "the lines need " : "the least are ") + std::to_string(left) +
-           " triangles";
+    return o.constraints ? edges_alone_note(left)
+                         : "the least are " + std::to_string(left) + " triangles";
   }
   if (double(left) >= 0.99 * double(wanted)) return {};
   const HeightGrid& posts = o.constraints ? o.constraints->dem.grid : grid;

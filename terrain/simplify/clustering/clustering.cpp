@@ -393,8 +393,7 @@ Result<Simplified> simplify_cluster(const Terrain& dem, const ClusterOptions&,
   out->input_triangles = input;
   if (!options.stop.max_error_m && out->tin.triangles.size() != target) {
     const bool lines_alone = lines && out->tin.triangles.size() > std::max<std::size_t>(target, 2);
-    out->note = lines_alone ? "the lines alone need " + std::to_string(out->tin.triangles.size()) +
-                                  " triangles"
+    out->note = lines_alone ? edges_alone_note(out->tin.triangles.size())
                             : "clusters come in whole rows and columns: " +
                                   std::to_string(out->tin.triangles.size()) + " triangles, not " +
                                   std::to_string(target);

@@ -9,6 +9,11 @@
 
 namespace tind {
 
+std::string edges_alone_note(std::size_t triangles) {
+  return "the edges that must stay alone need " + std::to_string(triangles) +
+         " triangles, those in voids counted";
+}
+
 Result<Constraints> constrain(const Terrain& dem, const ConstraintShapes& shapes) {
   const HeightGrid& grid = dem.grid;
   if (grid.cols() < 2 || grid.rows() < 2 || grid.cols() > 32768 || grid.rows() > 32768) {

@@ -11,6 +11,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "terrain/base/result.h"
@@ -65,6 +66,9 @@ struct Constraints {
 /// that touch or lie in one another share the lowest of theirs. Fails (unsupported) without CGAL,
 /// (bad_data) when nothing is left.
 Result<Constraints> constrain(const Terrain& dem, const ConstraintShapes& shapes);
+
+/// Why a mesh has more triangles than wanted: its lines, and rims where voids stay open.
+std::string edges_alone_note(std::size_t triangles);
 
 struct ConstraintCheck {
   std::size_t parts = 0, missing = 0;  // parts that are not wholly edges of the mesh

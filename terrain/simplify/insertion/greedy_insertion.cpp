@@ -46,8 +46,8 @@ std::string count_note(std::size_t left, std::uint64_t count, std::size_t at_sta
     return std::to_string(left) + " triangles, not " + std::to_string(count) +
            ": a few insertions more would leave a larger error";
   if (left == at_start && left > 2)
-    return (lines ? "the lines alone need " : "the outline alone needs ") + std::to_string(left) +
-           " triangles";
+    return lines ? edges_alone_note(left)
+                 : "the outline alone needs " + std::to_string(left) + " triangles";
   return "an insertion adds two triangles";
 }
 

@@ -172,6 +172,12 @@ Result<std::unique_ptr<TileWriter>> FolderWriter::claim(std::shared_ptr<FolderFi
 Result<void> FolderWriter::claim_empty(const TileWork& work, const std::string& record) {
   if (fs::exists(fs::symlink_status(output_ + kLayer)))
     return refused(output_, "a tile set that tind build did not make", "choose another directory");
+  // Records of terrain/images, terrain/flightgear and terrain/heightmaps: servers take a folder for
+  // one thing.
+  for (const char* other : {"/tind-images.json", "/tind-flightgear.txt", "/tind-cdb.txt"})
+    if (fs::exists(fs::symlink_status(output_ + other)))
+      return refused(output_, std::string("what another format made (") + (other + 1) + ")",
+                     "choose another directory");
   const auto none = [](TileId) { return false; };
   if (auto ok = check_way(output_, ids_, false, none); !ok) return ok;
   if (auto ok = check_blocks(output_, work.blocks.digest, false); !ok) return ok;

@@ -230,6 +230,7 @@ TEST(MeshIo, SaysWhereItIsWrong) {
       "property list uchar int vertex_indices\nend_header\n";
   EXPECT_THAT(why(decode_ply(head + "0 0 0\n3 0 0 1\n")), HasSubstr("vertex 1 of 1"));
   EXPECT_THAT(why(decode_ply(head + "0 0 0\n3 0 0 -1\n")), HasSubstr("line 11"));
+  EXPECT_THAT(why(decode_ply(head + "0 0 0\n255 0 0\n")), HasSubstr("a list of 255 values"));
   EXPECT_THAT(why(decode_ply(head + "0 inf 0\n3 0 0 0\n")), HasSubstr("not finite"));
   EXPECT_THAT(why(decode_ply(head + "0 0\n")), HasSubstr("PLY line"));
   EXPECT_THAT(why(decode_stl(std::string(84, '\xff'))), HasSubstr("4294967295"));

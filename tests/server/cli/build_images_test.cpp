@@ -42,6 +42,21 @@ TEST(BuildImages, OfADemThatHasNoPlaceAreNotMade) {
   }
 }
 
+TEST(BuildImages, AFolderHoldsOneFormat) {
+  const test::TempDir dir;
+  const auto build = [&](const std::string& format, const std::string& folder) {
+    return test::run_tind("build " + test::testdata("desert.asc") + " --levels 0-1 --format " +
+                          format + " --progress none -o " + dir.file(folder));
+  };
+  ASSERT_EQ(build("rgb", "images").code, 0);
+  ASSERT_EQ(build("quantized-mesh", "meshes").code, 0);
+  const auto meshes = build("quantized-mesh", "images"), images = build("rgb", "meshes");
+  EXPECT_EQ(meshes.code, 2) << meshes.out;
+  EXPECT_NE(meshes.out.find("(tind-images.json): choose another"), std::string::npos) << meshes.out;
+  EXPECT_FALSE(std::filesystem::exists(dir.file("images") + "/layer.json"));
+  EXPECT_EQ(images.code, 2) << images.out;
+}
+
 TEST(BuildImages, OfNothingAreNotMade) {
   const test::TempDir dir;
   const std::string dem = dir.file("dem.asc"), out = dir.file("images");
