@@ -178,6 +178,10 @@ test("a small hole on a flank is hatched over the ground that leads across it", 
   const said = JSON.stringify([hole, beside]);
   assert.ok(hole[1] > hole[2] + 6, `it has the colour of the ground: ${said}`);
   assert.ok(hole[1] - hole[2] < 0.85 * (beside[1] - beside[2]), `but paler: ${said}`);
+  await select("slope");
+  const [steep] = await coloursAt([HOLE]);
+  assert.ok(Math.max(...steep) - Math.min(...steep) < 14, `where slopes are shown, none that nobody measured: ${steep}`);
+  await select("relief");
 });
 
 test("the summit bears its height above the sea, the legend what the picture is made of", async () => {

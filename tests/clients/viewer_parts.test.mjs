@@ -8,7 +8,7 @@ import {acrossOf, axes, extentOf, eyeClearOf, eyeThatFits, homeOf} from "../../s
 import {areaText, contourInterval, lengthText, roundLength, ticks} from "../../server/viewer/globe/legend.js";
 import {linkOf, viewOf} from "../../server/viewer/globe/link.js";
 import {factsOf, isShowable} from "../../server/viewer/globe/cards.js";
-import {DEPTHS, heightScale, heightStops, TINTS, tintTop} from "../../server/viewer/globe/material.js";
+import {DEPTHS, heightScale, heightStops, TINTS, tintTop, washed} from "../../server/viewer/globe/material.js";
 import {objOf} from "../../server/viewer/globe/mesh_file.js";
 import {rasterise} from "../../server/viewer/globe/mesh_raster.js";
 import {matches, placeOf} from "../../server/viewer/globe/places.js";
@@ -39,6 +39,14 @@ test("the legend's tints are those of the ground: depths below the sea, land abo
   const trench = heightStops({low: -4000, high: -3000, seaLevel: 0});
   assert.deepEqual([trench[0], trench.at(-1)], [[0, DEPTHS[0][1]], [1, "#4a7a9d"]]); // a quarter of the way up to the shore
   for (const stops of [coast, trench]) assert.ok(stops.every(([at], i) => i === 0 || at >= stops[i - 1][0]));
+});
+
+test("the legend's tints are as pale as the ground that other things are drawn on", () => {
+  assert.deepEqual(washed(TINTS, "relief"), TINTS);
+  for (const mode of ["multi", "contours"]) washed(TINTS, mode).forEach(([at, colour], i) => {
+    assert.equal(at, TINTS[i][0]);
+    assert.match(colour, /^#[cdef][0-9a-f][cdef][0-9a-f][bcdef][0-9a-f]$/);
+  });
 });
 
 test("the tints of flat land do not paint the error of its mesh, those of mountains reach their summit", () => {
@@ -323,6 +331,24 @@ test("voids and the sea are told from the ground", async () => {
   assert.equal(pixel(bytes, 200, 200)[2], GROUND);
   assert.equal(pixel(bytes, 20, 20)[2], VOID);
   assert.equal(pixel(await reliefTile(source, RECTANGLE, 7, {scale: SCALE}), 20, 200)[2], GROUND, "without a sea level there is no sea");
+});
+
+test("beside a void the slope is that of the ground, whatever the void is filled with", async () => {
+  const slope = 0.4 * eastward(45.4), hole = (lon, lat) => lon > 10.3 && lon < 10.5 && lat > 45.3 && lat < 45.5;
+  const source = sourceWith((lon, lat) => (hole(lon, lat) ? 3900 : slope * (lon - 10)), (lon, lat) => !hole(lon, lat));
+  for (const [tileOf, isVoid] of [[reliefTile, (byte) => byte === VOID], [contourTile, (byte) => byte === VOID]]) {
+    const bytes = await tileOf(source, RECTANGLE, 7, {scale: {low: 0, knee: 10000, top: 20000}, interval: 1000});
+    let rim = 0;
+    for (let j = 1; j < SIDE - 1; ++j) for (let i = 1; i < SIDE - 1; ++i) {
+      const voids = [[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]].map(([x, y]) => isVoid(pixel(bytes, i + x, j + y)[2]));
+      if (voids.every((one) => one)) continue; // nothing of it is seen
+      rim += voids.includes(true) ? 1 : 0;
+      const [east, north] = pixel(bytes, i, j).map(slopeOfByte);
+      near(east, 0.4, 0.04, `east at ${i} ${j}`);
+      near(north, 0, 0.01, `north at ${i} ${j}`);
+    }
+    assert.ok(rim > 200, `${rim} pixels beside the void`);
+  }
 });
 
 /// A tile of two triangles, whose corners have the heights sw, se, ne, nw of 0 to 32767.

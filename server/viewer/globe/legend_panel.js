@@ -2,7 +2,7 @@
 
 import {$} from "../page.js";
 import {contourInterval, datumText, lengthText, roundLength, ticks} from "./legend.js";
-import {ERRORS, FACINGS, gradientOf, heightStops, SLOPES, tintTop} from "./material.js";
+import {ERRORS, FACINGS, gradientOf, heightStops, SLOPES, tintTop, washed} from "./material.js";
 
 const {Cesium} = window;
 const NEAR_SEA_M = 5;
@@ -49,7 +49,7 @@ export function showLegend(globe) {
     const lines = mode === "contours" ? `; lines every ${lengthText(contourInterval(low, high)).replace(" ", "\u00a0")}` : "";
     $("legend-title").textContent = `Metres ${datumText(datum)}${lines}`;
     const top = tintTop(dataset);
-    ramp(heightStops({...dataset, high: top}), low, top, ticks(low, top, 5), (value) => value.toLocaleString("en").replace("-", "−"));
+    ramp(washed(heightStops({...dataset, high: top}), mode), low, top, ticks(low, top, 5), (value) => value.toLocaleString("en").replace("-", "−"));
   }
   const kinds = source ? ["no data: hatched", "outside: plain"] : ["outside: plain"];
   if (low < dataset.seaLevel + NEAR_SEA_M || dataset.layer.extensions?.includes("watermask")) kinds.push("water: blue");

@@ -20,6 +20,9 @@ export const SLOPES = [[0, "#f7f5ee"], [0.22, "#f2d99a"], [0.39, "#e79a53"], [0.
 export const ERRORS = [[0, "#2c4f9e"], [0.25, "#7fa3d6"], [0.5, "#f6f4ee"], [0.75, "#e58a68"], [1, "#a3262a"]]; // mesh below .. above
 export const DEPTHS = [[0, "#2f5f86"], [0.6, "#6f9fbd"], [1, "#b5d0dc"]]; // deepest .. shore
 
+// What tints are mixed with, and how much of it, where something else is to be seen: light, or lines.
+const WASHES = {multi: ["#ede9e3", 0.75], contours: ["#f7f5ed", 0.6]};
+
 export const FACINGS = [[0, "#5f8fc4"], [0.25, "#e6c65c"], [0.5, "#cf6b4a"], [0.75, "#6aa884"], [1, "#5f8fc4"]]; // north, east, south, west
 
 const FLAT_TINTS = 0.002, FLAT_TINTS_M = 100; // height by width, at most
@@ -41,14 +44,21 @@ export function heightScale(dataset) {
   return {low, knee: hasDepths(dataset) ? Math.min(Math.max(seaLevel, low), top) : (low + top) / 2, top};
 }
 
+const partOf = (colour, k) => parseInt(colour.slice(1 + 2 * k, 3 + 2 * k), 16);
+const mixed = (one, other, share) => `#${[0, 1, 2].map((k) => Math.round(partOf(one, k) + share * (partOf(other, k) - partOf(one, k))).toString(16).padStart(2, "0")).join("")}`;
+
 /// The colour of stops at a share, between two of them.
 function colourAt(stops, share) {
   const after = stops.findIndex(([at]) => at >= share);
   if (after <= 0) return stops[after < 0 ? stops.length - 1 : 0][1];
   const [[from, one], [to, other]] = [stops[after - 1], stops[after]];
-  const part = (colour, k) => parseInt(colour.slice(1 + 2 * k, 3 + 2 * k), 16);
-  const mixed = [0, 1, 2].map((k) => Math.round(part(one, k) + ((share - from) / (to - from)) * (part(other, k) - part(one, k))));
-  return `#${mixed.map((value) => value.toString(16).padStart(2, "0")).join("")}`;
+  return mixed(one, other, (share - from) / (to - from));
+}
+
+/// Stops as they are seen in a shading.
+export function washed(stops, mode) {
+  const [wash, share] = WASHES[mode] ?? ["#000000", 0];
+  return stops.map(([at, colour]) => [at, mixed(colour, wash, share)]);
 }
 
 /// The tints of heights from the lowest to the highest, as the shader has them: depths up to the sea, and all of the
@@ -86,6 +96,8 @@ export function sidesOf(Cesium, {west, south, east, north, width}, height) {
   return {west: meridian(west, 1), east: meridian(east, -1), south: parallel(south, 1), north: parallel(north, -1)};
 }
 
+const glslOf = ([wash, share]) => `vec3(${[0, 1, 2].map((k) => (partOf(wash, k) / 255).toFixed(4)).join(", ")}), ${share}`;
+
 const LEAST_SIGHT = 80000; // metres of clear air, however small the dataset
 
 // What is draped (relief_tile.js) reaches the material as the colour below it, which CesiumJS's shader has
@@ -115,9 +127,12 @@ const SOURCE = `
   float lightOn(vec3 normal, vec2 sunAt) { // azimuth, altitude
     return dot(normal, vec3(sin(sunAt.x) * cos(sunAt.y), cos(sunAt.x) * cos(sunAt.y), sin(sunAt.y)));
   }
+  bool contours() { return mode > 3.5 && mode < 4.5; }
+  bool fromAllSides() { return mode > 0.5 && mode < 1.5; }
+  bool byHeight() { return mode < 1.5 || contours(); }
   float shadeOf(vec3 normal) {
     float one = lightOn(normal, sun.xy);
-    if (mode < 0.5 || mode > 1.5) return one;
+    if (!fromAllSides()) return one;
     // From four sides, each as much as it grazes the slope (Mark 1992).
     float sum = 0.0, weights = 0.0;
     for (int i = 0; i < 4; ++i) {
@@ -129,7 +144,6 @@ const SOURCE = `
     }
     return sum / weights;
   }
-  bool contours() { return mode > 3.5 && mode < 4.5; }
   vec3 facingColour(vec2 slope) { return scale(4.0, fract(atan(-slope.x, -slope.y) / 6.2831853)); }
   // A direction (eye coordinates) as east, north, up at a place.
   vec3 localOf(vec3 directionEC, vec3 p) {
@@ -156,6 +170,10 @@ const SOURCE = `
     if (deep < 0.0) share = clamp((height - seaLevel) / max(high - seaLevel, 1.0), 0.0, 1.0);
     vec3 ground = mix(scale(0.0, share), rock.rgb, smoothstep(0.6, 1.1, steepness) * (1.0 - 0.4 * share));
     return deep < 0.0 && height < seaLevel ? scale(3.0, 1.0 - (seaLevel - height) / (seaLevel - deep)) : ground;
+  }
+  vec3 washed(vec3 ground) {
+    if (fromAllSides()) return mix(ground, ${glslOf(WASHES.multi)});
+    return contours() ? mix(ground, ${glslOf(WASHES.contours)}) : ground;
   }
   vec3 lit(vec3 ground, vec3 normal, float much) {
     float facing = clamp(0.5 + 0.5 * shadeOf(normal), 0.0, 1.0);
@@ -189,15 +207,17 @@ const SOURCE = `
   }
   // Hatched: the dataset has no height here. Where the mesh leads a mountain on across a small hole, the
   // hatch lies on the ground that is drawn; where it is level, as over a large one, or a wall that no ground
-  // is, on paper.
-  vec3 nothing(vec3 facet, vec3 p, float share, bool errors) {
+  // is, on paper; so also where colours are not of heights: nobody has measured a slope there.
+  vec3 nothing(czm_materialInput given, vec3 facet, vec3 p, float share) {
     float hatch = smoothstep(0.5, 0.9, abs(fract((gl_FragCoord.x + gl_FragCoord.y) / (9.0 * czm_pixelRatio)) - 0.5) * 2.0);
-    vec2 slope = slopeOf(facet, p) / exaggeration; // of the triangle: the normals at its corners are those of the ground around
-    float wall = smoothstep(3.0, 6.0, length(slope)), bridged = errors ? 0.0 : smoothstep(0.03, 0.2, length(slope)) * (1.0 - wall);
-    vec3 ground = mix(paper.rgb, tinted((high - low) * share + low, share, atan(length(slope))), 0.85 * bridged);
+    vec2 slope = slopeOf(facet, p); // of the triangle: the normals at its corners are those of the ground around
+    if (length(slope) > 12.0) slope = slopeOf(given.normalEC, p); // a tile's skirt, seen where two tiles leave a gap: as the ground beside
+    slope /= exaggeration;
+    float wall = smoothstep(1.2, 2.4, length(slope)), bridged = byHeight() ? smoothstep(0.03, 0.2, length(slope)) * (1.0 - wall) : 0.0;
+    vec3 ground = mix(paper.rgb, washed(tinted((high - low) * share + low, share, atan(length(slope)))), 0.85 * bridged);
     return lit(mix(ground, vec3(0.62, 0.63, 0.62), 0.5 * hatch), normalize(vec3(-slope * exaggeration * (1.0 - wall) / max(length(slope), 1.0), 1.0)), mix(0.35, 0.6, bridged) * light);
   }
-  vec3 groundAt(czm_materialInput given, vec3 p, vec3 facet, mat2 moved, float waved, vec4 draped) {
+  vec3 groundAt(czm_materialInput given, vec3 p, vec3 facet, mat2 moved, float waved, vec2 bent, vec4 draped) {
     bool errors = mode > 4.5 && measured > 0.5;
     bool isDraped = measured > 0.5 && !errors && draped.r > 0.002;
     vec2 slope = slopeAt(given, p, draped, isDraped);
@@ -211,13 +231,13 @@ const SOURCE = `
     vec3 ground;
     if (errors) ground = errorColour(draped);
     else if (mode > 2.5 && mode < 3.5) {
-      vec3 facing = mix(vec3(0.93, 0.92, 0.89), facingColour(slope), smoothstep(0.004, 0.06, length(slope)));
+      // Level ground has no aspect. On a ridge there is none for a pixel either, which would be a chain of pale dots.
+      float level = length(slope) + (isDraped ? length(bent) : 0.0);
+      vec3 facing = mix(vec3(0.93, 0.92, 0.89), facingColour(slope), smoothstep(0.004, 0.06, level));
       ground = lit(facing, normal, 0.5 * light);
     } else if (mode > 1.5 && mode < 2.5) ground = lit(scale(1.0, steepness / 1.5708), normal, 0.25 * light);
     else {
-      ground = tinted(height, share, steepness);
-      if (mode > 0.5 && mode < 1.5) ground = mix(ground, vec3(0.93, 0.92, 0.89), 0.75);
-      if (contours()) ground = mix(ground, vec3(0.97, 0.96, 0.93), 0.6);
+      ground = washed(tinted(height, share, steepness));
       if (deep >= 0.0 || given.waterMask > 0.0) ground = mix(ground, sea.rgb, water);
       ground = lit(ground, normal, light * (1.0 - 0.5 * water));
       if (contours()) ground = withContours(ground, height / interval, linesAt(height, draped, isDraped), linesAPixel(slope, moved, isDraped ? waved : 0.0));
@@ -225,7 +245,7 @@ const SOURCE = `
     if (measured < 0.5) return ground;
     if (draped.a < ${((UNKNOWN_HEIGHT + 0.5) / 255).toFixed(5)} && (errors || draped.a < 0.002)) return errors ? paper.rgb : ground; // not drawn yet, or not worth it
     float there = smoothstep(0.4, 0.47, draped.b); // between a void and the sea there is hardly any ground
-    return there > 0.99 ? ground : mix(nothing(facet, p, clamp((meshHeight - low) / (high - low), 0.0, 1.0), errors), ground, there);
+    return there > 0.99 ? ground : mix(nothing(given, facet, p, clamp((meshHeight - low) / (high - low), 0.0, 1.0)), ground, there);
   }
   czm_material picture(czm_materialInput given, vec4 draped) {
     czm_material material = czm_getDefaultMaterial(given);
@@ -238,9 +258,10 @@ const SOURCE = `
     mat2 moved = mat2(localOf(right, p).xy, localOf(upwards, p).xy);
     facet *= sign(dot(facet, given.positionToEyeEC));
     float waved = 255.0 / ${WAVE_STEPS}.0 * fwidth(draped.a);
+    vec2 bent = unsqueezed(128.0 / 255.0 + 0.5 * fwidth(draped.rg));
     vec3 ground = paper.rgb; // outside of the dataset
     bool isWall = length(slopeOf(facet, p)) > 20.0 && abs(within) < max(pixel, 3.0); // between the data and the ground around it
-    if (within > 0.0 && !isWall) ground = mix(ground, groundAt(given, p, facet, moved, waved, draped), clamp(within / pixel, 0.0, 1.0));
+    if (within > 0.0 && !isWall) ground = mix(ground, groundAt(given, p, facet, moved, waved, bent, draped), clamp(within / pixel, 0.0, 1.0));
     // The outline lies inside: ground beside the data that ends where it does is coarser, and would have one of its own.
     float outline = isWall ? 0.0 : bounded * smoothstep(0.0, 0.5, within / pixel) * (1.0 - smoothstep(1.4, 2.2, within / pixel));
     ground = mix(ground, vec3(0.42, 0.45, 0.47), 0.7 * outline);

@@ -77,6 +77,8 @@ export function errorOfByte(byte) {
 
 // ---- a lattice over the tile
 
+const LED_BY = 2; // pixels of the source by which a void's height is told (leadOn)
+
 /// Heights at (pixels + 2)² places: the pixels' middles and one beyond each side. A place beyond the
 /// source's bounds is moved onto them.
 async function lattice(source, {west, south, east, north}, level, pixels) {
@@ -90,10 +92,29 @@ async function lattice(source, {west, south, east, north}, level, pixels) {
     lats.push(within(north - ((i + 0.5) / pixels) * (north - south), Math.max(s, -MOST_DEGREES) + half, Math.min(n, MOST_DEGREES) - half));
   }
   const columns = lons.map((lon) => columnOf(lon, at) - 0.5), rows = lats.map((lat) => rowOf(lat, at) - 0.5);
-  const left = Math.floor(columns[0]), top = Math.floor(rows[0]);
-  const wide = Math.floor(columns[pixels + 1]) - left + 2, high = Math.floor(rows[pixels + 1]) - top + 2;
+  const left = Math.floor(columns[0]) - LED_BY, top = Math.floor(rows[0]) - LED_BY;
+  const wide = Math.floor(columns[pixels + 1]) - left + 2 + LED_BY, high = Math.floor(rows[pixels + 1]) - top + 2 + LED_BY;
   const {heights, known} = await source.window(at, left, top, wide, high);
+  leadOn(heights, known, wide, high);
   return {lons, lats, columns: columns.map((c) => c - left), rows: rows.map((r) => r - top), wide, heights, known};
+}
+
+/// In a void, the pixels beside the ground get its height as it goes on: what fills them is as high as the nearest post,
+/// and halves the slope of what is interpolated with it.
+function leadOn(heights, known, wide, high) {
+  const around = [-wide - 1, -wide, -wide + 1, -1, 1, wide - 1, wide, wide + 1];
+  for (let row = LED_BY; row < high - LED_BY; ++row)
+    for (let column = LED_BY; column < wide - LED_BY; ++column) {
+      const at = row * wide + column;
+      if (known[at]) continue;
+      let sum = 0, count = 0;
+      for (const by of around) {
+        if (!known[at + by] || !known[at + 2 * by]) continue;
+        sum += 2 * heights[at + by] - heights[at + 2 * by];
+        ++count;
+      }
+      if (count > 0) heights[at] = sum / count;
+    }
 }
 
 /// Bilinear between the pixels' middles; NaN beside a pixel that is not there.
@@ -106,22 +127,45 @@ function blend({wide, heights}, column, row) {
   return top * (1 - y) + low * y;
 }
 
-/// f(pixel, slope to the east, to the north, height, known) of each pixel, rows from the north.
+/// f(pixel, slope to the east, to the north, height, known) of each pixel, rows from the north. What fills a void is no
+/// ground: beside one, slopes are those of the known side, and go on into it for a pixel, as the shader blends
+/// neighbours. Else its rim would be lit as if it were level.
 async function eachPixel(source, rectangle, level, pixels, f) {
   const grid = await lattice(source, rectangle, level, pixels);
   const {lons, lats, columns, rows, wide, known} = grid;
   const side = pixels + 2;
-  const z = new Float64Array(side * side);
-  for (let j = 0; j < side; ++j) for (let i = 0; i < side; ++i) z[j * side + i] = blend(grid, columns[i], rows[j]);
-  const rise = (a, b, metres) => (metres > 0 && Number.isFinite(b - a) ? (b - a) / metres : 0);
+  const z = new Float64Array(side * side), there = new Uint8Array(side * side);
+  for (let j = 0; j < side; ++j) for (let i = 0; i < side; ++i) {
+    const at = j * side + i;
+    z[at] = blend(grid, columns[i], rows[j]);
+    there[at] = known[Math.round(rows[j]) * wide + Math.round(columns[i])] === 1 && Number.isFinite(z[at]) ? 1 : 0;
+  }
+  const rise = (before, at, after, metresBefore, metresAfter) => {
+    const from = there[before] ? before : at, to = there[after] ? after : at;
+    const metres = (there[before] ? metresBefore : 0) + (there[after] ? metresAfter : 0);
+    return metres > 0 ? (z[to] - z[from]) / metres : 0;
+  };
+  const easts = new Float64Array(side * side), norths = new Float64Array(side * side);
   for (let j = 1; j <= pixels; ++j) {
-    const east = METRES_PER_DEGREE * Math.cos((lats[j] * Math.PI) / 180), north = METRES_PER_DEGREE * (lats[j - 1] - lats[j + 1]);
+    const metres = METRES_PER_DEGREE * Math.cos((lats[j] * Math.PI) / 180);
     for (let i = 1; i <= pixels; ++i) {
       const at = j * side + i;
-      f((j - 1) * pixels + i - 1, rise(z[at - 1], z[at + 1], east * (lons[i + 1] - lons[i - 1])), rise(z[at + side], z[at - side], north),
-        z[at], known[Math.round(rows[j]) * wide + Math.round(columns[i])] === 1 && Number.isFinite(z[at]));
+      if (!there[at]) continue;
+      easts[at] = rise(at - 1, at, at + 1, metres * (lons[i] - lons[i - 1]), metres * (lons[i + 1] - lons[i]));
+      norths[at] = rise(at + side, at, at - side, METRES_PER_DEGREE * (lats[j] - lats[j + 1]), METRES_PER_DEGREE * (lats[j - 1] - lats[j]));
     }
   }
+  const around = [-side - 1, -side, -side + 1, -1, 1, side - 1, side, side + 1];
+  const measured = (at) => there[at] && at % side > 0 && at % side <= pixels && at > side && at < side * (pixels + 1);
+  for (let j = 1; j <= pixels; ++j)
+    for (let i = 1; i <= pixels; ++i) {
+      const at = j * side + i;
+      if (!there[at]) {
+        const ground = around.map((by) => at + by).filter(measured);
+        for (const all of [easts, norths]) all[at] = ground.reduce((sum, other) => sum + all[other], 0) / Math.max(ground.length, 1);
+      }
+      f((j - 1) * pixels + i - 1, easts[at], norths[at], z[at], there[at] === 1);
+    }
 }
 
 /// `seaLevel`: of the dataset's heights, metres; undefined where that is not known.
