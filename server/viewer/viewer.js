@@ -1,7 +1,7 @@
 // The viewer: the globe with its controls. What is drawn is in globe/.
 
 import {$, connectKeys, fetchDatasets, foldControls, isPhone, keepDataset, NO_WEBGL, pause, say, sayFailed} from "./page.js";
-import {factsOf, isShowable, showCards} from "./globe/cards.js";
+import {factsOf, isShowable, ownFacts, showCards} from "./globe/cards.js";
 import {inTurnOf, shared} from "./globe/box.js";
 import {Compare} from "./globe/compare.js";
 import {openDataset} from "./globe/dataset.js";
@@ -325,7 +325,7 @@ function show(globe, dataset, first) {
   globe.show(dataset, {...looks, sun: {...looks.sun}});
   $("choose").textContent = dataset.name;
   $("drawn").textContent = NONE_DRAWN;
-  $("facts").textContent = factsOf(dataset.facts).slice(1, 3).join(", ");
+  $("facts").textContent = factsOf(ownFacts(dataset)).slice(1, 3).join(", ");
   document.body.classList.remove("waiting");
   document.title = `${dataset.name} · tind`;
   showLegend(globe);

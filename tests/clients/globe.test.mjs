@@ -254,7 +254,7 @@ test("the relief is the source's, however coarse the mesh", async () => {
   await settled(page);
 });
 
-test("contours are where the source has their height, however coarse the mesh", async () => {
+test("contours are where the source has their height above the sea, however coarse the mesh", async () => {
   await page.locator("#mode").selectOption("contours");
   await fromAbove(6000, {lon: PEAK.lon + 0.018, lat: PEAK.lat + 0.01});
   const picture = () => page.evaluate(() => {
@@ -282,7 +282,7 @@ test("contours are where the source has their height, however coarse the mesh", 
 
 test("shadings differ, and the legend says what they mean", async () => {
   await fromAbove();
-  const seen = new Map(), words = {relief: /^Metres above the ellipsoid$/, multi: /^Metres/, slope: /^Slope, degrees$/, aspect: /looks towards/, contours: /lines every \d+\sm/};
+  const seen = new Map(), words = {relief: /^Metres above the sea \(EGM96\)$/, multi: /^Metres/, slope: /^Slope, degrees$/, aspect: /looks towards/, contours: /sea \(EGM96\); lines every 20\sm/};
   for (const [mode, word] of Object.entries(words)) {
     await select(mode);
     seen.set(mode, (await coloursAt([{lon: PEAK.lon - 0.015, lat: PEAK.lat + 0.013}, {lon: PEAK.lon + 0.02, lat: PEAK.lat - 0.02}])).flat());
@@ -444,6 +444,7 @@ test("a profile has source, mesh and bound, by two requests", async () => {
   await clickAt({lon: WEST + 0.03, lat: PEAK.lat});
   await clickAt({lon: WEST + 0.075, lat: PEAK.lat});
   await page.locator("#result .profile").waitFor();
+  assert.equal(await page.locator("#result-title").innerText(), "Profile, above the sea (EGM96)");
   const words = await page.locator("#result-body").innerText();
   assert.match(words, /3\.5\d+ km, up \d+ m, down \d+ m/);
   const [, level, worst] = words.match(/mesh of level (\d+) and the source differ by ([\d.]+) m/);

@@ -7,13 +7,14 @@ import {along, geodesic, localFrame, pathMetres, polygonArea, sightLine} from ".
 import {acrossOf, axes, extentOf, eyeClearOf, eyeThatFits, homeOf} from "../../server/viewer/globe/home.js";
 import {areaText, contourInterval, lengthText, roundLength, ticks} from "../../server/viewer/globe/legend.js";
 import {linkOf, viewOf} from "../../server/viewer/globe/link.js";
-import {factsOf, isShowable} from "../../server/viewer/globe/cards.js";
+import {factsOf, isShowable, ownFacts} from "../../server/viewer/globe/cards.js";
 import {DEPTHS, heightScale, heightStops, TINTS, tintTop, washed} from "../../server/viewer/globe/material.js";
 import {objOf} from "../../server/viewer/globe/mesh_file.js";
 import {rasterise} from "../../server/viewer/globe/mesh_raster.js";
 import {matches, placeOf} from "../../server/viewer/globe/places.js";
 import {LEFT, profileFigures, RIGHT, runs, sampleAt} from "../../server/viewer/globe/profile.js";
 import {contourTile, errorByte, errorOfByte, errorScale, errorTile, GROUND, GROUND_HIGH, GROUND_LOW, heightByte, heightOfByte, reliefTile, SEA, SIDE, slopeByte, slopeOfByte, UNKNOWN_HEIGHT, VOID, WAVE_STEPS, WAVE_ZERO, waveByte} from "../../server/viewer/globe/relief_tile.js";
+import {shiftLattice, shiftOf} from "../../server/viewer/globe/shift.js";
 import {columnOf, heightsOfColours, latOf, lonOf, PIXELS, rowOf, SourceHeights} from "../../server/viewer/globe/source_heights.js";
 import {labelsThatFit, latticeLines, tileSides} from "../../server/viewer/globe/tile_lines.js";
 import {heightInTile} from "../../server/viewer/quantized_mesh.js";
@@ -215,6 +216,30 @@ test("scales have round numbers", () => {
   assert.deepEqual([areaText(950), areaText(25000), areaText(3.2e6)], ["950 m²", "2.5 ha", "3.2 km²"]);
 });
 
+// ---- heights as the DEM counts them
+
+test("how far heights are above the DEM's own is known everywhere, also beyond the antimeridian and beside voids", () => {
+  const geoid = (lon, lat) => -20 + 3 * (lon - 10) - 2 * (lat - 45);
+  const box = {west: 10, south: 45, east: 11, north: 47}, lattice = shiftLattice(box);
+  assert.ok(lattice.places.every(({lon, lat}) => lon > 10 && lon < 11 && lat > 45 && lat < 47), "no place on a side of the box");
+  const values = lattice.places.map(({lon, lat}) => geoid(lon, lat)), shift = shiftOf(box, lattice, values);
+  for (const [lon, lat] of [[10, 45], [10.03, 46.9], [10.5, 46], [11, 47]]) near(shift.at(lon, lat), geoid(lon, lat), 1e-9);
+  near(shift.middle, geoid(10.5, 46), 1e-9);
+  near(shiftOf(box, lattice, values.map((value, i) => (i === 7 ? undefined : value))).at(lattice.places[7].lon, lattice.places[7].lat), values[7], 2, "a void");
+  assert.equal(shiftOf(box, lattice, values.map(() => undefined)), undefined);
+  const across = {west: 179, south: -1, east: 181, north: 1}, there = shiftLattice(across);
+  assert.ok(there.places.every(({lon}) => Math.abs(lon) <= 180));
+  const both = shiftOf(across, there, there.places.map(({lon}) => (lon < 0 ? lon + 360 : lon)));
+  for (const lon of [179.2, 180, -179.2]) near(both.at(lon, 0), lon < 0 ? lon + 360 : lon, 1e-9);
+  assert.ok(shiftLattice({west: -180, south: -90, east: 180, north: 90}).places.length < 2000, "as many as may be asked for");
+});
+
+test("what a dataset's panel says are heights as its DEM counts them, where those are known", () => {
+  const facts = {datum: "ellipsoid", max_level: 9, state: "ready", lowest: {height_m: 294}, highest: {height_m: 4352}};
+  assert.ok(factsOf(ownFacts({facts, ownDatum: "egm96", summitHeight: 4371, bottomHeight: 313})).includes("313 to 4,371 m above the sea (EGM96)"));
+  assert.equal(ownFacts({facts, ownDatum: "ellipsoid"}), facts);
+});
+
 // ---- what is draped
 
 test("slopes and errors survive their byte", () => {
@@ -318,6 +343,9 @@ test("contours are where the source has their height, also between its pixels", 
     near(a / (a - b), (Math.ceil(here) - here) / (next - here), 0.1, `contour at ${i} ${j}`);
   }
   assert.ok(crossed > 200, `${crossed} contours`);
+  const shift = {at: (lon) => 30 + 5 * (lon - 10), middle: 32.5}; // of heights that are counted from elsewhere
+  const shifted = await contourTile(sourceWith((lon, lat) => height(lon, lat) + shift.at(lon), () => true, 9), RECTANGLE, 7, {scale: SCALE, interval, shift});
+  for (let at = 3; at < bytes.length; at += 4 * 7) near(shifted[at], bytes[at], 1, "the same contours");
   const kinds = await contourTile(sourceWith((lon) => (lon < 10.3 ? 21 : 21 + 4000 * (lon - 10.3)), (lon, lat) => lat < 45.5), RECTANGLE, 7, {seaLevel: 20, scale: SCALE, interval});
   assert.deepEqual([pixel(kinds, 20, 200)[2], pixel(kinds, 20, 20)[2]], [SEA, VOID]);
   const land = pixel(kinds, 200, 200)[2];
@@ -331,6 +359,9 @@ test("voids and the sea are told from the ground", async () => {
   assert.equal(pixel(bytes, 200, 200)[2], GROUND);
   assert.equal(pixel(bytes, 20, 20)[2], VOID);
   assert.equal(pixel(await reliefTile(source, RECTANGLE, 7, {scale: SCALE}), 20, 200)[2], GROUND, "without a sea level there is no sea");
+  const geoid = {at: (lon) => 100 + 12 * (lon - 10), middle: 112};
+  const bent = await reliefTile(sourceWith((lon) => 1 + geoid.at(lon)), RECTANGLE, 7, {seaLevel: geoid.middle, shift: geoid, scale: SCALE});
+  for (const i of [5, 128, 250]) assert.equal(pixel(bent, i, 100)[2], SEA, "a sea that is level above the geoid");
 });
 
 test("beside a void the slope is that of the ground, whatever the void is filled with", async () => {

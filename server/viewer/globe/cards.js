@@ -27,6 +27,12 @@ export function factsOf({box, source, datum, max_level: deepest, state, share_re
   return facts;
 }
 
+/// The same facts of a dataset that is open, its heights as its DEM counts them where that is known.
+export function ownFacts({facts, ownDatum, summitHeight: highest, bottomHeight: lowest}) {
+  if (highest === undefined || lowest === undefined) return facts;
+  return {...facts, datum: ownDatum, highest: {...facts.highest, height_m: highest}, lowest: {...facts.lowest, height_m: lowest}};
+}
+
 /// Whether the globe can show it, now or soon.
 export const isShowable = ({state, max_level: deepest}) => state !== "failed" && deepest !== undefined;
 

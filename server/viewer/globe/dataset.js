@@ -3,6 +3,7 @@
 
 import {busyFor, fetchDatasets, fetchJson, NoAnswer, pause, say, unanswered, whenBack} from "../page.js";
 import {acrossOf} from "./home.js";
+import {NO_SHIFT, shiftLattice, shiftOf} from "./shift.js";
 import {heightsOfColours, knownOfShades, PIXELS, SourceHeights} from "./source_heights.js";
 
 const {Cesium} = window;
@@ -123,21 +124,24 @@ export async function elevations({name, datum}, places, level) {
   return reply.json();
 }
 
-/// The highest post above what the DEM itself counts from, as on a map.
-async function summitHeightOf({name, datum, source, highest}) {
-  if (!source || !highest || datum === source.datum) return undefined;
-  return (await elevation(name, highest.lon, highest.lat)).height_m ?? undefined;
+/// A post's height above what the DEM itself counts from, as on a map.
+async function ownHeightOf({name, datum, source}, post) {
+  if (!source || !post || datum === source.datum) return undefined;
+  return (await elevation(name, post.lon, post.lat)).height_m ?? undefined;
 }
 
-/// Where the sea lies in the dataset's heights: 0 of the DEM's own, which are mostly above it.
-async function seaLevelOf({name, datum, source, lowest}) {
-  if (!source || !lowest || source.datum === "ellipsoid") return undefined;
-  if (datum === source.datum) return 0;
-  const {height_m} = await elevation(name, lowest.lon, lowest.lat);
-  return height_m === null ? undefined : lowest.height_m - height_m;
+/// How far the dataset's heights are above the DEM's own; undefined where the daemon cannot say.
+async function shiftFromOwn({name, datum, source}, box) {
+  if (!source || datum === source.datum) return NO_SHIFT;
+  const lattice = shiftLattice(box);
+  const [heights, own] = await Promise.all([elevations({name, datum}, lattice.places), elevations({name, datum: "source"}, lattice.places)]);
+  const known = (i) => heights.coverage[i] === "value" && own.coverage[i] === "value";
+  return shiftOf(box, lattice, lattice.places.map((_, i) => (known(i) ? heights.height_m[i] - own.height_m[i] : undefined)));
 }
 
-/// Its `box` (degrees) and `rectangle` (the same in radians) go on beyond the antimeridian, `drapeable` does not.
+/// Its heights are in `datum`, and `shift` above those in `ownDatum`, in which people are told of them. `seaLevel` is
+/// among heights as they are draped (relief_tile.js). Its `box` (degrees) and `rectangle` (the same in radians) go on
+/// beyond the antimeridian, `drapeable` does not.
 export async function openDataset(name) {
   const facts = await whenRead(name);
   const url = new URL(`terrain/${encodeURIComponent(name)}`, document.baseURI).href; // CesiumJS needs it whole
@@ -146,9 +150,12 @@ export async function openDataset(name) {
   const [west, south, east, north] = facts.box;
   const box = {west, south, east, north}, rectangle = Cesium.Rectangle.fromDegrees(...facts.box);
   const drapeable = Cesium.Rectangle.fromDegrees(...layer.bounds); // CesiumJS drapes nothing across the antimeridian
-  const [heights, source, seaLevel, summitHeight] = await Promise.all([
+  const [heights, source, shift, summitHeight, bottomHeight] = await Promise.all([
     relief(facts, provider, rectangle, layer.maxzoom),
     facts.source ? sourceOf(name, box) : undefined,
-    seaLevelOf(facts).catch(() => undefined), summitHeightOf(facts).catch(() => undefined)]);
-  return {name, facts, kind: facts.kind, datum: facts.datum, url, layer, provider, box, rectangle, drapeable, extent: acrossOf(box), source, seaLevel, summitHeight, ...heights};
+    ...[shiftFromOwn(facts, box), ownHeightOf(facts, facts.highest), ownHeightOf(facts, facts.lowest)].map((one) => one.catch(() => undefined))]);
+  const isOwn = facts.source && shift; // else only heights in the tiles' datum are known
+  const seaLevel = isOwn && facts.lowest && facts.source.datum !== "ellipsoid" ? shift.middle : undefined; // the DEM's own heights are mostly above the sea
+  return {name, facts, kind: facts.kind, datum: facts.datum, ownDatum: isOwn ? facts.source.datum : facts.datum, shift: shift ?? NO_SHIFT, url, layer, provider,
+    box, rectangle, drapeable, extent: acrossOf(box), source, seaLevel, summitHeight, bottomHeight, ...heights};
 }

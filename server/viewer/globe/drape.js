@@ -37,8 +37,8 @@ export const reliefLayer = (dataset, finer) => sourceLayer(dataset, finer, relie
 export const contourLayer = (dataset, finer) => sourceLayer(dataset, finer, contourTile);
 
 function sourceLayer(dataset, finer, tileOf) {
-  const {source, drapeable: rectangle, seaLevel, low, high} = dataset;
-  const pixels = SIDE * 2 ** finer, heights = {seaLevel, scale: heightScale(dataset), interval: contourInterval(low, high)};
+  const {source, drapeable: rectangle, seaLevel, shift, low, high} = dataset;
+  const pixels = SIDE * 2 ** finer, heights = {seaLevel, shift, scale: heightScale(dataset), interval: contourInterval(low, high)};
   return layerOf({rectangle, deepest: Math.max(source.deepest - finer, 0), pixels,
     make: (tile) => tileOf(source, rectangleOf(tile), tile.z + finer, heights, pixels)});
 }

@@ -26,7 +26,7 @@ function ramp(stops, from, to, values, text) {
 
 export function showLegend(globe) {
   const {dataset, looks: {mode}} = globe;
-  const {low, high, datum, source} = dataset;
+  const {low, high, ownDatum, shift, source} = dataset;
   $("legend").hidden = false;
   const errors = mode === "error" && source ? globe.errors : undefined;
   const scaled = mode !== "error" || errors !== undefined;
@@ -47,9 +47,9 @@ export function showLegend(globe) {
     ramp(FACINGS, 0, 360, [45, 90, 135, 180, 225, 270, 315], (degrees) => ["NE", "E", "SE", "S", "SW", "W", "NW"][degrees / 45 - 1]);
   } else {
     const lines = mode === "contours" ? `; lines every ${lengthText(contourInterval(low, high)).replace(" ", "\u00a0")}` : "";
-    $("legend-title").textContent = `Metres ${datumText(datum)}${lines}`;
+    $("legend-title").textContent = `Metres ${datumText(ownDatum)}${lines}`;
     const top = tintTop(dataset);
-    ramp(washed(heightStops({...dataset, high: top}), mode), low, top, ticks(low, top, 5), (value) => value.toLocaleString("en").replace("-", "−"));
+    ramp(washed(heightStops({...dataset, high: top}), mode), low - shift.middle, top - shift.middle, ticks(low - shift.middle, top - shift.middle, 5), (value) => value.toLocaleString("en").replace("-", "−"));
   }
   const kinds = source ? ["no data: hatched", "outside: plain"] : ["outside: plain"];
   if (low < dataset.seaLevel + NEAR_SEA_M || dataset.layer.extensions?.includes("watermask")) kinds.push("water: blue");

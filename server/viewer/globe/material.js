@@ -240,7 +240,7 @@ const SOURCE = `
       ground = washed(tinted(height, share, steepness));
       if (deep >= 0.0 || given.waterMask > 0.0) ground = mix(ground, sea.rgb, water);
       ground = lit(ground, normal, light * (1.0 - 0.5 * water));
-      if (contours()) ground = withContours(ground, height / interval, linesAt(height, draped, isDraped), linesAPixel(slope, moved, isDraped ? waved : 0.0));
+      if (contours()) ground = withContours(ground, (height - shift) / interval, linesAt(height - shift, draped, isDraped), linesAPixel(slope, moved, isDraped ? waved : 0.0));
     }
     if (measured < 0.5) return ground;
     if (draped.a < ${((UNKNOWN_HEIGHT + 0.5) / 255).toFixed(5)} && (errors || draped.a < 0.002)) return errors ? paper.rgb : ground; // not drawn yet, or not worth it
@@ -280,7 +280,7 @@ export function groundMaterial(Cesium, dataset, measured) {
     fabric: {
       uniforms: {
         scales: scales(), low, knee, high: top, sight: Math.max(2.5 * extent, LEAST_SIGHT),
-        light: 1, exaggeration: 1, mode: 0, measured: measured ? 1 : 0, reach: 1, interval: 100,
+        light: 1, exaggeration: 1, mode: 0, measured: measured ? 1 : 0, reach: 1, interval: 100, shift: dataset.shift.middle,
         sun: new Cesium.Cartesian2(), seaLevel: seaLevel ?? 0, deep: bathymetry ? low : 0, bounded: rectangle.width > Math.PI ? 0 : 1,
         ...sidesOf(Cesium, rectangle, (low + high) / 2),
         rock: colour("#8d8379"), paper: colour(PAPER), sea: colour(SEA_COLOUR), air: colour("#dbe7ec"),

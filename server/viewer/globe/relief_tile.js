@@ -5,8 +5,10 @@
 // Contours: R, G as in the relief, B: what is there, and its height, A: where between two contours it is.
 // Error:  R: mesh minus source, G: light from the north-west, B: what is there.
 //
-// The height is the source's: the mesh's would show its error, which differs from tile to tile, as if it were relief.
+// Heights are level where the DEM's own are (shift.js), so that a sea that is level is seen as level. They are the
+// source's: the mesh's would show its error, which differs from tile to tile, as if it were relief.
 
+import {NO_SHIFT} from "./shift.js";
 import {columnOf, latOf, lonOf, rowOf} from "./source_heights.js";
 
 export const SIDE = 256; // pixels of a tile: CesiumJS then asks for the level of the mesh that it drapes
@@ -127,7 +129,7 @@ function blend({wide, heights}, column, row) {
   return top * (1 - y) + low * y;
 }
 
-/// f(pixel, slope to the east, to the north, height, known) of each pixel, rows from the north. What fills a void is no
+/// f(pixel, slope to the east, to the north, height, known, lon, lat) of each pixel, rows from the north. What fills a void is no
 /// ground: beside one, slopes are those of the known side, and go on into it for a pixel, as the shader blends
 /// neighbours. Else its rim would be lit as if it were level.
 async function eachPixel(source, rectangle, level, pixels, f) {
@@ -164,7 +166,7 @@ async function eachPixel(source, rectangle, level, pixels, f) {
         const ground = around.map((by) => at + by).filter(measured);
         for (const all of [easts, norths]) all[at] = ground.reduce((sum, other) => sum + all[other], 0) / Math.max(ground.length, 1);
       }
-      f((j - 1) * pixels + i - 1, easts[at], norths[at], z[at], there[at] === 1);
+      f((j - 1) * pixels + i - 1, easts[at], norths[at], z[at], there[at] === 1, lons[i], lats[j]);
     }
 }
 
@@ -182,11 +184,13 @@ function unmeasured(bytes, kind) {
 }
 
 /// RGBA bytes of the relief in a rectangle of degrees, at a level of the source: that of a tile for SIDE pixels
-/// a side, one deeper for twice as many. `scale`: of heights, as heightByte has it.
-export async function reliefTile(source, rectangle, level, {seaLevel, scale}, pixels = SIDE) {
+/// a side, one deeper for twice as many. `scale`: of heights, as heightByte has it; `shift` of the
+/// dataset.
+export async function reliefTile(source, rectangle, level, {seaLevel, shift = NO_SHIFT, scale}, pixels = SIDE) {
   const bytes = new Uint8Array(4 * pixels * pixels);
   if (level < source.coarsest) return unmeasured(bytes, GROUND);
-  await eachPixel(source, rectangle, level, pixels, (pixel, east, north, height, known) => {
+  await eachPixel(source, rectangle, level, pixels, (pixel, east, north, metres, known, lon, lat) => {
+    const height = metres - shift.at(lon, lat) + shift.middle;
     bytes[4 * pixel] = slopeByte(east);
     bytes[4 * pixel + 1] = slopeByte(north);
     bytes[4 * pixel + 2] = kindOf(known, east, north, height, seaLevel);
@@ -195,16 +199,17 @@ export async function reliefTile(source, rectangle, level, {seaLevel, scale}, pi
   return bytes;
 }
 
-/// As reliefTile, of contours every `interval` metres.
-export async function contourTile(source, rectangle, level, {seaLevel, scale, interval}, pixels = SIDE) {
+/// As reliefTile, of contours every `interval` metres of the DEM's own heights.
+export async function contourTile(source, rectangle, level, {seaLevel, shift = NO_SHIFT, scale, interval}, pixels = SIDE) {
   const bytes = new Uint8Array(4 * pixels * pixels);
   if (level < source.coarsest) return unmeasured(bytes, GROUND);
-  await eachPixel(source, rectangle, level, pixels, (pixel, east, north, height, known) => {
+  await eachPixel(source, rectangle, level, pixels, (pixel, east, north, metres, known, lon, lat) => {
+    const height = metres - shift.at(lon, lat) + shift.middle;
     const kind = kindOf(known, east, north, height, seaLevel);
     bytes[4 * pixel] = slopeByte(east);
     bytes[4 * pixel + 1] = slopeByte(north);
     bytes[4 * pixel + 2] = kind === GROUND ? groundByte(height, scale) : kind;
-    bytes[4 * pixel + 3] = Number.isFinite(height) ? waveByte(height, interval) : UNKNOWN_HEIGHT;
+    bytes[4 * pixel + 3] = Number.isFinite(height) ? waveByte(height - shift.middle, interval) : UNKNOWN_HEIGHT;
   });
   return bytes;
 }

@@ -4,7 +4,7 @@
 import {$} from "../page.js";
 import {elevations} from "./dataset.js";
 import {along, geodesic, pathMetres, polygonArea, sightLine} from "./geodesy.js";
-import {areaText, lengthText} from "./legend.js";
+import {areaText, datumText, lengthText} from "./legend.js";
 import {profileFigures, profileSvg, sampleAt} from "./profile.js";
 import {metres} from "./readout.js";
 import {drawnTile} from "./tiles.js";
@@ -113,7 +113,7 @@ export class Tools {
     const at = Object.assign(document.createElement("p"), {id: "result-at", textContent: "Point at the profile to read it."});
     const off = worst === undefined ? [] : [`The mesh of level ${this.level} and the source differ by ${metres(worst, 2)} at most here` +
       (outside > 0 ? `; at ${outside} of ${samples.length} places by more than the bound, which holds at posts.` : ", within the bound everywhere.")];
-    this.#say("Profile", picture, at, `${lengthText(samples.at(-1).metres)}, up ${metres(climb, 0)}, down ${metres(fall, 0)}.`, ...off);
+    this.#say(`Profile, ${datumText(this.globe.dataset.ownDatum)}`, picture, at, `${lengthText(samples.at(-1).metres)}, up ${metres(climb, 0)}, down ${metres(fall, 0)}.`, ...off);
   }
 
   #sight(samples) {
@@ -127,8 +127,8 @@ export class Tools {
     this.#say("Line of sight", end, `From ${EYE_M} m above the ground, ${share} % of ${lengthText(samples.at(-1).metres)} is seen; the earth's curve and usual refraction are in it.`);
   }
 
-  /// Source, mesh and its bound at places along a path; the mesh is that of the finest level that is drawn
-  /// along it, which `this.level` then is.
+  /// Source, mesh and its bound at places along a path, heights as the DEM counts them; the mesh is that of the finest
+  /// level that is drawn along it, which `this.level` then is.
   async #sample(places) {
     const samples = along(places, SAMPLES);
     const {scene, dataset, deepest} = this.globe;
@@ -137,8 +137,9 @@ export class Tools {
     const [source, mesh] = await Promise.all([
       dataset.kind === "dem" ? elevations(dataset, samples) : undefined, elevations(dataset, samples, this.level)]);
     samples.forEach((sample, i) => {
-      if (source?.coverage[i] === "value") sample.source = source.height_m[i];
-      if (mesh.coverage[i] === "value") Object.assign(sample, {mesh: mesh.height_m[i], bound: mesh.max_error_m[i] ?? undefined});
+      const shift = dataset.shift.at(sample.lon, sample.lat);
+      if (source?.coverage[i] === "value") sample.source = source.height_m[i] - shift;
+      if (mesh.coverage[i] === "value") Object.assign(sample, {mesh: mesh.height_m[i] - shift, bound: mesh.max_error_m[i] ?? undefined});
     });
     return samples;
   }
