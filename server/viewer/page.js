@@ -68,7 +68,7 @@ export const fetchDatasets = async () => (await fetchJson(new URL("../datasets",
 
 /// The other pages open the same dataset.
 export function keepDataset(name) {
-  for (const link of document.querySelectorAll("#shell nav a")) {
+  for (const link of document.querySelectorAll("#shell nav a:not(.api)")) {
     const target = new URL(link.href);
     target.searchParams.set("dataset", name);
     link.href = target.href;

@@ -18,7 +18,7 @@ import {Tools} from "./globe/tools.js";
 
 const {Cesium} = window;
 const MARGIN = 16, GAP = 8; // pixels around the data in the home view, and between it and a panel
-const NONE_DRAWN = "None of its tiles is drawn yet.";
+const COMING = "Its tiles are coming.", NONE_DRAWN = "None of its tiles is in view.";
 const BAR_HIGH = 74, ANSWER_HIGH = 230; // pixels at the bottom of a phone: of the closed controls, of a tool's answer (style.css)
 
 const {camera: LINKED, ...looks} = viewOf(location.hash);
@@ -324,7 +324,7 @@ async function whenServed() {
 function show(globe, dataset, first) {
   globe.show(dataset, {...looks, sun: {...looks.sun}});
   $("choose").textContent = dataset.name;
-  $("drawn").textContent = NONE_DRAWN;
+  $("drawn").textContent = COMING;
   $("facts").textContent = factsOf(ownFacts(dataset)).slice(1, 3).join(", ");
   document.body.classList.remove("waiting");
   document.title = `${dataset.name} · tind`;
@@ -377,7 +377,7 @@ async function main() {
   connectPointer(globe, tools);
   connectGlobeKeys(globe, tools);
   connectCompass(globe);
-  onDrawn(globe, (sum) => ($("drawn").textContent = sum ? drawnText(sum) : NONE_DRAWN));
+  onDrawn(globe, (sum) => ($("drawn").textContent = sum ? drawnText(sum) : globe.scene.globe.tilesLoaded ? NONE_DRAWN : COMING));
   connectSearch(globe, () => datasets, (name) => state.open(name));
   const showOther = connectCompare(globe, compare, remember);
   globe.scene.camera.moveEnd.addEventListener(remember);
