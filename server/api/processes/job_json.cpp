@@ -90,10 +90,11 @@ Ordered status_json(const services::Job& job) {
   if (job.finished_ms > 0) json["finished"] = time_text(job.finished_ms);
   json["updated"] = time_text(job.updated_ms);
   const std::string self = "/jobs/" + job.id;
-  json["links"] = Ordered::array({link_json(self, "self", "application/json")});
+  json["links"] = Ordered::array({link_json(self, "self", "application/json", "this job")});
   if (job.status == services::JobStatus::successful) {
-    json["links"].push_back(link_json(
-        self + "/results", "http://www.opengis.net/def/rel/ogc/1.0/results", "application/json"));
+    json["links"].push_back(link_json(self + "/results",
+                                      "http://www.opengis.net/def/rel/ogc/1.0/results",
+                                      "application/json", "all results"));
     for (const services::JobOrder::Output& o : order_of(job).outputs)
       json["links"].push_back(link_json(self + "/results/" + o.name, "item", o.media_type, o.name));
   }

@@ -84,7 +84,10 @@ http::Reply process_reply(const ogc::Asked& asked, Ordered process) {
   if (is_page(asked)) {
     process["inputs"] = rows_of(process["inputs"]);
     Ordered outputs = rows_of(process["outputs"]);
-    for (Ordered& row : outputs) row.erase("needed");
+    for (Ordered& row : outputs) {  // what a request says, which an output does not
+      row.erase("needed");
+      row.erase("takes");
+    }
     process["outputs"] = std::move(outputs);
   }
   return reply_of(asked, std::move(process));
@@ -107,6 +110,7 @@ http::Reply job_reply(const ogc::Asked& asked, Ordered job, bool has_ended) {
   std::vector<http::Header> fields;
   if (is_page(asked)) {
     job["title"] = job.value("processID", "") + ": " + job.value("status", "");
+    job["progress"] = json::to_text(job["progress"]) + " %";
     if (!has_ended) fields.push_back({"Refresh", "2"});
   }
   return reply_of(asked, std::move(job), std::move(fields));

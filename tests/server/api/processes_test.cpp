@@ -37,6 +37,9 @@ TEST_F(ProcessesApi, ArePagesForPeople) {
             std::string::npos);
   const std::string slope = page("/processes/slope?f=html").body;
   EXPECT_NE(slope.find("<td>unit</td><td></td><td>degree, percent"), std::string::npos) << slope;
+  const std::size_t outputs = slope.find("<h2>outputs</h2>");
+  ASSERT_NE(outputs, std::string::npos);
+  EXPECT_EQ(slope.find(">takes<", outputs), std::string::npos) << "an output takes nothing";
   EXPECT_NE(page("/jobs?f=html").body.find("None of yours"), std::string::npos);
   const std::string job =
       execute(inputs(R"("max_error": 30)"), "Prefer: respond-async\r\n").headers.at("location");
@@ -44,6 +47,8 @@ TEST_F(ProcessesApi, ArePagesForPeople) {
   EXPECT_EQ(wait_for(job)["status"], "successful");
   const HttpReply ended = page(job + "?f=html");
   EXPECT_NE(ended.body.find("<a href=\"" + job + "/results/mesh\">"), std::string::npos);
+  EXPECT_NE(ended.body.find("<td>100 %</td>"), std::string::npos);
+  EXPECT_EQ(ended.body.find(">" + job), std::string::npos) << "each link says what it leads to";
   EXPECT_FALSE(ended.headers.contains("refresh")) << "it has ended";
   for (const std::string& target : {std::string("/processes"), std::string("/jobs"), job}) {
     EXPECT_EQ(get(target + "?f=json").headers.at("content-type"), "application/json");
