@@ -370,7 +370,9 @@ async function main() {
   };
   const choose = async () => {
     say("");
-    await showCards(globe.dataset?.name, (name) => state.open(name));
+    const slow = setTimeout(() => $("message").hidden && say("Asking for the datasets …"), 400); // or nobody sees that the button was pressed
+    await showCards(globe.dataset?.name, (name) => state.open(name)).finally(() => clearTimeout(slow));
+    say("");
   };
   window.tind = {widget: globe.widget, globe, compare, tools, state, looks}; // for tests and the browser's console
   connectControls(globe, compare, remember);

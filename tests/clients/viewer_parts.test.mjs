@@ -447,6 +447,9 @@ test("each edge is drawn once, and the sides are the tile's", () => {
 test("labels leave room for each other, the nearest first", () => {
   const labels = [{x: 100, y: 100, depth: 9}, {x: 120, y: 105, depth: 3}, {x: 300, y: 100, depth: 5}, {x: 2, y: 100, depth: 1}];
   assert.deepEqual(labelsThatFit(labels, 400, 200).map(({depth}) => depth), [3, 5]);
+  const [moved, ...rest] = labelsThatFit(labels, 400, 200, [{x: 110, y: 90}, {x: 110, y: 106}]);
+  assert.ok(moved.depth === 3 && moved.x === 120 && moved.y >= 126, `not over what is taken: ${JSON.stringify(moved)}`);
+  assert.deepEqual(rest, [labels[2]]);
 });
 
 test("a line across the antimeridian goes the short way, in either direction", () => {

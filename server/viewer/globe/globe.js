@@ -74,8 +74,8 @@ export class Globe {
   constructor(container, overlay) {
     this.widget = createWidget(container);
     this.scene = this.widget.scene;
-    this.lines = new TileLines(this.scene, overlay);
     this.summit = new Summit(this.scene);
+    this.lines = new TileLines(this.scene, overlay, () => this.summit.places);
     this.errorsChanged = () => {};
     this.scene.globe.tileLoadProgressEvent.addEventListener((waiting) => waiting === 0 && this.looks?.mode === "error" && this.rescale());
   }

@@ -54,8 +54,10 @@ export class TileLines {
   #turn = 0;
   #stale = true; // the labels
 
-  constructor(scene, overlay) {
+  /// `taken()`: where else something is written, in pixels.
+  constructor(scene, overlay, taken) {
     this.scene = scene;
+    this.taken = taken;
     this.overlay = overlay;
     this.what = {wires: false, tiles: false};
     scene.postRender.addEventListener(() => this.#update());
@@ -153,7 +155,7 @@ export class TileLines {
       wanted.push({key, text, x: window.x, y: window.y, depth: Cesium.Cartesian3.distance(at, scene.camera.position)});
     }
     const {clientWidth, clientHeight} = scene.canvas;
-    this.overlay.replaceChildren(...labelsThatFit(wanted, clientWidth, clientHeight).map(({text, x, y}) => {
+    this.overlay.replaceChildren(...labelsThatFit(wanted, clientWidth, clientHeight, this.taken()).map(({text, x, y}) => {
       const label = Object.assign(document.createElement("span"), {textContent: text});
       label.style.left = `${x}px`;
       label.style.top = `${y}px`;

@@ -18,7 +18,7 @@ function ringImage() {
   return canvas;
 }
 
-const LABEL_WIDE = 84; // pixels
+const LABEL_WIDE = 84, LABEL_UP = -16; // pixels
 
 export class Summit {
   constructor(scene) {
@@ -39,6 +39,12 @@ export class Summit {
     label.horizontalOrigin = at?.x < LABEL_WIDE / 2 ? LEFT : at?.x > scene.canvas.clientWidth - LABEL_WIDE / 2 ? RIGHT : CENTER;
   }
 
+  /// Where its ring and its height are on the picture, in pixels; none where they are not seen.
+  get places() {
+    const at = this.labels.length > 0 && this.labels.get(0).show ? Cesium.SceneTransforms.worldToWindowCoordinates(this.scene, this.labels.get(0).position) : undefined;
+    return at ? [{x: at.x, y: at.y}, {x: at.x, y: at.y + LABEL_UP}] : [];
+  }
+
   set show(yes) {
     this.marks.show = this.labels.show = yes;
   }
@@ -56,7 +62,7 @@ export class Summit {
     this.labels.add({
       position, eyeOffset, text: `${Math.round(summitHeight ?? height).toLocaleString("en")} m`, font: '600 26px system-ui, "DejaVu Sans", sans-serif', scale: 0.5,
       fillColor: INK, outlineColor: Cesium.Color.WHITE, outlineWidth: 7, style: Cesium.LabelStyle.FILL_AND_OUTLINE,
-      horizontalOrigin: Cesium.HorizontalOrigin.CENTER, verticalOrigin: Cesium.VerticalOrigin.BOTTOM, pixelOffset: new Cesium.Cartesian2(0, -8),
+      horizontalOrigin: Cesium.HorizontalOrigin.CENTER, verticalOrigin: Cesium.VerticalOrigin.BOTTOM, pixelOffset: new Cesium.Cartesian2(0, LABEL_UP / 2),
     });
   }
 }

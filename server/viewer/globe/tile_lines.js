@@ -25,15 +25,17 @@ export function tileSides({u, v, indices}) {
   return new Uint32Array(lines);
 }
 
-const WIDE = 76, HIGH = 20;
+const WIDE = 76, HIGH = 20, AWAY = 36;
 
-/// The nearest first; none over another, none cut off.
-export function labelsThatFit(labels, width, height) {
+/// The nearest first; none over another, none cut off. What lies over a place that is `taken` stands below it.
+export function labelsThatFit(labels, width, height, taken = []) {
   const kept = [];
-  for (const label of [...labels].sort((a, b) => a.depth - b.depth)) {
+  const over = (a) => (b) => Math.abs(a.x - b.x) < WIDE && Math.abs(a.y - b.y) < HIGH;
+  for (const wanted of [...labels].sort((a, b) => a.depth - b.depth)) {
+    const label = taken.some(over(wanted)) ? {...wanted, y: wanted.y + AWAY} : wanted;
     const {x, y} = label;
     if (x < WIDE / 2 || y < HIGH / 2 || x > width - WIDE / 2 || y > height - HIGH / 2) continue;
-    if (kept.every((other) => Math.abs(other.x - x) >= WIDE || Math.abs(other.y - y) >= HIGH)) kept.push(label);
+    if (![...taken, ...kept].some(over(label))) kept.push(label);
   }
   return kept;
 }
