@@ -102,6 +102,9 @@ test("the readout tells of the tile under the pointer", async () => {
   assert.ok(bound > 0 && bound < 77067.34 / 2 ** z + 0.05, `${bound} m at level ${z}`);
   const mesh = Number((await said("mesh-height")).match(/^([\d.,]+) m, /)[1].replaceAll(",", ""));
   assert.ok(mesh > 250 && mesh < 4500);
+  const number = (text) => Number(text.replaceAll(",", "").replace("−", "-"));
+  const [, above] = (await said("source-height")).match(/^([\d.,]+) m above the sea/), [, off] = (await said("mesh-height")).match(/, \+?([−\d.,]+) m from the source/);
+  assert.ok(Math.abs(number(above) + number(off) - mesh) < 0.3, `${above} m above the sea and ${off} m are the mesh's ${mesh} m`);
   await page.keyboard.press("h");
   await settled(page);
 });

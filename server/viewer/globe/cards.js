@@ -54,4 +54,5 @@ export async function showCards(current, choose) {
     choose(name);
   })));
   if (!dialog.open) dialog.showModal();
+  dialog.querySelector("[aria-current]")?.focus();
 }

@@ -23,10 +23,12 @@ export function drawnShort({triangles, bound}) {
   return `${triangles.toLocaleString("en")} triangles${bound === undefined ? "" : `, ±${metres(bound)}`}`;
 }
 
-/// Tells it whenever all tiles of a view are there: what sumOf() has, or undefined where they cannot be read.
+/// Tells it whenever all tiles of a view are there, and each second until then, as coarser ones are drawn: what sumOf()
+/// has, or undefined where they cannot be read.
 export function onDrawn(globe, tell) {
   let pending, turn = 0;
   const say = async () => {
+    pending = undefined;
     if (!globe.dataset || globe.widget.isDestroyed()) return;
     const mine = ++turn; // a later view wins over a slower answer
     const tiles = [...drawnOf(globe.scene, globe.dataset.rectangle).values()];
@@ -37,6 +39,7 @@ export function onDrawn(globe, tell) {
     clearTimeout(pending);
     pending = setTimeout(say, 200);
   };
+  const meanwhile = () => (pending ??= setTimeout(say, 1000));
   globe.scene.camera.moveEnd.addEventListener(soon);
-  globe.scene.globe.tileLoadProgressEvent.addEventListener((waiting) => waiting === 0 && soon());
+  globe.scene.globe.tileLoadProgressEvent.addEventListener((waiting) => (waiting === 0 ? soon() : meanwhile()));
 }

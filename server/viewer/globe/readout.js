@@ -26,6 +26,8 @@ export async function sourceHeights(dataset, lon, lat) {
   return {text, own: own.height_m, tile: tile.height_m};
 }
 
+const OF_TILE = ["mesh-height", "tile", "tile-size", "tile-error"], ANSWERS = ["source-height", ...OF_TILE];
+
 export class Readout {
   #latest = 0;
 
@@ -50,11 +52,15 @@ export class Readout {
     if (!tile) return this.hide();
     const [lon, lat] = [place.longitude, place.latitude].map(Cesium.Math.toDegrees);
     $("position").textContent = positionText(lon, lat);
+    if ($("readout").hidden) { // whoever has tapped sees that something is asked
+      for (const id of ANSWERS) $(id).textContent = "…";
+      $("readout").hidden = false;
+    }
     const [source, mesh] = await Promise.allSettled([sourceHeights(dataset, lon, lat), reader.read(tile)]);
     if (turn !== this.#latest) return;
     $("source-height").textContent = source.value?.text ?? "no answer";
     if (mesh.value) this.#showTile(tile, mesh.value, place, source.value?.tile);
-    else for (const id of ["mesh-height", "tile", "tile-size", "tile-error"]) $(id).textContent = "no answer";
+    else for (const id of OF_TILE) $(id).textContent = "no answer";
     $("readout").classList.remove("stale");
     $("readout").hidden = false;
   }
@@ -64,7 +70,8 @@ export class Readout {
     const {west, south, width, height} = tile.rectangle;
     const surface = heightInTile(mesh, (place.longitude - west) / width, (place.latitude - south) / height);
     const off = sourceMetres === undefined || surface === undefined ? "" : `, ${surface < sourceMetres ? "" : "+"}${metres(surface - sourceMetres)} from the source`;
-    $("mesh-height").textContent = surface === undefined ? "not known" : metres(surface) + off;
+    const shift = dataset.shift.at(...[place.longitude, place.latitude].map(Cesium.Math.toDegrees)); // as the source's first height
+    $("mesh-height").textContent = surface === undefined ? "not known" : metres(surface - shift) + off;
     const name = `${tile.z}-${tile.x}-${tile.y}`;
     const link = (href, text, download) => Object.assign(document.createElement("a"), {href, textContent: text, download});
     const glb = `${dataset.url}/${tile.z}/${tile.x}/${tile.y}.glb`;
