@@ -228,8 +228,10 @@ test("the summit's height is not cut by the picture's edge, nor seen through the
     await look(PEAK.lon + 0.97 * away, PEAK.lat, 30000);
     assert.deepEqual(await label(), {show: true, side});
   }
-  await look(PEAK.lon + 90, 0, 2e7);
-  assert.equal((await label()).show, false);
+  for (const [away, seen] of [[90, false], [62, false], [40, true]]) { // beyond the horizon, before it where the earth covers half of it, well on this side
+    await look(PEAK.lon + away, 0, 2e7);
+    assert.equal((await label()).show, seen, `${away} degrees away`);
+  }
   await page.keyboard.press("h");
 });
 

@@ -18,6 +18,7 @@ function ringImage() {
   return canvas;
 }
 
+const SPACE_M = 2e6, EDGE = 0.25; // a sine of the eye's height over the horizon
 const LABEL_WIDE = 84, LABEL_UP = -16; // pixels
 
 export class Summit {
@@ -34,9 +35,16 @@ export class Summit {
     const {scene} = this, label = this.labels.get(0);
     const at = Cesium.SceneTransforms.worldToWindowCoordinates(scene, label.position);
     const {positionWC, positionCartographic: {height}} = scene.camera; // who is below the ellipsoid has no horizon on it
-    label.show = this.marks.get(0).show = height < 0 || new Cesium.EllipsoidalOccluder(Cesium.Ellipsoid.WGS84, positionWC).isPointVisible(this.foot);
+    label.show = this.marks.get(0).show = height < 0 || (new Cesium.EllipsoidalOccluder(Cesium.Ellipsoid.WGS84, positionWC).isPointVisible(this.foot) && !this.#isAtEdge(positionWC, height));
     const {LEFT, CENTER, RIGHT} = Cesium.HorizontalOrigin;
     label.horizontalOrigin = at?.x < LABEL_WIDE / 2 ? LEFT : at?.x > scene.canvas.clientWidth - LABEL_WIDE / 2 ? RIGHT : CENTER;
+  }
+
+  /// From space, where the globe bends away: the ground before it would cover half of the label.
+  #isAtEdge(eye, height) {
+    if (height < SPACE_M) return false;
+    const up = Cesium.Ellipsoid.WGS84.geodeticSurfaceNormal(this.foot), to = Cesium.Cartesian3.subtract(eye, this.foot, new Cesium.Cartesian3());
+    return Cesium.Cartesian3.dot(up, Cesium.Cartesian3.normalize(to, to)) < EDGE;
   }
 
   /// Where its ring and its height are on the picture, in pixels; none where they are not seen.
