@@ -5,9 +5,12 @@ daemon: only the address is another. What is not installed is skipped.
     existing_clients.py      with the program in $TIND_BINARY
 """
 import io
+import os
 import pathlib
 import sys
+import tempfile
 import unittest
+import urllib.parse
 
 SKIPPED = 77
 try:
@@ -154,6 +157,43 @@ class OwsLib(Served):
         from owslib.ogcapi import API
         kinds = [link["type"] for link in API(self.url).links if link["rel"] == "service-desc"]
         self.assertTrue(kinds)
+
+
+class Qgis(Served):
+    """Its rasters: the coverage by OGC API, tiles of web maps. (Version 3.22 knows no EDR; its reader of
+    Features is for features, of which terrain has none.)"""
+
+    def setUp(self):
+        try:
+            from qgis.core import QgsApplication
+        except ImportError as error:
+            self.skipTest(str(error))
+        os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.addCleanup(os.chdir, os.getcwd())
+        os.environ["HOME"] = folder.name  # where QGIS keeps what it is set to
+        os.chdir(folder.name)  # and GDAL's driver what it has fetched
+        self.application = QgsApplication([], False)
+        self.application.initQgis()
+
+    def test_the_coverage_and_tiles(self):
+        from qgis.core import QgsCoordinateReferenceSystem, QgsCoordinateTransform, QgsPointXY, QgsProject, QgsRasterLayer, QgsRectangle
+        lat, lon = SUMMIT
+        coverage = QgsRasterLayer(f"OGCAPI:{self.url}/collections/rainier", "coverage", "gdal")
+        self.assertTrue(coverage.isValid())
+        self.assertEqual((coverage.width(), coverage.height(), coverage.crs().authid()), (577, 481, "EPSG:4326"))
+        self.assertEqual(coverage.dataProvider().sample(QgsPointXY(lon, lat), 1), (SUMMIT_M, True))
+
+        address = urllib.parse.quote(f"{self.url}/shade/rainier/{{z}}/{{x}}/{{y}}.png", safe="")
+        tiles = QgsRasterLayer(f"type=xyz&zmin=0&zmax=8&url={address}", "tiles", "wms")
+        self.assertTrue(tiles.isValid())
+        to_map = QgsCoordinateTransform(QgsCoordinateReferenceSystem("EPSG:4326"), tiles.crs(), QgsProject.instance())
+        at = to_map.transform(QgsPointXY(lon, lat))
+        around = QgsRectangle(at.x() - 9000, at.y() - 9000, at.x() + 9000, at.y() + 9000)
+        block = tiles.dataProvider().block(1, around, 64, 64)
+        colours = {block.color(row, column) for row in range(64) for column in range(64)}
+        self.assertGreater(len(colours), 20)  # a mountain with its shades, not an empty picture
 
 
 if __name__ == "__main__":
