@@ -133,6 +133,29 @@ test("core /conf/core/process-execute-input-inline-bbox, -inline-object, -input-
   assert.equal(levels.status, 200);
 });
 
+test("core /conf/core/process-execute-input-inline-binary: a mesh in base64, and as the text that it is", async () => {
+  const obj = "v 0 0 0\nv 100 0 1\nv 0 100 2\nv 100 100 4\nf 1 2 4\nf 1 4 3\n";
+  const found = [];
+  for (const mesh of [
+    Buffer.from(obj).toString("base64"),
+    {value: Buffer.from(obj).toString("base64"), mediaType: "model/obj", encoding: "base64"},
+    {value: obj, mediaType: "model/obj", encoding: "utf-8"},
+  ]) {
+    const inputs = {mesh, triangles: 2, format: "obj", ...(typeof mesh === "string" && {mesh_format: "obj"})};
+    const reply = await execute({inputs, outputs: {report: {}}});
+    assert.equal(reply.status, 200, await reply.clone().text());
+    found.push((await reply.json()).triangles);
+  }
+  assert.deepEqual(found, [2, 2, 2]);
+});
+
+test("core: no input is fetched from where a request says", async () => {
+  for (const href of ["http://127.0.0.1/mesh.obj", "file:///etc/passwd"]) {
+    const reply = await execute({inputs: {mesh: {href, type: "model/obj"}, triangles: 2}});
+    assert.equal(reply.status, 400, href);
+  }
+});
+
 test("core /conf/core/process-execute-input-validation: what is wrong is named", async () => {
   for (const [body, name] of [
     [{inputs: {...INPUTS, dataset: "none"}}, "inputs.dataset"],
@@ -165,6 +188,16 @@ test("core /conf/core/process-execute-auto-execution-mode, job-creation-success,
   const [results] = job.links.filter((link) => link.rel === `${REL}/results`);
   const document = await json(results.href);
   assert.ok(document.report.value.triangles > 0 && document.mesh.href);
+});
+
+test("core /conf/core/job-results-async-raw-value-one: one output is itself, however it was asked for", async () => {
+  const order = {inputs: INPUTS, outputs: {mesh: {}}};
+  const at_once = await (await execute(order)).text();
+  const where = (await submitted(order)).headers.get("location");
+  assert.equal((await ended(where)).status, "successful");
+  const results = await ask(`${where}/results`);
+  assert.equal(results.status, 200);
+  assert.equal(await results.text(), at_once);
 });
 
 test("core /conf/core/job-exception-no-such-job, job-results-exception/no-such-job", async () => {
