@@ -157,7 +157,8 @@ Ordered openapi_head() {
 
 Ordered openapi_components() {
   Ordered responses = Ordered::object();
-  const Ordered problem = {{"application/problem+json", {{"schema", Ordered::parse(kProblemRef)}}}};
+  const Ordered problem = {{"application/problem+json", {{"schema", Ordered::parse(kProblemRef)}}},
+                           {"text/html", {{"schema", {{"type", "string"}}}}}};
   for (const Refused& one : kRefused)
     responses[one.status] = {{"description", one.about}, {"content", problem}};
   const Ordered text = {{"schema", {{"type", "string"}}}};

@@ -35,6 +35,12 @@ double seconds_since(TimerWheel::Clock::time_point begin) {
   return std::chrono::duration<double>(TimerWheel::Clock::now() - begin).count();
 }
 
+bool is_error(const Reply& reply) { return reply.status >= 400; }
+
+void form_error(Reply& reply, const Router::ErrorForm& form) {
+  if (form) reply = form(reply);
+}
+
 }  // namespace
 
 Responder::~Responder() {
@@ -326,6 +332,7 @@ bool Connection::take_head() {
   key_.clear();
   fields_ += request.fields;
   if (Reply* reply = std::get_if<Reply>(&routed)) {
+    if (is_error(*reply)) form_error(*reply, context_.router.error_form(request));
     reply->close |= head.content_length.value_or(0) > 0;  // an unread body follows
     begin_ += parser_.consumed();
     parser_.reset();
@@ -444,6 +451,7 @@ bool Connection::call_handler() {
   } catch (const std::exception& error) {
     reply = problem_reply(Error{Errc::internal, error.what()}, request.head.target);
   }
+  if (reply && is_error(*reply)) form_error(*reply, context_.router.error_form(request));
   begin_ += parser_.consumed();
   parser_.reset();
   // Also after an exception: the responder answers, were it only with 500.
@@ -456,6 +464,7 @@ bool Connection::call_handler() {
 Responder Connection::responder() {
   responder_taken_ = true;
   gone_ = std::stop_source();
+  error_form_ = context_.router.error_form({head(), path(), {}, matched_, slot_.address()});
   return Responder(
       [self = shared_from_this()](Reply reply) mutable {
         // The connection goes along, so that it is only ever destroyed on its own thread.
@@ -484,6 +493,8 @@ void Connection::on_later_reply(Reply reply) {
   if (state_ == State::closed) return;
   state_ = State::idle;
   gone_ = std::stop_source(std::nostopstate);
+  if (is_error(reply)) form_error(reply, error_form_);
+  error_form_ = nullptr;
   queue(reply);
   process();
 }

@@ -152,6 +152,7 @@ class Connection final : public std::enable_shared_from_this<Connection>,
   std::size_t body_left_ = 0;
   std::size_t body_held_ = 0;  // of the budget
   const Handler* handler_ = nullptr;
+  Router::ErrorForm error_form_;  // of the request that is answered later
   std::array<std::string_view, 4> matched_;
   /// Of a request that had a key in its query: the head without it, and what that points into.
   std::optional<RequestHead> without_key_;

@@ -60,6 +60,14 @@ class Router {
   void refuse_first(std::function<std::optional<Reply>(const Request&)> refuse) {
     refuse_first_ = std::move(refuse);
   }
+  /// What is made of an error for who asked; empty: it stays as it is. Outlives the request.
+  using ErrorForm = std::function<Reply(const Reply&)>;
+  /// Asked of requests that are refused, by the router or by a handler, and of those that are
+  /// answered later.
+  void form_errors(std::function<ErrorForm(const Request&)> of) { error_form_ = std::move(of); }
+  ErrorForm error_form(const Request& request) const {
+    return error_form_ ? error_form_(request) : ErrorForm();
+  }
   /// Outlives the router; null: everybody may ask everything.
   void guard(const Gate* gate) { gate_ = gate; }
 
@@ -97,6 +105,7 @@ class Router {
   std::optional<Reply> refuse(Request&, const Route&, const Action&) const;
   std::vector<Route> routes_;
   std::function<std::optional<Reply>(const Request&)> refuse_first_;
+  std::function<ErrorForm(const Request&)> error_form_;
   const Gate* gate_ = nullptr;
 };
 

@@ -81,6 +81,41 @@ TEST_F(Ogc, OtherParametersAreRefused) {
   }
 }
 
+TEST_F(Ogc, WhoReadsInABrowserGetsErrorsAsPages) {
+  const std::string browser = "Accept: text/html,application/xhtml+xml,*/*;q=0.8\r\n";
+  for (const auto& [path, status] :
+       {std::pair("/collections/none", 404),
+        {"/collections/", 404},
+        {"/collections/rainier/nothing/at/all", 404},
+        {"/collections?limit=3", 400},
+        {"/collections/rainier/position?coords=POINT(1)", 400},
+        {"/tileMatrixSets/none", 404},
+        {"/processes/none", 404},
+        {"/conformance?f=xml", 400},
+        {"/collections/rainier/position?coords=POINT(1%202)&crs=EPSG:1", 400}}) {
+    const HttpReply page = get(path, browser);
+    EXPECT_EQ(page.status, status) << path;
+    EXPECT_EQ(page.headers.at("content-type"), "text/html; charset=utf-8") << path;
+    EXPECT_EQ(page.headers.at("cache-control"), "no-store") << path;
+    const HttpReply problem = get(path);
+    EXPECT_EQ(problem.status, status) << path;
+    EXPECT_EQ(problem.headers.at("content-type"), "application/problem+json") << path;
+    const std::string title = Json::parse(problem.body)["title"];
+    EXPECT_NE(page.body.find("<h1>" + title + "</h1>"), std::string::npos) << page.body;
+  }
+  const std::string json = "application/problem+json";
+  EXPECT_EQ(get("/collections/none?f=json", browser).headers.at("content-type"), json);
+  EXPECT_EQ(get("/terrain/none/layer.json", browser).headers.at("content-type"), json);
+  const HttpReply page = get("/collections/%3Cscript%3E?%3Cscript%3E=1", browser);
+  EXPECT_EQ(page.status, 404);
+  EXPECT_EQ(page.body.find("<script"), std::string::npos);
+  HttpClient client(port());
+  client.send("DELETE /collections HTTP/1.1\r\nHost: h\r\n" + browser + "\r\n");
+  const HttpReply refused = client.receive();
+  EXPECT_EQ(refused.status, 405);
+  EXPECT_EQ(refused.headers.at("content-type"), json) << "no browser does that by itself";
+}
+
 TEST(OgcPage, WhatADocumentSaysIsNeverMarkup) {
   const std::string evil = "\"'><script>alert(1)</script>";
   const nlohmann::ordered_json document = {
