@@ -6,6 +6,7 @@
 
 #include "terrain/dataset/dem_dataset.h"
 #include "terrain/dataset/stored_dataset.h"
+#include "terrain/mesh/mesh_file.h"
 #include "terrain/shapes/shaped_dem.h"
 #include "terrain/surface/open_surface.h"
 
@@ -25,6 +26,20 @@ Result<void> no_settings_of_dems(const DatasetSpec& spec) {
                   ": holds tiles, which are served as they were made; leave out what is "
                   "for a DEM: " +
                   names);
+}
+
+/// GDAL's words for a mesh would say that it is no raster, and nothing of what to do with it.
+Error not_a_dem(const Error& why, const std::vector<std::string>& files) {
+  if (why.code != Errc::bad_data) return why;
+  for (const std::string& file : files)
+    if (format_to_read(file) || format_only_written(file))
+      return {
+          Errc::unsupported,
+          file +
+              ": is a mesh, and what is served is a DEM (a raster) or tiles: serve the DEM that "
+              "it was made of; clients send meshes of their own to /processes/simplify, "
+              "measure and compare"};
+  return why;
 }
 
 /// A file as another process finds it; what is no path of this system stays as it is.
@@ -119,6 +134,7 @@ Result<Surface> open_source(const DatasetSpec& spec, const DemOptions& options) 
     return open_surface(specs->layers, specs->options);
   }
   auto dem = open_surface(spec.files, {.dem = options});
+  if (!dem) dem = std::unexpected(not_a_dem(dem.error(), spec.files));
   if (dem || dem.error().code != Errc::not_found || spec.files.size() != 1) return dem;
   const std::string& text = spec.files[0];
   if (text.find(',') == text.npos || std::filesystem::exists(text)) return dem;
