@@ -71,7 +71,8 @@ export class Readout {
     const surface = heightInTile(mesh, (place.longitude - west) / width, (place.latitude - south) / height);
     const off = sourceMetres === undefined || surface === undefined ? "" : `, ${surface < sourceMetres ? "" : "+"}${metres(surface - sourceMetres)} from the source`;
     const shift = dataset.shift.at(...[place.longitude, place.latitude].map(Cesium.Math.toDegrees)); // as the source's first height
-    $("mesh-height").textContent = surface === undefined ? "not known" : metres(surface - shift) + off;
+    const counted = !dataset.facts.source || dataset.ownDatum === dataset.facts.source.datum ? "" : ` ${datumText(dataset.ownDatum)}`; // where the shift is not known
+    $("mesh-height").textContent = surface === undefined ? "not known" : metres(surface - shift) + counted + off;
     const name = `${tile.z}-${tile.x}-${tile.y}`;
     const link = (href, text, download) => Object.assign(document.createElement("a"), {href, textContent: text, download});
     const glb = `${dataset.url}/${tile.z}/${tile.x}/${tile.y}.glb`;
