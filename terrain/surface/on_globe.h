@@ -1,5 +1,6 @@
 #pragma once
-// Whether a DEM has a place on the globe: without one there are no tiles and no images of it.
+// Whether a DEM has a place on the globe: without one there are no tiles, images or
+// engines' heightmaps of it.
 
 #include "terrain/base/result.h"
 #include "terrain/raster/dem_source.h"

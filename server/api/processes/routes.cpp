@@ -99,18 +99,48 @@ http::Reply no_room(const Error& error, const std::string& target) {
                               .headers = {{"Retry-After", "10"}}});
 }
 
+using Datasets = std::vector<std::shared_ptr<const services::ServedDataset>>;
+
+/// Those that inputs name: a job opens their files anew.
+Datasets datasets_of(const App& app, std::string_view body) {
+  Problems ignored;
+  const Json json = parse_body(body, kMostValues, ignored);
+  Datasets named;
+  if (const auto inputs = json.find("inputs"); inputs != json.end() && inputs->is_object())
+    for (const auto& [name, value] : inputs->items())
+      if (auto dataset =
+              value.is_string() ? app.catalog.find(value.get_ref<const std::string&>()) : nullptr)
+        named.push_back(std::move(dataset));
+  return named;
+}
+
+/// Where their files are not those that all other answers are of: old and new never mix.
+std::optional<http::Reply> changed_since(const Datasets& datasets, const std::string& target) {
+  for (const auto& dataset : datasets)
+    if (dataset->unchanged && !dataset->unchanged())
+      return http::problem_reply({.status = 503,
+                                  .detail = "The files of dataset " + dataset->name +
+                                            " are not as they were when the daemon opened them.",
+                                  .instance = target,
+                                  .headers = {{"Retry-After", "10"}}});
+  return std::nullopt;
+}
+
 /// Of a client that waits for the end of its job. One whose results it has is not kept.
-void wait_for(const App& app, const services::JobOrder& order, http::Responder to,
-              const std::string& target) {
+void wait_for(const App& app, const services::JobOrder& order, Datasets datasets,
+              http::Responder to, const std::string& target) {
   const std::stop_token gone = to.gone();
   const auto waiting = std::make_shared<http::Responder>(std::move(to));
   const auto job = app.jobs->submit(
       order,
-      [&app, waiting, document = order.document, target](const Job& ended) {
+      [&app, waiting, document = order.document, datasets = std::move(datasets),
+       target](const Job& ended) {
+        auto changed = changed_since(datasets, target);  // before it read them, or meanwhile
         http::Reply reply =
-            ended.has_ended()
-                ? results_reply(*app.jobs, ended, {}, target)
-                : http::problem_reply(Error{Errc::cancelled, "the daemon stops"}, target);
+            !ended.has_ended()
+                ? http::problem_reply(Error{Errc::cancelled, "the daemon stops"}, target)
+            : changed ? std::move(*changed)
+                      : results_reply(*app.jobs, ended, {}, target);
         if (!document && ended.status == services::JobStatus::successful) app.jobs->forget(ended);
         (*waiting)(std::move(reply));
       },
@@ -148,7 +178,9 @@ std::optional<http::Reply> execute(const App& app, const Process* process,
         auto order = read_order(app, *process, body, problems);
         if (!problems.empty()) return to(http::problem_reply(problems.list(), target));
         order->client = client;
-        if (!async) return wait_for(app, *order, std::move(to), target);
+        Datasets datasets = datasets_of(app, body);
+        if (auto reply = changed_since(datasets, target)) return to(*std::move(reply));
+        if (!async) return wait_for(app, *order, std::move(datasets), std::move(to), target);
         const auto job = app.jobs->submit(*order);
         to(job ? created(*job) : no_room(job.error(), target));
       });

@@ -22,6 +22,7 @@
 #include "terrain/base/file_io.h"
 #include "terrain/heightmaps/cdb_folder.h"
 #include "terrain/heightmaps/heightmap.h"
+#include "terrain/surface/on_globe.h"
 #include "terrain/surface/stated_accuracy.h"
 
 namespace tind::cli {
@@ -335,6 +336,7 @@ int run(Arguments a) {
   if (!opened) return complain(opened.error());
   const auto surface = with_shapes(std::move(*opened), a.shapes);
   if (!surface) return complain(surface.error());
+  if (const auto ok = check_on_globe(surface->info()); !ok) return complain(ok.error());
   if (!a.json) fmt::print("{}", layers_text(*surface));
   finish_on_signals();
   const int exit = a.target == Target::cdb ? export_cdb(a, *surface) : export_map(a, *surface);

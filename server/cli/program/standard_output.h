@@ -5,8 +5,8 @@
 
 namespace tind::cli {
 
-/// The line with /dev/stdout for each "-" that -o or --output has. Where an output is standard
-/// output, it has it alone: what the program prints goes to stderr from here on.
+/// The line with /dev/stdout for each "-" that -o, --output or --report has. Where an output is
+/// standard output, it has it alone: what the program prints goes to stderr from here on.
 std::vector<const char*> give_standard_output(int argc, const char* const* argv);
 
 }  // namespace tind::cli

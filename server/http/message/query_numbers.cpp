@@ -42,8 +42,9 @@ bool read_word(const std::string& name, const std::string& text, std::span<const
   else if (known != found->words.end())
     word = std::string(*known);
   else if (!found->fits || !found->fits(text))
-    read.problems.push_back({name, fmt::format("must be {}{}{}", fmt::join(found->words, " or "),
-                                               found->fits ? " or " : "", found->form)});
+    read.problems.push_back(
+        {name, fmt::format("must be {}{}{}", fmt::join(found->words, " or "),
+                           found->fits && !found->words.empty() ? " or " : "", found->form)});
   else
     word = text;
   return true;

@@ -220,6 +220,61 @@ bool meets(const VectorShapes& shapes, const DemInfo& dem) {
          });
 }
 
+/// Once around the globe in columns; 0 where that is not straight along them.
+double around(const DemInfo& dem) {
+  const bool straight = dem.post_to_crs.x_row == 0 && dem.post_to_crs.y_col == 0;
+  return dem.crs_kind == CrsKind::geographic && straight ? dem.period_cols : 0;
+}
+
+/// One chain without a jump where it crosses the antimeridian, or the seam of the DEM.
+void unroll(VectorLine& line, double turn) {
+  double turned = 0, last = line.empty() ? 0 : line.front().x;
+  for (Vec3& p : line) {
+    const double step = p.x - last;
+    last = p.x;
+    // A step of all the way around goes along the edge of the map: it is meant.
+    if (std::abs(step) > turn / 2 && std::abs(step) < turn * (1 - 1e-9))
+      turned += step > 0 ? -turn : turn;
+    p.x += turned;
+  }
+}
+
+/// Adds `line` where the DEM has it: as often as it comes by, its columns going around the globe;
+/// as it is where it never does.
+void add_turns(const VectorLine& line, double turn, const DemInfo& dem,
+               std::vector<VectorLine>& out) {
+  double west = INFINITY, east = -INFINITY;
+  for (const Vec3& p : line) west = std::min(west, p.x), east = std::max(east, p.x);
+  const double last = double(dem.cols - 1);
+  bool any = false;
+  for (double k = std::ceil(-east / turn); west <= east && west + k * turn <= last; ++k) {
+    const bool touches_only = west + k * turn == last || east + k * turn == 0;
+    if (touches_only && k != 0 && west < east) continue;
+    VectorLine there = line;
+    for (Vec3& p : there) p.x += k * turn;
+    out.push_back(std::move(there));
+    any = true;
+  }
+  if (!any) out.push_back(line);
+}
+
+/// Longitudes are the same all the way around the globe, whatever turn the file and the DEM count
+/// them in.
+void place_on(const DemInfo& dem, VectorShapes& shapes) {
+  const double turn = around(dem);
+  if (!(turn > 0)) return;
+  const auto placed = [&](std::vector<VectorLine>& lines) {
+    std::vector<VectorLine> out;
+    for (VectorLine& line : lines) {
+      unroll(line, turn);
+      add_turns(line, turn, dem, out);
+    }
+    lines = std::move(out);
+  };
+  placed(shapes.lines);
+  for (VectorPolygon& polygon : shapes.polygons) placed(polygon.rings);
+}
+
 Result<Dataset> open_vectors(const std::string& path, const gdal::Complaints& complaints) {
   Dataset set(
       GDALDataset::Open(path.c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY, gdal::vector_drivers()));
@@ -378,6 +433,7 @@ Result<VectorFacts> vector_facts(const std::string& path) {
 Result<VectorShapes> read_vectors(const std::string& path, const DemSource& dem) {
   auto shapes = read_file<ToPosts>(path, dem);
   if (!shapes) return shapes;
+  place_on(dem.info(), *shapes);
   if (!meets(*shapes, dem.info())) {
     return fail(Errc::bad_data,
                 path + ": nothing in it lies on the DEM; is its CRS the right one?");

@@ -35,10 +35,12 @@ struct VectorShapes {
 /// GeoPackage, SQLite, FlatGeobuf, KML, GML, GPX, DXF, MapInfo, CSV with WKT. Multi-geometries and
 /// collections are taken apart, curves become chains of segments. Vertices are reprojected to the
 /// DEM's CRS; between them lines are straight there. A file or a DEM without CRS: coordinates are
-/// taken to be the DEM's. Heights are in the vertical unit of the file's CRS, metres if it has
-/// none, and are not converted between datums. Fails (not_found) for no file, (bad_data) for one
-/// that is unreadable, has neither line nor polygon, or has nothing within the DEM's rectangle,
-/// (io) for one that is written to meanwhile.
+/// taken to be the DEM's. On a DEM in degrees, lines and rings come wherever their longitudes do,
+/// in any turn around the globe (-109 in a DEM from 0 to 360), and a step of more than 180 and less
+/// than 360 degrees is taken for the shorter way around. Heights are in the vertical unit of the
+/// file's CRS, metres if it has none, and are not converted between datums. Fails (not_found) for
+/// no file, (bad_data) for one that is unreadable, has neither line nor polygon, or has nothing
+/// within the DEM's rectangle, (io) for one that is written to meanwhile.
 Result<VectorShapes> read_vectors(const std::string& path, const DemSource& dem);
 
 /// What a file says of its features beside their places. A value for each name, or none.

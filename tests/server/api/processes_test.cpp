@@ -8,6 +8,7 @@
 #include "proto/mesh/mesh_io.h"
 #include "terrain/mesh/mesh_file.h"
 #include "tests/server/api/processes_fixture.h"
+#include "tests/support/srtm.h"
 
 namespace tind::api {
 namespace {
@@ -316,6 +317,24 @@ TEST_F(ProcessesApi, AnAreaBesideTheDemIsTheClientsMistake) {
   EXPECT_LT(reply.status, 500) << reply.body;
   EXPECT_NE(reply.body.find("outside of the DEM"), std::string::npos) << reply.body;
   EXPECT_EQ(reply.body.find(test::testdata("")), std::string::npos) << reply.body;
+}
+
+TEST_F(ProcessesApi, OfFilesThatChangedAreRefused) {
+  const std::string path = dir_.file("N46E007.hgt");
+  test::write_bytes(path, test::srtm(111));
+  ASSERT_TRUE(services::open_dataset(catalog_, {"dem", {path}}, {}, {}));
+  const std::string body = R"({"inputs": {"dataset": "dem", "height": 100,
+                               "bbox": [7.1, 46.1, 7.2, 46.2]}})";
+  EXPECT_EQ(post("/processes/volume/execution", body).status, 200);
+  test::write_bytes(path + ".new", test::srtm(222));
+  std::filesystem::rename(path + ".new", path);  // under the daemon, which has the old one open
+  for (const std::string id : {"volume", "gone"}) {
+    const HttpReply reply = post("/processes/volume/execution", body);
+    EXPECT_EQ(reply.status, 503) << id;
+    EXPECT_NE(reply.body.find("files of dataset dem are not as they were"), std::string::npos)
+        << reply.body;
+    std::filesystem::remove(path);
+  }
 }
 
 }  // namespace

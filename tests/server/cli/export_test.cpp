@@ -50,6 +50,18 @@ TEST_F(Export, RefusesWhatNoEngineTakesAndNamesWhatOneDoes) {
   EXPECT_TRUE(std::filesystem::is_empty(folder_.path()));
 }
 
+TEST_F(Export, OfADemThatHasNoPlaceIsRefused) {
+  for (const std::string& to :
+       std::vector<std::string>{"--format unity -o " + folder_.file("a.raw"),
+                                "--format unreal -o " + folder_.file("a.png"),
+                                "--format cdb -o " + folder_.file("cdb")}) {
+    const auto ran = run_tind("export " + test::testdata("crater.tif") + " " + to);
+    EXPECT_EQ(ran.code, 65) << to;
+    EXPECT_NE(ran.out.find("no coordinate reference system"), std::string::npos) << ran.out;
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(folder_.path()));
+}
+
 TEST_F(Export, NeverWritesOverItsInput) {
   const std::string copy = folder_.file("dem.png"), before = *read_whole_file(dem_);
   std::filesystem::copy_file(dem_, copy);

@@ -1,0 +1,84 @@
+// Longitudes of lines and polygons against a DEM that counts them in another turn around the globe.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "tests/support/program.h"
+
+namespace tind {
+namespace {
+
+class Turns : public ::testing::Test {
+ protected:
+  /// `cols` x 4 posts a degree apart from (west, 10) to the north, all of 100 m.
+  std::string dem(double west, int cols) {
+    const std::string name = folder_.file(fmt::format("dem{}", west));
+    std::ofstream out(name + ".asc");
+    out << "ncols " << cols << "\nnrows 4\nxllcenter " << west
+        << "\nyllcenter 10\ncellsize 1\nNODATA_value -1\n";
+    for (int i = 0; i < 4 * cols; ++i) out << "100 ";
+    out << "\n";
+    std::ofstream(name + ".prj")
+        << R"(GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],)"
+        << R"(PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]])";
+    return name + ".asc";
+  }
+  static std::string box(double west, double east) {
+    return fmt::format("[[[{0},10.5],[{1},10.5],[{1},12.5],[{0},12.5],[{0},10.5]]]", west, east);
+  }
+  nlohmann::json statistics(const std::string& dem, const std::string& geometry) {
+    const std::string file = folder_.file("area.geojson");
+    std::ofstream(file) << R"({"type":"Feature","properties":{},"geometry":)" << geometry << "}";
+    const auto ran = test::run_tind("statistics " + dem + " --polygons " + file + " --json");
+    EXPECT_EQ(ran.code, 0) << ran.out;
+    return nlohmann::json::parse(ran.answer, nullptr, false);
+  }
+  std::uint64_t posts(const std::string& dem, const std::string& geometry) {
+    const auto j = statistics(dem, geometry);
+    const auto* list = j.is_array() ? &j : j.contains("polygons") ? &j["polygons"] : nullptr;
+    EXPECT_TRUE(list && list->size() == 1) << j.dump();
+    return list && list->size() == 1 ? (*list)[0].value("posts", std::uint64_t(0)) : 0;
+  }
+  static std::string polygon(const std::string& rings) {
+    return R"({"type":"Polygon","coordinates":)" + rings + "}";
+  }
+
+  const test::TempDir folder_;
+};
+
+TEST_F(Turns, APolygonCountsWhereItsLongitudesCome) {
+  const std::string globe = dem(0, 360), strip = dem(175, 10);  // to 184
+  EXPECT_EQ(posts(globe, polygon(box(-108.5, -102.5))), 12u);
+  EXPECT_EQ(posts(globe, polygon(box(251.5, 257.5))), 12u);
+  EXPECT_EQ(posts(globe, polygon(box(-2.5, 2.5))), 10u);  // across the seam
+  EXPECT_EQ(posts(globe, polygon(box(-180, 180))), 720u);
+  EXPECT_EQ(posts(strip, polygon(box(-178.5, -176.5))), 4u);
+  EXPECT_EQ(posts(strip, polygon(box(177.5, 182.5))), 10u);
+  // The step from 177.5 to -177.5 is the shorter way; cut at 180 is how RFC 7946 has it.
+  EXPECT_EQ(posts(strip, polygon(box(177.5, -177.5))), 10u);
+  EXPECT_EQ(posts(strip, R"({"type":"MultiPolygon","coordinates":[)" + box(177.5, 180) + "," +
+                             box(-180, -177.5) + "]}"),
+            10u);
+}
+
+TEST_F(Turns, AHoleStaysInItsPolygon) {
+  const std::string strip = dem(175, 10);
+  const std::string outer = box(177.5, 183.5), hole = box(-179.5, -178.5);
+  EXPECT_EQ(posts(strip, polygon("[" + outer.substr(1, outer.size() - 2) + "," +
+                                 hole.substr(1, hole.size() - 2) + "]")),
+            10u);
+}
+
+TEST_F(Turns, APolygonElsewhereIsStillRefused) {
+  const std::string strip = dem(175, 10), file = folder_.file("area.geojson");
+  std::ofstream(file) << polygon(box(10, 20));
+  const auto ran = test::run_tind("statistics " + strip + " --polygons " + file);
+  EXPECT_EQ(ran.code, 65) << ran.out;
+}
+
+}  // namespace
+}  // namespace tind
