@@ -21,13 +21,13 @@
 #include "terrain/flightgear/bucket.h"
 #include "terrain/flightgear/cover_materials.h"
 #include "terrain/store/folder/folder_files.h"
+#include "terrain/store/folder/product_records.h"
 
 namespace tind::flightgear {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kRecord = "/tind-flightgear.txt";
 constexpr const char* kIndex = ".dirindex";
 constexpr const char* kPartial = ".part";
 constexpr const char* kTerrain = "Terrain";
@@ -48,7 +48,7 @@ std::string record_of(const BucketPlan& plan, const LandCover* cover) {
 Result<std::optional<std::string>> record_in(const std::string& folder) {
   std::error_code error;
   if (!fs::exists(folder, error) || fs::is_empty(folder, error)) return std::nullopt;
-  auto text = read_regular_file(folder + kRecord);
+  auto text = read_regular_file(folder + kSceneryRecord);
   if (!text || !text->starts_with("scenery made by tind"))
     return fail(Errc::invalid_argument,
                 folder +
@@ -175,7 +175,7 @@ Result<void> SceneryMaker::begin(bool others) {
   if (others)
     if (auto done = remove_others(); !done) return done;
   if (auto done = files_.sync_folder(folder_); !done) return done;
-  return write_whole_file(folder_ + kRecord, record_of(plan_, cover_));
+  return write_whole_file(folder_ + kSceneryRecord, record_of(plan_, cover_));
 }
 
 /// Buckets of before, and indices that name nothing else. What others have put beside them stays.

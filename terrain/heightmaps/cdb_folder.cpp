@@ -12,13 +12,13 @@
 #include "terrain/base/file_io.h"
 #include "terrain/base/hash.h"
 #include "terrain/raster/raster_file.h"
+#include "terrain/store/folder/product_records.h"
 
 namespace tind::cdb {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kRecord = "/tind-cdb.txt";
 constexpr int kEpoch = 1;  // to be raised when bytes change
 constexpr std::size_t kMostTiles = 500'000;
 
@@ -38,7 +38,7 @@ Result<void> claim(const std::string& folder, const std::string& record) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) return fail(Errc::io, "cannot create " + folder + ": " + error.message());
-  if (const auto kept = read_regular_file(folder + kRecord)) {
+  if (const auto kept = read_regular_file(folder + kCdbRecord)) {
     if (*kept == record) return {};
     return fail(Errc::invalid_argument, folder +
                                             " holds elevations of another source, or by another "
@@ -51,7 +51,7 @@ Result<void> claim(const std::string& folder, const std::string& record) {
                 folder +
                     " holds files that tind export did not make: choose another directory, "
                     "and copy the folder Tiles from there");
-  return write_whole_file(folder + kRecord, record);
+  return write_whole_file(folder + kCdbRecord, record);
 }
 
 /// An area whose east may be beyond 180, as rectangles of the globe.

@@ -21,6 +21,7 @@
 #include "terrain/base/parallel.h"
 #include "terrain/store/folder/folder_files.h"
 #include "terrain/store/folder/folder_lock.h"
+#include "terrain/store/folder/product_records.h"
 
 namespace tind {
 namespace {
@@ -28,7 +29,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kEpoch = 1;  // to be raised when bytes of images change
-constexpr const char* kRecord = "/tind-images.json";
 constexpr const char* kTiles = "/tiles.json";
 constexpr const char* kPartial = ".part";
 constexpr const char* kLock = "tind-lock";
@@ -156,7 +156,7 @@ bool ImageFolder::makes(const NamedTile& t) const {
 
 /// What two folders' records differ in, for a person; empty: nothing that tiles depend on.
 std::string differences(const Result<proto::TileJson>& was, const proto::TileJson& is) {
-  if (!was) return std::string(kRecord + 1) + " in it is damaged";
+  if (!was) return std::string(kImagesRecord + 1) + " in it is damaged";
   const auto word = [](const proto::TileJson& of, std::string_view name) {
     const auto found =
         std::ranges::find(of.words, name, &std::pair<std::string, std::string>::first);
@@ -192,7 +192,7 @@ std::string differences(const Result<proto::TileJson>& was, const proto::TileJso
 /// lies where only this build has an image goes, so that none of another's is taken for it.
 Result<void> ImageFolder::claim() {
   proto::TileJson next = record();
-  const auto kept = read_regular_file(folder_ + kRecord);
+  const auto kept = read_regular_file(folder_ + kImagesRecord);
   if (!kept) {
     std::error_code error;
     for (fs::directory_iterator it(folder_, error), end; !error && it != end; it.increment(error))
@@ -224,7 +224,7 @@ Result<void> ImageFolder::claim() {
   // From here on nobody takes what lies here for whole.
   if (auto done = files_.remove(folder_ + kTiles); !done) return done;
   if (auto done = files_.sync_folder(folder_); !done) return done;
-  return write_whole_file(folder_ + kRecord, proto::encode_tile_json(next));
+  return write_whole_file(folder_ + kImagesRecord, proto::encode_tile_json(next));
 }
 
 template <class Which>

@@ -1,5 +1,6 @@
 // /processes: what can be done as a job, and doing it.
 
+#include <expected>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -101,28 +102,13 @@ http::Reply no_room(const Error& error, const std::string& target) {
 
 using Datasets = std::vector<std::shared_ptr<const services::ServedDataset>>;
 
-/// Those that inputs name: a job opens their files anew.
-Datasets datasets_of(const App& app, std::string_view body) {
-  Problems ignored;
-  const Json json = parse_body(body, kMostValues, ignored);
-  Datasets named;
-  if (const auto inputs = json.find("inputs"); inputs != json.end() && inputs->is_object())
-    for (const auto& [name, value] : inputs->items())
-      if (auto dataset =
-              value.is_string() ? app.catalog.find(value.get_ref<const std::string&>()) : nullptr)
-        named.push_back(std::move(dataset));
-  return named;
-}
-
-/// Where their files are not those that all other answers are of: old and new never mix.
+/// Where a dataset's files are not those that all other answers are of, which a job would open
+/// anew: old and new never mix.
 std::optional<http::Reply> changed_since(const Datasets& datasets, const std::string& target) {
   for (const auto& dataset : datasets)
-    if (dataset->unchanged && !dataset->unchanged())
-      return http::problem_reply({.status = 503,
-                                  .detail = "The files of dataset " + dataset->name +
-                                            " are not as they were when the daemon opened them.",
-                                  .instance = target,
-                                  .headers = {{"Retry-After", "10"}}});
+    if (dataset->unchanged)
+      if (const auto same = dataset->unchanged(); !same)
+        return http::problem_reply(same.error(), target);
   return std::nullopt;
 }
 
@@ -148,22 +134,26 @@ void wait_for(const App& app, const services::JobOrder& order, Datasets datasets
   if (!job) (*waiting)(no_room(job.error(), target));
 }
 
-/// Of datasets that inputs name: those that the key is not for.
-std::optional<http::Reply> not_for_key(const App& app, const http::Access* access,
-                                       std::string_view body, const std::string& target) {
-  if (!access || access->datasets.empty()) return std::nullopt;
+/// Those that inputs name; or the answer to a key that is not for one of them.
+std::expected<Datasets, http::Reply> datasets_of(const App& app, const http::Access* access,
+                                                 std::string_view body, const std::string& target) {
   Problems ignored;
   const Json json = parse_body(body, kMostValues, ignored);
+  Datasets named;
   const auto inputs = json.find("inputs");
-  if (inputs == json.end() || !inputs->is_object()) return std::nullopt;
-  for (const auto& [name, value] : inputs->items())
-    if (value.is_string() && app.catalog.find(value.get_ref<const std::string&>()) &&
-        !access->sees(value.get_ref<const std::string&>()))
-      return http::problem_reply(
-          {.status = 403,
-           .detail = "The key is not for the dataset of inputs." + name + ".",
-           .instance = target});
-  return std::nullopt;
+  if (inputs == json.end() || !inputs->is_object()) return named;
+  for (const auto& [name, value] : inputs->items()) {
+    auto dataset =
+        value.is_string() ? app.catalog.find(value.get_ref<const std::string&>()) : nullptr;
+    if (!dataset) continue;
+    if (access && !access->datasets.empty() && !access->sees(dataset->name))
+      return std::unexpected(
+          http::problem_reply({.status = 403,
+                               .detail = "The key is not for the dataset of inputs." + name + ".",
+                               .instance = target}));
+    named.push_back(std::move(dataset));
+  }
+  return named;
 }
 
 std::optional<http::Reply> execute(const App& app, const Process* process,
@@ -173,14 +163,14 @@ std::optional<http::Reply> execute(const App& app, const Process* process,
       [&app, process, async = prefers_async(request.head.fields), body = request.body,
        access = request.access, client = deferred.client(),
        target = std::string(request.head.target)](http::Responder to, const std::stop_token&) {
-        if (auto reply = not_for_key(app, access.get(), body, target)) return to(*std::move(reply));
+        auto datasets = datasets_of(app, access.get(), body, target);
+        if (!datasets) return to(std::move(datasets.error()));
         Problems problems;
         auto order = read_order(app, *process, body, problems);
         if (!problems.empty()) return to(http::problem_reply(problems.list(), target));
         order->client = client;
-        Datasets datasets = datasets_of(app, body);
-        if (auto reply = changed_since(datasets, target)) return to(*std::move(reply));
-        if (!async) return wait_for(app, *order, std::move(datasets), std::move(to), target);
+        if (auto reply = changed_since(*datasets, target)) return to(*std::move(reply));
+        if (!async) return wait_for(app, *order, *std::move(datasets), std::move(to), target);
         const auto job = app.jobs->submit(*order);
         to(job ? created(*job) : no_room(job.error(), target));
       });

@@ -72,6 +72,20 @@ class ToPosts {
   std::unique_ptr<gdal::ToGeographic> geographic_;  // null: longitude and latitude already
 };
 
+/// One chain without a jump where it crosses the antimeridian, or the seam of a DEM; `turn`: all
+/// the way around the globe.
+void unroll(VectorLine& line, double turn) {
+  double turned = 0, last = line.empty() ? 0 : line.front().x;
+  for (Vec3& p : line) {
+    const double step = p.x - last;
+    last = p.x;
+    // A step of all the way around goes along the edge of the map, as to a pole: it is meant.
+    if (std::abs(step) > turn / 2 && std::abs(step) < turn * (1 - 1e-9))
+      turned += step > 0 ? -turn : turn;
+    p.x += turned;
+  }
+}
+
 /// From the coordinates of one layer to longitudes and latitudes.
 class ToGlobe {
  public:
@@ -104,7 +118,7 @@ class ToGlobe {
       line.push_back({place.globe.x, place.globe.y, place.z});
       last = place;
     }
-    unroll(line);
+    unroll(line, 360);
     return line;
   }
 
@@ -134,16 +148,6 @@ class ToGlobe {
     divide(a, middle, depth - 1, line);
     line.push_back({middle.globe.x, middle.globe.y, middle.z});
     divide(middle, b, depth - 1, line);
-  }
-  static void unroll(VectorLine& line) {
-    double turn = 0, last = line.empty() ? 0 : line.front().x;
-    for (Vec3& p : line) {
-      const double step = p.x - last;
-      last = p.x;
-      // A step of 360 goes along the edge of the map, as to a pole: it is meant.
-      if (std::abs(step) > 180 && std::abs(step) < 360 - 1e-9) turn += step > 0 ? -360 : 360;
-      p.x += turn;
-    }
   }
 
   double z_unit_m_ = 1;
@@ -224,19 +228,6 @@ bool meets(const VectorShapes& shapes, const DemInfo& dem) {
 double around(const DemInfo& dem) {
   const bool straight = dem.post_to_crs.x_row == 0 && dem.post_to_crs.y_col == 0;
   return dem.crs_kind == CrsKind::geographic && straight ? dem.period_cols : 0;
-}
-
-/// One chain without a jump where it crosses the antimeridian, or the seam of the DEM.
-void unroll(VectorLine& line, double turn) {
-  double turned = 0, last = line.empty() ? 0 : line.front().x;
-  for (Vec3& p : line) {
-    const double step = p.x - last;
-    last = p.x;
-    // A step of all the way around goes along the edge of the map: it is meant.
-    if (std::abs(step) > turn / 2 && std::abs(step) < turn * (1 - 1e-9))
-      turned += step > 0 ? -turn : turn;
-    p.x += turned;
-  }
 }
 
 /// Adds `line` where the DEM has it: as often as it comes by, its columns going around the globe;

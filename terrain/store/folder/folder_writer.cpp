@@ -27,6 +27,7 @@
 #include "terrain/store/folder/folder_aside.h"
 #include "terrain/store/folder/folder_contents.h"
 #include "terrain/store/folder/folder_lock.h"
+#include "terrain/store/folder/product_records.h"
 #include "terrain/store/folder/tile_ledger.h"
 
 namespace tind {
@@ -172,9 +173,7 @@ Result<std::unique_ptr<TileWriter>> FolderWriter::claim(std::shared_ptr<FolderFi
 Result<void> FolderWriter::claim_empty(const TileWork& work, const std::string& record) {
   if (fs::exists(fs::symlink_status(output_ + kLayer)))
     return refused(output_, "a tile set that tind build did not make", "choose another directory");
-  // Records of terrain/images, terrain/flightgear and terrain/heightmaps: servers take a folder for
-  // one thing.
-  for (const char* other : {"/tind-images.json", "/tind-flightgear.txt", "/tind-cdb.txt"})
+  for (const char* other : {kImagesRecord, kSceneryRecord, kCdbRecord})
     if (fs::exists(fs::symlink_status(output_ + other)))
       return refused(output_, std::string("what another format made (") + (other + 1) + ")",
                      "choose another directory");
