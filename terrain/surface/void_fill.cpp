@@ -43,9 +43,11 @@ Result<VoidFill> VoidFill::load(const DemSource& source, std::int64_t col, std::
   auto grid = source.read(fill.col_, fill.row_, width, height);
   if (!grid) return std::unexpected(grid.error());
   fill.around_ = std::move(*grid);
+  fill.all_void_ =
+      std::ranges::all_of(fill.around_.values(), [](float z) { return std::isnan(z); });
+  if (fill.all_void_) return fill;
   fill.left_.resize(fill.around_.size());
   fill.right_.resize(fill.around_.size());
-  fill.all_void_ = true;
   for (int r = 0; r < height; ++r) {
     const auto line = fill.around_.row(r);
     std::int16_t* left = &fill.left_[std::size_t(r) * width];
@@ -54,7 +56,6 @@ Result<VoidFill> VoidFill::load(const DemSource& source, std::int64_t col, std::
     for (int c = 0; c < width; ++c) {
       far = std::isnan(line[c]) ? std::min<std::int16_t>(none, far + 1) : 0;
       left[c] = far;
-      if (far == 0) fill.all_void_ = false;
     }
     far = none;
     for (int c = width; c-- > 0;) {
