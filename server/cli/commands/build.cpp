@@ -51,13 +51,14 @@ constexpr const char* kOfTiles[] = {"--error-factor", "--deepest", "--levels", "
                                     "--method",       "--gzip",    "--force",  "--dry-run"};
 
 /// What a plan has decided.
-constexpr const char* kPlanned[] = {
-    "--format",       "--compression",  "--image-format", "--surface",     "--archive",
-    "--max-error",    "--error-factor", "--deepest",      "--levels",      "--side",
-    "--exact-posts",  "--effort",       "--method",       "--gzip",        "--force",
-    "--dry-run",      "--breaklines",   "--flatten",      "--boundary",    "--water",
-    "--line-heights", "--layer",        "--blend",        "--layer-error", "--allow-vrt",
-    "--drape"};
+constexpr const char* kPlanned[] = {"--max-error", "--error-factor", "--deepest", "--levels",
+                                    "--side",      "--exact-posts",  "--effort",  "--method",
+                                    "--gzip",      "--line-heights", "--blend",   "--layer-error",
+                                    "--allow-vrt"};
+/// What tind build does, and no shard.
+constexpr const char* kNotOfShards[] = {"--format",  "--compression", "--image-format",
+                                        "--surface", "--archive",     "--drape",
+                                        "--force",   "--dry-run"};
 
 /// Where 3D Tiles of one compression lie, beside the tiles.
 std::string tiles3d_folder(const std::string& output, GlbCompression compression) {
@@ -316,6 +317,11 @@ Result<void> check_archive(const Arguments& a) {
 }
 
 Result<void> check_beside_plan(Command c, const DemInput& input) {
+  for (const char* option : kNotOfShards)
+    if (c.given(option))
+      return fail(
+          Errc::invalid_argument,
+          std::string(option) + " does not go with --plan: shards are quantized-mesh tiles");
   std::vector<std::string> given = input.given;
   for (const char* option : kPlanned)
     if (c.given(option)) given.push_back(option);
@@ -472,7 +478,8 @@ void add_build(Command program, int& exit) {
   c.on_run([a, c, &exit] {
     if (c.given("--plan")) {
       const auto fits = check_beside_plan(c, a->input);
-      exit = fits ? build_shards(a->shards, a->options.output, a->input.files, c.environment(),
+      exit = fits ? build_shards(a->shards, a->options.output,
+                                 {a->input.files, a->layers.layers, a->shapes}, c.environment(),
                                  a->memory, a->options.threads, a->progress, a->json)
                   : complain(fits.error());
       return;

@@ -43,7 +43,8 @@ void print(std::size_t shard, const ShardReport& r, double seconds) {
 void add_shard_options(Command c, ShardLine& line) {
   c.add_option("--plan", line.plan,
                "make shards of a plan of tind plan-build, instead of a directory of tiles; DEM "
-               "files say where they are, if not where the plan says");
+               "files, --layer, --water and other lines say where the files are, if not where the "
+               "plan says");
   c.add_option("--shard", line.shard,
                "which of the plan: i/N (i from 0), top (the levels above the shards), or auto: "
                "from the variables of Slurm, Kubernetes, AWS Batch, MPI or GNU parallel");
@@ -53,8 +54,7 @@ void add_shard_options(Command c, ShardLine& line) {
       .shown();
 }
 
-int build_shards(const ShardLine& line, const std::string& output,
-                 const std::vector<std::string>& files,
+int build_shards(const ShardLine& line, const std::string& output, const NamedAgain& named,
                  std::shared_ptr<const Environment> environment, std::uint64_t memory, int threads,
                  const std::string& progress, bool json) {
   const GraceWatch watch(line.grace_s);
@@ -62,8 +62,15 @@ int build_shards(const ShardLine& line, const std::string& output,
   if (!plan) return complain(plan.error());
   const auto shards = shards_to_make(line.shard, plan->shards.size(), environment_variables());
   if (!shards) return complain(shards.error());
-  const auto surface = open_planned(*plan, files, std::move(environment), memory, threads);
-  if (!surface) return complain(surface.error());
+  const std::string folder = shards_folder(line.plan, output);
+  if (const auto ours = belongs_to(ShardFolder(folder), plan->hash()); !ours)
+    return complain(ours.error());
+  const auto surface = open_planned(*plan, named, std::move(environment), memory, threads);
+  if (!surface) {
+    for (const std::size_t shard : *shards)
+      leave_error(ShardFolder(folder), shard, surface.error());
+    return complain(surface.error());
+  }
   auto reports = nlohmann::ordered_json::array();
   for (const std::size_t shard : *shards) {
     const auto begin = std::chrono::steady_clock::now();
@@ -71,9 +78,7 @@ int build_shards(const ShardLine& line, const std::string& output,
     {
       ProgressBar bar("shard " + shard_name(shard), progress_style(progress));
       report = make_shard(*surface, *plan, shard,
-                          {.folder = shards_folder(line.plan, output),
-                           .threads = threads,
-                           .abandon = watch.abandon()},
+                          {.folder = folder, .threads = threads, .abandon = watch.abandon()},
                           bar.progress(watch.finish()));
     }
     if (!report) return complain(report.error());

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <vector>
 
+#include "server/cli/options/plan_input.h"
 #include "server/cli/program/command_line.h"
 
 namespace tind {
@@ -22,9 +22,8 @@ struct ShardLine {
 /// --plan, --shard, --grace.
 void add_shard_options(Command, ShardLine&);
 
-/// `output`: empty: the plan's folder. `files`: the DEMs, where they are not where the plan says.
-/// The exit code.
-int build_shards(const ShardLine&, const std::string& output, const std::vector<std::string>& files,
+/// `output`: empty: the plan's folder. The exit code.
+int build_shards(const ShardLine&, const std::string& output, const NamedAgain&,
                  std::shared_ptr<const Environment>, std::uint64_t memory, int threads,
                  const std::string& progress, bool json);
 

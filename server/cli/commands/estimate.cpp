@@ -17,6 +17,7 @@
 #include "server/cli/program/peak_memory.h"
 #include "server/cli/program/progress_bar.h"
 #include "terrain/pyramid/build/estimate.h"
+#include "terrain/pyramid/shards/shard_plan.h"
 
 namespace tind::cli {
 
@@ -86,7 +87,9 @@ void print(const ShardCost& c) {
   fmt::print("{:.3g} core-hours", c.core_hours);
   if (c.shards > 1)
     fmt::print(", {} shards of about {} each", c.shards, short_text(c.seconds_each()));
-  if (c.dollars > 0) fmt::print(", {:.2f} dollars", c.dollars);
+  if (c.dollars > 0)
+    fmt::print(", {} dollars",
+               c.dollars < 1 ? fmt::format("{:.2g}", c.dollars) : fmt::format("{:.2f}", c.dollars));
   fmt::print("\n");
 }
 
@@ -102,6 +105,11 @@ int print_estimate(const Surface& surface, const BuildOptions& options, const st
     estimate = estimate_build(surface, options, bar.progress());
   }
   if (!estimate) return complain(estimate.error());
+  if (const auto most = std::min<std::uint64_t>(kMostShards, estimate->levels.back().tiles);
+      shards > most)
+    return complain(
+        {Errc::invalid_argument,
+         fmt::format("at most {} shards: a shard has a tile of the deepest level", most)});
   // The samples are made by as many threads as the build has, the largest tiles among them.
   const double peak_mb = PeakMemory::megabytes();
   const ShardCost cost = cost_of(*estimate, shards, dollars_per_core_hour);
@@ -141,6 +149,7 @@ void add_estimate(Command program, int& exit) {
   c.footer("Some tiles of each level are made to see; nothing is written.");
   c.on_run([a, c, &exit] {
     if (!names_any(a->input, a->layers)) refuse_missing("DEM");
+    if (c.given("--shards") && a->shards == 0) refuse_value("--shards", "takes 1 or more");
     if (const auto set = set_tile_method(c, a->method, a->options.tiles); !set) {
       exit = complain(set.error());
       return;

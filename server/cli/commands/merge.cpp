@@ -23,7 +23,7 @@ namespace {
 
 struct Arguments {
   std::string plan, shards, progress = "auto";
-  std::vector<std::string> files;
+  NamedAgain named;
   MergeOptions options;
   std::uint64_t memory = kDefaultMemory;
   double grace_s = 25;
@@ -39,7 +39,7 @@ int run(Arguments a) {
   a.options.shards.abandon = watch.abandon();
   const auto begin = std::chrono::steady_clock::now();
   const auto open = [&]() -> Result<Surface> {
-    return open_planned(*plan, a.files, a.environment, a.memory, a.options.shards.threads);
+    return open_planned(*plan, a.named, a.environment, a.memory, a.options.shards.threads);
   };
   Result<MergeReport> report = fail(Errc::internal, "not run");
   {
@@ -70,9 +70,11 @@ void add_merge(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
   Command c = program.add_subcommand(
       "merge", "make the tile set of the shards of a plan: a directory, PMTiles or MBTiles");
-  c.add_option("DEM", a->files, "where the files are on this machine, if not where the plan says");
+  c.add_option("DEM", a->named.files,
+               "where the files are on this machine, if not where the plan says");
   c.add_option("--plan", a->plan, "the plan of tind plan-build").required();
   c.add_option("-o,--output", a->options.output, "a directory, X.pmtiles or X.mbtiles").required();
+  add_named_again(c, a->named);
   c.add_option("--shards", a->shards,
                "the directory with the folder shards (default: that of the plan)");
   c.add_flag("--force", a->options.force,

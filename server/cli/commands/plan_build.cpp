@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -22,6 +24,7 @@
 #include "terrain/base/file_io.h"
 #include "terrain/pyramid/build/estimate.h"
 #include "terrain/pyramid/shards/plan_shards.h"
+#include "terrain/pyramid/shards/shard_files.h"
 
 namespace tind::cli {
 
@@ -67,7 +70,32 @@ void print(const ShardPlan& plan, const std::string& file, bool json) {
       file, plan.tiles(), plan.shards.size(), least, most, plan.level, plan.top_tiles, plan.hash());
 }
 
+/// Only a plan is replaced: with "-o *.tif" the first file would be gone.
+Result<void> check_replaced(const std::string& path) {
+  std::error_code none;
+  const auto status = std::filesystem::status(path, none);
+  if (!std::filesystem::is_regular_file(status) || std::filesystem::file_size(path, none) == 0)
+    return {};
+  std::string head(64, '\0');
+  std::ifstream in(path, std::ios::binary);
+  in.read(head.data(), std::streamsize(head.size()));
+  head.resize(std::size_t(in.gcount()));
+  if (head.find("\"tind_plan\"") != head.npos) return {};
+  return fail(Errc::invalid_argument,
+              path + " is there, and is no plan: name another output, or remove it");
+}
+
+/// Shards of another plan beside the new one stop every build of it: say so before they are begun.
+void warn_of_shards(const std::string& plan_file, const std::string& hash) {
+  if (const auto ours = belongs_to(ShardFolder(shards_folder(plan_file, "")), hash); !ours)
+    warn(ours.error().what + " before shards of this plan are built there (or build them with -o)");
+}
+
 int run(Arguments a) {
+  if (const auto ok = check_replaced(a.output); !ok) return complain(ok.error());
+  std::error_code none;  // what cannot be made, the next line says
+  if (const auto parent = std::filesystem::path(a.output).parent_path(); !parent.empty())
+    std::filesystem::create_directories(parent, none);
   if (const int code = check_outputs({a.output}, inputs_of(a.input, a.layers, a.shapes));
       code != kOk)
     return code;
@@ -104,6 +132,7 @@ int run(Arguments a) {
   if (const auto written = write_whole_file(a.output, encode(*plan)); !written)
     return complain(written.error());
   print(*plan, a.output, a.json);
+  warn_of_shards(a.output, plan->hash());
   return kOk;
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -12,8 +13,10 @@
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/plan_input.h"
 #include "server/log/printable.h"
+#include "terrain/check/verify_store.h"
 #include "terrain/pyramid/shards/merge_shards.h"
 #include "terrain/pyramid/shards/shard_files.h"
+#include "terrain/store/open/open_store.h"
 
 namespace tind::cli {
 
@@ -48,6 +51,7 @@ nlohmann::ordered_json to_json(const ShardPlan& plan, const std::vector<ShardSta
                               {"failed", n[2]},        {"missing", n[3]},
                               {"tiles", plan.tiles()}, {"made", made}};
   j["top"] = name_of(all.back().state);
+  if (!all.back().what.empty()) j["top_why"] = all.back().what;
   if (merged) j["merged"] = *merged;
   j["not_done"] = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i + 1 < all.size(); ++i) {
@@ -86,8 +90,24 @@ void print(const std::vector<ShardStatus>& all) {
     if (more > 0) fmt::print("{} more {}\n", more, name_of(state));
   }
   const auto n = counts(all);
+  const ShardState top = all.back().state;
   fmt::print("{} of {} shards done, {} running, {} failed, {} missing; the top: {}\n", n[0],
-             all.size() - 1, n[1], n[2], n[3], name_of(all.back().state));
+             all.size() - 1, n[1], n[2], n[3],
+             top == ShardState::missing ? "not yet, tind merge makes it" : name_of(top));
+}
+
+/// By its record and the number of its tiles; or by every byte.
+Result<bool> merged_whole(const ShardPlan& plan, const Arguments& a) {
+  if (!is_merged(plan, a.output)) return false;
+  if (!a.options.every_byte) return true;
+  const auto report = verify_store(*open_store(a.output));
+  if (!report) return std::unexpected(report.error());
+  return report->ok();
+}
+
+bool is_anything(const std::string& path) {
+  std::error_code none;
+  return std::filesystem::exists(path, none);
 }
 
 int run(const Arguments& a) {
@@ -96,15 +116,23 @@ int run(const Arguments& a) {
   const auto all = shard_status(*plan, ShardFolder(shards_folder(a.plan, a.shards)), a.options);
   if (!all) return complain(all.error());
   std::optional<bool> merged;
-  if (!a.output.empty()) merged = is_merged(*plan, a.output);
+  if (!a.output.empty()) {
+    const auto whole = merged_whole(*plan, a);
+    if (!whole) return complain(whole.error());
+    merged = *whole;
+  }
   if (a.json) {
     fmt::print("{}\n", json::to_text(to_json(*plan, *all, merged), 1));
   } else {
     print(*all);
-    if (merged) fmt::print("{} is {}there\n", a.output, *merged ? "" : "not ");
+    if (merged)
+      fmt::print("{} is {}\n", a.output,
+                 *merged                 ? "there"
+                 : is_anything(a.output) ? "not what the plan makes, or not all of it"
+                                         : "not there");
   }
   const auto n = counts(*all);
-  if (n[2] > 0) return kBadData;
+  if (n[2] > 0 || all->back().state == ShardState::failed) return kBadData;
   return n[0] == plan->shards.size() && merged.value_or(true) ? kOk : kTryAgain;
 }
 
@@ -122,7 +150,8 @@ void add_status(Command program, int& exit) {
       "also say whether what tind merge makes of the plan is there: a directory, X.pmtiles "
       "or X.mbtiles");
   c.add_flag("--every-byte", a->options.every_byte,
-             "hash every pack; without it their sizes alone are compared with their records");
+             "hash every pack, and every tile of --output; without it sizes and numbers alone are "
+             "compared with the records");
   c.add_option("--silence", a->options.silence_s,
                "a run that was not heard of for so many seconds is none any more")
       .positive()

@@ -1,6 +1,7 @@
 #include "server/cli/options/plan_input.h"
 
 #include <filesystem>
+#include <tuple>
 #include <utility>
 
 #include "server/cli/options/line_input.h"
@@ -31,15 +32,43 @@ std::string shards_folder(const std::string& plan, const std::string& said) {
   return parent.empty() ? "." : parent;
 }
 
-Result<Surface> open_planned(const ShardPlan& plan, const std::vector<std::string>& files,
+void add_named_again(Command c, NamedAgain& named) {
+  c.add_option("--layer", named.layers, "NAME=FILE[,FILE...]: the same of a plan of layers")
+      .repeated();
+  for (const auto& [option, files] :
+       {std::pair{"--breaklines", &named.shapes.breaklines},
+        std::pair{"--flatten", &named.shapes.flatten},
+        std::pair{"--boundary", &named.shapes.boundary}, std::pair{"--water", &named.shapes.water}})
+    c.add_option(option, *files, "where the file is that was planned");
+}
+
+Result<Surface> open_planned(const ShardPlan& plan, const NamedAgain& named,
                              std::shared_ptr<const Environment> environment, std::uint64_t memory,
                              int& threads) {
-  const PlannedSource& from = plan.source;
-  if (!files.empty() && !from.layers.empty())
-    return fail(Errc::invalid_argument,
-                "the plan has layers (--layer): their files are where it says, none can be named");
+  PlannedSource from = plan.source;
+  if (!named.files.empty() && !from.layers.empty())
+    return fail(
+        Errc::invalid_argument,
+        "the plan has layers: say where their files are with --layer NAME=FILE, all of them");
+  if (!named.layers.empty() && from.layers.empty())
+    return fail(Errc::invalid_argument, "the plan has no --layer: name its DEM files alone");
+  if (!named.layers.empty()) from.layers = named.layers;
+  if (!named.files.empty()) from.files = named.files;
+  using Files = std::vector<std::string>;
+  const std::tuple<const char*, const Files&, Files&> shapes[] = {
+      {"--breaklines", named.shapes.breaklines, from.shapes.breaklines},
+      {"--flatten", named.shapes.flatten, from.shapes.flatten},
+      {"--boundary", named.shapes.boundary, from.shapes.boundary},
+      {"--water", named.shapes.water, from.shapes.water}};
+  for (const auto& [option, files, planned] : shapes) {
+    if (files.empty()) continue;
+    if (planned.empty())
+      return fail(Errc::invalid_argument,
+                  std::string("the plan has no ") + option + ": leave it out");
+    planned = files;
+  }
   DemInput input;
-  input.files = files.empty() ? from.files : files;
+  input.files = from.files;
   input.to_datum = "ellipsoid";
   input.allow_vrt = from.allow_vrt;
   input.environment = std::move(environment);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "server/cli/options/dem_input.h"
+#include "server/cli/program/command_line.h"
 #include "terrain/base/result.h"
 #include "terrain/pyramid/shards/shard_plan.h"
 #include "terrain/surface/surface.h"
@@ -23,10 +24,20 @@ Result<ShardPlan> read_plan(const std::string& path);
 /// Where the shards of a plan are: `said`, or where that is empty the folder of the plan.
 std::string shards_folder(const std::string& plan, const std::string& said);
 
-/// What is planned, with caches and threads (`threads`: as many as are asked for, then as there is
-/// memory for) as `tind build` has them. `files`: where the DEMs are on this machine; empty: where
+/// What a plan says is to be opened, where it is elsewhere on this machine: what is empty is where
 /// the plan says.
-Result<Surface> open_planned(const ShardPlan&, const std::vector<std::string>& files,
+struct NamedAgain {
+  std::vector<std::string> files;   // the DEMs
+  std::vector<std::string> layers;  // NAME=FILE[,FILE...], of a plan of layers
+  ShapeFiles shapes;
+};
+
+/// The same as options, for a command that builds nothing without a plan.
+void add_named_again(Command, NamedAgain&);
+
+/// What is planned, with caches and threads (`threads`: as many as are asked for, then as there is
+/// memory for) as `tind build` has them.
+Result<Surface> open_planned(const ShardPlan&, const NamedAgain&,
                              std::shared_ptr<const Environment>, std::uint64_t memory,
                              int& threads);
 

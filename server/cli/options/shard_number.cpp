@@ -60,7 +60,8 @@ Result<Numbers> numbers_of(const Kind& kind, std::size_t shards, const Variables
     if (!said) return std::unexpected(said.error());
     first = *said;
   }
-  if (count == 0 || count > shards)
+  if (kind.ranks && *number < count && *number >= shards) return Numbers{};  // none is left for it
+  if (count == 0 || (count > shards && !kind.ranks))
     return wrong(std::string(kind.count) + " is " + std::to_string(count) + ", and the plan has " +
                  std::to_string(shards) + " shards");
   if (*number < first || *number - first >= shards)
@@ -77,6 +78,8 @@ Result<Numbers> from_engine(std::size_t shards, const Variables& variables) {
   std::string by;
   for (const Kind& kind : kKinds) {
     if (!variables(kind.number)) continue;
+    // One rank alone, as a launcher leaves it in each task of an array, says nothing.
+    if (found && kind.ranks && variables(kind.count) == "1") continue;
     const auto mine = numbers_of(kind, shards, variables);
     if (!mine) return mine;
     if (found && *found != *mine)

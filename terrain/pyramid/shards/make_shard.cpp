@@ -245,24 +245,29 @@ Result<ShardReport> make_shard(const Surface& surface, const ShardPlan& plan, st
     return fail(Errc::invalid_argument, "there is no shard " + std::to_string(shard) + " of " +
                                             std::to_string(plan.shards.size()));
   const ShardFolder folder(o.folder);
+  const std::string hash = plan.hash();
+  if (auto ours = belongs_to(folder, hash); !ours) return std::unexpected(ours.error());
   std::error_code error;
   fs::create_directories(folder.path(), error);
   if (error) return fail(Errc::io, "cannot create " + folder.path() + ": " + error.message());
-  const ShardStatus there = judge_shard(plan, plan.hash(), folder, shard, true);
+  const ShardStatus there = judge_shard(plan, hash, folder, shard, true);
   if (there.state == ShardState::done) {
     ShardReport report;
     report.tiles = report.kept = there.tiles, report.there = true;
     if (const auto text = read_regular_file(folder.record(shard)))
       if (const auto record = decode_shard_record(*text))
         report.bytes = record->bytes, report.sha256 = record->sha256;
+    ::unlink(folder.tiles(shard).c_str());  // of a second run that was stopped
     return report;
   }
+  if (!fs::exists(folder.plan(), error))
+    if (auto said = write_whole_file(folder.plan(), hash + "\n"); !said)
+      return std::unexpected(said.error());
   ::unlink(folder.error(shard).c_str());
   // No word of a pack that is not there, or is not as it says.
   if (there.state == ShardState::failed) ::unlink(folder.record(shard).c_str());
   auto made = make(surface, plan, *tiles, shard, folder, o, progress);
-  if (!made && made.error().code != Errc::cancelled)
-    (void)write_whole_file(folder.error(shard), made.error().what + "\n");
+  if (!made && made.error().code != Errc::cancelled) leave_error(folder, shard, made.error());
   return made;
 }
 

@@ -70,6 +70,7 @@ std::string names_of(const std::vector<std::size_t>& shards) {
 Result<void> check_shards(const ShardPlan& plan, const ShardFolder& folder, int threads,
                           const Progress& progress) {
   const std::string hash = plan.hash();
+  if (auto ours = belongs_to(folder, hash); !ours) return ours;
   std::vector<ShardStatus> found(plan.shards.size());
   std::atomic<std::size_t> done = 0;
   parallel_for(found.size(), threads, [&](std::size_t i) {
@@ -111,9 +112,15 @@ bool is_merged(const ShardPlan& plan, const std::string& output) {
   const auto store = open_store(output);
   const auto layer = store->layer_json();
   const auto record = store->record();
-  return layer && record && encode(*record) == encode(plan.record) &&
-         std::ranges::equal(*layer, plan.layer_text,
-                            [](std::uint8_t a, char b) { return a == std::uint8_t(b); });
+  if (!layer || !record || encode(*record) != encode(plan.record) ||
+      !std::ranges::equal(*layer, plan.layer_text,
+                          [](std::uint8_t a, char b) { return a == std::uint8_t(b); }))
+    return false;
+  const auto there = store->list();
+  if (!there || !*there) return there.has_value();
+  std::uint64_t tiles = 0;
+  for (const auto& level : (*there)->levels) tiles += level.size();
+  return tiles >= plan.tiles();
 }
 
 Result<MergeReport> merge_shards(const ShardPlan& plan,

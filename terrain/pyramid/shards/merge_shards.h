@@ -30,7 +30,8 @@ struct MergeReport {
 Result<std::unique_ptr<TileStore>> merged_store(const ShardPlan&, const std::string& folder);
 
 /// Is the tile set of this plan there, as merge_shards() leaves it? By its record and its
-/// layer.json, which come last; no tile is read. False, too, where it cannot be read.
+/// layer.json, which come last, and the number of tiles; no tile is read (verify_store() reads
+/// all). False, too, where it cannot be read.
 bool is_merged(const ShardPlan&, const std::string& output);
 
 /// Every pack is hashed first: busy where shards are missing, bad_data where one is not as its

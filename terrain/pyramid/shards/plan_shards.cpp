@@ -189,8 +189,11 @@ Result<TilePlan> planned_tiles(const Surface& surface, const ShardPlan& plan) {
                 "the plan is of another version of tind, which made other bytes: plan again, or "
                 "use that version");
   if (now.shapes != r.shapes || now.shape_levels != r.shape_levels)
-    return other("its lines or its water are others");
-  if (encode(now) != encode(r)) return other("it makes other tiles");
+    return fail(Errc::invalid_argument,
+                "the lines or the water are not those planned: plan again, or name what was "
+                "planned");
+  if (encode(now) != encode(r))
+    return other("it makes other tiles (its files may be others, or in another order)");
   return tiles;
 }
 
@@ -259,6 +262,12 @@ class Footprint {
   std::vector<bool> marked_;
 };
 
+std::string name_of(const DemSource& source) {
+  const auto& files = source.info().files;
+  if (files.size() == 1) return files.front();
+  return "one of " + files.front() + " and " + std::to_string(files.size() - 1) + " more files";
+}
+
 /// Nothing where the blocks of a run are as they were.
 std::optional<Error> wrong_in(const DemSource& source, const SourceBlocks& planned,
                               const Footprint::Run& run, SourceBlocks& now) {
@@ -271,9 +280,9 @@ std::optional<Error> wrong_in(const DemSource& source, const SourceBlocks& plann
   for (std::int64_t i = run.first; i < run.first + run.count; ++i)
     if (now.differs(i, run.row, planned))
       return Error{Errc::invalid_argument,
-                   source.info().files.front() +
-                       " has changed since it was planned, e.g. near column " +
-                       std::to_string(i * side) + ", row " + std::to_string(row) + ": plan again"};
+                   name_of(source) + " changed since the plan was made, e.g. near column " +
+                       std::to_string(i * side) + ", row " + std::to_string(row) +
+                       (source.info().files.size() > 1 ? " of all together" : "") + ": plan again"};
   return {};
 }
 

@@ -223,6 +223,21 @@ std::string other_file(const std::string& record, const std::string& file, std::
 
 }  // namespace
 
+Result<void> belongs_to(const ShardFolder& folder, const std::string& hash) {
+  const auto text = read_regular_file(folder.plan());
+  if (!text && text.error().code == Errc::not_found) return {};
+  if (!text) return std::unexpected(text.error());
+  if (*text == hash + "\n") return {};
+  return fail(Errc::bad_data,
+              folder.path() + " has shards of another plan: name another directory, or remove it");
+}
+
+void leave_error(const ShardFolder& folder, std::size_t shard, const Error& error) {
+  std::error_code none;
+  fs::create_directories(folder.path(), none);
+  (void)write_whole_file(folder.error(shard), error.what + "\n");
+}
+
 ShardStatus judge_shard(const ShardPlan& plan, const std::string& hash, const ShardFolder& folder,
                         std::size_t shard, bool every_byte) {
   ShardStatus s;
@@ -255,9 +270,10 @@ ShardStatus judge_shard(const ShardPlan& plan, const std::string& hash, const Sh
 
 Result<std::vector<ShardStatus>> shard_status(const ShardPlan& plan, const ShardFolder& folder,
                                               const StatusOptions& o) {
+  const std::string hash = plan.hash();
+  if (auto ours = belongs_to(folder, hash); !ours) return std::unexpected(ours.error());
   const auto heard = all_heard(folder.path(), o.silence_s);
   if (!heard) return std::unexpected(heard.error());
-  const std::string hash = plan.hash();
   std::vector<ShardStatus> all;
   for (std::size_t i = 0; i <= plan.shards.size(); ++i) {
     const std::size_t shard = i == plan.shards.size() ? ShardTiles::kTop : i;
@@ -280,11 +296,14 @@ void remove_leftovers(const ShardFolder& folder, double untouched_s) {
        at.increment(error)) {
     const std::string name = at->path().filename().string();
     const auto dot = name.find('.');
-    if (dot == name.npos || name.find('.', dot + 1) == name.npos) continue;  // 00007.pmtiles
-    if (!name.ends_with(".beat") && !name.ends_with(".pmtiles") && !name.ends_with(".residuals") &&
-        !name.ends_with(".tind-part"))
-      continue;
     std::error_code none;
+    const bool done = name.ends_with(".tiles") &&
+                      fs::exists(fs::path(at->path()).replace_extension(".json"), none);
+    // "00007.pmtiles" has one dot.
+    if (dot == name.npos || (!done && name.find('.', dot + 1) == name.npos)) continue;
+    if (!name.ends_with(".beat") && !name.ends_with(".pmtiles") && !name.ends_with(".residuals") &&
+        !name.ends_with(".tind-part") && !done)
+      continue;
     const auto then = at->last_write_time(none);
     if (!none && seconds_since(then) > untouched_s) left.push_back(at->path());
   }

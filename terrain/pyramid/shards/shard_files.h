@@ -46,6 +46,8 @@ class ShardFolder {
   explicit ShardFolder(std::string folder) : folder_(std::move(folder) + "/shards") {}
 
   const std::string& path() const { return folder_; }
+  /// Whose files these are: the hash of a plan.
+  std::string plan() const { return folder_ + "/plan"; }
   std::string pack(std::size_t shard) const { return at(shard, ".pmtiles"); }
   std::string record(std::size_t shard) const { return at(shard, ".json"); }
   std::string tiles(std::size_t shard) const {
@@ -87,12 +89,19 @@ struct StatusOptions {
 Result<std::vector<ShardStatus>> shard_status(const ShardPlan&, const ShardFolder&,
                                               const StatusOptions& = {});
 
+/// Fails (bad_data) where the folder has shards of another plan: two plans never write into
+/// one folder.
+Result<void> belongs_to(const ShardFolder&, const std::string& hash);
+
 /// Of one; `made` is not looked for where it runs.
 ShardStatus judge_shard(const ShardPlan&, const std::string& hash, const ShardFolder&,
                         std::size_t shard, bool every_byte);
 
-/// What runs left that were killed, and that nobody touched for so long: unfinished packs, and
-/// words of who runs.
+/// Why the last run of a shard failed, for shard_status(). What cannot be written is not said.
+void leave_error(const ShardFolder&, std::size_t shard, const Error&);
+
+/// What runs left that were killed, and that nobody touched for so long: unfinished packs, words of
+/// who runs, tiles of shards that are done.
 void remove_leftovers(const ShardFolder&, double untouched_s = 600);
 
 /// The SHA-256 of a file, read in parts.

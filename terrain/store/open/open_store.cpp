@@ -79,7 +79,11 @@ Result<std::unique_ptr<ArchiveWriter>> write_archive_store(const std::string& fi
     return fail(Errc::invalid_argument, file + " is no name of an archive of tiles");
   const ArchiveKind& kind = *archive_of(file);
   if (is_url(file)) return not_written(file);
-  if (!remote::is_s3(file)) return kind.write(file, std::move(head));
+  if (!remote::is_s3(file)) {
+    std::error_code none;  // where it cannot be made, the file cannot, and says so
+    std::filesystem::create_directories(std::filesystem::path(file).parent_path(), none);
+    return kind.write(file, std::move(head));
+  }
   return write_object_archive(file, "tiles" + std::string(kind.ending),
                               remote::Objects::of_environment(),
                               [&](const std::string& path) { return kind.write(path, head); });

@@ -52,6 +52,12 @@ TEST(ShardNumber, IsWhatTheEngineSays) {
                                {"OMPI_COMM_WORLD_RANK", "2"},
                                {"OMPI_COMM_WORLD_SIZE", "8"}}),
               ElementsAre(2));
+  // A task of an array that was begun by a launcher of ranks.
+  EXPECT_THAT(*shards("auto", {{"SLURM_ARRAY_TASK_ID", "3"}, {"PMI_RANK", "0"}, {"PMI_SIZE", "1"}}),
+              ElementsAre(3));
+  // More ranks than shards: some have nothing to do.
+  EXPECT_THAT(*shards("auto", {{"PMI_RANK", "1"}, {"PMI_SIZE", "9"}}), ElementsAre(1));
+  EXPECT_THAT(*shards("auto", {{"PMI_RANK", "8"}, {"PMI_SIZE", "9"}}), ElementsAre());
 }
 
 TEST(ShardNumber, IsRefusedWhereItCannotBe) {
@@ -63,7 +69,7 @@ TEST(ShardNumber, IsRefusedWhereItCannotBe) {
                      {{"JOB_COMPLETION_INDEX", "-1"}},
                      {{"OMPI_COMM_WORLD_RANK", "1"}},
                      {{"PMI_RANK", "1"}, {"PMI_SIZE", "0"}},
-                     {{"PMI_RANK", "1"}, {"PMI_SIZE", "9"}},
+                     {{"PMI_RANK", "9"}, {"PMI_SIZE", "9"}},
                      {{"PARALLEL_SEQ", "2"}, {"JOB_COMPLETION_INDEX", "2"}}};
   for (const Set& set : bad) {
     const auto found = shards("auto", set);

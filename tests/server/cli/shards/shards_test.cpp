@@ -84,9 +84,9 @@ TEST_F(Shards, TwoCopiesAtOnceAreOne) {
   EXPECT_EQ(std::system(both.c_str()), 0);
   EXPECT_EQ(test::run_tind("status --every-byte --plan " + plan()).code, 0);
   expect_merged();
-  std::size_t files = 0;  // 00000 and top, each with its record
+  std::size_t files = 0;  // whose they are; 00000 and top, each with its record
   for ([[maybe_unused]] const auto& entry : fs::directory_iterator(file("shards"))) ++files;
-  EXPECT_EQ(files, 4u);
+  EXPECT_EQ(files, 5u);
 }
 
 TEST_F(Shards, ASignalEndsWith75AndTheNextRunGoesOn) {
@@ -148,6 +148,81 @@ TEST_F(Shards, OfLayersLinesAndWaterAreTheBuild) {
                 *read_whole_file(one.file("all.pmtiles")))
         << world;
   }
+}
+
+/// Another machine may have layers and lines elsewhere, too.
+TEST_F(Shards, LayersAndLinesMayBeElsewhere) {
+  const std::string here = file("a.tif"), there = file("b.tif"), lake = file("lake.geojson"),
+                    pond = file("pond.geojson");
+  fs::copy_file(test::testdata("bigtujunga_crop.tif"), here);
+  fs::copy_file(test::testdata("lake.geojson"), lake);
+  ASSERT_EQ(test::run_tind("plan-build --layer low=" + here + " --water " + lake +
+                           " --deepest 12 --shards 2 -o " + plan())
+                .code,
+            0);
+  fs::rename(here, there);
+  fs::rename(lake, pond);
+  EXPECT_EQ(build("0").code, 69);
+  const auto status = nlohmann::json::parse(test::run_tind("status --json --plan " + plan()).answer,
+                                            nullptr, false);
+  EXPECT_EQ(status["failed"], 1) << "why it failed is there for status";
+  EXPECT_THAT(std::string(status["not_done"][0]["why"]), HasSubstr("a.tif"));
+  const std::string elsewhere = " --layer low=" + there + " --water " + pond;
+  for (const char* shard : {"0", "1"}) EXPECT_EQ(build(shard + elsewhere).code, 0);
+  EXPECT_EQ(build("top --layer low=" + there + " --flatten " + pond).code, 2) << "none is planned";
+  const auto merged =
+      test::run_tind("merge --plan " + plan() + elsewhere + " -o " + file("deep/er/m.pmtiles"));
+  EXPECT_EQ(merged.code, 0) << merged.out;
+}
+
+TEST_F(Shards, OfTwoPlansDoNotShareAFolder) {
+  make_plan(2);
+  ASSERT_EQ(build("0").code, 0);
+  const std::string other = file("other.json");
+  const auto planned =
+      test::run_tind("plan-build " + dem() + " --deepest 10 --shards 2 -o " + other);
+  EXPECT_EQ(planned.code, 0);
+  EXPECT_THAT(planned.out, HasSubstr("has shards of another plan"));
+  const std::string line = "build --progress none --shard 0 --plan " + other;
+  EXPECT_EQ(test::run_tind(line).code, 65);
+  EXPECT_EQ(test::run_tind("status --plan " + other).code, 65);
+  EXPECT_EQ(test::run_tind("merge --plan " + other + " -o " + file("t")).code, 65);
+  EXPECT_EQ(test::run_tind(line + " -o " + file("elsewhere")).code, 0);
+  const auto there = build("0");
+  EXPECT_THAT(there.out, HasSubstr("there")) << "the first plan's shard is as it was";
+}
+
+TEST_F(Shards, APlanReplacesNothingElse) {
+  std::ofstream(file("keep.json")) << "{\"type\": \"FeatureCollection\", \"features\": []}";
+  const std::string line = "plan-build " + dem() + kOptions + " --shards 2 -o ";
+  const auto said = test::run_tind(line + file("keep.json"));
+  EXPECT_EQ(said.code, 2);
+  EXPECT_THAT(said.out, HasSubstr("is no plan"));
+  EXPECT_THAT(*read_whole_file(file("keep.json")), HasSubstr("FeatureCollection"));
+  EXPECT_EQ(test::run_tind(line + file("new/folder/p.json")).code, 0);
+  EXPECT_EQ(test::run_tind(line + file("new/folder/p.json")).code, 0) << "a plan is replaced";
+}
+
+TEST_F(Shards, StatusIsAskedWhetherAllIsThere) {
+  make_plan(2);
+  for (const char* shard : {"0", "1"}) ASSERT_EQ(build(shard).code, 0);
+  const std::string tiles = file("t"), status = "status --plan " + plan() + " -o " + tiles;
+  ASSERT_EQ(test::run_tind("merge --plan " + plan() + " -o " + tiles).code, 0);
+  EXPECT_EQ(test::run_tind(status + " --every-byte").code, 0);
+  std::vector<fs::path> all;
+  for (const auto& entry : fs::recursive_directory_iterator(tiles))
+    if (entry.path().extension() == ".terrain") all.push_back(entry.path());
+  std::ofstream(all.front(), std::ios::app) << "x";
+  EXPECT_EQ(test::run_tind(status + " --every-byte").code, 75);
+  fs::remove(all.front());
+  const auto said = test::run_tind(status);
+  EXPECT_EQ(said.code, 75) << said.out;
+  EXPECT_THAT(said.out, HasSubstr("not all of it"));
+  std::ofstream(file("shards/top.pmtiles"), std::ios::app) << "x";
+  EXPECT_EQ(test::run_tind("status --plan " + plan()).code, 65);
+  const auto top = nlohmann::json::parse(test::run_tind("status --json --plan " + plan()).answer,
+                                         nullptr, false);
+  EXPECT_THAT(std::string(top["top_why"]), HasSubstr("top.pmtiles"));
 }
 
 TEST_F(Shards, BadLinesAreRefused) {
