@@ -10,10 +10,9 @@ namespace {
 
 constexpr int kLongestValue = 256 << 20;  // bytes of what a stranger's file may hold
 constexpr int kStepsAtOnce = 1'000'000;   // of SQLite's machine, until somebody looks
-constexpr int kMostLooks = 5000;          // for one row: a minute or two
 
-/// Counts what a query takes, and ends it.
-int look(void* count) { return ++*static_cast<int*>(count) > kMostLooks; }
+/// Counts down what a query may take, and ends it.
+int look(void* left) { return --*static_cast<int*>(left) < 0; }
 
 void distrust(sqlite3* db) {
   sqlite3_db_config(db, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
@@ -43,6 +42,10 @@ Error Sqlite::error() const {
   const int code = sqlite3_errcode(db_.get());
   const std::string what = path_ + ": " + sqlite3_errmsg(db_.get());
   if (code == SQLITE_NOTADB || code == SQLITE_CORRUPT) return {Errc::bad_data, what};
+  if (code == SQLITE_INTERRUPT)
+    return {Errc::out_of_range, path_ +
+                                    ": a query takes too long: its tables are views without "
+                                    "end, or have no index"};
   if (code == SQLITE_BUSY || code == SQLITE_LOCKED) return {Errc::busy, what};
   return {Errc::io, what};
 }
@@ -86,7 +89,7 @@ SqliteQuery& SqliteQuery::bind_bytes(ByteView bytes) {
 
 Result<bool> SqliteQuery::next() {
   if (unprepared_) return std::unexpected(*unprepared_);
-  int looks = 0;
+  int looks = most_looks_;
   const bool strangers = sqlite3_db_readonly(database_.db_.get(), "main") == 1;
   if (strangers) sqlite3_progress_handler(database_.db_.get(), kStepsAtOnce, look, &looks);
   const int step = sqlite3_step(statement_.get());

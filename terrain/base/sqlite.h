@@ -34,7 +34,7 @@ class Sqlite {
   Result<std::int64_t> number(const std::string& sql);
 
   /// What went wrong last. bad_data where the file is no database, or a damaged one; busy where
-  /// another has it; else io.
+  /// another has it; out_of_range where a query took too long; else io.
   Error error() const;
 
  private:
@@ -56,6 +56,12 @@ class SqliteQuery {
   SqliteQuery& bind(std::string_view text);
   SqliteQuery& bind(std::int64_t value);
   SqliteQuery& bind_bytes(ByteView);
+  /// Of a stranger's database: what one row may take, in millions of steps of SQLite's machine (a
+  /// second has 50 to 100). Without it, a fraction of a minute.
+  SqliteQuery& within(int million_steps) {
+    most_looks_ = million_steps;
+    return *this;
+  }
   /// The next row: is there one?
   Result<bool> next();
   /// To its end; rows are passed over.
@@ -76,7 +82,7 @@ class SqliteQuery {
   const Sqlite& database_;
   std::unique_ptr<sqlite3_stmt, Finalize> statement_;
   std::optional<Error> unprepared_;  // why there is no statement
-  int bound_ = 0;
+  int bound_ = 0, most_looks_ = 1000;
 };
 
 }  // namespace tind

@@ -1,6 +1,7 @@
 #include "tests/support/made_up_tiles.h"
 
 #include "proto/tile/quantized_mesh.h"
+#include "terrain/geo/ellipsoid.h"
 
 namespace tind::test {
 
@@ -33,6 +34,9 @@ Result<TileBytes> MadeUpTiles::tile(TileId id, std::stop_token) const {
       mesh.triangles.push_back({corner + 1, corner + kSide + 1, corner + kSide});
     }
   mesh.max_height = 1;
+  const GeoRect r = tiling::rect(id);
+  const Vec3 middle = wgs84::to_ecef({(r.west + r.east) / 2, (r.south + r.north) / 2}, 0);
+  mesh.center = {middle.x, middle.y, middle.z};
   mesh.oct_normals.assign(mesh.u.size(), {127, 127});
   mesh.metadata = "{\"tile\":\"" + id.text() + "\"}";
   proto::arrange(mesh);

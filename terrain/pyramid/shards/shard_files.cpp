@@ -31,6 +31,15 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
+/// What ought to be some kilobytes may be whatever somebody put there.
+Result<std::string> read_small(const std::string& path) {
+  constexpr std::uintmax_t kLargest = 16u << 20;
+  std::error_code none;
+  if (const auto size = fs::file_size(path, none); !none && size > kLargest)
+    return fail(Errc::bad_data, path + " is far too large to be what its name says");
+  return read_regular_file(path);
+}
+
 constexpr int kFormat = 1;
 
 /// "HOST-PID", with nothing in it that a file's name cannot have.
@@ -112,7 +121,7 @@ Result<std::map<std::string, Heard>> all_heard(const std::string& folder, double
     if (silent > silence_s || (known != heard.end() && known->second.silent_s <= silent)) continue;
     Heard& h = heard[beat->first];
     h = {silent, beat->second, 0};
-    if (const auto text = read_regular_file(entry.path().string()))
+    if (const auto text = read_small(entry.path().string()))
       if (const Json j = json::parse<Json>(*text); j.is_object())
         h.made = std::uint64_t(json::whole(j, "made", 0, kMost).value_or(0));
   }
@@ -224,7 +233,7 @@ std::string other_file(const std::string& record, const std::string& file, std::
 }  // namespace
 
 Result<void> belongs_to(const ShardFolder& folder, const std::string& hash) {
-  const auto text = read_regular_file(folder.plan());
+  const auto text = read_small(folder.plan());
   if (!text && text.error().code == Errc::not_found) return {};
   if (!text) return std::unexpected(text.error());
   if (*text == hash + "\n") return {};
@@ -247,7 +256,7 @@ ShardStatus judge_shard(const ShardPlan& plan, const std::string& hash, const Sh
     return s;
   };
   const std::string path = folder.record(shard), pack = folder.pack(shard);
-  const auto text = read_regular_file(path);
+  const auto text = read_small(path);
   if (!text) {
     if (text.error().code != Errc::not_found) return failed(text.error().what);
     const auto error = read_regular_file(folder.error(shard));

@@ -48,8 +48,12 @@ int take_file(const std::string& path) {
       ::close(file);
       return -1;
     }
-    if (::fstat(file, &open) == 0 && ::lstat(path.c_str(), &named) == 0 &&
-        open.st_ino == named.st_ino && open.st_dev == named.st_dev)
+    if (::fstat(file, &open) == 0 && !S_ISREG(open.st_mode)) {  // somebody put something else there
+      ::close(file);
+      return -1;
+    }
+    if (::lstat(path.c_str(), &named) == 0 && open.st_ino == named.st_ino &&
+        open.st_dev == named.st_dev)
       return file;
     ::close(file);  // whoever had it has finished and removed it
   }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <filesystem>
 #include <mutex>
 #include <utility>
@@ -14,8 +15,10 @@
 #include "terrain/base/parallel.h"
 #include "terrain/encode/quantized_mesh_tile.h"
 #include "terrain/geo/availability.h"
+#include "terrain/geo/ellipsoid.h"
 #include "terrain/geo/tile_order.h"
 #include "terrain/raster/remote/objects.h"
+#include "terrain/raster/source_blocks.h"
 #include "terrain/store/object/object_store.h"
 #include "terrain/store/open/open_store.h"
 
@@ -56,8 +59,11 @@ Result<Source> look_at_source(const TileStore& store, const CopyOptions& o) {
   const auto record = store.record();
   auto blocks = store.kept_blocks();
   // What is there and could not be read is not what is not there: the copy would lack it for good.
-  if (!blocks && blocks.error().code == Errc::io) return std::unexpected(blocks.error());
+  if (!blocks && blocks.error().code != Errc::not_found) return std::unexpected(blocks.error());
   if (blocks && !record) return fail(Errc::io, store.name() + ": its record cannot be read");
+  if (blocks && !record->heights.empty() && !SourceBlocks::whole(*blocks, record->heights))
+    return fail(Errc::bad_data,
+                store.name() + ": its hashes of blocks are damaged; tind verify says more");
   Source from{.store = store,
               .layer_text = {text->begin(), text->end()},
               .layer = {},
@@ -88,6 +94,16 @@ Result<Source> look_at_source(const TileStore& store, const CopyOptions& o) {
 
 Bytes packed(const Bytes& bytes) { return deflate(bytes, Wrapping::gzip, kLevel); }
 
+/// Whoever serves tiles may mix them up; a tile's centre is in it, or nearly where makers differ.
+bool is_of_place(const TileModel& tile) {
+  const auto place = wgs84::from_ecef(tile.volumes.center).p;
+  const GeoRect r = tiling::rect(tile.id);
+  const double slack = r.width() / 4;
+  const bool at_pole = std::abs(place.lat) > 89;
+  return place.lat >= r.south - slack && place.lat <= r.north + slack &&
+         (at_pole || (place.lon >= r.west - slack && place.lon <= r.east + slack));
+}
+
 /// The tile, packed or not.
 Result<Ready> fetch(const Source& from, TileId id, bool pack) {
   auto tile = from.store.look_at(id);
@@ -100,13 +116,25 @@ Result<Ready> fetch(const Source& from, TileId id, bool pack) {
   if (pack && from.packed && ready.vouched) return ready;
   if (!gunzip(ready.bytes)) return fail(Errc::bad_data, name + ": damaged gzip data");
   if (!tile->facts) {
-    if (const auto decoded = decode_tile(id, ready.bytes); decoded && decoded->certificate) {
+    const auto decoded = decode_tile(id, ready.bytes);
+    if (!decoded) return fail(name + " is no tile that could be copied", decoded.error());
+    if (!is_of_place(*decoded))
+      return fail(Errc::bad_data, name + " is the tile of another place: its centre says so");
+    if (decoded->certificate) {
       ready.facts.max_error_m = decoded->certificate->max_error_m;
       ready.facts.edge_error_m = decoded->certificate->edge_error_m;
     }
   }
   if (pack) ready.bytes = packed(ready.bytes);
   return ready;
+}
+
+/// A folder in the one that is copied would be a part of it.
+bool lies_within(const std::string& to, const std::string& folder) {
+  std::error_code error;
+  if (!fs::is_directory(folder, error)) return false;
+  const auto inner = fs::weakly_canonical(to, error), outer = fs::canonical(folder, error);
+  return !error && std::ranges::mismatch(inner, outer).in2 == outer.end();
 }
 
 /// Does something lie there that is not to be replaced by an archive?
@@ -192,6 +220,8 @@ class IntoFolder {
   std::optional<Error> error_;
   CopyReport report_;
 
+  /// It speaks of hashes of blocks, by which a build goes on: a folder without them has none.
+  bool has_record() const { return from_.record && !from_.blocks.empty(); }
   bool gzip() const { return from_.record && from_.record->gzip; }
   bool same_there(const TileStore& there, TileId id, const Bytes& wanted) const {
     const auto found = there.look_at(id);
@@ -224,7 +254,7 @@ void IntoFolder::copy(std::size_t k, const TileStore& there) {
   const auto known = writer_->finished(k);
   std::uint64_t size = known ? known->size : 0;
   bool kept = known.has_value(), vouched = true;
-  if (!known || !from_.record) {
+  if (!known || !has_record()) {
     auto tile = fetch(from_, ids_[k], gzip());
     if (!tile) return give_up(tile.error());
     size = tile->bytes.size(), vouched = tile->vouched;
@@ -241,7 +271,7 @@ void IntoFolder::copy(std::size_t k, const TileStore& there) {
 Result<CopyReport> IntoFolder::run(const Progress& progress) {
   const auto store = lock_store(to_);
   if (!store) return std::unexpected(store.error());
-  const BuildRecord record = from_.record.value_or(BuildRecord{});
+  const BuildRecord record = has_record() ? *from_.record : BuildRecord{};
   const TileWork work{.ids = ids_,
                       .levels = from_.layer.available,
                       .record = record,
@@ -280,6 +310,8 @@ Result<CopyReport> copy_store(const TileStore& store, const std::string& to, con
   auto from = look_at_source(store, o);
   if (!from) return std::unexpected(from.error());
   if (o.threads == 0 && remote::is_remote(to)) from->threads = kRemoteThreads;
+  if (!remote::is_remote(to) && lies_within(to, store.name()))
+    return fail(Errc::invalid_argument, to + " lies in what is to be copied: name another place");
   if (names_archive(to)) return into_archive(*from, to, o, progress);
   std::error_code error;
   if (remote::is_remote(to)) {

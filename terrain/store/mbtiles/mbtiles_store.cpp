@@ -20,6 +20,8 @@ namespace fs = std::filesystem;
 using namespace mbtiles;
 using Bytes = std::vector<std::uint8_t>;
 
+constexpr int kLookup = 50;  // million steps; of an indexed table it takes none
+
 std::string_view text_of(const Bytes& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
@@ -71,10 +73,15 @@ class MbtilesStore : public TileStore {
   Result<void> open();
   Result<void> open_sealed(const std::string& seal);
   Result<std::optional<std::string>> metadata(const char* name);
-  static Result<bool> ask(SqliteQuery& query, TileId id) {
+  mutable std::optional<Error> gave_up_;
+  /// Of a view that takes a second for a tile all tiles would, and nobody else gets to ask.
+  Result<bool> ask(SqliteQuery& query, TileId id) const {
+    if (gave_up_) return std::unexpected(*gave_up_);
     query.again();
     query.bind(std::int64_t(id.level)).bind(std::int64_t(id.x)).bind(std::int64_t(id.y));
-    return query.next();
+    auto row = query.within(kLookup).next();
+    if (!row && row.error().code == Errc::out_of_range) gave_up_ = row.error();
+    return row;
   }
   void look_through_entries(std::vector<StoreFault>&) const;
 };

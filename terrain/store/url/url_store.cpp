@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "proto/json_text.h"
+#include "terrain/raster/source_blocks.h"
+#include "terrain/store/folder/folder_contents.h"
 
 namespace tind {
 
@@ -68,6 +70,17 @@ class UrlStore : public TileStore {
     const auto bytes = fetch_tile(reader_, file("tind-build.json"));
     if (!bytes) return {};
     return decode_build_record({reinterpret_cast<const char*>(bytes->data()), bytes->size()});
+  }
+
+  /// Where a folder is served as it is; a daemon serves none.
+  Result<std::string> kept_blocks() const override {
+    const auto made = record();
+    const auto bytes = made ? fetch_tile(reader_, base_ + folder::kBlocks + made->heights)
+                            : fail(Errc::not_found, "");
+    if (!bytes) return TileStore::kept_blocks();
+    std::string text(bytes->begin(), bytes->end());
+    return SourceBlocks::whole(text, made->heights) ? Result<std::string>(text)
+                                                    : TileStore::kept_blocks();
   }
 
   Result<Bytes> read(TileId id) const override { return fetch_tile(reader_, tile_name(id)); }

@@ -38,8 +38,8 @@ void expect_close(const std::string& dem, const std::string& options) {
 }
 
 TEST(Estimate, SmallShardsTakeSomeTime) {
-  const auto said = run_tind("estimate " + test::testdata("rainier.tif") +
-                             " --shards 60 --progress none");
+  const auto said =
+      run_tind("estimate " + test::testdata("rainier.tif") + " --shards 60 --progress none");
   ASSERT_EQ(said.code, 0) << said.out;
   EXPECT_NE(said.out.find("60 shards of about "), std::string::npos) << said.out;
   EXPECT_EQ(said.out.find("about 0 s"), std::string::npos) << said.out;

@@ -9,13 +9,17 @@
 
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
+#include "proto/tile/pmtiles.h"
 #include "terrain/base/deflate.h"
 #include "terrain/base/file_io.h"
+#include "terrain/base/sqlite.h"
 #include "terrain/check/verify_store.h"
 #include "terrain/raster/source_blocks.h"
 #include "terrain/store/copy/copy_store.h"
 #include "terrain/store/open/open_store.h"
+#include "tests/support/made_up_tiles.h"
 #include "tests/support/support.h"
 
 namespace tind {
@@ -52,6 +56,8 @@ class InMemory : public TileStore {
   }
   Result<std::vector<std::uint8_t>> read(TileId id) const override {
     if (id.text() == missing) return fail(Errc::not_found, "not there");
+    if (real)
+      return test::MadeUpTiles().tile(id.text() == mixed_up ? TileId{1, 0, 0} : id, {})->bytes;
     const std::string text = id.text() + mark;
     return packed ? deflate(text, Wrapping::gzip, 1)
                   : std::vector<std::uint8_t>(text.begin(), text.end());
@@ -66,7 +72,8 @@ class InMemory : public TileStore {
   std::optional<BuildRecord> made = BuildRecord{};
   std::optional<TileFacts> facts = TileFacts{0, 2.5, 0.5, true};
   Vouched vouched = Vouched::yes;
-  bool packed = false;
+  bool packed = false, real = false;
+  std::string mixed_up;  // of real ones: this is another's
 };
 
 constexpr TileId kTiles[] = {{0, 0, 0}, {0, 1, 0}, {1, 2, 0}, {1, 2, 1}, {1, 3, 0}, {1, 3, 1}};
@@ -263,6 +270,7 @@ TEST_P(ArchiveStore, TilesWithoutARecordAreCopiedAndVouchedForFromThenOn) {
   from_.blocks.clear();
   from_.facts.reset();
   from_.vouched = Vouched::by_nobody;
+  from_.real = true;
   const auto report = copy(from_, path());
   ASSERT_TRUE(report) << report.error().what;
   EXPECT_EQ(report->unvouched, 6u);
@@ -270,6 +278,22 @@ TEST_P(ArchiveStore, TilesWithoutARecordAreCopiedAndVouchedForFromThenOn) {
   EXPECT_FALSE(store->record());
   EXPECT_EQ(store->kept_blocks().error().code, Errc::not_found);
   EXPECT_TRUE(verify_store(*store)->ok());
+}
+
+/// A server may answer with a page that asks for a password, or with another place's tile.
+TEST_P(ArchiveStore, WhatIsNotTheTileIsNotCopied) {
+  from_.made.reset();
+  from_.blocks.clear();
+  from_.facts.reset();
+  from_.vouched = Vouched::by_nobody;
+  const auto page = copy(from_, path());
+  ASSERT_FALSE(page);
+  EXPECT_EQ(page.error().code, Errc::bad_data);
+  from_.real = true, from_.mixed_up = "1/3/1";
+  const auto other = copy(from_, path());
+  ASSERT_FALSE(other);
+  EXPECT_THAT(other.error().what, HasSubstr("1/3/1 is the tile of another place"));
+  EXPECT_THAT(names(), IsEmpty());
 }
 
 TEST_P(ArchiveStore, ThroughADirectoryAndBackItIsTheSame) {
@@ -313,6 +337,81 @@ TEST(CopyStore, ADirectoryOfTilesThatTindDidNotMakeIsRefused) {
   EXPECT_EQ(copy_store(from, tiles, {.force = true}).error().code, Errc::invalid_argument);
   std::ofstream(folder.file("a.txt")) << "text";
   EXPECT_EQ(copy_store(from, folder.file("a.txt"), {}).error().code, Errc::invalid_argument);
+}
+
+TEST(CopyStore, NothingIsCopiedIntoItself) {
+  test::TempDir folder;
+  InMemory from;
+  DemInfo info;
+  info.cols = info.rows = 20;
+  SourceBlocks blocks(info);
+  blocks.add(0, 0, HeightGrid(20, 20));
+  from.made->heights = blocks.digest(), from.blocks = blocks.encode();
+  const std::string tiles = folder.file("tiles");
+  ASSERT_TRUE(copy_store(from, tiles, {}));
+  for (const char* inside : {"/1", "/new/one", "/x.pmtiles", ""})
+    EXPECT_EQ(copy_store(*open_store(tiles), tiles + inside, {}).error().code,
+              Errc::invalid_argument)
+        << inside;
+  EXPECT_TRUE(copy_store(*open_store(tiles), tiles + "2", {}));
+  // Hashes of blocks that are damaged would be sealed as sound.
+  std::ofstream(tiles + "/tind-blocks-" + blocks.digest()) << "damaged";
+  EXPECT_EQ(copy_store(*open_store(tiles), folder.file("x.pmtiles"), {}).error().code,
+            Errc::bad_data);
+}
+
+/// 4 MB of zeros are 5 kB as gzip, and would be a directory of a million tiles.
+TEST(PmtilesStore, ADirectoryIsNoLargerThanItHasToBe) {
+  test::TempDir folder;
+  const std::vector<std::uint8_t> zeros((4u << 20) + 1);
+  const auto leaf = deflate<std::string>(zeros, Wrapping::gzip, 9);
+  const auto pack = [](const std::string& text) {
+    return deflate<std::string>(ByteView(text), Wrapping::gzip, 9);
+  };
+  const proto::PmtilesEntry entry{0, 0, std::uint32_t(leaf.size()), 0};
+  const std::string root = pack(proto::encode_pmtiles_directory({&entry, 1}));
+  nlohmann::json said;
+  said["tind:layer"] = kLayer;
+  const std::string metadata = pack(said.dump());
+  proto::PmtilesHeader h;
+  h.root = {proto::kPmtilesHeaderBytes, root.size()};
+  h.metadata = {h.root.end(), metadata.size()};
+  h.leaves = {h.metadata.end(), leaf.size()};
+  h.tiles = {h.leaves.end(), 1};
+  h.max_zoom = 5;
+  const std::string path = folder.file("bomb.pmtiles");
+  std::ofstream(path, std::ios::binary)
+      << proto::encode_pmtiles_header(h) << root << metadata << leaf << "x";
+  const auto store = open_store(path);
+  ASSERT_TRUE(store->layer_json());
+  const auto tile = store->read({0, 0, 0});
+  ASSERT_FALSE(tile);
+  EXPECT_EQ(tile.error().code, Errc::bad_data);
+  EXPECT_THAT(tile.error().what, HasSubstr("too large"));
+}
+
+/// Nobody else waits for it.
+TEST(MbtilesStore, AViewWithoutEndIsGivenUp) {
+  test::TempDir folder;
+  const std::string path = folder.file("a.mbtiles");
+  ASSERT_TRUE(copy_store(InMemory(), path, {}));
+  {
+    auto db = Sqlite::open(path, Sqlite::Open::write);
+    ASSERT_TRUE(db);
+    ASSERT_TRUE(db->run(
+        "DELETE FROM metadata WHERE name = 'tind:seal';"
+        "ALTER TABLE tiles RENAME TO t0; CREATE VIEW "
+        "tiles AS SELECT t0.zoom_level, t0.tile_column, t0.tile_row, t0.tile_data FROM t0, (WITH "
+        "RECURSIVE r(n) AS (SELECT 1 UNION ALL SELECT n + 1 FROM r) SELECT n FROM r) q WHERE q.n < "
+        "0"));
+  }
+  const auto store = open_store(path);
+  for (const TileId id : kTiles) {
+    const auto tile = store->read(id);
+    ASSERT_FALSE(tile);
+    EXPECT_EQ(tile.error().code, Errc::out_of_range) << tile.error().what;
+    EXPECT_THAT(tile.error().what, HasSubstr("takes too long"));
+  }
 }
 
 TEST(CopyStore, NamesSayWhatIsAnArchive) {
