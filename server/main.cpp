@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -69,6 +70,9 @@ int run(int argc, char** argv) {
   tind::cli::Program program(
       "tind: terrain meshes whose error is known. DEMs in, simplified TINs and tiles out.",
       "tind " TIND_VERSION, std::make_shared<const tind::Environment>(tind::cli::data_dir()));
+  // A limit on the size of files is an error of the one that is written, not the end of the
+  // program.
+  std::signal(SIGXFSZ, SIG_IGN);
   const tind::cli::Command app = program.root();
   int exit = tind::cli::kOk;
   // subcommands: one line each

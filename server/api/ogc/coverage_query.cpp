@@ -163,7 +163,10 @@ std::expected<CrsBox, Wrong> box_asked(const CoverageQuery& q, const AskedCrs& b
   if (!q.subset_x && !q.subset_y) {
     const auto all = box_of(crs, facts);
     if (!all) return std::unexpected(Wrong{"crs", all.error().what});
-    return with_posts_inside(*all, ground_m(crs, *all), spacing_m);
+    CrsBox whole = with_posts_inside(*all, ground_m(crs, *all), spacing_m);
+    // Around the globe the first column and the one behind the last are the same.
+    if (crs.geographic()) whole.east = std::min(whole.east, whole.west + 360);
+    return whole;
   }
   auto box = box_of(bbox_crs, facts);
   if (!box) return std::unexpected(Wrong{"bbox-crs", box.error().what});

@@ -47,5 +47,16 @@ TEST(Output, what_goes_to_standard_output_has_it_alone) {
   EXPECT_TRUE(read_whole_file(log).value() == "begins" + mesh);
 }
 
+/// The limit that a shell or a scheduler sets would end the program by a signal, without a word.
+TEST(Output, a_limit_on_the_size_of_files_is_an_error) {
+  const test::TempDir folder;
+  const std::string mesh = folder.file("mesh.ply");
+  const auto ran = run_tind("simplify " + test::testdata("rainier.tif") + " --ratio 0.2 -o " + mesh,
+                            "ulimit -f 16;");
+  EXPECT_EQ(ran.code, 74) << ran.out;
+  EXPECT_NE(ran.out.find("File too large"), std::string::npos) << ran.out;
+  EXPECT_FALSE(read_whole_file(mesh));
+}
+
 }  // namespace
 }  // namespace tind

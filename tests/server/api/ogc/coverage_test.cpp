@@ -3,6 +3,7 @@
 
 #include <sstream>
 
+#include "server/api/ogc/coverage_query.h"
 #include "terrain/raster/dem_source.h"
 #include "tests/server/api/ogc/ogc_fixture.h"
 
@@ -63,6 +64,18 @@ TEST_F(Coverages, TheWholeIsTheDemItself) {
     if (!std::isnan(posts->values()[i])) {
       ASSERT_NEAR(ours->values()[i], posts->values()[i], 1e-3) << i;
     }
+}
+
+TEST(CoverageWindow, OfTheWholeGlobeHasEveryColumnOnce) {
+  DatasetFacts facts;
+  facts.box = {-180, -60, 180, 60};
+  const auto crs = ogc::AskedCrs::make("CRS84", facts);
+  ASSERT_TRUE(crs);
+  const double degree = 111'319.5;  // at the equator
+  const auto window = ogc::coverage_window({}, *crs, *crs, facts, {degree, degree});
+  ASSERT_TRUE(window);
+  EXPECT_EQ(window->box.width(), 360);
+  EXPECT_NEAR(window->box.west, -180.5, 0.01) << "the first column is in the middle of its pixels";
 }
 
 TEST_F(Coverages, EveryFormatSaysTheSame) {
