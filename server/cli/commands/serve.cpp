@@ -168,8 +168,8 @@ void bound_memory() {
   mallopt(M_ARENA_MAX, 2);
   // A tile's work space stays for the next one: to take its pages anew each time was two thirds of
   // a cold tile's time. What is larger (a body, an index) goes back when it is done with.
-  mallopt(M_MMAP_THRESHOLD, 4 << 20);
-  mallopt(M_TRIM_THRESHOLD, 16 << 20);
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);
+  mallopt(M_TRIM_THRESHOLD, 32 << 20);
   setenv("GDAL_CACHEMAX", "16", 0);  // MB; the operator's own setting wins
 }
 
