@@ -28,8 +28,9 @@ struct Config {
   int threads = 0;           // I/O; 0: one per core
   int build_threads = 0;     // CPU work; 0: one per core
   int queue = 256;
-  int cache_mb = 128;        // finished tiles
-  int source_cache_mb = 24;  // heights of all DEMs together
+  int cache_mb = 128;  // finished tiles
+  int source_cache_mb =
+      48;  // heights of all DEMs together: a tile of 10 million posts reads its posts thrice
   int max_connections = 4096;
   int max_connections_per_address = 0;  // 0: a quarter of these
   int buffer_mb = 128;                  // request bodies, responses on their way
