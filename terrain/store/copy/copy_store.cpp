@@ -100,8 +100,9 @@ bool is_of_place(const TileModel& tile) {
   const GeoRect r = tiling::rect(tile.id);
   const double slack = r.width() / 4;
   const bool at_pole = std::abs(place.lat) > 89;
+  const double east = std::remainder(place.lon - (r.west + r.east) / 2, 360);
   return place.lat >= r.south - slack && place.lat <= r.north + slack &&
-         (at_pole || (place.lon >= r.west - slack && place.lon <= r.east + slack));
+         (at_pole || std::abs(east) <= r.width() / 2 + slack);
 }
 
 /// The tile, packed or not.

@@ -20,7 +20,9 @@ namespace fs = std::filesystem;
 using namespace mbtiles;
 using Bytes = std::vector<std::uint8_t>;
 
-constexpr int kLookup = 50;  // million steps; of an indexed table it takes none
+// Million steps. A lookup in an indexed table takes none; a check looks at tables alone, of which
+// there is no more than the file has bytes.
+constexpr int kLookup = 50, kSorting = 5000, kWholeFile = 1'000'000;
 
 std::string_view text_of(const Bytes& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
@@ -214,6 +216,7 @@ Result<std::optional<StoreListing>> MbtilesStore::list() const {
 void MbtilesStore::look_through_entries(std::vector<StoreFault>& faults) const {
   SqliteQuery query(*db_,
                     "SELECT entry FROM tind_entries ORDER BY zoom_level, tile_column, tile_row");
+  query.within(kSorting);
   std::uint64_t hash = 0, count = 0;
   for (;;) {
     const auto row = query.next();
@@ -234,6 +237,7 @@ std::vector<StoreFault> MbtilesStore::faults() const {
   {
     const std::lock_guard lock(mutex_);
     SqliteQuery query(*db_, "PRAGMA integrity_check(1)");
+    query.within(kWholeFile);
     const auto row = query.next();
     if (!row)
       found(row.error().what);
