@@ -43,12 +43,14 @@ Error Sqlite::error() const {
   const std::string what = path_ + ": " + sqlite3_errmsg(db_.get());
   if (code == SQLITE_NOTADB || code == SQLITE_CORRUPT) return {Errc::bad_data, what};
   if (code == SQLITE_INTERRUPT)
-    return {Errc::out_of_range, path_ +
-                                    ": a query takes too long: its tables are views without "
-                                    "end, or have no index"};
+    return {Errc::io, path_ +
+                          ": a query takes too long: its tables are views without "
+                          "end, or have no index"};
   if (code == SQLITE_BUSY || code == SQLITE_LOCKED) return {Errc::busy, what};
   return {Errc::io, what};
 }
+
+bool Sqlite::took_too_long() const { return sqlite3_errcode(db_.get()) == SQLITE_INTERRUPT; }
 
 Result<void> Sqlite::run(const std::string& sql) {
   if (sqlite3_exec(db_.get(), sql.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK) return {};

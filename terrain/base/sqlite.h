@@ -34,8 +34,10 @@ class Sqlite {
   Result<std::int64_t> number(const std::string& sql);
 
   /// What went wrong last. bad_data where the file is no database, or a damaged one; busy where
-  /// another has it; out_of_range where a query took too long; else io.
+  /// another has it; else io.
   Error error() const;
+  /// Was it that a stranger's query was given up?
+  bool took_too_long() const;
 
  private:
   friend class SqliteQuery;

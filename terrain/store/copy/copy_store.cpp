@@ -130,7 +130,7 @@ Result<Ready> fetch(const Source& from, TileId id, bool pack) {
   return ready;
 }
 
-/// A folder in the one that is copied would be a part of it.
+/// Or is the same folder. What is copied there would be a part of what is copied.
 bool lies_within(const std::string& to, const std::string& folder) {
   std::error_code error;
   if (!fs::is_directory(folder, error)) return false;
@@ -312,7 +312,8 @@ Result<CopyReport> copy_store(const TileStore& store, const std::string& to, con
   if (!from) return std::unexpected(from.error());
   if (o.threads == 0 && remote::is_remote(to)) from->threads = kRemoteThreads;
   if (!remote::is_remote(to) && lies_within(to, store.name()))
-    return fail(Errc::invalid_argument, to + " lies in what is to be copied: name another place");
+    return fail(Errc::invalid_argument,
+                to + " is, or lies in, what is to be copied: name another place");
   if (names_archive(to)) return into_archive(*from, to, o, progress);
   std::error_code error;
   if (remote::is_remote(to)) {
@@ -320,8 +321,6 @@ Result<CopyReport> copy_store(const TileStore& store, const std::string& to, con
       return fail(Errc::invalid_argument, to + " is what is to be copied: name another prefix");
     return IntoFolder(*from, to, o).run(progress);
   }
-  if (fs::equivalent(store.name(), to, error))
-    return fail(Errc::invalid_argument, to + " is what is to be copied: name another directory");
   if (fs::exists(to, error) && !fs::is_directory(to, error))
     return fail(Errc::invalid_argument,
                 to + " is a file, and no name of an archive (.pmtiles, .mbtiles)");

@@ -68,6 +68,7 @@ class MbtilesStore : public TileStore {
   mutable std::mutex mutex_;  // of what follows
   mutable std::optional<Sqlite> db_;
   mutable std::optional<SqliteQuery> tile_, entry_, size_;
+  mutable std::optional<Error> gave_up_;  // why no tile is looked for any more
 
   std::unexpected<Error> damaged(const std::string& what) const {
     return fail(Errc::bad_data, path_ + ": " + what);
@@ -75,14 +76,13 @@ class MbtilesStore : public TileStore {
   Result<void> open();
   Result<void> open_sealed(const std::string& seal);
   Result<std::optional<std::string>> metadata(const char* name);
-  mutable std::optional<Error> gave_up_;
   /// Of a view that takes a second for a tile all tiles would, and nobody else gets to ask.
   Result<bool> ask(SqliteQuery& query, TileId id) const {
     if (gave_up_) return std::unexpected(*gave_up_);
     query.again();
     query.bind(std::int64_t(id.level)).bind(std::int64_t(id.x)).bind(std::int64_t(id.y));
     auto row = query.within(kLookup).next();
-    if (!row && row.error().code == Errc::out_of_range) gave_up_ = row.error();
+    if (!row && db_->took_too_long()) gave_up_ = row.error();
     return row;
   }
   void look_through_entries(std::vector<StoreFault>&) const;
