@@ -1,14 +1,18 @@
 """Load and abuse: slow connections, a herd at one cold tile, too few descriptors, too much work, clients that leave."""
-import concurrent.futures
+import itertools
+import json
 import os
 import resource
+import subprocess
+import threading
 import time
 
-from common.daemon import Daemon, Wire, rss_kb
+from common import programme
+from common.daemon import DEM, Daemon, Wire, rss_kb
 
 TIERS = ("ci", "gate", "campaign")
 ASKED = "F1-F4: 10,000 slow connections beside 200 good clients, p99 at most doubled; one build for 5,000; 503 in time; flat memory"
-WHY_NOT = "3,500 slow connections at the gate, good clients share the cores with the daemon; the p99 beside them is printed, not judged (39 ms beside .48 alone in a row below, on a busy machine: more than twice); no soak of an hour yet"
+WHY_NOT = "9,000 slow connections at the gate (20,000 descriptors are for both ends); the good clients share two cores with the daemon and with who is slow; the p99 is wrong where it is more than doubled and more than 20 ms"
 
 WARM = b"GET /terrain/rainier/0/0/0.terrain HTTP/1.1\r\nHost: t\r\nAccept-Encoding: gzip\r\n\r\n"
 
@@ -38,34 +42,56 @@ def good(port, requests):
     return times
 
 
-def p99(run, daemon, clients, what):
-    with concurrent.futures.ThreadPoolExecutor(clients) as pool:
-        times = [t for one in pool.map(lambda _: good(daemon.port, 100), range(clients)) for t in one]
-    run.executions += len(times)
-    failed = times.count(None)
-    if failed:
-        run.fail(f"{what}: {failed} of {len(times)} good requests failed")
-    times = sorted(t for t in times if t is not None)
-    return times[int(len(times) * 0.99) - 1] * 1000 if times else 0
+def p99(run, daemon, seconds, what):
+    """Milliseconds, of 200 clients who ask for a cached tile ten times a second each. Each is measured by a program of
+    its own (h2load), not by this one, which has all the slow connections to look after."""
+    log = run.work / "latencies"
+    log.unlink(missing_ok=True)
+    said = subprocess.run(["h2load", "--h1", "-c", "200", "--rps", "10", "-D", str(seconds), "--log-file", log, "-H", "Accept-Encoding: gzip",
+                           f"http://127.0.0.1:{daemon.port}/terrain/rainier/0/0/0.terrain"], capture_output=True, text=True).stdout
+    rows = [line.split() for line in log.read_text().splitlines()]
+    bad = sum(row[1] != "200" for row in rows)
+    run.executions += len(rows)
+    if bad or not rows:
+        run.fail(f"{what}: {bad} of {len(rows)} good requests failed: {said[-300:]}")
+    first = min(int(row[0]) for row in rows)  # microseconds; the first second is that of connecting
+    times = sorted(int(row[2]) for row in rows if int(row[0]) > first + 1000000)
+    return times[int(len(times) * 0.99) - 1] / 1000 if times else 0
 
 
 def slow(run, daemon, count):
+    """Heads, bodies and answers of a byte now and then; `count` of them from four addresses."""
     daemon.get("/terrain/rainier/0/0/0.terrain")
-    alone = p99(run, daemon, 8, "alone")
+    seconds = 5 if run.tier == "ci" else 20
+    alone = p99(run, daemon, seconds, "alone")
     before = rss_kb(daemon.process.pid)
     wires = []
     for i in range(count):
-        wire = Wire(daemon.port)
-        wire.send((b"GET / HTTP/1.1\r\nHost: t\r\nX: ", b"POST /plan HTTP/1.1\r\nHost: t\r\nContent-Length: 90\r\n\r\n{", b"")[i % 3])
+        wire = Wire(daemon.port, source=f"127.0.0.{1 + i % 4}")
+        wire.send((b"GET / HTTP/1.1\r\nHost: t\r\nX: ", b"POST /plan/rainier HTTP/1.1\r\nHost: t\r\nContent-Length: 90\r\n\r\n{", b"")[i % 3])
         wires.append(wire)
-    beside = p99(run, daemon, 8, "beside slow connections")
+    ended = threading.Event()
+
+    def trickle():
+        at = 0
+        while not ended.wait(0.01):
+            for wire in wires[at:at + 10]:
+                wire.send(b"x")
+            at = (at + 10) % len(wires)
+    sending = threading.Thread(target=trickle)
+    sending.start()
+    beside = p99(run, daemon, seconds, "beside slow connections")
     each = (rss_kb(daemon.process.pid) - before) / count
+    ended.set()
+    sending.join()
     for wire in wires:
         wire.close()
     run.executions += count
-    run.note(f"{count:,} slow connections, {each:.1f} KiB each: p99 {alone:.2f} ms alone, {beside:.2f} ms beside them")
-    if each > 16:
+    run.note(f"{count:,} slow connections, {each:.1f} KiB each: p99 of 200 good clients {alone:.2f} ms alone, {beside:.2f} ms beside them")
+    if each > 8:
         run.fail(f"a slow connection takes {each:.1f} KiB")
+    if beside > 2 * alone and beside > 20:
+        run.fail(f"good clients' p99 is {beside:.1f} ms beside slow connections, {alone:.1f} ms alone")
 
 
 def herd(run, daemon, count):
@@ -100,6 +126,64 @@ def overload(run, count):
         if not good(daemon.port, 1)[0]:
             run.fail("overload: does not recover")
         run.note(f"{count} cold tiles at once, queue of 4: {len(shed)} shed with Retry-After")
+
+
+class Pushing(threading.Thread):
+    """Asks for what costs, one after the other, and counts the answers."""
+
+    def __init__(self, port, requests):
+        super().__init__(daemon=True)
+        self.port, self.requests, self.ended, self.answers, self.slowest_refusal = port, requests, False, [], 0.0
+        self.start()
+
+    def run(self):
+        wire = None
+        for request in itertools.cycle(self.requests):
+            if self.ended:
+                break
+            begin = time.perf_counter()
+            try:
+                wire = wire or Wire(self.port, 60)
+                wire.send(request)
+                got = wire.reply()
+            except OSError:
+                got = None
+            self.answers.append(got and got[0])
+            if got and got[0] == 503:
+                self.slowest_refusal = max(self.slowest_refusal, time.perf_counter() - begin)
+                time.sleep(0.01)
+            if got is None or got[1].get("connection") == "close":
+                wire = wire and wire.close()
+
+
+PLAN = json.dumps({"trajectory": [{"time_s": t, "lon": -121.95 + t / 2500, "lat": 46.65 + t % 7 / 25, "height_m": 3000} for t in range(0, 1000, 10)]}).encode()
+
+
+def beside_work(run):
+    """What good clients notice of those who ask for far more than can be made: cold tiles, and POSTs that take long."""
+    seconds, count = (5, 20) if run.tier == "ci" else (15, 64)
+    # No tile is kept, so that each is made again.
+    with Daemon("--max-connections-per-address", "4096", "--cache-mb", "1", "keep=" + str(DEM), "rainier=" + str(DEM), dems=()) as daemon:
+        daemon.get("/terrain/rainier/0/0/0.terrain")
+        alone = p99(run, daemon, seconds, "alone")
+        tiles = [tile(*at) for at in cold_tiles(10**6)]
+        post = b"POST /plan/rainier HTTP/1.1\r\nHost: t\r\nContent-Type: application/json\r\nContent-Length: %d\r\n\r\n" % len(PLAN) + PLAN
+        for what, requests in (("cold tiles", tiles), ("plans of flights", [post])):
+            pushing = [Pushing(daemon.port, requests[i % len(requests):] + requests[:i % len(requests)]) for i in range(count)]
+            beside = p99(run, daemon, seconds, f"beside {what}")
+            for one in pushing:
+                one.ended = True
+            for one in pushing:
+                one.join(60)
+            answers = [a for one in pushing for a in one.answers]
+            run.executions += len(answers)
+            other = [a for a in answers if a not in (200, 404, 503)]
+            if other:
+                run.fail(f"beside {what}: {other[:5]}")
+            refusal = max(one.slowest_refusal for one in pushing)
+            run.note(f"{count} clients of {what}: {answers.count(200)} answered, {answers.count(503)} refused (the slowest after {refusal * 1000:.0f} ms); p99 of 200 good clients {alone:.2f} ms alone, {beside:.2f} ms beside them")
+            if beside > 2 * alone and beside > 50:
+                run.fail(f"good clients' p99 is {beside:.1f} ms beside {what}, {alone:.1f} ms alone")
 
 
 def few_descriptors(run):
@@ -144,7 +228,7 @@ def leave(run, daemon, count):
     plan = b'{"trajectory": [{"time_s": 0, "lon": -121.9, "lat": 46.7, "height_m": 3000}, {"time_s": 900, "lon": -121.6, "lat": 46.9, "height_m": 3000}]}'
     for i in range(count):
         with Wire(daemon.port) as wire:
-            wire.send(b"POST /plan HTTP/1.1\r\nHost: t\r\nContent-Type: application/json\r\nContent-Length: %d\r\n\r\n" % len(plan) + plan if i % 2 else
+            wire.send(b"POST /plan/rainier HTTP/1.1\r\nHost: t\r\nContent-Type: application/json\r\nContent-Length: %d\r\n\r\n" % len(plan) + plan if i % 2 else
                       tile(12, 1321 + i % 9, 3110 + i // 9 % 7))
     run.executions += count
     for _ in range(600):
@@ -155,11 +239,13 @@ def leave(run, daemon, count):
 
 
 def run(run):
+    programme.needs("h2load")
     small = run.tier == "ci"
-    with Daemon("--max-connections", "8192", "--max-connections-per-address", "8192") as daemon:
+    resource.setrlimit(resource.RLIMIT_NOFILE, (resource.getrlimit(resource.RLIMIT_NOFILE)[1],) * 2)
+    with Daemon("--max-connections", "16384", "--max-connections-per-address", "16384") as daemon:
         handles = len(os.listdir(f"/proc/{daemon.process.pid}/fd"))
-        slow(run, daemon, 300 if small else 3500)
-        herd(run, daemon, 300 if small else 3500)
+        slow(run, daemon, 300 if small else 9000)
+        herd(run, daemon, 300 if small else 5000)
         leave(run, daemon, 50 if small else 1000)
         for _ in range(100):
             now = len(os.listdir(f"/proc/{daemon.process.pid}/fd"))
@@ -172,4 +258,5 @@ def run(run):
         if code != 0:
             run.fail(f"the daemon ended with {code}")
     overload(run, 60 if small else 500)
+    beside_work(run)
     few_descriptors(run)

@@ -1,6 +1,10 @@
 """Mistakes put into parsers, the checker and the certificate, one at a time: do the tests notice?"""
+import concurrent.futures
+import itertools
+import os
 import re
 import subprocess
+from pathlib import Path
 
 from common import programme
 from common.programme import ROOT
@@ -42,32 +46,36 @@ def commands(target):
 
 
 class Bench:
-    """Compiles one changed source and links the test program with it in front of the libraries."""
+    """Compiles one changed source and links the test program with it in front of the libraries. Several may at a time."""
 
     def __init__(self, run, source, program):
-        self.folder, self.source = run.work, ROOT / source
+        self.folder, self.source, self.count = run.work, ROOT / source, itertools.count()
         lines = commands(f"tests/{program}")
-        self.compile = next(line for line in lines if line.endswith(f" -c {self.source}"))
-        self.link = lines[-1].replace(f"-o tests/{program} ", f"-o {self.folder}/mutant {self.folder}/mutant.o ")
-        # It stands in its own folder, so that its includes are found.
-        self.compile = re.sub(r"-MD -MT \S+ -MF \S+", "", self.compile)
-        self.compile = re.sub(r"-o \S+ -c \S+$", f"-o {self.folder}/mutant.o -c {self.folder}/mutant.cpp", self.compile)
+        compile_line = next(line for line in lines if line.endswith(f" -c {self.source}"))
+        # It stands in its own folder, so that its includes are found. Without optimization: it is run for a second.
+        compile_line = re.sub(r"-MD -MT \S+ -MF \S+", "", compile_line).replace("_FORTIFY_SOURCE=2", "_FORTIFY_SOURCE=0")
+        self.compile = re.sub(r" -o \S+ -c \S+$", " -O0 -o {0}.o -c {0}.cpp", compile_line)
+        self.link = lines[-1].replace(f"-o tests/{program} ", "-o {0} {0}.o ")
 
     def notices(self, text, tests):
         """None where it does not compile."""
-        (self.folder / "mutant.cpp").write_text(text)
-        if subprocess.run(self.compile, shell=True, cwd=BUILD, capture_output=True).returncode:
-            return None
-        subprocess.run(self.link, shell=True, cwd=BUILD, capture_output=True, check=True)
+        mutant = self.folder / f"mutant{next(self.count)}"
+        Path(f"{mutant}.cpp").write_text(text)
         try:
-            return subprocess.run([self.folder / "mutant", f"--gtest_filter={tests}", "--gtest_fail_fast"], cwd=BUILD, capture_output=True, timeout=120).returncode != 0
+            if subprocess.run(self.compile.format(mutant), shell=True, cwd=BUILD, capture_output=True).returncode:
+                return None
+            subprocess.run(self.link.format(mutant), shell=True, cwd=BUILD, capture_output=True, check=True)
+            return subprocess.run([mutant, f"--gtest_filter={tests}", "--gtest_fail_fast"], cwd=BUILD, capture_output=True, timeout=120).returncode != 0
         except subprocess.TimeoutExpired:
             return True
+        finally:
+            for left in (mutant, Path(f"{mutant}.o")):
+                left.unlink(missing_ok=True)
 
 
 def run(run):
     programme.needs("ninja", "g++")
-    for source, (program, tests) in TARGETS.items():
+    for left, (source, (program, tests)) in zip(range(len(TARGETS), 0, -1), TARGETS.items()):
         if run.only not in source:
             continue
         if not (BUILD / "tests" / program).exists():
@@ -77,24 +85,23 @@ def run(run):
         if bench.notices(text, tests):
             run.fail(f"{source}: the tests fail without a mistake")
             continue
-        every, end = mutants(text), run.time_left() - run.time_left() / len(TARGETS)
+        every, end = mutants(text), run.time_left() - run.time_left() / left
         run.rng.shuffle(every)
-        noticed, missed = 0, []
-        for number, line in every:
+
+        def verdict(one):
+            number, line = one
             if run.time_left() < end:
-                break
+                return None
             lines = text.splitlines()
             lines[number] = line
-            verdict = bench.notices("\n".join(lines) + "\n", tests)
-            if verdict is None:
-                continue
-            run.executions += 1
-            noticed += verdict
-            if not verdict:
-                missed.append(f"{number + 1}: {line.strip()}")
-        tried = noticed + len(missed)
-        for one in missed:
-            print(f"  not noticed: {source}:{one}")
-        run.note(f"{source} {noticed} of {tried}")
-        if tried >= 10 and noticed < 0.8 * tried:
-            run.fail(f"{source}: {noticed} of {tried} noticed")
+            return bench.notices("\n".join(lines) + "\n", tests)
+        with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+            verdicts = [(one, v) for one, v in zip(every, pool.map(verdict, every)) if v is not None]
+        missed = [one for one, noticed in verdicts if not noticed]
+        run.executions += len(verdicts)
+        for number, line in missed:
+            print(f"  not noticed: {source}:{number + 1}: {line.strip()}")
+        noticed = len(verdicts) - len(missed)
+        run.note(f"{source} {noticed} of {len(verdicts)}")
+        if len(verdicts) >= 10 and noticed < 0.8 * len(verdicts):
+            run.fail(f"{source}: {noticed} of {len(verdicts)} noticed")

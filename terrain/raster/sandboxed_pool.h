@@ -19,6 +19,11 @@ std::shared_ptr<SourcePool> sandboxed_pool(const SourcePool::Limits&, sandbox::T
 /// A pool that shares everything with that one but the processes: this one reads. null: null.
 std::shared_ptr<SourcePool> without_sandbox(const std::shared_ptr<SourcePool>&);
 
+/// A pool that shares everything with that one, and refuses a DEM on another machine
+/// (Errc::unsupported), for which its processes lack a network. Without that, this process reads
+/// it.
+std::shared_ptr<SourcePool> without_exceptions(const std::shared_ptr<SourcePool>&);
+
 /// As is_offset_grid() of offset_grid.h, asked of a process where the pool has them.
 bool is_offset_grid(const std::string& path, const std::shared_ptr<SourcePool>&);
 

@@ -69,8 +69,8 @@ def rss_kb(pid, what="VmRSS"):
 class Wire:
     """A connection, byte for byte."""
 
-    def __init__(self, port, timeout=20, host="127.0.0.1"):
-        self.socket = socket.create_connection((host, port), timeout)
+    def __init__(self, port, timeout=20, source="127.0.0.1"):
+        self.socket = socket.create_connection(("127.0.0.1", port), timeout, (source, 0))
         self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.buffer = b""
 

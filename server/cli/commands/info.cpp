@@ -319,9 +319,13 @@ Result<Json> info_of_one(const Arguments& a, const std::string& path) {
   if (is_mesh(path)) return info_mesh(a, path);
   auto dem = info_files(a, {path});
   // GeoPackages may hold either; what is neither is said to be no DEM.
-  if (!dem && dem.error().code == Errc::bad_data)
-    if (const auto vectors = vector_facts(path); vectors && !vectors->layers.empty())
+  if (!dem && dem.error().code == Errc::bad_data) {
+    const auto vectors = vector_facts(path);
+    if (vectors && !vectors->layers.empty())
       return said(a, vectors_json(*vectors), vectors_text(path, *vectors));
+    if (!vectors && vectors.error().code == Errc::unsupported)  // it is one, and has no end
+      return std::unexpected(vectors.error());
+  }
   if (!dem) return std::unexpected(not_a_dem(dem.error(), {path}));
   return dem;
 }

@@ -58,7 +58,7 @@ struct Options {
   std::map<std::string, std::string> flags;
   std::vector<std::string> datasets;
   SurfaceInput layers;
-  bool check_config = false, print_config = false;
+  bool check_config = false, print_config = false, no_core_dumps = false;
   std::shared_ptr<const Environment> environment;
 };
 
@@ -468,6 +468,7 @@ Result<std::size_t> check(const Config& config,
 
 int run(const Options& options) {
   if (!options.check_config && !options.print_config) ignore_signals();
+  if (const rlimit none{0, 0}; options.no_core_dumps) ::setrlimit(RLIMIT_CORE, &none);
   const auto config = configure(options);
   if (!config) return complain(config.error());
   Result<std::size_t> not_read =
@@ -512,6 +513,8 @@ void add_serve(Command program, int& exit) {
       "--check-config", options->check_config,
       "only say whether it is valid and its datasets can be served; DEMs of more than 33 "
       "million posts are opened, but not read");
+  command.add_flag("--no-core-dumps", options->no_core_dumps,
+                   "leave no core file behind, which would hold keys' hashes and clients' data");
   command.add_flag("--print-config", options->print_config, "print it, with every default");
   command.on_run([options, &exit] { exit = run(*options); });
 }

@@ -240,7 +240,7 @@ Result<std::shared_ptr<SourcePool>> pool_for(const std::shared_ptr<SourcePool>& 
   if (!pool || how == "off") return without_sandbox(pool);
   if (how != "on") return pool;
   const std::string missing = sandbox::missing_text(sandbox::supported());
-  if (missing.empty()) return pool;
+  if (missing.empty()) return without_exceptions(pool);
   return fail(Errc::unsupported,
               "sandbox = on: this system lacks " + missing + "; sandbox = auto does without");
 }

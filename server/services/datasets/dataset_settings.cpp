@@ -50,15 +50,17 @@ DatasetSetting allow_vrt() {
 
 /// Who opens the files has chosen by then (catalog_keeper.cpp): here it is only looked at.
 DatasetSetting sandbox() {
-  return {.name = "sandbox",
-          .help =
-              "whether locked-down processes of their own open and read the DEMs' files: auto "
-              "(with what the kernel has), on (with all or not at all), off (the daemon does)",
-          .initial = "off",
-          .set = [](DatasetOptions&, std::string_view value) -> Result<void> {
-            if (value == "auto" || value == "on" || value == "off") return {};
-            return fail(Errc::invalid_argument, "must be one of auto, on, off");
-          }};
+  return {
+      .name = "sandbox",
+      .help =
+          "whether locked-down processes of their own open and read the DEMs' files: auto "
+          "(with what the kernel has; DEMs on other machines the daemon reads itself), on (with "
+          "all or not at all), off (the daemon does)",
+      .initial = "auto",
+      .set = [](DatasetOptions&, std::string_view value) -> Result<void> {
+        if (value == "auto" || value == "on" || value == "off") return {};
+        return fail(Errc::invalid_argument, "must be one of auto, on, off");
+      }};
 }
 
 /// Words count in any case.

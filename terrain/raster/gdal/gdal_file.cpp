@@ -30,6 +30,7 @@
 #include "terrain/raster/gdal/gdal_setup.h"
 #include "terrain/raster/gdal/gdal_verify.h"
 #include "terrain/raster/gdal/geotransform.h"
+#include "terrain/raster/gdal/vrt_nesting.h"
 #include "terrain/raster/gdal/zip_entry.h"
 
 namespace tind::gdal {
@@ -332,8 +333,11 @@ Result<std::unique_ptr<RasterFile>> RasterFile::open(const std::string& path,
     file->remote_ = std::make_unique<const RemoteMount>(std::move(*opened));
   }
   if (auto real = file->target(); !real) return std::unexpected(real.error());
-  if (!file->remote_)
+  if (!file->remote_) {
     if (auto ok = file->states_.add(path); !ok) return std::unexpected(ok.error());
+    if (options.allow_vrt)
+      if (auto ok = check_vrt_nesting(path); !ok) return std::unexpected(ok.error());
+  }
   auto handle = file->open_handle();
   if (!handle) return std::unexpected(handle.error());
   // Which other files there are is known only now, when they have been looked into already.

@@ -48,12 +48,13 @@ Result<Mosaic> Mosaic::open(std::span<const std::string> paths, const DemOptions
   if (paths.empty()) return fail(Errc::invalid_argument, "no raster file given");
   Mosaic mosaic;
   const auto remote = std::ranges::find_if(paths, remote::is_remote);
-  if (pool.team && remote != paths.end())
+  if (pool.team && pool.strict && remote != paths.end())
     return fail(Errc::unsupported,
                 *remote +
                     ": processes of a sandbox have no network; copy the DEM here, or leave "
                     "the sandbox out for it");
-  const auto crew = pool.team ? Crew::of(pool.team, paths, options) : nullptr;
+  const bool apart = pool.team && remote == paths.end();
+  const auto crew = apart ? Crew::of(pool.team, paths, options) : nullptr;
   for (std::size_t i = 0; i < paths.size(); ++i) {
     auto file = crew ? ApartFile::open(crew, i) : opened_here(paths[i], options, pool);
     if (!file) return std::unexpected(file.error());

@@ -17,7 +17,12 @@ std::shared_ptr<SourcePool> sandboxed_pool(const SourcePool::Limits& limits,
 
 std::shared_ptr<SourcePool> without_sandbox(const std::shared_ptr<SourcePool>& pool) {
   const auto own = std::static_pointer_cast<gdal::Pool>(pool);
-  return own && own->team ? std::make_shared<gdal::Pool>(*own) : pool;
+  return own && own->team ? std::make_shared<gdal::Pool>(*own, nullptr, false) : pool;
+}
+
+std::shared_ptr<SourcePool> without_exceptions(const std::shared_ptr<SourcePool>& pool) {
+  const auto own = std::static_pointer_cast<gdal::Pool>(pool);
+  return own && own->team ? std::make_shared<gdal::Pool>(*own, own->team, true) : pool;
 }
 
 namespace gdal {

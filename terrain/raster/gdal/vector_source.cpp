@@ -193,18 +193,48 @@ void add(const OGRGeometry& g, const To& to, VectorShapes& out) {
   }
 }
 
+/// Goes through the features of one file, which are bounded by its bytes: a view of a database can
+/// go on for ever, or give the same shape a million times.
+class Features {
+ public:
+  explicit Features(GDALDataset& set) {
+    std::error_code error;
+    const CPLStringList files(set.GetFileList());
+    for (int i = 0; i < files.Count(); ++i)
+      if (const auto size = std::filesystem::file_size(files[i], error); !error) bytes_ += size;
+    if (bytes_ == 0) bytes_ = std::numeric_limits<std::uint64_t>::max() / kTimes;  // not said
+  }
+
+  /// take(feature, its geometry with straight lines: null where it has none).
+  template <class Take>
+  Result<void> each(OGRLayer& layer, const Take& take) {
+    for (const auto& feature : layer) {
+      const OGRGeometry* g = feature->GetGeometryRef();
+      const Geometry straight(g && !g->IsEmpty() ? g->getLinearGeometry() : nullptr);
+      if (straight) shapes_ += straight->WkbSize();
+      if (++count_ > bytes_ || shapes_ > kTimes * bytes_)
+        return fail(Errc::unsupported,
+                    std::string(layer.GetName()) +
+                        ": more features than a file of its size can hold: a view without end, or "
+                        "of the same rows many times? store it as a table");
+      take(*feature, straight.get());
+    }
+    return {};
+  }
+
+ private:
+  static constexpr std::uint64_t kTimes = 100;  // an arc that is named becomes as many points
+  std::uint64_t bytes_ = 0, count_ = 0, shapes_ = 0;
+};
+
 template <class To, class Dem>
-Result<void> read_layer(OGRLayer& layer, const Dem& dem, VectorShapes& out) {
+Result<void> read_layer(OGRLayer& layer, const Dem& dem, Features& features, VectorShapes& out) {
   const auto to = To::make(layer, dem);
   if (!to) return std::unexpected(to.error());
-  for (const auto& feature : layer) {
+  return features.each(layer, [&](const OGRFeature&, const OGRGeometry* shape) {
     ++out.features;
-    const OGRGeometry* g = feature->GetGeometryRef();
-    if (!g || g->IsEmpty()) continue;
-    const Geometry straight(g->getLinearGeometry());
-    if (straight) add(*straight, *to, out);
-  }
-  return {};
+    if (shape) add(*shape, *to, out);
+  });
 }
 
 /// Whether any point lies within the DEM's rectangle, or the box of a shape meets it.
@@ -308,8 +338,10 @@ Result<VectorShapes> read_file(const std::string& path, const Dem& dem) {
   if (!others) return std::unexpected(others.error());
   if (*others > 0) set = open_vectors(path, complaints);  // they have been looked into already
   if (!set) return std::unexpected(set.error());
+  Features features(**set);
   for (OGRLayer* layer : (*set)->GetLayers()) {
-    if (const auto ok = read_layer<To>(*layer, dem, shapes); !ok) return fail(path, ok.error());
+    if (const auto ok = read_layer<To>(*layer, dem, features, shapes); !ok)
+      return fail(path, ok.error());
   }
   if (auto same = shapes.files.unchanged(); !same) return std::unexpected(same.error());
   if (complaints.failed()) return fail(Errc::bad_data, path + ": " + complaints.text("unreadable"));
@@ -332,24 +364,24 @@ void note(const VectorLine& line, VectorLayerFacts& facts) {
   }
 }
 
-VectorLayerFacts facts_of(OGRLayer& layer) {
+Result<VectorLayerFacts> facts_of(OGRLayer& layer, Features& features) {
   VectorLayerFacts facts;
   facts.name = layer.GetName();
   if (const OGRSpatialReference* crs = layer.GetSpatialRef())
     facts.crs = crs->GetName() ? crs->GetName() : "unknown";
-  for (const auto& feature : layer) {  // one at a time: a file may be larger than memory
+  // One at a time: a file may be larger than memory.
+  const auto done = features.each(layer, [&](const OGRFeature&, const OGRGeometry* shape) {
     ++facts.features;
-    const OGRGeometry* g = feature->GetGeometryRef();
-    if (!g || g->IsEmpty()) continue;
-    const Geometry straight(g->getLinearGeometry());
+    if (!shape) return;
     VectorShapes one;
-    if (straight) add(*straight, AsTheyAre(), one);
+    add(*shape, AsTheyAre(), one);
     facts.lines += one.lines.size(), facts.polygons += one.polygons.size();
     facts.points += one.points;
     for (const VectorLine& line : one.lines) note(line, facts);
     for (const VectorPolygon& polygon : one.polygons)
       for (const VectorLine& ring : polygon.rings) note(ring, facts);
-  }
+  });
+  if (!done) return std::unexpected(done.error());
   return facts;
 }
 
@@ -369,7 +401,7 @@ VectorAttributes::Value value_of(const OGRFeature& feature, int field) {
   }
 }
 
-void add_attributes(OGRLayer& layer, VectorAttributes& out) {
+Result<void> add_attributes(OGRLayer& layer, Features& features, VectorAttributes& out) {
   const OGRFeatureDefn& fields = *layer.GetLayerDefn();
   std::vector<std::size_t> column;
   for (int k = 0; k < fields.GetFieldCount(); ++k) {
@@ -378,13 +410,13 @@ void add_attributes(OGRLayer& layer, VectorAttributes& out) {
     column.push_back(std::size_t(found - out.names.begin()));
     if (found == out.names.end()) out.names.push_back(name);
   }
-  for (const auto& feature : layer) {
+  return features.each(layer, [&](const OGRFeature& feature, const OGRGeometry*) {
     auto& values = out.of_feature.emplace_back(out.names.size());
-    for (std::size_t k = 0; k < column.size(); ++k) values[column[k]] = value_of(*feature, int(k));
-  }
+    for (std::size_t k = 0; k < column.size(); ++k) values[column[k]] = value_of(feature, int(k));
+  });
 }
 
-/// take(set) of a file that is there.
+/// take(set, its features) of a file that is there.
 template <class Take>
 Result<void> look_through(const std::string& path, const Take& take) {
   std::error_code ignored;  // as in read_file()
@@ -394,7 +426,8 @@ Result<void> look_through(const std::string& path, const Take& take) {
   const gdal::Complaints complaints;
   const auto set = open_vectors(path, complaints);
   if (!set) return std::unexpected(set.error());
-  take(**set);
+  Features features(**set);
+  if (const Result<void> ok = take(**set, features); !ok) return fail(path, ok.error());
   if (complaints.failed()) return fail(Errc::bad_data, path + ": " + complaints.text("unreadable"));
   return {};
 }
@@ -403,8 +436,10 @@ Result<void> look_through(const std::string& path, const Take& take) {
 
 Result<VectorAttributes> read_attributes(const std::string& path) {
   VectorAttributes all;
-  const auto done = look_through(path, [&](GDALDataset& set) {
-    for (OGRLayer* layer : set.GetLayers()) add_attributes(*layer, all);
+  const auto done = look_through(path, [&](GDALDataset& set, Features& features) -> Result<void> {
+    for (OGRLayer* layer : set.GetLayers())
+      if (auto ok = add_attributes(*layer, features, all); !ok) return ok;
+    return {};
   });
   if (!done) return std::unexpected(done.error());
   for (auto& values : all.of_feature) values.resize(all.names.size());
@@ -413,9 +448,14 @@ Result<VectorAttributes> read_attributes(const std::string& path) {
 
 Result<VectorFacts> vector_facts(const std::string& path) {
   VectorFacts facts;
-  const auto done = look_through(path, [&](GDALDataset& set) {
+  const auto done = look_through(path, [&](GDALDataset& set, Features& features) -> Result<void> {
     if (GDALDriver* const driver = set.GetDriver()) facts.driver = driver->GetDescription();
-    for (OGRLayer* layer : set.GetLayers()) facts.layers.push_back(facts_of(*layer));
+    for (OGRLayer* layer : set.GetLayers()) {
+      auto one = facts_of(*layer, features);
+      if (!one) return std::unexpected(one.error());
+      facts.layers.push_back(std::move(*one));
+    }
+    return {};
   });
   if (!done) return std::unexpected(done.error());
   return facts;

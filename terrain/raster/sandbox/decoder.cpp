@@ -26,8 +26,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
-constexpr auto kLook = 250ms;  // how often the clocks are looked at
-constexpr int kAbove = 100;    // descriptors, so that none is where the process wants its own
+constexpr auto kLook = 250ms;       // how often the clocks are looked at
+constexpr int kAbove = kBrief + 1;  // descriptors, so that none is where the process wants its own
 constexpr const char* kKept[] = {"GDAL_CACHEMAX",   "GDAL_DATA",    "PROJ_DATA",    "PROJ_LIB",
                                  "LD_LIBRARY_PATH", "ASAN_OPTIONS", "UBSAN_OPTIONS"};
 

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tests/support/program.h"
@@ -47,6 +48,36 @@ bool bound_at_start(const Elf& elf) {
         (entry.d_tag == DT_FLAGS_1 && entry.d_un.d_val & DF_1_NOW))
       return true;
   return false;
+}
+
+/// Whether it imports a function of that name: what the compiler calls where it has put a check.
+bool imports(const Elf& elf, const char* name) {
+  const std::string entry = std::string(1, '\0') + name + '\0';  // of the table of names
+  return elf.bytes.find(entry) != std::string::npos;
+}
+
+/// Places where an indirect jump may land: endbr64, which the compiler puts there for CET.
+std::size_t landing_places(const Elf& elf) {
+  constexpr std::string_view kEndbr64 = "\xf3\x0f\x1e\xfa";
+  std::size_t count = 0;
+  for (std::size_t at = 0; (at = elf.bytes.find(kEndbr64, at)) != std::string::npos; ++at) ++count;
+  return count;
+}
+
+TEST(Hardening, TheCompilerHasPutChecksIntoTheProgram) {
+  const Elf elf(test::tind_binary());
+  const bool stack = imports(elf, "__stack_chk_fail");
+  const bool fortified = imports(elf, "__memcpy_chk") || imports(elf, "__read_chk") ||
+                         imports(elf, "__snprintf_chk") || imports(elf, "__memset_chk");
+  const std::size_t places = landing_places(elf);
+  std::printf("stack protector %s, _FORTIFY_SOURCE %s, CET: %zu places to land\n",
+              stack ? "yes" : "no", fortified ? "yes" : "no", places);
+#if defined(NDEBUG) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  EXPECT_TRUE(stack && fortified);
+#if defined(__x86_64__) && defined(__CET__)
+  EXPECT_GT(places, 1000u);
+#endif
+#endif
 }
 
 TEST(Hardening, TheProgramIsMovableAndItsTablesAreReadOnly) {

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <random>
 
@@ -167,6 +168,43 @@ TEST(DemHostile, VrtIsRefusedUnlessTheOperatorSaysSo) {
   EXPECT_FALSE(read_all(folder.file("missing.vrt"), {.allow_vrt = true}));
   write(folder.file("remote.vrt"), vrt("/vsicurl/http://127.0.0.1:9/a.tif"));
   EXPECT_FALSE(read_all(folder.file("remote.vrt"), {.allow_vrt = true}));
+}
+
+TEST(DemHostile, VrtsThatNameEachOtherAreReadInBoundedTime) {
+  const test::TempDir folder;
+  const auto vrt = [&](const std::string& name, const std::vector<std::string>& sources) {
+    std::string bands;
+    for (const std::string& source : sources)
+      bands += "<SimpleSource><SourceFilename relativeToVRT=\"1\">" + source +
+               "</SourceFilename><SourceBand>1</SourceBand></SimpleSource>";
+    write(folder.file(name),
+          "<VRTDataset rasterXSize=\"336\" rasterYSize=\"459\"><VRTRasterBand dataType=\"Float64\" "
+          "band=\"1\">" +
+              bands + "</VRTRasterBand></VRTDataset>");
+  };
+  const auto why = [&](const std::string& name) {
+    const auto read = read_all(folder.file(name), {.allow_vrt = true});
+    return read ? std::string("read") : read.error().what;
+  };
+  std::filesystem::copy_file(test::testdata("crater.tif"), folder.file("a.tif"));
+  vrt("two.vrt", {"a.tif", "a.tif"});
+  vrt("four.vrt", {"two.vrt", "./two.vrt"});
+  EXPECT_EQ(why("four.vrt"), "read");
+
+  for (int i = 0; i < 9; ++i)
+    vrt("fan" + std::to_string(i) + ".vrt",
+        std::vector<std::string>(10, i < 8 ? "fan" + std::to_string(i + 1) + ".vrt" : "a.tif"));
+  EXPECT_NE(why("fan0.vrt").find("fan5.vrt: names rasters 10000 times, of which there are 1"),
+            std::string::npos)
+      << why("fan0.vrt");
+  EXPECT_EQ(why("fan7.vrt"), "read");
+
+  vrt("self.vrt", {"./self.vrt", "././self.vrt", "./././self.vrt"});
+  EXPECT_NE(why("self.vrt").find("made of itself"), std::string::npos) << why("self.vrt");
+  for (int i = 0; i < 40; ++i)
+    vrt("deep" + std::to_string(i) + ".vrt",
+        {i < 39 ? "deep" + std::to_string(i + 1) + ".vrt" : "a.tif"});
+  EXPECT_NE(why("deep0.vrt").find("more than 32 VRTs"), std::string::npos) << why("deep0.vrt");
 }
 
 TEST(DemHostile, NamesAreFilesAndNothingElse) {

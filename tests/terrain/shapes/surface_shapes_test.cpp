@@ -4,9 +4,11 @@
 
 #include <cmath>
 
+#include "terrain/base/sqlite.h"
 #include "terrain/shapes/shaped_dem.h"
 #include "tests/support/made_up_source.h"
 #include "tests/support/shapes_file.h"
+#include "tests/support/support.h"
 
 namespace tind {
 namespace {
@@ -220,6 +222,59 @@ TEST(SurfaceShapes, what_cannot_be_used_says_why) {
   EXPECT_EQ(failure(none.write(), &ShapeFiles::breaklines), Errc::bad_data);
   EXPECT_EQ(failure("nowhere.gpkg", &ShapeFiles::flatten), Errc::not_found);
   EXPECT_EQ(failure("nowhere.gpkg", &ShapeFiles::water), Errc::not_found);
+}
+
+/// A GeoPackage whose only layer is what `select` gives: rows of fid and geom.
+std::string view_of(const test::TempDir& folder, const std::string& name,
+                    const std::string& select) {
+  const std::string path = folder.file(name);
+  auto db = Sqlite::open(path, Sqlite::Open::write);
+  EXPECT_TRUE(db);
+  EXPECT_TRUE(db->run(
+      "PRAGMA application_id=1196444487; PRAGMA user_version=10300;"
+      "CREATE TABLE gpkg_spatial_ref_sys(srs_name TEXT, srs_id INTEGER PRIMARY KEY, organization "
+      "TEXT, organization_coordsys_id INTEGER, definition TEXT, description TEXT);"
+      "INSERT INTO gpkg_spatial_ref_sys VALUES('WGS 84', 4326, 'EPSG', 4326, 'GEOGCS[\"WGS 84\","
+      "DATUM[\"WGS_1984\",SPHEROID[\"WGS 84\",6378137,298.257223563]],PRIMEM[\"Greenwich\",0],"
+      "UNIT[\"degree\",0.0174532925199433]]', '');"
+      "CREATE TABLE gpkg_contents(table_name TEXT PRIMARY KEY, data_type TEXT, identifier TEXT, "
+      "description TEXT, last_change TEXT, min_x DOUBLE, min_y DOUBLE, max_x DOUBLE, max_y DOUBLE, "
+      "srs_id INTEGER);"
+      "INSERT INTO gpkg_contents VALUES('lakes', 'features', 'lakes', '', '2024-01-01T00:00:00Z', "
+      "0, 0, 6, 6, 4326);"
+      "CREATE TABLE gpkg_geometry_columns(table_name TEXT, column_name TEXT, geometry_type_name "
+      "TEXT, srs_id INTEGER, z TINYINT, m TINYINT);"
+      "INSERT INTO gpkg_geometry_columns VALUES('lakes', 'geom', 'POLYGON', 4326, 0, 0);"
+      "CREATE VIEW lakes AS " +
+      select));
+  return path;
+}
+
+TEST(SurfaceShapes, a_view_of_a_database_has_an_end) {
+  const test::TempDir folder;
+  const auto dem = slope();
+  const auto why = [&](const std::string& path) {
+    ShapeFiles files;
+    files.flatten.push_back(path);
+    const auto made = SurfaceShapes::make(std::span(&dem, 1), files);
+    return made ? std::string() : made.error().what;
+  };
+  const std::string endless =
+      "WITH RECURSIVE c(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM c) SELECT x AS fid, ";
+  // One that has no shapes, and one of a triangle each.
+  EXPECT_NE(why(view_of(folder, "a.gpkg", endless + "x AS geom FROM c")).find("can hold"),
+            std::string::npos);
+  const std::string one = "000000000000f03f", two = "0000000000000040";
+  const std::string triangle =
+      "x'47500001e6100000"
+      "01030000000100000004000000" +
+      one + one + two + one + two + two + one + one + "'";
+  EXPECT_NE(why(view_of(folder, "b.gpkg", endless + triangle + " AS geom FROM c")).find("can hold"),
+            std::string::npos);
+  // GDAL knows no CRS of a view; it is read to its end all the same.
+  EXPECT_NE(
+      why(view_of(folder, "c.gpkg", "SELECT 1 AS fid, " + triangle + " AS geom")).find("no CRS"),
+      std::string::npos);
 }
 
 TEST(ShapeFiles, are_set_by_name) {
