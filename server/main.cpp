@@ -67,6 +67,8 @@ int run(int argc, char** argv) {
   // Not a command of anybody's: what `serve` begins to decode rasters in. It starts often.
   if (argc == 2 && std::strcmp(argv[1], tind::kDecoderArgument) == 0)
     return tind::decode_for_others();
+  if (argc == 2 && std::strcmp(argv[1], tind::kNurseryArgument) == 0)
+    return tind::nurse_for_others();
   tind::cli::Program program(
       "tind: terrain meshes whose error is known. DEMs in, simplified TINs and tiles out.",
       "tind " TIND_VERSION, std::make_shared<const tind::Environment>(tind::cli::data_dir()));

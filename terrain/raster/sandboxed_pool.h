@@ -33,4 +33,8 @@ bool is_offset_grid(const std::string& path, const std::shared_ptr<SourcePool>&)
 inline constexpr const char* kDecoderArgument = "decode-for-daemon";
 int decode_for_others();
 
+/// One that becomes such processes (sandbox/nursery.h): what TeamOptions::nursery is to call.
+inline constexpr const char* kNurseryArgument = "nursery-for-daemon";
+int nurse_for_others();
+
 }  // namespace tind

@@ -13,7 +13,7 @@ def run_script(run, words, count, seconds=None):
         run.note(f"stopped after {seconds:.0f} s")
         run.executions += len((late.stdout or b"").splitlines())
         return False
-    found = [int(n.replace(",", "")) for n in re.findall(count, done.stdout)]
+    found = [int(n.replace(",", "")) for n in re.findall(count, done.stdout, re.M)]
     run.executions += sum(found)
     last = (done.stdout.strip().splitlines() or ["nothing said"])[-1]
     run.note(last.replace(";", ","))

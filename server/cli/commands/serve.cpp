@@ -242,7 +242,8 @@ std::shared_ptr<SourcePool> source_pool(const Config& config) {
   // By this name also when the file was replaced since: both ends must be of one build.
   return sandboxed_pool(
       {.heights_bytes = std::size_t(config.source_cache_mb) << 20, .open_files = kOpenFiles},
-      {.command = {"/proc/self/exe", kDecoderArgument}});
+      {.command = {"/proc/self/exe", kDecoderArgument},
+       .nursery = {"/proc/self/exe", kNurseryArgument}});
 }
 
 services::CatalogKeeper::Settings keeper_settings(const Options& options,

@@ -24,6 +24,7 @@
 #include "terrain/raster/gdal/proj_places.h"
 #include "terrain/raster/offset_grid.h"
 #include "terrain/raster/sandbox/lockdown.h"
+#include "terrain/raster/sandbox/nursery.h"
 #include "terrain/raster/sandbox/wire.h"
 #include "terrain/raster/sandboxed_pool.h"
 
@@ -210,6 +211,11 @@ bool send(const Reply& reply) {
 
 }  // namespace
 }  // namespace gdal
+
+int nurse_for_others() {
+  gdal::set_up();  // what all copies need
+  return sandbox::nurse(decode_for_others);
+}
 
 int decode_for_others() {
   gdal::Worker worker;

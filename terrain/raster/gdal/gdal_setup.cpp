@@ -91,7 +91,6 @@ void register_vectors() {
     RegisterOGRShape();
     RegisterOGRGeoJSON();
     RegisterOGRGeoJSONSeq();
-    RegisterOGRTopoJSON();
     RegisterOGRGeoPackage();
     RegisterOGRSQLite();
     RegisterOGRFlatGeobuf();
@@ -105,10 +104,19 @@ void register_vectors() {
 }
 
 const char* const* vector_drivers() {
-  static constexpr const char* kNames[] = {
-      "ESRI Shapefile", "GeoJSON", "GeoJSONSeq", "TopoJSON", "GPKG", "SQLite",
-      "FlatGeobuf",     "KML",     "GML",        "GPX",      "DXF",  "CSV",
-      "MapInfo File",   nullptr};
+  static constexpr const char* kNames[] = {"ESRI Shapefile",
+                                           "GeoJSON",
+                                           "GeoJSONSeq",
+                                           "GPKG",
+                                           "SQLite",
+                                           "FlatGeobuf",
+                                           "KML",
+                                           "GML",
+                                           "GPX",
+                                           "DXF",
+                                           "CSV",
+                                           "MapInfo File",
+                                           nullptr};
   return kNames;
 }
 

@@ -2,15 +2,21 @@
 
 #include "terrain/raster/gdal/vector_source.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gdal_priv.h>
 #include <ogrsf_frmts.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <limits>
 #include <memory>
+#include <set>
 
+#include "terrain/base/sqlite.h"
 #include "terrain/raster/gdal/gdal_crs.h"
 #include "terrain/raster/gdal/gdal_setup.h"
 
@@ -193,8 +199,8 @@ void add(const OGRGeometry& g, const To& to, VectorShapes& out) {
   }
 }
 
-/// Goes through the features of one file, which are bounded by its bytes: a view of a database can
-/// go on for ever, or give the same shape a million times.
+/// Goes through the features of one file, which together are bounded by its bytes: in some formats
+/// one shape can be named a million times.
 class Features {
  public:
   explicit Features(GDALDataset& set) {
@@ -215,8 +221,8 @@ class Features {
       if (++count_ > bytes_ || shapes_ > kTimes * bytes_)
         return fail(Errc::unsupported,
                     std::string(layer.GetName()) +
-                        ": more features than a file of its size can hold: a view without end, or "
-                        "of the same rows many times? store it as a table");
+                        ": more features than a file of its size can hold: does it name the "
+                        "same shapes many times? store them as they are (ogr2ogr)");
       take(*feature, straight.get());
     }
     return {};
@@ -296,9 +302,56 @@ void place_on(const DemInfo& dem, VectorShapes& shapes) {
   for (VectorPolygon& polygon : shapes.polygons) placed(polygon.rings);
 }
 
+/// Views that other programs put beside their layers.
+const std::set<std::string> kNoLayers = {
+    "st_spatial_ref_sys", "st_geometry_columns",      "vector_layers",
+    "vector_layers_auth", "vector_layers_statistics", "vector_layers_field_infos",
+    "geom_cols_ref_sys",  "spatial_ref_sys_all"};
+
+std::string lower(std::string_view text) {
+  std::string low(text);
+  for (char& c : low) c = char(std::tolower(static_cast<unsigned char>(c)));
+  return low;
+}
+
+/// A table holds no more than its file has bytes. A view can go on for ever, and a generated column
+/// can be of any size: neither is read, and GDAL is not asked to look at them. Errc::unsupported
+/// says which. Of a file that is no SQLite database, nothing.
+Result<void> only_tables(const std::string& path) {
+  char head[16] = {};
+  if (!std::ifstream(path, std::ios::binary).read(head, sizeof head) ||
+      std::string_view(head, sizeof head) != std::string_view("SQLite format 3\0", 16))
+    return {};
+  auto db = Sqlite::open(path, Sqlite::Open::read);
+  if (!db) return fail(path, db.error());
+  // What other programs put beside their layers.
+  const auto views = db->number(
+      fmt::format("SELECT count(*) FROM sqlite_master WHERE type = 'view' AND name NOT IN ('{}')",
+                  fmt::join(kNoLayers, "', '")));
+  if (!views) return fail(path, views.error());
+  if (*views > 0)
+    return fail(Errc::unsupported,
+                path + ": has views, which are not read: store their rows as tables (ogr2ogr)");
+  const auto generated = db->number(
+      "SELECT count(*) FROM sqlite_master m, pragma_table_xinfo(m.name) x WHERE m.type = 'table' "
+      "AND x.hidden IN (2, 3)");
+  if (!generated) return fail(path, generated.error());
+  if (*generated > 0)
+    return fail(Errc::unsupported, path +
+                                       ": has generated columns, which are not read: store "
+                                       "their values (ogr2ogr)");
+  return {};
+}
+
 Result<Dataset> open_vectors(const std::string& path, const gdal::Complaints& complaints) {
-  Dataset set(
-      GDALDataset::Open(path.c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY, gdal::vector_drivers()));
+  if (auto ok = only_tables(path); !ok) return std::unexpected(ok.error());
+  const char* const options[] = {"LIST_ALL_TABLES=NO", nullptr};  // of GeoPackages: layers only
+  Dataset set(GDALDataset::Open(path.c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY,
+                                gdal::vector_drivers(), options));
+  for (int i = 0; set && i < set->GetLayerCount(); ++i)
+    if (kNoLayers.contains(lower(set->GetLayer(i)->GetName())))
+      return fail(Errc::unsupported, path + ": " + set->GetLayer(i)->GetName() +
+                                         " is no layer in other programs' files");
   if (set) return set;
   return fail(Errc::bad_data,
               path + ": " +

@@ -7,7 +7,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
+#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -50,6 +50,11 @@ bool is_vrt(const std::string& path) {
   const std::size_t n = VSIFReadL(head.data(), 1, head.size(), file);
   VSIFCloseL(file);
   return std::string_view(head.data(), n).contains(kMark);
+}
+
+bool exists(const std::string& path) {
+  VSIStatBufL stat;
+  return VSIStatExL(path.c_str(), &stat, VSI_STAT_EXISTS_FLAG) == 0;
 }
 
 std::size_t size_of(const std::string& path) {
@@ -96,22 +101,22 @@ class Counter {
   }
 
  private:
-  /// Elements lie within each other no deeper than GDAL's parser lets them (10,000).
+  /// Elements lie within each other no deeper than GDAL's parser lets them (10,000). As for GDAL,
+  /// attributes are elements, cases do not count, and the flag is a number.
   Result<void> add(const CPLXMLNode* node, const std::string& folder, int depth, long long& sum) {
     for (; node; node = node->psNext) {
-      if (node->eType != CXT_Element) continue;
-      const bool names = std::strcmp(node->pszValue, "SourceFilename") == 0 ||
-                         std::strcmp(node->pszValue, "SourceDataset") == 0;
-      if (!names) {
+      if (node->eType != CXT_Element && node->eType != CXT_Attribute) continue;
+      if (!EQUAL(node->pszValue, "SourceFilename") && !EQUAL(node->pszValue, "SourceDataset")) {
         if (auto ok = add(node->psChild, folder, depth, sum); !ok) return ok;
         continue;
       }
-      const char* const name = CPLGetXMLValue(const_cast<CPLXMLNode*>(node), nullptr, "");
-      const bool beside =
-          std::strcmp(CPLGetXMLValue(const_cast<CPLXMLNode*>(node), "relativeToVRT", "0"), "1") ==
-          0;
-      const auto reads = reads_of(
-          beside ? std::string(CPLProjectRelativeFilename(folder.c_str(), name)) : name, depth + 1);
+      auto* const named = const_cast<CPLXMLNode*>(node);
+      const std::string name = CPLGetXMLValue(named, nullptr, "");
+      const std::string beside = CPLProjectRelativeFilename(folder.c_str(), name.c_str());
+      // Of an attribute the flag is one of the element around it: what is there is meant.
+      const bool relative = std::atoi(CPLGetXMLValue(named, "relativeToVRT", "0")) != 0 ||
+                            (!name.contains(kMark) && !exists(name) && exists(beside));
+      const auto reads = reads_of(relative ? beside : name, depth + 1);
       if (!reads) return std::unexpected(reads.error());
       sum += *reads;  // fewer of them than bytes in the file, each bounded by rasters_
     }

@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <signal.h>
-#include <spawn.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
@@ -17,8 +16,10 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdlib>
 #include <mutex>
+#include <vector>
+
+#include "terrain/raster/sandbox/spawn.h"
 
 namespace tind::sandbox {
 namespace {
@@ -26,33 +27,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
-constexpr auto kLook = 250ms;       // how often the clocks are looked at
-constexpr int kAbove = kBrief + 1;  // descriptors, so that none is where the process wants its own
-constexpr const char* kKept[] = {"GDAL_CACHEMAX",   "GDAL_DATA",    "PROJ_DATA",    "PROJ_LIB",
-                                 "LD_LIBRARY_PATH", "ASAN_OPTIONS", "UBSAN_OPTIONS"};
-
-class Descriptor {
- public:
-  explicit Descriptor(int fd = -1) : fd_(fd) {}
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  int get() const { return fd_; }
-  int release() { return std::exchange(fd_, -1); }
-  /// The same, where no descriptor of the process's own will be.
-  bool move_up() {
-    const int up = ::fcntl(fd_, F_DUPFD_CLOEXEC, kAbove);
-    if (up < 0) return false;
-    ::close(std::exchange(fd_, up));
-    return true;
-  }
-
- private:
-  int fd_;
-};
-
+constexpr auto kLook = 250ms;  // how often the clocks are looked at
 std::unexpected<Error> failed(const char* what) {
   return fail(Errc::io, fmt::format("no process to decode in: {}: {}", what, std::strerror(errno)));
 }
@@ -103,54 +78,10 @@ bool await(pid_t process, std::chrono::milliseconds time, int& status) {
   }
 }
 
-/// What posix_spawn is told.
-class Spawning {
- public:
-  Spawning() {
-    ::posix_spawn_file_actions_init(&actions_);
-    ::posix_spawnattr_init(&attributes_);
-    sigset_t all, none;
-    ::sigfillset(&all);
-    ::sigemptyset(&none);
-    ::posix_spawnattr_setsigdefault(&attributes_, &all);
-    ::posix_spawnattr_setsigmask(&attributes_, &none);
-    ::posix_spawnattr_setflags(&attributes_, POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSIGMASK);
-  }
-  ~Spawning() {
-    ::posix_spawnattr_destroy(&attributes_);
-    ::posix_spawn_file_actions_destroy(&actions_);
-  }
-  Spawning(const Spawning&) = delete;
-  Spawning& operator=(const Spawning&) = delete;
-
-  int run(std::span<const std::string> command, int socket, int shared, int brief, pid_t& process) {
-    for (const int fd : {0, 1, 2})
-      ::posix_spawn_file_actions_addopen(&actions_, fd, "/dev/null", O_RDWR, 0);
-    ::posix_spawn_file_actions_adddup2(&actions_, socket, kSocket);
-    ::posix_spawn_file_actions_adddup2(&actions_, shared, kShared);
-    ::posix_spawn_file_actions_adddup2(&actions_, brief, kBrief);
-    ::posix_spawn_file_actions_addclosefrom_np(&actions_, kBrief + 1);
-    std::vector<char*> words, variables;
-    for (const std::string& word : command) words.push_back(const_cast<char*>(word.c_str()));
-    words.push_back(nullptr);
-    std::vector<std::string> kept;
-    for (const char* name : kKept)
-      if (const char* value = std::getenv(name)) kept.push_back(std::string(name) + "=" + value);
-    for (std::string& one : kept) variables.push_back(one.data());
-    variables.push_back(nullptr);
-    return ::posix_spawn(&process, words[0], &actions_, &attributes_, words.data(),
-                         variables.data());
-  }
-
- private:
-  posix_spawn_file_actions_t actions_;
-  posix_spawnattr_t attributes_;
-};
-
 }  // namespace
 
-Result<std::unique_ptr<Decoder>> Decoder::start(std::span<const std::string> command,
-                                                std::string_view brief, Patience patience) {
+Result<std::unique_ptr<Decoder>> Decoder::start(const Begin& begin, std::string_view brief,
+                                                Patience patience) {
   int ends[2];
   if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0) return failed("socket");
   Descriptor ours(ends[0]), theirs(ends[1]);
@@ -169,10 +100,9 @@ Result<std::unique_ptr<Decoder>> Decoder::start(std::span<const std::string> com
   decoder->memory_ = memory;
   if (!theirs.move_up() || !shared.move_up() || !order.move_up()) return failed("descriptors");
   decoder->socket_ = ours.release();
-  pid_t process = -1;
-  errno = Spawning().run(command, theirs.get(), shared.get(), order.get(), process);
-  if (errno != 0) return failed(command[0].c_str());
-  decoder->process_ = process;
+  const auto process = begin({theirs.get(), shared.get(), order.get()});
+  if (!process) return fail(Errc::io, "no process to decode in: " + process.error().what);
+  decoder->process_ = *process;
   ::close(theirs.release());  // or its end would not be heard
   const auto ready = decoder->hear(0, patience);
   if (!ready) return std::unexpected(ready.error());

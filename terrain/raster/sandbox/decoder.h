@@ -7,14 +7,15 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <set>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "terrain/base/result.h"
+#include "terrain/raster/sandbox/spawn.h"
 #include "terrain/raster/sandbox/wire.h"
 
 namespace tind::sandbox {
@@ -26,11 +27,11 @@ struct Patience {
 
 class Decoder {
  public:
-  /// `command`: a program and its arguments, begun with the descriptors of wire.h, little of our
-  /// environment, and `brief` to be read. Waits until it says that it is ready. It ends with the
-  /// calling thread, if not before. Fails (io) saying why.
-  static Result<std::unique_ptr<Decoder>> start(std::span<const std::string> command,
-                                                std::string_view brief, Patience);
+  /// Begins a process with those descriptors: spawn(), or a nursery.
+  using Begin = std::function<Result<pid_t>(const Descriptors&)>;
+  /// One that has `brief` to read. Waits until it says that it is ready. It ends with the calling
+  /// thread, if not before. Fails (io) saying why.
+  static Result<std::unique_ptr<Decoder>> start(const Begin&, std::string_view brief, Patience);
   /// Ends the process, however it is.
   ~Decoder();
   Decoder(const Decoder&) = delete;

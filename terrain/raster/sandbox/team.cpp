@@ -15,6 +15,14 @@ Team::Team(TeamOptions options)
 
 Team::~Team() = default;
 
+/// By the launcher, with which all that is begun ends.
+Result<pid_t> Team::begin(const Descriptors& descriptors) {
+  if (options_.nursery.empty()) return spawn(options_.command, descriptors);
+  if (!nursery_) nursery_ = std::make_unique<Nursery>(options_.nursery);
+  if (auto process = nursery_->begin(descriptors)) return process;
+  return spawn(options_.command, descriptors);
+}
+
 void Team::launch(const std::stop_token& stop) {
   std::unique_lock lock(launching_);
   while (wanted_.wait(lock, stop, [this] { return !launches_.empty(); })) {
@@ -24,12 +32,14 @@ void Team::launch(const std::stop_token& stop) {
     task();
     lock.lock();
   }
+  lock.unlock();
+  nursery_.reset();
 }
 
 /// One after the other: a start is tens of milliseconds, and rare.
 Team::Started Team::start(const std::string& brief) {
   std::packaged_task<Started()> task(
-      [&] { return Decoder::start(options_.command, brief, options_.read); });
+      [&] { return Decoder::start(std::bind_front(&Team::begin, this), brief, options_.read); });
   auto started = task.get_future();
   {
     const std::lock_guard lock(launching_);

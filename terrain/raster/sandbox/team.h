@@ -17,14 +17,16 @@
 
 #include "terrain/base/result.h"
 #include "terrain/raster/sandbox/decoder.h"
+#include "terrain/raster/sandbox/nursery.h"
 
 namespace tind::sandbox {
 
 struct TeamOptions {
   std::vector<std::string> command;  // a program that is a decoder, and its arguments
+  std::vector<std::string> nursery;  // the same that calls nurse(); empty: `command` each time
   std::size_t most = 16;             // processes
   Patience open{std::chrono::seconds(120), std::chrono::minutes(20)};
-  Patience read{std::chrono::seconds(20), std::chrono::minutes(5)};
+  Patience read{std::chrono::seconds(20), std::chrono::minutes(2)};
   std::chrono::milliseconds busy{std::chrono::minutes(20)};  // then a process has done its share
   std::chrono::milliseconds first_pause{1000}, last_pause{60'000};  // after what ended a process
 };
@@ -57,6 +59,7 @@ class Team {
   };
   using Started = Result<std::unique_ptr<Decoder>>;
   Started start(const std::string& brief);
+  Result<pid_t> begin(const Descriptors&);
   void launch(const std::stop_token&);
 
   const TeamOptions options_;
@@ -66,6 +69,7 @@ class Team {
   std::size_t running_ = 0;
   std::uint64_t crews_ = 0;
 
+  std::unique_ptr<Nursery> nursery_;  // of the launcher
   std::mutex launching_;
   std::condition_variable_any wanted_;
   std::deque<std::packaged_task<Started()>> launches_;

@@ -199,6 +199,33 @@ TEST(DemHostile, VrtsThatNameEachOtherAreReadInBoundedTime) {
       << why("fan0.vrt");
   EXPECT_EQ(why("fan7.vrt"), "read");
 
+  // GDAL takes these spellings for the same.
+  const auto spelled = [&](const std::string& kind, auto source) {
+    for (int i = 0; i < 9; ++i) {
+      std::string bands;
+      const std::string next = i < 8 ? kind + std::to_string(i + 1) + ".vrt" : "a.tif";
+      for (int k = 0; k < 10; ++k) bands += source(next);
+      write(folder.file(kind + std::to_string(i) + ".vrt"),
+            "<VRTDataset rasterXSize=\"336\" rasterYSize=\"459\"><VRTRasterBand "
+            "dataType=\"Float64\" band=\"1\">" +
+                bands + "</VRTRasterBand></VRTDataset>");
+    }
+    EXPECT_NE(why(kind + "0.vrt").find("names rasters 10000 times"), std::string::npos)
+        << why(kind + "0.vrt");
+  };
+  spelled("lower", [](const std::string& next) {
+    return "<SimpleSource><sourcefilename relativetovrt=\"1\">" + next +
+           "</sourcefilename><SourceBand>1</SourceBand></SimpleSource>";
+  });
+  spelled("number", [](const std::string& next) {
+    return "<SimpleSource><SourceFilename relativeToVRT=\"01\">" + next +
+           "</SourceFilename><SourceBand>1</SourceBand></SimpleSource>";
+  });
+  spelled("attribute", [&](const std::string& next) {
+    return "<SimpleSource SourceFilename=\"" + folder.file(next) +
+           "\"><SourceBand>1</SourceBand></SimpleSource>";
+  });
+
   vrt("self.vrt", {"./self.vrt", "././self.vrt", "./././self.vrt"});
   EXPECT_NE(why("self.vrt").find("made of itself"), std::string::npos) << why("self.vrt");
   for (int i = 0; i < 40; ++i)

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 
 #include "terrain/base/sqlite.h"
 #include "terrain/raster/gdal/vector_source.h"
@@ -225,9 +226,9 @@ TEST(SurfaceShapes, what_cannot_be_used_says_why) {
   EXPECT_EQ(failure("nowhere.gpkg", &ShapeFiles::water), Errc::not_found);
 }
 
-/// A GeoPackage whose only layer is what `select` gives: rows of fid and geom.
-std::string view_of(const test::TempDir& folder, const std::string& name,
-                    const std::string& select) {
+/// A GeoPackage whose only layer is what `create` makes, `lakes` with fid and geom.
+std::string package_of(const test::TempDir& folder, const std::string& name,
+                       const std::string& create) {
   const std::string path = folder.file(name);
   auto db = Sqlite::open(path, Sqlite::Open::write);
   EXPECT_TRUE(db);
@@ -245,33 +246,65 @@ std::string view_of(const test::TempDir& folder, const std::string& name,
       "0, 0, 6, 6, 4326);"
       "CREATE TABLE gpkg_geometry_columns(table_name TEXT, column_name TEXT, geometry_type_name "
       "TEXT, srs_id INTEGER, z TINYINT, m TINYINT);"
-      "INSERT INTO gpkg_geometry_columns VALUES('lakes', 'geom', 'POLYGON', 4326, 0, 0);"
-      "CREATE VIEW lakes AS " +
-      select));
+      "INSERT INTO gpkg_geometry_columns VALUES('lakes', 'geom', 'POLYGON', 4326, 0, 0);" +
+      create));
   return path;
 }
 
-TEST(VectorFile, a_view_of_a_database_has_an_end) {
+Errc facts_error(const std::string& path) {
+  const auto facts = vector_facts(path);
+  return facts ? Errc{} : facts.error().code;
+}
+
+TEST(VectorFile, of_a_database_only_tables_are_read) {
   const test::TempDir folder;
-  const auto error = [&](const std::string& name, const std::string& select) {
-    const auto facts = vector_facts(view_of(folder, name, select));
-    return facts ? Errc{} : facts.error().code;
-  };
-  const std::string endless =
-      "WITH RECURSIVE c(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM c) SELECT x AS fid, ";
   const std::string one = "000000000000f03f", two = "0000000000000040";
   const std::string triangle =
       "x'47500001e6100000"
       "01030000000100000004000000" +
       one + one + two + one + two + two + one + one + "'";
-  EXPECT_EQ(error("a.gpkg", endless + "x AS geom FROM c"), Errc::unsupported);
-  EXPECT_EQ(error("b.gpkg", endless + triangle + " AS geom FROM c"), Errc::unsupported);
+  const auto error = [&](const std::string& name, const std::string& create) {
+    return facts_error(package_of(folder, name, create));
+  };
+  const std::string endless =
+      "WITH RECURSIVE c(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM c) SELECT x AS fid, ";
+  EXPECT_EQ(error("a.gpkg", "CREATE VIEW lakes AS " + endless + triangle + " AS geom FROM c"),
+            Errc::unsupported);
+  EXPECT_EQ(error("b.gpkg", "CREATE VIEW lakes AS " + endless + "x AS geom FROM c WHERE x < 0"),
+            Errc::unsupported);
+  EXPECT_EQ(error("c.gpkg",
+                  "CREATE TABLE lakes(fid INTEGER PRIMARY KEY, geom BLOB, more BLOB GENERATED "
+                  "ALWAYS AS (zeroblob(900000000)))"),
+            Errc::unsupported);
 
-  const auto finite =
-      vector_facts(view_of(folder, "c.gpkg", "SELECT 1 AS fid, " + triangle + " AS geom"));
-  ASSERT_TRUE(finite) << finite.error().what;
-  ASSERT_EQ(finite->layers.size(), 1u);
-  EXPECT_EQ(finite->layers[0].polygons, 1u);
+  const std::string table =
+      "CREATE TABLE lakes(fid INTEGER PRIMARY KEY, geom BLOB); INSERT INTO "
+      "lakes VALUES(1, " +
+      triangle + ");";
+  const auto sound = vector_facts(
+      package_of(folder, "d.gpkg", table + "CREATE VIEW st_geometry_columns AS SELECT 1 AS a"));
+  ASSERT_TRUE(sound) << sound.error().what;
+  ASSERT_EQ(sound->layers.size(), 1u);
+  EXPECT_EQ(sound->layers[0].polygons, 1u);
+}
+
+TEST(VectorFile, shapes_that_name_one_another_take_no_more_than_their_file_accounts_for) {
+  const test::TempDir folder;
+  // A block of one long line, put into the drawing again and again.
+  const auto drawing = [&](const std::string& name, int times) {
+    std::string text =
+        "0\nSECTION\n2\nBLOCKS\n0\nBLOCK\n8\n0\n2\nB\n70\n0\n10\n0\n20\n0\n3\nB\n0\nLWPOLYLINE\n8\n"
+        "0\n"
+        "90\n2000\n70\n0\n";
+    for (int i = 0; i < 2000; ++i)
+      text += "10\n" + std::to_string(i % 9) + "\n20\n" + std::to_string(i % 7) + "\n";
+    text += "0\nENDBLK\n8\n0\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n";
+    for (int i = 0; i < times; ++i) text += "0\nINSERT\n8\n0\n2\nB\n10\n0\n20\n0\n";
+    std::ofstream(folder.file(name)) << text << "0\nENDSEC\n0\nEOF\n";
+    return folder.file(name);
+  };
+  EXPECT_EQ(facts_error(drawing("few.dxf", 20)), Errc{});
+  EXPECT_EQ(facts_error(drawing("many.dxf", 4000)), Errc::unsupported);
 }
 
 TEST(ShapeFiles, are_set_by_name) {

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <cmath>
@@ -29,13 +30,16 @@ using namespace std::chrono_literals;
 using testing::HasSubstr;
 
 sandbox::TeamOptions real(std::size_t most = 4) {
-  return {.command = {test::tind_binary(), kDecoderArgument}, .most = most};
+  return {.command = {test::tind_binary(), kDecoderArgument},
+          .nursery = {test::tind_binary(), kNurseryArgument},
+          .most = most};
 }
 
 /// One that does as sandbox/planted_decoder.cc has it.
 sandbox::TeamOptions planted(const std::string& how) {
   auto options = real();
   options.command = {TIND_PLANTED_DECODER, how};
+  options.nursery.clear();
   options.first_pause = options.last_pause = std::chrono::hours(1);
   return options;
 }
@@ -67,6 +71,44 @@ void expect_same_error(const std::string& path, DemOptions options = {}) {
   ASSERT_FALSE(apart) << path;
   EXPECT_EQ(apart.error().what, here.error().what);
   EXPECT_EQ(int(apart.error().code), int(here.error().code)) << here.error().what;
+}
+
+/// Ours of that name that have not ended.
+std::vector<pid_t> children(const std::string& name) {
+  std::vector<pid_t> found;
+  for (const auto& entry : fs::directory_iterator("/proc")) {
+    const std::string number = entry.path().filename().string();
+    if (number.find_first_not_of("0123456789") != number.npos) continue;
+    std::ifstream in(entry.path() / "stat");
+    std::string pid, called, state;
+    pid_t parent = 0;
+    in >> pid >> called >> state >> parent;
+    if (parent == ::getpid() && called == "(" + name + ")" && state != "Z")
+      found.push_back(std::stoi(number));
+  }
+  return found;
+}
+
+TEST(Nursery, IsReplacedWhereItWasKilledAndEndsWithThePool) {
+  {
+    const auto pool = pool_of(real());
+    const auto first = open(test::testdata("rainier.tif"), {.pool = pool});
+    ASSERT_TRUE(first) << first.error().what;
+    const auto before = children("tind-nursery");
+    ASSERT_EQ(before.size(), 1u);
+    EXPECT_EQ(children("tind-decoder").size(), running(pool));
+    ASSERT_EQ(::kill(before[0], SIGKILL), 0);
+    const auto second = open(test::testdata("crater.tif"), {.pool = pool});
+    ASSERT_TRUE(second) << second.error().what;
+    const auto after = children("tind-nursery");
+    ASSERT_EQ(after.size(), 1u);
+    EXPECT_NE(after, before);
+    EXPECT_TRUE((*first)->read(0, 0, 10, 10)) << "its decoders live on";
+  }
+  for (int look = 0; look < 500 && !children("tind-decoder").empty(); ++look)
+    std::this_thread::sleep_for(10ms);
+  EXPECT_TRUE(children("tind-nursery").empty());
+  EXPECT_TRUE(children("tind-decoder").empty());
 }
 
 TEST(Sandbox, NothingIsOtherwiseThanWithout) {
