@@ -1,5 +1,5 @@
-// A copy's parent is whoever began the nursery (CLONE_PARENT), not the nursery: so it is waited for,
-// killed and ended with the daemon as one that the daemon has spawned itself.
+// A copy's parent is whoever began the nursery (CLONE_PARENT), not the nursery: so it is waited
+// for, killed and ended with the daemon as one that the daemon has spawned itself.
 
 #include "terrain/raster/sandbox/nursery.h"
 
@@ -22,7 +22,8 @@ constexpr int kPatienceMs = 20'000;  // it only copies itself
 constexpr std::size_t kRights = CMSG_SPACE(sizeof(Descriptors));
 
 std::unexpected<Error> failed(const char* what) {
-  return fail(Errc::io, std::string("a copy of the program: ") + what + ": " + std::strerror(errno));
+  return fail(Errc::io,
+              std::string("a copy of the program: ") + what + ": " + std::strerror(errno));
 }
 
 /// One packet of a byte and three descriptors.

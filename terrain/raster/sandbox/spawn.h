@@ -38,7 +38,8 @@ class Descriptor {
   int fd_;
 };
 
-/// Ours that are to be a process's kSocket, kShared and kBrief; -1: it has none. REQUIRES: moved up.
+/// Ours that are to be a process's kSocket, kShared and kBrief; -1: it has none. REQUIRES: moved
+/// up.
 using Descriptors = std::array<int, 3>;
 
 /// Begins a program with its arguments, with those descriptors alone, and those variables of our

@@ -293,7 +293,8 @@ TEST(VectorFile, shapes_that_name_one_another_take_no_more_than_their_file_accou
   // A block of one long line, put into the drawing again and again.
   const auto drawing = [&](const std::string& name, int times) {
     std::string text =
-        "0\nSECTION\n2\nBLOCKS\n0\nBLOCK\n8\n0\n2\nB\n70\n0\n10\n0\n20\n0\n3\nB\n0\nLWPOLYLINE\n8\n"
+        "0\nSECTION\n2\nHEADER\n0\nENDSEC\n0\nSECTION\n2\nBLOCKS\n0\nBLOCK\n8\n0\n2\nB\n70\n0\n10\n"
+        "0\n20\n0\n3\nB\n0\nLWPOLYLINE\n8\n"
         "0\n"
         "90\n2000\n70\n0\n";
     for (int i = 0; i < 2000; ++i)
