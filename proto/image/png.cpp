@@ -90,7 +90,12 @@ std::string file_of(const Head& h, std::string_view rows, const std::vector<PngT
   head += {h.bits, h.colour_type, 0, 0, 0};
   std::string out(kSignature);
   put_chunk(out, "IHDR", head);
-  for (const auto& [keyword, text] : texts) put_chunk(out, "tEXt", keyword + '\0' + text);
+  for (const auto& [keyword, text] : texts) {
+    std::string both = keyword;
+    both += '\0';
+    both += text;
+    put_chunk(out, "tEXt", both);
+  }
   put_chunk(out, "IDAT", deflate<std::string>(rows, Wrapping::zlib, level));
   put_chunk(out, "IEND", "");
   return out;

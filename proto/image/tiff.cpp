@@ -35,7 +35,7 @@ class Directory {
     if (!has(at + 2, entries * kEntry + 4)) return false;
     for (std::uint64_t i = 0; i < entries; ++i)
       if (!take(at + 2 + i * kEntry)) return false;
-    return offsets_ && sizes_ && parts_are_there();
+    return offsets_ && sizes_ && are_there(*offsets_, *sizes_);
   }
 
  private:
@@ -69,10 +69,10 @@ class Directory {
     return all;
   }
 
-  bool parts_are_there() const {
-    if (offsets_->empty() || offsets_->size() != sizes_->size()) return false;
-    for (std::size_t i = 0; i < offsets_->size(); ++i)
-      if (!has((*offsets_)[i], (*sizes_)[i])) return false;
+  bool are_there(const Numbers& offsets, const Numbers& sizes) const {
+    if (offsets.empty() || offsets.size() != sizes.size()) return false;
+    for (std::size_t i = 0; i < offsets.size(); ++i)
+      if (!has(offsets[i], sizes[i])) return false;
     return true;
   }
 };
