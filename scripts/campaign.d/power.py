@@ -13,4 +13,4 @@ def run(run):
     programme.needs("mkfs.ext4", "mount")
     if os.geteuid() != 0:
         raise programme.NotHere("it mounts, so it needs root")
-    run_script(run, ["power_cuts", "testdata/rainier.tif", 50 if run.tier == "gate" else 500], r"^(\d+) cuts")
+    run_script(run, ["power_cuts", "testdata/rainier.tif", 50 if run.tier == "gate" else 500], r"^(\d+) power cuts")

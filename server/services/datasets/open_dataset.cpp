@@ -14,11 +14,11 @@ namespace tind::services {
 namespace {
 
 /// What a table says of how a DEM is read and made into tiles means nothing for tiles that are
-/// made.
+/// made. Who reads rasters is no such word: an operator says it of all that he has.
 Result<void> no_settings_of_dems(const DatasetSpec& spec) {
   std::string names;
   for (const auto& [name, text] : spec.own)
-    if (name != "attribution" && name != "drape" && name != "land-cover")
+    if (name != "attribution" && name != "drape" && name != "land-cover" && name != "sandbox")
       names += (names.empty() ? "" : ", ") + file_key(name);
   if (names.empty()) return {};
   return fail(Errc::invalid_argument,

@@ -1,6 +1,7 @@
 // HTTP, spoken by GDAL, which brings libcurl along. Its handle of a session may be used by one
 // thread at a time, so there are as many sessions as threads ask at once.
 
+#include <cpl_conv.h>
 #include <cpl_http.h>
 #include <cpl_string.h>
 
@@ -53,6 +54,18 @@ class Session {
   std::string name_;
 };
 
+thread_local bool we_fetch = false;
+
+/// Instead of GDAL's own fetching; null: as without this. A GeoJSON may name its CRS by a URL.
+CPLHTTPResult* refuse(const char*, CSLConstList, GDALProgressFunc, void*, CPLHTTPFetchWriteFunc,
+                      void*, void*) {
+  if (we_fetch) return nullptr;
+  auto* const refused = static_cast<CPLHTTPResult*>(CPLCalloc(1, sizeof(CPLHTTPResult)));
+  refused->nStatus = 1;
+  refused->pszErrBuf = CPLStrdup("what a file names is not fetched");
+  return refused;
+}
+
 class GdalUrlReader : public UrlReader {
  public:
   Result<std::vector<std::uint8_t>> read(const std::string& url,
@@ -70,8 +83,10 @@ Result<std::vector<std::uint8_t>> GdalUrlReader::read(const std::string& url,
   options.SetNameValue("TIMEOUT", "30");
   options.SetNameValue("CONNECTTIMEOUT", "10");
   options.SetNameValue("MAX_FILE_SIZE", std::to_string(kLargestFetch).c_str());
+  we_fetch = true;
   const std::unique_ptr<CPLHTTPResult, decltype(&CPLHTTPDestroyResult)> reply(
       CPLHTTPFetch(url.c_str(), options.List()), &CPLHTTPDestroyResult);
+  we_fetch = false;
   if (!reply) return fail(Errc::io, url + ": " + complaints.text("cannot be fetched"));
   if (reply->nStatus != 0 || reply->pszErrBuf) {
     const std::string why = reply->pszErrBuf ? reply->pszErrBuf : complaints.text("no answer");
@@ -82,6 +97,8 @@ Result<std::vector<std::uint8_t>> GdalUrlReader::read(const std::string& url,
 }
 
 }  // namespace
+
+void gdal::refuse_fetches() { CPLHTTPSetFetchCallback(refuse, nullptr); }
 
 const UrlReader& gdal_url_reader() {
   static const GdalUrlReader reader;

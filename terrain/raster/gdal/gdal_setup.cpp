@@ -63,6 +63,7 @@ void set_up() {
   static std::once_flag once;
   std::call_once(once, [] {
     for (const auto& [name, value] : kOptions) CPLSetConfigOption(name, value);
+    refuse_fetches();
     CPLSetErrorHandler(CPLQuietErrorHandler);  // what nobody collects is not printed either
     GDALRegister_GTiff();                      // also reads COG
     GDALRegister_SRTMHGT();

@@ -334,7 +334,7 @@ Result<void> only_tables(const std::string& path) {
                 path + ": has views, which are not read: store their rows as tables (ogr2ogr)");
   const auto generated = db->number(
       "SELECT count(*) FROM sqlite_master m, pragma_table_xinfo(m.name) x WHERE m.type = 'table' "
-      "AND x.hidden IN (2, 3)");
+      "AND m.rootpage > 0 AND x.hidden IN (2, 3)");  // 0: of a module, which may not be here
   if (!generated) return fail(path, generated.error());
   if (*generated > 0)
     return fail(Errc::unsupported, path +
@@ -345,7 +345,8 @@ Result<void> only_tables(const std::string& path) {
 
 Result<Dataset> open_vectors(const std::string& path, const gdal::Complaints& complaints) {
   if (auto ok = only_tables(path); !ok) return std::unexpected(ok.error());
-  const char* const options[] = {"LIST_ALL_TABLES=NO", nullptr};  // of GeoPackages: layers only
+  // Of GeoPackages: layers only. Of GML: no file is written beside it.
+  const char* const options[] = {"LIST_ALL_TABLES=NO", "WRITE_GFS=NO", nullptr};
   Dataset set(GDALDataset::Open(path.c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY,
                                 gdal::vector_drivers(), options));
   for (int i = 0; set && i < set->GetLayerCount(); ++i)

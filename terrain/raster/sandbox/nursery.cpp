@@ -18,7 +18,7 @@
 namespace tind::sandbox {
 namespace {
 
-constexpr int kPatienceMs = 20'000;  // it only copies itself
+constexpr int kPatienceMs = 5'000;  // it only copies itself
 constexpr std::size_t kRights = CMSG_SPACE(sizeof(Descriptors));
 
 std::unexpected<Error> failed(const char* what) {

@@ -1,8 +1,13 @@
 #include "terrain/shapes/surface_shapes.h"
 
+#include <arpa/inet.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 
 #include "terrain/base/sqlite.h"
@@ -306,6 +311,32 @@ TEST(VectorFile, shapes_that_name_one_another_take_no_more_than_their_file_accou
   };
   EXPECT_EQ(facts_error(drawing("few.dxf", 20)), Errc{});
   EXPECT_EQ(facts_error(drawing("many.dxf", 4000)), Errc::unsupported);
+}
+
+TEST(VectorFile, leaves_no_file_behind_and_asks_nobody) {
+  const test::TempDir folder;
+  std::ofstream(folder.file("a.gml"))
+      << R"(<gml:FeatureCollection xmlns:gml="http://www.opengis.net/gml"><gml:featureMember><a>)"
+         R"(<gml:lineStringProperty><gml:LineString><gml:coordinates>8,46 9,47</gml:coordinates>)"
+         R"(</gml:LineString></gml:lineStringProperty></a></gml:featureMember></gml:FeatureCollection>)";
+  EXPECT_EQ(facts_error(folder.file("a.gml")), Errc{});
+  EXPECT_FALSE(std::filesystem::exists(folder.file("a.gfs")));
+
+  const int listener = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET, address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof address;
+  ASSERT_EQ(::bind(listener, reinterpret_cast<sockaddr*>(&address), size), 0);
+  ASSERT_EQ(::listen(listener, 8), 0);
+  ASSERT_EQ(::getsockname(listener, reinterpret_cast<sockaddr*>(&address), &size), 0);
+  std::ofstream(folder.file("a.geojson"))
+      << R"({"type":"FeatureCollection","crs":{"type":"link","properties":{"type":"proj4","href":"http://127.0.0.1:)"
+      << ntohs(address.sin_port)
+      << R"(/crs"}},"features":[{"type":"Feature","properties":{},"geometry":)"
+      << R"({"type":"LineString","coordinates":[[8,46],[9,47]]}}]})";
+  facts_error(folder.file("a.geojson"));
+  EXPECT_LT(::accept(listener, nullptr, nullptr), 0) << "it was asked";
+  ::close(listener);
 }
 
 TEST(ShapeFiles, are_set_by_name) {
