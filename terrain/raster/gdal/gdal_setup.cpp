@@ -40,7 +40,7 @@ constexpr std::pair<const char*, const char*> kOptions[] = {
     {"TIFF_READ_STREAMING", "NO"},               //
     {"GTIFF_LINEAR_UNITS", "DEFAULT"},           //
     {"GTIFF_HONOUR_NEGATIVE_SCALEY", "NO"},      //
-    {"VRT_ALLOW_MEM_DRIVER", "NO"},              // it would name addresses of this process
+    {"VRT_ALLOW_MEM_DRIVER", "NO"},              // the same in vrt_nesting.cpp, for older GDALs
     {"GTIFF_REPORT_COMPD_CS", "YES"},            // the vertical datum, where a file states it
     {"REPORT_COMPD_CS", "YES"},                  // the same for DTED and SRTM
     {"GTIFF_POINT_GEO_IGNORE", "NO"},            //

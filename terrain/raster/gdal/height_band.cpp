@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 
 namespace tind::gdal {
@@ -55,6 +56,18 @@ Result<void> within_limits(const std::string& path, GDALDataset& set, GDALRaster
                             "gdal_translate -co TILED=YES",
                             path, block_cols, block_rows, kRasterLimits.max_block_bytes >> 20));
   const std::string driver = set.GetDriverName();
+  if (driver == "GTiff") {  // each block has a place in the directory, sparse ones a zero
+    constexpr std::int64_t kLeastPlace = 2;
+    const std::int64_t blocks =
+        ((cols + block_cols - 1) / block_cols) * ((rows + block_rows - 1) / block_rows);
+    std::error_code error;  // of one that lies elsewhere
+    const auto bytes = std::filesystem::file_size(path, error);
+    if (!error && blocks * kLeastPlace > std::int64_t(bytes))
+      return fail(
+          Errc::bad_data,
+          fmt::format("{}: says that it has {} blocks, more than a file of {} bytes can list", path,
+                      blocks, bytes));
+  }
   const bool whole = driver == "PNG" || driver == "USGSDEM";
   if (whole && cols * rows > kRasterLimits.max_whole_bytes / sample)
     return fail(Errc::out_of_range, path + ": too large for its format; convert it to GeoTIFF");

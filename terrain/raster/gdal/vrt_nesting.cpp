@@ -2,6 +2,7 @@
 
 #include <cpl_conv.h>
 #include <cpl_minixml.h>
+#include <cpl_string.h>
 #include <cpl_vsi.h>
 #include <fmt/format.h>
 
@@ -27,9 +28,11 @@ constexpr std::size_t kHead = 4096;
 /// What stands in the place of a file's name may be a VRT itself, or one with options.
 std::string file_of(std::string name) {
   constexpr std::string_view kScheme = "vrt://";
-  if (!name.starts_with(kScheme)) return name;
-  name.erase(0, kScheme.size());
-  return name.substr(0, name.find('?'));
+  while (name.starts_with(kScheme)) {
+    name.erase(0, kScheme.size());
+    name.resize(std::min(name.size(), name.find('?')));
+  }
+  return name;
 }
 
 /// The same file, however its name is spelled.
@@ -105,11 +108,13 @@ class Counter {
   /// attributes are elements, cases do not count, and the flag is a number.
   Result<void> add(const CPLXMLNode* node, const std::string& folder, int depth, long long& sum) {
     for (; node; node = node->psNext) {
+      // Of GDAL's driver for rasters in memory, which names an address of this process.
+      if (node->pszValue && CPLString(node->pszValue).ifind("MEM:::") != std::string::npos)
+        return fail(Errc::unsupported, "a VRT names memory in place of a file, which is not read");
       if (node->eType != CXT_Element && node->eType != CXT_Attribute) continue;
-      if (!EQUAL(node->pszValue, "SourceFilename") && !EQUAL(node->pszValue, "SourceDataset")) {
-        if (auto ok = add(node->psChild, folder, depth, sum); !ok) return ok;
+      if (auto ok = add(node->psChild, folder, depth, sum); !ok) return ok;
+      if (!EQUAL(node->pszValue, "SourceFilename") && !EQUAL(node->pszValue, "SourceDataset"))
         continue;
-      }
       auto* const named = const_cast<CPLXMLNode*>(node);
       const std::string name = CPLGetXMLValue(named, nullptr, "");
       const std::string beside = CPLProjectRelativeFilename(folder.c_str(), name.c_str());

@@ -226,6 +226,19 @@ TEST(DemHostile, VrtsThatNameEachOtherAreReadInBoundedTime) {
            "\"><SourceBand>1</SourceBand></SimpleSource>";
   });
 
+  // It would be read where it lies, in this process.
+  for (const char* name : {"MEM:::DATAPOINTER=4096,PIXELS=336,LINES=459,DATATYPE=Int16",
+                           "&#77;em:::DATAPOINTER=4096,PIXELS=336,LINES=459,DATATYPE=Int16",
+                           "vrt://MEM:::DATAPOINTER=4096,PIXELS=336,LINES=459,DATATYPE=Int16"}) {
+    write(folder.file("memory.vrt"),
+          "<VRTDataset rasterXSize=\"336\" rasterYSize=\"459\"><VRTRasterBand "
+          "dataType=\"Int16\" band=\"1\"><SimpleSource><SourceFilename>" +
+              std::string(name) +
+              "</SourceFilename><SourceBand>1</SourceBand></SimpleSource></VRTRasterBand>"
+              "</VRTDataset>");
+    EXPECT_NE(why("memory.vrt").find("names memory"), std::string::npos) << why("memory.vrt");
+  }
+
   vrt("self.vrt", {"./self.vrt", "././self.vrt", "./././self.vrt"});
   EXPECT_NE(why("self.vrt").find("made of itself"), std::string::npos) << why("self.vrt");
   for (int i = 0; i < 40; ++i)
@@ -244,8 +257,9 @@ TEST(DemHostile, NamesAreFilesAndNothingElse) {
   }
 }
 
-/// A little-endian GeoTIFF header, by hand: one strip of `side` x `side` floats that is not there.
-std::string tiff_of_one_block(std::uint32_t side) {
+/// A little-endian GeoTIFF header, by hand: `side` x `side` floats in strips of so many rows, of
+/// which one has a place, and is not there.
+std::string tiff_of_strips(std::uint32_t side, std::uint32_t rows) {
   std::string bytes("II*\0\10\0\0\0", 8);
   const auto put = [&](std::uint32_t value, int size) {
     for (int i = 0; i < size; ++i) bytes += char(value >> (8 * i));
@@ -257,7 +271,7 @@ std::string tiff_of_one_block(std::uint32_t side) {
                                                               {262, 1},
                                                               {273, 200},
                                                               {277, 1},
-                                                              {278, side},
+                                                              {278, rows},
                                                               {279, 1000},
                                                               {339, 3}}};
   put(tags.size(), 2);
@@ -273,11 +287,20 @@ std::string tiff_of_one_block(std::uint32_t side) {
 
 TEST(DemHostile, OneEnormousBlockIsRefusedBeforeItIsDecoded) {
   const test::TempDir folder;
-  write(folder.file("bomb.tif"), tiff_of_one_block(20000));
+  write(folder.file("bomb.tif"), tiff_of_strips(20000, 20000));
   const auto got = read_all(folder.file("bomb.tif"));
   ASSERT_FALSE(got);
   EXPECT_EQ(got.error().code, Errc::out_of_range) << got.error().what;
   EXPECT_THAT(got.error().what, HasSubstr("TILED=YES"));
+}
+
+TEST(DemHostile, MoreBlocksThanTheFileCanListAreRefused) {
+  const test::TempDir folder;
+  write(folder.file("vast.tif"), tiff_of_strips(700'000, 1));
+  const auto got = DemSource::open(std::vector{folder.file("vast.tif")}, {});
+  ASSERT_FALSE(got);
+  EXPECT_EQ(got.error().code, Errc::bad_data);
+  EXPECT_THAT(got.error().what, HasSubstr("700000 blocks, more than a file of"));
 }
 
 TEST(DemHostile, PicturesAreNotDems) {
