@@ -113,7 +113,7 @@ def names():
                  "/vsis3/bucket/a.tif", "/vsigs/bucket/a.tif", "/vsiaz/b/a.tif", "/vsihdfs/a.tif", "/vsiwebhdfs/http://127.0.0.1:1/a",
                  "/vsizip/{dir}/a.zip/a.tif", "/vsitar/{dir}/a.tar/a.tif", "/vsigzip/{0}", "/vsistdin/", "/vsimem/a.tif",
                  "/vsisubfile/0_100,{0}", "/vsicrypt/key=a,file={0}", "/vsisparse/{0}", "/vsicached?file={0}", "/vsipipe/ls",
-                 "http://127.0.0.1:18099/a.tif", "ftp://127.0.0.1:18099/a.tif", "file://{0}",
+                 "ftp://127.0.0.1:18099/a.tif", "file://{0}",
                  "GTIFF_DIR:1:{0}", "GTIFF_DIR:off:8:{0}", "GTIFF_RAW:{0}", "MEM:::DATAPOINTER=1,PIXELS=9,LINES=9",
                  "NETCDF:{0}:a", "HDF5:{0}://a", "PG:host=127.0.0.1", "WMS:http://127.0.0.1:18099/", "vrt://{0}",
                  "ZARR:{0}", "DERIVED_SUBDATASET:AMPLITUDE:{0}", raw_vrt("{far}/secret.bin"), mrf("{far}/planted"),

@@ -65,6 +65,16 @@ std::size_t size_of(const std::string& path) {
   return VSIStatExL(path.c_str(), &stat, VSI_STAT_SIZE_FLAG) == 0 ? std::size_t(stat.st_size) : 0;
 }
 
+/// GDAL's driver for rasters in memory takes an address of this process for a name. Wherever a VRT
+/// may have names, none is meant for it.
+bool names_memory(const CPLXMLNode* node) {
+  for (; node; node = node->psNext)
+    if ((node->pszValue && CPLString(node->pszValue).ifind("MEM:::") != std::string::npos) ||
+        names_memory(node->psChild))
+      return true;
+  return false;
+}
+
 class Counter {
  public:
   /// Reads of rasters for one read of this.
@@ -90,6 +100,8 @@ class Counter {
                               "those below (gdal_translate)",
                               shown, kMostBytes >> 20));
     const Xml xml(inline_text ? CPLParseXMLString(path.c_str()) : CPLParseXMLFile(path.c_str()));
+    if (names_memory(xml.get()))
+      return fail(Errc::unsupported, shown + ": names memory in place of a file");
     long long sum = 0;
     const std::string folder = inline_text ? std::string() : std::string(CPLGetPath(path.c_str()));
     if (auto ok = add(xml.get(), folder, depth, sum); !ok) return std::unexpected(ok.error());
@@ -108,9 +120,6 @@ class Counter {
   /// attributes are elements, cases do not count, and the flag is a number.
   Result<void> add(const CPLXMLNode* node, const std::string& folder, int depth, long long& sum) {
     for (; node; node = node->psNext) {
-      // Of GDAL's driver for rasters in memory, which names an address of this process.
-      if (node->pszValue && CPLString(node->pszValue).ifind("MEM:::") != std::string::npos)
-        return fail(Errc::unsupported, "a VRT names memory in place of a file, which is not read");
       if (node->eType != CXT_Element && node->eType != CXT_Attribute) continue;
       if (auto ok = add(node->psChild, folder, depth, sum); !ok) return ok;
       if (!EQUAL(node->pszValue, "SourceFilename") && !EQUAL(node->pszValue, "SourceDataset"))
