@@ -1,7 +1,6 @@
 #include "server/services/work/cpu_pool.h"
 
 #include <spdlog/spdlog.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 #include <exception>
@@ -9,14 +8,6 @@
 #include "terrain/base/parallel.h"
 
 namespace tind::services {
-
-namespace {
-
-/// What is known already goes out from other threads, which need little and must not wait for
-/// these: a third of a core's share where both want it, all of it where only these do.
-constexpr int kNiceness = 5;
-
-}  // namespace
 
 std::string_view name(Work work) {
   switch (work) {
@@ -43,10 +34,8 @@ CpuPool::CpuPool(int asked, std::size_t queue) {
   set(class_of(Work::batch), std::max<std::size_t>(threads / 2, 1), (queue + 7) / 8);
   set(class_of(Work::fetch), kFetches, queue);
   for (std::size_t i = 0; i < workers + kFetches; ++i)
-    workers_.emplace_back([this, fetches = i >= workers](const std::stop_token& stop) {
-      if (!fetches) ::setpriority(PRIO_PROCESS, 0, kNiceness);  // of Linux: 0 is the thread
-      work(stop, fetches);
-    });
+    workers_.emplace_back(
+        [this, fetches = i >= workers](const std::stop_token& stop) { work(stop, fetches); });
 }
 
 Result<CpuPool::Permit> CpuPool::admit(Work work) {
