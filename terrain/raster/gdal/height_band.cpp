@@ -4,12 +4,12 @@
 
 #include "terrain/raster/gdal/height_band.h"
 
+#include <cpl_vsi.h>
 #include <fmt/format.h>
 #include <gdal_priv.h>
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <limits>
 
 namespace tind::gdal {
@@ -60,9 +60,10 @@ Result<void> within_limits(const std::string& path, GDALDataset& set, GDALRaster
     constexpr std::int64_t kLeastPlace = 2;
     const std::int64_t blocks =
         ((cols + block_cols - 1) / block_cols) * ((rows + block_rows - 1) / block_rows);
-    std::error_code error;  // of one that lies elsewhere
-    const auto bytes = std::filesystem::file_size(path, error);
-    if (!error && blocks * kLeastPlace > std::int64_t(bytes))
+    VSIStatBufL stat;  // of what GDAL has open: unpacked, where it was packed
+    const std::int64_t bytes =
+        VSIStatExL(set.GetDescription(), &stat, VSI_STAT_SIZE_FLAG) == 0 ? stat.st_size : 0;
+    if (bytes > 0 && blocks * kLeastPlace > bytes)
       return fail(
           Errc::bad_data,
           fmt::format("{}: says that it has {} blocks, more than a file of {} bytes can list", path,

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -301,6 +302,26 @@ TEST(DemHostile, MoreBlocksThanTheFileCanListAreRefused) {
   ASSERT_FALSE(got);
   EXPECT_EQ(got.error().code, Errc::bad_data);
   EXPECT_THAT(got.error().what, HasSubstr("700000 blocks, more than a file of"));
+}
+
+/// What counts is the TIFF, not the archive that it is packed in.
+TEST(DemDamage, ManyStripsMayBePackedIntoFewBytes) {
+  const test::TempDir folder;
+  const std::string zip = folder.file("flat.tif.zip"), tif = folder.file("flat.tif");
+  const std::string script =
+      "/usr/bin/python3 -c \"from osgeo import gdal; import zipfile as z; f = "
+      "gdal.GetDriverByName('GTiff').Create('" +
+      tif +
+      "', 60, 20000, 1, gdal.GDT_Int16, ['COMPRESS=DEFLATE', 'BLOCKYSIZE=1']); "
+      "f.GetRasterBand(1).Fill(100); del f; z.ZipFile('" +
+      zip + "', 'w', z.ZIP_DEFLATED).write('" + tif + "', 'flat.tif')\"";
+  ASSERT_EQ(std::system(script.c_str()), 0);
+  ASSERT_LT(std::filesystem::file_size(zip), 2u * 20'000);
+  for (const std::string& path : {tif, zip}) {
+    const auto dem = DemSource::open(std::vector{path}, {});
+    ASSERT_TRUE(dem) << dem.error().what;
+    EXPECT_EQ((*dem)->info().rows, 20'000);
+  }
 }
 
 TEST(DemHostile, PicturesAreNotDems) {
