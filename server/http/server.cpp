@@ -21,6 +21,7 @@
 #include "server/http/io_loop.h"
 #include "server/http/message/problem.h"
 #include "server/http/unix_socket.h"
+#include "terrain/base/descriptor.h"
 #include "terrain/base/parallel.h"
 
 // One acceptor, on the first loop, hands each connection to the loop that has fewest: steadier for
@@ -51,22 +52,6 @@ constexpr std::chrono::milliseconds kDrainPoll{20};
 constexpr std::string_view kFull =
     "HTTP/1.1 503 Service Unavailable\r\nContent-Length: 0\r\nRetry-After: 1\r\n"
     "Connection: close\r\n\r\n";
-
-/// A socket that nobody else has taken over yet.
-class Descriptor {
- public:
-  explicit Descriptor(int fd) : fd_(fd) {}
-  Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-  Descriptor& operator=(Descriptor&&) = delete;
-  ~Descriptor() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  int get() const { return fd_; }
-  void release() { fd_ = -1; }
-
- private:
-  int fd_;
-};
 
 constexpr const char* kTooMany = "too_many_connections";
 constexpr const char* kTooManyFromOne = "too_many_from_one_address";

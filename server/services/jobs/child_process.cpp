@@ -14,6 +14,8 @@
 #include <utility>
 #include <vector>
 
+#include "terrain/base/descriptor.h"
+
 namespace tind::services {
 namespace {
 
@@ -23,24 +25,6 @@ using namespace std::chrono_literals;
 constexpr auto kLook = 50ms;       // how often a child is looked after
 constexpr auto kPatience = 300ms;  // from SIGTERM to SIGKILL
 constexpr std::size_t kLongestLine = 4096;
-
-class Descriptor {
- public:
-  explicit Descriptor(int fd = -1) : fd_(fd) {}
-  Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-  Descriptor& operator=(Descriptor&& other) noexcept {
-    std::swap(fd_, other.fd_);
-    return *this;
-  }
-  ~Descriptor() { close(); }
-  int get() const { return fd_; }
-  void close() {
-    if (fd_ >= 0) ::close(std::exchange(fd_, -1));
-  }
-
- private:
-  int fd_;
-};
 
 void limit(int resource, std::size_t most) {
   if (most == 0) return;

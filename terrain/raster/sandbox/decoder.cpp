@@ -28,6 +28,7 @@ using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
 constexpr auto kLook = 250ms;  // how often the clocks are looked at
+
 std::unexpected<Error> failed(const char* what) {
   return fail(Errc::io, fmt::format("no process to decode in: {}: {}", what, std::strerror(errno)));
 }
@@ -98,12 +99,12 @@ Result<std::unique_ptr<Decoder>> Decoder::start(const Begin& begin, std::string_
       ::mmap(nullptr, kSharedBytes, PROT_READ | PROT_WRITE, MAP_SHARED, shared.get(), 0);
   if (memory == MAP_FAILED) return failed("memory");
   decoder->memory_ = memory;
-  if (!theirs.move_up() || !shared.move_up() || !order.move_up()) return failed("descriptors");
+  if (!move_up(theirs) || !move_up(shared) || !move_up(order)) return failed("descriptors");
   decoder->socket_ = ours.release();
   const auto process = begin({theirs.get(), shared.get(), order.get()});
   if (!process) return fail(Errc::io, "no process to decode in: " + process.error().what);
   decoder->process_ = *process;
-  ::close(theirs.release());  // or its end would not be heard
+  theirs.close();  // or its end would not be heard
   const auto ready = decoder->hear(0, patience);
   if (!ready) return std::unexpected(ready.error());
   if (ready->status != 0) return fail(Errc::io, decoder->text(*ready));

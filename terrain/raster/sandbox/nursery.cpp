@@ -3,6 +3,7 @@
 
 #include "terrain/raster/sandbox/nursery.h"
 
+#include <fcntl.h>
 #include <poll.h>
 #include <sched.h>
 #include <signal.h>
@@ -10,10 +11,12 @@
 #include <sys/socket.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
 #include <optional>
+#include <utility>
 
 namespace tind::sandbox {
 namespace {
@@ -68,7 +71,7 @@ Result<void> Nursery::launch() {
   int ends[2];
   if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0) return failed("socket");
   Descriptor ours(ends[0]), theirs(ends[1]);
-  if (!theirs.move_up()) return failed("descriptors");
+  if (!move_up(theirs)) return failed("descriptors");
   const auto process = spawn(command_, {theirs.get(), -1, -1});
   if (!process) return std::unexpected(process.error());
   process_ = *process;

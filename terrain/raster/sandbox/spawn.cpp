@@ -1,10 +1,12 @@
 #include "terrain/raster/sandbox/spawn.h"
 
+#include <fcntl.h>
 #include <signal.h>
 #include <spawn.h>
 
 #include <cstdlib>
 #include <cstring>
+#include <utility>
 #include <vector>
 
 namespace tind::sandbox {
@@ -59,6 +61,13 @@ class Spawning {
 };
 
 }  // namespace
+
+bool move_up(Descriptor& descriptor) {
+  Descriptor up(::fcntl(descriptor.get(), F_DUPFD_CLOEXEC, kBrief + 1));
+  if (up.get() < 0) return false;
+  descriptor = std::move(up);
+  return true;
+}
 
 Result<pid_t> spawn(std::span<const std::string> command, const Descriptors& descriptors) {
   pid_t process = -1;
