@@ -20,7 +20,7 @@ class NotHere(Exception):
 def needs(*programs):
     for program in programs:
         if not shutil.which(program):
-            raise NotHere(f"{program} is not installed (scripts/packages-campaign.txt)")
+            raise NotHere(f"{program} is not installed (scripts/setup campaign)")
 
 
 class Run:
