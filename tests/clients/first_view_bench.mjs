@@ -25,12 +25,9 @@ async function record() {
   const asked = [];
   let second = -1;  // of the flight; before it the first view
   try {
-    for (;;) {  // the whole dataset is there
-      const {datasets: [it]} = await (await fetch(`${daemon.origin}/datasets`)).json();
-      if (it.state !== "reading") break;
-      await new Promise((resolve) => setTimeout(resolve, 500));
-    }
-    const {datasets: [it]} = await (await fetch(`${daemon.origin}/datasets`)).json();
+    const look = async () => (await (await fetch(`${daemon.origin}/datasets`)).json()).datasets[0];
+    let it;
+    while ((it = await look()).state === "reading") await new Promise((resolve) => setTimeout(resolve, 500));
     const {page} = await openPage(browser, daemon.origin, {width: 1000, height: 640});
     await openCesiumPage(page, daemon.origin);
     page.on("request", (request) => {

@@ -323,7 +323,7 @@ Result<Json> info_of_one(const Arguments& a, const std::string& path) {
     const auto vectors = vector_facts(path);
     if (vectors && !vectors->layers.empty())
       return said(a, vectors_json(*vectors), vectors_text(path, *vectors));
-    if (!vectors && vectors.error().code == Errc::unsupported)  // it is one, and has no end
+    if (!vectors && vectors.error().code == Errc::unsupported)  // one that is not read
       return std::unexpected(vectors.error());
   }
   if (!dem) return std::unexpected(not_a_dem(dem.error(), {path}));

@@ -2,13 +2,13 @@
 
 #include "terrain/raster/gdal/vector_source.h"
 
+#include <cpl_string.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <gdal_priv.h>
 #include <ogrsf_frmts.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -308,12 +308,6 @@ const std::set<std::string> kNoLayers = {
     "vector_layers_auth", "vector_layers_statistics", "vector_layers_field_infos",
     "geom_cols_ref_sys",  "spatial_ref_sys_all"};
 
-std::string lower(std::string_view text) {
-  std::string low(text);
-  for (char& c : low) c = char(std::tolower(static_cast<unsigned char>(c)));
-  return low;
-}
-
 /// A table holds no more than its file has bytes. A view can go on for ever, and a generated column
 /// can be of any size: neither is read, and GDAL is not asked to look at them. Errc::unsupported
 /// says which. Of a file that is no SQLite database, nothing.
@@ -324,7 +318,6 @@ Result<void> only_tables(const std::string& path) {
     return {};
   auto db = Sqlite::open(path, Sqlite::Open::read);
   if (!db) return fail(path, db.error());
-  // What other programs put beside their layers.
   const auto views = db->number(
       fmt::format("SELECT count(*) FROM sqlite_master WHERE type = 'view' AND name NOT IN ('{}')",
                   fmt::join(kNoLayers, "', '")));
@@ -350,7 +343,7 @@ Result<Dataset> open_vectors(const std::string& path, const gdal::Complaints& co
   Dataset set(GDALDataset::Open(path.c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY,
                                 gdal::vector_drivers(), options));
   for (int i = 0; set && i < set->GetLayerCount(); ++i)
-    if (kNoLayers.contains(lower(set->GetLayer(i)->GetName())))
+    if (kNoLayers.contains(CPLString(set->GetLayer(i)->GetName()).tolower()))
       return fail(Errc::unsupported, path + ": " + set->GetLayer(i)->GetName() +
                                          " is no layer in other programs' files");
   if (set) return set;
