@@ -1,7 +1,6 @@
 #pragma once
 // A process that has loaded the program and its libraries, reads nothing, and becomes decoders: to
-// begin the program takes a fifth of a second of a core, nearly all of it for two hundred
-// libraries, to copy one that has them a twentieth or less.
+// begin the program takes longer than to copy one, nearly all of it for two hundred libraries.
 
 #include <sys/types.h>
 
