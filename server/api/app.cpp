@@ -62,9 +62,9 @@ http::BodyRules json_for_dataset(const App& app, std::size_t max_bytes) {
 
 void run_on_worker(const App& app, services::Work work, std::string_view target,
                    http::Responder responder, OnWorker run) {
-  auto permit = app.pool.admit(work);
+  auto permit = app.pool.admit(work, responder.asker().client);
   if (!permit) return responder(http::problem_reply(permit.error(), target));
-  const std::stop_token gone = responder.gone();
+  const std::stop_token gone = responder.asker().gone;
   app.pool.run(
       std::move(*permit),
       [responder = std::move(responder), run = std::move(run)](std::stop_token stop) mutable {

@@ -45,8 +45,8 @@ std::expected<AskedTile, http::Reply> find_tile(const App& app, const http::Requ
 }
 
 MakeProduct make_of(services::TileProducts& products, const AskedTile& tile) {
-  return [&products, &tile](services::TileProducts::Done done, std::stop_token gone) {
-    products.make(*tile.dataset, tile.id, std::move(done), std::move(gone));
+  return [&products, &tile](services::TileProducts::Done done, http::Asker asker) {
+    products.make(*tile.dataset, tile.id, std::move(done), std::move(asker));
   };
 }
 
@@ -56,14 +56,14 @@ std::optional<http::Reply> answer_when_made(const http::Request& request,
                                             const MakeProduct& make,
                                             std::function<http::Reply(const Product&)> answer) {
   auto responder = deferred.responder();
-  const std::stop_token gone = responder.gone();
+  http::Asker asker = responder.asker();
   make(
       [responder = std::move(responder), answer = std::move(answer),
        dataset = dataset.shared_from_this(),
        target = std::string(request.head.target)](const Result<Product>& made) mutable {
         responder(made ? answer(*made) : not_made(made.error(), *dataset, target));
       },
-      gone);
+      std::move(asker));
   return std::nullopt;
 }
 

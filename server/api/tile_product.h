@@ -6,11 +6,11 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <stop_token>
 #include <string_view>
 
 #include "server/api/app.h"
 #include "server/http/message/reply.h"
+#include "server/http/message/request.h"
 #include "server/http/router.h"
 #include "server/services/tiles/tile_products.h"
 #include "terrain/geo/tiling_scheme.h"
@@ -33,8 +33,8 @@ std::expected<AskedTile, http::Reply> find_tile(const App&, const http::Request&
                                                 std::string_view detail = kNoTile);
 
 using Product = services::TileProducts::Product;
-/// Makes the product and tells `done` once, from whatever thread; `gone`: nobody wants it any more.
-using MakeProduct = std::function<void(services::TileProducts::Done done, std::stop_token gone)>;
+/// Makes the product and tells `done` once, from whatever thread.
+using MakeProduct = std::function<void(services::TileProducts::Done done, http::Asker asker)>;
 
 /// Of a kind of product that is made of nothing but the tile. Both outlive it.
 MakeProduct make_of(services::TileProducts&, const AskedTile&);

@@ -18,9 +18,9 @@ std::optional<http::Reply> tile(const App& app, const http::Request& request,
   const services::ServedDataset& dataset = *found->dataset;
   const proto::Extensions asked = asked_extensions(request.head.fields, request.head.query);
   return serve_product(request, deferred, dataset, app.tiles.cached(dataset, found->id, asked),
-                       [&](services::TileProducts::Done done, std::stop_token gone) {
+                       [&](services::TileProducts::Done done, http::Asker asker) {
                          app.tiles.make(dataset, found->id, asked, std::move(done),
-                                        std::move(gone));
+                                        std::move(asker));
                        });
 }
 

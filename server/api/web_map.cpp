@@ -47,9 +47,9 @@ std::optional<http::Reply> serve_image(const http::Request& request, http::Defer
                                        web_mercator::Tile tile, std::uint32_t detail) {
   const TileId address = services::HeightImages::address(tile);
   return serve_product(request, deferred, dataset, images.cached_detailed(dataset, address, detail),
-                       [&](services::TileProducts::Done done, std::stop_token gone) {
+                       [&](services::TileProducts::Done done, http::Asker asker) {
                          images.make_detailed(dataset, address, detail, std::move(done),
-                                              std::move(gone));
+                                              std::move(asker));
                        });
 }
 

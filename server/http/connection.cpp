@@ -45,7 +45,7 @@ void form_error(Reply& reply, const Router::ErrorForm& form) {
 
 Responder::~Responder() {
   if (!send_) return;
-  if (gone_.stop_requested())
+  if (asker_.gone.stop_requested())
     (*this)(problem_reply({.status = 503, .detail = "The client seemed to have hung up."}));
   else
     (*this)(problem_reply({.status = 500, .detail = "The request was dropped inside the server."}));
@@ -473,7 +473,7 @@ Responder Connection::responder() {
           self->on_later_reply(std::move(reply));
         });
       },
-      gone_.get_token());
+      {gone_.get_token(), client()});
 }
 
 std::string Connection::client() const {

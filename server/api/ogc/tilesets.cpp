@@ -72,8 +72,8 @@ std::optional<http::Reply> mesh_tile(const App& app, const http::Request& reques
                          turned->y);
   const proto::Extensions asked = asked_extensions(request.head.fields, request.head.query);
   return serve_product(request, deferred, *dataset, app.tiles.cached(*dataset, id, asked),
-                       [&](services::TileProducts::Done done, std::stop_token gone) {
-                         app.tiles.make(*dataset, id, asked, std::move(done), std::move(gone));
+                       [&](services::TileProducts::Done done, http::Asker asker) {
+                         app.tiles.make(*dataset, id, asked, std::move(done), std::move(asker));
                        });
 }
 

@@ -115,7 +115,7 @@ std::optional<http::Reply> changed_since(const Datasets& datasets, const std::st
 /// Of a client that waits for the end of its job. One whose results it has is not kept.
 void wait_for(const App& app, const services::JobOrder& order, Datasets datasets,
               http::Responder to, const std::string& target) {
-  const std::stop_token gone = to.gone();
+  const std::stop_token gone = to.asker().gone;
   const auto waiting = std::make_shared<http::Responder>(std::move(to));
   const auto job = app.jobs->submit(
       order,

@@ -10,6 +10,7 @@
 #include <stop_token>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "server/http/message/reply.h"
@@ -44,26 +45,32 @@ struct Request {
   bool sees(std::string_view dataset) const { return !access || access->sees(dataset); }
 };
 
+/// Who asked, for those who answer later.
+struct Asker {
+  std::stop_token gone;  // stopped once it has hung up: what is done for it alone may end
+  std::string client;    // DeferredReply::client(); empty: nobody in particular
+};
+
 /// The right to answer one request, once, from any thread. Dropped without an answer (an exception,
 /// a queue that was emptied) it answers 500, so that no client waits for ever.
 class Responder {
  public:
   using Send = std::move_only_function<void(Reply)>;
-  explicit Responder(Send send, std::stop_token gone = {})
-      : send_(std::move(send)), gone_(std::move(gone)) {}
+  explicit Responder(Send send, Asker asker = {})
+      : send_(std::move(send)), asker_(std::move(asker)) {}
   Responder(Responder&& other) noexcept
-      : send_(std::exchange(other.send_, nullptr)), gone_(std::move(other.gone_)) {}
+      : send_(std::exchange(other.send_, nullptr)), asker_(std::move(other.asker_)) {}
   Responder& operator=(Responder&&) = delete;
   ~Responder();
 
-  /// Stopped once the client has hung up: what is done for it alone may end. Answer all the same.
-  const std::stop_token& gone() const { return gone_; }
+  /// Of one that has gone: answer all the same.
+  const Asker& asker() const { return asker_; }
 
   void operator()(Reply reply) { std::exchange(send_, nullptr)(std::move(reply)); }
 
  private:
   Send send_;
-  std::stop_token gone_;
+  Asker asker_;
 };
 
 /// How a handler says that its answer will come later.

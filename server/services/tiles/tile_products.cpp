@@ -110,17 +110,17 @@ TileProducts::Product TileProducts::cached(const ServedDataset& dataset, TileId 
 }
 
 void TileProducts::make_detailed(const ServedDataset& dataset, TileId tile, std::uint32_t detail,
-                                 Done done, std::stop_token gone) {
+                                 Done done, http::Asker asker) {
   const Address address{dataset.index, tile, detail};
   if (const auto failure = recent_failure(address)) return done(std::unexpected(*failure));
-  const auto ticket = flights_.join(address, std::move(done), std::move(gone));
+  const auto ticket = flights_.join(address, std::move(done), std::move(asker.gone));
   if (!ticket) {
     counters_.joined.fetch_add(1, std::memory_order_relaxed);
     return;
   }
   // What is made of a tile takes a core, wherever the tile comes from.
   const bool fetched = variant_ == TileKey::kWhole && dataset.tiles->fetched();
-  auto permit = pool_.admit(fetched ? Work::fetch : Work::tile);
+  auto permit = pool_.admit(fetched ? Work::fetch : Work::tile, asker.client);
   if (!permit) {
     counters_.refused.fetch_add(1, std::memory_order_relaxed);
     return flights_.land(ticket, std::unexpected(permit.error()));

@@ -14,6 +14,7 @@
 #include <tuple>
 #include <utility>
 
+#include "server/http/message/request.h"
 #include "server/services/datasets/catalog.h"
 #include "server/services/tiles/tile_cache.h"
 #include "server/services/work/cpu_pool.h"
@@ -67,13 +68,13 @@ class TileProducts {
   }
 
   /// Calls `done` once: from a worker, or at once, from this thread, with Errc::busy or the failure
-  /// of a moment ago. `gone`: who asks does not want it any more.
+  /// of a moment ago.
   /// REQUIRES: dataset.tiles->available(tile).
-  void make(const ServedDataset& dataset, TileId tile, Done done, std::stop_token gone = {}) {
-    make_detailed(dataset, tile, 0, std::move(done), std::move(gone));
+  void make(const ServedDataset& dataset, TileId tile, Done done, http::Asker asker = {}) {
+    make_detailed(dataset, tile, 0, std::move(done), std::move(asker));
   }
   void make_detailed(const ServedDataset&, TileId, std::uint32_t detail, Done done,
-                     std::stop_token gone = {});
+                     http::Asker asker = {});
 
   /// For one who is on a worker already: from the cache, or built here.
   /// REQUIRES: dataset.tiles->available(tile).

@@ -49,14 +49,14 @@ TileService::Tile TileService::peek(const ServedDataset& dataset, TileId tile,
 }
 
 void TileService::make(const ServedDataset& dataset, TileId tile, proto::Extensions asked,
-                       Done done, std::stop_token gone) {
+                       Done done, http::Asker asker) {
   const std::uint8_t variant = variant_bits(asked, dataset.offered);
   whole_.make(
       dataset, tile,
       [this, &dataset, tile, variant, done = std::move(done)](Result<Tile> whole) mutable {
         done(whole ? variant_of(dataset, tile, *whole, variant) : std::move(whole));
       },
-      std::move(gone));
+      std::move(asker));
 }
 
 Result<TileService::Tile> TileService::make_now(const ServedDataset& dataset, TileId tile,

@@ -6,6 +6,7 @@
 #include <stop_token>
 
 #include "proto/tile/quantized_mesh.h"
+#include "server/http/message/request.h"
 #include "server/services/datasets/catalog.h"
 #include "server/services/tiles/tile_cache.h"
 #include "server/services/tiles/tile_products.h"
@@ -36,9 +37,9 @@ class TileService {
   Tile peek(const ServedDataset&, TileId, proto::Extensions) const;
 
   /// Calls `done` once: from a worker when the tile is there or could not be made, or at once, from
-  /// this thread, with Errc::busy or the failure of a moment ago. `gone`: who asks does not want it
-  /// any more. REQUIRES: dataset.tiles->available(tile).
-  void make(const ServedDataset&, TileId, proto::Extensions, Done done, std::stop_token gone = {});
+  /// this thread, with Errc::busy or the failure of a moment ago.
+  /// REQUIRES: dataset.tiles->available(tile).
+  void make(const ServedDataset&, TileId, proto::Extensions, Done done, http::Asker asker = {});
 
   /// The same for one who is on a worker already and wants several: from the cache, or made here.
   /// REQUIRES: dataset.tiles->available(tile).

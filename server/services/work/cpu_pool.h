@@ -3,7 +3,8 @@
 // What does not fit is refused at once, so that a flood of cold tiles costs the clients a 503 and
 // never the server its memory. Workers take from the classes in turn, and a long class may never
 // hold all of them: a plan or the preparing of a scene keeps no tile waiting, and tiles no
-// question. Work whose client has gone is not begun, and what has begun is told.
+// question. Within a class clients take turns, and none may have all of its places: who asks for
+// one tile does not wait for all that somebody else asked for. Work whose client has gone is not begun, and what has begun is told.
 
 #include <array>
 #include <atomic>
@@ -12,8 +13,10 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <map>
 #include <mutex>
 #include <stop_token>
+#include <string>
 #include <string_view>
 #include <thread>
 #include <utility>
@@ -36,21 +39,26 @@ class CpuPool {
  public:
   using Task = std::move_only_function<void(std::stop_token)>;
 
-  /// The right to one place in a class, waiting or running; given back by its destructor.
+  /// The right to one place in a class, waiting or running; given back by its destructor, which
+  /// the pool must outlive.
   class Permit {
    public:
     Permit(Permit&& other) noexcept
-        : work_(other.work_), count_(std::exchange(other.count_, nullptr)) {}
+        : pool_(std::exchange(other.pool_, nullptr)),
+          work_(other.work_),
+          client_(std::move(other.client_)) {}
     Permit& operator=(Permit&&) = delete;
     ~Permit() {
-      if (count_) count_->fetch_sub(1);
+      if (pool_) pool_->give_back(work_, client_);
     }
 
    private:
     friend class CpuPool;
-    Permit(Work work, std::atomic<std::size_t>& count) : work_(work), count_(&count) {}
+    Permit(CpuPool& pool, Work work, std::string client)
+        : pool_(&pool), work_(work), client_(std::move(client)) {}
+    CpuPool* pool_;
     Work work_;
-    std::atomic<std::size_t>* count_;
+    std::string client_;
   };
 
   static constexpr std::size_t kFetches = 16;
@@ -64,8 +72,9 @@ class CpuPool {
   CpuPool(const CpuPool&) = delete;
   CpuPool& operator=(const CpuPool&) = delete;
 
-  /// Errc::busy when the class has all the work that it may have. Cheap: for I/O threads.
-  Result<Permit> admit(Work);
+  /// Errc::busy when the class has all the work that it may have, or three quarters of that are of
+  /// this client; nobody in particular (empty) may have all. Cheap: for I/O threads.
+  Result<Permit> admit(Work, std::string client = {});
   /// Runs the task on a worker; its token is stopped by stop(), and by `gone`: whoever wanted it
   /// does not any more. One that never runs, because of either, is destroyed.
   void run(Permit, Task, std::stop_token gone = {});
@@ -87,13 +96,25 @@ class CpuPool {
     Task task;
     std::stop_token gone;
   };
+  /// What one client waits for.
+  struct Line {
+    std::string client;
+    std::deque<Job> jobs;
+  };
   struct Class {
     std::atomic<std::size_t> admitted{0};
     std::atomic<std::uint64_t> refused{0}, abandoned{0};
     std::size_t capacity = 0;   // may wait or run
+    std::size_t share = 0;      // of one client
     std::size_t at_a_time = 0;  // may run
-    std::size_t running = 0;    // under the mutex, like this:
-    std::deque<Job> waiting;
+    // Under the mutex:
+    std::size_t running = 0;
+    std::map<std::string, std::size_t, std::less<>> clients;  // their places
+    std::deque<Line> waiting;                                 // none empty; the first has its turn
+
+    bool take_place(const std::string& client);
+    void queue(Job);
+    Job next();
   };
   Class& class_of(Work work) { return classes_[std::size_t(work)]; }
   const Class& class_of(Work work) const { return classes_[std::size_t(work)]; }
@@ -102,6 +123,7 @@ class CpuPool {
   Class* next_class(bool fetches);
   void do_job(Job, Class&, const std::stop_token&);
   void drop_abandoned(Class&);
+  void give_back(Work, const std::string& client);
 
   std::mutex mutex_;
   std::condition_variable_any wake_, wake_fetchers_;

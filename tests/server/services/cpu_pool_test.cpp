@@ -123,8 +123,9 @@ TEST(CpuPool, StopTellsTheRunningAndDropsTheWaiting) {
   EXPECT_EQ(pool.admitted(), 0u);
 }
 
-void add(CpuPool& pool, Work work, CpuPool::Task task, std::stop_token gone = {}) {
-  auto permit = pool.admit(work);
+void add(CpuPool& pool, Work work, CpuPool::Task task, std::stop_token gone = {},
+         std::string client = {}) {
+  auto permit = pool.admit(work, std::move(client));
   ASSERT_TRUE(permit);
   pool.run(std::move(*permit), std::move(task), std::move(gone));
 }
@@ -171,6 +172,55 @@ TEST(CpuPool, ClassesTakeTurns) {
   while (pool.admitted() > 0) std::this_thread::yield();
   EXPECT_EQ(tiles, 60);
   EXPECT_LT(tiles_before_the_last_question, 50) << "sixty came first";
+}
+
+TEST(CpuPool, ClientsTakeTurns) {
+  Gate gate;
+  CpuPool pool(1, 100);
+  add(pool, Work::tile, gate.task());
+  gate.wait_for(1);
+  std::string order;  // one worker does tiles
+  const auto ask = [&](char client, int n) {
+    for (int i = 0; i < n; ++i)
+      add(pool, Work::tile, [&order, client](const std::stop_token&) { order += client; }, {},
+          {client});
+  };
+  ask('a', 50);
+  ask('b', 1);
+  ask('c', 3);
+  gate.open.set_value();
+  while (pool.admitted() > 0) std::this_thread::yield();
+  EXPECT_EQ(order, "abcacac" + std::string(47, 'a'));
+}
+
+TEST(CpuPool, OneClientNeverHasAllPlaces) {
+  Gate gate;
+  CpuPool pool(2, 6);
+  for (int i = 0; i < 6; ++i) add(pool, Work::tile, gate.task(), {}, "greedy");
+  EXPECT_EQ(pool.admit(Work::tile, "greedy").error().code, Errc::busy);
+  EXPECT_EQ(pool.refused(Work::tile), 1u);
+  {
+    const auto first = pool.admit(Work::tile, "modest"), second = pool.admit(Work::tile);
+    EXPECT_TRUE(first && second) << "nobody in particular may have what is left";
+    EXPECT_FALSE(pool.admit(Work::tile, "late"));
+  }
+  gate.open.set_value();
+  while (pool.admitted() > 0) std::this_thread::yield();
+  for (int i = 0; i < 6; ++i) add(pool, Work::tile, [](const std::stop_token&) {}, {}, "greedy");
+}
+
+TEST(CpuPool, PlacesOfTheDeadAreTheirClientsAgain) {
+  Gate gate;
+  CpuPool pool(1, 3);
+  add(pool, Work::tile, gate.task(), {}, "a");
+  gate.wait_for(1);
+  std::stop_source gone;
+  for (int i = 0; i < 2; ++i)
+    add(pool, Work::tile, [](const std::stop_token&) {}, gone.get_token(), "a");
+  EXPECT_FALSE(pool.admit(Work::tile, "a"));
+  gone.request_stop();
+  EXPECT_TRUE(pool.admit(Work::tile, "a"));
+  gate.open.set_value();
 }
 
 TEST(CpuPool, WhatNobodyWantsIsNotBegun) {

@@ -126,7 +126,7 @@ TEST_F(TileServiceTest, WhatOneClientLeavesAnotherStillGets) {
     auto promise = std::make_shared<std::promise<Made>>();
     products.make(
         *dataset_, {3, 2, 1}, [promise](Made made) { promise->set_value(made); },
-        client.get_token());
+        {client.get_token(), {}});
     return promise->get_future();
   };
   std::stop_source first, second, third;
@@ -156,7 +156,7 @@ TEST_F(TileServiceTest, WhoHasGoneBeforeAskingIsAnsweredToo) {
   auto promise = std::make_shared<std::promise<Made>>();
   service.make(
       *dataset_, {3, 2, 1}, kAll, [promise](Made made) { promise->set_value(made); },
-      gone.get_token());
+      {gone.get_token(), {}});
   EXPECT_EQ(promise->get_future().get().error().code, Errc::cancelled);
   EXPECT_EQ(made_up_->built, 0);
 }
