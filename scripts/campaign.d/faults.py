@@ -11,7 +11,7 @@ from common.work import heights, works
 
 TIERS = ("ci", "gate", "campaign")
 ASKED = "D2, D4: every N of each call x {EIO, ENOSPC, EMFILE, EINTR, ...}, 3,000 points; no false success; run again, same bytes"
-WHY_NOT = "where PROJ cannot read its database, the version in layer.json is another, the tiles are not; short counts are not injected (strace cannot shorten a call that it lets happen)"
+WHY_NOT = "where PROJ cannot read its database, the version in layer.json is another, the tiles are not"
 
 ERRORS = {"openat": ("EIO", "EMFILE", "EINTR", "EACCES"), "read": ("EIO", "EINTR"), "pread64": ("EIO", "EINTR"), "write": ("EIO", "ENOSPC", "EINTR", "EDQUOT"),
           "pwrite64": ("EIO", "ENOSPC"), "fsync": ("EIO", "ENOSPC"), "fdatasync": ("EIO",), "syncfs": ("EIO",), "rename": ("EIO", "ENOSPC"),

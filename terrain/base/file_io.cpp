@@ -14,24 +14,14 @@
 #include <filesystem>
 #include <random>
 
+#include "terrain/base/whole_io.h"
+
 namespace tind {
 namespace {
 
 std::unexpected<Error> failed(const std::string& what, const std::string& path, int code,
                               Errc errc = Errc::io) {
   return fail(errc, "cannot " + what + " " + path + ": " + std::strerror(code));
-}
-
-/// 0, or errno.
-int write_all(int file, std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t written = ::write(file, bytes.data(), bytes.size());
-    if (written >= 0)
-      bytes.remove_prefix(std::size_t(written));
-    else if (errno != EINTR)
-      return errno;
-  }
-  return 0;
 }
 
 /// A link is followed, so that it stays one, also one to a file that is not there yet.
@@ -155,7 +145,7 @@ Result<std::string> read_regular_file(const std::string& path) {
 
 Result<void> write_whole_file(const std::string& path, std::string_view bytes) {
   if (const int file = open_descriptor(path); file >= 0) {
-    const int code = write_all(file, bytes);
+    const int code = write_whole(file, bytes);
     if (code != 0) return failed("write", path, code);
     return {};
   }
@@ -163,7 +153,7 @@ Result<void> write_whole_file(const std::string& path, std::string_view bytes) {
   if (is_special(target)) {
     const int device = ::open(target.c_str(), O_WRONLY | O_CLOEXEC);
     if (device < 0) return failed("open", path, errno);
-    int code = write_all(device, bytes);
+    int code = write_whole(device, bytes);
     if (::close(device) != 0 && code == 0) code = errno;
     if (code != 0) return failed("write", path, code);
     return {};
@@ -171,7 +161,7 @@ Result<void> write_whole_file(const std::string& path, std::string_view bytes) {
   for (const bool nameless : {true, false}) {
     Partial partial(target, nameless);
     if (partial.file < 0) return failed("create", path, errno);
-    int code = write_all(partial.file, bytes);
+    int code = write_whole(partial.file, bytes);
     if (code == 0 && ::fsync(partial.file) != 0) code = errno;
     if (code == 0 && partial.nameless() && partial.get_a_name(target) != 0) continue;  // no /proc
     if (code == 0) code = partial.move_to(target);

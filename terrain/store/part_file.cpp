@@ -12,6 +12,8 @@
 #include <filesystem>
 #include <utility>
 
+#include "terrain/base/whole_io.h"
+
 namespace tind {
 
 namespace {
@@ -35,8 +37,8 @@ bool is_left_behind(int file, std::string_view begins) {
   if (::fstat(file, &status) != 0 || !S_ISREG(status.st_mode)) return false;
   if (status.st_size == 0) return true;
   std::array<char, 16> found{};
-  const ssize_t got = ::pread(file, found.data(), std::min(found.size(), begins.size()), 0);
-  return got >= 0 && std::string_view(found.data(), std::size_t(got)) == begins.substr(0, 16);
+  const ReadBytes got = read_up_to(file, 0, found.data(), std::min(found.size(), begins.size()));
+  return got.error == 0 && std::string_view(found.data(), got.size) == begins.substr(0, 16);
 }
 
 }  // namespace
@@ -104,13 +106,7 @@ Result<void> PartFile::finish() {
 
 Result<void> write_all_at(int file, std::uint64_t at, std::string_view bytes,
                           const std::string& name) {
-  while (!bytes.empty()) {
-    const ssize_t written = ::pwrite(file, bytes.data(), bytes.size(), off_t(at));
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) return failed("write", name, errno);
-    bytes.remove_prefix(std::size_t(written));
-    at += std::uint64_t(written);
-  }
+  if (const int code = write_whole_at(file, at, bytes)) return failed("write", name, code);
   return {};
 }
 

@@ -14,6 +14,7 @@
 #include <type_traits>
 
 #include "server/cli/program/peak_memory.h"
+#include "terrain/base/whole_io.h"
 
 namespace tind::cli {
 
@@ -23,13 +24,8 @@ class Sink {
  public:
   explicit Sink(int file) : file_(file) {}
   void bytes(void* data, std::size_t n) {
-    const char* at = static_cast<const char*>(data);
-    while (n > 0) {
-      const ssize_t wrote = ::write(file_, at, n);
-      if (wrote < 0 && errno == EINTR) continue;
-      if (wrote <= 0) std::_Exit(1);  // nobody reads: the parent is gone
-      at += wrote, n -= std::size_t(wrote);
-    }
+    if (write_whole(file_, {static_cast<const char*>(data), n}) != 0)
+      std::_Exit(1);  // nobody reads: the parent is gone
   }
 
  private:

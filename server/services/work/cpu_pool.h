@@ -4,7 +4,8 @@
 // never the server its memory. Workers take from the classes in turn, and a long class may never
 // hold all of them: a plan or the preparing of a scene keeps no tile waiting, and tiles no
 // question. Within a class clients take turns, and none may have all of its places: who asks for
-// one tile does not wait for all that somebody else asked for. Work whose client has gone is not begun, and what has begun is told.
+// one tile does not wait for all that somebody else asked for. Work whose client has gone is not
+// begun, and what has begun is told.
 
 #include <array>
 #include <atomic>

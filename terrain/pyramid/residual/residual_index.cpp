@@ -24,6 +24,7 @@
 
 #include "terrain/base/hash.h"
 #include "terrain/base/parallel.h"
+#include "terrain/base/whole_io.h"
 #include "terrain/geo/availability.h"
 #include "terrain/geo/extent_box.h"
 #include "terrain/pyramid/residual/residual_scan.h"
@@ -86,26 +87,10 @@ FileHeader header_of_part(const IndexPart& part, const IndexDepth& depth) {
   return h;
 }
 
-bool read_at(int file, std::uint64_t at, void* to, std::size_t size) {
-  auto* out = static_cast<char*>(to);
-  while (size > 0) {
-    const ssize_t got = ::pread(file, out, size, off_t(at));
-    if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) return false;
-    out += got, at += std::uint64_t(got), size -= std::size_t(got);
-  }
-  return true;
-}
-
 Result<void> write_at(int file, const std::string& path, std::uint64_t at, const void* from,
                       std::size_t size) {
-  const auto* in = static_cast<const char*>(from);
-  while (size > 0) {
-    const ssize_t put = ::pwrite(file, in, size, off_t(at));
-    if (put < 0 && errno == EINTR) continue;
-    if (put <= 0) return fail(Errc::io, path + ": cannot be written: " + std::strerror(errno));
-    in += put, at += std::uint64_t(put), size -= std::size_t(put);
-  }
+  const int code = write_whole_at(file, at, {static_cast<const char*>(from), size});
+  if (code != 0) return fail(Errc::io, path + ": cannot be written: " + std::strerror(code));
   return {};
 }
 
@@ -201,14 +186,14 @@ class ResidualFile {
     if (::fstat(index.file_, &status) != 0)
       return fail(Errc::io, index.path_ + ": " + std::strerror(errno));
     const auto size = std::uint64_t(status.st_size);
-    if (!read_at(index.file_, 0, &found, sizeof found) ||
+    if (!read_whole_at(index.file_, 0, &found, sizeof found) ||
         std::memcmp(&found, &wanted, sizeof found) != 0)
       return fail(Errc::bad_data, index.path_ + ": not an index of this source as it is now");
     Walked walked{sizeof found, false};
     std::vector<std::pair<TileId, Index::Place>> records;
     RecordHeader header;
     while (!walked.whole && size - walked.end >= sizeof header &&
-           read_at(index.file_, walked.end, &header, sizeof header)) {
+           read_whole_at(index.file_, walked.end, &header, sizeof header)) {
       if (hash_before(header) != header.own_hash) break;
       if (header.level == kEndLevel) {
         walked.whole = header.hash == records.size() && walked.end + sizeof header == size;
@@ -239,7 +224,7 @@ class ResidualFile {
   static bool read_bytes(const Index& index, const Index::Place& place,
                          std::vector<std::uint8_t>& bytes) {
     bytes.resize(place.size);
-    return read_at(index.file_, place.offset, bytes.data(), bytes.size()) &&
+    return read_whole_at(index.file_, place.offset, bytes.data(), bytes.size()) &&
            hash64(bytes) == place.hash;
   }
 
@@ -357,7 +342,7 @@ class ResidualFile {
     const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
     if (file < 0) return {};
     std::vector<std::uint8_t> bytes(place.size);
-    const bool good = read_at(file, place.offset, bytes.data(), bytes.size());
+    const bool good = read_whole_at(file, place.offset, bytes.data(), bytes.size());
     ::close(file);
     if (!good || hash64(bytes) != place.hash || !decode_record(bytes)) return {};
     return bytes;

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "terrain/base/bytes.h"
+#include "terrain/base/whole_io.h"
 #include "terrain/store/ledger_entry.h"
 #include "terrain/store/part_file.h"
 
@@ -24,17 +25,6 @@ constexpr std::string_view kMagic = "tindSPL1";
 
 std::unexpected<Error> failed(const std::string& what, const std::string& path) {
   return fail(Errc::io, "cannot " + what + " " + path + ": " + std::strerror(errno));
-}
-
-/// All of them?
-bool read_at(int file, std::uint64_t at, char* to, std::size_t size) {
-  while (size > 0) {
-    const ssize_t got = ::pread(file, to, size, off_t(at));
-    if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) return false;
-    to += got, at += std::uint64_t(got), size -= std::size_t(got);
-  }
-  return true;
 }
 
 /// A file of this name that nobody else has; -1 where somebody has it, or one cannot tell.
@@ -93,7 +83,7 @@ Result<void> ShardSpool::look() {
   std::string head(kMagic);
   ByteWriter(head).put(seed_);
   std::string found(head.size(), '\0');
-  if (!read_at(file_, 0, found.data(), found.size()) || found != head) {
+  if (!read_whole_at(file_, 0, found.data(), found.size()) || found != head) {
     if (::ftruncate(file_, 0) != 0) return failed("write", path_);
     end_ = head.size();
     return write_all_at(file_, 0, head, path_);
@@ -101,11 +91,11 @@ Result<void> ShardSpool::look() {
   end_ = head.size();
   std::string entry(kLedgerPlace, '\0'), bytes;
   for (const TileId id : ids_) {
-    if (!read_at(file_, end_, entry.data(), entry.size())) break;
+    if (!read_whole_at(file_, end_, entry.data(), entry.size())) break;
     const auto place = decode_place(entry, id, seed_);
     if (!place || place->facts.size > kLargestStored) break;
     bytes.resize(std::size_t(place->facts.size));
-    if (!read_at(file_, end_ + kLedgerPlace, bytes.data(), bytes.size())) break;
+    if (!read_whole_at(file_, end_ + kLedgerPlace, bytes.data(), bytes.size())) break;
     if (!place->vouches_for(bytes)) break;
     places_.push_back({end_ + kLedgerPlace, place->facts});
     end_ += kLedgerPlace + bytes.size();
@@ -128,7 +118,7 @@ Result<void> ShardSpool::append(const std::vector<std::uint8_t>& packed, TileFac
 
 Result<std::vector<std::uint8_t>> ShardSpool::read(std::size_t k) const {
   std::vector<std::uint8_t> bytes(std::size_t(places_[k].facts.size));
-  if (!read_at(file_, places_[k].at, reinterpret_cast<char*>(bytes.data()), bytes.size()))
+  if (!read_whole_at(file_, places_[k].at, bytes.data(), bytes.size()))
     return fail(Errc::io, "cannot read what was written to " + path_);
   return bytes;
 }

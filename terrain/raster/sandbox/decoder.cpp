@@ -19,6 +19,7 @@
 #include <mutex>
 #include <vector>
 
+#include "terrain/base/whole_io.h"
 #include "terrain/raster/sandbox/spawn.h"
 
 namespace tind::sandbox {
@@ -31,16 +32,6 @@ constexpr auto kLook = 250ms;  // how often the clocks are looked at
 
 std::unexpected<Error> failed(const char* what) {
   return fail(Errc::io, fmt::format("no process to decode in: {}: {}", what, std::strerror(errno)));
-}
-
-bool write_all(int to, std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t n = ::write(to, bytes.data(), bytes.size());
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) return false;
-    bytes.remove_prefix(std::size_t(n));
-  }
-  return true;
 }
 
 /// Processes that did not end at once when they were killed: they wait for a disk, and whoever
@@ -92,7 +83,7 @@ Result<std::unique_ptr<Decoder>> Decoder::start(const Begin& begin, std::string_
   if (::ftruncate(shared.get(), off_t(kSharedBytes)) != 0 ||
       ::fcntl(shared.get(), F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL) != 0)
     return failed("memory");
-  if (!write_all(order.get(), brief) || ::lseek(order.get(), 0, SEEK_SET) != 0)
+  if (write_whole(order.get(), brief) != 0 || ::lseek(order.get(), 0, SEEK_SET) != 0)
     return failed("memory");
   std::unique_ptr<Decoder> decoder(new Decoder);
   void* const memory =

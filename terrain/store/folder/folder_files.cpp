@@ -8,6 +8,8 @@
 #include <cstring>
 #include <filesystem>
 
+#include "terrain/base/whole_io.h"
+
 namespace tind {
 
 namespace {
@@ -28,18 +30,6 @@ struct Opened {
   int file;
 };
 
-/// 0, or errno.
-int write_all(int file, std::uint64_t at, std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t written = ::pwrite(file, bytes.data(), bytes.size(), off_t(at));
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) return errno;
-    bytes.remove_prefix(std::size_t(written));
-    at += std::uint64_t(written);
-  }
-  return 0;
-}
-
 }  // namespace
 
 Result<void> FolderFiles::make_folder(const std::string& path) {
@@ -52,7 +42,7 @@ Result<void> FolderFiles::make_folder(const std::string& path) {
 Result<void> FolderFiles::write(const std::string& path, std::string_view bytes) {
   const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (file < 0) return cannot("create", path, errno);
-  int code = write_all(file, 0, bytes);
+  int code = write_whole_at(file, 0, bytes);
   if (::close(file) != 0 && code == 0) code = errno;  // some report a full disk here
   if (code == 0) return {};
   ::unlink(path.c_str());
@@ -63,7 +53,7 @@ Result<void> FolderFiles::write_at(const std::string& path, std::uint64_t at,
                                    std::string_view bytes) {
   const Opened to(path, O_WRONLY);
   if (to.file < 0) return cannot("open", path, errno);
-  if (const int code = write_all(to.file, at, bytes)) return cannot("write", path, code);
+  if (const int code = write_whole_at(to.file, at, bytes)) return cannot("write", path, code);
   return {};
 }
 

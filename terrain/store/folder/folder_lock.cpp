@@ -10,6 +10,7 @@
 #include <ctime>
 #include <utility>
 
+#include "terrain/base/whole_io.h"
 #include "terrain/store/folder/folder_files.h"
 
 namespace tind {
@@ -34,8 +35,7 @@ std::string who() {
 
 std::string read_line(int file) {
   std::array<char, 512> text{};
-  const ssize_t got = ::pread(file, text.data(), text.size(), 0);
-  const std::string_view all(text.data(), std::size_t(std::max<ssize_t>(got, 0)));
+  const std::string_view all(text.data(), read_up_to(file, 0, text.data(), text.size()).size);
   return std::string(all.substr(0, all.find('\n')));
 }
 
@@ -90,9 +90,10 @@ Result<FolderLock> FolderLock::take(const std::string& folder) {
     lock.left_behind_ = !says.empty();
     const std::string text = who();
     // Never empty in between: a file without text would not say that a build began here.
-    if (::pwrite(file, text.data(), text.size(), 0) != ssize_t(text.size()) ||
-        ::ftruncate(file, off_t(text.size())) != 0 || ::fsync(file) != 0)
-      return fail(Errc::io, "cannot write " + path + ": " + std::strerror(errno));
+    int failed = write_whole_at(file, 0, text);
+    if (failed == 0 && (::ftruncate(file, off_t(text.size())) != 0 || ::fsync(file) != 0))
+      failed = errno;
+    if (failed != 0) return fail(Errc::io, "cannot write " + path + ": " + std::strerror(failed));
     if (auto kept = FolderFiles().sync_folder(folder); !kept) return std::unexpected(kept.error());
     return lock;
   }

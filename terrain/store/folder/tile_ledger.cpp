@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "terrain/base/hash.h"
+#include "terrain/base/whole_io.h"
 
 namespace tind {
 
@@ -51,17 +52,6 @@ std::uint64_t begin_of(std::uint64_t ranges) {
   return (sizeof(Head) + ranges * sizeof(Range) + kLedgerPlace - 1) / kLedgerPlace * kLedgerPlace;
 }
 
-bool read_at(int file, std::uint64_t at, void* to, std::size_t size) {
-  auto* p = static_cast<char*>(to);
-  while (size > 0) {
-    const ssize_t got = ::pread(file, p, size, off_t(at));
-    if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) return false;
-    p += got, at += std::uint64_t(got), size -= std::size_t(got);
-  }
-  return true;
-}
-
 }  // namespace
 
 std::string TileLedger::blank(std::string_view record, const Levels& levels) {
@@ -96,14 +86,8 @@ Result<TileLedger> TileLedger::open(const std::string& path) {
 Result<TileLedger> TileLedger::of_bytes(std::string_view bytes, const std::string& name) {
   TileLedger ledger;
   ledger.file_ = ::memfd_create("ledger", MFD_CLOEXEC);
-  for (std::size_t put = 0; put < bytes.size();) {
-    const ssize_t n = ledger.file_ < 0 ? -1
-                                       : ::pwrite(ledger.file_, bytes.data() + put,
-                                                  bytes.size() - put, off_t(put));
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) return fail(Errc::io, name + ": no memory for it: " + std::strerror(errno));
-    put += std::size_t(n);
-  }
+  const int code = ledger.file_ < 0 ? errno : write_whole_at(ledger.file_, 0, bytes);
+  if (code != 0) return fail(Errc::io, name + ": no memory for it: " + std::strerror(code));
   if (auto whole = ledger.read_head(name); !whole) return std::unexpected(whole.error());
   return ledger;
 }
@@ -113,13 +97,14 @@ Result<void> TileLedger::read_head(const std::string& name) {
   struct stat status {};
   if (file_ < 0 || ::fstat(file_, &status) != 0 || !S_ISREG(status.st_mode)) return damaged();
   Head head;
-  if (!read_at(file_, 0, &head, sizeof head) || head.magic != kMagic || head.ranges > kMostRanges ||
+  if (!read_whole_at(file_, 0, &head, sizeof head) || head.magic != kMagic ||
+      head.ranges > kMostRanges ||
       std::uint64_t(status.st_size) < sizeof head + head.ranges * sizeof(Range))
     return damaged();
   if (head.version != kVersion)
     return fail(Errc::unsupported, name + " is of another version of tind");
   std::vector<Range> ranges(head.ranges);
-  if (!read_at(file_, sizeof head, ranges.data(), ranges.size() * sizeof(Range)) ||
+  if (!read_whole_at(file_, sizeof head, ranges.data(), ranges.size() * sizeof(Range)) ||
       hash_of(head, ranges) != head.hash)
     return damaged();
   seed_ = head.record;
@@ -175,7 +160,7 @@ std::optional<std::uint64_t> TileLedger::place(TileId id) const {
 std::optional<LedgerEntry> TileLedger::find(TileId id) const {
   const auto at = place(id);
   std::array<char, kLedgerPlace> bytes;
-  if (!at || !read_at(file_, *at, bytes.data(), bytes.size())) return {};
+  if (!at || !read_whole_at(file_, *at, bytes.data(), bytes.size())) return {};
   return decode_place({bytes.data(), bytes.size()}, id, seed_);
 }
 

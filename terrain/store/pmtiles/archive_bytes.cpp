@@ -11,6 +11,7 @@
 #include <cstring>
 #include <utility>
 
+#include "terrain/base/whole_io.h"
 #include "terrain/raster/remote/remote_file.h"
 
 namespace tind::pmtiles {
@@ -41,15 +42,11 @@ class LocalBytes : public ArchiveBytes {
   std::uint64_t size() const override { return size_; }
   Result<Bytes> read(const PmtilesSection& part) const override {
     Bytes bytes(part.size);
-    std::size_t got = 0;
-    while (got < bytes.size()) {
-      const ssize_t n =
-          ::pread(file_, bytes.data() + got, bytes.size() - got, off_t(part.at + got));
-      if (n < 0 && errno == EINTR) continue;
-      if (n < 0) return fail(Errc::io, "cannot read " + path_ + ": " + std::strerror(errno));
-      if (n == 0) return fail(Errc::io, path_ + " is shorter than when it was opened");
-      got += std::size_t(n);
-    }
+    const ReadBytes got = read_up_to(file_, part.at, bytes.data(), bytes.size());
+    if (got.error != 0)
+      return fail(Errc::io, "cannot read " + path_ + ": " + std::strerror(got.error));
+    if (got.size < bytes.size())
+      return fail(Errc::io, path_ + " is shorter than when it was opened");
     return bytes;
   }
 

@@ -19,6 +19,7 @@
 #include "proto/json_text.h"
 #include "terrain/base/deflate.h"
 #include "terrain/base/hash.h"
+#include "terrain/base/whole_io.h"
 #include "terrain/store/ledger_entry.h"
 #include "terrain/store/part_file.h"
 #include "terrain/store/pmtiles/pmtiles_seal.h"
@@ -71,13 +72,8 @@ class Spool {
     std::string part;
     for (std::uint64_t from = 0; from < size_; from += part.size()) {
       part.resize(std::size_t(std::min<std::uint64_t>(kCopied, size_ - from)));
-      const ssize_t got = ::pread(file_, part.data(), part.size(), off_t(from));
-      if (got < 0 && errno == EINTR) {
-        part.clear();
-        continue;
-      }
-      if (got <= 0) return fail(Errc::io, "cannot read what was written in " + folder_);
-      part.resize(std::size_t(got));
+      if (!read_whole_at(file_, from, part.data(), part.size()))
+        return fail(Errc::io, "cannot read what was written in " + folder_);
       if (auto done = to.write_at(at + from, part); !done) return done;
     }
     return {};

@@ -206,7 +206,9 @@ TEST(CpuPool, OneClientNeverHasAllPlaces) {
   }
   gate.open.set_value();
   while (pool.admitted() > 0) std::this_thread::yield();
-  for (int i = 0; i < 6; ++i) add(pool, Work::tile, [](const std::stop_token&) {}, {}, "greedy");
+  for (int i = 0; i < 6; ++i)
+    add(
+        pool, Work::tile, [](const std::stop_token&) {}, {}, "greedy");
 }
 
 TEST(CpuPool, PlacesOfTheDeadAreTheirClientsAgain) {
@@ -216,7 +218,8 @@ TEST(CpuPool, PlacesOfTheDeadAreTheirClientsAgain) {
   gate.wait_for(1);
   std::stop_source gone;
   for (int i = 0; i < 2; ++i)
-    add(pool, Work::tile, [](const std::stop_token&) {}, gone.get_token(), "a");
+    add(
+        pool, Work::tile, [](const std::stop_token&) {}, gone.get_token(), "a");
   EXPECT_FALSE(pool.admit(Work::tile, "a"));
   gone.request_stop();
   EXPECT_TRUE(pool.admit(Work::tile, "a"));

@@ -124,9 +124,8 @@ TEST_F(TileServiceTest, WhatOneClientLeavesAnotherStillGets) {
       });
   const auto want = [&](const std::stop_source& client) {
     auto promise = std::make_shared<std::promise<Made>>();
-    products.make(
-        *dataset_, {3, 2, 1}, [promise](Made made) { promise->set_value(made); },
-        {client.get_token(), {}});
+    products.make(*dataset_, {3, 2, 1}, [promise](Made made) { promise->set_value(made); },
+                  {client.get_token(), {}});
     return promise->get_future();
   };
   std::stop_source first, second, third;
@@ -154,9 +153,8 @@ TEST_F(TileServiceTest, WhoHasGoneBeforeAskingIsAnsweredToo) {
   std::stop_source gone;
   gone.request_stop();
   auto promise = std::make_shared<std::promise<Made>>();
-  service.make(
-      *dataset_, {3, 2, 1}, kAll, [promise](Made made) { promise->set_value(made); },
-      {gone.get_token(), {}});
+  service.make(*dataset_, {3, 2, 1}, kAll, [promise](Made made) { promise->set_value(made); },
+               {gone.get_token(), {}});
   EXPECT_EQ(promise->get_future().get().error().code, Errc::cancelled);
   EXPECT_EQ(made_up_->built, 0);
 }
