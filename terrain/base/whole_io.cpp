@@ -37,8 +37,8 @@ int write_whole_at(int file, std::uint64_t at, std::string_view bytes) {
 ReadBytes read_up_to(int file, std::uint64_t at, void* to, std::size_t size) {
   ReadBytes got;
   while (got.size < size) {
-    const ssize_t n = ::pread(file, static_cast<char*>(to) + got.size, size - got.size,
-                              off_t(at + got.size));
+    const ssize_t n =
+        ::pread(file, static_cast<char*>(to) + got.size, size - got.size, off_t(at + got.size));
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) got.error = errno;
     if (n <= 0) break;

@@ -6,6 +6,7 @@ import {createServer} from "node:net";
 import {fileURLToPath} from "node:url";
 
 export const ROOT = fileURLToPath(new URL("../..", import.meta.url));
+process.env.TIND_AS_ROOT ??= "true";  // tests may run in a container that has no other user
 export const PROGRAM = process.env.TIND_BINARY ?? `${ROOT}/build/release/tind`;
 
 export async function freePort() {

@@ -16,6 +16,7 @@ import unittest
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from types import SimpleNamespace
 
+os.environ.setdefault("TIND_AS_ROOT", "true")  # at work here alone, maybe where there is no other user
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT / "scripts/python"))
 import tind  # noqa: E402

@@ -40,6 +40,7 @@ class ForkServer {
         bind(listening, reinterpret_cast<const sockaddr*>(&place), sizeof place) != 0 ||
         listen(listening, 64) != 0)
       throw std::runtime_error("no socket for the fork server");
+    setenv("TIND_AS_ROOT", "true", 0);  // tests may run in a container that has no other user
     const std::string told = std::to_string(listening) + "," + std::to_string(alive[0]);
     const char* const asan = std::getenv("ASAN_OPTIONS");
     const std::string options = std::string(asan ? asan : "") + ":verify_asan_link_order=0";

@@ -25,7 +25,7 @@ struct Setup {
 
 /// Messages have borders: a part of one would be another message.
 bool may_be_short(int fd) {
-  struct stat is{};
+  struct stat is {};
   if (fstat(fd, &is) != 0) return false;
   if (S_ISREG(is.st_mode)) return true;
   int domain = 0, type = 0;

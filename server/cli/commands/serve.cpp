@@ -232,13 +232,8 @@ std::shared_ptr<SourcePool> source_pool(const Config& config) {
   const std::string missing = sandbox::missing_text(sandbox::supported());
   const std::string how =
       said == config.every.end() ? services::dataset_setting("sandbox")->initial : said->second;
-  if (how == "off") {
-    if (::geteuid() == 0)
-      spdlog::warn(
-          "running as root: DEM files are decoded in this process; a user of its own is safer");
-  } else if (!missing.empty()) {
+  if (how != "off" && !missing.empty())
     spdlog::warn("the sandbox for DEMs does without {}, which this system lacks", missing);
-  }
   // By this name also when the file was replaced since: both ends must be of one build.
   return sandboxed_pool(
       {.heights_bytes = std::size_t(config.source_cache_mb) << 20, .open_files = kOpenFiles},
@@ -481,6 +476,10 @@ int run(const Options& options) {
   if (options.print_config) std::fputs(services::print_config(*config).c_str(), stdout);
   if (options.check_config && !options.print_config) std::puts("tind: the configuration is valid");
   if (options.print_config || options.check_config) return kOk;
+  if (::geteuid() == 0 && !config->as_root)
+    return complain(Error{Errc::invalid_argument,
+                          "will not serve as root: whoever took it over would have the machine; "
+                          "start it as a user of its own, or say --as-root"});
   return serve(*config, options);
 }
 

@@ -321,6 +321,7 @@ std::vector<Setting> make_table() {
           "folder for the residual indexes of large DEMs; default: tind in the user's cache folder",
           &Config::index_dir),
       toggle("access-log", "log every request", &Config::access_log),
+      toggle("as-root", "serve also as root, which else is refused", &Config::as_root),
       choice("log-level", "how much to log", &Config::log_level,
              {"debug", "info", "warn", "error", "off"}),
       text("jobs-dir",

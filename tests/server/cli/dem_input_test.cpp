@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <array>
 #include <bit>
@@ -342,6 +343,20 @@ void write_wgs84_prj(const std::string& path) {
   std::ofstream(path)
       << "GEOGCS[\"WGS 84\",DATUM[\"WGS_1984\",SPHEROID[\"WGS 84\",6378137,298.257223563]],"
          "PRIMEM[\"Greenwich\",0],UNIT[\"degree\",0.0174532925199433]]";
+}
+
+TEST(Serve, AsRootOnlyWhenThatIsMeant) {
+  if (::geteuid() != 0) GTEST_SKIP() << "not root";
+  const std::string flags = " --listen 127.0.0.1:0 --viewer /nowhere";  // which ends a start
+  const Ran refused = run_tind("serve " + testdata("rainier.tif") + flags, "TIND_AS_ROOT=false");
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_THAT(refused.out, HasSubstr("will not serve as root"));
+  const Ran meant =
+      run_tind("serve " + testdata("rainier.tif") + flags + " --as-root", "TIND_AS_ROOT=false");
+  EXPECT_THAT(meant.out, HasSubstr("/nowhere"));
+  const Ran checked =
+      run_tind("serve " + testdata("rainier.tif") + " --check-config", "TIND_AS_ROOT=false");
+  EXPECT_EQ(checked.code, 0) << checked.out;
 }
 
 TEST(DemInput, CheckingAConfigurationFindsWhatTheStartWouldFind) {

@@ -163,7 +163,7 @@ TEST_F(HttpServer, WhoHangsUpWhileAHandlerWorksIsNoticed) {
   start(options);
   const auto first_has_gone = [&] {
     const std::lock_guard lock(parked_.mutex);
-    return parked_.waiting.front().gone().stop_requested();
+    return parked_.waiting.front().asker().gone.stop_requested();
   };
   for (const char* more : {"", "GET / HTTP/1.1\r\nHost: a\r\n\r\n"}) {  // and does not read on
     auto client = std::make_unique<HttpClient>(port());
