@@ -37,7 +37,8 @@ CpuPool::CpuPool(int asked, std::size_t queue) {
   const std::size_t workers = std::max<std::size_t>(threads, 2);
   const auto set = [](Class& c, std::size_t at_a_time, std::size_t waiting) {
     c.at_a_time = at_a_time, c.capacity = at_a_time + waiting;
-    c.share = std::max(at_a_time, c.capacity * 3 / 4);
+    // One more than run: who asks again as soon as it is answered may have its old place still.
+    c.share = std::min(c.capacity, std::max(at_a_time + 1, c.capacity * 3 / 4));
   };
   set(class_of(Work::question), workers, queue);
   set(class_of(Work::tile), threads, queue);

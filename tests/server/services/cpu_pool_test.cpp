@@ -211,6 +211,14 @@ TEST(CpuPool, OneClientNeverHasAllPlaces) {
         pool, Work::tile, [](const std::stop_token&) {}, {}, "greedy");
 }
 
+TEST(CpuPool, ASmallQueueIsNotTooSmallForOneWhoAsksAgain) {
+  Gate gate;
+  CpuPool pool(2, 1);  // of batches one runs and one waits
+  EXPECT_EQ(pool.capacity(Work::batch), 2u);
+  for (int i = 0; i < 2; ++i) add(pool, Work::batch, gate.task(), {}, "the only one");
+  gate.open.set_value();
+}
+
 TEST(CpuPool, PlacesOfTheDeadAreTheirClientsAgain) {
   Gate gate;
   CpuPool pool(1, 3);
