@@ -3,10 +3,10 @@
 #include "terrain/mesh/mesh_file.h"
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 
 #include "terrain/base/file_io.h"
+#include "terrain/base/lower_case.h"
 #include "terrain/raster/vector_file.h"
 
 namespace tind {
@@ -32,10 +32,7 @@ Result<std::string> gpkg(const Mesh& m) { return triangles(VectorFormat::geopack
 Result<std::string> fgb(const Mesh& m) { return triangles(VectorFormat::flatgeobuf, m); }
 
 std::string lower_extension(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::ranges::transform(extension, extension.begin(),
-                         [](unsigned char c) { return char(std::tolower(c)); });
-  return extension;
+  return lower_case(std::filesystem::path(path).extension().string());
 }
 
 template <class Wanted>

@@ -4,13 +4,13 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <iterator>
 #include <string_view>
 #include <unordered_set>
 
 #include "terrain/base/file_io.h"
+#include "terrain/base/lower_case.h"
 #include "terrain/raster/remote/objects.h"
 
 namespace tind {
@@ -27,17 +27,12 @@ constexpr std::string_view kBeside[] = {".hdr", ".prj", ".tfw", ".tifw", ".pgw",
                                         ".msk", ".ige", ".rrd", ".rde",  ".aux"};
 constexpr std::size_t kLongestList = 64 << 20;  // bytes
 
-std::string lower(std::string text) {
-  for (char& c : text) c = char(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
-
 bool ends_in(const std::string& name, std::span<const std::string_view> endings) {
-  const std::string low = lower(name);
+  const std::string low = lower_case(name);
   return std::ranges::any_of(endings, [&](auto ending) { return low.ends_with(ending); });
 }
 
-bool is_picture(const std::string& path) { return lower(path).ends_with(".png"); }
+bool is_picture(const std::string& path) { return lower_case(path).ends_with(".png"); }
 
 Result<void> add_folder(const std::string& folder, const DemOptions& options, DemFiles& out) {
   std::error_code error;
@@ -160,11 +155,11 @@ bool is_dem_folder(const std::string& path) {
 
 bool is_remote_dem(const std::string& name) {
   return remote::is_remote(name) &&
-         (lower(name).ends_with(".tif") || lower(name).ends_with(".tiff"));
+         (lower_case(name).ends_with(".tif") || lower_case(name).ends_with(".tiff"));
 }
 
 bool has_raster_ending(const std::string& name, bool allow_vrt) {
-  return ends_in(name, kRasterEndings) || (allow_vrt && lower(name).ends_with(".vrt"));
+  return ends_in(name, kRasterEndings) || (allow_vrt && lower_case(name).ends_with(".vrt"));
 }
 
 Result<DemFiles> dem_files(std::span<const std::string> named, const DemOptions& options) {

@@ -9,17 +9,12 @@
 #include <system_error>
 #include <utility>
 
+#include "terrain/base/lower_case.h"
 #include "terrain/raster/datums.h"
 #include "terrain/raster/nodata.h"
 
 namespace tind {
 namespace {
-
-std::string lower(std::string_view text) {
-  std::string low(text);
-  for (char& c : low) c = char(std::tolower(static_cast<unsigned char>(c)));
-  return low;
-}
 
 Result<void> set_from_datum(std::string_view text, DemOptions& options) {
   auto datum = datum_named(text);
@@ -29,7 +24,7 @@ Result<void> set_from_datum(std::string_view text, DemOptions& options) {
 }
 
 Result<void> set_to_datum(std::string_view text, DemOptions& options) {
-  if (lower(text) == "same") {
+  if (lower_case(text) == "same") {
     options.to_datum = TargetDatum::same;
     return {};
   }
@@ -60,7 +55,7 @@ Result<void> set_band(std::string_view text, DemOptions& options) {
 }
 
 Result<void> set_encoding(std::string_view text, DemOptions& options) {
-  auto encoding = parse_enum<HeightEncoding>(lower(text));
+  auto encoding = parse_enum<HeightEncoding>(lower_case(text));
   if (!encoding) return std::unexpected(encoding.error());
   options.encoding = *encoding;
   return {};
@@ -93,7 +88,7 @@ Result<void> set_accuracy(std::string_view text, DemOptions& options) {
   const std::size_t equals = text.find('=');
   VerticalAccuracy accuracy;
   if (equals != text.npos) {
-    const auto kind = enum_named<AccuracyKind>(lower(text.substr(0, equals)));
+    const auto kind = enum_named<AccuracyKind>(lower_case(text.substr(0, equals)));
     if (!kind || *kind == AccuracyKind::unspecified)
       return fail(Errc::invalid_argument,
                   "'" + std::string(text) + "' is no accuracy; say 4, le90=4, le95=5 or rmse=2.5");

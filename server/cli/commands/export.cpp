@@ -20,6 +20,7 @@
 #include "server/cli/program/interrupt.h"
 #include "server/cli/program/progress_bar.h"
 #include "terrain/base/file_io.h"
+#include "terrain/base/lower_case.h"
 #include "terrain/heightmaps/cdb_folder.h"
 #include "terrain/heightmaps/heightmap.h"
 #include "terrain/surface/on_globe.h"
@@ -121,10 +122,7 @@ Result<std::optional<HeightRange>> range_of(const std::string& text) {
 }
 
 std::string extension_of(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::ranges::transform(extension, extension.begin(),
-                         [](unsigned char c) { return char(std::tolower(c)); });
-  return extension;
+  return lower_case(std::filesystem::path(path).extension().string());
 }
 
 Result<void> check_extension(const Arguments& a) {

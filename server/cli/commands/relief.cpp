@@ -21,6 +21,7 @@
 #include "server/cli/program/progress_bar.h"
 #include "terrain/analysis/derivatives.h"
 #include "terrain/base/file_io.h"
+#include "terrain/base/lower_case.h"
 #include "terrain/raster/picture_file.h"
 
 namespace tind::cli {
@@ -38,8 +39,7 @@ struct Arguments {
 enum class Format { png, tiff };
 
 Result<Format> format_of(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  for (char& c : extension) c = char(std::tolower(static_cast<unsigned char>(c)));
+  const std::string extension = lower_case(std::filesystem::path(path).extension().string());
   if (extension == ".png") return Format::png;
   if (extension == ".tif" || extension == ".tiff") return Format::tiff;
   return fail(Errc::invalid_argument,

@@ -389,7 +389,10 @@ int serve(const Config& config, const Options& options) {
   if (!admin) return complain(admin.error());
 
   std::printf("tind: serving %zu datasets at %s\n", catalog.all().size(), (*server)->url().c_str());
-  std::fflush(stdout);
+  if (std::fflush(stdout) != 0)  // whoever waits for that line would wait for ever
+    return complain(fail(Errc::io, fmt::format("cannot say where it listens: standard output: {}",
+                                               std::strerror(errno)))
+                        .error());
   if (*admin) spdlog::info("admin at {}", (*admin)->url());
   if (hung_up && listening.hangup_stops())
     (*server)->stop();
@@ -462,6 +465,11 @@ Result<std::size_t> check(const Config& config,
   return not_read;
 }
 
+constexpr const char* kAsRoot =
+    "will not serve as root: whoever took it over would have the machine; start it as a user of "
+    "its own, or say --as-root";
+bool refused_as_root(const Config& config) { return ::geteuid() == 0 && !config.as_root; }
+
 int run(const Options& options) {
   if (!options.check_config && !options.print_config) ignore_signals();
   if (const rlimit none{0, 0}; options.no_core_dumps) ::setrlimit(RLIMIT_CORE, &none);
@@ -473,13 +481,12 @@ int run(const Options& options) {
   if (*not_read > 0)
     warn(fmt::format("{} DEMs of more than {} million posts were opened, but not read", *not_read,
                      kMostReadAtOnce / 1'000'000));
+  if (options.check_config && refused_as_root(*config))
+    warn(std::string("as this user it ") + kAsRoot);
   if (options.print_config) std::fputs(services::print_config(*config).c_str(), stdout);
   if (options.check_config && !options.print_config) std::puts("tind: the configuration is valid");
   if (options.print_config || options.check_config) return kOk;
-  if (::geteuid() == 0 && !config->as_root)
-    return complain(Error{Errc::invalid_argument,
-                          "will not serve as root: whoever took it over would have the machine; "
-                          "start it as a user of its own, or say --as-root"});
+  if (refused_as_root(*config)) return complain(Error{Errc::invalid_argument, kAsRoot});
   return serve(*config, options);
 }
 
@@ -503,8 +510,7 @@ void add_serve(Command program, int& exit) {
       options->flags[name] = value;
     };
     if (setting.is_switch) {
-      command.add_action(
-          "--" + setting.name, [store] { store("true"); }, help);
+      command.add_switch("--" + setting.name, store, help);
     } else {
       command.add_function("--" + setting.name, store, help);
     }

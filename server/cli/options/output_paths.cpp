@@ -1,7 +1,6 @@
 #include "server/cli/options/output_paths.h"
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <iterator>
 #include <string_view>
@@ -12,6 +11,7 @@
 #include "server/cli/options/surface_input.h"
 #include "server/cli/program/exit.h"
 #include "terrain/base/file_io.h"
+#include "terrain/base/lower_case.h"
 #include "terrain/mesh/mesh_file.h"
 #include "terrain/raster/dem_files.h"
 
@@ -27,11 +27,6 @@ constexpr std::string_view kBesideStem[] = {".hdr", ".prj", ".tfw", ".tifw", ".p
                                             ".rde", ".aux", ".dbf", ".shx",  ".cpg", ".mtl"};
 /// Read beside a file of the same name with its ending.
 constexpr std::string_view kBesideName[] = {".aux.xml", ".ovr", ".msk"};
-
-std::string lower(std::string text) {
-  for (char& c : text) c = char(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
 
 /// One spelling for all names of a file, whether it is there or not.
 fs::path real_path(fs::path path) {
@@ -58,9 +53,9 @@ bool belongs_to(const fs::path& output, const fs::path& input) {
   if (output.parent_path() != input.parent_path()) return false;
   const std::string name = output.filename().string(), whole = input.filename().string();
   if (name.starts_with(whole))
-    return std::ranges::count(kBesideName, lower(name.substr(whole.size()))) > 0;
-  const std::string ending = lower(output.extension().string());
-  const std::string of = lower(input.extension().string());
+    return std::ranges::count(kBesideName, lower_case(name.substr(whole.size()))) > 0;
+  const std::string ending = lower_case(output.extension().string());
+  const std::string of = lower_case(input.extension().string());
   if (of == ".tif" && (ending == ".prj" || ending == ".hdr")) return false;  // has its own inside
   if (of == ".tiff" && (ending == ".prj" || ending == ".hdr")) return false;
   return output.stem() == input.stem() && std::ranges::count(kBesideStem, ending) > 0;
@@ -77,7 +72,7 @@ std::vector<Named> files_of(const std::vector<std::string>& outputs) {
   for (const std::string& path : outputs) {
     if (path.empty() || is_device(path)) continue;
     out.push_back({path, real_path(path)});
-    const std::string ending = lower(fs::path(path).extension().string());
+    const std::string ending = lower_case(fs::path(path).extension().string());
     const char* const beside = ending == ".asc" ? ".prj" : ending == ".obj" ? ".mtl" : nullptr;
     if (!beside) continue;
     const fs::path second = fs::path(path).replace_extension(beside);

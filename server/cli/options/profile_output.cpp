@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "proto/json_text.h"
+#include "terrain/base/lower_case.h"
 
 namespace tind::cli {
 namespace {
@@ -137,8 +137,7 @@ Ordered coverage_json(const Profile& profile, const ProfileFacts& facts) {
 }  // namespace
 
 Result<ProfileFormat> profile_format(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  for (char& c : extension) c = char(std::tolower(static_cast<unsigned char>(c)));
+  const std::string extension = lower_case(std::filesystem::path(path).extension().string());
   if (!extension.empty())
     if (const auto format = enum_named<ProfileFormat>(extension.substr(1))) return *format;
   return fail(Errc::invalid_argument, "cannot tell the format of the profile " + path +

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "proto/json_text.h"
+#include "terrain/base/lower_case.h"
 #include "terrain/geo/ellipsoid.h"
 
 namespace tind::cli {
@@ -83,8 +84,8 @@ Result<void> add_time(Fixes& out, std::string_view text, const std::string& wher
 
 enum Column { kLon, kLat, kHeight, kTime, kColumns };
 
-std::optional<Column> column_of(std::string name) {
-  std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
+std::optional<Column> column_of(std::string_view said) {
+  const std::string name = lower_case(said);
   static constexpr std::array<std::pair<const char*, Column>, 16> kNames = {{{"lon", kLon},
                                                                              {"longitude", kLon},
                                                                              {"x", kLon},

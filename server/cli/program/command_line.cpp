@@ -181,10 +181,12 @@ Option Command::add_function(const std::string& name, std::function<void(const s
   return Option(app_->add_option_function<std::string>(name, std::move(take), help));
 }
 
-Option Command::add_action(const std::string& name, std::function<void()> act,
+Option Command::add_switch(const std::string& name, std::function<void(const std::string&)> take,
                            const std::string& help) {
-  return Option(app_->add_flag_function(
-      name, [act = std::move(act)](std::int64_t) { act(); }, help));
+  const auto value = std::make_shared<std::string>();
+  CLI::Option* const option = app_->add_flag(name, *value, help);
+  option->each([take = std::move(take), value](const std::string& given) { take(given); });
+  return Option(option);
 }
 
 Command Command::add_group(const std::string& title, int least, int most) {

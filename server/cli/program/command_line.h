@@ -71,7 +71,9 @@ class Command {
   /// The value goes to a function, which may refuse_value().
   Option add_function(const std::string& name, std::function<void(const std::string&)> take,
                       const std::string& help);
-  Option add_action(const std::string& name, std::function<void()> act, const std::string& help);
+  /// Without a value it is given "true"; also --name=VALUE is taken, whatever that is.
+  Option add_switch(const std::string& name, std::function<void(const std::string&)> take,
+                    const std::string& help);
 
   /// Options of which at least `least` and at most `most` must be given.
   Command add_group(const std::string& title, int least, int most);

@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "server/http/message/uri.h"
+#include "terrain/base/lower_case.h"
 
 namespace tind::http {
 namespace {
@@ -23,12 +24,6 @@ std::optional<double> number(const std::string& text) {
   return value;
 }
 
-std::string in_any_case(std::string_view given) {
-  std::string text(given);
-  for (char& c : text) c = char(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
-
 /// True when it is one of the words' parameters; what is wrong with it is a problem.
 bool read_word(const std::string& name, const std::string& text, std::span<const QueryWord> words,
                QueryNumbers& read) {
@@ -36,7 +31,7 @@ bool read_word(const std::string& name, const std::string& text, std::span<const
   if (found == words.end()) return false;
   std::string& word = read.words[std::size_t(found - words.begin())];
   const auto known = std::ranges::find_if(
-      found->words, [&](std::string_view one) { return in_any_case(one) == in_any_case(text); });
+      found->words, [&](std::string_view one) { return lower_case(one) == lower_case(text); });
   if (!word.empty())
     read.problems.push_back({name, "given twice"});
   else if (known != found->words.end())

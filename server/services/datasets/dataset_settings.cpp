@@ -4,10 +4,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 
 #include "terrain/base/enum_names.h"
+#include "terrain/base/lower_case.h"
 #include "terrain/geo/tiling_scheme.h"
 #include "terrain/pyramid/plan/tile_method.h"
 #include "terrain/raster/datums.h"
@@ -63,13 +63,6 @@ DatasetSetting sandbox() {
       }};
 }
 
-/// Words count in any case.
-std::string lower(std::string_view text) {
-  std::string low(text);
-  for (char& c : low) c = char(std::tolower(static_cast<unsigned char>(c)));
-  return low;
-}
-
 // --- its tiles -----------------------------------------------------------------------------------
 
 DatasetSetting number(std::string name, std::string help, double TileSetOptions::*field, double low,
@@ -92,7 +85,7 @@ DatasetSetting choice(std::string name, std::string help, E TileSetOptions::*fie
           .help = fmt::format("{}: {}", help, fmt::join(enum_names<E>(), ", ")),
           .initial = name_of(TileSetOptions{}.*field),
           .set = [field](DatasetOptions& options, std::string_view value) -> Result<void> {
-            const auto chosen = enum_named<E>(lower(value));
+            const auto chosen = enum_named<E>(lower_case(value));
             if (!chosen)
               return fail(Errc::invalid_argument,
                           fmt::format("must be one of {}", fmt::join(enum_names<E>(), ", ")));
@@ -109,7 +102,7 @@ DatasetSetting method() {
               "'edge-cost alpha=0.5'; tind methods lists them",
           .initial = method_text(TileSetOptions{}.method),
           .set = [](DatasetOptions& options, std::string_view value) -> Result<void> {
-            const auto method = tile_method_from_text(lower(value));
+            const auto method = tile_method_from_text(lower_case(value));
             if (!method) return std::unexpected(method.error());
             options.tiles.method = *method;
             return {};

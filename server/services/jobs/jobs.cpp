@@ -376,6 +376,27 @@ Jobs::Counts Jobs::counts() const {
   return counts_;
 }
 
+/// Clients take turns: the oldest job of the one whose last turn is longest ago. Under the mutex.
+std::shared_ptr<Jobs::Live> Jobs::next() {
+  const auto client_of = [this](const std::string& id) -> const std::string& {
+    return live_.find(id)->second->job.client;
+  };
+  const auto last_turn = [&](const std::string& id) {
+    const auto found = turns_.find(client_of(id));
+    return found == turns_.end() ? 0 : found->second;
+  };
+  const auto first = std::ranges::min_element(queue_, {}, last_turn);
+  const std::shared_ptr<Live> live = live_.find(*first)->second;
+  queue_.erase(first);
+  turns_[live->job.client] = ++turn_;
+  std::erase_if(turns_, [&](const auto& turn) {
+    return std::ranges::find(queue_, turn.first, client_of) == queue_.end();
+  });
+  live->running = true;
+  --counts_.waiting, ++counts_.running;
+  return live;
+}
+
 void Jobs::work(const std::stop_token& stop) {
   auto swept = std::chrono::steady_clock::time_point::min();
   while (!stop.stop_requested()) {
@@ -384,12 +405,7 @@ void Jobs::work(const std::stop_token& stop) {
       std::unique_lock lock(mutex_);
       wake_.wait_for(lock, stop, kSweep, [this] { return !queue_.empty(); });
       if (stop.stop_requested()) return;
-      if (!queue_.empty()) {
-        live = live_.find(queue_.front())->second;
-        queue_.erase(queue_.begin());
-        live->running = true;
-        --counts_.waiting, ++counts_.running;
-      }
+      if (!queue_.empty()) live = next();
     }
     if (live) run(live, stop);
     if (const auto now = std::chrono::steady_clock::now(); now - kSweep > swept) {

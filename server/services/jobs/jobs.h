@@ -120,6 +120,7 @@ class Jobs {
   static Job seen(const Live&);
   Result<void> recover();
   void work(const std::stop_token&);
+  std::shared_ptr<Live> next();
   void run(const std::shared_ptr<Live>&, const std::stop_token&);
   void hear(Live&, std::string_view line, std::string& said) const;
   /// Of one whose program ended without having done it, or whose daemon stops.
@@ -137,7 +138,9 @@ class Jobs {
   mutable std::mutex mutex_;  // of these
   std::condition_variable_any wake_;
   std::map<std::string, std::shared_ptr<Live>, std::less<>> live_;
-  std::vector<std::string> queue_;  // ids, the oldest first
+  std::vector<std::string> queue_;              // ids, the oldest first
+  std::map<std::string, std::uint64_t> turns_;  // of clients that wait: which was their last
+  std::uint64_t turn_ = 0;
   Counts counts_;
   bool stopping_ = false;
   std::map<std::string, Job, std::less<>> unsaved_;  // ended, and the disk did not take it

@@ -33,11 +33,13 @@ std::string_view name(Work work) {
 }
 
 CpuPool::CpuPool(int asked, std::size_t queue) {
+  // Who asks again as soon as it is answered may come before its old place is free.
+  queue = std::max<std::size_t>(queue, 1);
   const auto threads = std::size_t(asked > 0 ? asked : hardware_threads());
   const std::size_t workers = std::max<std::size_t>(threads, 2);
   const auto set = [](Class& c, std::size_t at_a_time, std::size_t waiting) {
     c.at_a_time = at_a_time, c.capacity = at_a_time + waiting;
-    // One more than run: who asks again as soon as it is answered may have its old place still.
+    // One more than run: as above.
     c.share = std::min(c.capacity, std::max(at_a_time + 1, c.capacity * 3 / 4));
   };
   set(class_of(Work::question), workers, queue);

@@ -66,7 +66,8 @@ class CpuPool {
 
   /// `threads` 0: one per core. At a time they do that many tiles, and half as many batches; with
   /// one there is a second thread, so that a batch is not in the way. `queue`: tasks of a class
-  /// that may wait beside those that run; of batches, which keep more, an eighth of that.
+  /// that may wait beside those that run, at least one; of batches, which keep more, an eighth of
+  /// that.
   /// Who fetches waits more than it works: kFetches threads beside the others do nothing else.
   CpuPool(int threads, std::size_t queue);
   ~CpuPool() { stop(); }

@@ -12,6 +12,7 @@
 #include <memory>
 #include <utility>
 
+#include "terrain/base/lower_case.h"
 #include "terrain/raster/gdal/fixed_date.h"
 #include "terrain/raster/gdal/gdal_setup.h"
 #include "terrain/raster/gdal/memory_file.h"
@@ -190,9 +191,7 @@ std::size_t lines_in(const std::string& path) {
 }  // namespace
 
 Result<ContourFormat> contour_format(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::ranges::transform(extension, extension.begin(),
-                         [](unsigned char c) { return char(std::tolower(c)); });
+  const std::string extension = lower_case(std::filesystem::path(path).extension().string());
   if (extension == ".json") return ContourFormat::geojson;
   for (const FormatRow& row : kFormats)
     if (extension == row.extension) return row.format;

@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <functional>
@@ -17,6 +16,7 @@
 #include <mutex>
 #include <utility>
 
+#include "terrain/base/lower_case.h"
 #include "terrain/geo/geoid_grids.h"
 #include "terrain/raster/file_state.h"
 #include "terrain/raster/gdal/proj_datum.h"
@@ -47,9 +47,7 @@ const Model* model_of(const VerticalDatum& datum) {
 }
 
 std::string ending(std::string_view text) {
-  std::string end(text.substr(std::min(text.rfind('.'), text.size())));
-  for (char& c : end) c = char(std::tolower(static_cast<unsigned char>(c)));
-  return end;
+  return lower_case(text.substr(std::min(text.rfind('.'), text.size())));
 }
 
 /// One of GeographicLib's grids, or EGM96 as it comes along.
@@ -169,8 +167,7 @@ Result<VerticalDatum> datum_named(std::string_view given) {
       return fail(Errc::not_found, "there is no geoid file " + std::string(given));
     return VerticalDatum(VerticalDatum::file, std::string(given));
   }
-  std::string text(given);
-  std::ranges::transform(text, text.begin(), [](unsigned char c) { return std::tolower(c); });
+  std::string text = lower_case(given);
   if (text == "unknown") return VerticalDatum(VerticalDatum::unknown);
   if (text == "ellipsoid") return VerticalDatum(VerticalDatum::ellipsoid);
   for (const Model& model : models()) {

@@ -8,6 +8,7 @@
 #include <map>
 #include <system_error>
 
+#include "terrain/base/lower_case.h"
 #include "terrain/raster/gdal/gdal_setup.h"
 #include "terrain/raster/gdal/height_band.h"
 #include "terrain/raster/sandbox/wire.h"
@@ -193,11 +194,6 @@ fs::path whole(const std::string& path) {
   return fs::absolute(path, error).lexically_normal();
 }
 
-std::string lower(std::string text) {
-  for (char& c : text) c = char(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
-
 }  // namespace
 
 std::string brief_text(std::span<const std::string> files, const DemOptions& options) {
@@ -295,7 +291,7 @@ bool belongs_to(const std::string& raster, const std::string& other) {
   const fs::path a = whole(raster), b = whole(other);
   if (a == b) return true;
   return a.parent_path() == b.parent_path() &&
-         lower(b.filename().string()).starts_with(lower(a.stem().string()) + ".");
+         lower_case(b.filename().string()).starts_with(lower_case(a.stem().string()) + ".");
 }
 
 std::vector<std::string> files_of_rasters(std::span<const std::string> rasters) {
@@ -309,8 +305,8 @@ std::vector<std::string> files_of_rasters(std::span<const std::string> rasters) 
     std::error_code error;
     for (fs::directory_iterator one(folder->first, error), end; is_new && !error && one != end;
          one.increment(error))
-      folder->second.emplace(lower(one->path().filename().string()), one->path());
-    const std::string stem = lower(path.stem().string()) + ".";
+      folder->second.emplace(lower_case(one->path().filename().string()), one->path());
+    const std::string stem = lower_case(path.stem().string()) + ".";
     for (auto one = folder->second.lower_bound(stem);
          one != folder->second.end() && one->first.starts_with(stem); ++one)
       found.push_back(one->second.string());

@@ -25,6 +25,7 @@
 #include <set>
 
 #include "terrain/base/hash.h"
+#include "terrain/base/lower_case.h"
 #include "terrain/raster/datums.h"
 #include "terrain/raster/dem_files.h"
 #include "terrain/raster/gdal/gdal_setup.h"
@@ -44,12 +45,7 @@ struct CloseFile {
 };
 using File = std::unique_ptr<VSILFILE, CloseFile>;
 
-std::string lower(std::string text) {
-  for (char& c : text) c = char(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
-
-bool is_zip(const std::string& path) { return lower(path).ends_with(".zip"); }
+bool is_zip(const std::string& path) { return lower_case(path).ends_with(".zip"); }
 
 /// The path for GDAL: absolute, so that no prefix of GDAL's own name syntax can match.
 Result<std::string> real_file(const std::string& path) {
@@ -246,7 +242,7 @@ Result<std::unique_ptr<IdleHandles::Handle>> RasterFile::open_handle() const {
       GDALOpenEx(target.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR,
                  remote_ ? kOnlyGeoTiff : raster_drivers(allow_vrt_), nullptr, nullptr));
   if (failures.first()) return fail(Errc::io, failures.first()->what);
-  if (!handle->set && !allow_vrt_ && lower(path_).ends_with(".vrt"))
+  if (!handle->set && !allow_vrt_ && lower_case(path_).ends_with(".vrt"))
     return fail(Errc::unsupported, path_ +
                                        ": a VRT can name any other file, so it is read only with "
                                        "--allow-vrt");

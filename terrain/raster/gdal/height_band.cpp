@@ -12,6 +12,8 @@
 #include <cmath>
 #include <limits>
 
+#include "terrain/base/lower_case.h"
+
 namespace tind::gdal {
 namespace {
 
@@ -19,8 +21,8 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kFoot = 0.3048, kUsFoot = 1200.0 / 3937.0;
 
 /// Metres per unit as the band's unit type names it; 0 where it names none, NaN where unknown.
-double unit_in_metres(std::string unit) {
-  for (char& c : unit) c = char(std::tolower(static_cast<unsigned char>(c)));
+double unit_in_metres(std::string_view said) {
+  const std::string unit = lower_case(said);
   if (unit.empty()) return 0;
   for (const char* name : {"m", "metre", "metres", "meter", "meters"})
     if (unit == name) return 1;

@@ -12,6 +12,7 @@
 #include <memory>
 #include <optional>
 
+#include "terrain/base/lower_case.h"
 #include "terrain/raster/datums.h"
 #include "terrain/raster/gdal/gdal_setup.h"
 #include "terrain/raster/gdal/memory_file.h"
@@ -141,9 +142,7 @@ RasterBytes ascii_of(const std::string& tiff) {
 }  // namespace
 
 Result<RasterFormat> raster_format(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::ranges::transform(extension, extension.begin(),
-                         [](unsigned char c) { return char(std::tolower(c)); });
+  const std::string extension = lower_case(std::filesystem::path(path).extension().string());
   if (extension == ".tif" || extension == ".tiff") return RasterFormat::geotiff;
   if (extension == ".asc") return RasterFormat::ascii_grid;
   return fail(Errc::invalid_argument,

@@ -3,11 +3,12 @@
 #include <curl/curl.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstring>
 #include <memory>
 #include <mutex>
 #include <utility>
+
+#include "terrain/base/lower_case.h"
 
 namespace tind::remote {
 
@@ -84,9 +85,7 @@ std::size_t take_header(char* data, std::size_t one, std::size_t count, void* to
   const std::size_t colon = line.find(':');
   if (colon == line.npos) return line.size();
   if (headers.size() >= kMostHeaders || line.size() > kLongestHeader) return 0;
-  std::string name(line.substr(0, colon));
-  std::ranges::transform(name, name.begin(), [](unsigned char c) { return char(std::tolower(c)); });
-  headers[name] = std::string(trimmed(line.substr(colon + 1)));
+  headers[lower_case(line.substr(0, colon))] = std::string(trimmed(line.substr(colon + 1)));
   return line.size();
 }
 

@@ -12,6 +12,7 @@
 #include <thread>
 #include <utility>
 
+#include "terrain/base/lower_case.h"
 #include "terrain/base/md5.h"
 
 namespace tind::remote {
@@ -29,8 +30,8 @@ std::string variable(const char* name) {
   return value ? value : "";
 }
 
-bool says_no(std::string text) {
-  std::ranges::transform(text, text.begin(), [](unsigned char c) { return char(std::tolower(c)); });
+bool says_no(std::string_view said) {
+  const std::string text = lower_case(said);
   return text == "no" || text == "false" || text == "0" || text == "off";
 }
 

@@ -51,18 +51,23 @@ bool is_regular(int file) {
   return ::fstat(file, &status) == 0 && S_ISREG(status.st_mode);
 }
 
+std::unexpected<Error> in_the_way(const std::string& path) {
+  return fail(Errc::invalid_argument,
+              path + " is in the way and not tind's: choose another directory");
+}
+
 }  // namespace
 
 Result<FolderLock> FolderLock::take(const std::string& folder) {
   const std::string path = folder + "/tind-lock";
   for (;;) {
     const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
+    if (file < 0 && (errno == ELOOP || errno == EISDIR)) return in_the_way(path);
     if (file < 0) return fail(Errc::io, "cannot create " + path + ": " + std::strerror(errno));
     FolderLock lock(path, file);
     if (!is_regular(file)) {
       lock.path_.clear();  // not ours to remove
-      return fail(Errc::invalid_argument,
-                  path + " is in the way and not tind's: choose another directory");
+      return in_the_way(path);
     }
     struct flock byte {};
     byte.l_type = F_WRLCK, byte.l_whence = SEEK_SET, byte.l_start = kLockedByte, byte.l_len = 1;
@@ -71,8 +76,7 @@ Result<FolderLock> FolderLock::take(const std::string& folder) {
     const std::string says = read_line(file);
     if (!says.empty() && !says.starts_with(kWho)) {
       lock.path_.clear();  // not ours to remove
-      return fail(Errc::invalid_argument,
-                  path + " is in the way and not tind's: choose another directory");
+      return in_the_way(path);
     }
     if (!taken) {
       lock.path_.clear();

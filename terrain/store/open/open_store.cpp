@@ -4,6 +4,7 @@
 #include <string_view>
 #include <utility>
 
+#include "terrain/base/lower_case.h"
 #include "terrain/raster/dem_files.h"
 #include "terrain/raster/remote/objects.h"
 #include "terrain/store/folder/folder_store.h"
@@ -33,7 +34,8 @@ constexpr ArchiveKind kArchives[] = {{".pmtiles", pmtiles_store, write_pmtiles, 
 
 const ArchiveKind* archive_of(const std::string& location) {
   for (const ArchiveKind& kind : kArchives)
-    if (location.ends_with(kind.ending) && (kind.by_ranges || !remote::is_remote(location)))
+    if (lower_case(location).ends_with(kind.ending) &&
+        (kind.by_ranges || !remote::is_remote(location)))
       return &kind;
   return nullptr;
 }

@@ -289,6 +289,26 @@ TEST(DemInput, ServeNamesEveryDatasetThatCannotBeServed) {
   EXPECT_THAT(ran.out, HasSubstr("2 datasets cannot be served"));
 }
 
+TEST(Serve, ASwitchIsWhatItsValueSays) {
+  const std::string serve = "serve " + testdata("rainier.tif") + " --print-config ";
+  EXPECT_THAT(run_tind(serve + "--allow-vrt", "TIND_ALLOW_VRT=false").out,
+              HasSubstr("allow_vrt = true"));
+  EXPECT_THAT(run_tind(serve + "--allow-vrt=false", "TIND_ALLOW_VRT=true").out,
+              HasSubstr("allow_vrt = false"));
+  EXPECT_THAT(run_tind(serve).out, HasSubstr("allow_vrt = false"));
+  const Ran other = run_tind(serve + "--allow-vrt=garbage");
+  EXPECT_EQ(other.code, 2);
+  EXPECT_THAT(other.out, HasSubstr("allow-vrt"));
+  EXPECT_THAT(other.out, Not(HasSubstr("internal")));
+}
+
+TEST(Serve, EndsWhereNobodyCouldLearnItsAddress) {
+  const Ran full =
+      run_tind("serve " + testdata("rainier.tif") + " --listen 127.0.0.1:0 >/dev/full");
+  EXPECT_EQ(full.code, 74);
+  EXPECT_THAT(full.out, HasSubstr("No space left"));
+}
+
 TEST(DemInput, FlagsForDemsBesideNothingButTilesAreRefused) {
   const tind::test::TempDir dir;
   const std::string dem = testdata("desert.asc"), tiles = dir.file("tiles");

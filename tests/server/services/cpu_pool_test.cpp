@@ -219,6 +219,14 @@ TEST(CpuPool, ASmallQueueIsNotTooSmallForOneWhoAsksAgain) {
   gate.open.set_value();
 }
 
+TEST(CpuPool, NoQueueIsAQueueOfOne) {
+  Gate gate;
+  CpuPool pool(1, 0);
+  for (int i = 0; i < 2; ++i) add(pool, Work::tile, gate.task(), {}, "the only one");
+  EXPECT_FALSE(pool.admit(Work::tile));
+  gate.open.set_value();
+}
+
 TEST(CpuPool, PlacesOfTheDeadAreTheirClientsAgain) {
   Gate gate;
   CpuPool pool(1, 3);

@@ -192,6 +192,28 @@ TEST_F(JobsTest, RoomIsBounded) {
   EXPECT_NE(fourth.error().what.find("2 jobs wait"), std::string::npos) << fourth.error().what;
 }
 
+TEST_F(JobsTest, ClientsTakeTurns) {
+  const auto jobs = open();  // one at a time
+  const std::string log = dir_.file("order");
+  const auto submit = [&](const std::string& client) {
+    return jobs->submit(shell("echo " + client + " >> '" + log + "'", client));
+  };
+  const auto first =
+      jobs->submit(shell("while [ ! -e '" + dir_.file("go") + "' ]; do sleep .01; done"));
+  ASSERT_TRUE(first);
+  ASSERT_TRUE(
+      becomes(*jobs, first->id, [](const Job& j) { return j.status == JobStatus::running; }));
+  std::string last;
+  for (const char* client : {"a", "a", "a", "b", "b", "c"}) {
+    const auto job = submit(client);
+    ASSERT_TRUE(job);
+    if (std::string_view(client) == "a") last = job->id;
+  }
+  std::ofstream(dir_.file("go")) << "";
+  ASSERT_TRUE(becomes(*jobs, last, [](const Job& j) { return j.has_ended(); }));
+  EXPECT_EQ(content(log), "a\nb\nc\na\nb\na\n");
+}
+
 TEST_F(JobsTest, ResultsThatFillTheStoreLetNoMoreIn) {
   JobLimits limits;
   limits.stored_bytes = 3000, limits.each.file_bytes = 1000;

@@ -354,7 +354,13 @@ TEST_F(BuildFolderTest, what_is_not_ours_is_never_touched) {
       fresh();
     }
     write(tiles / "tind-lock", "mine");
-    expect_refused(options, "tind-lock");
+    expect_refused(options, "tind-lock is in the way and not tind's");
+    fresh();
+    fs::create_directories(tiles / "tind-lock");
+    expect_refused(options, "tind-lock is in the way and not tind's");
+    fresh();
+    fs::create_symlink("elsewhere", tiles / "tind-lock");
+    expect_refused(options, "tind-lock is in the way and not tind's");
     fresh();
   }
   // In the way of a build that goes on, or of an update.

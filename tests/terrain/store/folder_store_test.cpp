@@ -214,6 +214,8 @@ TEST(OpenStore, KnowsTileSetsByTheirNames) {
   EXPECT_TRUE(names_store("https://a.b/c/layer.json"));
   EXPECT_TRUE(names_store("/"));
   EXPECT_TRUE(names_store("somewhere/layer.json"));
+  EXPECT_TRUE(names_archive("somewhere/X.PMTiles"));
+  EXPECT_TRUE(names_archive("somewhere/x.MBTILES"));
   EXPECT_FALSE(names_store("dem.tif"));
   EXPECT_TRUE(open_store("https://a.b/c")->remote());
   EXPECT_FALSE(open_store("dem.tif")->remote());
