@@ -359,6 +359,7 @@ TEST_F(BuildFolderTest, what_is_not_ours_is_never_touched) {
     fs::create_directories(tiles / "tind-lock");
     expect_refused(options, "tind-lock is in the way and not tind's");
     fresh();
+    fs::create_directories(tiles);
     fs::create_symlink("elsewhere", tiles / "tind-lock");
     expect_refused(options, "tind-lock is in the way and not tind's");
     fresh();
