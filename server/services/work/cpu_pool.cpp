@@ -12,6 +12,9 @@ namespace tind::services {
 
 namespace {
 
+/// In so few several connections of one client would be in each other's way.
+constexpr std::size_t kFewPlaces = 16;
+
 /// The calling thread's. I/O threads, which need little, come first: with as many workers busy as
 /// there are cores, a cached tile's p99 is a third lower, and as many tiles are made.
 void come_after_io() { ::setpriority(PRIO_PROCESS, 0, 5); }  // of Linux: 0 is the thread
@@ -39,8 +42,7 @@ CpuPool::CpuPool(int asked, std::size_t queue) {
   const std::size_t workers = std::max<std::size_t>(threads, 2);
   const auto set = [](Class& c, std::size_t at_a_time, std::size_t waiting) {
     c.at_a_time = at_a_time, c.capacity = at_a_time + waiting;
-    // One more than run: as above.
-    c.share = std::min(c.capacity, std::max(at_a_time + 1, c.capacity * 3 / 4));
+    c.share = c.capacity < kFewPlaces ? c.capacity : c.capacity * 3 / 4;
   };
   set(class_of(Work::question), workers, queue);
   set(class_of(Work::tile), threads, queue);

@@ -75,8 +75,8 @@ class CpuPool {
   CpuPool& operator=(const CpuPool&) = delete;
 
   /// Errc::busy when the class has all the work that it may have, or three quarters of that are of
-  /// this client (where that is little, one more than may run); nobody in particular (empty) may
-  /// have all. Cheap: for I/O threads.
+  /// this client; all of fewer than 16 places may be of one, and of any of nobody in particular
+  /// (empty). Cheap: for I/O threads.
   Result<Permit> admit(Work, std::string client = {});
   /// Runs the task on a worker; its token is stopped by stop(), and by `gone`: whoever wanted it
   /// does not any more. One that never runs, because of either, is destroyed.

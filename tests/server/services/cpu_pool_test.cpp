@@ -195,18 +195,19 @@ TEST(CpuPool, ClientsTakeTurns) {
 
 TEST(CpuPool, OneClientNeverHasAllPlaces) {
   Gate gate;
-  CpuPool pool(2, 6);
-  for (int i = 0; i < 6; ++i) add(pool, Work::tile, gate.task(), {}, "greedy");
+  CpuPool pool(2, 14);
+  for (int i = 0; i < 12; ++i) add(pool, Work::tile, gate.task(), {}, "greedy");
   EXPECT_EQ(pool.admit(Work::tile, "greedy").error().code, Errc::busy);
   EXPECT_EQ(pool.refused(Work::tile), 1u);
   {
-    const auto first = pool.admit(Work::tile, "modest"), second = pool.admit(Work::tile);
-    EXPECT_TRUE(first && second) << "nobody in particular may have what is left";
+    const auto first = pool.admit(Work::tile, "modest"), second = pool.admit(Work::tile),
+               third = pool.admit(Work::tile), fourth = pool.admit(Work::tile);
+    EXPECT_TRUE(first && second && third && fourth) << "nobody in particular may have the rest";
     EXPECT_FALSE(pool.admit(Work::tile, "late"));
   }
   gate.open.set_value();
   while (pool.admitted() > 0) std::this_thread::yield();
-  for (int i = 0; i < 6; ++i)
+  for (int i = 0; i < 12; ++i)
     add(
         pool, Work::tile, [](const std::stop_token&) {}, {}, "greedy");
 }
@@ -229,11 +230,11 @@ TEST(CpuPool, NoQueueIsAQueueOfOne) {
 
 TEST(CpuPool, PlacesOfTheDeadAreTheirClientsAgain) {
   Gate gate;
-  CpuPool pool(1, 3);
+  CpuPool pool(1, 15);
   add(pool, Work::tile, gate.task(), {}, "a");
   gate.wait_for(1);
   std::stop_source gone;
-  for (int i = 0; i < 2; ++i)
+  for (int i = 0; i < 11; ++i)
     add(
         pool, Work::tile, [](const std::stop_token&) {}, gone.get_token(), "a");
   EXPECT_FALSE(pool.admit(Work::tile, "a"));
