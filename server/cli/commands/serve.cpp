@@ -389,10 +389,10 @@ int serve(const Config& config, const Options& options) {
   if (!admin) return complain(admin.error());
 
   std::printf("tind: serving %zu datasets at %s\n", catalog.all().size(), (*server)->url().c_str());
-  if (std::fflush(stdout) != 0)  // whoever waits for that line would wait for ever
-    return complain(fail(Errc::io, fmt::format("cannot say where it listens: standard output: {}",
-                                               std::strerror(errno)))
-                        .error());
+  // Whoever waits for that line would wait for ever, unless he has gone.
+  if (std::fflush(stdout) != 0 && errno != EPIPE)
+    return complain(Error{Errc::io, fmt::format("cannot say where it listens: standard output: {}",
+                                                std::strerror(errno))});
   if (*admin) spdlog::info("admin at {}", (*admin)->url());
   if (hung_up && listening.hangup_stops())
     (*server)->stop();

@@ -387,8 +387,8 @@ std::shared_ptr<Jobs::Live> Jobs::next() {
   };
   const auto first = std::ranges::min_element(queue_, {}, last_turn);
   const std::shared_ptr<Live> live = live_.find(*first)->second;
+  turns_[live->job.client] = ++turn_;  // may lack memory: before anything has changed
   queue_.erase(first);
-  turns_[live->job.client] = ++turn_;
   std::erase_if(turns_, [&](const auto& turn) {
     return std::ranges::find(queue_, turn.first, client_of) == queue_.end();
   });

@@ -15,8 +15,8 @@ namespace {
 /// In so few several connections of one client would be in each other's way.
 constexpr std::size_t kFewPlaces = 16;
 
-/// The calling thread's. I/O threads, which need little, come first: with as many workers busy as
-/// there are cores, a cached tile's p99 is a third lower, and as many tiles are made.
+/// The calling thread. I/O threads, which need little, come first, so that cached tiles do not wait
+/// for cold ones where those keep all cores busy (`scripts/campaign gate --part load`).
 void come_after_io() { ::setpriority(PRIO_PROCESS, 0, 5); }  // of Linux: 0 is the thread
 
 }  // namespace
@@ -65,19 +65,21 @@ bool CpuPool::Class::take_place(const std::string& client) {
   return true;
 }
 
-void CpuPool::Class::queue(Job job) {
-  const auto mine = std::ranges::find(waiting, job.permit.client_, &Line::client);
-  Line& line = mine != waiting.end() ? *mine : waiting.emplace_back(job.permit.client_);
-  line.jobs.push_back(std::move(job));
+void CpuPool::Class::queue(JobList& one) {
+  const std::string& client = one.front().permit.client_;
+  const auto mine = std::ranges::find(waiting, client, &Line::client);
+  Line& line = mine != waiting.end() ? *mine : waiting.emplace_back(client);
+  line.jobs.splice(line.jobs.end(), one);
 }
 
-CpuPool::Job CpuPool::Class::next() {
-  Line line = std::move(waiting.front());
-  waiting.pop_front();
-  Job job = std::move(line.jobs.front());
-  line.jobs.pop_front();
-  if (!line.jobs.empty()) waiting.push_back(std::move(line));
-  return job;
+CpuPool::JobList CpuPool::Class::next() {
+  JobList one, &jobs = waiting.front().jobs;
+  one.splice(one.end(), jobs, jobs.begin());
+  if (jobs.empty())
+    waiting.pop_front();
+  else
+    waiting.splice(waiting.end(), waiting, waiting.begin());
+  return one;
 }
 
 Result<CpuPool::Permit> CpuPool::admit(Work work, std::string client) {
@@ -103,17 +105,13 @@ void CpuPool::give_back(Work work, const std::string& client) {
 
 /// The dead must not keep the living out.
 void CpuPool::drop_abandoned(Class& c) {
-  std::vector<Job> dead;  // destroyed outside the lock: destructors answer clients
+  JobList dead;  // destroyed outside the lock: destructors answer clients
   const std::lock_guard lock(mutex_);
-  for (Line& line : c.waiting) {
-    std::deque<Job> living;
-    for (Job& job : line.jobs)
-      if (job.gone.stop_requested())
-        dead.push_back(std::move(job));
-      else
-        living.push_back(std::move(job));
-    line.jobs.swap(living);
-  }
+  for (Line& line : c.waiting)
+    for (auto job = line.jobs.begin(); job != line.jobs.end();) {
+      const auto here = job++;
+      if (here->gone.stop_requested()) dead.splice(dead.end(), line.jobs, here);
+    }
   std::erase_if(c.waiting, [](const Line& line) { return line.jobs.empty(); });
   c.abandoned.fetch_add(dead.size());
 }
@@ -121,10 +119,11 @@ void CpuPool::drop_abandoned(Class& c) {
 void CpuPool::run(Permit permit, Task task, std::stop_token gone) {
   Class& c = class_of(permit.work_);
   const bool fetch = permit.work_ == Work::fetch;
-  Job job{std::move(permit), std::move(task), std::move(gone)};
+  JobList job;
+  job.push_back({std::move(permit), std::move(task), std::move(gone)});
   {
     const std::lock_guard lock(mutex_);
-    if (!stopped_) c.queue(std::move(job));
+    if (!stopped_) c.queue(job);
   }  // after stop() the job is destroyed here, outside the lock: destructors answer clients
   (fetch ? wake_fetchers_ : wake_).notify_one();
 }
@@ -149,16 +148,17 @@ void CpuPool::work(const std::stop_token& stop, bool fetches) {
     std::unique_lock lock(mutex_);
     Class* c = nullptr;
     if (!wake.wait(lock, stop, [&] { return (c = next_class(fetches)) != nullptr; })) return;
-    Job job = c->next();
+    JobList job = c->next();
     ++c->running;
     lock.unlock();
-    do_job(std::move(job), *c, stop);
+    do_job(job.front(), *c, stop);
+    job.clear();  // gives its place back
     lock.lock();
     --c->running;  // this worker looks again: nobody needs to be woken
   }
 }
 
-void CpuPool::do_job(Job job, Class& c, const std::stop_token& stop) {
+void CpuPool::do_job(Job& job, Class& c, const std::stop_token& stop) {
   if (!job.gone.stop_requested()) {
     std::stop_source either;
     const auto end = [&either] { either.request_stop(); };
@@ -179,7 +179,7 @@ std::size_t CpuPool::admitted() const {
 }
 
 void CpuPool::stop() {
-  std::vector<std::deque<Line>> dropped;
+  std::vector<std::list<Line>> dropped;
   {
     const std::lock_guard lock(mutex_);
     stopped_ = true;

@@ -12,8 +12,8 @@
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <functional>
+#include <list>
 #include <map>
 #include <mutex>
 #include <stop_token>
@@ -99,10 +99,13 @@ class CpuPool {
     Task task;
     std::stop_token gone;
   };
+  /// Lists: under the mutex jobs only go from one to another, which takes no memory. One that an
+  /// exception destroyed there would wait for the mutex to give its place back.
+  using JobList = std::list<Job>;
   /// What one client waits for.
   struct Line {
     std::string client;
-    std::deque<Job> jobs;
+    JobList jobs;
   };
   struct Class {
     std::atomic<std::size_t> admitted{0};
@@ -113,18 +116,18 @@ class CpuPool {
     // Under the mutex:
     std::size_t running = 0;
     std::map<std::string, std::size_t, std::less<>> clients;  // their places
-    std::deque<Line> waiting;                                 // none empty; the first has its turn
+    std::list<Line> waiting;                                  // none empty; the first has its turn
 
     bool take_place(const std::string& client);
-    void queue(Job);
-    Job next();
+    void queue(JobList& one);
+    JobList next();
   };
   Class& class_of(Work work) { return classes_[std::size_t(work)]; }
   const Class& class_of(Work work) const { return classes_[std::size_t(work)]; }
 
   void work(const std::stop_token&, bool fetches);
   Class* next_class(bool fetches);
-  void do_job(Job, Class&, const std::stop_token&);
+  void do_job(Job&, Class&, const std::stop_token&);
   void drop_abandoned(Class&);
   void give_back(Work, const std::string& client);
 
