@@ -5,6 +5,7 @@
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -81,18 +82,22 @@ class Lines {
   std::string line_;
 };
 
-/// Reads until the other end is closed, somebody asks to stop, or the time is over.
-ChildEnd::Why listen(int from, Lines& lines, Clock::time_point end, const std::stop_token& stop) {
+/// Reads until the child has ended or closed its end, somebody asks to stop, or the time is over.
+/// What the child began itself may hold that end for longer: nobody waits for it. `child` is a
+/// descriptor of the process, or -1 where the system has none.
+ChildEnd::Why listen(int from, int child, Lines& lines, Clock::time_point end,
+                     const std::stop_token& stop) {
   std::array<char, 4096> buffer;
   for (;;) {
     if (stop.stop_requested()) return ChildEnd::Why::stopped;
     if (Clock::now() >= end) return ChildEnd::Why::out_of_time;
-    pollfd ready{from, POLLIN, 0};
-    if (::poll(&ready, 1, int(kLook.count())) <= 0) continue;
+    pollfd ready[] = {{from, POLLIN, 0}, {child, POLLIN, 0}};
+    if (::poll(ready, 2, int(kLook.count())) <= 0) continue;
+    const bool ended = ready[1].revents != 0;  // looked at first: all that it said is there then
     const ssize_t size = ::read(from, buffer.data(), buffer.size());
     if (size > 0)
       lines.add({buffer.data(), std::size_t(size)});
-    else if (size == 0 || errno != EINTR)
+    else if (size == 0 || (errno == EAGAIN ? ended : errno != EINTR))
       return ChildEnd::Why::exited;
   }
 }
@@ -120,6 +125,7 @@ Result<ChildEnd> run_child(std::span<const std::string> arguments, const std::st
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) return failed("no pipe for a process");
   Descriptor from(ends[0]), to(ends[1]);
+  ::fcntl(from.get(), F_SETFL, O_NONBLOCK);
   const Descriptor nothing(::open("/dev/null", O_RDWR | O_CLOEXEC));
   if (nothing.get() < 0) return failed("/dev/null");
   std::vector<char*> words;
@@ -139,12 +145,13 @@ Result<ChildEnd> run_child(std::span<const std::string> arguments, const std::st
   if (child == 0) become(words.data(), folder.c_str(), limits, nothing.get(), to.get(), parent);
   ::setpgid(child, child);  // whoever comes first, it or we
   to.close();
+  const Descriptor process(int(::syscall(SYS_pidfd_open, child, 0)));
 
   Lines lines(heard);
   const auto end =
       limits.wall_time.count() > 0 ? Clock::now() + limits.wall_time : Clock::time_point::max();
   ChildEnd result;
-  result.why = listen(from.get(), lines, end, stop);
+  result.why = listen(from.get(), process.get(), lines, end, stop);
   int status = 0;
   if (result.why != ChildEnd::Why::exited) ::kill(-child, SIGTERM);
   // One that has closed its standard error and goes on is told to end, too.

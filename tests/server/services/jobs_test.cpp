@@ -102,6 +102,15 @@ TEST_F(JobsTest, SaysHowFarItIsAndWhyItFailed) {
   EXPECT_EQ(run(*jobs, order).message, "alps: no");
 }
 
+/// It holds the pipe through which the program speaks, and would for half an hour.
+TEST_F(JobsTest, WhatAProgramLeavesBehindIsNotWaitedFor) {
+  const auto jobs = open();
+  const auto job = jobs->submit(shell("sleep 1800 & echo 'tind: the last word' >&2; exit 65"));
+  ASSERT_TRUE(job);
+  ASSERT_TRUE(becomes(*jobs, job->id, [](const Job& j) { return j.has_ended(); }));
+  EXPECT_EQ((**jobs->find(job->id)).message, "the last word");
+}
+
 TEST_F(JobsTest, LimitsAreHeld) {
   JobLimits limits;
   limits.each = {.memory_bytes = 512u << 20, .file_bytes = 1u << 20, .cpu_time = 1s, .niceness = 0};
