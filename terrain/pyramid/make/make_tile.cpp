@@ -25,6 +25,11 @@ namespace tind {
 namespace {
 
 constexpr double kMostMargin = 320;  // posts, as many as a tile has where this pays
+/// A tile's posts are held, for the referee and for the mesh to be refined to, where there are no
+/// more than this of them: 32 MB, an eighth where each has a place of its own.
+constexpr std::int64_t kWholePosts = 1 << 23;
+/// Nor more than so many in a row or column: the few posts of a long thin window are not refined to.
+constexpr std::int64_t kWholeSide = 4096;
 
 /// The posts around the tile, so that H is a matter of memory; coarse tiles ask the source instead.
 /// Normals look farther the coarser the tile is, but not where a small source has ended long
@@ -249,10 +254,13 @@ Result<void> derive_borders(TileJob& job, const std::stop_token& stop) {
 Result<void> find_range(TileJob& job, std::stop_token stop) {
   const Stopwatch watch(job.cost.reading);
   if (auto done = find_rims(job); !done) return done;
-  const std::int64_t most = job.surface.is_plain_geographic() ? kPartPosts : kPartPosts / 4;
-  std::int64_t count = 0;
-  for (const LayerWindow& w : job.windows) count += w.posts.cols * w.posts.rows;
-  if (count <= most) {
+  std::int64_t count = 0, side = 0;
+  for (const LayerWindow& w : job.windows) {
+    count += w.posts.cols * w.posts.rows;
+    side = std::max({side, w.posts.cols, w.posts.rows});
+  }
+  const std::int64_t most = side > kWholeSide ? kPartPosts : kWholePosts;
+  if (count <= (job.surface.is_plain_geographic() ? most : most / 8)) {
     auto posts = TilePosts::read(job.field, job.windows, job.id, job.level.offset_m, job.beside);
     if (!posts) return std::unexpected(posts.error());
     job.whole.emplace(std::move(*posts));

@@ -28,6 +28,11 @@ constexpr double kPlacingError = 1e-5;    // metres of height: 1e-6 m on a slope
 constexpr double kLargestHeightStep = 4;  // metres
 constexpr double kLinePlaceStep = 2;      // units: half of what shores keep from posts at least
 constexpr double kNarrower = 0.7;         // of the band, for a method or lines that left it
+constexpr int kFirstNodes = 128;          // a side of a lattice, that a mesh is fitted to first
+constexpr int kOnlyNodes = 256;           // the same, where it will not
+constexpr double kFirstShare = 0.9;       // of the band, for a mesh that will be refined
+constexpr double kOnlyShare = 0.7;        // for one that will not
+constexpr int kMostPasses = 4;            // that bring single cells of a lattice into the budget
 constexpr std::int64_t kMeshPosts = 320;  // posts a side that a mesh is fitted to at most
 
 /// The finest step with which the heights of borders and posts fit; borders stay on it, because
@@ -253,15 +258,10 @@ double margin_of(const TileJob& job) {
   return surface.info().rounding_m + (plain ? 0 : kPlacingError);
 }
 
-/// Fits a mesh within `eps` of the samples. Its error is not known yet.
-template <class Samples>
-TileMesh mesh_within(TileJob& job, const Samples& samples, double eps, double place_step,
-                     std::stop_token stop) {
-  const Stopwatch watch(job.cost.fitting);
-  TileMesh result;
-  result.lattice = height_lattice(job, eps);
-  const double mid = (job.rect.south + job.rect.north) / 2;
-  const double lat = mid * std::numbers::pi / 180;
+/// Of a mesh with vertices on a lattice of heights, within `eps` of the samples.
+MesherOptions mesher_options(const TileJob& job, const HeightLattice& lattice, double eps,
+                             double place_step) {
+  const double lat = (job.rect.south + job.rect.north) / 2 * std::numbers::pi / 180;
   MesherOptions o;
   o.eps = eps;
   if (job.posts.any()) o.relief = job.posts.max_m - job.posts.min_m;
@@ -269,20 +269,32 @@ TileMesh mesh_within(TileJob& job, const Samples& samples, double eps, double pl
   o.locked_border = o.integer_lattice = true;
   o.lattice_max = kTileExtent;
   o.height_step =
-      std::max(result.lattice.step, std::min(kLargestHeightStep, power_of_two_at_most(eps / 8)));
+      std::max(lattice.step, std::min(kLargestHeightStep, power_of_two_at_most(eps / 8)));
   // A vertex that is moved to a coarser lattice must not end up in the water beside its post.
   o.lattice_step = o.search_step_min =
       job.lines.lines.empty() ? place_step : std::min(place_step, kLinePlaceStep);
   o.turns = !job.lines.lines.empty();
-  o.height_min = result.lattice.min;
-  o.height_max = result.lattice.max();
+  o.height_min = lattice.min;
+  o.height_max = lattice.max();
   set_effort(tile_effort(job.plan.options().effort), o);
+  return o;
+}
+
+/// Fits a mesh within `eps` of the samples. Its error is not known yet.
+template <class Samples>
+TileMesh mesh_within(TileJob& job, const Samples& samples, double eps, double place_step,
+                     std::stop_token stop) {
+  const Stopwatch watch(job.cost.fitting);
+  TileMesh result;
+  result.lattice = height_lattice(job, eps);
+  MesherOptions o = mesher_options(job, result.lattice, eps, place_step);
   Progress progress;
   progress.stop = stop;
   LinePoints kept;
   HalfedgeMesh frame = frame_mesh(job, samples, o.x_scale, result.lattice, kept);
-  o.pinned = std::uint32_t(frame.vertex_slots());
+  o.pinned = result.pinned = std::uint32_t(frame.vertex_slots());
   if (!std::holds_alternative<BoundedOptions>(job.method)) {
+    const double mid = (job.rect.south + job.rect.north) / 2;
     const double metres = job.rect.height() * wgs84::metres_per_degree(mid).y / kTileExtent;
     result.mesh = mesh_by_method(job.method, std::move(frame),
                                  job.stand_in.empty() && job.lines.lines.empty() ? nullptr : &kept,
@@ -296,14 +308,54 @@ TileMesh mesh_within(TileJob& job, const Samples& samples, double eps, double pl
   return result;
 }
 
+/// Of which meshes may more samples be asked for? Lines are known to the mesher that has put them
+/// in.
+bool may_be_refined(const TileJob& job) {
+  return std::holds_alternative<BoundedOptions>(job.method) && job.stand_in.empty() &&
+         job.lines.lines.empty();
+}
+
+/// Brings a mesh that was fitted to some of the samples within `eps` of all.
+template <class Samples>
+void refine(TileJob& job, const Samples& samples, double eps, double place_step,
+            std::stop_token stop, TileMesh& mesh) {
+  const Stopwatch watch(job.cost.fitting);
+  MesherOptions o = mesher_options(job, mesh.lattice, eps, place_step);
+  o.pinned = mesh.pinned;
+  Progress progress;
+  progress.stop = stop;
+  BoundedMesher mesher(*HalfedgeMesh::from_tin(mesh.mesh), samples, o);
+  mesher.refine(progress);
+  mesh.mesh = mesher.mesh().to_tin();
+}
+
 /// Of the layer that is skipped most every `step`-th post; of the others as many times fewer as of
 /// that. REQUIRES: a power of two.
 int step_of(const TileJob& job, const LayerWindow& w, int step) {
   return std::max(1, decimation(job, w) * step / decimation(job));
 }
 
-/// Fits a mesh within `eps` of every `step`-th post, then measures it over all posts.
-Result<TileMesh> fit(TileJob& job, double eps, int step, double place_step, std::stop_token stop) {
+/// What the referee says of a mesh, over all posts.
+Result<void> judge(TileJob& job, TileMesh& mesh, std::stop_token stop) {
+  const Stopwatch watch(job.cost.measuring);
+  if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
+  const auto measured = measure(job, mesh.mesh, stop);
+  if (!measured) return std::unexpected(measured.error());
+  const double margin = margin_of(job);
+  mesh.max_error = measured->error() + (job.posts.any() ? margin : 0);
+  mesh.wrong_side = measured->wrong(job.plan.options().side, margin);
+  return {};
+}
+
+/// How a mesh is to be refined.
+struct Refinement {
+  double eps = 0, place_step = 1;
+};
+
+/// Fits a mesh within `eps` of every `step`-th post, refines it where that is asked for to all of
+/// them, then measures it over all.
+Result<TileMesh> fit(TileJob& job, double eps, int step, double place_step,
+                     const std::optional<Refinement>& finer, std::stop_token stop) {
   std::optional<TilePosts> decimated;
   if (step > 1 || !job.whole) {
     std::vector<LayerWindow> windows = job.windows;
@@ -322,13 +374,11 @@ Result<TileMesh> fit(TileJob& job, double eps, int step, double place_step, std:
   const TilePosts& posts = *given;
   TileMesh result = posts.visit(
       [&](const auto& samples) { return mesh_within(job, samples, eps, place_step, stop); });
-  if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
-  const Stopwatch watch(job.cost.measuring);
-  auto measured = measure(job, result.mesh, stop);
-  if (!measured) return std::unexpected(measured.error());
-  const double margin = margin_of(job);
-  result.max_error = measured->error() + (job.posts.any() ? margin : 0);
-  result.wrong_side = measured->wrong(job.plan.options().side, margin);
+  if (finer)
+    job.whole->visit([&](const auto& samples) {
+      refine(job, samples, finer->eps, finer->place_step, stop, result);
+    });
+  if (auto done = judge(job, result, stop); !done) return std::unexpected(done.error());
   return result;
 }
 
@@ -375,22 +425,34 @@ Result<void> force_side(const TileJob& job, TileMesh& m, std::stop_token stop) {
   return {};
 }
 
-/// Tries the cheapest fit first: fewer posts, then all of them; keeps the best.
+/// Is it within the budget, and on its side?
+bool is_good(const TileJob& job, const TileMesh& mesh) {
+  return mesh.max_error <= job.level.budget_m && mesh.wrong_side == 0;
+}
+
+/// How bad: what the side lacks first, then the error.
+std::pair<double, double> badness(const TileMesh& m) { return {m.wrong_side, m.max_error}; }
+
+/// Tries the cheapest fit first: to fewer posts, and to those of the others that are out of the
+/// band then; at last to all of them at once. Keeps the best.
 Result<TileMesh> fit_within_budget(TileJob& job, std::stop_token stop) {
-  const double eps = job.level.fit_error_m - margin_of(job);
+  const double eps = (job.level.fit_error_m - margin_of(job)) * job.inner;
+  const bool refines = job.whole && may_be_refined(job);
   Result<TileMesh> best = fail(Errc::internal, "no fit tried");
   int step = decimation(job);
   double place = 0;
   for (;;) {
     // Posts that the fit does not see get a share of the band to themselves.
-    const double share = (step == 1 ? eps : 0.7 * eps) * job.inner;
+    const double share = eps * (step == 1 ? 1 : refines ? kFirstShare : kOnlyShare);
     if (place == 0) place = place_step(job.spacing_m() * step, job.id.level, share);
-    auto meshed = fit(job, share, step, place, stop);
+    std::optional<Refinement> finer;
+    if (step > 1 && refines)
+      finer =
+          Refinement{eps, std::min<double>(place, place_step(job.spacing_m(), job.id.level, eps))};
+    auto meshed = fit(job, share, step, place, finer, stop);
     if (!meshed) return meshed;
-    const bool better = !best || std::pair(meshed->wrong_side, meshed->max_error) <
-                                     std::pair(best->wrong_side, best->max_error);
-    if (better) best = std::move(meshed);
-    if (best->max_error <= job.level.budget_m && best->wrong_side == 0) return best;
+    if (!best || badness(*meshed) < badness(*best)) best = std::move(meshed);
+    if (is_good(job, *best)) return best;
     // A fine layer in a corner of a tile has more posts to the area than any that is alone.
     const std::int64_t most = (job.windows.size() > 1 ? 16 : 4) * kMeshPosts * kMeshPosts;
     const bool too_big = std::ranges::any_of(job.windows, [step, most](const LayerWindow& l) {
@@ -412,16 +474,30 @@ double node_spacing_m(const TileJob& job, int nodes) {
   return job.spacing_m() * std::max(1, int(job.windows.front().posts.cols / nodes));
 }
 
+/// Makes samples vertices as far as the grid has room for them; nothing vanishes for it.
+void follow_nodes(const TileJob& job, const GridSamples& samples, TileMesh& mesh) {
+  InsertionOptions o;
+  o.limit = o.height_step = mesh.lattice.step;
+  o.x_scale = mesher_options(job, mesh.lattice, 1, 1).x_scale;
+  o.locked_border = o.integer_lattice = true;
+  o.lattice_max = kTileExtent;
+  HalfedgeMesh edited = *HalfedgeMesh::from_tin(mesh.mesh);
+  DelaunayInsertion<GridSamples>(edited, samples, o).run_passes();
+  mesh.mesh = edited.to_tin();
+}
+
 /// The same through the index: the mesh is fitted to nodes of the lattice, and what the posts may
-/// differ from it is left of the band. Over its budget where that is too little.
+/// differ from it is left of the band. How much that is differs from cell to cell, so what is tried
+/// first is the whole budget on few nodes, then less of it on all. Over its budget where that is
+/// too little.
 Result<TileMesh> fit_to_lattice(TileJob& job, std::stop_token stop) {
   const ResidualLattice& lattice = *job.lattice;
-  const double margin = margin_of(job) + kPlacingError;
-  const double room = job.level.budget_m - lattice.largest_residual() - margin;
-  const double eps =
-      std::min(0.7 * job.level.fit_error_m, std::max(room, 0.25 * job.level.budget_m)) * job.inner;
-  // Every fourth node of four times as fine a lattice first; all of one that is twice as fine.
-  for (int step = lattice.cells >= 1024 ? lattice.cells / 256 : 1;; step /= 2) {
+  const double margin = margin_of(job) + kPlacingError, budget = job.level.budget_m;
+  const double room = budget - lattice.largest_residual() - margin;
+  const bool refines = may_be_refined(job);
+  const double most = (refines ? 1 : kOnlyShare) * job.level.fit_error_m;
+  const double eps = std::min(most, std::max(room, 0.25 * budget)) * job.inner;
+  const auto with_nodes = [&](int step, double band, auto&& f) {
     std::vector<float> heights = lattice.fitted_heights(step);
     const int nodes = lattice.cells / step + 1;
     if (!job.lines.between.empty()) {
@@ -431,11 +507,39 @@ Result<TileMesh> fit_to_lattice(TileJob& job, std::stop_token stop) {
         if (!std::isnan(heights[i])) heights[i] = float(level_by_lines(job, p.x, p.y, p.z));
       }
     }
-    TileMesh meshed = mesh_within(job, ResidualLattice::samples(heights, nodes), eps,
-                                  place_step(node_spacing_m(job, nodes), job.id.level, eps), stop);
+    f(ResidualLattice::samples(heights, nodes),
+      place_step(node_spacing_m(job, nodes), job.id.level, band));
+  };
+  const auto judged = [&](TileMesh& mesh) {
+    mesh.max_error = lattice.any() ? lattice_bound(mesh.mesh, lattice) + margin : 0;
+    return mesh.max_error <= budget;
+  };
+  int step = 1;
+  if (refines)
+    step = std::max(1, lattice.cells / kFirstNodes);
+  else if (lattice.cells >= 4 * kOnlyNodes)
+    step = lattice.cells / kOnlyNodes;
+  for (;; step /= 2) {
+    const double band = refines && step > 1 ? std::max(eps, budget * job.inner) : eps;
+    TileMesh meshed;
+    with_nodes(step, band, [&](const GridSamples& nodes, double place) {
+      meshed = mesh_within(job, nodes, band, place, stop);
+    });
     if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
-    meshed.max_error = lattice.any() ? lattice_bound(meshed.mesh, lattice) + margin : 0;
-    if (step == 1 || meshed.max_error <= job.level.budget_m) return meshed;
+    if (judged(meshed) || step == 1) return meshed;
+    if (!refines) continue;
+    const double narrower = std::max(eps, kOnlyShare * band);
+    with_nodes(1, narrower, [&](const GridSamples& nodes, double place) {
+      refine(job, nodes, narrower, place, stop, meshed);
+    });
+    if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
+    if (judged(meshed)) return meshed;
+    for (int pass = 0; pass < kMostPasses; ++pass) {
+      const auto missing = heights_of_cells_over(meshed.mesh, lattice, budget - margin);
+      follow_nodes(job, ResidualLattice::samples(missing, lattice.nodes()), meshed);
+      if (judged(meshed)) break;
+    }
+    return meshed;
   }
 }
 
@@ -558,17 +662,12 @@ Result<TileMesh> fit_by_method(TileJob& job, std::stop_token stop) {
   return made;
 }
 
-/// How bad: what the side lacks first, then the error.
-std::pair<double, double> badness(const TileMesh& m) { return {m.wrong_side, m.max_error}; }
-
 }  // namespace
 
 Result<TileMesh> fit_tile(TileJob& job, std::stop_token stop) {
   job.colours = tile_colours(job.plan.options(), job.id);
   Result<TileMesh> made = fit_by_method(job, stop);
-  const auto enough = [&] {
-    return !made || (made->max_error <= job.level.budget_m && made->wrong_side == 0);
-  };
+  const auto enough = [&] { return !made || is_good(job, *made); };
   if (enough() || std::holds_alternative<BoundedOptions>(job.method)) return made;
   // What is measured is over the budget: a narrower band, then the method that does not give up.
   const auto instead = [&](double inner) -> Result<void> {

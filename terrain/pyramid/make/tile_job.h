@@ -88,6 +88,7 @@ Result<void> stream_posts(const TileJob&, std::stop_token,
 struct TileMesh {
   Tin mesh;
   HeightLattice lattice;
+  std::uint32_t pinned = 0;  // its first vertices, which stay: borders and what holds the curvature
   double max_error = 0;
   double wrong_side = 0;  // one-sided tiles: how far some post is on the wrong side
 };

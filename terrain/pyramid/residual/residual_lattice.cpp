@@ -13,25 +13,31 @@ namespace {
 constexpr double kExtent = ResidualLattice::kExtent;
 constexpr double kHair = 1e-6;  // of a cell: so near a line a place belongs to both sides
 
-/// Collects |mesh - surface| by cell.
+/// Collects |mesh - surface|: at nodes, and by cell at what lies between them.
 class Overlay {
  public:
   explicit Overlay(const ResidualLattice& lattice)
       : lattice_(lattice),
         cells_(lattice.cells),
         side_(kExtent / lattice.cells),
+        at_node_(lattice.heights.size()),
         worst_(lattice.residual.size()) {}
 
-  /// A vertex of the overlay; it counts in every cell that it touches.
+  /// A node, which is of the surface.
+  void node(std::size_t i, double gap) { at_node_[i] = std::max(at_node_[i], gap); }
+
+  /// Any other vertex of the overlay; it counts in every cell that it touches. There the surface is
+  /// the same in all of them.
   void at(double x, double y, double z) {
     const double i = x / side_, j = (kExtent - y) / side_;
     const int i0 = cell(i - kHair), i1 = cell(i + kHair);
     const int j0 = cell(j - kHair), j1 = cell(j + kHair);
+    double gap = -1;
     for (int row = j0; row <= j1; ++row)
       for (int col = i0; col <= i1; ++col) {
         const std::size_t c = std::size_t(row) * std::size_t(cells_) + std::size_t(col);
         if (lattice_.residual[c] < 0) continue;
-        const double gap = std::abs(z - surface(col, row).at(x, y));
+        if (gap < 0) gap = std::abs(z - surface(col, row).at(x, y));
         worst_[c] = std::max(worst_[c], gap);
       }
   }
@@ -43,18 +49,24 @@ class Overlay {
     cross(a, b, (a.x - a.y) / side_, (b.x - b.y) / side_);
   }
 
-  double bound() const {
-    double bound = 0;
-    for (std::size_t c = 0; c < worst_.size(); ++c)
-      if (lattice_.residual[c] >= 0) bound = std::max(bound, worst_[c] + lattice_.residual[c]);
-    return bound;
+  /// Calls f(cell, bound) for every cell that holds posts.
+  template <class F>
+  void each(F&& f) const {
+    const auto nodes = std::size_t(lattice_.nodes());
+    for (std::size_t row = 0, c = 0; row < std::size_t(cells_); ++row)
+      for (std::size_t col = 0; col < std::size_t(cells_); ++col, ++c) {
+        if (lattice_.residual[c] < 0) continue;
+        const double* const north = &at_node_[row * nodes + col];
+        const double* const south = north + nodes;
+        f(c, std::max({worst_[c], north[0], north[1], south[0], south[1]}) + lattice_.residual[c]);
+      }
   }
 
  private:
   const ResidualLattice& lattice_;
   const int cells_;
   const double side_;
-  std::vector<double> worst_;
+  std::vector<double> at_node_, worst_;
 
   int cell(double t) const { return std::clamp(int(std::floor(t)), 0, cells_ - 1); }
 
@@ -78,17 +90,47 @@ class Overlay {
   }
 };
 
+Overlay overlay_of(const Tin& mesh, const ResidualLattice& lattice) {
+  Overlay overlay(lattice);
+  const GridSamples nodes = ResidualLattice::samples(lattice.heights, lattice.nodes());
+  for (const Vec3& v : mesh.vertices) overlay.at(v.x, v.y, v.z);
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
+    const TrianglePlane plane(a, b, c);
+    nodes.scan(a, b, c, [&](double x, double y, double z, std::size_t i) {
+      overlay.node(i, std::abs(plane.at(x, y) - z));
+      return true;
+    });
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t i = t[std::size_t(k)], j = t[std::size_t((k + 1) % 3)];
+      // Once for the two triangles of an edge; a side of the rectangle has one that runs forward.
+      const bool side =
+          mesh.vertices[i].x == mesh.vertices[j].x || mesh.vertices[i].y == mesh.vertices[j].y;
+      if (i < j || side) overlay.edge(mesh.vertices[i], mesh.vertices[j]);
+    }
+  }
+  return overlay;
+}
+
 }  // namespace
 
 std::vector<float> ResidualLattice::fitted_heights(int step) const {
   const int side = cells / step + 1;
   std::vector<float> fitted(std::size_t(side) * std::size_t(side),
                             std::numeric_limits<float>::quiet_NaN());
-  for (int row = 0; row < cells; ++row)
-    for (int col = 0; col < cells; ++col) {
-      if (residual[std::size_t(row) * std::size_t(cells) + std::size_t(col)] < 0) continue;
-      for (const int j : {row / step, row / step + 1})
-        for (const int i : {col / step, col / step + 1})
+  const auto holds_posts = [&](int col, int row) {
+    for (int j = row * step; j < (row + 1) * step; ++j) {
+      const float* const first =
+          &residual[std::size_t(j) * std::size_t(cells) + std::size_t(col) * std::size_t(step)];
+      if (std::any_of(first, first + step, [](float r) { return r >= 0; })) return true;
+    }
+    return false;
+  };
+  for (int row = 0; row + 1 < side; ++row)
+    for (int col = 0; col + 1 < side; ++col) {
+      if (!holds_posts(col, row)) continue;
+      for (const int j : {row, row + 1})
+        for (const int i : {col, col + 1})
           fitted[std::size_t(j) * std::size_t(side) + std::size_t(i)] =
               heights[std::size_t(j * step) * std::size_t(nodes()) + std::size_t(i * step)];
     }
@@ -119,25 +161,23 @@ double ResidualLattice::nearest(double x, double y) const {
 }
 
 double lattice_bound(const Tin& mesh, const ResidualLattice& lattice) {
-  Overlay overlay(lattice);
-  const GridSamples nodes = ResidualLattice::samples(lattice.heights, lattice.nodes());
-  for (const Vec3& v : mesh.vertices) overlay.at(v.x, v.y, v.z);
-  for (const Triangle& t : mesh.triangles) {
-    const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
-    const TrianglePlane plane(a, b, c);
-    nodes.scan(a, b, c, [&](double x, double y, double, std::size_t) {
-      overlay.at(x, y, plane.at(x, y));
-      return true;
-    });
-    for (int k = 0; k < 3; ++k) {
-      const std::uint32_t i = t[std::size_t(k)], j = t[std::size_t((k + 1) % 3)];
-      // Once for the two triangles of an edge; a side of the rectangle has one that runs forward.
-      const bool side =
-          mesh.vertices[i].x == mesh.vertices[j].x || mesh.vertices[i].y == mesh.vertices[j].y;
-      if (i < j || side) overlay.edge(mesh.vertices[i], mesh.vertices[j]);
-    }
-  }
-  return overlay.bound();
+  double bound = 0;
+  overlay_of(mesh, lattice).each([&](std::size_t, double b) { bound = std::max(bound, b); });
+  return bound;
+}
+
+std::vector<float> heights_of_cells_over(const Tin& mesh, const ResidualLattice& lattice,
+                                         double limit) {
+  std::vector<float> heights(lattice.heights.size(), std::numeric_limits<float>::quiet_NaN());
+  const auto cells = std::size_t(lattice.cells), nodes = cells + 1;
+  overlay_of(mesh, lattice).each([&](std::size_t c, double bound) {
+    if (bound <= limit) return;
+    const std::size_t north_west = c / cells * nodes + c % cells;
+    for (const std::size_t i :
+         {north_west, north_west + 1, north_west + nodes, north_west + nodes + 1})
+      heights[i] = lattice.heights[i];
+  });
+  return heights;
 }
 
 }  // namespace tind

@@ -52,4 +52,8 @@ struct LatticeCell {
 /// O(mesh edges x cells crossed + nodes).
 double lattice_bound(const Tin& mesh, const ResidualLattice&);
 
+/// The heights of the nodes of cells whose own bound is above the limit, NaN of all others: where
+/// the mesh has to follow the surface more closely.
+std::vector<float> heights_of_cells_over(const Tin& mesh, const ResidualLattice&, double limit);
+
 }  // namespace tind

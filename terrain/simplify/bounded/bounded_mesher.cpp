@@ -435,6 +435,19 @@ void BoundedMesher<S>::mend(std::vector<std::uint8_t> active, std::vector<std::u
   decimate(progress);
 }
 
+template <class S>
+void BoundedMesher<S>::refine(const Progress& progress) {
+  const Index before = mesh_.vertex_slots();
+  insert(progress);
+  origin_.resize(mesh_.vertex_slots(), {0, 0, std::numeric_limits<double>::quiet_NaN()});
+  active_.assign(mesh_.vertex_slots(), 0);
+  for (Index v = before; v < mesh_.vertex_slots(); ++v) {
+    active_[v] = 1;
+    mesh_.for_each_out(v, [&](Index h) { active_[mesh_.dest(h)] = 1; });
+  }
+  decimate(progress);
+}
+
 template class BoundedMesher<GridSamples>;
 template class BoundedMesher<ScatteredSamples>;
 

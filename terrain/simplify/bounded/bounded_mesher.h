@@ -64,6 +64,10 @@ class BoundedMesher {
   void mend(std::vector<std::uint8_t> active, std::vector<std::uint8_t> frozen,
             const Progress& progress = {});
 
+  /// For a mesh that is within the band of some of the samples, or nearly: those that are out of it
+  /// become vertices, and what is superfluous around them vanishes.
+  void refine(const Progress& progress = {});
+
   HalfedgeMesh& mesh() { return mesh_; }
   const BoundedStats& stats() const { return stats_; }
 
