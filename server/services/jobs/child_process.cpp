@@ -137,7 +137,9 @@ Result<ChildEnd> run_child(std::span<const std::string> arguments, const std::st
   ::sigfillset(&all);
   ::pthread_sigmask(SIG_SETMASK, &all, &before);
   const pid_t parent = ::getpid();
-  const pid_t child = ::fork();
+  // Not fork(), which first has the child do what libraries have asked for: PROJ's handler waits
+  // for a mutex that some other thread may have held, and that nobody in the child ever lets go.
+  const auto child = pid_t(::syscall(SYS_clone, SIGCHLD, 0, 0, 0, 0));
   const int why = errno;
   if (child != 0) ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
   errno = why;

@@ -28,7 +28,8 @@ constexpr double kMostMargin = 320;  // posts, as many as a tile has where this 
 /// A tile's posts are held, for the referee and for the mesh to be refined to, where there are no
 /// more than this of them: 32 MB, an eighth where each has a place of its own.
 constexpr std::int64_t kWholePosts = 1 << 23;
-/// Nor more than so many in a row or column: the few posts of a long thin window are not refined to.
+/// Nor more than so many in a row or column: the few posts of a long thin window are not refined
+/// to.
 constexpr std::int64_t kWholeSide = 4096;
 
 /// The posts around the tile, so that H is a matter of memory; coarse tiles ask the source instead.

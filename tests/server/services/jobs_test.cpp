@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <pthread.h>
 #include <sqlite3.h>
 #include <unistd.h>
 
@@ -109,6 +110,23 @@ TEST_F(JobsTest, WhatAProgramLeavesBehindIsNotWaitedFor) {
   ASSERT_TRUE(job);
   ASSERT_TRUE(becomes(*jobs, job->id, [](const Job& j) { return j.has_ended(); }));
   EXPECT_EQ((**jobs->find(job->id)).message, "the last word");
+}
+
+volatile std::sig_atomic_t in_the_way = 0;
+
+/// Libraries ask for something to be done in a child that forks off. PROJ waits for a mutex there,
+/// which another thread of the daemon may have held: the child never became the program.
+TEST_F(JobsTest, WhatLibrariesDoInAForkedChildIsNotDone) {
+  ASSERT_EQ(::pthread_atfork(nullptr, nullptr,
+                             [] {
+                               if (in_the_way) ::_exit(70);
+                             }),
+            0);
+  const auto jobs = open();
+  in_the_way = 1;
+  const Job job = run(*jobs, shell("echo words > out.txt"));
+  in_the_way = 0;
+  EXPECT_EQ(job.status, JobStatus::successful) << job.message;
 }
 
 TEST_F(JobsTest, LimitsAreHeld) {
