@@ -45,13 +45,22 @@ def commands(target):
     return said.splitlines()
 
 
+def unit_of(source, lines):
+    """What the compiler is given for a source: itself, or, with TIND_UNITY, a file that includes it and its neighbours."""
+    units = [Path(line.rsplit(" -c ", 1)[1]) for line in lines if " -c " in line]
+    if ROOT / source in units:
+        return ROOT / source
+    return next(unit for unit in units if "unity" in unit.parts and f'#include "{source}"' in unit.read_text())
+
+
 class Bench:
     """Compiles one changed source and links the test program with it in front of the libraries. Several may at a time."""
 
     def __init__(self, run, source, program):
-        self.folder, self.source, self.count = run.work, ROOT / source, itertools.count()
+        self.folder, self.source, self.count = run.work, source, itertools.count()
         lines = commands(f"tests/{program}")
-        compile_line = next(line for line in lines if line.endswith(f" -c {self.source}"))
+        self.unit = unit_of(source, lines)
+        compile_line = next(line for line in lines if line.endswith(f" -c {self.unit}"))
         # It stands in its own folder, so that its includes are found. Without optimization: it is run for a second.
         compile_line = re.sub(r"-MD -MT \S+ -MF \S+", "", compile_line).replace("_FORTIFY_SOURCE=2", "_FORTIFY_SOURCE=0")
         self.compile = re.sub(r" -o \S+ -c \S+$", " -O0 -o {0}.o -c {0}.cpp", compile_line)
@@ -60,7 +69,12 @@ class Bench:
     def notices(self, text, tests):
         """None where it does not compile."""
         mutant = self.folder / f"mutant{next(self.count)}"
-        Path(f"{mutant}.cpp").write_text(text)
+        whole = text
+        if self.unit != ROOT / self.source:
+            changed = Path(f"{mutant}.changed")
+            changed.write_text(text)
+            whole = self.unit.read_text().replace(f'"{self.source}"', f'"{changed}"')
+        Path(f"{mutant}.cpp").write_text(whole)
         try:
             if subprocess.run(self.compile.format(mutant), shell=True, cwd=BUILD, capture_output=True).returncode:
                 return None
