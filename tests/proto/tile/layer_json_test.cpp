@@ -56,11 +56,11 @@ TEST(LayerJson, EveryFieldThatSomeClientRequiresIsThere) {
 TEST(LayerJson, WhatIsStatedOfTheHeightsIsReadAsItIsWritten) {
   LayerJson layer = two_levels();
   EXPECT_FALSE(nlohmann::json::parse(encode_layer_json(layer)).contains("accuracy"));
-  layer.accuracy = {{"", "le90", 4}, {"town", "rmse", 0.3}};
+  layer.accuracy = {{"", "le90", 4}, {"town", "rmse", 0.3}, {"plane", "rmse", 0}};
   const std::string text = encode_layer_json(layer);
-  EXPECT_EQ(
-      nlohmann::json::parse(text)["accuracy"],
-      nlohmann::json::parse(R"([{"kind":"le90","m":4},{"layer":"town","kind":"rmse","m":0.3}])"));
+  EXPECT_EQ(nlohmann::json::parse(text)["accuracy"],
+            nlohmann::json::parse(R"([{"kind":"le90","m":4},{"layer":"town","kind":"rmse","m":0.3},
+                                {"layer":"plane","kind":"rmse","m":0}])"));
   EXPECT_EQ(must_decode(text).accuracy, layer.accuracy);
   for (const char* const bad : {"4", "[4]", R"([{"kind":"le90"}])", R"([{"m":-1}])",
                                 R"([{"m":"4"}])", R"([{"m":4,"kind":7}])"})
@@ -105,6 +105,16 @@ TEST(LayerJson, MissingOptionalFieldsAreFine) {
   EXPECT_EQ(layer.projection, "EPSG:4326");
   EXPECT_EQ(layer.maxzoom, 1);
   EXPECT_THAT(layer.tiles, ElementsAre("{z}/{x}/{y}.t"));
+}
+
+TEST(LayerJson, AsManyLevelsAsTilesCanHave) {
+  const auto with_levels = [](int count) {
+    std::string levels = "[]";
+    for (int i = 1; i < count; ++i) levels += ",[]";
+    return R"({"format":"quantized-mesh-1.0","tiles":["t"],"available":[)" + levels + "]}";
+  };
+  EXPECT_EQ(must_decode(with_levels(31)).available.size(), 31u);
+  EXPECT_THAT(why_not(with_levels(32)), HasSubstr("at most 31 levels"));
 }
 
 TEST(LayerJson, SaysWhatIsWrong) {

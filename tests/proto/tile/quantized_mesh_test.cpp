@@ -242,6 +242,7 @@ TEST(QuantizedMesh, SaysWhatIsWrong) {
   };
   EXPECT_THAT(why_not({}), HasSubstr("header"));
   EXPECT_THAT(why_not(with(0, {0x1f, 0x8b})), HasSubstr("gzip"));
+  EXPECT_THAT(why_not(Bytes{0x1f, 0x8b}), HasSubstr("gzip"));
   EXPECT_THAT(why_not(with(6, {0xf0, 0x7f})), HasSubstr("centre"));
   EXPECT_THAT(why_not(with(26, {0xff, 0x7f})), HasSubstr("height"));
   EXPECT_THAT(why_not(with(62, {0xf0, 0xff})), HasSubstr("sphere"));

@@ -82,6 +82,7 @@ TEST(RequestParser, ConnectionDecidesWhetherItIsKept) {
   EXPECT_TRUE(keeps("1.1", ""));
   EXPECT_FALSE(keeps("1.1", "Connection: close\r\n"));
   EXPECT_FALSE(keeps("1.1", "connection: x , CLOSE\r\n"));
+  EXPECT_FALSE(keeps("1.1", "Connection: x,close\r\n"));
   EXPECT_FALSE(keeps("1.1", "Connection: keep-alive\r\nConnection: close\r\n"));
   EXPECT_FALSE(keeps("1.0", ""));
   EXPECT_TRUE(keeps("1.0", "Connection: Keep-Alive\r\n"));
@@ -140,7 +141,7 @@ TEST(RequestParser, ResetForgetsEverything) {
 
 TEST(ValidAuthority, TellsHostsFromOtherThings) {
   for (const char* good : {"a", "example.org", "example.org:80", "127.0.0.1:8080", "[::1]",
-                           "[::1]:80", "a%20b", "xn--e1afmkfd", "h:", "a_b"})
+                           "[::1]:80", "a%20b", "a%aF", "a%fA", "xn--e1afmkfd", "h:", "a_b"})
     EXPECT_TRUE(valid_authority(good)) << good;
   for (const char* bad :
        {"", ":80", "a/b", "a@b", "u:p@h", "a b", "h:x", "h:65536", "h:123456", "[", "[]", "[::1",
