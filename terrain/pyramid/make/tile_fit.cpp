@@ -258,14 +258,19 @@ double margin_of(const TileJob& job) {
   return surface.info().rounding_m + (plain ? 0 : kPlacingError);
 }
 
+/// The length of a unit eastward over that of one northward.
+double x_scale(const TileJob& job) {
+  const double lat = (job.rect.south + job.rect.north) / 2 * std::numbers::pi / 180;
+  return std::max(0.1, std::cos(lat));
+}
+
 /// Of a mesh with vertices on a lattice of heights, within `eps` of the samples.
 MesherOptions mesher_options(const TileJob& job, const HeightLattice& lattice, double eps,
                              double place_step) {
-  const double lat = (job.rect.south + job.rect.north) / 2 * std::numbers::pi / 180;
   MesherOptions o;
   o.eps = eps;
   if (job.posts.any()) o.relief = job.posts.max_m - job.posts.min_m;
-  o.x_scale = std::max(0.1, std::cos(lat));
+  o.x_scale = x_scale(job);
   o.locked_border = o.integer_lattice = true;
   o.lattice_max = kTileExtent;
   o.height_step =
@@ -478,7 +483,7 @@ double node_spacing_m(const TileJob& job, int nodes) {
 void follow_nodes(const TileJob& job, const GridSamples& samples, TileMesh& mesh) {
   InsertionOptions o;
   o.limit = o.height_step = mesh.lattice.step;
-  o.x_scale = mesher_options(job, mesh.lattice, 1, 1).x_scale;
+  o.x_scale = x_scale(job);
   o.locked_border = o.integer_lattice = true;
   o.lattice_max = kTileExtent;
   HalfedgeMesh edited = *HalfedgeMesh::from_tin(mesh.mesh);

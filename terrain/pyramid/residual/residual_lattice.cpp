@@ -26,18 +26,17 @@ class Overlay {
   /// A node, which is of the surface.
   void node(std::size_t i, double gap) { at_node_[i] = std::max(at_node_[i], gap); }
 
-  /// Any other vertex of the overlay; it counts in every cell that it touches. There the surface is
-  /// the same in all of them.
+  /// Any other vertex of the overlay; it counts in every cell that it touches, against the surface
+  /// of that cell: a hair beside it that of its neighbour can be another by more than rounding.
   void at(double x, double y, double z) {
     const double i = x / side_, j = (kExtent - y) / side_;
     const int i0 = cell(i - kHair), i1 = cell(i + kHair);
     const int j0 = cell(j - kHair), j1 = cell(j + kHair);
-    double gap = -1;
     for (int row = j0; row <= j1; ++row)
       for (int col = i0; col <= i1; ++col) {
         const std::size_t c = std::size_t(row) * std::size_t(cells_) + std::size_t(col);
         if (lattice_.residual[c] < 0) continue;
-        if (gap < 0) gap = std::abs(z - surface(col, row).at(x, y));
+        const double gap = std::abs(z - surface(col, row).at(x, y));
         worst_[c] = std::max(worst_[c], gap);
       }
   }
