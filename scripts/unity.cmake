@@ -1,5 +1,5 @@
 # Compiles files of one folder together, where TIND_UNITY is on: their headers, which are most of the
-# work, are read once for all of them. For builds from nothing (the sanitizers' in CI); where one goes
+# work, are read once for all of them. For builds from nothing (CI's); where one goes
 # on working, a change of one file would compile all its neighbours.
 #
 # scripts/unity_groups says which go together; scripts/unity_alone.txt names files that never do.

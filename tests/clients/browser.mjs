@@ -41,6 +41,6 @@ export async function settled(page, timeout = 240000) {
     if (window.frames === window.seen) return false;
     window.seen = window.frames;
     window.calm = widget.scene.globe.tilesLoaded ? window.calm + 1 : 0;
-    return window.calm > 4;
+    return window.calm > 2;
   }, undefined, {timeout, polling: 150});
 }

@@ -21,7 +21,7 @@ before(async () => {
     `[[dataset]]\nname = "rainier"\nfiles = ["${ROOT}/testdata/rainier.tif"]\nfrom_datum = "egm96"\nto_datum = "ellipsoid"\nwater = ["lake.geojson"]\n`);
   daemon = await startDaemon("--config", join(folder, "config.toml"));
   browser = await openBrowser();
-  ({page, complaints} = await openPage(browser, daemon.origin, {width: 1000, height: 640}));
+  ({page, complaints} = await openPage(browser, daemon.origin, {width: 640, height: 410}));
   await openCesiumPage(page, daemon.origin);
   await page.evaluate(() => {
     window.said = [];

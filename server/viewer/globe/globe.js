@@ -46,7 +46,10 @@ function createWidget(container) {
   scene.fog.renderable = false; // the material has its own haze
   scene.globe.tileCacheSize = 300;
   scene.screenSpaceCameraController.minimumZoomDistance = 30;
-  if (isSoftware(scene)) scene.msaaSamples = 1; // four samples a pixel would take four times as long
+  if (isSoftware(scene)) {
+    scene.msaaSamples = 1; // four samples a pixel would take four times as long
+    scene.skyAtmosphere.show = false; // a third of a frame
+  }
   scene.renderError.addEventListener(() =>
     say("Drawing failed: this browser's WebGL gave up.", [["Start again", () => location.reload()]]));
   const canvas = scene.canvas;
