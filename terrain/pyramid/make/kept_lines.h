@@ -1,5 +1,5 @@
 #pragma once
-// Makes lines edges of a tile's mesh before it is fitted. Only tile_fit.cpp includes this.
+// Makes lines edges of a tile's mesh before it is fitted. Only tile_frame.h includes this.
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,5 @@
 #pragma once
-// What the steps of make_tile hand on to each other. Only make_tile.cpp, tile_fit.cpp and
-// tile_finish.cpp include this.
+// What the steps of make_tile hand on to each other. Only files of this folder include this.
 
 #include <array>
 #include <chrono>
