@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "terrain/base/file_io.h"
-#include "terrain/base/lower_case.h"
+#include "terrain/base/lower_extension.h"
 #include "terrain/raster/vector_file.h"
 
 namespace tind {
@@ -30,10 +30,6 @@ Result<std::string> vtu(const Mesh& m) { return proto::encode_vtu(m); }
 Result<std::string> dxf(const Mesh& m) { return proto::encode_dxf(m); }
 Result<std::string> gpkg(const Mesh& m) { return triangles(VectorFormat::geopackage, m); }
 Result<std::string> fgb(const Mesh& m) { return triangles(VectorFormat::flatgeobuf, m); }
-
-std::string lower_extension(const std::string& path) {
-  return lower_case(std::filesystem::path(path).extension().string());
-}
 
 template <class Wanted>
 const MeshFormat* by_extension(const std::string& path, Wanted wanted) {

@@ -20,7 +20,7 @@
 #include "server/cli/program/interrupt.h"
 #include "server/cli/program/progress_bar.h"
 #include "terrain/base/file_io.h"
-#include "terrain/base/lower_case.h"
+#include "terrain/base/lower_extension.h"
 #include "terrain/heightmaps/cdb_folder.h"
 #include "terrain/heightmaps/heightmap.h"
 #include "terrain/surface/on_globe.h"
@@ -121,12 +121,8 @@ Result<std::optional<HeightRange>> range_of(const std::string& text) {
   return std::optional(HeightRange{n[0], n[1]});
 }
 
-std::string extension_of(const std::string& path) {
-  return lower_case(std::filesystem::path(path).extension().string());
-}
-
 Result<void> check_extension(const Arguments& a) {
-  const std::string e = extension_of(a.output);
+  const std::string e = lower_extension(a.output);
   if (a.target == Target::unreal && e != ".png" && e != ".r16" && e != ".raw")
     return fail(Errc::invalid_argument,
                 a.output + ": Unreal imports .png (16 bits), .r16 or .raw; name it so");
@@ -173,7 +169,7 @@ ordered_json engine_json(const Heightmap& map, Target target) {
 
 ordered_json report_of(const Arguments& a, const Heightmap& map, const Surface& surface) {
   const MapPlace& p = map.place;
-  const bool unity = a.target == Target::unity, png = extension_of(a.output) == ".png";
+  const bool unity = a.target == Target::unity, png = lower_extension(a.output) == ".png";
   ordered_json j = {{"format", name_of(a.target)},
                     {"file", std::filesystem::path(a.output).filename().string()},
                     {"cols", p.cols},
@@ -255,7 +251,7 @@ int export_map(const Arguments& a, const Surface& surface) {
   std::error_code none;
   std::filesystem::remove(a.output + ".json", none);
   auto written =
-      write_whole_file(a.output, extension_of(a.output) == ".png"
+      write_whole_file(a.output, lower_extension(a.output) == ".png"
                                      ? png_of(*map)
                                      : raw_of(*map, a.order, unity ? a.first : FirstRow::north));
   if (written) written = write_whole_file(a.output + ".json", json::to_text(report, 1) + "\n");

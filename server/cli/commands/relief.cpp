@@ -21,7 +21,7 @@
 #include "server/cli/program/progress_bar.h"
 #include "terrain/analysis/derivatives.h"
 #include "terrain/base/file_io.h"
-#include "terrain/base/lower_case.h"
+#include "terrain/base/lower_extension.h"
 #include "terrain/raster/picture_file.h"
 
 namespace tind::cli {
@@ -39,7 +39,7 @@ struct Arguments {
 enum class Format { png, tiff };
 
 Result<Format> format_of(const std::string& path) {
-  const std::string extension = lower_case(std::filesystem::path(path).extension().string());
+  const std::string extension = lower_extension(path);
   if (extension == ".png") return Format::png;
   if (extension == ".tif" || extension == ".tiff") return Format::tiff;
   return fail(Errc::invalid_argument,

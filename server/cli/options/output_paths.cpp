@@ -12,6 +12,7 @@
 #include "server/cli/program/exit.h"
 #include "terrain/base/file_io.h"
 #include "terrain/base/lower_case.h"
+#include "terrain/base/lower_extension.h"
 #include "terrain/mesh/mesh_file.h"
 #include "terrain/raster/dem_files.h"
 
@@ -54,8 +55,8 @@ bool belongs_to(const fs::path& output, const fs::path& input) {
   const std::string name = output.filename().string(), whole = input.filename().string();
   if (name.starts_with(whole))
     return std::ranges::count(kBesideName, lower_case(name.substr(whole.size()))) > 0;
-  const std::string ending = lower_case(output.extension().string());
-  const std::string of = lower_case(input.extension().string());
+  const std::string ending = lower_extension(output.string());
+  const std::string of = lower_extension(input.string());
   if (of == ".tif" && (ending == ".prj" || ending == ".hdr")) return false;  // has its own inside
   if (of == ".tiff" && (ending == ".prj" || ending == ".hdr")) return false;
   return output.stem() == input.stem() && std::ranges::count(kBesideStem, ending) > 0;
@@ -72,7 +73,7 @@ std::vector<Named> files_of(const std::vector<std::string>& outputs) {
   for (const std::string& path : outputs) {
     if (path.empty() || is_device(path)) continue;
     out.push_back({path, real_path(path)});
-    const std::string ending = lower_case(fs::path(path).extension().string());
+    const std::string ending = lower_extension(path);
     const char* const beside = ending == ".asc" ? ".prj" : ending == ".obj" ? ".mtl" : nullptr;
     if (!beside) continue;
     const fs::path second = fs::path(path).replace_extension(beside);

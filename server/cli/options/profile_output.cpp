@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "proto/json_text.h"
-#include "terrain/base/lower_case.h"
+#include "terrain/base/lower_extension.h"
 
 namespace tind::cli {
 namespace {
@@ -137,7 +136,7 @@ Ordered coverage_json(const Profile& profile, const ProfileFacts& facts) {
 }  // namespace
 
 Result<ProfileFormat> profile_format(const std::string& path) {
-  const std::string extension = lower_case(std::filesystem::path(path).extension().string());
+  const std::string extension = lower_extension(path);
   if (!extension.empty())
     if (const auto format = enum_named<ProfileFormat>(extension.substr(1))) return *format;
   return fail(Errc::invalid_argument, "cannot tell the format of the profile " + path +

@@ -9,7 +9,7 @@
 
 #include "server/services/datasets/dataset_file.h"
 #include "server/services/datasets/dataset_settings.h"
-#include "terrain/base/lower_case.h"
+#include "terrain/base/lower_extension.h"
 #include "terrain/raster/datums.h"
 #include "terrain/raster/dem_files.h"
 #include "terrain/raster/file_state.h"
@@ -36,7 +36,7 @@ const std::set<std::string, std::less<>> kBesideOthers = {".prj",         ".qpj"
 
 bool is_passed_over(const fs::path& path) {
   const std::string name = path.filename().string();
-  const std::string extension = lower_case(path.extension().string());
+  const std::string extension = lower_extension(path.string());
   return name.starts_with('.') || name.ends_with('~') || kBesideOthers.contains(extension);
 }
 

@@ -11,7 +11,7 @@
 #include <set>
 
 #include "terrain/base/edit_distance.h"
-#include "terrain/base/lower_case.h"
+#include "terrain/base/lower_extension.h"
 #include "terrain/raster/dem_files.h"
 #include "terrain/raster/dem_options_text.h"
 #include "terrain/store/open/open_store.h"
@@ -419,7 +419,7 @@ Result<LayerSpecs> layers_of(const DatasetSpec& spec, const DemOptions& dem) {
 
 std::string name_of_file(const std::string& path) {
   const fs::path name = fs::path(path).filename();
-  return (lower_case(name.extension().string()) == ".zip" ? name.stem() : name).stem().string();
+  return (lower_extension(name.string()) == ".zip" ? name.stem() : name).stem().string();
 }
 
 std::string name_of(const DatasetSpec& spec) {

@@ -7,12 +7,11 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <memory>
 #include <utility>
 
-#include "terrain/base/lower_case.h"
+#include "terrain/base/lower_extension.h"
 #include "terrain/raster/gdal/fixed_date.h"
 #include "terrain/raster/gdal/gdal_setup.h"
 #include "terrain/raster/gdal/memory_file.h"
@@ -191,7 +190,7 @@ std::size_t lines_in(const std::string& path) {
 }  // namespace
 
 Result<ContourFormat> contour_format(const std::string& path) {
-  const std::string extension = lower_case(std::filesystem::path(path).extension().string());
+  const std::string extension = lower_extension(path);
   if (extension == ".json") return ContourFormat::geojson;
   for (const FormatRow& row : kFormats)
     if (extension == row.extension) return row.format;

@@ -8,11 +8,10 @@
 #include <algorithm>
 #include <climits>
 #include <cmath>
-#include <filesystem>
 #include <memory>
 #include <optional>
 
-#include "terrain/base/lower_case.h"
+#include "terrain/base/lower_extension.h"
 #include "terrain/raster/datums.h"
 #include "terrain/raster/gdal/gdal_setup.h"
 #include "terrain/raster/gdal/memory_file.h"
@@ -142,7 +141,7 @@ RasterBytes ascii_of(const std::string& tiff) {
 }  // namespace
 
 Result<RasterFormat> raster_format(const std::string& path) {
-  const std::string extension = lower_case(std::filesystem::path(path).extension().string());
+  const std::string extension = lower_extension(path);
   if (extension == ".tif" || extension == ".tiff") return RasterFormat::geotiff;
   if (extension == ".asc") return RasterFormat::ascii_grid;
   return fail(Errc::invalid_argument,
