@@ -1,24 +1,66 @@
 #include "server/http/byte_budget.h"
 
 namespace tind::http {
+namespace {
 
-bool ByteBudget::take(std::size_t bytes) {
-  std::size_t held = held_.load(std::memory_order_relaxed);
-  while (bytes <= limit_ && held <= limit_ - bytes)
-    if (held_.compare_exchange_weak(held, held + bytes, std::memory_order_relaxed)) return true;
-  return false;
-}
+constexpr std::size_t kTimesTheRest = 3;  // one address may hold so many times what nobody does
 
-bool ByteBudget::pin(const Payload& payload) {
-  const std::lock_guard lock(pins_);
-  if (payload.pins == 0 && !take(payload.memory_bytes())) return false;
-  ++payload.pins;
+}  // namespace
+
+bool ByteBudget::take_now(const Address& address, std::size_t bytes) {
+  if (bytes == 0) return true;
+  if (bytes > limit_ - held_) return false;
+  const auto found = holders_.find(address);
+  const std::size_t mine = bytes + (found == holders_.end() ? 0 : found->second);
+  if (mine > kTimesTheRest * (limit_ - held_ - bytes)) return false;
+  if (found != holders_.end())
+    found->second = mine;
+  else
+    holders_.emplace(address, mine);
+  held_ += bytes;
   return true;
 }
 
-void ByteBudget::unpin(const Payload& payload) {
-  const std::lock_guard lock(pins_);
-  if (--payload.pins == 0) give_back(payload.memory_bytes());
+void ByteBudget::give_back_now(const Address& address, std::size_t bytes) noexcept {
+  if (bytes == 0) return;
+  held_ -= bytes;
+  const auto found = holders_.find(address);
+  if ((found->second -= bytes) == 0) holders_.erase(found);
+}
+
+bool ByteBudget::take(const Address& address, std::size_t bytes) {
+  const std::lock_guard lock(mutex_);
+  return take_now(address, bytes);
+}
+
+void ByteBudget::give_back(const Address& address, std::size_t bytes) noexcept {
+  const std::lock_guard lock(mutex_);
+  give_back_now(address, bytes);
+}
+
+bool ByteBudget::pin(const Address& address, const Payload& payload) {
+  const std::lock_guard lock(mutex_);
+  if (const auto found = pins_.find(&payload); found != pins_.end()) {
+    ++found->second.count;
+    return true;
+  }
+  const auto made = pins_.try_emplace(&payload, Pin{1, address}).first;
+  if (take_now(address, payload.memory_bytes())) return true;
+  pins_.erase(made);
+  return false;
+}
+
+void ByteBudget::unpin(const Payload& payload) noexcept {
+  const std::lock_guard lock(mutex_);
+  const auto found = pins_.find(&payload);
+  if (--found->second.count > 0) return;
+  give_back_now(found->second.holder, payload.memory_bytes());
+  pins_.erase(found);
+}
+
+std::size_t ByteBudget::held() const {
+  const std::lock_guard lock(mutex_);
+  return held_;
 }
 
 }  // namespace tind::http

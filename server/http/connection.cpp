@@ -59,7 +59,7 @@ Connection::Connection(IoLoop& loop, const ConnectionContext& context,
       slot_(std::move(slot)),
       refused_(refused),
       parser_(context.limits),
-      queue_(context.memory) {
+      queue_(context.memory, slot_.address()) {
   in_all_.enter_last(loop_.all);
   if (refused_) in_extra_.enter_last(loop_.extra);
 }
@@ -422,7 +422,7 @@ bool Connection::make_room_for_body() {
   const std::size_t needed = body_.size() + std::min(body_left_, kBodyPiece);
   if (needed > body_.capacity()) {
     const std::size_t room = std::min(2 * needed, body_.size() + body_left_);
-    if (!context_.memory.take(room - body_held_)) return false;
+    if (!context_.memory.take(slot_.address(), room - body_held_)) return false;
     body_held_ = room;
     body_.reserve(room);
   }
@@ -432,7 +432,7 @@ bool Connection::make_room_for_body() {
 void Connection::forget_body() {
   if (body_.capacity() > kSmallBuffer) std::string().swap(body_);
   body_.clear();
-  context_.memory.give_back(std::exchange(body_held_, 0));
+  context_.memory.give_back(slot_.address(), std::exchange(body_held_, 0));
 }
 
 bool Connection::take_body() {

@@ -46,10 +46,10 @@ void ReplyQueue::clear() {
 
 bool ReplyQueue::pin(QueuedReply& reply) {
   if (reply.pinned_ || !reply.payload_) return true;
-  if (!memory_.pin(*reply.payload_)) return false;
+  if (!memory_.pin(address_, *reply.payload_)) return false;
   std::size_t pinned = 0;
   const auto& pieces = reply.payload_->pieces;
-  while (pinned < pieces.size() && memory_.pin(*pieces[pinned].owner)) ++pinned;
+  while (pinned < pieces.size() && memory_.pin(address_, *pieces[pinned].owner)) ++pinned;
   reply.pinned_ = pinned == pieces.size();
   if (reply.pinned_) return true;
   memory_.unpin(*reply.payload_);

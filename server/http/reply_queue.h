@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "server/http/admission.h"
 #include "server/http/byte_budget.h"
 #include "server/http/message/reply.h"
 
@@ -56,8 +57,8 @@ class ReplyQueue {
   static constexpr std::size_t kMaxBytes = 256 * 1024;      // before the client must take some
   static constexpr std::size_t kMaxRuns = 4 * kMaxReplies;  // of bytes, in one call
 
-  /// The budget outlives the queue.
-  explicit ReplyQueue(ByteBudget& memory) : memory_(memory) {}
+  /// The budget outlives the queue; what is held of it is the client's at this address.
+  ReplyQueue(ByteBudget& memory, const Address& address) : memory_(memory), address_(address) {}
   ~ReplyQueue() { clear(); }
   ReplyQueue(const ReplyQueue&) = delete;
   ReplyQueue& operator=(const ReplyQueue&) = delete;
@@ -83,6 +84,7 @@ class ReplyQueue {
   void unpin(QueuedReply&);
 
   ByteBudget& memory_;
+  const Address address_;
   std::vector<QueuedReply> replies_;
   std::size_t bytes_ = 0;  // of the replies
   std::size_t sent_ = 0;   // of the first of them

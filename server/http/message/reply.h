@@ -35,8 +35,6 @@ struct Payload {
   std::size_t memory_bytes() const {
     return sizeof(Payload) + bytes.capacity() + pieces.capacity() * sizeof(Piece);
   }
-
-  mutable std::uint32_t pins = 0;  // ByteBudget's own
 };
 
 struct Reply {

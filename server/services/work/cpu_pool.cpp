@@ -14,6 +14,7 @@ namespace {
 
 /// In so few several connections of one client would be in each other's way.
 constexpr std::size_t kFewPlaces = 16;
+constexpr std::size_t kTimesTheRest = 3;  // one client may have so many times what nobody has
 
 /// The calling thread. I/O threads, which need little, come first, so that cached tiles do not wait
 /// for cold ones where those keep all cores busy (`scripts/campaign gate --part load`).
@@ -42,7 +43,6 @@ CpuPool::CpuPool(int asked, std::size_t queue) {
   const std::size_t workers = std::max<std::size_t>(threads, 2);
   const auto set = [](Class& c, std::size_t at_a_time, std::size_t waiting) {
     c.at_a_time = at_a_time, c.capacity = at_a_time + waiting;
-    c.share = c.capacity < kFewPlaces ? c.capacity : c.capacity * 3 / 4;
   };
   set(class_of(Work::question), workers, queue);
   set(class_of(Work::tile), threads, queue);
@@ -57,9 +57,11 @@ CpuPool::CpuPool(int asked, std::size_t queue) {
 bool CpuPool::Class::take_place(const std::string& client) {
   if (admitted.load() >= capacity) return false;
   if (!client.empty()) {
-    std::size_t& mine = clients[client];
-    if (mine >= share) return false;
-    ++mine;
+    const auto found = clients.find(client);
+    const std::size_t mine = 1 + (found == clients.end() ? 0 : found->second);
+    const std::size_t rest = capacity - admitted.load() - 1;
+    if (capacity >= kFewPlaces && mine > kTimesTheRest * rest) return false;
+    clients[client] = mine;
   }
   admitted.fetch_add(1);
   return true;

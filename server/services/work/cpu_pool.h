@@ -74,9 +74,10 @@ class CpuPool {
   CpuPool(const CpuPool&) = delete;
   CpuPool& operator=(const CpuPool&) = delete;
 
-  /// Errc::busy when the class has all the work that it may have, or three quarters of that are of
-  /// this client; all of fewer than 16 places may be of one, and of any of nobody in particular
-  /// (empty). Cheap: for I/O threads.
+  /// Errc::busy when the class has all the work that it may have, or this client would have more
+  /// than three times the places that are left: one alone gets three quarters, two get six sevenths
+  /// together, and somebody new finds a place. All of fewer than 16 places may be of one, and of
+  /// any of nobody in particular (empty). Cheap: for I/O threads.
   Result<Permit> admit(Work, std::string client = {});
   /// Runs the task on a worker; its token is stopped by stop(), and by `gone`: whoever wanted it
   /// does not any more. One that never runs, because of either, is destroyed.
@@ -111,7 +112,6 @@ class CpuPool {
     std::atomic<std::size_t> admitted{0};
     std::atomic<std::uint64_t> refused{0}, abandoned{0};
     std::size_t capacity = 0;   // may wait or run
-    std::size_t share = 0;      // of one client
     std::size_t at_a_time = 0;  // may run
     // Under the mutex:
     std::size_t running = 0;

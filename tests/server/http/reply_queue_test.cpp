@@ -23,7 +23,7 @@ QueuedReply reply_of(const Reply& reply, bool with_body = true) {
 
 TEST(ReplyQueue, GoesOnWhereTheSocketStopped) {
   ByteBudget memory(1 << 20);
-  ReplyQueue queue(memory);
+  ReplyQueue queue(memory, {});
   EXPECT_TRUE(queue.empty());
   QueuedReply interim;
   interim.add_line("first, ");
@@ -52,7 +52,7 @@ TEST(ReplyQueue, GoesOnWhereTheSocketStopped) {
 
 TEST(ReplyQueue, IsFullByNumberOrByBytesUntilSomeAreSent) {
   ByteBudget memory(1 << 20);
-  ReplyQueue queue(memory);
+  ReplyQueue queue(memory, {});
   const QueuedReply small = reply_of(make_reply(200, "text/plain", "x"));
   for (std::size_t i = 0; i < ReplyQueue::kMaxReplies; ++i) {
     EXPECT_TRUE(queue.has_room());
@@ -70,7 +70,7 @@ TEST(ReplyQueue, IsFullByNumberOrByBytesUntilSomeAreSent) {
 
 TEST(ReplyQueue, GivesNoMoreRunsThanFit) {
   ByteBudget memory(1 << 20);
-  ReplyQueue queue(memory);
+  ReplyQueue queue(memory, {});
   const auto owner = std::make_shared<Payload>();
   owner->bytes = "0123456789";
   std::vector<Piece> pieces(1000, Piece{owner, std::string_view(owner->bytes).substr(3, 2)});
@@ -94,7 +94,7 @@ TEST(ReplyQueue, HoldsTheBudgetUntilItIsSentOrGone) {
   const Reply large = make_reply(200, "text/plain", std::string(6000, 'x'));
   const Reply other = make_reply(200, "text/plain", std::string(6000, 'y'));
   {
-    ReplyQueue queue(memory), elsewhere(memory);
+    ReplyQueue queue(memory, {}), elsewhere(memory, {1});
     queue.add(reply_of(large));
     EXPECT_EQ(memory.held(), 0u) << "a client that reads holds nothing";
     EXPECT_TRUE(queue.pin_all());
@@ -112,6 +112,40 @@ TEST(ReplyQueue, HoldsTheBudgetUntilItIsSentOrGone) {
     EXPECT_TRUE(queue.empty());
     EXPECT_EQ(memory.held(), one);
   }
+  EXPECT_EQ(memory.held(), 0u);
+}
+
+TEST(ByteBudget, IsNeverFullOfTheBytesOfAFew) {
+  const Address one{1}, two{2}, three{3};
+  ByteBudget memory(7000);
+  std::size_t ones = 0, twos = 0;
+  while (memory.take(one, 1)) ++ones;
+  EXPECT_EQ(ones, 5250u) << "three quarters";
+  while (memory.take(two, 1)) ++twos;
+  EXPECT_EQ(twos, 1312u) << "three times what is left then";
+  EXPECT_TRUE(memory.take(three, 300)) << "room for whoever comes";
+  EXPECT_FALSE(memory.take(three, 138));
+  EXPECT_FALSE(memory.take(three, 1 << 20)) << "more than all";
+  memory.give_back(one, ones);
+  EXPECT_TRUE(memory.take(three, 3000));
+  memory.give_back(two, twos);
+  memory.give_back(three, 3300);
+  EXPECT_EQ(memory.held(), 0u);
+}
+
+TEST(ByteBudget, CountsASharedPayloadForWhoeverWasFirst) {
+  const Address one{1}, two{2};
+  const Reply large = make_reply(200, "text/plain", std::string(9000, 'x'));
+  const std::size_t size = large.payload->memory_bytes(), more = size / 10 * 6;
+  ByteBudget memory(2 * size);
+  EXPECT_TRUE(memory.pin(one, *large.payload));
+  EXPECT_TRUE(memory.pin(two, *large.payload));
+  memory.unpin(*large.payload);
+  EXPECT_EQ(memory.held(), size);
+  EXPECT_FALSE(memory.take(one, more)) << "it would have more than three quarters";
+  EXPECT_TRUE(memory.take(two, more));
+  memory.give_back(two, more);
+  memory.unpin(*large.payload);
   EXPECT_EQ(memory.held(), 0u);
 }
 

@@ -212,6 +212,23 @@ TEST(CpuPool, OneClientNeverHasAllPlaces) {
         pool, Work::tile, [](const std::stop_token&) {}, {}, "greedy");
 }
 
+TEST(CpuPool, AFewGreedyClientsNeverHaveAllPlacesEither) {
+  Gate gate;
+  CpuPool pool(2, 98);
+  for (const std::string client : {"a", "b", "c", "d"}) {
+    const std::size_t before = pool.admitted();
+    for (;;) {
+      auto permit = pool.admit(Work::tile, client);
+      if (!permit) break;
+      pool.run(std::move(*permit), gate.task());
+    }
+    EXPECT_GT(pool.admitted(), before) << client;
+  }
+  EXPECT_GE(pool.admitted(), 90u) << "but next to nothing is idle";
+  EXPECT_TRUE(pool.admit(Work::tile, "modest"));
+  gate.open.set_value();
+}
+
 TEST(CpuPool, ASmallQueueIsNotTooSmallForOneWhoAsksAgain) {
   Gate gate;
   CpuPool pool(2, 1);  // of batches one runs and one waits
