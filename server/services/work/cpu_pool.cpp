@@ -60,7 +60,8 @@ bool CpuPool::Class::take_place(const std::string& client) {
     const auto found = clients.find(client);
     const std::size_t mine = 1 + (found == clients.end() ? 0 : found->second);
     const std::size_t rest = capacity - admitted.load() - 1;
-    if (capacity >= kFewPlaces && mine > std::max<std::size_t>(kTimesTheRest * rest, 1)) return false;
+    if (capacity >= kFewPlaces && mine > std::max<std::size_t>(kTimesTheRest * rest, 1))
+      return false;
     clients[client] = mine;
   }
   admitted.fetch_add(1);

@@ -2,7 +2,9 @@
 // read within the stated limits, or refused with the name of what is wrong.
 
 #include <cmath>
+#include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "server/api/extensions.h"
@@ -40,7 +42,17 @@ void ogc(std::string_view query) {
   if (coverage) require(coverage->width >= 0 && coverage->height >= 0, "a size below 0");
   if (const auto four = api::ogc::four_numbers(query))
     for (const double v : *four) require(std::isfinite(v), "a number that is none");
-  (void)api::asked_extensions(fields, query);
+}
+
+/// As a query, and as an Accept field.
+void extensions(std::string_view text) {
+  constexpr std::string_view kName = "accept";
+  if (text.size() > 8000) return;  // heads are shorter
+  const std::string line = std::string(kName).append(text);
+  const auto ends = std::uint16_t(kName.size());
+  const std::vector<http::Fields::Entry> entries = {
+      {{0, ends}, {ends, std::uint16_t(line.size())}}};
+  (void)api::asked_extensions(http::Fields(line.data(), entries), text);
 }
 
 void addresses(std::string_view text) {
@@ -57,6 +69,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string_view text(reinterpret_cast<const char*>(data), size);
   ogc(text);
   addresses(text);
+  extensions(text);
   (void)services::scopes_of(text);
   (void)services::time_of(text);
   (void)services::hash_of_hex(text);

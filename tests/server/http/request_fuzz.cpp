@@ -6,7 +6,6 @@
 #include <cstdlib>
 #include <string>
 
-#include "server/api/extensions.h"
 #include "server/http/message/negotiate.h"
 #include "server/http/message/request_parser.h"
 #include "server/http/message/uri.h"
@@ -40,7 +39,6 @@ void use(const RequestHead& head) {
   require(!head.fields.find("transfer-encoding"));
   const Conditions conditions(head.fields);
   (void)lists_etag(conditions.none_match, "\"x\"");
-  (void)tind::api::asked_extensions(head.fields, head.query);
   (void)parse_query(head.query);
   const auto path = percent_decode(head.path);
   if (!path) return;
