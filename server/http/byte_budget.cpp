@@ -1,5 +1,7 @@
 #include "server/http/byte_budget.h"
 
+#include <new>
+
 namespace tind::http {
 namespace {
 
@@ -7,7 +9,9 @@ constexpr std::size_t kTimesTheRest = 3;  // one address may hold so many times 
 
 }  // namespace
 
-bool ByteBudget::take_now(const Address& address, std::size_t bytes) {
+/// No memory for the book is no room either: whoever pinned a part could not let go of it behind an
+/// exception.
+bool ByteBudget::take_now(const Address& address, std::size_t bytes) try {
   if (bytes == 0) return true;
   if (bytes > limit_ - held_) return false;
   const auto found = holders_.find(address);
@@ -19,6 +23,8 @@ bool ByteBudget::take_now(const Address& address, std::size_t bytes) {
     holders_.emplace(address, mine);
   held_ += bytes;
   return true;
+} catch (const std::bad_alloc&) {
+  return false;
 }
 
 void ByteBudget::give_back_now(const Address& address, std::size_t bytes) noexcept {
@@ -38,15 +44,16 @@ void ByteBudget::give_back(const Address& address, std::size_t bytes) noexcept {
   give_back_now(address, bytes);
 }
 
-bool ByteBudget::pin(const Address& address, const Payload& payload) {
+bool ByteBudget::pin(const Address& address, const Payload& payload) try {
   const std::lock_guard lock(mutex_);
-  if (const auto found = pins_.find(&payload); found != pins_.end()) {
-    ++found->second.count;
-    return true;
+  const auto [at, first] = pins_.try_emplace(&payload, Pin{0, address});
+  if (first && !take_now(address, payload.memory_bytes())) {
+    pins_.erase(at);
+    return false;
   }
-  const auto made = pins_.try_emplace(&payload, Pin{1, address}).first;
-  if (take_now(address, payload.memory_bytes())) return true;
-  pins_.erase(made);
+  ++at->second.count;
+  return true;
+} catch (const std::bad_alloc&) {
   return false;
 }
 
