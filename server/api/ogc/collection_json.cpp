@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "server/api/crs_name.h"
 #include "server/api/ogc/asked_crs.h"
@@ -143,11 +145,10 @@ Ordered collection_json(const Asked& asked, const ServedDataset& dataset, bool w
   if (!facts.attribution.empty()) json["attribution"] = facts.attribution;
   json["keywords"] = {"terrain", "elevation"};
   json["extent"] = extent_of(facts);
-  json["crs"] = {kCrs84, crs_uri("EPSG:4326"), crs_uri("EPSG:3857")};
-  if (!storage.empty()) {
-    if (storage != json["crs"][1] && storage != json["crs"][2]) json["crs"].push_back(storage);
-    json["storageCrs"] = storage;
-  }
+  std::vector<std::string> crs = {kCrs84, crs_uri("EPSG:4326"), crs_uri("EPSG:3857")};
+  if (!storage.empty() && std::ranges::find(crs, storage) == crs.end()) crs.push_back(storage);
+  json["crs"] = crs;
+  if (!storage.empty()) json["storageCrs"] = storage;
   json["dataType"] = "coverage";
   json["output_formats"] = {kCoverageJson, kGeoJson};
   json["parameter_names"]["height"] =

@@ -40,10 +40,10 @@ Result<services::Key> key_of(const Options& options, const std::string& secret) 
   services::TomlValue::Table table = {{"name", text(options.name)},
                                       {"sha256", text(hex_of(sha256(secret)))},
                                       {"scopes", list(options.scopes)}};
-  if (!options.datasets.empty()) table.emplace_back("datasets", list(options.datasets));
-  if (options.rate > 0) table.emplace_back("rate", number(options.rate));
-  if (options.burst > 0) table.emplace_back("burst", number(options.burst));
-  if (!options.expires.empty()) table.emplace_back("expires", text(options.expires));
+  if (!options.datasets.empty()) table.push_back({"datasets", list(options.datasets)});
+  if (options.rate > 0) table.push_back({"rate", number(options.rate)});
+  if (options.burst > 0) table.push_back({"burst", number(options.burst)});
+  if (!options.expires.empty()) table.push_back({"expires", text(options.expires)});
   auto key =
       services::read_key_table({.line = 1, .is_text = false, .value = std::move(table)}, "key new");
   if (!key && key.error().what.starts_with("key new:1: "))

@@ -84,9 +84,9 @@ Result<TomlValue::Table> table_of(const toml::table& from, const std::string& fi
   for (const auto& [key, node] : from) {
     auto value = value_of(node, file);
     if (!value) return std::unexpected(value.error());
-    table.emplace_back(std::string(key.str()), std::move(*value));
+    table.push_back({std::string(key.str()), std::move(*value)});
   }
-  std::ranges::stable_sort(table, {}, [](const auto& entry) { return entry.second.line; });
+  std::ranges::stable_sort(table, {}, [](const TomlEntry& entry) { return entry.value.line; });
   return table;
 }
 

@@ -3,7 +3,6 @@
 
 #include <string>
 #include <string_view>
-#include <utility>
 #include <variant>
 #include <vector>
 
@@ -11,9 +10,11 @@
 
 namespace tind::services {
 
+struct TomlEntry;
+
 struct TomlValue {
   using List = std::vector<TomlValue>;
-  using Table = std::vector<std::pair<std::string, TomlValue>>;  // in the order of its lines
+  using Table = std::vector<TomlEntry>;  // in the order of its lines
 
   int line = 0;
   bool is_text = false;  // a scalar in quotes
@@ -23,6 +24,11 @@ struct TomlValue {
   const std::string* scalar() const { return std::get_if<std::string>(&value); }
   const List* list() const { return std::get_if<List>(&value); }
   const Table* table() const { return std::get_if<Table>(&value); }
+};
+
+struct TomlEntry {
+  std::string key;
+  TomlValue value;
 };
 
 /// The error names the file and, where the text is wrong, the line. Any bytes are safe to read:

@@ -113,8 +113,9 @@ class NetworkBuilder {
       t1 = std::min(t1, std::max(s, t));
       return true;
     };
-    const bool meets = cut(a.x, b.x - a.x, 0, cols_ - 1) & cut(a.y, b.y - a.y, 1 - rows_, 0);
-    if (!meets || !(t0 < t1)) {
+    const bool meets =
+        cut(a.x, b.x - a.x, 0, cols_ - 1) && cut(a.y, b.y - a.y, 1 - rows_, 0) && t0 < t1;
+    if (!meets) {
       report_.outside += role != Role::rim;
       if (beyond) beyond->push_back({{a.x, a.y}, {b.x, b.y}});
       return;

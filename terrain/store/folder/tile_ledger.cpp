@@ -56,12 +56,9 @@ std::uint64_t begin_of(std::uint64_t ranges) {
 
 std::string TileLedger::blank(std::string_view record, const Levels& levels) {
   std::vector<Range> ranges;
-  std::uint64_t tiles = 0;
   for (std::size_t z = 0; z < levels.size(); ++z)
-    for (const proto::TileRange& r : levels[z]) {
+    for (const proto::TileRange& r : levels[z])
       ranges.push_back({std::uint32_t(z), r.start_x, r.start_y, r.end_x, r.end_y});
-      tiles += tiles_of(r);
-    }
   Head head;
   head.ranges = std::uint32_t(ranges.size());
   head.record = hash64(record);
