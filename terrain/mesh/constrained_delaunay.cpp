@@ -11,6 +11,8 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <random>
 #include <unordered_map>
 #include <vector>
 
@@ -18,7 +20,9 @@
 #include <CGAL/Constrained_Delaunay_triangulation_2.h>
 #include <CGAL/Constrained_triangulation_plus_2.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Spatial_sort_traits_adapter_2.h>
 #include <CGAL/Triangulation_vertex_base_with_info_2.h>
+#include <CGAL/hilbert_sort.h>
 #endif
 
 namespace tind {
@@ -44,9 +48,40 @@ using Delaunay =
 /// Remembers for each constraint the vertices along it.
 using Hierarchy = CGAL::Constrained_triangulation_plus_2<Delaunay>;
 
-/// Calls f(i) for i in 0..n-1: every 2^k-th first, then those halfway between, and so on. Points
-/// that follow each other on a curve, entered in their order, would each turn over most of the
-/// triangulation (of a circle: n^2 flips); so each changes little, and is close to the one before.
+/// Where the point of an index is, as CGAL's sort asks for it (a property map).
+struct Place {
+  using value_type = Kernel::Point_2;
+  using reference = value_type;
+  using key_type = Index;
+  using category = boost::readable_property_map_tag;
+  const std::vector<Vec3>* points;
+  friend value_type get(const Place& place, Index i) {
+    return {(*place.points)[i].x, (*place.points)[i].y};
+  }
+};
+
+/// All points, in an order in which each insertion turns over few triangles, whatever they lie on
+/// (lines side by side, circles): which come first is by chance, the same at every call, and then
+/// those of each round, twice as many as in the one before, follow a Hilbert curve, so that each is
+/// close to the one before (a biased randomized insertion order, [Amenta03]).
+std::vector<Index> insertion_order(const std::vector<Vec3>& points) {
+  constexpr std::size_t kFirst = 64;
+  std::vector<Index> order(points.size());
+  std::iota(order.begin(), order.end(), Index(0));
+  std::mt19937_64 random;
+  for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random() % i]);
+  const CGAL::Spatial_sort_traits_adapter_2<Kernel, Place> traits(Place{&points});
+  for (std::size_t first = 0, last = kFirst; first < order.size(); first = last, last *= 2) {
+    last = std::min(last, order.size());
+    CGAL::hilbert_sort(order.begin() + std::ptrdiff_t(first), order.begin() + std::ptrdiff_t(last),
+                       traits);
+  }
+  return order;
+}
+
+/// Calls f(i) for i in 0..n-1: every 2^k-th first, then those halfway between, and so on. Segments
+/// side by side (a zigzag) would each cross all edges that the rest will, in the half that they leave
+/// open; those halfway between two others have only what is between them.
 template <class F>
 void coarse_to_fine(std::size_t n, F&& f) {
   if (n == 0) return;
@@ -176,29 +211,34 @@ class Repairer {
     std::vector<bool> used(net_.points.size(), false);
     for (const LineSegment& s : net_.segments) used[s.a] = used[s.b] = true;
     Hierarchy::Face_handle near;
-    coarse_to_fine(net_.points.size(), [&](std::size_t i) {
-      if (!used[i]) return;
+    for (const Index i : insertion_order(net_.points)) {
+      if (!used[i]) continue;
       vertex[i] = triangulation.insert({net_.points[i].x, net_.points[i].y}, near);
-      vertex[i]->info().value = Index(i);
+      vertex[i]->info().value = i;
       near = vertex[i]->face();
-    });
-    std::vector<Hierarchy::Constraint_id> ids;
-    chains_.clear();
-    for (std::size_t i = 0; i < net_.segments.size();) {
-      const LineSegment& s = net_.segments[i];
-      std::size_t j = i + 1;
-      while (j < net_.segments.size() && net_.segments[j].a == s.a && net_.segments[j].b == s.b)
-        ++j;
-      ids.push_back(triangulation.insert_constraint(vertex[s.a], vertex[s.b]));
-      chains_.push_back({i, j, {}});
-      i = j;
     }
+    find_chains();
+    std::vector<Hierarchy::Constraint_id> ids(chains_.size());
+    coarse_to_fine(chains_.size(), [&](std::size_t k) {
+      const LineSegment& s = net_.segments[chains_[k].first];
+      ids[k] = triangulation.insert_constraint(vertex[s.a], vertex[s.b]);
+    });
     for (std::size_t k = 0; k < ids.size(); ++k) {
       for (auto v = triangulation.vertices_in_constraint_begin(ids[k]);
            v != triangulation.vertices_in_constraint_end(ids[k]); ++v)
         chains_[k].points.push_back(known(*v, chains_[k]));
     }
     find_near_points(triangulation);
+  }
+
+  /// Of the segments in order: those with the same ends are one chain.
+  void find_chains() {
+    const std::vector<LineSegment>& all = net_.segments;
+    chains_.clear();
+    for (std::size_t i = 0, j = 0; i < all.size(); i = j) {
+      while (j < all.size() && all[j].a == all[i].a && all[j].b == all[i].b) ++j;
+      chains_.push_back({i, j, {}});
+    }
   }
 
   /// The index of a vertex; a new crossing becomes a point of the network.
@@ -316,14 +356,16 @@ Result<std::vector<Triangle>> triangulate(std::vector<Vec3>& points,
     Delaunay t;
     std::vector<Delaunay::Vertex_handle> vertex(points.size());
     Delaunay::Face_handle near;
-    coarse_to_fine(points.size(), [&](std::size_t i) {
+    for (const Index i : insertion_order(points)) {
       vertex[i] = t.insert({points[i].x, points[i].y}, near);
       if (vertex[i]->info().value == kNew || vertex[i]->info().value > i)
-        vertex[i]->info().value = Index(i);  // of points at one place the first
+        vertex[i]->info().value = i;  // of points at one place the first
       near = vertex[i]->face();
-    });
-    for (const auto& [a, b] : edges)
+    }
+    coarse_to_fine(edges.size(), [&](std::size_t i) {
+      const auto& [a, b] = edges[i];
       if (vertex[a] != vertex[b]) t.insert_constraint(vertex[a], vertex[b]);
+    });
     return triangles_of(t, points);
   } catch (const std::exception& e) {
     return fail(Errc::internal, std::string("triangulating lines: ") + e.what());

@@ -62,10 +62,7 @@ int run(const Arguments& a) {
   }
   if (!made) return complain_of(a.dem, made.error());
   warn_of_nodata(**dem);
-  if (const auto ok = put(a, *made); !ok) {
-    complain(ok.error());
-    return kCannotCreate;
-  }
+  if (const auto ok = put(a, *made); !ok) return complain(ok.error());
   const DemInfo& info = (*dem)->info();
   if (a.json)
     std::printf("%s\n",

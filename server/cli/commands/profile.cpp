@@ -138,10 +138,7 @@ int run(const Arguments& a) {
     std::fwrite(text.data(), 1, text.size(), stdout);
     return kOk;
   }
-  if (const auto ok = write_whole_file(a.output, text); !ok) {
-    complain(ok.error());
-    return kCannotCreate;
-  }
+  if (const auto ok = write_whole_file(a.output, text); !ok) return complain(ok.error());
   print_summary(a.output, made->profile);
   return kOk;
 }

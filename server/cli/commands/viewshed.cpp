@@ -87,10 +87,7 @@ int run(const Arguments& a) {
     return code;
   const auto made = make(a);
   if (!made) return complain_of(a.dem, made.error());
-  if (const auto ok = put(a, *format, *made); !ok) {
-    complain(ok.error());
-    return kCannotCreate;
-  }
+  if (const auto ok = put(a, *format, *made); !ok) return complain(ok.error());
   const Viewshed& v = made->seen;
   const DemInfo& info = made->dem->info();
   const nlohmann::ordered_json report = {{"cols", info.cols},

@@ -85,6 +85,18 @@ TEST_F(Lines, WhatASourceRunsAlongTwiceIsThereTwice) {
   EXPECT_EQ(n.segments.size(), 3u);  // 0-4 thrice is once, 6-8 twice is twice
 }
 
+// Ends nearer to each other than the tolerance on two lines far apart: entered in their order, each
+// segment would turn over what the rest will cross: minutes in place of a second.
+TEST_F(Lines, ADenseZigzagBecomesANetwork) {
+  LineNetwork n;
+  const auto corner = [](int i) { return std::pair{i / 2500.0, i % 2 ? -1.3 : 0.0}; };
+  for (int i = 1; i < 100'000; ++i)
+    add(n, corner(i - 1).first, corner(i - 1).second, corner(i).first, corner(i).second);
+  ASSERT_TRUE(repair_lines(n));
+  EXPECT_GT(n.segments.size(), 10'000u);
+  expect_no_crossings(n);
+}
+
 TEST_F(Lines, AnyDirtBecomesANetwork) {
   std::mt19937 random(5);
   for (int round = 0; round < 60; ++round) {
