@@ -1,4 +1,5 @@
 """Every fuzz target under libFuzzer with ASan and UBSan, from the corpus of the repository (scripts/fuzz)."""
+import os
 import re
 import subprocess
 
@@ -12,7 +13,7 @@ WHY_NOT = "as many inputs as the seconds given allow; in ctest the seeds and 300
 def run(run):
     targets = sorted(path.stem for path in ROOT.glob("tests/**/*_fuzz.cpp"))
     run.rng.shuffle(targets)
-    each = max(5, int(run.seconds / len(targets)))
+    each = max(5, int(run.seconds * os.cpu_count() / len(targets)))  # one runs on each core
     done = subprocess.run([ROOT / "scripts/fuzz", str(each), *targets], capture_output=True, text=True)
     executed = [int(n) for n in re.findall(r"number_of_executed_units: *(\d+)", done.stdout)]
     run.executions += sum(executed)

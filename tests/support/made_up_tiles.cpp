@@ -37,10 +37,10 @@ Result<TileBytes> MadeUpTiles::tile(TileId id, std::stop_token) const {
   const GeoRect r = tiling::rect(id);
   const Vec3 middle = wgs84::to_ecef({(r.west + r.east) / 2, (r.south + r.north) / 2}, 0);
   mesh.center = {middle.x, middle.y, middle.z};
-  mesh.oct_normals.assign(mesh.u.size(), std::array<std::uint8_t, 2>{{127, 127}});
+  mesh.oct_normals.assign(mesh.u.size(), {127, 127});
   mesh.metadata = "{\"tile\":\"" + id.text() + "\"}";
   proto::arrange(mesh);
-  return TileBytes{proto::encode(mesh), 0, true};
+  return TileBytes{.bytes = proto::encode(mesh), .cost = {}, .max_error_m = 1};
 }
 
 }  // namespace tind::test
