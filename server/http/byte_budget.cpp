@@ -6,6 +6,8 @@ namespace tind::http {
 namespace {
 
 constexpr std::size_t kTimesTheRest = 3;  // one address may hold so many times what nobody does
+constexpr std::size_t kReserve = 8;       // of all an eighth is for those who hold little:
+constexpr std::size_t kLittle = 512;      // so small a part of all
 
 }  // namespace
 
@@ -16,7 +18,9 @@ bool ByteBudget::take_now(const Address& address, std::size_t bytes) try {
   if (bytes > limit_ - held_) return false;
   const auto found = holders_.find(address);
   const std::size_t mine = bytes + (found == holders_.end() ? 0 : found->second);
-  if (mine > kTimesTheRest * (limit_ - held_ - bytes)) return false;
+  const std::size_t rest = limit_ - held_ - bytes;
+  if (mine > kTimesTheRest * rest) return false;
+  if (mine > limit_ / kLittle && rest < limit_ / kReserve) return false;
   if (found != holders_.end())
     found->second = mine;
   else

@@ -14,8 +14,9 @@
 namespace tind::http {
 
 /// Thread-safe. What was taken is given back by whoever took it, for the same address. No address
-/// may hold more than three times what is left for the others: one alone has three quarters at
-/// most, two have six sevenths together, and however many there are, somebody new finds room.
+/// may hold more than three times what is left for the others (one alone has three quarters at
+/// most), and the last eighth is for those who hold little: a 512th of all each, so that a few who
+/// take what they get leave room for some sixty more.
 class ByteBudget {
  public:
   explicit ByteBudget(std::size_t limit) : limit_(limit) {}

@@ -476,17 +476,12 @@ Responder Connection::responder() {
       {gone_.get_token(), client()});
 }
 
+/// Not the socket's peer: one that has reset its connection has none any more, and would be nobody.
 std::string Connection::client() const {
   if (access_) return "key " + access_->name;
-  boost::system::error_code error;
-  auto address = socket_.remote_endpoint(error).address();
-  if (error) return {};
-  if (address.is_v6() && !address.to_v6().is_v4_mapped()) {
-    auto bytes = address.to_v6().to_bytes();
-    std::fill(bytes.begin() + 8, bytes.end(), 0);
-    address = boost::asio::ip::make_address_v6(bytes);
-  }
-  return address.to_string();
+  const auto address = boost::asio::ip::make_address_v6(slot_.address());
+  if (!address.is_v4_mapped()) return address.to_string();
+  return boost::asio::ip::make_address_v4(boost::asio::ip::v4_mapped, address).to_string();
 }
 
 void Connection::on_later_reply(Reply reply) {
@@ -540,11 +535,12 @@ void Connection::queue(Reply reply) {
     made.add_line("Connection: keep-alive\r\n");
   }
   if (context_.any_origin) made.add_line("Access-Control-Allow-Origin: *\r\n");
-  made.add_more(fields_);
+  made.add_more(std::exchange(fields_, {}));
   const double seconds = seconds_since(began_);
   loop_.stats().count_reply(reply.status, seconds);
-  if (context_.access_log) log_reply(reply, made.body_size(), seconds);
+  const std::size_t body_size = made.body_size();
   queue_.add(std::move(made));
+  if (context_.access_log) log_reply(reply, body_size, seconds);
 }
 
 void Connection::log_reply(const Reply& reply, std::size_t bytes, double seconds) const {

@@ -45,6 +45,11 @@ void ReplyQueue::clear() {
 }
 
 bool ReplyQueue::pin(QueuedReply& reply) {
+  replies_.reserve(replies_.size() + 1);  // once it is pinned, adding it needs no memory
+  return pin_now(reply);
+}
+
+bool ReplyQueue::pin_now(QueuedReply& reply) {
   if (reply.pinned_ || !reply.payload_) return true;
   if (!memory_.pin(address_, *reply.payload_)) return false;
   std::size_t pinned = 0;
@@ -64,7 +69,7 @@ void ReplyQueue::unpin(QueuedReply& reply) {
 }
 
 bool ReplyQueue::pin_all() {
-  return std::ranges::all_of(replies_, [this](QueuedReply& reply) { return pin(reply); });
+  return std::ranges::all_of(replies_, [this](QueuedReply& reply) { return pin_now(reply); });
 }
 
 std::size_t ReplyQueue::next(std::span<iovec, kMaxRuns> runs) const {

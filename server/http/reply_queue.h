@@ -81,6 +81,7 @@ class ReplyQueue {
   void sent(std::size_t bytes);
 
  private:
+  bool pin_now(QueuedReply&);
   void unpin(QueuedReply&);
 
   ByteBudget& memory_;

@@ -34,7 +34,11 @@ Expected expected_of(const TileStore& store, std::vector<StoreFault>& faults) {
       text ? proto::decode_layer_json({reinterpret_cast<const char*>(text->data()), text->size()})
            : std::unexpected(text.error());
   if (!layer) {
-    faults.push_back({StoreFault::In::ledger, "layer.json", layer.error().what});
+    const bool under_way = layer.error().code == Errc::not_found && store.record();
+    faults.push_back({StoreFault::In::ledger, "layer.json",
+                      under_way ? "is not there yet: the build that it comes with at last has not "
+                                  "ended; wait for it, or run the same tind build again"
+                                : layer.error().what});
     return expected;
   }
   for (const auto& level : layer->available) {

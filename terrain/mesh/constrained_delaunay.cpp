@@ -80,8 +80,8 @@ std::vector<Index> insertion_order(const std::vector<Vec3>& points) {
 }
 
 /// Calls f(i) for i in 0..n-1: every 2^k-th first, then those halfway between, and so on. Segments
-/// side by side (a zigzag) would each cross all edges that the rest will, in the half that they leave
-/// open; those halfway between two others have only what is between them.
+/// side by side (a zigzag) would each cross all edges that the rest will, in the half that they
+/// leave open; those halfway between two others have only what is between them.
 template <class F>
 void coarse_to_fine(std::size_t n, F&& f) {
   if (n == 0) return;

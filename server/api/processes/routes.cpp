@@ -93,6 +93,12 @@ http::Reply created(const Job& job) {
 
 http::Reply no_room(const Error& error, const std::string& target) {
   // Words about the server's own files are for its log.
+  if (error.code == Errc::io)
+    return http::problem_reply({.status = 503,
+                                .detail = "The server has no room to keep jobs at the moment.",
+                                .instance = target,
+                                .headers = {{"Retry-After", "10"}}},
+                               error.what);
   if (error.code != Errc::busy) return http::problem_reply(error, target);
   return http::problem_reply({.status = 503,
                               .detail = error.what + ".",

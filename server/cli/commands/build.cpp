@@ -191,13 +191,14 @@ void print(const BuildReport& r, const TileSetOptions& tiles, VerticalDatum datu
   }
   if (r.over_budget > 0) {
     fmt::print(
-        "{} and say{} true error, {} the most: {:.3g} m. "
+        "{} and say{} true error, {} the most: {:.3g} m in place of {:.3g}. "
         "Where posts differ that much over so short a way, the grid of the format or its steps of "
         "height are too coarse for a vertex at each\n",
         r.over_budget == 1
             ? "1 tile cannot keep its level's budget"
             : fmt::format("{} tiles cannot keep their level's budget", r.over_budget),
-        r.over_budget == 1 ? "s its" : " their", r.worst_over_budget, r.worst_over_budget_m);
+        r.over_budget == 1 ? "s its" : " their", r.worst_over_budget, r.worst_over_budget_m,
+        r.worst_budget_m);
   }
   if (r.by_bounded > 0)
     fmt::print("{} of the tiles are made by bounded: {} cannot keep their level's budget\n",

@@ -121,7 +121,8 @@ int run(const Arguments& a) {
   if (const int code = check_outputs({a.output}, inputs_of(a.dem)); code != kOk) return code;
   Result<Made> made = a.band ? make_bands(a, *format) : make_lines(a, *format);
   if (!made) return complain_of(a.dem, made.error());
-  if (const auto ok = write_whole_file(a.output, made->file.bytes); !ok) return complain(ok.error());
+  if (const auto ok = write_whole_file(a.output, made->file.bytes); !ok)
+    return complain(ok.error());
   made->report["vertical_datum"] = name(made->info.datum);
   made->report["input"] = made->info.files;
   made->report["output"] = a.output;

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -56,6 +57,8 @@ int make_key(const Options& options) {
   if (!secret) return complain(secret.error());
   const auto key = key_of(options, *secret);
   if (!key) return complain(key.error());
+  if (key->expires && *key->expires <= std::chrono::system_clock::now())
+    return complain({Errc::invalid_argument, "expires is in the past: no request would pass"});
   const std::string table = services::print_key_table(*key);
   if (options.json) {
     std::printf("%s\n", json::to_text(nlohmann::ordered_json{{"name", key->name},

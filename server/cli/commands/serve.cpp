@@ -460,7 +460,8 @@ Result<std::size_t> check(const Config& config,
       not_read += checked.value_or(0);
     }
   }
-  if (!config.viewer.empty() && !std::filesystem::is_directory(config.viewer))
+  if (std::error_code none;
+      !config.viewer.empty() && !std::filesystem::is_directory(config.viewer, none))
     return fail(Errc::not_found, "viewer: there is no folder " + config.viewer);
   return not_read;
 }

@@ -177,6 +177,8 @@ nlohmann::ordered_json lines_json(const ConstraintReport& r, const ConstraintChe
 std::string lines_text(const ConstraintReport& r, const ConstraintCheck& c) {
   std::string text =
       fmt::format("lines: {} of {} straight parts are edges exactly", c.parts - c.missing, c.parts);
+  if (c.parts == 0 && r.boundaries == 0)
+    text += "; nothing of them is left: they have no length, or lie outside";
   if (r.flattened > 0)
     text += fmt::format("; {} polygons level ({} triangles are not)", r.flattened, c.not_level);
   if (r.boundaries > 0) text += fmt::format("; {} posts outside the boundary", r.posts_outside);

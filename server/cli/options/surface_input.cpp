@@ -42,7 +42,7 @@ Result<LayerSpec> layer_of(const std::string& text) {
                 "--layer " + text + ": takes NAME=FILE, or NAME=FILE,FILE of one grid");
   LayerSpec spec{text.substr(0, equals), {}};
   std::string rest = text.substr(equals + 1);
-  if (std::filesystem::exists(rest)) {  // a name that holds a comma
+  if (std::error_code none; std::filesystem::exists(rest, none)) {  // a name that holds a comma
     spec.files = {rest};
     return spec;
   }

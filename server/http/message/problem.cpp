@@ -89,6 +89,10 @@ Reply problem_reply(const Problem& problem) {
   return reply_with(problem, problem.status == 500 ? problem.detail : std::string());
 }
 
+Reply problem_reply(const Problem& problem, std::string_view cause) {
+  return reply_with(problem, cause);
+}
+
 Reply problem_reply(const Error& error, std::string_view instance) {
   const Row& row = row_of(error.code);
   Problem problem{.status = row.status,

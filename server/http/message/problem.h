@@ -27,6 +27,8 @@ struct Problem {
 /// application/problem+json {type, title, status, detail, instance, errors, requestId}, not to be
 /// cached. The request id is new with each call, and logged with 5xx.
 Reply problem_reply(const Problem&);
+/// The same of a 5xx with its cause, which is for the log.
+Reply problem_reply(const Problem&, std::string_view cause);
 /// 400: parameters are wrong. REQUIRES: one or more.
 Reply problem_reply(const std::vector<ParameterProblem>&, std::string_view instance);
 

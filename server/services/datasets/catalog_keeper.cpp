@@ -487,9 +487,17 @@ void CatalogKeeper::reload(Done done) {
   wake_.notify_all();
 }
 
+/// What nobody foresaw is the folder's or the configuration's fault, and none of those who are
+/// served.
+std::expected<CatalogChange, CatalogKeeper::Reasons> CatalogKeeper::load_whatever_is_there() try {
+  return load();
+} catch (const std::exception& error) {
+  return std::unexpected(Reasons{{Errc::internal, error.what()}});
+}
+
 void CatalogKeeper::reload_now(std::vector<Done> waiting) {
   follow_tiles();
-  const auto change = load();
+  const auto change = load_whatever_is_there();
   std::string why;
   if (change) {
     spdlog::info("reloaded: {}", text_of(*change, here_.size()));
@@ -567,6 +575,16 @@ void CatalogKeeper::look_at_files() {
     if (!unlike.contains(name)) spdlog::info("{}: its files are as they were opened", name);
 }
 
+void CatalogKeeper::look() try {
+  follow_tiles();
+  follow_folder();
+  look_at_files();
+  unforeseen_.clear();
+} catch (const std::exception& error) {
+  if (unforeseen_ != error.what()) spdlog::error("catalog: {}", error.what());
+  unforeseen_ = error.what();
+}
+
 void CatalogKeeper::drop_retired() {
   std::erase_if(retired_, [](const auto& dataset) { return dataset.use_count() == 1; });
 }
@@ -591,9 +609,7 @@ void CatalogKeeper::run(const std::stop_token& stop) {
     if (asked) {
       reload_now(std::move(waiting));
     } else {
-      follow_tiles();
-      follow_folder();
-      look_at_files();
+      look();
     }
     drop_retired();
     const auto took =

@@ -106,9 +106,11 @@ class CatalogKeeper {
   CatalogChange put(std::vector<Wanted>);
   std::expected<CatalogChange, Reasons> gather(const Config&, bool look,
                                                std::chrono::milliseconds patience);
+  std::expected<CatalogChange, Reasons> load_whatever_is_there();
   void reload_now(std::vector<Done>);
   void follow_tiles();
   void follow_folder();
+  void look();
   void look_at_files();
   void drop_retired();
   void leave_aside(const std::string& entry, const std::string& state, const std::string& why,
@@ -134,6 +136,7 @@ class CatalogKeeper {
   std::vector<std::string> restless_;    // entries that were not at rest at the last look
   std::set<std::string> of_tables_;      // files that tables of the folder name
   Catalog::Datasets retired_;            // requests may have them still
+  std::string unforeseen_;               // what went wrong at the last look, and was not foreseen
   std::chrono::milliseconds waited_{0};  // for the opener, in this turn
 
   mutable std::mutex mutex_;  // of these

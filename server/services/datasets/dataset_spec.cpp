@@ -286,7 +286,7 @@ std::string_view as_ascii(std::string_view c) {
 
 DatasetSpec parse_dataset_spec(const std::string& text) {
   const auto equals = text.find('=');
-  if (equals == text.npos || fs::exists(text)) return {{}, {text}};
+  if (std::error_code none; equals == text.npos || fs::exists(text, none)) return {{}, {text}};
   DatasetSpec spec{text.substr(0, equals), {}};
   std::string_view rest = std::string_view(text).substr(equals + 1);
   while (!rest.empty()) {
@@ -427,14 +427,16 @@ std::string name_of(const DatasetSpec& spec) {
   const fs::path path = fs::path(spec.files[0]).lexically_normal();
   const bool slash = !path.has_filename();  // "tiles/"
   if (slash) return path.parent_path().filename().string();
-  return fs::is_directory(path) ? path.filename().string() : name_of_file(path.string());
+  std::error_code none;
+  return fs::is_directory(path, none) ? path.filename().string() : name_of_file(path.string());
 }
 
 bool is_stored(const DatasetSpec& spec) {
   if (!spec.layers.empty() || spec.files.size() != 1) return false;
   const std::string& file = spec.files[0];
   if (is_url(file)) return names_store(file);
-  return names_archive(file) || (fs::is_directory(file) && !is_dem_folder(file));
+  std::error_code none;
+  return names_archive(file) || (fs::is_directory(file, none) && !is_dem_folder(file));
 }
 
 std::string safe_name(std::string_view text) {

@@ -137,7 +137,8 @@ Result<Surface> open_source(const DatasetSpec& spec, const DemOptions& options) 
   if (!dem) dem = std::unexpected(not_a_dem(dem.error(), spec.files));
   if (dem || dem.error().code != Errc::not_found || spec.files.size() != 1) return dem;
   const std::string& text = spec.files[0];
-  if (text.find(',') == text.npos || std::filesystem::exists(text)) return dem;
+  if (std::error_code none; text.find(',') == text.npos || std::filesystem::exists(text, none))
+    return dem;
   return fail(Errc::not_found, dem.error().what +
                                    "; several files are one dataset as NAME=" + text +
                                    ", and those whose names hold commas as [[dataset]] in a file "

@@ -21,6 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kDeepest = 64;
+constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
 
 /// Where the string that begins at `at` ends: behind its closing quotes, else at the end of the
 /// line or of the text.
@@ -45,10 +46,17 @@ std::size_t behind_string(std::string_view text, std::size_t at) {
   return std::min(at, text.size());
 }
 
-/// The first line whose brackets and dots outside of strings and comments are nested more than
-/// kDeepest deep. The tree goes a few times as deep at most: a key stands below its header, and a
-/// part of a header may be a list of tables.
-std::optional<int> too_deep(std::string_view text) {
+/// What the parser must not see, outside of strings and comments.
+struct Forbidden {
+  int line = 0;
+  std::string why;
+};
+
+/// The first line whose brackets and dots are nested more than kDeepest deep; the tree goes a few
+/// times as deep at most: a key stands below its header, and a part of a header may be a list of
+/// tables. Or the first with other than ASCII, which TOML has none of, and which toml++ 3.3 takes
+/// for unreachable.
+std::optional<Forbidden> forbidden_in(std::string_view text) {
   std::vector<std::size_t> outside;  // by open bracket: how deep it stands
   std::size_t depth = 0;             // the brackets, and the dots of their keys and of this one
   int line = 1;
@@ -69,8 +77,12 @@ std::optional<int> too_deep(std::string_view text) {
       depth = floor;
     } else if (c == '.') {
       ++depth;
+    } else if (static_cast<unsigned char>(c) > 127) {
+      return Forbidden{line, "letters other than a to z stand in quotes, keys as well"};
     }
-    if (depth > kDeepest) return line;
+    if (depth > kDeepest)
+      return Forbidden{line,
+                       fmt::format("is nested more than {} deep, and no settings are", kDeepest)};
     line += int(
         std::count(text.begin() + std::ptrdiff_t(begin), text.begin() + std::ptrdiff_t(at), '\n'));
   }
@@ -122,10 +134,9 @@ Result<TomlValue> value_of(const toml::node& node, const std::string& file) {
 }  // namespace
 
 Result<TomlValue::Table> parse_toml(std::string_view text, const std::string& file) {
-  if (const auto line = too_deep(text))
-    return fail(Errc::invalid_argument,
-                fmt::format("{}:{}: is nested more than {} deep, and no settings are", file, *line,
-                            kDeepest));
+  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
+  if (const auto wrong = forbidden_in(text))
+    return fail(Errc::invalid_argument, fmt::format("{}:{}: {}", file, wrong->line, wrong->why));
   try {
     return table_of(toml::parse(text, file), file);
   } catch (const toml::parse_error& error) {

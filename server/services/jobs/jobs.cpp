@@ -6,9 +6,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <csignal>
 #include <cstdlib>
+#include <cstring>
 #include <ctime>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -28,9 +30,11 @@ constexpr int kMostAttempts = 2;  // it, or the daemon, may be killed once while
 constexpr const char* kTemporary = "tind-jobs-";
 constexpr auto kSweep = std::chrono::minutes(1);
 constexpr std::size_t kLongestMessage = 500;
+constexpr const char* kAboutToEnd = "the daemon is about to end";
 /// Of the command line: where its input does not allow what it was to do. So ends what takes more
 /// than jobs may.
 constexpr int kTooMuch = 65;
+constexpr int kCannotWrite = 74;  // of the command line, too
 
 std::int64_t now_ms() {
   return std::chrono::duration_cast<std::chrono::milliseconds>(
@@ -122,10 +126,12 @@ bool from_outside(int signal) {
   return signal == SIGKILL || signal == SIGTERM || signal == SIGINT || signal == SIGHUP;
 }
 
+constexpr const char* kTooLarge =
+    "its result is larger than those of jobs may be: ask for fewer triangles";
+
 std::string why_killed(int signal) {
   if (signal == SIGXCPU) return "it took more CPU time than jobs may: ask for a smaller area";
-  if (signal == SIGXFSZ)
-    return "its result is larger than those of jobs may be: ask for fewer triangles";
+  if (signal == SIGXFSZ) return kTooLarge;
   if (from_outside(signal))
     return "it was ended from outside, twice: by the operator, or by a system that had no memory "
            "left";
@@ -228,6 +234,15 @@ void Jobs::stop() {
   }
   for (std::jthread& thread : threads_) thread.request_stop();
   threads_.clear();
+  std::map<std::string, std::shared_ptr<Live>, std::less<>> waiting;
+  {
+    const std::lock_guard lock(mutex_);
+    queue_.clear();
+    waiting.swap(live_);
+    counts_.waiting = 0;
+  }
+  for (auto& [id, live] : waiting)
+    if (live->done) std::exchange(live->done, {})(live->job);
 }
 
 std::string Jobs::folder_of(std::string_view id) const { return folder_ + "/" + std::string(id); }
@@ -299,9 +314,10 @@ Result<Job> Jobs::submit(const JobOrder& order, Done done, std::stop_token gone)
   }
   job.created_ms = job.updated_ms = now_ms();
   live->done = std::move(done);
+  drop_left();
   {
     const std::lock_guard lock(mutex_);
-    if (stopping_) return fail(Errc::busy, "the daemon is about to end");
+    if (stopping_) return fail(Errc::busy, kAboutToEnd);
     if (auto full = no_room(order.client)) return std::unexpected(*full);
     live_.emplace(job.id, live);  // has its place; nobody begins it yet
   }
@@ -314,10 +330,30 @@ Result<Job> Jobs::submit(const JobOrder& order, Done done, std::stop_token gone)
   const Job copy = job;
   live->gone.emplace(std::move(gone), Live::Leave{live.get()});  // it may have gone already
   const std::lock_guard lock(mutex_);
+  if (stopping_) {  // meanwhile, and nobody takes it from the queue any more
+    live_.erase(copy.id);
+    (void)store_->remove(copy.id);
+    return fail(Errc::busy, kAboutToEnd);
+  }
   queue_.push_back(copy.id);
   ++counts_.waiting;
   wake_.notify_one();
   return copy;
+}
+
+/// Those that wait and that nobody waits for any more give their places.
+void Jobs::drop_left() {
+  std::vector<std::shared_ptr<Live>> left;
+  {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(queue_, [&](const std::string& id) {
+      const std::shared_ptr<Live>& live = live_.find(id)->second;
+      if (live->dismissed) left.push_back(live);
+      return live->dismissed.load();
+    });
+    counts_.waiting -= left.size();
+  }
+  for (const auto& live : left) end(live, JobStatus::dismissed, "dismissed");
 }
 
 /// As clients are told of it: one that they do not want any more does not run for them, either.
@@ -389,8 +425,9 @@ std::shared_ptr<Jobs::Live> Jobs::next() {
   const std::shared_ptr<Live> live = live_.find(*first)->second;
   turns_[live->job.client] = ++turn_;  // may lack memory: before anything has changed
   queue_.erase(first);
-  std::erase_if(turns_, [&](const auto& turn) {
-    return std::ranges::find(queue_, turn.first, client_of) == queue_.end();
+  std::erase_if(turns_, [&](const auto& turn) {  // of whoever has none that waits or runs
+    return std::ranges::none_of(
+        live_, [&](const auto& one) { return one.second->job.client == turn.first; });
   });
   live->running = true;
   --counts_.waiting, ++counts_.running;
@@ -470,7 +507,10 @@ void Jobs::run(const std::shared_ptr<Live>& live, const std::stop_token& stop) {
       live->stop.get_token());
   if (!ended) return failed(ended.error());
   if (ended->why == ChildEnd::Why::stopped && !live->dismissed) {
-    --live->job.attempts;  // the daemon stops, which is not its fault: the next one begins it again
+    {  // the daemon stops, which is not its fault: the next one begins it again
+      const std::lock_guard lock(mutex_);
+      --live->job.attempts;
+    }
     return put_back(live);
   }
   for (const auto& [path, name] : order.names) replace_all(said, path, name);
@@ -501,6 +541,8 @@ void Jobs::run(const std::shared_ptr<Live>& live, const std::stop_token& stop) {
       break;
   }
   if (ended->code == 0) return end(live, JobStatus::successful, "done");
+  if (ended->code == kCannotWrite && said.find(std::strerror(EFBIG)) != said.npos)
+    return too_much(kTooLarge);
   if (said.find("std::bad_alloc") != said.npos)
     return too_much("it took more memory than jobs may, " +
                     std::to_string(limits.memory_bytes >> 20) + " MB: ask for a smaller area");
@@ -555,6 +597,7 @@ void Jobs::end(const std::shared_ptr<Live>& live, JobStatus status, std::string 
       job.bytes = bytes;
       if (status == JobStatus::successful) job.progress = 100;
       ended = job;
+      unsaved_.erase(job.id);  // what is written down from now on is this
     }
     const auto kept = store_->put(ended);
     if (!kept) spdlog::error("job {}: {}", ended.id, logging::printable(kept.error().what));
@@ -577,22 +620,21 @@ void Jobs::end(const std::shared_ptr<Live>& live, JobStatus status, std::string 
 }
 
 void Jobs::forget(const Job& job) {
+  {
+    const std::lock_guard lock(mutex_);
+    unsaved_.erase(job.id);
+  }
   std::error_code ignored;
   fs::remove_all(folder_of(job.id), ignored);
   (void)store_->remove(job.id);
 }
 
 void Jobs::sweep() {
-  std::map<std::string, Job, std::less<>> unsaved;
-  {
+  {  // under the mutex: what is dismissed or forgotten meanwhile must not come back
     const std::lock_guard lock(mutex_);
-    unsaved = unsaved_;
+    std::erase_if(unsaved_,
+                  [this](const auto& one) { return store_->put(one.second).has_value(); });
   }
-  for (const auto& [id, job] : unsaved)
-    if (store_->put(job)) {
-      const std::lock_guard lock(mutex_);
-      unsaved_.erase(id);
-    }
   const auto old = store_->finished_before(now_ms() - limits_.kept.count() * 1000);
   if (!old) return;
   for (const Job& job : *old) forget(job);

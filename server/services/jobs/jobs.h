@@ -118,6 +118,7 @@ class Jobs {
        std::unique_ptr<JobStore> store);
 
   static Job seen(const Live&);
+  void drop_left();
   Result<void> recover();
   void work(const std::stop_token&);
   std::shared_ptr<Live> next();
@@ -139,7 +140,7 @@ class Jobs {
   std::condition_variable_any wake_;
   std::map<std::string, std::shared_ptr<Live>, std::less<>> live_;
   std::vector<std::string> queue_;              // ids, the oldest first
-  std::map<std::string, std::uint64_t> turns_;  // of clients that wait: which was their last
+  std::map<std::string, std::uint64_t> turns_;  // of clients that have any: which was their last
   std::uint64_t turn_ = 0;
   Counts counts_;
   bool stopping_ = false;

@@ -15,6 +15,7 @@ namespace {
 /// In so few several connections of one client would be in each other's way.
 constexpr std::size_t kFewPlaces = 16;
 constexpr std::size_t kTimesTheRest = 3;  // one client may have so many times what nobody has
+constexpr std::size_t kReserve = 8;       // an eighth is for those who have none
 
 /// The calling thread. I/O threads, which need little, come first, so that cached tiles do not wait
 /// for cold ones where those keep all cores busy (`scripts/campaign gate --part load`).
@@ -60,7 +61,8 @@ bool CpuPool::Class::take_place(const std::string& client) {
     const auto found = clients.find(client);
     const std::size_t mine = 1 + (found == clients.end() ? 0 : found->second);
     const std::size_t rest = capacity - admitted.load() - 1;
-    if (capacity >= kFewPlaces && mine > std::max<std::size_t>(kTimesTheRest * rest, 1))
+    if (capacity >= kFewPlaces && mine > 1 &&
+        (mine > kTimesTheRest * rest || rest < capacity / kReserve))
       return false;
     clients[client] = mine;
   }

@@ -74,10 +74,10 @@ class CpuPool {
   CpuPool(const CpuPool&) = delete;
   CpuPool& operator=(const CpuPool&) = delete;
 
-  /// Errc::busy when the class has all the work that it may have, or this client would have more
-  /// than three times the places that are left: one alone gets three quarters, two get six sevenths
-  /// together, and somebody new finds a place. All of fewer than 16 places may be of one, and of
-  /// any of nobody in particular (empty). Cheap: for I/O threads.
+  /// Errc::busy when the class has all the work that it may have, or this client has some and
+  /// would have more than three times those that are left (one alone gets three quarters), or the
+  /// last eighth is reached, which is for those who have none. All of fewer than 16 places may be
+  /// of one, and of any of nobody in particular (empty). Cheap: for I/O threads.
   Result<Permit> admit(Work, std::string client = {});
   /// Runs the task on a worker; its token is stopped by stop(), and by `gone`: whoever wanted it
   /// does not any more. One that never runs, because of either, is destroyed.

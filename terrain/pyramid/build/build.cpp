@@ -154,6 +154,7 @@ Result<BuildReport> build_tiles(const Surface& surface, const BuildOptions& o,
           worst_excess = known.max_error_m / budget;
           report.worst_over_budget = id.text();
           report.worst_over_budget_m = known.max_error_m;
+          report.worst_budget_m = budget;
         }
       }
     }

@@ -61,8 +61,9 @@ struct BuildReport {
   // Of an earlier run: torn, changed, missing, or not yet made durable. They were made again.
   std::uint64_t unsound = 0;
   std::uint64_t over_budget = 0;   // tiles that say a larger error than their level's budget
-  std::string worst_over_budget;   // z/x/y of the worst of them
-  double worst_over_budget_m = 0;  // and what it says
+  std::string worst_over_budget;   // z/x/y of the one most times over its budget
+  double worst_over_budget_m = 0;  // what it says
+  double worst_budget_m = 0;       // in place of this
   std::uint64_t by_bounded = 0;    // of `built`: instead of the method, over the budget with it
   // Of `built`: without the dataset's lines, which left them far over their budget. z/x/y of some.
   std::uint64_t without_lines = 0;

@@ -199,7 +199,10 @@ Result<RepairReport> repair_tiles(const Surface& surface, const std::string& loc
   const auto record = store->record();
   if (!record) {
     if (const auto layer = store->layer_json(); !layer) return std::unexpected(layer.error());
-    return fail(Errc::bad_data, location + " has no record of how its tiles were made");
+    return fail(Errc::bad_data, location +
+                                    " has no sound record of how its tiles were made, to make "
+                                    "others alike: tind build makes all of them anew, here with "
+                                    "--force");
   }
   const auto tiles = tile_options_of(*record);
   if (!tiles) return fail(location, tiles.error());

@@ -21,7 +21,9 @@
 namespace tind::sandbox {
 namespace {
 
-constexpr int kPatienceMs = 5'000;  // it only copies itself
+constexpr int kPatienceMs = 5'000;        // it only copies itself
+constexpr int kStartPatienceMs = 20'000;  // some two hundred libraries, of a disk that may be cold
+constexpr pid_t kReady = 0;               // its first word
 constexpr std::size_t kRights = CMSG_SPACE(sizeof(Descriptors));
 
 std::unexpected<Error> failed(const char* what) {
@@ -67,6 +69,19 @@ bool take_places(Descriptors& descriptors) {
 
 }  // namespace
 
+/// The next number that it says.
+Result<pid_t> Nursery::hear(int patience_ms) const {
+  pollfd ready{socket_, POLLIN, 0};
+  while (::poll(&ready, 1, patience_ms) < 0 && errno == EINTR) {
+  }
+  pid_t said = -1;
+  ssize_t size;
+  while ((size = ::recv(socket_, &said, sizeof said, MSG_DONTWAIT)) < 0 && errno == EINTR) {
+  }
+  if (size != ssize_t(sizeof said)) return failed("no answer");
+  return said;
+}
+
 Result<void> Nursery::launch() {
   int ends[2];
   if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0) return failed("socket");
@@ -76,7 +91,10 @@ Result<void> Nursery::launch() {
   if (!process) return std::unexpected(process.error());
   process_ = *process;
   socket_ = ours.release();
-  return {};
+  const auto ready = hear(kStartPatienceMs);
+  if (ready && *ready == kReady) return {};
+  return std::unexpected(ready ? Error{Errc::io, "a copy of the program: it is none"}
+                               : ready.error());
 }
 
 void Nursery::end() {
@@ -99,15 +117,10 @@ Result<pid_t> Nursery::ask(const Descriptors& descriptors) const {
   while ((size = ::sendmsg(socket_, &packet.message, MSG_NOSIGNAL)) < 0 && errno == EINTR) {
   }
   if (size != 1) return failed("asking for it");
-  pollfd ready{socket_, POLLIN, 0};
-  while (::poll(&ready, 1, kPatienceMs) < 0 && errno == EINTR) {
-  }
-  pid_t process = -1;
-  while ((size = ::recv(socket_, &process, sizeof process, MSG_DONTWAIT)) < 0 && errno == EINTR) {
-  }
-  if (size != ssize_t(sizeof process)) return failed("no answer");
-  errno = process < 0 ? -process : 0;
-  if (process <= 0) return failed("none");
+  const auto process = hear(kPatienceMs);
+  if (!process) return process;
+  errno = *process < 0 ? -*process : 0;
+  if (*process <= 0) return failed("none");
   return process;
 }
 
@@ -116,13 +129,16 @@ Result<pid_t> Nursery::begin(const Descriptors& descriptors) {
     if (auto process = ask(descriptors)) return process;
     end();  // somebody has killed it, say
   }
-  if (auto ok = launch(); !ok) return std::unexpected(ok.error());
-  return ask(descriptors);
+  const auto begun = launch();
+  auto process = begun ? ask(descriptors) : std::unexpected(begun.error());
+  if (!process) end();  // what it says later would be taken for the answer to another question
+  return process;
 }
 
 int nurse(const std::function<int()>& decode) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // and if that was too late, the socket is closed
   ::prctl(PR_SET_NAME, "tind-nursery");
+  if (::send(kSocket, &kReady, sizeof kReady, MSG_NOSIGNAL) != ssize_t(sizeof kReady)) return 0;
   while (auto descriptors = receive()) {
     // Not fork(): only this has a way to say whose child it is. No other thread holds any lock.
     const auto copy = pid_t(::syscall(SYS_clone, CLONE_PARENT | SIGCHLD, 0, 0, 0, 0));

@@ -28,6 +28,7 @@ class Nursery {
 
  private:
   Result<void> launch();
+  Result<pid_t> hear(int patience_ms) const;
   Result<pid_t> ask(const Descriptors&) const;
   void end();
 

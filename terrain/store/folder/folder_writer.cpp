@@ -164,17 +164,17 @@ Result<std::unique_ptr<TileWriter>> FolderWriter::claim(std::shared_ptr<FolderFi
   if (auto ok = look_aside(output, kAside); !ok) return std::unexpected(ok.error());
   if (auto done = adopt(writer->files_, output); !done) return std::unexpected(done.error());
   const std::string record = encode(work.record);
-  const bool empty = !fs::exists(fs::symlink_status(path));
+  const bool empty = type_of(path) == fs::file_type::not_found;
   auto done = empty ? writer->claim_empty(work, record) : writer->go_on(work, record, progress);
   if (!done) return std::unexpected(done.error());
   return writer;
 }
 
 Result<void> FolderWriter::claim_empty(const TileWork& work, const std::string& record) {
-  if (fs::exists(fs::symlink_status(output_ + kLayer)))
+  if (type_of(output_ + kLayer) != fs::file_type::not_found)
     return refused(output_, "a tile set that tind build did not make", "choose another directory");
   for (const char* other : {kImagesRecord, kSceneryRecord, kCdbRecord})
-    if (fs::exists(fs::symlink_status(output_ + other)))
+    if (type_of(output_ + other) != fs::file_type::not_found)
       return refused(output_, std::string("what another format made (") + (other + 1) + ")",
                      "choose another directory");
   const auto none = [](TileId) { return false; };

@@ -68,6 +68,12 @@ TEST_F(LineOptions, AreRefusedInOneLine) {
   std::ofstream(dir_.file("text.geojson")) << "no vectors";
   refuses(" --breaklines " + dir_.file("text.geojson"), 65, "text.geojson");
   refuses(" --flatten " + testdata("breaklines.geojson"), 65, "polygons are needed");
+  for (const char* height : {"1e999", "-1e30"}) {
+    std::ofstream(dir_.file("high.geojson"))
+        << R"({"type": "LineString", "coordinates": [[-118.14, 34.33, )" << height
+        << "], [-118.13, 34.331, 900]]}";
+    refuses(" --breaklines " + dir_.file("high.geojson"), 65, "which no ground has");
+  }
   refuses(lines() + " --method bounded --side above", 2, "--side is both");
 }
 

@@ -122,14 +122,17 @@ TEST(ByteBudget, IsNeverFullOfTheBytesOfAFew) {
   while (memory.take(one, 1)) ++ones;
   EXPECT_EQ(ones, 5250u) << "three quarters";
   while (memory.take(two, 1)) ++twos;
-  EXPECT_EQ(twos, 1312u) << "three times what is left then";
-  EXPECT_TRUE(memory.take(three, 300)) << "room for whoever comes";
-  EXPECT_FALSE(memory.take(three, 138));
+  EXPECT_EQ(twos, 875u) << "the last eighth is for others";
+  for (std::uint8_t i = 10; i < 70; ++i) {
+    EXPECT_TRUE(memory.take({i}, 13)) << "a little for whoever comes";
+    EXPECT_FALSE(memory.take({i}, 1));
+  }
   EXPECT_FALSE(memory.take(three, 1 << 20)) << "more than all";
+  for (std::uint8_t i = 10; i < 70; ++i) memory.give_back({i}, 13);
   memory.give_back(one, ones);
   EXPECT_TRUE(memory.take(three, 3000));
   memory.give_back(two, twos);
-  memory.give_back(three, 3300);
+  memory.give_back(three, 3000);
   EXPECT_EQ(memory.held(), 0u);
 }
 

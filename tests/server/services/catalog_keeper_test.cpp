@@ -152,6 +152,8 @@ TEST_F(Keeper, IsAllOrNothing) {
   const std::uint64_t revision = catalog_.revision();
   fs::create_directory(in_folder("empty"));
   text("text.asc", "this is no raster\n");
+  fs::create_symlink("loop.asc", in_folder("loop.asc"));
+  fs::create_symlink("loop", in_folder("loop"));
   const struct {
     std::string toml, words;
   } bad[] = {
@@ -161,6 +163,9 @@ TEST_F(Keeper, IsAllOrNothing) {
       {table("b", "b.asc") + table("b", "a.asc"), "a second dataset b"},
       {table("b", "b.asc") + table("c", "text.asc"), "text.asc"},
       {table("b", "b.asc") + table("c", "empty"), "empty"},
+      {table("b", "b.asc") + table("c", "loop.asc"), "loop.asc"},
+      {table("b", "b.asc") + "[[dataset]]\nfiles = [\"loop\"]\n", "loop"},
+      {table("b", "b.asc") + table("c", std::string(300, 'x') + ".asc"), "xxx.asc"},
       {table("b", "b.asc") + "[[dataset]]\nname = \"half", "tind.toml:"},
       {"catalog = \"" + in_folder("none") + "\"\n", "none: cannot be read"},
   };

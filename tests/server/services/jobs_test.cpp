@@ -241,6 +241,65 @@ TEST_F(JobsTest, ClientsTakeTurns) {
   EXPECT_EQ(content(log), "a\nb\nc\na\nb\na\n");
 }
 
+TEST_F(JobsTest, WhoComesAgainWhileItsJobRunsComesBehindTheOthers) {
+  const auto jobs = open();
+  const std::string log = dir_.file("order");
+  const auto submit = [&](const std::string& client, const std::string& until) {
+    const auto job = jobs->submit(shell(
+        "echo " + client + " >> '" + log + "'; while [ ! -e '" + until + "' ]; do sleep .01; done",
+        client));
+    EXPECT_TRUE(job);
+    return job->id;
+  };
+  const auto runs = [&](const std::string& id) {
+    return becomes(*jobs, id, [](const Job& j) { return j.status == JobStatus::running; });
+  };
+  const std::string first = dir_.file("first"), second = dir_.file("second");
+  const std::string b = submit("b", first);
+  ASSERT_TRUE(runs(b));
+  submit("b", log);  // which is there: no wait
+  const std::string a = submit("a", second);
+  std::ofstream(first) << "";
+  ASSERT_TRUE(runs(a));
+  const std::string last = submit("a", log);
+  std::ofstream(second) << "";
+  ASSERT_TRUE(becomes(*jobs, last, [](const Job& j) { return j.has_ended(); }));
+  EXPECT_EQ(content(log), "b\na\nb\na\n");
+}
+
+TEST_F(JobsTest, WhoHangsUpGivesItsPlaceAtOnce) {
+  JobLimits limits;
+  limits.per_client = 2;
+  const auto jobs = open(limits);
+  const auto first = jobs->submit(shell("sleep 60"));
+  ASSERT_TRUE(first);
+  ASSERT_TRUE(
+      becomes(*jobs, first->id, [](const Job& j) { return j.status == JobStatus::running; }));
+  std::stop_source gone;
+  std::promise<Job> ended;
+  ASSERT_TRUE(jobs->submit(
+      shell("true"), [&](const Job& j) { ended.set_value(j); }, gone.get_token()));
+  EXPECT_FALSE(jobs->submit(shell("true")));
+  gone.request_stop();
+  EXPECT_TRUE(jobs->submit(shell("true")));
+  EXPECT_EQ(ended.get_future().get().status, JobStatus::dismissed);
+  EXPECT_EQ(jobs->counts().waiting, 1u);
+}
+
+TEST_F(JobsTest, AStopAnswersThoseThatWait) {
+  const auto jobs = open();
+  std::promise<Job> runs, waits;
+  ASSERT_TRUE(jobs->submit(shell("sleep 60"), [&](const Job& j) { runs.set_value(j); }));
+  ASSERT_TRUE(jobs->submit(shell("true"), [&](const Job& j) { waits.set_value(j); }));
+  jobs->stop();
+  for (std::promise<Job>* told : {&runs, &waits}) {
+    auto job = told->get_future();
+    ASSERT_EQ(job.wait_for(0s), std::future_status::ready);
+    EXPECT_EQ(job.get().status, JobStatus::accepted);
+  }
+  EXPECT_FALSE(jobs->submit(shell("true")));
+}
+
 TEST_F(JobsTest, ResultsThatFillTheStoreLetNoMoreIn) {
   JobLimits limits;
   limits.stored_bytes = 3000, limits.each.file_bytes = 1000;

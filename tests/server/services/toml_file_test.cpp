@@ -57,5 +57,24 @@ TEST(TomlFile, DotsAndBracketsOfTextsAreNoNesting) {
   EXPECT_EQ(error(times(63, "a.") + "b = 1\n"), "");
 }
 
+/// toml++ 3.3 calls U+00A1 to U+0499 unreachable there.
+TEST(TomlFile, LettersThatAreNotAsciiStandInQuotes) {
+  for (const char* wrong : {"gr\xc3\xb6\xc3\x9f"
+                            "e = 1",
+                            "a = 1\na.\xc8\x9e = 2", "a = [1,\xd1\x9e]", "\xff"}) {
+    const auto read = parse_toml(wrong, "t");
+    ASSERT_FALSE(read) << wrong;
+    EXPECT_NE(read.error().what.find("stand in quotes"), std::string::npos) << read.error().what;
+  }
+  const auto read = parse_toml(
+      "\xef\xbb\xbf\"gr\xc3\xb6\xc3\x9f"
+      "e\" = '\xd1\x9e'  # \xc3\xa9",
+      "t");
+  ASSERT_TRUE(read) << read.error().what;
+  EXPECT_EQ(read->at(0).key,
+            "gr\xc3\xb6\xc3\x9f"
+            "e");
+}
+
 }  // namespace
 }  // namespace tind::services
