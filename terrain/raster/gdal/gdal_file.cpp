@@ -24,6 +24,7 @@
 #include <limits>
 #include <set>
 
+#include "terrain/base/existing_file.h"
 #include "terrain/base/hash.h"
 #include "terrain/base/lower_case.h"
 #include "terrain/raster/datums.h"
@@ -52,8 +53,8 @@ Result<std::string> real_file(const std::string& path) {
   std::error_code error;
   if (fs::is_directory(path, error))
     return fail(Errc::not_found, path + ": is a folder; name the rasters in it");
-  if (path.starts_with("/vsi") || !fs::exists(path, error))
-    return fail(Errc::not_found, path + ": no such file");
+  if (path.starts_with("/vsi")) return fail(Errc::not_found, path + ": no such file");
+  if (auto there = check_exists(path); !there) return std::unexpected(there.error());
   if (!fs::is_regular_file(path, error))
     return fail(Errc::not_found,
                 path + ": is a device or a pipe; a raster is read from a file, in any order");

@@ -2,8 +2,8 @@
 
 #include <bit>
 #include <cstdint>
-#include <filesystem>
 
+#include "terrain/base/existing_file.h"
 #include "terrain/raster/gdal/gdal_crs.h"
 #include "terrain/raster/gdal/gdal_setup.h"
 #include "terrain/raster/gdal/geotransform.h"
@@ -15,9 +15,8 @@ Result<PlacedRaster> open_placed(const std::string& path, const char* what) {
   const Complaints complaints;
   std::unique_ptr<GDALDataset, PlacedRaster::Close> set(
       GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, raster_drivers(false)));
-  std::error_code error;
-  if (!set && !std::filesystem::exists(path, error))
-    return fail(Errc::not_found, path + ": there is no such file");
+  if (!set)
+    if (auto there = check_exists(path); !there) return std::unexpected(there.error());
   if (!set || set->GetRasterCount() == 0)
     return fail(Errc::bad_data, path + ": " + complaints.text(std::string("not ") + what));
   const auto map = pixel_to_crs(*set);

@@ -16,6 +16,7 @@
 #include <memory>
 #include <set>
 
+#include "terrain/base/existing_file.h"
 #include "terrain/base/sqlite.h"
 #include "terrain/raster/gdal/gdal_crs.h"
 #include "terrain/raster/gdal/gdal_setup.h"
@@ -392,13 +393,12 @@ Result<void> check_heights(const VectorShapes& shapes) {
 
 template <class To, class Dem>
 Result<VectorShapes> read_file(const std::string& path, const Dem& dem) {
-  std::error_code ignored;  // GDAL would also open URLs, and text that looks like a format
-  if (!std::filesystem::exists(path, ignored))
-    return fail(Errc::not_found, path + ": there is no such file");
+  // GDAL would also open URLs, and text that looks like a format.
+  if (auto there = check_exists(path); !there) return std::unexpected(there.error());
   gdal::register_vectors();
   const gdal::Complaints complaints;
   VectorShapes shapes;
-  if (std::filesystem::is_regular_file(path, ignored))
+  if (std::error_code ignored; std::filesystem::is_regular_file(path, ignored))
     if (auto ok = shapes.files.add(path); !ok) return std::unexpected(ok.error());
   auto set = open_vectors(path, complaints);
   if (!set) return std::unexpected(set.error());
@@ -488,9 +488,7 @@ Result<void> add_attributes(OGRLayer& layer, Features& features, VectorAttribute
 /// take(set, its features) of a file that is there.
 template <class Take>
 Result<void> look_through(const std::string& path, const Take& take) {
-  std::error_code ignored;  // as in read_file()
-  if (!std::filesystem::exists(path, ignored))
-    return fail(Errc::not_found, path + ": there is no such file");
+  if (auto there = check_exists(path); !there) return std::unexpected(there.error());
   gdal::register_vectors();
   const gdal::Complaints complaints;
   const auto set = open_vectors(path, complaints);

@@ -281,12 +281,15 @@ TEST(DemInput, MessagesDoNotSpeakToTheTerminal) {
 TEST(DemInput, ServeNamesEveryDatasetThatCannotBeServed) {
   const tind::test::TempDir dir;
   std::ofstream(dir.file("noise.tif")) << "noise";
-  const Ran ran = run_tind("serve " + testdata("rainier.tif") + " " + dir.file("noise.tif") + " " +
-                           dir.file("none.tif") + " --listen 127.0.0.1:0");
+  std::filesystem::create_symlink("loop.tif", dir.file("loop.tif"));
+  const Ran ran =
+      run_tind("serve " + testdata("rainier.tif") + " " + dir.file("noise.tif") + " " +
+               dir.file("none.tif") + " " + dir.file("loop.tif") + " --listen 127.0.0.1:0");
   EXPECT_EQ(ran.code, 65);
   EXPECT_THAT(ran.out, HasSubstr(dir.file("noise.tif") + ": not a raster"));
   EXPECT_THAT(ran.out, HasSubstr(dir.file("none.tif") + ": no such file"));
-  EXPECT_THAT(ran.out, HasSubstr("2 datasets cannot be served"));
+  EXPECT_THAT(ran.out, HasSubstr(dir.file("loop.tif") + ": Too many levels of symbolic links"));
+  EXPECT_THAT(ran.out, HasSubstr("3 datasets cannot be served"));
 }
 
 TEST(Serve, ASwitchIsWhatItsValueSays) {
