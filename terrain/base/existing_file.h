@@ -7,8 +7,8 @@
 
 namespace tind {
 
-/// Fails (not_found) with "PATH: no such file", or with why that cannot be known: a folder on the way
-/// that may not be entered, links that go round in a circle, a name that is too long.
+/// Fails (not_found) with "PATH: no such file", or with why that cannot be known: a folder on the
+/// way that may not be entered, links that go round in a circle, a name that is too long.
 Result<void> check_exists(const std::string& path);
 
 }  // namespace tind

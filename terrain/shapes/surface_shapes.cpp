@@ -186,6 +186,8 @@ class ShapesBuilder {
       }
     for (GlobeLine& line : read->lines) {
       drop_heights(line);
+      for (const Vec3& p : line)
+        if (std::abs(p.z) > kMostLevel) return fail(path, not_of_the_earth(p.z));
       note("breaklines", line);
       breaklines_.push_back(std::move(line));
     }
@@ -269,6 +271,13 @@ class ShapesBuilder {
     net_.touching[std::max(p, q)] = std::min(p, q);
   }
 
+  static Error not_of_the_earth(double own_height_m) {
+    return {Errc::invalid_argument,
+            fmt::format("its own height, {:g} m, is none of the earth (at most {:g} m up or "
+                        "down); --line-heights dem takes the DEM's",
+                        own_height_m, kMostLevel)};
+  }
+
   Result<double> own_level(Index polygon) {
     std::vector<float> heights;
     for (const GlobeLine& ring : flatten_[polygon].rings)
@@ -276,12 +285,7 @@ class ShapesBuilder {
         if (std::isfinite(p.z)) heights.push_back(float(p.z));
     if (!heights.empty()) {
       const double own = median(std::move(heights));
-      if (std::abs(own) > kMostLevel)
-        return fail(
-            Errc::invalid_argument,
-            fmt::format("its own height, {:g} m, is none of the earth (at most {:g} m up or "
-                        "down); --line-heights dem takes the DEM's",
-                        own, kMostLevel));
+      if (std::abs(own) > kMostLevel) return std::unexpected(not_of_the_earth(own));
       if (auto done = compare_with_dem(polygon, own); !done) return std::unexpected(done.error());
       return own;
     }

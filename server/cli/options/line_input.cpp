@@ -23,12 +23,14 @@ struct Heights {
   bool of_dem = false;
   std::size_t all = 0, zeros = 0, far_zeros = 0;  // of those that the file has
   double farthest_m = 0;                          // of zeros from the DEM
+  double farthest_up_m = 0;                       // or down
 
   void take(VectorLine& line) {
     for (Vec3& p : line) {
       if (of_dem) p.z = std::numeric_limits<double>::quiet_NaN();
       if (std::isnan(p.z)) continue;
       ++all;
+      if (!(std::abs(p.z) <= std::abs(farthest_up_m))) farthest_up_m = p.z;
       if (p.z != 0) continue;
       ++zeros;
       if (!(p.x >= 0 && p.y <= 0 && p.x <= grid.cols() - 1 && p.y >= 1 - grid.rows())) continue;
@@ -37,6 +39,16 @@ struct Heights {
       far_zeros += std::abs(ground) > kFar_m;
       farthest_m = std::max(farthest_m, std::abs(ground));
     }
+  }
+
+  /// Of no planet's ground, or what some program writes for none.
+  Result<void> check(const std::string& path) const {
+    constexpr double kMost = 1e6;
+    if (std::abs(farthest_up_m) <= kMost) return {};
+    return fail(Errc::bad_data,
+                fmt::format("{}: has a height of {:g} m, which no ground has; --line-heights dem "
+                            "takes the DEM's for all",
+                            path, farthest_up_m));
   }
 
   /// Zeros are what a program writes that has no heights but must write some.
@@ -63,6 +75,7 @@ Result<VectorShapes> read_shapes(const std::string& path, const DemSource& dem, 
   for (VectorLine& line : read->lines) heights.take(line);
   for (VectorPolygon& polygon : read->polygons)
     for (VectorLine& ring : polygon.rings) heights.take(ring);
+  if (auto ok = heights.check(path); !ok) return std::unexpected(ok.error());
   heights.warn(path);
   return read;
 }

@@ -370,27 +370,6 @@ Result<std::size_t> add_others(GDALDataset& set, const std::string& path, FileSt
   return added;
 }
 
-/// Of a planet's ground: none is higher, or the number is no height at all (an infinite one, or
-/// what some programs write for none).
-constexpr double kMostHeight = 1e6;  // metres
-
-Result<void> check_heights(const VectorShapes& shapes) {
-  const auto check = [](const std::vector<VectorLine>& lines) -> Result<void> {
-    for (const VectorLine& line : lines)
-      for (const Vec3& p : line)
-        if (std::abs(p.z) > kMostHeight)  // NaN: none
-          return fail(Errc::bad_data,
-                      fmt::format("has a height of {:g} m, which no ground has: give it the right "
-                                  "one, or none (x, y)",
-                                  p.z));
-    return {};
-  };
-  if (auto ok = check(shapes.lines); !ok) return ok;
-  for (const VectorPolygon& polygon : shapes.polygons)
-    if (auto ok = check(polygon.rings); !ok) return ok;
-  return {};
-}
-
 template <class To, class Dem>
 Result<VectorShapes> read_file(const std::string& path, const Dem& dem) {
   // GDAL would also open URLs, and text that looks like a format.
@@ -413,7 +392,6 @@ Result<VectorShapes> read_file(const std::string& path, const Dem& dem) {
   }
   if (auto same = shapes.files.unchanged(); !same) return std::unexpected(same.error());
   if (complaints.failed()) return fail(Errc::bad_data, path + ": " + complaints.text("unreadable"));
-  if (auto ok = check_heights(shapes); !ok) return fail(path, ok.error());
   if (shapes.lines.empty() && shapes.polygons.empty()) {
     return fail(Errc::bad_data,
                 path + (shapes.points > 0 ? ": has points only; lines or polygons are needed"

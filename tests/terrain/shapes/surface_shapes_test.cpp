@@ -63,6 +63,22 @@ TEST(SurfaceShapes, own_heights_that_are_none_of_the_earth_are_refused) {
   }
 }
 
+TEST(SurfaceShapes, of_a_breakline_neither) {
+  const test::TempDir folder;
+  const auto dem = slope();
+  for (const char* height : {"50000", "-1e38", "1e999"}) {
+    ShapeFiles files;
+    files.breaklines = {folder.file("line.geojson")};
+    std::ofstream(files.breaklines[0])
+        << R"({"type": "LineString", "coordinates": [[1, 1, )" << height << "], [2, 2, 100]]}";
+    const auto made = SurfaceShapes::make(std::span(&dem, 1), files);
+    ASSERT_FALSE(made) << height;
+    EXPECT_NE(made.error().what.find("none of the earth"), std::string::npos) << made.error().what;
+    files.dem_heights = true;
+    EXPECT_TRUE(SurfaceShapes::make(std::span(&dem, 1), files)) << height;
+  }
+}
+
 TEST(SurfaceShapes, polygons_that_touch_or_lie_in_one_another_share_the_lowest_level) {
   const auto made = flatten(Shapes("touch")
                                 .polygon({square(1, 1, 1)}, 50.0)
