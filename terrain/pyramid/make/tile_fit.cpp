@@ -263,6 +263,14 @@ bool is_good(const TileJob& job, const TileMesh& mesh) {
 /// How bad: what the side lacks first, then the error.
 std::pair<double, double> badness(const TileMesh& m) { return {m.wrong_side, m.max_error}; }
 
+/// Is there memory, and some seconds, for every `step`-th post?
+bool may_see_all(const TileJob& job, int step) {
+  constexpr std::int64_t kMostSamples = std::int64_t(1) << 23;
+  return std::ranges::all_of(job.windows, [step](const LayerWindow& w) {
+    return std::int64_t(w.posts.cols) * w.posts.rows / step / step <= kMostSamples;
+  });
+}
+
 /// Tries the cheapest fit first: to fewer posts, and to those of the others that are out of the
 /// band then; at last to all of them at once. Keeps the best.
 Result<TileMesh> fit_within_budget(TileJob& job, std::stop_token stop) {
@@ -293,6 +301,8 @@ Result<TileMesh> fit_within_budget(TileJob& job, std::stop_token stop) {
       step /= 2, place = 0;
     else if (place > 1)
       place = 1;  // very steep: here the place counts
+    else if (step > 1 && may_see_all(job, step / 2))
+      step /= 2, place = 0;  // slow, but what is out of the band may be what no fit has seen
     else
       return best;
   }

@@ -23,6 +23,7 @@
 #include "terrain/pyramid/plan/tile_version.h"
 #include "terrain/store/folder/tile_ledger.h"
 #include "terrain/store/open/stored_tiles.h"
+#include "tests/support/made_up_source.h"
 #include "tests/support/support.h"
 
 namespace tind {
@@ -464,8 +465,25 @@ TEST(TileEpoch, is_raised_when_bytes_change) {
   }
   LedgerEntry digest;
   digest.take(all);
-  EXPECT_EQ(kTileEpoch, 6);
+  EXPECT_EQ(kTileEpoch, 7);
   EXPECT_EQ(digest.hash_low, 17119858931501931385u) << "other bytes: raise kTileEpoch";
+}
+
+/// At the edge of a DEM, of so many posts that a fit sees every second or fourth one first.
+TEST(Tiles, a_spike_that_no_first_fit_sees_is_within_the_budget) {
+  HeightGrid grid(1700, 1700, 0);
+  for (const auto& [col, row] : {std::pair{851, 850}, {850, 851}, {851, 851}, {853, 855}})
+    grid.at(col, row) = 1000;
+  const auto source =
+      std::make_shared<test::MadeUpSource>(std::move(grid), Geographic{7.1, 46.6}, 1.0 / 3600);
+  TempDir dir;
+  BuildOptions o;
+  o.output = dir.file("tiles");
+  o.tiles.first_level = o.tiles.last_level = 8;
+  const auto report = build_tiles(source, o);
+  ASSERT_TRUE(report) << report.error().what;
+  EXPECT_EQ(report->over_budget, 0u) << report->worst_over_budget_m;
+  EXPECT_LE(report->levels[8].worst_error_m, report->levels[8].budget_m);
 }
 
 TEST(Tiles, a_pyramid_that_ends_elsewhere_has_its_bound_there) {
