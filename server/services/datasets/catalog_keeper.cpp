@@ -487,8 +487,14 @@ void CatalogKeeper::reload(Done done) {
   wake_.notify_all();
 }
 
-/// What nobody foresaw is the folder's or the configuration's fault, and none of those who are
-/// served.
+/// What nobody foresaw ends none of what is served.
+void CatalogKeeper::try_to(void (CatalogKeeper::*step)()) try {
+  (this->*step)();
+} catch (const std::exception& error) {
+  if (unforeseen_.take(error.what())) spdlog::error("catalog: {}", error.what());
+}
+
+/// The same of a load: it has failed.
 std::expected<CatalogChange, CatalogKeeper::Reasons> CatalogKeeper::load_whatever_is_there() try {
   return load();
 } catch (const std::exception& error) {
@@ -496,7 +502,7 @@ std::expected<CatalogChange, CatalogKeeper::Reasons> CatalogKeeper::load_whateve
 }
 
 void CatalogKeeper::reload_now(std::vector<Done> waiting) {
-  follow_tiles();
+  try_to(&CatalogKeeper::follow_tiles);
   const auto change = load_whatever_is_there();
   std::string why;
   if (change) {
@@ -508,7 +514,7 @@ void CatalogKeeper::reload_now(std::vector<Done> waiting) {
     }
     spdlog::error("the reload failed: the {} datasets that there were stay", here_.size());
   }
-  look_at_files();
+  try_to(&CatalogKeeper::look_at_files);
   {
     const std::lock_guard lock(mutex_);
     ++(change ? status_.reloads : status_.failed_reloads);
@@ -575,16 +581,6 @@ void CatalogKeeper::look_at_files() {
     if (!unlike.contains(name)) spdlog::info("{}: its files are as they were opened", name);
 }
 
-void CatalogKeeper::look() try {
-  follow_tiles();
-  follow_folder();
-  look_at_files();
-  unforeseen_.clear();
-} catch (const std::exception& error) {
-  if (unforeseen_ != error.what()) spdlog::error("catalog: {}", error.what());
-  unforeseen_ = error.what();
-}
-
 void CatalogKeeper::drop_retired() {
   std::erase_if(retired_, [](const auto& dataset) { return dataset.use_count() == 1; });
 }
@@ -609,7 +605,9 @@ void CatalogKeeper::run(const std::stop_token& stop) {
     if (asked) {
       reload_now(std::move(waiting));
     } else {
-      look();
+      for (const auto step : {&CatalogKeeper::follow_tiles, &CatalogKeeper::follow_folder,
+                              &CatalogKeeper::look_at_files})
+        try_to(step);
     }
     drop_retired();
     const auto took =

@@ -22,6 +22,7 @@
 #include <string>
 #include <vector>
 
+#include "server/log/log_limiter.h"
 #include "server/services/datasets/catalog.h"
 #include "server/services/datasets/catalog_folder.h"
 #include "server/services/datasets/config.h"
@@ -107,10 +108,10 @@ class CatalogKeeper {
   std::expected<CatalogChange, Reasons> gather(const Config&, bool look,
                                                std::chrono::milliseconds patience);
   std::expected<CatalogChange, Reasons> load_whatever_is_there();
+  void try_to(void (CatalogKeeper::*step)());
   void reload_now(std::vector<Done>);
   void follow_tiles();
   void follow_folder();
-  void look();
   void look_at_files();
   void drop_retired();
   void leave_aside(const std::string& entry, const std::string& state, const std::string& why,
@@ -132,12 +133,12 @@ class CatalogKeeper {
   struct Left {
     std::string state, name;
   };
-  std::map<std::string, Left> left_;     // by entry
-  std::vector<std::string> restless_;    // entries that were not at rest at the last look
-  std::set<std::string> of_tables_;      // files that tables of the folder name
-  Catalog::Datasets retired_;            // requests may have them still
-  std::string unforeseen_;               // what went wrong at the last look, and was not foreseen
-  std::chrono::milliseconds waited_{0};  // for the opener, in this turn
+  std::map<std::string, Left> left_;   // by entry
+  std::vector<std::string> restless_;  // entries that were not at rest at the last look
+  std::set<std::string> of_tables_;    // files that tables of the folder name
+  Catalog::Datasets retired_;          // requests may have them still
+  logging::LogLimiter unforeseen_{std::chrono::minutes(10), 16};  // of looks, every few seconds
+  std::chrono::milliseconds waited_{0};                           // for the opener, in this turn
 
   mutable std::mutex mutex_;  // of these
   std::condition_variable_any wake_;

@@ -234,15 +234,20 @@ void Jobs::stop() {
   }
   for (std::jthread& thread : threads_) thread.request_stop();
   threads_.clear();
-  std::map<std::string, std::shared_ptr<Live>, std::less<>> waiting;
+  // What is in the queue is nobody's; the rest of live_ is somebody's who is about to end it.
+  std::vector<std::pair<std::shared_ptr<Live>, Done>> waiting;
   {
     const std::lock_guard lock(mutex_);
+    for (const std::string& id : queue_) {
+      auto live = live_.extract(id).mapped();
+      Done done = std::move(live->done);
+      waiting.emplace_back(std::move(live), std::move(done));
+    }
     queue_.clear();
-    waiting.swap(live_);
     counts_.waiting = 0;
   }
-  for (auto& [id, live] : waiting)
-    if (live->done) std::exchange(live->done, {})(live->job);
+  for (auto& [live, done] : waiting)
+    if (done) done(live->job);
 }
 
 std::string Jobs::folder_of(std::string_view id) const { return folder_ + "/" + std::string(id); }
