@@ -2,7 +2,6 @@
 
 #include <linux/sockios.h>
 #include <poll.h>
-#include <spdlog/spdlog.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 
@@ -15,6 +14,7 @@
 #include "server/http/message/escape.h"
 #include "server/http/message/problem.h"
 #include "server/http/message/uri.h"
+#include "server/log/log.h"
 
 // Memory: an idle connection keeps a 1 KiB buffer, which holds most requests whole; it grows while
 // a larger head arrives and shrinks when that is done with.
@@ -317,7 +317,8 @@ bool Connection::take_head() {
   forget_body();
   decoded_path_.clear();
   if (context_.access_log) {
-    log_target_.assign(name(head.method)).append(" ").append(escaped(head.target));
+    log_method_ = name(head.method);
+    log_target_ = escaped(head.target);
   }
   if (head.path.find('%') != head.path.npos) {
     auto decoded = percent_decode(head.path);
@@ -503,7 +504,10 @@ void Connection::refuse(int status, const char* why, const char* label) {
   reply.close = true;
   head_only_ = http10_ = false;
   operation_ = nullptr;
-  if (context_.access_log) log_target_.assign("refused: ").append(label);
+  if (context_.access_log) {
+    log_method_.clear();
+    log_target_ = label;
+  }
   queue(reply);
 }
 
@@ -544,7 +548,14 @@ void Connection::queue(Reply reply) {
 }
 
 void Connection::log_reply(const Reply& reply, std::size_t bytes, double seconds) const {
-  spdlog::info("{} {} {} {:.3f} ms", log_target_, reply.status, bytes, seconds * 1e3);
+  const bool refused = log_method_.empty();
+  logging::log_access({.method = log_method_,
+                       .target = refused ? std::string_view() : log_target_,
+                       .refused = refused ? log_target_ : std::string_view(),
+                       .status = reply.status,
+                       .bytes = bytes,
+                       .milliseconds = seconds * 1e3,
+                       .client = client()});
 }
 
 /// True when everything has been taken by the socket; else it goes on by itself, or has closed.

@@ -147,8 +147,8 @@ class Connection final : public std::enable_shared_from_this<Connection>,
   // The request being answered.
   bool keep_alive_ = true, head_only_ = false, http10_ = false;
   TimerWheel::Clock::time_point began_;
-  std::string decoded_path_;  // empty: the path needed no decoding
-  std::string body_, log_target_;
+  std::string decoded_path_;                    // empty: the path needed no decoding
+  std::string body_, log_method_, log_target_;  // no method: the bytes were refused, for that
   std::size_t body_left_ = 0;
   std::size_t body_held_ = 0;  // of the budget
   const Handler* handler_ = nullptr;

@@ -10,9 +10,11 @@
 #include <atomic>
 #include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <condition_variable>
 #include <deque>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <stop_token>
 #include <thread>
 #include <utility>
@@ -36,16 +38,59 @@ constexpr std::chrono::seconds kWindow{10};
 constexpr std::size_t kMostTexts = 256;  // told apart in kWindow; others are only counted
 constexpr std::chrono::milliseconds kFarewell{300};
 
+constexpr std::string_view kRequest = " request=";  // before the name of the request a line is of
+
 std::atomic<std::uint64_t> dropped_lines{0}, repeated_lines{0};
+
+std::string text_of(const Access& access) {
+  return fmt::format("{}{}{} {} {} {:.3f} ms {}",
+                     access.refused.empty() ? access.method : "refused:", ' ',
+                     access.refused.empty() ? access.target : access.refused, access.status,
+                     access.bytes, access.milliseconds, access.client);
+}
+
+/// The fields of a line beyond time, level and message.
+nlohmann::ordered_json fields_of(const Access& access) {
+  nlohmann::ordered_json fields;
+  if (access.refused.empty()) {
+    fields["method"] = access.method;
+    fields["target"] = access.target;
+  } else {
+    fields["refused"] = access.refused;
+  }
+  fields["status"] = access.status;
+  fields["bytes"] = access.bytes;
+  fields["milliseconds"] = std::round(access.milliseconds * 1e3) / 1e3;
+  fields["client"] = access.client;
+  return fields;
+}
+
+/// The name of the request goes from the message into a field of its own.
+nlohmann::ordered_json take_request(std::string& message) {
+  nlohmann::ordered_json fields = nlohmann::ordered_json::object();
+  const auto at = message.find(kRequest);
+  if (at == message.npos) return fields;
+  const auto begin = at + kRequest.size(), end = std::min(message.find(' ', begin), message.size());
+  fields["request"] = message.substr(begin, end - begin);
+  message.erase(at, end - at);
+  return fields;
+}
 
 }  // namespace
 
 class LogSink final : public spdlog::sinks::base_sink<std::mutex> {
  public:
-  explicit LogSink(int fd) : fd_(fd) {
+  LogSink(Form form, int fd) : form_(form), fd_(fd) {
     writer_ = std::jthread([this](std::stop_token stop) { write_lines(stop); });
   }
   ~LogSink() override { end(); }
+
+  void log(const Access& access) {
+    const std::string text = text_of(access);
+    const spdlog::details::log_msg message("tind", spdlog::level::info, text);
+    const std::lock_guard lock(mutex_);
+    put(form_ == Form::json ? object(message, text, fields_of(access)) : line(message));
+  }
 
   /// Idempotent.
   void end() {
@@ -60,21 +105,46 @@ class LogSink final : public spdlog::sinks::base_sink<std::mutex> {
       repeated_lines.fetch_add(1, std::memory_order_relaxed);
       return;
     }
-    put(message);
+    say(message);
   }
   void flush_() override {}
 
   /// Under the sink's mutex.
   bool may_say(std::string_view text, Clock::time_point now) {
     tell(limiter_.forget(now));
-    return limiter_.take(text.substr(0, text.find(" request=")), now).has_value();
+    return limiter_.take(text.substr(0, text.find(kRequest)), now).has_value();
+  }
+
+  /// As the pattern has it: all of a line of text, an object's time.
+  std::string formatted(const spdlog::details::log_msg& message) {
+    spdlog::memory_buf_t buffer;
+    formatter_->format(message, buffer);
+    return {buffer.data(), buffer.size() - 1};  // without the end of line
+  }
+
+  std::string line(const spdlog::details::log_msg& message) {
+    return printable(formatted(message)) + "\n";
+  }
+
+  std::string object(const spdlog::details::log_msg& message, const std::string& text,
+                     const nlohmann::ordered_json& more) {
+    const auto level = spdlog::level::to_string_view(message.level);
+    nlohmann::ordered_json all = {{"time", formatted(message)},
+                                  {"level", std::string_view(level.data(), level.size())},
+                                  {"message", text}};
+    all.update(more);
+    return all.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace) + "\n";
   }
 
   /// Under the sink's mutex.
-  void put(const spdlog::details::log_msg& message) {
-    spdlog::memory_buf_t formatted;
-    formatter_->format(message, formatted);
-    std::string line = printable({formatted.data(), formatted.size() - 1}) + "\n";
+  void say(const spdlog::details::log_msg& message) {
+    if (form_ == Form::text) return put(line(message));
+    std::string text(message.payload.data(), message.payload.size());
+    const auto more = take_request(text);
+    put(object(message, text, more));
+  }
+
+  void put(std::string line) {
     const std::lock_guard lock(lines_mutex_);
     if (waiting_ + line.size() > kMostWaiting) {
       ++missing_;
@@ -87,7 +157,7 @@ class LogSink final : public spdlog::sinks::base_sink<std::mutex> {
   }
 
   void say(spdlog::level::level_enum level, const std::string& text) {
-    put(spdlog::details::log_msg("tind", level, text));
+    say(spdlog::details::log_msg("tind", level, text));
   }
 
   /// Under the sink's mutex.
@@ -160,6 +230,7 @@ class LogSink final : public spdlog::sinks::base_sink<std::mutex> {
     return true;
   }
 
+  const Form form_;
   const int fd_;
   LogLimiter limiter_{kWindow, kMostTexts, kEqualLines};
   std::mutex lines_mutex_;
@@ -171,14 +242,23 @@ class LogSink final : public spdlog::sinks::base_sink<std::mutex> {
   std::jthread writer_;                // last: it works on all of these
 };
 
-Log::Log(const std::string& level, int fd) : sink_(std::make_shared<LogSink>(fd)) {
+Log::Log(const std::string& level, Form form, int fd) : sink_(std::make_shared<LogSink>(form, fd)) {
   auto logger = std::make_shared<spdlog::logger>("tind", sink_);
-  logger->set_pattern("%Y-%m-%dT%H:%M:%S.%e%z %l %v");
+  const std::string time = "%Y-%m-%dT%H:%M:%S.%e%z";
+  logger->set_pattern(form == Form::text ? time + " %l %v" : time);
   logger->set_level(spdlog::level::from_str(level));
   spdlog::set_default_logger(std::move(logger));
 }
 
 Log::~Log() { sink_->end(); }
+
+void log_access(const Access& access) {
+  const spdlog::logger& logger = *spdlog::default_logger_raw();
+  if (!logger.should_log(spdlog::level::info)) return;
+  for (const auto& sink : logger.sinks())
+    if (auto* const own = dynamic_cast<LogSink*>(sink.get())) return own->log(access);
+  spdlog::info("{}", text_of(access));  // nobody made a Log
+}
 
 LogCounts log_counts() {
   return {dropped_lines.load(std::memory_order_relaxed),

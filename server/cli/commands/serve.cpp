@@ -344,7 +344,8 @@ Result<std::unique_ptr<http::Server>> listen_for_admin(const Config& config,
 int serve(const Config& config, const Options& options) {
   bound_memory();
   const bool had_terminal = has_terminal();
-  const logging::Log log(config.log_level);
+  const logging::Log log(config.log_level,
+                         config.log_format == "json" ? logging::Form::json : logging::Form::text);
   services::Catalog catalog;
   services::AccessGate gate;
   services::CatalogKeeper keeper(catalog, keeper_settings(options, source_pool(config), gate));

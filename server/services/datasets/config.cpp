@@ -28,7 +28,8 @@ Setting text(std::string name, std::string help, std::string Config::*field) {
 
 Setting choice(std::string name, std::string help, std::string Config::*field,
                std::vector<std::string> values) {
-  Setting setting = text(std::move(name), std::move(help), field);
+  Setting setting =
+      text(std::move(name), fmt::format("{}: {}", help, fmt::join(values, ", ")), field);
   setting.set = [field, values](Config& config, std::string_view value) -> Result<void> {
     if (std::ranges::find(values, value) == values.end())
       return fail(Errc::invalid_argument,
@@ -324,6 +325,7 @@ std::vector<Setting> make_table() {
       toggle("as-root", "serve also as root, which else is refused", &Config::as_root),
       choice("log-level", "how much to log", &Config::log_level,
              {"debug", "info", "warn", "error", "off"}),
+      choice("log-format", "how a line of the log looks", &Config::log_format, {"text", "json"}),
       text("jobs-dir",
            "folder that keeps jobs and their results over restarts; without it they end with the "
            "daemon",

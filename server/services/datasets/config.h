@@ -38,7 +38,7 @@ struct Config {
   std::string index_dir;  // empty: default_index_dir()
   bool access_log = false;
   bool as_root = false;
-  std::string log_level = "info";
+  std::string log_level = "info", log_format = "text";
   std::string jobs_dir;  // empty: a temporary one
   int jobs = 1;          // that run at a time; 0: none at all
   int jobs_waiting = 64;
