@@ -7,29 +7,26 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "proto/base64.h"
 #include "server/log/printable.h"
+#include "server/services/jobs/job_messages.h"
 #include "terrain/base/file_io.h"
 
 namespace tind::services {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 constexpr int kMostAttempts = 2;  // it, or the daemon, may be killed once while it runs
 constexpr const char* kTemporary = "tind-jobs-";
 constexpr auto kSweep = std::chrono::minutes(1);
-constexpr std::size_t kLongestMessage = 500;
 constexpr const char* kAboutToEnd = "the daemon is about to end";
 /// Of the command line: where its input does not allow what it was to do. So ends what takes more
 /// than jobs may.
@@ -55,16 +52,6 @@ std::string new_id() {
   return id;
 }
 
-std::string text_of(const JobOrder& order) {
-  Json outputs = Json::array();
-  for (const JobOrder::Output& o : order.outputs)
-    outputs.push_back({{"name", o.name}, {"file", o.file}, {"type", o.media_type}});
-  return Json{{"arguments", order.arguments},   {"files", order.files},
-              {"encoded", order.encoded_files}, {"names", order.names},
-              {"outputs", std::move(outputs)},  {"document", order.document}}
-      .dump();
-}
-
 std::uint64_t bytes_in(const std::string& folder) {
   std::uint64_t sum = 0;
   std::error_code error;
@@ -72,70 +59,6 @@ std::uint64_t bytes_in(const std::string& folder) {
        file.increment(error))
     if (file->is_regular_file(error)) sum += file->file_size(error);
   return sum;
-}
-
-void replace_all(std::string& text, const std::string& what, const std::string& with) {
-  if (what.empty()) return;
-  for (std::size_t at = 0; (at = text.find(what, at)) != text.npos; at += with.size())
-    text.replace(at, what.size(), with);
-}
-
-/// "bounded: 30 %, 5 s left"
-std::optional<int> progress_in(std::string_view line) {
-  const std::size_t sign = line.find(" %");
-  if (sign == line.npos) return {};
-  std::size_t begin = sign;
-  while (begin > 0 && line[begin - 1] >= '0' && line[begin - 1] <= '9') --begin;
-  if (begin < 2 || line.substr(begin - 2, 2) != ": ") return {};
-  int value = 0;
-  const auto [end, error] = std::from_chars(line.data() + begin, line.data() + sign, value);
-  if (error != std::errc() || value > 100) return {};
-  return value;
-}
-
-/// Throws where it is not as text_of() writes it.
-void read_order(const Json& json, JobOrder& order) {
-  order.arguments = json.at("arguments").get<std::vector<std::string>>();
-  order.files = json.at("files").get<std::map<std::string, std::string>>();
-  if (const auto encoded = json.find("encoded"); encoded != json.end())  // of an older daemon: none
-    order.encoded_files = encoded->get<std::map<std::string, std::string>>();
-  order.names = json.at("names").get<std::vector<std::pair<std::string, std::string>>>();
-  for (const Json& o : json.at("outputs"))
-    order.outputs.push_back({o.at("name"), o.at("file"), o.at("type")});
-  order.document = json.at("document").get<bool>();
-}
-
-/// A message without the paths that are in it: they are for the log.
-std::string without_paths(std::string_view text) {
-  std::string out;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const bool begins = text[i] == '/' && (i == 0 || text[i - 1] == ' ' || text[i - 1] == '\'' ||
-                                           text[i - 1] == '"' || text[i - 1] == '(');
-    if (!begins) {
-      out += text[i];
-      continue;
-    }
-    out += "...";
-    while (i + 1 < text.size() && std::string_view(" ,;:)'\"").find(text[i + 1]) == text.npos) ++i;
-  }
-  return out;
-}
-
-/// Were these ended by somebody else, or by a system that had no memory left?
-bool from_outside(int signal) {
-  return signal == SIGKILL || signal == SIGTERM || signal == SIGINT || signal == SIGHUP;
-}
-
-constexpr const char* kTooLarge =
-    "its result is larger than those of jobs may be: ask for fewer triangles";
-
-std::string why_killed(int signal) {
-  if (signal == SIGXCPU) return "it took more CPU time than jobs may: ask for a smaller area";
-  if (signal == SIGXFSZ) return kTooLarge;
-  if (from_outside(signal))
-    return "it was ended from outside, twice: by the operator, or by a system that had no memory "
-           "left";
-  return "it ended by a fault, which is a bug; the log has its number";
 }
 
 /// Removes the temporary folders of daemons of this user that were killed. A list that no daemon
@@ -158,31 +81,6 @@ void remove_leftovers(const fs::path& among) {
 }
 
 }  // namespace
-
-namespace {
-
-/// An order without what its program was given, which nobody reads once it has ended, and which
-/// would make every look at the list as large as what was sent.
-std::string without_files(const Job& job) {
-  JobOrder order = order_of(job);
-  if (order.arguments.empty() || (order.files.empty() && order.encoded_files.empty()))
-    return job.order;
-  order.files.clear(), order.encoded_files.clear();
-  return text_of(order);
-}
-
-}  // namespace
-
-JobOrder order_of(const Job& job) {
-  JobOrder order;
-  order.process = job.process, order.client = job.client;
-  try {
-    read_order(Json::parse(job.order), order);
-  } catch (const Json::exception&) {  // somebody else has written into the list
-    order.arguments.clear(), order.outputs.clear();
-  }
-  return order;
-}
 
 Result<std::unique_ptr<Jobs>> Jobs::open(const std::string& folder, const std::string& program,
                                          const JobLimits& limits) {
@@ -311,12 +209,9 @@ Result<Job> Jobs::submit(const JobOrder& order, Done done, std::stop_token gone)
   Job& job = live->job;
   job.id = new_id();
   job.process = order.process, job.client = order.client;
-  try {
-    job.order = text_of(order);
-  } catch (const Json::exception&) {
-    return fail(Errc::unsupported,
-                "the name of the DEM's file is no UTF-8, which jobs cannot keep");
-  }
+  auto text = text_of(order);
+  if (!text) return std::unexpected(text.error());
+  job.order = std::move(*text);
   job.created_ms = job.updated_ms = now_ms();
   live->done = std::move(done);
   drop_left();
@@ -518,10 +413,7 @@ void Jobs::run(const std::shared_ptr<Live>& live, const std::stop_token& stop) {
     }
     return put_back(live);
   }
-  for (const auto& [path, name] : order.names) replace_all(said, path, name);
-  replace_all(said, folder + "/", "");
-  said = without_paths(said);
-  if (said.size() > kLongestMessage) said.resize(kLongestMessage);
+  said = for_client(std::move(said), folder, order.names);
   const auto& limits = limits_.each;
   const auto too_much = [&](std::string why) {
     {
@@ -547,7 +439,7 @@ void Jobs::run(const std::shared_ptr<Live>& live, const std::stop_token& stop) {
   }
   if (ended->code == 0) return end(live, JobStatus::successful, "done");
   if (ended->code == kCannotWrite && said.find(std::strerror(EFBIG)) != said.npos)
-    return too_much(kTooLarge);
+    return too_much(kResultTooLarge);
   if (said.find("std::bad_alloc") != said.npos)
     return too_much("it took more memory than jobs may, " +
                     std::to_string(limits.memory_bytes >> 20) + " MB: ask for a smaller area");
@@ -584,7 +476,7 @@ void Jobs::put_back(const std::shared_ptr<Live>& live) {
 }
 
 void Jobs::end(const std::shared_ptr<Live>& live, JobStatus status, std::string message) {
-  const std::string order = without_files(live->job);
+  const std::string order = order_without_files(live->job);
   for (;;) {
     std::error_code ignored;
     if (live->dismissed) status = JobStatus::dismissed, message = "dismissed";

@@ -23,6 +23,7 @@
 
 #include "server/services/jobs/child_process.h"
 #include "server/services/jobs/job.h"
+#include "server/services/jobs/job_order.h"
 #include "server/services/jobs/job_store.h"
 #include "terrain/base/result.h"
 
@@ -36,28 +37,6 @@ struct JobLimits {
   std::chrono::seconds kept{24 * 3600};                 // after their end
   ChildLimits each{};                                   // file_bytes: of its results, too
 };
-
-/// What is to be done: words for the program that the daemon is, and files.
-struct JobOrder {
-  std::string process;
-  std::string client;
-  /// In the job's folder, where it also writes its results. No word comes from a client as it was
-  /// sent.
-  std::vector<std::string> arguments;
-  std::map<std::string, std::string> files;          // to be there first: name and content
-  std::map<std::string, std::string> encoded_files;  // the same, of bytes: content in base64
-  /// What a client may be told in place of a text in the program's messages: names for paths.
-  std::vector<std::pair<std::string, std::string>> names;
-  /// Of the results: what it is called, its file, its media type.
-  struct Output {
-    std::string name, file, media_type;
-  };
-  std::vector<Output> outputs;  // those that are wanted
-  bool document = false;        // all of them as one JSON, in place of the only one as it is
-};
-
-/// The order of a job; one without arguments where it cannot be read.
-JobOrder order_of(const Job&);
 
 class Jobs {
  public:

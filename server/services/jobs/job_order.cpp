@@ -1,0 +1,58 @@
+#include "server/services/jobs/job_order.h"
+
+#include <nlohmann/json.hpp>
+
+namespace tind::services {
+namespace {
+
+using Json = nlohmann::json;
+
+/// Throws where it is not as text_of() writes it.
+void read_order(const Json& json, JobOrder& order) {
+  order.arguments = json.at("arguments").get<std::vector<std::string>>();
+  order.files = json.at("files").get<std::map<std::string, std::string>>();
+  if (const auto encoded = json.find("encoded"); encoded != json.end())  // of an older daemon: none
+    order.encoded_files = encoded->get<std::map<std::string, std::string>>();
+  order.names = json.at("names").get<std::vector<std::pair<std::string, std::string>>>();
+  for (const Json& o : json.at("outputs"))
+    order.outputs.push_back({o.at("name"), o.at("file"), o.at("type")});
+  order.document = json.at("document").get<bool>();
+}
+
+}  // namespace
+
+Result<std::string> text_of(const JobOrder& order) {
+  Json outputs = Json::array();
+  for (const JobOrder::Output& o : order.outputs)
+    outputs.push_back({{"name", o.name}, {"file", o.file}, {"type", o.media_type}});
+  const Json json = {{"arguments", order.arguments},   {"files", order.files},
+                     {"encoded", order.encoded_files}, {"names", order.names},
+                     {"outputs", std::move(outputs)},  {"document", order.document}};
+  try {
+    return json.dump();
+  } catch (const Json::exception&) {
+    return fail(Errc::unsupported,
+                "the name of the DEM's file is no UTF-8, which jobs cannot keep");
+  }
+}
+
+JobOrder order_of(const Job& job) {
+  JobOrder order;
+  order.process = job.process, order.client = job.client;
+  try {
+    read_order(Json::parse(job.order), order);
+  } catch (const Json::exception&) {  // somebody else has written into the list
+    order.arguments.clear(), order.outputs.clear();
+  }
+  return order;
+}
+
+std::string order_without_files(const Job& job) {
+  JobOrder order = order_of(job);
+  if (order.arguments.empty() || (order.files.empty() && order.encoded_files.empty()))
+    return job.order;
+  order.files.clear(), order.encoded_files.clear();
+  return text_of(order).value_or(job.order);
+}
+
+}  // namespace tind::services
