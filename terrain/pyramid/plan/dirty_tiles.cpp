@@ -472,13 +472,13 @@ DirtyTiles dirty_tiles(const MadeOf& before, const MadeOf& after, const TileOrde
                         std::max(bent_m(before), bent_m(after)),
                         std::max(margin_m(before), margin_m(after)),
                         found.flags};
-  mark_other_depth(marking);
   std::vector<bool> kept(before.layers.size()), known(after.layers.size());
   for (const auto& [i, j] : pairs) kept[i] = known[j] = true;
   // A plan is a function of grids, bounds of errors, the range of heights and the options.
   if (!same_grids || !same_errors || !same_range(before.plan.range(), after.plan.range()))
     for (std::size_t k = 0; k < ids.size(); ++k)
       found.flags[k] = !same_plan(before.plan, after.plan, ids[k]);
+  mark_other_depth(marking);  // after what sets all flags
   for (std::size_t i = 0; i < kept.size(); ++i)
     if (!kept[i]) mark_reached(marking, before, i);
   for (std::size_t j = 0; j < known.size(); ++j) {

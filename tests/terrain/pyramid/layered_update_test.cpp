@@ -254,6 +254,23 @@ TEST_F(IndexedLayeredUpdateTest, makes_again_what_a_file_reaches_and_no_more) {
   expect_updated(parts, "a file of the town goes", first->tiles / 8);
 }
 
+/// A town makes its surroundings rest on the index: tiles beside those, which it does not reach,
+/// have other normals along the edge that they share.
+TEST_F(IndexedLayeredUpdateTest, a_second_town_far_from_the_first_changes_its_neighbours_too) {
+  exact_posts_ = 1 << 16;
+  const auto town = [](const char* name, double lon, double lat) {
+    return Part{name, "EPSG:4326", lon, lat, 0.0005, 200, {{0, 0, 300, 300}}};
+  };
+  std::vector<Part> parts = {{"land", "EPSG:4326", -2, 56, 0.125, 1500, {{0, 0, 193, 145}}},
+                             town("first", 2.8, 42.15)};
+  ASSERT_TRUE(build(parts, "tiles"));
+  parts.push_back(town("second", 14, 50.65));
+  const auto report = build(parts, "tiles");
+  ASSERT_TRUE(report) << report.error().what;
+  EXPECT_EQ(report->update.everything, "");
+  expect_like_fresh(parts, "tiles");
+}
+
 /// What is far from a change stays.
 TEST_F(LayeredUpdateTest, a_file_that_comes_or_goes_makes_again_what_it_reaches_and_no_more) {
   std::vector<Part> parts = world(4);
