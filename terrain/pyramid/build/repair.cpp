@@ -213,6 +213,9 @@ Result<RepairReport> repair_tiles(const Surface& surface, const std::string& loc
       auto locked = lock_store(location);
       if (!locked) return std::unexpected(locked.error());
       folder = std::move(*locked);
+      const auto now = open_store(location)->record();  // nobody changes it any more
+      if (!now || encode(*now) != encode(*record))
+        return fail(Errc::busy, location + " has just got other tiles: run it again");
     }
     return std::make_unique<MendedLock>(location, *record, std::move(folder));
   };

@@ -81,24 +81,20 @@ class FolderStore : public TileStore {
   std::string tile_name(TileId id) const override { return folder::tile_path(base_, id); }
   bool remote() const override { return false; }
 
-  Result<Bytes> layer_json() const override {
-    if (moving_) {
-      auto bytes = read_stored_file(base_ + folder::kReady + folder::kLayer);
-      if (bytes) return bytes;
-    }
-    return read_stored_file(layer_name());
-  }
+  Result<Bytes> layer_json() const override { return read_beside(folder::kLayer); }
   std::optional<BuildRecord> record() const override {
-    const auto bytes = read_stored_file(base_ + folder::kRecord);
+    const auto bytes = record_text();
     if (!bytes) return {};
     return decode_build_record(text_of(*bytes));
   }
 
   Result<std::string> kept_blocks() const override {
-    const auto bytes = read_stored_file(base_ + folder::kRecord);
+    const auto bytes = record_text();
     if (!bytes && bytes.error().code != Errc::not_found) return std::unexpected(bytes.error());
     const auto made = bytes ? decode_build_record(text_of(*bytes)) : std::nullopt;
     if (!made || made->heights.empty()) return TileStore::kept_blocks();
+    if (moving_)
+      if (auto blocks = tind::kept_blocks(base_ + folder::kReady, *made)) return blocks;
     return tind::kept_blocks(base_, *made);
   }
 
@@ -141,7 +137,28 @@ class FolderStore : public TileStore {
     return ledger_;
   }
   Result<Bytes> look_again(TileId, Result<Bytes> found) const;
+  Result<Bytes> read_beside(const std::string& name) const;
+  Result<Bytes> record_text() const;
 };
+
+/// A file beside the tiles: where an update has it, as long as that moves in.
+Result<Bytes> FolderStore::read_beside(const std::string& name) const {
+  if (moving_)
+    if (auto bytes = read_stored_file(base_ + folder::kReady + name)) return bytes;
+  return read_stored_file(base_ + name);
+}
+
+/// Fails with busy where the folder has got another record since this was opened: it says nothing
+/// of these tiles.
+Result<Bytes> FolderStore::record_text() const {
+  auto bytes = read_beside(folder::kRecord);
+  const auto known = ledger();
+  if (!bytes || !known || known->belongs_to(text_of(*bytes))) return bytes;
+  const auto now = in_force(base_);
+  if (now.ledger && now.ledger->record() != known->record())
+    return fail(Errc::busy, base_ + " has got other tiles: ask again in a moment");
+  return bytes;  // damaged, or changed by somebody else: faults() says so
+}
 
 /// For a tile that is not as the ledger says: the folder may have got a new ledger of the same
 /// record, or the tile may be on its way.
@@ -196,7 +213,8 @@ Result<std::optional<StoreListing>> FolderStore::list() const {
       it.disable_recursion_pending();  // an update on the way: no part of the set yet
     if (it->path().extension() != folder::kTileSuffix) {
       if (it.depth() > 0 ? it->is_directory(error) || !folder::is_level(*relative.begin())
-                         : folder::is_own_name(relative.string(), blocks))
+                         : folder::is_own_name(relative.string(), blocks) ||
+                               (moving_ && folder::is_blocks(it->path())))
         continue;
       listing.others.push_back(relative.string() + (it->is_directory(error) ? "/" : ""));
       continue;
@@ -227,7 +245,7 @@ std::vector<StoreFault> FolderStore::faults() const {
   const auto made = record();
   if (!made || made->heights.empty()) return faults;
   const std::string blocks = folder::kBlocks + made->heights;
-  const auto bytes = read_stored_file(base_ + blocks);
+  const auto bytes = read_beside(blocks);
   if (!bytes)
     faults.push_back({StoreFault::In::blocks, own_name(blocks), "cannot be read"});
   else if (!SourceBlocks::whole(text_of(*bytes), made->heights))

@@ -12,7 +12,10 @@
 #include <set>
 
 #include "terrain/pyramid/build/build.h"
+#include "terrain/pyramid/build/repair.h"
 #include "terrain/raster/source_blocks.h"
+#include "terrain/store/copy/copy_store.h"
+#include "terrain/store/open/open_store.h"
 #include "terrain/store/open/stored_tiles.h"
 #include "tests/support/support.h"
 
@@ -322,6 +325,15 @@ TEST_F(UpdateTest, killed_while_it_moves_it_ends_the_same) {
       ASSERT_TRUE(tile) << n << " " << tile.error().what;
       EXPECT_EQ(std::string(tile->bytes.begin(), tile->bytes.end()), bytes) << n << " " << path;
     }
+    // And so is what it was made of: a copy is of the update alone, and nobody mends it by the old.
+    const std::string copy = folder_.file("copy");
+    fs::remove_all(copy);
+    const auto copied = copy_store(*open_store((folder_.path() / "tiles").string()), copy, {});
+    ASSERT_TRUE(copied) << copied.error().what;
+    EXPECT_EQ(files("copy"), wanted) << n;
+    const auto mended = repair_tiles(dem(world()), folder_.file("tiles"), 1);
+    ASSERT_FALSE(mended) << n;
+    EXPECT_THAT(mended.error().what, testing::HasSubstr("the heights are others by now")) << n;
     const auto report = build(grid, "tiles");
     EXPECT_EQ(report.built, 0u) << n;
     EXPECT_EQ(files("tiles"), wanted) << n;
