@@ -1,29 +1,13 @@
 #include "terrain/pyramid/plan/plan_source.h"
 
-#include <unistd.h>
+#include <optional>
+#include <utility>
 
-#include <atomic>
-#include <filesystem>
-
+#include "terrain/base/temporary_folder.h"
 #include "terrain/pyramid/plan/kept_range.h"
 #include "terrain/surface/surface_blocks.h"
 
 namespace tind {
-
-namespace {
-
-/// A name for a file that nobody else will ask for.
-std::string passing_path() {
-  static std::atomic<unsigned> count{0};
-  std::error_code error;
-  auto folder = std::filesystem::temp_directory_path(error);
-  if (error) folder = "/tmp";
-  return (folder /
-          ("tind-" + std::to_string(::getpid()) + "-" + std::to_string(count++) + ".residuals"))
-      .string();
-}
-
-}  // namespace
 
 Result<std::shared_ptr<const ResidualIndex>> index_for(const Surface& surface, const TilePlan& plan,
                                                        const std::string& path, int threads,
@@ -31,12 +15,14 @@ Result<std::shared_ptr<const ResidualIndex>> index_for(const Surface& surface, c
                                                        std::span<const IndexPart> parts) {
   const IndexDepth& depth = plan.index_depth();
   if (depth.level() < 0) return nullptr;
-  const std::string file = path.empty() ? passing_path() : path;
-  auto index = ResidualIndex::open_or_make(file, surface, depth, threads, progress, parts);
-  if (path.empty()) {  // what is open stays readable
-    ::unlink(file.c_str());
-    ::unlink((file + ".part").c_str());
+  std::optional<TemporaryFolder> passing;  // what is open stays readable when it goes
+  if (path.empty()) {
+    auto folder = TemporaryFolder::make("index");
+    if (!folder) return std::unexpected(folder.error());
+    passing.emplace(std::move(*folder));
   }
+  const std::string file = passing ? passing->path() + "/residuals" : path;
+  auto index = ResidualIndex::open_or_make(file, surface, depth, threads, progress, parts);
   if (!index) return fail("the residual index of " + surface.info().files.front(), index.error());
   return index;
 }

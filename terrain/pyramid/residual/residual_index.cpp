@@ -445,7 +445,7 @@ Result<std::shared_ptr<const ResidualIndex>> ResidualIndex::open_or_make(
   if (auto there = open(path, surface, depth)) return there;
   const std::string part = path + ".part";
   auto index = ResidualFile::blank(part, depth);
-  index->file_ = ::open(part.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  index->file_ = ::open(part.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
   if (index->file_ < 0) return fail(Errc::io, part + ": " + std::strerror(errno));
   while (::flock(index->file_, LOCK_EX | LOCK_NB) != 0) {  // another process is at it
     if (progress.stopped()) return fail(Errc::cancelled, "stopped");
@@ -476,7 +476,8 @@ Result<void> make_index_part(const IndexPart& part, const std::string& unfinishe
       there && ResidualFile::has_just(**there, ids))
     return {};
   auto index = ResidualFile::blank(unfinished_path, depth);
-  index->file_ = ::open(unfinished_path.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  index->file_ =
+      ::open(unfinished_path.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0666);
   if (index->file_ < 0) return fail(Errc::io, unfinished_path + ": " + std::strerror(errno));
   auto made =
       ResidualFile(surface, index).make_part(header_of_part(part, depth), ids, threads, progress);

@@ -6,40 +6,14 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
-#include <filesystem>
 #include <utility>
+
+#include "terrain/base/temporary_folder.h"
 
 namespace tind {
 
 namespace {
-
-namespace fs = std::filesystem;
-
-/// Goes with all that is in it.
-class TemporaryFolder {
- public:
-  static Result<TemporaryFolder> make() {
-    std::error_code error;
-    const fs::path above = fs::temp_directory_path(error);
-    std::string path = ((error ? fs::path("/tmp") : above) / "tind-archive-XXXXXX").string();
-    if (!::mkdtemp(path.data()))
-      return fail(Errc::io, "cannot make a folder " + path + ": " + std::strerror(errno));
-    return TemporaryFolder(std::move(path));
-  }
-  TemporaryFolder(TemporaryFolder&& other) noexcept : path_(std::exchange(other.path_, {})) {}
-  TemporaryFolder& operator=(TemporaryFolder&&) = delete;
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    if (!path_.empty()) fs::remove_all(path_, ignored);
-  }
-  const std::string& path() const { return path_; }
-
- private:
-  explicit TemporaryFolder(std::string path) : path_(std::move(path)) {}
-  std::string path_;
-};
 
 /// A whole file as bytes, which the system reads when they are looked at. The file is ours alone.
 class MappedFile {
@@ -110,7 +84,7 @@ Result<std::unique_ptr<ArchiveWriter>> write_object_archive(const std::string& u
                                                             const std::string& name,
                                                             const remote::Objects& objects,
                                                             const WriteArchive& write) {
-  auto folder = TemporaryFolder::make();
+  auto folder = TemporaryFolder::make("archive");
   if (!folder) return std::unexpected(folder.error());
   std::string file = folder->path() + "/" + name;
   auto writer = write(file);

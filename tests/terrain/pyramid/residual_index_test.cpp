@@ -2,12 +2,18 @@
 
 #include "terrain/pyramid/residual/residual_index.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <random>
 
+#include "terrain/base/file_io.h"
+#include "terrain/pyramid/plan/plan_source.h"
 #include "terrain/pyramid/residual/residual_scan.h"
 #include "terrain/surface/rim_samples.h"
 #include "tests/support/layered_world.h"
@@ -297,6 +303,37 @@ TEST(ResidualIndex, is_kept_and_made_anew_when_it_is_wrong) {
   EXPECT_TRUE(index_of(source, dir, 8)->made_now());
   EXPECT_EQ(ResidualIndex::open(path, source, 7).error().code, Errc::bad_data);  // other level
   EXPECT_EQ(ResidualIndex::open(dir.file("none"), source, 8).error().code, Errc::not_found);
+}
+
+/// Others may write there, too, and may know the number of this process.
+TEST(ResidualIndex,
+     where_nothing_is_kept_is_in_a_folder_of_its_own_in_the_one_for_temporary_files) {
+  const MadeUpSource source(test::terrain_with_voids(300, 200, 6), {10.123, 45.9}, 0.00131);
+  const TempDir temporary, other;
+  const std::string victim = other.file("victim");
+  std::ofstream(victim) << "mine";
+  for (int n = 0; n < 20; ++n)
+    for (const char* ending : {".residuals", ".residuals.part"})
+      std::filesystem::create_symlink(
+          victim, temporary.file(fmt::format("tind-{}-{}{}", ::getpid(), n, ending)));
+  const char* const was = std::getenv("TMPDIR");
+  const std::string before = was ? was : "";
+  ::setenv("TMPDIR", temporary.path().c_str(), 1);
+  const auto plan = plan_source(source, {.exact_posts = 2000}, "");
+  if (was)
+    ::setenv("TMPDIR", before.c_str(), 1);
+  else
+    ::unsetenv("TMPDIR");
+  ASSERT_TRUE(plan) << plan.error().what;
+  ASSERT_NE(plan->index(), nullptr);
+  EXPECT_EQ(read_whole_file(victim).value_or(""), "mine");
+  const std::filesystem::directory_iterator left(temporary.path());
+  EXPECT_EQ(std::distance(begin(left), end(left)), 40) << "what was planted, and nothing else";
+
+  const std::string path = other.file("index");  // nor a link where it is kept
+  std::filesystem::create_symlink(victim, path + ".part");
+  EXPECT_FALSE(ResidualIndex::open_or_make(path, source, 8, 1));
+  EXPECT_EQ(read_whole_file(victim).value_or(""), "mine");
 }
 
 /// What tiles of layers are held to: the posts that decide, and then samples at rims.
