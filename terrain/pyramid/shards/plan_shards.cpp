@@ -13,6 +13,7 @@
 #include "terrain/pyramid/build/tile_work.h"
 #include "terrain/pyramid/plan/tile_version.h"
 #include "terrain/pyramid/residual/residual_index.h"
+#include "terrain/store/copy/copy_store.h"
 #include "terrain/surface/surface_blocks.h"
 #include "terrain/surface/tile_posts.h"
 
@@ -125,6 +126,12 @@ Result<ShardPlan> plan_shards(const Surface& surface, const BuildOptions& o, con
                               PlannedSource source, const Progress& progress) {
   const auto outline = TilePlan::make(surface, HeightRange{}, o.tiles);
   if (!outline) return std::unexpected(outline.error());
+  if (outline->tile_count() > kMostCopiedTiles)
+    return fail(Errc::out_of_range,
+                std::to_string(outline->tile_count()) + " tiles are more than the " +
+                    std::to_string(kMostCopiedTiles / 1'000'000) +
+                    " million that can be joined at the end: a larger --max-error, fewer --levels, "
+                    "or a plan for each part of the DEM");
   const auto shards = number_of_shards(*outline, wish);
   if (!shards) return std::unexpected(shards.error());
   const auto level = level_of_shards(*outline, *shards);

@@ -12,6 +12,7 @@
 #include "proto/json_text.h"
 #include "terrain/base/sha256.h"
 #include "terrain/raster/source_blocks.h"
+#include "terrain/store/copy/copy_store.h"
 #include "terrain/store/pmtiles/pmtiles_seal.h"
 
 namespace tind {
@@ -21,7 +22,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int kFormat = 1;
-constexpr std::uint64_t kMostTiles = 4'000'000'000;
 
 std::unexpected<Error> bad(const std::string& why) {
   return fail(Errc::bad_data, "no plan of tind plan-build, or damaged: " + why);
@@ -99,7 +99,7 @@ Result<ShardPlan> content_in(const Json& j) {
   const auto record = json::text(j, "record"), layer = json::text(j, "layer"),
              blocks = json::text(j, "blocks");
   const auto level = json::whole(j, "level", 0, tiling::kMaxLevel);
-  const auto top = json::whole(j, "top_tiles", 0, std::int64_t(kMostTiles));
+  const auto top = json::whole(j, "top_tiles", 0, std::int64_t(kMostCopiedTiles));
   const Json* const shards = json::member(j, "shards");
   if (!record || !layer || !blocks || !level || !top || !shards || !shards->is_array())
     return bad("a member is missing, or of another kind");
@@ -113,7 +113,7 @@ Result<ShardPlan> content_in(const Json& j) {
   for (const Json& s : *shards) {
     if (!s.is_array() || s.size() != 3) return bad("a shard");
     const auto subtrees = json::as_whole(s[0], 1, std::int64_t(kMostSubtrees)),
-               tiles = json::as_whole(s[1], 1, std::int64_t(kMostTiles)),
+               tiles = json::as_whole(s[1], 1, std::int64_t(kMostCopiedTiles)),
                cost = json::as_whole(s[2], 0);
     if (!subtrees || !tiles || !cost) return bad("a shard");
     p.shards.push_back({std::uint64_t(*subtrees), std::uint64_t(*tiles), std::uint64_t(*cost)});

@@ -29,7 +29,6 @@ namespace {
 namespace fs = std::filesystem;
 using Bytes = std::vector<std::uint8_t>;
 
-constexpr std::uint64_t kMostTiles = 400'000'000;
 constexpr std::size_t kChunk = 1024;  // tiles
 constexpr int kRemoteThreads = 8;     // mostly waiting for answers
 constexpr int kLevel = 10;            // of DEFLATE, as tind build --gzip has it
@@ -83,9 +82,9 @@ Result<Source> look_at_source(const TileStore& store, const CopyOptions& o) {
     from.areas.emplace_back(std::move(ranges));
     from.tiles += from.areas.back().size();
   }
-  if (from.tiles > kMostTiles)
+  if (from.tiles > kMostCopiedTiles)
     return fail(Errc::out_of_range, store.name() + " has more than " +
-                                        std::to_string(kMostTiles / 1'000'000) +
+                                        std::to_string(kMostCopiedTiles / 1'000'000) +
                                         " million tiles: copy what other programs copy");
   if (from.tiles == 0) return fail(Errc::bad_data, store.name() + " has no tiles");
   if (from.threads == 0 && store.remote()) from.threads = kRemoteThreads;

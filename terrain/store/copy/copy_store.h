@@ -11,6 +11,9 @@
 
 namespace tind {
 
+/// Tiles of one set, at most: what is made of more could not be copied, nor joined of shards.
+inline constexpr std::uint64_t kMostCopiedTiles = 400'000'000;
+
 struct CopyOptions {
   bool force = false;   // replace tiles that tind made of another source or otherwise
   int threads = 0;      // 0: one per core; eight where tiles come from a server or go to one

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <memory>
 #include <mutex>
+#include <optional>
 #include <utility>
 
 #include "terrain/store/folder/folder_contents.h"
@@ -50,12 +52,12 @@ class ObjectStore : public TileStore {
   Result<std::optional<StoreListing>> list() const override;
 
   std::optional<std::uint64_t> generation() const override {
-    const auto& known = ledger();
+    const auto known = ledger();
     if (!known) return {};
-    return known->record();
+    return (*known)->record();
   }
   Result<void> vouched_for() const override {
-    const auto& known = ledger();
+    const auto known = ledger();
     if (known || known.error().code == Errc::not_found) return {};
     return std::unexpected(known.error());
   }
@@ -65,26 +67,28 @@ class ObjectStore : public TileStore {
   const std::string base_;
   const remote::Objects objects_;
   mutable std::mutex mutex_;
-  mutable std::optional<Result<TileLedger>> ledger_;
+  mutable std::optional<Result<std::shared_ptr<const TileLedger>>> ledger_;
 
   Result<Bytes> read_object(const std::string& name) const {
     auto got = objects_.get(base_ + name, kLargestObject);
     if (!got) return std::unexpected(got.error());
     return std::move(got->bytes);
   }
-  const Result<TileLedger>& ledger() const;
+  Result<std::shared_ptr<const TileLedger>> ledger() const;
   Result<Bytes> damaged(TileId) const;
 };
 
 /// What is known once stays: a store gives tiles of one build. That a server did not answer is not
 /// known for good.
-const Result<TileLedger>& ObjectStore::ledger() const {
+Result<std::shared_ptr<const TileLedger>> ObjectStore::ledger() const {
   const std::lock_guard lock(mutex_);
-  if (ledger_ && (*ledger_ || ledger_->error().code == Errc::not_found)) return *ledger_;
+  if (ledger_) return *ledger_;
   const auto bytes = read_object(folder::kLedger);
-  ledger_.emplace(bytes ? TileLedger::of_bytes(text_of(*bytes), base_ + folder::kLedger)
-                        : Result<TileLedger>(std::unexpected(bytes.error())));
-  return *ledger_;
+  if (!bytes && bytes.error().code != Errc::not_found) return std::unexpected(bytes.error());
+  if (!bytes) return ledger_.emplace(std::unexpected(bytes.error()));
+  auto found = TileLedger::of_bytes(text_of(*bytes), base_ + folder::kLedger);
+  if (!found) return std::unexpected(found.error());
+  return ledger_.emplace(std::make_shared<const TileLedger>(std::move(*found)));
 }
 
 /// Why a tile is other than the ledger says.
@@ -92,7 +96,7 @@ Result<Bytes> ObjectStore::damaged(TileId id) const {
   const auto bytes = read_object(folder::kLedger);
   if (!bytes) return std::unexpected(bytes.error());
   const auto now = TileLedger::of_bytes(text_of(*bytes), base_ + folder::kLedger);
-  if (now && now->record() != ledger()->record())
+  if (const auto known = ledger(); now && known && now->record() != (*known)->record())
     return fail(Errc::busy, base_ + " has got other tiles: ask again in a moment");
   return fail(Errc::io, tile_name(id) +
                             " is not as the ledger beside it says: damaged, or changed "
@@ -108,13 +112,13 @@ Result<Bytes> ObjectStore::read(TileId id) const {
 }
 
 Result<StoredTile> ObjectStore::look_at(TileId id) const {
-  const auto& known = ledger();
+  const auto known = ledger();
   if (!known && known.error().code != Errc::not_found) return std::unexpected(known.error());
   auto got = objects_.get(tile_name(id), kLargestStored);
   if (!got) return std::unexpected(got.error());
   StoredTile tile{std::move(got->bytes), Vouched::by_nobody};
   if (!known) return tile;
-  const auto entry = known->find(id);
+  const auto entry = (*known)->find(id);
   tile.vouched = !entry                                    ? Vouched::not_listed
                  : entry->vouches_for(text_of(tile.bytes)) ? Vouched::yes
                                                            : Vouched::other_bytes;
@@ -143,12 +147,12 @@ Result<std::optional<StoreListing>> ObjectStore::list() const {
 }
 
 std::vector<StoreFault> ObjectStore::faults() const {
-  const auto& known = ledger();
+  const auto known = ledger();
   if (!known && known.error().code == Errc::not_found) return {};
   const std::string name = std::string(folder::kLedger).substr(1);
   if (!known) return {{StoreFault::In::ledger, name, known.error().what}};
   const auto text = read_object(folder::kRecord);
-  if (text && known->belongs_to(text_of(*text))) return {};
+  if (text && (*known)->belongs_to(text_of(*text))) return {};
   return {{StoreFault::In::ledger, std::string(folder::kRecord).substr(1),
            text ? "is not the record that the ledger belongs to" : text.error().what}};
 }

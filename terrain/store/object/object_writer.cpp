@@ -155,6 +155,11 @@ Result<void> ObjectWriter::put_record(const KeptBlocks& blocks) {
 }
 
 Result<void> ObjectWriter::claim(const TileWork& work, const Progress& progress) {
+  if (const std::size_t most = (kLargestObject - blank_.size()) / kLedgerPlace; ids_.size() > most)
+    return fail(Errc::out_of_range,
+                base_ + ": " + std::to_string(ids_.size()) + " tiles are more than the " +
+                    std::to_string(most) +
+                    " of which a prefix can keep hashes: name an archive there (X.pmtiles)");
   const auto there = objects_.list(base_ + "/");
   if (!there) return std::unexpected(there.error());
   const auto record = objects_.get(base_ + kRecord, kLargestObject);

@@ -8,11 +8,13 @@
 
 #include "terrain/base/file_io.h"
 #include "terrain/check/verify_store.h"
+#include "terrain/geo/tile_order.h"
 #include "terrain/raster/source_blocks.h"
 #include "terrain/store/copy/copy_store.h"
 #include "terrain/store/object/object_names.h"
 #include "terrain/store/open/open_store.h"
 #include "terrain/store/open/stored_tiles.h"
+#include "terrain/store/tile_writer.h"
 #include "tests/support/made_up_tiles.h"
 #include "tests/support/s3_stub.h"
 #include "tests/support/support.h"
@@ -234,6 +236,25 @@ TEST(ObjectFolder, WhatTindDidNotMakeStays) {
   ASSERT_FALSE(refused);
   EXPECT_THAT(refused.error().what, HasSubstr("readme.txt"));
   EXPECT_EQ(stub.objects().size(), 1u);
+}
+
+/// Before the first one, not when all are there and nobody can read what vouches for them.
+TEST(ObjectFolder, MoreTilesThanALedgerHasRoomForAreRefused) {
+  S3Stub stub;
+  S3Environment environment{stub, 20, 2};
+  std::vector<TileArea> areas(13);
+  const TileRange all{0, 0, tiling::columns(12) - 1, tiling::rows(12) - 1};
+  areas[12] = TileArea({all});
+  const TileOrder ids(areas, 12, 12);
+  std::vector<std::vector<proto::TileRange>> levels(13);
+  levels[12] = {{all.west, all.south, all.east, all.north}};
+  const TileWork work{.ids = ids, .levels = levels, .record = {}, .blocks = {}, .changes = {}};
+  auto place = lock_store("s3://bucket/large");
+  ASSERT_TRUE(place);
+  const auto writer = (*place)->claim(work, {});
+  ASSERT_FALSE(writer);
+  EXPECT_EQ(writer.error().code, Errc::out_of_range);
+  EXPECT_THAT(writer.error().what, HasSubstr("33554432 tiles are more than the 1677"));
 }
 
 TEST(ObjectFolder, AFolderThatAnybodyCopiedThereIsRead) {
