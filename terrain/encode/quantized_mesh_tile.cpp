@@ -71,6 +71,8 @@ std::vector<std::uint8_t> encode_quantized_mesh(const TileModel& tile) {
   q.water_mask = tile.water_mask;
   q.min_height = float(tile.heights.min);
   q.max_height = float(tile.heights.max());
+  // Else clients would decode other heights than were measured (finest_step(), height_steps.h).
+  assert(q.min_height == tile.heights.min && q.max_height == tile.heights.max());
   const CullingVolumes& volumes = tile.volumes;
   q.center = {volumes.center.x, volumes.center.y, volumes.center.z};
   q.bounding_sphere = {volumes.sphere_center.x, volumes.sphere_center.y, volumes.sphere_center.z,

@@ -41,8 +41,9 @@ inline HeightLattice height_lattice(const TileJob& job, double eps) {
   }
   low = std::max(low, job.level.lowest_m - 2 * eps);
   high = std::min(high, job.level.highest_m + 2 * eps);
-  const double step =
-      std::clamp(power_of_two_at_least((high - low) / 32766), 1.0 / 1024, job.steps.own);
+  const double finest = std::max(power_of_two_at_least((high - low) / 32766),
+                                 finest_step(std::max(std::abs(low), std::abs(high))));
+  const double step = std::min(finest, job.steps.own);
   return {std::floor(low / step) * step, step};
 }
 

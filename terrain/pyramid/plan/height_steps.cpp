@@ -14,8 +14,11 @@ namespace tind {
 
 namespace {
 
-constexpr double kSmallestStep = 1.0 / 1024;  // float32 headers hold its multiples up to 16 km
-constexpr double kLargestStep = 1;            // metres; no reason to round heights more coarsely
+constexpr double kSmallestStep = 1.0 / 1024;
+/// A float32 holds multiples of a step up to 2^24 of them; the highest one of a tile's 32767 steps
+/// lies that much above its heights.
+constexpr double kMostSteps = (1 << 24) - (1 << 15);
+constexpr double kLargestStep = 1;  // metres; no reason to round heights more coarsely
 /// What the coarsest step that there can be beside a tile may move its border, and more: half of
 /// 32 m, which hold heights to kFarthestHeight_m.
 constexpr double kMoved_m = 16;
@@ -81,15 +84,21 @@ Result<void> check_heights(const DemInfo& info, double low, double high) {
                           info.files.front(), low < -kFarthestHeight_m ? low : high));
 }
 
-double step_for(double error_m, double relief_m) {
-  return std::max(power_of_two_at_least(relief_m / 32767),
-                  std::clamp(power_of_two_at_most(error_m / 16), kSmallestStep, kLargestStep));
+double finest_step(double farthest_m) {
+  return std::max(kSmallestStep, power_of_two_at_least(farthest_m / kMostSteps));
+}
+
+double step_for(double error_m, double relief_m, double farthest_m) {
+  return std::max({power_of_two_at_least(relief_m / 32767),
+                   std::clamp(power_of_two_at_most(error_m / 16), kSmallestStep, kLargestStep),
+                   finest_step(farthest_m)});
 }
 
 double height_step(const LevelPlan& level, double low, double high) {
   // Half a band beyond either, and as much again for borders.
-  return step_for(level.fit_error_m,
-                  high - low + 4 * (level.fit_error_m + std::abs(level.offset_m)) + 2 * kMoved_m);
+  const double beyond = 4 * (level.fit_error_m + std::abs(level.offset_m)) + 2 * kMoved_m;
+  return step_for(level.fit_error_m, high - low + beyond,
+                  std::max(std::abs(low), std::abs(high)) + beyond);
 }
 
 Result<HeightSteps> height_steps(const Surface& surface, const TilePlan& plan, TileId id,

@@ -40,8 +40,12 @@ struct HeightSteps {
   std::array<std::array<double, 2>, 4> ends = {};  // of a side: at its start, at its end
 };
 
-/// The step that an error asks for, or as much coarser as 32767 of them need to span `relief_m`.
-double step_for(double error_m, double relief_m);
+/// The finest step on which a tile's lowest and highest height are floats, which is what headers of
+/// tiles hold: of heights up to 16 km 1/1024. `farthest_m`: of its heights from 0.
+double finest_step(double farthest_m);
+/// The step that an error asks for, or as much coarser as 32767 of them need to span `relief_m`, or
+/// heights so far from 0 need.
+double step_for(double error_m, double relief_m, double farthest_m);
 /// That of heights between `low` and `high` with the errors of a level around them.
 double height_step(const LevelPlan&, double low, double high);
 

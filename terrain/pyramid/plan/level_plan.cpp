@@ -483,10 +483,11 @@ std::vector<LevelPlan> TilePlan::kinds_of(const Surface& surface, int z) const {
     const double fit = one ? level.fit_error_m
                            : strictest / (options_.side != Side::both ? 2 : 1);  // so has its step
     // Heights of a tile: posts, 0 where there are none, and half a band beyond either.
-    const double relief = std::max(high, 0.0) - std::min(low, 0.0) +
-                          2 * ((one ? level.fit_error_m : widest) + std::abs(level.offset_m)) +
-                          kSlack_m;
-    level.border_step_m = local_steps_ ? height_step(level, 0, 0) : step_for(fit, relief);
+    const double beyond =
+        2 * ((one ? level.fit_error_m : widest) + std::abs(level.offset_m)) + kSlack_m;
+    const double relief = std::max(high, 0.0) - std::min(low, 0.0) + beyond;
+    const double farthest = std::max(std::abs(low), std::abs(high)) + beyond;
+    level.border_step_m = local_steps_ ? height_step(level, 0, 0) : step_for(fit, relief, farthest);
     level.border_tolerance_m = kBorderShare * level.fit_error_m;
     level.curvature_cells = tind::curvature_cells(z);
     level.line_tolerance = line_tolerance(z, level.budget_m);
