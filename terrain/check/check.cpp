@@ -377,10 +377,10 @@ class LevelCheck {
     if (m.uncovered)
       report_.findings.add(rule("source.error"), where,
                            std::to_string(m.uncovered) + " posts are over no triangle");
-    constexpr double kRounding_m =
-        1e-6;  // arithmetic in slivers; the sixth digit is the last stated
-    side(r, m, where, kRounding_m + options_.source->info().rounding_m);
-    if (r.stated.max_error_m && m.max_error_m > *r.stated.max_error_m + kRounding_m)
+    // Arithmetic in slivers, more where they are steep; the sixth digit is the last stated.
+    const double rounding_m = 1e-6 + 2e-9 * m.max_error_m;
+    side(r, m, where, rounding_m + options_.source->info().rounding_m);
+    if (r.stated.max_error_m && m.max_error_m > *r.stated.max_error_m + rounding_m)
       report_.findings.add(rule("source.error"), where,
                            "post " + std::to_string(m.col) + ", " + std::to_string(m.row) + ": " +
                                metres(m.max_error_m) + ", stated " + metres(*r.stated.max_error_m));

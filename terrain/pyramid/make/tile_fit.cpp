@@ -31,6 +31,8 @@ constexpr int kFirstNodes = 128;          // a side of a lattice, that a mesh is
 constexpr int kOnlyNodes = 256;           // the same, where it will not
 constexpr double kFirstShare = 0.9;       // of the band, for a mesh that will be refined
 constexpr double kOnlyShare = 0.7;        // for one that will not
+constexpr double kAround = 1.6;           // posts, beside one that no mesh comes near
+constexpr double kMetresPerDegree = 111320;
 constexpr int kMostPasses = 4;            // that bring single cells of a lattice into the budget
 constexpr std::int64_t kMeshPosts = 320;  // posts a side that a mesh is fitted to at most
 
@@ -104,6 +106,10 @@ MesherOptions mesher_options(const TileJob& job, const HeightLattice& lattice, d
   o.lattice_step = o.search_step_min =
       job.lines.lines.empty() ? place_step : std::min(place_step, kLinePlaceStep);
   o.turns = !job.lines.lines.empty();
+  if (job.surrounds)
+    o.surround = kAround * job.spacing_m() * kTileExtent /
+                 (tiling::tile_degrees(job.id.level) * kMetresPerDegree) /
+                 std::min(1.0, x_scale(job));
   o.height_min = lattice.min;
   o.height_max = lattice.max();
   set_effort(tile_effort(job.plan.options().effort), o);
@@ -271,9 +277,15 @@ bool may_see_all(const TileJob& job, int step) {
   });
 }
 
+/// Beside lines edges turn instead.
+bool may_surround(const TileJob& job) {
+  return std::holds_alternative<BoundedOptions>(job.method) && job.lines.lines.empty();
+}
+
 /// Tries the cheapest fit first: to fewer posts, and to those of the others that are out of the
 /// band then; at last to all of them at once. Keeps the best.
 Result<TileMesh> fit_within_budget(TileJob& job, std::stop_token stop) {
+  job.surrounds = false;
   const double eps = (job.level.fit_error_m - margin_of(job)) * job.inner;
   const bool refines = job.whole && may_be_refined(job);
   Result<TileMesh> best = fail(Errc::internal, "no fit tried");
@@ -303,6 +315,8 @@ Result<TileMesh> fit_within_budget(TileJob& job, std::stop_token stop) {
       place = 1;  // very steep: here the place counts
     else if (step > 1 && may_see_all(job, step / 2))
       step /= 2, place = 0;  // slow, but what is out of the band may be what no fit has seen
+    else if (!job.surrounds && may_surround(job))
+      job.surrounds = true;  // steep within a few units of the grid
     else
       return best;
   }

@@ -50,9 +50,10 @@ struct TileJob {
   } posts;                         // all valid ones in the closed rectangle; its range: with
   std::vector<Vec3> beside;        // samples of H beside the posts of layers
   std::optional<TilePosts> whole;  // they, where not too many; offset as the level's
-  std::optional<ResidualLattice> lattice;      // stands for the posts, where there are very many
-  MethodOptions method;                        // that fits the mesh
-  double inner = 1;                            // share of the band that it gets
+  std::optional<ResidualLattice> lattice;  // stands for the posts, where there are very many
+  MethodOptions method;                    // that fits the mesh
+  double inner = 1;                        // share of the band that it gets
+  bool surrounds = false;  // where insertion gives up, the posts around become vertices
   std::shared_ptr<const HeldColours> colours;  // that it is to show; null: none
 
   TileJob(const Surface& s, const TilePlan& p, TileId t)

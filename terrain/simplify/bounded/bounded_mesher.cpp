@@ -39,7 +39,7 @@ BoundedMesher<S>::BoundedMesher(HalfedgeMesh mesh, const S& samples, const Meshe
 // --- insert --------------------------------------------------------------------------------------
 
 template <class S>
-void BoundedMesher<S>::insert(const Progress& progress) {
+InsertionOptions BoundedMesher<S>::insertion_options() const {
   InsertionOptions o;
   o.limit = eps_;
   o.x_scale = options_.x_scale;
@@ -49,7 +49,12 @@ void BoundedMesher<S>::insert(const Progress& progress) {
   o.lattice_max = options_.lattice_max;
   o.lattice_step = options_.lattice_step;
   o.height_step = options_.height_step;
-  DelaunayInsertion<S> insertion(mesh_, samples_, o);
+  return o;
+}
+
+template <class S>
+void BoundedMesher<S>::insert(const Progress& progress) {
+  DelaunayInsertion<S> insertion(mesh_, samples_, insertion_options());
   insertion.keep(lines_);
   insertion.run_passes(progress);
   stats_.inserted = insertion.insertions();
@@ -72,7 +77,7 @@ double BoundedMesher<S>::excess(const Vec3& a, const Vec3& b, const Vec3& c) con
 template <class S>
 bool BoundedMesher<S>::turn_if_better(Index h, double excess_here) {
   const Index twin = mesh_.twin(h), v = mesh_.origin(h), w = mesh_.dest(h);
-  if (twin == kNone || lines_->keeps(v, w)) return false;
+  if (twin == kNone || (lines_ && lines_->keeps(v, w))) return false;
   const Vec3 &a = mesh_.position(v), &b = mesh_.position(w);
   const Vec3 &c = mesh_.position(mesh_.apex(h)), &d = mesh_.position(mesh_.apex(twin));
   if (!surely_ccw(a, d, c) || !surely_ccw(d, b, c)) return false;
@@ -85,7 +90,7 @@ bool BoundedMesher<S>::turn_if_better(Index h, double excess_here) {
 /// on both sides may then have an edge just beside that vertex, and the triangle between is far too
 /// steep for what rounding took from the place: the edge that crosses it is a better one.
 template <class S>
-void BoundedMesher<S>::turn_edges_beside_lines(const Progress& progress) {
+void BoundedMesher<S>::turn_edges(const Progress& progress) {
   constexpr int kMostPasses = 8;
   bool turned = true;
   for (int pass = 0; pass < kMostPasses && turned && !progress.stopped(); ++pass) {
@@ -99,6 +104,44 @@ void BoundedMesher<S>::turn_edges_beside_lines(const Progress& progress) {
                  turn_if_better(h + 2, here) || turned;
     }
   }
+}
+
+/// The same of a peak a few units wide: where its neighbours are no vertices, because the mesh was
+/// flat there before, an edge that passes just beside it leaves room for no better one.
+template <class S>
+void BoundedMesher<S>::surround_peaks(const Progress& progress) {
+  constexpr std::size_t kMost = 4096;  // of which it is worth it
+  std::vector<Vec3> peaks;
+  for (Index t = 0; t < mesh_.halfedge_slots() / 3; ++t) {
+    if (!mesh_.alive_triangle(t)) continue;
+    const Vec3 &a = mesh_.position(mesh_.origin(3 * t)), &b = mesh_.position(mesh_.dest(3 * t)),
+               &c = mesh_.position(mesh_.apex(3 * t));
+    const auto [gx, gy] = gradient(a, b, c);
+    samples_.scan(a, b, c, [&](double x, double y, double z, std::size_t) {
+      if (std::abs(a.z + (gx * (x - a.x) + gy * (y - a.y)) - z) > eps_) peaks.push_back({x, y, z});
+      return true;
+    });
+  }
+  if (peaks.empty() || peaks.size() > kMost) return;
+  const std::vector<Vec3> origins = std::move(origin_);
+  DelaunayInsertion<S> insertion(mesh_, samples_, insertion_options());
+  insertion.keep(lines_);
+  for (const Vec3& p : peaks) {
+    const double r = options_.surround;
+    const Vec3 south_west{p.x - r, p.y - r, 0}, north_east{p.x + r, p.y + r, 0};
+    const auto add = [&](double x, double y, double z, std::size_t) {
+      const double most = options_.lattice_max;
+      if (x < 0 || y < 0 || x > most || y > most) return true;  // a neighbouring tile's
+      const double height = std::clamp(snap_height(z, options_.height_step), options_.height_min,
+                                       options_.height_max);
+      insertion.insert_point({std::round(x), std::round(y), height});
+      return true;
+    };
+    samples_.scan(south_west, {p.x + r, p.y - r, 0}, north_east, add);
+    samples_.scan(south_west, north_east, {p.x - r, p.y + r, 0}, add);
+  }
+  insert(progress);
+  for (Index v = 0; v < std::min(origins.size(), origin_.size()); ++v) origin_[v] = origins[v];
 }
 
 // --- sweep ---------------------------------------------------------------------------------------
@@ -420,7 +463,8 @@ void BoundedMesher<S>::decimate(const Progress& progress) {
 template <class S>
 void BoundedMesher<S>::run(const Progress& progress) {
   insert(progress);
-  if (lines_ && options_.turns) turn_edges_beside_lines(progress);
+  if (options_.surround > 0) surround_peaks(progress);
+  if (options_.turns) turn_edges(progress);
   progress.at(0.2);
   active_.assign(mesh_.vertex_slots(), 1);
   decimate(progress);

@@ -37,7 +37,9 @@ struct MesherOptions {
   double step_gain = 0;        // what a step of either must win, times eps
   int rounds = 1;              // rounds of moving vertices and sweeping again
   bool flips = false;          // each with a pass of edge flips between the two
-  bool turns = false;          // of edges beside lines that are kept, where insertion gave up
+  bool turns = false;          // of edges where insertion gave up, beside lines that are kept
+  /// Above 0: samples within so much of one at which insertion gave up become vertices, too.
+  double surround = 0;
 };
 
 struct BoundedStats {
@@ -86,8 +88,10 @@ class BoundedMesher {
   std::vector<std::uint8_t> frozen_;  // by vertex: keeps place and height (empty: none)
   std::vector<std::uint8_t> dirty_;   // by vertex: worth another try
 
+  InsertionOptions insertion_options() const;
   void insert(const Progress&);
-  void turn_edges_beside_lines(const Progress&);
+  void turn_edges(const Progress&);
+  void surround_peaks(const Progress&);
   bool turn_if_better(Index h, double excess_here);
   std::vector<Index> spatial_order() const;
   std::uint64_t sweep(bool search, const Progress&);

@@ -23,6 +23,7 @@
 #include "terrain/pyramid/plan/tile_version.h"
 #include "terrain/store/folder/tile_ledger.h"
 #include "terrain/store/open/stored_tiles.h"
+#include "tests/support/layered_world.h"
 #include "tests/support/made_up_source.h"
 #include "tests/support/support.h"
 
@@ -465,7 +466,7 @@ TEST(TileEpoch, is_raised_when_bytes_change) {
   }
   LedgerEntry digest;
   digest.take(all);
-  EXPECT_EQ(kTileEpoch, 7);
+  EXPECT_EQ(kTileEpoch, 8);
   EXPECT_EQ(digest.hash_low, 17119858931501931385u) << "other bytes: raise kTileEpoch";
 }
 
@@ -484,6 +485,46 @@ TEST(Tiles, a_spike_that_no_first_fit_sees_is_within_the_budget) {
   ASSERT_TRUE(report) << report.error().what;
   EXPECT_EQ(report->over_budget, 0u) << report->worst_over_budget_m;
   EXPECT_LE(report->levels[8].worst_error_m, report->levels[8].budget_m);
+}
+
+/// One post as high as a mountain, where the grid of a coarse tile has a dozen units between posts,
+/// and noise: what a mesh within the budget needs are other edges, not more vertices.
+TEST(Tiles, steep_posts_a_few_units_apart_are_within_the_budget) {
+  HeightGrid peak(3, 3, 0), low_peak(3, 3, 0);
+  peak.at(1, 1) = 9000, low_peak.at(1, 1) = 4000;
+  const std::shared_ptr<const DemSource> sources[] = {
+      std::make_shared<test::MadeUpSource>(peak, Geographic{10.3105, 47.0225}, 0.001),
+      std::make_shared<test::MadeUpSource>(low_peak, Geographic{10.01015, 45.02075}, 0.0003)};
+  for (const auto& source : sources) {
+    TempDir dir;
+    BuildOptions o;
+    o.output = dir.file("tiles");
+    o.tiles.first_level = 0, o.tiles.last_level = 9;  // deeper, the grid is too coarse indeed
+    const auto report = build_tiles(source, o);
+    ASSERT_TRUE(report) << report.error().what;
+    EXPECT_EQ(report->over_budget, 0u) << report->worst_over_budget_m;
+    test::expect_no_violation(o.output, Surface(source));
+  }
+}
+
+/// Heights of Mars, or of feet that are taken for metres: headers of tiles are floats, which have
+/// no thousandths of a metre there.
+TEST(Tiles, heights_beyond_sixteen_kilometres_are_stated_as_clients_decode_them) {
+  for (const double base : {16'350.0, 21'229.3, 29'029.0, -21'000.0})
+    for (const Side side : {Side::both, Side::above}) {
+      HeightGrid grid = test::rough_terrain(120, 120, 5, 7);
+      for (float& z : grid.values()) z += float(base);
+      const auto source =
+          std::make_shared<test::MadeUpSource>(std::move(grid), Geographic{7.1, 46.6}, 0.0002);
+      TempDir dir;
+      BuildOptions o;
+      o.output = dir.file("tiles");
+      o.tiles.side = side;
+      const auto report = build_tiles(source, o);
+      ASSERT_TRUE(report) << report.error().what;
+      SCOPED_TRACE(base);
+      test::expect_no_violation(o.output, Surface(source));
+    }
 }
 
 TEST(Tiles, a_pyramid_that_ends_elsewhere_has_its_bound_there) {
