@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -101,11 +102,22 @@ std::string extras_of(const MeshPlace& place) {
                    : j.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
+/// Of the file, or some more.
+std::uint64_t most_bytes(const Mesh& m) {
+  constexpr std::uint64_t kText = 1 << 20;
+  return 12 * (std::uint64_t(m.positions.size()) + m.normals.size() + m.colours.size() +
+               m.triangles.size()) +
+         8 * std::uint64_t(m.texcoords.size()) + 2 * m.place.crs_wkt.size() + kText;
+}
+
 }  // namespace
 
 Result<std::string> encode_glb(const Mesh& m) {
   if (m.triangles.empty())
     return fail(Errc::invalid_argument, "a mesh without triangles cannot be GLB");
+  if (most_bytes(m) > std::numeric_limits<std::uint32_t>::max())
+    return fail(Errc::out_of_range,
+                "a GLB has 4 GiB at most, its lengths are 32-bit: fewer triangles, or PLY");
   const Frame frame = frame_of(m);
   Glb glb;
   glb.origin = frame.origin;

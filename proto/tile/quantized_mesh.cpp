@@ -16,6 +16,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 
 #include "terrain/base/bytes.h"
 
@@ -69,6 +70,7 @@ void put_triangles(Writer& out, const QuantizedMesh& m) {
   for (const auto& triangle : m.triangles)
     for (const std::uint32_t index : triangle) {
       assert(index <= highest && index < m.u.size());
+      assert(highest - index <= std::numeric_limits<Index>::max());
       out.put(Index(highest - index));
       highest += index == highest;
     }
@@ -330,6 +332,11 @@ std::vector<std::uint32_t> edge_list(std::span<const std::uint16_t> across, std:
 }  // namespace
 
 void arrange(QuantizedMesh& m) {
+  // Once all of so many vertices are known, the first one's code would need a 17th bit.
+  if (m.u.size() == kLargest16Bit && !m.triangles.empty())
+    std::ranges::stable_partition(m.triangles, [first = m.triangles[0][0]](const auto& t) {
+      return std::ranges::find(t, first) != t.end();
+    });
   const std::vector<std::uint32_t> old_name = rename_in_first_use_order(m);
   permute(m.u, old_name);
   permute(m.v, old_name);

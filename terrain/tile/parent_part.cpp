@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 
 namespace tind {
@@ -51,6 +52,8 @@ class Cutter {
     const double s = (kMiddle - along(p)) / (along(q) - along(p));
     Vec3 v = p + (q - p) * s;
     (axis_ == 0 ? v.x : v.y) = kMiddle;
+    // An edge through the centre meets both lines there, not one of them a bit beside it.
+    if (double& other = axis_ == 0 ? v.y : v.x; std::abs(other - kMiddle) < 1e-6) other = kMiddle;
     // An edge along a side of the square keeps to it.
     if (p.x == q.x) v.x = p.x;
     if (p.y == q.y) v.y = p.y;

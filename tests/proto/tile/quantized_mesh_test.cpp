@@ -137,6 +137,15 @@ TEST(QuantizedMesh, IndicesGrowTo32BitsBeyond65536Vertices) {
   EXPECT_FALSE(why_not(unpadded).empty());
 }
 
+TEST(QuantizedMesh, OfThe65536VerticesThatHave16BitsTheFirstCanBeUsedAtTheEnd) {
+  QuantizedMesh m = grid(255);
+  ASSERT_EQ(m.u.size(), 65536u);
+  std::rotate(m.triangles.begin() + 1, m.triangles.begin() + 2, m.triangles.end());
+  ASSERT_EQ(m.triangles.front()[0], m.triangles.back()[0]);
+  arrange(m);
+  EXPECT_TRUE(must_decode(encode(m)) == m);
+}
+
 TEST(QuantizedMesh, ArrangeKeepsTheGeometry) {
   QuantizedMesh before = grid(9);
   const std::size_t used = before.u.size();
