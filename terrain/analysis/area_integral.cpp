@@ -225,24 +225,29 @@ std::vector<double> slabs(const Cell& cell, Valid valid, std::span<const RowEdge
   return ys;
 }
 
-/// A cell that edges go through.
+/// A cell that edges go through. `edges`: of its row, by low_y, so that each slab looks only at
+/// those that reach it.
 void take_rim_cell(Integrator& to, const Cell& cell, Valid valid, std::span<const RowEdge> edges) {
   const std::vector<double> ys = slabs(cell, valid, edges);
   struct Side {
     double middle, at_0, at_1;
   };
   std::vector<Side> sides;
+  std::vector<const RowEdge*> here;
+  std::size_t next = 0;
   for (std::size_t i = 1; i < ys.size(); ++i) {
     const double y0 = ys[i - 1], y1 = ys[i], middle = (y0 + y1) / 2;
     if (!(y1 > y0)) continue;
     sides.clear();
-    for (const RowEdge& e : edges) {
-      if (!(e.low_y <= cell.y + middle && cell.y + middle < e.high_y)) continue;
+    while (next < edges.size() && edges[next].low_y <= cell.y + middle)
+      here.push_back(&edges[next++]);
+    std::erase_if(here, [&](const RowEdge* e) { return e->high_y <= cell.y + middle; });
+    for (const RowEdge* const e : here) {
       const auto in_cell = [&](double y) {
-        return std::clamp(e.edge->x_at(cell.y + y) - cell.x, 0.0, 1.0);
+        return std::clamp(e->edge->x_at(cell.y + y) - cell.x, 0.0, 1.0);
       };
-      const double x = e.edge->x_at(cell.y + middle) - cell.x;
-      const bool crosses = e.east >= cell.x && e.west <= cell.x + 1 && x >= 0 && x <= 1;
+      const double x = e->edge->x_at(cell.y + middle) - cell.x;
+      const bool crosses = e->east >= cell.x && e->west <= cell.x + 1 && x >= 0 && x <= 1;
       sides.push_back(
           {x, crosses ? in_cell(y0) : in_cell(middle), crosses ? in_cell(y1) : in_cell(middle)});
     }
@@ -274,6 +279,7 @@ class RowOfCells {
       if (e->a.y <= middle() && middle() < e->b.y) crossings_.push_back(e->x_at(middle()));
     }
     std::ranges::sort(crossings_);
+    std::ranges::sort(edges_, {}, &RowEdge::low_y);
   }
 
   void take(std::span<const double> north, std::span<const double> south, Integrator& to) const {

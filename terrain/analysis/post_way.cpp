@@ -1,14 +1,19 @@
-// Nodes are doubled until the curve in the middle of each piece lies on the piece's own middle. A
-// smooth curve is farthest from its chord there, but for terms of a higher order.
+// Pieces become three until the curve at their thirds lies on them. There a smooth curve is nearly
+// as far from its chord as anywhere: 8/9 of it where it bends one way, 3/4 where it turns in the
+// middle, at which it would lie on the chord.
 
 #include "terrain/analysis/post_way.h"
 
 #include <cmath>
+#include <utility>
 
 namespace tind {
 namespace {
 
-constexpr std::size_t kMostPieces = std::size_t(1) << 22;
+constexpr double kAtThirds = 0.75;  // of the farthest
+/// What is not straight after so many rounds is no curve there: a meridian that goes on behind a
+/// pole.
+constexpr int kMostRounds = 15;
 
 /// As place_among_posts() has it: PROJ there and back is not exact, and a place on the DEM's rim is
 /// not beyond it.
@@ -18,53 +23,143 @@ Vec2 snapped(Vec2 p) {
   return p;
 }
 
-struct Nodes {
-  std::vector<WayNode> all;  // 2n + 1: those in between are middles
-  bool straight = true;      // every middle lies on its piece
+struct Node {
+  double share = 0;
+  Vec2 post;
 };
 
-Result<Nodes> nodes_of(const DemSource& dem, const Curve& curve, std::size_t pieces,
-                       double tolerance) {
-  const std::size_t count = 2 * pieces + 1;
-  std::vector<double> shares(count);
-  for (std::size_t i = 0; i < count; ++i) shares[i] = double(i) / double(count - 1);
-  std::vector<Geographic> places(count);
-  curve(shares, places);
-  std::vector<Vec2> posts(count);
-  dem.to_post(places, posts);
-  const double period = dem.info().wraps_longitude ? dem.info().period_cols : 0;
-  Nodes nodes;
-  for (std::size_t i = 0; i < count; ++i) {
-    if (!std::isfinite(posts[i].x) || !std::isfinite(posts[i].y))
-      return fail(Errc::invalid_argument,
-                  "the line goes where the projection of the DEM knows no places");
-    if (period > 0 && i > 0)
-      posts[i].x = posts[i - 1].x + std::remainder(posts[i].x - posts[i - 1].x, period);
-    nodes.all.push_back({shares[i], snapped(posts[i])});
+class Pieces {
+ public:
+  Pieces(const DemSource& dem, const Curve& curve, double tolerance)
+      : dem_(dem),
+        curve_(curve),
+        tolerance_(kAtThirds * tolerance),
+        period_(dem.info().period_cols) {}
+
+  /// Two nodes each, in order.
+  Result<std::vector<std::pair<Node, Node>>> straight(std::size_t first_pieces) {
+    std::vector<double> shares;
+    for (std::size_t i = 0; i <= first_pieces; ++i)
+      shares.push_back(double(i) / double(first_pieces));
+    const auto nodes = nodes_at(shares);
+    if (!nodes) return std::unexpected(nodes.error());
+    std::vector<Piece> pieces;
+    for (std::size_t i = 1; i < nodes->size(); ++i)
+      pieces.push_back({(*nodes)[i - 1], (*nodes)[i]});
+    bool all = false;
+    for (int round = 0; !all && round < kMostRounds; ++round) {
+      auto next = divided(pieces, all);
+      if (!next) return std::unexpected(next.error());
+      pieces = std::move(*next);
+    }
+    std::vector<std::pair<Node, Node>> out;
+    for (const Piece& p : pieces)
+      if (p.straight) out.emplace_back(p.from, p.to);
+    return out;
   }
-  for (std::size_t i = 1; i < count && nodes.straight; i += 2) {
-    const Vec2 &a = posts[i - 1], &m = posts[i], &b = posts[i + 1];
-    nodes.straight = std::hypot(m.x - (a.x + b.x) / 2, m.y - (a.y + b.y) / 2) <= tolerance;
+
+ private:
+  struct Piece {
+    Node from, to;
+    bool straight = false;
+  };
+
+  const DemSource& dem_;
+  const Curve& curve_;
+  const double tolerance_, period_;
+
+  Result<std::vector<Node>> nodes_at(const std::vector<double>& shares) const {
+    std::vector<Geographic> places(shares.size());
+    curve_(shares, places);
+    std::vector<Vec2> posts(shares.size());
+    dem_.to_post(places, posts);
+    std::vector<Node> nodes;
+    for (std::size_t i = 0; i < shares.size(); ++i) {
+      if (!std::isfinite(posts[i].x) || !std::isfinite(posts[i].y))
+        return fail(Errc::invalid_argument,
+                    "the line goes where the projection of the DEM knows no places");
+      nodes.push_back({shares[i], snapped(posts[i])});
+    }
+    return nodes;
   }
-  return nodes;
+
+  /// Columns of a DEM in degrees count around the globe.
+  Vec2 beside(Vec2 p, Vec2 other) const {
+    if (period_ > 0) p.x = other.x + std::remainder(p.x - other.x, period_);
+    return p;
+  }
+  bool lies_on(Vec2 p, Vec2 a, Vec2 b, double part) const {
+    return std::hypot(p.x - (a.x + part * (b.x - a.x)), p.y - (a.y + part * (b.y - a.y))) <=
+           tolerance_;
+  }
+
+  /// Those that are straight stay, others become three.
+  Result<std::vector<Piece>> divided(const std::vector<Piece>& pieces, bool& all_straight) const {
+    std::vector<double> shares;
+    for (const Piece& p : pieces)
+      for (const double part : {1.0 / 3, 2.0 / 3})
+        if (!p.straight) shares.push_back(p.from.share + part * (p.to.share - p.from.share));
+    const auto thirds = nodes_at(shares);
+    if (!thirds) return std::unexpected(thirds.error());
+    std::vector<Piece> next;
+    std::size_t at = 0;
+    all_straight = true;
+    for (const Piece& p : pieces) {
+      if (p.straight) {
+        next.push_back(p);
+        continue;
+      }
+      const Node &first = (*thirds)[at], &second = (*thirds)[at + 1];
+      at += 2;
+      const Vec2 a = p.from.post, one = beside(first.post, a), two = beside(second.post, one),
+                 b = beside(p.to.post, two);
+      if (lies_on(one, a, b, 1.0 / 3) && lies_on(two, a, b, 2.0 / 3)) {
+        next.push_back({p.from, {p.to.share, b}, true});
+        continue;
+      }
+      all_straight = false;
+      next.insert(next.end(), {{p.from, first}, {first, second}, {second, p.to}});
+    }
+    return next;
+  }
+};
+
+/// A DEM of a part of the globe is met in the turn where it lies: pieces are cut at the meridian
+/// that is farthest from it on both sides.
+void add_in_turn(const DemInfo& info, const Node& a, const Node& b, std::vector<WayPiece>& out) {
+  if (info.period_cols <= 0 || info.wraps_longitude) {
+    out.push_back({a.share, b.share, a.post, b.post});
+    return;
+  }
+  const double period = info.period_cols, seam = (double(info.cols - 1) + period) / 2;
+  const auto turns = [&](double x) { return std::floor((x - seam) / period) + 1; };
+  const auto add = [&](const Node& from, const Node& to) {
+    const double back = period * turns((from.post.x + to.post.x) / 2);
+    out.push_back(
+        {from.share, to.share, {from.post.x - back, from.post.y}, {to.post.x - back, to.post.y}});
+  };
+  const double first = turns(a.post.x), last = turns(b.post.x);
+  if (first == last) return add(a, b);
+  const double x = seam + std::min(first, last) * period;
+  const double t = (x - a.post.x) / (b.post.x - a.post.x);
+  const Node cut{a.share + t * (b.share - a.share), {x, a.post.y + t * (b.post.y - a.post.y)}};
+  add(a, cut);
+  add(cut, b);
 }
 
 }  // namespace
 
-Result<std::vector<WayNode>> straight_pieces(const DemSource& dem, const Curve& curve,
-                                             double tolerance_posts, std::size_t pieces) {
+Result<std::vector<WayPiece>> straight_pieces(const DemSource& dem, const Curve& curve,
+                                              double tolerance_posts, std::size_t pieces) {
   if (dem.info().crs_kind == CrsKind::none)
     return fail(Errc::invalid_argument, dem.info().files[0] +
                                             ": has no CRS, so it is not known where a line on the "
                                             "globe lies in it: say its CRS (--crs)");
-  for (;; pieces *= 2) {
-    auto nodes = nodes_of(dem, curve, pieces, tolerance_posts);
-    if (!nodes) return std::unexpected(nodes.error());
-    if (!nodes->straight && pieces < kMostPieces) continue;
-    std::vector<WayNode> out;
-    for (std::size_t i = 0; i < nodes->all.size(); i += 2) out.push_back(nodes->all[i]);
-    return out;
-  }
+  const auto straight = Pieces(dem, curve, tolerance_posts).straight(pieces);
+  if (!straight) return std::unexpected(straight.error());
+  std::vector<WayPiece> out;
+  for (const auto& [from, to] : *straight) add_in_turn(dem.info(), from, to, out);
+  return out;
 }
 
 }  // namespace tind

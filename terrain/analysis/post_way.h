@@ -15,16 +15,16 @@ namespace tind {
 /// Where the curve is after a share of it, 0..1: of many shares at once.
 using Curve = std::function<void(std::span<const double> shares, std::span<Geographic> places)>;
 
-struct WayNode {
-  double share = 0;  // of the curve
-  Vec2 post;         // columns of a DEM around the globe go on beyond its first and last
+struct WayPiece {
+  double from_share = 0, to_share = 0;  // of the curve
+  Vec2 from, to;  // posts; columns of a DEM around the globe go on beyond its first and last
 };
 
-/// Nodes between which the curve is straight among the posts but for `tolerance_posts`, both ends
-/// among them, at equal shares. As many as that takes, at least `pieces` + 1: a power of two times
-/// that. Fails (invalid_argument) where the DEM has no CRS or its projection knows no such place.
-/// O(nodes) transformations.
-Result<std::vector<WayNode>> straight_pieces(const DemSource&, const Curve&, double tolerance_posts,
-                                             std::size_t pieces = 1);
+/// Pieces of the curve, in its order, that are straight among the posts but for `tolerance_posts`:
+/// `pieces`, or more where that does not do.
+/// Where it goes over a pole a piece too short to matter is missing. Fails (invalid_argument) where
+/// the DEM has no CRS or its projection knows no such place. O(pieces) transformations.
+Result<std::vector<WayPiece>> straight_pieces(const DemSource&, const Curve&,
+                                              double tolerance_posts, std::size_t pieces = 1);
 
 }  // namespace tind

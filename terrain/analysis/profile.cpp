@@ -36,14 +36,13 @@ Result<void> walk_leg(const DemSource& dem, const GeodesicPath& path, double fro
     for (std::size_t i = 0; i < shares.size(); ++i)
       places[i] = path.at(from_m + (to_m - from_m) * shares[i]);
   };
-  const auto nodes = straight_pieces(dem, curve, kProfileTolerance_posts);
-  if (!nodes) return std::unexpected(nodes.error());
-  for (std::size_t i = 1; i < nodes->size(); ++i) {
+  const auto pieces = straight_pieces(dem, curve, kProfileTolerance_posts);
+  if (!pieces) return std::unexpected(pieces.error());
+  for (const WayPiece& p : *pieces) {
     if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
-    const WayNode &a = (*nodes)[i - 1], &b = (*nodes)[i];
     const double length = to_m - from_m;
-    const Straight way{from_m + length * a.share, from_m + length * b.share};
-    walk_grid(a.post, b.post, posts, [&](const WalkPiece& piece) {
+    const Straight way{from_m + length * p.from_share, from_m + length * p.to_share};
+    walk_grid(p.from, p.to, posts, [&](const WalkPiece& piece) {
       take_piece(piece, way, points);
       return points.size() <= kMostProfilePoints;
     });

@@ -87,20 +87,21 @@ namespace sight {
 
 /// One straight piece of the way: the ray as a parabola in its t, and what its ends are.
 struct Part {
-  WayNode a, b;
+  WayPiece way;
   Parabola ray;
   bool first = false, last = false;
 
-  double share(double t) const { return a.share + t * (b.share - a.share); }
-  double span() const { return std::abs(b.post.x - a.post.x) + std::abs(b.post.y - a.post.y); }
+  double share(double t) const { return way.from_share + t * (way.to_share - way.from_share); }
+  double span() const { return std::abs(way.to.x - way.from.x) + std::abs(way.to.y - way.from.y); }
 };
 
 /// 2 e times this is the margin over the part, a line in t: close to the eye, and to the target.
 inline Parabola near_eye(const Part& part) {
-  return {part.a.share, part.b.share - part.a.share + part.span(), 0};
+  return {part.way.from_share, part.way.to_share - part.way.from_share + part.span(), 0};
 }
 inline Parabola near_target(const Part& part) {
-  return {1 - part.a.share + part.span(), -(part.b.share - part.a.share) - part.span(), 0};
+  return {1 - part.way.from_share + part.span(),
+          -(part.way.to_share - part.way.from_share) - part.span(), 0};
 }
 
 /// The least of clearance less (plus, with `sign` -1: more) margin.
@@ -153,22 +154,23 @@ Result<Clearance> clearance_along(const DemSource& dem, const SightRay& ray,
   const Curve curve = [&ray](std::span<const double> shares, std::span<Geographic> places) {
     for (std::size_t i = 0; i < shares.size(); ++i) places[i] = ray.place(shares[i]);
   };
-  const auto nodes = straight_pieces(dem, curve, rules.tolerance_posts,
-                                     std::size_t(std::ceil(ray.length_m() / kPiece_m)) + 1);
-  if (!nodes) return std::unexpected(nodes.error());
+  const auto pieces = straight_pieces(dem, curve, rules.tolerance_posts,
+                                      std::size_t(std::ceil(ray.length_m() / kPiece_m)) + 1);
+  if (!pieces) return std::unexpected(pieces.error());
   const DemInfo& info = dem.info();
   // Eye and target that stand e higher move the places below the ray along it.
   const double moved_m = rules.all_m() * ray.length_m() / (2 * ray.radius_m());
   const double shift =
       rules.tolerance_posts + moved_m / std::min(info.spacing_x_m, info.spacing_y_m);
   Clearance out;
-  double height = ray.height_m(0);
-  for (std::size_t i = 1; i < nodes->size(); ++i) {
-    sight::Part part{(*nodes)[i - 1], (*nodes)[i], {}, i == 1, i + 1 == nodes->size()};
-    const double end = ray.height_m(part.b.share);
+  double reached = 0, height = ray.height_m(0);
+  for (const WayPiece& way : *pieces) {
+    sight::Part part{way, {}, way.from_share == 0, way.to_share == 1};
+    if (way.from_share != reached) height = ray.height_m(way.from_share);
+    const double end = ray.height_m(way.to_share);
     part.ray = parabola_through(height, ray.height_m(part.share(0.5)), end);
-    height = end;
-    const bool on = walk_grid(part.a.post, part.b.post, post, [&](const WalkPiece& piece) {
+    reached = way.to_share, height = end;
+    const bool on = walk_grid(way.from, way.to, post, [&](const WalkPiece& piece) {
       if (piece.is_void)
         out.unknown = true;
       else

@@ -89,14 +89,13 @@ Result<void> walk_leg(const TinGround& ground, const TriangleTree& tree, const G
     for (std::size_t i = 0; i < shares.size(); ++i)
       places[i] = path.at(from_m + (to_m - from_m) * shares[i]);
   };
-  const auto nodes = straight_pieces(*ground.frame, curve, kProfileTolerance_posts);
-  if (!nodes) return std::unexpected(nodes.error());
-  for (std::size_t i = 1; i < nodes->size(); ++i) {
+  const auto pieces = straight_pieces(*ground.frame, curve, kProfileTolerance_posts);
+  if (!pieces) return std::unexpected(pieces.error());
+  for (const WayPiece& p : *pieces) {
     if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
-    const WayNode &a = (*nodes)[i - 1], &b = (*nodes)[i];
     const double length = to_m - from_m;
-    walk_piece(ground, tree, a.post, b.post, from_m + length * a.share, from_m + length * b.share,
-               points);
+    walk_piece(ground, tree, p.from, p.to, from_m + length * p.from_share,
+               from_m + length * p.to_share, points);
     if (points.size() > kMostProfilePoints)
       return fail(Errc::out_of_range,
                   "the line crosses more than a million edges: ask for samples, or for a shorter "

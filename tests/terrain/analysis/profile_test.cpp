@@ -119,6 +119,45 @@ TEST(Profile, BeyondTheDemIsOutsideAndAVoidIsAVoid) {
   EXPECT_EQ(story, "ozvz");
 }
 
+/// The curve's middle lies on its chord, and nothing else of it.
+TEST(Profile, ExactFollowsALineThatTurnsInItsMiddle) {
+  HeightGrid grid(81, 81);
+  for (int r = 0; r < 81; ++r)
+    for (int c = 0; c < 81; ++c) grid.at(c, r) = float(100 * (80 - r));
+  const MadeUpSource dem(grid, {-40, 40}, 1);
+  const Geographic places[] = {{-30, -20}, {30, 20}};
+  const auto profile = exact_profile(dem, GeodesicPath(places));
+  ASSERT_TRUE(profile);
+  for (const ProfilePoint& p : profile->points)
+    EXPECT_NEAR(p.height.height_m, 100 * (p.place.lat + 40), 0.02) << p.place.lon;
+}
+
+TEST(Profile, OnTheFarSideOfTheGlobeThereIsNoGround) {
+  const MadeUpSource region(HeightGrid(21, 21, 777), {-10, 10}, 1);
+  for (const auto& [from, to] : {std::pair(Geographic{165, 0}, Geographic{-165, 1}),
+                                 std::pair(Geographic{100, 0}, Geographic{-160, 1}),
+                                 std::pair(Geographic{170, 80}, Geographic{-5, 80})}) {
+    const Geographic places[] = {from, to};
+    const auto profile = exact_profile(region, GeodesicPath(places));
+    ASSERT_TRUE(profile) << profile.error().what;
+    for (const ProfilePoint& p : profile->points)
+      EXPECT_EQ(p.height.coverage, Coverage::outside) << p.place.lon << " " << p.place.lat;
+  }
+  // All of the globe but for ten degrees: on both sides of them there is ground.
+  const MadeUpSource most(HeightGrid(351, 21, 777), {-175, 10}, 1);
+  const Geographic over[] = {{172, 1}, {-172, 1}};
+  const auto profile = exact_profile(most, GeodesicPath(over));
+  ASSERT_TRUE(profile) << profile.error().what;
+  for (const ProfilePoint& p : profile->points) {
+    const bool there = std::abs(p.place.lon)<175 - 1e-6, beyond = std::abs(p.place.lon)> 175 + 1e-6;
+    if (there || beyond) {
+      EXPECT_EQ(p.height.coverage == Coverage::value, there) << p.place.lon;
+    }
+  }
+  EXPECT_EQ(profile->points.front().height.height_m, 777);
+  EXPECT_EQ(profile->points.back().height.height_m, 777);
+}
+
 TEST(Profile, AReadErrorIsNoVoid) {
   const MadeUpSource dem(HeightGrid(20, 20, 5), {10, 50}, 0.01);
   dem.reads_left = 0;
