@@ -13,6 +13,7 @@
 #include <sstream>
 #include <string>
 #include <string_view>
+#include <system_error>
 
 #include "server/cli/commands/commands.h"
 #include "server/cli/program/data_dir.h"
@@ -29,11 +30,12 @@ namespace {
 
 /// The exit code, unless what was printed did not arrive: a full disk shows at the end, and whoever
 /// reads the file must not take its beginning for the answer.
-int once_printed(int exit) {
+int once_printed(int exit, const std::string& reason = {}) {
   const bool failed = std::fflush(stdout) != 0;
   if (!failed && !std::ferror(stdout)) return exit;
-  const std::string why = failed ? std::string(": ") + std::strerror(errno) : "";
-  std::fprintf(stderr, "tind: cannot write to standard output%s\n", why.c_str());
+  const std::string why = failed ? std::strerror(errno) : reason;
+  std::fprintf(stderr, "tind: cannot write to standard output%s%s\n", why.empty() ? "" : ": ",
+               why.c_str());
   return exit == tind::cli::kOk ? tind::cli::kIo : exit;
 }
 
@@ -63,6 +65,12 @@ __attribute__((constructor(101))) void begin_honestly() {
   usual_end = std::set_terminate(end_honestly);
 }
 
+/// Of what fits in, the reason why it does not arrive is known at the end, when it is written.
+void keep_back_output() {
+  static char output[1 << 16];  // until the end: glibc takes no size without it
+  if (isatty(STDOUT_FILENO) == 0) std::setvbuf(stdout, output, _IOFBF, sizeof output);
+}
+
 int run(int argc, char** argv) {
   // Not a command of anybody's: what `serve` begins to decode rasters in. It starts often.
   if (argc == 2 && std::strcmp(argv[1], tind::kDecoderArgument) == 0)
@@ -72,10 +80,11 @@ int run(int argc, char** argv) {
   tind::cli::Program program(
       "tind: terrain meshes whose error is known. DEMs in, simplified TINs and tiles out.",
       "tind " TIND_VERSION, std::make_shared<const tind::Environment>(tind::cli::data_dir()));
+  keep_back_output();
   // A limit on the size of files is an error of the one that is written, not the end of the
   // program.
   std::signal(SIGXFSZ, SIG_IGN);
-  const tind::cli::Command app = program.root();
+  tind::cli::Command app = program.root();
   int exit = tind::cli::kOk;
   // subcommands: one line each
   tind::cli::add_simplify(app, exit);
@@ -111,6 +120,12 @@ int run(int argc, char** argv) {
   tind::cli::add_plan(app, exit);
   tind::cli::add_serve(app, exit);
   tind::cli::add_key(app, exit);
+  // Last: commands take over the footer that there is.
+  app.footer(
+      "tind COMMAND --help says what a command takes.\n"
+      "Exit codes: 0 done; 1 a bug; 2 wrong arguments; 65 bad data; 69 no such input;\n"
+      "73 an output cannot be created; 74 reading or writing failed on the way;\n"
+      "75 stopped by a signal (run it again to go on), or out of memory");
   if (const std::string wrong = tind::cli::unknown_command(app, argc, argv); !wrong.empty()) {
     std::fprintf(stderr, "tind: %s\n", wrong.c_str());
     return tind::cli::kUsage;
@@ -125,8 +140,9 @@ int run(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& e) {
-    if (std::ferror(stdout))
-      return once_printed(tind::cli::kOk);  // fmt throws when it cannot print
+    const auto* const of_system = dynamic_cast<const std::system_error*>(&e);
+    if (std::ferror(stdout))  // fmt throws when it cannot print
+      return once_printed(tind::cli::kOk, of_system ? of_system->code().message() : "");
     std::fprintf(stderr, "tind: internal error: %s\n", e.what());
     return tind::cli::kInternal;
   }

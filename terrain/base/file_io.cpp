@@ -13,6 +13,7 @@
 #include <cstring>
 #include <filesystem>
 #include <random>
+#include <utility>
 
 #include "terrain/base/whole_io.h"
 
@@ -68,43 +69,6 @@ std::string partial_name(const std::string& target) {
   return target + text;
 }
 
-/// A file on its way to its name. Where the file system can, it has none until it is whole, so that
-/// nothing is left of it when the process is killed.
-struct Partial {
-  int file = -1;
-  std::string name;
-
-  Partial(const std::string& target, bool nameless) {
-    if (nameless) file = ::open(folder_of(target).c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
-    if (file >= 0) return;
-    name = partial_name(target);
-    file = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-  }
-  ~Partial() {
-    if (file >= 0) ::close(file);
-    if (file >= 0 && !name.empty()) ::unlink(name.c_str());  // of no use once it has moved
-  }
-  Partial(const Partial&) = delete;
-  Partial& operator=(const Partial&) = delete;
-
-  bool nameless() const { return name.empty(); }
-  /// 0, or errno.
-  int get_a_name(const std::string& target) {
-    const std::string wanted = partial_name(target);
-    const std::string self = "/proc/self/fd/" + std::to_string(file);
-    if (::linkat(AT_FDCWD, self.c_str(), AT_FDCWD, wanted.c_str(), AT_SYMLINK_FOLLOW) != 0)
-      return errno;
-    name = wanted;
-    return 0;
-  }
-  /// 0, or errno. It stays open only to be synced with its folder.
-  int move_to(const std::string& target) {
-    if (::rename(name.c_str(), target.c_str()) != 0) return errno;
-    name.clear();
-    return 0;
-  }
-};
-
 /// 0, or errno.
 int sync_folder(const std::string& folder) {
   const int file = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -143,33 +107,106 @@ Result<std::string> read_regular_file(const std::string& path) {
   return read_whole_file(path);
 }
 
+/// A file on its way to its name, which is `path` as the caller says it. Where the file system can,
+/// it has none until it is whole, so that nothing is left of it when the process is killed.
+struct FileWriter::Partial {
+  const std::string path, target;
+  int file = -1;
+  bool direct = false;    // what was open before, or no regular file: written as it comes
+  bool borrowed = false;  // what was open before
+  std::string name;       // while it has one that is not its own
+
+  explicit Partial(const std::string& asked) : path(asked), target(target_of(asked)) {
+    file = open_descriptor(path);
+    borrowed = file >= 0;
+    direct = borrowed || is_special(target);
+    if (borrowed) return;
+    if (direct)
+      file = ::open(target.c_str(), O_WRONLY | O_CLOEXEC);
+    else
+      file = ::open(folder_of(target).c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0666);
+    if (file < 0 && !direct) open_named();
+  }
+  ~Partial() {
+    if (file >= 0 && !borrowed) ::close(file);
+    if (!name.empty()) ::unlink(name.c_str());
+  }
+  Partial(const Partial&) = delete;
+  Partial& operator=(const Partial&) = delete;
+
+  void open_named() {
+    std::string wanted = partial_name(target);
+    file = ::open(wanted.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (file >= 0) name = std::move(wanted);
+  }
+  std::unexpected<Error> not_opened() const {
+    return failed(direct ? "open" : "create", path, errno);
+  }
+
+  /// What follows: 0, or errno.
+  int get_a_name() {
+    std::string wanted = partial_name(target);
+    const std::string self = "/proc/self/fd/" + std::to_string(file);
+    if (::linkat(AT_FDCWD, self.c_str(), AT_FDCWD, wanted.c_str(), AT_SYMLINK_FOLLOW) != 0)
+      return copy_to_named();  // there is no /proc
+    name = std::move(wanted);
+    return 0;
+  }
+  int copy_to_named() {
+    const int nameless = file;
+    open_named();
+    int code = file < 0 ? errno : 0;
+    std::string buffer(1 << 16, '\0');
+    for (off_t at = 0; code == 0;) {
+      const ssize_t got = ::pread(nameless, buffer.data(), buffer.size(), at);
+      if (got < 0 && errno == EINTR) continue;
+      if (got < 0) code = errno;
+      if (got <= 0) break;
+      code = write_whole(file, {buffer.data(), std::size_t(got)});
+      at += got;
+    }
+    ::close(nameless);
+    return code == 0 ? sync() : code;
+  }
+  int sync() { return ::fsync(file) == 0 ? 0 : errno; }
+  int finish() {
+    if (borrowed) return 0;
+    if (direct) return ::close(std::exchange(file, -1)) == 0 ? 0 : errno;
+    int code = sync();
+    if (code == 0 && name.empty()) code = get_a_name();
+    if (code == 0 && ::rename(name.c_str(), target.c_str()) != 0) code = errno;
+    if (code != 0) return code;
+    name.clear();
+    return sync_folder(folder_of(target));
+  }
+};
+
+FileWriter::FileWriter(std::unique_ptr<Partial> partial) : partial_(std::move(partial)) {}
+FileWriter::FileWriter(FileWriter&&) noexcept = default;
+FileWriter::~FileWriter() = default;
+
+Result<FileWriter> FileWriter::create(const std::string& path) {
+  auto partial = std::make_unique<Partial>(path);
+  if (partial->file < 0) return partial->not_opened();
+  return FileWriter(std::move(partial));
+}
+
+Result<void> FileWriter::write(std::string_view bytes) {
+  if (const int code = write_whole(partial_->file, bytes); code != 0)
+    return failed("write", partial_->path, code);
+  return {};
+}
+
+Result<void> FileWriter::finish() {
+  if (const int code = partial_->finish(); code != 0) return failed("write", partial_->path, code);
+  return {};
+}
+
 Result<void> write_whole_file(const std::string& path, std::string_view bytes) {
-  if (const int file = open_descriptor(path); file >= 0) {
-    const int code = write_whole(file, bytes);
-    if (code != 0) return failed("write", path, code);
-    return {};
-  }
-  const std::string target = target_of(path);
-  if (is_special(target)) {
-    const int device = ::open(target.c_str(), O_WRONLY | O_CLOEXEC);
-    if (device < 0) return failed("open", path, errno);
-    int code = write_whole(device, bytes);
-    if (::close(device) != 0 && code == 0) code = errno;
-    if (code != 0) return failed("write", path, code);
-    return {};
-  }
-  for (const bool nameless : {true, false}) {
-    Partial partial(target, nameless);
-    if (partial.file < 0) return failed("create", path, errno);
-    int code = write_whole(partial.file, bytes);
-    if (code == 0 && ::fsync(partial.file) != 0) code = errno;
-    if (code == 0 && partial.nameless() && partial.get_a_name(target) != 0) continue;  // no /proc
-    if (code == 0) code = partial.move_to(target);
-    if (code == 0) code = sync_folder(folder_of(target));
-    if (code != 0) return failed("write", path, code);
-    return {};
-  }
-  return failed("write", path, EIO);
+  auto file = FileWriter::create(path);
+  if (!file) return std::unexpected(file.error());
+  if (auto done = file->write(bytes); !done) return done;
+  return file->finish();
 }
 
 Result<void> can_write_file(const std::string& path) {
@@ -182,8 +219,7 @@ Result<void> can_write_file(const std::string& path) {
     if (::access(target.c_str(), W_OK) != 0) return failed("open", path, errno);
     return {};
   }
-  const Partial partial(target, true);
-  if (partial.file < 0) return failed("create", path, errno);
+  if (auto file = FileWriter::create(path); !file) return std::unexpected(file.error());
   return {};
 }
 

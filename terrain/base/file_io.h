@@ -2,6 +2,7 @@
 // Whole files in and out; what does not work is an error with the operating system's reason:
 // not_found where a file cannot be opened to be read, else io.
 
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -19,6 +20,24 @@ Result<std::string> read_regular_file(const std::string& path);
 /// the file stays also if the power is cut. A symbolic link is followed; something that is not a
 /// regular file (a pipe) is written directly, and so is what is open already (/dev/stdout).
 Result<void> write_whole_file(const std::string& path, std::string_view bytes);
+
+/// The same of bytes that come one after the other and are too many to be held.
+class FileWriter {
+ public:
+  static Result<FileWriter> create(const std::string& path);
+  FileWriter(FileWriter&&) noexcept;
+  FileWriter& operator=(FileWriter&&) = delete;
+  ~FileWriter();
+
+  Result<void> write(std::string_view bytes);
+  /// From now on the file is there; without it, the one that was. Once, and the last call.
+  Result<void> finish();
+
+ private:
+  struct Partial;
+  explicit FileWriter(std::unique_ptr<Partial>);
+  std::unique_ptr<Partial> partial_;
+};
 
 /// Could PATH be written, as far as one can tell beforehand? To be asked before long work; leaves
 /// nothing behind. Or write_whole_file's message.

@@ -160,10 +160,12 @@ void add_contours(Command program, int& exit) {
   add_window_options(app, a->dem);
   add_json_flag(app, a->json);
   add_progress_option(app, a->progress);
-  app.on_run([a, &exit] {
+  app.on_run([a, app, &exit] {
     const bool mesh = a->max_error_m.has_value(), tiles = !a->tiles.tiles.empty();
     const bool tin = !a->dem.files.empty() && is_mesh(a->dem.files[0]);
     const bool known = mesh != tiles || (tin && !mesh);
+    if (!a->options.levels.empty() && app.given("--base"))
+      refuse_value("--base", "is for --interval");
     if (a->band && !known) refuse_missing("--max-error or --tiles, one of them, for --as-band");
     if (!a->band && mesh) refuse_value("--max-error", "is for --as-band");
     if (!a->band && tiles) refuse_value("--tiles", "is for --as-band");

@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -14,9 +13,9 @@
 #include "server/cli/options/dem_input.h"
 #include "server/cli/options/output_options.h"
 #include "server/cli/options/output_paths.h"
+#include "server/cli/options/raster_output.h"
 #include "server/cli/options/tin_input.h"
 #include "server/cli/program/progress_bar.h"
-#include "terrain/base/file_io.h"
 
 namespace tind::cli {
 
@@ -42,12 +41,6 @@ constexpr Row kRows[] = {
     {Derivative::tpi, "Topographic position index as a raster"},
 };
 
-Result<void> put(const Arguments& a, const RasterBytes& made) {
-  if (auto ok = write_whole_file(a.output, made.bytes); !ok || made.prj.empty()) return ok;
-  return write_whole_file(std::filesystem::path(a.output).replace_extension(".prj").string(),
-                          made.prj);
-}
-
 int run(const Arguments& a) {
   const auto format = raster_format(a.output);
   if (!format) return complain(format.error());
@@ -62,7 +55,7 @@ int run(const Arguments& a) {
   }
   if (!made) return complain_of(a.dem, made.error());
   warn_of_nodata(**dem);
-  if (const auto ok = put(a, *made); !ok) return complain(ok.error());
+  if (const auto ok = write_raster(a.output, *made); !ok) return complain(ok.error());
   const DemInfo& info = (*dem)->info();
   if (a.json)
     std::printf("%s\n",

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -12,11 +11,11 @@
 #include "server/cli/options/dem_input.h"
 #include "server/cli/options/output_options.h"
 #include "server/cli/options/output_paths.h"
+#include "server/cli/options/raster_output.h"
 #include "server/cli/options/report_output.h"
 #include "server/cli/options/tin_input.h"
 #include "server/cli/program/progress_bar.h"
 #include "terrain/analysis/volume.h"
-#include "terrain/base/file_io.h"
 #include "terrain/raster/raster_file.h"
 
 namespace tind::cli {
@@ -59,12 +58,6 @@ nlohmann::ordered_json to_json(const Arguments& a, const DemInfo& info, const Di
   }
   j["input"] = info.files, j["less"] = a.less, j["output"] = a.output;
   return j;
-}
-
-Result<void> put(const Arguments& a, const RasterBytes& made) {
-  if (auto ok = write_whole_file(a.output, made.bytes); !ok || made.prj.empty()) return ok;
-  return write_whole_file(std::filesystem::path(a.output).replace_extension(".prj").string(),
-                          made.prj);
 }
 
 struct Made {
@@ -112,7 +105,7 @@ int run(const Arguments& a) {
   if (const int code = check_outputs({a.output, a.report.path}, inputs); code != kOk) return code;
   const auto made = make(a, *format);
   if (!made) return complain_of(a.dem, made.error());
-  if (const auto ok = put(a, made->raster); !ok) return complain(ok.error());
+  if (const auto ok = write_raster(a.output, made->raster); !ok) return complain(ok.error());
   const Differences& d = made->differences;
   if (d.posts == 0) warn("the two DEMs have heights at no post in common");
   return put_report(a.report, to_json(a, made->dem->info(), d), [&] {

@@ -2,12 +2,17 @@
 
 #include <fmt/format.h>
 
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <fstream>
+#include <functional>
 #include <iostream>
+#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string_view>
 
 #include "proto/csv.h"
 #include "proto/json_text.h"
@@ -18,6 +23,7 @@
 #include "server/cli/options/place_input.h"
 #include "server/cli/options/tin_input.h"
 #include "terrain/analysis/heights_at.h"
+#include "terrain/base/file_io.h"
 #include "terrain/mesh/mesh_file.h"
 #include "terrain/raster/datums.h"
 
@@ -155,8 +161,11 @@ int tell(const Arguments& a, const Asked& asked) {
 /// A table line by line, and the same with its heights.
 class Table {
  public:
-  Table(const Arguments& a, const Asked& asked, std::istream& in, std::FILE* out)
-      : a_(a), asked_(asked), in_(in), out_(out) {}
+  using Take = std::function<Result<void>(std::string_view)>;
+
+  /// `take`: gets the table, some lines at a time.
+  Table(const Arguments& a, const Asked& asked, std::istream& in, Take take)
+      : a_(a), asked_(asked), in_(in), give_(std::move(take)) {}
 
   Result<void> run() {
     std::string head;
@@ -166,7 +175,7 @@ class Table {
     const auto columns = csv::PlaceColumns::in(head);
     if (!columns) return wrong(1, std::string("must name the columns ") + csv::kPlaceColumns);
     columns_ = *columns;
-    fmt::print(out_, "{},height_m,coverage{}\n", head, asked_.tiles ? ",max_error_m" : "");
+    text_ = fmt::format("{},height_m,coverage{}\n", head, asked_.tiles ? ",max_error_m" : "");
     for (std::string line; next(line);) {
       if (line.empty()) continue;
       if (auto ok = take(line); !ok) return ok;
@@ -183,7 +192,8 @@ class Table {
   const Arguments& a_;
   const Asked& asked_;
   std::istream& in_;
-  std::FILE* const out_;
+  const Take give_;
+  std::string text_;  // on its way out
   csv::PlaceColumns columns_;
   std::vector<std::string> lines_;
   std::vector<std::size_t> numbers_;
@@ -224,24 +234,27 @@ class Table {
     for (std::size_t i = 0; i < lines_.size(); ++i) put(lines_[i], (*found)[i]);
     places_ += lines_.size();
     lines_.clear(), numbers_.clear(), points_.clear();
-    if (std::fflush(out_) != 0 || std::ferror(out_))
-      return fail(Errc::io,
-                  (a_.output.empty() ? "standard output" : a_.output) + ": cannot be written on");
-    return {};
+    auto given = give_(text_);
+    text_.clear();
+    return given;
   }
 
   void put(const std::string& line, const Found& found) {
     const bool there = found.height.coverage == Coverage::value;
     without_ += !there;
-    fmt::print(out_, "{},{},{}", line, there ? Ordered(found.height.height_m).dump() : "",
-               word(found.height.coverage));
+    fmt::format_to(std::back_inserter(text_), "{},{},{}", line,
+                   there ? Ordered(found.height.height_m).dump() : "", word(found.height.coverage));
     if (asked_.tiles)
-      fmt::print(out_, ",{}", found.max_error_m ? Ordered(*found.max_error_m).dump() : "");
-    fmt::print(out_, "\n");
+      text_ += "," + (found.max_error_m ? Ordered(*found.max_error_m).dump() : std::string());
+    text_ += '\n';
   }
 };
 
-using File = std::unique_ptr<std::FILE, decltype([](std::FILE* f) { std::fclose(f); })>;
+Result<void> print_now(std::string_view text) {
+  if (std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0)
+    return {};
+  return fail(Errc::io, fmt::format("standard output: {}", std::strerror(errno)));
+}
 
 int fill_table(const Arguments& a, const Asked& asked) {
   std::ifstream file;
@@ -249,25 +262,32 @@ int fill_table(const Arguments& a, const Asked& asked) {
     file.open(a.table);
     if (!file) return complain({Errc::not_found, a.table + ": no such file, or not to be read"});
   }
-  const File to(a.output.empty() ? nullptr : std::fopen(a.output.c_str(), "w"));
-  if (!a.output.empty() && !to) {
-    complain({Errc::io, a.output + ": cannot be created"});
+  std::istream& in = a.table == "-" ? std::cin : file;
+  if (a.output.empty()) {
+    const auto done = Table(a, asked, in, print_now).run();
+    return done ? kOk : complain_of(a.dem, done.error());
+  }
+  auto out = FileWriter::create(a.output);
+  if (!out) {
+    complain(out.error());
     return kCannotCreate;
   }
-  Table table(a, asked, a.table == "-" ? std::cin : file, to ? to.get() : stdout);
-  if (const auto done = table.run(); !done) {
-    if (to) std::remove(a.output.c_str());  // no half tables
-    return complain_of(a.dem, done.error());
-  }
-  if (!a.output.empty())
-    fmt::print("{}: {} places, {} without height; above {}\n", a.output, table.places(),
-               table.without(), asked.datum);
+  Table table(a, asked, in, [&](std::string_view text) { return out->write(text); });
+  auto done = table.run();
+  if (done) done = out->finish();  // not before it is whole
+  if (!done) return complain_of(a.dem, done.error());
+  fmt::print("{}: {} places, {} without height; above {}\n", a.output, table.places(),
+             table.without(), asked.datum);
   return kOk;
 }
 
 int run(const Arguments& a) {
   std::vector<std::string> inputs = inputs_of(a.dem);
   if (!a.table.empty() && a.table != "-") inputs.push_back(a.table);
+  if (!a.at.empty() && !a.output.empty())
+    return complain({Errc::invalid_argument, "--output is for the table that --places makes"});
+  if (!a.table.empty() && a.json)
+    return complain({Errc::invalid_argument, "--json is for --at: --places makes a table"});
   if (const int code = check_outputs({a.output}, inputs); code != kOk) return code;
   const auto asked = open_asked(a);
   if (!asked) return complain(asked.error());

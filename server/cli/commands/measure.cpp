@@ -149,8 +149,13 @@ int run(const Arguments& a) {
   if (const int code = check_outputs({a.report.path}, inputs); code != kOk) return code;
   Result<PlacedTin> placed = read_placed_tin(a.mesh);
   if (!placed) return complain(placed.error());
+  const bool of_two_meshes = a.dem.files.size() == 1 && is_mesh(a.dem.files[0]);
+  if (of_two_meshes && (a.frame_given || a.units_given))
+    return complain({Errc::invalid_argument,
+                     "--frame and --units say how a mesh lies over a DEM; two meshes are measured "
+                     "as their files have them"});
   if (a.terrain) return run_tin(a, *placed);
-  if (a.dem.files.size() == 1 && is_mesh(a.dem.files[0])) return run_surfaces(a, *placed);
+  if (of_two_meshes) return run_surfaces(a, *placed);
   const auto dem = open_dem(a.dem);
   if (!dem) return complain(dem.error());
   const Result<Terrain> posts = read_all(**dem);

@@ -124,6 +124,12 @@ int run(const Arguments& a) {
   const auto posts = read_all(**dem);
   if (!posts) return complain_of(a.dem, posts.error());
   const Range range = range_of(a, posts->grid);
+  if (range.low > range.high)
+    return complain({Errc::invalid_argument,
+                     a.low_m ? fmt::format("--low {:.6g} is above the highest post, {:.6g} m",
+                                           range.low, range.high)
+                             : fmt::format("--high {:.6g} is below the lowest post, {:.6g} m",
+                                           range.high, range.low)});
   ProgressBar bar("relief", progress_style(a.progress));
   const RasterRows light = derivative_rows(**dem, a.shade, bar.progress());
   const auto made =

@@ -170,6 +170,10 @@ std::string json_text(const Arguments& a, const Made& made) {
 int run(const Arguments& a) {
   std::vector<std::string> inputs = inputs_of(a.dem);
   inputs.push_back(a.polygons);
+  if (a.json && !a.output.empty() && !a.output.ends_with(".json"))
+    return complain(
+        {Errc::invalid_argument,
+         "--json is for standard output; a file has what its name says: name it .json"});
   if (const int code = check_outputs({a.output}, inputs); code != kOk) return code;
   const auto made = make(a);
   if (!made) return complain_of(a.dem, made.error());

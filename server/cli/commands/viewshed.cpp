@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -14,11 +13,11 @@
 #include "server/cli/options/output_options.h"
 #include "server/cli/options/output_paths.h"
 #include "server/cli/options/place_input.h"
+#include "server/cli/options/raster_output.h"
 #include "server/cli/options/report_output.h"
 #include "server/cli/options/sight_input.h"
 #include "server/cli/options/tin_input.h"
 #include "server/cli/program/progress_bar.h"
-#include "terrain/base/file_io.h"
 #include "terrain/raster/raster_file.h"
 
 namespace tind::cli {
@@ -75,9 +74,7 @@ Result<void> put(const Arguments& a, RasterFormat format, const Made& made) {
   };
   const auto bytes = encode_raster(format, made.dem->info(), viewshed_contents(), rows);
   if (!bytes) return std::unexpected(bytes.error());
-  if (auto ok = write_whole_file(a.output, bytes->bytes); !ok || bytes->prj.empty()) return ok;
-  return write_whole_file(std::filesystem::path(a.output).replace_extension(".prj").string(),
-                          bytes->prj);
+  return write_raster(a.output, *bytes);
 }
 
 int run(const Arguments& a) {

@@ -8,6 +8,19 @@
 
 namespace tind::cli {
 
+Result<void> write_raster(const std::string& path, const RasterBytes& made) {
+  const std::string prj = std::filesystem::path(path).replace_extension(".prj").string();
+  std::error_code error;
+  if (made.prj.empty() && raster_format(path) == RasterFormat::ascii_grid &&
+      std::filesystem::exists(prj, error))
+    return fail(Errc::invalid_argument, prj +
+                                            " is there, and the DEM has no CRS: remove it, or "
+                                            "choose another name for " +
+                                            path);
+  if (auto ok = write_whole_file(path, made.bytes); !ok || made.prj.empty()) return ok;
+  return write_whole_file(prj, made.prj);
+}
+
 namespace {
 
 int write_one(const std::string& path, bool heights, const DemInfo& info, const Tin& mesh,
@@ -22,10 +35,7 @@ int write_one(const std::string& path, bool heights, const DemInfo& info, const 
       *raster_format(path), info,
       {.heights = heights, .what = heights ? "height of the mesh" : "mesh - DEM"}, rows);
   if (!made) return complain(made.error());
-  auto ok = write_whole_file(path, made->bytes);
-  if (ok && !made->prj.empty())
-    ok =
-        write_whole_file(std::filesystem::path(path).replace_extension(".prj").string(), made->prj);
+  const auto ok = write_raster(path, *made);
   return ok ? int(kOk) : complain(ok.error());
 }
 

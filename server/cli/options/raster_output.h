@@ -16,6 +16,10 @@ struct RasterOutput {
   bool any() const { return !heights.empty() || !errors.empty(); }
 };
 
+/// Writes a raster and, where it has its CRS in a file of its own, that. Fails (invalid_argument)
+/// where another one's lies there and this raster has none: readers would take it for this one's.
+Result<void> write_raster(const std::string& path, const RasterBytes&);
+
 /// --raster and --error-raster.
 void add_raster_output(Command, RasterOutput&);
 

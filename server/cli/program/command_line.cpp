@@ -5,7 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 #include <cmath>
-#include <iostream>
+#include <cstdio>
 #include <sstream>
 #include <type_traits>
 
@@ -13,11 +13,12 @@ namespace tind::cli {
 
 namespace {
 
-/// What is wrong with a finite number that `fits` refuses; words are for add_option's check.
+/// What is wrong with a number that `fits` refuses; words, and what is not finite, are for
+/// add_option's check.
 std::string wrong_unless(const std::string& text, const char* must, bool (*fits)(double)) {
   double value = 0;
   if (!CLI::detail::lexical_cast(text, value)) return {};
-  return std::isfinite(value) && fits(value) ? std::string() : must + (", not " + text);
+  return !std::isfinite(value) || fits(value) ? std::string() : must + (", not " + text);
 }
 
 /// What T is made of, one by one.
@@ -40,7 +41,10 @@ std::string wrong_number(const std::string& text) {
   const bool whole = std::is_integral_v<Number>;
   if (std::is_unsigned_v<Number> && text.starts_with('-')) return "must be 0 or more, not " + text;
   Number value{};
-  if (CLI::detail::lexical_cast(text, value)) return {};
+  if (CLI::detail::lexical_cast(text, value)) {
+    if (whole || std::isfinite(double(value))) return {};
+    return "must be a finite number, not " + text;  // in no range, and in every one for comparisons
+  }
   double share = 0;
   if (!whole && text.ends_with('%') &&
       CLI::detail::lexical_cast(text.substr(0, text.size() - 1), share))
@@ -236,8 +240,9 @@ Program::Parsed Program::parse(int argc, const char* const* argv) {
   try {
     app_->parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    std::ostringstream errors;
-    const bool good = app_->exit(e, std::cout, errors) == 0;
+    std::ostringstream help, errors;
+    const bool good = app_->exit(e, help, errors) == 0;
+    std::fputs(help.str().c_str(), stdout);
     return {.ran = false, .good = good, .errors = good ? "" : "tind: " + errors.str()};
   }
   return {.ran = true, .good = true, .errors = {}};

@@ -28,8 +28,9 @@ void on_signal(int) {
 }  // namespace
 
 void finish_on_signals() {
-  std::signal(SIGINT, on_signal);
-  std::signal(SIGTERM, on_signal);
+  for (const int number : {SIGINT, SIGTERM, SIGHUP})
+    if (std::signal(number, on_signal) == SIG_IGN)  // nohup means it
+      std::signal(number, SIG_IGN);
 }
 
 Progress stoppable(ProgressBar& bar) {

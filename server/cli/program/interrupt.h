@@ -1,5 +1,6 @@
 #pragma once
-// Ctrl-C and SIGTERM for commands that write many files: what is at hand is finished.
+// Ctrl-C, SIGTERM and a terminal that goes (SIGHUP), unless ignored as by nohup, for commands that
+// write many files: what is at hand is finished.
 
 #include <memory>
 #include <stop_token>

@@ -51,9 +51,23 @@ TEST(CommandLine, RefusesANegativeCount) {
 TEST(CommandLine, SaysARangeInWords) {
   EXPECT_EQ(parsed("--above", "-1"), "tind: --above: must be above 0, not -1");
   EXPECT_EQ(parsed("--above", "0"), "tind: --above: must be above 0, not 0");
-  EXPECT_EQ(parsed("--above", "nan"), "tind: --above: must be above 0, not nan");
-  EXPECT_EQ(parsed("--above", "inf"), "tind: --above: must be above 0, not inf");
   EXPECT_EQ(parsed("--above", "0.5"), "");
+}
+
+TEST(CommandLine, TakesNoNumberThatIsNotFinite) {
+  for (const std::string value : {"nan", "-nan", "inf", "-inf", "1e999", "NaN", "infinity"})
+    for (const char* option : {"--above", "--plain", "--list"})
+      EXPECT_NE(parsed(option, value), "") << option << " " << value;
+  EXPECT_EQ(parsed("--above", "nan"), "tind: --above: must be a finite number, not nan");
+  EXPECT_EQ(parsed("--plain", "inf"), "tind: --plain: must be a finite number, not inf");
+  const std::string dem = testdata("rainier.tif");
+  for (const std::string& line :  // what is in a range by comparison alone
+       {"line-of-sight " + dem + " --from -121.9,46.9 --to -121.7,46.9 --refraction nan",
+        "volume " + dem + " --height nan", "statistics " + dem + " --base inf"}) {
+    const auto ran = run_tind(line);
+    EXPECT_EQ(ran.code, 2) << line << ran.out;
+    EXPECT_NE(ran.out.find("must be a finite number"), std::string::npos) << ran.out;
+  }
 }
 
 TEST(CommandLine, SaysHowANumberIsWritten) {

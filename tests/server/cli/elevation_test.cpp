@@ -2,6 +2,7 @@
 // no half table stays.
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
@@ -84,9 +85,37 @@ TEST_F(Elevation, WhatIsWrongNamesItsLineAndLeavesNoTable) {
   EXPECT_NE(far.out.find("line 3"), std::string::npos) << far.out;
   EXPECT_FALSE(std::filesystem::exists(out));
   EXPECT_EQ(run_tind("elevation " + dem_ + " --places /nowhere.csv").code, 69);
+  for (const char* line : {" --at 1,2 -o x.csv", " --places a.csv --json"})  // of no effect
+    EXPECT_EQ(run_tind("elevation " + dem_ + line).code, 2) << line;
   for (const char* line : {"", " --at 1", " --at 1,2 --places a.csv", " --at 1,95"})
     EXPECT_EQ(run_tind("elevation " + dem_ + line).code, 2) << line;
   EXPECT_EQ(run_tind("elevation --at 1,2").code, 2);
+}
+
+TEST_F(Elevation, AnOutputIsReplacedWhenTheNewOneIsWhole) {
+  const std::string good = table("x,y\n-121.76,46.85\n"), out = folder_.file("out.csv");
+  const std::string bad = folder_.file("bad.csv"), link = folder_.file("link.csv");
+  std::ofstream(bad) << "x,y\n-121.76,46.85\n-121.76,high\n";
+  ASSERT_EQ(run_tind("elevation " + dem_ + " --places " + good + " -o " + out).code, 0);
+  const std::string before = read_whole_file(out).value();
+  std::filesystem::create_symlink(out, link);
+  for (const std::string& to : {out, link}) {
+    EXPECT_EQ(run_tind("elevation " + dem_ + " --places " + bad + " -o " + to).code, 65);
+    EXPECT_EQ(read_whole_file(to).value_or(""), before) << to;
+  }
+  EXPECT_TRUE(std::filesystem::is_symlink(link));
+
+  const std::string pipe = folder_.file("pipe"), log = folder_.file("log");
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_EQ(run_tind("elevation " + dem_ + " --places " + bad + " -o " + pipe + " & cat " + pipe +
+                         " >/dev/null; wait $!; }",
+                     "{")
+                .code,
+            65);
+  EXPECT_TRUE(std::filesystem::is_fifo(pipe)) << "what is not ours is not removed";
+  std::ofstream(log) << "begins\n";
+  EXPECT_EQ(run_tind("elevation " + dem_ + " --places " + good + " -o - >> " + log).code, 0);
+  EXPECT_EQ(read_whole_file(log).value_or(""), "begins\n" + before);
 }
 
 }  // namespace

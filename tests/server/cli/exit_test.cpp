@@ -97,5 +97,27 @@ TEST_F(ExitCode, OfAServerThatDoesNotAnswerWithItsReason) {
   EXPECT_NE(ran.out.find("onnect"), std::string::npos) << ran.out;
 }
 
+/// A build whose terminal goes once it has begun, in a shell that did `before`.
+test::Ran hung_up(const std::string& before, const std::string& tiles, int deepest) {
+  return run_tind("build " + test::testdata("rainier.tif") + " -o '" + tiles + "' --levels 0-" +
+                      std::to_string(deepest) + " & build=$!; until [ -e '" + tiles +
+                      "/tind-lock' ] || ! kill -0 $build; do sleep 0.01; done; "
+                      "kill -HUP $build; wait $build; }",
+                  before + "{");
+}
+
+TEST(Exit, a_terminal_that_goes_stops_a_build_as_a_signal_does) {
+  const test::TempDir folder;
+  const auto ran = hung_up("", folder.file("tiles"), 16);
+  EXPECT_EQ(ran.code, 75) << ran.out;
+  EXPECT_NE(ran.out.find("stopped"), std::string::npos) << ran.out;
+}
+
+TEST(Exit, a_signal_that_is_ignored_stops_nothing) {
+  const test::TempDir folder;
+  const auto ran = hung_up("trap '' HUP; ", folder.file("tiles"), 9);
+  EXPECT_EQ(ran.code, 0) << ran.out;
+}
+
 }  // namespace
 }  // namespace tind

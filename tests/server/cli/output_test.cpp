@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -26,8 +28,44 @@ TEST(Output, a_full_device_is_a_failure_of_every_command_that_prints) {
                                 "explain --json " + tiles + " 3/2/5", "--help", "build --help"}) {
     const auto ran = run_tind(command + " > /dev/full");
     EXPECT_EQ(ran.code, 74) << command << ran.out;
-    EXPECT_NE(ran.out.find("cannot write to standard output"), std::string::npos) << command;
+    EXPECT_NE(ran.out.find("cannot write to standard output: No space left on device"),
+              std::string::npos)
+        << command << ran.out;
   }
+}
+
+TEST(Output, another_crs_beside_a_raster_without_one_is_not_taken_for_its_own) {
+  const test::TempDir folder;
+  const std::string without = folder.file("dem.asc"), out = folder.file("slope.asc");
+  std::ofstream(without) << "ncols 3\nnrows 3\nxllcorner 0\nyllcorner 0\ncellsize 1\n"
+                            "1 2 3\n4 5 6\n7 8 9\n";
+  ASSERT_EQ(run_tind("slope " + without + " --crs EPSG:32632 -o " + out).code, 0);
+  const std::string prj = read_whole_file(folder.file("slope.prj")).value();
+  const auto ran = run_tind("slope " + without + " -o " + out);
+  EXPECT_EQ(ran.code, 2) << ran.out;
+  EXPECT_NE(ran.out.find("slope.prj is there, and the DEM has no CRS"), std::string::npos);
+  EXPECT_EQ(read_whole_file(folder.file("slope.prj")).value_or(""), prj);
+}
+
+TEST(Output, options_that_would_do_nothing_are_refused) {
+  const test::TempDir folder;
+  const std::string dem = test::testdata("rainier.tif"), polygons = folder.file("a.geojson");
+  const std::string mesh = folder.file("mesh.ply"), none = folder.file("none");
+  ASSERT_EQ(run_tind("simplify " + dem + " --ratio 0.01 -o " + mesh).code, 0);
+  std::ofstream(polygons) << R"({"type": "Polygon", "coordinates":
+      [[[-121.8, 46.8], [-121.7, 46.8], [-121.7, 46.9], [-121.8, 46.8]]]})";
+  for (const std::string& command :
+       {"statistics " + dem + " --polygons " + polygons + " --json -o " + none + ".csv",
+        "measure " + mesh + " " + mesh + " --units source",
+        "measure " + mesh + " " + mesh + " --frame metric",
+        "contours " + dem + " --levels 1000 --base 7 -o " + none + ".geojson",
+        "relief " + dem + " --low 6000 -o " + none + ".png",
+        "relief " + dem + " --high -10 -o " + none + ".png"}) {
+    const auto ran = run_tind(command);
+    EXPECT_EQ(ran.code, 2) << command << ran.out;
+  }
+  for (const char* ending : {".csv", ".geojson", ".png"})
+    EXPECT_FALSE(std::filesystem::exists(none + ending)) << ending;
 }
 
 TEST(Output, what_goes_to_standard_output_has_it_alone) {
