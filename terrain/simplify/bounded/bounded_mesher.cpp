@@ -119,10 +119,11 @@ void BoundedMesher<S>::surround_peaks(const Progress& progress) {
     const auto [gx, gy] = gradient(a, b, c);
     samples_.scan(a, b, c, [&](double x, double y, double z, std::size_t) {
       if (std::abs(a.z + (gx * (x - a.x) + gy * (y - a.y)) - z) > eps_) peaks.push_back({x, y, z});
-      return true;
+      return peaks.size() <= kMost;
     });
+    if (peaks.size() > kMost || progress.stopped()) return;
   }
-  if (peaks.empty() || peaks.size() > kMost) return;
+  if (peaks.empty()) return;
   const std::vector<Vec3> origins = std::move(origin_);
   DelaunayInsertion<S> insertion(mesh_, samples_, insertion_options());
   insertion.keep(lines_);
@@ -130,11 +131,11 @@ void BoundedMesher<S>::surround_peaks(const Progress& progress) {
     const double r = options_.surround;
     const Vec3 south_west{p.x - r, p.y - r, 0}, north_east{p.x + r, p.y + r, 0};
     const auto add = [&](double x, double y, double z, std::size_t) {
-      const double most = options_.lattice_max;
-      if (x < 0 || y < 0 || x > most || y > most) return true;  // a neighbouring tile's
-      const double height = std::clamp(snap_height(z, options_.height_step), options_.height_min,
-                                       options_.height_max);
-      insertion.insert_point({std::round(x), std::round(y), height});
+      const Vec3 at{std::round(x), std::round(y),
+                    std::clamp(snap_height(z, options_.height_step), options_.height_min,
+                               options_.height_max)};
+      const double most = options_.lattice_max;  // borders stay as they are
+      if (at.x > 0 && at.y > 0 && at.x < most && at.y < most) insertion.insert_point(at);
       return true;
     };
     samples_.scan(south_west, {p.x + r, p.y - r, 0}, north_east, add);

@@ -1,4 +1,5 @@
-// What broke in a folder or in an archive is what it was, byte for byte, and nothing else is touched.
+// What broke in a folder or in an archive is what it was, byte for byte, and nothing else is
+// touched.
 
 #include "terrain/pyramid/build/repair.h"
 

@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 #include <set>
+#include <string_view>
 #include <thread>
 
 #include "proto/tile/quantized_mesh.h"
@@ -504,6 +505,29 @@ TEST(Tiles, steep_posts_a_few_units_apart_are_within_the_budget) {
     ASSERT_TRUE(report) << report.error().what;
     EXPECT_EQ(report->over_budget, 0u) << report->worst_over_budget_m;
     test::expect_no_violation(o.output, Surface(source));
+  }
+}
+
+/// The same beside the edge of tiles, on which posts lie: what is done for it stops short of the
+/// edge, so that neighbours meet, whether the budget is kept or not.
+TEST(Tiles, steep_posts_beside_an_edge_leave_it_as_it_is) {
+  for (const double step : {0.0003, 0.001, 0.002}) {
+    HeightGrid grid = test::rough_terrain(12, 12, 3, 300);
+    grid.at(6, 6) = 9000;
+    const auto source = std::make_shared<test::MadeUpSource>(
+        std::move(grid), Geographic{-5 * step, 47.0205 + 11 * step}, step);
+    TempDir dir;
+    BuildOptions o;
+    o.output = dir.file("tiles");
+    o.tiles.first_level = 0, o.tiles.last_level = 9;
+    ASSERT_TRUE(build_tiles(source, o));
+    const auto checked = check_tiles(o.output, {.threads = 2, .source = Surface(source)});
+    ASSERT_TRUE(checked) << checked.error().what;
+    for (std::size_t rule = 0; rule < kCheckRuleCount; ++rule) {
+      const std::string_view id = kCheckRules[rule].id;
+      if (kCheckRules[rule].severity != Severity::violation || id.starts_with("error.")) continue;
+      EXPECT_EQ(checked->findings[rule].count, 0u) << step << " " << id;
+    }
   }
 }
 
