@@ -312,7 +312,9 @@ Result<void> RasterFile::learn(IdleHandles::Handle& handle, const DemOptions& op
   facts_.exact = heights_->exact();
   facts_.content = heights_->content();
   if (facts_.driver == "AAIGrid")
-    if (auto ok = check_ascii_grid(path_, facts_.cols * facts_.rows); !ok)
+    if (auto ok = check_ascii_grid(path_, facts_.cols * facts_.rows,
+                                   set.GetRasterBand(1)->GetRasterDataType() == GDT_Int32);
+        !ok)
       return fail(path_, ok.error());
   if (complaints.failed()) return fail(Errc::bad_data, path_ + ": " + complaints.text(""));
   return {};

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <gdal_priv.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <memory>
@@ -44,9 +45,11 @@ Extent extent_of(GDALRasterBand& band, int x, int y) {
 /// heights that nobody wrote. Words ("nan", "inf", "1.#QNAN") pass by their letters.
 class NumberShape {
  public:
-  void begin() { state_ = State::nothing; }
+  void begin() { state_ = State::nothing, whole_ = 0, negative_ = false; }
   void take(char c) {
     using enum State;
+    negative_ |= c == '-';
+    if (c >= '0' && c <= '9') whole_ = std::min(10 * whole_ + (c - '0'), kTooLarge);
     const bool digit = c >= '0' && c <= '9', point = c == '.' || c == ',',
                sign = c == '+' || c == '-';
     if (state_ == word || std::string_view("nNaAiIfF#qQ").contains(c))
@@ -74,6 +77,8 @@ class NumberShape {
     using enum State;
     return state_ == whole || state_ == fraction || state_ == power_digits || state_ == word;
   }
+  /// Of a number: is it a whole one of 32 bits?
+  bool is_whole() const { return state_ == State::whole && whole_ - negative_ < kTooLarge - 1; }
 
  private:
   enum class State {
@@ -88,7 +93,10 @@ class NumberShape {
     word,
     bad
   };
+  static constexpr std::int64_t kTooLarge = (std::int64_t(1) << 31) + 1;
   State state_ = State::nothing;
+  std::int64_t whole_ = 0;  // its digits
+  bool negative_ = false;
 };
 
 }  // namespace
@@ -152,7 +160,7 @@ Result<bool> BlockSums::check_block(GDALDataset& set, const std::string& real, i
   return true;
 }
 
-Result<void> check_ascii_grid(const std::string& real, std::int64_t posts) {
+Result<void> check_ascii_grid(const std::string& real, std::int64_t posts, bool whole) {
   const File file(VSIFOpenL(real.c_str(), "rb"));
   if (!file) return fail(Errc::io, "cannot be opened");
   std::string chunk(1 << 20, '\0');
@@ -161,6 +169,13 @@ Result<void> check_ascii_grid(const std::string& real, std::int64_t posts) {
   NumberShape shape;
   const auto no_number = [&] {
     return fail(Errc::bad_data, fmt::format("line {} holds something that is no number", line));
+  };
+  const auto not_whole = [&] {
+    return fail(Errc::bad_data,
+                fmt::format("line {} holds something that is no whole number of 32 bits, in a file "
+                            "without a decimal point, where GDAL takes it for another one: write "
+                            "one height with a point (100.0), or voids as the NODATA_value",
+                            line));
   };
   while (const std::size_t got = VSIFReadL(chunk.data(), 1, chunk.size(), file.get()))
     for (const char c : std::string_view(chunk.data(), got)) {
@@ -171,12 +186,14 @@ Result<void> check_ascii_grid(const std::string& real, std::int64_t posts) {
         if (!space && between) ++numbers, shape.begin();
         if (!space) shape.take(c);
         if (space ? !between && !shape.is_number() : !shape.may_be()) return no_number();
+        if (whole && space && !between && !shape.is_whole()) return not_whole();
       }
       between = space || keyword;
       line_start = c == '\n';
       if (line_start) ++line;
     }
   if (!between && !shape.is_number()) return no_number();
+  if (whole && !between && !shape.is_whole()) return not_whole();
   if (numbers < posts)
     return fail(Errc::bad_data, fmt::format("holds {} numbers for {} posts", numbers, posts));
   return {};

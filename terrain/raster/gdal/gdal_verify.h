@@ -45,7 +45,8 @@ class BlockSums {
   mutable std::vector<std::atomic<Page*>> pages_;  // empty: nothing to check
 };
 
-/// An Arc/Info ASCII grid must be numbers, as many as `posts`: GDAL takes anything else as 0.
-Result<void> check_ascii_grid(const std::string& real, std::int64_t posts);
+/// An Arc/Info ASCII grid must be numbers, as many as `posts`: GDAL takes anything else as 0. Where
+/// it takes all for `whole` ones, of 32 bits, so must they be: of "nan" it makes 0 there, too.
+Result<void> check_ascii_grid(const std::string& real, std::int64_t posts, bool whole);
 
 }  // namespace tind::gdal
