@@ -33,10 +33,11 @@ namespace {
 int once_printed(int exit, const std::string& reason = {}) {
   const bool failed = std::fflush(stdout) != 0;
   if (!failed && !std::ferror(stdout)) return exit;
+  if (exit != tind::cli::kOk) return exit;  // which has said why
   const std::string why = failed ? std::strerror(errno) : reason;
   std::fprintf(stderr, "tind: cannot write to standard output%s%s\n", why.empty() ? "" : ": ",
                why.c_str());
-  return exit == tind::cli::kOk ? tind::cli::kIo : exit;
+  return tind::cli::kIo;
 }
 
 [[noreturn]] void end_without_memory() {
@@ -125,7 +126,7 @@ int run(int argc, char** argv) {
       "tind COMMAND --help says what a command takes.\n"
       "Exit codes: 0 done; 1 a bug; 2 wrong arguments; 65 bad data; 69 no such input;\n"
       "73 an output cannot be created; 74 reading or writing failed on the way;\n"
-      "75 stopped by a signal (run it again to go on), or out of memory");
+      "75 stopped by a signal while writing many files (run it again to go on), or out of memory");
   if (const std::string wrong = tind::cli::unknown_command(app, argc, argv); !wrong.empty()) {
     std::fprintf(stderr, "tind: %s\n", wrong.c_str());
     return tind::cli::kUsage;

@@ -555,7 +555,8 @@ void Connection::log_reply(const Reply& reply, std::size_t bytes, double seconds
                        .status = reply.status,
                        .bytes = bytes,
                        .milliseconds = seconds * 1e3,
-                       .client = client()});
+                       .client = client(),
+                       .request = reply.request_id});
 }
 
 /// True when everything has been taken by the socket; else it goes on by itself, or has closed.

@@ -62,6 +62,7 @@ nlohmann::ordered_json fields_of(const Access& access) {
   fields["bytes"] = access.bytes;
   fields["milliseconds"] = std::round(access.milliseconds * 1e3) / 1e3;
   fields["client"] = access.client;
+  if (!access.request.empty()) fields["request"] = access.request;
   return fields;
 }
 
@@ -86,7 +87,9 @@ class LogSink final : public spdlog::sinks::base_sink<std::mutex> {
   ~LogSink() override { end(); }
 
   void log(const Access& access) {
-    const std::string text = text_of(access);
+    std::string text = text_of(access);
+    if (form_ == Form::text && !access.request.empty())
+      text.append(kRequest).append(access.request);
     const spdlog::details::log_msg message("tind", spdlog::level::info, text);
     const std::lock_guard lock(mutex_);
     put(form_ == Form::json ? object(message, text, fields_of(access)) : line(message));

@@ -43,7 +43,8 @@ struct Access {
   int status = 0;
   std::size_t bytes = 0;  // of the body
   double milliseconds = 0;
-  std::string_view client;  // its address, or the name of its key
+  std::string_view client;        // its address, or the name of its key
+  std::string_view request = {};  // of an answer that is a problem: its requestId
 };
 /// Logs it as information: as a line of text, or as an object with these fields.
 void log_access(const Access&);

@@ -47,6 +47,7 @@ int run(const Arguments& a) {
   if (const int code = check_outputs({a.output}, inputs_of(a.dem)); code != kOk) return code;
   const auto dem = open_dem(a.dem);
   if (!dem) return complain(dem.error());
+  if (const auto ok = can_lie_there(a.output, (*dem)->info()); !ok) return complain(ok.error());
   Result<RasterBytes> made;
   {
     ProgressBar bar(name_of(a.options.kind), progress_style(a.progress));

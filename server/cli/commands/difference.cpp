@@ -72,6 +72,7 @@ Result<Made> make(const Arguments& a, RasterFormat format) {
   auto dem = open_dem(two.first);
   if (!dem) return std::unexpected(dem.error());
   made.dem = std::move(*dem);
+  if (auto ok = can_lie_there(a.output, made.dem->info()); !ok) return std::unexpected(ok.error());
   auto less = open_dem(two.other);
   if (!less) return std::unexpected(less.error());
   const auto difference = difference_rows(*made.dem, DemReference{std::move(*less)});

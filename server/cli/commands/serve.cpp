@@ -215,14 +215,15 @@ void log_warnings(const services::ServedDataset& dataset, const TileSetOptions& 
   if (!warning.empty()) spdlog::warn("{}: {}", dataset.name, warning);
 }
 
-/// Whoever reaches an address of more than this machine may ask what has no key.
-void warn_of_strangers(const Config& config) {
-  const auto listen = services::parse_listen(config.listen);
-  const bool alone = listen->address.starts_with("127.") || listen->address == "::1";
-  if (!alone && config.access.keys.empty())
+/// Whoever reaches an address of more than this machine may ask what has no key. `listen`: where
+/// the daemon does, whatever a configuration that was read since says.
+void warn_of_strangers(const std::string& listen, const services::AccessRules& access) {
+  const auto at = services::parse_listen(listen);
+  const bool alone = at->address.starts_with("127.") || at->address == "::1";
+  if (!alone && access.keys.empty())
     spdlog::warn(
         "listening at {} without keys: whoever reaches it may ask everything (tind key new)",
-        config.listen);
+        listen);
 }
 
 /// For DEMs that the daemon reads and for those that processes of their own do, and a word of what
@@ -241,7 +242,7 @@ std::shared_ptr<SourcePool> source_pool(const Config& config) {
        .nursery = {"/proc/self/exe", kNurseryArgument}});
 }
 
-services::CatalogKeeper::Settings keeper_settings(const Options& options,
+services::CatalogKeeper::Settings keeper_settings(const Config& config, const Options& options,
                                                   std::shared_ptr<SourcePool> pool,
                                                   services::AccessGate& gate) {
   return {.read = [&options] { return configure(options); },
@@ -249,7 +250,11 @@ services::CatalogKeeper::Settings keeper_settings(const Options& options,
           .pool = std::move(pool),
           .opened = [](const services::ServedDataset& dataset,
                        const services::DatasetOptions& how) { log_warnings(dataset, how.tiles); },
-          .taken = [&gate](const Config& taken) { gate.set(taken.access); }};
+          .taken =
+              [&gate, listen = config.listen](const Config& taken) {
+                warn_of_strangers(listen, taken.access);
+                gate.set(taken.access);
+              }};
 }
 
 /// The first load: who starts a daemon sees every reason why it does not start.
@@ -346,10 +351,13 @@ int serve(const Config& config, const Options& options) {
   const bool had_terminal = has_terminal();
   const logging::Log log(config.log_level,
                          config.log_format == "json" ? logging::Form::json : logging::Form::text);
+  if (config.access_log && config.log_level != "info" && config.log_level != "debug")
+    spdlog::warn("no access log: its lines are information, of which log-level {} has none",
+                 config.log_level);
   services::Catalog catalog;
   services::AccessGate gate;
-  services::CatalogKeeper keeper(catalog, keeper_settings(options, source_pool(config), gate));
-  warn_of_strangers(config);
+  services::CatalogKeeper keeper(catalog,
+                                 keeper_settings(config, options, source_pool(config), gate));
   if (!config.catalog.empty()) services::wait_for_rest(config.catalog, kMostRest);
   if (auto loaded = load_all(keeper); !loaded) return complain(loaded.error());
   auto viewer = load_viewer(config, *options.environment);

@@ -38,6 +38,10 @@ struct Arguments {
 
 /// "X,Y,Z X,Y,Z X,Y,Z". `dem`: whose columns and rows the plane is in.
 Result<PlaneReference> plane_of(const Arguments& a, const DemSource& dem) {
+  if (dem.info().crs_kind == CrsKind::none)
+    return fail(Errc::invalid_argument, dem.info().files.front() +
+                                            ": has no CRS, so it is not known where the plane's "
+                                            "places lie in it: say its CRS (--crs)");
   const auto n = read_numbers(a.plane, "--plane");
   if (!n) return std::unexpected(n.error());
   if (n->size() != 9)

@@ -64,7 +64,7 @@ Result<std::vector<Geographic>> to_places(std::span<const Vec2> points, const st
     if (!(std::abs(places[i].lon) <= 540 && std::abs(places[i].lat) <= 90))
       return fail(Errc::invalid_argument,
                   fmt::format("{}: {},{} is no place of {}", named(i), points[i].x, points[i].y,
-                              crs == "CRS84" ? "longitude,latitude" : crs));
+                              crs == "CRS84" ? "longitude,latitude (others: --places-crs)" : crs));
   return places;
 }
 

@@ -67,18 +67,41 @@ Ordered columns_json(const Profile& profile, const ProfileFacts& facts) {
   return columns;
 }
 
-Ordered geojson(const Profile& profile, const ProfileFacts& facts) {
-  Ordered line = Ordered::array();
+/// Cut where it crosses the antimeridian (RFC 7946, section 3.1.9), with a position on each side.
+Ordered line_json(const Profile& profile) {
+  Ordered parts = Ordered::array({Ordered::array()});
+  const auto add = [&](double lon, double lat, const Ordered& height) {
+    Ordered position = {degrees(lon), degrees(lat)};
+    if (!height.is_null()) position.push_back(height);
+    parts.back().push_back(std::move(position));
+  };
+  const ProfilePoint* last = nullptr;
   for (const ProfilePoint& p : profile.points) {
-    Ordered position = {degrees(p.place.lon), degrees(p.place.lat)};
-    if (has_height(p)) position.push_back(metres(p.height.height_m));
-    line.push_back(std::move(position));
+    if (last && std::abs(p.place.lon - last->place.lon) > 180) {
+      const double side = last->place.lon > 0 ? 180 : -180, to = p.place.lon + 2 * side;
+      const double t =
+          to == last->place.lon ? 0 : (side - last->place.lon) / (to - last->place.lon);
+      const double lat = last->place.lat + t * (p.place.lat - last->place.lat);
+      const bool both = has_height(*last) && has_height(p);
+      const Ordered height = both ? Ordered(metres(last->height.height_m +
+                                                   t * (p.height.height_m - last->height.height_m)))
+                                  : Ordered(nullptr);
+      add(side, lat, height);
+      parts.push_back(Ordered::array());
+      add(-side, lat, height);
+    }
+    add(p.place.lon, p.place.lat, height_json(p));
+    last = &p;
   }
+  if (parts.size() == 1) return {{"type", "LineString"}, {"coordinates", std::move(parts[0])}};
+  return {{"type", "MultiLineString"}, {"coordinates", std::move(parts)}};
+}
+
+Ordered geojson(const Profile& profile, const ProfileFacts& facts) {
   Ordered properties = facts_json(profile, facts);
   properties.update(columns_json(profile, facts));
-  return {{"type", "Feature"},
-          {"geometry", {{"type", "LineString"}, {"coordinates", std::move(line)}}},
-          {"properties", std::move(properties)}};
+  return {
+      {"type", "Feature"}, {"geometry", line_json(profile)}, {"properties", std::move(properties)}};
 }
 
 Ordered plain_json(const Profile& profile, const ProfileFacts& facts) {

@@ -8,17 +8,28 @@
 
 namespace tind::cli {
 
-Result<void> write_raster(const std::string& path, const RasterBytes& made) {
-  const std::string prj = std::filesystem::path(path).replace_extension(".prj").string();
+namespace {
+
+std::string prj_beside(const std::string& path) {
+  return std::filesystem::path(path).replace_extension(".prj").string();
+}
+
+}  // namespace
+
+Result<void> can_lie_there(const std::string& path, const DemInfo& info) {
   std::error_code error;
-  if (made.prj.empty() && raster_format(path) == RasterFormat::ascii_grid &&
-      std::filesystem::exists(prj, error))
-    return fail(Errc::invalid_argument, prj +
-                                            " is there, and the DEM has no CRS: remove it, or "
-                                            "choose another name for " +
-                                            path);
+  if (info.crs_kind != CrsKind::none || raster_format(path) != RasterFormat::ascii_grid ||
+      !std::filesystem::exists(prj_beside(path), error))
+    return {};
+  return fail(Errc::invalid_argument, prj_beside(path) +
+                                          " is there, and the DEM has no CRS: remove it, or choose "
+                                          "another name for " +
+                                          path);
+}
+
+Result<void> write_raster(const std::string& path, const RasterBytes& made) {
   if (auto ok = write_whole_file(path, made.bytes); !ok || made.prj.empty()) return ok;
-  return write_whole_file(prj, made.prj);
+  return write_whole_file(prj_beside(path), made.prj);
 }
 
 namespace {
@@ -60,6 +71,7 @@ Result<void> check(const RasterOutput& output, const DemInfo& info) {
   for (const std::string& path : {output.heights, output.errors}) {
     if (path.empty()) continue;
     if (auto ok = can_say(*raster_format(path), info); !ok) return ok;
+    if (auto ok = can_lie_there(path, info); !ok) return ok;
   }
   return {};
 }

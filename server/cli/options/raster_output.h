@@ -16,8 +16,10 @@ struct RasterOutput {
   bool any() const { return !heights.empty() || !errors.empty(); }
 };
 
-/// Writes a raster and, where it has its CRS in a file of its own, that. Fails (invalid_argument)
-/// where another one's lies there and this raster has none: readers would take it for this one's.
+/// Fails (invalid_argument) where another raster's CRS lies beside a path at which one without a
+/// CRS is to be: readers would take it for its own. To be asked before long work.
+Result<void> can_lie_there(const std::string& path, const DemInfo&);
+/// Writes a raster and, where it has its CRS in a file of its own, that.
 Result<void> write_raster(const std::string& path, const RasterBytes&);
 
 /// --raster and --error-raster.

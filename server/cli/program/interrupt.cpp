@@ -19,9 +19,9 @@ std::stop_source& interrupted() {
 }
 volatile std::sig_atomic_t signal_seen = 0;
 
-/// A handler may only set a flag.
-void on_signal(int) {
-  if (signal_seen) std::_Exit(kTryAgain);
+/// A handler may only set a flag. A terminal that goes says so twice: that is nobody who insists.
+void on_signal(int number) {
+  if (signal_seen && number != SIGHUP) std::_Exit(kTryAgain);
   signal_seen = 1;
 }
 

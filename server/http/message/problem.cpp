@@ -78,7 +78,10 @@ Reply reply_with(const Problem& problem, std::string_view cause) {
   std::vector<Header> headers = problem.headers;
   headers.push_back({"Cache-Control", "no-store"});
   if (!cause.empty()) log_failure(problem, cause, id);
-  return make_reply(problem.status, "application/problem+json", document(problem, id), headers);
+  Reply reply =
+      make_reply(problem.status, "application/problem+json", document(problem, id), headers);
+  reply.request_id = id;
+  return reply;
 }
 
 }  // namespace

@@ -40,7 +40,8 @@ struct Payload {
 struct Reply {
   int status = 500;
   std::shared_ptr<const Payload> payload;
-  bool close = false;  // end the connection after it
+  bool close = false;           // end the connection after it
+  std::string request_id = {};  // of a problem, for the log
 };
 
 /// Adds Content-Length (not for 204 and 304, which have no body) and what every response carries:

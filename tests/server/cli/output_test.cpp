@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -47,6 +49,27 @@ TEST(Output, another_crs_beside_a_raster_without_one_is_not_taken_for_its_own) {
   EXPECT_EQ(read_whole_file(folder.file("slope.prj")).value_or(""), prj);
 }
 
+TEST(Output, a_profile_over_the_antimeridian_is_cut_there) {
+  const test::TempDir folder;
+  const std::string dem = folder.file("dem.asc"), out = folder.file("line.geojson");
+  std::ofstream(dem) << "ncols 3\nnrows 2\nxllcenter 179\nyllcenter 0\ncellsize 1\n"
+                        "10 20 30\n10 20 30\n";
+  const auto ran =
+      run_tind("profile " + dem + " --crs EPSG:4326 --line \"179.25,0.5 -179.25,0.5\" -o " + out);
+  ASSERT_EQ(ran.code, 0) << ran.out;
+  const auto line = nlohmann::json::parse(read_whole_file(out).value())["geometry"];
+  ASSERT_EQ(line["type"], "MultiLineString");
+  ASSERT_EQ(line["coordinates"].size(), 2u);
+  const auto west = line["coordinates"][0].back(), east = line["coordinates"][1].front();
+  EXPECT_EQ(west[0], 180);
+  EXPECT_EQ(east[0], -180);
+  EXPECT_EQ(west[1], east[1]);
+  EXPECT_NEAR(west[2], 20, 1e-3);
+  for (const auto& part : line["coordinates"])
+    for (std::size_t i = 1; i < part.size(); ++i)
+      EXPECT_LT(std::abs(double(part[i][0]) - double(part[i - 1][0])), 2);
+}
+
 TEST(Output, options_that_would_do_nothing_are_refused) {
   const test::TempDir folder;
   const std::string dem = test::testdata("rainier.tif"), polygons = folder.file("a.geojson");
@@ -60,7 +83,8 @@ TEST(Output, options_that_would_do_nothing_are_refused) {
         "measure " + mesh + " " + mesh + " --frame metric",
         "contours " + dem + " --levels 1000 --base 7 -o " + none + ".geojson",
         "relief " + dem + " --low 6000 -o " + none + ".png",
-        "relief " + dem + " --high -10 -o " + none + ".png"}) {
+        "relief " + dem + " --high -10 -o " + none + ".png",
+        "volume " + test::testdata("crater.tif") + " --plane \"9,45,1 9.1,45,1 9,45.1,10\""}) {
     const auto ran = run_tind(command);
     EXPECT_EQ(ran.code, 2) << command << ran.out;
   }

@@ -148,7 +148,8 @@ TEST(LogTest, ARequestIsALineOrAnObject) {
                       .status = 404,
                       .bytes = 120,
                       .milliseconds = 1.23456,
-                      .client = "127.0.0.1"};
+                      .client = "127.0.0.1",
+                      .request = "ab12"};
   const Access refused{.method = {},
                        .target = {},
                        .refused = "bad_target",
@@ -172,7 +173,8 @@ TEST(LogTest, ARequestIsALineOrAnObject) {
     log_access(access);
   }
   const std::string text = pipe.read();
-  EXPECT_NE(text.find(" info GET /tiles/a b 404 120 1.235 ms 127.0.0.1\n"), text.npos) << text;
+  EXPECT_NE(text.find(" info GET /tiles/a b 404 120 1.235 ms 127.0.0.1 request=ab12\n"), text.npos)
+      << text;
   EXPECT_NE(text.find(" info refused: bad_target 400 7 0.000 ms ::1\n"), text.npos) << text;
   const auto lines = objects(text.substr(text.find('{')));
   ASSERT_EQ(lines.size(), 2u);
@@ -182,8 +184,11 @@ TEST(LogTest, ARequestIsALineOrAnObject) {
   EXPECT_EQ(lines[0]["bytes"], 120);
   EXPECT_EQ(lines[0]["milliseconds"], 1.235);
   EXPECT_EQ(lines[0]["client"], "127.0.0.1");
+  EXPECT_EQ(lines[0]["request"], "ab12");
+  EXPECT_EQ(lines[0]["message"], "GET /tiles/a b 404 120 1.235 ms 127.0.0.1");
   EXPECT_EQ(lines[1]["refused"], "bad_target");
   EXPECT_FALSE(lines[1].contains("method"));
+  EXPECT_FALSE(lines[1].contains("request"));
 }
 
 }  // namespace
