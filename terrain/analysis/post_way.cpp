@@ -36,34 +36,34 @@ class Pieces {
         tolerance_(kAtThirds * tolerance),
         period_(dem.info().period_cols) {}
 
-  /// Two nodes each, in order.
-  Result<std::vector<std::pair<Node, Node>>> straight(std::size_t first_pieces) {
-    std::vector<double> shares;
-    for (std::size_t i = 0; i <= first_pieces; ++i)
-      shares.push_back(double(i) / double(first_pieces));
-    const auto nodes = nodes_at(shares);
-    if (!nodes) return std::unexpected(nodes.error());
-    std::vector<Piece> pieces;
-    for (std::size_t i = 1; i < nodes->size(); ++i)
-      pieces.push_back({(*nodes)[i - 1], (*nodes)[i]});
-    bool all = false;
-    for (int round = 0; !all && round < kMostRounds; ++round) {
-      auto next = divided(pieces, all);
-      if (!next) return std::unexpected(next.error());
-      pieces = std::move(*next);
-    }
-    std::vector<std::pair<Node, Node>> out;
-    for (const Piece& p : pieces)
-      if (p.straight) out.emplace_back(p.from, p.to);
-    return out;
-  }
-
- private:
   struct Piece {
     Node from, to;
     bool straight = false;
   };
 
+  /// In order.
+  Result<std::vector<Piece>> run(std::size_t first_pieces) {
+    // Nodes and thirds at once: most curves are straight enough at the first look.
+    std::vector<double> shares(3 * first_pieces + 1);
+    for (std::size_t i = 0; i < shares.size(); ++i)
+      shares[i] = double(i) / double(shares.size() - 1);
+    const auto nodes = nodes_at(shares);
+    if (!nodes) return std::unexpected(nodes.error());
+    std::vector<Piece> pieces;
+    pieces.reserve(first_pieces);
+    bool all = true;
+    for (std::size_t i = 3; i < nodes->size(); i += 3)
+      all &= judge((*nodes)[i - 3], (*nodes)[i - 2], (*nodes)[i - 1], (*nodes)[i], pieces);
+    for (int round = 1; !all && round < kMostRounds; ++round) {
+      auto next = divided(pieces, all);
+      if (!next) return std::unexpected(next.error());
+      pieces = std::move(*next);
+    }
+    std::erase_if(pieces, [](const Piece& p) { return !p.straight; });
+    return pieces;
+  }
+
+ private:
   const DemSource& dem_;
   const Curve& curve_;
   const double tolerance_, period_;
@@ -74,6 +74,7 @@ class Pieces {
     std::vector<Vec2> posts(shares.size());
     dem_.to_post(places, posts);
     std::vector<Node> nodes;
+    nodes.reserve(shares.size());
     for (std::size_t i = 0; i < shares.size(); ++i) {
       if (!std::isfinite(posts[i].x) || !std::isfinite(posts[i].y))
         return fail(Errc::invalid_argument,
@@ -93,7 +94,19 @@ class Pieces {
            tolerance_;
   }
 
-  /// Those that are straight stay, others become three.
+  /// One piece where its thirds lie on it, else three. Is it one?
+  bool judge(const Node& from, const Node& first, const Node& second, const Node& to,
+             std::vector<Piece>& out) const {
+    const Vec2 a = from.post, one = beside(first.post, a), two = beside(second.post, one),
+               b = beside(to.post, two);
+    if (lies_on(one, a, b, 1.0 / 3) && lies_on(two, a, b, 2.0 / 3)) {
+      out.push_back({from, {to.share, b}, true});
+      return true;
+    }
+    out.insert(out.end(), {{from, first}, {first, second}, {second, to}});
+    return false;
+  }
+
   Result<std::vector<Piece>> divided(const std::vector<Piece>& pieces, bool& all_straight) const {
     std::vector<double> shares;
     for (const Piece& p : pieces)
@@ -109,16 +122,8 @@ class Pieces {
         next.push_back(p);
         continue;
       }
-      const Node &first = (*thirds)[at], &second = (*thirds)[at + 1];
+      all_straight &= judge(p.from, (*thirds)[at], (*thirds)[at + 1], p.to, next);
       at += 2;
-      const Vec2 a = p.from.post, one = beside(first.post, a), two = beside(second.post, one),
-                 b = beside(p.to.post, two);
-      if (lies_on(one, a, b, 1.0 / 3) && lies_on(two, a, b, 2.0 / 3)) {
-        next.push_back({p.from, {p.to.share, b}, true});
-        continue;
-      }
-      all_straight = false;
-      next.insert(next.end(), {{p.from, first}, {first, second}, {second, p.to}});
     }
     return next;
   }
@@ -155,10 +160,11 @@ Result<std::vector<WayPiece>> straight_pieces(const DemSource& dem, const Curve&
     return fail(Errc::invalid_argument, dem.info().files[0] +
                                             ": has no CRS, so it is not known where a line on the "
                                             "globe lies in it: say its CRS (--crs)");
-  const auto straight = Pieces(dem, curve, tolerance_posts).straight(pieces);
+  const auto straight = Pieces(dem, curve, tolerance_posts).run(pieces);
   if (!straight) return std::unexpected(straight.error());
   std::vector<WayPiece> out;
-  for (const auto& [from, to] : *straight) add_in_turn(dem.info(), from, to, out);
+  out.reserve(straight->size());
+  for (const auto& p : *straight) add_in_turn(dem.info(), p.from, p.to, out);
   return out;
 }
 

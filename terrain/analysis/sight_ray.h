@@ -154,8 +154,9 @@ Result<Clearance> clearance_along(const DemSource& dem, const SightRay& ray,
   const Curve curve = [&ray](std::span<const double> shares, std::span<Geographic> places) {
     for (std::size_t i = 0; i < shares.size(); ++i) places[i] = ray.place(shares[i]);
   };
-  const auto pieces = straight_pieces(dem, curve, rules.tolerance_posts,
-                                      std::size_t(std::ceil(ray.length_m() / kPiece_m)) + 1);
+  const auto pieces =
+      straight_pieces(dem, curve, rules.tolerance_posts,
+                      std::size_t(std::max(1.0, std::ceil(ray.length_m() / kPiece_m))));
   if (!pieces) return std::unexpected(pieces.error());
   const DemInfo& info = dem.info();
   // Eye and target that stand e higher move the places below the ray along it.
