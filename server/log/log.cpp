@@ -43,10 +43,12 @@ constexpr std::string_view kRequest = " request=";  // before the name of the re
 std::atomic<std::uint64_t> dropped_lines{0}, repeated_lines{0};
 
 std::string text_of(const Access& access) {
-  return fmt::format("{}{}{} {} {} {:.3f} ms {}",
-                     access.refused.empty() ? access.method : "refused:", ' ',
-                     access.refused.empty() ? access.target : access.refused, access.status,
-                     access.bytes, access.milliseconds, access.client);
+  const bool refused = !access.refused.empty();
+  std::string text = fmt::format("{} {} {} {} {:.3f} ms {}", refused ? "refused:" : access.method,
+                                 refused ? access.refused : access.target, access.status,
+                                 access.bytes, access.milliseconds, access.client);
+  if (!access.request.empty()) text.append(kRequest).append(access.request);
+  return text;
 }
 
 /// The fields of a line beyond time, level and message.
@@ -62,7 +64,6 @@ nlohmann::ordered_json fields_of(const Access& access) {
   fields["bytes"] = access.bytes;
   fields["milliseconds"] = std::round(access.milliseconds * 1e3) / 1e3;
   fields["client"] = access.client;
-  if (!access.request.empty()) fields["request"] = access.request;
   return fields;
 }
 
@@ -87,12 +88,9 @@ class LogSink final : public spdlog::sinks::base_sink<std::mutex> {
   ~LogSink() override { end(); }
 
   void log(const Access& access) {
-    std::string text = text_of(access);
-    if (form_ == Form::text && !access.request.empty())
-      text.append(kRequest).append(access.request);
-    const spdlog::details::log_msg message("tind", spdlog::level::info, text);
+    const std::string text = text_of(access);
     const std::lock_guard lock(mutex_);
-    put(form_ == Form::json ? object(message, text, fields_of(access)) : line(message));
+    say(spdlog::details::log_msg("tind", spdlog::level::info, text), fields_of(access));
   }
 
   /// Idempotent.
@@ -129,22 +127,22 @@ class LogSink final : public spdlog::sinks::base_sink<std::mutex> {
     return printable(formatted(message)) + "\n";
   }
 
-  std::string object(const spdlog::details::log_msg& message, const std::string& text,
-                     const nlohmann::ordered_json& more) {
+  std::string object(const spdlog::details::log_msg& message, const nlohmann::ordered_json& more) {
     const auto level = spdlog::level::to_string_view(message.level);
+    std::string text(message.payload.data(), message.payload.size());
+    const auto request = take_request(text);
     nlohmann::ordered_json all = {{"time", formatted(message)},
                                   {"level", std::string_view(level.data(), level.size())},
-                                  {"message", text}};
+                                  {"message", std::move(text)}};
     all.update(more);
+    all.update(request);
     return all.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace) + "\n";
   }
 
-  /// Under the sink's mutex.
-  void say(const spdlog::details::log_msg& message) {
-    if (form_ == Form::text) return put(line(message));
-    std::string text(message.payload.data(), message.payload.size());
-    const auto more = take_request(text);
-    put(object(message, text, more));
+  /// Under the sink's mutex. `more`: an object's further fields.
+  void say(const spdlog::details::log_msg& message,
+           const nlohmann::ordered_json& more = nlohmann::ordered_json::object()) {
+    put(form_ == Form::json ? object(message, more) : line(message));
   }
 
   void put(std::string line) {
