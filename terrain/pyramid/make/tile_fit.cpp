@@ -324,7 +324,7 @@ Result<TileMesh> fit_within_budget(TileJob& job, std::stop_token stop) {
 
 /// Of so many nodes a side of the tile's lattice: of one DEM in whole posts.
 double node_spacing_m(const TileJob& job, int nodes) {
-  if (!job.surface.only()) return tiling::tile_degrees(job.id.level) * 111320 / nodes;
+  if (!job.surface.only()) return tiling::tile_degrees(job.id.level) * kMetresPerDegree / nodes;
   return job.spacing_m() * std::max(1, int(job.windows.front().posts.cols / nodes));
 }
 
@@ -493,7 +493,7 @@ double TileJob::spacing_m() const {
 int decimation(const TileJob& job, const LayerWindow& w) {
   int step = decimation(w.posts);
   if (job.windows.size() == 1) return step;
-  const double metres = tiling::tile_degrees(job.id.level) * 111320 / (2 * kMeshPosts);
+  const double metres = tiling::tile_degrees(job.id.level) * kMetresPerDegree / (2 * kMeshPosts);
   while (step * job.surface.layers()[w.layer].finest_m() < metres &&
          2 * step < std::max(w.posts.cols, w.posts.rows))
     step *= 2;

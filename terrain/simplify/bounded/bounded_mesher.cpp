@@ -77,7 +77,7 @@ double BoundedMesher<S>::excess(const Vec3& a, const Vec3& b, const Vec3& c) con
 template <class S>
 bool BoundedMesher<S>::turn_if_better(Index h, double excess_here) {
   const Index twin = mesh_.twin(h), v = mesh_.origin(h), w = mesh_.dest(h);
-  if (twin == kNone || (lines_ && lines_->keeps(v, w))) return false;
+  if (twin == kNone || lines_->keeps(v, w)) return false;
   const Vec3 &a = mesh_.position(v), &b = mesh_.position(w);
   const Vec3 &c = mesh_.position(mesh_.apex(h)), &d = mesh_.position(mesh_.apex(twin));
   if (!surely_ccw(a, d, c) || !surely_ccw(d, b, c)) return false;
@@ -465,7 +465,7 @@ template <class S>
 void BoundedMesher<S>::run(const Progress& progress) {
   insert(progress);
   if (options_.surround > 0) surround_peaks(progress);
-  if (options_.turns) turn_edges(progress);
+  if (lines_ && options_.turns) turn_edges(progress);
   progress.at(0.2);
   active_.assign(mesh_.vertex_slots(), 1);
   decimate(progress);

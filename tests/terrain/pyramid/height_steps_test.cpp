@@ -5,6 +5,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <utility>
+
 #include "terrain/pyramid/build/build.h"
 #include "terrain/pyramid/make/make_tile.h"
 #include "terrain/pyramid/plan/level_plan.h"
@@ -46,6 +49,19 @@ TEST(HeightSteps, are_what_the_relief_and_the_error_need) {
   EXPECT_EQ(height_step(level, 0, 0), 1) << "no coarser than that without need";
   level.fit_error_m = 1e-4;
   EXPECT_EQ(height_step(level, 0, 0), 1.0 / 512) << "of what moves a border beside others";
+}
+
+TEST(HeightSteps, far_from_zero_are_what_floats_hold) {
+  for (const auto& [height, step] : {std::pair(8848.0, 1.0 / 1024),
+                                     {16'352.0, 1.0 / 1024},
+                                     {16'353.0, 1.0 / 512},
+                                     {200'000.0, 1.0 / 64},
+                                     {kFarthestHeight_m, 1.0 / 32}}) {
+    EXPECT_EQ(finest_step(height), step) << height;
+    for (const double low : {height, -height})
+      for (const double edge : {low, low + 32767 * step})
+        EXPECT_EQ(double(float(std::floor(edge / step) * step)), std::floor(edge / step) * step);
+  }
 }
 
 TEST(HeightSteps, are_coarse_beside_a_spike_only_and_the_same_from_both_sides) {
