@@ -52,17 +52,25 @@ std::optional<double> number(std::string_view field) {
   return value;
 }
 
-std::optional<PlaceColumns> PlaceColumns::in(std::string_view head) {
-  constexpr std::array kX = {"lon", "longitude", "lng", "long", "x", "easting", "e"};
-  constexpr std::array kY = {"lat", "latitude", "y", "northing", "n"};
+std::optional<PlaceColumns> PlaceColumns::in(std::string_view head, bool degrees) {
+  using Names = std::initializer_list<std::string_view>;
+  struct Pair {
+    Names x, y;
+  };
+  const Pair geographic = {{"lon", "longitude", "lng", "long"}, {"lat", "latitude"}};
+  const Pair plane[] = {{{"x"}, {"y"}}, {{"easting", "e"}, {"northing", "n"}}};
   const std::vector<std::string> names = fields_of(head);
-  const auto find = [&](const auto& known, std::size_t& column) {
+  const auto find = [&](const Names& known, std::size_t& column) {
     for (column = 0; column < names.size(); ++column)
       if (std::ranges::find(known, trimmed_lower(names[column])) != known.end()) return true;
     return false;
   };
   PlaceColumns columns;
-  if (find(kX, columns.x) && find(kY, columns.y)) return columns;
+  const auto are = [&](const Pair& pair) {
+    return find(pair.x, columns.x) && find(pair.y, columns.y);
+  };
+  if ((degrees && are(geographic)) || are(plane[0]) || are(plane[1]) || are(geographic))
+    return columns;
   return {};
 }
 

@@ -22,8 +22,9 @@ std::optional<double> number(std::string_view field);
 struct PlaceColumns {
   std::size_t x = 0, y = 0;
 
-  /// By a head line; nothing where it names no two of them.
-  static std::optional<PlaceColumns> in(std::string_view head);
+  /// By a head line; nothing where it names no two of them. Where it has longitudes and latitudes
+  /// and others beside them, `degrees` says which.
+  static std::optional<PlaceColumns> in(std::string_view head, bool degrees);
 };
 inline constexpr const char* kPlaceColumns = "lon and lat (or x and y, easting and northing)";
 

@@ -45,17 +45,19 @@ inline bool parse_finite(std::string_view word, double& out) {
 }
 
 /// Lines one after the other, with their numbers from 1, whichever way they end (LF, CR LF, CR). A
-/// backslash at a line's end joins the next; a byte order mark at the beginning is none of them.
+/// byte order mark at the beginning is none of them. With `at_backslash` one at a line's end joins
+/// the next, as OBJ has it; not at the end of a comment, where it is that of a path.
 class Lines {
  public:
-  explicit Lines(std::string_view text) : rest_(text) {
+  enum class Join { never, at_backslash };
+  explicit Lines(std::string_view text, Join join = Join::never) : rest_(text), join_(join) {
     if (rest_.starts_with("\xEF\xBB\xBF")) rest_.remove_prefix(3);
   }
 
   bool next(std::string_view& line) {
     if (!take(line)) return false;
     first_ = last_;
-    if (!line.ends_with('\\')) return true;
+    if (join_ == Join::never || !line.ends_with('\\') || trim(line).starts_with('#')) return true;
     joined_.assign(line);
     while (joined_.ends_with('\\')) {
       joined_.back() = ' ';
@@ -79,6 +81,7 @@ class Lines {
   }
 
   std::string_view rest_;
+  Join join_;
   std::string joined_;
   std::size_t first_ = 0, last_ = 0;
 };

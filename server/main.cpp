@@ -19,6 +19,7 @@
 #include "server/cli/program/data_dir.h"
 #include "server/cli/program/standard_output.h"
 #include "server/log/printable.h"
+#include "terrain/base/errno_text.h"
 #include "terrain/geo/environment.h"
 #include "terrain/raster/sandboxed_pool.h"
 
@@ -34,7 +35,7 @@ int once_printed(int exit, const std::string& reason = {}) {
   const bool failed = std::fflush(stdout) != 0;
   if (!failed && !std::ferror(stdout)) return exit;
   if (exit != tind::cli::kOk) return exit;  // which has said why
-  const std::string why = failed ? std::strerror(errno) : reason;
+  const std::string why = failed ? tind::errno_text(errno) : reason;
   std::fprintf(stderr, "tind: cannot write to standard output%s%s\n", why.empty() ? "" : ": ",
                why.c_str());
   return tind::cli::kIo;
@@ -144,6 +145,13 @@ int run(int argc, char** argv) {
     const auto* const of_system = dynamic_cast<const std::system_error*>(&e);
     if (std::ferror(stdout))  // fmt throws when it cannot print
       return once_printed(tind::cli::kOk, of_system ? of_system->code().message() : "");
+    if (of_system && of_system->code() == std::errc::resource_unavailable_try_again) {
+      std::fputs(
+          "tind: the system has no more threads or memory to give; end other programs, or "
+          "raise the limits, and run it again\n",
+          stderr);
+      return tind::cli::kTryAgain;
+    }
     std::fprintf(stderr, "tind: internal error: %s\n", e.what());
     return tind::cli::kInternal;
   }

@@ -29,7 +29,7 @@ std::string in_folder(const fs::path& folder, std::string name) {
 std::vector<std::string> files_of_obj(const std::string& path, std::string_view obj_text) {
   const fs::path folder = fs::path(path).parent_path();
   std::vector<std::string> files;
-  text::Lines lines(obj_text);
+  text::Lines lines(obj_text, text::Lines::Join::at_backslash);
   for (std::string_view line; lines.next(line);) {
     if (text::take_word(line) != "mtllib") continue;
     const std::string library(text::trim(line));

@@ -34,7 +34,7 @@ struct CornerHash {
 class ObjReader {
  public:
   Result<Mesh> read(std::string_view bytes) {
-    text::Lines lines(bytes);
+    text::Lines lines(bytes, text::Lines::Join::at_backslash);
     for (std::string_view line; lines.next(line);)
       if (!statement(line))
         return fail(Errc::bad_data, "OBJ line " + std::to_string(lines.number()) + ": " + why_);
@@ -212,7 +212,7 @@ std::string_view picture_name(std::string_view line) {
 Result<Mesh> decode_obj(std::string_view bytes) { return ObjReader().read(bytes); }
 
 std::string diffuse_texture(std::string_view mtl_text, std::string_view material) {
-  text::Lines lines(mtl_text);
+  text::Lines lines(mtl_text, text::Lines::Join::at_backslash);
   bool wanted = material.empty();
   for (std::string_view line; lines.next(line);) {
     const std::string_view word = text::take_word(line);
@@ -225,7 +225,7 @@ std::string diffuse_texture(std::string_view mtl_text, std::string_view material
 std::vector<std::string> pictures_of_materials(std::string_view mtl_text) {
   constexpr std::string_view kOthers[] = {"bump", "disp", "decal", "refl", "norm"};
   std::vector<std::string> names;
-  text::Lines lines(mtl_text);
+  text::Lines lines(mtl_text, text::Lines::Join::at_backslash);
   for (std::string_view line; lines.next(line);) {
     const std::string_view word = text::take_word(line);
     if (!word.starts_with("map_") && std::ranges::find(kOthers, word) == std::end(kOthers))

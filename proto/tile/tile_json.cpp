@@ -25,7 +25,7 @@ std::string encode_tile_json(const TileJson& t) {
   for (const auto& [key, number] : t.numbers) json[key] = number;
   if (!t.accuracy.empty()) json["accuracy"] = accuracy_json(t.accuracy);
   if (!t.attribution.empty()) json["attribution"] = t.attribution;
-  return json.dump() + "\n";
+  return json::to_text(json, -1) + "\n";
 }
 
 namespace {

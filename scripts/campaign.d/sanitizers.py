@@ -1,4 +1,4 @@
-"""The tests under ASan and UBSan, then under ThreadSanitizer. CI has the first in the rooms that scripts/check names."""
+"""The tests under ThreadSanitizer, then under ASan and UBSan, which CI has in the rooms that scripts/check names."""
 import os
 import re
 import subprocess
@@ -46,7 +46,7 @@ def look(run, preset, folder, program):
 
 def run(run):
     """Half of the time for each sanitizer, with the building: folder after folder, in an order of the seed. What was built stays."""
-    for preset in ("asan", "tsan"):
+    for preset in ("tsan", "asan"):
         every = run.sample(programs(), 1)
         end, looked_at, groups, said = time.monotonic() + run.seconds / 2, 0, 0, set()
         for folder, program in every:

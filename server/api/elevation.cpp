@@ -61,11 +61,14 @@ struct Located {
 
 bool on_earth(const Geographic& p) { return std::abs(p.lon) <= 360 && std::abs(p.lat) <= 90; }
 
-/// `crs`: empty or CRS84: longitude and latitude. A place that there is not becomes NaN.
+/// CRS84: longitude and latitude.
+bool is_degrees(const std::string& crs) { return crs.empty() || crs == "CRS84"; }
+
+/// A place that there is not becomes NaN.
 Located locate(const services::ServedDataset& dataset, const std::string& crs,
                std::span<const Vec2> points, bool east_first) {
   Located out;
-  if (crs.empty() || crs == "CRS84") {
+  if (is_degrees(crs)) {
     for (const Vec2& p : points) out.where.push_back({p.x, p.y});
     return out;
   }
@@ -186,7 +189,7 @@ struct AskedMany {
 http::Reply answer_many(const App& app, const services::ServedDataset& dataset,
                         const AskedMany& asked, std::string_view body, const std::string& target,
                         const std::stop_token& stop) {
-  auto document = PlacesDocument::read(asked.type, body);
+  auto document = PlacesDocument::read(asked.type, body, asked.crs);
   if (!document) return http::problem_reply(document.error().list(), target);
   PlacesDocument& places = **document;
   const Located located = locate(dataset, asked.crs, places.coordinates(), places.east_first());

@@ -12,6 +12,7 @@
 #include "proto/json_text.h"
 #include "server/api/accuracy_json.h"
 #include "server/api/json_problem.h"
+#include "terrain/raster/crs_points.h"
 #include "terrain/surface/stated_accuracy.h"
 
 namespace tind::api {
@@ -160,7 +161,9 @@ class GeoJsonPlaces : public PlacesDocument {
 /// Lines of a table; each with a place.
 class CsvPlaces : public PlacesDocument {
  public:
-  CsvPlaces(std::string_view body, Problems& problems) { read_table(body, problems); }
+  CsvPlaces(std::string_view body, bool degrees, Problems& problems) : degrees_(degrees) {
+    read_table(body, problems);
+  }
 
   bool east_first() const override { return true; }
   std::string name_of(std::size_t i) const override {
@@ -194,6 +197,7 @@ class CsvPlaces : public PlacesDocument {
   std::string head_;  // a copy, as the lines: the body may be gone by then
   std::vector<std::string> lines_;
   std::vector<std::size_t> numbers_;  // of the lines, from 1
+  bool degrees_;
   csv::PlaceColumns columns_;
 
   void read_table(std::string_view body, Problems& problems) {
@@ -217,12 +221,12 @@ class CsvPlaces : public PlacesDocument {
   }
 
   bool find_columns(Problems& problems) {
-    const auto found = csv::PlaceColumns::in(head_);
+    const auto found = csv::PlaceColumns::in(head_, degrees_);
     if (found)
       columns_ = *found;
     else
-      problems.add("body",
-                   std::string("its first line must name the columns ") + csv::kPlaceColumns);
+      problems.add("body", std::string("its first line must name the columns ") +
+                               csv::kPlaceColumns + ", with commas between them");
     return found.has_value();
   }
 
@@ -255,11 +259,11 @@ Ordered about(const HeightsMade& made) {
 }
 
 std::expected<std::unique_ptr<PlacesDocument>, Problems> PlacesDocument::read(
-    std::string_view type, std::string_view body) {
+    std::string_view type, std::string_view body, const std::string& crs) {
   Problems problems;
   std::unique_ptr<PlacesDocument> read;
   if (type == "text/csv") {
-    read = std::make_unique<CsvPlaces>(body, problems);
+    read = std::make_unique<CsvPlaces>(body, is_geographic(crs), problems);
   } else {
     const std::size_t values = json::count_values(body);
     auto json =

@@ -38,8 +38,10 @@ class PlacesDocument {
   virtual ~PlacesDocument() = default;
 
   /// `type`: one of kPlacesTypes. At least one place and at most kMostPlaces, all numbers finite.
+  /// `crs`: what they are asked for in, which says which columns of a table they are.
   static std::expected<std::unique_ptr<PlacesDocument>, Problems> read(std::string_view type,
-                                                                       std::string_view body);
+                                                                       std::string_view body,
+                                                                       const std::string& crs);
 
   std::span<const Vec2> coordinates() const { return coordinates_; }
   /// Do they stand as x before y, east before north, whatever the authority of their CRS has? So

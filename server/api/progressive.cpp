@@ -62,8 +62,7 @@ std::optional<http::Reply> progressive(const App& app, const http::Request& requ
   const auto query = http::read_query(request);
   if (!query.problems.empty()) return http::problem_reply(query.problems, target);
   const auto limit = limit_of(query);
-  http::Conditions client(request.head.fields);
-  if (request.head.method != http::Method::get) client.range.clear();  // RFC 9110, 14.2
+  http::Conditions client(request.head);
 
   const Stream hit = app.streams->cached(*tile->dataset, tile->id);
   if (hit && !limit) return hit->reply(client);

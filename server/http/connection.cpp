@@ -188,6 +188,8 @@ void Connection::act_on_deadline() {
   const Limits& limits = context_.limits;
   switch (armed_) {
     case Wait::head:
+      head_only_ = http10_ = false;  // of the request before it
+      [[fallthrough]];
     case Wait::body:
       refuse(408, "The request did not arrive in time.", "timeout");
       return process();
@@ -301,6 +303,7 @@ bool Connection::take_head() {
   if (state == RequestParser::State::more) return false;
   if (state == RequestParser::State::refused) {
     const Refusal& refusal = parser_.refusal();
+    head_only_ = http10_ = false;  // of the request before it
     refuse(refusal.status, refusal.why, refusal.label);
     return false;
   }
@@ -502,7 +505,6 @@ void Connection::refuse(int status, const char* why, const char* label) {
   if (status == 503) problem.headers.push_back({"Retry-After", "1"});
   Reply reply = problem_reply(problem);
   reply.close = true;
-  head_only_ = http10_ = false;
   operation_ = nullptr;
   if (context_.access_log) {
     log_method_.clear();

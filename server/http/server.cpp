@@ -12,7 +12,6 @@
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <cerrno>
-#include <cstring>
 #include <optional>
 #include <thread>
 #include <vector>
@@ -22,6 +21,7 @@
 #include "server/http/message/problem.h"
 #include "server/http/unix_socket.h"
 #include "terrain/base/descriptor.h"
+#include "terrain/base/errno_text.h"
 #include "terrain/base/parallel.h"
 
 // One acceptor, on the first loop, hands each connection to the loop that has fewest: steadier for
@@ -55,6 +55,13 @@ constexpr std::string_view kFull =
 
 constexpr const char* kTooMany = "too_many_connections";
 constexpr const char* kTooManyFromOne = "too_many_from_one_address";
+
+/// Without a set that stays, Asio puts the default action back when the server goes: a SIGHUP just
+/// then would end who is ending by himself, with another code. Reached until the end: no leak.
+void keep_hangups_handled() {
+  static asio::io_context* const context = new asio::io_context;
+  [[maybe_unused]] static asio::signal_set* const set = new asio::signal_set(*context, SIGHUP);
+}
 
 }  // namespace
 
@@ -118,8 +125,10 @@ Result<void> Server::Impl::open() {
     return done;
   drain_timer = std::make_unique<asio::steady_timer>(loops[0]->context());
   reserve_fd = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
-  if (options.handle_signals)
+  if (options.handle_signals) {
+    keep_hangups_handled();
     signals = std::make_unique<asio::signal_set>(loops[0]->context(), SIGTERM, SIGINT, SIGHUP);
+  }
   return {};
 }
 
@@ -210,8 +219,7 @@ void Server::Impl::out_of_descriptors(int error) {
   const auto now = std::chrono::steady_clock::now();
   if (now - last_complaint < std::chrono::seconds(1)) return;
   last_complaint = now;
-  spdlog::warn("cannot accept: {}; {} connections are open", std::strerror(error),
-               open_connections());
+  spdlog::warn("cannot accept: {}; {} connections are open", errno_text(error), open_connections());
 }
 
 std::size_t Server::Impl::open_connections() const {

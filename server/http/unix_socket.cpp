@@ -12,11 +12,12 @@
 #include <cstring>
 
 #include "terrain/base/descriptor.h"
+#include "terrain/base/errno_text.h"
 
 namespace tind::http {
 namespace {
 
-std::unexpected<Error> cannot(const std::string& path, const char* what) {
+std::unexpected<Error> cannot(const std::string& path, const std::string& what) {
   return fail(Errc::io, "cannot listen at " + path + ": " + what);
 }
 
@@ -33,14 +34,14 @@ int new_socket() { return ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NO
 Result<void> is_free(const std::string& path) {
   struct stat there {};
   if (::lstat(path.c_str(), &there) != 0)
-    return errno == ENOENT ? Result<void>() : cannot(path, std::strerror(errno));
+    return errno == ENOENT ? Result<void>() : cannot(path, errno_text(errno));
   if (!S_ISSOCK(there.st_mode)) return cannot(path, "there is a file that is no socket");
   const Descriptor probe(new_socket());
   const sockaddr_un address = address_of(path);
   if (::connect(probe.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 ||
       errno == EAGAIN)
     return cannot(path, "another process listens there");
-  if (errno != ECONNREFUSED) return cannot(path, std::strerror(errno));
+  if (errno != ECONNREFUSED) return cannot(path, errno_text(errno));
   return {};
 }
 
@@ -55,18 +56,18 @@ Result<UnixSocket> UnixSocket::listen(const std::string& path, int backlog) {
   for (const std::string& one : {path, before})
     if (auto free = is_free(one); !free) return std::unexpected(free.error());
   Descriptor fd(new_socket());
-  if (fd.get() < 0) return cannot(path, std::strerror(errno));
+  if (fd.get() < 0) return cannot(path, errno_text(errno));
   ::unlink(before.c_str());
   const sockaddr_un address = address_of(before);
   if (::bind(fd.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
-    return cannot(path, std::strerror(errno));
+    return cannot(path, errno_text(errno));
   // Nobody can connect before listen().
   struct stat made {};
   if (::chmod(before.c_str(), S_IRUSR | S_IWUSR) != 0 || ::stat(before.c_str(), &made) != 0 ||
       ::listen(fd.get(), backlog) != 0 || ::rename(before.c_str(), path.c_str()) != 0) {
     const int error = errno;
     ::unlink(before.c_str());
-    return cannot(path, std::strerror(error));
+    return cannot(path, errno_text(error));
   }
   return UnixSocket(path, made.st_ino, fd.release());
 }

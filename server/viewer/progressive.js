@@ -100,11 +100,19 @@ class View {
   constructor(dataset, layer, level, reach) {
     const [west, south, east, north] = dataset.box;
     this.degrees = 180 / 2 ** level;
-    const [x, y] = [Math.floor((((west + east) / 2 + 180) % 360) / this.degrees), Math.floor(((south + north) / 2 + 90) / this.degrees)];
-    const exists = (x, y) => layer.available[level].some((r) => x >= r.startX && x <= r.endX && y >= r.startY && y <= r.endY);
+    const columns = 2 ** (level + 1);
+    const middle = [Math.floor((((west + east) / 2 + 180) % 360) / this.degrees), Math.floor(((south + north) / 2 + 90) / this.degrees)];
+    // Of layers the deepest levels are not all over the box: the tile that is nearest to its middle.
+    const ranges = layer.available[level];
+    const near = (v, first, last) => Math.min(Math.max(v, first), last);
+    const distance = ([x, y]) => Math.hypot(x - middle[0], y - middle[1]);
+    const [x, y] = ranges.map((r) => [near(middle[0], r.startX, r.endX), near(middle[1], r.startY, r.endY)]).reduce((a, b) => (distance(b) < distance(a) ? b : a), [Infinity, Infinity]);
+    const exists = (x, y) => ranges.some((r) => x >= r.startX && x <= r.endX && y >= r.startY && y <= r.endY);
     for (let dy = -reach; dy <= reach; ++dy)
-      for (let dx = -reach; dx <= reach; ++dx)
-        if (exists(x + dx, y + dy)) this.tiles.push(new Tile(new URL(`../progressive/${encodeURIComponent(dataset.name)}/${level}/${x + dx}/${y + dy}`, document.baseURI)));
+      for (let dx = -reach; dx <= reach; ++dx) {
+        const column = (x + dx + columns) % columns; // around the globe
+        if (exists(column, y + dy)) this.tiles.push(new Tile(new URL(`../progressive/${encodeURIComponent(dataset.name)}/${level}/${column}/${y + dy}`, document.baseURI)));
+      }
     this.frame = frameAt((x + 0.5) * this.degrees - 180, (y + 0.5) * this.degrees - 90);
     this.metres = (2 * reach + 1) * this.degrees * 111320;
   }

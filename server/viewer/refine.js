@@ -65,7 +65,7 @@ class Flight {
     const {canvas} = this.picture;
     const camera = {...cameraOnCircle(this, this.metres), width_px: canvas.width, height_px: canvas.height, tolerance_px: this.tolerance};
     const body = JSON.stringify({camera, ...(this.view ? {view: this.view} : this.window && {window: this.window})});
-    const reply = await fetch(this.url, {method: "POST", headers: {"Content-Type": "application/json"}, body});
+    const reply = await fetch(this.url, {method: "POST", headers: {"Content-Type": "application/json"}, body}).catch(unanswered);
     if (reply.status === 404 && this.view) return (this.view = undefined); // expired: a whole mesh next
     if (reply.status === 503) return busyFor(reply.headers);
     if (!reply.ok) throw new Error((await reply.json()).detail);

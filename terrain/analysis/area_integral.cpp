@@ -386,14 +386,12 @@ AreaScale area_scale(const DemSource& dem, Vec2 low, Vec2 high) {
   const GroundArea plane(info);
   AreaScale scale{HUGE_VAL, 0};
   for (std::size_t i = 0; i < places.size(); i += 3) {
-    const Vec2 metres = wgs84::metres_per_degree(places[i].lat);
-    const auto from = [&](const Geographic& to) -> Vec2 {
-      return {std::remainder(to.lon - places[i].lon, 360) * metres.x,
-              (to.lat - places[i].lat) * metres.y};
-    };
-    const Vec2 a = from(places[i + 1]), b = from(places[i + 2]);
-    const double times = plane.at(posts[i].y) / std::abs(a.x * b.y - a.y * b.x);
-    if (!std::isfinite(times)) continue;  // no place, or a pole
+    // In space, because longitudes are nothing at a pole.
+    const Vec3 at = wgs84::to_ecef(places[i], 0);
+    const Vec3 ground =
+        cross(wgs84::to_ecef(places[i + 1], 0) - at, wgs84::to_ecef(places[i + 2], 0) - at);
+    const double times = plane.at(posts[i].y) / length(ground);
+    if (!std::isfinite(times)) continue;  // no place
     scale.least = std::min(scale.least, times), scale.greatest = std::max(scale.greatest, times);
   }
   return scale.greatest > 0 ? scale : AreaScale{};

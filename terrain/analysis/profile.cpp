@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "terrain/analysis/grid_walk.h"
 #include "terrain/analysis/heights_at.h"
@@ -30,6 +31,26 @@ void take_piece(const WalkPiece& piece, const Straight& way, ProfilePoints& poin
   points.ground(way.at(piece.to), z.at(piece.to));
 }
 
+/// Shares of a straight way.
+struct Part {
+  double from = 0, to = 1;
+};
+
+/// What of a straight way among the posts can have heights; nothing: none of it.
+std::optional<Part> part_on(const DemInfo& info, Vec2 from, Vec2 to) {
+  Part part;
+  const auto clip = [&](double a, double b, double low, double high) {
+    if (a == b) return a >= low && a <= high;
+    const double t = (low - a) / (b - a), u = (high - a) / (b - a);
+    part.from = std::max(part.from, std::min(t, u));
+    part.to = std::min(part.to, std::max(t, u));
+    return part.from < part.to;
+  };
+  if (!clip(from.y, to.y, -1, double(info.rows))) return {};
+  if (!info.wraps_longitude && !clip(from.x, to.x, -1, double(info.cols))) return {};
+  return part;
+}
+
 Result<void> walk_leg(const DemSource& dem, const GeodesicPath& path, double from_m, double to_m,
                       PostReader& posts, ProfilePoints& points, const std::stop_token& stop) {
   const Curve curve = [&](std::span<const double> shares, std::span<Geographic> places) {
@@ -42,10 +63,20 @@ Result<void> walk_leg(const DemSource& dem, const GeodesicPath& path, double fro
     if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
     const double length = to_m - from_m;
     const Straight way{from_m + length * p.from_share, from_m + length * p.to_share};
-    walk_grid(p.from, p.to, posts, [&](const WalkPiece& piece) {
-      take_piece(piece, way, points);
+    const auto part = part_on(dem.info(), p.from, p.to);
+    if (!part || part->from > 0) points.nothing_from(way.at(0));
+    if (!part) continue;  // cells by the million, where the DEM is not
+    const Straight on{way.at(part->from), way.at(part->to)};
+    const auto at = [&](double share) {
+      return Vec2{p.from.x + (p.to.x - p.from.x) * share, p.from.y + (p.to.y - p.from.y) * share};
+    };
+    const Vec2 first = part->from > 0 ? at(part->from) : p.from,
+               last = part->to < 1 ? at(part->to) : p.to;
+    walk_grid(first, last, posts, [&](const WalkPiece& piece) {
+      take_piece(piece, on, points);
       return points.size() <= kMostProfilePoints;
     });
+    if (part->to < 1) points.nothing_from(way.at(part->to));
     if (posts.error()) return std::unexpected(*posts.error());
     if (points.size() > kMostProfilePoints)
       return fail(Errc::out_of_range,

@@ -10,11 +10,11 @@
 #include <cerrno>
 #include <charconv>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <random>
 #include <utility>
 
+#include "terrain/base/errno_text.h"
 #include "terrain/base/whole_io.h"
 
 namespace tind {
@@ -22,7 +22,7 @@ namespace {
 
 std::unexpected<Error> failed(const std::string& what, const std::string& path, int code,
                               Errc errc = Errc::io) {
-  return fail(errc, "cannot " + what + " " + path + ": " + std::strerror(code));
+  return fail(errc, "cannot " + what + " " + path + ": " + errno_text(code));
 }
 
 /// A link is followed, so that it stays one, also one to a file that is not there yet.

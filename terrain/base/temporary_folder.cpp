@@ -2,9 +2,10 @@
 
 #include <cerrno>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <utility>
+
+#include "terrain/base/errno_text.h"
 
 namespace tind {
 
@@ -16,7 +17,7 @@ Result<TemporaryFolder> TemporaryFolder::make(const std::string& purpose) {
   std::string path =
       ((error ? fs::path("/tmp") : above) / ("tind-" + purpose + "-XXXXXX")).string();
   if (!::mkdtemp(path.data()))
-    return fail(Errc::io, "cannot make a folder " + path + ": " + std::strerror(errno));
+    return fail(Errc::io, "cannot make a folder " + path + ": " + errno_text(errno));
   return TemporaryFolder(std::move(path));
 }
 

@@ -50,7 +50,7 @@ bool TileSurface::reaches_into(const Triangle& t, const Place& square) {
 
 void TileSurface::divide(std::size_t at, const Place& place,
                          const std::vector<std::uint32_t>& triangles, int depth) {
-  constexpr std::size_t kFew = 6, kMany = 32;
+  constexpr std::size_t kFew = 6, kMany = 32, kMostEntries = 64;
   constexpr int kDeepest = 15;  // a square of one step of the tile's grid
   if (triangles.size() > kFew && depth < kDeepest) {
     const double side = place.side / 2;
@@ -63,8 +63,11 @@ void TileSurface::divide(std::size_t at, const Place& place,
         if (reaches_into(triangles_[t], quarter[k])) inside[k].push_back(t);
       sum += inside[k].size();
     }
-    // Around a vertex no square is small enough to part its triangles.
-    if (sum < 2 * triangles.size() || triangles.size() > kMany) {
+    // Around a vertex no square is small enough to part its triangles; those that lie on one
+    // another all over the square no square parts, and a hostile tile has nothing else.
+    const bool parts =
+        sum < 4 * triangles.size() && entries_.size() < kMostEntries * (triangles_.size() + 64);
+    if (parts && (sum < 2 * triangles.size() || triangles.size() > kMany)) {
       const std::size_t first = squares_.size();
       squares_[at] = {std::uint32_t(first), kDivided};
       squares_.resize(first + 4);

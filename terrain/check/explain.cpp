@@ -339,7 +339,7 @@ void find_limit(TileExplanation& s, double assumed_m, double fit_error_m, int la
     s.because = s.border_vertices > 4
                     ? "its edges need vertices (neighbours share them), its inside none"
                     : "two triangles are enough: " + used;
-  } else if (fit_error_m < 0.999 * s.budget_m) {
+  } else if (fit_error_m < 0.999 * s.budget_m && !s.stated.residual_m) {
     s.limited_by = "cap";
     s.because = "clients would take " + metres(s.budget_m) + " at this level; it is fitted to " +
                 metres(fit_error_m) + ", so that a globe seen from afar has its mountains";

@@ -87,6 +87,7 @@ std::vector<std::uint8_t> encode_quantized_mesh(const TileModel& tile) {
 Result<TileModel> decode_tile(TileId id, std::span<const std::uint8_t> bytes) {
   auto q = proto::decode(bytes);
   if (!q) return std::unexpected(q.error());
+  if (q->triangles.empty()) return fail(Errc::bad_data, "a tile without a triangle");
   TileModel tile;
   tile.id = id;
   const double low = q->min_height, range = double(q->max_height) - low;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "terrain/geo/ellipsoid.h"
+#include "terrain/geo/extent_box.h"
 #include "terrain/raster/crs_code.h"
 
 namespace tind {
@@ -47,11 +48,22 @@ Outline outline_of(const GeoRect& r) {
   });
 }
 
+/// Around all layers, the shorter way around the earth.
+GeoRect box_of(const Surface& surface) {
+  std::vector<GeoRect> all;
+  for (const SurfaceLayer& layer : surface.layers()) {
+    const DemInfo& info = layer.source->info();
+    if (info.extents.empty()) all.push_back(info.bounds);
+    all.insert(all.end(), info.extents.begin(), info.extents.end());
+  }
+  return box_around(all);
+}
+
 /// Of the posts themselves, which are turned against lines of longitude where the DEM is projected.
 Outline outline_of(const Surface& surface, const std::optional<GeoRect>& area) {
   const DemSource* const dem = surface.only();
-  if (area || !dem || dem->info().wraps_longitude)
-    return outline_of(area ? *area : surface.info().bounds);
+  if (area || !dem) return outline_of(area ? *area : box_of(surface));
+  if (dem->info().wraps_longitude) return outline_of(surface.info().bounds);
   const DemInfo& info = dem->info();
   // North and west as the rows and columns have it, whichever way round those are.
   const double across = info.post_to_crs.x_col < 0 ? -1 : 1;

@@ -37,20 +37,37 @@ TriangleLocator::TriangleLocator(const Tin& mesh) : mesh_(&mesh) {
     low_ = {std::min(low_.x, p.x), std::min(low_.y, p.y)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y)};
   }
-  side_ = std::clamp(int(std::sqrt(double(mesh.triangles.size()))), 1, 1024);
   const auto per_unit = [&](double span) { return span > 0 ? side_ / span : 0; };
-  squares_per_unit_ = {per_unit(high.x - low_.x), per_unit(high.y - low_.y)};
+  struct Squares {
+    int west, south, east, north;
+    std::uint64_t count() const {
+      return std::uint64_t(east - west + 1) * std::uint64_t(north - south + 1);
+    }
+  };
+  const auto squares_of = [&](const Triangle& t) -> Squares {
+    const Box box = box_of(mesh, t);
+    return {square(box.low.x, low_.x, squares_per_unit_.x),
+            square(box.low.y, low_.y, squares_per_unit_.y),
+            square(box.high.x, low_.x, squares_per_unit_.x),
+            square(box.high.y, low_.y, squares_per_unit_.y)};
+  };
+  // Long triangles are in many squares: no more of them than there is memory in proportion for.
+  constexpr std::uint64_t kMostEntries = 16;  // a triangle, in the mean
+  side_ = std::clamp(int(std::sqrt(double(mesh.triangles.size()))), 1, 1024);
+  for (;; side_ /= 2) {
+    squares_per_unit_ = {per_unit(high.x - low_.x), per_unit(high.y - low_.y)};
+    std::uint64_t entries = 0;
+    for (const Triangle& t : mesh.triangles) entries += squares_of(t).count();
+    if (side_ == 1 || entries <= kMostEntries * mesh.triangles.size()) break;
+  }
 
   // Twice over the triangles: how many in each square, then which.
   first_.assign(std::size_t(side_) * side_ + 1, 0);
   const auto each = [&](auto&& visit) {
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-      const Box box = box_of(mesh, mesh.triangles[t]);
-      const int west = square(box.low.x, low_.x, squares_per_unit_.x);
-      const int east = square(box.high.x, low_.x, squares_per_unit_.x);
-      const int north = square(box.high.y, low_.y, squares_per_unit_.y);
-      for (int y = square(box.low.y, low_.y, squares_per_unit_.y); y <= north; ++y)
-        for (int x = west; x <= east; ++x) visit(std::size_t(y) * side_ + x, t);
+      const Squares in = squares_of(mesh.triangles[t]);
+      for (int y = in.south; y <= in.north; ++y)
+        for (int x = in.west; x <= in.east; ++x) visit(std::size_t(y) * side_ + x, t);
     }
   };
   each([&](std::size_t s, std::uint32_t) { ++first_[s + 1]; });

@@ -10,8 +10,8 @@
 
 namespace tind {
 
-/// Triangles by the squares of a grid that they may touch. Building it is O(triangles), a question
-/// O(1) on average. Refers to the mesh.
+/// Triangles by the squares of a grid that they may touch. Building it is O(triangles), in
+/// memory too, a question O(1) on average, more where triangles are long. Refers to the mesh.
 class TriangleLocator {
  public:
   explicit TriangleLocator(const Tin&);

@@ -226,8 +226,10 @@ class Histogram {
   double percentile(std::uint64_t all, double share) const {
     const auto rank = std::max<std::uint64_t>(std::uint64_t(std::ceil(share * double(all))), 1);
     std::uint64_t below = 0;
-    for (std::uint32_t bin = 0; bin < count_.size(); ++bin)
-      if ((below += count_[bin]) >= rank) return std::bit_cast<float>(bin << kDropped);
+    for (std::uint32_t bin = 0; bin < count_.size(); ++bin) {
+      below += count_[bin];
+      if (below >= rank) return std::bit_cast<float>(bin << kDropped);
+    }
     return 0;
   }
 

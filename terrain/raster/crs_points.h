@@ -16,6 +16,9 @@ namespace tind {
 /// "EPSG:2056": nothing that could name a file.
 bool is_epsg_code(std::string_view);
 
+/// Whether places in it are longitudes and latitudes: CRS84 (also as nothing), or one of EPSG's.
+bool is_geographic(const std::string& crs);
+
 /// Thread-safe.
 class CrsPoints {
  public:

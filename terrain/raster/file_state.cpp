@@ -9,9 +9,10 @@
 
 #include <cerrno>
 #include <chrono>
-#include <cstring>
 #include <ctime>
 #include <thread>
+
+#include "terrain/base/errno_text.h"
 
 namespace tind {
 namespace {
@@ -51,9 +52,9 @@ std::string what_happened(const FileState& before, const FileState& now) {
 Result<FileState> file_state(const std::string& path) {
   struct stat s {};
   if (::stat(path.c_str(), &s) != 0)
-    return fail(Errc::io, path + ": " +
-                              (errno == ENOENT ? std::string("is no longer there")
-                                               : std::string(std::strerror(errno))));
+    return fail(
+        Errc::io,
+        path + ": " + (errno == ENOENT ? std::string("is no longer there") : errno_text(errno)));
   return FileState{s.st_dev, s.st_ino, std::uint64_t(s.st_size), nanoseconds(s.st_mtim),
                    nanoseconds(s.st_ctim)};
 }

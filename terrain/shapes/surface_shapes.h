@@ -25,7 +25,7 @@ namespace tind {
 /// To be raised with every change of the bytes that tiles with lines or water have, where those of
 /// others stay (kTileEpoch of pyramid/plan/tile_version.h is for all): part of the digest, so that
 /// a folder never mixes two of them. A test holds it against the bytes (ShapeEpoch).
-inline constexpr int kShapeEpoch = 5;
+inline constexpr int kShapeEpoch = 6;
 
 /// What became of the files, for people.
 struct ShapesReport {

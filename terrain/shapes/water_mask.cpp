@@ -55,10 +55,11 @@ class PlaceLattice {
         places.push_back(
             {r.west + r.width() * i / (kNodes - 1), r.north - r.height() * j / (kNodes - 1)});
     source.to_post(places, posts_);
-    const double period = source.info().wraps_longitude ? source.info().period_cols : 0;
+    const double period = source.info().period_cols;
     for (std::size_t k = 0; period > 0 && k < posts_.size(); ++k) {  // no jump from one to the next
       const std::size_t before = k % kNodes ? k - 1 : k >= kNodes ? k - kNodes : k;
-      posts_[k].x -= std::round((posts_[k].x - posts_[before].x) / period) * period;
+      const double turns = std::round((posts_[k].x - posts_[before].x) / period);
+      if (std::isfinite(turns)) posts_[k].x -= turns * period;
     }
   }
   /// At shares of the way to the east and to the south.
@@ -85,8 +86,15 @@ class PlaceLattice {
 struct MaskPosts {
   HeightGrid posts;
   std::int64_t col = 0, row = 0, step = 1;
+  double turn = 0;  // columns after which a place comes again; 0: none does
 
   bool water(Vec2 post) const {
+    return water_at(post) ||
+           (turn > 0 && (water_at({post.x - turn, post.y}) || water_at({post.x + turn, post.y})));
+  }
+
+ private:
+  bool water_at(Vec2 post) const {
     const double c = std::round((post.x - double(col)) / double(step)),
                  r = std::round((post.y - double(row)) / double(step));
     if (!(c >= 0 && r >= 0 && c < posts.cols() && r < posts.rows())) return false;
@@ -107,6 +115,14 @@ Result<MaskPosts> posts_around(const DemSource& source, const PlaceLattice& plac
     }
   MaskPosts found;
   const DemInfo& info = source.info();
+  if (!info.wraps_longitude && info.period_cols > 0) {
+    // The turn that lies nearest; where the raster reaches into another, too, all of it is needed.
+    const double middle = (low.x + high.x) / 2, width = high.x - low.x;
+    const double turns = std::round((double(info.cols - 1) / 2 - middle) / info.period_cols);
+    low.x += turns * info.period_cols, high.x += turns * info.period_cols;
+    if (double(info.cols) + width >= info.period_cols) low.x = 0, high.x = double(info.cols - 1);
+    found.turn = info.period_cols;
+  }
   if (!info.wraps_longitude)
     low.x = std::max(low.x, -1.0), high.x = std::min(high.x, double(info.cols));
   low.y = std::max(low.y, -1.0), high.y = std::min(high.y, double(info.rows));

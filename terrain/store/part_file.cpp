@@ -8,10 +8,10 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <utility>
 
+#include "terrain/base/errno_text.h"
 #include "terrain/base/whole_io.h"
 
 namespace tind {
@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 std::unexpected<Error> failed(const std::string& what, const std::string& path, int code) {
-  return fail(Errc::io, "cannot " + what + " " + path + ": " + std::strerror(code));
+  return fail(Errc::io, "cannot " + what + " " + path + ": " + errno_text(code));
 }
 
 /// Is the file still the one of this name? Whoever had it may have given it its name.

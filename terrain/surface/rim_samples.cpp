@@ -41,11 +41,26 @@ Lattice lattice_over(const SurfaceLayer& layer, const GeoRect& r, std::int64_t s
   std::vector<Vec2> posts(places.size());
   layer.source->to_post(places, posts);
   Vec2 low{HUGE_VAL, HUGE_VAL}, high{-HUGE_VAL, -HUGE_VAL};
-  bool known = r.height() < 6;  // projections bend too much between the places of larger tiles
+  const bool small = r.height() < 6;  // projections bend too much between places of larger tiles
+  const bool straight = layer.source->is_plain_geographic() && info.post_to_crs.x_col > 0;
+  bool known = small || straight;
   for (const Vec2& p : posts) {
     known = known && std::isfinite(p.x) && std::isfinite(p.y);
     low = {std::min(low.x, p.x), std::min(low.y, p.y)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+  }
+  bool around = false;                // from there on, beyond the last column, too
+  if (straight && !small && known) {  // longitudes may jump from one place to the next
+    const double cols = r.width() / 360 * info.period_cols;
+    around = info.wraps_longitude && std::fmod(info.period_cols, double(step)) == 0;
+    low.x = posts.front().x, high.x = low.x + cols;
+    if (!info.wraps_longitude) {  // the turn that lies nearest
+      const double off = double(info.cols - 1) / 2 - (low.x + high.x) / 2;
+      const double turn = std::round(off / info.period_cols) * info.period_cols;
+      low.x += turn, high.x += turn;
+    }
+    if (info.wraps_longitude ? !around : double(info.cols) + cols > info.period_cols)
+      low.x = 0, high.x = double(info.cols - 1);
   }
   const double bend = known ? 0.01 * std::max(high.x - low.x, high.y - low.y) + 1 : HUGE_VAL;
   const auto range = [&](double from, double to, double reach, std::int64_t count,
@@ -56,7 +71,9 @@ Lattice lattice_over(const SurfaceLayer& layer, const GeoRect& r, std::int64_t s
     n = int(std::max(0.0, std::floor((end - double(first)) / double(step)) + 1));
   };
   Lattice lattice;
-  const double reach_x = info.wraps_longitude ? 0 : std::ceil(layer.blend_m / layer.spacing_m.x);
+  const double reach_x = around                 ? info.period_cols
+                         : info.wraps_longitude ? 0
+                                                : std::ceil(layer.blend_m / layer.spacing_m.x);
   range(low.x, high.x, reach_x, info.cols, lattice.col, lattice.cols);
   range(low.y, high.y, std::ceil(layer.blend_m / layer.spacing_m.y), info.rows, lattice.row,
         lattice.rows);

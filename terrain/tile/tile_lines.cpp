@@ -1,6 +1,3 @@
-// Lines are thinned by [Douglas, Peucker: Algorithms for the reduction of the number of points
-// required to represent a digitized line, The Canadian Cartographer 10(2), 1973].
-
 #include "terrain/tile/tile_lines.h"
 
 #include <algorithm>
@@ -9,6 +6,7 @@
 #include <tuple>
 
 #include "terrain/surface/post_warp.h"
+#include "terrain/tile/thin_line.h"
 
 namespace tind {
 
@@ -25,29 +23,12 @@ double distance_to(const Vec3& p, const Vec3& a, const Vec3& b, double x_scale) 
   return std::hypot(px - t * bx, py - t * by);
 }
 
-/// Marks what stays of points[first..last], its ends apart.
-void thin(const std::vector<Vec3>& points, std::size_t first, std::size_t last, double tolerance,
-          double x_scale, std::vector<bool>& stays) {
-  std::vector<std::pair<std::size_t, std::size_t>> todo{{first, last}};
-  while (!todo.empty()) {
-    const auto [from, to] = todo.back();
-    todo.pop_back();
-    double worst = tolerance;
-    std::size_t at = 0;
-    for (std::size_t i = from + 1; i < to; ++i) {
-      const double d = distance_to(points[i], points[from], points[to], x_scale);
-      if (d > worst) worst = d, at = i;
-    }
-    if (at == 0) continue;
-    stays[at] = true;
-    todo.push_back({from, at});
-    todo.push_back({at, to});
-  }
-}
-
 std::vector<Vec3> thinned(const std::vector<Vec3>& points, bool closed, double tolerance,
                           double x_scale) {
   if (points.size() < 3) return points;
+  const auto off = [&](std::size_t from, std::size_t to, std::size_t i) {
+    return distance_to(points[i], points[from], points[to], x_scale);
+  };
   std::vector<bool> stays(points.size(), false);
   stays.front() = stays.back() = true;
   std::size_t middle = 0;
@@ -58,9 +39,9 @@ std::vector<Vec3> thinned(const std::vector<Vec3>& points, bool closed, double t
       if (d > farthest) farthest = d, middle = i;
     }
     stays[middle] = true;
-    thin(points, 0, middle, tolerance, x_scale, stays);
+    mark_needed(0, middle, tolerance, stays, off);
   }
-  thin(points, middle, points.size() - 1, tolerance, x_scale, stays);
+  mark_needed(middle, points.size() - 1, tolerance, stays, off);
   std::vector<Vec3> kept;
   for (std::size_t i = 0; i < points.size(); ++i)
     if (stays[i]) kept.push_back(points[i]);

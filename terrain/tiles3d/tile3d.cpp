@@ -15,9 +15,11 @@ double nominal_error(const TileModel& tile) {
 
 /// The most that a tile of the next level is to be from its posts, and its border from the DEM's,
 /// as a mesh that is straight in longitude and latitude. (plan/level_plan.cpp: a level's budget is
-/// at most its nominal error.)
+/// at most its nominal error, and below a tile that rests on the residual index others may, which
+/// take all of it.)
 double finer_fit(const TileModel& tile) {
-  return std::min(nominal_error(tile) / 2, kLargestError_m);
+  const double finer = nominal_error(tile) / 2;
+  return tile.residual_m ? finer : std::min(finer, kLargestError_m);
 }
 /// What rounding to a compressed lattice adds to that, vertically, where the ground is no steeper
 /// than two up for one aside. (Not compressed it is a hundred thousandth of the nominal error.)

@@ -127,8 +127,9 @@ class FolderMaker {
             },
             options_.compression, options_.draped};
   }
+  /// (A version says what tiles are like, not which there are.)
   bool is_of_these(const proto::LayerJson& record) const {
-    return record.version == source().version();
+    return record.version == source().version() && record.available == set_.layer().available;
   }
   Result<void> begin();
   Result<void> put_safely(const std::string& path, std::string_view bytes);

@@ -36,6 +36,7 @@ export async function settled(page, timeout = 240000) {
   await page.waitForFunction(() => {
     const {widget, state} = window.tind ?? {};
     if (!state?.dataset) return false;
+    if (!widget.useDefaultRenderLoop) throw new Error("nothing is drawn any more: CesiumJS gave up");
     widget.counted ??= widget.scene.postRender.addEventListener(() => ++window.frames);
     widget.scene.requestRender();
     if (window.frames === window.seen) return false;

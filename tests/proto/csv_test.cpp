@@ -28,13 +28,19 @@ TEST(Csv, NumbersAreAllOfTheirField) {
 }
 
 TEST(Csv, ColumnsOfPlacesHaveManyNames) {
-  const auto found = PlaceColumns::in("name, Latitude ,LON");
+  const auto found = PlaceColumns::in("name, Latitude ,LON", true);
   ASSERT_TRUE(found);
   EXPECT_EQ(found->x, 2u);
   EXPECT_EQ(found->y, 1u);
-  EXPECT_TRUE(PlaceColumns::in("easting,northing"));
-  EXPECT_FALSE(PlaceColumns::in("lon,lon"));
-  EXPECT_FALSE(PlaceColumns::in("1,2"));
+  EXPECT_TRUE(PlaceColumns::in("easting,northing", true));
+  EXPECT_FALSE(PlaceColumns::in("lon,lon", true));
+  EXPECT_FALSE(PlaceColumns::in("1,2", true));
+  EXPECT_FALSE(PlaceColumns::in("lon,y", true)) << "of two kinds";
+  EXPECT_TRUE(PlaceColumns::in("lon,lat", false));
+  const char* const both = "id,x,y,lon,lat";
+  EXPECT_EQ(PlaceColumns::in(both, true)->x, 3u);
+  EXPECT_EQ(PlaceColumns::in(both, true)->y, 4u);
+  EXPECT_EQ(PlaceColumns::in(both, false)->x, 1u);
 }
 
 }  // namespace

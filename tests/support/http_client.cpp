@@ -93,7 +93,8 @@ HttpReply HttpClient::receive(bool head_only) {
     const std::size_t stop = head.find("\r\n", line), colon = head.find(": ", line);
     std::string name = head.substr(line, colon - line);
     std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
-    reply.headers[name] = head.substr(colon + 2, stop - colon - 2);
+    std::string& value = reply.headers[name];  // lines of one name are a list [RFC 9110, 5.3]
+    value += (value.empty() ? "" : ", ") + head.substr(colon + 2, stop - colon - 2);
     line = stop + 2;
   }
   std::size_t size = 0;

@@ -125,7 +125,8 @@ class Client(Processes):
                 at_a_time: int = 4) -> Iterator[tuple[int, Result | TindError]]:
         """Many of one process: orders are (dataset, inputs). Each result, or why there is none, as
         it comes, with the number of its order."""
-        with concurrent.futures.ThreadPoolExecutor(at_a_time) as pool:
+        pool = concurrent.futures.ThreadPoolExecutor(at_a_time)
+        try:
             waiting = {pool.submit(self.run, process, dataset, **inputs): i
                        for i, (dataset, inputs) in enumerate(orders)}
             for done in concurrent.futures.as_completed(waiting):
@@ -133,6 +134,8 @@ class Client(Processes):
                 if error is not None and not isinstance(error, TindError):
                     raise error
                 yield waiting[done], error if error is not None else done.result()
+        finally:  # who leaves early waits for what runs, not for what has not begun
+            pool.shutdown(cancel_futures=True)
 
     def job(self, job_id: str) -> Job:
         """One that was submitted before."""

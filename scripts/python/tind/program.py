@@ -36,7 +36,7 @@ _COMMANDS = {
     "line-of-sight": _Command(None, crs="places-crs"),
     "viewshed": _Command("viewshed", crs="places-crs"),
     "volume": _Command(None, polygon="area"),
-    "statistics": _Command("statistics", "csv", report=False, crs="places-crs"),
+    "statistics": _Command("statistics", "csv", report=False),
     "difference": _Command("difference"),
     "refine": _Command("mesh", "ply", polygon="polygon", bbox="bbox"),
     "compare": _Command("table", "csv"),
@@ -69,9 +69,12 @@ class Program(Processes):
         words += [f"--report={report}"] if process == "compare" else ["--json"] if command.report else []
         if inputs.pop("unit", None) == "percent":
             words.append("--percent")
+        crs = inputs.get("crs")
+        if command.crs == "bounds-crs" and inputs.get("bbox") is None:
+            inputs.pop("crs", None)  # of shapes alone, which say it themselves
         for key, value in inputs.items():
             if value is not None:
-                words += _option(command, key, value, folder)
+                words += _option(command, key, value, folder, crs)
         said = _run(words, timeout_s)
         if process == "compare":
             with open(report, encoding="utf-8") as figures:
@@ -117,7 +120,17 @@ def _numbers(value: Any) -> str:
     return " ".join(",".join(map(repr, map(float, point))) for point in value)
 
 
-def _option(command: _Command, name: str, value: Any, folder: str) -> list[str]:
+def _geojson(shape: Any, crs: str | None) -> dict[str, Any]:
+    """As the server is asked: of bare GeoJSON `crs` says what its numbers are."""
+    shape = getattr(shape, "__geo_interface__", shape)
+    if crs is None or "crs" in shape:
+        return shape
+    authority, _, code = crs.partition(":")
+    name = f"urn:ogc:def:crs:{authority}::{code}" if code else "urn:ogc:def:crs:OGC:1.3:CRS84"
+    return {**shape, "crs": {"type": "name", "properties": {"name": name}}}
+
+
+def _option(command: _Command, name: str, value: Any, folder: str, crs: str | None) -> list[str]:
     if command.bbox == "bbox":  # refine, which takes its region as text
         if name == "window":
             name, value = "bounds", ",".join(map(str, value))
@@ -135,7 +148,7 @@ def _option(command: _Command, name: str, value: Any, folder: str) -> list[str]:
     if name in _SHAPES:
         path = os.path.join(folder, f"{name}.geojson")
         with open(path, "w", encoding="utf-8") as file:
-            json.dump(getattr(value, "__geo_interface__", value), file)
+            json.dump(_geojson(value, crs), file)
         return [f"--{flag}={path}"]
     if isinstance(value, bool):
         return [f"--{flag}"] if value else []
@@ -153,7 +166,8 @@ def _run(words: list[str], timeout_s: float | None, given: str | None = None) ->
     except FileNotFoundError as error:
         raise TindError(f"there is no program {words[0]}: Program('/path/of/tind')") from error
     if done.returncode != 0:
-        lines = [line for line in done.stderr.splitlines() if line.strip()]
+        lines = [line for line in done.stderr.splitlines()
+                 if line.strip() and not line.startswith("Run with --help")]
         raise TindError(lines[-1] if lines else f"{words[0]} ended with {done.returncode}",
                         done.returncode)
     return done.stdout

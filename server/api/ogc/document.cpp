@@ -55,7 +55,7 @@ http::Operation document_operation(const char* id, const char* summary, const ch
 
 Asked asked_of(const http::Request& request, std::string_view f) {
   return {form_of(f, request.head.fields), origin_of(request), std::string(request.path),
-          std::string(request.head.target), http::Conditions(request.head.fields)};
+          std::string(request.head.target), http::Conditions(request.head)};
 }
 
 std::expected<Asked, http::Reply> read_asked(const http::Request& request) {

@@ -35,7 +35,11 @@ http::Reply json_reply(const Ordered& json) {
 using WithJob = http::Reply (*)(const App&, const Job&, const std::string& output,
                                 const ogc::Asked&);
 
-/// Of the key that is shown, where one is: what another one asked for, it has not.
+/// Asked for with a key, it is of who shows that key; a key has no job of anybody else.
+bool is_of(const Job& job, const std::string& whose) {
+  return job.client == whose || (whose.empty() && !job.client.starts_with("key "));
+}
+
 std::optional<http::Reply> with_job(const App& app, const http::Request& request,
                                     http::DeferredReply& deferred, WithJob answer) {
   const std::string whose = request.access ? deferred.client() : std::string();
@@ -49,7 +53,7 @@ std::optional<http::Reply> with_job(const App& app, const http::Request& request
           const std::stop_token&) {
         const auto job = app.jobs->find(id);
         if (!job) return http::problem_reply(job.error(), asked.target);
-        if (!*job || (!whose.empty() && (*job)->client != whose))
+        if (!*job || !is_of(**job, whose))
           return http::problem_reply({.status = 404,
                                       .detail = "There is no such job, or it has expired.",
                                       .instance = asked.target,

@@ -15,6 +15,7 @@
 #include "server/http/message/byte_range.h"
 #include "server/http/message/negotiate.h"
 #include "server/http/message/problem.h"
+#include "server/http/message/representation.h"
 #include "terrain/base/file_io.h"
 
 namespace tind::api {
@@ -75,6 +76,7 @@ http::Reply file_reply(const std::string& path, const JobOrder::Output& output,
       {"Accept-Ranges", "bytes"},
       {"Content-Disposition", name},
       {"Access-Control-Expose-Headers", "Accept-Ranges, Content-Disposition, Content-Range, ETag"}};
+  if (client.excludes(etag)) return http::changed(target);
   if (!client.none_match.empty() && http::lists_etag(client.none_match, etag))
     return http::make_reply(304, output.media_type, {}, headers);
   const auto file = map_file(path);
@@ -133,7 +135,8 @@ Result<Ordered> report_of(const services::Jobs& jobs, const Job& job, const JobO
   return json;
 }
 
-bool is_report(const JobOrder::Output& output) { return output.media_type == "application/json"; }
+/// Not every JSON: a profile's may be as large as results get, and is a file as any other.
+bool is_report(const JobOrder::Output& output) { return output.name == "report"; }
 
 /// In place of results.
 http::Reply none(const Job& job, std::string_view target) {
@@ -146,6 +149,11 @@ http::Reply none(const Job& job, std::string_view target) {
     return http::problem_reply(
         {.status = 404, .detail = "The job was dismissed.", .instance = target});
   constexpr int kUsage = 2, kData = 65;  // as the command line ends
+  if (job.exit_code == Job::kNoRoom)
+    return http::problem_reply({.status = 503,
+                                .detail = "The job failed: " + message_of(job) + ".",
+                                .instance = target,
+                                .headers = {{"Retry-After", "60"}}});
   const int status = job.exit_code == kUsage ? 400 : job.exit_code == kData ? 422 : 500;
   return http::problem_reply(
       {.status = status, .detail = "The job failed: " + message_of(job) + ".", .instance = target});

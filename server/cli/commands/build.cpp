@@ -206,7 +206,8 @@ void print(const BuildReport& r, const TileSetOptions& tiles, VerticalDatum datu
   if (r.without_lines > 0)
     fmt::print(
         "{} leave{} out lines and shores, with which {} more than twice {} level's budget: "
-        "{}{}. Lakes are not level there; smaller or simpler polygons help\n",
+        "{}{}. Breaklines are no edges there, and lakes, where those go too, not level; simpler "
+        "lines and smaller polygons help\n",
         r.without_lines == 1 ? "1 tile" : fmt::format("{} tiles", r.without_lines),
         r.without_lines == 1 ? "s" : "", r.without_lines == 1 ? "it is" : "they are",
         r.without_lines == 1 ? "its" : "their", fmt::join(r.some_without_lines, ", "),
@@ -362,7 +363,7 @@ int run(Arguments a) {
                      "--format 3dtiles needs level 0, from where clients find all others: leave "
                      "out --levels, or begin it with 0"});
   DemOptions dem = dem_options(a.input);
-  limit_caches(a.memory, a.input.files, dem);
+  limit_caches(a.memory, a.input, a.layers, dem);
   auto opened = open_surface(a.input, a.layers, dem);
   if (!opened) return complain(opened.error());
   const auto source = with_shapes(std::move(*opened), a.shapes);

@@ -27,10 +27,7 @@ struct Arguments {
 };
 
 int run(const Arguments& a) {
-  if (!names_store(a.from))
-    return complain({Errc::invalid_argument,
-                     a.from + " is no tile set: name a directory of tiles, X.pmtiles, X.mbtiles, "
-                              "s3://BUCKET/PREFIX or a URL"});
+  if (!names_store(a.from)) return complain(no_store(a.from));
   finish_on_signals();
   const auto begin = std::chrono::steady_clock::now();
   Result<CopyReport> report = fail(Errc::internal, "not run");

@@ -34,7 +34,9 @@ struct Row {
 };
 constexpr Row kRows[] = {
     {Derivative::slope, "Slope of a DEM as a raster: degrees, or per cent"},
-    {Derivative::aspect, "Where a DEM's slopes face, as a raster: degrees clockwise from north"},
+    {Derivative::aspect,
+     "Where a DEM's slopes face, as a raster: degrees clockwise from north, of a projected DEM "
+     "from the north of its grid"},
     {Derivative::hillshade, "A DEM lit from a side, as a raster of greys"},
     {Derivative::roughness, "The largest difference of heights around each post, as a raster"},
     {Derivative::tri, "Terrain ruggedness index (Riley) as a raster"},

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <fstream>
 #include <functional>
 #include <iostream>
@@ -24,8 +23,10 @@
 #include "server/cli/options/place_input.h"
 #include "server/cli/options/tin_input.h"
 #include "terrain/analysis/heights_at.h"
+#include "terrain/base/errno_text.h"
 #include "terrain/base/file_io.h"
 #include "terrain/mesh/mesh_file.h"
+#include "terrain/raster/crs_points.h"
 #include "terrain/raster/datums.h"
 
 namespace tind::cli {
@@ -173,8 +174,10 @@ class Table {
     while (head.empty() && next(head)) {
     }
     if (head.starts_with("\xef\xbb\xbf")) head.erase(0, 3);
-    const auto columns = csv::PlaceColumns::in(head);
-    if (!columns) return wrong(1, std::string("must name the columns ") + csv::kPlaceColumns);
+    const auto columns = csv::PlaceColumns::in(head, is_geographic(a_.crs));
+    if (!columns)
+      return wrong(1, std::string("must name the columns ") + csv::kPlaceColumns +
+                          ", with commas between them");
     columns_ = *columns;
     text_ = fmt::format("{},height_m,coverage{}\n", head, asked_.tiles ? ",max_error_m" : "");
     for (std::string line; next(line);) {
@@ -256,7 +259,7 @@ class Table {
 Result<void> print_now(std::string_view text) {
   if (std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0)
     return {};
-  return fail(Errc::io, fmt::format("standard output: {}", std::strerror(errno)));
+  return fail(Errc::io, fmt::format("standard output: {}", errno_text(errno)));
 }
 
 int fill_table(const Arguments& a, const Asked& asked) {

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -48,6 +50,23 @@ Result<std::size_t> state_asked_for(const Extract& a, const ProgressiveMesh& pm,
   return cursor.position_for_error(*a.max_error);
 }
 
+/// How far the file's 32-bit coordinates move a vertex, aside and in height, in its numbers;
+/// nothing where they are those of the mesh.
+struct Rounding {
+  double aside = 0, height = 0;
+};
+std::optional<Rounding> rounding_of(const MeshFormat& format, const proto::Mesh& mesh) {
+  if (!format.as_in_file) return {};
+  const Tin level = from_file_mesh(mesh), written = as_in_file(format, mesh);
+  Rounding most;
+  for (std::size_t i = 0; i < level.vertices.size(); ++i) {
+    const Vec3 &p = level.vertices[i], &q = written.vertices[i];
+    most.aside = std::max(most.aside, std::hypot(p.x - q.x, p.y - q.y));
+    most.height = std::max(most.height, std::abs(p.z - q.z));
+  }
+  return most;
+}
+
 int run_extract(const Extract& a) {
   const auto format = format_of(a.output);
   if (!format) return complain(format.error());
@@ -70,6 +89,7 @@ int run_extract(const Extract& a) {
   proto::Mesh mesh = to_file_mesh(std::move(level));
   if (terrain) mesh.place = mesh_place(info, MeshFrame::source, false);
   if (const int code = put_mesh(a.output, **format, mesh); code != kOk) return code;
+  const auto rounding = rounding_of(**format, mesh);
   nlohmann::ordered_json origin = nlohmann::ordered_json::object();
   add_file_origin(origin, **format, mesh);
   const bool complete = stream->splits.size() == stream->total_splits;
@@ -79,6 +99,7 @@ int run_extract(const Extract& a) {
                                 {terrain ? "max_error_m" : "max_error", cursor->error_m()},
                                 {"splits", *state},
                                 {"complete", complete}};
+    if (rounding) j["rounding"] = {{"aside", rounding->aside}, {"height", rounding->height}};
     if (terrain) j.update(place_json(mesh.place));
     j.update(origin);
     j["output"] = a.output.path;
@@ -91,6 +112,11 @@ int run_extract(const Extract& a) {
     else
       fmt::print("at most {:.4g} from the finest surface\n", cursor->error_m());
     fmt::print("{}", file_origin_line(origin));
+    if (rounding && (rounding->aside > 0 || rounding->height > 0))
+      fmt::print(
+          "note: that is of the mesh; the 32-bit coordinates of {} move a vertex by up to {:.3g} "
+          "of its units aside and {:.3g} in height\n",
+          (*format)->title, rounding->aside, rounding->height);
     if (!complete)
       fmt::print("the file is cut off: {} of {} splits are there\n", stream->splits.size(),
                  stream->total_splits);

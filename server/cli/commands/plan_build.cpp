@@ -100,7 +100,7 @@ int run(Arguments a) {
       code != kOk)
     return code;
   DemOptions dem = dem_options(a.input);
-  limit_caches(a.memory, a.input.files, dem);
+  limit_caches(a.memory, a.input, a.layers, dem);
   auto opened = open_surface(a.input, a.layers, dem);
   if (!opened) return complain(opened.error());
   const auto source = with_shapes(std::move(*opened), a.shapes);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <nlohmann/json.hpp>
 
@@ -13,6 +14,7 @@
 #include "server/cli/options/output_options.h"
 #include "server/cli/options/output_paths.h"
 #include "server/cli/options/report_output.h"
+#include "server/cli/pictures/mesh_quality.h"
 #include "server/cli/program/progress_bar.h"
 #include "terrain/mesh/mesh_frame.h"
 #include "terrain/mesh/vertical_error.h"
@@ -70,20 +72,39 @@ Result<GeoRegion> region_of(const Arguments& a) {
   return out;
 }
 
-/// The worst posts on either side of the region's edge.
+/// The worst posts on either side of the region's edge, by f(posts of one side).
 struct Measured {
   VerticalError inside, outside;
 };
-Measured measure(const Tin& tin, const HeightGrid& grid, const Region& region, int threads) {
+template <class F>
+Measured by_side(const HeightGrid& grid, const Region& region, F&& f) {
   HeightGrid in = grid, out = grid;
   for (int r = 0; r < grid.rows(); ++r)
     for (int c = 0; c < grid.cols(); ++c)
       (region.contains({double(c), -double(r)}) ? out : in).at(c, r) = HeightGrid::kVoid;
-  return {vertical_error(tin, in, threads), vertical_error(tin, out, threads)};
+  return {f(in), f(out)};
 }
 
 std::string within(const VerticalError& e) {
-  return e.posts == 0 ? "no valid post" : fmt::format("{} posts within {:.3f} m", e.posts, e.max_m);
+  std::string text =
+      e.posts == 0 ? "no valid post" : fmt::format("{} posts within {:.3f} m", e.posts, e.max_m);
+  if (e.uncovered > 0) text += fmt::format(" ({} more beside the mesh)", e.uncovered);
+  return text;
+}
+nlohmann::ordered_json json_of(const VerticalError& e, double asked_m) {
+  return {{"asked_m", asked_m},
+          {"max_error_m", e.max_m},
+          {"posts", e.posts},
+          {"posts_uncovered", e.uncovered}};
+}
+
+/// What the file's 32-bit coordinates add to an error that the mesh itself keeps.
+std::string beyond(const MeshFormat& format, const Measured& measured, const RegionErrors& asked) {
+  const double over =
+      std::max(measured.inside.max_m - asked.inside_m, measured.outside.max_m - asked.outside_m);
+  if (!format.as_in_file || !(over > 1e-8)) return {};
+  return fmt::format("the 32-bit coordinates of {} take the mesh {:.3g} m beyond what was asked",
+                     format.title, over);
 }
 
 int run(const Arguments& a) {
@@ -112,20 +133,20 @@ int run(const Arguments& a) {
   }
   if (!all) return complain(all.error());
   const Tin tin = refine_region(*all, *region, a.errors).to_tin();
-  const Measured measured = measure(tin, posts->grid, *region, a.threads);
-  proto::Mesh mesh = to_file_mesh(mesh_map(info, a.frame, false).from_posts(tin));
+  const MeshMap map = mesh_map(info, a.frame, false);
+  proto::Mesh mesh = to_file_mesh(map.from_posts(tin));
   mesh.place = place;
   if (const int code = put_mesh(a.output, **format, mesh); code != kOk) return code;
+  const Measured measured = by_side(posts->grid, *region, [&](const HeightGrid& side) {
+    if (!(*format)->as_in_file) return vertical_error(tin, side, a.threads);
+    return mesh_quality(as_in_file(**format, mesh), map, side, a.threads, true).error;
+  });
+  const std::string note = beyond(**format, measured, a.errors);
   nlohmann::ordered_json report = {{"triangles", tin.triangles.size()},
                                    {"vertices", tin.vertices.size()},
-                                   {"inside",
-                                    {{"asked_m", a.errors.inside_m},
-                                     {"max_error_m", measured.inside.max_m},
-                                     {"posts", measured.inside.posts}}},
-                                   {"outside",
-                                    {{"asked_m", a.errors.outside_m},
-                                     {"max_error_m", measured.outside.max_m},
-                                     {"posts", measured.outside.posts}}}};
+                                   {"inside", json_of(measured.inside, a.errors.inside_m)},
+                                   {"outside", json_of(measured.outside, a.errors.outside_m)},
+                                   {"note", note}};
   report["frame"] = name_of(a.frame);
   report.update(place_json(place));
   if (info.accuracy) report["accuracy"] = api::accuracy_json(*info.accuracy);
@@ -136,6 +157,7 @@ int run(const Arguments& a) {
     fmt::print("{} triangles; inside {}, outside {}\n{}{}", tin.triangles.size(),
                within(measured.inside), within(measured.outside), file_origin_line(report),
                accuracy_line(info));
+    if (!note.empty()) fmt::print("note: {}\n", note);
   });
 }
 

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -33,6 +34,7 @@
 #include "server/services/datasets/config.h"
 #include "server/services/datasets/key_table.h"
 #include "server/services/datasets/open_dataset.h"
+#include "terrain/base/errno_text.h"
 #include "terrain/dataset/dem_dataset.h"
 #include "terrain/dataset/stored_dataset.h"
 #include "terrain/geo/environment.h"
@@ -138,10 +140,10 @@ Result<Config> configure(const Options& options) {
 /// What would end a daemon by default although nobody wants it to end: a reader of its output that
 /// has gone, and signals that it has no use for. SIGHUP has its handler once the server listens;
 /// before that it is remembered.
-volatile std::sig_atomic_t hung_up = 0;
+std::atomic<bool> hung_up = false;
 void ignore_signals() {
   for (const int signal : {SIGPIPE, SIGUSR1, SIGUSR2}) std::signal(signal, SIG_IGN);
-  std::signal(SIGHUP, [](int) { hung_up = 1; });
+  std::signal(SIGHUP, [](int) { hung_up = true; });
 }
 
 bool has_terminal() {
@@ -165,12 +167,14 @@ void end_within(std::chrono::milliseconds time, int code) {
 /// What libraries would take by themselves: an arena per thread keeps what was freed, so that with
 /// many threads a daemon seems to leak. GDAL's block cache stands before one of our own.
 void bound_memory() {
+  // NOLINTBEGIN(concurrency-mt-unsafe): no other thread asks the environment yet
   mallopt(M_ARENA_MAX, 2);
   // A tile's work space stays for the next one: to take its pages anew each time was two thirds of
   // a cold tile's time. What is larger (a body, an index) goes back when it is done with.
   mallopt(M_MMAP_THRESHOLD, 32 << 20);
   mallopt(M_TRIM_THRESHOLD, 32 << 20);
   setenv("GDAL_CACHEMAX", "16", 0);  // MB; the operator's own setting wins
+  // NOLINTEND(concurrency-mt-unsafe)
 }
 
 /// Folders of tiles keep theirs.
@@ -401,7 +405,7 @@ int serve(const Config& config, const Options& options) {
   // Whoever waits for that line would wait for ever, unless he has gone.
   if (std::fflush(stdout) != 0 && errno != EPIPE)
     return complain(Error{Errc::io, fmt::format("cannot say where it listens: standard output: {}",
-                                                std::strerror(errno))});
+                                                errno_text(errno))});
   if (*admin) spdlog::info("admin at {}", (*admin)->url());
   if (hung_up && listening.hangup_stops())
     (*server)->stop();
@@ -447,16 +451,20 @@ Result<std::size_t> check_dataset(services::DatasetSpec spec, const Config& conf
   return 0;
 }
 
+struct Checked {
+  std::size_t not_read = 0;    // DEMs that a start reads later
+  std::size_t left_alone = 0;  // entries of the catalog
+};
+
 /// What would end the start: all that is read before the daemon is ready, and of a DEM that it
-/// reads later that it opens. The sum is of those. What a start would leave alone is a warning.
-Result<std::size_t> check(const Config& config,
-                          const std::shared_ptr<const Environment>& environment) {
+/// reads later that it opens. What a start would leave alone is a warning.
+Result<Checked> check(const Config& config, const std::shared_ptr<const Environment>& environment) {
   if (auto any = services::something_to_serve(config); !any) return std::unexpected(any.error());
-  std::size_t not_read = 0;
+  Checked all;
   for (const services::DatasetSpec& spec : services::specs_of(config)) {
     const auto checked = check_dataset(spec, config, environment);
-    if (!checked) return checked;
-    not_read += *checked;
+    if (!checked) return std::unexpected(checked.error());
+    all.not_read += *checked;
   }
   if (!config.catalog.empty()) {
     const auto entries = services::CatalogFolder(config.catalog).look();
@@ -466,13 +474,14 @@ Result<std::size_t> check(const Config& config,
                                ? check_dataset(entry.spec, config, environment)
                                : Result<std::size_t>(fail(Errc::bad_data, entry.wrong));
       if (!checked) warn("left alone: " + checked.error().what);
-      not_read += checked.value_or(0);
+      all.left_alone += !checked;
+      all.not_read += checked.value_or(0);
     }
   }
   if (std::error_code none;
       !config.viewer.empty() && !std::filesystem::is_directory(config.viewer, none))
     return fail(Errc::not_found, "viewer: there is no folder " + config.viewer);
-  return not_read;
+  return all;
 }
 
 constexpr const char* kAsRoot =
@@ -485,15 +494,18 @@ int run(const Options& options) {
   if (const rlimit none{0, 0}; options.no_core_dumps) ::setrlimit(RLIMIT_CORE, &none);
   const auto config = configure(options);
   if (!config) return complain(config.error());
-  Result<std::size_t> not_read =
-      options.check_config ? check(*config, options.environment) : Result<std::size_t>(0);
-  if (!not_read) return complain(not_read.error());
-  if (*not_read > 0)
-    warn(fmt::format("{} DEMs of more than {} million posts were opened, but not read", *not_read,
-                     kMostReadAtOnce / 1'000'000));
+  const auto checked = options.check_config ? check(*config, options.environment) : Checked{};
+  if (!checked) return complain(checked.error());
+  if (checked->not_read > 0)
+    warn(fmt::format("{} DEMs of more than {} million posts were opened, but not read",
+                     checked->not_read, kMostReadAtOnce / 1'000'000));
   if (options.check_config && refused_as_root(*config))
     warn(std::string("as this user it ") + kAsRoot);
   if (options.print_config) std::fputs(services::print_config(*config).c_str(), stdout);
+  if (checked->left_alone > 0)
+    return complain({Errc::bad_data, fmt::format("the settings are valid, but {} of the catalog's "
+                                                 "entries would not be served",
+                                                 checked->left_alone)});
   if (options.check_config && !options.print_config) std::puts("tind: the configuration is valid");
   if (options.print_config || options.check_config) return kOk;
   if (refused_as_root(*config)) return complain(Error{Errc::invalid_argument, kAsRoot});

@@ -166,12 +166,6 @@ nlohmann::ordered_json report_json(const Arguments& a, const DemInfo& info, cons
   return j;
 }
 
-/// The mesh as it stands in the file: some formats have 32-bit coordinates only.
-Tin as_in_file(const MeshFormat& format, proto::Mesh mesh) {
-  if (format.as_in_file) mesh = format.as_in_file(std::move(mesh));
-  return from_file_mesh(std::move(mesh));
-}
-
 void print_end(const Seconds& s, const Simplified& made) {
   fmt::print("seconds: read {:.3f}, simplify {:.3f}, write {:.3f}, measure {:.3f}\n", s.read,
              s.simplify, s.write, s.measure);
@@ -190,11 +184,27 @@ void print(const Arguments& a, const DemInfo& info, const nlohmann::ordered_json
   print_end(s, made);
 }
 
+bool breaks_bound(const Arguments& a, const MeshQuality& quality) {
+  return a.options.stop.max_error_m &&
+         quality.error.max_m > *a.options.stop.max_error_m * (1 + 1e-9) + 1e-8;
+}
+
+/// A TIN with a step along a seam, or with a vertex in the middle of another triangle's edge, is
+/// not within 0 of its own vertices. What goes beyond that, too, is still the method's.
+void tell_of_steps(const Arguments& a, const TerrainTin& of, const MeshQuality& quality,
+                   Simplified& made) {
+  const double own = tin_quality(of.tin, of, a.options.threads).error.max_m;
+  if (quality.error.max_m > *a.options.stop.max_error_m + own + 1e-8) return;
+  made.note = fmt::format(
+      "vertices of {} lie up to {:.3g} m from its own triangles (a step along a seam, or one in "
+      "the middle of another's edge): there the bound cannot hold",
+      a.input.files[0], own);
+}
+
 /// The referee has the last word on a bound: what breaks it has a reason that is told, or is a bug.
 Result<void> hold_to_bound(const Arguments& a, const MeshQuality& quality, Simplified& made) {
-  if (!a.options.stop.max_error_m) return {};
+  if (!breaks_bound(a, quality) || !made.note.empty()) return {};
   const double bound = *a.options.stop.max_error_m;
-  if (quality.error.max_m <= bound * (1 + 1e-9) + 1e-8 || !made.note.empty()) return {};
   if (!a.format->as_in_file) {
     return fail(Errc::internal,
                 fmt::format("{} keeps {} m, not {} m: this is a bug, the mesh in "
@@ -321,6 +331,8 @@ int run_tin(const Arguments& a) {
   const MeshQuality quality =
       tin_quality(written, read->terrain, a.options.threads, a.format->as_in_file != nullptr);
   seconds.measure = watch.lap();
+  if (breaks_bound(a, quality) && made->note.empty())
+    tell_of_steps(a, read->terrain, quality, *made);
   if (const auto ok = hold_to_bound(a, quality, *made); !ok) return complain(ok.error());
   nlohmann::ordered_json report = {{"method", a.method.name},
                                    {"steps", made->steps},

@@ -174,6 +174,9 @@ int run(const Arguments& a) {
     return complain(
         {Errc::invalid_argument,
          "--json is for standard output; a file has what its name says: name it .json"});
+  const bool device = a.output.starts_with("/dev/");
+  if (!a.output.empty() && !device && !a.output.ends_with(".csv") && !a.output.ends_with(".json"))
+    return complain({Errc::invalid_argument, a.output + ": name the table .csv or .json"});
   if (const int code = check_outputs({a.output}, inputs); code != kOk) return code;
   const auto made = make(a);
   if (!made) return complain_of(a.dem, made.error());

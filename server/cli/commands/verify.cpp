@@ -95,10 +95,7 @@ Result<RepairReport> repair(const Arguments& a) {
 }
 
 int run(const Arguments& a) {
-  if (!names_store(a.where))
-    return complain({Errc::invalid_argument,
-                     a.where + " is no tile set: name a directory of tiles, X.pmtiles, X.mbtiles, "
-                               "s3://BUCKET/PREFIX or a URL"});
+  if (!names_store(a.where)) return complain(no_store(a.where));
   finish_on_signals();
   auto report = look(a);
   if (!report) return complain(report.error());

@@ -8,7 +8,10 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "server/cli/options/dem_input.h"
+#include "server/cli/options/surface_input.h"
 #include "terrain/base/parallel.h"
+#include "terrain/raster/dem_files.h"
 
 namespace tind::cli {
 
@@ -27,6 +30,26 @@ std::uint64_t gdal_bytes(std::uint64_t memory) {
   return std::clamp(memory / 8, 16 * kMega, 128 * kMega);
 }
 
+std::uint64_t cache_bytes(std::uint64_t memory) {
+  return std::clamp(memory / 16, 8 * kMega, 64 * kMega);
+}
+std::uint64_t unpacked_bytes(std::uint64_t memory) {
+  return std::clamp(memory / 4, 32 * kMega, 256 * kMega);
+}
+
+/// Is any of the files, also in a folder or a list, or of a layer? (What cannot be read, whoever
+/// opens it says.)
+bool is_zipped(const DemInput& input, const SurfaceInput& layers, const DemOptions& dem) {
+  const auto any = [&](const std::vector<std::string>& named) {
+    const auto all = dem_files(named, dem);
+    return all &&
+           std::ranges::any_of(all->files, [](const auto& f) { return f.ends_with(".zip"); });
+  };
+  if (any(input.files)) return true;
+  const auto read = read_layers(layers, dem);
+  return read && std::ranges::any_of(read->layers, any, &LayerSpec::files);
+}
+
 }  // namespace
 
 void add_memory_option(Command command, std::uint64_t& bytes) {
@@ -38,15 +61,17 @@ void add_memory_option(Command command, std::uint64_t& bytes) {
       .bytes();
 }
 
-void limit_caches(std::uint64_t memory, const std::vector<std::string>& files, DemOptions& dem) {
+void limit_caches(std::uint64_t memory, const DemInput& input, const SurfaceInput& layers,
+                  DemOptions& dem) {
   // An arena for each of many threads would keep as much each.
+  // NOLINTBEGIN(concurrency-mt-unsafe): no other thread asks the environment yet
   mallopt(M_ARENA_MAX, 4);
   mallopt(M_MMAP_THRESHOLD, kKeptWorkspace);
   mallopt(M_TRIM_THRESHOLD, kKeptWorkspace);
   setenv("GDAL_CACHEMAX", std::to_string(gdal_bytes(memory) / kMega).c_str(), 1);
-  dem.cache_bytes = std::clamp(memory / 16, 8 * kMega, 64 * kMega);
-  const bool zipped = std::ranges::any_of(files, [](const auto& f) { return f.ends_with(".zip"); });
-  dem.unpacked_bytes = zipped ? std::clamp(memory / 4, 32 * kMega, 256 * kMega) : 0;
+  // NOLINTEND(concurrency-mt-unsafe)
+  dem.cache_bytes = cache_bytes(memory);
+  dem.unpacked_bytes = is_zipped(input, layers, dem) ? unpacked_bytes(memory) : 0;
 }
 
 Result<int> threads_within(std::uint64_t memory, const Surface& surface, const DemOptions& dem,
@@ -54,20 +79,20 @@ Result<int> threads_within(std::uint64_t memory, const Surface& surface, const D
   const std::uint64_t each =
       surface.only() && surface.is_plain_geographic() ? kPerThread : kPerThreadProjected;
   const std::uint64_t layers = surface.layers().size();
-  const std::uint64_t fixed =
-      kProgram + gdal_bytes(memory) + layers * (dem.cache_bytes + dem.unpacked_bytes);
-  if (memory < fixed + each) {
-    std::uint64_t needed = memory;  // caches grow with it
-    while (needed < kProgram + gdal_bytes(needed) +
-                        layers * (std::max(8 * kMega, needed / 16) +
-                                  (dem.unpacked_bytes ? std::max(32 * kMega, needed / 4) : 0)) +
-                        each)
-      needed += kMega;
+  // What is there before the first thread; caches grow with the memory, up to a bound.
+  const auto fixed = [&](std::uint64_t all) {
+    return kProgram + gdal_bytes(all) +
+           layers * (cache_bytes(all) + (dem.unpacked_bytes > 0 ? unpacked_bytes(all) : 0));
+  };
+  if (memory < fixed(memory) + each) {
+    std::uint64_t needed = memory;
+    while (needed < fixed(needed) + each) needed += kMega;
     return fail(Errc::invalid_argument,
-                fmt::format("--memory {}M is not enough for one thread with this source; {}M is",
-                            memory / kMega, (needed + kMega - 1) / kMega));
+                fmt::format("--memory {}{} is not enough for one thread with this source; {}M is",
+                            memory < kMega ? memory : memory / kMega, memory < kMega ? "" : "M",
+                            (needed + kMega - 1) / kMega));
   }
-  const auto room = int(std::min<std::uint64_t>((memory - fixed) / each, 1024));
+  const auto room = int(std::min<std::uint64_t>((memory - fixed(memory)) / each, 1024));
   return std::min(threads > 0 ? threads : hardware_threads(), room);
 }
 

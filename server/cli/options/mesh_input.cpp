@@ -35,8 +35,10 @@ Error not_a_dem(const Error& why, const std::vector<std::string>& files) {
   if (is_mesh(files[0])) return {Errc::unsupported, mesh_refused(files[0])};
   const MeshFormat* const format = format_only_written(files[0]);
   if (!format) return why;
-  return {Errc::unsupported, files[0] + ": is no raster; tind writes meshes like this (" +
-                                 format->title + "), but reads only " + readable_extensions()};
+  return {Errc::unsupported, files[0] + ": tind writes meshes like this (" + format->title +
+                                 "), but reads neither them nor rasters; a raster becomes a "
+                                 "GeoTIFF with gdal_translate, meshes are read of " +
+                                 readable_extensions()};
 }
 
 Result<PlacedTin> read_placed_tin(const std::string& path) {

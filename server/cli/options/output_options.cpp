@@ -35,6 +35,11 @@ int put_mesh(const MeshOutput& output, const MeshFormat& format, const proto::Me
   return kOk;
 }
 
+Tin as_in_file(const MeshFormat& format, proto::Mesh mesh) {
+  if (format.as_in_file) mesh = format.as_in_file(std::move(mesh));
+  return from_file_mesh(std::move(mesh));
+}
+
 void add_file_origin(nlohmann::ordered_json& report, const MeshFormat& format,
                      const proto::Mesh& mesh) {
   if (const auto origin = file_origin(format, mesh)) report["file_origin"] = *origin;

@@ -7,6 +7,7 @@
 #include "server/cli/program/command_line.h"
 #include "terrain/mesh/mesh_file.h"
 #include "terrain/mesh/mesh_frame.h"
+#include "terrain/mesh/tin.h"
 
 namespace tind::cli {
 
@@ -24,6 +25,9 @@ Result<const MeshFormat*> format_of(const MeshOutput&);
 /// Writes it. kOk, or says why not. Warns where readers of the format would take degrees for
 /// lengths.
 int put_mesh(const MeshOutput&, const MeshFormat&, const proto::Mesh&);
+
+/// The mesh as it stands in the file: some formats have 32-bit coordinates only.
+Tin as_in_file(const MeshFormat&, proto::Mesh);
 
 /// Where its numbers are, for a report: crs, epsg (null without a code), crs_wkt, vertical_datum;
 /// in the metric frame origin and metres_to_crs.

@@ -77,7 +77,7 @@ Result<Surface> open_planned(const ShardPlan& plan, const NamedAgain& named,
       return fail("the plan's option " + name, ok.error());
   const SurfaceInput layers{from.layers, from.blends, from.layer_errors};
   DemOptions dem = dem_options(input);
-  limit_caches(memory, input.files, dem);
+  limit_caches(memory, input, layers, dem);
   auto opened = open_surface(input, layers, dem);
   if (!opened) return opened;
   auto surface = with_shapes(std::move(*opened), from.shapes);

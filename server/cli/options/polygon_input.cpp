@@ -34,7 +34,7 @@ void warn_of_plane(const AreaScale& scale, const DemInfo& info) {
   const std::string greatest = fmt::format("{:.3g}", scale.greatest);
   warn(fmt::format(
       "areas and volumes are those in the plane of {}, {} times those on the ground; for these "
-      "bring the DEM to its UTM zone or to degrees (gdalwarp -t_srs)",
+      "bring the DEM to its UTM zone, to degrees or to an equal-area projection (gdalwarp -t_srs)",
       info.crs_name, least == greatest ? least : least + " to " + greatest));
 }
 

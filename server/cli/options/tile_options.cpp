@@ -73,7 +73,7 @@ void add_tile_options(Command command, TileSetOptions& options) {
   command
       .add_option("--exact-posts", options.exact_posts,
                   "errors of tiles of more posts than this are bounds by the residual index "
-                  "(default: 10 million, and none of a source of up to 33 million)")
+                  "(default: 2.5 million, and none of a source of up to 33 million)")
       .range(std::int64_t(1) << 16, std::int64_t(1) << 50);
   command
       .add_choice(

@@ -1,5 +1,6 @@
 #include "server/cli/program/interrupt.h"
 
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
@@ -17,12 +18,13 @@ std::stop_source& interrupted() {
   static std::stop_source source;
   return source;
 }
-volatile std::sig_atomic_t signal_seen = 0;
+/// Other threads look at it. Without a lock, so that a handler may set it.
+std::atomic<bool> signal_seen = false;
+static_assert(std::atomic<bool>::is_always_lock_free);
 
 /// A handler may only set a flag. A terminal that goes says so twice: that is nobody who insists.
 void on_signal(int number) {
-  if (signal_seen && number != SIGHUP) std::_Exit(kTryAgain);
-  signal_seen = 1;
+  if (signal_seen.exchange(true) && number != SIGHUP) std::_Exit(kTryAgain);
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include <type_traits>
 
 #include "server/cli/program/peak_memory.h"
+#include "terrain/base/errno_text.h"
 #include "terrain/base/whole_io.h"
 
 namespace tind::cli {
@@ -137,12 +138,12 @@ MeasuredRun failed(const std::string& why) {
 
 MeasuredRun run_apart(const std::function<Result<Simplified>()>& make) {
   int ends[2];
-  if (::pipe(ends) != 0) return failed(std::string("has no pipe: ") + std::strerror(errno));
+  if (::pipe(ends) != 0) return failed(std::string("has no pipe: ") + errno_text(errno));
   const pid_t child = ::fork();
   if (child < 0) {
     const int code = errno;
     ::close(ends[0]), ::close(ends[1]);
-    return failed(std::string("did not start: ") + std::strerror(code));
+    return failed(std::string("did not start: ") + errno_text(code));
   }
   if (child == 0) {
     ::close(ends[0]);

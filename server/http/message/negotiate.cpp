@@ -23,15 +23,18 @@ bool wants_gzip(const Fields& fields) {
   return q > 0 && q >= identity.value_or(0);
 }
 
-bool lists_etag(std::string_view list, std::string_view etag) {
+namespace {
+
+bool lists(std::string_view list, std::string_view etag, bool strongly) {
   list = without_blanks(list);
   if (list == "*") return true;
   // Entity tags may hold commas: walk from quote to quote.
   while (!list.empty()) {
-    if (list.starts_with("W/")) list.remove_prefix(2);
+    const bool weak = list.starts_with("W/");
+    if (weak) list.remove_prefix(2);
     const std::size_t close = list.starts_with('"') ? list.find('"', 1) : list.npos;
     if (close == list.npos) return false;
-    if (list.substr(0, close + 1) == etag) return true;
+    if (!(weak && strongly) && list.substr(0, close + 1) == etag) return true;
     list = without_blanks(list.substr(close + 1));
     if (!list.empty() && list.front() != ',') return false;
     while (!list.empty() && (list.front() == ',' || list.front() == ' ')) list.remove_prefix(1);
@@ -39,15 +42,40 @@ bool lists_etag(std::string_view list, std::string_view etag) {
   return false;
 }
 
-Conditions::Conditions(const Fields& fields) : gzip(wants_gzip(fields)) {
-  fields.each("if-none-match", [&](std::string_view value) {
-    if (!none_match.empty()) none_match += ", ";
-    none_match += value;
+/// The values of all fields of that name as one list.
+std::string all_of(const Fields& fields, std::string_view name) {
+  std::string list;
+  fields.each(name, [&](std::string_view value) {
+    if (!list.empty()) list += ", ";
+    list += value;
   });
+  return list;
+}
+
+}  // namespace
+
+bool lists_etag(std::string_view list, std::string_view etag) { return lists(list, etag, false); }
+bool lists_strong_etag(std::string_view list, std::string_view etag) {
+  return lists(list, etag, true);
+}
+
+Conditions::Conditions(const Fields& fields)
+    : gzip(wants_gzip(fields)),
+      match(all_of(fields, "if-match")),
+      none_match(all_of(fields, "if-none-match")) {
   int ranges = 0;
   fields.each("range", [&](std::string_view value) { range = value, ++ranges; });
   if (ranges > 1) range.clear();
   fields.each("if-range", [&](std::string_view value) { if_range = value; });
+}
+
+Conditions::Conditions(const RequestHead& head) : Conditions(head.fields) {
+  if (head.method != Method::get) range.clear();  // RFC 9110, 14.2
+}
+
+bool Conditions::excludes(std::string_view etag, std::string_view gzip_etag) const {
+  return !match.empty() && !lists_strong_etag(match, etag) &&
+         (gzip_etag.empty() || !lists_strong_etag(match, gzip_etag));
 }
 
 }  // namespace tind::http

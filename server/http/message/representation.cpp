@@ -66,6 +66,12 @@ std::shared_ptr<const Representation> Representation::beginning(std::size_t byte
                                         .ranges = ranges_});
 }
 
+Reply changed(std::string_view target) {
+  return problem_reply({.status = 412,
+                        .detail = "This is not what If-Match names; it is another by now.",
+                        .instance = target});
+}
+
 Reply Representation::part(std::string_view range) const {
   const std::string size = std::to_string(body().size());
   const AskedRange asked = asked_range(range, body().size());
@@ -85,6 +91,7 @@ Reply Representation::part(std::string_view range) const {
 
 Reply Representation::reply(const Conditions& client) const {
   const bool gzip = gzip_ && client.gzip;
+  if (client.excludes(etag_, gzip_etag_)) return changed();
   if (!client.none_match.empty() && lists_etag(client.none_match, gzip ? gzip_etag_ : etag_))
     return {304, gzip ? gzip_304_ : plain_304_, false};
   if (ranges_ && !client.range.empty() && (client.if_range.empty() || client.if_range == etag_))

@@ -61,4 +61,7 @@ class Representation {
   Reply part(std::string_view range) const;
 };
 
+/// The answer (412) to Conditions that exclude what is there.
+Reply changed(std::string_view target = {});
+
 }  // namespace tind::http

@@ -74,13 +74,6 @@ bool has(const std::vector<Scope>& scopes, Scope scope) {
 
 }  // namespace
 
-struct AccessGate::State {
-  AccessRules rules;
-  /// As the keys: what a request with it gets, and how often it may come.
-  std::vector<std::shared_ptr<const http::Access>> access;
-  std::vector<std::shared_ptr<TokenBucket>> buckets;
-};
-
 /// Of those who show no key.
 class AddressBuckets {
  public:
@@ -102,8 +95,15 @@ class AddressBuckets {
   Nanoseconds swept_ = 0;
 };
 
-AccessGate::AccessGate(Clocks clocks)
-    : clocks_(std::move(clocks)), addresses_(std::make_unique<AddressBuckets>()) {
+struct AccessGate::State {
+  AccessRules rules;
+  /// As the keys: what a request with it gets, and how often it may come.
+  std::vector<std::shared_ptr<const http::Access>> access;
+  std::vector<std::shared_ptr<TokenBucket>> buckets;
+  std::shared_ptr<AddressBuckets> addresses;
+};
+
+AccessGate::AccessGate(Clocks clocks) : clocks_(std::move(clocks)) {
   using namespace std::chrono;
   if (!clocks_.steady)
     clocks_.steady = [] {
@@ -123,9 +123,13 @@ void AccessGate::set(AccessRules rules) {
         std::make_shared<const http::Access>(http::Access{key.name, key.datasets}));
     auto bucket = std::make_shared<TokenBucket>();
     for (std::size_t k = 0; old && k < old->rules.keys.size(); ++k)
-      if (old->rules.keys[k].hash == key.hash) bucket = old->buckets[k];
+      if (old->rules.keys[k].hash == key.hash && old->rules.keys[k].rate == key.rate)
+        bucket = old->buckets[k];
     state->buckets.push_back(std::move(bucket));
   }
+  state->addresses = old && old->rules.per_address == rules.per_address
+                         ? old->addresses
+                         : std::make_shared<AddressBuckets>();
   const bool any = !rules.keys.empty() || rules.per_address.per_second > 0;
   state->rules = std::move(rules);
   state_.store(std::move(state));
@@ -167,7 +171,7 @@ std::optional<Reply> AccessGate::refuse(Request& request, const Operation* opera
     if (key->rate.per_second > 0)
       if (auto reply = take(request, *state->buckets[k], key->rate, "key")) return reply;
   } else if (rules.per_address.per_second > 0) {
-    const auto bucket = addresses_->of(request.from, clocks_.steady());
+    const auto bucket = state->addresses->of(request.from, clocks_.steady());
     if (auto reply = take(request, *bucket, rules.per_address, "address")) return reply;
   }
   if (rules.keys.empty() || !operation) return std::nullopt;
@@ -182,6 +186,8 @@ std::optional<Reply> AccessGate::refuse(Request& request, const Operation* opera
     return forbidden(request, "The key is not for this dataset.");
   if (dataset.empty() && !key->datasets.empty() && !operation->heeds_access)
     return forbidden(request, "This is of all datasets; the key is for some.");
+  // A cache that many share would give it to those without a key: the strictest word counts.
+  if (!has(rules.without_a_key, operation->scope)) request.fields += "Cache-Control: private\r\n";
   return std::nullopt;
 }
 

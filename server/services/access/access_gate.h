@@ -13,8 +13,6 @@
 
 namespace tind::services {
 
-class AddressBuckets;
-
 class AccessGate final : public http::Gate {
  public:
   struct Clocks {
@@ -25,8 +23,8 @@ class AccessGate final : public http::Gate {
   explicit AccessGate(Clocks clocks = {});
   ~AccessGate() override;
 
-  /// From any thread: these rules count from now on. Keys that stay as they were keep their
-  /// buckets.
+  /// From any thread: these rules count from now on. Keys and rates that stay as they
+  /// were keep their buckets.
   void set(AccessRules);
 
   std::optional<http::Reply> refuse(http::Request&, const http::Operation*,
@@ -38,7 +36,6 @@ class AccessGate final : public http::Gate {
                                   std::string_view whose) const;
 
   Clocks clocks_;
-  const std::unique_ptr<AddressBuckets> addresses_;
   std::atomic<std::shared_ptr<const State>> state_;
   std::atomic<bool> has_rules_{false};  // else nothing more is looked at
 };

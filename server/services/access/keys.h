@@ -19,6 +19,7 @@ struct Rate {
   double per_second = 0;
   double burst = 0;  // 0: twice those of a second, one at least
   double most_at_once() const;
+  bool operator==(const Rate&) const = default;
 };
 
 using SystemTime = std::chrono::sys_seconds;

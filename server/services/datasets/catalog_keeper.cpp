@@ -62,6 +62,11 @@ bool is_as_it_was(const ServedDataset& dataset) {
   return !dataset.unchanged || dataset.unchanged().has_value();
 }
 
+/// Its heights could not be read when they were to be; a reload is to try again.
+bool has_failed(const ServedDataset& dataset) {
+  return dataset.tiles && dataset.tiles->readiness().state == Readiness::State::failed;
+}
+
 /// Who has a name: where people find it.
 std::string place_of(const DatasetSpec& spec, const std::string& entry) {
   return !entry.empty() ? entry : !spec.where.empty() ? spec.where : spec.files.front();
@@ -141,7 +146,8 @@ void CatalogKeeper::want_configured(const Config& config, std::vector<Wanted>& w
     } else {
       one.key = key_of(config, one.spec, *files);
       const Wanted* const same = same_as(one, name_of(one.spec));
-      if (same && is_as_it_was(*same->served)) one.served = same->served;
+      if (same && is_as_it_was(*same->served) && !has_failed(*same->served))
+        one.served = same->served;
     }
     wanted.push_back(std::move(one));
   }

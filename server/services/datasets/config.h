@@ -30,7 +30,7 @@ struct Config {
   int queue = 256;
   int cache_mb = 128;  // finished tiles
   int source_cache_mb =
-      48;  // heights of all DEMs together: a tile of 10 million posts reads its posts thrice
+      48;  // heights of all DEMs together: a tile of 2.5 million posts reads its posts thrice
   int max_connections = 4096;
   int max_connections_per_address = 0;  // 0: a quarter of these
   int buffer_mb = 128;                  // request bodies, responses on their way

@@ -11,11 +11,11 @@
 
 #include <array>
 #include <cerrno>
-#include <cstring>
 #include <utility>
 #include <vector>
 
 #include "terrain/base/descriptor.h"
+#include "terrain/base/errno_text.h"
 
 namespace tind::services {
 namespace {
@@ -120,7 +120,7 @@ Result<ChildEnd> run_child(std::span<const std::string> arguments, const std::st
                            const std::function<void(std::string_view line)>& heard,
                            const std::stop_token& stop) {
   const auto failed = [](const char* what) {
-    return fail(Errc::io, std::string(what) + ": " + std::strerror(errno));
+    return fail(Errc::io, std::string(what) + ": " + errno_text(errno));
   };
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) return failed("no pipe for a process");

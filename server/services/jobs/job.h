@@ -30,6 +30,8 @@ struct EnumNames<services::JobStatus> {
 namespace tind::services {
 
 struct Job {
+  static constexpr int kNoRoom = 75;  // an exit code: there was none for its results
+
   std::string id;       // 32 hexadecimal digits that nobody guesses
   std::string process;  // "simplify"
   std::string client;   // who asked: an address

@@ -47,11 +47,9 @@ JobOrder order_of(const Job& job) {
   return order;
 }
 
-std::string order_without_files(const Job& job) {
+std::string order_when_ended(const Job& job) {
   JobOrder order = order_of(job);
-  if (order.arguments.empty() || (order.files.empty() && order.encoded_files.empty()))
-    return job.order;
-  order.files.clear(), order.encoded_files.clear();
+  order.arguments.clear(), order.files.clear(), order.encoded_files.clear();
   return text_of(order).value_or(job.order);
 }
 

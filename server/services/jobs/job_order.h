@@ -35,8 +35,8 @@ struct JobOrder {
 Result<std::string> text_of(const JobOrder&);
 /// The order of a job; one without arguments where it cannot be read.
 JobOrder order_of(const Job&);
-/// Its text without what its program was given, which nobody reads once it has ended, and which
-/// would make every look at the list as large as what was sent.
-std::string order_without_files(const Job&);
+/// Its text without what its program was told and given, which nobody reads once it has ended, and
+/// which would make the list, and every look at it, as large as what was sent.
+std::string order_when_ended(const Job&);
 
 }  // namespace tind::services

@@ -138,9 +138,22 @@ Result<void> JobStore::remove(std::string_view id) {
   return {};
 }
 
+Result<void> JobStore::keep_latest(std::size_t most) {
+  const std::lock_guard lock(mutex_);
+  SqliteQuery query(db_,
+                    "DELETE FROM job WHERE id IN (SELECT id FROM (SELECT id, row_number() OVER "
+                    "(PARTITION BY client ORDER BY created DESC, id) AS place FROM job "
+                    "WHERE finished > 0 AND status <> ?) WHERE place > ?)");
+  query.bind(int(JobStatus::successful)).bind(std::int64_t(most));
+  if (auto done = query.run(); !done) return failed(done.error());
+  return {};
+}
+
 Result<std::uint64_t> JobStore::total_bytes() const {
   const std::lock_guard lock(mutex_);
-  SqliteQuery query(db_, "SELECT coalesce(sum(bytes), 0) FROM job");
+  // What has not ended has no results yet, and its orders may be long.
+  SqliteQuery query(
+      db_, "SELECT coalesce(sum(bytes + length(work) + 512), 0) FROM job WHERE finished > 0");
   if (const auto row = query.next(); !row) return failed(row.error());
   return std::uint64_t(query.integer(0));
 }

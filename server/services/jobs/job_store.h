@@ -34,7 +34,9 @@ class JobStore {
   Result<std::vector<Job>> unfinished() const;
   Result<std::vector<Job>> finished_before(std::int64_t ms) const;
   Result<void> remove(std::string_view id);
-  /// Of all that there is.
+  /// Of each client's jobs that ended without a result only so many stay, the latest.
+  Result<void> keep_latest(std::size_t most);
+  /// Of all results, and of what the list says of jobs that have ended.
   Result<std::uint64_t> total_bytes() const;
 
  private:

@@ -9,7 +9,6 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
-#include <cstring>
 #include <ctime>
 #include <filesystem>
 #include <utility>
@@ -17,6 +16,7 @@
 #include "proto/base64.h"
 #include "server/log/printable.h"
 #include "server/services/jobs/job_messages.h"
+#include "terrain/base/errno_text.h"
 #include "terrain/base/file_io.h"
 
 namespace tind::services {
@@ -32,6 +32,10 @@ constexpr const char* kAboutToEnd = "the daemon is about to end";
 /// than jobs may.
 constexpr int kTooMuch = 65;
 constexpr int kCannotWrite = 74;  // of the command line, too
+constexpr const char* kNoRoomForResults =
+    "the results of earlier jobs fill what there is for them: dismiss some, or wait until they "
+    "expire";
+constexpr std::size_t kMostEnded = 1000;  // of a client, that have no result
 
 std::int64_t now_ms() {
   return std::chrono::duration_cast<std::chrono::milliseconds>(
@@ -197,10 +201,8 @@ std::optional<Error> Jobs::no_room(const std::string& client) const {
   if (waiting >= limits_.waiting)
     return busy(std::to_string(waiting) + " jobs wait already, as many as may: try again later");
   const auto stored = store_->total_bytes();
-  if (stored && *stored + limits_.each.file_bytes > limits_.stored_bytes)
-    return busy(
-        "the results of earlier jobs fill what there is for them: dismiss some, or wait "
-        "until they expire");
+  if (stored && *stored + (counts_.running + 1) * limits_.each.file_bytes > limits_.stored_bytes)
+    return busy(kNoRoomForResults);
   return {};
 }
 
@@ -367,6 +369,17 @@ void Jobs::hear(Live& live, std::string_view line, std::string& said) const {
   if (!line.starts_with("warning: ") && !line.starts_with("Run with --help")) said = line;
 }
 
+/// Of all that run, as large as they may be, beside what is there.
+bool Jobs::has_room_for_results() const {
+  std::uint64_t running = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    running = counts_.running;
+  }
+  const auto stored = store_->total_bytes();  // later: who ends meanwhile counts twice, not never
+  return !stored || *stored + running * limits_.each.file_bytes <= limits_.stored_bytes;
+}
+
 void Jobs::run(const std::shared_ptr<Live>& live, const std::stop_token& stop) {
   const std::string folder = folder_of(live->job.id);
   const JobOrder order = order_of(live->job);
@@ -383,6 +396,13 @@ void Jobs::run(const std::shared_ptr<Live>& live, const std::stop_token& stop) {
     spdlog::error("job {}: {}", live->job.id, logging::printable(error.what));
     end(live, JobStatus::failed, "the daemon could not run it; its log says why");
   };
+  if (!has_room_for_results()) {  // those that went before it have taken it
+    {
+      const std::lock_guard lock(mutex_);
+      live->job.exit_code = Job::kNoRoom;
+    }
+    return end(live, JobStatus::failed, kNoRoomForResults);
+  }
   if (auto kept = store_->put(live->job); !kept) return failed(kept.error());
   std::error_code error;
   fs::remove_all(folder, error);
@@ -438,7 +458,7 @@ void Jobs::run(const std::shared_ptr<Live>& live, const std::stop_token& stop) {
       break;
   }
   if (ended->code == 0) return end(live, JobStatus::successful, "done");
-  if (ended->code == kCannotWrite && said.find(std::strerror(EFBIG)) != said.npos)
+  if (ended->code == kCannotWrite && said.find(errno_text(EFBIG)) != said.npos)
     return too_much(kResultTooLarge);
   if (said.find("std::bad_alloc") != said.npos)
     return too_much("it took more memory than jobs may, " +
@@ -476,7 +496,7 @@ void Jobs::put_back(const std::shared_ptr<Live>& live) {
 }
 
 void Jobs::end(const std::shared_ptr<Live>& live, JobStatus status, std::string message) {
-  const std::string order = order_without_files(live->job);
+  const std::string order = order_when_ended(live->job);
   for (;;) {
     std::error_code ignored;
     if (live->dismissed) status = JobStatus::dismissed, message = "dismissed";
@@ -532,6 +552,7 @@ void Jobs::sweep() {
     std::erase_if(unsaved_,
                   [this](const auto& one) { return store_->put(one.second).has_value(); });
   }
+  (void)store_->keep_latest(kMostEnded);
   const auto old = store_->finished_before(now_ms() - limits_.kept.count() * 1000);
   if (!old) return;
   for (const Job& job : *old) forget(job);

@@ -109,6 +109,7 @@ class Jobs {
   void sweep();
   std::string folder_of(std::string_view id) const;
   std::optional<Error> no_room(const std::string& client) const;
+  bool has_room_for_results() const;
 
   const std::string folder_, program_;
   const bool temporary_;

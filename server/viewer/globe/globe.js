@@ -14,6 +14,10 @@ import {drawnPieces, TileReader} from "./tiles.js";
 const {Cesium} = window;
 const SCREEN_ERROR = 1; // pixels: CesiumJS's own 2 leaves out the small forms by which one knows a mountain
 const SOFTWARE_SCREEN_ERROR = 2; // four times fewer tiles; the relief on them is as fine
+// Never quite 1: at 1, CesiumJS takes the normals of the ellipsoid out of its vertices, and puts them in again for all
+// else. A tile that is just then cut out of its parent is read with the wrong stride; the worker fails, and from then on
+// at every tile, which are asked for again and again. A few micrometres of height are the price.
+const EXAGGERATED = 1 + 1e-9;
 const FLAT = 0.05; // height by width: tints are by the mesh, and would be those of its error on flatter land
 const SOFTWARE = /swiftshader|llvmpipe|software/i; // who draws where there is no graphics hardware
 
@@ -50,8 +54,10 @@ function createWidget(container) {
     scene.msaaSamples = 1; // four samples a pixel would take four times as long
     scene.skyAtmosphere.show = false; // a third of a frame
   }
-  scene.renderError.addEventListener(() =>
-    say("Drawing failed: this browser's WebGL gave up.", [["Start again", () => location.reload()]]));
+  scene.renderError.addEventListener((_, error) => {
+    console.error(`Drawing failed${scene.context._gl.isContextLost() ? ", the context is lost" : ""}: ${error}`);
+    say("Drawing failed: this browser's WebGL gave up.", [["Start again", () => location.reload()]]);
+  });
   const canvas = scene.canvas;
   canvas.tabIndex = 0;
   canvas.setAttribute("aria-label", "Terrain: arrow keys move, plus and minus zoom");
@@ -105,7 +111,7 @@ export class Globe {
     const wanted = !dataset.source ? undefined : ["error", "contours"].includes(looks.mode) ? looks.mode : "relief";
     if (wanted && !this.#layers[wanted]) scene.imageryLayers.add(this.#layers[wanted] = this.#layerOf(wanted));
     for (const [name, layer] of Object.entries(this.#layers)) layer.show = name === wanted;
-    scene.verticalExaggeration = looks.exaggeration;
+    scene.verticalExaggeration = Math.max(looks.exaggeration, EXAGGERATED);
     this.summit.at(dataset, looks.exaggeration);
     this.#shade();
     const {wires, tiles, exaggeration} = looks;

@@ -4,6 +4,7 @@
 #include "terrain/progressive/multires/view_front.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "terrain/geo/ellipsoid.h"
 
@@ -20,10 +21,12 @@ Result<ViewGeometry> view_geometry(const MultiTriangulation& all, const DemSourc
     posts.push_back({v.x + double(window_col), -v.y + double(window_row)});
   std::vector<Geographic> places(posts.size());
   dem.to_geographic(posts, places);
-  GeoRect box{181, 91, -181, -91};
-  for (const Geographic& p : places) {
+  GeoRect box{HUGE_VAL, HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+  for (Geographic& p : places) {
     if (std::isnan(p.lon + p.lat))
       return fail(Errc::unsupported, "a post of the DEM has no longitude and latitude");
+    // On this side of the antimeridian as the first.
+    p.lon -= 360 * std::round((p.lon - places.front().lon) / 360);
     box = {std::min(box.west, p.lon), std::min(box.south, p.lat), std::max(box.east, p.lon),
            std::max(box.north, p.lat)};
   }

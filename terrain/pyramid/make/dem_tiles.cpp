@@ -6,7 +6,9 @@
 
 #include <atomic>
 #include <chrono>
+#include <condition_variable>
 #include <exception>
+#include <mutex>
 #include <optional>
 #include <thread>
 
@@ -24,21 +26,29 @@ namespace {
 /// How far reading is, and when it will be done if it goes on as it went.
 class Reading {
  public:
+  void begin() { start_ = Clock::now(), share_ = 0; }
   void set(double share) { share_ = share; }
   Readiness readiness() const {
     constexpr double kTooEarly = 0.005;  // to tell
     const double share = share_;
     Readiness now{Readiness::State::reading, share, {}};
-    const double took = std::chrono::duration<double>(Clock::now() - start_).count();
+    const double took = std::chrono::duration<double>(Clock::now() - start_.load()).count();
     if (share > kTooEarly) now.seconds_left = took / share * (1 - share);
     return now;
   }
 
  private:
   using Clock = std::chrono::steady_clock;
-  const Clock::time_point start_ = Clock::now();
+  std::atomic<Clock::time_point> start_ = Clock::now();
   std::atomic<double> share_ = 0;
 };
+
+/// What may pass, as a lost connection does, or a process that decodes and was killed, is tried
+/// again so often, after pauses that double: for some eight minutes together.
+constexpr int kTries = 10;
+constexpr std::chrono::seconds kFirstPause{1};
+
+bool may_pass(const Error& error) { return error.code == Errc::io || error.code == Errc::busy; }
 
 /// The calling thread, and those that it starts, run when nobody else wants to.
 void give_way() { ::setpriority(PRIO_PROCESS, 0, 19); }  // of Linux: 0 is the thread
@@ -56,29 +66,24 @@ class TilesOnDemand : public DemTiles {
     layer_.version = tile_version(surface_, outline_, "files " + surface_.info().fingerprint);
   }
 
-  /// `at_once`: nobody else knows of this object yet.
-  void find_heights(std::stop_token stop, int threads, bool at_once) {
-    Progress progress;
-    progress.stop = stop;
-    progress.report = [this](double share) { reading_.set(share); };
-    std::string content;
-    try {
-      plan_ = plan_source(surface_, outline_.options(), index_path_, threads, progress, &content);
-      if (at_once && !content.empty())  // as in a batch; later nobody may write it any more
-        layer_.version = tile_version(surface_, outline_, content);
-      if (*plan_) {
-        if (const auto found = find_extremes(surface_, **plan_, stop)) extremes_ = *found;
-      }
-    } catch (const std::exception& error) {  // in a thread of its own it would end the process
-      plan_ =
-          fail(Errc::internal, "reading " + surface_.info().files.front() + ": " + error.what());
-    }
-    known_ = true;  // from here on others may look at plan_ and extremes_
+  void find_heights_at_once() {
+    find_heights({}, 0, true);
+    known_ = true;
   }
   void find_heights_in_background() {
     reader_ = std::jthread([this](std::stop_token stop) {
       give_way();
-      find_heights(stop, 0, false);
+      auto pause = kFirstPause;
+      for (int tries = 1;; ++tries, pause *= 2) {
+        reading_.begin();
+        find_heights(stop, 0, false);
+        if (*plan_ || tries == kTries || !may_pass(plan_->error())) break;
+        std::mutex mutex;
+        std::unique_lock lock(mutex);
+        std::condition_variable_any().wait_for(lock, stop, pause, [] { return false; });
+        if (stop.stop_requested()) return;
+      }
+      known_ = true;  // from here on others may look at plan_ and extremes_
     });
   }
   const Result<TilePlan>& plan() const { return *plan_; }
@@ -101,6 +106,25 @@ class TilesOnDemand : public DemTiles {
   }
 
  private:
+  /// `at_once`: nobody else knows of this object yet.
+  void find_heights(std::stop_token stop, int threads, bool at_once) {
+    Progress progress;
+    progress.stop = stop;
+    progress.report = [this](double share) { reading_.set(share); };
+    std::string content;
+    try {
+      plan_ = plan_source(surface_, outline_.options(), index_path_, threads, progress, &content);
+      if (at_once && !content.empty())  // as in a batch; later nobody may write it any more
+        layer_.version = tile_version(surface_, outline_, content);
+      if (*plan_) {
+        if (const auto found = find_extremes(surface_, **plan_, stop)) extremes_ = *found;
+      }
+    } catch (const std::exception& error) {  // in a thread of its own it would end the process
+      plan_ =
+          fail(Errc::internal, "reading " + surface_.info().files.front() + ": " + error.what());
+    }
+  }
+
   /// The same bytes as later, of what does not wait for that.
   Result<TileBytes> early_tile(TileId id, std::stop_token stop) const {
     const auto wait = fail(Errc::busy, "the heights of " + surface_.info().files.front() +
@@ -142,7 +166,7 @@ Result<std::unique_ptr<DemTiles>> open_dem_tiles(Surface surface, const TileSetO
     tiles->find_heights_in_background();
     return tiles;
   }
-  tiles->find_heights({}, 0, true);
+  tiles->find_heights_at_once();
   if (!tiles->plan()) return std::unexpected(tiles->plan().error());
   return tiles;
 }

@@ -28,7 +28,6 @@ constexpr double kLargestHeightStep = 4;  // metres
 constexpr double kLinePlaceStep = 2;      // units: half of what shores keep from posts at least
 constexpr double kNarrower = 0.7;         // of the band, for a method or lines that left it
 constexpr int kFirstNodes = 128;          // a side of a lattice, that a mesh is fitted to first
-constexpr int kOnlyNodes = 256;           // the same, where it will not
 constexpr double kFirstShare = 0.9;       // of the band, for a mesh that will be refined
 constexpr double kOnlyShare = 0.7;        // for one that will not
 constexpr double kAround = 1.6;           // posts, beside one that no mesh comes near
@@ -64,12 +63,35 @@ Result<void> each_residual(const TileJob& job, const Tin& mesh, std::stop_token 
   });
 }
 
-/// The referee.
+/// The referee. Asks for posts only that are farther out than the worst before, so nearly all cost
+/// next to nothing.
 Result<Extremes> measure(const TileJob& job, const Tin& mesh, std::stop_token stop) {
+  constexpr double kRounding = 1e-9;  // of the band: what is left out is inside for certain
+  const double offset = job.level.offset_m;
   Extremes worst;
-  auto done = each_residual(job, mesh, stop, [&](const Triangle&, double, double, double over) {
-    worst.above = std::max(worst.above, over);
-    worst.below = std::max(worst.below, -over);
+  auto done = stream_posts(job, stop, [&](const TilePosts& posts) {
+    posts.visit([&](const auto& samples) {
+      for (const Triangle& t : mesh.triangles) {
+        const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
+        const TrianglePlane plane(a, b, c);
+        Band band{a.x, a.y, a.z + offset};
+        band.top_x = band.bottom_x = plane.slope.x, band.top_y = band.bottom_y = plane.slope.y;
+        const auto set_band = [&] {
+          band.size = std::max(std::abs(b.z - a.z), std::abs(c.z - a.z)) +
+                      std::max(std::abs(worst.above), std::abs(worst.below));
+          const double hair = kRounding * (band.size + std::abs(band.z));
+          band.top = worst.below - hair, band.bottom = hair - worst.above;
+        };
+        set_band();
+        samples.scan_outside(a, b, c, band, [&](double x, double y, double z, std::size_t) {
+          const double over = plane.at(x, y) - (z - offset);
+          worst.above = std::max(worst.above, over);
+          worst.below = std::max(worst.below, -over);
+          set_band();
+          return true;
+        });
+      }
+    });
   });
   if (!done) return std::unexpected(done.error());
   return worst;
@@ -122,7 +144,8 @@ TileMesh mesh_within(TileJob& job, const Samples& samples, double eps, double pl
                      std::stop_token stop) {
   const Stopwatch watch(job.cost.fitting);
   TileMesh result;
-  result.lattice = height_lattice(job, eps);
+  // A band by the index may be wider than any heights that tiles have numbers for.
+  result.lattice = height_lattice(job, std::min(eps, job.level.fit_error_m));
   MesherOptions o = mesher_options(job, result.lattice, eps, place_step);
   Progress progress;
   progress.stop = stop;
@@ -341,64 +364,95 @@ void follow_nodes(const TileJob& job, const GridSamples& samples, TileMesh& mesh
 }
 
 /// The same through the index: the mesh is fitted to nodes of the lattice, and what the posts may
-/// differ from it is left of the band. How much that is differs from cell to cell, so what is tried
-/// first is the whole budget on few nodes, then less of it on all. Over its budget where that is
-/// too little.
-Result<TileMesh> fit_to_lattice(TileJob& job, std::stop_token stop) {
-  const ResidualLattice& lattice = *job.lattice;
-  const double margin = margin_of(job) + kPlacingError, budget = job.level.budget_m;
-  const double room = budget - lattice.largest_residual() - margin;
-  const bool refines = may_be_refined(job);
-  const double most = (refines ? 1 : kOnlyShare) * job.level.fit_error_m;
-  const double eps = std::min(most, std::max(room, 0.25 * budget)) * job.inner;
-  const auto with_nodes = [&](int step, double band, auto&& f) {
-    std::vector<float> heights = lattice.fitted_heights(step);
-    const int nodes = lattice.cells / step + 1;
-    if (!job.lines.between.empty()) {
+/// differ from it is left of the band. How much that is differs from cell to cell, so a mesh that
+/// can be refined is first fitted to few nodes within the whole budget. Over its budget where less
+/// and less of a band is too little, too.
+class LatticeFit {
+ public:
+  LatticeFit(TileJob& job, std::stop_token stop)
+      : job_(job),
+        lattice_(*job.lattice),
+        stop_(std::move(stop)),
+        margin_(margin_of(job) + kPlacingError),
+        budget_(job.level.budget_m),
+        room_(std::max(budget_ - lattice_.largest_residual() - margin_, kLeastRoom * budget_)) {}
+
+  Result<TileMesh> run() {
+    if (may_be_refined(job_)) return coarse_to_fine();
+    TileMesh mesh;
+    double band =
+        std::max(kOnlyShare * room_, std::min(room_, kOnlyShare * job_.level.fit_error_m)) *
+        job_.inner;
+    for (int tries = 0; tries < kMostBands; ++tries, band *= kOnlyShare) {
+      with_nodes(1, band, [&](const GridSamples& nodes, double place) {
+        mesh = mesh_within(job_, nodes, band, place, stop_);
+      });
+      if (stop_.stop_requested()) return stopped();
+      if (judge(mesh)) break;
+    }
+    return mesh;
+  }
+
+ private:
+  static constexpr double kLeastRoom = 0.25;  // of the budget, where residuals leave less
+  static constexpr int kMostBands = 3;        // each narrower than the one before
+
+  TileJob& job_;
+  const ResidualLattice& lattice_;
+  std::stop_token stop_;
+  double margin_, budget_, room_;
+
+  static std::unexpected<Error> stopped() { return fail(Errc::cancelled, "stopped"); }
+
+  /// f(every `step`-th node, the step of places)
+  template <class F>
+  void with_nodes(int step, double band, F&& f) {
+    std::vector<float> heights = lattice_.fitted_heights(step);
+    const int nodes = lattice_.cells / step + 1;
+    if (!job_.lines.between.empty()) {
       const GridSamples samples = ResidualLattice::samples(heights, nodes);
       for (std::size_t i = 0; i < heights.size(); ++i) {
         const Vec3 p = samples.sample(i);
-        if (!std::isnan(heights[i])) heights[i] = float(level_by_lines(job, p.x, p.y, p.z));
+        if (!std::isnan(heights[i])) heights[i] = float(level_by_lines(job_, p.x, p.y, p.z));
       }
     }
     f(ResidualLattice::samples(heights, nodes),
-      place_step(node_spacing_m(job, nodes), job.id.level, band));
-  };
-  const auto judged = [&](TileMesh& mesh) {
-    mesh.max_error = lattice.any() ? lattice_bound(mesh.mesh, lattice) + margin : 0;
-    return mesh.max_error <= budget;
-  };
-  int step = 1;
-  if (refines)
-    step = std::max(1, lattice.cells / kFirstNodes);
-  else if (lattice.cells >= 4 * kOnlyNodes)
-    step = lattice.cells / kOnlyNodes;
-  for (;; step /= 2) {
-    const double band = refines && step > 1 ? std::max(eps, budget * job.inner) : eps;
-    TileMesh meshed;
-    with_nodes(step, band, [&](const GridSamples& nodes, double place) {
-      meshed = mesh_within(job, nodes, band, place, stop);
-    });
-    if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
-    if (judged(meshed) || step == 1) return meshed;
-    if (!refines) continue;
-    const double narrower = std::max(eps, kOnlyShare * band);
-    with_nodes(1, narrower, [&](const GridSamples& nodes, double place) {
-      refine(job, nodes, narrower, place, stop, meshed);
-    });
-    if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
-    if (judged(meshed)) return meshed;
-    for (int pass = 0; pass < kMostPasses; ++pass) {
-      const auto missing = heights_of_cells_over(meshed.mesh, lattice, budget - margin);
-      follow_nodes(job, ResidualLattice::samples(missing, lattice.nodes()), meshed);
-      if (judged(meshed)) break;
-    }
-    return meshed;
+      place_step(node_spacing_m(job_, nodes), job_.id.level, band));
   }
-}
+
+  bool judge(TileMesh& mesh) const {
+    mesh.max_error = lattice_.any() ? lattice_bound(mesh.mesh, lattice_) + margin_ : 0;
+    return mesh.max_error <= budget_;
+  }
+
+  Result<TileMesh> coarse_to_fine() {
+    TileMesh mesh;
+    const double whole = budget_ * job_.inner;
+    with_nodes(std::max(1, lattice_.cells / kFirstNodes), whole,
+               [&](const GridSamples& nodes, double place) {
+                 mesh = mesh_within(job_, nodes, whole, place, stop_);
+               });
+    if (stop_.stop_requested()) return stopped();
+    if (is_within(mesh.mesh, lattice_, budget_ - margin_) && judge(mesh)) return mesh;
+    double band = std::max(room_ * job_.inner, kOnlyShare * whole);
+    for (int tries = 0; tries < kMostBands; ++tries, band *= kOnlyShare) {
+      with_nodes(1, band, [&](const GridSamples& nodes, double place) {
+        refine(job_, nodes, band, place, stop_, mesh);
+      });
+      if (stop_.stop_requested()) return stopped();
+      for (int pass = 0; !judge(mesh) && pass < kMostPasses; ++pass) {
+        if (stop_.stop_requested()) return stopped();
+        const auto missing = heights_of_cells_over(mesh.mesh, lattice_, budget_ - margin_);
+        follow_nodes(job_, ResidualLattice::samples(missing, lattice_.nodes()), mesh);
+      }
+      if (mesh.max_error <= budget_) break;
+    }
+    return mesh;
+  }
+};
 
 Result<TileMesh> fit_lines_as_they_are(TileJob& job, std::stop_token stop) {
-  Result<TileMesh> made = job.lattice ? fit_to_lattice(job, stop) : fit_within_budget(job, stop);
+  Result<TileMesh> made = job.lattice ? LatticeFit(job, stop).run() : fit_within_budget(job, stop);
   if (job.lattice && made && made->max_error > job.level.budget_m) {
     job.lattice.reset();
     if (auto done = find_rims(job); !done) return std::unexpected(done.error());
@@ -423,11 +477,13 @@ Result<void> bend_around_posts(TileJob& job, double scale, std::stop_token stop)
 
 /// How lines are led where those before leave a tile over its budget.
 struct LineTry {
-  double thinned = 1;  // share of the level's tolerance
-  double clear = 1;    // of how far shores keep from posts
-  double inner = 1;    // share of the band: rounding to the grid may leave a tile just outside
+  double thinned = 1;   // share of the level's tolerance
+  double clear = 1;     // of how far shores keep from posts
+  double inner = 1;     // share of the band: rounding to the grid may leave a tile just outside
+  double along = 0.25;  // share of the band that a breakline has between its vertices
 };
-constexpr LineTry kLineTries[] = {{1, 1},
+constexpr LineTry kLineTries[] = {{1, 1, 1, 0},  // its vertices may do
+                                  {1, 1},
                                   {0.25, 1},
                                   {0, 1},
                                   {1, 1, kNarrower},
@@ -439,17 +495,22 @@ constexpr LineTry kLineTries[] = {{1, 1},
 /// How far over its budget a tile may be, and say so, rather than show water that is not level.
 constexpr double kOverForWater = 2;
 
-/// At last without lines.
+/// At last without breaklines, where there are shores, too, or without lines.
 Result<TileMesh> fit_with_lines(TileJob& job, std::stop_token stop) {
   const SurfaceShapes* shapes = job.surface.shapes();
   if (!shapes || shapes->lines().empty()) return fit_lines_as_they_are(job, stop);
   const LineScale scale = line_scale(job.plan, job.id.level);
   const double inner = job.inner;
   Result<TileMesh> best = fail(Errc::internal, "no fit tried");
+  bool breaklines = false, shores = false;
   for (const LineTry& one : kLineTries) {
+    if (&one == &kLineTries[1] && !breaklines) continue;  // it is the first
     job.inner = inner * one.inner;
+    job.line_error_m = one.along * job.level.fit_error_m;
     job.lines = tile_lines(shapes->lines(), job.id, scale, job.crossings,
                            one.thinned * job.level.line_tolerance);
+    breaklines = std::ranges::any_of(job.lines.lines, [](const TileLine& l) { return !l.shore; });
+    shores = std::ranges::any_of(job.lines.lines, &TileLine::shore);
     if (!job.lines.lines.empty() && !job.lattice)  // which is there so that no post need be read
       if (auto bent = bend_around_posts(job, one.clear, stop); !bent)
         return std::unexpected(bent.error());
@@ -460,8 +521,16 @@ Result<TileMesh> fit_with_lines(TileJob& job, std::stop_token stop) {
   }
   job.inner = inner;
   if (best->max_error <= job.level.budget_m || job.lines.lines.empty()) return best;
-  const bool water = std::ranges::any_of(job.lines.lines, &TileLine::shore);
-  if (water && best->max_error <= kOverForWater * job.level.budget_m) return best;
+  if (shores && best->max_error <= kOverForWater * job.level.budget_m) return best;
+  if (shores && breaklines) {
+    std::erase_if(job.lines.lines, [](const TileLine& l) { return !l.shore; });
+    auto level = fit_lines_as_they_are(job, stop);
+    if (!level) return level;
+    if (level->max_error <= kOverForWater * job.level.budget_m) {
+      job.cost.without_lines = true;
+      return level;
+    }
+  }
   job.lines = {};
   auto without = fit_lines_as_they_are(job, stop);
   if (!without || without->max_error > job.level.budget_m)

@@ -14,6 +14,7 @@
 #include "terrain/base/power_of_two.h"
 #include "terrain/mesh/halfedge_mesh.h"
 #include "terrain/pyramid/make/kept_lines.h"
+#include "terrain/pyramid/make/line_heights.h"
 #include "terrain/pyramid/make/tile_job.h"
 #include "terrain/shapes/surface_shapes.h"
 #include "terrain/simplify/insertion/delaunay_insertion.h"
@@ -53,24 +54,6 @@ inline double level_by_lines(const TileJob& job, double u, double v, double z) {
   return between == AreaSet::kNone ? z : job.lines.level_between[between];
 }
 
-/// Gives breaklines the surface's heights, or their own as far as the level's error allows.
-inline void give_heights(const TileJob& job, std::vector<TileLine>& lines) {
-  std::vector<Geographic> places;
-  for (const TileLine& line : lines)
-    for (const Vec3& p : line.points)
-      if (!line.shore) places.push_back(place_of(job.rect, p));
-  std::vector<double> heights(places.size());
-  job.field.filled(places, heights);
-  std::size_t i = 0;
-  const double most = job.level.fit_error_m / 2;
-  for (TileLine& line : lines)
-    for (Vec3& p : line.points) {
-      if (line.shore) continue;
-      const double h = heights[i++];
-      p.z = std::isnan(p.z) ? h : std::clamp(p.z, h - most, h + most);
-    }
-}
-
 /// Makes the dataset's lines edges of the mesh that stay. All their points come first, so that no
 /// flip for one of them undoes another.
 template <class Insertion>
@@ -79,7 +62,8 @@ void keep_lines(const TileJob& job, const HeightLattice& lattice, HalfedgeMesh& 
   if (job.lines.lines.empty()) return;
   insertion.keep(&kept);
   std::vector<TileLine> lines = job.lines.lines;
-  give_heights(job, lines);
+  for (TileLine& line : lines)
+    if (!line.shore) give_heights(job, line);
   // Where the two meet, the shore says how high.
   std::ranges::stable_partition(lines, [](const TileLine& line) { return !line.shore; });
   KeptLines keeper(mesh, insertion, kept);

@@ -43,6 +43,7 @@ struct TileJob {
   std::vector<std::vector<Vec3>> stand_in;    // lines that the mesh has where children are missing
   std::array<CrossingVertices, 4> crossings;  // of the dataset's lines with the borders
   TileLines lines;                            // those inside, as the fit at hand has them
+  double line_error_m = 0;                    // of breaklines between vertices; 0: as it comes
   struct Posts {
     double min_m = HUGE_VAL, max_m = -HUGE_VAL;
     std::uint64_t posts = 0;

@@ -11,6 +11,7 @@
 #include "terrain/base/power_of_two.h"
 #include "terrain/encode/quantized_mesh_tile.h"
 #include "terrain/mesh/halfedge_mesh.h"
+#include "terrain/mesh/manifold.h"
 #include "terrain/progressive/stream/least_error.h"
 #include "terrain/progressive/stream/mesh_deviation.h"
 #include "terrain/progressive/stream/progressive_stream.h"
@@ -53,6 +54,7 @@ Result<Tile> read_tile(TileId id, std::span<const std::uint8_t> bytes) {
   if (!decoded) return std::unexpected(decoded.error());
   Tile tile;
   tile.mesh = std::move(decoded->mesh);
+  drop_unused_vertices(tile.mesh);  // which tiles of others may have
   for (Vec3& v : tile.mesh.vertices) v.y -= kTileExtent;
   tile.step = height_step(tile.mesh, decoded->heights.step);
   if (decoded->certificate) tile.error_m = decoded->certificate->max_error_m;
@@ -86,6 +88,7 @@ std::vector<bool> pinned_vertices(const HalfedgeMesh& mesh, int level) {
 std::size_t base_triangles(const HalfedgeMesh& mesh) {
   std::size_t border = 0;
   for (Index v = 0; v < mesh.vertex_slots(); ++v) border += mesh.on_border(v);
+  if (border < 3) return mesh.triangle_count();  // closed: no tile of ours
   return border - 2 + 2 * (border / 6);
 }
 

@@ -11,6 +11,8 @@ namespace tind {
 namespace {
 
 constexpr double kStepOfLayers_m = 1.0 / 64;
+/// No finer than a record can hold heights of the earth in: 2^24 steps.
+constexpr double kLeastStepOfDem_m = 1.0 / 1024;
 
 /// Of a DEM, in a tile that lies on it.
 double posts_of_tile(const DemInfo& info, int level) {
@@ -84,9 +86,14 @@ bool IndexDepth::serves(TileId id) const {
   return most_posts_ > 0 ? std::ranges::binary_search(tiles_, id) : id.level < level_;
 }
 
+bool IndexDepth::has_least_step() const {
+  return tiling::level_error(level_) / 1024 < kLeastStepOfDem_m;
+}
+
 double IndexDepth::step_m() const {
   if (most_posts_ > 0) return kStepOfLayers_m;
-  return power_of_two_at_most(tiling::level_error(level_) / 1024);
+  return has_least_step() ? kLeastStepOfDem_m
+                          : power_of_two_at_most(tiling::level_error(level_) / 1024);
 }
 
 }  // namespace tind

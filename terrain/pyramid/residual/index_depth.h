@@ -14,7 +14,7 @@ namespace tind {
 
 /// Tiles of so many posts are certified post by post; of a source with no more than the second
 /// number, all are.
-inline constexpr std::int64_t kExactTilePosts = 10'000'000;
+inline constexpr std::int64_t kExactTilePosts = 2'500'000;
 inline constexpr std::int64_t kExactSourcePosts = std::int64_t(1) << 25;
 
 /// The deepest level whose tiles rest on the index, -1 when none does. `exact_posts` > 0: instead
@@ -46,6 +46,8 @@ class IndexDepth {
   /// Heights of nodes are multiples of this power of two: of one DEM a thousandth of the deepest
   /// level's error; of layers one number, so that a finer layer changes no record far from it.
   double step_m() const;
+  /// Of one DEM: so deep that its step is the least that there is, not that thousandth.
+  bool has_least_step() const;
 
  private:
   int level_, coarsest_;

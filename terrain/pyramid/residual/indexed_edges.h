@@ -19,8 +19,8 @@ class IndexedEdges {
  public:
   explicit IndexedEdges(const ResidualIndex& index) : index_(index) {}
 
-  /// Of a side of a tile: the nodes of the records of which the lattices of its level are made,
-  /// 1024 cells a side or less. Each is within half a step of H, voids filled
+  /// Of a side of a tile: the nodes of the records two levels further down, 1024 cells a side or
+  /// less. Each is within half a step of H, voids filled
   /// (IndexDepth::step_m). REQUIRES: a level above that of the index.
   Result<EdgeProfile> profile(TileId, TileSide);
 

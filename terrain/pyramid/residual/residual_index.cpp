@@ -22,6 +22,7 @@
 #include <set>
 #include <thread>
 
+#include "terrain/base/errno_text.h"
 #include "terrain/base/hash.h"
 #include "terrain/base/parallel.h"
 #include "terrain/base/whole_io.h"
@@ -37,11 +38,13 @@ namespace {
 constexpr std::array<char, 8> kMagic = {'t', 'i', 'n', 'd', 'R', 'I', 'X', '\n'};
 constexpr std::array<char, 8> kPartMagic = {'t', 'i', 'n', 'd', 'R', 'I', 'P', '\n'};
 constexpr std::uint32_t kVersion = 2;
+/// Of levels that had finer steps than records can hold high ground in.
+constexpr std::uint32_t kDeepVersion = 0x1002;
 /// Of layers; to be raised with every change of their heights, too (as kLayerEpoch is for tiles).
 constexpr std::uint32_t kLayersVersion = 3;
 constexpr std::uint32_t kEndLevel = 0xffffffff;
 constexpr std::uint32_t kMostBytes = 4 << 20;  // of one record
-constexpr int kFiner = 2;                      // levels
+constexpr int kFinerAlong = 2;                 // levels
 
 struct FileHeader {
   std::array<char, 8> magic = kMagic;
@@ -71,6 +74,7 @@ FileHeader header_for(const Surface& surface, const IndexDepth& depth) {
   std::copy_n(info.fingerprint.begin(), std::min(info.fingerprint.size(), h.fingerprint.size()),
               h.fingerprint.begin());
   h.cols = info.cols, h.rows = info.rows;
+  if (surface.only() && depth.has_least_step()) h.version = kDeepVersion;
   if (!surface.only()) h.version = kLayersVersion, h.cols = depth.most_posts();
   h.hash = hash_before(h);
   return h;
@@ -90,7 +94,7 @@ FileHeader header_of_part(const IndexPart& part, const IndexDepth& depth) {
 Result<void> write_at(int file, const std::string& path, std::uint64_t at, const void* from,
                       std::size_t size) {
   const int code = write_whole_at(file, at, {static_cast<const char*>(from), size});
-  if (code != 0) return fail(Errc::io, path + ": cannot be written: " + std::strerror(code));
+  if (code != 0) return fail(Errc::io, path + ": cannot be written: " + errno_text(code));
   return {};
 }
 
@@ -184,7 +188,7 @@ class ResidualFile {
     FileHeader found;
     struct stat status {};
     if (::fstat(index.file_, &status) != 0)
-      return fail(Errc::io, index.path_ + ": " + std::strerror(errno));
+      return fail(Errc::io, index.path_ + ": " + errno_text(errno));
     const auto size = std::uint64_t(status.st_size);
     if (!read_whole_at(index.file_, 0, &found, sizeof found) ||
         std::memcmp(&found, &wanted, sizeof found) != 0)
@@ -272,7 +276,7 @@ class ResidualFile {
     index->file_ = ::open(part.path.c_str(), O_RDONLY | O_CLOEXEC);
     if (index->file_ < 0)
       return fail(errno == ENOENT ? Errc::not_found : Errc::io,
-                  part.path + ": " + std::strerror(errno));
+                  part.path + ": " + errno_text(errno));
     const auto walked = walk(*index, header_of_part(part, depth), threads);
     if (!walked) return std::unexpected(walked.error());
     if (!walked->whole) return fail(Errc::bad_data, part.path + ": damaged, or not finished");
@@ -298,7 +302,7 @@ class ResidualFile {
       return done;
     }
     if (::ftruncate(index_->file_, off_t(end_)) != 0)
-      return fail(Errc::io, index_->path_ + ": " + std::strerror(errno));
+      return fail(Errc::io, index_->path_ + ": " + errno_text(errno));
     std::vector<std::vector<TileId>> levels;
     for (int z = 0; z <= index_->level(); ++z) {
       levels.push_back(tiles_of(surface_, index_->depth(), z));
@@ -430,7 +434,7 @@ Result<std::shared_ptr<const ResidualIndex>> ResidualIndex::open(const std::stri
   auto index = ResidualFile::blank(path, depth);
   index->file_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (index->file_ < 0)
-    return fail(errno == ENOENT ? Errc::not_found : Errc::io, path + ": " + std::strerror(errno));
+    return fail(errno == ENOENT ? Errc::not_found : Errc::io, path + ": " + errno_text(errno));
   const auto walked = ResidualFile::walk(*index, header_for(surface, depth), 0);
   if (!walked) return std::unexpected(walked.error());
   if (!walked->whole) return fail(Errc::bad_data, path + ": damaged, or not finished");
@@ -446,7 +450,7 @@ Result<std::shared_ptr<const ResidualIndex>> ResidualIndex::open_or_make(
   const std::string part = path + ".part";
   auto index = ResidualFile::blank(part, depth);
   index->file_ = ::open(part.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
-  if (index->file_ < 0) return fail(Errc::io, part + ": " + std::strerror(errno));
+  if (index->file_ < 0) return fail(Errc::io, part + ": " + errno_text(errno));
   while (::flock(index->file_, LOCK_EX | LOCK_NB) != 0) {  // another process is at it
     if (progress.stopped()) return fail(Errc::cancelled, "stopped");
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
@@ -459,7 +463,7 @@ Result<std::shared_ptr<const ResidualIndex>> ResidualIndex::open_or_make(
   file.know(parts, threads);
   if (auto made = file.make(threads, progress); !made) return std::unexpected(made.error());
   if (::fsync(index->file_) != 0 || ::rename(part.c_str(), path.c_str()) != 0)
-    return fail(Errc::io, path + ": cannot be written: " + std::strerror(errno));
+    return fail(Errc::io, path + ": cannot be written: " + errno_text(errno));
   index->path_ = path;
   index->made_now_ = true;
   if (auto done = ResidualFile::sum_up(*index, surface); !done)
@@ -478,12 +482,12 @@ Result<void> make_index_part(const IndexPart& part, const std::string& unfinishe
   auto index = ResidualFile::blank(unfinished_path, depth);
   index->file_ =
       ::open(unfinished_path.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0666);
-  if (index->file_ < 0) return fail(Errc::io, unfinished_path + ": " + std::strerror(errno));
+  if (index->file_ < 0) return fail(Errc::io, unfinished_path + ": " + errno_text(errno));
   auto made =
       ResidualFile(surface, index).make_part(header_of_part(part, depth), ids, threads, progress);
   if (made &&
       (::fsync(index->file_) != 0 || ::rename(unfinished_path.c_str(), part.path.c_str()) != 0))
-    made = fail(Errc::io, part.path + ": cannot be written: " + std::strerror(errno));
+    made = fail(Errc::io, part.path + ": cannot be written: " + errno_text(errno));
   if (!made) ::unlink(unfinished_path.c_str());
   return made;
 }
@@ -503,7 +507,7 @@ Result<std::shared_ptr<const ResidualRecord>> ResidualIndex::record(TileId id) c
   return record;
 }
 
-int ResidualIndex::finer(int level) const { return std::min(kFiner, depth_.level() - level); }
+int ResidualIndex::finer(int level) const { return std::min(kFinerAlong, depth_.level() - level); }
 
 Result<ResidualRecord> ResidualIndex::record_at(TileId id, const Place& place) const {
   const std::string damaged =
@@ -517,7 +521,7 @@ Result<ResidualRecord> ResidualIndex::record_at(TileId id, const Place& place) c
 
 int ResidualIndex::lattice_level(int level, Geographic place) const {
   if (level >= depth_.level()) return -1;
-  if (depth_.tiles().empty()) return std::min(level + kFiner, depth_.level());
+  if (depth_.tiles().empty()) return level + 1;
   // A place on a line is in the tile to its north-east, whoever asks.
   const double side = tiling::tile_degrees(level);
   const auto number = [&](double degrees, std::uint32_t count) {
@@ -525,25 +529,13 @@ int ResidualIndex::lattice_level(int level, Geographic place) const {
   };
   const TileId id{level, number(place.lon + 180, tiling::columns(level)),
                   number(place.lat + 90, tiling::rows(level))};
-  if (!serves(id)) return -1;
-  return level + finer_of(id);
-}
-
-/// How many levels further down a tile has its lattice: as many as there are under all of it.
-int ResidualIndex::finer_of(TileId id) const {
-  if (!depth_.serves(id)) return 0;
-  if (depth_.tiles().empty()) return finer(id.level);
-  for (int part = 0; part < 4; ++part)
-    if (const TileId child = id.child(part % 2, part / 2);
-        places_.contains(child) && !depth_.serves(child))
-      return 1;
-  return kFiner;
+  return serves(id) ? level + 1 : -1;
 }
 
 Result<ResidualLattice> ResidualIndex::lattice(TileId id) const {
   const auto own = record(id);
   if (!own) return std::unexpected(own.error());
-  const int down = finer_of(id), side = 1 << down;
+  const int down = depth_.serves(id) ? 1 : 0, side = 1 << down;
   std::vector<std::shared_ptr<const ResidualRecord>> records(std::size_t(side) * std::size_t(side));
   std::vector<const ResidualRecord*> parts(records.size());
   for (std::size_t k = 0; k < parts.size(); ++k) {

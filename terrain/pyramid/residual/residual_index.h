@@ -77,9 +77,11 @@ class ResidualIndex {
   /// Of which level's records the terrain at a place is known to tiles of `level`; -1: of none, the
   /// tile there does not rest on the index. REQUIRES: a longitude within +-180.
   int lattice_level(int level, Geographic place) const;
-  /// Of 1024 cells a side, or less where the index does not go so deep.
+  /// Of 512 cells a side: the records of its children.
   Result<ResidualLattice> lattice(TileId) const;
-  /// How many levels further down the records are of which that is made. REQUIRES: one DEM.
+  /// How many levels further down the records are that edges of tiles are made of. More than for
+  /// the lattice: where the data end on an edge its line falls off within one cell, and posts in
+  /// that cell have the error of it. REQUIRES: one DEM.
   int finer(int level) const;
 
  private:
@@ -93,7 +95,6 @@ class ResidualIndex {
     std::uint32_t size = 0;
   };
   Result<ResidualRecord> record_at(TileId, const Place&) const;
-  int finer_of(TileId) const;
 
   std::string path_;
   IndexDepth depth_;

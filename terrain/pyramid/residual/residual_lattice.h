@@ -49,8 +49,11 @@ struct LatticeCell {
 /// The certificate: a bound of |mesh - post| over all posts of the tile. In each cell that holds
 /// posts: the largest |mesh - surface|, exact, for it is linear between the vertices of both
 /// triangulations' overlay, and the cell's residual. REQUIRES: a mesh that covers the rectangle.
-/// O(mesh edges x cells crossed + nodes).
+/// O(mesh edges x cells crossed + nodes), little for each that is far from being the worst.
 double lattice_bound(const Tin& mesh, const ResidualLattice&);
+
+/// Is that bound at most `limit`? Where it is not, sooner known.
+bool is_within(const Tin& mesh, const ResidualLattice&, double limit);
 
 /// The heights of the nodes of cells whose own bound is above the limit, NaN of all others: where
 /// the mesh has to follow the surface more closely.

@@ -44,10 +44,12 @@ float from_byte(std::uint8_t byte, std::uint32_t top) {
   return below > top ? 0 : value(top - below);
 }
 
-std::int64_t predicted(const std::vector<std::int32_t>& h, int col, int row) {
-  if (row == 0) return col == 0 ? 0 : h[node(col - 1, 0)];
-  if (col == 0) return h[node(0, row - 1)];
-  return std::int64_t(h[node(col - 1, row)]) + h[node(col, row - 1)] - h[node(col - 1, row - 1)];
+/// What a node is expected to be. Of a row, `here`, which has the nodes before it; `above`: the row
+/// to its north, or null.
+std::int64_t predicted(const std::int32_t* here, const std::int32_t* above, int col) {
+  if (col == 0) return above ? above[0] : 0;
+  if (!above) return here[col - 1];
+  return std::int64_t(here[col - 1]) + above[col] - above[col - 1];
 }
 
 /// f(child index, its east, its north)
@@ -147,9 +149,12 @@ std::vector<std::uint8_t> encode(const ResidualRecord& r) {
     for (const std::uint64_t n : {r.owned, r.on_east, r.on_north, r.on_corner}) out.put(n);
     for (const std::uint64_t hash : r.hashes) out.put(hash);
   }
-  for (int row = 0; row < kNodes; ++row)
+  for (int row = 0; row < kNodes; ++row) {
+    const std::int32_t* const here = &r.heights[node(0, row)];
+    const std::int32_t* const above = row > 0 ? here - kNodes : nullptr;
     for (int col = 0; col < kNodes; ++col)
-      out.put_signed_varint(r.heights[node(col, row)] - predicted(r.heights, col, row));
+      out.put_signed_varint(here[col] - predicted(here, above, col));
+  }
   if (kind == kHeights) return bytes;
   for (const auto& piece : r.pieces) {
     const float largest = std::max(0.0F, *std::ranges::max_element(piece));
@@ -179,14 +184,18 @@ Result<ResidualRecord> decode_record(std::span<const std::uint8_t> bytes) {
   }
   if (!in.good()) return bad("truncated");
   r.heights.resize(std::size_t(kNodes) * kNodes);
-  for (int row = 0; row < kNodes; ++row)
+  for (int row = 0; row < kNodes; ++row) {
+    std::int32_t* const here = &r.heights[node(0, row)];
+    const std::int32_t* const above = row > 0 ? here - kNodes : nullptr;
+    bool damaged = false;
     for (int col = 0; col < kNodes; ++col) {
-      const std::int64_t d = in.get_signed_varint();
-      if (!in.good()) return bad("the heights are damaged");
-      const std::int64_t h = predicted(r.heights, col, row) + d;
-      if (std::abs(h) > kMostSteps) return bad("a height is damaged");
-      r.heights[node(col, row)] = std::int32_t(h);
+      const std::int64_t h = predicted(here, above, col) + in.get_signed_varint();
+      damaged |= std::abs(h) > kMostSteps;
+      here[col] = std::int32_t(h);
     }
+    if (!in.good()) return bad("the heights are damaged");
+    if (damaged) return bad("a height is damaged");
+  }
   if (kind == kHeights && std::ranges::all_of(r.heights, [](std::int32_t h) { return h == 0; }))
     return bad("heights that say nothing");
   for (int k = 0; kind == kPosts && k < kPieces; ++k) {

@@ -10,13 +10,13 @@
 #include <cerrno>
 #include <chrono>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <map>
 #include <mutex>
 #include <optional>
 #include <utility>
 
+#include "terrain/base/errno_text.h"
 #include "terrain/base/file_io.h"
 #include "terrain/base/parallel.h"
 #include "terrain/pyramid/build/build.h"
@@ -133,7 +133,7 @@ ShardRecord record_of(const ShardPlan& plan, std::size_t shard, std::span<const 
 /// Its name is for good.
 Result<void> give_name(const std::string& from, const std::string& to) {
   const auto failed = [&] {
-    return fail(Errc::io, "cannot put into place " + to + ": " + std::strerror(errno));
+    return fail(Errc::io, "cannot put into place " + to + ": " + errno_text(errno));
   };
   if (::rename(from.c_str(), to.c_str()) != 0) return failed();
   const int folder = ::open(fs::path(to).parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);

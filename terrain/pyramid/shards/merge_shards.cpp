@@ -117,9 +117,11 @@ bool is_merged(const ShardPlan& plan, const std::string& output) {
                           [](std::uint8_t a, char b) { return a == std::uint8_t(b); }))
     return false;
   const auto there = store->list();
-  if (!there || !*there) return there.has_value();
+  if (!there) return false;
+  const auto& listed = *there;
+  if (!listed) return true;
   std::uint64_t tiles = 0;
-  for (const auto& level : (*there)->levels) tiles += level.size();
+  for (const auto& level : listed->levels) tiles += level.size();
   return tiles >= plan.tiles();
 }
 

@@ -10,7 +10,6 @@
 #include <cerrno>
 #include <chrono>
 #include <condition_variable>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -21,6 +20,7 @@
 
 #include "proto/json_member.h"
 #include "proto/json_text.h"
+#include "terrain/base/errno_text.h"
 #include "terrain/base/file_io.h"
 #include "terrain/base/sha256.h"
 
@@ -195,14 +195,14 @@ Result<std::string> sha256_of_file(const std::string& path) {
   const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (file < 0)
     return fail(errno == ENOENT ? Errc::not_found : Errc::io,
-                "cannot open " + path + ": " + std::strerror(errno));
+                "cannot open " + path + ": " + errno_text(errno));
   Sha256Sum sum;
   std::string part(1u << 20, '\0');
   for (;;) {
     const ssize_t got = ::read(file, part.data(), part.size());
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) {
-      const std::string why = std::strerror(errno);
+      const std::string why = errno_text(errno);
       ::close(file);
       return fail(Errc::io, "cannot read " + path + ": " + why);
     }

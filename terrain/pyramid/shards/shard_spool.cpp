@@ -8,11 +8,11 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <utility>
 
 #include "terrain/base/bytes.h"
+#include "terrain/base/errno_text.h"
 #include "terrain/base/whole_io.h"
 #include "terrain/store/ledger_entry.h"
 #include "terrain/store/part_file.h"
@@ -24,7 +24,7 @@ namespace {
 constexpr std::string_view kMagic = "tindSPL1";
 
 std::unexpected<Error> failed(const std::string& what, const std::string& path) {
-  return fail(Errc::io, "cannot " + what + " " + path + ": " + std::strerror(errno));
+  return fail(Errc::io, "cannot " + what + " " + path + ": " + errno_text(errno));
 }
 
 /// A file of this name that nobody else has; -1 where somebody has it, or one cannot tell.

@@ -89,6 +89,12 @@ bool is_epsg_code(std::string_view text) {
          text.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
+bool is_geographic(const std::string& crs) {
+  if (crs.empty() || crs == "CRS84") return true;
+  const auto known = CrsPoints::make(crs, {0, 0});
+  return known && (*known)->geographic();
+}
+
 Result<std::unique_ptr<CrsPoints>> CrsPoints::make(const std::string& code, Geographic near) {
   const auto refused = [&](const std::string& why) {
     return fail(Errc::invalid_argument, code + " " + why);

@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "terrain/geo/longitude.h"
+
 namespace tind {
 namespace {
 
@@ -20,6 +22,16 @@ std::int64_t cell_of(std::int64_t post) {
 
 Geographic between(const Geographic& a, const Geographic& b, double f) {
   return {a.lon + (b.lon - a.lon) * f, a.lat + (b.lat - a.lat) * f};
+}
+
+/// All of them in the turn of the first, so that what lies between two across the antimeridian lies
+/// there, not on the other side of the globe.
+void unwrap(std::span<Geographic> places) {
+  double first = NAN;
+  for (Geographic& p : places) {
+    if (std::isnan(first)) first = p.lon;
+    if (std::abs(p.lon - first) > 180) p.lon -= 360 * std::round((p.lon - first) / 360);
+  }
 }
 
 }  // namespace
@@ -93,6 +105,7 @@ Result<void> DatumShift::add_by_cells(std::int64_t col, std::int64_t row, int co
     for (int x = 0; x < nodes_x; ++x)
       posts[std::size_t(y) * nodes_x + x] = {double((c0 + x) * kCell), double((r0 + y) * kCell)};
   frame_.to_geographic(posts, nodes);
+  unwrap(nodes);
   for (int r = 0; r < rows; ++r) {
     const std::int64_t y = cell_of(row + r) - r0;
     const double fy = double(row + r - (r0 + y) * kCell) / kCell;
@@ -101,7 +114,8 @@ Result<void> DatumShift::add_by_cells(std::int64_t col, std::int64_t row, int co
       const double fx = double(col + c - (c0 + x) * kCell) / kCell;
       const Geographic* north = &nodes[std::size_t(y) * nodes_x + std::size_t(x)];
       const Geographic* south = north + nodes_x;
-      places[c] = between(between(north[0], north[1], fx), between(south[0], south[1], fx), fy);
+      places[c] = within_first_turn(
+          between(between(north[0], north[1], fx), between(south[0], south[1], fx), fy));
     }
     if (auto ok = add_row(places, heights.subspan(std::size_t(r) * cols, cols)); !ok) return ok;
   }

@@ -18,6 +18,7 @@
 #include <filesystem>
 #include <new>
 
+#include "terrain/base/errno_text.h"
 #include "terrain/raster/gdal/file_wire.h"
 #include "terrain/raster/gdal/gdal_file.h"
 #include "terrain/raster/gdal/gdal_setup.h"
@@ -46,7 +47,7 @@ Result<std::string> read_all(int from) {
   for (;;) {
     const ssize_t n = ::read(from, some.data(), some.size());
     if (n < 0 && errno == EINTR) continue;
-    if (n < 0) return fail(Errc::io, std::string("the sandbox's brief: ") + std::strerror(errno));
+    if (n < 0) return fail(Errc::io, std::string("the sandbox's brief: ") + errno_text(errno));
     if (n == 0) return bytes;
     bytes.append(some.data(), std::size_t(n));
   }

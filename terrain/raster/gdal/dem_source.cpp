@@ -76,6 +76,7 @@ class RasterSource final : public DemSource {
   Result<void> settle_datum(const gdal::FileFacts&, const DemOptions&);
   std::unexpected<Error> too_high(double z, std::int64_t col, std::int64_t row) const;
   std::int64_t source_col(std::int64_t col) const;
+  std::string places_text(const gdal::FileFacts&, const DemOptions&) const;
   Result<void> finish(std::int64_t col, std::int64_t row, int cols, int rows,
                       std::span<double> heights, std::span<float> out) const;
   Result<HeightGrid> load(std::int64_t col, std::int64_t row, int cols, int rows) const;
@@ -102,6 +103,19 @@ std::string numbers_text(const DemOptions& options) {
   if (options.encoding != HeightEncoding::number) text += " " + name_of(options.encoding);
   if (options.scale) text += fmt::format(" scale {}", *options.scale);
   if (options.offset) text += fmt::format(" offset {}", *options.offset);
+  return text;
+}
+
+/// What heights of the same files were otherwise before: indexes of theirs are none of these.
+std::string RasterSource::places_text(const gdal::FileFacts& facts,
+                                      const DemOptions& options) const {
+  std::string text;
+  if (frame_.wraps() && mosaic_.cols() > std::llround(frame_.period())) text += " closed";
+  if (frame_.pole() != 90) text += " pole";
+  if (options.from_datum.kind() == VerticalDatum::crs && facts.crs.vertical_unit_m > 0)
+    text += fmt::format(" unit {}", facts.z_unit_m);
+  constexpr double kBeside = 0.1;  // degrees
+  if (shift_ && !frame_.plain() && info_.bounds.east > 180 - kBeside) text += " antimeridian";
   return text;
 }
 
@@ -136,7 +150,7 @@ Result<void> RasterSource::finish(std::int64_t col, std::int64_t row, int cols, 
   const Affine& map = info_.post_to_crs;
   for (int r = 0; r < rows; ++r)  // rows beyond the poles exist in files, not on the globe
     if (map.x_row == 0 && map.y_col == 0 &&
-        std::abs(map.y0 + double(row + r) * map.y_row) > 90 + 1e-9)
+        std::abs(map.y0 + double(row + r) * map.y_row) > frame_.pole() + 1e-9)
       std::ranges::fill(out.subspan(std::size_t(r) * cols, cols), HeightGrid::kVoid);
   return {};
 }
@@ -309,7 +323,7 @@ Result<void> RasterSource::describe(std::span<const std::string> files, const De
                           options.keep_source_units);
   if (options.ignore_declared_nodata) *content += " none";
   for (const double nodata : options.nodata) *content += fmt::format(" {}", nodata);
-  *content += numbers_text(options) + datum_identity_;
+  *content += numbers_text(options) + datum_identity_ + places_text(facts, options);
   info_.fingerprint = hash128(*content).text();
   return {};
 }
@@ -333,6 +347,7 @@ Result<std::shared_ptr<const DemSource>> RasterSource::of(gdal::Mosaic mosaic,
   auto frame =
       gdal::Frame::make(mosaic.facts().crs, mosaic.post_to_crs(), mosaic.cols(), mosaic.rows());
   if (!frame) return fail(files[0], frame.error());
+  if (frame->wraps()) mosaic.close_around(std::llround(frame->period()));
   std::shared_ptr<RasterSource> source(
       new RasterSource(std::move(mosaic), std::move(*frame), std::move(pool)));
   source->info_.warnings = std::move(warnings);

@@ -254,6 +254,20 @@ Result<CrsFacts> facts_of(const OGRSpatialReference* given) {
 
 }  // namespace
 
+Result<void> crs_database() {
+  thread_local bool there = false;  // as GDAL keeps it open
+  if (there) return {};
+  set_up();
+  const Complaints complaints;
+  OGRSpatialReference any;
+  there = any.importFromEPSG(4326) == OGRERR_NONE;
+  if (there) return {};
+  return fail(Errc::io,
+              "PROJ's database of coordinate systems cannot be read; where proj.db is not "
+              "where PROJ was installed, name its folder in PROJ_DATA (" +
+                  complaints.text("no reason given") + ")");
+}
+
 Result<CrsFacts> describe(const OGRSpatialReference* given) {
   if (given && names_a_file(wkt2(*given)))
     return fail(Errc::unsupported,
@@ -263,7 +277,7 @@ Result<CrsFacts> describe(const OGRSpatialReference* given) {
 }
 
 Result<CrsFacts> crs_named(const std::string& text) {
-  set_up();
+  if (auto there = crs_database(); !there) return std::unexpected(there.error());
   const Complaints complaints;
   const OperatorNamesGrids operator_names_them;
   OGRSpatialReference crs;
@@ -297,10 +311,12 @@ ToGeographic::~ToGeographic() = default;
 
 Result<std::unique_ptr<ToGeographic>> ToGeographic::make(const std::string& wkt, Vec2 where) {
   auto original = operation_at(wkt, where);
-  if (!original)
+  if (!original) {
+    if (auto there = crs_database(); !there) return std::unexpected(there.error());
     return fail(Errc::unsupported,
                 "PROJ knows no way from its CRS to WGS84; assign another with "
                 "gdal_translate -a_srs");
+  }
   CrsWay way = way_of(*original, wkt, where);
   std::unique_ptr<ToGeographic> made(
       new ToGeographic(std::make_unique<Operations>(std::move(original)), std::move(way)));

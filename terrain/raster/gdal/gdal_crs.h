@@ -30,6 +30,10 @@ struct CrsFacts {
   bool downwards = false;      // its vertical part counts depths
 };
 
+/// Whether this thread can read PROJ's database: without it GDAL describes the CRS of the same file
+/// in other words, and knows none by its code. Asked before a file is opened. Errc::io.
+Result<void> crs_database();
+
 /// Reads a file's CRS; nullptr and local (engineering) systems are CrsKind::none. One that names a
 /// grid by its path is an error: PROJ would open that file.
 Result<CrsFacts> describe(const OGRSpatialReference*);

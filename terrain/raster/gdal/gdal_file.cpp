@@ -29,6 +29,7 @@
 #include "terrain/base/lower_case.h"
 #include "terrain/raster/datums.h"
 #include "terrain/raster/dem_files.h"
+#include "terrain/raster/gdal/gdal_crs.h"
 #include "terrain/raster/gdal/gdal_setup.h"
 #include "terrain/raster/gdal/gdal_verify.h"
 #include "terrain/raster/gdal/geotransform.h"
@@ -227,6 +228,7 @@ Result<std::string> RasterFile::target() const {
 }
 
 Result<std::unique_ptr<IdleHandles::Handle>> RasterFile::open_handle() const {
+  if (auto there = crs_database(); !there) return std::unexpected(there.error());
   const Complaints complaints;
   const RemoteFailures failures;
   auto real = target();
@@ -251,7 +253,8 @@ Result<std::unique_ptr<IdleHandles::Handle>> RasterFile::open_handle() const {
     return fail(Errc::bad_data,
                 path_ +
                     ": not a raster tind reads (GeoTIFF, SRTM HGT, DTED, USGS "
-                    "DEM, Arc/Info ASCII, Erdas .img, BIL, FLT, PNG), or damaged: " +
+                    "DEM, Arc/Info ASCII, Erdas .img, BIL, FLT, PNG; others become a GeoTIFF with "
+                    "gdal_translate), or damaged: " +
                     complaints.text("no driver recognises it"));
   return handle;
 }
@@ -302,7 +305,8 @@ Result<void> RasterFile::learn(IdleHandles::Handle& handle, const DemOptions& op
                     "' counts downwards; say --scale -1 and, with --from-datum, what the heights "
                     "are above then; or --scale 1 where they are heights already");
   // A CRS that was named for the heights names their unit, too, where the file names none.
-  const double named_unit = options.from_datum.kind() == VerticalDatum::crs
+  const bool names_none = facts_.crs.vertical_unit_m == 0;
+  const double named_unit = names_none && options.from_datum.kind() == VerticalDatum::crs
                                 ? unit_of(options.from_datum)
                                 : facts_.crs.vertical_unit_m;
   auto heights = HeightBand::of(path_, set, named_unit, handle.memory != nullptr, options);
@@ -311,11 +315,14 @@ Result<void> RasterFile::learn(IdleHandles::Handle& handle, const DemOptions& op
   facts_.z_unit_m = heights_->z_unit_m();
   facts_.exact = heights_->exact();
   facts_.content = heights_->content();
-  if (facts_.driver == "AAIGrid")
+  if (facts_.driver == "AAIGrid") {
+    if (facts_.post_to_crs.x_col < 0 || facts_.post_to_crs.y_row > 0)
+      return fail(Errc::bad_data, path_ + ": its cellsize is below 0");
     if (auto ok = check_ascii_grid(path_, facts_.cols * facts_.rows,
                                    set.GetRasterBand(1)->GetRasterDataType() == GDT_Int32);
         !ok)
       return fail(path_, ok.error());
+  }
   if (complaints.failed()) return fail(Errc::bad_data, path_ + ": " + complaints.text(""));
   return {};
 }

@@ -98,6 +98,13 @@ void Frame::to_post(std::span<const Geographic> in, std::span<Vec2> out) const {
   if (kind_ == CrsKind::projected) reach_antimeridian(in, out);
 }
 
+void Frame::to_pixel(std::span<const Geographic> in, std::span<Vec2> out) const {
+  to_post(in, out);
+  if (!wraps_) return;
+  for (Vec2& p : out.first(in.size()))
+    if (p.x >= double(cols_) - 0.5) p.x -= period_;
+}
+
 /// Many projections cut the globe at the antimeridian: it is at both ends of a raster of the whole
 /// globe (then the end of -180 counts, so that a place has one height), or at the end of 180 only.
 void Frame::reach_antimeridian(std::span<const Geographic> in, std::span<Vec2> out) const {

@@ -19,12 +19,17 @@ class Frame {
   /// As DemSource. REQUIRES: a CRS.
   void to_post(std::span<const Geographic> in, std::span<Vec2> out) const;
   void to_geographic(std::span<const Vec2> in, std::span<Geographic> out) const;
+  /// As to_post, for a raster whose pixels are areas: the first column of one that goes around the
+  /// globe begins half a pixel west of its post.
+  void to_pixel(std::span<const Geographic> in, std::span<Vec2> out) const;
   bool plain() const { return plain_; }
 
   /// The grid's map; for a raster that goes around the globe its step is 360 degrees / period.
   const Affine& post_to_crs() const { return map_; }
   double period() const { return period_; }
   bool wraps() const { return wraps_; }
+  /// Its latitude in units of the CRS, where that is geographic: 90 degrees, 100 grads.
+  double pole() const { return full_turn_ / 4; }
 
   /// How well its places are known; exactly where it is plain or has no CRS.
   CrsWay crs_way() const { return transform_ ? transform_->way() : CrsWay{"", 0.0, ""}; }

@@ -4,9 +4,14 @@
 #include <cpl_conv.h>
 #include <cpl_http.h>
 #include <cpl_string.h>
+#include <cpl_vsi.h>
+#include <cpl_vsi_virtual.h>
 
+#include <algorithm>
+#include <cstring>
 #include <memory>
 #include <mutex>
+#include <vector>
 
 #include "terrain/raster/gdal/gdal_setup.h"
 #include "terrain/raster/url_reader.h"
@@ -16,6 +21,8 @@ namespace tind {
 namespace {
 
 constexpr std::size_t kLargestFetch = 64u << 20;
+/// By these names GDAL's file systems of other machines go.
+constexpr const char* kRemote[] = {"adls", "az", "curl", "gs", "hdfs", "oss", "s3", "swift"};
 
 /// The name of a session that nobody else uses now.
 class Session {
@@ -66,6 +73,26 @@ CPLHTTPResult* refuse(const char*, CSLConstList, GDALProgressFunc, void*, CPLHTT
   return refused;
 }
 
+/// The file systems of GDAL that speak to other machines: whoever names a file of theirs (a VRT, a
+/// GeoPackage) finds none. CPL_VSIL_CURL_ALLOWED_FILENAME would not do: /vsicurl_streaming/ asks
+/// the server before it looks at it.
+void refuse_remote_files() {
+  VSIFilesystemPluginCallbacksStruct* const none = VSIAllocFilesystemPluginCallbacksStruct();
+  none->open = [](void*, const char*, const char*) -> void* { return nullptr; };
+  none->stat = [](void*, const char*, VSIStatBufL*, int) { return -1; };
+  // For ever: a handler keeps its prefix's address, and those replaced would be leaks.
+  static auto* const replaced = new std::vector<VSIFilesystemHandler*>;
+  static auto& every = *new CPLStringList(VSIGetFileSystemsPrefixes());
+  every.AddString("/vsicurl?");  // GDAL leaves it out
+  for (int i = 0; i < every.size(); ++i) {
+    const auto named_in = [&](const char* part) { return std::strstr(every[i], part) != nullptr; };
+    if (std::ranges::none_of(kRemote, named_in)) continue;
+    replaced->push_back(VSIFileManager::GetHandler(every[i]));
+    VSIInstallPluginHandler(every[i], none);
+  }
+  VSIFreeFilesystemPluginCallbacksStruct(none);
+}
+
 class GdalUrlReader : public UrlReader {
  public:
   Result<std::vector<std::uint8_t>> read(const std::string& url,
@@ -98,7 +125,10 @@ Result<std::vector<std::uint8_t>> GdalUrlReader::read(const std::string& url,
 
 }  // namespace
 
-void gdal::refuse_fetches() { CPLHTTPSetFetchCallback(refuse, nullptr); }
+void gdal::refuse_fetches() {
+  CPLHTTPSetFetchCallback(refuse, nullptr);
+  refuse_remote_files();
+}
 
 const UrlReader& gdal_url_reader() {
   static const GdalUrlReader reader;

@@ -129,6 +129,19 @@ void Mosaic::move_origin() {
   post_to_crs_.y0 = origin.y;
   cols_ = east - west;
   rows_ = south - north;
+  place_parts();
+}
+
+void Mosaic::place_parts() {
+  places_.clear();
+  for (const Part& part : parts_) places_.push_back({part.file.get(), part.col, part.row});
+}
+
+void Mosaic::close_around(std::int64_t period) {
+  place_parts();
+  for (const Part& part : parts_)
+    if (part.col + part.file->facts().cols > period)
+      places_.push_back({part.file.get(), part.col - period, part.row});
 }
 
 std::vector<PostRect> Mosaic::covered() const {
@@ -175,7 +188,7 @@ Result<void> Mosaic::read(std::int64_t col, std::int64_t row, int cols, int rows
   std::ranges::fill(out, std::nan(""));
   std::size_t missing = out.size();
   std::vector<double> window;
-  for (const Part& part : parts_) {
+  for (const Place& part : places_) {
     const FileFacts& facts = part.file->facts();
     const auto c0 = std::max(col, part.col), c1 = std::min(col + cols, part.col + facts.cols);
     const auto r0 = std::max(row, part.row), r1 = std::min(row + rows, part.row + facts.rows);
@@ -207,7 +220,7 @@ Result<void> Mosaic::read_lattice(std::span<const std::int64_t> cols,
                                   std::span<const std::int64_t> rows, std::span<double> out) const {
   std::ranges::fill(out, std::nan(""));
   std::vector<HeightFile::Post> posts;
-  for (const Part& part : parts_) {
+  for (const Place& part : places_) {
     const FileFacts& facts = part.file->facts();
     posts.clear();
     for (std::size_t j = 0; j < rows.size(); ++j) {

@@ -28,6 +28,10 @@ class Mosaic {
   const Affine& post_to_crs() const { return post_to_crs_; }
   /// Of the first file.
   const FileFacts& facts() const { return parts_[0].file->facts(); }
+  /// Says that column `period` is column 0 again: posts of files that reach beyond it are taken
+  /// there, where no other file has a valid one.
+  void close_around(std::int64_t period);
+
   /// Where its files are, as DemInfo has it.
   std::vector<PostRect> covered() const;
   /// What is odd about its files, as DemInfo has it.
@@ -56,10 +60,17 @@ class Mosaic {
     std::unique_ptr<HeightFile> file;
     std::int64_t col = 0, row = 0;  // of its first post
   };
+  /// A part where it counts in reading, also a second time.
+  struct Place {
+    const HeightFile* file;
+    std::int64_t col, row;
+  };
   Result<void> add(std::unique_ptr<HeightFile>, const DemOptions&);
   void move_origin();
+  void place_parts();
 
   std::vector<Part> parts_;
+  std::vector<Place> places_;  // of the parts, in their order; then what closes the globe
   std::int64_t cols_ = 0, rows_ = 0;
   Affine post_to_crs_;
 };

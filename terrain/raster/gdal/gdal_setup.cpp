@@ -26,7 +26,7 @@ constexpr std::pair<const char*, const char*> kOptions[] = {
     {"GDAL_PAM_ENABLED", "NO"},                  // no .aux.xml that changes what a file says
     {"GDAL_DISABLE_READDIR_ON_OPEN", "TRUE"},    // world files are found, folders are not listed
     {"GDAL_VRT_ENABLE_PYTHON", "NO"},            //
-    {"CPL_VSIL_CURL_ALLOWED_FILENAME", "none"},  // no remote file
+    {"CPL_VSIL_CURL_ALLOWED_FILENAME", "none"},  // no remote file; see refuse_fetches()
     {"GDAL_HTTP_MAX_RETRY", "0"},                //
     {"GDAL_HTTP_TIMEOUT", "1"},                  //
     {"GDAL_NUM_THREADS", "1"},                   // threads are ours to make

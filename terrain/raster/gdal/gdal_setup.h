@@ -12,7 +12,8 @@ namespace tind::gdal {
 /// Thread-safe; every entry to GDAL calls it first.
 void set_up();
 
-/// From then on GDAL fetches no URL that a file names (gdal_http.cpp). Part of set_up().
+/// From then on GDAL fetches no URL, and opens no file of another machine, that a file names
+/// (gdal_http.cpp). Part of set_up().
 void refuse_fetches();
 
 /// Adds the VRT driver. A VRT can name any file, and is opened only where the caller of

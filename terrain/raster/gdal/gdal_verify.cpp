@@ -6,12 +6,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cstdlib>
 #include <memory>
 #include <string_view>
 #include <utility>
 
 #include "terrain/base/deflate.h"
+#include "terrain/base/errno_text.h"
 
 namespace tind::gdal {
 namespace {
@@ -21,10 +23,11 @@ struct CloseFile {
 };
 using File = std::unique_ptr<VSILFILE, CloseFile>;
 
+/// (Masks inside a file are datasets without a driver. Of other formats blocks have no place.)
 bool is_deflate_tiff(GDALDataset& set) {
   const char* compression = set.GetMetadataItem("COMPRESSION", "IMAGE_STRUCTURE");
-  return std::string_view(set.GetDriverName()) == "GTiff" && compression &&
-         std::string_view(compression) == "DEFLATE";
+  const std::string_view driver = set.GetDriver() ? set.GetDriverName() : "GTiff";
+  return driver == "GTiff" && compression && std::string_view(compression) == "DEFLATE";
 }
 
 /// Where a block lies in the file; size 0 where it does not (all nodata), or is not known.
@@ -152,7 +155,9 @@ Result<bool> BlockSums::check_block(GDALDataset& set, const std::string& real, i
     return fail(Errc::bad_data, fmt::format("block {}, {} claims {} bytes", x, y, extent.size));
   std::vector<std::uint8_t> packed(extent.size);
   const File file(VSIFOpenL(real.c_str(), "rb"));
-  if (!file || VSIFSeekL(file.get(), extent.offset, SEEK_SET) != 0 ||
+  if (!file)
+    return fail(Errc::io, fmt::format("block {}, {} cannot be read: {}", x, y, errno_text(errno)));
+  if (VSIFSeekL(file.get(), extent.offset, SEEK_SET) != 0 ||
       VSIFReadL(packed.data(), 1, packed.size(), file.get()) != packed.size())
     return fail(Errc::bad_data, fmt::format("block {}, {} is cut off", x, y));
   if (!inflate(packed, Wrapping::zlib, block_bytes_))

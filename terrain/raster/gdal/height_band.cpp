@@ -93,6 +93,11 @@ double decoded(HeightEncoding encoding, unsigned red, unsigned green, unsigned b
   return encoding == HeightEncoding::mapbox ? -10000 + number * 0.1 : number / 256.0 - 32768;
 }
 
+/// Of a mask in the file, or in FILE.msk beside it.
+GDALDataset* mask_of(GDALDataset& set, int band) {
+  return set.GetRasterBand(band)->GetMaskBand()->GetDataset();
+}
+
 std::vector<std::uint32_t> colours_of(const GDALColorTable& table) {
   std::vector<std::uint32_t> colours;
   for (int i = 0; i < std::min(table.GetColorEntryCount(), 256); ++i) {
@@ -205,6 +210,9 @@ Result<HeightBand> HeightBand::of(const std::string& path, GDALDataset& set, dou
   const bool three = heights.encoding_ != HeightEncoding::number && heights.palette_.empty();
   if (!whole)
     heights.sums_ = std::make_unique<BlockSums>(set, planes(set, heights.band_, three ? 3 : 1));
+  if (GDALDataset* const mask = heights.masked_ ? mask_of(set, heights.band_) : nullptr;
+      mask && !whole)
+    heights.mask_sums_ = std::make_unique<BlockSums>(*mask, std::vector<int>{1});
   return heights;
 }
 
@@ -248,6 +256,13 @@ Result<void> HeightBand::read_raw(GDALDataset& set, const std::string& file, int
       if (!(alpha[i] > 0)) out[i] = kNaN;
   }
   if (!masked_) return {};
+  if (GDALDataset* const own = mask_sums_ ? mask_of(set, band_) : nullptr) {
+    const std::string beside = own->GetDescription();
+    if (auto ok = mask_sums_->check(*own, lower_case(beside).ends_with(".msk") ? beside : file, col,
+                                    row, cols, rows);
+        !ok)
+      return fail("its mask", ok.error());
+  }
   std::vector<GByte> mask(out.size());
   if (band.GetMaskBand()->RasterIO(GF_Read, col, row, cols, rows, mask.data(), cols, rows, GDT_Byte,
                                    0, 0, nullptr) != CE_None)

@@ -62,7 +62,7 @@ class HeightBand {
   bool is_float_ = false, masked_ = false, exact_ = true;
   std::vector<double> nodata_;
   RasterContent content_;
-  std::unique_ptr<BlockSums> sums_;
+  std::unique_ptr<BlockSums> sums_, mask_sums_;
 };
 
 }  // namespace tind::gdal

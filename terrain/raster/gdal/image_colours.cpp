@@ -183,7 +183,7 @@ class ColourPyramid : public ImageColours {
     const double finer = std::ceil(std::log2(std::max(pixel_m / pixel_m_, 1.0)) - .01);
     const auto level = std::min(std::size_t(std::max(finer, 0.0)), levels_.size() - 1);
     std::vector<Vec2> pixels(places.size());
-    frame_.to_post(places, pixels);
+    frame_.to_pixel(places, pixels);
     for (std::size_t i = 0; i < places.size(); ++i) out[i] = sample(pixels[i], level);
   }
 

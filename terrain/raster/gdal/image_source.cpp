@@ -1,5 +1,5 @@
-// An image is read once, averaged down to about the DEM's own resolution, then looked up post
-// by post.
+// What of an image lies under the DEM is read once, averaged down to about the DEM's own
+// resolution, then looked up post by post.
 
 #include "terrain/raster/gdal/image_source.h"
 
@@ -29,7 +29,13 @@ constexpr Colour kWhite{1, 1, 1};
 /// How far from its middle a pixel ends, and what rounding of places adds.
 constexpr double kEdge = 0.5 + 1e-6;
 
+/// A part of an image, in pixels of the file.
+struct Window {
+  int x = 0, y = 0, cols = 0, rows = 0;
+};
+
 struct Image {
+  Window window;                    // of the file, which is kept
   int width = 0, height = 0;        // as kept
   double scale_x = 1, scale_y = 1;  // kept pixels per pixel of the file
   std::vector<Colour> pixels;
@@ -40,9 +46,10 @@ struct Image {
     return std::size_t(y) * std::size_t(width) + std::size_t(x);
   }
   /// At a place in pixels of the file, whose first pixel's centre is (0, 0), by the pixels around
-  /// it that are there; nothing where none is, or beyond the image.
+  /// it that are there; nothing where none is, or beyond the window.
   std::optional<Colour> sample(double file_x, double file_y) const {
-    const double x = (file_x + 0.5) * scale_x - 0.5, y = (file_y + 0.5) * scale_y - 0.5;
+    const double x = (file_x - window.x + 0.5) * scale_x - 0.5,
+                 y = (file_y - window.y + 0.5) * scale_y - 0.5;
     if (!(x >= -kEdge && y >= -kEdge && x <= width - 1 + kEdge && y <= height - 1 + kEdge))
       return {};
     const int x0 = int(std::floor(x)), y0 = int(std::floor(y));
@@ -63,14 +70,15 @@ struct Image {
   }
 };
 
-Result<std::vector<float>> read_band(GDALRasterBand& band, int width, int height, bool average) {
-  std::vector<float> values(std::size_t(width) * height);
+Result<std::vector<float>> read_band(GDALRasterBand& band, const Image& image, bool average) {
+  const Window& w = image.window;
+  std::vector<float> values(std::size_t(image.width) * image.height);
   GDALRasterIOExtraArg how;
   INIT_RASTERIO_EXTRA_ARG(how);
   how.eResampleAlg = average ? GRIORA_Average : GRIORA_NearestNeighbour;
   const gdal::Complaints complaints;
-  const CPLErr done = band.RasterIO(GF_Read, 0, 0, band.GetXSize(), band.GetYSize(), values.data(),
-                                    width, height, GDT_Float32, 0, 0, &how);
+  const CPLErr done = band.RasterIO(GF_Read, w.x, w.y, w.cols, w.rows, values.data(), image.width,
+                                    image.height, GDT_Float32, 0, 0, &how);
   if (done != CE_None || complaints.failed()) return complaints.no_pixels();
   return values;
 }
@@ -80,19 +88,20 @@ int kept(int pixels, std::int64_t posts) {
   return int(std::clamp<std::int64_t>(2 * posts, 1, std::min(pixels, kLongestSide)));
 }
 
-Result<Image> read_image(GDALDataset& set, const DemInfo& dem) {
+Result<Image> read_image(GDALDataset& set, const Window& window, const DemInfo& dem) {
   Image image;
-  image.width = kept(set.GetRasterXSize(), dem.cols);
-  image.height = kept(set.GetRasterYSize(), dem.rows);
-  image.scale_x = double(image.width) / set.GetRasterXSize();
-  image.scale_y = double(image.height) / set.GetRasterYSize();
+  image.window = window;
+  image.width = kept(window.cols, dem.cols);
+  image.height = kept(window.rows, dem.rows);
+  image.scale_x = double(image.width) / window.cols;
+  image.scale_y = double(image.height) / window.rows;
   image.pixels.resize(std::size_t(image.width) * image.height);
   image.there.assign(image.pixels.size(), 1);
   const GDALColorTable* palette = set.GetRasterBand(1)->GetColorTable();
   const int bands = set.GetRasterCount() >= 3 && !palette ? 3 : 1;
   for (int b = 0; b < bands; ++b) {
     GDALRasterBand& band = *set.GetRasterBand(b + 1);
-    const auto values = read_band(band, image.width, image.height, !palette);
+    const auto values = read_band(band, image, !palette);
     if (!values) return std::unexpected(values.error());
     const double scale = 1 / gdal::full_scale(band.GetRasterDataType());
     for (std::size_t i = 0; i < image.pixels.size(); ++i) {
@@ -114,7 +123,7 @@ Result<Image> read_image(GDALDataset& set, const DemInfo& dem) {
   }
   GDALRasterBand& first = *set.GetRasterBand(1);
   if (first.GetMaskFlags() & GMF_ALL_VALID) return image;
-  const auto mask = read_band(*first.GetMaskBand(), image.width, image.height, false);
+  const auto mask = read_band(*first.GetMaskBand(), image, false);
   if (!mask) return std::unexpected(mask.error());
   for (std::size_t i = 0; i < mask->size(); ++i)
     if (!((*mask)[i] > 127)) image.there[i] = 0;
@@ -154,7 +163,7 @@ class Placer {
     }
     geographic_.resize(posts_.size());
     dem_.to_geographic(posts_, geographic_);
-    frame_->to_post(geographic_, places_);
+    frame_->to_pixel(geographic_, places_);
     return places_;
   }
 
@@ -166,6 +175,30 @@ class Placer {
   double step_x_, step_y_;
 };
 
+/// What of the image lies under the DEM, by some of its rows, and a little more; empty where
+/// nothing does.
+Window window_under(Placer& placer, GDALDataset& set, int rows) {
+  constexpr int kRows = 64;
+  constexpr double kMore = 1.0 / kRows;
+  Vec2 low{HUGE_VAL, HUGE_VAL}, high{-HUGE_VAL, -HUGE_VAL};
+  for (int k = 0; k <= kRows; ++k)
+    for (const Vec2& p : placer.row(int(std::int64_t(rows - 1) * k / kRows))) {
+      if (!std::isfinite(p.x) || !std::isfinite(p.y)) continue;
+      low = {std::min(low.x, p.x), std::min(low.y, p.y)};
+      high = {std::max(high.x, p.x), std::max(high.y, p.y)};
+    }
+  const auto part = [](double from, double to, int pixels, int& first, int& count) {
+    const double more = (to - from) * kMore + 2;
+    first = int(std::clamp(std::floor(from - more), 0.0, double(pixels)));
+    count = int(std::clamp(std::ceil(to + more) + 1, 0.0, double(pixels))) - first;
+  };
+  Window window;
+  if (!(low.x <= high.x)) return window;
+  part(low.x, high.x, set.GetRasterXSize(), window.x, window.cols);
+  part(low.y, high.y, set.GetRasterYSize(), window.y, window.rows);
+  return window;
+}
+
 }  // namespace
 
 Result<Drape> drape_image(const std::string& path, const DemSource& dem) {
@@ -176,15 +209,20 @@ Result<Drape> drape_image(const std::string& path, const DemSource& dem) {
   if (!set) return fail(Errc::bad_data, path + ": " + complaints.text("not an image tind reads"));
   const auto frame = image_frame(*set, dem.info());
   if (!frame) return fail(path, frame.error());
-  const auto image = read_image(*set, dem.info());
+  const int cols = int(dem.info().cols), rows = int(dem.info().rows);
+  Placer placer(dem, *set, *frame);
+  const Window window = window_under(placer, *set, rows);
+  const auto beside = [&] {
+    return fail(Errc::bad_data, path + ": no post of the DEM lies on this image");
+  };
+  if (window.cols <= 0 || window.rows <= 0) return beside();
+  const auto image = read_image(*set, window, dem.info());
   if (!image) return fail(path, image.error());
 
-  const int cols = int(dem.info().cols), rows = int(dem.info().rows);
   Drape drape;
   drape.by_coordinates = frame->has_value();
   drape.colours.reserve(std::size_t(cols) * rows);
   std::size_t inside = 0;
-  Placer placer(dem, *set, *frame);
   for (int r = 0; r < rows; ++r) {
     for (const Vec2& p : placer.row(r)) {
       const auto colour = image->sample(p.x, p.y);
@@ -192,7 +230,7 @@ Result<Drape> drape_image(const std::string& path, const DemSource& dem) {
       drape.colours.push_back(colour.value_or(kWhite));
     }
   }
-  if (inside == 0) return fail(Errc::bad_data, path + ": no post of the DEM lies on this image");
+  if (inside == 0) return beside();
   drape.covered = double(inside) / double(drape.colours.size());
   return drape;
 }

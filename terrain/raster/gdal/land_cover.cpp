@@ -119,6 +119,15 @@ Xml said_beside(const std::string& path) {
   return nullptr;
 }
 
+/// Names of other makers may be Latin-1; those of tiles are UTF-8.
+std::string as_utf8(const std::string& text) {
+  if (CPLIsUTF8(text.c_str(), -1)) return text;
+  char* const made = CPLRecode(text.c_str(), CPL_ENC_ISO8859_1, CPL_ENC_UTF8);
+  std::string recoded = made;
+  CPLFree(made);
+  return recoded;
+}
+
 /// What the raster says of its classes, wherever it says it.
 class Legend {
  public:
@@ -138,7 +147,7 @@ class Legend {
   }
 
   CoverClass of(int number) const {
-    CoverClass c{.number = std::uint16_t(number), .name = name(number)};
+    CoverClass c{.number = std::uint16_t(number), .name = as_utf8(name(number))};
     if (colours_ && number < colours_->GetColorEntryCount()) {
       GDALColorEntry e{};
       colours_->GetColorEntryAsRGB(number, &e);
@@ -206,7 +215,7 @@ class RasterCover : public LandCover {
   void at(std::span<const Geographic> places,
           std::span<std::optional<std::uint16_t>> out) const override {
     std::vector<Vec2> pixels(places.size());
-    frame_.to_post(places, pixels);
+    frame_.to_pixel(places, pixels);
     for (std::size_t i = 0; i < places.size(); ++i) out[i] = of_pixel(pixels[i]);
   }
   const std::vector<CoverClass>& classes() const override { return classes_; }

@@ -14,7 +14,7 @@ namespace tind::gdal {
 /// fine. Errc::unsupported names the VRT. Cost: each VRT is parsed once, the first bytes of each
 /// named file are read.
 inline constexpr long long kMostVrtTimes = 64;
-inline constexpr long long kFewVrtSources = 1000;
+inline constexpr long long kFewVrtSources = 4096;
 inline constexpr int kMostVrtDepth = 32;
 Result<void> check_vrt_nesting(const std::string& path);
 

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <signal.h>
+#include <string.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
@@ -19,6 +20,7 @@
 #include <mutex>
 #include <vector>
 
+#include "terrain/base/errno_text.h"
 #include "terrain/base/whole_io.h"
 #include "terrain/raster/sandbox/spawn.h"
 
@@ -31,7 +33,7 @@ using namespace std::chrono_literals;
 constexpr auto kLook = 250ms;  // how often the clocks are looked at
 
 std::unexpected<Error> failed(const char* what) {
-  return fail(Errc::io, fmt::format("no process to decode in: {}: {}", what, std::strerror(errno)));
+  return fail(Errc::io, fmt::format("no process to decode in: {}: {}", what, errno_text(errno)));
 }
 
 /// Processes that did not end at once when they were killed: they wait for a disk, and whoever
@@ -68,6 +70,12 @@ bool await(pid_t process, std::chrono::milliseconds time, int& status) {
     if (Clock::now() >= end) return false;
     ::poll(nullptr, 0, 1);
   }
+}
+
+/// As strsignal, for every thread.
+const char* signal_text(int signal) {
+  const char* const text = ::sigdescr_np(signal);
+  return text ? text : "unknown";
 }
 
 }  // namespace
@@ -128,7 +136,7 @@ Error Decoder::ended() {
   process_ = -1;
   if (WIFSIGNALED(status))
     return {Errc::io, fmt::format("the process that decodes it was ended by signal {} ({})",
-                                  WTERMSIG(status), ::strsignal(WTERMSIG(status)))};
+                                  WTERMSIG(status), signal_text(WTERMSIG(status)))};
   return {Errc::io, fmt::format("the process that decodes it ended by itself, with exit code {}",
                                 WEXITSTATUS(status))};
 }
@@ -171,8 +179,11 @@ Result<Reply> Decoder::ask(Request request, Patience patience) {
   if (!good_) return std::unexpected(broken("failed before"));
   request.number = ++number_;
   ssize_t size;
-  while ((size = ::send(socket_, &request, sizeof request, MSG_NOSIGNAL)) < 0 && errno == EINTR) {
+  // It has read all that came before, or it does not mean to: nobody waits for that.
+  while ((size = ::send(socket_, &request, sizeof request, MSG_NOSIGNAL | MSG_DONTWAIT)) < 0 &&
+         errno == EINTR) {
   }
+  if (size < 0 && errno == EAGAIN) return std::unexpected(broken("does not listen"));
   if (size != ssize_t(sizeof request)) return std::unexpected(ended());
   return hear(request.number, patience);
 }

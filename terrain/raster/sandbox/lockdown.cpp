@@ -23,7 +23,8 @@
 #include <cerrno>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
+
+#include "terrain/base/errno_text.h"
 
 namespace tind::sandbox {
 namespace {
@@ -54,7 +55,7 @@ Ruleset all_of(int version, std::size_t& bytes) {
 }
 
 std::unexpected<Error> failed(const char* what) {
-  return fail(Errc::io, std::string("the sandbox: ") + what + ": " + std::strerror(errno));
+  return fail(Errc::io, std::string("the sandbox: ") + what + ": " + errno_text(errno));
 }
 
 Result<void> allow(int ruleset, const std::string& path, std::uint64_t rights) {
@@ -114,7 +115,6 @@ constexpr long kHarmless[] = {
     SYS_readlinkat,
     SYS_getcwd,
     SYS_getdents64,
-    SYS_fcntl,
     SYS_fadvise64,
     SYS_munmap,
     SYS_mremap,
@@ -197,6 +197,16 @@ class Filter {
     answer(SECCOMP_RET_ALLOW);
     answer(SECCOMP_RET_ERRNO | EPERM);
   }
+  /// Where an argument of 32 bits is one of these numbers.
+  void allow_with_any(long call, int argument, std::initializer_list<std::uint32_t> numbers) {
+    jump(BPF_JEQ, std::uint32_t(call), 0, std::uint8_t(2 * numbers.size() + 2));
+    load(low_word(argument));
+    for (const std::uint32_t number : numbers) {
+      jump(BPF_JEQ, number, 0, 1);
+      answer(SECCOMP_RET_ALLOW);
+    }
+    answer(SECCOMP_RET_ERRNO | EPERM);
+  }
   bool set() {
     answer(SECCOMP_RET_ERRNO | EPERM);
     const sock_fprog program{static_cast<unsigned short>(code_.size()), code_.data()};
@@ -223,6 +233,10 @@ bool fence_calls() {
 #endif
   filter.allow_without(SYS_mmap, 2, PROT_EXEC);
   filter.allow_without(SYS_mprotect, 2, PROT_EXEC);
+  // Not F_SETOWN and F_SETSIG: with them the kernel signals whom the caller likes.
+  filter.allow_with_any(
+      SYS_fcntl, 1,
+      {F_DUPFD, F_GETFD, F_SETFD, F_GETFL, F_GETLK, F_SETLK, F_SETLKW, F_DUPFD_CLOEXEC});
   filter.allow_with(SYS_tgkill, 0, std::uint32_t(::getpid()));  // abort()
   filter.allow_with(SYS_prlimit64, 2, 0);                       // asking for limits
   return filter.set();

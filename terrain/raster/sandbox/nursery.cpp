@@ -18,6 +18,8 @@
 #include <optional>
 #include <utility>
 
+#include "terrain/base/errno_text.h"
+
 namespace tind::sandbox {
 namespace {
 
@@ -27,8 +29,7 @@ constexpr pid_t kReady = 0;               // its first word
 constexpr std::size_t kRights = CMSG_SPACE(sizeof(Descriptors));
 
 std::unexpected<Error> failed(const char* what) {
-  return fail(Errc::io,
-              std::string("a copy of the program: ") + what + ": " + std::strerror(errno));
+  return fail(Errc::io, std::string("a copy of the program: ") + what + ": " + errno_text(errno));
 }
 
 /// One packet of a byte and three descriptors.

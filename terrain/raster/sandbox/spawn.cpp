@@ -5,9 +5,10 @@
 #include <spawn.h>
 
 #include <cstdlib>
-#include <cstring>
 #include <utility>
 #include <vector>
+
+#include "terrain/base/errno_text.h"
 
 namespace tind::sandbox {
 namespace {
@@ -72,7 +73,7 @@ bool move_up(Descriptor& descriptor) {
 Result<pid_t> spawn(std::span<const std::string> command, const Descriptors& descriptors) {
   pid_t process = -1;
   const int error = Spawning().run(command, descriptors, process);
-  if (error != 0) return fail(Errc::io, command[0] + ": " + std::strerror(error));
+  if (error != 0) return fail(Errc::io, command[0] + ": " + errno_text(error));
   return process;
 }
 

@@ -208,7 +208,10 @@ std::span<const typename BoundedMesher<S>::Index> BoundedMesher<S>::edges_to_tar
   edges_.clear();
   if (mesh_.on_border(v)) {
     edges_.push_back(mesh_.out(v));
-    edges_.push_back(mesh_.border_in(v));
+    // Along this one it is the other vertex that vanishes, and v that goes on in its place: what is
+    // held (a line's end, a corner of a block) would be held no more.
+    const Index in = mesh_.border_in(v), from = mesh_.origin(in);
+    if (!stays(from) && from >= options_.pinned) edges_.push_back(in);
   } else {
     mesh_.for_each_out(v, [&](Index e) { edges_.push_back(e); });
   }

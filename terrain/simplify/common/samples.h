@@ -79,11 +79,13 @@ struct GridSamples {
       int i = first;
       if (last - first >= kManySamples) {
         RowBand between(band, *this, i, y);
+        for (; last - i >= 15 && !any(between.outside_of_16(&z[base + i])); i += 16)
+          between.next(4);
         while (i <= last && base + std::size_t(i) + 4 <= end) {
           const Lanes outside = between.outside(&z[base + i]);
           const int n = std::min(4, last - i + 1);
           if (any(outside, n)) break;
-          between.next();
+          between.next(1);
           i += 4;
         }
         if (i > last) return true;
@@ -143,15 +145,31 @@ struct GridSamples {
       h -= base;
       return Lanes(h > float(top) + top_lanes) | Lanes(h < float(bottom) + bottom_lanes);
     }
-    void next() { top += top_step, bottom += bottom_step; }
+    /// The same of four groups at once: of each lane whether one of its four is outside.
+    Lanes outside_of_16(const float* at) const {
+      const float up = float(top_step), down = float(bottom_step);
+      Floats highest = float(top) + top_lanes, lowest = float(bottom) + bottom_lanes;
+      Lanes outside = {};
+      for (int k = 0; k < 4; ++k, highest += up, lowest += down) {
+        Floats h;
+        std::memcpy(&h, at + 4 * k, sizeof h);
+        h -= base;
+        outside |= Lanes(h > highest) | Lanes(h < lowest);
+      }
+      return outside;
+    }
+    void next(int groups) { top += groups * top_step, bottom += groups * bottom_step; }
   };
 
+  static bool any(Lanes lanes) {
+    const Halves both = Halves(lanes);
+    return (both[0] | both[1]) != 0;
+  }
   static bool any(Lanes lanes, int n) {
     static constexpr int kMask[8] = {-1, -1, -1, -1, 0, 0, 0, 0};
     Lanes mask;
     std::memcpy(&mask, kMask + (4 - n), sizeof mask);
-    const Halves both = Halves(lanes & mask);
-    return (both[0] | both[1]) != 0;
+    return any(lanes & mask);
   }
 
   // std::ceil and std::floor are calls into the library on plain x86-64.

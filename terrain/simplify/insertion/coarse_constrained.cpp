@@ -163,7 +163,7 @@ Result<CoarseConstrained> coarse_constrained(const Constraints& constraints) {
     std::vector<Vec3> inner;
     for (std::size_t i = part.first; i < part.last; ++i)
       inner.push_back(constraints.mesh.vertices[constraints.inner[i]]);
-    out.lines.add_line(a, b, std::move(inner));
+    out.lines.add_line(a, b, inner);
   }
   out.lines.index_points();
   auto mesh = HalfedgeMesh::from_tin(made->tin);

@@ -2,7 +2,7 @@
 
 namespace tind {
 
-void LinePoints::add_line(Index a, Index b, std::vector<Vec3> inner) {
+void LinePoints::add_line(Index a, Index b, std::span<const Vec3> inner) {
   edges_.add(a, b);
   const std::size_t first = points_.size();
   for (const Vec3& p : inner) points_.push_back({p, lines_.size()});

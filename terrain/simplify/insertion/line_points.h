@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "terrain/mesh/halfedge_mesh.h"
@@ -30,7 +31,7 @@ class LinePoints {
   }
 
   /// The edge a-b of the mesh, with `inner` exactly on it, in order from a to b.
-  void add_line(Index a, Index b, std::vector<Vec3> inner);
+  void add_line(Index a, Index b, std::span<const Vec3> inner);
 
   /// After the last add: makes the points findable.
   void index_points();

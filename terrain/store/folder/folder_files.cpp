@@ -5,9 +5,9 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstring>
 #include <filesystem>
 
+#include "terrain/base/errno_text.h"
 #include "terrain/base/whole_io.h"
 
 namespace tind {
@@ -15,7 +15,7 @@ namespace tind {
 namespace {
 
 Result<void> cannot(const std::string& what, const std::string& path, int code) {
-  return fail(Errc::io, "cannot " + what + " " + path + ": " + std::strerror(code));
+  return fail(Errc::io, "cannot " + what + " " + path + ": " + errno_text(code));
 }
 
 /// A descriptor that ends with its scope.

@@ -6,10 +6,10 @@
 
 #include <array>
 #include <cerrno>
-#include <cstring>
 #include <ctime>
 #include <utility>
 
+#include "terrain/base/errno_text.h"
 #include "terrain/base/whole_io.h"
 #include "terrain/store/folder/folder_files.h"
 
@@ -63,7 +63,7 @@ Result<FolderLock> FolderLock::take(const std::string& folder) {
   for (;;) {
     const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
     if (file < 0 && (errno == ELOOP || errno == EISDIR)) return in_the_way(path);
-    if (file < 0) return fail(Errc::io, "cannot create " + path + ": " + std::strerror(errno));
+    if (file < 0) return fail(Errc::io, "cannot create " + path + ": " + errno_text(errno));
     FolderLock lock(path, file);
     if (!is_regular(file)) {
       lock.path_.clear();  // not ours to remove
@@ -81,7 +81,7 @@ Result<FolderLock> FolderLock::take(const std::string& folder) {
     if (!taken) {
       lock.path_.clear();
       if (code != EAGAIN && code != EACCES)
-        return fail(Errc::io, "cannot lock " + path + ": " + std::strerror(code));
+        return fail(Errc::io, "cannot lock " + path + ": " + errno_text(code));
       return fail(Errc::busy, folder + " is being built by another tind (" +
                                   (says.empty() ? "just begun" : says.substr(kWho.size())) +
                                   "): wait for it, or choose another directory");
@@ -97,7 +97,7 @@ Result<FolderLock> FolderLock::take(const std::string& folder) {
     int failed = write_whole_at(file, 0, text);
     if (failed == 0 && (::ftruncate(file, off_t(text.size())) != 0 || ::fsync(file) != 0))
       failed = errno;
-    if (failed != 0) return fail(Errc::io, "cannot write " + path + ": " + std::strerror(failed));
+    if (failed != 0) return fail(Errc::io, "cannot write " + path + ": " + errno_text(failed));
     if (auto kept = FolderFiles().sync_folder(folder); !kept) return std::unexpected(kept.error());
     return lock;
   }

@@ -11,9 +11,9 @@
 
 #include <array>
 #include <cerrno>
-#include <cstring>
 #include <utility>
 
+#include "terrain/base/errno_text.h"
 #include "terrain/base/hash.h"
 #include "terrain/base/whole_io.h"
 
@@ -74,7 +74,7 @@ Result<TileLedger> TileLedger::open(const std::string& path) {
   // A pipe in its place must not keep us waiting.
   ledger.file_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (ledger.file_ < 0)
-    return fail(errno == ENOENT ? Errc::not_found : Errc::io, path + ": " + std::strerror(errno));
+    return fail(errno == ENOENT ? Errc::not_found : Errc::io, path + ": " + errno_text(errno));
   if (auto whole = ledger.read_head(path); !whole) return std::unexpected(whole.error());
   return ledger;
 }
@@ -84,7 +84,7 @@ Result<TileLedger> TileLedger::of_bytes(std::string_view bytes, const std::strin
   TileLedger ledger;
   ledger.file_ = ::memfd_create("ledger", MFD_CLOEXEC);
   const int code = ledger.file_ < 0 ? errno : write_whole_at(ledger.file_, 0, bytes);
-  if (code != 0) return fail(Errc::io, name + ": no memory for it: " + std::strerror(code));
+  if (code != 0) return fail(Errc::io, name + ": no memory for it: " + errno_text(code));
   if (auto whole = ledger.read_head(name); !whole) return std::unexpected(whole.error());
   return ledger;
 }

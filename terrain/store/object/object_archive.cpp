@@ -6,9 +6,9 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstring>
 #include <utility>
 
+#include "terrain/base/errno_text.h"
 #include "terrain/base/temporary_folder.h"
 
 namespace tind {
@@ -24,13 +24,13 @@ class MappedFile {
     if (file < 0 || ::fstat(file, &status) != 0) {
       const int why = errno;
       if (file >= 0) ::close(file);
-      return fail(Errc::io, path + ": " + std::strerror(why));
+      return fail(Errc::io, path + ": " + errno_text(why));
     }
     const auto size = std::size_t(status.st_size);
     void* const at = size > 0 ? ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file, 0) : nullptr;
     const int why = errno;
     ::close(file);
-    if (at == MAP_FAILED) return fail(Errc::io, path + ": " + std::strerror(why));
+    if (at == MAP_FAILED) return fail(Errc::io, path + ": " + errno_text(why));
     return MappedFile(at, size);
   }
   MappedFile(MappedFile&& other) noexcept

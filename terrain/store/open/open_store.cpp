@@ -59,6 +59,15 @@ bool names_store(const std::string& location) {
          (std::filesystem::is_directory(location, none) && !is_dem_folder(location));
 }
 
+Error no_store(const std::string& location) {
+  std::error_code none;
+  if (!remote::is_remote(location) && !std::filesystem::exists(location, none))
+    return {Errc::not_found, location + ": there is no such file or folder"};
+  return {Errc::invalid_argument, location +
+                                      " is no tile set: name a directory of tiles, "
+                                      "X.pmtiles, X.mbtiles, s3://BUCKET/PREFIX or a URL"};
+}
+
 std::unique_ptr<TileStore> open_store(const std::string& location) {
   if (names_archive(location)) return archive_of(location)->open(location);
   if (remote::is_s3(location)) return object_store(location, remote::Objects::of_environment());

@@ -15,6 +15,8 @@ namespace tind {
 
 /// Does the text name a tile set, rather than a DEM or a mesh?
 bool names_store(const std::string& location);
+/// Why it does not, and what does. not_found where nothing is there, else invalid_argument.
+Error no_store(const std::string& location);
 /// One in a file: X.pmtiles (also at s3:// or http(s)://) or X.mbtiles, there or not.
 bool names_archive(const std::string& location);
 

@@ -8,9 +8,9 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstring>
 #include <utility>
 
+#include "terrain/base/errno_text.h"
 #include "terrain/base/whole_io.h"
 #include "terrain/raster/remote/remote_file.h"
 
@@ -27,7 +27,7 @@ class LocalBytes : public ArchiveBytes {
     // A pipe in its place must not keep us waiting.
     const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (file < 0)
-      return fail(errno == ENOENT ? Errc::not_found : Errc::io, path + ": " + std::strerror(errno));
+      return fail(errno == ENOENT ? Errc::not_found : Errc::io, path + ": " + errno_text(errno));
     std::unique_ptr<LocalBytes> made(new LocalBytes(path, file));
     struct stat status {};
     if (::fstat(file, &status) != 0 || !S_ISREG(status.st_mode))
@@ -44,7 +44,7 @@ class LocalBytes : public ArchiveBytes {
     Bytes bytes(part.size);
     const ReadBytes got = read_up_to(file_, part.at, bytes.data(), bytes.size());
     if (got.error != 0)
-      return fail(Errc::io, "cannot read " + path_ + ": " + std::strerror(got.error));
+      return fail(Errc::io, "cannot read " + path_ + ": " + errno_text(got.error));
     if (got.size < bytes.size())
       return fail(Errc::io, path_ + " is shorter than when it was opened");
     return bytes;

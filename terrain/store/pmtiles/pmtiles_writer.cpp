@@ -11,13 +11,13 @@
 #include <cerrno>
 #include <cmath>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "proto/json_text.h"
 #include "terrain/base/deflate.h"
+#include "terrain/base/errno_text.h"
 #include "terrain/base/hash.h"
 #include "terrain/base/whole_io.h"
 #include "terrain/store/ledger_entry.h"
@@ -48,7 +48,7 @@ class Spool {
       file = ::mkostemp(name.data(), O_CLOEXEC);
       if (file >= 0) ::unlink(name.c_str());
     }
-    if (file < 0) return fail(Errc::io, "cannot write in " + folder + ": " + std::strerror(errno));
+    if (file < 0) return fail(Errc::io, "cannot write in " + folder + ": " + errno_text(errno));
     return Spool(file, folder);
   }
   Spool(Spool&& other) noexcept

@@ -159,6 +159,17 @@ TEST(MeshIo, ObjIndexForms) {
   EXPECT_THAT(m.materials, ElementsAre("stone"));
 }
 
+TEST(MeshIo, ABackslashJoinsLinesOfObjAlone) {
+  const Mesh m = must(
+      decode_obj("# made in C:\\maps\\\nv 9 9 9\n  # and C:\\\nv 1 0 0\nv 0 1 0\nf 1 \\\n2 3\n"));
+  ASSERT_EQ(m.positions.size(), 3u);
+  EXPECT_EQ(m.positions[0], (std::array<double, 3>{9, 9, 9}));
+  EXPECT_THAT(m.triangles, ElementsAre(Triangle{0, 1, 2}));
+  const Mesh two = must(
+      decode_2dm("MESH2D\nMESHNAME \"C:\\\nND 1 0 0 0\nND 2 1 0 0\nND 3 0 1 0\nE3T 1 1 2 3 1\n"));
+  EXPECT_EQ(two.positions.size(), 3u);
+}
+
 TEST(MeshIo, FacesOfVeryManyCornersAreHalved) {
   constexpr int kCorners = 1000;
   std::string obj, face = "f",

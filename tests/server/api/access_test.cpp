@@ -204,6 +204,53 @@ TEST_F(AccessApi, WhoAsksTooOftenWaits) {
   EXPECT_EQ(get("/datasets?key=limited").status, 200);
 }
 
+TEST_F(AccessApi, AnotherRateIsAnotherBucket) {
+  Key limited = key("limited", {Scope::read});
+  limited.rate = {0.05, 2};
+  gate_.set(rules({limited}, {Scope::read}, {0.05, 1}));
+  for (const char* with : {"?key=limited", ""}) {
+    while (get(std::string("/datasets") + with).status == 200) {
+    }
+    EXPECT_EQ(get(std::string("/datasets") + with).status, 429);
+  }
+  gate_.set(rules({limited}, {Scope::read}, {0.05, 1}));
+  EXPECT_EQ(get("/datasets?key=limited").status, 429) << "what stays as it was keeps it";
+  EXPECT_EQ(get("/datasets").status, 429);
+  limited.rate = {100, 200};
+  gate_.set(rules({limited}, {Scope::read}, {10, 20}));
+  EXPECT_EQ(get("/datasets?key=limited").status, 200);
+  EXPECT_EQ(get("/datasets").status, 200);
+}
+
+TEST_F(AccessApi, WhatTakesAKeyIsForNoSharedCache) {
+  const auto cached = [&](const std::string& fields) {
+    return get("/terrain/made-up/layer.json", fields).headers.at("cache-control");
+  };
+  EXPECT_EQ(cached("").find("private"), std::string::npos);
+  gate_.set(rules({key("secret", {Scope::tiles})}));
+  EXPECT_EQ(cached("X-API-Key: secret\r\n").find("private"), 0u);
+  gate_.set(rules({key("secret", {Scope::tiles})}, {Scope::tiles}));
+  EXPECT_EQ(cached("X-API-Key: secret\r\n").find("private"), std::string::npos);
+}
+
+TEST_F(AccessApi, AJobOfAKeyIsOfNobodyWithoutIt) {
+  add_dem();
+  gate_.set(rules({key("ann", {Scope::jobs})}, {Scope::jobs}));
+  const std::string order = R"({"inputs": {"dataset": "rainier", "max_error": 100}})";
+  const auto ask = [&](const std::string& fields) {
+    test::HttpClient client(port());
+    client.send("POST /processes/simplify/execution HTTP/1.1\r\nHost: h\r\n" + fields +
+                "Prefer: respond-async\r\nContent-Type: application/json\r\nContent-Length: " +
+                std::to_string(order.size()) + "\r\n\r\n" + order);
+    return client.receive().headers.at("location");
+  };
+  const std::string with = "X-API-Key: ann\r\n", of_ann = ask(with), of_all = ask("");
+  EXPECT_EQ(get(of_ann, with).status, 200);
+  EXPECT_EQ(get(of_ann).status, 404);
+  EXPECT_EQ(get(of_all).status, 200);
+  EXPECT_EQ(get(of_all, with).status, 404);
+}
+
 TEST_F(AccessApi, AKeyIsNeverSaid) {
   const std::string canary = "canary-7f3a91";
   const auto log = std::make_shared<std::ostringstream>();

@@ -127,6 +127,34 @@ TEST_F(ProcessesApi, AJobHasAStatusResultsAndAnEnd) {
   EXPECT_TRUE(Json::parse(none.body)["type"].get<std::string>().ends_with("no-such-job"));
 }
 
+TEST_F(ProcessesApi, AResultThatIsJsonIsAFileAsAnyOther) {
+  const std::string order =
+      R"({"inputs": {"dataset": "rainier", "format": "json", "samples": 50,
+                     "line": [[-121.8, 46.8], [-121.7, 46.9]]}})";
+  HttpClient client(port());
+  client.send(
+      "POST /processes/profile/execution HTTP/1.1\r\nHost: h\r\nPrefer: respond-async\r\n"
+      "Content-Type: application/json\r\nContent-Length: " +
+      std::to_string(order.size()) + "\r\n\r\n" + order);
+  const std::string job = client.receive().headers.at("location");
+  ASSERT_EQ(wait_for(job)["status"], "successful");
+  const HttpReply whole = get(job + "/results");
+  ASSERT_EQ(whole.status, 200);
+  const test::TempDir dir;
+  const auto ran =
+      test::run_tind("profile " + test::testdata("rainier.tif") +
+                     " --line '-121.8,46.8 -121.7,46.9' --samples 50 -o " + dir.file("p.json"));
+  ASSERT_EQ(ran.code, 0) << ran.out;
+  std::ifstream file(dir.file("p.json"), std::ios::binary);
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(file), {}), whole.body);
+  const HttpReply part = get(job + "/results", "Range: bytes=5-9\r\n");
+  EXPECT_EQ(part.status, 206);
+  EXPECT_EQ(part.body, whole.body.substr(5, 5));
+  EXPECT_EQ(get(job + "/results", "If-Match: \"another\"\r\n").status, 412);
+  EXPECT_EQ(HttpClient(port()).head(job + "/results", "Range: bytes=5-9\r\n").status, 200)
+      << "parts are of GET";
+}
+
 TEST_F(ProcessesApi, APolygonIsTheRimOfTheMesh) {
   const HttpReply reply = execute(inputs(
       R"("polygon": {"type": "Polygon", "coordinates": [[[-121.8, 46.8], [-121.7, 46.8],

@@ -57,6 +57,17 @@ TEST(BuildImages, AFolderHoldsOneFormat) {
   EXPECT_EQ(images.code, 2) << images.out;
 }
 
+TEST(BuildImages, OfADemWhoseNameIsNoUtf8AreMade) {
+  const test::TempDir dir;
+  const std::string dem = dir.file("na\xffme.asc"), out = dir.file("images");
+  std::ofstream(dem)
+      << "ncols 3\nnrows 2\nxllcorner 10\nyllcorner 45\ncellsize 0.01\n1 2 3\n4 5 6\n";
+  const auto ran = test::run_tind(
+      "build '" + dem + "' --crs EPSG:4326 --format rgb --levels 0-1 --progress none -o " + out);
+  EXPECT_EQ(ran.code, 0) << ran.out;
+  EXPECT_TRUE(std::filesystem::exists(out + "/tiles.json"));
+}
+
 TEST(BuildImages, OfNothingAreNotMade) {
   const test::TempDir dir;
   const std::string dem = dir.file("dem.asc"), out = dir.file("images");

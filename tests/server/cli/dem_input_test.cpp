@@ -246,7 +246,7 @@ TEST(DemInput, AFormatThatIsOnlyWrittenIsNamed) {
   for (const std::string& command : {"info " + glb, "simplify " + glb + " --ratio 0.5 -o a.ply"}) {
     const Ran ran = run_tind(command);
     EXPECT_EQ(ran.code, 65) << ran.out;
-    EXPECT_THAT(ran.out, HasSubstr("but reads only .ply"));
+    EXPECT_THAT(ran.out, HasSubstr("but reads neither them nor rasters"));
   }
 }
 

@@ -66,12 +66,22 @@ TEST_F(ExitCode, OfAnOutputThatCannotBeWrittenToItsEnd) {
 TEST_F(ExitCode, OfAnInputThatIsNotThere) {
   const std::string none = folder_.file("none"), out = " -o " + folder_.file("out");
   expect(69, {"simplify " + none + ".tif --ratio 0.5" + out + ".ply",
+              "copy " + none + " " + folder_.file("out.pmtiles"), "verify " + none,
               "simplify " + none + ".ply --ratio 0.5" + out + ".ply",
               "progressive " + none + ".obj" + out + ".tpm",
               "between " + none + ".ply " + mesh_ + out + ".tpm",
               "extract " + none + ".tpm" + out + ".ply", "info " + none + ".stl",
               "info " + none + ".tpm", "measure " + none + ".ply " + dem_,
               "plan " + dem_ + " --trajectory " + none + ".csv", "build " + none + ".tif" + out});
+}
+
+TEST_F(ExitCode, OfAMachineWithoutTheDatabaseOfCoordinateSystems) {
+  const std::string without = "PROJ_DATA=" + folder_.path().string();
+  for (const char* file : {"desert.asc", "rainier.tif"}) {
+    const auto ran = run_tind("info " + test::testdata(file), without);
+    EXPECT_EQ(ran.code, 74) << ran.out;
+    EXPECT_NE(ran.out.find("PROJ_DATA"), std::string::npos) << ran.out;
+  }
 }
 
 TEST_F(ExitCode, OfMoreMemoryThanNumbersHave) {

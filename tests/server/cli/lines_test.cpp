@@ -53,6 +53,24 @@ TEST_F(LineOptions, HoldThroughEveryMethod) {
   }
 }
 
+/// What ends on the DEM's side is held as all of it: a neighbour on the side may not take its
+/// place.
+TEST_F(LineOptions, HoldTheirEndsOnTheRim) {
+  if (!has_constrained_delaunay()) GTEST_SKIP() << "built without CGAL";
+  const std::string how =
+      " --crs EPSG:32633 --from-datum egm96 --effort best --json --progress none -o " +
+      dir_.file("a.ply");
+  const auto lines =
+      test::tind_json("simplify " + testdata("line_ends.asc") + how + " --breaklines " +
+                      testdata("line_ends.geojson") + " --line-heights dem --max-error 4");
+  EXPECT_EQ(lines["lines"]["parts"], 16);
+  EXPECT_EQ(lines["lines"]["parts_missing"], 0);
+  const auto rims =
+      test::tind_json("simplify " + testdata("rim_ends.asc") + how + " --voids keep --max-error 2");
+  EXPECT_EQ(rims["posts_uncovered"], 0);
+  EXPECT_LE(rims["max_error_m"], 2);
+}
+
 TEST_F(LineOptions, AreRefusedInOneLine) {
   const auto refuses = [&](const std::string& more, int code, const std::string& word) {
     const Ran ran = run_tind(simplify_ + more);

@@ -50,9 +50,13 @@ TEST(Progressive, AStreamIsMadeAndLevelsComeOutWithinTheirError) {
   ASSERT_EQ(base.code, 0) << base.out;
   EXPECT_EQ(nlohmann::json::parse(base.answer)["triangles"], least);
 
+  const auto stl = test::run_tind("extract " + tpm + " -o " + dir.file("a.stl") + " --json");
+  ASSERT_EQ(stl.code, 0) << stl.out;
+  EXPECT_TRUE(nlohmann::json::parse(stl.answer).contains("rounding"));  // 32-bit coordinates
   const auto finest = test::run_tind("extract " + tpm + " -o " + ply + " --json");
   ASSERT_EQ(finest.code, 0) << finest.out;
   EXPECT_EQ(nlohmann::json::parse(finest.answer)["splits"], figures["splits"]);
+  EXPECT_FALSE(nlohmann::json::parse(finest.answer).contains("rounding"));
   EXPECT_EQ(nlohmann::json::parse(finest.answer)["max_error_m"], figures["fine_error_m"]);
 
   const auto whole = read_whole_file(tpm);

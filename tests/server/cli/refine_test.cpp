@@ -1,8 +1,12 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <nlohmann/json.hpp>
+#include <string>
 
 #include "tests/support/program.h"
+#include "tests/support/program_json.h"
 #include "tests/support/support.h"
 
 namespace tind {
@@ -27,6 +31,26 @@ TEST(Refine, BothErrorsHoldAndTheRegionIsWhereItShouldBe) {
                             " --bbox=-121.8,46.8,-121.75,46.85 --inside 0 --progress none");
   EXPECT_EQ(box.code, 0) << box.out;
   EXPECT_NE(box.out.find("within 0.000 m"), std::string::npos) << box.out;
+}
+
+TEST(Refine, StatesTheErrorOfTheFileThatItWrites) {
+  test::TempDir dir;
+  const std::string dem = test::testdata("rainier.tif");
+  for (const char* name : {"a.ply", "a.stl"}) {
+    SCOPED_TRACE(name);
+    const std::string out = dir.file(name);
+    const auto said = test::tind_json("refine " + dem + " -o " + out +
+                                      " --bbox=-121.8,46.8,-121.75,46.85 --inside 0 --outside 0 "
+                                      "--json --progress none");
+    const auto found = test::tind_json("measure " + out + " " + dem + " --json");
+    const double inside = said["inside"]["max_error_m"], outside = said["outside"]["max_error_m"];
+    EXPECT_NEAR(std::max(inside, outside), found["max_error_m"], 1e-6);
+    EXPECT_EQ(inside + outside > 1e-6, std::string(name) == "a.stl");
+    EXPECT_EQ(said["note"] != "", std::string(name) == "a.stl") << said["note"];
+    EXPECT_EQ(std::uint64_t(said["inside"]["posts_uncovered"]) +
+                  std::uint64_t(said["outside"]["posts_uncovered"]),
+              found["posts_uncovered"]);
+  }
 }
 
 TEST(Refine, SaysWhatIsWrong) {

@@ -72,6 +72,17 @@ TEST(TinCommands, FilesOfThirtyTwoBitsAreMeasuredAsTheyAreRead) {
   EXPECT_EQ(found["vertices_uncovered"], 0);
 }
 
+TEST(TinCommands, AStepInTheTinIsNoBugOfTheMethod) {
+  const TempDir dir;
+  std::ofstream(dir.file("step.obj")) << "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+                                         "v 1 0 5\nv 2 0 5\nv 2 1 5\nv 1 1 5\n"
+                                         "f 1 2 3\nf 1 3 4\nf 5 6 7\nf 5 7 8\n";
+  const auto said = tind_json("simplify " + dir.file("step.obj") + " -o " + dir.file("out.ply") +
+                              " --terrain --method qem --max-error 1 --json --progress none");
+  EXPECT_EQ(said["max_error_m"], 5);
+  EXPECT_THAT(std::string(said["note"]), HasSubstr("a step along a seam"));
+}
+
 TEST(TinCommands, CompareHasARowForEachMethodOverTheVertices) {
   const TempDir dir;
   const std::string tin = tin_of(dir, "crater.tif", "tin.ply");

@@ -87,6 +87,22 @@ TEST(Representation, EncodingsHaveTheirOwnTags) {
   EXPECT_EQ(send("If-None-Match: \"x\"\r\nIf-None-Match: " + tag + "\r\n").status, 304);
 }
 
+TEST(Representation, OfAnotherStateThanIfMatchNamesIsNotGiven) {
+  const std::string body(5000, 'x');
+  const auto made =
+      Representation::make(body, {.content_type = "a/b", .compress = false, .ranges = true});
+  const auto send = [&](const std::string& lines) {
+    return made->reply(Parsed(lines).fields()).status;
+  };
+  const std::string tag(made->etag()), part = "Range: bytes=1-2\r\n";
+  EXPECT_EQ(send("If-Match: " + tag + "\r\n" + part), 206);
+  EXPECT_EQ(send("If-Match: \"x\", " + tag + "\r\n"), 200);
+  EXPECT_EQ(send("If-Match: *\r\n"), 200);
+  EXPECT_EQ(send("If-Match: \"x\"\r\n" + part), 412);
+  EXPECT_EQ(send("If-Match: W/" + tag + "\r\n"), 412) << "weak tags match nothing";
+  EXPECT_EQ(send("If-Match: \"x\"\r\nIf-None-Match: " + tag + "\r\n"), 412);
+}
+
 TEST(Representation, WhatDoesNotShrinkIsNotCompressed) {
   const auto small = Representation::make("hello", {.content_type = "text/plain"});
   const Reply reply = small->reply(Parsed("Accept-Encoding: gzip\r\n").fields());

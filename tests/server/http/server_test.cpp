@@ -1,6 +1,8 @@
 // The whole HTTP side over real sockets: requests in, answers out.
 
 #include <atomic>
+#include <csignal>
+#include <cstdlib>
 
 #include "tests/server/http/server_fixture.h"
 #include "tests/support/http_probes.h"
@@ -29,6 +31,12 @@ TEST_F(HttpServer, HeadHasTheHeadersOfGetAndNoBody) {
   HttpReply same = get;
   same.headers["date"] = head.headers.at("date");
   EXPECT_EQ(same.headers, head.headers);
+}
+
+TEST_F(HttpServer, HeadHasNoBodyWhereItIsRefused) {
+  HttpClient client(port());
+  EXPECT_EQ(client.head("/%zz").status, 400);
+  EXPECT_TRUE(client.closed()) << "nothing came behind the head";
 }
 
 TEST_F(HttpServer, ProblemsAreDocuments) {
@@ -165,6 +173,19 @@ TEST(HttpServerListen, SaysWhyItCannot) {
   const auto second = Server::listen(router, options);
   ASSERT_FALSE(second);
   EXPECT_NE(second.error().what.find("in use"), std::string::npos);
+}
+
+/// Whoever is ending by himself (a thread could not be had, say) keeps his own exit code.
+TEST(ServerSignals, AHangupAfterItIsGoneEndsNobody) {
+  const auto come_and_go = [] {
+    const Router router;
+    ServerOptions any_port;
+    any_port.port = 0;
+    if (!Server::listen(router, any_port)) std::_Exit(8);
+    std::raise(SIGHUP);
+    std::_Exit(7);
+  };
+  EXPECT_EXIT(come_and_go(), testing::ExitedWithCode(7), "");
 }
 
 }  // namespace

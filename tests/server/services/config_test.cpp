@@ -72,8 +72,14 @@ TEST_F(ConfigTest, UnknownKeysAreErrorsWithASuggestion) {
 }
 
 TEST_F(ConfigTest, UnknownVariablesAreErrorsWithASuggestion) {
-  input_.environment_names = {"HOME",      "TIND_DATA",         "TIND_QUEUE",
-                              "TIND_PORT", "TIND_SERVICE_HOST", "TIND_PORT_8080_TCP"};
+  input_.environment_names = {"HOME",
+                              "TIND_DATA",
+                              "TIND_QUEUE",
+                              "TIND_PORT",
+                              "TIND_SERVICE_HOST",
+                              "TIND_PORT_8080_TCP",
+                              "TIND_REMOTE_TIMEOUT",
+                              "TIND_REMOTE_TRIES"};
   EXPECT_EQ(error("threads = 1\n"), "no error");
   input_.environment_names.push_back("TIND_CACHE_MBS");
   const std::string wrong = error("threads = 1\n");

@@ -6,12 +6,14 @@
 #include <sqlite3.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <future>
 #include <thread>
+#include <vector>
 
 #include "tests/support/support.h"
 
@@ -302,15 +304,59 @@ TEST_F(JobsTest, AStopAnswersThoseThatWait) {
 
 TEST_F(JobsTest, ResultsThatFillTheStoreLetNoMoreIn) {
   JobLimits limits;
-  limits.stored_bytes = 3000, limits.each.file_bytes = 1000;
+  limits.stored_bytes = 31000, limits.each.file_bytes = 10000;
   const auto jobs = open(limits);
   Job last;
-  for (int i = 0; i < 3; ++i) last = run(*jobs, shell("head -c 900 /dev/zero > out.txt"));
+  for (int i = 0; i < 3; ++i) last = run(*jobs, shell("head -c 9000 /dev/zero > out.txt"));
   const auto more = jobs->submit(shell("echo a > out.txt"));
   ASSERT_FALSE(more);
   EXPECT_NE(more.error().what.find("results of earlier jobs"), std::string::npos);
   ASSERT_TRUE(jobs->dismiss(last.id));
   EXPECT_TRUE(jobs->submit(shell("echo a > out.txt")));
+}
+
+TEST_F(JobsTest, ResultsOfThoseThatWaitedFillTheStoreNoFurther) {
+  JobLimits limits;
+  limits.stored_bytes = 31000, limits.each.file_bytes = 10000;
+  const auto jobs = open(limits);
+  std::vector<std::promise<Job>> ends(6);
+  for (auto& end : ends)  // all have their place before the first has ended
+    ASSERT_TRUE(jobs->submit(shell("sleep 0.3; head -c 9000 /dev/zero > out.txt"),
+                             [&end](const Job& job) { end.set_value(job); }));
+  std::uint64_t stored = 0;
+  std::size_t without_room = 0;
+  for (auto& end : ends) {
+    const Job job = end.get_future().get();
+    stored += job.bytes;
+    if (job.status != JobStatus::failed) continue;
+    ++without_room;
+    EXPECT_EQ(job.exit_code, Job::kNoRoom);
+    EXPECT_NE(job.message.find("results of earlier jobs"), std::string::npos) << job.message;
+  }
+  EXPECT_LE(stored, limits.stored_bytes);
+  EXPECT_EQ(without_room, 3u);
+}
+
+TEST_F(JobsTest, TheListOfWhatHasNoResultIsBounded) {
+  const auto store = JobStore::open(dir_.file("list"));
+  ASSERT_TRUE(store);
+  for (int i = 0; i < 30; ++i) {
+    Job job;
+    job.id = "job" + std::to_string(10 + i), job.client = i % 3 ? "a" : "b";
+    job.status = i % 5 ? JobStatus::dismissed : JobStatus::successful;
+    job.created_ms = job.finished_ms = 1000 + i;
+    ASSERT_TRUE((*store)->put(job));
+  }
+  ASSERT_TRUE((*store)->keep_latest(4));
+  const auto count = [&](const char* client, JobStatus status) {
+    const auto all = (*store)->of_client(client, 100);
+    return std::ranges::count(*all, status, &Job::status);
+  };
+  EXPECT_EQ(count("a", JobStatus::dismissed), 4);
+  EXPECT_EQ(count("b", JobStatus::dismissed), 4);
+  EXPECT_EQ(count("a", JobStatus::successful) + count("b", JobStatus::successful), 6);
+  EXPECT_TRUE(*(*store)->find("job39")) << "the latest stay";
+  EXPECT_FALSE(*(*store)->find("job11"));
 }
 
 TEST_F(JobsTest, ARestartGoesOnOnceAndForgetsNothing) {

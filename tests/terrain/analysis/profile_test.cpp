@@ -119,6 +119,18 @@ TEST(Profile, BeyondTheDemIsOutsideAndAVoidIsAVoid) {
   EXPECT_EQ(story, "ozvz");
 }
 
+TEST(Profile, OfALineThatGoesFarBeyondTheDemIsThatOfItsPart) {
+  const MadeUpSource dem(test::rough_terrain(30, 30, 5), {10, 50}, 1e-5);
+  const Geographic far[] = {{9, 49.99985}, {60, 49.99985}},
+                   near[] = {{9.9999, 49.99985}, {10.0004, 49.99985}};
+  const auto all = exact_profile(dem, GeodesicPath(far)),
+             part = exact_profile(dem, GeodesicPath(near));
+  ASSERT_TRUE(all && part);
+  EXPECT_EQ(all->points.front().height.coverage, Coverage::outside);
+  EXPECT_EQ(all->points.back().height.coverage, Coverage::outside);
+  EXPECT_LE(all->points.size(), part->points.size() + 4);
+}
+
 /// The curve's middle lies on its chord, and nothing else of it.
 TEST(Profile, ExactFollowsALineThatTurnsInItsMiddle) {
   HeightGrid grid(81, 81);

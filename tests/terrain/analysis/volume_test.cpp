@@ -235,6 +235,10 @@ TEST(Volume, OfAProjectionSaysHowFarItsAreasAreFromTheGrounds) {
   const AreaScale flat = area_scale(*utm, whole_area(utm->info()));
   EXPECT_NEAR(flat.least, .9996 * .9996, 1e-5);
   EXPECT_NEAR(flat.greatest, .9996 * .9996, 2e-5);
+  const auto pole = open({"pole", "EPSG:3031", -10000, 10000, 1000, 21, 21});
+  const AreaScale around = area_scale(*pole, whole_area(pole->info()));
+  EXPECT_NEAR(around.least, .9728 * .9728, 1e-3) << "at a pole longitudes are nothing";
+  EXPECT_NEAR(around.greatest, .9728 * .9728, 1e-3);
   const auto degrees = dem_of(test::rough_terrain(5, 5, 1));
   EXPECT_EQ(area_scale(degrees, whole_area(degrees.info())).greatest, 1);
 }

@@ -109,6 +109,15 @@ TEST(TileSurface, finds_what_a_look_at_every_triangle_finds) {
   expect_as_all_triangles_say(split_again_and_again(200, {300, 400}, 100, 3), 3);  // in a corner
 }
 
+TEST(TileSurface, parts_no_triangles_that_lie_on_one_another) {
+  CheckedTile tile = split_again_and_again(0, {0, 0}, 1, 1);
+  for (int k = 0; k < 40; ++k) tile.triangles.insert(tile.triangles.end(), {{0, 1, 2}, {0, 2, 3}});
+  const TileSurface surface(tile);
+  const auto gap = surface.gap_at(100, 200, 0);
+  ASSERT_TRUE(gap);
+  EXPECT_EQ(gap->low, gap->high);
+}
+
 TEST(TileSurface, parts_no_fan_for_ever) {
   expect_as_all_triangles_say(fan(7, 16000, 17000, 12000), 4);
   expect_as_all_triangles_say(fan(90, kEnd / 2, kEnd / 2, 16000), 5);

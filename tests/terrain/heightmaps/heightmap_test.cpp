@@ -15,6 +15,7 @@
 #include "tests/support/made_up_source.h"
 #include "tests/support/projected_dem.h"
 #include "tests/support/support.h"
+#include "tests/support/text_dem.h"
 
 namespace tind {
 namespace {
@@ -155,6 +156,23 @@ TEST(PlaceMap, AnotherCrsIsRefusedOrItsScaleIsSaid) {
   const auto web = place_map(source, {.crs = "EPSG:3857"});
   ASSERT_TRUE(web);
   EXPECT_NEAR(web->scale_error, 1 - std::cos(46.8 * std::numbers::pi / 180), .01);
+}
+
+TEST(PlaceMap, OfLayersAcrossTheAntimeridianIsWhereTheyAre) {
+  const test::TempDir folder;
+  const auto place = [&](double west, const std::string& name) {
+    const HeightGrid grid = test::rough_terrain(100, 100, 3);
+    const auto surface = Surface::of_layers(
+        {{"low", test::text_dem(folder, name + "low", grid, {west, 10}, .004)},
+         {"high", test::text_dem(folder, name + "high", grid, {west + .1, 10.1}, .001)}});
+    if (!surface) throw std::runtime_error(surface.error().what);
+    return *place_map(*surface, {});
+  };
+  const MapPlace across = place(179.8, "across"), elsewhere = place(100, "elsewhere");
+  EXPECT_EQ(across.cols, elsewhere.cols);
+  EXPECT_NEAR(across.spacing_m, elsewhere.spacing_m, 1e-3);
+  const Geographic middle = across.place((across.cols - 1) / 2., (across.rows - 1) / 2.);
+  EXPECT_NEAR(std::abs(middle.lon), 180, .1);
 }
 
 TEST(PlaceMap, AroundAPoleSaysWhichCrsFits) {

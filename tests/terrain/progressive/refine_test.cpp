@@ -12,6 +12,7 @@
 #include "terrain/progressive/multires/refine_region.h"
 #include "terrain/progressive/multires/view_front.h"
 #include "tests/support/support.h"
+#include "tests/support/text_dem.h"
 #include "tests/terrain/progressive/posts_in_view.h"
 
 namespace tind {
@@ -257,6 +258,25 @@ TEST_F(Views, SilhouettesAreFiner) {
   edged.look(camera);
   EXPECT_GT(edged.front().triangle_count(), plain.front().triangle_count());
   EXPECT_LE(seen(edged.front(), camera).worst_px, 4);
+}
+
+TEST(ViewGeometry, AcrossTheAntimeridianIsWhatItIsElsewhere) {
+  const test::TempDir folder;
+  const HeightGrid grid = test::rough_terrain(60, 60, 4);
+  const auto geometry = [&](const char* name, double west) {
+    const auto dem = test::text_dem(folder, name, grid, {west, 10}, .004);
+    const auto posts = dem->read(0, 0, 60, 60);
+    const auto all = levelled_terrain({*posts, dem->info().spacing_x_m, dem->info().spacing_y_m});
+    EXPECT_TRUE(all) << all.error().what;
+    return *view_geometry(*all, *dem);
+  };
+  const ViewGeometry across = geometry("across", 179.9), elsewhere = geometry("elsewhere", 100);
+  EXPECT_NEAR(across.extent_m, elsewhere.extent_m, .1);
+  ASSERT_EQ(across.position.size(), elsewhere.position.size());
+  for (std::size_t i = 0; i < across.position.size(); ++i) {
+    const auto &p = across.position[i], &q = elsewhere.position[i];
+    EXPECT_NEAR(length(Vec3{p[0] - q[0], p[1] - q[1], p[2] - q[2]}), 0, .05);
+  }
 }
 
 TEST(ViewGeometry, ADemWithoutAPlaceOnTheEarthIsRefused) {

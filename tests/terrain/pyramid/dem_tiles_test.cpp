@@ -197,6 +197,24 @@ TEST(DemTiles, of_layers_keep_the_index_and_read_no_post_for_a_plan_again) {
   }
 }
 
+TEST(DemTiles, read_again_what_could_not_be_read) {
+  const test::TempDir folder;
+  TileSetOptions options;
+  options.exact_posts = 5000;
+  const std::string index = folder.file("later/index");
+  const auto tiles = open_dem_tiles(rainier(), options, 0, index);
+  ASSERT_TRUE(tiles);
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));  // the folder is not there
+  EXPECT_EQ((*tiles)->readiness().state, Readiness::State::reading);
+  std::filesystem::create_directory(folder.file("later"));
+  const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(10);
+  while ((*tiles)->readiness().state == Readiness::State::reading &&
+         std::chrono::steady_clock::now() < end)
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  EXPECT_EQ((*tiles)->readiness().state, Readiness::State::ready) << (*tiles)->readiness().why;
+  EXPECT_TRUE((*tiles)->tile({0, 0, 0}, {}));
+}
+
 TEST(DemTiles, can_be_closed_while_heights_are_read) {
   const auto held = std::make_shared<HeldSource>(rainier());
   auto tiles = open_dem_tiles(held, {}, 0);

@@ -12,6 +12,7 @@
 #include "terrain/check/check.h"
 #include "terrain/pyramid/build/build.h"
 #include "terrain/pyramid/make/dem_tiles.h"
+#include "tests/support/made_up_source.h"
 #include "tests/support/support.h"
 
 namespace tind {
@@ -49,10 +50,9 @@ BuildOptions options(const std::string& output, double max_error, int exact_post
 }
 
 /// Builds, and has the checker measure every tile over every post.
-void expect_certified(const std::string& dem, double max_error, int exact_posts) {
-  const auto source = open_dem(dem);
+void expect_certified(const std::shared_ptr<const DemSource>& source, BuildOptions o) {
   const TempDir dir;
-  const BuildOptions o = options(dir.file("tiles"), max_error, exact_posts);
+  o.output = dir.file("tiles");
   const auto report = build_tiles(source, o);
   ASSERT_TRUE(report) << report.error().what;
   EXPECT_TRUE(report->index_made);
@@ -83,11 +83,22 @@ void expect_certified(const std::string& dem, double max_error, int exact_posts)
 }
 
 TEST(IndexedTiles, keep_their_word_over_every_post) {
-  expect_certified("rainier.tif", 20, 1 << 16);  // with voids
+  expect_certified(open_dem("rainier.tif"), options("", 20));  // with voids
+}
+
+/// Budgets of the first levels are larger than any heights.
+TEST(IndexedTiles, of_continents_keep_it_too) {
+  const auto source = std::make_shared<const test::MadeUpSource>(
+      test::terrain_with_voids(512, 211, 3, 10'000), Geographic{-120, 50}, 240.0 / 512);
+  BuildOptions o = options("", 2000, 1 << 12);
+  o.tiles.max_level = 3;
+  expect_certified(source, o);
+  o.tiles.method = QemOptions{};
+  expect_certified(source, o);
 }
 
 TEST(IndexedTiles, of_a_projected_source_too) {
-  expect_certified("bigtujunga_crop.tif", 5, 1 << 12);
+  expect_certified(open_dem("bigtujunga_crop.tif"), options("", 5, 1 << 12));
 }
 
 TEST(IndexedTiles, are_the_same_for_any_number_of_threads_after_stops_and_on_demand) {

@@ -81,7 +81,7 @@ void expect_bounds_hold(const MadeUpSource& source, const ResidualIndex& index, 
   ASSERT_TRUE(record) << record.error().what;
   const auto finer = index.lattice(id);
   ASSERT_TRUE(finer) << finer.error().what;
-  EXPECT_EQ(finer->cells, 256 << std::min(2, index.level() - id.level));
+  EXPECT_EQ(finer->cells, 256 << std::min(1, index.level() - id.level));
   const auto posts = posts_of(source, id);
   EXPECT_EQ((*record)->posts(), posts.size());
   EXPECT_EQ(finer->posts, posts.size());
@@ -217,6 +217,51 @@ TEST(LatticeBound, is_never_below_the_true_error_of_any_mesh) {
         EXPECT_GE(bound + 1e-9, error) << id.text();
       }
     }
+}
+
+/// |mesh - surface| and the cell's residual at places along the mesh's edges, its corners among
+/// them: what the bound must not have passed over.
+double worst_seen(const Tin& mesh, const ResidualLattice& lattice) {
+  const double side = ResidualLattice::kExtent / lattice.cells;
+  double worst = 0;
+  const auto look = [&](double x, double y, double z) {
+    const int col = std::clamp(int(x / side), 0, lattice.cells - 1);
+    const int row = std::clamp(int((ResidualLattice::kExtent - y) / side), 0, lattice.cells - 1);
+    const double residual = lattice.residual[std::size_t(row * lattice.cells + col)];
+    if (residual < 0) return;
+    worst = std::max(worst, std::abs(z - surface(lattice, col, row, x, y)) + residual);
+  };
+  for (const Triangle& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 &a = mesh.vertices[t[k]], &b = mesh.vertices[t[(k + 1) % 3]];
+      for (double share = 0; share <= 1; share += 1.0 / 1024)
+        look(a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.z + share * (b.z - a.z));
+    }
+  return worst;
+}
+
+TEST(LatticeBound, passes_over_nothing_that_is_worse) {
+  const TempDir dir;
+  const MadeUpSource source(test::terrain_with_voids(620, 500, 5), {10.123, 45.9}, 0.00131);
+  const auto index = index_of(source, dir, 9);
+  ASSERT_TRUE(index);
+  unsigned seed = 100;
+  for (const TileId id : tiles_over(source, 8)) {
+    auto lattice = index->lattice(id);
+    ASSERT_TRUE(lattice);
+    // Residuals that differ from cell to cell by more than the meshes do.
+    for (std::size_t c = 0; c < lattice->residual.size(); ++c)
+      if (lattice->residual[c] >= 0) lattice->residual[c] += float(c * 7919 % 400);
+    for (const int vertices : {0, 5, 60}) {
+      const Tin mesh = random_mesh(++seed, vertices, 0, 500);
+      const double bound = lattice_bound(mesh, *lattice);
+      EXPECT_GE(bound + 1e-6, worst_seen(mesh, *lattice)) << id.text();
+      EXPECT_TRUE(is_within(mesh, *lattice, bound));
+      EXPECT_EQ(is_within(mesh, *lattice, bound * (1 - 1e-9)), bound == 0);
+      const auto over = heights_of_cells_over(mesh, *lattice, bound * (1 - 1e-9));
+      EXPECT_EQ(std::ranges::any_of(over, [](float h) { return !std::isnan(h); }), bound > 0);
+    }
+  }
 }
 
 TEST(LatticeBound, of_a_mesh_that_is_the_lattice_is_the_residual) {
@@ -422,6 +467,10 @@ TEST(ResidualIndex, of_layers_is_deep_where_fine_posts_are_and_not_elsewhere) {
       EXPECT_TRUE(depth.serves(id)) << id.text();
     }
   EXPECT_EQ(other.step_m(), depth.step_m());
+}
+
+TEST(ResidualIndex, has_steps_in_which_records_hold_the_heights_of_the_earth) {
+  for (int level = 0; level <= 24; ++level) EXPECT_LT(9000 / IndexDepth(level).step_m(), 1 << 24);
 }
 
 TEST(ResidualIndex, of_layers_goes_on_after_a_stop_and_is_made_anew_of_other_layers_or_depth) {

@@ -78,6 +78,15 @@ void build(std::shared_ptr<const DemSource> dem, const std::string& folder, int 
   EXPECT_EQ(report->over_budget, 0u);
 }
 
+void expect_sound(const std::string& tiles, const Surface& source) {
+  CheckOptions options;
+  options.source = source;
+  const auto report = check_tiles(tiles, options);
+  ASSERT_TRUE(report) << report.error().what;
+  EXPECT_TRUE(report->ok());
+  for (const CheckLevel& level : report->levels) EXPECT_EQ(level.crack_m, 0);
+}
+
 TEST(ShapedTiles, keep_every_promise_and_have_the_same_bytes_for_any_number_of_threads) {
   ShapesFile water("water"), roads("roads");
   lakes(water);
@@ -93,12 +102,29 @@ TEST(ShapedTiles, keep_every_promise_and_have_the_same_bytes_for_any_number_of_t
   const auto tiles = files_in(one.file("tiles"));
   EXPECT_EQ(tiles, files_in(four.file("tiles")));
   EXPECT_GT(tiles.size(), 20u);
-  CheckOptions options;
-  options.source = *shaped;
-  const auto report = check_tiles(one.file("tiles"), options);
-  ASSERT_TRUE(report) << report.error().what;
-  EXPECT_TRUE(report->ok());
-  for (const CheckLevel& level : report->levels) EXPECT_EQ(level.crack_m, 0);
+  expect_sound(one.file("tiles"), *shaped);
+}
+
+TEST(ShapedTiles, have_breaklines_of_few_points_that_follow_the_ground) {
+  const auto dem = DemSource::open(std::array{test::testdata("rainier.tif")});
+  ASSERT_TRUE(dem) << dem.error().what;
+  ShapesFile roads("long"), water("beside");
+  roads.line({{-121.95, 46.7}, {-121.55, 47}}).line({{-121.9, 46.98}, {-121.6, 46.72}});
+  water.polygon({blob(-121.65, 46.78, 0.01, 30)});
+  ShapeFiles files;
+  files.breaklines = {roads.write()};
+  files.flatten = {water.write()};
+  const auto shaped = shaped_dem(*dem, files);
+  ASSERT_TRUE(shaped) << shaped.error().what;
+  test::TempDir dir;
+  BuildOptions o;
+  o.output = dir.file("tiles");
+  o.tiles.max_error_m = 60;
+  const auto built = build_tiles(*shaped, o);
+  ASSERT_TRUE(built) << built.error().what;
+  EXPECT_EQ(built->without_lines, 0u);
+  EXPECT_EQ(built->over_budget, 0u);
+  expect_sound(o.output, *shaped);
 }
 
 /// Fails whenever tiles with lakes have other bytes than they had. Then raise kShapeEpoch, unless
@@ -119,7 +145,7 @@ TEST(ShapeEpoch, is_raised_when_bytes_change) {
   ASSERT_TRUE(build_tiles(*shaped, o));
   std::string all;
   for (const auto& [name, bytes] : files_in(o.output)) all += bytes;
-  EXPECT_EQ(kShapeEpoch, 5);
+  EXPECT_EQ(kShapeEpoch, 6);
   EXPECT_EQ(hash128(all).text(), "cbaa92d5d25fd5c419cff034d32ac4ca")
       << "other bytes: raise kShapeEpoch";
 }
@@ -196,11 +222,7 @@ TEST(ShapedTiles, over_the_rim_of_the_dem_are_level) {
   o.threads = 2;
   const auto built = build_tiles(*shaped, o);
   ASSERT_TRUE(built) << built.error().what;
-  CheckOptions options;
-  options.source = *shaped;
-  const auto report = check_tiles(o.output, options);
-  ASSERT_TRUE(report) << report.error().what;
-  EXPECT_TRUE(report->ok());
+  expect_sound(o.output, *shaped);
 }
 
 TEST(ShapedTiles, are_level_by_every_method) {

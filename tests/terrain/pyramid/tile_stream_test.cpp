@@ -224,6 +224,27 @@ TEST(TileStreamOfOthers, TheSmallestTileIsAStreamWithoutSplits) {
   EXPECT_EQ(bytes_until(*stream, {.max_error_m = 1, .triangles = 1}), stream->base_bytes);
 }
 
+TEST(TileStreamOfOthers, VerticesWithoutATriangleAreLeftOutAndTilesWithoutOneRefused) {
+  proto::QuantizedMesh q;
+  q.u = {0, 32767, 32767, 0, 200, 300};
+  q.v = {0, 0, 32767, 32767, 100, 900};
+  q.h = {0, 0, 0, 0, 0, 0};
+  q.triangles = {{0, 1, 2}, {0, 2, 3}};
+  q.max_height = 1;
+  const auto made = tile_stream({20, 7, 7}, proto::encode(q), VerticalDatum::ellipsoid);
+  ASSERT_TRUE(made) << made.error().what;
+  const auto stream = proto::decode_mesh_stream(*proto::encode(*made));
+  ASSERT_TRUE(stream) << stream.error().what;
+  EXPECT_EQ(stream->base_vertices.size(), 4u);
+  q.triangles.clear();
+  for (const std::size_t left : {6, 0}) {
+    q.u.resize(left), q.v.resize(left), q.h.resize(left);
+    const auto none = tile_stream({20, 7, 7}, proto::encode(q), VerticalDatum::ellipsoid);
+    ASSERT_FALSE(none) << left;
+    EXPECT_EQ(none.error().code, Errc::bad_data);
+  }
+}
+
 TEST(TileStreamOfOthers, WhatIsNoTileIsRefusedByName) {
   const auto tile = test::MadeUpTiles().tile({3, 5, 2}, {});
   ASSERT_TRUE(tile);

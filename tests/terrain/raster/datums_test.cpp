@@ -114,6 +114,33 @@ TEST(DatumNames, AreWhatOutputsSay) {
   EXPECT_EQ(datum_named("none.gtx").error().code, Errc::not_found);
 }
 
+TEST_F(Datums, OfPostsBesideTheAntimeridianAreThoseOfTheirPlaces) {
+  // An undulation that is 50 m higher on the other side of the globe; 21 posts of another datum
+  // than WGS84, the last one at 180.
+  const std::string geoid = write_pgm(
+      folder_.file("g.pgm"), [](double lon, double) { return std::abs(lon - 180) < 95 ? 10 : 60; });
+  std::ofstream(folder_.file("d.prj"))
+      << "GEOGCS[\"NAD83\",DATUM[\"North_American_Datum_1983\",SPHEROID[\"GRS 1980\",6378137,"
+         "298.257222101]],PRIMEM[\"Greenwich\",0],UNIT[\"degree\",0.0174532925199433]]";
+  for (const int posts : {21, 22, 27}) {
+    std::ofstream out(folder_.file("d.asc"));
+    out << "ncols " << posts << "\nnrows 9\nxllcenter " << 180 - (posts - 1) * .0005
+        << "\nyllcenter 46\ncellsize 0.0005\n";
+    for (int i = 0; i < 9 * posts; ++i) out << 100 << (i % posts == posts - 1 ? '\n' : ' ');
+    out.close();
+    DemOptions options;
+    options.from_datum = *datum_named(geoid);
+    options.to_datum = TargetDatum(*datum_named("ellipsoid"));
+    options.environment = test::environment();
+    const std::string path = folder_.file("d.asc");
+    const auto source = DemSource::open({&path, 1}, options);
+    ASSERT_TRUE(source) << source.error().what;
+    const auto all = (*source)->read(0, 0, posts, 9);
+    ASSERT_TRUE(all) << all.error().what;
+    for (const float z : all->values()) ASSERT_NEAR(z, 110, .02) << posts;
+  }
+}
+
 TEST_F(Datums, AFileAsProjHasIt) {
   const std::string gtx = write_gtx(folder_.file("b.gtx"), bilinear), path = dem();
   const auto up = open(path, gtx.c_str(), "ellipsoid");

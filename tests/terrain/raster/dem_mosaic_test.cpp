@@ -99,6 +99,38 @@ TEST_F(SmallGrids, SparseReadsSeeTheSamePosts) {
   EXPECT_EQ(source->read_decimated(2, 1, 1, 1, 100)->at(0, 0), 6);
 }
 
+TEST_F(SmallGrids, WhatClosesAGlobeIsReadWhereNoOtherFileIs) {
+  // Steps of 60 degrees: posts at -180 and 180 are one, and in the southern row only the eastern
+  // file has it.
+  const auto source =
+      must_open({geographic("8 9 1 2 3 4", -180, 60, 60), geographic("5 6 7", 60, 0, 60)});
+  ASSERT_TRUE(source->info().wraps_longitude);
+  ASSERT_EQ(source->info().cols, 7);
+  const auto row = source->read(-1, 1, 4, 1);
+  ASSERT_TRUE(row);
+  EXPECT_EQ(row->at(0, 0), 6);
+  EXPECT_EQ(row->at(1, 0), 7);
+  EXPECT_TRUE(row->is_void(2, 0));
+  EXPECT_EQ(source->read(6, 0, 1, 1)->at(0, 0), 8);
+  // A void in the west is filled by the column that comes again in the east, never the other way.
+  const auto closed = must_open({geographic(". 1 2 3 4 5 7", -180, 0, 60)});
+  ASSERT_TRUE(closed->info().wraps_longitude);
+  EXPECT_EQ(closed->read(0, 0, 1, 1)->at(0, 0), 7);
+  const auto west = must_open({geographic("8 1 2 3 4 5 7", -180, 0, 60)});
+  EXPECT_EQ(west->read(6, 0, 1, 1)->at(0, 0), 8);
+}
+
+TEST_F(SmallGrids, APoleIsAQuarterOfATurnInAnyUnit) {
+  const std::string path = grid("1 2 / 3 4 / 5 6", 10, 88, 6);
+  std::ofstream(path.substr(0, path.size() - 3) + "prj")
+      << "GEOGCS[\"grads\",DATUM[\"D_WGS_1984\",SPHEROID[\"WGS_1984\",6378137,298.257223563]],"
+         "PRIMEM[\"Greenwich\",0],UNIT[\"grad\",0.01570796326794897]]";
+  const auto source = must_open({path});
+  const auto all = source->read(0, 0, 2, 3);
+  ASSERT_TRUE(all);
+  EXPECT_THAT(all->values(), testing::ElementsAre(1, 2, 3, 4, 5, 6));  // 100, 94 and 88 grads
+}
+
 /// Reads windows all around a globe of 600 columns, three blocks, with a void in every 50th. The
 /// grid may have more columns than that: those past 600 are the first ones again, whatever it says.
 void expect_a_globe(const DemSource& source) {

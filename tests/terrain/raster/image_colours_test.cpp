@@ -9,6 +9,7 @@
 #include <fstream>
 #include <functional>
 
+#include "tests/support/globe_raster.h"
 #include "tests/support/support.h"
 
 namespace tind {
@@ -53,6 +54,12 @@ TEST_F(Image, ThatShowsNothingIsNone) {
   const auto opened = ImageColours::open(image("none", 4, [](int, int) { return -1; }));
   ASSERT_FALSE(opened);
   EXPECT_NE(opened.error().what.find("it shows nothing"), std::string::npos) << opened.error().what;
+}
+
+TEST_F(Image, OfTheGlobeHasColoursAllAround) {
+  const auto opened = ImageColours::open(test::globe_raster(folder_, '\x80'));
+  ASSERT_TRUE(opened) << opened.error().what;
+  for (const double lon : test::kAroundTheGlobe) EXPECT_TRUE(one(**opened, {lon, 3}, 1)) << lon;
 }
 
 TEST_F(Image, FineIsThePixelAndCoarseTheMeanOfLight) {

@@ -81,6 +81,33 @@ TEST(DrapeImage, IsWhiteWhereTheImageIsNot) {
     EXPECT_EQ(at(x, y), (Colour{1, 1, 1})) << x << " " << y;
 }
 
+TEST(DrapeImage, OfAMuchLargerImageIsAsSharpAsOfItsPart) {
+  const auto dem = DemSource::open(std::vector<std::string>{test::testdata("rainier.tif")});
+  ASSERT_TRUE(dem) << dem.error().what;
+  const DemInfo& posts = (*dem)->info();
+  const test::TempDir folder;
+  // Stripes of four posts on an image of the posts' spacing, which reaches far beyond them.
+  DemInfo info = posts;
+  info.cols = 8 * posts.cols, info.rows = 8 * posts.rows;
+  info.post_to_crs.x0 -= double(3 * posts.cols) * info.post_to_crs.x_col;
+  info.post_to_crs.y0 -= double(3 * posts.rows) * info.post_to_crs.y_row;
+  info.has_geotransform = true;
+  const auto image =
+      encode_raster(RasterFormat::geotiff, info, {}, [&](int, int rows) -> Result<HeightGrid> {
+        HeightGrid grey(int(info.cols), rows, 0);
+        for (int r = 0; r < rows; ++r)
+          for (int c = 0; c < grey.cols(); ++c) grey.at(c, r) = c / 4 % 2 ? 1 : 0;
+        return grey;
+      });
+  ASSERT_TRUE(image && write_whole_file(folder.file("a.tif"), image->bytes));
+  const auto drape = drape_image(folder.file("a.tif"), **dem);
+  ASSERT_TRUE(drape) << drape.error().what;
+  EXPECT_EQ(drape->covered, 1);
+  std::size_t pure = 0;
+  for (const Colour& c : drape->colours) pure += c[0] < .01f || c[0] > .99f;
+  EXPECT_GT(double(pure), .7 * double(drape->colours.size()));
+}
+
 TEST(DrapeImage, SaysWhatIsWrong) {
   TIND_NEEDS_SHARED_DATA(dem_path, "dem/rmnp-dem.tif");
   TIND_NEEDS_SHARED_DATA(elsewhere, "dem/autzen_rgb_3ft_epsg2994.tif");

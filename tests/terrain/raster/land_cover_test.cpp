@@ -10,6 +10,7 @@
 #include <fstream>
 #include <functional>
 
+#include "tests/support/globe_raster.h"
 #include "tests/support/support.h"
 
 namespace tind {
@@ -60,6 +61,12 @@ class Cover : public ::testing::Test {
     return cover.error().what;
   }
 };
+
+TEST_F(Cover, OfTheGlobeHasClassesAllAround) {
+  const auto opened = LandCover::open(test::globe_raster(folder_, 5));
+  ASSERT_TRUE(opened) << opened.error().what;
+  for (const double lon : test::kAroundTheGlobe) EXPECT_EQ(at(**opened, {lon, 3}), 5) << lon;
+}
 
 TEST_F(Cover, IsTheClassOfThePixelThere) {
   const auto opened = LandCover::open(raster("a", 8, [](int c, int r) {

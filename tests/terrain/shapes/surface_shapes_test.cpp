@@ -1,10 +1,6 @@
 #include "terrain/shapes/surface_shapes.h"
 
-#include <arpa/inet.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -13,6 +9,7 @@
 #include "terrain/base/sqlite.h"
 #include "terrain/raster/gdal/vector_source.h"
 #include "terrain/shapes/shaped_dem.h"
+#include "tests/support/listener.h"
 #include "tests/support/made_up_source.h"
 #include "tests/support/shapes_file.h"
 #include "tests/support/support.h"
@@ -338,21 +335,13 @@ TEST(VectorFile, leaves_no_file_behind_and_asks_nobody) {
   EXPECT_EQ(facts_error(folder.file("a.gml")), Errc{});
   EXPECT_FALSE(std::filesystem::exists(folder.file("a.gfs")));
 
-  const int listener = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET, address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof address;
-  ASSERT_EQ(::bind(listener, reinterpret_cast<sockaddr*>(&address), size), 0);
-  ASSERT_EQ(::listen(listener, 8), 0);
-  ASSERT_EQ(::getsockname(listener, reinterpret_cast<sockaddr*>(&address), &size), 0);
+  const test::Listener server;
   std::ofstream(folder.file("a.geojson"))
-      << R"({"type":"FeatureCollection","crs":{"type":"link","properties":{"type":"proj4","href":"http://127.0.0.1:)"
-      << ntohs(address.sin_port)
-      << R"(/crs"}},"features":[{"type":"Feature","properties":{},"geometry":)"
+      << R"({"type":"FeatureCollection","crs":{"type":"link","properties":{"type":"proj4","href":")"
+      << server.url() << R"(/crs"}},"features":[{"type":"Feature","properties":{},"geometry":)"
       << R"({"type":"LineString","coordinates":[[8,46],[9,47]]}}]})";
   facts_error(folder.file("a.geojson"));
-  EXPECT_LT(::accept(listener, nullptr, nullptr), 0) << "it was asked";
-  ::close(listener);
+  EXPECT_FALSE(server.was_asked());
 }
 
 TEST(ShapeFiles, are_set_by_name) {

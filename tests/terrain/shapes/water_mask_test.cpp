@@ -4,8 +4,10 @@
 
 #include <cmath>
 #include <numeric>
+#include <set>
 
 #include "tests/support/made_up_source.h"
+#include "tests/support/text_dem.h"
 
 namespace tind {
 namespace {
@@ -101,6 +103,26 @@ TEST(WaterMask, of_a_raster_is_where_it_is_valid_and_not_zero) {
   EXPECT_EQ(mask[100 * 256 + 200], 0);
   EXPECT_EQ(mask_of(water, {0, 0, 0.125, 0.125}), Mask{255});
   EXPECT_EQ(mask_of(water, {50, 50, 51, 51}), Mask{0});
+}
+
+TEST(WaterMask, of_a_raster_has_no_water_opposite_of_it) {
+  // Water from 10 W to 100 E, of two degrees a post, in tiles of half a globe.
+  WaterSource water;
+  const test::TempDir folder;
+  water.rasters.push_back(test::text_dem(folder, "water", HeightGrid(56, 21, 1), {-10, -20}, 2));
+  const auto wet = [&](const GeoRect& r) {
+    const Mask mask = mask_of(water, r);
+    EXPECT_EQ(mask.size(), 65536u);
+    std::set<int> columns;
+    for (std::size_t i = 0; i < mask.size(); ++i)
+      if (mask[i]) columns.insert(int(i % 256));
+    return columns;
+  };
+  const auto west = wet({-180, -90, 0, 90}), east = wet({0, -90, 180, 90});
+  EXPECT_NEAR(*west.begin(), 256 * (180 - 11) / 180., 1);
+  EXPECT_EQ(*west.rbegin(), 255);
+  EXPECT_EQ(*east.begin(), 0);
+  EXPECT_NEAR(*east.rbegin(), 256 * 101 / 180., 1);
 }
 
 }  // namespace

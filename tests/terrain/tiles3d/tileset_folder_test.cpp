@@ -23,9 +23,10 @@ namespace fs = std::filesystem;
 
 class Folder : public ::testing::Test {
  protected:
-  static std::unique_ptr<DemTiles> open(const DemSource& source) {
+  static std::unique_ptr<DemTiles> open(const DemSource& source, int last_level = -1) {
     TileSetOptions options;
     options.effort = Effort::fast;
+    options.last_level = last_level;
     auto opened = open_dem_tiles(source, options);
     EXPECT_TRUE(opened) << opened.error().what;
     return std::move(*opened);
@@ -156,6 +157,25 @@ TEST_F(Folder, OfOtherTilesIsReplacedWithoutARest) {
   EXPECT_FALSE(report->there);
   EXPECT_EQ(files().size(), report->contents + report->subtrees + 3);
   EXPECT_NE(files(), before);
+}
+
+TEST_F(Folder, OfMoreOrFewerLevelsOfTheSameTilesIsThatOfThose) {
+  const auto few = open(source_, 5), more = open(source_, 8);
+  const auto content_of = [&] {
+    std::map<std::string, std::string> all;
+    for (const std::string& name : files()) all[name] = *read_whole_file(folder_ + "/" + name);
+    return all;
+  };
+  ASSERT_TRUE(write_tileset(*more, folder_));
+  const auto of_more = content_of();
+  fs::remove_all(folder_);
+  ASSERT_TRUE(write_tileset(*few, folder_));
+  const auto of_few = content_of();
+  ASSERT_NE(of_few.size(), of_more.size());
+  ASSERT_TRUE(write_tileset(*more, folder_));
+  EXPECT_EQ(content_of(), of_more);
+  ASSERT_TRUE(write_tileset(*few, folder_));
+  EXPECT_EQ(content_of(), of_few);
 }
 
 TEST_F(Folder, AStoppedRunLeavesNoTileset) {
