@@ -56,6 +56,11 @@ Result<void> landxml_can_say(const MeshPlace& place) {
   if (!unit_name(place.local ? 1 : place.unit_m) || !unit_name(place.z_unit_m))
     return fail(Errc::invalid_argument,
                 "LandXML has metres and feet only: give --frame metric and --units metres");
+  // It has one word for heights in feet, and which foot that is the linear unit says.
+  const bool survey = is_near(place.local ? 1 : place.unit_m, kSurveyFoot);
+  if (!is_near(place.z_unit_m, 1) && is_near(place.z_unit_m, kSurveyFoot) != survey)
+    return fail(Errc::invalid_argument,
+                "LandXML cannot have heights in another foot than x and y: give --units metres");
   return {};
 }
 

@@ -5,6 +5,8 @@
 // file without seams keeps its vertices one to one.
 
 #include <algorithm>
+#include <cmath>
+#include <span>
 #include <unordered_map>
 
 #include "proto/mesh/mesh_io.h"
@@ -80,6 +82,11 @@ class ObjReader {
     return count;
   }
 
+  /// Attributes are floats.
+  static bool are_floats(std::span<const double> all) {
+    return std::ranges::all_of(all, [](double x) { return std::isfinite(float(x)); });
+  }
+
   bool vertex(std::string_view rest) {
     double n[7];
     const std::size_t count = numbers(rest, n, 7);
@@ -87,6 +94,7 @@ class ObjReader {
     if (mesh_.positions.size() >= kSplit) return reject("too many vertices");
     mesh_.positions.push_back({n[0], n[1], n[2]});
     if (count >= 6) {
+      if (!are_floats({n + 3, 3})) return reject("v needs a colour of finite numbers");
       mesh_.colours.resize(mesh_.positions.size() - 1, {1, 1, 1});
       mesh_.colours.push_back({float(n[3]), float(n[4]), float(n[5])});
     }
@@ -95,14 +103,14 @@ class ObjReader {
 
   bool texcoord(std::string_view rest) {
     double n[3] = {};
-    if (numbers(rest, n, 3) < 1) return reject("vt needs finite numbers");
+    if (numbers(rest, n, 3) < 1 || !are_floats(n)) return reject("vt needs finite numbers");
     texcoords_.push_back({float(n[0]), float(n[1])});
     return true;
   }
 
   bool normal(std::string_view rest) {
     double n[3];
-    if (numbers(rest, n, 3) < 3) return reject("vn needs three finite numbers");
+    if (numbers(rest, n, 3) < 3 || !are_floats(n)) return reject("vn needs three finite numbers");
     normals_.push_back({float(n[0]), float(n[1]), float(n[2])});
     return true;
   }

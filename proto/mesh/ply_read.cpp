@@ -294,6 +294,9 @@ class Body {
         if (!value(e.properties[k], targets[k], values[targets[k].slot])) return false;
       if (!std::isfinite(values[kX]) || !std::isfinite(values[kY]) || !std::isfinite(values[kZ]))
         return reject("vertex " + std::to_string(i) + " is not finite");
+      for (std::size_t k = kNx; k < kSlots; ++k)
+        if (has[k] && !std::isfinite(narrow(values[k])))
+          return reject("an attribute of vertex " + std::to_string(i) + " is not finite");
       store(values, has);
     }
     return true;
@@ -353,6 +356,7 @@ class Body {
   }
 
   bool face() {
+    if (polygon_.size() < 3) return reject("a face needs three corners");
     bool good = true;
     each_triangle_of(polygon_.size(), [&](std::size_t a, std::size_t b, std::size_t c) {
       good = good && triangle(polygon_[a], polygon_[b], polygon_[c]);

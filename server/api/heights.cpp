@@ -107,12 +107,16 @@ Result<Heights> of_source(const App& app, const Surface& surface, std::span<cons
   Heights out;
   for (const SurfaceHeight& h : *found) out.places.push_back({h.height, h.layer, {}, {}});
   const auto layers = surface.layers();
+  // Layers from different datums are one surface only as they were converted; where it is not known
+  // of all what they are above, as they are.
+  const VerticalDatum own = surface.info().source_datum;
+  const bool of_all = own != VerticalDatum::unknown;
   for (std::size_t k = 0; k < layers.size(); ++k) {
     const auto decides = [&](const PlaceHeight& p) { return p.layer == k; };
     const bool asked = std::ranges::any_of(out.places, decides);
     if (!asked && !(k == 0 && out.datum.empty())) continue;
     const DemInfo& info = layers[k].source->info();
-    const auto datum = datum_of(question.datum, info.datum, info.source_datum);
+    const auto datum = datum_of(question.datum, info.datum, of_all ? own : info.datum);
     if (!datum) return std::unexpected(datum.error());
     if (out.datum.empty() || out.datum == "unknown") out.datum = name(*datum);
     std::vector<Geographic> posts;
@@ -196,6 +200,10 @@ std::optional<http::Reply> no_such_heights(const services::ServedDataset& datase
                                            const http::Request& request) {
   if (question.level && !dataset.tiles) return no_tiles(request);
   if (!question.level && !dataset.source) return no_source(request);
+  if (question.level && question.interpolation != Interpolation::bilinear)
+    return http::problem_reply(
+        {{"interpolation", "is for a DEM: the surface of a level is a mesh, which has its own"}},
+        request.head.target);
   return std::nullopt;
 }
 

@@ -45,7 +45,11 @@ class Rays {
     const SightRay ray(options_.observer.place, eye_m_, place,
                        ground_m + options_.target_above_ground_m, options_.rules.refraction);
     const double nothing = std::numeric_limits<double>::quiet_NaN();
+    // Around the globe the first column follows the last.
+    const std::int64_t around =
+        dem_.info().wraps_longitude ? std::llround(dem_.info().period_cols) : 0;
     const auto post = [&](std::int64_t c, std::int64_t r) {
+      if (around > 0) c = (c % around + around) % around;
       return c >= 0 && r >= 0 && c < posts_.cols() && r < posts_.rows()
                  ? double(posts_.at(int(c), int(r)))
                  : nothing;

@@ -37,7 +37,8 @@ Geographic GeodesicPath::at(double metres) const {
 
 Geographic GeodesicPath::beside(double metres, double right_m) const {
   const auto after = std::ranges::upper_bound(reached_m_, std::max(metres, 0.0));
-  const auto i = std::min(std::size_t(after - reached_m_.begin()), azimuths_.size()) - 1;
+  auto i = std::min(std::size_t(after - reached_m_.begin()), azimuths_.size()) - 1;
+  while (i > 0 && reached_m_[i + 1] == reached_m_[i]) --i;  // a leg of no length has no direction
   const double beyond = std::clamp(metres, 0.0, length_m()) - reached_m_[i];
   Geographic on, place;
   double ahead = 0;

@@ -207,6 +207,7 @@ Band measure(const Tin& mesh, const HeightGrid& grid, int threads, double slack,
 
 void set_extremes(const Band& all, VerticalError& out) {
   const auto& [above, below] = all;
+  out.least_above_m = above.error, out.least_below_m = below.error;
   out.max_above_m = std::max(0.0, above.error);
   out.max_below_m = std::max(0.0, below.error);
   Extreme most = above;
@@ -228,7 +229,8 @@ class Histogram {
     std::uint64_t below = 0;
     for (std::uint32_t bin = 0; bin < count_.size(); ++bin) {
       below += count_[bin];
-      if (below >= rank) return std::bit_cast<float>(bin << kDropped);
+      if (below < rank) continue;
+      return bin == 0 ? 0 : std::bit_cast<float>(((bin + 1) << kDropped) - 1);  // its upper end
     }
     return 0;
   }
@@ -305,6 +307,14 @@ double rounding_of(const Tin& mesh) {
 }
 
 }  // namespace
+
+VerticalError widened(VerticalError e, double rounding_m) {
+  if (e.posts == 0 || rounding_m == 0) return e;
+  e.max_m += rounding_m;
+  e.least_above_m += rounding_m, e.least_below_m += rounding_m;
+  e.max_above_m = std::max(0.0, e.least_above_m), e.max_below_m = std::max(0.0, e.least_below_m);
+  return e;
+}
 
 VerticalError vertical_error(const Tin& mesh, const HeightGrid& grid, int threads, double slack) {
   std::vector<float> worst(grid.size(), kUncovered);
@@ -384,6 +394,8 @@ VerticalError vertical_error(const Tin& mesh, std::span<const Vec3> points, doub
     covered.push_back(float(std::fabs(e)));
     out.max_above_m = std::max(out.max_above_m, e);
     out.max_below_m = std::max(out.max_below_m, -e);
+    out.least_above_m = std::max(out.least_above_m, e);
+    out.least_below_m = std::max(out.least_below_m, -e);
     if (std::fabs(e) > out.max_m || covered.size() == 1)
       out.max_m = std::fabs(e), out.max_at = points[i];
   }

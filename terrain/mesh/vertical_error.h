@@ -17,11 +17,14 @@ struct VerticalError {
   double max_m = 0, rms_m = 0, mean_m = 0;  // of |mesh - post| over covered valid posts
   double p50_m = 0, p95_m = 0, p99_m = 0;
   double max_above_m = 0, max_below_m = 0;  // mesh above the post / below it, both >= 0
-  int max_col = -1, max_row = -1;           // where the maximum is, in a DEM
-  Vec3 max_at;                              // the point that has it, of points
-  std::uint64_t posts = 0;                  // valid posts measured
-  std::uint64_t uncovered = 0;              // valid posts that no triangle covers
-  double bias_m = 0;                        // mean of mesh - post
+  /// The same, but negative where the mesh keeps that far on the other side of every post; -1 for
+  /// any that keeps farther.
+  double least_above_m = -1, least_below_m = -1;
+  int max_col = -1, max_row = -1;  // where the maximum is, in a DEM
+  Vec3 max_at;                     // the point that has it, of points
+  std::uint64_t posts = 0;         // valid posts measured
+  std::uint64_t uncovered = 0;     // valid posts that no triangle covers
+  double bias_m = 0;               // mean of mesh - post
   /// Sums over each row's covered posts of how far the mesh is above them, and below, both >= 0:
   /// times the area of a post, the volume between mesh and DEM.
   std::vector<double> row_above_m, row_below_m;
@@ -38,11 +41,15 @@ struct VerticalError {
 VerticalError vertical_error(const Tin& mesh, const HeightGrid& grid, int threads = 1,
                              double slack = 0);
 
+/// Where each post lies up to `rounding_m` beside the height that it was measured at: the extremes
+/// are those of what it may be; means and percentiles stay those that were measured.
+VerticalError widened(VerticalError, double rounding_m);
+
 /// Posts [row, row + rows) of a DEM, all of its columns.
 using ReadStrip = std::function<Result<HeightGrid>(int row, int rows)>;
 
 /// The same for a DEM that is larger than memory: it is read once, in strips from the north.
-/// Percentiles come from a histogram and are up to 0.05 % too small. Memory: a strip and its
+/// Percentiles come from a histogram and are up to 0.05 % too large. Memory: a strip and its
 /// errors, 4 MB, 8 bytes a triangle. Fails with what `read` fails with.
 Result<VerticalError> vertical_error_in_strips(const Tin& mesh, int cols, int rows,
                                                const ReadStrip& read, int threads = 1,

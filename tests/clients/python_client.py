@@ -165,6 +165,11 @@ class Served(unittest.TestCase):
             self.client.dataset("there is none")
         self.assertEqual(refused.exception.status, 404)
 
+    def test_what_takes_too_long_is_a_timeout(self):
+        for tind_, dem in ((self.client, "rainier"), (self.program, DEM)):
+            with self.assertRaises(TimeoutError):
+                tind_.simplify(dem, max_error=1, timeout_s=0.001)
+
     def test_jobs_are_found_again_and_dismissed(self):
         job = self.client.submit("slope", "rainier")
         self.assertIn(job.id, [j["jobID"] for j in self.client.jobs()])

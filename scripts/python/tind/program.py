@@ -47,7 +47,8 @@ _PLACES = ("from", "to", "line", "plane")
 
 
 class Program(Processes):
-    """path: of the program, or its name where PATH leads to it."""
+    """path: of the program, or its name where PATH leads to it. What takes longer than a
+    `timeout_s` is stopped: TimeoutError."""
 
     def __init__(self, path: str | os.PathLike[str] = "tind"):
         self._path = os.fspath(path)
@@ -165,6 +166,8 @@ def _run(words: list[str], timeout_s: float | None, given: str | None = None) ->
         done = subprocess.run(words, input=given, capture_output=True, text=True, timeout=timeout_s)
     except FileNotFoundError as error:
         raise TindError(f"there is no program {words[0]}: Program('/path/of/tind')") from error
+    except subprocess.TimeoutExpired as error:  # as of a job that takes longer
+        raise TimeoutError(f"{words[1]} was stopped after {timeout_s} s") from error
     if done.returncode != 0:
         lines = [line for line in done.stderr.splitlines()
                  if line.strip() and not line.startswith("Run with --help")]

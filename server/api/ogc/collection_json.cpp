@@ -29,8 +29,7 @@ std::string storage_crs(const ServedDataset& dataset) {
 
 /// What heights in answers are above, without another wish: the DEM's own, whatever tiles have.
 std::string datum_of(const ServedDataset& dataset, const DatasetFacts& facts) {
-  return dataset.source ? name(dataset.source->layers()[0].source->info().source_datum)
-                        : facts.datum;
+  return dataset.source ? name(dataset.source->info().source_datum) : facts.datum;
 }
 
 std::string above(const std::string& datum) {

@@ -135,8 +135,8 @@ Places beside_lines(const EdrQuery& query, const AskedCrs& crs, double spacing_m
 }
 
 double axis_at(const proto::CoverageAxis& axis, int i) {
-  return axis.count == 1 ? axis.first
-                         : axis.first + (axis.last - axis.first) * i / (axis.count - 1);
+  if (i > 0 && i == axis.count - 1) return axis.last;  // to the last digit: it lies on the rim
+  return axis.first + (axis.last - axis.first) * i / std::max(1, axis.count - 1);
 }
 
 /// The axes of a grid over a rectangle, whose ends are the rectangle's.

@@ -26,11 +26,13 @@
 #include "server/cli/program/run_apart.h"
 #include "terrain/base/file_io.h"
 #include "terrain/mesh/mesh_file.h"
+#include "terrain/raster/height_rounding.h"
 #include "terrain/simplify/common/simplified.h"
 #include "terrain/simplify/constraints/voids.h"
 #include "terrain/simplify/method_text.h"
 #include "terrain/simplify/methods.h"
 #include "terrain/simplify/options.h"
+#include "terrain/simplify/rounded_posts.h"
 #include "terrain/simplify/simplify.h"
 #include "terrain/simplify/simplify_tin.h"
 
@@ -301,10 +303,15 @@ int run(const Arguments& a) {
     if (fills)
       if (const auto ok = take(filled, of_filled); !ok) return complain(ok.error());
   }
+  const double rounding = height_rounding(info, posts->grid);
   const auto simplified = [&](SimplifyOptions o) {
-    if (!fills || info_of(o.method).voids_alone == "covered") return simplify(*posts, o);
-    o.constraints = of_filled.constraints;
-    return simplify(filled, o);
+    const bool alone = !fills || info_of(o.method).voids_alone == "covered";
+    const SimplifyOptions asked = o;
+    o.stop = within_rounding(asked, rounding);
+    if (!alone) o.constraints = of_filled.constraints;
+    auto made = simplify(alone ? *posts : filled, o);
+    if (made) keep_side(asked, rounding, made->tin);
+    return made;
   };
   options.threads = a.threads;
   if (!a.drape.empty()) {
@@ -318,6 +325,7 @@ int run(const Arguments& a) {
                            [&](const SimplifyOptions& o, CompareRow& row) {
                              row.quality =
                                  mesh_quality(row.made.tin, MeshMap{}, posts->grid, o.threads);
+                             widen(row.quality, rounding);
                              row.attributes = attribute_errors(o, *posts, row.made.tin);
                            },
                            quality_json};

@@ -16,6 +16,7 @@
 #include "server/cli/options/mesh_input.h"
 #include "server/cli/options/output_options.h"
 #include "server/cli/options/output_paths.h"
+#include "terrain/base/bound_text.h"
 #include "terrain/base/file_io.h"
 #include "terrain/mesh/mesh_frame.h"
 #include "terrain/progressive/stream/progressive_cursor.h"
@@ -43,9 +44,8 @@ Result<std::size_t> state_asked_for(const Extract& a, const ProgressiveMesh& pm,
   if (a.triangles) return cursor.position_for_triangles(*a.triangles);
   if (!a.max_error) return pm.splits.size();
   if (*a.max_error < pm.fine_error_m) {
-    return fail(Errc::out_of_range,
-                fmt::format("{} reaches an error of {:.4g} at its finest, not {:.4g}", a.input,
-                            pm.fine_error_m, *a.max_error));
+    return fail(Errc::out_of_range, fmt::format("{} reaches an error of {} at its finest, not {}",
+                                                a.input, pm.fine_error_m, *a.max_error));
   }
   return cursor.position_for_error(*a.max_error);
 }
@@ -108,9 +108,9 @@ int run_extract(const Extract& a) {
   } else {
     fmt::print("{} triangles, {} vertices, ", cursor->triangles(), cursor->positions().size());
     if (terrain)
-      fmt::print("every post within {:.4g} m\n", cursor->error_m());
+      fmt::print("every post within {} m\n", bound_text(cursor->error_m()));
     else
-      fmt::print("at most {:.4g} from the finest surface\n", cursor->error_m());
+      fmt::print("at most {} from the finest surface\n", bound_text(cursor->error_m()));
     fmt::print("{}", file_origin_line(origin));
     if (rounding && (rounding->aside > 0 || rounding->height > 0))
       fmt::print(

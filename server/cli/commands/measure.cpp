@@ -19,6 +19,7 @@
 #include "server/cli/pictures/mesh_quality.h"
 #include "server/cli/pictures/surface_report.h"
 #include "server/cli/program/progress_bar.h"
+#include "terrain/raster/height_rounding.h"
 
 namespace tind::cli {
 
@@ -165,8 +166,9 @@ int run(const Arguments& a) {
   note_if_elsewhere(a.mesh, placed->place, here.epsg, here.vertical_datum, warnings);
   const auto [mesh, map] = reading(a, std::move(*placed), (*dem)->info());
   if (auto ok = near_posts(a.mesh, mesh, map); !ok) return complain(ok.error());
-  const MeshQuality quality = mesh_quality(mesh, map, posts->grid, a.threads,
-                                           format_to_read(a.mesh)->as_in_file != nullptr);
+  MeshQuality quality = mesh_quality(mesh, map, posts->grid, a.threads,
+                                     format_to_read(a.mesh)->as_in_file != nullptr);
+  widen(quality, height_rounding((*dem)->info(), posts->grid));
   if (quality.error.posts == 0) {
     return complain({Errc::bad_data,
                      "the mesh covers no valid post of the DEM: are both in one "

@@ -18,10 +18,12 @@
 #include "server/cli/options/output_paths.h"
 #include "server/cli/pictures/mesh_quality.h"
 #include "server/cli/program/progress_bar.h"
+#include "terrain/base/bound_text.h"
 #include "terrain/base/power_of_two.h"
 #include "terrain/progressive/stream/make_progressive.h"
 #include "terrain/progressive/stream/progressive_stream.h"
 #include "terrain/progressive/stream/surface_progressive.h"
+#include "terrain/raster/height_rounding.h"
 
 namespace tind::cli {
 
@@ -45,6 +47,7 @@ struct Arguments {
 /// A general mesh: no DEM, so no vertical error either.
 int run_surface(Arguments& a) {
   if (a.input.files.size() != 1) return complain({Errc::invalid_argument, "one mesh at a time"});
+  if (const auto ok = no_dem_options(a.input, a.input.files[0]); !ok) return complain(ok.error());
   if (a.max_error || a.per_post) {
     return complain({Errc::invalid_argument,
                      "--max-error and --lattice need a DEM; a mesh takes --step, the step of its "
@@ -86,9 +89,9 @@ int run_surface(Arguments& a) {
     std::printf("%s\n", json::to_text(j, 2).c_str());
     return kOk;
   }
-  fmt::print("{}: {} triangles within {:.4g} to {} vertices within {:.4g}, {} bytes\n",
-             a.method.name, pm.base.triangles.size(), base_error,
-             pm.base.vertices.size() + pm.splits.size(), pm.fine_error_m, *bytes);
+  fmt::print("{}: {} triangles within {} to {} vertices within {}, {} bytes\n", a.method.name,
+             pm.base.triangles.size(), bound_text(base_error),
+             pm.base.vertices.size() + pm.splits.size(), bound_text(pm.fine_error_m), *bytes);
   if (made->split_vertices + made->dropped_triangles > 0) {
     fmt::print("repaired: {} vertices split, {} triangles dropped (not a manifold)\n",
                made->split_vertices, made->dropped_triangles);
@@ -103,6 +106,9 @@ int run(Arguments& a, Command app) {
   if (!method) return complain(method.error());
   a.options.method = *method;
   if (const int code = check_outputs({a.output}, inputs_of(a.input)); code != kOk) return code;
+  for (const char* option : {"--subset-placement", "--border-constraints"})
+    if (surface && app.given(option))
+      return complain({Errc::invalid_argument, std::string(option) + " needs a DEM"});
   if (surface) return run_surface(a);
   const auto dem = open_dem(a.input);
   if (!dem) return complain(dem.error());
@@ -116,14 +122,15 @@ int run(Arguments& a, Command app) {
   }
   const Lattice lattice{a.per_post.value_or(kPlacesPerPost),
                         a.step.value_or(error / kStepsInError)};
-  a.options.stop.max_error_m = error;
+  const double rounding = height_rounding(info, posts->grid);
+  a.options.stop.max_error_m = std::max(0.0, error - rounding);
   if (a.max_error && a.step) {  // heights are up to half a step from where the method puts them
     if (!(*a.step < 2 * error))
       return complain({Errc::invalid_argument,
                        fmt::format("steps of {} m leave no mesh within {} m: give a --step below "
                                    "twice the --max-error, or one of the two alone",
                                    *a.step, error)});
-    a.options.stop.max_error_m = error - *a.step / 2;
+    a.options.stop.max_error_m = std::max(0.0, error - *a.step / 2 - rounding);
   }
   Result<ProgressiveMesh> made;
   {
@@ -131,6 +138,7 @@ int run(Arguments& a, Command app) {
     made = make_progressive(*posts, a.options, a.base, bar.progress(), lattice);
   }
   if (!made) return complain_of(a.input, made.error());
+  widen(*made, rounding);
   const auto bytes = write_stream(a.output, to_stream(*made, lattice, info, kRungShare));
   if (!bytes) return complain(bytes.error());
   const double base_error =
@@ -149,9 +157,9 @@ int run(Arguments& a, Command app) {
     if (info.accuracy) j["accuracy"] = api::accuracy_json(*info.accuracy);
     std::printf("%s\n", json::to_text(j, 2).c_str());
   } else {
-    fmt::print("{}: {} triangles within {:.4g} m to {} vertices within {:.4g} m, {} bytes\n",
-               a.method.name, made->base.triangles.size(), base_error, vertices, made->fine_error_m,
-               *bytes);
+    fmt::print("{}: {} triangles within {} m to {} vertices within {} m, {} bytes\n", a.method.name,
+               made->base.triangles.size(), bound_text(base_error), vertices,
+               bound_text(made->fine_error_m), *bytes);
     fmt::print("{}", accuracy_line(info));
     if (isolated > 0)
       fmt::print(

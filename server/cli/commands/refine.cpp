@@ -21,6 +21,7 @@
 #include "terrain/progressive/multires/geo_region.h"
 #include "terrain/progressive/multires/levelled_collapse.h"
 #include "terrain/progressive/multires/refine_region.h"
+#include "terrain/raster/height_rounding.h"
 
 namespace tind::cli {
 namespace {
@@ -132,14 +133,16 @@ int run(const Arguments& a) {
     all = levelled_terrain(*posts, {.threads = a.threads}, bar.progress());
   }
   if (!all) return complain(all.error());
-  const Tin tin = refine_region(*all, *region, a.errors).to_tin();
+  const double rounding = height_rounding(info, posts->grid);
+  const Tin tin = refine_region(*all, *region, within_rounding(a.errors, rounding)).to_tin();
   const MeshMap map = mesh_map(info, a.frame, false);
   proto::Mesh mesh = to_file_mesh(map.from_posts(tin));
   mesh.place = place;
   if (const int code = put_mesh(a.output, **format, mesh); code != kOk) return code;
   const Measured measured = by_side(posts->grid, *region, [&](const HeightGrid& side) {
-    if (!(*format)->as_in_file) return vertical_error(tin, side, a.threads);
-    return mesh_quality(as_in_file(**format, mesh), map, side, a.threads, true).error;
+    if (!(*format)->as_in_file) return widened(vertical_error(tin, side, a.threads), rounding);
+    MeshQuality written = mesh_quality(as_in_file(**format, mesh), map, side, a.threads, true);
+    return widened(written.error, rounding);
   });
   const std::string note = beyond(**format, measured, a.errors);
   nlohmann::ordered_json report = {{"triangles", tin.triangles.size()},

@@ -219,15 +219,19 @@ void log_warnings(const services::ServedDataset& dataset, const TileSetOptions& 
   if (!warning.empty()) spdlog::warn("{}: {}", dataset.name, warning);
 }
 
-/// Whoever reaches an address of more than this machine may ask what has no key. `listen`: where
-/// the daemon does, whatever a configuration that was read since says.
-void warn_of_strangers(const std::string& listen, const services::AccessRules& access) {
+/// Whoever reaches an address of more than this machine may ask what has no key; empty: nobody else
+/// does. `listen`: where the daemon does, whatever a configuration that was read since says.
+std::string warning_of_strangers(const std::string& listen, const services::AccessRules& access) {
   const auto at = services::parse_listen(listen);
   const bool alone = at->address.starts_with("127.") || at->address == "::1";
-  if (!alone && access.keys.empty())
-    spdlog::warn(
-        "listening at {} without keys: whoever reaches it may ask everything (tind key new)",
-        listen);
+  if (alone || !access.keys.empty()) return {};
+  return fmt::format(
+      "listening at {} without keys: whoever reaches it may ask everything (tind key new)", listen);
+}
+
+void warn_of_strangers(const std::string& listen, const services::AccessRules& access) {
+  if (const auto text = warning_of_strangers(listen, access); !text.empty())
+    spdlog::warn("{}", text);
 }
 
 /// For DEMs that the daemon reads and for those that processes of their own do, and a word of what
@@ -501,6 +505,9 @@ int run(const Options& options) {
                      checked->not_read, kMostReadAtOnce / 1'000'000));
   if (options.check_config && refused_as_root(*config))
     warn(std::string("as this user it ") + kAsRoot);
+  if (options.check_config)
+    if (const auto text = warning_of_strangers(config->listen, config->access); !text.empty())
+      warn(text);
   if (options.print_config) std::fputs(services::print_config(*config).c_str(), stdout);
   if (checked->left_alone > 0)
     return complain({Errc::bad_data, fmt::format("the settings are valid, but {} of the catalog's "

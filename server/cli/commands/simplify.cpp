@@ -9,6 +9,7 @@
 #include <climits>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -30,12 +31,14 @@
 #include "server/cli/program/progress_bar.h"
 #include "terrain/base/file_io.h"
 #include "terrain/mesh/mesh_frame.h"
+#include "terrain/raster/height_rounding.h"
 #include "terrain/simplify/bounded/bounded.h"
 #include "terrain/simplify/collapse/attribute_quadric.h"
 #include "terrain/simplify/common/simplified.h"
 #include "terrain/simplify/constraints/voids.h"
 #include "terrain/simplify/methods.h"
 #include "terrain/simplify/options.h"
+#include "terrain/simplify/rounded_posts.h"
 #include "terrain/simplify/simplify_mesh.h"
 #include "terrain/simplify/simplify_tin.h"
 
@@ -240,6 +243,23 @@ Result<void> check_mesh_input(const Arguments& a) {
   return no_dem_options(a.input, a.input.files[0]);
 }
 
+bool has_attributes(const Tin& tin) {
+  return !tin.colours.empty() || !tin.normals.empty() || !tin.texcoords.empty();
+}
+
+/// What a mesh file calls a texture, for one that may lie in another folder.
+std::string texture_beside(const std::string& texture, const std::string& from,
+                           const std::string& to) {
+  namespace fs = std::filesystem;
+  if (texture.empty() || fs::path(texture).is_absolute() || texture.contains("://")) return texture;
+  std::error_code error;
+  const auto folder = [&](const std::string& file) {
+    return fs::weakly_canonical(fs::absolute(file, error).parent_path(), error);
+  };
+  const fs::path in = folder(from), out = folder(to);
+  return error || in == out ? texture : (in / texture).lexically_relative(out).generic_string();
+}
+
 /// A general mesh in, a general mesh out; its error is the distance of the two surfaces.
 int run_mesh(const Arguments& a) {
   if (const auto ok = check_mesh_input(a); !ok) return complain(ok.error());
@@ -249,6 +269,11 @@ int run_mesh(const Arguments& a) {
   if (const auto ok = can_say(*a.format, read->place); !ok) return complain(ok.error());
   if (const std::string lost = lost_attributes(*a.format, to_file_mesh(tin)); !lost.empty())
     warn(fmt::format("{} has no room for the {} of {}", a.format->title, lost, a.input.files[0]));
+  if (std::holds_alternative<TriangleCollapseOptions>(a.options.method) && has_attributes(tin))
+    warn("triangle-collapse carries no attributes: qem and attribute-qem do");
+  if (!read->texture.empty() && read->materials > 1)
+    warn(fmt::format("{} has {} materials: the mesh gets the first one's texture for all",
+                     a.input.files[0], read->materials));
   const auto* const attributed = std::get_if<AttributeQemOptions>(&a.options.method);
   if (attributed && asks_for_normals(*attributed) && tin.normals.empty())
     tin.normals = vertex_normals(tin);
@@ -267,6 +292,8 @@ int run_mesh(const Arguments& a) {
   }();
   proto::Mesh mesh = to_file_mesh(made.tin);
   mesh.place = read->place;
+  if (!mesh.texcoords.empty())
+    mesh.texture = texture_beside(read->texture, a.input.files[0], a.output.path);
   const int wrote_mesh = put_mesh(a.output, *a.format, mesh);
   if (wrote_mesh != kOk) return wrote_mesh;
   nlohmann::ordered_json report = {{"method", a.method.name},
@@ -275,6 +302,7 @@ int run_mesh(const Arguments& a) {
                                    {"triangles", made.tin.triangles.size()},
                                    {"split_vertices", result->split_vertices},
                                    {"dropped_triangles", result->dropped_triangles},
+                                   {"seam_vertices", result->seam_vertices},
                                    {"seconds", seconds},
                                    {"peak_mb", PeakMemory::megabytes()}};
   report.update(distance_json(d));
@@ -313,6 +341,9 @@ int run_tin(const Arguments& a) {
                                   : "")});
   }
   if (const auto ok = can_say(*a.format, read->place); !ok) return complain(ok.error());
+  if (read->had_attributes)
+    warn(fmt::format("terrain keeps its shape alone: the attributes of {} are left out",
+                     a.input.files[0]));
   seconds.read = watch.lap();
   Result<Simplified> made;
   {
@@ -359,15 +390,15 @@ int run_tin(const Arguments& a) {
   return kOk;
 }
 
-Result<Simplified> make_in_strips(const Arguments& a, const DemSource& dem,
+Result<Simplified> make_in_strips(const SimplifyOptions& o, const DemSource& dem,
                                   const Progress& progress) {
   const DemInfo& info = dem.info();
   const int cols = int(info.cols), rows = int(info.rows);
-  if (std::holds_alternative<ClusterOptions>(a.options.method))
-    return cluster_stream(cols, rows, info.spacing_x_m, info.spacing_y_m, a.options.stop,
-                          rows_of(dem), progress);
+  if (std::holds_alternative<ClusterOptions>(o.method))
+    return cluster_stream(cols, rows, info.spacing_x_m, info.spacing_y_m, o.stop, rows_of(dem),
+                          progress);
   return simplify_bounded_rows({cols, rows, strips_of(dem)}, info.spacing_x_m, info.spacing_y_m,
-                               std::get<BoundedOptions>(a.options.method), a.options, progress);
+                               std::get<BoundedOptions>(o.method), o, progress);
 }
 
 /// Of a DEM in memory.
@@ -420,13 +451,16 @@ int run(Arguments& a, Command app) {
     if (!drape) return complain(drape.error());
     std::get<AttributeQemOptions>(a.options.method).drape = std::move(*drape);
   }
+  const double rounding = stream ? info.rounding_m : height_rounding(info, posts->grid);
+  SimplifyOptions options = a.options;
+  options.stop = within_rounding(options, rounding);
   seconds.read = watch.lap();
 
   Result<Simplified> made;
   {
     ProgressBar bar(a.method.name, progress_style(a.progress));
     const Progress progress = bar.progress();
-    made = stream ? make_in_strips(a, **dem, progress) : simplify(*posts, a.options, progress);
+    made = stream ? make_in_strips(options, **dem, progress) : simplify(*posts, options, progress);
   }
   if (!made) return complain_of(a.input, made.error());
   if (stream) warn_of_nodata(**dem);
@@ -438,6 +472,7 @@ int run(Arguments& a, Command app) {
   std::optional<ConstraintCheck> lines;
   if (a.lines.any()) lines = check_constraints(made->tin, *a.options.constraints);
   const auto attributes = attribute_errors(a.options, *posts, made->tin);
+  keep_side(a.options, rounding, made->tin);
   watch.lap();
 
   if (a.rasters.any()) {
@@ -454,12 +489,18 @@ int run(Arguments& a, Command app) {
   const Tin written = as_in_file(*a.format, std::move(mesh));
   const bool rounded = a.format->as_in_file != nullptr;
   seconds.write = watch.lap();
-  const Result<MeshQuality> quality =
+  Result<MeshQuality> quality =
       stream ? mesh_quality_in_strips(written, map, int(info.cols), int(info.rows),
                                       strips_of(**dem), a.options.threads, rounded)
              : mesh_quality(written, map, posts->grid, a.options.threads, rounded);
   if (!quality) return complain(quality.error());
+  widen(*quality, rounding);
   seconds.measure = watch.lap();
+  if (breaks_bound(a, *quality) && options.stop.max_error_m == 0.0 && rounding > 0)
+    made->note += fmt::format(
+        "{}heights are rounded by up to {:.3g} m as they are read, which takes the mesh beyond the "
+        "bound",
+        made->note.empty() ? "" : "; ", rounding);
   if (const auto ok = hold_to_bound(a, *quality, *made); !ok) return complain(ok.error());
 
   tell_of_posts_lost(a, *quality, *made);

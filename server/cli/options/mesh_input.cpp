@@ -45,6 +45,8 @@ Result<PlacedTin> read_placed_tin(const std::string& path) {
   auto file = read_mesh(path);
   if (!file) return std::unexpected(file.error());
   proto::MeshPlace place = looked_up(std::move(file->place));
+  std::string texture = std::move(file->texture);
+  const std::size_t materials = file->materials.size();
   Tin tin = from_file_mesh(std::move(*file));
   for (std::size_t i = 0; i < tin.vertices.size(); ++i) {
     const Vec3& v = tin.vertices[i];
@@ -53,7 +55,7 @@ Result<PlacedTin> read_placed_tin(const std::string& path) {
                   path + ": vertex " + std::to_string(i) + " lies nowhere: coordinates go to 1e12");
   }
   if (tin.vertices.empty()) return fail(Errc::bad_data, path + ": there is no vertex in it");
-  return PlacedTin{std::move(tin), std::move(place)};
+  return PlacedTin{std::move(tin), std::move(place), std::move(texture), materials};
 }
 
 Result<Tin> read_tin(const std::string& path) {
@@ -65,9 +67,11 @@ Result<Tin> read_tin(const std::string& path) {
 Result<PlacedTerrain> read_terrain_tin(const std::string& path) {
   auto read = read_placed_tin(path);
   if (!read) return std::unexpected(read.error());
+  const bool attributed =
+      !read->tin.colours.empty() || !read->tin.normals.empty() || !read->tin.texcoords.empty();
   auto tin = as_terrain(std::move(read->tin));
   if (!tin) return fail(path, tin.error());
-  PlacedTerrain placed{{std::move(*tin)}, std::move(read->place)};
+  PlacedTerrain placed{{std::move(*tin)}, std::move(read->place), attributed};
   TerrainTin& terrain = placed.terrain;
   const proto::MeshPlace& place = placed.place;
   terrain.z_unit_m = place.z_unit_m;

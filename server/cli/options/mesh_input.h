@@ -29,6 +29,8 @@ Result<Tin> read_tin(const std::string& path);
 struct PlacedTin {
   Tin tin;
   proto::MeshPlace place;
+  std::string texture = {};  // as the file names it; empty: it has none
+  std::size_t materials = 0;
 };
 Result<PlacedTin> read_placed_tin(const std::string& path);
 
@@ -37,6 +39,7 @@ Result<PlacedTin> read_placed_tin(const std::string& path);
 struct PlacedTerrain {
   TerrainTin terrain;
   proto::MeshPlace place;
+  bool had_attributes = false;  // colours, normals, texture coordinates
 };
 /// Fails also where it is no terrain, with the file's name and the place.
 Result<PlacedTerrain> read_terrain_tin(const std::string& path);

@@ -80,6 +80,12 @@ MeshQuality mesh_quality(const Tin& mesh, const MeshMap& map, const HeightGrid& 
   return q;
 }
 
+void widen(MeshQuality& q, double rounding_m) {
+  q.error = widened(q.error, rounding_m);
+  if (!q.surface || rounding_m == 0) return;
+  q.surface->max_above_m += rounding_m, q.surface->max_below_m += rounding_m;
+}
+
 MeshQuality tin_quality(const Tin& mesh, const TerrainTin& of, int threads, bool float_file) {
   MeshQuality q = validity_of(mesh);
   double slack = 0;

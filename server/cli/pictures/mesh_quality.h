@@ -31,6 +31,10 @@ struct MeshQuality {
 MeshQuality mesh_quality(const Tin& mesh, const MeshMap& map, const HeightGrid& posts, int threads,
                          bool float_file = false);
 
+/// Its extremes as they are where posts lie up to `rounding_m` beside the heights that they were
+/// measured at (height_rounding).
+void widen(MeshQuality&, double rounding_m);
+
 /// The same over the vertices of a TIN, in whose frame `mesh` is; there is no surface_error.
 MeshQuality tin_quality(const Tin& mesh, const TerrainTin& of, int threads,
                         bool float_file = false);

@@ -9,6 +9,8 @@
 #include <sstream>
 #include <type_traits>
 
+#include "server/log/printable.h"
+
 namespace tind::cli {
 
 namespace {
@@ -231,6 +233,9 @@ Program::Program(const std::string& description, const std::string& version,
                  std::shared_ptr<const Environment> environment)
     : app_(std::make_unique<CLI::App>(description)), environment_(std::move(environment)) {
   app_->set_version_flag("--version", version);
+  app_->failure_message([](const CLI::App*, const CLI::Error& e) {
+    return logging::printable(e.what()) + "\nRun with --help for more information.\n";
+  });
   app_->require_subcommand(1);
 }
 

@@ -14,7 +14,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr double kQuiet = 1.0;    // seconds before the first word
 constexpr double kBetween = 0.1;  // seconds between two drawings of the bar
-constexpr double kBetweenLines = 3;
+constexpr double kBetweenLines = 3, kLongestSilence = 30;
 constexpr int kWidth = 30;
 
 double since(Clock::time_point t) {
@@ -49,10 +49,11 @@ struct ProgressBar::State {
   }
 
   void draw_line(double share, const std::string& detail) {
-    if (int(share * 10) <= tenths || since(drawn) < kBetweenLines) return;
+    const double silence = since(drawn);
+    if (silence < (int(share * 10) > tenths ? kBetweenLines : kLongestSilence)) return;
     drawn = Clock::now();
     tenths = int(share * 10);
-    std::fprintf(stderr, "%s: %d %%, %s%s%s\n", label.c_str(), 10 * tenths,
+    std::fprintf(stderr, "%s: %d %%, %s%s%s\n", label.c_str(), int(share * 100),
                  remaining(share).c_str(), detail.empty() ? "" : ", ", detail.c_str());
   }
 };

@@ -7,6 +7,7 @@
 #include "terrain/dataset/dem_dataset.h"
 #include "terrain/dataset/stored_dataset.h"
 #include "terrain/mesh/mesh_file.h"
+#include "terrain/raster/file_state.h"
 #include "terrain/shapes/shaped_dem.h"
 #include "terrain/surface/open_surface.h"
 
@@ -60,8 +61,9 @@ std::vector<DemRecipe> recipes_of(const Surface& source, const DatasetSpec& spec
       recipe.files.push_back(absolute(file));
     const auto table = std::ranges::find(spec.layers, layer.name, &LayerTable::name);
     if (table != spec.layers.end())
-      for (const auto& [name, text] : table->own)
-        if (is_of_dem(name)) recipe.words[name] = text;
+      for (const auto& [key, text] : table->own)  // named as in a file
+        for (const DatasetSetting& row : dataset_settings())
+          if (row.of_dem && file_key(row.name) == key) recipe.words[row.name] = text;
     for (auto& [name, text] : recipe.words)
       if (const auto may_be_path = dataset_setting(name)->may_be_path;
           may_be_path && may_be_path(text))
@@ -113,16 +115,31 @@ Dataset with_draped(Dataset dataset, const Draped& draped) {
   return dataset;
 }
 
+/// A dataset that changes with the images that are drawn on it, too.
+Dataset with_images(Dataset dataset, FileStates images) {
+  dataset.unchanged = [of_heights = std::move(dataset.unchanged),
+                       images = std::move(images)]() -> Result<void> {
+    if (of_heights)
+      if (auto same = of_heights(); !same) return same;
+    return images.unchanged();
+  };
+  return dataset;
+}
+
 /// The image comes first: tiles may be made for its sake.
 Result<Dataset> open_with_draped(const DatasetSpec& spec, const DatasetOptions& options,
                                  const std::string& index_dir) {
+  FileStates images;
+  for (const std::string& image : {options.drape, options.land_cover})
+    if (std::error_code none; std::filesystem::exists(image, none))
+      if (auto known = images.add(image); !known) return std::unexpected(known.error());
   const auto draped = open_draped(options.drape, options.land_cover);
   if (!draped) return std::unexpected(draped.error());
   DatasetOptions coloured = options;
   coloured.tiles.colours = draped->colours;
   auto dataset = open(spec, coloured, index_dir);
   if (!dataset || (options.drape.empty() && options.land_cover.empty())) return dataset;
-  return with_draped(std::move(*dataset), *draped);
+  return with_images(with_draped(std::move(*dataset), *draped), std::move(images));
 }
 
 }  // namespace

@@ -164,7 +164,8 @@ Result<proto::RefineDelta> RefineService::region(const ServedDataset& dataset,
   const Scene& s = **ready;
   const auto over = region.over(*dem, s.window.col, s.window.row);
   if (!over) return std::unexpected(over.error());
-  return whole_mesh(s.all, s.geometry, refine_region(s.all, *over, errors));
+  const RegionErrors inner = within_rounding(errors, dem->info().rounding_m);
+  return whole_mesh(s.all, s.geometry, refine_region(s.all, *over, inner));
 }
 
 Result<proto::RefineDelta> RefineService::view(const ServedDataset& dataset, const Camera& camera,

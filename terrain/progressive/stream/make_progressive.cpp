@@ -92,4 +92,10 @@ Result<ProgressiveMesh> make_progressive(const Terrain& dem, const SimplifyOptio
   return std::move(splits.mesh);
 }
 
+void widen(ProgressiveMesh& mesh, double rounding_m) {
+  if (rounding_m == 0) return;
+  mesh.fine_error_m += rounding_m;
+  for (VertexSplit& s : mesh.splits) s.error_m = rounded_up(double(s.error_m) + rounding_m);
+}
+
 }  // namespace tind

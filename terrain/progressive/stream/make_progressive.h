@@ -27,4 +27,8 @@ Result<ProgressiveMesh> make_progressive(const Terrain& dem, const SimplifyOptio
                                          std::size_t base_triangles, const Progress& progress,
                                          const Lattice& lattice = {});
 
+/// Every error of a mesh of posts that lie up to `rounding_m` beside the source's heights
+/// (raster/height_rounding.h), as it is over these.
+void widen(ProgressiveMesh&, double rounding_m);
+
 }  // namespace tind

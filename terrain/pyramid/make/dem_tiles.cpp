@@ -26,21 +26,38 @@ namespace {
 /// How far reading is, and when it will be done if it goes on as it went.
 class Reading {
  public:
-  void begin() { start_ = Clock::now(), share_ = 0; }
-  void set(double share) { share_ = share; }
+  void begin() {
+    const std::lock_guard lock(mutex_);
+    reports_ = 0, rests_ = false;
+  }
+  void set(double share) {
+    const std::lock_guard lock(mutex_);
+    share_ = share;
+    // What an earlier run had read is there at once: it says nothing of how fast this one is.
+    if (reports_++ == 0) first_ = share, start_ = Clock::now();
+  }
+  /// It failed, and will be tried again: when it goes on, nobody knows.
+  void rest() {
+    const std::lock_guard lock(mutex_);
+    rests_ = true;
+  }
   Readiness readiness() const {
     constexpr double kTooEarly = 0.005;  // to tell
-    const double share = share_;
-    Readiness now{Readiness::State::reading, share, {}};
-    const double took = std::chrono::duration<double>(Clock::now() - start_.load()).count();
-    if (share > kTooEarly) now.seconds_left = took / share * (1 - share);
+    const std::lock_guard lock(mutex_);
+    Readiness now{Readiness::State::reading, share_, {}};
+    const double took = std::chrono::duration<double>(Clock::now() - start_).count();
+    if (const double read = share_ - first_; !rests_ && reports_ > 1 && read > kTooEarly)
+      now.seconds_left = took / read * (1 - share_);
     return now;
   }
 
  private:
   using Clock = std::chrono::steady_clock;
-  std::atomic<Clock::time_point> start_ = Clock::now();
-  std::atomic<double> share_ = 0;
+  mutable std::mutex mutex_;
+  Clock::time_point start_ = Clock::now();
+  double share_ = 0, first_ = 0;
+  int reports_ = 0;
+  bool rests_ = false;
 };
 
 /// What may pass, as a lost connection does, or a process that decodes and was killed, is tried
@@ -78,6 +95,7 @@ class TilesOnDemand : public DemTiles {
         reading_.begin();
         find_heights(stop, 0, false);
         if (*plan_ || tries == kTries || !may_pass(plan_->error())) break;
+        reading_.rest();
         std::mutex mutex;
         std::unique_lock lock(mutex);
         std::condition_variable_any().wait_for(lock, stop, pause, [] { return false; });

@@ -309,7 +309,9 @@ bool may_surround(const TileJob& job) {
 /// band then; at last to all of them at once. Keeps the best.
 Result<TileMesh> fit_within_budget(TileJob& job, std::stop_token stop) {
   job.surrounds = false;
-  const double eps = (job.level.fit_error_m - margin_of(job)) * job.inner;
+  // Where posts are micrometres apart, what they are known within is more than what is asked for.
+  const double known = margin_of(job), asked = job.level.fit_error_m;
+  const double eps = (known < asked ? asked - known : asked / 2) * job.inner;
   const bool refines = job.whole && may_be_refined(job);
   Result<TileMesh> best = fail(Errc::internal, "no fit tried");
   int step = decimation(job);

@@ -50,6 +50,31 @@ using File = std::unique_ptr<VSILFILE, CloseFile>;
 bool is_zip(const std::string& path) { return lower_case(path).ends_with(".zip"); }
 
 /// The path for GDAL: absolute, so that no prefix of GDAL's own name syntax can match.
+/// Files that GDAL looks for beside a raster and opens unasked: a pipe of such a name would be
+/// waited for without end.
+Result<void> no_pipes_beside(const fs::path& raster) {
+  constexpr const char* kBehind[] = {".ovr", ".OVR", ".msk", ".MSK", ".msk.ovr", ".aux.xml"};
+  constexpr const char* kInstead[] = {".prj", ".PRJ", ".qpj", ".aux", ".AUX", ".aux.xml", ".ovr",
+                                      ".OVR", ".msk", ".MSK", ".hdr", ".HDR", ".clr",     ".CLR",
+                                      ".tfw", ".TFW", ".wld", ".WLD", ".rrd", ".RRD",     ".stx",
+                                      ".STX", ".xml", ".XML", ".tab", ".TAB", ".rpb",     ".RPB"};
+  const auto look = [](const fs::path& beside) -> Result<void> {
+    std::error_code error;
+    const auto type = fs::status(beside, error).type();
+    if (type == fs::file_type::fifo || type == fs::file_type::socket ||
+        type == fs::file_type::character || type == fs::file_type::block)
+      return fail(Errc::bad_data, beside.string() +
+                                      ": is a device or a pipe; what stands beside a raster is "
+                                      "read from files");
+    return {};
+  };
+  for (const char* end : kBehind)
+    if (auto ok = look(raster.string() + end); !ok) return ok;
+  for (const char* end : kInstead)
+    if (auto ok = look(fs::path(raster).replace_extension(end)); !ok) return ok;
+  return {};
+}
+
 Result<std::string> real_file(const std::string& path) {
   std::error_code error;
   if (fs::is_directory(path, error))
@@ -59,6 +84,7 @@ Result<std::string> real_file(const std::string& path) {
   if (!fs::is_regular_file(path, error))
     return fail(Errc::not_found,
                 path + ": is a device or a pipe; a raster is read from a file, in any order");
+  if (auto ok = no_pipes_beside(path); !ok) return std::unexpected(ok.error());
   return fs::absolute(path).string();
 }
 

@@ -222,8 +222,9 @@ Result<Layout> layout_of(const Tin& tin, const AttributeQemOptions& options) {
   if ((l.texture && tin.texcoords.empty()) || (l.colour && tin.colours.empty()) ||
       (l.normal && tin.normals.empty()))
     return fail(Errc::invalid_argument, "the mesh has no " + name_of(want) + " to go by");
-  if (!(options.weight >= 0 && std::isfinite(options.weight)))
-    return fail(Errc::invalid_argument, "the attribute weight must be a number >= 0");
+  constexpr double kMostWeight = 1e6;  // beyond, floats know nothing of the shape any more
+  if (!(options.weight >= 0 && options.weight <= kMostWeight))
+    return fail(Errc::invalid_argument, "the attribute weight must be a number from 0 to 1e6");
   l.metric = options.metric;
   // Nothing may be scaled to nothing, or it could not be read back.
   const double weight =

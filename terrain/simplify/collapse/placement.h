@@ -18,6 +18,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -87,23 +88,27 @@ class TerrainRules {
   std::optional<Lattice> lattice_;
 };
 
-/// A general mesh: no normal turns by 90 degrees or more, borders stay borders.
+/// A general mesh: no normal turns by 90 degrees or more, borders stay borders. Where two vertices
+/// of borders are at one place (a seam, at which the attributes change), both stay there, and so
+/// does what merges with them: no crack opens.
 class SurfaceRules {
  public:
   using Index = HalfedgeMesh::Index;
   static constexpr int kPlanar = 3;
 
-  explicit SurfaceRules(const HalfedgeMesh& mesh) : mesh_(mesh) {}
+  explicit SurfaceRules(const HalfedgeMesh& mesh) : mesh_(mesh), seam_(seams(mesh)) {}
 
   Merge rule(Index h) const {
-    if (mesh_.twin(h) == HalfedgeMesh::kNone) return Merge::free;  // along the border
-    const bool a = mesh_.on_border(mesh_.origin(h)), b = mesh_.on_border(mesh_.dest(h));
+    bool a = on_seam(mesh_.origin(h)), b = on_seam(mesh_.dest(h));
+    if (mesh_.twin(h) != HalfedgeMesh::kNone)
+      a = a || mesh_.on_border(mesh_.origin(h)), b = b || mesh_.on_border(mesh_.dest(h));
     if (a && b) return Merge::never;
     return a ? Merge::at_origin : b ? Merge::at_dest : Merge::free;
   }
   bool height_is_fixed(Index) const { return true; }
   bool interior(Index v) const { return !mesh_.on_border(v); }
-  void merged(Index, Index) {}
+  bool on_seam(Index v) const { return seam_[v] != 0; }
+  void merged(Index a, Index b) { seam_[b] |= seam_[a]; }
   Vec3 metric(const Vec3& d) const { return d; }
   Vec3 unmetric(const Vec3& d) const { return d; }
   Vec3 snap(const Vec3& p) const { return p; }
@@ -121,7 +126,10 @@ class SurfaceRules {
 
  private:
   const HalfedgeMesh& mesh_;
+  std::vector<std::uint8_t> seam_;  // by vertex
   std::optional<Lattice> lattice_;
+
+  static std::vector<std::uint8_t> seams(const HalfedgeMesh&);
 };
 
 template <int N>

@@ -13,7 +13,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <unordered_set>
 #include <vector>
 
 #include "terrain/base/progress.h"
@@ -63,7 +65,9 @@ class DelaunayInsertion {
   static constexpr Index kNone = HalfedgeMesh::kNone;
 
   DelaunayInsertion(HalfedgeMesh& mesh, const Samples& samples, const InsertionOptions& options)
-      : mesh_(mesh), samples_(samples), options_(options) {}
+      : mesh_(mesh), samples_(samples), options_(options) {
+    options_.limit = std::max(0.0, options_.limit);  // below, no sample would be near enough ever
+  }
 
   /// From now on the edges of `lines` (not owned) are never flipped, and their points are samples
   /// too. REQUIRES: samples on the lines are void, and sample numbers lie below samples.size(). The
@@ -129,7 +133,8 @@ class DelaunayInsertion {
       next.clear();
       for (const Index t : now) {
         queued[t] = 0;
-        if (!insert_worst(t)) continue;
+        if ((++tries_ & 63) == 0 && progress.stopped()) return;
+        if (!insert_worst(t, progress)) continue;
         queued.resize(mesh_.triangle_slots(), 0);
         for (const Index changed : touched_) {
           if (!queued[changed]) next.push_back(changed);
@@ -163,6 +168,7 @@ class DelaunayInsertion {
     const LinePoints lines = lines_ ? *lines_ : LinePoints{};
     const auto origins = origins_;
     const auto hopeless = hopeless_;
+    const auto taken = taken_;
     const std::uint64_t insertions = insertions_;
     double least = remaining_error();
     std::uint64_t there = mesh_.triangle_count();
@@ -178,6 +184,7 @@ class DelaunayInsertion {
     if (lines_) *lines_ = lines;
     origins_ = origins;
     hopeless_ = hopeless;
+    taken_ = taken;
     insertions_ = insertions;
     run_worst_first(there, progress);
   }
@@ -197,10 +204,14 @@ class DelaunayInsertion {
   LinePoints* lines_ = nullptr;
   std::uint64_t insertions_ = 0;
   std::vector<Index> touched_, stack_;
-  std::vector<Vec3> origins_;          // by vertex slot
-  std::vector<std::size_t> hopeless_;  // sorted samples that cannot become vertices
-  std::vector<Worst> worst_;           // by triangle slot
-  std::vector<Index> heap_, place_;    // binary max-heap of triangles, and where each one is
+  std::vector<Vec3> origins_;           // by vertex slot
+  std::vector<std::uint8_t> hopeless_;  // by sample: it cannot become a vertex; empty: all can
+  /// On the integer lattice: places at which there is a vertex, or the border, for good. Where
+  /// posts are denser than places, one of each is tried, not all.
+  std::unordered_set<std::uint64_t> taken_;
+  std::uint64_t tries_ = 0;
+  std::vector<Worst> worst_;         // by triangle slot
+  std::vector<Index> heap_, place_;  // binary max-heap of triangles, and where each one is
 
   Worst worst_sample(Index t) const {
     const Vec3& a = mesh_.position(mesh_.origin(3 * t));
@@ -221,7 +232,7 @@ class DelaunayInsertion {
               std::max(std::abs(b.z - a.z), std::abs(c.z - a.z)) + options_.limit};
     const auto ask = [&](double x, double y, double z, std::size_t i) {
       const double e = std::abs(z0 + gx * x + gy * y - z);
-      if (e > worst.error && e > options_.limit && !is_hopeless(i)) {
+      if (e > worst.error && e > options_.limit && !is_hopeless(i) && !is_taken(x, y)) {
         worst = {e, i};
         band.top = e, band.bottom = -e;
       }
@@ -234,12 +245,19 @@ class DelaunayInsertion {
     return worst;
   }
 
-  bool is_hopeless(std::size_t i) const {
-    return !hopeless_.empty() && std::binary_search(hopeless_.begin(), hopeless_.end(), i);
-  }
+  bool is_hopeless(std::size_t i) const { return i < hopeless_.size() && hopeless_[i] != 0; }
   bool give_up(std::size_t i) {
-    hopeless_.insert(std::lower_bound(hopeless_.begin(), hopeless_.end(), i), i);
+    if (i >= hopeless_.size()) hopeless_.resize(std::max(i + 1, samples_.size()), 0);
+    hopeless_[i] = 1;
     return false;
+  }
+
+  /// REQUIRES: a lattice of at most 2^32 places a side.
+  static std::uint64_t place_number(double x, double y) {
+    return std::uint64_t(std::int64_t(x)) << 32 | std::uint32_t(std::int64_t(y));
+  }
+  bool is_taken(double x, double y) const {
+    return !taken_.empty() && taken_.contains(place_number(on_lattice(x), on_lattice(y)));
   }
 
   double on_lattice(double x) const {
@@ -248,9 +266,11 @@ class DelaunayInsertion {
     return std::clamp(std::nearbyint(x / step) * step, step, last);
   }
 
-  /// Inserts the worst sample of t that can become a vertex; false when none is above the limit.
-  bool insert_worst(Index t) {
+  /// Inserts the worst sample of t that can become a vertex; false when none is above the limit, or
+  /// on a stop.
+  bool insert_worst(Index t, const Progress& progress) {
     for (;;) {
+      if ((++tries_ & 63) == 0 && progress.stopped()) return false;
       const Worst worst = worst_sample(t);
       if (!(worst.error > options_.limit)) return false;
       if (insert(t, worst.index)) return true;
@@ -348,8 +368,12 @@ class DelaunayInsertion {
   /// Makes p a vertex; looks for its triangle from t on (rounding may have moved p across an edge).
   bool insert_at(Index from, const Vec3& p, bool may_split_border) {
     const auto [t, on, vertex] = locate(from, p);
-    if (t == kNone || vertex) return false;
-    if (on != kNone && mesh_.twin(on) == kNone && !may_split_border) return false;
+    const bool on_border = t != kNone && on != kNone && mesh_.twin(on) == kNone;
+    if (vertex || (on_border && !may_split_border)) {
+      if (options_.integer_lattice && !lines_) taken_.insert(place_number(p.x, p.y));
+      return false;
+    }
+    if (t == kNone) return false;
     if (lines_ && ((on != kNone && is_line(on)) || !has_room(t, on, p))) return false;
     const Index v = on == kNone ? mesh_.split_triangle(t, p) : mesh_.split_edge(on, p);
     ++insertions_;

@@ -247,6 +247,36 @@ TEST(MeshIo, SaysWhereItIsWrong) {
   EXPECT_THAT(why(decode_stl(std::string(84, '\xff'))), HasSubstr("4294967295"));
 }
 
+TEST(MeshIo, AttributesAreFiniteAsFloatsToo) {
+  const auto ply = [](const char* red) {
+    return std::string(
+               "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\n"
+               "property double z\nproperty double red\nproperty double green\nproperty double "
+               "blue\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0 0 "
+               "0 0\n1 0 0 0 0 0\n0 1 0 ") +
+           red + " 0 0\n3 0 1 2\n";
+  };
+  EXPECT_TRUE(decode_ply(ply("0.5")));
+  for (const char* red : {"nan", "inf", "1e300"}) {
+    const auto mesh = decode_ply(ply(red));
+    ASSERT_FALSE(mesh) << red;
+    EXPECT_NE(mesh.error().what.find("an attribute of vertex 2"), std::string::npos);
+  }
+  const std::string shape = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\n";
+  EXPECT_TRUE(decode_obj(shape + "f 1/1 2/1 3/1\n"));
+  for (const char* line : {"vt 1e300 0\n", "vn 0 0 1e300\n", "v 0 0 0 1e300 0 0\n"})
+    EXPECT_FALSE(decode_obj(shape + line + "f 1/1 2/1 3/1\n")) << line;
+}
+
+TEST(MeshIo, AFaceHasThreeCorners) {
+  const std::string head =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\nproperty "
+      "double z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 "
+      "0\n0 1 0\n3 0 1 2\n";
+  EXPECT_TRUE(decode_ply(head + "3 2 1 0\n"));
+  EXPECT_FALSE(decode_ply(head + "2 0 1\n"));
+}
+
 TEST(MeshIo, HeadersThatPromiseTooMuchCostNothing) {
   const std::string head =
       "ply\nformat binary_little_endian 1.0\nelement nothing 18446744073709551615\n"

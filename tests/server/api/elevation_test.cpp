@@ -133,6 +133,58 @@ TEST_F(Elevation, GivesTablesTwoColumns) {
   EXPECT_EQ(reply.body, expected.str());
 }
 
+TEST_F(Elevation, RefusesALineBreakWithinAField) {
+  const HttpReply reply =
+      send("", "text/csv", "lon,lat,name\n-121.76,46.85,\"a hut\n-121.75,46.85,by the lake\"\n");
+  EXPECT_EQ(reply.status, 400) << reply.body;
+  EXPECT_NE(reply.body.find("line 2"), std::string::npos) << reply.body;
+  EXPECT_NE(reply.body.find("quote"), std::string::npos) << reply.body;
+}
+
+TEST_F(Elevation, OfALevelHasNoInterpolationOfItsOwn) {
+  const std::string there = "/elevation/rainier?lon=-121.76&lat=46.85&surface=level=9";
+  EXPECT_EQ(get(there + "&interpolation=bilinear").status, 200);
+  for (const char* how : {"nearest", "cubic"}) {
+    const HttpReply reply = get(there + "&interpolation=" + how);
+    EXPECT_EQ(reply.status, 400) << how;
+    EXPECT_EQ(Json::parse(reply.body)["errors"][0]["parameter"], "interpolation");
+  }
+}
+
+TEST_F(Elevation, OfLayersFromDifferentDatumsIsAboveTheOneThatTheyWereBroughtTo) {
+  const std::string low = test::testdata("rainier.tif"), high = dir_.file("high.asc");
+  std::ofstream(high) << "ncols 3\nnrows 3\nxllcenter -121.77\nyllcenter 46.84\ncellsize 0.01\n"
+                         "2000 2000 2000\n2000 2000 2000\n2000 2000 2000\n";
+  services::DatasetSpec spec{"layers", {low, high}};
+  spec.layers = {{"low", {low}, {{"from_datum", "egm96"}}},
+                 {"high", {high}, {{"from_datum", "ellipsoid"}, {"crs", "EPSG:4326"}}}};
+  const auto every = services::dataset_options({{"to-datum", "ellipsoid"}}, {});
+  ASSERT_TRUE(every) << every.error().what;
+  services::DatasetOptions options = *every;
+  options.dem.environment = environment_;
+  auto opened = services::open_dataset(spec, options);
+  ASSERT_TRUE(opened) << opened.error().what;
+  ASSERT_EQ(opened->recipes.size(), 2u);
+  EXPECT_EQ(opened->recipes[0].words.at("from-datum"), "egm96") << "for who opens it anew";
+  EXPECT_EQ(opened->recipes[1].words.at("from-datum"), "ellipsoid");
+  catalog_.add("layers", std::move(*opened));
+  const auto ask = [&](const std::string& query) {
+    return Json::parse(get("/elevation/layers?" + query).body);
+  };
+  const Json in_high = ask("lon=-121.76&lat=46.85");
+  EXPECT_EQ(in_high["height_m"], 2000);
+  EXPECT_EQ(in_high["datum"], "ellipsoid");
+  const Json in_low = ask("lon=-121.9&lat=46.85");
+  EXPECT_EQ(in_low["datum"], "ellipsoid");
+  EXPECT_EQ(in_low["height_m"], ask("lon=-121.9&lat=46.85&datum=ellipsoid")["height_m"]);
+  const Json many = Json::parse(
+      post("/elevation/layers", R"({"locations": [[-121.9, 46.85], [-121.76, 46.85]]})").body);
+  EXPECT_EQ(many["datum"], "ellipsoid");
+  const Json position = Json::parse(
+      get("/collections/layers/position?coords=POINT(-121.76%2046.85)&f=CoverageJSON").body);
+  EXPECT_NE(position.dump().find("above ellipsoid"), std::string::npos);
+}
+
 TEST_F(Elevation, KnowsOtherSystems) {
   // UTM zone 10 north; EPSG:4326 has the latitude first.
   const Json geographic = one(-121.76, 46.85);

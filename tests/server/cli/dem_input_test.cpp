@@ -396,6 +396,23 @@ TEST(DemInput, CheckingAConfigurationFindsWhatTheStartWouldFind) {
   EXPECT_EQ(run_tind("serve " + testdata("rainier.tif") + " --check-config").code, 0);
 }
 
+TEST(Serve, CheckingAConfigurationWarnsAsAStartDoesWhereStrangersMayAskEverything) {
+  const auto checked = [](const std::string& listen) {
+    return run_tind("serve " + testdata("rainier.tif") + " --check-config --listen " + listen);
+  };
+  const Ran open = checked("0.0.0.0:8080");
+  EXPECT_EQ(open.code, 0) << open.out;
+  EXPECT_THAT(open.out, HasSubstr("0.0.0.0:8080 without keys"));
+  EXPECT_THAT(checked("127.0.0.1:8080").out, Not(HasSubstr("without keys")));
+}
+
+TEST(DemInput, WhatIsSaidOfAnOptionIsOneLine) {
+  const Ran ran = run_tind("elevation " + testdata("rainier.tif") +
+                           " --at -121.7,46.8 --to-datum $'no\ntind: done.tif'");
+  EXPECT_EQ(ran.code, 2);
+  EXPECT_THAT(ran.out, HasSubstr("\\x0atind: done.tif"));
+}
+
 TEST(DemInput, BuildWarnsOfPostsThatAreTooFineForTiles) {
   const tind::test::TempDir dir;
   const std::string dem = dir.file("fine.asc");

@@ -71,6 +71,37 @@ TEST(Progressive, AStreamIsMadeAndLevelsComeOutWithinTheirError) {
   EXPECT_NE(too_fine.out.find("finest"), std::string::npos) << too_fine.out;
 }
 
+TEST(Progressive, OfAMeshTakesNoOptionOfDems) {
+  const test::TempDir dir;
+  const std::string mesh = dir.file("a.ply"), tpm = dir.file("a.tpm");
+  ASSERT_EQ(
+      test::run_tind("simplify " + test::testdata("crater.tif") + " --max-error 20 -o " + mesh)
+          .code,
+      0);
+  const std::string line = "progressive " + mesh + " -o " + tpm + " --method qem";
+  EXPECT_EQ(test::run_tind(line).code, 0);
+  for (const char* option : {" --nodata 5", " --crs EPSG:25832", " --band 7", " --from-datum egm96",
+                             " --bounds 0,0,1,1", " --subset-placement", " --border-constraints"})
+    EXPECT_EQ(test::run_tind(line + option).code, 2) << option;
+}
+
+TEST(Progressive, WhatItPrintsIsABoundThatOneCanAskFor) {
+  const test::TempDir dir;
+  const std::string tpm = dir.file("a.tpm");
+  ASSERT_EQ(test::run_tind("progressive " + test::testdata("crater.tif") +
+                           " --max-error 0.77777 -o " + tpm)
+                .code,
+            0);
+  const std::string extract = "extract " + tpm + " -o " + dir.file("a.ply");
+  const auto finest = test::run_tind(extract).out;
+  const std::string before = "every post within ";
+  const auto at = finest.find(before);
+  ASSERT_NE(at, std::string::npos) << finest;
+  const std::string bound =
+      finest.substr(at + before.size(), finest.find(' ', at + before.size()) - at - before.size());
+  EXPECT_EQ(test::run_tind(extract + " --max-error " + bound).code, 0) << bound;
+}
+
 TEST(Progressive, SaysWhatOpenVoidsLeaveOut) {
   const test::TempDir dir;
   const std::string dem = dir.file("dem.asc");

@@ -93,6 +93,62 @@ TEST(SimplifyCommandLine, CoversPostsThatLieNoFurtherApartThanCoordinatesRound) 
   }
 }
 
+TEST(SimplifyCommandLine, StatesTheErrorOverTheSourcesHeightsNotOverThoseInMemory) {
+  const TempDir dir;
+  const std::string dem = dir.file("dem.asc"), mesh = dir.file("a.ply");
+  std::vector<double> heights;  // which floats hold within half a millimetre
+  std::ofstream file(dem);
+  file << "ncols 40\nnrows 40\nxllcenter 500000\nyllcenter 5000000\ncellsize 10\n";
+  for (int r = 0; r < 40; ++r)
+    for (int c = 0; c < 40; ++c) {
+      const int n = (r * 37 + c * c * 11) % 1000 + 90 * c;
+      heights.push_back(n * 0.0003 + 9000);
+      file << n << (c < 39 ? ' ' : '\n');
+    }
+  file.close();
+  const std::string line = "simplify " + dem + " --scale 0.0003 --offset 9000 -o " + mesh;
+  const auto seen = [&](double& below) {  // with planes over all posts
+    const auto made = read_mesh(mesh);
+    EXPECT_TRUE(made);
+    double worst = 0;
+    below = 0;
+    for (int r = 0; r < 40; ++r)
+      for (int c = 0; c < 40; ++c) {
+        const double x = 500000 + 10 * c, y = 5000000 + 10 * (39 - r);
+        for (const auto& t : made->triangles) {
+          const auto &p = made->positions[t[0]], &q = made->positions[t[1]],
+                     &s = made->positions[t[2]];
+          const double all = (q[0] - p[0]) * (s[1] - p[1]) - (s[0] - p[0]) * (q[1] - p[1]);
+          const double u = ((x - p[0]) * (s[1] - p[1]) - (s[0] - p[0]) * (y - p[1])) / all,
+                       v = ((q[0] - p[0]) * (y - p[1]) - (x - p[0]) * (q[1] - p[1])) / all;
+          if (u < -1e-12 || v < -1e-12 || u + v > 1 + 1e-12) continue;
+          const double off =
+              p[2] + u * (q[2] - p[2]) + v * (s[2] - p[2]) - heights[std::size_t(40 * r + c)];
+          worst = std::max(worst, std::abs(off)), below = std::max(below, -off);
+        }
+      }
+    return worst;
+  };
+  double below = 0;
+  const nlohmann::json all = tind_json(line + " --method qem --ratio 1 --json");
+  EXPECT_GT(seen(below), 1e-4);
+  EXPECT_LE(seen(below), all["max_error_m"]);
+  const nlohmann::json bounded = tind_json(line + " --max-error 0.01 --json");
+  EXPECT_LE(seen(below), bounded["max_error_m"].get<double>() + 1e-9);
+  EXPECT_LE(bounded["max_error_m"], 0.01 + 1e-9);
+  const nlohmann::json above = tind_json(line + " --max-error 0.01 --side above --json");
+  EXPECT_LE(seen(below), above["max_error_m"].get<double>() + 1e-9);
+  EXPECT_LE(above["max_error_m"], 0.01 + 1e-9);
+  EXPECT_EQ(above["max_below_m"], 0);
+  EXPECT_LE(below, 1e-9) << "of every post";
+  const nlohmann::json measured =
+      tind_json("measure " + mesh + " " + dem + " --scale 0.0003 --offset 9000 --json");
+  EXPECT_EQ(measured["max_below_m"], 0);
+  EXPECT_NEAR(measured["max_error_m"].get<double>(), above["max_error_m"].get<double>(), 1e-9);
+  const nlohmann::json too_little = tind_json(line + " --max-error 0.0001 --json");
+  EXPECT_NE(too_little["note"].get<std::string>().find("rounded"), std::string::npos);
+}
+
 TEST(SimplifyCommandLine, SaysWhatStlLoses) {
   const TempDir dir;
   const std::string dem = dir.file("dem.asc");

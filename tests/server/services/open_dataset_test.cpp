@@ -7,6 +7,7 @@
 
 #include <fstream>
 
+#include "tests/support/globe_raster.h"
 #include "tests/support/support.h"
 
 namespace tind::services {
@@ -29,6 +30,20 @@ TEST(OpenDataset, AMeshIsNamedAsOne) {
   std::ofstream(folder.file("notes.txt")) << "nothing\n";
   EXPECT_EQ(open_dataset({"notes", {folder.file("notes.txt")}}, {}).error().code, Errc::bad_data);
   EXPECT_EQ(open_dataset({"none", {folder.file("none.ply")}}, {}).error().code, Errc::not_found);
+}
+
+TEST(OpenDataset, AnImageThatIsReplacedIsAChange) {
+  test::TempDir folder;
+  DatasetOptions options;
+  options.drape = test::globe_raster(folder, '\x80');
+  const auto dataset = open_dataset({"rainier", {test::testdata("rainier.tif")}}, options);
+  ASSERT_TRUE(dataset) << dataset.error().what;
+  ASSERT_TRUE(dataset->unchanged);
+  EXPECT_TRUE(dataset->unchanged());
+  test::globe_raster(folder, '\x20');
+  const auto changed = dataset->unchanged();
+  ASSERT_FALSE(changed);
+  EXPECT_THAT(changed.error().what, HasSubstr(options.drape));
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include "tests/support/made_up_source.h"
 #include "tests/support/support.h"
+#include "tests/support/text_dem.h"
 
 namespace tind {
 namespace {
@@ -32,6 +33,24 @@ TEST(Viewshed, IsTheLineOfSightToEveryPost) {
     EXPECT_GT(seen->hidden, 20u);
     EXPECT_GT(seen->visible, 20u);
     EXPECT_EQ(seen->depends > 0, e > 0);
+  }
+}
+
+TEST(Viewshed, GoesOnBeyondTheSeamOfADemAroundTheGlobe) {
+  const test::TempDir folder;
+  const auto dem = test::text_dem(folder, "globe", HeightGrid(720, 21, 100), {-180, 45}, 0.5);
+  ASSERT_TRUE(dem->info().wraps_longitude);
+  const auto posts = dem->read(0, 0, 720, 21);
+  ASSERT_TRUE(posts);
+  ViewshedOptions options{{{179.8, 50}, 20000}, 0, 400e3};
+  const auto seen = viewshed(*dem, *posts, options);
+  ASSERT_TRUE(seen) << seen.error().what;
+  EXPECT_GT(seen->visible, 50u);
+  for (const double lon : {179.0, 179.5, -180.0, -179.5, -179.0}) {
+    const auto line = line_of_sight(*dem, options.observer, {{lon, 50}, 0}, options.rules);
+    ASSERT_TRUE(line);
+    EXPECT_EQ(seen->visibility.at(int((lon + 180) / 0.5), 10), float(int(line->visibility))) << lon;
+    EXPECT_EQ(line->visibility, Visibility::visible) << lon;
   }
 }
 

@@ -61,6 +61,10 @@ TEST(GeodesicPath, beside_it_is_at_a_right_angle_and_so_far) {
   EXPECT_GT(path.beside(north, 10).lon, path.at(north).lon);
   EXPECT_LT(path.beside(path.length_m(), 10).lat, path.at(path.length_m()).lat);
   EXPECT_GT(path.beside(path.length_m(), -10).lat, path.at(path.length_m()).lat);
+  // A place that is given twice has no direction of its own.
+  const GeodesicPath twice(std::vector<Geographic>{{7, 46}, {7.1, 46}, {7.1, 46}});
+  EXPECT_EQ(twice.reached_m().size(), 3u);
+  EXPECT_LT(twice.beside(twice.length_m(), 1000).lat, 45.995);
 }
 
 }  // namespace

@@ -199,6 +199,8 @@ TEST(VerticalError, InStripsItFindsTheSame) {
   EXPECT_NEAR(strips->rms_m, whole.rms_m, 1e-6);
   EXPECT_NEAR(strips->p99_m, whole.p99_m, 6e-4 * whole.p99_m);
   EXPECT_NEAR(strips->p50_m, whole.p50_m, 6e-4 * whole.p50_m);
+  EXPECT_GE(strips->p99_m, whole.p99_m) << "what is said to lie below does";
+  EXPECT_GE(strips->p50_m, whole.p50_m);
   EXPECT_NEAR(strips->bias_m, whole.bias_m, 1e-6);
   EXPECT_EQ(strips->row_above_m, whole.row_above_m);
   EXPECT_EQ(strips->row_below_m, whole.row_below_m);
@@ -218,6 +220,21 @@ TEST(VerticalError, AboveAndBelowAreKeptApart) {
   EXPECT_DOUBLE_EQ(e.mean_m, (3 * 1 + 2 * 3) / 5.0);
   EXPECT_EQ(e.row_above_m, (std::vector<double>{3, 0}));
   EXPECT_EQ(e.row_below_m, (std::vector<double>{0, 6}));
+}
+
+TEST(VerticalError, WidenedIsThatOfAllThatPostsMayBe) {
+  const HeightGrid grid = grid_from("0 0 0 / 0 0 0");
+  Tin mesh;  // a quarter of a metre above all posts
+  mesh.vertices = {{0, 0, 0.25}, {0, -1, 0.25}, {2, -1, 0.25}, {2, 0, 0.25}};
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  const VerticalError e = vertical_error(mesh, grid);
+  const VerticalError near = widened(e, 0.125), far = widened(e, 0.375);
+  EXPECT_DOUBLE_EQ(near.max_m, 0.375);
+  EXPECT_DOUBLE_EQ(near.max_above_m, 0.375);
+  EXPECT_EQ(near.max_below_m, 0) << "wherever the posts are, the mesh is above";
+  EXPECT_DOUBLE_EQ(far.max_m, 0.625);
+  EXPECT_DOUBLE_EQ(far.max_below_m, 0.125);
+  EXPECT_EQ(widened(e, 0).max_m, e.max_m);
 }
 
 TEST(ScanTriangle, TheOrderOfTheCornersDoesNotMatterToTheLastBit) {

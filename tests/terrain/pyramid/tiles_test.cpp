@@ -508,6 +508,20 @@ TEST(Tiles, steep_posts_a_few_units_apart_are_within_the_budget) {
   }
 }
 
+/// What is asked for is less than what the places of posts are known within: such tiles end, too.
+TEST(Tiles, posts_a_micrometre_apart_end) {
+  TempDir dir;
+  BuildOptions o;
+  o.output = dir.file("tiles");
+  o.tiles.first_level = o.tiles.last_level = 24;
+  const auto report =
+      build_tiles(std::make_shared<test::MadeUpSource>(test::rough_terrain(24, 24, 3, 300),
+                                                       Geographic{7.1, 46.6}, 1e-11, 0.1),
+                  o);
+  ASSERT_TRUE(report) << report.error().what;
+  EXPECT_GT(report->tiles, 0u);
+}
+
 /// The same beside the edge of tiles, on which posts lie: what is done for it stops short of the
 /// edge, so that neighbours meet, whether the budget is kept or not.
 TEST(Tiles, steep_posts_beside_an_edge_leave_it_as_it_is) {

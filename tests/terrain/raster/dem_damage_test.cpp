@@ -3,6 +3,7 @@
 #include <gdal_priv.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <array>
 #include <cmath>
@@ -366,6 +367,20 @@ std::string tiff_of_strips(std::uint32_t side, std::uint32_t rows) {
   }
   put(0, 4);
   return bytes + std::string(2000, '\0');
+}
+
+TEST(DemHostile, APipeBesideARasterIsNotWaitedFor) {
+  const test::TempDir dir;
+  for (const char* name : {"a.prj", "a.asc.aux.xml", "a.asc.ovr", "a.asc.msk"}) {
+    std::ofstream(dir.file("a.asc")) << "ncols 2\nnrows 2\nxllcorner 7\nyllcorner 46\n"
+                                        "cellsize 0.01\n1 2\n3 4\n";
+    ASSERT_EQ(::mkfifo(dir.file(name).c_str(), 0600), 0);
+    const auto refused = DemSource::open(std::vector{dir.file("a.asc")});
+    ASSERT_FALSE(refused) << name;
+    EXPECT_THAT(refused.error().what, HasSubstr(name));
+    std::filesystem::remove(dir.file(name));
+    EXPECT_TRUE(DemSource::open(std::vector{dir.file("a.asc")})) << name;
+  }
 }
 
 TEST(DemHostile, OneEnormousBlockIsRefusedBeforeItIsDecoded) {

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <random>
+#include <set>
 
 #include "terrain/mesh/halfedge_mesh.h"
 #include "terrain/mesh/surface_distance.h"
@@ -91,6 +93,82 @@ Tin two_coloured_plane(int n, int edge) {
     }
   }
   return tin;
+}
+
+/// A wavy sheet of two halves with texture coordinates of their own: along the middle there are two
+/// vertices at each place.
+Tin sheet_with_a_seam(int n) {
+  Tin tin;
+  const auto w = unsigned(n);
+  for (unsigned half = 0; half < 2; ++half)
+    for (unsigned y = 0; y < w; ++y)
+      for (unsigned x = 0; x < w; ++x) {
+        const double at = x + half * (w - 1.0);
+        tin.vertices.push_back({at, double(y), 2 * std::sin(at / 4) * std::cos(y / 3.0)});
+        tin.texcoords.push_back({float(x) / float(w), float(half)});
+      }
+  for (unsigned half = 0; half < 2; ++half)
+    for (unsigned y = 0; y + 1 < w; ++y)
+      for (unsigned x = 0; x + 1 < w; ++x) {
+        const unsigned a = half * w * w + y * w + x;
+        tin.triangles.push_back({a, a + 1, a + w + 1});
+        tin.triangles.push_back({a, a + w + 1, a + w});
+      }
+  return tin;
+}
+
+/// Edges inside the sheet that only one triangle has, seen by places.
+int open_edges(const Tin& tin, double width, double height) {
+  std::set<std::array<double, 6>> edges;
+  for (const Triangle& t : tin.triangles)
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 &a = tin.vertices[t[std::size_t(k)]], &b = tin.vertices[t[std::size_t(k + 1) % 3]];
+      edges.insert({a.x, a.y, a.z, b.x, b.y, b.z});
+    }
+  int open = 0;
+  for (const auto& e : edges) {
+    const auto inside = [&](double x, double y) {
+      return x > 0.5 && y > 0.5 && x < width - 0.5 && y < height - 0.5;
+    };
+    open += inside(e[0], e[1]) && inside(e[3], e[4]) &&
+            !edges.contains({e[3], e[4], e[5], e[0], e[1], e[2]});
+  }
+  return open;
+}
+
+TEST(SimplifyMesh, NoCrackOpensAlongASeam) {
+  const Tin sheet = sheet_with_a_seam(25);
+  ASSERT_EQ(open_edges(sheet, 48, 24), 0);
+  for (const MethodOptions& method :
+       {MethodOptions(QemOptions{}), MethodOptions(AttributeQemOptions{.drape = {}}),
+        MethodOptions(TriangleCollapseOptions{})}) {
+    SimplifyOptions o;
+    o.method = method;
+    o.stop.ratio = 0.1;
+    const auto made = simplify_mesh(sheet, o);
+    ASSERT_TRUE(made) << made.error().what;
+    EXPECT_LT(made->made.tin.triangles.size(), sheet.triangles.size() / 8) << method_name(method);
+    EXPECT_EQ(open_edges(made->made.tin, 48, 24), 0) << method_name(method);
+    const bool shape = std::holds_alternative<TriangleCollapseOptions>(method);
+    EXPECT_EQ(made->seam_vertices, shape ? 0u : 50u);
+  }
+}
+
+TEST(SimplifyMesh, VerticesThatAgreeInAllAreOne) {
+  Tin soup;
+  const Tin sheet = sheet_with_a_seam(9);
+  for (const Triangle& t : sheet.triangles) {
+    const auto n = std::uint32_t(soup.vertices.size());
+    for (const std::uint32_t v : t) soup.vertices.push_back(sheet.vertices[v]);
+    soup.triangles.push_back({n, n + 1, n + 2});
+  }
+  SimplifyOptions o;
+  o.method = QemOptions{};
+  o.stop.ratio = 0.2;
+  const auto made = simplify_mesh(soup, o);
+  ASSERT_TRUE(made) << made.error().what;
+  EXPECT_LE(made->made.tin.triangles.size(), 52u);
+  EXPECT_EQ(open_edges(made->made.tin, 16, 8), 0);
 }
 
 TEST(AttributeQem, KeepsAColourBorderThatTheShapeDoesNotShow) {

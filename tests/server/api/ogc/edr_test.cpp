@@ -1,10 +1,14 @@
 // Answers to EDR queries are what /elevation says of each place, and lie where the query says.
 
+#include <algorithm>
+#include <array>
 #include <random>
 
 #include "server/api/ogc/edr_places.h"
+#include "terrain/dataset/dem_dataset.h"
 #include "terrain/geo/geodesic_path.h"
 #include "tests/server/api/ogc/ogc_fixture.h"
+#include "tests/support/made_up_source.h"
 
 namespace tind::api {
 namespace {
@@ -42,6 +46,23 @@ TEST_F(Edr, APositionHasItsHeight) {
   const HttpReply accepted =
       get(kBase + "position?coords=POINT(-121.76%2046.85)", "Accept: application/geo+json\r\n");
   EXPECT_EQ(accepted.headers.at("content-type"), "application/geo+json");
+}
+
+TEST_F(Edr, AnAreaHasItsRim) {
+  catalog_.add("flat", *dem_dataset(std::make_shared<test::MadeUpSource>(HeightGrid(200, 200, 100),
+                                                                         Geographic{-1, 1}, 0.01),
+                                    {}));
+  for (const auto& [west, south, east, north] :
+       {std::array{"-0.48", "-0.45", "0.59", "0.36"}, std::array{"-0.59", "-0.29", "0.42", "0.13"},
+        std::array{"0.1", "0.1", "0.3", "0.7"}}) {
+    const auto corner = [](const char* x, const char* y) { return std::string(x) + "+" + y; };
+    const Json area =
+        json("/collections/flat/area?resolution-x=13&resolution-y=11&coords=POLYGON((" +
+             corner(west, south) + "," + corner(east, south) + "," + corner(east, north) + "," +
+             corner(west, north) + "," + corner(west, south) + "))");
+    EXPECT_GT(values(area).size(), 50u);
+    EXPECT_EQ(std::ranges::count(values(area), Json(nullptr)), 0) << west;
+  }
 }
 
 TEST_F(Edr, OfTilesAloneTheMeshesAnswer) {
