@@ -7,8 +7,11 @@
 
 namespace tind {
 
-/// What to ask a method for, so that what was asked for holds. Never below 0: then it may not hold.
+/// What to ask a method for, so that what was asked for holds; where a bound has no room for the
+/// rounding, a small share of it.
 StopAt within_rounding(const SimplifyOptions& asked, double rounding_m);
+/// Has it? True where there is no bound.
+bool has_room_for_rounding(const SimplifyOptions& asked, double rounding_m);
 
 /// Lifts or lowers a mesh that is on one side of the posts in memory to that side of the source's;
 /// within_rounding has left the room. Others stay as they are.

@@ -321,6 +321,9 @@ int run_mesh(const Arguments& a) {
     fmt::print("repaired: {} vertices split, {} triangles dropped (not a manifold)\n",
                result->split_vertices, result->dropped_triangles);
   }
+  if (result->seam_vertices > 0)
+    fmt::print("seams: {} vertices share their place with another and stay\n",
+               result->seam_vertices);
   fmt::print("{}", file_origin_line(report));
   if (!made.note.empty()) fmt::print("note: {}\n", made.note);
   return kOk;
@@ -496,7 +499,7 @@ int run(Arguments& a, Command app) {
   if (!quality) return complain(quality.error());
   widen(*quality, rounding);
   seconds.measure = watch.lap();
-  if (breaks_bound(a, *quality) && options.stop.max_error_m == 0.0 && rounding > 0)
+  if (breaks_bound(a, *quality) && !has_room_for_rounding(a.options, rounding))
     made->note += fmt::format(
         "{}heights are rounded by up to {:.3g} m as they are read, which takes the mesh beyond the "
         "bound",

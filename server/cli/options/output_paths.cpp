@@ -1,5 +1,7 @@
 #include "server/cli/options/output_paths.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <iterator>
@@ -99,6 +101,21 @@ std::vector<Named> read_files(const std::vector<std::string>& inputs) {
   return out;
 }
 
+/// A .prj that is there without its .asc is another file's, a shapefile's or a header's: that one
+/// would be somewhere else from then on.
+std::string wrong_beside(const std::vector<std::string>& outputs) {
+  std::error_code error;
+  for (const std::string& path : outputs) {
+    if (lower_extension(path) != ".asc" || fs::exists(path, error)) continue;
+    const std::string crs = fs::path(path).replace_extension(".prj").string();
+    if (fs::exists(crs, error))
+      return fmt::format(
+          "{}, written beside {}, is there already, as another file's: name another output", crs,
+          path);
+  }
+  return "";
+}
+
 int cannot_create(const Error& why) {
   complain(why);
   return kCannotCreate;
@@ -164,6 +181,8 @@ std::vector<std::string> inputs_of(const DemInput& input, const SurfaceInput& la
 
 int check_outputs(const std::vector<std::string>& outputs, const std::vector<std::string>& inputs) {
   if (const std::string wrong = wrong_with(files_of(outputs), read_files(inputs)); !wrong.empty())
+    return complain({Errc::invalid_argument, wrong});
+  if (const std::string wrong = wrong_beside(outputs); !wrong.empty())
     return complain({Errc::invalid_argument, wrong});
   for (const std::string& path : outputs) {
     if (path.empty()) continue;

@@ -26,8 +26,9 @@ std::vector<std::string> inputs_of(const DemInput&, const SurfaceInput&, const S
 /// code: kUsage for an output that is an input, a member of a folder or "@list" among them, or a
 /// file that is read beside one (the .prj of a .flt) or that a mesh names (material libraries,
 /// textures), and for two outputs on one file, counting those that are written beside (the .prj of
-/// an .asc, the .mtl of an .obj). Symbolic links, hard links and ".." hide nothing; devices and
-/// pipes may be named as often as one likes. kCannotCreate where an output cannot be written.
+/// an .asc, the .mtl of an .obj), or one that is there as another file's. Symbolic links, hard
+/// links and ".." hide nothing; devices and pipes may be named as often as one likes. kCannotCreate
+/// where an output cannot be written.
 int check_outputs(const std::vector<std::string>& outputs, const std::vector<std::string>& inputs);
 
 /// Makes the folder where it is not there. kOk, or says why no file can be made in it and returns

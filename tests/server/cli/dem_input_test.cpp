@@ -406,6 +406,21 @@ TEST(Serve, CheckingAConfigurationWarnsAsAStartDoesWhereStrangersMayAskEverythin
   EXPECT_THAT(checked("127.0.0.1:8080").out, Not(HasSubstr("without keys")));
 }
 
+TEST(DemInput, ACrsThatIsThereWithoutItsGridIsAnotherFiles) {
+  const tind::test::TempDir dir;
+  const std::string line = "slope " + testdata("rainier.tif") + " -o " + dir.file("roads.asc");
+  std::ofstream(dir.file("roads.prj")) << "of roads.shp";
+  const Ran refused = run_tind(line);
+  EXPECT_EQ(refused.code, 2) << refused.out;
+  EXPECT_THAT(refused.out, HasSubstr("roads.prj"));
+  std::string kept;
+  std::getline(std::ifstream(dir.file("roads.prj")), kept);
+  EXPECT_EQ(kept, "of roads.shp");
+  std::filesystem::remove(dir.file("roads.prj"));
+  EXPECT_EQ(run_tind(line).code, 0);
+  EXPECT_EQ(run_tind(line).code, 0) << "its own is replaced with it";
+}
+
 TEST(DemInput, WhatIsSaidOfAnOptionIsOneLine) {
   const Ran ran = run_tind("elevation " + testdata("rainier.tif") +
                            " --at -121.7,46.8 --to-datum $'no\ntind: done.tif'");
