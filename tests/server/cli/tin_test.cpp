@@ -4,9 +4,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "terrain/mesh/mesh_file.h"
 #include "tests/support/program_json.h"
 #include "tests/support/support.h"
 
@@ -27,6 +29,32 @@ std::string tin_of(const TempDir& dir, const std::string& name, const std::strin
                            path + " --progress none");
   EXPECT_EQ(ran.code, 0) << ran.out;
   return path;
+}
+
+TEST(MeshCommands, SimplifyKeepsTheTextureAndSaysWhatItDoesNot) {
+  const TempDir dir;
+  std::filesystem::create_directories(dir.path() / "out");
+  std::ofstream obj(dir.file("a.obj"));
+  obj << "mtllib a.mtl\nusemtl m\n";
+  for (int i = 0; i < 100; ++i)
+    obj << "v " << i % 10 << ' ' << i / 10 << ' ' << i * i % 7 << "\nvt " << i % 10 / 9.0 << ' '
+        << i / 10 / 9.0 << '\n';
+  for (int i = 0; i < 90; ++i)
+    if (i % 10 < 9)
+      obj << "f " << i + 1 << '/' << i + 1 << ' ' << i + 2 << '/' << i + 2 << ' ' << i + 11 << '/'
+          << i + 11 << '\n';
+  obj.close();
+  std::ofstream(dir.file("a.mtl")) << "newmtl m\nmap_Kd photo.png\n";
+  const std::string line = "simplify " + dir.file("a.obj") + " --ratio 0.5 -o " + dir.file("out/b");
+  const Ran ran = run_tind(line + ".obj --method qem");
+  EXPECT_EQ(ran.code, 0) << ran.out;
+  const auto made = read_mesh(dir.file("out/b.obj"));
+  ASSERT_TRUE(made) << made.error().what;
+  EXPECT_EQ(made->texture, "../photo.png");
+  EXPECT_FALSE(made->texcoords.empty());
+  EXPECT_THAT(run_tind(line + ".ply --method triangle-collapse").out,
+              HasSubstr("carries no attributes"));
+  EXPECT_EQ(run_tind(line + ".ply --method attribute-qem --attribute-weight 1e50").code, 2);
 }
 
 TEST(TinCommands, WhatSimplifyStatesIsWhatMeasureFinds) {
