@@ -41,6 +41,8 @@ std::string field(std::string_view text) {
   return quoted + '"';
 }
 
+bool has_open_quote(std::string_view line) { return std::ranges::count(line, '"') % 2 != 0; }
+
 std::optional<double> number(std::string_view field) {
   const std::size_t begin = field.find_first_not_of(" \t");
   if (begin == field.npos) return {};

@@ -11,6 +11,10 @@ namespace tind::csv {
 /// The fields of a line; of quoted ones what stands between the quotes.
 std::vector<std::string> fields_of(std::string_view line);
 
+/// Does a quote of the line not end on it? Fields with line breaks are not read.
+bool has_open_quote(std::string_view line);
+inline constexpr const char* kOpenQuote =
+    "has a quote that does not end: fields with line breaks are not read";
 /// As a field: in quotes where it has to be.
 std::string field(std::string_view text);
 

@@ -231,9 +231,8 @@ class CsvPlaces : public PlacesDocument {
   }
 
   void read_line(std::string_view line, std::size_t number_of_line, Problems& problems) {
-    if (std::ranges::count(line, '"') % 2 != 0)
-      return problems.add("line " + std::to_string(number_of_line),
-                          "has a quote that does not end: fields with line breaks are not read");
+    if (csv::has_open_quote(line))
+      return problems.add("line " + std::to_string(number_of_line), csv::kOpenQuote);
     const std::vector<std::string> fields = csv::fields_of(line);
     const auto number = [&](std::size_t column) {
       return column < fields.size() ? csv::number(fields[column]) : std::nullopt;

@@ -284,6 +284,12 @@ std::size_t weld(Tin& tin) {
   return keep_vertices(tin, [&](Index v) { return first[v] == v; });
 }
 
+bool has_attributes(const Tin& tin) {
+  return !tin.colours.empty() || !tin.normals.empty() || !tin.texcoords.empty();
+}
+
+void drop_attributes(Tin& tin) { tin.colours.clear(), tin.normals.clear(), tin.texcoords.clear(); }
+
 std::size_t drop_unused_vertices(Tin& tin) {
   std::vector<std::uint8_t> used(tin.vertices.size(), 0);
   for (const Triangle& t : tin.triangles)

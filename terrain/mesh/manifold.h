@@ -36,6 +36,10 @@ struct ManifoldRepair {
 /// never change. O(n log n), deterministic.
 ManifoldRepair make_manifold(Tin&);
 
+/// Has a vertex more than its place: a colour, a normal, texture coordinates?
+bool has_attributes(const Tin&);
+void drop_attributes(Tin&);
+
 /// Removes vertices that no triangle uses; the others keep their order. Returns how many went.
 std::size_t drop_unused_vertices(Tin&);
 

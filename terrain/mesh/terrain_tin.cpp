@@ -98,7 +98,7 @@ std::size_t first_dropped(const Tin& before, const Tin& after) {
 }  // namespace
 
 Result<Tin> as_terrain(Tin tin) {
-  tin.colours.clear(), tin.normals.clear(), tin.texcoords.clear();
+  drop_attributes(tin);
   weld(tin);
   if (const auto ok = turn_up(tin); !ok) return std::unexpected(ok.error());
   drop_unused_vertices(tin);

@@ -11,15 +11,6 @@ namespace tind {
 
 namespace {
 
-std::size_t seam_vertices(const Tin& tin) {
-  const auto mesh = HalfedgeMesh::from_tin(tin);
-  if (!mesh) return 0;
-  const SurfaceRules rules(*mesh);
-  std::size_t count = 0;
-  for (HalfedgeMesh::Index v = 0; v < mesh->vertex_slots(); ++v) count += rules.on_seam(v);
-  return count;
-}
-
 /// The shape alone: attributes are carried along.
 Result<Simplified> run(const Tin& tin, const QemOptions&, const RunOptions& options,
                        const Progress& progress) {
@@ -60,8 +51,7 @@ Result<SimplifiedMesh> simplify_mesh(Tin tin, const SimplifyOptions& options,
                 "a maximum error needs a DEM to measure against; give a general mesh a triangle "
                 "count or a ratio");
   }
-  if (std::holds_alternative<TriangleCollapseOptions>(options.method))
-    tin.colours.clear(), tin.normals.clear(), tin.texcoords.clear();
+  if (std::holds_alternative<TriangleCollapseOptions>(options.method)) drop_attributes(tin);
   weld(tin);
   const ManifoldRepair repair = make_manifold(tin);
   drop_unused_vertices(tin);
@@ -69,7 +59,7 @@ Result<SimplifiedMesh> simplify_mesh(Tin tin, const SimplifyOptions& options,
   Result<Simplified> made = std::visit(
       [&](const auto& method) { return run(tin, method, options, progress); }, options.method);
   if (!made) return std::unexpected(made.error());
-  const std::size_t seams = seam_vertices(tin);
+  const auto seams = std::size_t(made->details.at(kSeamVertices));
   if (seams > 0 && !made->note.empty())
     made->note += "; vertices on seams, where attributes change, stay (triangle-collapse has none)";
   return SimplifiedMesh{std::move(*made), repair.split_vertices, repair.dropped_triangles, seams};

@@ -216,8 +216,7 @@ class Table {
   }
 
   Result<void> take(const std::string& line) {
-    if (std::ranges::count(line, '"') % 2 != 0)
-      return wrong(number_, "has a quote that does not end: fields with line breaks are not read");
+    if (csv::has_open_quote(line)) return wrong(number_, csv::kOpenQuote);
     const std::vector<std::string> fields = csv::fields_of(line);
     const auto number = [&](std::size_t column) {
       return column < fields.size() ? csv::number(fields[column]) : std::nullopt;

@@ -24,6 +24,7 @@
 #include "terrain/progressive/stream/progressive_stream.h"
 #include "terrain/progressive/stream/surface_progressive.h"
 #include "terrain/raster/height_rounding.h"
+#include "terrain/simplify/rounded_posts.h"
 
 namespace tind::cli {
 
@@ -123,15 +124,16 @@ int run(Arguments& a, Command app) {
   const Lattice lattice{a.per_post.value_or(kPlacesPerPost),
                         a.step.value_or(error / kStepsInError)};
   const double rounding = height_rounding(info, posts->grid);
-  a.options.stop.max_error_m = std::max(0.0, error - rounding);
+  a.options.stop.max_error_m = error;
   if (a.max_error && a.step) {  // heights are up to half a step from where the method puts them
     if (!(*a.step < 2 * error))
       return complain({Errc::invalid_argument,
                        fmt::format("steps of {} m leave no mesh within {} m: give a --step below "
                                    "twice the --max-error, or one of the two alone",
                                    *a.step, error)});
-    a.options.stop.max_error_m = std::max(0.0, error - *a.step / 2 - rounding);
+    a.options.stop.max_error_m = error - *a.step / 2;
   }
+  a.options.stop = within_rounding(a.options, rounding);
   Result<ProgressiveMesh> made;
   {
     ProgressBar bar(a.method.name, progress_style(a.progress));

@@ -30,6 +30,7 @@
 #include "server/cli/program/peak_memory.h"
 #include "server/cli/program/progress_bar.h"
 #include "terrain/base/file_io.h"
+#include "terrain/mesh/manifold.h"
 #include "terrain/mesh/mesh_frame.h"
 #include "terrain/raster/height_rounding.h"
 #include "terrain/simplify/bounded/bounded.h"
@@ -241,10 +242,6 @@ Result<void> check_mesh_input(const Arguments& a) {
   if (a.lines.any())
     return fail(Errc::invalid_argument, "--breaklines, --flatten and --boundary need a DEM");
   return no_dem_options(a.input, a.input.files[0]);
-}
-
-bool has_attributes(const Tin& tin) {
-  return !tin.colours.empty() || !tin.normals.empty() || !tin.texcoords.empty();
 }
 
 /// What a mesh file calls a texture, for one that may lie in another folder.

@@ -67,8 +67,7 @@ Result<Tin> read_tin(const std::string& path) {
 Result<PlacedTerrain> read_terrain_tin(const std::string& path) {
   auto read = read_placed_tin(path);
   if (!read) return std::unexpected(read.error());
-  const bool attributed =
-      !read->tin.colours.empty() || !read->tin.normals.empty() || !read->tin.texcoords.empty();
+  const bool attributed = has_attributes(read->tin);
   auto tin = as_terrain(std::move(read->tin));
   if (!tin) return fail(path, tin.error());
   PlacedTerrain placed{{std::move(*tin)}, std::move(read->place), attributed};
@@ -87,7 +86,7 @@ Result<PlacedTerrain> read_terrain_tin(const std::string& path) {
 Result<Tin> read_shape(const std::string& path) {
   auto tin = read_tin(path);
   if (!tin) return tin;
-  tin->colours.clear(), tin->normals.clear(), tin->texcoords.clear();
+  drop_attributes(*tin);
   weld(*tin);
   drop_unused_vertices(*tin);
   return tin;

@@ -28,13 +28,13 @@ class Reading {
  public:
   void begin() {
     const std::lock_guard lock(mutex_);
-    reports_ = 0, rests_ = false;
+    first_.reset(), rests_ = false;
   }
   void set(double share) {
     const std::lock_guard lock(mutex_);
     share_ = share;
     // What an earlier run had read is there at once: it says nothing of how fast this one is.
-    if (reports_++ == 0) first_ = share, start_ = Clock::now();
+    if (!first_) first_ = share, start_ = Clock::now();
   }
   /// It failed, and will be tried again: when it goes on, nobody knows.
   void rest() {
@@ -46,7 +46,7 @@ class Reading {
     const std::lock_guard lock(mutex_);
     Readiness now{Readiness::State::reading, share_, {}};
     const double took = std::chrono::duration<double>(Clock::now() - start_).count();
-    if (const double read = share_ - first_; !rests_ && reports_ > 1 && read > kTooEarly)
+    if (const double read = share_ - first_.value_or(share_); !rests_ && read > kTooEarly)
       now.seconds_left = took / read * (1 - share_);
     return now;
   }
@@ -55,8 +55,8 @@ class Reading {
   using Clock = std::chrono::steady_clock;
   mutable std::mutex mutex_;
   Clock::time_point start_ = Clock::now();
-  double share_ = 0, first_ = 0;
-  int reports_ = 0;
+  double share_ = 0;
+  std::optional<double> first_;  // of this run
   bool rests_ = false;
 };
 

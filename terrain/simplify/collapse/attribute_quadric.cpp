@@ -385,11 +385,16 @@ Result<Simplified> attribute_qem_mesh(const Tin& tin, const AttributeQemOptions&
   Result<HalfedgeMesh> mesh = HalfedgeMesh::from_tin(tin);
   if (!mesh) return std::unexpected(mesh.error());
   SurfaceRules rules(*mesh);
-  if (!asks_for_normals(method) || !tin.normals.empty())
-    return run_any(*mesh, rules, tin, method, options, progress);
+  const auto seams = double(rules.seam_vertices());
+  const auto run_on = [&](const Tin& attributed) {
+    auto made = run_any(*mesh, rules, attributed, method, options, progress);
+    if (made) made->details[kSeamVertices] = seams;
+    return made;
+  };
+  if (!asks_for_normals(method) || !tin.normals.empty()) return run_on(tin);
   Tin with_normals = tin;
   with_normals.normals = vertex_normals(tin);
-  return run_any(*mesh, rules, with_normals, method, options, progress);
+  return run_on(with_normals);
 }
 
 Result<std::uint64_t> collapse_held(HeldMesh& held, const AttributeQemOptions& method,

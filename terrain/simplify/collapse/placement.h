@@ -88,6 +88,9 @@ class TerrainRules {
   std::optional<Lattice> lattice_;
 };
 
+/// In Simplified::details of a general mesh.
+inline constexpr const char* kSeamVertices = "seam_vertices";
+
 /// A general mesh: no normal turns by 90 degrees or more, borders stay borders. Where two vertices
 /// of borders are at one place (a seam, at which the attributes change), both stay there, and so
 /// does what merges with them: no crack opens.
@@ -108,6 +111,7 @@ class SurfaceRules {
   bool height_is_fixed(Index) const { return true; }
   bool interior(Index v) const { return !mesh_.on_border(v); }
   bool on_seam(Index v) const { return seam_[v] != 0; }
+  std::size_t seam_vertices() const { return std::size_t(std::ranges::count(seam_, 1)); }
   void merged(Index a, Index b) { seam_[b] |= seam_[a]; }
   Vec3 metric(const Vec3& d) const { return d; }
   Vec3 unmetric(const Vec3& d) const { return d; }

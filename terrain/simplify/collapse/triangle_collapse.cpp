@@ -574,7 +574,10 @@ Result<Simplified> triangle_collapse_mesh(const Tin& tin, const TriangleCollapse
   if (!mesh) return std::unexpected(mesh.error());
   SurfaceRules rules(*mesh);
   if (options.recorder) rules.put_on(options.recorder->lattice);
-  return run(*mesh, rules, method, options, progress);
+  const auto seams = double(rules.seam_vertices());
+  auto made = run(*mesh, rules, method, options, progress);
+  if (made) made->details[kSeamVertices] = seams;
+  return made;
 }
 
 Result<std::uint64_t> collapse_held(HeldMesh& held, const TriangleCollapseOptions& method,
