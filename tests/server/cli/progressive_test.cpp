@@ -71,6 +71,19 @@ TEST(Progressive, AStreamIsMadeAndLevelsComeOutWithinTheirError) {
   EXPECT_NE(too_fine.out.find("finest"), std::string::npos) << too_fine.out;
 }
 
+TEST(Progressive, AnErrorBelowTheRoundingOfHeightsIsStatedAsItIs) {
+  const test::TempDir dir;
+  std::ofstream dem(dir.file("a.asc"));  // heights that floats round by up to half a millimetre
+  dem << "ncols 9\nnrows 9\nxllcenter 500000\nyllcenter 5000000\ncellsize 1\n";
+  for (int i = 0; i < 81; ++i) dem << i * i % 97 << (i % 9 < 8 ? ' ' : '\n');
+  dem.close();
+  const auto made = test::run_tind("progressive " + dir.file("a.asc") +
+                                   " --scale 0.0003 --offset 9000 --max-error 0.0002 --json -o " +
+                                   dir.file("a.tpm"));
+  ASSERT_EQ(made.code, 0) << made.out;
+  EXPECT_GT(nlohmann::json::parse(made.answer)["fine_error_m"], 0.0004);
+}
+
 TEST(Progressive, OfAMeshTakesNoOptionOfDems) {
   const test::TempDir dir;
   const std::string mesh = dir.file("a.ply"), tpm = dir.file("a.tpm");
