@@ -18,12 +18,12 @@ enum class End { lowest, highest };
 
 /// Does the tile hold a post of this height? Fails where the index is damaged.
 Result<bool> holds(const ResidualIndex& index, TileId id, End end, double height_m) {
-  const auto record = index.record(id);
+  const auto record = index.head(id);
   if (!record) {
     if (record.error().code == Errc::not_found) return false;  // the source does not touch it
     return std::unexpected(record.error());
   }
-  const ResidualRecord& r = **record;
+  const ResidualFacts& r = **record;
   return r.has_posts() && (end == End::lowest ? r.min_m : r.max_m) == height_m;
 }
 

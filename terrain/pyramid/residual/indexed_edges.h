@@ -25,12 +25,12 @@ class IndexedEdges {
   Result<EdgeProfile> profile(TileId, TileSide);
 
  private:
-  using Record = std::shared_ptr<const ResidualRecord>;
+  using Head = std::shared_ptr<const ResidualHead>;
   const ResidualIndex& index_;
   TileId last_id_{-1, 0, 0};
-  Record last_;  // null: the source does not touch it, or it has no heights
+  Head last_;  // null: the source does not touch it, or it has no heights
 
-  Result<const ResidualRecord*> heights_of(TileId);
+  Result<const ResidualHead*> heights_of(TileId);
   Result<std::int32_t> node(int level, std::int64_t east, std::int64_t north);
 };
 

@@ -37,11 +37,11 @@ namespace {
 
 constexpr std::array<char, 8> kMagic = {'t', 'i', 'n', 'd', 'R', 'I', 'X', '\n'};
 constexpr std::array<char, 8> kPartMagic = {'t', 'i', 'n', 'd', 'R', 'I', 'P', '\n'};
-constexpr std::uint32_t kVersion = 2;
+constexpr std::uint32_t kVersion = 4;
 /// Of levels that had finer steps than records can hold high ground in.
-constexpr std::uint32_t kDeepVersion = 0x1002;
+constexpr std::uint32_t kDeepVersion = 0x1004;
 /// Of layers; to be raised with every change of their heights, too (as kLayerEpoch is for tiles).
-constexpr std::uint32_t kLayersVersion = 3;
+constexpr std::uint32_t kLayersVersion = 5;
 constexpr std::uint32_t kEndLevel = 0xffffffff;
 constexpr std::uint32_t kMostBytes = 4 << 20;  // of one record
 constexpr int kFinerAlong = 2;                 // levels
@@ -242,9 +242,9 @@ class ResidualFile {
     index.min_m_ = HUGE_VAL, index.max_m_ = -HUGE_VAL;
     index.posts_ = 0;
     for (const TileId id : tiles_of(surface, index.depth(), 0)) {
-      const auto root = index.record(id);
+      const auto root = index.head(id);
       if (!root) return std::unexpected(root.error());
-      const ResidualRecord& r = **root;
+      const ResidualFacts& r = **root;
       if (!r.has_posts()) continue;
       index.min_m_ = std::min<double>(index.min_m_, r.min_m);
       index.max_m_ = std::max<double>(index.max_m_, r.max_m);
@@ -507,16 +507,38 @@ Result<std::shared_ptr<const ResidualRecord>> ResidualIndex::record(TileId id) c
   return record;
 }
 
+Result<std::shared_ptr<const ResidualHead>> ResidualIndex::head(TileId id) const {
+  const auto place = places_.find(id);
+  if (place == places_.end()) return fail(Errc::not_found, path_ + ": has no tile " + id.text());
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto* const kept = heads_.find(id)) return *kept;
+  }
+  std::array<std::uint8_t, kMostHeadBytes> buffer;
+  const std::span bytes(buffer.data(), std::min<std::size_t>(place->second.size, buffer.size()));
+  if (!read_whole_at(file_, place->second.offset, bytes.data(), bytes.size()))
+    return std::unexpected(damaged(id));
+  auto read = decode_head(bytes);
+  if (!read) return fail(damaged(id).what, read.error());
+  auto head = std::make_shared<const ResidualHead>(*read);
+  const std::lock_guard lock(mutex_);
+  heads_.insert(id, head);
+  return head;
+}
+
 int ResidualIndex::finer(int level) const { return std::min(kFinerAlong, depth_.level() - level); }
 
 Result<ResidualRecord> ResidualIndex::record_at(TileId id, const Place& place) const {
-  const std::string damaged =
-      path_ + ": damaged at tile " + id.text() + " (start again: it is then made anew)";
   std::vector<std::uint8_t> bytes;
-  if (!ResidualFile::read_bytes(*this, place, bytes)) return fail(Errc::bad_data, damaged);
+  if (!ResidualFile::read_bytes(*this, place, bytes)) return std::unexpected(damaged(id));
   auto record = decode_record(bytes);
-  if (!record) return fail(damaged, record.error());
+  if (!record) return fail(damaged(id).what, record.error());
   return record;
+}
+
+Error ResidualIndex::damaged(TileId id) const {
+  return {Errc::bad_data,
+          path_ + ": damaged at tile " + id.text() + " (start again: it is then made anew)"};
 }
 
 int ResidualIndex::lattice_level(int level, Geographic place) const {
@@ -533,7 +555,7 @@ int ResidualIndex::lattice_level(int level, Geographic place) const {
 }
 
 Result<ResidualLattice> ResidualIndex::lattice(TileId id) const {
-  const auto own = record(id);
+  const auto own = head(id);
   if (!own) return std::unexpected(own.error());
   const int down = depth_.serves(id) ? 1 : 0, side = 1 << down;
   std::vector<std::shared_ptr<const ResidualRecord>> records(std::size_t(side) * std::size_t(side));

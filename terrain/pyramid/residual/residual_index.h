@@ -74,6 +74,8 @@ class ResidualIndex {
   /// Fails with bad_data when the record was damaged since the file was opened, with not_found for
   /// a tile that the source does not touch. Those asked for last are at hand.
   Result<std::shared_ptr<const ResidualRecord>> record(TileId) const;
+  /// What its record begins with, in one short read.
+  Result<std::shared_ptr<const ResidualHead>> head(TileId) const;
   /// Of which level's records the terrain at a place is known to tiles of `level`; -1: of none, the
   /// tile there does not rest on the index. REQUIRES: a longitude within +-180.
   int lattice_level(int level, Geographic place) const;
@@ -95,6 +97,7 @@ class ResidualIndex {
     std::uint32_t size = 0;
   };
   Result<ResidualRecord> record_at(TileId, const Place&) const;
+  Error damaged(TileId) const;
 
   std::string path_;
   IndexDepth depth_;
@@ -104,9 +107,10 @@ class ResidualIndex {
   std::map<TileId, Place> places_;
   double min_m_ = 0, max_m_ = 0;
   std::uint64_t posts_ = 0;
-  /// Tiles beside each other, and above, ask for the same: 600 kB each.
-  static constexpr std::size_t kKept = 96;
+  /// Tiles beside each other, and above, ask for the same: 600 kB and 4 kB each.
+  static constexpr std::size_t kKept = 96, kHeads = 2048;
   mutable std::mutex mutex_;
+  mutable Lru<TileId, std::shared_ptr<const ResidualHead>> heads_{kHeads};
   mutable Lru<TileId, std::shared_ptr<const ResidualRecord>> kept_{kKept};
 };
 

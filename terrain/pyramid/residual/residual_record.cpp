@@ -1,5 +1,7 @@
-// Heights as zig-zag deltas in 7-bit groups, each less what the nodes to its west, north and
-// north-west predict; residuals as one byte each.
+// First what others ask for most, with a hash of its own: facts, and the nodes along the sides. Then
+// the nodes inside, each less what the nodes to its west, north and north-west predict, in groups of
+// numbers of one width, which take a fifth of the time of numbers that each have their own; residuals
+// as one byte each.
 
 #include "terrain/pyramid/residual/residual_record.h"
 
@@ -8,6 +10,7 @@
 #include <cmath>
 
 #include "terrain/base/bytes.h"
+#include "terrain/base/hash.h"
 
 namespace tind {
 
@@ -15,7 +18,7 @@ namespace {
 
 constexpr int kCells = ResidualRecord::kCells, kNodes = ResidualRecord::kNodes;
 constexpr int kPieces = ResidualRecord::kPieces;
-constexpr std::int32_t kMostSteps = 1 << 24;              // a float holds it
+constexpr std::uint32_t kMostSteps = 1 << 24;             // a float holds it
 enum Kind : std::uint8_t { kNothing, kPosts, kHeights };  // of a record: what it has
 
 std::size_t node(int col, int row) { return std::size_t(row) * kNodes + std::size_t(col); }
@@ -44,12 +47,92 @@ float from_byte(std::uint8_t byte, std::uint32_t top) {
   return below > top ? 0 : value(top - below);
 }
 
-/// What a node is expected to be. Of a row, `here`, which has the nodes before it; `above`: the row
-/// to its north, or null.
-std::int64_t predicted(const std::int32_t* here, const std::int32_t* above, int col) {
-  if (col == 0) return above ? above[0] : 0;
-  if (!above) return here[col - 1];
-  return std::int64_t(here[col - 1]) + above[col] - above[col - 1];
+// --- sides ---------------------------------------------------------------------------------------
+
+/// The side whose k-th node is heights[from + k * by].
+void put_side(ByteWriter<>& out, const std::vector<std::int32_t>& heights, std::size_t from,
+              std::size_t by) {
+  std::int64_t before = 0;
+  for (std::size_t k = 0; k < std::size_t(kNodes); ++k) {
+    const std::int32_t h = heights[from + k * by];
+    out.put_signed_varint(h - before);
+    before = h;
+  }
+}
+
+/// false: no heights.
+bool get_side(ByteReader& in, ResidualHead::Side& side) {
+  std::int64_t h = 0;
+  bool sound = true;
+  for (std::int32_t& node : side) {
+    h += in.get_signed_varint();
+    sound &= std::abs(h) <= std::int64_t(kMostSteps);
+    node = std::int32_t(h);
+  }
+  return sound && in.good();
+}
+
+// --- the nodes inside ----------------------------------------------------------------------------
+
+constexpr int kGroup = 16;
+constexpr int kInside = kNodes - 2;  // a row
+
+/// In two's complement, so that numbers of bytes that nobody made do no harm.
+std::uint32_t code_of(std::uint32_t difference) {
+  return (difference << 1) ^ (0 - (difference >> 31));
+}
+std::uint32_t difference_of(std::uint32_t code) { return (code >> 1) ^ (0 - (code & 1)); }
+
+/// A row without its ends; `above` is the row to its north.
+void put_row(ByteWriter<>& out, const std::int32_t* here, const std::int32_t* above) {
+  std::array<std::uint32_t, kGroup> codes;
+  for (int first = 1; first <= kInside; first += kGroup) {
+    const int count = std::min(kGroup, kInside + 1 - first);
+    std::uint32_t all = 0;
+    for (int k = 0; k < count; ++k) {
+      const int col = first + k;
+      codes[std::size_t(k)] =
+          code_of(std::uint32_t(here[col] - here[col - 1] - above[col] + above[col - 1]));
+      all |= codes[std::size_t(k)];
+    }
+    const int width = all == 0 ? 0 : all < 1 << 8 ? 1 : all < 1 << 16 ? 2 : 4;
+    out.put(std::uint8_t(width));
+    for (int k = 0; k < count; ++k) {
+      const std::uint32_t code = codes[std::size_t(k)];
+      if (width == 1) out.put(std::uint8_t(code));
+      if (width == 2) out.put(std::uint16_t(code));
+      if (width == 4) out.put(code);
+    }
+  }
+}
+
+template <Number Code>
+void get_group(std::span<const std::uint8_t> bytes, std::uint32_t* differences) {
+  for (std::size_t k = 0; k < bytes.size() / sizeof(Code); ++k)
+    differences[k] = difference_of(load<Code>(&bytes[k * sizeof(Code)]));
+}
+
+/// The same back, of which here[0] is known. false: no heights.
+bool get_row(ByteReader& in, std::int32_t* here, const std::int32_t* above) {
+  std::array<std::uint32_t, kNodes> differences{};
+  for (int first = 1; first <= kInside; first += kGroup) {
+    const auto count = std::size_t(std::min(kGroup, kInside + 1 - first));
+    const auto width = in.get<std::uint8_t>();
+    if (width > 4 || width == 3) return false;
+    const auto bytes = in.get_bytes(count * width);
+    std::uint32_t* const to = &differences[std::size_t(first)];
+    if (width == 1) get_group<std::uint8_t>(bytes, to);
+    if (width == 2) get_group<std::uint16_t>(bytes, to);
+    if (width == 4) get_group<std::uint32_t>(bytes, to);
+  }
+  std::uint32_t beyond = 0, rise = std::uint32_t(here[0]) - std::uint32_t(above[0]);
+  for (int col = 1; col <= kInside; ++col) {
+    rise += differences[std::size_t(col)];
+    const std::uint32_t h = std::uint32_t(above[col]) + rise;
+    here[col] = std::int32_t(h);
+    beyond |= std::uint32_t(h + kMostSteps > 2 * kMostSteps);
+  }
+  return beyond == 0 && in.good();
 }
 
 /// f(child index, its east, its north)
@@ -147,14 +230,14 @@ std::vector<std::uint8_t> encode(const ResidualRecord& r) {
     out.put(r.min_m);
     out.put(r.max_m);
     for (const std::uint64_t n : {r.owned, r.on_east, r.on_north, r.on_corner}) out.put(n);
-    for (const std::uint64_t hash : r.hashes) out.put(hash);
   }
-  for (int row = 0; row < kNodes; ++row) {
-    const std::int32_t* const here = &r.heights[node(0, row)];
-    const std::int32_t* const above = row > 0 ? here - kNodes : nullptr;
-    for (int col = 0; col < kNodes; ++col)
-      out.put_signed_varint(here[col] - predicted(here, above, col));
-  }
+  put_side(out, r.heights, node(0, 0), 1);
+  put_side(out, r.heights, node(0, kCells), 1);
+  put_side(out, r.heights, node(0, 0), kNodes);
+  put_side(out, r.heights, node(kCells, 0), kNodes);
+  out.put(hash64(bytes));
+  for (int row = 1; row < kCells; ++row)
+    put_row(out, &r.heights[node(0, row)], &r.heights[node(0, row - 1)]);
   if (kind == kHeights) return bytes;
   for (const auto& piece : r.pieces) {
     const float largest = std::max(0.0F, *std::ranges::max_element(piece));
@@ -165,40 +248,63 @@ std::vector<std::uint8_t> encode(const ResidualRecord& r) {
   return bytes;
 }
 
-Result<ResidualRecord> decode_record(std::span<const std::uint8_t> bytes) {
-  const auto bad = [](const char* what) { return fail(Errc::bad_data, what); };
-  ResidualRecord r;
-  ByteReader in(bytes);
+namespace {
+
+std::unexpected<Error> bad(const char* what) { return fail(Errc::bad_data, what); }
+
+/// Leaves the reader behind it.
+Result<ResidualHead> get_head(std::span<const std::uint8_t> bytes, ByteReader& in) {
+  ResidualHead head;
   const auto kind = in.get<std::uint8_t>();
   if (!in.good() || kind > kHeights) return bad("not a record of a residual index");
-  if (kind == kNothing)
-    return in.left() == 0 ? Result<ResidualRecord>(r) : bad("bytes after the record");
+  if (kind == kNothing) return head;
   if (kind == kPosts) {
-    r.min_m = in.get<float>(), r.max_m = in.get<float>();
-    if (!in.good() || !(std::abs(r.min_m) < 1e6F) || !(std::abs(r.max_m) < 1e6F) ||
-        r.min_m > r.max_m)
+    head.min_m = in.get<float>(), head.max_m = in.get<float>();
+    if (!in.good() || !(std::abs(head.min_m) < 1e6F) || !(std::abs(head.max_m) < 1e6F) ||
+        head.min_m > head.max_m)
       return bad("the range of heights is damaged");
-    for (std::uint64_t* n : {&r.owned, &r.on_east, &r.on_north, &r.on_corner})
+    for (std::uint64_t* n : {&head.owned, &head.on_east, &head.on_north, &head.on_corner})
       *n = in.get<std::uint64_t>();
-    for (std::uint64_t& hash : r.hashes) hash = in.get<std::uint64_t>();
   }
   if (!in.good()) return bad("truncated");
-  r.heights.resize(std::size_t(kNodes) * kNodes);
-  for (int row = 0; row < kNodes; ++row) {
-    std::int32_t* const here = &r.heights[node(0, row)];
-    const std::int32_t* const above = row > 0 ? here - kNodes : nullptr;
-    bool damaged = false;
-    for (int col = 0; col < kNodes; ++col) {
-      const std::int64_t h = predicted(here, above, col) + in.get_signed_varint();
-      damaged |= std::abs(h) > kMostSteps;
-      here[col] = std::int32_t(h);
+  head.has_heights = true;
+  for (ResidualHead::Side* side : {&head.north, &head.south, &head.west, &head.east})
+    if (!get_side(in, *side)) return bad("the heights of the sides are damaged");
+  const std::size_t end = in.at();
+  if (in.get<std::uint64_t>() != hash64(bytes.first(end)) || !in.good())
+    return bad("the heights of the sides are damaged");
+  if (head.north.front() != head.west.front() || head.north.back() != head.east.front() ||
+      head.south.front() != head.west.back() || head.south.back() != head.east.back())
+    return bad("the sides do not meet");
+  return head;
+}
+
+}  // namespace
+
+Result<ResidualHead> decode_head(std::span<const std::uint8_t> bytes) {
+  ByteReader in(bytes);
+  return get_head(bytes, in);
+}
+
+Result<ResidualRecord> decode_record(std::span<const std::uint8_t> bytes) {
+  ByteReader in(bytes);
+  const auto head = get_head(bytes, in);
+  if (!head) return std::unexpected(head.error());
+  ResidualRecord r;
+  static_cast<ResidualFacts&>(r) = *head;
+  if (head->has_heights) {
+    r.heights.resize(std::size_t(kNodes) * kNodes);
+    std::ranges::copy(head->north, &r.heights[node(0, 0)]);
+    for (int row = 1; row < kCells; ++row) {
+      std::int32_t* const here = &r.heights[node(0, row)];
+      here[0] = head->west[std::size_t(row)], here[kCells] = head->east[std::size_t(row)];
+      if (!get_row(in, here, here - kNodes)) return bad("the heights are damaged");
     }
-    if (!in.good()) return bad("the heights are damaged");
-    if (damaged) return bad("a height is damaged");
+    std::ranges::copy(head->south, &r.heights[node(0, kCells)]);
+    if (!r.has_posts() && std::ranges::all_of(r.heights, [](std::int32_t h) { return h == 0; }))
+      return bad("heights that say nothing");
   }
-  if (kind == kHeights && std::ranges::all_of(r.heights, [](std::int32_t h) { return h == 0; }))
-    return bad("heights that say nothing");
-  for (int k = 0; kind == kPosts && k < kPieces; ++k) {
+  for (int k = 0; r.has_posts() && k < kPieces; ++k) {
     const auto top = in.get<std::uint16_t>();
     if (!in.good() || top > kLargestCode) return bad("the residuals are damaged");
     auto& piece = r.pieces[std::size_t(k)];

@@ -13,33 +13,44 @@
 
 namespace tind {
 
+/// What a tile's posts are, and the nodes along its sides: what a record begins with, so that a
+/// parent's facts and the edges of tiles take some kilobytes, not all of it.
+struct ResidualFacts {
+  /// (Of layers samples at rims are as good as posts, but are not counted.)
+  bool has_posts() const { return min_m <= max_m; }
+  std::uint64_t posts() const { return owned + on_east + on_north + on_corner; }
+
+  float min_m = HUGE_VALF, max_m = -HUGE_VALF;  // with samples at rims; without posts: none
+  /// Valid posts: inside or on the western or southern side; on the eastern side without its
+  /// northern end; on the northern side without its eastern end; on the north-eastern corner.
+  std::uint64_t owned = 0, on_east = 0, on_north = 0, on_corner = 0;
+};
+
 /// Residuals lie in pieces: piece k bounds |post - surface| over cells of 2^k x 2^k of the tile's
 /// own, against the surface of every 2^k-th node: piece k is what the tile adds to the lattice of
 /// its ancestor k levels up.
-struct ResidualRecord {
+struct ResidualRecord : ResidualFacts {
   static constexpr int kCells = 256, kNodes = kCells + 1;
-  static constexpr int kPieces = 9;   // down to one cell
-  static constexpr int kPatches = 8;  // a side; patches are tiles three levels further down
+  static constexpr int kPieces = 9;  // down to one cell
   static constexpr float kEmpty = -1;
-
-  /// (Of layers samples at rims are as good as posts, but are not counted.)
-  bool has_posts() const { return min_m <= max_m; }
 
   /// Of the nodes, in steps; rows from north to south. Of a tile without a post what fills it
   /// beside others that have some. Empty: 0 everywhere.
   std::vector<std::int32_t> heights;
   std::array<std::vector<float>, kPieces> pieces;  // kEmpty: no post; rows from north to south
-  float min_m = HUGE_VALF, max_m = -HUGE_VALF;     // with samples at rims; without posts: none
-  /// Valid posts: inside or on the western or southern side; on the eastern side without its
-  /// northern end; on the northern side without its eastern end; on the north-eastern corner.
-  std::uint64_t owned = 0, on_east = 0, on_north = 0, on_corner = 0;
-  /// Of the bits of all posts in and around each patch, rows from north to south; 0 without posts.
-  std::array<std::uint64_t, kPatches * kPatches> hashes{};
 
-  std::uint64_t posts() const { return owned + on_east + on_north + on_corner; }
   std::int32_t height(int col, int row) const {
     return heights.empty() ? 0 : heights[std::size_t(row) * kNodes + std::size_t(col)];
   }
+};
+
+/// What a record begins with.
+struct ResidualHead : ResidualFacts {
+  using Side = std::array<std::int32_t, ResidualRecord::kNodes>;
+
+  bool has_heights = false;  // else all nodes are 0
+  Side north{}, south{};     // from west to east, in steps
+  Side west{}, east{};       // from north to south
 };
 
 /// Fills piece k from piece k - 1: a child cell's bound and how far its surface is from the coarser
@@ -55,6 +66,9 @@ ResidualRecord join(const std::array<const ResidualRecord*, 4>& children, double
 std::vector<std::uint8_t> encode(const ResidualRecord&);
 /// Fails (bad_data) for bytes that `encode` cannot have made.
 Result<ResidualRecord> decode_record(std::span<const std::uint8_t>);
+/// From so many of the first bytes, or all where there are fewer; with a hash of their own.
+constexpr std::size_t kMostHeadBytes = 5248;
+Result<ResidualHead> decode_head(std::span<const std::uint8_t>);
 
 /// The lattice of a tile from the records of its descendants some levels down, 2^levels a side,
 /// rows from north to south; null for those that the source does not touch. Without what only the

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "terrain/base/hash.h"
 #include "terrain/surface/height_field.h"
 #include "terrain/surface/rim_samples.h"
 #include "terrain/surface/tile_posts.h"
@@ -18,7 +17,7 @@ namespace tind {
 
 namespace {
 
-constexpr int kPatches = ResidualRecord::kPatches;
+constexpr int kPatches = 8;  // a side, looked at one after the other
 constexpr int kCells = ResidualRecord::kCells / kPatches;  // of a patch, a side
 constexpr int kNodes = kCells + 1;
 constexpr int kExact = 5;  // 2^5 = 32: the coarsest cell is the patch
@@ -203,9 +202,6 @@ class TileScan {
     const auto posts = TilePosts::read(field_, windows, id_);
     if (!posts) return std::unexpected(posts.error());
     if (posts->inside() == 0) return residuals;
-    const auto bits = field_.loaded(windows.front().layer).values();
-    record_.hashes[std::size_t(patch_row * kPatches + patch_col)] =
-        hash64({bits.data(), bits.size_bytes()});
     const double x = patch_col * kCells * kSide, y = kExtent - patch_row * kCells * kSide;
     const PatchPosts by_cell(*posts, x, y);
     count(by_cell, patch_col, patch_row);
@@ -223,7 +219,6 @@ class TileScan {
     for (int k = 0; k <= kExact; ++k)
       worst.emplace_back(std::size_t(kCells >> k) * std::size_t(kCells >> k),
                          double(ResidualRecord::kEmpty));
-    std::uint64_t& hash = record_.hashes[std::size_t(patch_row * kPatches + patch_col)];
     const auto take = [&](const Vec3& p, bool counts) {
       TouchedCells((p.x - x) / kSide, (y - p.y) / kSide).each([&](int col, int row) {
         for (int k = 0; k <= kExact; ++k) {
@@ -231,9 +226,8 @@ class TileScan {
           double& cell = worst[std::size_t(k)][std::size_t(j * (kCells >> k) + i)];
           cell = std::max(cell, std::abs(surface(nodes, x, y, i, j, 1 << k).at(p.x, p.y) - p.z));
         }
-        const bool mine = is_of(patch_col * kCells + col, patch_row * kCells + row, p.x, p.y);
-        if (mine && counts) count_post(patch_col * kCells + col, patch_row * kCells + row, p);
-        if (mine) hash = hash64({&p, sizeof p}, hash);
+        const int i = patch_col * kCells + col, j = patch_row * kCells + row;
+        if (counts && is_of(i, j, p.x, p.y)) count_post(i, j, p);
         record_.min_m = std::min(record_.min_m, float(p.z));
         record_.max_m = std::max(record_.max_m, float(p.z));
       });

@@ -514,17 +514,53 @@ TEST(ResidualIndex, of_layers_goes_on_after_a_stop_and_is_made_anew_of_other_lay
     EXPECT_EQ(ResidualIndex::open(path, other, depth).error().code, Errc::bad_data);
 }
 
-TEST(ResidualRecord, says_which_patch_has_changed) {
+TEST(ResidualRecord, begins_with_what_its_tile_is_and_its_sides) {
   HeightGrid grid = test::rough_terrain(260, 260, 8);
   const double spacing = tiling::tile_degrees(9) / 256;
   const Geographic corner{tiling::rect({9, 550, 380}).west, tiling::rect({9, 550, 380}).north};
-  const auto before = scan_residuals(MadeUpSource(grid, corner, spacing), {9, 550, 380}, 0.125);
-  grid.at(16, 16) += 1;  // in the first patch, far from its sides
-  const auto after = scan_residuals(MadeUpSource(grid, corner, spacing), {9, 550, 380}, 0.125);
-  ASSERT_TRUE(before && after);
-  EXPECT_NE(before->hashes[0], after->hashes[0]);
-  for (std::size_t k = 1; k < before->hashes.size(); ++k)
-    EXPECT_EQ(before->hashes[k], after->hashes[k]) << k;
+  const auto r = scan_residuals(MadeUpSource(grid, corner, spacing), {9, 550, 380}, 0.125);
+  ASSERT_TRUE(r);
+  std::vector<std::uint8_t> bytes = encode(*r);
+  const auto head = decode_head(std::span(bytes).first(kMostHeadBytes));
+  ASSERT_TRUE(head) << head.error().what;
+  EXPECT_TRUE(head->has_heights);
+  EXPECT_EQ(head->posts(), r->posts());
+  EXPECT_EQ(std::pair(head->min_m, head->max_m), std::pair(r->min_m, r->max_m));
+  for (int k = 0; k < ResidualRecord::kNodes; ++k) {
+    const auto i = std::size_t(k);
+    EXPECT_EQ(head->north[i], r->height(k, 0));
+    EXPECT_EQ(head->south[i], r->height(k, ResidualRecord::kCells));
+    EXPECT_EQ(head->west[i], r->height(0, k));
+    EXPECT_EQ(head->east[i], r->height(ResidualRecord::kCells, k));
+  }
+  const auto whole = decode_record(bytes);
+  ASSERT_TRUE(whole);
+  EXPECT_EQ(whole->heights, r->heights);
+  for (const std::size_t at : {std::size_t(3), std::size_t(60), std::size_t(700)}) {
+    bytes[at] ^= 1;
+    EXPECT_FALSE(decode_head(std::span(bytes).first(kMostHeadBytes))) << at;
+    EXPECT_FALSE(decode_record(bytes)) << at;
+    bytes[at] ^= 1;
+  }
+  EXPECT_FALSE(decode_head(std::span(bytes).first(500)));
+  EXPECT_FALSE(decode_record(std::span(bytes).first(bytes.size() - 1)));
+}
+
+/// Steps of every width side by side, up to the farthest heights that there may be.
+TEST(ResidualRecord, keeps_heights_however_far_apart) {
+  ResidualRecord r;
+  std::mt19937 random(5);
+  r.heights.resize(std::size_t(ResidualRecord::kNodes) * ResidualRecord::kNodes);
+  for (std::int32_t& h : r.heights) {
+    const int bits = int(random() % 25);
+    h = int(random() % ((1u << bits) + 1)) * (random() % 2 ? 1 : -1);
+  }
+  const auto again = decode_record(encode(r));
+  ASSERT_TRUE(again) << again.error().what;
+  EXPECT_EQ(again->heights, r.heights);
+  EXPECT_FALSE(again->has_posts());
+  r.heights[1000] = (1 << 24) + 1;
+  EXPECT_FALSE(decode_record(encode(r)));
 }
 
 TEST(ResidualIndex, is_for_tiles_of_many_posts_of_large_sources_only) {
