@@ -380,6 +380,12 @@ class LevelCheck {
     // Arithmetic in slivers, more where they are steep; the sixth digit is the last stated.
     const double rounding_m = 1e-6 + 2e-9 * m.max_error_m;
     side(r, m, where, rounding_m + options_.source->info().rounding_m);
+    const double assumed = assumed_level_error(tiles_[place].level) * options_.error_factor;
+    if (!r.stated.max_error_m && m.max_error_m > assumed + rounding_m)
+      report_.findings.add(rule("source.error"), where,
+                           "post " + std::to_string(m.col) + ", " + std::to_string(m.row) + ": " +
+                               metres(m.max_error_m) + ", none stated, and clients assume " +
+                               metres(assumed));
     if (r.stated.max_error_m && m.max_error_m > *r.stated.max_error_m + rounding_m)
       report_.findings.add(rule("source.error"), where,
                            "post " + std::to_string(m.col) + ", " + std::to_string(m.row) + ": " +
@@ -438,6 +444,21 @@ class LevelCheck {
   std::map<TileId, TileSummary> first_column_, last_column_;
 };
 
+/// Tiles that are missing can only be known by the posts that they would hold.
+void find_missing(const MeasuredTiles& measured, const Surface& source, const std::string& where,
+                  Findings& findings) {
+  const auto of = [&](std::uint64_t posts) {
+    return std::to_string(posts) + " of " + std::to_string(measured.posts) + " posts";
+  };
+  if (measured.nowhere > 0)
+    findings.add(rule("source.missing"), where, of(measured.nowhere) + " lie in no tile");
+  if (!source.only()) return;  // fine layers have levels of their own
+  for (std::size_t z = 0; z < measured.tiles.size(); ++z)
+    if (!measured.tiles[z].empty() && measured.outside[z] > measured.nowhere)
+      findings.add(rule("source.sparse"), "level " + std::to_string(z),
+                   of(measured.outside[z]) + " lie in no tile of it");
+}
+
 }  // namespace
 
 Result<CheckReport> check_tiles(const std::string& where, const CheckOptions& wanted,
@@ -449,7 +470,7 @@ Result<CheckReport> check_tiles(const std::string& where, const CheckOptions& wa
   const auto listing =
       check_files(*store, options.first_level, options.last_level, report.findings);
   if (!listing) return std::unexpected(listing.error());
-  std::vector<std::vector<MeasuredTile>> measured;
+  MeasuredTiles measured;
   const double source_share = options.source ? 0.8 : 0;
   if (options.source) {
     Progress part{[&](double share) { progress.at(share * source_share); }, progress.stop};
@@ -461,7 +482,7 @@ Result<CheckReport> check_tiles(const std::string& where, const CheckOptions& wa
   for (const auto& level : listing->levels) total += level.size();
   for (std::size_t z = 0; z < listing->levels.size(); ++z) {
     const double unit = (1 - source_share) / double(std::max<std::size_t>(total, 1));
-    LevelCheck level(*listing, z, options, options.source ? &measured : nullptr, report);
+    LevelCheck level(*listing, z, options, options.source ? &measured.tiles : nullptr, report);
     level.run(progress, source_share + unit * double(before),
               unit * double(listing->levels[z].size()));
     before += listing->levels[z].size();
@@ -471,6 +492,8 @@ Result<CheckReport> check_tiles(const std::string& where, const CheckOptions& wa
   for (const CheckLevel& level : report.levels) posts += level.posts;
   if (options.source && posts == 0)
     report.findings.add(rule("source.overlap"), where, "no post lies in any tile");
+  else if (options.source)
+    find_missing(measured, *options.source, where, report.findings);
   if (const auto record = options.source ? store->record() : std::nullopt) {
     auto note = source_note(*record, *options.source, !report.ok(), options.threads,
                             {nullptr, progress.stop});

@@ -100,6 +100,8 @@ inline constexpr CheckRule kCheckRules[] = {
     {"error.budget", kViolation, "max_error_m is within what clients assume of the level"},
     {"error.side", kViolation, "side is both, above or below"},
     {"error.edge", kViolation, "edge_error_m is a number >= 0"},
+    {"error.edge-large", kWarning,
+     "edge_error_m is within four times what clients assume of the level"},
     // neighbours
     {"crack.position", kViolation, "neighbours decode to the same shared edge, bit by bit"},
     {"crack.normal", kViolation, "neighbours have the same normals on their shared edge"},
@@ -116,6 +118,8 @@ inline constexpr CheckRule kCheckRules[] = {
     {"source.flat", kViolation, "polygons that are to be level are, well inside"},
     {"source.water", kViolation, "the water mask shows the water of the source, cell by cell"},
     {"source.overlap", kViolation, "the source has posts where the tiles are"},
+    {"source.missing", kViolation, "every post of the source lies in a tile"},
+    {"source.sparse", kWarning, "a level that has tiles has one for every post of a DEM"},
 };
 
 inline constexpr std::size_t kCheckRuleCount = std::size(kCheckRules);

@@ -117,8 +117,10 @@ class LevelMeasure {
         cache_(cache),
         shapes_(shapes) {}
 
-  /// The tiles whose closed rectangle holds the post: one, two on an edge, four on a corner.
-  void post(const Post& p) {
+  /// The tiles whose closed rectangle holds the post: one, two on an edge, four on a corner. Is
+  /// there any?
+  bool post(const Post& p) {
+    bool held = false;
     const double x = (p.lon + 180) / side_, y = (p.lat + 90) / side_;
     const auto columns = std::int64_t(tiling::columns(level_));
     flat_ = p.level && well_inside(shapes_->level_areas(), p, level_);
@@ -126,9 +128,10 @@ class LevelMeasure {
     for (std::int64_t dy = 0; dy <= (y == double(ty) ? 1 : 0); ++dy)
       for (std::int64_t dx = 0; dx <= (x == double(tx) ? 1 : 0); ++dx) {
         const std::int64_t column = (tx - dx + columns) % columns;  // 180 is -180
-        in_tile(column, ty - dy, dx ? kEnd : (x - double(tx)) * kEnd,
-                dy ? kEnd : (y - double(ty)) * kEnd, p);
+        held |= in_tile(column, ty - dy, dx ? kEnd : (x - double(tx)) * kEnd,
+                        dy ? kEnd : (y - double(ty)) * kEnd, p);
       }
+    return held;
   }
 
   const std::map<std::int64_t, MeasuredTile>& measured() const { return measured_; }
@@ -139,14 +142,14 @@ class LevelMeasure {
     MeasuredTile* result = nullptr;
   };
 
-  void in_tile(std::int64_t x, std::int64_t y, double u, double v, const Post& p) {
+  bool in_tile(std::int64_t x, std::int64_t y, double u, double v, const Post& p) {
     const auto id = tiling::tile(level_, x, y);
-    if (!id) return;
+    if (!id) return false;
     if (!last_ || *last_ != *id) {
       entry_ = find(*id);
       last_ = id;
     }
-    if (!entry_.result) return;
+    if (!entry_.result) return false;
     const auto gap = entry_.surface->gap_at(u, v, p.height);
     MeasuredTile one;
     one.layer = p.layer, one.col = p.col, one.row = p.row;
@@ -159,6 +162,7 @@ class LevelMeasure {
     }
     one.low_m = one.high_m = p.height;
     merge(*entry_.result, one);
+    return true;
   }
 
   Entry find(TileId id) {
@@ -258,12 +262,12 @@ Result<std::vector<Post>> read_posts(const Surface& surface, const LayerBlock& p
 
 }  // namespace
 
-Result<std::vector<std::vector<MeasuredTile>>> measure_against_source(const TileListing& listing,
-                                                                      const Surface& surface,
-                                                                      int threads,
-                                                                      const Progress& progress) {
-  std::vector<std::vector<MeasuredTile>> measured(listing.levels.size());
-  for (std::size_t z = 0; z < measured.size(); ++z) measured[z].resize(listing.levels[z].size());
+Result<MeasuredTiles> measure_against_source(const TileListing& listing, const Surface& surface,
+                                             int threads, const Progress& progress) {
+  MeasuredTiles measured;
+  const std::size_t levels = listing.levels.size();
+  measured.tiles.resize(levels), measured.outside.resize(levels);
+  for (std::size_t z = 0; z < levels; ++z) measured.tiles[z].resize(listing.levels[z].size());
   SurfaceCache cache(listing);
   std::mutex mutex;
   std::optional<Error> error;
@@ -280,16 +284,26 @@ Result<std::vector<std::vector<MeasuredTile>>> measure_against_source(const Tile
       if (!error) error = posts.error();
       return;
     }
-    for (std::size_t z = 0; z < measured.size(); ++z) {
+    std::vector<char> anywhere(posts->size());
+    for (std::size_t z = 0; z < levels; ++z) {
       if (listing.levels[z].empty()) continue;
       LevelMeasure level(int(z), listing, cache, surface.shapes());
-      for (const Post& p : *posts)
-        if (std::isfinite(p.lon) && std::isfinite(p.lat)) level.post(p);
+      std::uint64_t outside = 0;
+      for (std::size_t k = 0; k < posts->size(); ++k) {
+        const Post& p = (*posts)[k];
+        if (!std::isfinite(p.lon) || !std::isfinite(p.lat)) continue;
+        const bool held = level.post(p);
+        outside += !held, anywhere[k] |= char(held);
+      }
       const std::lock_guard lock(mutex);
+      measured.outside[z] += outside;
       for (const auto& [place, tile] : level.measured())
-        merge(measured[z][std::size_t(place)], tile);
+        merge(measured.tiles[z][std::size_t(place)], tile);
     }
     const std::lock_guard lock(mutex);
+    for (std::size_t k = 0; k < posts->size(); ++k)
+      if (std::isfinite((*posts)[k].lon) && std::isfinite((*posts)[k].lat))
+        ++measured.posts, measured.nowhere += !anywhere[k];
     if (++done % 8 == 0) progress.at(double(done) / double(blocks.size()));
   });
   if (error) return std::unexpected(*error);

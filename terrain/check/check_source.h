@@ -31,11 +31,16 @@ struct MeasuredTile {
   std::map<double, Range> flat = {};
 };
 
-/// By level and place in the listing. Goes over the source once, block by block, in parallel; each
+struct MeasuredTiles {
+  std::vector<std::vector<MeasuredTile>> tiles;  // by level and place in the listing
+  std::vector<std::uint64_t> outside;            // by level: valid posts in no tile of it
+  std::uint64_t posts = 0, nowhere = 0;          // valid ones; and those in no tile at all
+};
+
+/// Goes over the source once, block by block, in parallel; each
 /// post is located in the tile of every level. Decoded tiles are cached, about 256 MB at most.
 /// Tiles that cannot be decoded get no posts.
-Result<std::vector<std::vector<MeasuredTile>>> measure_against_source(const TileListing&,
-                                                                      const Surface&, int threads,
-                                                                      const Progress&);
+Result<MeasuredTiles> measure_against_source(const TileListing&, const Surface&, int threads,
+                                             const Progress&);
 
 }  // namespace tind

@@ -310,6 +310,11 @@ StatedError stated_error(const CheckedTile& tile, TileId id, double error_factor
     else
       findings.add(rule("error.edge"), where, edge->dump());
   }
+  const double budget = assumed_level_error(id.level) * error_factor;
+  // Gaps are judged by it: one that says anything makes that judgement nothing.
+  if (stated.edge_error_m && *stated.edge_error_m > 4 * budget)
+    findings.add(rule("error.edge-large"), where,
+                 number(*stated.edge_error_m) + " m, budget " + number(budget) + " m");
   const auto found = json::as_number(*value, 0, kLargest);
   if (!found) {
     findings.add(rule("error.value"), where, value->dump());
@@ -321,7 +326,6 @@ StatedError stated_error(const CheckedTile& tile, TileId id, double error_factor
   stated.residual_m = json::number(json, "residual_m");
   if (stated.geometric_error_m && *stated.geometric_error_m < error)
     findings.add(rule("error.geometric"), where, json["geometricerror"].dump());
-  const double budget = assumed_level_error(id.level) * error_factor;
   if (error > budget)
     findings.add(rule("error.budget"), where,
                  number(error) + " m, budget " + number(budget) + " m");

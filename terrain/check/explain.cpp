@@ -140,15 +140,11 @@ std::vector<std::pair<int, std::size_t>> origins(const TileStore& store, TileId 
 
 // ---- posts ----
 
-/// Calls f(u, v, height, col, row, place) for each post in the closed rectangle; voids are NaN. Of
-/// a layer among others: for those that no higher one replaces, at the height that H has there.
+/// Of one window; see below.
 template <class F>
-Result<void> each_post(const HeightField& field, std::size_t layer, TileId id,
-                       const Progress& progress, F&& f) {
+Result<void> each_post_in(const HeightField& field, std::size_t layer, const GeoRect& rect,
+                          const PostWindow& w, const Progress& progress, F&& f) {
   const DemSource& source = *field.surface().layers()[layer].source;
-  const GeoRect rect = tiling::rect(id);
-  const PostWindow w = post_window(source, rect);
-  if (w.empty()) return {};
   const std::int64_t rows_at_once = std::clamp<std::int64_t>(kChunkPosts / w.cols, 1, w.rows);
   std::vector<Vec2> at;
   std::vector<Geographic> places;
@@ -178,6 +174,18 @@ Result<void> each_post(const HeightField& field, std::size_t layer, TileId id,
     progress.at(double(r) / double(w.rows));
   }
   if (const auto error = field.error()) return std::unexpected(*error);
+  return {};
+}
+
+/// Calls f(u, v, height, col, row, place) for each post in the closed rectangle; voids are NaN. Of
+/// a layer among others: for those that no higher one replaces, at the height that H has there.
+template <class F>
+Result<void> each_post(const HeightField& field, std::size_t layer, TileId id,
+                       const Progress& progress, F&& f) {
+  const DemSource& source = *field.surface().layers()[layer].source;
+  const GeoRect rect = tiling::rect(id);
+  for (const PostWindow& w : post_windows(source, rect))
+    if (auto done = each_post_in(field, layer, rect, w, progress, f); !done) return done;
   return {};
 }
 

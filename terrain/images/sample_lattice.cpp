@@ -41,8 +41,7 @@ template <class F>
 void each_window(const Surface& surface, const GeoRect& rect, F&& f) {
   for (std::size_t k = 0; k < surface.layers().size(); ++k) {
     if (!surface.reaches(k, rect)) continue;
-    const PostWindow w = post_window(*surface.layers()[k].source, rect);
-    if (!w.empty()) f(k, w);
+    for (const PostWindow& w : post_windows(*surface.layers()[k].source, rect)) f(k, w);
   }
 }
 

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
+#include <ranges>
 
 #include "terrain/geo/extent_box.h"
 #include "terrain/surface/post_warp.h"
@@ -33,18 +35,28 @@ PostWindow clipped(const DemInfo& info, double col0, double col1, double row0, d
   return w;
 }
 
-PostWindow plain_window(const DemInfo& info, const GeoRect& r) {
+/// Of every turn in which the rectangle holds posts; where none does, the one with most of its
+/// margin.
+std::vector<PostWindow> plain_windows(const DemInfo& info, const GeoRect& r) {
+  constexpr double kHairOfStep = 1e-9;
   const Affine& a = info.post_to_crs;
-  PostWindow best;
+  std::vector<PostWindow> found, beside;
+  const auto holds_column = [&](double from, double to) {
+    const double first = std::max(0.0, std::ceil(std::min(from, to) - kHairOfStep));
+    return first <= std::min(double(info.cols - 1), std::max(from, to) + kHairOfStep);
+  };
   for (const double shift : {0.0, 360.0, -360.0}) {
     const Vec2 nw = a.invert(r.west + shift, r.north), se = a.invert(r.east + shift, r.south);
     PostWindow w = clipped(info, nw.x, se.x, nw.y, se.y);
     w.lon_shift = -shift;
     if (w.empty()) continue;
-    if (best.empty() || w.cols > best.cols) best = w;
-    if (info.wraps_longitude) break;  // its columns have no end: any turn is as good
+    if (info.wraps_longitude) return {w};  // its columns have no end: any turn is as good
+    (holds_column(nw.x, se.x) ? found : beside).push_back(w);
   }
-  return best;
+  for (auto* windows : {&found, &beside})
+    std::ranges::stable_sort(*windows, std::greater{}, &PostWindow::cols);
+  if (!found.empty() || beside.empty()) return found;
+  return {beside.front()};
 }
 
 /// The rectangle's outline and inside, seen in posts. Where PROJ cannot say (far from the
@@ -103,20 +115,27 @@ Result<HeightGrid> read_lattice(const DemSource& source, const Lattice& l, int s
 
 }  // namespace
 
-PostWindow post_window(const DemSource& source, const GeoRect& rect) {
+std::vector<PostWindow> post_windows(const DemSource& source, const GeoRect& rect) {
   if (!rect.overlaps(source.info().bounds)) {
     const GeoRect& b = source.info().bounds;
     if (rect.west > b.east || rect.east < b.west || rect.south > b.north || rect.north < b.south)
       return {};
   }
-  return source.is_plain_geographic() ? plain_window(source.info(), rect)
-                                      : projected_window(source, rect);
+  if (source.is_plain_geographic()) return plain_windows(source.info(), rect);
+  const PostWindow w = projected_window(source, rect);
+  return w.empty() ? std::vector<PostWindow>{} : std::vector{w};
 }
 
-PostWindow window_beside(const DemSource& source, const GeoRect& rect, std::int64_t posts) {
+PostWindow post_window(const DemSource& source, const GeoRect& rect) {
+  const auto windows = post_windows(source, rect);
+  return windows.empty() ? PostWindow{} : windows.front();
+}
+
+std::vector<PostWindow> windows_beside(const DemSource& source, const GeoRect& rect,
+                                       std::int64_t posts) {
   const DemInfo& info = source.info();
-  return post_window(source,
-                     grown(rect, double(posts) * std::max(info.spacing_x_m, info.spacing_y_m)));
+  return post_windows(source,
+                      grown(rect, double(posts) * std::max(info.spacing_x_m, info.spacing_y_m)));
 }
 
 namespace {
@@ -156,12 +175,13 @@ Result<std::vector<LayerWindow>> surface_windows(const Surface& surface, const G
   for (std::size_t k = surface.layers().size(); k-- > 0;) {
     if (!surface.reaches(k, rect)) continue;
     const DemSource& source = *surface.layers()[k].source;
-    const PostWindow posts = post_window(source, rect);
-    if (!posts.empty()) windows.push_back({k, posts});
+    const auto of_layer = post_windows(source, rect);
+    // What is turned around at the end: the wider one is the first then.
+    for (const PostWindow& posts : of_layer | std::views::reverse) windows.push_back({k, posts});
     if (++touching > 1 || surface.only()) continue;
-    const auto whole = fills(source, posts, rect);
+    const auto whole = fills(source, of_layer.empty() ? PostWindow{} : of_layer.front(), rect);
     if (!whole) return std::unexpected(whole.error());
-    if (*whole) return windows;  // what is below has no say
+    if (*whole) break;  // what is below has no say
   }
   for (LayerWindow& w : windows) w.alone = touching == 1;
   std::ranges::reverse(windows);

@@ -25,9 +25,13 @@ struct PostWindow {
   double lon_shift = 0;  // add to the source's longitudes (plain lon/lat sources, 0..360)
   bool empty() const { return cols <= 0 || rows <= 0; }
 };
+/// One, or none; two where longitudes of more than half the globe end in the rectangle on either
+/// side: the one of more columns first.
+std::vector<PostWindow> post_windows(const DemSource&, const GeoRect&);
+/// The first of them; empty where there is none.
 PostWindow post_window(const DemSource&, const GeoRect&);
 /// The posts near a rectangle that no post is in: all within so many, at least.
-PostWindow window_beside(const DemSource&, const GeoRect&, std::int64_t posts);
+std::vector<PostWindow> windows_beside(const DemSource&, const GeoRect&, std::int64_t posts);
 
 /// The posts of one layer that can count in a rectangle: every `step`-th of a window.
 struct LayerWindow {
@@ -36,7 +40,7 @@ struct LayerWindow {
   int step = 1;
   bool alone = true;  // no other layer has a say in the rectangle: heights are the layer's own
 };
-/// Of every layer that has any, the lowest first. A layer whose posts leave no place in the
+/// Of every layer that has any, the lowest first; two of one where post_windows() says two. A layer whose posts leave no place in the
 /// rectangle to those below stands alone, where that takes no more than a tile's share of posts to
 /// see; a layer of a surface of one always does.
 Result<std::vector<LayerWindow>> surface_windows(const Surface&, const GeoRect&);

@@ -189,13 +189,19 @@ void run_to(std::vector<BorderVertex>& line, const std::vector<Sample>& samples,
     // Not in one go: a vertex at the farthest sample that the cone reached (the next sample at
     // least: a single sample always fits).
     if (reached == at) break;
+    // A slope by samples that lie closer together than vertices may leads anywhere from there.
+    const auto [low, high] = std::minmax_element(
+        samples.begin() + std::ptrdiff_t(at), samples.begin() + std::ptrdiff_t(reached) + 1,
+        [](const Sample& a, const Sample& b) { return a.h < b.h; });
+    const double lowest = low->h - tolerance, highest = high->h + tolerance;
     int place = samples[reached].place() / o.place_step * o.place_step;
     if (place > from.t) {  // samples behind it are the next piece's
       while (samples[reached].t > place) --reached;
     } else {
       place = samples[reached].place();
     }
-    line.push_back({place, snap_height(from.height + slope * (place - from.t), o.height_step)});
+    const double height = std::clamp(from.height + slope * (place - from.t), lowest, highest);
+    line.push_back({place, snap_height(height, o.height_step)});
     at = reached;
   }
   line.push_back(goal);

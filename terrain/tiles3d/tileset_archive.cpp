@@ -3,7 +3,6 @@
 #include "terrain/tiles3d/tileset_archive.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <optional>
 #include <vector>
 
@@ -11,16 +10,15 @@
 #include "terrain/base/deflate.h"
 #include "terrain/base/file_io.h"
 #include "terrain/base/parallel.h"
-#include "terrain/store/folder/folder_files.h"
 #include "terrain/store/folder/folder_lock.h"
+#include "terrain/store/part_file.h"
 #include "terrain/tiles3d/tileset.h"
 
 namespace tind::tiles3d {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr const char* kTileset = "tileset.json";
+constexpr const char* kBegins = "PK\3\4";
 constexpr std::size_t kBatch = 256;               // files
 constexpr std::uint64_t kMostBytes = 0xfffffffe;  // of a file
 constexpr int kLevel = 6;                         // of DEFLATE
@@ -60,19 +58,18 @@ Result<Packed> packed(const std::string& folder, const std::string& name) {
 
 class Archive {
  public:
-  Archive(const std::string& folder, const std::string& file)
-      : folder_(folder), file_(file), partial_(file + ".part") {}
+  Archive(const std::string& folder, PartFile& file) : folder_(folder), file_(file) {}
 
   Result<ArchiveReport> make(const std::vector<std::string>& names, int threads, const Progress&);
 
  private:
-  const std::string folder_, file_, partial_;
-  FolderFiles files_;
+  const std::string folder_;
+  PartFile& file_;
   std::vector<proto::ZipEntry> entries_;
   std::uint64_t end_ = 0;
 
   Result<void> append(const std::string& bytes) {
-    if (auto done = files_.write_at(partial_, end_, bytes); !done) return done;
+    if (auto done = file_.write_at(end_, bytes); !done) return done;
     end_ += bytes.size();
     return {};
   }
@@ -108,14 +105,11 @@ Result<void> Archive::finish() {
                       .offset = end_});
   if (auto done = append(proto::encode_local_header(entries_.back()) + index); !done) return done;
   if (auto done = append(proto::encode_directory(entries_, end_)); !done) return done;
-  if (auto done = files_.sync_file(partial_); !done) return done;
-  if (auto done = files_.rename(partial_, file_); !done) return done;
-  return files_.sync_folder(fs::absolute(file_).parent_path().string());
+  return file_.finish();
 }
 
 Result<ArchiveReport> Archive::make(const std::vector<std::string>& names, int threads,
                                     const Progress& progress) {
-  if (auto done = files_.write(partial_, ""); !done) return std::unexpected(done.error());
   for (std::size_t from = 0; from < names.size(); from += kBatch) {
     if (progress.stopped()) return fail(Errc::cancelled, "stopped before the archive was written");
     if (auto done = add(names, from, std::min(from + kBatch, names.size()), threads); !done)
@@ -137,13 +131,9 @@ Result<ArchiveReport> write_archive(const TileSet& set, const std::string& folde
                 folder + " holds no finished 3D Tiles: it has no tileset.json");
   const auto lock = FolderLock::take(folder);
   if (!lock) return std::unexpected(lock.error());
-  Archive archive(folder, file);
-  auto made = archive.make(names_of(set), threads, progress);
-  if (!made) {
-    std::error_code ignored;
-    fs::remove(file + ".part", ignored);
-  }
-  return made;
+  auto part = PartFile::begin(file, kBegins);
+  if (!part) return std::unexpected(part.error());
+  return Archive(folder, *part).make(names_of(set), threads, progress);
 }
 
 }  // namespace tind::tiles3d

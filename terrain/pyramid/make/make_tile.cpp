@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "terrain/base/power_of_two.h"
 #include "terrain/encode/quantized_mesh_tile.h"
@@ -37,8 +38,10 @@ constexpr std::int64_t kWholeSide = 4096;
 /// before: beyond the margin H asks the source, too.
 Result<void> load_heights(TileJob& job) {
   const Stopwatch watch(job.cost.reading);
+  std::optional<std::size_t> loaded;
   for (const auto& [layer, w, step, alone] : job.windows) {
-    if (decimation(w) > 1) continue;
+    if (decimation(w) > 1 || loaded == layer) continue;  // of two windows the wider one
+    loaded = layer;
     const DemInfo& info = job.surface.layers()[layer].source->info();
     const double reach =
         job.level.normal_reach_deg * 111320 / std::min(info.spacing_x_m, info.spacing_y_m);

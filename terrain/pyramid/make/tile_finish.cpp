@@ -75,6 +75,13 @@ Result<std::vector<std::array<std::uint8_t, 2>>> normals_of(const TileJob& job, 
   return normals;
 }
 
+/// Has the tile numbers for the heights of all its vertices? Where not, decoders would read others.
+bool holds(const HeightLattice& lattice, const Tin& mesh) {
+  return std::ranges::all_of(mesh.vertices, [&](const Vec3& v) {
+    return v.z >= lattice.min - lattice.step / 2 && v.z <= lattice.max() + lattice.step / 2;
+  });
+}
+
 /// Are the posts what they were measured as, to the last bit?
 bool plain_and_alone(const TileJob& job) {
   if (job.surface.only()) return job.surface.is_plain_geographic();
@@ -128,6 +135,9 @@ CullingVolumes volumes_of(const TileJob& job, const Tin& mesh) {
 
 Result<TileModel> finish_tile(TileJob& job, const TileMesh& meshed) {
   const Stopwatch watch(job.cost.encoding);
+  if (!holds(meshed.lattice, meshed.mesh))
+    return fail(Errc::internal, "its heights are farther apart than it has numbers for: where some "
+                                "of the DEM's heights mean no data say --nodata VALUE");
   TileModel tile;
   tile.id = job.id;
   tile.mesh = in_order(meshed.mesh);

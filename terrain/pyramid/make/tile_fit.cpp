@@ -23,7 +23,10 @@ namespace tind {
 
 namespace {
 
-constexpr double kPlacingError = 1e-5;    // metres of height: 1e-6 m on a slope of ten
+constexpr double kPlacingError = 1e-5;    // metres of height: kPlacing_m on a slope of ten
+constexpr double kPlacing_m = 1e-6;       // how well posts are placed by interpolation
+constexpr double kPlacingDegrees = 1e-14;  // and by arithmetic alone
+constexpr double kLeastStated = 1e-7;      // metres: less is no digit that is stated
 constexpr double kLargestHeightStep = 4;  // metres
 constexpr double kLinePlaceStep = 2;      // units: half of what shores keep from posts at least
 constexpr double kNarrower = 0.7;         // of the band, for a method or lines that left it
@@ -44,6 +47,44 @@ struct Extremes {
     if (side == Side::both) return 0;
     return std::max(0.0, (side == Side::above ? below : above) + margin);
   }
+};
+
+bool placed_by_interpolation(const TileJob& job) {
+  const Surface& surface = job.surface;
+  return !(job.alone() ? surface.layers()[job.windows[0].layer].source->is_plain_geographic()
+                       : surface.is_plain_geographic());
+}
+
+/// Stored heights are floats, and posts of projected sources are placed by interpolation (within
+/// 1e-6 m): both count as error.
+double margin_of(const TileJob& job) {
+  return job.surface.info().rounding_m + (placed_by_interpolation(job) ? kPlacingError : 0);
+}
+
+/// The length of a unit eastward over that of one northward.
+double x_scale(const TileJob& job) {
+  const double lat = (job.rect.south + job.rect.north) / 2 * std::numbers::pi / 180;
+  return std::max(0.1, std::cos(lat));
+}
+
+/// What a post's place not being known better counts on a slope that no terrain has, but a sliver,
+/// or a DEM whose voids are heights: what is less is in the margin, or no digit that is stated.
+class SteepPlacing {
+ public:
+  explicit SteepPlacing(const TileJob& job) {
+    const double unit_m =
+        job.rect.height() * kMetresPerDegree / kTileExtent * std::min(1.0, x_scale(job));
+    const bool interpolated = placed_by_interpolation(job);
+    placed_ = interpolated ? kPlacing_m / unit_m : kPlacingDegrees / job.rect.width() * kTileExtent;
+    least_ = interpolated ? kPlacingError : kLeastStated;
+  }
+  double error(const Vec2& slope) const {
+    const double error = placed_ * std::hypot(slope.x, slope.y);
+    return error > least_ ? error : 0;
+  }
+
+ private:
+  double placed_, least_;  // tile units, metres
 };
 
 /// Calls f(triangle, x, y, mesh - post) for every valid post of the closed rectangle.
@@ -68,25 +109,27 @@ Result<void> each_residual(const TileJob& job, const Tin& mesh, std::stop_token 
 Result<Extremes> measure(const TileJob& job, const Tin& mesh, std::stop_token stop) {
   constexpr double kRounding = 1e-9;  // of the band: what is left out is inside for certain
   const double offset = job.level.offset_m;
+  const SteepPlacing placing(job);
   Extremes worst;
   auto done = stream_posts(job, stop, [&](const TilePosts& posts) {
     posts.visit([&](const auto& samples) {
       for (const Triangle& t : mesh.triangles) {
         const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
         const TrianglePlane plane(a, b, c);
+        const double steep = placing.error(plane.slope);
         Band band{a.x, a.y, a.z + offset};
         band.top_x = band.bottom_x = plane.slope.x, band.top_y = band.bottom_y = plane.slope.y;
         const auto set_band = [&] {
           band.size = std::max(std::abs(b.z - a.z), std::abs(c.z - a.z)) +
                       std::max(std::abs(worst.above), std::abs(worst.below));
-          const double hair = kRounding * (band.size + std::abs(band.z));
+          const double hair = kRounding * (band.size + std::abs(band.z)) + steep;
           band.top = worst.below - hair, band.bottom = hair - worst.above;
         };
         set_band();
         samples.scan_outside(a, b, c, band, [&](double x, double y, double z, std::size_t) {
           const double over = plane.at(x, y) - (z - offset);
-          worst.above = std::max(worst.above, over);
-          worst.below = std::max(worst.below, -over);
+          worst.above = std::max(worst.above, over + steep);
+          worst.below = std::max(worst.below, steep - over);
           set_band();
           return true;
         });
@@ -95,22 +138,6 @@ Result<Extremes> measure(const TileJob& job, const Tin& mesh, std::stop_token st
   });
   if (!done) return std::unexpected(done.error());
   return worst;
-}
-
-/// Stored heights are floats, and posts of projected sources are placed by interpolation (within
-/// 1e-6 m): both count as error.
-double margin_of(const TileJob& job) {
-  const Surface& surface = job.surface;
-  const bool plain = job.alone()
-                         ? surface.layers()[job.windows[0].layer].source->is_plain_geographic()
-                         : surface.is_plain_geographic();
-  return surface.info().rounding_m + (plain ? 0 : kPlacingError);
-}
-
-/// The length of a unit eastward over that of one northward.
-double x_scale(const TileJob& job) {
-  const double lat = (job.rect.south + job.rect.north) / 2 * std::numbers::pi / 180;
-  return std::max(0.1, std::cos(lat));
 }
 
 /// Of a mesh with vertices on a lattice of heights, within `eps` of the samples.

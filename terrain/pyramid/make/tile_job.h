@@ -67,7 +67,7 @@ struct TileJob {
         method(p.options().method) {}
 
   /// Only one layer has a say.
-  bool alone() const { return windows.size() == 1 && windows.front().alone; }
+  bool alone() const { return !windows.empty() && windows.front().alone; }
   double spacing_m() const;  // of the finest layer that has posts here
 };
 

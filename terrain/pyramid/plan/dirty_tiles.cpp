@@ -250,9 +250,10 @@ bool other_steps(const Marking& m, const DemSource& source, const BlockCounts& c
   const GeoRect r = tiling::rect(id);
   const GeoRect around{r.west - r.width(), std::max(-90.0, r.south - r.height()),
                        r.east + r.width(), std::min(90.0, r.north + r.height())};
-  const PostWindow posts = post_window(source, around);
-  return changed.any(posts.empty() ? window_beside(source, around, kStepReach)
-                                   : grown(posts, kStepReach));
+  const auto any = [&](const PostWindow& posts) { return changed.any(posts); };
+  const auto posts = post_windows(source, around);
+  if (posts.empty()) return std::ranges::any_of(windows_beside(source, around, kStepReach), any);
+  return std::ranges::any_of(posts, any, [](const PostWindow& w) { return grown(w, kStepReach); });
 }
 
 /// Marks the tiles that depend on what changed of layer j, which was layer i.
@@ -275,7 +276,7 @@ void mark_changed(const Marking& m, std::size_t i, std::size_t j) {
     if (m.dirty[k]) continue;
     const TileId id = m.ids[k];
     const GeoRect rect = tiling::rect(id);
-    const PostWindow posts = post_window(source, rect);
+    const auto windows = post_windows(source, rect);
     const bool indexed = id.level < m.after.plan.index_depth().level();
     // Normals from the index need the nodes around, and what fills voids there.
     const double degrees = m.after.plan.level(id.level).normal_reach_deg +
@@ -285,23 +286,26 @@ void mark_changed(const Marking& m, std::size_t i, std::size_t j) {
     // How many of its posts a tile skips goes by its window, which ends where the grid does.
     const std::int64_t cols = std::min(old.cols(), now.cols()),
                        rows = std::min(old.rows(), now.rows());
-    if (!same_ends && !posts.empty() &&
-        ((old.cols() != now.cols() && posts.col + posts.cols > cols) ||
-         (old.rows() != now.rows() && posts.row + posts.rows > rows)) &&
+    const auto goes_on = [&](const PostWindow& posts) {
+      return (old.cols() != now.cols() && posts.col + posts.cols > cols) ||
+             (old.rows() != now.rows() && posts.row + posts.rows > rows);
+    };
+    if (!same_ends && std::ranges::any_of(windows, goes_on) &&
         (m.before.surface.reaches(i, rect) || m.after.surface.reaches(j, rect)))
       m.dirty[k] = true;
     m.dirty[k] |=
         std::ranges::any_of(others, [&](const GeoRect& r) { return meet(looked_at(m, rect), r); });
     m.dirty[k] |= other_steps(m, source, changed, id);
-    if (posts.empty()) {
-      m.dirty[k] |=
-          changed.any(window_beside(source, rect, std::max<std::int64_t>(2 * kFillReach, around)));
-      continue;
-    }
     const bool wide = indexed || farther > 0;
-    const PostWindow near = grown(posts, around), &filled_in = wide ? near : posts;
-    m.dirty[k] |=
-        changed.any(near) || filled.any(filled_in) || changed_beyond(changed, filled_in, info);
+    for (const PostWindow& posts : windows) {
+      const PostWindow near = grown(posts, around), &filled_in = wide ? near : posts;
+      m.dirty[k] |=
+          changed.any(near) || filled.any(filled_in) || changed_beyond(changed, filled_in, info);
+    }
+    if (!windows.empty()) continue;
+    for (const PostWindow& beside :
+         windows_beside(source, rect, std::max<std::int64_t>(2 * kFillReach, around)))
+      m.dirty[k] |= changed.any(beside);
   }
 }
 

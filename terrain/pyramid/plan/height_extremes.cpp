@@ -50,20 +50,21 @@ Result<TileId> deepest_holder(const ResidualIndex& index, End end, double height
   return found;
 }
 
-/// The first post of this height in the window, in strips so that a wide one takes no memory.
-Result<PostPlace> find_post(const DemSource& source, const PostWindow& window, double height_m,
+/// The first post of this height in the rectangle, in strips so that a wide one takes no memory.
+Result<PostPlace> find_post(const DemSource& source, const GeoRect& rect, double height_m,
                             const std::stop_token& stop) {
   constexpr std::int64_t kRows = 64;
-  for (std::int64_t row = 0; row < window.rows; row += kRows) {
-    if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
-    const auto grid = source.read(window.col, window.row + row, int(window.cols),
-                                  int(std::min(kRows, window.rows - row)));
-    if (!grid) return std::unexpected(grid.error());
-    const auto values = grid->values();
-    const auto at = std::ranges::find(values, float(height_m)) - values.begin();
-    if (std::size_t(at) < values.size())
-      return PostPlace{window.col + at % grid->cols(), window.row + row + at / grid->cols()};
-  }
+  for (const PostWindow& window : post_windows(source, rect))
+    for (std::int64_t row = 0; row < window.rows; row += kRows) {
+      if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
+      const auto grid = source.read(window.col, window.row + row, int(window.cols),
+                                    int(std::min(kRows, window.rows - row)));
+      if (!grid) return std::unexpected(grid.error());
+      const auto values = grid->values();
+      const auto at = std::ranges::find(values, float(height_m)) - values.begin();
+      if (std::size_t(at) < values.size())
+        return PostPlace{window.col + at % grid->cols(), window.row + row + at / grid->cols()};
+    }
   return fail(Errc::bad_data, "a post that the residual index was made from is not there any more");
 }
 
@@ -75,7 +76,7 @@ Result<PostPlace> place_of(const DemSource& source, const TilePlan& plan, End en
   const double height_m = end == End::lowest ? range.min_m : range.max_m;
   const auto tile = deepest_holder(*plan.index(), end, height_m);
   if (!tile) return std::unexpected(tile.error());
-  return find_post(source, post_window(source, tiling::rect(*tile)), height_m, stop);
+  return find_post(source, tiling::rect(*tile), height_m, stop);
 }
 
 }  // namespace

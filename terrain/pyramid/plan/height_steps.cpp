@@ -28,27 +28,30 @@ static_assert(kStepReach >= VoidFill::kReach + 4, "a cell more, and the posts ar
 Result<std::pair<double, double>> heights_in(const DemSource& source, const GeoRect& rect,
                                              const std::stop_token& stop) {
   constexpr std::int64_t kRows = 256, kCols = 4096;
-  PostWindow w = post_window(source, rect);
-  const bool beside = w.empty();
-  if (beside) {
-    w = window_beside(source, rect, kStepReach);
-  } else {
-    w.col -= kStepReach, w.cols += 2 * kStepReach;
-    w.row -= kStepReach, w.rows += 2 * kStepReach;
-  }
+  std::vector<PostWindow> windows = post_windows(source, rect);
+  const bool beside = windows.empty();
+  if (beside) windows = windows_beside(source, rect, kStepReach);
   HeightRange range{HUGE_VAL, -HUGE_VAL, 0};
-  for (std::int64_t r = 0; r < w.rows; r += kRows)
-    for (std::int64_t c = 0; c < w.cols; c += kCols) {
-      if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
-      const auto grid = source.read(w.col + c, w.row + r, int(std::min(kCols, w.cols - c)),
-                                    int(std::min(kRows, w.rows - r)));
-      if (!grid) return std::unexpected(grid.error());
-      range.add(grid->values());
+  std::uint64_t posts = 0;
+  for (PostWindow& w : windows) {
+    if (!beside) {
+      w.col -= kStepReach, w.cols += 2 * kStepReach;
+      w.row -= kStepReach, w.rows += 2 * kStepReach;
     }
+    posts += std::uint64_t(w.cols) * std::uint64_t(w.rows);
+    for (std::int64_t r = 0; r < w.rows; r += kRows)
+      for (std::int64_t c = 0; c < w.cols; c += kCols) {
+        if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
+        const auto grid = source.read(w.col + c, w.row + r, int(std::min(kCols, w.cols - c)),
+                                      int(std::min(kRows, w.rows - r)));
+        if (!grid) return std::unexpected(grid.error());
+        range.add(grid->values());
+      }
+  }
   if (auto ok = check_heights(source.info(), range.min_m, range.max_m); !ok)
     return std::unexpected(ok.error());
   // What fills voids, and what lies beside the data, slopes to 0.
-  if (beside || range.valid < std::uint64_t(w.cols) * std::uint64_t(w.rows))
+  if (beside || range.valid < posts)
     range.min_m = std::min(range.min_m, 0.0), range.max_m = std::max(range.max_m, 0.0);
   return std::pair(range.min_m, range.max_m);
 }

@@ -272,8 +272,8 @@ Result<void> find_level_ranges(const Surface& surface, const TilePlan& outline,
       const GeoRect rect{r.west * side - 180, r.south * side - 90, (r.east + 1) * side - 180,
                          (r.north + 1) * side - 90};
       for (const SurfaceLayer& layer : layers)
-        if (auto done = add_window(*layer.source, post_window(*layer.source, rect), part); !done)
-          return done;
+        for (const PostWindow& posts : post_windows(*layer.source, rect))
+          if (auto done = add_window(*layer.source, posts, part); !done) return done;
     }
     if (part.valid == 0) continue;
     for (int z = group.first; z <= group.last; ++z)

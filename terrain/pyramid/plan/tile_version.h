@@ -11,7 +11,7 @@ namespace tind {
 /// To be raised with every change of the bytes that are made of the same posts and options: tiles
 /// of two epochs are never mixed in a folder, and clients do not take old ones from their caches.
 /// A test holds it against the bytes (TileEpoch).
-inline constexpr int kTileEpoch = 9;
+inline constexpr int kTileEpoch = 10;
 
 /// As kTileEpoch, but of tiles of several layers, or files, only: those of one DEM of one file need
 /// not be made again. Where heights of layers change, kLayersVersion of their residual index

@@ -464,6 +464,7 @@ Result<std::shared_ptr<const ResidualIndex>> ResidualIndex::open_or_make(
   if (auto made = file.make(threads, progress); !made) return std::unexpected(made.error());
   if (::fsync(index->file_) != 0 || ::rename(part.c_str(), path.c_str()) != 0)
     return fail(Errc::io, path + ": cannot be written: " + errno_text(errno));
+  ::flock(index->file_, LOCK_UN);  // others may be waiting, and the file stays open
   index->path_ = path;
   index->made_now_ = true;
   if (auto done = ResidualFile::sum_up(*index, surface); !done)

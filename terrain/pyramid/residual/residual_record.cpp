@@ -18,7 +18,7 @@ namespace {
 
 constexpr int kCells = ResidualRecord::kCells, kNodes = ResidualRecord::kNodes;
 constexpr int kPieces = ResidualRecord::kPieces;
-constexpr std::uint32_t kMostSteps = 1 << 24;             // a float holds it
+constexpr std::uint32_t kMostSteps = ResidualRecord::kMostSteps;
 enum Kind : std::uint8_t { kNothing, kPosts, kHeights };  // of a record: what it has
 
 std::size_t node(int col, int row) { return std::size_t(row) * kNodes + std::size_t(col); }

@@ -33,6 +33,7 @@ struct ResidualRecord : ResidualFacts {
   static constexpr int kCells = 256, kNodes = kCells + 1;
   static constexpr int kPieces = 9;  // down to one cell
   static constexpr float kEmpty = -1;
+  static constexpr std::int32_t kMostSteps = 1 << 24;  // of a node's height: a float holds it
 
   /// Of the nodes, in steps; rows from north to south. Of a tile without a post what fills it
   /// beside others that have some. Empty: 0 everywhere.

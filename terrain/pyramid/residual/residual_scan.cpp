@@ -6,6 +6,8 @@
 
 #include "terrain/pyramid/residual/residual_scan.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -264,6 +266,12 @@ class TileScan {
     for (int row = 0; row < kNodes; ++row)
       for (int col = 0; col < kNodes; ++col) {
         double& h = nodes[std::size_t(row * kNodes + col)];
+        if (std::abs(h / step_) > ResidualRecord::kMostSteps)
+          return fail(Errc::unsupported,
+                      fmt::format("a height of {:g} m is beyond what the residual index of this "
+                                  "DEM can hold, {:g} m: where it means no data say --nodata "
+                                  "VALUE; --exact-posts with a larger number makes do without",
+                                  h, step_ * ResidualRecord::kMostSteps));
         const auto steps = std::int32_t(std::lround(h / step_));
         record_
             .heights[std::size_t(row0 + row) * ResidualRecord::kNodes + std::size_t(col0 + col)] =

@@ -310,7 +310,8 @@ Result<void> check_planned_posts(const Surface& surface, const ShardPlan& plan,
     if (shard == ShardTiles::kTop) footprint.mark_all();
     for (const TileId root : roots)
       if (surface.reaches(k, tiling::rect(root)))
-        footprint.mark(post_window(source, tiling::rect(root)));
+        for (const PostWindow& posts : post_windows(source, tiling::rect(root)))
+          footprint.mark(posts);
     const auto runs = footprint.runs();
     std::mutex mutex;
     std::optional<std::pair<std::size_t, Error>> first;

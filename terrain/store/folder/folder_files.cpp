@@ -40,7 +40,11 @@ Result<void> FolderFiles::make_folder(const std::string& path) {
 }
 
 Result<void> FolderFiles::write(const std::string& path, std::string_view bytes) {
-  const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  // Not through a link: who knows whose file it would be.
+  const int file =
+      ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0666);
+  if (file < 0 && errno == ELOOP)
+    return fail(Errc::invalid_argument, path + " is in the way: it is a link");
   if (file < 0) return cannot("create", path, errno);
   int code = write_whole_at(file, 0, bytes);
   if (::close(file) != 0 && code == 0) code = errno;  // some report a full disk here

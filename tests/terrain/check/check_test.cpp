@@ -341,6 +341,14 @@ std::map<std::string, Defect> error_defects() {
          t.metadata(kParent, [](Json& j) { j["max_error_m"] = j["edge_error_m"] = 0.001; });
        }},
       {"error.edge", says("edge_error_m", -1)},
+      {"error.edge-large", says("edge_error_m", 1e9)},
+      {"source.sparse", [](const Tiles& t) { fs::remove(t.path(kTile)); }},
+      {"source.missing",
+       [](const Tiles& t) {  // one level alone, and that with a hole
+         for (const auto& entry : fs::directory_iterator(t.folder()))
+           if (entry.is_directory() && entry.path().filename() != "12") fs::remove_all(entry);
+         fs::remove(t.path(kTile));
+       }},
       {"source.error", says("max_error_m", 0.01)},
       {"source.exact", says("max_error_m", 5)},
       {"source.height",
@@ -420,6 +428,15 @@ TEST_F(CheckTest, FindsDefectsOfBytes) { expect_found(byte_defects()); }
 TEST_F(CheckTest, FindsDefectsOfTheMesh) { expect_found(mesh_defects()); }
 TEST_F(CheckTest, FindsDefectsOfCulling) { expect_found(culling_defects()); }
 TEST_F(CheckTest, FindsDefectsOfErrorsAndNeighbours) { expect_found(error_defects()); }
+
+TEST_F(CheckTest, ATileThatStatesNoErrorIsHeldToWhatClientsAssume) {
+  const Findings found = with_defect([](const Tiles& t) {
+    t.metadata(kTile, [](Json& j) { j.erase("max_error_m"); });
+    t.edit(kTile, [](Mesh& m) { m.max_height = m.min_height + 0.5F; });
+  });
+  ASSERT_EQ(found[rule("source.error")].count, 1u);
+  EXPECT_THAT(found[rule("source.error")].examples[0], testing::HasSubstr("none stated"));
+}
 
 TEST_F(CheckTest, FindsASourceThatIsElsewhere) {
   const auto other = open(test::testdata("rainier.tif"));

@@ -6,11 +6,17 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <random>
+#include <stop_token>
+#include <thread>
+#include <vector>
 
 #include "terrain/base/file_io.h"
 #include "terrain/pyramid/plan/plan_source.h"
@@ -379,6 +385,43 @@ TEST(ResidualIndex,
   std::filesystem::create_symlink(victim, path + ".part");
   EXPECT_FALSE(ResidualIndex::open_or_make(path, source, 8, 1));
   EXPECT_EQ(read_whole_file(victim).value_or(""), "mine");
+}
+
+TEST(ResidualIndex, is_not_waited_for_longer_than_it_takes) {
+  const MadeUpSource source(test::terrain_with_voids(300, 200, 6), {10.123, 45.9}, 0.00131);
+  const TempDir dir;
+  std::array<Result<std::shared_ptr<const ResidualIndex>>, 4> found = {
+      fail(Errc::internal, ""), fail(Errc::internal, ""), fail(Errc::internal, ""),
+      fail(Errc::internal, "")};
+  std::stop_source stop;
+  {
+    std::vector<std::jthread> threads;
+    for (auto& one : found)
+      threads.emplace_back([&] {
+        one = ResidualIndex::open_or_make(dir.file("index"), source, 9, 1,
+                                          Progress{{}, stop.get_token()});
+      });
+    // Each holds what it has: whoever waits for its end waits for ever.
+    std::jthread watch([&](std::stop_token done) {
+      for (int k = 0; k < 6000 && !done.stop_requested(); ++k)
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      stop.request_stop();
+    });
+    threads.clear();
+  }
+  for (const auto& one : found) EXPECT_TRUE(one) << one.error().what;
+  EXPECT_EQ(std::ranges::count_if(found, [](const auto& one) { return (*one)->made_now(); }), 1);
+}
+
+TEST(ResidualIndex, says_where_a_height_is_beyond_it) {
+  HeightGrid grid = test::rough_terrain(260, 260, 8);
+  grid.at(100, 100) = 20e3f;
+  const double spacing = tiling::tile_degrees(9) / 256;
+  const Geographic corner{tiling::rect({9, 550, 380}).west, tiling::rect({9, 550, 380}).north};
+  const auto r = scan_residuals(MadeUpSource(grid, corner, spacing), {9, 550, 380}, 1. / 1024);
+  ASSERT_FALSE(r);
+  EXPECT_EQ(r.error().code, Errc::unsupported);
+  EXPECT_NE(r.error().what.find("beyond what the residual index"), std::string::npos);
 }
 
 /// What tiles of layers are held to: the posts that decide, and then samples at rims.

@@ -467,7 +467,7 @@ TEST(TileEpoch, is_raised_when_bytes_change) {
   }
   LedgerEntry digest;
   digest.take(all);
-  EXPECT_EQ(kTileEpoch, 9);
+  EXPECT_EQ(kTileEpoch, 10);
   EXPECT_EQ(digest.hash_low, 7345045336955075562u) << "other bytes: raise kTileEpoch";
 }
 

@@ -10,6 +10,7 @@
 
 #include "terrain/base/file_io.h"
 #include "terrain/store/folder/folder_lock.h"
+#include "terrain/store/part_file.h"
 #include "terrain/tiles3d/tileset.h"
 #include "tests/support/support.h"
 
@@ -108,7 +109,30 @@ TEST_F(Archive, WhatFailsLeavesWhatWasThere) {
   fs::create_directory(fs::path(folder_) / "east/3/1/2.glb");  // cannot be read
   EXPECT_FALSE(write_archive(set_, folder_, file_));
   EXPECT_EQ(*read_whole_file(file_), "of before");
-  EXPECT_FALSE(fs::exists(file_ + ".part"));
+  EXPECT_FALSE(fs::exists(file_ + ".tind-part"));
+}
+
+TEST_F(Archive, IsWrittenByOneAtATimeAndOverNobodysFile) {
+  put("tileset.json", "{}");
+  const std::string part = file_ + ".tind-part", victim = file_ + ".victim";
+  {
+    const auto other = PartFile::begin(file_, "PK\3\4");
+    ASSERT_TRUE(other);
+    EXPECT_EQ(write_archive(set_, folder_, file_).error().code, Errc::busy);
+  }
+  std::ofstream(part) << "precious";
+  EXPECT_EQ(write_archive(set_, folder_, file_).error().code, Errc::invalid_argument);
+  EXPECT_EQ(*read_whole_file(part), "precious");
+  fs::remove(part);
+  std::ofstream(victim) << "precious";
+  fs::create_symlink(victim, part);
+  EXPECT_EQ(write_archive(set_, folder_, file_).error().code, Errc::invalid_argument);
+  EXPECT_EQ(*read_whole_file(victim), "precious");
+  fs::remove(part);
+  fs::create_symlink(victim, file_);  // a link stays one
+  EXPECT_TRUE(write_archive(set_, folder_, file_));
+  EXPECT_TRUE(fs::is_symlink(file_));
+  EXPECT_TRUE(read_whole_file(victim)->starts_with("PK"));
 }
 
 }  // namespace
