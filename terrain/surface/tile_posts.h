@@ -40,9 +40,9 @@ struct LayerWindow {
   int step = 1;
   bool alone = true;  // no other layer has a say in the rectangle: heights are the layer's own
 };
-/// Of every layer that has any, the lowest first; two of one where post_windows() says two. A layer whose posts leave no place in the
-/// rectangle to those below stands alone, where that takes no more than a tile's share of posts to
-/// see; a layer of a surface of one always does.
+/// Of every layer that has any, the lowest first; two of one where post_windows() says two. A layer
+/// whose posts leave no place in the rectangle to those below stands alone, where that takes no
+/// more than a tile's share of posts to see; a layer of a surface of one always does.
 Result<std::vector<LayerWindow>> surface_windows(const Surface&, const GeoRect&);
 
 /// So many posts are held at a time by whoever looks at all of a window: half a million.

@@ -136,8 +136,9 @@ CullingVolumes volumes_of(const TileJob& job, const Tin& mesh) {
 Result<TileModel> finish_tile(TileJob& job, const TileMesh& meshed) {
   const Stopwatch watch(job.cost.encoding);
   if (!holds(meshed.lattice, meshed.mesh))
-    return fail(Errc::internal, "its heights are farther apart than it has numbers for: where some "
-                                "of the DEM's heights mean no data say --nodata VALUE");
+    return fail(Errc::internal,
+                "its heights are farther apart than it has numbers for: where some "
+                "of the DEM's heights mean no data say --nodata VALUE");
   TileModel tile;
   tile.id = job.id;
   tile.mesh = in_order(meshed.mesh);

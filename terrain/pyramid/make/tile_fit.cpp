@@ -23,17 +23,17 @@ namespace tind {
 
 namespace {
 
-constexpr double kPlacingError = 1e-5;    // metres of height: kPlacing_m on a slope of ten
-constexpr double kPlacing_m = 1e-6;       // how well posts are placed by interpolation
+constexpr double kPlacingError = 1e-5;     // metres of height: kPlacing_m on a slope of ten
+constexpr double kPlacing_m = 1e-6;        // how well posts are placed by interpolation
 constexpr double kPlacingDegrees = 1e-14;  // and by arithmetic alone
 constexpr double kLeastStated = 1e-7;      // metres: less is no digit that is stated
-constexpr double kLargestHeightStep = 4;  // metres
-constexpr double kLinePlaceStep = 2;      // units: half of what shores keep from posts at least
-constexpr double kNarrower = 0.7;         // of the band, for a method or lines that left it
-constexpr int kFirstNodes = 128;          // a side of a lattice, that a mesh is fitted to first
-constexpr double kFirstShare = 0.9;       // of the band, for a mesh that will be refined
-constexpr double kOnlyShare = 0.7;        // for one that will not
-constexpr double kAround = 1.6;           // posts, beside one that no mesh comes near
+constexpr double kLargestHeightStep = 4;   // metres
+constexpr double kLinePlaceStep = 2;       // units: half of what shores keep from posts at least
+constexpr double kNarrower = 0.7;          // of the band, for a method or lines that left it
+constexpr int kFirstNodes = 128;           // a side of a lattice, that a mesh is fitted to first
+constexpr double kFirstShare = 0.9;        // of the band, for a mesh that will be refined
+constexpr double kOnlyShare = 0.7;         // for one that will not
+constexpr double kAround = 1.6;            // posts, beside one that no mesh comes near
 constexpr double kMetresPerDegree = 111320;
 constexpr int kMostPasses = 4;            // that bring single cells of a lattice into the budget
 constexpr std::int64_t kMeshPosts = 320;  // posts a side that a mesh is fitted to at most

@@ -19,7 +19,7 @@ namespace tind {
 
 namespace {
 
-constexpr int kPatches = 8;  // a side, looked at one after the other
+constexpr int kPatches = 8;                                // a side, looked at one after the other
 constexpr int kCells = ResidualRecord::kCells / kPatches;  // of a patch, a side
 constexpr int kNodes = kCells + 1;
 constexpr int kExact = 5;  // 2^5 = 32: the coarsest cell is the patch

@@ -84,8 +84,7 @@ TEST_P(WideTiles, hold_all_posts_of_both_ends) {
 
 TEST_P(WideTiles, are_made_again_where_one_end_changes) {
   const TempDir folder;
-  ASSERT_TRUE(
-      build_tiles(source_of(GetParam(), folder, 0), options_of(folder.file("tiles"))));
+  ASSERT_TRUE(build_tiles(source_of(GetParam(), folder, 0), options_of(folder.file("tiles"))));
   const auto higher = source_of(GetParam(), folder, 1500);
   const auto update = build_tiles(higher, options_of(folder.file("tiles")));
   ASSERT_TRUE(update) << update.error().what;
