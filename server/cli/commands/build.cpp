@@ -408,6 +408,11 @@ int run(Arguments a) {
       archive = *packed;
     }
   }
+  if (a.format != kTiles3d && report->built > 0 && !remote::is_remote(a.options.output))
+    for (const auto compression : {GlbCompression::none, GlbCompression::meshopt})
+      if (const std::string folder = tiles3d_folder(a.options.output, compression);
+          std::filesystem::exists(folder + "/tileset.json"))
+        warn(folder + ": 3D Tiles of the tiles before; --format 3dtiles brings them up to date");
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (a.json) {

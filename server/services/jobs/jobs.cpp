@@ -18,6 +18,7 @@
 #include "server/services/jobs/job_messages.h"
 #include "terrain/base/errno_text.h"
 #include "terrain/base/file_io.h"
+#include "terrain/store/folder/folder_files.h"
 
 namespace tind::services {
 namespace {
@@ -41,6 +42,24 @@ std::int64_t now_ms() {
   return std::chrono::duration_cast<std::chrono::milliseconds>(
              std::chrono::system_clock::now().time_since_epoch())
       .count();
+}
+
+/// Puts all that a job's folder holds, and the folder, beyond power cuts.
+Result<void> sync_results(const std::string& folder) {
+  FolderFiles files;
+  std::error_code error;
+  for (const auto& entry : fs::recursive_directory_iterator(folder, error)) {
+    const std::string path = entry.path().string();
+    if (entry.is_symlink(error)) continue;
+    if (entry.is_directory(error)) {
+      if (auto done = files.sync_folder(path); !done) return done;
+    } else if (entry.is_regular_file(error)) {
+      if (auto done = files.sync_file(path); !done) return done;
+    }
+  }
+  if (error) return fail(Errc::io, folder + ": " + error.message());
+  if (auto done = files.sync_folder(folder); !done) return done;
+  return files.sync_folder(fs::path(folder).parent_path().string());
 }
 
 /// 128 bits from the system, which nobody guesses.
@@ -486,7 +505,8 @@ void Jobs::put_back(const std::shared_ptr<Live>& live) {
     }
     job = live->job;
   }
-  (void)store_->put(job);
+  if (const auto kept = store_->put(job); !kept)
+    spdlog::error("job {}: {}", job.id, logging::printable(kept.error().what));
   if (done) done(job);
   const std::lock_guard lock(mutex_);
   if (!live_.contains(job.id)) return;
@@ -501,6 +521,12 @@ void Jobs::end(const std::shared_ptr<Live>& live, JobStatus status, std::string 
     std::error_code ignored;
     if (live->dismissed) status = JobStatus::dismissed, message = "dismissed";
     if (status != JobStatus::successful) fs::remove_all(folder_of(live->job.id), ignored);
+    if (status == JobStatus::successful)  // before it is written down that they are there
+      if (const auto kept = sync_results(folder_of(live->job.id)); !kept) {
+        spdlog::error("job {}: {}", live->job.id, logging::printable(kept.error().what));
+        status = JobStatus::failed, message = "its results could not be kept";
+        continue;
+      }
     const std::uint64_t bytes =
         status == JobStatus::successful ? bytes_in(folder_of(live->job.id)) : 0;
     Job ended;
