@@ -17,16 +17,32 @@ struct Edge {
   double x_at(double y) const { return a.x + (b.x - a.x) * ((y - a.y) / (b.y - a.y)); }
 };
 
-std::vector<Edge> edges_of(const PostRings& rings) {
-  std::vector<Edge> edges;
+/// One along a row. Sides end there, in whichever cells they are, and so does the area in all
+/// cells that it goes through.
+struct FlatEdge {
+  double y, west, east;
+};
+
+struct Edges {
+  std::vector<Edge> sides;     // by a.y
+  std::vector<FlatEdge> flat;  // by y
+};
+
+Edges edges_of(const PostRings& rings) {
+  Edges edges;
   for (const auto& ring : rings)
     for (std::size_t i = 0; i < ring.size(); ++i) {
       Vec2 a = ring[i], b = ring[(i + 1) % ring.size()];
-      if (!std::isfinite(a.x + a.y + b.x + b.y) || a.y == b.y) continue;
+      if (!std::isfinite(a.x + a.y + b.x + b.y)) continue;
+      if (a.y == b.y) {
+        edges.flat.push_back({a.y, std::min(a.x, b.x), std::max(a.x, b.x)});
+        continue;
+      }
       if (a.y > b.y) std::swap(a, b);
-      edges.push_back({a, b});
+      edges.sides.push_back({a, b});
     }
-  std::ranges::sort(edges, {}, [](const Edge& e) { return e.a.y; });
+  std::ranges::sort(edges.sides, {}, [](const Edge& e) { return e.a.y; });
+  std::ranges::sort(edges.flat, {}, &FlatEdge::y);
   return edges;
 }
 
@@ -206,7 +222,8 @@ void take_valid(Integrator& to, const Cell& cell, Valid valid, const Trapezoid& 
 }
 
 /// Where slabs of a cell begin and end, 0..1: where something turns.
-std::vector<double> slabs(const Cell& cell, Valid valid, std::span<const RowEdge> edges) {
+std::vector<double> slabs(const Cell& cell, Valid valid, std::span<const RowEdge> edges,
+                          std::span<const FlatEdge> flat) {
   std::vector<double> ys = {0, 1};
   const auto add = [&](double y) {
     if (y > 0 && y < 1) ys.push_back(y);
@@ -221,14 +238,17 @@ std::vector<double> slabs(const Cell& cell, Valid valid, std::span<const RowEdge
     if (has_diagonal(valid) && falls(valid) && rise != -1) add((1 - x0) / (1 + rise));
     if (has_diagonal(valid) && !falls(valid) && rise != 1) add(x0 / (1 - rise));
   }
+  for (const FlatEdge& e : flat)
+    if (e.east >= cell.x && e.west <= cell.x + 1) add(e.y - cell.y);
   std::ranges::sort(ys);
   return ys;
 }
 
 /// A cell that edges go through. `edges`: of its row, by low_y, so that each slab looks only at
-/// those that reach it.
-void take_rim_cell(Integrator& to, const Cell& cell, Valid valid, std::span<const RowEdge> edges) {
-  const std::vector<double> ys = slabs(cell, valid, edges);
+/// those that reach it; `flat`: inside its row.
+void take_rim_cell(Integrator& to, const Cell& cell, Valid valid, std::span<const RowEdge> edges,
+                   std::span<const FlatEdge> flat) {
+  const std::vector<double> ys = slabs(cell, valid, edges, flat);
   struct Side {
     double middle, at_0, at_1;
   };
@@ -264,18 +284,22 @@ void take_rim_cell(Integrator& to, const Cell& cell, Valid valid, std::span<cons
 /// A row of cells.
 class RowOfCells {
  public:
-  RowOfCells(std::int64_t row, std::span<const Edge* const> active, std::int64_t cols)
-      : row_(row), touched_(std::size_t(std::max<std::int64_t>(cols - 1, 0)), false) {
+  RowOfCells(std::int64_t row, std::span<const Edge* const> active, std::span<const FlatEdge> flat,
+             std::int64_t cols)
+      : row_(row), flat_(flat), touched_(std::size_t(std::max<std::int64_t>(cols - 1, 0)), false) {
+    const double last = double(cols) - 2;
+    const auto touch = [&](double west, double east) {
+      for (double c = std::max(0.0, std::floor(west)); c <= std::min(last, std::floor(east)); ++c)
+        touched_[std::size_t(c)] = true;
+    };
+    for (const FlatEdge& e : flat) touch(e.west, e.east);
     for (const Edge* e : active) {
       RowEdge r{e, std::max(e->a.y, double(row)), std::min(e->b.y, double(row + 1)), 0, 0};
       if (!(r.high_y > r.low_y)) continue;
       const double p = e->x_at(r.low_y), q = e->x_at(r.high_y);
       r.west = std::min(p, q), r.east = std::max(p, q);
       edges_.push_back(r);
-      const double last = double(cols) - 2;
-      for (double c = std::max(0.0, std::floor(r.west)); c <= std::min(last, std::floor(r.east));
-           ++c)
-        touched_[std::size_t(c)] = true;
+      touch(r.west, r.east);
       if (e->a.y <= middle() && middle() < e->b.y) crossings_.push_back(e->x_at(middle()));
     }
     std::ranges::sort(crossings_);
@@ -290,7 +314,7 @@ class RowOfCells {
       Cell cell{north[c], north[c + 1], south[c], south[c + 1], double(c), double(row_)};
       const Valid valid = complete(cell);
       if (touched_[c])
-        take_rim_cell(to, cell, valid, edges_);
+        take_rim_cell(to, cell, valid, edges_, flat_);
       else
         take_valid(to, cell, valid, {0, 1, 0, 0, 1, 1});
     }
@@ -299,6 +323,7 @@ class RowOfCells {
 
  private:
   std::int64_t row_;
+  std::span<const FlatEdge> flat_;
   std::vector<RowEdge> edges_;
   std::vector<char> touched_;
   std::vector<double> crossings_;  // in the middle of the row, from the west
@@ -331,16 +356,20 @@ double GroundArea::at(double row) const {
 
 Result<AreaIntegral> integrate(const DemInfo& info, const PostRings& area, const PostRow& rows,
                                double uncertainty_m, const Progress& progress) {
-  const std::vector<Edge> edges = edges_of(area);
+  const Edges edges = edges_of(area);
+  const std::vector<Edge>& sides = edges.sides;
   Integrator integrator(info, uncertainty_m);
   std::vector<const Edge*> active;
   std::size_t next = 0;
   std::vector<double> north(std::size_t(info.cols)), south(std::size_t(info.cols));
   std::int64_t read = -1;  // the row that `south` has
   for (std::int64_t r = 0; r + 1 < info.rows; ++r) {
-    while (next < edges.size() && edges[next].a.y < double(r + 1)) active.push_back(&edges[next++]);
+    while (next < sides.size() && sides[next].a.y < double(r + 1)) active.push_back(&sides[next++]);
     std::erase_if(active, [&](const Edge* e) { return e->b.y <= double(r); });
-    const RowOfCells cells(r, active, info.cols);
+    const auto flat = std::ranges::subrange(
+        std::ranges::upper_bound(edges.flat, double(r), {}, &FlatEdge::y),
+        std::ranges::lower_bound(edges.flat, double(r + 1), {}, &FlatEdge::y));
+    const RowOfCells cells(r, active, flat, info.cols);
     if (cells.empty()) continue;
     if (progress.stopped()) return fail(Errc::cancelled, "stopped");
     if (read == r)

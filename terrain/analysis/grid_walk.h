@@ -21,6 +21,17 @@ struct Parabola {
   double a = 0, b = 0, c = 0;
 
   double at(double t) const { return a + t * (b + t * c); }
+  /// Where in [from, to] it first is below zero. REQUIRES: it is at `to`.
+  double first_below_in(double from, double to) const {
+    if (at(from) < 0) return from;
+    // Of both roots, each without a difference of near numbers, the first one inside.
+    const double disc = std::max(0.0, b * b - 4 * a * c);
+    const double q = -(b + std::copysign(std::sqrt(disc), b)) / 2;
+    double first = to;
+    for (const double t : {q / c, a / q})
+      if (t >= from && t < first) first = t;
+    return first;
+  }
   friend Parabola operator-(const Parabola& p, const Parabola& q) {
     return {p.a - q.a, p.b - q.b, p.c - q.c};
   }

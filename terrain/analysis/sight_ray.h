@@ -128,7 +128,8 @@ inline void take(const Part& part, const WalkPiece& piece, const SightRules& rul
   const double t = c.lowest_in(piece.from, piece.to), least = c.at(t);
   if (least < out.least_m)
     out.least_m = least, out.share = part.share(t), out.ground_m = piece.height.at(t);
-  if (least < -kTouch_m && out.first_hidden < 0) out.first_hidden = part.share(t);
+  if (least < -kTouch_m && out.first_hidden < 0)
+    out.first_hidden = part.share(c.first_below_in(piece.from, t));
   if (rules.all_m() == 0) return;
   const double e = rules.uncertainty_m;
   const double slack = shift_posts * (piece.steepest + 3 * e) + 2 * rules.anywhere_m;

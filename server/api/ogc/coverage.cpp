@@ -1,6 +1,8 @@
 // /collections/{id}/coverage: a window of heights, in any system, of any size. A pixel is the mean
 // of H over it, as heightmaps have it (terrain/heightmaps/height_lattice.h).
 
+#include <fmt/format.h>
+
 #include <string>
 #include <utility>
 
@@ -11,6 +13,7 @@
 #include "server/api/web_map.h"
 #include "server/http/message/problem.h"
 #include "terrain/heightmaps/height_lattice.h"
+#include "terrain/raster/crs_code.h"
 
 namespace tind::api::ogc {
 namespace {
@@ -58,8 +61,13 @@ http::Reply answer(const App& app, const services::ServedDataset& dataset, const
   const DemInfo& info = surface.layers()[0].source->info();
   const auto datum = datum_asked(q.datum, info);
   if (!datum) return http::problem_reply({{"datum", datum.error().what}}, target);
-  const auto window = coverage_window(q, *bbox_crs, *crs, facts,
-                                      {surface.info().spacing_x_m, surface.info().spacing_y_m});
+  const bool is_own =
+      surface.only() && crs->name() == fmt::format("EPSG:{}", crs_code(info.crs_wkt).epsg);
+  const auto grid = is_own ? own_grid(q, *crs, info) : std::nullopt;
+  const std::expected<CoverageWindow, http::ParameterProblem> window =
+      grid ? *grid
+           : coverage_window(q, *bbox_crs, *crs, facts,
+                             {surface.info().spacing_x_m, surface.info().spacing_y_m});
   if (!window) return http::problem_reply({window.error()}, target);
 
   const RasterLattice lattice = lattice_of(*crs, *window);

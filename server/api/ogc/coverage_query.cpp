@@ -224,6 +224,25 @@ std::expected<CoverageWindow, http::ParameterProblem> coverage_window(const Cove
   return CoverageWindow{*box, int(cols), int(rows), {ground.x / cols, ground.y / rows}};
 }
 
+std::optional<CoverageWindow> own_grid(const CoverageQuery& q, const AskedCrs& crs,
+                                       const DemInfo& info) {
+  const Affine& a = info.post_to_crs;
+  const bool upright = a.x_row == 0 && a.y_col == 0 && a.x_col > 0 && a.y_row < 0;
+  const bool all = !q.bbox && !q.subset_x && !q.subset_y && q.width == 0 && q.height == 0;
+  if (!all || !upright || info.crs_kind != CrsKind::projected ||
+      double(info.cols) * double(info.rows) > kMostTextPixels)
+    return {};
+  const double west = a.x0 - a.x_col / 2, north = a.y0 - a.y_row / 2;
+  const CrsBox box{west, north + a.y_row * double(info.rows), west + a.x_col * double(info.cols),
+                   north};
+  const Vec2 ground = ground_m(crs, box);
+  if (!(ground.x > 0 && ground.y > 0)) return {};
+  return CoverageWindow{box,
+                        int(info.cols),
+                        int(info.rows),
+                        {ground.x / double(info.cols), ground.y / double(info.rows)}};
+}
+
 http::Operation coverage_operation() {
   return {.id = "getCoverage",
           .tag = "OGC",

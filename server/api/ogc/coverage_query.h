@@ -54,6 +54,11 @@ std::expected<CoverageWindow, http::ParameterProblem> coverage_window(const Cove
                                                                       const DatasetFacts&,
                                                                       Vec2 spacing_m);
 
+/// All of a DEM in its own system, where neither window nor size is asked for: its grid, so that
+/// pixels are posts. Nothing where that is another, turned, or of more than 2^20 posts.
+/// REQUIRES: `crs` is the DEM's own.
+std::optional<CoverageWindow> own_grid(const CoverageQuery&, const AskedCrs& crs, const DemInfo&);
+
 }  // namespace tind::api::ogc
 
 namespace tind {

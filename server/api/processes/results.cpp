@@ -120,6 +120,16 @@ void name_datasets(Ordered& json, const JobOrder& order) {
     }
 }
 
+/// Each once; what is no dataset is a file of the order.
+Ordered datasets_of(const Ordered& named, const JobOrder& order) {
+  Ordered once = Ordered::array();
+  for (const Ordered& one : named)
+    if (std::ranges::find(once, one) == once.end() &&
+        std::ranges::any_of(order.names, [&](const auto& name) { return one == name.second; }))
+      once.push_back(one);
+  return once;
+}
+
 /// A report as a client may see it: without the daemon's paths.
 Result<Ordered> report_of(const services::Jobs& jobs, const Job& job, const JobOrder& order,
                           const JobOrder::Output& output) {
@@ -127,11 +137,16 @@ Result<Ordered> report_of(const services::Jobs& jobs, const Job& job, const JobO
   if (!text) return std::unexpected(text.error());
   auto json = json::parse<Ordered>(*text);
   if (!json.is_object()) return fail(Errc::bad_data, "a report that is no object");
-  Ordered inputs = Ordered::array();
-  for (const auto& [path, name] : order.names)
-    if (std::ranges::find(inputs, Ordered(name)) == inputs.end()) inputs.push_back(name);
   name_datasets(json, order);
-  json["input"] = std::move(inputs);
+  // A dataset of several files once, in the order in which the program has them.
+  for (const char* role : {"input", "less", "against"})
+    if (const auto named = json.find(role); named != json.end() && named->is_array())
+      *named = datasets_of(*named, order);
+  if (!json.contains("input")) {
+    Ordered all = Ordered::array();
+    for (const auto& [path, name] : order.names) all.push_back(name);
+    json["input"] = datasets_of(all, order);
+  }
   return json;
 }
 

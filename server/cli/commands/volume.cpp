@@ -144,20 +144,23 @@ Result<Made> make(const Arguments& a) {
   return made;
 }
 
-nlohmann::ordered_json to_json(const Made& made) {
+nlohmann::ordered_json to_json(const Arguments& a, const Made& made) {
   const Volume& v = made.volume;
   const auto within = [](const Within& w) {
     return nlohmann::ordered_json{{"m3", w.value}, {"low_m3", w.low}, {"high_m3", w.high}};
   };
-  return {{"cut", within(v.cut_m3)},
-          {"fill", within(v.fill_m3)},
-          {"net", within(v.net_m3)},
-          {"area_m2", v.area_m2},
-          {"void_area_m2", v.void_area_m2},
-          {"area_scale", area_scale_json(made.scale)},
-          {"beyond_dem", v.beyond},
-          {"uncertainty_m", made.uncertainty_m},
-          {"datum", made.datum}};
+  nlohmann::ordered_json json = {{"cut", within(v.cut_m3)},
+                                 {"fill", within(v.fill_m3)},
+                                 {"net", within(v.net_m3)},
+                                 {"area_m2", v.area_m2},
+                                 {"void_area_m2", v.void_area_m2},
+                                 {"area_scale", area_scale_json(made.scale)},
+                                 {"beyond_dem", v.beyond},
+                                 {"uncertainty_m", made.uncertainty_m},
+                                 {"datum", made.datum},
+                                 {"input", a.dem.files}};
+  if (!a.against.empty()) json["against"] = a.against;
+  return json;
 }
 
 void print(const Made& made) {
@@ -181,7 +184,7 @@ int run(const Arguments& a) {
   const auto made = make(a);
   if (!made) return complain_of(a.dem, made.error());
   if (made->volume.area_m2 == 0) warn("there is no place with heights to compare in the area");
-  return put_report(a.report, to_json(*made), [&] { print(*made); });
+  return put_report(a.report, to_json(a, *made), [&] { print(*made); });
 }
 
 }  // namespace

@@ -34,6 +34,7 @@ class HeightGiver {
   ConstraintNetwork& net_;
   Constraints& out_;
   const int cols_;
+  std::vector<bool> flattened_ = std::vector<bool>(grid_.size());
 
   static double median(std::vector<double> v) {
     if (v.empty()) return kNone;
@@ -98,7 +99,9 @@ class HeightGiver {
   void flatten_post(int c, int r, double level) {
     if (out_.dem.grid.is_void(c, r)) return;
     out_.dem.grid.at(c, r) = float(level);
-    ++out_.report.posts_flattened;
+    auto&& counted = flattened_[std::size_t(r) * std::size_t(cols_) + std::size_t(c)];
+    out_.report.posts_flattened += !counted;  // those on shores are met more than once
+    counted = true;
   }
 
   void cut_outside() {

@@ -41,9 +41,13 @@ class Lines {
 constexpr double kSpacing = 0.001;
 MadeUpSource dem_of(HeightGrid grid) { return MadeUpSource(std::move(grid), {10, 50}, kSpacing); }
 
-/// The least clearance among samples, by spherical trigonometry's place: straight in space.
-double sampled_clearance(const MadeUpSource& dem, const Line& line, double refraction,
-                         int samples) {
+/// The least clearance among samples, by spherical trigonometry's place: straight in space; and
+/// the share of the way at which the first one is below zero.
+struct Sampled {
+  double least = 1e9, first_hidden = -1;
+};
+Sampled sampled_clearance(const MadeUpSource& dem, const Line& line, double refraction,
+                          int samples) {
   const auto ground = [&](Geographic p) {
     const Vec2 at = dem.info().post_to_crs.invert(p.lon, p.lat);
     const int c = int(std::floor(at.x)), r = int(std::floor(at.y));
@@ -55,14 +59,16 @@ double sampled_clearance(const MadeUpSource& dem, const Line& line, double refra
       wgs84::to_ecef(line.from.place, ground(line.from.place) + line.from.above_ground_m);
   const Vec3 b = wgs84::to_ecef(line.to.place, ground(line.to.place) + line.to.above_ground_m);
   const double length_m = length(b - a);
-  double least = 1e9;
+  Sampled found;
   for (int i = 0; i <= samples; ++i) {
     const double u = double(i) / samples;
     const auto at = wgs84::from_ecef(a + (b - a) * u);
     const double lift = refraction * u * (1 - u) * length_m * length_m / (2 * 6.378e6);
-    least = std::min(least, at.height_m + lift - ground(at.p));
+    const double clearance = at.height_m + lift - ground(at.p);
+    found.least = std::min(found.least, clearance);
+    if (clearance < 0 && found.first_hidden < 0) found.first_hidden = u;
   }
-  return least;
+  return found;
 }
 
 TEST(LineOfSight, IsWhatSamplesSayAndNoSampleFindsLess) {
@@ -73,7 +79,7 @@ TEST(LineOfSight, IsWhatSamplesSayAndNoSampleFindsLess) {
     const Line line = lines.next();
     const auto found = line_of_sight(dem, line.from, line.to, {});
     ASSERT_TRUE(found) << found.error().what;
-    const double sampled = sampled_clearance(dem, line, 0.13, 3000);
+    const auto [sampled, hidden_at] = sampled_clearance(dem, line, 0.13, 3000);
     ASSERT_TRUE(found->nearest);
     ASSERT_LE(found->nearest->clearance_m, sampled + 0.01) << round;
     ASSERT_GE(found->nearest->clearance_m, sampled - 0.5) << round;
@@ -81,6 +87,9 @@ TEST(LineOfSight, IsWhatSamplesSayAndNoSampleFindsLess) {
     visible += found->visibility == Visibility::visible;
     hidden += found->visibility == Visibility::hidden;
     ASSERT_EQ(found->visibility == Visibility::hidden, found->first_hidden_share.has_value());
+    if (found->first_hidden_share && sampled < -0.1) {
+      ASSERT_NEAR(*found->first_hidden_share, hidden_at, 2.0 / 3000) << round;
+    }
     const auto back = line_of_sight(dem, line.to, line.from, {});
     ASSERT_TRUE(back);
     ASSERT_NEAR(back->nearest->clearance_m, found->nearest->clearance_m, 1e-2);

@@ -88,6 +88,48 @@ TEST(Volume, OfStarsWithHolesAndVoidsIsWhatFineSamplesSay) {
   }
 }
 
+/// Edges along rows, between them: what is turned by a hair has none.
+TEST(Volume, OfRectanglesAndStairsIsThatOfThemTurnedByAHair) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> x(0.2, 14.8), y(0.2, 12.8);
+  const auto turned = [](PostRings rings) {
+    for (auto& ring : rings)
+      for (Vec2& p : ring) p.y += 1e-9 * p.x;
+    return rings;
+  };
+  for (int round = 0; round < 40; ++round) {
+    const MadeUpSource dem =
+        dem_of(round % 2 ? test::terrain_with_voids(16, 14, unsigned(round), 40)
+                         : test::rough_terrain(16, 14, unsigned(round), 40));
+    double west = x(random), east = x(random), north = y(random), south = y(random);
+    if (west > east) std::swap(west, east);
+    if (north > south) std::swap(north, south);
+    const double mid_x = (2 * west + east) / 3, mid_y = (north + 2 * south) / 3;
+    PostRings area = {{{west, north}, {east, north}, {east, south}, {west, south}}};
+    if (round % 4 == 1)  // within one row of cells
+      for (Vec2& p : area[0]) p.y = std::floor(north) + (p.y == north ? 0.3 : 0.6);
+    if (round % 4 == 2)
+      area[0] = {{west, north}, {mid_x, north}, {mid_x, mid_y},
+                 {east, mid_y}, {east, south},  {west, south}};
+    if (round % 4 == 3)  // a hole, too
+      area.push_back({{(west + mid_x) / 2, (north + mid_y) / 2},
+                      {mid_x, (north + mid_y) / 2},
+                      {mid_x, mid_y},
+                      {(west + mid_x) / 2, mid_y}});
+    const auto found = volume(dem, LevelReference{20}, area),
+               near = volume(dem, LevelReference{20}, turned(area));
+    ASSERT_TRUE(found && near);
+    const AreaIntegral truth = sampled(dem, area, 20, 40);
+    const double rim = 2 * (east - west + south - north) * GroundArea(dem.info()).at(6) / 40;
+    ASSERT_NEAR(found->area_m2, truth.area_m2, rim) << round;
+    const double little = 1e-6 * (found->area_m2 + found->void_area_m2);
+    ASSERT_NEAR(found->area_m2, near->area_m2, little) << round;
+    ASSERT_NEAR(found->void_area_m2, near->void_area_m2, little) << round;
+    ASSERT_NEAR(found->cut_m3.value, near->cut_m3.value, 100 * little) << round;
+    ASSERT_NEAR(found->fill_m3.value, near->fill_m3.value, 100 * little) << round;
+  }
+}
+
 TEST(Volume, IsExactWhereAFormulaSaysWhatItIs) {
   // x y over a square of side 2 around 0 in one cell: half of it positive, 1/4 of the side^4 / 4.
   HeightGrid grid(2, 2);

@@ -66,6 +66,30 @@ TEST_F(Coverages, TheWholeIsTheDemItself) {
     }
 }
 
+TEST_F(Coverages, TheWholeInTheDemsOwnSystemIsItsGrid) {
+  const std::string file = test::testdata("bigtujunga_crop.tif");
+  ASSERT_TRUE(services::open_dataset(catalog_, {"tujunga", {file}}, {}, {}));
+  const HttpReply reply = get("/collections/tujunga/coverage?crs=EPSG:32611");
+  ASSERT_EQ(reply.status, 200) << reply.body;
+  std::ofstream(dir_.file("own.tif"), std::ios::binary) << reply.body;
+  const auto ours = DemSource::open(std::vector{dir_.file("own.tif")}),
+             dem = DemSource::open(std::vector{file});
+  ASSERT_TRUE(ours && dem);
+  const DemInfo &a = (*ours)->info(), &b = (*dem)->info();
+  ASSERT_EQ(std::pair(a.cols, a.rows), std::pair(b.cols, b.rows));
+  EXPECT_NEAR(a.post_to_crs.x0, b.post_to_crs.x0, 1e-6);
+  EXPECT_NEAR(a.post_to_crs.y0, b.post_to_crs.y0, 1e-6);
+  EXPECT_NEAR(a.post_to_crs.x_col, b.post_to_crs.x_col, 1e-9);
+  const auto p = (*ours)->read(0, 0, int(a.cols), int(a.rows)),
+             q = (*dem)->read(0, 0, int(a.cols), int(a.rows));
+  for (std::size_t i = 0; i < p->size(); ++i) {
+    ASSERT_EQ(std::isnan(p->values()[i]), std::isnan(q->values()[i])) << i;
+    if (!std::isnan(q->values()[i])) {
+      ASSERT_NEAR(p->values()[i], q->values()[i], 2e-3) << i;
+    }
+  }
+}
+
 TEST(CoverageWindow, OfTheWholeGlobeHasEveryColumnOnce) {
   DatasetFacts facts;
   facts.box = {-180, -60, 180, 60};
