@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -9,6 +10,17 @@
 #include "terrain/raster/gdal/vector_source.h"
 
 namespace tind::cli {
+
+namespace {
+
+/// Degrees that mean a post are rarely it to the last bit: whether posts on a box's sides count
+/// must not hang on that.
+double on_post(double x) {
+  constexpr double kHair = 1e-6;  // posts
+  return std::abs(x - std::round(x)) < kHair ? std::round(x) : x;
+}
+
+}  // namespace
 
 Result<std::vector<NamedArea>> read_areas(const std::string& path, const DemSource& dem) {
   const auto shapes = read_vectors(path, dem);
@@ -20,7 +32,7 @@ Result<std::vector<NamedArea>> read_areas(const std::string& path, const DemSour
     if (out.empty() || out.back().feature != polygon.feature) out.push_back({polygon.feature, {}});
     for (const VectorLine& ring : polygon.rings) {
       std::vector<Vec2> points;
-      for (const Vec3& p : ring) points.push_back({p.x, -p.y});
+      for (const Vec3& p : ring) points.push_back({on_post(p.x), on_post(-p.y)});
       out.back().rings.push_back(std::move(points));
     }
   }

@@ -195,6 +195,8 @@ TEST_F(ProcessesApi, VolumesStatisticsAndDifferences) {
   const Json same =
       Json::parse(run("volume", R"("against": "rainier", "bbox": [-121.8, 46.75, -121.7, 46.8])"));
   EXPECT_EQ(same["cut"]["m3"], 0);
+  EXPECT_EQ(same["input"], Json::array({"rainier"}));
+  EXPECT_EQ(same["against"], Json::array({"rainier"}));
   EXPECT_TRUE(run("difference", R"("less": "rainier", "bbox": [-121.8, 46.75, -121.7, 46.8])")
                   .starts_with("II*"));
   expect_refused("/processes/volume/execution",

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -44,6 +45,26 @@ class Turns : public ::testing::Test {
 
   const test::TempDir folder_;
 };
+
+/// Degrees of posts are rarely what a box says to the last bit.
+TEST_F(Turns, PostsOnTheSidesOfABoxAreHalfInIt) {
+  dem(0, 2);  // for its .prj
+  for (const double west : {-121.9, 8.1, 46.7, 0.3}) {
+    const std::string name = folder_.file(fmt::format("fine{}", west));
+    std::ofstream out(name + ".asc");
+    out << "ncols 40\nnrows 4\nxllcenter " << west << "\nyllcenter 10\ncellsize 0.01\n";
+    for (int i = 0; i < 160; ++i) out << "100 ";
+    out.close();
+    std::filesystem::copy(folder_.file("dem0.prj"), name + ".prj");
+    for (const double from : {0.1, 0.07, 0.13})
+      EXPECT_EQ(posts(name + ".asc",
+                      polygon(fmt::format("[[[{0:.2f},10.005],[{1:.2f},10.005],[{1:.2f},10.025],"
+                                          "[{0:.2f},10.025],[{0:.2f},10.005]]]",
+                                          west + from, west + from + 0.2))),
+                40u)
+          << west << " " << from;
+  }
+}
 
 TEST_F(Turns, APolygonCountsWhereItsLongitudesCome) {
   const std::string globe = dem(0, 360), strip = dem(175, 10);  // to 184
