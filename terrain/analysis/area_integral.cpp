@@ -183,7 +183,8 @@ class Integrator {
   double area(const Cell& cell, const Trapezoid& t) const {
     double sum = 0;
     gauss(t.y0, t.y1, [&](double y, double weight) {
-      sum += weight * ground_.at(cell.y + y) * (t.east(y) - t.west(y));
+      const double west = t.west(y), east = t.east(y);
+      sum += weight * ground_.at(cell.x + (west + east) / 2, cell.y + y) * (east - west);
     });
     return sum;
   }
@@ -199,7 +200,7 @@ class Integrator {
         const double west = t.west(y), east = t.east(y);
         const auto [up, down] =
             halves(cell.at(west, y) + shift, cell.at(east, y) + shift, east - west);
-        const double m2 = weight * ground_.at(cell.y + y);
+        const double m2 = weight * ground_.at(cell.x + (west + east) / 2, cell.y + y);
         above += m2 * up, below += m2 * down;
       });
     }
@@ -244,19 +245,24 @@ std::vector<double> slabs(const Cell& cell, Valid valid, std::span<const RowEdge
   return ys;
 }
 
+constexpr double kHair = 1e-12;  // of a cell
+
 /// A cell that edges go through. `edges`: of its row, by low_y, so that each slab looks only at
 /// those that reach it; `flat`: inside its row.
 void take_rim_cell(Integrator& to, const Cell& cell, Valid valid, std::span<const RowEdge> edges,
                    std::span<const FlatEdge> flat) {
-  const std::vector<double> ys = slabs(cell, valid, edges, flat);
+  std::vector<double> ys = slabs(cell, valid, edges, flat);  // what is left of them, the next last
+  std::ranges::reverse(ys);
   struct Side {
     double middle, at_0, at_1;
+    const RowEdge* crosses;  // null: it passes beside the cell
   };
   std::vector<Side> sides;
   std::vector<const RowEdge*> here;
   std::size_t next = 0;
-  for (std::size_t i = 1; i < ys.size(); ++i) {
-    const double y0 = ys[i - 1], y1 = ys[i], middle = (y0 + y1) / 2;
+  while (ys.size() > 1) {
+    const double y0 = ys.back(), y1 = ys[ys.size() - 2], middle = (y0 + y1) / 2;
+    ys.pop_back();
     if (!(y1 > y0)) continue;
     sides.clear();
     while (next < edges.size() && edges[next].low_y <= cell.y + middle)
@@ -268,10 +274,24 @@ void take_rim_cell(Integrator& to, const Cell& cell, Valid valid, std::span<cons
       };
       const double x = e->edge->x_at(cell.y + middle) - cell.x;
       const bool crosses = e->east >= cell.x && e->west <= cell.x + 1 && x >= 0 && x <= 1;
-      sides.push_back(
-          {x, crosses ? in_cell(y0) : in_cell(middle), crosses ? in_cell(y1) : in_cell(middle)});
+      sides.push_back({x, crosses ? in_cell(y0) : in_cell(middle),
+                       crosses ? in_cell(y1) : in_cell(middle), crosses ? e : nullptr});
     }
     std::ranges::sort(sides, {}, &Side::middle);
+    // Where two sides cross each other, the slab ends.
+    double crossing = y1;
+    for (std::size_t k = 0; k + 1 < sides.size(); ++k) {
+      const Side &w = sides[k], &e = sides[k + 1];
+      if (!w.crosses || !e.crosses || (w.at_0 <= e.at_0 && w.at_1 <= e.at_1)) continue;
+      const double before = w.crosses->edge->x_at(cell.y + y0) - e.crosses->edge->x_at(cell.y + y0),
+                   after = w.crosses->edge->x_at(cell.y + y1) - e.crosses->edge->x_at(cell.y + y1);
+      const double y = y0 + (y1 - y0) * (before / (before - after));
+      if (y > y0 + kHair && y < y1 - kHair) crossing = std::min(crossing, y);
+    }
+    if (crossing < y1) {
+      ys.insert(ys.end(), {crossing, y0});
+      continue;
+    }
     for (std::size_t k = 0; k + 1 < sides.size(); k += 2) {
       const Side &w = sides[k], &e = sides[k + 1];
       if (w.at_0 == e.at_0 && w.at_1 == e.at_1) continue;
@@ -339,17 +359,17 @@ PostRings whole_area(const DemInfo& info) {
 }
 
 GroundArea::GroundArea(const DemInfo& info)
-    : map_(info.post_to_crs), middle_col_(double(info.cols - 1) / 2) {
+    : map_(info.post_to_crs) {
   if (info.crs_kind == CrsKind::projected) unit_m_ = info.crs_unit_m;
   if (info.crs_kind != CrsKind::geographic) return;
   const double step = std::hypot(map_.x_col, map_.y_col);
   degrees_ = info.period_cols > 0 && step > 0 ? 360 / (info.period_cols * step) : 1;
 }
 
-double GroundArea::at(double row) const {
+double GroundArea::at(double col, double row) const {
   const double units = std::abs(map_.x_col * map_.y_row - map_.x_row * map_.y_col);
   if (degrees_ == 0) return units * unit_m_ * unit_m_;
-  const double lat = map_.apply(middle_col_, row).y * degrees_;
+  const double lat = map_.apply(col, row).y * degrees_;
   const Vec2 metres = wgs84::metres_per_degree(std::clamp(lat, -90.0, 90.0));
   return units * degrees_ * degrees_ * metres.x * metres.y;
 }
@@ -419,7 +439,7 @@ AreaScale area_scale(const DemSource& dem, Vec2 low, Vec2 high) {
     const Vec3 at = wgs84::to_ecef(places[i], 0);
     const Vec3 ground =
         cross(wgs84::to_ecef(places[i + 1], 0) - at, wgs84::to_ecef(places[i + 2], 0) - at);
-    const double times = plane.at(posts[i].y) / length(ground);
+    const double times = plane.at(posts[i].x, posts[i].y) / length(ground);
     if (!std::isfinite(times)) continue;  // no place
     scale.least = std::min(scale.least, times), scale.greatest = std::max(scale.greatest, times);
   }

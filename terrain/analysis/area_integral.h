@@ -27,16 +27,16 @@ using PostRings = std::vector<std::vector<Vec2>>;
 /// All of a DEM: from its first post to its last.
 PostRings whole_area(const DemInfo&);
 
-/// The ground that a column times a row is, m^2, on a row: on the ellipsoid for degrees, in the
-/// plane of the projection else.
+/// The ground that a column times a row is, m^2, at a place among the posts: on the ellipsoid for
+/// degrees, in the plane of the projection else.
 class GroundArea {
  public:
   explicit GroundArea(const DemInfo&);
-  double at(double row) const;
+  double at(double col, double row) const;
 
  private:
   Affine map_;
-  double middle_col_ = 0, degrees_ = 0, unit_m_ = 1;  // degrees_: 0 where not geographic
+  double degrees_ = 0, unit_m_ = 1;  // degrees_: 0 where not geographic
 };
 
 /// How many times as large as on the ellipsoid areas are that GroundArea has.

@@ -31,11 +31,14 @@ class Ground {
     degrees_ = info.period_cols > 0 && step > 0 ? 360 / (info.period_cols * step) : 1;
   }
 
-  /// Distances as they are on this row.
-  void move_to(std::int64_t row) {
+  /// Do distances change along a row, too?
+  bool turned() const {
+    return info_.crs_kind == CrsKind::geographic && info_.post_to_crs.y_col != 0;
+  }
+  /// Distances as they are there.
+  void move_to(std::int64_t col, std::int64_t row) {
     if (info_.crs_kind == CrsKind::geographic) {
-      const double lat =
-          info_.post_to_crs.apply(double(info_.cols - 1) / 2, double(row)).y * degrees_;
+      const double lat = info_.post_to_crs.apply(double(col), double(row)).y * degrees_;
       // At a pole, columns have no distance: those a metre's part away have.
       const Vec2 metres = wgs84::metres_per_degree(std::clamp(lat, -89.99999, 89.99999));
       x_m_ = metres.x * degrees_, y_m_ = metres.y * degrees_;
@@ -139,9 +142,10 @@ RasterRows derivative_rows(const DemSource& dem, const DerivativeOptions& option
     HeightGrid out(cols, rows);
     Ground ground(info);
     for (int r = 0; r < rows; ++r) {
-      ground.move_to(std::int64_t(row) + r);
+      ground.move_to(0, std::int64_t(row) + r);
       for (int c = 0; c < cols; ++c) {
         if (posts->is_void(c + 1, r + 1)) continue;
+        if (ground.turned()) ground.move_to(c, std::int64_t(row) + r);
         Nine z;
         for (int k = 0; k < 9; ++k) z[std::size_t(k)] = posts->at(c + k % 3, r + k / 3);
         complete(z);

@@ -27,14 +27,17 @@ std::optional<PostRect> rect_around(const DemInfo& info, const PostRings& rings)
   return PostRect{std::int64_t(west), std::int64_t(north), std::int64_t(east), std::int64_t(south)};
 }
 
-/// Where edges cross a row of posts, from the west.
-std::vector<double> crossings(const PostRings& rings, double row) {
+/// Where edges cross a row of posts, by column; of those that end on it the ones to its south, or
+/// its north where rows go that way. The same of an edge whichever ring has it.
+std::vector<double> crossings(const PostRings& rings, double row, bool northward) {
   std::vector<double> out;
+  const auto before = [&](double y) { return northward ? y < row : y <= row; };
   for (const auto& ring : rings)
     for (std::size_t i = 0; i < ring.size(); ++i) {
-      const Vec2 &a = ring[i], &b = ring[(i + 1) % ring.size()];
-      if ((a.y <= row) != (b.y <= row))
-        out.push_back(a.x + (b.x - a.x) * ((row - a.y) / (b.y - a.y)));
+      Vec2 a = ring[i], b = ring[(i + 1) % ring.size()];
+      if (before(a.y) == before(b.y)) continue;
+      if (a.y > b.y) std::swap(a, b);
+      out.push_back(a.x + (b.x - a.x) * ((row - a.y) / (b.y - a.y)));
     }
   std::ranges::sort(out);
   return out;
@@ -64,6 +67,14 @@ Result<ZonalStatistics> zonal_statistics(std::shared_ptr<const DemSource> dem,
   out.beyond = reaches_beyond(dem->info(), polygon);
   const auto rect = rect_around(dem->info(), polygon);
   if (!rect) return out;
+  // "On an edge counts to the east and the south" is said of the map, however rows are stored; and
+  // a meridian that a DEM has twice counts once.
+  const Affine& map = dem->info().post_to_crs;
+  const bool westward = map.x_col < 0, northward = map.y_row > 0;
+  std::int64_t last_col = rect->last_col;
+  if (dem->info().wraps_longitude)
+    last_col = std::min<std::int64_t>(last_col, std::llround(dem->info().period_cols) - 1);
+  const double last = double(last_col - rect->col);
   const auto window = dem_window(std::move(dem), *rect);
   PostRings rings = polygon;
   for (auto& ring : rings)
@@ -73,18 +84,20 @@ Result<ZonalStatistics> zonal_statistics(std::shared_ptr<const DemSource> dem,
   std::vector<float> values;
   std::vector<double> row(std::size_t(info.cols));
   for (std::int64_t r = 0; r < info.rows; ++r) {
-    const std::vector<double> xs = crossings(rings, double(r));
+    const std::vector<double> xs = crossings(rings, double(r), northward);
     if (xs.empty()) continue;
     if (auto read = rows(r, row); !read) return std::unexpected(read.error());
-    for (std::size_t k = 0; k + 1 < xs.size(); k += 2)
-      for (double c = std::max(0.0, std::ceil(xs[k])); c < xs[k + 1] && c < double(info.cols);
-           ++c) {
+    for (std::size_t k = 0; k + 1 < xs.size(); k += 2) {
+      const double from = westward ? std::floor(xs[k]) + 1 : std::ceil(xs[k]),
+                   to = westward ? std::floor(xs[k + 1]) : std::ceil(xs[k + 1]) - 1;
+      for (double c = std::max(0.0, from); c <= std::min(to, last); ++c) {
         const double z = row[std::size_t(c)];
         if (std::isnan(z))
           ++out.voids;
         else
           values.push_back(float(z));
       }
+    }
   }
   summarise(values, out);
   PostRows again(*window);

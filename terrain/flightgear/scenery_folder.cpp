@@ -21,6 +21,7 @@
 #include "terrain/flightgear/bucket.h"
 #include "terrain/flightgear/cover_materials.h"
 #include "terrain/store/folder/folder_files.h"
+#include "terrain/store/folder/folder_lock.h"
 #include "terrain/store/folder/product_records.h"
 
 namespace tind::flightgear {
@@ -47,7 +48,11 @@ std::string record_of(const BucketPlan& plan, const LandCover* cover) {
 /// Whose buckets lie here; nothing in a folder that is new or empty.
 Result<std::optional<std::string>> record_in(const std::string& folder) {
   std::error_code error;
-  if (!fs::exists(folder, error) || fs::is_empty(folder, error)) return std::nullopt;
+  if (!fs::exists(folder, error)) return std::nullopt;
+  const bool is_new = std::ranges::all_of(fs::directory_iterator(folder, error), [](const auto& e) {
+    return e.path().filename() == FolderLock::kName;
+  });
+  if (is_new && !error) return std::nullopt;
   auto text = read_regular_file(folder + kSceneryRecord);
   if (!text || !text->starts_with("scenery made by tind"))
     return fail(Errc::invalid_argument,
@@ -320,6 +325,10 @@ Result<std::string> SceneryMaker::put_indices() {
 }
 
 Result<SceneryReport> SceneryMaker::make(int threads) {
+  if (const auto ok = record_in(folder_); !ok) return std::unexpected(ok.error());
+  if (auto done = files_.make_folder(folder_); !done) return std::unexpected(done.error());
+  const auto lock = FolderLock::take(folder_);
+  if (!lock) return std::unexpected(lock.error());
   const auto before = record_in(folder_);
   if (!before) return std::unexpected(before.error());
   const bool same = *before && **before == record_of(plan_, cover_);

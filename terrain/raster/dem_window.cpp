@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -179,11 +180,18 @@ Result<PostRect> posts_around(const DemSource& source, std::span<const Geographi
   std::vector<Vec2> posts(outline.size());
   source.to_post(outline, posts);
   Span cols, rows;
-  double near = std::numeric_limits<double>::quiet_NaN();  // the first column that there is
-  for (Vec2 p : posts) {
+  // Around the globe columns go on as the outline's longitudes do, from the first that there is.
+  std::optional<std::size_t> first;
+  for (std::size_t i = 0; i < posts.size(); ++i) {
+    Vec2 p = posts[i];
     if (!std::isfinite(p.x) || !std::isfinite(p.y)) continue;
-    if (std::isnan(near)) near = p.x;
-    if (info.wraps_longitude) p.x = near + std::remainder(p.x - near, info.period_cols);
+    if (!first) first = i;
+    if (info.wraps_longitude) {
+      const double turns = (outline[i].lon - outline[*first].lon) / 360;
+      const double there =
+          posts[*first].x + std::copysign(turns, info.post_to_crs.x_col * turns) * info.period_cols;
+      p.x += std::round((there - p.x) / info.period_cols) * info.period_cols;
+    }
     cols.take(p.x), rows.take(p.y);
   }
   PostRect rect{cols.first(), rows.first(), cols.last(), rows.last()};

@@ -85,7 +85,7 @@ std::vector<std::uint8_t> content(const TileModel& tile, const TileModel* parent
 }
 
 proto::Tile3d facts(const TileModel& tile, const TileModel* parent, bool leaf,
-                    GlbCompression compression) {
+                    GlbCompression compression, double higher) {
   const double own = tile.certificate ? tile.certificate->max_error_m : nominal_error(tile);
   const SpaceError space = space_error(tile, compression);
   const double walls = wall_depth_m(tile, parent, compression);
@@ -98,10 +98,10 @@ proto::Tile3d facts(const TileModel& tile, const TileModel* parent, bool leaf,
   const Span span = heights(tile.mesh);
   const CullingVolumes& volumes = tile.volumes;
   const double rounded = compression == GlbCompression::none ? 0 : space.moved_m;
-  const Vec3 point = occlusion_point(tile, reach + rounded, reach + rounded);
+  const Vec3 point = occlusion_point(tile, reach + rounded, reach + rounded + higher);
   proto::Tile3d says;
   says.min_height = span.low - down;
-  says.max_height = span.high + reach + space.moved_m;
+  says.max_height = span.high + reach + space.moved_m + higher;
   says.sphere = {volumes.sphere_center.x, volumes.sphere_center.y, volumes.sphere_center.z,
                  volumes.sphere_radius + down + space.shift_m};
   says.horizon_occlusion = {point.x, point.y, point.z};

@@ -29,6 +29,8 @@ std::vector<std::uint8_t> content(const TileModel&, const TileModel* parent, Glb
 /// too (their surfaces lie within their errors of the same posts). The geometric error is how far
 /// the tile is from its posts; where it is no leaf at least what the next level may have, so that
 /// it never grows on the way down.
-proto::Tile3d facts(const TileModel&, const TileModel* parent, bool leaf, GlbCompression);
+/// `higher`: what is below it may rise so much higher, in metres.
+proto::Tile3d facts(const TileModel&, const TileModel* parent, bool leaf, GlbCompression,
+                    double higher = 0);
 
 }  // namespace tind::tiles3d

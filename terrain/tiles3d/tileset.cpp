@@ -4,6 +4,9 @@
 #include "terrain/tiles3d/tileset.h"
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
 
 #include "proto/tile/tiles3d.h"
 #include "terrain/tiles3d/tile3d.h"
@@ -49,6 +52,15 @@ void walk(const TileSet& set, TileId id, int last, const Take& take) {
     for (const int east : {0, 1}) walk(set, id.child(east, north), last, take);
 }
 
+/// Grows a tile's volumes around a child's.
+void hold(proto::Tile3d& tile, const proto::Tile3d& child) {
+  tile.geometric_error = std::max(tile.geometric_error, child.geometric_error);
+  tile.min_height = std::min(tile.min_height, child.min_height);
+  const auto &s = tile.sphere, &c = child.sphere;
+  const double apart = std::hypot(c[0] - s[0], c[1] - s[1], c[2] - s[2]);
+  tile.sphere[3] = std::max(tile.sphere[3], apart + c[3]);
+}
+
 class SubtreeMaker {
  public:
   SubtreeMaker(const Source& source, TileId root, const TakeContent& take)
@@ -60,8 +72,8 @@ class SubtreeMaker {
   Result<std::vector<std::uint8_t>> make() {
     const auto parent = parent_of(source_, root_);
     if (!parent) return std::unexpected(parent.error());
-    const auto error = add(root_, 0, *parent ? &**parent : nullptr);
-    if (!error) return std::unexpected(error.error());
+    const auto says = add(root_, 0, *parent ? &**parent : nullptr);
+    if (!says) return std::unexpected(says.error());
     return proto::encode(made_);
   }
 
@@ -76,28 +88,36 @@ class SubtreeMaker {
     return proto::morton(id.x - (root_.x << depth), id.y - (root_.y << depth));
   }
 
-  /// The geometric error of the tile, with all below it that are in the subtree.
-  Result<double> add(TileId id, int depth, const TileModel* parent) {
+  /// Error and volumes of the tile, with all below it that are in the subtree: where posts are
+  /// void nothing but the fill says how far children lie from it.
+  Result<std::optional<proto::Tile3d>> add(TileId id, int depth, const TileModel* parent) {
     if (depth == kSubtreeLevels) {
       made_.children[number(id, depth)] = true;
-      return 0;
+      return std::nullopt;
     }
     const auto tile = source_.tile(id);
     if (!tile) return std::unexpected(tile.error());
     if (take_)
       if (auto taken = take_(id, content_of(source_, *tile, parent)); !taken)
         return std::unexpected(taken.error());
-    auto says = facts(*tile, parent, is_leaf(source_.set, id), source_.compression);
+    const bool leaf = is_leaf(source_.set, id);
+    std::vector<proto::Tile3d> below;
     for (const int north : {0, 1})
       for (const int east : {0, 1}) {
         const TileId child = id.child(east, north);
         if (!has(source_.set, child)) continue;
-        const auto error = add(child, depth + 1, &*tile);
-        if (!error) return error;
-        says.geometric_error = std::max(says.geometric_error, *error);
+        const auto added = add(child, depth + 1, &*tile);
+        if (!added) return added;
+        if (*added) below.push_back(**added);
       }
+    auto says = facts(*tile, parent, leaf, source_.compression);
+    double higher = 0;
+    for (const proto::Tile3d& child : below)
+      higher = std::max(higher, child.max_height - says.max_height);
+    if (higher > 0) says = facts(*tile, parent, leaf, source_.compression, higher);
+    for (const proto::Tile3d& child : below) hold(says, child);
     made_.tiles[tiles_above(depth) + number(id, depth)] = says;
-    return says.geometric_error;
+    return says;
   }
 };
 

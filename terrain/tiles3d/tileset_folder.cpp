@@ -131,6 +131,7 @@ class FolderMaker {
   bool is_of_these(const proto::LayerJson& record) const {
     return record.version == source().version() && record.available == set_.layer().available;
   }
+  Result<void> end_before();
   Result<void> begin();
   Result<void> put_safely(const std::string& path, std::string_view bytes);
   Result<void> put(const std::string& path, std::string_view bytes, std::uint64_t FolderReport::*);
@@ -145,12 +146,15 @@ class FolderMaker {
   Result<void> put_tileset();
 };
 
-/// From here on nobody takes what lies here for whole, and what was done of other tiles not for
-/// these.
-Result<void> FolderMaker::begin() {
+/// From here on nobody takes what lies here for whole. The record stays: it names what is to go.
+Result<void> FolderMaker::end_before() {
   for (const char* name : {kTileset, kDone})
     if (auto done = files_.remove(folder_ + name); !done) return done;
-  if (auto done = files_.sync_folder(folder_); !done) return done;
+  return files_.sync_folder(folder_);
+}
+
+/// From here on what lies here is of these tiles.
+Result<void> FolderMaker::begin() {
   proto::LayerJson layer = set_.layer();
   layer.version = source().version();
   return put_safely(folder_ + record_, proto::encode_layer_json(layer));
@@ -296,6 +300,8 @@ Result<FolderReport> FolderMaker::make() {
   const auto before = record_in(folder_, record_);
   if (!before) return std::unexpected(before.error());
   const bool goes_on = *before && is_of_these(**before);
+  if (!goes_on)
+    if (auto done = end_before(); !done) return std::unexpected(done.error());
   if (*before && !goes_on)
     if (auto done = remove_others(**before); !done) return std::unexpected(done.error());
   if (!goes_on)

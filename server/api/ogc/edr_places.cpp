@@ -240,8 +240,10 @@ std::vector<std::pair<double, double>> spans_inside(const std::vector<std::vecto
     for (std::size_t i = 1; i < ring.size(); ++i) {
       const Vec2 &a = ring[i - 1], &b = ring[i];
       if (a.y == y && b.y == y) spans.emplace_back(std::min(a.x, b.x), std::max(a.x, b.x));
-      if ((a.y <= y) != (b.y <= y))
-        crossings.push_back(a.x + (y - a.y) / (b.y - a.y) * (b.x - a.x));
+      if ((a.y <= y) != (b.y <= y)) {  // the same whichever way the ring runs
+        const Vec2 &low = a.y < b.y ? a : b, &high = a.y < b.y ? b : a;
+        crossings.push_back(low.x + (y - low.y) / (high.y - low.y) * (high.x - low.x));
+      }
       if (a.y == y) spans.emplace_back(a.x, a.x);
     }
   std::ranges::sort(crossings);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -33,6 +34,16 @@ Result<std::vector<NamedArea>> read_areas(const std::string& path, const DemSour
     for (const VectorLine& ring : polygon.rings) {
       std::vector<Vec2> points;
       for (const Vec3& p : ring) points.push_back({on_post(p.x), on_post(-p.y)});
+      const auto placed = std::ranges::count_if(
+          points, [](Vec2 p) { return std::isfinite(p.x) && std::isfinite(p.y); });
+      if (placed == 0) continue;  // elsewhere on the globe
+      if (std::size_t(placed) < points.size())
+        return fail(Errc::bad_data,
+                    fmt::format("{}: feature {}: {} of the {} corners of a ring have no place in "
+                                "the DEM's CRS ({}), so nobody knows what it holds: cut it to "
+                                "where that CRS is good",
+                                path, polygon.feature, points.size() - std::size_t(placed),
+                                points.size(), dem.info().crs_name));
       out.back().rings.push_back(std::move(points));
     }
   }

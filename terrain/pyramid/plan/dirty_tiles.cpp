@@ -19,6 +19,14 @@
 
 namespace tind {
 
+double bent_m(const Surface& surface) {
+  if (surface.only()) return 0;
+  double sum = 0;
+  for (const SurfaceLayer& layer : surface.layers())
+    sum += 1.1 * layer.blend_m + 2.2 * layer.coarsest_m();
+  return sum;
+}
+
 namespace {
 
 constexpr int kFillReach = VoidFill::kReach + 2;
@@ -180,16 +188,6 @@ double posts_per_metre(const DemInfo& info) {
   const double least = std::min(cosine(info.bounds.south), cosine(info.bounds.north));
   const double shrunk = info.crs_kind == CrsKind::geographic ? least / middle : 1;
   return 1 / std::min({info.spacing_x_m * shrunk, info.spacing_x_m, info.spacing_y_m});
-}
-
-/// How far from a tile what layers bend can lie, metres: a chain of them, each bent to the next,
-/// with the cells between posts that it looks at.
-double bent_m(const MadeOf& made) {
-  if (made.surface.only()) return 0;
-  double sum = 0;
-  for (const SurfaceLayer& layer : made.surface.layers())
-    sum += 1.1 * layer.blend_m + 2.2 * layer.coarsest_m();
-  return sum;
 }
 
 double margin_m(const MadeOf& made) {
@@ -473,7 +471,7 @@ DirtyTiles dirty_tiles(const MadeOf& before, const MadeOf& after, const TileOrde
   const Marking marking{before,
                         after,
                         ids,
-                        std::max(bent_m(before), bent_m(after)),
+                        std::max(bent_m(before.surface), bent_m(after.surface)),
                         std::max(margin_m(before), margin_m(after)),
                         found.flags};
   std::vector<bool> kept(before.layers.size()), known(after.layers.size());

@@ -41,4 +41,8 @@ struct DirtyTiles {
 /// Layers are held against those with which they share the corner of their grid, in the same order.
 DirtyTiles dirty_tiles(const MadeOf& before, const MadeOf& after, const TileOrder& ids);
 
+/// How far from a tile what layers bend can lie, metres: a chain of them, each bent to the next,
+/// with the cells between posts that it looks at. 0 of one DEM.
+double bent_m(const Surface&);
+
 }  // namespace tind

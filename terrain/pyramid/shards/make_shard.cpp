@@ -189,7 +189,7 @@ Result<ShardReport> make(const Surface& surface, const ShardPlan& plan, const Sh
   const bool indexed = shard == ShardTiles::kTop && pyramid->index_depth().level() >= 0;
   const auto residuals = residual_tiles(surface, *pyramid, tiles, shard);
   const double reading = indexed ? 0.8 : residuals.empty() ? kChecking : 0.2;
-  if (auto same = check_planned_posts(surface, plan, tiles, shard, o.threads,
+  if (auto same = check_planned_posts(surface, *pyramid, plan, tiles, shard, o.threads,
                                       progress.part(0, kChecking), residuals);
       !same)
     return std::unexpected(same.error());

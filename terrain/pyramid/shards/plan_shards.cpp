@@ -11,11 +11,13 @@
 #include "terrain/base/parallel.h"
 #include "terrain/pyramid/build/repair.h"
 #include "terrain/pyramid/build/tile_work.h"
+#include "terrain/pyramid/plan/dirty_tiles.h"
 #include "terrain/pyramid/plan/tile_version.h"
 #include "terrain/pyramid/residual/residual_index.h"
 #include "terrain/store/copy/copy_store.h"
 #include "terrain/surface/surface_blocks.h"
 #include "terrain/surface/tile_posts.h"
+#include "terrain/surface/void_fill.h"
 
 namespace tind {
 
@@ -229,17 +231,17 @@ class Footprint {
       : blocks_(blocks), marked_(std::size_t(blocks.across() * blocks.down())) {}
 
   void mark_all() { marked_.assign(marked_.size(), true); }
-  /// The window, and a block more around; columns that wrap come in on the other side.
-  void mark(const PostWindow& w) {
+  /// The window, and as many posts around; columns that wrap come in on the other side.
+  void mark(const PostWindow& w, std::int64_t around) {
     if (w.empty()) return;
-    const std::int64_t side = blocks_.side();
+    const std::int64_t side = blocks_.side(), more = 1 + around / side;
     const auto block = [&](std::int64_t post) {
       return std::int64_t(std::floor(double(post) / double(side)));
     };
-    const std::int64_t first = std::max<std::int64_t>(0, block(w.row) - 1),
-                       last = std::min(blocks_.down() - 1, block(w.row + w.rows - 1) + 1);
+    const std::int64_t first = std::max<std::int64_t>(0, block(w.row) - more),
+                       last = std::min(blocks_.down() - 1, block(w.row + w.rows - 1) + more);
     for (std::int64_t j = first; j <= last; ++j)
-      for (std::int64_t i = block(w.col) - 1; i <= block(w.col + w.cols - 1) + 1; ++i) {
+      for (std::int64_t i = block(w.col) - more; i <= block(w.col + w.cols - 1) + more; ++i) {
         const std::int64_t at = (i % blocks_.across() + blocks_.across()) % blocks_.across();
         marked_[std::size_t(j * blocks_.across() + at)] = true;
       }
@@ -293,11 +295,35 @@ std::optional<Error> wrong_in(const DemSource& source, const SourceBlocks& plann
   return {};
 }
 
+/// Where the tiles of a subtree look for heights: steps are those of tiles beside, too.
+GeoRect looked_at(const TilePlan& pyramid, TileId root) {
+  GeoRect r = tiling::rect(root);
+  for (int z = root.level; pyramid.local_steps() && z <= pyramid.max_level(); ++z) {
+    if (pyramid.knows_range() && pyramid.step_of_all(z) == pyramid.level(z).border_step_m) continue;
+    const double beside = tiling::tile_degrees(z);
+    return {r.west - beside, std::max(-90.0, r.south - beside), r.east + beside,
+            std::min(90.0, r.north + beside)};
+  }
+  return r;
+}
+
+/// And how many posts farther: what fills voids, on which other fills rest, and normals.
+std::int64_t posts_around(const Surface& surface, const DemSource& source, const TilePlan& pyramid,
+                          TileId root) {
+  constexpr double kDegree_m = 111320;
+  const DemInfo& info = source.info();
+  const double finest_m = std::min(info.spacing_x_m, info.spacing_y_m);
+  const double normals_m = pyramid.level(root.level).normal_reach_deg * kDegree_m;
+  return 2 * (VoidFill::kReach + 2) +
+         std::int64_t(std::ceil((normals_m + bent_m(surface)) / finest_m));
+}
+
 }  // namespace
 
-Result<void> check_planned_posts(const Surface& surface, const ShardPlan& plan,
-                                 const ShardTiles& tiles, std::size_t shard, int threads,
-                                 const Progress& progress, const std::vector<TileId>& more) {
+Result<void> check_planned_posts(const Surface& surface, const TilePlan& pyramid,
+                                 const ShardPlan& plan, const ShardTiles& tiles, std::size_t shard,
+                                 int threads, const Progress& progress,
+                                 const std::vector<TileId>& more) {
   const auto planned = SurfaceBlocks::decode(plan.blocks, surface, plan.record.heights);
   if (!planned) return std::unexpected(planned.error());
   SurfaceBlocks now(surface);
@@ -310,8 +336,8 @@ Result<void> check_planned_posts(const Surface& surface, const ShardPlan& plan,
     if (shard == ShardTiles::kTop) footprint.mark_all();
     for (const TileId root : roots)
       if (surface.reaches(k, tiling::rect(root)))
-        for (const PostWindow& posts : post_windows(source, tiling::rect(root)))
-          footprint.mark(posts);
+        for (const PostWindow& posts : post_windows(source, looked_at(pyramid, root)))
+          footprint.mark(posts, posts_around(surface, source, pyramid, root));
     const auto runs = footprint.runs();
     std::mutex mutex;
     std::optional<std::pair<std::size_t, Error>> first;

@@ -36,10 +36,10 @@ Result<TilePlan> planned_tiles(const Surface&, const ShardPlan&);
 std::vector<TileId> residual_tiles(const Surface&, const TilePlan&, const ShardTiles&,
                                    std::size_t shard);
 
-/// Are the posts of a shard's tiles and of `more`, and some around, as they were planned? Of the
+/// Are the posts that a shard's tiles and `more` depend on as they were planned? Of the
 /// top: all posts. Reads them once. invalid_argument, naming the first place where they are not.
-Result<void> check_planned_posts(const Surface&, const ShardPlan&, const ShardTiles&,
-                                 std::size_t shard, int threads, const Progress& = {},
+Result<void> check_planned_posts(const Surface&, const TilePlan&, const ShardPlan&,
+                                 const ShardTiles&, std::size_t shard, int threads, const Progress& = {},
                                  const std::vector<TileId>& more = {});
 
 }  // namespace tind

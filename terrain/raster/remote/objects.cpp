@@ -134,16 +134,16 @@ std::unexpected<Error> refusal(const std::string& url, const HttpReply& reply) {
   return fail(Errc::io, url + ": " + said);
 }
 
-ObjectState state_of(const HttpReply& reply, std::uint64_t size) {
-  return {size, reply.header("etag"), reply.header("last-modified")};
-}
-
 bool is_strong(const std::string& etag) { return etag.size() > 2 && etag.front() == '"'; }
 
 bool encrypted(const HttpReply& reply) {
   const std::string how = reply.header("x-amz-server-side-encryption");
   return how.starts_with("aws:") ||
          !reply.header("x-amz-server-side-encryption-customer-algorithm").empty();
+}
+
+ObjectState state_of(const HttpReply& reply, std::uint64_t size) {
+  return {size, reply.header("etag"), reply.header("last-modified"), encrypted(reply)};
 }
 
 struct ContentRange {
@@ -439,7 +439,7 @@ Result<ObjectState> Objects::put(const std::string& url, std::string_view bytes,
   const auto look = [&]() -> Result<ObjectState> {
     const auto there = head(url);
     if (!there) return there;
-    const std::string md5_there = md5_of_etag(there->etag);
+    const std::string md5_there = there->encrypted ? "" : md5_of_etag(there->etag);
     if (there->size == bytes.size() && (md5_there.empty() || md5_there == md5_here)) return there;
     return fail(Errc::io, url + ": the store has other bytes than were written");
   };
@@ -450,7 +450,8 @@ Result<ObjectState> Objects::put(const std::string& url, std::string_view bytes,
     if (reply && reply->status >= 300 && !may_pass(reply->status)) return refusal(url, *reply);
     const bool said_so = reply && reply->status < 300 && code_in(reply->body).empty();
     auto there = look();
-    if (there && (said_so || !md5_of_etag(there->etag).empty())) return there;
+    if (there && (said_so || (!there->encrypted && !md5_of_etag(there->etag).empty())))
+      return there;
     last = !reply     ? reply.error()
            : !said_so ? refusal(url, *reply).error()
            : !there   ? there.error()

@@ -12,6 +12,7 @@ namespace tind {
 /// with nolock). What is written in the file only says to others who holds it.
 class FolderLock {
  public:
+  static constexpr const char* kName = "tind-lock";
   /// REQUIRES: the folder is there. Errc::busy, with process, host and time, where another has it;
   /// invalid_argument where something else has the name.
   static Result<FolderLock> take(const std::string& folder);

@@ -4,7 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
+#include <memory>
 #include <random>
+#include <stdexcept>
+#include <string>
 
 #include "terrain/analysis/zonal.h"
 #include "terrain/raster/interpolate.h"
@@ -54,7 +58,7 @@ AreaIntegral sampled(const MadeUpSource& dem, const PostRings& area, double heig
       const int c = int(p.x), r = int(p.y);
       const double z = height_between(g.at(c, r), g.at(c + 1, r), g.at(c, r + 1),
                                       g.at(c + 1, r + 1), p.x - c, p.y - r);
-      const double m2 = ground.at(p.y) * step * step;
+      const double m2 = ground.at(p.x, p.y) * step * step;
       if (std::isnan(z)) {
         out.void_area_m2 += m2;
         continue;
@@ -120,7 +124,7 @@ TEST(Volume, OfRectanglesAndStairsIsThatOfThemTurnedByAHair) {
                near = volume(dem, LevelReference{20}, turned(area));
     ASSERT_TRUE(found && near);
     const AreaIntegral truth = sampled(dem, area, 20, 40);
-    const double rim = 2 * (east - west + south - north) * GroundArea(dem.info()).at(6) / 40;
+    const double rim = 2 * (east - west + south - north) * GroundArea(dem.info()).at(7, 6) / 40;
     ASSERT_NEAR(found->area_m2, truth.area_m2, rim) << round;
     const double little = 1e-6 * (found->area_m2 + found->void_area_m2);
     ASSERT_NEAR(found->area_m2, near->area_m2, little) << round;
@@ -130,6 +134,72 @@ TEST(Volume, OfRectanglesAndStairsIsThatOfThemTurnedByAHair) {
   }
 }
 
+/// A ring that crosses itself is inside where it goes around an odd number of times.
+TEST(Volume, OfRingsThatCrossThemselvesInOneCell) {
+  HeightGrid grid(6, 6, 10);
+  const MadeUpSource dem(std::move(grid), {10, 0.0025}, 0.001);
+  const auto shoelace = [](const std::vector<Vec2>& ring) {
+    double sum = 0;
+    for (std::size_t i = 0; i < ring.size(); ++i) {
+      const Vec2 &a = ring[i], &b = ring[(i + 1) % ring.size()];
+      sum += a.x * b.y - b.x * a.y;
+    }
+    return std::abs(sum) / 2;
+  };
+  const double m2 = GroundArea(dem.info()).at(2, 2.5);
+  // Two triangles that meet at the crossing (2.5, 2.5625), and (2.25, 2.28...).
+  const auto bow = volume(dem, LevelReference{0}, {{{2, 2}, {3, 2}, {2.2, 2.9}, {2.8, 2.9}}});
+  ASSERT_TRUE(bow);
+  const double y = 2 + 0.9 * 0.625;
+  EXPECT_NEAR(bow->area_m2,
+              m2 * (shoelace({{2, 2}, {3, 2}, {2.5, y}}) + shoelace({{2.5, y}, {2.2, 2.9}, {2.8, 2.9}})),
+              1e-5 * m2);
+  EXPECT_NEAR(bow->cut_m3.value, 10 * bow->area_m2, 1e-6 * m2);
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> at(1.1, 3.9);
+  for (int round = 0; round < 30; ++round) {
+    PostRings area(1);
+    for (int k = 0; k < 7; ++k) area[0].push_back({at(random), at(random)});
+    const auto found = volume(dem, LevelReference{0}, area);
+    ASSERT_TRUE(found);
+    const AreaIntegral truth = sampled(dem, area, 0, 150);
+    ASSERT_NEAR(found->area_m2, truth.area_m2, 3e-3 * 8 * m2) << round;
+  }
+}
+
+/// Latitudes that change along columns.
+TEST(Volume, OfATransposedDemIsThatOfTheSameUpright) {
+  const test::TempDir dir;
+  const auto dem = [&](const std::string& name, bool transposed) {
+    const int cols = transposed ? 41 : 11, rows = transposed ? 11 : 41;
+    std::ofstream bytes(dir.file(name + ".raw"), std::ios::binary);
+    for (int r = 0; r < rows; ++r)
+      for (int c = 0; c < cols; ++c) {
+        const float z = float(10 * (transposed ? r : c) + (transposed ? c : r));
+        bytes.write(reinterpret_cast<const char*>(&z), sizeof z);
+      }
+    std::ofstream(dir.file(name + ".vrt"))
+        << "<VRTDataset rasterXSize=\"" << cols << "\" rasterYSize=\"" << rows
+        << "\"><SRS>EPSG:4326</SRS><GeoTransform>"
+        << (transposed ? "10, 0, 1, 80, -1, 0" : "10, 1, 0, 80, 0, -1")
+        << "</GeoTransform><VRTRasterBand dataType=\"Float32\" band=\"1\" "
+           "subClass=\"VRTRawRasterBand\"><SourceFilename relativeToVRT=\"1\">"
+        << name << ".raw</SourceFilename></VRTRasterBand></VRTDataset>";
+    bytes.close();
+    DemOptions options;
+    options.allow_vrt = true;
+    auto opened = DemSource::open(std::vector{dir.file(name + ".vrt")}, options);
+    if (!opened) throw std::runtime_error(opened.error().what);
+    return *opened;
+  };
+  const auto turned = dem("turned", true), upright = dem("upright", false);
+  const auto a = volume(*turned, LevelReference{5}, whole_area(turned->info())),
+             b = volume(*upright, LevelReference{5}, whole_area(upright->info()));
+  ASSERT_TRUE(a && b);
+  EXPECT_NEAR(a->area_m2 / b->area_m2, 1, 1e-4);  // cells go along the other side
+  EXPECT_NEAR(a->cut_m3.value / b->cut_m3.value, 1, 1e-4);
+}
+
 TEST(Volume, IsExactWhereAFormulaSaysWhatItIs) {
   // x y over a square of side 2 around 0 in one cell: half of it positive, 1/4 of the side^4 / 4.
   HeightGrid grid(2, 2);
@@ -137,7 +207,7 @@ TEST(Volume, IsExactWhereAFormulaSaysWhatItIs) {
   const MadeUpSource dem(grid, {10, 0.0005}, 0.001);  // at the equator a row is as the next
   const auto saddle = volume(dem, LevelReference{0}, whole_area(dem.info()));
   ASSERT_TRUE(saddle);
-  const double m2 = GroundArea(dem.info()).at(0.5);
+  const double m2 = GroundArea(dem.info()).at(0.5, 0.5);
   EXPECT_NEAR(saddle->area_m2, m2, 1e-9 * m2);
   EXPECT_NEAR(saddle->cut_m3.value, m2 / 8, 1e-9 * m2);
   EXPECT_NEAR(saddle->fill_m3.value, m2 / 8, 1e-9 * m2);
@@ -258,6 +328,58 @@ TEST(ZonalStatistics, AreThoseOfThePostsInside) {
   ASSERT_TRUE(nowhere);
   EXPECT_EQ(nowhere->posts, 0u);
   EXPECT_TRUE(nowhere->beyond);
+}
+
+/// Whichever way rows and columns are stored, and rings run.
+TEST(ZonalStatistics, PostsOnEdgesCountToTheEastAndTheSouthOfTheMap) {
+  const PostRings box = {{{2, 2}, {6, 2}, {6, 6}, {2, 6}}};
+  const auto statistics = [&](double x_col, double y_row) {
+    const test::TempDir dir;
+    std::ofstream raw(dir.file("z.raw"), std::ios::binary);
+    for (int r = 0; r < 9; ++r)
+      for (int c = 0; c < 9; ++c) {
+        const int east = x_col > 0 ? c : 8 - c, south = y_row < 0 ? r : 8 - r;
+        const float z = float(east * east + 100 * south);
+        raw.write(reinterpret_cast<const char*>(&z), sizeof z);
+      }
+    raw.close();
+    std::ofstream(dir.file("z.vrt"))
+        << "<VRTDataset rasterXSize=\"9\" rasterYSize=\"9\"><SRS>EPSG:32632</SRS><GeoTransform>"
+        << (x_col > 0 ? 500000 : 500090) << "," << x_col << ",0," << (y_row < 0 ? 5000090 : 5000000)
+        << ",0," << y_row
+        << "</GeoTransform><VRTRasterBand dataType=\"Float32\" band=\"1\" "
+           "subClass=\"VRTRawRasterBand\"><SourceFilename relativeToVRT=\"1\">z.raw"
+           "</SourceFilename></VRTRasterBand></VRTDataset>";
+    DemOptions options;
+    options.allow_vrt = true;
+    auto opened = DemSource::open(std::vector{dir.file("z.vrt")}, options);
+    if (!opened) throw std::runtime_error(opened.error().what);
+    return *zonal_statistics(*opened, box);  // the same box of the map: it is in the middle
+  };
+  const ZonalStatistics wanted = statistics(10, -10);
+  EXPECT_EQ(wanted.posts, 16u);
+  EXPECT_EQ(wanted.min_m, 204);
+  EXPECT_EQ(wanted.max_m, 525);
+  for (const auto& [x_col, y_row] : {std::pair(-10., -10.), {10., 10.}, {-10., 10.}}) {
+    const ZonalStatistics found = statistics(x_col, y_row);
+    EXPECT_EQ(found.posts, 16u);
+    EXPECT_EQ(found.mean_m, wanted.mean_m) << x_col << " " << y_row;
+    EXPECT_EQ(std::pair(found.min_m, found.max_m), std::pair(wanted.min_m, wanted.max_m));
+  }
+}
+
+TEST(ZonalStatistics, PolygonsSideBySideShareNoPost) {
+  const auto shared = std::make_shared<MadeUpSource>(test::rough_terrain(60, 14, 3, 40),
+                                                     Geographic{10, 50}, 0.001);
+  std::mt19937 random(5);
+  for (int round = 0; round < 300; ++round) {
+    const Vec2 a{double(1 + random() % 58), 1}, b{double(1 + random() % 58), 12};
+    const PostRings west = {{{0.5, 1}, a, b, {0.5, 12}}}, east = {{{59, 1}, {59, 12}, b, a}},
+                    all = {{{0.5, 1}, {59, 1}, {59, 12}, {0.5, 12}}};
+    ASSERT_EQ(zonal_statistics(shared, west)->posts + zonal_statistics(shared, east)->posts,
+              zonal_statistics(shared, all)->posts)
+        << a.x << " " << b.x;
+  }
 }
 
 TEST(Volume, OfAProjectionSaysHowFarItsAreasAreFromTheGrounds) {

@@ -16,6 +16,7 @@
 
 #include "terrain/base/file_io.h"
 #include "terrain/pyramid/build/build.h"
+#include "terrain/pyramid/make/make_tile.h"
 #include "terrain/pyramid/residual/residual_index.h"
 #include "terrain/pyramid/shards/make_shard.h"
 #include "terrain/pyramid/shards/merge_shards.h"
@@ -420,6 +421,33 @@ TEST_F(ShardsTest, ShardsOfAnotherPlanAreNotTaken) {
   EXPECT_THAT(merged.error().what, HasSubstr("of another plan"));
 }
 
+/// Voids are filled, and steps chosen, by posts that lie outside of a shard's tiles.
+TEST_F(ShardsTest, WhatIsNotRefusedMakesTheSameTiles) {
+  const ShardPlan plan = plan_of(12);
+  const auto tiles = ShardTiles::of(plan);
+  const auto pyramid = planned_tiles(surface(), plan);
+  ASSERT_TRUE(tiles && pyramid);
+  const int rim = kPosts - 84;  // beside the void
+  std::size_t passed = 0;
+  for (const auto& [col, row] : {std::pair{rim, kPosts - 20}, {kPosts / 2, kPosts / 2}}) {
+    HeightGrid changed = hills();
+    for (int r = row - 6; r <= row + 6; ++r)
+      for (int c = col - 3; c <= col + 3; ++c) changed.at(c, r) += 90;
+    const Surface other(dem_of(std::move(changed)));
+    for (std::size_t shard = 0; shard < plan.shards.size(); ++shard) {
+      if (!check_planned_posts(other, *pyramid, plan, *tiles, shard, 2)) continue;
+      ++passed;
+      for (const TileId id : tiles->in_order(shard)) {
+        const auto right = make_tile(surface(), *pyramid, id, {}),
+                   made = make_tile(other, *pyramid, id, {});
+        ASSERT_TRUE(right && made);
+        ASSERT_EQ(right->bytes, made->bytes) << id.text() << " of shard " << shard;
+      }
+    }
+  }
+  EXPECT_GT(passed, 0u);
+}
+
 TEST_F(ShardsTest, ASourceThatChangedIsRefused) {
   const ShardPlan plan = plan_of(4);
   HeightGrid changed = hills();
@@ -427,9 +455,11 @@ TEST_F(ShardsTest, ASourceThatChangedIsRefused) {
   const auto tiles = ShardTiles::of(plan);
   ASSERT_TRUE(tiles);
   const Surface other(dem_of(std::move(changed)));
+  const auto pyramid = planned_tiles(surface(), plan);
+  ASSERT_TRUE(pyramid);
   std::size_t refused = 0;
   for (const std::size_t shard : {std::size_t(0), std::size_t(1), std::size_t(2), std::size_t(3)}) {
-    const auto same = check_planned_posts(other, plan, *tiles, shard, 1);
+    const auto same = check_planned_posts(other, *pyramid, plan, *tiles, shard, 1);
     refused += !same;
     if (!same) {
       EXPECT_EQ(same.error().code, Errc::invalid_argument);
@@ -443,7 +473,7 @@ TEST_F(ShardsTest, ASourceThatChangedIsRefused) {
   }
   EXPECT_GE(refused, 1u);
   EXPECT_LT(refused, 4u) << "of some no tile depends on that post";
-  EXPECT_FALSE(check_planned_posts(other, plan, *tiles, kTop, 1));
+  EXPECT_FALSE(check_planned_posts(other, *pyramid, plan, *tiles, kTop, 1));
   const Surface moved(
       std::make_shared<const test::MadeUpSource>(hills(), Geographic{-121.8, 46.95}, 1 / 1200.0));
   EXPECT_EQ(planned_tiles(moved, plan).error().code, Errc::invalid_argument);
