@@ -13,6 +13,7 @@
 #include "terrain/base/file_io.h"
 #include "terrain/base/sha1.h"
 #include "terrain/flightgear/bucket.h"
+#include "terrain/store/folder/folder_lock.h"
 #include "tests/support/made_up_source.h"
 
 namespace tind::flightgear {
@@ -210,6 +211,19 @@ TEST_F(SceneryFolder, OfSomebodyElseIsRefused) {
   ASSERT_FALSE(report);
   EXPECT_EQ(report.error().code, Errc::invalid_argument);
   EXPECT_EQ(files().size(), 1u);
+}
+
+TEST_F(SceneryFolder, IsWrittenByOneAtATime) {
+  fs::create_directories(folder_);
+  {
+    const auto other = FolderLock::take(folder_);
+    ASSERT_TRUE(other);
+    const auto busy = write_scenery(plan(), folder_);
+    ASSERT_FALSE(busy);
+    EXPECT_EQ(busy.error().code, Errc::busy);
+  }
+  EXPECT_TRUE(write_scenery(plan(), folder_));
+  EXPECT_FALSE(fs::exists(folder_ + "/tind-lock"));
 }
 
 TEST_F(SceneryFolder, AFailedReadLeavesNoRootIndex) {

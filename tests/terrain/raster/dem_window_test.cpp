@@ -121,6 +121,12 @@ TEST(DemWindow, AcrossTheAntimeridianOfADemAroundTheGlobe) {
   EXPECT_EQ(part->info().cols, 10);  // 157.5 to 202.5
   EXPECT_EQ(part->info().bounds.west, -180);
   EXPECT_EQ(part->info().bounds.east, 180);
+  for (const double half : {60., 88., 100., 140., 170.}) {
+    const auto wide = posts_around(*whole, outline_of({-half, -50, half, 50}));
+    ASSERT_TRUE(wide);
+    const double from = std::floor((180 - half - 2.5) / 5), to = std::ceil((180 + half - 2.5) / 5);
+    EXPECT_EQ(wide->last_col - wide->col, std::int64_t(to - from)) << half;
+  }
   const auto all = posts_around(*whole, outline_of({-180, -90, 180, 90}));
   ASSERT_TRUE(all);
   EXPECT_EQ(*all, (PostRect{0, 0, 71, 35}));

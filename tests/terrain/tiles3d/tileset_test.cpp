@@ -384,6 +384,47 @@ TEST_P(Pyramid, NoPostIsFartherFromAContentAsItIsDrawnThanItStates) {
   EXPECT_GT(used, 0.8) << "what is stated is far from what is";
 }
 
+/// Over a void no post holds a tile near its parent, and what fills it lies far below the plateau
+/// around.
+TEST(Tiles3d, VolumesOfASubtreeHoldWhatFillsVoids) {
+  HeightGrid plateau = test::rough_terrain(330, 300, 3);
+  for (int r = 0; r < plateau.rows(); ++r)
+    for (int c = 0; c < plateau.cols(); ++c) {
+      plateau.at(c, r) += 2000;
+      if (c > 60 && c < 270 && r > 50 && r < 250) plateau.at(c, r) = HeightGrid::kVoid;
+    }
+  const test::MadeUpSource source(std::move(plateau), {7.1, 45.9}, 4e-4);
+  TileSetOptions options;
+  options.effort = Effort::fast;
+  const auto tiles = open_dem_tiles(source, options);
+  ASSERT_TRUE(tiles) << tiles.error().what;
+  const Source made{**tiles, [&](TileId id) -> Result<TileModel> {
+                      const auto bytes = (*tiles)->tile(id, {});
+                      if (!bytes) return std::unexpected(bytes.error());
+                      return decode_tile(id, bytes->bytes);
+                    }};
+  double lowest = 1e9;
+  const auto all = facts_of_all(made);
+  for (const auto& [id, own] : all) {
+    const auto bytes = content(made, id);
+    ASSERT_TRUE(bytes);
+    for (const Drawn& part : decode_content(*bytes))
+      for (const Vec3& place : part.vertices) {
+        const double height = wgs84::from_ecef(place).height_m;
+        lowest = std::min(lowest, height);
+        for (TileId above = id;; above = above.parent()) {
+          const proto::Tile3d& says = all.at(above);
+          const Vec3 center{says.sphere[0], says.sphere[1], says.sphere[2]};
+          ASSERT_LE(length(place - center), says.sphere[3]) << id.text() << " in " << above.text();
+          ASSERT_GE(height, says.min_height - 1e-3) << id.text() << " in " << above.text();
+          ASSERT_LE(height, says.max_height + 1e-3) << id.text() << " in " << above.text();
+          if (above.level % kSubtreeLevels == 0) break;
+        }
+      }
+  }
+  EXPECT_LT(lowest, 500);
+}
+
 /// Deep levels only where fine layers are: many rectangles.
 TEST(Tiles3d, SubtreesOfLayersNameTheTilesOfEveryRectangleAndNoOther) {
   const auto layer = [](int posts, unsigned seed, Geographic corner, double spacing) {
