@@ -358,8 +358,7 @@ PostRings whole_area(const DemInfo& info) {
   return {{{0, 0}, {east, 0}, {east, south}, {0, south}}};
 }
 
-GroundArea::GroundArea(const DemInfo& info)
-    : map_(info.post_to_crs) {
+GroundArea::GroundArea(const DemInfo& info) : map_(info.post_to_crs) {
   if (info.crs_kind == CrsKind::projected) unit_m_ = info.crs_unit_m;
   if (info.crs_kind != CrsKind::geographic) return;
   const double step = std::hypot(map_.x_col, map_.y_col);

@@ -39,7 +39,7 @@ std::vector<TileId> residual_tiles(const Surface&, const TilePlan&, const ShardT
 /// Are the posts that a shard's tiles and `more` depend on as they were planned? Of the
 /// top: all posts. Reads them once. invalid_argument, naming the first place where they are not.
 Result<void> check_planned_posts(const Surface&, const TilePlan&, const ShardPlan&,
-                                 const ShardTiles&, std::size_t shard, int threads, const Progress& = {},
-                                 const std::vector<TileId>& more = {});
+                                 const ShardTiles&, std::size_t shard, int threads,
+                                 const Progress& = {}, const std::vector<TileId>& more = {});
 
 }  // namespace tind

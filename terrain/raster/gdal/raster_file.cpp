@@ -152,7 +152,8 @@ Result<void> can_say(RasterFormat format, const DemInfo& info) {
   if (info.cols > INT_MAX || info.rows > INT_MAX)
     return fail(Errc::out_of_range, "the DEM has too many columns or rows for one raster");
   const Affine& a = info.post_to_crs;
-  if (format == RasterFormat::ascii_grid && (a.x_row != 0 || a.y_col != 0 || a.y_row > 0 || a.x_col < 0))
+  if (format == RasterFormat::ascii_grid &&
+      (a.x_row != 0 || a.y_col != 0 || a.y_row > 0 || a.x_col < 0))
     return fail(Errc::invalid_argument,
                 "an ASCII grid has its rows from the north, its columns from the west and no "
                 "rotation: write .tif");

@@ -49,8 +49,8 @@ struct Patience {
 /// One version of an object.
 struct ObjectState {
   std::uint64_t size = 0;
-  std::string etag;      // as it was given, with its quotes; may be empty at a web server
-  std::string modified;  // Last-Modified
+  std::string etag;        // as it was given, with its quotes; may be empty at a web server
+  std::string modified;    // Last-Modified
   bool encrypted = false;  // with keys of the store's: its ETag is no MD5, though it may look so
   friend bool operator==(const ObjectState&, const ObjectState&) = default;
 };

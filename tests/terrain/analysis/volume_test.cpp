@@ -151,9 +151,10 @@ TEST(Volume, OfRingsThatCrossThemselvesInOneCell) {
   const auto bow = volume(dem, LevelReference{0}, {{{2, 2}, {3, 2}, {2.2, 2.9}, {2.8, 2.9}}});
   ASSERT_TRUE(bow);
   const double y = 2 + 0.9 * 0.625;
-  EXPECT_NEAR(bow->area_m2,
-              m2 * (shoelace({{2, 2}, {3, 2}, {2.5, y}}) + shoelace({{2.5, y}, {2.2, 2.9}, {2.8, 2.9}})),
-              1e-5 * m2);
+  EXPECT_NEAR(
+      bow->area_m2,
+      m2 * (shoelace({{2, 2}, {3, 2}, {2.5, y}}) + shoelace({{2.5, y}, {2.2, 2.9}, {2.8, 2.9}})),
+      1e-5 * m2);
   EXPECT_NEAR(bow->cut_m3.value, 10 * bow->area_m2, 1e-6 * m2);
   std::mt19937 random(8);
   std::uniform_real_distribution<double> at(1.1, 3.9);
@@ -369,8 +370,8 @@ TEST(ZonalStatistics, PostsOnEdgesCountToTheEastAndTheSouthOfTheMap) {
 }
 
 TEST(ZonalStatistics, PolygonsSideBySideShareNoPost) {
-  const auto shared = std::make_shared<MadeUpSource>(test::rough_terrain(60, 14, 3, 40),
-                                                     Geographic{10, 50}, 0.001);
+  const auto shared =
+      std::make_shared<MadeUpSource>(test::rough_terrain(60, 14, 3, 40), Geographic{10, 50}, 0.001);
   std::mt19937 random(5);
   for (int round = 0; round < 300; ++round) {
     const Vec2 a{double(1 + random() % 58), 1}, b{double(1 + random() % 58), 12};

@@ -387,13 +387,14 @@ TEST_P(Pyramid, NoPostIsFartherFromAContentAsItIsDrawnThanItStates) {
 /// Over a void no post holds a tile near its parent, and what fills it lies far below the plateau
 /// around.
 TEST(Tiles3d, VolumesOfASubtreeHoldWhatFillsVoids) {
-  HeightGrid plateau = test::rough_terrain(330, 300, 3);
+  HeightGrid plateau(257, 257, 0);
   for (int r = 0; r < plateau.rows(); ++r)
-    for (int c = 0; c < plateau.cols(); ++c) {
-      plateau.at(c, r) += 2000;
-      if (c > 60 && c < 270 && r > 50 && r < 250) plateau.at(c, r) = HeightGrid::kVoid;
-    }
-  const test::MadeUpSource source(std::move(plateau), {7.1, 45.9}, 4e-4);
+    for (int c = 0; c < plateau.cols(); ++c)
+      plateau.at(c, r) = c >= 30 && c <= 226 && r >= 30 && r <= 226
+                             ? HeightGrid::kVoid
+                             : float(2000 + (c * 7 + r * 3) % 5);
+  constexpr double kStep = 180.0 / (1 << 24);  // its rim is tiles' edges
+  const test::MadeUpSource source(std::move(plateau), {0, 256 * kStep}, kStep);
   TileSetOptions options;
   options.effort = Effort::fast;
   const auto tiles = open_dem_tiles(source, options);
