@@ -26,10 +26,11 @@ std::vector<std::uint8_t> content(const TileModel&, const TileModel* parent, Glb
 
 /// What is said of a tile without a look at those below it. `leaf`: there are none. GUARANTEES, of
 /// tiles that keep their level's error: heights, sphere and occlusion point hold for all below it,
-/// too (their surfaces lie within their errors of the same posts). The geometric error is how far
-/// the tile is from its posts; where it is no leaf at least what the next level may have, so that
-/// it never grows on the way down.
-/// `higher`: what is below it may rise so much higher, in metres.
+/// too (their surfaces lie within their errors of the same posts), but not over voids, which each
+/// level fills by itself: there tileset.cpp grows them around all of a subtree. The geometric error
+/// is how far the tile is from its posts; where it is no leaf at least what the next level may
+/// have, so that it never grows on the way down. `higher`: what is below it may rise so much
+/// higher, in metres.
 proto::Tile3d facts(const TileModel&, const TileModel* parent, bool leaf, GlbCompression,
                     double higher = 0);
 
