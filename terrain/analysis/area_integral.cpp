@@ -246,6 +246,9 @@ std::vector<double> slabs(const Cell& cell, Valid valid, std::span<const RowEdge
 }
 
 constexpr double kHair = 1e-12;  // of a cell
+/// Sides that change places by less than this, cells, lie on each other, but for rounding: they are
+/// not cut at each crossing that rounding makes of that.
+constexpr double kApart = 1e-9;
 
 /// A cell that edges go through. `edges`: of its row, by low_y, so that each slab looks only at
 /// those that reach it; `flat`: inside its row.
@@ -282,7 +285,7 @@ void take_rim_cell(Integrator& to, const Cell& cell, Valid valid, std::span<cons
     double crossing = y1;
     for (std::size_t k = 0; k + 1 < sides.size(); ++k) {
       const Side &w = sides[k], &e = sides[k + 1];
-      if (!w.crosses || !e.crosses || (w.at_0 <= e.at_0 && w.at_1 <= e.at_1)) continue;
+      if (!w.crosses || !e.crosses || std::max(w.at_0 - e.at_0, w.at_1 - e.at_1) < kApart) continue;
       const double before = w.crosses->edge->x_at(cell.y + y0) - e.crosses->edge->x_at(cell.y + y0),
                    after = w.crosses->edge->x_at(cell.y + y1) - e.crosses->edge->x_at(cell.y + y1);
       const double y = y0 + (y1 - y0) * (before / (before - after));

@@ -70,7 +70,8 @@ Result<ZonalStatistics> zonal_statistics(std::shared_ptr<const DemSource> dem,
   // "On an edge counts to the east and the south" is said of the map, however rows are stored; and
   // a meridian that a DEM has twice counts once.
   const Affine& map = dem->info().post_to_crs;
-  const bool westward = map.x_col<0, northward = map.y_row> 0;
+  const bool westward = map.x_col < 0;
+  const bool northward = map.y_row > 0;
   std::int64_t last_col = rect->last_col;
   if (dem->info().wraps_longitude)
     last_col = std::min<std::int64_t>(last_col, std::llround(dem->info().period_cols) - 1);

@@ -142,7 +142,7 @@ Result<Ordered> report_of(const services::Jobs& jobs, const Job& job, const JobO
   for (const char* role : {"input", "less", "against"})
     if (const auto named = json.find(role); named != json.end() && named->is_array())
       *named = datasets_of(*named, order);
-  if (!json.contains("input")) {
+  if (const auto input = json.find("input"); input == json.end() || !input->is_array()) {
     Ordered all = Ordered::array();
     for (const auto& [path, name] : order.names) all.push_back(name);
     json["input"] = datasets_of(all, order);

@@ -1,7 +1,6 @@
 // First what others ask for most, with a hash of its own: facts, and the nodes along the sides.
 // Then the nodes inside, each less what the nodes to its west, north and north-west predict, in
-// groups of numbers of one width, which take a fifth of the time of numbers that each have their
-// own; residuals as one byte each.
+// groups of numbers of one width, which are read many at a time; residuals as one byte each.
 
 #include "terrain/pyramid/residual/residual_record.h"
 

@@ -168,6 +168,25 @@ TEST(Volume, OfRingsThatCrossThemselvesInOneCell) {
   }
 }
 
+/// Polygons that share an edge, but for rounding, far from the first post: rounding makes crossings
+/// without number of that.
+TEST(Volume, OfRingsThatNearlyShareAnEdge) {
+  HeightGrid grid(6, 20006, 10);
+  const MadeUpSource dem(std::move(grid), {10, 1}, 1e-4);
+  const double top = 20000.1, bottom = 20004.7;
+  PostRings area = {{{1.1, top}, {2.3, top}, {2.9, bottom}, {1.2, bottom}}, {}};
+  for (int k = 0; k <= 40; ++k) {  // the same edge, in pieces
+    const double t = k / 40.0;
+    area[1].push_back({2.3 + t * (2.9 - 2.3), top + t * (bottom - top)});
+  }
+  area[1].push_back({4.4, bottom}), area[1].push_back({4.1, top});
+  const auto found = volume(dem, LevelReference{0}, area),
+             hull = volume(dem, LevelReference{0},
+                           {{{1.1, top}, {4.1, top}, {4.4, bottom}, {1.2, bottom}}});
+  ASSERT_TRUE(found && hull);
+  EXPECT_NEAR(found->area_m2 / hull->area_m2, 1, 1e-8);
+}
+
 /// Latitudes that change along columns.
 TEST(Volume, OfATransposedDemIsThatOfTheSameUpright) {
   const test::TempDir dir;
