@@ -325,6 +325,7 @@ Result<std::string> SceneryMaker::put_indices() {
 }
 
 Result<SceneryReport> SceneryMaker::make(int threads) {
+  // Before a lock's file comes to lie in somebody else's folder.
   if (const auto ok = record_in(folder_); !ok) return std::unexpected(ok.error());
   if (auto done = files_.make_folder(folder_); !done) return std::unexpected(done.error());
   const auto lock = FolderLock::take(folder_);

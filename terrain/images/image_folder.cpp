@@ -31,7 +31,6 @@ namespace fs = std::filesystem;
 constexpr int kEpoch = 1;  // to be raised when bytes of images change
 constexpr const char* kTiles = "/tiles.json";
 constexpr const char* kPartial = ".part";
-constexpr const char* kLock = "tind-lock";
 
 std::string ending(proto::ImageFormat format) { return "." + name_of(format); }
 
@@ -196,7 +195,7 @@ Result<void> ImageFolder::claim() {
   if (!kept) {
     std::error_code error;
     for (fs::directory_iterator it(folder_, error), end; !error && it != end; it.increment(error))
-      if (it->path().filename() != kLock)
+      if (it->path().filename() != FolderLock::kName)
         return fail(Errc::invalid_argument,
                     folder_ +
                         " holds files that tind build did not make as images: move them, or "

@@ -47,8 +47,8 @@ std::string record_name(GlbCompression compression) {
 bool is_new(const std::string& folder, const std::string& record) {
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
-    const std::string name = "/" + entry.path().filename().string();
-    if (name != "/tind-lock" && name != record + kPartial) return false;
+    const std::string name = entry.path().filename().string();
+    if (name != FolderLock::kName && "/" + name != record + kPartial) return false;
   }
   return !error;
 }

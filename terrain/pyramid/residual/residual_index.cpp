@@ -493,37 +493,39 @@ Result<void> make_index_part(const IndexPart& part, const std::string& unfinishe
   return made;
 }
 
-Result<std::shared_ptr<const ResidualRecord>> ResidualIndex::record(TileId id) const {
+template <class T>
+Result<std::shared_ptr<const T>> ResidualIndex::kept_or_read(
+    Lru<TileId, std::shared_ptr<const T>>& kept, TileId id,
+    Result<T> (ResidualIndex::*read)(TileId, const Place&) const) const {
   const auto place = places_.find(id);
   if (place == places_.end()) return fail(Errc::not_found, path_ + ": has no tile " + id.text());
   {
     const std::lock_guard lock(mutex_);
-    if (const auto* const kept = kept_.find(id)) return *kept;
+    if (const auto* const there = kept.find(id)) return *there;
   }
-  auto read = record_at(id, place->second);
-  if (!read) return std::unexpected(read.error());
-  auto record = std::make_shared<const ResidualRecord>(std::move(*read));
+  auto made = (this->*read)(id, place->second);
+  if (!made) return std::unexpected(made.error());
+  auto shared = std::make_shared<const T>(std::move(*made));
   const std::lock_guard lock(mutex_);
-  kept_.insert(id, record);
-  return record;
+  kept.insert(id, shared);
+  return shared;
+}
+
+Result<std::shared_ptr<const ResidualRecord>> ResidualIndex::record(TileId id) const {
+  return kept_or_read(kept_, id, &ResidualIndex::record_at);
 }
 
 Result<std::shared_ptr<const ResidualHead>> ResidualIndex::head(TileId id) const {
-  const auto place = places_.find(id);
-  if (place == places_.end()) return fail(Errc::not_found, path_ + ": has no tile " + id.text());
-  {
-    const std::lock_guard lock(mutex_);
-    if (const auto* const kept = heads_.find(id)) return *kept;
-  }
+  return kept_or_read(heads_, id, &ResidualIndex::head_at);
+}
+
+Result<ResidualHead> ResidualIndex::head_at(TileId id, const Place& place) const {
   std::array<std::uint8_t, kMostHeadBytes> buffer;
-  const std::span bytes(buffer.data(), std::min<std::size_t>(place->second.size, buffer.size()));
-  if (!read_whole_at(file_, place->second.offset, bytes.data(), bytes.size()))
+  const std::span bytes(buffer.data(), std::min<std::size_t>(place.size, buffer.size()));
+  if (!read_whole_at(file_, place.offset, bytes.data(), bytes.size()))
     return std::unexpected(damaged(id));
-  auto read = decode_head(bytes);
-  if (!read) return fail(damaged(id).what, read.error());
-  auto head = std::make_shared<const ResidualHead>(*read);
-  const std::lock_guard lock(mutex_);
-  heads_.insert(id, head);
+  auto head = decode_head(bytes);
+  if (!head) return fail(damaged(id).what, head.error());
   return head;
 }
 

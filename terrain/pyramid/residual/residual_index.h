@@ -97,6 +97,13 @@ class ResidualIndex {
     std::uint32_t size = 0;
   };
   Result<ResidualRecord> record_at(TileId, const Place&) const;
+  Result<ResidualHead> head_at(TileId, const Place&) const;
+  /// Of those asked for last, or what `read` has at the tile's place.
+  template <class T>
+  Result<std::shared_ptr<const T>> kept_or_read(Lru<TileId, std::shared_ptr<const T>>&, TileId,
+                                                Result<T> (ResidualIndex::*read)(TileId,
+                                                                                 const Place&)
+                                                    const) const;
   Error damaged(TileId) const;
 
   std::string path_;

@@ -59,7 +59,7 @@ std::unexpected<Error> in_the_way(const std::string& path) {
 }  // namespace
 
 Result<FolderLock> FolderLock::take(const std::string& folder) {
-  const std::string path = folder + "/tind-lock";
+  const std::string path = folder + "/" + kName;
   for (;;) {
     const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
     if (file < 0 && (errno == ELOOP || errno == EISDIR)) return in_the_way(path);
