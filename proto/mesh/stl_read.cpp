@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <bit>
+#include <string>
 
 #include "proto/mesh/mesh_io.h"
 #include "proto/text_scan.h"
 #include "terrain/base/bytes.h"
+#include "terrain/base/lower_case.h"
 
 namespace tind::proto {
 namespace {
@@ -101,7 +103,7 @@ Result<Mesh> decode_ascii(std::string_view bytes) {
   bool ended = false;
   text::Lines lines(bytes);
   for (std::string_view line; lines.next(line);) {
-    const std::string_view word = text::take_word(line);
+    const std::string word = lower_case(text::take_word(line));
     const auto reject = [&](const char* why) {
       return fail(Errc::bad_data, "STL line " + std::to_string(lines.number()) + ": " + why);
     };
@@ -127,7 +129,10 @@ Result<Mesh> decode_ascii(std::string_view bytes) {
 
 /// Binary files may begin with "solid" too; their size gives them away.
 bool is_ascii(std::string_view bytes) {
-  if (!bytes.starts_with("solid")) return false;
+  std::string_view text = bytes;
+  if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // a byte order mark
+  text.remove_prefix(std::min(text.find_first_not_of(" \t\r\n"), text.size()));
+  if (lower_case(text.substr(0, 5)) != "solid") return false;
   return bytes.size() < 84 ||
          bytes.size() != 84 + 50 * std::size_t(load<std::uint32_t>(bytes.data() + 80));
 }

@@ -4,6 +4,7 @@
 // docs/formats.md.) No geometry here: the caller gives every number of the header.
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -30,6 +31,9 @@ struct QuantizedMesh {
 /// fills the four edge lists sorted (W south to north, S east to west, E north to south, N west to
 /// east), and drops vertices that no triangle uses. Deterministic.
 void arrange(QuantizedMesh&);
+
+/// Where the header has max_height.
+inline constexpr std::size_t kMaxHeightAt = 28;
 
 /// Bytes. REQUIRES: arranged. 32-bit indices iff more than 65536 vertices, padded as specified.
 std::vector<std::uint8_t> encode(const QuantizedMesh&);

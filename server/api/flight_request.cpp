@@ -30,7 +30,7 @@ void read_trajectory(const Json& list, FlightRequest& out, Problems& problems) {
     FlightFix fix;
     Members members(list[i], "trajectory[" + std::to_string(i) + "]", problems);
     read_place(members, fix);
-    members.number("time_s", -1e9, 1e9, fix.time_s, Need::must);
+    members.number("time_s", -1e11, 1e11, fix.time_s, Need::must);
     members.nothing_else();
     if (i > 0 && fix.time_s < out.flight.back().time_s)
       problems.add(members.name_of("time_s"), "must not be before the fix before it");
@@ -83,6 +83,7 @@ FlightRequest parse_flight_request(std::string_view body, Problems& problems) {
   members.number("viewport_height_px", 1, 1e6, o.viewport_height_px);
   members.number("fov_deg", 0.01, 179, o.fov_deg);
   members.number("tile_bytes", 1, 1e9, out.tile_bytes);
+  if (members.member("ground_m")) members.number("ground_m", -1e5, 1e5, out.ground_m.emplace());
   if (const Json* const list = members.member("trajectory"))
     read_trajectory(*list, out, problems);
   else

@@ -12,7 +12,8 @@ namespace tind::api {
 struct FlightRequest {
   std::vector<FlightFix> flight;
   FlightOptions options;
-  double tile_bytes = 12000;  // what a tile is taken to be whose size is not known yet
+  double tile_bytes = 12000;            // what a tile is taken to be whose size is not known yet
+  std::optional<double> ground_m = {};  // as FlightOptions has it
 };
 
 inline constexpr std::size_t kMostFixes = 10000, kMostTiles = 256;

@@ -11,6 +11,7 @@
 #include "server/api/flight_request.h"
 #include "server/api/responses.h"
 #include "server/http/message/problem.h"
+#include "terrain/analysis/heights_at.h"
 
 namespace tind::api {
 namespace {
@@ -31,6 +32,16 @@ http::Reply answer(const FlightPlan& plan) {
                           {{"Cache-Control", "no-store"}});
 }
 
+/// How high the ground is where no tile says it yet: as asked, else below the flight.
+Result<double> ground_of(const services::ServedDataset& dataset, const FlightRequest& asked,
+                         const std::stop_token& stop) {
+  if (asked.ground_m) return *asked.ground_m;
+  if (!dataset.source) return 0;
+  const auto highest = highest_of(*dataset.source, places_of(asked.flight), stop);
+  if (!highest) return std::unexpected(highest.error());
+  return highest->value_or(0);
+}
+
 std::optional<http::Reply> plan(const App& app, const http::Request& request,
                                 http::DeferredReply& deferred) {
   const auto [dataset, not_found] = find_dataset(app, request.matched[0], request);
@@ -41,13 +52,16 @@ std::optional<http::Reply> plan(const App& app, const http::Request& request,
       [dataset, &app, body = request.body,
        target = std::string(request.head.target)](const std::stop_token& stop) {
         Problems problems;
-        const FlightRequest asked = parse_flight_request(body, problems);
+        FlightRequest asked = parse_flight_request(body, problems);
         if (!problems.empty()) return http::problem_reply(problems.list(), target);
-        const auto bytes_of = [&](TileId id) {
+        const auto ground = ground_of(*dataset, asked, stop);
+        if (!ground) return http::problem_reply(ground.error(), target);
+        asked.options.ground_m = *ground;
+        const auto facts_of = [&](TileId id) {
           const auto hit = app.tiles.peek(*dataset, id, {});
-          return hit ? hit->body().size() : std::size_t(asked.tile_bytes);
+          return hit ? facts_of_tile(hit->bytes()) : PlanFacts{std::size_t(asked.tile_bytes)};
         };
-        const auto made = plan_flight(*dataset->tiles, asked.flight, asked.options, bytes_of, stop);
+        const auto made = plan_flight(*dataset->tiles, asked.flight, asked.options, facts_of, stop);
         if (made) return answer(*made);
         if (made.error().code == Errc::out_of_range)
           return http::problem_reply({{"tolerance_px", made.error().what}}, target);
@@ -117,7 +131,7 @@ constexpr const char* kFix = R"({
     "lon": {"type": "number", "minimum": -360, "maximum": 360},
     "lat": {"type": "number", "minimum": -90, "maximum": 90},
     "height_m": {"type": "number", "minimum": -1e8, "maximum": 1e8},
-    "time_s": {"type": "number", "minimum": -1e9, "maximum": 1e9}
+    "time_s": {"type": "number", "minimum": -1e11, "maximum": 1e11}
   }})";
 
 std::string plan_schema() {
@@ -152,7 +166,12 @@ std::string plan_schema() {
     "tolerance_px": {"type": "number", "minimum": 0.001, "maximum": 1e6, "default": 2},
     "viewport_height_px": {"type": "number", "minimum": 1, "maximum": 1e6, "default": 1080},
     "fov_deg": {"type": "number", "minimum": 0.01, "maximum": 179, "default": 60},
-    "tile_bytes": {"type": "number", "minimum": 1, "maximum": 1e9, "default": 12000}
+    "tile_bytes": {"type": "number", "minimum": 1, "maximum": 1e9, "default": 12000},
+    "ground_m": {"type": "number", "minimum": -1e5, "maximum": 1e5, "description": )" +
+         std::string(
+             R"("how high the ground is above the ellipsoid where no tile says it yet; )"
+             R"(without it the highest below the flight, 0 where there are tiles alone"})") +
+         R"(
   },
   "oneOf": [{"required": ["position", "horizon_s"]}, {"required": ["trajectory"]}]})";
 }

@@ -10,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "terrain/geo/ellipsoid.h"
 
@@ -34,6 +35,17 @@ class Ground {
   /// Do distances change along a row, too?
   bool turned() const {
     return info_.crs_kind == CrsKind::geographic && info_.post_to_crs.y_col != 0;
+  }
+  double latitude(std::int64_t row) const {
+    return info_.post_to_crs.apply(0, double(row)).y * degrees_;
+  }
+  double longitude(std::int64_t col) const {
+    return info_.post_to_crs.apply(double(col), 0).x * degrees_;
+  }
+  bool at_pole(std::int64_t row) const {
+    const double step = std::abs(info_.post_to_crs.y_row) * degrees_;
+    return info_.crs_kind == CrsKind::geographic && !turned() &&
+           std::abs(latitude(row)) > 90 - step / 4;
   }
   /// Distances as they are there.
   void move_to(std::int64_t col, std::int64_t row) {
@@ -86,9 +98,11 @@ void complete(Nine& z) {
   by_opposites();
   for (const std::size_t k : {1, 3, 5, 7})
     if (missing(k)) z[k] = post;
+  const Nine there = z;  // a corner that is put somewhere does not lead its opposite
   for (const Corner& c : kCorners)
     if (missing(c.at))
-      z[c.at] = missing(8 - c.at) ? z[c.beside] + z[c.other] - post : 2 * post - z[8 - c.at];
+      z[c.at] = std::isnan(there[8 - c.at]) ? z[c.beside] + z[c.other] - post
+                                            : 2 * post - there[8 - c.at];
 }
 
 Vec2 horn(const Nine& z, const Ground& ground) {
@@ -97,20 +111,72 @@ Vec2 horn(const Nine& z, const Ground& ground) {
   return ground.gradient(by_col, by_row);
 }
 
-float value_of(const Nine& z, const Ground& ground, const DerivativeOptions& options) {
+bool takes_a_gradient(Derivative kind) {
+  return kind == Derivative::slope || kind == Derivative::aspect || kind == Derivative::hillshade;
+}
+
+/// At a pole all columns are one point, so there are no differences along its row: the plane
+/// through it that fits the posts of the next row best, which lie around it. Posts have one column
+/// more on each side.
+class Pole {
+ public:
+  /// REQUIRES: `row` is at a pole.
+  Pole(const DemInfo& info, const HeightGrid& posts, int read_row, std::int64_t row)
+      : ground_(info), posts_(posts), read_row_(read_row) {
+    north_ = ground_.latitude(row) > 0;
+    inner_ = std::abs(ground_.latitude(row + 1)) < std::abs(ground_.latitude(row)) ? 1 : -1;
+    const double lat = (ground_.latitude(row) + ground_.latitude(row + inner_)) / 2;
+    const double step = std::abs(ground_.latitude(row + inner_) - ground_.latitude(row));
+    distance_m_ = wgs84::metres_per_degree(lat).y * step;
+    ground_.move_to(0, row + inner_);
+    for (int c = 1; c + 1 < posts.cols(); ++c) {
+      if (posts.is_void(c, read_row_ + inner_)) continue;
+      const Vec2 u = toward(c);
+      const double z = posts.at(c, read_row_ + inner_);
+      sum_.x += u.x, sum_.y += u.y, rise_.x += u.x * z, rise_.y += u.y * z;
+      xx_ += u.x * u.x, xy_ += u.x * u.y, yy_ += u.y * u.y, ++count_;
+    }
+  }
+
+  /// x: to the east, y: to the north, for one who came along the meridian of the column.
+  Vec2 gradient(int read_col, const Nine& z) const {
+    const double det = xx_ * yy_ - xy_ * xy_;
+    if (det < 0.01 * count_ * count_) {  // posts of one side: of a full circle it is n^2 / 4
+      const auto side = std::size_t(4 + 3 * inner_);
+      return ground_.gradient((z[side + 1] - z[side - 1]) / 2, inner_ * (z[side] - z[4]));
+    }
+    const double post = posts_.at(read_col, read_row_);
+    const Vec2 b{rise_.x - post * sum_.x, rise_.y - post * sum_.y}, u = toward(read_col);
+    const Vec2 g{(b.x * yy_ - b.y * xy_) / det / distance_m_,
+                 (b.y * xx_ - b.x * xy_) / det / distance_m_};
+    const double away = g.x * u.x + g.y * u.y;
+    return {g.y * u.x - g.x * u.y, north_ ? -away : away};
+  }
+
+ private:
+  Vec2 toward(int read_col) const {
+    const double lon = ground_.longitude(read_col - 1) * 3.14159265358979323846 / 180;
+    return {std::cos(lon), std::sin(lon)};
+  }
+
+  Ground ground_;  // of the next row
+  const HeightGrid& posts_;
+  int read_row_, inner_ = 1;
+  bool north_ = true;
+  double distance_m_ = 1;
+  Vec2 sum_{}, rise_{};
+  double xx_ = 0, xy_ = 0, yy_ = 0, count_ = 0;
+};
+
+/// `g`: of those that take one.
+float value_of(const Nine& z, const Vec2& g, const DerivativeOptions& options) {
   switch (options.kind) {
-    case Derivative::slope: {
-      const Vec2 g = horn(z, ground);
+    case Derivative::slope:
       return float(options.percent ? 100 * std::hypot(g.x, g.y) : slope_deg(g.x, g.y));
-    }
-    case Derivative::aspect: {
-      const Vec2 g = horn(z, ground);
+    case Derivative::aspect:
       return g.x == 0 && g.y == 0 ? kNothing : float(aspect_deg(g.x, g.y));
-    }
-    case Derivative::hillshade: {
-      const Vec2 g = horn(z, ground);
+    case Derivative::hillshade:
       return hillshade_grey(g.x, g.y, options.light);
-    }
     case Derivative::roughness: {
       const auto [low, high] = std::ranges::minmax(z);
       return float(high - low);
@@ -141,15 +207,20 @@ RasterRows derivative_rows(const DemSource& dem, const DerivativeOptions& option
     if (!posts) return std::unexpected(posts.error());
     HeightGrid out(cols, rows);
     Ground ground(info);
+    const bool gradients = takes_a_gradient(options.kind);
     for (int r = 0; r < rows; ++r) {
-      ground.move_to(0, std::int64_t(row) + r);
+      const std::int64_t at = std::int64_t(row) + r;
+      ground.move_to(0, at);
+      std::optional<Pole> pole;
+      if (gradients && ground.at_pole(at)) pole.emplace(info, *posts, r + 1, at);
       for (int c = 0; c < cols; ++c) {
         if (posts->is_void(c + 1, r + 1)) continue;
-        if (ground.turned()) ground.move_to(c, std::int64_t(row) + r);
+        if (ground.turned()) ground.move_to(c, at);
         Nine z;
         for (int k = 0; k < 9; ++k) z[std::size_t(k)] = posts->at(c + k % 3, r + k / 3);
         complete(z);
-        out.at(c, r) = value_of(z, ground, options);
+        const Vec2 g = pole ? pole->gradient(c + 1, z) : gradients ? horn(z, ground) : Vec2{};
+        out.at(c, r) = value_of(z, g, options);
       }
     }
     progress.at(double(row + rows) / double(info.rows));

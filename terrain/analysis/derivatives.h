@@ -41,8 +41,9 @@ struct DerivativeOptions {
 /// degrees as the ellipsoid has them at the row's latitude, of projected CRSs the CRS's own. A
 /// neighbour that is void or beyond the rim is where the line through its opposite and the post
 /// leads, or, where that is not there either, where the others lead; so all valid posts have a
-/// value, and a plane's are the same everywhere. Where
-/// all nine are there, and the grid is projected and not turned, what gdaldem computes (horn).
+/// value, and a plane's are the same everywhere. At a pole the plane is fitted to the row around
+/// it. Where all nine are there, and the grid is projected and not turned, what gdaldem computes
+/// (horn).
 ///
 /// For encode_raster(): reads the rows asked for and one beside them. The source is to outlive it.
 RasterRows derivative_rows(const DemSource&, const DerivativeOptions&, const Progress& = {});

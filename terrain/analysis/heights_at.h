@@ -2,6 +2,7 @@
 // Heights at many places at once: what thousands of height_at() would say, at a fraction of the
 // cost, and by other ways of interpolating.
 
+#include <optional>
 #include <span>
 #include <stop_token>
 #include <utility>
@@ -37,5 +38,9 @@ struct EnumNames<Interpolation> {
 /// source once, whatever their order. Fails with the source's errors, and (cancelled).
 Result<std::vector<SurfaceHeight>> heights_at(const Surface&, std::span<const Geographic>,
                                               Interpolation, const std::stop_token& = {});
+
+/// The highest of bilinear heights at the places; nothing where none of them has one.
+Result<std::optional<double>> highest_of(const Surface&, std::span<const Geographic>,
+                                         const std::stop_token& = {});
 
 }  // namespace tind

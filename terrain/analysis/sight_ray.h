@@ -14,13 +14,18 @@
 // error of a bilinear surface changes by at most 2 e a post along columns and along rows, and at
 // the end itself ray and ground are off by the same. So after a share u of the way, d posts from
 // the target in columns and rows, the margin is 2 e min(1, 1 - u + d), and likewise from the eye.
+// What the way over the posts is off by is nothing at both ends, either: without that no target on
+// the ground would ever be surely seen.
 // Where the true surface is not bilinear among these posts, but within f of it everywhere (a TIN
 // that was taken to posts, mesh/tin_posts.h), nothing is less close to an end: the margin is 2 f.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "terrain/analysis/grid_walk.h"
@@ -95,30 +100,45 @@ struct Part {
   double span() const { return std::abs(way.to.x - way.from.x) + std::abs(way.to.y - way.from.y); }
 };
 
-/// 2 e times this is the margin over the part, a line in t: close to the eye, and to the target.
-inline Parabola near_eye(const Part& part) {
-  return {part.way.from_share, part.way.to_share - part.way.from_share + part.span(), 0};
+/// A margin that is a share of `full`: min(1, line), with the line in t.
+struct Ramp {
+  double full = 0;
+  Parabola line;
+
+  /// Where the line is 1, within [from, to].
+  double turn(double from, double to) const {
+    return line.b == 0 ? from : std::clamp((1 - line.a) / line.b, from, to);
+  }
+};
+using Ramps = std::array<Ramp, 2>;
+
+/// Close to the eye, and to the target. The second ramp is of what moves the way: a piece is exact
+/// at its ends and a parabola is off it by up to `shift`, so at t by 4 t (1 - t) of that.
+inline Ramps near_eye(const Part& part, double twice_e, double shift) {
+  const double share = part.way.to_share - part.way.from_share;
+  return {{{twice_e, {part.way.from_share, share + part.span(), 0}}, {shift, {0, 4, 0}}}};
 }
-inline Parabola near_target(const Part& part) {
-  return {1 - part.way.from_share + part.span(),
-          -(part.way.to_share - part.way.from_share) - part.span(), 0};
+inline Ramps near_target(const Part& part, double twice_e, double shift) {
+  const double share = part.way.to_share - part.way.from_share;
+  return {{{twice_e, {1 - part.way.from_share + part.span(), -share - part.span(), 0}},
+           {shift, {4, -4, 0}}}};
 }
 
 /// The least of clearance less (plus, with `sign` -1: more) margin.
-inline double least_with(const Parabola& c, const Parabola& line, double twice_e, double from,
-                         double to, double sign) {
-  // Where the line is 1 the margin turns from the line to a constant.
-  const double turn = line.b == 0 ? from : std::clamp((1 - line.a) / line.b, from, to);
+inline double least_with(const Parabola& c, const Ramps& margin, double from, double to,
+                         double sign) {
+  double ends[] = {from, margin[0].turn(from, to), margin[1].turn(from, to), to};
+  if (ends[1] > ends[2]) std::swap(ends[1], ends[2]);
   double least = std::numeric_limits<double>::infinity();
-  const auto over = [&](double s, double t) {
-    const bool close = line.at((s + t) / 2) < 1;
-    const Parabola margin =
-        close ? Parabola{line.a * twice_e, line.b * twice_e, 0} : Parabola{twice_e, 0, 0};
-    const Parabola d{c.a - sign * margin.a, c.b - sign * margin.b, c.c};
-    least = std::min(least, d.at(d.lowest_in(s, t)));
-  };
-  over(from, turn);
-  over(turn, to);
+  for (int k = 0; k < 3; ++k) {
+    Parabola d = c;
+    for (const Ramp& ramp : margin) {
+      const bool close = ramp.line.at((ends[k] + ends[k + 1]) / 2) < 1;
+      d.a -= sign * ramp.full * (close ? ramp.line.a : 1);
+      d.b -= sign * ramp.full * (close ? ramp.line.b : 0);
+    }
+    least = std::min(least, d.at(d.lowest_in(ends[k], ends[k + 1])));
+  }
   return least;
 }
 
@@ -131,17 +151,17 @@ inline void take(const Part& part, const WalkPiece& piece, const SightRules& rul
   if (least < -kTouch_m && out.first_hidden < 0)
     out.first_hidden = part.share(c.first_below_in(piece.from, t));
   if (rules.all_m() == 0) return;
-  const double e = rules.uncertainty_m;
-  const double slack = shift_posts * (piece.steepest + 3 * e) + 2 * rules.anywhere_m;
-  double surely = least - 2 * e, perhaps = least + 2 * e;
-  const auto nearer = [&](const Parabola& line) {
-    surely = std::max(surely, least_with(c, line, 2 * e, piece.from, piece.to, 1));
-    perhaps = std::min(perhaps, least_with(c, line, 2 * e, piece.from, piece.to, -1));
+  const double twice_e = 2 * rules.uncertainty_m, twice_f = 2 * rules.anywhere_m;
+  const double shift = shift_posts * (piece.steepest + 3 * rules.uncertainty_m);
+  double surely = least - twice_e - shift, perhaps = least + twice_e + shift;
+  const auto nearer = [&](const Ramps& margin) {
+    surely = std::max(surely, least_with(c, margin, piece.from, piece.to, 1));
+    perhaps = std::min(perhaps, least_with(c, margin, piece.from, piece.to, -1));
   };
-  if (part.first) nearer(near_eye(part));
-  if (part.last) nearer(near_target(part));
-  out.surely_m = std::min(out.surely_m, surely - slack);
-  out.perhaps_m = std::min(out.perhaps_m, perhaps + slack);
+  if (part.first) nearer(near_eye(part, twice_e, shift));
+  if (part.last) nearer(near_target(part, twice_e, shift));
+  out.surely_m = std::min(out.surely_m, surely - twice_f);
+  out.perhaps_m = std::min(out.perhaps_m, perhaps + twice_f);
 }
 
 }  // namespace sight

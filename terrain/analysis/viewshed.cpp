@@ -79,7 +79,8 @@ Viewshed counted(HeightGrid visibility) {
 
 Result<std::shared_ptr<const DemSource>> dem_around(std::shared_ptr<const DemSource> dem,
                                                     const ViewshedOptions& options) {
-  if (!std::isfinite(options.radius_m)) return dem;
+  // Around what is farther than that, outlines fold over the poles.
+  if (!(options.radius_m <= kLongestSight_m)) return dem;
   const Geographic p = options.observer.place;
   const Vec2 degree = wgs84::metres_per_degree(std::clamp(p.lat, -89.0, 89.0));
   // A part more: a circle's east and west are not on its middle's latitude.

@@ -167,7 +167,6 @@ Result<std::string> encode_tile(const Tile& tile, const VerticalDatum& datum,
 
 Result<FolderReport> write_folder(const Surface& surface, const FolderOptions& options,
                                   const Progress& progress) {
-  if (auto ok = claim(options.output, record_of(surface)); !ok) return std::unexpected(ok.error());
   FolderReport report;
   report.deepest = options.deepest.value_or(deepest_of(surface));
   const auto listed = tiles_of(areas_of(surface, options.area), report.deepest);
@@ -179,6 +178,9 @@ Result<FolderReport> write_folder(const Surface& surface, const FolderOptions& o
     return fail(Errc::invalid_argument,
                 "the DEM has one column or one row of posts: there is no area between them that "
                 "tiles could have");
+  std::error_code none;
+  const bool is_new = !fs::exists(options.output + kCdbRecord, none);
+  if (auto ok = claim(options.output, record_of(surface)); !ok) return std::unexpected(ok.error());
   for (const Tile& tile : all) {
     if (progress.stopped())
       return fail(Errc::cancelled, "stopped before all tiles were written: run again to go on");
@@ -189,6 +191,7 @@ Result<FolderReport> write_folder(const Surface& surface, const FolderOptions& o
   }
   if (report.kept == 0 && report.without_height == report.posts) {
     remove_tiles(options.output, all);
+    if (is_new) fs::remove(options.output + kCdbRecord, none);
     return fail(Errc::bad_data,
                 fmt::format("no height at any post of levels {} to {}, so all {} tiles would be 0: "
                             "the DEM is void there, or too small for these levels",

@@ -134,7 +134,7 @@ double slope_deg(double east, double north) { return std::atan(std::hypot(east, 
 
 double aspect_deg(double east, double north) {
   const double deg = std::atan2(-east, -north) / kDegree;
-  const double turned = deg < 0 ? deg + 360 : deg;
+  const double turned = deg < 0 ? deg + 360 : deg + 0.0;  // -0 is north, too
   return turned < 360 ? turned : 0;
 }
 

@@ -71,6 +71,7 @@ proto::MeshPlace looked_up(proto::MeshPlace said) {
   if (!code.geographic) said.unit_m = code.unit_m;
   if (said.epsg == 0) said.epsg = code.epsg;
   if (said.crs_name.empty()) said.crs_name = code.name;
+  if (said.crs_wkt.empty()) said.crs_wkt = code.wkt;  // for formats that take no code
   return said;
 }
 

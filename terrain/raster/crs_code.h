@@ -10,8 +10,8 @@ struct CrsCode {
   /// same. 0: there is none.
   int epsg = 0;
   bool geographic = false;
-  double unit_m = 1;  // metres per unit, where not geographic
-  std::string name = {};
+  double unit_m = 1;                // metres per unit, where not geographic
+  std::string name = {}, wkt = {};  // WKT 2
 };
 
 /// Of a horizontal system, as WKT or "EPSG:n". All zero where the text is no CRS. Milliseconds.

@@ -99,6 +99,9 @@ struct DemInfo {
   double z_unit_m = 1;            // metres per unit of the raster's heights (after scale/offset)
   VerticalDatum datum = VerticalDatum::unknown;  // of the heights that read() returns
   VerticalDatum source_datum = VerticalDatum::unknown;
+  /// What the file says that heights are above where the options say something else, which counts;
+  /// empty: they do not.
+  std::string overruled_datum;
   std::string vertical_crs;  // as the file names it, "EGM2008 height"; empty where it does not
   std::optional<VerticalAccuracy> accuracy;  // as DemOptions has it
   std::string nodata_said;                   // as nodata_text() has it: what DemOptions name

@@ -73,6 +73,29 @@ std::vector<AreaSet::Edge> edges_of(const std::vector<GlobePolygon>& polygons) {
   return edges;
 }
 
+/// Stands for a raster wherever its file lies: what its posts are and where. Of more posts than
+/// take a second or two to read: which file it is.
+Result<std::string> content_of(const DemSource& dem) {
+  constexpr std::int64_t kMostRead = std::int64_t(1) << 27;
+  constexpr int kSide = 1024;
+  const DemInfo& info = dem.info();
+  if (info.cols > kMostRead / info.rows) return info.fingerprint;
+  const Affine& a = info.post_to_crs;
+  std::string text =
+      fmt::format("{} {} {} {} {} {} {} {} {} {}\n", info.cols, info.rows, a.x0, a.x_col, a.x_row,
+                  a.y0, a.y_col, a.y_row, info.crs_wkt, info.crs_way);
+  for (std::int64_t row = 0; row < info.rows; row += kSide)
+    for (std::int64_t col = 0; col < info.cols; col += kSide) {
+      const auto posts = dem.read(col, row, int(std::min<std::int64_t>(kSide, info.cols - col)),
+                                  int(std::min<std::int64_t>(kSide, info.rows - row)));
+      if (!posts) return std::unexpected(posts.error());
+      const auto values = posts->values();
+      text += hash128({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float)})
+                  .text();
+    }
+  return hash128(text).text();
+}
+
 }  // namespace
 
 class ShapesBuilder {
@@ -194,6 +217,17 @@ class ShapesBuilder {
     return {};
   }
 
+  /// Does it meet the DEM anywhere, whatever turn its longitudes are of?
+  bool reaches(const GeoRect& b) const {
+    for (const auto& layer : layers_) {
+      const GeoRect& own = layer->info().bounds;
+      if (!(b.south <= own.north && own.south <= b.north)) continue;
+      for (const double turn : {-360., 0., 360.})
+        if (b.west + turn <= own.east && own.west <= b.east + turn) return true;
+    }
+    return false;
+  }
+
   /// A vector file, or a raster.
   Result<void> add_water(const std::string& path, std::vector<GlobePolygon>& polygons) {
     auto read = add_polygons(path, "water", polygons);
@@ -204,7 +238,12 @@ class ShapesBuilder {
     if (!raster) return read;
     if ((*raster)->info().crs_kind == CrsKind::none)
       return fail(Errc::bad_data, path + ": a raster without CRS cannot say where water is");
-    digest_text_ += "water raster " + (*raster)->info().fingerprint;
+    if (!reaches((*raster)->info().bounds))
+      return fail(Errc::bad_data,
+                  path + ": nothing in it lies on the DEM (water); is its CRS the right one?");
+    const auto content = content_of(**raster);
+    if (!content) return fail(path, content.error());
+    digest_text_ += "water raster " + *content;
     out_.water_.rasters.push_back(std::move(*raster));
     return {};
   }

@@ -38,6 +38,23 @@ Result<void> apply(const std::vector<SurfaceOptions::OfLayer>& said, double Surf
   return {};
 }
 
+/// What is said of all layers may contradict what all of them say, not what some do: whoever says
+/// it of those that do not would shift the others by the height of a geoid.
+Result<void> check_datums(std::span<const SurfaceLayer> layers) {
+  const auto overruled = [](const SurfaceLayer& layer) {
+    return !layer.source->info().overruled_datum.empty();
+  };
+  const auto one = std::ranges::find_if(layers, overruled);
+  const auto other = std::ranges::find_if_not(layers, overruled);
+  if (one == layers.end() || other == layers.end()) return {};
+  const DemInfo &a = one->source->info(), &b = other->source->info();
+  return fail(Errc::invalid_argument,
+              a.files[0] + " says that its heights are above " + a.overruled_datum + ", and " +
+                  b.files[0] +
+                  " does not: one --from-datum for both would shift one of them; say it "
+                  "of single layers (--layer with --layer-option, or layers of a dataset)");
+}
+
 Result<Surface> surface_of(std::vector<SurfaceLayer> layers, const SurfaceOptions& options) {
   for (SurfaceLayer& layer : layers) layer.blend_m = options.blend_m;
   if (auto done = apply(options.blends_m, &SurfaceLayer::blend_m, layers); !done)
@@ -96,14 +113,18 @@ Result<std::vector<std::vector<std::string>>> by_grid(std::span<const std::strin
 }  // namespace
 
 Result<Surface> open_surface(std::span<const LayerSpec> specs, const SurfaceOptions& options) {
-  std::vector<SurfaceLayer> layers;
+  std::vector<SurfaceLayer> layers, shared;
   for (const LayerSpec& spec : specs) {
     if (std::ranges::find(layers, spec.name, &SurfaceLayer::name) != layers.end())
       return fail(Errc::invalid_argument, "two layers are named '" + spec.name + "'");
     auto source = DemSource::open(spec.files, spec.dem.value_or(options.dem));
     if (!source) return fail("layer " + spec.name, source.error());
     layers.push_back({spec.name, std::move(*source)});
+    // What is said of a single layer is meant for it.
+    if (!spec.dem || spec.dem->from_datum == options.dem.from_datum)
+      shared.push_back(layers.back());
   }
+  if (auto ok = check_datums(shared); !ok) return std::unexpected(ok.error());
   return surface_of(std::move(layers), options);
 }
 
@@ -127,6 +148,7 @@ Result<Surface> open_surface(std::span<const std::string> files, const SurfaceOp
       name = stem(group.front()) + "-" + std::to_string(n);
     layers.push_back({name, std::move(*source)});
   }
+  if (auto ok = check_datums(layers); !ok) return std::unexpected(ok.error());
   std::ranges::reverse(layers);
   std::ranges::stable_sort(layers, std::greater{}, [](const SurfaceLayer& layer) {
     return rank_spacing_m(layer.source->info());

@@ -25,7 +25,7 @@ class Client(Processes):
     def __init__(self, url: str = "http://127.0.0.1:8080", key: str | None = None,
                  timeout_s: float = 60, retries: int = 5):
         self._connection = Connection(url, key, timeout_s, retries)
-        self._outputs: dict[str, list[str]] = {}
+        self._takes: dict[str, tuple[list[str], list[str]]] = {}  # inputs and outputs
 
     # --- what there is ----------------------------------------------------------------------------
 
@@ -98,12 +98,18 @@ class Client(Processes):
 
     def submit(self, process: str, dataset: str | None, **inputs: Any) -> Job:
         """Has it done as a job, and does not wait. `dataset`: None where a mesh is sent instead."""
-        outputs = self._outputs.get(process)
-        if outputs is None:
-            outputs = self._outputs[process] = list(self.describe(process)["outputs"])
+        if process not in self._takes:
+            described = self.describe(process)
+            self._takes[process] = list(described["inputs"]), list(described["outputs"])
+        names, outputs = self._takes[process]
         if "mesh" in inputs:
             inputs = _with_mesh(**inputs)
-        said = {name: _json_of(value) for name, value in {"dataset": dataset, **inputs}.items()
+
+        def spelt(name: str) -> str:  # border_constraints: names of Python have no hyphens
+            hyphens = name.replace("_", "-")
+            return hyphens if name not in names and hyphens in names else name
+
+        said = {spelt(name): _json_of(value) for name, value in {"dataset": dataset, **inputs}.items()
                 if value is not None}
         job = self._connection.post(
             f"/processes/{process}/execution",

@@ -68,7 +68,10 @@ class Program(Processes):
         words += [f"--{flag}={os.path.join(folder, file)}"] if command.output else []
         report = os.path.join(folder, "figures.json")
         words += [f"--report={report}"] if process == "compare" else ["--json"] if command.report else []
-        if inputs.pop("unit", None) == "percent":
+        unit = inputs.pop("unit", None)
+        if unit not in (None, "degree", "percent"):
+            raise TindError(f"unit must be one of degree, percent, not {unit}")
+        if unit == "percent":
             words.append("--percent")
         crs = inputs.get("crs")
         if command.crs == "bounds-crs" and inputs.get("bbox") is None:
@@ -137,6 +140,8 @@ def _option(command: _Command, name: str, value: Any, folder: str, crs: str | No
             name, value = "bounds", ",".join(map(str, value))
         elif name == "polygon":
             shape = getattr(value, "__geo_interface__", value)
+            if not isinstance(shape, dict) or shape.get("type") != "Polygon" or len(shape["coordinates"]) != 1:
+                raise TindError("polygon must be a Polygon of GeoJSON of one ring")
             return [f"--polygon={_numbers(shape['coordinates'][0])}"]
         elif name == "route":
             value = _numbers(value)

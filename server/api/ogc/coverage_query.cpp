@@ -93,7 +93,9 @@ bool read_subset(std::string_view text, CoverageQuery& q) {
         !read_all(range.substr(colon + 1), ends.second) || !(ends.first < ends.second) ||
         !std::isfinite(ends.first) || !std::isfinite(ends.second))
       return false;
-    (axis == 'x' ? q.subset_x : q.subset_y) = ends;
+    auto& subset = axis == 'x' ? q.subset_x : q.subset_y;
+    if (subset) return false;  // said twice
+    subset = ends;
     return true;
   });
 }
@@ -101,7 +103,7 @@ bool read_subset(std::string_view text, CoverageQuery& q) {
 bool read_scale(std::string_view text, CoverageQuery& q) {
   return each_axis(text, [&](char axis, std::string_view pixels) {
     int& side = axis == 'x' ? q.width : q.height;
-    return read_all(pixels, side) && side >= 1 && side <= int(kMostAcross);
+    return side == 0 && read_all(pixels, side) && side >= 1 && side <= int(kMostAcross);
   });
 }
 
@@ -160,16 +162,17 @@ std::expected<CrsBox, Wrong> box_asked(const CoverageQuery& q, const AskedCrs& b
     if (!box) return std::unexpected(Wrong{"bbox", box.error().what});
     return box_in(*box, bbox_crs, crs);
   }
-  if (!q.subset_x && !q.subset_y) {
-    const auto all = box_of(crs, facts);
-    if (!all) return std::unexpected(Wrong{"crs", all.error().what});
-    CrsBox whole = with_posts_inside(*all, ground_m(crs, *all), spacing_m);
+  const auto whole = [&](const AskedCrs& in, const char* name) -> std::expected<CrsBox, Wrong> {
+    const auto all = box_of(in, facts);
+    if (!all) return std::unexpected(Wrong{name, all.error().what});
+    CrsBox posts = with_posts_inside(*all, ground_m(in, *all), spacing_m);
     // Around the globe the first column and the one behind the last are the same.
-    if (crs.geographic()) whole.east = std::min(whole.east, whole.west + 360);
-    return whole;
-  }
-  auto box = box_of(bbox_crs, facts);
-  if (!box) return std::unexpected(Wrong{"bbox-crs", box.error().what});
+    if (in.geographic()) posts.east = std::min(posts.east, posts.west + 360);
+    return posts;
+  };
+  if (!q.subset_x && !q.subset_y) return whole(crs, "crs");
+  auto box = whole(bbox_crs, "bbox-crs");
+  if (!box) return std::unexpected(box.error());
   if (q.subset_x) box->west = q.subset_x->first, box->east = q.subset_x->second;
   if (q.subset_y) box->south = q.subset_y->first, box->north = q.subset_y->second;
   return box_in(*box, bbox_crs, crs);

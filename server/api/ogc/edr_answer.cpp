@@ -1,6 +1,8 @@
 #include "server/api/ogc/edr_answer.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 #include "proto/text_put.h"
 #include "server/api/crs_name.h"
@@ -40,18 +42,35 @@ void put_lines(std::string& out, const EdrPlaces& places, const EdrHeights& heig
   for (std::size_t n = 0; n < places.lines.size(); ++n) {
     const std::size_t begin = places.lines[n];
     const std::size_t end = n + 1 < places.lines.size() ? places.lines[n + 1] : places.where.size();
+    // Readers take a position of two numbers among others of three for one of height 0: a line
+    // with a void has its heights beside it.
+    const bool whole = std::none_of(heights.values.begin() + std::ptrdiff_t(begin),
+                                    heights.values.begin() + std::ptrdiff_t(end),
+                                    [](double h) { return std::isnan(h); });
     if (n > 0) out += ",\n";
     out += R"({"type":"Feature","geometry":{"type":"LineString","coordinates":[)";
     for (std::size_t i = begin; i < end; ++i) {
       if (i > begin) out += ',';
       open_position(out, places.where[i]);
-      if (!std::isnan(heights.values[i])) {
+      if (whole) {
         out += ',';
         put_text(out, heights.values[i]);
       }
       out += ']';
     }
-    out += R"(]},"properties":{}})";
+    out += R"(]},"properties":{)";
+    if (!whole) {
+      out += R"("height":[)";
+      for (std::size_t i = begin; i < end; ++i) {
+        if (i > begin) out += ',';
+        if (std::isnan(heights.values[i]))
+          out += "null";
+        else
+          put_text(out, heights.values[i]);
+      }
+      out += ']';
+    }
+    out += "}}";
   }
 }
 

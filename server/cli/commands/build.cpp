@@ -333,6 +333,13 @@ Result<void> check_beside_plan(Command c, const DemInput& input) {
   return {};
 }
 
+std::vector<std::string> files_of(const Surface& surface) {
+  std::vector<std::string> files;
+  for (const SurfaceLayer& layer : surface.layers())
+    files.insert(files.end(), layer.source->info().files.begin(), layer.source->info().files.end());
+  return files;
+}
+
 int run(Arguments a) {
   if (names_archive(a.options.output))
     return complain({Errc::invalid_argument,
@@ -381,7 +388,12 @@ int run(Arguments a) {
   const auto images = image_format(a.format);
   if (!a.json) fmt::print("{}", layers_text(*source));
   if (!remote::is_remote(a.options.output))
-    if (const int code = check_output_folder(a.options.output); code != kOk) return code;
+    if (const int code = check_output_folder(
+            a.options.output,
+            a.format == kFlightGear ? std::vector<std::string>{} : files_of(*source),
+            images ? "tiles.json" : "layer.json");
+        code != kOk)
+      return code;
   if (a.format == kFlightGear) return run_scenery(a, *source);
   if (!images) warn_of_plan(*source, a.options.tiles);
   finish_on_signals();
@@ -408,11 +420,14 @@ int run(Arguments a) {
       archive = *packed;
     }
   }
-  if (a.format != kTiles3d && report->built > 0 && !remote::is_remote(a.options.output))
+  if (report->built > 0 && !remote::is_remote(a.options.output))
     for (const auto compression : {GlbCompression::none, GlbCompression::meshopt})
       if (const std::string folder = tiles3d_folder(a.options.output, compression);
-          std::filesystem::exists(folder + "/tileset.json"))
-        warn(folder + ": 3D Tiles of the tiles before; --format 3dtiles brings them up to date");
+          std::filesystem::exists(folder + "/tileset.json") &&
+          !(a.format == kTiles3d && compression == a.compression))
+        warn(folder + ": 3D Tiles of the tiles before; --format 3dtiles" +
+             (compression == GlbCompression::none ? "" : " --compression " + name_of(compression)) +
+             " brings them up to date");
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (a.json) {

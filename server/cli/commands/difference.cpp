@@ -75,6 +75,7 @@ Result<Made> make(const Arguments& a, RasterFormat format) {
   if (auto ok = can_lie_there(a.output, made.dem->info()); !ok) return std::unexpected(ok.error());
   auto less = open_dem(two.other);
   if (!less) return std::unexpected(less.error());
+  warn_of_datums(made.dem->info(), (*less)->info());
   const auto difference = difference_rows(*made.dem, DemReference{std::move(*less)});
   if (!difference) return std::unexpected(difference.error());
   const DemInfo& info = made.dem->info();

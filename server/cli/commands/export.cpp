@@ -66,6 +66,7 @@ struct Arguments {
 
 /// What one of them takes and the other does not.
 constexpr const char* kOfMaps[] = {"--size", "--spacing", "--to-crs", "--fit", "--heights"};
+constexpr const char* kOfTiles[] = {"--water", "--breaklines"};
 constexpr const char* kOfUnity[] = {"--byte-order", "--first-row"};
 
 std::vector<double> numbers_of(const std::string& text, char separator) {
@@ -316,6 +317,9 @@ Result<void> check(const Arguments& a, Command c) {
     for (const char* option : kOfUnity)
       if (c.given(option)) return refuse(option, "unity");
   if (a.target != Target::cdb && c.given("--lod")) return refuse("--lod", "cdb");
+  // Posts are means of the heights around them: they have neither masks nor edges.
+  for (const char* option : kOfTiles)
+    if (c.given(option)) return refuse(option, "tiles");
   return a.target == Target::cdb ? Result<void>() : check_extension(a);
 }
 

@@ -107,7 +107,9 @@ int run_extract(const Extract& a) {
     std::printf("%s\n", json::to_text(j, 2).c_str());
   } else {
     fmt::print("{} triangles, {} vertices, ", cursor->triangles(), cursor->positions().size());
-    if (terrain)
+    if (!std::isfinite(cursor->error_m()))
+      fmt::print("how far it is off is not known: the file ends before it says so\n");
+    else if (terrain)
       fmt::print("every post within {} m\n", bound_text(cursor->error_m()));
     else
       fmt::print("at most {} from the finest surface\n", bound_text(cursor->error_m()));

@@ -25,6 +25,11 @@
 namespace tind::cli {
 namespace {
 
+/// Of a direction from an axis, to either end of it: -90 to 90, counter-clockwise.
+double turn_deg(double across, double along) {
+  return std::atan(across / along) * 180 / 3.14159265358979323846;
+}
+
 using Json = nlohmann::ordered_json;
 
 /// What is known of the heights.
@@ -150,6 +155,11 @@ std::string facts(const DemInfo& info, const Json& content) {
   if (info.has_geotransform)
     out += fmt::format("first post {:.10g}, {:.10g}; step {:.10g}, {:.10g}\n", m.x0, m.y0, m.x_col,
                        m.y_row);
+  if (info.has_geotransform && (m.x_row != 0 || m.y_col != 0))
+    out += fmt::format(
+        "turned     rows run {:.4g} degrees off the CRS's first axis, columns {:.4g} off "
+        "its second\n",
+        turn_deg(m.y_col, m.x_col), turn_deg(-m.x_row, m.y_row));
   out += fmt::format("CRS        {}\n", info.crs_kind == CrsKind::none
                                             ? "none: can be simplified, but not tiled"
                                             : info.crs_name + crs_remark(info));

@@ -14,6 +14,7 @@
 #include "server/cli/options/output_options.h"
 #include "server/cli/options/tile_options.h"
 #include "server/cli/options/trajectory_file.h"
+#include "terrain/analysis/heights_at.h"
 #include "terrain/base/file_io.h"
 #include "terrain/dataset/dem_dataset.h"
 #include "terrain/dataset/stored_dataset.h"
@@ -30,7 +31,7 @@ struct Arguments {
   std::string trajectory;
   std::vector<double> position, velocity;
   double horizon_s = 300, link_mbit = 10, head_start_s = 0;
-  std::optional<double> speed;
+  std::optional<double> speed, ground_m;
   double tile_bytes = 12000;
   FlightOptions options;
   bool json = false;
@@ -67,16 +68,53 @@ Result<std::vector<FlightFix>> flight_of(const Arguments& a) {
   return flight;
 }
 
+/// How high the ground is where tiles do not say it: as asked, else below the flight.
+Result<double> ground_of(const Arguments& a, const Dataset& dataset,
+                         std::span<const FlightFix> flight) {
+  if (a.ground_m) return *a.ground_m;
+  if (!dataset.source) return 0;
+  const auto highest = highest_of(*dataset.source, places_of(flight));
+  if (!highest) return std::unexpected(highest.error());
+  return highest->value_or(0);
+}
+
+/// Options that nobody would hear are refused.
+Result<void> check_heard(const Arguments& a, Command c) {
+  const auto unheard = [](const std::string& option, const std::string& why) {
+    return fail(Errc::invalid_argument, option + " " + why + ": leave it out");
+  };
+  for (const char* option : {"--velocity", "--horizon"})
+    if (c.given(option) && !a.trajectory.empty())
+      return unheard(option, "goes with --position, not with --trajectory");
+  if (a.speed && a.trajectory.empty())
+    return unheard("--speed", "is of a --trajectory; --velocity says it of a --position");
+  if (a.tiles.files.size() != 1 || !names_store(a.tiles.files[0])) return {};
+  if (!a.tiles.given.empty()) return unheard(a.tiles.given[0], "is said of DEMs, not of tiles");
+  for (const char* option : {"--max-error", "--error-factor", "--deepest", "--levels", "--side",
+                             "--exact-posts", "--effort"})
+    if (c.given(option))
+      return unheard(option, "is for tiles that are made, and these are made already");
+  return {};
+}
+
 int run(Arguments& a) {
   const auto flight = flight_of(a);
   if (!flight) return complain(flight.error());
   const auto dataset = open_dataset(a);
   if (!dataset) return complain(dataset.error());
   a.options.link_bits_per_s = a.link_mbit * 1e6;
+  const auto ground = ground_of(a, *dataset, *flight);
+  if (!ground) return complain(ground.error());
+  a.options.ground_m = *ground;
   const auto store = dataset->source ? nullptr : open_store(a.tiles.files[0]);
   const auto plan = plan_flight(*dataset->tiles, *flight, a.options, [&](TileId id) {
     const auto known = store ? store->size(id) : std::nullopt;
-    return known.value_or(0) > 0 ? std::size_t(*known) : std::size_t(a.tile_bytes);
+    PlanFacts facts{known.value_or(0) > 0 ? std::size_t(*known) : std::size_t(a.tile_bytes)};
+    // What lies on this machine is opened; over a network that would be the transfer itself.
+    if (!store || dataset->tiles->fetched()) return facts;
+    if (const auto tile = dataset->tiles->tile(id, {}))
+      facts.highest_m = facts_of_tile(tile->bytes).highest_m;
+    return facts;
   });
   if (!plan) return complain(plan.error());
 
@@ -151,6 +189,10 @@ void add_plan(Command program, int& exit) {
                  "what a tile takes where its size is not known: of a URL and of a DEM")
       .range(1.0, 1e9)
       .shown();
+  app.add_option("--ground", a->ground_m,
+                 "how high the ground is above the ellipsoid, metres, where tiles do not say it: "
+                 "of a URL (0 without it) and of a DEM (without it the highest below the flight)")
+      .range(-1e5, 1e5);
   app.add_option("--tolerance", a->options.tolerance_px, "error on screen that is allowed, pixels")
       .shown();
   app.add_option("--viewport-height", a->options.viewport_height_px, "of the screen, pixels")
@@ -160,7 +202,10 @@ void add_plan(Command program, int& exit) {
   add_dem_options(app, a->tiles);
   add_json_flag(app, a->json);
   app.footer("A tile is needed from the moment its parent is refined, as globe clients do it.");
-  app.on_run([a, &exit] { exit = run(*a); });
+  app.on_run([a, app, &exit] {
+    const auto heard = check_heard(*a, app);
+    exit = heard ? run(*a) : complain(heard.error());
+  });
 }
 
 }  // namespace tind::cli

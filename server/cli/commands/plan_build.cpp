@@ -123,10 +123,8 @@ int run(Arguments a) {
   Result<ShardPlan> plan = fail(Errc::internal, "not run");
   {
     ProgressBar bar("posts", progress_style(a.progress));
-    plan = plan_shards(
-        *source, a.options, a.wish,
-        planned_source(a.input, a.layers.layers, a.layers.blends, a.layers.layer_errors, a.shapes),
-        stoppable(bar));
+    plan = plan_shards(*source, a.options, a.wish, planned_source(a.input, a.layers, a.shapes),
+                       stoppable(bar));
   }
   if (!plan) return complain(plan.error());
   if (const auto written = write_whole_file(a.output, encode(*plan)); !written)

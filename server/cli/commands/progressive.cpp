@@ -20,6 +20,7 @@
 #include "server/cli/program/progress_bar.h"
 #include "terrain/base/bound_text.h"
 #include "terrain/base/power_of_two.h"
+#include "terrain/mesh/manifold.h"
 #include "terrain/progressive/stream/make_progressive.h"
 #include "terrain/progressive/stream/progressive_stream.h"
 #include "terrain/progressive/stream/surface_progressive.h"
@@ -58,6 +59,8 @@ int run_surface(Arguments& a) {
                  ? read_tin(a.input.files[0])
                  : read_shape(a.input.files[0]);
   if (!tin) return complain(tin.error());
+  if (has_attributes(*tin))
+    warn("a progressive mesh holds the shape alone: colours, normals and texture are left out");
   const Tin* const meshes[] = {&*tin};
   const double diagonal = diagonal_of(*tin);
   if (!(diagonal > 0)) return complain({Errc::bad_data, a.input.files[0] + " has no extent"});

@@ -73,11 +73,13 @@ std::vector<std::string> environment_names() {
 
 /// What --layer, --blend and --layer-error name: one dataset, called as its lowest layer.
 Result<std::vector<services::DatasetSpec>> dataset_of_layers(const SurfaceInput& said) {
-  if (said.layers.empty() && said.blends.empty() && said.layer_errors.empty())
+  if (said.layers.empty() && said.blends.empty() && said.layer_errors.empty() &&
+      said.options.empty())
     return std::vector<services::DatasetSpec>{};
   if (said.layers.empty())
     return fail(Errc::invalid_argument,
-                "--blend and --layer-error are of the layers that --layer names; those of datasets "
+                "--blend, --layer-error and --layer-option are of the layers that --layer names; "
+                "those of datasets "
                 "in a file are said there, [[dataset.layer]]");
   const auto read = read_layers(said, {});
   if (!read) return std::unexpected(read.error());
@@ -100,6 +102,12 @@ Result<std::vector<services::DatasetSpec>> dataset_of_layers(const SurfaceInput&
     if (auto said_it = say("blend", one); !said_it) return std::unexpected(said_it.error());
   for (const auto& one : read->options.max_errors_m)
     if (auto said_it = say("error", one); !said_it) return std::unexpected(said_it.error());
+  for (const std::string& text : said.options) {  // NAME=OPTION:VALUE, as read_layers() has seen
+    const auto equals = text.find('='), colon = text.find(':', equals);
+    const auto layer =
+        std::ranges::find(spec.layers, text.substr(0, equals), &services::LayerTable::name);
+    layer->own[text.substr(equals + 1, colon - equals - 1)] = text.substr(colon + 1);
+  }
   return std::vector{std::move(spec)};
 }
 

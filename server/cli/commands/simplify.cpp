@@ -257,6 +257,15 @@ std::string texture_beside(const std::string& texture, const std::string& from,
   return error || in == out ? texture : (in / texture).lexically_relative(out).generic_string();
 }
 
+/// Attributes that a method has dropped: it carries those that it goes by.
+std::string not_carried(const Tin& from, const Tin& to) {
+  std::vector<std::string> lost;
+  if (!from.colours.empty() && to.colours.empty()) lost.push_back("colours");
+  if (!from.normals.empty() && to.normals.empty()) lost.push_back("normals");
+  if (!from.texcoords.empty() && to.texcoords.empty()) lost.push_back("texture coordinates");
+  return fmt::format("{}", fmt::join(lost, " and "));
+}
+
 /// A general mesh in, a general mesh out; its error is the distance of the two surfaces.
 int run_mesh(const Arguments& a) {
   if (const auto ok = check_mesh_input(a); !ok) return complain(ok.error());
@@ -266,8 +275,6 @@ int run_mesh(const Arguments& a) {
   if (const auto ok = can_say(*a.format, read->place); !ok) return complain(ok.error());
   if (const std::string lost = lost_attributes(*a.format, to_file_mesh(tin)); !lost.empty())
     warn(fmt::format("{} has no room for the {} of {}", a.format->title, lost, a.input.files[0]));
-  if (std::holds_alternative<TriangleCollapseOptions>(a.options.method) && has_attributes(tin))
-    warn("triangle-collapse carries no attributes: qem and attribute-qem do");
   if (!read->texture.empty() && read->materials > 1)
     warn(fmt::format("{} has {} materials: the mesh gets the first one's texture for all",
                      a.input.files[0], read->materials));
@@ -283,6 +290,8 @@ int run_mesh(const Arguments& a) {
   if (!result) return complain(result.error());
   const double seconds = watch.lap();
   const Simplified& made = result->made;
+  if (const std::string lost = not_carried(tin, made.tin); !lost.empty())
+    warn(fmt::format("{} carries no {} of this mesh: they are left out", a.method.name, lost));
   const SurfaceDistance d = [&] {
     ProgressBar bar("surface distance", progress_style(a.progress));
     return surface_distance(tin, made.tin, {.threads = a.options.threads}, bar.progress());

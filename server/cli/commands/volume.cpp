@@ -73,6 +73,7 @@ Result<Reference> reference_of(const Arguments& a, const DemInput& other, const 
   }
   auto dem2 = open_dem_or_tin(other);
   if (!dem2) return std::unexpected(dem2.error());
+  warn_of_datums(dem.info(), dem2->dem->info());
   return Reference{DemReference{std::move(dem2->dem)}, dem2->tin_error_m};
 }
 

@@ -185,6 +185,16 @@ void warn_of_nodata(const DemSource& dem) {
   if (const std::string line = undeclared_nodata_text(dem); !line.empty()) warn(line);
 }
 
+void warn_of_datums(const DemInfo& a, const DemInfo& b) {
+  const bool first = a.datum == VerticalDatum::unknown;
+  if (first == (b.datum == VerticalDatum::unknown)) return;
+  const DemInfo &unknown = first ? a : b, &known = first ? b : a;
+  warn(
+      fmt::format("heights of {} are above {}, and of {} nobody says above what: they are taken as "
+                  "above the same; if they are not, say it with --from-datum",
+                  known.files[0], name(known.datum), unknown.files[0]));
+}
+
 std::string accuracy_line(const DemInfo& info) {
   if (!info.accuracy) return {};
   return fmt::format("the DEM's own accuracy, as stated: {}\n", text(*info.accuracy));

@@ -65,6 +65,8 @@ int complain_of(const DemInput&, const Error&);
 /// like an undeclared nodata value.
 void warn_of(const DemInfo&);
 void warn_of_nodata(const DemSource&);
+/// Of two that are compared: nobody says what the heights of one of them are above.
+void warn_of_datums(const DemInfo&, const DemInfo&);
 
 /// "the DEM's accuracy, as stated: 4 m (le90)", a line for the end of a report; empty where nobody
 /// stated it.

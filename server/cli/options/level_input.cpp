@@ -49,8 +49,17 @@ Result<AskedDem> open_asked(const DemInput& input, const LevelInput& level) {
     return AskedDem{std::move(dem), nullptr, nullptr, tin, opened->tin_error_m};
   const auto tiles = open_level_tiles(level);
   if (!tiles) return std::unexpected(tiles.error());
+  const VerticalDatum theirs = datum_of(**tiles);
+  const bool known = theirs != VerticalDatum::unknown;
+  if (known && input.to_datum_given && dem->info().datum != theirs)
+    return fail(Errc::invalid_argument,
+                "heights of --tiles are above " + name(theirs) +
+                    ": ask for them, or leave --to-datum out and convert the answer");
+  if (known && dem->info().datum != theirs && dem->info().datum != VerticalDatum::unknown)
+    warn(fmt::format("heights are those of the tiles, above {}, not above {} as the DEM's",
+                     name(theirs), name(dem->info().datum)));
   auto seen = std::make_shared<const LevelDem>(std::move(dem), level_tiles_of(**tiles), level.level,
-                                               datum_of(**tiles));
+                                               theirs);
   return AskedDem{seen, *tiles, seen, false, 0};
 }
 

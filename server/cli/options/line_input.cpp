@@ -95,6 +95,9 @@ Result<void> add_polygons(const std::string& path, Result<VectorShapes> read,
   if (!read) return std::unexpected(read.error());
   if (read->polygons.empty())
     return fail(Errc::bad_data, path + ": has lines only; polygons are needed here");
+  if (!read->lines.empty())
+    warn(fmt::format("{}: {} lines are left out; polygons are needed here", path,
+                     read->lines.size()));
   for (VectorPolygon& polygon : read->polygons) polygons.push_back(std::move(polygon));
   return {};
 }

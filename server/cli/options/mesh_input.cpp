@@ -41,6 +41,19 @@ Error not_a_dem(const Error& why, const std::vector<std::string>& files) {
                                  readable_extensions()};
 }
 
+namespace {
+
+/// A file may say the normals of some corners only; those of the others are what the shape has.
+void fill_normals(Tin& tin) {
+  const auto none = [](const std::array<float, 3>& n) { return n == std::array<float, 3>{}; };
+  if (std::ranges::none_of(tin.normals, none)) return;
+  const auto own = vertex_normals(tin);
+  for (std::size_t i = 0; i < tin.normals.size(); ++i)
+    if (none(tin.normals[i])) tin.normals[i] = none(own[i]) ? std::array{0.f, 0.f, 1.f} : own[i];
+}
+
+}  // namespace
+
 Result<PlacedTin> read_placed_tin(const std::string& path) {
   auto file = read_mesh(path);
   if (!file) return std::unexpected(file.error());
@@ -55,6 +68,7 @@ Result<PlacedTin> read_placed_tin(const std::string& path) {
                   path + ": vertex " + std::to_string(i) + " lies nowhere: coordinates go to 1e12");
   }
   if (tin.vertices.empty()) return fail(Errc::bad_data, path + ": there is no vertex in it");
+  fill_normals(tin);
   return PlacedTin{std::move(tin), std::move(place), std::move(texture), materials};
 }
 

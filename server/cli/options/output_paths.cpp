@@ -61,6 +61,7 @@ bool belongs_to(const fs::path& output, const fs::path& input) {
   const std::string of = lower_extension(input.string());
   if (of == ".tif" && (ending == ".prj" || ending == ".hdr")) return false;  // has its own inside
   if (of == ".tiff" && (ending == ".prj" || ending == ".hdr")) return false;
+  if (ending == ".mtl" && of != ".obj") return false;
   return output.stem() == input.stem() && std::ranges::count(kBesideStem, ending) > 0;
 }
 
@@ -191,8 +192,16 @@ int check_outputs(const std::vector<std::string>& outputs, const std::vector<std
   return kOk;
 }
 
-int check_output_folder(const std::string& path) {
+int check_output_folder(const std::string& path, const std::vector<std::string>& inputs,
+                        const char* known) {
   std::error_code error;
+  const fs::path folder = real_path(path);
+  if (!fs::exists(folder / known, error))
+    for (const std::string& input : inputs)
+      if (real_path(input).parent_path() == folder)
+        return complain({Errc::invalid_argument,
+                         fmt::format("{} holds {}, which is read: name a folder of its own, as {}",
+                                     path, input, (fs::path(path) / "tiles").string())});
   fs::create_directories(path, error);
   if (error) return cannot_create({Errc::io, "cannot create " + path + ": " + error.message()});
   const auto ok = can_write_file((fs::path(path) / "tind").string());

@@ -32,7 +32,9 @@ std::vector<std::string> inputs_of(const DemInput&, const SurfaceInput&, const S
 int check_outputs(const std::vector<std::string>& outputs, const std::vector<std::string>& inputs);
 
 /// Makes the folder where it is not there. kOk, or says why no file can be made in it and returns
-/// kCannotCreate.
-int check_output_folder(const std::string& path);
+/// kCannotCreate; kUsage for one that none of the program's files are in yet (`known`: the name of
+/// one) and one of `inputs` is: among tiles it would be a folder of DEMs no more.
+int check_output_folder(const std::string& path, const std::vector<std::string>& inputs = {},
+                        const char* known = "layer.json");
 
 }  // namespace tind::cli

@@ -11,11 +11,10 @@
 
 namespace tind::cli {
 
-PlannedSource planned_source(const DemInput& dem, std::vector<std::string> layers,
-                             std::vector<std::string> blends, std::vector<std::string> layer_errors,
+PlannedSource planned_source(const DemInput& dem, const SurfaceInput& layers,
                              const ShapeFiles& shapes) {
-  return {dem.files, dem.texts,    std::move(layers), std::move(blends), std::move(layer_errors),
-          shapes,    dem.allow_vrt};
+  return {dem.files,           dem.texts,      layers.layers, layers.blends,
+          layers.layer_errors, layers.options, shapes,        dem.allow_vrt};
 }
 
 Result<ShardPlan> read_plan(const std::string& path) {
@@ -75,7 +74,7 @@ Result<Surface> open_planned(const ShardPlan& plan, const NamedAgain& named,
   for (const auto& [name, text] : from.options)
     if (auto ok = say_dem_option(input, name, text); !ok)
       return fail("the plan's option " + name, ok.error());
-  const SurfaceInput layers{from.layers, from.blends, from.layer_errors};
+  const SurfaceInput layers{from.layers, from.blends, from.layer_errors, from.layer_options};
   DemOptions dem = dem_options(input);
   limit_caches(memory, input, layers, dem);
   auto opened = open_surface(input, layers, dem);

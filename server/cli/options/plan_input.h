@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "server/cli/options/dem_input.h"
+#include "server/cli/options/surface_input.h"
 #include "server/cli/program/command_line.h"
 #include "terrain/base/result.h"
 #include "terrain/pyramid/shards/shard_plan.h"
@@ -15,9 +16,7 @@
 namespace tind::cli {
 
 /// The words of a command line, to be kept in a plan.
-PlannedSource planned_source(const DemInput&, std::vector<std::string> layers,
-                             std::vector<std::string> blends, std::vector<std::string> layer_errors,
-                             const ShapeFiles&);
+PlannedSource planned_source(const DemInput&, const SurfaceInput&, const ShapeFiles&);
 
 Result<ShardPlan> read_plan(const std::string& path);
 

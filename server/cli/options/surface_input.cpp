@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
@@ -11,6 +12,7 @@
 #include "server/cli/options/mesh_input.h"
 #include "server/cli/program/exit.h"
 #include "server/log/printable.h"
+#include "terrain/raster/dem_options_text.h"
 #include "terrain/surface/open_surface.h"
 
 namespace tind::cli {
@@ -79,6 +81,11 @@ void add_layer_options(Command app, SurfaceInput& input) {
                  "NAME=FILE[,FILE...]: a layer, instead of DEM files; repeated, the lowest first. "
                  "(Without it files of one grid are a layer, finer ones above)")
       .repeated();
+  app.add_option("--layer-option", input.options,
+                 "NAME=OPTION:VALUE: what is said of one --layer in place of what is said of all "
+                 "(from-datum, nodata, crs, band, encoding, scale, offset), as "
+                 "town=from-datum:egm96")
+      .repeated();
   app.add_option("--blend", input.blends,
                  "METRES, or NAME=METRES of one layer: how far beyond its posts a layer bends what "
                  "lies below it, so that no step shows; 0: not at all; at most 64 of its posts "
@@ -91,6 +98,26 @@ void add_layer_options(Command app, SurfaceInput& input) {
 
 bool names_any(const DemInput& input, const SurfaceInput& layers) {
   return !input.files.empty() || !layers.layers.empty();
+}
+
+/// "NAME=OPTION:VALUE", into the layer's own options.
+Result<void> add_option(const std::string& text, const DemOptions& of_all,
+                        std::vector<LayerSpec>& layers) {
+  const auto equals = text.find('='), colon = text.find(':', equals);
+  const auto wrong = [&](const std::string& why) {
+    return fail(Errc::invalid_argument, "--layer-option " + text + ": " + why);
+  };
+  if (equals == text.npos || equals == 0 || colon == text.npos || colon == equals + 1)
+    return wrong("takes NAME=OPTION:VALUE, as town=from-datum:egm96");
+  const auto layer = std::ranges::find(layers, text.substr(0, equals), &LayerSpec::name);
+  if (layer == layers.end()) return wrong("there is no --layer '" + text.substr(0, equals) + "'");
+  std::string name = text.substr(equals + 1, colon - equals - 1);
+  std::ranges::replace(name, '-', '_');
+  if (!layer->dem) layer->dem = of_all;
+  if (const auto set = set_dem_option(name, text.substr(colon + 1), *layer->dem); !set)
+    return wrong(set.error().code == Errc::not_found ? "there is no option of that name for DEMs"
+                                                     : set.error().what);
+  return {};
 }
 
 Result<SaidLayers> read_layers(const SurfaceInput& said, const DemOptions& options) {
@@ -107,6 +134,8 @@ Result<SaidLayers> read_layers(const SurfaceInput& said, const DemOptions& optio
     if (!spec) return std::unexpected(spec.error());
     read.layers.push_back(std::move(*spec));
   }
+  for (const std::string& text : said.options)
+    if (auto ok = add_option(text, options, read.layers); !ok) return std::unexpected(ok.error());
   return read;
 }
 

@@ -14,10 +14,10 @@ namespace tind::cli {
 
 /// What the user said about layers; bound to the options that `add_layer_options` adds.
 struct SurfaceInput {
-  std::vector<std::string> layers, blends, layer_errors;
+  std::vector<std::string> layers, blends, layer_errors, options;
 };
 
-/// --layer, --blend, --layer-error.
+/// --layer, --layer-option, --blend, --layer-error.
 void add_layer_options(Command, SurfaceInput&);
 
 /// Has the user named something to be opened?

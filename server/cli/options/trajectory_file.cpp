@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "proto/csv.h"
 #include "proto/json_text.h"
 #include "terrain/base/lower_case.h"
 #include "terrain/geo/ellipsoid.h"
@@ -35,9 +36,27 @@ std::optional<double> number(std::string_view s) {
   return v;
 }
 
-/// Seconds since 1970 of 2026-01-31T12:00:00[.5][Z].
+/// Seconds that +01:00 at the end of a time is ahead of UTC, which are taken off; 0 of Z, and of
+/// what says nothing.
+std::optional<double> take_offset(std::string_view& s) {
+  if (s.ends_with('Z')) return s.remove_suffix(1), 0;
+  const std::size_t at = s.find_last_of("+-");
+  if (at == s.npos || at < 19) return 0;  // within the date
+  const std::string_view said = s.substr(at);
+  const auto digit = [&](std::size_t i) { return said[i] >= '0' && said[i] <= '9'; };
+  if (said.size() != 6 || said[3] != ':' || !digit(1) || !digit(2) || !digit(4) || !digit(5))
+    return {};
+  const int hours = (said[1] - '0') * 10 + said[2] - '0';
+  const int minutes = (said[4] - '0') * 10 + said[5] - '0';
+  if (hours > 23 || minutes > 59) return {};
+  s = s.substr(0, at);
+  return (said[0] == '-' ? -60.0 : 60.0) * (60 * hours + minutes);
+}
+
+/// Seconds since 1970 of 2026-01-31T12:00:00[.5][Z or +01:00].
 std::optional<double> date(std::string_view s) {
-  if (s.ends_with('Z')) s.remove_suffix(1);
+  const auto ahead = take_offset(s);
+  if (!ahead) return {};
   if (s.size() < 19 || s[4] != '-' || s[7] != '-' || (s[10] != 'T' && s[10] != ' ') ||
       s[13] != ':' || s[16] != ':')
     return {};
@@ -56,7 +75,7 @@ std::optional<double> date(std::string_view s) {
       !(*second >= 0 && *second < 61))
     return {};
   const auto days = std::chrono::sys_days(day).time_since_epoch().count();
-  return 86400.0 * double(days) + 3600.0 * hour + 60.0 * minute + *second;
+  return 86400.0 * double(days) + 3600.0 * hour + 60.0 * minute + *second - *ahead;
 }
 
 /// Fixes as a file has them: any may be without a time, or all.
@@ -86,74 +105,109 @@ enum Column { kLon, kLat, kHeight, kTime, kColumns };
 
 std::optional<Column> column_of(std::string_view said) {
   const std::string name = lower_case(said);
-  static constexpr std::array<std::pair<const char*, Column>, 16> kNames = {{{"lon", kLon},
-                                                                             {"longitude", kLon},
-                                                                             {"x", kLon},
-                                                                             {"lat", kLat},
-                                                                             {"latitude", kLat},
-                                                                             {"y", kLat},
-                                                                             {"height", kHeight},
-                                                                             {"height_m", kHeight},
-                                                                             {"altitude", kHeight},
-                                                                             {"alt", kHeight},
-                                                                             {"ele", kHeight},
-                                                                             {"z", kHeight},
-                                                                             {"time", kTime},
-                                                                             {"time_s", kTime},
-                                                                             {"timestamp", kTime},
-                                                                             {"t", kTime}}};
+  static constexpr std::pair<const char*, Column> kNames[] = {{"lon", kLon},
+                                                              {"longitude", kLon},
+                                                              {"x", kLon},
+                                                              {"lat", kLat},
+                                                              {"latitude", kLat},
+                                                              {"y", kLat},
+                                                              {"height", kHeight},
+                                                              {"height_m", kHeight},
+                                                              {"altitude", kHeight},
+                                                              {"altitude_m", kHeight},
+                                                              {"alt", kHeight},
+                                                              {"alt_m", kHeight},
+                                                              {"elevation", kHeight},
+                                                              {"elevation_m", kHeight},
+                                                              {"ele", kHeight},
+                                                              {"z", kHeight},
+                                                              {"time", kTime},
+                                                              {"time_s", kTime},
+                                                              {"timestamp", kTime},
+                                                              {"t", kTime}};
   for (const auto& [known, column] : kNames)
     if (name == known) return column;
   return {};
 }
 
-std::vector<std::string_view> cells_of(std::string_view line) {
-  std::vector<std::string_view> out;
-  for (std::size_t at = 0; at <= line.size();) {
-    const std::size_t end = std::min(line.find_first_of(",;", at), line.size());
-    out.push_back(trimmed(line.substr(at, end - at)));
-    at = end + 1;
+/// Of commas, or of semicolons where the file has these: then a comma is within a cell.
+std::vector<std::string> cells_of(std::string_view line, bool semicolons) {
+  std::vector<std::string> out;
+  if (!semicolons) {
+    out = csv::fields_of(line);
+  } else {
+    for (std::size_t at = 0; at <= line.size();) {
+      const std::size_t end = std::min(line.find(';', at), line.size());
+      out.emplace_back(line.substr(at, end - at));
+      at = end + 1;
+    }
   }
+  for (std::string& cell : out) cell = std::string(trimmed(cell));
   return out;
 }
 
+constexpr std::size_t kAbsent = ~std::size_t(0);
+using Columns = std::array<std::size_t, kColumns>;
+
+/// By the names of a head line.
+Result<Columns> named_columns(const std::vector<std::string>& names) {
+  Columns at;
+  at.fill(kAbsent);
+  std::string other;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto column = column_of(names[i]);
+    if (column && at[*column] == kAbsent) at[*column] = i;
+    if (!column) other += (other.empty() ? "" : ", ") + names[i];
+  }
+  if (at[kLon] == kAbsent || at[kLat] == kAbsent) return wrong("no columns named lon and lat");
+  if (at[kHeight] == kAbsent && !other.empty())
+    return wrong(
+        "no column named height, altitude or elevation (metres), and none of these is known: " +
+        other.substr(0, 100));
+  return at;
+}
+
 Result<Fixes> read_csv(std::string_view text) {
-  constexpr std::size_t kAbsent = ~std::size_t(0);
-  std::array<std::size_t, kColumns> at = {0, 1, 2, 3};
+  Columns at = {0, 1, 2, 3};
   Fixes out;
-  std::size_t line_number = 0;
-  bool first = true;
+  std::size_t line_number = 0, columns = 0;
+  bool semicolons = false;
   for (std::size_t begin = 0; begin < text.size();) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());
-    const std::string_view line = trimmed(text.substr(begin, end - begin));
+    std::string_view line = text.substr(begin, end - begin);
     begin = end + 1;
     ++line_number;
-    if (line.empty() || line[0] == '#') continue;
-    const auto cells = cells_of(line);
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    if (trimmed(line).empty() || line[0] == '#') continue;
     const std::string where = "line " + std::to_string(line_number);
-    if (std::exchange(first, false)) {
+    if (csv::has_open_quote(line)) return wrong(where + " " + csv::kOpenQuote);
+    if (columns == 0) semicolons = line.find(';') != line.npos;
+    const auto cells = cells_of(line, semicolons);
+    if (columns == 0) {
+      columns = cells.size();
       if (!number(cells[0])) {
-        at.fill(kAbsent);
-        for (std::size_t i = 0; i < cells.size(); ++i)
-          if (const auto c = column_of(std::string(cells[i])); c && at[*c] == kAbsent) at[*c] = i;
-        if (at[kLon] == kAbsent || at[kLat] == kAbsent)
-          return wrong(where + ": no columns named lon and lat");
+        const auto named = named_columns(cells);
+        if (!named) return wrong(where + ": " + named.error().what);
+        at = *named;
         continue;
       }
       for (std::size_t& i : at)
-        if (i >= cells.size()) i = kAbsent;
+        if (i >= columns) i = kAbsent;
+      if (at[kLat] == kAbsent) return wrong(where + " is not lon,lat,height,time");
     }
+    if (cells.size() != columns)
+      return wrong(where + " has " + std::to_string(cells.size()) + " columns, the first has " +
+                   std::to_string(columns));
     std::array<double, 3> v{};
     for (const Column c : {kLon, kLat, kHeight}) {
       if (at[c] == kAbsent) continue;
-      const auto n = at[c] < cells.size() ? number(cells[at[c]]) : std::nullopt;
+      const auto n = number(cells[at[c]]);
       if (!n) return wrong(where + ": column " + std::to_string(at[c] + 1) + " is no number");
       v[c] = *n;
     }
     out.flight.push_back({{v[kLon], v[kLat]}, v[kHeight], 0});
     if (out.flight.size() > kMostFixes) return wrong("more than a million fixes");
     if (at[kTime] == kAbsent) continue;
-    if (at[kTime] >= cells.size()) return wrong(where + " has no time");
     if (auto ok = add_time(out, cells[at[kTime]], where); !ok) return std::unexpected(ok.error());
   }
   return out;
@@ -206,10 +260,18 @@ Result<Fixes> read_geojson(std::string_view text) {
   return read_line(json, Json());
 }
 
+/// Along the way that is flown, a straight line of degrees, whose metres change with the latitude.
 double metres(const FlightFix& a, const FlightFix& b) {
-  const Vec2 degree = wgs84::metres_per_degree(a.where.lat);
-  return std::hypot(std::remainder(b.where.lon - a.where.lon, 360) * degree.x,
-                    (b.where.lat - a.where.lat) * degree.y, b.height_m - a.height_m);
+  const double lon = std::remainder(b.where.lon - a.where.lon, 360);
+  const double lat = b.where.lat - a.where.lat;
+  const int parts = std::max(1, int(std::ceil(std::abs(lat))));
+  double sum = 0;
+  for (int k = 0; k < parts; ++k) {
+    const Vec2 degree = wgs84::metres_per_degree(a.where.lat + lat * (k + 0.5) / parts);
+    sum += std::hypot(lon / parts * degree.x, lat / parts * degree.y,
+                      (b.height_m - a.height_m) / parts);
+  }
+  return sum;
 }
 
 }  // namespace

@@ -91,6 +91,7 @@ class MendedArchive : public TileWriter {
         threads_(work.threads),
         ids_(work.ids),
         store_(open_store(location_)),
+        generation_(store_->generation()),
         mended_(*store_, work.record, work.blocks.encode()) {}
 
   std::uint64_t unsound() const override { return 0; }
@@ -112,6 +113,8 @@ class MendedArchive : public TileWriter {
   Result<void> commit() override { return {}; }
   Result<void> finish(std::string_view layer_json) override {
     mended_.layer = layer_text(*store_, layer_json);
+    if (open_store(location_)->generation() != generation_)
+      return fail(Errc::busy, location_ + " has got other tiles meanwhile: nothing was repaired");
     const auto copied = copy_store(mended_, location_, {.force = true, .threads = threads_});
     if (!copied) return std::unexpected(copied.error());
     return {};
@@ -122,6 +125,7 @@ class MendedArchive : public TileWriter {
   const int threads_;
   const TileOrder& ids_;
   const std::unique_ptr<TileStore> store_;
+  const std::optional<std::uint64_t> generation_;
   std::mutex mutex_;
   std::uint64_t held_ = 0;
   MendedStore mended_;

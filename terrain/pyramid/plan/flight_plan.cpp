@@ -14,6 +14,8 @@
 #include <optional>
 #include <utility>
 
+#include "proto/tile/quantized_mesh.h"
+#include "terrain/base/bytes.h"
 #include "terrain/geo/ellipsoid.h"
 #include "terrain/progressive/multires/lod_selection.h"
 
@@ -22,7 +24,8 @@ namespace tind {
 namespace {
 
 constexpr double kRadian = std::numbers::pi / 180;
-constexpr double kMostHeight = 1e8;  // metres
+constexpr double kMostHeight = 1e8;       // metres
+constexpr double kFarthestTime_s = 1e11;  // so that microseconds are left of doubles
 
 double longitude_difference(double a, double b) { return std::remainder(a - b, 360); }
 
@@ -30,12 +33,12 @@ double longitude_difference(double a, double b) { return std::remainder(a - b, 3
 struct Target {
   GeoRect rect;
   double middle = 0, half = 0;  // of its longitudes
-  double reach_m = 0;
+  double reach_m = 0, highest_m = 0;
 };
 
-Target target_of(TileId tile, double reach_m) {
+Target target_of(TileId tile, double reach_m, double highest_m) {
   const GeoRect rect = tiling::rect(tile);
-  return {rect, (rect.west + rect.east) / 2, rect.width() / 2, reach_m};
+  return {rect, (rect.west + rect.east) / 2, rect.width() / 2, reach_m, highest_m};
 }
 
 /// Cameras in a box of longitudes, latitudes and heights, or one.
@@ -44,8 +47,8 @@ struct Box {
   double slack_m = 0;                                                // the largest
 };
 
-/// From the nearest place of the box to the nearest point of the tile's rectangle, at sea level: no
-/// camera in the box is nearer. Of one camera the distance itself.
+/// From the nearest place of the box to the nearest point of the tile's rectangle, at the height of
+/// its highest ground: no camera in the box is nearer. Of one camera the distance itself.
 double distance(const Box& box, const Target& t) {
   const double off = std::abs(longitude_difference(box.lon, t.middle)) - box.lon_half;
   const double lon = std::max(0.0, off - t.half);
@@ -56,7 +59,8 @@ double distance(const Box& box, const Target& t) {
                                  std::clamp(box.north, t.rect.south, t.rect.north));
   const double scale = std::cos(std::max(nearest, highest(box.south, box.north)) * kRadian);
   const double metres = wgs84::metres_per_degree(0).y;
-  return std::hypot(lon * metres * std::max(0.0, scale), lat * metres, std::max(0.0, box.height_m));
+  return std::hypot(lon * metres * std::max(0.0, scale), lat * metres,
+                    std::max(0.0, box.height_m - t.highest_m));
 }
 
 /// May a camera of the box refine the tile?
@@ -67,10 +71,14 @@ Result<void> check(std::span<const FlightFix> flight, const FlightOptions& o) {
   for (std::size_t i = 0; i < flight.size(); ++i) {
     const FlightFix& f = flight[i];
     const bool on_earth = std::abs(f.where.lon) <= 360 && std::abs(f.where.lat) <= 90 &&
-                          std::abs(f.height_m) <= kMostHeight && std::abs(f.time_s) <= 1e9;
+                          std::abs(f.height_m) <= kMostHeight;
     if (!on_earth)
       return fail(Errc::invalid_argument,
                   "fix " + std::to_string(i) + " of the trajectory is not on earth");
+    if (!(std::abs(f.time_s) <= kFarthestTime_s))
+      return fail(Errc::invalid_argument,
+                  "the time of fix " + std::to_string(i) +
+                      " of the trajectory is none: it is in seconds, at most 10^11");
     if (i > 0 && !(f.time_s >= flight[i - 1].time_s))
       return fail(Errc::invalid_argument,
                   "fix " + std::to_string(i) + " of the trajectory goes back in time");
@@ -217,8 +225,9 @@ class StepTree {
 
 class Planner {
  public:
-  Planner(const TileSet& tiles, std::span<const FlightFix> flight, const FlightOptions& o)
-      : tiles_(tiles), options_(o), steps_(steps_of(flight)) {
+  Planner(const TileSet& tiles, std::span<const FlightFix> flight, const FlightOptions& o,
+          const std::function<PlanFacts(TileId)>& facts_of)
+      : tiles_(tiles), options_(o), facts_of_(facts_of), steps_(steps_of(flight)) {
     reach_ = distance_per_error(o.viewport_height_px, o.fov_deg * kRadian, o.tolerance_px);
   }
 
@@ -226,7 +235,7 @@ class Planner {
   Result<FlightPlan> run(const std::stop_token& stop) {
     stop_ = stop;
     for (std::uint32_t x = 0; x < tiling::columns(0); ++x)
-      need(*tiling::tile(0, x, 0), steps_.time_s(0));
+      need(*tiling::tile(0, x, 0), steps_.time_s(0), options_.ground_m);
     if (stop_.stop_requested()) return fail(Errc::cancelled, "stopped while planning a flight");
     if (too_many())
       return fail(Errc::out_of_range, "the flight needs more than " +
@@ -241,6 +250,7 @@ class Planner {
  private:
   const TileSet& tiles_;
   const FlightOptions& options_;
+  const std::function<PlanFacts(TileId)>& facts_of_;
   StepTree steps_;
   double reach_;
   std::stop_token stop_;
@@ -249,14 +259,18 @@ class Planner {
 
   bool too_many() const { return needed_.size() > options_.max_tiles; }
 
-  void need(TileId tile, double time_s) {
+  /// `highest_m`: of the ground, where the tile does not say it.
+  void need(TileId tile, double time_s, double highest_m) {
     if (!tiles_.available(tile) || too_many() || stop_.stop_requested()) return;
-    needed_.push_back({tile, time_s, 0, 0});
+    const PlanFacts facts = facts_of_(tile);
+    needed_.push_back({tile, time_s, 0, facts.bytes});
     if (tile.level >= tiles_.layer().maxzoom) return;
-    way_.push_back(target_of(tile, tiling::level_error(tile.level) * reach_));
+    highest_m = facts.highest_m.value_or(highest_m);
+    way_.push_back(target_of(tile, tiling::level_error(tile.level) * reach_, highest_m));
     if (const auto first = steps_.first(way_)) {
       for (int north = 0; north < 2; ++north)
-        for (int east = 0; east < 2; ++east) need(tile.child(east, north), steps_.time_s(*first));
+        for (int east = 0; east < 2; ++east)
+          need(tile.child(east, north), steps_.time_s(*first), highest_m);
     }
     way_.pop_back();
   }
@@ -284,19 +298,32 @@ Result<std::vector<FlightFix>> straight_flight(const FlightFix& from, double eas
   return std::vector{from, to};
 }
 
+PlanFacts facts_of_tile(std::span<const std::uint8_t> quantized_mesh) {
+  PlanFacts facts{quantized_mesh.size()};
+  if (quantized_mesh.size() < proto::kMaxHeightAt + sizeof(float)) return facts;
+  const auto highest = load<float>(&quantized_mesh[proto::kMaxHeightAt]);
+  if (std::isfinite(highest)) facts.highest_m = highest;
+  return facts;
+}
+
+std::vector<Geographic> places_of(std::span<const FlightFix> flight) {
+  std::vector<Geographic> places;
+  for (const Step& step : steps_of(flight)) places.push_back({step.camera.lon, step.camera.south});
+  return places;
+}
+
 Result<FlightPlan> plan_flight(const TileSet& tiles, std::span<const FlightFix> flight,
                                const FlightOptions& o,
-                               const std::function<std::size_t(TileId)>& bytes_of,
+                               const std::function<PlanFacts(TileId)>& facts_of,
                                std::stop_token stop) {
   if (const auto ok = check(flight, o); !ok) return std::unexpected(ok.error());
-  auto planned = Planner(tiles, flight, o).run(stop);
+  auto planned = Planner(tiles, flight, o, facts_of).run(stop);
   if (!planned) return planned;
   FlightPlan& plan = *planned;
   // Among equals parents come first.
   std::ranges::sort(plan.tiles, {},
                     [](const PlannedTile& t) { return std::pair(t.needed_s, t.id); });
   for (PlannedTile& t : plan.tiles) {
-    t.bytes = bytes_of(t.id);
     plan.bytes += t.bytes;
     t.arrives_s = 8 * double(plan.bytes) / o.link_bits_per_s;
     plan.lead_s = std::max(plan.lead_s, t.arrives_s - (t.needed_s - flight.front().time_s));

@@ -48,13 +48,27 @@ std::string area_digest(const TilePlan& plan) {
   return rectangles ? std::string() : hash128(text).text();
 }
 
+namespace {
+
+/// How posts come to WGS84 where that is not exact, and may be another way once PROJ has its grids.
+std::string ways_of(const Surface& surface) {
+  std::string text;
+  for (const SurfaceLayer& layer : surface.layers()) {
+    const DemInfo& info = layer.source->info();
+    if (info.crs_accuracy_m.value_or(1) != 0 && !info.crs_way.empty()) text += " " + info.crs_way;
+  }
+  return text;
+}
+
+}  // namespace
+
 std::string tile_version(const Surface& surface, const TilePlan& plan, const std::string& content) {
   const TileSetOptions& o = plan.options();
   const std::string text =
-      fmt::format("{} {} {} {} {} {} {} {}{}{}{}{}", grid_digest(surface), content, o.max_error_m,
+      fmt::format("{} {} {} {} {} {} {} {}{}{}{}{}{}", grid_digest(surface), content, o.max_error_m,
                   o.error_factor, plan.max_level(), name_of(o.side), name_of(o.effort),
                   o.exact_posts, area_digest(plan), tile_method(o) + drape_fingerprint(o),
-                  plan.shapes(), plan.levels_of_shapes());
+                  plan.shapes(), plan.levels_of_shapes(), ways_of(surface));
   constexpr int kBits = 53;  // a number that JavaScript, too, holds whole
   return fmt::format("{}.0.{}", kTileEpoch, hash64(text) >> (64 - kBits));
 }

@@ -48,6 +48,7 @@ Json source_of(const PlannedSource& s) {
   for (const auto& [name, text] : s.options) options.push_back({name, text});
   j["options"] = options;
   j["layers"] = s.layers, j["blends"] = s.blends, j["layer_errors"] = s.layer_errors;
+  j["layer_options"] = s.layer_options;
   j["breaklines"] = s.shapes.breaklines, j["flatten"] = s.shapes.flatten;
   j["boundary"] = s.shapes.boundary, j["water"] = s.shapes.water;
   j["dem_heights"] = s.shapes.dem_heights;
@@ -84,6 +85,9 @@ std::optional<PlannedSource> source_in(const Json& j) {
       take_texts(j, "water", s.shapes.water) && take_flag(j, "dem_heights", s.shapes.dem_heights) &&
       take_flag(j, "allow_vrt", s.allow_vrt);
   if (!lists || !options || !options->is_array()) return {};
+  // Plans of before it could be said have none.
+  if (json::member(j, "layer_options") && !take_texts(j, "layer_options", s.layer_options))
+    return {};
   for (const Json& option : *options) {
     if (!option.is_array() || option.size() != 2) return {};
     const auto name = json::as_text(option[0]), text = json::as_text(option[1]);

@@ -27,7 +27,7 @@ namespace tind {
 struct PlannedSource {
   std::vector<std::string> files;
   std::vector<std::pair<std::string, std::string>> options;  // of dem_options_text.h
-  std::vector<std::string> layers, blends, layer_errors;
+  std::vector<std::string> layers, blends, layer_errors, layer_options;
   ShapeFiles shapes;
   bool allow_vrt = false;
 };

@@ -129,6 +129,12 @@ Result<void> check_count(const ContourOptions& options, double low, double high)
     return fail(Errc::invalid_argument, "an interval of " + number(options.interval_m) +
                                             " m makes more than 10000 levels of " + number(low) +
                                             " to " + number(high) + " m: take a larger one");
+  // A step that is rounding beside the heights, or beside where it counts from, is none.
+  const double largest = std::max({std::abs(low), std::abs(high), std::abs(options.base_m)});
+  if (options.levels.empty() && options.interval_m < 1e-12 * largest)
+    return fail(Errc::invalid_argument, "an interval of " + number(options.interval_m) +
+                                            " m is nothing beside heights and a base of up to " +
+                                            number(largest) + " m");
   return {};
 }
 
@@ -140,6 +146,7 @@ Result<void> check(const DemInfo& info, const HeightGrid& posts, ContourFormat f
     if (std::isnan(z)) continue;
     low = std::min(low, double(z)), high = std::max(high, double(z));
   }
+  if (!(low <= high)) return fail(Errc::bad_data, "no post has a height");
   return check_count(options, low, high);
 }
 
@@ -244,8 +251,11 @@ Result<ContourFile> encode_layer(ContourFormat format, const DemInfo& info, cons
     made.lines = lines_in(memory.name());
   }
   if (made.bytes.empty())
-    return fail(Errc::internal, std::string("cannot make a ") + row_of(format).driver +
-                                    " file: " + complaints.text("no reason"));
+    return fail(Errc::bad_data, std::string("cannot make a ") + row_of(format).driver +
+                                    " file: " + complaints.text("no reason") +
+                                    (format == ContourFormat::geojson
+                                         ? "; .gpkg and .fgb hold them in the DEM's own CRS"
+                                         : ""));
   return made;
 }
 

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "terrain/raster/gdal/gdal_crs.h"
 #include "terrain/raster/gdal/gdal_setup.h"
 
 namespace tind {
@@ -48,6 +49,7 @@ CrsCode crs_code(const std::string& text) {
   CrsCode code{code_of(crs), crs.IsGeographic() != 0, 1, crs.GetName() ? crs.GetName() : ""};
   if (code.epsg == 0) code.epsg = known_as(crs);
   if (!code.geographic) code.unit_m = crs.GetLinearUnits();
+  code.wkt = gdal::wkt2(crs);
   return code;
 }
 

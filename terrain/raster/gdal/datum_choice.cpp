@@ -101,11 +101,13 @@ Result<DatumChoice> choose_datum(const gdal::FileFacts& facts, const GeoRect& bo
   DatumChoice choice;
   choice.source = choice.result = said != VerticalDatum::unknown ? said : stated;
   const std::string stated_text = stated_name(facts);
-  if (said != VerticalDatum::unknown && !stated_text.empty() && said != stated)
+  if (said != VerticalDatum::unknown && !stated_text.empty() && said != stated) {
+    choice.overruled = stated_text;
     choice.warnings.push_back(
         fmt::format("{}: says that its heights are above {}; they are taken as above {}, as "
                     "--from-datum says",
                     facts.path, stated_text, name(said)));
+  }
   const bool wish = options.to_datum == TargetDatum::ellipsoid_if_known;
   const VerticalDatum target = options.to_datum.kind == TargetDatum::datum
                                    ? options.to_datum.named

@@ -17,6 +17,7 @@ struct DatumChoice {
   std::shared_ptr<const DatumSurface> from, to;  // null: the ellipsoid
   bool shifts = false;                           // else both are null and heights stay
   std::vector<std::string> warnings;
+  std::string overruled;  // as DemInfo has it
 
   /// For people: "egm2008-5.pgm, cubic"; empty where heights stay.
   std::string way() const;

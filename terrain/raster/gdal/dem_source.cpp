@@ -255,6 +255,7 @@ Result<void> RasterSource::settle_datum(const gdal::FileFacts& facts, const DemO
   info_.vertical_crs = facts.crs.vertical;
   info_.accuracy = options.accuracy;
   info_.source_datum = choice->source;
+  info_.overruled_datum = choice->overruled;
   info_.datum = choice->result;
   info_.datum_way = choice->way();
   datum_identity_ = choice->identity();
@@ -324,6 +325,8 @@ Result<void> RasterSource::describe(std::span<const std::string> files, const De
   if (options.ignore_declared_nodata) *content += " none";
   for (const double nodata : options.nodata) *content += fmt::format(" {}", nodata);
   *content += numbers_text(options) + datum_identity_ + places_text(facts, options);
+  // Where PROJ's grids place the posts: they may be there tomorrow, and not today.
+  if (info_.crs_accuracy_m.value_or(1) != 0) *content += info_.crs_way;
   info_.fingerprint = hash128(*content).text();
   return {};
 }

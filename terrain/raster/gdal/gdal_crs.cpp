@@ -27,15 +27,6 @@ constexpr int kMostWays = 3;  // that are named where their grids are missing
 /// Ways that PROJ states to be better than this are not asked for better ones, metres.
 constexpr double kCloseEnough = 1;
 
-std::string wkt2(const OGRSpatialReference& crs) {
-  char* text = nullptr;
-  const char* options[] = {"FORMAT=WKT2_2019", nullptr};
-  crs.exportToWkt(&text, options);
-  std::string wkt = text ? text : "";
-  CPLFree(text);
-  return wkt;
-}
-
 /// Behind the node of WKT that is open at `at`: its name and '['. Quotes may hold brackets.
 std::size_t end_of_node(const std::string& wkt, std::size_t at) {
   bool quoted = false;
@@ -253,6 +244,15 @@ Result<CrsFacts> facts_of(const OGRSpatialReference* given) {
 }
 
 }  // namespace
+
+std::string wkt2(const OGRSpatialReference& crs) {
+  char* text = nullptr;
+  const char* options[] = {"FORMAT=WKT2_2019", nullptr};
+  crs.exportToWkt(&text, options);
+  std::string wkt = text ? text : "";
+  CPLFree(text);
+  return wkt;
+}
 
 Result<void> crs_database() {
   thread_local bool there = false;  // as GDAL keeps it open

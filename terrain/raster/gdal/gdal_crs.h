@@ -34,6 +34,9 @@ struct CrsFacts {
 /// in other words, and knows none by its code. Asked before a file is opened. Errc::io.
 Result<void> crs_database();
 
+/// As WKT 2 of 2019.
+std::string wkt2(const OGRSpatialReference&);
+
 /// Reads a file's CRS; nullptr and local (engineering) systems are CrsKind::none. One that names a
 /// grid by its path is an error: PROJ would open that file.
 Result<CrsFacts> describe(const OGRSpatialReference*);

@@ -84,11 +84,15 @@ Result<void> Mosaic::add(std::unique_ptr<HeightFile> file, const DemOptions& opt
     return std::unexpected(mismatch(a, b, "a file without a geotransform has no place"));
   if (a.crs.kind != b.crs.kind || (a.crs.kind != CrsKind::none && !same_crs(a.crs.wkt, b.crs.wkt)))
     return std::unexpected(mismatch(a, b, "their CRSs differ"));
-  if (options.from_datum == VerticalDatum::unknown &&
-      (a.crs.datum != b.crs.datum ||
-       (a.crs.datum == VerticalDatum::unknown && a.crs.vertical != b.crs.vertical)))
-    return std::unexpected(
-        mismatch(a, b, "their vertical datums differ (say what both are with --from-datum)"));
+  // What is said is said of files that do not say it: not of one that does, and another beside it.
+  const bool differ = a.crs.datum != b.crs.datum ||
+                      (a.crs.datum == VerticalDatum::unknown && a.crs.vertical != b.crs.vertical);
+  const auto agrees = [&](const FileFacts& f) {
+    return f.crs.datum == options.from_datum || f.crs.datum == VerticalDatum::unknown;
+  };
+  if (differ && (options.from_datum == VerticalDatum::unknown || !agrees(a) || !agrees(b)))
+    return std::unexpected(mismatch(
+        a, b, "their vertical datums differ (--from-datum is for files that do not say theirs)"));
   if (!same_steps(a.post_to_crs, b.post_to_crs))
     return std::unexpected(mismatch(
         a, b,

@@ -97,9 +97,11 @@ Result<FolderLock> FolderLock::take(const std::string& folder) {
     int failed = write_whole_at(file, 0, text);
     if (failed == 0 && (::ftruncate(file, off_t(text.size())) != 0 || ::fsync(file) != 0))
       failed = errno;
-    if (failed != 0) return fail(Errc::io, "cannot write " + path + ": " + errno_text(failed));
-    if (auto kept = FolderFiles().sync_folder(folder); !kept) return std::unexpected(kept.error());
-    return lock;
+    const auto kept = failed == 0 ? FolderFiles().sync_folder(folder) : Result<void>();
+    if (failed == 0 && kept) return lock;
+    if (lock.left_behind_) lock.path_.clear();  // it says that a build began here, and goes on to
+    if (!kept) return std::unexpected(kept.error());
+    return fail(Errc::io, "cannot write " + path + ": " + errno_text(failed));
   }
 }
 

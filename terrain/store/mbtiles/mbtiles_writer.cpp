@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <filesystem>
 #include <optional>
 #include <utility>
 
@@ -43,10 +44,22 @@ std::string degrees(const std::array<double, 4>& bounds) {
   return text.data();
 }
 
+/// What an earlier database of this name left behind: SQLite would play it into the new one.
+Result<void> nothing_to_replay(const std::string& file) {
+  for (const char* const ending : {"-wal", "-journal"})
+    if (std::error_code none; std::filesystem::exists(file + ending, none))
+      return fail(Errc::invalid_argument,
+                  file + ending +
+                      " is there, of a database that is in use or was never closed, and "
+                      "would become a part of the new one: move it away, or name "
+                      "another file");
+  return {};
+}
+
 class Writer : public ArchiveWriter {
  public:
-  Writer(PartFile part, Sqlite db, ArchiveHead head)
-      : part_(std::move(part)), db_(std::move(db)), head_(std::move(head)) {
+  Writer(std::string file, PartFile part, Sqlite db, ArchiveHead head)
+      : file_(std::move(file)), part_(std::move(part)), db_(std::move(db)), head_(std::move(head)) {
     seal_.head = head_.seed();
     tile_.emplace(db_, "INSERT INTO tiles VALUES (?,?,?,?)");
     entry_.emplace(db_, "INSERT INTO tind_entries VALUES (?,?,?,?)");
@@ -74,10 +87,12 @@ class Writer : public ArchiveWriter {
     tile_.reset(), entry_.reset();
     if (auto done = db_.run(kIndices); !done) return done;
     { const Sqlite closed = std::move(db_); }
+    if (auto alone = nothing_to_replay(file_); !alone) return alone;
     return part_.finish();
   }
 
  private:
+  const std::string file_;
   PartFile part_;
   Sqlite db_;
   const ArchiveHead head_;
@@ -120,12 +135,13 @@ Result<void> Writer::put_metadata() {
 }  // namespace
 
 Result<std::unique_ptr<ArchiveWriter>> write_mbtiles(const std::string& file, ArchiveHead head) {
+  if (auto alone = nothing_to_replay(file); !alone) return std::unexpected(alone.error());
   auto part = PartFile::begin(file, "SQLite format 3");
   if (!part) return std::unexpected(part.error());
   auto db = Sqlite::open(part->path(), Sqlite::Open::alone);
   if (!db) return std::unexpected(db.error());
   if (auto made = db->run(kMake); !made) return std::unexpected(made.error());
-  return std::make_unique<Writer>(std::move(*part), std::move(*db), std::move(head));
+  return std::make_unique<Writer>(file, std::move(*part), std::move(*db), std::move(head));
 }
 
 }  // namespace tind

@@ -112,6 +112,10 @@ TEST(MeshIo, AsciiStl) {
                       "  vertex -0 1e0 0\n endloop\nendfacet\nendsolid a\n"));
   EXPECT_THAT(m.triangles, ElementsAre(Triangle{0, 1, 2}));
   EXPECT_EQ(m.positions[1][0], 1.5);
+  const Mesh shouted =
+      must(decode_stl("\xef\xbb\xbf  SOLID A\nFACET NORMAL 0 0 1\n OUTER LOOP\n VERTEX 0 0 0\n"
+                      "VERTEX 1 0 0\nVERTEX 0 1 0\n ENDLOOP\nENDFACET\nENDSOLID A\n"));
+  EXPECT_THAT(shouted.triangles, ElementsAre(Triangle{0, 1, 2}));
   EXPECT_THAT(decode_stl("solid a\nouter loop\nvertex 1 2\n").error().what, HasSubstr("line 3"));
 }
 

@@ -57,6 +57,7 @@ PmtilesHeader header() {
 TEST(Pmtiles, AHeaderComesBackAndIs127Bytes) {
   const std::string bytes = encode_pmtiles_header(header());
   EXPECT_EQ(bytes.size(), kPmtilesHeaderBytes);
+  EXPECT_EQ(bytes.substr(0, 9), "PMTiles\x03\x7f");
   const auto back = decode_pmtiles_header(bytes_of(bytes));
   ASSERT_TRUE(back);
   EXPECT_EQ(*back, header());
@@ -72,6 +73,21 @@ TEST(Pmtiles, HeadersThatSayTooMuchAreRefused) {
   PmtilesHeader h = header();
   h.tiles = {133, ~std::uint64_t(0) - 100};  // ends behind the last number
   EXPECT_EQ(decode_pmtiles_header(bytes_of(encode_pmtiles_header(h))).error().code, Errc::bad_data);
+}
+
+TEST(Pmtiles, TheLastOfEachNumberOfTheHeaderIsRead) {
+  PmtilesHeader h = header();
+  h.tiles = {133, ~std::uint64_t(0) - 133};
+  h.directories_are = h.tiles_are = PmtilesPacking::zstd;
+  const std::string good = encode_pmtiles_header(h);
+  const auto back = decode_pmtiles_header(bytes_of(good));
+  ASSERT_TRUE(back);
+  EXPECT_EQ(*back, h);
+  for (const auto& [at, beyond] : {std::pair(96, 2), std::pair(97, 5), std::pair(98, 5)}) {
+    std::string bytes = good;
+    bytes[std::size_t(at)] = char(beyond);
+    EXPECT_FALSE(decode_pmtiles_header(bytes_of(bytes))) << at;
+  }
 }
 
 std::vector<PmtilesEntry> entries(std::size_t count) {
@@ -93,6 +109,34 @@ TEST(Pmtiles, ADirectoryComesBack) {
   EXPECT_EQ(*back, all);
 }
 
+TEST(Pmtiles, ATileBehindTheOneBeforeItHasNoPlaceOfItsOwn) {
+  const PmtilesEntry some[] = {{1, 5, 5, 1}, {2, 10, 6, 1}, {4, 4, 7, 1}};
+  // Count, steps, runs, sizes, places plus one; 4 is where the second begins less its size.
+  const char bytes[] = {3, 1, 1, 2, 1, 1, 1, 5, 6, 7, 6, 0, 5};
+  EXPECT_EQ(encode_pmtiles_directory(some), std::string(bytes, sizeof bytes));
+}
+
+TEST(Pmtiles, TheLastOfEachNumberOfADirectoryIsRead) {
+  const auto reads = [](std::vector<PmtilesEntry> some) {
+    const auto back = decode_pmtiles_directory(bytes_of(encode_pmtiles_directory(some)));
+    return back && *back == some;
+  };
+  constexpr std::uint64_t kEnd = std::uint64_t(1) << 62;
+  EXPECT_TRUE(reads({{0, 0, 1, 1}}));
+  EXPECT_TRUE(reads({{kEnd - 1, 0, 1, 1}}));
+  EXPECT_FALSE(reads({{kEnd, 0, 1, 1}}));
+  EXPECT_TRUE(reads({{kEnd / 2, 0, 1, 1}, {kEnd - 1, 1, 1, 1}}));
+  EXPECT_FALSE(reads({{kEnd / 2, 0, 1, 1}, {kEnd, 1, 1, 1}}));
+  EXPECT_FALSE(reads({{7, 0, 1, 1}, {7, 1, 1, 1}}));
+  EXPECT_TRUE(reads({{0, kEnd - 1, 1, 1}}));
+  EXPECT_FALSE(reads({{0, kEnd, 1, 1}}));
+  EXPECT_FALSE(reads({{0, kEnd - 1, 1, 1}, {1, kEnd, 1, 1}}));
+  constexpr std::uint32_t kLargest = (1u << 28) - 1;
+  EXPECT_TRUE(reads({{0, 0, kLargest, kLargest}}));
+  EXPECT_FALSE(reads({{0, 0, kLargest + 1, 1}}));
+  EXPECT_FALSE(reads({{0, 0, 1, kLargest + 1}}));
+}
+
 TEST(Pmtiles, DamagedDirectoriesAreRefused) {
   const std::string good = encode_pmtiles_directory(entries(20));
   for (std::size_t size = 0; size < good.size(); ++size)
@@ -108,7 +152,7 @@ TEST(Pmtiles, DamagedDirectoriesAreRefused) {
 }
 
 TEST(Pmtiles, ManyTilesGoIntoLeavesAndTheRootFitsBehindTheHeader) {
-  for (const std::size_t count : {10u, 100'000u}) {
+  for (const std::size_t count : {10u, 100'000u, 25 * 4096u}) {
     const auto all = entries(count);
     const auto made = pmtiles_directories(all);
     EXPECT_LE(made.root.size(), kPmtilesFirstBytes - kPmtilesHeaderBytes);
@@ -128,6 +172,23 @@ TEST(Pmtiles, ManyTilesGoIntoLeavesAndTheRootFitsBehindTheHeader) {
       }
     EXPECT_EQ(found, all);
   }
+}
+
+TEST(Pmtiles, ThereAreLeavesOnlyWhereTheTilesDoNotFitIntoTheRoot) {
+  constexpr std::size_t kRoom = kPmtilesFirstBytes - kPmtilesHeaderBytes;
+  std::size_t fits = 1000, fits_not = 20'000;  // bisected
+  while (fits_not - fits > 1) {
+    const std::size_t count = (fits + fits_not) / 2;
+    const auto all = entries(count);
+    const auto made = pmtiles_directories(all);
+    const bool whole = made.leaf_entries == 0;
+    EXPECT_EQ(
+        whole,
+        deflate<std::string>(encode_pmtiles_directory(all), Wrapping::gzip, 10).size() <= kRoom)
+        << count;
+    (whole ? fits : fits_not) = count;
+  }
+  EXPECT_GT(pmtiles_directories(entries(fits)).root.size(), kRoom - 10);
 }
 
 }  // namespace

@@ -260,6 +260,8 @@ TEST(QuantizedMesh, SaysWhatIsWrong) {
   EXPECT_THAT(why_not(with(92, {1, 0})), HasSubstr("u of vertex 0 is -1"));
   EXPECT_THAT(why_not(with(116, {255, 255, 255, 255})), HasSubstr("triangles"));
   EXPECT_THAT(why_not(with(120, {1, 0})), HasSubstr("triangle 0 names a vertex"));
+  // Six first uses, of four vertices.
+  EXPECT_THAT(why_not(with(120, Bytes(12, 0))), HasSubstr("triangle 1 names a vertex"));
   EXPECT_THAT(why_not(with(132, {255, 255, 255, 255})), HasSubstr("west edge"));
   EXPECT_THAT(why_not(with(136, {4, 0})), HasSubstr("edge list names vertex 4 of 4"));
 }

@@ -84,6 +84,32 @@ TEST(Contours, OfTilesAreInTheirBands) {
   expect_lines_inside(file(lines), file(bands));
 }
 
+TEST(Contours, OfTilesAreAboveWhatTheTilesAre) {
+  const test::TempDir dir;
+  const std::string input = dem() + " --from-datum egm96", tiles = dir.file("tiles");
+  ASSERT_EQ(run_tind("build " + input + " -o " + tiles + " --levels 0-9").code, 0);
+  const std::string asked = "contours " + input + " --interval 500 --as-band --tiles " + tiles +
+                            " --level 9 -o " + dir.file("a.gpkg");
+  const auto warned = run_tind(asked);
+  EXPECT_EQ(warned.code, 0);
+  EXPECT_NE(warned.out.find("above ellipsoid, not above egm96"), std::string::npos) << warned.out;
+  const auto other = run_tind(asked + " --to-datum egm96");
+  EXPECT_EQ(other.code, 2) << other.out;
+  EXPECT_EQ(run_tind(asked + " --to-datum ellipsoid").code, 0);
+}
+
+TEST(Contours, WhatNobodyCanDrawIsSaidInOneLine) {
+  const test::TempDir dir;
+  const std::string out = " -o " + dir.file("a.geojson");
+  EXPECT_EQ(run_tind("contours " + dem() + " --interval 50 --base 1e300" + out).code, 2);
+  EXPECT_EQ(run_tind("contours " + dem() + " --interval 1e-300" + out).code, 2);
+  std::ofstream(dir.file("void.asc"))
+      << "ncols 2\nnrows 2\nxllcorner 7\nyllcorner 46\ncellsize 1\nNODATA_value -9\n-9 -9 -9 -9\n";
+  EXPECT_EQ(
+      run_tind("contours " + dir.file("void.asc") + " --crs EPSG:4326 --interval 10" + out).code,
+      65);
+}
+
 TEST(Contours, ABandSaysWhatItNeeds) {
   const test::TempDir dir;
   const std::string start = "contours " + dem() + " --interval 500 -o " + dir.file("a.gpkg");

@@ -88,6 +88,19 @@ TEST_F(OutputPaths, other_names_and_devices_are_written) {
     EXPECT_EQ(run_tind("simplify f -o f.ply --max-error 5 --raster f/../r.asc", in).code, 0);
 }
 
+TEST_F(OutputPaths, a_material_library_is_read_beside_an_obj_alone) {
+  const auto ran =
+      run_tind("simplify d.asc --max-error 50 -o d.obj", "cd " + folder.file("") + ";");
+  EXPECT_EQ(ran.code, 0) << ran.out;
+  EXPECT_TRUE(fs::exists(folder.file("d.obj")));
+  refused("simplify d.obj --max-error 50 -o d.mtl --format ply");
+}
+
+TEST_F(OutputPaths, tiles_are_not_built_among_dems) {
+  refused("build f -o f", "name a folder of its own");
+  refused("build f/a.asc -o ./f/", "name a folder of its own");
+}
+
 TEST_F(OutputPaths, a_file_that_an_input_names_is_refused) {
   const std::string vrt =
       "<VRTDataset rasterXSize=\"2\" rasterYSize=\"2\"><VRTRasterBand dataType=\"Float32\" "

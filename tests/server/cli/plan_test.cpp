@@ -51,6 +51,27 @@ TEST(Trajectory, DatesCountFromTheFirstAndASpeedMakesTimes) {
   EXPECT_NEAR((*speed)[1].time_s, 1113.195, 0.01);  // a degree of the equator
 }
 
+TEST(Trajectory, ReadsWhatOthersWrite) {
+  const auto one = [](const char* text) {
+    const auto flight = parse_trajectory(text, {});
+    EXPECT_TRUE(flight) << flight.error().what;
+    return flight && !flight->empty() ? flight->back() : FlightFix{};
+  };
+  EXPECT_EQ(one("lon,lat,altitude_m,time\n1,2,3,4\n").height_m, 3);
+  EXPECT_EQ(one("1;2;3;4\n").height_m, 3);
+  EXPECT_EQ(one("\"1.5\",\"2\",\"3\",\"4\"\n").where.lon, 1.5);
+  EXPECT_EQ(one("1,2,3,1764345600\n1,2,3,1764345610\n").time_s, 1764345610);
+  EXPECT_EQ(one("1,2,3,2026-01-01T00:00:00+01:00\n1,2,3,2025-12-31T23:00:30Z\n").time_s, 30);
+  EXPECT_EQ(one("1,2,3,2026-01-01T00:00:00-00:30\n1,2,3,2026-01-01T00:31:00Z\n").time_s, 60);
+}
+
+TEST(Trajectory, TheWayBackTakesAsLong) {
+  const auto seconds = [](const char* text) { return parse_trajectory(text, 250)->back().time_s; };
+  const double there = seconds("-0.4,51.5,10000\n-118.4,33.9,10000\n");
+  EXPECT_NEAR(seconds("-118.4,33.9,10000\n-0.4,51.5,10000\n"), there, 1e-6 * there);
+  EXPECT_NEAR(seconds("0,0,0\n90,60,0\n"), 42690, 50);  // integrated finely
+}
+
 TEST(Trajectory, WhatIsWrongIsNamed) {
   const auto refused = [](const char* text, const char* why, std::optional<double> speed = {}) {
     const auto flight = parse_trajectory(text, speed);
@@ -60,7 +81,13 @@ TEST(Trajectory, WhatIsWrongIsNamed) {
   refused("", "no fix");
   refused("a,b\n1,2\n", "line 1: no columns named lon and lat");
   refused("1,2,3,4\n1,x,3,5\n", "line 2: column 2 is no number");
-  refused("1,2,3,4\n1,2,3\n", "line 2 has no time");
+  refused("1,2,3,4\n1,2,3\n", "line 2 has 3 columns, the first has 4");
+  refused("lon,lat,height_ft,time\n1,2,16000,4\n", "none of these is known: height_ft");
+  refused("7,05;45,99;5000\n", "line 1: no columns named lon and lat", 100);
+  refused("7.05;45.99;5000\n7,06;46;5000\n", "line 2: column 1 is no number", 100);
+  refused("1\n2\n", "line 1 is not lon,lat");
+  refused("\"1,2\n3\",4,5,6\n", "line 1 has a quote that does not end");
+  refused("1,2,3,2026-01-01T00:00:00+1:00\n", "is no time");
   refused("1,2,3,4\n1,2,3,soon\n", "line 2: 'soon' is no time");
   refused("1,2,3,4\n1,99,3,5\n", "fix 1 is not on earth");
   refused("1,2,3\n1,3,3\n", "no times");
@@ -104,6 +131,16 @@ TEST(Plan, ListsTilesWithTheirDeadlines) {
       test::run_tind("plan " + tiles + " --trajectory " + file + " --tolerance 32 --json");
   ASSERT_EQ(stored.code, 0) << stored.out;
   const auto plan = nlohmann::json::parse(stored.answer);
+  const auto unheard = [&](const std::string& more) {
+    const auto got = test::run_tind("plan " + tiles + " " + more);
+    EXPECT_EQ(got.code, 2) << more << got.out;
+    EXPECT_NE(got.out.find("leave it out"), std::string::npos) << got.out;
+  };
+  unheard("--trajectory " + file + " --velocity=1,2,3");
+  unheard("--trajectory " + file + " --horizon 5");
+  unheard(flight + " --speed 40");
+  unheard(flight + " --max-error 3");
+  unheard(flight + " --nodata 5");
   std::set<int> sizes;
   for (const auto& t : plan.at("tiles")) sizes.insert(t.at("bytes").get<int>());
   EXPECT_GT(sizes.size(), 1u);

@@ -83,6 +83,8 @@ TEST(RequestParser, ConnectionDecidesWhetherItIsKept) {
   EXPECT_FALSE(keeps("1.1", "Connection: close\r\n"));
   EXPECT_FALSE(keeps("1.1", "connection: x , CLOSE\r\n"));
   EXPECT_FALSE(keeps("1.1", "Connection: x,close\r\n"));
+  EXPECT_FALSE(keeps("1.1", "Connection: close \t,x\r\n"));
+  EXPECT_FALSE(keeps("1.1", "Connection: \t close\r\n"));
   EXPECT_FALSE(keeps("1.1", "Connection: keep-alive\r\nConnection: close\r\n"));
   EXPECT_FALSE(keeps("1.0", ""));
   EXPECT_TRUE(keeps("1.0", "Connection: Keep-Alive\r\n"));
@@ -130,6 +132,24 @@ TEST(RequestParser, CountsFieldsAndBytes) {
   EXPECT_EQ(of_size(8193), "refused 431");
 }
 
+TEST(RequestParser, SaysHowLongTheBodyIs) {
+  const Limits limits;
+  const auto length = [&](const std::string& request) {
+    RequestParser parser(limits);
+    const std::string bytes = request + "Host: a\r\n\r\n";
+    return parser.parse(bytes) == State::done
+               ? std::to_string(parser.head().content_length.value_or(0))
+               : verdict(parser, State::refused);
+  };
+  EXPECT_EQ(length("POST / HTTP/1.1\r\n"), "0");
+  EXPECT_EQ(length("POST / HTTP/1.1\r\nContent-Length: 1207\r\n"), "1207");
+  EXPECT_EQ(length("POST / HTTP/1.1\r\nContent-Length: 999999999999999999\r\n"),
+            "999999999999999999");
+  EXPECT_EQ(length("POST / HTTP/1.1\r\nContent-Length: 1000000000000000000\r\n"), "refused 400");
+  EXPECT_EQ(length("GET / HTTP/1.1\r\nContent-Length: 0\r\n"), "0");
+  EXPECT_EQ(length("GET / HTTP/1.1\r\nContent-Length: 1\r\n"), "refused 400");
+}
+
 TEST(RequestParser, ResetForgetsEverything) {
   const Limits limits;
   RequestParser parser(limits);
@@ -140,13 +160,16 @@ TEST(RequestParser, ResetForgetsEverything) {
 }
 
 TEST(ValidAuthority, TellsHostsFromOtherThings) {
-  for (const char* good : {"a", "example.org", "example.org:80", "127.0.0.1:8080", "[::1]",
-                           "[::1]:80", "a%20b", "a%aF", "a%fA", "xn--e1afmkfd", "h:", "a_b"})
+  for (const char* good :
+       {"a", "example.org", "example.org:80", "127.0.0.1:8080", "[::1]", "[::1]:80", "a%20b",
+        "a%aF", "a%fA", "a%aFz", "xn--e1afmkfd", "h:", "h:65535", "a_b"})
     EXPECT_TRUE(valid_authority(good)) << good;
-  for (const char* bad :
-       {"", ":80", "a/b", "a@b", "u:p@h", "a b", "h:x", "h:65536", "h:123456", "[", "[]", "[::1",
-        "[::1]x", "[g::]", "a%2", "a%zz", "a\"b", "a\\b", "::1"})
+  for (const char* bad : {"",        ":80",      "a/b",  "a@b",  "u:p@h", "a b",    "h:x",
+                          "h:65536", "h:123456", "[",    "[]",   "[::1",  "[::1]x", "[g::]",
+                          "a%2",     "a%zz",     "a%2z", "a%z2", "a\"b",  "a\\b",   "::1"})
     EXPECT_FALSE(valid_authority(bad)) << bad;
+  EXPECT_FALSE(valid_authority(std::string_view("a%2f").substr(0, 3)));
+  EXPECT_TRUE(valid_authority(std::string(255, 'a')));
   EXPECT_FALSE(valid_authority(std::string(256, 'a')));
 }
 

@@ -7,6 +7,7 @@
 
 #include "tests/support/made_up_source.h"
 #include "tests/support/support.h"
+#include "tests/support/text_dem.h"
 
 namespace tind {
 namespace {
@@ -76,6 +77,57 @@ TEST(Derivatives, TakeDegreesForWhatTheyAreOnTheGround) {
     EXPECT_NEAR(all_of(dem, {.kind = Derivative::slope, .percent = true}).at(4, 0),
                 100 * 100 / metres, 0.01 * 100 * 100 / metres);
     EXPECT_NEAR(all_of(dem, {.kind = Derivative::aspect}).at(4, 4), 270, 1e-3);
+  }
+}
+
+/// Heights in a text file, rows from the north.
+HeightGrid slopes_of(const test::TempDir& dir, const HeightGrid& grid, Derivative kind) {
+  const auto dem = test::text_dem(dir, "some", grid, {10, 50}, 0.001);
+  return all_of(*dem, {.kind = kind});
+}
+
+TEST(Derivatives, AroundVoidsDoNotDependOnTheOrderOfCorners) {
+  const test::TempDir dir;
+  // One row leads nowhere but along itself.
+  HeightGrid row(4, 1);
+  const float heights[] = {5, 6, 7, 9};
+  for (int c = 0; c < 4; ++c) row.at(c, 0) = heights[c];
+  const HeightGrid aspect = slopes_of(dir, row, Derivative::aspect);
+  for (int c = 0; c < 4; ++c) EXPECT_NEAR(aspect.at(c, 0), 270, 1e-4) << c;
+  // Turned by half a circle, as steep.
+  HeightGrid nine(3, 3), turned(3, 3);
+  const float some[] = {HeightGrid::kVoid, 3, 7, 2, 5, 9, 6, 1, HeightGrid::kVoid};
+  for (int k = 0; k < 9; ++k) {
+    nine.at(k % 3, k / 3) = some[k];
+    turned.at(k % 3, k / 3) = some[8 - k];
+  }
+  EXPECT_NEAR(slopes_of(dir, nine, Derivative::slope).at(1, 1),
+              slopes_of(dir, turned, Derivative::slope).at(1, 1), 1e-3);
+}
+
+TEST(Derivatives, AtAPoleAreThoseOfThePlaneAroundIt) {
+  const test::TempDir dir;
+  for (const double pole : {90.0, -90.0}) {
+    // A plane over the pole: 0.001 along longitude 0, -0.0005 along longitude 90.
+    HeightGrid grid(36, 5);
+    for (int r = 0; r < 5; ++r)
+      for (int c = 0; c < 36; ++c) {
+        const double lon = (-180 + 10 * c) * M_PI / 180, south = pole > 0 ? r : 4 - r;
+        const double away = 111'694 * 0.1 * south;  // metres along a meridian there
+        grid.at(c, r) = float(1000 + 0.001 * away * std::cos(lon) - 0.0005 * away * std::sin(lon));
+      }
+    const auto dem = test::text_dem(dir, pole > 0 ? "north" : "south", grid,
+                                    {-180, pole > 0 ? 89.6 : -90}, 10, 0.1);
+    ASSERT_TRUE(dem);
+    const HeightGrid slope = all_of(*dem, {.kind = Derivative::slope, .percent = true});
+    const HeightGrid aspect = all_of(*dem, {.kind = Derivative::aspect});
+    const int at = pole > 0 ? 0 : 4;
+    for (int c = 0; c < 36; ++c) {
+      EXPECT_NEAR(slope.at(c, at), 0.1118, 0.001) << c << " " << pole;
+      EXPECT_NEAR(slope.at(c, 2), 0.1118, 0.004) << c << " " << pole;
+      const double turn = std::remainder(aspect.at(c, at) - aspect.at(c, pole > 0 ? 1 : 3), 360);
+      EXPECT_NEAR(turn, 0, 1) << c << " " << pole;  // the next post of the same meridian agrees
+    }
   }
 }
 

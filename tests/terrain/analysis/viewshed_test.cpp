@@ -36,6 +36,21 @@ TEST(Viewshed, IsTheLineOfSightToEveryPost) {
   }
 }
 
+TEST(Viewshed, AnUncertaintyOfNearlyNothingChangesNearlyNothing) {
+  // A slope that faces the eye: nothing is hidden, and targets stand on the ground.
+  HeightGrid grid(41, 41);
+  for (int r = 0; r < 41; ++r)
+    for (int c = 0; c < 41; ++c) grid.at(c, r) = float(100 + 5 * c);
+  const MadeUpSource dem(std::move(grid), {10, 50}, 0.0004);
+  ViewshedOptions options{{{10.0001, 49.9999}, 150}};
+  for (const double e : {0.0, 1e-9, 0.001, 0.1}) {
+    options.rules.uncertainty_m = e;
+    const auto seen = viewshed(dem, dem.grid(), options);
+    ASSERT_TRUE(seen);
+    EXPECT_EQ(seen->visible, 1681u) << e;
+  }
+}
+
 TEST(Viewshed, GoesOnBeyondTheSeamOfADemAroundTheGlobe) {
   const test::TempDir folder;
   const auto dem = test::text_dem(folder, "globe", HeightGrid(720, 21, 100), {-180, 45}, 0.5);

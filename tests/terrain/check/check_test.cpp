@@ -576,6 +576,44 @@ TEST(Check, TheRangeOfAHeaderMayReachFartherThanItsVertices) {
   EXPECT_EQ(implausible(20100), 1u);
 }
 
+TEST(CheckDecode, NamesWhatIsWrongWithTheBytesAndNothingElse) {
+  struct Verdict {
+    bool readable = false;
+    std::set<std::string> faults;
+  };
+  const auto verdict = [](const Bytes& bytes) {
+    Findings findings;
+    CheckedTile tile;
+    Verdict out;
+    out.readable = check_decode(bytes, "tile", tile, findings);
+    for (std::size_t r = 0; r < kCheckRuleCount; ++r)
+      if (findings[r].count) out.faults.insert(std::string(kCheckRules[r].id));
+    return out;
+  };
+  using testing::ElementsAre;
+  using testing::IsEmpty;
+  const Bytes good = proto::encode(square());
+  EXPECT_TRUE(verdict(good).readable);
+  EXPECT_THAT(verdict(good).faults, IsEmpty());
+
+  Bytes beyond = good;
+  beyond[first_code(good)] = 1;
+  EXPECT_FALSE(verdict(beyond).readable);
+  EXPECT_THAT(verdict(beyond).faults, ElementsAre("tile.index"));
+
+  // An extension without bytes is whole, and no length of it is big endian.
+  Bytes empty = good;
+  add_extension(empty, 7, {});
+  EXPECT_TRUE(verdict(empty).readable);
+  EXPECT_THAT(verdict(empty).faults, ElementsAre("ext.unknown"));
+
+  // 32-bit indices where 16 are right, behind the two bytes that such a maker pads with.
+  Bytes wide = wide_indices();
+  wide.insert(wide.begin() + 92 + 24, 2, 0);
+  EXPECT_TRUE(verdict(wide).readable);
+  EXPECT_THAT(verdict(wide).faults, ElementsAre("tile.index-width"));
+}
+
 TEST(Check, KnownFaultsOfForeignTiles) {
   TIND_NEEDS_SHARED_DATA(folder, "quantized-mesh");
   const auto faults = [&](const std::string& name) {

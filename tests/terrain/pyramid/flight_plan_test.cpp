@@ -19,7 +19,7 @@ namespace {
 
 FlightPlan plan_of(const TileSet& tiles, std::span<const FlightFix> flight,
                    const FlightOptions& options, std::size_t bytes = 10000) {
-  auto plan = plan_flight(tiles, flight, options, [&](TileId) { return bytes; });
+  auto plan = plan_flight(tiles, flight, options, [&](TileId) { return PlanFacts{bytes}; });
   EXPECT_TRUE(plan) << plan.error().what;
   return plan ? *plan : FlightPlan{};
 }
@@ -65,7 +65,7 @@ TEST(FlightPlan, AcrossTheAntimeridian) {
 TEST(FlightPlan, WhatMakesNoSenseIsRefused) {
   const test::MadeUpTiles tiles(4);
   const auto refused = [&](std::vector<FlightFix> flight, FlightOptions o) {
-    const auto plan = plan_flight(tiles, flight, o, [](TileId) { return std::size_t(1); });
+    const auto plan = plan_flight(tiles, flight, o, [](TileId) { return PlanFacts{1}; });
     return plan ? std::string() : plan.error().what;
   };
   EXPECT_NE(refused({}, {}).find("empty"), std::string::npos);
@@ -191,7 +191,7 @@ TEST(FlightPlan, ItsCostIsBoundedWhateverTheFlight) {
   FlightOptions o;
   o.tolerance_px = 1;
   for (const auto& flight : {zigzag, circle}) {
-    const auto plan = plan_flight(tiles, flight, o, [](TileId) { return std::size_t(1); });
+    const auto plan = plan_flight(tiles, flight, o, [](TileId) { return PlanFacts{1}; });
     if (plan) {
       EXPECT_LT(plan->looks, 200 * plan->tiles.size());
     }
@@ -213,13 +213,34 @@ TEST(FlightPlan, AStraightFlightStaysOnEarth) {
     EXPECT_FALSE(plan_of(tiles, flight, {}).tiles.empty());
 }
 
+TEST(FlightPlan, IsNearerToGroundThatIsHigher) {
+  const test::MadeUpTiles tiles(12);
+  const auto flight = [](double height) {
+    return straight_flight({{7.5, 46.5}, height, 0}, 250, 0, 0, 60).value();
+  };
+  const auto ids = [&](double height, const FlightOptions& o, std::optional<double> said) {
+    const auto plan = plan_flight(tiles, flight(height), o, [&](TileId id) {
+      return PlanFacts{1, id.level < 4 ? said : std::nullopt};  // deeper ones are as their parents
+    });
+    EXPECT_TRUE(plan) << plan.error().what;
+    std::set<TileId> out;
+    for (const PlannedTile& t : plan->tiles) out.insert(t.id);
+    return out;
+  };
+  const auto low = ids(300, {}, {});
+  EXPECT_LT(ids(4300, {}, {}).size(), low.size());
+  EXPECT_EQ(ids(4300, {.ground_m = 4000}, {}), low);
+  EXPECT_EQ(ids(4300, {}, 4000), low);
+  EXPECT_EQ(ids(4300, {.ground_m = 9000}, 4000), low);  // tiles know better
+}
+
 TEST(FlightPlan, StopsWhenToldTo) {
   const test::MadeUpTiles tiles(9);
   std::stop_source stop;
   stop.request_stop();
   const auto plan = plan_flight(
       tiles, straight_flight({{7.5, 46.5}, 3000, 0}, 250, 0, 0, 300).value(), {},
-      [](TileId) { return std::size_t(1); }, stop.get_token());
+      [](TileId) { return PlanFacts{1}; }, stop.get_token());
   ASSERT_FALSE(plan);
   EXPECT_EQ(plan.error().code, Errc::cancelled);
 }
@@ -237,9 +258,10 @@ TEST(FlightPlan, NoTileIsLateOverATenMegabitLink) {
     if (fresh) found->second = (*set)->tile(id, {})->bytes.size();
     return found->second;
   };
+  const auto facts_of = [&](TileId id) { return PlanFacts{bytes_of(id)}; };
   const FlightOptions o;
   const auto flight = straight_flight({{-123.9, 49.1}, 3000, 0}, 200, 150, 0, 300).value();
-  const auto plan = plan_flight(**set, flight, o, bytes_of);
+  const auto plan = plan_flight(**set, flight, o, facts_of);
   ASSERT_TRUE(plan) << plan.error().what;
 
   Viewer viewer{**set, o};

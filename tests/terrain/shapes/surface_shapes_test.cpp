@@ -13,6 +13,7 @@
 #include "tests/support/made_up_source.h"
 #include "tests/support/shapes_file.h"
 #include "tests/support/support.h"
+#include "tests/support/text_dem.h"
 
 namespace tind {
 namespace {
@@ -34,6 +35,29 @@ Result<std::shared_ptr<const SurfaceShapes>> flatten(const Shapes& shapes,
   ShapeFiles files;
   files.flatten.push_back(shapes.write());
   return SurfaceShapes::make(std::span(&dem, 1), files);
+}
+
+TEST(SurfaceShapes, a_raster_of_water_is_what_it_holds_and_not_which_file_it_is) {
+  const test::TempDir folder;
+  const auto dem = slope();
+  const auto digest = [&](const std::string& raster) {
+    ShapeFiles files;
+    files.water = {raster};
+    const auto made = SurfaceShapes::make(std::span(&dem, 1), files);
+    return made ? (*made)->digest() : "error: " + made.error().what;
+  };
+  HeightGrid water(6, 6, 1);
+  const auto named = [&](const std::string& name, Geographic corner) {
+    test::text_dem(folder, name, water, corner, 1);
+    std::ofstream(folder.file(name + ".prj"))
+        << R"(GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]])";
+    return folder.file(name + ".asc");
+  };
+  const std::string first = digest(named("a", {0, 1})), copy = digest(named("b", {0, 1}));
+  EXPECT_EQ(first, copy);
+  water.at(3, 3) = 0;
+  EXPECT_NE(digest(named("c", {0, 1})), first);
+  EXPECT_NE(digest(named("far", {60, 1})).find("nothing in it lies on the DEM"), std::string::npos);
 }
 
 TEST(SurfaceShapes, level_is_the_median_of_own_heights_of_posts_or_of_the_outline) {

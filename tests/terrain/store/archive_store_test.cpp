@@ -157,6 +157,19 @@ TEST_P(ArchiveStore, TheSameTilesAreTheSameBytesWhateverHoldsThem) {
   EXPECT_NE(before, open_store(path("a"))->generation());
 }
 
+TEST_P(ArchiveStore, WhatSqliteWouldReplayIntoItIsNotLeftBesideIt) {
+  if (std::string(GetParam()) != ".mbtiles") return;
+  for (const char* const ending : {"-wal", "-journal"}) {
+    ASSERT_TRUE(write_whole_file(path() + ending, "of another database"));
+    const auto copied = copy(from_, path());
+    ASSERT_FALSE(copied);
+    EXPECT_THAT(copied.error().what, HasSubstr(ending));
+    EXPECT_FALSE(fs::exists(path()));
+    fs::remove(path() + ending);
+  }
+  EXPECT_TRUE(copy(from_, path()));
+}
+
 TEST_P(ArchiveStore, OpenedBeforeItIsReplacedItGivesTheOldTiles) {
   ASSERT_TRUE(copy(from_, path()));
   const auto before = open_store(path());

@@ -66,6 +66,15 @@ TEST_F(Coverages, TheWholeIsTheDemItself) {
     }
 }
 
+TEST_F(Coverages, ASubsetOfOneAxisLeavesTheOtherWhole) {
+  const auto whole = opened(""), part = opened("?subset=Lon(-121.9:-121.6)", "part.tif");
+  ASSERT_TRUE(whole && part);
+  EXPECT_EQ(part->info().rows, whole->info().rows);
+  EXPECT_NEAR(part->info().post_to_crs.y0, whole->info().post_to_crs.y0, 1e-9);
+  EXPECT_EQ(get(kCoverage + "?subset=Lon(-121.9:-121.6),Lon(-121.8:-121.7)").status, 400);
+  EXPECT_EQ(get(kCoverage + "?scale-size=Lon(5),Lon(10)").status, 400);
+}
+
 TEST_F(Coverages, TheWholeInTheDemsOwnSystemIsItsGrid) {
   const std::string file = test::testdata("bigtujunga_crop.tif");
   ASSERT_TRUE(services::open_dataset(catalog_, {"tujunga", {file}}, {}, {}));

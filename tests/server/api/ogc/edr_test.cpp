@@ -109,6 +109,23 @@ TEST_F(Edr, ATrajectoryKeepsItsPlacesAndIsAsDenseAsThePosts) {
   EXPECT_EQ(few["features"][0]["geometry"]["coordinates"][0].size(), 3u);
 }
 
+TEST_F(Edr, ATrajectoryOverAVoidHasItsHeightsBesideIt) {
+  // From inside the DEM to the west of it.
+  const Json got = json(kBase +
+                        "trajectory?coords=LINESTRING(-121.95+46.85,-122.2+46.85)&resolution-x=9"
+                        "&f=GeoJSON");
+  const Json& line = got["features"][0];
+  const Json &places = line["geometry"]["coordinates"], &heights = line["properties"]["height"];
+  ASSERT_EQ(places.size(), 9u);
+  ASSERT_EQ(heights.size(), 9u);
+  for (std::size_t i = 0; i < 9; ++i) {
+    EXPECT_EQ(places[i].size(), 2u) << "among others of three numbers it would be of height 0";
+    EXPECT_EQ(heights[i].is_null(), height(places[i][0], places[i][1]).is_null()) << i;
+  }
+  EXPECT_TRUE(heights[0].is_number());
+  EXPECT_TRUE(heights[8].is_null());
+}
+
 TEST_F(Edr, ACorridorIsAsWideAsItSays) {
   const Json got =
       json(kBase +
