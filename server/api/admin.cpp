@@ -35,9 +35,11 @@ std::optional<http::Reply> refuse_pages(const http::Request& request) {
 http::Reply answer(const Result<services::CatalogChange>& change, const std::string& target) {
   if (!change) {
     if (change.error().code == Errc::cancelled) return http::problem_reply(change.error(), target);
-    return http::problem_reply({.status = 422,
-                                .detail = "What is served stays as it was: " + change.error().what,
-                                .instance = target});
+    return http::problem_reply(
+        {.status = 422,
+         .detail =
+             "What is served stays as it was, and so do keys and rates: " + change.error().what,
+         .instance = target});
   }
   Json aside = Json::array();
   for (const auto& [entry, why] : change->aside) aside.push_back({{"entry", entry}, {"why", why}});

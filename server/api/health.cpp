@@ -36,9 +36,15 @@ std::string report(const App& app, bool reasons) {
                        because(*status.wrong));
   else if (!status.when.empty())
     out += fmt::format("[+] reloaded at {}\n", status.when);
+  // Which datasets there are is for whoever has a key for them.
+  if (!reasons && !status.unlike.empty())
+    out += fmt::format(
+        "[-] the files of {} are not as they were opened (the log says which)\n",
+        status.unlike.size() == 1 ? "a dataset" : fmt::format("{} datasets", status.unlike.size()));
   for (const auto& [name, why] : status.unlike)
-    out += fmt::format("[-] dataset {}: its files are not as they were opened{}\n", name,
-                       because(why));
+    if (reasons)
+      out += fmt::format("[-] dataset {}: its files are not as they were opened{}\n", name,
+                         because(why));
   for (const auto& [path, why] : status.aside)
     if (reasons) out += fmt::format("[.] left alone: {}\n", logging::printable(why));
   for (const std::string& path : status.opening)

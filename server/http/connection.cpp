@@ -188,7 +188,8 @@ void Connection::act_on_deadline() {
   const Limits& limits = context_.limits;
   switch (armed_) {
     case Wait::head:
-      head_only_ = http10_ = false;  // of the request before it
+      // Where so much of it could be read; not of the request before it.
+      head_only_ = parser_.is_head(), http10_ = false;
       [[fallthrough]];
     case Wait::body:
       refuse(408, "The request did not arrive in time.", "timeout");

@@ -58,6 +58,7 @@ http::Reply page_reply(const http::Reply& reply, const PagePlace& place) {
   http::Reply page =
       http::make_reply(reply.status, "text/html; charset=utf-8", page_of(problem, place), fields);
   page.close = reply.close;
+  page.request_id = reply.request_id;
   return page;
 }
 

@@ -177,7 +177,13 @@ std::optional<http::Reply> execute(const App& app, const Process* process,
         order->client = client;
         if (auto reply = changed_since(*datasets, target)) return to(*std::move(reply));
         if (!async) return wait_for(app, *order, *std::move(datasets), std::move(to), target);
-        const auto job = app.jobs->submit(*order);
+        const auto unchanged = [datasets = *std::move(datasets)]() -> Result<void> {
+          for (const auto& dataset : datasets)
+            if (dataset->unchanged)
+              if (auto same = dataset->unchanged(); !same) return same;
+          return {};
+        };
+        const auto job = app.jobs->submit(*order, {}, {}, unchanged);
         to(job ? created(*job) : no_room(job.error(), target));
       });
   return std::nullopt;

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -50,12 +52,22 @@ int run(const Arguments& a) {
   const auto dem = open_dem(a.dem);
   if (!dem) return complain(dem.error());
   if (const auto ok = can_lie_there(a.output, (*dem)->info()); !ok) return complain(ok.error());
+  bool any = a.options.kind == Derivative::aspect;  // flat land has none
+  const auto watched = [&any](RasterRows rows) -> RasterRows {
+    return [&any, rows = std::move(rows)](int row, int count) {
+      auto made = rows(row, count);
+      if (made && !any)
+        any = !std::ranges::all_of(made->values(), [](float v) { return std::isnan(v); });
+      return made;
+    };
+  };
   Result<RasterBytes> made;
   {
     ProgressBar bar(name_of(a.options.kind), progress_style(a.progress));
     made = encode_raster(*format, (*dem)->info(), contents_of(a.options),
-                         derivative_rows(**dem, a.options, bar.progress()));
+                         watched(derivative_rows(**dem, a.options, bar.progress())));
   }
+  if (made && !any) made = fail(Errc::bad_data, "no post has a height");
   if (!made) return complain_of(a.dem, made.error());
   warn_of_nodata(**dem);
   if (const auto ok = write_raster(a.output, *made); !ok) return complain(ok.error());

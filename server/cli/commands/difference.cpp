@@ -96,6 +96,8 @@ Result<Made> make(const Arguments& a, RasterFormat format) {
   auto raster =
       encode_raster(format, info, {.heights = false, .what = "difference of heights"}, rows);
   if (!raster) return std::unexpected(raster.error());
+  if (made.differences.posts == 0)
+    return fail(Errc::bad_data, "has a height at no place where the DEM that is taken off has one");
   made.raster = std::move(*raster);
   return made;
 }
@@ -109,13 +111,11 @@ int run(const Arguments& a) {
   if (!made) return complain_of(a.dem, made.error());
   if (const auto ok = write_raster(a.output, made->raster); !ok) return complain(ok.error());
   const Differences& d = made->differences;
-  if (d.posts == 0) warn("the two DEMs have heights at no post in common");
   return put_report(a.report, to_json(a, made->dem->info(), d), [&] {
     fmt::print("{}: {} posts, {} without a difference\n", a.output, d.posts, d.without);
-    if (d.posts > 0)
-      fmt::print("from {:.3f} to {:.3f} m, mean {:.3f}, deviation {:.3f}, RMS {:.3f}\n", d.min_m,
-                 d.max_m, d.mean_m, std::sqrt(d.squares / double(d.posts)),
-                 std::sqrt(d.sum_squares / double(d.posts)));
+    fmt::print("from {:.3f} to {:.3f} m, mean {:.3f}, deviation {:.3f}, RMS {:.3f}\n", d.min_m,
+               d.max_m, d.mean_m, std::sqrt(d.squares / double(d.posts)),
+               std::sqrt(d.sum_squares / double(d.posts)));
   });
 }
 

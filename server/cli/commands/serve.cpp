@@ -323,11 +323,10 @@ http::ServerOptions server_options(const Config& config, bool had_terminal) {
 Result<std::unique_ptr<services::Jobs>> open_jobs(const Config& config) {
   if (config.jobs == 0) return nullptr;
   const auto megabytes = [](int mb) { return std::size_t(mb) << 20; };
-  std::error_code error;
-  const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
-  if (error) return fail(Errc::io, "/proc/self/exe: " + error.message());
+  // This very program, whatever lies under its name by then.
+  const std::string program = "/proc/self/exe";
   const std::chrono::seconds time(config.jobs_seconds);
-  auto jobs = services::Jobs::open(config.jobs_dir, program.string(),
+  auto jobs = services::Jobs::open(config.jobs_dir, program,
                                    {.running = config.jobs,
                                     .waiting = std::size_t(config.jobs_waiting),
                                     .per_client = std::size_t(config.jobs_per_client),
@@ -430,10 +429,10 @@ int serve(const Config& config, const Options& options) {
   const int code = (*server)->run() ? kOk : kTryAgain;
   end_within(kToEnd, code);
   follower.request_stop();
-  if (*admin) (*admin)->stop();
+  if (*jobs) (*jobs)->stop();  // first: a load that goes on may take longer than there is time for
   follower.join();
+  if (*admin) (*admin)->stop();  // whoever asked for that load has its answer
   admin_loop.join();
-  if (*jobs) (*jobs)->stop();
   pool.stop();  // before the server goes: what waits here answers through it
   spdlog::info("stopped");
   return code;

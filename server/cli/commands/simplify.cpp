@@ -253,7 +253,9 @@ std::string texture_beside(const std::string& texture, const std::string& from,
   const auto folder = [&](const std::string& file) {
     return fs::weakly_canonical(fs::absolute(file, error).parent_path(), error);
   };
-  const fs::path in = folder(from), out = folder(to);
+  // What goes to a pipe is seen from where one works.
+  const bool piped = to.starts_with("/dev/");
+  const fs::path in = folder(from), out = piped ? fs::current_path(error) : folder(to);
   return error || in == out ? texture : (in / texture).lexically_relative(out).generic_string();
 }
 

@@ -141,6 +141,8 @@ Result<Made> make(const Arguments& a) {
     if (!v) return std::unexpected(v.error());
     made.volume = *v;
   }
+  if (!a.against.empty() && made.volume.area_m2 == 0)
+    return fail(Errc::bad_data, "has a height at no place of the area where the other DEM has one");
   warn_of_plane(made.scale, asked->dem->info());
   return made;
 }

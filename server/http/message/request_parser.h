@@ -90,6 +90,8 @@ class RequestParser {
 
   /// REQUIRES: the last parse() said done, and its buffer is still there.
   const RequestHead& head() const { return head_; }
+  /// Whatever parse() said: is it known to be HEAD, whose answer has no body?
+  bool is_head() const { return has_request_line_ && head_.method == Method::head; }
   /// Bytes of the head, its empty line included.
   std::size_t consumed() const { return consumed_; }
   /// REQUIRES: the last parse() said refused.

@@ -54,8 +54,9 @@ Result<std::vector<fs::path>> entries_of(const std::string& folder) {
 }
 
 std::string state_of(const std::string& path, const FileState& state) {
-  return fmt::format("{} {} {} {} {}\n", path, state.device, state.inode, state.size,
-                     state.written_ns);
+  // With the inode's own time: who gives the right to read a file has it tried again.
+  return fmt::format("{} {} {} {} {} {}\n", path, state.device, state.inode, state.size,
+                     state.written_ns, state.changed_ns);
 }
 
 /// Gathers the states of an entry's files, and whether all were last written to a while ago.

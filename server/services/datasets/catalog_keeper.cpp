@@ -466,6 +466,7 @@ std::expected<CatalogChange, CatalogKeeper::Reasons> CatalogKeeper::load() {
   }
   {
     const std::lock_guard lock(mutex_);
+    if (!folder_) status_.aside.clear();  // of a catalog that there is no more
     change->aside = status_.aside;
     change->waiting.assign(status_.opening.begin(), status_.opening.end());
   }

@@ -256,11 +256,14 @@ Result<void> read_file(Config& config, const std::string& file) {
   return {};
 }
 
-Setting rate_setting(std::string name, std::string help, double Rate::*field) {
+/// 0, or at least `least`: less than one request would lock everybody out.
+Setting rate_setting(std::string name, std::string help, double Rate::*field, double least) {
   return {std::move(name), std::move(help), false,
-          [field](Config& config, std::string_view value) -> Result<void> {
+          [field, least](Config& config, std::string_view value) -> Result<void> {
             const auto parsed = parse_number(value, 0.0, 1e6);
             if (!parsed) return std::unexpected(parsed.error());
+            if (*parsed > 0 && *parsed < least)
+              return fail(Errc::invalid_argument, fmt::format("is 0, or at least {}", least));
             config.access.per_address.*field = *parsed;
             return {};
           },
@@ -348,9 +351,9 @@ std::vector<Setting> make_table() {
       without_key_setting(),
       rate_setting("rate-per-address",
                    "requests a second of one address (IPv6: one /64) without a key; 0: any number",
-                   &Rate::per_second),
+                   &Rate::per_second, 1e-3),
       rate_setting("burst-per-address", "of these, at once after a rest; 0: twice the rate",
-                   &Rate::burst),
+                   &Rate::burst, 1),
       cors_setting(),
       number("drain-delay", "seconds of not ready, but serving, before a stop",
              &Config::drain_delay, 0.0, 3600.0),
@@ -380,6 +383,24 @@ std::string default_index_dir() {
   return {};
 }
 
+namespace {
+
+/// Settings that say nothing without others, or nothing good.
+Result<void> fit_together(const Config& config) {
+  if (config.access.per_address.burst > 0 && config.access.per_address.per_second == 0)
+    return fail(Errc::invalid_argument,
+                "burst-per-address is of rate-per-address, and there is none: set both");
+  if (config.jobs > 0 && config.jobs_stored_mb < config.jobs_result_mb)
+    return fail(
+        Errc::invalid_argument,
+        fmt::format("jobs-stored-mb is {} and jobs-result-mb {}: no job could ever keep its "
+                    "results; set the first one higher, or the second one lower",
+                    config.jobs_stored_mb, config.jobs_result_mb));
+  return {};
+}
+
+}  // namespace
+
 Result<Config> read_config(const ConfigInput& input) {
   Config config;
   if (!input.file.empty())
@@ -402,6 +423,7 @@ Result<Config> read_config(const ConfigInput& input) {
     config.datasets = input.datasets;
     config.tables = input.tables;
   }
+  if (auto fits = fit_together(config); !fits) return std::unexpected(fits.error());
   return config;
 }
 

@@ -117,6 +117,12 @@ Dataset with_draped(Dataset dataset, const Draped& draped) {
 
 /// A dataset that changes with the images that are drawn on it, too.
 Dataset with_images(Dataset dataset, FileStates images) {
+  if (dataset.renewed)
+    dataset.renewed = [renewed = std::move(dataset.renewed), images]() {
+      auto other = renewed();
+      if (other) other = with_images(std::move(*other), images);
+      return other;
+    };
   dataset.unchanged = [of_heights = std::move(dataset.unchanged),
                        images = std::move(images)]() -> Result<void> {
     if (of_heights)

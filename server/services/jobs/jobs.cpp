@@ -75,6 +75,13 @@ std::string new_id() {
   return id;
 }
 
+/// Of a client that waited for its end, and has been told that the daemon stops.
+void call_off(Job& job) {
+  job.status = JobStatus::dismissed;
+  job.message = "dismissed";
+  job.finished_ms = job.updated_ms = now_ms();
+}
+
 std::uint64_t bytes_in(const std::string& folder) {
   std::uint64_t sum = 0;
   std::error_code error;
@@ -126,6 +133,7 @@ Result<std::unique_ptr<Jobs>> Jobs::open(const std::string& folder, const std::s
   if (!store) return std::unexpected(store.error());
   std::unique_ptr<Jobs> jobs(new Jobs(where, folder.empty(), program, limits, std::move(*store)));
   if (auto recovered = jobs->recover(); !recovered) return std::unexpected(recovered.error());
+  jobs->count_stored();
   for (int i = 0; i < std::max(1, limits.running); ++i)
     jobs->threads_.emplace_back(
         [self = jobs.get()](const std::stop_token& stop) { self->work(stop); });
@@ -168,7 +176,12 @@ void Jobs::stop() {
     counts_.waiting = 0;
   }
   for (auto& [live, done] : waiting)
-    if (done) done(live->job);
+    if (done) {
+      done(live->job);
+      call_off(live->job);
+      if (const auto kept = store_->put(live->job); !kept)
+        spdlog::error("job {}: {}", live->job.id, logging::printable(kept.error().what));
+    }
 }
 
 std::string Jobs::folder_of(std::string_view id) const { return folder_ + "/" + std::string(id); }
@@ -219,13 +232,25 @@ std::optional<Error> Jobs::no_room(const std::string& client) const {
                 " jobs that wait or run, as many as one client may: wait for one, or dismiss one");
   if (waiting >= limits_.waiting)
     return busy(std::to_string(waiting) + " jobs wait already, as many as may: try again later");
-  const auto stored = store_->total_bytes();
-  if (stored && *stored + (counts_.running + 1) * limits_.each.file_bytes > limits_.stored_bytes)
+  // Of those that run none is stored yet, and they end: this one waits for them (may_begin()).
+  if (stored_bytes_ + limits_.each.file_bytes > limits_.stored_bytes)
     return busy(kNoRoomForResults);
   return {};
 }
 
-Result<Job> Jobs::submit(const JobOrder& order, Done done, std::stop_token gone) {
+/// Beside those that run, whose results may be as large as results may. Under the mutex.
+bool Jobs::may_begin() const {
+  return counts_.running == 0 ||
+         stored_bytes_ + (counts_.running + 1) * limits_.each.file_bytes <= limits_.stored_bytes;
+}
+
+/// Not under the mutex: the list may be waiting for its disk.
+void Jobs::count_stored() {
+  if (const auto stored = store_->total_bytes()) stored_bytes_ = *stored;
+}
+
+Result<Job> Jobs::submit(const JobOrder& order, Done done, std::stop_token gone,
+                         Unchanged unchanged) {
   const auto live = std::make_shared<Live>();
   Job& job = live->job;
   job.id = new_id();
@@ -235,7 +260,9 @@ Result<Job> Jobs::submit(const JobOrder& order, Done done, std::stop_token gone)
   job.order = std::move(*text);
   job.created_ms = job.updated_ms = now_ms();
   live->done = std::move(done);
+  live->unchanged = std::move(unchanged);
   drop_left();
+  count_stored();
   {
     const std::lock_guard lock(mutex_);
     if (stopping_) return fail(Errc::busy, kAboutToEnd);
@@ -320,7 +347,7 @@ Result<std::optional<Job>> Jobs::dismiss(std::string_view id) {
   }
   if (!live) {
     auto stored = store_->find(id);
-    if (!stored || !*stored) return stored;
+    if (!stored || !*stored || (*stored)->status == JobStatus::dismissed) return stored;
     live = std::make_shared<Live>();
     live->job = **stored;
   }
@@ -329,8 +356,10 @@ Result<std::optional<Job>> Jobs::dismiss(std::string_view id) {
 }
 
 Jobs::Counts Jobs::counts() const {
-  const std::lock_guard lock(mutex_);
-  return counts_;
+  const std::unique_lock lock(mutex_, std::try_to_lock);
+  const std::lock_guard last(last_mutex_);
+  if (lock) last_ = counts_;
+  return last_;
 }
 
 /// Clients take turns: the oldest job of the one whose last turn is longest ago. Under the mutex.
@@ -361,9 +390,9 @@ void Jobs::work(const std::stop_token& stop) {
     std::shared_ptr<Live> live;
     {
       std::unique_lock lock(mutex_);
-      wake_.wait_for(lock, stop, kSweep, [this] { return !queue_.empty(); });
+      wake_.wait_for(lock, stop, kSweep, [this] { return !queue_.empty() && may_begin(); });
       if (stop.stop_requested()) return;
-      if (!queue_.empty()) live = next();
+      if (!queue_.empty() && may_begin()) live = next();
     }
     if (live) run(live, stop);
     if (const auto now = std::chrono::steady_clock::now(); now - kSweep > swept) {
@@ -422,6 +451,13 @@ void Jobs::run(const std::shared_ptr<Live>& live, const std::stop_token& stop) {
     }
     return end(live, JobStatus::failed, kNoRoomForResults);
   }
+  const auto changed = [&] { return live->unchanged ? live->unchanged() : Result<void>(); };
+  const auto of_others = [&](const Error& why) {
+    spdlog::warn("job {}: {}", live->job.id, logging::printable(why.what));
+    end(live, JobStatus::failed,
+        "the dataset's files are no longer those that all other answers are of: ask again");
+  };
+  if (const auto same = changed(); !same) return of_others(same.error());
   if (auto kept = store_->put(live->job); !kept) return failed(kept.error());
   std::error_code error;
   fs::remove_all(folder, error);
@@ -476,7 +512,10 @@ void Jobs::run(const std::shared_ptr<Live>& live, const std::stop_token& stop) {
     case ChildEnd::Why::exited:
       break;
   }
-  if (ended->code == 0) return end(live, JobStatus::successful, "done");
+  if (ended->code == 0) {
+    if (const auto same = changed(); !same) return of_others(same.error());  // meanwhile
+    return end(live, JobStatus::successful, "done");
+  }
   if (ended->code == kCannotWrite && said.find(errno_text(EFBIG)) != said.npos)
     return too_much(kResultTooLarge);
   if (said.find("std::bad_alloc") != said.npos)
@@ -491,7 +530,7 @@ void Jobs::run(const std::shared_ptr<Live>& live, const std::stop_token& stop) {
 
 void Jobs::put_back(const std::shared_ptr<Live>& live) {
   Done done;
-  Job job;
+  Job job, told;
   {
     const std::lock_guard lock(mutex_);
     live->job.status = JobStatus::accepted;
@@ -503,11 +542,13 @@ void Jobs::put_back(const std::shared_ptr<Live>& live) {
       live_.erase(live->job.id);
       done = std::move(live->done);
     }
+    told = live->job;
+    if (done) call_off(live->job);  // nobody asks for it again
     job = live->job;
   }
   if (const auto kept = store_->put(job); !kept)
     spdlog::error("job {}: {}", job.id, logging::printable(kept.error().what));
-  if (done) done(job);
+  if (done) done(told);
   const std::lock_guard lock(mutex_);
   if (!live_.contains(job.id)) return;
   queue_.push_back(job.id);
@@ -551,12 +592,14 @@ void Jobs::end(const std::shared_ptr<Live>& live, JobStatus status, std::string 
       if (live->dismissed && status != JobStatus::dismissed) continue;
       if (!kept) unsaved_[ended.id] = ended;
       if (live->running) --counts_.running;
+      wake_.notify_all();  // there may be room for the results of more
       live_.erase(ended.id);
       ++(status == JobStatus::successful ? counts_.successful
          : status == JobStatus::failed   ? counts_.failed
                                          : counts_.dismissed);
       done = std::move(live->done);
     }
+    count_stored();
     if (done) done(ended);
     return;
   }
@@ -570,6 +613,7 @@ void Jobs::forget(const Job& job) {
   std::error_code ignored;
   fs::remove_all(folder_of(job.id), ignored);
   (void)store_->remove(job.id);
+  count_stored();
 }
 
 void Jobs::sweep() {

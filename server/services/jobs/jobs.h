@@ -41,6 +41,8 @@ struct JobLimits {
 class Jobs {
  public:
   using Done = std::move_only_function<void(const Job&)>;
+  /// Fails unless what it reads is as it was when it was asked for; from any thread.
+  using Unchanged = std::function<Result<void>()>;
 
   /// `folder`: made if need be; empty: a temporary one, which goes with the daemon, or, where that
   /// was killed, with the next one of the same user. `program`: what runs. What an earlier daemon
@@ -54,7 +56,9 @@ class Jobs {
   /// A new job. `done` is called once it has ended, from another thread, with the job as it ended,
   /// or as it is when the daemon stops before; `gone`: nobody waits for it any more. Fails (busy)
   /// when there is no room: of this client, of all, or on the disk; the error says which.
-  Result<Job> submit(const JobOrder&, Done done = {}, std::stop_token gone = {});
+  /// `unchanged` is asked before it runs and once it has; after a restart nobody does.
+  Result<Job> submit(const JobOrder&, Done done = {}, std::stop_token gone = {},
+                     Unchanged unchanged = {});
 
   Result<std::optional<Job>> find(std::string_view id) const;
   Result<std::vector<Job>> of_client(std::string_view client, std::size_t most) const;
@@ -71,7 +75,7 @@ class Jobs {
     std::size_t waiting = 0, running = 0;
     std::uint64_t successful = 0, failed = 0, dismissed = 0;  // since the start
   };
-  Counts counts() const;
+  Counts counts() const;  // never waits for a disk
 
   /// Ends what runs, which begins again at the next start, and joins. Idempotent.
   void stop();
@@ -84,6 +88,7 @@ class Jobs {
     bool running = false;
     std::atomic<bool> dismissed = false;
     Done done;
+    Unchanged unchanged;
     struct Leave {
       Live* live;
       void operator()() const {
@@ -109,7 +114,9 @@ class Jobs {
   void sweep();
   std::string folder_of(std::string_view id) const;
   std::optional<Error> no_room(const std::string& client) const;
+  bool may_begin() const;
   bool has_room_for_results() const;
+  void count_stored();
 
   const std::string folder_, program_;
   const bool temporary_;
@@ -123,6 +130,9 @@ class Jobs {
   std::map<std::string, std::uint64_t> turns_;  // of clients that have any: which was their last
   std::uint64_t turn_ = 0;
   Counts counts_;
+  std::atomic<std::uint64_t> stored_bytes_ = 0;  // of results, as the list said when last asked
+  mutable std::mutex last_mutex_;                // of what counts() said last
+  mutable Counts last_;
   bool stopping_ = false;
   std::map<std::string, Job, std::less<>> unsaved_;  // ended, and the disk did not take it
 

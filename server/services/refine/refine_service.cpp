@@ -206,6 +206,7 @@ std::unique_ptr<RefineService::View> RefineService::take(const ServedDataset& da
   drop_views(Clock::now());
   const auto found = views_.find(token);
   if (found == views_.end() || found->second->dataset != dataset.index) return nullptr;
+  (void)scenes_.find(Key{dataset.index, found->second->scene->window});  // is in use
   return std::move(views_.extract(found).mapped());
 }
 

@@ -97,8 +97,8 @@ TEST_F(OutputPaths, a_material_library_is_read_beside_an_obj_alone) {
 }
 
 TEST_F(OutputPaths, tiles_are_not_built_among_dems) {
-  refused("build f -o f", "name a folder of its own");
-  refused("build f/a.asc -o ./f/", "name a folder of its own");
+  refused("build f -o f --from-datum ellipsoid", "name a folder of its own");
+  refused("build f/a.asc -o ./f/ --from-datum ellipsoid", "name a folder of its own");
 }
 
 TEST_F(OutputPaths, a_file_that_an_input_names_is_refused) {

@@ -53,7 +53,7 @@ TEST(MeshCommands, SimplifyKeepsTheTextureAndSaysWhatItDoesNot) {
   EXPECT_EQ(made->texture, "../photo.png");
   EXPECT_FALSE(made->texcoords.empty());
   EXPECT_THAT(run_tind(line + ".ply --method triangle-collapse").out,
-              HasSubstr("carries no attributes"));
+              HasSubstr("carries no texture coordinates"));
   EXPECT_EQ(run_tind(line + ".ply --method attribute-qem --attribute-weight 1e50").code, 2);
 }
 

@@ -302,6 +302,61 @@ TEST_F(JobsTest, AStopAnswersThoseThatWait) {
   EXPECT_FALSE(jobs->submit(shell("true")));
 }
 
+TEST_F(JobsTest, WhoWasToldThatTheDaemonStopsHasNothingRunLater) {
+  std::vector<std::string> ids;
+  {
+    const auto jobs = open();
+    for (const char* const script : {"sleep 60", "true"})  // one runs, one waits
+      ids.push_back(jobs->submit(shell(script), [](const Job&) {})->id);
+    ASSERT_TRUE(
+        becomes(*jobs, ids[0], [](const Job& j) { return j.status == JobStatus::running; }));
+  }
+  const auto jobs = open();
+  EXPECT_EQ(jobs->counts().waiting + jobs->counts().running, 0u);
+  for (const std::string& id : ids) EXPECT_EQ((*jobs->find(id))->status, JobStatus::dismissed);
+}
+
+TEST_F(JobsTest, WhatItReadsMustBeAsItWasWhenItWasAskedFor) {
+  const auto jobs = open();
+  std::atomic<int> asked = 0;
+  const auto changes_at = [&](int time) {
+    asked = 0;
+    std::promise<Job> ended;
+    EXPECT_TRUE(jobs->submit(
+        shell("echo a > out.txt"), [&](const Job& j) { ended.set_value(j); }, {},
+        [&asked, time]() -> Result<void> {
+          if (++asked == time) return fail(Errc::io, "another file");
+          return {};
+        }));
+    return ended.get_future().get();
+  };
+  for (const int time : {1, 2}) {  // before it runs, and while it does
+    const Job job = changes_at(time);
+    EXPECT_EQ(job.status, JobStatus::failed);
+    EXPECT_NE(job.message.find("ask again"), std::string::npos) << job.message;
+    EXPECT_FALSE(fs::exists(folder(job)));
+  }
+  EXPECT_EQ(changes_at(3).status, JobStatus::successful);
+}
+
+TEST_F(JobsTest, ThoseWhoseResultsHaveNoRoomYetWaitForThoseThatRun) {
+  JobLimits limits;
+  limits.running = 4;
+  limits.stored_bytes = 25000, limits.each.file_bytes = 10000;  // of two at a time
+  const auto jobs = open(limits);
+  std::vector<std::promise<Job>> ends(6);
+  for (auto& end : ends)
+    ASSERT_TRUE(jobs->submit(shell("sleep 0.2"), [&end](const Job& job) { end.set_value(job); }));
+  std::size_t most = 0;
+  for (auto& end : ends) {
+    auto future = end.get_future();
+    while (future.wait_for(10ms) != std::future_status::ready)
+      most = std::max(most, jobs->counts().running);
+    EXPECT_EQ(future.get().status, JobStatus::successful);
+  }
+  EXPECT_LE(most, 2u);
+}
+
 TEST_F(JobsTest, ResultsThatFillTheStoreLetNoMoreIn) {
   JobLimits limits;
   limits.stored_bytes = 31000, limits.each.file_bytes = 10000;
