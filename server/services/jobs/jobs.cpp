@@ -592,7 +592,8 @@ void Jobs::end(const std::shared_ptr<Live>& live, JobStatus status, std::string 
       if (live->dismissed && status != JobStatus::dismissed) continue;
       if (!kept) unsaved_[ended.id] = ended;
       if (live->running) --counts_.running;
-      wake_.notify_all();  // there may be room for the results of more
+      stored_bytes_ += bytes;  // at once: what is running no more is stored
+      wake_.notify_all();      // there may be room for the results of more
       live_.erase(ended.id);
       ++(status == JobStatus::successful ? counts_.successful
          : status == JobStatus::failed   ? counts_.failed

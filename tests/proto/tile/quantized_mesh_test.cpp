@@ -262,6 +262,9 @@ TEST(QuantizedMesh, SaysWhatIsWrong) {
   EXPECT_THAT(why_not(with(120, {1, 0})), HasSubstr("triangle 0 names a vertex"));
   // Six first uses, of four vertices.
   EXPECT_THAT(why_not(with(120, Bytes(12, 0))), HasSubstr("triangle 1 names a vertex"));
+  // The fifth alone, of four.
+  EXPECT_THAT(why_not(with(120, {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 0})),
+              HasSubstr("triangle 1 names a vertex"));
   EXPECT_THAT(why_not(with(132, {255, 255, 255, 255})), HasSubstr("west edge"));
   EXPECT_THAT(why_not(with(136, {4, 0})), HasSubstr("edge list names vertex 4 of 4"));
 }

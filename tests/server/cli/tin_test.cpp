@@ -57,6 +57,33 @@ TEST(MeshCommands, SimplifyKeepsTheTextureAndSaysWhatItDoesNot) {
   EXPECT_EQ(run_tind(line + ".ply --method attribute-qem --attribute-weight 1e50").code, 2);
 }
 
+TEST(MeshCommands, CornersWithoutANormalHaveThatOfTheShape) {
+  const TempDir dir;
+  std::ofstream(dir.file("part.obj")) << "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvn 0 0 1\n"
+                                         "f 1//1 2//1 3//1\nf 1 3 4\n";
+  const Ran ran = run_tind("simplify " + dir.file("part.obj") +
+                           " --ratio 1 --method attribute-qem -o " + dir.file("out.obj"));
+  ASSERT_EQ(ran.code, 0) << ran.out;
+  const auto made = read_mesh(dir.file("out.obj"));
+  ASSERT_TRUE(made) << made.error().what;
+  ASSERT_FALSE(made->normals.empty());
+  for (const auto& n : made->normals) EXPECT_NEAR(std::hypot(n[0], n[1], n[2]), 1, 1e-5);
+}
+
+TEST(MeshCommands, ACodeOfACrsIsACrsForFormatsThatTakeNoCode) {
+  const TempDir dir;
+  std::ofstream(dir.file("a.ply"))
+      << "ply\nformat ascii 1.0\ncomment crs: EPSG:32610\nelement vertex 4\nproperty double x\n"
+         "property double y\nproperty double z\nelement face 2\n"
+         "property list uchar int vertex_indices\nend_header\n500000 5200000 1\n500010 5200000 2\n"
+         "500010 5200010 3\n500000 5200010 4\n3 0 1 2\n3 0 2 3\n";
+  const Ran ran = run_tind("simplify " + dir.file("a.ply") + " --ratio 1 --terrain --json -o " +
+                           dir.file("a.gpkg"));
+  ASSERT_EQ(ran.code, 0) << ran.out;
+  EXPECT_THAT(ran.answer, HasSubstr("UTM zone 10N"));
+  EXPECT_THAT(run_tind("info " + dir.file("a.gpkg")).out, HasSubstr("UTM zone 10N"));
+}
+
 TEST(TinCommands, WhatSimplifyStatesIsWhatMeasureFinds) {
   const TempDir dir;
   for (const char* name : {"rainier.tif", "crater.tif"}) {  // degrees; no CRS

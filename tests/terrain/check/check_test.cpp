@@ -580,12 +580,12 @@ TEST(CheckDecode, NamesWhatIsWrongWithTheBytesAndNothingElse) {
   struct Verdict {
     bool readable = false;
     std::set<std::string> faults;
+    CheckedTile tile;
   };
   const auto verdict = [](const Bytes& bytes) {
     Findings findings;
-    CheckedTile tile;
     Verdict out;
-    out.readable = check_decode(bytes, "tile", tile, findings);
+    out.readable = check_decode(bytes, "tile", out.tile, findings);
     for (std::size_t r = 0; r < kCheckRuleCount; ++r)
       if (findings[r].count) out.faults.insert(std::string(kCheckRules[r].id));
     return out;
@@ -606,6 +606,13 @@ TEST(CheckDecode, NamesWhatIsWrongWithTheBytesAndNothingElse) {
   add_extension(empty, 7, {});
   EXPECT_TRUE(verdict(empty).readable);
   EXPECT_THAT(verdict(empty).faults, ElementsAre("ext.unknown"));
+
+  Bytes wet = good;
+  EXPECT_FALSE(verdict(wet).tile.has_water_mask);
+  add_extension(wet, 2, {255});
+  EXPECT_TRUE(verdict(wet).tile.has_water_mask);
+  EXPECT_THAT(verdict(wet).tile.water_mask, ElementsAre(255));
+  EXPECT_THAT(verdict(wet).faults, IsEmpty());
 
   // 32-bit indices where 16 are right, behind the two bytes that such a maker pads with.
   Bytes wide = wide_indices();

@@ -97,6 +97,32 @@ TEST(VerticalError, OneTriangleByHand) {
   EXPECT_DOUBLE_EQ(e.rms_m, std::sqrt(3.0));
 }
 
+TEST(VerticalError, OfOnePostAllFiguresAreThatPosts) {
+  const HeightGrid grid = grid_from(". . / 5 .");
+  const Tin mesh{{{0, 0, 0}, {0, -1, 2}, {1, -1, 2}}, {{0, 1, 2}}, {}, {}, {}};
+  const VerticalError e = vertical_error(mesh, grid);
+  EXPECT_EQ(e.posts, 1u);
+  for (const double figure : {e.max_m, e.mean_m, e.rms_m, e.p50_m, -e.bias_m, e.max_below_m})
+    EXPECT_NEAR(figure, 3, 1e-3);
+  EXPECT_EQ(e.max_above_m, 0);
+  EXPECT_EQ(e.row_below_m, (std::vector<double>{0, 3}));
+}
+
+TEST(VerticalError, APostJustOutsideIsMeasuredAtTheRimThatIsNearest) {
+  // The rim in the west lies 0.001 east of the first column, on a slope of 10 a column.
+  const HeightGrid grid = grid_from("0 . 0 / 0 . 0");
+  const Tin mesh{{{0.001, 0, 50.01}, {0.001, -1, 50.01}, {2, -1, 70}, {2, 0, 70}},
+                 {{0, 1, 2}, {0, 2, 3}},
+                 {},
+                 {},
+                 {}};
+  EXPECT_EQ(vertical_error(mesh, grid).uncovered, 2u);
+  const VerticalError e = vertical_error(mesh, grid, 1, 0.01);
+  EXPECT_EQ(e.uncovered, 0u);
+  EXPECT_NEAR(e.max_m, 70, 1e-9);
+  EXPECT_NEAR(e.mean_m, 60.005, 1e-5);
+}
+
 TEST(VerticalError, RandomTrianglesAgainstTheDefinition) {
   std::mt19937 random(3);
   for (int round = 0; round < 300; ++round) {
