@@ -32,16 +32,6 @@ http::Reply answer(const FlightPlan& plan) {
                           {{"Cache-Control", "no-store"}});
 }
 
-/// How high the ground is where no tile says it yet: as asked, else below the flight.
-Result<double> ground_of(const services::ServedDataset& dataset, const FlightRequest& asked,
-                         const std::stop_token& stop) {
-  if (asked.ground_m) return *asked.ground_m;
-  if (!dataset.source) return 0;
-  const auto highest = highest_of(*dataset.source, places_of(asked.flight), stop);
-  if (!highest) return std::unexpected(highest.error());
-  return highest->value_or(0);
-}
-
 std::optional<http::Reply> plan(const App& app, const http::Request& request,
                                 http::DeferredReply& deferred) {
   const auto [dataset, not_found] = find_dataset(app, request.matched[0], request);
@@ -54,7 +44,9 @@ std::optional<http::Reply> plan(const App& app, const http::Request& request,
         Problems problems;
         FlightRequest asked = parse_flight_request(body, problems);
         if (!problems.empty()) return http::problem_reply(problems.list(), target);
-        const auto ground = ground_of(*dataset, asked, stop);
+        const auto ground =
+            asked.ground_m ? Result<double>(*asked.ground_m)
+                           : highest_ground(dataset->source.get(), places_of(asked.flight), stop);
         if (!ground) return http::problem_reply(ground.error(), target);
         asked.options.ground_m = *ground;
         const auto facts_of = [&](TileId id) {

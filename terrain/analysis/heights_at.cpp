@@ -200,15 +200,15 @@ Result<std::vector<SurfaceHeight>> heights_at(const Surface& surface,
   return out;
 }
 
-Result<std::optional<double>> highest_of(const Surface& surface, std::span<const Geographic> places,
-                                         const std::stop_token& stop) {
-  const auto heights = heights_at(surface, places, Interpolation::bilinear, stop);
+Result<double> highest_ground(const Surface* surface, std::span<const Geographic> places,
+                              const std::stop_token& stop) {
+  if (!surface) return 0;
+  const auto heights = heights_at(*surface, places, Interpolation::bilinear, stop);
   if (!heights) return std::unexpected(heights.error());
-  std::optional<double> highest;
+  double highest = -HUGE_VAL;
   for (const SurfaceHeight& at : *heights)
-    if (at.height.coverage == Coverage::value)
-      highest = std::max(highest.value_or(at.height.height_m), at.height.height_m);
-  return highest;
+    if (at.height.coverage == Coverage::value) highest = std::max(highest, at.height.height_m);
+  return highest == -HUGE_VAL ? 0 : highest;
 }
 
 }  // namespace tind

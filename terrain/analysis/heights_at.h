@@ -2,7 +2,6 @@
 // Heights at many places at once: what thousands of height_at() would say, at a fraction of the
 // cost, and by other ways of interpolating.
 
-#include <optional>
 #include <span>
 #include <stop_token>
 #include <utility>
@@ -39,8 +38,9 @@ struct EnumNames<Interpolation> {
 Result<std::vector<SurfaceHeight>> heights_at(const Surface&, std::span<const Geographic>,
                                               Interpolation, const std::stop_token& = {});
 
-/// The highest of bilinear heights at the places; nothing where none of them has one.
-Result<std::optional<double>> highest_of(const Surface&, std::span<const Geographic>,
-                                         const std::stop_token& = {});
+/// The highest of bilinear heights at the places; 0 where none of them has one, or nobody has the
+/// surface (null).
+Result<double> highest_ground(const Surface*, std::span<const Geographic>,
+                              const std::stop_token& = {});
 
 }  // namespace tind

@@ -73,10 +73,10 @@ std::vector<AreaSet::Edge> edges_of(const std::vector<GlobePolygon>& polygons) {
   return edges;
 }
 
-/// Stands for a raster wherever its file lies: what its posts are and where. Of more posts than
-/// take a second or two to read: which file it is.
+/// Stands for a raster wherever its file lies: what its posts are and where. Of more posts than a
+/// daemon may read at its start: which file it is.
 Result<std::string> content_of(const DemSource& dem) {
-  constexpr std::int64_t kMostRead = std::int64_t(1) << 27;
+  constexpr std::int64_t kMostRead = std::int64_t(1) << 25;
   constexpr int kSide = 1024;
   const DemInfo& info = dem.info();
   if (info.cols > kMostRead / info.rows) return info.fingerprint;

@@ -108,13 +108,18 @@ http::Reply no_room(const Error& error, const std::string& target) {
 
 using Datasets = std::vector<std::shared_ptr<const services::ServedDataset>>;
 
-/// Where a dataset's files are not those that all other answers are of, which a job would open
-/// anew: old and new never mix.
-std::optional<http::Reply> changed_since(const Datasets& datasets, const std::string& target) {
+/// Fails where a dataset's files are not those that all other answers are of, which a job would
+/// open anew: old and new never mix.
+Result<void> unchanged(const Datasets& datasets) {
   for (const auto& dataset : datasets)
     if (dataset->unchanged)
-      if (const auto same = dataset->unchanged(); !same)
-        return http::problem_reply(same.error(), target);
+      if (auto same = dataset->unchanged(); !same) return same;
+  return {};
+}
+
+std::optional<http::Reply> changed_since(const Datasets& datasets, const std::string& target) {
+  if (const auto same = unchanged(datasets); !same)
+    return http::problem_reply(same.error(), target);
   return std::nullopt;
 }
 
@@ -177,13 +182,8 @@ std::optional<http::Reply> execute(const App& app, const Process* process,
         order->client = client;
         if (auto reply = changed_since(*datasets, target)) return to(*std::move(reply));
         if (!async) return wait_for(app, *order, *std::move(datasets), std::move(to), target);
-        const auto unchanged = [datasets = *std::move(datasets)]() -> Result<void> {
-          for (const auto& dataset : datasets)
-            if (dataset->unchanged)
-              if (auto same = dataset->unchanged(); !same) return same;
-          return {};
-        };
-        const auto job = app.jobs->submit(*order, {}, {}, unchanged);
+        const auto job = app.jobs->submit(
+            *order, {}, {}, [datasets = *std::move(datasets)] { return unchanged(datasets); });
         to(job ? created(*job) : no_room(job.error(), target));
       });
   return std::nullopt;

@@ -68,16 +68,6 @@ Result<std::vector<FlightFix>> flight_of(const Arguments& a) {
   return flight;
 }
 
-/// How high the ground is where tiles do not say it: as asked, else below the flight.
-Result<double> ground_of(const Arguments& a, const Dataset& dataset,
-                         std::span<const FlightFix> flight) {
-  if (a.ground_m) return *a.ground_m;
-  if (!dataset.source) return 0;
-  const auto highest = highest_of(*dataset.source, places_of(flight));
-  if (!highest) return std::unexpected(highest.error());
-  return highest->value_or(0);
-}
-
 /// Options that nobody would hear are refused.
 Result<void> check_heard(const Arguments& a, Command c) {
   const auto unheard = [](const std::string& option, const std::string& why) {
@@ -103,7 +93,8 @@ int run(Arguments& a) {
   const auto dataset = open_dataset(a);
   if (!dataset) return complain(dataset.error());
   a.options.link_bits_per_s = a.link_mbit * 1e6;
-  const auto ground = ground_of(a, *dataset, *flight);
+  const auto ground = a.ground_m ? Result<double>(*a.ground_m)
+                                 : highest_ground(dataset->source.get(), places_of(*flight));
   if (!ground) return complain(ground.error());
   a.options.ground_m = *ground;
   const auto store = dataset->source ? nullptr : open_store(a.tiles.files[0]);

@@ -79,8 +79,7 @@ Result<std::vector<services::DatasetSpec>> dataset_of_layers(const SurfaceInput&
   if (said.layers.empty())
     return fail(Errc::invalid_argument,
                 "--blend, --layer-error and --layer-option are of the layers that --layer names; "
-                "those of datasets "
-                "in a file are said there, [[dataset.layer]]");
+                "those of datasets in a file are said there, [[dataset.layer]]");
   const auto read = read_layers(said, {});
   if (!read) return std::unexpected(read.error());
   services::DatasetSpec spec{.name = services::safe_name(read->layers.front().name), .files = {}};
