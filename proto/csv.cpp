@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <utility>
 
 namespace tind::csv {
 namespace {
@@ -73,6 +74,19 @@ std::optional<PlaceColumns> PlaceColumns::in(std::string_view head, bool degrees
   };
   if ((degrees && are(geographic)) || are(plane[0]) || are(plane[1]) || are(geographic))
     return columns;
+  return {};
+}
+
+std::optional<std::string> filled_up(std::string line, std::size_t fields, std::size_t columns) {
+  if (fields > columns) return {};
+  return std::move(line.append(columns - fields, ','));
+}
+
+std::string why_no_columns(std::string_view head, std::string_view names) {
+  const auto own = fields_of(head);
+  for (const std::string& name : fields_of(names))
+    if (std::ranges::find(own, name) != own.end())
+      return "has a column " + name + " already: rename it, or leave it out";
   return {};
 }
 

@@ -11,6 +11,7 @@
 #include "server/api/accuracy_json.h"
 #include "server/api/app.h"
 #include "server/api/responses.h"
+#include "terrain/images/height_image.h"
 #include "terrain/tiles3d/tileset.h"
 
 namespace tind::api {
@@ -94,6 +95,8 @@ Json links(const services::ServedDataset& dataset) {
     if (dataset.source->only()) json["refine"] = of("/refine/");
     json["elevation"] = of("/elevation/") + "{?lon,lat,datum}";
     json["terrasync"] = of("/terrasync/") + "/Terrain/{ten}/{one}/.dirindex";
+  }
+  if (dataset.source && has_images(*dataset.source)) {
     json["height_images"] = of("/rgb/") + "/tiles.json" +
                             (dataset.tiles ? "{?encoding,format,surface}" : "{?encoding,format}");
     json["shades"] = of("/shade/") + "/tiles.json{?style,azimuth,altitude,z_factor,format}";

@@ -109,6 +109,7 @@ void add_common_responses(Ordered& responses, const Operation& operation, bool h
   if (rules)
     for (const char* const status : {"411", "413"}) add(status);
   if (rules && !rules->type.empty()) add("415");
+  if (responses.contains("304")) add("412");  // what has a validator
   for (const char* const status : {"429", "500", "503"}) add(status);
 }
 
@@ -180,7 +181,8 @@ void add_openapi_routes(http::Router& router, const App& app) {
                 .summary = "This document",
                 .scope = Scope::open,
                 .ignores_others = true,
-                .responses = {{200, "OpenAPI 3.1.", {{type, R"({"type": "object"})"}}}}},
+                .responses = {{200, "OpenAPI 3.1.", {{type, R"({"type": "object"})"}}},
+                              {304, "The client has it already (If-None-Match)."}}},
                [made, which](const http::Request& request, http::DeferredReply&) {
                  return ((*made).*which)->reply(request.head.fields);
                });

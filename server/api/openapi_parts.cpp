@@ -52,6 +52,7 @@ constexpr Refused kRefused[] = {
     {"403", "The key is not for this scope, or not for this dataset."},
     {"404", "There is no such dataset, tile or path."},
     {"411", "A body must say its length."},
+    {"412", "It is another by now than If-Match names."},
     {"413", "The body is too large."},
     {"415", "The Content-Type of the body is none that this resource takes."},
     {"429", "Too many requests; `Retry-After` says when to ask again."},

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "proto/csv.h"
@@ -93,14 +94,16 @@ class PlaceList : public PlacesDocument {
 class GeoJsonPlaces : public PlacesDocument {
  public:
   GeoJsonPlaces(Ordered json, Problems& problems) : json_(std::move(json)) {
-    each_position(json_, [&](Ordered& json_position) {
-      const auto at = position(json_position);
-      if (at && coordinates_.size() < kMostPlaces)
-        coordinates_.push_back(*at);
-      else if (!at)
-        bad_ = true;
-      else
-        many_ = true;
+    each_geometry(json_, [this](Ordered& coordinates) {
+      each_of(coordinates, [this](Ordered& json_position) {
+        const auto at = position(json_position);
+        if (at && coordinates_.size() < kMostPlaces)
+          coordinates_.push_back(*at);
+        else if (!at)
+          bad_ = true;
+        else
+          many_ = true;
+      });
     });
     if (many_)
       problems.add("coordinates", kTooMany);
@@ -114,13 +117,28 @@ class GeoJsonPlaces : public PlacesDocument {
   std::string_view media_type() const override { return "application/geo+json"; }
 
   std::string with_heights(const HeightsMade& made) override {
+    const auto heights = std::span<const PlaceHeight>(made.heights.places);
+    const auto lacks = [](const PlaceHeight& p) { return p.height.coverage != Coverage::value; };
     std::size_t next = 0;
-    each_position(json_, [&](Ordered& json_position) {
-      const HeightAt& height = made.heights.places[next++].height;
-      json_position.erase(json_position.begin() + 2, json_position.end());
-      if (height.coverage == Coverage::value) json_position.push_back(height.height_m);
+    each_geometry(json_, [&](Ordered& coordinates) {
+      std::size_t count = 0;
+      each_of(coordinates, [&](Ordered&) { ++count; });
+      const auto own = heights.subspan(next, count);
+      next += count;
+      // Readers take a missing number among others for 0.
+      const bool whole = std::ranges::none_of(own, lacks);
+      std::size_t i = 0;
+      each_of(coordinates, [&](Ordered& json_position) {
+        json_position.erase(json_position.begin() + 2, json_position.end());
+        if (whole) json_position.push_back(own[i].height.height_m);
+        ++i;
+      });
     });
     json_["heights"] = about(made);
+    if (std::ranges::any_of(heights, lacks)) {
+      Ordered& all = json_["heights"]["height_m"] = Ordered::array();
+      for (const PlaceHeight& p : heights) all.push_back(height_json(p.height));
+    }
     return json::to_text(json_) + "\n";
   }
 
@@ -144,17 +162,17 @@ class GeoJsonPlaces : public PlacesDocument {
     for (Ordered& part : coordinates) each_of(part, visit);
   }
 
-  /// Of a geometry, of all in a feature or collection.
+  /// The coordinates of a geometry, of all in a feature or collection.
   template <class Visit>
-  static void each_position(Ordered& object, const Visit& visit) {
+  static void each_geometry(Ordered& object, const Visit& visit) {
     if (!object.is_object()) return;
     if (const auto found = object.find("coordinates"); found != object.end())
-      if (!found->is_array() || !found->empty()) each_of(*found, visit);
+      if (!found->is_array() || !found->empty()) visit(*found);
     if (const auto found = object.find("geometry"); found != object.end())
-      each_position(*found, visit);
+      each_geometry(*found, visit);
     for (const char* const list : {"features", "geometries"})
       if (const auto found = object.find(list); found != object.end() && found->is_array())
-        for (Ordered& part : *found) each_position(part, visit);
+        for (Ordered& part : *found) each_geometry(part, visit);
   }
 };
 
@@ -172,9 +190,7 @@ class CsvPlaces : public PlacesDocument {
   std::string_view media_type() const override { return "text/csv"; }
 
   std::string with_heights(const HeightsMade& made) override {
-    std::string text = std::string(head_) + ",height_m,coverage";
-    if (made.question.level) text += ",max_error_m,low_m,high_m";
-    text += '\n';
+    std::string text = head_ + "," + (made.question.level ? kAllColumns : kColumns) + '\n';
     for (std::size_t i = 0; i < lines_.size(); ++i) {
       const PlaceHeight& place = made.heights.places[i];
       (text += lines_[i]) += ',';
@@ -194,11 +210,15 @@ class CsvPlaces : public PlacesDocument {
   }
 
  private:
+  static constexpr const char* kColumns = "height_m,coverage";
+  static constexpr const char* kAllColumns = "height_m,coverage,max_error_m,low_m,high_m";
+
   std::string head_;  // a copy, as the lines: the body may be gone by then
   std::vector<std::string> lines_;
   std::vector<std::size_t> numbers_;  // of the lines, from 1
   bool degrees_;
   csv::PlaceColumns columns_;
+  std::size_t width_ = 0;  // of the first line, fields
 
   void read_table(std::string_view body, Problems& problems) {
     if (body.starts_with("\xef\xbb\xbf")) body.remove_prefix(3);
@@ -222,12 +242,16 @@ class CsvPlaces : public PlacesDocument {
 
   bool find_columns(Problems& problems) {
     const auto found = csv::PlaceColumns::in(head_, degrees_);
-    if (found)
-      columns_ = *found;
-    else
+    if (!found) {
       problems.add("body", std::string("its first line must name the columns ") +
                                csv::kPlaceColumns + ", with commas between them");
-    return found.has_value();
+      return false;
+    }
+    columns_ = *found;
+    width_ = csv::fields_of(head_).size();
+    const std::string why = csv::why_no_columns(head_, kAllColumns);
+    if (!why.empty()) problems.add("body", why);
+    return why.empty();
   }
 
   void read_line(std::string_view line, std::size_t number_of_line, Problems& problems) {
@@ -240,8 +264,10 @@ class CsvPlaces : public PlacesDocument {
     const auto x = number(columns_.x), y = number(columns_.y);
     if (!x || !y)
       return problems.add("line " + std::to_string(number_of_line), "has no two coordinates");
+    auto whole = csv::filled_up(std::string(line), fields.size(), width_);
+    if (!whole) return problems.add("line " + std::to_string(number_of_line), csv::kTooWide);
     coordinates_.push_back({*x, *y});
-    lines_.emplace_back(line);
+    lines_.push_back(*std::move(whole));
     numbers_.push_back(number_of_line);
   }
 };

@@ -56,7 +56,7 @@ std::expected<void, Refusal> resample(Asked& asked, const GeodesicPath& way, dou
     return std::unexpected("resample_distance makes more than " + std::to_string(kMostPlaces) +
                            " places");
   asked.places.clear(), asked.range_m.clear();
-  for (double k = 0; k < steps; ++k) {
+  for (int k = 0; k < steps; ++k) {
     asked.range_m.push_back(k * metres);
     asked.places.push_back(way.at(k * metres));
   }

@@ -25,6 +25,10 @@ std::expected<std::shared_ptr<const services::ServedDataset>, http::Reply> find_
   auto [dataset, not_found] = find_dataset(app, request.matched[0], request);
   if (!dataset) return std::unexpected(std::move(not_found));
   if (!dataset->source) return std::unexpected(no_source(request));
+  if (!has_images(*dataset->source))
+    return std::unexpected(no_tile(request,
+                                   "Web maps end at 85.05 degrees, and this dataset lies beyond "
+                                   "them: it has meshes and heights, but no images."));
   return dataset;
 }
 

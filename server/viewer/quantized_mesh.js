@@ -66,6 +66,7 @@ export function heightInTile(mesh, x, y) {
   for (let i = 0; i < indices.length; i += 3) {
     const [a, b, c] = [indices[i], indices[i + 1], indices[i + 2]];
     const area = (u[b] - u[a]) * (v[c] - v[a]) - (u[c] - u[a]) * (v[b] - v[a]);
+    if (area === 0) continue;
     const wb = ((px - u[a]) * (v[c] - v[a]) - (u[c] - u[a]) * (py - v[a])) / area;
     const wc = ((u[b] - u[a]) * (py - v[a]) - (px - u[a]) * (v[b] - v[a])) / area;
     if (wb < -1e-9 || wc < -1e-9 || wb + wc > 1 + 1e-9) continue;

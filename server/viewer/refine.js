@@ -136,14 +136,18 @@ async function main() {
     $("speed").textContent = lengthText(Number(speedIn(flight.bounds).toPrecision(2)));
     chosen();
   }));
+  let refused; // a flight that the daemon does not go on with
   for (;;) {
     const current = flight;
     try {
-      await current.update();
-      if (current.camera && current === flight) say("");
+      if (current !== refused) await current.update();
+      if (current.camera && current === flight && current !== refused) say("");
     } catch (error) {
-      if (!(error instanceof NoAnswer)) throw error;
-      await whenBack();
+      if (error instanceof NoAnswer) await whenBack();
+      else if (current === flight) {
+        refused = current;
+        say(`It cannot be refined: ${error.message ?? error}.`, [["Try again", () => (refused = undefined)]]);
+      }
     }
     await new Promise((resolve) => setTimeout(resolve, 30));
   }

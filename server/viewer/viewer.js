@@ -232,22 +232,30 @@ function connectSearch(globe, names, open) {
 // ---- beside
 
 function connectCompare(globe, compare, remember) {
+  let latest = 0;
   const show = async () => {
     const name = $("other").value;
     $("other-rows").hidden = !name;
-    const level = Number($("other-level").value);
-    $("other-level-value").textContent = name ? String(level) : "";
+    const slider = $("other-level");
+    // At its end it says "all", also of a dataset that has more levels than the one before.
+    const level = slider.value === slider.max ? undefined : Number(slider.value);
+    $("other-level-value").textContent = name && level !== undefined ? String(level) : "";
+    const turn = (latest = latest + 1); // a later choice wins over a slower answer
     try {
       await compare.show(name ? {dataset: name, level, mode: $("other-mode").value || undefined} : undefined);
+      if (turn !== latest) return;
+      if (name) say(""); // it may have been read first
     } catch (error) {
+      if (turn !== latest) return;
       $("other").value = "";
       compare.show(undefined);
       say(`${name} cannot be shown beside it: ${error.message}.`, [["Go on", () => say("")]]);
     }
     if (compare.other) {
       const most = compare.other.dataset.layer.maxzoom;
-      $("other-level").max = most;
-      $("other-level-value").textContent = String(Math.min(level, most));
+      slider.max = most;
+      slider.value = Math.min(level ?? most, most);
+      $("other-level-value").textContent = slider.value;
     }
     remember();
   };
@@ -395,7 +403,8 @@ async function main() {
   await state.open(asked ?? showable[0] ?? names[0]);
   if (beside && names.includes(beside.dataset)) {
     $("other").value = beside.dataset;
-    $("other-level").value = beside.level ?? 20;
+    if (beside.level !== undefined) $("other-level").max = Math.max(beside.level + 1, $("other-level").max);
+    $("other-level").value = beside.level ?? $("other-level").max;
     $("other-mode").value = beside.mode ?? "";
     await showOther();
   }

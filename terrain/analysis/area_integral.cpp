@@ -362,7 +362,7 @@ PostRings whole_area(const DemInfo& info) {
 }
 
 GroundArea::GroundArea(const DemInfo& info) : map_(info.post_to_crs) {
-  if (info.crs_kind == CrsKind::projected) unit_m_ = info.crs_unit_m;
+  unit_m_ = info.crs_unit_m;
   if (info.crs_kind != CrsKind::geographic) return;
   const double step = std::hypot(map_.x_col, map_.y_col);
   degrees_ = info.period_cols > 0 && step > 0 ? 360 / (info.period_cols * step) : 1;

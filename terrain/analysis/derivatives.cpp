@@ -26,7 +26,7 @@ using Nine = std::array<double, 9>;
 class Ground {
  public:
   explicit Ground(const DemInfo& info) : info_(info) {
-    if (info.crs_kind == CrsKind::projected) x_m_ = y_m_ = info.crs_unit_m;
+    x_m_ = y_m_ = info.crs_unit_m;
     if (info.crs_kind != CrsKind::geographic) return;
     const double step = std::hypot(info.post_to_crs.x_col, info.post_to_crs.y_col);
     degrees_ = info.period_cols > 0 && step > 0 ? 360 / (info.period_cols * step) : 1;

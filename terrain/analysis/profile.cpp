@@ -89,6 +89,7 @@ Result<void> walk_leg(const DemSource& dem, const GeodesicPath& path, double fro
 /// Beyond the outermost posts is outside; where the line is among them, a gap is a void.
 void tell_voids_from_outside(const DemSource& dem, Profile& profile) {
   std::vector<Geographic> places;
+  places.reserve(profile.points.size());
   for (const ProfilePoint& p : profile.points) places.push_back(p.place);
   std::vector<Vec2> posts(places.size());
   dem.to_post(places, posts);
@@ -123,6 +124,7 @@ std::vector<double> stepped_distances(double length_m, double step_m) {
 Result<Profile> sampled_profile(const DemSource& dem, const GeodesicPath& path,
                                 std::vector<double> distances, const std::stop_token& stop) {
   std::vector<Geographic> places;
+  places.reserve(distances.size());
   for (const double metres : distances) places.push_back(path.at(metres));
   const auto heights = heights_at(Surface(dem), places, Interpolation::bilinear, stop);
   if (!heights) return std::unexpected(heights.error());

@@ -43,6 +43,7 @@ Expected expected_of(const TileStore& store, std::vector<StoreFault>& faults) {
   }
   for (const auto& level : layer->available) {
     std::vector<TileRange> ranges;
+    ranges.reserve(level.size());
     for (const proto::TileRange& r : level)
       ranges.push_back({r.start_x, r.start_y, r.end_x, r.end_y});
     expected.areas.emplace_back(std::move(ranges));

@@ -82,6 +82,7 @@ std::vector<BucketId> BucketPlan::buckets() const {
       }
     }
   std::vector<BucketId> ids;
+  ids.reserve(all.size());
   for (const auto& [folder, id] : all) ids.push_back(id);
   return ids;
 }

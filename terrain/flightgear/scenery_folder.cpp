@@ -146,8 +146,8 @@ void add_buckets(const std::string& at, Folder folder, std::vector<std::string>&
 class SceneryMaker {
  public:
   SceneryMaker(const BucketPlan& plan, const LandCover* cover, const std::string& folder,
-               const Progress& progress)
-      : plan_(plan), cover_(cover), folder_(folder), progress_(progress) {}
+               const Progress& progress, bool force)
+      : plan_(plan), cover_(cover), folder_(folder), progress_(progress), force_(force) {}
 
   Result<SceneryReport> make(int threads);
 
@@ -156,6 +156,7 @@ class SceneryMaker {
   const LandCover* const cover_;
   const std::string folder_;
   const Progress& progress_;
+  const bool force_;
   FolderFiles files_;
   SceneryReport report_;
   std::map<Folder, Entries> entries_;
@@ -333,6 +334,11 @@ Result<SceneryReport> SceneryMaker::make(int threads) {
   const auto before = record_in(folder_);
   if (!before) return std::unexpected(before.error());
   const bool same = *before && **before == record_of(plan_, cover_);
+  if (*before && !same && !force_)
+    return fail(Errc::invalid_argument,
+                folder_ +
+                    " holds scenery of another DEM, of one that has changed, or of other "
+                    "options: choose another directory, or --force to replace it");
   report_.there = same && read_regular_file(folder_ + "/" + kIndex);
   if (!report_.there)
     if (auto done = begin(*before && !same); !done) return std::unexpected(done.error());
@@ -357,8 +363,8 @@ Result<SceneryReport> SceneryMaker::make(int threads) {
 }  // namespace
 
 Result<SceneryReport> write_scenery(const BucketPlan& plan, const std::string& folder, int threads,
-                                    const Progress& progress, const LandCover* cover) {
-  return SceneryMaker(plan, cover, folder, progress).make(threads);
+                                    const Progress& progress, const LandCover* cover, bool force) {
+  return SceneryMaker(plan, cover, folder, progress, force).make(threads);
 }
 
 std::string folder_index(Folder folder, std::span<const SceneryFile> files) {

@@ -80,6 +80,13 @@ std::vector<GeoRect> areas_of(const Surface& surface, const std::optional<GeoRec
   return areas;
 }
 
+std::unexpected<Error> too_many(int deepest) {
+  return fail(Errc::invalid_argument,
+              fmt::format("--lod {}: more than {} tiles; take a coarser level, or less with "
+                          "--bounds",
+                          deepest, kMostTiles));
+}
+
 /// Parents before their children, each once.
 Result<std::vector<Tile>> tiles_of(const std::vector<GeoRect>& areas, int deepest) {
   std::vector<Tile> all;
@@ -88,13 +95,10 @@ Result<std::vector<Tile>> tiles_of(const std::vector<GeoRect>& areas, int deepes
     // Level 0 has a tile for each geocell of about a degree, and each level four times as many.
     const double cells = (area.width() + 1) * (area.height() + 1);
     const double inside = area.width() * area.height() * std::exp2(2 * std::max(deepest, 0));
-    if (cells + inside > double(kMostTiles))
-      return fail(Errc::invalid_argument,
-                  fmt::format("--lod {}: more than {} tiles; take a coarser level, or less with "
-                              "--bounds",
-                              deepest, kMostTiles));
+    if (cells + inside > double(kMostTiles)) return too_many(deepest);
     for (const Tile& tile : tiles(area, deepest))
       if (seen.insert(path(tile)).second) all.push_back(tile);
+    if (all.size() > kMostTiles) return too_many(deepest);
   }
   std::ranges::stable_sort(all, {}, &Tile::lod);
   return all;

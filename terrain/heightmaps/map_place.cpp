@@ -171,6 +171,24 @@ int best_size(Engine engine, double posts, MapFit fit) {
   return best;
 }
 
+/// A spacing that was asked for, and no side of the engine's with it that is large (or small)
+/// enough.
+Result<void> check_fit(const MapOptions& o, const Extent& e, const MapPlace& map) {
+  if (o.cols > 0 || !o.spacing_m) return {};
+  const bool cover = o.fit == MapFit::cover;
+  const double side = cover ? std::max(e.width(), e.height()) : std::min(e.width(), e.height());
+  const double has = (map.cols - 1) * map.spacing_m;
+  if (cover ? has >= side * (1 - 1e-6) : has <= side * (1 + 1e-6)) return {};
+  return fail(
+      Errc::invalid_argument,
+      fmt::format(
+          "{} posts, {:.10g} m apart, are the {} there is, and {} the area of {:.6g} m: take a "
+          "--spacing of {} {:.6g} m, or another area with --bounds",
+          map.cols, map.spacing_m, cover ? "most" : "least",
+          cover ? "do not cover" : "do not lie inside", side, cover ? "at least" : "at most",
+          side / (map.cols - 1)));
+}
+
 void fit_posts(const MapOptions& o, const Extent& e, double finest, MapPlace& map) {
   const bool cover = o.fit == MapFit::cover;
   const double side = cover ? std::max(e.width(), e.height()) : std::min(e.width(), e.height());
@@ -198,6 +216,11 @@ double scale_error(const MapPlace& map) {
     }
   return most;
 }
+
+constexpr const char* kNoArea =
+    "the area has no width or no height, as one post has none: a heightmap needs two columns and "
+    "two "
+    "rows of posts";
 
 /// What to do where the map's own projection, made for a place like any other, is none for the
 /// area: around a pole its west and east are not where a polar DEM's are.
@@ -257,6 +280,10 @@ RasterLattice MapPlace::lattice() const {
 
 Result<MapPlace> place_map(const Surface& surface, const MapOptions& options) {
   if (auto ok = check(options); !ok) return std::unexpected(ok.error());
+  // By its columns and rows: a parallel is curved, so that one row has a height of a hair on a map.
+  if (const DemSource* dem = surface.only();
+      dem && std::min(dem->info().cols, dem->info().rows) < 2)
+    return fail(Errc::invalid_argument, kNoArea);
   const Outline outline = outline_of(surface, options.area);
   auto crs = crs_of(options, middle_of(outline));
   if (!crs) return std::unexpected(crs.error());
@@ -273,10 +300,10 @@ Result<MapPlace> place_map(const Surface& surface, const MapOptions& options) {
         Errc::invalid_argument,
         options.fit == MapFit::inside
             ? "no square lies inside the area, as it is turned: take --fit cover, or " + what_else
-            : "the area has no width or no height, as one post has none: a heightmap needs two "
-              "columns and two rows of posts");
+            : kNoArea);
   map.middle = {(e.west + e.east) / 2, (e.south + e.north) / 2};
   fit_posts(options, e, finest_m(surface), map);
+  if (const auto ok = check_fit(options, e, map); !ok) return std::unexpected(ok.error());
   map.scale_error = scale_error(map);
   return map;
 }

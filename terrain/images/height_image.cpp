@@ -74,6 +74,7 @@ class ImageRows {
     std::erase_if(empty_, [&](int x) { return !lattice_.may_fill(lattice_.centre_of(x, row)); });
     if (empty_.empty()) return;
     std::vector<Geographic> centres;
+    centres.reserve(empty_.size());
     for (const int x : empty_) centres.push_back(lattice_.centre_of(x, row));
     std::vector<double> filled(centres.size());
     lattice_.field().filled(centres, filled);
@@ -113,6 +114,8 @@ bool has_image(const Surface& surface, web_mercator::Tile tile) {
     return std::ranges::any_of(info.extents, [&](const GeoRect& e) { return e.overlaps(rect); });
   });
 }
+
+bool has_images(const Surface& surface) { return has_image(surface, {0, 0, 0}); }
 
 Result<HeightImage> height_image(const Surface& surface, web_mercator::Tile tile, int pixels,
                                  std::stop_token stop) {

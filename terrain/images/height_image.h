@@ -30,6 +30,9 @@ int deepest_image_level(const Surface&);
 
 /// Can there be posts in it? Decides which tiles exist, without reading any.
 bool has_image(const Surface&, web_mercator::Tile);
+/// Whether there are any: the map ends at 85.05 degrees, so of what lies around a pole there are
+/// none.
+bool has_images(const Surface&);
 
 /// A pixel is the mean of H at n x n places spread evenly over it, those without a height left out:
 /// n so that they are as dense as the posts of the finest layer there, at most 8. With n = 1 that

@@ -69,12 +69,50 @@ std::optional<NamedTile> tile_named(const fs::path& below) {
   return NamedTile{*tile, *format};
 }
 
+constexpr int kAreaLevel = 5;
+constexpr const char* kArea = "area";  // "5/31/17 5/0/17 ": of that level, or of the deepest
+
+std::string word(const proto::TileJson& of, std::string_view name) {
+  const auto found = std::ranges::find(of.words, name, &std::pair<std::string, std::string>::first);
+  return found == of.words.end() ? std::string() : found->second;
+}
+
+/// Which tiles of a coarse level there are: bounds around both ends of the map are all of it.
+std::string area_of(const ImageSource& source) {
+  const int level = std::min(kAreaLevel, source.description.maxzoom);
+  std::string text;
+  for (const web_mercator::Tile& t : image_tiles(source, level, level))
+    text += fmt::format("{}/{}/{} ", t.level, t.x, t.y);
+  return text;
+}
+
+/// Can images of that area (empty: not known) be in the tile?
+bool is_in(const std::string& area, web_mercator::Tile tile) {
+  for (std::size_t at = 0; at < area.size(); at = area.find(' ', at) + 1) {
+    web_mercator::Tile one{};
+    const char* const end = area.data() + area.size();
+    const auto [slash, no_level] = std::from_chars(area.data() + at, end, one.level);
+    if (no_level != std::errc() || slash == end) return true;
+    const auto [second, no_x] = std::from_chars(slash + 1, end, one.x);
+    if (no_x != std::errc() || second == end) return true;
+    const auto [rest, no_y] = std::from_chars(second + 1, end, one.y);
+    if (no_y != std::errc() || one.level < 0 || one.level > 31) return true;
+    const int shared = std::min(one.level, tile.level);
+    if (one.x >> (one.level - shared) == tile.x >> (tile.level - shared) &&
+        one.y >> (one.level - shared) == tile.y >> (tile.level - shared))
+      return true;
+    if (area.find(' ', at) == area.npos) return true;
+  }
+  return area.empty();
+}
+
 /// Can a build with that record have made it?
 bool says(const proto::TileJson& record, const NamedTile& t) {
   const auto& [west, south, east, north] = record.bounds;
   return t.tile.level >= record.minzoom && t.tile.level <= record.maxzoom &&
          name_of(t.format) == record.format &&
-         web_mercator::rect(t.tile).overlaps({west, south, east, north});
+         web_mercator::rect(t.tile).overlaps({west, south, east, north}) &&
+         is_in(word(record, kArea), t.tile);
 }
 
 void add_tiles(const ImageSource& source, web_mercator::Tile tile, int first, int last,
@@ -124,6 +162,7 @@ class ImageFolder {
   Result<void> remove_tiles(const Which&);
   Result<void> put(web_mercator::Tile);
   Result<void> put_all(const std::vector<web_mercator::Tile>&);
+  bool is_whole(int level) const;
 };
 
 proto::TileJson ImageFolder::description() const {
@@ -142,6 +181,7 @@ proto::TileJson ImageFolder::record() const {
   json.minzoom = description().minzoom, json.maxzoom = description().maxzoom;
   json.accuracy.clear();  // which changes no tile
   json.words.emplace_back("source", source_.version);
+  json.words.emplace_back(kArea, area_of(source_));
   json.numbers.emplace_back("epoch", kEpoch);
   return json;
 }
@@ -156,11 +196,6 @@ bool ImageFolder::makes(const NamedTile& t) const {
 /// What two folders' records differ in, for a person; empty: nothing that tiles depend on.
 std::string differences(const Result<proto::TileJson>& was, const proto::TileJson& is) {
   if (!was) return std::string(kImagesRecord + 1) + " in it is damaged";
-  const auto word = [](const proto::TileJson& of, std::string_view name) {
-    const auto found =
-        std::ranges::find(of.words, name, &std::pair<std::string, std::string>::first);
-    return found == of.words.end() ? std::string() : found->second;
-  };
   // Heights have an encoding, pictures a style.
   const auto shown = [&](const proto::TileJson& of) {
     return of.encoding.empty() ? word(of, "style") : of.encoding;
@@ -181,8 +216,14 @@ std::string differences(const Result<proto::TileJson>& was, const proto::TileJso
   if (of(*was) != of(is)) all.push_back("they are of " + of(*was) + ", not of " + of(is));
   if (word(*was, "source") != word(is, "source"))
     all.push_back("their source is another, has changed or is read with other options");
+  const auto words = [](const proto::TileJson& of) {
+    auto rest = of.words;
+    std::erase_if(rest,
+                  [](const auto& one) { return one.first == kArea; });  // older ones have none
+    return rest;
+  };
   if (all.empty() &&
-      (was->words != is.words || was->numbers != is.numbers || was->tile_size != is.tile_size))
+      (words(*was) != words(is) || was->numbers != is.numbers || was->tile_size != is.tile_size))
     all.push_back("another version of tind made them");
   return fmt::format("{}", fmt::join(all, "; "));
 }
@@ -282,16 +323,28 @@ Result<void> ImageFolder::put_all(const std::vector<web_mercator::Tile>& tiles) 
   return {};
 }
 
+/// Of an earlier run with the same record: images have their names when they are whole.
+bool ImageFolder::is_whole(int level) const {
+  const auto tiles = image_tiles(source_, level, level);
+  std::error_code none;
+  return !tiles.empty() && std::ranges::all_of(tiles, [&](const web_mercator::Tile& tile) {
+    return fs::is_regular_file(
+        fs::symlink_status(folder_ + "/" + path_of(tile, source_.format), none));
+  });
+}
+
 Result<ImageFolderReport> ImageFolder::make() {
   if (auto done = files_.make_folder(folder_); !done) return std::unexpected(done.error());
   const auto lock = FolderLock::take(folder_);
   if (!lock) return std::unexpected(lock.error());
   if (auto done = claim(); !done) return std::unexpected(done.error());
-  const proto::TileJson json = description();
+  proto::TileJson json = description();
   const auto tiles = image_tiles(source_, json.minzoom, json.maxzoom);
   report_.tiles = tiles.size();
   if (auto done = put_all(tiles); !done) return std::unexpected(done.error());
   if (auto done = files_.sync_all(folder_); !done) return std::unexpected(done.error());
+  while (json.minzoom > 0 && is_whole(json.minzoom - 1)) --json.minzoom;
+  while (json.maxzoom < source_.description.maxzoom && is_whole(json.maxzoom + 1)) ++json.maxzoom;
   if (auto done = write_whole_file(folder_ + kTiles, proto::encode_tile_json(json)); !done)
     return std::unexpected(done.error());
   return report_;

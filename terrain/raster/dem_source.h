@@ -95,7 +95,7 @@ struct DemInfo {
   Affine post_to_crs;  // identity with y = -row where the file has no geotransform
   CrsKind crs_kind = CrsKind::none;
   std::string crs_wkt, crs_name;  // WKT 2 of the horizontal part, full name; empty without a CRS
-  double crs_unit_m = 1;          // metres per crs unit (projected); 1 for geographic or none
+  double crs_unit_m = 1;          // metres per CRS unit (projected, local); 1 for geographic
   double z_unit_m = 1;            // metres per unit of the raster's heights (after scale/offset)
   VerticalDatum datum = VerticalDatum::unknown;  // of the heights that read() returns
   VerticalDatum source_datum = VerticalDatum::unknown;
@@ -138,8 +138,9 @@ struct DemInfo {
 
 /// A value that customarily means no data, but is not declared: its posts count as heights.
 struct UndeclaredNodata {
-  double value = 0;         // as it stands in the file
-  std::uint64_t posts = 0;  // among those read
+  double value = 0;                // as it stands in the file
+  std::uint64_t posts = 0;         // among those read
+  std::vector<std::size_t> files;  // of DemInfo::files, those that have them
 };
 
 class DemSource {

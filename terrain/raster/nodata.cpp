@@ -6,6 +6,7 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <set>
 
 namespace tind {
 
@@ -49,17 +50,18 @@ std::string undeclared_nodata_text(const DemSource& dem) {
   const auto found = dem.undeclared_nodata();
   if (found.empty()) return {};
   std::string counts, values = dem.info().nodata_said;
+  std::set<std::size_t> having;
   for (const UndeclaredNodata& one : found) {
+    having.insert(one.files.begin(), one.files.end());
     counts += fmt::format("{}{} {} {}", counts.empty() ? "" : ", ", one.posts,
                           one.posts == 1 ? "post is" : "posts are", one.value);
     values += fmt::format("{}{}", values.empty() ? "" : ",", one.value);
   }
-  const auto& files = dem.info().files;
   return fmt::format(
       "{}{}: {}, taken for heights, since the file does not say that this means no data; if it "
       "does: --nodata {}",
-      files.front(), files.size() > 1 ? fmt::format(" and {} more", files.size() - 1) : "", counts,
-      values);
+      dem.info().files[having.empty() ? 0 : *having.begin()],
+      having.size() > 1 ? fmt::format(" and {} more", having.size() - 1) : "", counts, values);
 }
 
 }  // namespace tind

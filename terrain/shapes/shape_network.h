@@ -8,7 +8,7 @@
 #include "terrain/base/result.h"
 #include "terrain/geo/coordinates.h"
 #include "terrain/mesh/constrained_delaunay.h"
-#include "terrain/raster/gdal/vector_source.h"
+#include "terrain/raster/gdal/vectors/vector_source.h"
 #include "terrain/shapes/area_set.h"
 
 namespace tind {

@@ -235,6 +235,8 @@ class ShapesBuilder {
     DemOptions options;
     const std::string files[] = {path};
     auto raster = DemSource::open(files, options);
+    if (!raster && raster.error().what.find("not a raster") == std::string::npos)
+      return std::unexpected(raster.error());
     if (!raster) return read;
     if ((*raster)->info().crs_kind == CrsKind::none)
       return fail(Errc::bad_data, path + ": a raster without CRS cannot say where water is");

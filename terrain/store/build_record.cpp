@@ -137,6 +137,14 @@ bool LayerRecord::continues(const LayerRecord& other) const {
          std::abs(corner.y - std::round(corner.y)) <= kWholePost;
 }
 
+bool LayerRecord::meets(const LayerRecord& o) const {
+  const auto own = extents.empty() ? std::vector{bounds} : extents;
+  const auto others = o.extents.empty() ? std::vector{o.bounds} : o.extents;
+  return std::ranges::any_of(own, [&](const GeoRect& a) {
+    return std::ranges::any_of(others, [&](const GeoRect& b) { return a.overlaps(b); });
+  });
+}
+
 bool LayerRecord::same_lattice(const LayerRecord& o) const {
   return crs == o.crs && post_to_crs == o.post_to_crs && plain == o.plain && wraps == o.wraps &&
          period_cols == o.period_cols && rounding_m == o.rounding_m;
@@ -159,8 +167,9 @@ bool may_update(const BuildRecord& a, const BuildRecord& b) {
       (a.last_level != b.last_level && !(whole(a) && whole(b))))
     return false;
   return std::ranges::any_of(a.layers, [&](const LayerRecord& layer) {
-    return std::ranges::any_of(b.layers,
-                               [&](const LayerRecord& other) { return layer.continues(other); });
+    return std::ranges::any_of(b.layers, [&](const LayerRecord& other) {
+      return layer.continues(other) && layer.meets(other);
+    });
   });
 }
 

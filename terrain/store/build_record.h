@@ -28,6 +28,8 @@ struct LayerRecord {
 
   /// The same grid, continued: same CRS and steps, posts at the same places.
   bool continues(const LayerRecord&) const;
+  /// Is there a place that both have posts around?
+  bool meets(const LayerRecord&) const;
   /// Its posts are numbered from the same corner, too, and placed by the same arithmetic.
   bool same_lattice(const LayerRecord&) const;
 };
@@ -61,7 +63,7 @@ struct BuildRecord {
 };
 
 /// Can tiles of the one become tiles of the other by an update: are they made alike, of surfaces
-/// that have the grid of a layer in common?
+/// that have the grid of a layer in common, and some of its ground?
 bool may_update(const BuildRecord& from, const BuildRecord& to);
 
 /// The text that is kept: the same record, the same text.

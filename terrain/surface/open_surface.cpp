@@ -160,6 +160,7 @@ Result<Surface> shaped_surface(Surface surface, const ShapeFiles& files) {
   if (!files.any()) return surface;
   std::vector<SurfaceLayer> layers(surface.layers().begin(), surface.layers().end());
   std::vector<std::shared_ptr<const DemSource>> sources;
+  sources.reserve(layers.size());
   for (const SurfaceLayer& layer : layers) sources.push_back(layer.source);
   const auto shapes = SurfaceShapes::make(sources, files);
   if (!shapes) return std::unexpected(shapes.error());

@@ -7,7 +7,7 @@ import {along, geodesic, localFrame, pathMetres, polygonArea, sightLine} from ".
 import {acrossOf, axes, extentOf, eyeClearOf, eyeThatFits, homeOf} from "../../server/viewer/globe/home.js";
 import {areaText, contourInterval, lengthText, roundLength, ticks} from "../../server/viewer/globe/legend.js";
 import {linkOf, viewOf} from "../../server/viewer/globe/link.js";
-import {factsOf, isShowable, ownFacts} from "../../server/viewer/globe/cards.js";
+import {factsOf, isShowable, oneSource, ownFacts} from "../../server/viewer/globe/cards.js";
 import {DEPTHS, heightScale, heightStops, TINTS, tintTop, washed} from "../../server/viewer/globe/material.js";
 import {objOf} from "../../server/viewer/globe/mesh_file.js";
 import {rasterise} from "../../server/viewer/globe/mesh_raster.js";
@@ -76,6 +76,19 @@ test("of a dataset that failed, or has no tiles, nothing is said that is not so"
   assert.deepEqual([{state: "ready", max_level: 9}, {state: "reading", max_level: 0}, {state: "failed", max_level: 9}, {state: "ready"}].map(isShowable), [true, true, false, false]);
 });
 
+test("of layers the facts are those of all together", () => {
+  const layer = (columns, metres, datum) => ({columns, rows: 10, spacing_m: [metres, metres], datum, accuracy: {m: 4, kind: "LE90"}});
+  const layers = [layer(60, 350, "egm96"), layer(200, 420, "egm96")];
+  const facts = factsOf({box: [10, 45, 11, 46], source: {layers}, datum: "ellipsoid", max_level: 9, state: "ready"});
+  assert.ok(facts.includes("2 layers, 2,600 posts, the finest 350 m apart"), facts.join());
+  assert.ok(facts.includes("accuracy 4 m (LE90)"), facts.join());
+  assert.equal(oneSource({layers}).datum, "egm96");
+  assert.deepEqual(oneSource(oneSource({layers})), oneSource({layers}));
+  const mixed = oneSource({layers: [layer(60, 350, "egm96"), layer(60, 420, "ellipsoid")]});
+  assert.equal(mixed.datum, undefined, "layers that count from different things have no datum of their own");
+  assert.equal(oneSource(null), undefined);
+});
+
 test("a link that is cut or made up still opens", () => {
   for (const hash of ["", "#", "#view=1,2", "#view=1,95,3,4,5", "#view=NaN,0,0,0,0", "#mode=x&high=99&sun=1", "#beside=%E0%A4%A,x,y", "#=&&=="]) {
     const {camera, mode, exaggeration, sun} = viewOf(hash);
@@ -106,10 +119,23 @@ test("lengths and azimuths are Vincenty's, areas those of the ellipsoid", () => 
   // An octant is an eighth of the ellipsoid's 510,065,621.7 square kilometres.
   near(polygonArea([[0, 0], [90, 0], [90, 90], [0, 90]]) / 1e6, 510065621.724 / 8, 1);
   near(polygonArea([[179, 0], [-179, 0], [-179, 1], [179, 1]]), polygonArea([[0, 0], [2, 0], [2, 1], [0, 1]]), 1, "over the date line");
+  // A ring around a pole holds what lies within: with the belt up to it, half of the ellipsoid.
+  const ring = (lat) => [0, 90, 180, -90].map((lon) => [lon, lat]), belt = polygonArea([[0, 0], [90, 0], [90, 89], [0, 89]]) * 4;
+  for (const lat of [89, -89]) near((polygonArea(ring(lat)) + belt) / 1e6, 510065621.724 / 2, 1, `around the pole at ${lat}`);
+  near(polygonArea(ring(89).reverse()), polygonArea(ring(89)), 1, "the other way round");
   const steps = along([[0, 0], [0, 1], [1, 1]], 31);
   near(steps.at(-1).metres, pathMetres([[0, 0], [0, 1], [1, 1]]), 1e-6);
   near(steps.at(-1).lon, 1, 1e-12);
-  near(geodesic([steps[3].lon, steps[3].lat], [steps[4].lon, steps[4].lat]).metres, steps[4].metres - steps[3].metres, 20);
+  near(geodesic([steps[3].lon, steps[3].lat], [steps[4].lon, steps[4].lat]).metres, steps[4].metres - steps[3].metres, 1e-3);
+  // Places lie on the geodesic: their lengths from both ends add up to its own, also over a pole and at 60 degrees.
+  for (const [from, to] of [[[10, 60], [28, 60]], [[0, 89.9], [180, 89.9]], [[179, -45], [-170, 20]], [[5, 40], [5, 50]], [[3, 0], [9, 0]]]) {
+    const all = geodesic(from, to).metres;
+    for (const {lon, lat, metres} of along([from, to], 7)) {
+      near(geodesic(from, [lon, lat]).metres, metres, 1e-3, `${from} to ${to}`);
+      near(geodesic([lon, lat], to).metres, all - metres, 1e-3, `${from} to ${to}`);
+    }
+  }
+  assert.ok(along([[0, 0], [180, 0]], 5).every(({lon, lat}) => Number.isFinite(lon + lat)), "antipodes");
 });
 
 test("a line of sight ends behind a hill, and at the horizon", () => {
@@ -364,6 +390,15 @@ test("voids and the sea are told from the ground", async () => {
   for (const i of [5, 128, 250]) assert.equal(pixel(bent, i, 100)[2], SEA, "a sea that is level above the geoid");
 });
 
+test("beyond the images' last latitude nothing is said to be missing: the mesh's own is taken", async () => {
+  const bounds = [10, 84, 11, 85.0511], none = new SourceHeights({bounds, box: {west: 10, south: 84, east: 11, north: 90}, deepest: 7, load: async () => undefined});
+  const rectangle = {west: 10, south: 84, east: 11, north: 88};
+  for (const bytes of [await reliefTile(none, rectangle, 7, {scale: SCALE}), await contourTile(none, rectangle, 7, {scale: SCALE, interval: 200})]) {
+    assert.equal(bytes[2], GROUND, "at 88 degrees");
+    assert.equal(bytes.at(-2), VOID, "at 84 degrees, where there is an image without heights");
+  }
+});
+
 test("beside a void the slope is that of the ground, whatever the void is filled with", async () => {
   const slope = 0.4 * eastward(45.4), hole = (lon, lat) => lon > 10.3 && lon < 10.5 && lat > 45.3 && lat < 45.5;
   const source = sourceWith((lon, lat) => (hole(lon, lat) ? 3900 : slope * (lon - 10)), (lon, lat) => !hole(lon, lat));
@@ -396,6 +431,11 @@ test("a tile's heights at a lattice are those of its triangles", () => {
     if (one === undefined) assert.ok(Number.isNaN(found));
     else near(found, one, 1e-6, `${x} ${y}`);
   }));
+});
+
+test("a triangle without area hides none of those beside it", () => {
+  const mesh = {u: [0, 0, 0, 32767, 0], v: [0, 0, 0, 0, 32767], h: [0, 0, 0, 32767, 0], indices: [0, 1, 2, 0, 3, 4], minHeight: 0, maxHeight: 100};
+  near(heightInTile(mesh, 0.25, 0.25), 25, 0.01);
 });
 
 test("the error is mesh minus source, with its sign, nothing hidden and no gap", async () => {
@@ -453,10 +493,10 @@ test("labels leave room for each other, the nearest first", () => {
 });
 
 test("a line across the antimeridian goes the short way, in either direction", () => {
-  const lons = (...path) => along(path.map((lon) => [lon, -17]), 5).map(({lon}) => Number(((lon + 360) % 360).toFixed(6))); // 180 is -180
+  const lons = (...path) => along(path.map((lon) => [lon, -17]), 5).map(({lon}) => Number(((Number(lon.toFixed(3)) + 360) % 360).toFixed(3))); // 180 is -180
   assert.deepEqual(lons(179.8, -179.8), [179.8, 179.9, 180, 180.1, 180.2]);
   assert.deepEqual(lons(-179.8, 179.8), [180.2, 180.1, 180, 179.9, 179.8]);
-  assert.deepEqual(lons(-10, 10), [350, 355, 0, 5, 10]);
+  assert.deepEqual(lons(-1, 1), [359, 359.5, 0, 0.5, 1]);
 });
 
 test("a profile counts climb, fall, what is beyond the bound, and leaves gaps open", () => {

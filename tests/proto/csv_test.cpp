@@ -43,5 +43,11 @@ TEST(Csv, ColumnsOfPlacesHaveManyNames) {
   EXPECT_EQ(PlaceColumns::in(both, false)->x, 1u);
 }
 
+TEST(Csv, NoColumnIsThereTwice) {
+  EXPECT_EQ(why_no_columns("id,lon,lat", "height_m,coverage"), "");
+  EXPECT_EQ(why_no_columns("id,lon,lat,\"coverage\"", "height_m,coverage"),
+            "has a column coverage already: rename it, or leave it out");
+}
+
 }  // namespace
 }  // namespace tind::csv

@@ -17,6 +17,68 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 bool on_earth(const Geographic& p) { return std::abs(p.lon) <= 540 && std::abs(p.lat) <= 90; }
 
+/// The same place of a circle, that which is nearest to another.
+double near(double x, double other, double turn) {
+  return turn > 0 && std::isfinite(x) ? x + turn * std::round((other - x) / turn) : x;
+}
+
+double turn_of(const std::string& name, const CrsPoints& system) {
+  if (name == "EPSG:3857") return web_mercator::kEarthM;
+  if (!system.geographic()) return 0;
+  const Geographic degree[] = {{0, 0}, {1, 0}};  // in degrees or in grads
+  Vec2 points[2];
+  system.from_geographic(degree, points);
+  if (!system.east_first())
+    for (Vec2& p : points) std::swap(p.x, p.y);
+  return points[1].x - points[0].x > 1.05 ? 400 : 360;
+}
+
+bool contains(const CrsBox& box, Vec2 p) {
+  return p.x >= box.west && p.x <= box.east && p.y >= box.south && p.y <= box.north;
+}
+
+/// Whether it holds the pole of a sign. (Of degrees no box does: the rim is the pole then.)
+bool holds_pole(const CrsBox& box, const AskedCrs& crs, int sign) {
+  if (crs.turn() > 0) return false;
+  const Geographic pole[] = {{0, sign * 90.}};
+  Vec2 point;
+  crs.from_geographic(pole, {&point, 1});
+  return std::isfinite(point.x) && std::isfinite(point.y) && contains(box, point);
+}
+
+/// Places on its rim whose longitudes go on across the antimeridian.
+std::vector<Geographic> rim_of(const CrsBox& box, const AskedCrs& crs) {
+  std::vector<Vec2> points = {{(box.west + box.east) / 2, (box.south + box.north) / 2}};
+  for (const Geographic& p : outline_of({box.west, box.south, box.east, box.north}))
+    points.push_back({p.lon, p.lat});
+  auto where = crs.to_geographic(points);
+  const double middle = where[0].lon;
+  for (std::size_t i = 0; i < where.size(); ++i)
+    where[i].lon =
+        near(where[i].lon, crs.turn() > 0 ? points[i].x * 360 / crs.turn() : middle, 360);
+  where.erase(where.begin());
+  std::erase_if(where, [](const Geographic& p) { return std::isnan(p.lon); });
+  return where;
+}
+
+/// Around places whose longitudes go on; nothing where there are none in it.
+std::optional<CrsBox> box_around(const AskedCrs& crs, std::vector<Geographic> places) {
+  crs.keep_on_map(places);
+  std::vector<Vec2> points(places.size());
+  crs.from_geographic(places, points);
+  const double turn = crs.turn();
+  CrsBox box{HUGE_VAL, HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vec2 p{near(points[i].x, places[i].lon * turn / 360, turn), points[i].y};
+    if (std::isfinite(p.x) && std::isfinite(p.y))
+      box = {std::min(box.west, p.x), std::min(box.south, p.y), std::max(box.east, p.x),
+             std::max(box.north, p.y)};
+  }
+  if (!(box.west < box.east) || !(box.south < box.north)) return {};
+  if (turn > 0 && box.west < -turn / 2 * (1 + 1e-9)) box.west += turn, box.east += turn;
+  return box;
+}
+
 }  // namespace
 
 Result<AskedCrs> AskedCrs::make(const std::string& name, const DatasetFacts& facts) {
@@ -27,6 +89,7 @@ Result<AskedCrs> AskedCrs::make(const std::string& name, const DatasetFacts& fac
   auto system =
       CrsPoints::make(name, within_first_turn({(b.west + b.east) / 2, (b.south + b.north) / 2}));
   if (!system) return std::unexpected(system.error());
+  made.turn_ = turn_of(name, **system);
   made.system_ = std::move(*system);
   return made;
 }
@@ -79,16 +142,21 @@ Vec2 AskedCrs::point(std::array<double, 2> p) const {
 Result<CrsBox> AskedCrs::box(std::array<double, 4> b) const {
   const Vec2 low = point({b[0], b[1]}), high = point({b[2], b[3]});
   CrsBox box{low.x, low.y, high.x, high.y};
-  const bool degrees = name_ == "CRS84" || name_ == "EPSG:4326";
-  if (degrees && box.west > box.east) box.east += 360;
+  const bool degrees = geographic();
+  if (degrees && box.west > box.east) box.east += turn_;
   if (!(box.west < box.east) || !(box.south < box.north))
     return fail(Errc::invalid_argument,
                 "must be the least of both axes, then the most, in the order of the axes of " +
                     name_ + (east_first() ? " (east first)" : " (north first)"));
-  const bool whole = !degrees || (box.west >= -360 && box.east <= 540 && box.width() <= 360 &&
-                                  box.south >= -90 && box.north <= 90);
-  if (!whole) return fail(Errc::invalid_argument, "must be longitudes and latitudes, degrees");
+  if (!is_on_globe(box))
+    return fail(Errc::invalid_argument, std::string("must be longitudes and latitudes, ") +
+                                            (turn_ == 400 ? "grads" : "degrees"));
   return box;
+}
+
+bool AskedCrs::is_on_globe(const CrsBox& box) const {
+  return !geographic() || (box.west >= -turn_ && box.east <= 1.5 * turn_ && box.width() <= turn_ &&
+                           box.south >= -turn_ / 4 && box.north <= turn_ / 4);
 }
 
 Vec2 ground_m(const AskedCrs& crs, const CrsBox& box) {
@@ -106,27 +174,34 @@ Vec2 ground_m(const AskedCrs& crs, const CrsBox& box) {
   return {apart(at[0], at[1]) / kShare, apart(at[0], at[2]) / kShare};
 }
 
-CrsBox with_posts_inside(const CrsBox& box, Vec2 ground, Vec2 spacing_m) {
+std::optional<CrsBox> box_in(const CrsBox& box, const AskedCrs& from, const AskedCrs& to) {
+  if (from.name() == to.name()) return box;
+  auto around = box_around(to, rim_of(box, from));
+  for (const int sign : {1, -1}) {
+    if (!around || !to.geographic() || !holds_pole(box, from, sign)) continue;
+    around->west = -to.turn() / 2, around->east = to.turn() / 2;
+    (sign > 0 ? around->north : around->south) = sign * to.turn() / 4;
+  }
+  return around;
+}
+
+CrsBox with_posts_inside(const AskedCrs& crs, const CrsBox& box, Vec2 ground, Vec2 spacing_m) {
   const double x = box.width() / std::max(1., std::round(ground.x / spacing_m.x)) / 2;
   const double y = box.height() / std::max(1., std::round(ground.y / spacing_m.y)) / 2;
-  return {box.west - x, box.south - y, box.east + x, box.north + y};
+  CrsBox posts{box.west - x, box.south - y, box.east + x, box.north + y};
+  if (!crs.geographic()) return posts;
+  // Around the globe the first column and the one behind the last are the same.
+  posts.east = std::min(posts.east, posts.west + crs.turn());
+  const double pole = crs.turn() / 4;
+  posts.south = std::max(posts.south, -pole), posts.north = std::min(posts.north, pole);
+  return posts;
 }
 
 Result<CrsBox> box_of(const AskedCrs& crs, const DatasetFacts& facts) {
   const GeoRect& b = facts.box;
   if (crs.name() == "CRS84") return CrsBox{b.west, b.south, b.east, b.north};
-  std::vector<Geographic> rim = outline_of(b);
-  crs.keep_on_map(rim);
-  std::vector<Vec2> points(rim.size());
-  crs.from_geographic(rim, points);
-  CrsBox box{HUGE_VAL, HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
-  for (const Vec2& p : points)
-    if (std::isfinite(p.x) && std::isfinite(p.y))
-      box = {std::min(box.west, p.x), std::min(box.south, p.y), std::max(box.east, p.x),
-             std::max(box.north, p.y)};
-  if (!(box.west < box.east) || !(box.south < box.north))
-    return fail(Errc::invalid_argument, crs.name() + " has no places where this dataset lies");
-  return box;
+  if (const auto box = box_around(crs, outline_of(b))) return *box;
+  return fail(Errc::invalid_argument, crs.name() + " has no places where this dataset lies");
 }
 
 std::optional<std::array<double, 4>> four_numbers(std::string_view text) {

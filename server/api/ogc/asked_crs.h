@@ -47,26 +47,38 @@ class AskedCrs {
   /// square, at 85.06 degrees; the poles are infinitely far away.
   void keep_on_map(std::span<Geographic> places) const;
 
+  /// What x grows by once around the globe, where it does so at any latitude: of degrees (or grads)
+  /// and of Web Mercator; 0 of others.
+  double turn() const { return turn_; }
+
   /// Two numbers as they stand in a request, in the order of the authority's axes.
   Vec2 point(std::array<double, 2> as_written) const;
   /// Four numbers as they stand in a request: the least of both axes, then the most.
   /// invalid_argument where it is no rectangle; of degrees, west may be greater than east.
   Result<CrsBox> box(std::array<double, 4> as_written) const;
+  /// Of degrees: no wider than a turn, not beyond the poles.
+  bool is_on_globe(const CrsBox&) const;
 
  private:
   std::string name_;
   std::shared_ptr<const CrsPoints> system_;  // null: CRS84
+  double turn_ = 360;
 };
 
 /// Ground lengths of a rectangle, metres, by what a small step is worth in its middle. 0 where that
 /// is no place.
 Vec2 ground_m(const AskedCrs&, const CrsBox&);
 
+/// The box in `to` around places on the rim of one in `from`, beyond the antimeridian where that
+/// is; nothing where there are none.
+std::optional<CrsBox> box_in(const CrsBox&, const AskedCrs& from, const AskedCrs& to);
+
 /// Half a post wider on each side: the middles of as many pixels as there are posts are the posts.
 /// `ground`: ground_m() of the box.
-CrsBox with_posts_inside(const CrsBox&, Vec2 ground, Vec2 spacing_m);
+/// No wider than a turn, and not beyond the poles.
+CrsBox with_posts_inside(const AskedCrs&, const CrsBox&, Vec2 ground, Vec2 spacing_m);
 
-/// Where the dataset lies, in that system: the box around places on its rim.
+/// Where the dataset lies, in that system.
 Result<CrsBox> box_of(const AskedCrs&, const DatasetFacts&);
 
 /// "7,46,8,47", or six numbers, of which the heights are dropped; nothing for what else there is.

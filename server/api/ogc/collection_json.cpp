@@ -10,6 +10,8 @@
 
 #include "server/api/crs_name.h"
 #include "server/api/ogc/asked_crs.h"
+#include "terrain/geo/web_mercator.h"
+#include "terrain/images/height_image.h"
 #include "terrain/raster/crs_code.h"
 #include "terrain/raster/datums.h"
 
@@ -74,15 +76,14 @@ void add_grid(Ordered& json, const ServedDataset& dataset, const DatasetFacts& f
   const DemInfo& info = dataset.source->info();
   const auto crs = AskedCrs::make("CRS84", facts);
   const CrsBox posts{facts.box.west, facts.box.south, facts.box.east, facts.box.north};
-  const Vec2 ground = ground_m(*crs, posts), spacing{info.spacing_x_m, info.spacing_y_m};
-  const CrsBox box = with_posts_inside(posts, ground, spacing);
+  const Vec2 spacing{info.spacing_x_m, info.spacing_y_m};
+  const CrsBox box = with_posts_inside(*crs, posts, ground_m(*crs, posts), spacing);
+  const Vec2 ground = ground_m(*crs, box);  // as the coverage itself counts its pixels
   const auto axis = [](const char* label, double low, double high, double steps) {
-    return Ordered{{"type", "RegularAxis"},
-                   {"axisLabel", label},
-                   {"lowerBound", low},
-                   {"upperBound", high},
-                   {"uomLabel", "deg"},
-                   {"resolution", (high - low) / (std::max(1., std::round(steps)) + 1)}};
+    return Ordered{
+        {"type", "RegularAxis"}, {"axisLabel", label},
+        {"lowerBound", low},     {"upperBound", high},
+        {"uomLabel", "deg"},     {"resolution", (high - low) / std::max(1., std::round(steps))}};
   };
   json["domainSet"] = {{"type", "DomainSet"},
                        {"generalGrid",
@@ -106,7 +107,8 @@ Ordered links_of(const Asked& asked, const ServedDataset& dataset, const std::st
                        const char* title) { links.push_back(link(asked, to, rel, type, title)); };
   if (dataset.tiles) add(base + "/tiles", kRelTilesetsCoverage, kJson, "tiles of meshes");
   if (dataset.source) {
-    add(base + "/tiles", kRelTilesetsMap, kJson, "tiles of maps: hillshade, slope, heights");
+    if (has_images(*dataset.source))
+      add(base + "/tiles", kRelTilesetsMap, kJson, "tiles of maps: hillshade, slope, heights");
     add(base + "/coverage?f=tif", kRelCoverage, "image/tiff; application=geotiff",
         "the heights as GeoTIFF");
     add(base + "/coverage?f=png", kRelCoverage, "image/png", "the heights as PNG of 16 bits");
@@ -144,7 +146,8 @@ Ordered collection_json(const Asked& asked, const ServedDataset& dataset, bool w
   if (!facts.attribution.empty()) json["attribution"] = facts.attribution;
   json["keywords"] = {"terrain", "elevation"};
   json["extent"] = extent_of(facts);
-  std::vector<std::string> crs = {kCrs84, crs_uri("EPSG:4326"), crs_uri("EPSG:3857")};
+  std::vector<std::string> crs = {kCrs84, crs_uri("EPSG:4326")};
+  if (facts.box.overlaps(web_mercator::rect({0, 0, 0}))) crs.push_back(crs_uri("EPSG:3857"));
   if (!storage.empty() && std::ranges::find(crs, storage) == crs.end()) crs.push_back(storage);
   json["crs"] = crs;
   if (!storage.empty()) json["storageCrs"] = storage;

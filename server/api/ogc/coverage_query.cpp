@@ -135,22 +135,10 @@ void read_size(const http::QueryNumbers& read, CoverageQuery& q, std::vector<Wro
   }
 }
 
-/// The rectangle of the answer's system around places along the rim of another's.
-std::expected<CrsBox, Wrong> box_in(const CrsBox& box, const AskedCrs& from, const AskedCrs& to) {
-  if (from.name() == to.name()) return box;
-  const auto rim = outline_of({box.west, box.south, box.east, box.north});
-  std::vector<Vec2> points;
-  for (const Geographic& p : rim) points.push_back({p.lon, p.lat});
-  auto where = from.to_geographic(points);
-  std::erase_if(where, [](const Geographic& p) { return std::isnan(p.lon); });
-  to.keep_on_map(where);
-  to.from_geographic(where, std::span(points).first(where.size()));
-  CrsBox out{HUGE_VAL, HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
-  for (std::size_t i = 0; i < where.size(); ++i)
-    if (std::isfinite(points[i].x) && std::isfinite(points[i].y))
-      out = {std::min(out.west, points[i].x), std::min(out.south, points[i].y),
-             std::max(out.east, points[i].x), std::max(out.north, points[i].y)};
-  if (out.width() > 0 && out.height() > 0) return out;
+/// The rectangle of the answer's system around another's.
+std::expected<CrsBox, Wrong> window_in(const CrsBox& box, const AskedCrs& from,
+                                       const AskedCrs& to) {
+  if (const auto found = box_in(box, from, to)) return *found;
   return std::unexpected(Wrong{"bbox", "has no places in " + to.name()});
 }
 
@@ -160,22 +148,21 @@ std::expected<CrsBox, Wrong> box_asked(const CoverageQuery& q, const AskedCrs& b
   if (q.bbox) {
     const auto box = bbox_crs.box(*q.bbox);
     if (!box) return std::unexpected(Wrong{"bbox", box.error().what});
-    return box_in(*box, bbox_crs, crs);
+    return window_in(*box, bbox_crs, crs);
   }
   const auto whole = [&](const AskedCrs& in, const char* name) -> std::expected<CrsBox, Wrong> {
     const auto all = box_of(in, facts);
     if (!all) return std::unexpected(Wrong{name, all.error().what});
-    CrsBox posts = with_posts_inside(*all, ground_m(in, *all), spacing_m);
-    // Around the globe the first column and the one behind the last are the same.
-    if (in.geographic()) posts.east = std::min(posts.east, posts.west + 360);
-    return posts;
+    return with_posts_inside(in, *all, ground_m(in, *all), spacing_m);
   };
   if (!q.subset_x && !q.subset_y) return whole(crs, "crs");
   auto box = whole(bbox_crs, "bbox-crs");
   if (!box) return std::unexpected(box.error());
   if (q.subset_x) box->west = q.subset_x->first, box->east = q.subset_x->second;
   if (q.subset_y) box->south = q.subset_y->first, box->north = q.subset_y->second;
-  return box_in(*box, bbox_crs, crs);
+  if (!bbox_crs.is_on_globe(*box))
+    return std::unexpected(Wrong{"subset", "must be longitudes and latitudes"});
+  return window_in(*box, bbox_crs, crs);
 }
 
 /// Pixels along both sides; not whole, and perhaps too many.
@@ -230,14 +217,15 @@ std::expected<CoverageWindow, http::ParameterProblem> coverage_window(const Cove
 std::optional<CoverageWindow> own_grid(const CoverageQuery& q, const AskedCrs& crs,
                                        const DemInfo& info) {
   const Affine& a = info.post_to_crs;
-  const bool upright = a.x_row == 0 && a.y_col == 0 && a.x_col > 0 && a.y_row < 0;
+  const bool upright = a.x_row == 0 && a.y_col == 0;
   const bool all = !q.bbox && !q.subset_x && !q.subset_y && q.width == 0 && q.height == 0;
   if (!all || !upright || info.crs_kind != CrsKind::projected ||
       double(info.cols) * double(info.rows) > kMostTextPixels)
     return {};
-  const double west = a.x0 - a.x_col / 2, north = a.y0 - a.y_row / 2;
-  const CrsBox box{west, north + a.y_row * double(info.rows), west + a.x_col * double(info.cols),
-                   north};
+  // Whichever way its rows and columns run, the answer's are from the north and the west.
+  const double x = a.x0 - a.x_col / 2, y = a.y0 - a.y_row / 2;
+  const double to_x = x + a.x_col * double(info.cols), to_y = y + a.y_row * double(info.rows);
+  const CrsBox box{std::min(x, to_x), std::min(y, to_y), std::max(x, to_x), std::max(y, to_y)};
   const Vec2 ground = ground_m(crs, box);
   if (!(ground.x > 0 && ground.y > 0)) return {};
   return CoverageWindow{box,

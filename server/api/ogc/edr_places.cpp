@@ -82,6 +82,13 @@ std::vector<double> steps_along(const GeodesicPath& path, double step_m) {
 void add_points(EdrPlaces& places, const AskedCrs& crs) {
   places.points.resize(places.where.size());
   crs.from_geographic(places.where, places.points);
+  if (crs.turn() == 0) return;
+  // Across the antimeridian they go on.
+  for (std::size_t i = 1; i < places.points.size(); ++i) {
+    double& x = places.points[i].x;
+    const double turns = (places.points[i - 1].x - x) / crs.turn();
+    if (std::isfinite(turns)) x += crs.turn() * std::round(turns);
+  }
 }
 
 Places along_lines(const EdrQuery& query, const AskedCrs& crs, double spacing_m) {

@@ -35,7 +35,7 @@ std::vector<TileLimits> mesh_limits(const ServedDataset& dataset) {
 /// By the bounds, which decide where images are, too.
 std::vector<TileLimits> map_limits(const ServedDataset& dataset) {
   std::vector<TileLimits> all;
-  if (!dataset.source) return all;
+  if (!dataset.source || !has_images(*dataset.source)) return all;
   const GeoRect b = dataset.source->info().bounds;
   const int deepest = deepest_image_level(*dataset.source);
   for (int level = 0; level <= deepest; ++level) {

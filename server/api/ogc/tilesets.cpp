@@ -41,7 +41,7 @@ std::optional<http::Reply> list(const App& app, const http::Request& request) {
   if (!asked) return asked.error();
   Ordered all = Ordered::array();
   if (dataset->tiles) all.push_back(tileset_item_json(*asked, *dataset, kWorldCrs84Quad));
-  if (dataset->source && app.images)
+  if (app.images && dataset->source && has_images(*dataset->source))
     all.push_back(tileset_item_json(*asked, *dataset, kWebMercatorQuad));
   return document_reply(*asked,
                         {{"title", dataset->name + ": tiles"}, {"tilesets", std::move(all)}});
@@ -51,8 +51,9 @@ std::optional<http::Reply> tileset(const App& app, const http::Request& request)
   const auto [dataset, not_found] = find_dataset(app, request.matched[0], request);
   if (!dataset) return not_found;
   const TileMatrixSet* const set = tile_matrix_set(request.matched[1]);
-  const bool there = set == &kWorldCrs84Quad ? bool(dataset->tiles)
-                                             : set && dataset->source && app.images != nullptr;
+  const bool there = set == &kWorldCrs84Quad
+                         ? bool(dataset->tiles)
+                         : set && app.images && dataset->source && has_images(*dataset->source);
   if (!there) return no_tileset(request);
   const auto asked = read_asked(request);
   if (!asked) return asked.error();

@@ -248,7 +248,7 @@ void describe_area(Ordered& inputs) {
   inputs["bbox"] = {
       {"title", "Area, as a rectangle"},
       {"description",
-       "[west, south, east, north], in crs; west may be greater than east, across the "
+       "[west, south, east, north], in crs; of CRS84 west may be greater than east, across the "
        "antimeridian. The mesh has the posts of the smallest rectangle of the DEM's own grid "
        "around it."},
       {"minOccurs", 0},

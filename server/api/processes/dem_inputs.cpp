@@ -107,7 +107,7 @@ std::string read_word(const char* name, const std::vector<std::string>& words, M
 std::string read_datum(const App& app, const DemOfJob& dem, Members& inputs, Problems& problems) {
   const Json* const json = inputs.member("datum");
   if (!json) return {};
-  const std::string text = json->is_string() ? json->get<std::string>() : "";
+  std::string text = json->is_string() ? json->get<std::string>() : "";
   // A file of the server's is nothing that a client names.
   const auto datum = text.empty() || text.size() > kLongestWord || names_geoid_file(text) ||
                              text == "unknown" || text == "source"

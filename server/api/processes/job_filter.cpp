@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <chrono>
 #include <cmath>
 #include <ctime>
 #include <optional>
@@ -54,8 +55,10 @@ std::optional<Moment> moment(std::string_view text) {
     if (known < 5 && !took(text, kAfter[known])) return {};
   }
   const auto [year, month, day, hour, minute, second] = part;
-  if (month < 1 || month > 12 || day < 1 || day > 31 || hour > 23 || minute > 59 || second > 60)
-    return {};
+  const std::chrono::year_month_day date{std::chrono::year(year),
+                                         std::chrono::month(unsigned(month)),
+                                         std::chrono::day(unsigned(day))};
+  if (!date.ok() || hour > 23 || minute > 59 || second > 60) return {};
   std::tm utc{};
   utc.tm_year = year - 1900, utc.tm_mon = month - 1, utc.tm_mday = day;
   utc.tm_hour = hour, utc.tm_min = minute, utc.tm_sec = second;

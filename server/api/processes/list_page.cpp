@@ -12,19 +12,24 @@ constexpr double kFarthest = 1e6;  // more than any list has
 
 /// The address of this page with another offset.
 std::string with_offset(const std::string& target, std::size_t offset) {
+  return with_parameter(target, "offset", offset > 0 ? std::to_string(offset) : "");
+}
+
+}  // namespace
+
+std::string with_parameter(const std::string& target, const std::string& name,
+                           const std::string& value) {
   const std::size_t mark = target.find('?');
   std::string query;
   for (std::size_t at = mark == target.npos ? target.size() : mark + 1; at < target.size();) {
     const std::size_t end = std::min(target.find('&', at), target.size());
     const std::string one = target.substr(at, end - at);
-    if (!one.starts_with("offset=")) query += (query.empty() ? "" : "&") + one;
+    if (!one.starts_with(name + "=")) query += (query.empty() ? "" : "&") + one;
     at = end + 1;
   }
-  if (offset > 0) query += (query.empty() ? "" : "&") + ("offset=" + std::to_string(offset));
+  if (!value.empty()) query += (query.empty() ? "" : "&") + name + "=" + value;
   return target.substr(0, mark) + (query.empty() ? "" : "?" + query);
 }
-
-}  // namespace
 
 std::vector<http::QueryNumber> page_numbers() {
   return {{.name = "limit",

@@ -6,6 +6,7 @@
 
 #include "proto/json_text.h"
 #include "server/api/processes/job_json.h"
+#include "server/api/processes/list_page.h"
 
 namespace tind::api {
 namespace {
@@ -16,9 +17,10 @@ bool is_page(const ogc::Asked& asked) { return asked.form == ogc::Form::html; }
 
 http::Reply reply_of(const ogc::Asked& asked, Ordered document,
                      std::vector<http::Header> fields = {}) {
-  document["links"].push_back(
-      is_page(asked) ? link_json(asked.path + "?f=json", "alternate", ogc::kJson, "as JSON")
-                     : link_json(asked.path + "?f=html", "alternate", ogc::kHtml, "as a page"));
+  document["links"].push_back(is_page(asked) ? link_json(with_parameter(asked.target, "f", "json"),
+                                                         "alternate", ogc::kJson, "as JSON")
+                                             : link_json(with_parameter(asked.target, "f", "html"),
+                                                         "alternate", ogc::kHtml, "as a page"));
   fields.push_back({"Cache-Control", "no-store"});
   fields.push_back({"Vary", "Accept"});
   const auto [type, text] = ogc::shown(asked, document);

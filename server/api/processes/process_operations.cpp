@@ -126,9 +126,6 @@ http::Operation execute_operation(const Process& process) {
   responses.push_back({201,
                        "A job, with `Prefer: respond-async`; `Location` is where it is.",
                        {{"application/json", kJobRef}}});
-  responses.push_back({422,
-                       "The DEM, or this part of it, does not allow it.",
-                       {{"application/problem+json", kProblemRef}}});
   return with_scope({.id = "execute" + capital(process.id),
                      .summary = process.title,
                      .about = process.description,
@@ -145,7 +142,10 @@ http::Operation no_process_operation() {
 std::vector<http::Response> result_responses() {
   return {{200,
            "The output, in the format that was asked for, or a document of several.",
-           {{"application/json", R"({"type": "object"})"}, {"*/*"}}}};
+           {{"application/json", R"({"type": "object"})"}, {"*/*"}}},
+          {422,
+           "The DEM, or this part of it, does not allow it.",
+           {{"application/problem+json", kProblemRef}}}};
 }
 
 }  // namespace tind::api

@@ -195,9 +195,9 @@ std::span<const Process> processes() {
   static const std::vector<Process> kAll = [] {
     std::vector<Process> all = raster_processes();
     all.insert(all.begin(), simplify_process());
-    for (Process& question : question_processes()) all.push_back(std::move(question));
-    for (Process process : {refine_process(), compare_process(), measure_process()})
-      all.push_back(std::move(process));
+    for (const Process& question : question_processes()) all.push_back(question);
+    for (const Process& process : {refine_process(), compare_process(), measure_process()})
+      all.push_back(process);
     return all;
   }();
   return kAll;

@@ -47,8 +47,9 @@ constexpr const char* kQuantizedMesh = "quantized-mesh";
 constexpr const char* kTiles3d = "3dtiles";
 constexpr const char* kFlightGear = "flightgear";
 /// What shapes tiles only.
-constexpr const char* kOfTiles[] = {"--error-factor", "--deepest", "--levels", "--side",
-                                    "--method",       "--gzip",    "--force",  "--dry-run"};
+constexpr const char* kOfTiles[] = {"--error-factor", "--deepest",    "--levels",
+                                    "--side",         "--method",     "--gzip",
+                                    "--dry-run",      "--breaklines", "--exact-posts"};
 
 /// What a plan has decided.
 constexpr const char* kPlanned[] = {"--max-error", "--error-factor", "--deepest", "--levels",
@@ -277,14 +278,19 @@ int run_images(const Arguments& a, const Surface& source, const ImageContent& co
   const std::string of = a.input.files.empty() ? a.format : a.input.files.front();
   const auto images = image_source(source, {content, a.image_format}, a.imaged, a.options.tiles);
   if (!images) return complain(images.error());
-  ProgressBar bar("images", progress_style(a.progress));
-  return build_images(*images, source.info().datum, std::filesystem::path(of).stem().string(),
-                      {.output = a.options.output,
-                       .first_level = a.options.tiles.first_level,
-                       .last_level = a.options.tiles.last_level,
-                       .threads = a.options.threads,
-                       .force = a.options.force},
-                      a.json, stoppable(bar));
+  int exit = kOk;
+  {
+    ProgressBar bar("images", progress_style(a.progress));
+    exit = build_images(*images, source.info().datum, std::filesystem::path(of).stem().string(),
+                        {.output = a.options.output,
+                         .first_level = a.options.tiles.first_level,
+                         .last_level = a.options.tiles.last_level,
+                         .threads = a.options.threads,
+                         .force = a.options.force},
+                        a.json, stoppable(bar));
+  }
+  if (exit == kOk) warn_of_nodata(source);
+  return exit;
 }
 
 int run_scenery(const Arguments& a, const Surface& source) {
@@ -298,6 +304,7 @@ int run_scenery(const Arguments& a, const Surface& source) {
                                   .progress = a.progress,
                                   .threads = a.options.threads,
                                   .json = a.json,
+                                  .force = a.options.force,
                                   .stoppable = stoppable});
   if (exit == kOk) warn_of_nodata(source);
   return exit;
@@ -486,8 +493,10 @@ void add_build(Command program, int& exit) {
              "store tiles compressed (a static server must then send Content-Encoding: gzip)");
   c.add_flag(
       "--force", a->options.force,
-      "replace tiles that tind build made of a source that has no layer's grid in common, with "
-      "other options or by another version; nothing else is touched");
+      "replace tiles that tind build made of a source that has no layer's grid and ground in "
+      "common, "
+      "with other options or by another version, images and scenery of another source, and update "
+      "tiles of which most go; nothing else is touched");
   add_progress_option(c, a->progress);
   c.add_flag("--json", a->json, "print the summary as JSON");
   c.footer(

@@ -21,8 +21,9 @@ namespace tind::cli {
 namespace {
 
 constexpr const char* kOnlyFolders[] = {"--gzip", "--dry-run"};
-constexpr const char* kOnlyMeshes[] = {"--max-error",   "--error-factor", "--deepest", "--side",
-                                       "--exact-posts", "--effort",       "--method"};
+constexpr const char* kOnlyMeshes[] = {
+    "--max-error", "--error-factor", "--deepest",    "--side",  "--exact-posts",
+    "--effort",    "--method",       "--breaklines", "--water", "--layer-error"};
 
 nlohmann::ordered_json to_json(const ImageFolderReport& r, VerticalDatum datum, double seconds) {
   return {{"vertical_datum", name(datum)},

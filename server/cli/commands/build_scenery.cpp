@@ -60,7 +60,8 @@ int build_scenery(const Surface& surface, const Environment& environment,
   Result<flightgear::SceneryReport> report = fail(Errc::internal, "not run");
   {
     ProgressBar bar("buckets", progress_style(a.progress));
-    report = flightgear::write_scenery(*plan, a.output, a.threads, a.stoppable(bar), a.cover.get());
+    report = flightgear::write_scenery(*plan, a.output, a.threads, a.stoppable(bar), a.cover.get(),
+                                       a.force);
   }
   if (!report) return complain(report.error());
   if (report->buckets == 0)

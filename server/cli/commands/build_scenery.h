@@ -19,7 +19,7 @@ struct SceneryArguments {
   std::shared_ptr<const LandCover> cover = {};  // null: none
   std::string output, progress;                 // folder; style of the bar
   int threads = 0;
-  bool json = false;
+  bool json = false, force = false;
   /// Of a bar, with a stop by signals.
   std::function<Progress(ProgressBar&)> stoppable;
 };

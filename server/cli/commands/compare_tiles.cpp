@@ -38,6 +38,7 @@ struct Spread {
 /// Of some tiles. REQUIRES: at least one.
 Spread spread_of(const std::vector<MadeTile>& tiles, double MadeTile::*what) {
   std::vector<double> values;
+  values.reserve(tiles.size());
   for (const MadeTile& t : tiles) values.push_back(t.*what);
   std::ranges::sort(values);
   Spread s;

@@ -179,7 +179,11 @@ class Table {
       return wrong(1, std::string("must name the columns ") + csv::kPlaceColumns +
                           ", with commas between them");
     columns_ = *columns;
-    text_ = fmt::format("{},height_m,coverage{}\n", head, asked_.tiles ? ",max_error_m" : "");
+    width_ = csv::fields_of(head).size();
+    const std::string added = asked_.tiles ? "height_m,coverage,max_error_m" : "height_m,coverage";
+    if (const std::string why = csv::why_no_columns(head, added); !why.empty())
+      return wrong(1, why);
+    text_ = head + "," + added + "\n";
     for (std::string line; next(line);) {
       if (line.empty()) continue;
       if (auto ok = take(line); !ok) return ok;
@@ -199,6 +203,7 @@ class Table {
   const Take give_;
   std::string text_;  // on its way out
   csv::PlaceColumns columns_;
+  std::size_t width_ = 0;  // of the head line, fields
   std::vector<std::string> lines_;
   std::vector<std::size_t> numbers_;
   std::vector<Vec2> points_;
@@ -223,7 +228,9 @@ class Table {
     };
     const auto x = number(columns_.x), y = number(columns_.y);
     if (!x || !y) return wrong(number_, "has no two coordinates");
-    lines_.push_back(line);
+    auto whole = csv::filled_up(line, fields.size(), width_);
+    if (!whole) return wrong(number_, csv::kTooWide);
+    lines_.push_back(*std::move(whole));
     numbers_.push_back(number_);
     points_.push_back({*x, *y});
     return {};

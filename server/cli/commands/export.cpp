@@ -218,6 +218,12 @@ void print(const Arguments& a, const Heightmap& map, const Surface& surface) {
         "one that has{}\n",
         100 * map.without_height,
         a.fit == MapFit::cover ? "; --fit inside leaves out what is around it" : "");
+  constexpr double kSmall = 0.01;
+  if (p.scale_error > kSmall)
+    fmt::print("lengths on the ground differ by up to {:.2g} % from those of the map{}\n",
+               100 * p.scale_error,
+               a.to_crs.empty() ? ": it is too large for one plane"
+                                : ": without --to-crs it gets a projection of its own");
   const ordered_json engine = engine_json(map, a.target);
   fmt::print("{}:", a.target == Target::unreal ? "Unreal" : "Unity");
   for (const auto& [key, value] : engine.items())

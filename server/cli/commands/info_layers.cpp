@@ -81,7 +81,8 @@ std::string content_text(const Json& j) {
   if (const double unit = j["unit_m"].get<double>(); unit != 1)
     out += fmt::format(", in units of {:.7g} m", unit);
   std::string nodata;
-  for (const Json& value : j["nodata"]) nodata += (nodata.empty() ? "" : ", ") + value.dump();
+  for (const Json& value : j["nodata"])
+    nodata += (nodata.empty() ? "" : ", ") + (value.is_null() ? "NaN" : value.dump());
   if (j["mask"].get<bool>()) nodata += nodata.empty() ? "a mask" : " and a mask";
   return out + (nodata.empty() ? ", no nodata" : ", nodata " + nodata);
 }

@@ -4,7 +4,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "terrain/raster/gdal/vector_source.h"
+#include "terrain/raster/gdal/vectors/vector_source.h"
 
 namespace tind::cli {
 

@@ -35,7 +35,9 @@ int run(Arguments a) {
   const GraceWatch watch(a.grace_s);
   const auto plan = read_plan(a.plan);
   if (!plan) return complain(plan.error());
-  a.options.shards.folder = shards_folder(a.plan, a.shards);
+  auto folder = shards_to_read(a.plan, a.shards);
+  if (!folder) return complain(folder.error());
+  a.options.shards.folder = *std::move(folder);
   a.options.shards.abandon = watch.abandon();
   const auto begin = std::chrono::steady_clock::now();
   const auto open = [&]() -> Result<Surface> {

@@ -40,7 +40,7 @@ struct Arguments {
   double shard_seconds = 0;
   std::uint64_t memory = kDefaultMemory;
   std::string output, progress = "auto";
-  bool json = false;
+  bool json = false, force = false;
 };
 
 /// As many as give each so many seconds of one thread.
@@ -85,10 +85,20 @@ Result<void> check_replaced(const std::string& path) {
               path + " is there, and is no plan: name another output, or remove it");
 }
 
-/// Shards of another plan beside the new one stop every build of it: say so before they are begun.
-void warn_of_shards(const std::string& plan_file, const std::string& hash) {
-  if (const auto ours = belongs_to(ShardFolder(shards_folder(plan_file, "")), hash); !ours)
-    warn(ours.error().what + " before shards of this plan are built there (or build them with -o)");
+/// In place of their plan nobody merges its shards any more; beside those of another none of this
+/// one is built.
+Result<void> check_shards(const Arguments& a, const std::string& hash) {
+  const ShardFolder folder(shards_folder(a.output, ""));
+  const auto ours = belongs_to(folder, hash);
+  if (ours) return {};
+  std::error_code none;
+  if (!a.force && std::filesystem::exists(a.output, none))
+    return fail(Errc::invalid_argument,
+                folder.path() +
+                    " has shards of another plan, which nobody can merge without it: name "
+                    "another output, or --force to replace it all the same");
+  warn(ours.error().what + " before shards of this plan are built there (or build them with -o)");
+  return {};
 }
 
 int run(Arguments a) {
@@ -127,10 +137,10 @@ int run(Arguments a) {
                        stoppable(bar));
   }
   if (!plan) return complain(plan.error());
+  if (const auto ok = check_shards(a, plan->hash()); !ok) return complain(ok.error());
   if (const auto written = write_whole_file(a.output, encode(*plan)); !written)
     return complain(written.error());
   print(*plan, a.output, a.json);
-  warn_of_shards(a.output, plan->hash());
   return kOk;
 }
 
@@ -142,6 +152,7 @@ void add_plan_build(Command program, int& exit) {
       "plan-build", "cut the tile pyramid of a DEM into shards, which many machines make");
   c.add_option("DEM", a->input.files, "raster files");
   c.add_option("-o,--output", a->output, "the plan, e.g. PLAN.json").required();
+  c.add_flag("--force", a->force, "replace a plan whose shards are there");
   c.add_option("--shards", a->wish.shards, "how many shards");
   c.add_option("--tiles-per-shard", a->wish.tiles_per_shard,
                "as many shards as have about so many tiles each");

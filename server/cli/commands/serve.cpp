@@ -272,19 +272,23 @@ services::CatalogKeeper::Settings keeper_settings(const Config& config, const Op
               }};
 }
 
-/// The first load: who starts a daemon sees every reason why it does not start.
 /// For which a start waits for files that somebody is writing into the catalog's folder.
 constexpr std::chrono::milliseconds kMostRest{5000};
 
-Result<void> load_all(services::CatalogKeeper& keeper) {
-  const auto loaded = keeper.load();
-  if (loaded) return {};
-  const std::vector<Error>& bad = loaded.error();
+/// Who starts a daemon, or checks its configuration, sees every reason why it does not start.
+std::unexpected<Error> cannot_be_served(const std::vector<Error>& bad) {
   if (bad.size() == 1) return std::unexpected(bad[0]);
   for (const Error& error : bad) complain(error);
   return fail(bad[0].code, fmt::format("{} datasets cannot be served, for the reasons above; mend "
                                        "them or leave them out",
                                        bad.size()));
+}
+
+/// The first load.
+Result<void> load_all(services::CatalogKeeper& keeper) {
+  const auto loaded = keeper.load();
+  if (loaded) return {};
+  return cannot_be_served(loaded.error());
 }
 
 Result<http::StaticFiles> load_viewer(const Config& config, const Environment& environment) {
@@ -471,11 +475,13 @@ struct Checked {
 Result<Checked> check(const Config& config, const std::shared_ptr<const Environment>& environment) {
   if (auto any = services::something_to_serve(config); !any) return std::unexpected(any.error());
   Checked all;
+  std::vector<Error> bad;
   for (const services::DatasetSpec& spec : services::specs_of(config)) {
     const auto checked = check_dataset(spec, config, environment);
-    if (!checked) return std::unexpected(checked.error());
-    all.not_read += *checked;
+    if (!checked) bad.push_back(checked.error());
+    all.not_read += checked.value_or(0);
   }
+  if (!bad.empty()) return cannot_be_served(bad);
   if (!config.catalog.empty()) {
     const auto entries = services::CatalogFolder(config.catalog).look();
     if (!entries) return std::unexpected(entries.error());

@@ -21,7 +21,7 @@
 #include "server/cli/program/progress_bar.h"
 #include "terrain/analysis/zonal.h"
 #include "terrain/base/file_io.h"
-#include "terrain/raster/gdal/vector_source.h"
+#include "terrain/raster/gdal/vectors/vector_source.h"
 
 namespace tind::cli {
 

@@ -113,7 +113,9 @@ bool is_anything(const std::string& path) {
 int run(const Arguments& a) {
   const auto plan = read_plan(a.plan);
   if (!plan) return complain(plan.error());
-  const auto all = shard_status(*plan, ShardFolder(shards_folder(a.plan, a.shards)), a.options);
+  const auto folder = shards_to_read(a.plan, a.shards);
+  if (!folder) return complain(folder.error());
+  const auto all = shard_status(*plan, ShardFolder(*folder), a.options);
   if (!all) return complain(all.error());
   std::optional<bool> merged;
   if (!a.output.empty()) {

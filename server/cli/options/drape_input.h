@@ -10,7 +10,7 @@
 #include "terrain/base/result.h"
 #include "terrain/raster/dem_source.h"
 #include "terrain/raster/draped.h"
-#include "terrain/raster/gdal/image_source.h"
+#include "terrain/raster/gdal/pictures/image_source.h"
 #include "terrain/surface/surface.h"
 
 namespace tind::cli {

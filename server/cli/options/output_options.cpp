@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "server/cli/program/exit.h"
@@ -32,6 +33,12 @@ int put_mesh(const MeshOutput& output, const MeshFormat& format, const proto::Me
         fmt::format("{}: x and y are degrees, which readers of {} take for the unit of z: "
                     "--frame metric of simplify and refine makes them metres, gdalwarp the DEM's",
                     output.path, format.title));
+  else if (format.one_unit && !mesh.place.local && !mesh.place.geographic &&
+           std::abs(mesh.place.unit_m - mesh.place.z_unit_m) > 1e-6 * mesh.place.unit_m)
+    warn(fmt::format(
+        "{}: x and y are in units of {:.10g} m and z in units of {:.10g} m, which readers "
+        "of {} take for the same: --frame metric of simplify and refine makes all metres",
+        output.path, mesh.place.unit_m, mesh.place.z_unit_m, format.title));
   return kOk;
 }
 

@@ -31,6 +31,19 @@ std::string shards_folder(const std::string& plan, const std::string& said) {
   return parent.empty() ? "." : parent;
 }
 
+Result<std::string> shards_to_read(const std::string& plan, const std::string& said) {
+  namespace fs = std::filesystem;
+  std::string folder = shards_folder(plan, said);
+  std::error_code error;
+  fs::path path = folder;
+  if (!path.has_filename()) path = path.parent_path();  // "work/"
+  if (path.filename() == "shards" && !fs::exists(path / "shards", error) && fs::exists(path, error))
+    return path.has_parent_path() ? path.parent_path().string() : ".";
+  if (!said.empty() && !fs::is_directory(path, error))
+    return fail(Errc::not_found, said + ": no such directory; name the one with the folder shards");
+  return folder;
+}
+
 void add_named_again(Command c, NamedAgain& named) {
   c.add_option("--layer", named.layers, "NAME=FILE[,FILE...]: the same of a plan of layers")
       .repeated();

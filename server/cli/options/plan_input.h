@@ -22,6 +22,9 @@ Result<ShardPlan> read_plan(const std::string& path);
 
 /// Where the shards of a plan are: `said`, or where that is empty the folder of the plan.
 std::string shards_folder(const std::string& plan, const std::string& said);
+/// The same of shards that are to be there: not_found for a folder that is not. The folder `shards`
+/// itself may be named, too.
+Result<std::string> shards_to_read(const std::string& plan, const std::string& said);
 
 /// What a plan says is to be opened, where it is elsewhere on this machine: what is empty is where
 /// the plan says.

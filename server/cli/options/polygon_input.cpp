@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "server/cli/program/exit.h"
-#include "terrain/raster/gdal/vector_source.h"
+#include "terrain/raster/gdal/vectors/vector_source.h"
 
 namespace tind::cli {
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -68,11 +69,14 @@ Ordered columns_json(const Profile& profile, const ProfileFacts& facts) {
 }
 
 /// Cut where it crosses the antimeridian (RFC 7946, section 3.1.9), with a position on each side.
+/// One with a void in it has no heights but those among its properties: readers take a missing
+/// third number for 0.
 Ordered line_json(const Profile& profile) {
+  const bool whole = std::ranges::all_of(profile.points, has_height);
   Ordered parts = Ordered::array({Ordered::array()});
   const auto add = [&](double lon, double lat, const Ordered& height) {
     Ordered position = {degrees(lon), degrees(lat)};
-    if (!height.is_null()) position.push_back(height);
+    if (whole) position.push_back(height);
     parts.back().push_back(std::move(position));
   };
   const ProfilePoint* last = nullptr;

@@ -172,8 +172,9 @@ template Option Command::add_option(const std::string&, std::optional<std::uint6
                                     const std::string&);
 
 Option Command::add_words(const std::string& name, std::vector<std::string> words, std::string now,
-                          std::function<void(const std::string&)> take, const std::string& help) {
-  CLI::Option* const option = app_->add_option_function<std::string>(name, std::move(take), help);
+                          const std::function<void(const std::string&)>& take,
+                          const std::string& help) {
+  CLI::Option* const option = app_->add_option_function<std::string>(name, take, help);
   option->default_function([now = std::move(now)] { return now; });
   return Option(option).one_of(std::move(words));
 }
@@ -182,9 +183,10 @@ Option Command::add_flag(const std::string& name, bool& value, const std::string
   return Option(app_->add_flag(name, value, help));
 }
 
-Option Command::add_function(const std::string& name, std::function<void(const std::string&)> take,
+Option Command::add_function(const std::string& name,
+                             const std::function<void(const std::string&)>& take,
                              const std::string& help) {
-  return Option(app_->add_option_function<std::string>(name, std::move(take), help));
+  return Option(app_->add_option_function<std::string>(name, take, help));
 }
 
 Option Command::add_switch(const std::string& name, std::function<void(const std::string&)> take,

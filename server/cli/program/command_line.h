@@ -69,7 +69,7 @@ class Command {
   }
   Option add_flag(const std::string& name, bool& value, const std::string& help);
   /// The value goes to a function, which may refuse_value().
-  Option add_function(const std::string& name, std::function<void(const std::string&)> take,
+  Option add_function(const std::string& name, const std::function<void(const std::string&)>& take,
                       const std::string& help);
   /// Without a value it is given "true"; also --name=VALUE is taken, whatever that is.
   Option add_switch(const std::string& name, std::function<void(const std::string&)> take,
@@ -92,7 +92,7 @@ class Command {
  private:
   /// `take` sees one of `words` only; `now` is what shown() shows.
   Option add_words(const std::string& name, std::vector<std::string> words, std::string now,
-                   std::function<void(const std::string&)> take, const std::string& help);
+                   const std::function<void(const std::string&)>& take, const std::string& help);
 
   CLI::App* app_;
   std::shared_ptr<const Environment> environment_;

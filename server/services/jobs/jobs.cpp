@@ -275,7 +275,7 @@ Result<Job> Jobs::submit(const JobOrder& order, Done done, std::stop_token gone,
     return std::unexpected(std::move(error));
   };
   if (auto kept = store_->put(job); !kept) return give_up(kept.error());
-  const Job copy = job;
+  Job copy = job;
   live->gone.emplace(std::move(gone), Live::Leave{live.get()});  // it may have gone already
   const std::lock_guard lock(mutex_);
   if (stopping_) {  // meanwhile, and nobody takes it from the queue any more

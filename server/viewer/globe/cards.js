@@ -8,8 +8,25 @@ function heightsText(low, high) {
   return `${from === to ? "" : `${from} to `}${to} m`;
 }
 
+/// What a dataset's heights come from as of one DEM, whatever /datasets has there: of layers the spacing of the finest,
+/// the posts of all, and the datum and the accuracy that all have.
+export function oneSource(source) {
+  const {layers} = source ?? {};
+  if (!layers) return source ?? undefined;
+  const shared = (of) => (layers.every((layer) => of(layer) === of(layers[0])) ? of(layers[0]) : undefined);
+  const finest = layers.reduce((best, layer) => (Math.max(...layer.spacing_m) < Math.max(...best.spacing_m) ? layer : best));
+  return {layers, spacing_m: finest.spacing_m, posts: layers.reduce((sum, {columns, rows}) => sum + columns * rows, 0),
+    datum: shared(({datum}) => datum), accuracy: shared(({accuracy}) => JSON.stringify(accuracy)) && layers[0].accuracy};
+}
+
+function postsText({layers, posts, columns, rows}, spacing) {
+  if (layers) return `${layers.length} layers, ${posts.toLocaleString("en")} posts, the finest ${spacing} apart`;
+  if (columns * rows === 1) return "a single post";
+  return `${columns.toLocaleString("en")} × ${rows.toLocaleString("en")} posts, ${spacing} apart`;
+}
+
 /// Lines of text about a dataset, as /datasets has it.
-export function factsOf({box, source, datum, max_level: deepest, state, share_read: share, highest, lowest}) {
+export function factsOf({box, source: from, datum, max_level: deepest, state, share_read: share, highest, lowest}) {
   if (state === "failed") return ["could not be read; the daemon's log says why"];
   const facts = [];
   if (box) {
@@ -17,9 +34,8 @@ export function factsOf({box, source, datum, max_level: deepest, state, share_re
     const middle = ((south + north) / 2) * (Math.PI / 180);
     facts.push(`${lengthText(111320 * (east - west) * Math.cos(middle))} × ${lengthText(111320 * (north - south))}`);
   }
-  const spacing = source && lengthText(Number(Math.max(...source.spacing_m).toPrecision(3)));
-  if (source) facts.push(source.columns * source.rows === 1 ? "a single post" : `${source.columns.toLocaleString("en")} × ${source.rows.toLocaleString("en")} posts, ${spacing} apart`);
-  else facts.push("tiles without their DEM");
+  const source = oneSource(from);
+  facts.push(source ? postsText(source, lengthText(Number(Math.max(...source.spacing_m).toPrecision(3)))) : "tiles without their DEM");
   facts.push(`${highest && lowest ? heightsText(lowest.height_m, highest.height_m) : "heights"} ${datumText(datum)}`);
   facts.push(deepest === undefined ? "no tiles, heights only" : `levels 0 to ${deepest}`);
   if (source?.accuracy) facts.push(`accuracy ${source.accuracy.m} m (${source.accuracy.kind})`);

@@ -2,6 +2,7 @@
 // of its source where it has one.
 
 import {busyFor, fetchDatasets, fetchJson, NoAnswer, pause, say, unanswered, whenBack} from "../page.js";
+import {oneSource} from "./cards.js";
 import {acrossOf} from "./home.js";
 import {NO_SHIFT, shiftLattice, shiftOf} from "./shift.js";
 import {heightsOfColours, knownOfShades, PIXELS, SourceHeights} from "./source_heights.js";
@@ -15,7 +16,7 @@ async function whenRead(name) {
     const found = (await fetchDatasets()).find((one) => one.name === name);
     if (!found) throw new Error("the daemon does not serve it any more");
     if (found.state === "failed") throw new Error("its DEM could not be read; the daemon's log says why");
-    if (found.state === "ready") return found;
+    if (found.state === "ready") return {...found, source: oneSource(found.source)};
     say(`Reading ${name}: ${Math.floor(100 * found.share_read)}\u00a0% …`);
     await pause(1000);
   }
@@ -88,8 +89,10 @@ async function pixelsOf(reply) {
 }
 
 /// Heights from /rgb, and which of them are known from the alpha of /shade: of two pictures of the same pixels.
+/// Undefined for what lies beyond the last latitude of web maps.
 async function sourceOf(name, box) {
-  const list = await fetchJson(`rgb/${encodeURIComponent(name)}/tiles.json?encoding=terrarium`);
+  const list = await (await patientFetch(`rgb/${encodeURIComponent(name)}/tiles.json?encoding=terrarium`))?.json();
+  if (!list) return undefined;
   const version = new URL(list.tiles[0]).searchParams.get("v");
   const pixels = async (kind, level, x, y, query) => {
     const reply = await patientFetch(`${kind}/${encodeURIComponent(name)}/${level}/${x}/${y}.png?${query}&v=${version}`);
@@ -115,7 +118,7 @@ export async function elevation(name, lon, lat, datum) {
 /// at a level, with the bound of each place's tile. Lists as /elevation answers them.
 export async function elevations({name, datum}, places, level) {
   const query = new URLSearchParams();
-  if (datum !== "unknown") query.set("datum", datum);
+  if (datum && datum !== "unknown") query.set("datum", datum); // tile sets of others do not say it
   if (level !== undefined) query.set("surface", `level=${level}`);
   const reply = await patientFetch(`elevation/${encodeURIComponent(name)}?${query}`, {
     method: "POST", headers: {"Content-Type": "application/json"},
@@ -124,15 +127,18 @@ export async function elevations({name, datum}, places, level) {
   return reply.json();
 }
 
+/// Whether people are told of other heights than the tiles': not of layers that count from different things.
+const countsFromElsewhere = ({datum, source}) => source?.datum !== undefined && source.datum !== datum;
+
 /// A post's height above what the DEM itself counts from, as on a map.
 async function ownHeightOf({name, datum, source}, post) {
-  if (!source || !post || datum === source.datum) return undefined;
+  if (!post || !countsFromElsewhere({datum, source})) return undefined;
   return (await elevation(name, post.lon, post.lat)).height_m ?? undefined;
 }
 
 /// How far the dataset's heights are above the DEM's own; undefined where the daemon cannot say.
 async function shiftFromOwn({name, datum, source}, box) {
-  if (!source || datum === source.datum) return NO_SHIFT;
+  if (!countsFromElsewhere({datum, source})) return NO_SHIFT;
   const lattice = shiftLattice(box);
   const [heights, own] = await Promise.all([elevations({name, datum}, lattice.places), elevations({name, datum: "source"}, lattice.places)]);
   const known = (i) => heights.coverage[i] === "value" && own.coverage[i] === "value";
@@ -154,7 +160,7 @@ export async function openDataset(name) {
     relief(facts, provider, rectangle, layer.maxzoom),
     facts.source ? sourceOf(name, box) : undefined,
     ...[shiftFromOwn(facts, box), ownHeightOf(facts, facts.highest), ownHeightOf(facts, facts.lowest)].map((one) => one.catch(() => undefined))]);
-  const isOwn = facts.source && shift; // else only heights in the tiles' datum are known
+  const isOwn = facts.source?.datum !== undefined && shift; // else only heights in the tiles' datum are known
   const seaLevel = isOwn && facts.lowest && facts.source.datum !== "ellipsoid" ? shift.middle : undefined; // the DEM's own heights are mostly above the sea
   return {name, facts, kind: facts.kind, datum: facts.datum, ownDatum: isOwn ? facts.source.datum : facts.datum, shift: shift ?? NO_SHIFT, url, layer, provider,
     box, rectangle, drapeable, extent: acrossOf(box), source, seaLevel, summitHeight, bottomHeight, ...heights};

@@ -15,7 +15,7 @@ export const SIDE = 256; // pixels of a tile: CesiumJS then asks for the level o
 export const VOID = 0, GROUND = 128, SEA = 255; // between two of them there is a blend of them
 
 const METRES_PER_DEGREE = 111319.49;
-const MOST_DEGREES = 85; // of latitude: the images end there
+const MOST_DEGREES = 85; // of latitude: the images end there, and nothing is measured beyond
 
 // ---- numbers as bytes; material.js has the way back
 
@@ -129,7 +129,7 @@ function blend({wide, heights}, column, row) {
   return top * (1 - y) + low * y;
 }
 
-/// f(pixel, slope to the east, to the north, height, known, lon, lat) of each pixel, rows from the north. What fills a void is no
+/// f(pixel, slope to the east, to the north, height, known, lon, lat) of each pixel that the images reach to, rows from the north. What fills a void is no
 /// ground: beside one, slopes are those of the known side, and go on into it for a pixel, as the shader blends
 /// neighbours. Else its rim would be lit as if it were level.
 async function eachPixel(source, rectangle, level, pixels, f) {
@@ -159,7 +159,8 @@ async function eachPixel(source, rectangle, level, pixels, f) {
   }
   const around = [-side - 1, -side, -side + 1, -1, 1, side - 1, side, side + 1];
   const measured = (at) => there[at] && at % side > 0 && at % side <= pixels && at > side && at < side * (pixels + 1);
-  for (let j = 1; j <= pixels; ++j)
+  for (let j = 1; j <= pixels; ++j) {
+    if (Math.abs(rectangle.north - ((j - 0.5) / pixels) * (rectangle.north - rectangle.south)) > MOST_DEGREES) continue;
     for (let i = 1; i <= pixels; ++i) {
       const at = j * side + i;
       if (!there[at]) {
@@ -168,6 +169,7 @@ async function eachPixel(source, rectangle, level, pixels, f) {
       }
       f((j - 1) * pixels + i - 1, easts[at], norths[at], z[at], there[at] === 1, lons[i], lats[j]);
     }
+  }
 }
 
 /// `seaLevel`: of the dataset's heights, metres; undefined where that is not known.
@@ -187,8 +189,8 @@ function unmeasured(bytes, kind) {
 /// a side, one deeper for twice as many. `scale`: of heights, as heightByte has it; `shift` of the
 /// dataset.
 export async function reliefTile(source, rectangle, level, {seaLevel, shift = NO_SHIFT, scale}, pixels = SIDE) {
-  const bytes = new Uint8Array(4 * pixels * pixels);
-  if (level < source.coarsest) return unmeasured(bytes, GROUND);
+  const bytes = unmeasured(new Uint8Array(4 * pixels * pixels), GROUND);
+  if (level < source.coarsest) return bytes;
   await eachPixel(source, rectangle, level, pixels, (pixel, east, north, metres, known, lon, lat) => {
     const height = metres - shift.at(lon, lat) + shift.middle;
     bytes[4 * pixel] = slopeByte(east);
@@ -201,8 +203,8 @@ export async function reliefTile(source, rectangle, level, {seaLevel, shift = NO
 
 /// As reliefTile, of contours every `interval` metres of the DEM's own heights.
 export async function contourTile(source, rectangle, level, {seaLevel, shift = NO_SHIFT, scale, interval}, pixels = SIDE) {
-  const bytes = new Uint8Array(4 * pixels * pixels);
-  if (level < source.coarsest) return unmeasured(bytes, GROUND);
+  const bytes = unmeasured(new Uint8Array(4 * pixels * pixels), GROUND);
+  if (level < source.coarsest) return bytes;
   await eachPixel(source, rectangle, level, pixels, (pixel, east, north, metres, known, lon, lat) => {
     const height = metres - shift.at(lon, lat) + shift.middle;
     const kind = kindOf(known, east, north, height, seaLevel);
@@ -285,7 +287,7 @@ function pooled({off, wide, high, left, top, at}, {west, south, east, north}) {
 export async function errorTile(source, rectangle, level, meshHeights) {
   if (level < source.coarsest) return {bytes: unmeasured(new Uint8Array(4 * SIDE * SIDE), VOID), largest: 0, counts: new Uint32Array(SQUEEZED + 1)};
   const errors = pooled(await differences(source, rectangle, level, meshHeights), rectangle);
-  const bytes = new Uint8Array(4 * SIDE * SIDE).fill(255);
+  const bytes = unmeasured(new Uint8Array(4 * SIDE * SIDE), VOID);
   const counts = new Uint32Array(SQUEEZED + 1);
   let largest = 0;
   await eachPixel(source, rectangle, level, SIDE, (pixel, east, north) => {
@@ -294,6 +296,7 @@ export async function errorTile(source, rectangle, level, meshHeights) {
     bytes[4 * pixel] = there ? errorByte(off) : 128;
     bytes[4 * pixel + 1] = Math.round(255 * shade(east, north));
     bytes[4 * pixel + 2] = there ? GROUND : VOID;
+    bytes[4 * pixel + 3] = 255;
     if (!there) return;
     largest = Math.max(largest, Math.abs(off));
     ++counts[Math.abs(bytes[4 * pixel] - 128)];

@@ -40,9 +40,9 @@ MeshDeviation::MeshDeviation(const Tin& mesh) {
   per_cell_y_ = std::max((y1 - y0_) / cells_, 1e-300);
 
   const auto cell_of = [&](const Vec3& v) {
-    return std::size_t(cell(v.y, y0_, per_cell_y_) * cells_ + cell(v.x, x0_, per_cell_x_));
+    return std::size_t(cell(v.y, y0_, per_cell_y_)) * cells_ + cell(v.x, x0_, per_cell_x_);
   };
-  first_vertex_.assign(std::size_t(cells_ * cells_) + 1, 0);
+  first_vertex_.assign(std::size_t(cells_) * cells_ + 1, 0);
   vertices_ = mesh.vertices;
   std::ranges::stable_sort(vertices_, {}, cell_of);
   for (const Vec3& v : vertices_) ++first_vertex_[cell_of(v) + 1];

@@ -83,7 +83,7 @@ void MeshDeviation::each_row(const std::array<Vec3, 3>& t, F&& f) const {
     if (west > east) continue;
     const int left = cell(west - 1e-6 * per_cell_x_, x0_, per_cell_x_);
     const int right = cell(east + 1e-6 * per_cell_x_, x0_, per_cell_x_);
-    f(std::size_t(row * cells_ + left), std::size_t(row * cells_ + right));
+    f(std::size_t(row) * cells_ + left, std::size_t(row) * cells_ + right);
   }
 }
 

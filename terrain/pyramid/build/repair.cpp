@@ -22,9 +22,11 @@ constexpr std::uint64_t kMostHeld = 4ull << 30;  // bytes of an archive's tiles 
 /// What keeps tiles of the one record from being made again by what made the other; empty: nothing.
 std::string difference(const BuildRecord& store, const BuildRecord& made) {
   if (encode(store) == encode(made)) return {};
-  if (store.epoch != made.epoch || store.layer_epoch != made.layer_epoch)
+  // Of one file and of several, tiles are made otherwise: that is no other version.
+  const bool one_and_several = (store.layer_epoch == 0) != (made.layer_epoch == 0);
+  if (store.epoch != made.epoch || (store.layer_epoch != made.layer_epoch && !one_and_several))
     return "another version of tind made them, which made other bytes of the same posts";
-  if (store.grid != made.grid)
+  if (store.grid != made.grid || one_and_several)
     return "the posts lie elsewhere, or their heights mean something else: name the same files, "
            "with the same options of DEMs";
   if (store.heights != made.heights)

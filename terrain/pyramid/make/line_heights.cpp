@@ -18,6 +18,7 @@ constexpr double kLeastStep = 4;  // units of the grid between them
 
 void give_heights(const TileJob& job, std::vector<Vec3>& points) {
   std::vector<Geographic> places;
+  places.reserve(points.size());
   for (const Vec3& p : points) places.push_back(place_of(job.rect, p));
   std::vector<double> heights(places.size());
   job.field.filled(places, heights);
@@ -59,6 +60,7 @@ std::vector<Vec3> needed(const std::vector<Vec3>& places, double error_m) {
 
 void give_heights(const TileJob& job, TileLine& line) {
   std::vector<bool> own;
+  own.reserve(line.points.size());
   for (const Vec3& p : line.points) own.push_back(!std::isnan(p.z));
   give_heights(job, line.points);
   if (!(job.line_error_m > 0)) return;

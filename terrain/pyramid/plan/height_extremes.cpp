@@ -40,6 +40,7 @@ Result<TileId> first_holder(const ResidualIndex& index, const std::vector<TileId
 
 Result<TileId> deepest_holder(const ResidualIndex& index, End end, double height_m) {
   std::vector<TileId> tiles;
+  tiles.reserve(tiling::columns(0));
   for (std::uint32_t x = 0; x < tiling::columns(0); ++x) tiles.push_back({0, x, 0});
   auto found = first_holder(index, tiles, end, height_m);
   while (found && found->level < index.level()) {

@@ -138,7 +138,7 @@ bool get_row(ByteReader& in, std::int32_t* here, const std::int32_t* above) {
 template <class F>
 void each_child(F&& f) {
   for (int north = 0; north < 2; ++north)
-    for (int east = 0; east < 2; ++east) f(std::size_t(2 * north + east), east, north);
+    for (int east = 0; east < 2; ++east) f(2 * std::size_t(north) + std::size_t(east), east, north);
 }
 
 /// Where a child's first column and row are, in columns and rows of `count` to a child.
@@ -161,10 +161,10 @@ void accumulate_piece(ResidualRecord& r, int k, double step_m) {
       const LatticeCell coarse{
           height(x, y + cell), height(x + cell, y + cell), height(x, y), height(x + cell, y), 0, 0,
           double(cell)};
-      float& bound = piece[std::size_t(row * side + col)];
+      float& bound = piece[std::size_t(row) * side + col];
       for (int j = 0; j < 2; ++j)
         for (int i = 0; i < 2; ++i) {
-          const float own = finer[std::size_t((2 * row + j) * 2 * side + 2 * col + i)];
+          const float own = finer[std::size_t(2 * row + j) * 2 * side + 2 * col + i];
           if (own < 0) continue;
           double apart = 0;
           for (const int n : {j, j + 1})
@@ -210,8 +210,8 @@ ResidualRecord join(const std::array<const ResidualRecord*, 4>& children, double
       const auto& part = children[i]->pieces[std::size_t(k + 1)];
       const Corner at = corner_of(east, north, half);
       for (int row = 0; row < half; ++row)
-        std::copy_n(&part[std::size_t(row * half)], half,
-                    &piece[std::size_t((at.row + row) * side + at.col)]);
+        std::copy_n(&part[std::size_t(row) * half], half,
+                    &piece[std::size_t(at.row + row) * side + at.col]);
     });
   }
   accumulate_piece(r, kPieces - 1, step_m);

@@ -190,9 +190,9 @@ class TileScan {
     for (int k = 0; k < int(residuals->size()); ++k) {
       const int side = kCells >> k, stride = ResidualRecord::kCells >> k;
       for (int row = 0; row < side; ++row)
-        std::copy_n(&(*residuals)[std::size_t(k)][std::size_t(row * side)], side,
-                    &record_.pieces[std::size_t(k)][std::size_t((patch_row * side + row) * stride +
-                                                                patch_col * side)]);
+        std::copy_n(&(*residuals)[std::size_t(k)][std::size_t(row) * side], side,
+                    &record_.pieces[std::size_t(k)][std::size_t(patch_row * side + row) * stride +
+                                                    patch_col * side]);
     }
     return {};
   }
@@ -225,7 +225,7 @@ class TileScan {
       TouchedCells((p.x - x) / kSide, (y - p.y) / kSide).each([&](int col, int row) {
         for (int k = 0; k <= kExact; ++k) {
           const int i = col >> k, j = row >> k;
-          double& cell = worst[std::size_t(k)][std::size_t(j * (kCells >> k) + i)];
+          double& cell = worst[std::size_t(k)][std::size_t(j) * (kCells >> k) + i];
           cell = std::max(cell, std::abs(surface(nodes, x, y, i, j, 1 << k).at(p.x, p.y) - p.z));
         }
         const int i = patch_col * kCells + col, j = patch_row * kCells + row;
@@ -265,7 +265,7 @@ class TileScan {
     if (field_.error()) return std::unexpected(*field_.error());
     for (int row = 0; row < kNodes; ++row)
       for (int col = 0; col < kNodes; ++col) {
-        double& h = nodes[std::size_t(row * kNodes + col)];
+        double& h = nodes[std::size_t(row) * kNodes + col];
         if (std::abs(h / step_) > ResidualRecord::kMostSteps)
           return fail(Errc::unsupported,
                       fmt::format("a height of {:g} m is beyond what the residual index of this "
@@ -312,7 +312,7 @@ class TileScan {
 
   static LatticeCell surface(const Nodes& nodes, double x, double y, int col, int row, int cell) {
     const auto h = [&](int i, int j) {
-      return nodes[std::size_t((row + j) * cell * kNodes + (col + i) * cell)];
+      return nodes[std::size_t(row + j) * cell * kNodes + (col + i) * cell];
     };
     return {h(0, 1),
             h(1, 1),
@@ -340,7 +340,7 @@ class TileScan {
     Cells cells(std::size_t(kCells) * kCells);
     for (int row = 0; row < kCells; ++row)
       for (int col = 0; col < kCells; ++col)
-        cells[std::size_t(row * kCells + col)] =
+        cells[std::size_t(row) * kCells + col] =
             worst_of(posts, col, row, surface(nodes, x, y, col, row, 1));
     return cells;
   }
@@ -362,7 +362,7 @@ class TileScan {
           limits[std::size_t(n)] = limit(nodes, x, y, fine, i, j, plane);
           if (likely < 0 || limits[std::size_t(n)] > limits[std::size_t(likely)]) likely = n;
         }
-        float& worst = cells[std::size_t(row * side + col)];
+        float& worst = cells[std::size_t(row) * side + col];
         const auto look = [&](int n) {
           if (limits[std::size_t(n)] <= worst) return;
           const auto [i, j] = fine_cell(n);
@@ -378,12 +378,12 @@ class TileScan {
   /// No post of a fine cell is farther than this from the coarser surface.
   static float limit(const Nodes& nodes, double x, double y, const Cells& fine, int col, int row,
                      const LatticeCell& coarse) {
-    const float own = fine[std::size_t(row * kCells + col)];
+    const float own = fine[std::size_t(row) * kCells + col];
     if (own < 0) return ResidualRecord::kEmpty;
     double apart = 0;
     for (int j = 0; j < 2; ++j)
       for (int i = 0; i < 2; ++i)
-        apart = std::max(apart, std::abs(nodes[std::size_t((row + j) * kNodes + col + i)] -
+        apart = std::max(apart, std::abs(nodes[std::size_t(row + j) * kNodes + col + i] -
                                          coarse.at(x + (col + i) * kSide, y - (row + j) * kSide)));
     return std::nextafter(float(own + apart + 1e-9), HUGE_VALF);
   }
@@ -393,7 +393,7 @@ class TileScan {
 
 Result<ResidualRecord> scan_residuals(const Surface& surface, TileId id, double step_m,
                                       std::stop_token stop) {
-  return TileScan(surface, id, step_m).run(stop);
+  return TileScan(surface, id, step_m).run(std::move(stop));
 }
 
 }  // namespace tind

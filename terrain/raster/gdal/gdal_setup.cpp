@@ -15,7 +15,10 @@
 
 #include <algorithm>
 #include <mutex>
+#include <string_view>
 #include <utility>
+
+#include "terrain/base/lower_case.h"
 
 namespace tind::gdal {
 namespace {
@@ -121,10 +124,18 @@ const char* const* vector_drivers() {
   return kNames;
 }
 
-const char* const* raster_drivers(bool with_vrt) {
+const char* const* raster_drivers(bool with_vrt, std::string_view path) {
   static constexpr const char* kWithVrt[] = {"VRT",     "GTiff", "SRTMHGT", "DTED", "USGSDEM",
-                                             "AAIGrid", "HFA",   "EHdr",    "PNG",  nullptr};
-  return kWithVrt + (with_vrt ? 0 : 1);
+                                             "AAIGrid", "HFA",   "PNG",     nullptr};
+  static constexpr const char* kRawWithVrt[] = {"VRT",     "GTiff", "SRTMHGT", "DTED", "USGSDEM",
+                                                "AAIGrid", "HFA",   "PNG",     "EHdr", nullptr};
+  // EHdr takes for raw numbers whatever has a .hdr beside it, a text or a NetCDF file, too.
+  static constexpr std::string_view kRaw[] = {".bil", ".bip", ".bsq", ".flt",
+                                              ".dem", ".bin", ".raw"};
+  const std::string name = lower_case(path);
+  const bool raw =
+      std::ranges::any_of(kRaw, [&](std::string_view end) { return name.ends_with(end); });
+  return (raw ? kRawWithVrt : kWithVrt) + (with_vrt ? 0 : 1);
 }
 
 Complaints::Complaints() { CPLPushErrorHandlerEx(keep, this); }

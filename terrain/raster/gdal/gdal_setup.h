@@ -3,6 +3,7 @@
 // Used only by the files of this folder.
 
 #include <string>
+#include <string_view>
 
 #include "terrain/base/result.h"
 
@@ -23,8 +24,13 @@ void register_vrt();
 /// Adds the allowed vector drivers: only for programs whose user names the file.
 void register_vectors();
 
-/// Null-terminated lists of driver names for GDALOpenEx.
-const char* const* raster_drivers(bool with_vrt);
+/// A CRS by this name is GeoPackage's srs_id -1, lengths, to GDAL, which without a CRS writes 0,
+/// degrees.
+inline constexpr const char* kLengthsWithoutPlace = "Undefined Cartesian SRS";
+
+/// Null-terminated lists of driver names for GDALOpenEx. `path`: what is to be opened, whose name
+/// decides whether it may be raw numbers.
+const char* const* raster_drivers(bool with_vrt, std::string_view path);
 const char* const* vector_drivers();
 
 /// While it lives, GDAL's messages of this thread come here instead of to stderr.

@@ -98,6 +98,7 @@ class BlockMesher {
       auto read = window_.slide(dem_, row_cuts_[std::max(0, oldest - 1)], row_cuts_[j + count]);
       if (!read) return std::unexpected(read.error());
       std::vector<BlockRow> rows;
+      rows.reserve(std::size_t(count));
       for (int k = 0; k < count; ++k)
         rows.push_back(prepare(j + k, k == 0 ? last_line_ : rows.back().bottom));
       last_line_ = rows.back().bottom;

@@ -318,7 +318,7 @@ ClusterGrid cluster_grid(int cols, int rows, double sx, double sy, std::uint64_t
   if (triangles >= 2 * std::uint64_t(cols - 1) * std::uint64_t(rows - 1))
     return {cols, rows, cols, rows};
   // (across - 1) (down - 1) = triangles / 2 and (across - 1) / (down - 1) = width / height.
-  const double pairs = std::max(1.0, double(triangles / 2));
+  const double pairs = double(std::max<std::uint64_t>(1, triangles / 2));
   ClusterGrid grid{cols, rows, 2, 2};
   const double across = std::sqrt(pairs * width / height);
   const int wide = int(std::clamp(std::floor(across), 1.0, double(cols - 1)));

@@ -287,8 +287,9 @@ Result<Simplified> run_any(HalfedgeMesh& mesh, Rules& rules, const Tin& attribut
       return run<6>(mesh, rules, attributed, *layout, options, progress);
     case 9:
       return run<9>(mesh, rules, attributed, *layout, options, progress);
+    default:
+      return fail(Errc::internal, "no quadric of this dimension");
   }
-  return fail(Errc::internal, "no quadric of this dimension");
 }
 
 template <int N>
@@ -423,8 +424,9 @@ Result<std::uint64_t> collapse_held(HeldMesh& held, const AttributeQemOptions& m
       return run_held<9>(held, attributed, *layout, progress);
     case 6:
       return run_held<6>(held, attributed, *layout, progress);
+    default:
+      return run_held<3>(held, attributed, *layout, progress);
   }
-  return run_held<3>(held, attributed, *layout, progress);
 }
 
 }  // namespace tind

@@ -133,8 +133,10 @@ void Remover::enter_all() {
   for (Index v = 0; v < n; ++v)
     if (mesh_.alive_vertex(v)) degree_[v] = std::uint32_t(mesh_.degree(v));
   key_.resize(criterion_ == Criterion::plane ? n : 0);
-  for (Index v = 0; v < n; ++v)
-    if ((may_go_[v] = may_ever_go(v))) enter(v);
+  for (Index v = 0; v < n; ++v) {
+    may_go_[v] = may_ever_go(v);
+    if (may_go_[v]) enter(v);
+  }
 }
 
 void Remover::gather_ring(Index v) {

@@ -49,8 +49,8 @@ struct GridSamples {
   std::size_t size() const { return std::size_t(cols) * rows; }
   std::size_t row_length() const { return stride ? stride : std::size_t(cols); }
   Vec3 sample(std::size_t i) const {
-    const std::size_t n = row_length();
-    return {x0 + double(i % n) * dx, y0 - double(i / n) * dy, double(z[i]) + offset};
+    const std::size_t n = row_length(), row = i / n, col = i % n;
+    return {x0 + double(col) * dx, y0 - double(row) * dy, double(z[i]) + offset};
   }
 
   template <class F>
@@ -191,10 +191,11 @@ struct GridSamples {
     const int place_a = !ab + !ac, place_b = ab + !bc;
     const Vec3* order[3];
     order[place_a] = &a, order[place_b] = &b, order[3 - place_a - place_b] = &c;
-    const auto [top, mid, low] = order;
+    const auto [top, mid, low] = order;  // the three places differ, which the analyzer cannot see
     // Row coordinates grow downwards.
     const double per_x = 1 / dx, per_y = 1 / dy;
-    const double top_row = (y0 - top->y) * per_y, mid_row = (y0 - mid->y) * per_y;
+    const double top_row = (y0 - top->y) * per_y;  // NOLINT(clang-analyzer-core.NullDereference)
+    const double mid_row = (y0 - mid->y) * per_y;
     const double low_row = (y0 - low->y) * per_y;
     const int first = std::max(0, at_or_after(top_row - kHair));
     const int last = std::min(rows - 1, at_or_before(low_row + kHair));

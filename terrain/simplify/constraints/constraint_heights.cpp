@@ -127,10 +127,11 @@ class HeightGiver {
     return (net_.boundary.holding(m.x - d.y, m.y + d.x) != PolygonSet::kNone) !=
            (net_.boundary.holding(m.x + d.y, m.y - d.x) != PolygonSet::kNone);
   }
+  static bool is_post(const Vec3& p) { return p.x == std::floor(p.x) && p.y == std::floor(p.y); }
   template <class F>
   void for_each_line_post(F&& f) {
     const auto visit = [&](const Vec3& p, const NetworkPart& part) {
-      if (p.x == std::floor(p.x) && p.y == std::floor(p.y)) f(int(p.x), int(-p.y), part);
+      if (is_post(p)) f(int(p.x), int(-p.y), part);
     };
     for (const NetworkPart& part : net_.parts) {
       if (!part.line) continue;
@@ -146,7 +147,10 @@ class HeightGiver {
     for (Index v = 0; v < level.size(); ++v) {
       Vec3& p = net_.points[v];
       if (std::isnan(level[v])) level[v] = flat_level(p.x, p.y);
-      if (!std::isnan(level[v])) p.z = level[v];
+      if (!std::isnan(level[v])) {
+        p.z = level[v];
+        if (is_post(p)) flatten_post(int(p.x), int(-p.y), level[v]);
+      }
       if (std::isnan(p.z)) p.z = height_between_posts(grid_, p.x, p.y);
     }
     for (NetworkPart& part : net_.parts) {
@@ -155,8 +159,7 @@ class HeightGiver {
       double flat = flat_level(m.x, m.y);
       if (std::isnan(flat) && on_same_outline(part)) flat = a.z;
       for (Vec3& p : part.inner) {
-        const bool is_post = p.x == std::floor(p.x) && p.y == std::floor(p.y);
-        if (is_post && !std::isnan(flat)) flatten_post(int(p.x), int(-p.y), flat);
+        if (is_post(p) && !std::isnan(flat)) flatten_post(int(p.x), int(-p.y), flat);
         const double t = std::sqrt(squared_xy(a, p) / squared_xy(a, b));
         p.z = !std::isnan(flat)  ? flat
               : part.own_heights ? a.z + t * (b.z - a.z)

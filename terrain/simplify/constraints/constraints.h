@@ -17,7 +17,7 @@
 #include "terrain/base/result.h"
 #include "terrain/mesh/constrained_delaunay.h"
 #include "terrain/mesh/polygon_set.h"
-#include "terrain/raster/gdal/vector_source.h"
+#include "terrain/raster/gdal/vectors/vector_source.h"
 #include "terrain/raster/terrain.h"
 
 namespace tind {

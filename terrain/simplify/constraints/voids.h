@@ -13,7 +13,7 @@
 #include "terrain/base/enum_names.h"
 #include "terrain/base/result.h"
 #include "terrain/mesh/tin.h"
-#include "terrain/raster/gdal/vector_source.h"
+#include "terrain/raster/gdal/vectors/vector_source.h"
 #include "terrain/raster/height_grid.h"
 
 namespace tind {

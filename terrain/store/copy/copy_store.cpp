@@ -21,6 +21,7 @@
 #include "terrain/raster/source_blocks.h"
 #include "terrain/store/object/object_store.h"
 #include "terrain/store/open/open_store.h"
+#include "terrain/store/taken_away.h"
 
 namespace tind {
 
@@ -77,6 +78,7 @@ Result<Source> look_at_source(const TileStore& store, const CopyOptions& o) {
   if (auto sure = store.vouched_for(); !sure) return std::unexpected(sure.error());
   for (const auto& level : from.layer.available) {
     std::vector<TileRange> ranges;
+    ranges.reserve(level.size());
     for (const proto::TileRange& r : level)
       ranges.push_back({r.start_x, r.start_y, r.end_x, r.end_y});
     from.areas.emplace_back(std::move(ranges));
@@ -110,7 +112,8 @@ Result<Ready> fetch(const Source& from, TileId id, bool pack) {
   const std::string name = from.store.tile_name(id);
   if (!tile) return fail("tile " + id.text(), tile.error());
   if (tile->vouched == Vouched::other_bytes || tile->vouched == Vouched::not_listed)
-    return fail(Errc::io, name + " is not as it was written; tind verify says more, and mends it");
+    return fail(Errc::bad_data,
+                name + " is not as it was written; tind verify says more, and mends it");
   Ready ready{std::move(tile->bytes), tile->facts.value_or(TileFacts{}),
               tile->vouched == Vouched::yes};
   if (pack && from.packed && ready.vouched) return ready;
@@ -154,7 +157,14 @@ Result<void> check_target(const Source& from, const std::string& to, bool force)
         Errc::invalid_argument,
         to + " is there, and no whole archive of tind's: move it away, or name another file");
   const auto record = there->record();
-  if (force || (record && from.record && may_update(*record, *from.record))) return {};
+  if (force) return {};
+  if (record && from.record && may_update(*record, *from.record)) {
+    const auto text = there->layer_json();
+    const auto layer =
+        text ? proto::decode_layer_json({reinterpret_cast<const char*>(text->data()), text->size()})
+             : std::unexpected(text.error());
+    return layer ? most_stay(to, layer->available, from.layer.available) : Result<void>();
+  }
   if (record && from.record && encode(*record) == encode(*from.record)) return {};
   return fail(Errc::invalid_argument, to + " holds tiles of another source or of other options: "
                                            "name another file, or --force to replace them");

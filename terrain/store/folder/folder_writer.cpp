@@ -29,6 +29,7 @@
 #include "terrain/store/folder/folder_lock.h"
 #include "terrain/store/folder/product_records.h"
 #include "terrain/store/folder/tile_ledger.h"
+#include "terrain/store/taken_away.h"
 
 namespace tind {
 
@@ -40,6 +41,13 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::chrono::seconds kLongestPending{4};
+
+/// Nothing where it cannot be read, which others say.
+std::optional<proto::LayerJson> layer_in(const std::string& folder) {
+  const auto text = read_regular_file(folder + kLayer);
+  auto layer = text ? proto::decode_layer_json(*text) : std::unexpected(text.error());
+  return layer ? std::optional(std::move(*layer)) : std::nullopt;
+}
 
 class FolderWriter : public TileWriter {
  public:
@@ -202,6 +210,8 @@ Result<void> FolderWriter::go_on(const TileWork& work, const std::string& record
   if (auto ok = check_blocks(output_, work.blocks.digest, same); !ok) return ok;
   if (auto done = remove_partial_files(files_, output_); !done) return done;
   if (update) {
+    if (const auto layer = layer_in(output_); layer && !work.force)
+      if (auto ok = most_stay(output_, layer->available, work.levels); !ok) return ok;
     auto dirty = changes_since(*text, work, output_);
     if (!dirty) {
       return replace(

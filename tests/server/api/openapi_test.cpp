@@ -43,6 +43,17 @@ TEST_F(OpenApi, IsServedAsJsonAndAsYaml) {
   const Ordered& lon = document["paths"]["/elevation/{dataset}"]["get"]["parameters"][1];
   EXPECT_EQ(lon["name"], "lon");
   EXPECT_EQ(lon["schema"]["maximum"], 360);
+  // What has a validator may find that it is another by now.
+  EXPECT_EQ(get("/openapi.json", "If-Match: \"x\"\r\n").status, 412);
+  int validated = 0;
+  for (const auto& [path, operations] : document["paths"].items())
+    for (const auto& [method, operation] : operations.items())
+      if (operation["responses"].contains("304")) {
+        EXPECT_TRUE(operation["responses"].contains("412")) << path;
+        ++validated;
+      }
+  EXPECT_GT(validated, 20);
+  EXPECT_TRUE(document["components"]["responses"].contains("412"));
 }
 
 TEST(Yaml, QuotesWhatCouldBeSomethingElse) {

@@ -42,6 +42,12 @@ TEST_F(ProcessesApi, ArePagesForPeople) {
   ASSERT_NE(outputs, std::string::npos);
   EXPECT_EQ(slope.find(">takes<", outputs), std::string::npos) << "an output takes nothing";
   EXPECT_NE(page("/jobs?f=html").body.find("None of yours"), std::string::npos);
+  EXPECT_NE(get("/jobs?limit=1&status=successful&f=json")
+                .body.find("/jobs?limit=1&status=successful&f=html"),
+            std::string::npos)
+      << "the same list in another form";
+  EXPECT_EQ(get("/jobs?datetime=2026-02-28/..").status, 200);
+  EXPECT_EQ(get("/jobs?datetime=2026-02-31/..").status, 400) << "no such day";
   const std::string job =
       execute(inputs(R"("max_error": 30)"), "Prefer: respond-async\r\n").headers.at("location");
   EXPECT_NE(page("/jobs?f=html").body.find("<a href=\"" + job + "\">simplify"), std::string::npos);

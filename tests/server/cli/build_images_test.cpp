@@ -4,8 +4,10 @@
 
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <string>
 
+#include "terrain/base/file_io.h"
 #include "tests/support/program.h"
 
 namespace tind {
@@ -55,6 +57,56 @@ TEST(BuildImages, AFolderHoldsOneFormat) {
   EXPECT_NE(meshes.out.find("(tind-images.json): choose another"), std::string::npos) << meshes.out;
   EXPECT_FALSE(std::filesystem::exists(dir.file("images") + "/layer.json"));
   EXPECT_EQ(images.code, 2) << images.out;
+}
+
+TEST(BuildImages, UndeclaredNodataIsTold) {
+  const test::TempDir dir;
+  std::ofstream(dir.file("a.asc")) << "ncols 3\nnrows 2\nxllcenter 7\nyllcenter 46\ncellsize 0.01\n"
+                                      "1 -9999 3\n4 5 6\n";
+  const auto ran =
+      test::run_tind("build " + dir.file("a.asc") + " --crs EPSG:4326 --format rgb -o " +
+                     dir.file("images") + " --progress none");
+  EXPECT_EQ(ran.code, 0);
+  EXPECT_NE(ran.out.find("1 post is -9999"), std::string::npos) << ran.out;
+  // What shapes meshes only would make images of another version without a difference.
+  EXPECT_EQ(test::run_tind("build " + dir.file("a.asc") + " --crs EPSG:4326 --format rgb --water " +
+                           dir.file("w.geojson") + " -o " + dir.file("images"))
+                .code,
+            2);
+}
+
+TEST(BuildImages, LevelsOfAnEarlierRunStayInTheDescription) {
+  const test::TempDir dir;
+  const auto levels = [&](const char* asked) {
+    EXPECT_EQ(test::run_tind("build " + test::testdata("desert.asc") + " --format rgb --levels " +
+                             asked + " --progress none -o " + dir.file("i"))
+                  .code,
+              0);
+    const auto json = nlohmann::json::parse(*read_whole_file(dir.file("i") + "/tiles.json"));
+    return std::pair<int, int>(json["minzoom"], json["maxzoom"]);
+  };
+  EXPECT_EQ(levels("0-1"), std::pair(0, 1));
+  EXPECT_EQ(levels("3-4"), std::pair(3, 4)) << "level 2 is not there";
+  EXPECT_EQ(levels("2-2"), std::pair(0, 4));
+  EXPECT_EQ(levels("1-2"), std::pair(0, 4));
+}
+
+TEST(BuildImages, ForceTakesAwayOnlyWhereImagesWere) {
+  const test::TempDir dir;
+  std::ofstream dem(dir.file("a.asc"));  // across the antimeridian
+  dem << "ncols 21\nnrows 5\nxllcenter 179\nyllcenter 46\ncellsize 0.1\n";
+  for (int i = 0; i < 105; ++i) dem << i << ((i + 1) % 21 ? " " : "\n");
+  dem.close();
+  const std::string line = "build " + dir.file("a.asc") + " --crs EPSG:4326 --levels 0-3 -o " +
+                           dir.file("i") + " --progress none --format ";
+  ASSERT_EQ(test::run_tind(line + "rgb").code, 0);
+  const std::string mine = dir.file("i") + "/3/4/2.png", theirs = dir.file("i") + "/3/0/2.png";
+  std::filesystem::create_directories(dir.file("i") + "/3/4");
+  std::ofstream(mine) << "mine";
+  ASSERT_TRUE(std::filesystem::exists(theirs));
+  EXPECT_EQ(test::run_tind(line + "terrarium").code, 2);
+  ASSERT_EQ(test::run_tind(line + "terrarium --force").code, 0);
+  EXPECT_EQ(read_whole_file(mine).value_or(""), "mine") << "0 to 45 degrees east";
 }
 
 TEST(BuildImages, OfADemWhoseNameIsNoUtf8AreMade) {

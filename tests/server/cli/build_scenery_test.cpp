@@ -67,6 +67,11 @@ TEST_F(BuildScenery, RefusesWhatFitsNothing) {
   }
 }
 
+TEST_F(BuildScenery, HearsNothingThatShapesTilesOnly) {
+  for (const char* option : {"--exact-posts 100", "--breaklines b.geojson", "--levels 0-3"})
+    EXPECT_EQ(build(std::string("--format flightgear ") + option).code, 2) << option;
+}
+
 TEST_F(BuildScenery, OfNothingIsNotMade) {
   const std::string voids = raster("voids", "NODATA_value -1\n-1 -1 -1 -1\n-1 -1 -1 -1");
   const std::string to = " --format flightgear --progress none -o " + dir_.file("out");

@@ -97,6 +97,53 @@ TEST_F(Copies, WhatIsBrokenIsFoundAndMended) {
   }
 }
 
+TEST_F(Copies, AnotherRegionOfTheSameGridReplacesNothing) {
+  // Sheets of one survey: their posts lie on one grid.
+  const auto sheet = [&](const char* name, double west) {
+    std::ofstream out(file(name));
+    out << "ncols 65\nnrows 65\nxllcenter " << west << "\nyllcenter 46\ncellsize 0.0009765625\n";
+    for (int i = 0; i < 65 * 65; ++i) out << (i * 7) % 31 + i / 65 << ((i + 1) % 65 ? " " : "\n");
+    return file(name) + " --crs EPSG:4326 --from-datum ellipsoid";
+  };
+  const std::string near = sheet("near.asc", 7), far = sheet("far.asc", 9);
+  ASSERT_EQ(test::run_tind("build " + near + " -o " + file("near")).code, 0);
+  ASSERT_EQ(test::run_tind("build " + far + " -o " + file("far")).code, 0);
+  ASSERT_EQ(copy(file("near"), file("near.pmtiles")).code, 0);
+  const std::string before = *read_whole_file(file("near.pmtiles"));
+  EXPECT_EQ(copy(file("far"), file("near.pmtiles")).code, 2);
+  EXPECT_EQ(copy(file("far"), file("near")).code, 2);
+  EXPECT_EQ(test::run_tind("build " + far + " -o " + file("near")).code, 2);
+  EXPECT_EQ(*read_whole_file(file("near.pmtiles")), before);
+  EXPECT_EQ(json_of(test::run_tind("build " + near + " -o " + file("near") + " --json"))["built"],
+            0);
+  EXPECT_EQ(copy("--force " + file("far"), file("near.pmtiles")).code, 0);
+}
+
+TEST_F(Copies, MostTilesAreNotTakenAwayUnasked) {
+  const auto strip = [&](const char* name, int from, int cols) {
+    std::ofstream out(file(name));
+    out << "ncols " << cols << "\nnrows 65\nxllcenter " << 7 + from / 1024. << "\nyllcenter 46\n"
+        << "cellsize 0.0009765625\n";
+    for (int i = 0; i < cols * 65; ++i)
+      out << ((from + i % cols) * 7) % 31 + i / cols << ((i + 1) % cols ? " " : "\n");
+    return file(name) + " ";
+  };
+  const std::string west = strip("w.asc", 0, 65), middle = strip("m.asc", 64, 193),
+                    east = strip("e.asc", 256, 257);
+  const std::string options =
+      "--crs EPSG:4326 --from-datum ellipsoid -o " + file("strips") + " --json";
+  ASSERT_EQ(test::run_tind("build " + west + middle + east + options).code, 0);
+  const auto some = test::run_tind("build " + middle + east + options);
+  EXPECT_EQ(some.code, 0) << some.out;
+  for (const char* asked : {"", " --dry-run"}) {
+    const auto few = test::run_tind("build " + middle + options + asked);
+    EXPECT_EQ(few.code, 2) << asked;
+    EXPECT_NE(few.out.find("would be taken away"), std::string::npos) << few.out;
+  }
+  EXPECT_EQ(json_of(test::run_tind("build " + middle + east + options))["built"], 0);
+  EXPECT_EQ(test::run_tind("build " + middle + options + " --force").code, 0);
+}
+
 TEST_F(Copies, OfAnotherSourceNothingIsMended) {
   for (const std::string name : {"d.pmtiles", "d"}) {
     ASSERT_EQ(copy(tiles(), file(name)).code, 0);

@@ -389,6 +389,10 @@ TEST(DemInput, CheckingAConfigurationFindsWhatTheStartWouldFind) {
                         "NODATA_value -9999\n-9999 -9999\n-9999 -9999\n";
   write_wgs84_prj(dir.file("void.prj"));
   const Ran started = run_tind("serve " + dem + " --listen 127.0.0.1:0");
+  const Ran both = run_tind("serve /nowhere1.tif /nowhere2.tif --check-config");
+  EXPECT_EQ(both.code, 69);
+  for (const char* said : {"/nowhere1.tif", "/nowhere2.tif", "2 datasets cannot be served"})
+    EXPECT_NE(both.out.find(said), std::string::npos) << both.out;
   const Ran checked = run_tind("serve " + dem + " --check-config");
   EXPECT_EQ(started.code, 65) << started.out;
   EXPECT_EQ(checked.code, 65) << checked.out;

@@ -54,6 +54,20 @@ TEST_F(Elevation, OfATableItIsTheTableWithHeights) {
   EXPECT_EQ(*read_whole_file(out), right);
 }
 
+TEST_F(Elevation, WhatIsAddedStandsInItsOwnColumns) {
+  const std::string in = table("lon,lat,note\n-121.76,46.85\n-121.76,46.85,a\n");
+  EXPECT_EQ(run_tind("elevation " + dem_ + " --places " + in).answer,
+            "lon,lat,note,height_m,coverage\n-121.76,46.85,,4317.0,value\n"
+            "-121.76,46.85,a,4317.0,value\n");
+  for (const auto& [wrong, why] :
+       {std::pair{"lon,lat\n-121.76,46.85,a\n", "line 2 has more fields than the first line"},
+        std::pair{"lon,lat,height_m\n-121.76,46.85,4\n", "line 1 has a column height_m already"}}) {
+    const auto ran = run_tind("elevation " + dem_ + " --places " + table(wrong));
+    EXPECT_EQ(ran.code, 65);
+    EXPECT_NE(ran.out.find(why), std::string::npos) << ran.out;
+  }
+}
+
 TEST_F(Elevation, ALongTableIsReadInPartsAndStaysInOrder) {
   std::string content = "x,y\n";
   for (int i = 0; i < 150'000; ++i)

@@ -157,6 +157,27 @@ TEST_F(Export, OfOnePostSaysThatItHasNoArea) {
   const auto map = run_tind(start + "unreal -o " + folder_.file("a.png"));
   EXPECT_EQ(map.code, 2) << map.out;
   EXPECT_NE(map.out.find("no width or no height"), std::string::npos) << map.out;
+  // Of one row as well, though a parallel is no line on the map.
+  std::ofstream row(dem);
+  row << "ncols 40\nnrows 1\nxllcorner 7\nyllcorner 46\ncellsize 0.01\n";
+  for (int i = 0; i < 40; ++i) row << i << ' ';
+  row.close();
+  EXPECT_EQ(run_tind(start + "unreal -o " + folder_.file("a.png")).code, 2);
+}
+
+TEST_F(Export, ASpacingThatNoSideCoversIsRefused) {
+  const std::string start = "export " + dem_ + " --format ";
+  const auto fine = run_tind(start + "unity --spacing 1 -o " + folder_.file("a.raw"));
+  EXPECT_EQ(fine.code, 2) << fine.out;
+  EXPECT_NE(fine.out.find("do not cover"), std::string::npos) << fine.out;
+  const auto coarse =
+      run_tind(start + "unreal --spacing 1000 --fit inside -o " + folder_.file("a.png"));
+  EXPECT_EQ(coarse.code, 2) << coarse.out;
+  EXPECT_NE(coarse.out.find("do not lie inside"), std::string::npos) << coarse.out;
+  const auto map =
+      run_tind(start + "unity --to-crs EPSG:3857 --size 33 -o " + folder_.file("a.raw"));
+  EXPECT_EQ(map.code, 0);
+  EXPECT_NE(map.out.find("lengths on the ground differ by up to"), std::string::npos) << map.out;
 }
 
 }  // namespace

@@ -95,6 +95,21 @@ TEST_F(LineOptions, AreRefusedInOneLine) {
   refuses(lines() + " --method bounded --side above", 2, "--side is both");
 }
 
+TEST_F(LineOptions, CornersOnPostsAreFlattenedToo) {
+  if (!has_constrained_delaunay()) GTEST_SKIP() << "built without CGAL";
+  std::ofstream grid(dir_.file("g.asc"));
+  grid << "ncols 9\nnrows 9\nxllcenter 0\nyllcenter 0\ncellsize 1\n";
+  for (int i = 0; i < 81; ++i) grid << 10 * (i % 9) + i / 9 << ((i + 1) % 9 ? " " : "\n");
+  grid.close();
+  std::ofstream(dir_.file("pond.geojson"))
+      << R"({"type": "Polygon", "coordinates": [[[2,2],[6,2],[6,6],[2,6],[2,2]]]})";
+  const auto made = test::tind_json(
+      "simplify " + dir_.file("g.asc") + " --crs EPSG:4326 --max-error 1 -o " + dir_.file("g.ply") +
+      " --json --progress none --flatten " + dir_.file("pond.geojson"));
+  EXPECT_EQ(made["lines"]["posts_flattened"], 25) << made;
+  EXPECT_LE(double(made["max_error_m"]), 1);
+}
+
 TEST_F(LineOptions, ZerosForHeightsAreToldAndCanBeIgnored) {
   if (!has_constrained_delaunay()) GTEST_SKIP() << "built without CGAL";
   nlohmann::json flat = nlohmann::json::parse(std::ifstream(testdata("breaklines.geojson")));

@@ -269,6 +269,24 @@ TEST(MeshOutput, AGeoPackageWithoutACrsHasLengths) {
   // Of a geometry: "GP", version, flags, srs_id: -1 is "undefined Cartesian", 0 were degrees.
   EXPECT_NE(bytes.find(std::string("GP\0\x05\xff\xff\xff\xff", 8)), bytes.npos);
   EXPECT_EQ(bytes.find(std::string("GP\0\x05\0\0\0\0", 8)), bytes.npos);
+  // So have contours of it.
+  const std::string contours = dir.file("c.gpkg");
+  ASSERT_EQ(run_tind("contours " + small_dem(dir) + " --interval 1 -o " + contours).code, 0);
+  const std::string lines = read_whole_file(contours).value();
+  EXPECT_NE(lines.find(std::string("GP\0\x03\xff\xff\xff\xff", 8)), lines.npos);
+  EXPECT_EQ(lines.find(std::string("GP\0\x03\0\0\0\0", 8)), lines.npos);
+}
+
+TEST(MeshOutput, FeetBesideMetresAreTold) {
+  const TempDir dir;
+  const std::string line = "simplify " + small_dem(dir) + " --crs EPSG:2227 --ratio 0.5 -o ";
+  const auto ran = run_tind(line + dir.file("m.obj"));
+  EXPECT_EQ(ran.code, 0);
+  EXPECT_NE(ran.out.find("x and y are in units of 0.3048006096 m and z in units of 1 m"),
+            ran.out.npos)
+      << ran.out;
+  EXPECT_EQ(run_tind(line + dir.file("n.obj") + " --frame metric").out.find("units of"),
+            ran.out.npos);
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 
 #include "terrain/base/file_io.h"
 #include "tests/support/program.h"
+#include "tests/support/program_json.h"
 
 namespace tind {
 namespace {
@@ -47,6 +48,52 @@ TEST(Output, another_crs_beside_a_raster_without_one_is_not_taken_for_its_own) {
   EXPECT_EQ(ran.code, 2) << ran.out;
   EXPECT_NE(ran.out.find("slope.prj is there, and the DEM has no CRS"), std::string::npos);
   EXPECT_EQ(read_whole_file(folder.file("slope.prj")).value_or(""), prj);
+}
+
+TEST(Output, a_profile_over_a_void_has_its_heights_beside_it) {
+  const test::TempDir folder;
+  const std::string dem = folder.file("dem.asc"), out = folder.file("line.geojson");
+  std::ofstream(dem) << "ncols 4\nnrows 2\nxllcenter 7\nyllcenter 0\ncellsize 1\nNODATA_value -1\n"
+                        "10 20 -1 30\n10 20 -1 30\n";
+  const auto ran =
+      run_tind("profile " + dem + " --crs EPSG:4326 --line \"7,0.5 10,0.5\" --samples 7 -o " + out);
+  ASSERT_EQ(ran.code, 0) << ran.out;
+  const auto feature = nlohmann::json::parse(read_whole_file(out).value());
+  const auto &line = feature["geometry"]["coordinates"],
+             &heights = feature["properties"]["height_m"];
+  ASSERT_EQ(line.size(), heights.size());
+  for (const auto& position : line)
+    EXPECT_EQ(position.size(), 2u) << "among others of three numbers it would be of height 0";
+  EXPECT_NEAR(double(heights[0]), 10, 1e-3);
+  EXPECT_TRUE(heights[4].is_null()) << heights;
+}
+
+TEST(Output, a_local_grid_in_feet_is_measured_in_metres) {
+  const test::TempDir folder;
+  const std::string dem = folder.file("site.asc");
+  std::ofstream(dem) << "ncols 3\nnrows 3\nxllcenter 0\nyllcenter 0\ncellsize 10\n"
+                        "1 2 3\n1 2 3\n1 2 3\n";
+  std::ofstream(folder.file("site.prj")) << R"(LOCAL_CS["site",UNIT["foot",0.3048]])";
+  EXPECT_NEAR(double(test::tind_json("info " + dem + " --json")["spacing_m"][0]), 3.048, 1e-9);
+  const auto volume = test::tind_json("volume " + dem + " --height 1 --json");
+  EXPECT_NEAR(double(volume["net_m3"]), 20 * 20 * 0.3048 * 0.3048, 1e-6) << volume;
+  const std::string out = folder.file("slope.asc");
+  ASSERT_EQ(run_tind("slope " + dem + " -o " + out).code, 0);
+  EXPECT_NE(read_whole_file(out)->find("18.16"), std::string::npos) << "atan(1 / 3.048)";
+}
+
+TEST(Output, a_header_beside_makes_no_raw_numbers_of_any_file) {
+  const test::TempDir folder;
+  const std::string dem = folder.file("v.flt"), text = folder.file("v.xyz");
+  const float posts[] = {1, 2, 3, 4};
+  std::ofstream(dem, std::ios::binary).write(reinterpret_cast<const char*>(posts), sizeof posts);
+  std::ofstream(folder.file("v.hdr")) << "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\n"
+                                         "NODATA_value -9999\nbyteorder LSBFIRST\n";
+  std::ofstream(text) << "0.5 1.5 1\n1.5 1.5 2\n0.5 0.5 3\n1.5 0.5 4\n";
+  EXPECT_EQ(run_tind("info " + dem).code, 0);
+  const auto refused = run_tind("info " + text);
+  EXPECT_EQ(refused.code, 65) << refused.out;
+  EXPECT_NE(refused.out.find("not a raster tind reads"), std::string::npos) << refused.out;
 }
 
 TEST(Output, a_profile_over_the_antimeridian_is_cut_there) {

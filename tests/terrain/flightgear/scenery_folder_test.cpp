@@ -134,7 +134,11 @@ TEST_F(SceneryFolder, OfOtherOptionsTakesThePlaceOfWhatWasThere) {
   ASSERT_TRUE(write_scenery(plan(10), folder_));
   const auto before = files();
   std::ofstream(folder_ + "/Terrain/notes.txt") << "mine";
-  const auto report = write_scenery(plan(20), folder_);
+  const auto refused = write_scenery(plan(20), folder_);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().what.find("--force"), std::string::npos);
+  EXPECT_EQ(files().size(), before.size() + 1) << "nothing was touched";
+  const auto report = write_scenery(plan(20), folder_, 0, {}, nullptr, true);
   ASSERT_TRUE(report) << report.error().what;
   EXPECT_EQ(report->kept, 0u);
   auto after = files();
@@ -196,7 +200,7 @@ TEST_F(SceneryFolder, TakesAwayBucketsOfBeforeAndNothingOfOthers) {
   put(one + ".dirindex",
       "version:1\npath:" + one.substr(0, one.size() - 1) + "\nf:" + stg_name(gone) + ":1:1\n");
   for (const auto& [name, text] : stay) put(name, text);
-  ASSERT_TRUE(write_scenery(plan(20), folder_));
+  ASSERT_TRUE(write_scenery(plan(20), folder_, 0, {}, nullptr, true));
   auto there = files();
   for (const std::string& name : taken) EXPECT_FALSE(there.contains(name)) << name;
   for (const auto& [name, text] : stay) EXPECT_EQ(there[name], text) << name;

@@ -22,6 +22,7 @@ namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
+using testing::StartsWith;
 
 Result<std::shared_ptr<const DemSource>> open(std::vector<std::string> files,
                                               const DemOptions& options = {}) {
@@ -448,6 +449,25 @@ TEST(Nodata, WhatLooksLikeItIsCountedOnceAndNotWhenItIsDeclared) {
   EXPECT_TRUE(std::isnan(declared->read(0, 0, 3, 2)->at(1, 0)));
   ASSERT_EQ(declared->undeclared_nodata().size(), 1u);
   EXPECT_EQ(declared->undeclared_nodata()[0].value, -32768);
+}
+
+TEST(Nodata, OfSeveralFilesThoseAreNamedThatHaveIt) {
+  const test::TempDir folder;
+  std::vector<std::string> files;
+  for (const auto& [name, west, posts] :
+       {std::tuple{"a.asc", 0, "1 2 3\n4 5 6\n"}, std::tuple{"b.asc", 3, "1 -9999 3\n4 5 6\n"},
+        std::tuple{"c.asc", 6, "1 2 3\n-9999 5 6\n"}}) {
+    files.push_back(folder.file(name));
+    std::ofstream(files.back()) << "ncols 3\nnrows 2\nxllcorner " << west
+                                << "\nyllcorner 0\ncellsize 1\n"
+                                << posts;
+  }
+  const auto all = must_open(files);
+  ASSERT_TRUE(all->read(0, 0, 9, 2));
+  ASSERT_EQ(all->undeclared_nodata().size(), 1u);
+  EXPECT_EQ(all->undeclared_nodata()[0].files, (std::vector<std::size_t>{1, 2}));
+  EXPECT_THAT(undeclared_nodata_text(*all),
+              StartsWith(files[1] + " and 1 more: 2 posts are -9999"));
 }
 
 TEST(Nodata, IsWhatTheUserSays) {

@@ -1,4 +1,4 @@
-#include "terrain/raster/gdal/image_source.h"
+#include "terrain/raster/gdal/pictures/image_source.h"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "terrain/raster/gdal/zip_entry.h"
+#include "terrain/raster/gdal/heights/zip_entry.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   constexpr std::size_t kMost = 1 << 16;

@@ -1,4 +1,4 @@
-#include "terrain/raster/gdal/zip_entry.h"
+#include "terrain/raster/gdal/heights/zip_entry.h"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <fstream>
 
 #include "terrain/base/sqlite.h"
-#include "terrain/raster/gdal/vector_source.h"
+#include "terrain/raster/gdal/vectors/vector_source.h"
 #include "terrain/shapes/shaped_dem.h"
 #include "tests/support/listener.h"
 #include "tests/support/made_up_source.h"

@@ -155,6 +155,68 @@ TEST(AskedCrs, TheWholeEarthInWebMercatorIsSquare) {
   EXPECT_NEAR(box->south, -20037508.342789, 1e-3);
 }
 
+ogc::AskedCrs asked(const char* name, const DatasetFacts& facts) {
+  auto crs = ogc::AskedCrs::make(name, facts);
+  EXPECT_TRUE(crs) << name;
+  return std::move(*crs);
+}
+
+TEST(AskedCrs, BoxesGoOnAcrossTheAntimeridian) {
+  DatasetFacts facts;
+  facts.box = {179.6, -16.9, 180.4, -16.2};
+  const std::vector<const char*> names = {"CRS84",     "EPSG:4326", "EPSG:4258",
+                                          "EPSG:3857", "EPSG:3832", "EPSG:32760"};
+  const ogc::AskedCrs degrees = asked("CRS84", facts);
+  for (const char* from : names) {
+    const ogc::AskedCrs crs = asked(from, facts);
+    const auto own = ogc::box_of(crs, facts);
+    ASSERT_TRUE(own) << from;
+    for (const char* to : names) {
+      const auto there = ogc::box_in(*own, crs, asked(to, facts));
+      ASSERT_TRUE(there) << from << " " << to;
+      const auto back = ogc::box_in(*there, asked(to, facts), degrees);
+      ASSERT_TRUE(back) << from << " " << to;
+      // A box around a box in another projection is wider, but not the globe.
+      EXPECT_NEAR(back->west, 179.6, .05) << from << " " << to;
+      EXPECT_NEAR(back->east, 180.4, .05) << from << " " << to;
+      EXPECT_NEAR(back->south, -16.9, .05) << from << " " << to;
+    }
+  }
+  EXPECT_EQ(asked("EPSG:4258", facts).box({-16.5, 179.9, -16.4, -179.9})->east, 180.1);
+  EXPECT_FALSE(asked("EPSG:4258", facts).box({-96.5, 179.9, -16.4, -179.9}));
+}
+
+TEST(AskedCrs, ABoxAroundAPoleHoldsIt) {
+  DatasetFacts facts;
+  facts.box = {-180, 88, 180, 90};
+  for (const auto& [name, sign] : {std::pair{"EPSG:3413", 1}, std::pair{"EPSG:3031", -1}}) {
+    const ogc::AskedCrs polar = asked(name, facts), degrees = asked("CRS84", facts);
+    const auto whole = ogc::box_in({-50000, -50000, 50000, 50000}, polar, degrees);
+    ASSERT_TRUE(whole) << name;
+    EXPECT_EQ(whole->west, -180);
+    EXPECT_EQ(whole->east, 180);
+    EXPECT_EQ(sign > 0 ? whole->north : whole->south, 90 * sign);
+    EXPECT_NEAR(sign > 0 ? whole->south : whole->north, 89.36 * sign, .02);
+    const auto beside = ogc::box_in({10000, -50000, 50000, 50000}, polar, degrees);
+    ASSERT_TRUE(beside) << name;
+    EXPECT_LT(beside->width(), 180);
+    EXPECT_LT(std::abs(sign > 0 ? beside->north : beside->south), 90);
+  }
+}
+
+TEST(AskedCrs, PostsAreInsideOfTheEarth) {
+  DatasetFacts facts;
+  facts.box = {-180, 80, 180, 90};
+  const ogc::AskedCrs degrees = asked("CRS84", facts);
+  const ogc::CrsBox box{-180, 80, 180, 90};
+  const ogc::CrsBox posts =
+      ogc::with_posts_inside(degrees, box, ogc::ground_m(degrees, box), {5000, 5000});
+  EXPECT_TRUE(degrees.is_on_globe(posts));
+  EXPECT_EQ(posts.width(), 360);
+  EXPECT_EQ(posts.north, 90);
+  EXPECT_LT(posts.south, 80);
+}
+
 TEST(CrsName, EveryFormOfOne) {
   for (const char* text :
        {"EPSG:2056", "epsg:2056", "[EPSG:2056]", "http://www.opengis.net/def/crs/EPSG/0/2056",

@@ -253,6 +253,30 @@ TEST_F(Edr, TheAntimeridianIsAPlaceLikeAnyOther) {
       EXPECT_NEAR(values(cube)[row * 21 + col].get<double>(), double(100 * row + col + 5), 1e-2);
       EXPECT_NEAR(raster["values"][row * 31 + col].get<double>(), double(100 * row + col), 1e-2);
     }
+  // A line goes on in CoverageJSON, and is cut in GeoJSON (RFC 7946, section 3.1.9).
+  const std::string line =
+      fiji + "/trajectory?coords=LINESTRING(179.95+-17.9,-179.85+-17.9)&resolution-x=9";
+  const Json goes_on = json(line);
+  const Json& at = goes_on["domain"]["axes"]["composite"]["values"];
+  ASSERT_EQ(at.size(), 9u);
+  for (std::size_t i = 0; i < 9; ++i)
+    EXPECT_NEAR(at[i][0].get<double>(), 179.95 + .2 * double(i) / 8, 1e-4) << i;
+  const Json cut = json(line + "&f=GeoJSON")["features"][0]["geometry"];
+  EXPECT_EQ(cut["type"], "MultiLineString");
+  ASSERT_EQ(cut["coordinates"].size(), 2u);
+  const Json &before = cut["coordinates"][0], &behind = cut["coordinates"][1];
+  EXPECT_EQ(before.size() + behind.size(), 11u);
+  EXPECT_EQ(before.back()[0], 180);
+  EXPECT_EQ(behind[0][0], -180);
+  EXPECT_EQ(before.back()[1], behind[0][1]);
+  EXPECT_EQ(before.back()[2], behind[0][2]);
+  EXPECT_NEAR(before.back()[2].get<double>(), 1010, 1);
+  for (const Json& p : behind) EXPECT_LT(p[0].get<double>(), -179.8);
+  // Its coverage in Web Mercator is as wide as in degrees.
+  const Json mercator = json(fiji + "/coverage?f=covjson&crs=EPSG:3857&width=31&height=21");
+  const Json& x = axes(mercator)["x"];
+  EXPECT_LT(x["stop"].get<double>() - x["start"].get<double>(), 36000) << x;
+  for (const Json& value : values(mercator)) EXPECT_TRUE(value.is_number());
 }
 
 TEST(EdrArea, SpansAreWhatTheEvenOddRuleSays) {

@@ -190,6 +190,26 @@ TEST_F(Shards, OfTwoPlansDoNotShareAFolder) {
   EXPECT_EQ(test::run_tind(line + " -o " + file("elsewhere")).code, 0);
   const auto there = build("0");
   EXPECT_THAT(there.out, HasSubstr("there")) << "the first plan's shard is as it was";
+  // In its place nobody could merge what is done.
+  const std::string again = "plan-build " + dem() + " --deepest 10 --shards 2 -o " + plan();
+  const auto refused = test::run_tind(again);
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_THAT(refused.out, HasSubstr("--force"));
+  EXPECT_EQ(test::run_tind("status --plan " + plan()).code, 75) << "it is as it was";
+  EXPECT_EQ(test::run_tind(again + " --force").code, 0);
+}
+
+TEST_F(Shards, AFolderThatIsNotThereIsNotOneWithoutShards) {
+  make_plan(2);
+  for (const char* shard : {"0", "1"}) ASSERT_EQ(build(shard).code, 0);
+  const std::string status = "status --plan " + plan() + " --shards ";
+  EXPECT_EQ(test::run_tind(status + file("")).code, 0);
+  EXPECT_EQ(test::run_tind(status + file("shards")).code, 0) << "the folder itself";
+  EXPECT_EQ(test::run_tind(status + file("nowhere")).code, 69);
+  EXPECT_EQ(
+      test::run_tind("merge --plan " + plan() + " --shards " + file("nowhere") + " -o " + file("t"))
+          .code,
+      69);
 }
 
 TEST_F(Shards, APlanReplacesNothingElse) {

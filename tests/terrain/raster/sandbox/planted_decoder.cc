@@ -14,8 +14,8 @@
 #include <memory>
 #include <string>
 
-#include "terrain/raster/gdal/file_wire.h"
-#include "terrain/raster/gdal/gdal_file.h"
+#include "terrain/raster/gdal/heights/file_wire.h"
+#include "terrain/raster/gdal/heights/gdal_file.h"
 #include "terrain/raster/sandbox/wire.h"
 
 namespace {

@@ -14,10 +14,10 @@
 #include <random>
 #include <thread>
 
-#include "terrain/raster/gdal/apart_file.h"
-#include "terrain/raster/gdal/file_wire.h"
-#include "terrain/raster/gdal/gdal_file.h"
-#include "terrain/raster/gdal/source_pool.h"
+#include "terrain/raster/gdal/heights/apart_file.h"
+#include "terrain/raster/gdal/heights/file_wire.h"
+#include "terrain/raster/gdal/heights/gdal_file.h"
+#include "terrain/raster/gdal/heights/source_pool.h"
 #include "terrain/raster/sandboxed_pool.h"
 #include "tests/support/program.h"
 #include "tests/support/support.h"

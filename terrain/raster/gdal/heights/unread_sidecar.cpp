@@ -1,0 +1,64 @@
+#include "terrain/raster/gdal/heights/unread_sidecar.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+namespace tind::gdal {
+namespace {
+
+constexpr std::size_t kMostRead = 1 << 16;
+
+/// The text of the first element of that name, without blanks around it.
+std::string_view text_in(std::string_view xml, const std::string& element) {
+  const std::size_t open = xml.find("<" + element);
+  if (open == xml.npos) return {};
+  const std::size_t begin = xml.find('>', open), end = xml.find("</" + element, open);
+  if (begin == xml.npos || end == xml.npos || end < begin) return {};
+  std::string_view text = xml.substr(begin + 1, end - begin - 1);
+  const auto blank = [](char c) { return c == ' ' || c == '\n' || c == '\r' || c == '\t'; };
+  while (!text.empty() && blank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && blank(text.back())) text.remove_suffix(1);
+  return text;
+}
+
+std::optional<double> number(std::string_view text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return {};
+  return value;
+}
+
+bool same(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
+
+}  // namespace
+
+std::string unread_sidecar(const std::string& path, const RasterContent& read) {
+  std::ifstream file(path + ".aux.xml", std::ios::binary);
+  if (!file) return {};
+  std::string xml(kMostRead, '\0');
+  file.read(xml.data(), std::streamsize(xml.size()));
+  xml.resize(std::size_t(file.gcount()));
+  std::string said;
+  const auto say = [&](const char* what, std::string_view text) {
+    said += (said.empty() ? " says " : ", ") + std::string(what) + " " +
+            std::string(text.substr(0, 40));
+  };
+  const std::string_view unit = text_in(xml, "UnitType");
+  const bool metres = unit.empty() || unit == "m" || unit == "metre" || unit == "meter";
+  if (!metres && read.unit_m == 1) say("unit", unit);
+  const std::string_view scale = text_in(xml, "Scale"), offset = text_in(xml, "Offset");
+  if (const auto value = number(scale); value && !same(*value, read.scale)) say("scale", scale);
+  if (const auto value = number(offset); value && !same(*value, read.offset)) say("offset", offset);
+  const std::string_view nodata = text_in(xml, "NoDataValue");
+  const auto value = number(nodata);
+  if (value && std::ranges::none_of(read.nodata, [&](double v) { return same(v, *value); }))
+    say("nodata", nodata);
+  return said.empty() ? said : path + ".aux.xml" + said;
+}
+
+}  // namespace tind::gdal

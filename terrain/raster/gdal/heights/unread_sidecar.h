@@ -1,0 +1,15 @@
+#pragma once
+// GDAL's .aux.xml beside a raster is not read: it could say anything of a file that somebody else
+// vouches for. What it says of heights is told.
+
+#include <string>
+
+#include "terrain/raster/raster_content.h"
+
+namespace tind::gdal {
+
+/// "dem.tif.aux.xml says unit ft, scale 0.5", as far as it is not what `read` has; empty: there is
+/// none, or nothing of that in it. Looks at 64 KiB at most.
+std::string unread_sidecar(const std::string& path, const RasterContent& read);
+
+}  // namespace tind::gdal
