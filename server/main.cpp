@@ -17,6 +17,7 @@
 
 #include "server/cli/commands/commands.h"
 #include "server/cli/program/data_dir.h"
+#include "server/cli/program/gdal_environment.h"
 #include "server/cli/program/standard_output.h"
 #include "server/log/printable.h"
 #include "terrain/base/errno_text.h"
@@ -74,6 +75,7 @@ void keep_back_output() {
 }
 
 int run(int argc, char** argv) {
+  tind::cli::forget_gdal_options();
   // Not a command of anybody's: what `serve` begins to decode rasters in. It starts often.
   if (argc == 2 && std::strcmp(argv[1], tind::kDecoderArgument) == 0)
     return tind::decode_for_others();

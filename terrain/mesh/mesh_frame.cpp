@@ -48,7 +48,7 @@ proto::MeshPlace mesh_place(const DemInfo& info, MeshFrame frame, bool source_un
   const CrsCode code = crs_code(info.crs_wkt);
   place.epsg = code.epsg;
   place.geographic = code.geographic;
-  place.unit_m = code.unit_m;
+  place.unit_m = info.crs_wkt.empty() ? info.crs_unit_m : code.unit_m;
   place.crs_wkt = info.crs_wkt;
   place.crs_name = info.crs_name;
   place.vertical_datum = name(info.datum);

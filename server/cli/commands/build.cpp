@@ -84,6 +84,20 @@ struct Arguments {
   ShardLine shards;
 };
 
+nlohmann::ordered_json to_json(const UpdateReport& u) {
+  nlohmann::ordered_json j = {{"blocks", u.blocks},
+                              {"changed_blocks", u.changed_blocks},
+                              {"block_posts", u.block_posts},
+                              {"dirty_tiles", u.dirty_tiles},
+                              {"levels_of_other_steps", u.levels_of_other_steps},
+                              {"new_layers", u.new_layers},
+                              {"bent_layers", u.bent_layers},
+                              {"gone_layers", u.gone_layers},
+                              {"gone_tiles", u.gone_tiles}};
+  if (!u.everything.empty()) j["everything"] = u.everything;
+  return j;
+}
+
 nlohmann::ordered_json to_json(const BuildReport& r, const TileSetOptions& tiles,
                                const Surface& source, double seconds) {
   nlohmann::ordered_json j;
@@ -98,18 +112,7 @@ nlohmann::ordered_json to_json(const BuildReport& r, const TileSetOptions& tiles
   j["seconds"] = seconds;
   j["threads"] = r.threads;
   j["peak_mb"] = PeakMemory::megabytes();
-  if (r.update.updated) {
-    j["update"] = {{"blocks", r.update.blocks},
-                   {"changed_blocks", r.update.changed_blocks},
-                   {"block_posts", r.update.block_posts},
-                   {"dirty_tiles", r.update.dirty_tiles},
-                   {"levels_of_other_steps", r.update.levels_of_other_steps},
-                   {"new_layers", r.update.new_layers},
-                   {"bent_layers", r.update.bent_layers},
-                   {"gone_layers", r.update.gone_layers},
-                   {"gone_tiles", r.update.gone_tiles}};
-    if (!r.update.everything.empty()) j["update"]["everything"] = r.update.everything;
-  }
+  if (r.update.updated) j["update"] = to_json(r.update);
   j["over_budget"] = r.over_budget;
   j["worst_over_budget"] = r.worst_over_budget;
   j["worst_over_budget_m"] = r.worst_over_budget_m;
@@ -170,16 +173,20 @@ std::string update_text(const UpdateReport& u) {
   return text;
 }
 
-/// What an update of the folder would do, where there is one.
-int print_update(const Surface& surface, const BuildOptions& o, const std::string& style) {
-  Result<UpdateReport> update = fail(Errc::internal, "not run");
-  {
+/// What a build would cost, and what an update of the folder would do, where there is one.
+int foresee(const Surface& surface, const BuildOptions& o, const std::string& style, bool json) {
+  Result<UpdateReport> update;
+  if (!o.output.empty()) {
     ProgressBar bar("posts", progress_style(style));
     update = foresee_update(surface, o, bar.progress());
   }
   if (!update) return complain(update.error());
-  if (update->updated) fmt::print("an update of {}: {}", o.output, update_text(*update));
-  return kOk;
+  const auto as_json = to_json(*update);
+  const int exit =
+      print_estimate(surface, o, style, json, 0, 0, update->updated ? &as_json : nullptr);
+  if (exit == kOk && update->updated && !json)
+    fmt::print("an update of {}: {}", o.output, update_text(*update));
+  return exit;
 }
 
 void print(const BuildReport& r, const TileSetOptions& tiles, VerticalDatum datum, double seconds) {
@@ -386,12 +393,7 @@ int run(Arguments a) {
   const auto threads = threads_within(a.memory, *source, dem, a.options.threads);
   if (!threads) return complain(threads.error());
   a.options.threads = *threads;
-  if (a.dry_run) {
-    if (const int exit = print_estimate(*source, a.options, a.progress, a.json);
-        exit != kOk || a.options.output.empty() || a.json)
-      return exit;
-    return print_update(*source, a.options, a.progress);
-  }
+  if (a.dry_run) return foresee(*source, a.options, a.progress, a.json);
   const auto images = image_format(a.format);
   if (!a.json) fmt::print("{}", layers_text(*source));
   if (!remote::is_remote(a.options.output))

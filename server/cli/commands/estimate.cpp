@@ -96,7 +96,8 @@ void print(const ShardCost& c) {
 }  // namespace
 
 int print_estimate(const Surface& surface, const BuildOptions& options, const std::string& progress,
-                   bool json, std::uint64_t shards, double dollars_per_core_hour) {
+                   bool json, std::uint64_t shards, double dollars_per_core_hour,
+                   const nlohmann::ordered_json* update) {
   Result<BuildEstimate> estimate = fail(Errc::internal, "not run");
   warn_of_plan(surface, options.tiles);
   PeakMemory::forget();
@@ -119,6 +120,7 @@ int print_estimate(const Surface& surface, const BuildOptions& options, const st
     j["core_hours"] = cost.core_hours;
     if (shards > 0) j["shards"] = shards, j["shard_seconds"] = cost.seconds_each();
     if (dollars_per_core_hour > 0) j["dollars"] = cost.dollars;
+    if (update) j["update"] = *update;
     fmt::print("{}\n", json::to_text(j, 1));
   } else {
     print(*estimate, peak_mb);

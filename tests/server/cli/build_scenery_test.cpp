@@ -47,7 +47,9 @@ TEST_F(BuildScenery, SaysWhichClassesHaveNoMaterial) {
   const auto some = build("--format flightgear --materials 10=Town --land-cover " + cover);
   EXPECT_EQ(some.code, 0) << some.out;
   EXPECT_NE(some.out.find(": 20"), std::string::npos) << some.out;
-  const auto all = build("--format flightgear --materials worldcover --land-cover " + cover);
+  const std::string other = "--format flightgear --materials worldcover --land-cover " + cover;
+  EXPECT_EQ(build(other).code, 2) << "in place of those of before only with --force";
+  const auto all = build(other + " --force");
   EXPECT_EQ(all.code, 0) << all.out;
   EXPECT_EQ(all.out.find("--materials"), std::string::npos) << all.out;
   EXPECT_NE(all.out.find("0 kept"), std::string::npos) << "others of before were kept: " << all.out;

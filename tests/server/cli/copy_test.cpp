@@ -129,7 +129,7 @@ TEST_F(Copies, MostTilesAreNotTakenAwayUnasked) {
     return file(name) + " ";
   };
   const std::string west = strip("w.asc", 0, 65), middle = strip("m.asc", 64, 193),
-                    east = strip("e.asc", 256, 257);
+                    east = strip("e.asc", 256, 769);
   const std::string options =
       "--crs EPSG:4326 --from-datum ellipsoid -o " + file("strips") + " --json";
   ASSERT_EQ(test::run_tind("build " + west + middle + east + options).code, 0);

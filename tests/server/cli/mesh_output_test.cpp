@@ -273,8 +273,8 @@ TEST(MeshOutput, AGeoPackageWithoutACrsHasLengths) {
   const std::string contours = dir.file("c.gpkg");
   ASSERT_EQ(run_tind("contours " + small_dem(dir) + " --interval 1 -o " + contours).code, 0);
   const std::string lines = read_whole_file(contours).value();
-  EXPECT_NE(lines.find(std::string("GP\0\x03\xff\xff\xff\xff", 8)), lines.npos);
-  EXPECT_EQ(lines.find(std::string("GP\0\x03\0\0\0\0", 8)), lines.npos);
+  EXPECT_NE(lines.find(std::string("GP\0\x05\xff\xff\xff\xff", 8)), lines.npos);
+  EXPECT_EQ(lines.find(std::string("GP\0\x05\0\0\0\0", 8)), lines.npos);
 }
 
 TEST(MeshOutput, FeetBesideMetresAreTold) {

@@ -76,10 +76,27 @@ TEST(Output, a_local_grid_in_feet_is_measured_in_metres) {
   std::ofstream(folder.file("site.prj")) << R"(LOCAL_CS["site",UNIT["foot",0.3048]])";
   EXPECT_NEAR(double(test::tind_json("info " + dem + " --json")["spacing_m"][0]), 3.048, 1e-9);
   const auto volume = test::tind_json("volume " + dem + " --height 1 --json");
-  EXPECT_NEAR(double(volume["net_m3"]), 20 * 20 * 0.3048 * 0.3048, 1e-6) << volume;
+  EXPECT_NEAR(double(volume["net"]["m3"]), 20 * 20 * 0.3048 * 0.3048, 1e-6) << volume;
   const std::string out = folder.file("slope.asc");
   ASSERT_EQ(run_tind("slope " + dem + " -o " + out).code, 0);
   EXPECT_NE(read_whole_file(out)->find("18.16"), std::string::npos) << "atan(1 / 3.048)";
+}
+
+TEST(Output, the_environment_changes_no_height_and_no_place) {
+  const test::TempDir folder;
+  const std::string dem = folder.file("dem.asc");
+  std::ofstream(dem)
+      << "ncols 2\nnrows 2\nxllcorner 7\nyllcorner 46\ncellsize 0.01\n1.5 2.5\n3.5 4.5\n";
+  const std::string line = "elevation " + dem + " --crs EPSG:4326 --at 7.005,46.015";
+  const auto plain = run_tind(line);
+  ASSERT_EQ(plain.code, 0) << plain.out;
+  for (const char* variable :
+       {"AAIGRID_DATATYPE=Int32", "GDAL_GEOREF_SOURCES=NONE", "GDAL_SKIP=AAIGrid",
+        "OSR_DEFAULT_AXIS_MAPPING_STRATEGY=AUTHORITY_COMPLIANT"}) {
+    const auto ran = run_tind(line, variable);
+    EXPECT_EQ(ran.code, 0) << variable << ran.out;
+    EXPECT_EQ(ran.answer, plain.answer) << variable;
+  }
 }
 
 TEST(Output, a_header_beside_makes_no_raw_numbers_of_any_file) {

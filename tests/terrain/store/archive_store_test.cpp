@@ -270,7 +270,7 @@ TEST_P(ArchiveStore, ACopyThatFailsLeavesNothing) {
   EXPECT_EQ(copy(from_, path()).error().code, Errc::not_found);
   from_.missing.clear();
   from_.vouched = Vouched::other_bytes;
-  EXPECT_EQ(copy(from_, path()).error().code, Errc::io);
+  EXPECT_EQ(copy(from_, path()).error().code, Errc::bad_data);
   from_.vouched = Vouched::yes;
   std::stop_source stop;
   stop.request_stop();

@@ -51,19 +51,30 @@ std::vector<GeoRect> within_a_turn(double west, double east, double south, doubl
   return {{west, south, 180, north}, {-180, south, east - 360, north}};
 }
 
+/// A turn that moves no post of the raster by a millionth of a step is a rounding of who wrote it:
+/// a raster is upright, or it is not.
+Affine without_noise(Affine map, std::int64_t cols, std::int64_t rows) {
+  constexpr double kNoise = 1e-6;
+  if (std::abs(map.x_row) * double(rows) > kNoise * std::abs(map.x_col) ||
+      std::abs(map.y_col) * double(cols) > kNoise * std::abs(map.y_row))
+    return map;
+  map.x_row = map.y_col = 0;
+  return map;
+}
+
 }  // namespace
 
 Result<Frame> Frame::make(const CrsFacts& crs, const Affine& post_to_crs, std::int64_t cols,
                           std::int64_t rows) {
   Frame frame;
-  frame.map_ = post_to_crs;
+  frame.map_ = without_noise(post_to_crs, cols, rows);
   frame.cols_ = cols;
   frame.rows_ = rows;
   frame.kind_ = crs.kind;
   frame.unit_m_ = crs.unit_m;
   frame.find_period(crs);
   if (crs.turn > 0) frame.full_turn_ = crs.turn;
-  const bool upright = post_to_crs.x_row == 0 && post_to_crs.y_col == 0;
+  const bool upright = frame.map_.x_row == 0 && frame.map_.y_col == 0;
   frame.plain_ = crs.plain_wgs84 && upright;
   if (crs.kind != CrsKind::none && !frame.plain_) {
     auto made = ToGeographic::make(crs.wkt, post_to_crs.apply(double(cols) / 2, double(rows) / 2));
@@ -91,7 +102,10 @@ void Frame::to_post(std::span<const Geographic> in, std::span<Vec2> out) const {
   if (transform_) transform_->to_crs(out.first(in.size()));
   // Without wrapping, a longitude means the turn that lies nearest to the raster's middle.
   const double from = wraps_ ? 0 : (double(cols_) - 1 - period_) / 2;
+  const double middle = map_.apply(double(cols_ - 1) / 2, double(rows_ - 1) / 2).x;
   for (Vec2& p : out.first(in.size())) {
+    if (kind_ == CrsKind::geographic && period_ == 0)  // turned: columns are no longitudes
+      p.x += full_turn_ * std::round((middle - p.x) / full_turn_);
     p = map_.invert(p.x, p.y);
     if (period_ > 0 && std::isfinite(p.x)) p.x = wrapped(p.x, from, period_);
   }
@@ -140,14 +154,17 @@ Geographic Frame::geographic(Vec2 post) const {
   return p;
 }
 
-bool Frame::touches_globe() const {
+bool Frame::touches_globe(const PostRect& part) const {
   if (kind_ == CrsKind::none) return true;
-  constexpr int kSide = 17;
+  const bool all = part == PostRect{0, 0, cols_ - 1, rows_ - 1};
+  const int side = all ? 17 : 5;  // there may be thousands of parts
+  const auto cols = double(part.last_col - part.col), rows = double(part.last_row - part.row);
   constexpr double kMostTurns = 4;  // longitudes that are still degrees
   std::vector<Vec2> posts;
-  for (int i = 0; i < kSide * kSide; ++i)
-    posts.push_back({double(cols_ - 1) * (i % kSide) / (kSide - 1),
-                     double(rows_ - 1) * (i / kSide) / (kSide - 1)});
+  for (int j = 0; j < side; ++j)
+    for (int i = 0; i < side; ++i)
+      posts.push_back(
+          {double(part.col) + cols * i / (side - 1), double(part.row) + rows * j / (side - 1)});
   std::vector<Geographic> places(posts.size());
   to_geographic(posts, places);
   for (std::size_t i = 0; i < posts.size(); ++i) {

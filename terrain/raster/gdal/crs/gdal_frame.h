@@ -34,8 +34,8 @@ class Frame {
   /// How well its places are known; exactly where it is plain or has no CRS.
   CrsWay crs_way() const { return transform_ ? transform_->way() : CrsWay{"", 0.0, ""}; }
 
-  /// Whether any of some places all over the raster is on the globe; without a CRS it is.
-  bool touches_globe() const;
+  /// Whether any of some places all over a part of it is on the globe; without a CRS it is.
+  bool touches_globe(const PostRect&) const;
   GeoRect bounds() const;
   /// The bounding box of some of the posts: one, or two where it crosses the antimeridian.
   std::vector<GeoRect> extents(const PostRect&) const;

@@ -79,6 +79,8 @@ class RasterSource final : public DemSource {
   std::string places_text(const gdal::FileFacts&, const DemOptions&) const;
   Result<void> finish(std::int64_t col, std::int64_t row, int cols, int rows,
                       std::span<double> heights, std::span<float> out) const;
+  void drop_beyond_poles(std::int64_t row, int cols, int rows, std::span<double> heights) const;
+  Result<void> check_places(const DemOptions&) const;
   Result<HeightGrid> load(std::int64_t col, std::int64_t row, int cols, int rows) const;
   Result<BlockCache::Block> block(std::int64_t block_col, std::int64_t block_row) const;
   Result<void> read_sparse(std::int64_t col, std::int64_t row, int step, HeightGrid& out) const;
@@ -137,6 +139,7 @@ std::unexpected<Error> RasterSource::too_high(double z, std::int64_t col, std::i
 
 Result<void> RasterSource::finish(std::int64_t col, std::int64_t row, int cols, int rows,
                                   std::span<double> heights, std::span<float> out) const {
+  drop_beyond_poles(row, cols, rows, heights);
   if (shift_)
     if (auto ok = shift_->add(col, row, cols, rows, heights); !ok)
       return fail(info_.files[0], ok.error());
@@ -146,13 +149,18 @@ Result<void> RasterSource::finish(std::int64_t col, std::int64_t row, int cols, 
       return too_high(z, col + std::int64_t(i) % cols, row + std::int64_t(i) / cols);
     out[i] = float(z);
   }
-  if (info_.crs_kind != CrsKind::geographic) return {};
-  const Affine& map = info_.post_to_crs;
-  for (int r = 0; r < rows; ++r)  // rows beyond the poles exist in files, not on the globe
-    if (map.x_row == 0 && map.y_col == 0 &&
-        std::abs(map.y0 + double(row + r) * map.y_row) > frame_.pole() + 1e-9)
-      std::ranges::fill(out.subspan(std::size_t(r) * cols, cols), HeightGrid::kVoid);
   return {};
+}
+
+/// Rows that exist in files, not on the globe: nobody converts what they hold, or finds it too
+/// high.
+void RasterSource::drop_beyond_poles(std::int64_t row, int cols, int rows,
+                                     std::span<double> heights) const {
+  const Affine& map = info_.post_to_crs;
+  if (info_.crs_kind != CrsKind::geographic || map.x_row != 0 || map.y_col != 0) return;
+  for (int r = 0; r < rows; ++r)
+    if (std::abs(map.y0 + double(row + r) * map.y_row) > frame_.pole() + 1e-9)
+      std::ranges::fill(heights.subspan(std::size_t(r) * cols, cols), std::nan(""));
 }
 
 Result<HeightGrid> RasterSource::load(std::int64_t col, std::int64_t row, int cols,
@@ -269,6 +277,20 @@ Result<void> RasterSource::settle_datum(const gdal::FileFacts& facts, const DemO
   return {};
 }
 
+/// Of every file some posts are on the globe.
+Result<void> RasterSource::check_places(const DemOptions& options) const {
+  for (const PostRect& part : info_.covered) {
+    if (frame_.touches_globe(part)) continue;
+    const Vec2 first = info_.post_to_crs.apply(double(part.col), double(part.row));
+    return fail(
+        options.crs.empty() ? Errc::bad_data : Errc::invalid_argument,
+        fmt::format("{}: its coordinates (the first post is at {:.10g}, {:.10g}) lie outside "
+                    "of its CRS, {}; say with --crs which one they are in",
+                    mosaic_.file_at(part.col, part.row), first.x, first.y, info_.crs_name));
+  }
+  return {};
+}
+
 Result<void> RasterSource::describe(std::span<const std::string> files, const DemOptions& options) {
   const gdal::FileFacts& facts = mosaic_.facts();
   info_.files.assign(files.begin(), files.end());
@@ -285,18 +307,11 @@ Result<void> RasterSource::describe(std::span<const std::string> files, const De
   info_.crs_way = frame_.crs_way().name;
   if (!frame_.crs_way().warning.empty())
     info_.warnings.push_back(facts.path + ": " + frame_.crs_way().warning);
-  if (!frame_.touches_globe()) {
-    const Vec2 first = info_.post_to_crs.apply(0, 0);
-    return fail(
-        options.crs.empty() ? Errc::bad_data : Errc::invalid_argument,
-        fmt::format("{}: its coordinates (the first post is at {:.10g}, {:.10g}) lie outside "
-                    "of its CRS, {}; say with --crs which one they are in",
-                    facts.path, first.x, first.y, info_.crs_name));
-  }
+  info_.covered = mosaic_.covered();
+  if (auto ok = check_places(options); !ok) return ok;
   info_.z_unit_m = facts.z_unit_m;
   info_.nodata_said = nodata_text(options);
   info_.bounds = frame_.bounds();
-  info_.covered = mosaic_.covered();
   const auto add = [&](const PostRect& part) {
     for (const GeoRect& extent : frame_.extents(part)) info_.extents.push_back(extent);
   };
@@ -308,6 +323,11 @@ Result<void> RasterSource::describe(std::span<const std::string> files, const De
   info_.wraps_longitude = frame_.wraps();
   info_.period_cols = frame_.period();
   const Vec2 spacing = frame_.spacing_m();
+  if (!std::isfinite(spacing.x) || !std::isfinite(spacing.y))
+    return fail(Errc::bad_data,
+                facts.path +
+                    ": its posts are so far apart that the middle between them is no "
+                    "place on the globe: name those of one region at a time");
   info_.spacing_x_m = spacing.x;
   info_.spacing_y_m = spacing.y;
 

@@ -36,6 +36,7 @@
 #include "terrain/raster/gdal/crs/gdal_crs.h"
 #include "terrain/raster/gdal/crs/geotransform.h"
 #include "terrain/raster/gdal/gdal_setup.h"
+#include "terrain/raster/gdal/heights/file_wire.h"
 #include "terrain/raster/gdal/heights/gdal_verify.h"
 #include "terrain/raster/gdal/heights/vrt_nesting.h"
 #include "terrain/raster/gdal/heights/zip_entry.h"
@@ -203,6 +204,22 @@ std::vector<std::string> other_files(GDALDataset& set, const std::string& path, 
   return found;
 }
 
+/// An .img names the file that its posts lie in where they are many, and GDAL opens whatever that
+/// is, a pipe among others.
+Result<void> check_spilled(GDALDataset& set, const std::string& path, const std::string& shown) {
+  if (std::string_view(set.GetDriverName()) != "HFA") return {};
+  const CPLStringList files(set.GetFileList());
+  for (int i = 0; i < files.Count(); ++i) {
+    std::error_code error;
+    if (belongs_to(path, files[i]) && fs::is_regular_file(files[i], error)) continue;
+    return fail(Errc::unsupported,
+                fmt::format("{}: its posts are in {}, which is no file of its own name beside it: "
+                            "rename both alike, or make a GeoTIFF of it (gdal_translate)",
+                            shown, files[i]));
+  }
+  return {};
+}
+
 }  // namespace
 
 IdleHandles::IdleHandles(std::size_t max_bytes, std::size_t max_open)
@@ -290,6 +307,7 @@ Result<std::unique_ptr<IdleHandles::Handle>> RasterFile::open_handle() const {
                     "DEM, Arc/Info ASCII, Erdas .img, BIL, FLT, PNG; others become a GeoTIFF with "
                     "gdal_translate), or damaged: " +
                     complaints.text("no driver recognises it"));
+  if (auto ok = check_spilled(*handle->set, target, path_); !ok) return std::unexpected(ok.error());
   return handle;
 }
 

@@ -28,6 +28,9 @@ bool same_steps(const Affine& a, const Affine& b) {
          close(a.y_col, b.y_col, scale) && close(a.y_row, b.y_row, scale);
 }
 
+/// Posts between two files: a degree a post around the globe is 360, a metre a post 4 * 10^7.
+constexpr double kFarthest = 1u << 31;
+
 bool whole(double posts) { return std::abs(posts - std::round(posts)) <= kWholePost; }
 
 Error mismatch(const FileFacts& a, const FileFacts& b, const std::string& why) {
@@ -100,15 +103,22 @@ Result<void> Mosaic::add(std::unique_ptr<HeightFile> file, const DemOptions& opt
         a, b,
         fmt::format("their post spacings differ ({} x {} and {} x {})", a.post_to_crs.x_col,
                     a.post_to_crs.y_row, b.post_to_crs.x_col, b.post_to_crs.y_row)));
-  Vec2 first = post_to_crs_.invert(b.post_to_crs.x0, b.post_to_crs.y0);
-  const Vec2 corner = b.post_to_crs.apply(double(b.cols - 1), double(b.rows - 1));
-  Vec2 last = post_to_crs_.invert(corner.x, corner.y);
+  Vec2 origin{b.post_to_crs.x0, b.post_to_crs.y0};
+  Vec2 corner = b.post_to_crs.apply(double(b.cols - 1), double(b.rows - 1));
   if (a.crs.turn > 0) {  // 179..180 and -180..-179 are neighbours
-    const double period = a.crs.turn / post_to_crs_.x_col;
-    const double turns = std::round(((double(a.cols) - 1) / 2 - (first.x + last.x) / 2) / period);
-    first.x += turns * period;
-    last.x += turns * period;
+    const double middle = a.post_to_crs.apply(double(a.cols - 1) / 2, double(a.rows - 1) / 2).x;
+    const double turns = std::round((middle - (origin.x + corner.x) / 2) / a.crs.turn);
+    origin.x += turns * a.crs.turn;
+    corner.x += turns * a.crs.turn;
   }
+  const Vec2 first = post_to_crs_.invert(origin.x, origin.y);
+  const Vec2 last = post_to_crs_.invert(corner.x, corner.y);
+  const double farthest =
+      std::max({std::abs(first.x), std::abs(first.y), std::abs(last.x), std::abs(last.y)});
+  if (!(farthest <= kFarthest))
+    return std::unexpected(mismatch(
+        a, b,
+        fmt::format("they are {:.3g} posts apart; is one of them in another place?", farthest)));
   if (!whole(first.x) || !whole(first.y) || !whole(last.x) || !whole(last.y))
     return std::unexpected(
         mismatch(a, b,

@@ -191,7 +191,8 @@ Result<void> HeightBand::interpret(const std::string& path, GDALDataset& set,
   nodata_ = options.nodata;
   const double declared = band.GetNoDataValue(&has);
   if (has && !options.ignore_declared_nodata && !colours) nodata_.push_back(declared);
-  masked_ = (band.GetMaskFlags() & GMF_PER_DATASET) != 0;
+  // 0: a mask of this band alone.
+  masked_ = band.GetMaskFlags() == 0 || (band.GetMaskFlags() & GMF_PER_DATASET) != 0;
   for (int b = 1; b <= set.GetRasterCount() && !masked_; ++b)  // beside floats GDAL passes over it
     if (b != band_ && is_alpha(set, b)) alpha_ = b;
   content_.nodata = nodata_;
@@ -212,7 +213,9 @@ Result<HeightBand> HeightBand::of(const std::string& path, GDALDataset& set, dou
     heights.sums_ = std::make_unique<BlockSums>(set, planes(set, heights.band_, three ? 3 : 1));
   if (GDALDataset* const mask = heights.masked_ ? mask_of(set, heights.band_) : nullptr;
       mask && !whole)
-    heights.mask_sums_ = std::make_unique<BlockSums>(*mask, std::vector<int>{1});
+    heights.mask_sums_ = std::make_unique<BlockSums>(
+        *mask,
+        std::vector<int>{std::max(1, set.GetRasterBand(heights.band_)->GetMaskBand()->GetBand())});
   return heights;
 }
 
