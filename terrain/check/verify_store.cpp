@@ -7,6 +7,7 @@
 #include "terrain/base/parallel.h"
 #include "terrain/geo/availability.h"
 #include "terrain/geo/tile_order.h"
+#include "terrain/store/layer_place.h"
 
 namespace tind {
 
@@ -29,10 +30,7 @@ struct Expected {
 /// What layer.json says, and a fault where it says nothing that can be read.
 Expected expected_of(const TileStore& store, std::vector<StoreFault>& faults) {
   Expected expected;
-  const auto text = store.layer_json();
-  const auto layer =
-      text ? proto::decode_layer_json({reinterpret_cast<const char*>(text->data()), text->size()})
-           : std::unexpected(text.error());
+  const auto layer = layer_of(store);
   if (!layer) {
     const bool under_way = layer.error().code == Errc::not_found && store.record();
     faults.push_back({StoreFault::In::ledger, "layer.json",
@@ -41,13 +39,7 @@ Expected expected_of(const TileStore& store, std::vector<StoreFault>& faults) {
                                 : layer.error().what});
     return expected;
   }
-  for (const auto& level : layer->available) {
-    std::vector<TileRange> ranges;
-    ranges.reserve(level.size());
-    for (const proto::TileRange& r : level)
-      ranges.push_back({r.start_x, r.start_y, r.end_x, r.end_y});
-    expected.areas.emplace_back(std::move(ranges));
-  }
+  for (const auto& level : layer->available) expected.areas.push_back(area_of(level));
   return expected;
 }
 

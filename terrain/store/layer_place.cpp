@@ -11,6 +11,20 @@
 #include "terrain/geo/tiling_scheme.h"
 
 namespace tind {
+
+Result<proto::LayerJson> layer_of(const TileStore& store) {
+  const auto text = store.layer_json();
+  if (!text) return std::unexpected(text.error());
+  return proto::decode_layer_json({reinterpret_cast<const char*>(text->data()), text->size()});
+}
+
+TileArea area_of(const std::vector<proto::TileRange>& level) {
+  std::vector<TileRange> ranges;
+  ranges.reserve(level.size());
+  for (const proto::TileRange& r : level)
+    ranges.push_back({r.start_x, r.start_y, r.end_x, r.end_y});
+  return TileArea(std::move(ranges));
+}
 namespace {
 
 using Level = std::vector<proto::TileRange>;

@@ -2,18 +2,10 @@
 
 #include <cstdint>
 
-#include "terrain/geo/availability.h"
+#include "terrain/store/layer_place.h"
 
 namespace tind {
 namespace {
-
-TileArea area_of(const std::vector<proto::TileRange>& level) {
-  std::vector<TileRange> ranges;
-  ranges.reserve(level.size());
-  for (const proto::TileRange& r : level)
-    ranges.push_back({r.start_x, r.start_y, r.end_x, r.end_y});
-  return TileArea(std::move(ranges));
-}
 
 std::uint64_t common(const TileArea& a, const TileArea& b) {
   std::uint64_t count = 0;

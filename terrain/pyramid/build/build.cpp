@@ -13,6 +13,7 @@
 #include "terrain/pyramid/plan/plan_source.h"
 #include "terrain/pyramid/plan/tile_version.h"
 #include "terrain/pyramid/residual/residual_index.h"
+#include "terrain/store/layer_place.h"
 #include "terrain/store/taken_away.h"
 #include "terrain/surface/surface_blocks.h"
 
@@ -62,13 +63,9 @@ Result<UpdateReport> foresee_update(const Surface& surface, const BuildOptions& 
                 o.output +
                     " holds tiles that cannot become these by an update: they are of "
                     "another source or were made with other options (--force replaces them)");
-  if (const auto text = open_store(o.output)->layer_json(); text && !o.force) {
-    const auto layer =
-        proto::decode_layer_json({reinterpret_cast<const char*>(text->data()), text->size()});
-    if (layer)
-      if (auto ok = most_stay(o.output, layer->available, work.levels); !ok)
-        return std::unexpected(ok.error());
-  }
+  if (const auto layer = layer_of(*open_store(o.output)); layer && !o.force)
+    if (auto ok = most_stay(o.output, layer->available, work.levels); !ok)
+      return std::unexpected(ok.error());
   const auto kept = read_kept_blocks(o.output, *record);
   if (!kept) return std::unexpected(kept.error());
   if (const auto dirty = work.changes(*record, *kept); !dirty)

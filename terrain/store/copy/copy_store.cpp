@@ -19,6 +19,7 @@
 #include "terrain/geo/tile_order.h"
 #include "terrain/raster/remote/objects.h"
 #include "terrain/raster/source_blocks.h"
+#include "terrain/store/layer_place.h"
 #include "terrain/store/object/object_store.h"
 #include "terrain/store/open/open_store.h"
 #include "terrain/store/taken_away.h"
@@ -77,11 +78,7 @@ Result<Source> look_at_source(const TileStore& store, const CopyOptions& o) {
   from.layer = std::move(*layer);
   if (auto sure = store.vouched_for(); !sure) return std::unexpected(sure.error());
   for (const auto& level : from.layer.available) {
-    std::vector<TileRange> ranges;
-    ranges.reserve(level.size());
-    for (const proto::TileRange& r : level)
-      ranges.push_back({r.start_x, r.start_y, r.end_x, r.end_y});
-    from.areas.emplace_back(std::move(ranges));
+    from.areas.push_back(area_of(level));
     from.tiles += from.areas.back().size();
   }
   if (from.tiles > kMostCopiedTiles)
@@ -159,10 +156,7 @@ Result<void> check_target(const Source& from, const std::string& to, bool force)
   const auto record = there->record();
   if (force) return {};
   if (record && from.record && may_update(*record, *from.record)) {
-    const auto text = there->layer_json();
-    const auto layer =
-        text ? proto::decode_layer_json({reinterpret_cast<const char*>(text->data()), text->size()})
-             : std::unexpected(text.error());
+    const auto layer = layer_of(*there);
     return layer ? most_stay(to, layer->available, from.layer.available) : Result<void>();
   }
   if (record && from.record && encode(*record) == encode(*from.record)) return {};
