@@ -6,6 +6,7 @@ import {mkdtempSync, renameSync, rmSync, writeFileSync} from "node:fs";
 import {tmpdir} from "node:os";
 import {join} from "node:path";
 import {after, before, test} from "node:test";
+import {openBrowser, openPage, settled} from "./browser.mjs";
 import {startDaemon} from "./daemon.mjs";
 
 const WGS84 = 'GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]]';
@@ -161,5 +162,26 @@ test("what is said of layers: which of it makes other tiles", async () => {
     assert.equal(new Set(["plain", ...others].map((name) => seen[name].version)).size, others.length + 1);
   } finally {
     assert.equal(await daemon.stop(), 0);
+  }
+});
+
+test("the globe shows layers, and the dialog of datasets opens with them", async () => {
+  writeDem("base", BASE, 100);
+  writeDem("town", TOWN, 300);
+  const daemon = await startDaemon(`both=${file("base.asc")},${file("town.asc")}`, file("base.asc"));
+  const browser = await openBrowser();
+  try {
+    const {page, complaints} = await openPage(browser, daemon.origin, {width: 960, height: 600});
+    await page.goto(`${daemon.origin}/?dataset=both`);
+    await settled(page);
+    assert.ok((await page.textContent("#facts")).includes("2 layers, 680,000 posts"), await page.textContent("#facts"));
+    assert.equal(await page.evaluate(() => document.body.classList.contains("waiting")), false);
+    await page.click("#choose");
+    await page.waitForSelector("#cards[open] .card");
+    assert.equal(await page.locator("#cards .card").count(), 2);
+    assert.deepEqual(complaints, []);
+  } finally {
+    await browser.close();
+    assert.equal(await daemon.stop(), 0, daemon.said());
   }
 });

@@ -89,10 +89,8 @@ async function pixelsOf(reply) {
 }
 
 /// Heights from /rgb, and which of them are known from the alpha of /shade: of two pictures of the same pixels.
-/// Undefined for what lies beyond the last latitude of web maps.
 async function sourceOf(name, box) {
-  const list = await (await patientFetch(`rgb/${encodeURIComponent(name)}/tiles.json?encoding=terrarium`))?.json();
-  if (!list) return undefined;
+  const list = await fetchJson(`rgb/${encodeURIComponent(name)}/tiles.json?encoding=terrarium`);
   const version = new URL(list.tiles[0]).searchParams.get("v");
   const pixels = async (kind, level, x, y, query) => {
     const reply = await patientFetch(`${kind}/${encodeURIComponent(name)}/${level}/${x}/${y}.png?${query}&v=${version}`);
@@ -158,7 +156,7 @@ export async function openDataset(name) {
   const drapeable = Cesium.Rectangle.fromDegrees(...layer.bounds); // CesiumJS drapes nothing across the antimeridian
   const [heights, source, shift, summitHeight, bottomHeight] = await Promise.all([
     relief(facts, provider, rectangle, layer.maxzoom),
-    facts.source ? sourceOf(name, box) : undefined,
+    facts.source && facts.links.shades ? sourceOf(name, box) : undefined, // beyond 85 degrees there are no images
     ...[shiftFromOwn(facts, box), ownHeightOf(facts, facts.highest), ownHeightOf(facts, facts.lowest)].map((one) => one.catch(() => undefined))]);
   const isOwn = facts.source?.datum !== undefined && shift; // else only heights in the tiles' datum are known
   const seaLevel = isOwn && facts.lowest && facts.source.datum !== "ellipsoid" ? shift.middle : undefined; // the DEM's own heights are mostly above the sea
