@@ -13,4 +13,9 @@ inline Geographic within_first_turn(Geographic p) {
   return p;
 }
 
+/// The same place of a circle that is once around after `turn`: that nearest to another.
+inline double nearest_turn(double x, double other, double turn) {
+  return x + turn * std::round((other - x) / turn);
+}
+
 }  // namespace tind

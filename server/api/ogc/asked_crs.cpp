@@ -17,11 +17,6 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 bool on_earth(const Geographic& p) { return std::abs(p.lon) <= 540 && std::abs(p.lat) <= 90; }
 
-/// The same place of a circle, that which is nearest to another.
-double near(double x, double other, double turn) {
-  return turn > 0 && std::isfinite(x) ? x + turn * std::round((other - x) / turn) : x;
-}
-
 double turn_of(const std::string& name, const CrsPoints& system) {
   if (name == "EPSG:3857") return web_mercator::kEarthM;
   if (!system.geographic()) return 0;
@@ -55,7 +50,7 @@ std::vector<Geographic> rim_of(const CrsBox& box, const AskedCrs& crs) {
   const double middle = where[0].lon;
   for (std::size_t i = 0; i < where.size(); ++i)
     where[i].lon =
-        near(where[i].lon, crs.turn() > 0 ? points[i].x * 360 / crs.turn() : middle, 360);
+        nearest_turn(where[i].lon, crs.turn() > 0 ? points[i].x * 360 / crs.turn() : middle, 360);
   where.erase(where.begin());
   std::erase_if(where, [](const Geographic& p) { return std::isnan(p.lon); });
   return where;
@@ -69,7 +64,8 @@ std::optional<CrsBox> box_around(const AskedCrs& crs, std::vector<Geographic> pl
   const double turn = crs.turn();
   CrsBox box{HUGE_VAL, HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const Vec2 p{near(points[i].x, places[i].lon * turn / 360, turn), points[i].y};
+    Vec2 p = points[i];
+    if (turn > 0) p.x = nearest_turn(p.x, places[i].lon * turn / 360, turn);
     if (std::isfinite(p.x) && std::isfinite(p.y))
       box = {std::min(box.west, p.x), std::min(box.south, p.y), std::max(box.east, p.x),
              std::max(box.north, p.y)};

@@ -74,8 +74,7 @@ Vec2 ground_m(const AskedCrs&, const CrsBox&);
 std::optional<CrsBox> box_in(const CrsBox&, const AskedCrs& from, const AskedCrs& to);
 
 /// Half a post wider on each side: the middles of as many pixels as there are posts are the posts.
-/// `ground`: ground_m() of the box.
-/// No wider than a turn, and not beyond the poles.
+/// No wider than a turn, and not beyond the poles. `ground`: ground_m() of the box.
 CrsBox with_posts_inside(const AskedCrs&, const CrsBox&, Vec2 ground, Vec2 spacing_m);
 
 /// Where the dataset lies, in that system.

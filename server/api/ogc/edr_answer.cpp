@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <span>
 #include <utility>
 #include <vector>
 
 #include "proto/text_put.h"
 #include "server/api/crs_name.h"
 #include "server/api/ogc/collection_json.h"
+#include "terrain/geo/line_parts.h"
 #include "terrain/geo/longitude.h"
 
 namespace tind::api::ogc {
@@ -42,35 +42,7 @@ void put_points(std::string& out, const EdrPlaces& places, const EdrHeights& hei
   }
 }
 
-struct LinePoint {
-  Geographic place;
-  double height;
-};
-using LinePart = std::vector<LinePoint>;
-
-/// Cut where it crosses the antimeridian (RFC 7946, section 3.1.9), with a position on each side.
-std::vector<LinePart> line_parts(std::span<const Geographic> places,
-                                 std::span<const double> heights) {
-  std::vector<LinePart> parts(1);
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const Geographic at = within_first_turn(places[i]);
-    if (!parts.back().empty()) {
-      const LinePoint last = parts.back().back();
-      if (std::abs(at.lon - last.place.lon) > 180) {
-        const double side = last.place.lon > 0 ? 180 : -180, to = at.lon + 2 * side;
-        const double t = to == last.place.lon ? 0 : (side - last.place.lon) / (to - last.place.lon);
-        const double lat = std::lerp(last.place.lat, at.lat, t);
-        const double height = std::lerp(last.height, heights[i], t);
-        parts.back().push_back({{side, lat}, height});
-        parts.push_back({{{-side, lat}, height}});
-      }
-    }
-    parts.back().push_back({at, heights[i]});
-  }
-  return parts;
-}
-
-void put_positions(std::string& out, const LinePart& part, bool with_heights) {
+void put_positions(std::string& out, const HeightLine& part, bool with_heights) {
   const char* comma = "";
   out += '[';
   for (const LinePoint& p : part) {
@@ -78,33 +50,33 @@ void put_positions(std::string& out, const LinePart& part, bool with_heights) {
     open_position(out, p.place);
     if (with_heights) {
       out += ',';
-      put_text(out, p.height);
+      put_text(out, p.height_m);
     }
     out += ']';
   }
   out += ']';
 }
 
-void put_heights(std::string& out, const LinePart& part) {
+void put_heights(std::string& out, const HeightLine& part) {
   const char* comma = "";
   out += '[';
   for (const LinePoint& p : part) {
     out += std::exchange(comma, ",");
-    if (std::isnan(p.height))
+    if (std::isnan(p.height_m))
       out += "null";
     else
-      put_text(out, p.height);
+      put_text(out, p.height_m);
   }
   out += ']';
 }
 
 /// put(part) of the only one, or of each in a list.
 template <class Put>
-void put_parts(std::string& out, const std::vector<LinePart>& parts, const Put& put) {
+void put_parts(std::string& out, const std::vector<HeightLine>& parts, const Put& put) {
   if (parts.size() == 1) return put(parts[0]);
   const char* comma = "";
   out += '[';
-  for (const LinePart& part : parts) {
+  for (const HeightLine& part : parts) {
     out += std::exchange(comma, ",");
     put(part);
   }
@@ -115,20 +87,20 @@ void put_lines(std::string& out, const EdrPlaces& places, const EdrHeights& heig
   for (std::size_t n = 0; n < places.lines.size(); ++n) {
     const std::size_t begin = places.lines[n];
     const std::size_t end = n + 1 < places.lines.size() ? places.lines[n + 1] : places.where.size();
-    const std::span<const double> own = std::span(heights.values).subspan(begin, end - begin);
-    const auto parts = line_parts(std::span(places.where).subspan(begin, end - begin), own);
-    // Readers take a position of two numbers among others of three for one of height 0: a line
-    // with a void has its heights beside it.
-    const bool whole = std::ranges::none_of(own, [](double h) { return std::isnan(h); });
+    std::vector<LinePoint> line;
+    for (std::size_t i = begin; i < end; ++i)
+      line.push_back({within_first_turn(places.where[i]), heights.values[i]});
+    const auto parts = line_parts(line);
+    const bool whole = has_all_heights(line);
     if (n > 0) out += ",\n";
     out += R"({"type":"Feature","geometry":{"type":")";
     out += parts.size() == 1 ? "LineString" : "MultiLineString";
     out += R"(","coordinates":)";
-    put_parts(out, parts, [&](const LinePart& part) { put_positions(out, part, whole); });
+    put_parts(out, parts, [&](const HeightLine& part) { put_positions(out, part, whole); });
     out += R"(},"properties":{)";
     if (!whole) {
       out += R"("height":)";
-      put_parts(out, parts, [&](const LinePart& part) { put_heights(out, part); });
+      put_parts(out, parts, [&](const HeightLine& part) { put_heights(out, part); });
     }
     out += "}}";
   }

@@ -7,6 +7,7 @@
 
 #include "server/api/places.h"
 #include "terrain/geo/geodesic_path.h"
+#include "terrain/geo/longitude.h"
 
 namespace tind::api::ogc {
 namespace {
@@ -86,8 +87,8 @@ void add_points(EdrPlaces& places, const AskedCrs& crs) {
   // Across the antimeridian they go on.
   for (std::size_t i = 1; i < places.points.size(); ++i) {
     double& x = places.points[i].x;
-    const double turns = (places.points[i - 1].x - x) / crs.turn();
-    if (std::isfinite(turns)) x += crs.turn() * std::round(turns);
+    const double near = nearest_turn(x, places.points[i - 1].x, crs.turn());
+    if (std::isfinite(near)) x = near;
   }
 }
 

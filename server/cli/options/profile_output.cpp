@@ -2,12 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "proto/json_text.h"
 #include "terrain/base/lower_extension.h"
+#include "terrain/geo/line_parts.h"
 
 namespace tind::cli {
 namespace {
@@ -68,34 +69,20 @@ Ordered columns_json(const Profile& profile, const ProfileFacts& facts) {
   return columns;
 }
 
-/// Cut where it crosses the antimeridian (RFC 7946, section 3.1.9), with a position on each side.
-/// One with a void in it has no heights but those among its properties: readers take a missing
-/// third number for 0.
 Ordered line_json(const Profile& profile) {
-  const bool whole = std::ranges::all_of(profile.points, has_height);
-  Ordered parts = Ordered::array({Ordered::array()});
-  const auto add = [&](double lon, double lat, const Ordered& height) {
-    Ordered position = {degrees(lon), degrees(lat)};
-    if (whole) position.push_back(height);
-    parts.back().push_back(std::move(position));
-  };
-  const ProfilePoint* last = nullptr;
-  for (const ProfilePoint& p : profile.points) {
-    if (last && std::abs(p.place.lon - last->place.lon) > 180) {
-      const double side = last->place.lon > 0 ? 180 : -180, to = p.place.lon + 2 * side;
-      const double t =
-          to == last->place.lon ? 0 : (side - last->place.lon) / (to - last->place.lon);
-      const double lat = last->place.lat + t * (p.place.lat - last->place.lat);
-      const bool both = has_height(*last) && has_height(p);
-      const Ordered height = both ? Ordered(metres(last->height.height_m +
-                                                   t * (p.height.height_m - last->height.height_m)))
-                                  : Ordered(nullptr);
-      add(side, lat, height);
-      parts.push_back(Ordered::array());
-      add(-side, lat, height);
+  std::vector<LinePoint> line;
+  for (const ProfilePoint& p : profile.points)
+    line.push_back({p.place, has_height(p) ? p.height.height_m : std::nan("")});
+  const bool whole = has_all_heights(line);
+  Ordered parts = Ordered::array();
+  for (const HeightLine& part : line_parts(line)) {
+    Ordered positions = Ordered::array();
+    for (const LinePoint& p : part) {
+      Ordered position = {degrees(p.place.lon), degrees(p.place.lat)};
+      if (whole) position.push_back(metres(p.height_m));
+      positions.push_back(std::move(position));
     }
-    add(p.place.lon, p.place.lat, height_json(p));
-    last = &p;
+    parts.push_back(std::move(positions));
   }
   if (parts.size() == 1) return {{"type", "LineString"}, {"coordinates", std::move(parts[0])}};
   return {{"type", "MultiLineString"}, {"coordinates", std::move(parts)}};

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "terrain/geo/ellipsoid.h"
+#include "terrain/geo/longitude.h"
 
 namespace tind::gdal {
 namespace {
@@ -102,10 +103,11 @@ void Frame::to_post(std::span<const Geographic> in, std::span<Vec2> out) const {
   if (transform_) transform_->to_crs(out.first(in.size()));
   // Without wrapping, a longitude means the turn that lies nearest to the raster's middle.
   const double from = wraps_ ? 0 : (double(cols_) - 1 - period_) / 2;
+  // Where columns are no longitudes, that is decided before there are columns.
+  const bool turned = kind_ == CrsKind::geographic && period_ == 0;
   const double middle = map_.apply(double(cols_ - 1) / 2, double(rows_ - 1) / 2).x;
   for (Vec2& p : out.first(in.size())) {
-    if (kind_ == CrsKind::geographic && period_ == 0)  // turned: columns are no longitudes
-      p.x += full_turn_ * std::round((middle - p.x) / full_turn_);
+    if (turned) p.x = nearest_turn(p.x, middle, full_turn_);
     p = map_.invert(p.x, p.y);
     if (period_ > 0 && std::isfinite(p.x)) p.x = wrapped(p.x, from, period_);
   }
