@@ -20,6 +20,9 @@ struct RasterContent {
   bool mask = false;           // a mask or a band of transparency says so, too
 };
 
+/// Whether a reader of rasters knows the file by its first bytes, whatever else is wrong with it.
+bool is_raster(const std::string& path);
+
 /// Of one file, whose blocks are not read. Fails as DemSource::open does of it.
 Result<RasterContent> raster_content(const std::string& path, const DemOptions& = {});
 

@@ -12,6 +12,7 @@
 #include <numeric>
 
 #include "terrain/base/hash.h"
+#include "terrain/raster/raster_content.h"
 #include "terrain/shapes/post_areas.h"
 
 namespace tind {
@@ -235,9 +236,7 @@ class ShapesBuilder {
     DemOptions options;
     const std::string files[] = {path};
     auto raster = DemSource::open(files, options);
-    if (!raster && raster.error().what.find("not a raster") == std::string::npos)
-      return std::unexpected(raster.error());
-    if (!raster) return read;
+    if (!raster) return is_raster(path) ? std::unexpected(raster.error()) : read;
     if ((*raster)->info().crs_kind == CrsKind::none)
       return fail(Errc::bad_data, path + ": a raster without CRS cannot say where water is");
     if (!reaches((*raster)->info().bounds))

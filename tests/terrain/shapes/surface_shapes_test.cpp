@@ -58,6 +58,11 @@ TEST(SurfaceShapes, a_raster_of_water_is_what_it_holds_and_not_which_file_it_is)
   water.at(3, 3) = 0;
   EXPECT_NE(digest(named("c", {0, 1})), first);
   EXPECT_NE(digest(named("far", {60, 1})).find("nothing in it lies on the DEM"), std::string::npos);
+  // One that is a raster, and cannot be used, says what is wrong with it as one.
+  std::filesystem::copy(folder.file("a.prj"), folder.file("wild.prj"));
+  std::ofstream(folder.file("wild.asc"))
+      << "ncols 2\nnrows 2\nxllcenter 1e6\nyllcenter 1\ncellsize 1\n1 1\n1 1\n";
+  EXPECT_NE(digest(folder.file("wild.asc")).find("lie outside of its CRS"), std::string::npos);
 }
 
 TEST(SurfaceShapes, level_is_the_median_of_own_heights_of_posts_or_of_the_outline) {

@@ -513,6 +513,13 @@ Result<std::string> HeightFile::fingerprint() const {
 
 namespace tind {
 
+bool is_raster(const std::string& path) {
+  gdal::set_up();
+  const gdal::Complaints silence;
+  return GDALIdentifyDriverEx(path.c_str(), GDAL_OF_RASTER, gdal::raster_drivers(false, path),
+                              nullptr) != nullptr;
+}
+
 Result<RasterContent> raster_content(const std::string& path, const DemOptions& options) {
   auto file =
       gdal::RasterFile::open(path, options, std::make_shared<gdal::IdleHandles>(std::size_t(0), 1));
