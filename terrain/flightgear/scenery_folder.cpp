@@ -145,18 +145,17 @@ void add_buckets(const std::string& at, Folder folder, std::vector<std::string>&
 
 class SceneryMaker {
  public:
-  SceneryMaker(const BucketPlan& plan, const LandCover* cover, const std::string& folder,
-               const Progress& progress, bool force)
-      : plan_(plan), cover_(cover), folder_(folder), progress_(progress), force_(force) {}
+  SceneryMaker(const BucketPlan& plan, const std::string& folder, const SceneryOptions& options,
+               const Progress& progress)
+      : plan_(plan), options_(options), folder_(folder), progress_(progress) {}
 
-  Result<SceneryReport> make(int threads);
+  Result<SceneryReport> make();
 
  private:
   const BucketPlan& plan_;
-  const LandCover* const cover_;
+  const SceneryOptions& options_;
   const std::string folder_;
   const Progress& progress_;
-  const bool force_;
   FolderFiles files_;
   SceneryReport report_;
   std::map<Folder, Entries> entries_;
@@ -167,7 +166,7 @@ class SceneryMaker {
   Result<void> put(const std::string& path, std::string_view bytes);
   bool keep(BucketId);
   Result<void> make_one(BucketId);
-  Result<void> make_all(const std::vector<BucketId>&, int threads);
+  Result<void> make_all(const std::vector<BucketId>&);
   void count(BucketId, const SaidInStg&, Entries);
   Result<proto::DirEntry> put_index(const std::string& path, Entries);
   Result<proto::DirEntry> index_of_others(const std::string& path);
@@ -181,7 +180,7 @@ Result<void> SceneryMaker::begin(bool others) {
   if (others)
     if (auto done = remove_others(); !done) return done;
   if (auto done = files_.sync_folder(folder_); !done) return done;
-  return write_whole_file(folder_ + kSceneryRecord, record_of(plan_, cover_));
+  return write_whole_file(folder_ + kSceneryRecord, record_of(plan_, options_.cover));
 }
 
 /// Buckets of before, and indices that name nothing else. What others have put beside them stays.
@@ -243,7 +242,7 @@ bool SceneryMaker::keep(BucketId id) {
 }
 
 Result<void> SceneryMaker::make_one(BucketId id) {
-  const auto made = make_bucket(plan_, id, progress_.stop, cover_);
+  const auto made = make_bucket(plan_, id, progress_.stop, options_.cover);
   if (!made) return std::unexpected(made.error());
   if (!*made) {
     const std::lock_guard lock(mutex_);
@@ -259,11 +258,11 @@ Result<void> SceneryMaker::make_one(BucketId id) {
   return {};
 }
 
-Result<void> SceneryMaker::make_all(const std::vector<BucketId>& ids, int threads) {
+Result<void> SceneryMaker::make_all(const std::vector<BucketId>& ids) {
   std::optional<Error> first_error;
   std::atomic<bool> give_up = false;
   std::atomic<std::size_t> done = 0;
-  parallel_for(ids.size(), threads, [&](std::size_t i) {
+  parallel_for(ids.size(), options_.threads, [&](std::size_t i) {
     if (give_up || progress_.stopped()) return;
     if (!keep(ids[i]))
       if (auto made = make_one(ids[i]); !made) {
@@ -325,7 +324,7 @@ Result<std::string> SceneryMaker::put_indices() {
   return proto::encode_dirindex({}, std::move(root));
 }
 
-Result<SceneryReport> SceneryMaker::make(int threads) {
+Result<SceneryReport> SceneryMaker::make() {
   // Before a lock's file comes to lie in somebody else's folder.
   if (const auto ok = record_in(folder_); !ok) return std::unexpected(ok.error());
   if (auto done = files_.make_folder(folder_); !done) return std::unexpected(done.error());
@@ -333,8 +332,8 @@ Result<SceneryReport> SceneryMaker::make(int threads) {
   if (!lock) return std::unexpected(lock.error());
   const auto before = record_in(folder_);
   if (!before) return std::unexpected(before.error());
-  const bool same = *before && **before == record_of(plan_, cover_);
-  if (*before && !same && !force_)
+  const bool same = *before && **before == record_of(plan_, options_.cover);
+  if (*before && !same && !options_.force)
     return fail(Errc::invalid_argument,
                 folder_ +
                     " holds scenery of another DEM, of one that has changed, or of other "
@@ -346,7 +345,7 @@ Result<SceneryReport> SceneryMaker::make(int threads) {
   report_.budget_m = HUGE_VAL;
   for (const BucketId id : ids)
     report_.budget_m = std::min(report_.budget_m, plan_.budget_m(rect(id)));
-  if (auto done = make_all(ids, threads); !done) return std::unexpected(done.error());
+  if (auto done = make_all(ids); !done) return std::unexpected(done.error());
   if (report_.buckets > 0) report_.void_share /= double(report_.buckets);
   if (report_.kept < report_.buckets) report_.there = false;
   const auto index = put_indices();
@@ -362,9 +361,9 @@ Result<SceneryReport> SceneryMaker::make(int threads) {
 
 }  // namespace
 
-Result<SceneryReport> write_scenery(const BucketPlan& plan, const std::string& folder, int threads,
-                                    const Progress& progress, const LandCover* cover, bool force) {
-  return SceneryMaker(plan, cover, folder, progress, force).make(threads);
+Result<SceneryReport> write_scenery(const BucketPlan& plan, const std::string& folder,
+                                    const SceneryOptions& options, const Progress& progress) {
+  return SceneryMaker(plan, folder, options, progress).make();
 }
 
 std::string folder_index(Folder folder, std::span<const SceneryFile> files) {

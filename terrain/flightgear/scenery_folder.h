@@ -28,16 +28,21 @@ struct SceneryReport {
   bool there = false;                      // all of it was, and nothing was done
 };
 
+struct SceneryOptions {
+  int threads = 0;                   // 0: one per core
+  const LandCover* cover = nullptr;  // what make_bucket() takes; null: none
+  bool force = false;                // replace what was made of another surface or otherwise
+};
+
 /// Writes Terrain/{ten degrees}/{one degree}/{number}.stg and .btg.gz, and a .dirindex in every
 /// folder, that of the root last, when all else stays also if the power is cut. Killed and run
 /// again, it goes on. Buckets of another surface or of other options that were written here are
 /// refused, or with `force` replaced, or removed: files with the name of a bucket of their folder
 /// whose .stg is not another's, and indices that name nothing else. What others put there stays,
 /// but in the place of what is made. A folder that begins with files of others is refused. On a
-/// stop: Errc::cancelled. `cover`, which may be null, is what make_bucket() takes.
-Result<SceneryReport> write_scenery(const BucketPlan&, const std::string& folder, int threads = 0,
-                                    const Progress& = {}, const LandCover* cover = nullptr,
-                                    bool force = false);
+/// stop: Errc::cancelled.
+Result<SceneryReport> write_scenery(const BucketPlan&, const std::string& folder,
+                                    const SceneryOptions& = {}, const Progress& = {});
 
 /// A file of a bucket and its bytes.
 using SceneryFile = std::pair<std::string, std::string>;

@@ -60,8 +60,9 @@ int build_scenery(const Surface& surface, const Environment& environment,
   Result<flightgear::SceneryReport> report = fail(Errc::internal, "not run");
   {
     ProgressBar bar("buckets", progress_style(a.progress));
-    report = flightgear::write_scenery(*plan, a.output, a.threads, a.stoppable(bar), a.cover.get(),
-                                       a.force);
+    report = flightgear::write_scenery(
+        *plan, a.output, {.threads = a.threads, .cover = a.cover.get(), .force = a.force},
+        a.stoppable(bar));
   }
   if (!report) return complain(report.error());
   if (report->buckets == 0)

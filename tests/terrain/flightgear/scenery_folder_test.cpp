@@ -42,7 +42,7 @@ class SceneryFolder : public ::testing::Test {
 };
 
 TEST_F(SceneryFolder, HoldsTheBytesOfOnDemandUnderTheirNames) {
-  const auto report = write_scenery(plan(), folder_, 2);
+  const auto report = write_scenery(plan(), folder_, {.threads = 2});
   ASSERT_TRUE(report) << report.error().what;
   EXPECT_EQ(report->buckets, plan().buckets().size());
   EXPECT_EQ(report->kept, 0u);
@@ -90,7 +90,7 @@ void follow(const std::map<std::string, std::string>& files, const std::string& 
 }
 
 TEST_F(SceneryFolder, IndicesLeadToEveryFile) {
-  ASSERT_TRUE(write_scenery(plan(), folder_, 2));
+  ASSERT_TRUE(write_scenery(plan(), folder_, {.threads = 2}));
   std::size_t found = 0;
   const auto there = files();
   follow(there, "", found);
@@ -101,7 +101,7 @@ TEST_F(SceneryFolder, IndicesLeadToEveryFile) {
 }
 
 TEST_F(SceneryFolder, IsTheSameOnAnyNumberOfThreadsAndInPieces) {
-  ASSERT_TRUE(write_scenery(plan(), folder_, 1));
+  ASSERT_TRUE(write_scenery(plan(), folder_, {.threads = 1}));
   const auto whole = files();
   fs::remove_all(folder_);
   // Stopped after some buckets, torn in others.
@@ -110,7 +110,7 @@ TEST_F(SceneryFolder, IsTheSameOnAnyNumberOfThreadsAndInPieces) {
                       if (share > 0.4) stop.request_stop();
                     },
                     stop.get_token()};
-  const auto stopped = write_scenery(plan(), folder_, 2, progress);
+  const auto stopped = write_scenery(plan(), folder_, {.threads = 2}, progress);
   ASSERT_FALSE(stopped);
   EXPECT_EQ(stopped.error().code, Errc::cancelled);
   EXPECT_FALSE(fs::exists(folder_ + "/.dirindex"));
@@ -119,7 +119,7 @@ TEST_F(SceneryFolder, IsTheSameOnAnyNumberOfThreadsAndInPieces) {
     if (name.ends_with(".btg.gz") && torn++ == 0)
       std::ofstream(folder_ + "/" + name) << bytes.substr(0, bytes.size() / 2);
   ASSERT_GT(torn, 1u);
-  const auto report = write_scenery(plan(), folder_, 3);
+  const auto report = write_scenery(plan(), folder_, {.threads = 3});
   ASSERT_TRUE(report) << report.error().what;
   EXPECT_EQ(report->kept, torn - 1);
   EXPECT_EQ(files(), whole);
@@ -138,7 +138,7 @@ TEST_F(SceneryFolder, OfOtherOptionsTakesThePlaceOfWhatWasThere) {
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().what.find("--force"), std::string::npos);
   EXPECT_EQ(files().size(), before.size() + 1) << "nothing was touched";
-  const auto report = write_scenery(plan(20), folder_, 0, {}, nullptr, true);
+  const auto report = write_scenery(plan(20), folder_, {.force = true});
   ASSERT_TRUE(report) << report.error().what;
   EXPECT_EQ(report->kept, 0u);
   auto after = files();
@@ -200,7 +200,7 @@ TEST_F(SceneryFolder, TakesAwayBucketsOfBeforeAndNothingOfOthers) {
   put(one + ".dirindex",
       "version:1\npath:" + one.substr(0, one.size() - 1) + "\nf:" + stg_name(gone) + ":1:1\n");
   for (const auto& [name, text] : stay) put(name, text);
-  ASSERT_TRUE(write_scenery(plan(20), folder_, 0, {}, nullptr, true));
+  ASSERT_TRUE(write_scenery(plan(20), folder_, {.force = true}));
   auto there = files();
   for (const std::string& name : taken) EXPECT_FALSE(there.contains(name)) << name;
   for (const auto& [name, text] : stay) EXPECT_EQ(there[name], text) << name;
@@ -233,7 +233,7 @@ TEST_F(SceneryFolder, IsWrittenByOneAtATime) {
 TEST_F(SceneryFolder, AFailedReadLeavesNoRootIndex) {
   const BucketPlan p = plan();
   source_.reads_left = 3;
-  const auto report = write_scenery(p, folder_, 1);
+  const auto report = write_scenery(p, folder_, {.threads = 1});
   ASSERT_FALSE(report);
   EXPECT_EQ(report.error().code, Errc::io);
   EXPECT_FALSE(fs::exists(folder_ + "/.dirindex"));
