@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <mutex>
 #include <optional>
+#include <sstream>
 #include <string_view>
 #include <system_error>
 
@@ -48,6 +49,13 @@ std::optional<std::uint32_t> number(std::string_view text) {
   return n;
 }
 
+/// The tile of "5/31/17".
+std::optional<web_mercator::Tile> tile_of(std::string_view z, std::string_view x,
+                                          std::string_view y) {
+  const auto level = number(z), column = number(x), row = number(y);
+  return level && column && row ? web_mercator::tile(*level, *column, *row) : std::nullopt;
+}
+
 /// Whose image a file below the folder is by its name, whole or not.
 struct NamedTile {
   web_mercator::Tile tile;
@@ -61,11 +69,8 @@ std::optional<NamedTile> tile_named(const fs::path& below) {
   const fs::path file = name;
   const std::string word = file.extension().string();
   const auto format = enum_named<proto::ImageFormat>(word.empty() ? word : word.substr(1));
-  const auto z = number(parts[0].string()), x = number(parts[1].string()),
-             y = number(file.stem().string());
-  if (!format || !z || !x || !y) return {};
-  const auto tile = web_mercator::tile(*z, *x, *y);
-  if (!tile) return {};
+  const auto tile = tile_of(parts[0].string(), parts[1].string(), file.stem().string());
+  if (!format || !tile) return {};
   return NamedTile{*tile, *format};
 }
 
@@ -86,24 +91,24 @@ std::string area_of(const ImageSource& source) {
   return text;
 }
 
-/// Can images of that area (empty: not known) be in the tile?
+/// Is one of them the other, or part of it?
+bool share(web_mercator::Tile a, web_mercator::Tile b) {
+  const int level = std::min(a.level, b.level);
+  return a.x >> (a.level - level) == b.x >> (b.level - level) &&
+         a.y >> (a.level - level) == b.y >> (b.level - level);
+}
+
+/// Can images of that area be in the tile? Of one that is not known or damaged, anywhere.
 bool is_in(const std::string& area, web_mercator::Tile tile) {
-  for (std::size_t at = 0; at < area.size(); at = area.find(' ', at) + 1) {
-    web_mercator::Tile one{};
-    const char* const end = area.data() + area.size();
-    const auto [slash, no_level] = std::from_chars(area.data() + at, end, one.level);
-    if (no_level != std::errc() || slash == end) return true;
-    const auto [second, no_x] = std::from_chars(slash + 1, end, one.x);
-    if (no_x != std::errc() || second == end) return true;
-    const auto [rest, no_y] = std::from_chars(second + 1, end, one.y);
-    if (no_y != std::errc() || one.level < 0 || one.level > 31) return true;
-    const int shared = std::min(one.level, tile.level);
-    if (one.x >> (one.level - shared) == tile.x >> (tile.level - shared) &&
-        one.y >> (one.level - shared) == tile.y >> (tile.level - shared))
-      return true;
-    if (area.find(' ', at) == area.npos) return true;
+  std::istringstream words(area);
+  bool known = false;
+  for (std::string z, x, y;
+       std::getline(words, z, '/') && std::getline(words, x, '/') && std::getline(words, y, ' ');) {
+    const auto one = tile_of(z, x, y);
+    if (!one || share(*one, tile)) return true;
+    known = true;
   }
-  return area.empty();
+  return !known;
 }
 
 /// Can a build with that record have made it?
