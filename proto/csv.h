@@ -30,6 +30,8 @@ struct PlaceColumns {
   /// and others beside them, `degrees` says which.
   static std::optional<PlaceColumns> in(std::string_view head, bool degrees);
 };
+inline constexpr const char* kPlaceColumns = "lon and lat (or x and y, easting and northing)";
+
 /// A line as wide as its head line, so that what is put behind it comes into its own column: fields
 /// that it lacks are empty. Nothing where it has more.
 std::optional<std::string> filled_up(std::string line, std::size_t fields, std::size_t columns);
@@ -38,6 +40,5 @@ inline constexpr const char* kTooWide = "has more fields than the first line";
 /// Why columns of these names ("height_m,coverage") cannot be put beside those of a head line;
 /// empty: they can. A reader by name would take one of two for the other.
 std::string why_no_columns(std::string_view head, std::string_view names);
-inline constexpr const char* kPlaceColumns = "lon and lat (or x and y, easting and northing)";
 
 }  // namespace tind::csv

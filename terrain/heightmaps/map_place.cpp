@@ -219,8 +219,7 @@ double scale_error(const MapPlace& map) {
 
 constexpr const char* kNoArea =
     "the area has no width or no height, as one post has none: a heightmap needs two columns and "
-    "two "
-    "rows of posts";
+    "two rows of posts";
 
 /// What to do where the map's own projection, made for a place like any other, is none for the
 /// area: around a pole its west and east are not where a polar DEM's are.

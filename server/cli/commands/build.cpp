@@ -496,9 +496,8 @@ void add_build(Command program, int& exit) {
   c.add_flag(
       "--force", a->options.force,
       "replace tiles that tind build made of a source that has no layer's grid and ground in "
-      "common, "
-      "with other options or by another version, images and scenery of another source, and update "
-      "tiles of which most go; nothing else is touched");
+      "common, with other options or by another version, images and scenery of another source, and "
+      "update tiles of which most go; nothing else is touched");
   add_progress_option(c, a->progress);
   c.add_flag("--json", a->json, "print the summary as JSON");
   c.footer(

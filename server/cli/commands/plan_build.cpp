@@ -91,6 +91,7 @@ Result<void> check_shards(const Arguments& a, const std::string& hash) {
   const ShardFolder folder(shards_folder(a.output, ""));
   const auto ours = belongs_to(folder, hash);
   if (ours) return {};
+  if (ours.error().code != Errc::bad_data) return ours;  // it cannot be read
   std::error_code none;
   if (!a.force && std::filesystem::exists(a.output, none))
     return fail(Errc::invalid_argument,

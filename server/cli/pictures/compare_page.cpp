@@ -277,8 +277,8 @@ Picture shaded(const Tin& tin, const Terrain& dem, int step) {
   }
   Picture picture(pixels(grid.cols(), step), pixels(grid.rows(), step), kPaper);
   rasterise(tin, picture.width, picture.height, step, [&](int x, int y, double z, std::size_t t) {
-    // NOLINTNEXTLINE(clang-analyzer-core.NullDereference): where a pixel has a triangle, there is
-    // one
+    // Where a pixel has a triangle, there is one.
+    // NOLINTNEXTLINE(clang-analyzer-core.NullDereference)
     picture.at(x, y) = lit(land((z - low) / range), light[t]);
   });
   return picture;

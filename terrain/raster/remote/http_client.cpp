@@ -115,8 +115,7 @@ void prepare(CURL* h, Exchange& exchange, std::chrono::milliseconds patience,
   const bool put = request.method == "PUT";
   const std::size_t bytes = put ? request.body.size() : request.most_bytes;
   curl_easy_setopt(h, CURLOPT_URL, request.url.c_str());
-  curl_easy_setopt(h, CURLOPT_PATH_AS_IS,
-                   1L);  // "a/../b" is the name of an object, not that of "b"
+  curl_easy_setopt(h, CURLOPT_PATH_AS_IS, 1L);  // an object "a/../b" is not "b"
   curl_easy_setopt(h, CURLOPT_PROTOCOLS_STR, "http,https");
   curl_easy_setopt(h, CURLOPT_FOLLOWLOCATION, 0L);
   curl_easy_setopt(h, CURLOPT_NOSIGNAL, 1L);

@@ -9,7 +9,8 @@
 namespace tind::gdal {
 
 /// "dem.tif.aux.xml says unit ft, scale 0.5", as far as it is not what `read` has; empty: there is
-/// none, or nothing of that in it. Looks at 64 KiB at most.
+/// none, or nothing of that in it. Looks at 64 KiB at most, for a few elements by their names: no
+/// parser of XML meets, outside of the sandbox, what somebody has put beside a raster.
 std::string unread_sidecar(const std::string& path, const RasterContent& read);
 
 }  // namespace tind::gdal
