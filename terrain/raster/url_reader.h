@@ -16,10 +16,11 @@ class UrlReader {
   virtual ~UrlReader() = default;
 
   /// The body behind a URL, unpacked where the server compressed it for the way; 64 MiB at most.
-  /// not_found for 404 and 410, io for whatever else is not 200. `accept` is sent as it is.
+  /// not_found for 404 and 410, io for whatever else is not 200. `accept` is sent as it is, and
+  /// `key`, where there is one, as a bearer's, but to no server that the first one names instead.
   /// Thread-safe. Blocks for 30 s at most.
-  virtual Result<std::vector<std::uint8_t>> read(const std::string& url,
-                                                 const std::string& accept) const = 0;
+  virtual Result<std::vector<std::uint8_t>> read(const std::string& url, const std::string& accept,
+                                                 const std::string& key) const = 0;
 };
 
 /// GDAL's, which keeps connections and uses them again.

@@ -2,8 +2,9 @@
 // a server that does everything wrong.
 import assert from "node:assert/strict";
 import {execFile, execFileSync} from "node:child_process";
+import {createHash} from "node:crypto";
 import {once} from "node:events";
-import {existsSync, mkdtempSync, readFileSync, rmSync} from "node:fs";
+import {existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync} from "node:fs";
 import {createServer} from "node:http";
 import {tmpdir} from "node:os";
 import {join} from "node:path";
@@ -44,6 +45,34 @@ test("a server's tiles are what the folder's are, and keep what they promise", a
   for (const url of ["/terrain/built", "/terrain/built/", "/terrain/built/layer.json", "/terrain/rainier/layer.json?v=1"]) {
     const there = await check(daemon.origin + url, "--source", DEM);
     assert.deepEqual(there, here, url);
+  }
+});
+
+test("a daemon that takes keys is asked with the one in the environment, which goes no further", async () => {
+  const key = "tind_of_a_test";
+  const config = join(folder, "keys.toml");
+  writeFileSync(config, `[[key]]\nname = "checks"\nsha256 = "${createHash("sha256").update(key).digest("hex")}"\nscopes = ["tiles", "read"]\n`);
+  const closed = await startDaemon(built, "--config", config);
+  const elsewhere = [];
+  const other = createServer((request, response) => {
+    elsewhere.push(request.headers.authorization);
+    response.writeHead(302, {Location: `${closed.origin}${request.url}`}).end();
+  }).listen(0, "127.0.0.1");
+  await once(other, "listening");
+  try {
+    const ask = (where, TIND_KEY) => promisify(execFile)(PROGRAM, ["check", where, "--json", "--progress", "none"], {cwd: ROOT, env: {...process.env, TIND_KEY}})
+      .then(({stdout}) => stdout, ({stdout, stderr}) => stdout + stderr);
+    const there = `${closed.origin}/terrain/built`;
+    assert.equal(JSON.parse(await ask(there, key)).violations, 0);
+    assert.match(await ask(there, ""), /401; a key is taken from TIND_KEY/);
+    assert.match(await ask(there, "tind_wrong"), /401; the key in TIND_KEY does not open it/);
+    assert.match(await ask(there, "two words"), /TIND_KEY: a key is printable/);
+    // Who sends us on to another host gets the key, being asked with it; the host does not.
+    assert.match(await ask(`http://127.0.0.1:${other.address().port}/terrain/built`.replace("127.0.0.1", "localhost"), key), /401/);
+    assert.ok(elsewhere.length > 0);
+  } finally {
+    other.close();
+    assert.equal(await closed.stop(), 0, closed.said());
   }
 });
 

@@ -95,18 +95,21 @@ void refuse_remote_files() {
 
 class GdalUrlReader : public UrlReader {
  public:
-  Result<std::vector<std::uint8_t>> read(const std::string& url,
-                                         const std::string& accept) const override;
+  Result<std::vector<std::uint8_t>> read(const std::string& url, const std::string& accept,
+                                         const std::string& key) const override;
 };
 
 Result<std::vector<std::uint8_t>> GdalUrlReader::read(const std::string& url,
-                                                      const std::string& accept) const {
+                                                      const std::string& accept,
+                                                      const std::string& key) const {
   gdal::set_up();
   const gdal::Complaints complaints;
   const Session session;
   CPLStringList options;
   options.SetNameValue("PERSISTENT", session.name().c_str());
-  options.SetNameValue("HEADERS", ("Accept: " + accept).c_str());
+  // libcurl leaves a field of this name out where it is sent on to another host.
+  const std::string bearer = key.empty() ? "" : "\r\nAuthorization: Bearer " + key;
+  options.SetNameValue("HEADERS", ("Accept: " + accept + bearer).c_str());
   options.SetNameValue("TIMEOUT", "30");
   options.SetNameValue("CONNECTTIMEOUT", "10");
   options.SetNameValue("MAX_FILE_SIZE", std::to_string(kLargestFetch).c_str());
@@ -118,7 +121,12 @@ Result<std::vector<std::uint8_t>> GdalUrlReader::read(const std::string& url,
   if (reply->nStatus != 0 || reply->pszErrBuf) {
     const std::string why = reply->pszErrBuf ? reply->pszErrBuf : complaints.text("no answer");
     const bool missing = why.ends_with(": 404") || why.ends_with(": 410");
-    return fail(missing ? Errc::not_found : Errc::io, url + ": " + why);
+    const bool closed = why.ends_with(": 401") || why.ends_with(": 403");
+    return fail(missing ? Errc::not_found : Errc::io,
+                url + ": " + why +
+                    (!closed       ? ""
+                     : key.empty() ? "; a key is taken from TIND_KEY"
+                                   : "; the key in TIND_KEY does not open it"));
   }
   return std::vector<std::uint8_t>(reply->pabyData, reply->pabyData + reply->nDataLen);
 }

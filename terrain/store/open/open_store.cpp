@@ -1,5 +1,6 @@
 #include "terrain/store/open/open_store.h"
 
+#include <cstdlib>
 #include <filesystem>
 #include <string_view>
 #include <utility>
@@ -59,6 +60,12 @@ bool names_store(const std::string& location) {
          (std::filesystem::is_directory(location, none) && !is_dem_folder(location));
 }
 
+/// For daemons that take keys. Read here and now: nothing else is to hold it.
+std::string key_of_environment() {
+  const char* const key = std::getenv("TIND_KEY");
+  return key ? key : "";
+}
+
 Error no_store(const std::string& location) {
   std::error_code none;
   if (!remote::is_remote(location) && !std::filesystem::exists(location, none))
@@ -71,7 +78,7 @@ Error no_store(const std::string& location) {
 std::unique_ptr<TileStore> open_store(const std::string& location) {
   if (names_archive(location)) return archive_of(location)->open(location);
   if (remote::is_s3(location)) return object_store(location, remote::Objects::of_environment());
-  if (is_url(location)) return url_store(location, gdal_url_reader());
+  if (is_url(location)) return url_store(location, gdal_url_reader(), key_of_environment());
   return folder_store(location);
 }
 
@@ -108,7 +115,8 @@ Result<std::string> read_kept_blocks(const std::string& location, const BuildRec
 
 Result<std::vector<std::uint8_t>> read_one_tile(const std::string& location) {
   if (!remote::is_s3(location))
-    return is_url(location) ? fetch_tile(gdal_url_reader(), location) : read_stored_file(location);
+    return is_url(location) ? fetch_tile(gdal_url_reader(), location, key_of_environment())
+                            : read_stored_file(location);
   auto got = remote::Objects::of_environment().get(location, kLargestStored);
   if (!got) return std::unexpected(got.error());
   return std::move(got->bytes);

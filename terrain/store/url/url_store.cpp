@@ -1,5 +1,6 @@
 #include "terrain/store/url/url_store.h"
 
+#include <algorithm>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <string_view>
@@ -27,6 +28,11 @@ std::string without_layer(std::string url) {
   return url;
 }
 
+/// http://HOST:PORT of a URL.
+std::string_view server_of(std::string_view url) {
+  return url.substr(0, url.find_first_of("/?#", url.find("//") + 2));
+}
+
 void replace(std::string& text, std::string_view what, const std::string& with) {
   for (std::size_t at = text.find(what); at != std::string::npos;
        at = text.find(what, at + with.size()))
@@ -48,8 +54,8 @@ std::string template_in(const Bytes& layer) {
 
 class UrlStore : public TileStore {
  public:
-  UrlStore(const std::string& url, const UrlReader& reader)
-      : base_(without_layer(url)), reader_(reader) {}
+  UrlStore(const std::string& url, const UrlReader& reader, const std::string& key)
+      : base_(without_layer(url)), reader_(reader), key_(key) {}
 
   std::string name() const override { return base_; }
   std::string layer_name() const override { return file("layer.json"); }
@@ -60,14 +66,14 @@ class UrlStore : public TileStore {
     replace(url, "{x}", std::to_string(id.x));
     replace(url, "{y}", std::to_string(id.y));
     if (is_url(url)) return url;
-    if (url.starts_with('/')) return base_.substr(0, base_.find('/', base_.find("//") + 2)) + url;
+    if (url.starts_with('/')) return std::string(server_of(base_)) + url;
     return file(url);
   }
   bool remote() const override { return true; }
 
   Result<Bytes> layer_json() const override { return layer().bytes; }
   std::optional<BuildRecord> record() const override {
-    const auto bytes = fetch_tile(reader_, file("tind-build.json"));
+    const auto bytes = fetch(file("tind-build.json"));
     if (!bytes) return {};
     return decode_build_record({reinterpret_cast<const char*>(bytes->data()), bytes->size()});
   }
@@ -75,15 +81,15 @@ class UrlStore : public TileStore {
   /// Where a folder is served as it is; a daemon serves none.
   Result<std::string> kept_blocks() const override {
     const auto made = record();
-    const auto bytes = made ? fetch_tile(reader_, base_ + folder::kBlocks + made->heights)
-                            : fail(Errc::not_found, "");
+    const auto bytes =
+        made ? fetch(base_ + folder::kBlocks + made->heights) : fail(Errc::not_found, "");
     if (!bytes) return TileStore::kept_blocks();
     std::string text(bytes->begin(), bytes->end());
     return SourceBlocks::whole(text, made->heights) ? Result<std::string>(text)
                                                     : TileStore::kept_blocks();
   }
 
-  Result<Bytes> read(TileId id) const override { return fetch_tile(reader_, tile_name(id)); }
+  Result<Bytes> read(TileId id) const override { return fetch(tile_name(id)); }
   Result<StoredTile> look_at(TileId id) const override {
     auto bytes = read(id);
     if (!bytes) return std::unexpected(bytes.error());
@@ -98,14 +104,19 @@ class UrlStore : public TileStore {
 
   const std::string base_;
   const UrlReader& reader_;
+  const std::string key_;
   mutable std::once_flag asked_;
   mutable Layer layer_;
 
   std::string file(const std::string& file_name) const { return base_ + "/" + file_name; }
 
+  Result<Bytes> fetch(const std::string& url) const {
+    return fetch_tile(reader_, url, server_of(url) == server_of(base_) ? key_ : "");
+  }
+
   const Layer& layer() const {
     std::call_once(asked_, [this] {
-      layer_.bytes = fetch_tile(reader_, layer_name());
+      layer_.bytes = fetch(layer_name());
       if (layer_.bytes) layer_.tiles = template_in(*layer_.bytes);
     });
     return layer_;
@@ -118,12 +129,16 @@ bool is_url(const std::string& text) {
   return text.starts_with("http://") || text.starts_with("https://");
 }
 
-std::unique_ptr<TileStore> url_store(const std::string& url, const UrlReader& reader) {
-  return std::make_unique<UrlStore>(url, reader);
+std::unique_ptr<TileStore> url_store(const std::string& url, const UrlReader& reader,
+                                     const std::string& key) {
+  return std::make_unique<UrlStore>(url, reader, key);
 }
 
-Result<Bytes> fetch_tile(const UrlReader& reader, const std::string& url) {
-  return reader.read(url, kAccept);
+Result<Bytes> fetch_tile(const UrlReader& reader, const std::string& url, const std::string& key) {
+  // What is a field's value and no more: a line's end in it would begin another field.
+  if (!std::ranges::all_of(key, [](unsigned char c) { return c > ' ' && c < 0x7f; }))
+    return fail(Errc::invalid_argument, "TIND_KEY: a key is printable characters without spaces");
+  return reader.read(url, kAccept, key);
 }
 
 }  // namespace tind

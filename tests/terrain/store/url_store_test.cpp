@@ -20,9 +20,10 @@ class MadeUpServer : public UrlReader {
  public:
   explicit MadeUpServer(Files files) : files_(std::move(files)) {}
 
-  Result<std::vector<std::uint8_t>> read(const std::string& url,
-                                         const std::string& accept) const override {
+  Result<std::vector<std::uint8_t>> read(const std::string& url, const std::string& accept,
+                                         const std::string& key) const override {
     asked.push_back(url);
+    with_key[url] = key;
     accepted = accept;
     const auto file = files_.find(url);
     if (file == files_.end()) return fail(Errc::not_found, url + ": HTTP error code : 404");
@@ -31,12 +32,35 @@ class MadeUpServer : public UrlReader {
 
   mutable std::vector<std::string> asked;
   mutable std::string accepted;
+  mutable std::map<std::string, std::string> with_key;
 
  private:
   Files files_;
 };
 
 std::string layer_with(const std::string& tiles) { return R"({"tiles": [")" + tiles + R"("]})"; }
+
+TEST(UrlStore, AKeyGoesToItsOwnServerAlone) {
+  const std::string own = "http://a.b:80/c/3/7/2",
+                    elsewhere[] = {"https://a.b:80/3/7/2", "http://a.b/3/7/2", "http://a.b.c/3/7/2",
+                                   "http://a.b:80@d.e/3/7/2"};
+  for (const std::string& url : {own, elsewhere[0], elsewhere[1], elsewhere[2], elsewhere[3]}) {
+    const std::string where = url.substr(0, url.size() - 5) + "{z}/{x}/{y}";
+    const MadeUpServer server(
+        Files{{"http://a.b:80/c/layer.json", layer_with(where)}, {url, "tile"}});
+    EXPECT_TRUE(url_store("http://a.b:80/c", server, "tind_k")->read({3, 7, 2})) << url;
+    EXPECT_EQ(server.with_key["http://a.b:80/c/layer.json"], "tind_k");
+    EXPECT_EQ(server.with_key[url], url == own ? "tind_k" : "") << url;
+  }
+}
+
+TEST(UrlStore, AKeyThatWouldBeginAnotherFieldIsRefused) {
+  const MadeUpServer server(Files{{"http://a.b/c", "tile"}});
+  for (const char* key : {"a b", "a\r\nX: y", "a\n", "\x7f", "k\xc3\xa9"})
+    EXPECT_EQ(fetch_tile(server, "http://a.b/c", key).error().code, Errc::invalid_argument) << key;
+  EXPECT_TRUE(fetch_tile(server, "http://a.b/c", "tind_0aZ-._~+/="));
+  EXPECT_EQ(server.asked.size(), 1u);
+}
 
 TEST(UrlStore, TilesAreWhereTheTemplateSays) {
   const std::pair<std::string, std::string> cases[] = {
