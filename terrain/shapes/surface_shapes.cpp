@@ -12,6 +12,7 @@
 #include <numeric>
 
 #include "terrain/base/hash.h"
+#include "terrain/base/median.h"
 #include "terrain/raster/raster_content.h"
 #include "terrain/shapes/post_areas.h"
 
@@ -25,13 +26,6 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kMostPosts = 1 << 24;  // that a level is the median of
 constexpr double kMostLevel = 16384;    // metres, as of DEMs that are converted
 constexpr std::int64_t kPostsAtOnce = 1 << 20;
-
-double median(std::vector<float> v) {
-  if (v.empty()) return kNone;
-  const auto middle = v.begin() + std::ptrdiff_t(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return double(*middle);
-}
 
 /// Calls f(height, lon, lat) for the valid posts of a part of a DEM.
 template <class F>
@@ -319,17 +313,16 @@ class ShapesBuilder {
   }
 
   Result<double> own_level(Index polygon) {
-    std::vector<float> heights;
-    for (const GlobeLine& ring : flatten_[polygon].rings)
-      for (const Vec3& p : ring)
-        if (std::isfinite(p.z)) heights.push_back(float(p.z));
-    if (!heights.empty()) {
+    if (std::vector<double> heights = own_heights(flatten_[polygon]); !heights.empty()) {
+      const auto [least, most] = std::ranges::minmax(heights);
+      sloped_.take(most - least, 5, polygon);
       const double own = median(std::move(heights));
       if (std::abs(own) > kMostLevel) return std::unexpected(not_of_the_earth(own));
       if (auto done = compare_with_dem(polygon, own); !done) return std::unexpected(done.error());
       return own;
     }
     if (polygon >= out_.level_areas_.polygons()) return kNone;
+    std::vector<float> heights;
     for (std::size_t k = layers_.size(); k-- > 0 && heights.empty();) {
       AreaRow row(one(polygon), *layers_[k]);
       for (const PostRect& rect : post_rects(*layers_[k], out_.level_areas_.bounds(polygon))) {
@@ -342,6 +335,35 @@ class ShapesBuilder {
     if (!heights.empty()) return median(std::move(heights));
     constexpr std::size_t kMostPlaces = 10000;
     return outline_level(polygon, kMostPlaces);
+  }
+
+  /// How many polygons something is much of, and which has the most of it.
+  struct Worst {
+    std::size_t count = 0;
+    double most = 0;
+    Index polygon = 0;
+
+    void take(double much, double too_much, Index p) {
+      if (!(much > too_much)) return;
+      ++count;
+      if (much > most) most = much, polygon = p;
+    }
+  };
+  Worst sloped_, lowered_;
+
+  /// What being level cost polygons that were not, or not alone.
+  void warn_of_levels() {
+    const auto say = [&](const Worst& worst, const char* what) {
+      if (worst.count == 0) return;
+      const Vec2 at = place(net_.edges[edges_of_polygon_[worst.polygon].front()].a);
+      out_.report_.warnings.push_back(
+          fmt::format("{} of {} polygons to be level {}; the most are {:.1f} m, at {:.4f}, {:.4f}",
+                      worst.count, flatten_.size(), what, worst.most, at.x, at.y));
+    };
+    say(sloped_,
+        "have own heights that differ by more than 5 m: each is level at the median of its own");
+    say(lowered_,
+        "touch one, or lie in one, that is more than 1 m lower: they share the lowest level");
   }
 
   /// Counts levels of which people most likely think that they are above something else.
@@ -409,7 +431,7 @@ class ShapesBuilder {
     for (Index e = 0; e < net_.edges.size(); ++e)
       for (const Index polygon : net_.edges[e].polygons) edges_of_polygon_[polygon].push_back(e);
     join_nested();
-    std::vector<double> lowest(flatten_.size(), kNone);
+    std::vector<double> lowest(flatten_.size(), kNone), levels = lowest;
     for (Index p = 0; p < flatten_.size(); ++p) {
       if (edges_of_polygon_[p].empty()) continue;  // beyond the DEM
       const auto own = own_level(p);
@@ -418,10 +440,13 @@ class ShapesBuilder {
         return fail(fmt::format("the level of the polygon at {:.5f} {:.5f}", first.x, first.y),
                     own.error());
       }
+      levels[p] = *own;
       double& low = lowest[root(p)];
       if (std::isnan(low) || *own < low) low = *own;
     }
+    for (Index p = 0; p < flatten_.size(); ++p) lowered_.take(levels[p] - lowest[root(p)], 1, p);
     warn_of_far_levels();
+    warn_of_levels();
     out_.levels_.assign(out_.level_areas_.polygons(), 0);
     std::string text;
     for (Index p = 0; p < out_.levels_.size(); ++p) {

@@ -583,7 +583,7 @@ void CatalogKeeper::look_at_files() {
   }
   for (const auto& [name, why] : unlike)
     if (!before.contains(name))
-      spdlog::warn("{}: {}; what needs reading that file answers 503", name, why);
+      spdlog::warn("{}: {}; what needs reading it again answers 503", name, why);
   for (const auto& [name, why] : before)
     if (!unlike.contains(name)) spdlog::info("{}: its files are as they were opened", name);
 }

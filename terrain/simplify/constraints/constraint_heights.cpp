@@ -6,6 +6,7 @@
 #include <numeric>
 #include <unordered_map>
 
+#include "terrain/base/median.h"
 #include "terrain/mesh/exact_line.h"
 #include "terrain/raster/interpolate.h"
 
@@ -36,18 +37,8 @@ class HeightGiver {
   const int cols_;
   std::vector<bool> flattened_ = std::vector<bool>(grid_.size());
 
-  static double median(std::vector<double> v) {
-    if (v.empty()) return kNone;
-    const auto middle = v.begin() + std::ptrdiff_t(v.size() / 2);
-    std::nth_element(v.begin(), middle, v.end());
-    return *middle;
-  }
-
   double own_level(Index shape) const {
-    std::vector<double> heights;
-    for (const VectorLine& ring : shapes_.flatten[shape].rings)
-      for (const Vec3& p : ring)
-        if (std::isfinite(p.z)) heights.push_back(p.z);
+    std::vector<double> heights = own_heights(shapes_.flatten[shape]);
     if (!heights.empty()) return median(std::move(heights));
     net_.flat.fill(shape, cols_, [&](int r, int c0, int c1) {
       for (int c = c0; c <= c1; ++c)

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -80,6 +81,27 @@ TEST(SurfaceShapes, level_is_the_median_of_own_heights_of_posts_or_of_the_outlin
   EXPECT_EQ((*made)->report().flattened, 3u);
 }
 
+TEST(SurfaceShapes, the_median_of_own_heights_is_that_wherever_a_ring_begins) {
+  const auto dem = slope();
+  const std::array<const char*, 4> corners = {"[1,1,100]", "[2,1,102]", "[2,2,140]", "[1,2,150]"};
+  for (int first = 0; first < 4; ++first) {
+    const test::TempDir folder;
+    ShapeFiles files;
+    files.flatten = {folder.file("runway.geojson")};
+    std::string ring;
+    for (int k = 0; k <= 4; ++k) ring += (k ? "," : "") + std::string(corners[(first + k) % 4]);
+    std::ofstream(files.flatten[0]) << R"({"type": "Polygon", "coordinates": [[)" << ring << "]]}";
+    const auto made = SurfaceShapes::make(std::span(&dem, 1), files);
+    ASSERT_TRUE(made) << made.error().what;
+    EXPECT_EQ((*made)->level_at({1.5, 1.5}), 121.0) << first;
+    ASSERT_EQ((*made)->report().warnings.size(), 1u);
+    EXPECT_NE((*made)->report().warnings[0].find(
+                  "1 of 1 polygons to be level have own heights that differ by more than 5 m"),
+              std::string::npos);
+    EXPECT_NE((*made)->report().warnings[0].find("50.0 m"), std::string::npos);
+  }
+}
+
 TEST(SurfaceShapes, own_heights_that_are_none_of_the_earth_are_refused) {
   for (const double height : {1e9, -1e38, 1e300}) {
     const auto made = flatten(Shapes("high").polygon({square(1, 1, 1)}, height), slope());
@@ -117,6 +139,10 @@ TEST(SurfaceShapes, polygons_that_touch_or_lie_in_one_another_share_the_lowest_l
   EXPECT_EQ((*made)->level_at({2.1, 1.1}), 30.0);
   EXPECT_EQ((*made)->level_at({2.5, 1.5}), 30.0);
   EXPECT_EQ((*made)->level_at({4.5, 4.5}), 20.0);
+  const auto& warnings = (*made)->report().warnings;
+  ASSERT_FALSE(warnings.empty());
+  EXPECT_NE(warnings.back().find("2 of 4 polygons to be level touch one"), std::string::npos);
+  EXPECT_NE(warnings.back().find("20.0 m"), std::string::npos) << warnings.back();
   // Where one water meets itself there is no shore: the two squares have one outline.
   EXPECT_EQ((*made)->lines().networks().size(), 2u);
   double length = 0;

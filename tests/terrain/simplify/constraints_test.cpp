@@ -141,6 +141,16 @@ TEST_F(ConstrainedTerrain, LinesAndLakesThroughEveryMethod) {
   expect_kept(c, 0.2);
 }
 
+TEST_F(ConstrainedTerrain, TheMedianOfOwnHeightsIsThatWhereverARingBegins) {
+  const std::vector<Vec3> corners = {{1, -1, 600}, {7, -1, 602}, {7, -7, 640}, {1, -7, 650}};
+  for (std::size_t first = 0; first < 4; ++first) {
+    ConstraintShapes s;
+    s.flatten.emplace_back().rings.emplace_back();
+    for (std::size_t k = 0; k <= 4; ++k) s.flatten[0].rings[0].push_back(corners[(first + k) % 4]);
+    EXPECT_EQ(constrained(rough_terrain(12, 12, 1), s)->level[0], 621) << first;
+  }
+}
+
 TEST_F(ConstrainedTerrain, ABoundaryCutsTheMesh) {
   const HeightGrid g = rough_terrain(80, 70, 4);
   ConstraintShapes s;

@@ -15,6 +15,7 @@
 #include <limits>
 #include <memory>
 #include <set>
+#include <span>
 
 #include "terrain/base/existing_file.h"
 #include "terrain/base/sqlite.h"
@@ -478,6 +479,17 @@ Result<void> look_through(const std::string& path, const Take& take) {
 }
 
 }  // namespace
+
+std::vector<double> own_heights(const VectorPolygon& polygon) {
+  std::vector<double> heights;
+  for (const VectorLine& ring : polygon.rings) {
+    const bool closed =
+        ring.size() > 1 && ring.front().x == ring.back().x && ring.front().y == ring.back().y;
+    for (const Vec3& p : std::span(ring).first(ring.size() - closed))
+      if (std::isfinite(p.z)) heights.push_back(p.z);
+  }
+  return heights;
+}
 
 Result<VectorAttributes> read_attributes(const std::string& path) {
   VectorAttributes all;

@@ -23,6 +23,10 @@ struct VectorPolygon {
   std::size_t feature = 0;  // whose it is: of all layers, from 0 in the file's order
 };
 
+/// The heights that a polygon's corners have, in the rings' order; of a ring that says its first
+/// corner again at its end, that one once.
+std::vector<double> own_heights(const VectorPolygon& polygon);
+
 struct VectorShapes {
   std::vector<VectorLine> lines;
   std::vector<VectorPolygon> polygons;
