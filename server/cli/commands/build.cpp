@@ -424,8 +424,9 @@ int run(Arguments a) {
     if (!written) return complain(written.error());
     beside = *written;
     if (a.options.tiles.side != Side::both)
-      warn("--side holds for the quantized-mesh tiles; 3D Tiles draw triangles straight through "
-           "space, a little lower on coarse levels: their max_error_m has it");
+      warn(
+          "--side holds for the quantized-mesh tiles; 3D Tiles draw triangles straight through "
+          "space, a little lower on coarse levels: their max_error_m has it");
     if (!a.archive.empty()) {
       const auto packed = write_archive(a, **tiles);
       if (!packed) return complain(packed.error());
