@@ -112,6 +112,25 @@ TEST(DatumNames, AreWhatOutputsSay) {
        {"", "egm", "egm2008-7", "EPSG:4326", "EPSG:999999", "EPSG:5715", "x.txt"})
     EXPECT_EQ(datum_named(none).error().code, Errc::invalid_argument) << none;
   EXPECT_EQ(datum_named("none.gtx").error().code, Errc::not_found);
+  // Heights above WGS 72's ellipsoid are 2 to 3 m off WGS84's; above GRS80's they are the same.
+  EXPECT_EQ(datum_named("EPSG:4985").error().code, Errc::unsupported);
+  EXPECT_EQ(*datum_named("EPSG:4937"), VerticalDatum::ellipsoid);
+}
+
+TEST_F(Datums, HeightsAboveAnotherEllipsoidAreNotTakenForThoseAboveWgs84s) {
+  const auto datum_of = [&](const char* crs) {
+    std::ofstream(folder_.file("e.asc")) << "ncols 2\nnrows 2\nxllcenter 7\nyllcenter 46\n"
+                                            "cellsize 0.01\n1 2\n3 4\n";
+    DemOptions options;
+    options.crs = crs;
+    const std::string path = folder_.file("e.asc");
+    const auto source = DemSource::open({&path, 1}, options);
+    EXPECT_TRUE(source) << source.error().what;
+    return source ? (*source)->info().datum : VerticalDatum(VerticalDatum::file);
+  };
+  EXPECT_EQ(datum_of("EPSG:4979"), VerticalDatum::ellipsoid);
+  EXPECT_EQ(datum_of("EPSG:4937"), VerticalDatum::ellipsoid) << "ETRS89";
+  EXPECT_EQ(datum_of("EPSG:4985"), VerticalDatum::unknown) << "WGS 72";
 }
 
 TEST_F(Datums, OfPostsBesideTheAntimeridianAreThoseOfTheirPlaces) {

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "terrain/raster/datums.h"
+#include "terrain/raster/gdal/crs/proj_datum.h"
 #include "terrain/raster/gdal/crs/proj_files.h"
 #include "terrain/raster/gdal/crs/proj_operation.h"
 #include "terrain/raster/gdal/gdal_setup.h"
@@ -70,10 +71,18 @@ bool mentions(const std::string& text, const char* word) {
   return text.find(word) != std::string::npos;
 }
 
+/// Heights above the system's own ellipsoid are those above WGS84's where that has its size and
+/// shape (GRS80's differs by a tenth of a millimetre). Above another they are metres off: WGS 72's
+/// equator lies 2 m lower.
+VerticalDatum above_own_ellipsoid(const OGRSpatialReference& crs) {
+  return is_wgs84_or_grs80(crs.GetSemiMajor(), crs.GetInvFlattening()) ? VerticalDatum::ellipsoid
+                                                                       : VerticalDatum::unknown;
+}
+
 /// By its code where it has one that PROJ knows, else by its name.
 VerticalDatum vertical_datum(const OGRSpatialReference& crs) {
   if (crs.IsGeographic() && !crs.IsCompound())
-    return crs.GetAxesCount() == 3 ? VerticalDatum::ellipsoid : VerticalDatum::unknown;
+    return crs.GetAxesCount() == 3 ? above_own_ellipsoid(crs) : VerticalDatum::unknown;
   const char* datum = crs.GetAttrValue("VERT_CS|VERT_DATUM");
   const char* type = crs.GetAttrValue("VERT_CS|VERT_DATUM", 1);
   const std::string text = std::string(datum ? datum : "") + " " +
@@ -82,7 +91,7 @@ VerticalDatum vertical_datum(const OGRSpatialReference& crs) {
   if (mentions(text, "EGM2008") || mentions(text, "EGM_2008")) return VerticalDatum::egm2008;
   if (mentions(text, "EGM84") || mentions(text, "EGM_84")) return VerticalDatum::egm84;
   if ((type && std::string(type) == "2002") || mentions(text, "llipsoid"))
-    return VerticalDatum::ellipsoid;
+    return above_own_ellipsoid(crs);
   const char *authority = crs.GetAuthorityName("VERT_CS"), *code = crs.GetAuthorityCode("VERT_CS");
   if (!authority || !code) return VerticalDatum::unknown;
   auto named = datum_named(std::string(authority) + ":" + code);

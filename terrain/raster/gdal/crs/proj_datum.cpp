@@ -8,6 +8,7 @@
 #include <proj.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <utility>
 #include <vector>
@@ -155,6 +156,13 @@ std::string proj_folders() {
   return first.empty() || first == user ? user : std::string(user) + " or " + first;
 }
 
+bool is_wgs84_or_grs80(double semi_major_m, double inverse_flattening) {
+  // (1e-5 of the flattening's inverse is 0.7 mm at the poles.)
+  return std::abs(semi_major_m - 6378137) < 5e-4 &&
+         (std::abs(inverse_flattening - 298.257223563) < 1e-5 ||
+          std::abs(inverse_flattening - 298.257222101) < 1e-5);
+}
+
 Result<VerticalCrs> vertical_crs(const std::string& text) {
   const OperatorNamesGrids operator_names_them;
   const Operation one;
@@ -165,6 +173,15 @@ Result<VerticalCrs> vertical_crs(const std::string& text) {
   const char* name = proj_get_name(crs.get());
   if (proj_get_type(crs.get()) == PJ_TYPE_GEOGRAPHIC_3D_CRS) {
     found.name = name ? name : text;
+    double semi_major = 0, inverse_flattening = 0;
+    const Pj ellipsoid(proj_get_ellipsoid(one.context, crs.get()));
+    if (ellipsoid)
+      proj_ellipsoid_get_parameters(one.context, ellipsoid.get(), &semi_major, nullptr, nullptr,
+                                    &inverse_flattening);
+    if (!is_wgs84_or_grs80(semi_major, inverse_flattening))
+      return fail(Errc::unsupported, fmt::format("heights of '{}' ({}) are above another ellipsoid "
+                                                 "than WGS84's, and are not converted",
+                                                 text, found.name));
     found.ellipsoidal = true;
     return found;
   }

@@ -17,7 +17,11 @@ struct VerticalCrs {
   bool ellipsoidal = false;  // it is a geographic CRS with heights above its ellipsoid
 };
 
-/// invalid_argument where PROJ knows none of that name, or it counts downwards.
+/// Of the size and shape of WGS84's, or of GRS80's, to less than a millimetre?
+bool is_wgs84_or_grs80(double semi_major_m, double inverse_flattening);
+
+/// invalid_argument where PROJ knows none of that name, or it counts downwards; unsupported
+/// where it counts from another ellipsoid than WGS84's.
 Result<VerticalCrs> vertical_crs(const std::string& text);
 
 /// PROJ's best way from a vertical CRS to WGS84 whose grids are there. See datum_surface.
