@@ -274,7 +274,7 @@ Result<Support> lock_down(const Allowed& allowed, const Lockdown& limits) {
   Support has = supported();
   bool good = limit(RLIMIT_CORE, 0) && limit(RLIMIT_FSIZE, 0) && limit(RLIMIT_NPROC, 0) &&
               limit(RLIMIT_NOFILE, limits.open_files);
-#ifndef __SANITIZE_ADDRESS__  // its shadow takes terabytes of addresses
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // whose shadows take terabytes
   if (limits.memory_bytes > 0) good = good && limit(RLIMIT_AS, limits.memory_bytes);
 #endif
   if (limits.cpu_seconds > 0) good = good && limit(RLIMIT_CPU, limits.cpu_seconds);

@@ -13,8 +13,9 @@
 namespace tind::sandbox {
 namespace {
 
-constexpr const char* kKept[] = {"GDAL_CACHEMAX",   "GDAL_DATA",    "PROJ_DATA",    "PROJ_LIB",
-                                 "LD_LIBRARY_PATH", "ASAN_OPTIONS", "UBSAN_OPTIONS"};
+constexpr const char* kKept[] = {"GDAL_CACHEMAX", "GDAL_DATA",       "PROJ_DATA",
+                                 "PROJ_LIB",      "LD_LIBRARY_PATH", "ASAN_OPTIONS",
+                                 "TSAN_OPTIONS",  "UBSAN_OPTIONS"};
 
 /// What posix_spawn is told.
 class Spawning {
