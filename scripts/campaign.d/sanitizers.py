@@ -34,7 +34,9 @@ def look(run, preset, folder, program):
                            "-j", str(os.cpu_count()), "--output-on-failure"], capture_output=True, text=True, stdin=subprocess.DEVNULL,
                           env=os.environ | {"GTEST_FILTER": "-" + ":".join(SLOW)})
     verdicts = re.findall(r"^\s*\d+/\d+ Test +#\d+: (\S+) \.+ *\**(\w+)", done.stdout, re.M)
-    reports = set(re.findall(r"SUMMARY: \w+Sanitizer: .*|\S+: runtime error: .*", done.stdout))
+    # (Line by line: a test may print a megabyte without a blank.)
+    said = [line for line in done.stdout.splitlines() if "Sanitizer: " in line or ": runtime error: " in line]
+    reports = {match[0] for line in said if (match := re.search(r"SUMMARY: \w+Sanitizer: .*|\S+: runtime error: .*", line[:2000]))}
     for report in sorted(reports):
         run.fail(f"{preset}: {folder}: {report}")
     failed = sorted(set(re.findall(r"\[  FAILED  \] ([\w/]+\.[\w/]+)", done.stdout)))

@@ -80,9 +80,10 @@ struct Ground {
 /// The exact check behind every collapse, a hair tighter than what is asked.
 auto within_bound(const ScatteredSamples& samples, double bound) {
   return [&samples, limit = bound * (1 - 1e-9)](const Vec3& a, const Vec3& b, const Vec3& c) {
-    return samples.scan(a, b, c, [&](double x, double y, double z, std::size_t) {
-      return std::abs(height_in(a, b, c, x, y) - z) <= limit;
-    });
+    return ScatteredSamples::takes(a, b, c) &&
+           samples.scan(a, b, c, [&](double x, double y, double z, std::size_t) {
+             return std::abs(height_in(a, b, c, x, y) - z) <= limit;
+           });
   };
 }
 
@@ -93,6 +94,7 @@ Result<Simplified> collapse(Ground& ground, const MethodOptions& method, const P
   held.terrain = std::move(ground.terrain);
   held.place_step = 0;
   held.triangles = target_triangles(ground.run.stop, ground.triangles);
+  held.within = ScatteredSamples::takes;
   if (ground.run.stop.max_error_m)
     held.within = within_bound(ground.samples, *ground.run.stop.max_error_m);
   held.fit = fit_samples(ground.samples);

@@ -229,6 +229,14 @@ void tell_of_posts_lost(const Arguments& a, const MeshQuality& quality, Simplifi
       a.frame == MeshFrame::metric ? "" : "--frame metric, or ");
 }
 
+/// No method flips a triangle; 32 bits of a coordinate may.
+void tell_of_flips(const Arguments& a, const MeshQuality& quality, Simplified& made) {
+  if (!a.format->as_in_file || quality.flipped == 0) return;
+  made.note +=
+      fmt::format("{}the 32-bit coordinates of {} flip {} narrow triangles: PLY and OBJ hold them",
+                  made.note.empty() ? "" : "; ", a.format->title, quality.flipped);
+}
+
 /// Where one was asked for.
 int put_report(const Arguments& a, const nlohmann::ordered_json& report) {
   if (a.report.empty()) return kOk;
@@ -376,6 +384,7 @@ int run_tin(const Arguments& a) {
   if (breaks_bound(a, quality) && made->note.empty())
     tell_of_steps(a, read->terrain, quality, *made);
   if (const auto ok = hold_to_bound(a, quality, *made); !ok) return complain(ok.error());
+  tell_of_flips(a, quality, *made);
   nlohmann::ordered_json report = {{"method", a.method.name},
                                    {"steps", made->steps},
                                    {"input_triangles", made->input_triangles}};

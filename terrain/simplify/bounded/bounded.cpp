@@ -280,6 +280,7 @@ Result<Simplified> simplify_bounded_samples(const Tin& start, ScatteredSamples s
   samples.offset = block.offset;
   MesherOptions options = block.mesher;
   options.any_place = true;
+  options.pinned = std::uint32_t(start.vertices.size());  // of the outline all that stay
   double low = HUGE_VAL, high = -HUGE_VAL;
   for (std::size_t i = 0; i < samples.size(); ++i)
     low = std::min(low, samples.sample(i).z), high = std::max(high, samples.sample(i).z);

@@ -80,7 +80,7 @@ bool BoundedMesher<S>::turn_if_better(Index h, double excess_here) {
   if (twin == kNone || lines_->keeps(v, w)) return false;
   const Vec3 &a = mesh_.position(v), &b = mesh_.position(w);
   const Vec3 &c = mesh_.position(mesh_.apex(h)), &d = mesh_.position(mesh_.apex(twin));
-  if (!surely_ccw(a, d, c) || !surely_ccw(d, b, c)) return false;
+  if (!S::takes(a, d, c) || !S::takes(d, b, c)) return false;
   if (!(excess(a, d, c) + excess(d, b, c) < excess_here + excess(b, a, d))) return false;
   mesh_.flip(h);
   return true;
@@ -442,7 +442,7 @@ void BoundedMesher<S>::flip_edges(const Progress& progress) {
     if (!active_[v] || !active_[w] || (on_line(v) && on_line(w))) continue;
     const Vec3 &a = mesh_.position(v), &b = mesh_.position(w);
     const Vec3 &c = mesh_.position(mesh_.apex(h)), &d = mesh_.position(mesh_.apex(mesh_.twin(h)));
-    if (!surely_ccw(a, d, c) || !surely_ccw(d, b, c)) continue;
+    if (!S::takes(a, d, c) || !S::takes(d, b, c)) continue;
     const double before = squares(a, b, c, kInfinity) + squares(b, a, d, kInfinity);
     const double limit = kWorthIt * before, first = squares(a, d, c, limit);
     if (!std::isfinite(before) || !(first < limit)) continue;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include "terrain/simplify/common/star_fit.h"
 #include "terrain/simplify/insertion/delaunay_insertion.h"
@@ -37,6 +38,9 @@ bool Star<S>::aim(const Vec3& apex) {
     e.area = l - r;
     all &= surely_positive(l, r);
   }
+  if constexpr (!std::is_same_v<S, GridSamples>)
+    all = all &&
+          std::ranges::all_of(ring_, [&](const RingEdge& e) { return S::takes(apex, e.a, e.b); });
   return all;
 }
 

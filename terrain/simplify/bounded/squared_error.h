@@ -179,7 +179,7 @@ class SquaredError {
 
   bool ring_ccw(const Vec3& apex) const {
     for (const Edge& e : ring_)
-      if (!surely_ccw(apex, e[0], e[1])) return false;
+      if (!Samples::takes(apex, e[0], e[1])) return false;
     return true;
   }
 
@@ -277,7 +277,7 @@ class SquaredError {
     const Index g = mesh_.twin(h), t = HalfedgeMesh::triangle(h), u = HalfedgeMesh::triangle(g);
     const Vec3 &a = corner(h), &b = mesh_.position(mesh_.dest(h));
     const Vec3 &c = mesh_.position(mesh_.apex(h)), &d = mesh_.position(mesh_.apex(g));
-    if (!surely_ccw(a, d, c) || !surely_ccw(d, b, c)) return;
+    if (!Samples::takes(a, d, c) || !Samples::takes(d, b, c)) return;
     const double before = (sum_[t] + sum_[u]) * kWorthIt;
     const double first = sum_of(a, d, c, cap_);
     if (!(first < before)) return;

@@ -380,7 +380,7 @@ Result<Simplified> simplify_cluster(const Terrain& dem, const ClusterOptions&,
       return r;
     });
   } else if (input == full && !lines) {
-    out = trial(double(target));
+    out = trial(double(std::min(target, input)));
     if (out) out->steps = 1;
   } else {  // voids, lines: how many cells hold a post is known afterwards only
     out = search(2, double(full), 14, [&](double triangles, bool& ok) {

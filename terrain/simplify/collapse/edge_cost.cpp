@@ -195,8 +195,8 @@ Weights weights_of(const EdgeCostOptions& options, const Scales& scales) {
 
 Result<void> check_method(const EdgeCostOptions& method) {
   for (const double weight : {method.alpha, method.beta})
-    if (!(weight >= 0 && weight <= 1e100))
-      return fail(Errc::invalid_argument, "alpha and beta must be numbers >= 0, at most 1e100");
+    if (!(weight >= 0 && weight <= 1e15))  // a float holds what they may weigh, too
+      return fail(Errc::invalid_argument, "alpha and beta must be numbers >= 0, at most 1e15");
   return {};
 }
 

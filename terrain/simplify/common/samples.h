@@ -10,6 +10,8 @@
 //                             the same, but only for samples that may lie outside `band`, which f
 //                             may narrow. Nearly all samples lie inside; these cost next to nothing
 //     Vec3 sample(index)
+//     static bool takes(a, b, c)
+//                             may a mesh over these have triangle abc: is it counter-clockwise?
 // Coordinates are those of the mesh: x to the right, y up. Heights are float in memory, double in
 // every computation. `offset` is added to each: it shifts the band for a bound on one side.
 
@@ -21,6 +23,7 @@
 #include <vector>
 
 #include "terrain/geo/coordinates.h"
+#include "terrain/mesh/exact_line.h"
 #include "terrain/mesh/tin.h"
 
 namespace tind {
@@ -45,6 +48,8 @@ struct GridSamples {
   const float* z = nullptr;               // rows of `stride` floats, NaN = void
   std::size_t stride = 0;                 // 0: cols
   double offset = 0;
+
+  static bool takes(const Vec3& a, const Vec3& b, const Vec3& c) { return surely_ccw(a, b, c); }
 
   std::size_t size() const { return std::size_t(cols) * rows; }
   std::size_t row_length() const { return stride ? stride : std::size_t(cols); }
@@ -242,6 +247,16 @@ class ScatteredSamples {
   /// meant to be whole numbers, more or less: a hair is a share of one.
   ScatteredSamples(std::span<const Vec3> points, double extent, double per_bucket = 2,
                    Vec2 low = {});
+
+  /// No needle, either: three vertices of a straight border lie on one line but for rounding, and
+  /// a triangle of them is a wall, in which the samples that it passes by are lost to every
+  /// measure. The limit is ten times the hair of scan(), and far below the distance of samples.
+  static bool takes(const Vec3& a, const Vec3& b, const Vec3& c) {
+    constexpr double kLeastBreadth2 = 1e-12;
+    const double area = orient2d(a, b, c);
+    const double longest2 = std::max({squared_xy(a, b), squared_xy(b, c), squared_xy(c, a)});
+    return surely_ccw(a, b, c) && area * area > kLeastBreadth2 * longest2;
+  }
 
   std::size_t size() const { return points_.size(); }
   Vec3 sample(std::size_t i) const { return {points_[i].x, points_[i].y, points_[i].z + offset}; }

@@ -131,5 +131,18 @@ TEST(Clustering, AStreamGivesWhatTheGridGives) {
   }
 }
 
+TEST(Clustering, OfMoreTrianglesThanThereAreItIsTheFullMesh) {
+  const HeightGrid grid = test::rough_terrain(24, 17, 3);
+  for (const std::uint64_t count :
+       {std::uint64_t(736), std::uint64_t(1) << 40, ~std::uint64_t(0)}) {
+    SimplifyOptions o;
+    o.method = ClusterOptions{};
+    o.stop.triangles = count;
+    const auto made = simplify({grid, 1, 1}, o);
+    ASSERT_TRUE(made) << made.error().what;
+    EXPECT_EQ(made->tin.triangles.size(), 736u) << count;
+  }
+}
+
 }  // namespace
 }  // namespace tind

@@ -240,6 +240,8 @@ TEST(Simplify, RefusesNonsenseInOneLine) {
   EXPECT_EQ(error([](auto& o) { o.stop = {}; }).code, Errc::invalid_argument);
   EXPECT_EQ(error([](auto& o) { o.stop = {.max_error_m = -1}; }).code, Errc::invalid_argument);
   EXPECT_EQ(error([](auto& o) { o.stop = {.max_error_m = NAN}; }).code, Errc::invalid_argument);
+  EXPECT_EQ(error([](auto& o) { o.method = EdgeCostOptions{.alpha = 1e30}; }).code,
+            Errc::invalid_argument);
   EXPECT_EQ(error([](auto& o) { o.method = EdgeCostOptions{.alpha = -1}; }).code,
             Errc::invalid_argument);
   SimplifyOptions o;

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <set>
 #include <tuple>
 
@@ -93,6 +94,36 @@ std::vector<SimplifyOptions> every_method() {
   return all;
 }
 
+/// The least height of a triangle.
+double least_breadth(const Tin& tin) {
+  double least = HUGE_VAL;
+  for (const Triangle& t : tin.triangles) {
+    const Vec3 &a = tin.vertices[t[0]], &b = tin.vertices[t[1]], &c = tin.vertices[t[2]];
+    const double longest =
+        std::max({std::hypot(a.x - b.x, a.y - b.y), std::hypot(b.x - c.x, b.y - c.y),
+                  std::hypot(c.x - a.x, c.y - a.y)});
+    least = std::min(least, orient2d(a, b, c) / longest);
+  }
+  return least;
+}
+
+/// Vertices of the border that do not lie on the rectangle around the TIN.
+std::vector<Vec3> inner_border(const Tin& tin) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> sides;
+  for (const Triangle& t : tin.triangles)
+    for (int k = 0; k < 3; ++k) ++sides[std::minmax(t[k], t[(k + 1) % 3])];
+  const auto [west, east] = std::ranges::minmax(tin.vertices, {}, &Vec3::x);
+  const auto [south, north] = std::ranges::minmax(tin.vertices, {}, &Vec3::y);
+  std::vector<Vec3> all;
+  for (const auto& [side, triangles] : sides)
+    for (const std::uint32_t v : {side.first, side.second}) {
+      const Vec3& p = tin.vertices[v];
+      if (triangles == 1 && p.x > west.x && p.x < east.x && p.y > south.y && p.y < north.y)
+        all.push_back(p);
+    }
+  return all;
+}
+
 using Places = std::set<std::tuple<double, double, double>>;
 Places places(const Tin& tin) {
   Places all;
@@ -108,6 +139,8 @@ void expect_valid(const Simplified& made, const TerrainTin& of) {
   EXPECT_NEAR(v.area, before, 1e-9 * before);
   EXPECT_EQ(vertical_error(made.tin, of.tin.vertices, of.z_unit_m).uncovered, 0u);
   EXPECT_TRUE(as_terrain(made.tin));
+  const double apart = std::sqrt(before / double(of.tin.vertices.size()));
+  EXPECT_GT(least_breadth(made.tin), std::min(5e-7 * apart, 0.5 * least_breadth(of.tin)));
 }
 
 /// The methods that start from the outline need CGAL where that is no rectangle.
@@ -182,6 +215,21 @@ TEST_P(EveryTinMethod, LeavesTheBorderWhereItWas) {
       const bool on_side = std::ranges::count(terrain.tin.vertices, p.x, &Vec3::x) > 1 ||
                            std::ranges::count(terrain.tin.vertices, p.y, &Vec3::y) > 1;
       EXPECT_TRUE(on_side || has(made->tin, p)) << p.x << " " << p.y;
+    }
+  });
+}
+
+TEST_P(EveryTinMethod, KeepsEachVertexOfABorderThatIsNoSideOfTheRectangle) {
+  on_each([&](const TerrainTin& terrain) {
+    const std::vector<Vec3> border = inner_border(terrain.tin);
+    for (const StopAt& stop : {StopAt{.ratio = 0.05}, StopAt{.max_error_m = 100.0}}) {
+      SimplifyOptions o = GetParam();
+      o.stop = stop;
+      const auto made = simplify_tin(terrain, o);
+      ASSERT_TRUE(made) << made.error().what;
+      std::set<std::pair<double, double>> kept;
+      for (const Vec3& p : made->tin.vertices) kept.insert({p.x, p.y});
+      for (const Vec3& p : border) EXPECT_TRUE(kept.contains({p.x, p.y})) << p.x << " " << p.y;
     }
   });
 }
