@@ -2,6 +2,7 @@
 
 #include <sqlite3.h>
 
+#include <filesystem>
 #include <utility>
 
 namespace tind {
@@ -21,17 +22,42 @@ void distrust(sqlite3* db) {
   sqlite3_limit(db, SQLITE_LIMIT_LENGTH, kLongestValue);
 }
 
+/// The file alone. Without this a database in WAL mode is read through a file beside it that is
+/// mapped into memory: who cuts that off ends the whole process (SIGBUS).
+std::string immutable(const std::string& path) {
+  std::string uri = "file:";
+  for (const char c : std::filesystem::absolute(path).string())
+    uri += c == '%' ? "%25" : c == '?' ? "%3f" : c == '#' ? "%23" : std::string(1, c);
+  return uri + "?immutable=1";
+}
+
+/// What a writer has beside the file is not read: while it is there, the file is not whole.
+Result<void> nothing_pending(const std::string& path) {
+  for (const char* const beside : {"-wal", "-journal"}) {
+    std::error_code error;
+    const auto bytes = std::filesystem::file_size(path + beside, error);
+    if (!error && bytes > 0)
+      return fail(Errc::busy, path + beside +
+                                  ": somebody writes to the database, or stopped in the middle; "
+                                  "opening it once with sqlite3 brings it to its end");
+  }
+  return {};
+}
+
 }  // namespace
 
 void Sqlite::Close::operator()(sqlite3* db) const { sqlite3_close_v2(db); }
 void SqliteQuery::Finalize::operator()(sqlite3_stmt* s) const { sqlite3_finalize(s); }
 
 Result<Sqlite> Sqlite::open(const std::string& path, Open how) {
+  if (how == Open::read)
+    if (auto whole = nothing_pending(path); !whole) return std::unexpected(whole.error());
   sqlite3* db = nullptr;
-  const int flags =
-      how == Open::read ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
+  const int flags = how == Open::read ? SQLITE_OPEN_READONLY | SQLITE_OPEN_URI
+                                      : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
   const char* const files = how == Open::alone ? "unix-none" : nullptr;
-  const int code = sqlite3_open_v2(path.c_str(), &db, flags, files);
+  const std::string name = how == Open::read ? immutable(path) : path;
+  const int code = sqlite3_open_v2(name.c_str(), &db, flags, files);
   Sqlite opened(db, path);
   if (code != SQLITE_OK) return std::unexpected(opened.error());
   if (how == Open::read) distrust(db);

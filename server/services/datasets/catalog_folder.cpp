@@ -76,6 +76,18 @@ struct States {
   }
 };
 
+/// Any file passes for raw numbers. One that somebody else put a link to may be one that he cannot
+/// read himself, as heights for everybody.
+bool is_raw_link_out(const fs::path& path) {
+  static const std::set<std::string, std::less<>> kRaw = {".bil", ".bip", ".bsq", ".flt",
+                                                          ".dem", ".bin", ".raw"};
+  std::error_code error;
+  if (!fs::is_symlink(path, error) || !kRaw.contains(lower_extension(path.string()))) return false;
+  const fs::path target = fs::canonical(path, error),
+                 folder = fs::canonical(path.parent_path(), error);
+  return error || target.lexically_relative(folder).string().starts_with("..");
+}
+
 /// A folder of tiles, or of rasters, which are one dataset.
 void look_into_folder(FolderEntry& entry, States& states) {
   std::error_code error;
@@ -94,6 +106,11 @@ void look_into_folder(FolderEntry& entry, States& states) {
       states.add(path.string());
   if (const auto rasters = dem_files(std::vector{entry.path}, {.allow_vrt = true}); !rasters)
     entry.wrong = rasters.error().what;
+  for (const fs::path& path : *inside)
+    if (is_raw_link_out(path))
+      entry.wrong = path.string() +
+                    ": a link to raw numbers elsewhere; name them in a table, or "
+                    "put the file itself here";
   entry.spec.files = {entry.path};
 }
 
@@ -121,6 +138,18 @@ void look_into_table(FolderEntry& entry, States& states, CatalogTables& tables) 
     if (!file.empty()) states.add(file);
 }
 
+/// Those beside a raster that say more of it. One that comes later makes it another raster.
+void add_beside(const fs::path& raster, States& states) {
+  std::error_code error;
+  for (const char* const end :
+       {".prj", ".qpj", ".hdr", ".tfw", ".pgw", ".blw", ".wld", ".msk", ".ovr"}) {
+    const std::string whole = raster.string() + end;
+    const std::string instead = fs::path(raster).replace_extension(end).string();
+    for (const std::string& beside : {whole, instead})
+      if (beside != raster.string() && fs::is_regular_file(beside, error)) states.add(beside);
+  }
+}
+
 /// What it is, as far as the file system tells.
 FolderEntry entry_at(const fs::path& path, States& states, CatalogTables& tables) {
   FolderEntry entry{
@@ -134,8 +163,13 @@ FolderEntry entry_at(const fs::path& path, States& states, CatalogTables& tables
     entry.wrong = entry.path + ": is neither a file nor a folder";
   } else if (path.extension() == ".toml") {
     look_into_table(entry, states, tables);
+  } else if (is_raw_link_out(path)) {
+    entry.wrong = entry.path +
+                  ": a link to raw numbers elsewhere; name them in a table, or put "
+                  "the file itself here";
   } else {
     states.add(entry.path);
+    add_beside(path, states);
     entry.spec.files = {entry.path};
   }
   return entry;

@@ -584,8 +584,12 @@ void CatalogKeeper::look_at_files() {
   for (const auto& [name, why] : unlike)
     if (!before.contains(name))
       spdlog::warn("{}: {}; what needs reading it again answers 503", name, why);
+  const auto is_here = [&](const std::string& name) {
+    return std::ranges::any_of(here_, [&](const Wanted& one) { return one.served->name == name; });
+  };
   for (const auto& [name, why] : before)
-    if (!unlike.contains(name)) spdlog::info("{}: its files are as they were opened", name);
+    if (!unlike.contains(name) && is_here(name))
+      spdlog::info("{}: its files are as they were opened", name);
 }
 
 void CatalogKeeper::drop_retired() {

@@ -126,12 +126,13 @@ std::string suggestion(std::string_view unknown, NameOf&& name_of) {
   return near.empty() ? "; see tind serve --print-config for all" : near;
 }
 
-/// Not settings of the daemon: where its data lies, how remote files are asked for, the program
-/// that tests run, and what Kubernetes tells every pod about a service that is called "tind".
+/// Not settings of the daemon: where its data lies, how remote files are asked for, the key
+/// with which commands ask a daemon, the program that tests run, and what Kubernetes tells every
+/// pod about a service that is called "tind".
 bool is_other_variable(std::string_view key) {
   return key == "TIND_DATA" || key == "TIND_REMOTE_TIMEOUT" || key == "TIND_REMOTE_TRIES" ||
-         key == "TIND_BINARY" || key == "TIND_PORT" || key.starts_with("TIND_PORT_") ||
-         key.starts_with("TIND_SERVICE_");
+         key == "TIND_BINARY" || key == "TIND_KEY" || key == "TIND_PORT" ||
+         key.starts_with("TIND_PORT_") || key.starts_with("TIND_SERVICE_");
 }
 
 Result<void> check_environment(const std::vector<std::string>& names) {

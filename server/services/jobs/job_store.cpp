@@ -21,6 +21,11 @@ constexpr const char* kColumns =
     "id, process, client, work, status, message, progress, attempts, exit_code, bytes, created, "
     "started, finished, updated";
 
+/// The same, but the order: megabytes, perhaps, of what a client sent.
+constexpr const char* kWithoutOrder =
+    "id, process, client, '', status, message, progress, attempts, exit_code, bytes, created, "
+    "started, finished, updated";
+
 /// With what to do about it.
 Error advised(Error error, const std::string& path) {
   if (error.code == Errc::bad_data) error.what += "; it is no list of jobs: move it away";
@@ -109,7 +114,7 @@ Result<std::vector<Job>> JobStore::jobs(SqliteQuery& query) const {
 
 Result<std::vector<Job>> JobStore::of_client(std::string_view client, std::size_t most) const {
   const std::lock_guard lock(mutex_);
-  SqliteQuery query(db_, std::string("SELECT ") + kColumns +
+  SqliteQuery query(db_, std::string("SELECT ") + kWithoutOrder +
                              " FROM job WHERE client = ? ORDER BY created DESC, id LIMIT ?");
   query.bind(client).bind(std::int64_t(most));
   return jobs(query);

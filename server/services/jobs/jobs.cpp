@@ -125,14 +125,19 @@ Result<std::unique_ptr<Jobs>> Jobs::open(const std::string& folder, const std::s
     where = pattern;
   } else {
     std::error_code error;
-    fs::create_directories(where, error);
+    // What is made here is nobody else's to read: who has a job's id may see and end it.
+    if (fs::create_directories(where, error))
+      fs::permissions(where, fs::perms::owner_all, fs::perm_options::replace, error);
     if (error) return fail(Errc::io, where + ": " + error.message());
     where = fs::absolute(where).string();
   }
+  std::error_code none;
+  const bool had_list = fs::exists(where + "/jobs.sqlite", none);
   auto store = JobStore::open(where + "/jobs.sqlite");
   if (!store) return std::unexpected(store.error());
   std::unique_ptr<Jobs> jobs(new Jobs(where, folder.empty(), program, limits, std::move(*store)));
-  if (auto recovered = jobs->recover(); !recovered) return std::unexpected(recovered.error());
+  if (auto recovered = jobs->recover(had_list); !recovered)
+    return std::unexpected(recovered.error());
   jobs->count_stored();
   for (int i = 0; i < std::max(1, limits.running); ++i)
     jobs->threads_.emplace_back(
@@ -190,8 +195,9 @@ std::string Jobs::path_of(const Job& job, const JobOrder::Output& output) const 
   return folder_of(job.id) + "/" + output.file;
 }
 
-/// What is on the list and not at its end is queued again; folders that nobody knows go.
-Result<void> Jobs::recover() {
+/// What is on the list and not at its end is queued again. Folders that it does not know go, where
+/// the list is not new: beside a new one they may be anybody's.
+Result<void> Jobs::recover(bool had_list) {
   auto left = store_->unfinished();
   if (!left) return std::unexpected(left.error());
   for (Job& job : *left) {
@@ -207,15 +213,21 @@ Result<void> Jobs::recover() {
     live_.emplace(live->job.id, live);
     ++counts_.waiting;
   }
-  std::error_code error;
+  std::error_code error, ignored;
   for (fs::directory_iterator entry(folder_, error), last; !error && entry != last;
        entry.increment(error)) {
     const std::string name = entry->path().filename().string();
     const bool ours = name.size() == 32 && name.find_first_not_of("0123456789abcdef") == name.npos;
-    if (!ours || !entry->is_directory()) continue;
+    if (!ours || !fs::is_directory(entry->symlink_status(ignored))) continue;
     const auto known = store_->find(name);
-    std::error_code ignored;
-    if (known && !*known) fs::remove_all(entry->path(), ignored);
+    if (!known || *known) continue;
+    const std::string path = logging::printable(entry->path().string());
+    if (!had_list) {
+      spdlog::warn("{}: the list of jobs is new and does not know it; it stays", path);
+      continue;
+    }
+    fs::remove_all(entry->path(), ignored);
+    spdlog::info("{}: of a job that is on the list no more; removed", path);
   }
   return {};
 }
@@ -324,11 +336,18 @@ Result<std::vector<Job>> Jobs::of_client(std::string_view client, std::size_t mo
   auto all = store_->of_client(client, most);
   if (!all) return all;
   const std::lock_guard lock(mutex_);
-  for (Job& job : *all)  // the list does not know how far they are
-    if (const auto live = live_.find(job.id); live != live_.end())
-      job = seen(*live->second);
-    else if (const auto ended = unsaved_.find(job.id); ended != unsaved_.end())
-      job = ended->second;
+  for (Job& job : *all) {  // the list does not know how far they are
+    const auto live = live_.find(job.id);
+    const auto ended = unsaved_.find(job.id);
+    if (live == live_.end() && ended == unsaved_.end()) continue;
+    const Job& now = live != live_.end() ? live->second->job : ended->second;
+    job.status = now.status, job.message = now.message, job.progress = now.progress;
+    job.attempts = now.attempts, job.exit_code = now.exit_code, job.bytes = now.bytes;
+    job.started_ms = now.started_ms, job.finished_ms = now.finished_ms;
+    job.updated_ms = now.updated_ms;
+    if (live != live_.end() && live->second->dismissed)
+      job.status = JobStatus::dismissed, job.message = "dismissed";
+  }
   return all;
 }
 

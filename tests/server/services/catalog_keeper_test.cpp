@@ -384,6 +384,41 @@ TEST(CatalogFolder, AStartWaitsForWhatWasJustPutThereButNotForEver) {
   wait_for_rest(folder.file("nothing"), 1min);  // which the load complains of
 }
 
+TEST(CatalogFolder, ALinkToRawNumbersElsewhereIsNoRaster) {
+  const test::TempDir elsewhere, folder;
+  std::ofstream(elsewhere.file("secret")) << "whatever it is, it would be heights";
+  std::ofstream(folder.file("own.bil")) << "0123";
+  std::filesystem::create_symlink(elsewhere.file("secret"), folder.file("leak.bil"));
+  std::filesystem::create_symlink("own.bil", folder.file("same.bil"));
+  std::filesystem::create_symlink(elsewhere.file("secret"), folder.file("dem.tif"));
+  std::filesystem::create_directory(folder.file("mosaic"));
+  std::filesystem::create_symlink(elsewhere.file("secret"), folder.file("mosaic/leak.flt"));
+  const auto entries = CatalogFolder(folder.path()).look(false, {});
+  ASSERT_TRUE(entries);
+  std::map<std::string, bool> refused;
+  for (const FolderEntry& entry : *entries)
+    refused[entry.spec.name] = entry.wrong.find("a link to raw numbers") != std::string::npos;
+  EXPECT_EQ(
+      refused,
+      (std::map<std::string, bool>{
+          {"dem", false}, {"leak", true}, {"mosaic", true}, {"own", false}, {"same", false}}));
+}
+
+TEST(CatalogFolder, ARasterIsAnotherOneWhereAFileComesThatSaysMoreOfIt) {
+  const test::TempDir folder;
+  std::ofstream(folder.file("d.asc")) << "ncols 2";
+  CatalogFolder catalog(folder.path());
+  std::string before = catalog.look(false, {})->at(0).state;
+  for (const char* beside : {"d.prj", "d.asc.msk", "d.asc.ovr"}) {
+    std::ofstream(folder.file(beside)) << "more";
+    const std::string now = catalog.look(false, {})->at(0).state;
+    EXPECT_NE(now, before) << beside;
+    before = now;
+  }
+  std::ofstream(folder.file("d.txt")) << "a note";
+  EXPECT_EQ(catalog.look(false, {})->at(0).state, before);
+}
+
 TEST(CatalogFolder, WaitsForWhatIsStillWritten) {
   const test::TempDir folder;
   const auto write = [&](const std::string& text) {

@@ -79,7 +79,8 @@ TEST_F(ConfigTest, UnknownVariablesAreErrorsWithASuggestion) {
                               "TIND_SERVICE_HOST",
                               "TIND_PORT_8080_TCP",
                               "TIND_REMOTE_TIMEOUT",
-                              "TIND_REMOTE_TRIES"};
+                              "TIND_REMOTE_TRIES",
+                              "TIND_KEY"};
   EXPECT_EQ(error("threads = 1\n"), "no error");
   input_.environment_names.push_back("TIND_CACHE_MBS");
   const std::string wrong = error("threads = 1\n");

@@ -439,6 +439,36 @@ TEST_F(JobsTest, ARestartGoesOnOnceAndForgetsNothing) {
   EXPECT_TRUE(fs::exists(dir_.file("jobs/mine")));
 }
 
+TEST_F(JobsTest, BesideANewListFoldersAreAnybodysAndStay) {
+  const std::string others = dir_.file("jobs/d41d8cd98f00b204e9800998ecf8427e");
+  fs::create_directories(others);
+  std::ofstream(others + "/precious") << "x";
+  EXPECT_FALSE(open()->find("d41d8cd98f00b204e9800998ecf8427e")->has_value());
+  EXPECT_TRUE(fs::exists(others + "/precious"));
+}
+
+TEST_F(JobsTest, WhatItMakesIsNobodyElsesToRead) {
+  open();
+  EXPECT_EQ(fs::status(dir_.file("jobs")).permissions(), fs::perms::owner_all);
+}
+
+TEST_F(JobsTest, TheListOfAClientIsWithoutOrdersAndUpToDate) {
+  const auto jobs = open();
+  const std::string ended = run(*jobs, shell("echo a > out.txt")).id;
+  const std::string lasts = jobs->submit(shell("sleep 60"))->id;
+  ASSERT_TRUE(becomes(*jobs, lasts, [](const Job& j) { return j.status == JobStatus::running; }));
+  const auto list = jobs->of_client("1.2.3.4", 10);
+  ASSERT_TRUE(list);
+  ASSERT_EQ(list->size(), 2u);
+  for (const Job& job : *list) {
+    EXPECT_EQ(job.order, "");
+    EXPECT_EQ(job.process, "test");
+    EXPECT_EQ(job.status, job.id == lasts ? JobStatus::running : JobStatus::successful);
+    EXPECT_GT(job.started_ms, 0);
+  }
+  EXPECT_NE((*jobs->find(ended))->order, "");
+}
+
 /// As a daemon leaves a list that was killed: what it wrote last stays.
 void edit(const std::string& path, const std::string& sql) {
   sqlite3* db = nullptr;
