@@ -17,6 +17,7 @@ void read_order(const Json& json, JobOrder& order) {
   for (const Json& o : json.at("outputs"))
     order.outputs.push_back({o.at("name"), o.at("file"), o.at("type")});
   order.document = json.at("document").get<bool>();
+  order.waited_for = json.value("waited_for", false);  // of an older daemon: not said
 }
 
 }  // namespace
@@ -27,7 +28,8 @@ Result<std::string> text_of(const JobOrder& order) {
     outputs.push_back({{"name", o.name}, {"file", o.file}, {"type", o.media_type}});
   const Json json = {{"arguments", order.arguments},   {"files", order.files},
                      {"encoded", order.encoded_files}, {"names", order.names},
-                     {"outputs", std::move(outputs)},  {"document", order.document}};
+                     {"outputs", std::move(outputs)},  {"document", order.document},
+                     {"waited_for", order.waited_for}};
   try {
     return json.dump();
   } catch (const Json::exception&) {

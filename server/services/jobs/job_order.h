@@ -28,6 +28,7 @@ struct JobOrder {
   };
   std::vector<Output> outputs;  // those that are wanted
   bool document = false;        // all of them as one JSON, in place of the only one as it is
+  bool waited_for = false;      // by a client that holds its connection: without that nobody asks
 };
 
 /// Of Job::order: all but process and client, which the job itself has. Fails with unsupported

@@ -207,6 +207,10 @@ Result<void> Jobs::recover(bool had_list) {
       end(live, JobStatus::failed, "the daemon ended while this ran, twice: it is not tried again");
       continue;
     }
+    if (order_of(live->job).waited_for) {
+      end(live, JobStatus::dismissed, "the daemon ended, and who waited for this is gone");
+      continue;
+    }
     live->job.status = JobStatus::accepted;
     live->job.progress = 0;
     queue_.push_back(live->job.id);
@@ -267,7 +271,9 @@ Result<Job> Jobs::submit(const JobOrder& order, Done done, std::stop_token gone,
   Job& job = live->job;
   job.id = new_id();
   job.process = order.process, job.client = order.client;
-  auto text = text_of(order);
+  JobOrder kept_order = order;
+  kept_order.waited_for = done != nullptr;
+  auto text = text_of(kept_order);
   if (!text) return std::unexpected(text.error());
   job.order = std::move(*text);
   job.created_ms = job.updated_ms = now_ms();

@@ -477,6 +477,22 @@ void edit(const std::string& path, const std::string& sql) {
   sqlite3_close(db);
 }
 
+TEST_F(JobsTest, WhatSomebodyWaitedForIsNotRunForNobody) {
+  std::string waited, kept;
+  {
+    const auto jobs = open();
+    waited = run(*jobs, shell("echo a > out.txt")).id;
+    kept = jobs->submit(shell("echo b > out.txt"))->id;
+    ASSERT_TRUE(becomes(*jobs, kept, [](const Job& j) { return j.has_ended(); }));
+  }
+  // As if the daemon had been killed while both ran.
+  edit(dir_.file("jobs/jobs.sqlite"), "UPDATE job SET status = 1, finished = 0, attempts = 1");
+  const auto jobs = open();
+  EXPECT_EQ((*jobs->find(waited))->status, JobStatus::dismissed);
+  ASSERT_TRUE(becomes(*jobs, kept, [](const Job& j) { return j.has_ended(); }));
+  EXPECT_NE((*jobs->find(kept))->status, JobStatus::dismissed);
+}
+
 TEST_F(JobsTest, AnOrderlyStopIsNoAttempt) {
   std::string id;
   for (int i = 0; i < 4; ++i) {
