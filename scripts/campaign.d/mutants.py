@@ -62,7 +62,7 @@ class Bench:
         unit = unit_of(source, lines)
         compile_line = next(line for line in lines if line.endswith(f" -c {unit}"))
         # Without optimization: it is run for a second. With assertions: what they find is noticed.
-        compile_line = re.sub(r"-MD -MT \S+ -MF \S+|-DNDEBUG", "", compile_line).replace(" -c ", " -D_GLIBCXX_ASSERTIONS -c ").replace("_FORTIFY_SOURCE=2", "_FORTIFY_SOURCE=0")
+        compile_line = re.sub(r"-MD -MT \S+ -MF \S+|-DNDEBUG", "", compile_line).replace("_FORTIFY_SOURCE=2", "_FORTIFY_SOURCE=0")
         self.compile = re.sub(r" -o \S+ -c \S+$", " -O0 -o {0} -c {1}", compile_line)
         self.link = lines[-1].replace(f"-o tests/{program} ", "-o {0} {0}.o " + " ".join(self.neighbours(unit, source)) + " ")
 
