@@ -2,6 +2,7 @@
 // A piece of long work that a client asked for, as it is kept and as clients see it.
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <utility>
 
@@ -35,7 +36,8 @@ struct Job {
   std::string id;       // 32 hexadecimal digits that nobody guesses
   std::string process;  // "simplify"
   std::string client;   // who asked: an address
-  std::string order;    // what is to be done: JobOrder as JSON. Not for clients
+  /// What is to be done: JobOrder as JSON, of megabytes, perhaps; null in a list. Not for clients.
+  std::shared_ptr<const std::string> order;
   JobStatus status = JobStatus::accepted;
   std::string message;      // for a person
   int progress = 0;         // per cent

@@ -42,7 +42,7 @@ JobOrder order_of(const Job& job) {
   JobOrder order;
   order.process = job.process, order.client = job.client;
   try {
-    read_order(Json::parse(job.order), order);
+    read_order(Json::parse(job.order ? *job.order : ""), order);
   } catch (const Json::exception&) {  // somebody else has written into the list
     order.arguments.clear(), order.outputs.clear();
   }
@@ -52,7 +52,7 @@ JobOrder order_of(const Job& job) {
 std::string order_when_ended(const Job& job) {
   JobOrder order = order_of(job);
   order.arguments.clear(), order.files.clear(), order.encoded_files.clear();
-  return text_of(order).value_or(job.order);
+  return text_of(order).value_or(job.order ? *job.order : "");
 }
 
 }  // namespace tind::services

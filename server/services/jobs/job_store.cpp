@@ -17,14 +17,12 @@ constexpr const char* kMake =
     " updated INTEGER NOT NULL) WITHOUT ROWID;"
     "CREATE INDEX job_client ON job (client, created);"
     "CREATE INDEX job_finished ON job (finished);";
-constexpr const char* kColumns =
-    "id, process, client, work, status, message, progress, attempts, exit_code, bytes, created, "
-    "started, finished, updated";
-
-/// The same, but the order: megabytes, perhaps, of what a client sent.
-constexpr const char* kWithoutOrder =
-    "id, process, client, '', status, message, progress, attempts, exit_code, bytes, created, "
-    "started, finished, updated";
+/// `work`: the order, or what stands in its place.
+std::string columns(const char* work = "work") {
+  return std::string("id, process, client, ") + work +
+         ", status, message, progress, attempts, exit_code, bytes, created, started, finished, "
+         "updated";
+}
 
 /// With what to do about it.
 Error advised(Error error, const std::string& path) {
@@ -36,7 +34,9 @@ Error advised(Error error, const std::string& path) {
 
 Job job_of(const SqliteQuery& row) {
   Job j;
-  j.id = row.text(0), j.process = row.text(1), j.client = row.text(2), j.order = row.text(3);
+  j.id = row.text(0), j.process = row.text(1), j.client = row.text(2);
+  if (std::string work = row.text(3); !work.empty())
+    j.order = std::make_shared<const std::string>(std::move(work));
   j.status = JobStatus(row.integer(4)), j.message = row.text(5), j.progress = int(row.integer(6));
   j.attempts = int(row.integer(7)), j.exit_code = int(row.integer(8));
   j.bytes = std::uint64_t(row.integer(9));
@@ -45,25 +45,29 @@ Job job_of(const SqliteQuery& row) {
   return j;
 }
 
-Result<void> prepare(Sqlite& db, const std::string& path) {
+/// Whether it was new.
+Result<bool> prepare(Sqlite& db, const std::string& path) {
   // Ours alone until it is closed: two daemons on one list would both do every job.
   if (auto done = db.run("PRAGMA locking_mode = EXCLUSIVE; PRAGMA journal_mode = WAL;"
                          "PRAGMA synchronous = FULL; BEGIN IMMEDIATE;");
       !done)
-    return done;
+    return std::unexpected(done.error());
   const auto version = db.number("PRAGMA user_version");
   const auto application = db.number("PRAGMA application_id");
   if (!version || !application) return std::unexpected(db.error());
-  if (*application == 0 && *version == 0 && db.number("SELECT count(*) FROM sqlite_master") == 0) {
+  const bool is_new =
+      *application == 0 && *version == 0 && db.number("SELECT count(*) FROM sqlite_master") == 0;
+  if (is_new) {
     const std::string make = std::string(kMake) +
                              "PRAGMA application_id = " + std::to_string(kApplication) +
                              "; PRAGMA user_version = " + std::to_string(kSchema) + ";";
-    if (auto done = db.run(make); !done) return done;
+    if (auto done = db.run(make); !done) return std::unexpected(done.error());
   } else if (*application != kApplication || *version != kSchema) {
     return fail(Errc::bad_data,
                 path + ": is a list of something else, or of another version of tind");
   }
-  return db.run("COMMIT;");
+  if (auto done = db.run("COMMIT;"); !done) return std::unexpected(done.error());
+  return is_new;
 }
 
 }  // namespace
@@ -72,8 +76,9 @@ Result<std::unique_ptr<JobStore>> JobStore::open(const std::string& path) {
   auto db = Sqlite::open(path, Sqlite::Open::write);
   if (!db) return std::unexpected(advised(db.error(), path));
   std::unique_ptr<JobStore> store(new JobStore(std::move(*db), path));
-  if (auto ready = prepare(store->db_, path); !ready)
-    return std::unexpected(advised(ready.error(), path));
+  const auto is_new = prepare(store->db_, path);
+  if (!is_new) return std::unexpected(advised(is_new.error(), path));
+  store->is_new_ = *is_new;
   return store;
 }
 
@@ -83,9 +88,9 @@ std::unexpected<Error> JobStore::failed(const Error& error) const {
 
 Result<void> JobStore::put(const Job& j) {
   const std::lock_guard lock(mutex_);
-  SqliteQuery query(db_, std::string("INSERT OR REPLACE INTO job (") + kColumns +
-                             ") VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
-  query.bind(j.id).bind(j.process).bind(j.client).bind(j.order).bind(int(j.status));
+  SqliteQuery query(
+      db_, "INSERT OR REPLACE INTO job (" + columns() + ") VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
+  query.bind(j.id).bind(j.process).bind(j.client).bind(j.order ? *j.order : "").bind(int(j.status));
   query.bind(j.message).bind(j.progress).bind(j.attempts).bind(j.exit_code);
   query.bind(std::int64_t(j.bytes)).bind(j.created_ms).bind(j.started_ms).bind(j.finished_ms);
   query.bind(j.updated_ms);
@@ -95,7 +100,7 @@ Result<void> JobStore::put(const Job& j) {
 
 Result<std::optional<Job>> JobStore::find(std::string_view id) const {
   const std::lock_guard lock(mutex_);
-  SqliteQuery query(db_, std::string("SELECT ") + kColumns + " FROM job WHERE id = ?");
+  SqliteQuery query(db_, "SELECT " + columns() + " FROM job WHERE id = ?");
   query.bind(id);
   const auto row = query.next();
   if (!row) return failed(row.error());
@@ -114,7 +119,7 @@ Result<std::vector<Job>> JobStore::jobs(SqliteQuery& query) const {
 
 Result<std::vector<Job>> JobStore::of_client(std::string_view client, std::size_t most) const {
   const std::lock_guard lock(mutex_);
-  SqliteQuery query(db_, std::string("SELECT ") + kWithoutOrder +
+  SqliteQuery query(db_, "SELECT " + columns("NULL") +
                              " FROM job WHERE client = ? ORDER BY created DESC, id LIMIT ?");
   query.bind(client).bind(std::int64_t(most));
   return jobs(query);
@@ -122,14 +127,14 @@ Result<std::vector<Job>> JobStore::of_client(std::string_view client, std::size_
 
 Result<std::vector<Job>> JobStore::unfinished() const {
   const std::lock_guard lock(mutex_);
-  SqliteQuery query(
-      db_, std::string("SELECT ") + kColumns + " FROM job WHERE finished = 0 ORDER BY created, id");
+  SqliteQuery query(db_,
+                    "SELECT " + columns() + " FROM job WHERE finished = 0 ORDER BY created, id");
   return jobs(query);
 }
 
 Result<std::vector<Job>> JobStore::finished_before(std::int64_t ms) const {
   const std::lock_guard lock(mutex_);
-  SqliteQuery query(db_, std::string("SELECT ") + kColumns +
+  SqliteQuery query(db_, "SELECT " + columns() +
                              " FROM job WHERE finished > 0 AND finished < ? ORDER BY finished");
   query.bind(ms);
   return jobs(query);

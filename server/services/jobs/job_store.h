@@ -25,10 +25,13 @@ class JobStore {
   JobStore(const JobStore&) = delete;
   JobStore& operator=(const JobStore&) = delete;
 
+  /// Whether it was made when it was opened.
+  bool is_new() const { return is_new_; }
+
   /// A new one, or in place of the one with its id.
   Result<void> put(const Job&);
   Result<std::optional<Job>> find(std::string_view id) const;
-  /// The latest first.
+  /// The latest first, without their orders.
   Result<std::vector<Job>> of_client(std::string_view client, std::size_t most) const;
   /// The oldest first.
   Result<std::vector<Job>> unfinished() const;
@@ -46,6 +49,7 @@ class JobStore {
 
   Sqlite db_;
   std::string path_;
+  bool is_new_ = false;
   mutable std::mutex mutex_;
 };
 

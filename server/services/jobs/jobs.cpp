@@ -2,23 +2,20 @@
 
 #include <spdlog/spdlog.h>
 #include <sys/random.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
-#include <ctime>
 #include <filesystem>
 #include <utility>
 
 #include "proto/base64.h"
 #include "server/log/printable.h"
+#include "server/services/jobs/job_folders.h"
 #include "server/services/jobs/job_messages.h"
 #include "terrain/base/errno_text.h"
 #include "terrain/base/file_io.h"
-#include "terrain/store/folder/folder_files.h"
 
 namespace tind::services {
 namespace {
@@ -26,7 +23,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kMostAttempts = 2;  // it, or the daemon, may be killed once while it runs
-constexpr const char* kTemporary = "tind-jobs-";
 constexpr auto kSweep = std::chrono::minutes(1);
 constexpr const char* kAboutToEnd = "the daemon is about to end";
 /// Of the command line: where its input does not allow what it was to do. So ends what takes more
@@ -42,24 +38,6 @@ std::int64_t now_ms() {
   return std::chrono::duration_cast<std::chrono::milliseconds>(
              std::chrono::system_clock::now().time_since_epoch())
       .count();
-}
-
-/// Puts all that a job's folder holds, and the folder, beyond power cuts.
-Result<void> sync_results(const std::string& folder) {
-  FolderFiles files;
-  std::error_code error;
-  for (const auto& entry : fs::recursive_directory_iterator(folder, error)) {
-    const std::string path = entry.path().string();
-    if (entry.is_symlink(error)) continue;
-    if (entry.is_directory(error)) {
-      if (auto done = files.sync_folder(path); !done) return done;
-    } else if (entry.is_regular_file(error)) {
-      if (auto done = files.sync_file(path); !done) return done;
-    }
-  }
-  if (error) return fail(Errc::io, folder + ": " + error.message());
-  if (auto done = files.sync_folder(folder); !done) return done;
-  return files.sync_folder(fs::path(folder).parent_path().string());
 }
 
 /// 128 bits from the system, which nobody guesses.
@@ -82,62 +60,17 @@ void call_off(Job& job) {
   job.finished_ms = job.updated_ms = now_ms();
 }
 
-std::uint64_t bytes_in(const std::string& folder) {
-  std::uint64_t sum = 0;
-  std::error_code error;
-  for (fs::directory_iterator file(folder, error), end; !error && file != end;
-       file.increment(error))
-    if (file->is_regular_file(error)) sum += file->file_size(error);
-  return sum;
-}
-
-/// Removes the temporary folders of daemons of this user that were killed. A list that no daemon
-/// holds open is nobody's; one that is a minute old is not just being made.
-void remove_leftovers(const fs::path& among) {
-  std::error_code error;
-  for (fs::directory_iterator entry(among, error), last; !error && entry != last;
-       entry.increment(error)) {
-    const std::string folder = entry->path().string(), list = folder + "/jobs.sqlite";
-    struct stat facts {};
-    if (!entry->path().filename().string().starts_with(kTemporary) ||
-        ::lstat(folder.c_str(), &facts) != 0 || !S_ISDIR(facts.st_mode) ||
-        facts.st_uid != ::geteuid() || ::lstat(list.c_str(), &facts) != 0 ||
-        !S_ISREG(facts.st_mode) || ::time(nullptr) - facts.st_mtime < 60)
-      continue;
-    if (!JobStore::open(list)) continue;  // somebody has it
-    std::error_code ignored;
-    fs::remove_all(folder, ignored);
-  }
-}
-
 }  // namespace
 
 Result<std::unique_ptr<Jobs>> Jobs::open(const std::string& folder, const std::string& program,
                                          const JobLimits& limits) {
-  std::string where = folder;
-  if (where.empty()) {
-    std::error_code error;
-    const fs::path temporary = fs::temp_directory_path(error);
-    std::string pattern = (temporary / (kTemporary + std::string("XXXXXX"))).string();
-    remove_leftovers(temporary);
-    if (error || !::mkdtemp(pattern.data()))
-      return fail(Errc::io, pattern + ": cannot be made; name a folder for jobs (jobs-dir)");
-    where = pattern;
-  } else {
-    std::error_code error;
-    // What is made here is nobody else's to read: who has a job's id may see and end it.
-    if (fs::create_directories(where, error))
-      fs::permissions(where, fs::perms::owner_all, fs::perm_options::replace, error);
-    if (error) return fail(Errc::io, where + ": " + error.message());
-    where = fs::absolute(where).string();
-  }
-  std::error_code none;
-  const bool had_list = fs::exists(where + "/jobs.sqlite", none);
-  auto store = JobStore::open(where + "/jobs.sqlite");
+  auto where = folder.empty() ? make_temporary_jobs_folder() : make_jobs_folder(folder);
+  if (!where) return std::unexpected(where.error());
+  auto store = JobStore::open(list_in(*where));
   if (!store) return std::unexpected(store.error());
-  std::unique_ptr<Jobs> jobs(new Jobs(where, folder.empty(), program, limits, std::move(*store)));
-  if (auto recovered = jobs->recover(had_list); !recovered)
-    return std::unexpected(recovered.error());
+  std::unique_ptr<Jobs> jobs(
+      new Jobs(std::move(*where), folder.empty(), program, limits, std::move(*store)));
+  if (auto recovered = jobs->recover(); !recovered) return std::unexpected(recovered.error());
   jobs->count_stored();
   for (int i = 0; i < std::max(1, limits.running); ++i)
     jobs->threads_.emplace_back(
@@ -195,9 +128,8 @@ std::string Jobs::path_of(const Job& job, const JobOrder::Output& output) const 
   return folder_of(job.id) + "/" + output.file;
 }
 
-/// What is on the list and not at its end is queued again. Folders that it does not know go, where
-/// the list is not new: beside a new one they may be anybody's.
-Result<void> Jobs::recover(bool had_list) {
+/// What is on the list and not at its end is queued again; folders that it does not know go.
+Result<void> Jobs::recover() {
   auto left = store_->unfinished();
   if (!left) return std::unexpected(left.error());
   for (Job& job : *left) {
@@ -217,22 +149,7 @@ Result<void> Jobs::recover(bool had_list) {
     live_.emplace(live->job.id, live);
     ++counts_.waiting;
   }
-  std::error_code error, ignored;
-  for (fs::directory_iterator entry(folder_, error), last; !error && entry != last;
-       entry.increment(error)) {
-    const std::string name = entry->path().filename().string();
-    const bool ours = name.size() == 32 && name.find_first_not_of("0123456789abcdef") == name.npos;
-    if (!ours || !fs::is_directory(entry->symlink_status(ignored))) continue;
-    const auto known = store_->find(name);
-    if (!known || *known) continue;
-    const std::string path = logging::printable(entry->path().string());
-    if (!had_list) {
-      spdlog::warn("{}: the list of jobs is new and does not know it; it stays", path);
-      continue;
-    }
-    fs::remove_all(entry->path(), ignored);
-    spdlog::info("{}: of a job that is on the list no more; removed", path);
-  }
+  remove_unknown_jobs(folder_, *store_);
   return {};
 }
 
@@ -275,7 +192,7 @@ Result<Job> Jobs::submit(const JobOrder& order, Done done, std::stop_token gone,
   kept_order.waited_for = done != nullptr;
   auto text = text_of(kept_order);
   if (!text) return std::unexpected(text.error());
-  job.order = std::move(*text);
+  job.order = std::make_shared<const std::string>(std::move(*text));
   job.created_ms = job.updated_ms = now_ms();
   live->done = std::move(done);
   live->unchanged = std::move(unchanged);
@@ -342,18 +259,11 @@ Result<std::vector<Job>> Jobs::of_client(std::string_view client, std::size_t mo
   auto all = store_->of_client(client, most);
   if (!all) return all;
   const std::lock_guard lock(mutex_);
-  for (Job& job : *all) {  // the list does not know how far they are
-    const auto live = live_.find(job.id);
-    const auto ended = unsaved_.find(job.id);
-    if (live == live_.end() && ended == unsaved_.end()) continue;
-    const Job& now = live != live_.end() ? live->second->job : ended->second;
-    job.status = now.status, job.message = now.message, job.progress = now.progress;
-    job.attempts = now.attempts, job.exit_code = now.exit_code, job.bytes = now.bytes;
-    job.started_ms = now.started_ms, job.finished_ms = now.finished_ms;
-    job.updated_ms = now.updated_ms;
-    if (live != live_.end() && live->second->dismissed)
-      job.status = JobStatus::dismissed, job.message = "dismissed";
-  }
+  for (Job& job : *all)  // the list does not know how far they are
+    if (const auto live = live_.find(job.id); live != live_.end())
+      job = seen(*live->second);
+    else if (const auto ended = unsaved_.find(job.id); ended != unsaved_.end())
+      job = ended->second;
   return all;
 }
 
@@ -582,7 +492,7 @@ void Jobs::put_back(const std::shared_ptr<Live>& live) {
 }
 
 void Jobs::end(const std::shared_ptr<Live>& live, JobStatus status, std::string message) {
-  const std::string order = order_when_ended(live->job);
+  const auto order = std::make_shared<const std::string>(order_when_ended(live->job));
   for (;;) {
     std::error_code ignored;
     if (live->dismissed) status = JobStatus::dismissed, message = "dismissed";

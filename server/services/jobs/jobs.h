@@ -103,7 +103,7 @@ class Jobs {
 
   static Job seen(const Live&);
   void drop_left();
-  Result<void> recover(bool had_list);
+  Result<void> recover();
   void work(const std::stop_token&);
   std::shared_ptr<Live> next();
   void run(const std::shared_ptr<Live>&, const std::stop_token&);

@@ -374,7 +374,7 @@ TEST_F(ProcessesApi, AMeshThatIsSentIsMeasured) {
   ASSERT_EQ(wait_for(job)["status"], "successful");
   const auto kept = jobs_->find(job.substr(6));
   ASSERT_TRUE(kept && *kept);
-  EXPECT_LT((*kept)->order.size(), 2000u);
+  EXPECT_LT((*kept)->order->size(), 2000u);
   EXPECT_EQ(get_json(job + "/results")["dem"], Json::array({"rainier"}));
 
   // A file that names others reads none of them.
