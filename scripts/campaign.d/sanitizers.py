@@ -34,9 +34,7 @@ def look(run, preset, folder, program):
                            "-j", str(os.cpu_count()), "--output-on-failure"], capture_output=True, text=True, stdin=subprocess.DEVNULL,
                           env=os.environ | {"GTEST_FILTER": "-" + ":".join(SLOW)})
     verdicts = re.findall(r"^\s*\d+/\d+ Test +#\d+: (\S+) \.+ *\**(\w+)", done.stdout, re.M)
-    # (Line by line: a test may print a megabyte without a blank.)
-    said = [line for line in done.stdout.splitlines() if "Sanitizer: " in line or ": runtime error: " in line]
-    reports = {match[0] for line in said if (match := re.search(r"SUMMARY: \w+Sanitizer: .*|\S+: runtime error: .*", line[:2000]))}
+    reports = set(re.findall(r"SUMMARY: \w+Sanitizer: .*|^\S+: runtime error: .*", done.stdout, re.M))
     for report in sorted(reports):
         run.fail(f"{preset}: {folder}: {report}")
     failed = sorted(set(re.findall(r"\[  FAILED  \] ([\w/]+\.[\w/]+)", done.stdout)))
@@ -52,12 +50,12 @@ def run(run):
     end = time.monotonic() + run.seconds
     for preset in ("tsan", "asan") if run.seed % 2 else ("asan", "tsan"):
         every = run.sample(programs(), 1)
-        looked_at, groups, said = 0, 0, set()
+        looked_at, groups, said = [], 0, set()
         for folder, program in every:
             if time.monotonic() > end:
                 break
             count, reports = look(run, preset, folder, program)
-            groups, said, looked_at = groups + count, said | reports, looked_at + 1
+            groups, said, looked_at = groups + count, said | reports, looked_at + [folder]
             print(f"  {preset}: {folder}: {count} groups of tests, {len(reports)} reports", flush=True)
         run.executions += groups
-        run.note(f"{preset}: {looked_at} of {len(every)} folders of tests, {groups} groups, {len(said)} reports")
+        run.note(f"{preset}: {len(looked_at)} of {len(every)} folders of tests ({', '.join(sorted(looked_at))}), {groups} groups, {len(said)} reports")

@@ -486,7 +486,8 @@ std::string Connection::client() const {
   if (access_) return "key " + access_->name;
   const auto address = boost::asio::ip::make_address_v6(slot_.address());
   if (!address.is_v4_mapped()) return address.to_string();
-  return boost::asio::ip::make_address_v4(boost::asio::ip::v4_mapped, address).to_string();
+  const auto v4 = boost::asio::ip::make_address_v4(boost::asio::ip::v4_mapped, address);
+  return v4.is_unspecified() ? "unix" : v4.to_string();  // of a socket in the file system
 }
 
 void Connection::on_later_reply(Reply reply) {

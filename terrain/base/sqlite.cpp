@@ -37,9 +37,11 @@ Result<void> nothing_pending(const std::string& path) {
     std::error_code error;
     const auto bytes = std::filesystem::file_size(path + beside, error);
     if (!error && bytes > 0)
-      return fail(Errc::busy, path + beside +
-                                  ": somebody writes to the database, or stopped in the middle; "
-                                  "opening it once with sqlite3 brings it to its end");
+      return fail(Errc::busy,
+                  path + beside +
+                      ": a program has the database open for writing (QGIS does for as long as it "
+                      "shows it): close it there; or it stopped in the middle: "
+                      "opening it once with sqlite3 brings it to its end");
   }
   return {};
 }

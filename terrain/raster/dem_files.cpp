@@ -25,9 +25,10 @@ constexpr std::string_view kRasterEndings[] = {
 constexpr std::string_view kBeside[] = {".hdr", ".prj", ".tfw", ".tifw", ".pgw", ".wld",
                                         ".blw", ".bpw", ".clr", ".stx",  ".xml", ".ovr",
                                         ".msk", ".ige", ".rrd", ".rde",  ".aux"};
+constexpr std::string_view kRaw[] = {".bil", ".bip", ".bsq", ".flt", ".dem", ".bin", ".raw"};
 constexpr std::size_t kLongestList = 64 << 20;  // bytes
 
-bool ends_in(const std::string& name, std::span<const std::string_view> endings) {
+bool ends_in(std::string_view name, std::span<const std::string_view> endings) {
   const std::string low = lower_case(name);
   return std::ranges::any_of(endings, [&](auto ending) { return low.ends_with(ending); });
 }
@@ -176,6 +177,19 @@ Result<DemFiles> dem_files(std::span<const std::string> named, const DemOptions&
   }
   keep_first(out);
   return out;
+}
+
+bool is_raw_raster(std::string_view name) { return ends_in(name, kRaw); }
+
+std::vector<std::string> may_come_beside(const std::string& raster) {
+  constexpr std::string_view kWithoutPlace[] = {".asc", ".png"}, kZip[] = {".zip"};
+  if (is_remote_dem(raster) || ends_in(raster, kZip)) return {};
+  std::vector<std::string> names = {raster + ".msk"};
+  const std::string stem = fs::path(raster).replace_extension().string();
+  if (is_raw_raster(raster) || ends_in(raster, kWithoutPlace)) names.push_back(stem + ".prj");
+  if (is_picture(raster))
+    for (const char* const world : {".pgw", ".wld"}) names.push_back(stem + world);
+  return names;
 }
 
 }  // namespace tind

@@ -3,6 +3,7 @@
 
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "terrain/base/result.h"
@@ -38,5 +39,14 @@ bool is_remote_dem(const std::string& name);
 /// Whether the name ends as one of a raster does, in letters of either case; .vrt only where it is
 /// allowed.
 bool has_raster_ending(const std::string& name, bool allow_vrt);
+
+/// Whether the name ends as those of raw numbers do, which are what a header beside them says, so
+/// that any file passes for one.
+bool is_raw_raster(std::string_view name);
+
+/// Files that are not read as long as they are not there, and make other heights of a raster of
+/// this name, or put them elsewhere, once they are: its mask; the CRS and the place of what has
+/// none inside. None of what is in an archive or on another machine.
+std::vector<std::string> may_come_beside(const std::string& raster);
 
 }  // namespace tind

@@ -6,6 +6,7 @@
 #include "terrain/raster/file_state.h"
 
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <chrono>
@@ -70,6 +71,10 @@ Result<void> FileStates::add(const std::string& path) {
   return {};
 }
 
+void FileStates::expect_none(const std::string& path) {
+  if (::access(path.c_str(), F_OK) != 0) absent_.push_back(path);
+}
+
 Result<void> FileStates::unchanged() const {
   const std::string remedy(kChangedRemedy);
   for (const Entry& entry : entries_) {
@@ -78,6 +83,9 @@ Result<void> FileStates::unchanged() const {
     if (!entry.state.same_content(*now))
       return fail(Errc::io, entry.path + ": " + what_happened(entry.state, *now) + remedy);
   }
+  for (const std::string& path : absent_)
+    if (::access(path.c_str(), F_OK) == 0)
+      return fail(Errc::io, path + ": was put beside the raster" + remedy);
   return {};
 }
 

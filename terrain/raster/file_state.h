@@ -40,6 +40,9 @@ class FileStates {
   /// last write is very recent, add() waits until a next one would have another time (0.02 s; on
   /// file systems that count whole seconds, up to 2 s).
   Result<void> add(const std::string& path);
+  /// Records a file that is not there, and would be another source if it were. One that is there is
+  /// none of these.
+  void expect_none(const std::string& path);
 
   /// Errc::io, naming the file and what became of it, unless all are as they were. What was read of
   /// them before a call that succeeds is of their content as it was when they were added.
@@ -53,6 +56,7 @@ class FileStates {
 
  private:
   std::vector<Entry> entries_;
+  std::vector<std::string> absent_;
 };
 
 }  // namespace tind

@@ -38,8 +38,8 @@ struct TileBytes {
 /// How far a tile set is that must read its source before it can make all of its tiles.
 struct Readiness {
   enum class State { ready, reading, failed } state = State::ready;
-  double share = 1;                         // read, 0..1
-  std::string why;                          // it failed
+  double share = 1;  // read, 0..1
+  std::string why;   // it failed; while reading: it failed before, and is tried again
   std::optional<double> seconds_left = {};  // of reading, by what it took so far
 };
 

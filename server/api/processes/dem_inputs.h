@@ -12,6 +12,9 @@
 
 namespace tind::api {
 
+/// All inputs that are a dataset's name: a key may not be for it.
+inline constexpr const char* kDatasetInputs[] = {"dataset", "against", "less"};
+
 /// A DEM that a job can open.
 struct DemOfJob {
   std::shared_ptr<const services::ServedDataset> dataset;

@@ -6,6 +6,7 @@
 
 #include "proto/json_text.h"
 #include "server/api/processes/area_input.h"
+#include "server/api/processes/dem_inputs.h"
 #include "server/api/processes/job_json.h"
 #include "server/api/processes/list_page.h"
 #include "server/api/processes/pages.h"
@@ -145,7 +146,8 @@ void wait_for(const App& app, const services::JobOrder& order, Datasets datasets
   if (!job) (*waiting)(no_room(job.error(), target));
 }
 
-/// Those that inputs name; or the answer to a key that is not for one of them.
+/// Those that inputs name; or the answer to a key that is not for one of them, which is the same
+/// whether there is such a dataset or not.
 std::expected<Datasets, http::Reply> datasets_of(const App& app, const http::Access* access,
                                                  std::string_view body, const std::string& target) {
   Problems ignored;
@@ -153,16 +155,16 @@ std::expected<Datasets, http::Reply> datasets_of(const App& app, const http::Acc
   Datasets named;
   const auto inputs = json.find("inputs");
   if (inputs == json.end() || !inputs->is_object()) return named;
-  for (const auto& [name, value] : inputs->items()) {
-    auto dataset =
-        value.is_string() ? app.catalog.find(value.get_ref<const std::string&>()) : nullptr;
-    if (!dataset) continue;
-    if (access && !access->datasets.empty() && !access->sees(dataset->name))
-      return std::unexpected(
-          http::problem_reply({.status = 403,
-                               .detail = "The key is not for the dataset of inputs." + name + ".",
-                               .instance = target}));
-    named.push_back(std::move(dataset));
+  for (const char* const input : kDatasetInputs) {
+    const auto value = inputs->find(input);
+    if (value == inputs->end() || !value->is_string()) continue;
+    const auto& name = value->get_ref<const std::string&>();
+    if (access && !access->datasets.empty() && !access->sees(name))
+      return std::unexpected(http::problem_reply(
+          {.status = 403,
+           .detail = std::string("The key is not for the dataset of inputs.") + input + ".",
+           .instance = target}));
+    if (auto dataset = app.catalog.find(name)) named.push_back(std::move(dataset));
   }
   return named;
 }

@@ -190,8 +190,8 @@ void add_check(Command program, int& exit) {
   app.add_option(
       "DIR|URL", a->where,
       "a directory with layer.json and z/x/y.terrain, X.pmtiles or X.mbtiles, or where a "
-      "server has them; or 3D "
-      "Tiles: a directory with tileset.json, or a .3tz");
+      "server has them (a tind with keys: its key in TIND_KEY); or 3D Tiles: a directory with "
+      "tileset.json, or a .3tz");
   app.add_option(
       "--source", a->dem.files,
       "the DEM, or the files of all layers, that the tiles were made of: recompute every "

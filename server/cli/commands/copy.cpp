@@ -66,7 +66,7 @@ void add_copy(Command program, int& exit) {
   c.add_option(
        "FROM", a->from,
        "a directory of tiles, X.pmtiles, X.mbtiles, s3://BUCKET/PREFIX, s3://BUCKET/X.pmtiles, "
-       "or a server's URL")
+       "or a server's URL (its key in TIND_KEY)")
       .required();
   c.add_option("TO", a->to,
                "a directory, X.pmtiles, X.mbtiles, s3://BUCKET/PREFIX or s3://BUCKET/X.pmtiles")

@@ -236,7 +236,8 @@ void add_explain(Command program, int& exit) {
   Command app = program.add_subcommand(
       "explain", "What a tile is made of, where it is most wrong, and why it is as fine as it is");
   app.add_option("DIR|URL", a->where,
-                 "where the tiles are: a directory, X.pmtiles, X.mbtiles or a server")
+                 "where the tiles are: a directory, X.pmtiles, X.mbtiles or a server (its key in "
+                 "TIND_KEY)")
       .required();
   app.add_option("TILE", a->tile, "z/x/y, rows from the south").required();
   app.add_option("--source", a->dem.files, "the DEM that the tiles were made of");

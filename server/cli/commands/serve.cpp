@@ -151,6 +151,10 @@ std::atomic<bool> hung_up = false;
 void ignore_signals() {
   for (const int signal : {SIGPIPE, SIGUSR1, SIGUSR2}) std::signal(signal, SIG_IGN);
   std::signal(SIGHUP, [](int) { hung_up = true; });
+  // The first process of a container has no default actions: it would be deaf until it listens.
+  if (::getpid() == 1)
+    for (const int signal : {SIGTERM, SIGINT})
+      std::signal(signal, [](int number) { std::_Exit(128 + number); });
 }
 
 bool has_terminal() {

@@ -193,6 +193,10 @@ bool breaks_bound(const Arguments& a, const MeshQuality& quality) {
          quality.error.max_m > *a.options.stop.max_error_m * (1 + 1e-9) + 1e-8;
 }
 
+void add_note(Simplified& made, const std::string& note) {
+  made.note += (made.note.empty() ? "" : "; ") + note;
+}
+
 /// A TIN with a step along a seam, or with a vertex in the middle of another triangle's edge, is
 /// not within 0 of its own vertices. What goes beyond that, too, is still the method's.
 void tell_of_steps(const Arguments& a, const TerrainTin& of, const MeshQuality& quality,
@@ -223,18 +227,20 @@ Result<void> hold_to_bound(const Arguments& a, const MeshQuality& quality, Simpl
 /// No method leaves out a post that a triangle of posts holds; 32 bits of a degree may.
 void tell_of_posts_lost(const Arguments& a, const MeshQuality& quality, Simplified& made) {
   if (!a.format->as_in_file || a.lines.any() || quality.uncovered <= quality.isolated) return;
-  made.note += fmt::format(
-      "{}the 32-bit coordinates of {} leave {} posts beside the mesh: {}PLY and OBJ hold them",
-      made.note.empty() ? "" : "; ", a.format->title, quality.uncovered - quality.isolated,
-      a.frame == MeshFrame::metric ? "" : "--frame metric, or ");
+  add_note(made,
+           fmt::format("the 32-bit coordinates of {} leave {} posts beside the mesh: {}PLY and OBJ "
+                       "hold them",
+                       a.format->title, quality.uncovered - quality.isolated,
+                       a.frame == MeshFrame::metric ? "" : "--frame metric, or "));
 }
 
 /// No method flips a triangle; 32 bits of a coordinate may.
 void tell_of_flips(const Arguments& a, const MeshQuality& quality, Simplified& made) {
   if (!a.format->as_in_file || quality.flipped == 0) return;
-  made.note +=
-      fmt::format("{}the 32-bit coordinates of {} flip {} narrow triangles: PLY and OBJ hold them",
-                  made.note.empty() ? "" : "; ", a.format->title, quality.flipped);
+  add_note(made, fmt::format("the 32-bit coordinates of {} flip {} narrow triangles: {}PLY and OBJ "
+                             "hold them",
+                             a.format->title, quality.flipped,
+                             a.frame == MeshFrame::metric ? "" : "--frame metric, or "));
 }
 
 /// Where one was asked for.
@@ -517,17 +523,18 @@ int run(Arguments& a, Command app) {
   widen(*quality, rounding);
   seconds.measure = watch.lap();
   if (breaks_bound(a, *quality) && !has_room_for_rounding(a.options, rounding))
-    made->note += fmt::format(
-        "{}heights are rounded by up to {:.3g} m as they are read, which takes the mesh beyond the "
-        "bound",
-        made->note.empty() ? "" : "; ", rounding);
+    add_note(*made,
+             fmt::format("heights are rounded by up to {:.3g} m as they are read, which takes the "
+                         "mesh beyond the bound",
+                         rounding));
   if (const auto ok = hold_to_bound(a, *quality, *made); !ok) return complain(ok.error());
 
   tell_of_posts_lost(a, *quality, *made);
+  tell_of_flips(a, *quality, *made);
   if (leaves_wide_voids_open(a, info, *quality))
-    made->note += std::string(made->note.empty() ? "" : "; ") +
-                  "voids wider than a cell stay open, since the DEM is read strip by strip: "
-                  "--voids cover holds it in memory";
+    add_note(*made,
+             "voids wider than a cell stay open, since the DEM is read strip by strip: --voids "
+             "cover holds it in memory");
 
   nlohmann::ordered_json report = report_json(a, info, *made, *quality, seconds);
   report.update(origin);

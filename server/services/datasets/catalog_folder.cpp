@@ -79,14 +79,15 @@ struct States {
 /// Any file passes for raw numbers. One that somebody else put a link to may be one that he cannot
 /// read himself, as heights for everybody.
 bool is_raw_link_out(const fs::path& path) {
-  static const std::set<std::string, std::less<>> kRaw = {".bil", ".bip", ".bsq", ".flt",
-                                                          ".dem", ".bin", ".raw"};
   std::error_code error;
-  if (!fs::is_symlink(path, error) || !kRaw.contains(lower_extension(path.string()))) return false;
+  if (!fs::is_symlink(path, error) || !is_raw_raster(path.string())) return false;
   const fs::path target = fs::canonical(path, error),
                  folder = fs::canonical(path.parent_path(), error);
   return error || target.lexically_relative(folder).string().starts_with("..");
 }
+
+constexpr const char* kRawLink =
+    ": a link to raw numbers elsewhere; name them in a table, or put the file itself here";
 
 /// A folder of tiles, or of rasters, which are one dataset.
 void look_into_folder(FolderEntry& entry, States& states) {
@@ -107,10 +108,7 @@ void look_into_folder(FolderEntry& entry, States& states) {
   if (const auto rasters = dem_files(std::vector{entry.path}, {.allow_vrt = true}); !rasters)
     entry.wrong = rasters.error().what;
   for (const fs::path& path : *inside)
-    if (is_raw_link_out(path))
-      entry.wrong = path.string() +
-                    ": a link to raw numbers elsewhere; name them in a table, or "
-                    "put the file itself here";
+    if (is_raw_link_out(path)) entry.wrong = path.string() + kRawLink;
   entry.spec.files = {entry.path};
 }
 
@@ -164,9 +162,7 @@ FolderEntry entry_at(const fs::path& path, States& states, CatalogTables& tables
   } else if (path.extension() == ".toml") {
     look_into_table(entry, states, tables);
   } else if (is_raw_link_out(path)) {
-    entry.wrong = entry.path +
-                  ": a link to raw numbers elsewhere; name them in a table, or put "
-                  "the file itself here";
+    entry.wrong = entry.path + kRawLink;
   } else {
     states.add(entry.path);
     add_beside(path, states);

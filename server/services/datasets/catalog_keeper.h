@@ -113,6 +113,7 @@ class CatalogKeeper {
   void follow_tiles();
   void follow_folder();
   void look_at_files();
+  void look_at_reading();
   void drop_retired();
   void leave_aside(const std::string& entry, const std::string& state, const std::string& why,
                    const std::string& name = {});
@@ -133,10 +134,11 @@ class CatalogKeeper {
   struct Left {
     std::string state, name;
   };
-  std::map<std::string, Left> left_;   // by entry
-  std::vector<std::string> restless_;  // entries that were not at rest at the last look
-  std::set<std::string> of_tables_;    // files that tables of the folder name
-  Catalog::Datasets retired_;          // requests may have them still
+  std::map<std::string, Left> left_;           // by entry
+  std::vector<std::string> restless_;          // entries that were not at rest at the last look
+  std::set<std::string> of_tables_;            // files that tables of the folder name
+  std::map<std::string, std::string> unread_;  // why heights could not be read, by dataset
+  Catalog::Datasets retired_;                  // requests may have them still
   logging::LogLimiter unforeseen_{std::chrono::minutes(10), 16};  // of looks, every few seconds
   std::chrono::milliseconds waited_{0};                           // for the opener, in this turn
 

@@ -423,6 +423,9 @@ void Jobs::run(const std::shared_ptr<Live>& live, const std::stop_token& stop) {
     }
     return put_back(live);
   }
+  // What it could not write is for whoever looks after the disk: a client can do nothing about it.
+  if (ended->why == ChildEnd::Why::exited && ended->code == kCannotWrite)
+    spdlog::warn("job {}: {}", live->job.id, logging::printable(said));
   said = for_client(std::move(said), folder, order.names);
   const auto& limits = limits_.each;
   const auto too_much = [&](std::string why) {

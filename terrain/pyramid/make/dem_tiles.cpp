@@ -37,14 +37,14 @@ class Reading {
     if (!first_) first_ = share, start_ = Clock::now();
   }
   /// It failed, and will be tried again: when it goes on, nobody knows.
-  void rest() {
+  void rest(std::string why) {
     const std::lock_guard lock(mutex_);
-    rests_ = true;
+    rests_ = true, why_ = std::move(why);
   }
   Readiness readiness() const {
     constexpr double kTooEarly = 0.005;  // to tell
     const std::lock_guard lock(mutex_);
-    Readiness now{Readiness::State::reading, share_, {}};
+    Readiness now{Readiness::State::reading, share_, why_};
     const double took = std::chrono::duration<double>(Clock::now() - start_).count();
     if (const double read = share_ - first_.value_or(share_); !rests_ && read > kTooEarly)
       now.seconds_left = took / read * (1 - share_);
@@ -58,6 +58,7 @@ class Reading {
   double share_ = 0;
   std::optional<double> first_;  // of this run
   bool rests_ = false;
+  std::string why_;  // it rested last
 };
 
 /// What may pass, as a lost connection does, or a process that decodes and was killed, is tried
@@ -95,7 +96,7 @@ class TilesOnDemand : public DemTiles {
         reading_.begin();
         find_heights(stop, 0, false);
         if (*plan_ || tries == kTries || !may_pass(plan_->error())) break;
-        reading_.rest();
+        reading_.rest(plan_->error().what);
         std::mutex mutex;
         std::unique_lock lock(mutex);
         std::condition_variable_any().wait_for(lock, stop, pause, [] { return false; });

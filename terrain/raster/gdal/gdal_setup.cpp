@@ -18,7 +18,7 @@
 #include <string_view>
 #include <utility>
 
-#include "terrain/base/lower_case.h"
+#include "terrain/raster/dem_files.h"
 
 namespace tind::gdal {
 namespace {
@@ -130,12 +130,7 @@ const char* const* raster_drivers(bool with_vrt, std::string_view path) {
   static constexpr const char* kRawWithVrt[] = {"VRT",     "GTiff", "SRTMHGT", "DTED", "USGSDEM",
                                                 "AAIGrid", "HFA",   "PNG",     "EHdr", nullptr};
   // EHdr takes for raw numbers whatever has a .hdr beside it, a text or a NetCDF file, too.
-  static constexpr std::string_view kRaw[] = {".bil", ".bip", ".bsq", ".flt",
-                                              ".dem", ".bin", ".raw"};
-  const std::string name = lower_case(path);
-  const bool raw =
-      std::ranges::any_of(kRaw, [&](std::string_view end) { return name.ends_with(end); });
-  return (raw ? kRawWithVrt : kWithVrt) + (with_vrt ? 0 : 1);
+  return (is_raw_raster(path) ? kRawWithVrt : kWithVrt) + (with_vrt ? 0 : 1);
 }
 
 Complaints::Complaints() { CPLPushErrorHandlerEx(keep, this); }

@@ -180,6 +180,15 @@ TEST_F(AccessApi, AKeyOfSomeDatasetsSeesNoOther) {
                  R"({"inputs": {"dataset": "rainier", "max_error": 10}})")
                 .status,
             403);
+  const auto less = [&](const char* name) {  // whether there is one is nothing it is told
+    return post("/processes/difference/execution?key=rainier",
+                std::string(R"({"inputs": {"dataset": "rainier", "less": ")") + name + R"("}})");
+  };
+  for (const char* name : {"made-up", "no-such"}) {
+    const HttpReply reply = less(name);
+    EXPECT_EQ(reply.status, 403) << name;
+    EXPECT_EQ(Json::parse(reply.body)["detail"], "The key is not for the dataset of inputs.less.");
+  }
 }
 
 TEST_F(AccessApi, WhoAsksTooOftenWaits) {

@@ -169,6 +169,32 @@ TEST(SourceChange, SidecarsArePartOfTheSource) {
   EXPECT_THAT(got.error().what, HasSubstr("desert.prj"));
 }
 
+/// A mask makes other heights.
+TEST(SourceChange, OverviewsMayComeMeanwhileMasksMayNot) {
+  const test::TempDir folder;
+  const std::string path = folder.file("crater.tif");
+  fs::copy_file(test::testdata("crater.tif"), path);
+  const auto source = open(path);
+  ASSERT_TRUE(source);
+  const auto open_anew = [&] {  // a handle that met a change is not used again
+    fs::rename(path, path + ".old");
+    EXPECT_FALSE(source->read(0, 0, 1, 1));
+    fs::rename(path + ".old", path);
+  };
+  fs::copy_file(test::testdata("crater.tif"), path + ".ovr");
+  open_anew();
+  const auto got = source->read(0, 0, 2, 2);
+  EXPECT_TRUE(got) << got.error().what;
+  EXPECT_TRUE(source->unchanged());
+  fs::copy_file(test::testdata("crater.tif"), path + ".msk");
+  const auto masked = source->read(0, 400, 2, 2);  // also by who has it open
+  ASSERT_FALSE(masked);
+  EXPECT_THAT(masked.error().what, HasSubstr("crater.tif.msk: was put beside"));
+  EXPECT_FALSE(source->unchanged());
+  fs::remove(path + ".msk");
+  EXPECT_TRUE(source->read(0, 0, 2, 2));
+}
+
 TEST(SourceChange, APartOfAVrtIsPartOfTheSource) {
   const test::TempDir folder;
   const std::string part = folder.file("N46E007.hgt"), path = folder.file("all.vrt");

@@ -159,15 +159,20 @@ std::string missing_grid(pj_ctx* context, const std::string& wkt, Vec2 lon_lat) 
 }
 
 /// The same, kept by degree: PROJ takes a tenth of a second to say it, and DEMs come in hundreds.
+/// Whoever asks for another one meanwhile does not wait for that.
 std::string known_missing(pj_ctx* context, const std::string& wkt, Vec2 lon_lat) {
   constexpr std::size_t kMost = 1000;
   static std::mutex mutex;
   static std::map<std::string, std::string> known;
   const std::string key = fmt::format("{:.0f} {:.0f} {}", lon_lat.x, lon_lat.y, wkt);
+  {
+    const std::lock_guard lock(mutex);
+    if (const auto found = known.find(key); found != known.end()) return found->second;
+  }
+  std::string missing = missing_grid(context, wkt, lon_lat);
   const std::lock_guard lock(mutex);
-  if (const auto found = known.find(key); found != known.end()) return found->second;
   if (known.size() >= kMost) known.clear();
-  return known[key] = missing_grid(context, wkt, lon_lat);
+  return known[key] = std::move(missing);
 }
 
 CrsWay way_of(const Operation& one, const std::string& wkt, Vec2 where) {

@@ -132,6 +132,13 @@ void allow_folder(PJ_CONTEXT* context, const std::string& folder) {
 OperatorNamesGrids::OperatorNamesGrids() { ++operators; }
 OperatorNamesGrids::~OperatorNamesGrids() { --operators; }
 
+/// New contexts are copies of PROJ's own, to which proj_info() writes, without a lock, what that
+/// has not yet: once, and before anybody copies it.
+void fill_in_own_context() {
+  static const PJ_INFO info = proj_info();
+  (void)info;
+}
+
 PJ_CONTEXT* guarded(PJ_CONTEXT* context) {
   if (context) proj_context_set_fileapi(context, &kFiles, nullptr);
   return context;
@@ -144,12 +151,14 @@ extern "C" {
 PJ_CONTEXT* proj_context_create() {
   using Make = PJ_CONTEXT*();
   static auto* const make = reinterpret_cast<Make*>(dlsym(RTLD_NEXT, "proj_context_create"));
+  tind::gdal::fill_in_own_context();
   return tind::gdal::guarded(make());
 }
 
 PJ_CONTEXT* proj_context_clone(PJ_CONTEXT* from) {
   using Clone = PJ_CONTEXT*(PJ_CONTEXT*);
   static auto* const clone = reinterpret_cast<Clone*>(dlsym(RTLD_NEXT, "proj_context_clone"));
+  tind::gdal::fill_in_own_context();
   return tind::gdal::guarded(clone(from));
 }
 }

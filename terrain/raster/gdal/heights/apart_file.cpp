@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "terrain/raster/dem_files.h"
 #include "terrain/raster/gdal/heights/source_pool.h"
 #include "terrain/raster/offset_grid.h"
 #include "terrain/raster/sandboxed_pool.h"
@@ -105,6 +106,7 @@ Result<OpenedFile> ApartFile::ask_open(Decoder& decoder) const {
 
 /// What the process found, and that the files are those that the system knows.
 Result<void> ApartFile::learn(Decoder& decoder) {
+  for (const std::string& beside : may_come_beside(path_)) states_.expect_none(beside);
   auto file = ask_open(decoder);
   if (!file) return std::unexpected(file.error());
   for (const FileStates::Entry& entry : file->states) {

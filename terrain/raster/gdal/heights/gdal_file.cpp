@@ -188,9 +188,12 @@ std::vector<std::string> other_files(GDALDataset& set, const std::string& path, 
   std::set<std::string> seen = {file_behind(path)};
   const auto add = [&](GDALDataset& one) {
     const CPLStringList files(one.GetFileList());
-    for (int i = 0; i < files.Count(); ++i)
+    for (int i = 0; i < files.Count(); ++i) {
+      // Overviews are never read: who makes them beside a DEM that is served changes no height.
+      if (std::string_view(files[i]).ends_with(".ovr")) continue;
       if (const std::string file = file_behind(files[i]); !file.empty() && seen.insert(file).second)
         found.push_back(file);
+    }
   };
   add(set);
   if (!is_vrt(set)) return found;
@@ -396,6 +399,7 @@ Result<std::unique_ptr<RasterFile>> RasterFile::open(const std::string& path,
     file->remote_ = std::make_unique<const RemoteMount>(std::move(*opened));
   }
   if (auto real = file->target(); !real) return std::unexpected(real.error());
+  for (const std::string& beside : may_come_beside(path)) file->states_.expect_none(beside);
   if (!file->remote_) {
     if (auto ok = file->states_.add(path); !ok) return std::unexpected(ok.error());
     if (options.allow_vrt)
