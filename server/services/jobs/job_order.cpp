@@ -1,6 +1,10 @@
 #include "server/services/jobs/job_order.h"
 
+#include <fmt/format.h>
+
 #include <nlohmann/json.hpp>
+
+#include "terrain/raster/file_state.h"
 
 namespace tind::services {
 namespace {
@@ -18,9 +22,15 @@ void read_order(const Json& json, JobOrder& order) {
     order.outputs.push_back({o.at("name"), o.at("file"), o.at("type")});
   order.document = json.at("document").get<bool>();
   order.waited_for = json.value("waited_for", false);  // of an older daemon: not said
+  order.sources = json.value("sources", std::map<std::string, std::string>());
 }
 
 }  // namespace
+
+std::string state_of_source(const std::string& path) {
+  const auto state = file_state(path);  // a device may have another number after a restart
+  return state ? fmt::format("{} {} {}", state->inode, state->size, state->written_ns) : "";
+}
 
 Result<std::string> text_of(const JobOrder& order) {
   Json outputs = Json::array();
@@ -29,7 +39,7 @@ Result<std::string> text_of(const JobOrder& order) {
   const Json json = {{"arguments", order.arguments},   {"files", order.files},
                      {"encoded", order.encoded_files}, {"names", order.names},
                      {"outputs", std::move(outputs)},  {"document", order.document},
-                     {"waited_for", order.waited_for}};
+                     {"sources", order.sources},       {"waited_for", order.waited_for}};
   try {
     return json.dump();
   } catch (const Json::exception&) {
@@ -52,6 +62,7 @@ JobOrder order_of(const Job& job) {
 std::string order_when_ended(const Job& job) {
   JobOrder order = order_of(job);
   order.arguments.clear(), order.files.clear(), order.encoded_files.clear();
+  order.sources.clear();
   return text_of(order).value_or(job.order ? *job.order : "");
 }
 

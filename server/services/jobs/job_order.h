@@ -28,8 +28,14 @@ struct JobOrder {
   };
   std::vector<Output> outputs;  // those that are wanted
   bool document = false;        // all of them as one JSON, in place of the only one as it is
-  bool waited_for = false;      // by a client that holds its connection: without that nobody asks
+  /// What files of datasets were when it was accepted (state_of_source()), by path: a daemon that
+  /// finds it after a restart knows of no other answers that it would have to agree with.
+  std::map<std::string, std::string> sources;
+  bool waited_for = false;  // by a client that holds its connection: without that nobody asks
 };
+
+/// A text that is another once the file is; empty where there is none on this machine.
+std::string state_of_source(const std::string& path);
 
 /// Of Job::order: all but process and client, which the job itself has. Fails with unsupported
 /// where a file's name is no UTF-8.

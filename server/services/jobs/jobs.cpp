@@ -128,6 +128,17 @@ std::string Jobs::path_of(const Job& job, const JobOrder::Output& output) const 
   return folder_of(job.id) + "/" + output.file;
 }
 
+namespace {
+
+Result<void> as_they_were(const std::map<std::string, std::string>& sources) {
+  for (const auto& [path, state] : sources)
+    if (state_of_source(path) != state)
+      return fail(Errc::io, path + ": is another file than when the job was accepted");
+  return {};
+}
+
+}  // namespace
+
 /// What is on the list and not at its end is queued again; folders that it does not know go.
 Result<void> Jobs::recover() {
   auto left = store_->unfinished();
@@ -139,10 +150,12 @@ Result<void> Jobs::recover() {
       end(live, JobStatus::failed, "the daemon ended while this ran, twice: it is not tried again");
       continue;
     }
-    if (order_of(live->job).waited_for) {
+    JobOrder order = order_of(live->job);
+    if (order.waited_for) {
       end(live, JobStatus::dismissed, "the daemon ended, and who waited for this is gone");
       continue;
     }
+    live->unchanged = [sources = std::move(order.sources)] { return as_they_were(sources); };
     live->job.status = JobStatus::accepted;
     live->job.progress = 0;
     queue_.push_back(live->job.id);
@@ -190,6 +203,9 @@ Result<Job> Jobs::submit(const JobOrder& order, Done done, std::stop_token gone,
   job.process = order.process, job.client = order.client;
   JobOrder kept_order = order;
   kept_order.waited_for = done != nullptr;
+  for (const auto& [path, name] : order.names)
+    if (std::string state = state_of_source(path); !state.empty())
+      kept_order.sources[path] = std::move(state);
   auto text = text_of(kept_order);
   if (!text) return std::unexpected(text.error());
   job.order = std::make_shared<const std::string>(std::move(*text));

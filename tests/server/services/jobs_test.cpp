@@ -493,6 +493,28 @@ TEST_F(JobsTest, WhatSomebodyWaitedForIsNotRunForNobody) {
   EXPECT_NE((*jobs->find(kept))->status, JobStatus::dismissed);
 }
 
+TEST_F(JobsTest, AfterARestartItIsNotRunOfOtherFilesThanItWasAcceptedFor) {
+  std::string same, other;
+  const std::string a = dir_.file("a.tif"), b = dir_.file("b.tif");
+  std::ofstream(a) << "heights", std::ofstream(b) << "heights";
+  {
+    const auto jobs = open();
+    JobOrder order = shell("test -e ../again && echo again > out.txt && exit; sleep 60");
+    order.names = {{a, "alps"}};
+    same = jobs->submit(order)->id;
+    order.names = {{b, "berge"}};
+    other = jobs->submit(order)->id;
+    ASSERT_TRUE(becomes(*jobs, same, [](const Job& j) { return j.status == JobStatus::running; }));
+  }
+  std::ofstream(dir_.file("jobs/again")) << "";
+  std::ofstream(b) << "others";
+  const auto jobs = open();
+  for (const std::string& id : {same, other})
+    ASSERT_TRUE(becomes(*jobs, id, [](const Job& j) { return j.has_ended(); }));
+  EXPECT_EQ((*jobs->find(same))->status, JobStatus::successful) << (*jobs->find(same))->message;
+  EXPECT_EQ((*jobs->find(other))->status, JobStatus::failed);
+}
+
 TEST_F(JobsTest, AnOrderlyStopIsNoAttempt) {
   std::string id;
   for (int i = 0; i < 4; ++i) {
