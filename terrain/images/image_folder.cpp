@@ -221,8 +221,8 @@ std::string differences(const Result<proto::TileJson>& was, const proto::TileJso
   if (of(*was) != of(is)) all.push_back("they are of " + of(*was) + ", not of " + of(is));
   if (word(*was, "source") != word(is, "source"))
     all.push_back("their source is another, has changed or is read with other options");
-  const auto words = [](const proto::TileJson& of) {
-    auto rest = of.words;
+  const auto words = [](const proto::TileJson& j) {
+    auto rest = j.words;
     std::erase_if(rest,
                   [](const auto& one) { return one.first == kArea; });  // older ones have none
     return rest;
