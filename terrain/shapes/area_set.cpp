@@ -46,7 +46,8 @@ std::size_t AreaSet::strip_of(double lat) const {
   return std::size_t(std::clamp(s, 0.0, double(strips() - 1)));
 }
 
-/// f(polygon, lon) for the edges that cross the parallel, in order of their polygons.
+/// f(polygon, lon) for the edges that cross the parallel, in order of their polygons, until it
+/// returns false.
 template <class F>
 void AreaSet::each_crossing(double lat, F&& f) const {
   if (edges_.empty() || !(lat >= south_)) return;
@@ -54,22 +55,22 @@ void AreaSet::each_crossing(double lat, F&& f) const {
   for (std::uint32_t k = strip_start_[s]; k < strip_start_[s + 1]; ++k) {
     const Edge& e = edges_[in_strip_[k]];
     if (!(e.a.y <= lat && lat < e.b.y)) continue;
-    f(e.polygon, e.a.x + (lat - e.a.y) / (e.b.y - e.a.y) * (e.b.x - e.a.x));
+    if (!f(e.polygon, e.a.x + (lat - e.a.y) / (e.b.y - e.a.y) * (e.b.x - e.a.x))) return;
   }
 }
 
 std::uint32_t AreaSet::holding(double lon, double lat) const {
-  std::uint32_t found = kNone, current = kNone;
+  std::uint32_t current = kNone;
   bool inside = false;
   each_crossing(lat, [&](std::uint32_t polygon, double x) {
     if (polygon != current) {
-      if (inside && found == kNone) found = current;
-      current = polygon, inside = false;
+      if (inside) return false;
+      current = polygon;
     }
     inside ^= x > lon;
+    return true;
   });
-  if (inside && found == kNone) found = current;
-  return found;
+  return inside ? current : kNone;
 }
 
 void AreaSet::all_holding(double lon, double lat, std::vector<std::uint32_t>& polygons) const {
@@ -82,6 +83,7 @@ void AreaSet::all_holding(double lon, double lat, std::vector<std::uint32_t>& po
       current = polygon, inside = false;
     }
     inside ^= x > lon;
+    return true;
   });
   if (inside) polygons.push_back(current);
 }
@@ -99,6 +101,7 @@ void AreaSet::spans(double lat, std::vector<Span>& spans) const {
   each_crossing(lat, [&](std::uint32_t polygon, double x) {
     if (polygon != current) close(), current = polygon;
     at.push_back(x);
+    return true;
   });
   close();
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace tind {
 
@@ -80,13 +81,24 @@ std::uint32_t AreaRow::holding(double lon, double lat) {
     ends_.clear();
     for (const AreaSet::Span& s : spans_) ends_.push_back(s.west), ends_.push_back(s.east);
     std::sort(ends_.begin(), ends_.end());
+    ends_.erase(std::unique(ends_.begin(), ends_.end()), ends_.end());
     between_.assign(ends_.size() + 1, AreaSet::kNone);
+    next_.resize(ends_.size() + 2);
+    std::iota(next_.begin(), next_.end(), std::size_t(0));
+    // A stretch is passed by once it has its polygon, so that thousands on top of each other take
+    // no longer than thousands beside each other.
+    const auto open_from = [this](std::size_t k) {
+      while (next_[k] != k) k = next_[k] = next_[next_[k]];
+      return k;
+    };
     // Spans come polygon by polygon: the first that reaches a stretch has the lowest number.
     for (const AreaSet::Span& s : spans_) {
-      const auto from = std::upper_bound(ends_.begin(), ends_.end(), s.west) - ends_.begin();
-      const auto to = std::upper_bound(ends_.begin(), ends_.end(), s.east) - ends_.begin();
-      for (auto k = from; k < to; ++k)
-        if (between_[std::size_t(k)] == AreaSet::kNone) between_[std::size_t(k)] = s.polygon;
+      const auto behind = [this](double place) {
+        return std::size_t(std::upper_bound(ends_.begin(), ends_.end(), place) - ends_.begin());
+      };
+      const std::size_t to = behind(s.east);
+      for (std::size_t k = open_from(behind(s.west)); k < to; k = open_from(k))
+        between_[k] = s.polygon, next_[k] = k + 1;
     }
   }
   while (at_ < ends_.size() && ends_[at_] <= lon) ++at_;

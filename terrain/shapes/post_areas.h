@@ -51,6 +51,7 @@ class AreaRow {
   std::vector<AreaSet::Span> spans_;
   std::vector<double> ends_;            // where what holds a place can change
   std::vector<std::uint32_t> between_;  // what does, up to each end
+  std::vector<std::size_t> next_;       // from each on, a stretch that nothing has yet, or a hint
   std::size_t at_ = 0;
 };
 

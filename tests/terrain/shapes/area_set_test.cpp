@@ -5,6 +5,10 @@
 #include <cmath>
 #include <random>
 
+#include "terrain/raster/dem_source.h"
+#include "terrain/shapes/post_areas.h"
+#include "tests/support/support.h"
+
 namespace tind {
 namespace {
 
@@ -48,6 +52,36 @@ TEST(AreaSet, a_place_on_an_outline_is_on_one_side) {
   }
   areas.all_holding(0.5, 1, in);
   EXPECT_TRUE(in.empty());  // the northern end is not theirs
+}
+
+TEST(AreaRow, answers_as_the_set_does_where_polygons_lie_on_each_other) {
+  const std::string file = test::testdata("rainier.tif");
+  const auto dem = DemSource::open({&file, 1});
+  ASSERT_TRUE(dem && (*dem)->is_plain_geographic());
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> unit(0, 1);
+  std::vector<AreaSet::Edge> edges;
+  std::vector<Vec2> points;
+  for (std::uint32_t p = 0; p < 60; ++p) {
+    if (p % 3 != 1) {  // else the same once more
+      points.clear();
+      for (int k = 0; k < 4; ++k) points.push_back({unit(random), unit(random)});
+    }
+    for (const AreaSet::Edge& e : ring(p, points)) edges.push_back(e);
+  }
+  const AreaSet areas(std::move(edges));
+  AreaRow row(areas, **dem);
+  std::size_t held = 0;
+  for (int j = 0; j < 200; ++j) {
+    const double lat = unit(random);
+    for (int i = 0; i < 100; ++i) {
+      const double lon = i % 10 ? i / 100.0 : unit(random);  // back and forth
+      const std::uint32_t polygon = areas.holding(lon, lat);
+      ASSERT_EQ(row.holding(lon, lat), polygon) << lon << " " << lat;
+      held += polygon != AreaSet::kNone;
+    }
+  }
+  EXPECT_GT(held, 10'000u);
 }
 
 TEST(AreaSet, spans_are_what_holding_says) {
