@@ -58,4 +58,5 @@ def run(run):
             groups, said, looked_at = groups + count, said | reports, looked_at + [folder]
             print(f"  {preset}: {folder}: {count} groups of tests, {len(reports)} reports", flush=True)
         run.executions += groups
-        run.note(f"{preset}: {len(looked_at)} of {len(every)} folders of tests ({', '.join(sorted(looked_at))}), {groups} groups, {len(said)} reports")
+        if looked_at:
+            run.note(f"{preset}: {len(looked_at)} of {len(every)} folders of tests ({', '.join(sorted(looked_at))}), {groups} groups, {len(said)} reports")

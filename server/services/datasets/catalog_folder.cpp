@@ -136,11 +136,11 @@ void look_into_table(FolderEntry& entry, States& states, CatalogTables& tables) 
     if (!file.empty()) states.add(file);
 }
 
-/// Those beside a raster that say more of it. One that comes later makes it another raster.
+/// Those beside a raster that say more of it. One that comes later makes it another raster; it may
+/// be one then that could not be opened before.
 void add_beside(const fs::path& raster, States& states) {
   std::error_code error;
-  for (const char* const end :
-       {".prj", ".qpj", ".hdr", ".tfw", ".pgw", ".blw", ".wld", ".msk", ".ovr"}) {
+  for (const char* const end : {".prj", ".qpj", ".hdr", ".tfw", ".pgw", ".blw", ".wld", ".msk"}) {
     const std::string whole = raster.string() + end;
     const std::string instead = fs::path(raster).replace_extension(end).string();
     for (const std::string& beside : {whole, instead})

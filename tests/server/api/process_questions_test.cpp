@@ -2,10 +2,14 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <map>
+#include <set>
 
 #include "proto/base64.h"
 #include "proto/mesh/mesh_io.h"
+#include "server/api/processes/dem_inputs.h"
+#include "server/api/processes/process.h"
 #include "terrain/mesh/mesh_file.h"
 #include "tests/server/api/processes_fixture.h"
 
@@ -158,6 +162,17 @@ TEST_F(ProcessesApi, ALevelIsAskedAsItsTilesAre) {
   const std::string of_two = R"({"inputs": {"dataset": "two", "layer": "rainier", )" + ends;
   expect_refused("/processes/line-of-sight/execution",
                  {{of_two + R"(, "level": 9}})", "inputs.level"}});
+}
+
+/// Else a key of other datasets could ask by it.
+TEST(Processes, EveryInputThatIsADatasetIsHeldAgainstTheKey) {
+  std::set<std::string> named;
+  for (const Process& process : processes()) {
+    const auto inputs = process.inputs();
+    for (const auto& [name, input] : inputs.items())
+      if (input.at("title").get<std::string>().starts_with("Dataset")) named.insert(name);
+  }
+  EXPECT_EQ(named, std::set<std::string>(std::begin(kDatasetInputs), std::end(kDatasetInputs)));
 }
 
 TEST_F(ProcessesApi, VolumesStatisticsAndDifferences) {

@@ -279,6 +279,21 @@ TEST(Sandbox, AChangedFileIsSeen) {
   EXPECT_FALSE((*dem)->unchanged());
 }
 
+TEST(Sandbox, AMaskThatComesIsSeen) {
+  const test::TempDir folder;
+  const std::string path = folder.file("a.tif");
+  fs::copy_file(test::testdata("crater.tif"), path);
+  const auto dem = open(path, {.cache_bytes = 1, .pool = pool_of(real())});
+  ASSERT_TRUE(dem) << dem.error().what;
+  ASSERT_TRUE((*dem)->read(0, 0, 10, 10));
+  fs::copy_file(path, path + ".msk");
+  EXPECT_FALSE((*dem)->unchanged());
+  const auto masked = (*dem)->read(0, 400, 10, 10);
+  ASSERT_FALSE(masked);
+  EXPECT_NE(masked.error().what.find("a.tif.msk: was put beside"), std::string::npos)
+      << masked.error().what;
+}
+
 TEST(Sandbox, OneBoundOfProcessesForAllDems) {
   const test::TempDir folder;
   const auto pool = pool_of(real(2), {.heights_bytes = 1});
