@@ -1,5 +1,8 @@
 """Every N-th system call fails: of builds, of an update, a copy, and of the daemon from its start to its end."""
+import collections
+import os
 import re
+import signal
 import subprocess
 import urllib.error
 
@@ -22,32 +25,52 @@ SYNCS = ("fsync", "fdatasync", "syncfs")
 
 
 def strace(trace, words, *inject):
-    return ["strace", "-f", "-qq", "-y", "-e", "signal=none", "-e", "trace=" + ",".join("?" + c for c in ERRORS), *inject, "-o", str(trace), *words]
+    return ["strace", "-f", "-qq", "-y", "-e", "signal=none", "-e", "trace=" + ",".join("?" + c for c in (*ERRORS, "munmap")), *inject, "-o", str(trace), *words]
 
 
 def counts(trace):
-    """How often the busiest thread makes each call: strace counts for each thread alone."""
-    found = {}
-    for pid, call in re.findall(r"^(\d+) +(\w+)\(", trace.read_text(errors="replace"), re.M):
-        found.setdefault(call, {}).setdefault(pid, 0)
-        found[call][pid] += 1
-    return {call: max(by.values()) for call, by in found.items()}
+    """Which of each call are the program's own, of the thread that makes most: strace counts for each thread alone. Those
+    of the loader, which is not ours, come before: it unmaps its cache when all libraries are in their places."""
+    text = trace.read_text(errors="replace")
+    cache = re.search(r"ld\.so\.cache>, 0\) = (0x\w+)", text)
+    unmapped = text.find(f"munmap({cache[1]},") if cache else -1
+    loaders, found = collections.Counter(), {}
+    for match in re.finditer(r"^(\d+) +(\w+)\(", text, re.M):
+        pid, call = match.groups()
+        if match.start() < unmapped:
+            loaders[call] += 1
+        found.setdefault(call, collections.Counter())[pid] += 1
+    return {call: range(loaders[call] + 1, max(by.values()) + 1) for call, by in found.items()}
 
 
 def points(found, persistent):
-    return [(call, error, n, more) for call, errors in ERRORS.items() for error in errors for n in range(1, found.get(call, 0) + 1)
-            for more in (("", "+") if persistent else ("",))]
+    """`+`: that call and all that follow. An interrupted call is made again, and no system interrupts for ever."""
+    return [(call, error, n, more) for call, errors in ERRORS.items() for error in errors for n in found.get(call, ())
+            for more in (("", "+") if persistent and error != "EINTR" else ("",))]
 
 
 def loader(text):
     return "while loading shared libraries" in text or "cannot apply additional memory protection" in text or "ld.so" in text
 
 
+def ended(words, seconds):
+    """What has come of it; nothing where it took longer, and was killed with all that it had begun."""
+    process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, errors="replace", start_new_session=True)
+    try:
+        out, said = process.communicate(timeout=seconds)
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)
+        process.communicate()
+        return None
+    return subprocess.CompletedProcess(words, process.returncode, out, said)
+
+
 def fault(work, point):
     call, error, n, more = point
     folder = work.place("fault")
-    done = subprocess.run(strace(folder / "trace", work.command(folder), "-e", f"inject={call}:error={error}:when={n}{more}"),
-                          capture_output=True, text=True, errors="replace", timeout=300)
+    done = ended(strace(folder / "trace", work.command(folder), "-e", f"inject={call}:error={error}:when={n}{more}"), 300)
+    if done is None:
+        return "does not end"
     struck = "(INJECTED)" in (folder / "trace").read_text(errors="replace")
     (folder / "trace").unlink()
     if loader(done.stderr):

@@ -1,9 +1,11 @@
 """The tests under ThreadSanitizer, and under ASan and UBSan, which CI has in the rooms that scripts/check names."""
+import collections
 import os
 import re
 import subprocess
 import time
 
+from common import ledger
 from common.programme import ROOT
 
 TIERS = ("campaign",)
@@ -44,12 +46,23 @@ def look(run, preset, folder, program):
     return len(verdicts), reports
 
 
+def looks(preset):
+    """How often rows of the ledger name each folder as looked at."""
+    count = collections.Counter()
+    for row in ledger.rows():
+        for named in re.findall(preset + r": \d+ of \d+ folders of tests \(([^)]+)\)", row[7]) if row[3] == "sanitizers" else ():
+            count.update(named.split(", "))
+    return count
+
+
 def run(run):
-    """Folder after folder, in an order of the seed; an odd one begins with TSan, an even one with ASan. The second has what
-    the first leaves of the time, with the building. What was built stays."""
+    """Folder after folder: first those that the ledger names least often, of these in an order of the seed; an odd seed
+    begins with TSan, an even one with ASan. The second has what the first leaves of the time, with the building. What was
+    built stays."""
     end = time.monotonic() + run.seconds
     for preset in ("tsan", "asan") if run.seed % 2 else ("asan", "tsan"):
-        every = run.sample(programs(), 1)
+        before = looks(preset)
+        every = sorted(run.sample(programs(), 1), key=lambda one: before[one[0]])
         looked_at, groups, said = [], 0, set()
         for folder, program in every:
             if time.monotonic() > end:
@@ -59,4 +72,5 @@ def run(run):
             print(f"  {preset}: {folder}: {count} groups of tests, {len(reports)} reports", flush=True)
         run.executions += groups
         if looked_at:
-            run.note(f"{preset}: {len(looked_at)} of {len(every)} folders of tests ({', '.join(sorted(looked_at))}), {groups} groups, {len(said)} reports")
+            run.note(f"{preset}: {len(looked_at)} of {len(every)} folders of tests ({', '.join(sorted(looked_at))}), {groups} groups, {len(said)} reports; "
+                     f"{len({name for name, _ in every} & (before.keys() | set(looked_at)))} of them in all rows")

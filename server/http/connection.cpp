@@ -333,6 +333,7 @@ bool Connection::take_head() {
     decoded_path_ = std::move(*decoded);
   }
   Request request{head, path(), {}, {}, slot_.address(), key_};
+  request.any_origin = context_.any_origin;
   auto routed = context_.router.route(request);
   key_.clear();
   fields_ += request.fields;

@@ -43,11 +43,19 @@ bool fits(const Router::Route& route, Request& request) {
   return ended;
 }
 
-Reply options_reply(std::string_view allow, std::string_view accept_post) {
-  std::vector<Header> headers = {{"Allow", allow},
-                                 {"Access-Control-Allow-Methods", allow},
-                                 {"Access-Control-Allow-Headers", "*, Authorization"},
-                                 {"Access-Control-Max-Age", "86400"}};
+/// What a page from elsewhere may do: where that is every page there is, none removes anything.
+std::string_view allow_pages(std::string_view allow, bool any_origin) {
+  constexpr std::string_view kDelete = "DELETE, ";  // the first of the alphabet
+  if (any_origin && allow.starts_with(kDelete)) allow.remove_prefix(kDelete.size());
+  return allow;
+}
+
+Reply options_reply(const Request& request, std::string_view allow, std::string_view accept_post) {
+  std::vector<Header> headers = {
+      {"Allow", allow},
+      {"Access-Control-Allow-Methods", allow_pages(allow, request.any_origin)},
+      {"Access-Control-Allow-Headers", "*, Authorization"},
+      {"Access-Control-Max-Age", "86400"}};
   if (!accept_post.empty()) headers.push_back({"Accept-Post", accept_post});
   return make_reply(204, {}, {}, headers);
 }
@@ -211,12 +219,12 @@ std::variant<Router::Match, Reply> Router::route(Request& request) const {
   const Method method = request.head.method;
   if (refuse_first_)
     if (auto reply = refuse_first_(request)) return *std::move(reply);
-  if (request.path == "*") return options_reply("GET, HEAD, OPTIONS", {});
+  if (request.path == "*") return options_reply(request, "GET, HEAD, OPTIONS", {});
   const auto route =
       std::ranges::find_if(routes_, [&](const Route& one) { return fits(one, request); });
   const bool found = route != routes_.end();
   if (found && method == Method::options)
-    return options_reply(route->allow, route->post ? route->body.type : "");
+    return options_reply(request, route->allow, route->post ? route->body.type : "");
   if (const Action* const asked = found ? action_of(*route, method) : nullptr) {
     if (auto reply = refuse(request, *route, *asked)) return *std::move(reply);
     const bool posted = asked == &route->post;

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "terrain/base/errno_text.h"
+#include "terrain/base/same_file.h"
 #include "terrain/base/whole_io.h"
 
 namespace tind {
@@ -22,14 +23,6 @@ namespace fs = std::filesystem;
 
 std::unexpected<Error> failed(const std::string& what, const std::string& path, int code) {
   return fail(Errc::io, "cannot " + what + " " + path + ": " + errno_text(code));
-}
-
-/// Is the file still the one of this name? Whoever had it may have given it its name.
-bool has_name(int file, const std::string& path) {
-  struct stat open {
-  }, named{};
-  return ::fstat(file, &open) == 0 && ::lstat(path.c_str(), &named) == 0 &&
-         open.st_dev == named.st_dev && open.st_ino == named.st_ino;
 }
 
 bool is_left_behind(int file, std::string_view begins) {
@@ -59,10 +52,10 @@ Result<PartFile> PartFile::begin(const std::string& path, std::string_view begin
       if (errno != EWOULDBLOCK) return failed("lock", part, errno);
       return fail(Errc::busy, part + ": another program is writing it");
     }
-    if (!has_name(file, part)) {
-      opened.part_.clear();
-      continue;
-    }
+    const auto still = is_still_at(file, part);  // whoever had it may have given it its name
+    if (!still || !*still) opened.part_.clear();
+    if (!still) return std::unexpected(still.error());
+    if (!*still) continue;
     if (!is_left_behind(file, begins)) {
       opened.part_.clear();
       return fail(Errc::invalid_argument,

@@ -333,11 +333,15 @@ Result<std::unique_ptr<services::Jobs>> open_jobs(const Config& config) {
   // This very program, whatever lies under its name by then.
   const std::string program = "/proc/self/exe";
   const std::chrono::seconds time(config.jobs_seconds);
+  const int per_client = config.jobs_stored_mb_per_client > 0
+                             ? config.jobs_stored_mb_per_client
+                             : std::max(config.jobs_stored_mb / 2, config.jobs_result_mb);
   auto jobs = services::Jobs::open(config.jobs_dir, program,
                                    {.running = config.jobs,
                                     .waiting = std::size_t(config.jobs_waiting),
                                     .per_client = std::size_t(config.jobs_per_client),
                                     .stored_bytes = megabytes(config.jobs_stored_mb),
+                                    .stored_per_client = megabytes(per_client),
                                     .kept = std::chrono::hours(config.jobs_kept_hours),
                                     .each = {.memory_bytes = megabytes(config.jobs_memory_mb),
                                              .file_bytes = megabytes(config.jobs_result_mb),

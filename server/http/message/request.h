@@ -41,6 +41,7 @@ struct Request {
   const Operation* operation = nullptr;            // of the route; null where it says none
   std::shared_ptr<const Access> access = nullptr;  // null: sees everything
   std::string fields = {};  // lines for the answer, whatever it is: "Name: value\r\n"
+  bool any_origin = false;  // every web page may read the answer
 
   bool sees(std::string_view dataset) const { return !access || access->sees(dataset); }
 };

@@ -346,6 +346,9 @@ std::vector<Setting> make_table() {
              &Config::jobs_result_mb, 1, 10'000'000),
       number("jobs-stored-mb", "of all jobs' results together, megabytes", &Config::jobs_stored_mb,
              1, 100'000'000),
+      number("jobs-stored-mb-per-client",
+             "of one address's results, megabytes; 0: half of jobs-stored-mb",
+             &Config::jobs_stored_mb_per_client, 0, 100'000'000),
       number("jobs-seconds", "time that one job may take", &Config::jobs_seconds, 1, 1'000'000),
       number("jobs-kept-hours", "how long results are kept", &Config::jobs_kept_hours, 1,
              1'000'000),
@@ -397,6 +400,13 @@ Result<void> fit_together(const Config& config) {
         fmt::format("jobs-stored-mb is {} and jobs-result-mb {}: no job could ever keep its "
                     "results; set the first one higher, or the second one lower",
                     config.jobs_stored_mb, config.jobs_result_mb));
+  if (const int own = config.jobs_stored_mb_per_client;
+      config.jobs > 0 && own > 0 && own < config.jobs_result_mb)
+    return fail(Errc::invalid_argument,
+                fmt::format("jobs-stored-mb-per-client is {} and jobs-result-mb {}: no job could "
+                            "ever keep its results; set the first one higher, or 0 for half of "
+                            "jobs-stored-mb",
+                            own, config.jobs_result_mb));
   return {};
 }
 

@@ -42,16 +42,17 @@ struct Config {
   std::string jobs_dir;  // empty: a temporary one
   int jobs = 1;          // that run at a time; 0: none at all
   int jobs_waiting = 64;
-  int jobs_per_client = 8;         // waiting or running
-  int jobs_memory_mb = 2048;       // of each
-  int jobs_result_mb = 512;        // of each
-  int jobs_stored_mb = 4096;       // of all
-  int jobs_seconds = 600;          // of each
-  int jobs_kept_hours = 24;        // after their end
-  AccessRules access;              // [[key]], and how often one may ask
-  std::string cors_origins = "*";  // whose pages may read answers, with commas between
-  double drain_delay = 0;          // seconds
-  double grace = 10;               // seconds
+  int jobs_per_client = 8;            // waiting or running
+  int jobs_memory_mb = 2048;          // of each
+  int jobs_result_mb = 512;           // of each
+  int jobs_stored_mb = 4096;          // of all
+  int jobs_stored_mb_per_client = 0;  // 0: half of these, and one result at least
+  int jobs_seconds = 600;             // of each
+  int jobs_kept_hours = 24;           // after their end
+  AccessRules access;                 // [[key]], and how often one may ask
+  std::string cors_origins = "*";     // whose pages may read answers, with commas between
+  double drain_delay = 0;             // seconds
+  double grace = 10;                  // seconds
 };
 
 /// One row of the table of settings: how it is called, what it means, how it is set and shown.

@@ -17,6 +17,9 @@ constexpr const char* kMake =
     " updated INTEGER NOT NULL) WITHOUT ROWID;"
     "CREATE INDEX job_client ON job (client, created);"
     "CREATE INDEX job_finished ON job (finished);";
+/// What has not ended has no results yet, and its orders may be long.
+constexpr const char* kBytes =
+    "SELECT coalesce(sum(bytes + length(work) + 512), 0) FROM job WHERE finished > 0";
 /// `work`: the order, or what stands in its place.
 std::string columns(const char* work = "work") {
   return std::string("id, process, client, ") + work +
@@ -159,13 +162,22 @@ Result<void> JobStore::keep_latest(std::size_t most) {
   return {};
 }
 
-Result<std::uint64_t> JobStore::total_bytes() const {
-  const std::lock_guard lock(mutex_);
-  // What has not ended has no results yet, and its orders may be long.
-  SqliteQuery query(
-      db_, "SELECT coalesce(sum(bytes + length(work) + 512), 0) FROM job WHERE finished > 0");
+Result<std::uint64_t> JobStore::bytes(SqliteQuery& query) const {
   if (const auto row = query.next(); !row) return failed(row.error());
   return std::uint64_t(query.integer(0));
+}
+
+Result<std::uint64_t> JobStore::total_bytes() const {
+  const std::lock_guard lock(mutex_);
+  SqliteQuery query(db_, kBytes);
+  return bytes(query);
+}
+
+Result<std::uint64_t> JobStore::bytes_of(std::string_view client) const {
+  const std::lock_guard lock(mutex_);
+  SqliteQuery query(db_, std::string(kBytes) + " AND client = ?");
+  query.bind(client);
+  return bytes(query);
 }
 
 }  // namespace tind::services

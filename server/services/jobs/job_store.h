@@ -41,11 +41,13 @@ class JobStore {
   Result<void> keep_latest(std::size_t most);
   /// Of all results, and of what the list says of jobs that have ended.
   Result<std::uint64_t> total_bytes() const;
+  Result<std::uint64_t> bytes_of(std::string_view client) const;
 
  private:
   JobStore(Sqlite db, std::string path) : db_(std::move(db)), path_(std::move(path)) {}
   std::unexpected<Error> failed(const Error&) const;
   Result<std::vector<Job>> jobs(SqliteQuery&) const;
+  Result<std::uint64_t> bytes(SqliteQuery&) const;
 
   Sqlite db_;
   std::string path_;

@@ -32,6 +32,9 @@ constexpr int kCannotWrite = 74;  // of the command line, too
 constexpr const char* kNoRoomForResults =
     "the results of earlier jobs fill what there is for them: dismiss some, or wait until they "
     "expire";
+constexpr const char* kNoRoomForYourResults =
+    "the results of your earlier jobs fill what one client may keep: dismiss some, or wait until "
+    "they expire";
 constexpr std::size_t kMostEnded = 1000;  // of a client, that have no result
 
 std::int64_t now_ms() {
@@ -214,6 +217,9 @@ Result<Job> Jobs::submit(const JobOrder& order, Done done, std::stop_token gone,
   live->unchanged = std::move(unchanged);
   drop_left();
   count_stored();
+  const auto own = store_->bytes_of(order.client);
+  if (own && *own + limits_.each.file_bytes > limits_.stored_per_client)
+    return fail(Errc::busy, kNoRoomForYourResults);
   {
     const std::lock_guard lock(mutex_);
     if (stopping_) return fail(Errc::busy, kAboutToEnd);
@@ -368,15 +374,22 @@ void Jobs::hear(Live& live, std::string_view line, std::string& said) const {
   if (!line.starts_with("warning: ") && !line.starts_with("Run with --help")) said = line;
 }
 
-/// Of all that run, as large as they may be, beside what is there.
-bool Jobs::has_room_for_results() const {
-  std::uint64_t running = 0;
+/// Of all that run, as large as they may be, beside what is there; null: there is room.
+const char* Jobs::no_room_for_results(const std::string& client) const {
+  std::uint64_t running = 0, of_client = 0;
   {
     const std::lock_guard lock(mutex_);
     running = counts_.running;
+    for (const auto& [id, live] : live_) of_client += live->running && live->job.client == client;
   }
-  const auto stored = store_->total_bytes();  // later: who ends meanwhile counts twice, not never
-  return !stored || *stored + running * limits_.each.file_bytes <= limits_.stored_bytes;
+  // later: who ends meanwhile counts twice, not never
+  const auto fits = [&](const Result<std::uint64_t>& stored, std::uint64_t more,
+                        std::uint64_t most) {
+    return !stored || *stored + more * limits_.each.file_bytes <= most;
+  };
+  if (!fits(store_->bytes_of(client), of_client, limits_.stored_per_client))
+    return kNoRoomForYourResults;
+  return fits(store_->total_bytes(), running, limits_.stored_bytes) ? nullptr : kNoRoomForResults;
 }
 
 void Jobs::run(const std::shared_ptr<Live>& live, const std::stop_token& stop) {
@@ -395,12 +408,12 @@ void Jobs::run(const std::shared_ptr<Live>& live, const std::stop_token& stop) {
     spdlog::error("job {}: {}", live->job.id, logging::printable(error.what));
     end(live, JobStatus::failed, "the daemon could not run it; its log says why");
   };
-  if (!has_room_for_results()) {  // those that went before it have taken it
+  if (const char* const full = no_room_for_results(live->job.client)) {  // by those before it
     {
       const std::lock_guard lock(mutex_);
       live->job.exit_code = Job::kNoRoom;
     }
-    return end(live, JobStatus::failed, kNoRoomForResults);
+    return end(live, JobStatus::failed, full);
   }
   const auto changed = [&] { return live->unchanged ? live->unchanged() : Result<void>(); };
   const auto of_others = [&](const Error& why) {

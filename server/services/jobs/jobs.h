@@ -34,8 +34,9 @@ struct JobLimits {
   std::size_t waiting = 64;                             // beside them
   std::size_t per_client = 8;                           // of one client, waiting or running
   std::uint64_t stored_bytes = std::uint64_t(4) << 30;  // of all jobs' files
-  std::chrono::seconds kept{24 * 3600};                 // after their end
-  ChildLimits each{};                                   // file_bytes: of its results, too
+  std::uint64_t stored_per_client = std::uint64_t(2) << 30;
+  std::chrono::seconds kept{24 * 3600};  // after their end
+  ChildLimits each{};                    // file_bytes: of its results, too
 };
 
 class Jobs {
@@ -115,7 +116,7 @@ class Jobs {
   std::string folder_of(std::string_view id) const;
   std::optional<Error> no_room(const std::string& client) const;
   bool may_begin() const;
-  bool has_room_for_results() const;
+  const char* no_room_for_results(const std::string& client) const;
   void count_stored();
 
   const std::string folder_, program_;

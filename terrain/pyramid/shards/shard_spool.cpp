@@ -13,6 +13,7 @@
 
 #include "terrain/base/bytes.h"
 #include "terrain/base/errno_text.h"
+#include "terrain/base/same_file.h"
 #include "terrain/base/whole_io.h"
 #include "terrain/store/ledger_entry.h"
 #include "terrain/store/part_file.h"
@@ -32,20 +33,16 @@ int take_file(const std::string& path) {
   for (;;) {
     const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
     if (file < 0) return -1;
-    struct stat open {
-    }, named{};
     if (::flock(file, LOCK_EX | LOCK_NB) != 0) {
       ::close(file);
       return -1;
     }
-    if (::fstat(file, &open) == 0 && !S_ISREG(open.st_mode)) {  // somebody put something else there
-      ::close(file);
-      return -1;
-    }
-    if (::lstat(path.c_str(), &named) == 0 && open.st_ino == named.st_ino &&
-        open.st_dev == named.st_dev)
-      return file;
-    ::close(file);  // whoever had it has finished and removed it
+    struct stat status {};
+    const bool is_file = ::fstat(file, &status) == 0 && S_ISREG(status.st_mode);  // or else foreign
+    const auto still = is_still_at(file, path);
+    if (is_file && still && *still) return file;
+    ::close(file);
+    if (!is_file || !still) return -1;  // else whoever had it has finished and removed it
   }
 }
 

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "terrain/base/errno_text.h"
+#include "terrain/base/same_file.h"
 #include "terrain/base/whole_io.h"
 #include "terrain/store/folder/folder_files.h"
 
@@ -37,13 +38,6 @@ std::string read_line(int file) {
   std::array<char, 512> text{};
   const std::string_view all(text.data(), read_up_to(file, 0, text.data(), text.size()).size);
   return std::string(all.substr(0, all.find('\n')));
-}
-
-bool same_file(int file, const std::string& path) {
-  struct stat open {
-  }, named{};
-  return ::fstat(file, &open) == 0 && ::lstat(path.c_str(), &named) == 0 &&
-         open.st_dev == named.st_dev && open.st_ino == named.st_ino;
 }
 
 bool is_regular(int file) {
@@ -87,10 +81,10 @@ Result<FolderLock> FolderLock::take(const std::string& folder) {
                                   "): wait for it, or choose another directory");
     }
     // Whoever had it may have removed the file after it was opened here.
-    if (!same_file(file, path)) {
-      lock.path_.clear();
-      continue;
-    }
+    const auto still = is_still_at(file, path);
+    if (!still || !*still) lock.path_.clear();
+    if (!still) return std::unexpected(still.error());
+    if (!*still) continue;
     lock.left_behind_ = !says.empty();
     const std::string text = who();
     // Never empty in between: a file without text would not say that a build began here.

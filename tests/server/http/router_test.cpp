@@ -85,6 +85,25 @@ TEST(Router, SaysWhichMethodsThereAre) {
   EXPECT_EQ(ask(router, Method::options, "/none"), "404");
 }
 
+TEST(Router, LetsPagesRemoveNothingWhereAllMayRead) {
+  Router router;
+  router.get("/job", says("get"));
+  router.del("/job", says("gone"));
+  const auto of_pages = [&](bool any_origin) {
+    RequestHead head;
+    head.method = Method::options;
+    Request request{head, "/job", {}, {}};
+    request.any_origin = any_origin;
+    const std::string bytes = std::get<Reply>(router.route(request)).payload->bytes;
+    EXPECT_TRUE(bytes.starts_with("Allow: DELETE, GET, HEAD, OPTIONS\r\n")) << bytes;
+    constexpr std::string_view kName = "Access-Control-Allow-Methods: ";
+    const auto begin = bytes.find(kName) + kName.size();
+    return bytes.substr(begin, bytes.find('\r', begin) - begin);
+  };
+  EXPECT_EQ(of_pages(true), "GET, HEAD, OPTIONS");
+  EXPECT_EQ(of_pages(false), "DELETE, GET, HEAD, OPTIONS");
+}
+
 TEST(PercentDecode, DecodesOnceAndStrictly) {
   EXPECT_EQ(percent_decode("a%20b+c"), "a b+c");
   EXPECT_EQ(percent_decode("%41%61"), "Aa");

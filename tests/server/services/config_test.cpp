@@ -111,12 +111,13 @@ TEST_F(ConfigTest, WrongValuesNameTheirPlace) {
 TEST_F(ConfigTest, WhatWouldLockEverybodyOutOrLetNobodyInIsRefused) {
   for (const char* const bad :
        {"rate_per_address = 1e-12\n", "rate_per_address = 10\nburst_per_address = 0.5\n",
-        "burst_per_address = 5\n", "jobs_stored_mb = 100\n"})
+        "burst_per_address = 5\n", "jobs_stored_mb = 100\n", "jobs_stored_mb_per_client = 100\n"})
     EXPECT_FALSE(read(bad)) << bad;
   for (const char* const good :
        {"rate_per_address = 0.001\n", "rate_per_address = 10\nburst_per_address = 1\n",
         "rate_per_address = 0\nburst_per_address = 0\n",
-        "jobs_stored_mb = 100\njobs_result_mb = 100\n", "jobs_stored_mb = 100\njobs = 0\n"})
+        "jobs_stored_mb = 100\njobs_result_mb = 100\n", "jobs_stored_mb = 100\njobs = 0\n",
+        "jobs_stored_mb_per_client = 512\n"})
     EXPECT_TRUE(read(good)) << good;
 }
 

@@ -327,6 +327,30 @@ TEST_F(JobsTest, ResultsThatFillTheStoreLetNoMoreIn) {
   EXPECT_TRUE(jobs->submit(shell("echo a > out.txt")));
 }
 
+TEST_F(JobsTest, OneClientsResultsLeaveRoomForOthers) {
+  JobLimits limits;
+  limits.stored_bytes = 60000, limits.stored_per_client = 31000, limits.each.file_bytes = 10000;
+  const auto jobs = open(limits);
+  const std::string make = "sleep 0.2; head -c 9000 /dev/zero > out.txt";
+  std::vector<std::promise<Job>> ends(4);
+  for (auto& end : ends)  // all have their place before the first has ended
+    ASSERT_TRUE(jobs->submit(shell(make, "a"), [&end](const Job& job) { end.set_value(job); }));
+  Job last;
+  for (auto& end : ends) last = end.get_future().get();
+  EXPECT_EQ(last.status, JobStatus::failed);
+  EXPECT_EQ(last.exit_code, Job::kNoRoom);
+  EXPECT_NE(last.message.find("results of your earlier jobs"), std::string::npos) << last.message;
+  const auto more = jobs->submit(shell("true", "a"));
+  ASSERT_FALSE(more);
+  EXPECT_EQ(more.error().code, Errc::busy);
+  EXPECT_NE(more.error().what.find("results of your earlier jobs"), std::string::npos);
+  EXPECT_EQ(run(*jobs, shell(make, "b")).status, JobStatus::successful);
+  const auto own = jobs->of_client("a", 10);
+  ASSERT_TRUE(own);
+  ASSERT_TRUE(jobs->dismiss(own->back().id));
+  EXPECT_EQ(run(*jobs, shell(make, "a")).status, JobStatus::successful);
+}
+
 TEST_F(JobsTest, ResultsOfThoseThatWaitedFillTheStoreNoFurther) {
   JobLimits limits;
   limits.stored_bytes = 31000, limits.each.file_bytes = 10000;
