@@ -49,11 +49,12 @@ const ContentType& type_of(std::string_view extension) {
 
 std::vector<fs::path> list(const fs::path& directory, std::error_code& error) {
   std::vector<fs::path> files;
+  std::error_code none;  // of one that went away meanwhile
   for (fs::recursive_directory_iterator it(directory, error), end; !error && it != end;
        it.increment(error)) {
     const bool hidden = it->path().filename().string().starts_with('.');
-    if (hidden && it->is_directory()) it.disable_recursion_pending();
-    if (!hidden && !it->is_symlink() && it->is_regular_file()) files.push_back(it->path());
+    if (hidden && it->is_directory(none)) it.disable_recursion_pending();
+    if (!hidden && !it->is_symlink(none) && it->is_regular_file(none)) files.push_back(it->path());
   }
   return files;
 }

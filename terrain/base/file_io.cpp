@@ -82,7 +82,11 @@ int sync_folder(const std::string& folder) {
 
 Result<std::string> read_whole_file(const std::string& path) {
   const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (file < 0) return failed("open", path, errno, Errc::not_found);
+  // What may not be opened, or not now, is not what is not there: who goes on without it would lose
+  // it.
+  if (file < 0)
+    return failed("open", path, errno,
+                  errno == ENOENT || errno == ENOTDIR ? Errc::not_found : Errc::io);
   std::string bytes;
   struct stat status {};
   if (::fstat(file, &status) == 0 && S_ISREG(status.st_mode) && status.st_size > 0)

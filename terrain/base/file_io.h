@@ -1,6 +1,6 @@
 #pragma once
 // Whole files in and out; what does not work is an error with the operating system's reason:
-// not_found where a file cannot be opened to be read, else io.
+// not_found where there is none to be read, else io.
 
 #include <memory>
 #include <string>

@@ -16,6 +16,7 @@
 #include <system_error>
 
 #include "terrain/base/file_io.h"
+#include "terrain/base/folder_entries.h"
 #include "terrain/base/parallel.h"
 #include "terrain/base/sha1.h"
 #include "terrain/flightgear/bucket.h"
@@ -47,12 +48,12 @@ std::string record_of(const BucketPlan& plan, const LandCover* cover) {
 
 /// Whose buckets lie here; nothing in a folder that is new or empty.
 Result<std::optional<std::string>> record_in(const std::string& folder) {
-  std::error_code error;
-  if (!fs::exists(folder, error)) return std::nullopt;
-  const bool is_new = std::ranges::all_of(fs::directory_iterator(folder, error), [](const auto& e) {
-    return e.path().filename() == FolderLock::kName;
-  });
-  if (is_new && !error) return std::nullopt;
+  const auto entries = entries_of(folder);
+  if (!entries && entries.error().code == Errc::not_found) return std::nullopt;
+  if (!entries) return std::unexpected(entries.error());
+  const bool is_new = std::ranges::all_of(
+      *entries, [](const auto& e) { return e.path().filename() == FolderLock::kName; });
+  if (is_new) return std::nullopt;
   auto text = read_regular_file(folder + kSceneryRecord);
   if (!text || !text->starts_with("scenery made by tind"))
     return fail(Errc::invalid_argument,
@@ -80,12 +81,12 @@ bool is_file(const std::string& path) {
 /// The names of the folders in one that may not be there.
 Result<std::vector<std::string>> folders_in(const std::string& path) {
   std::vector<std::string> names;
-  std::error_code error;
-  if (!fs::exists(path, error)) return names;
-  for (fs::directory_iterator it(path, error), end; !error && it != end; it.increment(error))
-    if (std::error_code none; fs::is_directory(it->symlink_status(none)))
-      names.push_back(it->path().filename().string());
-  if (error) return fail(Errc::io, "cannot read " + path + ": " + error.message());
+  const auto entries = entries_of(path);
+  if (!entries && entries.error().code == Errc::not_found) return names;
+  if (!entries) return std::unexpected(entries.error());
+  for (const fs::directory_entry& entry : *entries)
+    if (std::error_code none; fs::is_directory(entry.symlink_status(none)))
+      names.push_back(entry.path().filename().string());
   return names;
 }
 

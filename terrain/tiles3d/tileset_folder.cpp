@@ -21,6 +21,7 @@
 #include "proto/tile/layer_json.h"
 #include "terrain/base/bytes.h"
 #include "terrain/base/file_io.h"
+#include "terrain/base/folder_entries.h"
 #include "terrain/base/parallel.h"
 #include "terrain/encode/quantized_mesh_tile.h"
 #include "terrain/store/folder/folder_files.h"
@@ -45,12 +46,11 @@ std::string record_name(GlbCompression compression) {
 
 /// Is there nothing but what a run puts there before the record?
 bool is_new(const std::string& folder, const std::string& record) {
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(folder, error)) {
-    const std::string name = entry.path().filename().string();
-    if (name != FolderLock::kName && "/" + name != record + kPartial) return false;
-  }
-  return !error;
+  const auto entries = entries_of(folder);
+  return entries && std::ranges::all_of(*entries, [&](const fs::directory_entry& entry) {
+           const std::string name = entry.path().filename().string();
+           return name == FolderLock::kName || "/" + name == record + kPartial;
+         });
 }
 
 /// What was written here before; nothing in a folder that is new or empty.

@@ -35,6 +35,7 @@
 #include "server/services/datasets/key_table.h"
 #include "server/services/datasets/open_dataset.h"
 #include "terrain/base/errno_text.h"
+#include "terrain/base/folder_entries.h"
 #include "terrain/dataset/dem_dataset.h"
 #include "terrain/dataset/stored_dataset.h"
 #include "terrain/geo/environment.h"
@@ -190,9 +191,8 @@ void bound_memory() {
 
 /// Folders of tiles keep theirs.
 std::size_t open_descriptors() {
-  std::error_code error;
-  std::filesystem::directory_iterator all("/proc/self/fd", error);
-  return error ? 0 : std::size_t(std::distance(begin(all), end(all)));
+  const auto all = entries_of("/proc/self/fd");
+  return all ? all->size() : 0;
 }
 
 /// As many descriptors as the system lets us have; the rest is what connections may use.

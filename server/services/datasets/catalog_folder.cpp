@@ -9,6 +9,7 @@
 
 #include "server/services/datasets/dataset_file.h"
 #include "server/services/datasets/dataset_settings.h"
+#include "terrain/base/folder_entries.h"
 #include "terrain/base/lower_extension.h"
 #include "terrain/raster/datums.h"
 #include "terrain/raster/dem_files.h"
@@ -41,14 +42,11 @@ bool is_passed_over(const fs::path& path) {
 }
 
 /// What lies in a folder, by name.
-Result<std::vector<fs::path>> entries_of(const std::string& folder) {
-  std::error_code error;
+Result<std::vector<fs::path>> paths_by_name(const std::string& folder) {
+  const auto entries = entries_of(folder);
+  if (!entries) return std::unexpected(entries.error());
   std::vector<fs::path> paths;
-  fs::directory_iterator at(folder, error);
-  for (; !error && at != fs::directory_iterator(); at.increment(error)) paths.push_back(at->path());
-  if (error)
-    return fail(error == std::errc::no_such_file_or_directory ? Errc::not_found : Errc::io,
-                folder + ": cannot be read as a catalog: " + error.message());
+  for (const fs::directory_entry& entry : *entries) paths.push_back(entry.path());
   std::ranges::sort(paths);
   return paths;
 }
@@ -97,7 +95,7 @@ void look_into_folder(FolderEntry& entry, States& states) {
     entry.spec.files = {entry.path};
     return;
   }
-  const auto inside = entries_of(entry.path);
+  const auto inside = paths_by_name(entry.path);
   if (!inside) {
     entry.wrong = inside.error().what;
     return;
@@ -192,7 +190,7 @@ const Result<DatasetSpec>& CatalogTables::read(const std::string& file, const st
 }
 
 Result<std::vector<FolderEntry>> CatalogFolder::look(bool tables_rest, Clock::time_point now) {
-  const auto paths = entries_of(folder_);
+  const auto paths = paths_by_name(folder_);
   if (!paths) return std::unexpected(paths.error());
   std::vector<FolderEntry> entries;
   std::map<std::string, Seen> seen;
@@ -214,7 +212,7 @@ Result<std::vector<FolderEntry>> CatalogFolder::look(bool tables_rest, Clock::ti
     entries.push_back(std::move(entry));
   }
   // A folder that went away meanwhile makes all that was in it look lost.
-  if (auto there = entries_of(folder_); !there) return std::unexpected(there.error());
+  if (auto there = paths_by_name(folder_); !there) return std::unexpected(there.error());
   seen_ = std::move(seen);
   return entries;
 }
@@ -223,7 +221,7 @@ void wait_for_rest(const std::string& folder, std::chrono::milliseconds most) {
   const auto end = std::chrono::steady_clock::now() + most;
   CatalogTables tables;
   const auto rests = [&] {
-    const auto paths = entries_of(folder);
+    const auto paths = paths_by_name(folder);
     return !paths || std::ranges::all_of(*paths, [&](const fs::path& path) {
       States states;
       if (!is_passed_over(path)) entry_at(path, states, tables);

@@ -9,6 +9,7 @@
 #include <filesystem>
 
 #include "server/log/printable.h"
+#include "terrain/base/folder_entries.h"
 #include "terrain/store/folder/folder_files.h"
 
 namespace tind::services {
@@ -78,8 +79,10 @@ void remove_unknown_jobs(const std::string& folder, const JobStore& list) {
 
 Result<void> sync_results(const std::string& folder) {
   FolderFiles files;
+  const auto entries = entries_below(folder);
+  if (!entries) return std::unexpected(entries.error());
   std::error_code error;
-  for (const auto& entry : fs::recursive_directory_iterator(folder, error)) {
+  for (const fs::directory_entry& entry : *entries) {
     const std::string path = entry.path().string();
     if (entry.is_symlink(error)) continue;
     if (entry.is_directory(error)) {

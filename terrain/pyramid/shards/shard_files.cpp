@@ -22,6 +22,7 @@
 #include "proto/json_text.h"
 #include "terrain/base/errno_text.h"
 #include "terrain/base/file_io.h"
+#include "terrain/base/folder_entries.h"
 #include "terrain/base/sha256.h"
 
 namespace tind {
@@ -107,11 +108,11 @@ std::optional<std::pair<std::string, std::string>> beat_of(const std::string& fi
 /// The latest of each shard, by its name.
 Result<std::map<std::string, Heard>> all_heard(const std::string& folder, double silence_s) {
   std::map<std::string, Heard> heard;
+  const auto entries = entries_of(folder);
+  if (!entries && entries.error().code == Errc::not_found) return heard;
+  if (!entries) return std::unexpected(entries.error());
   std::error_code error;
-  fs::directory_iterator entries(folder, error);
-  if (error == std::errc::no_such_file_or_directory) return heard;
-  if (error) return fail(Errc::io, folder + " cannot be read: " + error.message());
-  for (const fs::directory_entry& entry : entries) {
+  for (const fs::directory_entry& entry : *entries) {
     const auto beat = beat_of(entry.path().filename().string());
     if (!beat) continue;
     const auto at = entry.last_write_time(error);

@@ -12,6 +12,7 @@
 #include <map>
 #include <set>
 
+#include "terrain/base/folder_entries.h"
 #include "terrain/base/hash.h"
 
 namespace tind::folder {
@@ -170,13 +171,13 @@ Result<void> check_blocks(const std::string& folder, const std::string& digest, 
 Result<void> check_partial(const std::string& folder, bool began) {
   const std::string partial = folder + kPartial;
   if (type_of(partial) != fs::file_type::directory) return {};
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(partial, error)) {
+  const auto entries = entries_of(partial);
+  if (!entries) return std::unexpected(entries.error());
+  for (const fs::directory_entry& entry : *entries) {
     if (!is_partial_name(entry.path())) continue;
     if (!began || type_of(entry.path().string()) != fs::file_type::regular)
       return in_the_way(entry.path().string(), "is there");
   }
-  if (error) return cannot_look(partial, error);
   return {};
 }
 
@@ -229,15 +230,13 @@ Result<void> remove_tiles(FolderFiles& files, const std::string& folder, const T
 
 Result<void> remove_other_blocks(FolderFiles& files, const std::string& folder,
                                  const std::string& digest) {
-  std::error_code error;
-  std::vector<std::string> others;
-  for (const auto& entry : fs::directory_iterator(folder, error)) {
+  const auto entries = entries_of(folder);
+  if (!entries) return std::unexpected(entries.error());
+  for (const fs::directory_entry& entry : *entries) {
     const std::string path = entry.path().string();
-    if (path != folder + kBlocks + digest && is_blocks(path)) others.push_back(path);
-  }
-  if (error) return cannot_look(folder, error);
-  for (const std::string& path : others)
+    if (path == folder + kBlocks + digest || !is_blocks(path)) continue;
     if (auto done = files.remove(path); !done) return done;
+  }
   return {};
 }
 
@@ -249,15 +248,14 @@ std::string PartialPaths::next() { return begin_ + fmt::format("{:016x}", count_
 Result<void> remove_partial_files(FolderFiles& files, const std::string& folder) {
   const std::string partial = folder + kPartial;
   if (type_of(partial) != fs::file_type::directory) return {};
-  std::error_code error;
-  std::vector<std::string> begun;
-  for (const auto& entry : fs::directory_iterator(partial, error))
-    if (entry.symlink_status(error).type() == fs::file_type::regular &&
-        is_partial_name(entry.path()))
-      begun.push_back(entry.path().string());
-  if (error) return cannot_look(partial, error);
-  for (const std::string& path : begun)
+  const auto entries = entries_of(partial);
+  if (!entries) return std::unexpected(entries.error());
+  for (const fs::directory_entry& entry : *entries) {
+    const std::string path = entry.path().string();
+    if (!is_partial_name(entry.path()) || type_of(path) != fs::file_type::regular) continue;
     if (auto done = files.remove(path); !done) return done;
+  }
+  std::error_code error;
   if (!fs::is_empty(partial, error) || error) return {};
   return files.remove(partial);
 }

@@ -207,16 +207,16 @@ Result<std::optional<StoreListing>> FolderStore::list() const {
   fs::recursive_directory_iterator it(base_, error), end;
   if (error) return fail(Errc::not_found, "cannot look into " + base_ + ": " + error.message());
   for (; it != end; it.increment(error)) {
-    if (error) return folder::cannot_look(base_, error);
+    std::error_code none;  // of one that went away meanwhile
     const fs::path relative = it->path().lexically_relative(base_);
-    if (("/" + relative.string()).starts_with(folder::kAside) && it->is_directory(error))
+    if (("/" + relative.string()).starts_with(folder::kAside) && it->is_directory(none))
       it.disable_recursion_pending();  // an update on the way: no part of the set yet
     if (it->path().extension() != folder::kTileSuffix) {
-      if (it.depth() > 0 ? it->is_directory(error) || !folder::is_level(*relative.begin())
+      if (it.depth() > 0 ? it->is_directory(none) || !folder::is_level(*relative.begin())
                          : folder::is_own_name(relative.string(), blocks) ||
                                (moving_ && folder::is_blocks(it->path())))
         continue;
-      listing.others.push_back(relative.string() + (it->is_directory(error) ? "/" : ""));
+      listing.others.push_back(relative.string() + (it->is_directory(none) ? "/" : ""));
       continue;
     }
     if (const auto id = folder::tile_of_path(relative)) {
@@ -226,6 +226,7 @@ Result<std::optional<StoreListing>> FolderStore::list() const {
       listing.strays.push_back(relative.string());
     }
   }
+  if (error) return folder::cannot_look(base_, error);  // at its end, too: what was seen is not all
   for (auto& level : listing.levels) std::ranges::sort(level);
   std::ranges::sort(listing.strays);
   std::ranges::sort(listing.others);

@@ -167,7 +167,7 @@ TEST_F(Keeper, IsAllOrNothing) {
       {table("b", "b.asc") + "[[dataset]]\nfiles = [\"loop\"]\n", "loop"},
       {table("b", "b.asc") + table("c", std::string(300, 'x') + ".asc"), "xxx.asc"},
       {table("b", "b.asc") + "[[dataset]]\nname = \"half", "tind.toml:"},
-      {"catalog = \"" + in_folder("none") + "\"\n", "none: cannot be read"},
+      {"catalog = \"" + in_folder("none") + "\"\n", "cannot look into"},
   };
   for (const auto& [toml, words] : bad) {
     load(toml);

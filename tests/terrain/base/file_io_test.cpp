@@ -60,6 +60,15 @@ TEST(FileIo, a_link_stays_a_link_and_permissions_are_those_of_a_new_file) {
   EXPECT_EQ(unsigned(fs::status(dir.path() / "a").permissions()), 0666u & ~mask);
 }
 
+TEST(FileIo, what_cannot_be_opened_is_not_what_is_not_there) {
+  const tind::test::TempDir dir;
+  EXPECT_EQ(read_regular_file(dir.file("none")).error().code, Errc::not_found);
+  ASSERT_TRUE(write_whole_file(dir.file("file"), ""));
+  EXPECT_EQ(read_whole_file(dir.file("file/below")).error().code, Errc::not_found);
+  fs::create_symlink(dir.file("circle"), dir.file("circle"));
+  EXPECT_EQ(read_regular_file(dir.file("circle")).error().code, Errc::io);
+}
+
 TEST(FileIo, whether_a_file_can_be_written_is_known_beforehand) {
   const tind::test::TempDir dir;
   EXPECT_TRUE(can_write_file(dir.file("new")));

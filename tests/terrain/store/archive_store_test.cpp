@@ -373,6 +373,24 @@ TEST(CopyStore, NothingIsCopiedIntoItself) {
             Errc::bad_data);
 }
 
+TEST(CopyStore, WhatIsThereAndCannotBeReadIsNotLeftOut) {
+  test::TempDir folder;
+  InMemory from;
+  DemInfo info;
+  info.cols = info.rows = 20;
+  SourceBlocks blocks(info);
+  blocks.add(0, 0, HeightGrid(20, 20));
+  from.made->heights = blocks.digest(), from.blocks = blocks.encode();
+  const std::string tiles = folder.file("tiles");
+  ASSERT_TRUE(copy_store(from, tiles, {}));
+  const std::string kept = tiles + "/tind-blocks-" + blocks.digest();
+  std::filesystem::remove(kept);
+  std::filesystem::create_symlink(kept, kept);  // round in a circle: also root cannot open it
+  EXPECT_EQ(copy_store(*open_store(tiles), folder.file("x.pmtiles"), {}).error().code, Errc::io);
+  std::filesystem::remove(kept);
+  EXPECT_TRUE(copy_store(*open_store(tiles), folder.file("x.pmtiles"), {})) << "there are none";
+}
+
 /// 4 MB of zeros are 5 kB as gzip, and would be a directory of a million tiles.
 TEST(PmtilesStore, ADirectoryIsNoLargerThanItHasToBe) {
   test::TempDir folder;
