@@ -136,5 +136,92 @@ proxy.server = ("" => (("host" => "127.0.0.1", "port" => {behind})))
     return Peer("lighttpd", ["lighttpd", "-D", "-f", folder / "conf"], port)
 
 
+def squid(work, behind):
+    needs("squid")
+    port = free_port()
+    folder = written(work, "squid", f"""http_port 127.0.0.1:{port} accel defaultsite=test no-vhost
+cache_peer 127.0.0.1 parent {behind} 0 no-query originserver name=d
+cache_peer_access d allow all
+http_access allow all
+never_direct allow all
+cache deny all
+access_log none
+cache_log {work}/squid/log
+pid_filename {work}/squid/pid
+coredump_dir {work}/squid
+shutdown_lifetime 1 seconds
+workers 1
+""")
+    return Peer("squid", ["squid", "-N", "-f", folder / "conf"], port)
+
+
+def nghttpx(work, behind):
+    needs("nghttpx")
+    port = free_port()
+    folder = written(work, "nghttpx", f"""frontend=127.0.0.1,{port};no-tls
+backend=127.0.0.1,{behind}
+workers=1
+single-process=yes
+errorlog-file={work}/nghttpx/log
+pid-file={work}/nghttpx/pid
+""")
+    return Peer("nghttpx", ["nghttpx", f"--conf={folder / 'conf'}"], port)
+
+
+def caddy(work, behind):
+    needs("caddy")
+    port = free_port()
+    folder = written(work, "caddy", f"""{{
+\tadmin off
+\tauto_https off
+}}
+http://:{port} {{
+\tbind 127.0.0.1
+\treverse_proxy 127.0.0.1:{behind}
+}}
+""")
+    return Peer("caddy", ["env", f"HOME={folder}", f"XDG_DATA_HOME={folder}", f"XDG_CONFIG_HOME={folder}",
+                          "caddy", "run", "--adapter", "caddyfile", "--config", folder / "conf"], port)
+
+
+def trafficserver(work, behind):
+    needs("traffic_server")
+    port = free_port()
+    folder = written(work, "trafficserver", "")
+    for name in ("etc", "var", "log", "cache"):
+        (folder / name).mkdir(exist_ok=True)
+        (folder / name).chmod(0o777)
+    (folder / "runroot.yaml").write_text(f"""prefix: {folder}
+exec_prefix: {folder}
+bindir: /usr/bin
+sbindir: /usr/sbin
+sysconfdir: {folder}/etc
+datadir: {folder}/cache
+includedir: /usr/include
+libdir: /usr/lib/trafficserver
+libexecdir: /usr/lib/trafficserver/modules
+localstatedir: {folder}/var
+runtimedir: {folder}/var
+logdir: {folder}/log
+cachedir: {folder}/cache
+""")
+    (folder / "etc/remap.config").write_text(f"map / http://127.0.0.1:{behind}/\n")
+    (folder / "etc/ip_allow.yaml").write_text("ip_allow:\n  - apply: in\n    ip_addrs: 127.0.0.1\n    action: allow\n    methods: ALL\n")
+    (folder / "etc/storage.config").write_text(f"{folder}/cache 16M\n")
+    (folder / "etc/records.config").write_text(f"""CONFIG proxy.config.http.server_ports STRING {port}:ip-in=127.0.0.1
+CONFIG proxy.config.http.cache.http INT 0
+CONFIG proxy.config.reverse_proxy.enabled INT 1
+CONFIG proxy.config.url_remap.remap_required INT 1
+CONFIG proxy.config.url_remap.pristine_host_hdr INT 1
+CONFIG proxy.config.log.logging_enabled INT 0
+CONFIG proxy.config.exec_thread.autoconfig INT 0
+CONFIG proxy.config.exec_thread.limit INT 1
+CONFIG proxy.config.http.connect_attempts_max_retries INT 0
+CONFIG proxy.config.admin.user_id STRING #-1
+""")
+    return Peer("trafficserver", ["traffic_server", f"--run-root={folder}/runroot.yaml"], port)
+
+
 SERVERS = {"nginx": nginx, "haproxy": haproxy, "h2o": h2o}
-FRONTS = {"haproxy": haproxy, "varnish": varnish, "nginx": nginx, "apache2": apache, "lighttpd": lighttpd, "h2o": h2o}
+FRONTS = {"haproxy": haproxy, "varnish": varnish, "nginx": nginx, "apache2": apache, "lighttpd": lighttpd, "h2o": h2o,
+          "squid": squid, "trafficserver": trafficserver, "nghttpx": nghttpx, "caddy": caddy}
