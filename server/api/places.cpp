@@ -241,6 +241,10 @@ class CsvPlaces : public PlacesDocument {
   }
 
   bool find_columns(Problems& problems) {
+    if (csv::has_open_quote(head_)) {
+      problems.add("line 1", csv::kOpenQuote);
+      return false;
+    }
     const auto found = csv::PlaceColumns::in(head_, degrees_);
     if (!found) {
       problems.add("body", std::string("its first line must name the columns ") +

@@ -22,7 +22,7 @@ namespace {
 using Ordered = nlohmann::ordered_json;
 using services::Job;
 
-constexpr std::size_t kMostListed = 1000;
+constexpr std::size_t kMostListed = 100'000;  // before they are filtered
 constexpr std::string_view kNoSuchJob =
     "http://www.opengis.net/def/exceptions/ogcapi-processes-1/1.0/no-such-job";
 

@@ -45,11 +45,11 @@ struct MappedFile {
 };
 
 std::shared_ptr<const MappedFile> map_file(const std::string& path) {
-  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a pipe is none
   if (file < 0) return nullptr;
   auto mapped = std::make_shared<MappedFile>();
   struct stat facts {};
-  if (::fstat(file, &facts) == 0 && facts.st_size > 0) {
+  if (::fstat(file, &facts) == 0 && S_ISREG(facts.st_mode) && facts.st_size > 0) {
     mapped->size = std::size_t(facts.st_size);
     void* const at = ::mmap(nullptr, mapped->size, PROT_READ, MAP_PRIVATE, file, 0);
     if (at == MAP_FAILED)
@@ -64,6 +64,12 @@ std::shared_ptr<const MappedFile> map_file(const std::string& path) {
 http::Reply lost(std::string_view target) {
   return http::problem_reply(
       {.status = 503, .detail = "The result cannot be read at the moment.", .instance = target});
+}
+
+http::Reply damaged(std::string_view target) {
+  return http::problem_reply({.status = 500,
+                              .detail = "The result is not as the job made it; ask for it again.",
+                              .instance = target});
 }
 
 http::Reply file_reply(const std::string& path, const JobOrder::Output& output,
@@ -221,6 +227,7 @@ void read_results(Members& body, JobOrder& order, Problems& problems) {
 http::Reply results_reply(const services::Jobs& jobs, const Job& job,
                           const http::Conditions& client, std::string_view target) {
   if (job.status != JobStatus::successful) return none(job, target);
+  if (!jobs.is_whole(job)) return damaged(target);
   const JobOrder order = order_of(job);
   if (order.outputs.empty()) return lost(target);
   if (!order.document) return one(jobs, job, order, order.outputs.front(), client, target);
@@ -242,6 +249,7 @@ http::Reply results_reply(const services::Jobs& jobs, const Job& job,
 http::Reply result_reply(const services::Jobs& jobs, const Job& job, std::string_view name,
                          const http::Conditions& client, std::string_view target) {
   if (job.status != JobStatus::successful) return none(job, target);
+  if (!jobs.is_whole(job)) return damaged(target);
   const JobOrder order = order_of(job);
   const auto output = std::ranges::find(order.outputs, name, &JobOrder::Output::name);
   if (output == order.outputs.end())

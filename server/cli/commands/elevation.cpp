@@ -174,6 +174,7 @@ class Table {
     while (head.empty() && next(head)) {
     }
     if (head.starts_with("\xef\xbb\xbf")) head.erase(0, 3);
+    if (csv::has_open_quote(head)) return wrong(number_, csv::kOpenQuote);
     const auto columns = csv::PlaceColumns::in(head, is_geographic(a_.crs));
     if (!columns)
       return wrong(1, std::string("must name the columns ") + csv::kPlaceColumns +

@@ -299,7 +299,8 @@ Result<http::StaticFiles> load_viewer(const Config& config, const Environment& e
   const std::string directory =
       config.viewer.empty() ? environment.data_dir() + "/viewer" : config.viewer;
   auto files = http::StaticFiles::load(directory);
-  if (files || !config.viewer.empty()) return files;
+  if (files) return files;
+  if (!config.viewer.empty()) return fail("viewer", files.error());
   spdlog::warn("no viewer in {}: serving data only", directory);
   return http::StaticFiles();
 }

@@ -105,6 +105,9 @@ Result<TomlValue::Table> table_of(const toml::table& from, const std::string& fi
 Result<TomlValue> value_of(const toml::node& node, const std::string& file) {
   TomlValue made{int(node.source().begin.line), node.is_string(), std::string()};
   if (const auto* text = node.as_string()) {
+    if (text->get().contains('\0'))  // a file's name would end there
+      return fail(Errc::invalid_argument,
+                  fmt::format("{}:{}: a text holds the character 0", file, made.line));
     made.value = text->get();
   } else if (const auto* whole = node.as_integer()) {
     made.value = std::to_string(whole->get());

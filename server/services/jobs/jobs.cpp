@@ -131,6 +131,8 @@ std::string Jobs::path_of(const Job& job, const JobOrder::Output& output) const 
   return folder_of(job.id) + "/" + output.file;
 }
 
+bool Jobs::is_whole(const Job& job) const { return bytes_in(folder_of(job.id)) == job.bytes; }
+
 namespace {
 
 Result<void> as_they_were(const std::map<std::string, std::string>& sources) {
@@ -165,6 +167,9 @@ Result<void> Jobs::recover() {
     live_.emplace(live->job.id, live);
     ++counts_.waiting;
   }
+  std::set<std::string> clients;
+  for (const auto& [id, live] : live_) clients.insert(live->job.client);
+  for (const std::string& client : clients) count_stored_of(client);
   remove_unknown_jobs(folder_, *store_);
   return {};
 }
@@ -191,6 +196,28 @@ std::optional<Error> Jobs::no_room(const std::string& client) const {
 bool Jobs::may_begin() const {
   return counts_.running == 0 ||
          stored_bytes_ + (counts_.running + 1) * limits_.each.file_bytes <= limits_.stored_bytes;
+}
+
+/// The same of one client's results, of which it may have as many. Under the mutex.
+bool Jobs::may_begin_of(const std::string& client) const {
+  const auto running = std::ranges::count_if(live_, [&](const auto& one) {
+    return one.second->running && one.second->job.client == client;
+  });
+  const auto stored = stored_of_.find(client);
+  return running == 0 || (stored == stored_of_.end() ? 0 : stored->second) +
+                                 (std::uint64_t(running) + 1) * limits_.each.file_bytes <=
+                             limits_.stored_per_client;
+}
+
+/// Not under the mutex, as count_stored().
+void Jobs::count_stored_of(const std::string& client) {
+  const auto stored = store_->bytes_of(client);
+  const std::lock_guard lock(mutex_);
+  if (stored) stored_of_[client] = *stored;
+  std::erase_if(stored_of_, [&](const auto& one) {
+    return std::ranges::none_of(live_,
+                                [&](const auto& l) { return l.second->job.client == one.first; });
+  });
 }
 
 /// Not under the mutex: the list may be waiting for its disk.
@@ -225,6 +252,7 @@ Result<Job> Jobs::submit(const JobOrder& order, Done done, std::stop_token gone,
     if (stopping_) return fail(Errc::busy, kAboutToEnd);
     if (auto full = no_room(order.client)) return std::unexpected(*full);
     live_.emplace(job.id, live);  // has its place; nobody begins it yet
+    if (own) stored_of_[order.client] = *own;
   }
   const auto give_up = [&](Error error) -> Result<Job> {
     const std::lock_guard lock(mutex_);
@@ -319,16 +347,24 @@ Jobs::Counts Jobs::counts() const {
   return last_;
 }
 
-/// Clients take turns: the oldest job of the one whose last turn is longest ago. Under the mutex.
-std::shared_ptr<Jobs::Live> Jobs::next() {
-  const auto client_of = [this](const std::string& id) -> const std::string& {
-    return live_.find(id)->second->job.client;
-  };
-  const auto last_turn = [&](const std::string& id) {
-    const auto found = turns_.find(client_of(id));
-    return found == turns_.end() ? 0 : found->second;
-  };
-  const auto first = std::ranges::min_element(queue_, {}, last_turn);
+/// Clients take turns: the oldest job of the one whose last turn is longest ago, of those whose
+/// results have room. The end: none may begin. Under the mutex.
+std::vector<std::string>::iterator Jobs::next_in_queue() {
+  if (!may_begin()) return queue_.end();
+  auto first = queue_.end();
+  std::uint64_t earliest = 0;
+  for (auto id = queue_.begin(); id != queue_.end(); ++id) {
+    const std::string& client = live_.find(*id)->second->job.client;
+    const auto found = turns_.find(client);
+    const std::uint64_t turn = found == turns_.end() ? 0 : found->second;
+    if ((first != queue_.end() && turn >= earliest) || !may_begin_of(client)) continue;
+    first = id, earliest = turn;
+  }
+  return first;
+}
+
+/// Begins it. Under the mutex.
+std::shared_ptr<Jobs::Live> Jobs::take(std::vector<std::string>::iterator first) {
   const std::shared_ptr<Live> live = live_.find(*first)->second;
   turns_[live->job.client] = ++turn_;  // may lack memory: before anything has changed
   queue_.erase(first);
@@ -347,9 +383,10 @@ void Jobs::work(const std::stop_token& stop) {
     std::shared_ptr<Live> live;
     {
       std::unique_lock lock(mutex_);
-      wake_.wait_for(lock, stop, kSweep, [this] { return !queue_.empty() && may_begin(); });
+      auto first = queue_.end();
+      wake_.wait_for(lock, stop, kSweep, [&] { return (first = next_in_queue()) != queue_.end(); });
       if (stop.stop_requested()) return;
-      if (!queue_.empty() && may_begin()) live = next();
+      if (first != queue_.end()) live = take(first);
     }
     if (live) run(live, stop);
     if (const auto now = std::chrono::steady_clock::now(); now - kSweep > swept) {
@@ -387,7 +424,8 @@ const char* Jobs::no_room_for_results(const std::string& client) const {
                         std::uint64_t most) {
     return !stored || *stored + more * limits_.each.file_bytes <= most;
   };
-  if (!fits(store_->bytes_of(client), of_client, limits_.stored_per_client))
+  // Beside others of its client it began because there was room for both.
+  if (of_client == 1 && !fits(store_->bytes_of(client), 1, limits_.stored_per_client))
     return kNoRoomForYourResults;
   return fits(store_->total_bytes(), running, limits_.stored_bytes) ? nullptr : kNoRoomForResults;
 }
@@ -560,7 +598,8 @@ void Jobs::end(const std::shared_ptr<Live>& live, JobStatus status, std::string 
       if (!kept) unsaved_[ended.id] = ended;
       if (live->running) --counts_.running;
       stored_bytes_ += bytes;  // at once: what is running no more is stored
-      wake_.notify_all();      // there may be room for the results of more
+      stored_of_[ended.client] += bytes;
+      wake_.notify_all();  // there may be room for the results of more
       live_.erase(ended.id);
       ++(status == JobStatus::successful ? counts_.successful
          : status == JobStatus::failed   ? counts_.failed
@@ -568,6 +607,7 @@ void Jobs::end(const std::shared_ptr<Live>& live, JobStatus status, std::string 
       done = std::move(live->done);
     }
     count_stored();
+    count_stored_of(ended.client);
     if (done) done(ended);
     return;
   }
@@ -582,6 +622,7 @@ void Jobs::forget(const Job& job) {
   fs::remove_all(folder_of(job.id), ignored);
   (void)store_->remove(job.id);
   count_stored();
+  count_stored_of(job.client);
 }
 
 void Jobs::sweep() {

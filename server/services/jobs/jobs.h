@@ -70,6 +70,8 @@ class Jobs {
 
   /// Where an output of a successful job lies.
   std::string path_of(const Job&, const JobOrder::Output&) const;
+  /// Are there as many bytes as it made? What was cut since is no result.
+  bool is_whole(const Job&) const;
   const JobLimits& limits() const { return limits_; }
 
   struct Counts {
@@ -106,7 +108,7 @@ class Jobs {
   void drop_left();
   Result<void> recover();
   void work(const std::stop_token&);
-  std::shared_ptr<Live> next();
+  std::shared_ptr<Live> take(std::vector<std::string>::iterator queued);
   void run(const std::shared_ptr<Live>&, const std::stop_token&);
   void hear(Live&, std::string_view line, std::string& said) const;
   /// Of one whose program ended without having done it, or whose daemon stops.
@@ -116,6 +118,9 @@ class Jobs {
   std::string folder_of(std::string_view id) const;
   std::optional<Error> no_room(const std::string& client) const;
   bool may_begin() const;
+  bool may_begin_of(const std::string& client) const;
+  std::vector<std::string>::iterator next_in_queue();
+  void count_stored_of(const std::string& client);
   const char* no_room_for_results(const std::string& client) const;
   void count_stored();
 
@@ -130,6 +135,7 @@ class Jobs {
   std::vector<std::string> queue_;              // ids, the oldest first
   std::map<std::string, std::uint64_t> turns_;  // of clients that have any: which was their last
   std::uint64_t turn_ = 0;
+  std::map<std::string, std::uint64_t> stored_of_;  // clients that have any live: of their results
   Counts counts_;
   std::atomic<std::uint64_t> stored_bytes_ = 0;  // of results, as the list said when last asked
   mutable std::mutex last_mutex_;                // of what counts() said last

@@ -1,19 +1,23 @@
 #include "terrain/store/folder/folder_contents.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <charconv>
 #include <chrono>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <set>
 
+#include "terrain/base/descriptor.h"
+#include "terrain/base/errno_text.h"
 #include "terrain/base/folder_entries.h"
 #include "terrain/base/hash.h"
+#include "terrain/base/whole_io.h"
 
 namespace tind::folder {
 
@@ -35,11 +39,13 @@ fs::file_type type_of(const std::string& path) {
 
 namespace {
 
-std::string beginning_of(const std::string& path) {
+Result<std::string> beginning_of(const std::string& path) {
   std::string text(8, '\0');
-  std::ifstream in(path, std::ios::binary);
-  in.read(text.data(), std::streamsize(text.size()));
-  text.resize(std::size_t(in.gcount()));
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  const auto got = file.get() < 0 ? ReadBytes{.error = errno}
+                                  : read_up_to(file.get(), 0, text.data(), text.size());
+  if (got.error != 0) return fail(Errc::io, "cannot read " + path + ": " + errno_text(got.error));
+  text.resize(got.size);
   return text;
 }
 
@@ -85,7 +91,8 @@ Result<void> check_names(const std::string& folder, bool claimed) {
     const auto type = type_of(path);
     if (type == fs::file_type::not_found) continue;
     if (type != fs::file_type::regular) return in_the_way(path, "is not a file");
-    if (!claimed && beginning_of(path) != beginning) return in_the_way(path, "is there");
+    if (!claimed && beginning_of(path).value_or("") != beginning)
+      return in_the_way(path, "is there");
   }
   for (const char* name : {kPartial, kAside, kReady}) {
     const std::string path = folder + name;
@@ -111,12 +118,23 @@ bool is_own_name(const std::string& name, const std::string& digest) {
          name == "3dtiles" || name.starts_with("3dtiles-");  // of tiles that lie here
 }
 
-bool is_blocks(const std::string& path) {
+namespace {
+
+/// Fails where the file has the name of one and cannot be read.
+Result<bool> holds_blocks(const std::string& path) {
   const std::string name = "/" + fs::path(path).filename().string();
-  return name.starts_with(kBlocks) &&
-         all_of_hex(std::string_view(name).substr(std::string_view(kBlocks).size()), 32) &&
-         type_of(path) == fs::file_type::regular && beginning_of(path).starts_with("TNSB");
+  if (!name.starts_with(kBlocks) ||
+      !all_of_hex(std::string_view(name).substr(std::string_view(kBlocks).size()), 32) ||
+      type_of(path) != fs::file_type::regular)
+    return false;
+  const auto begins = beginning_of(path);
+  if (!begins) return std::unexpected(begins.error());
+  return begins->starts_with("TNSB");
 }
+
+}  // namespace
+
+bool is_blocks(const std::string& path) { return holds_blocks(path).value_or(false); }
 
 std::string tile_path(const std::string& folder, TileId id) {
   return folder + "/" + id.text() + kTileSuffix;
@@ -234,7 +252,9 @@ Result<void> remove_other_blocks(FolderFiles& files, const std::string& folder,
   if (!entries) return std::unexpected(entries.error());
   for (const fs::directory_entry& entry : *entries) {
     const std::string path = entry.path().string();
-    if (path == folder + kBlocks + digest || !is_blocks(path)) continue;
+    const auto others = path == folder + kBlocks + digest ? false : holds_blocks(path);
+    if (!others) return std::unexpected(others.error());
+    if (!*others) continue;
     if (auto done = files.remove(path); !done) return done;
   }
   return {};

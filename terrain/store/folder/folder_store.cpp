@@ -237,7 +237,9 @@ Result<std::optional<StoreListing>> FolderStore::list() const {
 std::vector<StoreFault> FolderStore::faults() const {
   std::vector<StoreFault> faults;
   const auto own_name = [](const std::string& path) { return path.substr(1); };  // without the '/'
-  if (damaged_) faults.push_back({StoreFault::In::ledger, own_name(folder::kLedger), "damaged"});
+  if (damaged_)
+    faults.push_back({StoreFault::In::ledger, own_name(folder::kLedger),
+                      damaged_->code == Errc::io ? "cannot be read" : "damaged"});
   const auto known = ledger();
   if (const auto text = read_stored_file(base_ + folder::kRecord);
       known && !moving_ && !(text && known->belongs_to(text_of(*text))))

@@ -313,6 +313,7 @@ TEST_F(Elevation, NamesWhatIsWrongWithManyPlaces) {
            Case{"", "text/csv", "", "body"},
            Case{"", "text/csv", "a,b\n1,2\n", "body"},
            Case{"", "text/csv", "lon,lat\n", "body"},
+           Case{"", "text/csv", "lon,lat,\"name\n1,2,x\n", "line 1"},
            Case{"", "text/csv", "lon,lat\n1,2\n1,x\n", "line 3"},
        }) {
     const HttpReply reply = send(wrong.query, wrong.type, wrong.body);

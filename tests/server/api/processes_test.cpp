@@ -159,6 +159,11 @@ TEST_F(ProcessesApi, AResultThatIsJsonIsAFileAsAnyOther) {
   EXPECT_EQ(get(job + "/results", "If-Match: \"another\"\r\n").status, 412);
   EXPECT_EQ(HttpClient(port()).head(job + "/results", "Range: bytes=5-9\r\n").status, 200)
       << "parts are of GET";
+
+  for (const auto& made : std::filesystem::directory_iterator(dir_.file(job.substr(1))))
+    std::filesystem::resize_file(made.path(), 20);
+  EXPECT_EQ(get(job + "/results").status, 500) << "what was cut since is no result";
+  EXPECT_EQ(get(job + "/results", "Range: bytes=5-9\r\n").status, 500);
 }
 
 TEST_F(ProcessesApi, APolygonIsTheRimOfTheMesh) {

@@ -97,6 +97,8 @@ TEST_F(Elevation, WhatIsWrongNamesItsLineAndLeavesNoTable) {
   const auto broken = code("x,y,name\n-121.76,46.85,\"of two\n-121.7,46.8,lines\"\n");
   EXPECT_EQ(broken.code, 65);
   EXPECT_NE(broken.out.find("line 2 has a quote that does not end"), std::string::npos);
+  EXPECT_NE(code("x,y,\"name\n-121.76,46.85,a\n").out.find("line 1 has a quote"),
+            std::string::npos);
   const auto far = code("x,y\n-121.76,46.85\n-121.76,95\n");
   EXPECT_EQ(far.code, 2);
   EXPECT_NE(far.out.find("line 3"), std::string::npos) << far.out;

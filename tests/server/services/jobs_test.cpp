@@ -351,6 +351,26 @@ TEST_F(JobsTest, OneClientsResultsLeaveRoomForOthers) {
   EXPECT_EQ(run(*jobs, shell(make, "a")).status, JobStatus::successful);
 }
 
+TEST_F(JobsTest, ThoseOfAClientWhoseResultsHaveNoRoomBesideItsOthersWaitForThem) {
+  JobLimits limits;
+  limits.running = 4;
+  limits.stored_per_client = 25000, limits.each.file_bytes = 10000;  // of two at a time
+  const auto jobs = open(limits);
+  std::vector<std::promise<Job>> ends(7);
+  for (std::size_t i = 0; i < ends.size(); ++i)
+    ASSERT_TRUE(jobs->submit(shell("sleep 0.2", i < 6 ? "a" : "b"),
+                             [&end = ends[i]](const Job& job) { end.set_value(job); }));
+  std::size_t most = 0;
+  for (auto& end : ends) {
+    auto future = end.get_future();
+    while (future.wait_for(10ms) != std::future_status::ready)
+      most = std::max(most, jobs->counts().running);
+    const Job job = future.get();
+    EXPECT_EQ(job.status, JobStatus::successful) << job.message;
+  }
+  EXPECT_EQ(most, 3u) << "two of one, and the other's";
+}
+
 TEST_F(JobsTest, ResultsOfThoseThatWaitedFillTheStoreNoFurther) {
   JobLimits limits;
   limits.stored_bytes = 31000, limits.each.file_bytes = 10000;

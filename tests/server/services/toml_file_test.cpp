@@ -57,6 +57,11 @@ TEST(TomlFile, DotsAndBracketsOfTextsAreNoNesting) {
   EXPECT_EQ(error(times(63, "a.") + "b = 1\n"), "");
 }
 
+TEST(TomlFile, NoTextHoldsTheCharacterThatEndsNamesOfFiles) {
+  EXPECT_NE(error("a = 1\ns = \"a.tif\\u0000x\"\n").find("x.toml:2: a text holds the character 0"),
+            std::string::npos);
+}
+
 /// toml++ 3.3 calls U+00A1 to U+0499 unreachable there.
 TEST(TomlFile, LettersThatAreNotAsciiStandInQuotes) {
   for (const char* wrong : {"gr\xc3\xb6\xc3\x9f"

@@ -3,8 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <array>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <set>
@@ -146,6 +148,35 @@ TEST_F(FolderStoreTest, AListIsWhatLiesThere) {
                                              ElementsAre(TileId{1, 2, 1})));
   EXPECT_THAT((*listed)->strays, ElementsAre("1/2/x.terrain"));
   EXPECT_EQ(open_store(folder_.file("none"))->list().error().code, Errc::not_found);
+}
+
+/// As a user who is not the files' own: root may look into everything.
+class AsSomebodyElse {
+ public:
+  AsSomebodyElse() : user_(::geteuid()) {
+    if (user_ == 0 && ::seteuid(65534) != 0) ADD_FAILURE();
+  }
+  ~AsSomebodyElse() {
+    if (user_ == 0 && ::seteuid(user_) != 0) std::abort();
+  }
+
+ private:
+  const uid_t user_;
+};
+
+TEST_F(FolderStoreTest, APartOfAListingIsNone) {
+  write(1, "a");
+  const fs::path closed = path() + "/1";
+  fs::permissions(fs::path(path()).parent_path(), fs::perms(0755));
+  fs::permissions(closed, fs::perms::none);
+  {
+    const AsSomebodyElse nobody;
+    const auto listed = open_store(path())->list();
+    ASSERT_FALSE(listed) << "what was seen of it is not all there is";
+    EXPECT_EQ(listed.error().code, Errc::io);
+  }
+  fs::permissions(closed, fs::perms(0755));
+  EXPECT_TRUE(open_store(path())->list());
 }
 
 TEST_F(FolderStoreTest, WhatIsDamagedBesideTheTilesIsNamed) {
