@@ -433,10 +433,11 @@ int run(Arguments a) {
       archive = *packed;
     }
   }
+  std::error_code none;
   if (report->built > 0 && !remote::is_remote(a.options.output))
     for (const auto compression : {GlbCompression::none, GlbCompression::meshopt})
       if (const std::string folder = tiles3d_folder(a.options.output, compression);
-          std::filesystem::exists(folder + "/tileset.json") &&
+          std::filesystem::exists(folder + "/tileset.json", none) &&
           !(a.format == kTiles3d && compression == a.compression))
         warn(folder + ": 3D Tiles of the tiles before; --format 3dtiles" +
              (compression == GlbCompression::none ? "" : " --compression " + name_of(compression)) +

@@ -129,6 +129,8 @@ std::string difference(const Json& found, const Json& wanted) {
   if (!is_record(found)) return "a damaged record of a build";
   if (found.value("format", Json()) != wanted["format"])
     return "tiles of a version of tind that kept no ledger of them";
+  if (found.value("epoch", Json()) == 0)
+    return "copied tiles, of which no record says how they were made";
   if (found.value("epoch", Json()) != wanted["epoch"]) {
     return "tiles of another version of tind, which makes other bytes of the same posts (epoch " +
            found.value("epoch", Json()).dump() + ", not " + wanted["epoch"].dump() + ")";
