@@ -14,7 +14,7 @@ from common.work import heights, works
 
 TIERS = ("ci", "gate", "campaign")
 ASKED = "D2, D4: every N of each call x {EIO, ENOSPC, EMFILE, EINTR, ...}, 3,000 points; no false success; run again, same bytes"
-WHY_NOT = ""
+WHY_NOT = "a run takes a sample of its points, another one with each seed: all of them would take hours"
 
 ERRORS = {"openat": ("EIO", "EMFILE", "EINTR", "EACCES"), "read": ("EIO", "EINTR"), "pread64": ("EIO", "EINTR"), "write": ("EIO", "ENOSPC", "EINTR", "EDQUOT"),
           "pwrite64": ("EIO", "ENOSPC"), "fsync": ("EIO", "ENOSPC"), "fdatasync": ("EIO",), "syncfs": ("EIO",), "rename": ("EIO", "ENOSPC"),
