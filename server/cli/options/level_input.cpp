@@ -6,6 +6,7 @@
 
 #include "server/cli/options/mesh_input.h"
 #include "server/cli/options/table_tiles.h"
+#include "server/cli/program/exit.h"
 #include "terrain/raster/datums.h"
 #include "terrain/store/open/stored_tiles.h"
 
