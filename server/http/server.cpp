@@ -13,6 +13,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <cerrno>
 #include <optional>
+#include <stop_token>
 #include <thread>
 #include <vector>
 
@@ -372,11 +373,14 @@ bool Server::run() {
   impl_->wait_for_signal();
   impl_->loops[0]->on_tick = [impl = impl_.get()] { impl->tend(); };
   impl_->wait_for_clients();
-  std::vector<std::thread> threads;
+  std::vector<std::jthread> threads;  // where one cannot be begun, those before it end
   for (std::size_t i = 1; i < impl_->loops.size(); ++i)
-    threads.emplace_back([loop = impl_->loops[i].get()] { loop->run(); });
+    threads.emplace_back([loop = impl_->loops[i].get()](const std::stop_token& stop) {
+      const std::stop_callback at_end(stop, [loop] { loop->stop(); });
+      loop->run();
+    });
   impl_->loops[0]->run();
-  for (std::thread& thread : threads) thread.join();
+  for (std::jthread& thread : threads) thread.join();
   return impl_->all_answered;
 }
 

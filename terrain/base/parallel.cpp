@@ -4,6 +4,7 @@
 #include <atomic>
 #include <exception>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -32,7 +33,11 @@ void parallel_for(std::size_t count, int threads, const std::function<void(std::
   };
   {
     std::vector<std::jthread> pool;
-    for (std::size_t w = 1; w < workers; ++w) pool.emplace_back(work);
+    pool.reserve(workers);
+    try {
+      for (std::size_t w = 1; w < workers; ++w) pool.emplace_back(work);
+    } catch (const std::system_error&) {  // no thread to be had: those that are there do it all
+    }
     work();
   }
   if (first_error) std::rethrow_exception(first_error);

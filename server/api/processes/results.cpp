@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 
 #include "proto/json_text.h"
@@ -66,7 +67,12 @@ http::Reply lost(std::string_view target) {
       {.status = 503, .detail = "The result cannot be read at the moment.", .instance = target});
 }
 
-http::Reply damaged(std::string_view target) {
+/// Nothing where the job's files are as it made them.
+std::optional<http::Reply> refuse_damaged(const services::Jobs& jobs, const Job& job,
+                                          std::string_view target) {
+  const auto whole = jobs.is_whole(job);
+  if (!whole) return lost(target);
+  if (*whole) return std::nullopt;
   return http::problem_reply({.status = 500,
                               .detail = "The result is not as the job made it; ask for it again.",
                               .instance = target});
@@ -227,7 +233,7 @@ void read_results(Members& body, JobOrder& order, Problems& problems) {
 http::Reply results_reply(const services::Jobs& jobs, const Job& job,
                           const http::Conditions& client, std::string_view target) {
   if (job.status != JobStatus::successful) return none(job, target);
-  if (!jobs.is_whole(job)) return damaged(target);
+  if (auto refused = refuse_damaged(jobs, job, target)) return std::move(*refused);
   const JobOrder order = order_of(job);
   if (order.outputs.empty()) return lost(target);
   if (!order.document) return one(jobs, job, order, order.outputs.front(), client, target);
@@ -249,7 +255,7 @@ http::Reply results_reply(const services::Jobs& jobs, const Job& job,
 http::Reply result_reply(const services::Jobs& jobs, const Job& job, std::string_view name,
                          const http::Conditions& client, std::string_view target) {
   if (job.status != JobStatus::successful) return none(job, target);
-  if (!jobs.is_whole(job)) return damaged(target);
+  if (auto refused = refuse_damaged(jobs, job, target)) return std::move(*refused);
   const JobOrder order = order_of(job);
   const auto output = std::ranges::find(order.outputs, name, &JobOrder::Output::name);
   if (output == order.outputs.end())

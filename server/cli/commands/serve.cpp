@@ -20,6 +20,8 @@
 #include <filesystem>
 #include <iterator>
 #include <map>
+#include <stop_token>
+#include <system_error>
 #include <thread>
 
 #include "server/api/app.h"
@@ -164,16 +166,21 @@ bool has_terminal() {
   return terminal >= 0;
 }
 
-/// The process ends with this code even if a worker never looks at its stop token.
+/// The process ends with this code even if a worker never looks at its stop token; where the system
+/// has no thread for that, once all have looked.
 void end_within(std::chrono::milliseconds time, int code) {
-  std::thread([time, code] {
+  const auto end = [time, code] {
     std::this_thread::sleep_for(time);
     constexpr std::string_view kWords = "tind: a worker did not stop in time and is abandoned\n";
     pollfd ready{2, POLLOUT, 0};
     if (::poll(&ready, 1, 0) > 0) [[maybe_unused]]
       const ssize_t size = ::write(2, kWords.data(), kWords.size());
     ::_exit(code);
-  }).detach();
+  };
+  try {
+    std::thread(end).detach();
+  } catch (const std::system_error&) {
+  }
 }
 
 /// What libraries would take by themselves: an arena per thread keeps what was freed, so that with
@@ -423,6 +430,13 @@ int serve(const Config& config, const Options& options) {
   app.server = server->get();
   auto admin = listen_for_admin(config, admin_router);
   if (!admin) return complain(admin.error());
+  // Before anybody is told where it listens: where they cannot be begun there is no daemon.
+  std::jthread admin_loop([&](const std::stop_token& stop) {
+    if (!*admin) return;
+    const std::stop_callback at_end(stop, [&] { (*admin)->stop(); });
+    (*admin)->run();
+  });
+  std::jthread follower([&](const std::stop_token& stop) { keeper.run(stop); });
 
   std::printf("tind: serving %zu datasets at %s\n", catalog.all().size(), (*server)->url().c_str());
   // Whoever waits for that line would wait for ever, unless he has gone.
@@ -434,16 +448,12 @@ int serve(const Config& config, const Options& options) {
     (*server)->stop();
   else if (hung_up)
     keeper.reload();
-  std::jthread follower([&](const std::stop_token& stop) { keeper.run(stop); });
-  std::jthread admin_loop([&] {
-    if (*admin) (*admin)->run();
-  });
   const int code = (*server)->run() ? kOk : kTryAgain;
   end_within(kToEnd, code);
   follower.request_stop();
   if (*jobs) (*jobs)->stop();  // first: a load that goes on may take longer than there is time for
   follower.join();
-  if (*admin) (*admin)->stop();  // whoever asked for that load has its answer
+  admin_loop.request_stop();  // whoever asked for that load has its answer
   admin_loop.join();
   pool.stop();  // before the server goes: what waits here answers through it
   spdlog::info("stopped");

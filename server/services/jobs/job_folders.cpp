@@ -96,12 +96,15 @@ Result<void> sync_results(const std::string& folder) {
   return files.sync_folder(fs::path(folder).parent_path().string());
 }
 
-std::uint64_t bytes_in(const std::string& folder) {
+Result<std::uint64_t> bytes_in(const std::string& folder) {
+  const auto entries = entries_of(folder);
+  if (!entries) return std::unexpected(entries.error());
   std::uint64_t sum = 0;
   std::error_code error;
-  for (fs::directory_iterator file(folder, error), end; !error && file != end;
-       file.increment(error))
-    if (file->is_regular_file(error)) sum += file->file_size(error);
+  for (const fs::directory_entry& file : *entries) {
+    if (file.is_regular_file(error)) sum += file.file_size(error);
+    if (error) return fail(Errc::io, file.path().string() + ": " + error.message());
+  }
   return sum;
 }
 

@@ -28,7 +28,7 @@ void remove_unknown_jobs(const std::string& folder, const JobStore& list);
 /// Puts all that a job's folder holds, and the folder, beyond power cuts.
 Result<void> sync_results(const std::string& folder);
 
-/// Of the files in a job's folder.
-std::uint64_t bytes_in(const std::string& folder);
+/// Of the files in a job's folder. Fails where they cannot all be seen: a part of them is no sum.
+Result<std::uint64_t> bytes_in(const std::string& folder);
 
 }  // namespace tind::services

@@ -131,7 +131,12 @@ std::string Jobs::path_of(const Job& job, const JobOrder::Output& output) const 
   return folder_of(job.id) + "/" + output.file;
 }
 
-bool Jobs::is_whole(const Job& job) const { return bytes_in(folder_of(job.id)) == job.bytes; }
+Result<bool> Jobs::is_whole(const Job& job) const {
+  const auto there = bytes_in(folder_of(job.id));
+  if (!there && there.error().code == Errc::not_found) return false;
+  if (!there) return std::unexpected(there.error());
+  return *there == job.bytes;
+}
 
 namespace {
 
@@ -567,14 +572,18 @@ void Jobs::end(const std::shared_ptr<Live>& live, JobStatus status, std::string 
     std::error_code ignored;
     if (live->dismissed) status = JobStatus::dismissed, message = "dismissed";
     if (status != JobStatus::successful) fs::remove_all(folder_of(live->job.id), ignored);
-    if (status == JobStatus::successful)  // before it is written down that they are there
-      if (const auto kept = sync_results(folder_of(live->job.id)); !kept) {
-        spdlog::error("job {}: {}", live->job.id, logging::printable(kept.error().what));
+    std::uint64_t bytes = 0;
+    if (status == JobStatus::successful) {  // before it is written down that they are there
+      const std::string folder = folder_of(live->job.id);
+      const auto kept = sync_results(folder);
+      const auto sum = kept ? bytes_in(folder) : std::unexpected(kept.error());
+      if (!sum) {
+        spdlog::error("job {}: {}", live->job.id, logging::printable(sum.error().what));
         status = JobStatus::failed, message = "its results could not be kept";
         continue;
       }
-    const std::uint64_t bytes =
-        status == JobStatus::successful ? bytes_in(folder_of(live->job.id)) : 0;
+      bytes = *sum;
+    }
     Job ended;
     {
       const std::lock_guard lock(mutex_);

@@ -70,8 +70,9 @@ class Jobs {
 
   /// Where an output of a successful job lies.
   std::string path_of(const Job&, const JobOrder::Output&) const;
-  /// Are there as many bytes as it made? What was cut since is no result.
-  bool is_whole(const Job&) const;
+  /// Are there as many bytes as it made? What was cut since is no result. Fails where its files
+  /// cannot be looked at.
+  Result<bool> is_whole(const Job&) const;
   const JobLimits& limits() const { return limits_; }
 
   struct Counts {

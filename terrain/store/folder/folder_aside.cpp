@@ -148,6 +148,8 @@ namespace {
 Result<void> remove_old_tiles(FolderFiles& files, const std::string& folder,
                               const std::string& ready) {
   const auto old = TileLedger::open(folder + kLedger), now = TileLedger::open(ready + kLedger);
+  for (const auto* ledger : {&old, &now})
+    if (!*ledger && ledger->error().code == Errc::io) return std::unexpected(ledger->error());
   if (!old || !now || old->same_tiles(*now)) return {};
   const auto gone = [&](TileId id) { return !now->names(id); };
   if (auto done = remove_tiles(files, folder, *old, gone); !done) return done;

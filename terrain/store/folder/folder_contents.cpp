@@ -39,6 +39,14 @@ fs::file_type type_of(const std::string& path) {
 
 namespace {
 
+/// Fails where it cannot be told.
+Result<bool> is_of_type(const std::string& path, fs::file_type wanted) {
+  std::error_code error;
+  const auto type = fs::symlink_status(path, error).type();
+  if (type == fs::file_type::none) return cannot_look(path, error);
+  return type == wanted;
+}
+
 Result<std::string> beginning_of(const std::string& path) {
   std::string text(8, '\0');
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
@@ -124,9 +132,9 @@ namespace {
 Result<bool> holds_blocks(const std::string& path) {
   const std::string name = "/" + fs::path(path).filename().string();
   if (!name.starts_with(kBlocks) ||
-      !all_of_hex(std::string_view(name).substr(std::string_view(kBlocks).size()), 32) ||
-      type_of(path) != fs::file_type::regular)
+      !all_of_hex(std::string_view(name).substr(std::string_view(kBlocks).size()), 32))
     return false;
+  if (const auto file = is_of_type(path, fs::file_type::regular); !file || !*file) return file;
   const auto begins = beginning_of(path);
   if (!begins) return std::unexpected(begins.error());
   return begins->starts_with("TNSB");
@@ -227,16 +235,22 @@ Result<void> remove_tiles(FolderFiles& files, const std::string& folder, const T
   };
   for (std::size_t z = 0; z < ledger.levels().size(); ++z) {
     const std::string level = folder + "/" + std::to_string(z);
-    if (type_of(level) != fs::file_type::directory) continue;
+    const auto level_there = is_of_type(level, fs::file_type::directory);
+    if (!level_there) return std::unexpected(level_there.error());
+    if (!*level_there) continue;
     for (const proto::TileRange& r : ledger.levels()[z])
       for (std::uint64_t x = r.start_x; x <= r.end_x; ++x) {
         const std::string column = level + "/" + std::to_string(x);
-        if (type_of(column) != fs::file_type::directory) continue;
+        const auto column_there = is_of_type(column, fs::file_type::directory);
+        if (!column_there) return std::unexpected(column_there.error());
+        if (!*column_there) continue;
         for (std::uint64_t y = r.start_y; y <= r.end_y; ++y) {
           const TileId id{int(z), std::uint32_t(x), std::uint32_t(y)};
           if (!gone(id)) continue;
           const std::string tile = tile_path(folder, id);
-          if (type_of(tile) != fs::file_type::regular) continue;
+          const auto tile_there = is_of_type(tile, fs::file_type::regular);
+          if (!tile_there) return std::unexpected(tile_there.error());
+          if (!*tile_there) continue;
           if (auto done = files.remove(tile); !done) return done;
         }
         if (auto done = remove_if_empty(column); !done) return done;
@@ -252,7 +266,8 @@ Result<void> remove_other_blocks(FolderFiles& files, const std::string& folder,
   if (!entries) return std::unexpected(entries.error());
   for (const fs::directory_entry& entry : *entries) {
     const std::string path = entry.path().string();
-    const auto others = path == folder + kBlocks + digest ? false : holds_blocks(path);
+    if (path == folder + kBlocks + digest) continue;
+    const auto others = holds_blocks(path);
     if (!others) return std::unexpected(others.error());
     if (!*others) continue;
     if (auto done = files.remove(path); !done) return done;

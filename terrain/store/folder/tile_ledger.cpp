@@ -91,19 +91,23 @@ Result<TileLedger> TileLedger::of_bytes(std::string_view bytes, const std::strin
 
 Result<void> TileLedger::read_head(const std::string& name) {
   const auto damaged = [&] { return fail(Errc::bad_data, name + " is damaged"); };
+  const auto unreadable = [&](int code) { return fail(Errc::io, name + ": " + errno_text(code)); };
   struct stat status {};
-  if (file_ < 0 || ::fstat(file_, &status) != 0 || !S_ISREG(status.st_mode)) return damaged();
+  if (::fstat(file_, &status) != 0) return unreadable(errno);
+  if (!S_ISREG(status.st_mode)) return damaged();
   Head head;
-  if (!read_whole_at(file_, 0, &head, sizeof head) || head.magic != kMagic ||
-      head.ranges > kMostRanges ||
+  const auto got = read_up_to(file_, 0, &head, sizeof head);
+  if (got.error != 0) return unreadable(got.error);
+  if (got.size < sizeof head || head.magic != kMagic || head.ranges > kMostRanges ||
       std::uint64_t(status.st_size) < sizeof head + head.ranges * sizeof(Range))
     return damaged();
   if (head.version != kVersion)
     return fail(Errc::unsupported, name + " is of another version of tind");
   std::vector<Range> ranges(head.ranges);
-  if (!read_whole_at(file_, sizeof head, ranges.data(), ranges.size() * sizeof(Range)) ||
-      hash_of(head, ranges) != head.hash)
-    return damaged();
+  const std::size_t size = ranges.size() * sizeof(Range);
+  const auto more = read_up_to(file_, sizeof head, ranges.data(), size);
+  if (more.error != 0) return unreadable(more.error);
+  if (more.size < size || hash_of(head, ranges) != head.hash) return damaged();
   seed_ = head.record;
   begin_ = begin_of(ranges.size());
   std::uint64_t tiles = 0;

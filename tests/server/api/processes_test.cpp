@@ -160,7 +160,16 @@ TEST_F(ProcessesApi, AResultThatIsJsonIsAFileAsAnyOther) {
   EXPECT_EQ(HttpClient(port()).head(job + "/results", "Range: bytes=5-9\r\n").status, 200)
       << "parts are of GET";
 
-  for (const auto& made : std::filesystem::directory_iterator(dir_.file(job.substr(1))))
+  const std::string folder = dir_.file(job.substr(1));
+  std::filesystem::rename(folder, folder + ".away");
+  std::filesystem::create_symlink(folder, folder);  // which nobody can look into
+  EXPECT_EQ(get(job + "/results").status, 503) << "not seen is not damaged";
+  std::filesystem::remove(folder);
+  EXPECT_EQ(get(job + "/results").status, 500) << "nor is what is gone a result";
+  std::filesystem::rename(folder + ".away", folder);
+  EXPECT_EQ(get(job + "/results").status, 200);
+
+  for (const auto& made : std::filesystem::directory_iterator(folder))
     std::filesystem::resize_file(made.path(), 20);
   EXPECT_EQ(get(job + "/results").status, 500) << "what was cut since is no result";
   EXPECT_EQ(get(job + "/results", "Range: bytes=5-9\r\n").status, 500);

@@ -15,6 +15,7 @@
 #include "terrain/raster/source_blocks.h"
 #include "terrain/store/folder/folder_contents.h"
 #include "terrain/store/folder/folder_files.h"
+#include "terrain/store/folder/tile_ledger.h"
 #include "terrain/store/open/open_store.h"
 #include "tests/support/support.h"
 
@@ -177,6 +178,32 @@ TEST_F(FolderStoreTest, APartOfAListingIsNone) {
   }
   fs::permissions(closed, fs::perms(0755));
   EXPECT_TRUE(open_store(path())->list());
+}
+
+TEST_F(FolderStoreTest, ATileThatCannotBeLookedAtIsNotTakenForGone) {
+  write(1, "a");
+  const auto ledger = TileLedger::open(path() + "/tind-tiles.ledger");
+  ASSERT_TRUE(ledger);
+  FolderFiles files;
+  const auto remove_all = [&] {
+    return folder::remove_tiles(files, path(), *ledger, [](TileId) { return true; });
+  };
+  const fs::path closed = path() + "/1";
+  fs::permissions(fs::path(path()).parent_path(), fs::perms(0777));
+  fs::permissions(path(), fs::perms(0777));
+  fs::permissions(path() + "/0", fs::perms(0777));
+  for (const char* column : {"/0/0", "/0/1"}) fs::permissions(path() + column, fs::perms(0777));
+  fs::permissions(closed, fs::perms::none);
+  {
+    const AsSomebodyElse nobody;
+    const auto removed = remove_all();
+    ASSERT_FALSE(removed) << "an old tile would stay";
+    EXPECT_EQ(removed.error().code, Errc::io);
+  }
+  fs::permissions(closed, fs::perms(0755));
+  EXPECT_TRUE(fs::exists(closed / "2/1.terrain"));
+  EXPECT_TRUE(remove_all());
+  EXPECT_FALSE(fs::exists(closed));
 }
 
 TEST_F(FolderStoreTest, WhatIsDamagedBesideTheTilesIsNamed) {

@@ -54,8 +54,10 @@ Result<std::string> read_all(int from) {
 }
 
 /// Files of the DEM, and what libraries look up; a VRT may name any file.
-sandbox::Allowed allowed_for(const Brief& brief) {
-  sandbox::Allowed allowed{files_of_rasters(brief.files), places_of_proj()};
+Result<sandbox::Allowed> allowed_for(const Brief& brief) {
+  auto files = files_of_rasters(brief.files);
+  if (!files) return std::unexpected(files.error());
+  sandbox::Allowed allowed{std::move(*files), places_of_proj()};
   if (const char* const one = CPLFindFile("gdal", "gdalvrt.xsd"))
     allowed.folders.push_back(std::filesystem::path(one).parent_path().string());
   if (brief.options.allow_vrt) allowed.folders.push_back("/");
@@ -96,8 +98,10 @@ Result<void> Worker::begin() {
   if (::getppid() != pid_t(brief_.parent)) return fail(Errc::cancelled, "nobody waits any more");
   set_up();
   if (brief_.options.allow_vrt) register_vrt();
-  const auto locked = sandbox::lock_down(allowed_for(brief_),
-                                         {.memory_bytes = kMemory, .cpu_seconds = kCpuSeconds});
+  const auto allowed = allowed_for(brief_);
+  if (!allowed) return std::unexpected(allowed.error());
+  const auto locked =
+      sandbox::lock_down(*allowed, {.memory_bytes = kMemory, .cpu_seconds = kCpuSeconds});
   if (!locked) return std::unexpected(locked.error());
   idle_ = std::make_shared<IdleHandles>(kUnpacked, kOpenFiles);
   files_.resize(brief_.files.size());

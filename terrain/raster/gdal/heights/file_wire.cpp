@@ -8,6 +8,7 @@
 #include <map>
 #include <system_error>
 
+#include "terrain/base/folder_entries.h"
 #include "terrain/base/lower_case.h"
 #include "terrain/raster/gdal/gdal_setup.h"
 #include "terrain/raster/gdal/heights/height_band.h"
@@ -294,7 +295,7 @@ bool belongs_to(const std::string& raster, const std::string& other) {
          lower_case(b.filename().string()).starts_with(lower_case(a.stem().string()) + ".");
 }
 
-std::vector<std::string> files_of_rasters(std::span<const std::string> rasters) {
+Result<std::vector<std::string>> files_of_rasters(std::span<const std::string> rasters) {
   using Names = std::multimap<std::string, fs::path>;  // in small letters
   std::map<fs::path, Names> folders;
   std::vector<std::string> found;
@@ -302,10 +303,17 @@ std::vector<std::string> files_of_rasters(std::span<const std::string> rasters) 
     const fs::path path = whole(raster);
     found.push_back(path.string());
     auto [folder, is_new] = folders.try_emplace(path.parent_path());
-    std::error_code error;
-    for (fs::directory_iterator one(folder->first, error), end; is_new && !error && one != end;
-         one.increment(error))
-      folder->second.emplace(lower_case(one->path().filename().string()), one->path());
+    if (is_new) {
+      const auto entries = entries_of(folder->first.string());
+      std::error_code ignored;
+      const auto type = fs::status(folder->first, ignored).type();
+      // Where there is no such folder, there is no such raster either, which is said later.
+      if (!entries && (type == fs::file_type::directory || type == fs::file_type::none))
+        return std::unexpected(entries.error());
+      if (entries)
+        for (const fs::directory_entry& one : *entries)
+          folder->second.emplace(lower_case(one.path().filename().string()), one.path());
+    }
     const std::string stem = lower_case(path.stem().string()) + ".";
     for (auto one = folder->second.lower_bound(stem);
          one != folder->second.end() && one->first.starts_with(stem); ++one)

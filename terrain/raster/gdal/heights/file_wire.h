@@ -34,7 +34,8 @@ Result<OpenedFile> read_opened(std::string_view, const std::string& path, const 
 
 /// Whether a driver may ask for `other` because of `raster`: the same name but for its ending.
 bool belongs_to(const std::string& raster, const std::string& other);
-/// The rasters, and what belongs to each where there is any.
-std::vector<std::string> files_of_rasters(std::span<const std::string> rasters);
+/// The rasters, and what belongs to each where there is any. Fails where a folder cannot be looked
+/// into: a mask that is not seen would be ignored.
+Result<std::vector<std::string>> files_of_rasters(std::span<const std::string> rasters);
 
 }  // namespace tind::gdal

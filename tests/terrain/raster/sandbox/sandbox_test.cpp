@@ -366,10 +366,16 @@ TEST(Sandbox, WhatBelongsToARasterHasItsName) {
   for (const char* name : {"b.tif", "b.tfw", "b.TIF.ovr", "c.tif", "bb.tif"})
     write(folder.file(name), "");
   const std::vector rasters{folder.file("b.tif"), folder.file("c.tif")};
-  EXPECT_THAT(gdal::files_of_rasters(rasters),
-              testing::UnorderedElementsAre(folder.file("b.tif"), folder.file("b.tif"),
-                                            folder.file("b.tfw"), folder.file("b.TIF.ovr"),
-                                            folder.file("c.tif"), folder.file("c.tif")));
+  const auto found = gdal::files_of_rasters(rasters);
+  ASSERT_TRUE(found);
+  EXPECT_THAT(*found, testing::UnorderedElementsAre(folder.file("b.tif"), folder.file("b.tif"),
+                                                    folder.file("b.tfw"), folder.file("b.TIF.ovr"),
+                                                    folder.file("c.tif"), folder.file("c.tif")));
+  EXPECT_TRUE(gdal::files_of_rasters(std::vector{folder.file("none/b.tif")}));
+  EXPECT_TRUE(gdal::files_of_rasters(std::vector{folder.file("b.tif/b.tif")}));
+  const std::string round = folder.file("round");  // a folder that nobody can look into
+  std::filesystem::create_symlink(round, round);
+  EXPECT_FALSE(gdal::files_of_rasters(std::vector{round + "/b.tif"}));
 }
 
 }  // namespace
