@@ -3,7 +3,7 @@ import shutil
 import subprocess
 
 from .programme import TIND
-from .tiff import tiff
+from .tiff import place, tiff
 
 OPTIONS = ["--effort", "fast", "--threads", "1", "--progress", "none"]
 
@@ -62,7 +62,8 @@ def difference(now, wanted):
 
 
 def works(run):
-    """A first build, an update of it, and its copy into an archive; of a DEM of 60 x 50 posts."""
+    """A first build, an update of it, one of a DEM that lost what some tiles were of, a copy into an archive, and a mesh;
+    of a DEM of 60 x 50 posts."""
     before, after = run.work / "before", run.work / "after"
     for folder, raised in ((before, 0), (after, 300)):
         folder.mkdir()
@@ -72,6 +73,14 @@ def works(run):
     old = build.prepare()
     update = Work(run, "update", lambda out: [TIND, "build", after / "dem.tif", "-o", out, *levels, *OPTIONS], start=old)
     update.prepare()
+    border = place(8.07, 47.0, 1 / 1200)  # tiles of level 9 have a side at 8.0859
+    for name, columns in (("wide", 60), ("narrow", 15)):
+        (run.work / f"{name}.tif").write_bytes(tiff([row[:columns] for row in heights()], compress=8, at=border))
+    wide = Work(run, "wide", lambda out: [TIND, "build", run.work / "wide.tif", "-o", out, *levels, *OPTIONS])
+    shrink = Work(run, "shrink", lambda out: [TIND, "build", run.work / "narrow.tif", "-o", out, *levels, *OPTIONS], start=wide.prepare())
+    shrink.prepare()
+    if len([name for name in shrink.wanted if name.endswith(".terrain")]) >= len([name for name in wide.wanted if name.endswith(".terrain")]):
+        raise RuntimeError("shrink: as many tiles as before")
     copy = Work(run, "copy", lambda out: [TIND, "copy", old, out.with_suffix(".pmtiles"), "--progress", "none"])
     copy.result = lambda folder: {p.name: p.read_bytes() for p in folder.glob("out*")}
     copy.prepare()
@@ -79,4 +88,4 @@ def works(run):
                                               "--threads", "1"])
     mesh.result = lambda folder: {p.name: p.read_bytes() for p in folder.glob("out*")}
     mesh.prepare()
-    return [build, update, copy, mesh]
+    return [build, update, shrink, copy, mesh]

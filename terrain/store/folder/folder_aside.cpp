@@ -28,8 +28,11 @@ struct Proof {
   std::optional<TileLedger> ledger;  // of the same places
 };
 
-Json json_in(const std::string& path) {
+/// Nothing where there is no such file, or it is not JSON; fails where it cannot be read, which is
+/// no proof of anything.
+Result<Json> json_in(const std::string& path) {
   const auto text = read_regular_file(path);
+  if (!text && text.error().code != Errc::not_found) return std::unexpected(text.error());
   return text ? json::parse<Json>(*text) : Json();
 }
 
@@ -38,13 +41,16 @@ bool is_tile(const std::string& file) {
 }
 
 /// A build's record here, one above that can become it, and a ledger of either.
-std::optional<Proof> proof_of(const std::string& folder, const std::string& aside) {
-  const Json own = json_in(aside + kRecord);
-  if (!is_record(own) || !is_update(json_in(folder + kRecord), own)) return {};
+Result<std::optional<Proof>> proof_of(const std::string& folder, const std::string& aside) {
+  const auto own = json_in(aside + kRecord), before = json_in(folder + kRecord);
+  for (const auto* record : {&own, &before})
+    if (!*record) return std::unexpected(record->error());
+  if (!is_record(*own) || !is_update(*before, *own)) return std::nullopt;
   Proof proof;
-  proof.digest = json::text(own, "heights").value_or("");
+  proof.digest = json::text(*own, "heights").value_or("");
   for (const std::string& place : {aside, folder}) {
     auto ledger = TileLedger::open(place + kLedger);
+    if (!ledger && ledger.error().code == Errc::io) return std::unexpected(ledger.error());
     if (!ledger) continue;
     proof.ledger = std::move(*ledger);
     break;
@@ -117,8 +123,9 @@ Result<std::vector<std::string>> look_aside(const std::string& folder, const cha
   std::erase_if(*files, [](const std::string& file) { return file.ends_with('/'); });
   if (files->empty()) return files;
   const auto proof = proof_of(folder, aside);
+  if (!proof) return std::unexpected(proof.error());
   for (const std::string& file : *files)
-    if (!proven(aside, file, proof)) return not_ours(aside + file);
+    if (!proven(aside, file, *proof)) return not_ours(aside + file);
   return files;
 }
 
@@ -180,8 +187,9 @@ Result<void> adopt(FolderFiles& files, const std::string& folder) {
     }
     if (auto done = files.sync_folder(folder); !done) return done;
   }
-  const Json record = json_in(folder + kRecord);
-  if (const auto digest = json::text(record, "heights"); digest && is_record(record))
+  const auto record = json_in(folder + kRecord);
+  if (!record) return std::unexpected(record.error());
+  if (const auto digest = json::text(*record, "heights"); digest && is_record(*record))
     if (auto done = remove_other_blocks(files, folder, *digest); !done) return done;
   if (auto done = remove_aside(files, folder, kReady); !done) return done;
   return files.sync_folder(folder);

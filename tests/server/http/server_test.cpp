@@ -1,8 +1,11 @@
 // The whole HTTP side over real sockets: requests in, answers out.
 
+#include <sys/resource.h>
+
 #include <atomic>
 #include <csignal>
 #include <cstdlib>
+#include <system_error>
 
 #include "tests/server/http/server_fixture.h"
 #include "tests/support/http_probes.h"
@@ -174,6 +177,30 @@ TEST(HttpServerListen, SaysWhyItCannot) {
   ASSERT_FALSE(second);
   EXPECT_NE(second.error().what.find("in use"), std::string::npos);
 }
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they need room of their own
+/// Ends with 7 where the caller is told, and the threads that there were have ended.
+[[noreturn]] void run_without_room_for_threads() {
+  const Router router;
+  ServerOptions options;
+  options.port = 0;
+  options.threads = 64;
+  const auto server = Server::listen(router, options);
+  rlimit no_room{};
+  no_room.rlim_cur = no_room.rlim_max = 100 << 20;  // a thread has a stack of 8 MB
+  if (!server || setrlimit(RLIMIT_AS, &no_room) != 0) std::_Exit(2);
+  try {
+    (*server)->run();
+  } catch (const std::system_error&) {
+    std::_Exit(7);
+  }
+  std::_Exit(3);
+}
+
+TEST(HttpServerRun, SaysWhenThereIsNoThreadForALoop) {
+  EXPECT_EXIT(run_without_room_for_threads(), testing::ExitedWithCode(7), "");
+}
+#endif
 
 /// Whoever is ending by himself (a thread could not be had, say) keeps his own exit code.
 TEST(ServerSignals, AHangupAfterItIsGoneEndsNobody) {

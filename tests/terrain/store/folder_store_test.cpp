@@ -13,6 +13,7 @@
 
 #include "terrain/geo/tile_order.h"
 #include "terrain/raster/source_blocks.h"
+#include "terrain/store/folder/folder_aside.h"
 #include "terrain/store/folder/folder_contents.h"
 #include "terrain/store/folder/folder_files.h"
 #include "terrain/store/folder/tile_ledger.h"
@@ -238,6 +239,25 @@ TEST_F(FolderStoreTest, APipeInTheWayKeepsNobodyWaiting) {
   const auto locked = lock_store(path());
   ASSERT_TRUE(locked) << locked.error().what;
   EXPECT_FALSE((*locked)->claim(work));
+}
+
+TEST_F(FolderStoreTest, ARecordThatCannotBeReadIsNotTakenForNone) {
+  write(1, " a");
+  const std::string record = path() + "/tind-build.json", ready = path() + folder::kReady;
+  fs::rename(record, path() + "/away");
+  ASSERT_EQ(mkfifo(record.c_str(), 0666), 0);
+  fs::create_directory(ready);  // as an update leaves it that has just moved in
+  FolderFiles files;
+  const auto adopted = folder::adopt(files, path());
+  ASSERT_FALSE(adopted) << "which blocks are the old ones is not known";
+  EXPECT_EQ(adopted.error().code, Errc::io);
+  EXPECT_TRUE(fs::exists(ready)) << "the next run goes on";
+  fs::rename(path() + "/away", record);
+  const std::string old = path() + "/tind-blocks-0123456789abcdef0123456789abcdef";
+  std::ofstream(old) << "TNSB";
+  EXPECT_TRUE(folder::adopt(files, path()));
+  EXPECT_FALSE(fs::exists(ready));
+  EXPECT_FALSE(fs::exists(old));
 }
 
 TEST_F(FolderStoreTest, ALockThatIsNotOursStays) {
