@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "terrain/base/errno_text.h"
+#include "terrain/base/folder_entries.h"
 #include "terrain/base/whole_io.h"
 
 namespace tind {
@@ -61,12 +62,15 @@ bool is_special(const std::string& path) {
   return ::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode);
 }
 
+constexpr std::string_view kPartial = ".partial-";
+constexpr std::size_t kPartialDigits = 16;
+
 /// Of processes on any host, no two get the same.
 std::string partial_name(const std::string& target) {
   std::random_device random;
-  char text[40];
-  std::snprintf(text, sizeof text, ".partial-%08x%08x", random(), random());
-  return target + text;
+  char digits[kPartialDigits + 1];
+  std::snprintf(digits, sizeof digits, "%08x%08x", random(), random());
+  return target + std::string(kPartial) + digits;
 }
 
 /// 0, or errno.
@@ -211,6 +215,27 @@ Result<void> write_whole_file(const std::string& path, std::string_view bytes) {
   if (!file) return std::unexpected(file.error());
   if (auto done = file->write(bytes); !done) return done;
   return file->finish();
+}
+
+bool is_partial_of(const std::string& name, const std::string& target) {
+  const std::string begin = target + std::string(kPartial);
+  return name.size() == begin.size() + kPartialDigits && name.starts_with(begin) &&
+         name.find_first_not_of("0123456789abcdef", begin.size()) == name.npos;
+}
+
+Result<void> remove_partials_of(const std::string& path) {
+  namespace fs = std::filesystem;
+  const auto entries = entries_of(folder_of(path));
+  if (!entries) return std::unexpected(entries.error());
+  for (const fs::directory_entry& entry : *entries) {
+    if (!is_partial_of(entry.path().filename().string(), fs::path(path).filename().string()))
+      continue;
+    std::error_code error;
+    const auto type = entry.symlink_status(error).type();
+    if (type == fs::file_type::regular) fs::remove(entry.path(), error);
+    if (error) return failed("remove", entry.path().string(), error.value());
+  }
+  return {};
 }
 
 Result<void> can_write_file(const std::string& path) {

@@ -39,6 +39,12 @@ class FileWriter {
   std::unique_ptr<Partial> partial_;
 };
 
+/// Has a file that name because write_whole_file() of `target`, both without their folder, was
+/// killed before its rename?
+bool is_partial_of(const std::string& name, const std::string& target);
+/// Removes such files of PATH; other things of such names stay. REQUIRES: nobody writes it now.
+Result<void> remove_partials_of(const std::string& path);
+
 /// Could PATH be written, as far as one can tell beforehand? To be asked before long work; leaves
 /// nothing behind. Or write_whole_file's message.
 Result<void> can_write_file(const std::string& path);

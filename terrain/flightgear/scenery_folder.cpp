@@ -11,6 +11,7 @@
 #include <mutex>
 #include <optional>
 #include <set>
+#include <span>
 #include <sstream>
 #include <string_view>
 #include <system_error>
@@ -21,6 +22,7 @@
 #include "terrain/base/sha1.h"
 #include "terrain/flightgear/bucket.h"
 #include "terrain/flightgear/cover_materials.h"
+#include "terrain/store/folder/folder_contents.h"
 #include "terrain/store/folder/folder_files.h"
 #include "terrain/store/folder/folder_lock.h"
 #include "terrain/store/folder/product_records.h"
@@ -46,15 +48,18 @@ std::string record_of(const BucketPlan& plan, const LandCover* cover) {
          (cover ? " " + digest_of(*cover) : "") + "\n";
 }
 
-/// Whose buckets lie here; nothing in a folder that is new or empty.
+/// Whose buckets lie here; nothing in a folder that is empty. not_found where there is none.
 Result<std::optional<std::string>> record_in(const std::string& folder) {
   const auto entries = entries_of(folder);
-  if (!entries && entries.error().code == Errc::not_found) return std::nullopt;
   if (!entries) return std::unexpected(entries.error());
-  const bool is_new = std::ranges::all_of(
-      *entries, [](const auto& e) { return e.path().filename() == FolderLock::kName; });
+  const bool is_new = std::ranges::all_of(*entries, [](const fs::directory_entry& entry) {
+    const std::string name = entry.path().filename().string();
+    return name == FolderLock::kName || is_partial_of(name, kSceneryRecord + 1);
+  });
   if (is_new) return std::nullopt;
   auto text = read_regular_file(folder + kSceneryRecord);
+  // What cannot be read may be ours: only what is not there says that nothing is.
+  if (!text && text.error().code != Errc::not_found) return std::unexpected(text.error());
   if (!text || !text->starts_with("scenery made by tind"))
     return fail(Errc::invalid_argument,
                 folder +
@@ -72,22 +77,17 @@ proto::DirEntry entry_of(std::string name, std::string_view bytes) {
 
 // ---- what of a folder is ours ----
 
-/// A link is none: nothing here writes any.
-bool is_file(const std::string& path) {
+/// Fails where something else is there, a link included, or it cannot be told: who follows a link
+/// takes for ours what lies behind it, and who does not leaves buckets of before there.
+Result<bool> is_there(const std::string& path, fs::file_type wanted) {
   std::error_code error;
-  return fs::is_regular_file(fs::symlink_status(path, error));
-}
-
-/// The names of the folders in one that may not be there.
-Result<std::vector<std::string>> folders_in(const std::string& path) {
-  std::vector<std::string> names;
-  const auto entries = entries_of(path);
-  if (!entries && entries.error().code == Errc::not_found) return names;
-  if (!entries) return std::unexpected(entries.error());
-  for (const fs::directory_entry& entry : *entries)
-    if (std::error_code none; fs::is_directory(entry.symlink_status(none)))
-      names.push_back(entry.path().filename().string());
-  return names;
+  const auto type = fs::symlink_status(path, error).type();
+  if (type == fs::file_type::not_found) return false;
+  if (type == fs::file_type::none) return folder::cannot_look(path, error);
+  if (type == wanted) return true;
+  return folder::in_the_way(path, wanted == fs::file_type::directory
+                                      ? "is in the place of a folder of scenery"
+                                      : "is in the place of a file of scenery");
 }
 
 /// "w130n40", in which there are folders of a degree.
@@ -115,31 +115,113 @@ bool is_our_index(std::string text, const std::string& path, const IsOurs& is_ou
   return true;
 }
 
-void add_indices(const std::string& folder, const std::string& path, const IsOurs& is_ours,
-                 std::vector<std::string>& ours) {
-  for (const bool torn : {false, true}) {
-    const std::string file = folder + "/" + kIndex + (torn ? kPartial : "");
-    if (!is_file(file)) continue;
-    const auto text = read_regular_file(file);
-    if (text && is_our_index(*text, path, is_ours, torn)) ours.push_back(file);
+/// Paths of what has one of our names in a folder that is there. By the listing: a look that fails
+/// for a moment does not make a file one that is gone.
+Result<std::vector<std::string>> ours_in(const std::string& folder, fs::file_type wanted,
+                                         const IsOurs& is_ours) {
+  const auto entries = entries_of(folder);
+  if (!entries) return std::unexpected(entries.error());
+  std::vector<std::string> paths;
+  for (const fs::directory_entry& entry : *entries) {
+    if (!is_ours(entry.path().filename().string())) continue;
+    const std::string path = entry.path().string();
+    const auto there = is_there(path, wanted);
+    if (!there) return std::unexpected(there.error());
+    if (!*there) return fail(Errc::io, "cannot look into " + path + ": it was listed and is gone");
+    paths.push_back(path);
   }
+  return paths;
+}
+
+Result<void> add_indices(const std::string& folder, const std::string& path, const IsOurs& is_ours,
+                         std::vector<std::string>& ours) {
+  const std::string partial = std::string(kIndex) + kPartial;
+  const auto found = ours_in(folder, fs::file_type::regular, [&](const std::string& name) {
+    return name == kIndex || name == partial;
+  });
+  if (!found) return std::unexpected(found.error());
+  for (const std::string& file : *found) {
+    const auto text = read_regular_file(file);
+    if (!text) return std::unexpected(text.error());
+    if (is_our_index(*text, path, is_ours, file.ends_with(partial))) ours.push_back(file);
+  }
+  return {};
 }
 
 /// Of a folder of one degree. Others name their buckets alike; their .stg tell.
-void add_buckets(const std::string& at, Folder folder, std::vector<std::string>& ours) {
-  std::set<std::string> names;
+Result<void> add_buckets(const std::string& at, Folder folder, std::vector<std::string>& ours) {
+  std::set<std::string> names, files;
   for (const BucketId id : buckets_in(folder)) {
     const auto stg = read_regular_file(at + "/" + stg_name(id));
+    if (!stg && stg.error().code != Errc::not_found) return std::unexpected(stg.error());
     if (stg && is_anothers_stg(*stg)) continue;
-    for (const std::string& name : {btg_name(id), stg_name(id)}) {
-      names.insert(name);
-      for (const std::string& file : {at + "/" + name, at + "/" + name + kPartial})
-        if (is_file(file)) ours.push_back(file);
-    }
+    for (const std::string& name : {btg_name(id), stg_name(id)})
+      names.insert(name), files.insert({name, name + kPartial});
   }
-  add_indices(
+  const auto found = ours_in(at, fs::file_type::regular,
+                             [&](const std::string& name) { return files.contains(name); });
+  if (!found) return std::unexpected(found.error());
+  ours.insert(ours.end(), found->begin(), found->end());
+  return add_indices(
       at, std::string(kTerrain) + "/" + path_of(folder),
       [&](const std::string& name) { return names.contains(name); }, ours);
+}
+
+/// Of a folder of ten degrees.
+Result<void> add_degrees(const std::string& at, std::vector<std::string>& ours) {
+  const std::string ten = fs::path(at).filename().string();
+  const IsOurs is_of_one = [&](const std::string& name) {
+    return folder_named(ten, name).has_value();
+  };
+  if (auto done = add_indices(at, kTerrain + ("/" + ten), is_of_one, ours); !done) return done;
+  const auto ones = ours_in(at, fs::file_type::directory, is_of_one);
+  if (!ones) return std::unexpected(ones.error());
+  for (const std::string& one : *ones)
+    if (auto done = add_buckets(one, *folder_named(ten, fs::path(one).filename().string()), ours);
+        !done)
+      return done;
+  return {};
+}
+
+/// Buckets of before, and indices that name nothing else.
+Result<std::vector<std::string>> old_files(const std::string& folder) {
+  std::vector<std::string> ours;
+  const auto terrains = ours_in(folder, fs::file_type::directory,
+                                [](const std::string& name) { return name == kTerrain; });
+  if (!terrains) return std::unexpected(terrains.error());
+  for (const std::string& terrain : *terrains) {
+    if (auto done = add_indices(terrain, kTerrain, is_of_ten, ours); !done)
+      return std::unexpected(done.error());
+    const auto tens = ours_in(terrain, fs::file_type::directory, is_of_ten);
+    if (!tens) return std::unexpected(tens.error());
+    for (const std::string& ten : *tens)
+      if (auto done = add_degrees(ten, ours); !done) return std::unexpected(done.error());
+  }
+  return ours;
+}
+
+/// Fails where something else is in the place of a bucket or of a folder on the way to one.
+Result<void> check_buckets_way(const std::string& folder, std::span<const BucketId> ids) {
+  std::map<std::string, bool> seen;
+  const auto folder_there = [&](const std::string& path) -> Result<bool> {
+    if (const auto it = seen.find(path); it != seen.end()) return it->second;
+    const auto there = is_there(path, fs::file_type::directory);
+    if (there) seen[path] = *there;
+    return there;
+  };
+  const std::string terrain = folder + "/" + kTerrain;
+  for (const BucketId id : ids) {
+    const std::string at = terrain + "/" + path_of(folder_of(id));
+    auto way = folder_there(terrain);
+    if (way && *way) way = folder_there(fs::path(at).parent_path().string());
+    if (way && *way) way = folder_there(at);
+    if (!way) return std::unexpected(way.error());
+    if (!*way) continue;
+    for (const std::string& name : {btg_name(id), stg_name(id)})
+      if (const auto file = is_there(at + "/" + name, fs::file_type::regular); !file)
+        return std::unexpected(file.error());
+  }
+  return {};
 }
 
 // ---- the making ----
@@ -163,7 +245,6 @@ class SceneryMaker {
   std::mutex mutex_;  // of the two above
 
   Result<void> begin(bool others);
-  Result<void> remove_others();
   Result<void> put(const std::string& path, std::string_view bytes);
   bool keep(BucketId);
   Result<void> make_one(BucketId);
@@ -174,37 +255,20 @@ class SceneryMaker {
   Result<std::string> put_indices();
 };
 
-/// From here on nobody takes what lies here for whole.
+/// From here on nobody takes what lies here for whole. What others have put beside buckets of
+/// before stays.
 Result<void> SceneryMaker::begin(bool others) {
-  if (auto done = files_.make_folder(folder_); !done) return done;
+  const auto old = others ? old_files(folder_) : std::vector<std::string>();
+  if (!old) return std::unexpected(old.error());
   if (auto done = files_.remove(folder_ + "/" + kIndex); !done) return done;
-  if (others)
-    if (auto done = remove_others(); !done) return done;
-  if (auto done = files_.sync_folder(folder_); !done) return done;
-  return write_whole_file(folder_ + kSceneryRecord, record_of(plan_, options_.cover));
-}
-
-/// Buckets of before, and indices that name nothing else. What others have put beside them stays.
-Result<void> SceneryMaker::remove_others() {
-  const std::string terrain = folder_ + "/" + kTerrain;
-  const auto tens = folders_in(terrain);
-  if (!tens) return std::unexpected(tens.error());
-  std::vector<std::string> ours;
-  add_indices(terrain, kTerrain, is_of_ten, ours);
-  for (const std::string& ten : *tens) {
-    if (!is_of_ten(ten)) continue;
-    const std::string at = terrain + "/" + ten;
-    const auto ones = folders_in(at);
-    if (!ones) return std::unexpected(ones.error());
-    add_indices(
-        at, kTerrain + ("/" + ten),
-        [&](const std::string& name) { return folder_named(ten, name).has_value(); }, ours);
-    for (const std::string& one : *ones)
-      if (const auto folder = folder_named(ten, one)) add_buckets(at + "/" + one, *folder, ours);
-  }
-  for (const std::string& path : ours)
+  for (const std::string& path : *old)
     if (auto done = files_.remove(path); !done) return done;
-  return {};
+  for (const std::string name : {kSceneryRecord + 1, kIndex})
+    if (auto done = remove_partials_of(folder_ + "/" + name); !done) return done;
+  // None may come back under the new record: buckets do not say of which plan they are.
+  if (auto done = others ? files_.sync_all(folder_) : files_.sync_folder(folder_); !done)
+    return done;
+  return write_whole_file(folder_ + kSceneryRecord, record_of(plan_, options_.cover));
 }
 
 Result<void> SceneryMaker::put(const std::string& path, std::string_view bytes) {
@@ -294,6 +358,7 @@ Result<proto::DirEntry> SceneryMaker::put_index(const std::string& path, Entries
 Result<proto::DirEntry> SceneryMaker::index_of_others(const std::string& path) {
   const std::string file = folder_ + "/" + path + "/" + kIndex;
   const auto text = read_regular_file(file);
+  if (!text && text.error().code != Errc::not_found) return std::unexpected(text.error());
   if (text && text->starts_with(proto::encode_dirindex(path, {})))
     return proto::DirEntry{proto::DirEntry::folder, path, sha1(*text)};
   return put_index(path, {});
@@ -327,7 +392,8 @@ Result<std::string> SceneryMaker::put_indices() {
 
 Result<SceneryReport> SceneryMaker::make() {
   // Before a lock's file comes to lie in somebody else's folder.
-  if (const auto ok = record_in(folder_); !ok) return std::unexpected(ok.error());
+  if (const auto ok = record_in(folder_); !ok && ok.error().code != Errc::not_found)
+    return std::unexpected(ok.error());
   if (auto done = files_.make_folder(folder_); !done) return std::unexpected(done.error());
   const auto lock = FolderLock::take(folder_);
   if (!lock) return std::unexpected(lock.error());
@@ -339,10 +405,11 @@ Result<SceneryReport> SceneryMaker::make() {
                 folder_ +
                     " holds scenery of another DEM, of one that has changed, or of other "
                     "options: choose another directory, or --force to replace it");
+  const std::vector<BucketId> ids = plan_.buckets();
+  if (auto ok = check_buckets_way(folder_, ids); !ok) return std::unexpected(ok.error());
   report_.there = same && read_regular_file(folder_ + "/" + kIndex);
   if (!report_.there)
     if (auto done = begin(*before && !same); !done) return std::unexpected(done.error());
-  const std::vector<BucketId> ids = plan_.buckets();
   report_.budget_m = HUGE_VAL;
   for (const BucketId id : ids)
     report_.budget_m = std::min(report_.budget_m, plan_.budget_m(rect(id)));

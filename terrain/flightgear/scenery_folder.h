@@ -39,8 +39,9 @@ struct SceneryOptions {
 /// again, it goes on. Buckets of another surface or of other options that were written here are
 /// refused, or with `force` replaced, or removed: files with the name of a bucket of their folder
 /// whose .stg is not another's, and indices that name nothing else. What others put there stays,
-/// but in the place of what is made. A folder that begins with files of others is refused. On a
-/// stop: Errc::cancelled.
+/// but in the place of what is made. A folder that begins with files of others is refused, and so,
+/// with nothing changed, is a link or another thing in the place of a bucket or of a folder on the
+/// way to one (invalid_argument). On a stop: Errc::cancelled.
 Result<SceneryReport> write_scenery(const BucketPlan&, const std::string& folder,
                                     const SceneryOptions& = {}, const Progress& = {});
 

@@ -10,8 +10,11 @@
 
 #include "proto/image/tiff.h"
 #include "terrain/base/file_io.h"
+#include "terrain/base/folder_entries.h"
 #include "terrain/base/hash.h"
 #include "terrain/raster/raster_file.h"
+#include "terrain/store/folder/folder_files.h"
+#include "terrain/store/folder/folder_lock.h"
 #include "terrain/store/folder/product_records.h"
 
 namespace tind::cdb {
@@ -33,25 +36,44 @@ std::string record_of(const Surface& surface) {
          hash128(surface.info().fingerprint).text() + "\n";
 }
 
-/// The folder is new, empty, or ours and of the same.
-Result<void> claim(const std::string& folder, const std::string& record) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) return fail(Errc::io, "cannot create " + folder + ": " + error.message());
-  if (const auto kept = read_regular_file(folder + kCdbRecord)) {
-    if (*kept == record) return {};
+/// One run at a time in a folder, which is made if need be.
+Result<FolderLock> take_lock(const std::string& folder) {
+  if (auto done = FolderFiles().make_folder(folder); !done) return std::unexpected(done.error());
+  return FolderLock::take(folder);
+}
+
+/// Is there nothing but what a run puts there before the record?
+Result<bool> is_new(const std::string& folder) {
+  const auto entries = entries_of(folder);
+  if (!entries) return std::unexpected(entries.error());
+  return std::ranges::all_of(*entries, [](const fs::directory_entry& entry) {
+    const std::string name = entry.path().filename().string();
+    return name == FolderLock::kName || is_partial_of(name, kCdbRecord + 1);
+  });
+}
+
+/// The folder is ours and of the same, or new or empty: then it is claimed now, which is the
+/// answer.
+Result<bool> claim(const std::string& folder, const std::string& record) {
+  const std::string path = folder + kCdbRecord;
+  const auto kept = read_regular_file(path);
+  if (kept && *kept == record) return false;
+  if (kept)
     return fail(Errc::invalid_argument, folder +
                                             " holds elevations of another source, or by another "
                                             "version of tind: choose another directory");
-  }
-  const bool empty = fs::is_empty(folder, error);
-  if (error) return fail(Errc::io, "cannot read " + folder + ": " + error.message());
-  if (!empty)
+  // What cannot be read may be ours: only what is not there says that nothing is.
+  if (kept.error().code != Errc::not_found) return std::unexpected(kept.error());
+  const auto fresh = is_new(folder);
+  if (!fresh) return fresh;
+  if (!*fresh)
     return fail(Errc::invalid_argument,
                 folder +
                     " holds files that tind export did not make: choose another directory, "
                     "and copy the folder Tiles from there");
-  return write_whole_file(folder + kCdbRecord, record);
+  if (auto done = remove_partials_of(path); !done) return std::unexpected(done.error());
+  if (auto done = write_whole_file(path, record); !done) return std::unexpected(done.error());
+  return true;
 }
 
 /// An area whose east may be beyond 180, as rectangles of the globe.
@@ -182,9 +204,10 @@ Result<FolderReport> write_folder(const Surface& surface, const FolderOptions& o
     return fail(Errc::invalid_argument,
                 "the DEM has one column or one row of posts: there is no area between them that "
                 "tiles could have");
-  std::error_code none;
-  const bool is_new = !fs::exists(options.output + kCdbRecord, none);
-  if (auto ok = claim(options.output, record_of(surface)); !ok) return std::unexpected(ok.error());
+  const auto held = take_lock(options.output);
+  if (!held) return std::unexpected(held.error());
+  const auto claimed_now = claim(options.output, record_of(surface));
+  if (!claimed_now) return std::unexpected(claimed_now.error());
   for (const Tile& tile : all) {
     if (progress.stopped())
       return fail(Errc::cancelled, "stopped before all tiles were written: run again to go on");
@@ -195,7 +218,8 @@ Result<FolderReport> write_folder(const Surface& surface, const FolderOptions& o
   }
   if (report.kept == 0 && report.without_height == report.posts) {
     remove_tiles(options.output, all);
-    if (is_new) fs::remove(options.output + kCdbRecord, none);
+    std::error_code ignored;
+    if (*claimed_now) fs::remove(options.output + kCdbRecord, ignored);
     return fail(Errc::bad_data,
                 fmt::format("no height at any post of levels {} to {}, so all {} tiles would be 0: "
                             "the DEM is void there, or too small for these levels",

@@ -32,8 +32,9 @@ struct FolderReport {
 /// floating point, LZW, metres. A tile may not have holes: voids are filled as in tiles of meshes,
 /// and 0, the standard's default, is what lies beyond. Tiles are renamed into place; run again, it
 /// goes on, and makes again what was cut off. A folder that holds other things, or tiles of another
-/// source, is refused (invalid_argument). bad_data, and no tiles, where no post of any has a
-/// height. REQUIRES: heights above the ellipsoid, or the caller said that they are not.
+/// source, is refused (invalid_argument). Errc::busy where another run is at it. bad_data, and no
+/// tiles, where no post of any has a height. REQUIRES: heights above the ellipsoid, or the caller
+/// said that they are not.
 Result<FolderReport> write_folder(const Surface&, const FolderOptions&, const Progress& = {});
 
 /// What a file holds. REQUIRES: as many heights as the tile has posts.

@@ -12,6 +12,7 @@
 #include <charconv>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <sstream>
@@ -19,7 +20,9 @@
 #include <system_error>
 
 #include "terrain/base/file_io.h"
+#include "terrain/base/folder_entries.h"
 #include "terrain/base/parallel.h"
+#include "terrain/store/folder/folder_contents.h"
 #include "terrain/store/folder/folder_files.h"
 #include "terrain/store/folder/folder_lock.h"
 #include "terrain/store/folder/product_records.h"
@@ -129,6 +132,29 @@ void add_tiles(const ImageSource& source, web_mercator::Tile tile, int first, in
       add_tiles(source, {tile.level + 1, 2 * tile.x + east, 2 * tile.y + south}, first, last, all);
 }
 
+/// What of a folder below `root`, by its path below it, has a place there. Fails where such a thing
+/// is not of that type, a link included, or it cannot be told.
+template <class IsPlace>
+Result<std::vector<fs::path>> in_place(const std::string& root, const fs::path& folder,
+                                       fs::file_type wanted, const IsPlace& is_place) {
+  const auto entries = entries_of((fs::path(root) / folder).string());
+  if (!entries) return std::unexpected(entries.error());
+  std::vector<fs::path> all;
+  for (const fs::directory_entry& entry : *entries) {
+    const fs::path below = folder / entry.path().filename();
+    if (!is_place(below)) continue;
+    std::error_code error;
+    const auto type = entry.symlink_status(error).type();
+    if (error) return folder::cannot_look(entry.path().string(), error);
+    if (type != wanted)
+      return folder::in_the_way(entry.path().string(), wanted == fs::file_type::directory
+                                                           ? "is in the place of a folder of images"
+                                                           : "is in the place of an image");
+    all.push_back(below);
+  }
+  return all;
+}
+
 /// A word of a record that is ours; of another nothing that a terminal should not have.
 std::string printable(const std::string& word) {
   constexpr std::size_t kLongest = 32;
@@ -161,10 +187,14 @@ class ImageFolder {
 
   proto::TileJson description() const;
   proto::TileJson record() const;
+  bool has(const NamedTile&) const;
   bool makes(const NamedTile&) const;
+  Result<void> is_new() const;
   Result<void> claim();
-  template <class Which>
-  Result<void> remove_tiles(const Which&);
+  Result<std::vector<std::string>> take_over(const std::string& kept, proto::TileJson& next) const;
+  using Which = std::function<bool(const NamedTile&)>;
+  Result<std::vector<std::string>> look(const Result<proto::TileJson>& was, const Which& said,
+                                        const Which& goes) const;
   Result<void> put(web_mercator::Tile);
   Result<void> put_all(const std::vector<web_mercator::Tile>&);
   bool is_whole(int level) const;
@@ -191,11 +221,15 @@ proto::TileJson ImageFolder::record() const {
   return json;
 }
 
-/// Does this build make an image there?
+/// Does a build of this source with other levels, if not this one, make an image there?
+bool ImageFolder::has(const NamedTile& t) const {
+  return t.format == source_.format && t.tile.level <= source_.description.maxzoom &&
+         source_.has(t.tile);
+}
+
 bool ImageFolder::makes(const NamedTile& t) const {
   const proto::TileJson json = description();
-  return t.format == source_.format && t.tile.level >= json.minzoom &&
-         t.tile.level <= json.maxzoom && source_.has(t.tile);
+  return t.tile.level >= json.minzoom && t.tile.level <= json.maxzoom && has(t);
 }
 
 /// What two folders' records differ in, for a person; empty: nothing that tiles depend on.
@@ -233,61 +267,93 @@ std::string differences(const Result<proto::TileJson>& was, const proto::TileJso
   return fmt::format("{}", fmt::join(all, "; "));
 }
 
+/// Fails where there is more than what a run puts there before the record.
+Result<void> ImageFolder::is_new() const {
+  const auto entries = entries_of(folder_);
+  if (!entries) return std::unexpected(entries.error());
+  for (const fs::directory_entry& entry : *entries)
+    if (const std::string name = entry.path().filename().string();
+        name != FolderLock::kName && !is_partial_of(name, kImagesRecord + 1))
+      return fail(Errc::invalid_argument,
+                  folder_ +
+                      " holds files that tind build did not make as images: move them, or "
+                      "choose another directory");
+  return {};
+}
+
 /// The folder is new, empty, or ours and of the same; else an error, or with --force made so. What
 /// lies where only this build has an image goes, so that none of another's is taken for it.
 Result<void> ImageFolder::claim() {
   proto::TileJson next = record();
   const auto kept = read_regular_file(folder_ + kImagesRecord);
-  if (!kept) {
-    std::error_code error;
-    for (fs::directory_iterator it(folder_, error), end; !error && it != end; it.increment(error))
-      if (it->path().filename() != FolderLock::kName)
-        return fail(Errc::invalid_argument,
-                    folder_ +
-                        " holds files that tind build did not make as images: move them, or "
-                        "choose another directory");
-    if (error) return fail(Errc::io, "cannot read " + folder_ + ": " + error.message());
-  } else {
-    const auto was = proto::decode_tile_json(*kept);
-    if (const std::string other = differences(was, next); !other.empty()) {
-      if (!options_.force)
-        return fail(Errc::invalid_argument,
-                    fmt::format("{} holds other images ({}): choose another "
-                                "directory, or add --force to replace them",
-                                folder_, other));
-      const auto goes = [&](const NamedTile& t) { return (was && says(*was, t)) || makes(t); };
-      if (auto done = remove_tiles(goes); !done) return done;
-    } else if (next.minzoom < was->minzoom || next.maxzoom > was->maxzoom) {
-      const auto goes = [&](const NamedTile& t) { return !says(*was, t) && makes(t); };
-      if (auto done = remove_tiles(goes); !done) return done;
-      next.minzoom = std::min(next.minzoom, was->minzoom);
-      next.maxzoom = std::max(next.maxzoom, was->maxzoom);
-    } else {
-      next.minzoom = was->minzoom, next.maxzoom = was->maxzoom;
-    }
-  }
+  // What cannot be read may be ours: only what is not there says that nothing is.
+  if (!kept && kept.error().code != Errc::not_found) return std::unexpected(kept.error());
+  if (!kept)
+    if (auto ok = is_new(); !ok) return ok;
+  const auto old = kept ? take_over(*kept, next) : std::vector<std::string>();
+  if (!old) return std::unexpected(old.error());
   // From here on nobody takes what lies here for whole.
   if (auto done = files_.remove(folder_ + kTiles); !done) return done;
-  if (auto done = files_.sync_folder(folder_); !done) return done;
+  for (const std::string& path : *old)
+    if (auto done = files_.remove(path); !done) return done;
+  for (const char* name : {kImagesRecord, kTiles})
+    if (auto done = remove_partials_of(folder_ + name); !done) return done;
+  // None may come back under the new record, also of those that a run before this one removed.
+  if (auto done = files_.sync_all(folder_); !done) return done;
   return write_whole_file(folder_ + kImagesRecord, proto::encode_tile_json(next));
 }
 
-template <class Which>
-Result<void> ImageFolder::remove_tiles(const Which& goes) {
-  if (auto done = files_.remove(folder_ + kTiles); !done) return done;
-  std::vector<fs::path> old;
-  std::error_code error;
-  for (fs::recursive_directory_iterator it(folder_, error), end; !error && it != end;
-       it.increment(error)) {
-    const auto named = tile_named(it->path().lexically_relative(folder_));
-    std::error_code none;
-    if (named && goes(*named) && !fs::is_directory(it->symlink_status(none)))
-      old.push_back(it->path());
+/// Which images are to go before `next` is the record, which is made to say the levels that stay,
+/// too. Changes nothing in the folder.
+Result<std::vector<std::string>> ImageFolder::take_over(const std::string& kept,
+                                                        proto::TileJson& next) const {
+  const auto was = proto::decode_tile_json(kept);
+  const std::string other = differences(was, next);
+  if (!other.empty() && !options_.force)
+    return fail(Errc::invalid_argument, fmt::format("{} holds other images ({}): choose another "
+                                                    "directory, or add --force to replace them",
+                                                    folder_, other));
+  const auto said = [&](const NamedTile& t) { return was && says(*was, t); };
+  if (!other.empty())
+    return look(was, said, [&](const NamedTile& t) { return said(t) || makes(t); });
+  const bool more = next.minzoom < was->minzoom || next.maxzoom > was->maxzoom;
+  next.minzoom = std::min(next.minzoom, was->minzoom);
+  next.maxzoom = std::max(next.maxzoom, was->maxzoom);
+  return look(was, said, [&](const NamedTile& t) { return more && !said(t) && makes(t); });
+}
+
+/// Paths of the images that go. Fails where something else is in the place of an image or of a
+/// folder of them, of this build or of that before: behind a link, old ones would stay and be taken
+/// for this build's.
+Result<std::vector<std::string>> ImageFolder::look(const Result<proto::TileJson>& was,
+                                                   const Which& said, const Which& goes) const {
+  std::vector<std::string> old;
+  const auto is_place = [&](const fs::path& below) {
+    const auto named = tile_named(below);
+    return named && (has(*named) || said(*named));  // the quick one first
+  };
+  const auto is_level = [&](const fs::path& name) {
+    const auto z = number(name.string());
+    return z && web_mercator::tile(*z, 0, 0) &&
+           (int(*z) <= source_.description.maxzoom ||
+            (was && int(*z) >= was->minzoom && int(*z) <= was->maxzoom));
+  };
+  const auto is_column = [&](const fs::path& below) {
+    return tile_of(below.parent_path().string(), below.filename().string(), "0").has_value();
+  };
+  const auto levels = in_place(folder_, {}, fs::file_type::directory, is_level);
+  if (!levels) return std::unexpected(levels.error());
+  for (const fs::path& level : *levels) {
+    const auto columns = in_place(folder_, level, fs::file_type::directory, is_column);
+    if (!columns) return std::unexpected(columns.error());
+    for (const fs::path& column : *columns) {
+      const auto images = in_place(folder_, column, fs::file_type::regular, is_place);
+      if (!images) return std::unexpected(images.error());
+      for (const fs::path& image : *images)
+        if (goes(*tile_named(image))) old.push_back(folder_ + "/" + image.string());
+    }
   }
-  if (error) return fail(Errc::io, "cannot read " + folder_ + ": " + error.message());
-  for (const fs::path& path : old)
-    if (auto done = files_.remove(path.string()); !done) return done;
-  return files_.sync_all(folder_);  // none may come back under the new record
+  return old;
 }
 
 Result<void> ImageFolder::put(web_mercator::Tile tile) {

@@ -32,7 +32,8 @@ std::vector<web_mercator::Tile> image_tiles(const ImageSource&, int first_level,
 /// or content are refused (invalid_argument), or with `force` removed: those whose level, place and
 /// format the folder's record says were made. What lies in the place of an image that is to be made
 /// and was not is replaced; all else that others put there stays. A folder that begins with files
-/// of others is refused. Errc::busy where another build runs in it; cancelled on a stop.
+/// of others is refused, and so, with nothing changed, is a link or another thing in the place of
+/// an image or of a folder of them. Errc::busy where another build runs in it; cancelled on a stop.
 Result<ImageFolderReport> write_images(const ImageSource&, const std::string& name,
                                        const ImageFolderOptions&, const Progress& = {});
 

@@ -25,21 +25,25 @@ std::unexpected<Error> failed(const std::string& what, const std::string& path, 
   return fail(Errc::io, "cannot " + what + " " + path + ": " + errno_text(code));
 }
 
-bool is_left_behind(int file, std::string_view begins) {
+Result<bool> is_left_behind(int file, const std::string& part, std::string_view begins) {
   struct stat status {};
-  if (::fstat(file, &status) != 0 || !S_ISREG(status.st_mode)) return false;
+  if (::fstat(file, &status) != 0) return failed("look into", part, errno);
+  if (!S_ISREG(status.st_mode)) return false;
   if (status.st_size == 0) return true;
   std::array<char, 16> found{};
   const ReadBytes got = read_up_to(file, 0, found.data(), std::min(found.size(), begins.size()));
-  return got.error == 0 && std::string_view(found.data(), got.size) == begins.substr(0, 16);
+  if (got.error != 0) return failed("read", part, got.error);
+  return std::string_view(found.data(), got.size) == begins.substr(0, 16);
 }
 
 }  // namespace
 
 Result<PartFile> PartFile::begin(const std::string& path, std::string_view begins) {
-  std::error_code none;
-  const auto real = fs::canonical(path, none);
-  std::string target = none ? path : real.string(), part = target + ".tind-part";
+  std::error_code error;
+  const auto real = fs::canonical(path, error);
+  if (error && error != std::errc::no_such_file_or_directory)  // a link would be replaced
+    return failed("look into", path, error.value());
+  std::string target = error ? path : real.string(), part = target + ".tind-part";
   for (;;) {
     const int file =
         ::open(part.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0666);
@@ -56,11 +60,12 @@ Result<PartFile> PartFile::begin(const std::string& path, std::string_view begin
     if (!still || !*still) opened.part_.clear();
     if (!still) return std::unexpected(still.error());
     if (!*still) continue;
-    if (!is_left_behind(file, begins)) {
-      opened.part_.clear();
+    const auto ours = is_left_behind(file, part, begins);
+    if (!ours || !*ours) opened.part_.clear();
+    if (!ours) return std::unexpected(ours.error());
+    if (!*ours)
       return fail(Errc::invalid_argument,
                   part + " is there, and tind did not make it: move it away");
-    }
     if (::ftruncate(file, 0) != 0) return failed("write", part, errno);
     return opened;
   }

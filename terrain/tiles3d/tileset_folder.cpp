@@ -45,19 +45,24 @@ std::string record_name(GlbCompression compression) {
 }
 
 /// Is there nothing but what a run puts there before the record?
-bool is_new(const std::string& folder, const std::string& record) {
+Result<bool> is_new(const std::string& folder, const std::string& record) {
   const auto entries = entries_of(folder);
-  return entries && std::ranges::all_of(*entries, [&](const fs::directory_entry& entry) {
-           const std::string name = entry.path().filename().string();
-           return name == FolderLock::kName || "/" + name == record + kPartial;
-         });
+  if (!entries) return std::unexpected(entries.error());
+  return std::ranges::all_of(*entries, [&](const fs::directory_entry& entry) {
+    const std::string name = entry.path().filename().string();
+    return name == FolderLock::kName || "/" + name == record + kPartial;
+  });
 }
 
 /// What was written here before; nothing in a folder that is new or empty.
 Result<std::optional<proto::LayerJson>> record_in(const std::string& folder,
                                                   const std::string& record) {
-  if (is_new(folder, record)) return std::nullopt;
+  const auto fresh = is_new(folder, record);
+  if (!fresh) return std::unexpected(fresh.error());
+  if (*fresh) return std::nullopt;
   const auto text = read_regular_file(folder + record);
+  // What cannot be read may be ours: only what is not there says that nothing is.
+  if (!text && text.error().code != Errc::not_found) return std::unexpected(text.error());
   auto layer = text ? proto::decode_layer_json(*text) : fail(Errc::io, "");
   if (!layer)
     return fail(Errc::invalid_argument,
@@ -136,6 +141,8 @@ class FolderMaker {
   Result<void> put_safely(const std::string& path, std::string_view bytes);
   Result<void> put(const std::string& path, std::string_view bytes, std::uint64_t FolderReport::*);
   Result<void> put_subtree(TileId root);
+  Result<bool> remove_other(TileId);
+  Result<void> remove_if_empty(fs::path below);
   Result<void> remove_others(const proto::LayerJson& before);
   std::vector<TileId> roots() const;
   std::size_t done_before(std::size_t all) const;
@@ -188,19 +195,44 @@ Result<void> FolderMaker::put_subtree(TileId root) {
   return put(path_of(root) + ".subtree", text_of(*made), &FolderReport::subtrees);
 }
 
-/// Files of tiles that are no more.
+/// Files of a tile that is no more; false where it still is.
+Result<bool> FolderMaker::remove_other(TileId id) {
+  if (set_.available(id)) return false;
+  for (const char* suffix : {".glb", ".subtree", ".glb.part", ".subtree.part"})
+    if (auto done = files_.remove(folder_ + "/" + path_of(id) + suffix); !done)
+      return std::unexpected(done.error());
+  return true;
+}
+
+/// And those above it that hold nothing else then.
+Result<void> FolderMaker::remove_if_empty(fs::path below) {
+  for (; !below.empty(); below = below.parent_path()) {
+    const std::string path = folder_ + "/" + below.string();
+    std::error_code error;  // there is no harm in an empty folder that stays
+    const auto type = fs::symlink_status(path, error).type();
+    if (type == fs::file_type::not_found) continue;  // removed by a run before
+    if (type != fs::file_type::directory || !fs::is_empty(path, error) || error) return {};
+    if (auto done = files_.remove(path); !done) return done;
+  }
+  return {};
+}
+
+/// Files of tiles that are no more, and the folders that this leaves empty.
 Result<void> FolderMaker::remove_others(const proto::LayerJson& before) {
   for (std::size_t z = 0; z < before.available.size(); ++z)
     for (const proto::TileRange& r : before.available[z])
-      for (std::uint64_t x = r.start_x; x <= r.end_x; ++x)
+      for (std::uint64_t x = r.start_x; x <= r.end_x; ++x) {
+        std::optional<TileId> gone;
         for (std::uint64_t y = r.start_y; y <= r.end_y; ++y) {
           const auto id = tiling::tile(std::int64_t(z), std::int64_t(x), std::int64_t(y));
-          if (!id || set_.available(*id)) continue;
-          for (const char* suffix : {".glb", ".subtree", ".glb.part", ".subtree.part"})
-            if (auto done = files_.remove(folder_ + "/" + path_of(*id) + suffix); !done)
-              return done;
+          const auto removed = id ? remove_other(*id) : false;
+          if (!removed) return std::unexpected(removed.error());
+          if (*removed) gone = id;
         }
-  return {};
+        if (!gone) continue;
+        if (auto done = remove_if_empty(fs::path(path_of(*gone)).parent_path()); !done) return done;
+      }
+  return files_.sync_all(folder_);  // none may come back under the new record
 }
 
 /// Subtrees that an earlier run has put beyond power cuts.
@@ -282,6 +314,7 @@ Result<void> FolderMaker::put_tileset() {
     report_.there = report_.subtrees == 0;
     return {};
   }
+  if (auto done = remove_partials_of(folder_ + kTileset); !done) return done;  // of killed runs
   return write_whole_file(folder_ + kTileset, *json);
 }
 

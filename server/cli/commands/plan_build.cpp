@@ -1,11 +1,12 @@
 // tind plan-build: what many machines are to make of a DEM, cut into shards.
 
+#include <fcntl.h>
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -21,10 +22,14 @@
 #include "server/cli/options/tile_options.h"
 #include "server/cli/program/interrupt.h"
 #include "server/cli/program/progress_bar.h"
+#include "terrain/base/descriptor.h"
+#include "terrain/base/errno_text.h"
 #include "terrain/base/file_io.h"
+#include "terrain/base/whole_io.h"
 #include "terrain/pyramid/build/estimate.h"
 #include "terrain/pyramid/shards/plan_shards.h"
 #include "terrain/pyramid/shards/shard_files.h"
+#include "terrain/store/file_there.h"
 
 namespace tind::cli {
 
@@ -72,15 +77,16 @@ void print(const ShardPlan& plan, const std::string& file, bool json) {
 
 /// Only a plan is replaced: with "-o *.tif" the first file would be gone.
 Result<void> check_replaced(const std::string& path) {
-  std::error_code none;
-  const auto status = std::filesystem::status(path, none);
-  if (!std::filesystem::is_regular_file(status) || std::filesystem::file_size(path, none) == 0)
-    return {};
+  const auto type = file_type_of(path);
+  if (!type) return std::unexpected(type.error());
+  if (*type != std::filesystem::file_type::regular) return {};
   std::string head(64, '\0');
-  std::ifstream in(path, std::ios::binary);
-  in.read(head.data(), std::streamsize(head.size()));
-  head.resize(std::size_t(in.gcount()));
-  if (head.find("\"tind_plan\"") != head.npos) return {};
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  const auto got = file.get() < 0 ? ReadBytes{.error = errno}
+                                  : read_up_to(file.get(), 0, head.data(), head.size());
+  if (got.error != 0) return fail(Errc::io, "cannot read " + path + ": " + errno_text(got.error));
+  head.resize(got.size);
+  if (head.empty() || head.find("\"tind_plan\"") != head.npos) return {};
   return fail(Errc::invalid_argument,
               path + " is there, and is no plan: name another output, or remove it");
 }
@@ -92,8 +98,9 @@ Result<void> check_shards(const Arguments& a, const std::string& hash) {
   const auto ours = belongs_to(folder, hash);
   if (ours) return {};
   if (ours.error().code != Errc::bad_data) return ours;  // it cannot be read
-  std::error_code none;
-  if (!a.force && std::filesystem::exists(a.output, none))
+  const auto there = is_there(a.output);
+  if (!there) return std::unexpected(there.error());
+  if (!a.force && *there)
     return fail(Errc::invalid_argument,
                 folder.path() +
                     " has shards of another plan, which nobody can merge without it: name "
@@ -141,6 +148,7 @@ int run(Arguments a) {
   if (const auto ok = check_shards(a, plan->hash()); !ok) return complain(ok.error());
   if (const auto written = write_whole_file(a.output, encode(*plan)); !written)
     return complain(written.error());
+  remove_unfinished(a.output);
   print(*plan, a.output, a.json);
   return kOk;
 }
@@ -150,7 +158,7 @@ int run(Arguments a) {
 void add_plan_build(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
   Command c = program.add_subcommand(
-      "plan-build", "cut the tile pyramid of a DEM into shards, which many machines make");
+      "plan-build", "Cut the tile pyramid of a DEM into shards, which many machines make");
   c.add_option("DEM", a->input.files, "raster files");
   c.add_option("-o,--output", a->output, "the plan, e.g. PLAN.json").required();
   c.add_flag("--force", a->force, "replace a plan whose shards are there");

@@ -25,6 +25,7 @@
 #include "terrain/pyramid/residual/residual_index.h"
 #include "terrain/pyramid/shards/plan_shards.h"
 #include "terrain/pyramid/shards/shard_spool.h"
+#include "terrain/store/file_there.h"
 #include "terrain/store/open/open_store.h"
 
 namespace tind {
@@ -160,8 +161,9 @@ Result<void> write_pack(const std::string& own, const std::string& name, Archive
 Result<void> vouch(const std::string& file, std::uint64_t& bytes, std::string& sha256) {
   const auto sum = sha256_of_file(file);
   if (!sum) return std::unexpected(sum.error());
-  std::error_code none;
-  bytes = fs::file_size(file, none), sha256 = *sum;
+  std::error_code error;
+  bytes = fs::file_size(file, error), sha256 = *sum;
+  if (error) return fail(Errc::io, "cannot look into " + file + ": " + error.message());
   return {};
 }
 
@@ -260,7 +262,9 @@ Result<ShardReport> make_shard(const Surface& surface, const ShardPlan& plan, st
     ::unlink(folder.tiles(shard).c_str());  // of a second run that was stopped
     return report;
   }
-  if (!fs::exists(folder.plan(), error))
+  const auto said_whose = is_there(folder.plan());
+  if (!said_whose) return std::unexpected(said_whose.error());
+  if (!*said_whose)
     if (auto said = write_whole_file(folder.plan(), hash + "\n"); !said)
       return std::unexpected(said.error());
   ::unlink(folder.error(shard).c_str());

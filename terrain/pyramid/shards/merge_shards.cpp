@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <filesystem>
 #include <list>
 #include <map>
 #include <mutex>
@@ -10,6 +9,7 @@
 
 #include "terrain/base/parallel.h"
 #include "terrain/store/copy/copy_store.h"
+#include "terrain/store/file_there.h"
 #include "terrain/store/open/open_store.h"
 
 namespace tind {
@@ -83,8 +83,13 @@ Result<void> check_shards(const ShardPlan& plan, const ShardFolder& folder, int 
   for (std::size_t i = 0; i < found.size(); ++i) {
     if (found[i].state == ShardState::missing) missing.push_back(i);
     if (found[i].state != ShardState::failed) continue;
-    std::error_code none;  // its run ended with an error: it is not there, rather than wrong
-    (std::filesystem::exists(folder.record(i), none) ? broken : missing).push_back(i);
+    if (found[i].unread)
+      return fail(Errc::io, found[i].what + "; where it stays so, make shard " + std::to_string(i) +
+                                " again (tind build --plan)");
+    const auto record = is_there(folder.record(i));
+    if (!record) return std::unexpected(record.error());
+    // Without one its run ended with an error: it is not there, rather than wrong.
+    (*record ? broken : missing).push_back(i);
   }
   if (!broken.empty())
     return fail(Errc::bad_data,

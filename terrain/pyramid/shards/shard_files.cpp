@@ -12,6 +12,7 @@
 #include <condition_variable>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -24,6 +25,7 @@
 #include "terrain/base/file_io.h"
 #include "terrain/base/folder_entries.h"
 #include "terrain/base/sha256.h"
+#include "terrain/store/file_there.h"
 
 namespace tind {
 
@@ -216,19 +218,25 @@ Result<std::string> sha256_of_file(const std::string& path) {
 
 namespace {
 
-/// How a file is not the one that a record speaks of; empty where it is.
-std::string other_file(const std::string& record, const std::string& file, std::uint64_t bytes,
-                       const std::string& sha256, bool every_byte) {
-  std::error_code none;
-  const auto size = fs::file_size(file, none);
-  if (none) return record + " says that there is " + file + ", and there is none";
+/// Fails where a file is not the one that a record speaks of (bad_data), or cannot be read (io).
+Result<void> is_of_record(const std::string& record, const std::string& file, std::uint64_t bytes,
+                          const std::string& sha256, bool every_byte) {
+  const auto type = file_type_of(file);
+  if (!type) return std::unexpected(type.error());
+  if (*type != fs::file_type::regular)
+    return fail(Errc::bad_data, record + " says that there is " + file + ", and there is none");
+  std::error_code error;
+  const auto size = fs::file_size(file, error);
+  if (error) return fail(Errc::io, "cannot look into " + file + ": " + error.message());
   const std::string other = file + " is not the one of its record: ";
   if (size != bytes)
-    return other + "it has " + std::to_string(size) + " bytes, not " + std::to_string(bytes);
+    return fail(Errc::bad_data,
+                other + "it has " + std::to_string(size) + " bytes, not " + std::to_string(bytes));
   if (!every_byte) return {};
   const auto sum = sha256_of_file(file);
-  if (!sum) return sum.error().what;
-  return *sum == sha256 ? std::string() : other + "its bytes are others";
+  if (!sum) return std::unexpected(sum.error());
+  if (*sum != sha256) return fail(Errc::bad_data, other + "its bytes are others");
+  return {};
 }
 
 }  // namespace
@@ -252,14 +260,14 @@ ShardStatus judge_shard(const ShardPlan& plan, const std::string& hash, const Sh
                         std::size_t shard, bool every_byte) {
   ShardStatus s;
   s.tiles = shard == ShardTiles::kTop ? plan.top_tiles : plan.shards[shard].tiles;
-  const auto failed = [&](std::string what) {
-    s.state = ShardState::failed, s.what = std::move(what);
+  const auto failed = [&](std::string what, Errc code = Errc::bad_data) {
+    s.state = ShardState::failed, s.what = std::move(what), s.unread = code == Errc::io;
     return s;
   };
   const std::string path = folder.record(shard), pack = folder.pack(shard);
   const auto text = read_small(path);
   if (!text) {
-    if (text.error().code != Errc::not_found) return failed(text.error().what);
+    if (text.error().code != Errc::not_found) return failed(text.error().what, text.error().code);
     const auto error = read_regular_file(folder.error(shard));
     if (!error) return s;
     return failed(error->substr(0, error->find('\n')));
@@ -269,11 +277,11 @@ ShardStatus judge_shard(const ShardPlan& plan, const std::string& hash, const Sh
   if (record->plan != hash) return failed(path + " is of another plan");
   if (record->shard != shard_name(shard) || record->tiles != s.tiles)
     return failed(path + " is of another shard");
-  std::string wrong = other_file(path, pack, record->bytes, record->sha256, every_byte);
-  if (wrong.empty() && record->residual_bytes > 0)
-    wrong = other_file(path, folder.residuals(shard), record->residual_bytes,
-                       record->residual_sha256, every_byte);
-  if (!wrong.empty()) return failed(std::move(wrong));
+  auto same = is_of_record(path, pack, record->bytes, record->sha256, every_byte);
+  if (same && record->residual_bytes > 0)
+    same = is_of_record(path, folder.residuals(shard), record->residual_bytes,
+                        record->residual_sha256, every_byte);
+  if (!same) return failed(same.error().what, same.error().code);
   s.state = ShardState::done, s.made = s.tiles;
   return s;
 }
@@ -299,25 +307,67 @@ Result<std::vector<ShardStatus>> shard_status(const ShardPlan& plan, const Shard
   return all;
 }
 
-void remove_leftovers(const ShardFolder& folder, double untouched_s) {
+namespace {
+
+/// The name that a file was to get: until then FileWriter adds ".partial-" and 16 digits to it.
+/// Empty for other names.
+std::string finished_name(const std::string& name) {
+  constexpr std::string_view kPartial = ".partial-";
+  const auto at = name.rfind(kPartial);
+  if (at == name.npos) return {};
+  const std::string_view digits = std::string_view(name).substr(at + kPartial.size());
+  if (digits.size() != 16 || digits.find_first_not_of("0123456789abcdef") != digits.npos) return {};
+  return name.substr(0, at);
+}
+
+/// Is it one of the names in a folder of shards that FileWriter gives?
+bool is_written_whole(const std::string& name) {
+  if (name == "plan") return true;
+  const auto dot = name.find('.');
+  if (dot == name.npos || (name.substr(dot) != ".json" && name.substr(dot) != ".error"))
+    return false;
+  const std::string shard = name.substr(0, dot);
+  return shard == "top" ||
+         (shard.size() >= 5 && shard.find_first_not_of("0123456789") == shard.npos);
+}
+
+bool is_leftover(const fs::path& path) {
+  const std::string name = path.filename().string();
+  if (is_written_whole(finished_name(name))) return true;
+  std::error_code none;
+  const bool tiles = name.ends_with(".tiles");  // once their shard is done
+  if (tiles && fs::exists(fs::path(path).replace_extension(".json"), none)) return true;
+  if (std::ranges::count(name, '.') < 2) return false;  // "00007.pmtiles" has one
+  return name.ends_with(".beat") || name.ends_with(".pmtiles") || name.ends_with(".residuals") ||
+         name.ends_with(".tind-part");
+}
+
+void remove_from(const std::string& folder, double untouched_s,
+                 const std::function<bool(const fs::path&)>& is_left) {
   std::error_code error;
   std::vector<fs::path> left;
-  for (fs::directory_iterator at(folder.path(), error), end; !error && at != end;
-       at.increment(error)) {
-    const std::string name = at->path().filename().string();
-    const auto dot = name.find('.');
+  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+    if (!is_left(at->path())) continue;
     std::error_code none;
-    const bool done = name.ends_with(".tiles") &&
-                      fs::exists(fs::path(at->path()).replace_extension(".json"), none);
-    // "00007.pmtiles" has one dot.
-    if (dot == name.npos || (!done && name.find('.', dot + 1) == name.npos)) continue;
-    if (!name.ends_with(".beat") && !name.ends_with(".pmtiles") && !name.ends_with(".residuals") &&
-        !name.ends_with(".tind-part") && !done)
-      continue;
     const auto then = at->last_write_time(none);
     if (!none && seconds_since(then) > untouched_s) left.push_back(at->path());
   }
   for (const fs::path& path : left) ::unlink(path.c_str());
+}
+
+}  // namespace
+
+void remove_leftovers(const ShardFolder& folder, double untouched_s) {
+  remove_from(folder.path(), untouched_s, is_leftover);
+}
+
+void remove_unfinished(const std::string& file, double untouched_s) {
+  std::error_code none;
+  const fs::path real = fs::canonical(file, none);  // beside what a link names
+  const fs::path target = none ? fs::absolute(file, none) : real;
+  remove_from(target.parent_path().string(), untouched_s, [&](const fs::path& path) {
+    return finished_name(path.filename().string()) == target.filename().string();
+  });
 }
 
 struct Heartbeat::State {

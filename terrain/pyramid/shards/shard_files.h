@@ -77,6 +77,7 @@ struct ShardStatus {
   std::string where;                  // running: HOST-PID, of several the last to be heard of
   std::string what;                   // failed: why
   double silent_s = 0;                // running: since it was heard of
+  bool unread = false;                // failed: a file of it could not be read, and may be sound
 };
 
 struct StatusOptions {
@@ -101,8 +102,10 @@ ShardStatus judge_shard(const ShardPlan&, const std::string& hash, const ShardFo
 void leave_error(const ShardFolder&, std::size_t shard, const Error&);
 
 /// What runs left that were killed, and that nobody touched for so long: unfinished packs, words of
-/// who runs, tiles of shards that are done.
+/// who runs, files that had not got their names, tiles of shards that are done.
 void remove_leftovers(const ShardFolder&, double untouched_s = 600);
+/// The same of what was to become this file, beside it.
+void remove_unfinished(const std::string& file, double untouched_s = 600);
 
 /// The SHA-256 of a file, read in parts.
 Result<std::string> sha256_of_file(const std::string& path);

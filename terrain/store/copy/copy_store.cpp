@@ -19,6 +19,7 @@
 #include "terrain/geo/tile_order.h"
 #include "terrain/raster/remote/objects.h"
 #include "terrain/raster/source_blocks.h"
+#include "terrain/store/file_there.h"
 #include "terrain/store/layer_place.h"
 #include "terrain/store/object/object_store.h"
 #include "terrain/store/open/open_store.h"
@@ -129,27 +130,58 @@ Result<Ready> fetch(const Source& from, TileId id, bool pack) {
   return ready;
 }
 
+std::unexpected<Error> cannot_look(const std::string& path, const std::error_code& error) {
+  return fail(Errc::io, "cannot look into " + path + ": " + error.message());
+}
+
 /// Or is the same folder. What is copied there would be a part of what is copied.
-bool lies_within(const std::string& to, const std::string& folder) {
+Result<bool> lies_within(const std::string& to, const std::string& folder) {
+  const auto type = file_type_of(folder);
+  if (!type) return std::unexpected(type.error());
+  if (*type != fs::file_type::directory) return false;
   std::error_code error;
-  if (!fs::is_directory(folder, error)) return false;
-  const auto inner = fs::weakly_canonical(to, error), outer = fs::canonical(folder, error);
-  return !error && std::ranges::mismatch(inner, outer).in2 == outer.end();
+  const auto outer = fs::canonical(folder, error);
+  if (error) return cannot_look(folder, error);
+  const auto inner = fs::weakly_canonical(to, error);
+  if (error) return cannot_look(to, error);
+  return std::ranges::mismatch(inner, outer).in2 == outer.end();
+}
+
+/// Are both one file?
+Result<bool> is_same(const std::string& source, const std::string& to) {
+  std::error_code error;
+  const bool same = fs::equivalent(source, to, error);
+  if (error && error != std::errc::no_such_file_or_directory)
+    return fail(Errc::io, "cannot tell whether " + source + " and " + to +
+                              " are one file: " + error.message());
+  return same;
+}
+
+/// Is what lies there no archive of tind's? Fails where it cannot be read, and may be one.
+Result<bool> is_foreign(const TileStore& there) {
+  const auto layer = there.layer_json();
+  if (!layer &&
+      (layer.error().code == Errc::io || (there.remote() && layer.error().code != Errc::bad_data)))
+    return std::unexpected(layer.error());
+  return !there.generation();
 }
 
 /// Does something lie there that is not to be replaced by an archive?
 Result<void> check_target(const Source& from, const std::string& to, bool force) {
-  std::error_code error;
   const bool remote = remote::is_remote(to);
-  if (!remote && !fs::exists(fs::status(to, error))) return {};
-  if (remote ? from.store.name() == to : fs::equivalent(from.store.name(), to, error))
+  const auto any = remote ? true : is_there(to);
+  if (!any) return std::unexpected(any.error());
+  if (!*any) return {};
+  const auto same =
+      remote || from.store.remote() ? from.store.name() == to : is_same(from.store.name(), to);
+  if (!same) return std::unexpected(same.error());
+  if (*same)
     return fail(Errc::invalid_argument, to + " is what is to be copied: name another file");
   const auto there = open_store(to);
-  if (const auto layer = there->layer_json(); remote && !layer) {
-    if (layer.error().code == Errc::not_found) return {};
-    if (layer.error().code != Errc::bad_data) return std::unexpected(layer.error());
-  }
-  if (!there->generation())
+  const auto foreign = is_foreign(*there);
+  if (!foreign && foreign.error().code == Errc::not_found) return {};
+  if (!foreign) return std::unexpected(foreign.error());
+  if (*foreign)
     return fail(
         Errc::invalid_argument,
         to + " is there, and no whole archive of tind's: move it away, or name another file");
@@ -314,17 +346,22 @@ Result<CopyReport> copy_store(const TileStore& store, const std::string& to, con
   auto from = look_at_source(store, o);
   if (!from) return std::unexpected(from.error());
   if (o.threads == 0 && remote::is_remote(to)) from->threads = kRemoteThreads;
-  if (!remote::is_remote(to) && lies_within(to, store.name()))
-    return fail(Errc::invalid_argument,
-                to + " is, or lies in, what is to be copied: name another place");
+  if (!remote::is_remote(to) && !store.remote()) {
+    const auto within = lies_within(to, store.name());
+    if (!within) return std::unexpected(within.error());
+    if (*within)
+      return fail(Errc::invalid_argument,
+                  to + " is, or lies in, what is to be copied: name another place");
+  }
   if (names_archive(to)) return into_archive(*from, to, o, progress);
-  std::error_code error;
   if (remote::is_remote(to)) {
     if (store.name() == object_prefix(to))
       return fail(Errc::invalid_argument, to + " is what is to be copied: name another prefix");
     return IntoFolder(*from, to, o).run(progress);
   }
-  if (fs::exists(to, error) && !fs::is_directory(to, error))
+  const auto type = file_type_of(to);
+  if (!type) return std::unexpected(type.error());
+  if (*type != fs::file_type::not_found && *type != fs::file_type::directory)
     return fail(Errc::invalid_argument,
                 to + " is a file, and no name of an archive (.pmtiles, .mbtiles)");
   return IntoFolder(*from, to, o).run(progress);

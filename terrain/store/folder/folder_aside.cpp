@@ -58,16 +58,24 @@ Result<std::optional<Proof>> proof_of(const std::string& folder, const std::stri
   return proof;
 }
 
-bool proven(const std::string& aside, const std::string& file, const std::optional<Proof>& proof) {
+/// Fails where a file that might prove itself cannot be read.
+Result<bool> proven(const std::string& aside, const std::string& file,
+                    const std::optional<Proof>& proof) {
   if (const auto id = tile_of_path(fs::path(file).relative_path()))
     return proof && proof->ledger && proof->ledger->names(*id);
   if (file == kLayer || file == kRecord) return proof.has_value();
-  if (file == kLedger) return proof || TileLedger::open(aside + file).has_value();
+  if (file == kLedger) {
+    if (proof) return true;
+    const auto ledger = TileLedger::open(aside + file);
+    if (!ledger && ledger.error().code == Errc::io) return std::unexpected(ledger.error());
+    return ledger.has_value();
+  }
   if (!file.starts_with(kBlocks)) return false;
   const std::string digest = file.substr(std::string_view(kBlocks).size());
   if (proof && proof->digest == digest) return true;
   const auto bytes = read_regular_file(aside + file);
-  return bytes && SourceBlocks::whole(*bytes, digest);
+  if (!bytes) return std::unexpected(bytes.error());
+  return SourceBlocks::whole(*bytes, digest);
 }
 
 bool may_hold_tiles(const std::string& folder) {
@@ -89,10 +97,11 @@ Result<std::vector<std::string>> names_below(const std::string& aside) {
   for (fs::recursive_directory_iterator it(aside, error), end; !error && it != end;
        it.increment(error)) {
     const std::string name = it->path().string().substr(aside.size());
-    const auto type = it->symlink_status(error).type();
-    if (type == fs::file_type::directory && may_hold_tiles(name))
+    const auto type = type_of(aside + name);
+    if (!type) return std::unexpected(type.error());
+    if (*type == fs::file_type::directory && may_hold_tiles(name))
       names.push_back(name + "/");
-    else if (type == fs::file_type::regular)
+    else if (*type == fs::file_type::regular)
       names.push_back(name);
     else
       return not_ours(aside + name);
@@ -116,22 +125,28 @@ bool is_update(const Json& from, const Json& to) {
 Result<std::vector<std::string>> look_aside(const std::string& folder, const char* name) {
   const std::string aside = folder + name;
   const auto type = type_of(aside);
-  if (type == fs::file_type::not_found) return std::vector<std::string>{};
-  if (type != fs::file_type::directory) return not_ours(aside);
+  if (!type) return std::unexpected(type.error());
+  if (*type == fs::file_type::not_found) return std::vector<std::string>{};
+  if (*type != fs::file_type::directory) return not_ours(aside);
   auto files = names_below(aside);
   if (!files) return files;
   std::erase_if(*files, [](const std::string& file) { return file.ends_with('/'); });
   if (files->empty()) return files;
   const auto proof = proof_of(folder, aside);
   if (!proof) return std::unexpected(proof.error());
-  for (const std::string& file : *files)
-    if (!proven(aside, file, *proof)) return not_ours(aside + file);
+  for (const std::string& file : *files) {
+    const auto own = proven(aside, file, *proof);
+    if (!own) return std::unexpected(own.error());
+    if (!*own) return not_ours(aside + file);
+  }
   return files;
 }
 
 Result<void> remove_aside(FolderFiles& files, const std::string& folder, const char* name) {
   const std::string aside = folder + name;
-  if (type_of(aside) != fs::file_type::directory) return {};
+  const auto type = type_of(aside);
+  if (!type) return std::unexpected(type.error());
+  if (*type != fs::file_type::directory) return {};
   auto own = look_aside(folder, name);
   if (!own) return std::unexpected(own.error());
   const auto proof = std::ranges::stable_partition(
@@ -167,7 +182,9 @@ Result<void> remove_old_tiles(FolderFiles& files, const std::string& folder,
 
 Result<void> adopt(FolderFiles& files, const std::string& folder) {
   const std::string ready = folder + kReady;
-  if (type_of(ready) == fs::file_type::not_found) return {};
+  const auto type = type_of(ready);
+  if (!type) return std::unexpected(type.error());
+  if (*type == fs::file_type::not_found) return {};
   auto own = look_aside(folder, kReady);
   if (!own) return std::unexpected(own.error());
   if (std::ranges::find(*own, kRecord) != own->end()) {

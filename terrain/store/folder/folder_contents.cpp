@@ -32,27 +32,23 @@ std::unexpected<Error> cannot_look(const std::string& path, const std::error_cod
   return fail(Errc::io, "cannot look into " + path + ": " + error.message());
 }
 
-fs::file_type type_of(const std::string& path) {
-  std::error_code ignored;  // "none" stands for it
-  return fs::symlink_status(path, ignored).type();
-}
-
-namespace {
-
-/// Fails where it cannot be told.
-Result<bool> is_of_type(const std::string& path, fs::file_type wanted) {
+Result<fs::file_type> type_of(const std::string& path) {
   std::error_code error;
   const auto type = fs::symlink_status(path, error).type();
   if (type == fs::file_type::none) return cannot_look(path, error);
-  return type == wanted;
+  return type;
 }
+
+namespace {
 
 Result<std::string> beginning_of(const std::string& path) {
   std::string text(8, '\0');
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   const auto got = file.get() < 0 ? ReadBytes{.error = errno}
                                   : read_up_to(file.get(), 0, text.data(), text.size());
-  if (got.error != 0) return fail(Errc::io, "cannot read " + path + ": " + errno_text(got.error));
+  if (got.error != 0)
+    return fail(got.error == ENOENT ? Errc::not_found : Errc::io,
+                "cannot read " + path + ": " + errno_text(got.error));
   text.resize(got.size);
   return text;
 }
@@ -97,16 +93,20 @@ Result<void> check_names(const std::string& folder, bool claimed) {
   for (const auto& [name, beginning] : beginnings) {
     const std::string path = folder + name;
     const auto type = type_of(path);
-    if (type == fs::file_type::not_found) continue;
-    if (type != fs::file_type::regular) return in_the_way(path, "is not a file");
-    if (!claimed && beginning_of(path).value_or("") != beginning)
-      return in_the_way(path, "is there");
+    if (!type) return std::unexpected(type.error());
+    if (*type == fs::file_type::not_found) continue;
+    if (*type != fs::file_type::regular) return in_the_way(path, "is not a file");
+    if (claimed) continue;
+    const auto begins = beginning_of(path);
+    if (!begins) return std::unexpected(begins.error());
+    if (*begins != beginning) return in_the_way(path, "is there");
   }
   for (const char* name : {kPartial, kAside, kReady}) {
     const std::string path = folder + name;
     const auto type = type_of(path);
-    if (type == fs::file_type::not_found) continue;
-    if (type != fs::file_type::directory) return in_the_way(path, "is not a folder");
+    if (!type) return std::unexpected(type.error());
+    if (*type == fs::file_type::not_found) continue;
+    if (*type != fs::file_type::directory) return in_the_way(path, "is not a folder");
     if (!claimed && name != kPartial) return in_the_way(path, "is there");
   }
   return {};
@@ -126,23 +126,19 @@ bool is_own_name(const std::string& name, const std::string& digest) {
          name == "3dtiles" || name.starts_with("3dtiles-");  // of tiles that lie here
 }
 
-namespace {
-
-/// Fails where the file has the name of one and cannot be read.
-Result<bool> holds_blocks(const std::string& path) {
+Result<bool> is_blocks(const std::string& path) {
   const std::string name = "/" + fs::path(path).filename().string();
   if (!name.starts_with(kBlocks) ||
       !all_of_hex(std::string_view(name).substr(std::string_view(kBlocks).size()), 32))
     return false;
-  if (const auto file = is_of_type(path, fs::file_type::regular); !file || !*file) return file;
+  const auto type = type_of(path);
+  if (!type) return std::unexpected(type.error());
+  if (*type != fs::file_type::regular) return false;
   const auto begins = beginning_of(path);
+  if (!begins && begins.error().code == Errc::not_found) return false;  // it went away just now
   if (!begins) return std::unexpected(begins.error());
   return begins->starts_with("TNSB");
 }
-
-}  // namespace
-
-bool is_blocks(const std::string& path) { return holds_blocks(path).value_or(false); }
 
 std::string tile_path(const std::string& folder, TileId id) {
   return folder + "/" + id.text() + kTileSuffix;
@@ -165,10 +161,10 @@ Result<void> check_way(const std::string& folder, const TileOrder& ids, bool cla
   const auto folder_there = [&](const std::string& path) -> Result<bool> {
     if (const auto it = there.find(path); it != there.end()) return it->second;
     const auto type = type_of(path);
-    if (type != fs::file_type::not_found && type != fs::file_type::directory) {
+    if (!type) return std::unexpected(type.error());
+    if (*type != fs::file_type::not_found && *type != fs::file_type::directory)
       return in_the_way(path, "is in the place of a folder of tiles");
-    }
-    return there[path] = type == fs::file_type::directory;
+    return there[path] = *type == fs::file_type::directory;
   };
   for (std::size_t k = 0; k < ids.size(); ++k) {
     const TileId id = ids[k];
@@ -179,7 +175,8 @@ Result<void> check_way(const std::string& folder, const TileOrder& ids, bool cla
     if (!*parent) continue;
     const std::string path = tile_path(folder, id);
     const auto type = type_of(path);
-    if (type == fs::file_type::not_found || (type == fs::file_type::regular && own(id))) continue;
+    if (!type) return std::unexpected(type.error());
+    if (*type == fs::file_type::not_found || (*type == fs::file_type::regular && own(id))) continue;
     return in_the_way(path, "is in the place of a tile");
   }
   return {};
@@ -188,21 +185,29 @@ Result<void> check_way(const std::string& folder, const TileOrder& ids, bool cla
 Result<void> check_blocks(const std::string& folder, const std::string& digest, bool named) {
   const std::string path = folder + kBlocks + digest;
   const auto type = type_of(path);
-  if (type == fs::file_type::not_found || is_blocks(path)) return {};
-  if (type != fs::file_type::regular) return in_the_way(path, "is not a file");
-  if (!named) return in_the_way(path, "is there");
+  if (!type) return std::unexpected(type.error());
+  if (*type == fs::file_type::not_found) return {};
+  if (*type != fs::file_type::regular) return in_the_way(path, "is not a file");
+  if (named) return {};
+  const auto blocks = is_blocks(path);
+  if (!blocks) return std::unexpected(blocks.error());
+  if (!*blocks) return in_the_way(path, "is there");
   return {};
 }
 
 Result<void> check_partial(const std::string& folder, bool began) {
   const std::string partial = folder + kPartial;
-  if (type_of(partial) != fs::file_type::directory) return {};
+  const auto there = type_of(partial);
+  if (!there) return std::unexpected(there.error());
+  if (*there != fs::file_type::directory) return {};
   const auto entries = entries_of(partial);
   if (!entries) return std::unexpected(entries.error());
   for (const fs::directory_entry& entry : *entries) {
     if (!is_partial_name(entry.path())) continue;
-    if (!began || type_of(entry.path().string()) != fs::file_type::regular)
-      return in_the_way(entry.path().string(), "is there");
+    const std::string path = entry.path().string();
+    const auto type = type_of(path);
+    if (!type) return std::unexpected(type.error());
+    if (!began || *type != fs::file_type::regular) return in_the_way(path, "is there");
   }
   return {};
 }
@@ -213,14 +218,18 @@ Result<void> check_places(const std::string& folder, const std::vector<std::stri
     for (auto end = file.find('/', 1); end != file.npos; end = file.find('/', end + 1))
       folders.insert(folder + file.substr(0, end));
     const auto type = type_of(folder + file);
-    if (type == fs::file_type::not_found) continue;
-    if (type != fs::file_type::regular) return in_the_way(folder + file, "is not a file");
-    if (file.starts_with(kBlocks) && !is_blocks(folder + file))
-      return in_the_way(folder + file, "is there");
+    if (!type) return std::unexpected(type.error());
+    if (*type == fs::file_type::not_found) continue;
+    if (*type != fs::file_type::regular) return in_the_way(folder + file, "is not a file");
+    if (!file.starts_with(kBlocks)) continue;
+    const auto blocks = is_blocks(folder + file);
+    if (!blocks) return std::unexpected(blocks.error());
+    if (!*blocks) return in_the_way(folder + file, "is there");
   }
   for (const std::string& path : folders) {
     const auto type = type_of(path);
-    if (type != fs::file_type::not_found && type != fs::file_type::directory)
+    if (!type) return std::unexpected(type.error());
+    if (*type != fs::file_type::not_found && *type != fs::file_type::directory)
       return in_the_way(path, "is in the place of a folder of tiles");
   }
   return {};
@@ -229,28 +238,30 @@ Result<void> check_places(const std::string& folder, const std::vector<std::stri
 Result<void> remove_tiles(FolderFiles& files, const std::string& folder, const TileLedger& ledger,
                           const std::function<bool(TileId)>& gone) {
   const auto remove_if_empty = [&](const std::string& path) -> Result<void> {
-    std::error_code error;
-    if (type_of(path) != fs::file_type::directory || !fs::is_empty(path, error) || error) return {};
+    std::error_code error;  // then it stays, which harms nobody
+    const auto type = type_of(path);
+    if (!type) return std::unexpected(type.error());
+    if (*type != fs::file_type::directory || !fs::is_empty(path, error) || error) return {};
     return files.remove(path);
   };
   for (std::size_t z = 0; z < ledger.levels().size(); ++z) {
     const std::string level = folder + "/" + std::to_string(z);
-    const auto level_there = is_of_type(level, fs::file_type::directory);
-    if (!level_there) return std::unexpected(level_there.error());
-    if (!*level_there) continue;
+    const auto level_type = type_of(level);
+    if (!level_type) return std::unexpected(level_type.error());
+    if (*level_type != fs::file_type::directory) continue;
     for (const proto::TileRange& r : ledger.levels()[z])
       for (std::uint64_t x = r.start_x; x <= r.end_x; ++x) {
         const std::string column = level + "/" + std::to_string(x);
-        const auto column_there = is_of_type(column, fs::file_type::directory);
-        if (!column_there) return std::unexpected(column_there.error());
-        if (!*column_there) continue;
+        const auto column_type = type_of(column);
+        if (!column_type) return std::unexpected(column_type.error());
+        if (*column_type != fs::file_type::directory) continue;
         for (std::uint64_t y = r.start_y; y <= r.end_y; ++y) {
           const TileId id{int(z), std::uint32_t(x), std::uint32_t(y)};
           if (!gone(id)) continue;
           const std::string tile = tile_path(folder, id);
-          const auto tile_there = is_of_type(tile, fs::file_type::regular);
-          if (!tile_there) return std::unexpected(tile_there.error());
-          if (!*tile_there) continue;
+          const auto type = type_of(tile);
+          if (!type) return std::unexpected(type.error());
+          if (*type != fs::file_type::regular) continue;
           if (auto done = files.remove(tile); !done) return done;
         }
         if (auto done = remove_if_empty(column); !done) return done;
@@ -267,7 +278,7 @@ Result<void> remove_other_blocks(FolderFiles& files, const std::string& folder,
   for (const fs::directory_entry& entry : *entries) {
     const std::string path = entry.path().string();
     if (path == folder + kBlocks + digest) continue;
-    const auto others = holds_blocks(path);
+    const auto others = is_blocks(path);
     if (!others) return std::unexpected(others.error());
     if (!*others) continue;
     if (auto done = files.remove(path); !done) return done;
@@ -282,12 +293,17 @@ std::string PartialPaths::next() { return begin_ + fmt::format("{:016x}", count_
 
 Result<void> remove_partial_files(FolderFiles& files, const std::string& folder) {
   const std::string partial = folder + kPartial;
-  if (type_of(partial) != fs::file_type::directory) return {};
+  const auto there = type_of(partial);
+  if (!there) return std::unexpected(there.error());
+  if (*there != fs::file_type::directory) return {};
   const auto entries = entries_of(partial);
   if (!entries) return std::unexpected(entries.error());
   for (const fs::directory_entry& entry : *entries) {
     const std::string path = entry.path().string();
-    if (!is_partial_name(entry.path()) || type_of(path) != fs::file_type::regular) continue;
+    if (!is_partial_name(entry.path())) continue;
+    const auto type = type_of(path);
+    if (!type) return std::unexpected(type.error());
+    if (*type != fs::file_type::regular) continue;
     if (auto done = files.remove(path); !done) return done;
   }
   std::error_code error;

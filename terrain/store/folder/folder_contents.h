@@ -52,10 +52,10 @@ Result<void> check_places(const std::string& folder, const std::vector<std::stri
 bool is_own_name(const std::string& name, const std::string& digest);
 /// Is it the name of a folder of tiles?
 bool is_level(const std::filesystem::path& name);
-/// A file of hashes of blocks, sound or not?
-bool is_blocks(const std::string& path);
-/// Without following links; "none" where it cannot be told.
-std::filesystem::file_type type_of(const std::string& path);
+/// A file of hashes of blocks, sound or not? Fails where it has the name of one and cannot be read.
+Result<bool> is_blocks(const std::string& path);
+/// Without following links. Fails (io) where it cannot be told: that is no word on what is there.
+Result<std::filesystem::file_type> type_of(const std::string& path);
 /// "PATH WHAT, and tind build did not make it: ..."
 std::unexpected<Error> in_the_way(const std::string& path, const std::string& what);
 std::unexpected<Error> cannot_look(const std::string& path, const std::error_code&);

@@ -34,15 +34,23 @@ std::string who() {
          " since " + since.data() + "\n";
 }
 
-std::string read_line(int file) {
+std::unexpected<Error> lock_failed(const std::string& what, const std::string& path, int code) {
+  return fail(Errc::io, "cannot " + what + " " + path + ": " + errno_text(code));
+}
+
+/// Fails where it cannot be read: what is written over might be somebody else's.
+Result<std::string> read_line(int file, const std::string& path) {
   std::array<char, 512> text{};
-  const std::string_view all(text.data(), read_up_to(file, 0, text.data(), text.size()).size);
+  const ReadBytes got = read_up_to(file, 0, text.data(), text.size());
+  if (got.error != 0) return lock_failed("read", path, got.error);
+  const std::string_view all(text.data(), got.size);
   return std::string(all.substr(0, all.find('\n')));
 }
 
-bool is_regular(int file) {
+Result<bool> is_regular(int file, const std::string& path) {
   struct stat status {};
-  return ::fstat(file, &status) == 0 && S_ISREG(status.st_mode);
+  if (::fstat(file, &status) != 0) return lock_failed("look into", path, errno);
+  return S_ISREG(status.st_mode);
 }
 
 std::unexpected<Error> in_the_way(const std::string& path) {
@@ -57,25 +65,25 @@ Result<FolderLock> FolderLock::take(const std::string& folder) {
   for (;;) {
     const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
     if (file < 0 && (errno == ELOOP || errno == EISDIR)) return in_the_way(path);
-    if (file < 0) return fail(Errc::io, "cannot create " + path + ": " + errno_text(errno));
+    if (file < 0) return lock_failed("create", path, errno);
     FolderLock lock(path, file);
-    if (!is_regular(file)) {
-      lock.path_.clear();  // not ours to remove
-      return in_the_way(path);
-    }
+    const auto regular = is_regular(file, path);
+    if (!regular || !*regular) lock.path_.clear();  // not ours to remove
+    if (!regular) return std::unexpected(regular.error());
+    if (!*regular) return in_the_way(path);
     struct flock byte {};
     byte.l_type = F_WRLCK, byte.l_whence = SEEK_SET, byte.l_start = kLockedByte, byte.l_len = 1;
     const bool taken = ::fcntl(file, F_OFD_SETLK, &byte) == 0;
     const int code = errno;
-    const std::string says = read_line(file);
-    if (!says.empty() && !says.starts_with(kWho)) {
+    const auto line = read_line(file, path);
+    const std::string says = line.value_or("");
+    if (!line || (!says.empty() && !says.starts_with(kWho))) {
       lock.path_.clear();  // not ours to remove
-      return in_the_way(path);
+      return line ? in_the_way(path) : std::unexpected(line.error());
     }
     if (!taken) {
       lock.path_.clear();
-      if (code != EAGAIN && code != EACCES)
-        return fail(Errc::io, "cannot lock " + path + ": " + errno_text(code));
+      if (code != EAGAIN && code != EACCES) return lock_failed("lock", path, code);
       return fail(Errc::busy, folder + " is being built by another tind (" +
                                   (says.empty() ? "just begun" : says.substr(kWho.size())) +
                                   "): wait for it, or choose another directory");
@@ -95,7 +103,7 @@ Result<FolderLock> FolderLock::take(const std::string& folder) {
     if (failed == 0 && kept) return lock;
     if (lock.left_behind_) lock.path_.clear();  // it says that a build began here, and goes on to
     if (!kept) return std::unexpected(kept.error());
-    return fail(Errc::io, "cannot write " + path + ": " + errno_text(failed));
+    return lock_failed("write", path, failed);
   }
 }
 

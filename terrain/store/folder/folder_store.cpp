@@ -43,7 +43,8 @@ InForce in_force(const std::string& base) {
   InForce now;
   const std::string ready = base + folder::kReady;
   auto own = TileLedger::open(base + folder::kLedger);
-  if (folder::type_of(ready) == fs::file_type::directory) {
+  // Where that cannot be told, no update moves in: tiles are then held against the folder's ledger.
+  if (const auto type = folder::type_of(ready); type && *type == fs::file_type::directory) {
     if (const auto record = read_regular_file(ready + folder::kRecord)) {
       auto moving = TileLedger::open(ready + folder::kLedger);
       if (!moving) moving = TileLedger::open(base + folder::kLedger);  // it has just moved
@@ -213,9 +214,11 @@ Result<std::optional<StoreListing>> FolderStore::list() const {
       it.disable_recursion_pending();  // an update on the way: no part of the set yet
     if (it->path().extension() != folder::kTileSuffix) {
       if (it.depth() > 0 ? it->is_directory(none) || !folder::is_level(*relative.begin())
-                         : folder::is_own_name(relative.string(), blocks) ||
-                               (moving_ && folder::is_blocks(it->path())))
+                         : folder::is_own_name(relative.string(), blocks))
         continue;
+      const auto old_blocks = moving_ && it.depth() == 0 ? folder::is_blocks(it->path()) : false;
+      if (!old_blocks) return std::unexpected(old_blocks.error());
+      if (*old_blocks) continue;
       listing.others.push_back(relative.string() + (it->is_directory(none) ? "/" : ""));
       continue;
     }

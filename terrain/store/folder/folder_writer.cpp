@@ -10,6 +10,8 @@
 
 #include "terrain/store/folder/folder_writer.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -42,10 +44,12 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::chrono::seconds kLongestPending{4};
 
-/// Nothing where it cannot be read, which others say.
-std::optional<proto::LayerJson> layer_in(const std::string& folder) {
+/// Nothing where there is none, or none that can be made sense of.
+Result<std::optional<proto::LayerJson>> layer_in(const std::string& folder) {
   const auto text = read_regular_file(folder + kLayer);
-  auto layer = text ? proto::decode_layer_json(*text) : std::unexpected(text.error());
+  if (!text && text.error().code != Errc::not_found) return std::unexpected(text.error());
+  if (!text) return std::nullopt;
+  auto layer = proto::decode_layer_json(*text);
   return layer ? std::optional(std::move(*layer)) : std::nullopt;
 }
 
@@ -146,19 +150,21 @@ std::unexpected<Error> refused(const std::string& folder, const std::string& why
   return fail(Errc::invalid_argument, folder + " holds " + why + ": " + what_to_do);
 }
 
-/// A ledger of this folder that says what it says of the tiles of this record.
-std::optional<TileLedger> ledger_of(const std::string& folder, const std::string& record) {
+/// A ledger of this folder that says what it says of the tiles of this record. Fails where it
+/// cannot be read: who took that for none would make all tiles again.
+Result<std::optional<TileLedger>> ledger_of(const std::string& folder, const std::string& record) {
   auto ledger = TileLedger::open(folder + kLedger);
-  if (!ledger || !ledger->belongs_to(record)) return {};
-  return std::move(*ledger);
+  if (!ledger && ledger.error().code == Errc::io) return std::unexpected(ledger.error());
+  if (!ledger || !ledger->belongs_to(record)) return std::nullopt;
+  return std::optional(std::move(*ledger));
 }
 
 /// The same, where it has a place for each of these.
-std::optional<TileLedger> ledger_in(const std::string& folder, const std::string& record,
-                                    const TileOrder& ids) {
+Result<std::optional<TileLedger>> ledger_in(const std::string& folder, const std::string& record,
+                                            const TileOrder& ids) {
   auto ledger = ledger_of(folder, record);
-  for (std::size_t k = 0; ledger && k < ids.size(); ++k)
-    if (!ledger->names(ids[k])) return {};
+  for (std::size_t k = 0; ledger && *ledger && k < ids.size(); ++k)
+    if (!(*ledger)->names(ids[k])) return std::nullopt;
   return ledger;
 }
 
@@ -169,24 +175,31 @@ Result<std::unique_ptr<TileWriter>> FolderWriter::claim(std::shared_ptr<FolderFi
   std::unique_ptr<FolderWriter> writer(
       new FolderWriter(std::move(shared_files), std::move(lock), output, work));
   const std::string path = output + kRecord;
-  const bool began = writer->lock_.left_behind() || type_of(path) == fs::file_type::regular;
+  const auto before = type_of(path);
+  if (!before) return std::unexpected(before.error());
+  const bool began = writer->lock_.left_behind() || *before == fs::file_type::regular;
   if (auto ok = check_partial(output, began); !ok) return std::unexpected(ok.error());
   if (auto ok = look_aside(output, kAside); !ok) return std::unexpected(ok.error());
   if (auto done = adopt(writer->files_, output); !done) return std::unexpected(done.error());
   const std::string record = encode(work.record);
-  const bool empty = type_of(path) == fs::file_type::not_found;
+  const auto now = type_of(path);
+  if (!now) return std::unexpected(now.error());
+  const bool empty = *now == fs::file_type::not_found;
   auto done = empty ? writer->claim_empty(work, record) : writer->go_on(work, record, progress);
   if (!done) return std::unexpected(done.error());
   return writer;
 }
 
 Result<void> FolderWriter::claim_empty(const TileWork& work, const std::string& record) {
-  if (type_of(output_ + kLayer) != fs::file_type::not_found)
-    return refused(output_, "a tile set that tind build did not make", "choose another directory");
-  for (const char* other : {kImagesRecord, kSceneryRecord, kCdbRecord})
-    if (type_of(output_ + other) != fs::file_type::not_found)
-      return refused(output_, std::string("what another format made (") + (other + 1) + ")",
-                     "choose another directory");
+  for (const char* other : {kLayer, kImagesRecord, kSceneryRecord, kCdbRecord}) {
+    const auto type = type_of(output_ + other);
+    if (!type) return std::unexpected(type.error());
+    if (*type == fs::file_type::not_found) continue;
+    return refused(output_,
+                   other == kLayer ? "a tile set that tind build did not make"
+                                   : fmt::format("what another format made ({})", other + 1),
+                   "choose another directory");
+  }
   const auto none = [](TileId) { return false; };
   if (auto ok = check_way(output_, ids_, false, none); !ok) return ok;
   if (auto ok = check_blocks(output_, work.blocks.digest, false); !ok) return ok;
@@ -202,7 +215,9 @@ Result<void> FolderWriter::go_on(const TileWork& work, const std::string& record
   const bool same = found == wanted;
   const bool update = is_record(found) && !same && is_update(found, wanted);
   if (!same && !update) return replace(work, record, found, difference(found, wanted));
-  ledger_ = update ? ledger_of(output_, *text) : ledger_in(output_, *text, ids_);
+  auto ledger = update ? ledger_of(output_, *text) : ledger_in(output_, *text, ids_);
+  if (!ledger) return std::unexpected(ledger.error());
+  ledger_ = std::move(*ledger);
   // Other tiles than before: which of those that are here are ours, only the ledger says.
   const bool others = update && found.contains("layers") && found["layers"] != wanted["layers"];
   if (others && !ledger_)
@@ -212,9 +227,12 @@ Result<void> FolderWriter::go_on(const TileWork& work, const std::string& record
   if (auto ok = check_blocks(output_, work.blocks.digest, same); !ok) return ok;
   if (auto done = remove_partial_files(files_, output_); !done) return done;
   if (update) {
-    if (const auto layer = layer_in(output_); layer && !work.force)
-      if (auto ok = most_stay(output_, layer->available, work.levels); !ok) return ok;
+    const auto layer = layer_in(output_);
+    if (!layer) return std::unexpected(layer.error());
+    if (*layer && !work.force)
+      if (auto ok = most_stay(output_, (*layer)->available, work.levels); !ok) return ok;
     auto dirty = changes_since(*text, work, output_);
+    if (!dirty && dirty.error().code == Errc::io) return std::unexpected(dirty.error());
     if (!dirty) {
       return replace(
           work, record, found,
@@ -241,6 +259,7 @@ Result<void> FolderWriter::replace(const TileWork& work, const std::string& reco
   if (!work.force)
     return refused(output_, why, "choose another directory, or --force to replace them");
   const auto old = TileLedger::open(output_ + kLedger);
+  if (!old && old.error().code == Errc::io) return std::unexpected(old.error());
   if (!old) {
     return refused(output_, why,
                    "without a whole ledger --force cannot tell which of them are "
@@ -322,7 +341,12 @@ Result<void> FolderWriter::start_update(const std::string& record, const TileWor
   claimed_ = true;
   // What an earlier run to the same content left there.
   const auto text = read_regular_file(aside + kRecord);
-  if (text && *text == record) aside_ = ledger_in(aside, record, ids_);
+  if (!text && text.error().code != Errc::not_found) return std::unexpected(text.error());
+  if (text && *text == record) {
+    auto ledger = ledger_in(aside, record, ids_);
+    if (!ledger) return std::unexpected(ledger.error());
+    aside_ = std::move(*ledger);
+  }
   if (aside_) {
     if (auto done = mend_blocks(aside, work.blocks); !done) return done;
   } else {

@@ -9,6 +9,7 @@
 
 #include "terrain/base/hash.h"
 #include "terrain/base/sqlite.h"
+#include "terrain/store/file_there.h"
 #include "terrain/store/ledger_entry.h"
 #include "terrain/store/mbtiles/mbtiles_seal.h"
 
@@ -97,14 +98,22 @@ Result<std::optional<std::string>> MbtilesStore::metadata(const char* name) {
 }
 
 Result<void> MbtilesStore::open() {
-  std::error_code error;
-  if (!fs::is_regular_file(path_, error))
-    return fail(fs::exists(path_, error) ? Errc::bad_data : Errc::not_found,
+  const auto type = file_type_of(path_);
+  if (!type) return std::unexpected(type.error());
+  if (*type != fs::file_type::regular)
+    return fail(*type == fs::file_type::not_found ? Errc::not_found : Errc::bad_data,
                 path_ + " is not a file");
+  std::error_code error;
   bytes_ = fs::file_size(path_, error);
+  if (error) return fail(Errc::io, "cannot look into " + path_ + ": " + error.message());
   auto db = Sqlite::open(path_, Sqlite::Open::read);
   if (!db) return std::unexpected(db.error());
   db_.emplace(std::move(*db));
+  // To SQLite a table that is not there is an error as one of reading is.
+  const auto tables =
+      db_->number("SELECT count(*) FROM sqlite_master WHERE name = 'metadata' COLLATE NOCASE");
+  if (!tables) return std::unexpected(tables.error());
+  if (*tables == 0) return fail(Errc::unsupported, path_ + " is no MBTiles: it has no metadata");
   const auto layer = metadata(kLayer), record = metadata(kRecord), seal = metadata(kSeal);
   for (const auto* one : {&layer, &record, &seal})
     if (!*one) return std::unexpected(one->error());

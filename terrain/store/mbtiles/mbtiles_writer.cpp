@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <filesystem>
 #include <optional>
 #include <utility>
 
 #include "terrain/base/hash.h"
 #include "terrain/base/sqlite.h"
+#include "terrain/store/file_there.h"
 #include "terrain/store/ledger_entry.h"
 #include "terrain/store/mbtiles/mbtiles_seal.h"
 #include "terrain/store/part_file.h"
@@ -46,13 +46,16 @@ std::string degrees(const std::array<double, 4>& bounds) {
 
 /// What an earlier database of this name left behind: SQLite would play it into the new one.
 Result<void> nothing_to_replay(const std::string& file) {
-  for (const char* const ending : {"-wal", "-journal"})
-    if (std::error_code none; std::filesystem::exists(file + ending, none))
+  for (const char* const ending : {"-wal", "-journal"}) {
+    const auto there = is_there(file + ending);
+    if (!there) return std::unexpected(there.error());
+    if (*there)
       return fail(Errc::invalid_argument,
                   file + ending +
                       " is there, of a database that is in use or was never closed, and "
                       "would become a part of the new one: move it away, or name "
                       "another file");
+  }
   return {};
 }
 

@@ -193,13 +193,16 @@ Result<void> ObjectWriter::replace(const std::vector<remote::ListedObject>& ther
   if (!old) return std::unexpected(old.error());
   std::map<TileId, Row> rows;
   const auto ledger = objects_.get(base_ + kLedger, kLargestObject);
+  if (!ledger && ledger.error().code == Errc::io) return std::unexpected(ledger.error());
   const auto known = ledger ? TileLedger::of_bytes(text_of(ledger->bytes), base_ + kLedger)
                             : Result<TileLedger>(std::unexpected(ledger.error()));
   const auto made = decode_build_record(text_of(old->bytes));
-  for (const remote::ListedObject& one : there)
-    if (one.key.starts_with(kJournal + 1))
-      if (const auto bytes = objects_.get(base_ + "/" + one.key, kLargestObject))
-        read_journal(text_of(bytes->bytes), hash64(text_of(old->bytes)), rows);
+  for (const remote::ListedObject& one : there) {
+    if (!one.key.starts_with(kJournal + 1)) continue;
+    const auto bytes = objects_.get(base_ + "/" + one.key, kLargestObject);
+    if (!bytes && bytes.error().code == Errc::io) return std::unexpected(bytes.error());
+    if (bytes) read_journal(text_of(bytes->bytes), hash64(text_of(old->bytes)), rows);
+  }
   std::vector<std::string> gone, last;
   for (const remote::ListedObject& one : there) {
     const auto id = tile_of_path(one.key);

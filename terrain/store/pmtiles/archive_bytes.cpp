@@ -30,8 +30,8 @@ class LocalBytes : public ArchiveBytes {
       return fail(errno == ENOENT ? Errc::not_found : Errc::io, path + ": " + errno_text(errno));
     std::unique_ptr<LocalBytes> made(new LocalBytes(path, file));
     struct stat status {};
-    if (::fstat(file, &status) != 0 || !S_ISREG(status.st_mode))
-      return fail(Errc::bad_data, path + " is not a file");
+    if (::fstat(file, &status) != 0) return fail(Errc::io, path + ": " + errno_text(errno));
+    if (!S_ISREG(status.st_mode)) return fail(Errc::bad_data, path + " is not a file");
     made->size_ = std::uint64_t(status.st_size);
     return made;
   }

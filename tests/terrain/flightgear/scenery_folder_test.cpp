@@ -4,7 +4,10 @@
 #include "terrain/flightgear/scenery_folder.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -206,6 +209,105 @@ TEST_F(SceneryFolder, TakesAwayBucketsOfBeforeAndNothingOfOthers) {
   for (const auto& [name, text] : stay) EXPECT_EQ(there[name], text) << name;
   EXPECT_NE(there[".dirindex"].find("d:Objects:" + sha1(there["Objects/.dirindex"])),
             std::string::npos);
+}
+
+TEST_F(SceneryFolder, ALinkInTheWayIsRefusedBeforeAnythingIsChanged) {
+  ASSERT_TRUE(write_scenery(plan(10), folder_));
+  const auto before = files();
+  const BucketId bucket = plan().buckets().front();
+  const std::string one = "Terrain/" + path_of(folder_of(bucket));
+  for (const std::string& place : {std::string("Terrain"), one.substr(0, one.rfind('/')), one,
+                                   one + "/" + btg_name(bucket), one + "/" + stg_name(bucket)}) {
+    const std::string at = folder_ + "/" + place, elsewhere = dir_.file("elsewhere");
+    fs::rename(at, elsewhere);
+    fs::create_symlink(elsewhere, at);
+    for (const double max_error_m : {10., 20.}) {
+      const auto refused = write_scenery(plan(max_error_m), folder_, {.force = true});
+      ASSERT_FALSE(refused) << place;
+      EXPECT_EQ(refused.error().code, Errc::invalid_argument);
+      EXPECT_NE(refused.error().what.find(at + " is in the place of"), std::string::npos);
+    }
+    EXPECT_TRUE(fs::is_symlink(at));
+    fs::remove(at);
+    fs::rename(elsewhere, at);
+    EXPECT_EQ(files(), before) << place;
+  }
+}
+
+TEST_F(SceneryFolder, ALinkThatMayHideBucketsOfBeforeIsRefused) {
+  const BucketId gone = bucket_at({8.5, 45.5});  // in no plan here
+  const std::string one = folder_ + "/Terrain/" + path_of(folder_of(gone));
+  ASSERT_TRUE(write_scenery(plan(10), folder_));
+  const auto before = files();
+  fs::create_directory_symlink(dir_.path(), one);
+  EXPECT_EQ(write_scenery(plan(20), folder_, {.force = true}).error().code, Errc::invalid_argument);
+  EXPECT_TRUE(write_scenery(plan(10), folder_)) << "it is not in the way of these";
+  fs::remove(one);
+  fs::create_directory(one);
+  fs::create_symlink(dir_.file("none"), one + "/" + btg_name(gone));
+  EXPECT_EQ(write_scenery(plan(20), folder_, {.force = true}).error().code, Errc::invalid_argument);
+  EXPECT_EQ(files(), before);
+}
+
+/// As a user who is not the files' own: root may look into everything.
+class AsNobody {
+ public:
+  AsNobody() : user_(::geteuid()) {
+    if (user_ == 0 && ::seteuid(65534) != 0) ADD_FAILURE();
+  }
+  ~AsNobody() {
+    if (user_ == 0 && ::seteuid(user_) != 0) std::abort();
+  }
+
+ private:
+  const uid_t user_;
+};
+
+TEST_F(SceneryFolder, BucketsOfBeforeThatCannotBeLookedAtDoNotComeUnderANewRecord) {
+  ASSERT_TRUE(write_scenery(plan(10), folder_));
+  const BucketPlan other = plan(20);
+  const BucketId gone = bucket_at({8.5, 45.5});  // in neither
+  const std::string closed = folder_ + "/Terrain/" + path_of(folder_of(gone));
+  fs::create_directories(closed);
+  std::ofstream(closed + "/" + btg_name(gone)) << "old";
+  const auto before = files();
+  for (const auto& entry : fs::recursive_directory_iterator(dir_.path()))
+    if (entry.is_directory()) fs::permissions(entry.path(), fs::perms(0777));
+  fs::permissions(dir_.path(), fs::perms(0755));
+  for (const fs::perms perms : {fs::perms::none, fs::perms(0444)}) {
+    fs::permissions(closed, perms);
+    {
+      const AsNobody nobody;
+      const auto failed = write_scenery(other, folder_, {.force = true});
+      ASSERT_FALSE(failed);
+      EXPECT_EQ(failed.error().code, Errc::io);
+    }
+    fs::permissions(closed, fs::perms(0755));
+    EXPECT_EQ(files(), before);
+  }
+  const auto report = write_scenery(other, folder_, {.force = true});
+  ASSERT_TRUE(report) << report.error().what;
+  EXPECT_EQ(report->kept, 0u);
+  EXPECT_TRUE(fs::is_empty(closed));
+}
+
+TEST_F(SceneryFolder, OfARecordThatCannotBeReadIsNotCalledAnothers) {
+  fs::create_directories(folder_);
+  ASSERT_EQ(::mkfifo((folder_ + "/tind-flightgear.txt").c_str(), 0666), 0);
+  EXPECT_EQ(write_scenery(plan(), folder_, {.force = true}).error().code, Errc::io);
+}
+
+TEST_F(SceneryFolder, GoesOnFromAKillJustBeforeItsRecordWasThere) {
+  fs::create_directories(folder_);
+  const std::string left = folder_ + "/tind-flightgear.txt.partial-0123456789abcdef";
+  std::ofstream(left) << "scenery";
+  std::ofstream(left + "0") << "mine";  // no name that a run gives
+  EXPECT_EQ(write_scenery(plan(), folder_).error().code, Errc::invalid_argument);
+  EXPECT_TRUE(fs::exists(left));
+  fs::remove(left + "0");
+  const auto report = write_scenery(plan(), folder_);
+  ASSERT_TRUE(report) << report.error().what;
+  EXPECT_FALSE(fs::exists(left));
 }
 
 TEST_F(SceneryFolder, OfSomebodyElseIsRefused) {

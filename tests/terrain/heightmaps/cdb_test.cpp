@@ -2,6 +2,7 @@
 // corners, levels that are complete, files that are kept.
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +14,7 @@
 #include "terrain/base/file_io.h"
 #include "terrain/heightmaps/cdb_folder.h"
 #include "terrain/heightmaps/cdb_tile.h"
+#include "terrain/store/folder/folder_lock.h"
 #include "terrain/surface/height_field.h"
 #include "tests/support/made_up_source.h"
 #include "tests/support/support.h"
@@ -160,6 +162,42 @@ TEST_F(CdbFolder, GoesOnAndRefusesWhatIsNotIts) {
   fs::create_directory(folder_.path() / "mine");
   std::ofstream(folder_.file("mine/notes")) << "mine";
   EXPECT_FALSE(write_folder(Surface(source_), {.output = folder_.file("mine"), .deepest = -9}));
+}
+
+TEST_F(CdbFolder, IsWrittenByOneAtATime) {
+  const std::string out = folder_.file("cdb");
+  fs::create_directories(out);
+  {
+    const auto other = FolderLock::take(out);
+    ASSERT_TRUE(other);
+    const auto busy = write_folder(Surface(source_), {.output = out, .deepest = -9});
+    ASSERT_FALSE(busy);
+    EXPECT_EQ(busy.error().code, Errc::busy);
+    EXPECT_EQ(files().size(), 1u) << "the lock's";
+  }
+  EXPECT_TRUE(write_folder(Surface(source_), {.output = out, .deepest = -9}));
+  EXPECT_FALSE(fs::exists(out + "/tind-lock"));
+}
+
+TEST_F(CdbFolder, OfARecordThatCannotBeReadIsNotCalledAnothers) {
+  ASSERT_EQ(::mkfifo(folder_.file("tind-cdb.txt").c_str(), 0666), 0);
+  const auto failed =
+      write_folder(Surface(source_), {.output = folder_.path().string(), .deepest = -9});
+  ASSERT_FALSE(failed);
+  EXPECT_EQ(failed.error().code, Errc::io);
+}
+
+TEST_F(CdbFolder, GoesOnFromAKillJustBeforeItsRecordWasThere) {
+  const std::string left = folder_.file("tind-cdb.txt.partial-0123456789abcdef");
+  const FolderOptions options{.output = folder_.path().string(), .deepest = -9};
+  std::ofstream(left) << "Elevations";
+  std::ofstream(left + "0") << "mine";  // no name that a run gives
+  EXPECT_EQ(write_folder(Surface(source_), options).error().code, Errc::invalid_argument);
+  EXPECT_TRUE(fs::exists(left));
+  fs::remove(left + "0");
+  const auto made = write_folder(Surface(source_), options);
+  ASSERT_TRUE(made) << made.error().what;
+  EXPECT_FALSE(fs::exists(left));
 }
 
 TEST_F(CdbFolder, WhatIsCutOffIsMadeAgain) {

@@ -5,6 +5,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
@@ -227,6 +228,58 @@ TEST_F(ImageFolder, GoesOnWhateverItsRecordSaysOfTheMiddle) {
   const auto again = write();
   ASSERT_TRUE(again) << again.error().what;
   EXPECT_EQ(again->built, 0u);
+}
+
+TEST_F(ImageFolder, RefusesALinkInTheWayBeforeItChangesAnything) {
+  const Surface other = std::make_shared<test::MadeUpSource>(
+      test::rough_terrain(300, 250, 6), Geographic{7.1, 45.9}, 4e-4, 0, "another");
+  const auto write_few = [&](const Surface& surface, bool force) {
+    return write_images(images_of(surface, {proto::HeightCode::mapbox, format_}), "dem",
+                        {.output = folder_, .last_level = 3, .threads = 2, .force = force});
+  };
+  ASSERT_TRUE(write_few(surface_, false));
+  const auto before = files();
+  const std::string record = *read_whole_file(folder_ + "/tind-images.json");
+  for (const std::string place : {"3", "3/4", "3/4/2.png"}) {
+    const std::string at = folder_ + "/" + place, elsewhere = dir_.file("elsewhere");
+    fs::rename(at, elsewhere);
+    fs::create_symlink(elsewhere, at);
+    for (const Surface& surface : {surface_, other}) {
+      const auto refused = write_few(surface, true);
+      ASSERT_FALSE(refused) << place;
+      EXPECT_EQ(refused.error().code, Errc::invalid_argument);
+      EXPECT_THAT(refused.error().what, HasSubstr(at + " is in the place of"));
+    }
+    EXPECT_TRUE(fs::is_symlink(at));
+    fs::remove(at);
+    fs::rename(elsewhere, at);
+    EXPECT_EQ(files(), before) << place;
+    EXPECT_EQ(*read_whole_file(folder_ + "/tind-images.json"), record);
+  }
+  fs::create_symlink("elsewhere", folder_ + "/20");  // deeper than any image: somebody else's
+  const auto report = write_few(other, true);
+  ASSERT_TRUE(report) << report.error().what;
+  EXPECT_EQ(report->built, report->tiles);
+  EXPECT_TRUE(fs::is_symlink(folder_ + "/20"));
+}
+
+TEST_F(ImageFolder, OfARecordThatCannotBeReadIsNotCalledAnothers) {
+  fs::create_directories(folder_);
+  ASSERT_EQ(::mkfifo((folder_ + "/tind-images.json").c_str(), 0666), 0);
+  EXPECT_EQ(write(proto::HeightCode::mapbox, true).error().code, Errc::io);
+}
+
+TEST_F(ImageFolder, GoesOnFromAKillJustBeforeItsRecordWasThere) {
+  fs::create_directories(folder_);
+  const std::string left = folder_ + "/tind-images.json.partial-0123456789abcdef";
+  std::ofstream(left) << "{";
+  std::ofstream(left + "0") << "mine";  // no name that a run gives
+  EXPECT_EQ(write().error().code, Errc::invalid_argument);
+  EXPECT_TRUE(fs::exists(left));
+  fs::remove(left + "0");
+  const auto report = write();
+  ASSERT_TRUE(report) << report.error().what;
+  EXPECT_FALSE(fs::exists(left));
 }
 
 TEST_F(ImageFolder, LeavesWhatIsNotItsOwnAndWaitsForNobody) {

@@ -21,6 +21,7 @@
 #include "terrain/store/open/open_store.h"
 #include "tests/support/made_up_tiles.h"
 #include "tests/support/support.h"
+#include "tests/terrain/store/as_somebody_else.h"
 
 namespace tind {
 namespace {
@@ -166,6 +167,10 @@ TEST_P(ArchiveStore, WhatSqliteWouldReplayIntoItIsNotLeftBesideIt) {
     EXPECT_THAT(copied.error().what, HasSubstr(ending));
     EXPECT_FALSE(fs::exists(path()));
     fs::remove(path() + ending);
+    fs::create_symlink(path() + ending, path() + ending);  // what is there cannot be told
+    EXPECT_EQ(copy(from_, path()).error().code, Errc::io);
+    EXPECT_FALSE(fs::exists(path()));
+    fs::remove(path() + ending);
   }
   EXPECT_TRUE(copy(from_, path()));
 }
@@ -247,6 +252,49 @@ TEST_P(ArchiveStore, WhatIsAnothersIsNotReplaced) {
   // Onto itself.
   EXPECT_EQ(copy_store(*open_store(path()), path(), {.force = true}).error().code,
             Errc::invalid_argument);
+}
+
+/// A name of which cannot be told what it stands for is not a free one.
+TEST_P(ArchiveStore, WhatCannotBeLookedAtIsNotReplaced) {
+  fs::create_symlink(path(), path());  // round in a circle: also root cannot follow it
+  for (const bool force : {false, true}) {
+    const auto copied = copy(from_, path(), {.force = force});
+    ASSERT_FALSE(copied);
+    EXPECT_EQ(copied.error().code, Errc::io) << copied.error().what;
+    EXPECT_TRUE(fs::is_symlink(path()));
+  }
+  const std::string inside = folder_.file("somewhere");
+  fs::create_symlink(inside, inside);
+  EXPECT_EQ(copy(from_, inside).error().code, Errc::io);
+  fs::remove(inside);
+  EXPECT_EQ(names().size(), 1u);
+}
+
+TEST_P(ArchiveStore, WhatCannotBeReadIsNotTakenForForeign) {
+  ASSERT_TRUE(copy(from_, path()));
+  const std::string before = *read_whole_file(path());
+  test::give_to_somebody(folder_.path());
+  {
+    const test::Closed closed(path());
+    const test::AsSomebodyElse nobody;
+    const auto copied = copy(from_, path(), {.force = true});
+    ASSERT_FALSE(copied);
+    EXPECT_EQ(copied.error().code, Errc::io) << copied.error().what;
+  }
+  EXPECT_TRUE(*read_whole_file(path()) == before);
+}
+
+TEST(CopyStore, ADatabaseOfSomebodyElseIsNotReplaced) {
+  test::TempDir folder;
+  const std::string path = folder.file("a.mbtiles");
+  {
+    auto db = Sqlite::open(path, Sqlite::Open::write);
+    ASSERT_TRUE(db);
+    ASSERT_TRUE(db->run("CREATE TABLE thesis (words TEXT)"));
+  }
+  const std::string before = *read_whole_file(path);
+  EXPECT_EQ(copy_store(InMemory(), path, {.force = true}).error().code, Errc::invalid_argument);
+  EXPECT_TRUE(*read_whole_file(path) == before);
 }
 
 TEST_P(ArchiveStore, WhatAKilledCopyLeftIsWrittenOver) {

@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <array>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <set>
@@ -19,11 +18,14 @@
 #include "terrain/store/folder/tile_ledger.h"
 #include "terrain/store/open/open_store.h"
 #include "tests/support/support.h"
+#include "tests/terrain/store/as_somebody_else.h"
 
 namespace tind {
 namespace {
 
 namespace fs = std::filesystem;
+using test::AsSomebodyElse;
+using test::Closed;
 using testing::ElementsAre;
 using testing::IsEmpty;
 
@@ -79,6 +81,25 @@ class FolderStoreTest : public testing::Test {
     return written;
   }
   std::string path() const { return folder_.file("tiles"); }
+  /// What a build of such heights says before its first tile; none is made.
+  Result<void> begin(float height, bool force = false) const {
+    const SourceBlocks heights = blocks(height);
+    const TileOrder ids(areas_, 0, 1);
+    TileWork work{
+        .ids = ids,
+        .levels = {{{0, 0, 1, 0}}, {{2, 1, 2, 1}}},
+        .record = {},
+        .blocks = {heights.digest(), [&] { return heights.encode(); }},
+        .changes = [](const BuildRecord&, std::string_view) -> Result<std::vector<std::uint8_t>> {
+          return std::vector<std::uint8_t>{1, 0, 0};
+        },
+        .force = force};
+    work.record.heights = heights.digest();
+    const auto locked = lock_store(path());
+    if (!locked) return std::unexpected(locked.error());
+    const auto writer = (*locked)->claim(work);
+    return writer ? Result<void>() : std::unexpected(writer.error());
+  }
 
   test::TempDir folder_;
   std::array<TileArea, 2> areas_;
@@ -151,20 +172,6 @@ TEST_F(FolderStoreTest, AListIsWhatLiesThere) {
   EXPECT_THAT((*listed)->strays, ElementsAre("1/2/x.terrain"));
   EXPECT_EQ(open_store(folder_.file("none"))->list().error().code, Errc::not_found);
 }
-
-/// As a user who is not the files' own: root may look into everything.
-class AsSomebodyElse {
- public:
-  AsSomebodyElse() : user_(::geteuid()) {
-    if (user_ == 0 && ::seteuid(65534) != 0) ADD_FAILURE();
-  }
-  ~AsSomebodyElse() {
-    if (user_ == 0 && ::seteuid(user_) != 0) std::abort();
-  }
-
- private:
-  const uid_t user_;
-};
 
 TEST_F(FolderStoreTest, APartOfAListingIsNone) {
   write(1, "a");
@@ -258,6 +265,107 @@ TEST_F(FolderStoreTest, ARecordThatCannotBeReadIsNotTakenForNone) {
   EXPECT_TRUE(folder::adopt(files, path()));
   EXPECT_FALSE(fs::exists(ready));
   EXPECT_FALSE(fs::exists(old));
+}
+
+/// Who is told that it is somebody else's moves it away, or takes --force.
+TEST_F(FolderStoreTest, WhatCannotBeReadIsNotTakenForForeign) {
+  write(1, "a");
+  fs::permissions(fs::path(path()).parent_path(), fs::perms(0755));
+  const std::string old_blocks = "/tind-blocks-" + blocks(1).digest();
+  test::give_to_somebody(path());
+  for (const std::string& name :
+       {std::string("/tind-tiles.ledger"), std::string("/tind-build.json"),
+        std::string("/layer.json"), old_blocks, std::string("/1"), std::string("/1/2")}) {
+    const Closed closed(path() + name);
+    const AsSomebodyElse nobody;
+    const auto begun = begin(2);
+    ASSERT_FALSE(begun) << name;
+    EXPECT_EQ(begun.error().code, Errc::io) << begun.error().what;
+    if (name == "/layer.json") continue;  // nobody asks what it names
+    EXPECT_EQ(begin(2, true).error().code, Errc::io) << name;
+  }
+  EXPECT_FALSE(fs::exists(path() + folder::kAside)) << "nothing was begun";
+  EXPECT_EQ(text_of(open_store(path())->read({1, 2, 1})), "1/2/1a");
+}
+
+TEST_F(FolderStoreTest, AnUpdateThatCannotBeReadIsNotTakenForForeign) {
+  write(1, "a");
+  ASSERT_TRUE(begin(2));
+  const std::string aside = path() + folder::kAside, ready = path() + folder::kReady;
+  ASSERT_TRUE(fs::exists(aside + folder::kLedger));
+  test::give_to_somebody(path());
+  FolderFiles files;
+  for (const std::string& name :
+       {std::string(folder::kLedger), std::string(folder::kRecord), std::string()}) {
+    const Closed closed(aside + name);
+    const AsSomebodyElse nobody;
+    EXPECT_EQ(begin(2).error().code, Errc::io) << name;
+    EXPECT_EQ(folder::remove_aside(files, path(), folder::kAside).error().code, Errc::io) << name;
+  }
+  {
+    const AsSomebodyElse nobody;
+    EXPECT_TRUE(begin(2)) << "it goes on";
+  }
+  // Names can be listed there, and what they are cannot be told.
+  fs::permissions(aside, fs::perms(0444));
+  {
+    const AsSomebodyElse nobody;
+    EXPECT_EQ(folder::look_aside(path(), folder::kAside).error().code, Errc::io);
+  }
+  fs::permissions(aside, fs::perms(0755));
+  // What proves itself: without a record nothing else does.
+  fs::rename(aside, ready);
+  fs::remove(ready + folder::kRecord);
+  for (const std::string& name :
+       {std::string(folder::kLedger), folder::kBlocks + blocks(2).digest()}) {
+    ASSERT_TRUE(fs::exists(ready + name));
+    const Closed closed(ready + name);
+    const AsSomebodyElse nobody;
+    EXPECT_EQ(folder::look_aside(path(), folder::kReady).error().code, Errc::io) << name;
+    EXPECT_EQ(folder::adopt(files, path()).error().code, Errc::io) << name;
+  }
+  EXPECT_TRUE(folder::look_aside(path(), folder::kReady));
+  {
+    const Closed closed(path());
+    const AsSomebodyElse nobody;
+    EXPECT_EQ(folder::adopt(files, path()).error().code, Errc::io);
+  }
+  EXPECT_TRUE(fs::exists(ready + folder::kLedger)) << "it may be an update that is whole";
+}
+
+TEST_F(FolderStoreTest, WhatIsInTheWayIsToldOnlyOfWhatCanBeSeen) {
+  const std::string blocks_name = "/tind-blocks-" + blocks(1).digest();
+  fs::create_directories(path() + "/0/0");
+  fs::create_directories(path() + folder::kPartial);
+  std::ofstream(path() + folder::kPartial + "/0123456789abcdef") << "half";
+  std::ofstream(path() + folder::kResiduals) << "tindRIX\n";
+  std::ofstream(path() + blocks_name) << "TNSB";
+  test::give_to_somebody(path());
+  const TileOrder ids(areas_, 0, 1);
+  const auto none = [](TileId) { return false; };
+  {
+    const Closed residuals(path() + folder::kResiduals), hashes(path() + blocks_name);
+    const AsSomebodyElse nobody;
+    EXPECT_EQ(folder::check_way(path(), ids, false, none).error().code, Errc::io);
+    EXPECT_EQ(folder::is_blocks(path() + blocks_name).error().code, Errc::io);
+    EXPECT_EQ(folder::check_blocks(path(), blocks(1).digest(), false).error().code, Errc::io);
+    EXPECT_TRUE(folder::check_blocks(path(), blocks(1).digest(), true)) << "ours, however damaged";
+    EXPECT_EQ(folder::check_places(path(), {blocks_name}).error().code, Errc::io);
+  }
+  fs::permissions(path() + folder::kPartial, fs::perms(0444));
+  {
+    const Closed level(path() + "/0");
+    const AsSomebodyElse nobody;
+    EXPECT_EQ(folder::check_way(path(), ids, false, none).error().code, Errc::io);
+    EXPECT_EQ(folder::check_places(path(), {"/0/0/0.terrain"}).error().code, Errc::io);
+    EXPECT_EQ(folder::check_partial(path(), true).error().code, Errc::io);
+    FolderFiles files;
+    EXPECT_EQ(folder::remove_partial_files(files, path()).error().code, Errc::io);
+  }
+  fs::permissions(path() + folder::kPartial, fs::perms(0755));
+  EXPECT_TRUE(folder::check_way(path(), ids, false, none));
+  EXPECT_TRUE(folder::check_partial(path(), true));
+  EXPECT_TRUE(folder::check_places(path(), {blocks_name, "/0/0/0.terrain"}));
 }
 
 TEST_F(FolderStoreTest, ALockThatIsNotOursStays) {

@@ -3,6 +3,7 @@
 #include "terrain/tiles3d/tileset_folder.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
@@ -178,6 +179,17 @@ TEST_F(Folder, OfMoreOrFewerLevelsOfTheSameTilesIsThatOfThose) {
   EXPECT_EQ(content_of(), of_few);
 }
 
+TEST_F(Folder, OfFewerTilesHasNoEmptyFolders) {
+  ASSERT_TRUE(write_tileset(*open(source_, 8), folder_));
+  const auto deep = [&](const std::string& name) { return folder_ + "/east/" + name; };
+  ASSERT_TRUE(fs::exists(deep("8")));
+  ASSERT_TRUE(write_tileset(*open(source_, 5), folder_));
+  EXPECT_FALSE(fs::exists(deep("8")));
+  EXPECT_TRUE(fs::exists(deep("5")));
+  for (const auto& entry : fs::recursive_directory_iterator(folder_))
+    EXPECT_FALSE(entry.is_directory() && fs::is_empty(entry.path())) << entry.path();
+}
+
 TEST_F(Folder, AStoppedRunLeavesNoTileset) {
   ASSERT_TRUE(write_tileset(*tiles_, folder_));
   const test::MadeUpSource other(test::rough_terrain(120, 100, 6), {7.1, 45.9}, 4e-4);
@@ -304,6 +316,14 @@ TEST_F(Folder, OfSomebodyElseIsNotTouched) {
   EXPECT_EQ(refused.error().code, Errc::invalid_argument);
   EXPECT_EQ(files(), std::set<std::string>{"tileset.json"});
   EXPECT_EQ(*read_whole_file(folder_ + "/tileset.json"), "{}");
+}
+
+TEST_F(Folder, OfARecordThatCannotBeReadIsNotCalledAnothers) {
+  fs::create_directories(folder_);
+  ASSERT_EQ(::mkfifo((folder_ + "/tind-3dtiles.json").c_str(), 0666), 0);
+  const auto failed = write_tileset(*tiles_, folder_);
+  ASSERT_FALSE(failed);
+  EXPECT_EQ(failed.error().code, Errc::io);
 }
 
 TEST_F(Folder, ATileThatCannotBeMadeIsTheResult) {

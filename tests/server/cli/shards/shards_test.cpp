@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -221,6 +222,20 @@ TEST_F(Shards, APlanReplacesNothingElse) {
   EXPECT_THAT(*read_whole_file(file("keep.json")), HasSubstr("FeatureCollection"));
   EXPECT_EQ(test::run_tind(line + file("new/folder/p.json")).code, 0);
   EXPECT_EQ(test::run_tind(line + file("new/folder/p.json")).code, 0) << "a plan is replaced";
+  // Of a name that cannot be looked at nobody knows what is there.
+  fs::create_symlink(file("round.json"), file("round.json"));
+  EXPECT_EQ(test::run_tind(line + file("round.json")).code, 74);
+  EXPECT_TRUE(fs::is_symlink(file("round.json")));
+}
+
+TEST_F(Shards, APlanSweepsWhatAKilledOneLeft) {
+  const std::string left = plan() + ".partial-0123456789abcdef";
+  std::ofstream(left) << "{\n";
+  make_plan(2);
+  EXPECT_TRUE(fs::exists(left)) << "somebody writes it";
+  fs::last_write_time(left, fs::file_time_type::clock::now() - std::chrono::hours(2));
+  make_plan(2);
+  EXPECT_FALSE(fs::exists(left));
 }
 
 TEST_F(Shards, StatusIsAskedWhetherAllIsThere) {

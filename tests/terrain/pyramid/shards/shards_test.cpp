@@ -409,6 +409,25 @@ TEST_F(ShardsTest, WhatIsNotAsItsRecordSaysIsRefusedAndMadeAgain) {
   expect_built(plan);
 }
 
+/// Then it need not be made again.
+TEST_F(ShardsTest, WhatCannotBeReadIsNotTakenForBroken) {
+  const ShardPlan plan = plan_of(2);
+  ASSERT_TRUE(make(plan, 0));
+  for (const std::string& path : {shards().pack(0), shards().record(0)}) {
+    fs::rename(path, folder_.file("away"));
+    fs::create_symlink(path, path);  // round in a circle: also root cannot follow it
+    EXPECT_TRUE((*shard_status(plan, shards()))[0].unread);
+    const auto merged = merge(plan, folder_.file("x.pmtiles"));
+    ASSERT_FALSE(merged);
+    EXPECT_EQ(merged.error().code, Errc::io) << merged.error().what;
+    fs::rename(folder_.file("away"), path);
+    EXPECT_EQ((*shard_status(plan, shards(), {.every_byte = true}))[0].state, ShardState::done);
+  }
+  fs::remove(shards().plan());
+  fs::create_symlink(shards().plan(), shards().plan());
+  EXPECT_EQ(make(plan, 1).error().code, Errc::io);
+}
+
 TEST_F(ShardsTest, ShardsOfAnotherPlanAreNotTaken) {
   const ShardPlan plan = plan_of(3);
   make_all(plan);
@@ -514,6 +533,36 @@ TEST_F(ShardsTest, StatusHearsWhoRuns) {
   remove_leftovers(shards());
   EXPECT_FALSE(fs::exists(shards().path() + "/00001.elsewhere-1.beat"));
   EXPECT_TRUE(fs::exists(shards().pack(0)));
+}
+
+/// As a kill leaves them just before they get their names.
+TEST_F(ShardsTest, UnfinishedFilesGoAndOnlyThose) {
+  fs::create_directories(shards().path());
+  const auto put = [](const std::string& path, double hours) {
+    std::ofstream(path) << "half";
+    fs::last_write_time(
+        path, fs::file_time_type::clock::now() - std::chrono::seconds(std::int64_t(3600 * hours)));
+  };
+  const std::string own[] = {"plan.partial-0123456789abcdef", "00001.json.partial-0123456789abcdef",
+                             "123456.json.partial-00000000ffffffff",
+                             "top.error.partial-0123456789abcdef"};
+  const std::string others[] = {"thesis.json.partial-0123456789abcdef", "00001.json.partial-01234",
+                                "00001.json.partial-0123456789abcdeg", "00001.json",
+                                "1.json.partial-0123456789abcdef"};
+  for (const auto& name : own) put(shards().path() + "/" + name, 2);
+  for (const auto& name : others) put(shards().path() + "/" + name, 2);
+  const std::string young = shards().path() + "/00002.json.partial-0123456789abcdef";
+  put(young, 0);
+  remove_leftovers(shards());
+  for (const auto& name : own) EXPECT_FALSE(fs::exists(shards().path() + "/" + name)) << name;
+  for (const auto& name : others) EXPECT_TRUE(fs::exists(shards().path() + "/" + name)) << name;
+  EXPECT_TRUE(fs::exists(young)) << "somebody writes it";
+  const std::string plan = folder_.file("PLAN.json"), ending = ".partial-0123456789abcdef";
+  put(plan, 2), put(plan + ending, 2), put(folder_.file("OTHER.json") + ending, 2);
+  remove_unfinished(plan);
+  EXPECT_FALSE(fs::exists(plan + ending));
+  EXPECT_TRUE(fs::exists(plan));
+  EXPECT_TRUE(fs::exists(folder_.file("OTHER.json") + ending));
 }
 
 }  // namespace
