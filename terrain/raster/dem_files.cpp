@@ -35,6 +35,18 @@ bool ends_in(std::string_view name, std::span<const std::string_view> endings) {
 
 bool is_picture(const std::string& path) { return lower_case(path).ends_with(".png"); }
 
+/// Fails where it cannot be told, or a link leads nowhere: its part of the DEM would be missing,
+/// and nobody would say so.
+Result<bool> is_file_there(const fs::directory_entry& entry) {
+  std::error_code error, ignored;
+  const auto type = entry.status(error).type();
+  if (type == fs::file_type::none)
+    return fail(Errc::io, entry.path().string() + ": cannot be looked at: " + error.message());
+  if (type == fs::file_type::not_found && entry.is_symlink(ignored))
+    return fail(Errc::not_found, entry.path().string() + ": is a link to what is not there");
+  return type == fs::file_type::regular;
+}
+
 Result<void> add_folder(const std::string& folder, const DemOptions& options, DemFiles& out) {
   std::error_code error;
   if (fs::exists(fs::path(folder) / "layer.json", error))
@@ -48,7 +60,10 @@ Result<void> add_folder(const std::string& folder, const DemOptions& options, De
     const std::string name = it->path().filename().string();
     std::error_code none;
     if (name.starts_with('.')) continue;
-    if (!it->is_regular_file(none) || !has_raster_ending(name, options.allow_vrt))
+    const bool is_named_so = has_raster_ending(name, options.allow_vrt);
+    const auto is_raster = is_named_so ? is_file_there(*it) : false;
+    if (!is_raster) return std::unexpected(is_raster.error());
+    if (!*is_raster)
       others += it->is_directory(none) || !ends_in(name, kBeside);
     else
       (is_picture(name) ? pictures : rasters).push_back(it->path().string());
@@ -146,10 +161,9 @@ bool is_dem_folder(const std::string& path) {
     return false;
   fs::directory_iterator it(path, error);
   for (; !error && it != fs::directory_iterator(); it.increment(error)) {
-    std::error_code none;
     const std::string name = it->path().filename().string();
-    if (!name.starts_with('.') && has_raster_ending(name, true) && it->is_regular_file(none))
-      return true;
+    if (name.starts_with('.') || !has_raster_ending(name, true)) continue;
+    if (is_file_there(*it).value_or(true)) return true;  // who reads it says what is wrong with it
   }
   return false;
 }

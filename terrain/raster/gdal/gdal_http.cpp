@@ -8,9 +8,14 @@
 #include <cpl_vsi_virtual.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cstdlib>
 #include <cstring>
 #include <memory>
 #include <mutex>
+#include <optional>
+#include <string_view>
+#include <thread>
 #include <vector>
 
 #include "terrain/raster/gdal/gdal_setup.h"
@@ -21,6 +26,7 @@ namespace tind {
 namespace {
 
 constexpr std::size_t kLargestFetch = 64u << 20;
+constexpr int kTries = 20;  // at a server that says that it was asked too often
 /// By these names GDAL's file systems of other machines go.
 constexpr const char* kRemote[] = {"adls", "az", "curl", "gs", "hdfs", "oss", "s3", "swift"};
 
@@ -93,6 +99,23 @@ void refuse_remote_files() {
   VSIFreeFilesystemPluginCallbacksStruct(none);
 }
 
+using Fetched = std::unique_ptr<CPLHTTPResult, decltype(&CPLHTTPDestroyResult)>;
+
+Fetched fetch(const std::string& url, const CPLStringList& options) {
+  we_fetch = true;
+  Fetched reply(CPLHTTPFetch(url.c_str(), options.List()), &CPLHTTPDestroyResult);
+  we_fetch = false;
+  return reply;
+}
+
+/// For how long a server that counts requests wants to be left alone; nothing where it does not.
+std::optional<std::chrono::seconds> asked_to_wait(const CPLHTTPResult* reply) {
+  const std::string_view why = reply && reply->pszErrBuf ? reply->pszErrBuf : "";
+  if (!why.ends_with(": 429")) return {};
+  const char* const said = CSLFetchNameValue(reply->papszHeaders, "Retry-After");
+  return std::chrono::seconds(std::clamp(said ? std::atoi(said) : 1, 1, 30));
+}
+
 class GdalUrlReader : public UrlReader {
  public:
   Result<std::vector<std::uint8_t>> read(const std::string& url, const std::string& accept,
@@ -113,10 +136,13 @@ Result<std::vector<std::uint8_t>> GdalUrlReader::read(const std::string& url,
   options.SetNameValue("TIMEOUT", "30");
   options.SetNameValue("CONNECTTIMEOUT", "10");
   options.SetNameValue("MAX_FILE_SIZE", std::to_string(kLargestFetch).c_str());
-  we_fetch = true;
-  const std::unique_ptr<CPLHTTPResult, decltype(&CPLHTTPDestroyResult)> reply(
-      CPLHTTPFetch(url.c_str(), options.List()), &CPLHTTPDestroyResult);
-  we_fetch = false;
+  Fetched reply = fetch(url, options);
+  for (int tries = 1; tries < kTries; ++tries) {
+    const auto pause = asked_to_wait(reply.get());
+    if (!pause) break;
+    std::this_thread::sleep_for(*pause);
+    reply = fetch(url, options);
+  }
   if (!reply) return fail(Errc::io, url + ": " + complaints.text("cannot be fetched"));
   if (reply->nStatus != 0 || reply->pszErrBuf) {
     const std::string why = reply->pszErrBuf ? reply->pszErrBuf : complaints.text("no answer");

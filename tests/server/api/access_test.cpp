@@ -3,11 +3,13 @@
 #include <spdlog/sinks/ostream_sink.h>
 #include <spdlog/spdlog.h>
 
+#include <atomic>
 #include <sstream>
 
 #include "server/http/message/request_parser.h"
 #include "server/services/access/access_gate.h"
 #include "server/services/jobs/jobs.h"
+#include "terrain/raster/url_reader.h"
 #include "tests/server/api/api_fixture.h"
 #include "tests/support/program.h"
 
@@ -154,7 +156,27 @@ TEST_F(AccessApi, SomeScopesMayBeOpen) {
   EXPECT_EQ(get("/terrain/made-up/layer.json").status, 200);
   EXPECT_EQ(get("/datasets").status, 401);
   EXPECT_EQ(get("/terrain/made-up/layer.json", "X-API-Key: wrong\r\n").status, 401);
-  EXPECT_EQ(get("/terrain/made-up/layer.json", "X-API-Key: secret\r\n").status, 403);
+  EXPECT_EQ(get("/terrain/made-up/layer.json", "X-API-Key: secret\r\n").status, 200)
+      << "a key takes nothing away";
+  gate_.set(rules({key("secret", {Scope::tiles, Scope::read}, {"other"})}, {Scope::tiles}));
+  EXPECT_EQ(get("/terrain/made-up/layer.json", "X-API-Key: secret\r\n").status, 200);
+  EXPECT_EQ(get("/elevation/made-up?lon=0&lat=0", "X-API-Key: secret\r\n").status, 403);
+}
+
+/// Which is how tind itself answers beyond a rate.
+TEST(UrlReader, WaitsWhereItAskedTooOften) {
+  std::atomic<int> asked = 0;
+  http::Router router;
+  router.get("/a", [&](const http::Request&, http::DeferredReply&) {
+    if (++asked < 3) return http::make_reply(429, "text/plain", "slower", {{"Retry-After", "1"}});
+    return http::make_reply(200, "text/plain", "here");
+  });
+  const test::RunningServer server(router);
+  const auto got =
+      gdal_url_reader().read("http://127.0.0.1:" + std::to_string(server.port()) + "/a", "*/*", "");
+  ASSERT_TRUE(got) << got.error().what;
+  EXPECT_EQ(std::string(got->begin(), got->end()), "here");
+  EXPECT_EQ(asked, 3);
 }
 
 TEST_F(AccessApi, AKeyOfSomeDatasetsSeesNoOther) {

@@ -186,6 +186,30 @@ void write_masked(const std::string& path, bool inside) {
   CPLSetThreadLocalConfigOption("GDAL_TIFF_INTERNAL_MASK", nullptr);
 }
 
+TEST(DemDamage, AMaskThatCannotBeReadIsNotPassedOver) {
+  const test::TempDir folder;
+  const std::string path = folder.file("out.tif"), mask = path + ".msk";
+  write_masked(path, false);
+  const std::string sound = bytes_of(mask);
+  for (const std::string& text : {std::string("garbage"), std::string(), sound.substr(0, 100)}) {
+    write(mask, text);
+    const auto got = read_all(path);
+    ASSERT_FALSE(got) << "its voids would be heights: " << text.size();
+    EXPECT_THAT(got.error().what, HasSubstr(mask));
+  }
+  for (const char* const name : {"out.tif.msk", "out.prj", "out.tfw"}) {
+    const std::string beside = folder.file(name);
+    std::filesystem::remove(beside);
+    std::filesystem::create_symlink(beside, beside);  // nobody can open it
+    const auto got = read_all(path);
+    ASSERT_FALSE(got);
+    EXPECT_THAT(got.error().what, HasSubstr(std::string(name) + ": is read with the raster"));
+    std::filesystem::remove(beside);
+    write(mask, sound);
+    EXPECT_TRUE(read_all(path));
+  }
+}
+
 TEST(DemDamage, FlippedBitsOfAMaskAreErrors) {
   const test::TempDir folder;
   for (const bool inside : {true, false}) {

@@ -117,6 +117,23 @@ TEST_F(DemReading, ErdasImagine) {
   EXPECT_EQ((*open(img))->info().driver, "HFA");
 }
 
+TEST_F(DemReading, ErdasImagineWithItsPostsInAnotherFile) {
+  const std::string img = folder_.file("r.img"), tif = test::testdata("rainier.tif");
+  const std::string script = "/usr/bin/python3 -c \"from osgeo import gdal; gdal.Translate('" +
+                             img + "', '" + tif +
+                             "', format='HFA', creationOptions=['USE_SPILL=YES'])\"";
+  ASSERT_EQ(std::system(script.c_str()), 0);
+  EXPECT_EQ(heights(img), heights(tif));
+  const std::string spill = folder_.file("r.ige");
+  for (const std::uintmax_t left :
+       {fs::file_size(spill) - 1, fs::file_size(spill) / 2, 10ul, 0ul}) {
+    fs::resize_file(spill, left);
+    const auto cut = open(img);
+    ASSERT_FALSE(cut) << "GDAL reads 0 behind the end: " << left;
+    EXPECT_THAT(cut.error().what, HasSubstr("r.ige: is cut off"));
+  }
+}
+
 TEST_F(DemReading, GeoTiffInAZip) {
   const std::string zip = folder_.file("r.tif.zip"), tif = test::testdata("rainier.tif");
   const std::string script = "/usr/bin/python3 -c \"import zipfile as z; f = z.ZipFile('" + zip +
@@ -332,6 +349,24 @@ TEST_F(DemReading, AFolderStandsForItsRasters) {
   EXPECT_THAT(heights(folder), ElementsAre(1, 2, 3, 7, 8, 9, 4, 5, 6, 10, 11, 12));
   EXPECT_EQ((*open(folder))->info().files.size(), 2u);
   EXPECT_THAT((*open(folder))->info().warnings, ElementsAre(HasSubstr("left out")));
+}
+
+TEST_F(DemReading, AFolderWithARasterThatCannotBeSeenIsNone) {
+  raw<std::int16_t>("b.bil", {1, 2, 3, 4, 5, 6}, kInt16);
+  const std::string folder = folder_.path().string(), link = folder_.file("a.tif");
+  fs::create_symlink("nowhere", link);
+  const auto nowhere = open(folder);
+  ASSERT_FALSE(nowhere) << "half of the DEM would be gone";
+  EXPECT_EQ(nowhere.error().code, Errc::not_found);
+  EXPECT_THAT(nowhere.error().what, HasSubstr(link));
+  EXPECT_TRUE(is_dem_folder(folder));
+  fs::remove(link);
+  fs::create_symlink("a.tif", link);  // round and round
+  const auto round = open(folder);
+  ASSERT_FALSE(round);
+  EXPECT_EQ(round.error().code, Errc::io);
+  fs::remove(link);
+  EXPECT_TRUE(open(folder));
 }
 
 TEST_F(DemReading, FoldersThatAreNoDems) {

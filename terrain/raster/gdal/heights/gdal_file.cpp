@@ -26,7 +26,9 @@
 #include <filesystem>
 #include <limits>
 #include <set>
+#include <string_view>
 
+#include "terrain/base/descriptor.h"
 #include "terrain/base/errno_text.h"
 #include "terrain/base/existing_file.h"
 #include "terrain/base/hash.h"
@@ -54,10 +56,18 @@ using File = std::unique_ptr<VSILFILE, CloseFile>;
 
 bool is_zip(const std::string& path) { return lower_case(path).ends_with(".zip"); }
 
-/// The path for GDAL: absolute, so that no prefix of GDAL's own name syntax can match.
+/// What GDAL cannot open beside a raster is for it not there; with these it would be other heights
+/// at other places.
+bool means_something(const fs::path& beside) {
+  constexpr std::string_view kEndings[] = {".msk", ".aux.xml", ".prj", ".qpj",
+                                           ".hdr", ".tfw",     ".wld"};
+  const std::string name = lower_case(beside.string());
+  return std::ranges::any_of(kEndings, [&](auto end) { return name.ends_with(end); });
+}
+
 /// Files that GDAL looks for beside a raster and opens unasked: a pipe of such a name would be
 /// waited for without end.
-Result<void> no_pipes_beside(const fs::path& raster) {
+Result<void> look_beside(const fs::path& raster) {
   constexpr const char* kBehind[] = {".ovr", ".OVR", ".msk", ".MSK", ".msk.ovr", ".aux.xml"};
   constexpr const char* kInstead[] = {".prj", ".PRJ", ".qpj", ".aux", ".AUX", ".aux.xml", ".ovr",
                                       ".OVR", ".msk", ".MSK", ".hdr", ".HDR", ".clr",     ".CLR",
@@ -71,6 +81,11 @@ Result<void> no_pipes_beside(const fs::path& raster) {
       return fail(Errc::bad_data, beside.string() +
                                       ": is a device or a pipe; what stands beside a raster is "
                                       "read from files");
+    if (type == fs::file_type::not_found || !means_something(beside)) return {};
+    const Descriptor file(::open(beside.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+    if (file.get() < 0 && errno != ENOENT && errno != ENOTDIR)
+      return fail(Errc::io, beside.string() + ": is read with the raster, and cannot be opened: " +
+                                errno_text(errno));
     return {};
   };
   for (const char* end : kBehind)
@@ -80,6 +95,7 @@ Result<void> no_pipes_beside(const fs::path& raster) {
   return {};
 }
 
+/// The path for GDAL: absolute, so that no prefix of GDAL's own name syntax can match.
 Result<std::string> real_file(const std::string& path) {
   std::error_code error;
   if (fs::is_directory(path, error))
@@ -89,7 +105,7 @@ Result<std::string> real_file(const std::string& path) {
   if (!fs::is_regular_file(path, error))
     return fail(Errc::not_found,
                 path + ": is a device or a pipe; a raster is read from a file, in any order");
-  if (auto ok = no_pipes_beside(path); !ok) return std::unexpected(ok.error());
+  if (auto ok = look_beside(path); !ok) return std::unexpected(ok.error());
   const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (file < 0) return fail(Errc::not_found, path + ": " + errno_text(errno));
   ::close(file);
@@ -383,6 +399,8 @@ Result<void> RasterFile::learn(IdleHandles::Handle& handle, const DemOptions& op
         !ok)
       return fail(path_, ok.error());
   }
+  if (facts_.driver == "HFA")
+    if (auto ok = check_spill(set); !ok) return ok;
   if (complaints.failed()) return fail(Errc::bad_data, path_ + ": " + complaints.text(""));
   return {};
 }

@@ -1,5 +1,6 @@
 #include "terrain/raster/gdal/heights/gdal_verify.h"
 
+#include <cpl_string.h>
 #include <cpl_vsi.h>
 #include <fmt/format.h>
 #include <gdal_priv.h>
@@ -14,6 +15,7 @@
 
 #include "terrain/base/deflate.h"
 #include "terrain/base/errno_text.h"
+#include "terrain/base/lower_case.h"
 
 namespace tind::gdal {
 namespace {
@@ -202,6 +204,68 @@ Result<void> check_ascii_grid(const std::string& real, std::int64_t posts, bool 
   if (numbers < posts)
     return fail(Errc::bad_data, fmt::format("holds {} numbers for {} posts", numbers, posts));
   return {};
+}
+
+namespace {
+
+/// The first of the files of a dataset with this ending; empty where there is none.
+std::string file_with_ending(GDALDataset& set, std::string_view ending) {
+  char** const all = set.GetFileList();
+  std::string found;
+  for (char** file = all; file && *file && found.empty(); ++file)
+    if (lower_case(*file).ends_with(ending)) found = *file;
+  CSLDestroy(all);
+  return found;
+}
+
+/// Of the blocks of all bands.
+std::uint64_t bytes_of_blocks(GDALDataset& set) {
+  GDALRasterBand& band = *set.GetRasterBand(1);
+  int cols = 1, rows = 1;
+  band.GetBlockSize(&cols, &rows);
+  const char* const said = band.GetMetadataItem("NBITS", "IMAGE_STRUCTURE");
+  const auto bits = std::uint64_t(said ? std::max(1, std::atoi(said))
+                                       : GDALGetDataTypeSizeBits(band.GetRasterDataType()));
+  const auto across = std::uint64_t((set.GetRasterXSize() - 1) / cols + 1);
+  const auto down = std::uint64_t((set.GetRasterYSize() - 1) / rows + 1);
+  return across * down * std::uint64_t(set.GetRasterCount()) *
+         ((std::uint64_t(cols) * std::uint64_t(rows) * bits + 7) / 8);
+}
+
+/// Before the blocks: a mark, what the stack of bands is like, and for each band a bit for each
+/// block. A file that was not written like that has at least the mark.
+std::uint64_t bytes_before_blocks(GDALDataset& set, VSILFILE& file) {
+  constexpr std::uint64_t kMark = 26, kStack = 1 + 5 * 4 + 2, kBand = 5 * 4;
+  std::array<std::uint8_t, kMark + kStack> head{};
+  if (VSIFReadL(head.data(), 1, head.size(), &file) != head.size()) return kMark;
+  const auto number = [&](std::size_t i) {
+    const std::uint8_t* const at = &head[kMark + 1 + i * 4];
+    return at[0] | at[1] << 8 | at[2] << 16 | std::int64_t(at[3]) << 24;
+  };
+  int cols = 1, rows = 1;
+  set.GetRasterBand(1)->GetBlockSize(&cols, &rows);
+  const std::array<std::int64_t, 5> wanted = {set.GetRasterCount(), set.GetRasterXSize(),
+                                              set.GetRasterYSize(), cols, rows};
+  for (std::size_t i = 0; i < wanted.size(); ++i)
+    if (number(i) != wanted[i]) return kMark;
+  const auto across = std::uint64_t((set.GetRasterXSize() - 1) / cols + 1);
+  const auto down = std::uint64_t((set.GetRasterYSize() - 1) / rows + 1);
+  return kMark + kStack + std::uint64_t(set.GetRasterCount()) * (kBand + (across + 7) / 8 * down);
+}
+
+}  // namespace
+
+Result<void> check_spill(GDALDataset& set) {
+  const std::string spill = file_with_ending(set, ".ige");
+  if (spill.empty()) return {};
+  const File file(VSIFOpenL(spill.c_str(), "rb"));
+  if (!file) return fail(Errc::io, spill + ": cannot be opened: " + errno_text(errno));
+  const std::uint64_t wanted = bytes_before_blocks(set, *file) + bytes_of_blocks(set);
+  if (VSIFSeekL(file.get(), 0, SEEK_END) != 0) return fail(Errc::io, spill + ": cannot be read");
+  const std::uint64_t there = VSIFTellL(file.get());
+  if (there >= wanted) return {};
+  return fail(Errc::bad_data, fmt::format("{}: is cut off: it has {} bytes, and its blocks take {}",
+                                          spill, there, wanted));
 }
 
 }  // namespace tind::gdal

@@ -49,4 +49,8 @@ class BlockSums {
 /// it takes all for `whole` ones, of 32 bits, so must they be: of "nan" it makes 0 there, too.
 Result<void> check_ascii_grid(const std::string& real, std::int64_t posts, bool whole);
 
+/// The posts of an Erdas .img may lie in an .ige beside it, which GDAL reads as 0 behind its end:
+/// it must be as long as its blocks. Those are not compressed.
+Result<void> check_spill(GDALDataset& set);
+
 }  // namespace tind::gdal

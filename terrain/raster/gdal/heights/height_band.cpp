@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 
 #include "terrain/base/lower_case.h"
@@ -200,6 +201,21 @@ Result<void> HeightBand::interpret(const std::string& path, GDALDataset& set,
   return {};
 }
 
+namespace {
+
+/// GDAL takes a mask that it cannot make out for none, and what it hides for heights.
+Result<void> no_mask_beside(const std::string& path) {
+  std::error_code ignored;
+  for (const char* const end : {".msk", ".MSK"})
+    if (std::filesystem::exists(std::filesystem::symlink_status(path + end, ignored)))
+      return fail(Errc::bad_data, path + end +
+                                      ": is no mask that could be read; mend it, or move it away "
+                                      "if there is to be none");
+  return {};
+}
+
+}  // namespace
+
 Result<HeightBand> HeightBand::of(const std::string& path, GDALDataset& set, double vertical_unit_m,
                                   bool whole, const DemOptions& options) {
   HeightBand heights;
@@ -208,6 +224,8 @@ Result<HeightBand> HeightBand::of(const std::string& path, GDALDataset& set, dou
     return std::unexpected(ok.error());
   if (auto ok = heights.interpret(path, set, vertical_unit_m, options); !ok)
     return std::unexpected(ok.error());
+  if (!heights.masked_ && !whole)
+    if (auto ok = no_mask_beside(path); !ok) return std::unexpected(ok.error());
   const bool three = heights.encoding_ != HeightEncoding::number && heights.palette_.empty();
   if (!whole)
     heights.sums_ = std::make_unique<BlockSums>(set, planes(set, heights.band_, three ? 3 : 1));
