@@ -26,10 +26,13 @@ bool is_verbose(const http::Request& request) {
 std::string report(const App& app, bool reasons) {
   std::string out = app.server && app.server->ready() ? "[+] listening\n" : "[-] listening\n";
   out += fmt::format("[+] {} datasets\n", app.catalog.all().size());
-  if (!app.keeper) return out;
   const auto because = [&](const std::string& why) {
     return reasons ? ": " + logging::printable(why) : std::string(" (the log says why)");
   };
+  if (app.jobs)
+    if (const auto can = app.jobs->can_keep(); !can)
+      out += fmt::format("[-] no job can be kept{}\n", because(can.error().what));
+  if (!app.keeper) return out;
   const auto status = app.keeper->status();
   if (status.wrong)
     out += fmt::format("[-] reload at {} failed, what there was stays{}\n", status.when,

@@ -73,9 +73,10 @@ std::optional<http::Reply> refuse_damaged(const services::Jobs& jobs, const Job&
   const auto whole = jobs.is_whole(job);
   if (!whole) return lost(target);
   if (*whole) return std::nullopt;
-  return http::problem_reply({.status = 500,
-                              .detail = "The result is not as the job made it; ask for it again.",
-                              .instance = target});
+  return http::problem_reply(
+      {.status = 500,
+       .detail = "The result is not as the job made it; execute the process again.",
+       .instance = target});
 }
 
 http::Reply file_reply(const std::string& path, const JobOrder::Output& output,

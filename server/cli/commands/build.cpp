@@ -462,7 +462,7 @@ int run(Arguments a) {
 void add_build(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
   Command c = program.add_subcommand(
-      "build", "make the tile pyramid of a DEM, or of layers of several, in a directory");
+      "build", "Make the tile pyramid of a DEM, or of layers of several, in a directory");
   c.add_option("DEM", a->input.files, "raster files");
   c.add_option("-o,--output", a->options.output, "directory of the tiles, or s3://BUCKET/PREFIX");
   c.add_option("--format", a->format,

@@ -62,7 +62,7 @@ void add_copy(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
   Command c = program.add_subcommand(
       "copy",
-      "copy a tile set into a directory, a PMTiles archive, an MBTiles database or object storage");
+      "Copy a tile set into a directory, a PMTiles archive, an MBTiles database or object storage");
   c.add_option(
        "FROM", a->from,
        "a directory of tiles, X.pmtiles, X.mbtiles, s3://BUCKET/PREFIX, s3://BUCKET/X.pmtiles, "

@@ -353,7 +353,7 @@ int run(Arguments a) {
 void add_export(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
   Command c =
-      program.add_subcommand("export", "heights as a raster that an engine or a simulator imports");
+      program.add_subcommand("export", "Heights as a raster that an engine or a simulator imports");
   c.add_option("DEM", a->input.files, "raster files");
   c.add_option("-o,--output", a->output,
                "the file, beside which its scale is written as FILE.json: .png (16 bits), .r16 "

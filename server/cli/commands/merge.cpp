@@ -71,7 +71,7 @@ int run(Arguments a) {
 void add_merge(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
   Command c = program.add_subcommand(
-      "merge", "make the tile set of the shards of a plan: a directory, PMTiles or MBTiles");
+      "merge", "Make the tile set of the shards of a plan: a directory, PMTiles or MBTiles");
   c.add_option("DEM", a->named.files,
                "where the files are on this machine, if not where the plan says");
   c.add_option("--plan", a->plan, "the plan of tind plan-build").required();

@@ -355,7 +355,8 @@ Result<std::unique_ptr<services::Jobs>> open_jobs(const Config& config) {
                                              .file_bytes = megabytes(config.jobs_result_mb),
                                              .cpu_time = time,
                                              .wall_time = time}});
-  if (jobs || !config.jobs_dir.empty()) return jobs;
+  if (!jobs && !config.jobs_dir.empty()) return fail("jobs-dir", jobs.error());
+  if (jobs) return jobs;
   // Nobody asked for them by name: a daemon that may write nowhere serves all the same.
   spdlog::warn("no jobs, no /processes: {}", logging::printable(jobs.error().what));
   return nullptr;

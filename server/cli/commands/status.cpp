@@ -143,7 +143,7 @@ int run(const Arguments& a) {
 void add_status(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
   Command c = program.add_subcommand("status",
-                                     "which shards of a plan are done, running, failed or missing");
+                                     "Which shards of a plan are done, running, failed or missing");
   c.add_option("--plan", a->plan, "the plan of tind plan-build").required();
   c.add_option("--shards", a->shards,
                "the directory with the folder shards (default: that of the plan)");

@@ -125,7 +125,7 @@ void add_verify(Command program, int& exit) {
   auto a = std::make_shared<Arguments>();
   Command c = program.add_subcommand(
       "verify",
-      "hold every tile of a store against the hash that was kept when it was written; mend it");
+      "Hold every tile of a store against the hash that was kept when it was written; mend it");
   c.add_option("STORE", a->where, "a directory of tiles, X.pmtiles or X.mbtiles; also at s3://")
       .required();
   c.add_flag("--repair", a->repair,

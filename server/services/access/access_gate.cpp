@@ -179,13 +179,19 @@ std::optional<Reply> AccessGate::refuse(Request& request, const Operation* opera
   if (!key && !secret.empty()) return wrong_key(request, "There is no such key.");
   if (!key && has(rules.without_a_key, operation->scope)) return std::nullopt;
   if (!key) return no_key(request);
+  const bool of_too_many = dataset.empty() && !key->datasets.empty() && !operation->heeds_access;
+  const bool granted =
+      has(key->scopes, operation->scope) && sees_all(*request.access, dataset) && !of_too_many;
+  if (!granted && has(rules.without_a_key, operation->scope)) {
+    request.access = nullptr;  // whoever has a key may do what is everybody's
+    return std::nullopt;
+  }
   if (!has(key->scopes, operation->scope))
     return forbidden(request, fmt::format("This takes a key of the scope {}; yours has {}.",
                                           name(operation->scope), scopes_text(key->scopes)));
   if (!sees_all(*request.access, dataset))
     return forbidden(request, "The key is not for this dataset.");
-  if (dataset.empty() && !key->datasets.empty() && !operation->heeds_access)
-    return forbidden(request, "This is of all datasets; the key is for some.");
+  if (of_too_many) return forbidden(request, "This is of all datasets; the key is for some.");
   // A cache that many share would give it to those without a key: the strictest word counts.
   if (!has(rules.without_a_key, operation->scope)) request.fields += "Cache-Control: private\r\n";
   return std::nullopt;

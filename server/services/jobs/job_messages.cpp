@@ -57,9 +57,13 @@ bool from_outside(int signal) {
   return signal == SIGKILL || signal == SIGTERM || signal == SIGINT || signal == SIGHUP;
 }
 
+std::string result_too_large(std::uint64_t bytes) {
+  return "its result is larger than those of jobs may be, " + std::to_string(bytes >> 20) +
+         " MB: ask for a smaller area, or for less detail";
+}
+
 std::string why_killed(int signal) {
   if (signal == SIGXCPU) return "it took more CPU time than jobs may: ask for a smaller area";
-  if (signal == SIGXFSZ) return kResultTooLarge;
   if (from_outside(signal))
     return "it was ended from outside, twice: by the operator, or by a system that had no memory "
            "left";

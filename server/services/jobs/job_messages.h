@@ -2,6 +2,7 @@
 // What the program of a job says on its standard error, and how it ended, for the client who asked
 // for the job: without the paths of the machine it ran on.
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -22,7 +23,7 @@ std::string for_client(std::string message, const std::string& folder,
 bool from_outside(int signal);
 std::string why_killed(int signal);
 
-inline constexpr const char* kResultTooLarge =
-    "its result is larger than those of jobs may be: ask for fewer triangles";
+/// `bytes`: as large as results may be.
+std::string result_too_large(std::uint64_t bytes);
 
 }  // namespace tind::services

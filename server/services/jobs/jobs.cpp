@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 #include <sys/random.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -230,8 +231,14 @@ void Jobs::count_stored() {
   if (const auto stored = store_->total_bytes()) stored_bytes_ = *stored;
 }
 
+Result<void> Jobs::can_keep() const {
+  if (::access(folder_.c_str(), R_OK | W_OK | X_OK) == 0) return {};
+  return fail(Errc::io, "the folder of jobs, " + folder_ + ": " + errno_text(errno));
+}
+
 Result<Job> Jobs::submit(const JobOrder& order, Done done, std::stop_token gone,
                          Unchanged unchanged) {
+  if (auto there = can_keep(); !there) return std::unexpected(there.error());
   const auto live = std::make_shared<Live>();
   Job& job = live->job;
   job.id = new_id();
@@ -516,8 +523,8 @@ void Jobs::run(const std::shared_ptr<Live>& live, const std::stop_token& stop) {
     case ChildEnd::Why::killed:
       spdlog::warn("job {}: ended by signal {}", live->job.id, ended->code);
       if (from_outside(ended->code) && live->job.attempts < kMostAttempts) return put_back(live);
-      if (ended->code == SIGXCPU || ended->code == SIGXFSZ)
-        return too_much(why_killed(ended->code));
+      if (ended->code == SIGXFSZ) return too_much(result_too_large(limits.file_bytes));
+      if (ended->code == SIGXCPU) return too_much(why_killed(ended->code));
       return end(live, JobStatus::failed, why_killed(ended->code));
     case ChildEnd::Why::exited:
       break;
@@ -527,8 +534,8 @@ void Jobs::run(const std::shared_ptr<Live>& live, const std::stop_token& stop) {
     return end(live, JobStatus::successful, "done");
   }
   if (ended->code == kCannotWrite && said.find(errno_text(EFBIG)) != said.npos)
-    return too_much(kResultTooLarge);
-  if (said.find("std::bad_alloc") != said.npos)
+    return too_much(result_too_large(limits.file_bytes));
+  if (said.starts_with("out of memory") || said.find("std::bad_alloc") != said.npos)
     return too_much("it took more memory than jobs may, " +
                     std::to_string(limits.memory_bytes >> 20) + " MB: ask for a smaller area");
   {

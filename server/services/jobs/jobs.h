@@ -61,6 +61,9 @@ class Jobs {
   Result<Job> submit(const JobOrder&, Done done = {}, std::stop_token gone = {},
                      Unchanged unchanged = {});
 
+  /// Fails where its folder has gone, or may not be written to: no job would find a place.
+  Result<void> can_keep() const;
+
   Result<std::optional<Job>> find(std::string_view id) const;
   Result<std::vector<Job>> of_client(std::string_view client, std::size_t most) const;
   /// Stops it, drops its files and calls it dismissed. Nothing where there is none of that id.

@@ -95,6 +95,11 @@ TEST_F(JobsTest, LimitsAreHeld) {
   const Job large = run(*jobs, shell("head -c 3000000 /dev/zero > out.txt"));
   EXPECT_EQ(large.status, JobStatus::failed);
   EXPECT_FALSE(fs::exists(folder(large)));
+  EXPECT_NE(large.message.find("than those of jobs may be, 1 MB"), std::string::npos)
+      << large.message;
+  const Job full = run(*jobs, shell("echo 'tind: out of memory: run it again' >&2; exit 75"));
+  EXPECT_NE(full.message.find("more memory than jobs may, 512 MB"), std::string::npos);
+  EXPECT_EQ(full.exit_code, 65) << "the same request would end like that again";
   const Job hungry = run(*jobs, shell("echo 'tind: internal error: std::bad_alloc' >&2; exit 1"));
   EXPECT_NE(hungry.message.find("more memory than jobs may, 512 MB"), std::string::npos);
   EXPECT_EQ(hungry.exit_code, 65);
@@ -110,6 +115,18 @@ TEST_F(JobsTest, LimitsAreHeld) {
   EXPECT_EQ(slow.status, JobStatus::failed);
   EXPECT_NE(slow.message.find("longer"), std::string::npos) << slow.message;
   EXPECT_EQ(slow.exit_code, 65);
+}
+
+TEST_F(JobsTest, WhereTheirFolderHasGoneNoneIsTaken) {
+  const auto jobs = open();
+  EXPECT_TRUE(jobs->can_keep());
+  fs::rename(dir_.file("jobs"), dir_.file("away"));
+  EXPECT_FALSE(jobs->can_keep());
+  const auto refused = jobs->submit(shell("echo a > out.txt"));
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, Errc::io);
+  fs::rename(dir_.file("away"), dir_.file("jobs"));
+  EXPECT_EQ(run(*jobs, shell("echo a > out.txt")).status, JobStatus::successful);
 }
 
 TEST_F(JobsTest, WhatIsDismissedStopsAndLeavesNothing) {

@@ -62,6 +62,12 @@ TEST(TomlFile, NoTextHoldsTheCharacterThatEndsNamesOfFiles) {
             std::string::npos);
 }
 
+/// Which toml++ 3.3 takes for impossible.
+TEST(TomlFile, AControlCharacterBeginsNoKey) {
+  for (const char* wrong : {"[\x01layer]\n", "a = 1\n[[\x06ayer]]\n"})
+    EXPECT_NE(error(wrong).find("control characters"), std::string::npos) << error(wrong);
+}
+
 /// toml++ 3.3 calls U+00A1 to U+0499 unreachable there.
 TEST(TomlFile, LettersThatAreNotAsciiStandInQuotes) {
   for (const char* wrong : {"gr\xc3\xb6\xc3\x9f"
