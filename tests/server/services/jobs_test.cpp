@@ -92,7 +92,7 @@ TEST_F(JobsTest, LimitsAreHeld) {
   JobLimits limits;
   limits.each = {.memory_bytes = 512u << 20, .file_bytes = 1u << 20, .cpu_time = 1s, .niceness = 0};
   auto jobs = open(limits);
-  const Job large = run(*jobs, shell("head -c 3000000 /dev/zero > out.txt"));
+  const Job large = run(*jobs, shell("exec head -c 3000000 /dev/zero > out.txt"));
   EXPECT_EQ(large.status, JobStatus::failed);
   EXPECT_FALSE(fs::exists(folder(large)));
   EXPECT_NE(large.message.find("than those of jobs may be, 1 MB"), std::string::npos)

@@ -64,7 +64,7 @@ TEST(TomlFile, NoTextHoldsTheCharacterThatEndsNamesOfFiles) {
 
 /// Which toml++ 3.3 takes for impossible.
 TEST(TomlFile, AControlCharacterBeginsNoKey) {
-  for (const char* wrong : {"[\x01layer]\n", "a = 1\n[[\x06ayer]]\n"})
+  for (const char* wrong : {"[\x01layer]\n", "a = 1\n[[\x06layer]]\n"})
     EXPECT_NE(error(wrong).find("control characters"), std::string::npos) << error(wrong);
 }
 
