@@ -123,7 +123,9 @@ TEST_F(DemReading, ErdasImagineWithItsPostsInAnotherFile) {
                              img + "', '" + tif +
                              "', format='HFA', creationOptions=['USE_SPILL=YES'])\"";
   ASSERT_EQ(std::system(script.c_str()), 0);
-  EXPECT_EQ(heights(img), heights(tif));
+  const std::vector<float> a = heights(img), b = heights(tif);
+  ASSERT_EQ(a.size(), b.size());
+  EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size() * sizeof(float)), 0);
   const std::string spill = folder_.file("r.ige");
   for (const std::uintmax_t left :
        {fs::file_size(spill) - 1, fs::file_size(spill) / 2, 10ul, 0ul}) {
