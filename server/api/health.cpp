@@ -8,6 +8,7 @@
 #include "server/api/app.h"
 #include "server/log/printable.h"
 #include "server/services/metrics.h"
+#include "terrain/base/errno_text.h"
 
 namespace tind::api {
 namespace {
@@ -29,9 +30,9 @@ std::string report(const App& app, bool reasons) {
   const auto because = [&](const std::string& why) {
     return reasons ? ": " + logging::printable(why) : std::string(" (the log says why)");
   };
-  if (app.jobs)
-    if (const auto can = app.jobs->can_keep(); !can)
-      out += fmt::format("[-] no job can be kept{}\n", because(can.error().what));
+  if (const int code = app.jobs ? app.jobs->unwritable() : 0; code != 0)
+    out +=
+        fmt::format("[-] the folder of jobs cannot be written to{}\n", because(errno_text(code)));
   if (!app.keeper) return out;
   const auto status = app.keeper->status();
   if (status.wrong)

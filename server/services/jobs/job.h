@@ -31,7 +31,8 @@ struct EnumNames<services::JobStatus> {
 namespace tind::services {
 
 struct Job {
-  static constexpr int kNoRoom = 75;  // an exit code: there was none for its results
+  static constexpr int kNoRoom = 75;       // an exit code: there was none for its results
+  static constexpr int kMostAttempts = 2;  // it, or the daemon, may be killed once while it runs
 
   std::string id;       // 32 hexadecimal digits that nobody guesses
   std::string process;  // "simplify"
@@ -49,5 +50,10 @@ struct Job {
 
   bool has_ended() const { return status != JobStatus::accepted && status != JobStatus::running; }
 };
+
+/// Milliseconds since 1970.
+std::int64_t now_ms();
+/// Of a client that waited for its end, and has been told that the daemon stops.
+void call_off(Job&);
 
 }  // namespace tind::services

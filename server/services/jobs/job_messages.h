@@ -23,6 +23,12 @@ std::string for_client(std::string message, const std::string& folder,
 bool from_outside(int signal);
 std::string why_killed(int signal);
 
+inline constexpr const char* kNoRoomForResults =
+    "the results of earlier jobs fill what there is for them: dismiss some, or wait until they "
+    "expire";
+inline constexpr const char* kNoRoomForYourResults =
+    "the results of your earlier jobs fill what one client may keep: dismiss some, or wait until "
+    "they expire";
 /// `bytes`: as large as results may be.
 std::string result_too_large(std::uint64_t bytes);
 

@@ -61,8 +61,9 @@ class Jobs {
   Result<Job> submit(const JobOrder&, Done done = {}, std::stop_token gone = {},
                      Unchanged unchanged = {});
 
-  /// Fails where its folder has gone, or may not be written to: no job would find a place.
-  Result<void> can_keep() const;
+  /// Where its folder has gone, or may not be written to, no job finds a place: errno, or 0. As the
+  /// last order or sweep (one a minute) found it; never waits for a disk.
+  int unwritable() const { return unwritable_; }
 
   Result<std::optional<Job>> find(std::string_view id) const;
   Result<std::vector<Job>> of_client(std::string_view client, std::size_t most) const;
@@ -119,6 +120,7 @@ class Jobs {
   void put_back(const std::shared_ptr<Live>&);
   void end(const std::shared_ptr<Live>&, JobStatus, std::string message);
   void sweep();
+  Result<void> can_keep();
   std::string folder_of(std::string_view id) const;
   std::optional<Error> no_room(const std::string& client) const;
   bool may_begin() const;
@@ -145,6 +147,7 @@ class Jobs {
   mutable std::mutex last_mutex_;                // of what counts() said last
   mutable Counts last_;
   bool stopping_ = false;
+  std::atomic<int> unwritable_ = 0;
   std::map<std::string, Job, std::less<>> unsaved_;  // ended, and the disk did not take it
 
   std::vector<std::jthread> threads_;

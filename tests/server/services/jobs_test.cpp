@@ -119,14 +119,15 @@ TEST_F(JobsTest, LimitsAreHeld) {
 
 TEST_F(JobsTest, WhereTheirFolderHasGoneNoneIsTaken) {
   const auto jobs = open();
-  EXPECT_TRUE(jobs->can_keep());
+  EXPECT_EQ(jobs->unwritable(), 0);
   fs::rename(dir_.file("jobs"), dir_.file("away"));
-  EXPECT_FALSE(jobs->can_keep());
   const auto refused = jobs->submit(shell("echo a > out.txt"));
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, Errc::io);
+  EXPECT_EQ(jobs->unwritable(), ENOENT);
   fs::rename(dir_.file("away"), dir_.file("jobs"));
   EXPECT_EQ(run(*jobs, shell("echo a > out.txt")).status, JobStatus::successful);
+  EXPECT_EQ(jobs->unwritable(), 0);
 }
 
 TEST_F(JobsTest, WhatIsDismissedStopsAndLeavesNothing) {
