@@ -72,6 +72,18 @@ bool has(const std::vector<Scope>& scopes, Scope scope) {
   return std::ranges::find(scopes, scope) != scopes.end();
 }
 
+/// Why a key does not do for that; empty: it does.
+std::string why_not(const Key& key, const http::Access& access, const Operation& operation,
+                    std::string_view dataset) {
+  if (!has(key.scopes, operation.scope))
+    return fmt::format("This takes a key of the scope {}; yours has {}.", name(operation.scope),
+                       scopes_text(key.scopes));
+  if (!sees_all(access, dataset)) return "The key is not for this dataset.";
+  if (dataset.empty() && !key.datasets.empty() && !operation.heeds_access)
+    return "This is of all datasets; the key is for some.";
+  return {};
+}
+
 }  // namespace
 
 /// Of those who show no key.
@@ -179,21 +191,12 @@ std::optional<Reply> AccessGate::refuse(Request& request, const Operation* opera
   if (!key && !secret.empty()) return wrong_key(request, "There is no such key.");
   if (!key && has(rules.without_a_key, operation->scope)) return std::nullopt;
   if (!key) return no_key(request);
-  const bool of_too_many = dataset.empty() && !key->datasets.empty() && !operation->heeds_access;
-  const bool granted =
-      has(key->scopes, operation->scope) && sees_all(*request.access, dataset) && !of_too_many;
-  if (!granted && has(rules.without_a_key, operation->scope)) {
-    request.access = nullptr;  // whoever has a key may do what is everybody's
-    return std::nullopt;
-  }
-  if (!has(key->scopes, operation->scope))
-    return forbidden(request, fmt::format("This takes a key of the scope {}; yours has {}.",
-                                          name(operation->scope), scopes_text(key->scopes)));
-  if (!sees_all(*request.access, dataset))
-    return forbidden(request, "The key is not for this dataset.");
-  if (of_too_many) return forbidden(request, "This is of all datasets; the key is for some.");
+  const bool is_everybodys = has(rules.without_a_key, operation->scope);
+  const std::string why = why_not(*key, *request.access, *operation, dataset);
+  if (!why.empty() && !is_everybodys) return forbidden(request, why);
+  if (!why.empty()) request.access = nullptr;  // a key takes nothing away
   // A cache that many share would give it to those without a key: the strictest word counts.
-  if (!has(rules.without_a_key, operation->scope)) request.fields += "Cache-Control: private\r\n";
+  if (!is_everybodys) request.fields += "Cache-Control: private\r\n";
   return std::nullopt;
 }
 
