@@ -14,6 +14,7 @@
 #include <random>
 #include <utility>
 
+#include "terrain/base/descriptor.h"
 #include "terrain/base/errno_text.h"
 #include "terrain/base/folder_entries.h"
 #include "terrain/base/whole_io.h"
@@ -65,6 +66,12 @@ bool is_special(const std::string& path) {
 constexpr std::string_view kPartial = ".partial-";
 constexpr std::size_t kPartialDigits = 16;
 
+/// What may not be opened, or not now, is not what is not there: who goes on without it would lose
+/// it.
+Errc code_of_open(int error) {
+  return error == ENOENT || error == ENOTDIR ? Errc::not_found : Errc::io;
+}
+
 /// Of processes on any host, no two get the same.
 std::string partial_name(const std::string& target) {
   std::random_device random;
@@ -86,11 +93,7 @@ int sync_folder(const std::string& folder) {
 
 Result<std::string> read_whole_file(const std::string& path) {
   const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  // What may not be opened, or not now, is not what is not there: who goes on without it would lose
-  // it.
-  if (file < 0)
-    return failed("open", path, errno,
-                  errno == ENOENT || errno == ENOTDIR ? Errc::not_found : Errc::io);
+  if (file < 0) return failed("open", path, errno, code_of_open(errno));
   std::string bytes;
   struct stat status {};
   if (::fstat(file, &status) == 0 && S_ISREG(status.st_mode) && status.st_size > 0)
@@ -217,10 +220,22 @@ Result<void> write_whole_file(const std::string& path, std::string_view bytes) {
   return file->finish();
 }
 
-bool is_partial_of(const std::string& name, const std::string& target) {
-  const std::string begin = target + std::string(kPartial);
-  return name.size() == begin.size() + kPartialDigits && name.starts_with(begin) &&
-         name.find_first_not_of("0123456789abcdef", begin.size()) == name.npos;
+Result<std::string> read_beginning(const std::string& path, std::size_t most) {
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  if (file.get() < 0) return failed("open", path, errno, code_of_open(errno));
+  std::string bytes(most, '\0');
+  const ReadBytes got = read_up_to(file.get(), 0, bytes.data(), bytes.size());
+  if (got.error != 0) return failed("read", path, got.error);
+  bytes.resize(got.size);
+  return bytes;
+}
+
+std::string finished_name(const std::string& name) {
+  const auto at = name.rfind(kPartial);
+  if (at == name.npos) return {};
+  const std::string_view digits = std::string_view(name).substr(at + kPartial.size());
+  const bool all_of_hex = digits.find_first_not_of("0123456789abcdef") == digits.npos;
+  return digits.size() == kPartialDigits && all_of_hex ? name.substr(0, at) : std::string();
 }
 
 Result<void> remove_partials_of(const std::string& path) {
@@ -228,8 +243,7 @@ Result<void> remove_partials_of(const std::string& path) {
   const auto entries = entries_of(folder_of(path));
   if (!entries) return std::unexpected(entries.error());
   for (const fs::directory_entry& entry : *entries) {
-    if (!is_partial_of(entry.path().filename().string(), fs::path(path).filename().string()))
-      continue;
+    if (finished_name(entry.path().filename().string()) != fs::path(path).filename()) continue;
     std::error_code error;
     const auto type = entry.symlink_status(error).type();
     if (type == fs::file_type::regular) fs::remove(entry.path(), error);

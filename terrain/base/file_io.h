@@ -39,9 +39,12 @@ class FileWriter {
   std::unique_ptr<Partial> partial_;
 };
 
-/// Has a file that name because write_whole_file() of `target`, both without their folder, was
-/// killed before its rename?
-bool is_partial_of(const std::string& name, const std::string& target);
+/// Its first bytes, `most` at most. A pipe keeps nobody waiting.
+Result<std::string> read_beginning(const std::string& path, std::size_t most);
+
+/// Of a file that has this name because write_whole_file() was killed before its rename: the name
+/// that it was to get. Else empty. Both are without their folder.
+std::string finished_name(const std::string& name);
 /// Removes such files of PATH; other things of such names stay. REQUIRES: nobody writes it now.
 Result<void> remove_partials_of(const std::string& path);
 

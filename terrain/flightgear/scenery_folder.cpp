@@ -50,13 +50,9 @@ std::string record_of(const BucketPlan& plan, const LandCover* cover) {
 
 /// Whose buckets lie here; nothing in a folder that is empty. not_found where there is none.
 Result<std::optional<std::string>> record_in(const std::string& folder) {
-  const auto entries = entries_of(folder);
-  if (!entries) return std::unexpected(entries.error());
-  const bool is_new = std::ranges::all_of(*entries, [](const fs::directory_entry& entry) {
-    const std::string name = entry.path().filename().string();
-    return name == FolderLock::kName || is_partial_of(name, kSceneryRecord + 1);
-  });
-  if (is_new) return std::nullopt;
+  const auto fresh = folder::is_unclaimed(folder, kSceneryRecord);
+  if (!fresh) return std::unexpected(fresh.error());
+  if (*fresh) return std::nullopt;
   auto text = read_regular_file(folder + kSceneryRecord);
   // What cannot be read may be ours: only what is not there says that nothing is.
   if (!text && text.error().code != Errc::not_found) return std::unexpected(text.error());

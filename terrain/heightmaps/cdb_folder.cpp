@@ -10,9 +10,9 @@
 
 #include "proto/image/tiff.h"
 #include "terrain/base/file_io.h"
-#include "terrain/base/folder_entries.h"
 #include "terrain/base/hash.h"
 #include "terrain/raster/raster_file.h"
+#include "terrain/store/folder/folder_contents.h"
 #include "terrain/store/folder/folder_files.h"
 #include "terrain/store/folder/folder_lock.h"
 #include "terrain/store/folder/product_records.h"
@@ -42,16 +42,6 @@ Result<FolderLock> take_lock(const std::string& folder) {
   return FolderLock::take(folder);
 }
 
-/// Is there nothing but what a run puts there before the record?
-Result<bool> is_new(const std::string& folder) {
-  const auto entries = entries_of(folder);
-  if (!entries) return std::unexpected(entries.error());
-  return std::ranges::all_of(*entries, [](const fs::directory_entry& entry) {
-    const std::string name = entry.path().filename().string();
-    return name == FolderLock::kName || is_partial_of(name, kCdbRecord + 1);
-  });
-}
-
 /// The folder is ours and of the same, or new or empty: then it is claimed now, which is the
 /// answer.
 Result<bool> claim(const std::string& folder, const std::string& record) {
@@ -64,7 +54,7 @@ Result<bool> claim(const std::string& folder, const std::string& record) {
                                             "version of tind: choose another directory");
   // What cannot be read may be ours: only what is not there says that nothing is.
   if (kept.error().code != Errc::not_found) return std::unexpected(kept.error());
-  const auto fresh = is_new(folder);
+  const auto fresh = folder::is_unclaimed(folder, kCdbRecord);
   if (!fresh) return fresh;
   if (!*fresh)
     return fail(Errc::invalid_argument,

@@ -189,7 +189,6 @@ class ImageFolder {
   proto::TileJson record() const;
   bool has(const NamedTile&) const;
   bool makes(const NamedTile&) const;
-  Result<void> is_new() const;
   Result<void> claim();
   Result<std::vector<std::string>> take_over(const std::string& kept, proto::TileJson& next) const;
   using Which = std::function<bool(const NamedTile&)>;
@@ -267,20 +266,6 @@ std::string differences(const Result<proto::TileJson>& was, const proto::TileJso
   return fmt::format("{}", fmt::join(all, "; "));
 }
 
-/// Fails where there is more than what a run puts there before the record.
-Result<void> ImageFolder::is_new() const {
-  const auto entries = entries_of(folder_);
-  if (!entries) return std::unexpected(entries.error());
-  for (const fs::directory_entry& entry : *entries)
-    if (const std::string name = entry.path().filename().string();
-        name != FolderLock::kName && !is_partial_of(name, kImagesRecord + 1))
-      return fail(Errc::invalid_argument,
-                  folder_ +
-                      " holds files that tind build did not make as images: move them, or "
-                      "choose another directory");
-  return {};
-}
-
 /// The folder is new, empty, or ours and of the same; else an error, or with --force made so. What
 /// lies where only this build has an image goes, so that none of another's is taken for it.
 Result<void> ImageFolder::claim() {
@@ -288,8 +273,13 @@ Result<void> ImageFolder::claim() {
   const auto kept = read_regular_file(folder_ + kImagesRecord);
   // What cannot be read may be ours: only what is not there says that nothing is.
   if (!kept && kept.error().code != Errc::not_found) return std::unexpected(kept.error());
-  if (!kept)
-    if (auto ok = is_new(); !ok) return ok;
+  const auto fresh = kept ? false : folder::is_unclaimed(folder_, kImagesRecord);
+  if (!fresh) return std::unexpected(fresh.error());
+  if (!kept && !*fresh)
+    return fail(Errc::invalid_argument,
+                folder_ +
+                    " holds files that tind build did not make as images: move them, or choose "
+                    "another directory");
   const auto old = kept ? take_over(*kept, next) : std::vector<std::string>();
   if (!old) return std::unexpected(old.error());
   // From here on nobody takes what lies here for whole.

@@ -1,10 +1,8 @@
 // tind plan-build: what many machines are to make of a DEM, cut into shards.
 
-#include <fcntl.h>
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -22,10 +20,7 @@
 #include "server/cli/options/tile_options.h"
 #include "server/cli/program/interrupt.h"
 #include "server/cli/program/progress_bar.h"
-#include "terrain/base/descriptor.h"
-#include "terrain/base/errno_text.h"
 #include "terrain/base/file_io.h"
-#include "terrain/base/whole_io.h"
 #include "terrain/pyramid/build/estimate.h"
 #include "terrain/pyramid/shards/plan_shards.h"
 #include "terrain/pyramid/shards/shard_files.h"
@@ -80,13 +75,9 @@ Result<void> check_replaced(const std::string& path) {
   const auto type = file_type_of(path);
   if (!type) return std::unexpected(type.error());
   if (*type != std::filesystem::file_type::regular) return {};
-  std::string head(64, '\0');
-  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-  const auto got = file.get() < 0 ? ReadBytes{.error = errno}
-                                  : read_up_to(file.get(), 0, head.data(), head.size());
-  if (got.error != 0) return fail(Errc::io, "cannot read " + path + ": " + errno_text(got.error));
-  head.resize(got.size);
-  if (head.empty() || head.find("\"tind_plan\"") != head.npos) return {};
+  const auto head = read_beginning(path, 64);
+  if (!head) return std::unexpected(head.error());
+  if (head->empty() || head->find("\"tind_plan\"") != head->npos) return {};
   return fail(Errc::invalid_argument,
               path + " is there, and is no plan: name another output, or remove it");
 }

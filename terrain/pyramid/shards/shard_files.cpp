@@ -309,17 +309,6 @@ Result<std::vector<ShardStatus>> shard_status(const ShardPlan& plan, const Shard
 
 namespace {
 
-/// The name that a file was to get: until then FileWriter adds ".partial-" and 16 digits to it.
-/// Empty for other names.
-std::string finished_name(const std::string& name) {
-  constexpr std::string_view kPartial = ".partial-";
-  const auto at = name.rfind(kPartial);
-  if (at == name.npos) return {};
-  const std::string_view digits = std::string_view(name).substr(at + kPartial.size());
-  if (digits.size() != 16 || digits.find_first_not_of("0123456789abcdef") != digits.npos) return {};
-  return name.substr(0, at);
-}
-
 /// Is it one of the names in a folder of shards that FileWriter gives?
 bool is_written_whole(const std::string& name) {
   if (name == "plan") return true;

@@ -1,23 +1,20 @@
 #include "terrain/store/folder/folder_contents.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <charconv>
 #include <chrono>
 #include <filesystem>
 #include <map>
 #include <set>
 
-#include "terrain/base/descriptor.h"
-#include "terrain/base/errno_text.h"
+#include "terrain/base/file_io.h"
 #include "terrain/base/folder_entries.h"
 #include "terrain/base/hash.h"
-#include "terrain/base/whole_io.h"
+#include "terrain/store/folder/folder_lock.h"
 
 namespace tind::folder {
 
@@ -41,17 +38,7 @@ Result<fs::file_type> type_of(const std::string& path) {
 
 namespace {
 
-Result<std::string> beginning_of(const std::string& path) {
-  std::string text(8, '\0');
-  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-  const auto got = file.get() < 0 ? ReadBytes{.error = errno}
-                                  : read_up_to(file.get(), 0, text.data(), text.size());
-  if (got.error != 0)
-    return fail(got.error == ENOENT ? Errc::not_found : Errc::io,
-                "cannot read " + path + ": " + errno_text(got.error));
-  text.resize(got.size);
-  return text;
-}
+constexpr std::size_t kMark = 8;  // as long as any by which our files begin
 
 bool all_of_hex(std::string_view text, std::size_t digits) {
   return text.size() == digits &&
@@ -97,7 +84,7 @@ Result<void> check_names(const std::string& folder, bool claimed) {
     if (*type == fs::file_type::not_found) continue;
     if (*type != fs::file_type::regular) return in_the_way(path, "is not a file");
     if (claimed) continue;
-    const auto begins = beginning_of(path);
+    const auto begins = read_beginning(path, kMark);
     if (!begins) return std::unexpected(begins.error());
     if (*begins != beginning) return in_the_way(path, "is there");
   }
@@ -113,6 +100,15 @@ Result<void> check_names(const std::string& folder, bool claimed) {
 }
 
 }  // namespace
+
+Result<bool> is_unclaimed(const std::string& folder, const std::string& record) {
+  const auto entries = entries_of(folder);
+  if (!entries) return std::unexpected(entries.error());
+  return std::ranges::all_of(*entries, [&](const fs::directory_entry& entry) {
+    const std::string name = entry.path().filename().string();
+    return name == FolderLock::kName || "/" + finished_name(name) == record;
+  });
+}
 
 bool is_level(const fs::path& name) {
   const auto level = whole_number(name.string());
@@ -134,7 +130,7 @@ Result<bool> is_blocks(const std::string& path) {
   const auto type = type_of(path);
   if (!type) return std::unexpected(type.error());
   if (*type != fs::file_type::regular) return false;
-  const auto begins = beginning_of(path);
+  const auto begins = read_beginning(path, kMark);
   if (!begins && begins.error().code == Errc::not_found) return false;  // it went away just now
   if (!begins) return std::unexpected(begins.error());
   return begins->starts_with("TNSB");

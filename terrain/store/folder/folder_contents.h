@@ -50,6 +50,9 @@ Result<void> check_places(const std::string& folder, const std::vector<std::stri
 /// Is it a name that a build gives to something in its folder, tiles and their folders aside?
 /// `digest`: of its blocks.
 bool is_own_name(const std::string& name, const std::string& digest);
+/// Is there nothing in a folder but a lock, and what a run that was killed left of writing `record`
+/// (with a leading '/')? Fails where it cannot be looked into (not_found: where there is none).
+Result<bool> is_unclaimed(const std::string& folder, const std::string& record);
 /// Is it the name of a folder of tiles?
 bool is_level(const std::filesystem::path& name);
 /// A file of hashes of blocks, sound or not? Fails where it has the name of one and cannot be read.

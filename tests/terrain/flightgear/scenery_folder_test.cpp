@@ -5,9 +5,7 @@
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -17,6 +15,7 @@
 #include "terrain/base/sha1.h"
 #include "terrain/flightgear/bucket.h"
 #include "terrain/store/folder/folder_lock.h"
+#include "tests/support/as_somebody_else.h"
 #include "tests/support/made_up_source.h"
 
 namespace tind::flightgear {
@@ -249,20 +248,6 @@ TEST_F(SceneryFolder, ALinkThatMayHideBucketsOfBeforeIsRefused) {
   EXPECT_EQ(files(), before);
 }
 
-/// As a user who is not the files' own: root may look into everything.
-class AsNobody {
- public:
-  AsNobody() : user_(::geteuid()) {
-    if (user_ == 0 && ::seteuid(65534) != 0) ADD_FAILURE();
-  }
-  ~AsNobody() {
-    if (user_ == 0 && ::seteuid(user_) != 0) std::abort();
-  }
-
- private:
-  const uid_t user_;
-};
-
 TEST_F(SceneryFolder, BucketsOfBeforeThatCannotBeLookedAtDoNotComeUnderANewRecord) {
   ASSERT_TRUE(write_scenery(plan(10), folder_));
   const BucketPlan other = plan(20);
@@ -277,7 +262,7 @@ TEST_F(SceneryFolder, BucketsOfBeforeThatCannotBeLookedAtDoNotComeUnderANewRecor
   for (const fs::perms perms : {fs::perms::none, fs::perms(0444)}) {
     fs::permissions(closed, perms);
     {
-      const AsNobody nobody;
+      const test::AsSomebodyElse nobody;
       const auto failed = write_scenery(other, folder_, {.force = true});
       ASSERT_FALSE(failed);
       EXPECT_EQ(failed.error().code, Errc::io);

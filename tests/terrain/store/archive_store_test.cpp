@@ -19,9 +19,9 @@
 #include "terrain/raster/source_blocks.h"
 #include "terrain/store/copy/copy_store.h"
 #include "terrain/store/open/open_store.h"
+#include "tests/support/as_somebody_else.h"
 #include "tests/support/made_up_tiles.h"
 #include "tests/support/support.h"
-#include "tests/terrain/store/as_somebody_else.h"
 
 namespace tind {
 namespace {

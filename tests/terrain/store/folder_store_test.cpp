@@ -17,8 +17,8 @@
 #include "terrain/store/folder/folder_files.h"
 #include "terrain/store/folder/tile_ledger.h"
 #include "terrain/store/open/open_store.h"
+#include "tests/support/as_somebody_else.h"
 #include "tests/support/support.h"
-#include "tests/terrain/store/as_somebody_else.h"
 
 namespace tind {
 namespace {
