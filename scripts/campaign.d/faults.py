@@ -1,4 +1,4 @@
-"""Every N-th system call fails: of builds, of an update, a copy, and of the daemon from its start to its end."""
+"""Every N-th system call fails: of builds of every kind, of updates, a copy, shards, and of the daemon from its start to its end."""
 import collections
 import os
 import re
@@ -7,6 +7,7 @@ import subprocess
 import urllib.error
 
 from common import programme
+from common.batches import batches
 from common.daemon import Daemon
 from common.hostile import HONEST
 from common.tiff import tiff
@@ -28,7 +29,7 @@ def strace(trace, words, point=None):
     """Of all these calls; where one is to fail, of that call alone: the others then run at their full speed."""
     calls, inject = (*ERRORS, "munmap"), ()
     if point:
-        call, error, n, more = point
+        _, call, error, n, more = point
         calls, inject = (call,), ("--seccomp-bpf", "-e", f"inject={call}:error={error}:when={n}{more}")
     return ["strace", "-f", "-qq", "-y", "-e", "signal=none", "-e", "trace=" + ",".join("?" + c for c in calls), *inject, "-o", str(trace), *words]
 
@@ -48,9 +49,9 @@ def counts(trace):
     return {call: range(loaders[call] + 1, max(by.values()) + 1) for call, by in found.items()}
 
 
-def points(found, persistent):
+def points(name, found, persistent):
     """`+`: that call and all that follow. An interrupted call is made again, and no system interrupts for ever."""
-    return [(call, error, n, more) for call, errors in ERRORS.items() for error in errors for n in found.get(call, ())
+    return [(name, call, error, n, more) for call, errors in ERRORS.items() for error in errors for n in found.get(call, ())
             for more in (("", "+") if persistent and error != "EINTR" else ("",))]
 
 
@@ -71,7 +72,7 @@ def ended(words, seconds):
 
 
 def fault(work, point):
-    call = point[0]
+    call = point[1]
     folder = work.place("fault")
     done = ended(strace(folder / "trace", work.command(folder), point), 300)
     if done is None:
@@ -184,7 +185,7 @@ def daemon_faults(run, build, share):
     if right[1] != 0 or any(status not in (200, 201) for status, _ in right[0].values()):
         run.fail(f"daemon: {right[1]}, {[(k, s) for k, (s, _) in right[0].items()]} without a fault: {right[2][-300:]}")
         return
-    all_points = points(counts(trace), False)
+    all_points = points("daemon", counts(trace), False)
     chosen = run.sample(all_points, share)
     done = 0
     for point in chosen:
@@ -193,7 +194,7 @@ def daemon_faults(run, build, share):
         got, trace = live("trace", point)
         why = judge_session(right, got) if only_in_files(trace) else ""
         if why:
-            run.fail(f"daemon, {' '.join(map(str, point))}: {why}")
+            run.fail(f"{' '.join(map(str, point))}: {why}")
         run.executions += 1
         done += 1
     run.note(f"daemon {done:,} of {len(all_points):,} points")
@@ -201,11 +202,11 @@ def daemon_faults(run, build, share):
 
 def run(run):
     programme.needs("strace")
-    todo = works(run)
+    todo = [*works(run), *batches(run)]
     for work in todo:
         folder = work.place("trace")
         subprocess.run(strace(folder / "trace", work.command(folder)), capture_output=True)
-        every = points(counts(folder / "trace"), run.tier != "ci")
+        every = points(work.name, counts(folder / "trace"), run.tier != "ci")
         done = 0
         limit = run.time_left() / (len(todo) + 1 - todo.index(work))
         end = run.time_left() - limit
@@ -216,6 +217,6 @@ def run(run):
             run.executions += 1
             done += 1
             if why:
-                run.fail(f"{work.name}, {' '.join(map(str, point))}: {why}")
+                run.fail(f"{' '.join(map(str, point))}: {why}")
         run.note(f"{work.name} {done:,} of {len(every):,} points")
     daemon_faults(run, todo[0], 0.02)

@@ -3,6 +3,7 @@ import os
 import subprocess
 
 from common import programme
+from common.batches import batches
 from common.hostile import HONEST
 from common.work import difference, works
 
@@ -37,7 +38,7 @@ def attempt(work, library, **variables):
 
 def run(run):
     library = failing_new(run)
-    todo = works(run)
+    todo = [*works(run), *batches(run)]
     for i, work in enumerate(todo):
         file = run.work / "count"
         why, _ = attempt(work, library, COUNT_NEW=str(file))

@@ -4,6 +4,7 @@ import os
 import subprocess
 
 from common import programme
+from common.batches import batches
 from common.daemon import Daemon
 from common.tiff import tiff
 from common.work import difference, heights, works
@@ -35,7 +36,7 @@ def serve(run, dem, built, **env):
 
 def run(run):
     short = library(run)
-    todo = works(run)
+    todo = [*works(run), *batches(run)]
     steps = (1, 2, 3, 7) if run.tier == "ci" else range(1, 60)
     shortened = 0
     for work in todo:

@@ -37,8 +37,8 @@ class Work:
         return [str(c) for c in self.make(folder / "out")]
 
     def result(self, folder):
-        out = folder / "out"
-        return files(out) if out.is_dir() else {"": out.read_bytes()} if out.exists() else {}
+        """All that it wrote: `out`, or files beside it called the same (out.pmtiles)."""
+        return {name: content for name, content in files(folder).items() if name.startswith("out")}
 
     def prepare(self):
         folder = self.place("wanted")
@@ -82,10 +82,8 @@ def works(run):
     if len([name for name in shrink.wanted if name.endswith(".terrain")]) >= len([name for name in wide.wanted if name.endswith(".terrain")]):
         raise RuntimeError("shrink: as many tiles as before")
     copy = Work(run, "copy", lambda out: [TIND, "copy", old, out.with_suffix(".pmtiles"), "--progress", "none"])
-    copy.result = lambda folder: {p.name: p.read_bytes() for p in folder.glob("out*")}
     copy.prepare()
     mesh = Work(run, "simplify", lambda out: [TIND, "simplify", before / "dem.tif", "-o", out.with_suffix(".ply"), "--ratio", "0.3",
                                               "--threads", "1"])
-    mesh.result = lambda folder: {p.name: p.read_bytes() for p in folder.glob("out*")}
     mesh.prepare()
     return [build, update, shrink, copy, mesh]

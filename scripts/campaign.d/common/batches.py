@@ -1,0 +1,48 @@
+"""What is attacked beside builds of tiles: images, scenery, CDB, 3D Tiles, and a build in shards."""
+from .programme import TIND
+from .tiff import tiff
+from .work import OPTIONS, Work, heights
+
+QUIET = ["--threads", "1", "--progress", "none"]
+
+
+def folders(run, before, after):
+    """Each kind of output made anew, and in place of that of another DEM."""
+    levels = ["--levels", "0-9"]
+    kinds = {"images": lambda dem, out: [TIND, "build", dem, "-o", out, "--format", "rgb", *levels, *QUIET],
+             "flightgear": lambda dem, out: [TIND, "build", dem, "-o", out, "--format", "flightgear", *OPTIONS],
+             "3dtiles": lambda dem, out: [TIND, "build", dem, "-o", out, "--format", "3dtiles", "--archive", out.with_suffix(".3tz"), *levels, *OPTIONS],
+             "cdb": lambda dem, out: [TIND, "export", dem, "-o", out, "--format", "cdb", "--lod", "-2", *QUIET]}
+    for name, words in kinds.items():
+        first = Work(run, name, lambda out, words=words: words(before, out))
+        old = first.prepare()
+        yield first
+        if name != "cdb":  # has no --force: it never replaces another's
+            force = [] if name == "3dtiles" else ["--force"]
+            over = Work(run, f"{name}-over", lambda out, words=words, force=force: [*words(after, out), *force], start=old)
+            over.prepare()
+            yield over
+
+
+def shards(run, dem):
+    """A plan, one of its shards, and what is made of them all."""
+    empty = run.work / "empty"
+    empty.mkdir()
+    plan = Work(run, "plan", lambda out: [TIND, "plan-build", dem, "-o", out / "plan.json", "--shards", "2", "--max-error", "20", *OPTIONS], start=empty)
+    made, one = plan.prepare(), []
+    for which in ("0/2", "1/2", "top"):
+        shard = Work(run, "shard-" + which[0], lambda out, which=which: [TIND, "build", "--plan", out / "plan.json", "--shard", which, *QUIET], start=made)
+        made = shard.prepare()
+        one.append(shard)
+    merges = [Work(run, name, lambda out, file=file: [TIND, "merge", "--plan", out / "plan.json", "-o", out / file, *QUIET], start=made)
+              for name, file in (("merge", "tiles"), ("merge-archive", "tiles.pmtiles"))]
+    for merge in merges:
+        merge.prepare()
+    return [plan, one[1], *merges]
+
+
+def batches(run):
+    before, after = run.work / "batches-before.tif", run.work / "batches-after.tif"
+    for dem, raised in ((before, 0), (after, 300)):
+        dem.write_bytes(tiff(heights(raised), compress=8))
+    return [*folders(run, before, after), *shards(run, before)]
