@@ -494,12 +494,14 @@ Result<CheckReport> check_tiles(const std::string& where, const CheckOptions& wa
     report.findings.add(rule("source.overlap"), where, "no post lies in any tile");
   else if (options.source)
     find_missing(measured, *options.source, where, report.findings);
-  if (const auto record = options.source ? store->record() : std::nullopt) {
-    auto note = source_note(*record, *options.source, !report.ok(), options.threads,
-                            {nullptr, progress.stop});
-    if (!note) return std::unexpected(note.error());
-    report.source_note = std::move(*note);
-  }
+  if (!options.source) return report;
+  const auto record = store->record();
+  if (!record) return std::unexpected(record.error());
+  if (!*record) return report;
+  auto note = source_note(**record, *options.source, !report.ok(), options.threads,
+                          {nullptr, progress.stop});
+  if (!note) return std::unexpected(note.error());
+  report.source_note = std::move(*note);
   return report;
 }
 

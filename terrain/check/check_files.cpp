@@ -307,7 +307,8 @@ Result<TileListing> check_files(const TileStore& store, int first, int last, Fin
   LayerCheck layer(json, findings);
   // Levels that others make, of a build that was shared out.
   const auto record = store.record();
-  const int begins = record ? std::clamp(record->first_level, 0, tiling::kMaxLevel) : 0;
+  if (!record) return std::unexpected(record.error());
+  const int begins = *record ? std::clamp((*record)->first_level, 0, tiling::kMaxLevel) : 0;
   layer.run(begins);
   listing.extensions = layer.names();
   if (auto any = hold_any(listing, layer.ranges(), first, last); !any)

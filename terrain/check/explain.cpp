@@ -62,7 +62,9 @@ Result<MadeWith> made_with(const TileStore& store, double error_factor) {
   if (!layer) return std::unexpected(layer.error());
   const auto json = json::parse<nlohmann::json>(*layer);
   made.deepest = int(json::whole(json, "maxzoom").value_or(made.deepest));
-  const auto record = store.record();
+  const auto read = store.record();
+  if (!read) return std::unexpected(read.error());
+  const auto& record = *read;
   if (!record) return made;
   made.recorded = true;
   made.method = record->method.empty() ? BoundedOptions::kName : record->method;

@@ -32,7 +32,8 @@ Expected expected_of(const TileStore& store, std::vector<StoreFault>& faults) {
   Expected expected;
   const auto layer = layer_of(store);
   if (!layer) {
-    const bool under_way = layer.error().code == Errc::not_found && store.record();
+    const auto record = store.record();
+    const bool under_way = layer.error().code == Errc::not_found && record && *record;
     faults.push_back({StoreFault::In::ledger, "layer.json",
                       under_way ? "is not there yet: the build that it comes with at last has not "
                                   "ended; wait for it, or run the same tind build again"

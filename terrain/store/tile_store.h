@@ -58,8 +58,8 @@ class TileStore {
 
   /// not_found, or io.
   virtual Result<std::vector<std::uint8_t>> layer_json() const = 0;
-  /// How the tiles were made; nothing where no record says.
-  virtual std::optional<BuildRecord> record() const = 0;
+  /// How the tiles were made; nothing where no record, or no sound one, says. io, busy.
+  virtual Result<std::optional<BuildRecord>> record() const = 0;
   /// What KeptBlocks::encode() (tile_writer.h) gave for the build of the record. not_found, io.
   virtual Result<std::string> kept_blocks() const {
     return fail(Errc::not_found, name() + " keeps no hashes of blocks");
@@ -85,6 +85,13 @@ class TileStore {
   /// Looks at what is kept beside the tiles.
   virtual std::vector<StoreFault> faults() const { return {}; }
 };
+
+/// What record() gives where the record, or what it stands in, could not be had: nothing, unless
+/// one may be there that could not be read.
+inline Result<std::optional<BuildRecord>> without_record(const Error& why) {
+  if (why.code == Errc::io || why.code == Errc::busy) return std::unexpected(why);
+  return std::nullopt;
+}
 
 /// Nothing that is stored is larger.
 inline constexpr std::size_t kLargestStored = 64u << 20;

@@ -1,18 +1,26 @@
-"""What is attacked beside builds of tiles: images, scenery, CDB, 3D Tiles, and a build in shards."""
+"""What is attacked beside builds of tiles: images, scenery, CDB, 3D Tiles, and a build in shards. The DEM is projected and
+above a geoid, so that PROJ's tables are read, too."""
+import re
+
 from .programme import TIND
-from .tiff import tiff
+from .tiff import place, tiff
 from .work import OPTIONS, Work, heights
 
 QUIET = ["--threads", "1", "--progress", "none"]
+DATUM = ["--from-datum", "egm96"]
+UTM_32 = [1, 1, 0, 3, 1024, 0, 1, 1, 1025, 0, 1, 1, 3072, 0, 1, 25832]
+# Of who was killed or could not remove it: merge and the next run remove what nobody touched for ten minutes.
+LEFT_IN_SHARDS = re.compile(r"out/shards/.*(\.beat|\.tiles|\.tind-part|-\d+\.pmtiles)$")
 
 
 def folders(run, before, after):
     """Each kind of output made anew, and in place of that of another DEM."""
     levels = ["--levels", "0-9"]
-    kinds = {"images": lambda dem, out: [TIND, "build", dem, "-o", out, "--format", "rgb", *levels, *QUIET],
-             "flightgear": lambda dem, out: [TIND, "build", dem, "-o", out, "--format", "flightgear", *OPTIONS],
-             "3dtiles": lambda dem, out: [TIND, "build", dem, "-o", out, "--format", "3dtiles", "--archive", out.with_suffix(".3tz"), *levels, *OPTIONS],
-             "cdb": lambda dem, out: [TIND, "export", dem, "-o", out, "--format", "cdb", "--lod", "-2", *QUIET]}
+    kinds = {"images": lambda dem, out: [TIND, "build", dem, "-o", out, "--format", "rgb", *levels, *DATUM, *QUIET],
+             "flightgear": lambda dem, out: [TIND, "build", dem, "-o", out, "--format", "flightgear", *DATUM, *OPTIONS],
+             "3dtiles": lambda dem, out: [TIND, "build", dem, "-o", out, "--format", "3dtiles", "--archive", out.with_suffix(".3tz"), *levels, *DATUM,
+                                       *OPTIONS],
+             "cdb": lambda dem, out: [TIND, "export", dem, "-o", out, "--format", "cdb", "--lod", "-2", *DATUM, *QUIET]}
     for name, words in kinds.items():
         first = Work(run, name, lambda out, words=words: words(before, out))
         old = first.prepare()
@@ -28,7 +36,7 @@ def shards(run, dem):
     """A plan, one of its shards, and what is made of them all."""
     empty = run.work / "empty"
     empty.mkdir()
-    plan = Work(run, "plan", lambda out: [TIND, "plan-build", dem, "-o", out / "plan.json", "--shards", "2", "--max-error", "20", *OPTIONS], start=empty)
+    plan = Work(run, "plan", lambda out: [TIND, "plan-build", dem, "-o", out / "plan.json", "--shards", "2", "--max-error", "20", *DATUM, *OPTIONS], start=empty)
     made, one = plan.prepare(), []
     for which in ("0/2", "1/2", "top"):
         shard = Work(run, "shard-" + which[0], lambda out, which=which: [TIND, "build", "--plan", out / "plan.json", "--shard", which, *QUIET], start=made)
@@ -38,11 +46,14 @@ def shards(run, dem):
               for name, file in (("merge", "tiles"), ("merge-archive", "tiles.pmtiles"))]
     for merge in merges:
         merge.prepare()
-    return [plan, one[1], *merges]
+    for work in (plan, one[1], *merges):
+        whole = work.result
+        work.result = lambda folder, whole=whole: {name: content for name, content in whole(folder).items() if not LEFT_IN_SHARDS.match(name)}
+        yield work
 
 
 def batches(run):
     before, after = run.work / "batches-before.tif", run.work / "batches-after.tif"
     for dem, raised in ((before, 0), (after, 300)):
-        dem.write_bytes(tiff(heights(raised), compress=8))
+        dem.write_bytes(tiff(heights(raised), compress=8, at=place(424000, 5205000, 90, UTM_32)))
     return [*folders(run, before, after), *shards(run, before)]

@@ -176,8 +176,9 @@ Result<Json> info_tile_set(const Arguments& a, const std::string& path) {
   if (!layer) return fail(store->layer_name(), layer.error());
   Json j = to_json(*layer);
   if (!layer->accuracy.empty()) j["accuracy"] = proto::accuracy_json(layer->accuracy);
-  if (const auto record = store->record())
-    j["method"] = record->method.empty() ? BoundedOptions::kName : record->method;
+  const auto record = store->record();
+  if (!record) return std::unexpected(record.error());
+  if (*record) j["method"] = (*record)->method.empty() ? BoundedOptions::kName : (*record)->method;
   return said(a, j, to_text(path, *layer, j));
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <memory>
@@ -98,12 +99,15 @@ void print(const std::vector<ShardStatus>& all) {
 
 /// By its record and the number of its tiles; or by every byte.
 Result<bool> merged_whole(const ShardPlan& plan, const Arguments& a) {
-  if (!is_merged(plan, a.output)) return false;
-  if (!a.options.every_byte) return true;
+  const auto merged = is_merged(plan, a.output);
+  if (!merged || !*merged || !a.options.every_byte) return merged;
   const auto report = verify_store(*open_store(a.output));
   if (!report) return std::unexpected(report.error());
   return report->ok();
 }
+
+/// Failed, and not just because it could not be read.
+bool is_damaged(const ShardStatus& s) { return s.state == ShardState::failed && !s.unread; }
 
 bool is_anything(const std::string& path) {
   std::error_code none;
@@ -134,7 +138,8 @@ int run(const Arguments& a) {
                                          : "not there");
   }
   const auto n = counts(*all);
-  if (n[2] > 0 || all->back().state == ShardState::failed) return kBadData;
+  if (n[2] > 0 || all->back().state == ShardState::failed)
+    return std::ranges::any_of(*all, is_damaged) ? kBadData : kIo;
   return n[0] == plan->shards.size() && merged.value_or(true) ? kOk : kTryAgain;
 }
 
@@ -161,8 +166,8 @@ void add_status(Command program, int& exit) {
   c.add_flag("--json", a->json, "print the status as JSON");
   c.footer(
       "Exit code 0: all shards are done (and merged, with --output); 75: not yet; 65: some failed, "
-      "or are not as "
-      "their records say. What an engine says of its jobs does not count.");
+      "or are not as their records say; 74: some cannot be read, and may be sound. What an engine "
+      "says of its jobs does not count.");
   c.on_run([a, &exit] { exit = run(*a); });
 }
 

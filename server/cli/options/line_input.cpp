@@ -147,12 +147,12 @@ Result<Surface> with_shapes(Surface surface, const ShapeFiles& files) {
   const SurfaceShapes* shapes = shaped->shapes();
   if (!shapes) return shaped;
   const ShapesReport& r = shapes->report();
-  for (const std::string& warning : r.warnings) fmt::print(stderr, "tind: warning: {}\n", warning);
+  for (const std::string& warning : r.warnings) warn(warning);
   if (r.without_level > 0)
-    fmt::print(stderr,
-               "tind: warning: {} polygons to be level have no height of their own and no post in "
-               "them or at their outline: they are at 0 m\n",
-               r.without_level);
+    warn(
+        fmt::format("{} polygons to be level have no height of their own and no post in them or "
+                    "at their outline: they are at 0 m",
+                    r.without_level));
   return shaped;
 }
 

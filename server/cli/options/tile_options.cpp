@@ -4,6 +4,7 @@
 
 #include <charconv>
 
+#include "server/cli/program/exit.h"
 #include "terrain/pyramid/plan/level_plan.h"
 #include "terrain/pyramid/plan/tile_method.h"
 
@@ -97,7 +98,7 @@ Result<void> set_tile_method(Command command, const MethodLine& line, TileSetOpt
 void warn_of_plan(const Surface& surface, const TileSetOptions& options) {
   const auto plan = TilePlan::make(surface, HeightRange{}, options);
   const std::string warning = plan ? plan->warning(surface) : std::string();
-  if (!warning.empty()) fmt::print(stderr, "tind: warning: {}\n", warning);
+  if (!warning.empty()) warn(warning);
 }
 
 }  // namespace tind::cli

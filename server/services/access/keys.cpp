@@ -1,11 +1,11 @@
 #include "server/services/access/keys.h"
 
-#include <sys/random.h>
-
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cstdint>
+
+#include "terrain/base/random_bytes.h"
 
 namespace tind::services {
 namespace {
@@ -109,8 +109,7 @@ std::optional<Sha256> hash_of_hex(std::string_view text) {
 
 Result<std::string> make_secret() {
   std::array<std::uint8_t, 32> bytes{};
-  if (::getrandom(bytes.data(), bytes.size(), 0) != ssize_t(bytes.size()))
-    return fail(Errc::io, "the system gives no random bytes");
+  if (auto made = random_bytes(bytes); !made) return std::unexpected(made.error());
   return std::string(kPrefix) + base64url(bytes);
 }
 

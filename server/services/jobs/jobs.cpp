@@ -1,12 +1,10 @@
 #include "server/services/jobs/jobs.h"
 
 #include <spdlog/spdlog.h>
-#include <sys/random.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdlib>
 #include <filesystem>
 #include <utility>
 
@@ -14,6 +12,7 @@
 #include "server/services/jobs/job_folders.h"
 #include "server/services/jobs/job_messages.h"
 #include "terrain/base/errno_text.h"
+#include "terrain/base/random_bytes.h"
 
 namespace tind::services {
 namespace {
@@ -25,11 +24,11 @@ constexpr const char* kAboutToEnd = "the daemon is about to end";
 constexpr std::size_t kMostEnded = 1000;  // of a client, that have no result
 
 /// 128 bits from the system, which nobody guesses.
-std::string new_id() {
-  unsigned char bytes[16];
-  if (::getrandom(bytes, sizeof bytes, 0) != sizeof bytes) std::abort();  // cannot be, since 3.17
+Result<std::string> new_id() {
+  std::uint8_t bytes[16];
+  if (auto made = random_bytes(bytes); !made) return std::unexpected(made.error());
   std::string id;
-  for (const unsigned char b : bytes) {
+  for (const std::uint8_t b : bytes) {
     constexpr char kDigits[] = "0123456789abcdef";
     id += kDigits[b >> 4];
     id += kDigits[b & 15];
@@ -214,9 +213,11 @@ Result<void> Jobs::can_keep() {
 Result<Job> Jobs::submit(const JobOrder& order, Done done, std::stop_token gone,
                          Unchanged unchanged) {
   if (auto there = can_keep(); !there) return std::unexpected(there.error());
+  auto id = new_id();
+  if (!id) return std::unexpected(id.error());
   const auto live = std::make_shared<Live>();
   Job& job = live->job;
-  job.id = new_id();
+  job.id = std::move(*id);
   job.process = order.process, job.client = order.client;
   JobOrder kept_order = order;
   kept_order.waited_for = done != nullptr;

@@ -50,7 +50,9 @@ Result<UpdateReport> foresee_update(const Surface& surface, const BuildOptions& 
   UpdateReport update;
   const auto outline = TilePlan::make(surface, HeightRange{}, o.tiles);
   if (!outline) return std::unexpected(outline.error());
-  const auto record = open_store(o.output)->record();
+  const auto read = open_store(o.output)->record();
+  if (!read) return std::unexpected(read.error());
+  const auto& record = *read;
   if (!record) return update;
   SurfaceBlocks blocks(surface);
   const auto plan = plan_of_posts(surface, o, *outline, blocks, progress);

@@ -63,7 +63,7 @@ class MendedStore : public TileStore {
   Result<std::vector<std::uint8_t>> layer_json() const override {
     return std::vector<std::uint8_t>(layer.begin(), layer.end());
   }
-  std::optional<BuildRecord> record() const override { return record_; }
+  Result<std::optional<BuildRecord>> record() const override { return record_; }
   Result<std::string> kept_blocks() const override { return blocks_; }
   Result<std::vector<std::uint8_t>> read(TileId id) const override {
     auto tile = look_at(id);
@@ -202,7 +202,9 @@ Result<TileSetOptions> tile_options_of(const BuildRecord& r) {
 Result<RepairReport> repair_tiles(const Surface& surface, const std::string& location, int threads,
                                   const Progress& progress) {
   const auto store = open_store(location);
-  const auto record = store->record();
+  const auto read = store->record();
+  if (!read) return std::unexpected(read.error());
+  const auto& record = *read;
   if (!record) {
     if (const auto layer = store->layer_json(); !layer) return std::unexpected(layer.error());
     return fail(Errc::bad_data, location +
@@ -220,7 +222,8 @@ Result<RepairReport> repair_tiles(const Surface& surface, const std::string& loc
       if (!locked) return std::unexpected(locked.error());
       folder = std::move(*locked);
       const auto now = open_store(location)->record();  // nobody changes it any more
-      if (!now || encode(*now) != encode(*record))
+      if (!now) return std::unexpected(now.error());
+      if (!*now || encode(**now) != encode(*record))
         return fail(Errc::busy, location + " has just got other tiles: run it again");
     }
     return std::make_unique<MendedLock>(location, *record, std::move(folder));

@@ -131,12 +131,16 @@ ShardRecord record_of(const ShardPlan& plan, std::size_t shard, std::span<const 
   return r;
 }
 
-/// Its name is for good.
+/// Its name is for good. Where it cannot be given, nothing is left.
 Result<void> give_name(const std::string& from, const std::string& to) {
   const auto failed = [&] {
     return fail(Errc::io, "cannot put into place " + to + ": " + errno_text(errno));
   };
-  if (::rename(from.c_str(), to.c_str()) != 0) return failed();
+  if (::rename(from.c_str(), to.c_str()) != 0) {
+    const auto error = failed();
+    ::unlink(from.c_str());
+    return error;
+  }
   const int folder = ::open(fs::path(to).parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder < 0) return failed();
   const bool synced = ::fsync(folder) == 0 || errno == EINVAL;

@@ -33,7 +33,7 @@ class MergedShards : public TileStore {
   Result<std::vector<std::uint8_t>> layer_json() const override {
     return std::vector<std::uint8_t>(plan_.layer_text.begin(), plan_.layer_text.end());
   }
-  std::optional<BuildRecord> record() const override { return plan_.record; }
+  Result<std::optional<BuildRecord>> record() const override { return plan_.record; }
   Result<std::string> kept_blocks() const override { return plan_.blocks; }
   Result<std::vector<std::uint8_t>> read(TileId id) const override { return pack_of(id)->read(id); }
   Result<StoredTile> look_at(TileId id) const override { return pack_of(id)->look_at(id); }
@@ -113,16 +113,18 @@ Result<std::unique_ptr<TileStore>> merged_store(const ShardPlan& plan, const std
   return std::make_unique<MergedShards>(plan, std::move(*tiles), ShardFolder(folder));
 }
 
-bool is_merged(const ShardPlan& plan, const std::string& output) {
+Result<bool> is_merged(const ShardPlan& plan, const std::string& output) {
   const auto store = open_store(output);
   const auto layer = store->layer_json();
+  if (!layer && layer.error().code == Errc::io) return std::unexpected(layer.error());
   const auto record = store->record();
-  if (!layer || !record || encode(*record) != encode(plan.record) ||
+  if (!record) return std::unexpected(record.error());
+  if (!layer || !*record || encode(**record) != encode(plan.record) ||
       !std::ranges::equal(*layer, plan.layer_text,
                           [](std::uint8_t a, char b) { return a == std::uint8_t(b); }))
     return false;
   const auto there = store->list();
-  if (!there) return false;
+  if (!there) return std::unexpected(there.error());
   const auto& listed = *there;
   if (!listed) return true;
   std::uint64_t tiles = 0;

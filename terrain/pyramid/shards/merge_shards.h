@@ -31,8 +31,8 @@ Result<std::unique_ptr<TileStore>> merged_store(const ShardPlan&, const std::str
 
 /// Is the tile set of this plan there, as merge_shards() leaves it? By its record and its
 /// layer.json, which come last, and the number of tiles; no tile is read (verify_store() reads
-/// all). False, too, where it cannot be read.
-bool is_merged(const ShardPlan&, const std::string& output);
+/// all). Fails where that cannot be read (io, busy).
+Result<bool> is_merged(const ShardPlan&, const std::string& output);
 
 /// Every pack is hashed first: busy where shards are missing, bad_data where one is not as its
 /// record says; both name them, and nothing is made. The result is what tind build makes of the

@@ -58,7 +58,9 @@ struct Ready {
 Result<Source> look_at_source(const TileStore& store, const CopyOptions& o) {
   const auto text = store.layer_json();
   if (!text) return std::unexpected(text.error());
-  const auto record = store.record();
+  const auto read = store.record();
+  if (!read) return std::unexpected(read.error());
+  const auto& record = *read;
   auto blocks = store.kept_blocks();
   // What is there and could not be read is not what is not there: the copy would lack it for good.
   if (!blocks && blocks.error().code != Errc::not_found) return std::unexpected(blocks.error());
@@ -185,8 +187,10 @@ Result<void> check_target(const Source& from, const std::string& to, bool force)
     return fail(
         Errc::invalid_argument,
         to + " is there, and no whole archive of tind's: move it away, or name another file");
-  const auto record = there->record();
   if (force) return {};
+  const auto read = there->record();
+  if (!read) return std::unexpected(read.error());
+  const auto& record = *read;
   if (record && from.record && may_update(*record, *from.record)) {
     const auto layer = layer_of(*there);
     return layer ? most_stay(to, layer->available, from.layer.available) : Result<void>();

@@ -83,20 +83,18 @@ class FolderStore : public TileStore {
   bool remote() const override { return false; }
 
   Result<Bytes> layer_json() const override { return read_beside(folder::kLayer); }
-  std::optional<BuildRecord> record() const override {
+  Result<std::optional<BuildRecord>> record() const override {
     const auto bytes = record_text();
-    if (!bytes) return {};
-    return decode_build_record(text_of(*bytes));
+    return bytes ? decode_build_record(text_of(*bytes)) : without_record(bytes.error());
   }
 
   Result<std::string> kept_blocks() const override {
-    const auto bytes = record_text();
-    if (!bytes && bytes.error().code != Errc::not_found) return std::unexpected(bytes.error());
-    const auto made = bytes ? decode_build_record(text_of(*bytes)) : std::nullopt;
-    if (!made || made->heights.empty()) return TileStore::kept_blocks();
+    const auto made = record();
+    if (!made) return std::unexpected(made.error());
+    if (!*made || (*made)->heights.empty()) return TileStore::kept_blocks();
     if (moving_)
-      if (auto blocks = tind::kept_blocks(base_ + folder::kReady, *made)) return blocks;
-    return tind::kept_blocks(base_, *made);
+      if (auto blocks = tind::kept_blocks(base_ + folder::kReady, **made)) return blocks;
+    return tind::kept_blocks(base_, **made);
   }
 
   Result<Bytes> read(TileId id) const override {
@@ -203,7 +201,8 @@ Result<StoredTile> FolderStore::look_at(TileId id) const {
 Result<std::optional<StoreListing>> FolderStore::list() const {
   StoreListing listing;
   const auto made = record();
-  const std::string blocks = made ? made->heights : std::string();
+  if (!made) return std::unexpected(made.error());
+  const std::string blocks = *made ? (*made)->heights : std::string();
   std::error_code error;
   fs::recursive_directory_iterator it(base_, error), end;
   if (error) return fail(Errc::not_found, "cannot look into " + base_ + ": " + error.message());
@@ -249,12 +248,13 @@ std::vector<StoreFault> FolderStore::faults() const {
     faults.push_back({StoreFault::In::ledger, own_name(folder::kRecord),
                       text ? "is not the record that the ledger belongs to" : "cannot be read"});
   const auto made = record();
-  if (!made || made->heights.empty()) return faults;
-  const std::string blocks = folder::kBlocks + made->heights;
+  if (!made || !*made || (*made)->heights.empty()) return faults;
+  const std::string& heights = (*made)->heights;
+  const std::string blocks = folder::kBlocks + heights;
   const auto bytes = read_beside(blocks);
   if (!bytes)
     faults.push_back({StoreFault::In::blocks, own_name(blocks), "cannot be read"});
-  else if (!SourceBlocks::whole(text_of(*bytes), made->heights))
+  else if (!SourceBlocks::whole(text_of(*bytes), heights))
     faults.push_back({StoreFault::In::blocks, own_name(blocks), "damaged"});
   return faults;
 }

@@ -42,8 +42,9 @@ class MbtilesStore : public TileStore {
     if (!opened_) return std::unexpected(opened_.error());
     return Bytes(layer_.begin(), layer_.end());
   }
-  std::optional<BuildRecord> record() const override {
-    if (!opened_ || record_.empty()) return {};
+  Result<std::optional<BuildRecord>> record() const override {
+    if (!opened_) return without_record(opened_.error());
+    if (record_.empty()) return std::nullopt;
     return decode_build_record(record_);
   }
   Result<std::string> kept_blocks() const override;

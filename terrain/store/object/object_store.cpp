@@ -32,17 +32,15 @@ class ObjectStore : public TileStore {
   bool remote() const override { return true; }
 
   Result<Bytes> layer_json() const override { return read_object(folder::kLayer); }
-  std::optional<BuildRecord> record() const override {
+  Result<std::optional<BuildRecord>> record() const override {
     const auto bytes = read_object(folder::kRecord);
-    if (!bytes) return {};
-    return decode_build_record(text_of(*bytes));
+    return bytes ? decode_build_record(text_of(*bytes)) : without_record(bytes.error());
   }
   Result<std::string> kept_blocks() const override {
-    const auto text = read_object(folder::kRecord);
-    if (!text && text.error().code != Errc::not_found) return std::unexpected(text.error());
-    const auto made = text ? decode_build_record(text_of(*text)) : std::nullopt;
-    if (!made || made->heights.empty()) return TileStore::kept_blocks();
-    const auto bytes = read_object(folder::kBlocks + made->heights);
+    const auto made = record();
+    if (!made) return std::unexpected(made.error());
+    if (!*made || (*made)->heights.empty()) return TileStore::kept_blocks();
+    const auto bytes = read_object(folder::kBlocks + (*made)->heights);
     if (!bytes) return std::unexpected(bytes.error());
     return std::string(text_of(*bytes));
   }
@@ -130,6 +128,8 @@ Result<std::optional<StoreListing>> ObjectStore::list() const {
   const auto objects = objects_.list(base_ + "/");
   if (!objects) return std::unexpected(objects.error());
   const auto made = record();
+  if (!made) return std::unexpected(made.error());
+  const std::string heights = *made ? (*made)->heights : std::string();
   StoreListing listing;
   for (const remote::ListedObject& object : *objects) {
     const std::filesystem::path path(object.key);
@@ -138,7 +138,7 @@ Result<std::optional<StoreListing>> ObjectStore::list() const {
       listing.levels[std::size_t(id->level)].push_back(*id);
     } else if (object.key.ends_with(folder::kTileSuffix)) {
       listing.strays.push_back(object.key);
-    } else if (!is_object_of_build(object.key, made ? made->heights : std::string())) {
+    } else if (!is_object_of_build(object.key, heights)) {
       listing.others.push_back(object.key);
     }
   }

@@ -72,8 +72,9 @@ class PmtilesStore : public TileStore {
     if (!head_) return std::unexpected(head_.error());
     return Bytes(head_->layer.begin(), head_->layer.end());
   }
-  std::optional<BuildRecord> record() const override {
-    if (!head_ || head_->record.empty()) return {};
+  Result<std::optional<BuildRecord>> record() const override {
+    if (!head_) return without_record(head_.error());
+    if (head_->record.empty()) return std::nullopt;
     return decode_build_record(head_->record);
   }
   Result<std::string> kept_blocks() const override;

@@ -72,21 +72,22 @@ class UrlStore : public TileStore {
   bool remote() const override { return true; }
 
   Result<Bytes> layer_json() const override { return layer().bytes; }
-  std::optional<BuildRecord> record() const override {
+  /// Servers that have none answer with anything: 404, 403, 400, a page.
+  Result<std::optional<BuildRecord>> record() const override {
     const auto bytes = fetch(file("tind-build.json"));
-    if (!bytes) return {};
+    if (!bytes) return std::nullopt;
     return decode_build_record({reinterpret_cast<const char*>(bytes->data()), bytes->size()});
   }
 
   /// Where a folder is served as it is; a daemon serves none.
   Result<std::string> kept_blocks() const override {
     const auto made = record();
-    const auto bytes =
-        made ? fetch(base_ + folder::kBlocks + made->heights) : fail(Errc::not_found, "");
+    if (!made || !*made) return TileStore::kept_blocks();
+    const auto bytes = fetch(base_ + folder::kBlocks + (*made)->heights);
     if (!bytes) return TileStore::kept_blocks();
     std::string text(bytes->begin(), bytes->end());
-    return SourceBlocks::whole(text, made->heights) ? Result<std::string>(text)
-                                                    : TileStore::kept_blocks();
+    return SourceBlocks::whole(text, (*made)->heights) ? Result<std::string>(text)
+                                                       : TileStore::kept_blocks();
   }
 
   Result<Bytes> read(TileId id) const override { return fetch(tile_name(id)); }

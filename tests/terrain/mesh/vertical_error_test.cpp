@@ -462,6 +462,7 @@ TEST(VerticalError, WidenedIsThatOfAllThatPostsMayBe) {
   EXPECT_DOUBLE_EQ(far.max_m, 0.625);
   EXPECT_DOUBLE_EQ(far.max_below_m, 0.125);
   EXPECT_EQ(widened(e, 0).max_m, e.max_m);
+  EXPECT_DOUBLE_EQ(widened(e, 1).max_m, 1.25);
 }
 
 TEST(ScanTriangle, TheOrderOfTheCornersDoesNotMatterToTheLastBit) {
@@ -529,6 +530,21 @@ TEST(VerticalErrorOverPoints, IsThatOverPostsWherePointsArePosts) {
     EXPECT_EQ(threads.max_at, got.max_at);
     const VerticalError feet = vertical_error(mesh, posts, 0.3048);
     EXPECT_NEAR(feet.max_m, 0.3048 * got.max_m, 1e-9);
+  }
+}
+
+TEST(VerticalErrorOverPoints, HalfASquareCoversWhatIsInItAndNothingBeside) {
+  for (const double side : {0.5, 1.0, 2.0}) {
+    Tin mesh;
+    mesh.vertices = {{0, 0, 3}, {side, 0, 3}, {0, side, 3}};
+    for (const Triangle& t : {Triangle{0, 1, 2}, {2, 1, 0}}) {
+      mesh.triangles = {t};
+      const VerticalError e =
+          vertical_error(mesh, {{{0.25 * side, 0.25 * side, 1}, {0.75 * side, 0.75 * side, 1}}}, 1);
+      EXPECT_EQ(e.posts, 1u);
+      EXPECT_EQ(e.uncovered, 1u);
+      EXPECT_EQ(e.max_above_m, 2);
+    }
   }
 }
 

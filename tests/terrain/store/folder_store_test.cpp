@@ -122,8 +122,9 @@ TEST_F(FolderStoreTest, WhatIsWrittenIsRead) {
     EXPECT_FALSE(store->remote());
     EXPECT_TRUE(store->vouched_for());
     EXPECT_THAT(store->faults(), IsEmpty());
-    ASSERT_TRUE(store->record());
-    EXPECT_EQ(store->record()->heights, blocks(1).digest());
+    const auto record = store->record();
+    ASSERT_TRUE(record && *record);
+    EXPECT_EQ((*record)->heights, blocks(1).digest());
   }
   EXPECT_EQ(write(1, " b"), 0) << "all are finished";
 }
@@ -186,6 +187,21 @@ TEST_F(FolderStoreTest, APartOfAListingIsNone) {
   }
   fs::permissions(closed, fs::perms(0755));
   EXPECT_TRUE(open_store(path())->list());
+}
+
+TEST_F(FolderStoreTest, WithARecordThatCannotBeReadNothingIsKnownOfIt) {
+  write(1, "a");
+  const fs::path record = path() + "/tind-build.json", aside = path() + "/aside";
+  fs::rename(record, aside);
+  EXPECT_EQ(*open_store(path())->record(), std::nullopt);
+  fs::create_symlink("tind-build.json", record);  // a loop, which nobody can open
+  const auto store = open_store(path());
+  ASSERT_FALSE(store->record());
+  EXPECT_EQ(store->record().error().code, Errc::io);
+  EXPECT_FALSE(store->list()) << "whose the files beside the tiles are, the record says";
+  fs::remove(record);
+  fs::rename(aside, record);
+  EXPECT_TRUE(*open_store(path())->record());
 }
 
 TEST_F(FolderStoreTest, ATileThatCannotBeLookedAtIsNotTakenForGone) {

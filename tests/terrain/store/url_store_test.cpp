@@ -93,7 +93,7 @@ TEST(UrlStore, ALayerThatSaysNothingOfTilesLeavesThemInTheUsualPlace) {
   EXPECT_EQ(store->tile_name({0, 1, 0}), "http://a.b/c/0/1/0.terrain");
   EXPECT_EQ(store->layer_json().error().code, Errc::not_found);
   EXPECT_EQ(store->read({0, 1, 0}).error().code, Errc::not_found);
-  EXPECT_FALSE(store->record());
+  EXPECT_FALSE(*store->record());
 }
 
 TEST(UrlStore, NamesOfTheLayerNameTheSet) {
@@ -132,8 +132,8 @@ TEST(UrlStore, ARecordBesideTheTilesIsRead) {
   made.max_error_m = 2.5;
   const MadeUpServer server(Files{{"http://a.b/tind-build.json", encode(made)}});
   const auto record = url_store("http://a.b", server)->record();
-  ASSERT_TRUE(record);
-  EXPECT_EQ(record->max_error_m, 2.5);
+  ASSERT_TRUE(record && *record);
+  EXPECT_EQ((*record)->max_error_m, 2.5);
 }
 
 }  // namespace

@@ -33,6 +33,7 @@
 #include "terrain/base/existing_file.h"
 #include "terrain/base/hash.h"
 #include "terrain/base/lower_case.h"
+#include "terrain/base/whole_io.h"
 #include "terrain/raster/datums.h"
 #include "terrain/raster/dem_files.h"
 #include "terrain/raster/gdal/crs/gdal_crs.h"
@@ -149,27 +150,30 @@ Result<std::shared_ptr<const IdleHandles::Unpacked>> unpack(const std::string& p
 
 /// The file of the system that GDAL reads a name from: that of an archive for a member of it; empty
 /// for what is in memory.
-std::string file_behind(std::string name) {
+Result<std::string> file_behind(std::string name) {
   std::error_code error;
   if (name.starts_with("/vsi")) name.erase(0, std::min(name.find('/', 1), name.size() - 1) + 1);
   for (fs::path path = fs::absolute(name, error); path.has_relative_path();
-       path = path.parent_path())
-    if (fs::is_regular_file(path, error)) return path.string();
-  return {};
+       path = path.parent_path()) {
+    const auto type = fs::status(path, error).type();
+    if (type == fs::file_type::regular) return path.string();
+    if (type == fs::file_type::none)
+      return fail(Errc::io, "cannot look at " + path.string() + ": " + error.message());
+  }
+  return "";
 }
 
-std::string hash_of_ends(const std::string& path, std::uint64_t size) {
+/// Of the first and the last 64 KB.
+Result<std::string> hash_of_ends(const std::string& path, std::uint64_t size) {
   constexpr std::uint64_t kEnd = 64 << 10;
-  const File file(VSIFOpenL(path.c_str(), "rb"));
-  if (!file) return "unreadable";
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (file.get() < 0) return fail(Errc::io, "cannot open " + path + ": " + errno_text(errno));
   std::string bytes(std::min(size, 2 * kEnd), '\0');
-  const std::size_t head = std::min<std::size_t>(bytes.size(), kEnd);
-  std::size_t got = VSIFReadL(bytes.data(), 1, head, file.get());
-  if (bytes.size() > head) {
-    VSIFSeekL(file.get(), size - (bytes.size() - head), SEEK_SET);
-    got += VSIFReadL(bytes.data() + head, 1, bytes.size() - head, file.get());
-  }
-  return fmt::format("{:016x}", hash64({bytes.data(), got}));
+  const std::size_t head = std::min<std::size_t>(bytes.size(), kEnd), tail = bytes.size() - head;
+  if (!read_whole_at(file.get(), 0, bytes.data(), head) ||
+      !read_whole_at(file.get(), size - tail, bytes.data() + head, tail))
+    return fail(Errc::io, "cannot read " + path);
+  return fmt::format("{:016x}", hash64({bytes.data(), bytes.size()}));
 }
 
 }  // namespace
@@ -199,19 +203,25 @@ namespace {
 bool is_vrt(GDALDataset& set) { return std::string_view(set.GetDriverName()) == "VRT"; }
 
 /// What `set`, opened from `path`, is read from beside it; of a VRT also what its parts are.
-std::vector<std::string> other_files(GDALDataset& set, const std::string& path, bool allow_vrt) {
+Result<std::vector<std::string>> other_files(GDALDataset& set, const std::string& path,
+                                             bool allow_vrt) {
   std::vector<std::string> found;
-  std::set<std::string> seen = {file_behind(path)};
-  const auto add = [&](GDALDataset& one) {
+  std::set<std::string> seen;
+  const auto add = [&](GDALDataset& one) -> Result<void> {
     const CPLStringList files(one.GetFileList());
     for (int i = 0; i < files.Count(); ++i) {
       // Overviews are never read: who makes them beside a DEM that is served changes no height.
       if (std::string_view(files[i]).ends_with(".ovr")) continue;
-      if (const std::string file = file_behind(files[i]); !file.empty() && seen.insert(file).second)
-        found.push_back(file);
+      const auto file = file_behind(files[i]);
+      if (!file) return std::unexpected(file.error());
+      if (!file->empty() && seen.insert(*file).second) found.push_back(*file);
     }
+    return {};
   };
-  add(set);
+  const auto own = file_behind(path);
+  if (!own) return std::unexpected(own.error());
+  seen.insert(*own);
+  if (auto ok = add(set); !ok) return std::unexpected(ok.error());
   if (!is_vrt(set)) return found;
   // A VRT names its parts, but not what they are made of.
   const Complaints silence;
@@ -219,7 +229,7 @@ std::vector<std::string> other_files(GDALDataset& set, const std::string& path, 
     if (const std::unique_ptr<GDALDataset> part{static_cast<GDALDataset*>(
             GDALOpenEx(found[i].c_str(), GDAL_OF_RASTER, raster_drivers(allow_vrt, found[i]),
                        nullptr, nullptr))})
-      add(*part);
+      if (auto ok = add(*part); !ok) return std::unexpected(ok.error());
   return found;
 }
 
@@ -426,10 +436,11 @@ Result<std::unique_ptr<RasterFile>> RasterFile::open(const std::string& path,
   auto handle = file->open_handle();
   if (!handle) return std::unexpected(handle.error());
   // Which other files there are is known only now, when they have been looked into already.
-  const std::vector<std::string> others = file->files_of(**handle);
-  for (const std::string& other : others)
+  const auto others = file->files_of(**handle);
+  if (!others) return std::unexpected(others.error());
+  for (const std::string& other : *others)
     if (auto ok = file->states_.add(other); !ok) return std::unexpected(ok.error());
-  if (!others.empty()) handle = file->open_handle();
+  if (!others->empty()) handle = file->open_handle();
   if (!handle) return std::unexpected(handle.error());
   const RemoteFailures failures;
   auto learnt = file->learn(**handle, options);
@@ -459,8 +470,10 @@ Result<std::unique_ptr<IdleHandles::Handle>> RasterFile::borrow() const {
     return handle;
   }
   // A mask or a world file that came since is seen by new handles only.
-  if (!remote_ && !is_vrt(*(*handle)->set) &&
-      files_of(**handle).size() + 1 != states_.entries().size())
+  if (remote_ || is_vrt(*(*handle)->set)) return handle;
+  const auto others = files_of(**handle);
+  if (!others) return std::unexpected(others.error());
+  if (others->size() + 1 != states_.entries().size())
     return fail(Errc::io, path_ +
                               ": there are other files beside it than when it was opened; start "
                               "again to read what is there now");
@@ -510,8 +523,8 @@ Result<void> RasterFile::read_posts(std::span<const Post> posts) const {
   return {};
 }
 
-std::vector<std::string> RasterFile::files_of(IdleHandles::Handle& handle) const {
-  if (is_zip(path_) || remote_) return {};
+Result<std::vector<std::string>> RasterFile::files_of(IdleHandles::Handle& handle) const {
+  if (is_zip(path_) || remote_) return std::vector<std::string>();
   return other_files(*handle.set, path_, allow_vrt_);
 }
 
@@ -524,9 +537,12 @@ Result<std::string> RasterFile::fingerprint() const {
 Result<std::string> HeightFile::fingerprint() const {
   const Complaints silence;
   std::string text;
-  for (const auto& [path, state] : states().entries())
+  for (const auto& [path, state] : states().entries()) {
+    const auto ends = hash_of_ends(path, state.size);
+    if (!ends) return std::unexpected(ends.error());
     text += fmt::format("{} {} {} {} {}\n", state.size, state.inode, state.written_ns,
-                        state.changed_ns, hash_of_ends(path, state.size));
+                        state.changed_ns, *ends);
+  }
   if (auto same = unchanged(); !same) return std::unexpected(same.error());
   return text;
 }
@@ -558,7 +574,7 @@ std::vector<std::string> files_of_vrt(const std::string& path) {
   const std::unique_ptr<GDALDataset> set{static_cast<GDALDataset*>(
       GDALOpenEx(real->c_str(), GDAL_OF_RASTER, kOnlyVrt, nullptr, nullptr))};
   if (!set) return {};
-  return gdal::other_files(*set, path, true);
+  return gdal::other_files(*set, path, true).value_or(std::vector<std::string>());
 }
 
 }  // namespace tind

@@ -73,7 +73,7 @@ class RasterFile final : public HeightFile {
   /// What is in the zip: one copy for all handles, gone with the last of them.
   Result<std::shared_ptr<const IdleHandles::Unpacked>> unpacked() const;
   /// This file and those that it refers to, as the handle knows them.
-  std::vector<std::string> files_of(IdleHandles::Handle&) const;
+  Result<std::vector<std::string>> files_of(IdleHandles::Handle&) const;
   /// An idle handle, or a new one.
   Result<std::unique_ptr<IdleHandles::Handle>> borrow() const;
   /// What came of reading, unless the files have changed meanwhile: then that.

@@ -27,8 +27,13 @@ constexpr int kStrip = 256;
 
 using Dataset = std::unique_ptr<GDALDataset, decltype([](GDALDataset* d) { GDALClose(d); })>;
 
+/// PROJ says of what it could not look up in its tables that it does not know it.
+std::unexpected<Error> unknown_crs(const std::string& crs) {
+  return fail(Errc::io, "PROJ cannot make the CRS " + crs + ": are its tables (proj.db) readable?");
+}
+
 /// The vertical CRS of metres above a datum; nothing where there is none.
-std::optional<OGRSpatialReference> vertical_of(const VerticalDatum& datum) {
+Result<std::optional<OGRSpatialReference>> vertical_of(const VerticalDatum& datum) {
   const std::string code = datum == VerticalDatum::egm96     ? "EPSG:5773"
                            : datum == VerticalDatum::egm84   ? "EPSG:5798"
                            : datum == VerticalDatum::egm2008 ? "EPSG:3855"
@@ -36,7 +41,8 @@ std::optional<OGRSpatialReference> vertical_of(const VerticalDatum& datum) {
                                ? datum.text()
                                : "";
   OGRSpatialReference crs;
-  if (code.empty() || crs.SetFromUserInput(code.c_str()) != OGRERR_NONE) return {};
+  if (code.empty()) return std::nullopt;
+  if (crs.SetFromUserInput(code.c_str()) != OGRERR_NONE) return unknown_crs(code);
   if (crs.IsVertical() && !crs.IsCompound()) return crs;
   const OGR_SRSNode* const part = crs.GetAttrNode("VERT_CS");  // of "EPSG:4269+5703"
   char* wkt = nullptr;
@@ -54,19 +60,24 @@ struct RasterCrs {
 
 /// With the datum that the heights are above, where there is a CRS for it that GeoTIFF can say: of
 /// ellipsoidal heights only those of EPSG's geographic systems, else a file would have none at all.
-RasterCrs crs_of(const DemInfo& info, bool heights) {
+Result<RasterCrs> crs_of(const DemInfo& info, bool heights) {
   RasterCrs out;
   OGRSpatialReference& crs = out.crs;
   crs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
-  if (crs.importFromWkt(info.crs_wkt.c_str()) != OGRERR_NONE || !heights) return out;
+  if (crs.importFromWkt(info.crs_wkt.c_str()) != OGRERR_NONE) return unknown_crs("of the DEM");
+  if (!heights) return out;
   OGRSpatialReference made;
   if (info.datum == VerticalDatum::ellipsoid) {
     made = crs;
     out.tells_datum = crs.IsGeographic() && made.PromoteTo3D(nullptr) == OGRERR_NONE &&
                       made.GetAuthorityCode(nullptr);
-  } else if (const auto vertical = vertical_of(info.datum)) {
-    const std::string name = std::string(crs.GetName()) + " + " + vertical->GetName();
-    out.tells_datum = made.SetCompoundCS(name.c_str(), &crs, &*vertical) == OGRERR_NONE;
+  } else {
+    const auto read = vertical_of(info.datum);
+    if (!read) return std::unexpected(read.error());
+    if (const auto& vertical = *read) {
+      const std::string name = std::string(crs.GetName()) + " + " + vertical->GetName();
+      out.tells_datum = made.SetCompoundCS(name.c_str(), &crs, &*vertical) == OGRERR_NONE;
+    }
   }
   if (!out.tells_datum) return out;
   crs = made;
@@ -74,7 +85,7 @@ RasterCrs crs_of(const DemInfo& info, bool heights) {
   return out;
 }
 
-bool describe(GDALDataset& file, const DemInfo& info, const RasterContents& contents) {
+Result<void> describe(GDALDataset& file, const DemInfo& info, const RasterContents& contents) {
   bool ok = !contents.voids ||
             file.GetRasterBand(1)->SetNoDataValue(double(nothing(contents.pixel))) == CE_None;
   if (contents.points)  // before the places, which GeoTIFF writes down in another way then
@@ -89,13 +100,14 @@ bool describe(GDALDataset& file, const DemInfo& info, const RasterContents& cont
   }
   bool told = false;
   if (!info.crs_wkt.empty()) {
-    const RasterCrs place = crs_of(info, contents.heights);
-    ok = ok && file.SetSpatialRef(&place.crs) == CE_None;
-    told = place.tells_datum;
+    const auto place = crs_of(info, contents.heights);
+    if (!place) return std::unexpected(place.error());
+    ok = ok && file.SetSpatialRef(&place->crs) == CE_None;
+    told = place->tells_datum;
   }
   if (contents.heights && !told && info.datum != VerticalDatum::unknown)
     ok = ok && file.SetMetadataItem("VERTICAL_DATUM", name(info.datum).c_str()) == CE_None;
-  return ok;
+  return ok ? Result<void>() : fail(Errc::internal, "GDAL refuses what is said of the raster");
 }
 
 Result<void> put_rows(GDALDataset& file, const DemInfo& info, RasterPixel pixel,
@@ -127,9 +139,28 @@ Dataset make_tiff(const std::string& name, const DemInfo& info, const RasterCont
                                                const_cast<char**>(options)));
 }
 
-RasterBytes ascii_of(const std::string& tiff) {
-  const Dataset from(
+Dataset open_again(const std::string& tiff) {
+  return Dataset(
       GDALDataset::Open(tiff.c_str(), GDAL_OF_RASTER, gdal::raster_drivers(false, tiff)));
+}
+
+/// GDAL's writer of GeoTIFF leaves out, without a word, the CRS that PROJ cannot write down. (For
+/// one with a turned pole GeoTIFF has no words.)
+Result<void> says_where(const std::string& tiff, const DemInfo& info) {
+  if (info.crs_wkt.empty()) return {};
+  const Dataset file = open_again(tiff);
+  const OGRSpatialReference* const crs = file ? file->GetSpatialRef() : nullptr;
+  OGRSpatialReference wanted;
+  if (wanted.importFromWkt(info.crs_wkt.c_str()) != OGRERR_NONE) return unknown_crs("of the DEM");
+  if (wanted.IsDerivedGeographic()) return {};
+  if (crs && bool(crs->IsGeographic()) == bool(wanted.IsGeographic()) &&
+      bool(crs->IsProjected()) == bool(wanted.IsProjected()))
+    return {};
+  return unknown_crs("of the raster");
+}
+
+RasterBytes ascii_of(const std::string& tiff) {
+  const Dataset from = open_again(tiff);
   const gdal::MemoryFile memory(".asc");
   const char* const options[] = {"SIGNIFICANT_DIGITS=9", nullptr};  // a float32 in full
   const Dataset copy(from ? driver_named("AAIGrid")->CreateCopy(memory.name().c_str(), from.get(),
@@ -168,17 +199,21 @@ Result<RasterBytes> encode_raster(RasterFormat format, const DemInfo& info,
   gdal::Complaints complaints;
   const gdal::MemoryFile memory(".tif");
   Dataset file = make_tiff(memory.name(), info, contents);
-  const bool described = file && describe(*file, info, contents);
-  if (described)
-    if (const auto put = put_rows(*file, info, contents.pixel, rows); !put)
-      return std::unexpected(put.error());
+  const auto failed = [&] {
+    return fail(Errc::io, "cannot make the raster: " + complaints.text("no reason"));
+  };
+  if (!file) return failed();
+  if (const auto described = describe(*file, info, contents); !described)
+    return complaints.failed() ? failed() : std::unexpected(described.error());
+  if (const auto put = put_rows(*file, info, contents.pixel, rows); !put)
+    return std::unexpected(put.error());
   file.reset();
-  RasterBytes made;
-  if (described && !complaints.failed())
-    made =
-        format == RasterFormat::geotiff ? RasterBytes{memory.bytes(), ""} : ascii_of(memory.name());
-  if (made.bytes.empty() || complaints.failed())
-    return fail(Errc::internal, "cannot make the raster: " + complaints.text("no reason"));
+  if (complaints.failed()) return failed();
+  if (const auto placed = says_where(memory.name(), info); !placed)
+    return std::unexpected(placed.error());
+  RasterBytes made =
+      format == RasterFormat::geotiff ? RasterBytes{memory.bytes(), ""} : ascii_of(memory.name());
+  if (made.bytes.empty() || complaints.failed()) return failed();
   return made;
 }
 

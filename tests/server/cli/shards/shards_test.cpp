@@ -260,6 +260,25 @@ TEST_F(Shards, StatusIsAskedWhetherAllIsThere) {
   EXPECT_THAT(std::string(top["top_why"]), HasSubstr("top.pmtiles"));
 }
 
+TEST_F(Shards, WhatCannotBeReadIsNotTakenForDamagedOrMissing) {
+  make_plan(2);
+  for (const char* shard : {"0", "1"}) ASSERT_EQ(build(shard).code, 0);
+  const std::string tiles = file("t"), status = "status --plan " + plan();
+  ASSERT_EQ(test::run_tind("merge --plan " + plan() + " -o " + tiles).code, 0);
+  const auto unread = [](const fs::path& path) {
+    fs::rename(path, path.string() + ".aside");
+    fs::create_symlink(path.filename(), path);  // a loop, which nobody can open
+  };
+  const auto back = [](const fs::path& path) { fs::rename(path.string() + ".aside", path); };
+  unread(file("shards/00001.json"));
+  EXPECT_EQ(test::run_tind(status).code, 74);
+  back(file("shards/00001.json"));
+  unread(tiles + "/tind-build.json");
+  EXPECT_EQ(test::run_tind(status + " -o " + tiles).code, 74);
+  back(tiles + "/tind-build.json");
+  EXPECT_EQ(test::run_tind(status + " -o " + tiles).code, 0);
+}
+
 TEST_F(Shards, BadLinesAreRefused) {
   make_plan(2);
   const std::string with = "build --plan " + plan() + " ";

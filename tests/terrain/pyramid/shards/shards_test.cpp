@@ -244,14 +244,14 @@ TEST_F(ShardsTest, ADirectoryOfThemIsTheOneOfTheBuild) {
   EXPECT_EQ(merged->tiles, plan.tiles());
   BuildOptions o = options();
   o.output = folder_.file("tiles");
-  EXPECT_TRUE(is_merged(plan, o.output));
-  EXPECT_FALSE(is_merged(plan_of(2,
-                                 [] {
-                                   BuildOptions other = options();
-                                   other.tiles.max_error_m = 11;
-                                   return other;
-                                 }()),
-                         o.output))
+  EXPECT_TRUE(*is_merged(plan, o.output));
+  EXPECT_FALSE(*is_merged(plan_of(2,
+                                  [] {
+                                    BuildOptions other = options();
+                                    other.tiles.max_error_m = 11;
+                                    return other;
+                                  }()),
+                          o.output))
       << "of another plan";
   const auto again = build_tiles(surface(), o);
   ASSERT_TRUE(again) << again.error().what;
@@ -372,7 +372,7 @@ TEST_F(ShardsTest, OnlyARecordCommitsAPack) {
   EXPECT_EQ(merged.error().code, Errc::busy);
   EXPECT_THAT(merged.error().what, HasSubstr("1 of 3 shards are not there: 1;"));
   EXPECT_FALSE(fs::exists(folder_.file("x.pmtiles")));
-  EXPECT_FALSE(is_merged(plan, folder_.file("x.pmtiles")));
+  EXPECT_FALSE(*is_merged(plan, folder_.file("x.pmtiles")));
   ASSERT_TRUE(make(plan, 1));
   EXPECT_EQ(*read_whole_file(shards().record(1)), record);
   expect_built(plan);
