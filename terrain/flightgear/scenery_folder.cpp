@@ -259,6 +259,7 @@ Result<void> SceneryMaker::begin(bool others) {
   if (auto done = files_.remove(folder_ + "/" + kIndex); !done) return done;
   for (const std::string& path : *old)
     if (auto done = files_.remove(path); !done) return done;
+  folder::remove_empty_folders(folder_, *old);
   for (const std::string name : {kSceneryRecord + 1, kIndex})
     if (auto done = remove_partials_of(folder_ + "/" + name); !done) return done;
   // None may come back under the new record: buckets do not say of which plan they are.

@@ -286,6 +286,7 @@ Result<void> ImageFolder::claim() {
   if (auto done = files_.remove(folder_ + kTiles); !done) return done;
   for (const std::string& path : *old)
     if (auto done = files_.remove(path); !done) return done;
+  folder::remove_empty_folders(folder_, *old);
   for (const char* name : {kImagesRecord, kTiles})
     if (auto done = remove_partials_of(folder_ + name); !done) return done;
   // None may come back under the new record, also of those that a run before this one removed.

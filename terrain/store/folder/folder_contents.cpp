@@ -9,6 +9,7 @@
 #include <chrono>
 #include <filesystem>
 #include <map>
+#include <ranges>
 #include <set>
 
 #include "terrain/base/file_io.h"
@@ -229,6 +230,17 @@ Result<void> check_places(const std::string& folder, const std::vector<std::stri
       return in_the_way(path, "is in the place of a folder of tiles");
   }
   return {};
+}
+
+void remove_empty_folders(const std::string& folder, const std::vector<std::string>& files) {
+  const std::string below = folder.ends_with('/') ? folder : folder + "/";
+  std::set<std::string> seen;
+  for (const std::string& file : files)
+    for (fs::path at = fs::path(file).parent_path();
+         at.string().starts_with(below) && seen.insert(at.string()).second; at = at.parent_path()) {
+    }
+  for (const std::string& path : seen | std::views::reverse)
+    ::rmdir(path.c_str());  // deepest first
 }
 
 Result<void> remove_tiles(FolderFiles& files, const std::string& folder, const TileLedger& ledger,

@@ -53,6 +53,9 @@ bool is_own_name(const std::string& name, const std::string& digest);
 /// Is there nothing in a folder but a lock, and what a run that was killed left of writing `record`
 /// (with a leading '/')? Fails where it cannot be looked into (not_found: where there is none).
 Result<bool> is_unclaimed(const std::string& folder, const std::string& record);
+/// Folders in `folder` that these files were in, which are gone, and that are empty now. One that
+/// cannot go stays, which harms nobody.
+void remove_empty_folders(const std::string& folder, const std::vector<std::string>& files);
 /// Is it the name of a folder of tiles?
 bool is_level(const std::filesystem::path& name);
 /// A file of hashes of blocks, sound or not? Fails where it has the name of one and cannot be read.

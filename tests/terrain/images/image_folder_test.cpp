@@ -230,6 +230,19 @@ TEST_F(ImageFolder, GoesOnWhateverItsRecordSaysOfTheMiddle) {
   EXPECT_EQ(again->built, 0u);
 }
 
+TEST_F(ImageFolder, LeavesNoEmptyFoldersOfAnotherDem) {
+  ASSERT_TRUE(write());
+  const Surface elsewhere = std::make_shared<test::MadeUpSource>(
+      test::rough_terrain(30, 25, 6), Geographic{-70.1, -45.9}, 4e-4, 0, "another");
+  fs::create_directories(folder_ + "/somebody/elses");
+  ASSERT_TRUE(write({proto::HeightCode::mapbox, format_}, true, &elsewhere));
+  for (const auto& entry : fs::recursive_directory_iterator(folder_))
+    EXPECT_TRUE(!entry.is_directory() || !fs::is_empty(entry.path()) ||
+                entry.path().filename() == "elses")
+        << entry.path();
+  EXPECT_TRUE(fs::exists(folder_ + "/somebody/elses"));
+}
+
 TEST_F(ImageFolder, RefusesALinkInTheWayBeforeItChangesAnything) {
   const Surface other = std::make_shared<test::MadeUpSource>(
       test::rough_terrain(300, 250, 6), Geographic{7.1, 45.9}, 4e-4, 0, "another");
