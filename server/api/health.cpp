@@ -30,7 +30,11 @@ std::string report(const App& app, bool reasons) {
   const auto because = [&](const std::string& why) {
     return reasons ? ": " + logging::printable(why) : std::string(" (the log says why)");
   };
-  if (const int code = app.jobs ? app.jobs->unwritable() : 0; code != 0)
+  const int code = app.jobs ? app.jobs->unwritable() : 0;
+  if (code == services::Jobs::kOtherList)
+    out += fmt::format("[-] the list of jobs is no longer the one that was opened{}\n",
+                       because("put it back, or restart the daemon"));
+  else if (code != 0)
     out +=
         fmt::format("[-] the folder of jobs cannot be written to{}\n", because(errno_text(code)));
   if (!app.keeper) return out;

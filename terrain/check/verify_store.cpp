@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kRemoteThreads = 8;  // mostly waiting for answers
 
-enum class State : std::uint8_t { unknown, sound, damaged, missing, unlisted };
+enum class State : std::uint8_t { unknown, sound, damaged, unread, missing, unlisted };
 
 /// The tiles that there should be.
 struct Expected {
@@ -37,7 +37,8 @@ Expected expected_of(const TileStore& store, std::vector<StoreFault>& faults) {
     faults.push_back({StoreFault::In::ledger, "layer.json",
                       under_way ? "is not there yet: the build that it comes with at last has not "
                                   "ended; wait for it, or run the same tind build again"
-                                : layer.error().what});
+                                : layer.error().what,
+                      layer.error().code == Errc::io});
     return expected;
   }
   for (const auto& level : layer->available) expected.areas.push_back(area_of(level));
@@ -46,7 +47,10 @@ Expected expected_of(const TileStore& store, std::vector<StoreFault>& faults) {
 
 State state_of(const TileStore& store, TileId id, std::uint64_t& bytes) {
   const auto tile = store.look_at(id);
-  if (!tile) return tile.error().code == Errc::not_found ? State::missing : State::damaged;
+  if (!tile)
+    return tile.error().code == Errc::not_found  ? State::missing
+           : tile.error().code == Errc::bad_data ? State::damaged
+                                                 : State::unread;
   bytes = tile->bytes.size();
   if (tile->vouched == Vouched::yes) return State::sound;
   return tile->vouched == Vouched::other_bytes ? State::damaged : State::unlisted;
@@ -119,12 +123,16 @@ Result<VerifyReport> verify_store(const TileStore& store, int threads, const Pro
       case State::unlisted:
         add(report.unlisted, ids[k]);
         break;
+      case State::unread:
+        add(report.unread, ids[k]);
+        break;
       case State::unknown:
       case State::damaged:
         add(report.damaged, ids[k]);
     }
   if (auto looked = look_for_others(store, expected, report); !looked)
-    report.faults.push_back({StoreFault::In::ledger, store.name(), looked.error().what});
+    report.faults.push_back({StoreFault::In::ledger, store.name(), looked.error().what,
+                             looked.error().code == Errc::io});
   return report;
 }
 

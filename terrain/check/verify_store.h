@@ -2,6 +2,7 @@
 // Are the bytes of a store those that were written? Each is held against the hashes that the store
 // keeps of them; what the tiles say is check's business (check.h).
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -23,7 +24,8 @@ struct VerifyReport {
 
   std::uint64_t tiles = 0;  // that there should be
   std::uint64_t sound = 0, bytes = 0;
-  Tiles damaged;                    // other bytes than were written, or none that can be read
+  Tiles damaged;                    // other bytes than were written
+  Tiles unread;                     // cannot be read, and may be sound
   Tiles missing;                    // should be there
   Tiles unlisted;                   // there, and nothing vouches for them
   Tiles foreign;                    // there, and no part of the set
@@ -31,7 +33,13 @@ struct VerifyReport {
   std::vector<std::string> others;  // files that are no tiles; no fault
 
   bool ok() const {
-    return damaged.count + missing.count + unlisted.count + foreign.count + faults.size() == 0;
+    return damaged.count + unread.count + missing.count + unlisted.count + foreign.count +
+               faults.size() ==
+           0;
+  }
+  /// Was all of it read? Else what is not ok() may be, once it can.
+  bool all_read() const {
+    return unread.count == 0 && std::ranges::none_of(faults, &StoreFault::unread);
   }
 };
 

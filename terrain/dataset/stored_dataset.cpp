@@ -72,7 +72,8 @@ Result<Dataset> stored_dataset(const std::string& location) {
   if (generation)
     made.unchanged = [location]() -> Result<void> {
       if (stored_generation(location)) return {};
-      return fail(Errc::io, location + ": its ledger is no longer there, or damaged");
+      return fail(Errc::io,
+                  location + ": is no longer there, cannot be read, or its ledger is damaged");
     };
   else if (state)
     made.unchanged = [head, state = *state]() -> Result<void> {

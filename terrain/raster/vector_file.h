@@ -21,7 +21,7 @@ struct TriangleFeatures {
 
 /// The bytes of a file with one layer "mesh": each triangle is a PolygonZ, in its own order;
 /// FlatGeobuf orders them along a curve for its index. The same triangles are the same bytes. Takes
-/// about 300 bytes of memory a triangle. Fails (internal) with what GDAL says.
+/// about 300 bytes of memory a triangle. Fails (io) with what GDAL says.
 Result<std::string> encode_triangles(VectorFormat, const TriangleFeatures&);
 
 }  // namespace tind

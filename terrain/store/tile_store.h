@@ -41,6 +41,7 @@ struct StoreFault {
   enum class In { ledger, blocks };  // what vouches for tiles; what the next update goes by
   In in = In::ledger;
   std::string name, what;  // e.g. "tind-tiles.ledger", "damaged"
+  bool unread = false;     // could not be read, and may be sound
 };
 
 /// Gives the tiles of one build as long as it lives: who wants those of the next one opens it anew.

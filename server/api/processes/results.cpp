@@ -177,7 +177,7 @@ http::Reply none(const Job& job, std::string_view target) {
     return http::problem_reply(
         {.status = 404, .detail = "The job was dismissed.", .instance = target});
   constexpr int kUsage = 2, kData = 65;  // as the command line ends
-  if (job.exit_code == Job::kNoRoom)
+  if (job.exit_code == Job::kNoRoom || job.exit_code == Job::kUnread)
     return http::problem_reply({.status = 503,
                                 .detail = "The job failed: " + message_of(job) + ".",
                                 .instance = target,

@@ -96,7 +96,7 @@ http::Reply no_room(const Error& error, const std::string& target) {
   // Words about the server's own files are for its log.
   if (error.code == Errc::io)
     return http::problem_reply({.status = 503,
-                                .detail = "The server has no room to keep jobs at the moment.",
+                                .detail = "The server cannot keep jobs at the moment.",
                                 .instance = target,
                                 .headers = {{"Retry-After", "10"}}},
                                error.what);

@@ -16,6 +16,7 @@
 #include "server/cli/options/line_input.h"
 #include "server/cli/options/output_options.h"
 #include "server/cli/options/output_paths.h"
+#include "server/cli/options/output_turn.h"
 #include "server/cli/options/surface_input.h"
 #include "server/cli/program/interrupt.h"
 #include "server/cli/program/progress_bar.h"
@@ -254,7 +255,10 @@ int export_map(const Arguments& a, const Surface& surface) {
   if (!map) return complain(map.error());
   const bool unity = a.target == Target::unity;
   const ordered_json report = report_of(a, *map, surface);
-  // A map never stands beside the scale of another one, wherever this ends.
+  // A map never stands beside the scale of another one, wherever this ends, and whoever else
+  // writes.
+  const auto turn = OutputTurn::take(a.output);
+  if (!turn) return complain(turn.error());
   std::error_code none;
   std::filesystem::remove(a.output + ".json", none);
   auto written =

@@ -12,10 +12,12 @@
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/memory_limit.h"
 #include "server/cli/options/output_options.h"
+#include "server/cli/options/output_paths.h"
 #include "server/cli/options/plan_input.h"
 #include "server/cli/program/interrupt.h"
 #include "server/cli/program/progress_bar.h"
 #include "terrain/pyramid/shards/merge_shards.h"
+#include "terrain/store/open/open_store.h"
 
 namespace tind::cli {
 
@@ -39,6 +41,9 @@ int run(Arguments a) {
   if (!folder) return complain(folder.error());
   a.options.shards.folder = *std::move(folder);
   a.options.shards.abandon = watch.abandon();
+  if (const int code = check_store_output(a.options.output); code != kOk) return code;
+  const auto before = open_store(a.options.output)->record();
+  if (!before) return complain(before.error());
   const auto begin = std::chrono::steady_clock::now();
   const auto open = [&]() -> Result<Surface> {
     return open_planned(*plan, a.named, a.environment, a.memory, a.options.shards.threads);
@@ -49,6 +54,10 @@ int run(Arguments a) {
     report = merge_shards(*plan, open, a.options, bar.progress(watch.finish()));
   }
   if (!report) return complain(report.error());
+  if (*before && (*before)->heights != plan->record.heights)
+    note(a.options.output +
+         " had tiles of other heights, and has those of the plan now; where the "
+         "plan is older than they were, plan anew and build what is new");
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (a.json) {
@@ -91,8 +100,9 @@ void add_merge(Command program, int& exit) {
   add_progress_option(c, a->progress);
   c.add_flag("--json", a->json, "print the summary as JSON");
   c.footer(
-      "Exit code 75: shards are missing; 65: some are not as their records say. Nothing is made "
-      "then. layer.json comes last, an archive has its name only when it is whole.");
+      "Exit code 75: shards are missing; 65: some are not as their records say; 74: some "
+      "cannot be read. Nothing is made then. layer.json comes last, an archive has its name only "
+      "when it is whole.");
   c.on_run([a, c, &exit] {
     a->environment = c.environment();
     exit = run(*a);

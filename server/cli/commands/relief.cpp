@@ -15,6 +15,7 @@
 #include "server/cli/options/dem_input.h"
 #include "server/cli/options/output_options.h"
 #include "server/cli/options/output_paths.h"
+#include "server/cli/options/output_turn.h"
 #include "server/cli/options/report_output.h"
 #include "server/cli/options/tin_input.h"
 #include "server/cli/pictures/colours.h"
@@ -139,6 +140,8 @@ int run(const Arguments& a) {
         return colours(posts->grid, row, *strip, range);
       });
   if (!made) return complain_of(a.dem, made.error());
+  const auto turn = OutputTurn::take(a.output);
+  if (!turn) return complain(turn.error());
   auto ok = write_whole_file(a.output, *made);
   if (ok && !world.empty()) ok = write_whole_file(world, world_file(info));
   if (!ok) return complain(ok.error());

@@ -201,6 +201,7 @@ void add_statistics(Command program, int& exit) {
   app.add_option("--polygons", a->polygons, "a vector file; a row for each feature with polygons")
       .required();
   app.add_option("--base", a->base_m, "volumes are between the surface and this height, metres")
+      .range(-1e6, 1e6)
       .shown();
   app.add_option("-o,--output", a->output, ".csv or .json; without it CSV on standard output");
   add_tin_options(app, a->dem);

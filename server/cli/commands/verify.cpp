@@ -43,6 +43,7 @@ struct Kind {
 };
 constexpr Kind kKinds[] = {
     {"damaged", "damaged: other bytes than were written", &VerifyReport::damaged},
+    {"unread", "cannot be read, and may be sound", &VerifyReport::unread},
     {"missing", "missing", &VerifyReport::missing},
     {"unlisted", "there, and nothing vouches for them", &VerifyReport::unlisted},
     {"foreign", "foreign: no part of the set; remove them", &VerifyReport::foreign}};
@@ -116,7 +117,7 @@ int run(const Arguments& a) {
     fmt::print("{}\n", json::to_text(j, 1));
   else
     print(*report);
-  return report->ok() ? kOk : kBadData;
+  return report->ok() ? kOk : report->all_read() ? kBadData : kIo;
 }
 
 }  // namespace
@@ -141,10 +142,9 @@ void add_verify(Command program, int& exit) {
   c.add_flag("--json", a->json, "print the report as JSON");
   c.footer(
       "Exit code 0: every byte is as it was written, at the end where --repair mended it; 65: it "
-      "is "
-      "not. How tiles are made again, the store's record says: only the source is to be named, "
-      "with "
-      "the options with which it was read.");
+      "is not; 74: some of it cannot be read, and may be sound. How tiles are made again, the "
+      "store's record says: only the source is to be named, with the options with which it was "
+      "read.");
   c.on_run([a, c, &exit] {
     const bool source = names_any(a->dem, a->layers);
     if (a->repair && !source) refuse_missing("--source");

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -55,6 +56,9 @@ Result<PlaneReference> plane_of(const Arguments& a, const DemSource& dem) {
   std::array<Vec2, 3> posts;
   dem.to_post(*where, posts);
   PlaneReference plane;
+  for (std::size_t i = 0; i < 3; ++i)
+    if (std::abs((*n)[3 * i + 2]) > 1e6)
+      return fail(Errc::invalid_argument, "--plane: a height beyond a million metres");
   for (std::size_t i = 0; i < 3; ++i) plane.through[i] = {posts[i].x, posts[i].y, (*n)[3 * i + 2]};
   return plane;
 }
@@ -201,8 +205,10 @@ void add_volume(Command program, int& exit) {
          dem_or_tin_help() + "; against a height or a plane, of all of it, without --posts exactly")
       .required();
   Command against = app.add_group("Against what (exactly one)", 1, 1);
-  against.add_option("--height", a->height_m,
-                     "a height, metres, above what the DEM's (or the tiles') are");
+  against
+      .add_option("--height", a->height_m,
+                  "a height, metres, above what the DEM's (or the tiles') are")
+      .range(-1e6, 1e6);
   against.add_option("--plane", a->plane, "the plane through \"X,Y,Z X,Y,Z X,Y,Z\"");
   against.add_option("--against", a->against, "another DEM or TIN, opened as the first is");
   add_places_crs(app, a->crs);

@@ -1,8 +1,10 @@
 #include "server/cli/options/output_paths.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <filesystem>
 #include <iterator>
 #include <string_view>
@@ -12,6 +14,7 @@
 #include "server/cli/options/line_input.h"
 #include "server/cli/options/surface_input.h"
 #include "server/cli/program/exit.h"
+#include "terrain/base/errno_text.h"
 #include "terrain/base/file_io.h"
 #include "terrain/base/lower_case.h"
 #include "terrain/base/lower_extension.h"
@@ -206,6 +209,20 @@ int check_output_folder(const std::string& path, const std::vector<std::string>&
   if (error) return cannot_create({Errc::io, "cannot create " + path + ": " + error.message()});
   const auto ok = can_write_file((fs::path(path) / "tind").string());
   return ok ? int(kOk) : cannot_create({Errc::io, path + ": " + ok.error().what});
+}
+
+int check_store_output(const std::string& path) {
+  std::error_code error;
+  const fs::path named = real_path(path);
+  fs::path folder = named;
+  for (; !fs::is_directory(folder, error) && folder.has_relative_path();
+       folder = folder.parent_path())
+    if (folder != named && fs::exists(folder, error))
+      return cannot_create({Errc::io, "cannot create " + path + ": " + folder.string() +
+                                          " is a file, and no folder"});
+  if (::access(folder.c_str(), W_OK | X_OK) == 0) return kOk;
+  return cannot_create(
+      {Errc::io, "cannot create " + path + ": " + folder.string() + ": " + errno_text(errno)});
 }
 
 }  // namespace tind::cli

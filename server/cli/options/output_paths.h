@@ -37,4 +37,8 @@ int check_outputs(const std::vector<std::string>& outputs, const std::vector<std
 int check_output_folder(const std::string& path, const std::vector<std::string>& inputs = {},
                         const char* known = "layer.json");
 
+/// Can a store be made there, or one that is there be changed? A file, or a folder that is made
+/// where it is not there; nothing is made here. kOk, or says why not and returns kCannotCreate.
+int check_store_output(const std::string& path);
+
 }  // namespace tind::cli

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "server/cli/options/output_turn.h"
 #include "server/cli/program/exit.h"
 #include "terrain/base/file_io.h"
 #include "terrain/mesh/mesh_raster.h"
@@ -28,7 +29,10 @@ Result<void> can_lie_there(const std::string& path, const DemInfo& info) {
 }
 
 Result<void> write_raster(const std::string& path, const RasterBytes& made) {
-  if (auto ok = write_whole_file(path, made.bytes); !ok || made.prj.empty()) return ok;
+  if (made.prj.empty()) return write_whole_file(path, made.bytes);
+  const auto turn = OutputTurn::take(path);
+  if (!turn) return std::unexpected(turn.error());
+  if (auto ok = write_whole_file(path, made.bytes); !ok) return ok;
   return write_whole_file(prj_beside(path), made.prj);
 }
 

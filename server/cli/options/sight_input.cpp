@@ -10,7 +10,7 @@ void add_sight_options(Command app, SightInput& input) {
   app.add_option("--uncertainty", input.uncertainty_m,
                  "the DEM's posts are within so many metres of the truth: what that leaves open is "
                  "said to depend on it")
-      .not_negative();
+      .range(0., 1e6);
   app.add_flag("--stated-accuracy", input.stated,
                "the same with the DEM's stated accuracy (--accuracy)");
 }

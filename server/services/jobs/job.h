@@ -32,6 +32,7 @@ namespace tind::services {
 
 struct Job {
   static constexpr int kNoRoom = 75;       // an exit code: there was none for its results
+  static constexpr int kUnread = 69;       // another: what it was to read cannot be read now
   static constexpr int kMostAttempts = 2;  // it, or the daemon, may be killed once while it runs
 
   std::string id;       // 32 hexadecimal digits that nobody guesses

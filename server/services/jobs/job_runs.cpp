@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <filesystem>
@@ -23,7 +24,16 @@ namespace fs = std::filesystem;
 /// Of the command line: where its input does not allow what it was to do. So ends what takes more
 /// than jobs may.
 constexpr int kTooMuch = 65;
-constexpr int kCannotWrite = 74;  // of the command line, too
+/// Of the command line, too: reading or writing failed on the way.
+constexpr int kCannotReadOrWrite = 74;
+
+/// Or what stands beside one, its world file.
+bool names_source(std::string_view said, const JobOrder& order) {
+  return std::ranges::any_of(order.names, [&](const auto& name) {
+    const std::string stem = fs::path(name.first).replace_extension().string();
+    return !stem.empty() && said.find(stem) != said.npos;
+  });
+}
 
 }  // namespace
 
@@ -77,18 +87,20 @@ void Jobs::run(const std::shared_ptr<Live>& live, const std::stop_token& stop) {
     spdlog::error("job {}: {}", live->job.id, logging::printable(error.what));
     end(live, JobStatus::failed, "the daemon could not run it; its log says why");
   };
-  if (const char* const full = no_room_for_results(live->job.client)) {  // by those before it
+  const auto end_with = [&](int exit_code, std::string why) {
     {
       const std::lock_guard lock(mutex_);
-      live->job.exit_code = Job::kNoRoom;
+      live->job.exit_code = exit_code;
     }
-    return end(live, JobStatus::failed, full);
-  }
+    end(live, JobStatus::failed, std::move(why));
+  };
+  if (const char* const full = no_room_for_results(live->job.client))  // by those before it
+    return end_with(Job::kNoRoom, full);
   const auto changed = [&] { return live->unchanged ? live->unchanged() : Result<void>(); };
   const auto of_others = [&](const Error& why) {
     spdlog::warn("job {}: {}", live->job.id, logging::printable(why.what));
-    end(live, JobStatus::failed,
-        "the dataset's files are no longer those that all other answers are of: ask again");
+    end_with(Job::kUnread,
+             "the dataset's files are no longer those that all other answers are of: ask again");
   };
   if (const auto same = changed(); !same) return of_others(same.error());
   if (auto kept = store_->put(live->job); !kept) return failed(kept.error());
@@ -121,18 +133,15 @@ void Jobs::run(const std::shared_ptr<Live>& live, const std::stop_token& stop) {
     }
     return put_back(live);
   }
-  // What it could not write is for whoever looks after the disk: a client can do nothing about it.
-  if (ended->why == ChildEnd::Why::exited && ended->code == kCannotWrite)
-    spdlog::warn("job {}: {}", live->job.id, logging::printable(said));
+  // What it could not read or write is for whoever looks after the disk: a client can do nothing
+  // about it.
+  const int code = ended->why == ChildEnd::Why::exited ? ended->code : 0;
+  const bool disk_failed = code == kCannotReadOrWrite;
+  const bool is_unread = code == Job::kUnread || (disk_failed && names_source(said, order));
+  if (disk_failed || is_unread) spdlog::warn("job {}: {}", live->job.id, logging::printable(said));
   said = for_client(std::move(said), folder, order.names);
   const auto& limits = limits_.each;
-  const auto too_much = [&](std::string why) {
-    {
-      const std::lock_guard lock(mutex_);
-      live->job.exit_code = kTooMuch;
-    }
-    end(live, JobStatus::failed, std::move(why));
-  };
+  const auto too_much = [&](std::string why) { end_with(kTooMuch, std::move(why)); };
   switch (ended->why) {
     case ChildEnd::Why::stopped:
       return end(live, JobStatus::dismissed, "dismissed");
@@ -153,16 +162,12 @@ void Jobs::run(const std::shared_ptr<Live>& live, const std::stop_token& stop) {
     if (const auto same = changed(); !same) return of_others(same.error());  // meanwhile
     return end(live, JobStatus::successful, "done");
   }
-  if (ended->code == kCannotWrite && said.find(errno_text(EFBIG)) != said.npos)
+  if (disk_failed && said.find(errno_text(EFBIG)) != said.npos)
     return too_much(result_too_large(limits.file_bytes));
   if (said.starts_with("out of memory") || said.find("std::bad_alloc") != said.npos)
     return too_much("it took more memory than jobs may, " +
                     std::to_string(limits.memory_bytes >> 20) + " MB: ask for a smaller area");
-  {
-    const std::lock_guard lock(mutex_);
-    live->job.exit_code = ended->code;
-  }
-  end(live, JobStatus::failed, said.empty() ? "it ended without saying why" : said);
+  end_with(is_unread ? Job::kUnread : code, said.empty() ? "it ended without saying why" : said);
 }
 
 void Jobs::put_back(const std::shared_ptr<Live>& live) {

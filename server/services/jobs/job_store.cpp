@@ -1,6 +1,11 @@
 #include "server/services/jobs/job_store.h"
 
+#include <sys/stat.h>
+
+#include <cerrno>
 #include <utility>
+
+#include "terrain/base/errno_text.h"
 
 namespace tind::services {
 namespace {
@@ -82,7 +87,17 @@ Result<std::unique_ptr<JobStore>> JobStore::open(const std::string& path) {
   const auto is_new = prepare(store->db_, path);
   if (!is_new) return std::unexpected(advised(is_new.error(), path));
   store->is_new_ = *is_new;
+  struct stat facts {};  // SQLite keeps its descriptor to itself
+  if (::stat(path.c_str(), &facts) != 0) return fail(Errc::io, path + ": " + errno_text(errno));
+  store->device_ = facts.st_dev, store->inode_ = facts.st_ino;
   return store;
+}
+
+std::expected<bool, int> JobStore::is_in_place() const {
+  struct stat facts {};
+  if (::stat(path_.c_str(), &facts) == 0) return facts.st_dev == device_ && facts.st_ino == inode_;
+  if (errno == ENOENT) return false;
+  return std::unexpected(errno);
 }
 
 std::unexpected<Error> JobStore::failed(const Error& error) const {

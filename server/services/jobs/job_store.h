@@ -2,6 +2,7 @@
 // The jobs of a daemon in a file, so that a restart knows them all.
 
 #include <cstdint>
+#include <expected>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -28,6 +29,10 @@ class JobStore {
   /// Whether it was made when it was opened.
   bool is_new() const { return is_new_; }
 
+  /// Whether its path still names the file that was opened: what is put into one that somebody has
+  /// removed or replaced, no restart finds. Fails with errno where the system does not say.
+  std::expected<bool, int> is_in_place() const;
+
   /// A new one, or in place of the one with its id.
   Result<void> put(const Job&);
   Result<std::optional<Job>> find(std::string_view id) const;
@@ -52,6 +57,7 @@ class JobStore {
   Sqlite db_;
   std::string path_;
   bool is_new_ = false;
+  std::uint64_t device_ = 0, inode_ = 0;  // of the file
   mutable std::mutex mutex_;
 };
 

@@ -203,10 +203,22 @@ void Jobs::count_stored() {
   if (const auto stored = store_->total_bytes()) stored_bytes_ = *stored;
 }
 
+/// As unwritable(), but now.
+int Jobs::in_the_way() const {
+  if (::access(folder_.c_str(), R_OK | W_OK | X_OK) != 0) return errno;
+  const auto in_place = store_->is_in_place();
+  if (!in_place) return in_place.error();
+  return *in_place ? 0 : kOtherList;
+}
+
 Result<void> Jobs::can_keep() {
-  const int code = ::access(folder_.c_str(), R_OK | W_OK | X_OK) == 0 ? 0 : errno;
+  const int code = in_the_way();
   unwritable_ = code;
   if (code == 0) return {};
+  if (code == kOtherList)
+    return fail(Errc::io, "the list of jobs in " + folder_ +
+                              " is no longer the one that this daemon opened: put it back, or "
+                              "restart the daemon");
   return fail(Errc::io, "the folder of jobs, " + folder_ + ": " + errno_text(code));
 }
 

@@ -61,9 +61,11 @@ class Jobs {
   Result<Job> submit(const JobOrder&, Done done = {}, std::stop_token gone = {},
                      Unchanged unchanged = {});
 
-  /// Where its folder has gone, or may not be written to, no job finds a place: errno, or 0. As the
-  /// last order or sweep (one a minute) found it; never waits for a disk.
+  /// Where its folder has gone, or may not be written to, no job finds a place: errno, or 0; where
+  /// somebody has removed or replaced the list of jobs in it, kOtherList. As the last order or
+  /// sweep (one a minute) found it; never waits for a disk.
   int unwritable() const { return unwritable_; }
+  static constexpr int kOtherList = -1;
 
   Result<std::optional<Job>> find(std::string_view id) const;
   Result<std::vector<Job>> of_client(std::string_view client, std::size_t most) const;
@@ -120,6 +122,7 @@ class Jobs {
   void put_back(const std::shared_ptr<Live>&);
   void end(const std::shared_ptr<Live>&, JobStatus, std::string message);
   void sweep();
+  int in_the_way() const;
   Result<void> can_keep();
   std::string folder_of(std::string_view id) const;
   std::optional<Error> no_room(const std::string& client) const;

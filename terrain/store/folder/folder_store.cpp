@@ -120,7 +120,8 @@ class FolderStore : public TileStore {
   Result<void> vouched_for() const override {
     if (!damaged_) return {};
     return fail(damaged_->code,
-                damaged_->what + ": tiles cannot be held against it; tind build makes it anew");
+                damaged_->what + ": tiles cannot be held against it" +
+                    (damaged_->code == Errc::io ? "" : "; tind build makes it anew"));
   }
   std::vector<StoreFault> faults() const override;
 
@@ -241,19 +242,22 @@ std::vector<StoreFault> FolderStore::faults() const {
   const auto own_name = [](const std::string& path) { return path.substr(1); };  // without the '/'
   if (damaged_)
     faults.push_back({StoreFault::In::ledger, own_name(folder::kLedger),
-                      damaged_->code == Errc::io ? "cannot be read" : "damaged"});
+                      damaged_->code == Errc::io ? "cannot be read" : "damaged",
+                      damaged_->code == Errc::io});
   const auto known = ledger();
   if (const auto text = read_stored_file(base_ + folder::kRecord);
       known && !moving_ && !(text && known->belongs_to(text_of(*text))))
     faults.push_back({StoreFault::In::ledger, own_name(folder::kRecord),
-                      text ? "is not the record that the ledger belongs to" : "cannot be read"});
+                      text ? "is not the record that the ledger belongs to" : "cannot be read",
+                      !text && text.error().code == Errc::io});
   const auto made = record();
   if (!made || !*made || (*made)->heights.empty()) return faults;
   const std::string& heights = (*made)->heights;
   const std::string blocks = folder::kBlocks + heights;
   const auto bytes = read_beside(blocks);
   if (!bytes)
-    faults.push_back({StoreFault::In::blocks, own_name(blocks), "cannot be read"});
+    faults.push_back({StoreFault::In::blocks, own_name(blocks), "cannot be read",
+                      bytes.error().code == Errc::io});
   else if (!SourceBlocks::whole(text_of(*bytes), heights))
     faults.push_back({StoreFault::In::blocks, own_name(blocks), "damaged"});
   return faults;

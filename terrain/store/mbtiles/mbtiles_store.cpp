@@ -230,7 +230,9 @@ void MbtilesStore::look_through_entries(std::vector<StoreFault>& faults) const {
   std::uint64_t hash = 0, count = 0;
   for (;;) {
     const auto row = query.next();
-    if (!row) return faults.push_back({StoreFault::In::ledger, path_, row.error().what});
+    if (!row)
+      return faults.push_back(
+          {StoreFault::In::ledger, path_, row.error().what, row.error().code == Errc::io});
     if (!*row) break;
     hash = hash64(query.bytes(0), hash), ++count;
   }
@@ -240,17 +242,18 @@ void MbtilesStore::look_through_entries(std::vector<StoreFault>& faults) const {
 
 std::vector<StoreFault> MbtilesStore::faults() const {
   std::vector<StoreFault> faults;
-  const auto found = [&](const std::string& what) {
-    faults.push_back({StoreFault::In::ledger, path_, what});
+  const auto found = [&](const std::string& what, bool unread = false) {
+    faults.push_back({StoreFault::In::ledger, path_, what, unread});
   };
-  if (!opened_) return found(opened_.error().what), faults;
+  const auto cannot = [&](const Error& error) { found(error.what, error.code == Errc::io); };
+  if (!opened_) return cannot(opened_.error()), faults;
   {
     const std::lock_guard lock(mutex_);
     SqliteQuery query(*db_, "PRAGMA integrity_check(1)");
     query.within(kWholeFile);
     const auto row = query.next();
     if (!row)
-      found(row.error().what);
+      cannot(row.error());
     else if (!*row || query.text(0) != "ok")
       found("the database is damaged: " + query.text(0));
     if (seal_) look_through_entries(faults);

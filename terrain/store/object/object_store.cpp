@@ -150,11 +150,15 @@ std::vector<StoreFault> ObjectStore::faults() const {
   const auto known = ledger();
   if (!known && known.error().code == Errc::not_found) return {};
   const std::string name = std::string(folder::kLedger).substr(1);
-  if (!known) return {{StoreFault::In::ledger, name, known.error().what}};
+  const auto unread = [](const Error& error) {
+    return error.code == Errc::io || error.code == Errc::busy;
+  };
+  if (!known) return {{StoreFault::In::ledger, name, known.error().what, unread(known.error())}};
   const auto text = read_object(folder::kRecord);
   if (text && (*known)->belongs_to(text_of(*text))) return {};
   return {{StoreFault::In::ledger, std::string(folder::kRecord).substr(1),
-           text ? "is not the record that the ledger belongs to" : text.error().what}};
+           text ? "is not the record that the ledger belongs to" : text.error().what,
+           !text && unread(text.error())}};
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 // Processes and jobs as such, and meshes of areas.
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <map>
@@ -8,6 +10,7 @@
 #include "proto/mesh/mesh_io.h"
 #include "terrain/mesh/mesh_file.h"
 #include "tests/server/api/processes_fixture.h"
+#include "tests/support/as_somebody_else.h"
 #include "tests/support/srtm.h"
 
 namespace tind::api {
@@ -382,6 +385,58 @@ TEST_F(ProcessesApi, OfFilesThatChangedAreRefused) {
   EXPECT_EQ(reply.status, 503);
   EXPECT_TRUE(reply.headers.contains("retry-after"));
   EXPECT_NE(reply.body.find("cannot be read at the moment"), std::string::npos) << reply.body;
+}
+
+TEST_F(ProcessesApi, OfFilesThatCannotBeReadAreRefusedForNow) {
+  const std::string path = dir_.file("N46E007.hgt");
+  test::write_bytes(path, test::srtm(111));
+  ASSERT_TRUE(services::open_dataset(catalog_, {"dem", {path}}, {}, {}));
+  const std::string body = R"({"inputs": {"dataset": "dem", "height": 100,
+                               "bbox": [7.1, 46.1, 7.2, 46.2]}})";
+  ASSERT_EQ(post("/processes/volume/execution", body).status, 200);
+  test::give_to_somebody(dir_.file("jobs"));  // and the folder of all may be looked into
+  const test::Closed closed(path);
+  const test::AsSomebodyElse nobody;
+  if (::eaccess(test::tind_binary().c_str(), X_OK) != 0) GTEST_SKIP() << "nobody may run tind";
+  const HttpReply reply = post("/processes/volume/execution", body);
+  EXPECT_EQ(reply.status, 503) << reply.body;
+  EXPECT_TRUE(reply.headers.contains("retry-after"));
+  EXPECT_EQ(reply.body.find(dir_.path().string()), std::string::npos) << reply.body;
+}
+
+TEST_F(ProcessesApi, AJobWhoseSourceHasGoneSaysSoInItsResults) {
+  services::JobOrder order;
+  order.process = "contours";
+  order.client = "127.0.0.1";
+  order.arguments = {"contours", dir_.file("none.tif"), "--interval=100", "-o", "x.gpkg"};
+  order.names = {{dir_.file("none.tif"), "alps"}};
+  order.outputs = {{"contours", "x.gpkg", "application/geopackage+sqlite3"}};
+  const auto job = jobs_->submit(order);
+  ASSERT_TRUE(job);
+  EXPECT_EQ(wait_for("/jobs/" + job->id)["status"], "failed");
+  const HttpReply reply = get("/jobs/" + job->id + "/results");
+  EXPECT_EQ(reply.status, 503) << reply.body;
+  EXPECT_NE(reply.body.find("alps"), std::string::npos) << reply.body;
+}
+
+TEST_F(ProcessesApi, WhereJobsCannotBeKeptNoneIsAccepted) {
+  EXPECT_EQ(get("/readyz?verbose").body.find("[-]"), std::string::npos);
+  std::filesystem::rename(dir_.file("jobs"), dir_.file("away"));
+  std::filesystem::create_directory(dir_.file("jobs"));
+  for (const char* const prefer : {"", "Prefer: respond-async\r\n"}) {
+    const HttpReply reply = execute(inputs(R"("max_error": 50)"), prefer);
+    EXPECT_EQ(reply.status, 503) << reply.body;
+    EXPECT_TRUE(reply.headers.contains("retry-after"));
+    EXPECT_EQ(reply.body.find(" room "), std::string::npos) << "there is: " << reply.body;
+    EXPECT_EQ(reply.body.find(dir_.path().string()), std::string::npos) << reply.body;
+  }
+  const HttpReply ready = get("/readyz?verbose");
+  EXPECT_EQ(ready.status, 200);
+  EXPECT_NE(ready.body.find("[-] the list of jobs "), std::string::npos) << ready.body;
+  std::filesystem::remove(dir_.file("jobs"));
+  std::filesystem::rename(dir_.file("away"), dir_.file("jobs"));
+  EXPECT_EQ(execute(inputs(R"("max_error": 50)")).status, 200);
+  EXPECT_EQ(get("/readyz?verbose").body.find("[-]"), std::string::npos);
 }
 
 }  // namespace

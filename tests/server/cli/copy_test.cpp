@@ -187,6 +187,32 @@ TEST_F(Copies, WhatCannotBeReadIsNotLeftOut) {
   EXPECT_FALSE(fs::exists(file("without.pmtiles")));
 }
 
+TEST_F(Copies, WhatCannotBeReadIsNotSaidToBeDamaged) {
+  const std::string at = file("unread"), tile = at + "/10/330/777.terrain";
+  fs::copy(tiles(), at, fs::copy_options::recursive);
+  for (const std::string& path : {tile, at + "/tind-tiles.ledger", at + "/layer.json"}) {
+    fs::rename(path, file("away"));
+    fs::create_symlink(path, path);  // a loop, which nobody can open
+    const auto found = test::run_tind("verify " + at + " --json");
+    EXPECT_EQ(found.code, 74) << path << found.out;
+    EXPECT_EQ(json_of(found)["unread"]["count"], path == tile ? 1 : 0);
+    EXPECT_EQ(json_of(found)["damaged"]["count"], 0);
+    fs::remove(path);
+    fs::rename(file("away"), path);
+  }
+  EXPECT_EQ(test::run_tind("verify " + at).code, 0);
+}
+
+TEST_F(Copies, WhereNothingCanBeMadeIsSaidBeforeTheWork) {
+  const std::string closed = file("closed");
+  fs::create_directory(closed);
+  std::ofstream(closed + "/a file");
+  for (const char* name : {"/a file/x.pmtiles", "/a file/x"}) {
+    const auto ran = copy(tiles(), "'" + closed + name + "'");
+    EXPECT_EQ(ran.code, 73) << ran.out;
+  }
+}
+
 TEST_F(Copies, BadInputIsOneLine) {
   EXPECT_EQ(test::run_tind("verify " + file("none.pmtiles")).code, 69);
   EXPECT_EQ(test::run_tind("verify " + dem()).code, 2);

@@ -2,13 +2,17 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <thread>
 #include <vector>
 
+#include "server/cli/options/output_turn.h"
 #include "terrain/base/file_io.h"
 #include "tests/support/program.h"
 #include "tests/support/program_json.h"
@@ -132,6 +136,50 @@ TEST(Output, a_profile_over_the_antimeridian_is_cut_there) {
   for (const auto& part : line["coordinates"])
     for (std::size_t i = 1; i < part.size(); ++i)
       EXPECT_LT(std::abs(double(part[i][0]) - double(part[i - 1][0])), 2);
+}
+
+TEST(Output, a_raster_whose_crs_no_raster_can_say_is_refused) {
+  const test::TempDir folder;
+  std::ofstream(folder.file("a.asc")) << "ncols 3\nnrows 3\nxllcorner 1\nyllcorner 1\n"
+                                         "cellsize 0.01\n1 2 3\n4 5 6\n7 8 9\n";
+  const std::string turned =
+      "slope " + folder.file("a.asc") +
+      " --crs '+proj=ob_tran +o_proj=longlat +o_lat_p=39.25 +o_lon_p=0 +lon_0=18 +R=6371229' -o ";
+  for (const char* name : {"s.tif", "s.asc"}) {
+    const auto ran = run_tind(turned + folder.file(name));
+    EXPECT_EQ(ran.code, 65);
+    EXPECT_NE(ran.out.find("pole is turned"), std::string::npos) << ran.out;
+    EXPECT_FALSE(std::filesystem::exists(folder.file(name)));
+  }
+}
+
+TEST(Output, numbers_that_no_ground_has_are_refused) {
+  const std::string dem = test::testdata("rainier.tif") + " ";
+  for (const std::string& line : std::vector<std::string>{
+           "volume " + dem + "--height 1e308",
+           "volume " + dem + "--plane '-121.8,46.8,1e300 -121.7,46.8,1 -121.8,46.9,1'",
+           "viewshed " + dem + "--from -121.75,46.85 --uncertainty 1e8 -o /dev/null"}) {
+    const auto ran = run_tind(line);
+    EXPECT_EQ(ran.code, 2) << line << ran.out;
+  }
+}
+
+TEST(Output, files_that_belong_together_come_one_after_the_other) {
+  const test::TempDir folder;
+  auto first = cli::OutputTurn::take(folder.file("a.raw"));
+  ASSERT_TRUE(first);
+  std::atomic<bool> taken = false;
+  std::jthread other([&] {
+    const auto second = cli::OutputTurn::take(folder.file("b.raw"));
+    EXPECT_TRUE(second);
+    taken = true;
+  });
+  EXPECT_TRUE(cli::OutputTurn::take(test::testdata("x.raw"))) << "of another folder";
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_FALSE(taken);
+  first = fail(Errc::cancelled, "");  // lets it go
+  other.join();
+  EXPECT_TRUE(taken);
 }
 
 TEST(Output, options_that_would_do_nothing_are_refused) {

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
@@ -128,6 +129,44 @@ TEST_F(JobsTest, WhereTheirFolderHasGoneNoneIsTaken) {
   fs::rename(dir_.file("away"), dir_.file("jobs"));
   EXPECT_EQ(run(*jobs, shell("echo a > out.txt")).status, JobStatus::successful);
   EXPECT_EQ(jobs->unwritable(), 0);
+}
+
+TEST_F(JobsTest, WhereTheirListIsAnotherNoneIsTaken) {
+  const auto jobs = open();
+  const std::string list = dir_.file("jobs/jobs.sqlite");
+  const auto expect_refused = [&](int because) {
+    const auto refused = jobs->submit(shell("echo a > out.txt"));
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, Errc::io);
+    EXPECT_EQ(jobs->unwritable(), because);
+  };
+  fs::rename(dir_.file("jobs"), dir_.file("away"));
+  fs::create_directory(dir_.file("jobs"));  // and no restart would find what is put in the old one
+  expect_refused(Jobs::kOtherList);
+  std::ofstream(list) << "";
+  expect_refused(Jobs::kOtherList);
+  fs::remove(list);
+  fs::create_symlink("jobs.sqlite", list);  // which nobody can look at
+  expect_refused(ELOOP);
+  fs::remove_all(dir_.file("jobs"));
+  fs::rename(dir_.file("away"), dir_.file("jobs"));
+  EXPECT_EQ(run(*jobs, shell("echo a > out.txt")).status, JobStatus::successful);
+  EXPECT_EQ(jobs->unwritable(), 0);
+}
+
+TEST_F(JobsTest, WhatCannotBeReadIsToldFromWhatCannotBeWritten) {
+  const auto jobs = open();
+  const auto exit_code = [&](const std::string& script) {
+    JobOrder order = shell(script);
+    order.names = {{"/secret/a.tif", "alps"}};
+    const Job job = run(*jobs, order);
+    EXPECT_EQ(job.status, JobStatus::failed);
+    return job.exit_code;
+  };
+  EXPECT_EQ(exit_code("echo 'tind: /secret/a.tif: no' >&2; exit 69"), Job::kUnread);
+  EXPECT_EQ(exit_code("echo 'tind: /secret/a.tif: its pixels: no' >&2; exit 74"), Job::kUnread);
+  EXPECT_EQ(exit_code("echo 'tind: /secret/a.tfw: no' >&2; exit 74"), Job::kUnread);
+  EXPECT_EQ(exit_code("echo 'tind: out.txt: the disk is full' >&2; exit 74"), 74);
 }
 
 TEST_F(JobsTest, WhatIsDismissedStopsAndLeavesNothing) {
@@ -309,6 +348,7 @@ TEST_F(JobsTest, WhatItReadsMustBeAsItWasWhenItWasAskedFor) {
     const Job job = changes_at(time);
     EXPECT_EQ(job.status, JobStatus::failed);
     EXPECT_NE(job.message.find("ask again"), std::string::npos) << job.message;
+    EXPECT_EQ(job.exit_code, Job::kUnread);
     EXPECT_FALSE(fs::exists(folder(job)));
   }
   EXPECT_EQ(changes_at(3).status, JobStatus::successful);

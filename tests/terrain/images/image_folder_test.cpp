@@ -235,7 +235,7 @@ TEST_F(ImageFolder, LeavesNoEmptyFoldersOfAnotherDem) {
   const Surface elsewhere = std::make_shared<test::MadeUpSource>(
       test::rough_terrain(30, 25, 6), Geographic{-70.1, -45.9}, 4e-4, 0, "another");
   fs::create_directories(folder_ + "/somebody/elses");
-  ASSERT_TRUE(write({proto::HeightCode::mapbox, format_}, true, &elsewhere));
+  ASSERT_TRUE(write(proto::HeightCode::mapbox, true, &elsewhere));
   for (const auto& entry : fs::recursive_directory_iterator(folder_))
     EXPECT_TRUE(!entry.is_directory() || !fs::is_empty(entry.path()) ||
                 entry.path().filename() == "elses")

@@ -210,6 +210,26 @@ TEST(DemDamage, AMaskThatCannotBeReadIsNotPassedOver) {
   }
 }
 
+TEST(DemDamage, AWorldFileThatGivesNoPlaceIsNotPassedOver) {
+  const test::TempDir folder;
+  const std::string path = folder.file("out.tif"), world = folder.file("out.tfw");
+  (void)DemSource::open(std::array{test::testdata("rainier.tif")});  // registers the driver
+  GDALDriver* const driver = GetGDALDriverManager()->GetDriverByName("GTiff");
+  const char* const how[] = {"PROFILE=BASELINE", nullptr};
+  GDALClose(driver->Create(path.c_str(), 8, 8, 1, GDT_Float32, const_cast<char**>(how)));
+  const auto place = [&] { return DemSource::open(std::vector<std::string>{path}, {}); };
+  ASSERT_TRUE(place());
+  EXPECT_FALSE((*place())->info().has_geotransform);
+  write(world, "garbage");
+  ASSERT_FALSE(place()) << "it would have its posts 1 m apart";
+  EXPECT_THAT(place().error().what, HasSubstr("out.tfw"));
+  write(world, "1\n0\n0\n1\n0.5\n0.5\n");  // as without one
+  EXPECT_TRUE(place());
+  write(world, "30\n0\n0\n-30\n400000\n5000000\n");
+  ASSERT_TRUE(place());
+  EXPECT_TRUE((*place())->info().has_geotransform);
+}
+
 TEST(DemDamage, FlippedBitsOfAMaskAreErrors) {
   const test::TempDir folder;
   for (const bool inside : {true, false}) {

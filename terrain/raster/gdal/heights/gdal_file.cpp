@@ -21,16 +21,21 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
+#include <cctype>
 #include <cerrno>
 #include <filesystem>
 #include <limits>
+#include <locale>
 #include <set>
+#include <sstream>
 #include <string_view>
 
 #include "terrain/base/descriptor.h"
 #include "terrain/base/errno_text.h"
 #include "terrain/base/existing_file.h"
+#include "terrain/base/file_io.h"
 #include "terrain/base/hash.h"
 #include "terrain/base/lower_case.h"
 #include "terrain/base/whole_io.h"
@@ -48,6 +53,7 @@ namespace tind::gdal {
 namespace {
 
 namespace fs = std::filesystem;
+using namespace std::string_literals;
 constexpr const char* kOnlyGeoTiff[] = {"GTiff", nullptr};
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 struct CloseFile {
@@ -161,6 +167,31 @@ Result<std::string> file_behind(std::string name) {
       return fail(Errc::io, "cannot look at " + path.string() + ": " + error.message());
   }
   return "";
+}
+
+/// GDAL takes a world file that it cannot read for none, and the raster has no place then. Fails
+/// where one is beside `raster`, unless it says what a raster without one has, too.
+Result<void> no_world_file(const fs::path& raster) {
+  const std::string own = lower_case(raster.extension().string());  // .tif
+  if (own.size() < 2) return {};
+  for (std::string end : {own.substr(0, 2) + own.back() + "w", own + "w", ".wld"s})
+    for (const bool large : {false, true}) {
+      if (large)
+        std::ranges::transform(end, end.begin(),
+                               [](unsigned char c) { return char(std::toupper(c)); });
+      const std::string path = fs::path(raster).replace_extension(end).string();
+      const auto text = read_beginning(path, 4096);
+      if (!text && text.error().code == Errc::not_found) continue;
+      if (!text) return std::unexpected(text.error());
+      std::array<double, 6> a{};
+      std::istringstream in(*text);
+      in.imbue(std::locale::classic());
+      for (double& v : a) in >> v;
+      if (!in) return fail(Errc::bad_data, path + " is no world file: six numbers, a line each");
+      if (a != std::array<double, 6>{1, 0, 0, 1, 0.5, 0.5})
+        return fail(Errc::io, path + " could not be read, which says where the raster is");
+    }
+  return {};
 }
 
 /// Of the first and the last 64 KB.
@@ -346,6 +377,10 @@ Result<void> RasterFile::learn_place(IdleHandles::Handle& handle, const DemOptio
   const auto place = pixel_to_crs(set);
   if (!place) return fail(path_, place.error());
   facts_.has_geotransform = place->has_value();
+  const bool may_have_world_file =
+      !remote_ && !handle.memory && (facts_.driver == "GTiff" || facts_.driver == "PNG");
+  if (!facts_.has_geotransform && may_have_world_file)
+    if (auto none = no_world_file(path_); !none) return fail(path_, none.error());
   if (!facts_.has_geotransform && !options.crs.empty())
     return fail(Errc::invalid_argument,
                 path_ + ": has no geotransform, so a CRS (" + options.crs +

@@ -144,18 +144,22 @@ Dataset open_again(const std::string& tiff) {
       GDALDataset::Open(tiff.c_str(), GDAL_OF_RASTER, gdal::raster_drivers(false, tiff)));
 }
 
-/// GDAL's writer of GeoTIFF leaves out, without a word, the CRS that PROJ cannot write down. (For
-/// one with a turned pole GeoTIFF has no words.)
+/// GDAL's writer of GeoTIFF leaves out, without a word, the CRS that PROJ cannot write down, and
+/// one that GeoTIFF has no keys for.
 Result<void> says_where(const std::string& tiff, const DemInfo& info) {
   if (info.crs_wkt.empty()) return {};
   const Dataset file = open_again(tiff);
   const OGRSpatialReference* const crs = file ? file->GetSpatialRef() : nullptr;
   OGRSpatialReference wanted;
   if (wanted.importFromWkt(info.crs_wkt.c_str()) != OGRERR_NONE) return unknown_crs("of the DEM");
-  if (wanted.IsDerivedGeographic()) return {};
   if (crs && bool(crs->IsGeographic()) == bool(wanted.IsGeographic()) &&
       bool(crs->IsProjected()) == bool(wanted.IsProjected()))
     return {};
+  if (wanted.IsDerivedGeographic())
+    return fail(
+        Errc::unsupported,
+        "neither GeoTIFF nor an ASCII grid can say the CRS of the DEM, whose pole is turned: "
+        "warp the DEM first (gdalwarp -t_srs EPSG:4326)");
   return unknown_crs("of the raster");
 }
 

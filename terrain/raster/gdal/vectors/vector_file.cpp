@@ -64,7 +64,7 @@ Result<std::string> encode_triangles(VectorFormat format, const TriangleFeatures
   file.reset();  // writes what is left, an index for one
   std::string bytes = made && !complaints.failed() ? memory.bytes() : std::string();
   if (bytes.empty())
-    return fail(Errc::internal,
+    return fail(Errc::io,
                 std::string("cannot make a ") + name + " file: " + complaints.text("no reason"));
   return bytes;
 }

@@ -21,6 +21,7 @@
 #include "terrain/base/sqlite.h"
 #include "terrain/raster/gdal/crs/gdal_crs.h"
 #include "terrain/raster/gdal/gdal_setup.h"
+#include "terrain/raster/gdal/vectors/vector_files.h"
 
 namespace tind {
 
@@ -205,11 +206,9 @@ void add(const OGRGeometry& g, const To& to, VectorShapes& out) {
 /// one shape can be named a million times.
 class Features {
  public:
-  explicit Features(GDALDataset& set) {
-    std::error_code error;
-    const CPLStringList files(set.GetFileList());
-    for (int i = 0; i < files.Count(); ++i)
-      if (const auto size = std::filesystem::file_size(files[i], error); !error) bytes_ += size;
+  Features(GDALDataset& set, const gdal::VectorFiles& files) {
+    const CPLStringList names(set.GetFileList());
+    for (int i = 0; i < names.Count(); ++i) bytes_ += files.size_of(names[i]);
     if (bytes_ == 0) bytes_ = std::numeric_limits<std::uint64_t>::max() / kTimes;  // not said
   }
 
@@ -338,36 +337,45 @@ Result<void> only_tables(const std::string& path) {
   return {};
 }
 
-Result<Dataset> open_vectors(const std::string& path, const gdal::Complaints& complaints) {
+/// What GDAL complained of, unless it was the disk that failed.
+std::unexpected<Error> unreadable(const std::string& path, const gdal::VectorFiles& files,
+                                  const gdal::Complaints& complaints,
+                                  const std::string& otherwise) {
+  if (auto ok = files.still_readable(); !ok) return std::unexpected(ok.error());
+  return fail(Errc::bad_data, path + ": " + files.shown(complaints.text(otherwise)));
+}
+
+Result<Dataset> open_vectors(const std::string& path, const gdal::VectorFiles& files,
+                             const gdal::Complaints& complaints) {
   if (auto ok = only_tables(path); !ok) return std::unexpected(ok.error());
   // Of GeoPackages: layers only. Of GML: no file is written beside it.
   const char* const options[] = {"LIST_ALL_TABLES=NO", "WRITE_GFS=NO", nullptr};
-  Dataset set(GDALDataset::Open(path.c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY,
+  Dataset set(GDALDataset::Open(files.target().c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY,
                                 gdal::vector_drivers(), options));
   for (int i = 0; set && i < set->GetLayerCount(); ++i)
     if (kNoLayers.contains(CPLString(set->GetLayer(i)->GetName()).tolower()))
       return fail(Errc::unsupported, path + ": " + set->GetLayer(i)->GetName() +
                                          " is no layer in other programs' files");
   if (set) return set;
-  return fail(Errc::bad_data,
-              path + ": " +
-                  complaints.text("not a vector file tind reads (GeoJSON, GeoPackage, "
-                                  "Shapefile, KML, GML, DXF and others)"));
+  return unreadable(path, files, complaints,
+                    "not a vector file tind reads (GeoJSON, GeoPackage, "
+                    "Shapefile, KML, GML, DXF and others)");
 }
 
-/// The files that a set was opened from, but `path`, whose state is known. How many there are.
-Result<std::size_t> add_others(GDALDataset& set, const std::string& path, FileStates& states) {
+/// The files that a set was opened from, but those whose state is known. How many there are.
+Result<std::size_t> add_others(GDALDataset& set, const gdal::VectorFiles& files,
+                               FileStates& states) {
   std::error_code error;
   std::size_t added = 0;
-  char** const names = set.GetFileList();
-  Result<void> ok;
-  for (char** name = names; ok && name && *name; ++name) {
-    if (*name == path || !std::filesystem::is_regular_file(*name, error)) continue;
-    ok = states.add(*name);
+  const CPLStringList names(set.GetFileList());
+  for (int i = 0; i < names.Count(); ++i) {
+    const std::string name = files.shown(names[i]);
+    if (std::ranges::any_of(states.entries(), [&](const auto& e) { return e.path == name; }) ||
+        !std::filesystem::is_regular_file(name, error))
+      continue;
+    if (auto ok = states.add(name); !ok) return std::unexpected(ok.error());
     ++added;
   }
-  CSLDestroy(names);
-  if (!ok) return std::unexpected(ok.error());
   return added;
 }
 
@@ -378,21 +386,21 @@ Result<VectorShapes> read_file(const std::string& path, const Dem& dem) {
   gdal::register_vectors();
   const gdal::Complaints complaints;
   VectorShapes shapes;
-  if (std::error_code ignored; std::filesystem::is_regular_file(path, ignored))
-    if (auto ok = shapes.files.add(path); !ok) return std::unexpected(ok.error());
-  auto set = open_vectors(path, complaints);
+  const auto files = gdal::VectorFiles::read(path, &shapes.files);
+  if (!files) return std::unexpected(files.error());
+  auto set = open_vectors(path, *files, complaints);
   if (!set) return std::unexpected(set.error());
-  const auto others = add_others(**set, path, shapes.files);
+  const auto others = add_others(**set, *files, shapes.files);
   if (!others) return std::unexpected(others.error());
-  if (*others > 0) set = open_vectors(path, complaints);  // they have been looked into already
+  if (*others > 0) set = open_vectors(path, *files, complaints);  // they have been looked into
   if (!set) return std::unexpected(set.error());
-  Features features(**set);
+  Features features(**set, *files);
   for (OGRLayer* layer : (*set)->GetLayers()) {
     if (const auto ok = read_layer<To>(*layer, dem, features, shapes); !ok)
       return fail(path, ok.error());
   }
   if (auto same = shapes.files.unchanged(); !same) return std::unexpected(same.error());
-  if (complaints.failed()) return fail(Errc::bad_data, path + ": " + complaints.text("unreadable"));
+  if (complaints.failed()) return unreadable(path, *files, complaints, "unreadable");
   if (shapes.lines.empty() && shapes.polygons.empty()) {
     return fail(Errc::bad_data,
                 path + (shapes.points > 0 ? ": has points only; lines or polygons are needed"
@@ -470,11 +478,13 @@ Result<void> look_through(const std::string& path, const Take& take) {
   if (auto there = check_exists(path); !there) return std::unexpected(there.error());
   gdal::register_vectors();
   const gdal::Complaints complaints;
-  const auto set = open_vectors(path, complaints);
+  const auto files = gdal::VectorFiles::read(path, nullptr);
+  if (!files) return std::unexpected(files.error());
+  const auto set = open_vectors(path, *files, complaints);
   if (!set) return std::unexpected(set.error());
-  Features features(**set);
+  Features features(**set, *files);
   if (const Result<void> ok = take(**set, features); !ok) return fail(path, ok.error());
-  if (complaints.failed()) return fail(Errc::bad_data, path + ": " + complaints.text("unreadable"));
+  if (complaints.failed()) return unreadable(path, *files, complaints, "unreadable");
   return {};
 }
 

@@ -44,7 +44,8 @@ struct VectorShapes {
 /// than 360 degrees is taken for the shorter way around. Heights are in the vertical unit of the
 /// file's CRS, metres if it has none, and are not converted between datums. Fails (not_found) for
 /// no file, (bad_data) for one that is unreadable, has neither line nor polygon, or has nothing
-/// within the DEM's rectangle, (io) for one that is written to meanwhile.
+/// within the DEM's rectangle, (io) for one that the disk does not give, or that is written to
+/// meanwhile.
 Result<VectorShapes> read_vectors(const std::string& path, const DemSource& dem);
 
 /// What a file says of its features beside their places. A value for each name, or none.
@@ -55,7 +56,7 @@ struct VectorAttributes {
 };
 
 /// Of all features of a file that read_vectors() takes; what is no number and no truth is text.
-/// Fails (not_found, bad_data).
+/// Fails (not_found, bad_data, io).
 Result<VectorAttributes> read_attributes(const std::string& path);
 
 /// As read_vectors(), in longitudes and latitudes (x = lon, y = lat, degrees), wherever on the
@@ -80,7 +81,7 @@ struct VectorFacts {
   std::vector<VectorLayerFacts> layers;
 };
 
-/// What a file that read_vectors() takes has in it, read whole. Fails (not_found, bad_data).
+/// What a file that read_vectors() takes has in it, read whole. Fails (not_found, bad_data, io).
 Result<VectorFacts> vector_facts(const std::string& path);
 
 }  // namespace tind
