@@ -14,4 +14,12 @@ inline std::string lower_case(std::string_view text) {
   return low;
 }
 
+/// The other way.
+inline std::string upper_case(std::string_view text) {
+  std::string up(text);
+  for (char& c : up)
+    if (c >= 'a' && c <= 'z') c = char(c - 'a' + 'A');
+  return up;
+}
+
 }  // namespace tind

@@ -197,7 +197,7 @@ TEST(DemDamage, AMaskThatCannotBeReadIsNotPassedOver) {
     ASSERT_FALSE(got) << "its voids would be heights: " << text.size();
     EXPECT_THAT(got.error().what, HasSubstr(mask));
   }
-  for (const char* const name : {"out.tif.msk", "out.prj", "out.tfw"}) {
+  for (const char* const name : {"out.tif.msk", "out.prj", "out.tfw", "out.tifw", "out.WLD"}) {
     const std::string beside = folder.file(name);
     std::filesystem::remove(beside);
     std::filesystem::create_symlink(beside, beside);  // nobody can open it

@@ -21,21 +21,16 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
-#include <cctype>
 #include <cerrno>
 #include <filesystem>
 #include <limits>
-#include <locale>
 #include <set>
-#include <sstream>
 #include <string_view>
 
 #include "terrain/base/descriptor.h"
 #include "terrain/base/errno_text.h"
 #include "terrain/base/existing_file.h"
-#include "terrain/base/file_io.h"
 #include "terrain/base/hash.h"
 #include "terrain/base/lower_case.h"
 #include "terrain/base/whole_io.h"
@@ -44,6 +39,7 @@
 #include "terrain/raster/gdal/crs/gdal_crs.h"
 #include "terrain/raster/gdal/crs/geotransform.h"
 #include "terrain/raster/gdal/gdal_setup.h"
+#include "terrain/raster/gdal/heights/beside_raster.h"
 #include "terrain/raster/gdal/heights/file_wire.h"
 #include "terrain/raster/gdal/heights/gdal_verify.h"
 #include "terrain/raster/gdal/heights/vrt_nesting.h"
@@ -53,7 +49,6 @@ namespace tind::gdal {
 namespace {
 
 namespace fs = std::filesystem;
-using namespace std::string_literals;
 constexpr const char* kOnlyGeoTiff[] = {"GTiff", nullptr};
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 struct CloseFile {
@@ -62,45 +57,6 @@ struct CloseFile {
 using File = std::unique_ptr<VSILFILE, CloseFile>;
 
 bool is_zip(const std::string& path) { return lower_case(path).ends_with(".zip"); }
-
-/// What GDAL cannot open beside a raster is for it not there; with these it would be other heights
-/// at other places.
-bool means_something(const fs::path& beside) {
-  constexpr std::string_view kEndings[] = {".msk", ".aux.xml", ".prj", ".qpj",
-                                           ".hdr", ".tfw",     ".wld"};
-  const std::string name = lower_case(beside.string());
-  return std::ranges::any_of(kEndings, [&](auto end) { return name.ends_with(end); });
-}
-
-/// Files that GDAL looks for beside a raster and opens unasked: a pipe of such a name would be
-/// waited for without end.
-Result<void> look_beside(const fs::path& raster) {
-  constexpr const char* kBehind[] = {".ovr", ".OVR", ".msk", ".MSK", ".msk.ovr", ".aux.xml"};
-  constexpr const char* kInstead[] = {".prj", ".PRJ", ".qpj", ".aux", ".AUX", ".aux.xml", ".ovr",
-                                      ".OVR", ".msk", ".MSK", ".hdr", ".HDR", ".clr",     ".CLR",
-                                      ".tfw", ".TFW", ".wld", ".WLD", ".rrd", ".RRD",     ".stx",
-                                      ".STX", ".xml", ".XML", ".tab", ".TAB", ".rpb",     ".RPB"};
-  const auto look = [](const fs::path& beside) -> Result<void> {
-    std::error_code error;
-    const auto type = fs::status(beside, error).type();
-    if (type == fs::file_type::fifo || type == fs::file_type::socket ||
-        type == fs::file_type::character || type == fs::file_type::block)
-      return fail(Errc::bad_data, beside.string() +
-                                      ": is a device or a pipe; what stands beside a raster is "
-                                      "read from files");
-    if (type == fs::file_type::not_found || !means_something(beside)) return {};
-    const Descriptor file(::open(beside.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-    if (file.get() < 0 && errno != ENOENT && errno != ENOTDIR)
-      return fail(Errc::io, beside.string() + ": is read with the raster, and cannot be opened: " +
-                                errno_text(errno));
-    return {};
-  };
-  for (const char* end : kBehind)
-    if (auto ok = look(raster.string() + end); !ok) return ok;
-  for (const char* end : kInstead)
-    if (auto ok = look(fs::path(raster).replace_extension(end)); !ok) return ok;
-  return {};
-}
 
 /// The path for GDAL: absolute, so that no prefix of GDAL's own name syntax can match.
 Result<std::string> real_file(const std::string& path) {
@@ -167,31 +123,6 @@ Result<std::string> file_behind(std::string name) {
       return fail(Errc::io, "cannot look at " + path.string() + ": " + error.message());
   }
   return "";
-}
-
-/// GDAL takes a world file that it cannot read for none, and the raster has no place then. Fails
-/// where one is beside `raster`, unless it says what a raster without one has, too.
-Result<void> no_world_file(const fs::path& raster) {
-  const std::string own = lower_case(raster.extension().string());  // .tif
-  if (own.size() < 2) return {};
-  for (std::string end : {own.substr(0, 2) + own.back() + "w", own + "w", ".wld"s})
-    for (const bool large : {false, true}) {
-      if (large)
-        std::ranges::transform(end, end.begin(),
-                               [](unsigned char c) { return char(std::toupper(c)); });
-      const std::string path = fs::path(raster).replace_extension(end).string();
-      const auto text = read_beginning(path, 4096);
-      if (!text && text.error().code == Errc::not_found) continue;
-      if (!text) return std::unexpected(text.error());
-      std::array<double, 6> a{};
-      std::istringstream in(*text);
-      in.imbue(std::locale::classic());
-      for (double& v : a) in >> v;
-      if (!in) return fail(Errc::bad_data, path + " is no world file: six numbers, a line each");
-      if (a != std::array<double, 6>{1, 0, 0, 1, 0.5, 0.5})
-        return fail(Errc::io, path + " could not be read, which says where the raster is");
-    }
-  return {};
 }
 
 /// Of the first and the last 64 KB.

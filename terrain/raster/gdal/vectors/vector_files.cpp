@@ -70,12 +70,6 @@ Endings endings_beside(const std::string& ending) {
   return kGml;
 }
 
-std::string upper_case(std::string text) {
-  for (char& c : text)
-    if (c >= 'a' && c <= 'z') c = char(c - 'a' + 'A');
-  return text;
-}
-
 /// The names that GDAL tries beside `path`, whether there are such files or not.
 std::vector<std::string> names_beside(const std::string& path) {
   std::vector<std::string> names;
