@@ -14,7 +14,6 @@
 #include "server/cli/options/output_paths.h"
 #include "server/cli/program/interrupt.h"
 #include "server/cli/program/progress_bar.h"
-#include "terrain/raster/remote/objects.h"
 #include "terrain/store/copy/copy_store.h"
 #include "terrain/store/open/open_store.h"
 
@@ -30,8 +29,7 @@ struct Arguments {
 
 int run(const Arguments& a) {
   if (!names_store(a.from)) return complain(no_store(a.from));
-  if (!remote::is_remote(a.to))
-    if (const int code = check_store_output(a.to); code != kOk) return code;
+  if (const int code = check_store_output(a.to); code != kOk) return code;
   finish_on_signals();
   const auto begin = std::chrono::steady_clock::now();
   Result<CopyReport> report = fail(Errc::internal, "not run");

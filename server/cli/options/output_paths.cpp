@@ -20,6 +20,7 @@
 #include "terrain/base/lower_extension.h"
 #include "terrain/mesh/mesh_file.h"
 #include "terrain/raster/dem_files.h"
+#include "terrain/raster/remote/objects.h"
 
 namespace tind::cli {
 namespace {
@@ -212,6 +213,7 @@ int check_output_folder(const std::string& path, const std::vector<std::string>&
 }
 
 int check_store_output(const std::string& path) {
+  if (remote::is_remote(path)) return kOk;
   std::error_code error;
   const fs::path named = real_path(path);
   fs::path folder = named;

@@ -38,7 +38,8 @@ int check_output_folder(const std::string& path, const std::vector<std::string>&
                         const char* known = "layer.json");
 
 /// Can a store be made there, or one that is there be changed? A file, or a folder that is made
-/// where it is not there; nothing is made here. kOk, or says why not and returns kCannotCreate.
+/// where it is not there; nothing is made here, and object storage says so itself. kOk, or says why
+/// not and returns kCannotCreate.
 int check_store_output(const std::string& path);
 
 }  // namespace tind::cli

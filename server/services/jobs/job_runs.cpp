@@ -27,11 +27,13 @@ constexpr int kTooMuch = 65;
 /// Of the command line, too: reading or writing failed on the way.
 constexpr int kCannotReadOrWrite = 74;
 
-/// Or what stands beside one, its world file.
+/// Or what stands beside one, its world file. A name that only begins alike (a folder of jobs) is
+/// none.
 bool names_source(std::string_view said, const JobOrder& order) {
   return std::ranges::any_of(order.names, [&](const auto& name) {
     const std::string stem = fs::path(name.first).replace_extension().string();
-    return !stem.empty() && said.find(stem) != said.npos;
+    return !stem.empty() &&
+           (said.find(name.first) != said.npos || said.find(stem + ".") != said.npos);
   });
 }
 
