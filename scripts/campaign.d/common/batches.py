@@ -36,20 +36,20 @@ def shards(run, dem):
     """A plan, one of its shards, and what is made of them all."""
     empty = run.work / "empty"
     empty.mkdir()
-    plan = Work(run, "plan", lambda out: [TIND, "plan-build", dem, "-o", out / "plan.json", "--shards", "2", "--max-error", "20", *DATUM, *OPTIONS], start=empty)
-    made, one = plan.prepare(), []
+
+    def work(name, words, start):
+        return Work(run, name, lambda out: [str(word).replace("OUT", str(out)) for word in words], start=start, left=LEFT_IN_SHARDS)
+
+    plan = work("plan", [TIND, "plan-build", dem, "-o", "OUT/plan.json", "--shards", "2", "--max-error", "20", *DATUM, *OPTIONS], empty)
+    made, each = plan.prepare(), {}
     for which in ("0/2", "1/2", "top"):
-        shard = Work(run, "shard-" + which[0], lambda out, which=which: [TIND, "build", "--plan", out / "plan.json", "--shard", which, *QUIET], start=made)
-        made = shard.prepare()
-        one.append(shard)
-    merges = [Work(run, name, lambda out, file=file: [TIND, "merge", "--plan", out / "plan.json", "-o", out / file, *QUIET], start=made)
+        each[which] = work("shard-" + which[0], [TIND, "build", "--plan", "OUT/plan.json", "--shard", which, *QUIET], made)
+        made = each[which].prepare()
+    merges = [work(name, [TIND, "merge", "--plan", "OUT/plan.json", "-o", "OUT/" + file, *QUIET], made)
               for name, file in (("merge", "tiles"), ("merge-archive", "tiles.pmtiles"))]
     for merge in merges:
         merge.prepare()
-    for work in (plan, one[1], *merges):
-        whole = work.result
-        work.result = lambda folder, whole=whole: {name: content for name, content in whole(folder).items() if not LEFT_IN_SHARDS.match(name)}
-        yield work
+    return [plan, each["1/2"], *merges]
 
 
 def batches(run):

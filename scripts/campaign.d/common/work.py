@@ -21,8 +21,9 @@ def heights(raised=0):
 class Work:
     """A command whose output is a folder or a file, called `out` below a place of its own."""
 
-    def __init__(self, run, name, command, start=None):
-        self.run, self.name, self.make, self.start = run, name, command, start
+    def __init__(self, run, name, command, start=None, left=None):
+        """`left`: names of what may be left over, a pattern."""
+        self.run, self.name, self.make, self.start, self.left = run, name, command, start, left
         self.wanted = None
 
     def place(self, name):
@@ -38,7 +39,8 @@ class Work:
 
     def result(self, folder):
         """All that it wrote: `out`, or files beside it called the same (out.pmtiles)."""
-        return {name: content for name, content in files(folder).items() if name.startswith("out")}
+        return {name: content for name, content in files(folder).items()
+                if name.startswith("out") and not (self.left and self.left.match(name))}
 
     def prepare(self):
         folder = self.place("wanted")
