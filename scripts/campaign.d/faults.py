@@ -1,17 +1,16 @@
-"""Every N-th system call fails: of builds of every kind, of updates, a copy, shards, and of the daemon from its start to its end."""
+"""Every N-th system call fails: of builds of every kind, of updates, a copy, shards, of analyses, and of the daemon from its start to its end."""
 import collections
-import os
 import re
-import signal
 import subprocess
 import urllib.error
 
 from common import programme
+from common.analyses import analyses
 from common.batches import batches
 from common.daemon import Daemon
 from common.hostile import HONEST
 from common.tiff import tiff
-from common.work import heights, works
+from common.work import difference, heights, works
 
 TIERS = ("ci", "gate", "campaign")
 ASKED = "D2, D4: every N of each call x {EIO, ENOSPC, EMFILE, EINTR, ...}, 3,000 points; no false success; run again, same bytes"
@@ -25,13 +24,13 @@ ERRORS = {"openat": ("EIO", "EMFILE", "EINTR", "EACCES"), "read": ("EIO", "EINTR
 SYNCS = ("fsync", "fdatasync", "syncfs")
 
 
-def strace(trace, words, point=None):
+def strace(trace, point=None):
     """Of all these calls; where one is to fail, of that call alone: the others then run at their full speed."""
     calls, inject = (*ERRORS, "munmap"), ()
     if point:
         _, call, error, n, more = point
         calls, inject = (call,), ("--seccomp-bpf", "-e", f"inject={call}:error={error}:when={n}{more}")
-    return ["strace", "-f", "-qq", "-y", "-e", "signal=none", "-e", "trace=" + ",".join("?" + c for c in calls), *inject, "-o", str(trace), *words]
+    return ["strace", "-f", "-qq", "-y", "-e", "signal=none", "-e", "trace=" + ",".join("?" + c for c in calls), *inject, "-o", str(trace)]
 
 
 def counts(trace):
@@ -59,22 +58,10 @@ def loader(text):
     return "while loading shared libraries" in text or "cannot apply additional memory protection" in text or "ld.so" in text
 
 
-def ended(words, seconds):
-    """What has come of it; nothing where it took longer, and was killed with all that it had begun."""
-    process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, errors="replace", start_new_session=True)
-    try:
-        out, said = process.communicate(timeout=seconds)
-    except subprocess.TimeoutExpired:
-        os.killpg(process.pid, signal.SIGKILL)
-        process.communicate()
-        return None
-    return subprocess.CompletedProcess(words, process.returncode, out, said)
-
-
 def fault(work, point):
     call = point[1]
     folder = work.place("fault")
-    done = ended(strace(folder / "trace", work.command(folder), point), 300)
+    done = work.ran(folder, strace(folder / "trace", point))
     if done is None:
         return "does not end"
     struck = "(INJECTED)" in (folder / "trace").read_text(errors="replace")
@@ -84,17 +71,12 @@ def fault(work, point):
     if done.returncode == 0:
         if call in SYNCS and struck and "not supported" not in done.stderr:
             return "a sync failed, and the exit code is 0"
-        return work_differs(work, folder)
+        return difference(work.result(folder), work.wanted)
     if done.returncode not in HONEST:
         return f"ended with {done.returncode}: {done.stderr.strip()[-200:]}"
     if "tind: " not in done.stderr and call != "write":
         return f"ended with {done.returncode} and said nothing"
     return work.again(folder)
-
-
-def work_differs(work, folder):
-    from common.work import difference
-    return difference(work.result(folder), work.wanted)
 
 
 PATHS = ["/terrain/dem/layer.json", "/terrain/dem/0/1/0.terrain", "/terrain/dem/5/33/24.terrain", "/terrain/dem/5/33/24.terrain", "/elevation/dem?lon=8.02&lat=46.98",
@@ -168,7 +150,7 @@ def judge_session(right, got):
     return ""
 
 
-def daemon_faults(run, build, share):
+def daemon_faults(run, share):
     dem = run.work / "dem.tif"
     dem.write_bytes(tiff(heights(), compress=8))
     built = run.work / "built"
@@ -179,7 +161,7 @@ def daemon_faults(run, build, share):
         folder = run.work / "daemon"
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir()
-        return session(folder, dem, built, strace(run.work / name, [], point)), run.work / name
+        return session(folder, dem, built, strace(run.work / name, point)), run.work / name
 
     right, trace = live("whole")
     if right[1] != 0 or any(status not in (200, 201) for status, _ in right[0].values()):
@@ -202,10 +184,10 @@ def daemon_faults(run, build, share):
 
 def run(run):
     programme.needs("strace")
-    todo = [*works(run), *batches(run)]
+    todo = [*works(run), *analyses(run), *batches(run)]
     for work in todo:
         folder = work.place("trace")
-        subprocess.run(strace(folder / "trace", work.command(folder)), capture_output=True)
+        work.ran(folder, strace(folder / "trace"))
         every = points(work.name, counts(folder / "trace"), run.tier != "ci")
         done = 0
         limit = run.time_left() / (len(todo) + 1 - todo.index(work))
@@ -219,4 +201,4 @@ def run(run):
             if why:
                 run.fail(f"{' '.join(map(str, point))}: {why}")
         run.note(f"{work.name} {done:,} of {len(every):,} points")
-    daemon_faults(run, todo[0], 0.02)
+    daemon_faults(run, 0.02)

@@ -1,8 +1,8 @@
 """Every N-th allocation of the program's own code fails (std::bad_alloc), by a library in front of it."""
-import os
 import subprocess
 
 from common import programme
+from common.analyses import analyses
 from common.batches import batches
 from common.hostile import HONEST
 from common.work import difference, works
@@ -23,10 +23,8 @@ def failing_new(run):
 
 def attempt(work, library, **variables):
     folder = work.place("alloc")
-    try:
-        done = subprocess.run(work.command(folder), capture_output=True, text=True, errors="replace", timeout=300,
-                              env={**os.environ, "LD_PRELOAD": str(library), **variables})
-    except subprocess.TimeoutExpired:
+    done = work.ran(folder, env={"LD_PRELOAD": str(library), **variables})
+    if done is None:
         return "does not end", folder
     if done.returncode == 0:
         return difference(work.result(folder), work.wanted), folder
@@ -39,7 +37,7 @@ def attempt(work, library, **variables):
 
 def run(run):
     library = failing_new(run)
-    todo = [*works(run), *batches(run)]
+    todo = [*works(run), *analyses(run), *batches(run)]
     for i, work in enumerate(todo):
         file = run.work / "count"
         why, _ = attempt(work, library, COUNT_NEW=str(file))

@@ -4,6 +4,7 @@ import os
 import subprocess
 
 from common import programme
+from common.analyses import analyses
 from common.batches import batches
 from common.daemon import Daemon
 from common.tiff import tiff
@@ -36,15 +37,17 @@ def serve(run, dem, built, **env):
 
 def run(run):
     short = library(run)
-    todo = [*works(run), *batches(run)]
+    todo = [*works(run), *analyses(run), *batches(run)]
     steps = (1, 2, 3, 7) if run.tier == "ci" else range(1, 60)
     shortened = 0
     for work in todo:
         for every in steps:
             folder, log = work.place("short"), run.work / "shortened"
-            done = subprocess.run(work.command(folder), capture_output=True, text=True,
-                                  env={**os.environ, "LD_PRELOAD": str(short), "SHORT_EVERY": str(every), "SHORT_LOG": str(log)})
+            done = work.ran(folder, env={"LD_PRELOAD": str(short), "SHORT_EVERY": str(every), "SHORT_LOG": str(log)})
             run.executions += 1
+            if done is None:
+                run.fail(f"{work.name}, every {every}: does not end")
+                continue
             shortened += int(log.read_text())
             why = done.stderr.strip()[-200:] if done.returncode else difference(work.result(folder), work.wanted)
             if why:

@@ -1,5 +1,7 @@
 """What is attacked while it runs: small builds, an update, a copy. Each can be begun again from the same state."""
+import os
 import shutil
+import signal
 import subprocess
 
 from .programme import TIND
@@ -19,11 +21,11 @@ def heights(raised=0):
 
 
 class Work:
-    """A command whose output is a folder or a file, called `out` below a place of its own."""
+    """A command whose output is a folder or a file, called `out` below a place of its own, and what it prints."""
 
-    def __init__(self, run, name, command, start=None, left=None):
-        """`left`: names of what may be left over, a pattern."""
-        self.run, self.name, self.make, self.start, self.left = run, name, command, start, left
+    def __init__(self, run, name, command, start=None, left=None, printed=False):
+        """`left`: names of what may be left over, a pattern. `printed`: what it prints is a result, too."""
+        self.run, self.name, self.make, self.start, self.left, self.printed = run, name, command, start, left, printed
         self.wanted = None
 
     def place(self, name):
@@ -37,6 +39,19 @@ class Work:
     def command(self, folder):
         return [str(c) for c in self.make(folder / "out")]
 
+    def ran(self, folder, prefix=(), env=None, seconds=300):
+        """What has come of it; nothing where it took longer, and was killed with all that it had begun."""
+        with open(folder / ("out.printed" if self.printed else "said"), "wb") as out:
+            process = subprocess.Popen([*prefix, *self.command(folder)], stdout=out, stderr=subprocess.PIPE, text=True, errors="replace",
+                                       env={**os.environ, **(env or {})}, start_new_session=True)
+            try:
+                _, said = process.communicate(timeout=seconds)
+            except subprocess.TimeoutExpired:
+                os.killpg(process.pid, signal.SIGKILL)
+                process.communicate()
+                return None
+        return subprocess.CompletedProcess(process.args, process.returncode, None, said)
+
     def result(self, folder):
         """All that it wrote: `out`, or files beside it called the same (out.pmtiles)."""
         return {name: content for name, content in files(folder).items()
@@ -44,15 +59,17 @@ class Work:
 
     def prepare(self):
         folder = self.place("wanted")
-        done = subprocess.run(self.command(folder), capture_output=True, text=True)
-        if done.returncode:
-            raise RuntimeError(f"{self.name}: {done.stderr}")
+        done = self.ran(folder)
+        if done is None or done.returncode:
+            raise RuntimeError(f"{self.name}: {done.stderr if done else 'does not end'}")
         self.wanted = self.result(folder)
         return folder / "out"
 
     def again(self, folder):
         """What is wrong after the same command, undisturbed: nothing, or a text."""
-        done = subprocess.run(self.command(folder), capture_output=True, text=True)
+        done = self.ran(folder)
+        if done is None:
+            return "run again: does not end"
         if done.returncode:
             return f"run again: {done.returncode} {done.stderr.strip()[:200]}"
         return difference(self.result(folder), self.wanted)

@@ -6,11 +6,11 @@
 #include <string>
 #include <utility>
 
-#include "server/api/heights.h"
+#include "server/api/elevation/heights.h"
 #include "server/api/ogc/coverage_file.h"
 #include "server/api/ogc/coverage_query.h"
 #include "server/api/ogc/routes.h"
-#include "server/api/web_map.h"
+#include "server/api/tiles/web_map.h"
 #include "server/http/message/problem.h"
 #include "terrain/heightmaps/height_lattice.h"
 #include "terrain/raster/crs_code.h"

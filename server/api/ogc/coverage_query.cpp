@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "server/api/crs_name.h"
-#include "server/api/heights.h"
+#include "server/api/elevation/heights.h"
 #include "server/http/message/media_choice.h"
 #include "server/http/message/query_numbers.h"
 #include "terrain/raster/dem_window.h"

@@ -5,7 +5,7 @@
 
 #include "proto/json_text.h"
 #include "server/api/ogc/page.h"
-#include "server/api/web_map.h"
+#include "server/api/tiles/web_map.h"
 #include "server/http/message/media_choice.h"
 #include "server/http/message/problem.h"
 #include "server/http/message/query_numbers.h"

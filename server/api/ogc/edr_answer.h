@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "server/api/heights.h"
+#include "server/api/elevation/heights.h"
 #include "server/api/ogc/edr_places.h"
 
 namespace tind::api::ogc {

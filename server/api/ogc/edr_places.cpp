@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "server/api/places.h"
+#include "server/api/elevation/places.h"
 #include "terrain/geo/geodesic_path.h"
 #include "terrain/geo/longitude.h"
 

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "server/api/crs_name.h"
+#include "server/api/elevation/places.h"
 #include "server/api/ogc/asked_crs.h"
-#include "server/api/places.h"
 #include "server/http/message/media_choice.h"
 #include "server/http/message/query_numbers.h"
 

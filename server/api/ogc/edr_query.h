@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "proto/wkt.h"
-#include "server/api/heights.h"
+#include "server/api/elevation/heights.h"
 #include "server/http/message/problem.h"
 #include "server/http/message/request_parser.h"
 #include "server/http/operation.h"

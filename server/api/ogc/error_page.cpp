@@ -8,7 +8,7 @@
 
 #include "server/api/ogc/document.h"
 #include "server/api/ogc/page.h"
-#include "server/api/web_map.h"
+#include "server/api/tiles/web_map.h"
 #include "server/http/message/uri.h"
 
 namespace tind::api::ogc {

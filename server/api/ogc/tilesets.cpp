@@ -8,9 +8,9 @@
 #include "server/api/ogc/routes.h"
 #include "server/api/ogc/tileset_json.h"
 #include "server/api/responses.h"
-#include "server/api/tile_address.h"
-#include "server/api/tile_product.h"
-#include "server/api/web_map.h"
+#include "server/api/tiles/tile_address.h"
+#include "server/api/tiles/tile_product.h"
+#include "server/api/tiles/web_map.h"
 #include "server/http/message/problem.h"
 #include "terrain/images/height_image.h"
 

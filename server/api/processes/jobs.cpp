@@ -6,7 +6,7 @@
 
 #include "proto/json_text.h"
 #include "server/api/app.h"
-#include "server/api/openapi_parts.h"
+#include "server/api/openapi/openapi_parts.h"
 #include "server/api/processes/job_filter.h"
 #include "server/api/processes/job_json.h"
 #include "server/api/processes/list_page.h"

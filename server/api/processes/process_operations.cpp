@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "server/api/openapi_parts.h"
+#include "server/api/openapi/openapi_parts.h"
 #include "server/api/processes/list_page.h"
 #include "server/api/processes/pages.h"
 #include "server/api/responses.h"

@@ -7,7 +7,7 @@
 #include <cstdlib>
 
 #include "proto/stream/tile_frames.h"
-#include "server/api/flight_request.h"
+#include "server/api/flights/flight_request.h"
 #include "terrain/pyramid/make/tile_transition.h"
 
 namespace {

@@ -11,7 +11,7 @@
 #include "server/api/ogc/asked_crs.h"
 #include "server/api/ogc/coverage_query.h"
 #include "server/api/ogc/edr_query.h"
-#include "server/api/tile_address.h"
+#include "server/api/tiles/tile_address.h"
 #include "server/services/access/keys.h"
 #include "server/services/datasets/key_table.h"
 #include "tests/support/fuzz_bytes.h"
