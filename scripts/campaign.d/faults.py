@@ -74,7 +74,7 @@ def fault(work, point):
         return difference(work.result(folder), work.wanted)
     if done.returncode not in HONEST:
         return f"ended with {done.returncode}: {done.stderr.strip()[-200:]}"
-    if "tind: " not in done.stderr and call != "write":
+    if "tind: " not in done.stderr and call != "write" and not work.said(folder):
         return f"ended with {done.returncode} and said nothing"
     return work.again(folder)
 

@@ -122,10 +122,11 @@ Extent extent_of(const CrsPoints& crs, const Outline& o, MapFit fit) {
 Result<std::shared_ptr<const CrsPoints>> crs_of(const MapOptions& options, Geographic middle) {
   auto made = options.crs.empty() ? CrsPoints::local(middle) : CrsPoints::make(options.crs, middle);
   if (!made) return std::unexpected(made.error());
-  const CrsCode code = options.crs.empty() ? CrsCode{} : crs_code(options.crs);
-  if (code.geographic || code.unit_m != 1)
+  const auto code = crs_code(options.crs);
+  if (!code) return std::unexpected(code.error());
+  if (code->geographic || code->unit_m != 1)
     return fail(Errc::invalid_argument,
-                options.crs + (code.geographic ? " counts degrees" : " does not count metres") +
+                options.crs + (code->geographic ? " counts degrees" : " does not count metres") +
                     ": an engine's terrain needs square metres");
   return std::shared_ptr<const CrsPoints>(std::move(*made));
 }

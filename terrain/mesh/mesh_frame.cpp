@@ -43,12 +43,13 @@ MeshMap mesh_map(const DemInfo& info, MeshFrame frame, bool source_units) {
   return map;
 }
 
-proto::MeshPlace mesh_place(const DemInfo& info, MeshFrame frame, bool source_units) {
+Result<proto::MeshPlace> mesh_place(const DemInfo& info, MeshFrame frame, bool source_units) {
   proto::MeshPlace place;
-  const CrsCode code = crs_code(info.crs_wkt);
-  place.epsg = code.epsg;
-  place.geographic = code.geographic;
-  place.unit_m = info.crs_wkt.empty() ? info.crs_unit_m : code.unit_m;
+  const auto code = crs_code(info.crs_wkt);
+  if (!code) return std::unexpected(code.error());
+  place.epsg = code->epsg;
+  place.geographic = code->geographic;
+  place.unit_m = info.crs_wkt.empty() ? info.crs_unit_m : code->unit_m;
   place.crs_wkt = info.crs_wkt;
   place.crs_name = info.crs_name;
   place.vertical_datum = name(info.datum);
@@ -64,14 +65,15 @@ proto::MeshPlace mesh_place(const DemInfo& info, MeshFrame frame, bool source_un
   return place;
 }
 
-proto::MeshPlace looked_up(proto::MeshPlace said) {
-  const CrsCode code = crs_code(said.epsg > 0 ? "EPSG:" + std::to_string(said.epsg) : said.crs_wkt);
-  if (code.name.empty()) return said;
-  said.geographic = code.geographic;
-  if (!code.geographic) said.unit_m = code.unit_m;
-  if (said.epsg == 0) said.epsg = code.epsg;
-  if (said.crs_name.empty()) said.crs_name = code.name;
-  if (said.crs_wkt.empty()) said.crs_wkt = code.wkt;  // for formats that take no code
+Result<proto::MeshPlace> looked_up(proto::MeshPlace said) {
+  const auto code = crs_code(said.epsg > 0 ? "EPSG:" + std::to_string(said.epsg) : said.crs_wkt);
+  if (!code) return std::unexpected(code.error());
+  if (code->name.empty()) return said;
+  said.geographic = code->geographic;
+  if (!code->geographic) said.unit_m = code->unit_m;
+  if (said.epsg == 0) said.epsg = code->epsg;
+  if (said.crs_name.empty()) said.crs_name = code->name;
+  if (said.crs_wkt.empty()) said.crs_wkt = code->wkt;  // for formats that take no code
   return said;
 }
 

@@ -6,6 +6,7 @@
 
 #include "proto/mesh/mesh_io.h"
 #include "terrain/base/enum_names.h"
+#include "terrain/base/result.h"
 #include "terrain/mesh/tin.h"
 #include "terrain/raster/dem_source.h"
 
@@ -37,11 +38,13 @@ struct MeshMap {
 /// `source_units`: z in the raster's own unit instead of metres.
 MeshMap mesh_map(const DemInfo&, MeshFrame, bool source_units);
 
-/// What mesh files say of where such a mesh is. Looks up the CRS's code: milliseconds.
-proto::MeshPlace mesh_place(const DemInfo&, MeshFrame, bool source_units);
+/// What mesh files say of where such a mesh is. Looks up the CRS's code: milliseconds. Errc::io
+/// where PROJ's database cannot be read.
+Result<proto::MeshPlace> mesh_place(const DemInfo&, MeshFrame, bool source_units);
 
 /// What a mesh file said, with what its CRS means (name, degrees or not, unit). Milliseconds.
-proto::MeshPlace looked_up(proto::MeshPlace said);
+/// Errc::io where PROJ's database cannot be read.
+Result<proto::MeshPlace> looked_up(proto::MeshPlace said);
 
 /// A mesh that is local to a point of its CRS, in that CRS. REQUIRES: place.local.
 Tin in_crs(Tin, const proto::MeshPlace&);

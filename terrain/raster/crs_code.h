@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include "terrain/base/result.h"
+
 namespace tind {
 
 struct CrsCode {
@@ -14,7 +16,8 @@ struct CrsCode {
   std::string name = {}, wkt = {};  // WKT 2
 };
 
-/// Of a horizontal system, as WKT or "EPSG:n". All zero where the text is no CRS. Milliseconds.
-CrsCode crs_code(const std::string& text);
+/// Of a horizontal system, as WKT or "EPSG:n". All zero where the text is no CRS. Errc::io where
+/// PROJ's database cannot be read. Milliseconds.
+Result<CrsCode> crs_code(const std::string& text);
 
 }  // namespace tind

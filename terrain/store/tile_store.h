@@ -72,8 +72,9 @@ class TileStore {
   virtual Result<std::vector<std::uint8_t>> read(TileId) const = 0;
   /// What lies in the tile's place, sound or not. not_found, or io.
   virtual Result<StoredTile> look_at(TileId) const = 0;
-  /// How many bytes are stored; nothing where reading the tile alone tells.
-  virtual std::optional<std::uint64_t> size(TileId) const { return {}; }
+  /// How many bytes are stored; nothing where there is no such tile, or reading it alone tells. io,
+  /// where it cannot be looked at.
+  virtual Result<std::optional<std::uint64_t>> size(TileId) const { return std::nullopt; }
   /// What lies there, whatever layer.json says; nothing where that cannot be told. Fails where one
   /// cannot look.
   virtual Result<std::optional<StoreListing>> list() const { return std::nullopt; }

@@ -57,6 +57,10 @@ class Work:
         return {name: content for name, content in files(folder).items()
                 if name.startswith("out") and not (self.left and self.left.match(name))}
 
+    def said(self, folder):
+        """Has it printed a report, which says what is wrong?"""
+        return self.printed and (folder / "out.printed").stat().st_size > 0
+
     def prepare(self):
         folder = self.place("wanted")
         done = self.ran(folder)

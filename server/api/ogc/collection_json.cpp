@@ -23,10 +23,11 @@ using services::ServedDataset;
 const std::string kCrs84 = crs_uri("CRS84");
 
 /// Of the DEM's own system; empty: none of EPSG's list.
-std::string storage_crs(const ServedDataset& dataset) {
-  if (!dataset.source || !dataset.source->only()) return {};
-  const int epsg = crs_code(dataset.source->info().crs_wkt).epsg;
-  return epsg > 0 ? crs_uri(fmt::format("EPSG:{}", epsg)) : std::string();
+Result<std::string> storage_crs(const ServedDataset& dataset) {
+  if (!dataset.source || !dataset.source->only()) return std::string();
+  const auto code = crs_code(dataset.source->info().crs_wkt);
+  if (!code) return std::unexpected(code.error());
+  return code->epsg > 0 ? crs_uri(fmt::format("EPSG:{}", code->epsg)) : std::string();
 }
 
 /// What heights in answers are above, without another wish: the DEM's own, whatever tiles have.
@@ -136,10 +137,12 @@ proto::CoverageParameter height_parameter(const std::string& datum) {
   return p;
 }
 
-Ordered collection_json(const Asked& asked, const ServedDataset& dataset, bool whole) {
+Result<Ordered> collection_json(const Asked& asked, const ServedDataset& dataset, bool whole) {
   const DatasetFacts facts = dataset.facts();
   const std::string datum = datum_of(dataset, facts);
-  const std::string base = "/collections/" + dataset.name, storage = storage_crs(dataset);
+  const std::string base = "/collections/" + dataset.name;
+  const auto storage = storage_crs(dataset);
+  if (!storage) return std::unexpected(storage.error());
   Ordered json = {{"id", dataset.name},
                   {"title", dataset.name},
                   {"description", description_of(dataset, datum)}};
@@ -148,9 +151,9 @@ Ordered collection_json(const Asked& asked, const ServedDataset& dataset, bool w
   json["extent"] = extent_of(facts);
   std::vector<std::string> crs = {kCrs84, crs_uri("EPSG:4326")};
   if (facts.box.overlaps(web_mercator::rect({0, 0, 0}))) crs.push_back(crs_uri("EPSG:3857"));
-  if (!storage.empty() && std::ranges::find(crs, storage) == crs.end()) crs.push_back(storage);
+  if (!storage->empty() && std::ranges::find(crs, *storage) == crs.end()) crs.push_back(*storage);
   json["crs"] = crs;
-  if (!storage.empty()) json["storageCrs"] = storage;
+  if (!storage->empty()) json["storageCrs"] = *storage;
   json["dataType"] = "coverage";
   json["output_formats"] = {kCoverageJson, kGeoJson};
   json["parameter_names"]["height"] =

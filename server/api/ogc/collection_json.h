@@ -12,8 +12,9 @@ proto::CoverageParameter height_parameter(const std::string& datum);
 
 /// {id, title, description, extent, crs, parameter_names, data_queries, links, ...} as Common,
 /// Part 2, and EDR have it. `whole`: also the grid, as GDAL's driver OGCAPI reads it from a draft
-/// of Coverages. Asks PROJ for the code of the DEM's system, milliseconds: on a worker.
-Ordered collection_json(const Asked&, const services::ServedDataset&, bool whole);
+/// of Coverages. Asks PROJ for the code of the DEM's system, milliseconds: on a worker. Errc::io
+/// where its database cannot be read.
+Result<Ordered> collection_json(const Asked&, const services::ServedDataset&, bool whole);
 
 /// The longitudes of a bbox: west is greater than east across the antimeridian.
 std::array<double, 4> bbox_of(const GeoRect& box);

@@ -11,15 +11,17 @@ namespace tind::api::ogc {
 namespace {
 
 /// With the link to itself that each entry of the list has.
-Ordered entry_json(const Asked& asked, const services::ServedDataset& dataset) {
-  Ordered json = collection_json(asked, dataset, false);
+Result<Ordered> entry_json(const Asked& asked, const services::ServedDataset& dataset) {
+  auto made = collection_json(asked, dataset, false);
+  if (!made) return made;
+  Ordered& json = *made;
   const std::string self = "/collections/" + dataset.name;
   Ordered links =
       Ordered::array({link(asked, self, "self", kJson, "this dataset"),
                       link(asked, self + "?f=html", "alternate", kHtml, "this dataset as a page")});
   for (const Ordered& one : json["links"]) links.push_back(one);
   json["links"] = std::move(links);
-  return json;
+  return made;
 }
 
 std::optional<http::Reply> list(const App& app, const http::Request& request,
@@ -30,8 +32,12 @@ std::optional<http::Reply> list(const App& app, const http::Request& request,
       app, services::Work::question, request, deferred,
       [&app, access = request.access, asked = std::move(*asked)](const std::stop_token&) {
         Ordered all = Ordered::array();
-        for (const auto& dataset : app.catalog.all())
-          if (!access || access->sees(dataset->name)) all.push_back(entry_json(asked, *dataset));
+        for (const auto& dataset : app.catalog.all()) {
+          if (access && !access->sees(dataset->name)) continue;
+          auto entry = entry_json(asked, *dataset);
+          if (!entry) return http::problem_reply(entry.error(), asked.target);
+          all.push_back(std::move(*entry));
+        }
         return document_reply(asked, {{"title", "Datasets"}, {"collections", std::move(all)}});
       });
 }
@@ -44,7 +50,9 @@ std::optional<http::Reply> one(const App& app, const http::Request& request,
   if (!asked) return asked.error();
   return answer_on_worker(app, services::Work::question, request, deferred,
                           [dataset, asked = std::move(*asked)](const std::stop_token&) {
-                            return document_reply(asked, collection_json(asked, *dataset, true));
+                            auto json = collection_json(asked, *dataset, true);
+                            if (!json) return http::problem_reply(json.error(), asked.target);
+                            return document_reply(asked, std::move(*json));
                           });
 }
 

@@ -61,8 +61,9 @@ http::Reply answer(const App& app, const services::ServedDataset& dataset, const
   const DemInfo& info = surface.layers()[0].source->info();
   const auto datum = datum_asked(q.datum, info);
   if (!datum) return http::problem_reply({{"datum", datum.error().what}}, target);
-  const bool is_own =
-      surface.only() && crs->name() == fmt::format("EPSG:{}", crs_code(info.crs_wkt).epsg);
+  const auto code = crs_code(info.crs_wkt);
+  if (!code) return http::problem_reply(code.error(), target);
+  const bool is_own = surface.only() && crs->name() == fmt::format("EPSG:{}", code->epsg);
   const auto grid = is_own ? own_grid(q, *crs, info) : std::nullopt;
   const std::expected<CoverageWindow, http::ParameterProblem> window =
       grid ? *grid

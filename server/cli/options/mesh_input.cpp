@@ -57,7 +57,8 @@ void fill_normals(Tin& tin) {
 Result<PlacedTin> read_placed_tin(const std::string& path) {
   auto file = read_mesh(path);
   if (!file) return std::unexpected(file.error());
-  proto::MeshPlace place = looked_up(std::move(file->place));
+  auto place = looked_up(std::move(file->place));
+  if (!place) return fail(path, place.error());
   std::string texture = std::move(file->texture);
   const std::size_t materials = file->materials.size();
   Tin tin = from_file_mesh(std::move(*file));
@@ -69,7 +70,7 @@ Result<PlacedTin> read_placed_tin(const std::string& path) {
   }
   if (tin.vertices.empty()) return fail(Errc::bad_data, path + ": there is no vertex in it");
   fill_normals(tin);
-  return PlacedTin{std::move(tin), std::move(place), std::move(texture), materials};
+  return PlacedTin{std::move(tin), std::move(*place), std::move(texture), materials};
 }
 
 Result<Tin> read_tin(const std::string& path) {

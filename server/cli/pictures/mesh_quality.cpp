@@ -8,7 +8,6 @@
 
 #include "server/api/accuracy_json.h"
 #include "terrain/mesh/validity.h"
-#include "terrain/raster/crs_code.h"
 
 namespace tind::cli {
 
@@ -180,16 +179,15 @@ nlohmann::ordered_json quality_json(const MeshQuality& q) {
   return j;
 }
 
-nlohmann::ordered_json ground_json(const MeshQuality& q, const DemInfo& info) {
+nlohmann::ordered_json ground_json(const MeshQuality& q, const DemInfo& info, int epsg) {
   const VolumeBetween v = volume_between(q.error, info);
-  const int code = crs_code(info.crs_wkt).epsg;
   const std::uint64_t all = std::uint64_t(info.cols) * std::uint64_t(info.rows);
   nlohmann::ordered_json j = {
       {"volume_m3",
        {{"net", v.above_m3 - v.below_m3}, {"above", v.above_m3}, {"below", v.below_m3}}},
       {"posts_void", all - q.error.posts - q.uncovered},
       {"crs", info.crs_name}};
-  j["epsg"] = code > 0 ? nlohmann::ordered_json(code) : nullptr;
+  j["epsg"] = epsg > 0 ? nlohmann::ordered_json(epsg) : nullptr;
   j["crs_wkt"] = info.crs_wkt;
   j["vertical_datum"] = name(info.datum);
   if (info.accuracy) j["accuracy"] = api::accuracy_json(*info.accuracy);

@@ -60,7 +60,7 @@ VolumeBetween volume_between(const VerticalError&, const DemInfo&);
 nlohmann::ordered_json quality_json(const MeshQuality&);
 
 /// Of a mesh over all of its DEM: volume_m3, posts_void; crs, epsg, crs_wkt, vertical_datum.
-nlohmann::ordered_json ground_json(const MeshQuality&, const DemInfo&);
+nlohmann::ordered_json ground_json(const MeshQuality&, const DemInfo&, int epsg);
 
 /// Two or three lines for a person.
 std::string quality_text(const MeshQuality&);

@@ -226,7 +226,7 @@ class StepTree {
 class Planner {
  public:
   Planner(const TileSet& tiles, std::span<const FlightFix> flight, const FlightOptions& o,
-          const std::function<PlanFacts(TileId)>& facts_of)
+          const std::function<Result<PlanFacts>(TileId)>& facts_of)
       : tiles_(tiles), options_(o), facts_of_(facts_of), steps_(steps_of(flight)) {
     reach_ = distance_per_error(o.viewport_height_px, o.fov_deg * kRadian, o.tolerance_px);
   }
@@ -237,6 +237,7 @@ class Planner {
     for (std::uint32_t x = 0; x < tiling::columns(0); ++x)
       need(*tiling::tile(0, x, 0), steps_.time_s(0), options_.ground_m);
     if (stop_.stop_requested()) return fail(Errc::cancelled, "stopped while planning a flight");
+    if (failed_) return std::unexpected(*failed_);
     if (too_many())
       return fail(Errc::out_of_range, "the flight needs more than " +
                                           std::to_string(options_.max_tiles) +
@@ -250,22 +251,28 @@ class Planner {
  private:
   const TileSet& tiles_;
   const FlightOptions& options_;
-  const std::function<PlanFacts(TileId)>& facts_of_;
+  const std::function<Result<PlanFacts>(TileId)>& facts_of_;
   StepTree steps_;
   double reach_;
   std::stop_token stop_;
   std::vector<Target> way_;  // from the root to the tile that is looked at
   std::vector<PlannedTile> needed_;
+  std::optional<Error> failed_;  // facts of a tile that could not be had
 
+  bool ended() const { return failed_ || too_many() || stop_.stop_requested(); }
   bool too_many() const { return needed_.size() > options_.max_tiles; }
 
   /// `highest_m`: of the ground, where the tile does not say it.
   void need(TileId tile, double time_s, double highest_m) {
-    if (!tiles_.available(tile) || too_many() || stop_.stop_requested()) return;
-    const PlanFacts facts = facts_of_(tile);
-    needed_.push_back({tile, time_s, 0, facts.bytes});
+    if (!tiles_.available(tile) || ended()) return;
+    const auto facts = facts_of_(tile);
+    if (!facts) {
+      failed_ = facts.error();
+      return;
+    }
+    needed_.push_back({tile, time_s, 0, facts->bytes});
     if (tile.level >= tiles_.layer().maxzoom) return;
-    highest_m = facts.highest_m.value_or(highest_m);
+    highest_m = facts->highest_m.value_or(highest_m);
     way_.push_back(target_of(tile, tiling::level_error(tile.level) * reach_, highest_m));
     if (const auto first = steps_.first(way_)) {
       for (int north = 0; north < 2; ++north)
@@ -314,7 +321,7 @@ std::vector<Geographic> places_of(std::span<const FlightFix> flight) {
 
 Result<FlightPlan> plan_flight(const TileSet& tiles, std::span<const FlightFix> flight,
                                const FlightOptions& o,
-                               const std::function<PlanFacts(TileId)>& facts_of,
+                               const std::function<Result<PlanFacts>(TileId)>& facts_of,
                                std::stop_token stop) {
   if (const auto ok = check(flight, o); !ok) return std::unexpected(ok.error());
   auto planned = Planner(tiles, flight, o, facts_of).run(stop);

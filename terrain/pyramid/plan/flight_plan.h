@@ -71,11 +71,12 @@ Result<std::vector<FlightFix>> straight_flight(const FlightFix& from, double eas
 /// Places along the flight, at most some thousand and its fixes: for asking how high the ground is.
 std::vector<Geographic> places_of(std::span<const FlightFix>);
 
-/// `facts_of` is asked once for each tile that is needed, parents first. Fails (invalid_argument)
+/// `facts_of` is asked once for each tile that is needed, parents first; where it fails, so does
+/// this. Fails (invalid_argument)
 /// on a trajectory that is empty, leaves the earth or goes back in time; out_of_range beyond
 /// max_tiles. Errc::cancelled on a stop. O(tiles x log steps); 1000 steps, and one for each fix.
 Result<FlightPlan> plan_flight(const TileSet&, std::span<const FlightFix>, const FlightOptions&,
-                               const std::function<PlanFacts(TileId)>& facts_of,
+                               const std::function<Result<PlanFacts>(TileId)>& facts_of,
                                std::stop_token = {});
 
 }  // namespace tind

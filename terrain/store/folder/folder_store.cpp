@@ -63,9 +63,10 @@ InForce in_force(const std::string& base) {
   return now;
 }
 
-bool vouches(const TileLedger& ledger, TileId id, const Bytes& bytes) {
+Result<bool> vouches(const TileLedger& ledger, TileId id, const Bytes& bytes) {
   const auto entry = ledger.find(id);
-  return entry && entry->vouches_for(text_of(bytes));
+  if (!entry) return std::unexpected(entry.error());
+  return *entry && (*entry)->vouches_for(text_of(bytes));
 }
 
 class FolderStore : public TileStore {
@@ -100,15 +101,21 @@ class FolderStore : public TileStore {
   Result<Bytes> read(TileId id) const override {
     auto bytes = read_stored_file(tile_name(id));
     const auto known = ledger();
-    if (!known || (bytes && vouches(*known, id, *bytes))) return bytes;
+    if (!known) return bytes;
+    const auto sound = bytes ? vouches(*known, id, *bytes) : false;
+    if (!sound) return std::unexpected(sound.error());
+    if (*sound) return bytes;
     return look_again(id, std::move(bytes));
   }
   Result<StoredTile> look_at(TileId id) const override;
-  std::optional<std::uint64_t> size(TileId id) const override {
+  Result<std::optional<std::uint64_t>> size(TileId id) const override {
+    const std::string path = tile_name(id);
     std::error_code error;
-    const auto size = fs::file_size(tile_name(id), error);
-    if (error) return {};
-    return size;
+    const auto size = fs::file_size(path, error);
+    if (!error) return size;
+    if (const auto type = folder::type_of(path); type && *type == fs::file_type::not_found)
+      return std::nullopt;
+    return folder::cannot_look(path, error);
   }
   Result<std::optional<StoreListing>> list() const override;
 
@@ -172,7 +179,9 @@ Result<Bytes> FolderStore::look_again(TileId id, Result<Bytes> found) const {
   const std::string ready = folder::tile_path(base_ + folder::kReady, id);
   for (const std::string& place : {path, ready, path}) {
     auto bytes = read_stored_file(place);
-    if (!bytes || !vouches(*newer, id, *bytes)) continue;
+    const auto sound = bytes ? vouches(*newer, id, *bytes) : false;
+    if (!sound) return std::unexpected(sound.error());
+    if (!*sound) continue;
     const std::lock_guard lock(mutex_);
     ledger_ = newer;
     return bytes;
@@ -187,16 +196,19 @@ Result<StoredTile> FolderStore::look_at(TileId id) const {
   if (auto sound = read(id)) {
     const auto known = ledger();
     StoredTile tile{std::move(*sound), known ? Vouched::yes : Vouched::by_nobody};
-    if (const auto entry = known ? known->find(id) : std::nullopt) tile.facts = entry->facts;
+    if (!known) return tile;
+    const auto entry = known->find(id);
+    if (!entry) return std::unexpected(entry.error());
+    if (*entry) tile.facts = (*entry)->facts;
     return tile;
   }
   auto bytes = read_stored_file(tile_name(id));
   if (!bytes) return std::unexpected(bytes.error());
   const auto known = ledger();
-  const Vouched vouched = !known             ? Vouched::by_nobody
-                          : !known->find(id) ? Vouched::not_listed
-                                             : Vouched::other_bytes;
-  return StoredTile{std::move(*bytes), vouched};
+  if (!known) return StoredTile{std::move(*bytes), Vouched::by_nobody};
+  const auto entry = known->find(id);
+  if (!entry) return std::unexpected(entry.error());
+  return StoredTile{std::move(*bytes), *entry ? Vouched::other_bytes : Vouched::not_listed};
 }
 
 Result<std::optional<StoreListing>> FolderStore::list() const {
@@ -206,7 +218,9 @@ Result<std::optional<StoreListing>> FolderStore::list() const {
   const std::string blocks = *made ? (*made)->heights : std::string();
   std::error_code error;
   fs::recursive_directory_iterator it(base_, error), end;
-  if (error) return fail(Errc::not_found, "cannot look into " + base_ + ": " + error.message());
+  if (error == std::errc::no_such_file_or_directory)
+    return fail(Errc::not_found, "there is no folder " + base_);
+  if (error) return folder::cannot_look(base_, error);
   for (; it != end; it.increment(error)) {
     std::error_code none;  // of one that went away meanwhile
     const fs::path relative = it->path().lexically_relative(base_);

@@ -381,7 +381,9 @@ std::vector<std::uint8_t> FolderWriter::look_at_tiles(bool aside, const Progress
   std::atomic<std::size_t> done = 0;
   parallel_for(ids_.size(), threads_, [&](std::size_t k) {
     if (is_aside(k) != aside || progress.stopped()) return;
-    const auto entry = ledger ? ledger->find(ids_[k]) : std::nullopt;
+    // A tile whose entry cannot be read is made again.
+    const auto entry =
+        ledger ? ledger->find(ids_[k]).value_or(std::nullopt) : std::optional<LedgerEntry>();
     if (entry) {
       const auto bytes = read_regular_file(path(k));
       sound[k] = bytes && entry->vouches_for(*bytes);
@@ -398,8 +400,8 @@ std::vector<std::uint8_t> FolderWriter::look_at_tiles(bool aside, const Progress
 std::optional<TileFacts> FolderWriter::finished(std::size_t k) const {
   if (sound_.empty() || !sound_[k]) return {};
   const auto entry = (is_aside(k) ? aside_ : ledger_)->find(ids_[k]);
-  if (!entry) return {};
-  return entry->facts;
+  if (!entry || !*entry) return {};
+  return (*entry)->facts;
 }
 
 Result<void> FolderWriter::write(std::size_t k, std::string_view bytes, TileFacts facts) {
@@ -463,8 +465,9 @@ Result<void> FolderWriter::finish(std::string_view layer_json) {
   for (std::size_t k = 0; k < ids_.size(); ++k) {
     if (!is_aside(k)) {
       const auto entry = ledger_->find(ids_[k]);
-      if (!entry) return fail(Errc::io, output_ + kLedger + " was changed meanwhile");
-      kept.push_back(*entry);
+      if (!entry) return std::unexpected(entry.error());
+      if (!*entry) return fail(Errc::io, output_ + kLedger + " was changed meanwhile");
+      kept.push_back(**entry);
     }
     if (kept.size() < 4096 && k + 1 < ids_.size()) continue;
     if (kept.empty()) continue;

@@ -158,10 +158,14 @@ std::optional<std::uint64_t> TileLedger::place(TileId id) const {
   return {};
 }
 
-std::optional<LedgerEntry> TileLedger::find(TileId id) const {
+Result<std::optional<LedgerEntry>> TileLedger::find(TileId id) const {
   const auto at = place(id);
+  if (!at) return std::nullopt;
   std::array<char, kLedgerPlace> bytes;
-  if (!at || !read_whole_at(file_, *at, bytes.data(), bytes.size())) return {};
+  const auto got = read_up_to(file_, *at, bytes.data(), bytes.size());
+  if (got.error != 0)
+    return fail(Errc::io, "the ledger beside the tiles cannot be read: " + errno_text(got.error));
+  if (got.size < bytes.size()) return std::nullopt;
   return decode_place({bytes.data(), bytes.size()}, id, seed_);
 }
 

@@ -47,8 +47,8 @@ class TileLedger {
   bool same_tiles(const TileLedger& other) const;
 
   /// From the file as it is now; nothing where the tile is not finished, or the entry not
-  /// sound. Thread-safe.
-  std::optional<LedgerEntry> find(TileId) const;
+  /// sound. io, where the file cannot be read. Thread-safe.
+  Result<std::optional<LedgerEntry>> find(TileId) const;
 
   /// Where an entry goes, and its bytes. REQUIRES: names(id).
   std::uint64_t offset(TileId id) const { return *place(id); }

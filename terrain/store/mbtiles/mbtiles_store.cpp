@@ -51,7 +51,7 @@ class MbtilesStore : public TileStore {
 
   Result<Bytes> read(TileId) const override;
   Result<StoredTile> look_at(TileId) const override;
-  std::optional<std::uint64_t> size(TileId) const override;
+  Result<std::optional<std::uint64_t>> size(TileId) const override;
   Result<std::optional<StoreListing>> list() const override;
 
   std::optional<std::uint64_t> generation() const override {
@@ -187,11 +187,12 @@ Result<Bytes> MbtilesStore::read(TileId id) const {
                             "changed it; tind verify says more, and mends it");
 }
 
-std::optional<std::uint64_t> MbtilesStore::size(TileId id) const {
-  if (!opened_) return {};
+Result<std::optional<std::uint64_t>> MbtilesStore::size(TileId id) const {
+  if (!opened_) return std::unexpected(opened_.error());
   const std::lock_guard lock(mutex_);
   const auto row = ask(*size_, id);
-  const auto size = row && *row ? std::optional(std::uint64_t(size_->integer(0))) : std::nullopt;
+  if (!row) return std::unexpected(row.error());
+  const auto size = *row ? std::optional(std::uint64_t(size_->integer(0))) : std::nullopt;
   size_->again();
   return size;
 }

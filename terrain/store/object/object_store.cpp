@@ -116,7 +116,9 @@ Result<StoredTile> ObjectStore::look_at(TileId id) const {
   if (!got) return std::unexpected(got.error());
   StoredTile tile{std::move(got->bytes), Vouched::by_nobody};
   if (!known) return tile;
-  const auto entry = (*known)->find(id);
+  const auto found = (*known)->find(id);
+  if (!found) return std::unexpected(found.error());
+  const std::optional<LedgerEntry>& entry = *found;
   tile.vouched = !entry                                    ? Vouched::not_listed
                  : entry->vouches_for(text_of(tile.bytes)) ? Vouched::yes
                                                            : Vouched::other_bytes;

@@ -251,7 +251,7 @@ Result<void> ObjectWriter::go_on(const std::vector<remote::ListedObject>& there,
     const auto row = rows.find(ids_[k]);
     std::optional<LedgerEntry> entry;
     if (row != rows.end()) entry = row->second.entry;
-    if (!entry && ledger) entry = ledger->find(ids_[k]);
+    if (!entry && ledger) entry = ledger->find(ids_[k]).value_or(std::nullopt);
     if (tile != tiles.end() && entry && tile->second->size == entry->facts.size) {
       const bool listed = row != rows.end() && tile->second->etag == hex_of(row->second.md5);
       const auto read = listed ? Result<remote::ObjectBytes>(remote::ObjectBytes{})

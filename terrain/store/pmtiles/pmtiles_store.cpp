@@ -81,10 +81,11 @@ class PmtilesStore : public TileStore {
 
   Result<Bytes> read(TileId) const override;
   Result<StoredTile> look_at(TileId) const override;
-  std::optional<std::uint64_t> size(TileId id) const override {
+  Result<std::optional<std::uint64_t>> size(TileId id) const override {
     const auto found = find(id);
-    if (!found) return {};
-    return found->entry.size;
+    if (found) return found->entry.size;
+    if (found.error().code == Errc::io) return std::unexpected(found.error());
+    return std::nullopt;
   }
   Result<std::optional<StoreListing>> list() const override;
 

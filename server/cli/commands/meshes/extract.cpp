@@ -87,7 +87,11 @@ int run_extract(const Extract& a) {
   Tin level = cursor->extract();
   if (terrain) level = mesh_map(info, MeshFrame::source, false).from_posts(std::move(level));
   proto::Mesh mesh = to_file_mesh(std::move(level));
-  if (terrain) mesh.place = mesh_place(info, MeshFrame::source, false);
+  if (terrain) {
+    auto place = mesh_place(info, MeshFrame::source, false);
+    if (!place) return complain(place.error());
+    mesh.place = std::move(*place);
+  }
   if (const int code = put_mesh(a.output, **format, mesh); code != kOk) return code;
   const auto rounding = rounding_of(**format, mesh);
   nlohmann::ordered_json origin = nlohmann::ordered_json::object();

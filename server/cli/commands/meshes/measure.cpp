@@ -161,9 +161,10 @@ int run(const Arguments& a) {
   if (!dem) return complain(dem.error());
   const Result<Terrain> posts = read_all(**dem);
   if (!posts) return complain(posts.error());
-  const proto::MeshPlace here = mesh_place((*dem)->info(), MeshFrame::source, false);
+  const auto here = mesh_place((*dem)->info(), MeshFrame::source, false);
+  if (!here) return complain(here.error());
   Warnings warnings;
-  note_if_elsewhere(a.mesh, placed->place, here.epsg, here.vertical_datum, warnings);
+  note_if_elsewhere(a.mesh, placed->place, here->epsg, here->vertical_datum, warnings);
   const auto [mesh, map] = reading(a, std::move(*placed), (*dem)->info());
   if (auto ok = near_posts(a.mesh, mesh, map); !ok) return complain(ok.error());
   MeshQuality quality = mesh_quality(mesh, map, posts->grid, a.threads,
@@ -175,7 +176,7 @@ int run(const Arguments& a) {
                      "frame (--frame), or is the DEM all void?"});
   }
   nlohmann::ordered_json report = quality_json(quality);
-  report.update(ground_json(quality, (*dem)->info()));
+  report.update(ground_json(quality, (*dem)->info(), here->epsg));
   report["frame"] = name_of(a.frame);
   report["mesh"] = a.mesh;
   report["dem"] = a.dem.files;

@@ -121,8 +121,9 @@ int run(const Arguments& a) {
   const auto dem = open_dem(a.input);
   if (!dem) return complain(dem.error());
   const DemInfo& info = (*dem)->info();
-  const proto::MeshPlace place = mesh_place(info, a.frame, false);
-  if (const auto ok = can_say(**format, place); !ok) return complain(ok.error());
+  const auto place = mesh_place(info, a.frame, false);
+  if (!place) return complain(place.error());
+  if (const auto ok = can_say(**format, *place); !ok) return complain(ok.error());
   const auto region = asked->over(**dem);
   if (!region) return complain(region.error());
   const Result<Terrain> posts = read_all(**dem);
@@ -137,7 +138,7 @@ int run(const Arguments& a) {
   const Tin tin = refine_region(*all, *region, within_rounding(a.errors, rounding)).to_tin();
   const MeshMap map = mesh_map(info, a.frame, false);
   proto::Mesh mesh = to_file_mesh(map.from_posts(tin));
-  mesh.place = place;
+  mesh.place = *place;
   if (const int code = put_mesh(a.output, **format, mesh); code != kOk) return code;
   const Measured measured = by_side(posts->grid, *region, [&](const HeightGrid& side) {
     if (!(*format)->as_in_file) return widened(vertical_error(tin, side, a.threads), rounding);
@@ -151,7 +152,7 @@ int run(const Arguments& a) {
                                    {"outside", json_of(measured.outside, a.errors.outside_m)},
                                    {"note", note}};
   report["frame"] = name_of(a.frame);
-  report.update(place_json(place));
+  report.update(place_json(*place));
   if (info.accuracy) report["accuracy"] = api::accuracy_json(*info.accuracy);
   add_file_origin(report, **format, mesh);
   report["output"] = a.output.path;

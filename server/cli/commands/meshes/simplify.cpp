@@ -147,16 +147,17 @@ bool leaves_wide_voids_open(const Arguments& a, const DemInfo& info, const MeshQ
   return a.fills() && streams(a, info) && valid < info.cols * info.rows;
 }
 
-nlohmann::ordered_json report_json(const Arguments& a, const DemInfo& info, const Simplified& made,
+nlohmann::ordered_json report_json(const Arguments& a, const DemInfo& info,
+                                   const proto::MeshPlace& place, const Simplified& made,
                                    const MeshQuality& quality, const Seconds& seconds) {
   nlohmann::ordered_json j = {
       {"method", a.method.name}, {"steps", made.steps}, {"input_triangles", made.input_triangles}};
   j.update(quality_json(quality));
-  j.update(ground_json(quality, info));
+  j.update(ground_json(quality, info, place.epsg));
   j["voids"] = leaves_wide_voids_open(a, info, quality) ? "narrow" : name_of(a.voids);
   j["frame"] = name_of(a.frame);
   j["units"] = a.units;
-  j.update(place_json(mesh_place(info, a.frame, false)));
+  j.update(place_json(place));
   j["spacing_m"] = {info.spacing_x_m, info.spacing_y_m};
   j["seconds"] = seconds_json(seconds);
   j["peak_mb"] = PeakMemory::megabytes();
@@ -453,8 +454,9 @@ int run(Arguments& a, Command app) {
   const auto dem = open_dem(a.input);
   if (!dem) return complain(dem.error());
   const DemInfo& info = (*dem)->info();
-  const proto::MeshPlace place = mesh_place(info, a.frame, a.units == "source");
-  if (const auto ok = can_say(*a.format, place); !ok) return complain(ok.error());
+  const auto place = mesh_place(info, a.frame, a.units == "source");
+  if (!place) return complain(place.error());
+  if (const auto ok = can_say(*a.format, *place); !ok) return complain(ok.error());
   if (const auto ok = check(a.rasters, info); !ok) return complain(ok.error());
   const bool stream = streams(a, info);
   Result<Terrain> posts = stream ? Terrain() : read_all(**dem);
@@ -508,7 +510,7 @@ int run(Arguments& a, Command app) {
   }
   const MeshMap map = mesh_map(info, a.frame, a.units == "source");
   proto::Mesh mesh = to_file_mesh(map.from_posts(std::move(made->tin)));
-  mesh.place = place;
+  mesh.place = *place;
   if (const int code = put_mesh(a.output, *a.format, mesh); code != kOk) return code;
   nlohmann::ordered_json origin = nlohmann::ordered_json::object();
   add_file_origin(origin, *a.format, mesh);
@@ -536,7 +538,7 @@ int run(Arguments& a, Command app) {
              "voids wider than a cell stay open, since the DEM is read strip by strip: --voids "
              "cover holds it in memory");
 
-  nlohmann::ordered_json report = report_json(a, info, *made, *quality, seconds);
+  nlohmann::ordered_json report = report_json(a, info, *place, *made, *quality, seconds);
   report.update(origin);
   if (lines) report["lines"] = lines_json(a.options.constraints->report, *lines);
   if (attributes) report["surface"] = distance_json(*attributes);

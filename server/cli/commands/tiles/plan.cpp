@@ -98,15 +98,18 @@ int run(Arguments& a) {
   if (!ground) return complain(ground.error());
   a.options.ground_m = *ground;
   const auto store = dataset->source ? nullptr : open_store(a.tiles.files[0]);
-  const auto plan = plan_flight(*dataset->tiles, *flight, a.options, [&](TileId id) {
-    const auto known = store ? store->size(id) : std::nullopt;
-    PlanFacts facts{known.value_or(0) > 0 ? std::size_t(*known) : std::size_t(a.tile_bytes)};
-    // What lies on this machine is opened; over a network that would be the transfer itself.
-    if (!store || dataset->tiles->fetched()) return facts;
-    if (const auto tile = dataset->tiles->tile(id, {}))
-      facts.highest_m = facts_of_tile(tile->bytes).highest_m;
-    return facts;
-  });
+  const auto plan =
+      plan_flight(*dataset->tiles, *flight, a.options, [&](TileId id) -> Result<PlanFacts> {
+        const auto known = store ? store->size(id) : Result<std::optional<std::uint64_t>>();
+        if (!known) return std::unexpected(known.error());
+        PlanFacts facts{known->value_or(0) > 0 ? std::size_t(**known) : std::size_t(a.tile_bytes)};
+        // What lies on this machine is opened; over a network that would be the transfer itself.
+        if (!store || dataset->tiles->fetched()) return facts;
+        const auto tile = dataset->tiles->tile(id, {});
+        if (!tile && tile.error().code == Errc::io) return std::unexpected(tile.error());
+        if (tile) facts.highest_m = facts_of_tile(tile->bytes).highest_m;
+        return facts;
+      });
   if (!plan) return complain(plan.error());
 
   const double begin = flight->front().time_s - a.head_start_s;

@@ -38,18 +38,17 @@ int known_as(const OGRSpatialReference& crs) {
 
 }  // namespace
 
-CrsCode crs_code(const std::string& text) {
+Result<CrsCode> crs_code(const std::string& text) {
+  if (text.empty()) return CrsCode{};
   gdal::set_up();
   const gdal::Complaints quiet;
-  OGRSpatialReference crs;
-  const bool is_code = text.starts_with("EPSG:");
-  const auto read =
-      is_code ? crs.importFromEPSG(std::atoi(text.c_str() + 5)) : crs.importFromWkt(text.c_str());
-  if (text.empty() || read != OGRERR_NONE) return {};
-  CrsCode code{code_of(crs), crs.IsGeographic() != 0, 1, crs.GetName() ? crs.GetName() : ""};
-  if (code.epsg == 0) code.epsg = known_as(crs);
-  if (!code.geographic) code.unit_m = crs.GetLinearUnits();
-  code.wkt = gdal::wkt2(crs);
+  const auto crs = gdal::read_crs(text);
+  if (!crs && crs.error().code == Errc::io) return std::unexpected(crs.error());
+  if (!crs) return CrsCode{};
+  CrsCode code{code_of(*crs), crs->IsGeographic() != 0, 1, crs->GetName() ? crs->GetName() : ""};
+  if (code.epsg == 0) code.epsg = known_as(*crs);
+  if (!code.geographic) code.unit_m = crs->GetLinearUnits();
+  code.wkt = gdal::wkt2(*crs);
   return code;
 }
 

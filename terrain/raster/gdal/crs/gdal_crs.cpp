@@ -9,7 +9,9 @@
 #include <proj.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdlib>
 #include <map>
 #include <mutex>
 #include <utility>
@@ -285,6 +287,29 @@ Result<void> crs_database() {
               "PROJ's database of coordinate systems cannot be read; where proj.db is not "
               "where PROJ was installed, name its folder in PROJ_DATA (" +
                   complaints.text("no reason given") + ")");
+}
+
+Result<OGRSpatialReference> read_crs(const std::string& text) {
+  if (auto there = crs_database(); !there) return std::unexpected(there.error());
+  const Complaints complaints;
+  std::array<OGRSpatialReference, 2> read;
+  for (OGRSpatialReference& crs : read) {
+    crs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+    const auto known = text.starts_with("EPSG:") ? crs.importFromEPSG(std::atoi(text.c_str() + 5))
+                                                 : crs.importFromWkt(text.c_str());
+    if (known == OGRERR_NONE) continue;
+    const std::string why = complaints.text("it is neither WKT nor of EPSG's list");
+    return fail(why.contains("SQLite error") ? Errc::io : Errc::bad_data, why);
+  }
+  if (wkt2(read[0]) == wkt2(read[1])) return std::move(read[0]);
+  return fail(Errc::io, "PROJ's database of coordinate systems cannot be read");
+}
+
+Result<OGRSpatialReference> crs_of_layer(const std::string& wkt) {
+  if (!wkt.empty()) return read_crs(wkt);
+  OGRSpatialReference none;
+  none.SetLocalCS(kLengthsWithoutPlace);
+  return none;
 }
 
 Result<CrsFacts> describe(const OGRSpatialReference* given) {

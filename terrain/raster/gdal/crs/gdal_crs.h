@@ -34,6 +34,16 @@ struct CrsFacts {
 /// in other words, and knows none by its code. Asked before a file is opened. Errc::io.
 Result<void> crs_database();
 
+/// WKT or "EPSG:n", in the order of axes that GIS has. Where PROJ's database fails for a moment,
+/// GDAL leaves out what it cannot look up and says nothing: so the text is read twice, and must be
+/// the same both times. Errc::io where the database cannot be read, bad_data where the text is no
+/// CRS.
+Result<OGRSpatialReference> read_crs(const std::string& text);
+
+/// What a layer of a vector file is in: where there is no CRS, lengths without a place. As
+/// read_crs().
+Result<OGRSpatialReference> crs_of_layer(const std::string& wkt);
+
 /// As WKT 2 of 2019.
 std::string wkt2(const OGRSpatialReference&);
 

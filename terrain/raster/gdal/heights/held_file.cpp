@@ -23,7 +23,7 @@ Result<void> HeldFile::learn_crs(const std::string& said, const VerticalDatum& d
     if (known && names_a_file(known->wkt)) known = fail(Errc::bad_data, "it names a file");
     // Whoever says what the CRS is need not mind what the file calls it.
     if (!known && options.crs.empty())
-      return fail(Errc::bad_data,
+      return fail(known.error().code == Errc::io ? Errc::io : Errc::bad_data,
                   fmt::format("{}: says that its CRS is '{}', which cannot be used: {}; say with "
                               "--crs which one it is",
                               facts_.path, said, known.error().what));

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "terrain/base/lower_extension.h"
+#include "terrain/raster/gdal/crs/gdal_crs.h"
 #include "terrain/raster/gdal/fixed_date.h"
 #include "terrain/raster/gdal/gdal_setup.h"
 #include "terrain/raster/gdal/memory_file.h"
@@ -70,19 +71,14 @@ const LayerKind& areas_kind() {
   return kKind;
 }
 
-OGRLayer* make_layer(GDALDataset& file, const DemInfo& info, ContourFormat format,
+OGRLayer* make_layer(GDALDataset& file, OGRSpatialReference crs, ContourFormat format,
                      const LayerKind& kind) {
-  OGRSpatialReference crs;
-  crs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
-  const OGRErr known = info.crs_wkt.empty() ? crs.SetLocalCS(gdal::kLengthsWithoutPlace)
-                                            : crs.importFromWkt(info.crs_wkt.c_str());
-  if (known != OGRERR_NONE) return nullptr;
   CPLStringList rfc7946;
   rfc7946.SetNameValue("RFC7946", "YES");
   if (kind.geojson_decimals) rfc7946.SetNameValue("COORDINATE_PRECISION", kind.geojson_decimals);
   OGRLayer* const layer = file.CreateLayer(
-      kind.name, info.crs_wkt.empty() && format != ContourFormat::geopackage ? nullptr : &crs,
-      kind.type, format == ContourFormat::geojson ? rfc7946.List() : nullptr);
+      kind.name, crs.IsLocal() && format != ContourFormat::geopackage ? nullptr : &crs, kind.type,
+      format == ContourFormat::geojson ? rfc7946.List() : nullptr);
   if (!layer) return nullptr;
   for (const char* const name : kind.fields) {
     OGRFieldDefn field(name, OFTReal);
@@ -231,13 +227,15 @@ template <class Fill>
 Result<ContourFile> encode_layer(ContourFormat format, const DemInfo& info, const LayerKind& kind,
                                  const Progress& progress, Fill fill) {
   gdal::register_vectors();
+  const auto crs = gdal::crs_of_layer(info.crs_wkt);
+  if (!crs) return std::unexpected(crs.error());
   gdal::Complaints complaints;
   const gdal::FixedDate date;
   const gdal::MemoryFile memory(row_of(format).extension);
   GDALDriver* const driver = GetGDALDriverManager()->GetDriverByName(row_of(format).driver);
   Dataset file(driver ? driver->Create(memory.name().c_str(), 0, 0, 0, GDT_Unknown, nullptr)
                       : nullptr);
-  OGRLayer* const layer = file ? make_layer(*file, info, format, kind) : nullptr;
+  OGRLayer* const layer = file ? make_layer(*file, *crs, format, kind) : nullptr;
   ContourFile made;
   bool good = false;
   if (layer) {

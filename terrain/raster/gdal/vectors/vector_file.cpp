@@ -4,6 +4,7 @@
 
 #include <memory>
 
+#include "terrain/raster/gdal/crs/gdal_crs.h"
 #include "terrain/raster/gdal/fixed_date.h"
 #include "terrain/raster/gdal/gdal_setup.h"
 #include "terrain/raster/gdal/memory_file.h"
@@ -29,12 +30,7 @@ bool put(OGRLayer& layer, const TriangleFeatures& mesh, const std::array<std::ui
 }
 
 /// False where GDAL has complained.
-bool make(GDALDataset& file, const TriangleFeatures& mesh) {
-  OGRSpatialReference crs;
-  crs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
-  const OGRErr known = mesh.crs_wkt.empty() ? crs.SetLocalCS(gdal::kLengthsWithoutPlace)
-                                            : crs.importFromWkt(mesh.crs_wkt.c_str());
-  if (known != OGRERR_NONE) return false;
+bool make(GDALDataset& file, const TriangleFeatures& mesh, OGRSpatialReference crs) {
   const std::string description = "DESCRIPTION=" + mesh.description;
   const char* const only_gpkg[] = {description.c_str(), nullptr};
   const bool gpkg = std::string_view(file.GetDriverName()) == "GPKG";
@@ -52,6 +48,8 @@ bool make(GDALDataset& file, const TriangleFeatures& mesh) {
 
 Result<std::string> encode_triangles(VectorFormat format, const TriangleFeatures& mesh) {
   gdal::register_vectors();
+  const auto crs = gdal::crs_of_layer(mesh.crs_wkt);
+  if (!crs) return std::unexpected(crs.error());
   const bool gpkg = format == VectorFormat::geopackage;
   const char* const name = gpkg ? "GPKG" : "FlatGeobuf";
   gdal::Complaints complaints;
@@ -60,7 +58,7 @@ Result<std::string> encode_triangles(VectorFormat format, const TriangleFeatures
   GDALDriver* const driver = GetGDALDriverManager()->GetDriverByName(name);
   Dataset file(driver ? driver->Create(memory.name().c_str(), 0, 0, 0, GDT_Unknown, nullptr)
                       : nullptr);
-  const bool made = file && make(*file, mesh);
+  const bool made = file && make(*file, mesh, *crs);
   file.reset();  // writes what is left, an index for one
   std::string bytes = made && !complaints.failed() ? memory.bytes() : std::string();
   if (bytes.empty())
