@@ -88,7 +88,7 @@ def ask(daemon, path, data=None):
     import urllib.request
     try:
         request = urllib.request.Request(daemon.url + path.lstrip("/"), data=data, headers={"Content-Type": "application/json"} if data else {})
-        with urllib.request.urlopen(request, timeout=30) as reply:
+        with urllib.request.urlopen(request, timeout=120) as reply:
             return reply.status, reply.read()
     except urllib.error.HTTPError as error:
         return error.code, error.read()

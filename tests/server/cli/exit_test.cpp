@@ -84,6 +84,23 @@ TEST_F(ExitCode, OfAMachineWithoutTheDatabaseOfCoordinateSystems) {
   }
 }
 
+/// In feet: who cannot look that up would take them for metres.
+TEST_F(ExitCode, OfAMeshWhoseSystemCannotBeLookedUp) {
+  const std::string mesh = folder_.file("feet.ply");
+  std::ofstream(mesh) << "ply\nformat ascii 1.0\ncomment crs: EPSG:2227\nelement vertex 4\n"
+                         "property double x\nproperty double y\nproperty double z\n"
+                         "element face 2\nproperty list uchar int vertex_indices\nend_header\n"
+                         "6000000 2000000 1\n6000900 2000000 2\n6000900 2000900 3\n"
+                         "6000000 2000900 4\n3 0 1 2\n3 0 2 3\n";
+  for (const std::string& asked :
+       {"measure " + mesh + " " + mesh + " --terrain", "info " + mesh,
+        "simplify " + mesh + " --terrain --max-error 5 -o " + folder_.file("less.ply"),
+        "slope " + mesh + " --posts 100 -o " + folder_.file("slope.tif")}) {
+    EXPECT_EQ(run_tind(asked, "PROJ_DATA=" + folder_.path().string()).code, 74) << asked;
+    EXPECT_EQ(run_tind(asked).code, 0) << asked;
+  }
+}
+
 TEST_F(ExitCode, OfMoreMemoryThanNumbersHave) {
   for (const char* much : {"18446744073709551616", "99999999999999999999999", "20000000000G"}) {
     const auto ran = run_tind("build " + dem_ + " --memory " + much + " -o " + folder_.file("t"));

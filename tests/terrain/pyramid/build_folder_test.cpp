@@ -128,7 +128,7 @@ void expect_nothing_claimed_in_vain(const std::string& folder) {
         for (std::uint32_t x = r.start_x; x <= r.end_x; ++x)
           for (std::uint32_t y = r.start_y; y <= r.end_y; ++y) {
             const TileId id{int(z), x, y};
-            const auto entry = ledger->find(id);
+            const auto entry = ledger->find(id).value();
             EXPECT_TRUE(!entry || ready ||
                         entry->vouches_for(bytes_of(folder + "/" + id.text() + ".terrain")))
                 << id.text();
@@ -271,7 +271,7 @@ TEST_F(BuildFolderTest, a_damaged_ledger_says_less_and_nothing_wrong) {
     for (const auto& [name, bytes] : wanted) {
       int z = 0, x = 0, y = 0;
       if (!read || std::sscanf(name.c_str(), "%d/%d/%d.terrain", &z, &x, &y) != 3) continue;
-      const auto entry = read->find(*tiling::tile(z, x, y));
+      const auto entry = read->find(*tiling::tile(z, x, y)).value();
       EXPECT_TRUE(!entry || entry->vouches_for(bytes));
       found += entry.has_value();
     }

@@ -245,6 +245,18 @@ TEST(FlightPlan, StopsWhenToldTo) {
   EXPECT_EQ(plan.error().code, Errc::cancelled);
 }
 
+TEST(FlightPlan, FailsWhereATileCannotBeLookedAt) {
+  const test::MadeUpTiles tiles(9);
+  const auto flight = straight_flight({{7.5, 46.5}, 3000, 0}, 250, 0, 0, 300).value();
+  const auto plan = plan_flight(tiles, flight, {}, [](TileId id) -> Result<PlanFacts> {
+    if (id.level == 5) return fail(Errc::io, "tile " + id.text());
+    return PlanFacts{1};
+  });
+  ASSERT_FALSE(plan);
+  EXPECT_EQ(plan.error().code, Errc::io);
+  EXPECT_TRUE(plan.error().what.starts_with("tile 5/")) << plan.error().what;
+}
+
 TEST(FlightPlan, NoTileIsLateOverATenMegabitLink) {
   TIND_NEEDS_SHARED_DATA(east, "dem/N49W123.tif");
   TIND_NEEDS_SHARED_DATA(west, "dem/N49W124.tif");
