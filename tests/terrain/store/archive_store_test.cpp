@@ -131,7 +131,7 @@ TEST_P(ArchiveStore, WhatGoesInComesOut) {
   }
   EXPECT_EQ(store->read({1, 0, 0}).error().code, Errc::not_found);
   EXPECT_EQ(store->read({5, 0, 0}).error().code, Errc::not_found);
-  EXPECT_FALSE(store->size({1, 0, 0}));
+  EXPECT_FALSE(store->size({1, 0, 0}).value());
   const auto listed = store->list();
   ASSERT_TRUE(listed && *listed);
   ASSERT_EQ((*listed)->levels.size(), 2u);

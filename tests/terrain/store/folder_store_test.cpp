@@ -118,7 +118,7 @@ TEST_F(FolderStoreTest, WhatIsWrittenIsRead) {
     EXPECT_EQ(tile->vouched, Vouched::yes);
     EXPECT_EQ(store->size({0, 1, 0}), 7u);
     EXPECT_EQ(store->read({1, 0, 0}).error().code, Errc::not_found);
-    EXPECT_FALSE(store->size({1, 0, 0}));
+    EXPECT_FALSE(store->size({1, 0, 0}).value());
     EXPECT_FALSE(store->remote());
     EXPECT_TRUE(store->vouched_for());
     EXPECT_THAT(store->faults(), IsEmpty());

@@ -122,7 +122,7 @@ TEST(UrlStore, NothingIsKnownOfTilesThatWereNotAskedFor) {
   const auto listed = store->list();
   ASSERT_TRUE(listed);
   EXPECT_FALSE(*listed);
-  EXPECT_FALSE(store->size({0, 0, 0}));
+  EXPECT_FALSE(store->size({0, 0, 0}).value());
   EXPECT_FALSE(store->generation());
   EXPECT_TRUE(store->remote());
 }
