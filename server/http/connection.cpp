@@ -636,7 +636,7 @@ void Connection::linger() {
   state_ = State::lingering;
   begin_ = end_ = 0;
   boost::system::error_code ignored;
-  socket_.shutdown(boost::asio::ip::tcp::socket::shutdown_send, ignored);
+  (void)socket_.shutdown(boost::asio::ip::tcp::socket::shutdown_send, ignored);
   read();
 }
 
@@ -649,7 +649,7 @@ void Connection::close() {
   in_extra_.leave();
   queue_.clear();
   boost::system::error_code ignored;
-  socket_.close(ignored);
+  (void)socket_.close(ignored);
   slot_.give_back();
 }
 

@@ -278,7 +278,7 @@ void Server::Impl::take_in(std::size_t index, Descriptor fd, Slot slot, const ch
   error_code error;
   if (socket.assign(protocol, fd.get(), error)) return;
   fd.release();
-  socket.non_blocking(true, error);
+  if (socket.non_blocking(true, error)) return;
   std::make_shared<Connection>(loop, context, std::move(socket), std::move(slot), crowded)->start();
 }
 
@@ -331,7 +331,7 @@ void Server::Impl::close_listener() {
   for (int i = 0; i < kBacklog && accept_one(); ++i) {
   }
   error_code ignored;
-  acceptor->close(ignored);
+  (void)acceptor->close(ignored);
 }
 
 void Server::Impl::wait_until_drained(std::chrono::steady_clock::time_point until) {

@@ -66,7 +66,7 @@ class TimerWheel {
       Head& slot = slots_[at_ % kSlots];
       // Taken out first: what a deadline sets anew may land in this very slot, a turn later.
       while (slot.next_ != &slot) {
-        Timer& timer = *static_cast<Timer*>(slot.next_);
+        Timer& timer = *slot.next_;
         timer.unlink();
         insert(due_, timer);
       }
@@ -82,7 +82,7 @@ class TimerWheel {
 
   void ring() {
     while (due_.next_ != &due_) {
-      Timer& timer = *static_cast<Timer*>(due_.next_);
+      Timer& timer = *due_.next_;
       timer.unlink();
       if (timer.due_ <= at_) {
         timer.on_deadline();

@@ -50,7 +50,7 @@ void limit(int resource, std::size_t most) {
   const rlimit none{0, 0};
   ::setrlimit(RLIMIT_CORE, &none);
   for (const int signal : {SIGPIPE, SIGHUP, SIGINT, SIGTERM, SIGUSR1, SIGUSR2, SIGXFSZ, SIGXCPU})
-    ::signal(signal, SIG_DFL);
+    ::signal(signal, SIG_DFL);  // NOLINT(concurrency-mt-unsafe): there is one thread here
   sigset_t none_blocked;
   ::sigemptyset(&none_blocked);
   ::sigprocmask(SIG_SETMASK, &none_blocked, nullptr);
