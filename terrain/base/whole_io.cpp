@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <vector>
 
 namespace tind {
 namespace {
@@ -45,6 +46,15 @@ ReadBytes read_up_to(int file, std::uint64_t at, void* to, std::size_t size) {
     got.size += std::size_t(n);
   }
   return got;
+}
+
+int read_to_end(int file) {
+  std::vector<char> part(std::size_t(1) << 20);
+  while (true) {
+    const ssize_t n = ::read(file, part.data(), part.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) return n < 0 ? errno : 0;
+  }
 }
 
 bool read_whole_at(int file, std::uint64_t at, void* to, std::size_t size) {

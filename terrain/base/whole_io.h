@@ -17,6 +17,9 @@ struct ReadBytes {
   int error = 0;         // errno
 };
 ReadBytes read_up_to(int file, std::uint64_t at, void* to, std::size_t size);
+/// From where the file stands to its end, and forgets it: errno, or 0. For who hands a file on to a
+/// reader that takes bytes which cannot be read for none, or asks for them for ever.
+int read_to_end(int file);
 /// All of them?
 bool read_whole_at(int file, std::uint64_t at, void* to, std::size_t size);
 

@@ -47,6 +47,14 @@ TEST(WholeIo, SaysWhyItCannotWrite) {
   EXPECT_EQ(write_whole(full.get(), "x"), ENOSPC);
 }
 
+TEST(WholeIo, SaysWhereItCannotReadToTheEnd) {
+  const Descriptor whole(::open("/proc/self/exe", O_RDONLY | O_CLOEXEC));
+  EXPECT_EQ(read_to_end(whole.get()), 0);
+  EXPECT_EQ(::lseek(whole.get(), 0, SEEK_CUR), ::lseek(whole.get(), 0, SEEK_END));
+  const Descriptor memory(::open("/proc/self/mem", O_RDONLY | O_CLOEXEC));  // nothing is at 0
+  EXPECT_EQ(read_to_end(memory.get()), EIO);
+}
+
 TEST(WholeIo, ReadsUpToTheEnd) {
   const Descriptor file(::memfd_create("whole", MFD_CLOEXEC));
   const std::string bytes = pattern(1000);

@@ -269,6 +269,16 @@ Result<std::string> RasterFile::target() const {
   return real_file(path_);
 }
 
+/// GDAL looks through a whole text grid for a decimal point, and on for ever where it cannot be read.
+Result<void> can_be_looked_through(const std::string& path) {
+  static constexpr const char* kTextGrid[] = {"AAIGrid", nullptr};
+  if (!GDALIdentifyDriverEx(path.c_str(), GDAL_OF_RASTER, kTextGrid, nullptr)) return {};
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  const int code = file.get() < 0 ? errno : read_to_end(file.get());
+  if (code == 0) return {};
+  return fail(Errc::io, path + ": cannot be read: " + errno_text(code));
+}
+
 Result<std::unique_ptr<IdleHandles::Handle>> RasterFile::open_handle() const {
   if (auto there = crs_database(); !there) return std::unexpected(there.error());
   const Complaints complaints;
@@ -283,6 +293,8 @@ Result<std::unique_ptr<IdleHandles::Handle>> RasterFile::open_handle() const {
     handle->memory = std::move(*memory);
     target = handle->memory->path;
   }
+  if (!remote_ && !handle->memory)
+    if (auto ok = can_be_looked_through(target); !ok) return std::unexpected(ok.error());
   handle->set = static_cast<GDALDataset*>(
       GDALOpenEx(target.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR,
                  remote_ ? kOnlyGeoTiff : raster_drivers(allow_vrt_, target), nullptr, nullptr));

@@ -119,13 +119,8 @@ std::unexpected<Error> cannot_read(const std::string& path, int code) {
 }
 
 Result<void> read_through(int file, const std::string& path) {
-  std::string part(std::size_t(1) << 20, '\0');
-  for (std::uint64_t at = 0;;) {
-    const ReadBytes got = read_up_to(file, at, part.data(), part.size());
-    if (got.error != 0) return cannot_read(path, got.error);
-    if (got.size < part.size()) return {};
-    at += got.size;
-  }
+  if (const int code = read_to_end(file)) return cannot_read(path, code);
+  return {};
 }
 
 Result<void> read_through(const std::string& path) {
