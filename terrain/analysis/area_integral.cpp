@@ -312,6 +312,8 @@ class RowOfCells {
       : row_(row), flat_(flat), touched_(std::size_t(std::max<std::int64_t>(cols - 1, 0)), false) {
     const double last = double(cols) - 2;
     const auto touch = [&](double west, double east) {
+      // Whole numbers, which a double counts without rounding.
+      // NOLINTNEXTLINE(clang-analyzer-security.FloatLoopCounter)
       for (double c = std::max(0.0, std::floor(west)); c <= std::min(last, std::floor(east)); ++c)
         touched_[std::size_t(c)] = true;
     };

@@ -178,6 +178,7 @@ Result<std::vector<HeightAt>> heights_at(const TinGround& ground,
 Result<Profile> sampled_profile(const TinGround& ground, const GeodesicPath& path,
                                 std::vector<double> distances) {
   std::vector<Geographic> places;
+  places.reserve(distances.size());
   for (const double metres : distances) places.push_back(path.at(metres));
   const auto heights = heights_at(ground, places);
   if (!heights) return std::unexpected(heights.error());

@@ -23,6 +23,7 @@ class Rays {
 
   Result<void> row(int r, std::span<float> out) const {
     std::vector<Vec2> at;
+    at.reserve(std::size_t(posts_.cols()));
     for (int c = 0; c < posts_.cols(); ++c) at.push_back({double(c), double(r)});
     std::vector<Geographic> places(at.size());
     dem_.to_geographic(at, places);

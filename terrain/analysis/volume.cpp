@@ -16,6 +16,7 @@ namespace {
 Result<void> take_off(const DemSource& dem, const DemSource& other, std::int64_t row,
                       std::span<double> out) {
   std::vector<Vec2> posts;
+  posts.reserve(out.size());
   for (std::size_t c = 0; c < out.size(); ++c) posts.push_back({double(c), double(row)});
   std::vector<Geographic> places(posts.size());
   dem.to_geographic(posts, places);

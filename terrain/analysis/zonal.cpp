@@ -91,6 +91,8 @@ Result<ZonalStatistics> zonal_statistics(std::shared_ptr<const DemSource> dem,
     for (std::size_t k = 0; k + 1 < xs.size(); k += 2) {
       const double from = westward ? std::floor(xs[k]) + 1 : std::ceil(xs[k]),
                    to = westward ? std::floor(xs[k + 1]) : std::ceil(xs[k + 1]) - 1;
+      // Whole numbers, which a double counts without rounding.
+      // NOLINTNEXTLINE(clang-analyzer-security.FloatLoopCounter)
       for (double c = std::max(0.0, from); c <= std::min(to, last); ++c) {
         const double z = row[std::size_t(c)];
         if (std::isnan(z))

@@ -1,13 +1,14 @@
 #include "terrain/base/existing_file.h"
 
-#include <filesystem>
+#include "terrain/base/file_there.h"
 
 namespace tind {
 
 Result<void> check_exists(const std::string& path) {
-  std::error_code error;
-  if (std::filesystem::exists(path, error)) return {};
-  return fail(Errc::not_found, path + ": " + (error ? error.message() : "no such file"));
+  const auto there = is_there(path);
+  if (!there) return std::unexpected(there.error());
+  if (*there) return {};
+  return fail(Errc::not_found, path + ": no such file");
 }
 
 }  // namespace tind

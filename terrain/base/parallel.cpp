@@ -36,6 +36,7 @@ void parallel_for(std::size_t count, int threads, const std::function<void(std::
     pool.reserve(workers);
     try {
       for (std::size_t w = 1; w < workers; ++w) pool.emplace_back(work);
+      // NOLINTNEXTLINE(bugprone-empty-catch)
     } catch (const std::system_error&) {  // no thread to be had: those that are there do it all
     }
     work();

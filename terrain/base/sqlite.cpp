@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <utility>
 
+#include "terrain/base/file_there.h"
+
 namespace tind {
 
 namespace {
@@ -34,8 +36,13 @@ std::string immutable(const std::string& path) {
 /// What a writer has beside the file is not read: while it is there, the file is not whole.
 Result<void> nothing_pending(const std::string& path) {
   for (const char* const beside : {"-wal", "-journal"}) {
+    const auto there = is_there(path + beside);
+    if (!there) return std::unexpected(there.error());
+    if (!*there) continue;
     std::error_code error;
     const auto bytes = std::filesystem::file_size(path + beside, error);
+    if (error && error != std::errc::no_such_file_or_directory)
+      return fail(Errc::io, path + beside + ": " + error.message());
     if (!error && bytes > 0)
       return fail(Errc::busy,
                   path + beside +

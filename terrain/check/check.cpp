@@ -261,6 +261,7 @@ class LevelCheck {
   void parents(std::size_t begin, const std::vector<Looked>& looked) {
     if (level_.level == 0) return;
     std::vector<TileId> ids;
+    ids.reserve(looked.size());
     for (std::size_t i = 0; i < looked.size(); ++i) ids.push_back(tiles_[begin + i].parent());
     std::ranges::sort(ids);
     const auto twice = std::ranges::unique(ids);

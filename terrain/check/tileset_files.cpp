@@ -8,6 +8,7 @@
 #include "proto/zip.h"
 #include "terrain/base/deflate.h"
 #include "terrain/base/file_io.h"
+#include "terrain/base/file_there.h"
 
 namespace tind {
 namespace {
@@ -35,17 +36,23 @@ class FolderFiles3d : public TilesetFiles {
 
   Result<void> list() {
     std::error_code error;
+    const auto unread = [&] {
+      return fail(Errc::io, "cannot read " + folder_ + ": " + error.message());
+    };
     for (fs::recursive_directory_iterator it(folder_, error), end; !error && it != end;
          it.increment(error)) {
       const fs::path& path = it->path();
       const fs::path ending = path.extension();
       if (path.filename() != kTileset && ending != ".glb" && ending != ".subtree") continue;
-      if (!it->is_regular_file(error)) continue;
+      const bool is_file = it->is_regular_file(error);
+      if (error) return unread();
+      if (!is_file) continue;
       const std::uint64_t size = it->file_size(error);
+      if (error) return unread();
       sizes_[path.lexically_relative(folder_).generic_string()] = size;
       bytes_ += size;
     }
-    if (error) return fail(Errc::io, "cannot read " + folder_ + ": " + error.message());
+    if (error) return unread();
     return {};
   }
   Result<std::string> read(const std::string& name) const override {
@@ -175,7 +182,11 @@ Result<std::unique_ptr<TilesetFiles>> TilesetFiles::open(const std::string& loca
     std::error_code error;
     const std::uint64_t bytes = fs::file_size(location, error);
     auto in = std::make_unique<std::ifstream>(location, std::ios::binary);
-    if (error || !*in) return fail(Errc::not_found, "cannot open " + location);
+    if (error || !*in) {
+      const auto there = is_there(location);
+      if (!there) return std::unexpected(there.error());
+      return fail(*there ? Errc::io : Errc::not_found, "cannot open " + location);
+    }
     return of_archive(std::move(in), bytes, location);
   }
   return listed(std::make_unique<FolderFiles3d>(folder_of(location)));

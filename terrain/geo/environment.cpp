@@ -1,6 +1,6 @@
 #include "terrain/geo/environment.h"
 
-#include <filesystem>
+#include "terrain/base/file_there.h"
 
 namespace tind {
 
@@ -9,8 +9,9 @@ Result<std::shared_ptr<const Geoid>> Environment::egm96() const {
   const std::lock_guard lock(mutex_);
   if (egm96_) return egm96_;
   const std::string folder = data_dir_ + "/geoids";
-  std::error_code error;
-  if (!std::filesystem::exists(folder + "/" + kName + ".pgm", error))
+  const auto there = is_there(folder + "/" + kName + ".pgm");
+  if (!there) return std::unexpected(there.error());
+  if (!*there)
     return fail(Errc::not_found, "the EGM96 geoid grid egm96-15.pgm is missing (looked in " +
                                      folder + "); make it with scripts/make_geoid");
   auto loaded = Geoid::load(folder, kName);

@@ -5,6 +5,8 @@
 #include <GeographicLib/Geoid.hpp>
 #include <exception>
 
+#include "terrain/geo/no_grid.h"
+
 namespace tind {
 namespace {
 
@@ -25,8 +27,9 @@ Result<std::shared_ptr<const Geoid>> Geoid::load(const std::string& folder,
   try {
     return std::make_shared<const GridGeoid>(folder, name);
   } catch (const std::exception& e) {
-    return fail(Errc::bad_data, "the geoid grid " + folder + "/" + name + ".pgm: " + e.what() +
-                                    "; make it anew with scripts/make_geoid");
+    const std::string path = folder + "/" + name + ".pgm";
+    return no_grid(path, "the geoid grid " + path + ": " + e.what() +
+                             "; make it anew with scripts/make_geoid");
   }
 }
 

@@ -5,6 +5,9 @@
 #include <exception>
 #include <filesystem>
 
+#include "terrain/base/file_there.h"
+#include "terrain/geo/no_grid.h"
+
 namespace tind {
 namespace {
 
@@ -30,11 +33,14 @@ std::vector<std::string> geoid_folders(const std::string& first) {
   return folders;
 }
 
-std::string folder_of_geoid(const std::string& name, const std::vector<std::string>& folders) {
-  std::error_code error;
-  for (const std::string& folder : folders)
-    if (std::filesystem::is_regular_file(folder + "/" + name + ".pgm", error)) return folder;
-  return {};
+Result<std::string> folder_of_geoid(const std::string& name,
+                                    const std::vector<std::string>& folders) {
+  for (const std::string& folder : folders) {
+    const auto type = file_type_of(folder + "/" + name + ".pgm");
+    if (!type) return std::unexpected(type.error());
+    if (*type == std::filesystem::file_type::regular) return folder;
+  }
+  return std::string();
 }
 
 Result<std::shared_ptr<const Geoid>> cubic_geoid(const std::string& folder,
@@ -42,9 +48,8 @@ Result<std::shared_ptr<const Geoid>> cubic_geoid(const std::string& folder,
   try {
     return std::make_shared<const CubicGeoid>(folder, name);
   } catch (const std::exception& e) {
-    return fail(
-        Errc::bad_data,
-        folder + "/" + name + ".pgm is no grid of a geoid as GeographicLib has them: " + e.what());
+    const std::string path = folder + "/" + name + ".pgm";
+    return no_grid(path, path + " is no grid of a geoid as GeographicLib has them: " + e.what());
   }
 }
 

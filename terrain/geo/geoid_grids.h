@@ -14,8 +14,10 @@ namespace tind {
 /// GEOGRAPHICLIB_DATA, its own default), then /usr/share and /usr/local/share.
 std::vector<std::string> geoid_folders(const std::string& first);
 
-/// The first of those folders that holds NAME.pgm; empty where none does.
-std::string folder_of_geoid(const std::string& name, const std::vector<std::string>& folders);
+/// The first of those folders that holds NAME.pgm; empty where none does. io, where that cannot be
+/// told of one: another grid has other heights.
+Result<std::string> folder_of_geoid(const std::string& name,
+                                    const std::vector<std::string>& folders);
 
 /// A grid `name`.pgm in `folder`, read as a whole (two bytes a node: egm2008-1 0.5 GB). Heights by
 /// GeographicLib's cubic fit, as GeographicLib's own tools give them. bad_data where it is none.

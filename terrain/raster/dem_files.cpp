@@ -10,6 +10,7 @@
 #include <unordered_set>
 
 #include "terrain/base/file_io.h"
+#include "terrain/base/file_there.h"
 #include "terrain/base/lower_case.h"
 #include "terrain/raster/remote/objects.h"
 
@@ -119,8 +120,13 @@ Result<void> add_list(const std::string& list, const DemOptions& options, DemFil
       out.files.push_back(std::move(name));
       continue;
     }
-    if (!fs::exists(name, error) && fs::exists(beside, error)) name = beside.string();
-    if (!fs::exists(name, error))
+    auto there = is_there(name);
+    if (there && !*there) {
+      there = is_there(beside.string());
+      if (there && *there) name = beside.string();
+    }
+    if (!there) return fail(here, there.error());
+    if (!*there)
       return fail(Errc::not_found,
                   fmt::format("{}: there is no {}, neither here nor beside the list", here, name));
     if (!fs::is_directory(name, error))
@@ -165,7 +171,7 @@ bool is_dem_folder(const std::string& path) {
     if (name.starts_with('.') || !has_raster_ending(name, true)) continue;
     if (is_file_there(*it).value_or(true)) return true;  // who reads it says what is wrong with it
   }
-  return false;
+  return bool(error);  // who reads it says that it cannot be looked into
 }
 
 bool is_remote_dem(const std::string& name) {

@@ -58,6 +58,7 @@ Result<void> convert(const Environment& environment, std::span<const Geographic>
   std::vector<double> above(where.size());
   for (const VerticalDatum& datum : {from.datum, to}) {
     const auto surface = datum_surface(datum, from.area, from.crs_wkt, environment);
+    if (!surface && surface.error().code == Errc::io) return std::unexpected(surface.error());
     if (!surface) return not_above(name(to), "its grid is not here, or does not reach there");
     std::ranges::fill(above, 0);
     if (*surface) (*surface)->undulations(where, above);

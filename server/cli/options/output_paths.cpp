@@ -16,6 +16,7 @@
 #include "server/cli/program/exit.h"
 #include "terrain/base/errno_text.h"
 #include "terrain/base/file_io.h"
+#include "terrain/base/file_there.h"
 #include "terrain/base/lower_case.h"
 #include "terrain/base/lower_extension.h"
 #include "terrain/mesh/mesh_file.h"
@@ -107,18 +108,20 @@ std::vector<Named> read_files(const std::vector<std::string>& inputs) {
 }
 
 /// A .prj that is there without its .asc is another file's, a shapefile's or a header's: that one
-/// would be somewhere else from then on.
-std::string wrong_beside(const std::vector<std::string>& outputs) {
-  std::error_code error;
+/// would be somewhere else from then on. Fails where it cannot be told.
+Result<std::string> wrong_beside(const std::vector<std::string>& outputs) {
   for (const std::string& path : outputs) {
-    if (lower_extension(path) != ".asc" || fs::exists(path, error)) continue;
+    if (lower_extension(path) != ".asc") continue;
     const std::string crs = fs::path(path).replace_extension(".prj").string();
-    if (fs::exists(crs, error))
+    const auto own = is_there(path), other = is_there(crs);
+    for (const auto& there : {own, other})
+      if (!there) return std::unexpected(there.error());
+    if (!*own && *other)
       return fmt::format(
           "{}, written beside {}, is there already, as another file's: name another output", crs,
           path);
   }
-  return "";
+  return std::string();
 }
 
 int cannot_create(const Error& why) {
@@ -187,8 +190,9 @@ std::vector<std::string> inputs_of(const DemInput& input, const SurfaceInput& la
 int check_outputs(const std::vector<std::string>& outputs, const std::vector<std::string>& inputs) {
   if (const std::string wrong = wrong_with(files_of(outputs), read_files(inputs)); !wrong.empty())
     return complain({Errc::invalid_argument, wrong});
-  if (const std::string wrong = wrong_beside(outputs); !wrong.empty())
-    return complain({Errc::invalid_argument, wrong});
+  const auto wrong = wrong_beside(outputs);
+  if (!wrong) return complain(wrong.error());
+  if (!wrong->empty()) return complain({Errc::invalid_argument, *wrong});
   for (const std::string& path : outputs) {
     if (path.empty()) continue;
     if (const auto ok = can_write_file(path); !ok) return cannot_create(ok.error());

@@ -5,6 +5,7 @@
 #include "server/cli/options/output_turn.h"
 #include "server/cli/program/exit.h"
 #include "terrain/base/file_io.h"
+#include "terrain/base/file_there.h"
 #include "terrain/mesh/mesh_raster.h"
 
 namespace tind::cli {
@@ -18,10 +19,10 @@ std::string prj_beside(const std::string& path) {
 }  // namespace
 
 Result<void> can_lie_there(const std::string& path, const DemInfo& info) {
-  std::error_code error;
-  if (info.crs_kind != CrsKind::none || raster_format(path) != RasterFormat::ascii_grid ||
-      !std::filesystem::exists(prj_beside(path), error))
-    return {};
+  if (info.crs_kind != CrsKind::none || raster_format(path) != RasterFormat::ascii_grid) return {};
+  const auto there = is_there(prj_beside(path));
+  if (!there) return std::unexpected(there.error());
+  if (!*there) return {};
   return fail(Errc::invalid_argument, prj_beside(path) +
                                           " is there, and the DEM has no CRS: remove it, or choose "
                                           "another name for " +

@@ -9,6 +9,7 @@
 
 #include "server/services/datasets/dataset_file.h"
 #include "server/services/datasets/dataset_settings.h"
+#include "terrain/base/file_there.h"
 #include "terrain/base/folder_entries.h"
 #include "terrain/base/lower_extension.h"
 #include "terrain/raster/datums.h"
@@ -87,24 +88,28 @@ bool is_raw_link_out(const fs::path& path) {
 constexpr const char* kRawLink =
     ": a link to raw numbers elsewhere; name them in a table, or put the file itself here";
 
+void leave(FolderEntry& entry, const Error& why) {
+  entry.wrong = why.what;
+  entry.unread = why.code == Errc::io;
+}
+
 /// A folder of tiles, or of rasters, which are one dataset.
 void look_into_folder(FolderEntry& entry, States& states) {
   std::error_code error;
-  if (fs::exists(entry.path + "/layer.json", error)) {
+  const auto tiles = is_there(entry.path + "/layer.json");
+  if (!tiles) return leave(entry, tiles.error());
+  if (*tiles) {
     states.add(entry.path + "/layer.json");
     entry.spec.files = {entry.path};
     return;
   }
   const auto inside = paths_by_name(entry.path);
-  if (!inside) {
-    entry.wrong = inside.error().what;
-    return;
-  }
+  if (!inside) return leave(entry, inside.error());
   for (const fs::path& path : *inside)
     if (fs::is_regular_file(path, error) && !path.filename().string().starts_with('.'))
       states.add(path.string());
   if (const auto rasters = dem_files(std::vector{entry.path}, {.allow_vrt = true}); !rasters)
-    entry.wrong = rasters.error().what;
+    leave(entry, rasters.error());
   for (const fs::path& path : *inside)
     if (is_raw_link_out(path)) entry.wrong = path.string() + kRawLink;
   entry.spec.files = {entry.path};
@@ -150,12 +155,14 @@ void add_beside(const fs::path& raster, States& states) {
 FolderEntry entry_at(const fs::path& path, States& states, CatalogTables& tables) {
   FolderEntry entry{
       .path = path.string(), .spec = {}, .state = {}, .content = {}, .rests = false, .wrong = {}};
-  std::error_code error;
-  const bool is_folder = fs::is_directory(path, error);
+  const auto type = file_type_of(entry.path);
+  const bool is_folder = type && *type == fs::file_type::directory;
   entry.spec.name = safe_name(is_folder ? path.filename().string() : name_of_file(path.string()));
-  if (is_folder) {
+  if (!type) {
+    leave(entry, type.error());
+  } else if (is_folder) {
     look_into_folder(entry, states);
-  } else if (!fs::is_regular_file(path, error)) {
+  } else if (*type != fs::file_type::regular) {
     entry.wrong = entry.path + ": is neither a file nor a folder";
   } else if (path.extension() == ".toml") {
     look_into_table(entry, states, tables);

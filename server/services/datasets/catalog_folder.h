@@ -26,7 +26,8 @@ struct FolderEntry {
   std::string state;    // changes when its files do
   std::string content;  // the same without the table itself: a comment more changes no dataset
   bool rests = false;
-  std::string wrong;  // why it cannot be a dataset; empty: it may be one
+  std::string wrong;    // why it cannot be a dataset; empty: it may be one
+  bool unread = false;  // ... for now: it cannot be looked at
 };
 
 /// Tables, each read once for each state of its file.

@@ -166,7 +166,8 @@ Result<void> CatalogKeeper::want_folder(const Config& config, bool tables_rest,
         leave_aside(entry.path, entry.state + entry.wrong, entry.wrong);
       else
         restless_.push_back(entry.path);
-      if (!is_table) one.served = nullptr;  // there is nothing in it any more
+      // There is nothing in it any more, unless that is what one cannot see for a while.
+      if (!is_table && !entry.unread) one.served = nullptr;
     } else {
       const auto files = files_of(entry.spec);
       one.key = files ? key_of(config, entry.spec, *files) : std::string();

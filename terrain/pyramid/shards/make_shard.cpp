@@ -18,6 +18,7 @@
 
 #include "terrain/base/errno_text.h"
 #include "terrain/base/file_io.h"
+#include "terrain/base/file_there.h"
 #include "terrain/base/parallel.h"
 #include "terrain/pyramid/build/build.h"
 #include "terrain/pyramid/make/make_tile.h"
@@ -25,7 +26,6 @@
 #include "terrain/pyramid/residual/residual_index.h"
 #include "terrain/pyramid/shards/plan_shards.h"
 #include "terrain/pyramid/shards/shard_spool.h"
-#include "terrain/store/file_there.h"
 #include "terrain/store/open/open_store.h"
 
 namespace tind {

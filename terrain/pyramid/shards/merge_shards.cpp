@@ -7,9 +7,9 @@
 #include <mutex>
 #include <utility>
 
+#include "terrain/base/file_there.h"
 #include "terrain/base/parallel.h"
 #include "terrain/store/copy/copy_store.h"
-#include "terrain/store/file_there.h"
 #include "terrain/store/open/open_store.h"
 
 namespace tind {

@@ -23,9 +23,9 @@
 #include "proto/json_text.h"
 #include "terrain/base/errno_text.h"
 #include "terrain/base/file_io.h"
+#include "terrain/base/file_there.h"
 #include "terrain/base/folder_entries.h"
 #include "terrain/base/sha256.h"
-#include "terrain/store/file_there.h"
 
 namespace tind {
 

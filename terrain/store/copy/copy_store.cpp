@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "terrain/base/deflate.h"
+#include "terrain/base/file_there.h"
 #include "terrain/base/parallel.h"
 #include "terrain/encode/quantized_mesh_tile.h"
 #include "terrain/geo/availability.h"
@@ -19,7 +20,6 @@
 #include "terrain/geo/tile_order.h"
 #include "terrain/raster/remote/objects.h"
 #include "terrain/raster/source_blocks.h"
-#include "terrain/store/file_there.h"
 #include "terrain/store/layer_place.h"
 #include "terrain/store/object/object_store.h"
 #include "terrain/store/open/open_store.h"

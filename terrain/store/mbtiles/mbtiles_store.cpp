@@ -7,9 +7,9 @@
 #include <mutex>
 #include <utility>
 
+#include "terrain/base/file_there.h"
 #include "terrain/base/hash.h"
 #include "terrain/base/sqlite.h"
-#include "terrain/store/file_there.h"
 #include "terrain/store/ledger_entry.h"
 #include "terrain/store/mbtiles/mbtiles_seal.h"
 

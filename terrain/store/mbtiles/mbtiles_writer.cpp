@@ -9,9 +9,9 @@
 #include <optional>
 #include <utility>
 
+#include "terrain/base/file_there.h"
 #include "terrain/base/hash.h"
 #include "terrain/base/sqlite.h"
-#include "terrain/store/file_there.h"
 #include "terrain/store/ledger_entry.h"
 #include "terrain/store/mbtiles/mbtiles_seal.h"
 #include "terrain/store/part_file.h"

@@ -101,6 +101,34 @@ TEST_F(ExitCode, OfAMeshWhoseSystemCannotBeLookedUp) {
   }
 }
 
+/// A link to itself is what nobody can look at, root neither: what it would be is not known, and it
+/// is not taken for absent.
+TEST_F(ExitCode, OfWhatCannotBeLookedAt) {
+  const auto loop = [&](const std::string& name) {
+    const std::string path = folder_.file(name);
+    std::filesystem::create_directories(std::filesystem::path(path).parent_path());
+    std::filesystem::create_symlink(std::filesystem::path(path).filename(), path);
+    return path;
+  };
+  loop("geoids/egm84-15.pgm");  // a coarser grid, or none, has other heights
+  const std::string geoids = "GEOGRAPHICLIB_GEOID_PATH=" + folder_.file("geoids");
+  EXPECT_EQ(run_tind("info " + dem_ + " --from-datum egm84 --to-datum ellipsoid", geoids).code, 74);
+
+  loop("heights.prj");  // may be a stranger's
+  EXPECT_EQ(run_tind("simplify " + dem_ + " --ratio 0.5 --raster " + folder_.file("heights.asc") +
+                     " -o " + folder_.file("mesh.ply"))
+                .code,
+            74);
+  EXPECT_FALSE(std::filesystem::exists(folder_.file("heights.asc")));
+
+  const std::string tiles = folder_.file("some"), store = folder_.file("some.mbtiles");
+  ASSERT_EQ(run_tind("build " + dem_ + " --levels 0-2 -o " + tiles).code, 0);
+  ASSERT_EQ(run_tind("copy " + tiles + " " + store).code, 0);
+  expect(0, {"check " + store});
+  loop("some.mbtiles-wal");  // what a writer has not written into the database yet
+  EXPECT_NE(run_tind("check " + store).code, 0);
+}
+
 TEST_F(ExitCode, OfMoreMemoryThanNumbersHave) {
   for (const char* much : {"18446744073709551616", "99999999999999999999999", "20000000000G"}) {
     const auto ran = run_tind("build " + dem_ + " --memory " + much + " -o " + folder_.file("t"));

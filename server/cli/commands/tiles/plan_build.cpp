@@ -21,10 +21,10 @@
 #include "server/cli/program/interrupt.h"
 #include "server/cli/program/progress_bar.h"
 #include "terrain/base/file_io.h"
+#include "terrain/base/file_there.h"
 #include "terrain/pyramid/build/estimate.h"
 #include "terrain/pyramid/shards/plan_shards.h"
 #include "terrain/pyramid/shards/shard_files.h"
-#include "terrain/store/file_there.h"
 
 namespace tind::cli {
 

@@ -139,9 +139,11 @@ Result<Surface> model_surface(const Model& model, const std::string& grid, const
   if (grid.empty() && model.kind == VerticalDatum::egm96) return bundled_egm96(environment);
   const auto names = grid.empty() ? model.grids : std::vector{grid};
   const auto folders = geoid_folders(environment.data_dir() + "/geoids");
-  for (const std::string& name : names)
-    if (const std::string folder = folder_of_geoid(name, folders); !folder.empty())
-      return pgm_surface(folder, name);
+  for (const std::string& name : names) {
+    const auto folder = folder_of_geoid(name, folders);
+    if (!folder) return std::unexpected(folder.error());
+    if (!folder->empty()) return pgm_surface(*folder, name);
+  }
   const std::string what = fmt::format(
       "the grid {}.pgm (looked in {}; geographiclib-get-geoids of the Debian package "
       "geographiclib-tools fetches it)",

@@ -354,16 +354,18 @@ ToGeographic::ToGeographic(std::unique_ptr<Operations> operations, CrsWay way)
 ToGeographic::~ToGeographic() = default;
 
 Result<std::unique_ptr<ToGeographic>> ToGeographic::make(const std::string& wkt, Vec2 where) {
-  auto original = operation_at(wkt, where);
-  if (!original) {
+  (void)take_unread_grid();
+  auto original = if_all_was_read(Result<std::unique_ptr<Operation>>(operation_at(wkt, where)));
+  if (!original) return std::unexpected(original.error());
+  if (!*original) {
     if (auto there = crs_database(); !there) return std::unexpected(there.error());
     return fail(Errc::unsupported,
                 "PROJ knows no way from its CRS to WGS84; assign another with "
                 "gdal_translate -a_srs");
   }
-  CrsWay way = way_of(*original, wkt, where);
+  CrsWay way = way_of(**original, wkt, where);
   std::unique_ptr<ToGeographic> made(
-      new ToGeographic(std::make_unique<Operations>(std::move(original)), std::move(way)));
+      new ToGeographic(std::make_unique<Operations>(std::move(*original)), std::move(way)));
   Vec2 back = where;
   made->operations_->run(true, {&back, 1});
   made->operations_->run(false, {&back, 1});

@@ -206,9 +206,10 @@ Result<VerticalCrs> vertical_crs(const std::string& text) {
   return found;
 }
 
-Result<std::shared_ptr<const DatumSurface>> proj_surface(const std::string& text,
-                                                         const GeoRect& area,
-                                                         const std::string& crs_wkt) {
+namespace {
+
+Result<std::shared_ptr<const DatumSurface>> surface_of(const std::string& text, const GeoRect& area,
+                                                       const std::string& crs_wkt) {
   const auto crs = vertical_crs(text);
   if (!crs) return std::unexpected(crs.error());
   auto one = std::make_unique<Operation>();
@@ -242,7 +243,7 @@ Result<std::shared_ptr<const DatumSurface>> proj_surface(const std::string& text
   return std::unexpected(missing(*crs, lacking));
 }
 
-Result<std::shared_ptr<const DatumSurface>> grid_surface(const std::string& path) {
+Result<std::shared_ptr<const DatumSurface>> surface_of_grid(const std::string& path) {
   const auto state = file_state(path);
   if (!state) return std::unexpected(state.error());
   const fs::path file = fs::absolute(path);
@@ -263,6 +264,20 @@ Result<std::shared_ptr<const DatumSurface>> grid_surface(const std::string& path
       std::move(one),
       ProjSurface::Facts{name + ", bilinear",
                          fmt::format("{} {} {}", name, state->size, state->written_ns), "", -1});
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const DatumSurface>> proj_surface(const std::string& text,
+                                                         const GeoRect& area,
+                                                         const std::string& crs_wkt) {
+  (void)take_unread_grid();
+  return if_all_was_read(surface_of(text, area, crs_wkt));
+}
+
+Result<std::shared_ptr<const DatumSurface>> grid_surface(const std::string& path) {
+  (void)take_unread_grid();
+  return if_all_was_read(surface_of_grid(path));
 }
 
 }  // namespace tind::gdal

@@ -10,6 +10,7 @@
 #include <proj.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -17,6 +18,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace tind::gdal {
@@ -25,6 +27,12 @@ namespace {
 namespace fs = std::filesystem;
 
 thread_local int operators = 0;  // OperatorNamesGrids that live
+thread_local std::optional<UnreadGrid> unread;
+
+/// The first counts.
+void note_unread(int code, const std::string& file) {
+  if (code != 0 && code != ENOENT && code != ENOTDIR && !unread) unread = UnreadGrid{code, file};
+}
 
 struct Named {
   std::mutex mutex;
@@ -38,6 +46,7 @@ Named& named() {
 fs::path real(const fs::path& path) {
   std::error_code error;
   fs::path found = fs::weakly_canonical(path, error);
+  note_unread(error.value(), path.string());
   return error ? fs::path() : found;
 }
 
@@ -89,10 +98,14 @@ std::FILE* file_of(PROJ_FILE_HANDLE* handle) { return reinterpret_cast<std::FILE
 
 PROJ_FILE_HANDLE* open_file(PJ_CONTEXT*, const char* name, PROJ_OPEN_ACCESS access, void* folder) {
   if (access != PROJ_OPEN_ACCESS_READ_ONLY || !may_open(name, folder)) return nullptr;
-  return reinterpret_cast<PROJ_FILE_HANDLE*>(std::fopen(name, "rb"));
+  std::FILE* const file = std::fopen(name, "rb");
+  if (!file) note_unread(errno, name);
+  return reinterpret_cast<PROJ_FILE_HANDLE*>(file);
 }
 std::size_t read_file(PJ_CONTEXT*, PROJ_FILE_HANDLE* file, void* to, std::size_t size, void*) {
-  return std::fread(to, 1, size, file_of(file));
+  const std::size_t got = std::fread(to, 1, size, file_of(file));
+  if (got < size && std::ferror(file_of(file)) != 0) note_unread(EIO, "a grid of PROJ's");
+  return got;
 }
 std::size_t write_file(PJ_CONTEXT*, PROJ_FILE_HANDLE*, const void*, std::size_t, void*) {
   return 0;
@@ -106,7 +119,10 @@ unsigned long long tell_file(PJ_CONTEXT*, PROJ_FILE_HANDLE* file, void*) {
 void close_file(PJ_CONTEXT*, PROJ_FILE_HANDLE* file, void*) { std::fclose(file_of(file)); }
 int file_exists(PJ_CONTEXT*, const char* name, void* folder) {
   std::error_code error;
-  return may_open(name, folder) && fs::exists(name, error);
+  if (!may_open(name, folder)) return 0;
+  const bool there = fs::exists(name, error);
+  note_unread(error.value(), name);
+  return there;
 }
 int no(PJ_CONTEXT*, const char*, void*) { return 0; }
 int no_rename(PJ_CONTEXT*, const char*, const char*, void*) { return 0; }
@@ -124,6 +140,8 @@ constexpr PROJ_FILE_API kFiles = {.version = 1,
                                   .rename_cbk = no_rename};
 
 }  // namespace
+
+std::optional<UnreadGrid> take_unread_grid() { return std::exchange(unread, std::nullopt); }
 
 void allow_folder(PJ_CONTEXT* context, const std::string& folder) {
   proj_context_set_fileapi(context, &kFiles, const_cast<std::string*>(&folder));

@@ -4,7 +4,11 @@
 // So every context of PROJ in this program opens files through us: those of PROJ's own folders, and
 // what an operator names.
 
+#include <optional>
 #include <string>
+
+#include "terrain/base/errno_text.h"
+#include "terrain/base/result.h"
 
 struct pj_ctx;
 
@@ -12,6 +16,23 @@ namespace tind::gdal {
 
 /// This context may open the files of one more folder. `folder` outlives the context.
 void allow_folder(pj_ctx* context, const std::string& folder);
+
+/// What this thread's PROJ could not look at or read since the last call, which PROJ takes for not
+/// there, and then takes another grid, or none: errno and the file. Nothing: there was no such
+/// file.
+struct UnreadGrid {
+  int code = 0;
+  std::string file;
+};
+std::optional<UnreadGrid> take_unread_grid();
+/// `made` by PROJ, or io where it could not read something on the way. To be begun with a
+/// take_unread_grid().
+template <class T>
+Result<T> if_all_was_read(Result<T> made) {
+  if (const auto unread = take_unread_grid())
+    return fail(Errc::io, "cannot read " + unread->file + ": " + errno_text(unread->code));
+  return made;
+}
 
 /// While it lives, this thread reads what an operator wrote: a path that PROJ is asked for then may
 /// be opened from then on.

@@ -120,7 +120,7 @@ Result<DatumChoice> choose_datum(const gdal::FileFacts& facts, const GeoRect& bo
   const auto found = find_surfaces(facts, bounds, target, options, choice);
   if (found) return choice;
   const bool may_stay = wish && said == VerticalDatum::unknown && stated != VerticalDatum::egm96 &&
-                        found.error().code != Errc::bad_data;
+                        found.error().code != Errc::bad_data && found.error().code != Errc::io;
   if (!may_stay) return fail(facts.path, found.error());
   choice.warnings.push_back(fmt::format("{}: {}; its heights stay as they are, above {}",
                                         facts.path, found.error().what, name(stated)));

@@ -31,6 +31,7 @@
 #include "terrain/base/descriptor.h"
 #include "terrain/base/errno_text.h"
 #include "terrain/base/existing_file.h"
+#include "terrain/base/file_io.h"
 #include "terrain/base/hash.h"
 #include "terrain/base/lower_case.h"
 #include "terrain/base/whole_io.h"
@@ -70,7 +71,9 @@ Result<std::string> real_file(const std::string& path) {
                 path + ": is a device or a pipe; a raster is read from a file, in any order");
   if (auto ok = look_beside(path); !ok) return std::unexpected(ok.error());
   const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (file < 0) return fail(Errc::not_found, path + ": " + errno_text(errno));
+  if (file < 0)
+    return fail(errno == ENOENT || errno == ENOTDIR || errno == EACCES ? Errc::not_found : Errc::io,
+                path + ": " + errno_text(errno));
   ::close(file);
   return fs::absolute(path).string();
 }
@@ -269,7 +272,8 @@ Result<std::string> RasterFile::target() const {
   return real_file(path_);
 }
 
-/// GDAL looks through a whole text grid for a decimal point, and on for ever where it cannot be read.
+/// GDAL looks through a whole text grid for a decimal point, and on for ever where it cannot be
+/// read.
 Result<void> can_be_looked_through(const std::string& path) {
   static constexpr const char* kTextGrid[] = {"AAIGrid", nullptr};
   if (!GDALIdentifyDriverEx(path.c_str(), GDAL_OF_RASTER, kTextGrid, nullptr)) return {};
@@ -303,6 +307,9 @@ Result<std::unique_ptr<IdleHandles::Handle>> RasterFile::open_handle() const {
     return fail(Errc::unsupported, path_ +
                                        ": a VRT can name any other file, so it is read only with "
                                        "--allow-vrt");
+  if (!handle->set && !remote_ && !handle->memory)
+    if (const auto head = read_beginning(target, 1 << 16); !head)
+      return std::unexpected(head.error());
   if (!handle->set)
     return fail(Errc::bad_data,
                 path_ +

@@ -161,7 +161,9 @@ Result<bool> BlockSums::check_block(GDALDataset& set, const std::string& real, i
     return fail(Errc::io, fmt::format("block {}, {} cannot be read: {}", x, y, errno_text(errno)));
   if (VSIFSeekL(file.get(), extent.offset, SEEK_SET) != 0 ||
       VSIFReadL(packed.data(), 1, packed.size(), file.get()) != packed.size())
-    return fail(Errc::bad_data, fmt::format("block {}, {} is cut off", x, y));
+    return fail(VSIFEofL(file.get()) ? Errc::bad_data : Errc::io,
+                fmt::format("block {}, {} {}", x, y,
+                            VSIFEofL(file.get()) ? "is cut off" : "cannot be read"));
   if (!inflate(packed, Wrapping::zlib, block_bytes_))
     return fail(Errc::bad_data, fmt::format("the checksum of block {}, {} is wrong", x, y));
   return true;
@@ -199,6 +201,7 @@ Result<void> check_ascii_grid(const std::string& real, std::int64_t posts, bool 
       line_start = c == '\n';
       if (line_start) ++line;
     }
+  if (!VSIFEofL(file.get())) return fail(Errc::io, "cannot be read to its end");
   if (!between && !shape.is_number()) return no_number();
   if (whole && !between && !shape.is_whole()) return not_whole();
   if (numbers < posts)

@@ -11,10 +11,12 @@
 #include <memory>
 #include <optional>
 
+#include "terrain/base/existing_file.h"
 #include "terrain/raster/gdal/crs/gdal_crs.h"
 #include "terrain/raster/gdal/crs/gdal_frame.h"
 #include "terrain/raster/gdal/crs/geotransform.h"
 #include "terrain/raster/gdal/gdal_setup.h"
+#include "terrain/raster/gdal/heights/beside_raster.h"
 #include "terrain/raster/gdal/pictures/pixel_scale.h"
 
 namespace tind {
@@ -203,6 +205,8 @@ Window window_under(Placer& placer, GDALDataset& set, int rows) {
 
 Result<Drape> drape_image(const std::string& path, const DemSource& dem) {
   gdal::set_up();
+  if (auto there = check_exists(path); !there) return std::unexpected(there.error());
+  if (auto ok = gdal::look_beside(path); !ok) return std::unexpected(ok.error());
   const gdal::Complaints complaints;
   const Dataset set(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY,
                                       gdal::raster_drivers(false, path)));

@@ -103,11 +103,12 @@ class Reader {
 using Xml = std::unique_ptr<CPLXMLNode, decltype([](CPLXMLNode* x) { CPLDestroyXMLNode(x); })>;
 
 /// Of band 1 in FILE.aux.xml, where GDAL and QGIS put what a format has no room for; null: there is
-/// none. GDAL itself may not look there (gdal_setup.cpp), since it can change what pixels mean.
-/// Names and colours cannot.
-Xml said_beside(const std::string& path) {
+/// none. Fails where one is there that cannot be read. GDAL itself may not look there
+/// (gdal_setup.cpp), since it can change what pixels mean. Names and colours cannot.
+Result<Xml> said_beside(const std::string& path) {
   constexpr std::size_t kMost = 16 << 20;
   const auto text = read_regular_file(path + ".aux.xml");
+  if (!text && text.error().code == Errc::io) return std::unexpected(text.error());
   if (!text || text->size() > kMost) return nullptr;
   const gdal::Complaints complaints;
   const Xml whole(CPLParseXMLString(text->c_str()));
@@ -131,11 +132,11 @@ std::string as_utf8(const std::string& text) {
 /// What the raster says of its classes, wherever it says it.
 class Legend {
  public:
-  Legend(GDALRasterBand& band, const std::string& path)
+  /// `beside`: as said_beside() gives it.
+  Legend(GDALRasterBand& band, const Xml& beside)
       : colours_(band.GetColorTable()), table_(band.GetDefaultRAT()) {
     char** const names = band.GetCategoryNames();
     names_.assign(names, names + CSLCount(names));
-    const Xml beside = said_beside(path);
     if (!beside) return;
     if (const CPLXMLNode* const all = CPLGetXMLNode(beside.get(), "CategoryNames");
         all && names_.empty())
@@ -260,7 +261,9 @@ Result<std::shared_ptr<const LandCover>> LandCover::open(const std::string& path
   auto read = Reader(band).read();
   if (!read) return fail(path, read.error());
   if (read->numbers.empty()) return fail(Errc::bad_data, path + ": no pixel has a class");
-  return std::make_shared<RasterCover>(std::move(*read), Legend(band, path), *raster);
+  const auto beside = said_beside(path);
+  if (!beside) return std::unexpected(beside.error());
+  return std::make_shared<RasterCover>(std::move(*read), Legend(band, *beside), *raster);
 }
 
 }  // namespace tind

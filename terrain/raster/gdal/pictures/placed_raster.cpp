@@ -7,16 +7,17 @@
 #include "terrain/raster/gdal/crs/gdal_crs.h"
 #include "terrain/raster/gdal/crs/geotransform.h"
 #include "terrain/raster/gdal/gdal_setup.h"
+#include "terrain/raster/gdal/heights/beside_raster.h"
 
 namespace tind::gdal {
 
 Result<PlacedRaster> open_placed(const std::string& path, const char* what) {
   set_up();
+  if (auto there = check_exists(path); !there) return std::unexpected(there.error());
+  if (auto ok = look_beside(path); !ok) return std::unexpected(ok.error());
   const Complaints complaints;
   std::unique_ptr<GDALDataset, PlacedRaster::Close> set(GDALDataset::Open(
       path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, raster_drivers(false, path)));
-  if (!set)
-    if (auto there = check_exists(path); !there) return std::unexpected(there.error());
   if (!set || set->GetRasterCount() == 0)
     return fail(Errc::bad_data, path + ": " + complaints.text(std::string("not ") + what));
   const auto map = pixel_to_crs(*set);

@@ -14,6 +14,7 @@ inline Result<std::filesystem::file_type> file_type_of(const std::string& path) 
   std::error_code error;
   const auto type = std::filesystem::status(path, error).type();
   if (type != std::filesystem::file_type::none) return type;
+  if (error == std::errc::filename_too_long) return std::filesystem::file_type::not_found;
   return fail(Errc::io, "cannot look into " + path + ": " + error.message());
 }
 
