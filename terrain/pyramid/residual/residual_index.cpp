@@ -190,15 +190,17 @@ class ResidualFile {
     if (::fstat(index.file_, &status) != 0)
       return fail(Errc::io, index.path_ + ": " + errno_text(errno));
     const auto size = std::uint64_t(status.st_size);
-    if (!read_whole_at(index.file_, 0, &found, sizeof found) ||
-        std::memcmp(&found, &wanted, sizeof found) != 0)
+    const auto begins = read_at(index, 0, &found, sizeof found);
+    if (!begins) return std::unexpected(begins.error());
+    if (!*begins || std::memcmp(&found, &wanted, sizeof found) != 0)
       return fail(Errc::bad_data, index.path_ + ": not an index of this source as it is now");
     Walked walked{sizeof found, false};
     std::vector<std::pair<TileId, Index::Place>> records;
     RecordHeader header;
-    while (!walked.whole && size - walked.end >= sizeof header &&
-           read_whole_at(index.file_, walked.end, &header, sizeof header)) {
-      if (hash_before(header) != header.own_hash) break;
+    while (!walked.whole && size - walked.end >= sizeof header) {
+      const auto goes_on = read_at(index, walked.end, &header, sizeof header);
+      if (!goes_on) return std::unexpected(goes_on.error());
+      if (!*goes_on || hash_before(header) != header.own_hash) break;
       if (header.level == kEndLevel) {
         walked.whole = header.hash == records.size() && walked.end + sizeof header == size;
         break;
@@ -209,14 +211,15 @@ class ResidualFile {
       records.push_back({*id, {walked.end + sizeof header, header.hash, header.size}});
       walked.end += sizeof header + header.size;
     }
-    // The first that is damaged ends what is taken.
-    std::vector<char> good(records.size());
+    // The first that is damaged ends what is taken. One that cannot be read may be sound.
+    std::vector<Result<bool>> good(records.size(), false);
     parallel_for(records.size(), threads, [&](std::size_t i) {
       std::vector<std::uint8_t> bytes;
       good[i] = read_bytes(index, records[i].second, bytes);
     });
     for (std::size_t i = 0; i < records.size(); ++i) {
-      if (!good[i]) {
+      if (!good[i]) return std::unexpected(good[i].error());
+      if (!*good[i]) {
         walked = {records[i].second.offset - sizeof header, false};
         break;
       }
@@ -225,11 +228,21 @@ class ResidualFile {
     return walked;
   }
 
-  static bool read_bytes(const Index& index, const Index::Place& place,
-                         std::vector<std::uint8_t>& bytes) {
+  /// False where the file ends before.
+  static Result<bool> read_at(const Index& index, std::uint64_t at, void* to, std::size_t size) {
+    const ReadBytes got = read_up_to(index.file_, at, to, size);
+    if (got.error != 0)
+      return fail(Errc::io, index.path_ + ": cannot be read: " + errno_text(got.error));
+    return got.size == size;
+  }
+
+  /// False where they are not sound.
+  static Result<bool> read_bytes(const Index& index, const Index::Place& place,
+                                 std::vector<std::uint8_t>& bytes) {
     bytes.resize(place.size);
-    return read_whole_at(index.file_, place.offset, bytes.data(), bytes.size()) &&
-           hash64(bytes) == place.hash;
+    const auto all = read_at(index, place.offset, bytes.data(), bytes.size());
+    if (!all) return all;
+    return *all && hash64(bytes) == place.hash;
   }
 
   static bool has_just(const Index& index, const std::vector<TileId>& ids) {
@@ -295,6 +308,7 @@ class ResidualFile {
   Result<void> make(int threads, const Progress& progress) {
     const FileHeader header = header_for(surface_, index_->depth());
     auto begun = walk(*index_, header, threads);
+    if (!begun && begun.error().code == Errc::io) return std::unexpected(begun.error());
     if (begun && begun->whole) return {};
     if (begun) {
       end_ = begun->end;
@@ -446,7 +460,9 @@ Result<std::shared_ptr<const ResidualIndex>> ResidualIndex::open(const std::stri
 Result<std::shared_ptr<const ResidualIndex>> ResidualIndex::open_or_make(
     const std::string& path, const Surface& surface, const IndexDepth& depth, int threads,
     const Progress& progress, std::span<const IndexPart> parts) {
-  if (auto there = open(path, surface, depth)) return there;
+  // One that cannot be read may be sound, and took hours.
+  if (auto there = open(path, surface, depth); there || there.error().code == Errc::io)
+    return there;
   const std::string part = path + ".part";
   auto index = ResidualFile::blank(part, depth);
   index->file_ = ::open(part.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
@@ -522,8 +538,9 @@ Result<std::shared_ptr<const ResidualHead>> ResidualIndex::head(TileId id) const
 Result<ResidualHead> ResidualIndex::head_at(TileId id, const Place& place) const {
   std::array<std::uint8_t, kMostHeadBytes> buffer;
   const std::span bytes(buffer.data(), std::min<std::size_t>(place.size, buffer.size()));
-  if (!read_whole_at(file_, place.offset, bytes.data(), bytes.size()))
-    return std::unexpected(damaged(id));
+  const auto all = ResidualFile::read_at(*this, place.offset, bytes.data(), bytes.size());
+  if (!all) return std::unexpected(all.error());
+  if (!*all) return std::unexpected(damaged(id));
   auto head = decode_head(bytes);
   if (!head) return fail(damaged(id).what, head.error());
   return head;
@@ -533,7 +550,9 @@ int ResidualIndex::finer(int level) const { return std::min(kFinerAlong, depth_.
 
 Result<ResidualRecord> ResidualIndex::record_at(TileId id, const Place& place) const {
   std::vector<std::uint8_t> bytes;
-  if (!ResidualFile::read_bytes(*this, place, bytes)) return std::unexpected(damaged(id));
+  const auto sound = ResidualFile::read_bytes(*this, place, bytes);
+  if (!sound) return std::unexpected(sound.error());
+  if (!*sound) return std::unexpected(damaged(id));
   auto record = decode_record(bytes);
   if (!record) return fail(damaged(id).what, record.error());
   return record;

@@ -118,7 +118,9 @@ Result<std::map<std::string, Heard>> all_heard(const std::string& folder, double
     const auto beat = beat_of(entry.path().filename().string());
     if (!beat) continue;
     const auto at = entry.last_write_time(error);
-    if (error) continue;  // gone by now
+    if (error == std::errc::no_such_file_or_directory) continue;  // gone by now
+    if (error)
+      return fail(Errc::io, "cannot look at " + entry.path().string() + ": " + error.message());
     const double silent = std::max(0.0, seconds_since(at));
     const auto known = heard.find(beat->first);
     if (silent > silence_s || (known != heard.end() && known->second.silent_s <= silent)) continue;

@@ -14,10 +14,12 @@
 #include <ogrsf_frmts.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <mutex>
 #include <string_view>
 #include <utility>
 
+#include "terrain/base/errno_text.h"
 #include "terrain/raster/dem_files.h"
 
 namespace tind::gdal {
@@ -140,6 +142,14 @@ void Complaints::add(std::string message) {
   if (std::exchange(failed_, true)) return;
   std::replace(message.begin(), message.end(), '\n', ' ');
   first_ = std::move(message);
+}
+
+Errc Complaints::code() const {
+  for (const int code : {EIO, EMFILE, ENFILE, ENOMEM, ESTALE})
+    if (first_.contains(errno_text(code))) return Errc::io;
+  for (const char* const of_sqlite : {"SQLite error", "disk I/O error"})
+    if (first_.contains(of_sqlite)) return Errc::io;
+  return Errc::bad_data;
 }
 
 std::string Complaints::text(const std::string& otherwise) const {

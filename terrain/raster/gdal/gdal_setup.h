@@ -43,6 +43,8 @@ class Complaints {
 
   /// GDAL reported at least one failure (warnings do not count), whatever its calls returned.
   bool failed() const { return failed_; }
+  /// What it is a failure of: io where the first says that the system failed, else bad_data.
+  Errc code() const;
   /// The first failure in one line, or `otherwise` where GDAL had nothing to say.
   std::string text(const std::string& otherwise) const;
   /// The error (io) of a picture that opened and whose pixels then are not there.

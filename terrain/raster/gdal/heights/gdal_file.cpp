@@ -311,7 +311,7 @@ Result<std::unique_ptr<IdleHandles::Handle>> RasterFile::open_handle() const {
     if (const auto head = read_beginning(target, 1 << 16); !head)
       return std::unexpected(head.error());
   if (!handle->set)
-    return fail(Errc::bad_data,
+    return fail(complaints.code(),
                 path_ +
                     ": not a raster tind reads (GeoTIFF, SRTM HGT, DTED, USGS "
                     "DEM, Arc/Info ASCII, Erdas .img, BIL, FLT, PNG; others become a GeoTIFF with "
@@ -396,7 +396,7 @@ Result<void> RasterFile::learn(IdleHandles::Handle& handle, const DemOptions& op
   }
   if (facts_.driver == "HFA")
     if (auto ok = check_spill(set); !ok) return ok;
-  if (complaints.failed()) return fail(Errc::bad_data, path_ + ": " + complaints.text(""));
+  if (complaints.failed()) return fail(complaints.code(), path_ + ": " + complaints.text(""));
   return {};
 }
 
@@ -479,7 +479,7 @@ Result<void> RasterFile::read_with(IdleHandles::Handle& handle, int col, int row
   if (failures.first()) return fail(Errc::io, failures.first()->what);
   if (!done && !done.error().what.empty()) return fail(path_, done.error());
   if (!done || complaints.failed())
-    return fail(Errc::bad_data,
+    return fail(complaints.code(),
                 fmt::format("{}: cannot read posts at column {}, row {}: {}", path_, col, row,
                             complaints.text("the file is truncated or damaged")));
   count_customary(out);

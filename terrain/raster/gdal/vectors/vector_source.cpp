@@ -11,13 +11,15 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <memory>
 #include <set>
 #include <span>
+#include <string_view>
 
 #include "terrain/base/existing_file.h"
+#include "terrain/base/file_io.h"
+#include "terrain/base/file_there.h"
 #include "terrain/base/sqlite.h"
 #include "terrain/raster/gdal/crs/gdal_crs.h"
 #include "terrain/raster/gdal/gdal_setup.h"
@@ -313,10 +315,13 @@ const std::set<std::string> kNoLayers = {
 /// can be of any size: neither is read, and GDAL is not asked to look at them. Errc::unsupported
 /// says which. Of a file that is no SQLite database, nothing.
 Result<void> only_tables(const std::string& path) {
-  char head[16] = {};
-  if (!std::ifstream(path, std::ios::binary).read(head, sizeof head) ||
-      std::string_view(head, sizeof head) != std::string_view("SQLite format 3\0", 16))
-    return {};
+  const auto type = file_type_of(path);
+  if (!type) return std::unexpected(type.error());
+  if (*type != std::filesystem::file_type::regular) return {};
+  constexpr std::string_view kMagic("SQLite format 3\0", 16);
+  const auto head = read_beginning(path, kMagic.size());
+  if (!head) return std::unexpected(head.error());
+  if (*head != kMagic) return {};
   auto db = Sqlite::open(path, Sqlite::Open::read);
   if (!db) return fail(path, db.error());
   const auto views = db->number(
