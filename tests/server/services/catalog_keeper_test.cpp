@@ -229,6 +229,21 @@ TEST_F(Keeper, OfAFolderEachEntryStandsForItself) {
   EXPECT_EQ(catalog_.find("tabled"), tabled);  // half of a table is no reason to end it
 }
 
+/// A link to itself is what nobody can look at, root neither.
+TEST_F(Keeper, WhatCannotBeLookedAtIsNotGone) {
+  fs::create_directories(in_folder("all"));
+  const std::string toml = "catalog = \"" + in_folder("all") + "\"\n";
+  dem("all/a.asc"), dem("all/b.asc");
+  load(toml);
+  EXPECT_THAT(names(), ElementsAre("a", "b"));
+  const auto a = catalog_.find("a");
+  for (const char* const name : {"all/a.asc", "all/b.asc"}) fs::remove(in_folder(name));
+  fs::create_symlink("a.asc", in_folder("all/a.asc"));
+  load(toml);
+  EXPECT_THAT(names(), ElementsAre("a"));
+  EXPECT_EQ(catalog_.find("a"), a);
+}
+
 TEST_F(Keeper, ACommentMoreChangesNoDataset) {
   fs::create_directories(in_folder("all"));
   const std::string toml = "catalog = \"" + in_folder("all") + "\"\n";
