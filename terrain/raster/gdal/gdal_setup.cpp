@@ -14,12 +14,12 @@
 #include <ogrsf_frmts.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <mutex>
 #include <string_view>
 #include <utility>
 
 #include "terrain/base/errno_text.h"
+#include "terrain/base/system_failure.h"
 #include "terrain/raster/dem_files.h"
 
 namespace tind::gdal {
@@ -145,7 +145,7 @@ void Complaints::add(std::string message) {
 }
 
 Errc Complaints::code() const {
-  for (const int code : {EIO, EMFILE, ENFILE, ENOMEM, ESTALE})
+  for (const int code : kSystemFailures)
     if (first_.contains(errno_text(code))) return Errc::io;
   for (const char* const of_sqlite : {"SQLite error", "disk I/O error"})
     if (first_.contains(of_sqlite)) return Errc::io;

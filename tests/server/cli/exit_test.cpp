@@ -129,6 +129,15 @@ TEST_F(ExitCode, OfWhatCannotBeLookedAt) {
   EXPECT_NE(run_tind("check " + store).code, 0);
 }
 
+/// PROJ looks into homes of users, too, and may be let into none: it goes on with its own folders.
+TEST_F(ExitCode, IsZeroWhereAFolderThatIsSearchedIsClosed) {
+  const std::string home = folder_.file("home");
+  std::filesystem::create_symlink("home", home);
+  const auto ran =
+      run_tind("info " + test::testdata("bigtujunga_crop.tif"), "XDG_DATA_HOME=" + home);
+  EXPECT_EQ(ran.code, 0) << ran.out;
+}
+
 TEST_F(ExitCode, OfMoreMemoryThanNumbersHave) {
   for (const char* much : {"18446744073709551616", "99999999999999999999999", "20000000000G"}) {
     const auto ran = run_tind("build " + dem_ + " --memory " + much + " -o " + folder_.file("t"));

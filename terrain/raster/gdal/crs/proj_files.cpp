@@ -21,6 +21,8 @@
 #include <utility>
 #include <vector>
 
+#include "terrain/base/system_failure.h"
+
 namespace tind::gdal {
 namespace {
 
@@ -29,9 +31,9 @@ namespace fs = std::filesystem;
 thread_local int operators = 0;  // OperatorNamesGrids that live
 thread_local std::optional<UnreadGrid> unread;
 
-/// The first counts.
+/// The first counts. PROJ also looks where this user may not (a home of somebody else's).
 void note_unread(int code, const std::string& file) {
-  if (code != 0 && code != ENOENT && code != ENOTDIR && !unread) unread = UnreadGrid{code, file};
+  if (is_system_failure(code) && !unread) unread = UnreadGrid{code, file};
 }
 
 struct Named {
