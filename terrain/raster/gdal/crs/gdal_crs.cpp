@@ -354,8 +354,8 @@ ToGeographic::ToGeographic(std::unique_ptr<Operations> operations, CrsWay way)
 ToGeographic::~ToGeographic() = default;
 
 Result<std::unique_ptr<ToGeographic>> ToGeographic::make(const std::string& wkt, Vec2 where) {
-  (void)take_unread_grid();
-  auto original = if_all_was_read(Result<std::unique_ptr<Operation>>(operation_at(wkt, where)));
+  auto original = if_all_is_read(
+      [&]() -> Result<std::unique_ptr<Operation>> { return operation_at(wkt, where); });
   if (!original) return std::unexpected(original.error());
   if (!*original) {
     if (auto there = crs_database(); !there) return std::unexpected(there.error());

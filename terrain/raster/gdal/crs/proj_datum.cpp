@@ -271,13 +271,11 @@ Result<std::shared_ptr<const DatumSurface>> surface_of_grid(const std::string& p
 Result<std::shared_ptr<const DatumSurface>> proj_surface(const std::string& text,
                                                          const GeoRect& area,
                                                          const std::string& crs_wkt) {
-  (void)take_unread_grid();
-  return if_all_was_read(surface_of(text, area, crs_wkt));
+  return if_all_is_read([&] { return surface_of(text, area, crs_wkt); });
 }
 
 Result<std::shared_ptr<const DatumSurface>> grid_surface(const std::string& path) {
-  (void)take_unread_grid();
-  return if_all_was_read(surface_of_grid(path));
+  return if_all_is_read([&] { return surface_of_grid(path); });
 }
 
 }  // namespace tind::gdal

@@ -25,10 +25,11 @@ struct UnreadGrid {
   std::string file;
 };
 std::optional<UnreadGrid> take_unread_grid();
-/// `made` by PROJ, or io where it could not read something on the way. To be begun with a
-/// take_unread_grid().
-template <class T>
-Result<T> if_all_was_read(Result<T> made) {
+/// What `make` makes by PROJ, or io where PROJ could not read something on the way.
+template <class Make>
+auto if_all_is_read(const Make& make) -> decltype(make()) {
+  (void)take_unread_grid();
+  auto made = make();
   if (const auto unread = take_unread_grid())
     return fail(Errc::io, "cannot read " + unread->file + ": " + errno_text(unread->code));
   return made;
