@@ -1,18 +1,16 @@
 """Every N-th system call fails: of builds of every kind, of updates, a copy, shards, of analyses, and of the daemon from its start to its end."""
 import collections
 import re
-import subprocess
-import urllib.error
 
 from common import programme
 from common.analyses import analyses
 from common.batches import batches
-from common.daemon import Daemon
 from common.hostile import HONEST
-from common.tiff import tiff
-from common.work import difference, heights, works
+from common.sessions import Sessions, judge, what_is_wrong
+from common.work import difference, works
 
 TIERS = ("ci", "gate", "campaign")
+DAEMON = 4  # shares of the time that a work has one of: its sessions are long
 ASKED = "D2, D4: every N of each call x {EIO, ENOSPC, EMFILE, EINTR, ...}, 3,000 points; no false success; run again, same bytes"
 WHY_NOT = ("a run takes a sample of its points, another one with each seed: all of them would take hours; a GeoPackage's words for "
            "its CRS lack codes where PROJ's database fails just as GDAL writes them: the same CRS, other bytes")
@@ -80,107 +78,30 @@ def fault(work, point):
     return work.again(folder)
 
 
-PATHS = ["/terrain/dem/layer.json", "/terrain/dem/0/1/0.terrain", "/terrain/dem/5/33/24.terrain", "/terrain/dem/5/33/24.terrain", "/elevation/dem?lon=8.02&lat=46.98",
-         "/datasets", "/terrain/built/layer.json", "/terrain/built/0/1/0.terrain", "/livez"]
-
-
-def ask(daemon, path, data=None):
-    """(status, body), or (0, why)."""
-    import urllib.request
-    try:
-        request = urllib.request.Request(daemon.url + path.lstrip("/"), data=data, headers={"Content-Type": "application/json"} if data else {})
-        with urllib.request.urlopen(request, timeout=120) as reply:
-            return reply.status, reply.read()
-    except urllib.error.HTTPError as error:
-        return error.code, error.read()
-    except OSError as error:
-        return 0, str(error)
-
-
-def child_of(pid):
-    with open(f"/proc/{pid}/task/{pid}/children") as children:
-        return int(children.read().split()[0])
-
-
-def session(folder, dem, built, prefix):
-    """A daemon's life: (answers by path, exit code, log)."""
-    daemon = Daemon("--threads", "1", "--build-threads", "1", "--cache-mb", "4", "--jobs-dir", folder / "jobs", dems=(dem, built), prefix=prefix)
-    answers = {}
-    if daemon.url:
-        job = (b'{"inputs": {"dataset": "dem", "max_error": 50}}')
-        for i, path in enumerate(PATHS):
-            answers[i] = ask(daemon, path)
-        answers["job"] = ask(daemon, "/processes/simplify/execution", job)
-        signal_child(daemon, "HUP")
-        answers["last"] = ask(daemon, "/terrain/dem/5/33/24.terrain")
-        signal_child(daemon, "TERM")
-    try:
-        code = daemon.process.wait(60)
-    except subprocess.TimeoutExpired:
-        signal_child(daemon, "KILL")
-        code = None
-    daemon.stop()
-    return answers, code, "".join(daemon.log)
-
-
-def signal_child(daemon, name):
-    try:
-        subprocess.run(["kill", "-" + name, str(child_of(daemon.process.pid))], stderr=subprocess.DEVNULL)
-    except (OSError, IndexError):
-        pass  # it has ended
-
-
 def only_in_files(trace):
     """Was a file struck? Pipes, sockets and the kernel's own handles do not fail like that."""
     struck = [line for line in trace.read_text(errors="replace").splitlines() if "(INJECTED)" in line]
     return not any("<pipe:" in line or "<socket:" in line or "anon_inode" in line for line in struck)
 
 
-def judge_session(right, got):
-    answers, code, log = got
-    if code is None:
-        return "does not end"
-    if code < 0 or code not in HONEST | {0} and not loader(log):
-        return f"ended with {code}: {log.strip()[-300:]}"
-    for key, (status, body) in answers.items():
-        want = right[0].get(key)
-        if status == 200 and key not in (5, 8, "job") and body != want[1]:
-            return f"wrong bytes with 200 for {PATHS[key] if isinstance(key, int) else key}"
-        if 400 <= status < 500 and status != 429:
-            return f"{status} for {PATHS[key] if isinstance(key, int) else key}: {body[:200]!r}"
-    return ""
-
-
 def daemon_faults(run, share):
-    dem = run.work / "dem.tif"
-    dem.write_bytes(tiff(heights(), compress=8))
-    built = run.work / "built"
-    (run.work / "build-wanted/out").rename(built)
-
-    def live(name, point=None):
-        import shutil
-        folder = run.work / "daemon"
-        shutil.rmtree(folder, ignore_errors=True)
-        folder.mkdir()
-        return session(folder, dem, built, strace(run.work / name, point)), run.work / name
-
-    right, trace = live("whole")
-    if right[1] != 0 or any(status not in (200, 201) for status, _ in right[0].values()):
-        run.fail(f"daemon: {right[1]}, {[(k, s) for k, (s, _) in right[0].items()]} without a fault: {right[2][-300:]}")
+    sessions, trace = Sessions(run), run.work / "trace"
+    right = sessions.live(strace(trace))
+    if wrong := what_is_wrong(right):
+        run.fail(f"daemon: {wrong}")
         return
-    all_points = points("daemon", counts(trace), False)
-    chosen = run.sample(all_points, share)
+    every = points("daemon", counts(trace), False)
     done = 0
-    for point in chosen:
+    for point in run.sample(every, share):
         if run.time_left() < 0:
             break
-        got, trace = live("trace", point)
-        why = judge_session(right, got) if only_in_files(trace) else ""
+        got = sessions.live(strace(trace, point))
+        why = judge(right, got, loader) if only_in_files(trace) else ""
         if why:
             run.fail(f"{' '.join(map(str, point))}: {why}")
         run.executions += 1
         done += 1
-    run.note(f"daemon {done:,} of {len(all_points):,} points")
+    run.note(f"daemon {done:,} of {len(every):,} points")
 
 
 def run(run):
@@ -191,7 +112,7 @@ def run(run):
         work.ran(folder, strace(folder / "trace"))
         every = points(work.name, counts(folder / "trace"), run.tier != "ci")
         done = 0
-        limit = run.time_left() / (len(todo) + 1 - todo.index(work))
+        limit = run.time_left() / (len(todo) + DAEMON - todo.index(work))
         end = run.time_left() - limit
         for point in run.sample(every, 0.02):
             if run.time_left() < end:

@@ -5,11 +5,13 @@ from common import programme
 from common.analyses import analyses
 from common.batches import batches
 from common.hostile import HONEST
+from common.sessions import Sessions, judge, what_is_wrong
 from common.work import difference, works
 
 TIERS = ("ci", "gate", "campaign")
+DAEMON = 4  # shares of the time that a work has one of: its sessions are long
 ASKED = "D1: every N of start-up, tiles, reload, a batch: right bytes or an honest end; never an abort, never other bytes"
-WHY_NOT = ("batches and meshes, not the daemon; allocations inside GDAL and PROJ are not failed: both abort by design; "
+WHY_NOT = ("allocations inside GDAL and PROJ are not failed: both abort by design; "
            "nlohmann-json 3.11.2 crashes where the allocation fails by which operator[] makes an object of a null value")
 
 
@@ -35,6 +37,26 @@ def attempt(work, library, **variables):
     return "", folder
 
 
+def daemon_without(run, library, share):
+    """The daemon's own, and those of the jobs that it starts."""
+    sessions, count = Sessions(run), run.work / "count"
+    right = sessions.live(env={"LD_PRELOAD": str(library), "COUNT_NEW": str(count)})
+    if wrong := what_is_wrong(right):
+        run.fail(f"daemon: {wrong}")
+        return
+    every = [("daemon", n) for n in range(1, int(count.read_text()) + 1)]
+    done = 0
+    for _, n in run.sample(every, share):
+        if run.time_left() < 0:
+            break
+        why = judge(right, sessions.live(env={"LD_PRELOAD": str(library), "FAIL_NEW": str(n)}))
+        if why:
+            run.fail(f"daemon, allocation {n}: {why}")
+        run.executions += 1
+        done += 1
+    run.note(f"daemon {done:,} of {len(every):,} points")
+
+
 def run(run):
     library = failing_new(run)
     todo = [*works(run), *analyses(run), *batches(run)]
@@ -44,10 +66,10 @@ def run(run):
         if why:
             run.fail(f"{work.name}: {why} without a fault")
             continue
-        every = list(range(1, int(file.read_text()) + 1))
-        end = run.time_left() - run.time_left() / (len(todo) - i)
+        every = [(work.name, n) for n in range(1, int(file.read_text()) + 1)]
+        end = run.time_left() - run.time_left() / (len(todo) + DAEMON - i)
         done = 0
-        for n in run.sample(every, 0.01):
+        for _, n in run.sample(every, 0.01):
             if run.time_left() < end:
                 break
             why, folder = attempt(work, library, FAIL_NEW=str(n))
@@ -57,3 +79,4 @@ def run(run):
             if why:
                 run.fail(f"{work.name}, allocation {n}: {why}")
         run.note(f"{work.name} {done:,} of {len(every):,} points")
+    daemon_without(run, library, 0.01)

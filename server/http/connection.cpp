@@ -15,6 +15,7 @@
 #include "server/http/message/problem.h"
 #include "server/http/message/uri.h"
 #include "server/log/log.h"
+#include "terrain/base/caught.h"
 
 // Memory: an idle connection keeps a 1 KiB buffer, which holds most requests whole; it grows while
 // a larger head arrives and shrinks when that is done with.
@@ -455,7 +456,7 @@ bool Connection::call_handler() {
   try {
     reply = (*handler_)(request, *this);
   } catch (const std::exception& error) {
-    reply = problem_reply(Error{Errc::internal, error.what()}, request.head.target);
+    reply = problem_reply(caught(error), request.head.target);
   }
   if (reply && is_error(*reply)) form_error(*reply, context_.router.error_form(request));
   begin_ += parser_.consumed();

@@ -37,14 +37,16 @@ struct CheckReport {
   Findings findings;
   std::vector<CheckLevel> levels;
   std::string source_note;  // source_note() of it, where there is one; posts only for violations
-  bool ok() const { return findings.total(Severity::violation) == 0; }
+  bool ok() const {
+    return findings.total(Severity::violation) == 0 && findings.total(Severity::unread) == 0;
+  }
 };
 
 /// `where` is a directory, the URL of one, or that of a layer.json. Reads layer.json and every
 /// tile, plain or gzipped. Streams: a few columns of one level are in memory at a time (with a
 /// source also a cache of decoded tiles, at most about 256 MB). The report is the same for any
-/// number of threads. Fails only when the tile set cannot be looked at or the source cannot be
-/// read; whatever is wrong with the tiles is in the report.
+/// number of threads. Fails only when the tile set or its layer.json cannot be looked at or the
+/// source cannot be read; whatever is wrong with the tiles is in the report.
 Result<CheckReport> check_tiles(const std::string& where, const CheckOptions&,
                                 const Progress& = {});
 

@@ -269,9 +269,12 @@ bool read_tile_file(const TileListing& listing, TileId id, std::vector<std::uint
                     Findings& findings) {
   auto read = listing.store.look_at(id);
   if (!read) {
-    const bool missing = read.error().code == Errc::not_found;
-    findings.add(missing ? rule("available.missing") : rule("tile.readable"), id.text(),
-                 listing.store.remote() && !missing ? read.error().what : "");
+    const Error& why = read.error();
+    if (why.code == Errc::not_found)
+      findings.add(rule("available.missing"), id.text(), "");
+    else
+      findings.add(why.code == Errc::io ? rule("tile.unread") : rule("tile.readable"), id.text(),
+                   why.what);
     return false;
   }
   bytes = std::move(read->bytes);
@@ -296,7 +299,7 @@ Result<TileListing> check_files(const TileStore& store, int first, int last, Fin
   }
   report_faults(store, findings);
   const auto bytes = store.layer_json();
-  if (!bytes && !listed) return std::unexpected(bytes.error());
+  if (!bytes && (!listed || bytes.error().code == Errc::io)) return std::unexpected(bytes.error());
   const Json json = bytes ? json::parse<Json>(*bytes) : Json();
   if (!json.is_object()) {
     findings.add(rule("layer.readable"), kLayer, bytes ? "not a JSON object" : "cannot be read");

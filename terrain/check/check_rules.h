@@ -11,6 +11,7 @@ namespace tind {
 enum class Severity {
   violation,  // some client shows it wrong, or a promise is broken
   warning,    // works today, but is careless or slow
+  unread,     // the disk or the server failed just now: nothing is said of what it is
 };
 
 struct CheckRule {
@@ -21,6 +22,7 @@ struct CheckRule {
 
 inline constexpr auto kViolation = Severity::violation;
 inline constexpr auto kWarning = Severity::warning;
+inline constexpr auto kUnread = Severity::unread;
 
 inline constexpr CheckRule kCheckRules[] = {
     // layer.json
@@ -44,7 +46,8 @@ inline constexpr CheckRule kCheckRules[] = {
     {"available.orphan", kViolation, "a tile's parent is there"},
     {"available.stray", kWarning, "no .terrain files outside z/x/y"},
     // bytes of a tile
-    {"tile.readable", kViolation, "the file can be read"},
+    {"tile.readable", kViolation, "it is a file, or whole in its archive"},
+    {"tile.unread", kUnread, "disk and server gave its bytes when they were asked for"},
     {"tile.gzip", kViolation, "gzip data is whole"},
     {"tile.ledger", kViolation, "size and hash are those of tind's ledger, where one is there"},
     {"build.blocks", kViolation, "the blocks that tind's record names are there, and whole"},

@@ -76,6 +76,7 @@ class TilesetCheck {
 
   Result<TilesetReport> run() {
     const auto text = files_.read(kTileset);
+    if (!text && text.error().code == Errc::io) return std::unexpected(text.error());
     const auto tileset = text ? read_tileset(*text) : std::unexpected(text.error());
     seen_.insert(kTileset);
     if (tileset)
@@ -88,9 +89,11 @@ class TilesetCheck {
         if (!enough() && !seen_.contains(name) &&
             (name.ends_with(".glb") || name.ends_with(".subtree")))
           found(name, "no tile leads to it");
-    if (files_.archive())
-      if (const std::string wrong = files_.wrong_index(); !wrong.empty())
-        found("the archive's index", wrong);
+    if (files_.archive()) {
+      const auto wrong = files_.wrong_index();
+      if (!wrong) return std::unexpected(wrong.error());
+      if (!wrong->empty()) found("the archive's index", *wrong);
+    }
     return std::move(report_);
   }
 
@@ -106,6 +109,12 @@ class TilesetCheck {
     ++report_.violations;
     if (report_.examples.size() < TilesetReport::kExamples)
       report_.examples.push_back(where + ": " + what);
+  }
+
+  void unread(const std::string& where, const std::string& what) {
+    ++report_.unread;
+    if (report_.unread_examples.size() < TilesetReport::kExamples)
+      report_.unread_examples.push_back(where + ": " + what);
   }
 
   void head(const Json& tileset) {
@@ -207,7 +216,10 @@ class TilesetCheck {
     const auto done = double(seen_.size()), all = double(files_.sizes().size());
     progress_.at(std::min(1.0, done / std::max(all, 1.0)));
     if (bytes) return std::move(*bytes);
-    found(name, bytes.error().what);
+    if (bytes.error().code == Errc::io)
+      unread(name, bytes.error().what);
+    else
+      found(name, bytes.error().what);
     return {};
   }
 

@@ -35,17 +35,19 @@ struct TilesetReport {
   std::uint64_t contents = 0, subtrees = 0;  // looked at
   std::uint64_t violations = 0;
   std::vector<std::string> examples;  // "west/3/1/2.glb: ends before ..."
+  std::uint64_t unread = 0;           // the disk failed: nothing is said of them
+  std::vector<std::string> unread_examples;
 
   bool ended_early() const { return violations >= kMost; }
-  bool ok() const { return violations == 0; }
+  bool ok() const { return violations == 0 && unread == 0; }
 };
 
 /// From tileset.json down: its tiles, and of implicit tiling (quadtrees) every subtree, whose bits
 /// must name the files that are there, no fewer and no more. Every content that is a GLB must be
 /// whole: its chunks, its JSON, and the bytes that buffer views and accessors lie in; what is
 /// compressed is not unpacked. Of an archive also each file's checksum and the index. Fails
-/// (cancelled) only on a stop; one file is in memory at a time, and of what subtrees name only what
-/// is there.
+/// only on a stop (cancelled) and where tileset.json or an archive's index cannot be read; one file
+/// is in memory at a time, and of what subtrees name only what is there.
 Result<TilesetReport> check_tileset(const TilesetFiles&, const Progress& = {});
 
 }  // namespace tind

@@ -105,7 +105,7 @@ class Archive3d : public TilesetFiles {
     return unpacked(found->second);
   }
 
-  std::string wrong_index() const override {
+  Result<std::string> wrong_index() const override {
     if (index_.name.empty()) return "there is none";
     if (index_.method != proto::ZipMethod::stored) return "it is packed, which it may not be";
     const std::uint64_t files = entries_.size() - 1;
@@ -113,6 +113,7 @@ class Archive3d : public TilesetFiles {
       return "it is of " + std::to_string(index_.size / 24) + " files, and the archive has " +
              std::to_string(files);
     const auto bytes = unpacked(index_);
+    if (!bytes && bytes.error().code == Errc::io) return std::unexpected(bytes.error());
     if (!bytes) return bytes.error().what;
     std::vector<proto::ZipEntry> all;
     for (const auto& [name, entry] : entries_)

@@ -39,7 +39,7 @@ class TilesetFiles {
   /// out_of_range: more than kMostBytes.
   virtual Result<std::string> read(const std::string& name) const = 0;
   /// What is wrong with the index by which clients find an archive's files; empty: nothing.
-  virtual std::string wrong_index() const { return {}; }
+  virtual Result<std::string> wrong_index() const { return std::string(); }
 
  protected:
   std::map<std::string, std::uint64_t> sizes_;

@@ -4,6 +4,7 @@
 
 #include <GeographicLib/Geoid.hpp>
 #include <exception>
+#include <new>
 
 #include "terrain/geo/no_grid.h"
 
@@ -26,6 +27,8 @@ Result<std::shared_ptr<const Geoid>> Geoid::load(const std::string& folder,
                                                  const std::string& name) {
   try {
     return std::make_shared<const GridGeoid>(folder, name);
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& e) {
     const std::string path = folder + "/" + name + ".pgm";
     return no_grid(path, "the geoid grid " + path + ": " + e.what() +

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <exception>
 #include <filesystem>
+#include <new>
 
 #include "terrain/base/file_there.h"
 #include "terrain/geo/no_grid.h"
@@ -47,6 +48,8 @@ Result<std::shared_ptr<const Geoid>> cubic_geoid(const std::string& folder,
                                                  const std::string& name) {
   try {
     return std::make_shared<const CubicGeoid>(folder, name);
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& e) {
     const std::string path = folder + "/" + name + ".pgm";
     return no_grid(path, path + " is no grid of a geoid as GeographicLib has them: " + e.what());

@@ -23,6 +23,8 @@
 #include <CGAL/Spatial_sort_traits_adapter_2.h>
 #include <CGAL/Triangulation_vertex_base_with_info_2.h>
 #include <CGAL/hilbert_sort.h>
+
+#include "terrain/base/caught.h"
 #endif
 
 namespace tind {
@@ -346,7 +348,7 @@ Result<LineRepairs> repair_lines(LineNetwork& network) {
   try {
     return Repairer(network).run();
   } catch (const std::exception& e) {
-    return fail(Errc::internal, std::string("repairing lines: ") + e.what());
+    return fail("repairing lines", caught(e));
   }
 }
 
@@ -368,7 +370,7 @@ Result<std::vector<Triangle>> triangulate(std::vector<Vec3>& points,
     });
     return triangles_of(t, points);
   } catch (const std::exception& e) {
-    return fail(Errc::internal, std::string("triangulating lines: ") + e.what());
+    return fail("triangulating lines", caught(e));
   }
 }
 

@@ -38,14 +38,15 @@ void read_layer(DemOfJob& dem, Members& inputs, Problems& problems) {
 }
 
 /// Why the DEM's heights cannot be above it, without a word of where grids are looked for; empty:
-/// they can.
+/// they can, or what would tell cannot be read just now: then the job says so.
 std::string why_not_above(const VerticalDatum& datum, const DemInfo& info,
                           const Environment& environment) {
   if (datum == info.source_datum) return {};
   if (info.source_datum == VerticalDatum::unknown)
     return "cannot be chosen: what this DEM's heights are above is not known; leave it out";
   for (const VerticalDatum& one : {info.source_datum, datum})
-    if (!datum_surface(one, info.bounds, info.crs_wkt, environment))
+    if (const auto surface = datum_surface(one, info.bounds, info.crs_wkt, environment);
+        !surface && surface.error().code != Errc::io)
       return "cannot be this one: the server has no grid of it that reaches there; take another, "
              "or source";
   return {};
@@ -114,6 +115,7 @@ std::string read_datum(const App& app, const DemOfJob& dem, Members& inputs, Pro
                          ? fail(Errc::invalid_argument, "")
                          : datum_named(text);
   if (text == "source") return {};
+  if (!datum && datum.error().code == Errc::io) return text;  // the job says so
   if (!datum) {
     problems.add("datum",
                  "must be source, ellipsoid, egm84, egm96, egm2008 or a vertical CRS "

@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <filesystem>
 #include <optional>
 
 #include "server/cli/options/mesh_input.h"
 #include "server/cli/program/exit.h"
 #include "server/log/printable.h"
+#include "terrain/base/file_there.h"
 #include "terrain/raster/dem_options_text.h"
 #include "terrain/surface/open_surface.h"
 
@@ -44,7 +44,9 @@ Result<LayerSpec> layer_of(const std::string& text) {
                 "--layer " + text + ": takes NAME=FILE, or NAME=FILE,FILE of one grid");
   LayerSpec spec{text.substr(0, equals), {}};
   std::string rest = text.substr(equals + 1);
-  if (std::error_code none; std::filesystem::exists(rest, none)) {  // a name that holds a comma
+  const auto whole = is_there(rest);
+  if (!whole) return std::unexpected(whole.error());
+  if (*whole) {  // a name that holds a comma
     spec.files = {rest};
     return spec;
   }

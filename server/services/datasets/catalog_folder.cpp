@@ -90,7 +90,7 @@ constexpr const char* kRawLink =
 
 void leave(FolderEntry& entry, const Error& why) {
   entry.wrong = why.what;
-  entry.unread = why.code == Errc::io;
+  entry.unread = why.code == Errc::io || why.code == Errc::busy;
 }
 
 /// A folder of tiles, or of rasters, which are one dataset.

@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "server/services/datasets/open_dataset.h"
+#include "terrain/base/caught.h"
 #include "terrain/base/parallel.h"
 #include "terrain/raster/datums.h"
 #include "terrain/raster/dem_files.h"
@@ -259,7 +260,7 @@ void CatalogKeeper::open(const Config& config, std::vector<Wanted>& wanted) cons
       else
         one.wrong = opened.error();
     } catch (const std::exception& error) {
-      one.wrong = Error{Errc::internal, one.spec.files[0] + ": " + error.what()};
+      one.wrong = fail(one.spec.files[0], caught(error)).error();
     }
   });
 }

@@ -12,6 +12,7 @@
 
 #include "server/log/printable.h"
 #include "server/services/datasets/catalog_keeper.h"
+#include "terrain/base/caught.h"
 #include "terrain/raster/file_state.h"
 
 namespace tind::services {
@@ -73,7 +74,7 @@ void CatalogKeeper::try_to(void (CatalogKeeper::*step)()) try {
 std::expected<CatalogChange, CatalogKeeper::Reasons> CatalogKeeper::load_whatever_is_there() try {
   return load();
 } catch (const std::exception& error) {
-  return std::unexpected(Reasons{{Errc::internal, error.what()}});
+  return std::unexpected(Reasons{caught(error)});
 }
 
 void CatalogKeeper::reload_now(std::vector<Done> waiting) {

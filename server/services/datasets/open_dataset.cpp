@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "terrain/base/file_there.h"
 #include "terrain/dataset/dem_dataset.h"
 #include "terrain/dataset/stored_dataset.h"
 #include "terrain/mesh/mesh_file.h"
@@ -137,8 +138,12 @@ Result<Dataset> open_with_draped(const DatasetSpec& spec, const DatasetOptions& 
                                  const std::string& index_dir) {
   FileStates images;
   for (const std::string& image : {options.drape, options.land_cover})
-    if (std::error_code none; std::filesystem::exists(image, none))
+    if (!image.empty()) {
+      const auto there = is_there(image);
+      if (!there) return std::unexpected(there.error());
+      if (!*there) continue;  // whoever opens it says so
       if (auto known = images.add(image); !known) return std::unexpected(known.error());
+    }
   const auto draped = open_draped(options.drape, options.land_cover);
   if (!draped) return std::unexpected(draped.error());
   DatasetOptions coloured = options;

@@ -4,6 +4,8 @@
 #include <exception>
 #include <utility>
 
+#include "terrain/base/caught.h"
+
 namespace tind::services {
 namespace {
 
@@ -11,7 +13,7 @@ Result<Dataset> opened(const Opener::Open& open) {
   try {
     return open();
   } catch (const std::exception& error) {
-    return fail(Errc::internal, error.what());
+    return std::unexpected(caught(error));
   }
 }
 

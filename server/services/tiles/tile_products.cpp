@@ -3,6 +3,8 @@
 #include <chrono>
 #include <exception>
 
+#include "terrain/base/caught.h"
+
 namespace tind::services {
 
 namespace {
@@ -66,7 +68,7 @@ Result<TileProducts::Product> TileProducts::make_now(const ServedDataset& datase
   try {
     made = build_(dataset, tile, detail, std::move(stop));
   } catch (const std::exception& error) {
-    made = fail(Errc::internal, dataset.name + " " + tile.text() + ": " + error.what());
+    made = fail(dataset.name + " " + tile.text(), caught(error));
   }
   if (!made) {
     if (will_fail_again(made.error().code)) remember_failure(address, made.error());

@@ -12,6 +12,7 @@
 #include <optional>
 #include <thread>
 
+#include "terrain/base/caught.h"
 #include "terrain/pyramid/make/make_tile.h"
 #include "terrain/pyramid/plan/height_extremes.h"
 #include "terrain/pyramid/plan/plan_source.h"
@@ -139,8 +140,7 @@ class TilesOnDemand : public DemTiles {
         if (const auto found = find_extremes(surface_, **plan_, stop)) extremes_ = *found;
       }
     } catch (const std::exception& error) {  // in a thread of its own it would end the process
-      plan_ =
-          fail(Errc::internal, "reading " + surface_.info().files.front() + ": " + error.what());
+      plan_ = fail("reading " + surface_.info().files.front(), caught(error));
     }
   }
 

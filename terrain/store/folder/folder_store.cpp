@@ -292,7 +292,11 @@ Result<Bytes> read_stored_file(const std::string& path) {
   const auto size = fs::file_size(path, error);
   if (error) {
     const bool missing = error == std::errc::no_such_file_or_directory;
-    return fail(missing ? Errc::not_found : Errc::io, path + ": " + error.message());
+    const bool other = error == std::errc::is_a_directory || error == std::errc::not_supported;
+    return fail(missing ? Errc::not_found
+                : other ? Errc::bad_data
+                        : Errc::io,
+                path + ": " + (other ? "not a regular file" : error.message()));
   }
   if (size > kLargestStored) return fail(Errc::bad_data, path + " is too large for a tile");
   Bytes bytes(size);

@@ -226,6 +226,11 @@ std::map<std::string, Defect> byte_defects() {
          fs::remove(t.path(kTile));
          fs::create_directory(t.path(kTile));
        }},
+      {"tile.unread",
+       [](const Tiles& t) {
+         fs::remove(t.path(kTile));
+         fs::create_symlink(t.path(kTile), t.path(kTile));  // a loop, which nobody can open
+       }},
       {"tile.gzip", tile({0x1f, 0x8b, 8, 0, 0, 0, 0, 0, 0, 3, 1, 2, 3, 4, 5, 6, 7, 8, 9, 0, 0, 0})},
       {"tile.ledger", bytes([](Bytes& b) { b[b.size() - 1] ^= 1; })},
       {"tile.truncated", bytes([](Bytes& b) { b.resize(b.size() / 2); })},

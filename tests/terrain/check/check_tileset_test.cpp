@@ -18,6 +18,7 @@
 #include "terrain/base/bytes.h"
 #include "terrain/base/file_io.h"
 #include "terrain/check/check_glb.h"
+#include "tests/support/as_somebody_else.h"
 #include "tests/support/program.h"
 
 namespace tind {
@@ -85,6 +86,23 @@ TEST_F(CheckTileset, WhatIsMissingOrTooMuchOrCutOffIsFound) {
   EXPECT_FALSE(check(folder_).ok());
   std::ofstream(folder_ + "/tileset.json") << "{}";
   EXPECT_FALSE(check(folder_).ok());
+}
+
+TEST_F(CheckTileset, WhatCannotBeReadIsNotSaidToBeWrong) {
+  const std::string glb = any(".glb");
+  test::give_to_somebody(folder_);
+  fs::permissions(dir_.file("tiles"), fs::perms(0755));
+  fs::permissions(dir_.file(""), fs::perms(0755));
+  fs::permissions(glb, fs::perms::none);
+  const test::AsSomebodyElse now;
+  const auto report = check(folder_);
+  EXPECT_EQ(report.violations, 0u);
+  EXPECT_EQ(report.unread, 1u);
+  EXPECT_FALSE(report.ok());
+  fs::permissions(folder_ + "/tileset.json", fs::perms::none);
+  const auto files = TilesetFiles::open(folder_);
+  ASSERT_TRUE(files.has_value());
+  EXPECT_EQ(check_tileset(**files).error().code, Errc::io);
 }
 
 TEST_F(CheckTileset, NoByteOfAnArchiveMayBeAnother) {

@@ -1,5 +1,5 @@
 // tind check: is a tile set what it says it is? Anyone's tiles, in a directory or on a server; exit
-// code 0 only without violations.
+// code 0 only where all could be read and nothing is violated.
 
 #include "terrain/check/check.h"
 
@@ -40,7 +40,15 @@ struct Arguments {
 };
 
 const char* name_of(Severity severity) {
-  return severity == Severity::violation ? "violation" : "warning";
+  switch (severity) {
+    case Severity::violation:
+      return "violation";
+    case Severity::warning:
+      return "warning";
+    case Severity::unread:
+      return "unread";
+  }
+  return "";
 }
 
 void print_rules() {
@@ -54,6 +62,7 @@ nlohmann::ordered_json to_json(const CheckReport& report, const std::optional<Su
   json["ok"] = report.ok();
   json["violations"] = report.findings.total(Severity::violation);
   json["warnings"] = report.findings.total(Severity::warning);
+  json["unread"] = report.findings.total(Severity::unread);
   if (source)
     if (const auto stated = stated_accuracy(*source); !stated.empty())
       json["accuracy"] = proto::accuracy_json(stated);
@@ -84,6 +93,16 @@ nlohmann::ordered_json to_json(const CheckReport& report, const std::optional<Su
   return json;
 }
 
+/// Where there are any, after the other numbers.
+std::string unread_text(std::uint64_t unread) {
+  return unread > 0 ? fmt::format(", {} could not be read", unread) : "";
+}
+
+/// What is wrong is wrong, whatever else could not be read.
+int exit_code(std::uint64_t violations, std::uint64_t unread) {
+  return violations > 0 ? kBadData : unread > 0 ? kIo : kOk;
+}
+
 void print_levels(const CheckReport& report, bool with_source) {
   fmt::print("{:>5} {:>9} {:>11} {:>11} {:>11} {:>11} {:>9} {:>9}\n", "level", "tiles", "triangles",
              "budget m", "stated m", with_source ? "measured m" : "", "crack m", "gap m");
@@ -104,8 +123,9 @@ void print_findings(const CheckReport& report) {
   }
   std::uint64_t tiles = 0;
   for (const CheckLevel& level : report.levels) tiles += level.tiles;
-  fmt::print("\n{} tiles: {} violations, {} warnings\n", tiles,
-             report.findings.total(Severity::violation), report.findings.total(Severity::warning));
+  fmt::print("\n{} tiles: {} violations, {} warnings{}\n", tiles,
+             report.findings.total(Severity::violation), report.findings.total(Severity::warning),
+             unread_text(report.findings.total(Severity::unread)));
   if (!report.source_note.empty()) fmt::print("note: {}\n", logging::printable(report.source_note));
 }
 
@@ -131,19 +151,24 @@ int run_tileset(const Arguments& a, Command app) {
   if (a.json) {
     const nlohmann::ordered_json j = {{"ok", report->ok()},
                                       {"violations", report->violations},
+                                      {"unread", report->unread},
                                       {"contents", report->contents},
                                       {"subtrees", report->subtrees},
-                                      {"examples", report->examples}};
+                                      {"examples", report->examples},
+                                      {"unread_examples", report->unread_examples}};
     std::printf("%s\n", json::to_text(j, 2).c_str());
   } else {
     for (const std::string& example : report->examples)
       fmt::print("violation  {}\n", logging::printable(example));
     if (report->violations > report->examples.size()) fmt::print("...\n");
-    fmt::print("3D Tiles: {} contents, {} subtrees: {} violations\n", report->contents,
-               report->subtrees, report->violations);
+    for (const std::string& example : report->unread_examples)
+      fmt::print("unread     {}\n", logging::printable(example));
+    if (report->unread > report->unread_examples.size()) fmt::print("...\n");
+    fmt::print("3D Tiles: {} contents, {} subtrees: {} violations{}\n", report->contents,
+               report->subtrees, report->violations, unread_text(report->unread));
     if (report->ended_early()) fmt::print("the check ended there\n");
   }
-  return report->ok() ? kOk : kBadData;
+  return exit_code(report->violations, report->unread);
 }
 
 int run(Arguments a) {
@@ -176,7 +201,8 @@ int run(Arguments a) {
     print_levels(*report, source.has_value());
     print_findings(*report);
   }
-  return report->ok() ? kOk : kBadData;
+  return exit_code(report->findings.total(Severity::violation),
+                   report->findings.total(Severity::unread));
 }
 
 }  // namespace

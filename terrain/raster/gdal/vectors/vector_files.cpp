@@ -24,6 +24,7 @@
 
 #include "terrain/base/descriptor.h"
 #include "terrain/base/errno_text.h"
+#include "terrain/base/file_there.h"
 #include "terrain/base/folder_entries.h"
 #include "terrain/base/lower_case.h"
 #include "terrain/base/lower_extension.h"
@@ -158,7 +159,6 @@ VectorFiles::~VectorFiles() { leave_in_place(); }
 Result<VectorFiles> VectorFiles::read(const std::string& path, FileStates* states) {
   VectorFiles files;
   files.path_ = files.target_ = path;
-  std::error_code error;
   std::vector<Found> found;
   // What is not there, or is a folder, is passed over.
   const auto find = [&](const std::string& name, bool stated) -> Result<void> {
@@ -179,13 +179,17 @@ Result<VectorFiles> VectorFiles::read(const std::string& path, FileStates* state
     found.push_back({name, std::move(file), std::uint64_t(is.st_size), is.st_mtim.tv_sec});
     return {};
   };
-  if (fs::is_directory(path, error)) {
+  const auto type = file_type_of(path);
+  if (!type) return std::unexpected(type.error());
+  if (*type == fs::file_type::directory) {
     // One after the other: it may have more files than can be open. Which of them GDAL opens, it
     // says itself.
     const auto names = names_in(path);
     if (!names) return std::unexpected(names.error());
     for (const std::string& name : *names) {
-      if (!fs::is_regular_file(name, error)) continue;
+      const auto one = file_type_of(name);
+      if (!one) return std::unexpected(one.error());
+      if (*one != fs::file_type::regular) continue;
       if (auto ok = find(name, false); !ok) return std::unexpected(ok.error());
       if (found.empty()) continue;
       if (auto ok = read_through(found[0].file.get(), name); !ok)
@@ -195,7 +199,7 @@ Result<VectorFiles> VectorFiles::read(const std::string& path, FileStates* state
     }
     return files;
   }
-  if (!fs::is_regular_file(path, error)) return files;
+  if (*type != fs::file_type::regular) return files;
   if (auto ok = find(path, true); !ok) return std::unexpected(ok.error());
   if (found.empty()) return files;  // it is gone by now
   for (const std::string& name : names_beside(path))

@@ -1,0 +1,18 @@
+#pragma once
+// Exceptions that nobody foresaw, as errors: where they end a piece of work, and not the program.
+
+#include <exception>
+#include <new>
+
+#include "terrain/base/result.h"
+
+namespace tind {
+
+/// busy where memory has run out, which may be there again; else internal.
+inline Error caught(const std::exception& thrown) {
+  if (dynamic_cast<const std::bad_alloc*>(&thrown))
+    return {Errc::busy, "there is not enough memory just now: try again"};
+  return {Errc::internal, thrown.what()};
+}
+
+}  // namespace tind
