@@ -41,7 +41,8 @@ bool too_deep(std::string_view text) {
 
 template <class Json>
 Json parse(std::string_view text) {
-  if (too_deep(text)) return Json(Json::value_t::discarded);
+  // To its lexer a NUL is the end, whatever follows.
+  if (text.contains('\0') || too_deep(text)) return Json(Json::value_t::discarded);
   return Json::parse(text, nullptr, false);
 }
 

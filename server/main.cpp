@@ -1,5 +1,6 @@
 // tind: the table of subcommands.
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -74,7 +75,16 @@ void keep_back_output() {
   if (isatty(STDOUT_FILENO) == 0) std::setvbuf(stdout, output, _IOFBF, sizeof output);
 }
 
+/// Who starts us may have closed them, and a file that we open would be the one that messages go
+/// to. For reading: what is printed fails, as it does on a closed one.
+void hold_standard_descriptors() {
+  for (const int each : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (::fcntl(each, F_GETFD) < 0) [[maybe_unused]]
+      const int lowest = ::open("/dev/null", O_RDONLY);
+}
+
 int run(int argc, char** argv) {
+  hold_standard_descriptors();
   tind::cli::forget_gdal_options();
   // Not a command of anybody's: what `serve` begins to decode rasters in. It starts often.
   if (argc == 2 && std::strcmp(argv[1], tind::kDecoderArgument) == 0)
@@ -153,6 +163,12 @@ int run(int argc, char** argv) {
           "raise the limits, and run it again\n",
           stderr);
       return tind::cli::kTryAgain;
+    }
+    if (of_system && (of_system->code() == std::errc::too_many_files_open ||
+                      of_system->code() == std::errc::too_many_files_open_in_system)) {
+      std::fprintf(stderr, "tind: %s: raise the limit (ulimit -n), and run it again\n",
+                   of_system->code().message().c_str());
+      return tind::cli::kIo;
     }
     std::fprintf(stderr, "tind: internal error: %s\n", e.what());
     return tind::cli::kInternal;

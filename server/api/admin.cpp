@@ -1,12 +1,11 @@
 // What only the operator asks, at a place that only this machine reaches.
 
-#include <algorithm>
-#include <cctype>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 
 #include "server/api/app.h"
+#include "server/api/web_pages.h"
 #include "server/http/message/problem.h"
 
 namespace tind::api {
@@ -14,19 +13,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Of an address, or of this machine: a page that a browser got from elsewhere under a name that
-/// was made to mean this machine asks with that name.
-bool is_this_machine(std::string_view host) {
-  host = host.substr(0, host.starts_with('[') ? host.find(']') + 1 : host.find(':'));
-  return host.empty() || host == "localhost" || host.starts_with('[') ||
-         std::ranges::all_of(host, [](unsigned char c) { return std::isdigit(c) || c == '.'; });
-}
-
-/// Browsers say where a page that asks comes from; programs do not.
 std::optional<http::Reply> refuse_pages(const http::Request& request) {
-  const auto site = request.head.fields.find("sec-fetch-site");
-  const bool of_page = request.head.fields.find("origin") || (site && *site != "none");
-  if (!of_page && is_this_machine(request.head.host)) return std::nullopt;
+  if (!is_of_page(request) && names_this_machine(request.head.host)) return std::nullopt;
   return http::problem_reply({.status = 403,
                               .detail = "This is for the operator, not for web pages.",
                               .instance = request.head.target});

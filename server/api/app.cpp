@@ -1,5 +1,6 @@
 #include "server/api/app.h"
 
+#include "server/api/web_pages.h"
 #include "server/http/message/problem.h"
 
 namespace tind::api {
@@ -29,6 +30,10 @@ http::Router make_router(const App& app) {
   add_viewer_routes(router, app);
   add_openapi_routes(router, app);
   router.guard(app.gate);
+  if (app.hosts)
+    router.refuse_first([hosts = *app.hosts](const http::Request& request) {
+      return refuse_jobs_of_strangers(request, hosts);
+    });
   return router;
 }
 

@@ -45,10 +45,19 @@ std::string report(const App& app, bool reasons) {
   else if (!status.when.empty())
     out += fmt::format("[+] reloaded at {}\n", status.when);
   // Which datasets there are is for whoever has a key for them.
+  const auto so_many = [](std::size_t n) {
+    return n == 1 ? std::string("a dataset") : fmt::format("{} datasets", n);
+  };
   if (!reasons && !status.unlike.empty())
-    out += fmt::format(
-        "[-] the files of {} are not as they were opened (the log says which)\n",
-        status.unlike.size() == 1 ? "a dataset" : fmt::format("{} datasets", status.unlike.size()));
+    out += fmt::format("[-] the files of {} are not as they were opened (the log says which)\n",
+                       so_many(status.unlike.size()));
+  if (!reasons && !status.unread.empty())
+    out += fmt::format("[-] the heights of {} cannot be made ready (the log says which)\n",
+                       so_many(status.unread.size()));
+  for (const auto& [name, why] : status.unread)
+    if (reasons)
+      out +=
+          fmt::format("[-] dataset {}: its heights cannot be made ready{}\n", name, because(why));
   for (const auto& [name, why] : status.unlike)
     if (reasons)
       out += fmt::format("[-] dataset {}: its files are not as they were opened{}\n", name,

@@ -54,7 +54,7 @@ void Members::number(const char* name, double low, double high, double& value, N
 void Members::nothing_else() {
   for (const auto& [name, value] : object_.items()) {
     if (std::ranges::find(known_, name) != known_.end()) continue;
-    const std::string shown = name.substr(0, kLongestName).c_str();
+    const std::string shown = name.substr(0, std::min(kLongestName, name.find('\0')));
     problems_.add(name_of(shown.empty() ? "\"\"" : shown.c_str()), "is not known here");
   }
 }

@@ -69,6 +69,9 @@ void catalog_metrics(Exposition& out, const Catalog& catalog, const CatalogKeepe
   const auto status = keeper ? keeper->status() : CatalogKeeper::Status{};
   out.one("tind_datasets_changed", "gauge", "Of these, those whose files are not as they were.",
           status.unlike.size());
+  out.one("tind_datasets_unread", "gauge",
+          "Of these, those whose heights could not be made ready when that was tried last.",
+          status.unread.size());
   out.begin("tind_reloads_total", "counter", "Readings of the configuration since the start.");
   out.value(status.reloads, "result=\"ok\"");
   out.value(status.failed_reloads, "result=\"failed\"");

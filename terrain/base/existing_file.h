@@ -11,4 +11,8 @@ namespace tind {
 /// way that may not be entered, links that go round in a circle, a name that is too long.
 Result<void> check_exists(const std::string& path);
 
+/// As check_exists(); fails (bad_data) for a device, a pipe or a socket, too, at which whoever
+/// opens it may wait for ever.
+Result<void> check_is_file(const std::string& path);
+
 }  // namespace tind

@@ -7,8 +7,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
+#include <climits>
 #include <cstdio>
 #include <filesystem>
 #include <random>
@@ -77,7 +79,10 @@ std::string partial_name(const std::string& target) {
   std::random_device random;
   char digits[kPartialDigits + 1];
   std::snprintf(digits, sizeof digits, "%08x%08x", random(), random());
-  return target + std::string(kPartial) + digits;
+  const std::size_t name = target.find_last_of('/') + 1;
+  const std::size_t room = NAME_MAX - kPartial.size() - kPartialDigits;
+  return target.substr(0, name + std::min(target.size() - name, room)) + std::string(kPartial) +
+         digits;
 }
 
 /// 0, or errno.
@@ -262,6 +267,8 @@ Result<void> can_write_file(const std::string& path) {
     if (::access(target.c_str(), W_OK) != 0) return failed("open", path, errno);
     return {};
   }
+  if (::lstat(target.c_str(), &status) != 0 && errno == ENAMETOOLONG)
+    return failed("create", path, errno);
   if (auto file = FileWriter::create(path); !file) return std::unexpected(file.error());
   return {};
 }

@@ -61,7 +61,27 @@ void add(VerifyReport::Tiles& to, TileId id) {
   if (to.named.size() < VerifyReport::kNamed) to.named.push_back(id.text());
 }
 
-/// What lies in the store and layer.json does not name.
+void count(VerifyReport& report, State state, TileId id) {
+  switch (state) {
+    case State::sound:
+      ++report.sound;
+      break;
+    case State::missing:
+      add(report.missing, id);
+      break;
+    case State::unlisted:
+      add(report.unlisted, id);
+      break;
+    case State::unread:
+      add(report.unread, id);
+      break;
+    case State::unknown:
+    case State::damaged:
+      add(report.damaged, id);
+  }
+}
+
+/// What lies in the store and layer.json does not name; all, where there is none.
 Result<void> look_for_others(const TileStore& store, const Expected& expected,
                              VerifyReport& report) {
   auto there = store.list();
@@ -71,11 +91,17 @@ Result<void> look_for_others(const TileStore& store, const Expected& expected,
     for (const TileId id : level) {
       if (expected.holds(id)) continue;
       std::uint64_t bytes = 0;
-      if (state_of(store, id, bytes) == State::sound && !expected.areas.empty())
+      const State state = state_of(store, id, bytes);
+      if (expected.areas.empty()) {
+        ++report.tiles;
+        report.bytes += bytes;
+        count(report, state, id);
+      } else if (state == State::sound) {
         report.faults.push_back(
             {StoreFault::In::ledger, "layer.json", "does not name tile " + id.text()});
-      else if (!expected.areas.empty())
+      } else {
         add(report.foreign, id);
+      }
     }
   for (const std::string& stray : (*there)->strays) {
     ++report.foreign.count;
@@ -113,23 +139,7 @@ Result<VerifyReport> verify_store(const TileStore& store, int threads, const Pro
   });
   if (progress.stopped()) return fail(Errc::cancelled, "stopped");
   report.bytes = bytes;
-  for (std::size_t k = 0; k < ids.size(); ++k) switch (states[k]) {
-      case State::sound:
-        ++report.sound;
-        break;
-      case State::missing:
-        add(report.missing, ids[k]);
-        break;
-      case State::unlisted:
-        add(report.unlisted, ids[k]);
-        break;
-      case State::unread:
-        add(report.unread, ids[k]);
-        break;
-      case State::unknown:
-      case State::damaged:
-        add(report.damaged, ids[k]);
-    }
+  for (std::size_t k = 0; k < ids.size(); ++k) count(report, states[k], ids[k]);
   if (auto looked = look_for_others(store, expected, report); !looked)
     report.faults.push_back({StoreFault::In::ledger, store.name(), looked.error().what,
                              looked.error().code == Errc::io});

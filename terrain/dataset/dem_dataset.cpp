@@ -23,12 +23,6 @@ Result<std::string> index_path(const Surface& surface, const TileSetOptions& opt
   return folder + "/" + surface.info().fingerprint + ".residuals";
 }
 
-Result<void> unchanged(const Surface& surface) {
-  for (const SurfaceLayer& layer : surface.layers())
-    if (auto same = layer.source->unchanged(); !same) return same;
-  return {};
-}
-
 bool on_other_machines(const Surface& surface) {
   for (const SurfaceLayer& layer : surface.layers())
     for (const std::string& file : layer.source->info().files)
@@ -44,7 +38,7 @@ class RareLook {
     const std::lock_guard lock(mutex_);
     const auto now = std::chrono::steady_clock::now();
     if (now - last_ < kPause) return found_;
-    found_ = unchanged(surface);
+    found_ = surface.unchanged();
     last_ = std::chrono::steady_clock::now();
     return found_;
   }
@@ -71,7 +65,7 @@ Result<Dataset> dem_dataset(const Surface& surface, const TileSetOptions& option
   if (on_other_machines(surface))
     made.unchanged = [surface, rare = std::make_shared<RareLook>()] { return rare->look(surface); };
   else
-    made.unchanged = [surface] { return unchanged(surface); };
+    made.unchanged = [surface] { return surface.unchanged(); };
   DatasetFacts known = made.facts();
   if (known.bounds.width() >= 360) known.box = box_of(surface.info());
   made.facts = [tiles, settled = std::move(known)] {

@@ -29,8 +29,7 @@ Result<FileState> file_state(const std::string& path);
 
 /// What ends the messages of FileStates::unchanged(): for whoever knows better what is to be done.
 inline constexpr std::string_view kChangedRemedy =
-    " while it was in use; put it back as it was, or open it anew (a daemon: reload) to read what "
-    "is "
+    "; it is in use: put it back as it was, or open it anew (a daemon: reload) to read what is "
     "there now";
 
 /// The files that a source is made of, as they were when it was opened. Thread-safe once made.

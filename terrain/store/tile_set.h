@@ -41,6 +41,7 @@ struct Readiness {
   double share = 1;  // read, 0..1
   std::string why;   // it failed; while reading: it failed before, and is tried again
   std::optional<double> seconds_left = {};  // of reading, by what it took so far
+  std::optional<double> again_in_s = {};    // it rests until then, having failed
 };
 
 class TileSet {

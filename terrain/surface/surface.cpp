@@ -217,6 +217,12 @@ Result<Surface> Surface::of_layers(std::vector<SurfaceLayer> layers) {
   return Surface(std::shared_ptr<const Parts>(std::move(parts)));
 }
 
+Result<void> Surface::unchanged() const {
+  for (const SurfaceLayer& layer : layers())
+    if (auto same = layer.source->unchanged(); !same) return same;
+  return {};
+}
+
 std::int64_t Surface::post_count() const {
   std::int64_t posts = 0;
   for (const SurfaceLayer& layer : parts_->layers)

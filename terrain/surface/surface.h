@@ -74,6 +74,8 @@ class Surface {
   const DemInfo& info() const { return parts_->info ? *parts_->info : only()->info(); }
   /// Of all layers.
   std::int64_t post_count() const;
+  /// As DemSource::unchanged(), of all layers.
+  Result<void> unchanged() const;
   /// Are all of its posts plain longitudes and latitudes?
   bool is_plain_geographic() const;
 

@@ -25,6 +25,13 @@ TEST(JsonText, TooDeepIsNoJson) {
   EXPECT_EQ(parse<Json>(wide + "]").size(), 501u);
 }
 
+TEST(JsonText, NothingFollowsTheValue) {
+  using namespace std::string_view_literals;
+  EXPECT_FALSE(parse<Json>("{} \n").is_discarded());
+  for (const std::string_view text : {"{} 1"sv, "{}\0"sv, "{}\0{\"a\": 1}"sv, "[1\0]"sv})
+    EXPECT_TRUE(parse<Json>(text).is_discarded()) << text;
+}
+
 std::size_t values_in(const Json& json) {
   std::size_t count = 1;
   if (json.is_structured())

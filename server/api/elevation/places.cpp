@@ -34,7 +34,7 @@ std::optional<Vec2> position(const AnyJson& json) {
 }
 
 /// {"locations": [[x, y], ...]}
-class PlaceList : public PlacesDocument {
+class PlaceList final : public PlacesDocument {
  public:
   PlaceList(const Json& json, Problems& problems) { read_list(json, problems); }
 

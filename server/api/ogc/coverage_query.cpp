@@ -116,7 +116,8 @@ CoverageFormat format_of(const std::string& f, const http::Fields& fields) {
 
 void read_window(const http::QueryNumbers& read, CoverageQuery& q, std::vector<Wrong>& problems) {
   const std::string &bbox = read.words[1], &subset = read.words[4];
-  if (!bbox.empty() && !(q.bbox = four_numbers(bbox)))
+  if (!bbox.empty()) q.bbox = four_numbers(bbox);
+  if (!bbox.empty() && !q.bbox)
     problems.push_back({"bbox", "must be four numbers with commas between"});
   if (!bbox.empty() && !subset.empty())
     problems.push_back({"subset", "and bbox name two windows: leave one out"});

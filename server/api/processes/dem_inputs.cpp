@@ -34,7 +34,7 @@ void read_layer(DemOfJob& dem, Members& inputs, Problems& problems) {
   }
   problems.add("layer",
                json ? "must be one of " + names
-                    : "missing: the dataset has several (" + names + "), and one mesh is of one");
+                    : "missing: the dataset has several (" + names + "), and a job is of one");
 }
 
 /// Why the DEM's heights cannot be above it, without a word of where grids are looked for; empty:

@@ -200,6 +200,7 @@ Ordered volume_inputs() {
        {"items",
         {{"type", "array"}, {"items", {{"type", "number"}}}, {"minItems", 3}, {"maxItems", 3}}}});
   all["against"] = described("Dataset to compare with", "by its name", {{"type", "string"}});
+  all["against_layer"] = described("Its layer", "where it has several", {{"type", "string"}});
   describe_area(all);
   all["uncertainty"] = describe_number(kDifferenceUncertainty);
   describe_level(all);
@@ -223,6 +224,7 @@ Ordered difference_inputs() {
   Ordered all;
   describe_dem(all);
   all["less"] = described("Dataset to be taken off", "by its name", {{"type", "string"}}, 1);
+  all["less_layer"] = described("Its layer", "where it has several", {{"type", "string"}});
   describe_area(all);
   all.erase("polygon");
   describe_datum(all);

@@ -20,7 +20,8 @@ http::Reply not_made(const Error& error, const services::ServedDataset& dataset,
   const Readiness now = dataset.tiles ? dataset.tiles->readiness() : Readiness{};
   if (error.code != Errc::busy || now.state != Readiness::State::reading)
     return http::problem_reply(error, target);
-  const double wait = std::clamp(std::ceil(now.seconds_left.value_or(kSoon)), 1.0, kMost);
+  const double wait =
+      std::clamp(std::ceil(now.seconds_left.value_or(now.again_in_s.value_or(kSoon))), 1.0, kMost);
   return http::problem_reply(
       {.status = 503,
        .detail = "This rests on all heights of the dataset, which are still being read.",

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -237,12 +238,15 @@ void log_warnings(const services::ServedDataset& dataset, const TileSetOptions& 
   if (!warning.empty()) spdlog::warn("{}: {}", dataset.name, warning);
 }
 
+bool listens_here_alone(const std::string& listen) {
+  const auto at = services::parse_listen(listen);
+  return at->address.starts_with("127.") || at->address == "::1";
+}
+
 /// Whoever reaches an address of more than this machine may ask what has no key; empty: nobody else
 /// does. `listen`: where the daemon does, whatever a configuration that was read since says.
 std::string warning_of_strangers(const std::string& listen, const services::AccessRules& access) {
-  const auto at = services::parse_listen(listen);
-  const bool alone = at->address.starts_with("127.") || at->address == "::1";
-  if (alone || !access.keys.empty()) return {};
+  if (listens_here_alone(listen) || !access.keys.empty()) return {};
   return fmt::format(
       "listening at {} without keys: whoever reaches it may ask everything (tind key new)", listen);
 }
@@ -381,6 +385,17 @@ Result<std::unique_ptr<http::Server>> listen_for_admin(const Config& config,
   return server;
 }
 
+/// Whether that folder, or the one in which it would be made, may be written to.
+Result<void> check_writable(const char* setting, const std::string& folder) {
+  if (folder.empty()) return {};
+  std::error_code error;
+  std::filesystem::path there = std::filesystem::absolute(folder, error);
+  while (there.has_relative_path() && ::access(there.c_str(), F_OK) != 0 && errno == ENOENT)
+    there = there.parent_path();
+  if (::faccessat(AT_FDCWD, there.c_str(), W_OK | X_OK, AT_EACCESS) == 0) return {};
+  return fail(Errc::io, fmt::format("{}: {}: {}", setting, there.string(), errno_text(errno)));
+}
+
 int serve(const Config& config, const Options& options) {
   bound_memory();
   const bool had_terminal = has_terminal();
@@ -418,8 +433,14 @@ int serve(const Config& config, const Options& options) {
   app.tiles3d = &tiles3d;
   app.scenery = &scenery;
   app.gate = &gate;
+  // Behind keys a page needs one; and where others on the network ask, they have their own
+  // addresses.
+  if (!config.hosts.empty() || (listens_here_alone(config.listen) && config.access.keys.empty()))
+    app.hosts = services::hosts_of(config.hosts);
   auto jobs = open_jobs(config);
   if (!jobs) return complain(jobs.error());
+  if (auto ok = check_writable("index-dir", config.index_dir); !ok)
+    spdlog::warn("large DEMs will not be ready: {}", logging::printable(ok.error().what));
   app.jobs = jobs->get();
   const http::Router router = api::make_router(app);
   const http::Router admin_router =
@@ -517,6 +538,11 @@ Result<Checked> check(const Config& config, const std::shared_ptr<const Environm
   if (std::error_code none;
       !config.viewer.empty() && !std::filesystem::is_directory(config.viewer, none))
     return fail(Errc::not_found, "viewer: there is no folder " + config.viewer);
+  if (config.jobs > 0)
+    if (auto ok = check_writable("jobs-dir", config.jobs_dir); !ok)
+      return std::unexpected(ok.error());
+  if (auto ok = check_writable("index-dir", config.index_dir); !ok)
+    return std::unexpected(ok.error());
   return all;
 }
 

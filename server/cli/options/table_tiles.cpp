@@ -45,7 +45,7 @@ class KeptTiles : public TileSet {
 Result<void> wait_until_read(const TileSet& tiles) {
   for (;;) {
     const Readiness now = tiles.readiness();
-    if (now.state == Readiness::State::failed) return fail(Errc::io, now.why);
+    if (!now.why.empty()) return fail(Errc::io, now.why);  // whoever asked can try again
     if (now.state == Readiness::State::ready) return {};
     std::this_thread::sleep_for(kLookAgain);
   }

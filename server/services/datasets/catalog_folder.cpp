@@ -1,20 +1,25 @@
 #include "server/services/datasets/catalog_folder.h"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <filesystem>
 #include <set>
 #include <thread>
 
 #include "server/services/datasets/dataset_file.h"
 #include "server/services/datasets/dataset_settings.h"
+#include "terrain/base/errno_text.h"
 #include "terrain/base/file_there.h"
 #include "terrain/base/folder_entries.h"
 #include "terrain/base/lower_extension.h"
+#include "terrain/dataset/dataset.h"
 #include "terrain/raster/datums.h"
 #include "terrain/raster/dem_files.h"
 #include "terrain/raster/file_state.h"
+#include "terrain/surface/surface.h"
 
 namespace tind::services {
 namespace {
@@ -39,7 +44,9 @@ const std::set<std::string, std::less<>> kBesideOthers = {".prj",         ".qpj"
 bool is_passed_over(const fs::path& path) {
   const std::string name = path.filename().string();
   const std::string extension = lower_extension(path.string());
-  return name.starts_with('.') || name.ends_with('~') || kBesideOthers.contains(extension);
+  if (name.starts_with('.') || name.ends_with('~')) return true;
+  std::error_code error;
+  return kBesideOthers.contains(extension) && !fs::is_directory(path, error);
 }
 
 /// What lies in a folder, by name.
@@ -77,12 +84,11 @@ struct States {
 
 /// Any file passes for raw numbers. One that somebody else put a link to may be one that he cannot
 /// read himself, as heights for everybody.
-bool is_raw_link_out(const fs::path& path) {
-  std::error_code error;
-  if (!fs::is_symlink(path, error) || !is_raw_raster(path.string())) return false;
-  const fs::path target = fs::canonical(path, error),
-                 folder = fs::canonical(path.parent_path(), error);
-  return error || target.lexically_relative(folder).string().starts_with("..");
+bool is_raw_link_out(const fs::path& path, const fs::path& catalog) {
+  if (!is_raw_raster(path.string())) return false;
+  std::error_code error, other;
+  const fs::path target = fs::canonical(path, error), folder = fs::canonical(catalog, other);
+  return error || other || target.lexically_relative(folder).string().starts_with("..");
 }
 
 constexpr const char* kRawLink =
@@ -94,7 +100,7 @@ void leave(FolderEntry& entry, const Error& why) {
 }
 
 /// A folder of tiles, or of rasters, which are one dataset.
-void look_into_folder(FolderEntry& entry, States& states) {
+void look_into_folder(FolderEntry& entry, States& states, const fs::path& catalog) {
   std::error_code error;
   const auto tiles = is_there(entry.path + "/layer.json");
   if (!tiles) return leave(entry, tiles.error());
@@ -111,7 +117,7 @@ void look_into_folder(FolderEntry& entry, States& states) {
   if (const auto rasters = dem_files(std::vector{entry.path}, {.allow_vrt = true}); !rasters)
     leave(entry, rasters.error());
   for (const fs::path& path : *inside)
-    if (is_raw_link_out(path)) entry.wrong = path.string() + kRawLink;
+    if (is_raw_link_out(path, catalog)) entry.wrong = path.string() + kRawLink;
   entry.spec.files = {entry.path};
 }
 
@@ -153,6 +159,7 @@ void add_beside(const fs::path& raster, States& states) {
 
 /// What it is, as far as the file system tells.
 FolderEntry entry_at(const fs::path& path, States& states, CatalogTables& tables) {
+  const fs::path catalog = path.parent_path();
   FolderEntry entry{
       .path = path.string(), .spec = {}, .state = {}, .content = {}, .rests = false, .wrong = {}};
   const auto type = file_type_of(entry.path);
@@ -161,12 +168,12 @@ FolderEntry entry_at(const fs::path& path, States& states, CatalogTables& tables
   if (!type) {
     leave(entry, type.error());
   } else if (is_folder) {
-    look_into_folder(entry, states);
+    look_into_folder(entry, states, catalog);
   } else if (*type != fs::file_type::regular) {
     entry.wrong = entry.path + ": is neither a file nor a folder";
   } else if (path.extension() == ".toml") {
     look_into_table(entry, states, tables);
-  } else if (is_raw_link_out(path)) {
+  } else if (is_raw_link_out(path, catalog)) {
     entry.wrong = entry.path + kRawLink;
   } else {
     states.add(entry.path);
@@ -220,8 +227,25 @@ Result<std::vector<FolderEntry>> CatalogFolder::look(bool tables_rest, Clock::ti
   }
   // A folder that went away meanwhile makes all that was in it look lost.
   if (auto there = paths_by_name(folder_); !there) return std::unexpected(there.error());
+  // So does the empty one below a disk that is not mounted any more.
+  struct stat is {};
+  if (::stat(folder_.c_str(), &is) != 0)
+    return fail(Errc::io, "cannot look into " + folder_ + ": " + errno_text(errno));
+  const Place place{is.st_dev, is.st_ino};
+  if (entries.empty() && place_ && *place_ != place)
+    return fail(Errc::io, folder_ +
+                              ": is another folder than before, and empty: is its disk not "
+                              "mounted? What is served stays; a restart takes it as it is");
+  if (!entries.empty()) place_ = place;
   seen_ = std::move(seen);
   return entries;
+}
+
+Result<void> stays_in_catalog(const Dataset& dataset, const std::string& catalog) {
+  if (!dataset.source) return {};
+  for (const std::string& file : dataset.source->info().files)
+    if (is_raw_link_out(file, catalog)) return fail(Errc::bad_data, file + kRawLink);
+  return dataset.unchanged ? dataset.unchanged() : Result<void>();
 }
 
 void wait_for_rest(const std::string& folder, std::chrono::milliseconds most) {

@@ -10,12 +10,19 @@
 //   * what is still being written waits until it has been the same for a while
 
 #include <chrono>
+#include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "server/services/datasets/dataset_spec.h"
 #include "terrain/base/result.h"
+
+namespace tind {
+struct Dataset;
+}
 
 namespace tind::services {
 
@@ -55,7 +62,8 @@ class CatalogFolder {
 
   /// Everything there, by name. What was last written to kRest ago or longer rests already when it
   /// is seen for the first time; with `tables_rest` tables do as they are, since whoever asks says
-  /// that they are finished. Errc::not_found or io where the folder cannot be read.
+  /// that they are finished. Errc::not_found or io where the folder cannot be read; io, too, where
+  /// it is empty and another one than that in which something was.
   Result<std::vector<FolderEntry>> look(bool tables_rest = false,
                                         Clock::time_point now = Clock::now());
 
@@ -64,10 +72,16 @@ class CatalogFolder {
     std::string state;
     Clock::time_point since;
   };
+  using Place = std::pair<std::uint64_t, std::uint64_t>;  // device and inode
   const std::string folder_;
+  std::optional<Place> place_;        // where something was last
   std::map<std::string, Seen> seen_;  // by path
   CatalogTables tables_;
 };
+
+/// Once more of what was opened: whoever may write into the folder may have put other files there
+/// after they were looked at.
+Result<void> stays_in_catalog(const Dataset&, const std::string& catalog);
 
 /// Waits until nothing in the folder was written to within the last kRest, `most` at most: at a
 /// start, what was just put there is waited for rather than missed.

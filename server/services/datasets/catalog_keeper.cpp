@@ -60,7 +60,9 @@ bool is_as_it_was(const ServedDataset& dataset) {
 
 /// Its heights could not be read when they were to be; a reload is to try again.
 bool has_failed(const ServedDataset& dataset) {
-  return dataset.tiles && dataset.tiles->readiness().state == Readiness::State::failed;
+  if (!dataset.tiles) return false;
+  const Readiness now = dataset.tiles->readiness();
+  return now.state == Readiness::State::failed || now.again_in_s;
 }
 
 /// Who has a name: where people find it.
@@ -279,7 +281,7 @@ void CatalogKeeper::open_entries(const Config& config, std::vector<Wanted>& want
   const std::string index_dir = config.index_dir.empty() ? default_index_dir() : config.index_dir;
   for (auto& [one, key] : to_open)
     opener_.begin(key,
-                  [spec = one->spec, index_dir, path = one->entry,
+                  [spec = one->spec, index_dir, path = one->entry, folder = folder_->folder(),
                    options = options_of(config, one->spec)]() -> Result<Dataset> {
                     if (!options) return std::unexpected(options.error());
                     if (is_offset_grid(path, options->dem.pool))
@@ -287,7 +289,11 @@ void CatalogKeeper::open_entries(const Config& config, std::vector<Wanted>& want
                                   path +
                                       ": is a grid of geoid heights or offsets, not of "
                                       "terrain; a table can name it as from_datum");
-                    return open_dataset(spec, *options, index_dir);
+                    auto dataset = open_dataset(spec, *options, index_dir);
+                    if (dataset && !path.ends_with(".toml"))
+                      if (auto ok = stays_in_catalog(*dataset, folder); !ok)
+                        return std::unexpected(ok.error());
+                    return dataset;
                   });
   if (to_open.empty()) return;
   const auto begin = Clock::now();

@@ -77,6 +77,7 @@ class CatalogKeeper {
     std::optional<std::string> wrong;           // with the last reload
     std::string when;                           // that was, "2026-11-22T16:00:00Z"
     std::map<std::string, std::string> unlike;  // datasets whose files have changed, and how
+    std::map<std::string, std::string> unread;  // datasets whose heights are not ready, and why
     std::map<std::string, std::string> aside;  // entries of the folder that are not served, and why
     std::set<std::string> opening;             // entries that take long to open, and go on
   };
@@ -134,11 +135,10 @@ class CatalogKeeper {
   struct Left {
     std::string state, name;
   };
-  std::map<std::string, Left> left_;           // by entry
-  std::vector<std::string> restless_;          // entries that were not at rest at the last look
-  std::set<std::string> of_tables_;            // files that tables of the folder name
-  std::map<std::string, std::string> unread_;  // why heights could not be read, by dataset
-  Catalog::Datasets retired_;                  // requests may have them still
+  std::map<std::string, Left> left_;   // by entry
+  std::vector<std::string> restless_;  // entries that were not at rest at the last look
+  std::set<std::string> of_tables_;    // files that tables of the folder name
+  Catalog::Datasets retired_;          // requests may have them still
   logging::LogLimiter unforeseen_{std::chrono::minutes(10), 16};  // of looks, every few seconds
   std::chrono::milliseconds waited_{0};                           // for the opener, in this turn
 

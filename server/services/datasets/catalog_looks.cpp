@@ -159,10 +159,16 @@ void CatalogKeeper::look_at_reading() {
         wrong[one.served->name] =
             now.why + (again ? "; it is tried again" : "; a reload tries it again");
       }
+  std::map<std::string, std::string> before;
+  {
+    const std::lock_guard lock(mutex_);
+    before = std::exchange(status_.unread, wrong);
+  }
   for (const auto& [name, why] : wrong)
-    if (const auto said = unread_.find(name); said == unread_.end() || said->second != why)
-      spdlog::error("{}: its heights cannot be read: {}", name, logging::printable(why));
-  unread_ = std::move(wrong);
+    if (const auto said = before.find(name); said == before.end() || said->second != why)
+      spdlog::error("{}: its heights cannot be made ready: {}", name, logging::printable(why));
+  for (const auto& [name, why] : before)
+    if (!wrong.contains(name)) spdlog::info("{}: its heights are ready, or it is gone", name);
 }
 
 void CatalogKeeper::drop_retired() {

@@ -11,6 +11,7 @@
 #include <cstdlib>
 
 #include "server/services/datasets/key_table.h"
+#include "terrain/base/lower_case.h"
 
 namespace tind::services {
 namespace {
@@ -300,6 +301,21 @@ Setting cors_setting() {
   return setting;
 }
 
+Setting hosts_setting() {
+  Setting setting = text("hosts",
+                         "names under which web pages may ask for jobs, commas between, where the "
+                         "daemon listens on this machine alone: those of the proxy before it",
+                         &Config::hosts);
+  setting.set = [](Config& config, std::string_view value) -> Result<void> {
+    for (const std::string& name : hosts_of(value))
+      if (name.empty() || name.find_first_of("/: *") != name.npos)
+        return fail(Errc::invalid_argument, "'" + name + "' is no name of a host, example.org");
+    config.hosts = value;
+    return {};
+  };
+  return setting;
+}
+
 std::vector<Setting> make_table() {
   std::vector<Setting> table = {
       text("catalog", "folder of which each file and folder is a dataset; it is followed",
@@ -359,6 +375,7 @@ std::vector<Setting> make_table() {
       rate_setting("burst-per-address", "of these, at once after a rest; 0: twice the rate",
                    &Rate::burst, 1),
       cors_setting(),
+      hosts_setting(),
       number("drain-delay", "seconds of not ready, but serving, before a stop",
              &Config::drain_delay, 0.0, 3600.0),
       number("grace", "seconds that requests in flight have after a stop", &Config::grace, 0.0,
@@ -504,6 +521,16 @@ Result<void> something_to_serve(const Config& config) {
   if (!config.datasets.empty() || !config.tables.empty() || !config.catalog.empty()) return {};
   return fail(Errc::invalid_argument,
               "nothing to serve: name a DEM or a directory of tiles (see tind serve --help)");
+}
+
+std::vector<std::string> hosts_of(std::string_view text) {
+  std::vector<std::string> hosts;
+  while (!text.empty()) {
+    const std::string_view one = text.substr(0, text.find(','));
+    hosts.push_back(lower_case(std::string(one)));
+    text.remove_prefix(std::min(one.size() + 1, text.size()));
+  }
+  return hosts;
 }
 
 std::vector<DatasetSpec> specs_of(const Config& config) {

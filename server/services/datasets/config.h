@@ -51,6 +51,7 @@ struct Config {
   int jobs_kept_hours = 24;           // after their end
   AccessRules access;                 // [[key]], and how often one may ask
   std::string cors_origins = "*";     // whose pages may read answers, with commas between
+  std::string hosts;                  // its names, for web pages, with commas between
   double drain_delay = 0;             // seconds
   double grace = 10;                  // seconds
 };
@@ -105,6 +106,8 @@ Result<void> something_to_serve(const Config&);
 
 /// Everything that is to be served, but the catalog's folder.
 std::vector<DatasetSpec> specs_of(const Config&);
+/// "a.example,B.example" in small letters.
+std::vector<std::string> hosts_of(std::string_view text);
 
 /// Names of settings that differ and that a running daemon cannot take over.
 std::vector<std::string> settings_for_restart(const Config& old, const Config& now);

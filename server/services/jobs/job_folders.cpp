@@ -4,11 +4,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
 
 #include "server/log/printable.h"
+#include "terrain/base/errno_text.h"
 #include "terrain/base/folder_entries.h"
 #include "terrain/store/folder/folder_files.h"
 
@@ -45,6 +47,8 @@ Result<std::string> make_jobs_folder(const std::string& folder) {
   if (fs::create_directories(folder, error))
     fs::permissions(folder, fs::perms::owner_all, fs::perm_options::replace, error);
   if (error) return fail(Errc::io, folder + ": " + error.message());
+  if (::access(folder.c_str(), R_OK | W_OK | X_OK) != 0)
+    return fail(Errc::io, folder + ": " + errno_text(errno));
   return fs::absolute(folder).string();
 }
 
@@ -53,8 +57,12 @@ Result<std::string> make_temporary_jobs_folder() {
   const fs::path temporary = fs::temp_directory_path(error);
   std::string pattern = (temporary / (kTemporary + std::string("XXXXXX"))).string();
   remove_leftovers(temporary);
-  if (error || !::mkdtemp(pattern.data()))
-    return fail(Errc::io, pattern + ": cannot be made; name a folder for jobs (jobs-dir)");
+  const auto cannot = [](const std::string& why) {
+    return fail(Errc::io, "no folder for jobs can be made among the temporary ones: " + why +
+                              "; name one (jobs-dir)");
+  };
+  if (error) return cannot(error.message());
+  if (!::mkdtemp(pattern.data())) return cannot(temporary.string() + ": " + errno_text(errno));
   return pattern;
 }
 

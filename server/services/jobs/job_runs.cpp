@@ -101,8 +101,7 @@ void Jobs::run(const std::shared_ptr<Live>& live, const std::stop_token& stop) {
   const auto changed = [&] { return live->unchanged ? live->unchanged() : Result<void>(); };
   const auto of_others = [&](const Error& why) {
     spdlog::warn("job {}: {}", live->job.id, logging::printable(why.what));
-    end_with(Job::kUnread,
-             "the dataset's files are no longer those that all other answers are of: ask again");
+    end_with(Job::kUnread, "the dataset's files changed while the job waited or ran: ask again");
   };
   if (const auto same = changed(); !same) return of_others(same.error());
   if (auto kept = store_->put(live->job); !kept) return failed(kept.error());
@@ -169,6 +168,8 @@ void Jobs::run(const std::shared_ptr<Live>& live, const std::stop_token& stop) {
   if (said.starts_with("out of memory") || said.find("std::bad_alloc") != said.npos)
     return too_much("it took more memory than jobs may, " +
                     std::to_string(limits.memory_bytes >> 20) + " MB: ask for a smaller area");
+  if (disk_failed && said.find(errno_text(ENOSPC)) != said.npos)
+    return end_with(Job::kNoRoom, said);
   end_with(is_unread ? Job::kUnread : code, said.empty() ? "it ended without saying why" : said);
 }
 

@@ -1,6 +1,7 @@
 #include "server/services/jobs/jobs.h"
 
 #include <spdlog/spdlog.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -208,7 +209,12 @@ int Jobs::in_the_way() const {
   if (::access(folder_.c_str(), R_OK | W_OK | X_OK) != 0) return errno;
   const auto in_place = store_->is_in_place();
   if (!in_place) return in_place.error();
-  return *in_place ? 0 : kOtherList;
+  if (!*in_place) return kOtherList;
+  constexpr std::uint64_t kLeast = 256 << 10;  // for the list alone
+  struct statvfs disk {};
+  const bool full =
+      ::statvfs(folder_.c_str(), &disk) == 0 && disk.f_bavail * disk.f_frsize < kLeast;
+  return full ? ENOSPC : 0;
 }
 
 Result<void> Jobs::can_keep() {
@@ -416,7 +422,11 @@ void Jobs::sweep() {
                   [this](const auto& one) { return store_->put(one.second).has_value(); });
   }
   (void)store_->keep_latest(kMostEnded);
-  const auto old = store_->finished_before(now_ms() - limits_.kept.count() * 1000);
+  // A clock that was set forward makes nothing old: what is forgotten does not come back with it.
+  const auto here = std::chrono::duration_cast<std::chrono::milliseconds>(
+      std::chrono::steady_clock::now() - opened_);
+  const std::int64_t now = std::min(now_ms(), opened_ms_ + here.count());
+  const auto old = store_->finished_before(now - limits_.kept.count() * 1000);
   if (!old) return;
   for (const Job& job : *old) forget(job);
 }

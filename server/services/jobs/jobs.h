@@ -136,6 +136,8 @@ class Jobs {
   const std::string folder_, program_;
   const bool temporary_;
   const JobLimits limits_;
+  const std::int64_t opened_ms_ = now_ms();
+  const std::chrono::steady_clock::time_point opened_ = std::chrono::steady_clock::now();
   const std::unique_ptr<JobStore> store_;
 
   mutable std::mutex mutex_;  // of these

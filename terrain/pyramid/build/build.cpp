@@ -178,6 +178,8 @@ Result<BuildReport> build_tiles(const Surface& surface, const BuildOptions& o,
                                      std::to_string(ids.size()) +
                                      " tiles; run the same command to go on");
   }
+  // Who changed it since the last tile was read is not to hear that all went well.
+  if (auto same = surface.unchanged(); !same) return std::unexpected(same.error());
   const std::string& file = surface.info().files.front();
   const std::string name = file.substr(file.find_last_of('/') + 1);
   proto::LayerJson layer = plan->layer(name.substr(0, name.find('.')));

@@ -37,10 +37,10 @@ class Reading {
     // What an earlier run had read is there at once: it says nothing of how fast this one is.
     if (!first_) first_ = share, start_ = Clock::now();
   }
-  /// It failed, and will be tried again: when it goes on, nobody knows.
-  void rest(std::string why) {
+  /// It failed, and will be tried again after that pause.
+  void rest(std::string why, std::chrono::seconds pause) {
     const std::lock_guard lock(mutex_);
-    rests_ = true, why_ = std::move(why);
+    rests_ = true, why_ = std::move(why), again_ = Clock::now() + pause;
   }
   Readiness readiness() const {
     constexpr double kTooEarly = 0.005;  // to tell
@@ -49,23 +49,24 @@ class Reading {
     const double took = std::chrono::duration<double>(Clock::now() - start_).count();
     if (const double read = share_ - first_.value_or(share_); !rests_ && read > kTooEarly)
       now.seconds_left = took / read * (1 - share_);
+    if (rests_)
+      now.again_in_s = std::max(0.0, std::chrono::duration<double>(again_ - Clock::now()).count());
     return now;
   }
 
  private:
   using Clock = std::chrono::steady_clock;
   mutable std::mutex mutex_;
-  Clock::time_point start_ = Clock::now();
+  Clock::time_point start_ = Clock::now(), again_;
   double share_ = 0;
   std::optional<double> first_;  // of this run
   bool rests_ = false;
   std::string why_;  // it rested last
 };
 
-/// What may pass, as a lost connection does, or a process that decodes and was killed, is tried
-/// again so often, after pauses that double: for some eight minutes together.
-constexpr int kTries = 10;
-constexpr std::chrono::seconds kFirstPause{1};
+/// What may pass, as a lost connection does, a disk that is full, or a process that decodes and was
+/// killed, is tried again for ever, after pauses that double.
+constexpr std::chrono::seconds kFirstPause{1}, kLongestPause{300};
 
 bool may_pass(const Error& error) { return error.code == Errc::io || error.code == Errc::busy; }
 
@@ -93,11 +94,11 @@ class TilesOnDemand : public DemTiles {
     reader_ = std::jthread([this](std::stop_token stop) {
       give_way();
       auto pause = kFirstPause;
-      for (int tries = 1;; ++tries, pause *= 2) {
+      for (;; pause = std::min(2 * pause, kLongestPause)) {
         reading_.begin();
         find_heights(stop, 0, false);
-        if (*plan_ || tries == kTries || !may_pass(plan_->error())) break;
-        reading_.rest(plan_->error().what);
+        if (*plan_ || !may_pass(plan_->error())) break;
+        reading_.rest(plan_->error().what, pause);
         std::mutex mutex;
         std::unique_lock lock(mutex);
         std::condition_variable_any().wait_for(lock, stop, pause, [] { return false; });

@@ -100,6 +100,12 @@ TEST(MeshFormats, LandXmlRefusesWhatItHasNoWordFor) {
   m.place = {.unit_m = 1200.0 / 3937, .vertical_datum = "a \"b\" <c>"};
   EXPECT_THAT(encode_landxml(m).value(), HasSubstr("linearUnit=\"USSurveyFoot\""));
   EXPECT_THAT(encode_landxml(m).value(), HasSubstr("a &quot;b&quot; &lt;c&gt;"));
+  m.place = {.unit_m = 1,
+             .vertical_datum = "\x1b\xc3\xa5\xff\xfe\xe2\x82\xf0\x9f\x8f\x94\xed\xa0\x80."};
+  EXPECT_THAT(encode_landxml(m).value(),
+              HasSubstr(" \xc3\xa5\xef\xbf\xbd\xef\xbf\xbd\xef\xbf\xbd\xef\xbf\xbd\xf0\x9f\x8f\x94"
+                        "\xef\xbf\xbd\xef\xbf\xbd\xef\xbf\xbd."))
+      << "bytes that are no UTF-8 are no XML";
   m.place = {.unit_m = 1000};
   EXPECT_FALSE(encode_landxml(m));
 }

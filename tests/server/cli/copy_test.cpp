@@ -197,6 +197,10 @@ TEST_F(Copies, WhatCannotBeReadIsNotSaidToBeDamaged) {
     EXPECT_EQ(found.code, 74) << path << found.out;
     EXPECT_EQ(json_of(found)["unread"]["count"], path == tile ? 1 : 0);
     EXPECT_EQ(json_of(found)["damaged"]["count"], 0);
+    if (path.ends_with("layer.json")) {
+      EXPECT_EQ(json_of(found)["sound"], json_of(found)["tiles"]) << "the ledger tells them, too";
+      EXPECT_GT(json_of(found)["tiles"], 0);
+    }
     fs::remove(path);
     fs::rename(file("away"), path);
   }
@@ -215,6 +219,8 @@ TEST_F(Copies, WhereNothingCanBeMadeIsSaidBeforeTheWork) {
 
 TEST_F(Copies, BadInputIsOneLine) {
   EXPECT_EQ(test::run_tind("verify " + file("none.pmtiles")).code, 69);
+  EXPECT_EQ(copy(tiles(), file("tiles.zip")).code, 2);
+  EXPECT_FALSE(fs::exists(file("tiles.zip")));
   EXPECT_EQ(test::run_tind("verify " + dem()).code, 2);
   EXPECT_EQ(test::run_tind("verify " + tiles() + " --repair").code, 2);
   EXPECT_EQ(test::run_tind("verify " + tiles() + " --source " + dem()).code, 2);

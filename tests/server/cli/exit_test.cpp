@@ -2,11 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
 #include <vector>
 
+#include "terrain/base/file_io.h"
 #include "tests/support/program.h"
 
 namespace tind {
@@ -182,6 +184,27 @@ TEST(Exit, a_signal_that_is_ignored_stops_nothing) {
   const test::TempDir folder;
   const auto ran = hung_up("trap '' HUP; ", folder.file("tiles"), 9);
   EXPECT_EQ(ran.code, 0) << ran.out;
+}
+
+/// What would be opened in their place is a file that messages then go to.
+TEST_F(ExitCode, ClosedDescriptorsAreNobodysFiles) {
+  const std::string tiles = folder_.file("held"), said = folder_.file("said");
+  ASSERT_EQ(run_tind("build " + dem_ + " --levels 0-2 -o " + tiles).code, 0);
+  const std::string script = test::tind_binary() + " serve " + tiles +
+                             " --listen 127.0.0.1:0 --jobs 0 <&- 2>&- >" + said +
+                             " & for i in $(seq 600); do grep -q serving " + said +
+                             " && break; sleep .05; done; readlink /proc/$!/fd/0 /proc/$!/fd/2 > " +
+                             said + "; kill $!; wait $!";
+  EXPECT_EQ(std::system(script.c_str()), 0);
+  EXPECT_EQ(read_whole_file(said).value_or(""), "/dev/null\n/dev/null\n");
+}
+
+TEST_F(ExitCode, OfTooFewDescriptorsNamesTheLimit) {
+  const std::string tiles = folder_.file("few");
+  ASSERT_EQ(run_tind("build " + dem_ + " --levels 0-2 -o " + tiles).code, 0);
+  const auto ran = run_tind("serve " + tiles + " --listen 127.0.0.1:0 --jobs 0", "ulimit -n 7;");
+  EXPECT_EQ(ran.code, 74) << ran.out;
+  EXPECT_NE(ran.out.find("ulimit -n"), std::string::npos) << ran.out;
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>
+#include <sys/stat.h>
 
 #include <atomic>
 #include <filesystem>
@@ -242,6 +243,63 @@ TEST_F(Keeper, WhatCannotBeLookedAtIsNotGone) {
   load(toml);
   EXPECT_THAT(names(), ElementsAre("a"));
   EXPECT_EQ(catalog_.find("a"), a);
+}
+
+TEST_F(Keeper, RawNumbersElsewhereAreNotServedByALink) {
+  fs::create_directories(in_folder("all"));
+  fs::create_directories(in_folder("elsewhere"));
+  text("elsewhere/raw.bil", std::string(2 * 4 * 4, '\1'));
+  text("elsewhere/raw.hdr",
+       "NROWS 4\nNCOLS 4\nNBITS 16\nULXMAP 10\nULYMAP 46\nXDIM 0.1\nYDIM 0.1\n");
+  fs::create_directories(in_folder("all/raw"));
+  for (const char* const name : {"raw.bil", "raw.hdr"})
+    fs::copy(in_folder(std::string("elsewhere/") + name),
+             in_folder(std::string("all/raw/") + name));
+  for (const char* const name : {"raw.bil", "raw.hdr"})
+    fs::last_write_time(in_folder(std::string("all/raw/") + name),
+                        fs::file_time_type::clock::now() - 1h);
+  fs::create_directory_symlink(in_folder("elsewhere"), in_folder("all/linked"));
+  load("catalog = \"" + in_folder("all") + "\"\ncrs = \"EPSG:4326\"\n");
+  EXPECT_EQ(why_, "");
+  EXPECT_THAT(names(), ElementsAre("raw"));
+  const auto aside = keeper_.status().aside;
+  ASSERT_EQ(aside.size(), 1u);
+  EXPECT_THAT(aside.begin()->second, HasSubstr("a link to raw numbers elsewhere"));
+}
+
+/// Who opens a pipe may wait for ever, and with him those who wait for their turn.
+TEST_F(Keeper, APipeIsNoFileOfATable) {
+  dem("a.asc", 1);
+  ASSERT_EQ(::mkfifo(in_folder("pipe").c_str(), 0600), 0);
+  for (const char* const key : {"water", "flatten", "breaklines", "drape", "land-cover"}) {
+    const bool list = std::string_view(key) != "drape" && std::string_view(key) != "land-cover";
+    load(table("a", "a.asc", std::string(key) + (list ? " = [\"pipe\"]\n" : " = \"pipe\"\n")));
+    EXPECT_THAT(why_, HasSubstr("is a device or a pipe")) << key;
+  }
+}
+
+/// The mount point below a disk that is not mounted any more.
+TEST_F(Keeper, AnEmptyFolderInTheOnesPlaceTakesNothingAway) {
+  fs::create_directories(in_folder("all"));
+  const std::string toml = "catalog = \"" + in_folder("all") + "\"\n";
+  dem("all/a.asc"), dem("all/b.asc");
+  load(toml);
+  EXPECT_THAT(names(), ElementsAre("a", "b"));
+  fs::rename(in_folder("all"), in_folder("unmounted"));
+  fs::create_directories(in_folder("all"));
+  load(toml);
+  EXPECT_THAT(why_, testing::HasSubstr("is its disk not mounted?"));
+  EXPECT_THAT(names(), ElementsAre("a", "b"));
+  dem("all/b.asc", 7);  // another folder of what is served: that is what is wanted
+  load(toml);
+  EXPECT_EQ(why_, "");
+  EXPECT_THAT(names(), ElementsAre("b"));
+  EXPECT_EQ(height("b"), 7);
+  fs::remove(in_folder("all/b.asc"));  // taken away, from the same one
+  fs::remove(in_folder("all/b.prj"));
+  load(toml);
+  EXPECT_EQ(why_, "");
+  EXPECT_THAT(names(), ElementsAre());
 }
 
 TEST_F(Keeper, ACommentMoreChangesNoDataset) {

@@ -80,6 +80,18 @@ TEST(FileIo, whether_a_file_can_be_written_is_known_beforehand) {
   EXPECT_THAT(can_write_file(dir.file("no/such/folder")).error().what, HasSubstr("No such file"));
   EXPECT_THAT(can_write_file(dir.path().string()).error().what, HasSubstr("Is a directory"));
   EXPECT_THAT(can_write_file(dir.file("old/below")).error().what, HasSubstr("Not a directory"));
+  EXPECT_THAT(can_write_file(dir.file(std::string(256, 'n'))).error().what,
+              HasSubstr("File name too long"));
+  EXPECT_EQ(files_in(dir.path()), 1);
+}
+
+TEST(FileIo, the_longest_name_there_can_be_is_written) {
+  const tind::test::TempDir dir;
+  const std::string path = dir.file(std::string(255, 'n'));
+  for (const char* const text : {"once", "twice"}) {
+    ASSERT_TRUE(write_whole_file(path, text));
+    EXPECT_EQ(read_whole_file(path).value_or(""), text);
+  }
   EXPECT_EQ(files_in(dir.path()), 1);
 }
 

@@ -19,6 +19,7 @@
 #include "terrain/store/folder/folder_writer.h"
 #include "terrain/store/folder/tile_ledger.h"
 #include "terrain/store/open/stored_tiles.h"
+#include "tests/support/flat_dem.h"
 #include "tests/support/support.h"
 #include "tests/support/watched_files.h"
 
@@ -551,6 +552,28 @@ TEST_F(BuildFolderTest, one_build_at_a_time) {
   build();
   EXPECT_FALSE(fs::exists(o.output + "/tind-lock"));
   EXPECT_FALSE(fs::exists(o.output + "/tind-partial"));
+}
+
+/// What changes after the last tile was read is no reason to say that all went well.
+TEST(BuildOfAFile, that_changes_before_the_end_ends_with_an_error) {
+  const TempDir dir;
+  const std::string file = dir.file("a.asc");
+  test::write_flat_dem(file, 100);
+  const std::string files[] = {file};
+  auto source = DemSource::open(files, {});
+  ASSERT_TRUE(source.has_value()) << source.error().what;
+  BuildOptions o;
+  o.output = dir.file("tiles");
+  o.tiles.last_level = 2;
+  const auto change_it = [&](double share) {
+    if (share > 0.99) test::write_flat_dem(file, 200);
+  };
+  const std::shared_ptr<const DemSource> dem = std::move(*source);
+  const auto built = build_tiles(dem, o, {.report = change_it, .stop = {}});
+  ASSERT_FALSE(built.has_value());
+  EXPECT_EQ(built.error().code, Errc::io);
+  EXPECT_THAT(built.error().what, HasSubstr("a.asc: was replaced by another"));
+  EXPECT_FALSE(fs::exists(o.output + "/layer.json"));
 }
 
 }  // namespace

@@ -296,7 +296,8 @@ Result<Json> info_progressive(const Arguments& a, const std::string& path) {
     j["crs"] = info.crs_name;
     j["vertical_datum"] = name(info.datum);
     text += fmt::format("CRS        {}\ndatum      {}\n",
-                        info.crs_name.empty() ? "none" : info.crs_name, name(info.datum));
+                        info.crs_name.empty() ? "none" : logging::printable(info.crs_name),
+                        name(info.datum));
   }
   return said(a, std::move(j), text);
 }

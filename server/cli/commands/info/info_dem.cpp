@@ -162,7 +162,7 @@ std::string facts(const DemInfo& info, const Json& content) {
         turn_deg(m.y_col, m.x_col), turn_deg(-m.x_row, m.y_row));
   out += fmt::format("CRS        {}\n", info.crs_kind == CrsKind::none
                                             ? "none: can be simplified, but not tiled"
-                                            : info.crs_name + crs_remark(info));
+                                            : logging::printable(info.crs_name + crs_remark(info)));
   if (info.crs_kind != CrsKind::none)
     out += fmt::format("bounds     {:.6f} {:.6f} {:.6f} {:.6f} (west south east north){}\n",
                        info.bounds.west, info.bounds.south, info.bounds.east, info.bounds.north,

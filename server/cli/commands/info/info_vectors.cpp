@@ -42,7 +42,7 @@ Json vectors_json(const VectorFacts& facts) {
 }
 
 std::string vectors_text(const std::string& path, const VectorFacts& facts) {
-  std::string out = fmt::format("lines      {} ({})\n", path, facts.driver);
+  std::string out = fmt::format("lines      {} ({})\n", logging::printable(path), facts.driver);
   for (const VectorLayerFacts& l : facts.layers) {
     out += fmt::format("layer      {}: {}, {} vertices\n", logging::printable(l.name),
                        shapes_text(l.polygons, l.lines, l.points), l.vertices);

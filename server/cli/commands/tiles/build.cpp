@@ -280,6 +280,13 @@ Result<void> check_any_height(const Surface& source) {
   return {};
 }
 
+/// What was made is whole; who changed the source meanwhile is not to hear that all went well.
+int end_with(const Surface& source) {
+  if (auto same = source.unchanged(); !same) return complain(same.error());
+  warn_of_nodata(source);
+  return kOk;
+}
+
 int run_images(const Arguments& a, const Surface& source, const ImageContent& content) {
   if (const auto ok = check_any_height(source); !ok) return complain(ok.error());
   const std::string of = a.input.files.empty() ? a.format : a.input.files.front();
@@ -296,8 +303,7 @@ int run_images(const Arguments& a, const Surface& source, const ImageContent& co
                          .force = a.options.force},
                         a.json, stoppable(bar));
   }
-  if (exit == kOk) warn_of_nodata(source);
-  return exit;
+  return exit == kOk ? end_with(source) : exit;
 }
 
 int run_scenery(const Arguments& a, const Surface& source) {
@@ -313,8 +319,7 @@ int run_scenery(const Arguments& a, const Surface& source) {
                                   .json = a.json,
                                   .force = a.options.force,
                                   .stoppable = stoppable});
-  if (exit == kOk) warn_of_nodata(source);
-  return exit;
+  return exit == kOk ? end_with(source) : exit;
 }
 
 DrapedOver draped_over(const std::string& format) {

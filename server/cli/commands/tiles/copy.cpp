@@ -2,11 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 
 #include "proto/json_text.h"
 #include "server/cli/commands/commands.h"
@@ -27,8 +30,21 @@ struct Arguments {
   bool json = false;
 };
 
+/// A name of a file of another kind is a slip of the pen, and no folder's.
+Result<void> check_name(const std::string& to) {
+  static constexpr std::string_view kOthers[] = {".zip", ".tar", ".gz",  ".tgz",   ".7z",
+                                                 ".3tz", ".db",  ".tpm", ".sqlite"};
+  const auto ends = [&](std::string_view ending) { return to.ends_with(ending); };
+  std::error_code none;
+  if (std::ranges::none_of(kOthers, ends) || std::filesystem::is_directory(to, none)) return {};
+  return fail(Errc::invalid_argument,
+              to + ": tiles are copied into a directory, X.pmtiles or X.mbtiles");
+}
+
 int run(const Arguments& a) {
   if (!names_store(a.from)) return complain(no_store(a.from));
+  if (!names_archive(a.to))
+    if (auto ok = check_name(a.to); !ok) return complain(ok.error());
   if (const int code = check_store_output(a.to); code != kOk) return code;
   finish_on_signals();
   const auto begin = std::chrono::steady_clock::now();

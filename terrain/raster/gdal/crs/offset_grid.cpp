@@ -15,6 +15,7 @@
 #include <string_view>
 #include <vector>
 
+#include "terrain/base/existing_file.h"
 #include "terrain/raster/gdal/gdal_setup.h"
 
 namespace tind {
@@ -28,6 +29,7 @@ constexpr std::array<std::string_view, 6> kKinds = {
     "VELOCITY",          "ELLIPSOIDAL_HEIGHT_OFFSET", "DEFORMATION_MODEL"};
 
 std::unique_ptr<GDALDataset> open_grid(const std::string& path, const char* const* drivers) {
+  if (!check_is_file(path)) return nullptr;
   return std::unique_ptr<GDALDataset>(GDALDataset::Open(
       path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, drivers, nullptr, nullptr));
 }

@@ -205,7 +205,7 @@ Window window_under(Placer& placer, GDALDataset& set, int rows) {
 
 Result<Drape> drape_image(const std::string& path, const DemSource& dem) {
   gdal::set_up();
-  if (auto there = check_exists(path); !there) return std::unexpected(there.error());
+  if (auto there = check_is_file(path); !there) return std::unexpected(there.error());
   if (auto ok = gdal::look_beside(path); !ok) return std::unexpected(ok.error());
   const gdal::Complaints complaints;
   const Dataset set(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY,

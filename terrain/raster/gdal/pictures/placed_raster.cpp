@@ -13,7 +13,7 @@ namespace tind::gdal {
 
 Result<PlacedRaster> open_placed(const std::string& path, const char* what) {
   set_up();
-  if (auto there = check_exists(path); !there) return std::unexpected(there.error());
+  if (auto there = check_is_file(path); !there) return std::unexpected(there.error());
   if (auto ok = look_beside(path); !ok) return std::unexpected(ok.error());
   const Complaints complaints;
   std::unique_ptr<GDALDataset, PlacedRaster::Close> set(GDALDataset::Open(

@@ -199,7 +199,9 @@ Result<VectorFiles> VectorFiles::read(const std::string& path, FileStates* state
     }
     return files;
   }
-  if (*type != fs::file_type::regular) return files;
+  if (*type == fs::file_type::not_found) return files;
+  if (*type != fs::file_type::regular)
+    return fail(Errc::bad_data, path + ": is a device or a pipe; lines are read from a file");
   if (auto ok = find(path, true); !ok) return std::unexpected(ok.error());
   if (found.empty()) return files;  // it is gone by now
   for (const std::string& name : names_beside(path))
