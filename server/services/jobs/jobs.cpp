@@ -212,8 +212,8 @@ int Jobs::in_the_way() const {
   if (!*in_place) return kOtherList;
   constexpr std::uint64_t kLeast = 256 << 10;  // for the list alone
   struct statvfs disk {};
-  const bool full =
-      ::statvfs(folder_.c_str(), &disk) == 0 && disk.f_bavail * disk.f_frsize < kLeast;
+  const bool full = ::statvfs(folder_.c_str(), &disk) == 0 && disk.f_blocks > 0 &&
+                    disk.f_bavail * disk.f_frsize < kLeast;
   return full ? ENOSPC : 0;
 }
 

@@ -221,7 +221,9 @@ Result<std::optional<StoreListing>> FolderStore::list() const {
   if (error == std::errc::no_such_file_or_directory)
     return fail(Errc::not_found, "there is no folder " + base_);
   if (error) return folder::cannot_look(base_, error);
+  std::string last = base_;  // into which it cannot look, where it fails
   for (; it != end; it.increment(error)) {
+    last = it->path().string();
     std::error_code none;  // of one that went away meanwhile
     const fs::path relative = it->path().lexically_relative(base_);
     if (("/" + relative.string()).starts_with(folder::kAside) && it->is_directory(none))
@@ -243,7 +245,7 @@ Result<std::optional<StoreListing>> FolderStore::list() const {
       listing.strays.push_back(relative.string());
     }
   }
-  if (error) return folder::cannot_look(base_, error);  // at its end, too: what was seen is not all
+  if (error) return folder::cannot_look(last, error);  // at its end, too: what was seen is not all
   for (auto& level : listing.levels) std::ranges::sort(level);
   std::ranges::sort(listing.strays);
   std::ranges::sort(listing.others);
