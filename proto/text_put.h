@@ -45,7 +45,9 @@ inline std::string xml_text(std::string_view text) {
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
     if (const std::size_t bytes = utf8_bytes(text.substr(i)); bytes != 1) {
-      out += bytes == 0 ? "\xef\xbf\xbd" : text.substr(i, bytes);
+      const std::string_view whole = text.substr(i, bytes);  // U+FFFE, U+FFFF: no characters of XML
+      const bool good = bytes > 0 && whole != "\xef\xbf\xbe" && whole != "\xef\xbf\xbf";
+      out += good ? whole : "\xef\xbf\xbd";
       i += std::max<std::size_t>(bytes, 1) - 1;
     } else if (c == '&')
       out += "&amp;";

@@ -1,6 +1,5 @@
 #include "server/api/app.h"
 
-#include "server/api/web_pages.h"
 #include "server/http/message/problem.h"
 
 namespace tind::api {
@@ -30,9 +29,9 @@ http::Router make_router(const App& app) {
   add_viewer_routes(router, app);
   add_openapi_routes(router, app);
   router.guard(app.gate);
-  if (app.hosts)
-    router.refuse_first([hosts = *app.hosts](const http::Request& request) {
-      return refuse_jobs_of_strangers(request, hosts);
+  if (app.job_pages)
+    router.refuse_first([ours = *app.job_pages](const http::Request& request) {
+      return refuse_jobs_of_strangers(request, ours);
     });
   return router;
 }

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "server/api/web_pages.h"
 #include "server/http/router.h"
 #include "server/http/server.h"
 #include "server/http/static_files.h"
@@ -37,18 +38,18 @@ struct App {
   services::CpuPool& pool;
   const http::StaticFiles& viewer;
   const Environment& environment;
-  const http::Server* server = nullptr;                // set once it listens, before it runs
-  services::RefineService* refine = nullptr;           // null: no /refine
-  services::TileStreams* streams = nullptr;            // null: no /progressive
-  services::TileTransitions* transitions = nullptr;    // null: no /transition
-  services::TileEncodings* encodings = nullptr;        // null: tiles as quantized-mesh only
-  services::HeightImages* images = nullptr;            // null: no /rgb, no /shade
-  services::CatalogKeeper* keeper = nullptr;           // null: the catalog stays as it is
-  services::Tiles3d* tiles3d = nullptr;                // null: no /3dtiles
-  services::Scenery* scenery = nullptr;                // null: no /terrasync
-  services::Jobs* jobs = nullptr;                      // null: no /processes, no /jobs
-  const http::Gate* gate = nullptr;                    // null: everybody may ask everything
-  std::optional<std::vector<std::string>> hosts = {};  // whose pages may ask for jobs; nothing: all
+  const http::Server* server = nullptr;              // set once it listens, before it runs
+  services::RefineService* refine = nullptr;         // null: no /refine
+  services::TileStreams* streams = nullptr;          // null: no /progressive
+  services::TileTransitions* transitions = nullptr;  // null: no /transition
+  services::TileEncodings* encodings = nullptr;      // null: tiles as quantized-mesh only
+  services::HeightImages* images = nullptr;          // null: no /rgb, no /shade
+  services::CatalogKeeper* keeper = nullptr;         // null: the catalog stays as it is
+  services::Tiles3d* tiles3d = nullptr;              // null: no /3dtiles
+  services::Scenery* scenery = nullptr;              // null: no /terrasync
+  services::Jobs* jobs = nullptr;                    // null: no /processes, no /jobs
+  const http::Gate* gate = nullptr;                  // null: everybody may ask everything
+  std::optional<JobPages> job_pages = {};            // nothing: all names may ask for jobs
 };
 
 /// For everybody.

@@ -44,6 +44,9 @@ std::string report(const App& app, bool reasons) {
                        because(*status.wrong));
   else if (!status.when.empty())
     out += fmt::format("[+] reloaded at {}\n", status.when);
+  if (status.lost)
+    out += fmt::format("[-] the catalog's folder cannot be followed, what there was stays{}\n",
+                       because(*status.lost));
   // Which datasets there are is for whoever has a key for them.
   const auto so_many = [](std::size_t n) {
     return n == 1 ? std::string("a dataset") : fmt::format("{} datasets", n);

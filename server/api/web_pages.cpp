@@ -28,16 +28,24 @@ bool names_this_machine(std::string_view host) {
 }
 
 std::optional<http::Reply> refuse_jobs_of_strangers(const http::Request& request,
-                                                    const std::vector<std::string>& hosts) {
-  const bool of_jobs = request.path.starts_with("/jobs") || request.path.ends_with("/execution");
-  if (!of_jobs || !is_of_page(request) || names_this_machine(request.head.host))
+                                                    const JobPages& ours) {
+  if (!request.path.starts_with("/jobs") && !request.path.ends_with("/execution"))
     return std::nullopt;
-  const std::string name = lower_case(std::string(name_in(request.head.host)));
-  if (std::ranges::find(hosts, name) != hosts.end()) return std::nullopt;
+  const auto is_ours = [&](std::string_view host) {
+    const std::string name = lower_case(std::string(name_in(host)));
+    return names_this_machine(host) || std::ranges::find(ours.hosts, name) != ours.hosts.end();
+  };
+  const auto origin = request.head.fields.find("origin");
+  const auto scheme = origin ? origin->find("://") : std::string_view::npos;
+  const bool from_here = !origin ||
+                         (scheme != origin->npos && is_ours(origin->substr(scheme + 3))) ||
+                         std::ranges::find(ours.origins, *origin) != ours.origins.end();
+  if (from_here && is_ours(request.head.host)) return std::nullopt;
   return http::problem_reply(
       {.status = 403,
-       .detail = "Jobs are not for web pages under a name that the daemon does not know as its own "
-                 "(the setting hosts).",
+       .detail =
+           "Jobs are not for what comes under a name that the daemon does not know as its own "
+           "(the settings hosts and cors-origins).",
        .instance = request.head.target});
 }
 

@@ -19,9 +19,15 @@ bool is_of_page(const http::Request&);
 /// An address, or localhost: no name that somebody else could make lead here.
 bool names_this_machine(std::string_view host);
 
-/// The answer (403) to a page that asks for jobs under a name that is none of `hosts` and not of
-/// this machine: jobs are of who asked for them, and everybody in a browser here has one address.
-std::optional<http::Reply> refuse_jobs_of_strangers(const http::Request&,
-                                                    const std::vector<std::string>& hosts);
+/// Names under which jobs may be asked for, and other pages that may.
+struct JobPages {
+  std::vector<std::string> hosts, origins;
+};
+
+/// The answer (403) to who asks for jobs under a name that is none of the hosts and not of this
+/// machine, or from a page of another such name that is none of the origins: jobs are of who asked
+/// for them, and all pages in browsers here have one address. Of where a page is from browsers do
+/// not tell with a GET of the same origin, so the name counts for everybody.
+std::optional<http::Reply> refuse_jobs_of_strangers(const http::Request&, const JobPages&);
 
 }  // namespace tind::api

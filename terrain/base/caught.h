@@ -3,15 +3,18 @@
 
 #include <exception>
 #include <new>
+#include <string>
 
 #include "terrain/base/result.h"
 
 namespace tind {
 
+inline constexpr const char* kNoMemory = "there is not enough memory just now";
+
 /// busy where memory has run out, which may be there again; else internal.
 inline Error caught(const std::exception& thrown) {
   if (dynamic_cast<const std::bad_alloc*>(&thrown))
-    return {Errc::busy, "there is not enough memory just now: try again"};
+    return {Errc::busy, std::string(kNoMemory) + ": try again"};
   return {Errc::internal, thrown.what()};
 }
 

@@ -491,7 +491,11 @@ Result<CheckReport> check_tiles(const std::string& where, const CheckOptions& wa
   if (progress.stopped()) return fail(Errc::cancelled, "stopped");
   std::uint64_t posts = 0;
   for (const CheckLevel& level : report.levels) posts += level.posts;
-  if (options.source && posts == 0)
+  const bool all_read = !measured.unread && report.findings.total(Severity::unread) == 0;
+  if (measured.unread && report.findings.total(Severity::unread) == 0)  // only now
+    report.findings.add(rule("tile.unread"), where, "a tile, when it was read once more");
+  if (!all_read) {  // whether posts lie in a tile that could not be read, nobody knows
+  } else if (options.source && posts == 0)
     report.findings.add(rule("source.overlap"), where, "no post lies in any tile");
   else if (options.source)
     find_missing(measured, *options.source, where, report.findings);

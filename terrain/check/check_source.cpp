@@ -32,6 +32,7 @@ using Mesh = std::shared_ptr<const TileSurface>;  // null: cannot be decoded
 class SurfaceCache {
  public:
   explicit SurfaceCache(const TileListing& listing) : listing_(listing) {}
+  bool unread() const { return unread_; }
 
   Mesh get(TileId id) {
     {
@@ -49,7 +50,10 @@ class SurfaceCache {
     Findings ignored;  // reported elsewhere
     std::vector<std::uint8_t> bytes;
     CheckedTile tile;
-    if (!read_tile_file(listing_, id, bytes, ignored)) return nullptr;
+    if (!read_tile_file(listing_, id, bytes, ignored)) {
+      if (ignored.total(Severity::unread) > 0) unread_ = true;
+      return nullptr;
+    }
     if (!check_decode(bytes, "", tile, ignored)) return nullptr;
     for (const auto& triangle : tile.triangles)
       for (const std::uint32_t i : triangle)
@@ -57,6 +61,7 @@ class SurfaceCache {
     return std::make_shared<TileSurface>(tile);
   }
 
+  mutable std::atomic<bool> unread_ = false;
   const TileListing& listing_;
   std::mutex mutex_;
   Lru<TileId, Mesh> surfaces_{kCacheBytes, 1};
@@ -308,6 +313,7 @@ Result<MeasuredTiles> measure_against_source(const TileListing& listing, const S
   });
   if (error) return std::unexpected(*error);
   if (progress.stopped()) return fail(Errc::cancelled, "stopped");
+  measured.unread = cache.unread();
   return measured;
 }
 

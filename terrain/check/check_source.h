@@ -35,6 +35,7 @@ struct MeasuredTiles {
   std::vector<std::vector<MeasuredTile>> tiles;  // by level and place in the listing
   std::vector<std::uint64_t> outside;            // by level: valid posts in no tile of it
   std::uint64_t posts = 0, nowhere = 0;          // valid ones; and those in no tile at all
+  bool unread = false;                           // of a tile the disk or the server gave no bytes
 };
 
 /// Goes over the source once, block by block, in parallel; each

@@ -84,15 +84,17 @@ class TilesetCheck {
     else
       found(kTileset, tileset.error().what);
     if (progress_.stopped()) return fail(Errc::cancelled, "stopped");
-    if (tileset)  // else nothing leads anywhere
+    if (tileset && !subtree_unread_)  // else nothing leads anywhere, or nobody knows where
       for (const auto& [name, size] : files_.sizes())
         if (!enough() && !seen_.contains(name) &&
             (name.ends_with(".glb") || name.ends_with(".subtree")))
           found(name, "no tile leads to it");
     if (files_.archive()) {
       const auto wrong = files_.wrong_index();
-      if (!wrong) return std::unexpected(wrong.error());
-      if (!wrong->empty()) found("the archive's index", *wrong);
+      if (!wrong)
+        unread("the archive's index", wrong.error().what);
+      else if (!wrong->empty())
+        found("the archive's index", *wrong);
     }
     return std::move(report_);
   }
@@ -102,6 +104,7 @@ class TilesetCheck {
   const Progress& progress_;
   TilesetReport report_;
   std::set<std::string> seen_;
+  bool subtree_unread_ = false;
 
   bool enough() const { return progress_.stopped() || report_.ended_early(); }
 
@@ -156,7 +159,9 @@ class TilesetCheck {
       const Place at = waiting.back();
       waiting.pop_back();
       const std::string name = named(uri, at);
+      const std::uint64_t unread_before = report_.unread;
       const auto bytes = file(name);
+      subtree_unread_ |= report_.unread > unread_before;
       if (!bytes) continue;
       ++report_.subtrees;
       const auto subtree = read_subtree(*bytes, int(*levels));

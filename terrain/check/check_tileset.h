@@ -46,7 +46,7 @@ struct TilesetReport {
 /// must name the files that are there, no fewer and no more. Every content that is a GLB must be
 /// whole: its chunks, its JSON, and the bytes that buffer views and accessors lie in; what is
 /// compressed is not unpacked. Of an archive also each file's checksum and the index. Fails
-/// only on a stop (cancelled) and where tileset.json or an archive's index cannot be read; one file
+/// only on a stop (cancelled) and where tileset.json cannot be read; one file
 /// is in memory at a time, and of what subtrees name only what is there.
 Result<TilesetReport> check_tileset(const TilesetFiles&, const Progress& = {});
 

@@ -19,6 +19,7 @@ enum class State : std::uint8_t { unknown, sound, damaged, unread, missing, unli
 
 /// The tiles that there should be.
 struct Expected {
+  bool known = false;           // layer.json could be had
   std::vector<TileArea> areas;  // by level
 
   bool holds(TileId id) const {
@@ -41,6 +42,7 @@ Expected expected_of(const TileStore& store, std::vector<StoreFault>& faults) {
                       layer.error().code == Errc::io});
     return expected;
   }
+  expected.known = true;
   for (const auto& level : layer->available) expected.areas.push_back(area_of(level));
   return expected;
 }
@@ -81,7 +83,15 @@ void count(VerifyReport& report, State state, TileId id) {
   }
 }
 
-/// What lies in the store and layer.json does not name; all, where there is none.
+/// All that lie in the store: where layer.json could not be had, the hashes still say something.
+std::vector<TileId> listed_in(const TileStore& store) {
+  std::vector<TileId> all;
+  if (const auto there = store.list(); there && *there)
+    for (const auto& level : (*there)->levels) all.insert(all.end(), level.begin(), level.end());
+  return all;
+}
+
+/// What lies in the store and layer.json does not name.
 Result<void> look_for_others(const TileStore& store, const Expected& expected,
                              VerifyReport& report) {
   auto there = store.list();
@@ -89,19 +99,13 @@ Result<void> look_for_others(const TileStore& store, const Expected& expected,
   if (!*there) return {};
   for (const auto& level : (*there)->levels)
     for (const TileId id : level) {
-      if (expected.holds(id)) continue;
+      if (!expected.known || expected.holds(id)) continue;
       std::uint64_t bytes = 0;
-      const State state = state_of(store, id, bytes);
-      if (expected.areas.empty()) {
-        ++report.tiles;
-        report.bytes += bytes;
-        count(report, state, id);
-      } else if (state == State::sound) {
+      if (state_of(store, id, bytes) == State::sound)
         report.faults.push_back(
             {StoreFault::In::ledger, "layer.json", "does not name tile " + id.text()});
-      } else {
+      else
         add(report.foreign, id);
-      }
     }
   for (const std::string& stray : (*there)->strays) {
     ++report.foreign.count;
@@ -123,23 +127,25 @@ Result<VerifyReport> verify_store(const TileStore& store, int threads, const Pro
                                        " keeps no hashes of its tiles, so nobody can say whether "
                                        "they are as they were written; tind check looks into them");
   const Expected expected = expected_of(store, report.faults);
-  const TileOrder ids(expected.areas, 0, int(expected.areas.size()) - 1);
-  report.tiles = ids.size();
-  std::vector<State> states(ids.size(), State::unknown);
+  const TileOrder order(expected.areas, 0, int(expected.areas.size()) - 1);
+  const std::vector<TileId> listed = expected.known ? std::vector<TileId>() : listed_in(store);
+  const auto id_of = [&](std::size_t k) { return expected.known ? order[k] : listed[k]; };
+  report.tiles = expected.known ? order.size() : listed.size();
+  std::vector<State> states(report.tiles, State::unknown);
   std::atomic<std::uint64_t> bytes = 0;
   std::atomic<std::size_t> done = 0;
   if (threads == 0 && store.remote()) threads = kRemoteThreads;
-  parallel_for(ids.size(), threads, [&](std::size_t k) {
+  parallel_for(states.size(), threads, [&](std::size_t k) {
     if (progress.stopped()) return;
     std::uint64_t size = 0;
-    states[k] = state_of(store, ids[k], size);
+    states[k] = state_of(store, id_of(k), size);
     bytes += size;
-    if (++done % std::max<std::size_t>(1, ids.size() / 300) == 0)
-      progress.at(double(done) / double(ids.size()));
+    if (++done % std::max<std::size_t>(1, states.size() / 300) == 0)
+      progress.at(double(done) / double(states.size()));
   });
   if (progress.stopped()) return fail(Errc::cancelled, "stopped");
   report.bytes = bytes;
-  for (std::size_t k = 0; k < ids.size(); ++k) count(report, states[k], ids[k]);
+  for (std::size_t k = 0; k < states.size(); ++k) count(report, states[k], id_of(k));
   if (auto looked = look_for_others(store, expected, report); !looked)
     report.faults.push_back({StoreFault::In::ledger, store.name(), looked.error().what,
                              looked.error().code == Errc::io});

@@ -12,8 +12,10 @@ Result<std::shared_ptr<const Geoid>> Environment::egm96() const {
   const auto there = is_there(folder + "/" + kName + ".pgm");
   if (!there) return std::unexpected(there.error());
   if (!*there)
-    return fail(Errc::not_found, "the EGM96 geoid grid egm96-15.pgm is missing (looked in " +
-                                     folder + "); make it with scripts/make_geoid, or name the folder that has geoids/ in TIND_DATA");
+    return fail(
+        Errc::not_found,
+        "the EGM96 geoid grid egm96-15.pgm is missing (looked in " + folder +
+            "); make it with scripts/make_geoid, or name the folder that has geoids/ in TIND_DATA");
   auto loaded = Geoid::load(folder, kName);
   if (loaded) egm96_ = *loaded;
   return loaded;

@@ -385,6 +385,10 @@ Result<std::unique_ptr<http::Server>> listen_for_admin(const Config& config,
   return server;
 }
 
+std::string index_dir_of(const Config& config) {
+  return config.index_dir.empty() ? services::default_index_dir() : config.index_dir;
+}
+
 /// Whether that folder, or the one in which it would be made, may be written to.
 Result<void> check_writable(const char* setting, const std::string& folder) {
   if (folder.empty()) return {};
@@ -433,13 +437,12 @@ int serve(const Config& config, const Options& options) {
   app.tiles3d = &tiles3d;
   app.scenery = &scenery;
   app.gate = &gate;
-  // Behind keys a page needs one; and where others on the network ask, they have their own
-  // addresses.
+  // Behind keys a page needs one; and what names others on the network know it by, nobody has said.
   if (!config.hosts.empty() || (listens_here_alone(config.listen) && config.access.keys.empty()))
-    app.hosts = services::hosts_of(config.hosts);
+    app.job_pages = {services::hosts_of(config.hosts), *services::origins_of(config.cors_origins)};
   auto jobs = open_jobs(config);
   if (!jobs) return complain(jobs.error());
-  if (auto ok = check_writable("index-dir", config.index_dir); !ok)
+  if (auto ok = check_writable("index-dir", index_dir_of(config)); !ok)
     spdlog::warn("large DEMs will not be ready: {}", logging::printable(ok.error().what));
   app.jobs = jobs->get();
   const http::Router router = api::make_router(app);
@@ -540,9 +543,9 @@ Result<Checked> check(const Config& config, const std::shared_ptr<const Environm
     return fail(Errc::not_found, "viewer: there is no folder " + config.viewer);
   if (config.jobs > 0)
     if (auto ok = check_writable("jobs-dir", config.jobs_dir); !ok)
-      return std::unexpected(ok.error());
-  if (auto ok = check_writable("index-dir", config.index_dir); !ok)
-    return std::unexpected(ok.error());
+      warn("this user cannot start it: " + ok.error().what);
+  if (auto ok = check_writable("index-dir", index_dir_of(config)); !ok)
+    warn("for this user large DEMs will not be ready: " + ok.error().what);
   return all;
 }
 

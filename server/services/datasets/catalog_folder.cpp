@@ -84,11 +84,14 @@ struct States {
 
 /// Any file passes for raw numbers. One that somebody else put a link to may be one that he cannot
 /// read himself, as heights for everybody.
-bool is_raw_link_out(const fs::path& path, const fs::path& catalog) {
+Result<bool> is_raw_link_out(const fs::path& path, const fs::path& catalog) {
   if (!is_raw_raster(path.string())) return false;
-  std::error_code error, other;
-  const fs::path target = fs::canonical(path, error), folder = fs::canonical(catalog, other);
-  return error || other || target.lexically_relative(folder).string().starts_with("..");
+  std::error_code error;
+  const fs::path target = fs::canonical(path, error);
+  if (error == std::errc::no_such_file_or_directory) return true;  // a link to nothing
+  const fs::path folder = error ? fs::path() : fs::canonical(catalog, error);
+  if (error) return fail(Errc::io, "cannot look into " + path.string() + ": " + error.message());
+  return *target.lexically_relative(folder).begin() == "..";
 }
 
 constexpr const char* kRawLink =
@@ -97,6 +100,12 @@ constexpr const char* kRawLink =
 void leave(FolderEntry& entry, const Error& why) {
   entry.wrong = why.what;
   entry.unread = why.code == Errc::io || why.code == Errc::busy;
+}
+
+void refuse_raw_link(FolderEntry& entry, const std::string& path, const fs::path& catalog) {
+  const auto leads_out = is_raw_link_out(path, catalog);
+  if (!leads_out) return leave(entry, leads_out.error());
+  if (*leads_out) entry.wrong = path + kRawLink;
 }
 
 /// A folder of tiles, or of rasters, which are one dataset.
@@ -114,11 +123,10 @@ void look_into_folder(FolderEntry& entry, States& states, const fs::path& catalo
   for (const fs::path& path : *inside)
     if (fs::is_regular_file(path, error) && !path.filename().string().starts_with('.'))
       states.add(path.string());
-  if (const auto rasters = dem_files(std::vector{entry.path}, {.allow_vrt = true}); !rasters)
-    leave(entry, rasters.error());
-  for (const fs::path& path : *inside)
-    if (is_raw_link_out(path, catalog)) entry.wrong = path.string() + kRawLink;
   entry.spec.files = {entry.path};
+  const auto rasters = dem_files(std::vector{entry.path}, {.allow_vrt = true});
+  if (!rasters) return leave(entry, rasters.error());
+  for (const std::string& path : rasters->files) refuse_raw_link(entry, path, catalog);
 }
 
 void look_into_table(FolderEntry& entry, States& states, CatalogTables& tables) {
@@ -172,13 +180,13 @@ FolderEntry entry_at(const fs::path& path, States& states, CatalogTables& tables
   } else if (*type != fs::file_type::regular) {
     entry.wrong = entry.path + ": is neither a file nor a folder";
   } else if (path.extension() == ".toml") {
+    entry.is_table = true;
     look_into_table(entry, states, tables);
-  } else if (is_raw_link_out(path, catalog)) {
-    entry.wrong = entry.path + kRawLink;
   } else {
     states.add(entry.path);
     add_beside(path, states);
     entry.spec.files = {entry.path};
+    refuse_raw_link(entry, entry.path, catalog);
   }
   return entry;
 }
@@ -203,7 +211,16 @@ const Result<DatasetSpec>& CatalogTables::read(const std::string& file, const st
       .first->second.spec;
 }
 
+Result<CatalogFolder::Place> CatalogFolder::place() const {
+  struct stat is {};
+  if (::stat(folder_.c_str(), &is) == 0) return Place{is.st_dev, is.st_ino};
+  return fail(errno == ENOENT ? Errc::not_found : Errc::io,
+              "cannot look into " + folder_ + ": " + errno_text(errno));
+}
+
 Result<std::vector<FolderEntry>> CatalogFolder::look(bool tables_rest, Clock::time_point now) {
+  const auto begun = place();
+  if (!begun) return std::unexpected(begun.error());
   const auto paths = paths_by_name(folder_);
   if (!paths) return std::unexpected(paths.error());
   std::vector<FolderEntry> entries;
@@ -220,31 +237,33 @@ Result<std::vector<FolderEntry>> CatalogFolder::look(bool tables_rest, Clock::ti
                        : before == seen_.end() && written_long_ago(states.last_written_ns)
                            ? now - kRest
                            : now;
-    entry.rests =
-        now - since >= kRest || (tables_rest && fs::path(entry.path).extension() == ".toml");
+    entry.rests = now - since >= kRest || (tables_rest && entry.is_table);
     seen[entry.path] = {entry.state, since};
     entries.push_back(std::move(entry));
   }
   // A folder that went away meanwhile makes all that was in it look lost.
   if (auto there = paths_by_name(folder_); !there) return std::unexpected(there.error());
   // So does the empty one below a disk that is not mounted any more.
-  struct stat is {};
-  if (::stat(folder_.c_str(), &is) != 0)
-    return fail(Errc::io, "cannot look into " + folder_ + ": " + errno_text(errno));
-  const Place place{is.st_dev, is.st_ino};
-  if (entries.empty() && place_ && *place_ != place)
+  const auto ended = place();
+  if (!ended) return std::unexpected(ended.error());
+  if (*begun != *ended)
+    return fail(Errc::io, folder_ + ": became another folder while it was looked into");
+  if (entries.empty() && place_ && *place_ != *ended)
     return fail(Errc::io, folder_ +
                               ": is another folder than before, and empty: is its disk not "
                               "mounted? What is served stays; a restart takes it as it is");
-  if (!entries.empty()) place_ = place;
+  if (!entries.empty()) place_ = *ended;
   seen_ = std::move(seen);
   return entries;
 }
 
 Result<void> stays_in_catalog(const Dataset& dataset, const std::string& catalog) {
   if (!dataset.source) return {};
-  for (const std::string& file : dataset.source->info().files)
-    if (is_raw_link_out(file, catalog)) return fail(Errc::bad_data, file + kRawLink);
+  for (const std::string& file : dataset.source->info().files) {
+    const auto leads_out = is_raw_link_out(file, catalog);
+    if (!leads_out) return std::unexpected(leads_out.error());
+    if (*leads_out) return fail(Errc::bad_data, file + kRawLink);
+  }
   return dataset.unchanged ? dataset.unchanged() : Result<void>();
 }
 

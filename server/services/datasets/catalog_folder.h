@@ -35,6 +35,7 @@ struct FolderEntry {
   bool rests = false;
   std::string wrong;    // why it cannot be a dataset; empty: it may be one
   bool unread = false;  // ... for now: it cannot be looked at
+  bool is_table = false;
 };
 
 /// Tables, each read once for each state of its file.
@@ -73,6 +74,8 @@ class CatalogFolder {
     Clock::time_point since;
   };
   using Place = std::pair<std::uint64_t, std::uint64_t>;  // device and inode
+  Result<Place> place() const;
+
   const std::string folder_;
   std::optional<Place> place_;        // where something was last
   std::map<std::string, Seen> seen_;  // by path

@@ -94,7 +94,7 @@ std::set<std::string> geoids_of(const Config& config, const std::vector<FolderEn
 std::set<std::string> rasters_of_tables(const std::vector<FolderEntry>& entries) {
   std::set<std::string> files;
   for (const FolderEntry& entry : entries)
-    if (entry.path.ends_with(".toml"))
+    if (entry.is_table)
       for (const std::string& file : files_of(entry.spec).value_or(std::vector<std::string>{}))
         files.insert(file);
   return files;
@@ -161,8 +161,8 @@ Result<void> CatalogKeeper::want_folder(const Config& config, bool tables_rest,
     const auto old = std::ranges::find(here_, entry.path, &Wanted::entry);
     Wanted one{
         .spec = entry.spec, .entry = entry.path, .state = entry.state, .content = entry.content};
+    one.is_table = entry.is_table;
     if (old != here_.end()) one.served = old->served;
-    const bool is_table = entry.path.ends_with(".toml");
     if (!entry.wrong.empty()) {
       // What is wrong may be mended without a change of its files.
       if (entry.rests)
@@ -170,7 +170,7 @@ Result<void> CatalogKeeper::want_folder(const Config& config, bool tables_rest,
       else
         restless_.push_back(entry.path);
       // There is nothing in it any more, unless that is what one cannot see for a while.
-      if (!is_table && !entry.unread) one.served = nullptr;
+      if (!entry.is_table && !entry.unread) one.served = nullptr;
     } else {
       const auto files = files_of(entry.spec);
       one.key = files ? key_of(config, entry.spec, *files) : std::string();
@@ -280,21 +280,21 @@ void CatalogKeeper::open_entries(const Config& config, std::vector<Wanted>& want
   opener_.keep(keys);
   const std::string index_dir = config.index_dir.empty() ? default_index_dir() : config.index_dir;
   for (auto& [one, key] : to_open)
-    opener_.begin(key,
-                  [spec = one->spec, index_dir, path = one->entry, folder = folder_->folder(),
-                   options = options_of(config, one->spec)]() -> Result<Dataset> {
-                    if (!options) return std::unexpected(options.error());
-                    if (is_offset_grid(path, options->dem.pool))
-                      return fail(Errc::unsupported,
-                                  path +
-                                      ": is a grid of geoid heights or offsets, not of "
-                                      "terrain; a table can name it as from_datum");
-                    auto dataset = open_dataset(spec, *options, index_dir);
-                    if (dataset && !path.ends_with(".toml"))
-                      if (auto ok = stays_in_catalog(*dataset, folder); !ok)
-                        return std::unexpected(ok.error());
-                    return dataset;
-                  });
+    opener_.begin(
+        key,
+        [spec = one->spec, index_dir, path = one->entry, folder = folder_->folder(),
+         is_table = one->is_table, options = options_of(config, one->spec)]() -> Result<Dataset> {
+          if (!options) return std::unexpected(options.error());
+          if (is_offset_grid(path, options->dem.pool))
+            return fail(Errc::unsupported, path +
+                                               ": is a grid of geoid heights or offsets, not of "
+                                               "terrain; a table can name it as from_datum");
+          auto dataset = open_dataset(spec, *options, index_dir);
+          if (dataset && !is_table)
+            if (auto ok = stays_in_catalog(*dataset, folder); !ok)
+              return std::unexpected(ok.error());
+          return dataset;
+        });
   if (to_open.empty()) return;
   const auto begin = Clock::now();
   opener_.wait_until(begin + patience);
@@ -313,15 +313,16 @@ void CatalogKeeper::say_what_takes_long(const std::vector<Wanted>& wanted) {
   std::set<std::string> opening;
   for (const Wanted& one : wanted)
     if (one.under_way) opening.insert(one.entry);
-  std::set<std::string> before;
-  {
-    const std::lock_guard lock(mutex_);
-    before = std::exchange(status_.opening, opening);
+  constexpr std::chrono::seconds kLong{2};
+  const auto now = Clock::now();
+  std::erase_if(opening_, [&](const auto& one) { return !opening.contains(one.first); });
+  for (const std::string& entry : opening) {
+    Opening& one = opening_.try_emplace(entry, Opening{now}).first->second;
+    if (now - one.since < kLong || std::exchange(one.said, true)) continue;
+    spdlog::info("catalog: {}: takes long to open; what else there is does not wait for it", entry);
   }
-  for (const std::string& entry : opening)
-    if (!before.contains(entry))
-      spdlog::info("catalog: {}: takes long to open; what else there is does not wait for it",
-                   entry);
+  const std::lock_guard lock(mutex_);
+  status_.opening = std::move(opening);
 }
 
 // --- putting it there ----------------------------------------------------------------------------

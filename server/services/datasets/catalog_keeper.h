@@ -76,6 +76,7 @@ class CatalogKeeper {
     std::uint64_t reloads = 0, failed_reloads = 0;
     std::optional<std::string> wrong;           // with the last reload
     std::string when;                           // that was, "2026-11-22T16:00:00Z"
+    std::optional<std::string> lost;            // why the catalog's folder cannot be looked into
     std::map<std::string, std::string> unlike;  // datasets whose files have changed, and how
     std::map<std::string, std::string> unread;  // datasets whose heights are not ready, and why
     std::map<std::string, std::string> aside;  // entries of the folder that are not served, and why
@@ -93,6 +94,7 @@ class CatalogKeeper {
     std::string entry = {};    // of the catalog's folder; empty: of the configuration
     std::string state = {};    // of the entry
     std::string content = {};  // of the entry without its table
+    bool is_table = false;     // the entry is
     bool under_way = false;    // is being opened still
     std::shared_ptr<const ServedDataset> served = nullptr;  // null: is to be opened
     std::optional<Dataset> opened = {};
@@ -127,7 +129,7 @@ class CatalogKeeper {
 
   // Of the thread that runs.
   Config config_, running_;  // of the last load that went well, of the first
-  bool loaded_ = false, folder_lost_ = false;
+  bool loaded_ = false;
   std::vector<Wanted> here_;  // what is served, in its order
   std::shared_ptr<CatalogFolder> folder_;
   /// An entry that was left aside: until its files change or, where another has its name, that
@@ -135,10 +137,15 @@ class CatalogKeeper {
   struct Left {
     std::string state, name;
   };
-  std::map<std::string, Left> left_;   // by entry
-  std::vector<std::string> restless_;  // entries that were not at rest at the last look
-  std::set<std::string> of_tables_;    // files that tables of the folder name
-  Catalog::Datasets retired_;          // requests may have them still
+  std::map<std::string, Left> left_;  // by entry
+  struct Opening {
+    std::chrono::steady_clock::time_point since;
+    bool said = false;  // that it takes long
+  };
+  std::map<std::string, Opening> opening_;  // by entry
+  std::vector<std::string> restless_;       // entries that were not at rest at the last look
+  std::set<std::string> of_tables_;         // files that tables of the folder name
+  Catalog::Datasets retired_;               // requests may have them still
   logging::LogLimiter unforeseen_{std::chrono::minutes(10), 16};  // of looks, every few seconds
   std::chrono::milliseconds waited_{0};                           // for the opener, in this turn
 

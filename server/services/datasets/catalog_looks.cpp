@@ -117,11 +117,16 @@ void CatalogKeeper::follow_folder() {
   const auto change = gather(config_, false, kPatienceOfLook);
   if (!change) {
     // Not the folder's entries, but the folder itself.
-    if (!std::exchange(folder_lost_, true))
-      for (const Error& reason : change.error()) spdlog::error("catalog: {}", reason.what);
+    const std::string why = change.error()[0].what;
+    const std::lock_guard lock(mutex_);
+    if (std::exchange(status_.lost, why) != why) spdlog::error("catalog: {}", why);
     return;
   }
-  folder_lost_ = false;
+  {
+    const std::lock_guard lock(mutex_);
+    if (std::exchange(status_.lost, std::nullopt))
+      spdlog::info("catalog: {} is there again", folder_->folder());
+  }
   if (change->any()) spdlog::info("catalog: {}", text_of(*change, here_.size()));
 }
 

@@ -13,6 +13,7 @@
 #include "server/services/jobs/job_folders.h"
 #include "server/services/jobs/job_messages.h"
 #include "server/services/jobs/jobs.h"
+#include "terrain/base/caught.h"
 #include "terrain/base/errno_text.h"
 #include "terrain/base/file_io.h"
 
@@ -165,7 +166,8 @@ void Jobs::run(const std::shared_ptr<Live>& live, const std::stop_token& stop) {
   }
   if (disk_failed && said.find(errno_text(EFBIG)) != said.npos)
     return too_much(result_too_large(limits.file_bytes));
-  if (said.starts_with("out of memory") || said.find("std::bad_alloc") != said.npos)
+  if (said.starts_with("out of memory") || said.find("std::bad_alloc") != said.npos ||
+      said.find(kNoMemory) != said.npos)
     return too_much("it took more memory than jobs may, " +
                     std::to_string(limits.memory_bytes >> 20) + " MB: ask for a smaller area");
   if (disk_failed && said.find(errno_text(ENOSPC)) != said.npos)

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <filesystem>
 #include <utility>
 
@@ -422,10 +423,17 @@ void Jobs::sweep() {
                   [this](const auto& one) { return store_->put(one.second).has_value(); });
   }
   (void)store_->keep_latest(kMostEnded);
-  // A clock that was set forward makes nothing old: what is forgotten does not come back with it.
-  const auto here = std::chrono::duration_cast<std::chrono::milliseconds>(
-      std::chrono::steady_clock::now() - opened_);
-  const std::int64_t now = std::min(now_ms(), opened_ms_ + here.count());
+  // A clock that was set makes nothing old: what is forgotten does not come back with it.
+  constexpr std::chrono::milliseconds kStep = std::chrono::minutes(10);
+  const auto here = std::chrono::steady_clock::now();
+  const std::int64_t now = now_ms();
+  const auto passed = std::chrono::duration_cast<std::chrono::milliseconds>(here - swept_);
+  if (std::abs(now - swept_ms_ - passed.count()) > kStep.count()) {
+    spdlog::warn("the clock was set: results of jobs are kept for longer");
+    hold_ = here + limits_.kept;
+  }
+  swept_ = here, swept_ms_ = now;
+  if (here < hold_) return;
   const auto old = store_->finished_before(now - limits_.kept.count() * 1000);
   if (!old) return;
   for (const Job& job : *old) forget(job);

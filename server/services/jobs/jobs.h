@@ -136,8 +136,10 @@ class Jobs {
   const std::string folder_, program_;
   const bool temporary_;
   const JobLimits limits_;
-  const std::int64_t opened_ms_ = now_ms();
-  const std::chrono::steady_clock::time_point opened_ = std::chrono::steady_clock::now();
+  // Of the thread that sweeps: when it did last, by both clocks, and until when nothing is
+  // forgotten.
+  std::int64_t swept_ms_ = now_ms();
+  std::chrono::steady_clock::time_point swept_ = std::chrono::steady_clock::now(), hold_ = swept_;
   const std::unique_ptr<JobStore> store_;
 
   mutable std::mutex mutex_;  // of these

@@ -8,7 +8,7 @@ namespace tind::api {
 namespace {
 
 TEST_F(ProcessesApi, AreNotForPagesUnderForeignNames) {
-  app_.hosts = {"terrain.example.org"};
+  app_.job_pages = {{"terrain.example.org"}, {"https://gis.example.org", "*"}};
   const auto status = [&](const std::string& target, const std::string& host,
                           const std::string& fields) {
     HttpClient client(port());
@@ -22,8 +22,11 @@ TEST_F(ProcessesApi, AreNotForPagesUnderForeignNames) {
   EXPECT_EQ(status("/jobs", "localhost.evil.com", page), 403);
   for (const char* host : {"127.0.0.1:8080", "localhost", "[::1]:80", "Terrain.Example.org:443"})
     EXPECT_EQ(status("/jobs", host, page), 200) << host;
-  EXPECT_EQ(status("/jobs", "evil.com", ""), 200) << "a program";
-  EXPECT_EQ(status("/jobs", "evil.com", "Sec-Fetch-Site: none\r\n"), 200) << "typed in";
+  EXPECT_EQ(status("/jobs", "evil.com", ""), 403) << "a page, too, asks its own origin like that";
+  EXPECT_EQ(status("/jobs", "127.0.0.1", "Origin: http://evil.com\r\n"), 403);
+  EXPECT_EQ(status("/jobs", "127.0.0.1", "Origin: null\r\n"), 403);
+  EXPECT_EQ(status("/jobs", "127.0.0.1", "Origin: http://localhost:3000\r\n"), 200);
+  EXPECT_EQ(status("/jobs", "127.0.0.1", "Origin: https://gis.example.org\r\n"), 200);
   EXPECT_EQ(status("/datasets", "evil.com", page), 200) << "no secret";
 
   HttpClient client(port());

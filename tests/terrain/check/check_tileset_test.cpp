@@ -99,6 +99,10 @@ TEST_F(CheckTileset, WhatCannotBeReadIsNotSaidToBeWrong) {
   EXPECT_EQ(report.violations, 0u);
   EXPECT_EQ(report.unread, 1u);
   EXPECT_FALSE(report.ok());
+  const std::string subtree = any(".subtree");
+  fs::permissions(subtree, fs::perms::none);  // what it leads to nobody knows
+  EXPECT_EQ(check(folder_).violations, 0u);
+  EXPECT_GE(check(folder_).unread, 1u);
   fs::permissions(folder_ + "/tileset.json", fs::perms::none);
   const auto files = TilesetFiles::open(folder_);
   ASSERT_TRUE(files.has_value());

@@ -32,8 +32,8 @@ struct Arguments {
 
 /// A name of a file of another kind is a slip of the pen, and no folder's.
 Result<void> check_name(const std::string& to) {
-  static constexpr std::string_view kOthers[] = {".zip", ".tar", ".gz",  ".tgz",   ".7z",
-                                                 ".3tz", ".db",  ".tpm", ".sqlite"};
+  static constexpr std::string_view kOthers[] = {".zip", ".tar", ".gz",  ".tgz",
+                                                 ".7z",  ".3tz", ".tpm", ".sqlite"};
   const auto ends = [&](std::string_view ending) { return to.ends_with(ending); };
   std::error_code none;
   if (std::ranges::none_of(kOthers, ends) || std::filesystem::is_directory(to, none)) return {};

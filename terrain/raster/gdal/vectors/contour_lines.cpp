@@ -224,11 +224,12 @@ namespace {
 
 /// What a GeoPackage says its CRSs are. Empty: it cannot be asked.
 std::string crs_words(GDALDataset& file) {
-  OGRLayer* const rows = file.ExecuteSQL(
-      "SELECT definition FROM gpkg_spatial_ref_sys ORDER BY srs_id", nullptr, nullptr);
+  OGRLayer* const rows =
+      file.ExecuteSQL("SELECT * FROM gpkg_spatial_ref_sys ORDER BY srs_id", nullptr, nullptr);
   std::string words;
   for (OGRFeatureUniquePtr row; rows && (row.reset(rows->GetNextFeature()), row);)
-    words += std::string(row->GetFieldAsString(0)) + "\n";
+    for (int field = 0; field < row->GetFieldCount(); ++field)
+      words += std::string(row->GetFieldAsString(field)) + "\n";
   if (rows) file.ReleaseResultSet(rows);
   return words;
 }
