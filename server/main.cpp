@@ -164,10 +164,9 @@ int run(int argc, char** argv) {
           stderr);
       return tind::cli::kTryAgain;
     }
-    if (of_system && (of_system->code() == std::errc::too_many_files_open ||
-                      of_system->code() == std::errc::too_many_files_open_in_system)) {
-      std::fprintf(stderr, "tind: %s: raise the limit (ulimit -n), and run it again\n",
-                   of_system->code().message().c_str());
+    // Of Asio, whose errors are no std::system_error.
+    if (std::strstr(e.what(), tind::errno_text(EMFILE).c_str())) {
+      std::fprintf(stderr, "tind: %s: raise the limit (ulimit -n), and run it again\n", e.what());
       return tind::cli::kIo;
     }
     std::fprintf(stderr, "tind: internal error: %s\n", e.what());

@@ -271,8 +271,8 @@ TEST_F(Keeper, RawNumbersElsewhereAreNotServedByALink) {
 TEST_F(Keeper, APipeIsNoFileOfATable) {
   dem("a.asc", 1);
   ASSERT_EQ(::mkfifo(in_folder("pipe").c_str(), 0600), 0);
-  for (const char* const key : {"water", "flatten", "breaklines", "drape", "land-cover"}) {
-    const bool list = std::string_view(key) != "drape" && std::string_view(key) != "land-cover";
+  for (const char* const key : {"water", "flatten", "breaklines", "drape", "land_cover"}) {
+    const bool list = std::string_view(key) != "drape" && std::string_view(key) != "land_cover";
     load(table("a", "a.asc", std::string(key) + (list ? " = [\"pipe\"]\n" : " = \"pipe\"\n")));
     EXPECT_THAT(why_, HasSubstr("is a device or a pipe")) << key;
   }
@@ -290,11 +290,10 @@ TEST_F(Keeper, AnEmptyFolderInTheOnesPlaceTakesNothingAway) {
   load(toml);
   EXPECT_THAT(why_, testing::HasSubstr("is its disk not mounted?"));
   EXPECT_THAT(names(), ElementsAre("a", "b"));
-  dem("all/b.asc", 7);  // another folder of what is served: that is what is wanted
+  dem("all/b.asc");  // another folder, with something in it: that is what is wanted
   load(toml);
   EXPECT_EQ(why_, "");
   EXPECT_THAT(names(), ElementsAre("b"));
-  EXPECT_EQ(height("b"), 7);
   fs::remove(in_folder("all/b.asc"));  // taken away, from the same one
   fs::remove(in_folder("all/b.prj"));
   load(toml);

@@ -537,6 +537,7 @@ Result<std::string> HeightFile::fingerprint() const {
 namespace tind {
 
 bool is_raster(const std::string& path) {
+  if (!check_is_file(path)) return false;
   gdal::set_up();
   const gdal::Complaints silence;
   return GDALIdentifyDriverEx(path.c_str(), GDAL_OF_RASTER, gdal::raster_drivers(false, path),
