@@ -226,7 +226,9 @@ TEST_F(ProcessesApi, VolumesStatisticsAndDifferences) {
   expect_refused("/processes/statistics/execution", {{inputs(R"("base": 1)"), "inputs.polygons"},
                                                      {inputs(too_many), "inputs.polygons"}});
   expect_refused("/processes/difference/execution",
-                 {{inputs(R"("format": "tif")"), "inputs.less"}});
+                 {{inputs(R"("format": "tif")"), "inputs.less"},
+                  {inputs(R"("less": "rainier", "less_layer": "none")"), "inputs.less_layer"},
+                  {inputs(R"("less_layer": "rainier")"), "inputs.less"}});
 }
 
 TEST_F(ProcessesApi, SeveralMethodsInOneTable) {
