@@ -36,11 +36,12 @@ namespace {
 int once_printed(int exit, const std::string& reason = {}) {
   const bool failed = std::fflush(stdout) != 0;
   if (!failed && !std::ferror(stdout)) return exit;
-  if (exit != tind::cli::kOk) return exit;  // which has said why
+  // Others have said on stderr why; what is wrong with data is in the report that is lost.
+  if (exit != tind::cli::kOk && exit != tind::cli::kBadData) return exit;
   const std::string why = failed ? tind::errno_text(errno) : reason;
   std::fprintf(stderr, "tind: cannot write to standard output%s%s\n", why.empty() ? "" : ": ",
                why.c_str());
-  return tind::cli::kIo;
+  return exit == tind::cli::kOk ? tind::cli::kIo : exit;
 }
 
 [[noreturn]] void end_without_memory() {

@@ -199,6 +199,15 @@ TEST_F(ExitCode, ClosedDescriptorsAreNobodysFiles) {
   EXPECT_EQ(read_whole_file(said).value_or(""), "/dev/null\n/dev/null\n");
 }
 
+TEST_F(ExitCode, OfWrongDataStaysWhereTheReportIsLost) {
+  const std::string tiles = folder_.file("wrong");
+  ASSERT_EQ(run_tind("build " + dem_ + " --levels 0-2 -o " + tiles).code, 0);
+  std::filesystem::resize_file(tiles + "/0/0/0.terrain", 100);
+  const auto ran = run_tind("check " + tiles + " 2>&1 >/dev/full");
+  EXPECT_EQ(ran.code, 65);
+  EXPECT_NE(ran.out.find("cannot write to standard output"), std::string::npos) << ran.out;
+}
+
 TEST_F(ExitCode, OfTooFewDescriptorsNamesTheLimit) {
   const std::string tiles = folder_.file("few");
   ASSERT_EQ(run_tind("build " + dem_ + " --levels 0-2 -o " + tiles).code, 0);
