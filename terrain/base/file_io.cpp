@@ -7,7 +7,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <climits>
@@ -74,15 +73,19 @@ Errc code_of_open(int error) {
   return error == ENOENT || error == ENOTDIR ? Errc::not_found : Errc::io;
 }
 
+/// As much of a file's name as its partial can bear.
+std::string beginning_of_partial(const std::string& name) {
+  return name.substr(0, NAME_MAX - kPartial.size() - kPartialDigits);
+}
+
 /// Of processes on any host, no two get the same.
 std::string partial_name(const std::string& target) {
   std::random_device random;
   char digits[kPartialDigits + 1];
   std::snprintf(digits, sizeof digits, "%08x%08x", random(), random());
   const std::size_t name = target.find_last_of('/') + 1;
-  const std::size_t room = NAME_MAX - kPartial.size() - kPartialDigits;
-  return target.substr(0, name + std::min(target.size() - name, room)) + std::string(kPartial) +
-         digits;
+  return target.substr(0, name) + beginning_of_partial(target.substr(name)) +
+         std::string(kPartial) + digits;
 }
 
 /// 0, or errno.
@@ -247,8 +250,9 @@ Result<void> remove_partials_of(const std::string& path) {
   namespace fs = std::filesystem;
   const auto entries = entries_of(folder_of(path));
   if (!entries) return std::unexpected(entries.error());
+  const std::string ours = beginning_of_partial(fs::path(path).filename().string());
   for (const fs::directory_entry& entry : *entries) {
-    if (finished_name(entry.path().filename().string()) != fs::path(path).filename()) continue;
+    if (finished_name(entry.path().filename().string()) != ours) continue;
     std::error_code error;
     const auto type = entry.symlink_status(error).type();
     if (type == fs::file_type::regular) fs::remove(entry.path(), error);

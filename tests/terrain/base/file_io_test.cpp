@@ -93,6 +93,11 @@ TEST(FileIo, the_longest_name_there_can_be_is_written) {
     EXPECT_EQ(read_whole_file(path).value_or(""), text);
   }
   EXPECT_EQ(files_in(dir.path()), 1);
+  // Of one who was killed, where the system has no files without names.
+  ASSERT_TRUE(write_whole_file(dir.file(std::string(230, 'n') + ".partial-0123456789abcdef"), ""));
+  ASSERT_TRUE(write_whole_file(dir.file("n.partial-0123456789abcdef"), ""));
+  ASSERT_TRUE(remove_partials_of(path));
+  EXPECT_EQ(files_in(dir.path()), 2) << "another's stays";
 }
 
 }  // namespace
