@@ -382,6 +382,22 @@ TEST(Serve, AsRootOnlyWhenThatIsMeant) {
   EXPECT_EQ(checked.code, 0) << checked.out;
 }
 
+TEST(Serve, FoldersThatCannotBeWrittenToAreNamedBeforeTheStart) {
+  const tind::test::TempDir dir;
+  const std::string file = dir.file("file");
+  std::ofstream(file) << "no folder";
+  const Ran checked = run_tind("serve " + testdata("rainier.tif") + " --check-config --jobs-dir " +
+                               file + "/jobs --index-dir " + file + "/index");
+  EXPECT_EQ(checked.code, 0) << "another user may start it";
+  EXPECT_THAT(checked.out, HasSubstr("jobs-dir: " + file + "/jobs: Not a directory"));
+  EXPECT_THAT(checked.out, HasSubstr("index-dir: " + file + "/index: Not a directory"));
+  EXPECT_THAT(run_tind("serve " + testdata("rainier.tif") + " --check-config --jobs-dir " +
+                       dir.file("new/folder"))
+                  .out,
+              testing::Not(HasSubstr("jobs-dir")));
+  EXPECT_FALSE(std::filesystem::exists(dir.file("new")));
+}
+
 TEST(DemInput, CheckingAConfigurationFindsWhatTheStartWouldFind) {
   const tind::test::TempDir dir;
   const std::string dem = dir.file("void.asc");
