@@ -222,31 +222,6 @@ Result<std::vector<double>> contour_heights(const ContourOptions& options, doubl
 
 namespace {
 
-/// What a GeoPackage says its CRSs are. Empty: it cannot be asked.
-std::string crs_words(GDALDataset& file) {
-  OGRLayer* const rows =
-      file.ExecuteSQL("SELECT * FROM gpkg_spatial_ref_sys ORDER BY srs_id", nullptr, nullptr);
-  std::string words;
-  for (OGRFeatureUniquePtr row; rows && (row.reset(rows->GetNextFeature()), row);)
-    for (int field = 0; field < row->GetFieldCount(); ++field)
-      words += std::string(row->GetFieldAsString(field)) + "\n";
-  if (rows) file.ReleaseResultSet(rows);
-  return words;
-}
-
-/// GDAL writes a CRS without its codes where PROJ's database fails for a moment, and says nothing:
-/// a second file without a line must say the same. Errc::io.
-Result<void> check_crs_words(GDALDataset& file, const OGRSpatialReference& crs,
-                             const LayerKind& kind) {
-  const gdal::MemoryFile memory(row_of(ContourFormat::geopackage).extension);
-  const Dataset other(
-      file.GetDriver()->Create(memory.name().c_str(), 0, 0, 0, GDT_Unknown, nullptr));
-  if (other && make_layer(*other, crs, ContourFormat::geopackage, kind))
-    if (const std::string words = crs_words(file); !words.empty() && words == crs_words(*other))
-      return {};
-  return fail(Errc::io, "PROJ's database cannot be read: the CRS lacks what is looked up there");
-}
-
 /// One layer, which `fill` fills, as a file's bytes.
 template <class Fill>
 Result<ContourFile> encode_layer(ContourFormat format, const DemInfo& info, const LayerKind& kind,
@@ -268,9 +243,6 @@ Result<ContourFile> encode_layer(ContourFormat format, const DemInfo& info, cons
     good = fill(*layer);
     if (progress.stopped()) return fail(Errc::cancelled, "stopped");
     if (all_at_once) good = file->CommitTransaction() == OGRERR_NONE && good;
-    if (good && format == ContourFormat::geopackage)
-      if (auto same = check_crs_words(*file, *crs, kind); !same)
-        return std::unexpected(same.error());
   }
   file.reset();  // writes what is left, an index for one
   if (good && !complaints.failed()) {
