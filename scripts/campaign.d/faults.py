@@ -6,11 +6,11 @@ from common import programme
 from common.analyses import analyses
 from common.batches import batches
 from common.hostile import HONEST
-from common.sessions import Sessions, judge, what_is_wrong
+from common.daemon_life import DaemonLife, judge, what_is_wrong
 from common.work import difference, works
 
 TIERS = ("ci", "gate", "campaign")
-DAEMON = 4  # shares of the time that a work has one of: its sessions are long
+DAEMON = 4  # shares of the time that a work has one of: a life of it is long
 ASKED = "D2, D4: every N of each call x {EIO, ENOSPC, EMFILE, EINTR, ...}, 3,000 points; no false success; run again, same bytes"
 WHY_NOT = ("a run takes a sample of its points, another one with each seed: all of them would take hours; a GeoPackage's words for "
            "its CRS lack codes where PROJ's database fails just as GDAL writes them: the same CRS, other bytes")
@@ -85,8 +85,8 @@ def only_in_files(trace):
 
 
 def daemon_faults(run, share):
-    sessions, trace = Sessions(run), run.work / "trace"
-    right = sessions.live(strace(trace))
+    life, trace = DaemonLife(run), run.work / "trace"
+    right = life.live(strace(trace))
     if wrong := what_is_wrong(right):
         run.fail(f"daemon: {wrong}")
         return
@@ -95,7 +95,7 @@ def daemon_faults(run, share):
     for point in run.sample(every, share):
         if run.time_left() < 0:
             break
-        got = sessions.live(strace(trace, point))
+        got = life.live(strace(trace, point))
         why = judge(right, got, loader) if only_in_files(trace) else ""
         if why:
             run.fail(f"{' '.join(map(str, point))}: {why}")

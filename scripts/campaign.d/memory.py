@@ -5,11 +5,11 @@ from common import programme
 from common.analyses import analyses
 from common.batches import batches
 from common.hostile import HONEST
-from common.sessions import Sessions, judge, what_is_wrong
+from common.daemon_life import DaemonLife, judge, what_is_wrong
 from common.work import difference, works
 
 TIERS = ("ci", "gate", "campaign")
-DAEMON = 4  # shares of the time that a work has one of: its sessions are long
+DAEMON = 4  # shares of the time that a work has one of: a life of it is long
 ASKED = "D1: every N of start-up, tiles, reload, a batch: right bytes or an honest end; never an abort, never other bytes"
 WHY_NOT = ("allocations inside GDAL and PROJ are not failed: both abort by design; "
            "nlohmann-json 3.11.2 crashes where the allocation fails by which operator[] makes an object of a null value")
@@ -39,8 +39,8 @@ def attempt(work, library, **variables):
 
 def daemon_without(run, library, share):
     """The daemon's own, and those of the jobs that it starts."""
-    sessions, count = Sessions(run), run.work / "count"
-    right = sessions.live(env={"LD_PRELOAD": str(library), "COUNT_NEW": str(count)})
+    life, count = DaemonLife(run), run.work / "count"
+    right = life.live(env={"LD_PRELOAD": str(library), "COUNT_NEW": str(count)})
     if wrong := what_is_wrong(right):
         run.fail(f"daemon: {wrong}")
         return
@@ -49,7 +49,7 @@ def daemon_without(run, library, share):
     for _, n in run.sample(every, share):
         if run.time_left() < 0:
             break
-        why = judge(right, sessions.live(env={"LD_PRELOAD": str(library), "FAIL_NEW": str(n)}))
+        why = judge(right, life.live(env={"LD_PRELOAD": str(library), "FAIL_NEW": str(n)}))
         if why:
             run.fail(f"daemon, allocation {n}: {why}")
         run.executions += 1

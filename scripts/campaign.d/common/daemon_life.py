@@ -29,7 +29,7 @@ def ask(daemon, path, data=None):
         return 0, str(error)
 
 
-class Sessions:
+class DaemonLife:
     """Of one DEM and one built folder, which is taken away from where the works made it."""
 
     def __init__(self, run):
