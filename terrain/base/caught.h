@@ -1,5 +1,6 @@
 #pragma once
-// Exceptions that nobody foresaw, as errors: where they end a piece of work, and not the program.
+// Exceptions that nobody foresaw, as errors: where they end a piece of work, and not the program;
+// and which errors may be gone when one tries again.
 
 #include <exception>
 #include <new>
@@ -16,6 +17,11 @@ inline Error caught(const std::exception& thrown) {
   if (dynamic_cast<const std::bad_alloc*>(&thrown))
     return {Errc::busy, std::string(kNoMemory) + ": try again"};
   return {Errc::internal, thrown.what()};
+}
+
+/// The system or the other side failed just now, which says nothing of what was asked for.
+inline bool may_pass(const Error& error) {
+  return error.code == Errc::io || error.code == Errc::busy;
 }
 
 }  // namespace tind

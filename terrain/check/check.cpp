@@ -494,10 +494,10 @@ Result<CheckReport> check_tiles(const std::string& where, const CheckOptions& wa
   const bool all_read = !measured.unread && report.findings.total(Severity::unread) == 0;
   if (measured.unread && report.findings.total(Severity::unread) == 0)  // only now
     report.findings.add(rule("tile.unread"), where, "a tile, when it was read once more");
-  if (!all_read) {  // whether posts lie in a tile that could not be read, nobody knows
-  } else if (options.source && posts == 0)
+  // Whether posts lie in a tile that could not be read, nobody knows.
+  if (options.source && all_read && posts == 0)
     report.findings.add(rule("source.overlap"), where, "no post lies in any tile");
-  else if (options.source)
+  else if (options.source && all_read)
     find_missing(measured, *options.source, where, report.findings);
   if (!options.source) return report;
   const auto record = store->record();

@@ -7,6 +7,7 @@
 
 #include "proto/json_member.h"
 #include "proto/json_text.h"
+#include "terrain/base/caught.h"
 
 namespace tind {
 
@@ -273,9 +274,8 @@ bool read_tile_file(const TileListing& listing, TileId id, std::vector<std::uint
     if (why.code == Errc::not_found)
       findings.add(rule("available.missing"), id.text(), "");
     else
-      findings.add(why.code == Errc::io || why.code == Errc::busy ? rule("tile.unread")
-                                                                  : rule("tile.readable"),
-                   id.text(), why.what);
+      findings.add(may_pass(why) ? rule("tile.unread") : rule("tile.readable"), id.text(),
+                   why.what);
     return false;
   }
   bytes = std::move(read->bytes);
@@ -300,8 +300,7 @@ Result<TileListing> check_files(const TileStore& store, int first, int last, Fin
   }
   report_faults(store, findings);
   const auto bytes = store.layer_json();
-  if (!bytes && (!listed || bytes.error().code == Errc::io || bytes.error().code == Errc::busy))
-    return std::unexpected(bytes.error());
+  if (!bytes && (!listed || may_pass(bytes.error()))) return std::unexpected(bytes.error());
   const Json json = bytes ? json::parse<Json>(*bytes) : Json();
   if (!json.is_object()) {
     findings.add(rule("layer.readable"), kLayer, bytes ? "not a JSON object" : "cannot be read");

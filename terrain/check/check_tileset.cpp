@@ -12,6 +12,7 @@
 
 #include "proto/json_member.h"
 #include "proto/json_text.h"
+#include "terrain/base/caught.h"
 #include "terrain/check/check_glb.h"
 #include "terrain/check/subtree.h"
 
@@ -76,7 +77,7 @@ class TilesetCheck {
 
   Result<TilesetReport> run() {
     const auto text = files_.read(kTileset);
-    if (!text && text.error().code == Errc::io) return std::unexpected(text.error());
+    if (!text && may_pass(text.error())) return std::unexpected(text.error());
     const auto tileset = text ? read_tileset(*text) : std::unexpected(text.error());
     seen_.insert(kTileset);
     if (tileset)
@@ -221,7 +222,7 @@ class TilesetCheck {
     const auto done = double(seen_.size()), all = double(files_.sizes().size());
     progress_.at(std::min(1.0, done / std::max(all, 1.0)));
     if (bytes) return std::move(*bytes);
-    if (bytes.error().code == Errc::io)
+    if (may_pass(bytes.error()))
       unread(name, bytes.error().what);
     else
       found(name, bytes.error().what);

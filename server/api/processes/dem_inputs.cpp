@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "server/services/datasets/dataset_file.h"
+#include "terrain/base/caught.h"
 #include "terrain/geo/tiling_scheme.h"
 #include "terrain/raster/datums.h"
 
@@ -46,7 +47,7 @@ std::string why_not_above(const VerticalDatum& datum, const DemInfo& info,
     return "cannot be chosen: what this DEM's heights are above is not known; leave it out";
   for (const VerticalDatum& one : {info.source_datum, datum})
     if (const auto surface = datum_surface(one, info.bounds, info.crs_wkt, environment);
-        !surface && surface.error().code != Errc::io)
+        !surface && !may_pass(surface.error()))
       return "cannot be this one: the server has no grid of it that reaches there; take another, "
              "or source";
   return {};
@@ -115,7 +116,7 @@ std::string read_datum(const App& app, const DemOfJob& dem, Members& inputs, Pro
                          ? fail(Errc::invalid_argument, "")
                          : datum_named(text);
   if (text == "source") return {};
-  if (!datum && datum.error().code == Errc::io) return text;  // the job says so
+  if (!datum && may_pass(datum.error())) return text;  // the job says so
   if (!datum) {
     problems.add("datum",
                  "must be source, ellipsoid, egm84, egm96, egm2008 or a vertical CRS "

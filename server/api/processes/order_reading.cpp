@@ -70,7 +70,7 @@ void OrderReading::other(const char* name, const char* flag) {
   const Json* const said = inputs_.member(name);
   const std::string layer_name = std::string(name) + "_layer";
   const Json* const layer = inputs_.member(layer_name.c_str());
-  if (!said && layer) problems_.add(layer_name.c_str(), std::string("is for ") + name);
+  if (!said && layer) problems_.add(layer_name, std::string("is for ") + name);
   if (!said) return;
   Json as_dataset = {{"dataset", *said}};
   if (layer) as_dataset["layer"] = *layer;
@@ -78,7 +78,7 @@ void OrderReading::other(const char* name, const char* flag) {
   Members members(as_dataset, "", wrong);
   other_ = read_dem(app_, members, wrong);
   for (const auto& problem : wrong.list())
-    problems_.add(problem.parameter == "layer" ? layer_name.c_str() : name, problem.detail);
+    problems_.add(problem.parameter == "layer" ? layer_name : name, problem.detail);
   if (!wrong.empty() || !dem_.recipe) return;
   if (other_.recipe->words != dem_.recipe->words)
     return problems_.add(name,

@@ -11,6 +11,7 @@
 
 #include "server/services/datasets/dataset_file.h"
 #include "server/services/datasets/dataset_settings.h"
+#include "terrain/base/caught.h"
 #include "terrain/base/errno_text.h"
 #include "terrain/base/file_there.h"
 #include "terrain/base/folder_entries.h"
@@ -99,7 +100,7 @@ constexpr const char* kRawLink =
 
 void leave(FolderEntry& entry, const Error& why) {
   entry.wrong = why.what;
-  entry.unread = why.code == Errc::io || why.code == Errc::busy;
+  entry.unread = may_pass(why);
 }
 
 void refuse_raw_link(FolderEntry& entry, const std::string& path, const fs::path& catalog) {

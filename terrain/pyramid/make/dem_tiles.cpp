@@ -68,8 +68,6 @@ class Reading {
 /// killed, is tried again for ever, after pauses that double.
 constexpr std::chrono::seconds kFirstPause{1}, kLongestPause{300};
 
-bool may_pass(const Error& error) { return error.code == Errc::io || error.code == Errc::busy; }
-
 /// The calling thread, and those that it starts, run when nobody else wants to.
 void give_way() { ::setpriority(PRIO_PROCESS, 0, 19); }  // of Linux: 0 is the thread
 
