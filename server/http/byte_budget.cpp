@@ -35,7 +35,8 @@ void ByteBudget::give_back_now(const Address& address, std::size_t bytes) noexce
   if (bytes == 0) return;
   held_ -= bytes;
   const auto found = holders_.find(address);
-  if ((found->second -= bytes) == 0) holders_.erase(found);
+  found->second -= bytes;
+  if (found->second == 0) holders_.erase(found);
 }
 
 bool ByteBudget::take(const Address& address, std::size_t bytes) {

@@ -146,13 +146,13 @@ void Router::allow(Route& route) {
   add(bool(route.post), "POST");
 }
 
-void Router::get(std::string pattern, Handler handler) {
+void Router::get(const std::string& pattern, Handler handler) {
   Route& route = at(pattern);
   route.get = undescribed(std::move(handler));
   allow(route);
 }
 
-void Router::get(std::string pattern, Operation operation, Handler handler) {
+void Router::get(const std::string& pattern, Operation operation, Handler handler) {
   Route& route = at(pattern);
   route.get = described(std::move(operation), std::move(handler));
   allow(route);
@@ -160,30 +160,31 @@ void Router::get(std::string pattern, Operation operation, Handler handler) {
 
 void Router::get_always(std::string pattern, Operation operation, Handler handler) {
   at(pattern).always = true;
-  get(std::move(pattern), std::move(operation), std::move(handler));
+  get(pattern, std::move(operation), std::move(handler));
 }
 
-void Router::post(std::string pattern, BodyRules rules, Handler handler) {
+void Router::post(const std::string& pattern, BodyRules rules, Handler handler) {
   Route& route = at(pattern);
   route.post = undescribed(std::move(handler));
   route.body = std::move(rules);
   allow(route);
 }
 
-void Router::post(std::string pattern, Operation operation, BodyRules rules, Handler handler) {
+void Router::post(const std::string& pattern, Operation operation, BodyRules rules,
+                  Handler handler) {
   Route& route = at(pattern);
   route.post = described(std::move(operation), std::move(handler));
   route.body = std::move(rules);
   allow(route);
 }
 
-void Router::del(std::string pattern, Handler handler) {
+void Router::del(const std::string& pattern, Handler handler) {
   Route& route = at(pattern);
   route.del = undescribed(std::move(handler));
   allow(route);
 }
 
-void Router::del(std::string pattern, Operation operation, Handler handler) {
+void Router::del(const std::string& pattern, Operation operation, Handler handler) {
   Route& route = at(pattern);
   route.del = described(std::move(operation), std::move(handler));
   allow(route);

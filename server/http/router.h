@@ -47,15 +47,15 @@ class Gate {
 class Router {
  public:
   /// Without an Operation a route works, is in no document, and needs the scope `read`.
-  void get(std::string pattern, Handler);
-  void get(std::string pattern, Operation, Handler);
+  void get(const std::string& pattern, Handler);
+  void get(const std::string& pattern, Operation, Handler);
   /// The same, and answered for clients that are refused everything else because there are too many
   /// of them: for whoever watches the server.
   void get_always(std::string pattern, Operation, Handler);
-  void post(std::string pattern, BodyRules, Handler);
-  void post(std::string pattern, Operation, BodyRules, Handler);
-  void del(std::string pattern, Handler);
-  void del(std::string pattern, Operation, Handler);
+  void post(const std::string& pattern, BodyRules, Handler);
+  void post(const std::string& pattern, Operation, BodyRules, Handler);
+  void del(const std::string& pattern, Handler);
+  void del(const std::string& pattern, Operation, Handler);
   /// Asked of every request, before anything else; its reply is the final one.
   void refuse_first(std::function<std::optional<Reply>(const Request&)> refuse) {
     refuse_first_ = std::move(refuse);

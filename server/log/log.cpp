@@ -87,7 +87,7 @@ class LogSink final : public spdlog::sinks::base_sink<std::mutex> {
   }
   ~LogSink() override { end(); }
 
-  void log(const Access& access) {
+  void say(const Access& access) {
     const std::string text = text_of(access);
     const std::lock_guard lock(mutex_);
     say(spdlog::details::log_msg("tind", spdlog::level::info, text), fields_of(access));
@@ -257,7 +257,7 @@ void log_access(const Access& access) {
   const spdlog::logger& logger = *spdlog::default_logger_raw();
   if (!logger.should_log(spdlog::level::info)) return;
   for (const auto& sink : logger.sinks())
-    if (auto* const own = dynamic_cast<LogSink*>(sink.get())) return own->log(access);
+    if (auto* const own = dynamic_cast<LogSink*>(sink.get())) return own->say(access);
   spdlog::info("{}", text_of(access));  // nobody made a Log
 }
 

@@ -306,7 +306,7 @@ StatedError stated_error(const CheckedTile& tile, TileId id, double error_factor
   }
   if (const auto edge = json.find("edge_error_m"); edge != json.end()) {
     if (const auto error = json::as_number(*edge, 0, kLargest))
-      stated.edge_error_m = *error;
+      stated.edge_error_m = error;
     else
       findings.add(rule("error.edge"), where, edge->dump());
   }

@@ -33,6 +33,7 @@ class Cutter {
 
   void run() {
     std::vector<std::uint32_t> open;
+    open.reserve(mesh_.triangles.size());
     for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) open.push_back(t);
     while (!open.empty()) {
       const std::uint32_t t = open.back();

@@ -76,7 +76,7 @@ ImageSource images_of(const Surface& surface, const ImageKind& kind) {
 ImageSource images_of(std::shared_ptr<const TileSet> tiles, proto::HeightCode code,
                       proto::ImageFormat format) {
   const proto::LayerJson& layer = tiles->layer();
-  const auto kept = std::make_shared<DecodedTiles>(tiles);
+  const auto kept = std::make_shared<DecodedTiles>(std::move(tiles));
   const auto beyond = std::make_shared<std::atomic<double>>(0);
   return {.format = format,
           .description = mesh_tile_json(layer, code, format, ""),

@@ -141,8 +141,10 @@ std::size_t stride_of(const std::vector<Sample>& samples, const Tin& from,
                       const NearestTriangle& nearest, double most_looks) {
   constexpr std::size_t kTried = 128;
   double looked_at = 0;
-  for (std::size_t k = 0; k < kTried && !samples.empty(); ++k)
-    looked_at += nearest.find(place_of(samples[k * samples.size() / kTried], from)).looked_at;
+  for (std::size_t k = 0; k < kTried && !samples.empty(); ++k) {
+    const std::size_t one = k * samples.size() / kTried;
+    looked_at += nearest.find(place_of(samples[one], from)).looked_at;
+  }
   const double all = looked_at / kTried * double(samples.size());
   const double may = std::max(most_looks, kFewLooks * double(samples.size()));
   return std::size_t(std::max(1.0, std::ceil(all / may)));

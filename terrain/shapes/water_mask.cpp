@@ -41,7 +41,7 @@ void cover_by_areas(const AreaSet& areas, const GeoRect& r, Cover& cover) {
   std::vector<AreaSet::Span> spans;
   for (int k = 0; k < kSide * kParallels; ++k) {
     areas.spans(r.north - r.height() * (k + 0.5) / (kSide * kParallels), spans);
-    add_row(spans, r, 1.0f / kParallels, &cover[std::size_t(k / kParallels * kSide)]);
+    add_row(spans, r, 1.0f / kParallels, &cover[std::size_t(k / kParallels) * kSide]);
   }
 }
 
@@ -67,7 +67,7 @@ class PlaceLattice {
     x *= kNodes - 1, y *= kNodes - 1;
     const int i = std::min(int(x), kNodes - 2), j = std::min(int(y), kNodes - 2);
     const auto node = [&](int di, int dj) {
-      return posts_[std::size_t((j + dj) * kNodes + i + di)];
+      return posts_[std::size_t(j + dj) * kNodes + std::size_t(i + di)];
     };
     const double fx = x - i, fy = y - j;
     const auto mix = [&](double nw, double ne, double sw, double se) {
@@ -153,7 +153,8 @@ Result<void> cover_by_raster(const DemSource& source, const GeoRect& r, Cover& c
   for (int j = 0; j < kAll; ++j)
     for (int i = 0; i < kAll; ++i)
       if (posts->water(places.at((i + 0.5) / kAll, (j + 0.5) / kAll)))
-        shares[std::size_t(j / kPlaces * kSide + i / kPlaces)] += 1.0f / (kPlaces * kPlaces);
+        shares[std::size_t(j / kPlaces) * kSide + std::size_t(i / kPlaces)] +=
+            1.0f / (kPlaces * kPlaces);
   // Of several waters the one that covers more of a cell counts there.
   for (std::size_t k = 0; k < cover.size(); ++k) cover[k] = std::max(cover[k], shares[k]);
   return {};

@@ -112,6 +112,7 @@ void HeightField::add_layer(std::size_t k, Places& p) const {
     return;
   }
   std::vector<double> old;
+  old.reserve(asked.size());
   for (const std::size_t i : asked) old.push_back(p.heights[i]);
   for (std::size_t b = 0; b < bent.size(); ++b) p.heights[asked[bent[b]]] = heights[b];
 

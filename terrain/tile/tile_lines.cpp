@@ -431,6 +431,7 @@ void ShoreBender::bend(TileLines& lines) const {
   };
   add_edges();                 // twice there: as if they were not
   std::vector<LineBox> boxes;  // of the lines, in their order
+  boxes.reserve(lines.lines.size());
   for (const TileLine& line : lines.lines) boxes.emplace_back(line.points);
   for (const Disc& disc : discs_) {
     const Vec3 middle{disc.u, disc.v, 0};

@@ -52,7 +52,7 @@ std::expected<AskedShade, http::Reply> shade_of(const http::Request& request,
 
 /// As it is asked for again.
 std::string query_of(const AskedShade& asked) {
-  const std::string style = fmt::format("style={}", name(asked.style));
+  std::string style = fmt::format("style={}", name(asked.style));
   if (asked.style != ShadeStyle::hillshade) return style;
   return style + fmt::format("&azimuth={}&altitude={}&z_factor={}", asked.azimuth_deg,
                              asked.altitude_deg, asked.z_tenths / 10.);

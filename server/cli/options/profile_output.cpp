@@ -71,6 +71,7 @@ Ordered columns_json(const Profile& profile, const ProfileFacts& facts) {
 
 Ordered line_json(const Profile& profile) {
   std::vector<LinePoint> line;
+  line.reserve(profile.points.size());
   for (const ProfilePoint& p : profile.points)
     line.push_back({p.place, has_height(p) ? p.height.height_m : std::nan("")});
   const bool whole = has_all_heights(line);

@@ -46,7 +46,7 @@ std::string free_name(std::string_view name, const std::function<bool(const std:
   return unique;
 }
 
-const ServedDataset& Catalog::add(std::string name, Dataset dataset) {
+const ServedDataset& Catalog::add(const std::string& name, Dataset dataset) {
   Datasets datasets = all();
   const auto taken = [this](const std::string& one) { return find(one) != nullptr; };
   datasets.push_back(make(free_name(name, taken), std::move(dataset)));

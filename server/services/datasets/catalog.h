@@ -36,7 +36,7 @@ class Catalog {
   using Datasets = std::vector<std::shared_ptr<const ServedDataset>>;
 
   /// `name` is made safe, and numbered ("alps-2") where it is taken.
-  const ServedDataset& add(std::string name, Dataset);
+  const ServedDataset& add(const std::string& name, Dataset);
 
   /// Null when there is none of that name. Thread-safe, like all that follows.
   std::shared_ptr<const ServedDataset> find(std::string_view name) const;

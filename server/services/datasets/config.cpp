@@ -457,6 +457,7 @@ Result<Config> read_config(const ConfigInput& input) {
 
 std::string print_config(const Config& config) {
   std::vector<std::string> datasets;
+  datasets.reserve(config.datasets.size());
   for (const std::string& dataset : config.datasets) datasets.push_back(toml_quoted(dataset));
   std::string out = fmt::format("datasets = [{}]\n", fmt::join(datasets, ", "));
   for (const Setting& setting : settings())
@@ -535,6 +536,7 @@ std::vector<std::string> hosts_of(std::string_view text) {
 
 std::vector<DatasetSpec> specs_of(const Config& config) {
   std::vector<DatasetSpec> specs;
+  specs.reserve(config.datasets.size() + config.tables.size());
   for (const std::string& text : config.datasets) specs.push_back(parse_dataset_spec(text));
   specs.insert(specs.end(), config.tables.begin(), config.tables.end());
   return specs;

@@ -80,7 +80,7 @@ DatasetSetting number(std::string name, std::string help, double TileSetOptions:
 }
 
 template <NamedEnum E>
-DatasetSetting choice(std::string name, std::string help, E TileSetOptions::*field) {
+DatasetSetting choice(std::string name, const std::string& help, E TileSetOptions::*field) {
   return {.name = std::move(name),
           .help = fmt::format("{}: {}", help, fmt::join(enum_names<E>(), ", ")),
           .initial = name_of(TileSetOptions{}.*field),
@@ -112,7 +112,7 @@ DatasetSetting method() {
 // --- its lines and its water ---------------------------------------------------------------------
 
 /// Of one dataset: another's are elsewhere.
-DatasetSetting shape_files(std::string name, std::string help) {
+DatasetSetting shape_files(const std::string& name, std::string help) {
   DatasetSetting row{.name = name, .help = std::move(help), .set = {}};
   row.is_list = row.is_path = true;
   row.for_all = false;

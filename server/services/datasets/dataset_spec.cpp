@@ -101,7 +101,7 @@ Result<std::string> read_setting(const DatasetSetting& row, const TomlValue& val
     return fail(Errc::invalid_argument, where + ": " + file_key(row.name) + " takes one value");
   for (std::string& text : *texts)
     if (row.is_path || (row.may_be_path && row.may_be_path(text))) text = beside(folder, text);
-  const std::string text =
+  std::string text =
       fmt::format("{}", fmt::join(*texts, row.is_path ? std::string(1, kBetweenPaths) : ","));
   DatasetOptions scratch;
   if (auto done = row.set(scratch, text); !done)
@@ -113,6 +113,7 @@ Result<std::string> read_setting(const DatasetSetting& row, const TomlValue& val
 
 std::string list_of(const std::vector<std::string>& texts) {
   std::vector<std::string> all;
+  all.reserve(texts.size());
   for (const std::string& text : texts) all.push_back(toml_quoted(text));
   return fmt::format("[{}]", fmt::join(all, ", "));
 }
@@ -239,6 +240,7 @@ Result<std::vector<std::string>> fitting(const std::string& pattern) {
   const auto stops = [](const char*, int error) {
     return int(error != ENOENT && error != ENOTDIR);
   };
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): it is where it looks for users' homes
   const int code = ::glob(pattern.c_str(), 0, stops, &found);
   if (code == GLOB_NOMATCH) return fail(Errc::not_found, pattern + ": no file fits this pattern");
   if (code != 0) return fail(Errc::io, pattern + ": its folder cannot be read");

@@ -51,12 +51,12 @@ bool in_ring(Vec2 p, const std::vector<Vec2>& ring) {
 
 Region Region::polygon(std::vector<Vec2> ring) {
   ring.push_back(ring.front());
-  Region out = corridor(std::move(ring), kTouch, 1, 1);
+  Region out = corridor(ring, kTouch, 1, 1);
   out.ring_ = true;
   return out;
 }
 
-Region Region::corridor(std::vector<Vec2> route, double half_width_m, double metres_x,
+Region Region::corridor(const std::vector<Vec2>& route, double half_width_m, double metres_x,
                         double metres_y) {
   Region out;
   out.metres_x_ = metres_x, out.metres_y_ = metres_y;

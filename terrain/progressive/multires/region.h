@@ -15,7 +15,7 @@ class Region {
 
   /// All that is at most half_width_m from the route, in metres of the post spacing. REQUIRES: at
   /// least two points.
-  static Region corridor(std::vector<Vec2> route, double half_width_m, double metres_x,
+  static Region corridor(const std::vector<Vec2>& route, double half_width_m, double metres_x,
                          double metres_y);
 
   bool contains(Vec2 post) const;

@@ -74,7 +74,7 @@ void give_way() { ::setpriority(PRIO_PROCESS, 0, 19); }  // of Linux: 0 is the t
 class TilesOnDemand : public DemTiles {
  public:
   /// `outline`: a plan whose levels and availability are right; its heights are not known yet.
-  TilesOnDemand(Surface surface, TilePlan outline, std::string index_path, std::string name)
+  TilesOnDemand(Surface surface, TilePlan outline, std::string index_path, const std::string& name)
       : surface_(std::move(surface)),
         outline_(std::move(outline)),
         index_path_(std::move(index_path)),
@@ -170,7 +170,8 @@ class TilesOnDemand : public DemTiles {
 
 }  // namespace
 
-Result<std::unique_ptr<DemTiles>> open_dem_tiles(Surface surface, const TileSetOptions& options,
+Result<std::unique_ptr<DemTiles>> open_dem_tiles(const Surface& surface,
+                                                 const TileSetOptions& options,
                                                  std::int64_t read_at_once,
                                                  const std::string& index_path) {
   const DemInfo& info = surface.info();

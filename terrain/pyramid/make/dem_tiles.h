@@ -30,7 +30,7 @@ inline constexpr std::int64_t kMostReadAtOnce = std::int64_t(1) << 25;
 /// are tiles without a post until one with a post was made, because a DEM without any has no tiles.
 /// All others are there at once. The index is kept at `index_path`, or with the tiles where that is
 /// empty.
-Result<std::unique_ptr<DemTiles>> open_dem_tiles(Surface, const TileSetOptions&,
+Result<std::unique_ptr<DemTiles>> open_dem_tiles(const Surface&, const TileSetOptions&,
                                                  std::int64_t read_at_once = kMostReadAtOnce,
                                                  const std::string& index_path = {});
 

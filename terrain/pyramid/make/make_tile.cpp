@@ -55,6 +55,7 @@ Result<void> load_heights(TileJob& job) {
 
 std::vector<BorderSample> border_samples(const std::vector<ShapeCrossing>& crossings) {
   std::vector<BorderSample> samples;
+  samples.reserve(crossings.size());
   for (const ShapeCrossing& c : crossings)
     samples.push_back({c.t, c.shore ? c.height_m : std::numeric_limits<double>::quiet_NaN()});
   return samples;

@@ -361,8 +361,8 @@ Result<TileMesh> fit_within_budget(TileJob& job, std::stop_token stop) {
       const PostWindow& w = l.posts;  // its shorter side may have fewer posts than a step
       return w.cols * w.rows / step / step > most || std::max(w.cols, w.rows) / step > most;
     });
-    if (step > 1 && !too_big)  // NOLINT(bugprone-branch-clone): tried in this order
-      step /= 2, place = 0;
+    if (step > 1 && !too_big)
+      step /= 2, place = 0;  // NOLINT(bugprone-branch-clone): tried in this order
     else if (place > 1)
       place = 1;  // very steep: here the place counts
     else if (step > 1 && may_see_all(job, step / 2))

@@ -166,7 +166,7 @@ class DeviationMeasure {
   double tile_error_m_;
 };
 
-DemInfo frame_of(TileId id, VerticalDatum datum) {
+DemInfo frame_of(TileId id, const VerticalDatum& datum) {
   const GeoRect rect = tiling::rect(id);
   DemInfo info;
   info.cols = info.rows = kTileExtent + 1;
@@ -178,8 +178,8 @@ DemInfo frame_of(TileId id, VerticalDatum datum) {
   return info;
 }
 
-Result<proto::MeshStream> make(TileId id, std::span<const std::uint8_t> bytes, VerticalDatum datum,
-                               std::stop_token stop) {
+Result<proto::MeshStream> make(TileId id, std::span<const std::uint8_t> bytes,
+                               const VerticalDatum& datum, std::stop_token stop) {
   const auto tile = read_tile(id, bytes);
   if (!tile) return std::unexpected(tile.error());
   auto mesh = HalfedgeMesh::from_tin(tile->mesh);
@@ -204,7 +204,7 @@ Result<proto::MeshStream> make(TileId id, std::span<const std::uint8_t> bytes, V
 }  // namespace
 
 Result<proto::MeshStream> tile_stream(TileId id, std::span<const std::uint8_t> tile,
-                                      VerticalDatum datum, std::stop_token stop) {
+                                      const VerticalDatum& datum, std::stop_token stop) {
   auto made = make(id, tile, datum, std::move(stop));
   if (!made) return fail("tile " + id.text(), made.error());
   return made;

@@ -27,7 +27,7 @@ namespace tind {
 /// For a tile that does not say its error, only the latter.
 ///
 /// Fails (bad_data), naming the tile, when the bytes are no such tile.
-Result<proto::MeshStream> tile_stream(TileId, std::span<const std::uint8_t> tile, VerticalDatum,
-                                      std::stop_token = {});
+Result<proto::MeshStream> tile_stream(TileId, std::span<const std::uint8_t> tile,
+                                      const VerticalDatum&, std::stop_token = {});
 
 }  // namespace tind

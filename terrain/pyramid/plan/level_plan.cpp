@@ -220,6 +220,7 @@ struct Group {
 };
 std::vector<Group> groups_below(const TilePlan& plan, std::size_t layers) {
   std::vector<int> ends;
+  ends.reserve(layers);
   for (std::size_t k = 0; k < layers; ++k) ends.push_back(plan.deepest_of(k));
   std::ranges::sort(ends);
   ends.erase(std::unique(ends.begin(), ends.end()), ends.end());

@@ -97,6 +97,7 @@ Result<PastBuild> past_build(const BuildRecord& record, std::string_view blocks,
   if (record.layers.empty() || !has_room(record.layers, blocks.size()))
     return fail(Errc::bad_data, "the record does not know its layers");
   std::vector<SurfaceLayer> layers;
+  layers.reserve(record.layers.size());
   for (const LayerRecord& r : record.layers)
     layers.push_back({.name = std::to_string(layers.size()),
                       .source = std::make_shared<const PastSource>(r, layers.size()),

@@ -25,7 +25,7 @@ int layer_epoch(const Surface& surface) {
 
 std::string grid_digest(const Surface& surface) {
   if (const DemSource* dem = surface.only()) {
-    const std::string digest = grid_digest(dem->info());
+    std::string digest = grid_digest(dem->info());
     if (layer_epoch(surface) == 0) return digest;
     return hash128(fmt::format("files {} {}", kLayerEpoch, digest)).text();
   }

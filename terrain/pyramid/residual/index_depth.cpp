@@ -63,6 +63,7 @@ IndexDepth IndexDepth::of(const Surface& surface, std::int64_t exact_posts) {
   if (exact_posts <= 0 && surface.post_count() <= kExactSourcePosts) return depth;
   // Posts of a tile are never more than those of its parent: from the roots down as far as needed.
   std::vector<TileId> level;
+  level.reserve(tiling::columns(0));
   for (std::uint32_t x = 0; x < tiling::columns(0); ++x) level.push_back({0, x, 0});
   while (!level.empty() && level.front().level < tiling::kMaxLevel) {
     std::erase_if(

@@ -207,7 +207,7 @@ ResidualRecord join(const std::array<const ResidualRecord*, 4>& children, double
       if (!children[i] || !children[i]->has_posts()) return;
       r.min_m = std::min(r.min_m, children[i]->min_m);
       r.max_m = std::max(r.max_m, children[i]->max_m);
-      const auto& part = children[i]->pieces[std::size_t(k + 1)];
+      const auto& part = children[i]->pieces[std::size_t(k) + 1];
       const Corner at = corner_of(east, north, half);
       for (int row = 0; row < half; ++row)
         std::copy_n(&part[std::size_t(row) * half], half,

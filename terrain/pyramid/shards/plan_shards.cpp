@@ -54,10 +54,10 @@ Result<std::uint64_t> number_of_shards(const TilePlan& plan, const ShardWish& wi
 std::uint64_t places_with_posts(const Surface& surface, const SurfaceBlocks& blocks, TileId id) {
   const GeoRect r = tiling::rect(id);
   std::array<Geographic, kLooks * kLooks> places;
-  for (int j = 0; j < kLooks; ++j)
-    for (int i = 0; i < kLooks; ++i)
-      places[std::size_t(j * kLooks + i)] = {r.west + (i + 0.5) / kLooks * r.width(),
-                                             r.south + (j + 0.5) / kLooks * r.height()};
+  for (std::size_t j = 0; j < kLooks; ++j)
+    for (std::size_t i = 0; i < kLooks; ++i)
+      places[j * kLooks + i] = {r.west + (i + 0.5) / kLooks * r.width(),
+                                r.south + (j + 0.5) / kLooks * r.height()};
   std::array<bool, kLooks * kLooks> found{};
   std::array<Vec2, kLooks * kLooks> posts;
   for (std::size_t k = 0; k < surface.layers().size(); ++k) {
@@ -157,6 +157,7 @@ Result<ShardPlan> plan_shards(const Surface& surface, const BuildOptions& o, con
   plan.level = *level;
   std::vector<TileId> roots;
   const TileArea& area = tiles->tiles(*level);
+  roots.reserve(area.size());
   for (std::uint64_t i = 0; i < area.size(); ++i)
     roots.push_back({*level, area[i].first, area[i].second});
   std::ranges::sort(roots, {}, curve_number);

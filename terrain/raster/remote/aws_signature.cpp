@@ -69,6 +69,7 @@ std::string uri_encode(std::string_view text, bool keep_slashes) {
 
 std::string query_text(const std::vector<std::pair<std::string, std::string>>& query) {
   std::vector<std::string> parts;
+  parts.reserve(query.size());
   for (const auto& [name, value] : query)
     parts.push_back(uri_encode(name, false) + "=" + uri_encode(value, false));
   std::ranges::sort(parts);
@@ -102,6 +103,7 @@ std::vector<std::string> signed_headers(const AwsRequest& request, const AwsKey&
   const std::string signing =
       hmac(hmac(hmac(hmac("AWS4" + key.secret, day), region), "s3"), "aws4_request");
   std::vector<std::string> out;
+  out.reserve(headers.size() + 1);
   for (const auto& [name, value] : headers) out.push_back(name + ": " + value);
   out.push_back("Authorization: AWS4-HMAC-SHA256 Credential=" + key.id + "/" + scope +
                 ",SignedHeaders=" + names + ",Signature=" + hex_text(hmac(signing, to_sign)));

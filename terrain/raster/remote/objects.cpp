@@ -61,8 +61,7 @@ std::string base64_md5(std::string_view bytes) {
   std::string text;
   for (std::size_t i = 0; i < hash.size(); i += 3) {
     const auto byte = [&](std::size_t k) { return k < hash.size() ? hash[k] : 0u; };
-    const unsigned three =
-        unsigned(byte(i)) << 16 | unsigned(byte(i + 1)) << 8 | unsigned(byte(i + 2));
+    const unsigned three = byte(i) << 16 | byte(i + 1) << 8 | byte(i + 2);
     for (int k = 3; k >= 0; --k) text += kLetters[three >> (6 * k) & 63];
   }
   text.resize(22);  // 16 bytes
@@ -180,10 +179,9 @@ bool is_remote(std::string_view text) {
 
 S3Settings S3Settings::of_environment() {
   S3Settings s;
-  if (std::string region = variable("AWS_REGION"); !region.empty())
-    s.region = region;
-  else if (region = variable("AWS_DEFAULT_REGION"); !region.empty())
-    s.region = region;
+  std::string region = variable("AWS_REGION");
+  if (region.empty()) region = variable("AWS_DEFAULT_REGION");
+  if (!region.empty()) s.region = region;
   s.host = "s3." + s.region + ".amazonaws.com";
   std::string endpoint = variable("AWS_ENDPOINT_URL_S3");
   if (endpoint.empty()) endpoint = variable("AWS_ENDPOINT_URL");

@@ -62,8 +62,10 @@ std::optional<Descriptors> receive() {
 
 /// In the copy: as after spawn(). They came with numbers that may be each other's places.
 bool take_places(Descriptors& descriptors) {
-  for (int& one : descriptors)
-    if ((one = ::fcntl(one, F_DUPFD, kBrief + 1)) < 0) return false;
+  for (int& one : descriptors) {
+    one = ::fcntl(one, F_DUPFD, kBrief + 1);
+    if (one < 0) return false;
+  }
   return ::dup2(descriptors[0], kSocket) >= 0 && ::dup2(descriptors[1], kShared) >= 0 &&
          ::dup2(descriptors[2], kBrief) >= 0 && ::close_range(kBrief + 1, ~0u, 0) == 0;
 }

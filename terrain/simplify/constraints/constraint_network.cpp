@@ -236,6 +236,7 @@ class NetworkBuilder {
     }
     std::sort(at.begin(), at.end(), [](const auto& p, const auto& q) { return p.first < q.first; });
     std::vector<Vec3> inner;
+    inner.reserve(at.size());
     for (const auto& [t, p] : at) inner.push_back(p);
     return inner;
   }

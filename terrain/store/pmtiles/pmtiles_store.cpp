@@ -226,7 +226,7 @@ Result<std::shared_ptr<const Directory>> PmtilesStore::leaf(const PmtilesEntry& 
   if (!entries) return std::unexpected(entries.error());
   if (entries->empty() || entries->front().number != entry.number)
     return damaged("a directory begins with another tile than it should");
-  const auto made = std::make_shared<const Directory>(std::move(*entries));
+  auto made = std::make_shared<const Directory>(std::move(*entries));
   const std::lock_guard lock(mutex_);
   leaves_.insert(entry.at, made, made->size() * sizeof(PmtilesEntry));
   return made;

@@ -189,7 +189,8 @@ int foresee(const Surface& surface, const BuildOptions& o, const std::string& st
   return exit;
 }
 
-void print(const BuildReport& r, const TileSetOptions& tiles, VerticalDatum datum, double seconds) {
+void print(const BuildReport& r, const TileSetOptions& tiles, const VerticalDatum& datum,
+           double seconds) {
   fmt::print("{:>5} {:>10} {:>12} {:>12} {:>14}\n", "level", "tiles", "bytes/tile", "budget m",
              "worst error m");
   for (const LevelReport& l : r.levels) {

@@ -25,7 +25,8 @@ constexpr const char* kOnlyMeshes[] = {
     "--max-error", "--error-factor", "--deepest",    "--side",  "--exact-posts",
     "--effort",    "--method",       "--breaklines", "--water", "--layer-error"};
 
-nlohmann::ordered_json to_json(const ImageFolderReport& r, VerticalDatum datum, double seconds) {
+nlohmann::ordered_json to_json(const ImageFolderReport& r, const VerticalDatum& datum,
+                               double seconds) {
   return {{"vertical_datum", name(datum)},
           {"tiles", r.tiles},
           {"built", r.built},
@@ -77,7 +78,7 @@ Result<ImageSource> image_source(const Surface& surface, const ImageKind& kind,
   return images_of(std::shared_ptr<const TileSet>(std::move(*tiles)), *code, kind.format);
 }
 
-int build_images(const ImageSource& source, VerticalDatum datum, const std::string& name,
+int build_images(const ImageSource& source, const VerticalDatum& datum, const std::string& name,
                  const ImageFolderOptions& options, bool json, const Progress& progress) {
   const int deepest = source.description.maxzoom;
   if (options.first_level > deepest)

@@ -40,7 +40,7 @@ Result<ImageSource> image_source(const Surface&, const ImageKind&, ImagedSurface
                                  const TileSetOptions& options);
 
 /// Makes them and prints the report; the exit code. `name`: for people, in tiles.json.
-int build_images(const ImageSource&, VerticalDatum, const std::string& name,
+int build_images(const ImageSource&, const VerticalDatum&, const std::string& name,
                  const ImageFolderOptions&, bool json, const Progress&);
 
 }  // namespace tind::cli

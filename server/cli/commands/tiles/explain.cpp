@@ -45,7 +45,10 @@ std::optional<TileId> parse_tile(std::string text) {
   const char* at = text.data();
   const char* const end = at + text.size();
   for (int k = 0; k < 3; ++k) {
-    if (k > 0 && (at == end || *at++ != '/')) return std::nullopt;
+    if (k > 0) {
+      if (at == end || *at != '/') return std::nullopt;
+      ++at;
+    }
     const auto [after, error] = std::from_chars(at, end, n[k]);
     if (error != std::errc()) return std::nullopt;
     at = after;

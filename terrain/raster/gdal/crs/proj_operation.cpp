@@ -29,6 +29,7 @@ Operation::Operation(std::string grids) : context(proj_context_create()), folder
     rest.remove_prefix(std::min(all.back().size() + 1, rest.size()));
   }
   std::vector<const char*> names;
+  names.reserve(all.size());
   for (const std::string& one : all) names.push_back(one.c_str());
   proj_context_set_search_paths(context, int(names.size()), names.data());
 }

@@ -41,9 +41,11 @@ Result<void> unknown_source(const gdal::FileFacts& facts, const DemOptions& opti
 std::optional<Geographic> beyond(const DatumSurface& surface, const GeoRect& bounds) {
   constexpr int kSide = 9;
   std::vector<Geographic> places;
-  for (int i = 0; i < kSide * kSide; ++i)
-    places.push_back({bounds.west + bounds.width() * (i % kSide) / (kSide - 1),
-                      bounds.south + bounds.height() * (i / kSide) / (kSide - 1)});
+  places.reserve(std::size_t(kSide) * kSide);
+  for (int row = 0; row < kSide; ++row)
+    for (int col = 0; col < kSide; ++col)
+      places.push_back({bounds.west + bounds.width() * col / (kSide - 1),
+                        bounds.south + bounds.height() * row / (kSide - 1)});
   std::vector<double> undulations(places.size());
   surface.undulations(places, undulations);
   for (std::size_t i = 0; i < places.size(); ++i)

@@ -32,6 +32,8 @@ bool is_deflate_tiff(GDALDataset& set) {
   return driver == "GTiff" && compression && std::string_view(compression) == "DEFLATE";
 }
 
+std::uint64_t blocks_along(int posts, int block) { return std::uint64_t(posts - 1) / block + 1; }
+
 /// Where a block lies in the file; size 0 where it does not (all nodata), or is not known.
 struct Extent {
   std::uint64_t offset = 0, size = 0;
@@ -110,8 +112,8 @@ BlockSums::BlockSums(GDALDataset& set, std::vector<int> bands) : bands_(std::mov
   if (!is_deflate_tiff(set)) return;
   GDALRasterBand& band = *set.GetRasterBand(bands_[0]);
   band.GetBlockSize(&block_cols_, &block_rows_);
-  across_ = std::uint64_t((set.GetRasterXSize() - 1) / block_cols_ + 1);
-  const auto down = std::uint64_t((set.GetRasterYSize() - 1) / block_rows_ + 1);
+  across_ = blocks_along(set.GetRasterXSize(), block_cols_);
+  const auto down = blocks_along(set.GetRasterYSize(), block_rows_);
   block_bytes_ = std::size_t(block_cols_) * block_rows_ * set.GetRasterCount() *
                  std::size_t(GDALGetDataTypeSizeBytes(band.GetRasterDataType()));
   of_band_ = across_ * down;
@@ -229,8 +231,8 @@ std::uint64_t bytes_of_blocks(GDALDataset& set) {
   const char* const said = band.GetMetadataItem("NBITS", "IMAGE_STRUCTURE");
   const auto bits = std::uint64_t(said ? std::max(1, std::atoi(said))
                                        : GDALGetDataTypeSizeBits(band.GetRasterDataType()));
-  const auto across = std::uint64_t((set.GetRasterXSize() - 1) / cols + 1);
-  const auto down = std::uint64_t((set.GetRasterYSize() - 1) / rows + 1);
+  const auto across = blocks_along(set.GetRasterXSize(), cols);
+  const auto down = blocks_along(set.GetRasterYSize(), rows);
   return across * down * std::uint64_t(set.GetRasterCount()) *
          ((std::uint64_t(cols) * std::uint64_t(rows) * bits + 7) / 8);
 }
@@ -251,8 +253,8 @@ std::uint64_t bytes_before_blocks(GDALDataset& set, VSILFILE& file) {
                                               set.GetRasterYSize(), cols, rows};
   for (std::size_t i = 0; i < wanted.size(); ++i)
     if (number(i) != wanted[i]) return kMark;
-  const auto across = std::uint64_t((set.GetRasterXSize() - 1) / cols + 1);
-  const auto down = std::uint64_t((set.GetRasterYSize() - 1) / rows + 1);
+  const auto across = blocks_along(set.GetRasterXSize(), cols);
+  const auto down = blocks_along(set.GetRasterYSize(), rows);
   return kMark + kStack + std::uint64_t(set.GetRasterCount()) * (kBand + (across + 7) / 8 * down);
 }
 

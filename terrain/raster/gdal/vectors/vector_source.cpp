@@ -59,12 +59,14 @@ class ToPosts {
     constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
     const int n = curve.getNumPoints();
     std::vector<Vec2> places;
+    places.reserve(std::size_t(n));
     for (int i = 0; i < n; ++i) places.push_back({curve.getX(i), curve.getY(i)});
     if (same_) {
       for (Vec2& p : places) p = dem_->info().post_to_crs.invert(p.x, p.y);
     } else {
       if (geographic_) geographic_->to_geographic(places);
       std::vector<Geographic> on_earth;
+      on_earth.reserve(places.size());
       for (const Vec2& p : places) on_earth.push_back({p.x, p.y});
       dem_->to_post(on_earth, places);
     }
