@@ -246,11 +246,16 @@ Result<DatasetOptions> CatalogKeeper::options_of(const Config& config,
   return options;
 }
 
+std::string CatalogKeeper::index_dir_of(const Config& config) const {
+  if (!settings_.keeps_indexes) return {};
+  return config.index_dir.empty() ? default_index_dir() : config.index_dir;
+}
+
 void CatalogKeeper::open(const Config& config, std::vector<Wanted>& wanted) const {
   std::vector<Wanted*> to_open;
   for (Wanted& one : wanted)
     if (one.entry.empty() && !one.served && !one.wrong) to_open.push_back(&one);
-  const std::string index_dir = config.index_dir.empty() ? default_index_dir() : config.index_dir;
+  const std::string index_dir = index_dir_of(config);
   parallel_for(to_open.size(), 0, [&](std::size_t i) {
     Wanted& one = *to_open[i];
     try {
@@ -278,7 +283,7 @@ void CatalogKeeper::open_entries(const Config& config, std::vector<Wanted>& want
     keys.insert(to_open.back().second);
   }
   opener_.keep(keys);
-  const std::string index_dir = config.index_dir.empty() ? default_index_dir() : config.index_dir;
+  const std::string index_dir = index_dir_of(config);
   for (auto& [one, key] : to_open)
     opener_.begin(
         key,

@@ -54,6 +54,8 @@ class CatalogKeeper {
     std::function<void(const ServedDataset&, const DatasetOptions&)> opened = {};
     /// Called with each configuration that counts from now on.
     std::function<void(const Config&)> taken = {};
+    /// Residual indexes, on disk: who only looks leaves nothing behind.
+    bool keeps_indexes = true;
   };
   /// The catalog outlives it.
   CatalogKeeper(Catalog& catalog, Settings settings);
@@ -123,6 +125,7 @@ class CatalogKeeper {
   bool is_hopeless(const FolderEntry&) const;
   bool has_name(const std::string& name, const std::string& but_entry) const;
   Result<DatasetOptions> options_of(const Config&, const DatasetSpec&) const;
+  std::string index_dir_of(const Config&) const;
 
   Catalog& catalog_;
   const Settings settings_;

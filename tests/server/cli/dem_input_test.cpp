@@ -382,50 +382,6 @@ TEST(Serve, AsRootOnlyWhenThatIsMeant) {
   EXPECT_EQ(checked.code, 0) << checked.out;
 }
 
-TEST(Serve, FoldersThatCannotBeWrittenToAreNamedBeforeTheStart) {
-  const tind::test::TempDir dir;
-  const std::string file = dir.file("file");
-  std::ofstream(file) << "no folder";
-  const Ran checked = run_tind("serve " + testdata("rainier.tif") + " --check-config --jobs-dir " +
-                               file + "/jobs --index-dir " + file + "/index");
-  EXPECT_EQ(checked.code, 0) << "another user may start it";
-  EXPECT_THAT(checked.out, HasSubstr("jobs-dir: " + file + "/jobs: Not a directory"));
-  EXPECT_THAT(checked.out, HasSubstr("index-dir: " + file + "/index: Not a directory"));
-  EXPECT_THAT(run_tind("serve " + testdata("rainier.tif") + " --check-config --jobs-dir " +
-                       dir.file("new/folder"))
-                  .out,
-              testing::Not(HasSubstr("jobs-dir")));
-  EXPECT_FALSE(std::filesystem::exists(dir.file("new")));
-}
-
-TEST(DemInput, CheckingAConfigurationFindsWhatTheStartWouldFind) {
-  const tind::test::TempDir dir;
-  const std::string dem = dir.file("void.asc");
-  std::ofstream(dem) << "ncols 2\nnrows 2\nxllcorner 7\nyllcorner 46\ncellsize 0.001\n"
-                        "NODATA_value -9999\n-9999 -9999\n-9999 -9999\n";
-  write_wgs84_prj(dir.file("void.prj"));
-  const Ran started = run_tind("serve " + dem + " --listen 127.0.0.1:0");
-  const Ran both = run_tind("serve /nowhere1.tif /nowhere2.tif --check-config");
-  EXPECT_EQ(both.code, 69);
-  for (const char* said : {"/nowhere1.tif", "/nowhere2.tif", "2 datasets cannot be served"})
-    EXPECT_NE(both.out.find(said), std::string::npos) << both.out;
-  const Ran checked = run_tind("serve " + dem + " --check-config");
-  EXPECT_EQ(started.code, 65) << started.out;
-  EXPECT_EQ(checked.code, 65) << checked.out;
-  EXPECT_THAT(checked.out, HasSubstr(dem));
-  EXPECT_EQ(run_tind("serve " + testdata("rainier.tif") + " --check-config").code, 0);
-}
-
-TEST(Serve, CheckingAConfigurationWarnsAsAStartDoesWhereStrangersMayAskEverything) {
-  const auto checked = [](const std::string& listen) {
-    return run_tind("serve " + testdata("rainier.tif") + " --check-config --listen " + listen);
-  };
-  const Ran open = checked("0.0.0.0:8080");
-  EXPECT_EQ(open.code, 0) << open.out;
-  EXPECT_THAT(open.out, HasSubstr("0.0.0.0:8080 without keys"));
-  EXPECT_THAT(checked("127.0.0.1:8080").out, Not(HasSubstr("without keys")));
-}
-
 TEST(DemInput, ACrsThatIsThereWithoutItsGridIsAnotherFiles) {
   const tind::test::TempDir dir;
   const std::string line = "slope " + testdata("rainier.tif") + " -o " + dir.file("roads.asc");
