@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "server/log/log.h"
+#include "terrain/raster/sandbox/decoder.h"
 
 namespace tind::services {
 namespace {
@@ -72,6 +73,9 @@ void catalog_metrics(Exposition& out, const Catalog& catalog, const CatalogKeepe
   out.one("tind_datasets_unread", "gauge",
           "Of these, those whose heights could not be made ready when that was tried last.",
           status.unread.size());
+  out.one("tind_decoders_failed_total", "counter",
+          "Processes that read DEMs which died, answered nonsense or took too long.",
+          sandbox::decoders_failed());
   out.begin("tind_reloads_total", "counter", "Readings of the configuration since the start.");
   out.value(status.reloads, "result=\"ok\"");
   out.value(status.failed_reloads, "result=\"failed\"");

@@ -16,8 +16,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <mutex>
+#include <utility>
 #include <vector>
 
 #include "terrain/base/errno_text.h"
@@ -31,6 +33,8 @@ using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
 constexpr auto kLook = 250ms;  // how often the clocks are looked at
+
+std::atomic<std::uint64_t> failed_in_all = 0;
 
 std::unexpected<Error> failed(const char* what) {
   return fail(Errc::io, fmt::format("no process to decode in: {}: {}", what, errno_text(errno)));
@@ -80,6 +84,8 @@ const char* signal_text(int signal) {
 
 }  // namespace
 
+std::uint64_t decoders_failed() { return failed_in_all; }
+
 Result<std::unique_ptr<Decoder>> Decoder::start(const Begin& begin, std::string_view brief,
                                                 Patience patience) {
   int ends[2];
@@ -128,9 +134,13 @@ std::chrono::milliseconds Decoder::cpu() const {
   return std::chrono::seconds(time.tv_sec) + std::chrono::milliseconds(time.tv_nsec / 1'000'000);
 }
 
+void Decoder::turn_bad() {
+  if (std::exchange(good_, false)) ++failed_in_all;
+}
+
 /// It closed its end: what its status says.
 Error Decoder::ended() {
-  good_ = false;
+  turn_bad();
   int status = 0;
   if (!await(process_, 1000ms, status)) return broken("stopped answering");
   process_ = -1;
@@ -142,7 +152,7 @@ Error Decoder::ended() {
 }
 
 Error Decoder::broken(const char* how) {
-  good_ = false;
+  turn_bad();
   return {Errc::io, fmt::format("the process that decodes it {} and was ended", how)};
 }
 

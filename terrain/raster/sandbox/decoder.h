@@ -25,6 +25,9 @@ struct Patience {
   std::chrono::milliseconds cpu, wall;
 };
 
+/// How many have died, lied or taken too long since this process began. Thread-safe.
+std::uint64_t decoders_failed();
+
 class Decoder {
  public:
   /// Begins a process with those descriptors: spawn(), or a nursery.
@@ -61,6 +64,7 @@ class Decoder {
  private:
   Decoder() = default;
   Result<Reply> hear(std::uint32_t number, Patience);
+  void turn_bad();
   Error ended();
   Error broken(const char* how);
   std::chrono::milliseconds cpu() const;

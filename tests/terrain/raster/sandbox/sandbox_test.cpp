@@ -202,6 +202,7 @@ TEST_P(Misbehaved, CostsAnErrorThatNamesTheFile) {
   if (GetParam() == std::string("spins")) options.read.cpu = 200ms;
   if (GetParam() == std::string("sleeps")) options.read.wall = 2000ms;
   const auto pool = pool_of(options);
+  const std::uint64_t failed = sandbox::decoders_failed();
   const auto dem = open(path, {.pool = pool});
   const auto got = dem ? (*dem)->read(0, 0, 40, 40) : std::unexpected(dem.error());
   ASSERT_FALSE(got);
@@ -209,6 +210,7 @@ TEST_P(Misbehaved, CostsAnErrorThatNamesTheFile) {
   EXPECT_THAT(got.error().what, HasSubstr(path));
   EXPECT_THAT(got.error().what, HasSubstr("process"));
   EXPECT_EQ(running(pool), 0u);  // it is gone
+  EXPECT_EQ(sandbox::decoders_failed(), failed + 1);
   if (!dem) return;
   const auto again = (*dem)->read(0, 0, 40, 40);  // not begun again for the same place so soon
   ASSERT_FALSE(again);
