@@ -60,7 +60,7 @@ void end_honestly() {
     if (const auto thrown = std::current_exception()) std::rethrow_exception(thrown);
   } catch (const std::bad_alloc&) {
     end_without_memory();
-  } catch (...) {
+  } catch (...) {  // NOLINT(bugprone-empty-catch): the usual end says what it was
   }
   usual_end();
 }
@@ -84,8 +84,18 @@ void hold_standard_descriptors() {
       const int lowest = ::open("/dev/null", O_RDONLY);
 }
 
+/// Who starts us may have said that nobody asks how children end, or may hear signals in threads of
+/// its own: both are inherited. We do ask, and mean to hear when we are to stop.
+void take_signals_back() {
+  std::signal(SIGCHLD, SIG_DFL);
+  sigset_t none;
+  sigemptyset(&none);
+  ::pthread_sigmask(SIG_SETMASK, &none, nullptr);  // of the only thread yet
+}
+
 int run(int argc, char** argv) {
   hold_standard_descriptors();
+  take_signals_back();
   tind::cli::forget_gdal_options();
   // Not a command of anybody's: what `serve` begins to decode rasters in. It starts often.
   if (argc == 2 && std::strcmp(argv[1], tind::kDecoderArgument) == 0)

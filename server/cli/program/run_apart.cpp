@@ -3,12 +3,14 @@
 
 #include "server/cli/program/run_apart.h"
 
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <chrono>
+#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <type_traits>
@@ -139,6 +141,7 @@ MeasuredRun failed(const std::string& why) {
 MeasuredRun run_apart(const std::function<Result<Simplified>()>& make) {
   int ends[2];
   if (::pipe(ends) != 0) return failed(std::string("has no pipe: ") + errno_text(errno));
+  const pid_t parent = ::getpid();
   const pid_t child = ::fork();
   if (child < 0) {
     const int code = errno;
@@ -146,6 +149,9 @@ MeasuredRun run_apart(const std::function<Result<Simplified>()>& make) {
     return failed(std::string("did not start: ") + errno_text(code));
   }
   if (child == 0) {
+    // It works for whoever began it, and for nobody once that is killed.
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (::getppid() != parent) std::_Exit(1);
     ::close(ends[0]);
     MeasuredRun run = measure_here(make);
     Sink sink(ends[1]);
@@ -157,7 +163,7 @@ MeasuredRun run_apart(const std::function<Result<Simplified>()>& make) {
   MeasuredRun run{Simplified{}};
   pass(source, run);
   ::close(ends[0]);
-  int status = 0;
+  int status = 0;  // where the system does not tell: source.ended() does
   while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
   if (WIFSIGNALED(status))

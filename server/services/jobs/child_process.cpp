@@ -53,7 +53,7 @@ void limit(int resource, std::size_t most) {
     ::signal(signal, SIG_DFL);  // NOLINT(concurrency-mt-unsafe): there is one thread here
   sigset_t none_blocked;
   ::sigemptyset(&none_blocked);
-  ::sigprocmask(SIG_SETMASK, &none_blocked, nullptr);
+  ::sigprocmask(SIG_SETMASK, &none_blocked, nullptr);  // NOLINT(concurrency-mt-unsafe): the same
   const bool ready = ::chdir(folder) == 0 && ::dup2(nothing, 0) == 0 && ::dup2(nothing, 1) == 1 &&
                      ::dup2(errors, 2) == 2 && ::close_range(3, ~0u, 0) == 0;
   if (ready) ::execv(arguments[0], arguments);
@@ -102,6 +102,9 @@ ChildEnd::Why listen(int from, int child, Lines& lines, Clock::time_point end,
   }
 }
 
+/// Of a child whose end the system does not tell: nobody knows that it did what it was to do.
+constexpr int kUntold = 1 << 8;  // as waitpid() has an exit with 1
+
 /// Its status when it has ended, within some time.
 bool ended_within(pid_t child, Clock::duration time, int& status) {
   const auto end = Clock::now() + time;
@@ -110,6 +113,17 @@ bool ended_within(pid_t child, Clock::duration time, int& status) {
     if (got == child || (got < 0 && errno != EINTR)) return true;
     if (Clock::now() >= end) return false;
     ::poll(nullptr, 0, 5);
+  }
+}
+
+/// What a child had begun, and was killed with it, is a child of the system's first process now. Of
+/// a container that may be us.
+void bury(pid_t group) {
+  for (const auto end = Clock::now() + kPatience; Clock::now() < end; ::poll(nullptr, 0, 5)) {
+    pid_t got;
+    while ((got = ::waitpid(-group, nullptr, WNOHANG)) > 0) {
+    }
+    if (got < 0) return;  // there is none, or no more
   }
 }
 
@@ -154,7 +168,7 @@ Result<ChildEnd> run_child(std::span<const std::string> arguments, const std::st
       limits.wall_time.count() > 0 ? Clock::now() + limits.wall_time : Clock::time_point::max();
   ChildEnd result;
   result.why = listen(from.get(), process.get(), lines, end, stop);
-  int status = 0;
+  int status = kUntold;
   if (result.why != ChildEnd::Why::exited) ::kill(-child, SIGTERM);
   // One that has closed its standard error and goes on is told to end, too.
   if (!ended_within(child, kPatience, status)) {
@@ -163,6 +177,7 @@ Result<ChildEnd> run_child(std::span<const std::string> arguments, const std::st
     }
   }
   ::kill(-child, SIGKILL);  // what it may have begun itself
+  bury(child);
   lines.end();
   if (result.why != ChildEnd::Why::exited) return result;
   if (WIFSIGNALED(status)) return ChildEnd{ChildEnd::Why::killed, WTERMSIG(status)};

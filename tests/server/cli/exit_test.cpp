@@ -199,6 +199,19 @@ TEST_F(ExitCode, ClosedDescriptorsAreNobodysFiles) {
   EXPECT_EQ(read_whole_file(said).value_or(""), "/dev/null\n/dev/null\n");
 }
 
+/// Who starts us may hear signals in a thread of its own, and block them in all others.
+TEST_F(ExitCode, BlockedSignalsAreHeardAllTheSame) {
+  const std::string tiles = folder_.file("blocked"), said = folder_.file("said");
+  ASSERT_EQ(run_tind("build " + dem_ + " --levels 0-2 -o " + tiles).code, 0);
+  const std::string script =
+      "env --block-signal=TERM,INT,HUP " + test::tind_binary() + " serve --as-root " + tiles +
+      " --listen 127.0.0.1:0 --jobs 0 2>&- >" + said +
+      " & p=$!; for i in $(seq 600); do grep -q serving " + said +
+      " && break; sleep .05; done; kill $p; (sleep 30; kill -9 $p) >/dev/null 2>&1 & " +
+      "w=$!; wait $p; c=$?; kill $w; exit $c";
+  EXPECT_EQ(std::system(script.c_str()), 0);
+}
+
 TEST_F(ExitCode, OfWrongDataStaysWhereTheReportIsLost) {
   const std::string tiles = folder_.file("wrong");
   ASSERT_EQ(run_tind("build " + dem_ + " --levels 0-2 -o " + tiles).code, 0);
