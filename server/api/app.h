@@ -50,6 +50,7 @@ struct App {
   services::Jobs* jobs = nullptr;                    // null: no /processes, no /jobs
   const http::Gate* gate = nullptr;                  // null: everybody may ask everything
   std::optional<JobPages> job_pages = {};            // nothing: all names may ask for jobs
+  std::string index_dir = {};  // absolute, for jobs that make tiles; empty: the default
 };
 
 /// For everybody.

@@ -129,7 +129,7 @@ std::string read_datum(const App& app, const DemOfJob& dem, Members& inputs, Pro
   return text;
 }
 
-void read_level(const DemOfJob& dem, Members& inputs, services::JobOrder& order,
+void read_level(const App& app, const DemOfJob& dem, Members& inputs, services::JobOrder& order,
                 Problems& problems) {
   const Json* const json = inputs.member("level");
   if (!json) return;
@@ -143,6 +143,7 @@ void read_level(const DemOfJob& dem, Members& inputs, services::JobOrder& order,
   order.files["tiles.toml"] = table_of(dem);
   order.arguments.push_back("--tiles=tiles.toml");
   order.arguments.push_back("--level=" + json->dump());
+  if (!app.index_dir.empty()) order.arguments.push_back("--index-dir=" + app.index_dir);
 }
 
 void add_dem(const DemOfJob& dem, services::JobOrder& order) {

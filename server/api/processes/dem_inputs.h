@@ -30,7 +30,7 @@ DemOfJob read_dem(const App&, Members& inputs, Problems&);
 std::string read_datum(const App&, const DemOfJob&, Members& inputs, Problems&);
 /// level, in place of the DEM: what a client sees that draws this level of the dataset's tiles. A
 /// problem where these are not of that DEM alone, and with a datum: heights are then the tiles'.
-void read_level(const DemOfJob&, Members& inputs, services::JobOrder&, Problems&);
+void read_level(const App&, const DemOfJob&, Members& inputs, services::JobOrder&, Problems&);
 /// A word from a list; `initial` without one.
 std::string read_word(const char* name, const std::vector<std::string>& words, Members& inputs,
                       Problems&, const std::string& initial);

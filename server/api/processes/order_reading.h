@@ -40,7 +40,7 @@ class OrderReading {
   }
   void crs();
   void datum();
-  void level() { read_level(dem_, inputs_, order, problems_); }
+  void level() { read_level(app_, dem_, inputs_, order, problems_); }
   /// bbox and polygon; a polygon becomes a file under this flag, and its rectangle, where asked
   /// for, --bounds.
   enum class Polygon { alone, with_its_box };

@@ -134,7 +134,7 @@ std::expected<JobOrder, Problems> contours_order(const App& app, const Json& jso
   if (band && !band->is_boolean()) problems.add("as_band", "must be true or false");
   if (areas) order.arguments.push_back("--as-band");
   read_number(kBandError, inputs, order, problems);
-  read_level(dem, inputs, order, problems);
+  read_level(app, dem, inputs, order, problems);
   const bool mesh = json.contains("max_error"), tiles = json.contains("level");
   if (areas && mesh == tiles)
     problems.add("max_error", mesh ? "and level are two ways to say what is known: one of them"

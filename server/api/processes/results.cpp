@@ -32,7 +32,8 @@ constexpr std::string_view kNotReady =
 
 /// A file's bytes where the system has them. It may be removed meanwhile, and is never changed.
 struct MappedFile {
-  http::Payload payload;  // none of its own: what a piece has to name
+  http::Payload payload;             // none of its own: what a piece has to name
+  services::LentResults::Loan loan;  // of its job
   void* at = nullptr;
   std::size_t size = 0;
 
@@ -45,7 +46,7 @@ struct MappedFile {
   std::string_view bytes() const { return {static_cast<const char*>(at), size}; }
 };
 
-std::shared_ptr<const MappedFile> map_file(const std::string& path) {
+std::shared_ptr<MappedFile> map_file(const std::string& path) {
   const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a pipe is none
   if (file < 0) return nullptr;
   auto mapped = std::make_shared<MappedFile>();
@@ -79,9 +80,9 @@ std::optional<http::Reply> refuse_damaged(const services::Jobs& jobs, const Job&
        .instance = target});
 }
 
-http::Reply file_reply(const std::string& path, const JobOrder::Output& output,
-                       const std::string& etag, const http::Conditions& client,
-                       std::string_view target) {
+http::Reply file_reply(const services::Jobs& jobs, const Job& job, const JobOrder::Output& output,
+                       const http::Conditions& client, std::string_view target) {
+  const std::string etag = "\"" + job.id + "-" + output.name + "\"";
   const std::string name = "attachment; filename=\"" + output.file + "\"";
   std::vector<http::Header> headers = {
       {"ETag", etag},
@@ -92,8 +93,10 @@ http::Reply file_reply(const std::string& path, const JobOrder::Output& output,
   if (client.excludes(etag)) return http::changed(target);
   if (!client.none_match.empty() && http::lists_etag(client.none_match, etag))
     return http::make_reply(304, output.media_type, {}, headers);
-  const auto file = map_file(path);
+  auto loan = jobs.lend(job);  // first: who removes it now knows of us
+  const auto file = map_file(jobs.path_of(job, output));
   if (!file) return lost(target);
+  file->loan = std::move(loan);
   const std::shared_ptr<const http::Payload> owner(file, &file->payload);
   using Kind = http::AskedRange::Kind;
   http::AskedRange range;
@@ -190,9 +193,7 @@ http::Reply none(const Job& job, std::string_view target) {
 http::Reply one(const services::Jobs& jobs, const Job& job, const JobOrder& order,
                 const JobOrder::Output& output, const http::Conditions& client,
                 std::string_view target) {
-  if (!is_report(output))
-    return file_reply(jobs.path_of(job, output), output, "\"" + job.id + "-" + output.name + "\"",
-                      client, target);
+  if (!is_report(output)) return file_reply(jobs, job, output, client, target);
   const auto report = report_of(jobs, job, order, output);
   if (!report) return lost(target);
   return http::make_reply(200, output.media_type, json::to_text(*report, 2) + "\n",

@@ -20,13 +20,17 @@ void add_level_options(Command app, LevelInput& input) {
   app.add_option("--level", input.level, "... of this level")
       .range(0, tiling::kMaxLevel)
       .needs(tiles);
+  app.add_option("--index-dir", input.index_dir,
+                 "where the index of a table's DEM is kept, if that is a large one")
+      .needs(tiles);
   input.environment = app.environment();
 }
 
 Result<std::shared_ptr<const TileSet>> open_level_tiles(const LevelInput& input) {
   if (input.level < 0)
     return fail(Errc::invalid_argument, "--tiles needs a --level: what is seen depends on it");
-  if (names_table(input.tiles)) return tiles_of_table(input.tiles, input.environment);
+  if (names_table(input.tiles))
+    return tiles_of_table(input.tiles, input.index_dir, input.environment);
   auto tiles = open_stored_tiles(input.tiles);
   if (!tiles) return std::unexpected(tiles.error());
   return std::shared_ptr<const TileSet>(std::move(*tiles));

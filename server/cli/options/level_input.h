@@ -14,6 +14,7 @@ namespace tind::cli {
 struct LevelInput {
   std::string tiles;
   int level = -1;
+  std::string index_dir = {};                                // empty: the default one
   std::shared_ptr<const Environment> environment = nullptr;  // the program's
 };
 

@@ -56,13 +56,15 @@ Result<void> wait_until_read(const TileSet& tiles) {
 bool names_table(const std::string& location) { return location.ends_with(".toml"); }
 
 Result<std::shared_ptr<const TileSet>> tiles_of_table(
-    const std::string& file, std::shared_ptr<const Environment> environment) {
+    const std::string& file, const std::string& index_dir,
+    std::shared_ptr<const Environment> environment) {
   const auto spec = services::read_dataset_file(file, "tiles");
   if (!spec) return std::unexpected(spec.error());
   auto options = services::dataset_options({}, spec->own);
   if (!options) return fail(file, options.error());
   options->dem.environment = std::move(environment);
-  auto dataset = services::open_dataset(*spec, *options, services::default_index_dir());
+  auto dataset = services::open_dataset(
+      *spec, *options, index_dir.empty() ? services::default_index_dir() : index_dir);
   if (!dataset) return std::unexpected(dataset.error());
   if (!dataset->tiles) return fail(Errc::invalid_argument, file + ": the dataset has no tiles");
   auto kept = std::make_shared<const KeptTiles>(std::move(*dataset));

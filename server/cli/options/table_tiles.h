@@ -15,9 +15,11 @@ namespace tind::cli {
 bool names_table(const std::string& location);
 
 /// Its tiles, each made when it is first asked for; the last of them are kept. Waits where the DEM
-/// must be read first. Fails where the file is no table of a dataset, where its files cannot be
-/// opened, and where that reading fails.
+/// must be read first; what is found then is kept in `index_dir`, or where a daemon has it by
+/// default if that is empty. Fails where the file is no table of a dataset, where its files cannot
+/// be opened, and where that reading fails.
 Result<std::shared_ptr<const TileSet>> tiles_of_table(const std::string& file,
+                                                      const std::string& index_dir,
                                                       std::shared_ptr<const Environment>);
 
 }  // namespace tind::cli

@@ -14,6 +14,7 @@ void call_off(Job& job) {
   job.status = JobStatus::dismissed;
   job.message = "dismissed";
   job.finished_ms = job.updated_ms = now_ms();
+  job.order = std::make_shared<const std::string>("{}");  // of megabytes, and of no use any more
 }
 
 }  // namespace tind::services

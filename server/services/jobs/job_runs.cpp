@@ -38,6 +38,13 @@ bool names_source(std::string_view said, const JobOrder& order) {
   });
 }
 
+Result<void> as_they_were(const std::map<std::string, std::string>& sources) {
+  for (const auto& [path, state] : sources)
+    if (state_of_source(path) != state)
+      return fail(Errc::io, path + ": is another file than when the job was accepted");
+  return {};
+}
+
 }  // namespace
 
 /// The program's own words: how far it is, or the last of what it has to say.
@@ -64,20 +71,35 @@ const char* Jobs::no_room_for_results(const std::string& client) const {
     for (const auto& [id, live] : live_) of_client += live->running && live->job.client == client;
   }
   // later: who ends meanwhile counts twice, not never
-  const auto fits = [&](const Result<std::uint64_t>& stored, std::uint64_t more,
+  const auto fits = [&](const Result<std::uint64_t>& stored, std::uint64_t lent, std::uint64_t more,
                         std::uint64_t most) {
-    return !stored || *stored + more * limits_.each.file_bytes <= most;
+    return !stored || *stored + lent + more * limits_.each.file_bytes <= most;
   };
   // Beside others of its client it began because there was room for both.
-  if (of_client == 1 && !fits(store_->bytes_of(client), 1, limits_.stored_per_client))
+  if (of_client == 1 &&
+      !fits(store_->bytes_of(client), lent_.bytes_of(client), 1, limits_.stored_per_client))
     return kNoRoomForYourResults;
-  return fits(store_->total_bytes(), running, limits_.stored_bytes) ? nullptr : kNoRoomForResults;
+  return fits(store_->total_bytes(), lent_.bytes(), running, limits_.stored_bytes)
+             ? nullptr
+             : kNoRoomForResults;
 }
 
 void Jobs::run(const std::shared_ptr<Live>& live, const std::stop_token& stop) {
   const std::string folder = folder_of(live->job.id);
-  const JobOrder order = order_of(live->job);
   if (live->dismissed) return end(live, JobStatus::dismissed, "dismissed");
+  const auto failed = [&](const Error& error) {
+    spdlog::error("job {}: {}", live->job.id, logging::printable(error.what));
+    end(live, JobStatus::failed, "the daemon could not run it; its log says why");
+  };
+  auto stored = store_->find(live->job.id);
+  if (!stored) return failed(stored.error());
+  if (*stored) {
+    const std::lock_guard lock(mutex_);
+    live->job.order = std::move((*stored)->order);
+  }
+  const JobOrder order = order_of(live->job);
+  if (order.waited_for && !live->done)
+    return end(live, JobStatus::dismissed, "the daemon ended, and who waited for this is gone");
   if (order.arguments.empty())
     return end(live, JobStatus::failed, "what it was to do cannot be read any more");
   {
@@ -86,10 +108,6 @@ void Jobs::run(const std::shared_ptr<Live>& live, const std::stop_token& stop) {
     ++live->job.attempts;
     live->job.started_ms = live->job.updated_ms = now_ms();
   }
-  const auto failed = [&](const Error& error) {
-    spdlog::error("job {}: {}", live->job.id, logging::printable(error.what));
-    end(live, JobStatus::failed, "the daemon could not run it; its log says why");
-  };
   const auto end_with = [&](int exit_code, std::string why) {
     {
       const std::lock_guard lock(mutex_);
@@ -99,7 +117,9 @@ void Jobs::run(const std::shared_ptr<Live>& live, const std::stop_token& stop) {
   };
   if (const char* const full = no_room_for_results(live->job.client))  // by those before it
     return end_with(Job::kNoRoom, full);
-  const auto changed = [&] { return live->unchanged ? live->unchanged() : Result<void>(); };
+  const auto changed = [&] {  // of an earlier daemon's nobody else knows
+    return live->unchanged ? live->unchanged() : as_they_were(order.sources);
+  };
   const auto of_others = [&](const Error& why) {
     spdlog::warn("job {}: {}", live->job.id, logging::printable(why.what));
     end_with(Job::kUnread, "the dataset's files changed while the job waited or ran: ask again");
@@ -189,6 +209,7 @@ void Jobs::put_back(const std::shared_ptr<Live>& live) {
       live_.erase(live->job.id);
       done = std::move(live->done);
     }
+    live->job.order = nullptr;  // the list has it
     told = live->job;
     if (done) call_off(live->job);  // nobody asks for it again
     job = live->job;
@@ -208,7 +229,10 @@ void Jobs::end(const std::shared_ptr<Live>& live, JobStatus status, std::string 
   for (;;) {
     std::error_code ignored;
     if (live->dismissed) status = JobStatus::dismissed, message = "dismissed";
-    if (status != JobStatus::successful) fs::remove_all(folder_of(live->job.id), ignored);
+    if (status != JobStatus::successful) {
+      fs::remove_all(folder_of(live->job.id), ignored);
+      lent_.removed(live->job.id);
+    }
     std::uint64_t bytes = 0;
     if (status == JobStatus::successful) {  // before it is written down that they are there
       const std::string folder = folder_of(live->job.id);

@@ -25,11 +25,11 @@ constexpr const char* kMake =
 /// What has not ended has no results yet, and its orders may be long.
 constexpr const char* kBytes =
     "SELECT coalesce(sum(bytes + length(work) + 512), 0) FROM job WHERE finished > 0";
-/// `work`: the order, or what stands in its place.
-std::string columns(const char* work = "work") {
+/// `work`, `bytes`: those, or what stands in their place.
+std::string columns(const char* work = "work", const char* bytes = "bytes") {
   return std::string("id, process, client, ") + work +
-         ", status, message, progress, attempts, exit_code, bytes, created, started, finished, "
-         "updated";
+         ", status, message, progress, attempts, exit_code, " + bytes +
+         ", created, started, finished, updated";
 }
 
 /// With what to do about it.
@@ -106,8 +106,15 @@ std::unexpected<Error> JobStore::failed(const Error& error) const {
 
 Result<void> JobStore::put(const Job& j) {
   const std::lock_guard lock(mutex_);
-  SqliteQuery query(
-      db_, "INSERT OR REPLACE INTO job (" + columns() + ") VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
+  SqliteQuery query(db_,
+                    "INSERT INTO job (" + columns() +
+                        ") VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?) ON CONFLICT (id) DO UPDATE SET "
+                        "work = CASE excluded.work WHEN '' THEN work ELSE excluded.work END, "
+                        "status = excluded.status, message = excluded.message, "
+                        "progress = excluded.progress, attempts = excluded.attempts, "
+                        "exit_code = excluded.exit_code, bytes = excluded.bytes, "
+                        "started = excluded.started, finished = excluded.finished, "
+                        "updated = excluded.updated");
   query.bind(j.id).bind(j.process).bind(j.client).bind(j.order ? *j.order : "").bind(int(j.status));
   query.bind(j.message).bind(j.progress).bind(j.attempts).bind(j.exit_code);
   query.bind(std::int64_t(j.bytes)).bind(j.created_ms).bind(j.started_ms).bind(j.finished_ms);
@@ -145,8 +152,8 @@ Result<std::vector<Job>> JobStore::of_client(std::string_view client, std::size_
 
 Result<std::vector<Job>> JobStore::unfinished() const {
   const std::lock_guard lock(mutex_);
-  SqliteQuery query(db_,
-                    "SELECT " + columns() + " FROM job WHERE finished = 0 ORDER BY created, id");
+  SqliteQuery query(db_, "SELECT " + columns("NULL", "length(CAST(work AS BLOB))") +
+                             " FROM job WHERE finished = 0 ORDER BY created, id");
   return jobs(query);
 }
 

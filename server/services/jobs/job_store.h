@@ -33,12 +33,12 @@ class JobStore {
   /// removed or replaced, no restart finds. Fails with errno where the system does not say.
   std::expected<bool, int> is_in_place() const;
 
-  /// A new one, or in place of the one with its id.
+  /// A new one, or in place of the one with its id, whose order stays where this has none.
   Result<void> put(const Job&);
   Result<std::optional<Job>> find(std::string_view id) const;
   /// The latest first, without their orders.
   Result<std::vector<Job>> of_client(std::string_view client, std::size_t most) const;
-  /// The oldest first.
+  /// The oldest first; without their orders, whose sizes are said as `bytes`.
   Result<std::vector<Job>> unfinished() const;
   Result<std::vector<Job>> finished_before(std::int64_t ms) const;
   Result<void> remove(std::string_view id);

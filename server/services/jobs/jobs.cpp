@@ -24,6 +24,8 @@ namespace fs = std::filesystem;
 constexpr auto kSweep = std::chrono::minutes(1);
 constexpr const char* kAboutToEnd = "the daemon is about to end";
 constexpr std::size_t kMostEnded = 1000;  // of a client, that have no result
+// What those that wait were given, which lies in the list: of all, of a client.
+constexpr std::uint64_t kMostOrders = 256u << 20, kMostOrdersOfClient = 64u << 20;
 
 /// 128 bits from the system, which nobody guesses.
 Result<std::string> new_id() {
@@ -113,17 +115,6 @@ Result<bool> Jobs::is_whole(const Job& job) const {
   return *there == job.bytes;
 }
 
-namespace {
-
-Result<void> as_they_were(const std::map<std::string, std::string>& sources) {
-  for (const auto& [path, state] : sources)
-    if (state_of_source(path) != state)
-      return fail(Errc::io, path + ": is another file than when the job was accepted");
-  return {};
-}
-
-}  // namespace
-
 /// What is on the list and not at its end is queued again; folders that it does not know go.
 Result<void> Jobs::recover() {
   auto left = store_->unfinished();
@@ -135,12 +126,8 @@ Result<void> Jobs::recover() {
       end(live, JobStatus::failed, "the daemon ended while this ran, twice: it is not tried again");
       continue;
     }
-    JobOrder order = order_of(live->job);
-    if (order.waited_for) {
-      end(live, JobStatus::dismissed, "the daemon ended, and who waited for this is gone");
-      continue;
-    }
-    live->unchanged = [sources = std::move(order.sources)] { return as_they_were(sources); };
+    live->order_bytes = live->job.bytes;
+    live->job.bytes = 0;
     live->job.status = JobStatus::accepted;
     live->job.progress = 0;
     queue_.push_back(live->job.id);
@@ -154,20 +141,26 @@ Result<void> Jobs::recover() {
   return {};
 }
 
-std::optional<Error> Jobs::no_room(const std::string& client) const {
+std::optional<Error> Jobs::no_room(const Live& one) const {
   const auto busy = [](std::string what) { return Error{Errc::busy, std::move(what)}; };
   std::size_t waiting = 0, of_client = 0;
+  std::uint64_t orders = one.order_bytes, orders_of_client = one.order_bytes;
   for (const auto& [id, live] : live_) {
+    const bool same = live->job.client == one.job.client;
     waiting += !live->running;
-    of_client += live->job.client == client;
+    of_client += same;
+    orders += live->order_bytes;
+    orders_of_client += same ? live->order_bytes : 0;
   }
   if (of_client >= limits_.per_client)
     return busy("you have " + std::to_string(of_client) +
                 " jobs that wait or run, as many as one client may: wait for one, or dismiss one");
   if (waiting >= limits_.waiting)
     return busy(std::to_string(waiting) + " jobs wait already, as many as may: try again later");
+  if (orders > kMostOrders || orders_of_client > kMostOrdersOfClient)
+    return busy("the jobs that wait were given as much as may wait: try again later");
   // Of those that run none is stored yet, and they end: this one waits for them (may_begin()).
-  if (stored_bytes_ + limits_.each.file_bytes > limits_.stored_bytes)
+  if (stored_bytes_ + lent_.bytes() + limits_.each.file_bytes > limits_.stored_bytes)
     return busy(kNoRoomForResults);
   return {};
 }
@@ -175,7 +168,8 @@ std::optional<Error> Jobs::no_room(const std::string& client) const {
 /// Beside those that run, whose results may be as large as results may. Under the mutex.
 bool Jobs::may_begin() const {
   return counts_.running == 0 ||
-         stored_bytes_ + (counts_.running + 1) * limits_.each.file_bytes <= limits_.stored_bytes;
+         stored_bytes_ + lent_.bytes() + (counts_.running + 1) * limits_.each.file_bytes <=
+             limits_.stored_bytes;
 }
 
 /// The same of one client's results, of which it may have as many. Under the mutex.
@@ -185,6 +179,7 @@ bool Jobs::may_begin_of(const std::string& client) const {
   });
   const auto stored = stored_of_.find(client);
   return running == 0 || (stored == stored_of_.end() ? 0 : stored->second) +
+                                 lent_.bytes_of(client) +
                                  (std::uint64_t(running) + 1) * limits_.each.file_bytes <=
                              limits_.stored_per_client;
 }
@@ -245,6 +240,7 @@ Result<Job> Jobs::submit(const JobOrder& order, Done done, std::stop_token gone,
       kept_order.sources[path] = std::move(state);
   auto text = text_of(kept_order);
   if (!text) return std::unexpected(text.error());
+  live->order_bytes = text->size();
   job.order = std::make_shared<const std::string>(std::move(*text));
   job.created_ms = job.updated_ms = now_ms();
   live->done = std::move(done);
@@ -252,12 +248,13 @@ Result<Job> Jobs::submit(const JobOrder& order, Done done, std::stop_token gone,
   drop_left();
   count_stored();
   const auto own = store_->bytes_of(order.client);
-  if (own && *own + limits_.each.file_bytes > limits_.stored_per_client)
+  if (own &&
+      *own + lent_.bytes_of(order.client) + limits_.each.file_bytes > limits_.stored_per_client)
     return fail(Errc::busy, kNoRoomForYourResults);
   {
     const std::lock_guard lock(mutex_);
     if (stopping_) return fail(Errc::busy, kAboutToEnd);
-    if (auto full = no_room(order.client)) return std::unexpected(*full);
+    if (auto full = no_room(*live)) return std::unexpected(*full);
     live_.emplace(job.id, live);  // has its place; nobody begins it yet
     if (own) stored_of_[order.client] = *own;
   }
@@ -267,9 +264,10 @@ Result<Job> Jobs::submit(const JobOrder& order, Done done, std::stop_token gone,
     return std::unexpected(std::move(error));
   };
   if (auto kept = store_->put(job); !kept) return give_up(kept.error());
-  Job copy = job;
   live->gone.emplace(std::move(gone), Live::Leave{live.get()});  // it may have gone already
   const std::lock_guard lock(mutex_);
+  job.order = nullptr;  // whoever runs it reads it
+  Job copy = job;
   if (stopping_) {  // meanwhile, and nobody takes it from the queue any more
     live_.erase(copy.id);
     (void)store_->remove(copy.id);
@@ -410,6 +408,7 @@ void Jobs::forget(const Job& job) {
   }
   std::error_code ignored;
   fs::remove_all(folder_of(job.id), ignored);
+  lent_.removed(job.id);
   (void)store_->remove(job.id);
   count_stored();
   count_stored_of(job.client);

@@ -25,6 +25,7 @@
 #include "server/services/jobs/job.h"
 #include "server/services/jobs/job_order.h"
 #include "server/services/jobs/job_store.h"
+#include "server/services/jobs/lent_results.h"
 #include "terrain/base/result.h"
 
 namespace tind::services {
@@ -57,7 +58,8 @@ class Jobs {
   /// A new job. `done` is called once it has ended, from another thread, with the job as it ended,
   /// or as it is when the daemon stops before; `gone`: nobody waits for it any more. Fails (busy)
   /// when there is no room: of this client, of all, or on the disk; the error says which.
-  /// `unchanged` is asked before it runs and once it has; after a restart nobody does.
+  /// `unchanged` is asked before it runs and once it has; where there is none, and after a
+  /// restart, its sources are to be the files that they were.
   Result<Job> submit(const JobOrder&, Done done = {}, std::stop_token gone = {},
                      Unchanged unchanged = {});
 
@@ -79,6 +81,8 @@ class Jobs {
   /// Are there as many bytes as it made? What was cut since is no result. Fails where its files
   /// cannot be looked at.
   Result<bool> is_whole(const Job&) const;
+  /// To be held by whoever sends files of the job: they count until then, removed or not.
+  LentResults::Loan lend(const Job& job) const { return lent_.lend(job); }
   const JobLimits& limits() const { return limits_; }
 
   struct Counts {
@@ -93,7 +97,8 @@ class Jobs {
  private:
   /// One that has not ended.
   struct Live {
-    Job job;
+    Job job;  // its order only while it runs: of all that wait they would be gigabytes
+    std::uint64_t order_bytes = 0;
     std::stop_source stop;
     bool running = false;
     std::atomic<bool> dismissed = false;
@@ -125,7 +130,7 @@ class Jobs {
   int in_the_way() const;
   Result<void> can_keep();
   std::string folder_of(std::string_view id) const;
-  std::optional<Error> no_room(const std::string& client) const;
+  std::optional<Error> no_room(const Live&) const;
   bool may_begin() const;
   bool may_begin_of(const std::string& client) const;
   std::vector<std::string>::iterator next_in_queue();
@@ -141,6 +146,8 @@ class Jobs {
   std::int64_t swept_ms_ = now_ms();
   std::chrono::steady_clock::time_point swept_ = std::chrono::steady_clock::now(), hold_ = swept_;
   const std::unique_ptr<JobStore> store_;
+
+  mutable LentResults lent_;
 
   mutable std::mutex mutex_;  // of these
   std::condition_variable_any wake_;

@@ -91,9 +91,27 @@ TEST_F(JobsTest, WhatSomebodyWaitedForIsNotRunForNobody) {
   // As if the daemon had been killed while both ran.
   edit(dir_.file("jobs/jobs.sqlite"), "UPDATE job SET status = 1, finished = 0, attempts = 1");
   const auto jobs = open();
+  ASSERT_TRUE(becomes(*jobs, waited, [](const Job& j) { return j.has_ended(); }));
   EXPECT_EQ((*jobs->find(waited))->status, JobStatus::dismissed);
   ASSERT_TRUE(becomes(*jobs, kept, [](const Job& j) { return j.has_ended(); }));
   EXPECT_NE((*jobs->find(kept))->status, JobStatus::dismissed);
+}
+
+TEST_F(JobsTest, WhatTheyWereGivenIsThereAfterARestart) {
+  JobOrder order = shell("test -e ../again || sleep 60; cat mesh.txt > out.txt");
+  order.files["mesh.txt"] = "a mesh";
+  std::string first, second;
+  {
+    const auto jobs = open();
+    first = jobs->submit(order)->id, second = jobs->submit(order)->id;
+    ASSERT_TRUE(becomes(*jobs, first, [](const Job& j) { return j.status == JobStatus::running; }));
+  }
+  std::ofstream(dir_.file("jobs/again")) << "";
+  const auto jobs = open();
+  for (const std::string& id : {first, second}) {
+    ASSERT_TRUE(becomes(*jobs, id, [](const Job& j) { return j.has_ended(); }));
+    EXPECT_EQ(content(dir_.file("jobs/" + id + "/out.txt")), "a mesh");
+  }
 }
 
 TEST_F(JobsTest, AfterARestartItIsNotRunOfOtherFilesThanItWasAcceptedFor) {

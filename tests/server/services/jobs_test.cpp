@@ -385,6 +385,66 @@ TEST_F(JobsTest, ResultsThatFillTheStoreLetNoMoreIn) {
   EXPECT_TRUE(jobs->submit(shell("echo a > out.txt")));
 }
 
+TEST_F(JobsTest, OneResultMayTakeAllThatThereIs) {
+  JobLimits limits;
+  limits.stored_bytes = limits.stored_per_client = limits.each.file_bytes = 10000;
+  const auto jobs = open(limits);
+  for (int i = 0; i < 2; ++i) {
+    const Job job = run(*jobs, shell("head -c 9000 /dev/zero > out.txt"));
+    EXPECT_EQ(job.status, JobStatus::successful) << job.message;
+    jobs->forget(job);
+  }
+}
+
+/// Files that have no name any more take their place until nobody has them open.
+TEST_F(JobsTest, ResultsThatAreBeingSentCountWhoeverRemovesThem) {
+  JobLimits limits;
+  limits.stored_bytes = 31000, limits.each.file_bytes = 10000;
+  const auto jobs = open(limits);
+  std::vector<LentResults::Loan> loans;
+  for (int i = 0; i < 3; ++i) {
+    const Job job = run(*jobs, shell("head -c 9000 /dev/zero > out.txt"));
+    loans.push_back(jobs->lend(job));
+    loans.push_back(jobs->lend(job));
+    if (i == 0)
+      ASSERT_TRUE(jobs->dismiss(job.id));
+    else
+      jobs->forget(job);
+  }
+  EXPECT_FALSE(jobs->submit(shell("echo a > out.txt")));
+  loans.pop_back();
+  EXPECT_FALSE(jobs->submit(shell("echo a > out.txt"))) << "somebody has it still";
+  loans.pop_back();
+  EXPECT_EQ(run(*jobs, shell("echo a > out.txt")).status, JobStatus::successful);
+}
+
+TEST_F(JobsTest, WhatThoseThatWaitWereGivenIsBoundedAndCounts) {
+  JobLimits limits;
+  limits.per_client = 100;
+  const auto jobs = open(limits);
+  ASSERT_TRUE(jobs->submit(shell("sleep 60")));
+  JobOrder order = shell("wc -c < mesh.txt > out.txt");
+  order.files["mesh.txt"] = std::string(15u << 20, 'x');
+  std::string last;
+  int taken = 0;
+  for (; taken < 10; ++taken) {
+    const auto job = jobs->submit(order);
+    if (!job) {
+      EXPECT_EQ(job.error().code, Errc::busy);
+      break;
+    }
+    EXPECT_EQ(job->order, nullptr) << "it is kept on disk alone";
+    last = job->id;
+  }
+  EXPECT_EQ(taken, 4);  // of 64 MB
+  EXPECT_TRUE(jobs->submit(shell("true"))) << "a small one";
+  order.client = "somebody else";
+  EXPECT_TRUE(jobs->submit(order));
+  ASSERT_TRUE(jobs->dismiss(last));
+  order.client = shell("").client;
+  EXPECT_TRUE(jobs->submit(order)) << "its place is free again";
+}
+
 TEST_F(JobsTest, OneClientsResultsLeaveRoomForOthers) {
   JobLimits limits;
   limits.stored_bytes = 60000, limits.stored_per_client = 31000, limits.each.file_bytes = 10000;
