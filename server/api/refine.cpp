@@ -193,7 +193,7 @@ Result<proto::RefineDelta> refined(services::RefineService& service,
   if (const auto* const view = std::get_if<AskedView>(&asked))
     return service.view(dataset, view->camera, view->token, view->window, stop, client);
   const auto& region = std::get<AskedRegion>(asked);
-  return service.region(dataset, region.where, region.errors, region.window, stop);
+  return service.region(dataset, region.where, region.errors, region.window, stop, client);
 }
 
 /// What is ready is answered at once; what must be prepared first waits for its turn among the

@@ -102,7 +102,8 @@ class RefineService::Making {
 };
 
 Result<std::shared_ptr<const RefineService::Scene>> RefineService::scene(
-    const ServedDataset& dataset, const std::optional<GeoRect>& asked, std::stop_token stop) {
+    const ServedDataset& dataset, const std::optional<GeoRect>& asked, std::stop_token stop,
+    const std::string& client) {
   const DemSource* const dem = dem_of(dataset);
   if (!dem) return no_dem(dataset);
   if (dem->info().cols < 2 || dem->info().rows < 2)
@@ -112,7 +113,7 @@ Result<std::shared_ptr<const RefineService::Scene>> RefineService::scene(
   const Key key{dataset.index, *window};
   {
     const std::lock_guard lock(mutex_);
-    if (const auto* known = scenes_.find(key)) return *known;
+    if (const auto* known = scenes_.find(key)) return known->scene;
     if (making_.size() >= limits_.scenes || !making_.insert(key).second)
       return fail(Errc::busy, "this or other data are being made ready for refining: try again");
   }
@@ -120,9 +121,37 @@ Result<std::shared_ptr<const RefineService::Scene>> RefineService::scene(
   auto made = make(*dem, *window, std::move(stop));
   if (!made) return made;
   const std::lock_guard lock(mutex_);
-  for (const auto& gone : scenes_.insert(key, *made))
-    std::erase_if(views_, [&](const auto& v) { return v.second->scene == gone.value; });
+  make_room_for(client);
+  scenes_.insert(key, {*made, client});
   return made;
+}
+
+/// For one more scene. A scene is theirs who look at it, or of whoever had it made; of several, his
+/// who has fewest.
+void RefineService::make_room_for(const std::string& client) {
+  while (scenes_.size() >= std::max<std::size_t>(1, limits_.scenes)) {
+    std::map<const Scene*, std::set<std::string_view>> holders;
+    for (const auto& [token, view] : views_) holders[view->scene.get()].insert(view->client);
+    for (const auto& one : scenes_.entries())
+      if (auto& of_it = holders[one.value.scene.get()]; of_it.empty())
+        of_it.insert(one.value.maker);
+    std::map<std::string_view, std::size_t> held;
+    ++held[client];
+    for (const auto& [scene, clients] : holders)
+      for (const std::string_view holder : clients) ++held[holder];
+    const auto share = [&](const auto& one) {
+      std::size_t least = ~std::size_t(0);
+      for (const std::string_view holder : holders[one.value.scene.get()])
+        least = std::min(least, held[holder]);
+      return least;
+    };
+    auto goes = scenes_.entries().begin();  // the most recently used comes first
+    for (auto one = goes; one != scenes_.entries().end(); ++one)
+      if (share(*one) >= share(*goes)) goes = one;
+    std::erase_if(views_, [&](const auto& v) { return v.second->scene == goes->value.scene; });
+    const Key key = goes->key;
+    scenes_.take_if([&](const Key& k) { return k == key; });
+  }
 }
 
 bool RefineService::ready(const ServedDataset& dataset, const std::optional<GeoRect>& asked) const {
@@ -153,13 +182,13 @@ Result<proto::RefineDelta> RefineService::region(const ServedDataset& dataset,
                                                  const GeoRegion& region,
                                                  const RegionErrors& errors,
                                                  const std::optional<GeoRect>& window,
-                                                 std::stop_token stop) {
+                                                 std::stop_token stop, const std::string& client) {
   const DemSource* const dem = dem_of(dataset);
   if (!dem) return no_dem(dataset);
   if (dem->info().cols < 2 || dem->info().rows < 2)
     return fail(Errc::unsupported, "a DEM of one row or column has no triangles");
   if (const auto valid = region.over(*dem); !valid) return std::unexpected(valid.error());
-  const auto ready = scene(dataset, window_of(dataset, region, window), std::move(stop));
+  const auto ready = scene(dataset, window_of(dataset, region, window), std::move(stop), client);
   if (!ready) return std::unexpected(ready.error());
   const Scene& s = **ready;
   const auto over = region.over(*dem, s.window.col, s.window.row);
@@ -174,7 +203,7 @@ Result<proto::RefineDelta> RefineService::view(const ServedDataset& dataset, con
                                                std::stop_token stop, const std::string& client) {
   std::unique_ptr<View> view;
   if (token.empty()) {
-    const auto ready = scene(dataset, window, std::move(stop));
+    const auto ready = scene(dataset, window, std::move(stop), client);
     if (!ready) return std::unexpected(ready.error());
     const Scene& s = **ready;
     view = std::make_unique<View>(*ready, ViewFront(s.all, s.geometry), dataset.index, client,
@@ -214,7 +243,7 @@ void RefineService::keep(const std::string& token, std::unique_ptr<View> view) {
   const std::lock_guard lock(mutex_);
   // Its scene may have gone meanwhile, and would live on with it.
   if (std::ranges::none_of(scenes_.entries(),
-                           [&](const auto& s) { return s.value == view->scene; }))
+                           [&](const auto& s) { return s.value.scene == view->scene; }))
     return;
   view->used = Clock::now();
   views_.emplace(token, std::move(view));

@@ -27,8 +27,8 @@ namespace tind::services {
 
 struct RefineLimits {
   std::size_t posts = 1'000'000;  // of a dataset or window that can be refined; 200 bytes each
-  std::size_t scenes = 2;  // of them kept ready, and made at a time; the one not used for longest
-                           // goes
+  std::size_t scenes = 2;  // of them kept ready, and made at a time: whoever has most of them loses
+                           // one, the one not used for longest
   std::size_t views = 64;  // of all clients: whoever has most of them loses one, first those that
                            // were never asked for again, of them the one not used for longest
   std::size_t view_bytes = 256 << 20;
@@ -46,12 +46,14 @@ class RefineService {
   /// a dataset that has too many posts, one around the region. REQUIRES: errors.inside_m
   /// <= errors.outside_m.
   Result<proto::RefineDelta> region(const ServedDataset&, const GeoRegion&, const RegionErrors&,
-                                    const std::optional<GeoRect>& window, std::stop_token);
+                                    const std::optional<GeoRect>& window, std::stop_token,
+                                    const std::string& client = {});
 
   /// What leads from the view `token` to the one of this camera; with no token the whole mesh. The
   /// answer names the new view, and the old name is gone. A view stays in its window. Fails with
   /// not_found for a token that is unknown, expired or in use.
-  /// `client`: whose view it is. Where there are too many views, whoever has most loses one.
+  /// `client`: whose view it is. Where there are too many views or scenes, whoever has most loses
+  /// one: nobody takes another's who has no more than he.
   Result<proto::RefineDelta> view(const ServedDataset&, const Camera&, const std::string& token,
                                   const std::optional<GeoRect>& window, std::stop_token,
                                   const std::string& client = {});
@@ -80,8 +82,14 @@ class RefineService {
     bool moved = false;  // it has been asked for again
   };
 
+  struct Ready {
+    std::shared_ptr<const Scene> scene;
+    std::string maker;  // the client for whom it was made
+  };
   Result<std::shared_ptr<const Scene>> scene(const ServedDataset&,
-                                             const std::optional<GeoRect>& window, std::stop_token);
+                                             const std::optional<GeoRect>& window, std::stop_token,
+                                             const std::string& client);
+  void make_room_for(const std::string& client);
   static Result<std::shared_ptr<const Scene>> make(const DemSource&, const RefineWindow&,
                                                    std::stop_token);
   std::optional<GeoRect> window_of(const ServedDataset&, const GeoRegion&,
@@ -92,7 +100,7 @@ class RefineService {
 
   const RefineLimits limits_;
   mutable std::mutex mutex_;
-  Lru<Key, std::shared_ptr<const Scene>> scenes_;
+  Lru<Key, Ready> scenes_;
   std::set<Key> making_;
   std::map<std::string, std::unique_ptr<View>> views_;
 };

@@ -71,6 +71,27 @@ TEST(RefineService, WhoMakesManyViewsTakesNoOthers) {
   EXPECT_EQ(service.views(), 8u);
 }
 
+TEST(RefineService, WhoMovesItsWindowAboutTakesNoOthersScene) {
+  services::Catalog catalog;
+  const services::ServedDataset& dataset = add_rainier(catalog);
+  services::RefineService service({.scenes = 2});
+  const auto look = [&](const std::string& token, double west, const std::string& client) {
+    const auto view = service.view(dataset, far_off(), token,
+                                   GeoRect{west, 46.75, west + 0.03, 46.8}, {}, client);
+    EXPECT_TRUE(view) << view.error().what;
+    return view ? view->view : std::string();
+  };
+  std::string own = look("", -121.90, "me");
+  for (int i = 0; i < 5; ++i) look("", -121.85 + 0.03 * i, "flood");
+  own = look(own, -121.90, "me");
+  EXPECT_FALSE(own.empty());
+  // Who wants two, where others have one each, loses the first.
+  const std::string second = look("", -121.80, "me");
+  EXPECT_FALSE(service.view(dataset, far_off(), own, {}, {}, "me"));
+  EXPECT_FALSE(look("", -121.85, "other").empty());
+  EXPECT_FALSE(look(second, -121.80, "me").empty());
+}
+
 /// A DEM that cannot always be read.
 class ThrowingSource : public test::MadeUpSource {
  public:
