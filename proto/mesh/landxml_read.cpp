@@ -11,6 +11,7 @@
 #include "proto/mesh/mesh_io.h"
 #include "proto/mesh/mesh_quad.h"
 #include "proto/text_scan.h"
+#include "terrain/base/keyed_hash.h"
 
 namespace tind::proto {
 namespace {
@@ -201,8 +202,9 @@ class LandXmlReader {
 
   XML_Parser parser_ = nullptr;
   Mesh mesh_;
-  std::unordered_map<std::uint64_t, std::uint32_t> number_;  // of the surface that is read
-  std::vector<std::array<std::uint64_t, 4>> named_;          // a triangle has its last corner twice
+  std::unordered_map<std::uint64_t, std::uint32_t, KeyedHash>
+      number_;                                       // of the surface that is read
+  std::vector<std::array<std::uint64_t, 4>> named_;  // a triangle has its last corner twice
   std::string text_, why_;
   std::uint64_t id_ = 0;
   static constexpr int kMostDepth = 1000;

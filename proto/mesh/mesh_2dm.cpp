@@ -8,6 +8,7 @@
 #include "proto/mesh/mesh_quad.h"
 #include "proto/text_put.h"
 #include "proto/text_scan.h"
+#include "terrain/base/keyed_hash.h"
 
 namespace tind::proto {
 namespace {
@@ -96,7 +97,7 @@ class Reader2dm {
   }
 
   Mesh mesh_;
-  std::unordered_map<std::uint64_t, std::uint32_t> number_;
+  std::unordered_map<std::uint64_t, std::uint32_t, KeyedHash> number_;
   std::vector<std::array<std::uint64_t, 4>> named_;  // a triangle has its last corner twice
 };
 

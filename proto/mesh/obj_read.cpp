@@ -12,6 +12,7 @@
 #include "proto/mesh/mesh_io.h"
 #include "proto/mesh/polygon.h"
 #include "proto/text_scan.h"
+#include "terrain/base/keyed_hash.h"
 
 namespace tind::proto {
 namespace {
@@ -26,10 +27,7 @@ struct Corner {
 
 struct CornerHash {
   std::size_t operator()(const Corner& c) const {
-    std::uint64_t h = c.v * 0x9e3779b97f4a7c15ull;
-    h = (h ^ (h >> 29) ^ c.vt) * 0xbf58476d1ce4e5b9ull;
-    h = (h ^ (h >> 32) ^ c.vn) * 0x94d049bb133111ebull;
-    return std::size_t(h ^ (h >> 31));
+    return std::size_t(keyed_hash(keyed_hash(keyed_hash(c.v) ^ c.vt) ^ c.vn));
   }
 };
 

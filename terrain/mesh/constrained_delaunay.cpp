@@ -25,6 +25,7 @@
 #include <CGAL/hilbert_sort.h>
 
 #include "terrain/base/caught.h"
+#include "terrain/base/keyed_hash.h"
 #endif
 
 namespace tind {
@@ -125,7 +126,7 @@ class PointIndex {
 
  private:
   const std::vector<Vec3>& points_;
-  std::unordered_map<std::uint64_t, std::vector<Index>> cells_;
+  std::unordered_map<std::uint64_t, std::vector<Index>, KeyedHash> cells_;
 
   static std::int64_t cell(double v) { return std::int64_t(std::floor(v / kLineTolerance)); }
   static std::uint64_t key(std::int64_t x, std::int64_t y) {
@@ -158,7 +159,8 @@ class Repairer {
   PointIndex index_;
   LineRepairs repairs_;
   std::vector<Chain> chains_;
-  std::unordered_map<std::uint64_t, Index> through_;  // segment -> point that it is led through
+  std::unordered_map<std::uint64_t, Index, KeyedHash>
+      through_;  // segment -> point that it is led through
 
   /// Points from `first` on give way to earlier ones that are within the tolerance; segments
   /// follow. True when there was any.
