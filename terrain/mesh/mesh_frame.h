@@ -14,7 +14,7 @@ namespace tind {
 
 enum class MeshFrame {
   source,  // x, y in the DEM's own CRS and units, by its geotransform (none: x = col, y = -row)
-  metric,  // metres east and north of the DEM's first post
+  metric,  // metres from the first post, along rows and up columns: mostly east and north
 };
 
 template <>

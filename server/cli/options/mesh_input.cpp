@@ -73,9 +73,19 @@ Result<PlacedTin> read_placed_tin(const std::string& path) {
   return PlacedTin{std::move(tin), std::move(*place), std::move(texture), materials};
 }
 
-Result<Tin> read_tin(const std::string& path) {
+Result<void> check_surface(const std::string& path, const proto::MeshPlace& place) {
+  if (!place.geographic || place.local) return {};
+  return fail(Errc::unsupported,
+              path +
+                  ": its x and y are degrees and its z is a length: no surface in space can be "
+                  "measured so; make it with --frame metric (simplify, refine), or of a DEM that "
+                  "gdalwarp brought to metres");
+}
+
+Result<Tin> read_surface(const std::string& path) {
   auto read = read_placed_tin(path);
   if (!read) return std::unexpected(read.error());
+  if (const auto ok = check_surface(path, read->place); !ok) return std::unexpected(ok.error());
   return std::move(read->tin);
 }
 
@@ -99,7 +109,7 @@ Result<PlacedTerrain> read_terrain_tin(const std::string& path) {
 }
 
 Result<Tin> read_shape(const std::string& path) {
-  auto tin = read_tin(path);
+  auto tin = read_surface(path);
   if (!tin) return tin;
   drop_attributes(*tin);
   weld(*tin);

@@ -22,17 +22,21 @@ std::string mesh_refused(const std::string& path);
 /// What kept a file from being opened as a DEM; where it looks like a mesh, that.
 Error not_a_dem(const Error& why, const std::vector<std::string>& files);
 
-/// The file's mesh, attributes included. Fails (bad_data) with the file's name, also where a
-/// coordinate is not a number.
-Result<Tin> read_tin(const std::string& path);
-/// With what the file says of where it is.
+/// The file's mesh, attributes included, with what the file says of where it is.
 struct PlacedTin {
   Tin tin;
   proto::MeshPlace place;
   std::string texture = {};  // as the file names it; empty: it has none
   std::size_t materials = 0;
 };
+/// Fails (bad_data) with the file's name, also where a coordinate is not a number.
 Result<PlacedTin> read_placed_tin(const std::string& path);
+
+/// Whether a mesh is a surface in space, whose distances and normals mean something: fails
+/// (unsupported) with the file's name where x and y are degrees and z is a length.
+Result<void> check_surface(const std::string& path, const proto::MeshPlace&);
+/// The mesh of a file that is one, attributes included.
+Result<Tin> read_surface(const std::string& path);
 
 /// A mesh as terrain (as_terrain), with what its units are in metres: as far as its file says where
 /// it is, otherwise all three are metres. Degrees are those of its middle.
@@ -44,7 +48,8 @@ struct PlacedTerrain {
 /// Fails also where it is no terrain, with the file's name and the place.
 Result<PlacedTerrain> read_terrain_tin(const std::string& path);
 
-/// The shape alone: no attributes, vertices that only they kept apart welded, unused ones gone.
+/// The shape of a surface alone: no attributes, vertices that only they kept apart welded, unused
+/// ones gone.
 Result<Tin> read_shape(const std::string& path);
 
 /// Encodes and writes; the number of bytes. Fails (io) when the file cannot be written.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "server/cli/options/mesh_input.h"
@@ -44,6 +45,7 @@ struct Placed {
   double z_unit_m = 1;
   std::string crs;
   VerticalDatum datum;
+  double said_unit_m = 0;  // of x and y, where the file says another than metres, and no CRS
 };
 
 Placed placed(PlacedTerrain read, bool crs_said) {
@@ -54,7 +56,23 @@ Placed placed(PlacedTerrain read, bool crs_said) {
   if (place.local && !out.crs.empty()) out.tin = in_crs(std::move(out.tin), place);
   if (out.crs.empty() && !crs_said)  // lengths are all that x and y can be
     for (Vec3& v : out.tin.vertices) v.x *= place.unit_m, v.y *= place.unit_m;
+  if (out.crs.empty() && place.unit_m != 1) out.said_unit_m = place.unit_m;
   return out;
+}
+
+/// A file that says its unit and no CRS, against the CRS that somebody says for it: one of the two
+/// is wrong, and the answer by the ratio of the units or its square.
+Result<void> check_unit(const Placed& p, const std::string& path, const DemInfo& info) {
+  constexpr double kSame = 1e-5;  // the two feet are written for each other
+  // LandXML must name a length, also beside degrees.
+  if (!(p.said_unit_m > 0) || info.crs_kind == CrsKind::geographic ||
+      std::abs(info.crs_unit_m - p.said_unit_m) < kSame * p.said_unit_m)
+    return {};
+  return fail(Errc::invalid_argument,
+              fmt::format("{}: its x and y are in units of {:.6g} m, and {} counts in units of "
+                          "{:.6g} m: say the CRS that they are in (--crs), or write the file anew "
+                          "in that unit",
+                          path, p.said_unit_m, info.crs_name, info.crs_unit_m));
 }
 
 /// Metres per unit of x, y and z, by what the CRS is.
@@ -70,6 +88,8 @@ Result<Vec3> units(const Placed& p, const std::string& path, const DemOptions& o
                               {.crs = options.crs});
   if (!corners) return std::unexpected(corners.error());
   const DemInfo& info = (*corners)->info();
+  if (!options.crs.empty())
+    if (auto ok = check_unit(p, path, info); !ok) return std::unexpected(ok.error());
   if (info.crs_kind != CrsKind::geographic)
     return Vec3{info.crs_unit_m, info.crs_unit_m, p.z_unit_m};
   const double middle = (info.bounds.south + info.bounds.north) / 2;

@@ -261,6 +261,38 @@ TEST(MeshInput, KeepsAndCountsWhatItsFileSaysOfItsPlace) {
   EXPECT_NE(refused.out.find("--nodata is said of DEMs"), std::string::npos);
 }
 
+TEST(MeshInput, DegreesAreNoSurfaceInSpace) {
+  const TempDir dir;
+  const std::string dem = testdata("rainier.tif");
+  const std::string degrees = dir.file("degrees.ply"), coarse = dir.file("coarse.ply"),
+                    metres = dir.file("metres.ply"), tpm = dir.file("a.tpm");
+  const std::string start = "simplify " + dem + " --method greedy -o ";
+  ASSERT_EQ(run_tind(start + degrees + " --ratio 0.01").code, 0);
+  ASSERT_EQ(run_tind(start + coarse + " --ratio 0.001").code, 0);
+  ASSERT_EQ(run_tind(start + metres + " --ratio 0.01 --frame metric").code, 0);
+  for (const std::string& line :
+       {"progressive " + degrees + " -o " + tpm,
+        "progressive " + degrees + " --method attribute-qem -o " + tpm,
+        "between " + degrees + " " + coarse + " -o " + tpm,
+        "between " + metres + " " + degrees + " -o " + tpm,
+        "simplify " + degrees + " --ratio 0.2 -o " + dir.file("b.ply"),
+        "measure " + degrees + " " + coarse, "measure " + metres + " " + degrees}) {
+    const auto refused = run_tind(line);
+    EXPECT_EQ(refused.code, 65) << line << refused.out;
+    EXPECT_THAT(refused.out, HasSubstr("degrees.ply: its x and y are degrees")) << line;
+    EXPECT_THAT(refused.out, HasSubstr("--frame metric")) << line;
+  }
+  EXPECT_FALSE(std::filesystem::exists(tpm));
+  EXPECT_FALSE(std::filesystem::exists(dir.file("b.ply")));
+  // Heights are vertical whatever x and y are, and metres have distances.
+  for (const std::string& line :
+       {"measure " + degrees + " " + dem, "measure " + coarse + " " + degrees + " --terrain",
+        "simplify " + degrees + " --terrain --ratio 0.2 -o " + dir.file("c.ply"), "info " + degrees,
+        "progressive " + metres + " -o " + tpm, "measure " + metres + " " + metres,
+        "simplify " + metres + " --ratio 0.2 -o " + dir.file("d.ply")})
+    EXPECT_EQ(run_tind(line).code, 0) << line;
+}
+
 TEST(MeshOutput, AGeoPackageWithoutACrsHasLengths) {
   const TempDir dir;
   const std::string line = "simplify " + small_dem(dir) + " --ratio 0.5 -o " + dir.file("m.gpkg");

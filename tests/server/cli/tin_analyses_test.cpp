@@ -237,6 +237,38 @@ TEST(TinAnalyses, AMeshIsAsFarFromItsDemAsSimplifySays) {
   }
 }
 
+/// A LandXML of 100 x 100 units, 10 high.
+std::string landxml(const TempDir& dir, const std::string& name, const std::string& units) {
+  const std::string path = dir.file(name);
+  std::ofstream(path) << R"(<LandXML xmlns="http://www.landxml.org/schema/LandXML-1.2"><Units>)"
+                      << units
+                      << R"(</Units><Surfaces><Surface name="s"><Definition surfType="TIN"><Pnts>)"
+                         R"(<P id="1">5000000 500000 10</P><P id="2">5000000 500100 10</P>)"
+                         R"(<P id="3">5000100 500100 10</P><P id="4">5000100 500000 10</P></Pnts>)"
+                         R"(<Faces><F>1 2 3</F><F>1 3 4</F></Faces></Definition></Surface>)"
+                         R"(</Surfaces></LandXML>)";
+  return path;
+}
+
+TEST(TinAnalyses, FeetAreNotTakenForTheMetresOfACrs) {
+  const TempDir dir;
+  const std::string feet = landxml(dir, "feet.xml", R"(<Imperial linearUnit="foot"/>)"),
+                    metres = landxml(dir, "metres.xml", R"(<Metric linearUnit="meter"/>)");
+  const auto area = [](const std::string& asked) {
+    return tind_json("volume " + asked + " --height 0 --json")["area_m2"].get<double>();
+  };
+  EXPECT_NEAR(area(feet), 10000 * .3048 * .3048, 1e-3);
+  EXPECT_NEAR(area(feet + " --crs EPSG:2227"), 10000 * .3048 * .3048, 0.1) << "of US feet";
+  EXPECT_NEAR(area(metres + " --crs EPSG:32633"), 10000, 1e-3);
+  for (const char* posts : {"", " --posts 5"}) {
+    const Ran ran = run_tind("volume " + feet + " --height 0 --crs EPSG:32633" + posts);
+    EXPECT_EQ(ran.code, 2) << posts << ran.out;
+    EXPECT_THAT(ran.out, HasSubstr("feet.xml: its x and y are in units of 0.3048 m"));
+  }
+  const Ran degrees = run_tind("volume " + feet + " --height 0 --crs EPSG:4326 --posts 0.5");
+  EXPECT_THAT(degrees.out, Not(HasSubstr("its x and y are in units")));
+}
+
 TEST(TinAnalyses, SayInOneLineWhatCannotBe) {
   const TempDir dir;
   const std::string tin = pyramid(dir, "p.ply", 100);

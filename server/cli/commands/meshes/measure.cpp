@@ -77,11 +77,24 @@ void note_if_other_frame(const Arguments& a, const PlacedTin& mesh, const proto:
                     a.mesh, a.dem.files[0]));
 }
 
+/// For the distance of two surfaces; what is measured of terrain is vertical, and needs no such
+/// thing.
+Result<void> check_surfaces(const Arguments& a, const proto::MeshPlace& mesh,
+                            const proto::MeshPlace& other) {
+  auto ok = check_surface(a.mesh, mesh);
+  if (ok) ok = check_surface(a.dem.files[0], other);
+  if (ok) return ok;
+  return fail(
+      ok.error().code,
+      ok.error().what + ", or measure it against a DEM, or with --terrain: the vertical error");
+}
+
 /// Two meshes: the distance of their surfaces, both ways.
 int run_surfaces(const Arguments& a, const PlacedTin& mesh) {
   if (const auto ok = no_dem_options(a.dem, a.dem.files[0]); !ok) return complain(ok.error());
   const Result<PlacedTin> other = read_placed_tin(a.dem.files[0]);
   if (!other) return complain(other.error());
+  if (const auto ok = check_surfaces(a, mesh.place, other->place); !ok) return complain(ok.error());
   for (const PlacedTin* one : {&mesh, &*other})
     if (one->tin.triangles.empty())
       return complain({Errc::bad_data, "a mesh without triangles has no surface to measure"});

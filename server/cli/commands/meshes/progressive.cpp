@@ -56,7 +56,7 @@ int run_surface(Arguments& a) {
                      "coordinates"});
   }
   auto tin = std::holds_alternative<AttributeQemOptions>(a.options.method)
-                 ? read_tin(a.input.files[0])
+                 ? read_surface(a.input.files[0])
                  : read_shape(a.input.files[0]);
   if (!tin) return complain(tin.error());
   if (has_attributes(*tin))

@@ -288,6 +288,10 @@ int run_mesh(const Arguments& a) {
   if (const auto ok = check_mesh_input(a); !ok) return complain(ok.error());
   auto read = read_placed_tin(a.input.files[0]);
   if (!read) return complain(read.error());
+  if (const auto ok = check_surface(a.input.files[0], read->place); !ok)
+    return complain({ok.error().code,
+                     ok.error().what + ", or simplify it as terrain (--terrain or --max-error), by "
+                                       "its vertical error"});
   Tin& tin = read->tin;
   if (const auto ok = can_say(*a.format, read->place); !ok) return complain(ok.error());
   if (const std::string lost = lost_attributes(*a.format, to_file_mesh(tin)); !lost.empty())
