@@ -84,6 +84,9 @@ class TileStore {
   virtual std::optional<std::uint64_t> generation() const { return {}; }
   /// Fails where what should vouch for the tiles is damaged: read() would give what nobody knows.
   virtual Result<void> vouched_for() const { return {}; }
+  /// Fails (bad_data) where that names more or fewer tiles than the `listed` ones of layer.json:
+  /// one of the two is not as it was written, and who goes by the list loses tiles. busy as read().
+  virtual Result<void> names_as_many(std::uint64_t /*listed*/) const { return {}; }
   /// Looks at what is kept beside the tiles.
   virtual std::vector<StoreFault> faults() const { return {}; }
 };

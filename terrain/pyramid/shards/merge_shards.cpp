@@ -97,7 +97,10 @@ Result<void> check_shards(const ShardPlan& plan, const ShardFolder& folder, int 
                     std::to_string(found.size()) +
                     " shards are to be made again (tind build --plan makes what is not as it "
                     "should be): " +
-                    names_of(broken));
+                    names_of(broken) +
+                    (missing.empty() ? ""
+                                     : "; " + std::to_string(missing.size()) +
+                                           " are not there: " + names_of(missing)));
   if (!missing.empty())
     return fail(Errc::busy, std::to_string(missing.size()) + " of " + std::to_string(found.size()) +
                                 " shards are not there: " + names_of(missing) +

@@ -88,6 +88,8 @@ Result<Source> look_at_source(const TileStore& store, const CopyOptions& o) {
     return fail(Errc::out_of_range, store.name() + " has more than " +
                                         std::to_string(kMostCopiedTiles / 1'000'000) +
                                         " million tiles: copy what other programs copy");
+  // Those that the list lacks, the copy would lack for good.
+  if (auto all = store.names_as_many(from.tiles); !all) return std::unexpected(all.error());
   if (from.tiles == 0) return fail(Errc::bad_data, store.name() + " has no tiles");
   if (from.threads == 0 && store.remote()) from.threads = kRemoteThreads;
   return from;

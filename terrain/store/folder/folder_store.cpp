@@ -130,6 +130,7 @@ class FolderStore : public TileStore {
                 damaged_->what + ": tiles cannot be held against it" +
                     (damaged_->code == Errc::io ? "" : "; tind build makes it anew"));
   }
+  Result<void> names_as_many(std::uint64_t listed) const override;
   std::vector<StoreFault> faults() const override;
 
  private:
@@ -143,6 +144,7 @@ class FolderStore : public TileStore {
     const std::lock_guard lock(mutex_);
     return ledger_;
   }
+  Result<void> check_same(const InForce& now, const TileLedger& known) const;
   Result<Bytes> look_again(TileId, Result<Bytes> found) const;
   Result<Bytes> read_beside(const std::string& name) const;
   Result<Bytes> record_text() const;
@@ -155,15 +157,18 @@ Result<Bytes> FolderStore::read_beside(const std::string& name) const {
   return read_stored_file(base_ + name);
 }
 
-/// Fails with busy where the folder has got another record since this was opened: it says nothing
-/// of these tiles.
+/// Fails with busy where the folder has got another record since this was opened.
+Result<void> FolderStore::check_same(const InForce& now, const TileLedger& known) const {
+  if (!now.ledger || now.ledger->record() == known.record()) return {};
+  return fail(Errc::busy, base_ + " has got other tiles: ask again in a moment");
+}
+
+/// Another record says nothing of these tiles.
 Result<Bytes> FolderStore::record_text() const {
   auto bytes = read_beside(folder::kRecord);
   const auto known = ledger();
   if (!bytes || !known || known->belongs_to(text_of(*bytes))) return bytes;
-  const auto now = in_force(base_);
-  if (now.ledger && now.ledger->record() != known->record())
-    return fail(Errc::busy, base_ + " has got other tiles: ask again in a moment");
+  if (auto same = check_same(in_force(base_), *known); !same) return std::unexpected(same.error());
   return bytes;  // damaged, or changed by somebody else: faults() says so
 }
 
@@ -173,8 +178,7 @@ Result<Bytes> FolderStore::look_again(TileId id, Result<Bytes> found) const {
   const std::string path = tile_name(id);
   const auto now = in_force(base_);
   const auto known = ledger();
-  if (now.ledger && now.ledger->record() != known->record())
-    return fail(Errc::busy, base_ + " has got other tiles: ask again in a moment");
+  if (auto same = check_same(now, *known); !same) return std::unexpected(same.error());
   const auto newer = now.ledger ? now.ledger : known;
   const std::string ready = folder::tile_path(base_ + folder::kReady, id);
   for (const std::string& place : {path, ready, path}) {
@@ -209,6 +213,15 @@ Result<StoredTile> FolderStore::look_at(TileId id) const {
   const auto entry = known->find(id);
   if (!entry) return std::unexpected(entry.error());
   return StoredTile{std::move(*bytes), *entry ? Vouched::other_bytes : Vouched::not_listed};
+}
+
+/// The list may be that of an update that has just come.
+Result<void> FolderStore::names_as_many(std::uint64_t listed) const {
+  const auto known = ledger();
+  auto same = known ? known->names_as_many(listed, layer_name()) : Result<void>();
+  if (same) return same;
+  const auto still = check_same(in_force(base_), *known);
+  return still ? same : still;
 }
 
 Result<std::optional<StoreListing>> FolderStore::list() const {

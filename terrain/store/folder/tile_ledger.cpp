@@ -16,6 +16,7 @@
 #include "terrain/base/errno_text.h"
 #include "terrain/base/hash.h"
 #include "terrain/base/whole_io.h"
+#include "terrain/store/layer_place.h"
 
 namespace tind {
 
@@ -141,6 +142,16 @@ TileLedger::~TileLedger() {
 
 bool TileLedger::same_tiles(const TileLedger& other) const {
   return begin_ == other.begin_ && first_ == other.first_ && levels_ == other.levels_;
+}
+
+Result<void> TileLedger::names_as_many(std::uint64_t listed, const std::string& layer) const {
+  std::uint64_t named = 0;  // each once: ranges of other programs may overlap
+  for (const auto& level : levels_) named += area_of(level).size();
+  if (listed == named) return {};
+  return fail(Errc::bad_data,
+              layer + " lists " + std::to_string(listed) + " tiles, and the ledger beside it " +
+                  std::to_string(named) +
+                  ": one of the two is not as it was written; tind verify says more");
 }
 
 bool TileLedger::belongs_to(std::string_view record) const { return hash64(record) == seed_; }

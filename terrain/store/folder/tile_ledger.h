@@ -43,6 +43,8 @@ class TileLedger {
   /// Does the folder name this tile its own, finished or not?
   bool names(TileId id) const { return place(id).has_value(); }
   const Levels& levels() const { return levels_; }
+  /// Fails (bad_data) unless it names so many. `layer`: where that is said.
+  Result<void> names_as_many(std::uint64_t listed, const std::string& layer) const;
   /// Does it name the same ones, in the same order?
   bool same_tiles(const TileLedger& other) const;
 

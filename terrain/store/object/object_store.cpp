@@ -59,6 +59,7 @@ class ObjectStore : public TileStore {
     if (known || known.error().code == Errc::not_found) return {};
     return std::unexpected(known.error());
   }
+  Result<void> names_as_many(std::uint64_t listed) const override;
   std::vector<StoreFault> faults() const override;
 
  private:
@@ -73,6 +74,7 @@ class ObjectStore : public TileStore {
     return std::move(got->bytes);
   }
   Result<std::shared_ptr<const TileLedger>> ledger() const;
+  Result<void> check_same() const;
   Result<Bytes> damaged(TileId) const;
 };
 
@@ -89,13 +91,30 @@ Result<std::shared_ptr<const TileLedger>> ObjectStore::ledger() const {
   return ledger_.emplace(std::make_shared<const TileLedger>(std::move(*found)));
 }
 
-/// Why a tile is other than the ledger says.
-Result<Bytes> ObjectStore::damaged(TileId id) const {
+/// Fails with busy where the ledger that lies there now is that of other tiles.
+Result<void> ObjectStore::check_same() const {
   const auto bytes = read_object(folder::kLedger);
   if (!bytes) return std::unexpected(bytes.error());
   const auto now = TileLedger::of_bytes(text_of(*bytes), base_ + folder::kLedger);
   if (const auto known = ledger(); now && known && now->record() != (*known)->record())
     return fail(Errc::busy, base_ + " has got other tiles: ask again in a moment");
+  return {};
+}
+
+/// The list may be that of an update that has just come.
+Result<void> ObjectStore::names_as_many(std::uint64_t listed) const {
+  const auto known = ledger();
+  if (!known)
+    return known.error().code == Errc::not_found ? Result<void>() : std::unexpected(known.error());
+  auto same = (*known)->names_as_many(listed, layer_name());
+  if (same) return same;
+  const auto still = check_same();
+  return still ? same : still;
+}
+
+/// Why a tile is other than the ledger says.
+Result<Bytes> ObjectStore::damaged(TileId id) const {
+  if (auto same = check_same(); !same) return std::unexpected(same.error());
   return fail(Errc::io, tile_name(id) +
                             " is not as the ledger beside it says: damaged, or changed "
                             "by something else than tind");

@@ -178,6 +178,39 @@ TEST_F(Copies, MissingTilesComeBackAndForeignOnesAreNamed) {
   EXPECT_EQ(*read_whole_file(at + "/10/3/4.terrain"), "somebody's");
 }
 
+TEST_F(Copies, TilesThatLayerJsonNoLongerNamesAreNotLeftOut) {
+  const std::string from = file("fewer"), layer = from + "/layer.json";
+  fs::copy(tiles(), from, fs::copy_options::recursive);
+  auto json = nlohmann::ordered_json::parse(*read_whole_file(layer));
+  auto& deepest = json["available"].back().back();
+  ASSERT_GT(deepest["endX"].get<int>(), deepest["startX"].get<int>());
+  deepest["endX"] = deepest["endX"].get<int>() - 1;
+  std::ofstream(layer) << json.dump();
+  EXPECT_EQ(test::run_tind("verify " + from).code, 65);
+  for (const char* to : {"fewer.pmtiles", "fewer.mbtiles", "fewer2"}) {
+    const auto ran = copy(from, file(to));
+    EXPECT_EQ(ran.code, 65) << to << ran.out;
+    EXPECT_THAT(ran.out, HasSubstr(layer)) << to;
+    EXPECT_FALSE(fs::exists(file(to))) << to;
+  }
+  // Of what has no ledger, layer.json alone says what there is.
+  fs::remove(from + "/tind-tiles.ledger");
+  EXPECT_EQ(copy(from, file("fewer.pmtiles")).code, 0);
+}
+
+TEST_F(Copies, RangesThatOverlapAreNoTilesTwice) {
+  const std::string from = file("overlap"), layer = from + "/layer.json";
+  fs::copy(tiles(), from, fs::copy_options::recursive);
+  auto json = nlohmann::ordered_json::parse(*read_whole_file(layer));
+  json["available"].back().push_back(json["available"].back().back());  // as others may
+  std::ofstream(layer) << json.dump();
+  for (const auto& entry : fs::directory_iterator(from))
+    if (entry.path().filename().string().starts_with("tind-")) fs::remove_all(entry.path());
+  ASSERT_EQ(copy(from, file("overlap2")).code, 0);
+  const auto again = copy(file("overlap2"), file("overlap.pmtiles"));
+  EXPECT_EQ(again.code, 0) << again.out;
+}
+
 TEST_F(Copies, WhatCannotBeReadIsNotLeftOut) {
   const std::string from = file("unreadable");
   fs::copy(tiles(), from, fs::copy_options::recursive);

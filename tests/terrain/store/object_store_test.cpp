@@ -276,6 +276,23 @@ TEST(ObjectFolder, AFolderThatAnybodyCopiedThereIsRead) {
   EXPECT_TRUE(verified->ok());
 }
 
+TEST(ObjectFolder, TilesThatLayerJsonNoLongerNamesAreNotLeftOut) {
+  S3Stub stub;
+  const S3Environment environment(stub, 20, 3);
+  InMemory source;
+  ASSERT_TRUE(copy_store(source, "s3://bucket/tiles", {}));
+  const test::TempDir folder;
+  ASSERT_TRUE(copy_store(*open_store("s3://bucket/tiles"), folder.file("all"), {}));
+  std::string layer = kLayer;
+  const std::size_t at = layer.find("\"endX\": 7");
+  ASSERT_NE(at, layer.npos);
+  layer.replace(at, 9, "\"endX\": 6");
+  stub.put("bucket/tiles/layer.json", layer);
+  const auto copied = copy_store(*open_store("s3://bucket/tiles"), folder.file("fewer"), {});
+  ASSERT_FALSE(copied);
+  EXPECT_EQ(copied.error().code, Errc::bad_data) << copied.error().what;
+}
+
 TEST(RemoteArchive, OfAPlainWebServer) {
   S3Stub stub;
   const S3Environment environment(stub, 20, 3);

@@ -142,7 +142,9 @@ void add_verify(Command program, int& exit) {
   c.add_flag("--json", a->json, "print the report as JSON");
   c.footer(
       "Exit code 0: every byte is as it was written, at the end where --repair mended it; 65: it "
-      "is not; 74: some of it cannot be read, and may be sound. How tiles are made again, the "
+      "is not; 74: some of it cannot be read, and may be sound. Of the layer.json of a folder only "
+      "which tiles it names is looked at: no hash of it is kept, as archives have one. How tiles "
+      "are made again, the "
       "store's record says: only the source is to be named, with the options with which it was "
       "read.");
   c.on_run([a, c, &exit] {

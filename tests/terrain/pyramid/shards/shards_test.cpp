@@ -409,6 +409,18 @@ TEST_F(ShardsTest, WhatIsNotAsItsRecordSaysIsRefusedAndMadeAgain) {
   expect_built(plan);
 }
 
+/// Who makes again what the one line names is done.
+TEST_F(ShardsTest, WhatIsBrokenAndWhatIsMissingAreNamedTogether) {
+  const ShardPlan plan = plan_of(3);
+  ASSERT_TRUE(make(plan, 1));
+  ASSERT_TRUE(make(plan, 2));
+  damage(shards().pack(2), 100);
+  const auto merged = merge(plan, folder_.file("x.pmtiles"));
+  ASSERT_FALSE(merged);
+  EXPECT_EQ(merged.error().code, Errc::bad_data);
+  EXPECT_THAT(merged.error().what, testing::HasSubstr("should be): 2; 1 are not there: 0"));
+}
+
 /// Then it need not be made again.
 TEST_F(ShardsTest, WhatCannotBeReadIsNotTakenForBroken) {
   const ShardPlan plan = plan_of(2);
