@@ -84,7 +84,7 @@ http::Reply answer(const App& app, const services::ServedDataset& dataset, const
 
 std::optional<http::Reply> ask(const App& app, const http::Request& request,
                                http::DeferredReply& deferred) {
-  const auto dataset = find_mapped(app, request);
+  const auto dataset = find_with_source(app, request);
   if (!dataset) return dataset.error();
   auto query = read_coverage_query(request.head.query, request.head.fields);
   if (!query) return http::problem_reply(query.error(), request.head.target);

@@ -20,12 +20,18 @@ std::string origin_of(const http::Request& request) {
   return (secure ? "https://" : "http://") + std::string(request.head.host);
 }
 
-std::expected<std::shared_ptr<const services::ServedDataset>, http::Reply> find_mapped(
+std::expected<std::shared_ptr<const services::ServedDataset>, http::Reply> find_with_source(
     const App& app, const http::Request& request) {
   auto [dataset, not_found] = find_dataset(app, request.matched[0], request);
   if (!dataset) return std::unexpected(std::move(not_found));
   if (!dataset->source) return std::unexpected(no_source(request));
-  if (!has_images(*dataset->source))
+  return dataset;
+}
+
+std::expected<std::shared_ptr<const services::ServedDataset>, http::Reply> find_mapped(
+    const App& app, const http::Request& request) {
+  auto dataset = find_with_source(app, request);
+  if (dataset && !has_images(*(*dataset)->source))
     return std::unexpected(no_tile(request,
                                    "Web maps end at 85.05 degrees, and this dataset lies beyond "
                                    "them: it has meshes and heights, but no images."));

@@ -22,6 +22,9 @@ namespace tind::api {
 std::string origin_of(const http::Request&);
 
 /// The dataset that the path names, which has its DEM; or the 404.
+std::expected<std::shared_ptr<const services::ServedDataset>, http::Reply> find_with_source(
+    const App&, const http::Request&);
+/// And which lies, if only in part, where web maps do.
 std::expected<std::shared_ptr<const services::ServedDataset>, http::Reply> find_mapped(
     const App&, const http::Request&);
 

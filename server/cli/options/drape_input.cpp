@@ -93,13 +93,7 @@ Result<Draped> open_drape(const DrapeInput& drape, DrapedOver over) {
 }
 
 Result<void> check_drape(const DrapeInput& drape, const Draped& draped, const Surface& surface) {
-  const GeoRect& dem = surface.info().bounds;
-  const auto beside = [](const std::string& file) {
-    return fail(Errc::invalid_argument, file + " lies elsewhere: not on the DEM");
-  };
-  if (draped.colours && !draped.colours->bounds().overlaps(dem)) return beside(drape.image);
-  if (draped.cover && !draped.cover->bounds().overlaps(dem)) return beside(drape.land_cover);
-  return {};
+  return check_lies_on(surface.info().bounds, draped, drape.image, drape.land_cover);
 }
 
 Result<std::shared_ptr<const std::vector<Colour>>> drape_posts(const std::string& image,

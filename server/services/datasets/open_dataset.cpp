@@ -85,7 +85,7 @@ Result<Dataset> open(const DatasetSpec& spec, const DatasetOptions& options,
   source = shaped_surface(std::move(*source), options.shapes);
   if (!source) return std::unexpected(source.error());
   auto recipes = recipes_of(*source, spec, options);
-  auto dataset = dem_dataset(std::move(*source), options.tiles, index_dir);
+  auto dataset = dem_dataset(*source, options.tiles, index_dir);
   if (dataset) dataset->recipes = std::move(recipes);
   return dataset;
 }
@@ -150,6 +150,9 @@ Result<Dataset> open_with_draped(const DatasetSpec& spec, const DatasetOptions& 
   coloured.tiles.colours = draped->colours;
   auto dataset = open(spec, coloured, index_dir);
   if (!dataset || (options.drape.empty() && options.land_cover.empty())) return dataset;
+  const GeoRect where = dataset->source ? dataset->source->info().bounds : dataset->facts().box;
+  if (auto ok = check_lies_on(where, *draped, options.drape, options.land_cover); !ok)
+    return std::unexpected(ok.error());
   return with_images(with_draped(std::move(*dataset), *draped), std::move(images));
 }
 

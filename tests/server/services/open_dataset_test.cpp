@@ -7,6 +7,8 @@
 
 #include <fstream>
 
+#include "terrain/pyramid/build/build.h"
+#include "terrain/raster/draped.h"
 #include "tests/support/globe_raster.h"
 #include "tests/support/support.h"
 
@@ -44,6 +46,45 @@ TEST(OpenDataset, AnImageThatIsReplacedIsAChange) {
   const auto changed = dataset->unchanged();
   ASSERT_FALSE(changed);
   EXPECT_THAT(changed.error().what, HasSubstr(options.drape));
+}
+
+/// What nobody would see anything of is a slip of the pen, of a DEM and of tiles alike.
+TEST(OpenDataset, WhatIsDrapedLiesOnTheTerrain) {
+  test::TempDir folder;
+  const std::string here = test::place_raster(folder, "here", -122, 47, 0.05, '\x40'),
+                    elsewhere = test::place_raster(folder, "elsewhere", 7, 47, 0.05, '\x40');
+  const std::string dem = test::testdata("rainier.tif"), tiles = folder.file("tiles");
+  {
+    const auto source = DemSource::open(std::vector{dem});
+    ASSERT_TRUE(source);
+    BuildOptions few;
+    few.output = tiles;
+    few.tiles.max_level = 3, few.threads = 1;
+    ASSERT_TRUE(build_tiles(*source, few));
+  }
+  for (const std::string& files : {dem, tiles})
+    for (std::string DatasetOptions::*which :
+         {&DatasetOptions::drape, &DatasetOptions::land_cover}) {
+      DatasetOptions options;
+      options.*which = here;
+      const auto on = open_dataset({"rainier", {files}}, options);
+      EXPECT_TRUE(on) << on.error().what;
+      options.*which = elsewhere;
+      const auto beside = open_dataset({"rainier", {files}}, options);
+      ASSERT_FALSE(beside) << files;
+      EXPECT_EQ(beside.error().code, Errc::invalid_argument);
+      EXPECT_THAT(beside.error().what, HasSubstr(elsewhere));
+    }
+}
+
+TEST(OpenDataset, WhatIsDrapedMayLieAcrossTheAntimeridian) {
+  test::TempDir folder;
+  const std::string west = test::place_raster(folder, "west", -180, 1, 0.05, '\x40');
+  const auto draped = open_draped(west, "");
+  ASSERT_TRUE(draped) << draped.error().what;
+  EXPECT_TRUE(check_lies_on({179, 0, 181, 1}, *draped, west, ""));
+  EXPECT_TRUE(check_lies_on({-181, 0, -179, 1}, *draped, west, ""));
+  EXPECT_FALSE(check_lies_on({177, 0, 179, 1}, *draped, west, ""));
 }
 
 }  // namespace

@@ -99,6 +99,32 @@ TEST_F(Coverages, TheWholeInTheDemsOwnSystemIsItsGrid) {
   }
 }
 
+/// Web maps end before it; a coverage is none.
+TEST_F(Coverages, OfAPoleIsInItsOwnSystemAndInDegrees) {
+  std::ofstream file(dir_.file("polar.asc"));
+  file << "ncols 21\nnrows 21\nxllcenter -200000\nyllcenter -200000\ncellsize 20000\n";
+  for (int i = 0; i < 21 * 21; ++i) file << 100 + i % 50 << (i % 21 < 20 ? ' ' : '\n');
+  file.close();
+  DemOptions options;
+  options.crs = "EPSG:3413";
+  ASSERT_TRUE(services::open_dataset(catalog_, {"polar", {dir_.file("polar.asc")}}, options, {}));
+  const std::string coverage = "/collections/polar/coverage";
+  const HttpReply own = get(coverage + "?crs=EPSG:3413");
+  ASSERT_EQ(own.status, 200) << own.body;
+  std::ofstream(dir_.file("own.tif"), std::ios::binary) << own.body;
+  const auto dem = DemSource::open(std::vector{dir_.file("own.tif")});
+  ASSERT_TRUE(dem) << dem.error().what;
+  ASSERT_EQ((*dem)->info().cols, 21);
+  ASSERT_EQ((*dem)->info().rows, 21);
+  const auto posts = (*dem)->read(0, 0, 21, 21);
+  for (int i = 0; i < 21 * 21; ++i) ASSERT_NEAR(posts->at(i % 21, i / 21), 100 + i % 50, 2e-3) << i;
+  const Json degrees = json(coverage + "?bbox=-180,88.5,180,90&width=24&height=4&f=covjson");
+  EXPECT_EQ(degrees["ranges"]["height"]["values"].size(), 96u);
+  for (const Json& height : degrees["ranges"]["height"]["values"]) EXPECT_FALSE(height.is_null());
+  EXPECT_EQ(get(coverage + "?crs=EPSG:3857").status, 400) << "it has no place there";
+  EXPECT_EQ(get("/shade/polar/tiles.json").status, 404) << "a web map has none, either";
+}
+
 TEST(CoverageWindow, OfTheWholeGlobeHasEveryColumnOnce) {
   DatasetFacts facts;
   facts.box = {-180, -60, 180, 60};
