@@ -408,48 +408,6 @@ Result<AreaIntegral> integrate(const DemInfo& info, const PostRings& area, const
   return integrator.taken();
 }
 
-AreaScale area_scale(const DemSource& dem, const PostRings& area) {
-  const DemInfo& info = dem.info();
-  Vec2 low{HUGE_VAL, HUGE_VAL}, high{-HUGE_VAL, -HUGE_VAL};
-  for (const auto& ring : area)
-    for (const Vec2& p : ring) {
-      low = {std::min(low.x, p.x), std::min(low.y, p.y)};
-      high = {std::max(high.x, p.x), std::max(high.y, p.y)};
-    }
-  const Vec2 last{double(info.cols - 1), double(info.rows - 1)};
-  low = {std::max(low.x, 0.0), std::max(low.y, 0.0)};
-  high = {std::min(high.x, last.x), std::min(high.y, last.y)};
-  if (!(low.x <= high.x && low.y <= high.y)) return {};
-  return area_scale(dem, low, high);
-}
-
-AreaScale area_scale(const DemSource& dem, Vec2 low, Vec2 high) {
-  constexpr int kPlaces = 5;  // along each side
-  const DemInfo& info = dem.info();
-  if (info.crs_kind != CrsKind::projected) return {};
-  std::vector<Vec2> posts;  // threes: a place, a column and a row on
-  for (int j = 0; j < kPlaces; ++j)
-    for (int i = 0; i < kPlaces; ++i) {
-      const Vec2 p{low.x + (high.x - low.x) * i / (kPlaces - 1),
-                   low.y + (high.y - low.y) * j / (kPlaces - 1)};
-      posts.insert(posts.end(), {p, {p.x + 1, p.y}, {p.x, p.y + 1}});
-    }
-  std::vector<Geographic> places(posts.size());
-  dem.to_geographic(posts, places);
-  const GroundArea plane(info);
-  AreaScale scale{HUGE_VAL, 0};
-  for (std::size_t i = 0; i < places.size(); i += 3) {
-    // In space, because longitudes are nothing at a pole.
-    const Vec3 at = wgs84::to_ecef(places[i], 0);
-    const Vec3 ground =
-        cross(wgs84::to_ecef(places[i + 1], 0) - at, wgs84::to_ecef(places[i + 2], 0) - at);
-    const double times = plane.at(posts[i].x, posts[i].y) / length(ground);
-    if (!std::isfinite(times)) continue;  // no place
-    scale.least = std::min(scale.least, times), scale.greatest = std::max(scale.greatest, times);
-  }
-  return scale.greatest > 0 ? scale : AreaScale{};
-}
-
 bool reaches_beyond(const DemInfo& info, const PostRings& area) {
   constexpr double kSnap = 1e-6;  // posts
   for (const auto& ring : area)

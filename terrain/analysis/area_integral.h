@@ -39,18 +39,6 @@ class GroundArea {
   double degrees_ = 0, unit_m_ = 1;  // degrees_: 0 where not geographic
 };
 
-/// How many times as large as on the ellipsoid areas are that GroundArea has.
-struct AreaScale {
-  double least = 1, greatest = 1;  // in the area
-};
-
-/// By a lattice of places of the rectangle around the area, as far as that is on the DEM. 1 where
-/// posts are in degrees, and without a CRS. Near 1 in UTM; in Web Mercator 1 / cos^2 of the
-/// latitude.
-AreaScale area_scale(const DemSource&, const PostRings& area);
-/// The same of a rectangle of posts, also beyond the DEM's own.
-AreaScale area_scale(const DemSource&, Vec2 low, Vec2 high);
-
 /// D at the posts of a row, NaN where there is none.
 using PostRow = std::function<Result<void>(std::int64_t row, std::span<double> out)>;
 

@@ -13,6 +13,7 @@
 #include <optional>
 
 #include "terrain/geo/ellipsoid.h"
+#include "terrain/raster/crs_axes.h"
 
 namespace tind {
 namespace {
@@ -25,37 +26,32 @@ using Nine = std::array<double, 9>;
 /// From differences along columns and rows to the rise to the east and north, on the ground.
 class Ground {
  public:
-  explicit Ground(const DemInfo& info) : info_(info) {
+  /// `axes`: of the DEM's CRS, which may count to the west, or to the south.
+  Ground(const DemInfo& info, const CrsAxes& axes)
+      : map_(axes.east_north(info.post_to_crs)), geographic_(info.crs_kind == CrsKind::geographic) {
     x_m_ = y_m_ = info.crs_unit_m;
-    if (info.crs_kind != CrsKind::geographic) return;
-    const double step = std::hypot(info.post_to_crs.x_col, info.post_to_crs.y_col);
+    if (!geographic_) return;
+    const double step = std::hypot(map_.x_col, map_.y_col);
     degrees_ = info.period_cols > 0 && step > 0 ? 360 / (info.period_cols * step) : 1;
   }
 
   /// Do distances change along a row, too?
-  bool turned() const {
-    return info_.crs_kind == CrsKind::geographic && info_.post_to_crs.y_col != 0;
-  }
-  double latitude(std::int64_t row) const {
-    return info_.post_to_crs.apply(0, double(row)).y * degrees_;
-  }
-  double longitude(std::int64_t col) const {
-    return info_.post_to_crs.apply(double(col), 0).x * degrees_;
-  }
+  bool turned() const { return geographic_ && map_.y_col != 0; }
+  double latitude(std::int64_t row) const { return map_.apply(0, double(row)).y * degrees_; }
+  double longitude(std::int64_t col) const { return map_.apply(double(col), 0).x * degrees_; }
   bool at_pole(std::int64_t row) const {
-    const double step = std::abs(info_.post_to_crs.y_row) * degrees_;
-    return info_.crs_kind == CrsKind::geographic && !turned() &&
-           std::abs(latitude(row)) > 90 - step / 4;
+    const double step = std::abs(map_.y_row) * degrees_;
+    return geographic_ && !turned() && std::abs(latitude(row)) > 90 - step / 4;
   }
   /// Distances as they are there.
   void move_to(std::int64_t col, std::int64_t row) {
-    if (info_.crs_kind == CrsKind::geographic) {
-      const double lat = info_.post_to_crs.apply(double(col), double(row)).y * degrees_;
+    if (geographic_) {
+      const double lat = map_.apply(double(col), double(row)).y * degrees_;
       // At a pole, columns have no distance: those a metre's part away have.
       const Vec2 metres = wgs84::metres_per_degree(std::clamp(lat, -89.99999, 89.99999));
       x_m_ = metres.x * degrees_, y_m_ = metres.y * degrees_;
     }
-    const Affine& a = info_.post_to_crs;
+    const Affine& a = map_;
     along_col_ = {a.x_col * x_m_, a.y_col * y_m_};
     along_row_ = {a.x_row * x_m_, a.y_row * y_m_};
     area_ = along_col_.x * along_row_.y - along_row_.x * along_col_.y;
@@ -68,7 +64,8 @@ class Ground {
   }
 
  private:
-  const DemInfo& info_;
+  const Affine map_;  // to east and north
+  const bool geographic_;
   double degrees_ = 1, x_m_ = 1, y_m_ = 1;
   Vec2 along_col_{}, along_row_{};
   double area_ = 1;
@@ -121,8 +118,8 @@ bool takes_a_gradient(Derivative kind) {
 class Pole {
  public:
   /// REQUIRES: `row` is at a pole.
-  Pole(const DemInfo& info, const HeightGrid& posts, int read_row, std::int64_t row)
-      : ground_(info), posts_(posts), read_row_(read_row) {
+  Pole(const Ground& ground, const HeightGrid& posts, int read_row, std::int64_t row)
+      : ground_(ground), posts_(posts), read_row_(read_row) {
     north_ = ground_.latitude(row) > 0;
     inner_ = std::abs(ground_.latitude(row + 1)) < std::abs(ground_.latitude(row)) ? 1 : -1;
     const double lat = (ground_.latitude(row) + ground_.latitude(row + inner_)) / 2;
@@ -142,7 +139,7 @@ class Pole {
   Vec2 gradient(int read_col, const Nine& z) const {
     const double det = xx_ * yy_ - xy_ * xy_;
     if (det < 0.01 * count_ * count_) {  // posts of one side: of a full circle it is n^2 / 4
-      const auto side = std::size_t(4 + 3 * inner_);
+      const auto side = std::size_t(inner_ > 0 ? 7 : 1);
       return ground_.gradient((z[side + 1] - z[side - 1]) / 2, inner_ * (z[side] - z[4]));
     }
     const double post = posts_.at(read_col, read_row_);
@@ -199,20 +196,22 @@ float value_of(const Nine& z, const Vec2& g, const DerivativeOptions& options) {
 
 RasterRows derivative_rows(const DemSource& dem, const DerivativeOptions& options,
                            const Progress& progress) {
-  return [&dem, options, progress](int row, int rows) -> Result<HeightGrid> {
+  return [&dem, options, progress, axes = crs_axes(dem.info().crs_wkt)](
+             int row, int rows) -> Result<HeightGrid> {
+    if (!axes) return std::unexpected(axes.error());
     const DemInfo& info = dem.info();
     const int cols = int(info.cols);
     if (progress.stopped()) return fail(Errc::cancelled, "stopped");
     const auto posts = dem.read(-1, row - 1, cols + 2, rows + 2);
     if (!posts) return std::unexpected(posts.error());
     HeightGrid out(cols, rows);
-    Ground ground(info);
+    Ground ground(info, *axes);
     const bool gradients = takes_a_gradient(options.kind);
     for (int r = 0; r < rows; ++r) {
       const std::int64_t at = std::int64_t(row) + r;
       ground.move_to(0, at);
       std::optional<Pole> pole;
-      if (gradients && ground.at_pole(at)) pole.emplace(info, *posts, r + 1, at);
+      if (gradients && ground.at_pole(at)) pole.emplace(ground, *posts, r + 1, at);
       for (int c = 0; c < cols; ++c) {
         if (posts->is_void(c + 1, r + 1)) continue;
         if (ground.turned()) ground.move_to(c, at);

@@ -38,7 +38,9 @@ struct DerivativeOptions {
 };
 
 /// Gradients are Horn's [HORN81], over the eight neighbours. Distances are those on the ground: of
-/// degrees as the ellipsoid has them at the row's latitude, of projected CRSs the CRS's own. A
+/// degrees as the ellipsoid has them at the row's latitude, of projected CRSs the CRS's own, which
+/// may be other than the ground's (plane_scale.h); directions are those of its grid, whichever way
+/// its axes count (crs_axes.h). A
 /// neighbour that is void or beyond the rim is where the line through its opposite and the post
 /// leads, or, where that is not there either, where the others lead; so all valid posts have a
 /// value, and a plane's are the same everywhere. At a pole the plane is fitted to the row around

@@ -1,5 +1,6 @@
 // The exact one walks over the grid (grid_walk.h) piece by piece. Each piece is a parabola: its
-// ends and its turn are points.
+// ends and its turn are points. So are the ends of each leg where there is ground, also where no
+// piece of it has a height.
 
 #include "terrain/analysis/profile.h"
 
@@ -12,6 +13,8 @@
 #include "terrain/analysis/post_reader.h"
 #include "terrain/analysis/post_way.h"
 #include "terrain/analysis/profile_points.h"
+#include "terrain/raster/interpolate.h"
+#include "terrain/raster/post_place.h"
 
 namespace tind {
 namespace {
@@ -51,6 +54,19 @@ std::optional<Part> part_on(const DemInfo& info, Vec2 from, Vec2 to) {
   return part;
 }
 
+/// A leg can begin or end where there is ground and none beside: on the DEM's rim, at a post among
+/// voids. No piece of the way has the height that is there.
+void take_place(double metres, Vec2 post, const DemInfo& info, PostReader& posts,
+                ProfilePoints& points) {
+  const auto at = place_among_posts(info, post);
+  if (!at) return;
+  const double c = std::floor(at->x), r = std::floor(at->y);
+  const auto col = std::int64_t(c), row = std::int64_t(r);
+  const double z = height_between(posts(col, row), posts(col + 1, row), posts(col, row + 1),
+                                  posts(col + 1, row + 1), at->x - c, at->y - r);
+  if (!std::isnan(z)) points.ground(metres, z);
+}
+
 Result<void> walk_leg(const DemSource& dem, const GeodesicPath& path, double from_m, double to_m,
                       PostReader& posts, ProfilePoints& points, const std::stop_token& stop) {
   const Curve curve = [&](std::span<const double> shares, std::span<Geographic> places) {
@@ -63,6 +79,7 @@ Result<void> walk_leg(const DemSource& dem, const GeodesicPath& path, double fro
     if (stop.stop_requested()) return fail(Errc::cancelled, "stopped");
     const double length = to_m - from_m;
     const Straight way{from_m + length * p.from_share, from_m + length * p.to_share};
+    if (&p == &pieces->front()) take_place(way.from_m, p.from, dem.info(), posts, points);
     const auto part = part_on(dem.info(), p.from, p.to);
     if (!part || part->from > 0) points.nothing_from(way.at(0));
     if (!part) continue;  // cells by the million, where the DEM is not
@@ -83,6 +100,9 @@ Result<void> walk_leg(const DemSource& dem, const GeodesicPath& path, double fro
                   "the line crosses the DEM's grid more than a million times: ask for samples, or "
                   "for a shorter line");
   }
+  if (!pieces->empty() && pieces->back().to_share == 1)
+    take_place(to_m, pieces->back().to, dem.info(), posts, points);
+  if (posts.error()) return std::unexpected(*posts.error());
   return {};
 }
 

@@ -18,7 +18,7 @@ class ProfilePoints {
   explicit ProfilePoints(const GeodesicPath& path) : path_(path) {}
 
   void ground(double metres, double height) {
-    end_gap(metres);
+    end_gap(metres, false);
     if (!out_.empty() && out_.back().height.coverage == Coverage::value &&
         metres - out_.back().distance_m <= kSame_m)
       return;
@@ -29,16 +29,17 @@ class ProfilePoints {
     if (gap_from_ < 0) gap_from_ = metres;
   }
   std::vector<ProfilePoint> taken() {
-    end_gap(path_.length_m());
+    end_gap(path_.length_m(), true);
     return std::move(out_);
   }
   std::size_t size() const { return out_.size(); }
 
  private:
-  void end_gap(double metres) {
+  /// `last`: the line ends in it.
+  void end_gap(double metres, bool last) {
     if (gap_from_ < 0) return;
     const double from = std::exchange(gap_from_, -1);
-    const bool first = out_.empty(), last = metres >= path_.length_m();
+    const bool first = out_.empty();
     const double middle = (from + metres) / 2;
     if (first) void_at(0);
     if (metres - from > kSame_m) void_at(middle);

@@ -13,6 +13,7 @@
 
 #include "terrain/geo/ellipsoid.h"
 #include "terrain/geo/extent_box.h"
+#include "terrain/raster/crs_axes.h"
 #include "terrain/raster/crs_code.h"
 
 namespace tind {
@@ -60,16 +61,22 @@ GeoRect box_of(const Surface& surface) {
 }
 
 /// Of the posts themselves, which are turned against lines of longitude where the DEM is projected.
-Outline outline_of(const Surface& surface, const std::optional<GeoRect>& area) {
+Result<Outline> outline_of(const Surface& surface, const std::optional<GeoRect>& area) {
   const DemSource* const dem = surface.only();
   if (area || !dem) return outline_of(area ? *area : box_of(surface));
   if (dem->info().wraps_longitude) return outline_of(surface.info().bounds);
   const DemInfo& info = dem->info();
-  // North and west as the rows and columns have it, whichever way round those are.
-  const double across = info.post_to_crs.x_col < 0 ? -1 : 1;
-  const double down = info.post_to_crs.y_row > 0 ? -1 : 1;
+  const auto axes = crs_axes(info.crs_wkt);
+  if (!axes) return std::unexpected(axes.error());
+  // North and west as the rows and columns have it, whichever way round those are, and the axes.
+  const Affine map = axes->east_north(info.post_to_crs);
+  const bool cols_go_north = std::abs(map.y_col) > std::abs(map.x_col);
+  const auto share = [](double from_north_west, double step) {
+    return step < 0 ? 1 - from_north_west : from_north_west;
+  };
   return outline_of([&](double x, double y) {
-    const double u = across > 0 ? x : 1 - x, v = down > 0 ? y : 1 - y;
+    const double u = cols_go_north ? share(y, -map.y_col) : share(x, map.x_col);
+    const double v = cols_go_north ? share(x, map.x_row) : share(y, -map.y_row);
     const Vec2 post{u * double(info.cols - 1), v * double(info.rows - 1)};
     Geographic place;
     dem->to_geographic({&post, 1}, {&place, 1});
@@ -284,13 +291,15 @@ Result<MapPlace> place_map(const Surface& surface, const MapOptions& options) {
   if (const DemSource* dem = surface.only();
       dem && std::min(dem->info().cols, dem->info().rows) < 2)
     return fail(Errc::invalid_argument, kNoArea);
-  const Outline outline = outline_of(surface, options.area);
-  auto crs = crs_of(options, middle_of(outline));
+  const auto outline = outline_of(surface, options.area);
+  if (!outline) return std::unexpected(outline.error());
+  const Geographic middle = middle_of(*outline);
+  auto crs = crs_of(options, middle);
   if (!crs) return std::unexpected(crs.error());
   MapPlace map;
   map.crs = *crs;
-  const Extent e = extent_of(*map.crs, outline, options.fit);
-  const std::string what_else = other_crs(options, middle_of(outline));
+  const Extent e = extent_of(*map.crs, *outline, options.fit);
+  const std::string what_else = other_crs(options, middle);
   if (!std::isfinite(e.width()) || !std::isfinite(e.height()))
     return fail(Errc::invalid_argument, map.crs->text() +
                                             " has no places for a part of the area: " + what_else +

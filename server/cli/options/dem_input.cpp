@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <string_view>
 
 #include "server/cli/options/mesh_input.h"
 #include "server/cli/options/tin_input.h"
@@ -33,7 +34,10 @@ std::optional<std::array<double, 4>> box_of(std::string_view text) {
   const char* at = text.data();
   const char* const end = at + text.size();
   for (std::size_t k = 0; k < box.size(); ++k) {
-    if (k > 0 && (at == end || *at++ != ',')) return {};
+    if (k > 0) {
+      if (at == end || *at != ',') return {};
+      ++at;
+    }
     const auto [next, error] = std::from_chars(at, end, box[k]);
     if (error != std::errc() || !std::isfinite(box[k])) return {};
     at = next;
@@ -72,6 +76,14 @@ Result<std::vector<Geographic>> outline_of_bounds(const DemInput& input, const D
   std::vector<Geographic> places(points.size());
   (*crs)->to_geographic(points, places);
   return places;
+}
+
+/// Does a message begin with the name of a file, or of one in a folder?
+bool begins_with(std::string_view what, std::string_view file) {
+  if (file.empty() || !what.starts_with(file)) return false;
+  const std::string_view rest = what.substr(file.size());
+  return file.ends_with('/') || rest.starts_with(":") || rest.starts_with("/") ||
+         rest.starts_with(" and ");
 }
 
 Result<OpenedDem> open_whole(const DemInput& input) {
@@ -173,9 +185,13 @@ Result<std::shared_ptr<const DemSource>> open_dem(const DemInput& input) {
 }
 
 int complain_of(const DemInput& input, const Error& error) {
-  if (error.code != Errc::bad_data) return complain(error);
+  const bool named = std::ranges::any_of(
+      input.files, [&](const std::string& file) { return begins_with(error.what, file); });
+  if (error.code != Errc::bad_data || named) return complain(error);
   return complain({error.code, fmt::format("{}: {}", fmt::join(input.files, ", "), error.what)});
 }
+
+Error no_heights() { return {Errc::bad_data, "no post has a height"}; }
 
 void warn_of(const DemInfo& info) {
   for (const std::string& line : info.warnings) warn(line);

@@ -61,6 +61,9 @@ Result<OpenedDem> open_dem_or_tin(const DemInput&);
 /// complain(), with the files' names where what is wrong lies in their posts.
 int complain_of(const DemInput&, const Error&);
 
+/// What is said of a DEM of which nothing can be shown (bad_data).
+Error no_heights();
+
 /// On stderr: what opening it found, and, once posts have been read, values among them that look
 /// like an undeclared nodata value.
 void warn_of(const DemInfo&);

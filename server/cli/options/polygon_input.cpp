@@ -4,10 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <utility>
 
-#include "server/cli/program/exit.h"
 #include "terrain/raster/gdal/vectors/vector_source.h"
 
 namespace tind::cli {
@@ -48,21 +46,6 @@ Result<std::vector<NamedArea>> read_areas(const std::string& path, const DemSour
     }
   }
   return out;
-}
-
-void warn_of_plane(const AreaScale& scale, const DemInfo& info) {
-  constexpr double kOff = 0.01;
-  if (scale.greatest <= 1 + kOff && scale.least >= 1 - kOff) return;
-  const std::string least = fmt::format("{:.3g}", scale.least);
-  const std::string greatest = fmt::format("{:.3g}", scale.greatest);
-  warn(fmt::format(
-      "areas and volumes are those in the plane of {}, {} times those on the ground; for these "
-      "bring the DEM to its UTM zone, to degrees or to an equal-area projection (gdalwarp -t_srs)",
-      info.crs_name, least == greatest ? least : least + " to " + greatest));
-}
-
-nlohmann::ordered_json area_scale_json(const AreaScale& scale) {
-  return {{"least", scale.least}, {"greatest", scale.greatest}};
 }
 
 }  // namespace tind::cli

@@ -2,6 +2,7 @@
 
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <string>
 
 #include "tests/support/program_json.h"
 #include "tests/support/support.h"
@@ -64,10 +65,20 @@ TEST(Contours, OfAMeshAreInItsBands) {
   const json said = tind_json(start + bands + " --as-band --max-error 10");
   EXPECT_EQ(said["areas"], file(bands)["features"].size());
   EXPECT_GE(said["error_m"], 8);
-  EXPECT_LE(said["error_m"], 10.001);
+  EXPECT_LE(said["error_m"], 10);
   EXPECT_LT(said["triangles"], 8000);
   EXPECT_EQ(file(bands)["features"][0]["properties"]["error_m"], said["error_m"]);
   expect_lines_inside(file(lines), file(bands));
+}
+
+TEST(Contours, OfAMeshAreWithinTheErrorThatWasAsked) {
+  const test::TempDir dir;
+  for (const double asked : {2.0, 0.5, 0.01}) {
+    const json said = tind_json("contours " + dem() + " --interval 500 --as-band --json -o " +
+                                dir.file("a.gpkg") + " --max-error " + std::to_string(asked));
+    EXPECT_LE(said["error_m"], asked);
+    EXPECT_GE(said["error_m"], 0.9 * asked);
+  }
 }
 
 TEST(Contours, OfTilesAreInTheirBands) {

@@ -180,5 +180,21 @@ TEST_F(Export, ASpacingThatNoSideCoversIsRefused) {
   EXPECT_NE(map.out.find("lengths on the ground differ by up to"), std::string::npos) << map.out;
 }
 
+/// Its columns lead to the west, and its rows to the north, or the other way about.
+TEST_F(Export, OfAxesToTheWestAndTheSouthLiesInsideToo) {
+  const std::string dem = folder_.file("axes.asc");
+  const auto maps = [&](const std::string& corner, const std::string& crs) {
+    std::ofstream out(dem);
+    out << "ncols 40\nnrows 40\n" << corner << "\ncellsize 10\n";
+    for (int i = 0; i < 1600; ++i) out << i % 40 << ' ';
+    out.close();
+    const auto ran = run_tind("export " + dem + " --crs " + crs +
+                              " --format unity --fit inside -o " + folder_.file("a.raw"));
+    EXPECT_EQ(ran.code, 0) << crs << '\n' << ran.out;
+  };
+  maps("xllcorner -50000\nyllcorner 3000000", "EPSG:2053");
+  maps("xllcorner 1050000\nyllcorner 600000", "EPSG:2065");
+}
+
 }  // namespace
 }  // namespace tind

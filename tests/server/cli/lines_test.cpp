@@ -71,6 +71,25 @@ TEST_F(LineOptions, HoldTheirEndsOnTheRim) {
   EXPECT_LE(rims["max_error_m"], 2);
 }
 
+/// Both halves of a bow tie have a vertex where they touch.
+TEST_F(LineOptions, OfABoundaryThatTouchesItselfAreAllThere) {
+  if (!has_constrained_delaunay()) GTEST_SKIP() << "built without CGAL";
+  std::ofstream grid(dir_.file("g.asc"));
+  grid << "ncols 30\nnrows 30\nxllcenter 0\nyllcenter 0\ncellsize 1\n";
+  for (int i = 0; i < 900; ++i) grid << (i * 7919) % 97 << ((i + 1) % 30 ? " " : "\n");
+  grid.close();
+  std::ofstream(dir_.file("bow.geojson"))
+      << R"({"type": "Polygon", "coordinates": [[[4.3,5.2],[24.3,25.2],[24.3,5.2],[4.3,25.2],[4.3,5.2]]]})";
+  for (const MethodInfo& method : methods()) {
+    const auto made =
+        test::tind_json("simplify " + dir_.file("g.asc") + " --crs EPSG:4326 --ratio 0.5 -o " +
+                        dir_.file("g.ply") + " --json --progress none --boundary " +
+                        dir_.file("bow.geojson") + " --method " + method.name);
+    EXPECT_EQ(made["lines"]["parts"], 6) << method.name;
+    EXPECT_EQ(made["lines"]["parts_missing"], 0) << method.name;
+  }
+}
+
 TEST_F(LineOptions, AreRefusedInOneLine) {
   const auto refuses = [&](const std::string& more, int code, const std::string& word) {
     const Ran ran = run_tind(simplify_ + more);

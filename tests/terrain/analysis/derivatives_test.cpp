@@ -56,6 +56,62 @@ TEST(Derivatives, OfAPlaneAreThePlanesUpToItsRimAndItsVoids) {
     }
 }
 
+/// Up by 0.5 a metre of x and by 0.25 a metre of y, in a projection.
+std::shared_ptr<const DemSource> slanted(const test::TempDir& dir, const std::string& crs, double x,
+                                         double y) {
+  const std::string file = dir.file("slanted.asc");
+  std::ofstream out(file);
+  out << "ncols 5\nnrows 5\nxllcorner " << x << "\nyllcorner " << y << "\ncellsize 10\n";
+  for (int r = 0; r < 5; ++r)
+    for (int c = 0; c < 5; ++c) out << 1000 + 5 * c - 2.5 * r << (c == 4 ? '\n' : ' ');
+  out.close();
+  const auto dem = DemSource::open({&file, 1}, {.crs = crs});
+  EXPECT_TRUE(dem) << crs << ": " << dem.error().what;
+  return *dem;
+}
+
+TEST(Derivatives, FaceTheNorthOfTheGridWhicheverWayTheAxesCount) {
+  const test::TempDir dir;
+  struct Row {
+    const char* crs;
+    double x, y;
+    Vec2 rise;  // to the east and the north
+  };
+  const Row rows[] = {
+      {"EPSG:32633", 500000, 5000000, {0.5, 0.25}},
+      {"EPSG:2053", -50000, 3000000, {-0.5, -0.25}},  // x to the west, y to the south
+      {"EPSG:2065", 1050000, 600000, {-0.25, -0.5}},  // x to the south, y to the west
+      {"EPSG:5514", -600000, -1050000, {0.5, 0.25}},
+      {"+proj=utm +zone=33 +axis=wnu +type=crs", -500000, 5000000, {-0.5, 0.25}}};
+  for (const Row& row : rows) {
+    const auto dem = slanted(dir, row.crs, row.x, row.y);
+    const double facing = std::atan2(-row.rise.x, -row.rise.y) * 180 / M_PI;
+    const HeightGrid aspect = all_of(*dem, {.kind = Derivative::aspect});
+    EXPECT_NEAR(std::remainder(aspect.at(2, 2) - facing, 360), 0, 1e-3) << row.crs;
+    EXPECT_NEAR(std::remainder(aspect.at(0, 4) - facing, 360), 0, 1e-3) << row.crs;
+    const HeightGrid grey = all_of(*dem, {.kind = Derivative::hillshade});
+    EXPECT_EQ(grey.at(2, 2), hillshade_grey(row.rise.x, row.rise.y, {})) << row.crs;
+    EXPECT_NEAR(all_of(*dem, {.kind = Derivative::slope, .percent = true}).at(2, 2),
+                100 * std::hypot(0.5, 0.25), 1e-3)
+        << row.crs;
+  }
+}
+
+/// The turned globe of a system that counts longitudes to the west.
+TEST(Derivatives, OfDegreesToTheWestAndTheSouthFaceTheirNorth) {
+  const test::TempDir dir;
+  const std::string file = dir.file("west.asc");
+  std::ofstream out(file);
+  out << "ncols 5\nnrows 5\nxllcorner 10\nyllcorner 50\ncellsize 0.001\n";
+  for (int r = 0; r < 5; ++r)
+    for (int c = 0; c < 5; ++c) out << 1000 + 5 * c << (c == 4 ? '\n' : ' ');
+  out.close();
+  const auto dem =
+      DemSource::open({&file, 1}, {.crs = "+proj=longlat +datum=WGS84 +axis=wsu +type=crs"});
+  ASSERT_TRUE(dem) << dem.error().what;
+  EXPECT_NEAR(all_of(**dem, {.kind = Derivative::aspect}).at(2, 2), 90, 1e-3);
+}
+
 TEST(Derivatives, OfFlatLandHaveNoAspectAndTheAltitudesGrey) {
   const test::TempDir dir;
   const auto dem = plane(dir, 0, 0);

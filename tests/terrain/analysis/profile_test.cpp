@@ -2,7 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "terrain/analysis/grid_walk.h"
 #include "terrain/analysis/heights_at.h"
@@ -117,6 +121,61 @@ TEST(Profile, BeyondTheDemIsOutsideAndAVoidIsAVoid) {
     if (story.empty() || story.back() != c) story += c;
   }
   EXPECT_EQ(story, "ozvz");
+}
+
+/// What there is in each point, and its height: "z510 o o".
+std::string story_of(const DemSource& dem, std::vector<Geographic> places) {
+  const auto profile = exact_profile(dem, GeodesicPath(places));
+  if (!profile) return profile.error().what;
+  std::string story;
+  for (const ProfilePoint& p : profile->points) {
+    story += story.empty() ? "" : " ";
+    if (p.height.coverage == Coverage::value)
+      story += "z" + std::to_string(std::lround(p.height.height_m));
+    else
+      story += p.height.coverage == Coverage::outside ? "o" : "v";
+  }
+  return story;
+}
+
+TEST(Profile, HasTheHeightOfAnEndOnTheRim) {
+  HeightGrid grid(5, 4);
+  for (int r = 0; r < 4; ++r)
+    for (int c = 0; c < 5; ++c) grid.at(c, r) = float(100 * r + 10 * c);
+  const MadeUpSource dem(grid, {10, 50}, 0.01);
+  // From the corners outward, from posts and places of the sides; and the same backward.
+  struct Row {
+    Geographic rim, out;
+    int height;
+  };
+  const Row rows[] = {
+      {{10, 50}, {9.99, 50.01}, 0},           {{10.04, 50}, {10.05, 50.01}, 40},
+      {{10, 49.97}, {9.99, 49.96}, 300},      {{10.04, 49.97}, {10.05, 49.96}, 340},
+      {{10.02, 50}, {10.02, 50.01}, 20},      {{10.015, 49.97}, {10.02, 49.96}, 315},
+      {{10.04, 49.985}, {10.06, 49.98}, 190}, {{10, 49.99}, {9.9, 49.99}, 100}};
+  for (const Row& row : rows) {
+    const std::string z = "z" + std::to_string(row.height);
+    EXPECT_EQ(story_of(dem, {row.rim, row.out}), z + " o o") << row.rim.lon << " " << row.rim.lat;
+    EXPECT_EQ(story_of(dem, {row.out, row.rim}), "o o " + z) << row.rim.lon << " " << row.rim.lat;
+    EXPECT_EQ(story_of(dem, {row.out, row.rim, row.out}), "o o " + z + " o o");
+  }
+}
+
+TEST(Profile, HasTheHeightOfAnEndOnADemOfOneRowOrColumn) {
+  HeightGrid row(4, 1), col(1, 4), one(1, 1, 7);
+  for (int k = 0; k < 4; ++k) row.at(k, 0) = col.at(0, k) = float(10 * k);
+  EXPECT_EQ(story_of(MadeUpSource(row, {10, 50}, 0.01), {{10.02, 50}, {10.02, 50.01}}), "z20 o o");
+  EXPECT_EQ(story_of(MadeUpSource(row, {10, 50}, 0.01), {{10.1, 49.9}, {10.03, 50}}), "o o z30");
+  EXPECT_EQ(story_of(MadeUpSource(col, {10, 50}, 0.01), {{10, 49.98}, {10.01, 49.98}}), "z20 o o");
+  EXPECT_EQ(story_of(MadeUpSource(one, {10, 50}, 0.01), {{10, 50}, {10.01, 50.01}}), "z7 o o");
+}
+
+TEST(Profile, HasTheHeightOfAnEndAtAPostAmongVoids) {
+  HeightGrid grid(5, 5);
+  grid.at(2, 2) = 42;
+  const MadeUpSource dem(grid, {10, 50}, 0.01);
+  EXPECT_EQ(story_of(dem, {{10.02, 49.98}, {10.03, 49.975}}), "z42 v v");
+  EXPECT_EQ(story_of(dem, {{10.01, 49.985}, {10.02, 49.98}}), "v v z42");
 }
 
 TEST(Profile, OfALineThatGoesFarBeyondTheDemIsThatOfItsPart) {

@@ -13,7 +13,6 @@
 #include "terrain/analysis/zonal.h"
 #include "terrain/raster/interpolate.h"
 #include "tests/support/made_up_source.h"
-#include "tests/support/projected_dem.h"
 #include "tests/support/support.h"
 
 namespace tind {
@@ -400,31 +399,6 @@ TEST(ZonalStatistics, PolygonsSideBySideShareNoPost) {
               zonal_statistics(shared, all)->posts)
         << a.x << " " << b.x;
   }
-}
-
-TEST(Volume, OfAProjectionSaysHowFarItsAreasAreFromTheGrounds) {
-  const test::TempDir folder;
-  const auto open = [&](const test::ProjectedDem& dem) {
-    auto source = test::open_projected(dem, folder);
-    EXPECT_TRUE(source);
-    return source;
-  };
-  const auto mercator = open({"merc", "EPSG:3857", 900000, 5942074, 1000, 20, 20});  // 47 degrees
-  const double lat = 46.92 * 0.017453292519943295;
-  const AreaScale web = area_scale(*mercator, whole_area(mercator->info()));
-  EXPECT_NEAR(web.least, 1 / std::pow(std::cos(lat), 2), .02);
-  EXPECT_GT(web.greatest, web.least);
-  EXPECT_LT(web.greatest, web.least * 1.01);
-  const auto utm = open({"utm", "EPSG:32632", 500000, 5200000, 1000, 20, 20});
-  const AreaScale flat = area_scale(*utm, whole_area(utm->info()));
-  EXPECT_NEAR(flat.least, .9996 * .9996, 1e-5);
-  EXPECT_NEAR(flat.greatest, .9996 * .9996, 2e-5);
-  const auto pole = open({"pole", "EPSG:3031", -10000, 10000, 1000, 21, 21});
-  const AreaScale around = area_scale(*pole, whole_area(pole->info()));
-  EXPECT_NEAR(around.least, .9728 * .9728, 1e-3) << "at a pole longitudes are nothing";
-  EXPECT_NEAR(around.greatest, .9728 * .9728, 1e-3);
-  const auto degrees = dem_of(test::rough_terrain(5, 5, 1));
-  EXPECT_EQ(area_scale(degrees, whole_area(degrees.info())).greatest, 1);
 }
 
 }  // namespace

@@ -23,7 +23,6 @@
 #include "terrain/analysis/contour_bands.h"
 #include "terrain/base/file_io.h"
 #include "terrain/mesh/mesh_raster.h"
-#include "terrain/mesh/vertical_error.h"
 #include "terrain/raster/contour_lines.h"
 #include "terrain/simplify/simplify.h"
 
@@ -55,19 +54,30 @@ struct Known {
   std::size_t triangles = 0;
 };
 
-/// A mesh with as few triangles as the error allows.
+/// How much a mesh within an error of the posts moves where its heights become floats, at most.
+double rounding_of(const HeightGrid& posts, double error_m) {
+  double highest = 0;
+  for (const float z : posts.values())
+    if (!std::isnan(z)) highest = std::max(highest, std::abs(double(z)));
+  const auto top = float(highest + error_m);
+  return (double(std::nextafter(top, HUGE_VALF)) - double(top)) / 2;
+}
+
+/// A mesh with as few triangles as the error allows, and what that is of its heights as floats.
 Result<Known> simplified(const Terrain& dem, double max_error_m, const Progress& progress) {
   SimplifyOptions options;
-  options.stop.max_error_m = max_error_m;
+  const double rounding = rounding_of(dem.grid, max_error_m);
+  options.stop.max_error_m = max_error_m > rounding ? max_error_m - rounding : max_error_m;
   const auto made = simplify(dem, options, progress);
   if (!made) return std::unexpected(made.error());
   MeshRaster seen = mesh_raster(made->tin, dem.grid, 0);
-  for (std::size_t i = 0; i < seen.heights.values().size();
-       ++i)  // nobody says how wrong it is there
-    if (std::isnan(seen.errors.values()[i])) seen.heights.values()[i] = HeightGrid::kVoid;
-  constexpr double kRounding_m = 1.0 / 2048;  // of heights below 16384 m, kept as floats
-  return Known{std::move(seen.heights), vertical_error(made->tin, dem.grid).max_m + kRounding_m,
-               made->tin.triangles.size()};
+  double error = 0;
+  for (std::size_t i = 0; i < seen.heights.size(); ++i) {
+    float& z = seen.heights.values()[i];
+    if (std::isnan(seen.errors.values()[i])) z = HeightGrid::kVoid;  // nobody says how wrong it is
+    if (!std::isnan(z)) error = std::max(error, std::abs(double(z) - double(dem.grid.values()[i])));
+  }
+  return Known{std::move(seen.heights), error, made->tin.triangles.size()};
 }
 
 Result<Made> make_bands(const Arguments& a, ContourFormat format) {

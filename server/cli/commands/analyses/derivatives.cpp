@@ -15,9 +15,11 @@
 #include "server/cli/options/dem_input.h"
 #include "server/cli/options/output_options.h"
 #include "server/cli/options/output_paths.h"
+#include "server/cli/options/plane_scale.h"
 #include "server/cli/options/raster_output.h"
 #include "server/cli/options/tin_input.h"
 #include "server/cli/program/progress_bar.h"
+#include "terrain/surface/any_height.h"
 
 namespace tind::cli {
 
@@ -45,6 +47,26 @@ constexpr Row kRows[] = {
     {Derivative::tpi, "Topographic position index as a raster"},
 };
 
+bool is_of_lengths(Derivative kind) {
+  return kind == Derivative::slope || kind == Derivative::hillshade;
+}
+
+/// Of those that are computed of distances: the others are of heights alone.
+void warn_of_scale(Derivative kind, const LengthScale& scale, const DemInfo& info) {
+  if (is_of_lengths(kind))
+    warn_of_lengths(scale, info, kind == Derivative::slope ? "slopes are" : "light and shade are");
+  if (kind == Derivative::aspect) warn_of_directions(scale, info);
+}
+
+/// What is void all over is an answer only where there are heights: flat land has no aspect.
+Result<void> expect_any(const DemSource& dem, Derivative kind) {
+  if (kind != Derivative::aspect) return std::unexpected(no_heights());
+  const auto any = any_height(Surface(dem));
+  if (!any) return std::unexpected(any.error());
+  if (!*any) return std::unexpected(no_heights());
+  return {};
+}
+
 int run(const Arguments& a) {
   const auto format = raster_format(a.output);
   if (!format) return complain(format.error());
@@ -52,7 +74,7 @@ int run(const Arguments& a) {
   const auto dem = open_dem(a.dem);
   if (!dem) return complain(dem.error());
   if (const auto ok = can_lie_there(a.output, (*dem)->info()); !ok) return complain(ok.error());
-  bool any = a.options.kind == Derivative::aspect;  // flat land has none
+  bool any = false;
   const auto watched = [&any](RasterRows rows) -> RasterRows {
     return [&any, rows = std::move(rows)](int row, int count) {
       auto made = rows(row, count);
@@ -67,22 +89,26 @@ int run(const Arguments& a) {
     made = encode_raster(*format, (*dem)->info(), contents_of(a.options),
                          watched(derivative_rows(**dem, a.options, bar.progress())));
   }
-  if (made && !any) made = fail(Errc::bad_data, "no post has a height");
   if (!made) return complain_of(a.dem, made.error());
+  if (!any)
+    if (const auto ok = expect_any(**dem, a.options.kind); !ok)
+      return complain_of(a.dem, ok.error());
   warn_of_nodata(**dem);
   if (const auto ok = write_raster(a.output, *made); !ok) return complain(ok.error());
   const DemInfo& info = (*dem)->info();
-  if (a.json)
-    std::printf("%s\n",
-                json::to_text(nlohmann::ordered_json{{"derivative", name_of(a.options.kind)},
-                                                     {"cols", info.cols},
-                                                     {"rows", info.rows},
-                                                     {"input", info.files},
-                                                     {"output", a.output}},
-                              2)
-                    .c_str());
-  else
+  const LengthScale scale = length_scale(**dem);
+  warn_of_scale(a.options.kind, scale, info);
+  if (!a.json) {
     fmt::print("{}: {} x {} posts\n", a.output, info.cols, info.rows);
+    return kOk;
+  }
+  nlohmann::ordered_json report = {
+      {"derivative", name_of(a.options.kind)}, {"cols", info.cols}, {"rows", info.rows}};
+  if (is_of_lengths(a.options.kind) || a.options.kind == Derivative::aspect)
+    report["length_scale"] = length_scale_json(scale);
+  report["input"] = info.files;
+  report["output"] = a.output;
+  std::printf("%s\n", json::to_text(report, 2).c_str());
   return kOk;
 }
 

@@ -16,6 +16,7 @@
 #include "server/cli/options/output_options.h"
 #include "server/cli/options/output_paths.h"
 #include "server/cli/options/output_turn.h"
+#include "server/cli/options/plane_scale.h"
 #include "server/cli/options/report_output.h"
 #include "server/cli/options/tin_input.h"
 #include "server/cli/pictures/colours.h"
@@ -47,18 +48,19 @@ Result<Format> format_of(const std::string& path) {
               "cannot tell the format of the picture " + path + ": name it .png or .tif");
 }
 
-/// What the first and the last colour are for: as said, else the lowest and highest post.
+/// What the first and the last colour are for.
 struct Range {
   double low = 0, high = 0;
   double share(double z) const { return high > low ? (z - low) / (high - low) : 0.5; }
 };
 
-Range range_of(const Arguments& a, const HeightGrid& posts) {
+/// As said, else the lowest and highest post.
+Result<Range> range_of(const Arguments& a, const HeightGrid& posts) {
   Range range{HUGE_VAL, -HUGE_VAL};
   for (const float z : posts.values())
     if (!std::isnan(z)) range = {std::min<double>(range.low, z), std::max<double>(range.high, z)};
-  if (!(range.low <= range.high)) range = {0, 0};
-  return {a.low_m.value_or(range.low), a.high_m.value_or(range.high)};
+  if (!(range.low <= range.high)) return std::unexpected(no_heights());
+  return Range{a.low_m.value_or(range.low), a.high_m.value_or(range.high)};
 }
 
 /// The viewer's colours of land (server/viewer/globe/material.js), from the lowest to the highest.
@@ -124,20 +126,21 @@ int run(const Arguments& a) {
   const DemInfo& info = (*dem)->info();
   const auto posts = read_all(**dem);
   if (!posts) return complain_of(a.dem, posts.error());
-  const Range range = range_of(a, posts->grid);
-  if (range.low > range.high)
+  const auto range = range_of(a, posts->grid);
+  if (!range) return complain_of(a.dem, range.error());
+  if (range->low > range->high)
     return complain({Errc::invalid_argument,
                      a.low_m ? fmt::format("--low {:.6g} is above the highest post, {:.6g} m",
-                                           range.low, range.high)
+                                           range->low, range->high)
                              : fmt::format("--high {:.6g} is below the lowest post, {:.6g} m",
-                                           range.high, range.low)});
+                                           range->high, range->low)});
   ProgressBar bar("relief", progress_style(a.progress));
   const RasterRows light = derivative_rows(**dem, a.shade, bar.progress());
   const auto made =
       encode(*format, info, [&](int row, int count) -> Result<std::vector<std::uint8_t>> {
         const auto strip = light(row, count);
         if (!strip) return std::unexpected(strip.error());
-        return colours(posts->grid, row, *strip, range);
+        return colours(posts->grid, row, *strip, *range);
       });
   if (!made) return complain_of(a.dem, made.error());
   const auto turn = OutputTurn::take(a.output);
@@ -145,12 +148,18 @@ int run(const Arguments& a) {
   auto ok = write_whole_file(a.output, *made);
   if (ok && !world.empty()) ok = write_whole_file(world, world_file(info));
   if (!ok) return complain(ok.error());
-  const nlohmann::ordered_json report = {{"cols", info.cols},   {"rows", info.rows},
-                                         {"low_m", range.low},  {"high_m", range.high},
-                                         {"input", info.files}, {"output", a.output}};
+  const LengthScale scale = length_scale(**dem);
+  warn_of_lengths(scale, info, "light and shade are");
+  const nlohmann::ordered_json report = {{"cols", info.cols},
+                                         {"rows", info.rows},
+                                         {"low_m", range->low},
+                                         {"high_m", range->high},
+                                         {"length_scale", length_scale_json(scale)},
+                                         {"input", info.files},
+                                         {"output", a.output}};
   return put_report(a.report, report, [&] {
     fmt::print("{}: {} x {} pixels, colours from {:.6g} to {:.6g} m\n", a.output, info.cols,
-               info.rows, range.low, range.high);
+               info.rows, range->low, range->high);
   });
 }
 

@@ -16,6 +16,7 @@
 #include "server/cli/options/dem_input.h"
 #include "server/cli/options/output_options.h"
 #include "server/cli/options/output_paths.h"
+#include "server/cli/options/plane_scale.h"
 #include "server/cli/options/polygon_input.h"
 #include "server/cli/options/tin_input.h"
 #include "server/cli/program/progress_bar.h"
@@ -66,7 +67,7 @@ Result<Made> make(const Arguments& a) {
   }
   warn_of_nodata(**dem);
   all.scale = area_scale(**dem, rings);
-  warn_of_plane(all.scale, (*dem)->info());
+  warn_of_areas(all.scale, (*dem)->info());
   return all;
 }
 

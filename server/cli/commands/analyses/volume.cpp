@@ -17,6 +17,7 @@
 #include "server/cli/options/output_options.h"
 #include "server/cli/options/output_paths.h"
 #include "server/cli/options/place_input.h"
+#include "server/cli/options/plane_scale.h"
 #include "server/cli/options/polygon_input.h"
 #include "server/cli/options/report_output.h"
 #include "server/cli/options/tin_input.h"
@@ -122,7 +123,7 @@ Result<Made> make_of_tin(const Arguments& a) {
   const auto v = volume(*ground, reference, a.uncertainty_m);
   if (!v) return std::unexpected(v.error());
   Made made{*v, area_scale_of(*ground), a.uncertainty_m, name(info.datum)};
-  warn_of_plane(made.scale, info);
+  warn_of_areas(made.scale, info);
   return made;
 }
 
@@ -147,7 +148,7 @@ Result<Made> make(const Arguments& a) {
   }
   if (!a.against.empty() && made.volume.area_m2 == 0)
     return fail(Errc::bad_data, "has a height at no place of the area where the other DEM has one");
-  warn_of_plane(made.scale, asked->dem->info());
+  warn_of_areas(made.scale, asked->dem->info());
   return made;
 }
 

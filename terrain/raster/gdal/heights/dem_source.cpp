@@ -74,6 +74,7 @@ class RasterSource final : public DemSource {
       : mosaic_(std::move(mosaic)), frame_(std::move(frame)), pool_(std::move(pool)) {}
   Result<void> describe(std::span<const std::string> files, const DemOptions&);
   Result<void> settle_datum(const gdal::FileFacts&, const DemOptions&);
+  Result<std::string> number_in_file(std::int64_t col, std::int64_t row) const;
   std::unexpected<Error> too_high(double z, std::int64_t col, std::int64_t row) const;
   std::int64_t source_col(std::int64_t col) const;
   std::string places_text(const gdal::FileFacts&, const DemOptions&) const;
@@ -93,6 +94,7 @@ class RasterSource final : public DemSource {
   std::string datum_identity_;
   FileStates geoids_;  // that the options name
   double max_height_ = kMaxExact;
+  bool keeps_units_ = false;  // heights are in the file's unit
   const std::shared_ptr<gdal::Pool> pool_;
   const std::uint64_t id_ = BlockCache::new_source();
   mutable std::array<std::mutex, 61> loading_;
@@ -127,14 +129,31 @@ std::int64_t RasterSource::source_col(std::int64_t col) const {
   return col >= 0 && col < info_.cols ? col : -1;
 }
 
+/// A post's number before unit, scale and datum made a height of it, as --nodata takes it.
+Result<std::string> RasterSource::number_in_file(std::int64_t col, std::int64_t row) const {
+  double height = 0;
+  if (auto ok = mosaic_.read(col, row, 1, 1, {&height, 1}); !ok) return std::unexpected(ok.error());
+  const RasterContent& has = mosaic_.facts_at(col, row).content;
+  // The way back is off by some of the last of 16 digits.
+  return fmt::format("{:.15g}",
+                     (height / (keeps_units_ ? 1 : has.unit_m) - has.offset) / has.scale);
+}
+
 std::unexpected<Error> RasterSource::too_high(double z, std::int64_t col, std::int64_t row) const {
   const std::string nodata = undeclared_nodata_text(*this);
-  const std::string what =
-      fmt::format("a height of {} m (column {}, row {}) is beyond {} m", z, col, row, max_height_);
+  const auto number = number_in_file(col, row);
+  if (!number) return std::unexpected(number.error());
+  const std::string height = fmt::format("{:.15g}", z);
+  const std::string what = fmt::format(
+      "a height of {} m{} (column {}, row {}) is beyond {} m", height,
+      *number == height ? "" : ", " + *number + " as the file has it,", col, row, max_height_);
   if (!nodata.empty()) return fail(Errc::bad_data, nodata + " (" + what + ")");
-  return fail(Errc::bad_data, mosaic_.file_at(col, row) + ": " + what +
-                                  "; where it means no data say --nodata VALUE, else state the "
-                                  "file's unit or scale with gdal_edit.py");
+  return fail(
+      Errc::bad_data,
+      fmt::format("{}: {}; where it means no data say --nodata {}{}{}, else state the file's "
+                  "unit or scale with gdal_edit.py",
+                  mosaic_.facts_at(col, row).path, what, info_.nodata_said,
+                  info_.nodata_said.empty() ? "" : ",", *number));
 }
 
 Result<void> RasterSource::finish(std::int64_t col, std::int64_t row, int cols, int rows,
@@ -286,13 +305,14 @@ Result<void> RasterSource::check_places(const DemOptions& options) const {
         options.crs.empty() ? Errc::bad_data : Errc::invalid_argument,
         fmt::format("{}: its coordinates (the first post is at {:.10g}, {:.10g}) lie outside "
                     "of its CRS, {}; say with --crs which one they are in",
-                    mosaic_.file_at(part.col, part.row), first.x, first.y, info_.crs_name));
+                    mosaic_.facts_at(part.col, part.row).path, first.x, first.y, info_.crs_name));
   }
   return {};
 }
 
 Result<void> RasterSource::describe(std::span<const std::string> files, const DemOptions& options) {
   const gdal::FileFacts& facts = mosaic_.facts();
+  keeps_units_ = options.keep_source_units;
   info_.files.assign(files.begin(), files.end());
   info_.driver = facts.driver;
   info_.cols = mosaic_.cols();

@@ -162,6 +162,7 @@ void Mosaic::close_around(std::int64_t period) {
 
 std::vector<PostRect> Mosaic::covered() const {
   std::vector<PostRect> files;
+  files.reserve(parts_.size());
   for (const Part& p : parts_)
     files.push_back(
         {p.col, p.row, p.col + p.file->facts().cols - 1, p.row + p.file->facts().rows - 1});
@@ -291,14 +292,14 @@ Result<std::string> Mosaic::fingerprint() const {
   return text;
 }
 
-const std::string& Mosaic::file_at(std::int64_t col, std::int64_t row) const {
+const FileFacts& Mosaic::facts_at(std::int64_t col, std::int64_t row) const {
   for (const Place& place : places_) {
     const FileFacts& facts = place.file->facts();
     if (col >= place.col && row >= place.row && col < place.col + facts.cols &&
         row < place.row + facts.rows)
-      return facts.path;
+      return facts;
   }
-  return facts().path;
+  return facts();
 }
 
 std::vector<UndeclaredNodata> Mosaic::undeclared_nodata() const {

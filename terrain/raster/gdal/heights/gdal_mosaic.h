@@ -54,8 +54,8 @@ class Mosaic {
   /// As DemSource has them.
   Result<void> unchanged() const;
   std::vector<UndeclaredNodata> undeclared_nodata() const;
-  /// The path of the first file that has that post; of the first of all where none has.
-  const std::string& file_at(std::int64_t col, std::int64_t row) const;
+  /// Of the first file that has that post; of the first of all where none has.
+  const FileFacts& facts_at(std::int64_t col, std::int64_t row) const;
 
  private:
   struct Part {
