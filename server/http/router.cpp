@@ -158,7 +158,7 @@ void Router::get(const std::string& pattern, Operation operation, Handler handle
   allow(route);
 }
 
-void Router::get_always(std::string pattern, Operation operation, Handler handler) {
+void Router::get_always(const std::string& pattern, Operation operation, Handler handler) {
   at(pattern).always = true;
   get(pattern, std::move(operation), std::move(handler));
 }

@@ -51,7 +51,7 @@ class Router {
   void get(const std::string& pattern, Operation, Handler);
   /// The same, and answered for clients that are refused everything else because there are too many
   /// of them: for whoever watches the server.
-  void get_always(std::string pattern, Operation, Handler);
+  void get_always(const std::string& pattern, Operation, Handler);
   void post(const std::string& pattern, BodyRules, Handler);
   void post(const std::string& pattern, Operation, BodyRules, Handler);
   void del(const std::string& pattern, Handler);

@@ -80,8 +80,8 @@ DatasetSetting number(std::string name, std::string help, double TileSetOptions:
 }
 
 template <NamedEnum E>
-DatasetSetting choice(std::string name, const std::string& help, E TileSetOptions::*field) {
-  return {.name = std::move(name),
+DatasetSetting choice(const std::string& name, const std::string& help, E TileSetOptions::*field) {
+  return {.name = name,
           .help = fmt::format("{}: {}", help, fmt::join(enum_names<E>(), ", ")),
           .initial = name_of(TileSetOptions{}.*field),
           .set = [field](DatasetOptions& options, std::string_view value) -> Result<void> {

@@ -164,9 +164,9 @@ Result<Region> GeoRegion::over(const DemSource& dem, std::int64_t col, std::int6
   if (auto one = bring_to_one_turn(part->points, closed, dem.info(), posts); !one)
     return std::unexpected(one.error());
   for (Vec2& p : posts) p = {p.x - double(col), -(p.y - double(row))};
-  Region out = closed ? Region::polygon(std::move(posts))
-                      : Region::corridor(std::move(posts), width_m / 2, dem.info().spacing_x_m,
-                                         dem.info().spacing_y_m);
+  Region out =
+      closed ? Region::polygon(std::move(posts))
+             : Region::corridor(posts, width_m / 2, dem.info().spacing_x_m, dem.info().spacing_y_m);
   if (!meets(out, dem.info(), col, row)) return fail(Errc::invalid_argument, kOutside);
   return out;
 }

@@ -12,8 +12,7 @@ namespace tind {
 
 namespace {
 
-constexpr double kMostX =
-    double(proto::kMostInSpace / 2);  // leaves room for vertices outside the box
+constexpr double kMostX = proto::kMostInSpace / 2.;  // leaves room for vertices outside the box
 
 struct Box {
   Vec3 low{HUGE_VAL, HUGE_VAL, HUGE_VAL}, high{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
