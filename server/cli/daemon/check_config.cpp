@@ -26,7 +26,7 @@ constexpr std::chrono::milliseconds kToEnd{1000};  // for what is being opened s
 
 /// Of folders that are made at the start.
 Result<void> check_folders(const Config& config) {
-  if (auto ok = check_writable("index-dir", index_dir_of(config)); !ok)
+  if (auto ok = check_writable("index-dir", services::index_dir_of(config.index_dir)); !ok)
     warn("for this user large DEMs will not be ready: " + ok.error().what);
   if (config.jobs == 0) return {};
   if (auto ok = check_writable("jobs-dir", config.jobs_dir); !ok) {

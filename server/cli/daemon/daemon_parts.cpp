@@ -84,10 +84,6 @@ Result<services::CatalogChange> load_all(services::CatalogKeeper& keeper) {
   return cannot_be_served(loaded.error());
 }
 
-std::string index_dir_of(const services::Config& config) {
-  return config.index_dir.empty() ? services::default_index_dir() : config.index_dir;
-}
-
 Result<void> check_writable(const char* setting, const std::string& folder) {
   if (folder.empty()) return {};
   std::error_code error;

@@ -36,8 +36,6 @@ std::string warning_of_strangers(const std::string& listen, const services::Acce
 /// not start: where there are several, they are printed, and the error says how many.
 Result<services::CatalogChange> load_all(services::CatalogKeeper&);
 
-/// Where residual indexes are kept.
-std::string index_dir_of(const services::Config&);
 /// Whether that folder, or the one in which it would be made, may be written to; the error names
 /// the setting: io where another user might, invalid_argument where nobody can.
 Result<void> check_writable(const char* setting, const std::string& folder);

@@ -194,12 +194,12 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
     app.job_pages = {services::hosts_of(config.hosts), *services::origins_of(config.cors_origins)};
   auto jobs = open_jobs(config);
   if (!jobs) return complain(jobs.error());
-  if (auto ok = check_writable("index-dir", index_dir_of(config)); !ok)
+  if (auto ok = check_writable("index-dir", services::index_dir_of(config.index_dir)); !ok)
     spdlog::warn("large DEMs will not be ready: {}", logging::printable(ok.error().what));
   app.jobs = jobs->get();
   // Jobs run elsewhere. Where it has no whole name, theirs is the default one.
   std::error_code error;
-  if (const std::string folder = index_dir_of(config); !folder.empty())
+  if (const std::string folder = services::index_dir_of(config.index_dir); !folder.empty())
     app.index_dir = std::filesystem::absolute(folder, error).string();
   const http::Router router = api::make_router(app);
   const http::Router admin_router =

@@ -63,8 +63,7 @@ Result<std::shared_ptr<const TileSet>> tiles_of_table(
   auto options = services::dataset_options({}, spec->own);
   if (!options) return fail(file, options.error());
   options->dem.environment = std::move(environment);
-  auto dataset = services::open_dataset(
-      *spec, *options, index_dir.empty() ? services::default_index_dir() : index_dir);
+  auto dataset = services::open_dataset(*spec, *options, services::index_dir_of(index_dir));
   if (!dataset) return std::unexpected(dataset.error());
   if (!dataset->tiles) return fail(Errc::invalid_argument, file + ": the dataset has no tiles");
   auto kept = std::make_shared<const KeptTiles>(std::move(*dataset));

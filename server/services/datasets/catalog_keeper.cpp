@@ -246,21 +246,20 @@ Result<DatasetOptions> CatalogKeeper::options_of(const Config& config,
   return options;
 }
 
-std::string CatalogKeeper::index_dir_of(const Config& config) const {
-  if (!settings_.keeps_indexes) return {};
-  return config.index_dir.empty() ? default_index_dir() : config.index_dir;
+std::string CatalogKeeper::index_dir(const Config& config) const {
+  return settings_.keeps_indexes ? index_dir_of(config.index_dir) : std::string();
 }
 
 void CatalogKeeper::open(const Config& config, std::vector<Wanted>& wanted) const {
   std::vector<Wanted*> to_open;
   for (Wanted& one : wanted)
     if (one.entry.empty() && !one.served && !one.wrong) to_open.push_back(&one);
-  const std::string index_dir = index_dir_of(config);
+  const std::string indexes = index_dir(config);
   parallel_for(to_open.size(), 0, [&](std::size_t i) {
     Wanted& one = *to_open[i];
     try {
       const auto options = options_of(config, one.spec);
-      auto opened = options ? open_dataset(one.spec, *options, index_dir)
+      auto opened = options ? open_dataset(one.spec, *options, indexes)
                             : Result<Dataset>(std::unexpected(options.error()));
       if (opened)
         one.opened = std::move(*opened);
@@ -283,18 +282,18 @@ void CatalogKeeper::open_entries(const Config& config, std::vector<Wanted>& want
     keys.insert(to_open.back().second);
   }
   opener_.keep(keys);
-  const std::string index_dir = index_dir_of(config);
+  const std::string indexes = index_dir(config);
   for (auto& [one, key] : to_open)
     opener_.begin(
         key,
-        [spec = one->spec, index_dir, path = one->entry, folder = folder_->folder(),
+        [spec = one->spec, indexes, path = one->entry, folder = folder_->folder(),
          is_table = one->is_table, options = options_of(config, one->spec)]() -> Result<Dataset> {
           if (!options) return std::unexpected(options.error());
           if (is_offset_grid(path, options->dem.pool))
             return fail(Errc::unsupported, path +
                                                ": is a grid of geoid heights or offsets, not of "
                                                "terrain; a table can name it as from_datum");
-          auto dataset = open_dataset(spec, *options, index_dir);
+          auto dataset = open_dataset(spec, *options, indexes);
           if (dataset && !is_table)
             if (auto ok = stays_in_catalog(*dataset, folder); !ok)
               return std::unexpected(ok.error());

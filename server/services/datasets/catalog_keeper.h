@@ -125,7 +125,7 @@ class CatalogKeeper {
   bool is_hopeless(const FolderEntry&) const;
   bool has_name(const std::string& name, const std::string& but_entry) const;
   Result<DatasetOptions> options_of(const Config&, const DatasetSpec&) const;
-  std::string index_dir_of(const Config&) const;
+  std::string index_dir(const Config&) const;
 
   Catalog& catalog_;
   const Settings settings_;

@@ -396,7 +396,8 @@ const std::vector<Setting>& settings() {
   return table;
 }
 
-std::string default_index_dir() {
+std::string index_dir_of(const std::string& said) {
+  if (!said.empty()) return said;
   if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache && *cache)
     return std::string(cache) + "/tind";
   if (const char* home = std::getenv("HOME"); home && *home)

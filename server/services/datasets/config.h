@@ -35,7 +35,7 @@ struct Config {
   int max_connections_per_address = 0;  // 0: a quarter of these
   int buffer_mb = 128;                  // request bodies, responses on their way
   std::string viewer;
-  std::string index_dir;  // empty: default_index_dir()
+  std::string index_dir;  // as index_dir_of() takes it
   bool access_log = false;
   bool as_root = false;
   std::string log_level = "info", log_format = "text";
@@ -82,8 +82,9 @@ struct ConfigInput {
 /// The first error names where it is and, for an unknown key, what was probably meant.
 Result<Config> read_config(const ConfigInput&);
 
-/// "tind" in the user's cache folder; empty where there is none.
-std::string default_index_dir();
+/// Where residual indexes are kept: as said, or, where nothing is, in "tind" in the user's cache
+/// folder; empty where there is none.
+std::string index_dir_of(const std::string& said);
 
 /// As a file that read_config accepts.
 std::string print_config(const Config&);
